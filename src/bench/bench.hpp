@@ -1,0 +1,48 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Benchmarks of the program: `qdot bench [NAME] [--json]`.
+//
+// A benchmark returns rows. Each row is one measurement beside a baseline that was measured in the same run, on
+// the same machine, so that the ratio survives a change of machine although the times do not.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace qdot::bench {
+
+/// One measured quantity beside its baseline.
+struct Row {
+  std::string name;           // what was measured, e.g. "chain n=4, graded duals"
+  double value = 0;           // in `unit`
+  double baseline = 0;        // in `unit`; 0 where there is none
+  std::string baseline_name;  // e.g. "hand-derived"; empty where there is none
+  std::string unit;           // "ns", "s"
+
+  double ratio() const { return baseline > 0 ? value / baseline : 0.0; }
+};
+
+/// What a benchmark found: its rows, or the reason why it could not run here.
+struct Findings {
+  std::vector<Row> rows;
+  std::string note;          // conditions of the measurement, one sentence
+  std::string cannot_run{};  // non-empty: why there are no rows, e.g. "no compiler named g++"
+};
+
+struct Benchmark {
+  std::string name;     // as typed after `qdot bench`
+  std::string summary;  // one line for the list
+  std::function<Findings()> run;
+};
+
+/// Time to evaluate the equations of motion against hand-derived code (src/bench/eom.cpp).
+Benchmark eom_benchmark();
+
+/// Time to compile a 40-line user program (src/bench/compile.cpp).
+Benchmark compile_benchmark();
+
+/// All benchmarks of this build, in the order in which `qdot bench` runs them.
+std::vector<Benchmark> all_benchmarks();
+
+}  // namespace qdot::bench
