@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: MIT
+#
+# cmake --install: headers, and a package file that find_package(qdot [COMPONENTS cvode]) reads.
+include(CMakePackageConfigHelpers)
+
+set(package_dir ${CMAKE_INSTALL_DATADIR}/cmake/qdot)
+
+# INCLUDES DESTINATION says again what the file set says, for users whose CMake (before 3.23) does not know file sets.
+if(CMAKE_VERSION VERSION_GREATER_EQUAL 3.23)
+  install(TARGETS qdot EXPORT qdot-targets FILE_SET HEADERS INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  install(TARGETS qdot_cvode EXPORT qdot-cvode-targets FILE_SET HEADERS INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+else()
+  install(TARGETS qdot EXPORT qdot-targets INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  install(TARGETS qdot_cvode EXPORT qdot-cvode-targets INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/qdot DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.hpp)
+endif()
+install(EXPORT qdot-targets NAMESPACE qdot:: DESTINATION ${package_dir})
+install(EXPORT qdot-cvode-targets NAMESPACE qdot:: DESTINATION ${package_dir})
+
+configure_package_config_file(cmake/qdot-config.cmake.in qdot-config.cmake INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(qdot-config-version.cmake COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
+install(FILES
+  ${PROJECT_BINARY_DIR}/qdot-config.cmake
+  ${PROJECT_BINARY_DIR}/qdot-config-version.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/qdot_sundials.cmake
+  DESTINATION ${package_dir})
