@@ -1,0 +1,307 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The algebraic functions of dual numbers: roots, powers, magnitudes, the larger and the smaller.
+//
+// Each is one line of the same chain rule,
+//
+//     f(a + bε) = f(a) + f′(a) b ε ,
+//
+// so the formula above each function is its f′. The functions are found by argument-dependent
+// lookup: a model that says `using std::sin;` and then `sin(x)` computes with plain numbers and
+// with duals alike.
+//
+// Where f′ is infinite (√0, ∛0) or undefined (|x| at 0, max at a tie) the value is still right,
+// and the derivative follows these rules: an infinite slope is infinite, unless the tangent it
+// multiplies is zero, which stays zero (a constant has no derivative); |x| and max take the slope
+// of the side that the comparison of values selects. Powers are exact where mechanics needs
+// them: pow(x, k) and pow(x, 2.0) are differentiable at x = 0, without a logarithm.
+
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <type_traits>
+
+#include "qdot/ad/dual.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+// f(x) + f′(x) x′.
+template <class S, int N, class Tag>
+constexpr Dual<S, N, Tag> chain(const S& f, const S& df, const Dual<S, N, Tag>& x) {
+  Dual<S, N, Tag> r;
+  r.value = f;
+  for (std::size_t i = 0; i < N; ++i) r.tangent[i] = df * x.tangent[i];
+  return r;
+}
+
+// The same for an f whose slope may be infinite where f = 0: there 0 · ∞ = 0 for a plain zero.
+template <class S, int N, class Tag>
+constexpr Dual<S, N, Tag> chain_at_edge(const S& f, const S& df, const Dual<S, N, Tag>& x) {
+  if (!(f == S(0))) return chain(f, df, x);
+  Dual<S, N, Tag> r;
+  r.value = f;
+  for (std::size_t i = 0; i < N; ++i) {
+    r.tangent[i] = x.tangent[i] == S(0) ? S(0) * x.tangent[i] : df * x.tangent[i];
+  }
+  return r;
+}
+
+// f(x, y): the two partial derivatives.
+template <class S, int N, class Tag>
+constexpr Dual<S, N, Tag> chain(const S& f, const S& fx, const Dual<S, N, Tag>& x, const S& fy,
+                                const Dual<S, N, Tag>& y) {
+  Dual<S, N, Tag> r;
+  r.value = f;
+  for (std::size_t i = 0; i < N; ++i) r.tangent[i] = fx * x.tangent[i] + fy * y.tangent[i];
+  return r;
+}
+
+template <class Number, class D>
+concept NumberBeside = !std::is_same_v<Number, D> && std::is_convertible_v<Number, D> &&
+                       (std::is_arithmetic_v<Number> || DualNumber<Number> ||
+                        std::is_same_v<Number, typename innermost<D>::type>);
+
+// xᵏ for an integer k by repeated squaring: no logarithm, right at 0 and for negative x.
+template <class S, std::integral Integer>
+constexpr S integer_power(S x, Integer k) {
+  using U = std::make_unsigned_t<Integer>;
+  U left = k < 0 ? static_cast<U>(U(0) - static_cast<U>(k)) : static_cast<U>(k);
+  S r(1);
+  for (; left != 0; left = static_cast<U>(left >> 1)) {
+    if (left & 1) r = r * x;
+    if (left > 1) x = x * x;
+  }
+  return k < 0 ? S(1) / r : r;
+}
+
+}  // namespace detail
+
+// ── roots and powers ───────────────────────────────────────────────────────────────────────────
+
+/// √x;  f′ = 1/(2√x).
+template <class S, int N, class Tag>
+constexpr Dual<S, N, Tag> sqrt(const Dual<S, N, Tag>& x) {
+  using std::sqrt;
+  const S f = sqrt(x.value);
+  return detail::chain_at_edge(f, S(0.5) / f, x);
+}
+
+/// ∛x;  f′ = 1/(3 ∛x²).
+template <class S, int N, class Tag>
+Dual<S, N, Tag> cbrt(const Dual<S, N, Tag>& x) {
+  using std::cbrt;
+  const S f = cbrt(x.value);
+  return detail::chain_at_edge(f, S(1) / (S(3) * f * f), x);
+}
+
+/// xᵏ for an integer k;  f′ = k xᵏ⁻¹, with x⁰ = 1 and 0 derivative everywhere.
+template <class S, int N, class Tag, std::integral Integer>
+constexpr Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, Integer k) {
+  if (k == 0) return detail::chain(S(1), S(0), x);
+  if (k == std::numeric_limits<Integer>::min()) return S(1) / (detail::integer_power(x, -(k + 1)) * x);
+  const S below = detail::integer_power(x.value, static_cast<Integer>(k - 1));
+  return detail::chain(S(below * x.value), S(S(static_cast<double>(k)) * below), x);
+}
+
+/// xʸ for a constant y;  f′ = y xʸ⁻¹. Exponents that are whole numbers go the exact way of pow(x, k).
+template <class S, int N, class Tag, class Number>
+  requires(!std::integral<Number> && detail::NumberBeside<Number, Dual<S, N, Tag>> &&
+           std::is_convertible_v<Number, S>)
+Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, const Number& y) {
+  using std::pow;
+  if constexpr (std::is_arithmetic_v<Number>) {
+    if (y == static_cast<Number>(static_cast<long>(y)) && y > Number(-1e6) && y < Number(1e6)) {
+      return pow(x, static_cast<long>(y));
+    }
+    return detail::chain_at_edge(S(pow(x.value, y)), S(y * pow(x.value, y - Number(1))), x);
+  } else {
+    const S e(y);
+    return pow(x, Dual<S, N, Tag>(e));
+  }
+}
+
+/// xʸ for both variable;  ∂/∂x = y xʸ⁻¹, ∂/∂y = xʸ ln x (taken as 0 where xʸ = 0 and y > 0).
+template <class S, int N, class Tag>
+Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
+  using std::log;
+  using std::pow;
+  const S f = pow(x.value, y.value);
+  const S fx = y.value == S(0) ? S(0) : S(y.value * pow(x.value, y.value - S(1)));
+  Dual<S, N, Tag> r = detail::chain_at_edge(f, fx, x);
+  bool exponent_varies = false;
+  for (const S& d : y.tangent) exponent_varies = exponent_varies || !(d == S(0));
+  if (exponent_varies) {
+    const S fy = x.value == S(0) && y.value > S(0) ? S(0) : S(f * log(x.value));
+    for (std::size_t i = 0; i < N; ++i) r.tangent[i] += fy * y.tangent[i];
+  }
+  return r;
+}
+
+/// aˣ for a constant base;  f′ = aˣ ln a.
+template <class Number, class S, int N, class Tag>
+  requires(detail::NumberBeside<Number, Dual<S, N, Tag>> && std::is_convertible_v<Number, S>)
+Dual<S, N, Tag> pow(const Number& base, const Dual<S, N, Tag>& x) {
+  return pow(Dual<S, N, Tag>(S(base)), x);
+}
+
+/// √(x² + y²) without overflow;  ∂/∂x = x/r, ∂/∂y = y/r.
+template <class S, int N, class Tag>
+Dual<S, N, Tag> hypot(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
+  using std::hypot;
+  const S r = hypot(x.value, y.value);
+  if (r == S(0)) return detail::chain(r, S(0), x);
+  return detail::chain(r, S(x.value / r), x, S(y.value / r), y);
+}
+
+/// √(x² + y² + z²) without overflow.
+template <class S, int N, class Tag>
+Dual<S, N, Tag> hypot(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y, const Dual<S, N, Tag>& z) {
+  return hypot(hypot(x, y), z);
+}
+
+// ── a x + y, magnitude, larger and smaller ─────────────────────────────────────────────────────
+
+/// x y + z with one rounding of the value.
+template <class S, int N, class Tag>
+Dual<S, N, Tag> fma(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y, const Dual<S, N, Tag>& z) {
+  using std::fma;
+  Dual<S, N, Tag> r = detail::chain(S(fma(x.value, y.value, z.value)), y.value, x, x.value, y);
+  for (std::size_t i = 0; i < N; ++i) r.tangent[i] += z.tangent[i];
+  return r;
+}
+
+/// |x|;  f′ = ±1 as the value's sign, +1 at 0.
+template <class S, int N, class Tag>
+constexpr Dual<S, N, Tag> abs(const Dual<S, N, Tag>& x) {
+  return x.value < S(0) ? -x : x;
+}
+
+/// |x|, the same as abs.
+template <class S, int N, class Tag>
+constexpr Dual<S, N, Tag> fabs(const Dual<S, N, Tag>& x) {
+  return abs(x);
+}
+
+/// |x| with the sign of y; piecewise linear in x, constant in y.
+template <class S, int N, class Tag>
+Dual<S, N, Tag> copysign(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
+  using std::signbit;
+  return signbit(innermost_value(x)) == signbit(innermost_value(y)) ? x : -x;
+}
+
+/// The larger of two by value; x where they are equal.
+template <class S, int N, class Tag>
+constexpr Dual<S, N, Tag> max(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
+  return x.value < y.value ? y : x;
+}
+
+/// The smaller of two by value; x where they are equal.
+template <class S, int N, class Tag>
+constexpr Dual<S, N, Tag> min(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
+  return y.value < x.value ? y : x;
+}
+
+/// The larger of two, ignoring NaN as <cmath> does.
+template <class S, int N, class Tag>
+constexpr Dual<S, N, Tag> fmax(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
+  return x.value != x.value ? y : y.value != y.value ? x : max(x, y);
+}
+
+/// The smaller of two, ignoring NaN as <cmath> does.
+template <class S, int N, class Tag>
+constexpr Dual<S, N, Tag> fmin(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
+  return x.value != x.value ? y : y.value != y.value ? x : min(x, y);
+}
+
+/// The largest whole number not above x: piecewise constant, derivative 0.
+template <class S, int N, class Tag>
+Dual<S, N, Tag> floor(const Dual<S, N, Tag>& x) {
+  using std::floor;
+  return Dual<S, N, Tag>(S(floor(x.value)));
+}
+
+/// The smallest whole number not below x: piecewise constant, derivative 0.
+template <class S, int N, class Tag>
+Dual<S, N, Tag> ceil(const Dual<S, N, Tag>& x) {
+  using std::ceil;
+  return Dual<S, N, Tag>(S(ceil(x.value)));
+}
+
+/// True when the value and every derivative are finite.
+template <class S, int N, class Tag>
+bool isfinite(const Dual<S, N, Tag>& x) {
+  using std::isfinite;
+  bool finite = isfinite(x.value);
+  for (const S& d : x.tangent) finite = finite && isfinite(d);
+  return finite;
+}
+
+/// True when the value is NaN.
+template <class S, int N, class Tag>
+bool isnan(const Dual<S, N, Tag>& x) {
+  using std::isnan;
+  return isnan(x.value);
+}
+
+/// True when the value is infinite.
+template <class S, int N, class Tag>
+bool isinf(const Dual<S, N, Tag>& x) {
+  using std::isinf;
+  return isinf(x.value);
+}
+
+// ── a plain number among the arguments is a constant ───────────────────────────────────────────
+
+template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
+constexpr Dual<S, N, Tag> hypot(const Dual<S, N, Tag>& x, const Number& y) {
+  return hypot(x, Dual<S, N, Tag>(y));
+}
+template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
+constexpr Dual<S, N, Tag> hypot(const Number& x, const Dual<S, N, Tag>& y) {
+  return hypot(Dual<S, N, Tag>(x), y);
+}
+template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
+constexpr Dual<S, N, Tag> max(const Dual<S, N, Tag>& x, const Number& y) {
+  return max(x, Dual<S, N, Tag>(y));
+}
+template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
+constexpr Dual<S, N, Tag> max(const Number& x, const Dual<S, N, Tag>& y) {
+  return max(Dual<S, N, Tag>(x), y);
+}
+template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
+constexpr Dual<S, N, Tag> min(const Dual<S, N, Tag>& x, const Number& y) {
+  return min(x, Dual<S, N, Tag>(y));
+}
+template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
+constexpr Dual<S, N, Tag> min(const Number& x, const Dual<S, N, Tag>& y) {
+  return min(Dual<S, N, Tag>(x), y);
+}
+template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
+constexpr Dual<S, N, Tag> fmax(const Dual<S, N, Tag>& x, const Number& y) {
+  return fmax(x, Dual<S, N, Tag>(y));
+}
+template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
+constexpr Dual<S, N, Tag> fmax(const Number& x, const Dual<S, N, Tag>& y) {
+  return fmax(Dual<S, N, Tag>(x), y);
+}
+template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
+constexpr Dual<S, N, Tag> fmin(const Dual<S, N, Tag>& x, const Number& y) {
+  return fmin(x, Dual<S, N, Tag>(y));
+}
+template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
+constexpr Dual<S, N, Tag> fmin(const Number& x, const Dual<S, N, Tag>& y) {
+  return fmin(Dual<S, N, Tag>(x), y);
+}
+template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
+constexpr Dual<S, N, Tag> copysign(const Dual<S, N, Tag>& x, const Number& y) {
+  return copysign(x, Dual<S, N, Tag>(y));
+}
+template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
+constexpr Dual<S, N, Tag> copysign(const Number& x, const Dual<S, N, Tag>& y) {
+  return copysign(Dual<S, N, Tag>(x), y);
+}
+
+}  // namespace qdot

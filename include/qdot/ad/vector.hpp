@@ -1,0 +1,22 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Vectors and matrices of any scalar: thin names for Eigen's, sized at compile time where the
+// number of coordinates is known, at run time (Dynamic) where it is not.
+
+#include <Eigen/Core>
+
+namespace qdot {
+
+/// The number of coordinates is known only at run time.
+inline constexpr int Dynamic = Eigen::Dynamic;
+
+/// Column of n scalars; n may be Dynamic.
+template <class S, int n>
+using Vector = Eigen::Matrix<S, n, 1>;
+
+/// Matrix of rows × columns scalars, square unless told otherwise; either may be Dynamic.
+template <class S, int rows, int columns = rows>
+using Matrix = Eigen::Matrix<S, rows, columns>;
+
+}  // namespace qdot

@@ -1,0 +1,108 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Errors: what a mechanical model can get wrong, each with a type of its own.
+//
+// Every message says three things in this order: the rule that was broken, the values that
+// broke it, and what to do about it. A caller who only prints `what()` can act on it; a caller
+// who wants to react catches the type and reads its members.
+//
+// Two kinds of trouble are kept apart. An *error* is an exception from this file: the model or
+// a call is wrong, and there is nothing to return. An *outcome* (integrate/outcome.hpp) is how
+// a run ended: the trajectory up to the last good step comes back with it.
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace qdot {
+
+/// Base of every exception that the library itself throws.
+class Error : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A vector or matrix has a size that disagrees with the number of coordinates.
+class DimensionError : public Error {
+ public:
+  /// @param subject   what has the wrong size, e.g. "qdot"
+  /// @param expected  the size that the rule asks for
+  /// @param actual    the size that was given
+  /// @param remedy    what to change
+  DimensionError(const std::string& subject, long expected, long actual, const std::string& remedy)
+      : Error(subject + " must have " + std::to_string(expected) + (expected == 1 ? " entry" : " entries") +
+              ", but has " + std::to_string(actual) + "; " + remedy),
+        expected_(expected),
+        actual_(actual) {}
+
+  long expected() const noexcept { return expected_; }
+  long actual() const noexcept { return actual_; }
+
+ private:
+  long expected_;
+  long actual_;
+};
+
+/// A number or an option is outside its range: NaN in a state, a negative tolerance, a mass of zero.
+class InvalidValue : public Error {
+ public:
+  using Error::Error;
+};
+
+/// An evaluation of the model gave infinity or NaN.
+class NonFinite : public Error {
+ public:
+  /// @param component  the name of the first offending quantity, e.g. "the acceleration of phi"
+  /// @param t          the time at which it appeared
+  NonFinite(std::string component, double t, const std::string& message)
+      : Error(message), component_(std::move(component)), t_(t) {}
+
+  const std::string& component() const noexcept { return component_; }
+  double t() const noexcept { return t_; }
+
+ private:
+  std::string component_;
+  double t_;
+};
+
+/// M(q, q̇) has no usable inverse: some direction of motion has no inertia, or a negative one.
+class MassMatrixError : public Error {
+ public:
+  /// @param direction  coordinate weights of the offending direction, length n, largest weight 1
+  /// @param inertia    directionᵀ M direction / |direction|² with every coordinate scaled to unit inertia
+  MassMatrixError(const std::string& message, double t, std::vector<double> direction, double inertia)
+      : Error(message), t_(t), direction_(std::move(direction)), inertia_(inertia) {}
+
+  double t() const noexcept { return t_; }
+  const std::vector<double>& direction() const noexcept { return direction_; }
+  double inertia() const noexcept { return inertia_; }
+
+ private:
+  double t_;
+  std::vector<double> direction_;
+  double inertia_;
+};
+
+/// M is singular to working precision: a direction of motion without inertia.
+class SingularMassMatrix : public MassMatrixError {
+ public:
+  using MassMatrixError::MassMatrixError;
+};
+
+/// M is regular but not positive definite: T is no kinetic energy.
+class IndefiniteMassMatrix : public MassMatrixError {
+ public:
+  using MassMatrixError::MassMatrixError;
+};
+
+/// Thrown by a user's functor (or by an effect) to ask the stepper for a smaller step.
+///
+/// Any other exception ends the run and reaches the caller of the run unchanged.
+class RecoverableError : public Error {
+ public:
+  using Error::Error;
+};
+
+}  // namespace qdot
