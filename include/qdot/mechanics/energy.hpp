@@ -1,0 +1,116 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Energies and momenta of a state.
+//
+//     L = T − V                     the Lagrangian
+//     E = T + V                     the energy
+//     p = ∂L/∂q̇                     conjugate momenta; p_i is conserved where q_i does not occur in L
+//     h = q̇·p − L                   Jacobi's energy function; conserved where t does not occur in L
+//
+// h equals E when T is quadratic in q̇ (Euler's theorem gives q̇·p = 2T). When T has terms of degree
+// 1 or 0, as in a rotating frame, it is h that stays constant and not E.
+//
+// Every function takes the system and a state, as (q, qdot, t) or as one State; t may be left out
+// where nothing depends on it. q and qdot may hold duals: the results then are duals.
+
+#include "qdot/mechanics/lagrange_terms.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+template <class Derived, int n>
+using StateVector = Vector<typename Derived::Scalar, n>;
+
+}  // namespace detail
+
+/// Kinetic energy T at a state; one evaluation of T.
+///
+/// @param system  from mechanical_system()
+/// @param q       coordinates, n
+/// @param qdot    velocities, n
+/// @throws        DimensionError when n is known at run time and a size disagrees
+template <class E, int n, Inertia I, class Q, class Qdot>
+auto kinetic_energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+                    typename Q::Scalar t = typename Q::Scalar(0)) {
+  using S = typename Q::Scalar;
+  detail::require_sizes(system, q, qdot);
+  return detail::kinetic<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
+}
+
+/// Potential energy V at a configuration; one evaluation of V.
+template <class E, int n, Inertia I, class Q>
+auto potential_energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q,
+                      typename Q::Scalar t = typename Q::Scalar(0)) {
+  using S = typename Q::Scalar;
+  detail::require_sizes(system, q, q);
+  return detail::potential<n>(system.energies(), Vector<S, n>(q), t);
+}
+
+/// L = T − V at a state.
+template <class E, int n, Inertia I, class Q, class Qdot>
+auto lagrangian(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+                typename Q::Scalar t = typename Q::Scalar(0)) {
+  using S = typename Q::Scalar;
+  return S(kinetic_energy(system, q, qdot, t) - potential_energy(system, q, t));
+}
+
+/// E = T + V at a state.
+template <class E, int n, Inertia I, class Q, class Qdot>
+auto energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+            typename Q::Scalar t = typename Q::Scalar(0)) {
+  using S = typename Q::Scalar;
+  return S(kinetic_energy(system, q, qdot, t) + potential_energy(system, q, t));
+}
+
+/// ∂L/∂q at a state, n entries.
+template <class E, int n, Inertia I, class Q, class Qdot>
+auto lagrangian_gradient(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q,
+                         const Eigen::MatrixBase<Qdot>& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
+  using S = typename Q::Scalar;
+  detail::require_sizes(system, q, qdot);
+  return detail::lagrangian_gradient<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
+}
+
+/// p = ∂L/∂q̇ at a state, n entries.
+template <class E, int n, Inertia I, class Q, class Qdot>
+auto conjugate_momenta(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q,
+                       const Eigen::MatrixBase<Qdot>& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
+  using S = typename Q::Scalar;
+  detail::require_sizes(system, q, qdot);
+  const Vector<S, n> at = q;
+  return gradient([&](const auto& v) {
+    using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
+    return detail::kinetic<n>(system.energies(), Vector<D, n>(at.template cast<D>()), v, D(t));
+  }, Vector<S, n>(qdot));
+}
+
+/// h = q̇·p − L, Jacobi's energy function: constant on a motion of an autonomous system.
+template <class E, int n, Inertia I, class Q, class Qdot>
+auto jacobi_energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+                   typename Q::Scalar t = typename Q::Scalar(0)) {
+  using S = typename Q::Scalar;
+  return S(qdot.dot(conjugate_momenta(system, q, qdot, t)) - lagrangian(system, q, qdot, t));
+}
+
+/// E = T + V at a state.
+template <class E, int n, Inertia I>
+double energy(const System<E, n, I>& system, const State<n>& state) {
+  return energy(system, state.q, state.qdot, state.t);
+}
+
+/// h = q̇·p − L at a state.
+template <class E, int n, Inertia I>
+double jacobi_energy(const System<E, n, I>& system, const State<n>& state) {
+  return jacobi_energy(system, state.q, state.qdot, state.t);
+}
+
+/// p = ∂L/∂q̇ at a state, n entries.
+template <class E, int n, Inertia I>
+Vector<double, n> conjugate_momenta(const System<E, n, I>& system, const State<n>& state) {
+  return conjugate_momenta(system, state.q, state.qdot, state.t);
+}
+
+}  // namespace qdot

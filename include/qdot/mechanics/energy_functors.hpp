@@ -1,0 +1,163 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What a user writes: the two energies. And how the library reads physics off their signatures.
+//
+//     T(qdot)             constant inertia          M is constant, no velocity terms
+//     T(q, qdot)          scleronomic               M(q), centrifugal and Coriolis terms
+//     T(q, qdot, t)       rheonomic                 adds ∂²T/∂q̇∂t
+//     V(q)   V(q, t)      potential energy
+//
+// What a signature does not mention is never computed. The functors are generic: they are called
+// with vectors of plain numbers for energies and with vectors of duals for derivatives, and return
+// the scalar that they were given. `const auto&` parameters, or `template <class S>`, do that.
+//
+// A functor that breaks the rule is told so in English by the checks at the end of this file.
+
+#include <concepts>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/ad/dual_eigen.hpp"
+#include "qdot/ad/vector.hpp"
+
+namespace qdot {
+
+/// The arguments of a kinetic energy.
+enum class KineticSignature { velocity, state, state_and_time };
+
+/// The arguments of a potential energy.
+enum class PotentialSignature { position, position_and_time };
+
+/// The potential energy of a system that has none.
+struct NoPotential {
+  template <class Position>
+  auto operator()(const Position&) const {
+    return typename Position::Scalar(0);
+  }
+};
+
+/// Two functors side by side, called as energies.T(…) and energies.V(…).
+template <class Kinetic, class Potential>
+struct KineticAndPotential {
+  Kinetic T;
+  Potential V;
+};
+
+namespace detail {
+
+template <class E, class S, int n>
+concept CallsTOfVelocity = requires(const E& e, const Vector<S, n>& v) { e.T(v); };
+template <class E, class S, int n>
+concept CallsTOfState = requires(const E& e, const Vector<S, n>& v) { e.T(v, v); };
+template <class E, class S, int n>
+concept CallsTOfStateAndTime = requires(const E& e, const Vector<S, n>& v, const S& t) { e.T(v, v, t); };
+template <class E, class S, int n>
+concept CallsVOfPosition = requires(const E& e, const Vector<S, n>& q) { e.V(q); };
+template <class E, class S, int n>
+concept CallsVOfPositionAndTime = requires(const E& e, const Vector<S, n>& q, const S& t) { e.V(q, t); };
+
+template <class E, class S, int n>
+concept CallsT = CallsTOfVelocity<E, S, n> || CallsTOfState<E, S, n> || CallsTOfStateAndTime<E, S, n>;
+template <class E, class S, int n>
+concept CallsV = CallsVOfPosition<E, S, n> || CallsVOfPositionAndTime<E, S, n>;
+
+// One object with members T and V, as opposed to a functor that is itself T.
+template <class E, int n>
+concept EnergiesObject = CallsT<E, double, n> && CallsV<E, double, n>;
+
+template <class E, int n>
+consteval KineticSignature kinetic_signature() {
+  if constexpr (CallsTOfState<E, double, n>) {
+    return KineticSignature::state;
+  } else if constexpr (CallsTOfStateAndTime<E, double, n>) {
+    return KineticSignature::state_and_time;
+  } else {
+    return KineticSignature::velocity;
+  }
+}
+
+template <class E, int n>
+consteval PotentialSignature potential_signature() {
+  return CallsVOfPosition<E, double, n> ? PotentialSignature::position : PotentialSignature::position_and_time;
+}
+
+// T with whatever arguments it takes.
+template <int n, class E, class S>
+S kinetic(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+  if constexpr (kinetic_signature<E, n>() == KineticSignature::velocity) {
+    return e.T(qdot);
+  } else if constexpr (kinetic_signature<E, n>() == KineticSignature::state) {
+    return e.T(q, qdot);
+  } else {
+    return e.T(q, qdot, t);
+  }
+}
+
+// V with whatever arguments it takes.
+template <int n, class E, class S>
+S potential(const E& e, const Vector<S, n>& q, const S& t) {
+  if constexpr (potential_signature<E, n>() == PotentialSignature::position) {
+    return e.V(q);
+  } else {
+    return e.V(q, t);
+  }
+}
+
+template <class E, class S, int n>
+consteval bool kinetic_returns_scalar() {
+  if constexpr (CallsTOfState<E, S, n>) {
+    return std::same_as<decltype(std::declval<const E&>().T(std::declval<const Vector<S, n>&>(),
+                                                            std::declval<const Vector<S, n>&>())), S>;
+  } else if constexpr (CallsTOfStateAndTime<E, S, n>) {
+    return std::same_as<decltype(std::declval<const E&>().T(std::declval<const Vector<S, n>&>(),
+                                                            std::declval<const Vector<S, n>&>(),
+                                                            std::declval<const S&>())), S>;
+  } else {
+    return std::same_as<decltype(std::declval<const E&>().T(std::declval<const Vector<S, n>&>())), S>;
+  }
+}
+
+template <class E, class S, int n>
+consteval bool potential_returns_scalar() {
+  if constexpr (CallsVOfPosition<E, S, n>) {
+    return std::same_as<decltype(std::declval<const E&>().V(std::declval<const Vector<S, n>&>())), S>;
+  } else {
+    return std::same_as<decltype(std::declval<const E&>().V(std::declval<const Vector<S, n>&>(),
+                                                            std::declval<const S&>())), S>;
+  }
+}
+
+// The English of a functor's mistakes. Each message is reported once and stops the ones that follow from it.
+template <class E, int n>
+consteval bool require_energies() {
+  using D = Dual<double, 1>;
+  static_assert(CallsT<E, double, n>,
+                "qdot: the kinetic energy must be callable as T(qdot), T(q, qdot) or T(q, qdot, t), where q and "
+                "qdot are vectors with as many entries as the system has coordinates");
+  static_assert(CallsV<E, double, n>,
+                "qdot: the potential energy must be callable as V(q) or V(q, t); a potential that depends on "
+                "velocities belongs into T");
+  if constexpr (CallsT<E, double, n> && CallsV<E, double, n>) {
+    static_assert(CallsT<E, D, n>,
+                  "qdot: the kinetic energy T works only for double; derivatives need it for every scalar: take "
+                  "`const auto& q, const auto& qdot`, or make it a template <class S>");
+    static_assert(CallsV<E, D, n>,
+                  "qdot: the potential energy V works only for double; derivatives need it for every scalar: take "
+                  "`const auto& q`, or make it a template <class S>");
+    if constexpr (CallsT<E, D, n> && CallsV<E, D, n>) {
+      static_assert(kinetic_returns_scalar<E, D, n>(),
+                    "qdot: the kinetic energy T must return the scalar type of its arguments: not a double (take "
+                    "`const auto& q` and compute with its entries; a constant is `S(0)`) and not an Eigen "
+                    "expression (take `(…).value()` or `.dot()`)");
+      static_assert(potential_returns_scalar<E, D, n>(),
+                    "qdot: the potential energy V must return the scalar type of its argument: not a double (take "
+                    "`const auto& q` and compute with its entries; for no potential at all, leave V out) and not "
+                    "an Eigen expression (take `(…).value()` or `.dot()`)");
+    }
+  }
+  return true;
+}
+
+}  // namespace detail
+}  // namespace qdot

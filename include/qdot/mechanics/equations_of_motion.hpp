@@ -1,0 +1,146 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Lagrange's equations, solved for the accelerations:
+//
+//     M q̈ = rhs ,      rhs = ∂L/∂q − (∂²L/∂q̇∂q) q̇ − ∂²L/∂q̇∂t .
+//
+// acceleration() is what a stepper asks for; acceleration_jacobian() is what an implicit stepper asks
+// for besides. The latter does not differentiate the solution of the linear system. With the residual
+// r(q, q̇, q̈) = M q̈ − rhs, which is zero on a motion, the implicit function theorem gives
+//
+//     ∂q̈/∂(q, q̇) = −M⁻¹ ∂r/∂(q, q̇)  at fixed q̈ ,
+//
+// and r at fixed q̈ needs first derivatives along the motion only (lagrange_terms.hpp).
+
+#include <cmath>
+#include <sstream>
+
+#include "qdot/mechanics/mass_matrix.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+// NaN and infinity are not accelerations: name what they came from.
+template <class Sys, class S, int n>
+void require_finite_acceleration(const Sys& system, const Vector<S, n>& qddot, const Vector<S, n>& q,
+                                 const Vector<S, n>& qdot, const S& t) {
+  using std::isfinite;
+  bool finite = true;
+  for (Eigen::Index i = 0; i < qddot.size(); ++i) finite = finite && isfinite(innermost_value(qddot[i]));
+  if (finite) return;
+  const double at = static_cast<double>(innermost_value(t));
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const auto name = [&] {
+      if (!isfinite(innermost_value(q[i]))) return system.coordinate_name(i);
+      if (!isfinite(innermost_value(qdot[i]))) return system.velocity_name(i);
+      if (!isfinite(innermost_value(qddot[i]))) return "the acceleration of " + system.coordinate_name(i);
+      return std::string();
+    }();
+    if (name.empty()) continue;
+    std::ostringstream out;
+    out << "the equations of motion must be finite, but " << name << " is not at t = " << at
+        << "; check T and V there for a division by zero, a root or logarithm outside its domain, or overflow";
+    throw NonFinite(name, at, out.str());
+  }
+}
+
+}  // namespace detail
+
+/// Right-hand side of M q̈ = rhs at a state: forces of V, centrifugal and Coriolis terms, explicit time.
+///
+/// @param q, qdot  state, n each
+/// @return         generalized forces, n   [energy per unit of q]
+template <class E, int n, Inertia I, class Q, class Qdot>
+auto rhs(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+         typename Q::Scalar t = typename Q::Scalar(0)) {
+  using S = typename Q::Scalar;
+  detail::require_sizes(system, q, qdot);
+  return detail::lagrange_rhs<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
+}
+
+/// Accelerations q̈ from Lagrange's equations at a state.
+///
+/// Exact to rounding times the condition of M. No allocation for fixed n.
+///
+/// @param q, qdot  state, n each; may hold duals
+/// @return         q̈, n   [units of q per unit time squared]
+/// @throws         SingularMassMatrix, IndefiniteMassMatrix  with the direction in the coordinates' names
+/// @throws         NonFinite       when an energy's derivative is not finite there
+/// @throws         DimensionError  when n is known at run time and a size disagrees
+template <class E, int n, Inertia I, class Q, class Qdot>
+auto acceleration(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+                  typename Q::Scalar t = typename Q::Scalar(0)) {
+  using S = typename Q::Scalar;
+  detail::require_sizes(system, q, qdot);
+  const Vector<S, n> at = q;
+  const Vector<S, n> velocity = qdot;
+  const Matrix<S, n> M = detail::kinetic_hessian<n>(system.energies(), at, velocity, t);
+  const Vector<S, n> force = detail::lagrange_rhs<n>(system.energies(), at, velocity, t);
+  const Vector<S, n> qddot = detail::solved_with_mass_matrix(system, M, force, t);
+  detail::require_finite_acceleration(system, qddot, at, velocity, t);
+  return qddot;
+}
+
+/// d/dt(∂L/∂q̇) − ∂L/∂q at given accelerations: the applied generalized force that this motion needs.
+///
+/// Zero on a free motion (inverse dynamics). First derivatives only: no mass matrix is formed.
+template <class E, int n, Inertia I, class Q, class Qdot, class Qddot>
+auto motion_residual(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+                     const Eigen::MatrixBase<Qddot>& qddot, typename Q::Scalar t = typename Q::Scalar(0)) {
+  using S = typename Q::Scalar;
+  detail::require_sizes(system, q, qdot);
+  detail::require_sizes(system, qddot, qdot);
+  return detail::lagrange_residual<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), Vector<S, n>(qddot), t);
+}
+
+/// q̈ and its derivatives with respect to q (n×n) and q̇ (n×n).
+template <int n>
+struct AccelerationJacobian {
+  Vector<double, n> qddot;
+  Matrix<double, n> d_q;
+  Matrix<double, n> d_qdot;
+};
+
+/// q̈ and ∂q̈/∂q, ∂q̈/∂q̇ at a state, exact, by −M⁻¹ ∂(M q̈ − rhs) at fixed q̈.
+///
+/// @throws as acceleration()
+template <class E, int n, Inertia I>
+AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, const Vector<double, n>& q,
+                                              const Vector<double, n>& qdot, double t = 0.0) {
+  detail::require_sizes(system, q, qdot);
+  const Eigen::Index size = system.dof();
+  AccelerationJacobian<n> result;
+  const Matrix<double, n> M = detail::kinetic_hessian<n>(system.energies(), q, qdot, t);
+  result.qddot = detail::solved_with_mass_matrix(
+      system, M, Vector<double, n>(detail::lagrange_rhs<n>(system.energies(), q, qdot, t)), t);
+  detail::require_finite_acceleration(system, result.qddot, q, qdot, t);
+
+  using D = Dual<double, detail::directions_for<n>>;
+  const Vector<D, n> a = result.qddot.template cast<D>();
+  const auto columns = [&](auto& out, bool of_q) {
+    out.resize(size, size);
+    for (Eigen::Index first = 0; first < size; first += D::directions) {
+      const Vector<D, n> x = of_q ? detail::seeded<D>(q, first) : Vector<D, n>(q.template cast<D>());
+      const Vector<D, n> v = of_q ? Vector<D, n>(qdot.template cast<D>()) : detail::seeded<D>(qdot, first);
+      const Vector<D, n> r = detail::lagrange_residual<n>(system.energies(), x, v, a, D(t));
+      const Eigen::Index end = std::min<Eigen::Index>(size, first + D::directions);
+      for (Eigen::Index j = first; j < end; ++j)
+        for (Eigen::Index i = 0; i < size; ++i) out(i, j) = -r[i].tangent[static_cast<std::size_t>(j - first)];
+    }
+  };
+  columns(result.d_q, true);
+  columns(result.d_qdot, false);
+  result.d_q = detail::solved_with_mass_matrix(system, M, result.d_q, t);
+  result.d_qdot = detail::solved_with_mass_matrix(system, M, result.d_qdot, t);
+  return result;
+}
+
+/// q̈ at a State.
+template <class E, int n, Inertia I>
+Vector<double, n> acceleration(const System<E, n, I>& system, const State<n>& state) {
+  return acceleration(system, state.q, state.qdot, state.t);
+}
+
+}  // namespace qdot

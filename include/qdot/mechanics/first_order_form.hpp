@@ -1,0 +1,107 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Second-order equations as a first-order system, which is all that a stepper sees:
+//
+//     y = [q; q̇],      ẏ = [q̇; q̈(q, q̇, t)],      ∂ẏ/∂y = [ 0        1       ]
+//                                                            [ ∂q̈/∂q   ∂q̈/∂q̇ ]
+//
+// A stepper asks for the derivative, perhaps for the Jacobian, and for the name of a component when
+// something goes wrong with it. The concept FirstOrderSystem says just that; anything that models it
+// can be stepped, with or without a Lagrangian behind it.
+
+#include <concepts>
+#include <string>
+
+#include "qdot/mechanics/equations_of_motion.hpp"
+
+namespace qdot {
+
+/// What a stepper needs to know of ẏ = f(t, y).
+template <class F>
+concept FirstOrderSystem = requires(const F& f, double t, const Eigen::Ref<const Eigen::VectorXd>& y,
+                                    Eigen::Ref<Eigen::VectorXd> ydot, Eigen::Ref<Eigen::MatrixXd> J, Eigen::Index i) {
+  { F::size_at_compile_time } -> std::convertible_to<int>;           // number of components, or Dynamic
+  { f.size() } -> std::convertible_to<Eigen::Index>;                 // the same, always known
+  { f.derivative(t, y, ydot) };                                      // ydot ← f(t, y); may throw
+  { f.jacobian(t, y, J) };                                           // J ← ∂f/∂y, exact; may throw
+  { f.component_name(i) } -> std::convertible_to<std::string>;       // for messages
+};
+
+/// A mechanical system in first-order form, y = [q; q̇]. Models FirstOrderSystem.
+///
+/// Holds a copy of the system. Evaluations allocate nothing for fixed n.
+template <class Sys>
+class FirstOrderForm {
+  static constexpr int n = Sys::dof_at_compile_time;
+
+ public:
+  static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;
+
+  explicit FirstOrderForm(Sys system) : system_(std::move(system)) {}
+
+  const Sys& system() const noexcept { return system_; }
+
+  /// Number of components, 2n.
+  Eigen::Index size() const noexcept { return 2 * system_.dof(); }
+
+  /// ydot ← [q̇; q̈].
+  ///
+  /// @throws as acceleration()
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
+    const Eigen::Index dof = system_.dof();
+    const Vector<double, n> q = y.head(dof);
+    const Vector<double, n> qdot = y.tail(dof);
+    ydot.head(dof) = qdot;
+    ydot.tail(dof) = acceleration(system_, q, qdot, t);
+  }
+
+  /// J ← ∂ẏ/∂y, 2n×2n, exact.
+  ///
+  /// @throws as acceleration()
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const {
+    const Eigen::Index dof = system_.dof();
+    const Vector<double, n> q = y.head(dof);
+    const Vector<double, n> qdot = y.tail(dof);
+    const AccelerationJacobian<n> a = acceleration_jacobian(system_, q, qdot, t);
+    J.topLeftCorner(dof, dof).setZero();
+    J.topRightCorner(dof, dof).setIdentity();
+    J.bottomLeftCorner(dof, dof) = a.d_q;
+    J.bottomRightCorner(dof, dof) = a.d_qdot;
+  }
+
+  /// "phi" for a coordinate, "phidot" for a velocity.
+  std::string component_name(Eigen::Index i) const {
+    return i < system_.dof() ? system_.coordinate_name(i) : system_.velocity_name(i - system_.dof());
+  }
+
+  /// y = [q; q̇] of a state.
+  Vector<double, size_at_compile_time> packed(const State<n>& state) const {
+    detail::require_sizes(system_, state.q, state.qdot);
+    Vector<double, size_at_compile_time> y(size());
+    y << state.q, state.qdot;
+    return y;
+  }
+
+  /// The state of y = [q; q̇] at time t.
+  State<n> state(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const {
+    return State<n>{t, y.head(system_.dof()), y.tail(system_.dof())};
+  }
+
+ private:
+  Sys system_;
+};
+
+/// The first-order form of a mechanical system.
+template <class E, int n, Inertia I>
+FirstOrderForm<System<E, n, I>> first_order_form(const System<E, n, I>& system) {
+  return FirstOrderForm<System<E, n, I>>(system);
+}
+
+/// A system that is of first order already is its own first-order form.
+template <FirstOrderSystem F>
+const F& first_order_form(const F& f) {
+  return f;
+}
+
+}  // namespace qdot

@@ -1,0 +1,305 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Inertia: how a mass distribution resists turning
+// ================================================
+//
+// Let the points P of a rigid body have masses m and let A be a point of the body.
+// If the body turns about A with angular velocity ω, P moves with ω × AP, and
+//
+//     Σ ½ m |ω × AP|² = ½ ω · I_A ω,      I_A = Σ m [AP×]ᵀ[AP×] = Σ m (|AP|² E − AP APᵀ)
+//
+// with [a×] b = a × b. I_A is the inertia tensor about A. On its diagonal stand the moments of
+// inertia Σ m (squared distance from the axis); off the diagonal the products with a MINUS sign,
+// I_xy = −Σ m x y (some books print the products without it).
+//
+// Changing the point (Huygens and Steiner, "parallel axes"). With G the centre of mass, total mass M:
+//
+//     I_A = I_G + M (|AG|² E − AG AGᵀ)
+//
+// The rule starts or ends at G, never goes from A to B directly: G is the point about which inertia
+// is least in every direction. Hence two functions, one for each way.
+//
+// Changing the axes: if R turns components in the old axes into components in the new ones, the
+// tensor in the new axes is R I Rᵀ.
+//
+// Which tensors are possible? I_xx + I_yy − I_zz = 2 Σ m z² ≥ 0 in every frame, thus the principal
+// moments are not negative and each is at most the sum of the other two. A symmetric positive
+// definite matrix that breaks this rule, say diag(1, 1, 3), belongs to no body made of positive
+// masses: `valid_inertia` refuses it.
+//
+// The table below is about the centre of mass unless the name says otherwise. The axis of
+// every body of revolution is z; rods lie along x, so that I_zz is the moment of planar problems.
+//
+//     thin_rod             M, L          (0, ML²/12, ML²/12)
+//     ring                 M, R          (MR²/2, MR²/2, MR²)                    also: hoop
+//     disk                 M, R          (MR²/4, MR²/4, MR²/2)
+//     cylinder             M, R, h       (M(3R² + h²)/12, same, MR²/2)
+//     hollow_cylinder      M, a, R, h    (M(3(a² + R²) + h²)/12, same, M(a² + R²)/2)     a inner, R outer
+//     cone                 M, R, h       (3M(4R² + h²)/80, same, 3MR²/10)       G is ¾h from the apex
+//     sphere               M, R          ⅖MR²
+//     spherical_shell      M, R          ⅔MR²
+//     hollow_sphere        M, a, R       ⅖M(R⁵ − a⁵)/(R³ − a³)
+//     hemisphere           M, R          (83MR²/320, same, ⅖MR²)                G is ⅜R from the flat face
+//     torus                M, R, a       (M(4R² + 5a²)/8, same, M(4R² + 3a²)/4)  a radius of the tube
+//     box                  M, a, b, c    M/12 (b² + c², c² + a², a² + b²)       full edge lengths
+//     ellipsoid            M, a, b, c    M/5 (b² + c², c² + a², a² + b²)        semi-axes
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+
+#include <cmath>
+#include <span>
+#include <sstream>
+#include <string>
+#include <string_view>
+
+#include "qdot/error.hpp"
+
+namespace qdot {
+
+/// A point with a mass: the atom of mechanics.
+struct PointMass {
+  double mass;
+  Eigen::Vector3d position;
+};
+
+/// Σ m.
+inline double total_mass(std::span<const PointMass> points) {
+  double sum = 0.0;
+  for (const PointMass& point : points) sum += point.mass;
+  return sum;
+}
+
+/// The centre of mass Σ m r / Σ m.
+///
+/// @throws InvalidValue when the total mass is not positive, for then there is no such point
+inline Eigen::Vector3d centre_of_mass(std::span<const PointMass> points) {
+  const double M = total_mass(points);
+  if (!(M > 0.0)) {
+    throw InvalidValue("centre_of_mass: the total mass must be positive, but it is " + std::to_string(M) +
+                       " over " + std::to_string(points.size()) + " points; add points with mass");
+  }
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const PointMass& point : points) sum += point.mass * point.position;
+  return sum / M;
+}
+
+/// The tensor |a|² E − a aᵀ = [a×]ᵀ[a×]: inertia about the origin of a unit mass at a.
+inline Eigen::Matrix3d unit_point_inertia(const Eigen::Vector3d& a) {
+  return a.squaredNorm() * Eigen::Matrix3d::Identity() - a * a.transpose();
+}
+
+/// Inertia tensor I_A of a point cloud about the point A.
+inline Eigen::Matrix3d inertia_of_points(std::span<const PointMass> points, const Eigen::Vector3d& A) {
+  Eigen::Matrix3d I = Eigen::Matrix3d::Zero();
+  for (const PointMass& point : points) I += point.mass * unit_point_inertia(point.position - A);
+  return I;
+}
+
+/// Parallel axes, away from the centre of mass: I_A = I_G + M (|AG|² E − AG AGᵀ).
+///
+/// Only the square of AG enters, so GA does as well as AG.
+inline Eigen::Matrix3d inertia_away_from_centre(const Eigen::Matrix3d& I_G, double M, const Eigen::Vector3d& AG) {
+  return I_G + M * unit_point_inertia(AG);
+}
+
+/// Parallel axes, back to the centre of mass: I_G = I_A − M (|AG|² E − AG AGᵀ).
+inline Eigen::Matrix3d inertia_at_centre(const Eigen::Matrix3d& I_A, double M, const Eigen::Vector3d& AG) {
+  return I_A - M * unit_point_inertia(AG);
+}
+
+/// The same tensor in turned axes, R I Rᵀ, where R takes old components to new ones; symmetric to the bit.
+///
+/// R may hold any scalar (dual numbers inside T, for instance); I may be of numbers.
+template <class Rotation, class Tensor>
+Eigen::Matrix<typename Rotation::Scalar, 3, 3> turned_inertia(const Eigen::MatrixBase<Rotation>& R,
+                                                              const Eigen::MatrixBase<Tensor>& I) {
+  using S = typename Rotation::Scalar;
+  Eigen::Matrix<S, 3, 3> RI;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) RI(i, j) = R(i, 0) * I(0, j) + R(i, 1) * I(1, j) + R(i, 2) * I(2, j);
+  }
+  Eigen::Matrix<S, 3, 3> turned;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      turned(i, j) = RI(i, 0) * R(j, 0) + RI(i, 1) * R(j, 1) + RI(i, 2) * R(j, 2);
+      turned(j, i) = turned(i, j);
+    }
+  }
+  return turned;
+}
+
+/// Principal moments I₁ ≤ I₂ ≤ I₃ and a right-handed set of principal axes (columns): I = axes·diag(moments)·axesᵀ.
+struct PrincipalInertia {
+  Eigen::Vector3d moments;
+  Eigen::Matrix3d axes;
+};
+
+/// The tensor unchanged, if a body of positive masses can have it.
+///
+/// Asks for finite entries, symmetry, moments that are not negative, and I₃ ≤ I₁ + I₂; each up to
+/// 1e-9 of the largest entry, so that measured and rounded values pass.
+///
+/// @throws InvalidValue with the rule that is broken and the values that break it
+inline Eigen::Matrix3d valid_inertia(const Eigen::Matrix3d& I) {
+  constexpr double slack = 1e-9;
+  const auto refuse = [&](std::string_view rule, std::string_view remedy) {
+    std::ostringstream text;
+    text.precision(17);
+    text << "inertia tensor: " << rule << ", but I = [" << I.format(Eigen::IOFormat(17, Eigen::DontAlignCols, ", ", "; "))
+         << "]; " << remedy;
+    throw InvalidValue(text.str());
+  };
+  if (!I.allFinite()) refuse("every entry must be finite", "look for a division by zero in what made it");
+  const double size = I.cwiseAbs().maxCoeff();
+  if ((I - I.transpose()).cwiseAbs().maxCoeff() > slack * size) {
+    refuse("it must be symmetric", "give both off-diagonal entries, with the minus sign: I_xy = I_yx = -sum m x y");
+  }
+  const Eigen::Vector3d moments =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues();
+  if (moments[0] < -slack * size) {
+    refuse("principal moments must not be negative", "check the sign of the products of inertia and the parallel-axes shift");
+  }
+  if (moments[2] > moments[0] + moments[1] + slack * size) {
+    refuse("the largest principal moment must not exceed the sum of the other two",
+           "no positive masses give this tensor: check units, axes and the point it is about");
+  }
+  return I;
+}
+
+/// Principal moments and axes of an inertia tensor (eigenvalues and eigenvectors of a symmetric matrix).
+///
+/// @throws InvalidValue as `valid_inertia` does
+inline PrincipalInertia principal_inertia(const Eigen::Matrix3d& I) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(valid_inertia(I));
+  PrincipalInertia principal{solver.eigenvalues(), solver.eigenvectors()};
+  if (principal.axes.determinant() < 0.0) principal.axes.col(2) *= -1.0;
+  return principal;
+}
+
+namespace detail {
+
+/// Refuses a mass or length that is negative or no number.
+inline void require_size(std::string_view body, std::string_view name, double value) {
+  if (std::isfinite(value) && value >= 0.0) return;
+  throw InvalidValue("inertia::" + std::string(body) + ": " + std::string(name) +
+                     " must be finite and not negative, but it is " + std::to_string(value) +
+                     "; masses and lengths are given as plain sizes");
+}
+
+/// Refuses a hollow body that is inside out.
+inline void require_order(std::string_view body, double inner, double outer) {
+  require_size(body, "inner radius", inner);
+  require_size(body, "outer radius", outer);
+  if (inner <= outer) return;
+  throw InvalidValue("inertia::" + std::string(body) + ": the inner radius must not exceed the outer one, but inner = " +
+                     std::to_string(inner) + " and outer = " + std::to_string(outer) + "; the inner radius comes first");
+}
+
+inline Eigen::Matrix3d diagonal(double x, double y, double z) { return Eigen::Vector3d(x, y, z).asDiagonal(); }
+
+}  // namespace detail
+
+/// Homogeneous bodies: inertia tensors about the centre of mass in the body's own axes (table above).
+///
+/// All throw InvalidValue for a negative or non-finite mass or length.
+namespace inertia {
+
+/// Thin rod of length L along x, about its middle.
+inline Eigen::Matrix3d thin_rod(double M, double L) {
+  detail::require_size("thin_rod", "mass", M);
+  detail::require_size("thin_rod", "length", L);
+  return detail::diagonal(0.0, M * L * L / 12.0, M * L * L / 12.0);
+}
+
+/// Thin rod of length L along x, about one end: ML²/3.
+inline Eigen::Matrix3d thin_rod_about_end(double M, double L) {
+  return inertia_away_from_centre(thin_rod(M, L), M, Eigen::Vector3d(0.5 * L, 0.0, 0.0));
+}
+
+/// Hollow cylinder with radii inner ≤ outer and height h along z; inner = 0 is the solid one, inner = outer a tube.
+inline Eigen::Matrix3d hollow_cylinder(double M, double inner, double outer, double h) {
+  detail::require_size("hollow_cylinder", "mass", M);
+  detail::require_order("hollow_cylinder", inner, outer);
+  detail::require_size("hollow_cylinder", "height", h);
+  const double r2 = inner * inner + outer * outer;
+  return detail::diagonal(M * (3.0 * r2 + h * h) / 12.0, M * (3.0 * r2 + h * h) / 12.0, 0.5 * M * r2);
+}
+
+/// Solid cylinder of radius R and height h along z.
+inline Eigen::Matrix3d cylinder(double M, double R, double h) { return hollow_cylinder(M, 0.0, R, h); }
+
+/// Thin disk of radius R in the xy plane.
+inline Eigen::Matrix3d disk(double M, double R) { return cylinder(M, R, 0.0); }
+
+/// Thin ring (hoop) of radius R in the xy plane.
+inline Eigen::Matrix3d ring(double M, double R) { return hollow_cylinder(M, R, R, 0.0); }
+
+/// Solid cone with base radius R and height h along z; its centre of mass is ¾h from the apex.
+inline Eigen::Matrix3d cone(double M, double R, double h) {
+  detail::require_size("cone", "mass", M);
+  detail::require_size("cone", "radius", R);
+  detail::require_size("cone", "height", h);
+  const double side = 3.0 * M * (4.0 * R * R + h * h) / 80.0;
+  return detail::diagonal(side, side, 0.3 * M * R * R);
+}
+
+/// Solid cone about its apex: (3M(R² + 4h²)/20, same, 3MR²/10), as a spinning top needs it.
+inline Eigen::Matrix3d cone_about_apex(double M, double R, double h) {
+  return inertia_away_from_centre(cone(M, R, h), M, Eigen::Vector3d(0.0, 0.0, 0.75 * h));
+}
+
+/// Solid ellipsoid with semi-axes a, b, c along x, y, z.
+inline Eigen::Matrix3d ellipsoid(double M, double a, double b, double c) {
+  detail::require_size("ellipsoid", "mass", M);
+  detail::require_size("ellipsoid", "semi-axis a", a);
+  detail::require_size("ellipsoid", "semi-axis b", b);
+  detail::require_size("ellipsoid", "semi-axis c", c);
+  return detail::diagonal(0.2 * M * (b * b + c * c), 0.2 * M * (c * c + a * a), 0.2 * M * (a * a + b * b));
+}
+
+/// Solid sphere of radius R: ⅖MR².
+inline Eigen::Matrix3d sphere(double M, double R) { return ellipsoid(M, R, R, R); }
+
+/// Thick spherical shell with radii inner ≤ outer; written so that inner = outer, the thin shell, is no special case.
+inline Eigen::Matrix3d hollow_sphere(double M, double inner, double outer) {
+  detail::require_size("hollow_sphere", "mass", M);
+  detail::require_order("hollow_sphere", inner, outer);
+  if (outer == 0.0) return Eigen::Matrix3d::Zero();
+  const double x = inner / outer;
+  // (1 − x⁵)/(1 − x³) with the factor 1 − x divided out
+  const double ratio = (1.0 + x * (1.0 + x * (1.0 + x * (1.0 + x)))) / (1.0 + x * (1.0 + x));
+  return 0.4 * M * outer * outer * ratio * Eigen::Matrix3d::Identity();
+}
+
+/// Thin spherical shell of radius R: ⅔MR².
+inline Eigen::Matrix3d spherical_shell(double M, double R) { return hollow_sphere(M, R, R); }
+
+/// Solid half ball of radius R with its flat face normal to z; its centre of mass is ⅜R from the face.
+inline Eigen::Matrix3d hemisphere(double M, double R) {
+  detail::require_size("hemisphere", "mass", M);
+  detail::require_size("hemisphere", "radius", R);
+  return M * R * R * detail::diagonal(83.0 / 320.0, 83.0 / 320.0, 0.4);
+}
+
+/// Solid torus about z: R from the centre to the middle of the tube, a the radius of the tube.
+inline Eigen::Matrix3d torus(double M, double R, double a) {
+  detail::require_size("torus", "mass", M);
+  detail::require_size("torus", "radius", R);
+  detail::require_size("torus", "tube radius", a);
+  const double side = M * (4.0 * R * R + 5.0 * a * a) / 8.0;
+  return detail::diagonal(side, side, M * (4.0 * R * R + 3.0 * a * a) / 4.0);
+}
+
+/// Box with full edges a, b, c along x, y, z; c = 0 is a rectangular plate.
+inline Eigen::Matrix3d box(double M, double a, double b, double c) {
+  detail::require_size("box", "mass", M);
+  detail::require_size("box", "edge a", a);
+  detail::require_size("box", "edge b", b);
+  detail::require_size("box", "edge c", c);
+  return detail::diagonal(M * (b * b + c * c) / 12.0, M * (c * c + a * a) / 12.0, M * (a * a + b * b) / 12.0);
+}
+
+}  // namespace inertia
+}  // namespace qdot

@@ -1,0 +1,185 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Solving with the mass matrix, and saying which direction has no inertia when that fails.
+//
+// A kinetic energy is positive for every motion, so M is symmetric positive definite and Cholesky's
+// M = L Lᵀ solves M x = b without pivoting. Each pivot is what is left of the inertia M_kk after the
+// coordinates before k have been let free; when nothing is left (relative to M_kk itself, so that
+// grams beside tonnes do no harm) the motion has a direction that costs no kinetic energy. That
+// direction falls out of the factorization. With M = L D Lᵀ and a bad pivot d_k, solve
+//
+//     Lᵀ x = e_k      then      xᵀ M x = d_k ,
+//
+// so x, in the user's coordinates, is the offending motion and d_k twice its kinetic energy.
+//
+// A Lagrangian that is no kinetic energy minus a potential may have a regular M that is not positive
+// definite ([[0, 1], [1, 0]]). Such a system says so, with_indefinite_mass_matrix(), and is solved with
+// full pivoting.
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "qdot/error.hpp"
+#include "qdot/mechanics/energy.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+// Pivots below this fraction of their diagonal entry count as zero: rounding of a sum of n products.
+template <class S>
+double singular_pivot(Eigen::Index n) {
+  using Innermost = typename innermost<S>::type;
+  return 8.0 * static_cast<double>(n) * static_cast<double>(std::numeric_limits<Innermost>::epsilon());
+}
+
+inline std::string direction_text(const std::vector<double>& x, const std::vector<std::string>& names) {
+  std::ostringstream out;
+  out.precision(4);
+  bool first = true;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (std::abs(x[i]) < 1e-9) continue;
+    if (!first) out << (x[i] < 0 ? " - " : " + ");
+    if (first && x[i] < 0) out << "-";
+    if (std::abs(std::abs(x[i]) - 1.0) > 1e-9) out << std::abs(x[i]) << "*";
+    out << names[i];
+    first = false;
+  }
+  return out.str();
+}
+
+// Throws the error that says which direction of a symmetric M has no (or a negative) inertia.
+[[noreturn]] inline void throw_mass_matrix_error(Eigen::MatrixXd M, double t, const std::vector<std::string>& names) {
+  const Eigen::Index n = M.rows();
+  std::ostringstream out;
+  out.precision(6);
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (!std::isfinite(M(i, j))) {
+        const std::string entry = "M(" + names[static_cast<std::size_t>(i)] + ", " + names[static_cast<std::size_t>(j)] + ")";
+        out << "the mass matrix must be finite, but " << entry << " = " << M(i, j) << " at t = " << t
+            << "; the kinetic energy has no second derivative in the velocities there: check T for a division by "
+               "zero or a root of zero, and the state for overflow";
+        throw NonFinite(entry, t, out.str());
+      }
+  // L D Lᵀ without pivoting, column by column, up to the first bad pivot.
+  Eigen::VectorXd diagonal = M.diagonal();
+  Eigen::MatrixXd L = Eigen::MatrixXd::Identity(n, n);
+  Eigen::VectorXd d = Eigen::VectorXd::Zero(n);
+  Eigen::Index bad = n - 1;
+  double worst = std::numeric_limits<double>::infinity();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    d[k] = M(k, k);
+    for (Eigen::Index j = 0; j < k; ++j) d[k] -= L(k, j) * L(k, j) * d[j];
+    const double scale = std::abs(diagonal[k]) > 0 ? std::abs(diagonal[k]) : 1.0;
+    const double relative = d[k] / scale;
+    if (relative < worst) {
+      worst = relative;
+      bad = k;
+    }
+    if (relative <= singular_pivot<double>(n)) break;
+    for (Eigen::Index i = k + 1; i < n; ++i) {
+      double s = M(i, k);
+      for (Eigen::Index j = 0; j < k; ++j) s -= L(i, j) * L(k, j) * d[j];
+      L(i, k) = s / d[k];
+    }
+  }
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
+  x[bad] = 1.0;
+  for (Eigen::Index i = bad - 1; i >= 0; --i)
+    for (Eigen::Index k = i + 1; k <= bad; ++k) x[i] -= L(k, i) * x[k];
+  x /= x.cwiseAbs().maxCoeff();
+  std::vector<double> direction(x.data(), x.data() + n);
+  bool negative = worst < -singular_pivot<double>(n);
+  // A zero pivot in front of a coupled coordinate, as in [[0, 1], [1, 0]], is a sign of both signs.
+  if (!negative)
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (std::abs(M.row(i).dot(x)) > 1e-6 * M.row(i).cwiseAbs().maxCoeff() && M.row(i).cwiseAbs().maxCoeff() > 0)
+        negative = true;
+  std::string velocities = direction_text(direction, names);
+  out << "the mass matrix must be positive definite, but at t = " << t << " the motion with velocity along "
+      << velocities << " has " << (negative ? "no positive kinetic energy" : "no kinetic energy");
+  out << " (relative inertia " << worst << ")";
+  if (negative) {
+    out << "; check the signs in T, or, if L is meant to have such a mass matrix, say "
+           "system.with_indefinite_mass_matrix()";
+    throw IndefiniteMassMatrix(out.str(), t, direction, worst);
+  }
+  out << "; give that motion a mass or an inertia, remove the coordinate, or leave the point where the coordinates "
+         "degenerate (a pole, r = 0)";
+  throw SingularMassMatrix(out.str(), t, direction, worst);
+}
+
+template <class S, int n>
+Eigen::MatrixXd innermost_values(const Matrix<S, n>& M) {
+  Eigen::MatrixXd plain(M.rows(), M.cols());
+  for (Eigen::Index j = 0; j < M.cols(); ++j)
+    for (Eigen::Index i = 0; i < M.rows(); ++i) plain(i, j) = static_cast<double>(innermost_value(M(i, j)));
+  return plain;
+}
+
+template <class Sys>
+std::vector<std::string> coordinate_names(const Sys& system) {
+  std::vector<std::string> names;
+  for (Eigen::Index i = 0; i < system.dof(); ++i) names.push_back(system.coordinate_name(i));
+  return names;
+}
+
+// X with M X = B, for the columns of B.
+template <class Sys, class S, int n, int columns>
+Matrix<S, n, columns> solved_with_mass_matrix(const Sys& system, const Matrix<S, n>& M, const Matrix<S, n, columns>& B,
+                                              const S& t) {
+  const auto fail = [&] {
+    throw_mass_matrix_error(innermost_values(M), static_cast<double>(innermost_value(t)), coordinate_names(system));
+  };
+  if constexpr (Sys::inertia == Inertia::positive_definite) {
+    const Eigen::LLT<Matrix<S, n>> cholesky(M);
+    if (cholesky.info() != Eigen::Success) fail();
+    for (Eigen::Index k = 0; k < M.rows(); ++k) {
+      const auto pivot = innermost_value(S(cholesky.matrixLLT()(k, k) * cholesky.matrixLLT()(k, k)));
+      if (!(static_cast<double>(pivot) > singular_pivot<S>(M.rows()) * static_cast<double>(innermost_value(M(k, k))))) fail();
+    }
+    return cholesky.solve(B);
+  } else {
+    const Eigen::FullPivLU<Matrix<S, n>> lu(M);
+    if (!lu.isInvertible()) {
+      const Eigen::VectorXd null = Eigen::FullPivLU<Eigen::MatrixXd>(innermost_values(M)).kernel().col(0);
+      const Eigen::VectorXd scaled = null / null.cwiseAbs().maxCoeff();
+      const std::vector<double> direction(scaled.data(), scaled.data() + scaled.size());
+      const double at = static_cast<double>(innermost_value(t));
+      throw SingularMassMatrix("the mass matrix must be regular, but at t = " + std::to_string(at) +
+                                   " it vanishes on velocities along " +
+                                   direction_text(direction, coordinate_names(system)) +
+                                   "; L does not determine that acceleration: remove the coordinate or change L",
+                               at, direction, 0.0);
+    }
+    return lu.solve(B);
+  }
+}
+
+}  // namespace detail
+
+/// Mass matrix M(q, q̇) = ∂²T/∂q̇∂q̇ at a state.
+///
+/// Exact to rounding. One evaluation of T on second-order duals; independent of V.
+///
+/// @param q     generalized coordinates, n      [units of the model]
+/// @param qdot  generalized velocities, n       [those units per unit time]
+/// @return      n×n, symmetric; positive definite wherever T is a true kinetic energy
+/// @throws      DimensionError  when n is known at run time and a size disagrees
+template <class E, int n, Inertia I, class Q, class Qdot>
+auto mass_matrix(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+                 typename Q::Scalar t = typename Q::Scalar(0)) {
+  using S = typename Q::Scalar;
+  detail::require_sizes(system, q, qdot);
+  return detail::kinetic_hessian<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
+}
+
+}  // namespace qdot

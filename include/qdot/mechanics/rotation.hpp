@@ -1,0 +1,206 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Rotation and angular velocity
+// =============================
+//
+// A rotation matrix R turns body components into space components: its columns are the body's axes,
+// seen from space, RᵀR = E and det R = 1. A point P of the body with components p (constant) is at
+//
+//     r = r_A + R p,     so     ṙ = ṙ_A + Ṙ p = ṙ_A + (Ṙ Rᵀ) (R p) .
+//
+// Differentiating RRᵀ = E shows that Ṙ Rᵀ is antisymmetric. An antisymmetric 3×3 matrix is a cross
+// product in disguise, [ω×], and this is what angular velocity *is*:
+//
+//     [ω×] = Ṙ Rᵀ   components along the space axes,        ṙ = ṙ_A + ω × AP
+//     [Ω×] = Rᵀ Ṙ   components along the body axes,         ω = R Ω
+//
+//               ┌  0  −c   b ┐
+//     [a×]  =   │  c   0  −a │   for the vector (a, b, c).
+//               └ −b   a   0 ┘
+//
+// So ω needs no formula per set of angles. Write R(q) with any coordinates, and `angular_velocity_of`
+// evaluates it on dual numbers (velocity.hpp) and reads ω off ṘRᵀ. Use space components with an
+// inertia tensor in space axes, body components with the constant one in body axes.
+//
+// Ways to write R, all generic in the scalar so that they work inside T:
+//
+// - Euler angles: three turns about axes of the turning body, R = R_i(a) R_j(b) R_k(c). The lecture's
+//   3-1-3 (precession φ, nutation θ, spin ψ) and the 3-2-1 of vehicles (yaw, pitch, roll) are the two
+//   usual of twelve. Every set has a *gimbal lock* where its axes fall together and q̇ no longer follows
+//   from ω: sin θ = 0 for i-j-i, cos b = 0 for i-j-k. There M is singular, and the library says so.
+// - Quaternions: four numbers, no lock. R(p) below divides by |p|², hence any p ≠ 0 is a rotation.
+// - The rotation vector (axis times angle), R = exp [v×]: regular around v = 0, locked at |v| = 2π.
+
+#include <cmath>
+
+#include <Eigen/Core>
+
+#include "qdot/ad/vector.hpp"
+#include "qdot/mechanics/velocity.hpp"
+
+namespace qdot {
+
+/// [a×], the matrix of the cross product: skew(a) b = a × b.
+template <class A>
+Matrix<typename A::Scalar, 3> skew(const Eigen::MatrixBase<A>& a) {
+  using S = typename A::Scalar;
+  Matrix<S, 3> m;
+  m << S(0), -a[2], a[1], a[2], S(0), -a[0], -a[1], a[0], S(0);
+  return m;
+}
+
+/// The vector a with [a×] = the antisymmetric part of m; inverse of `skew`.
+template <class M>
+Vector<typename M::Scalar, 3> axial_vector(const Eigen::MatrixBase<M>& m) {
+  using S = typename M::Scalar;
+  return Vector<S, 3>(0.5 * (m(2, 1) - m(1, 2)), 0.5 * (m(0, 2) - m(2, 0)), 0.5 * (m(1, 0) - m(0, 1)));
+}
+
+/// Turn by `angle` about coordinate axis 1, 2 or 3 (x, y, z), counterclockwise seen from the tip of the axis.
+template <int axis, class S>
+Matrix<S, 3> rotation_about_axis(const S& angle) {
+  static_assert(axis >= 1 && axis <= 3, "qdot::rotation_about_axis: the axis must be 1 (x), 2 (y) or 3 (z)");
+  using std::cos;
+  using std::sin;
+  constexpr int i = axis % 3, j = (axis + 1) % 3;  // the plane that turns, in cyclic order
+  const S c = cos(angle), s = sin(angle);
+  Matrix<S, 3> R;
+  R.setZero();
+  R(axis - 1, axis - 1) = S(1);
+  R(i, i) = c;
+  R(i, j) = -s;
+  R(j, i) = s;
+  R(j, j) = c;
+  return R;
+}
+
+/// Turn about x by `angle`.
+template <class S>
+Matrix<S, 3> rotation_x(const S& angle) {
+  return rotation_about_axis<1>(angle);
+}
+
+/// Turn about y by `angle`.
+template <class S>
+Matrix<S, 3> rotation_y(const S& angle) {
+  return rotation_about_axis<2>(angle);
+}
+
+/// Turn about z by `angle`.
+template <class S>
+Matrix<S, 3> rotation_z(const S& angle) {
+  return rotation_about_axis<3>(angle);
+}
+
+/// Turn in the plane by `angle`: [cos −sin; sin cos].
+template <class S>
+Matrix<S, 2> planar_rotation(const S& angle) {
+  using std::cos;
+  using std::sin;
+  const S c = cos(angle), s = sin(angle);
+  Matrix<S, 2> R;
+  R << c, -s, s, c;
+  return R;
+}
+
+/// R = R_i(a) R_j(b) R_k(c): first by a about space axis i, then by b about the turned axis j, then by c
+/// about the twice turned axis k. All twelve sets of Euler angles: euler_rotation<3, 1, 3>(phi, theta, psi).
+template <int i, int j, int k, class S>
+Matrix<S, 3> euler_rotation(const S& a, const S& b, const S& c) {
+  static_assert(i != j && j != k, "qdot::euler_rotation: two neighbouring axes must differ, or two angles do the work of one");
+  return rotation_about_axis<i>(a) * rotation_about_axis<j>(b) * rotation_about_axis<k>(c);
+}
+
+/// The lecture's Euler angles 3-1-3: precession φ about z, nutation θ about the line of nodes, spin ψ about the body's z.
+template <class S>
+Matrix<S, 3> euler_rotation_313(const S& phi, const S& theta, const S& psi) {
+  return euler_rotation<3, 1, 3>(phi, theta, psi);
+}
+
+/// Yaw, pitch, roll, the angles 3-2-1 of vehicles.
+template <class S>
+Matrix<S, 3> euler_rotation_321(const S& yaw, const S& pitch, const S& roll) {
+  return euler_rotation<3, 2, 1>(yaw, pitch, roll);
+}
+
+/// Rotation of the quaternion p = (w, x, y, z), w the scalar part; p and any multiple of it give the same R.
+///
+/// Homogeneous of degree 0: ṗ along p does not turn the body. p = 0 gives NaN, as 0/0 does.
+template <class P>
+Matrix<typename P::Scalar, 3> rotation_from_quaternion(const Eigen::MatrixBase<P>& p) {
+  using S = typename P::Scalar;
+  const S w = p[0], x = p[1], y = p[2], z = p[3];
+  const S s = 2.0 / (w * w + x * x + y * y + z * z);
+  Matrix<S, 3> R;
+  R << 1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y),  //
+      s * (x * y + w * z), 1.0 - s * (z * z + x * x), s * (y * z - w * x),   //
+      s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y);
+  return R;
+}
+
+/// Exponential map: the turn by |v| about the direction of v, R = E + (sin θ/θ) [v×] + ((1 − cos θ)/θ²) [v×]², θ = |v|.
+///
+/// Smooth at v = 0, with all its derivatives: below θ = 1/2 the two factors are power series in θ².
+template <class V>
+Matrix<typename V::Scalar, 3> rotation_from_vector(const Eigen::MatrixBase<V>& v) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  using S = typename V::Scalar;
+  const S x = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];  // θ²
+  S a, b;
+  if (x < 0.25) {
+    // 1 − x/(2·3) (1 − x/(4·5) (1 − …)) and its neighbour; the first term left out is below 1e-21
+    a = S(1);
+    b = S(1);
+    for (int k = 8; k >= 1; --k) {
+      a = 1.0 - x * a / double(2 * k * (2 * k + 1));
+      b = 1.0 - x * b / double((2 * k + 1) * (2 * k + 2));
+    }
+    b = 0.5 * b;
+  } else {
+    const S theta = sqrt(x);
+    a = sin(theta) / theta;
+    b = (1.0 - cos(theta)) / x;
+  }
+  const Matrix<S, 3> cross = skew(v);
+  return Matrix<S, 3>::Identity() + a * cross + b * (cross * cross);
+}
+
+/// Angular velocity along the space axes, ω with [ω×] = Ṙ Rᵀ.
+template <class R, class Rdot>
+Vector<typename Rdot::Scalar, 3> angular_velocity(const Eigen::MatrixBase<R>& r, const Eigen::MatrixBase<Rdot>& rdot) {
+  using S = typename Rdot::Scalar;
+  const auto entry = [&](int i, int j) { return S(rdot(i, 0) * r(j, 0) + rdot(i, 1) * r(j, 1) + rdot(i, 2) * r(j, 2)); };
+  return Vector<S, 3>(entry(2, 1), entry(0, 2), entry(1, 0));
+}
+
+/// Angular velocity along the body axes, Ω with [Ω×] = Rᵀ Ṙ.
+template <class R, class Rdot>
+Vector<typename Rdot::Scalar, 3> body_angular_velocity(const Eigen::MatrixBase<R>& r,
+                                                       const Eigen::MatrixBase<Rdot>& rdot) {
+  using S = typename Rdot::Scalar;
+  const auto entry = [&](int i, int j) { return S(r(0, i) * rdot(0, j) + r(1, i) * rdot(1, j) + r(2, i) * rdot(2, j)); };
+  return Vector<S, 3>(entry(2, 1), entry(0, 2), entry(1, 0));
+}
+
+/// Space components of the angular velocity of R(q), or of R(q, t) when a time follows q̇.
+///
+/// @param rotation  generic function of q (and t) that returns the 3×3 rotation matrix
+template <class Function, class Q, class Qdot, class... Time>
+auto angular_velocity_of(const Function& rotation, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+                         const Time&... t) {
+  const auto turning = value_and_velocity_of(rotation, q, qdot, t...);
+  return angular_velocity(turning.value, turning.rate);
+}
+
+/// Body components of the angular velocity of R(q), or of R(q, t) when a time follows q̇.
+template <class Function, class Q, class Qdot, class... Time>
+auto body_angular_velocity_of(const Function& rotation, const Eigen::MatrixBase<Q>& q,
+                              const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {
+  const auto turning = value_and_velocity_of(rotation, q, qdot, t...);
+  return body_angular_velocity(turning.value, turning.rate);
+}
+
+}  // namespace qdot

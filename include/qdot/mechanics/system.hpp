@@ -1,0 +1,187 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A mechanical system is two functors,
+//
+//     T   kinetic energy        V   potential energy,
+//
+// and a number of coordinates. Everything else in this library is computed from these.
+//
+// Notation and signs, obeyed by every header:
+//
+//     quantity                                 math                code             shape
+//     coordinates, velocities, accelerations   q, q̇, q̈             q, qdot, qddot   n
+//     kinetic, potential energy, Lagrangian    T, V, L = T − V     T, V, L          1
+//     mass matrix, conjugate momenta           M, p = ∂L/∂q̇        M, p             n×n, n
+//     generalized forces, Rayleigh function    Q = −∂R/∂q̇          Q, R             n, 1
+//     constraints, Jacobian, multipliers       φ(q,t) = 0, J, λ    phi, J, lambda   m, m×n, m
+//
+// With constraints M q̈ = rhs + Jᵀλ, so that Jᵀλ is the force of the constraint *on* the system.
+// Angles are in rad, everything else in whatever consistent units the user has.
+
+#include <cmath>
+#include <concepts>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/error.hpp"
+#include "qdot/mechanics/energy_functors.hpp"
+
+namespace qdot {
+
+/// What a system's mass matrix is promised to be.
+enum class Inertia {
+  positive_definite,  ///< a true kinetic energy: anything else is an error (the default)
+  indefinite          ///< only regular: for Lagrangians that are no kinetic energy minus potential
+};
+
+/// A time, a configuration and its velocity.
+template <int n>
+struct State {
+  double t = 0.0;
+  Vector<double, n> q;
+  Vector<double, n> qdot;
+};
+
+/// Two energies and their coordinates.
+///
+/// Made by mechanical_system(). Holds the functors by value; copying it copies them. It has no
+/// state of its own, so one system may be used from several threads as far as its functors allow.
+///
+/// @tparam Energies  object with callable members T and V
+/// @tparam n         number of coordinates, or Dynamic
+template <class Energies, int n, Inertia inertia_ = Inertia::positive_definite>
+class System {
+  static_assert(n == Dynamic || n >= 1, "qdot: a system needs at least one coordinate");
+
+ public:
+  static constexpr int dof_at_compile_time = n;
+  static constexpr Inertia inertia = inertia_;
+  static constexpr KineticSignature kinetic_signature = detail::kinetic_signature<Energies, n>();
+  static constexpr PotentialSignature potential_signature = detail::potential_signature<Energies, n>();
+
+  /// True when neither energy mentions the time, so that Jacobi's energy function is conserved.
+  static constexpr bool autonomous = kinetic_signature != KineticSignature::state_and_time &&
+                                     potential_signature == PotentialSignature::position;
+
+  using EnergiesType = Energies;
+
+  System(Energies energies, Eigen::Index dof) : energies_(std::move(energies)), dof_(dof) {
+    if (dof_ < 1)
+      throw InvalidValue("the number of coordinates must be at least 1, but is " + std::to_string(dof_) +
+                         "; pass the length of q to mechanical_system(n, T, V)");
+  }
+
+  /// Number of coordinates.
+  Eigen::Index dof() const noexcept {
+    if constexpr (n == Dynamic) {
+      return dof_;
+    } else {
+      return n;
+    }
+  }
+
+  const Energies& energies() const noexcept { return energies_; }
+
+  /// The same system whose coordinates bear the user's names, for messages and tables.
+  ///
+  /// @throws DimensionError  unless there is one name for each coordinate
+  System with_names(std::vector<std::string> names) const {
+    if (static_cast<Eigen::Index>(names.size()) != dof())
+      throw DimensionError("the list of coordinate names", static_cast<long>(dof()), static_cast<long>(names.size()),
+                           "give one name for each coordinate");
+    System named(*this);
+    named.names_ = std::move(names);
+    return named;
+  }
+
+  /// The same system for a Lagrangian whose M is regular but not positive definite.
+  ///
+  /// M is then factored with full pivoting instead of by Cholesky.
+  auto with_indefinite_mass_matrix() const {
+    System<Energies, n, Inertia::indefinite> other(energies_, dof());
+    return names_.empty() ? other : other.with_names(names_);
+  }
+
+  /// Name of coordinate i: the user's, or q0, q1, …
+  std::string coordinate_name(Eigen::Index i) const {
+    return names_.empty() ? "q" + std::to_string(i) : names_[static_cast<std::size_t>(i)];
+  }
+
+  /// Name of velocity i: the coordinate's with "dot" behind it.
+  std::string velocity_name(Eigen::Index i) const {
+    return names_.empty() ? "qdot" + std::to_string(i) : coordinate_name(i) + "dot";
+  }
+
+ private:
+  Energies energies_;
+  Eigen::Index dof_;
+  std::vector<std::string> names_;
+};
+
+namespace detail {
+
+template <int n, class E>
+auto checked_system(E energies, Eigen::Index dof) {
+  static_assert(require_energies<E, n>());
+  return System<E, n>(std::move(energies), dof);
+}
+
+// An object with members T and V is taken as it is; anything else is T itself.
+template <int n, class E>
+auto system_of_one(E energies, Eigen::Index dof) {
+  if constexpr (EnergiesObject<E, n>) {
+    return checked_system<n>(std::move(energies), dof);
+  } else {
+    return checked_system<n>(KineticAndPotential<E, NoPotential>{std::move(energies), NoPotential{}}, dof);
+  }
+}
+
+}  // namespace detail
+
+/// The system with n coordinates, n known at compile time, and energies T and V.
+template <int n, class Kinetic, class Potential>
+auto mechanical_system(Kinetic T, Potential V) {
+  return detail::checked_system<n>(KineticAndPotential<Kinetic, Potential>{std::move(T), std::move(V)}, n);
+}
+
+/// The same from one object with members T and V, or from T alone when there is no potential.
+template <int n, class Energies>
+auto mechanical_system(Energies energies) {
+  return detail::system_of_one<n>(std::move(energies), n);
+}
+
+/// The system whose number of coordinates is known only at run time; q and qdot are dynamic vectors.
+///
+/// @throws InvalidValue  when n < 1
+template <class Kinetic, class Potential>
+auto mechanical_system(Eigen::Index n, Kinetic T, Potential V) {
+  return detail::checked_system<Dynamic>(KineticAndPotential<Kinetic, Potential>{std::move(T), std::move(V)}, n);
+}
+
+/// The same from one object with members T and V, or from T alone when there is no potential.
+template <class Energies>
+auto mechanical_system(Eigen::Index n, Energies energies) {
+  return detail::system_of_one<Dynamic>(std::move(energies), n);
+}
+
+namespace detail {
+
+// Sizes of a state, checked where they are known only at run time.
+template <class Sys, class Q, class Qdot>
+void require_sizes(const Sys& system, const Q& q, const Qdot& qdot) {
+  if (q.size() != system.dof())
+    throw DimensionError("q", static_cast<long>(system.dof()), static_cast<long>(q.size()),
+                         "pass one entry for each coordinate of the system");
+  if (qdot.size() != system.dof())
+    throw DimensionError("qdot", static_cast<long>(system.dof()), static_cast<long>(qdot.size()),
+                         "pass one entry for each coordinate of the system");
+}
+
+template <class Sys>
+using is_system = std::bool_constant<requires { Sys::dof_at_compile_time; typename Sys::EnergiesType; }>;
+
+}  // namespace detail
+}  // namespace qdot

@@ -1,0 +1,166 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Velocity from position: nobody writes ẋ by hand
+// ===============================================
+//
+// The lecture writes the position of every point with the generalized coordinates, r = r(q, t), and
+// then differentiates,
+//
+//     ṙ = Σ_i (∂r/∂q_i) q̇_i + ∂r/∂t = J(q, t) q̇ + ∂r/∂t .
+//
+// On paper this is where the errors are made. It is also exactly what a dual number does: put
+//
+//     q_i + q̇_i ε,   t + 1 ε
+//
+// into r, and the ε part of the result is ṙ. One evaluation of r, no Jacobian, no approximation.
+// Whatever r returns comes back: a number, a vector, a rotation matrix.
+//
+//     const auto T = [](const auto& q, const auto& qdot) {
+//       const auto position = [](const auto& x) { return vector(x[0] * cos(x[1]), x[0] * sin(x[1])); };
+//       return 0.5 * velocity_of(position, q, qdot).squaredNorm();         // ½ (ṙ² + r²φ̇²)
+//     };
+//
+// It works inside T because duals nest: when Lagrange's equations feed T with scalars S that carry
+// derivatives themselves, r is evaluated on Dual<S, 1>, and ṙ arrives as S with all of them intact.
+// The inner ε has a tag of its own, so that it cannot be taken for an outer one.
+//
+// Once more around gives the acceleration, r̈ = J q̈ + J̇ q̇ + …, from
+//
+//     (q + q̇ ε₁) + (q̇ + q̈ ε₁) ε₂ .
+
+#include <type_traits>
+#include <utility>
+
+#include <Eigen/Core>
+
+#include "qdot/ad/dual.hpp"
+#include "qdot/ad/dual_eigen.hpp"
+#include "qdot/ad/dual_math.hpp"
+#include "qdot/ad/vector.hpp"
+
+namespace qdot {
+
+/// The column (x₁, …, x_k) of scalars that may differ in type, such as duals beside plain numbers.
+template <class First, class... Rest>
+auto vector(const First& first, const Rest&... rest) {
+  using S = std::decay_t<decltype((first + ... + rest))>;
+  Vector<S, 1 + static_cast<int>(sizeof...(Rest))> column;
+  Eigen::Index i = 0;
+  column[i] = S(first);
+  ((column[++i] = S(rest)), ...);
+  return column;
+}
+
+/// A quantity and its rate of change.
+template <class Value>
+struct ValueAndRate {
+  Value value;
+  Value rate;
+};
+
+namespace detail {
+
+struct RateTag {};
+
+/// A number with one derivative: the one along the motion.
+template <class S>
+using AlongMotion = Dual<S, 1, RateTag>;
+
+template <class S>
+AlongMotion<S> moving_number(const S& value, const S& rate) {
+  AlongMotion<S> x(value);
+  x.tangent[0] = rate;
+  return x;
+}
+
+// The scalar that holds both a coordinate and a velocity; they differ when only one of them is differentiated.
+template <class Q, class Qdot>
+using MotionScalar = std::decay_t<decltype(std::declval<typename Q::Scalar>() + std::declval<typename Qdot::Scalar>())>;
+
+// Vectors of values and rates → one vector of duals.
+template <class S, class Q, class Qdot>
+auto moving_vector(const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
+  Vector<AlongMotion<S>, Q::SizeAtCompileTime> moving(q.size());
+  for (Eigen::Index i = 0; i < q.size(); ++i) moving[i] = moving_number<S>(S(q[i]), S(qdot[i]));
+  return moving;
+}
+
+// What the user's function returned → value and rate: a dual, a matrix of duals, or a constant.
+template <class S, class Result>
+auto split(const Result& result) {
+  if constexpr (std::is_same_v<Result, AlongMotion<S>>) {
+    return ValueAndRate<S>{result.value, result.tangent[0]};
+  } else if constexpr (std::is_convertible_v<Result, S>) {
+    return ValueAndRate<S>{S(result), S(0)};
+  } else {
+    using Plain = Eigen::Matrix<S, Result::RowsAtCompileTime, Result::ColsAtCompileTime>;
+    const auto& matrix = result.eval();
+    ValueAndRate<Plain> both{Plain(matrix.rows(), matrix.cols()), Plain(matrix.rows(), matrix.cols())};
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
+      for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+        const auto entry = split<S>(matrix(i, j));
+        both.value(i, j) = entry.value;
+        both.rate(i, j) = entry.rate;
+      }
+    }
+    return both;
+  }
+}
+
+}  // namespace detail
+
+/// x(q) and ẋ = (∂x/∂q) q̇ in one evaluation of x.
+///
+/// @param x     function of the coordinates: generic, returns a scalar, vector or matrix of its argument's scalar
+/// @param q     coordinates, n
+/// @param qdot  velocities, n; of any scalar, nested duals included
+/// @return      value and rate, each of the shape that x returns
+template <class Function, class Q, class Qdot>
+auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
+  using S = detail::MotionScalar<Q, Qdot>;
+  return detail::split<S>(x(detail::moving_vector<S>(q, qdot)));
+}
+
+/// x(q, t) and ẋ = (∂x/∂q) q̇ + ∂x/∂t: a moving suspension, a driven joint.
+template <class Function, class Q, class Qdot, class Time>
+auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+                           const Time& t) {
+  using S = std::decay_t<decltype(std::declval<detail::MotionScalar<Q, Qdot>>() + t)>;
+  return detail::split<S>(x(detail::moving_vector<S>(q, qdot), detail::moving_number<S>(S(t), S(1))));
+}
+
+/// The velocity ẋ = (∂x/∂q) q̇ of x(q).
+template <class Function, class Q, class Qdot>
+auto velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
+  return value_and_velocity_of(x, q, qdot).rate;
+}
+
+/// The velocity ẋ = (∂x/∂q) q̇ + ∂x/∂t of x(q, t).
+template <class Function, class Q, class Qdot, class Time>
+auto velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time& t) {
+  return value_and_velocity_of(x, q, qdot, t).rate;
+}
+
+/// The acceleration ẍ = J q̈ + J̇ q̇ of x(q), by a dual number in a dual number.
+///
+/// With q̈ from Lagrange's equations, m ẍ − (applied force) is the reaction on the point.
+template <class Function, class Q, class Qdot, class Qddot>
+auto acceleration_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+                     const Eigen::MatrixBase<Qddot>& qddot) {
+  const auto velocity = [&x](const auto& both) {
+    const Eigen::Index n = both.size() / 2;
+    return velocity_of(x, both.head(n), both.tail(n));
+  };
+  using S = std::decay_t<decltype(std::declval<detail::MotionScalar<Q, Qdot>>() + qddot[0])>;
+  Vector<S, Dynamic> state(2 * q.size()), rate(2 * q.size());
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    state[i] = q[i];
+    state[q.size() + i] = qdot[i];
+    rate[i] = qdot[i];
+    rate[q.size() + i] = qddot[i];
+  }
+  return velocity_of(velocity, state, rate);
+}
+
+}  // namespace qdot
