@@ -1,0 +1,72 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A moving picture as plain data: points that move, and shapes that hang on them.
+//
+// Every frame is a list of points in the plane, always equally many; a shape names points by their index in the frame.
+// So a double pendulum is three points (pivot, two bobs), one line through them, two disks and the trail of the last:
+//
+//     Drawing{.shapes = {line({0, 1, 2}), pivot(0), disk(1), disk(2), trail(2)}}
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace qdot::report {
+
+/// A point of the picture, in the units of the model; y is upwards.
+struct Point {
+  double x = 0;
+  double y = 0;
+};
+
+/// Something to draw; what `points` and `size` mean depends on the kind.
+struct Shape {
+  enum class Kind {
+    line,     // through the points: a rod, a string, a chain
+    spring,   // a coil between two points
+    disk,     // a bob at one point; size is its radius in pixels
+    trail,    // the path of one point so far; size is how long it lasts, in units of time (0: for ever)
+    pivot,    // a small fixed bearing at one point
+    box,      // an upright rectangle around one point; size is its width, size2 its height, in the units of the model
+    ellipse,  // the image of a circle: centre and the ends of two conjugate radii
+  };
+  Kind kind = Kind::line;
+  std::vector<int> points;
+  double size = 0;
+  double size2 = 0;
+  int colour = -1;  // a series colour, or −1 for ink
+};
+
+inline Shape line(std::vector<int> points, int colour = -1) { return {Shape::Kind::line, std::move(points), 0, 0, colour}; }
+inline Shape spring(int from, int to) { return {Shape::Kind::spring, {from, to}, 0, 0, -1}; }
+inline Shape disk(int point, int colour = 0, double radius_px = 9) {
+  return {Shape::Kind::disk, {point}, radius_px, 0, colour};
+}
+inline Shape trail(int point, int colour = 0, double lasts = 0) {
+  return {Shape::Kind::trail, {point}, lasts, 0, colour};
+}
+inline Shape pivot(int point) { return {Shape::Kind::pivot, {point}, 0, 0, -1}; }
+inline Shape box(int point, double width, double height, int colour = -1) {
+  return {Shape::Kind::box, {point}, width, height, colour};
+}
+inline Shape ellipse(int centre, int end_of_first_radius, int end_of_second_radius, int colour = -1) {
+  return {Shape::Kind::ellipse, {centre, end_of_first_radius, end_of_second_radius}, 0, 0, colour};
+}
+
+/// What is drawn of a scene: shapes on its moving points, and lines that never move (ground, rail, wall).
+struct Drawing {
+  std::vector<Shape> shapes;
+  std::vector<std::vector<Point>> backdrop{};
+};
+
+/// A drawing with its frames: `frames[i]` are the points at `times[i]`.
+struct Animation {
+  Drawing drawing;
+  std::vector<double> times;
+  std::vector<std::vector<Point>> frames;
+  std::string time_unit = "s";
+};
+
+}  // namespace qdot::report

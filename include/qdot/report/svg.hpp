@@ -1,0 +1,270 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Line plots as SVG text.
+//
+// The label of the y axis stands above the axis and reads horizontally, beside the legend; the curves keep the width.
+//
+//     title
+//     y label                      — curve   — curve
+//     ×10⁻¹³
+//      2 ┤    ╭─╮
+//      1 ┤ ╭──╯ ╰───
+//      0 ┼────┬────┬────
+//        0    1    2          t [s]
+//
+// Curves with far more points than pixels are thinned so that nothing visible is lost: within each quarter of a pixel the
+// first, lowest, highest and last point stay. Colours are CSS variables (theme.hpp), so one file serves light and dark.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "qdot/report/number.hpp"
+#include "qdot/report/plot.hpp"
+#include "qdot/report/theme.hpp"
+
+namespace qdot::report {
+
+/// Text with the characters that XML and HTML reserve replaced by entities.
+inline std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    switch (c) {
+      case '&': result += "&amp;"; break;
+      case '<': result += "&lt;"; break;
+      case '>': result += "&gt;"; break;
+      case '"': result += "&quot;"; break;
+      default: result += c;
+    }
+  }
+  return result;
+}
+
+namespace detail {
+
+inline std::string px(double x) { return fixed_text(x, 2); }
+
+/// Approximate width in px of text at the plots' font size; combining marks take none.
+inline double text_width(const std::string& text) {
+  double glyphs = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    if ((byte & 0xC0U) == 0x80U) continue;
+    if (byte == 0xCC || byte == 0xCD) continue;
+    ++glyphs;
+  }
+  return 7.3 * glyphs;
+}
+
+inline std::string text_element(double x, double y, const std::string& anchor, const std::string& text,
+                                const std::string& css_class = "") {
+  return "<text x=\"" + px(x) + "\" y=\"" + px(y) + "\"" +
+         (anchor.empty() ? "" : " text-anchor=\"" + anchor + "\"") +
+         (css_class.empty() ? "" : " class=\"" + css_class + "\"") + ">" + escaped(text) + "</text>\n";
+}
+
+/// The hyphen before a number becomes a minus sign.
+inline std::string with_minus(const std::string& number) {
+  return number.starts_with('-') ? "−" + number.substr(1) : number;
+}
+
+/// Maps values of one axis onto pixels.
+class AxisMap {
+ public:
+  AxisMap(const Axis& axis, std::pair<double, double> range, double from_px, double to_px)
+      : axis_(axis), lo_(position(range.first)), hi_(position(range.second)), from_(from_px), to_(to_px) {}
+
+  double operator()(double value) const { return from_ + (position(value) - lo_) / (hi_ - lo_) * (to_ - from_); }
+
+ private:
+  double position(double value) const { return axis_.scale == Scale::logarithmic ? std::log10(value) : value; }
+
+  const Axis& axis_;
+  double lo_, hi_, from_, to_;
+};
+
+struct Pixel {
+  double x, y;
+};
+
+/// Drops what cannot be seen: of the points within a quarter of a pixel keep first, lowest, highest and last.
+inline std::vector<Pixel> thinned(const std::vector<Pixel>& run) {
+  std::vector<Pixel> kept;
+  for (std::size_t i = 0; i < run.size();) {
+    std::size_t end = i + 1;
+    std::size_t low = i;
+    std::size_t high = i;
+    while (end < run.size() && std::abs(run[end].x - run[i].x) < 0.25) {
+      if (run[end].y < run[low].y) low = end;
+      if (run[end].y > run[high].y) high = end;
+      ++end;
+    }
+    std::vector<std::size_t> chosen = {i, std::min(low, high), std::max(low, high), end - 1};
+    chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+    for (const std::size_t k : chosen) kept.push_back(run[k]);
+    i = end;
+  }
+  return kept;
+}
+
+inline std::string path_data(const Series& series, const Axis& x_axis, const Axis& y_axis, const AxisMap& x,
+                             const AxisMap& y, bool thin) {
+  std::string data;
+  std::vector<Pixel> run;
+  const auto flush = [&] {
+    const std::vector<Pixel> points = thin ? thinned(run) : run;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      data += (i == 0 ? "M" : "L") + px(points[i].x) + " " + px(points[i].y);
+    }
+    run.clear();
+  };
+  for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
+    if (can_show(x_axis, series.x[i]) && can_show(y_axis, series.y[i])) {
+      run.push_back({x(series.x[i]), y(series.y[i])});
+    } else {
+      flush();
+    }
+  }
+  flush();
+  return data;
+}
+
+struct LegendEntry {
+  double x, y;
+  std::size_t series;
+};
+
+/// Places the legend in rows that end at the right edge; returns the entries and the number of rows.
+inline std::pair<std::vector<LegendEntry>, int> legend(const Plot& plot, double left, double right) {
+  std::vector<std::vector<std::pair<std::size_t, double>>> rows(1);  // series, offset from the row's start
+  std::vector<double> widths(1, 0.0);
+  double room = right - left - text_width(plot.y.label) - 24;
+  const std::size_t count = plot.series.size();
+  const bool all = count <= 12;  // of a long chain the first and the last tell the colours
+  for (std::size_t i = 0; i < count; ++i) {
+    if (plot.series[i].label.empty() || !(all || i == 0 || i + 1 == count || i == count / 2)) continue;
+    const double width = 22 + text_width(plot.series[i].label) + 14;
+    if (widths.back() + width > room && widths.back() > 0) {
+      rows.emplace_back();
+      widths.push_back(0.0);
+      room = right - left;
+    }
+    rows.back().emplace_back(i, widths.back());
+    widths.back() += width;
+  }
+  std::vector<LegendEntry> entries;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    for (const auto& [series, offset] : rows[r]) {
+      entries.push_back({right - widths[r] + 14 + offset, 18 * static_cast<double>(r), series});
+    }
+  }
+  return {entries, static_cast<int>(rows.size())};
+}
+
+inline Ticks ticks(const Axis& axis, std::pair<double, double> range, double length_px, double px_per_tick) {
+  const int wanted = std::max(2, static_cast<int>(length_px / px_per_tick));
+  return axis.scale == Scale::logarithmic ? logarithmic_ticks(range.first, range.second, wanted)
+                                          : linear_ticks(range.first, range.second, wanted);
+}
+
+/// Widens the range of one axis until a unit is equally long on both.
+inline void equalize(std::pair<double, double>& x, std::pair<double, double>& y, double width_px, double height_px) {
+  const double unit = std::max((x.second - x.first) / width_px, (y.second - y.first) / height_px);
+  const double dx = 0.5 * (unit * width_px - (x.second - x.first));
+  const double dy = 0.5 * (unit * height_px - (y.second - y.first));
+  x = {x.first - dx, x.second + dx};
+  y = {y.first - dy, y.second + dy};
+}
+
+}  // namespace detail
+
+/// The plot as an <svg> element for a page that carries `theme_css` and `plot_css`.
+inline std::string svg_element(const Plot& plot, const std::string& style = "") {
+  using namespace detail;
+  std::vector<const std::vector<double>*> xs;
+  std::vector<const std::vector<double>*> ys;
+  for (const Series& s : plot.series) {
+    xs.push_back(&s.x);
+    ys.push_back(&s.y);
+  }
+  std::pair<double, double> x_range = shown_range(plot.x, xs, plot.time_axis ? 0.0 : 0.04);
+  std::pair<double, double> y_range = shown_range(plot.y, ys, 0.06);
+
+  const double right = plot.width - 18;
+  const double head = plot.title.empty() ? 8 : 32;
+  const auto [entries, legend_rows] = legend(plot, 12, right);
+  const double bottom = plot.height - 40;
+  const double top = head + 18 * std::max(legend_rows, 1) + 14;
+  Ticks y_ticks = ticks(plot.y, y_range, bottom - top, 36);
+  double left = 0;
+  for (const Tick& tick : y_ticks.ticks) left = std::max(left, text_width(tick.label));
+  left += 24;
+  if (plot.equal_units) {
+    equalize(x_range, y_range, right - left, bottom - top);
+    y_ticks = ticks(plot.y, y_range, bottom - top, 36);
+  }
+  const Ticks x_ticks = ticks(plot.x, x_range, right - left, plot.x.scale == Scale::linear ? 84 : 60);
+  const AxisMap x(plot.x, x_range, left, right);
+  const AxisMap y(plot.y, y_range, bottom, top);
+
+  std::string svg = "<svg class=\"plot\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + px(plot.width) + " " +
+                    px(plot.height) + "\" width=\"" + px(plot.width) + "\" height=\"" + px(plot.height) +
+                    "\" role=\"img\" aria-label=\"" + escaped(plot.title.empty() ? plot.y.label : plot.title) + "\"";
+  if (plot.time_axis) {
+    svg += " data-time=\"" + px(left) + " " + px(right) + " " + px(top) + " " + px(bottom) + " " +
+           exact_text(x_range.first) + " " + exact_text(x_range.second) + "\"";
+  }
+  svg += ">\n" + style;
+  if (!plot.title.empty()) svg += text_element(12, 22, "", plot.title, "title");
+  const double label_line = head + 13;
+  std::string y_label = plot.y.label;
+  if (y_ticks.exponent != 0) y_label += "  ×10" + superscript(y_ticks.exponent);
+  svg += text_element(12, label_line, "", y_label, "label");
+  for (const LegendEntry& entry : entries) {
+    const std::string colour = series_colour(entry.series, plot.series.size());
+    const double line = label_line + entry.y;
+    svg += "<path class=\"curve\" style=\"stroke:" + colour + ";stroke-width:2.5\" d=\"M" + px(entry.x) + " " +
+           px(line - 4.5) + "h16\"/>" + text_element(entry.x + 22, line, "", plot.series[entry.series].label);
+  }
+
+  std::string grid;
+  for (const Tick& tick : x_ticks.ticks) grid += "M" + px(x(tick.value)) + " " + px(top) + "V" + px(bottom);
+  for (const Tick& tick : y_ticks.ticks) grid += "M" + px(left) + " " + px(y(tick.value)) + "H" + px(right);
+  svg += "<path class=\"grid\" d=\"" + grid + "\"/>\n";
+  for (const Tick& tick : x_ticks.ticks) svg += text_element(x(tick.value), bottom + 18, "middle", with_minus(tick.label));
+  for (const Tick& tick : y_ticks.ticks) svg += text_element(left - 8, y(tick.value) + 4.5, "end", with_minus(tick.label));
+  std::string x_label = plot.x.label;
+  if (x_ticks.exponent != 0) x_label += "  ×10" + superscript(x_ticks.exponent);
+  svg += text_element(0.5 * (left + right), plot.height - 6, "middle", x_label, "label");
+
+  // A nested viewport clips curves that leave a range the caller chose.
+  svg += "<svg x=\"" + px(left) + "\" y=\"" + px(top - 2) + "\" width=\"" + px(right - left) + "\" height=\"" +
+         px(bottom - top + 4) + "\" viewBox=\"" + px(left) + " " + px(top - 2) + " " + px(right - left) + " " +
+         px(bottom - top + 4) + "\">\n";
+  for (std::size_t i = 0; i < plot.series.size(); ++i) {
+    const Series& series = plot.series[i];
+    const std::string colour = series_colour(i, plot.series.size());
+    svg += "<path class=\"curve\" style=\"stroke:" + colour + "\" d=\"" +
+           path_data(series, plot.x, plot.y, x, y, !series.markers && !plot.equal_units) + "\"/>\n";
+    if (!series.markers) continue;
+    for (std::size_t k = 0; k < std::min(series.x.size(), series.y.size()); ++k) {
+      if (!can_show(plot.x, series.x[k]) || !can_show(plot.y, series.y[k])) continue;
+      svg += "<circle cx=\"" + px(x(series.x[k])) + "\" cy=\"" + px(y(series.y[k])) + "\" r=\"3.2\" style=\"fill:" +
+             colour + "\"/>";
+    }
+  }
+  return svg + "</svg>\n<path class=\"frame\" d=\"M" + px(left) + " " + px(top) + "V" + px(bottom) + "H" + px(right) +
+         "\"/>\n</svg>\n";
+}
+
+/// The plot as an SVG file of its own: white or dark paper as the reader prefers.
+inline std::string svg(const Plot& plot) {
+  const std::string style = "<style>\n" + theme_css(".plot") + plot_css() + "</style>\n<rect width=\"100%\" height=\"100%\" rx=\"6\" style=\"fill:var(--card)\"/>\n";
+  return svg_element(plot, style);
+}
+
+}  // namespace qdot::report
