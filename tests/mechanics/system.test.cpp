@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include "../catch2_bridge.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace {
+
+using qdot::KineticSignature;
+using qdot::mechanical_system;
+using qdot::PotentialSignature;
+using qdot::Vector;
+
+const auto constant_inertia = [](const auto& qdot) { return 0.5 * qdot.squaredNorm(); };
+const auto scleronomic = [](const auto& q, const auto& qdot) { return 0.5 * q[0] * q[0] * qdot[0] * qdot[0]; };
+const auto rheonomic = [](const auto& q, const auto& qdot, const auto& t) { return 0.5 * t * q[0] * qdot[0] * qdot[0]; };
+const auto spring = [](const auto& q) { return 0.5 * q[0] * q[0]; };
+const auto swept_spring = [](const auto& q, const auto& t) { return 0.5 * t * q[0] * q[0]; };
+
+struct BothEnergies {
+  double m = 2.0;
+  template <class S>
+  S T(const Vector<S, 1>& qdot) const {
+    return 0.5 * m * qdot[0] * qdot[0];
+  }
+  template <class S>
+  S V(const Vector<S, 1>& q) const {
+    return m * q[0];
+  }
+};
+
+struct AnyLength {
+  double m = 2.0;
+  template <class S>
+  S T(const Vector<S, qdot::Dynamic>& qdot) const {
+    return 0.5 * m * qdot.squaredNorm();
+  }
+  template <class S>
+  S V(const Vector<S, qdot::Dynamic>& q) const {
+    return m * q.sum();
+  }
+};
+
+TEST_CASE("the signature of an energy says what physics there is") {
+  using A = decltype(mechanical_system<1>(constant_inertia, spring));
+  STATIC_REQUIRE(A::kinetic_signature == KineticSignature::velocity);
+  STATIC_REQUIRE(A::potential_signature == PotentialSignature::position);
+  STATIC_REQUIRE(A::autonomous);
+  using B = decltype(mechanical_system<1>(scleronomic, swept_spring));
+  STATIC_REQUIRE(B::kinetic_signature == KineticSignature::state);
+  STATIC_REQUIRE(B::potential_signature == PotentialSignature::position_and_time);
+  STATIC_REQUIRE_FALSE(B::autonomous);
+  using C = decltype(mechanical_system<1>(rheonomic, spring));
+  STATIC_REQUIRE(C::kinetic_signature == KineticSignature::state_and_time);
+  STATIC_REQUIRE_FALSE(C::autonomous);
+}
+
+TEST_CASE("one object with members T and V, two functors, and T alone all make a system") {
+  CHECK(mechanical_system<1>(BothEnergies{3.0}).energies().m == 3.0);
+  CHECK(mechanical_system(5, AnyLength{3.0}).energies().m == 3.0);
+  CHECK(mechanical_system<1>(scleronomic, spring).dof() == 1);
+  CHECK(mechanical_system<3>(constant_inertia).dof() == 3);
+  CHECK(mechanical_system(7, constant_inertia).dof() == 7);
+}
+
+TEST_CASE("coordinates bear the user's names, and their velocities too") {
+  const auto plain = mechanical_system<2>(constant_inertia);
+  CHECK(plain.coordinate_name(1) == "q1");
+  CHECK(plain.velocity_name(1) == "qdot1");
+  const auto named = plain.with_names({"r", "phi"});
+  CHECK(named.coordinate_name(1) == "phi");
+  CHECK(named.velocity_name(1) == "phidot");
+  CHECK(named.with_indefinite_mass_matrix().coordinate_name(0) == "r");
+}
+
+TEST_CASE("a wrong number of names or coordinates is refused") {
+  CHECK_THROWS_WITH(mechanical_system<2>(constant_inertia).with_names({"r"}),
+                    "the list of coordinate names must have 2 entries, but has 1; give one name for each coordinate");
+  CHECK_THROWS_WITH(mechanical_system(0, constant_inertia),
+                    "the number of coordinates must be at least 1, but is 0; pass the length of q to "
+                    "mechanical_system(n, T, V)");
+}
+
+}  // namespace
