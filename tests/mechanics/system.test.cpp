@@ -40,17 +40,21 @@ struct AnyLength {
 };
 
 TEST_CASE("the signature of an energy says what physics there is") {
-  using A = decltype(mechanical_system<1>(constant_inertia, spring));
+  const auto a = mechanical_system<1>(constant_inertia, spring);
+  const auto b = mechanical_system<1>(scleronomic, swept_spring);
+  const auto c = mechanical_system<1>(rheonomic, spring);
+  using A = decltype(a);
+  using B = decltype(b);
+  using C = decltype(c);
   STATIC_REQUIRE(A::kinetic_signature == KineticSignature::velocity);
   STATIC_REQUIRE(A::potential_signature == PotentialSignature::position);
   STATIC_REQUIRE(A::autonomous);
-  using B = decltype(mechanical_system<1>(scleronomic, swept_spring));
   STATIC_REQUIRE(B::kinetic_signature == KineticSignature::state);
   STATIC_REQUIRE(B::potential_signature == PotentialSignature::position_and_time);
   STATIC_REQUIRE_FALSE(B::autonomous);
-  using C = decltype(mechanical_system<1>(rheonomic, spring));
   STATIC_REQUIRE(C::kinetic_signature == KineticSignature::state_and_time);
   STATIC_REQUIRE_FALSE(C::autonomous);
+  CHECK(a.dof() + b.dof() + c.dof() == 3);
 }
 
 TEST_CASE("one object with members T and V, two functors, and T alone all make a system") {
