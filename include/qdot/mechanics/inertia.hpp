@@ -58,6 +58,17 @@
 
 namespace qdot {
 
+namespace detail {
+
+// A number as a message shows it: six digits, 1e-12 not as 0.000000.
+inline std::string number_text(double x) {
+  std::ostringstream text;
+  text << x;
+  return text.str();
+}
+
+}  // namespace detail
+
 /// A point with a mass: the atom of mechanics.
 struct PointMass {
   double mass;
@@ -77,7 +88,7 @@ inline double total_mass(std::span<const PointMass> points) {
 inline Eigen::Vector3d centre_of_mass(std::span<const PointMass> points) {
   const double M = total_mass(points);
   if (!(M > 0.0)) {
-    throw InvalidValue("centre_of_mass: the total mass must be positive, but it is " + std::to_string(M) +
+    throw InvalidValue("centre_of_mass: the total mass must be positive, but it is " + detail::number_text(M) +
                        " over " + std::to_string(points.size()) + " points; add points with mass");
   }
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -184,7 +195,7 @@ namespace detail {
 inline void require_size(std::string_view body, std::string_view name, double value) {
   if (std::isfinite(value) && value >= 0.0) return;
   throw InvalidValue("inertia::" + std::string(body) + ": " + std::string(name) +
-                     " must be finite and not negative, but it is " + std::to_string(value) +
+                     " must be finite and not negative, but it is " + number_text(value) +
                      "; masses and lengths are given as plain sizes");
 }
 
@@ -194,7 +205,7 @@ inline void require_order(std::string_view body, double inner, double outer) {
   require_size(body, "outer radius", outer);
   if (inner <= outer) return;
   throw InvalidValue("inertia::" + std::string(body) + ": the inner radius must not exceed the outer one, but inner = " +
-                     std::to_string(inner) + " and outer = " + std::to_string(outer) + "; the inner radius comes first");
+                     number_text(inner) + " and outer = " + number_text(outer) + "; the inner radius comes first");
 }
 
 inline Eigen::Matrix3d diagonal(double x, double y, double z) { return Eigen::Vector3d(x, y, z).asDiagonal(); }

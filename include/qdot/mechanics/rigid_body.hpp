@@ -117,7 +117,7 @@ struct RigidBody {
 /// @throws InvalidValue for a mass that is not positive or a tensor that no body has (inertia.hpp)
 inline RigidBody body_about_centre(double M, const Eigen::Matrix3d& I_G) {
   if (!(std::isfinite(M) && M > 0.0)) {
-    throw InvalidValue("rigid body: the mass must be finite and positive, but it is " + std::to_string(M) +
+    throw InvalidValue("rigid body: the mass must be finite and positive, but it is " + detail::number_text(M) +
                        "; leave a massless body out of T");
   }
   return {M, Eigen::Vector3d::Zero(), valid_inertia(I_G)};
@@ -154,7 +154,7 @@ inline RigidBody compound(std::initializer_list<RigidBody> parts) {
     sum.inertia += part.inertia;
   }
   if (!(sum.mass > 0.0)) {
-    throw InvalidValue("compound: the total mass must be positive, but it is " + std::to_string(sum.mass) + " over " +
+    throw InvalidValue("compound: the total mass must be positive, but it is " + detail::number_text(sum.mass) + " over " +
                        std::to_string(parts.size()) + " parts; give at least one part with mass");
   }
   sum.centre /= sum.mass;

@@ -1,0 +1,150 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// How many degrees of freedom?
+// ============================
+//
+// Before any energy is written down, the lecture counts. Describe every body by coordinates x that
+// would be free without constraints (a point in the plane has 2, a body in the plane 3, a point in
+// space 3, a body in space 6), say N in all, and write the holonomic constraints as
+//
+//     φ(x, t) = 0,     m equations.
+//
+// If they are independent, n = N − m. That "if" is the trap: a door with three hinges, a parallelogram
+// with a third bar, or the same equation written twice have more equations than constraints. What
+// counts is how many directions they really forbid. A velocity ẋ is allowed when J ẋ = −∂φ/∂t,
+// J = ∂φ/∂x, hence
+//
+//     n = N − rank J.
+//
+// J comes exact, by dual numbers, so its rank shows clearly: computed to rounding, the singular values
+// of independent rows are of the size of the geometry, and the superfluous ones are about 1e-16. The
+// rows are first scaled to length 1, because φ and 1000 φ are the same constraint. Two things are
+// reported along with the count, so that nobody needs to trust it blindly: which rows add nothing to
+// the rows before them, and the gap, smallest kept over largest dropped singular value. A gap below
+// 1000 means that the answer is a matter of opinion: the geometry is close to a singular one.
+//
+// Take a configuration that satisfies the constraints and is not special. At a special one (a
+// stretched four-bar linkage, a pendulum's φ = (x² + y² − l²)² at any point) the rank drops, and the count
+// is too high. Counting at two configurations tells such cases apart.
+//
+// Constraints that speak of velocities, A(q) q̇ = 0, and are not integrable (integrability.hpp) do not
+// lower the number of coordinates; `rank_of_rows` of J and A stacked tells how many velocities are free.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include "qdot/ad/derivatives.hpp"
+#include "qdot/error.hpp"
+
+namespace qdot {
+
+/// What the rows of a constraint Jacobian amount to.
+struct ConstraintRank {
+  Eigen::Index coordinates = 0;          ///< N, columns
+  Eigen::Index equations = 0;            ///< m, rows
+  Eigen::Index rank = 0;                 ///< independent ones among them
+  Eigen::Index degrees_of_freedom = 0;   ///< N − rank
+  std::vector<Eigen::Index> dependent;   ///< rows that add nothing to the rows before them, 0-based
+  Eigen::VectorXd singular_values;       ///< of the rows scaled to length 1, largest first
+  double gap = std::numeric_limits<double>::infinity();  ///< smallest kept over largest dropped singular value
+
+  /// False when kept and dropped singular values lie so close that the count is doubtful.
+  bool clear() const { return gap > 1e3; }
+};
+
+namespace detail {
+
+// Rows that Gram and Schmidt, twice through, find in the span of the rows before them.
+inline std::vector<Eigen::Index> rows_in_span_of_earlier(const Eigen::MatrixXd& rows, double tolerance) {
+  std::vector<Eigen::Index> dependent;
+  Eigen::MatrixXd basis(rows.cols(), 0);
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    Eigen::VectorXd rest = rows.row(i).transpose();
+    for (int pass = 0; pass < 2; ++pass) rest -= basis * (basis.transpose() * rest).eval();
+    const double length = rest.norm();
+    if (basis.cols() == rows.cols() || length <= tolerance) {
+      dependent.push_back(i);
+    } else {
+      basis.conservativeResize(Eigen::NoChange, basis.cols() + 1);
+      basis.rightCols(1) = rest / length;
+    }
+  }
+  return dependent;
+}
+
+}  // namespace detail
+
+/// Rank, dependent rows and singular values of a matrix whose rows are constraints on velocities.
+///
+/// O(m² N). A row of zeros is dependent on nothing at all.
+///
+/// @param J          m×N
+/// @param tolerance  singular values up to this fraction of the largest one count as zero
+/// @throws           NonFinite when J is not finite, InvalidValue for a tolerance outside (0, 1)
+inline ConstraintRank rank_of_rows(const Eigen::MatrixXd& J, double tolerance = 1e-10) {
+  if (!(tolerance > 0.0 && tolerance < 1.0)) {
+    throw InvalidValue("rank_of_rows: the tolerance must lie between 0 and 1, but it is " + std::to_string(tolerance) +
+                       "; it is a fraction of the largest singular value");
+  }
+  ConstraintRank result;
+  result.equations = J.rows();
+  result.coordinates = J.cols();
+  result.degrees_of_freedom = J.cols();
+  if (J.size() == 0) return result;
+  Eigen::MatrixXd rows = J;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    if (!rows.row(i).allFinite()) {
+      const std::string name = "the gradient of constraint " + std::to_string(i);
+      throw NonFinite(name, 0.0,
+                      name + " must be finite, but it is not; choose a configuration where the constraint is smooth");
+    }
+    const double length = rows.row(i).stableNorm();
+    if (length > 0.0) rows.row(i) /= length;
+  }
+  result.singular_values = Eigen::JacobiSVD<Eigen::MatrixXd>(rows).singularValues();
+  const Eigen::VectorXd& sigma = result.singular_values;
+  const double cut = tolerance * sigma[0];
+  while (result.rank < sigma.size() && sigma[result.rank] > cut) ++result.rank;
+  if (result.rank > 0 && result.rank < sigma.size() && sigma[result.rank] > 0.0) {
+    result.gap = sigma[result.rank - 1] / sigma[result.rank];
+  }
+  result.degrees_of_freedom = result.coordinates - result.rank;
+  result.dependent = detail::rows_in_span_of_earlier(rows, tolerance);
+  if (result.rank + static_cast<Eigen::Index>(result.dependent.size()) != result.equations) {
+    // Close to the cut the order of rows matters; let pivoting choose the rows to keep, so that the numbers agree.
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.transpose());
+    result.dependent.clear();
+    for (Eigen::Index k = result.rank; k < result.equations; ++k) {
+      result.dependent.push_back(qr.colsPermutation().indices()[k]);
+    }
+    std::sort(result.dependent.begin(), result.dependent.end());
+  }
+  return result;
+}
+
+/// The constraints φ(x) = 0 at a configuration: how many there really are, and which repeat others.
+///
+/// @param phi  generic function of x that returns the column of m residuals
+/// @param x    a configuration that satisfies the constraints, N entries
+template <class Constraints, class X>
+ConstraintRank constraint_rank(const Constraints& phi, const Eigen::MatrixBase<X>& x, double tolerance = 1e-10) {
+  return rank_of_rows(jacobian(phi, x), tolerance);
+}
+
+/// The number of degrees of freedom N − rank ∂φ/∂x at a configuration.
+///
+/// For φ(x, t) fix the time: [&](const auto& x) { return phi(x, t); }; a prescribed motion forbids as much as a fixed one.
+template <class Constraints, class X>
+Eigen::Index degrees_of_freedom(const Constraints& phi, const Eigen::MatrixBase<X>& x, double tolerance = 1e-10) {
+  return constraint_rank(phi, x, tolerance).degrees_of_freedom;
+}
+
+}  // namespace qdot

@@ -1,0 +1,195 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Is a velocity constraint holonomic?
+// ===================================
+//
+// Rolling gives constraints between velocities, linear in them:
+//
+//     A(q) q̇ = 0            m rows, one for each constraint         a_i1 q̇_1 + … + a_in q̇_n = 0
+//
+// A disk rolling along a line has ẋ − R θ̇ = 0. That integrates to x − R θ = const: a holonomic
+// constraint in disguise, and one coordinate can go. A skate on ice has −ẋ sin θ + ẏ cos θ = 0. That
+// does not integrate: every position and direction can be reached, no coordinate can go, and the
+// constraint has to be carried along with a multiplier. To tell the two apart is step one of the
+// procedure, and guessing is not needed.
+//
+// A constraint integrates if there is an f(q) and an integrating factor μ with μ a·dq = df. Equality of
+// mixed derivatives of f, with μ eliminated, gives Frobenius' condition. Its geometric form: two
+// virtual displacements X, Y that the constraints allow, made one after the other in both orders, end
+// apart by something that the constraints allow too. With the exterior derivative
+//
+//     da_i(X, Y) = Σ_jk (∂a_ij/∂q_k − ∂a_ik/∂q_j) X_k Y_j
+//
+// the constraints A q̇ = 0 are all integrable together if and only if
+//
+//     da_i(X, Y) = 0   for all i and all X, Y with A X = A Y = 0, at every q.
+//
+// For one constraint this is a ∧ da = 0, in three coordinates a · curl a = 0; in one or two
+// coordinates there is nothing to test, a single constraint always integrates.
+//
+// The derivatives of A are exact (dual numbers), the allowed displacements come from an orthogonal
+// basis B of the null space of A, and the m matrices Bᵀ(da_i)B are the result. "At every q" becomes a
+// sample of points around the given one. One counterexample proves "not integrable"; agreement at all
+// of them is evidence, and strong evidence: where A is analytic, as in mechanics it is, the condition
+// either holds everywhere or fails almost everywhere.
+//
+// An explicit time, A(q, t) q̇ + b(q, t) = 0, is the same question one dimension higher, with t as the
+// last coordinate and b as its column.
+//
+// With several constraints some combination may integrate although all together do not. The rank of
+// the m matrices says how many directions open up by going back and forth once: `opened` = 0 means all
+// are holonomic; `opened` = m that none is, not even in combination; in between, at most m − opened are.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <type_traits>
+
+#include <Eigen/Core>
+#include <Eigen/SVD>
+
+#include "qdot/ad/derivatives.hpp"
+#include "qdot/ad/vector.hpp"
+#include "qdot/error.hpp"
+
+namespace qdot {
+
+/// Where and how sharply `integrability` looks.
+struct IntegrabilityOptions {
+  int samples = 8;          ///< further points around the given one
+  double radius = 0.1;      ///< each coordinate varies by up to radius · max(1, |q_i|)
+  double tolerance = 1e-9;  ///< relative to the derivatives of the scaled rows of A
+};
+
+/// The answer, with the evidence.
+struct Integrability {
+  bool holonomic = false;        ///< all the constraints integrate
+  Eigen::Index constraints = 0;  ///< independent rows of A
+  Eigen::Index opened = 0;       ///< directions forbidden by A that motion back and forth opens
+  double residual = 0.0;         ///< largest |da_i(X, Y)| over allowed unit X, Y, relative to the derivatives of A
+  Eigen::VectorXd where;         ///< the point of the largest residual
+};
+
+namespace detail {
+
+// One number in (−1, 1) from a counter: deterministic and the same on every machine (splitmix64).
+inline double scattered(std::uint64_t k) {
+  std::uint64_t z = (k + 1) * 0x9E3779B97F4A7C15ULL;
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
+  z ^= z >> 31;
+  return static_cast<double>(z >> 11) * 0x1.0p-52 - 1.0;
+}
+
+// Frobenius' condition at one point.
+template <class Rows>
+Integrability frobenius_condition(const Rows& A, const Eigen::VectorXd& q, double tolerance) {
+  const auto flattened = [&A](const auto& x) {
+    using S = std::decay_t<decltype(x[0])>;
+    const Matrix<S, Dynamic> rows = A(x);
+    return Vector<S, Dynamic>(rows.reshaped());
+  };
+  const auto both = value_and_jacobian(flattened, q);
+  const Eigen::Index n = q.size(), m = both.value.size() / n;
+  if (m * n != both.value.size() || m == 0) {
+    throw DimensionError("each row of A(q)", static_cast<long>(n),
+                         static_cast<long>(m == 0 ? both.value.size() : both.value.size() / m),
+                         "give one row for each constraint and one column for each coordinate");
+  }
+  if (!both.value.allFinite() || !both.jacobian.allFinite()) {
+    throw NonFinite("A(q)", 0.0, "A(q) and its derivatives must be finite, but they are not; choose a point where the constraint is smooth");
+  }
+  Eigen::MatrixXd rows = both.value.reshaped(m, n);
+  Eigen::VectorXd scale = Eigen::VectorXd::Zero(m);  // rows to length 1; a row of zeros stays
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const double length = rows.row(i).norm();
+    if (length > 0.0) scale[i] = 1.0 / length;
+    rows.row(i) *= scale[i];
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows, Eigen::ComputeFullV);
+  Integrability result;
+  const Eigen::VectorXd sigma = svd.singularValues();
+  while (result.constraints < sigma.size() && sigma[result.constraints] > 1e-10 * sigma[0]) ++result.constraints;
+  const Eigen::MatrixXd B = svd.matrixV().rightCols(n - result.constraints);
+
+  const Eigen::Index k = B.cols();
+  Eigen::MatrixXd twists(k * k, m);
+  double size = 0.0;
+  for (Eigen::Index i = 0; i < m; ++i) {
+    Eigen::MatrixXd D(n, n);  // ∂a_ij/∂q_k
+    for (Eigen::Index j = 0; j < n; ++j) D.row(j) = scale[i] * both.jacobian.row(i + j * m);
+    size = std::max(size, D.norm());
+    const Eigen::MatrixXd twist = B.transpose() * (D - D.transpose()) * B;
+    twists.col(i) = twist.reshaped();
+  }
+  result.where = q;
+  if (size > 0.0 && k > 1) {
+    twists /= size;
+    result.residual = twists.cwiseAbs().maxCoeff();
+    const Eigen::VectorXd s = Eigen::JacobiSVD<Eigen::MatrixXd>(twists).singularValues();
+    while (result.opened < s.size() && s[result.opened] > tolerance) ++result.opened;
+  }
+  result.holonomic = result.residual <= tolerance;
+  return result;
+}
+
+}  // namespace detail
+
+/// Whether the velocity constraints A(q) q̇ = 0 are integrable, that is holonomic.
+///
+/// Frobenius' condition at q and at `samples` points around it; a few evaluations of A on dual numbers each.
+/// The rank of A must be the same at all points: choose q where no constraint degenerates.
+///
+/// @param A  generic function of q that returns an m×n matrix of its scalar (a row vector for one constraint)
+/// @param q  a point of interest, n entries
+/// @throws   DimensionError when A has not n columns; NonFinite; InvalidValue when the rank of A changes nearby
+template <class Rows, class Q>
+Integrability integrability(const Rows& A, const Eigen::MatrixBase<Q>& q, const IntegrabilityOptions& options = {}) {
+  const Eigen::VectorXd centre = q;
+  Integrability worst = detail::frobenius_condition(A, centre, options.tolerance);
+  for (int sample = 0; sample < options.samples; ++sample) {
+    Eigen::VectorXd point = centre;
+    for (Eigen::Index i = 0; i < point.size(); ++i) {
+      const auto counter = static_cast<std::uint64_t>(sample) * static_cast<std::uint64_t>(point.size()) + static_cast<std::uint64_t>(i);
+      point[i] += options.radius * std::max(1.0, std::abs(centre[i])) * detail::scattered(counter);
+    }
+    const Integrability here = detail::frobenius_condition(A, point, options.tolerance);
+    if (here.constraints != worst.constraints) {
+      throw InvalidValue("integrability: the constraints must keep their rank around q, but it is " +
+                         std::to_string(worst.constraints) + " at one point and " + std::to_string(here.constraints) +
+                         " at another; choose another q or a smaller radius");
+    }
+    const Eigen::Index opened = std::max(worst.opened, here.opened);
+    if (here.residual > worst.residual) worst = here;
+    worst.opened = opened;
+  }
+  return worst;
+}
+
+/// Whether A(q, t) q̇ + b(q, t) = 0 is integrable: a constraint φ(q, t) = 0 in disguise.
+///
+/// @param A  generic function of (q, t), m×n
+/// @param b  generic function of (q, t), m entries (column)
+template <class Rows, class Column, class Q>
+Integrability integrability(const Rows& A, const Column& b, const Eigen::MatrixBase<Q>& q, double t,
+                            const IntegrabilityOptions& options = {}) {
+  const auto extended = [&](const auto& x) {
+    using S = std::decay_t<decltype(x[0])>;
+    const Eigen::Index n = x.size() - 1;
+    const Vector<S, Dynamic> position = x.head(n);
+    const S time = x[n];
+    const Matrix<S, Dynamic> rows = A(position, time);
+    const Vector<S, Dynamic> column = b(position, time);
+    Matrix<S, Dynamic> joined(rows.rows(), rows.cols() + 1);
+    joined << rows, column;
+    return joined;
+  };
+  Eigen::VectorXd x(q.size() + 1);
+  x << q, t;
+  return integrability(extended, x, options);
+}
+
+}  // namespace qdot
