@@ -1,0 +1,61 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// CVODE's two families of multistep methods, for any system that can be stepped.
+//
+//     CvodeBdf      backward differentiation formulas, order 1 to 5:  Σ αᵢ yₙ₋ᵢ = h f(tₙ, yₙ)
+//                   stable for stiff motion: dampers and springs that are fast beside the motion of
+//                   interest. Each step solves its implicit equations by Newton's method with the
+//                   exact Jacobian of the system (dual numbers; never a difference quotient).
+//     CvodeAdams    Adams–Moulton formulas, order 1 to 12:  yₙ = yₙ₋₁ + h Σ βᵢ f(tₙ₋ᵢ, yₙ₋ᵢ)
+//                   more accurate per step where the motion is smooth and not stiff.
+//
+//     const auto run = simulate(system, start, 10.0, CvodeBdf{}, {.rtol = 1e-10});
+//
+// One step costs CVODE one to two microseconds beside the evaluations of the model, and about one
+// evaluation of the right-hand side and a bit more; a Jacobian is needed every few tens of steps.
+//
+// Reference: A. C. Hindmarsh et al., SUNDIALS: Suite of nonlinear and differential/algebraic equation
+// solvers, ACM TOMS 31 (2005) 363–396.
+
+#include <functional>
+#include <string_view>
+#include <utility>
+
+#include "qdot/integrate/cvode_stepper.hpp"
+#include "qdot/integrate/stepper.hpp"
+
+namespace qdot {
+
+/// Backward differentiation formulas with Newton's method and the exact Jacobian; for stiff systems.
+struct CvodeBdf {
+  static constexpr std::string_view name = "cvode_bdf";
+
+  int max_order = 5;                                        ///< 1 … 5
+  std::function<void(std::string_view)> on_message = {};    ///< sink for SUNDIALS' own warnings
+
+  /// A stepper for `system`, which it copies. Allocates all its memory here.
+  template <FirstOrderSystem F>
+  CvodeStepper stepper(const F& system, const Options& options) const {
+    return CvodeStepper(system, {std::string(name), CV_BDF, max_order, Corrector::newton, on_message}, options);
+  }
+};
+
+/// Adams–Moulton formulas of variable order; for smooth motion that is not stiff.
+struct CvodeAdams {
+  static constexpr std::string_view name = "cvode_adams";
+
+  int max_order = 12;                                       ///< 1 … 12
+  Corrector corrector = Corrector::newton;                  ///< Newton also where the motion turns stiff for a while
+  std::function<void(std::string_view)> on_message = {};    ///< sink for SUNDIALS' own warnings
+
+  /// A stepper for `system`, which it copies. Allocates all its memory here.
+  template <FirstOrderSystem F>
+  CvodeStepper stepper(const F& system, const Options& options) const {
+    return CvodeStepper(system, {std::string(name), CV_ADAMS, max_order, corrector, on_message}, options);
+  }
+};
+
+static_assert(Stepper<CvodeStepper>);
+
+}  // namespace qdot

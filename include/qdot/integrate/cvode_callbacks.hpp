@@ -1,0 +1,202 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Between CVODE, which is C, and a model, which is C++ and may throw.
+//
+// CVODE calls functions with a void* and understands three answers:
+//
+//      0    here is the value
+//     +1    not here: try again with a smaller step ("recoverable")
+//     −1    give up
+//
+// An exception must not travel through C code. So the functions below catch everything, translate it
+// into one of the three answers, and keep what it said for the stepper, which acts after CVode has
+// returned:
+//
+//     value with NaN or infinity      +1   remembered: which component, at which t
+//     NonFinite, MassMatrixError,     +1   remembered; the point may lie beyond where the step will end
+//     RecoverableError
+//     StopRequest                     −1   the run ends in good order
+//     anything else                   −1   rethrown unchanged to the caller of the run
+//
+// Answering +1 to NaN is the difference between hundreds and hundreds of thousands of evaluations:
+// CVODE cannot see NaN by itself. A later success drops the memory of a recoverable trouble: then
+// the smaller step was the cure.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "qdot/error.hpp"
+#include "qdot/integrate/cvode_bridge.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail::cvode {
+
+using ConstVector = Eigen::Ref<const Eigen::VectorXd>;
+
+/// A first-order system without its type, so that everything else is compiled once for all systems.
+class AnySystem {
+ public:
+  template <FirstOrderSystem F>
+  explicit AnySystem(F system)
+      : object_(new F(std::move(system)), [](const void* p) { delete static_cast<const F*>(p); }),
+        size_(static_cast<const F*>(object_.get())->size()),
+        derivative_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) {
+          static_cast<const F*>(p)->derivative(t, y, ydot);
+        }),
+        jacobian_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) {
+          static_cast<const F*>(p)->jacobian(t, y, J);
+        }),
+        component_name_([](const void* p, Eigen::Index i) -> std::string {
+          return static_cast<const F*>(p)->component_name(i);
+        }) {}
+
+  Eigen::Index size() const noexcept { return size_; }
+  std::string component_name(Eigen::Index i) const { return component_name_(object_.get(), i); }
+
+  /// ydot ← f(t, y). @throws NonFinite when it is not finite, and whatever the model throws.
+  void derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
+    derivative_(object_.get(), t, y, ydot);
+    if (!ydot.allFinite()) throw non_finite_derivative(t, ydot);
+  }
+
+  /// J ← ∂f/∂y. @throws NonFinite when it is not finite, and whatever the model throws.
+  void jacobian(double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) const {
+    jacobian_(object_.get(), t, y, J);
+    if (!J.allFinite()) throw non_finite_jacobian(t, J);
+  }
+
+ private:
+  NonFinite non_finite_derivative(double t, const Eigen::Ref<Eigen::VectorXd>& ydot) const {
+    Eigen::Index i = 0;
+    while (std::isfinite(ydot[i])) ++i;
+    const std::string component = "the derivative of " + component_name(i);
+    return {component, t, component + " is " + text_of(ydot[i]) + " at t = " + text_of(t)};
+  }
+
+  NonFinite non_finite_jacobian(double t, const Eigen::Ref<Eigen::MatrixXd>& J) const {
+    Eigen::Index k = 0;
+    while (std::isfinite(J(k % size_, k / size_))) ++k;
+    const std::string component =
+        "the change of " + component_name(k % size_) + "'s derivative with " + component_name(k / size_);
+    return {component, t, component + " is " + text_of(J(k % size_, k / size_)) + " at t = " + text_of(t)};
+  }
+
+  std::unique_ptr<const void, void (*)(const void*)> object_;
+  Eigen::Index size_;
+  void (*derivative_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::VectorXd>);
+  void (*jacobian_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::MatrixXd>);
+  std::string (*component_name_)(const void*, Eigen::Index);
+};
+
+/// The model as CVODE sees it: counted, checked, and with every exception kept back.
+class GuardedSystem {
+ public:
+  explicit GuardedSystem(AnySystem system)
+      : system_(std::move(system)), start_y_(system_.size()), start_ydot_(system_.size()) {}
+
+  const AnySystem& system() const noexcept { return system_; }
+
+  /// Evaluates f at the start of a run and keeps it for CVODE's first call; throws like the model.
+  void start(double t, const ConstVector& y) {
+    forget();
+    start_pending_ = false;
+    ++evaluations;
+    system_.derivative(t, y, start_ydot_);
+    start_t_ = t;
+    start_y_ = y;
+    start_pending_ = true;
+  }
+
+  /// f at the last start(); valid until CVODE has asked for it.
+  const Eigen::VectorXd& start_derivative() const noexcept { return start_ydot_; }
+
+  /// Forgets what went wrong before.
+  void forget() noexcept {
+    trouble_.reset();
+    exception_ = nullptr;
+  }
+
+  /// What the last evaluation refused, if it refused.
+  const std::optional<Failure>& trouble() const noexcept { return trouble_; }
+
+  /// Rethrows an exception of the user's own, if one was caught.
+  void rethrow() {
+    if (exception_) std::rethrow_exception(std::exchange(exception_, nullptr));
+  }
+
+  /// Runs `evaluate` and translates what it throws into CVODE's answers.
+  template <class Evaluate>
+  int guarded(const Evaluate& evaluate) noexcept {
+    try {
+      try {
+        evaluate();
+        if (trouble_) trouble_.reset();
+        return 0;
+      } catch (const NonFinite& error) {
+        return refused(Outcome::non_finite, error);
+      } catch (const MassMatrixError& error) {
+        return refused(Outcome::singular_mass_matrix, error);
+      } catch (const RecoverableError& error) {
+        return refused(Outcome::refused_by_model, error);
+      } catch (const StopRequest& request) {
+        refused(Outcome::stopped_by_model, request);
+        return -1;
+      }
+    } catch (...) {  // also when there is no memory left for the words of the others
+      trouble_.reset();
+      exception_ = std::current_exception();
+      return -1;
+    }
+  }
+
+  static int right_hand_side(double t, N_Vector y, N_Vector ydot, void* self) noexcept {
+    auto& guard = *static_cast<GuardedSystem*>(self);
+    // The vectors are CVODE's own and promise no alignment beyond that of malloc.
+    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_.size());
+    Eigen::Map<Eigen::VectorXd> result(N_VGetArrayPointer(ydot), guard.system_.size());
+    if (guard.start_pending_) {
+      guard.start_pending_ = false;
+      if (t == guard.start_t_ && state == guard.start_y_) {
+        result = guard.start_ydot_;
+        return 0;
+      }
+    }
+    ++guard.evaluations;
+    return guard.guarded([&] { guard.system_.derivative(t, state, result); });
+  }
+
+  static int jacobian(double t, N_Vector y, N_Vector, SUNMatrix J, void* self, N_Vector, N_Vector, N_Vector) noexcept {
+    auto& guard = *static_cast<GuardedSystem*>(self);
+    const Eigen::Index n = guard.system_.size();
+    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), n);
+    Eigen::Map<Eigen::MatrixXd> result(SUNDenseMatrix_Data(J), n, n);  // column-major, like Eigen's
+    ++guard.jacobians;
+    return guard.guarded([&] { guard.system_.jacobian(t, state, result); });
+  }
+
+  long evaluations = 0;
+  long jacobians = 0;
+
+ private:
+  int refused(Outcome outcome, const std::exception& error) {
+    trouble_.emplace(Failure{outcome, error.what()});
+    return +1;
+  }
+
+  AnySystem system_;
+  double start_t_ = 0.0;
+  Eigen::VectorXd start_y_, start_ydot_;
+  bool start_pending_ = false;
+  std::optional<Failure> trouble_;
+  std::exception_ptr exception_;
+};
+
+}  // namespace qdot::detail::cvode

@@ -1,0 +1,115 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Options of a run: how accurate, how far, at what price.
+//
+// An adaptive method accepts a step when its estimate e of the local error satisfies
+//
+//     ‖ eᵢ / (rtol |yᵢ| + atolᵢ) ‖ ≤ 1,
+//
+// so rtol is a number of digits and atolᵢ is the size below which component i no longer matters.
+// Both are *local*: what is left of them at t_end depends on how the motion amplifies errors. Since
+// angles and metres, positions and velocities share one vector, atol may be given per component.
+//
+// Everything that limits a run is here as well, and never raises: a run that meets a limit returns
+// what it has with a named outcome. All of it has defaults; write what you want to change:
+//
+//     Options{.rtol = 1e-10, .atol = {1e-12, 1e-9}, .max_wall_seconds = 5}
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdio>
+#include <initializer_list>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "qdot/error.hpp"
+
+namespace qdot {
+
+/// Absolute tolerance: one number for all components, or one for each.
+class AbsoluteTolerance {
+ public:
+  AbsoluteTolerance(double all) : values_(Eigen::VectorXd::Constant(1, all)) {}
+  AbsoluteTolerance(Eigen::VectorXd each) : values_(std::move(each)) {}
+  AbsoluteTolerance(std::initializer_list<double> each)
+      : values_(Eigen::Map<const Eigen::VectorXd>(each.begin(), static_cast<Eigen::Index>(each.size()))) {}
+
+  /// Number of values given: 1, or one for each component of y.
+  Eigen::Index size() const noexcept { return values_.size(); }
+
+  /// The tolerance of component i.
+  double operator[](Eigen::Index i) const { return values_[values_.size() == 1 ? 0 : i]; }
+
+ private:
+  Eigen::VectorXd values_;
+};
+
+/// What a run is asked to do. Times in the units of t.
+struct Options {
+  double rtol = 1e-9;                ///< relative tolerance of the local error, every component
+  AbsoluteTolerance atol = 1e-12;    ///< absolute tolerance, one or per component of y, each in its component's units
+  double initial_step = 0.0;         ///< |h| to try first; 0 lets the method choose
+  double max_step = std::numeric_limits<double>::infinity();         ///< largest |h|
+  long max_steps = 10'000'000;                                       ///< accepted steps
+  long max_evaluations = std::numeric_limits<long>::max();           ///< right-hand sides, checked after each step
+  double max_wall_seconds = std::numeric_limits<double>::infinity(); ///< checked after each step
+  double state_norm_limit = std::numeric_limits<double>::infinity(); ///< largest |yᵢ|; a guard against finite nonsense
+  std::vector<double> stop_times = {};    ///< switching times: landed on exactly, and the method starts afresh there
+  std::vector<double> output_times = {};  ///< times at which Run::samples is filled, in the direction of the run
+  bool keep_trajectory = true;            ///< keep dense output of every step: about 8·size·(order + 1) bytes a step
+};
+
+namespace detail {
+
+// Shortest text that is good to read; 17 digits where a number must read back exactly are the report layer's business.
+inline std::string text_of(double x) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.10g", x);
+  return buffer;
+}
+
+inline void require_option(bool holds, const char* option, const char* rule, double given, const char* remedy) {
+  if (!holds)
+    throw InvalidValue(std::string(option) + " " + rule + ", but is " + text_of(given) + "; " + remedy);
+}
+
+/// Checks everything in the options that does not depend on the run's times.
+///
+/// @throws InvalidValue    a number outside its range
+/// @throws DimensionError  atol has neither 1 nor `size` entries
+inline void require_valid(const Options& options, Eigen::Index size) {
+  constexpr double least_rtol = 10 * std::numeric_limits<double>::epsilon();
+  const auto is_limit = [](double x) { return x > 0; };  // false for NaN, true for infinity
+  require_option(options.rtol >= least_rtol && options.rtol < 1, "rtol",
+                 "must lie between 2.3e-15 (double has no more digits) and 1", options.rtol, "try 1e-9");
+  if (options.atol.size() != 1 && options.atol.size() != size)
+    throw DimensionError("atol", static_cast<long>(size), static_cast<long>(options.atol.size()),
+                         "give one number for all components, or one for each (positions first, then velocities)");
+  for (Eigen::Index i = 0; i < options.atol.size(); ++i)
+    require_option(is_limit(options.atol[i]) && std::isfinite(options.atol[i]),
+                   options.atol.size() == 1 ? "atol" : ("atol[" + std::to_string(i) + "]").c_str(),
+                   "must be positive and finite", options.atol[i],
+                   "give the size below which the component no longer matters");
+  require_option(is_limit(options.max_step), "max_step", "must be positive", options.max_step,
+                 "leave it out for no limit");
+  require_option(options.initial_step >= 0 && options.initial_step <= options.max_step, "initial_step",
+                 "must lie between 0 (chosen by the method) and max_step", options.initial_step,
+                 "leave it out; the sign is that of the run");
+  require_option(options.max_steps >= 1, "max_steps", "must be at least 1", static_cast<double>(options.max_steps),
+                 "leave it out for the default of ten million");
+  require_option(options.max_evaluations >= 1, "max_evaluations", "must be at least 1",
+                 static_cast<double>(options.max_evaluations), "leave it out for no limit");
+  require_option(is_limit(options.max_wall_seconds), "max_wall_seconds", "must be positive", options.max_wall_seconds,
+                 "leave it out for no limit");
+  require_option(is_limit(options.state_norm_limit), "state_norm_limit", "must be positive", options.state_norm_limit,
+                 "leave it out for no limit");
+  for (const double t : options.stop_times)
+    require_option(std::isfinite(t), "every stop time", "must be finite", t, "remove it from stop_times");
+  for (const double t : options.output_times)
+    require_option(std::isfinite(t), "every output time", "must be finite", t, "remove it from output_times");
+}
+
+}  // namespace detail
+}  // namespace qdot

@@ -1,0 +1,123 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Outcomes: how a run ended.
+//
+// A run that goes from t₀ to t_end can end in more ways than "done" and "crashed". The observer had
+// seen enough; a budget of steps or seconds was spent; the model gave NaN at t = 0.73; the solution
+// runs away to infinity and the step shrinks to nothing in front of the pole. In all of these the
+// motion *up to there* is good and is what the user needs for finding out why. So they are values
+// and not exceptions: an Outcome has a name that programs compare and logs print, and one sentence
+// of advice. The driver (simulate.hpp) adds a message with the numbers: t, h, order, component.
+//
+//     completed                            t_end was reached
+//     stopped_by_observer, stopped_by_model, step_limit, evaluation_limit, time_limit, state_limit
+//                                          somebody asked for this end
+//     non_finite … solver_error            the run failed
+//
+// Exceptions remain for what is wrong before the first step (sizes, NaN, tolerances), and for
+// exceptions of the user's own, which come out of the run as they went in.
+
+#include <string_view>
+
+#include "qdot/error.hpp"
+
+namespace qdot {
+
+/// How a run ended. Later methods and effects add to this list; none is ever renumbered by meaning.
+enum class Outcome {
+  completed,             ///< t_end was reached
+  stopped_by_observer,   ///< an observer asked to stop
+  stopped_by_model,      ///< the right-hand side threw StopRequest
+  step_limit,            ///< options.max_steps were taken
+  evaluation_limit,      ///< options.max_evaluations were spent
+  time_limit,            ///< options.max_wall_seconds were spent
+  state_limit,           ///< a component exceeded options.state_norm_limit
+  non_finite,            ///< the right-hand side (or its Jacobian) gave NaN or infinity at every step size tried
+  singular_mass_matrix,  ///< M could not be factored at any step size tried
+  refused_by_model,      ///< the model threw RecoverableError at every step size tried
+  step_collapse,         ///< the error test failed down to the smallest step that t can still feel
+  error_test_failure,    ///< the error test failed too often in one step
+  corrector_failure,     ///< the implicit equations of a step could not be solved
+  linear_solver_failure, ///< the linear equations of a step could not be solved
+  accuracy_too_high,     ///< the tolerances ask for more digits than double has
+  solver_error           ///< the method reports a fault of its own; please report it
+};
+
+/// The outcome's name as printed in JSON and compared in tests, e.g. "completed".
+constexpr std::string_view name(Outcome outcome) noexcept {
+  switch (outcome) {
+    case Outcome::completed: return "completed";
+    case Outcome::stopped_by_observer: return "stopped_by_observer";
+    case Outcome::stopped_by_model: return "stopped_by_model";
+    case Outcome::step_limit: return "step_limit";
+    case Outcome::evaluation_limit: return "evaluation_limit";
+    case Outcome::time_limit: return "time_limit";
+    case Outcome::state_limit: return "state_limit";
+    case Outcome::non_finite: return "non_finite";
+    case Outcome::singular_mass_matrix: return "singular_mass_matrix";
+    case Outcome::refused_by_model: return "refused_by_model";
+    case Outcome::step_collapse: return "step_collapse";
+    case Outcome::error_test_failure: return "error_test_failure";
+    case Outcome::corrector_failure: return "corrector_failure";
+    case Outcome::linear_solver_failure: return "linear_solver_failure";
+    case Outcome::accuracy_too_high: return "accuracy_too_high";
+    case Outcome::solver_error: return "solver_error";
+  }
+  return "unknown";
+}
+
+/// One sentence on what to do about the outcome.
+constexpr std::string_view advice(Outcome outcome) noexcept {
+  switch (outcome) {
+    case Outcome::completed: return "nothing to do.";
+    case Outcome::stopped_by_observer: return "continue from the last state if the observer stopped too early.";
+    case Outcome::stopped_by_model: return "look at the condition under which the model throws StopRequest.";
+    case Outcome::step_limit: return "raise max_steps, relax the tolerances, or ask why the steps are so small.";
+    case Outcome::evaluation_limit:
+      return "raise max_evaluations, relax the tolerances, or ask why the steps are so small.";
+    case Outcome::time_limit: return "raise max_wall_seconds, or relax the tolerances.";
+    case Outcome::state_limit: return "the motion left the range that state_norm_limit allows; is a force missing?";
+    case Outcome::non_finite:
+      return "evaluate the model at the last state: look for a division by zero, or a root or logarithm of a negative "
+             "number.";
+    case Outcome::singular_mass_matrix:
+      return "some direction of motion lost its inertia; choose other coordinates, or add the missing mass.";
+    case Outcome::refused_by_model: return "look at the condition under which the model throws RecoverableError.";
+    case Outcome::step_collapse:
+      return "the solution may run to infinity here, or the right-hand side may jump: bound the run before this time, or "
+             "give the time of the jump in stop_times.";
+    case Outcome::error_test_failure:
+      return "the right-hand side may jump: give the time of the jump in stop_times, or loosen atol of the component.";
+    case Outcome::corrector_failure:
+      return "the Jacobian may be wrong or the right-hand side may jump; check both at the last state.";
+    case Outcome::linear_solver_failure: return "check the Jacobian at the last state for huge or missing entries.";
+    case Outcome::accuracy_too_high: return "raise rtol and atol.";
+    case Outcome::solver_error: return "please report this message together with the program that gave it.";
+  }
+  return "";
+}
+
+/// True when the run ended for a reason that nobody asked for.
+constexpr bool failed(Outcome outcome) noexcept {
+  switch (outcome) {
+    case Outcome::completed:
+    case Outcome::stopped_by_observer:
+    case Outcome::stopped_by_model: return false;
+    default: return true;
+  }
+}
+
+/// Thrown by a model to end the run in good order: the trajectory up to the last accepted step is kept.
+class StopRequest : public Error {
+ public:
+  using Error::Error;
+};
+
+/// Why a step could not be taken: the outcome, and a sentence with the numbers.
+struct Failure {
+  Outcome outcome = Outcome::solver_error;
+  std::string message;
+};
+
+}  // namespace qdot

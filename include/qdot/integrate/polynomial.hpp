@@ -1,0 +1,47 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// One step as a polynomial: the common currency of all methods.
+//
+// Whatever a method does inside a step, in the end it knows y(τ) between t_previous and t to about
+// the accuracy of the step. Multistep methods have their Nordsieck vector, Runge–Kutta methods their
+// dense-output formula, Taylor methods the series itself. Each of them is a polynomial per component,
+//
+//     y(τ) = Σₖ cₖ sᵏ,     s = (τ − origin) / scale,     k = 0 … degree,
+//
+// with origin and scale chosen by the method (CVODE: origin = t and scale = h, so s ∈ [−1, 0]; a
+// Runge–Kutta method would take the left end, s ∈ [0, 1]). Dense output, output times, event
+// location and the trajectory need nothing else, so they are written once.
+
+#include <Eigen/Core>
+
+namespace qdot {
+
+/// Polynomial in one variable with vector coefficients; a view, valid until its owner takes a step.
+struct PolynomialView {
+  double origin = 0.0;                   ///< τ at which s = 0
+  double scale = 1.0;                    ///< τ per unit of s, never 0; its sign is free
+  const double* coefficients = nullptr;  ///< c₀ … c_degree, each `size` numbers, one after the other
+  Eigen::Index size = 0;                 ///< components of y
+  int degree = 0;
+
+  /// Coefficient cₖ.
+  Eigen::Map<const Eigen::VectorXd> coefficient(int k) const { return {coefficients + k * size, size}; }
+
+  /// y ← Σ cₖ sᵏ by Horner's rule; allocates nothing. At τ = origin the result is c₀ exactly.
+  void evaluate(double tau, Eigen::Ref<Eigen::VectorXd> y) const {
+    const double s = (tau - origin) / scale;
+    y = coefficient(degree);
+    for (int k = degree - 1; k >= 0; --k) y = y * s + coefficient(k);
+  }
+
+  /// One component of evaluate(), for searching a root without the rest.
+  double evaluate(double tau, Eigen::Index component) const {
+    const double s = (tau - origin) / scale;
+    double value = coefficients[degree * size + component];
+    for (int k = degree - 1; k >= 0; --k) value = value * s + coefficients[k * size + component];
+    return value;
+  }
+};
+
+}  // namespace qdot

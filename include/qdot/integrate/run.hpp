@@ -1,0 +1,159 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What goes into a run besides the system, and what comes out of it.
+//
+// In: a start, and perhaps an observer, which is shown every accepted step (StepView) and may stop
+// the run. Out: a Run. It is complete whatever happened: the outcome and a sentence about it, the
+// last good state, the trajectory up to there, the samples that were reached, and what it cost.
+
+#include <Eigen/Core>
+#include <concepts>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/statistics.hpp"
+#include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/trajectory.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace qdot {
+
+/// Start of a first-order system: a time and the whole vector y.
+struct FirstOrderState {
+  double t = 0.0;
+  Eigen::VectorXd y;
+};
+
+/// States at the times of Options::output_times, as far as the run came.
+struct Samples {
+  std::vector<double> t;
+  Eigen::MatrixXd y;  ///< one column for each time
+};
+
+/// The result of a run.
+///
+/// @tparam n  number of coordinates, or Dynamic
+template <int n = Dynamic>
+struct Run {
+  Outcome outcome = Outcome::completed;
+  std::string message;      ///< how it ended, with the numbers and what to do
+  double t = 0.0;           ///< time of the last good state
+  Eigen::VectorXd y;        ///< the last good state, [q; q̇; …]
+  Trajectory<n> trajectory; ///< dense output from the start to t; only its start if keep_trajectory is off
+  Samples samples;
+  Statistics statistics;
+
+  bool completed() const noexcept { return outcome == Outcome::completed; }
+
+  /// The last good state as coordinates and velocities.
+  State<n> state() const {
+    const Eigen::Index dof = trajectory.dof();
+    if (dof < 1) throw InvalidValue("a state needs coordinates, but this first-order system has none; use y");
+    return State<n>{t, y.head(dof), y.segment(dof, dof)};
+  }
+};
+
+/// What an observer answers.
+enum class Control { proceed, stop };
+
+/// An accepted step as an observer sees it; valid during the call only.
+class StepView {
+ public:
+  template <Stepper S>
+  StepView(S& stepper, Eigen::Index dof)
+      : t_(stepper.t()),
+        t_previous_(stepper.t_previous()),
+        y_(stepper.y()),
+        statistics_(stepper.statistics()),
+        dof_(dof),
+        stepper_(&stepper),
+        interpolate_([](void* s, double t, Eigen::Ref<Eigen::VectorXd> y) { static_cast<S*>(s)->interpolate(t, y); }) {}
+
+  double t() const noexcept { return t_; }
+  double t_previous() const noexcept { return t_previous_; }
+
+  /// State at t().
+  Eigen::Ref<const Eigen::VectorXd> y() const { return y_; }
+  Eigen::Ref<const Eigen::VectorXd> q() const { return y_.head(dof_); }
+  Eigen::Ref<const Eigen::VectorXd> qdot() const { return y_.segment(dof_, dof_); }
+
+  /// State at a time between t_previous() and t(), from the step's dense output.
+  Eigen::VectorXd y_at(double t) const {
+    Eigen::VectorXd result(y_.size());
+    interpolate_(stepper_, t, result);
+    return result;
+  }
+
+  /// Counts so far; wall_seconds is filled at the end of the run only.
+  const Statistics& statistics() const noexcept { return statistics_; }
+
+ private:
+  double t_, t_previous_;
+  Eigen::Ref<const Eigen::VectorXd> y_;
+  const Statistics& statistics_;
+  Eigen::Index dof_;
+  void* stepper_;
+  void (*interpolate_)(void*, double, Eigen::Ref<Eigen::VectorXd>);
+};
+
+/// Called after every accepted step. Returns nothing, or false or Control::stop to end the run.
+template <class O>
+concept Observer = std::invocable<O&, const StepView&> &&
+                   (std::is_void_v<std::invoke_result_t<O&, const StepView&>> ||
+                    std::same_as<std::invoke_result_t<O&, const StepView&>, bool> ||
+                    std::same_as<std::invoke_result_t<O&, const StepView&>, Control>);
+
+/// The observer that watches nothing and costs nothing.
+struct NoObserver {
+  void operator()(const StepView&) const noexcept {}
+};
+
+namespace detail {
+
+// Coordinates in y = [q; q̇; …]: what the system says, otherwise half of an even size.
+template <FirstOrderSystem F>
+constexpr int dof_at_compile_time() {
+  if constexpr (requires { F::dof_at_compile_time; }) {
+    return F::dof_at_compile_time;
+  } else if constexpr (F::size_at_compile_time > 0 && F::size_at_compile_time % 2 == 0) {
+    return F::size_at_compile_time / 2;
+  } else {
+    return Dynamic;
+  }
+}
+
+template <FirstOrderSystem F>
+Eigen::Index dof(const F& system) {
+  if constexpr (requires { system.dof(); }) {
+    return system.dof();
+  } else {
+    return system.size() % 2 == 0 ? system.size() / 2 : 0;
+  }
+}
+
+// y of a start, which is a State (packed by the system's form, if it knows how) or has a y of its own.
+template <FirstOrderSystem F, class Start>
+Eigen::VectorXd packed(const F& system, const Start& start) {
+  if constexpr (requires { start.y; }) {
+    return start.y;
+  } else if constexpr (requires { system.packed(start); }) {
+    return system.packed(start);
+  } else {
+    const auto require_dof = [&](const char* what, Eigen::Index size) {
+      if (size != dof(system))
+        throw DimensionError(what, static_cast<long>(dof(system)), static_cast<long>(size),
+                             "pass one entry for each coordinate of the system");
+    };
+    require_dof("q", start.q.size());
+    require_dof("qdot", start.qdot.size());
+    Eigen::VectorXd y(system.size());
+    y << start.q, start.qdot;
+    return y;
+  }
+}
+
+}  // namespace detail
+}  // namespace qdot

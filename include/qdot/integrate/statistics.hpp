@@ -1,0 +1,52 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Statistics: what a run did, in numbers that are the same on every machine, and its wall time.
+//
+// Two of them answer most questions about a slow run. `rejected` beside `steps`: many failed error
+// tests mean that the solution changes faster than its past suggests (jumps, impacts); many failed
+// correctors mean stiffness that the Jacobian does not explain. And `limited_by`: an adaptive
+// method chooses h so that the weighted local errors
+//
+//     eᵢ / (rtol |yᵢ| + atolᵢ)
+//
+// pass a test, and the component with the largest of them is the one that made the step so small.
+// A count of who that was, over all steps, names the coordinate whose tolerance costs the time.
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace qdot {
+
+/// Cost of a run, and who caused it. Times in the units of t, except wall_seconds.
+struct Statistics {
+  std::string method;                 ///< e.g. "cvode_bdf"
+  long steps = 0;                     ///< accepted steps
+  long rejected_by_error_test = 0;    ///< attempts whose local error was too large
+  long rejected_by_corrector = 0;     ///< attempts whose implicit equations did not converge
+  long evaluations = 0;               ///< right-hand sides
+  long jacobians = 0;                 ///< ∂f/∂y, each about as dear as size() right-hand sides
+  long linear_setups = 0;             ///< factorizations
+  long restarts = 0;                  ///< fresh starts after t₀, at stop times and jumps
+  double wall_seconds = 0.0;          ///< of the whole run, by a monotonic clock
+  double first_step = 0.0;            ///< |h| of the first accepted step
+  double last_step = 0.0;             ///< |h| of the last accepted step
+  double smallest_step = std::numeric_limits<double>::infinity();  ///< least |h| of all but cut-off steps
+  int last_order = 0;                 ///< of the last accepted step
+  int highest_order = 0;              ///< of all accepted steps
+  std::vector<long> limited_by;       ///< per component: in how many steps its weighted local error was the largest
+
+  /// All attempts that were thrown away.
+  long rejected() const noexcept { return rejected_by_error_test + rejected_by_corrector; }
+
+  /// Index of the component that limited the most steps; −1 if none did.
+  std::ptrdiff_t limiting_component() const noexcept {
+    const auto most = std::max_element(limited_by.begin(), limited_by.end());
+    return most == limited_by.end() || *most == 0 ? -1 : most - limited_by.begin();
+  }
+};
+
+}  // namespace qdot

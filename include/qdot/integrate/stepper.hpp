@@ -1,0 +1,64 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What a method must offer to be driven.
+//
+// A method (CvodeBdf, CvodeAdams, later an explicit Runge–Kutta, a Taylor series, a symplectic rule)
+// is a small value that holds its own settings. For one system and one set of options it makes a
+// stepper, the object with the memory:
+//
+//     auto stepper = method.stepper(system, options);      allocates everything it will ever need
+//     stepper.reset(t, y);                                  start, or start afresh after a jump
+//     while (stepper.t() != t_limit)
+//       if (!stepper.step(t_limit)) → stepper.failure()     one accepted step, never past t_limit
+//
+// The contract, in words, because a concept can only check the spelling:
+//
+//   reset(t, y)     evaluates f there and throws its typed errors. Allocates nothing. May be called
+//                   at any time, also after a failure or an exception, and forgets all history.
+//                   The direction of time is that of the next t_limit.
+//   step(t_limit)   takes one accepted step, rejected attempts included, and lands on t_limit with
+//                   t() == t_limit exactly when it comes that far. Allocates nothing. Returns false
+//                   if no step could be taken: t(), y() are then those of the last good step, and
+//                   failure() says why. Exceptions of the user's functors leave it as they are.
+//   polynomial()    the last step's dense output, valid for τ between t_previous() and t(), until
+//                   the next step or reset. Its value at t() is y() up to rounding.
+//   statistics()    counts since construction; reset() does not clear them.
+//
+// Nothing here knows about output, observers, events or constraints: the driver builds them from
+// step, polynomial and reset, so they work with every method alike.
+
+#include <Eigen/Core>
+#include <concepts>
+
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/polynomial.hpp"
+#include "qdot/integrate/statistics.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot {
+
+/// An integration method bound to one system, with the memory of one run.
+template <class S>
+concept Stepper = std::movable<S> && requires(S& s, const S& c, double t, const Eigen::VectorXd& y,
+                                              Eigen::Ref<Eigen::VectorXd> out) {
+  s.reset(t, y);                                                                // start at (t, y)
+  { s.step(t) } -> std::same_as<bool>;                                          // one accepted step towards t
+  { c.failure() } -> std::convertible_to<const Failure&>;                       // after step() returned false
+  { c.t() } -> std::convertible_to<double>;                                     // end of the last step
+  { c.t_previous() } -> std::convertible_to<double>;                            // its beginning
+  { c.y() } -> std::convertible_to<Eigen::Ref<const Eigen::VectorXd>>;          // state at t()
+  { s.polynomial() } -> std::same_as<PolynomialView>;                           // dense output of the last step
+  { s.interpolate(t, out) };                                                    // out ← y(t) within the last step
+  { c.order() } -> std::convertible_to<int>;                                    // of the last step
+  { c.statistics() } -> std::convertible_to<const Statistics&>;                 // counts so far
+};
+
+/// A method's settings, from which it makes a stepper for a system.
+template <class M, class F>
+concept SteppingMethod = FirstOrderSystem<F> && requires(const M& method, const F& system, const Options& options) {
+  { method.stepper(system, options) } -> Stepper;
+};
+
+}  // namespace qdot

@@ -1,0 +1,199 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A trajectory is a function of time, not a table.
+//
+// The driver appends the polynomial of every accepted step (polynomial.hpp). Asking for y at any t
+// between the first and the last time finds the step that contains t and evaluates its polynomial,
+// so a plot, a root search or a comparison may sample as finely as it likes after the run, at the
+// accuracy of the run and without a new evaluation of the model.
+//
+// Order and direction. Times run monotonically from front to back, up or down. A time at which two
+// steps meet belongs to the earlier one, because a method's own value lies at the end of its step.
+// Only where the state *jumps* (an impact, a reset) does it belong to the later one: at(t) then gives
+// the state after the jump, and before(t) the state in front of it.
+//
+// Memory is one pool of coefficients, 8·size·(degree + 1) bytes a step, and 48 bytes for the step.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "qdot/error.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/polynomial.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace qdot {
+
+/// Piecewise polynomial y(t) over a whole run, for any first-order system.
+class DenseOutput {
+ public:
+  DenseOutput() = default;
+
+  /// Forgets everything and begins at (t, y).
+  void start(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    size_ = y.size();
+    pieces_.clear();
+    jumps_.clear();
+    pool_.assign(y.data(), y.data() + y.size());
+    start_time_ = t;
+  }
+
+  /// Appends the step that ends at t. Amortized O(size·degree); allocates when the pool grows.
+  void append(double t, const PolynomialView& step) {
+    pieces_.push_back({back_time(), t, step.origin, step.scale, pool_.size(), step.degree});
+    pool_.insert(pool_.end(), step.coefficients, step.coefficients + step.size * (step.degree + 1));
+  }
+
+  /// Notes that the state is changed from outside at back_time(): the next step starts from `y`.
+  void jump(const Eigen::Ref<const Eigen::VectorXd>& y) {
+    jumps_.push_back(pieces_.size());
+    // A piece of no length, so that at(back_time()) is right even if the run ends here.
+    pieces_.push_back({back_time(), back_time(), back_time(), 1.0, pool_.size(), 0});
+    pool_.insert(pool_.end(), y.data(), y.data() + y.size());
+  }
+
+  Eigen::Index size() const noexcept { return size_; }
+  std::size_t steps() const noexcept { return pieces_.size() - jumps_.size(); }
+  double front_time() const noexcept { return start_time_; }
+  double back_time() const noexcept { return pieces_.empty() ? start_time_ : pieces_.back().t_end; }
+
+  /// True when t lies between front_time() and back_time(), both included.
+  bool contains(double t) const noexcept {
+    return std::min(front_time(), back_time()) <= t && t <= std::max(front_time(), back_time());
+  }
+
+  /// The times of the accepted steps, the start first.
+  std::vector<double> times() const {
+    std::vector<double> result;
+    result.reserve(pieces_.size() + 1);
+    result.push_back(start_time_);
+    for (const Piece& piece : pieces_)
+      if (piece.t_end != result.back()) result.push_back(piece.t_end);
+    return result;
+  }
+
+  /// y(t), after a jump if there is one at t. O(log steps).
+  ///
+  /// @throws InvalidValue  when t is not between front_time() and back_time()
+  Eigen::VectorXd y(double t) const {
+    Eigen::VectorXd result(size_);
+    evaluate(t, result);
+    return result;
+  }
+
+  /// The same into a vector of the caller's, without allocation.
+  void evaluate(double t, Eigen::Ref<Eigen::VectorXd> y) const { evaluate_piece(t, after_jump(t, piece_of(t)), y); }
+
+  /// y just before a jump at t; y(t) where there is none.
+  Eigen::VectorXd y_before(double t) const {
+    Eigen::VectorXd result(size_);
+    evaluate_piece(t, piece_of(t), result);
+    return result;
+  }
+
+  /// Times at which the state jumps, in order.
+  std::vector<double> jump_times() const {
+    std::vector<double> result;
+    for (const std::size_t piece : jumps_) result.push_back(pieces_[piece].t_end);
+    return result;
+  }
+
+ private:
+  struct Piece {
+    double t_begin, t_end, origin, scale;
+    std::size_t offset;
+    int degree;
+  };
+  static constexpr std::size_t start_point = static_cast<std::size_t>(-1);
+
+  // The first piece whose end is not before t; the start point when t is the start.
+  std::size_t piece_of(double t) const {
+    if (!contains(t))
+      throw InvalidValue("t must lie within the trajectory, from " + detail::text_of(front_time()) + " to " +
+                         detail::text_of(back_time()) + ", but is " + detail::text_of(t) +
+                         "; extend the run, or ask for a time it has reached");
+    if (t == start_time_) return start_point;
+    const bool forward = back_time() >= front_time();
+    const auto found = std::lower_bound(pieces_.begin(), pieces_.end(), t, [forward](const Piece& piece, double time) {
+      return forward ? piece.t_end < time : piece.t_end > time;
+    });
+    return static_cast<std::size_t>(found - pieces_.begin());
+  }
+
+  // Moves over jumps at t to the last of them.
+  std::size_t after_jump(double t, std::size_t piece) const {
+    std::size_t next = piece == start_point ? 0 : piece + 1;
+    while (next < pieces_.size() && pieces_[next].t_begin == t && pieces_[next].t_end == t) piece = next++;
+    return piece;
+  }
+
+  void evaluate_piece(double t, std::size_t index, Eigen::Ref<Eigen::VectorXd> y) const {
+    if (index == start_point) {
+      y = Eigen::Map<const Eigen::VectorXd>(pool_.data(), size_);
+      return;
+    }
+    const Piece& piece = pieces_[index];
+    PolynomialView{piece.origin, piece.scale, pool_.data() + piece.offset, size_, piece.degree}.evaluate(t, y);
+  }
+
+  Eigen::Index size_ = 0;
+  double start_time_ = 0.0;
+  std::vector<Piece> pieces_;
+  std::vector<std::size_t> jumps_;  // indices of pieces of no length
+  std::vector<double> pool_;        // the start state, then the coefficients of every piece
+};
+
+/// The motion of a mechanical system with n coordinates: y(t) = [q; q̇; …] taken apart.
+///
+/// @tparam n  number of coordinates, or Dynamic
+template <int n = Dynamic>
+class Trajectory : public DenseOutput {
+ public:
+  Trajectory() = default;
+  explicit Trajectory(Eigen::Index dof) : dof_(dof) {}
+
+  /// Number of coordinates; 0 for a first-order system without any.
+  Eigen::Index dof() const noexcept { return dof_; }
+
+  /// The state at t, after a jump if there is one at t.
+  ///
+  /// @throws InvalidValue  when t is not between front_time() and back_time()
+  State<n> at(double t) const { return state(t, y(t)); }
+
+  /// The state just in front of a jump at t; at(t) where there is none.
+  State<n> before(double t) const { return state(t, y_before(t)); }
+
+  State<n> front() const { return state(front_time(), y_before(front_time())); }
+  State<n> back() const { return at(back_time()); }
+
+  /// `count` states at equal distances in time, both ends included.
+  ///
+  /// @throws InvalidValue  when count < 2
+  std::vector<State<n>> sampled(int count) const {
+    if (count < 2)
+      throw InvalidValue("the number of samples must be at least 2 (both ends), but is " + std::to_string(count));
+    std::vector<State<n>> result;
+    result.reserve(static_cast<std::size_t>(count));
+    for (int i = 0; i < count - 1; ++i)
+      result.push_back(at(front_time() + (back_time() - front_time()) * (static_cast<double>(i) / (count - 1))));
+    result.push_back(back());
+    return result;
+  }
+
+ private:
+  State<n> state(double t, const Eigen::VectorXd& y) const {
+    if (dof_ < 1)
+      throw InvalidValue("a state needs coordinates, but this first-order system of " + std::to_string(size()) +
+                         " components has none; ask for y(t)");
+    return State<n>{t, y.head(dof_), y.segment(dof_, dof_)};
+  }
+
+  Eigen::Index dof_ = 0;
+};
+
+}  // namespace qdot
