@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: MIT
+#
+# What ./run and ./check share: finding or installing what the build needs, and building with a quiet log.
+# Sourced by bash. Everything said here goes to stderr: stdout belongs to the program.
+#
+# Set by the caller: root (the checkout), with_sundials (yes or no).
+
+say() { printf '%s\n' "$*" >&2; }
+
+# Exit status 3: not set up or not built. (0, 1 and 2 are the program's own.)
+stop() { say "$@"; exit 3; }
+
+# --- What the machine has ---------------------------------------------------------------------------------------------
+
+find_compiler() {
+  local name
+  for name in ${CXX:+"$CXX"} c++ g++ clang++; do
+    if command -v "${name%% *}" > /dev/null; then printf '%s' "$name"; return; fi
+  done
+}
+
+# By trying, not by package name: whoever installed it, and however, it counts.
+has_header() { # has_header COMPILER HEADER
+  printf '#if !__has_include(<%s>)\n#error missing\n#endif\n' "$2" | $1 -x c++ -E \
+    -I/usr/include/eigen3 -I/usr/local/include/eigen3 -I/usr/local/include \
+    -I/opt/homebrew/include -I/opt/homebrew/include/eigen3 - > /dev/null 2>&1
+}
+
+# Prints, one a line, the missing things by the names of this table's first column.
+missing_things() { # missing_things THING…
+  local thing compiler
+  compiler=$(find_compiler)
+  for thing in "$@"; do
+    case $thing in
+      compiler) [ -n "$compiler" ] ;;
+      cmake) command -v cmake > /dev/null ;;
+      ninja) command -v ninja > /dev/null || command -v make > /dev/null ;;
+      # A user who says where the libraries are is believed; CMake will tell.
+      *) [ -n "${CMAKE_PREFIX_PATH:-}" ] || case $thing in
+           eigen) [ -n "$compiler" ] && has_header "$compiler" Eigen/Core ;;
+           sundials) [ -n "${SUNDIALS_ROOT:-}" ] || { [ -n "$compiler" ] && has_header "$compiler" cvode/cvode.h; } ;;
+           cli11) [ -n "$compiler" ] && has_header "$compiler" CLI/CLI.hpp ;;
+           json) [ -n "$compiler" ] && has_header "$compiler" nlohmann/json.hpp ;;
+           catch2) [ -n "$compiler" ] && { has_header "$compiler" catch2/catch.hpp || has_header "$compiler" catch2/catch_all.hpp; } ;;
+         esac ;;
+    esac || printf '%s\n' "$thing"
+  done
+}
+
+package_names() { # package_names SYSTEM THING…
+  local system=$1 thing
+  shift
+  for thing in "$@"; do
+    case $system:$thing in
+      apt:compiler) printf 'g++ ' ;;                  dnf:compiler) printf 'gcc-c++ ' ;;
+      apt:ninja | dnf:ninja) printf 'ninja-build ' ;; *:ninja) printf 'ninja ' ;;
+      apt:eigen) printf 'libeigen3-dev ' ;;           dnf:eigen) printf 'eigen3-devel ' ;;
+      apt:sundials) printf 'libsundials-dev ' ;;      dnf:sundials) printf 'sundials-devel ' ;;
+      apt:cli11) printf 'libcli11-dev ' ;;            dnf:cli11) printf 'cli11-devel ' ;;
+      apt:json) printf 'nlohmann-json3-dev ' ;;       dnf:json) printf 'json-devel ' ;;
+      dnf:catch2) printf 'catch2-devel ' ;;           conda:compiler) printf 'cxx-compiler ' ;;
+      brew:compiler) printf 'llvm ' ;;                brew:json | conda:json) printf 'nlohmann_json ' ;;
+      brew:json) printf 'nlohmann-json ' ;;           *) printf '%s ' "$thing" ;;
+    esac
+  done
+}
+
+# --- Installing what is missing -----------------------------------------------------------------------------------------
+
+provide() { # provide THING…
+  local missing packages as_root=""
+  missing=$(missing_things "$@")
+  if [ -n "$missing" ]; then
+    missing=$(printf '%s ' $missing)
+    if ! command -v apt-get > /dev/null; then
+      say "qdot needs: $missing"
+      say "  Fedora:     sudo dnf install $(package_names dnf $missing)"
+      say "  Homebrew:   brew install $(package_names brew $missing)"
+      say "  conda:      conda install -c conda-forge $(package_names conda $missing)"
+      stop "Install them and start again."
+    fi
+    packages=$(package_names apt $missing)
+    packages=${packages% }
+    case $missing in
+      *sundials*) say "Installing $packages: with SUNDIALS 252 MB to download (without: 114 MB, see --no-sundials)" ;;
+      *) say "Installing $packages" ;;
+    esac
+    if [ "$(id -u)" != 0 ]; then
+      if ! command -v sudo > /dev/null; then
+        stop "This needs root. Type as root:  apt-get install --no-install-recommends $packages"
+      fi
+      as_root="sudo"
+      [ -t 0 ] || as_root="sudo -n"
+    fi
+    # A source of packages that does not answer is no reason to stop: install says whether it mattered.
+    mkdir -p "$root/build"
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get update > "$root/build/install.log" 2>&1 < /dev/null || true
+    if ! $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends $packages \
+        >> "$root/build/install.log" 2>&1 < /dev/null; then
+      show_end_of "$root/build/install.log"
+      stop "Not installed. Type:  sudo apt-get update && sudo apt-get install --no-install-recommends $packages"
+    fi
+  fi
+
+  # A compiler or a CMake that is there but too old is for the user to replace.
+  local compiler version
+  compiler=$(find_compiler)
+  if ! printf '#include <concepts>\nstatic_assert(std::same_as<int, int>);\n' | $compiler -std=c++20 -x c++ -fsyntax-only - > /dev/null 2>&1; then
+    stop "$compiler does not know C++20 ($($compiler --version 2>&1 | head -n 1)). qdot needs g++ 12, clang 16 or newer: set CXX to one."
+  fi
+  version=$(cmake --version | sed -n 's/^cmake version \([0-9]*\.[0-9]*\).*/\1/p')
+  if [ "${version%%.*}" -lt 3 ] || { [ "${version%%.*}" = 3 ] && [ "${version#*.}" -lt 22 ]; }; then
+    stop "CMake $version is too old: qdot needs 3.22 or newer (for example: pip install cmake)."
+  fi
+}
+
+# --- Building ---------------------------------------------------------------------------------------------------------
+
+# A template unit takes up to 1.5 GB with sanitizers: as many jobs as there are cores, or as fit into memory.
+jobs() {
+  local cores memory
+  cores=$(getconf _NPROCESSORS_ONLN 2> /dev/null || echo 1)
+  memory=$(sed -n 's/^MemAvailable: *\([0-9]*\) kB/\1/p' /proc/meminfo 2> /dev/null || true)
+  memory=$(( ${memory:-3000000} / 1500000 ))
+  [ "$memory" -ge 1 ] || memory=1
+  echo $(( cores < memory ? cores : memory ))
+}
+
+show_end_of() { say "… the last lines of $1:"; tail -n 25 "$1" >&2; }
+
+# One build at a time in a directory; the lock goes with the process.
+lock() { # lock DIRECTORY
+  mkdir -p "$1"
+  if command -v flock > /dev/null; then
+    exec 9> "$1/lock"
+    flock -n 9 || { say "Waiting for another build in $1"; flock 9; }
+  fi
+}
+
+# Configures only what has not been configured just so; a checkout that was moved starts afresh.
+configure() { # configure DIRECTORY OPTION…
+  local directory=$1 wanted generator=""
+  shift
+  wanted="$root $(find_compiler) ${CXXFLAGS:-} ${CMAKE_PREFIX_PATH:-} ${SUNDIALS_ROOT:-} $*"
+  if [ -f "$directory/configured" ] && [ "$(cat "$directory/configured")" = "$wanted" ]; then return; fi
+  rm -rf "$directory/CMakeCache.txt" "$directory/CMakeFiles" "$directory/configured"
+  ! command -v ninja > /dev/null || generator=Ninja
+  if ! cmake -S "$root" -B "$directory" ${generator:+-G "$generator"} -DCMAKE_CXX_COMPILER="$(find_compiler)" "$@" \
+      > "$directory/configure.log" 2>&1; then
+    show_end_of "$directory/configure.log"
+    stop "Not configured. The whole log: $directory/configure.log"
+  fi
+  printf '%s' "$wanted" > "$directory/configured"
+}
+
+compile() { # compile DIRECTORY ARGUMENT…
+  local directory=$1
+  shift
+  cmake --build "$directory" --parallel "$(jobs)" "$@" > "$directory/build.log" 2>&1
+}

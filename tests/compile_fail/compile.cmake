@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: MIT
+#
+# cmake -DCOMPILER=… -DSOURCE=… -DINCLUDE=… -P compile.cmake: compiles SOURCE, and compares with its "// message: …" line.
+file(STRINGS ${SOURCE} message REGEX "^// message: ")
+string(REGEX REPLACE "^// message: " "" message "${message}")
+
+list(TRANSFORM INCLUDE PREPEND -isystem OUTPUT_VARIABLE flags)
+execute_process(COMMAND ${COMPILER} -std=c++20 -fsyntax-only ${flags} ${SOURCE}
+  RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+
+if(message STREQUAL "")
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "The control does not compile:\n${output}")
+  endif()
+  return()
+endif()
+if(result EQUAL 0)
+  message(FATAL_ERROR "It compiles, and should say: ${message}")
+endif()
+string(REGEX MATCH "error: [^\n]*" first_error "${output}")
+string(FIND "${first_error}" "${message}" place)
+if(place EQUAL -1)
+  message(FATAL_ERROR "The first error should say: ${message}\nbut the compiler says:\n${output}")
+endif()
