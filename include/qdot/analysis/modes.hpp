@@ -1,0 +1,159 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Small motions about an equilibrium: normal modes and stability
+// ==============================================================
+//
+// Expand L to second order in the departure x from an equilibrium q₀ and Lagrange's equations become
+// linear,
+//
+//     M ẍ + G ẋ + K x = 0,
+//
+//     M = ∂²L/∂q̇²                       mass matrix                  symmetric
+//     K = −∂²L/∂q²  (= ∂²V/∂q²)         stiffness                    symmetric
+//     G = N − Nᵀ,  N = ∂²L/∂q̇∂q         gyroscopic terms             antisymmetric
+//
+// all at (q₀, 0), and all exact, by dual numbers. G is zero wherever T is quadratic in q̇; it appears in
+// turning frames and magnetic fields.
+//
+// Without G the solutions are x = a cos(ωt + α) with (K − ω² M) a = 0: n normal modes, orthogonal with
+// respect to M and K together, aᵢᵀ M aₖ = 0 and aᵢᵀ K aₖ = 0. In modal coordinates the system falls into n oscillators that
+// know nothing of each other. ω² < 0 is an exponential: the equilibrium is unstable. ω² = 0 is a
+// direction in which nothing pulls back.
+//
+// With G, put x = a e^{λt}: (λ² M + λ G + K) a = 0 has 2n characteristic exponents λ, which come in
+// pairs ±λ. All of them on the imaginary axis is what stability can look like; a positive real part is instability.
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <sstream>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "qdot/analysis/equilibrium.hpp"
+#include "qdot/mechanics/mass_matrix.hpp"
+
+namespace qdot {
+
+/// The linear equations M ẍ + G ẋ + K x = 0 about an equilibrium.
+template <int n>
+struct SmallMotion {
+  Matrix<double, n> M;  ///< mass matrix, symmetric
+  Matrix<double, n> G;  ///< gyroscopic matrix, antisymmetric; zero for T quadratic in q̇
+  Matrix<double, n> K;  ///< stiffness, symmetric
+};
+
+namespace detail {
+
+inline void require_equilibrium(const Eigen::VectorXd& q, const Eigen::VectorXd& slope, double stiffness) {
+  const double scale = stiffness * std::max(1.0, q.cwiseAbs().maxCoeff());
+  if (slope.cwiseAbs().maxCoeff() <= 1e-7 * scale) return;
+  std::ostringstream text;
+  text << "small_motion: q must be an equilibrium, but at q = (" << q.transpose() << ") the force dL/dq at rest is ("
+       << -slope.transpose() << "); take q from equilibrium_near()";
+  throw InvalidValue(text.str());
+}
+
+}  // namespace detail
+
+/// M, G and K at an equilibrium of an autonomous system.
+///
+/// @param q  the equilibrium, n; equilibrium_near() finds one
+/// @throws   InvalidValue when the force at rest is larger than 1e-7 · max |K| · max(1, |q|), so that q is none
+template <class E, int n, Inertia I, class Q>
+SmallMotion<n> small_motion(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q) {
+  const Vector<double, n> at = q;
+  detail::require_sizes(system, at, at);
+  const auto U = detail::energy_at_rest(system);
+  const Vector<double, n> rest = Vector<double, n>::Zero(at.size());
+  const auto momenta_at_rest = [&system](const auto& x) {
+    using Position = std::decay_t<decltype(x)>;
+    return conjugate_momenta(system, x, Position::Zero(x.size()).eval());
+  };
+  const Matrix<double, n> N = jacobian(momenta_at_rest, at);
+  const SmallMotion<n> motion{mass_matrix(system, at, rest), N - N.transpose(), hessian(U, at)};
+  detail::require_equilibrium(at, gradient(U, at), motion.K.cwiseAbs().maxCoeff());
+  return motion;
+}
+
+/// Normal modes: K a = ω² M a.
+template <int n>
+struct NormalModes {
+  Vector<double, n> squared_frequencies;  ///< ω², ascending; negative where the equilibrium is unstable
+  Matrix<double, n> shapes;               ///< columns a, with shapesᵀ M shapes = E and shapesᵀ K shapes = diag ω²
+
+  /// Angular frequencies ω, ascending.
+  ///
+  /// @throws InvalidValue when some ω² is negative: that mode grows instead of oscillating
+  Vector<double, n> frequencies() const {
+    if (squared_frequencies.size() > 0 && squared_frequencies[0] < 0.0) {
+      std::ostringstream text;
+      text << "normal modes: frequencies need omega^2 >= 0, but the lowest is " << squared_frequencies[0]
+           << "; the equilibrium is unstable, look at squared_frequencies";
+      throw InvalidValue(text.str());
+    }
+    return squared_frequencies.cwiseSqrt();
+  }
+};
+
+namespace detail {
+
+// Of run-time size, so that every number of coordinates shares one instantiation.
+inline NormalModes<Dynamic> solved_modes(const Eigen::MatrixXd& K, const Eigen::MatrixXd& M) {
+  if (Eigen::LLT<Eigen::MatrixXd>(M).info() != Eigen::Success) {
+    throw InvalidValue("normal_modes: the mass matrix must be positive definite at the equilibrium, but it is not; "
+                       "choose coordinates that are regular there");
+  }
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(K, M);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+inline Eigen::VectorXcd solved_exponents(const Eigen::MatrixXd& K, const Eigen::MatrixXd& G, const Eigen::MatrixXd& M) {
+  const Eigen::Index size = M.rows();
+  const Eigen::PartialPivLU<Eigen::MatrixXd> factor(M);
+  Eigen::MatrixXd first_order = Eigen::MatrixXd::Zero(2 * size, 2 * size);
+  first_order.topRightCorner(size, size).setIdentity();
+  first_order.bottomLeftCorner(size, size) = -factor.solve(K);
+  first_order.bottomRightCorner(size, size) = -factor.solve(G);
+  Eigen::VectorXcd exponents = Eigen::EigenSolver<Eigen::MatrixXd>(first_order, false).eigenvalues();
+  std::sort(exponents.begin(), exponents.end(), [](const std::complex<double>& a, const std::complex<double>& b) {
+    return a.imag() != b.imag() ? a.imag() < b.imag() : a.real() < b.real();
+  });
+  return exponents;
+}
+
+}  // namespace detail
+
+/// The normal modes about an equilibrium of an autonomous system without gyroscopic terms.
+///
+/// @throws InvalidValue when q is no equilibrium, or G ≠ 0 (then ask for characteristic_exponents)
+/// @throws InvalidValue when M is not positive definite there
+template <class E, int n, Inertia I, class Q>
+NormalModes<n> normal_modes(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q) {
+  const SmallMotion<n> motion = small_motion(system, q);
+  const double gyroscopic = motion.G.cwiseAbs().maxCoeff();
+  const double scale = std::sqrt(motion.M.cwiseAbs().maxCoeff() * motion.K.cwiseAbs().maxCoeff());
+  if (gyroscopic > 1e-9 * scale) {
+    std::ostringstream text;
+    text << "normal_modes: T must not couple q and qdot linearly, but the gyroscopic matrix has an entry " << gyroscopic
+         << "; use characteristic_exponents()";
+    throw InvalidValue(text.str());
+  }
+  const NormalModes<Dynamic> modes = detail::solved_modes(motion.K, motion.M);
+  return {modes.squared_frequencies, modes.shapes};
+}
+
+/// The 2n characteristic exponents λ with (λ² M + λ G + K) a = 0, sorted by imaginary, then by real part.
+///
+/// @throws InvalidValue when q is no equilibrium
+template <class E, int n, Inertia I, class Q>
+Eigen::VectorXcd characteristic_exponents(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q) {
+  const SmallMotion<n> motion = small_motion(system, q);
+  return detail::solved_exponents(motion.K, motion.G, motion.M);
+}
+
+}  // namespace qdot
