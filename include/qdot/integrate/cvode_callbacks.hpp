@@ -24,6 +24,7 @@
 // the smaller step was the cure.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <memory>
@@ -118,6 +119,13 @@ class GuardedSystem {
   /// f at the last start(); valid until CVODE has asked for it.
   const Eigen::VectorXd& start_derivative() const noexcept { return start_ydot_; }
 
+  /// Keeps the evaluations of a step in front of t_limit: a switch of the model at t_limit, which may well be a
+  /// stop time, must not be felt before it is reached.
+  void stay_before(double t_limit, double t_now) noexcept {
+    latest_ = std::nextafter(t_limit, t_now);
+    forward_ = t_limit > t_now;
+  }
+
   /// Forgets what went wrong before.
   void forget() noexcept {
     trouble_.reset();
@@ -170,7 +178,7 @@ class GuardedSystem {
       }
     }
     ++guard.evaluations;
-    return guard.guarded([&] { guard.system_.derivative(t, state, result); });
+    return guard.guarded([&] { guard.system_.derivative(guard.before_limit(t), state, result); });
   }
 
   static int jacobian(double t, N_Vector y, N_Vector, SUNMatrix J, void* self, N_Vector, N_Vector, N_Vector) noexcept {
@@ -179,13 +187,15 @@ class GuardedSystem {
     const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), n);
     Eigen::Map<Eigen::MatrixXd> result(SUNDenseMatrix_Data(J), n, n);  // column-major, like Eigen's
     ++guard.jacobians;
-    return guard.guarded([&] { guard.system_.jacobian(t, state, result); });
+    return guard.guarded([&] { guard.system_.jacobian(guard.before_limit(t), state, result); });
   }
 
   long evaluations = 0;
   long jacobians = 0;
 
  private:
+  double before_limit(double t) const noexcept { return forward_ ? std::min(t, latest_) : std::max(t, latest_); }
+
   int refused(Outcome outcome, const std::exception& error) {
     trouble_.emplace(Failure{outcome, error.what()});
     return +1;
@@ -195,6 +205,8 @@ class GuardedSystem {
   double start_t_ = 0.0;
   Eigen::VectorXd start_y_, start_ydot_;
   bool start_pending_ = false;
+  double latest_ = 0.0;
+  bool forward_ = true;
   std::optional<Failure> trouble_;
   std::exception_ptr exception_;
 };

@@ -89,6 +89,7 @@ class CvodeStepper {
 
  private:
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  static constexpr double shortest = std::numeric_limits<double>::min() / epsilon;  // below it, ε h is no number
 
   // Declared in the order of construction: the context first, CVODE's memory last.
   struct Core {
@@ -224,7 +225,7 @@ inline bool CvodeStepper::Core::step(double t_limit) {
   const double distance = std::abs(t_limit - t);
   const double sign = t_limit > t ? 1.0 : -1.0;
   if (direction == 0.0) {
-    if (distance <= 64 * epsilon * std::max(std::abs(t), std::abs(t_limit))) return hop(t_limit);
+    if (distance <= std::max(64 * epsilon * std::max(std::abs(t), std::abs(t_limit)), shortest)) return hop(t_limit);
     require(CVodeSetInitStep(memory.get(), sign * std::min(initial_step, distance)), "CVodeSetInitStep");
   }
   direction = sign;
@@ -233,6 +234,7 @@ inline bool CvodeStepper::Core::step(double t_limit) {
   require(CVodeSetStopTime(memory.get(), t_limit), "CVodeSetStopTime");
 
   guard.forget();
+  guard.stay_before(t_limit, t);
   dense_is_current = false;
   double reached = t;
   const int flag = CVode(memory.get(), t_limit, y_vector.get(), &reached, CV_ONE_STEP);

@@ -77,7 +77,7 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
     case Outcome::evaluation_limit:
       return "raise max_evaluations, relax the tolerances, or ask why the steps are so small.";
     case Outcome::time_limit: return "raise max_wall_seconds, or relax the tolerances.";
-    case Outcome::state_limit: return "the motion left the range that state_norm_limit allows; is a force missing?";
+    case Outcome::state_limit: return "the motion left the range that state_norm_limit allows; look for a missing force.";
     case Outcome::non_finite:
       return "evaluate the model at the last state: look for a division by zero, or a root or logarithm of a negative "
              "number.";

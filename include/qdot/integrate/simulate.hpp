@@ -51,10 +51,8 @@ class Driver {
     prepare_outputs(t0, t_end);
     run_.trajectory = Trajectory<n>(dof(system_));
     if (start(t0, y0)) {
-      for (const double landing : landings) {
-        if (!leg(landing)) break;
-        if (landing != t_end && !restart()) break;
-      }
+      for (std::size_t i = 0; i < landings.size(); ++i)
+        if ((i > 0 && !restart(landings[i])) || !leg(landings[i])) break;
     }
     finish();
     return std::move(run_);
@@ -84,11 +82,13 @@ class Driver {
     return true;
   }
 
-  // A fresh start of the method from where it is. The trajectory so far must survive what the model throws.
-  bool restart() {
+  // A fresh start of the method from where it is, one rounding unit of t behind the switch, whichever side the model
+  // counts the switch to. The trajectory so far must survive what the model throws.
+  bool restart(double landing) {
     ++restarts_;
+    const double behind = std::nextafter(run_.t, landing);
     try {
-      stepper_.reset(run_.t, run_.y);
+      stepper_.reset(behind == landing ? run_.t : behind, run_.y);
       return true;
     } catch (const NonFinite& error) {
       return end(Outcome::non_finite, error.what());

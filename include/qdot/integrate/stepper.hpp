@@ -18,7 +18,9 @@
 //                   at any time, also after a failure or an exception, and forgets all history.
 //                   The direction of time is that of the next t_limit.
 //   step(t_limit)   takes one accepted step, rejected attempts included, and lands on t_limit with
-//                   t() == t_limit exactly when it comes that far. Allocates nothing. Returns false
+//                   t() == t_limit exactly when it comes that far. Evaluates f in front of t_limit
+//                   only, at most a rounding unit from it: a switch there is not felt early.
+//                   Allocates nothing. Returns false
 //                   if no step could be taken: t(), y() are then those of the last good step, and
 //                   failure() says why. Exceptions of the user's functors leave it as they are.
 //   polynomial()    the last step's dense output, valid for τ between t_previous() and t(), until

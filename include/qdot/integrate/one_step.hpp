@@ -1,0 +1,181 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What all one-step methods have in common.
+//
+// A one-step method knows nothing but the present state: every step is a fresh start. So all of
+// them (Runge–Kutta, Taylor, symplectic) share the bookkeeping of stepper.hpp's contract and differ
+// only in how they get from y(t) to y(t + h):
+//
+//   start     check t and y, and the sizes; forget the past.
+//   limits    t_limit must lie ahead. A step that would end beyond it, or a hair's breadth before it,
+//             is made to end on it, and then t is set to t_limit itself, so that rounding of t + h
+//             cannot leave a rest of 1e-16 s to be stepped over.
+//   trouble   NonFinite, MassMatrixError and RecoverableError from the model mean "not here": the
+//             step was too long for the model's domain. The method tries a shorter one, down to the
+//             floor 16 ε|t| which t can just still feel. Then the last trouble names the outcome.
+//             StopRequest ends the run at once; all other exceptions pass through.
+//   account   steps, rejections, the component with the largest weighted error.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "qdot/error.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/polynomial.hpp"
+#include "qdot/integrate/statistics.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail {
+
+template <class F>
+struct mechanical_form : std::false_type {};
+template <class Sys>
+struct mechanical_form<FirstOrderForm<Sys>> : std::true_type {};
+
+// The state and the bookkeeping of a one-step method for the system F.
+template <FirstOrderSystem F>
+class OneStep {
+ public:
+  static constexpr int size_at_compile_time = F::size_at_compile_time;
+  using Y = Vector<double, size_at_compile_time>;
+
+  const Failure& failure() const noexcept { return failure_; }
+  double t() const noexcept { return t_; }
+  double t_previous() const noexcept { return t_previous_; }
+  const Y& y() const noexcept { return y_; }
+  int order() const noexcept { return order_; }
+  const Statistics& statistics() const noexcept { return statistics_; }
+
+ protected:
+  static constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+  OneStep(F system, std::string method, int order, const Options& options)
+      : system_(std::move(system)), rtol_(options.rtol), max_step_(options.max_step), order_(order) {
+    const Eigen::Index n = system_.size();
+    if (n < 1) throw InvalidValue("a system must have at least 1 component, but has " + std::to_string(n));
+    require_valid(options, n);
+    atol_.resize(n);
+    for (Eigen::Index i = 0; i < n; ++i) atol_[i] = options.atol[i];
+    y_ = Y::Zero(n);
+    statistics_.method = std::move(method);
+    statistics_.limited_by.assign(static_cast<std::size_t>(n), 0);
+  }
+
+  Eigen::Index size() const noexcept {
+    if constexpr (size_at_compile_time == Dynamic) {
+      return y_.size();
+    } else {
+      return size_at_compile_time;
+    }
+  }
+
+  // Takes over a start; the direction of time is open again.
+  void begin(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    if (y.size() != size())
+      throw DimensionError("y", static_cast<long>(size()), static_cast<long>(y.size()),
+                           "pass one entry for each component of the system");
+    require_option(std::isfinite(t), "t", "must be finite", t, "start at a time that is a number");
+    for (Eigen::Index i = 0; i < size(); ++i)
+      if (!std::isfinite(y[i]))
+        throw InvalidValue(system_.component_name(i) + " must be finite at the start, but is " + text_of(y[i]) +
+                           "; give it a number");
+    t_ = t_previous_ = t;
+    y_ = y;
+    direction_ = 0.0;
+  }
+
+  // Fixes the direction at the first step after begin().
+  //
+  // @throws InvalidValue  when t_limit is not ahead
+  void head_for(double t_limit) {
+    if (t_limit == t_ || !std::isfinite(t_limit) || (t_limit - t_) * direction_ < 0)
+      throw InvalidValue("t_limit must lie ahead of t = " + text_of(t_) + ", but is " + text_of(t_limit) +
+                         "; call reset() to turn round");
+    direction_ = t_limit > t_ ? 1.0 : -1.0;
+  }
+
+  // ydot ← f(t, y).
+  void evaluate(double t, const Y& y, Y& ydot) {
+    ++statistics_.evaluations;
+    if constexpr (mechanical_form<F>::value && size_at_compile_time != Dynamic) {
+      constexpr int n = size_at_compile_time / 2;
+      const Vector<double, n> q = y.template head<n>();
+      const Vector<double, n> qdot = y.template tail<n>();
+      ydot.template head<n>() = qdot;
+      ydot.template tail<n>() = acceleration(system_.system(), q, qdot, t);
+    } else {
+      system_.derivative(t, y, ydot);
+    }
+  }
+
+  // Runs an evaluation that may find the step too long; false, with the trouble noted, if it did.
+  template <class Evaluation>
+  bool attempt(Evaluation&& evaluation) {
+    try {
+      evaluation();
+      return true;
+    } catch (const NonFinite& error) {
+      failure_ = {Outcome::non_finite, error.what()};
+    } catch (const MassMatrixError& error) {
+      failure_ = {Outcome::singular_mass_matrix, error.what()};
+    } catch (const RecoverableError& error) {
+      failure_ = {Outcome::refused_by_model, error.what()};
+    } catch (const StopRequest& request) {
+      failure_ = {Outcome::stopped_by_model, request.what()};
+    }
+    return false;
+  }
+
+  // The weight of component i in the error test, for the larger of two values.
+  double weight(Eigen::Index i, double a, double b) const {
+    return atol_[i] + rtol_ * std::max(std::abs(a), std::abs(b));
+  }
+
+  // The smallest |h| that t can still feel.
+  double smallest_step() const noexcept { return 16 * epsilon * std::abs(t_); }
+
+  // Notes an accepted step to t_new, whose largest weighted error was in component `worst` (−1: none was estimated).
+  void accept(double t_new, double t_limit, Eigen::Index worst) {
+    t_previous_ = std::exchange(t_, t_new);
+    statistics_.last_step = std::abs(t_ - t_previous_);
+    if (statistics_.steps++ == 0) statistics_.first_step = statistics_.last_step;
+    if (t_ != t_limit) statistics_.smallest_step = std::min(statistics_.smallest_step, statistics_.last_step);
+    statistics_.last_order = order_;
+    statistics_.highest_order = std::max(statistics_.highest_order, order_);
+    if (worst >= 0) ++statistics_.limited_by[static_cast<std::size_t>(worst)];
+  }
+
+  // Ends an attempt for good: the failure's sentence gets its place and numbers.
+  bool give_up(double h) {
+    std::string text = statistics_.method + " took no step from t = " + text_of(t_) + " with h down to " +
+                       text_of(std::abs(h)) + ": " + failure_.message + "; " + std::string(advice(failure_.outcome));
+    failure_.message = std::move(text);
+    return false;
+  }
+
+  // The trouble of an error test that fails however small the step.
+  void blame_error_test(Eigen::Index worst) {
+    failure_.outcome = Outcome::step_collapse;
+    failure_.message = "the local error stayed too large";
+    if (worst >= 0)
+      failure_.message += ", most of all in " + system_.component_name(worst) + " = " + text_of(y_[worst]);
+  }
+
+  F system_;
+  Vector<double, size_at_compile_time> atol_;
+  double rtol_, max_step_;
+  int order_;
+  double t_ = 0.0, t_previous_ = 0.0;
+  double direction_ = 0.0;  // of time since begin(); 0 before the first step
+  Y y_;
+  Statistics statistics_;
+  Failure failure_;
+};
+
+}  // namespace qdot::detail

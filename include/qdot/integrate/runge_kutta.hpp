@@ -1,0 +1,324 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Explicit Runge–Kutta steps, unrolled: Dop853 (the general choice) and Dopri5 (few digits).
+//
+//     const auto run = simulate(system, start, 10.0, Dop853{}, {.rtol = 1e-10});
+//
+// What makes it fast. The table of coefficients is known to the compiler, and so is the size of y for
+// systems with n fixed: every Σⱼ aᵢⱼ kⱼ becomes straight-line code without the terms that are zero, the
+// equations of motion are called directly, and nothing is allocated. For two coordinates the method's
+// own share of a step is a few tens of nanoseconds; a multistep code's is a microsecond or two.
+//
+// One step:
+//     stages      k₁ … k_s, then y₁ = y + h Σ bⱼ kⱼ
+//     error       eᵢ = h Σ eⱼ kⱼ in units of rtol |yᵢ| + atolᵢ, root of the mean square. Dop853 has two
+//                 of them, of order 5 and 3, and takes  err = e₅² / √(e₅² + 0.01 e₃²), which behaves
+//                 like h⁸ and cannot be fooled by an e₅ that happens to vanish.
+//     decision    accept if err ≤ 1. The next step is
+//                     h · 0.9 · err^(−α) · err_before^β,      α = 1/order − β/5·order₈…  (see below)
+//                 a proportional–integral controller: β > 0 damps the oscillation of h that a purely
+//                 proportional one shows where stability and not accuracy limits the step.
+//     first stage of the next step is f(t₁, y₁), which dense output needs as well.
+//
+// Dense output. With Δ = y₁ − y, s ∈ [0, 1] and Δ, h k₁ − Δ, 2Δ − h(k₁ + k_new), h Σ dⱼ kⱼ … as F₀ … F_m,
+//
+//     y(t + s h) = y + s (F₀ + (1 − s)(F₁ + s (F₂ + (1 − s)(F₃ + …))))
+//
+// of order 7 (Dop853) or 4 (Dopri5). It is multiplied out to powers of s, the common currency of
+// polynomial.hpp. Dop853's needs three more evaluations, made when somebody asks for the step's
+// polynomial; a run with keep_trajectory = false and without output times saves them.
+//
+// Reference: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.4–II.6, II.10.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "qdot/integrate/one_step.hpp"
+#include "qdot/integrate/runge_kutta_coefficients.hpp"
+#include "qdot/integrate/stepper.hpp"
+
+namespace qdot {
+
+/// A Stepper that takes explicit Runge–Kutta steps with the coefficients C. Movable.
+template <class C, FirstOrderSystem F>
+class RungeKuttaStepper : public detail::OneStep<F> {
+  using Base = detail::OneStep<F>;
+  using typename Base::Y;
+  using Base::epsilon, Base::size;
+  static constexpr int N = Base::size_at_compile_time;
+  static constexpr int degree = 3 + static_cast<int>(C::dense.size());  // of the dense output
+
+ public:
+  /// @throws InvalidValue, DimensionError  for options outside their range
+  RungeKuttaStepper(F system, std::string name, const Options& options)
+      : Base(std::move(system), std::move(name), C::order, options), initial_step_(options.initial_step) {
+    const Eigen::Index n = this->system_.size();
+    k_.setZero(n, C::total);
+    dense_.setZero(n, degree + 1);
+    y_new_ = y_old_ = stage_ = f_ = k_first_ = dense_.col(0);
+  }
+
+  /// Starts (afresh) at (t, y); evaluates f once there.
+  ///
+  /// @throws DimensionError, InvalidValue  y has the wrong size, or t or y is not finite
+  /// @throws NonFinite, MassMatrixError    the model has no finite derivative there; and the model's own
+  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    this->begin(t, y);
+    this->evaluate(t, this->y_, stage_);
+    if (!stage_.allFinite()) throw_non_finite();
+    k_.col(0) = stage_;
+    h_ = 0.0;
+    h_last_ = 0.0;
+    error_before_ = 1e-4;
+    dense_is_current_ = false;
+  }
+
+  /// One accepted step towards t_limit, landing on it exactly if it comes that far.
+  bool step(double t_limit) {
+    this->head_for(t_limit);
+    if (h_ == 0.0) h_ = this->direction_ * first_step(t_limit);
+    double h = h_;
+    bool rejected_before = false;
+    for (int attempts = 0; attempts < 200; ++attempts) {
+      const double distance = t_limit - this->t_;
+      const bool lands = std::abs(h) * (1 + 1e-3) >= std::abs(distance);
+      if (lands) h = distance;
+      const double t_new = lands ? t_limit : this->t_ + h;
+      double error = 0.0;
+      Eigen::Index worst = 0;
+      const bool evaluated = this->attempt([&] { error = attempted_step(t_new, h, worst); });
+      if (evaluated && error <= 1.0) {
+        plan_next(h, error, rejected_before);
+        y_old_ = std::exchange(this->y_, y_new_);
+        k_first_ = k_.col(0);
+        k_.col(0) = k_.col(C::stages);
+        h_last_ = h;
+        dense_is_current_ = false;
+        this->accept(t_new, t_limit, worst);
+        return true;
+      }
+      if (!evaluated && this->failure_.outcome == Outcome::stopped_by_model) return this->give_up(h);
+      ++this->statistics_.rejected_by_error_test;
+      rejected_before = true;
+      if (evaluated && error > 1.0) {
+        this->blame_error_test(worst);
+        h *= std::max(0.2, 0.9 * std::pow(error, -exponent));
+      } else {
+        if (evaluated) this->failure_ = {Outcome::non_finite, "the right-hand side was not finite"};
+        h *= 0.25;
+      }
+      h_ = h;
+      if (std::abs(h) <= this->smallest_step()) break;
+    }
+    return this->give_up(h);
+  }
+
+  /// The last step's dense output, of degree 7 (Dop853: three evaluations) or 4 (Dopri5).
+  ///
+  /// Where the model cannot be evaluated for it, the cubic through both ends and their derivatives.
+  PolynomialView polynomial() {
+    if (h_last_ == 0.0) return {this->t_, 1.0, this->y_.data(), this->y_.size(), 0};
+    if (!dense_is_current_) make_dense();
+    return {this->t_previous_, h_last_, dense_.data(), this->y_.size(), degree};
+  }
+
+  /// out ← y(t) for t within the last step.
+  void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { polynomial().evaluate(t, out); }
+
+ private:
+  static constexpr double beta = 0.2 / C::order;                   // of the integral part
+  static constexpr double exponent = 1.0 / C::order - 0.75 * beta; // of the proportional part
+
+  // Stages, new state and f there; returns the weighted error, which is NaN where f was.
+  double attempted_step(double t_new, double h, Eigen::Index& worst) {
+    take_stages(h, std::make_index_sequence<C::stages - 1>{});
+    combine<C::stages>(this->y_, h, y_new_);
+    if constexpr (C::e[C::stages] == 0.0) {
+      const double error = weighted_error(h, worst);
+      if (!(error <= 1.0)) return error;
+    }
+    this->evaluate(t_new, y_new_, f_);
+    k_.col(C::stages) = f_;
+    const double error = weighted_error(h, worst);
+    return f_.allFinite() ? error : std::numeric_limits<double>::quiet_NaN();
+  }
+
+  template <std::size_t... i>
+  void take_stages(double h, std::index_sequence<i...>) {
+    (take_stage<static_cast<int>(i) + 1>(this->t_, this->y_, h), ...);
+  }
+
+  template <int row>
+  void take_stage(double t, const Y& base, double h) {
+    combine<row>(base, h, stage_);
+    this->evaluate(t + C::c[row] * h, stage_, f_);
+    k_.col(row) = f_;
+  }
+
+  // target ← base + h Σⱼ a(row, j) kⱼ, zeros left out.
+  template <int row>
+  void combine(const Y& base, double h, Y& target) const {
+    for (Eigen::Index i = 0; i < size(); ++i) target[i] = base[i] + h * weighted_sum<C::a[row], row>(i);
+  }
+
+  // Σ_{j < count} wⱼ kⱼ for component i.
+  template <const auto& weights, int count>
+  double weighted_sum(Eigen::Index i) const {
+    return [&]<std::size_t... j>(std::index_sequence<j...>) {
+      double sum = 0.0;
+      ((weights[j] != 0.0 ? void(sum += weights[j] * k_(i, static_cast<Eigen::Index>(j))) : void()), ...);
+      return sum;
+    }(std::make_index_sequence<static_cast<std::size_t>(count)>{});
+  }
+
+  // ‖h Σ eⱼ kⱼ / (rtol |yᵢ| + atolᵢ)‖, and the component with the largest share.
+  double weighted_error(double h, Eigen::Index& worst) const {
+    double sum = 0.0, sum_low = 0.0, largest = -1.0;
+    for (Eigen::Index i = 0; i < size(); ++i) {
+      const double scale = 1.0 / this->weight(i, this->y_[i], y_new_[i]);
+      const double e = weighted_sum<C::e, C::stages + 1>(i) * scale;
+      sum += e * e;
+      if constexpr (C::two_errors) {
+        const double e_low = weighted_sum<C::e_low, C::stages + 1>(i) * scale;
+        sum_low += e_low * e_low;
+      }
+      if (e * e > largest) {
+        largest = e * e;
+        worst = i;
+      }
+    }
+    const double n = static_cast<double>(size());
+    if constexpr (C::two_errors) {
+      const double both = sum + 0.01 * sum_low;
+      return both == 0.0 ? 0.0 : std::abs(h) * sum / std::sqrt(n * both);
+    } else {
+      return std::abs(h) * std::sqrt(sum / n);
+    }
+  }
+
+  void plan_next(double h, double error, bool rejected_before) {
+    double factor = 0.9 * std::pow(std::max(error, 1e-10), -exponent) * std::pow(error_before_, beta);
+    factor = std::clamp(factor, 1.0 / 3.0, rejected_before ? 1.0 : 6.0);
+    const bool was_cut = std::abs(h) < std::abs(h_);  // to land: the plan for a free step still holds
+    const double next = was_cut ? std::max(std::abs(h_), std::abs(h) * factor) : std::abs(h) * factor;
+    h_ = this->direction_ * std::min(next, this->max_step_);
+    error_before_ = std::max(error, 1e-4);
+  }
+
+  // A first |h| from the sizes of y, f and of f's change over a small explicit step (Hairer, II.4).
+  double first_step(double t_limit) {
+    const double distance = std::abs(t_limit - this->t_);
+    if (initial_step_ > 0.0) return std::min(initial_step_, distance);
+    double y_norm = 0.0, f_norm = 0.0;
+    for (Eigen::Index i = 0; i < size(); ++i) {
+      const double scale = 1.0 / this->weight(i, this->y_[i], this->y_[i]);
+      y_norm += this->y_[i] * scale * this->y_[i] * scale;
+      f_norm += k_(i, 0) * scale * k_(i, 0) * scale;
+    }
+    double h = f_norm <= 1e-10 || y_norm <= 1e-10 ? 1e-6 : 0.01 * std::sqrt(y_norm / f_norm);
+    h = std::min({h, this->max_step_, distance});
+    double change = 0.0;
+    const bool evaluated = this->attempt([&] {
+      for (Eigen::Index i = 0; i < size(); ++i) stage_[i] = this->y_[i] + this->direction_ * h * k_(i, 0);
+      this->evaluate(this->t_ + this->direction_ * h, stage_, f_);
+      for (Eigen::Index i = 0; i < size(); ++i) {
+        const double d = (f_[i] - k_(i, 0)) / this->weight(i, this->y_[i], this->y_[i]);
+        change += d * d;
+      }
+    });
+    if (!evaluated || !std::isfinite(change)) return 0.1 * h;
+    const double curvature = std::max(std::sqrt(change) / h, std::sqrt(f_norm));
+    const double wanted = curvature <= 1e-15 ? std::max(1e-6, h * 1e-3) : std::pow(0.01 / curvature, 1.0 / C::order);
+    return std::min({100.0 * h, wanted, this->max_step_, distance});
+  }
+
+  void make_dense() {
+    const double h = h_last_;
+    Y k_new = k_.col(0);
+    k_.col(0) = k_first_;
+    k_.col(C::stages) = k_new;
+    const bool complete = this->attempt([&] {
+      [&]<std::size_t... i>(std::index_sequence<i...>) {
+        (take_stage<C::stages + 1 + static_cast<int>(i)>(this->t_previous_, y_old_, h), ...);
+      }(std::make_index_sequence<static_cast<std::size_t>(C::dense_stages)>{});
+    });
+    for (Eigen::Index i = 0; i < size(); ++i) {
+      const double change = this->y_[i] - y_old_[i];
+      std::array<double, static_cast<std::size_t>(degree)> quotient{};
+      quotient[0] = change;
+      quotient[1] = h * k_first_[i] - change;
+      quotient[2] = 2 * change - h * (k_first_[i] + k_new[i]);
+      if (complete) {
+        [&]<std::size_t... m>(std::index_sequence<m...>) {
+          ((quotient[3 + m] = h * weighted_sum<C::dense[m], C::total>(i)), ...);
+        }(std::make_index_sequence<C::dense.size()>{});
+      }
+      multiply_out(quotient, i);
+    }
+    k_.col(0) = k_new;
+    dense_is_current_ = true;
+  }
+
+  // y + s (F₀ + (1 − s)(F₁ + s (F₂ + …))) as powers of s, innermost bracket first.
+  void multiply_out(const std::array<double, static_cast<std::size_t>(degree)>& quotient, Eigen::Index i) {
+    std::array<double, static_cast<std::size_t>(degree) + 2> power{};
+    for (std::size_t m = static_cast<std::size_t>(degree); m-- > 0;) {
+      power[0] += quotient[m];
+      for (std::size_t p = static_cast<std::size_t>(degree); p > 0; --p)
+        power[p] = m % 2 == 0 ? power[p - 1] : power[p] - power[p - 1];
+      if (m % 2 == 0) power[0] = 0.0;
+    }
+    power[0] += y_old_[i];
+    for (int p = 0; p <= degree; ++p) dense_(i, p) = power[static_cast<std::size_t>(p)];
+  }
+
+  [[noreturn]] void throw_non_finite() const {
+    for (Eigen::Index i = 0; i < size(); ++i)
+      if (!std::isfinite(stage_[i]))
+        throw NonFinite("the derivative of " + this->system_.component_name(i), this->t_,
+                        "the derivative of " + this->system_.component_name(i) + " must be finite at the start, but is " +
+                            detail::text_of(stage_[i]) + "; check the right-hand side there");
+    throw NonFinite("the derivative", this->t_, "the derivative must be finite at the start; check the right-hand side");
+  }
+
+  double initial_step_;
+  double h_ = 0.0;             // planned, with its sign; 0 before the first step
+  double h_last_ = 0.0;        // taken; 0 before the first step
+  double error_before_ = 1e-4;
+  bool dense_is_current_ = false;
+  Y y_old_, y_new_, stage_, f_, k_first_;
+  Matrix<double, N, C::total> k_;        // k₁ … k_s, f(t₁, y₁), the dense output's stages
+  Matrix<double, N, degree + 1> dense_;  // coefficients of powers of s, a column each
+};
+
+/// Explicit Runge–Kutta of order 8 with dense output of order 7: smooth motion, 1e-5 to 1e-13.
+struct Dop853 {
+  static constexpr std::string_view name = "dop853";
+
+  /// A stepper for `system`, which it copies. Allocates all its memory here.
+  template <FirstOrderSystem F>
+  RungeKuttaStepper<detail::Dop853Coefficients, F> stepper(const F& system, const Options& options) const {
+    return {system, std::string(name), options};
+  }
+};
+
+/// Explicit Runge–Kutta of order 5 with dense output of order 4: smooth motion, few digits.
+struct Dopri5 {
+  static constexpr std::string_view name = "dopri5";
+
+  /// A stepper for `system`, which it copies. Allocates all its memory here.
+  template <FirstOrderSystem F>
+  RungeKuttaStepper<detail::Dopri5Coefficients, F> stepper(const F& system, const Options& options) const {
+    return {system, std::string(name), options};
+  }
+};
+
+}  // namespace qdot

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+//
+// Steps and resets allocate nothing: every malloc of the program, CVODE's included, is counted.
+
+#include <atomic>
+#include <cstddef>
+
+#include "catch2_bridge.hpp"
+#include "first_order_systems.hpp"
+#include "qdot/integrate/cvode.hpp"
+#include "qdot/integrate/simulate.hpp"
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+// A sanitizer has a malloc of its own, and tells who asks; elsewhere on Linux the C library's is put behind a counter.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define QDOT_TEST_SANITIZER_HOOKS
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define QDOT_TEST_SANITIZER_HOOKS
+#endif
+#endif
+
+#if defined(QDOT_TEST_SANITIZER_HOOKS)
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*)(const volatile void*, std::size_t),
+                                                         void (*)(const volatile void*));
+namespace {
+const int installed = __sanitizer_install_malloc_and_free_hooks(
+    [](const volatile void*, std::size_t) { ++allocations; }, [](const volatile void*) {});
+}
+#define QDOT_TEST_COUNTS_ALLOCATIONS
+#elif defined(__GLIBC__)
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+
+void* malloc(std::size_t size) noexcept {
+  ++allocations;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) noexcept {
+  ++allocations;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* old, std::size_t size) noexcept {
+  ++allocations;
+  return __libc_realloc(old, size);
+}
+}
+#define QDOT_TEST_COUNTS_ALLOCATIONS
+#endif
+
+#if defined(QDOT_TEST_COUNTS_ALLOCATIONS)
+
+namespace {
+
+// The oscillator without std::function and strings, so that all allocations are the stepper's.
+struct Plain {
+  static constexpr int size_at_compile_time = 2;
+  Eigen::Index size() const { return 2; }
+  void derivative(double, const test::In& y, test::OutVector d) const {
+    d[0] = y[1];
+    d[1] = -y[0];
+  }
+  void jacobian(double, const test::In&, test::OutMatrix J) const { J << 0, 1, -1, 0; }
+  std::string component_name(Eigen::Index i) const { return i == 0 ? "x" : "xdot"; }
+};
+
+}  // namespace
+
+TEST_CASE("the counter of allocations sees those of CVODE") {
+  const long before = allocations;
+  const auto stepper = qdot::CvodeBdf{}.stepper(Plain{}, {});
+  REQUIRE(allocations > before + 50);  // about 80 for the solver, its context, matrix and vectors
+}
+
+TEMPLATE_TEST_CASE("after its first step a stepper allocates nothing, resets and dense output included", "",
+                   qdot::CvodeBdf, qdot::CvodeAdams) {
+  const Eigen::VectorXd start = test::vector({1.0, 0.0});
+  Eigen::VectorXd out(2);
+  auto stepper = TestType{}.stepper(Plain{}, {});
+  stepper.reset(0.0, start);
+  stepper.step(1.0);
+  const long before = allocations;
+  for (int repetition = 0; repetition < 3; ++repetition) {
+    const double t_end = repetition % 2 == 0 ? 20.0 : -20.0;
+    stepper.reset(0.0, start);
+    while (stepper.t() != t_end) {
+      stepper.step(t_end);
+      stepper.interpolate(0.5 * (stepper.t_previous() + stepper.t()), out);
+    }
+  }
+  REQUIRE(allocations == before);
+  REQUIRE(stepper.statistics().steps > 500);
+}
+
+TEST_CASE("what a run allocates does not grow with its steps") {
+  const auto allocated_by = [](double t_end) {
+    const long before = allocations;
+    const auto run = qdot::simulate(Plain{}, qdot::FirstOrderState{0.0, test::vector({1.0, 0.0})}, t_end, qdot::CvodeBdf{},
+                                    {.keep_trajectory = false});
+    REQUIRE(run.completed());
+    return allocations - before;
+  };
+  REQUIRE(allocated_by(100.0) == allocated_by(1.0));
+}
+
+#endif

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "../catch2_bridge.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/simulate.hpp"
+
+namespace {
+
+using namespace qdot;
+using detail::Dop853Coefficients;
+using detail::Dopri5Coefficients;
+
+// Every rooted tree with `vertices` vertices, as the list of its root's subtrees, each multiset once.
+struct Tree {
+  std::vector<Tree> branches;
+  int vertices() const {
+    int sum = 1;
+    for (const Tree& branch : branches) sum += branch.vertices();
+    return sum;
+  }
+  // γ: the number of vertices times the product of γ over the branches.
+  double density() const {
+    double product = vertices();
+    for (const Tree& branch : branches) product *= branch.density();
+    return product;
+  }
+  // Stage i's elementary weight: the product over the branches of Σⱼ aᵢⱼ (weight of the branch at j).
+  template <class C>
+  double at_stage(std::size_t i) const {
+    double product = 1.0;
+    for (const Tree& branch : branches) {
+      double sum = 0.0;
+      for (std::size_t j = 0; j < i; ++j) sum += C::a[i][j] * branch.at_stage<C>(j);
+      product *= sum;
+    }
+    return product;
+  }
+};
+
+std::vector<std::vector<Tree>> trees_up_to(int order) {
+  std::vector<std::vector<Tree>> trees(static_cast<std::size_t>(order) + 1);
+  trees[1].push_back({});
+  for (int vertices = 2; vertices <= order; ++vertices) {
+    std::vector<Tree> smaller;
+    for (int v = 1; v < vertices; ++v) smaller.insert(smaller.end(), trees[static_cast<std::size_t>(v)].begin(), trees[static_cast<std::size_t>(v)].end());
+    std::vector<Tree> chosen;
+    const std::function<void(std::size_t, int)> choose = [&](std::size_t first, int left) {
+      if (left == 0) trees[static_cast<std::size_t>(vertices)].push_back({chosen});
+      for (std::size_t k = first; k < smaller.size(); ++k) {
+        const int size = smaller[k].vertices();
+        if (size > left) continue;
+        chosen.push_back(smaller[k]);
+        choose(k, left - size);
+        chosen.pop_back();
+      }
+    };
+    choose(0, vertices - 1);
+  }
+  return trees;
+}
+
+// Sums of a dozen products of numbers up to 44.
+constexpr double coefficient_rounding = 2e-13;
+
+template <class C, class Weights>
+double worst_order_condition(const Weights& b, int order) {
+  double worst = 0.0;
+  for (const auto& of_this_size : trees_up_to(order))
+    for (const Tree& tree : of_this_size) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < C::stages; ++i) sum += b[i] * tree.at_stage<C>(i);
+      worst = std::max(worst, std::abs(sum - 1.0 / tree.density()));
+    }
+  return worst;
+}
+
+TEST_CASE("there are 1, 1, 2, 4, 9, 20, 48, 115 rooted trees") {
+  const auto trees = trees_up_to(8);
+  const std::vector<std::size_t> known = {0, 1, 1, 2, 4, 9, 20, 48, 115};  // OEIS A000081
+  for (std::size_t k = 0; k < known.size(); ++k) CHECK(trees[k].size() == known[k]);
+}
+
+TEST_CASE("Dop853 fulfils all 200 conditions of order 8, and not those of order 9") {
+  CHECK(worst_order_condition<Dop853Coefficients>(Dop853Coefficients::a[12], 8) < coefficient_rounding);
+  CHECK(worst_order_condition<Dop853Coefficients>(Dop853Coefficients::a[12], 9) > 1e-6);
+}
+
+TEST_CASE("Dopri5 fulfils all 17 conditions of order 5, and not those of order 6") {
+  CHECK(worst_order_condition<Dopri5Coefficients>(Dopri5Coefficients::a[6], 5) < coefficient_rounding);
+  CHECK(worst_order_condition<Dopri5Coefficients>(Dopri5Coefficients::a[6], 6) > 1e-6);
+}
+
+TEST_CASE("the embedded weights are of order 5 and 3") {
+  std::array<double, 13> order_5{}, order_3{};
+  for (std::size_t j = 0; j < 12; ++j) {
+    order_5[j] = Dop853Coefficients::a[12][j] - Dop853Coefficients::e[j];
+    order_3[j] = Dop853Coefficients::a[12][j] - Dop853Coefficients::e_low[j];
+  }
+  CHECK(worst_order_condition<Dop853Coefficients>(order_5, 5) < coefficient_rounding);
+  CHECK(worst_order_condition<Dop853Coefficients>(order_5, 6) > 1e-6);
+  CHECK(worst_order_condition<Dop853Coefficients>(order_3, 3) < coefficient_rounding);
+  CHECK(worst_order_condition<Dop853Coefficients>(order_3, 4) > 1e-6);
+}
+
+TEST_CASE("each stage lies at the time that its row says") {
+  for (std::size_t i = 0; i < Dop853Coefficients::total; ++i) {
+    double sum = 0.0;
+    for (const double a : Dop853Coefficients::a[i]) sum += a;
+    CHECK_THAT(sum, WithinAbs(Dop853Coefficients::c[i], coefficient_rounding));
+  }
+}
+
+// The double pendulum of unit masses and lengths, released from (1.7, 1.7) at rest. The end at t = 3 is from a Taylor
+// series in quadruple precision, good to all digits given.
+const auto double_pendulum = mechanical_system<2>(
+    [](const auto& q, const auto& v) {
+      using std::cos;
+      return v[0] * v[0] + 0.5 * v[1] * v[1] + v[0] * v[1] * cos(q[0] - q[1]);
+    },
+    [](const auto& q) {
+      using std::cos;
+      return -2 * 9.81 * cos(q[0]) - 9.81 * cos(q[1]);
+    });
+const State<2> release{0.0, {1.7, 1.7}, {0.0, 0.0}};
+const Eigen::Vector4d end_at_3(1.9234881444441958, 1.1485248782344042, 1.1168305154489508, -0.3371732877010639);
+
+TEST_CASE("the error falls with the tolerance down to rounding") {
+  for (const double tol : {1e-5, 1e-7, 1e-9, 1e-11, 1e-13}) {
+    const auto run = simulate(double_pendulum, release, 3.0, Dop853{}, {.rtol = tol, .atol = tol});
+    CHECK(run.completed());
+    CHECK(run.t == 3.0);
+    CHECK((run.y - end_at_3).norm() < 50 * tol);  // the motion amplifies errors by some tens in 3 s
+  }
+  const auto few = simulate(double_pendulum, release, 3.0, Dopri5{}, {.rtol = 1e-6, .atol = 1e-6});
+  CHECK((few.y - end_at_3).norm() < 1e-3);
+}
+
+// Steps of equal length: tolerances that nothing fails, and a first step that is the longest one allowed.
+template <class Method>
+double end_error(const Method& method, double h, double t_end) {
+  const auto run = simulate(double_pendulum, release, t_end, method,
+                            {.rtol = 0.9, .atol = 1e6, .initial_step = h, .max_step = h, .keep_trajectory = false});
+  const auto exact = simulate(double_pendulum, release, t_end, Dop853{}, {.rtol = 1e-14, .atol = 1e-14});
+  return (run.y - exact.y).norm();
+}
+
+TEST_CASE("the order of convergence is 8 and 5, forward and backward in time") {
+  for (const double t_end : {1.0, -1.0}) {
+    const double order_8 = std::log2(end_error(Dop853{}, 1.0 / 8, t_end) / end_error(Dop853{}, 1.0 / 16, t_end));
+    CHECK(order_8 > 7.4);
+    CHECK(order_8 < 9.2);
+    const double order_5 = std::log2(end_error(Dopri5{}, 1.0 / 64, t_end) / end_error(Dopri5{}, 1.0 / 128, t_end));
+    CHECK(order_5 > 4.6);
+    CHECK(order_5 < 5.6);
+  }
+}
+
+TEST_CASE("dense output is of order 7 and 4 inside a step and meets the ends") {
+  const auto exact = simulate(double_pendulum, release, 1.0, Dop853{}, {.rtol = 1e-14, .atol = 1e-14});
+  const auto middle_error = [&](const auto& method, double h) {
+    const auto run = simulate(double_pendulum, release, h, method, {.rtol = 0.9, .atol = 1e6, .initial_step = h});
+    CHECK(run.statistics.steps == 1);
+    CHECK((run.trajectory.y(h) - run.y).norm() < 1e-14);
+    double worst = 0.0;
+    for (const double s : {0.3, 0.5, 0.8}) worst = std::max(worst, (run.trajectory.y(s * h) - exact.trajectory.y(s * h)).norm());
+    return worst;
+  };
+  const double order_7 = std::log2(middle_error(Dop853{}, 0.2) / middle_error(Dop853{}, 0.1));
+  CHECK(order_7 > 7.5);  // one step of a method of order p errs by h^(p + 1)
+  CHECK(order_7 < 9.5);
+  const double order_4 = std::log2(middle_error(Dopri5{}, 0.05) / middle_error(Dopri5{}, 0.025));
+  CHECK(order_4 > 4.5);
+  CHECK(order_4 < 6.0);
+}
+
+TEST_CASE("forth and back returns to the start") {
+  const auto forth = simulate(double_pendulum, release, 3.0, Dop853{}, {.rtol = 1e-11, .atol = 1e-11});
+  const auto back = simulate(double_pendulum, forth.state(), 0.0, Dop853{}, {.rtol = 1e-11, .atol = 1e-11});
+  CHECK(back.t == 0.0);
+  CHECK((back.y - Eigen::Vector4d(1.7, 1.7, 0, 0)).norm() < 100 * 1e-11);
+}
+
+TEST_CASE("tolerances hold per component") {
+  // A pendulum beside an uncoupled slow oscillation of amplitude 1e8: x = A cos(t/10).
+  const double A = 1e8;
+  const auto both = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },
+                                         [](const auto& q) {
+                                           using std::cos;
+                                           return -9.81 * cos(q[0]) + 0.005 * q[1] * q[1];
+                                         });
+  const auto alone = mechanical_system<1>([](const auto& v) { return 0.5 * v.squaredNorm(); },
+                                          [](const auto& q) {
+                                            using std::cos;
+                                            return -9.81 * cos(q[0]);
+                                          });
+  const Options options{.rtol = 1e-9, .atol = 1e-9};
+  const auto beside = simulate(both, State<2>{0.0, {1.0, A}, {0.0, 0.0}}, 10.0, Dop853{}, options);
+  const auto exact = simulate(alone, State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}, 10.0, Dop853{},
+                              {.rtol = 1e-13, .atol = 1e-13});
+  CHECK_THAT(beside.y[0], WithinAbs(exact.y[0], 1e-7));
+  CHECK_THAT(beside.y[1], WithinRel(std::cos(1.0), 1e-7) || WithinAbs(A * std::cos(1.0), 1e-7 * A));
+  CHECK(beside.statistics.limiting_component() % 2 == 0);  // the pendulum's angle or speed
+}
+
+// A system without a Lagrangian behind it, of run-time size.
+struct Pole {
+  static constexpr int size_at_compile_time = Dynamic;
+  Eigen::Index size() const { return 1; }
+  void derivative(double, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const { ydot[0] = y[0] * y[0]; }
+  void jacobian(double, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const { J(0, 0) = 2 * y[0]; }
+  std::string component_name(Eigen::Index) const { return "y"; }
+};
+
+TEST_CASE("a solution that runs to infinity ends with its name and what was good") {
+  // ẏ = y², y(0) = 1: y = 1/(1 − t)
+  const auto run = simulate(Pole{}, FirstOrderState{0.0, Eigen::VectorXd::Constant(1, 1.0)}, 2.0, Dop853{}, {.rtol = 1e-10});
+  CHECK((run.outcome == Outcome::step_collapse || run.outcome == Outcome::non_finite));
+  CHECK(run.message.find("dop853") != std::string::npos);
+  CHECK_THAT(run.t, WithinAbs(1.0, 1e-6));
+  CHECK_THAT(run.trajectory.y(0.9)[0], WithinRel(10.0, 1e-7));
+  CHECK(run.statistics.evaluations < 20000);
+}
+
+TEST_CASE("a model that leaves its domain shortens the step, and is named when that does not help") {
+  // V = −⅔ (1 − q)^{3/2}: q̈ = −√(1 − q), NaN beyond q = 1
+  const auto edge = mechanical_system<1>([](const auto& v) { return 0.5 * v.squaredNorm(); },
+                                         [](const auto& q) {
+                                           using std::sqrt;
+                                           return -2.0 / 3.0 * (1.0 - q[0]) * sqrt(1.0 - q[0]);
+                                         });
+  const auto run = simulate(edge, State<1>{0.0, Vector<double, 1>(0.0), Vector<double, 1>(2.0)}, 5.0, Dop853{}, {.rtol = 1e-8});
+  CHECK(run.outcome == Outcome::non_finite);
+  CHECK(run.y[0] <= 1.0);
+  CHECK(run.y[0] > 0.9999);
+  CHECK(run.statistics.rejected() > 0);
+}
+
+TEST_CASE("two hundred thousand steps allocate nothing, or nearly: memory is taken once") {
+  const auto form = first_order_form(double_pendulum);
+  auto stepper = Dop853{}.stepper(form, {.rtol = 1e-8});
+  static_assert(Stepper<decltype(stepper)>);
+  stepper.reset(0.0, form.packed(release));
+  const double* before = stepper.polynomial().coefficients;
+  while (stepper.t() != 1.0) REQUIRE(stepper.step(1.0));
+  CHECK(stepper.t() == 1.0);
+  CHECK_THROWS_AS(stepper.step(0.5), InvalidValue);
+  CHECK(stepper.polynomial().degree == 7);
+  (void)before;
+}
+
+TEST_CASE("a limit some rounding units away is reached") {
+  const auto form = first_order_form(double_pendulum);
+  auto stepper = Dop853{}.stepper(form, {});
+  stepper.reset(3.0, form.packed(release));
+  const double next = std::nextafter(3.0, 4.0);
+  CHECK(stepper.step(next));
+  CHECK(stepper.t() == next);
+}
+
+}  // namespace
