@@ -57,15 +57,15 @@ inline Shape ellipse(int centre, int end_of_first_radius, int end_of_second_radi
 
 /// What is drawn of a scene: shapes on its moving points, and lines that never move (ground, rail, wall).
 struct Drawing {
-  std::vector<Shape> shapes;
+  std::vector<Shape> shapes{};
   std::vector<std::vector<Point>> backdrop{};
 };
 
 /// A drawing with its frames: `frames[i]` are the points at `times[i]`.
 struct Animation {
-  Drawing drawing;
-  std::vector<double> times;
-  std::vector<std::vector<Point>> frames;
+  Drawing drawing{};
+  std::vector<double> times{};
+  std::vector<std::vector<Point>> frames{};
   std::string time_unit = "s";
 };
 

@@ -41,8 +41,8 @@ struct Facts {
 
 /// What a page shows, from top to bottom.
 struct Page {
-  std::string title;
-  std::string lead;  // one or two sentences
+  std::string title{};
+  std::string lead{};  // one or two sentences
   std::optional<Animation> animation{};
   std::vector<Facts> tables{};
   std::vector<Plot> plots{};
@@ -86,8 +86,12 @@ inline std::string animation_json(const Animation& animation) {
   const int decimals = std::clamp(static_cast<int>(std::ceil(4 - std::log10(picture_size(animation)))), 0, 300);
   const auto joined = [](const auto& items, const auto& text_of) {
     std::string text = "[";
-    for (const auto& item : items) text += (text.size() > 1 ? "," : "") + text_of(item);
-    return text + "]";
+    for (const auto& item : items) {
+      if (text.size() > 1) text += ',';
+      text += text_of(item);
+    }
+    text += ']';
+    return text;
   };
   const auto frame_json = [&](const std::vector<Point>& frame) {
     return joined(frame, [&](const Point& p) { return fixed_text(p.x, decimals) + "," + fixed_text(p.y, decimals); });
@@ -98,7 +102,7 @@ inline std::string animation_json(const Animation& animation) {
            ",\"size2\":" + exact_text(shape.size2) + ",\"colour\":" + std::to_string(shape.colour) + "}";
   };
   const auto line_json = [&](const std::vector<Point>& points) {
-    return joined(points, [&](const Point& p) { return "[" + rounded_text(p.x) + "," + rounded_text(p.y) + "]"; });
+    return joined(points, [&](const Point& p) { return joined(std::array{p.x, p.y}, [](double x) { return rounded_text(x); }); });
   };
   const double duration = animation.times.back() - animation.times.front();
   return "{\"unit\":\"" + plain_json_text(animation.time_unit) + "\",\"rate\":" + exact_text(playing_rate(duration)) +

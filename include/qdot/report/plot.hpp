@@ -31,16 +31,16 @@ struct Series {
 enum class Scale { linear, logarithmic };
 
 struct Axis {
-  std::string label;                                  // with its unit: "t [s]"
+  std::string label{};                                // with its unit: "t [s]"
   Scale scale = Scale::linear;
   std::optional<std::pair<double, double>> range{};  // from the data where it is not given
 };
 
 struct Plot {
-  std::string title;
-  Axis x;
-  Axis y;
-  std::vector<Series> series;
+  std::string title{};
+  Axis x{};
+  Axis y{};
+  std::vector<Series> series{};
   double width = 720;   // px
   double height = 270;  // px
   bool equal_units = false;  // one unit is equally long on both axes (orbits, trails)

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+//
+// How long a user waits for the compiler: a 40-line program that writes T and V of a double pendulum and integrates it,
+// against one that only includes Eigen. The compiler, its include directories and the library's sources must be where they
+// were when the program was built.
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "bench/bench.hpp"
+
+namespace qdot::bench {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* user_program = R"cpp(#include <cmath>
+#include <cstdio>
+
+#include <qdot/qdot.hpp>
+#include <qdot/integrate/cvode.hpp>
+#include <qdot/integrate/simulate.hpp>
+
+// Two bobs on two massless rods; both angles from the downward vertical.
+struct DoublePendulum {
+  double m1 = 1.0, m2 = 1.0;  // kg
+  double l1 = 1.0, l2 = 1.0;  // m
+  double g = 9.81;            // m/s²
+
+  auto T(const auto& q, const auto& qdot) const {
+    using std::cos;
+    return 0.5 * (m1 + m2) * l1 * l1 * qdot[0] * qdot[0]
+         + 0.5 * m2 * l2 * l2 * qdot[1] * qdot[1]
+         + m2 * l1 * l2 * qdot[0] * qdot[1] * cos(q[0] - q[1]);
+  }
+
+  auto V(const auto& q) const {
+    using std::cos;
+    return -(m1 + m2) * g * l1 * cos(q[0]) - m2 * g * l2 * cos(q[1]);
+  }
+};
+
+int main() {
+  const auto system = qdot::mechanical_system<2>(DoublePendulum{});
+  const qdot::State<2> start{0.0, {1.7, 1.7}, {0.0, 0.0}};
+
+  const auto run = qdot::simulate(system, start, 3.0, qdot::CvodeAdams{}, {.rtol = 1e-12, .atol = 1e-12});
+  if (!run.completed()) {
+    std::printf("%s\n", run.message.c_str());
+    return 1;
+  }
+  const auto end = run.state();
+  std::printf("t = %g  theta1 = %.10f  theta2 = %.10f\n", end.t, end.q[0], end.q[1]);
+  std::printf("energy drift %.1e J\n", qdot::energy(system, end) - qdot::energy(system, start));
+  return 0;
+}
+)cpp";
+
+constexpr const char* eigen_only = R"cpp(#include <Eigen/Dense>
+int main() { return static_cast<int>(Eigen::Matrix2d::Identity().inverse()(0, 1)); }
+)cpp";
+
+/// A directory that is removed with everything in it.
+class ScratchDirectory {
+ public:
+  ScratchDirectory() {
+    std::string pattern = (fs::temp_directory_path() / "qdot-bench-XXXXXX").string();
+    if (mkdtemp(pattern.data()) != nullptr) path_ = pattern;
+  }
+  ScratchDirectory(const ScratchDirectory&) = delete;
+  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
+  ~ScratchDirectory() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove_all(path_, ignored);
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// Seconds to compile a source text, the better of two attempts; 0 if it does not compile.
+double compile_seconds(const fs::path& directory, const std::string& source) {
+  const fs::path file = directory / "program.cpp";
+  std::ofstream(file) << source;
+  const std::string command = "cd '" + directory.string() + "' && " QDOT_BENCH_COMPILER
+                              " -std=c++20 -O2 -DOMPI_SKIP_MPICXX -DMPICH_SKIP_MPICXX " QDOT_BENCH_INCLUDES
+                              " -c program.cpp -o program.o >messages.txt 2>&1";
+  double best = 0;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    const auto began = std::chrono::steady_clock::now();
+    if (std::system(command.c_str()) != 0) return 0;
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    best = attempt == 0 ? seconds : std::min(best, seconds);
+  }
+  return best;
+}
+
+Findings measured() {
+  const ScratchDirectory scratch;
+  if (scratch.path().empty()) return {.rows = {}, .note = {}, .cannot_run = "no temporary directory can be made"};
+  const double baseline = compile_seconds(scratch.path(), eigen_only);
+  if (baseline == 0) {
+    return {.rows = {}, .note = {}, .cannot_run = "the compiler " QDOT_BENCH_COMPILER " with Eigen is not where it was"};
+  }
+  const double seconds = compile_seconds(scratch.path(), user_program);
+  if (seconds == 0) return {.rows = {}, .note = {}, .cannot_run = "the library's headers are not where they were"};
+  return {.rows = {{"double pendulum with CVODE, 40 lines", seconds, baseline, "a program that includes Eigen/Dense", "s"}},
+          .note = "compiled with -std=c++20 -O2 -c by " QDOT_BENCH_COMPILER ", the better of two attempts"};
+}
+
+}  // namespace
+
+Benchmark compile_benchmark() {
+  return {"compile", "time to compile a 40-line program that integrates a double pendulum", measured};
+}
+
+}  // namespace qdot::bench

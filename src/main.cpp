@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+//
+// The program qdot: reads the command line, and turns every error into one line on stderr and an exit status.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "program/arguments.hpp"
+#include "program/commands.hpp"
+
+namespace {
+
+using namespace qdot::program;
+
+constexpr int bad_arguments = 2;
+
+/// Takes an option that may be given several times, one value each.
+void add_repeatable(CLI::App* command, const std::string& name, std::vector<std::string>& values, const std::string& help) {
+  command->add_option(name, values, help)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+/// Takes an option with one value; CLI11's own conversions are not used, so that our messages name rule and value.
+void add_text(CLI::App* command, const std::string& name, std::optional<std::string>& value, const std::string& help,
+              const std::string& type) {
+  command->add_option_function<std::string>(name, [&value](const std::string& text) { value = text; }, help)
+      ->type_name(type)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+}
+
+/// What CLI11 did not recognize, as an error of ours.
+void refuse_extras(const CLI::App* command) {
+  const std::vector<std::string> extras = command->remaining();
+  if (extras.empty()) return;
+  const std::string name = extras.front().substr(0, extras.front().find('='));
+  if (!name.starts_with("-")) {
+    throw UsageError("arguments: must be options after the first, given \"" + name + "\"");
+  }
+  std::vector<std::string> valid;
+  for (const CLI::Option* option : command->get_options()) {
+    for (const std::string& long_name : option->get_lnames()) valid.push_back("--" + long_name);
+  }
+  throw unknown_name(name, "an option of qdot " + command->get_name(), name, valid);
+}
+
+int execute(int argc, char** argv, std::string& command_name) {
+  CLI::App app("qdot: from kinetic and potential energy to motion", "qdot");
+  app.set_version_flag("--version", "qdot " QDOT_VERSION);
+  app.require_subcommand(1);
+  app.footer("Exit status: 0 completed, 1 the run failed, 2 bad arguments.");
+
+  ListOptions list_options;
+  CLI::App* list_command = app.add_subcommand("list", "scenes with their parameters");
+  list_command->add_flag("--json", list_options.json, "one JSON object on stdout");
+
+  RunOptions run_options;
+  CLI::App* run_command = app.add_subcommand("run", "simulate a scene");
+  run_command->add_option("SCENE", run_options.scene, "a name from qdot list")->required();
+  add_repeatable(run_command, "--set", run_options.set, "parameter or initial value (q0, …, qdot0, …), NAME=VALUE");
+  add_repeatable(run_command, "--with", run_options.with, "switch an effect on, EFFECT[=VALUE]");
+  add_repeatable(run_command, "--without", run_options.without, "switch an effect off");
+  add_text(run_command, "--t-end", run_options.t_end, "time to end at", "T");
+  add_text(run_command, "--method", run_options.method, "adams (smooth motion, default) or bdf (stiff)", "NAME");
+  add_text(run_command, "--rtol", run_options.rtol, "relative tolerance of the local error (default 1e-10)", "R");
+  add_text(run_command, "--atol", run_options.atol, "absolute tolerance of the local error (default 1e-10)", "A");
+  add_text(run_command, "--samples", run_options.samples, "rows of the table (default 500)", "N");
+  add_text(run_command, "--out", run_options.out, "write PATH.csv, PATH.npz and PATH.html", "PATH");
+  run_command->add_flag("--json", run_options.json, "one JSON object on stdout");
+  run_command->add_flag("--quiet", run_options.quiet, "no progress bar");
+
+  BenchOptions bench_options;
+  CLI::App* bench_command = app.add_subcommand("bench", "the project's own benchmarks");
+  bench_command->add_option_function<std::string>(
+      "NAME", [&](const std::string& text) { bench_options.name = text; }, "all of them without a name");
+  bench_command->add_flag("--json", bench_options.json, "one JSON object on stdout");
+
+  std::vector<std::string> names;
+  for (CLI::App* command : app.get_subcommands({})) {
+    names.push_back(command->get_name());
+    command->allow_extras();
+  }
+  if (argc > 1 && argv[1][0] != '-') {
+    command_name = argv[1];
+    if (std::find(names.begin(), names.end(), command_name) == names.end()) {
+      command_name.clear();
+      throw unknown_name("command", "a command", argv[1], names);
+    }
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {  // --help, --version
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, bench; see qdot --help");
+  }
+  refuse_extras(app.get_subcommands().front());
+
+  if (list_command->parsed()) return list(list_options);
+  if (run_command->parsed()) return run(run_options);
+  return bench(bench_options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string command;
+  const auto complain = [&](const char* message) {
+    std::fprintf(stderr, "qdot%s%s: %s\n", command.empty() ? "" : " ", command.c_str(), message);
+  };
+  try {
+    return execute(argc, argv, command);
+  } catch (const UsageError& error) {
+    complain(error.what());
+    return bad_arguments;
+  } catch (const std::bad_alloc&) {
+    complain("out of memory; ask for fewer samples or coordinates");
+  } catch (const std::exception& error) {
+    complain(error.what());
+  }
+  return 1;
+}

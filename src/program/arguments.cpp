@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#include "program/arguments.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace qdot::program {
+
+namespace {
+
+/// Edits between two names: insert, delete or replace a letter, or swap two neighbours (Damerau 1964).
+std::size_t edits(const std::string& a, const std::string& b) {
+  const std::size_t columns = b.size() + 1;
+  std::vector<std::size_t> d((a.size() + 1) * columns);
+  const auto at = [&](std::size_t i, std::size_t j) -> std::size_t& { return d[i * columns + j]; };
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        at(i, j) = i + j;
+        continue;
+      }
+      at(i, j) = std::min({at(i - 1, j) + 1, at(i, j - 1) + 1, at(i - 1, j - 1) + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        at(i, j) = std::min(at(i, j), at(i - 2, j - 2) + 1);
+      }
+    }
+  }
+  return d.back();
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  constexpr std::size_t shown = 24;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), shown); ++i) text += (i == 0 ? "" : ", ") + names[i];
+  return names.size() > shown ? text + ", …" : text;
+}
+
+/// The text with line breaks and control characters made visible, so that a message stays on one line.
+std::string one_line(const std::string& text) {
+  std::string result;
+  for (const char c : text) result += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
+  return result;
+}
+
+}  // namespace
+
+std::string nearest_name(const std::string& wanted, const std::vector<std::string>& candidates) {
+  std::string nearest;
+  std::size_t fewest = std::numeric_limits<std::size_t>::max();
+  for (const std::string& candidate : candidates) {
+    // A name that continues what was typed ("double" for double_pendulum) beats one that is as short by chance.
+    const std::size_t count = !wanted.empty() && candidate.starts_with(wanted) ? 1 : edits(wanted, candidate);
+    if (count < fewest) {
+      fewest = count;
+      nearest = candidate;
+    }
+  }
+  return nearest;
+}
+
+UsageError unknown_name(const std::string& argument, const std::string& what, const std::string& given,
+                        const std::vector<std::string>& valid) {
+  return UsageError(argument + ": must be " + what + ", given \"" + one_line(given) + "\"; the nearest is \"" +
+                    nearest_name(given, valid) + "\" (of " + joined(valid) + ")");
+}
+
+double finite_number(const std::string& argument, const std::string& text) {
+  const char* begin = text.data();
+  const char* end = begin + text.size();
+  if (begin != end && *begin == '+') ++begin;  // from_chars takes no plus sign
+  double value = 0;
+  const auto [stop, error] = std::from_chars(begin, end, value);
+  if (stop != end || error != std::errc() || begin == end || !std::isfinite(value)) {
+    throw UsageError(argument + ": must be a finite number, given \"" + one_line(text) + "\"");
+  }
+  return value;
+}
+
+long whole_number(const std::string& argument, const std::string& text, long least, long most) {
+  long value = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (stop != text.data() + text.size() || error != std::errc() || text.empty() || value < least || value > most) {
+    throw UsageError(argument + ": must be a whole number from " + std::to_string(least) + " to " + std::to_string(most) +
+                     ", given \"" + one_line(text) + "\"");
+  }
+  return value;
+}
+
+Assignment assignment(const std::string& argument, const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw UsageError(argument + ": must have the form NAME=VALUE, given \"" + one_line(text) + "\"");
+  }
+  const std::string name = text.substr(0, equals);
+  return {name, finite_number(argument + " " + one_line(name), text.substr(equals + 1))};
+}
+
+}  // namespace qdot::program

@@ -1,0 +1,46 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Arguments as text, and what is wrong with them.
+//
+// Every message is one line: the argument, the rule, what was given, and for an unknown name the nearest one. Numbers are
+// read by std::from_chars, so they mean the same double as in a C++ program, in every locale.
+
+#include <string>
+#include <vector>
+
+#include "qdot/error.hpp"
+
+namespace qdot::program {
+
+/// A bad argument: the program ends with status 2 and this one line on stderr.
+class UsageError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// The candidate that needs the fewest edits (insert, delete, replace, swap) to become `wanted`; "" if there are none.
+std::string nearest_name(const std::string& wanted, const std::vector<std::string>& candidates);
+
+/// "--method: \"adam\" is not a method; the nearest is \"adams\" (there are: adams, bdf)".
+UsageError unknown_name(const std::string& argument, const std::string& what, const std::string& given,
+                        const std::vector<std::string>& valid);
+
+/// The number that a text denotes, all of it.
+///
+/// @throws UsageError  unless it is one finite number
+double finite_number(const std::string& argument, const std::string& text);
+
+/// The same for a whole number between two bounds.
+long whole_number(const std::string& argument, const std::string& text, long least, long most);
+
+/// NAME=VALUE, taken apart.
+struct Assignment {
+  std::string name;
+  double value = 0;
+};
+
+/// @throws UsageError  where there is no "=", no name, or no finite number
+Assignment assignment(const std::string& argument, const std::string& text);
+
+}  // namespace qdot::program

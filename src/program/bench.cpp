@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+//
+// qdot bench [NAME]: runs the benchmarks and prints every row beside its baseline.
+#include "bench/bench.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "program/arguments.hpp"
+#include "program/commands.hpp"
+#include "program/json.hpp"
+
+namespace qdot::program {
+
+namespace {
+
+void print(const bench::Benchmark& benchmark, const bench::Findings& findings) {
+  std::printf("%s: %s\n", benchmark.name.c_str(), benchmark.summary.c_str());
+  if (!findings.cannot_run.empty()) {
+    std::printf("  cannot run here: %s\n\n", findings.cannot_run.c_str());
+    return;
+  }
+  std::size_t width = 0;
+  for (const bench::Row& row : findings.rows) width = std::max(width, row.name.size());
+  for (const bench::Row& row : findings.rows) {
+    std::printf("  %-*s %10.4g %s", static_cast<int>(width), row.name.c_str(), row.value, row.unit.c_str());
+    if (row.baseline > 0) {
+      std::printf("   %6.2f × %s (%.4g %s)", row.ratio(), row.baseline_name.c_str(), row.baseline, row.unit.c_str());
+    }
+    std::printf("\n");
+  }
+  if (!findings.note.empty()) std::printf("  %s\n", findings.note.c_str());
+  std::printf("\n");
+}
+
+}  // namespace
+
+int bench(const BenchOptions& options) {
+  std::vector<bench::Benchmark> chosen = bench::all_benchmarks();
+  if (options.name) {
+    std::vector<std::string> names;
+    for (const auto& b : chosen) names.push_back(b.name);
+    std::erase_if(chosen, [&](const bench::Benchmark& b) { return b.name != *options.name; });
+    if (chosen.empty()) throw unknown_name("NAME", "a benchmark", *options.name, names);
+  }
+  std::vector<std::pair<std::string, bench::Findings>> all;
+  bool ran = true;
+  for (const bench::Benchmark& benchmark : chosen) {
+    all.emplace_back(benchmark.name, benchmark.run());
+    ran = ran && all.back().second.cannot_run.empty();
+    if (!options.json) print(benchmark, all.back().second);
+  }
+  if (options.json) std::printf("%s\n", bench_json(all).c_str());
+  return ran ? 0 : 1;
+}
+
+}  // namespace qdot::program

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include "program/catalogue.hpp"
+
+#include <utility>
+
+#include "program/arguments.hpp"
+
+namespace qdot::program {
+
+// Each is defined in src/scenes/NAME.cpp.
+std::unique_ptr<RunnableScene> make_projectile();
+std::unique_ptr<RunnableScene> make_harmonic_oscillator();
+std::unique_ptr<RunnableScene> make_pendulum();
+std::unique_ptr<RunnableScene> make_double_pendulum();
+std::unique_ptr<RunnableScene> make_chain();
+std::unique_ptr<RunnableScene> make_rod_and_ring();
+std::unique_ptr<RunnableScene> make_elastic_pendulum();
+std::unique_ptr<RunnableScene> make_spherical_pendulum();
+std::unique_ptr<RunnableScene> make_bead_on_hoop();
+std::unique_ptr<RunnableScene> make_kepler();
+std::unique_ptr<RunnableScene> make_cartpole();
+std::unique_ptr<RunnableScene> make_heavy_top();
+std::unique_ptr<RunnableScene> make_charged_particle();
+std::unique_ptr<RunnableScene> make_coupled_oscillators();
+std::unique_ptr<RunnableScene> make_atwood();
+std::unique_ptr<RunnableScene> make_cycloid();
+std::unique_ptr<RunnableScene> make_duffing();
+std::unique_ptr<RunnableScene> make_morse();
+std::unique_ptr<RunnableScene> make_mathieu();
+std::unique_ptr<RunnableScene> make_henon_heiles();
+
+namespace {
+
+const std::vector<std::pair<std::string, std::unique_ptr<RunnableScene> (*)()>> scenes_by_name = {
+    {"projectile", make_projectile},
+    {"harmonic_oscillator", make_harmonic_oscillator},
+    {"pendulum", make_pendulum},
+    {"double_pendulum", make_double_pendulum},
+    {"chain", make_chain},
+    {"rod_and_ring", make_rod_and_ring},
+    {"elastic_pendulum", make_elastic_pendulum},
+    {"spherical_pendulum", make_spherical_pendulum},
+    {"bead_on_hoop", make_bead_on_hoop},
+    {"kepler", make_kepler},
+    {"cartpole", make_cartpole},
+    {"heavy_top", make_heavy_top},
+    {"charged_particle", make_charged_particle},
+    {"coupled_oscillators", make_coupled_oscillators},
+    {"atwood", make_atwood},
+    {"cycloid", make_cycloid},
+    {"duffing", make_duffing},
+    {"morse", make_morse},
+    {"mathieu", make_mathieu},
+    {"henon_heiles", make_henon_heiles},
+};
+
+}  // namespace
+
+std::vector<std::string> scene_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, make] : scenes_by_name) names.push_back(name);
+  return names;
+}
+
+std::unique_ptr<RunnableScene> make_scene(const std::string& wanted) {
+  for (const auto& [name, make] : scenes_by_name) {
+    if (name == wanted) return make();
+  }
+  throw unknown_name("SCENE", "a scene", wanted, scene_names());
+}
+
+}  // namespace qdot::program

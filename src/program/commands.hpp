@@ -1,0 +1,37 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The subcommands, one file each. A command takes its options as text, as they were typed, and returns the exit status:
+//
+//     0  completed        1  the run failed; what it reached is printed and written        2  bad arguments (UsageError)
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace qdot::program {
+
+struct ListOptions {
+  bool json = false;
+};
+
+struct RunOptions {
+  std::string scene;
+  std::vector<std::string> set;
+  std::vector<std::string> with;
+  std::vector<std::string> without;
+  std::optional<std::string> t_end, method, rtol, atol, accuracy, samples, out;
+  bool json = false;
+  bool quiet = false;
+};
+
+struct BenchOptions {
+  std::optional<std::string> name;
+  bool json = false;
+};
+
+int list(const ListOptions& options);
+int run(const RunOptions& options);
+int bench(const BenchOptions& options);
+
+}  // namespace qdot::program

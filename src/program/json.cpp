@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#include "program/json.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace qdot::program {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json numbers(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  Json array = Json::array();
+  for (const double value : values) array.push_back(value);
+  return array;
+}
+
+Json parameter_values(const RunnableScene& scene) {
+  Json object = Json::object();
+  for (const ParameterInfo& p : scene.parameters()) {
+    if (p.whole) {
+      object[p.name] = std::lround(p.value);
+    } else {
+      object[p.name] = p.value;
+    }
+  }
+  return object;
+}
+
+const char* range_text(const ParameterInfo& p) {
+  if (p.whole) return "whole number, at least 1";
+  switch (p.range) {
+    case scenes::Range::positive: return "positive";
+    case scenes::Range::non_negative: return "zero or positive";
+    default: return "any";
+  }
+}
+
+}  // namespace
+
+std::string run_json(const RunnableScene& scene, const Request& request, const Result& result,
+                     const std::vector<std::string>& files) {
+  const Eigen::Index n = result.end.y.size() / 2;
+  Json coordinates = Json::array();
+  for (const auto& c : scene.coordinates()) coordinates.push_back(c.name);
+  Json json;
+  json["scene"] = scene.name();
+  json["parameters"] = parameter_values(scene);
+  json["effects"] = Json::array();
+  json["method"] = request.method;
+  json["rtol"] = request.rtol;
+  json["atol"] = request.atol;
+  json["outcome"] = std::string(name(result.outcome));
+  json["message"] = result.message;
+  json["coordinates"] = coordinates;
+  json["t_start"] = request.start.t;
+  json["t_end"] = request.t_end;
+  json["q_initial"] = numbers(request.start.q);
+  json["qdot_initial"] = numbers(request.start.qdot);
+  json["t"] = result.end.t;
+  json["q"] = numbers(result.end.y.head(n));
+  json["qdot"] = numbers(result.end.y.tail(n));
+  json["energy_initial"] = result.energy.initial;
+  json["energy_final"] = result.energy.final;
+  json["energy_drift_max"] = result.energy.largest;
+  json["jacobi_energy_initial"] = result.jacobi.initial;
+  json["jacobi_energy_final"] = result.jacobi.final;
+  json["jacobi_energy_drift_max"] = result.jacobi.largest;
+  json["constraint_residual_max"] = nullptr;
+  json["steps"] = result.statistics.steps;
+  json["rejected"] = result.statistics.rejected();
+  json["evaluations"] = result.statistics.evaluations;
+  json["jacobians"] = result.statistics.jacobians;
+  json["wall_seconds"] = result.statistics.wall_seconds;
+  json["events"] = Json::array();
+  json["files"] = files;
+  return json.dump(2);
+}
+
+std::string list_json(const std::vector<std::unique_ptr<RunnableScene>>& scenes) {
+  Json list = Json::array();
+  for (const auto& scene : scenes) {
+    Json parameters = Json::array();
+    for (const ParameterInfo& p : scene->parameters()) {
+      Json parameter = {{"name", p.name}, {"default", p.value}, {"unit", p.unit}, {"range", range_text(p)}, {"meaning", p.meaning}};
+      if (p.whole) parameter["default"] = std::lround(p.value);
+      parameters.push_back(parameter);
+    }
+    Json coordinates = Json::array();
+    for (const auto& c : scene->coordinates()) coordinates.push_back({{"name", c.name}, {"unit", c.unit}});
+    const auto start = scene->start();
+    list.push_back({{"name", scene->name()},
+                    {"title", scene->title()},
+                    {"summary", scene->summary()},
+                    {"degrees_of_freedom", scene->coordinates().size()},
+                    {"coordinates", coordinates},
+                    {"parameters", parameters},
+                    {"q", numbers(start.q)},
+                    {"qdot", numbers(start.qdot)},
+                    {"t_end", scene->t_end()},
+                    {"effects", Json::array()}});
+  }
+  return Json{{"scenes", list}, {"methods", method_names()}}.dump(2);
+}
+
+std::string bench_json(const std::vector<std::pair<std::string, bench::Findings>>& findings) {
+  Json object = Json::object();
+  for (const auto& [name, found] : findings) {
+    Json rows = Json::array();
+    for (const bench::Row& row : found.rows) {
+      Json entry = {{"name", row.name}, {"value", row.value}, {"unit", row.unit}};
+      if (row.baseline > 0) {
+        entry["baseline"] = row.baseline;
+        entry["baseline_name"] = row.baseline_name;
+        entry["ratio"] = row.ratio();
+      }
+      rows.push_back(entry);
+    }
+    object[name] = {{"rows", rows}, {"note", found.note}};
+    if (!found.cannot_run.empty()) object[name]["cannot_run"] = found.cannot_run;
+  }
+  return object.dump(2);
+}
+
+}  // namespace qdot::program

@@ -1,0 +1,28 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What the commands print with --json: one object, numbers that read back exactly, NaN as null.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bench/bench.hpp"
+#include "program/runnable_scene.hpp"
+#include "program/simulation.hpp"
+
+namespace qdot::program {
+
+/// The keys of the command-line contract, and a few more behind them.
+///
+/// energy_initial, energy_final are T + V; energy_drift_max is the largest |E − E(0)| over all accepted steps.
+/// jacobi_energy_… are the same for q̇·p − L, which is what stays constant when T has terms of degree 1 or 0 in q̇.
+std::string run_json(const RunnableScene& scene, const Request& request, const Result& result,
+                     const std::vector<std::string>& files);
+
+std::string list_json(const std::vector<std::unique_ptr<RunnableScene>>& scenes);
+
+/// Findings by the name of their benchmark.
+std::string bench_json(const std::vector<std::pair<std::string, bench::Findings>>& findings);
+
+}  // namespace qdot::program

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#include "program/output.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <utility>
+
+#include "qdot/report/csv.hpp"
+#include "qdot/report/file.hpp"
+#include "qdot/report/symbol.hpp"
+
+namespace qdot::program {
+
+namespace {
+
+using report::readable_text;
+using report::symbol;
+
+std::string with_unit(const std::string& text, const std::string& unit) { return unit.empty() ? text : text + " " + unit; }
+
+std::string bracketed(const std::string& text, const std::string& unit) {
+  return unit.empty() ? text : text + " [" + unit + "]";
+}
+
+std::string rate_unit(const std::string& unit, const std::string& time_unit) {
+  return time_unit.empty() ? unit : (unit.empty() ? "1" : unit) + "/" + time_unit;
+}
+
+std::vector<double> column(const Result& result, const std::function<double(const Sample&)>& value) {
+  std::vector<double> values;
+  values.reserve(result.samples.size());
+  for (const Sample& sample : result.samples) values.push_back(value(sample));
+  return values;
+}
+
+/// "θ₁, θ₂, θ₃" or "θ₁ … θ₂₀"
+std::string listed(const std::vector<std::string>& symbols) {
+  if (symbols.size() > 4) return symbols.front() + " … " + symbols.back();
+  std::string text;
+  for (const std::string& s : symbols) text += (text.empty() ? "" : ", ") + s;
+  return text;
+}
+
+/// Plots of the coordinates (offset 0) or the velocities (offset n), one for each unit among them.
+void add_motion_plots(std::vector<report::Plot>& plots, const RunnableScene& scene, const Result& result, bool velocities) {
+  const auto coordinates = scene.coordinates();
+  const std::vector<double> times = column(result, [](const Sample& s) { return s.t; });
+  const auto offset = static_cast<Eigen::Index>(velocities ? coordinates.size() : 0);
+  std::vector<std::string> units;
+  for (const auto& c : coordinates) {
+    if (std::find(units.begin(), units.end(), c.unit) == units.end()) units.push_back(c.unit);
+  }
+  for (const std::string& unit : units) {
+    report::Plot plot{.x = {bracketed("t", scene.time_unit())}, .time_axis = true};
+    std::vector<std::string> symbols;
+    for (std::size_t i = 0; i < coordinates.size(); ++i) {
+      if (coordinates[i].unit != unit) continue;
+      symbols.push_back(symbol(coordinates[i].name + (velocities ? "dot" : "")));
+      const Eigen::Index k = offset + static_cast<Eigen::Index>(i);
+      plot.series.push_back({symbols.back(), times, column(result, [k](const Sample& s) { return s.y[k]; })});
+    }
+    plot.y.label = bracketed(listed(symbols), velocities ? rate_unit(unit, scene.time_unit()) : unit);
+    if (plot.series.size() == 1) plot.series[0].label.clear();
+    plots.push_back(std::move(plot));
+  }
+}
+
+report::Plot phase_plot(const RunnableScene& scene, const Result& result) {
+  const auto c = scene.coordinates().front();
+  report::Plot plot{.x = {bracketed(symbol(c.name), c.unit)},
+                    .y = {bracketed(symbol(c.name + "dot"), rate_unit(c.unit, scene.time_unit()))}};
+  plot.series.push_back({"", column(result, [](const Sample& s) { return s.y[0]; }),
+                         column(result, [](const Sample& s) { return s.y[1]; })});
+  return plot;
+}
+
+report::Plot energy_plot(const RunnableScene& scene, const Result& result) {
+  report::Plot plot{.x = {bracketed("t", scene.time_unit())},
+                    .y = {bracketed("energy", scene.energy_unit())},
+                    .time_axis = true};
+  const std::vector<double> times = column(result, [](const Sample& s) { return s.t; });
+  plot.series.push_back({"T", times, column(result, [](const Sample& s) { return s.energies.kinetic; })});
+  plot.series.push_back({"V", times, column(result, [](const Sample& s) { return s.energies.potential; })});
+  plot.series.push_back({"T + V", times, column(result, [](const Sample& s) { return s.energies.total(); })});
+  return plot;
+}
+
+/// Whether Jacobi's energy function tells something that T + V does not.
+bool jacobi_differs(const Result& result) {
+  double scale = 0;
+  double difference = 0;
+  for (const Sample& s : result.samples) {
+    scale = std::max({scale, std::abs(s.energies.kinetic), std::abs(s.energies.potential)});
+    difference = std::max(difference, std::abs(s.energies.jacobi - s.energies.total()));
+  }
+  return difference > 1e-9 * scale;
+}
+
+report::Plot drift_plot(const RunnableScene& scene, const Result& result, bool jacobi) {
+  report::Plot plot{.x = {bracketed("t", scene.time_unit())},
+                    .y = {bracketed(jacobi ? "h − h(0), h = q̇·p − L" : "E − E(0), E = T + V", scene.energy_unit())},
+                    .time_axis = true};
+  plot.series.push_back({"", result.step_times, jacobi ? result.jacobi_change : result.energy_change});
+  return plot;
+}
+
+report::Facts parameter_facts(const RunnableScene& scene, const Request& request) {
+  report::Facts facts{"Parameters and start", {}};
+  for (const ParameterInfo& p : scene.parameters()) {
+    facts.rows.push_back({symbol(p.name), with_unit(report::rounded_text(p.value, 8), p.unit), p.meaning});
+  }
+  const auto coordinates = scene.coordinates();
+  constexpr std::size_t most = 4;  // of a long chain the first few say enough
+  for (std::size_t i = 0; i < std::min(most, coordinates.size()); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const auto& [name, unit] = coordinates[i];
+    facts.rows.push_back({symbol(name) + "(0), " + symbol(name + "dot") + "(0)",
+                          with_unit(report::rounded_text(request.start.q[k]), unit) + ", " +
+                              with_unit(report::rounded_text(request.start.qdot[k]), rate_unit(unit, scene.time_unit()))});
+  }
+  return facts;
+}
+
+report::Facts run_facts(const RunnableScene& scene, const Request& request, const Result& result) {
+  const Statistics& cost = result.statistics;
+  const std::string energy_unit = scene.energy_unit();
+  report::Facts facts{"Run", {}};
+  facts.rows.push_back({"outcome", std::string(name(result.outcome))});
+  facts.rows.push_back({"end", with_unit("t = " + report::rounded_text(result.end.t, 10), scene.time_unit())});
+  facts.rows.push_back({"method", request.method + ", rtol " + readable_text(request.rtol) + ", atol " + readable_text(request.atol)});
+  facts.rows.push_back({"steps", std::to_string(cost.steps) + " accepted, " + std::to_string(cost.rejected()) + " rejected"});
+  facts.rows.push_back({"evaluations", std::to_string(cost.evaluations) + ", and " + std::to_string(cost.jacobians) + " Jacobians"});
+  facts.rows.push_back({"time", with_unit(readable_text(1e3 * cost.wall_seconds, 3), "ms")});
+  facts.rows.push_back({"E(0)", with_unit(report::rounded_text(result.energy.initial, 8), energy_unit)});
+  facts.rows.push_back({"largest |E − E(0)|", with_unit(readable_text(result.energy.largest, 3), energy_unit)});
+  if (jacobi_differs(result)) {
+    facts.rows.push_back({"largest |h − h(0)|", with_unit(readable_text(result.jacobi.largest, 3), energy_unit)});
+  }
+  return facts;
+}
+
+double playing_seconds(double duration) { return duration / report::detail::playing_rate(duration); }
+
+}  // namespace
+
+std::vector<std::string> output_paths(const std::string& path) { return {path + ".csv", path + ".npz", path + ".html"}; }
+
+int frame_count(const RunnableScene& scene, const State<Dynamic>& start, double t_end) {
+  const double points = static_cast<double>(scene.positions(start.q, start.t).size());
+  const double wanted = 60 * playing_seconds(t_end - start.t);
+  return static_cast<int>(std::max(300.0, std::min(wanted, 30000 / points))) + 1;
+}
+
+report::Table table(const RunnableScene& scene, const Result& result) {
+  const auto coordinates = scene.coordinates();
+  const auto n = static_cast<Eigen::Index>(coordinates.size());
+  report::Table t;
+  t.columns.push_back({"t", scene.time_unit(), column(result, [](const Sample& s) { return s.t; })});
+  for (Eigen::Index i = 0; i < 2 * n; ++i) {
+    const auto& c = coordinates[static_cast<std::size_t>(i % n)];
+    t.columns.push_back({i < n ? c.name : c.name + "dot", i < n ? c.unit : rate_unit(c.unit, scene.time_unit()),
+                         column(result, [i](const Sample& s) { return s.y[i]; })});
+  }
+  const std::string unit = scene.energy_unit();
+  t.columns.push_back({"kinetic_energy", unit, column(result, [](const Sample& s) { return s.energies.kinetic; })});
+  t.columns.push_back({"potential_energy", unit, column(result, [](const Sample& s) { return s.energies.potential; })});
+  t.columns.push_back({"energy", unit, column(result, [](const Sample& s) { return s.energies.total(); })});
+  t.columns.push_back({"jacobi_energy", unit, column(result, [](const Sample& s) { return s.energies.jacobi; })});
+  return t;
+}
+
+std::vector<report::Array> arrays(const Result& result) {
+  const std::size_t rows = result.samples.size();
+  const auto n = static_cast<std::size_t>(result.end.y.size()) / 2;
+  report::Array q{"q", {rows, n}, {}};
+  report::Array qdot{"qdot", {rows, n}, {}};
+  for (const Sample& s : result.samples) {
+    q.values.insert(q.values.end(), s.y.data(), s.y.data() + n);
+    qdot.values.insert(qdot.values.end(), s.y.data() + n, s.y.data() + 2 * n);
+  }
+  return {{"t", {rows}, column(result, [](const Sample& s) { return s.t; })},
+          q,
+          qdot,
+          {"kinetic_energy", {rows}, column(result, [](const Sample& s) { return s.energies.kinetic; })},
+          {"potential_energy", {rows}, column(result, [](const Sample& s) { return s.energies.potential; })},
+          {"energy", {rows}, column(result, [](const Sample& s) { return s.energies.total(); })},
+          {"jacobi_energy", {rows}, column(result, [](const Sample& s) { return s.energies.jacobi; })}};
+}
+
+report::Page page(const RunnableScene& scene, const Request& request, const Result& result) {
+  report::Page page{.title = scene.title(), .lead = scene.summary()};
+  report::Animation animation{.drawing = scene.drawing(), .time_unit = scene.time_unit()};
+  for (const Sample& frame : result.frames) {
+    animation.times.push_back(frame.t);
+    animation.frames.push_back(scene.positions(frame.y.head(frame.y.size() / 2), frame.t));
+  }
+  page.animation = std::move(animation);
+  page.tables = {parameter_facts(scene, request), run_facts(scene, request, result)};
+  add_motion_plots(page.plots, scene, result, false);
+  add_motion_plots(page.plots, scene, result, true);
+  if (scene.coordinates().size() == 1) page.plots.push_back(phase_plot(scene, result));
+  page.plots.push_back(energy_plot(scene, result));
+  page.plots.push_back(drift_plot(scene, result, false));
+  if (jacobi_differs(result)) page.plots.push_back(drift_plot(scene, result, true));
+  page.footer = "Made by qdot " QDOT_VERSION ". Energy changes are shown at the accepted steps" +
+                std::string(result.outcome == Outcome::completed ? "." : "; the run ended early: " + result.message);
+  return page;
+}
+
+void write_outputs(const std::string& path, const RunnableScene& scene, const Request& request, const Result& result) {
+  const std::vector<std::string> paths = output_paths(path);
+  report::write_files({{paths[0], report::csv(table(scene, result))},
+                       {paths[1], report::npz(arrays(result))},
+                       {paths[2], report::html(page(scene, request, result))}});
+}
+
+}  // namespace qdot::program

@@ -1,0 +1,37 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// From a result to what is written: the table, the arrays, the page.
+
+#include <string>
+#include <vector>
+
+#include "program/runnable_scene.hpp"
+#include "program/simulation.hpp"
+#include "qdot/report/html.hpp"
+#include "qdot/report/npy.hpp"
+#include "qdot/report/table.hpp"
+
+namespace qdot::program {
+
+/// The files that `--out PATH` writes: PATH.csv, PATH.npz, PATH.html.
+std::vector<std::string> output_paths(const std::string& path);
+
+/// How many frames an animation of this scene should have: sixty a second of watching, fewer for many points.
+int frame_count(const RunnableScene& scene, const State<Dynamic>& start, double t_end);
+
+/// t, q, qdot and the energies at the samples, with units.
+report::Table table(const RunnableScene& scene, const Result& result);
+
+/// The same for NumPy: t (N), q (N×n), qdot (N×n), the energies (N).
+std::vector<report::Array> arrays(const Result& result);
+
+/// Animation, parameters, summary and plots.
+report::Page page(const RunnableScene& scene, const Request& request, const Result& result);
+
+/// Writes all files of `output_paths`, or none.
+///
+/// @throws UnwritableFile
+void write_outputs(const std::string& path, const RunnableScene& scene, const Request& request, const Result& result);
+
+}  // namespace qdot::program

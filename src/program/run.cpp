@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+//
+// qdot run SCENE: everything is checked before the first step, then the run, then its outputs.
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "program/arguments.hpp"
+#include "program/catalogue.hpp"
+#include "program/commands.hpp"
+#include "program/json.hpp"
+#include "program/output.hpp"
+#include "program/progress.hpp"
+#include "program/simulation.hpp"
+#include "qdot/report/file.hpp"
+#include "qdot/report/number.hpp"
+
+namespace qdot::program {
+
+namespace {
+
+using report::exact_text;
+
+/// Applies --set: parameters first, because they decide how many coordinates there are, then initial values.
+State<Dynamic> configured(RunnableScene& scene, const std::vector<std::string>& settings) {
+  std::vector<std::string> valid;
+  for (const ParameterInfo& p : scene.parameters()) valid.push_back(p.name);
+  std::vector<Assignment> initial_values;
+  for (const std::string& text : settings) {
+    const Assignment set = assignment("--set", text);
+    if (std::find(valid.begin(), valid.end(), set.name) == valid.end()) {
+      initial_values.push_back(set);
+      continue;
+    }
+    try {
+      scene.set_parameter(set.name, set.value);
+    } catch (const InvalidValue& error) {
+      throw UsageError(std::string("--set: ") + error.what());
+    }
+  }
+  State<Dynamic> start = scene.start();
+  std::vector<std::pair<std::string, double*>> places;
+  for (Eigen::Index i = 0; i < start.q.size(); ++i) places.emplace_back(std::string("q").append(std::to_string(i)), &start.q[i]);
+  for (Eigen::Index i = 0; i < start.q.size(); ++i) places.emplace_back(std::string("qdot").append(std::to_string(i)), &start.qdot[i]);
+  for (const auto& [name, place] : places) valid.push_back(name);
+  for (const Assignment& set : initial_values) {
+    const auto found = std::find_if(places.begin(), places.end(), [&](const auto& p) { return p.first == set.name; });
+    if (found == places.end()) {
+      throw unknown_name("--set", "a parameter or initial value of " + scene.name(), set.name, valid);
+    }
+    *found->second = set.value;
+  }
+  return start;
+}
+
+void refuse_effects(const RunnableScene& scene, const char* option, const std::vector<std::string>& effects) {
+  if (effects.empty()) return;
+  const std::string name = effects.front().substr(0, effects.front().find('='));
+  throw UsageError(std::string(option) + ": must name an effect of the scene; " + scene.name() + " has no effect \"" + name +
+                   "\" (it has none)");
+}
+
+double tolerance(const char* option, const std::string& text) {
+  const double value = finite_number(option, text);
+  if (value <= 0) throw UsageError(std::string(option) + ": must be positive, given " + text);
+  return value;
+}
+
+Request request_of(RunnableScene& scene, const RunOptions& options) {
+  Request request;
+  request.start = configured(scene, options.set);
+  refuse_effects(scene, "--with", options.with);
+  refuse_effects(scene, "--without", options.without);
+  request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : scene.t_end();
+  if (!(request.t_end > request.start.t)) {
+    throw UsageError("--t-end: must be after the start, t = " + exact_text(request.start.t) + ", given " + *options.t_end);
+  }
+  if (options.method) {
+    request.method = *options.method;
+    const auto methods = method_names();
+    if (std::find(methods.begin(), methods.end(), request.method) == methods.end()) {
+      throw unknown_name("--method", "a method", request.method, methods);
+    }
+  }
+  if (options.rtol) request.rtol = tolerance("--rtol", *options.rtol);
+  if (options.atol) request.atol = tolerance("--atol", *options.atol);
+  if (options.samples) request.samples = static_cast<int>(whole_number("--samples", *options.samples, 2, 10'000'000));
+  return request;
+}
+
+void print_summary(const RunnableScene& scene, const Request& request, const Result& result,
+                   const std::vector<std::string>& files) {
+  const auto coordinates = scene.coordinates();
+  const auto n = static_cast<Eigen::Index>(coordinates.size());
+  const auto with_unit = [](const std::string& text, const std::string& unit) { return unit.empty() ? text : text + " " + unit; };
+  std::printf("%s: %s\n", scene.name().c_str(), result.message.c_str());
+  constexpr Eigen::Index most = 8;
+  for (Eigen::Index i = 0; i < std::min(n, most); ++i) {
+    const std::string& name = coordinates[static_cast<std::size_t>(i)].name;
+    std::printf("  %-10s % .12g   %-13s % .12g\n", name.c_str(), result.end.y[i], (name + "dot").c_str(), result.end.y[n + i]);
+  }
+  if (n > most) std::printf("  … and %ld more coordinates (all of them with --json or --out)\n", static_cast<long>(n - most));
+  const std::string unit = scene.energy_unit();
+  std::printf("  energy     %s, largest change %s\n", with_unit(report::rounded_text(result.energy.initial, 12), unit).c_str(),
+              with_unit(report::rounded_text(result.energy.largest, 3), unit).c_str());
+  if (result.jacobi.largest < 0.1 * result.energy.largest) {
+    std::printf("  Jacobi's h %s, largest change %s\n",
+                with_unit(report::rounded_text(result.jacobi.initial, 12), unit).c_str(),
+                with_unit(report::rounded_text(result.jacobi.largest, 3), unit).c_str());
+  }
+  std::printf("  %s, rtol %s, atol %s: %ld steps, %ld rejected, %ld evaluations, %ld Jacobians, %.3g ms\n",
+              request.method.c_str(), exact_text(request.rtol).c_str(), exact_text(request.atol).c_str(),
+              result.statistics.steps, result.statistics.rejected(), result.statistics.evaluations,
+              result.statistics.jacobians, 1e3 * result.statistics.wall_seconds);
+  for (const std::string& file : files) std::printf("  wrote %s\n", file.c_str());
+}
+
+}  // namespace
+
+int run(const RunOptions& options) {
+  const std::unique_ptr<RunnableScene> scene = make_scene(options.scene);
+  Request request = request_of(*scene, options);
+  std::vector<std::string> files;
+  if (options.out) {
+    files = output_paths(*options.out);
+    try {
+      report::require_writable(files);
+    } catch (const report::UnwritableFile& error) {
+      throw UsageError(std::string("--out: ") + error.what());
+    }
+    request.most_frames = frame_count(*scene, request.start, request.t_end);
+  }
+
+  Result result;
+  try {
+    ProgressBar progress(request.start.t, request.t_end, !options.quiet);
+    result = simulated(scene->model(), request, [&](double t) { progress.reached(t); });
+  } catch (const InvalidValue& error) {  // a tolerance finer than double has digits
+    throw UsageError(error.what());
+  }
+
+  if (options.out) write_outputs(*options.out, *scene, request, result);
+  if (options.json) {
+    std::printf("%s\n", run_json(*scene, request, result, files).c_str());
+  } else {
+    print_summary(*scene, request, result, files);
+  }
+  if (result.outcome == Outcome::completed) return 0;
+  if (options.json) std::fprintf(stderr, "qdot run: %s\n", result.message.c_str());
+  return 1;
+}
+
+}  // namespace qdot::program

@@ -1,0 +1,77 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A scene without its type: what the program's commands see, whatever T and V are behind it.
+//
+// The templates of a scene (its duals, its equations of motion) are compiled once, in the scene's own .cpp
+// (scene_runner.hpp). Everything else talks to these two interfaces.
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "qdot/report/animation.hpp"
+#include "scenes/scene.hpp"
+
+namespace qdot::program {
+
+/// A parameter as a table shows it.
+struct ParameterInfo {
+  std::string name;
+  double value = 0;
+  bool whole = false;  // a count
+  std::string unit;
+  scenes::Range range = scenes::Range::any;
+  std::string meaning;
+};
+
+/// T, V and Jacobi's energy function at one state.
+struct Energies {
+  double kinetic = 0;
+  double potential = 0;
+  double jacobi = 0;
+
+  double total() const { return kinetic + potential; }
+};
+
+/// The equations of motion for fixed parameters, y = [q; q̇].
+class Model {
+ public:
+  virtual ~Model() = default;
+  virtual Eigen::Index dof() const = 0;
+  virtual void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const = 0;
+  virtual void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const = 0;
+  virtual std::string component_name(Eigen::Index i) const = 0;
+  virtual Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const = 0;
+  virtual bool autonomous() const = 0;
+};
+
+/// A scene of the catalogue with values for its parameters.
+class RunnableScene {
+ public:
+  virtual ~RunnableScene() = default;
+
+  virtual std::string name() const = 0;
+  virtual std::string title() const = 0;
+  virtual std::string summary() const = 0;
+  virtual std::string time_unit() const = 0;
+  virtual std::string energy_unit() const = 0;
+  virtual double t_end() const = 0;
+
+  virtual std::vector<ParameterInfo> parameters() const = 0;
+
+  /// Gives a parameter a value.
+  ///
+  /// @throws InvalidValue  when the value is not physical; the name must be one of parameters()
+  virtual void set_parameter(const std::string& name, double value) = 0;
+
+  // What follows depends on the parameters.
+  virtual std::vector<scenes::Coordinate> coordinates() const = 0;
+  virtual State<Dynamic> start() const = 0;
+  virtual std::shared_ptr<const Model> model() const = 0;
+  virtual report::Drawing drawing() const = 0;
+  virtual std::vector<report::Point> positions(const Eigen::Ref<const Eigen::VectorXd>& q, double t) const = 0;
+};
+
+}  // namespace qdot::program

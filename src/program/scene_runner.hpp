@@ -1,0 +1,134 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// From a scene with its type to a scene without: the one template that every scene's .cpp instantiates.
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "program/runnable_scene.hpp"
+#include "qdot/error.hpp"
+#include "qdot/mechanics/energy.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+#include "qdot/mechanics/system.hpp"
+#include "qdot/report/number.hpp"
+#include "scenes/scene.hpp"
+
+namespace qdot::program {
+
+/// The equations of motion of one system behind the interface.
+template <class Sys>
+class SystemModel final : public Model {
+ public:
+  explicit SystemModel(Sys system) : form_(std::move(system)) {}
+
+  Eigen::Index dof() const override { return form_.system().dof(); }
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const override {
+    form_.derivative(t, y, ydot);
+  }
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override {
+    form_.jacobian(t, y, J);
+  }
+  std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
+  Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
+    const auto state = form_.state(t, y);
+    return {kinetic_energy(form_.system(), state.q, state.qdot, t), potential_energy(form_.system(), state.q, t),
+            jacobi_energy(form_.system(), state)};
+  }
+  bool autonomous() const override { return Sys::autonomous; }
+
+ private:
+  FirstOrderForm<Sys> form_;
+};
+
+/// The largest count that a whole-numbered parameter may have; beyond it one evaluation takes seconds.
+inline constexpr int largest_count = 500;
+
+/// A scene of the catalogue with its own copy of the energies, whose members are the parameters.
+template <class E, int n>
+class SceneRunner final : public RunnableScene {
+ public:
+  explicit SceneRunner(scenes::Scene<E, n> scene) : scene_(std::move(scene)) {}
+
+  std::string name() const override { return scene_.name; }
+  std::string title() const override { return scene_.title; }
+  std::string summary() const override { return scene_.summary; }
+  std::string time_unit() const override { return scene_.time_unit; }
+  std::string energy_unit() const override { return scene_.energy_unit; }
+  double t_end() const override { return scene_.t_end; }
+
+  std::vector<ParameterInfo> parameters() const override {
+    std::vector<ParameterInfo> infos;
+    for (const auto& p : scene_.parameters) {
+      const double value = std::visit([&](auto member) { return static_cast<double>(energies_.*member); }, p.member);
+      infos.push_back({p.name, value, std::holds_alternative<int E::*>(p.member), p.unit, p.range, p.meaning});
+    }
+    return infos;
+  }
+
+  void set_parameter(const std::string& name, double value) override {
+    for (const auto& p : scene_.parameters) {
+      if (p.name != name) continue;
+      if (const auto* whole = std::get_if<int E::*>(&p.member)) {
+        if (!(value >= 1 && value <= largest_count) || value != std::floor(value)) {
+          throw InvalidValue(p.name + " (" + p.meaning + ") must be a whole number from 1 to " +
+                             std::to_string(largest_count) + ", given " + report::exact_text(value));
+        }
+        energies_.**whole = static_cast<int>(value);
+        return;
+      }
+      const bool physical = std::isfinite(value) && (p.range == scenes::Range::any ||
+                                                     (p.range == scenes::Range::positive ? value > 0 : value >= 0));
+      if (!physical) {
+        const char* rule = p.range == scenes::Range::any        ? "finite"
+                           : p.range == scenes::Range::positive ? "positive"
+                                                                : "zero or positive";
+        throw InvalidValue(p.name + " (" + p.meaning + ") must be " + rule + ", given " + report::exact_text(value));
+      }
+      energies_.*std::get<double E::*>(p.member) = value;
+      return;
+    }
+    throw InvalidValue(scene_.name + " has no parameter named " + name);
+  }
+
+  std::vector<scenes::Coordinate> coordinates() const override { return scene_.coordinates(energies_); }
+
+  State<Dynamic> start() const override {
+    const State<n> start = scene_.start(energies_);
+    return {start.t, start.q, start.qdot};
+  }
+
+  std::shared_ptr<const Model> model() const override {
+    std::vector<std::string> names;
+    for (const auto& coordinate : coordinates()) names.push_back(coordinate.name);
+    auto system = [&] {
+      if constexpr (n == Dynamic) {
+        return mechanical_system(static_cast<Eigen::Index>(names.size()), energies_);
+      } else {
+        return mechanical_system<n>(energies_);
+      }
+    }();
+    return std::make_shared<SystemModel<decltype(system)>>(system.with_names(names));
+  }
+
+  report::Drawing drawing() const override { return scene_.drawing(energies_); }
+
+  std::vector<report::Point> positions(const Eigen::Ref<const Eigen::VectorXd>& q, double t) const override {
+    return scene_.positions(energies_, Vector<double, n>(q), t);
+  }
+
+ private:
+  scenes::Scene<E, n> scene_;
+  E energies_;
+};
+
+template <class E, int n>
+std::unique_ptr<RunnableScene> runnable(scenes::Scene<E, n> scene) {
+  return std::make_unique<SceneRunner<E, n>>(std::move(scene));
+}
+
+}  // namespace qdot::program

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+//
+// The only file of the program that includes CVODE: all scenes are stepped through the interface `Model`, whose virtual
+// calls cost nothing beside a step.
+#include "program/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "qdot/integrate/cvode.hpp"
+#include "qdot/integrate/simulate.hpp"
+
+namespace qdot::program {
+
+namespace {
+
+/// A model as the steppers want it: a value with the members of FirstOrderSystem.
+struct FirstOrderModel {
+  static constexpr int size_at_compile_time = Dynamic;
+  std::shared_ptr<const Model> model;
+
+  Eigen::Index dof() const { return model->dof(); }
+  Eigen::Index size() const { return 2 * model->dof(); }
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
+    model->derivative(t, y, ydot);
+  }
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const {
+    model->jacobian(t, y, J);
+  }
+  std::string component_name(Eigen::Index i) const { return model->component_name(i); }
+};
+
+std::vector<double> equal_times(double from, double to, int count) {
+  std::vector<double> times;
+  for (int i = 0; i < count; ++i) times.push_back(i + 1 == count ? to : from + (to - from) * i / (count - 1));
+  return times;
+}
+
+/// Keeps a record of every accepted step, or of every 2nd, 4th, … when there are many.
+class StepRecord {
+ public:
+  explicit StepRecord(Result& result) : result_(result) {}
+
+  void see(double t, double energy_change, double jacobi_change) {
+    if (count_++ % every_ != 0) return;
+    result_.step_times.push_back(t);
+    result_.energy_change.push_back(energy_change);
+    result_.jacobi_change.push_back(jacobi_change);
+    if (result_.step_times.size() < 20000) return;
+    every_ *= 2;
+    for (std::vector<double>* values : {&result_.step_times, &result_.energy_change, &result_.jacobi_change}) {
+      for (std::size_t i = 0; 2 * i < values->size(); ++i) (*values)[i] = (*values)[2 * i];
+      values->resize((values->size() + 1) / 2);
+    }
+  }
+
+ private:
+  Result& result_;
+  long count_ = 0;
+  long every_ = 1;
+};
+
+template <class Method>
+void run_with(const Method& method, const FirstOrderModel& system, const Request& request, const Watcher& watcher,
+              Result& result) {
+  const Model& model = *system.model;
+  const FirstOrderState start{request.start.t, result.end.y};
+  const std::vector<double> sample_times = equal_times(start.t, request.t_end, request.samples);
+  std::vector<double> frame_times;
+  if (request.most_frames > 1) frame_times = equal_times(start.t, request.t_end, request.most_frames);
+
+  Options options{.rtol = request.rtol, .atol = request.atol, .keep_trajectory = false};
+  std::merge(sample_times.begin(), sample_times.end(), frame_times.begin(), frame_times.end(),
+             std::back_inserter(options.output_times));
+
+  StepRecord record(result);
+  record.see(start.t, 0, 0);
+  const auto observer = [&](const StepView& step) {
+    const Energies energies = model.energies(step.t(), step.y());
+    result.energy.see(energies.total());
+    result.jacobi.see(energies.jacobi);
+    record.see(step.t(), energies.total() - result.energy.initial, energies.jacobi - result.jacobi.initial);
+    if (watcher) watcher(step.t());
+  };
+
+  const auto run = simulate(system, start, request.t_end, method, options, observer);
+  result.outcome = run.outcome;
+  result.message = run.message;
+  result.statistics = run.statistics;
+  result.end = {run.t, run.y, model.energies(run.t, run.y)};
+
+  std::size_t next_frame = 0;
+  std::size_t next_sample = 0;
+  for (std::size_t i = 0; i < run.samples.t.size(); ++i) {
+    const double t = run.samples.t[i];
+    const Eigen::VectorXd y = run.samples.y.col(static_cast<Eigen::Index>(i));
+    if (next_sample < sample_times.size() && sample_times[next_sample] == t) {
+      if (result.samples.empty() || result.samples.back().t != t) result.samples.push_back({t, y, model.energies(t, y)});
+      ++next_sample;
+    } else if (next_frame < frame_times.size() && frame_times[next_frame] == t) {
+      result.frames.push_back({t, y, {}});
+      ++next_frame;
+    }
+  }
+}
+
+/// The run could not begin: the equations of motion have no value at the start.
+void fail_at_start(Result& result, Outcome outcome, const Error& error) {
+  result.outcome = outcome;
+  result.message = std::string(name(outcome)) + " at the start: " + error.what();
+}
+
+}  // namespace
+
+void Drift::see(double value) {
+  final = value;
+  const double change = std::abs(value - initial);
+  if (!(change <= largest)) largest = change;  // NaN, once seen, stays
+}
+
+std::vector<std::string> method_names() { return {"adams", "bdf"}; }
+
+Result simulated(const std::shared_ptr<const Model>& model, const Request& request, const Watcher& watcher) {
+  Result result;
+  Eigen::VectorXd y(2 * model->dof());
+  y << request.start.q, request.start.qdot;
+  result.end = {request.start.t, y, model->energies(request.start.t, y)};
+  result.energy.initial = result.energy.final = result.end.energies.total();
+  result.jacobi.initial = result.jacobi.final = result.end.energies.jacobi;
+  try {
+    if (request.method == "bdf") {
+      run_with(CvodeBdf{}, FirstOrderModel{model}, request, watcher, result);
+    } else {
+      run_with(CvodeAdams{}, FirstOrderModel{model}, request, watcher, result);
+    }
+  } catch (const NonFinite& error) {
+    fail_at_start(result, Outcome::non_finite, error);
+  } catch (const MassMatrixError& error) {
+    fail_at_start(result, Outcome::singular_mass_matrix, error);
+  } catch (const RecoverableError& error) {
+    fail_at_start(result, Outcome::refused_by_model, error);
+  }
+  if (result.samples.empty() || result.samples.back().t != result.end.t) result.samples.push_back(result.end);
+  return result;
+}
+
+}  // namespace qdot::program

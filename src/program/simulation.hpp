@@ -1,0 +1,68 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// One run of one scene, as data: what was asked, and everything that the outputs need to know of it.
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "program/runnable_scene.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/statistics.hpp"
+
+namespace qdot::program {
+
+struct Request {
+  State<Dynamic> start;
+  double t_end = 0;
+  std::string method = "adams";
+  double rtol = 1e-10;
+  double atol = 1e-10;
+  int samples = 500;           // rows of the table, both ends included
+  int most_frames = 0;         // of the animation; 0 for none
+};
+
+/// A state with its energies.
+struct Sample {
+  double t = 0;
+  Eigen::VectorXd y;
+  Energies energies;
+};
+
+/// How far a conserved quantity strays from its first value, over all accepted steps.
+struct Drift {
+  double initial = 0;
+  double final = 0;
+  double largest = 0;  // max |E − E(0)|
+  void see(double value);
+};
+
+/// What came of it; complete up to the last good state, whatever the outcome.
+struct Result {
+  Outcome outcome = Outcome::completed;
+  std::string message;
+  Sample end;
+  std::vector<Sample> samples;
+  std::vector<Sample> frames;  // energies left empty
+  Drift energy;                // T + V
+  Drift jacobi;                // q̇·p − L
+  std::vector<double> step_times;     // of (a thinned selection of) the accepted steps
+  std::vector<double> energy_change;  // E − E(0) there
+  std::vector<double> jacobi_change;
+  Statistics statistics;
+};
+
+/// Names of the methods that `simulated` knows.
+std::vector<std::string> method_names();
+
+/// Called after accepted steps with the time reached.
+using Watcher = std::function<void(double t)>;
+
+/// Runs the model. A model that cannot be evaluated at its start is an outcome here, not an exception.
+///
+/// @throws InvalidValue  options outside their range
+Result simulated(const std::shared_ptr<const Model>& model, const Request& request, const Watcher& watcher);
+
+}  // namespace qdot::program
