@@ -203,7 +203,7 @@ TEST_CASE("tolerances hold per component") {
   const auto exact = simulate(alone, State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}, 10.0, Dop853{},
                               {.rtol = 1e-13, .atol = 1e-13});
   CHECK_THAT(beside.y[0], WithinAbs(exact.y[0], 1e-7));
-  CHECK_THAT(beside.y[1], WithinRel(std::cos(1.0), 1e-7) || WithinAbs(A * std::cos(1.0), 1e-7 * A));
+  CHECK_THAT(beside.y[1], WithinAbs(A * std::cos(1.0), 1e-7 * A));
   CHECK(beside.statistics.limiting_component() % 2 == 0);  // the pendulum's angle or speed
 }
 
@@ -240,17 +240,20 @@ TEST_CASE("a model that leaves its domain shortens the step, and is named when t
   CHECK(run.statistics.rejected() > 0);
 }
 
-TEST_CASE("two hundred thousand steps allocate nothing, or nearly: memory is taken once") {
+TEST_CASE("a stepper lands on its limit, keeps its memory and refuses to turn round") {
   const auto form = first_order_form(double_pendulum);
   auto stepper = Dop853{}.stepper(form, {.rtol = 1e-8});
   static_assert(Stepper<decltype(stepper)>);
   stepper.reset(0.0, form.packed(release));
-  const double* before = stepper.polynomial().coefficients;
+  CHECK(stepper.step(1.0));
+  const double* const memory = stepper.polynomial().coefficients;
   while (stepper.t() != 1.0) REQUIRE(stepper.step(1.0));
   CHECK(stepper.t() == 1.0);
   CHECK_THROWS_AS(stepper.step(0.5), InvalidValue);
   CHECK(stepper.polynomial().degree == 7);
-  (void)before;
+  stepper.reset(0.0, form.packed(release));
+  CHECK(stepper.step(-1.0));
+  CHECK(stepper.polynomial().coefficients == memory);
 }
 
 TEST_CASE("a limit some rounding units away is reached") {

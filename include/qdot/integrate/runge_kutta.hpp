@@ -163,20 +163,41 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     k_.col(row) = f_;
   }
 
-  // target ← base + h Σⱼ a(row, j) kⱼ, zeros left out.
+  // target ← base + h Σⱼ a(row, j) kⱼ.
   template <int row>
   void combine(const Y& base, double h, Y& target) const {
-    for (Eigen::Index i = 0; i < size(); ++i) target[i] = base[i] + h * weighted_sum<C::a[row], row>(i);
+    for (Eigen::Index i = 0; i < size(); ++i) target[i] = base[i] + h * weighted_sum<StageRow<row>, row>(i);
   }
 
-  // Σ_{j < count} wⱼ kⱼ for component i.
-  template <const auto& weights, int count>
+  // The rows of the table as types, so that their zeros are known where sums are unrolled.
+  template <int row>
+  struct StageRow {
+    static constexpr auto weights = C::a[row];
+  };
+  struct ErrorRow {
+    static constexpr auto weights = C::e;
+  };
+  struct LowErrorRow {
+    static constexpr auto weights = C::e_low;
+  };
+  template <std::size_t row>
+  struct DenseRow {
+    static constexpr auto weights = C::dense[row];
+  };
+
+  // Σ_{j < count} wⱼ kⱼ for component i, zeros left out.
+  template <class Row, int count>
   double weighted_sum(Eigen::Index i) const {
     return [&]<std::size_t... j>(std::index_sequence<j...>) {
       double sum = 0.0;
-      ((weights[j] != 0.0 ? void(sum += weights[j] * k_(i, static_cast<Eigen::Index>(j))) : void()), ...);
+      (add_term<Row, j>(sum, i), ...);
       return sum;
     }(std::make_index_sequence<static_cast<std::size_t>(count)>{});
+  }
+
+  template <class Row, std::size_t j>
+  void add_term(double& sum, Eigen::Index i) const {
+    if constexpr (Row::weights[j] != 0.0) sum += Row::weights[j] * k_(i, static_cast<Eigen::Index>(j));
   }
 
   // ‖h Σ eⱼ kⱼ / (rtol |yᵢ| + atolᵢ)‖, and the component with the largest share.
@@ -184,10 +205,10 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     double sum = 0.0, sum_low = 0.0, largest = -1.0;
     for (Eigen::Index i = 0; i < size(); ++i) {
       const double scale = 1.0 / this->weight(i, this->y_[i], y_new_[i]);
-      const double e = weighted_sum<C::e, C::stages + 1>(i) * scale;
+      const double e = weighted_sum<ErrorRow, C::stages + 1>(i) * scale;
       sum += e * e;
       if constexpr (C::two_errors) {
-        const double e_low = weighted_sum<C::e_low, C::stages + 1>(i) * scale;
+        const double e_low = weighted_sum<LowErrorRow, C::stages + 1>(i) * scale;
         sum_low += e_low * e_low;
       }
       if (e * e > largest) {
@@ -258,7 +279,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
       quotient[2] = 2 * change - h * (k_first_[i] + k_new[i]);
       if (complete) {
         [&]<std::size_t... m>(std::index_sequence<m...>) {
-          ((quotient[3 + m] = h * weighted_sum<C::dense[m], C::total>(i)), ...);
+          ((quotient[3 + m] = h * weighted_sum<DenseRow<m>, C::total>(i)), ...);
         }(std::make_index_sequence<C::dense.size()>{});
       }
       multiply_out(quotient, i);
