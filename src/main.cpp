@@ -2,9 +2,11 @@
 //
 // The program qdot: reads the command line, and turns every error into one line on stderr and an exit status.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -92,6 +94,9 @@ int execute(int argc, char** argv, std::string& command_name) {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version
     return app.exit(success);
+  } catch (const CLI::ArgumentMismatch& error) {  // "--t-end: 1 required T missing"
+    const std::string message = error.what();
+    throw UsageError(message.substr(0, message.find(':')) + ": must be followed by one value, given none");
   } catch (const CLI::ParseError& error) {
     throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, bench; see qdot --help");
   }

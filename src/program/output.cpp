@@ -18,10 +18,20 @@ namespace {
 using report::readable_text;
 using report::symbol;
 
-std::string with_unit(const std::string& text, const std::string& unit) { return unit.empty() ? text : text + " " + unit; }
+/// "m/s^2" as people write it; files for machines keep the plain spelling.
+std::string typeset(std::string unit) {
+  for (const auto& [plain, sign] : {std::pair<std::string, std::string>{"^2", "²"}, {"^3", "³"}}) {
+    for (std::size_t at = unit.find(plain); at != std::string::npos; at = unit.find(plain)) unit.replace(at, 2, sign);
+  }
+  return unit;
+}
+
+std::string with_unit(const std::string& text, const std::string& unit) {
+  return unit.empty() ? text : text + " " + typeset(unit);
+}
 
 std::string bracketed(const std::string& text, const std::string& unit) {
-  return unit.empty() ? text : text + " [" + unit + "]";
+  return unit.empty() ? text : text + " [" + typeset(unit) + "]";
 }
 
 std::string rate_unit(const std::string& unit, const std::string& time_unit) {
@@ -132,7 +142,7 @@ report::Facts run_facts(const RunnableScene& scene, const Request& request, cons
   facts.rows.push_back({"method", request.method + ", rtol " + readable_text(request.rtol) + ", atol " + readable_text(request.atol)});
   facts.rows.push_back({"steps", std::to_string(cost.steps) + " accepted, " + std::to_string(cost.rejected()) + " rejected"});
   facts.rows.push_back({"evaluations", std::to_string(cost.evaluations) + ", and " + std::to_string(cost.jacobians) + " Jacobians"});
-  facts.rows.push_back({"time", with_unit(readable_text(1e3 * cost.wall_seconds, 3), "ms")});
+  facts.rows.push_back({"wall time", with_unit(readable_text(1e3 * cost.wall_seconds, 3), "ms")});
   facts.rows.push_back({"E(0)", with_unit(report::rounded_text(result.energy.initial, 8), energy_unit)});
   facts.rows.push_back({"largest |E − E(0)|", with_unit(readable_text(result.energy.largest, 3), energy_unit)});
   if (jacobi_differs(result)) {
@@ -149,7 +159,7 @@ std::vector<std::string> output_paths(const std::string& path) { return {path + 
 
 int frame_count(const RunnableScene& scene, const State<Dynamic>& start, double t_end) {
   const double points = static_cast<double>(scene.positions(start.q, start.t).size());
-  const double wanted = 60 * playing_seconds(t_end - start.t);
+  const double wanted = 100 * playing_seconds(t_end - start.t);
   return static_cast<int>(std::max(300.0, std::min(wanted, 30000 / points))) + 1;
 }
 

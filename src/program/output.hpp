@@ -17,7 +17,7 @@ namespace qdot::program {
 /// The files that `--out PATH` writes: PATH.csv, PATH.npz, PATH.html.
 std::vector<std::string> output_paths(const std::string& path);
 
-/// How many frames an animation of this scene should have: sixty a second of watching, fewer for many points.
+/// How many frames an animation of this scene should have: a hundred a second of watching, fewer for many points.
 int frame_count(const RunnableScene& scene, const State<Dynamic>& start, double t_end);
 
 /// t, q, qdot and the energies at the samples, with units.

@@ -123,7 +123,7 @@ inline bool playable(const std::optional<Animation>& animation) {
 }
 
 inline std::string stage_html() {
-  return "<section class=\"card stage\"><canvas id=\"stage\"></canvas>\n<div class=\"bar\"><button id=\"play\" type=\"button\">"
+  return "<section class=\"card stage\"><div class=\"screen\"><canvas id=\"stage\"></canvas></div>\n<div class=\"bar\"><button id=\"play\" type=\"button\">"
          "</button><input id=\"scrub\" type=\"range\" min=\"0\" max=\"1\" step=\"any\" value=\"0\" aria-label=\"Time\">"
          "<output id=\"clock\"></output><select id=\"speed\" aria-label=\"Speed\"><option value=\"0.1\">0.1×</option>"
          "<option value=\"0.25\">0.25×</option><option value=\"0.5\">0.5×</option><option value=\"1\" selected>1×</option>"

@@ -16,11 +16,12 @@ main{max-width:1180px;margin:0 auto;padding:32px 20px 40px}
 h1{font-size:26px;line-height:1.2;margin:0 0 4px;letter-spacing:-.01em;font-weight:650}
 h2{font-size:12.5px;font-weight:600;color:var(--muted);margin:0 0 8px}
 .lead{color:var(--muted);margin:0 0 24px;max-width:70ch}
-.grid{display:grid;gap:16px;grid-template-columns:repeat(12,minmax(0,1fr));align-items:start}
+.grid{display:grid;gap:16px;grid-template-columns:repeat(12,minmax(0,1fr))}
 .card{background:var(--card);border:1px solid var(--rule);border-radius:8px;padding:16px}
-.stage{grid-column:span 7}.facts{grid-column:span 5;display:grid;gap:16px}.wide{grid-column:span 12}.half{grid-column:span 6}
-@media(max-width:860px){.stage,.facts,.half{grid-column:span 12}}
-canvas{display:block;width:100%;height:440px;touch-action:pan-y}
+.stage{grid-column:span 7;display:flex;flex-direction:column}.facts{grid-column:span 5;display:grid;gap:16px;align-content:start}.wide{grid-column:span 12}.half{grid-column:span 6}
+@media(max-width:860px){.stage,.facts,.half{grid-column:span 12}.screen{min-height:0;aspect-ratio:4/3}}
+.screen{position:relative;flex:1;min-height:440px}
+canvas{position:absolute;inset:0;width:100%;height:100%;touch-action:pan-y}
 .bar{display:flex;align-items:center;gap:12px;margin-top:12px}
 .bar input{flex:1;min-width:60px;accent-color:var(--s0);margin:0}
 .bar button,.bar select{font:inherit;font-size:13px;color:var(--ink);background:var(--paper);border:1px solid var(--rule);border-radius:6px;height:32px;padding:0 8px}

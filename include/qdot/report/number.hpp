@@ -62,12 +62,13 @@ inline std::string superscript(int exponent) {
   return text;
 }
 
-/// x for people: "1.25", "3.4×10⁻¹³".
+/// x for people: "1.25", "3.4×10⁻¹³", "10⁻⁹".
 inline std::string readable_text(double x, int digits = 4) {
   std::string text = rounded_text(x, digits);
   const auto e = text.find('e');
   if (e == std::string::npos) return text;
-  return text.substr(0, e) + "×10" + superscript(std::stoi(text.substr(e + 1)));
+  const std::string power = "10" + superscript(std::stoi(text.substr(e + 1)));
+  return e == 1 && text[0] == '1' ? power : text.substr(0, e) + "×" + power;
 }
 
 }  // namespace qdot::report

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+//
+// Bad arguments: status 2, nothing on stdout, and one line on stderr with argument, rule, value, and nearest name.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "catch2_bridge.hpp"
+#include "command.hpp"
+
+using program_test::Directory;
+using program_test::qdot;
+
+namespace {
+
+struct Refusal {
+  const char* arguments;
+  const char* message;
+};
+
+}  // namespace
+
+TEST_CASE("a bad argument gets one line that says what is wrong") {
+  const Refusal refusal = GENERATE(values<Refusal>({
+      {"", "qdot: command: must be one of list, run, bench; see qdot --help\n"},
+      {"rnu", "qdot: command: must be a command, given \"rnu\"; the nearest is \"run\" (of list, run, bench)\n"},
+      {"run pendulum --set lenght=2",
+       "qdot run: --set: must be a parameter or initial value of pendulum, given \"lenght\"; the nearest is \"l\" (of m, l, g, "
+       "q0, qdot0)\n"},
+      {"run pendulum --set l=0", "qdot run: --set: l (length of the rod) must be positive, given 0\n"},
+      {"run pendulum --set m=-1", "qdot run: --set: m (mass of the bob) must be positive, given -1\n"},
+      {"run pendulum --set l=nan", "qdot run: --set l: must be a finite number, given \"nan\"\n"},
+      {"run pendulum --set q0=1x", "qdot run: --set q0: must be a finite number, given \"1x\"\n"},
+      {"run pendulum --set l", "qdot run: --set: must have the form NAME=VALUE, given \"l\"\n"},
+      {"run chain --set n=2.5",
+       "qdot run: --set: n (number of links) must be a whole number from 1 to 500, given 2.5\n"},
+      {"run pendulum --t-end 0", "qdot run: --t-end: must be after the start, t = 0, given 0\n"},
+      {"run pendulum --t-end -1", "qdot run: --t-end: must be after the start, t = 0, given -1\n"},
+      {"run pendulum --t-end nan", "qdot run: --t-end: must be a finite number, given \"nan\"\n"},
+      {"run pendulum --t-end", "qdot run: --t-end: must be followed by one value, given none\n"},
+      {"run pendulum --rtol 0", "qdot run: --rtol: must be positive, given 0\n"},
+      {"run pendulum --atol -1e-3", "qdot run: --atol: must be positive, given -1e-3\n"},
+      {"run pendulum --method adam",
+       "qdot run: --method: must be a method, given \"adam\"; the nearest is \"adams\" (of adams, bdf)\n"},
+      {"run pendulum --with friction=0.1",
+       "qdot run: --with: must name an effect of the scene; pendulum has no effect \"friction\" (it has none)\n"},
+      {"run pendulum --samples 1", "qdot run: --samples: must be a whole number from 2 to 10000000, given \"1\"\n"},
+      {"run pendulum --out ''",
+       "qdot run: --out: must be a path whose last part is a file's name, given \"\"\n"},
+      {"bench foo", "qdot bench: NAME: must be a benchmark, given \"foo\""},
+      {"run pendulm", "qdot run: SCENE: must be a scene, given \"pendulm\"; the nearest is \"pendulum\""},
+      {"run double", "qdot run: SCENE: must be a scene, given \"double\"; the nearest is \"double_pendulum\""},
+      {"run pendulum --jsno", "qdot run: --jsno: must be an option of qdot run, given \"--jsno\"; the nearest is \"--json\""},
+      {"run pendulum --rtol 1e-20", "qdot run: rtol must lie between 2.3e-15"},
+  }));
+  const auto ended = qdot(refusal.arguments);
+  INFO(refusal.arguments);
+  CHECK(ended.status == 2);
+  CHECK(ended.out.empty());
+  CHECK(ended.err.substr(0, std::string(refusal.message).size()) == refusal.message);
+  CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
+}
+
+TEST_CASE("an output that cannot be written is refused before the run and leaves nothing") {
+  const Directory directory;
+  const auto ended = qdot("run pendulum --out " + directory.file("missing/x"));
+  CHECK(ended.status == 2);
+  CHECK(ended.out.empty());
+  CHECK(ended.err.find("--out: ") != std::string::npos);
+  CHECK(ended.err.find("missing/x.csv") != std::string::npos);
+  CHECK(directory.entries() == 0);
+}
+
+TEST_CASE("help and version are no errors") {
+  CHECK(qdot("--help").status == 0);
+  CHECK(qdot("run --help").out.find("--t-end") != std::string::npos);
+  CHECK(qdot("--version").out.substr(0, 5) == "qdot ");
+}
+
+TEST_CASE("nothing is printed on stderr when all goes well") { CHECK(qdot("run pendulum --t-end 1").err.empty()); }

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+//
+// The command-line contract, from outside.
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "catch2_bridge.hpp"
+#include "command.hpp"
+
+using nlohmann::json;
+using program_test::Directory;
+using program_test::qdot;
+
+namespace {
+
+// Eight digits, as the contract asks; the reference below was computed in quadruple precision.
+constexpr double eight_digits = 5e-9;
+
+json run_json(const std::string& arguments) {
+  const auto ended = qdot("run " + arguments + " --json");
+  INFO(ended.err);
+  REQUIRE(ended.status == 0);
+  return json::parse(ended.out);  // throws if there is anything but one object
+}
+
+}  // namespace
+
+TEST_CASE("the lecture's rod and ring is where it should be after a second") {
+  const json run = run_json(
+      "rod_and_ring --set M=2 --set L=1.5 --set m=0.3 --set g=9.81 --set q0=0.4 --set q1=0.2 --set qdot0=0.1 "
+      "--set qdot1=1 --t-end 1 --rtol 1e-12 --atol 1e-12");
+  CHECK_THAT(run["q"][0].get<double>(), WithinRel(3.2329996316785996, eight_digits));
+  CHECK_THAT(run["q"][1].get<double>(), WithinRel(-2.3493856325149203, eight_digits));
+  CHECK_THAT(run["qdot"][0].get<double>(), WithinRel(11.033246474122167, eight_digits));
+  CHECK_THAT(run["qdot"][1].get<double>(), WithinRel(-1.12282143766159, eight_digits));
+  CHECK_THAT(run["energy_initial"].get<double>(), WithinRel(3.93279273886127, 1e-14));
+}
+
+TEST_CASE("a run's JSON has the keys of the contract") {
+  const json run = run_json("pendulum --t-end 2");
+  for (const char* key : {"scene", "parameters", "effects", "method", "rtol", "atol", "outcome", "t", "q", "qdot",
+                          "energy_initial", "energy_final", "energy_drift_max", "constraint_residual_max", "steps", "rejected",
+                          "evaluations", "wall_seconds", "events"}) {
+    INFO(key);
+    CHECK(run.contains(key));
+  }
+  CHECK(run["scene"] == "pendulum");
+  CHECK(run["parameters"] == json{{"m", 1.0}, {"l", 1.0}, {"g", 9.81}});
+  CHECK(run["outcome"] == "completed");
+  CHECK(run["t"] == 2.0);
+  CHECK(run["effects"] == json::array());
+  CHECK(run["events"] == json::array());
+  CHECK(run["constraint_residual_max"].is_null());
+  CHECK(run["steps"].get<long>() > 0);
+}
+
+TEST_CASE("numbers go in and come out unchanged") {
+  const json run = run_json("pendulum --set l=0.1234567890123456 --set q0=-1.1000000000000001e-3 --t-end 0.3");
+  CHECK(run["parameters"]["l"].get<double>() == 0.1234567890123456);
+  CHECK(run["q_initial"][0].get<double>() == -1.1000000000000001e-3);
+  CHECK(run["t"].get<double>() == 0.3);
+}
+
+TEST_CASE("both methods find the pendulum of the literature") {
+  // theta0 = 1 at rest, t = 10; state from an integration in quadruple precision.
+  const std::string method = GENERATE("adams", "bdf");
+  const json run = run_json("pendulum --set q0=1 --t-end 10 --rtol 1e-11 --atol 1e-11 --method " + method);
+  constexpr double growth_of_local_errors = 1e-7;
+  CHECK_THAT(run["q"][0].get<double>(), WithinAbs(-0.46325276873178667, growth_of_local_errors));
+  CHECK_THAT(run["qdot"][0].get<double>(), WithinAbs(2.6365495135496304, growth_of_local_errors));
+  CHECK(run["method"] == method);
+}
+
+TEST_CASE("Jacobi's energy stays where T + V does not") {
+  const json run = run_json("bead_on_hoop --rtol 1e-11 --atol 1e-11");
+  CHECK(run["energy_drift_max"].get<double>() > 1.0);
+  CHECK(run["jacobi_energy_drift_max"].get<double>() < 1e-7);
+}
+
+TEST_CASE("the number of links of a chain is a parameter") {
+  const json run = run_json("chain --set n=3 --set q2=0.5 --t-end 0.1");
+  CHECK(run["parameters"]["n"].is_number_integer());
+  CHECK(run["q"].size() == 3);
+  CHECK(run["q_initial"][2] == 0.5);
+}
+
+TEST_CASE("every scene of the list runs with its defaults") {
+  const auto listed = qdot("list --json");
+  REQUIRE(listed.status == 0);
+  const json scenes = json::parse(listed.out)["scenes"];
+  CHECK(scenes.size() >= 13);
+  for (const json& scene : scenes) {
+    const std::string name = scene["name"];
+    INFO(name);
+    const json run = run_json(name + " --t-end 0.5");
+    CHECK(run["q"].size() == scene["degrees_of_freedom"]);
+    for (const json& parameter : scene["parameters"]) {
+      CHECK(run["parameters"][parameter["name"].get<std::string>()] == parameter["default"]);
+    }
+  }
+}
+
+TEST_CASE("--out writes the table, the arrays and the page, and nothing else") {
+  const Directory directory;
+  const auto ended = qdot("run double_pendulum --t-end 1 --samples 11 --out " + directory.file("dp"));
+  REQUIRE(ended.status == 0);
+  CHECK(directory.entries() == 3);
+  const std::string csv = program_test::content(directory.file("dp.csv"));
+  CHECK(csv.substr(0, csv.find('\n')) ==
+        "t [s],theta1 [rad],theta2 [rad],theta1dot [rad/s],theta2dot [rad/s],kinetic_energy [J],potential_energy "
+        "[J],energy [J],jacobi_energy [J]");
+  CHECK(std::count(csv.begin(), csv.end(), '\n') == 12);
+  CHECK(program_test::content(directory.file("dp.npz")).substr(0, 4) == "PK\x03\x04");
+  const std::string page = program_test::content(directory.file("dp.html"));
+  CHECK(page.find("<canvas") != std::string::npos);
+  CHECK(page.find("</html>") != std::string::npos);
+}
+
+TEST_CASE("a run that fails ends with status 1, and its JSON says how far it came") {
+  const Directory directory;
+  const auto ended = qdot("run kepler --set qdot1=0 --json --out " + directory.file("fall"));
+  CHECK(ended.status == 1);
+  const json run = json::parse(ended.out);
+  CHECK(run["outcome"] != "completed");
+  // A fall from rest at r = 0.4 into mu = 1 takes pi sqrt(r^3 / 8).
+  CHECK_THAT(run["t"].get<double>(), WithinAbs(3.141592653589793 * std::sqrt(0.064 / 8.0), 1e-6));
+  CHECK(directory.entries() == 3);
+}
+
+TEST_CASE("equations that cannot be evaluated at the start are an outcome too") {
+  const auto ended = qdot("run spherical_pendulum --set q0=0 --json");
+  CHECK(ended.status == 1);
+  const json run = json::parse(ended.out);
+  CHECK(run["outcome"] == "singular_mass_matrix");
+  CHECK(run["message"].get<std::string>().find("phi") != std::string::npos);
+  CHECK(run["steps"] == 0);
+}

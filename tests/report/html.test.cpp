@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#include "qdot/report/html.hpp"
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "catch2_bridge.hpp"
+
+using namespace qdot::report;
+
+namespace {
+
+Page page_with_animation() {
+  Page page{.title = "Pendulum <1>", .lead = "A bob."};
+  page.animation = Animation{.drawing = {.shapes = {line({0, 1}), disk(1)}},
+                             .times = {0.0, 0.5, 1.0},
+                             .frames = {{{0, 0}, {0, -1}}, {{0, 0}, {0.25, -0.9682458366}}, {{0, 0}, {0.5, -0.8660254038}}}};
+  page.tables = {{"Run", {{"steps", "12", ""}}}};
+  return page;
+}
+
+}  // namespace
+
+TEST_CASE("a page contacts nobody") {
+  const std::string text = html(page_with_animation());
+  for (const char* outside : {"src=", "href=\"http", "url(", "@import", "fetch(", "XMLHttpRequest"}) {
+    INFO(outside);
+    CHECK(text.find(outside) == std::string::npos);
+  }
+}
+
+TEST_CASE("a page contains its frames, its facts, and its title as text") {
+  const std::string text = html(page_with_animation());
+  CHECK(text.find("<h1>Pendulum &lt;1&gt;</h1>") != std::string::npos);
+  CHECK(text.find("[0,0,0.25,-0.9682]") != std::string::npos);
+  CHECK(text.find("<td class=\"value\">12</td>") != std::string::npos);
+  CHECK(text.find("id=\"scrub\"") != std::string::npos);
+}
+
+TEST_CASE("a page without anything to play has no player") {
+  Page page = page_with_animation();
+  SECTION("no animation") { page.animation.reset(); }
+  SECTION("a single frame") {
+    page.animation->times.resize(1);
+    page.animation->frames.resize(1);
+  }
+  SECTION("a point that is not finite") { page.animation->frames[1][1].x = std::nan(""); }
+  SECTION("frames of different length") { page.animation->frames[2].pop_back(); }
+  CHECK(html(page).find("<script") == std::string::npos);
+}
+
+TEST_CASE("an animation plays in real time when that takes between 2 and 40 seconds, else in 12") {
+  CHECK(detail::playing_rate(10) == 1.0);
+  CHECK(detail::playing_rate(1.2) == Approx(0.1));
+  CHECK(detail::playing_rate(120) == Approx(10.0));
+}
+
+TEST_CASE("text in the script's data cannot end the script") {
+  Page page = page_with_animation();
+  page.animation->time_unit = "</script>\"\\";
+  const std::string text = html(page);
+  CHECK(text.find("\"unit\":\"/script>\"") != std::string::npos);
+}
