@@ -1,0 +1,148 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Steps of equal length: what structure-preserving methods need besides their formula.
+//
+// Why equal. A symplectic method follows, up to terms that are exponentially small in 1/h, the exact
+// motion of a Hamiltonian H̃ = H + hᵖ H_p + …; so its energy error stays bounded for ever. But H̃
+// depends on h: change h with the state and the motion jumps between different H̃, and the bound is
+// gone. So the distance to t_limit is divided into equal steps, none longer than the one asked for,
+// and step k ends at start + k h (not at a running sum, whose rounding would drift).
+//
+// Compensated summation. Over N steps the rounding of y ← y + δ grows like √N ulps of y, more than the
+// method's own error when that is small. TwoSum gives the rounding error of a sum exactly:
+//
+//     s = fl(y + δ),   z = fl(s − y),   lost = (y − (s − z)) + (δ − z),
+//
+// and `lost` is added to the next δ. The result is y in half as many digits again, for six additions.
+//
+// Dense output is the polynomial of degree 5 through q, q̇, q̈ at both ends, and its derivative for q̇;
+// error ~ h⁶/46080 of the sixth derivative of q.
+//
+// References: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006,
+// chapters IX (backward error) and VIII.5 (rounding).
+
+#include <Eigen/Core>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "qdot/integrate/one_step.hpp"
+
+namespace qdot::detail {
+
+/// sum ← sum + increment, with the rounding error carried along in `lost`.
+inline void add_compensated(double& sum, double& lost, double increment) {
+  const double delta = increment + lost;
+  const double s = sum + delta;
+  const double z = s - sum;
+  lost = (sum - (s - z)) + (delta - z);
+  sum = s;
+}
+
+template <class F>
+struct system_of;
+template <class Sys>
+struct system_of<FirstOrderForm<Sys>> {
+  using type = Sys;
+};
+
+// A one-step method with equal steps for a mechanical system, y = [q; q̇].
+template <FirstOrderSystem F>
+class FixedStep : public OneStep<F> {
+  using Base = OneStep<F>;
+
+ public:
+  /// The last step's polynomial of degree 5; evaluates the accelerations at its ends if nobody has yet.
+  ///
+  /// Where they cannot be evaluated, the cubic through q and q̇ at both ends.
+  PolynomialView polynomial() {
+    if (this->t_ == this->t_previous_) return {this->t_, 1.0, this->y_.data(), this->y_.size(), 0};
+    if (!dense_is_current_) make_dense();
+    return {this->t_previous_, this->t_ - this->t_previous_, dense_.data(), this->y_.size(), 5};
+  }
+
+  /// out ← y(t) for t within the last step.
+  void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { polynomial().evaluate(t, out); }
+
+ protected:
+  using Sys = typename system_of<F>::type;
+  static constexpr int n = Sys::dof_at_compile_time;
+
+  FixedStep(F system, std::string method, int order, double longest, const Options& options)
+      : Base(std::move(system), std::move(method), order, options), longest_(longest) {
+    require_option(longest > 0 && std::isfinite(longest), "step", "must be positive and finite", longest,
+                   "a fixed-step method needs one: try a thirtieth of the shortest period");
+    dense_.setZero(this->size(), 6);
+    lost_ = y_old_ = ydot_ = ydot_old_ = dense_.col(0);
+  }
+
+  Eigen::Index dof() const noexcept { return this->system_.system().dof(); }
+
+  void begin(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    Base::begin(t, y);
+    this->evaluate(t, this->y_, ydot_);
+    ydot_is_current_ = true;
+    lost_.setZero();
+    legs_limit_ = t;
+    steps_of_leg_ = steps_done_ = 0;
+    dense_is_current_ = false;
+  }
+
+  // The end of the next step; divides the way to a new limit into equal steps.
+  double next_time(double t_limit) {
+    this->head_for(t_limit);
+    if (t_limit != legs_limit_ || steps_done_ == steps_of_leg_) {
+      legs_start_ = this->t_;
+      legs_limit_ = t_limit;
+      const double ratio = std::abs(t_limit - this->t_) / std::min(longest_, this->max_step_);
+      steps_of_leg_ = std::max(1.0, std::ceil(ratio * (1 - 4 * this->epsilon) - 1e-9));
+      steps_done_ = 0;
+    }
+    h_ = (legs_limit_ - legs_start_) / steps_of_leg_;
+    return steps_done_ + 1 == steps_of_leg_ ? t_limit : legs_start_ + (steps_done_ + 1) * h_;
+  }
+
+  void finish(double t_new, double t_limit) {
+    ++steps_done_;
+    dense_is_current_ = false;
+    this->accept(t_new, t_limit, -1);
+  }
+
+  double h_ = 0.0;  // with its sign
+  typename Base::Y lost_, y_old_;
+  bool ydot_is_current_ = false;  // ydot_ is the derivative at y_
+
+ private:
+  void make_dense() {
+    const bool complete = this->attempt([&] {
+      this->evaluate(this->t_previous_, y_old_, ydot_old_);
+      this->evaluate(this->t_, this->y_, ydot_);
+    });
+    const double h = this->t_ - this->t_previous_;
+    for (Eigen::Index i = 0; i < dof(); ++i) {
+      const Eigen::Index v = i + dof();
+      const double d = this->y_[i] - y_old_[i], v0 = h * y_old_[v], v1 = h * this->y_[v];
+      double a0 = 6 * d - 4 * v0 - 2 * v1, a1 = -6 * d + 2 * v0 + 4 * v1;  // of the cubic
+      if (complete) {
+        a0 = h * h * ydot_old_[v];
+        a1 = h * h * ydot_[v];
+      }
+      const double c[6] = {y_old_[i], v0, a0 / 2, 10 * d - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
+                           -15 * d + 8 * v0 + 7 * v1 + 1.5 * a0 - a1, 6 * d - 3 * (v0 + v1) + 0.5 * (a1 - a0)};
+      for (int k = 0; k < 6; ++k) dense_(i, k) = c[k];
+      for (int k = 0; k < 5; ++k) dense_(v, k) = (k + 1) * c[k + 1] / h;
+      dense_(v, 0) = y_old_[v];
+      dense_(v, 5) = 0.0;
+    }
+    dense_is_current_ = true;
+  }
+
+  double longest_;
+  double legs_start_ = 0.0, legs_limit_ = 0.0, steps_of_leg_ = 0.0, steps_done_ = 0.0;
+  bool dense_is_current_ = false;
+  typename Base::Y ydot_, ydot_old_;
+  Matrix<double, Base::size_at_compile_time, 6> dense_;
+};
+
+}  // namespace qdot::detail

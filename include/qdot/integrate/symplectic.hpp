@@ -1,0 +1,145 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Explicit symplectic steps for systems whose energies separate: T(q̇) and V(q).
+//
+//     const auto run = simulate(kepler, start, 1e5, Splitting{.step = 0.01}, {.keep_trajectory = false});
+//
+// A planet, a molecule, a chaotic orbit over 10⁴ periods: there an accurate method is not enough. Its
+// energy error, however small per step, has a sign and adds up; after long enough a bound orbit has
+// spiralled in. A symplectic method has the geometry of the exact flow (it keeps every phase-space
+// area), so its energy error oscillates and does not grow. What grows is the phase along the orbit,
+// linearly; a method of order p makes it h^p small.
+//
+// The recipes, their orders and their sources are in symplectic_schemes.hpp. Here they are carried out,
+// with M constant (T quadratic in q̇ alone) and inverted once; one gradient of V per kick, and none for
+// the first kick of a step if the last one of the step before was at the same place.
+//
+// Drives. With V(q, t) time drifts with q: a kick takes V at the time that the drifts before it have
+// reached. That is the splitting of the motion in extended phase space, and keeps the order.
+//
+// What does not fit. T(q, q̇), as for the double pendulum in its angles, has no exact drift; Gauss
+// (gauss.hpp) is the symplectic method for it.
+
+#include <Eigen/LU>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "qdot/integrate/fixed_step.hpp"
+#include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/symplectic_schemes.hpp"
+
+namespace qdot {
+
+/// A Stepper that makes equal steps of kicks and drifts. Movable.
+template <class F>
+class SplittingStepper : public detail::FixedStep<F> {
+  using Base = detail::FixedStep<F>;
+  using Base::n, Base::dof;
+
+ public:
+  /// @throws InvalidValue  step is not positive; the mass matrix depends on the velocities
+  SplittingStepper(F system, SplittingScheme scheme, double step, const Options& options)
+      : Base(std::move(system), std::string(detail::splitting(scheme).name), detail::splitting(scheme).order, step,
+             options),
+        scheme_(detail::splitting(scheme)) {
+    const Vector<double, n> zero = Vector<double, n>::Zero(dof());
+    const Vector<double, n> one = Vector<double, n>::Ones(dof());
+    const auto& mechanical = this->system_.system();
+    const Matrix<double, n> M = mass_matrix(mechanical, zero, zero);
+    const Matrix<double, n> change = mass_matrix(mechanical, zero, one) - M;
+    if (!(change.cwiseAbs().maxCoeff() <= 1e-12 * M.cwiseAbs().maxCoeff()))
+      throw InvalidValue("a splitting method needs a kinetic energy that is quadratic in qdot, but its mass matrix differs "
+                         "between qdot = 0 and qdot = 1; use Gauss");
+    inverse_ = detail::solved_with_mass_matrix(mechanical, M, Matrix<double, n>(Matrix<double, n>::Identity(dof(), dof())), 0.0);
+    inverse_ = Matrix<double, n>(0.5 * (inverse_ + inverse_.transpose()));  // exactly symmetric, hence symplectic
+    qddot_ = zero;
+  }
+
+  /// Starts (afresh) at (t, y); evaluates the accelerations once there.
+  ///
+  /// @throws as RungeKuttaStepper::reset
+  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    this->begin(t, y);
+    force_is_current_ = false;
+  }
+
+  /// One step towards t_limit: the way there is divided into equal steps.
+  bool step(double t_limit) {
+    const double t_new = this->next_time(t_limit);
+    const double h = this->h_;
+    this->y_old_ = this->y_;
+    const typename Base::Y lost_old = this->lost_;
+    double reached = 0.0;  // sum of the drifts so far
+    const bool evaluated = this->attempt([&] {
+      for (std::size_t i = 0; i < scheme_.kicks.size(); ++i) {
+        if (scheme_.kicks[i] != 0.0) kick(scheme_.kicks[i] * h, this->t_ + reached * h);
+        if (scheme_.drifts[i] == 0.0) continue;
+        drift(scheme_.drifts[i] * h);
+        reached += scheme_.drifts[i];
+      }
+      require_finite();
+    });
+    if (!evaluated) {
+      this->y_ = this->y_old_;
+      this->lost_ = lost_old;
+      force_is_current_ = false;
+      ++this->statistics_.rejected_by_error_test;
+      return this->give_up(h);
+    }
+    this->finish(t_new, t_limit);
+    return true;
+  }
+
+ private:
+  void kick(double bh, double t) {
+    if (!force_is_current_) {
+      const Vector<double, n> q = this->y_.head(dof());
+      const Vector<double, n> qdot = this->y_.tail(dof());
+      qddot_.noalias() = inverse_ * detail::lagrangian_gradient<n>(this->system_.system().energies(), q, qdot, t);
+      ++this->statistics_.evaluations;
+      force_is_current_ = true;
+    }
+    for (Eigen::Index i = 0; i < dof(); ++i) detail::add_compensated(this->y_[dof() + i], this->lost_[dof() + i], bh * qddot_[i]);
+  }
+
+  void drift(double ah) {
+    for (Eigen::Index i = 0; i < dof(); ++i) detail::add_compensated(this->y_[i], this->lost_[i], ah * this->y_[dof() + i]);
+    force_is_current_ = false;
+  }
+
+  void require_finite() const {
+    for (Eigen::Index i = 0; i < this->size(); ++i)
+      if (!std::isfinite(this->y_[i]))
+        throw NonFinite(this->system_.component_name(i), this->t_,
+                        this->system_.component_name(i) + " became " + detail::text_of(this->y_[i]));
+  }
+
+  detail::Splitting scheme_;
+  Matrix<double, n> inverse_;  // of M
+  Vector<double, n> qddot_;
+  bool force_is_current_ = false;  // qddot_ belongs to the present q
+};
+
+/// Symplectic splitting with a fixed step, for T(qdot) quadratic and V(q) or V(q, t).
+struct Splitting {
+  static constexpr std::string_view name = "splitting";
+
+  double step = 0.01;                                      ///< longest |h|; the way to t_end is divided equally
+  SplittingScheme scheme = SplittingScheme::blanes_moan_6; ///< the recipe
+
+  /// A stepper for `system`, which it copies. Allocates all its memory here.
+  ///
+  /// @throws InvalidValue  step is not positive; the mass matrix depends on the velocities
+  template <class Sys>
+  SplittingStepper<FirstOrderForm<Sys>> stepper(const FirstOrderForm<Sys>& system, const Options& options) const {
+    static_assert(Sys::kinetic_signature == KineticSignature::velocity,
+                  "qdot: a splitting method needs a kinetic energy of the velocities alone, T(qdot); for T(q, qdot) use "
+                  "the symplectic method Gauss, or write the energies in Cartesian coordinates");
+    return {system, scheme, step, options};
+  }
+};
+
+}  // namespace qdot
