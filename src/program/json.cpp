@@ -74,6 +74,8 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
   json["evaluations"] = result.statistics.evaluations;
   json["jacobians"] = result.statistics.jacobians;
   json["wall_seconds"] = result.statistics.wall_seconds;
+  json["error_estimate"] = nullptr;
+  if (result.error_estimate) json["error_estimate"] = *result.error_estimate;
   json["events"] = Json::array();
   json["files"] = files;
   return json.dump(2);

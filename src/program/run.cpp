@@ -85,6 +85,9 @@ Request request_of(RunnableScene& scene, const RunOptions& options) {
       throw unknown_name("--method", "a method", request.method, methods);
     }
   }
+  if (options.accuracy && (options.rtol || options.atol)) {
+    throw UsageError("--accuracy: must stand without --rtol and --atol, which it chooses, given together with one");
+  }
   if (options.rtol) request.rtol = tolerance("--rtol", *options.rtol);
   if (options.atol) request.atol = tolerance("--atol", *options.atol);
   if (options.samples) request.samples = static_cast<int>(whole_number("--samples", *options.samples, 2, 10'000'000));
@@ -115,6 +118,7 @@ void print_summary(const RunnableScene& scene, const Request& request, const Res
               request.method.c_str(), exact_text(request.rtol).c_str(), exact_text(request.atol).c_str(),
               result.statistics.steps, result.statistics.rejected(), result.statistics.evaluations,
               result.statistics.jacobians, 1e3 * result.statistics.wall_seconds);
+  if (result.error_estimate) std::printf("  estimated error of the motion %s\n", report::rounded_text(*result.error_estimate, 2).c_str());
   for (const std::string& file : files) std::printf("  wrote %s\n", file.c_str());
 }
 
@@ -140,7 +144,9 @@ int run(const RunOptions& options) {
   Result result;
   try {
     ProgressBar progress(request.start.t, request.t_end, !options.quiet);
-    result = simulated(scene->model(), request, [&](double t) { progress.reached(t); });
+    const Watcher watcher = [&](double t) { progress.reached(t); };
+    result = options.accuracy ? simulated_to_accuracy(scene->model(), request, tolerance("--accuracy", *options.accuracy), watcher)
+                              : simulated(scene->model(), request, watcher);
   } catch (const InvalidValue& error) {  // a tolerance finer than double has digits
     throw UsageError(error.what());
   }

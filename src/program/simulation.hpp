@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,6 +54,7 @@ struct Result {
   std::vector<double> energy_change;  // E − E(0) there
   std::vector<double> jacobi_change;
   Statistics statistics;
+  std::optional<double> error_estimate;  // of the whole motion, where an accuracy was asked for
 };
 
 /// Names of the methods that `simulated` knows.
@@ -64,5 +67,15 @@ using Watcher = std::function<void(double t)>;
 ///
 /// @throws InvalidValue  options outside their range
 Result simulated(const std::shared_ptr<const Model>& model, const Request& request, const Watcher& watcher);
+
+/// Runs the model at ever tighter tolerances until the motion as a whole is accurate enough.
+///
+/// The error of a run is estimated by the next one, whose tolerances are ten times tighter: the largest difference of a
+/// component at a sample, relative where the component is larger than 1. The tighter of the two is returned, and
+/// request.rtol and atol are those that it took. Costs two runs, and one more for every tenfold that is missing.
+///
+/// Ends as Outcome::accuracy_too_high where double has not enough digits for it (chaotic motion over a long time).
+Result simulated_to_accuracy(const std::shared_ptr<const Model>& model, Request& request, double accuracy,
+                             const Watcher& watcher);
 
 }  // namespace qdot::program

@@ -73,6 +73,15 @@ TEST_CASE("both methods find the pendulum of the literature") {
   CHECK(run["method"] == method);
 }
 
+TEST_CASE("an accuracy is that of the whole motion, and chooses the tolerances") {
+  // theta1, theta2 of the double pendulum from (1.7, 1.7) at rest, t = 3, from quadruple precision.
+  const json run = run_json("double_pendulum --t-end 3 --accuracy 1e-9");
+  CHECK_THAT(run["q"][0].get<double>(), WithinAbs(1.9234881444441958, 1e-9));
+  CHECK_THAT(run["q"][1].get<double>(), WithinAbs(1.1485248782344042, 1e-9));
+  CHECK(run["error_estimate"].get<double>() <= 1e-9);
+  CHECK(run["rtol"].get<double>() < 1e-9);
+}
+
 TEST_CASE("Jacobi's energy stays where T + V does not") {
   const json run = run_json("bead_on_hoop --rtol 1e-11 --atol 1e-11");
   CHECK(run["energy_drift_max"].get<double>() > 1.0);
