@@ -10,5 +10,5 @@ double position_after(double time) {
   start.q << 1.0;
   start.qdot << 0.0;
   const auto run = qdot::simulate(oscillator, start, time, qdot::CvodeAdams{}, {.rtol = 1e-10});
-  return run.final_state().q[0];
+  return run.state().q[0];
 }

@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# run_test.sh CHECKOUT: what ./run promises to those who call it from elsewhere, with the program as users build it.
+set -euo pipefail
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cd "$folder"
+fail() { echo "$@" >&2; exit 1; }
+
+"$1/run" run rod_and_ring --set M=2 --set L=1.5 --set m=0.3 --set g=9.81 --set q0=0.4 --set q1=0.2 --set qdot0=0.1 --set qdot1=1 \
+  --t-end 1 --rtol 1e-12 --atol 1e-12 --json > answer.json
+[ "$(head -c 1 answer.json)" = "{" ] || fail "stdout is not JSON alone: $(head -n 3 answer.json)"
+# Independent reference, to 8 digits: q = (3.23299963, −2.34938563), qdot = (11.03324647, −1.12282144).
+for digits in 3.2329996 -2.3493856 11.033246 -1.1228214; do
+  grep -q -e "$digits" answer.json || fail "$digits is not in: $(cat answer.json)"
+done
+
+code=0
+"$1/run" run no_such_scene > stdout 2> stderr || code=$?
+[ $code = 2 ] || fail "an unknown scene ends with status $code, not 2"
+[ ! -s stdout ] || fail "an unknown scene prints to stdout: $(cat stdout)"
+
+"$1/run" run pendulum --out here > /dev/null
+[ -s here.csv ] && [ -s here.npz ] && [ -s here.html ] || fail "--out here did not write here.csv, here.npz, here.html in the caller's folder"
