@@ -69,7 +69,7 @@ int execute(int argc, char** argv, std::string& command_name) {
   add_text(run_command, "--atol", run_options.atol, "absolute tolerance of the local error (default 1e-10)", "A");
   add_text(run_command, "--accuracy", run_options.accuracy, "error of the whole motion; chooses both tolerances", "E");
   add_text(run_command, "--samples", run_options.samples, "rows of the table (default 500)", "N");
-  add_text(run_command, "--out", run_options.out, "write PATH.csv, PATH.npz and PATH.html", "PATH");
+  add_text(run_command, "--out", run_options.out, "write PATH.csv, PATH.npz, PATH.html and PATH.svg", "PATH");
   run_command->add_flag("--json", run_options.json, "one JSON object on stdout");
   run_command->add_flag("--quiet", run_options.quiet, "no progress bar");
 

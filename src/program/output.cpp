@@ -9,6 +9,7 @@
 
 #include "qdot/report/csv.hpp"
 #include "qdot/report/file.hpp"
+#include "qdot/report/still.hpp"
 #include "qdot/report/symbol.hpp"
 
 namespace qdot::program {
@@ -155,7 +156,9 @@ double playing_seconds(double duration) { return duration / report::detail::play
 
 }  // namespace
 
-std::vector<std::string> output_paths(const std::string& path) { return {path + ".csv", path + ".npz", path + ".html"}; }
+std::vector<std::string> output_paths(const std::string& path) {
+  return {path + ".csv", path + ".npz", path + ".html", path + ".svg"};
+}
 
 int frame_count(const RunnableScene& scene, const State<Dynamic>& start, double t_end) {
   const double points = static_cast<double>(scene.positions(start.q, start.t).size());
@@ -221,9 +224,15 @@ report::Page page(const RunnableScene& scene, const Request& request, const Resu
 
 void write_outputs(const std::string& path, const RunnableScene& scene, const Request& request, const Result& result) {
   const std::vector<std::string> paths = output_paths(path);
+  const report::Page shown = page(scene, request, result);
+  report::Plot plot = shown.plots.front();
+  plot.title = shown.title;
+  const std::string picture = shown.animation->frames.empty() ? report::svg(plot)
+                                                              : report::still_svg(*shown.animation, result.end.t, plot);
   report::write_files({{paths[0], report::csv(table(scene, result))},
                        {paths[1], report::npz(arrays(result))},
-                       {paths[2], report::html(page(scene, request, result))}});
+                       {paths[2], report::html(shown)},
+                       {paths[3], picture}});
 }
 
 }  // namespace qdot::program

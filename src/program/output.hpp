@@ -14,7 +14,7 @@
 
 namespace qdot::program {
 
-/// The files that `--out PATH` writes: PATH.csv, PATH.npz, PATH.html.
+/// The files that `--out PATH` writes: PATH.csv, PATH.npz, PATH.html, and a still picture PATH.svg.
 std::vector<std::string> output_paths(const std::string& path);
 
 /// How many frames an animation of this scene should have: a hundred a second of watching, fewer for many points.

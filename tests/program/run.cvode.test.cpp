@@ -111,11 +111,11 @@ TEST_CASE("every scene of the list runs with its defaults") {
   }
 }
 
-TEST_CASE("--out writes the table, the arrays and the page, and nothing else") {
+TEST_CASE("--out writes the table, the arrays, the page and the picture, and nothing else") {
   const Directory directory;
   const auto ended = qdot("run double_pendulum --t-end 1 --samples 11 --out " + directory.file("dp"));
   REQUIRE(ended.status == 0);
-  CHECK(directory.entries() == 3);
+  CHECK(directory.entries() == 4);
   const std::string csv = program_test::content(directory.file("dp.csv"));
   CHECK(csv.substr(0, csv.find('\n')) ==
         "t [s],theta1 [rad],theta2 [rad],theta1dot [rad/s],theta2dot [rad/s],kinetic_energy [J],potential_energy "
@@ -135,7 +135,7 @@ TEST_CASE("a run that fails ends with status 1, and its JSON says how far it cam
   CHECK(run["outcome"] != "completed");
   // A fall from rest at r = 0.4 into mu = 1 takes pi sqrt(r^3 / 8).
   CHECK_THAT(run["t"].get<double>(), WithinAbs(3.141592653589793 * std::sqrt(0.064 / 8.0), 1e-6));
-  CHECK(directory.entries() == 3);
+  CHECK(directory.entries() == 4);
 }
 
 TEST_CASE("equations that cannot be evaluated at the start are an outcome too") {
