@@ -44,15 +44,16 @@ TEST_CASE("the error follows the tolerance for both families and both correctors
 }
 
 TEST_CASE("a decaying exponential keeps its relative accuracy") {
-  const auto run =
-      simulate(test::decay(2.0), FirstOrderState{0.0, test::vector({3.0})}, 5.0, CvodeBdf{}, {.rtol = 1e-10, .atol = 1e-16});
+  const auto run = simulate(test::decay(2.0), FirstOrderState{0.0, test::vector({3.0})}, 5.0, CvodeBdf{},
+                            {.rtol = 1e-10, .atol = 1e-16});
   REQUIRE_THAT(run.y[0], WithinRel(3.0 * std::exp(-10.0), accumulated * 1e-10));
 }
 
 TEST_CASE("a run forth and back returns to its start") {
   const FirstOrderState start{0.0, test::vector({1.0, 0.0})};
   const auto forth = simulate(test::pendulum(), start, 10.0, CvodeAdams{}, {.rtol = 1e-11, .atol = 1e-11});
-  const auto back = simulate(test::pendulum(), FirstOrderState{10.0, forth.y}, 0.0, CvodeAdams{}, {.rtol = 1e-11, .atol = 1e-11});
+  const auto back =
+      simulate(test::pendulum(), FirstOrderState{10.0, forth.y}, 0.0, CvodeAdams{}, {.rtol = 1e-11, .atol = 1e-11});
   REQUIRE(back.t == 0.0);
   REQUIRE((back.y - start.y).norm() < 10 * accumulated * 1e-11);  // errors of a pendulum also grow with t
 }
@@ -124,9 +125,10 @@ TEST_CASE("the trajectory has the accepted states at the accepted times and is c
 
 TEST_CASE("f is never evaluated behind the end of a leg") {
   double latest = -1;
-  const test::FirstOrder watched{{"y"},
-                                 [&](double t, const test::In&, test::OutVector d) { latest = std::max(latest, t), d[0] = t; },
-                                 [](double, const test::In&, test::OutMatrix J) { J(0, 0) = 0; }};
+  const test::FirstOrder watched{
+      {"y"},
+      [&](double t, const test::In&, test::OutVector d) { latest = std::max(latest, t), d[0] = t; },
+      [](double, const test::In&, test::OutMatrix J) { J(0, 0) = 0; }};
   simulate(watched, FirstOrderState{0.0, test::vector({0.0})}, 0.3, CvodeBdf{});
   REQUIRE(latest < 0.3);
 }
@@ -179,8 +181,8 @@ TEST_CASE("a t_end that t can hardly feel is reached, also after a stop time") {
     REQUIRE(run.t == t_end);
     REQUIRE_THAT(run.y[1], WithinAbs(-(t_end - t0), 1e-24));
     const double stop = std::nextafter(t0 + 1.0, -1e9);
-    const auto twice =
-        simulate(test::oscillator(), FirstOrderState{t0, oscillator_start.y}, t0 + 1.0, CvodeBdf{}, {.stop_times = {stop}});
+    const auto twice = simulate(test::oscillator(), FirstOrderState{t0, oscillator_start.y}, t0 + 1.0, CvodeBdf{},
+                                {.stop_times = {stop}});
     REQUIRE(twice.completed());
     REQUIRE(twice.t == t0 + 1.0);
   }

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "catch2_bridge.hpp"
 #include "first_order_systems.hpp"
@@ -77,9 +78,10 @@ TEST_CASE("infinity is as bad as NaN, and Adams fails like BDF") {
 }
 
 TEST_CASE("a Jacobian with NaN is named by row and column") {
-  const test::FirstOrder system{{"x", "xdot"},
-                                [](double, const test::In& y, test::OutVector d) { d << y[1], -y[0]; },
-                                [](double t, const test::In&, test::OutMatrix J) { J << 0, 1, t > 0.5 ? test::nan : -1, 0; }};
+  const test::FirstOrder system{
+      {"x", "xdot"},
+      [](double, const test::In& y, test::OutVector d) { d << y[1], -y[0]; },
+      [](double t, const test::In&, test::OutMatrix J) { J << 0, 1, t > 0.5 ? test::nan : -1, 0; }};
   const auto run = simulate(system, start, 10.0, CvodeBdf{});
   REQUIRE(run.outcome == Outcome::non_finite);
   REQUIRE(contains(run.message, "the change of xdot's derivative with x is nan"));
@@ -117,7 +119,8 @@ TEST_CASE("a pole of the solution ends the run near the pole with a named outcom
   REQUIRE_THAT(run.t, WithinAbs(1.0, 1e-6));  // the pole of the computed solution is off by its error
   REQUIRE(contains(run.message, "y = "));
   REQUIRE(contains(run.message, "the solution may run to infinity here"));
-  const auto adams = simulate(test::blow_up(), FirstOrderState{0.0, test::vector({1.0})}, 2.0, CvodeAdams{}, {.rtol = 1e-8});
+  const auto adams =
+      simulate(test::blow_up(), FirstOrderState{0.0, test::vector({1.0})}, 2.0, CvodeAdams{}, {.rtol = 1e-8});
   REQUIRE(qdot::failed(adams.outcome));
   REQUIRE(adams.statistics.evaluations < 5000);
 }
@@ -160,7 +163,8 @@ TEST_CASE("a model that refuses a point only for large steps gets its smaller st
                                 },
                                 [](double, const test::In& y, test::OutMatrix J) { J(0, 0) = -0.5 / std::sqrt(y[0]); }};
   // ẏ = −√y from 1 is (1 − t/2)², zero at t = 2.
-  const auto run = simulate(system, FirstOrderState{0.0, test::vector({1.0})}, 1.999, CvodeBdf{}, {.initial_step = 1.9});
+  const auto run =
+      simulate(system, FirstOrderState{0.0, test::vector({1.0})}, 1.999, CvodeBdf{}, {.initial_step = 1.9});
   REQUIRE(run.completed());
   REQUIRE_THAT(run.y[0], WithinAbs(0.0005 * 0.0005, 1e-8));
   REQUIRE(run.statistics.rejected() > 0);
@@ -171,9 +175,8 @@ TEST_CASE("a model that refuses a point only for large steps gets its smaller st
 }
 
 TEST_CASE("a mass matrix that becomes singular is an outcome of its own") {
-  const auto system = test::pendulum_until(1.0, [](test::OutVector) {
-    throw qdot::SingularMassMatrix("M is singular along theta", 1.0, {1.0}, 0.0);
-  });
+  const auto system = test::pendulum_until(
+      1.0, [](test::OutVector) { throw qdot::SingularMassMatrix("M is singular along theta", 1.0, {1.0}, 0.0); });
   const auto run = simulate(system, start, 10.0, CvodeBdf{});
   REQUIRE(run.outcome == Outcome::singular_mass_matrix);
   REQUIRE(contains(run.message, "M is singular along theta"));
@@ -190,12 +193,24 @@ TEST_CASE("a model may end the run in good order") {
 }
 
 TEST_CASE("a jump of the right-hand side is passed when it is moderate, and quickly") {
-  const test::FirstOrder system{{"x", "xdot"},
-                                [](double t, const test::In& y, test::OutVector d) { d << y[1], t < M_PI / 3 ? 1.0 : -1e3; },
-                                [](double, const test::In&, test::OutMatrix J) { J << 0, 1, 0, 0; }};
+  const test::FirstOrder system{
+      {"x", "xdot"},
+      [](double t, const test::In& y, test::OutVector d) { d << y[1], t < M_PI / 3 ? 1.0 : -1e3; },
+      [](double, const test::In&, test::OutMatrix J) { J << 0, 1, 0, 0; }};
   const auto run = simulate(system, start, 2.0, CvodeBdf{});
   REQUIRE(run.completed());
   REQUIRE(run.statistics.evaluations < 5000);
+}
+
+TEST_CASE("a run that chatters about a jump ends instead of creeping on for ever") {
+  const test::FirstOrder system{{"y"},
+                                [](double, const test::In& y, test::OutVector d) { d[0] = y[0] > 0 ? -1.0 : 1.0; },
+                                [](double, const test::In&, test::OutMatrix J) { J(0, 0) = 0; }};
+  const auto run = simulate(system, FirstOrderState{0.0, test::vector({1.0})}, 10.0, CvodeBdf{});
+  REQUIRE(run.outcome == Outcome::step_collapse);
+  REQUIRE_THAT(run.t, WithinAbs(1.0, 1e-6));
+  REQUIRE(system.evaluations() < 50'000);
+  REQUIRE(contains(run.message, "the last 10000 steps advanced t by no more than"));
 }
 
 TEST_CASE("what fails at a stop time keeps the trajectory up to it") {
@@ -233,6 +248,18 @@ TEST_CASE("the library prints nothing, however a run ends") {
     simulate(test::blow_up(), FirstOrderState{0.0, test::vector({1.0})}, 2.0, CvodeAdams{});
   });
   REQUIRE(text.empty());
+}
+
+TEST_CASE("whoever wants to read SUNDIALS' own messages gets them, and may throw in vain") {
+  int messages = 0;
+  const CvodeBdf listening{.on_message = [&](std::string_view text) {
+    ++messages;
+    REQUIRE(!text.empty());
+    throw UserError("nobody hears this");
+  }};
+  const auto run = simulate(test::blow_up(), FirstOrderState{0.0, test::vector({1.0})}, 2.0, listening);
+  REQUIRE(run.outcome == Outcome::step_collapse);
+  REQUIRE(messages > 0);
 }
 
 TEST_CASE("a thousand failed runs can follow each other") {

@@ -100,8 +100,8 @@ TEMPLATE_TEST_CASE("after its first step a stepper allocates nothing, resets and
 TEST_CASE("what a run allocates does not grow with its steps") {
   const auto allocated_by = [](double t_end) {
     const long before = allocations;
-    const auto run = qdot::simulate(Plain{}, qdot::FirstOrderState{0.0, test::vector({1.0, 0.0})}, t_end, qdot::CvodeBdf{},
-                                    {.keep_trajectory = false});
+    const auto run = qdot::simulate(Plain{}, qdot::FirstOrderState{0.0, test::vector({1.0, 0.0})}, t_end,
+                                    qdot::CvodeBdf{}, {.keep_trajectory = false});
     REQUIRE(run.completed());
     return allocations - before;
   };

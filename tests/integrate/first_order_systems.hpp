@@ -101,8 +101,8 @@ inline FirstOrder robertson() {
             d[1] = -d[0] - d[2];
           },
           [](double, const In& y, OutMatrix J) {
-            J << -0.04, 1e4 * y[2], 1e4 * y[1],                    //
-                0.04, -1e4 * y[2] - 6e7 * y[1], -1e4 * y[1],       //
+            J << -0.04, 1e4 * y[2], 1e4 * y[1],               //
+                0.04, -1e4 * y[2] - 6e7 * y[1], -1e4 * y[1],  //
                 0, 6e7 * y[1], 0;
           }};
 }

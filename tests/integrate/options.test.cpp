@@ -44,9 +44,10 @@ TEST_CASE("an option outside its range is named with the rule, the value and a r
   REQUIRE(complaint({.atol = {1e-9, 0.0}}) ==
           "atol[1] must be positive and finite, but is 0; give the size below which the component no longer matters");
   REQUIRE(complaint({.max_step = 0}) == "max_step must be positive, but is 0; leave it out for no limit");
-  REQUIRE(complaint({.initial_step = 2, .max_step = 1}) ==
-          "initial_step must lie between 0 (chosen by the method) and max_step, but is 2; leave it out; the sign is that "
-          "of the run");
+  REQUIRE(
+      complaint({.initial_step = 2, .max_step = 1}) ==
+      "initial_step must lie between 0 (chosen by the method) and max_step, but is 2; leave it out; the sign is that "
+      "of the run");
 }
 
 TEST_CASE("NaN is no valid value of any option") {

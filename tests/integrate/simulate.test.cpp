@@ -105,7 +105,8 @@ TEST_CASE("a run of no length returns its start and spends one evaluation") {
 TEST_CASE("a start may be coordinates and velocities, or the whole vector") {
   const State<2> wrong{0.0, {1, 0}, {0, 0}};
   const State<1> right{0.0, Eigen::Matrix<double, 1, 1>(1.0), Eigen::Matrix<double, 1, 1>(0.0)};
-  REQUIRE(simulate(test::oscillator(), right, 1.0, CvodeBdf{}).y == simulate(test::oscillator(), start, 1.0, CvodeBdf{}).y);
+  REQUIRE(simulate(test::oscillator(), right, 1.0, CvodeBdf{}).y ==
+          simulate(test::oscillator(), start, 1.0, CvodeBdf{}).y);
   REQUIRE_THROWS_AS(simulate(test::oscillator(), wrong, 1.0, CvodeBdf{}), qdot::DimensionError);
   REQUIRE(simulate(test::oscillator(), right, 1.0, CvodeBdf{}).state().q[0] == Approx(std::cos(1.0)));
 }
@@ -125,8 +126,9 @@ TEST_CASE("bad input is an exception before the first step") {
           "xdot must be finite at the start, but is nan; give it a number");
   REQUIRE(message({test::nan, start.y}, 1.0, {}) == "t must be finite, but is nan; start at a time that is a number");
   REQUIRE(message(start, test::infinity, {}) == "t_end must be finite, but is inf; choose a time to end at");
-  REQUIRE(message(start, 1.0, {.output_times = {2.0}}) ==
-          "every output time must lie between the start t = 0 and t_end = 1, but one is 2; remove it or extend the run");
+  REQUIRE(
+      message(start, 1.0, {.output_times = {2.0}}) ==
+      "every output time must lie between the start t = 0 and t_end = 1, but one is 2; remove it or extend the run");
   REQUIRE(message(start, 1.0, {.rtol = -1}).find("rtol must lie") == 0);
 }
 
@@ -179,9 +181,8 @@ TEST_CASE("output times are filled from dense output without changing the steps"
 }
 
 TEST_CASE("a run that ends early keeps the samples it has reached") {
-  const auto run =
-      simulate(test::oscillator(), start, 10.0, CvodeBdf{}, {.output_times = {1.0, 2.0, 9.0}},
-               [](const StepView& step) { return step.t() < 5.0; });
+  const auto run = simulate(test::oscillator(), start, 10.0, CvodeBdf{}, {.output_times = {1.0, 2.0, 9.0}},
+                            [](const StepView& step) { return step.t() < 5.0; });
   REQUIRE(run.outcome == Outcome::stopped_by_observer);
   REQUIRE(run.samples.t == std::vector<double>{1.0, 2.0});
   REQUIRE(run.samples.y.cols() == 2);
@@ -192,9 +193,10 @@ TEST_CASE("an observer may return nothing, false, or Control::stop") {
   REQUIRE(simulate(test::oscillator(), start, 1.0, CvodeBdf{}, {}, [&](const StepView&) { ++calls; }).completed());
   REQUIRE(calls > 10);
   for (const Control answer : {Control::proceed, Control::stop}) {
-    const auto by_bool =
-        simulate(test::oscillator(), start, 1.0, CvodeBdf{}, {}, [&](const StepView&) { return answer == Control::proceed; });
-    const auto by_control = simulate(test::oscillator(), start, 1.0, CvodeBdf{}, {}, [&](const StepView&) { return answer; });
+    const auto by_bool = simulate(test::oscillator(), start, 1.0, CvodeBdf{}, {},
+                                  [&](const StepView&) { return answer == Control::proceed; });
+    const auto by_control =
+        simulate(test::oscillator(), start, 1.0, CvodeBdf{}, {}, [&](const StepView&) { return answer; });
     const Outcome expected = answer == Control::proceed ? Outcome::completed : Outcome::stopped_by_observer;
     REQUIRE(by_bool.outcome == expected);
     REQUIRE(by_control.outcome == expected);
@@ -225,9 +227,10 @@ TEST_CASE("every budget ends the run with its own outcome and keeps what was rea
   REQUIRE(steps.statistics.steps == 20);
   REQUIRE(steps.trajectory.steps() == 20);
   REQUIRE(steps.trajectory.back_time() == steps.t);
-  REQUIRE(steps.message == "step_limit at t = " + qdot::detail::text_of(steps.t) +
-                               " after 20 steps: max_steps = 20 were taken; raise max_steps, relax the tolerances, or ask "
-                               "why the steps are so small.");
+  REQUIRE(steps.message ==
+          "step_limit at t = " + qdot::detail::text_of(steps.t) +
+              " after 20 steps: max_steps = 20 were taken; raise max_steps, relax the tolerances, or ask "
+              "why the steps are so small.");
   const auto evaluations = simulate(test::oscillator(), start, 10.0, CvodeBdf{}, {.max_evaluations = 50});
   REQUIRE(evaluations.outcome == Outcome::evaluation_limit);
   REQUIRE(evaluations.statistics.evaluations >= 50);

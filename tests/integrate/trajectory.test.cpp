@@ -99,8 +99,9 @@ TEST_CASE("a time outside the trajectory is refused with the range") {
   } catch (const qdot::InvalidValue& error) {
     message = error.what();
   }
-  REQUIRE(message ==
-          "t must lie within the trajectory, from 0 to 1, but is 1.25; extend the run, or ask for a time it has reached");
+  REQUIRE(
+      message ==
+      "t must lie within the trajectory, from 0 to 1, but is 1.25; extend the run, or ask for a time it has reached");
 }
 
 TEST_CASE("a system without coordinates has y(t) but no states") {

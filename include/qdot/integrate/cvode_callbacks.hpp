@@ -55,9 +55,8 @@ class AnySystem {
         jacobian_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) {
           static_cast<const F*>(p)->jacobian(t, y, J);
         }),
-        component_name_([](const void* p, Eigen::Index i) -> std::string {
-          return static_cast<const F*>(p)->component_name(i);
-        }) {}
+        component_name_(
+            [](const void* p, Eigen::Index i) -> std::string { return static_cast<const F*>(p)->component_name(i); }) {}
 
   Eigen::Index size() const noexcept { return size_; }
   std::string component_name(Eigen::Index i) const { return component_name_(object_.get(), i); }

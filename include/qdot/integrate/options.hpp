@@ -48,14 +48,14 @@ class AbsoluteTolerance {
 
 /// What a run is asked to do. Times in the units of t.
 struct Options {
-  double rtol = 1e-9;                ///< relative tolerance of the local error, every component
-  AbsoluteTolerance atol = 1e-12;    ///< absolute tolerance, one or per component of y, each in its component's units
-  double initial_step = 0.0;         ///< |h| to try first; 0 lets the method choose
-  double max_step = std::numeric_limits<double>::infinity();         ///< largest |h|
-  long max_steps = 10'000'000;                                       ///< accepted steps
-  long max_evaluations = std::numeric_limits<long>::max();           ///< right-hand sides, checked after each step
-  double max_wall_seconds = std::numeric_limits<double>::infinity(); ///< checked after each step
-  double state_norm_limit = std::numeric_limits<double>::infinity(); ///< largest |yᵢ|; a guard against finite nonsense
+  double rtol = 1e-9;              ///< relative tolerance of the local error, every component
+  AbsoluteTolerance atol = 1e-12;  ///< absolute tolerance, one or per component of y, each in its component's units
+  double initial_step = 0.0;       ///< |h| to try first; 0 lets the method choose
+  double max_step = std::numeric_limits<double>::infinity();          ///< largest |h|
+  long max_steps = 10'000'000;                                        ///< accepted steps
+  long max_evaluations = std::numeric_limits<long>::max();            ///< right-hand sides, checked after each step
+  double max_wall_seconds = std::numeric_limits<double>::infinity();  ///< checked after each step
+  double state_norm_limit = std::numeric_limits<double>::infinity();  ///< largest |yᵢ|; a guard against finite nonsense
   std::vector<double> stop_times = {};    ///< switching times: landed on exactly, and the method starts afresh there
   std::vector<double> output_times = {};  ///< times at which Run::samples is filled, in the direction of the run
   bool keep_trajectory = true;            ///< keep dense output of every step: about 8·size·(order + 1) bytes a step
@@ -71,8 +71,7 @@ inline std::string text_of(double x) {
 }
 
 inline void require_option(bool holds, const char* option, const char* rule, double given, const char* remedy) {
-  if (!holds)
-    throw InvalidValue(std::string(option) + " " + rule + ", but is " + text_of(given) + "; " + remedy);
+  if (!holds) throw InvalidValue(std::string(option) + " " + rule + ", but is " + text_of(given) + "; " + remedy);
 }
 
 /// Checks everything in the options that does not depend on the run's times.

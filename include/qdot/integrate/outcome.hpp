@@ -26,22 +26,22 @@ namespace qdot {
 
 /// How a run ended. Later methods and effects add to this list; none is ever renumbered by meaning.
 enum class Outcome {
-  completed,             ///< t_end was reached
-  stopped_by_observer,   ///< an observer asked to stop
-  stopped_by_model,      ///< the right-hand side threw StopRequest
-  step_limit,            ///< options.max_steps were taken
-  evaluation_limit,      ///< options.max_evaluations were spent
-  time_limit,            ///< options.max_wall_seconds were spent
-  state_limit,           ///< a component exceeded options.state_norm_limit
-  non_finite,            ///< the right-hand side (or its Jacobian) gave NaN or infinity at every step size tried
-  singular_mass_matrix,  ///< M could not be factored at any step size tried
-  refused_by_model,      ///< the model threw RecoverableError at every step size tried
-  step_collapse,         ///< the error test failed down to the smallest step that t can still feel
-  error_test_failure,    ///< the error test failed too often in one step
-  corrector_failure,     ///< the implicit equations of a step could not be solved
-  linear_solver_failure, ///< the linear equations of a step could not be solved
-  accuracy_too_high,     ///< the tolerances ask for more digits than double has
-  solver_error           ///< the method reports a fault of its own; please report it
+  completed,              ///< t_end was reached
+  stopped_by_observer,    ///< an observer asked to stop
+  stopped_by_model,       ///< the right-hand side threw StopRequest
+  step_limit,             ///< options.max_steps were taken
+  evaluation_limit,       ///< options.max_evaluations were spent
+  time_limit,             ///< options.max_wall_seconds were spent
+  state_limit,            ///< a component exceeded options.state_norm_limit
+  non_finite,             ///< the right-hand side (or its Jacobian) gave NaN or infinity at every step size tried
+  singular_mass_matrix,   ///< M could not be factored at any step size tried
+  refused_by_model,       ///< the model threw RecoverableError at every step size tried
+  step_collapse,          ///< the error test failed down to the smallest step that t can still feel
+  error_test_failure,     ///< the error test failed too often in one step
+  corrector_failure,      ///< the implicit equations of a step could not be solved
+  linear_solver_failure,  ///< the linear equations of a step could not be solved
+  accuracy_too_high,      ///< the tolerances ask for more digits than double has
+  solver_error            ///< the method reports a fault of its own; please report it
 };
 
 /// The outcome's name as printed in JSON and compared in tests, e.g. "completed".
@@ -77,7 +77,8 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
     case Outcome::evaluation_limit:
       return "raise max_evaluations, relax the tolerances, or ask why the steps are so small.";
     case Outcome::time_limit: return "raise max_wall_seconds, or relax the tolerances.";
-    case Outcome::state_limit: return "the motion left the range that state_norm_limit allows; look for a missing force.";
+    case Outcome::state_limit:
+      return "the motion left the range that state_norm_limit allows; look for a missing force.";
     case Outcome::non_finite:
       return "evaluate the model at the last state: look for a division by zero, or a root or logarithm of a negative "
              "number.";
@@ -85,8 +86,8 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
       return "some direction of motion lost its inertia; choose other coordinates, or add the missing mass.";
     case Outcome::refused_by_model: return "look at the condition under which the model throws RecoverableError.";
     case Outcome::step_collapse:
-      return "the solution may run to infinity here, or the right-hand side may jump: bound the run before this time, or "
-             "give the time of the jump in stop_times.";
+      return "the solution may run to infinity here, or the right-hand side may jump: bound the run before this time, "
+             "or give the time of the jump in stop_times.";
     case Outcome::error_test_failure:
       return "the right-hand side may jump: give the time of the jump in stop_times, or loosen atol of the component.";
     case Outcome::corrector_failure:

@@ -39,10 +39,10 @@ struct Samples {
 template <int n = Dynamic>
 struct Run {
   Outcome outcome = Outcome::completed;
-  std::string message;      ///< how it ended, with the numbers and what to do
-  double t = 0.0;           ///< time of the last good state
-  Eigen::VectorXd y;        ///< the last good state, [q; q̇; …]
-  Trajectory<n> trajectory; ///< dense output from the start to t; only its start if keep_trajectory is off
+  std::string message;       ///< how it ended, with the numbers and what to do
+  double t = 0.0;            ///< time of the last good state
+  Eigen::VectorXd y;         ///< the last good state, [q; q̇; …]
+  Trajectory<n> trajectory;  ///< dense output from the start to t; only its start if keep_trajectory is off
   Samples samples;
   Statistics statistics;
 
@@ -101,10 +101,10 @@ class StepView {
 
 /// Called after every accepted step. Returns nothing, or false or Control::stop to end the run.
 template <class O>
-concept Observer = std::invocable<O&, const StepView&> &&
-                   (std::is_void_v<std::invoke_result_t<O&, const StepView&>> ||
-                    std::same_as<std::invoke_result_t<O&, const StepView&>, bool> ||
-                    std::same_as<std::invoke_result_t<O&, const StepView&>, Control>);
+concept Observer =
+    std::invocable<O&, const StepView&> && (std::is_void_v<std::invoke_result_t<O&, const StepView&>> ||
+                                            std::same_as<std::invoke_result_t<O&, const StepView&>, bool> ||
+                                            std::same_as<std::invoke_result_t<O&, const StepView&>, Control>);
 
 /// The observer that watches nothing and costs nothing.
 struct NoObserver {

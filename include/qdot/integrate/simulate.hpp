@@ -41,6 +41,7 @@ namespace detail {
 template <FirstOrderSystem F, Stepper S, Observer O>
 class Driver {
   static constexpr int n = dof_at_compile_time<F>();
+  static constexpr long stall_window = 10'000;  // steps
 
  public:
   Driver(const F& system, S stepper, const Options& options, O& observer)
@@ -48,6 +49,8 @@ class Driver {
 
   Run<n> run(double t0, const Eigen::VectorXd& y0, double t_end) {
     const auto landings = landing_points(t0, t_end);
+    t_end_ = t_end;
+    stall_mark_ = t0;
     prepare_outputs(t0, t_end);
     run_.trajectory = Trajectory<n>(dof(system_));
     if (start(t0, y0)) {
@@ -108,8 +111,8 @@ class Driver {
     if (largest <= options_.state_norm_limit && y.allFinite()) return true;
     for (Eigen::Index i = 0; i < y.size(); ++i)
       if (!std::isfinite(y[i]))
-        return end(Outcome::non_finite, system_.component_name(i) + " became " + text_of(y[i]) + " in the step to t = " +
-                                            text_of(stepper_.t()));
+        return end(Outcome::non_finite, system_.component_name(i) + " became " + text_of(y[i]) +
+                                            " in the step to t = " + text_of(stepper_.t()));
     keep();
     return end(Outcome::state_limit, system_.component_name(worst) + " = " + text_of(y[worst]) +
                                          " exceeds state_norm_limit = " + text_of(options_.state_norm_limit));
@@ -164,7 +167,18 @@ class Driver {
                  "max_evaluations = " + std::to_string(options_.max_evaluations) + " were spent");
     if (std::isfinite(options_.max_wall_seconds) && seconds() >= options_.max_wall_seconds)
       return end(Outcome::time_limit, "max_wall_seconds = " + text_of(options_.max_wall_seconds) + " were spent");
-    return true;
+    return spent.steps % stall_window != 0 || advances();
+  }
+
+  // Looks at the last ten thousand steps. A method that chatters about a jump of the right-hand side accepts steps of
+  // some rounding units of t for ever; ordinary small steps cover at least a small part of the way done or to do.
+  bool advances() {
+    const double advanced = std::abs(run_.t - std::exchange(stall_mark_, run_.t));
+    const double way = std::min(std::abs(run_.t - run_.trajectory.front_time()), std::abs(t_end_ - run_.t));
+    return advanced > 1e-8 * way ||
+           end(Outcome::step_collapse, "the last " + std::to_string(stall_window) +
+                                           " steps advanced t by no more than " + text_of(advanced) +
+                                           ", and t_end = " + text_of(t_end_) + " is far");
   }
 
   // Notes how the run ended; false, so that it can be returned.
@@ -230,6 +244,7 @@ class Driver {
   std::size_t next_output_ = 0;
   Eigen::VectorXd scratch_;
   long restarts_ = 0;
+  double t_end_ = 0.0, stall_mark_ = 0.0;
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 
@@ -251,8 +266,8 @@ class Driver {
 /// @throws NonFinite, MassMatrixError    the equations of motion cannot be evaluated at the start
 /// @throws                               whatever the user's functors and observer throw
 template <class System, class Start, class Method, Observer O = NoObserver>
-auto simulate(const System& system, const Start& start, double t_end, const Method& method,
-              const Options& options = {}, O&& observer = {}) {
+auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options = {},
+              O&& observer = {}) {
   const auto form = first_order_form(system);
   using Form = std::remove_cvref_t<decltype(form)>;
   static_assert(SteppingMethod<Method, Form>, "qdot: the method cannot make a stepper for this system");
@@ -261,7 +276,7 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   const Eigen::VectorXd y0 = detail::packed(form, start);
   using O_ = std::remove_reference_t<O>;
   detail::Driver<Form, decltype(method.stepper(form, options)), O_> driver(form, method.stepper(form, options), options,
-                                                                          observer);
+                                                                           observer);
   return driver.run(start.t, y0, t_end);
 }
 

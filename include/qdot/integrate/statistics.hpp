@@ -23,21 +23,21 @@ namespace qdot {
 
 /// Cost of a run, and who caused it. Times in the units of t, except wall_seconds.
 struct Statistics {
-  std::string method;                 ///< e.g. "cvode_bdf"
-  long steps = 0;                     ///< accepted steps
-  long rejected_by_error_test = 0;    ///< attempts whose local error was too large
-  long rejected_by_corrector = 0;     ///< attempts whose implicit equations did not converge
-  long evaluations = 0;               ///< right-hand sides
-  long jacobians = 0;                 ///< ∂f/∂y, each about as dear as size() right-hand sides
-  long linear_setups = 0;             ///< factorizations
-  long restarts = 0;                  ///< fresh starts after t₀, at stop times and jumps
-  double wall_seconds = 0.0;          ///< of the whole run, by a monotonic clock
-  double first_step = 0.0;            ///< |h| of the first accepted step
-  double last_step = 0.0;             ///< |h| of the last accepted step
+  std::string method;               ///< e.g. "cvode_bdf"
+  long steps = 0;                   ///< accepted steps
+  long rejected_by_error_test = 0;  ///< attempts whose local error was too large
+  long rejected_by_corrector = 0;   ///< attempts whose implicit equations did not converge
+  long evaluations = 0;             ///< right-hand sides
+  long jacobians = 0;               ///< ∂f/∂y, each about as dear as size() right-hand sides
+  long linear_setups = 0;           ///< factorizations
+  long restarts = 0;                ///< fresh starts after t₀, at stop times and jumps
+  double wall_seconds = 0.0;        ///< of the whole run, by a monotonic clock
+  double first_step = 0.0;          ///< |h| of the first accepted step
+  double last_step = 0.0;           ///< |h| of the last accepted step
   double smallest_step = std::numeric_limits<double>::infinity();  ///< least |h| of all but cut-off steps
-  int last_order = 0;                 ///< of the last accepted step
-  int highest_order = 0;              ///< of all accepted steps
-  std::vector<long> limited_by;       ///< per component: in how many steps its weighted local error was the largest
+  int last_order = 0;                                              ///< of the last accepted step
+  int highest_order = 0;                                           ///< of all accepted steps
+  std::vector<long> limited_by;  ///< per component: in how many steps its weighted local error was the largest
 
   /// All attempts that were thrown away.
   long rejected() const noexcept { return rejected_by_error_test + rejected_by_corrector; }

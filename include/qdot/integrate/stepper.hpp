@@ -43,19 +43,19 @@ namespace qdot {
 
 /// An integration method bound to one system, with the memory of one run.
 template <class S>
-concept Stepper = std::movable<S> && requires(S& s, const S& c, double t, const Eigen::VectorXd& y,
-                                              Eigen::Ref<Eigen::VectorXd> out) {
-  s.reset(t, y);                                                                // start at (t, y)
-  { s.step(t) } -> std::same_as<bool>;                                          // one accepted step towards t
-  { c.failure() } -> std::convertible_to<const Failure&>;                       // after step() returned false
-  { c.t() } -> std::convertible_to<double>;                                     // end of the last step
-  { c.t_previous() } -> std::convertible_to<double>;                            // its beginning
-  { c.y() } -> std::convertible_to<Eigen::Ref<const Eigen::VectorXd>>;          // state at t()
-  { s.polynomial() } -> std::same_as<PolynomialView>;                           // dense output of the last step
-  { s.interpolate(t, out) };                                                    // out ← y(t) within the last step
-  { c.order() } -> std::convertible_to<int>;                                    // of the last step
-  { c.statistics() } -> std::convertible_to<const Statistics&>;                 // counts so far
-};
+concept Stepper =
+    std::movable<S> && requires(S& s, const S& c, double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> out) {
+      s.reset(t, y);                                                        // start at (t, y)
+      { s.step(t) } -> std::same_as<bool>;                                  // one accepted step towards t
+      { c.failure() } -> std::convertible_to<const Failure&>;               // after step() returned false
+      { c.t() } -> std::convertible_to<double>;                             // end of the last step
+      { c.t_previous() } -> std::convertible_to<double>;                    // its beginning
+      { c.y() } -> std::convertible_to<Eigen::Ref<const Eigen::VectorXd>>;  // state at t()
+      { s.polynomial() } -> std::same_as<PolynomialView>;                   // dense output of the last step
+      { s.interpolate(t, out) };                                            // out ← y(t) within the last step
+      { c.order() } -> std::convertible_to<int>;                            // of the last step
+      { c.statistics() } -> std::convertible_to<const Statistics&>;         // counts so far
+    };
 
 /// A method's settings, from which it makes a stepper for a system.
 template <class M, class F>

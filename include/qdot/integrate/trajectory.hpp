@@ -13,13 +13,17 @@
 // Only where the state *jumps* (an impact, a reset) does it belong to the later one: at(t) then gives
 // the state after the jump, and before(t) the state in front of it.
 //
-// Memory is one pool of coefficients, 8·size·(degree + 1) bytes a step, and 48 bytes for the step.
+// Memory is 8·size·(degree + 1) bytes for the coefficients of a step and 48 bytes for the step, in blocks that are
+// never copied or moved as the trajectory grows: on small systems the copying of one growing array cost more than
+// the integration.
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <deque>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "qdot/error.hpp"
@@ -37,24 +41,26 @@ class DenseOutput {
   /// Forgets everything and begins at (t, y).
   void start(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
     size_ = y.size();
+    start_time_ = t;
+    start_ = y;
     pieces_.clear();
     jumps_.clear();
-    pool_.assign(y.data(), y.data() + y.size());
-    start_time_ = t;
+    blocks_.clear();
   }
 
-  /// Appends the step that ends at t. Amortized O(size·degree); allocates when the pool grows.
+  /// Appends the step that ends at t. Allocates now and then, when a block is full.
   void append(double t, const PolynomialView& step) {
-    pieces_.push_back({back_time(), t, step.origin, step.scale, pool_.size(), step.degree});
-    pool_.insert(pool_.end(), step.coefficients, step.coefficients + step.size * (step.degree + 1));
+    const auto [block, offset] = stored(step.coefficients, step.size * (step.degree + 1));
+    pieces_.push_back({back_time(), t, step.origin, step.scale, block, offset, step.degree});
   }
 
   /// Notes that the state is changed from outside at back_time(): the next step starts from `y`.
   void jump(const Eigen::Ref<const Eigen::VectorXd>& y) {
     jumps_.push_back(pieces_.size());
+    const Eigen::VectorXd after = y;
+    const auto [block, offset] = stored(after.data(), after.size());
     // A piece of no length, so that at(back_time()) is right even if the run ends here.
-    pieces_.push_back({back_time(), back_time(), back_time(), 1.0, pool_.size(), 0});
-    pool_.insert(pool_.end(), y.data(), y.data() + y.size());
+    pieces_.push_back({back_time(), back_time(), back_time(), 1.0, block, offset, 0});
   }
 
   Eigen::Index size() const noexcept { return size_; }
@@ -106,10 +112,25 @@ class DenseOutput {
  private:
   struct Piece {
     double t_begin, t_end, origin, scale;
-    std::size_t offset;
+    std::size_t block;
+    std::ptrdiff_t offset;
     int degree;
   };
   static constexpr std::size_t start_point = static_cast<std::size_t>(-1);
+  static constexpr std::size_t block_size = 4096;  // doubles
+
+  // Copies numbers into the last block, or into a new one if they do not fit; returns where.
+  std::pair<std::size_t, std::ptrdiff_t> stored(const double* numbers, Eigen::Index count) {
+    const auto wanted = static_cast<std::size_t>(count);
+    if (blocks_.empty() || blocks_.back().capacity() - blocks_.back().size() < wanted) {
+      blocks_.emplace_back();
+      blocks_.back().reserve(std::max(block_size, wanted));
+    }
+    std::vector<double>& block = blocks_.back();
+    const auto offset = static_cast<std::ptrdiff_t>(block.size());
+    block.insert(block.end(), numbers, numbers + count);
+    return {blocks_.size() - 1, offset};
+  }
 
   // The first piece whose end is not before t; the start point when t is the start.
   std::size_t piece_of(double t) const {
@@ -134,18 +155,20 @@ class DenseOutput {
 
   void evaluate_piece(double t, std::size_t index, Eigen::Ref<Eigen::VectorXd> y) const {
     if (index == start_point) {
-      y = Eigen::Map<const Eigen::VectorXd>(pool_.data(), size_);
+      y = start_;
       return;
     }
     const Piece& piece = pieces_[index];
-    PolynomialView{piece.origin, piece.scale, pool_.data() + piece.offset, size_, piece.degree}.evaluate(t, y);
+    PolynomialView{piece.origin, piece.scale, blocks_[piece.block].data() + piece.offset, size_, piece.degree}.evaluate(
+        t, y);
   }
 
   Eigen::Index size_ = 0;
   double start_time_ = 0.0;
-  std::vector<Piece> pieces_;
-  std::vector<std::size_t> jumps_;  // indices of pieces of no length
-  std::vector<double> pool_;        // the start state, then the coefficients of every piece
+  Eigen::VectorXd start_;
+  std::deque<Piece> pieces_;
+  std::vector<std::size_t> jumps_;          // indices of pieces of no length
+  std::deque<std::vector<double>> blocks_;  // the coefficients of the pieces
 };
 
 /// The motion of a mechanical system with n coordinates: y(t) = [q; q̇; …] taken apart.
