@@ -124,12 +124,12 @@ Integrability frobenius_condition(const Rows& A, const Eigen::VectorXd& q, doubl
     size = std::max(size, D.norm());
     const Eigen::MatrixXd twist = B.transpose() * (D - D.transpose()) * B;
     twists.col(i) = twist.reshaped();
+    if (k > 1) result.residual = std::max(result.residual, Eigen::JacobiSVD<Eigen::MatrixXd>(twist).singularValues()[0]);
   }
   result.where = q;
   if (size > 0.0 && k > 1) {
-    twists /= size;
-    result.residual = twists.cwiseAbs().maxCoeff();
-    const Eigen::VectorXd s = Eigen::JacobiSVD<Eigen::MatrixXd>(twists).singularValues();
+    result.residual /= size;
+    const Eigen::VectorXd s = Eigen::JacobiSVD<Eigen::MatrixXd>(twists / size).singularValues();
     while (result.opened < s.size() && s[result.opened] > tolerance) ++result.opened;
   }
   result.holonomic = result.residual <= tolerance;
