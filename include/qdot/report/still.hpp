@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "qdot/error.hpp"
 #include "qdot/report/animation.hpp"
 #include "qdot/report/svg.hpp"
 #include "qdot/report/theme.hpp"
