@@ -66,8 +66,8 @@ class FirstOrderForm {
     const AccelerationJacobian<n> a = acceleration_jacobian(system_, q, qdot, t);
     J.topLeftCorner(dof, dof).setZero();
     J.topRightCorner(dof, dof).setIdentity();
-    J.bottomLeftCorner(dof, dof) = a.d_q;
-    J.bottomRightCorner(dof, dof) = a.d_qdot;
+    J.template bottomLeftCorner<n, n>(dof, dof) = a.d_q;
+    J.template bottomRightCorner<n, n>(dof, dof) = a.d_qdot;
   }
 
   /// "phi" for a coordinate, "phidot" for a velocity.

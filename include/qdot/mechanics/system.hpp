@@ -107,12 +107,12 @@ class System {
 
   /// Name of coordinate i: the user's, or q0, q1, …
   std::string coordinate_name(Eigen::Index i) const {
-    return names_.empty() ? "q" + std::to_string(i) : names_[static_cast<std::size_t>(i)];
+    return names_.empty() ? std::string("q").append(std::to_string(i)) : names_[static_cast<std::size_t>(i)];
   }
 
   /// Name of velocity i: the coordinate's with "dot" behind it.
   std::string velocity_name(Eigen::Index i) const {
-    return names_.empty() ? "qdot" + std::to_string(i) : coordinate_name(i) + "dot";
+    return names_.empty() ? std::string("qdot").append(std::to_string(i)) : coordinate_name(i) + "dot";
   }
 
  private:
