@@ -84,25 +84,20 @@ inline double scattered(std::uint64_t k) {
   return static_cast<double>(z >> 11) * 0x1.0p-52 - 1.0;
 }
 
-// Frobenius' condition at one point.
-template <class Rows>
-Integrability frobenius_condition(const Rows& A, const Eigen::VectorXd& q, double tolerance) {
-  const auto flattened = [&A](const auto& x) {
-    using S = std::decay_t<decltype(x[0])>;
-    const Matrix<S, Dynamic> rows = A(x);
-    return Vector<S, Dynamic>(rows.reshaped());
-  };
-  const auto both = value_and_jacobian(flattened, q);
-  const Eigen::Index n = q.size(), m = both.value.size() / n;
-  if (m * n != both.value.size() || m == 0) {
+// Frobenius' condition at q, from the entries of A column by column (m·n) and their derivatives (m·n × n). No template,
+// so that all constraints share it.
+inline Integrability frobenius_condition(const Eigen::VectorXd& entries, const Eigen::MatrixXd& derivatives,
+                                         const Eigen::VectorXd& q, double tolerance) {
+  const Eigen::Index n = q.size(), m = entries.size() / n;
+  if (m * n != entries.size() || m == 0) {
     throw DimensionError("each row of A(q)", static_cast<long>(n),
-                         static_cast<long>(m == 0 ? both.value.size() : both.value.size() / m),
+                         static_cast<long>(m == 0 ? entries.size() : entries.size() / m),
                          "give one row for each constraint and one column for each coordinate");
   }
-  if (!both.value.allFinite() || !both.jacobian.allFinite()) {
+  if (!entries.allFinite() || !derivatives.allFinite()) {
     throw NonFinite("A(q)", 0.0, "A(q) and its derivatives must be finite, but they are not; choose a point where the constraint is smooth");
   }
-  Eigen::MatrixXd rows = both.value.reshaped(m, n);
+  Eigen::MatrixXd rows = entries.reshaped(m, n);
   Eigen::VectorXd scale = Eigen::VectorXd::Zero(m);  // rows to length 1; a row of zeros stays
   for (Eigen::Index i = 0; i < m; ++i) {
     const double length = rows.row(i).norm();
@@ -120,7 +115,7 @@ Integrability frobenius_condition(const Rows& A, const Eigen::VectorXd& q, doubl
   double size = 0.0;
   for (Eigen::Index i = 0; i < m; ++i) {
     Eigen::MatrixXd D(n, n);  // ∂a_ij/∂q_k
-    for (Eigen::Index j = 0; j < n; ++j) D.row(j) = scale[i] * both.jacobian.row(i + j * m);
+    for (Eigen::Index j = 0; j < n; ++j) D.row(j) = scale[i] * derivatives.row(i + j * m);
     size = std::max(size, D.norm());
     const Eigen::MatrixXd twist = B.transpose() * (D - D.transpose()) * B;
     twists.col(i) = twist.reshaped();
@@ -136,6 +131,18 @@ Integrability frobenius_condition(const Rows& A, const Eigen::VectorXd& q, doubl
   return result;
 }
 
+// The same for a functor A.
+template <class Rows>
+Integrability frobenius_condition_of(const Rows& A, const Eigen::VectorXd& q, double tolerance) {
+  const auto entries = [&A](const auto& x) {
+    using S = std::decay_t<decltype(x[0])>;
+    const Matrix<S, Dynamic> rows = A(x);
+    return Vector<S, Dynamic>(rows.reshaped());
+  };
+  const auto both = value_and_jacobian(entries, q);
+  return frobenius_condition(both.value, both.jacobian, q, tolerance);
+}
+
 }  // namespace detail
 
 /// Whether the velocity constraints A(q) q̇ = 0 are integrable, that is holonomic.
@@ -149,14 +156,14 @@ Integrability frobenius_condition(const Rows& A, const Eigen::VectorXd& q, doubl
 template <class Rows, class Q>
 Integrability integrability(const Rows& A, const Eigen::MatrixBase<Q>& q, const IntegrabilityOptions& options = {}) {
   const Eigen::VectorXd centre = q;
-  Integrability worst = detail::frobenius_condition(A, centre, options.tolerance);
+  Integrability worst = detail::frobenius_condition_of(A, centre, options.tolerance);
   for (int sample = 0; sample < options.samples; ++sample) {
     Eigen::VectorXd point = centre;
     for (Eigen::Index i = 0; i < point.size(); ++i) {
       const auto counter = static_cast<std::uint64_t>(sample) * static_cast<std::uint64_t>(point.size()) + static_cast<std::uint64_t>(i);
       point[i] += options.radius * std::max(1.0, std::abs(centre[i])) * detail::scattered(counter);
     }
-    const Integrability here = detail::frobenius_condition(A, point, options.tolerance);
+    const Integrability here = detail::frobenius_condition_of(A, point, options.tolerance);
     if (here.constraints != worst.constraints) {
       throw InvalidValue("integrability: the constraints must keep their rank around q, but it is " +
                          std::to_string(worst.constraints) + " at one point and " + std::to_string(here.constraints) +
