@@ -97,6 +97,24 @@ class IndefiniteMassMatrix : public MassMatrixError {
   using MassMatrixError::MassMatrixError;
 };
 
+/// Constraints contradict each other, or cannot be met from where the system is.
+class ConstraintError : public Error {
+ public:
+  /// @param constraint  name of the row that is worst off
+  /// @param residual    by how much it is missed
+  ConstraintError(std::string constraint, double t, double residual, const std::string& message)
+      : Error(message), constraint_(std::move(constraint)), t_(t), residual_(residual) {}
+
+  const std::string& constraint() const noexcept { return constraint_; }
+  double t() const noexcept { return t_; }
+  double residual() const noexcept { return residual_; }
+
+ private:
+  std::string constraint_;
+  double t_;
+  double residual_;
+};
+
 /// Thrown by a user's functor (or by an effect) to ask the stepper for a smaller step.
 ///
 /// Any other exception ends the run and reaches the caller of the run unchanged.

@@ -1,0 +1,243 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Solving for accelerations and multipliers together:
+//
+//     M q̈ − Jᵀ λ = f         Newton's law with the constraint forces Jᵀλ
+//        J q̈     = γ         the constraints, differentiated
+//
+// Gauss's principle says what q̈ is: of all accelerations that satisfy the constraints, the one nearest to the
+// free a₀ = M⁻¹ f in the metric of M. With M = L Lᵀ, B = J L⁻ᵀ and d = Lᵀ(q̈ − a₀) that is the shortest d with
+//
+//     B d = γ − J a₀ ,       and then  d = Bᵀ λ ,   (B Bᵀ) λ = γ − J a₀ .
+//
+// Rows of B are scaled to length one first, so that a constraint in millimetres counts as much as one in
+// kilometres. Then:
+//
+//   regular     B Bᵀ (the Schur complement J M⁻¹ Jᵀ) has a Cholesky factor with sound pivots. The fast way.
+//   redundant   some rows depend on others. A complete orthogonal decomposition gives the shortest d, and the
+//               multipliers of least norm; the motion is as unique as ever, only the split of the forces is not.
+//   massless    M alone is singular, but the constraints determine the coordinates without inertia. Then the
+//               whole matrix is factored with full pivoting.
+//
+// The rank cut-off, by default 1e-5 of a row's length, is a decision and not a rounding unit: at a configuration
+// where constraints become dependent a smaller one takes noise for information. Contradicting rows are an error.
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "qdot/effects/constraint_rows.hpp"
+#include "qdot/mechanics/mass_matrix.hpp"
+
+namespace qdot {
+
+/// Accelerations and multipliers, M q̈ = f + Jᵀλ.
+template <int n, int m>
+struct ConstrainedSolution {
+  Vector<double, n> qddot;
+  Vector<double, m> lambda;       ///< Jᵀλ is the force of the constraints on the system
+  Eigen::Index rank = 0;          ///< of the constraints; below their number when some are redundant
+  double smallest_pivot = 1.0;    ///< of the scaled J M⁻¹ Jᵀ, squared sine of the worst row's angle to the others
+};
+
+/// Relative size below which a row of J counts as dependent on the others.
+inline constexpr double default_rank_cutoff = 1e-5;
+
+namespace detail {
+
+// The shortest d with B d = g for rows B that depend on each other, and the shortest λ with d = Bᵀλ. Sizes are those
+// of the moment: redundancy is rare, and one function for all sizes keeps compile times short.
+struct LeastNorm {
+  Eigen::VectorXd d, lambda, miss;
+  Eigen::Index rank;
+};
+inline LeastNorm least_norm(const Eigen::Ref<const Eigen::MatrixXd>& Bt, const Eigen::Ref<const Eigen::VectorXd>& g, double cutoff) {
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> rows;
+  rows.setThreshold(cutoff);
+  rows.compute(Bt.transpose());
+  LeastNorm result{rows.solve(g), {}, {}, rows.rank()};
+  rows.compute(Bt);
+  result.lambda = rows.solve(result.d);
+  result.miss = Bt.transpose() * result.d - g;
+  return result;
+}
+
+[[noreturn]] inline void throw_contradiction(const std::vector<std::string>& names, const Eigen::VectorXd& miss, Eigen::Index rank,
+                                             double t) {
+  Eigen::Index worst = 0;
+  const double most = miss.cwiseAbs().maxCoeff(&worst);
+  const std::string& name = names[static_cast<std::size_t>(worst)];
+  throw ConstraintError(name, t, most,
+                        "constraints must not contradict each other, but at t = " + std::to_string(t) + " only " +
+                            std::to_string(rank) + " of " + std::to_string(miss.size()) + " are independent and '" + name +
+                            "' asks for an acceleration that the others exclude (by " + std::to_string(most) +
+                            "); remove one of the dependent constraints, or make their explicit times agree");
+}
+
+// Accelerations (first) and multipliers from the whole matrix, for an M that is singular by itself.
+inline Eigen::VectorXd pivoted_solution(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const Eigen::VectorXd& f,
+                                        const Eigen::VectorXd& gamma, double t, const std::vector<std::string>& constraints,
+                                        const std::vector<std::string>& coordinates) {
+  const Eigen::Index size = M.rows();
+  const Eigen::Index rows = J.rows();
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(size + rows, size + rows);
+  Eigen::VectorXd right(size + rows);
+  K.topLeftCorner(size, size) = M;
+  K.topRightCorner(size, rows) = -J.transpose();
+  K.bottomLeftCorner(rows, size) = J;
+  right << f, gamma;
+  // Equilibrate: rows, then columns, to largest entry one.
+  Eigen::VectorXd column_scale = Eigen::VectorXd::Ones(size + rows);
+  for (Eigen::Index i = 0; i < K.rows(); ++i) {
+    const double largest = K.row(i).cwiseAbs().maxCoeff();
+    if (largest > 0) {
+      K.row(i) /= largest;
+      right[i] /= largest;
+    }
+  }
+  for (Eigen::Index j = 0; j < K.cols(); ++j) {
+    const double largest = K.col(j).cwiseAbs().maxCoeff();
+    if (largest > 0) {
+      K.col(j) /= largest;
+      column_scale[j] = largest;
+    }
+  }
+  const Eigen::FullPivLU<Eigen::MatrixXd> lu(K);
+  if (!lu.isInvertible()) {
+    std::ostringstream out;
+    Eigen::VectorXd null = lu.kernel().col(0).cwiseQuotient(column_scale);
+    null /= null.cwiseAbs().maxCoeff();
+    if (null.head(size).cwiseAbs().maxCoeff() > 1e-9) {
+      const std::vector<double> direction(null.data(), null.data() + size);
+      out << "every motion must have inertia or be determined by a constraint, but at t = " << t
+          << " the motion with velocity along " << direction_text(direction, coordinates)
+          << " has neither; give it a mass or a constraint";
+      throw SingularMassMatrix(out.str(), t, direction, 0.0);
+    }
+    Eigen::Index worst = 0;
+    null.tail(rows).cwiseAbs().maxCoeff(&worst);
+    out << "constraints on massless coordinates must be independent, but at t = " << t << " '"
+        << constraints[static_cast<std::size_t>(worst)] << "' depends on the others; remove it";
+    throw ConstraintError(constraints[static_cast<std::size_t>(worst)], t, 0.0, out.str());
+  }
+  return lu.solve(right).cwiseQuotient(column_scale);
+}
+
+// Factors of one configuration, used for accelerations and for both projections.
+template <int n, int m>
+class ConstrainedFactors {
+ public:
+  ConstrainedFactors(const Matrix<double, n>& M, const Matrix<double, m, n>& J, double cutoff) : M_(M), J_(J), cutoff_(cutoff) {
+    cholesky_.compute(M);
+    definite_ = cholesky_.info() == Eigen::Success;
+    for (Eigen::Index k = 0; definite_ && k < M.rows(); ++k) {
+      const double pivot = cholesky_.matrixLLT()(k, k);
+      definite_ = pivot * pivot > singular_pivot<double>(M.rows()) * M(k, k);
+    }
+    if (!definite_) return;
+    // Bᵀ = L⁻¹ Jᵀ with columns scaled to length one.
+    Bt_ = J.transpose();
+    cholesky_.matrixL().solveInPlace(Bt_);
+    scale_.resize(J.rows());
+    for (Eigen::Index i = 0; i < J.rows(); ++i) {
+      const double length = Bt_.col(i).norm();
+      scale_[i] = length > 0 ? length : 1.0;
+      Bt_.col(i) /= scale_[i];
+    }
+    schur_.compute(Bt_.transpose() * Bt_);
+    regular_ = schur_.info() == Eigen::Success;
+    for (Eigen::Index i = 0; regular_ && i < J.rows(); ++i) {
+      const double pivot = schur_.matrixLLT()(i, i);
+      smallest_pivot_ = std::min(smallest_pivot_, pivot * pivot);
+    }
+    regular_ = regular_ && smallest_pivot_ > cutoff * cutoff;
+    rank_ = J.rows();
+    if (!regular_) rank_ = least_norm(Bt_, Eigen::VectorXd::Zero(J.rows()), cutoff).rank;
+  }
+
+  // Independent constraints; all of them where M alone is singular and the rank is not judged here.
+  Eigen::Index rank() const noexcept { return definite_ ? rank_ : J_.rows(); }
+
+  // q̈ and λ for a force f and γ; names and time are for messages only.
+  template <class Names>
+  ConstrainedSolution<n, m> solution(const Vector<double, n>& f, const Vector<double, m>& gamma, double t, const Names& names) const {
+    ConstrainedSolution<n, m> s;
+    if (!definite_) {
+      const Eigen::VectorXd both = pivoted_solution(M_, J_, f, gamma, t, names(), names.coordinates());
+      s.qddot = both.head(M_.rows());
+      s.lambda = both.tail(J_.rows());
+      s.rank = J_.rows();
+      return s;
+    }
+    s.rank = rank_;
+    s.smallest_pivot = smallest_pivot_;
+    const Vector<double, n> a0 = cholesky_.solve(f);
+    const Vector<double, m> g = (gamma - J_ * a0).cwiseQuotient(scale_);
+    Vector<double, n> d;
+    const double size = (gamma.cwiseAbs() + J_.cwiseAbs() * a0.cwiseAbs()).cwiseQuotient(scale_).maxCoeff();
+    nearest(g, size, d, s.lambda, t, names);
+    s.lambda = s.lambda.cwiseQuotient(scale_).eval();
+    s.qddot = a0 + cholesky_.matrixU().solve(d);
+    return s;
+  }
+
+  // The smallest displacement in the metric of M with J x = r.
+  template <class Names>
+  Vector<double, n> displacement(const Vector<double, m>& r, double t, const Names& names) const {
+    if (!definite_) return least_norm(J_.transpose(), r, cutoff_).d;
+    const Vector<double, m> g = r.cwiseQuotient(scale_);
+    Vector<double, n> d;
+    Vector<double, m> lambda;
+    // Newton's iteration corrects what dependent rows leave over; contradictions show in its residual.
+    nearest(g, std::numeric_limits<double>::infinity(), d, lambda, t, names);
+    return cholesky_.matrixU().solve(d);
+  }
+
+ private:
+  // The shortest d with B d = g, and λ with d = Bᵀλ (both in scaled rows).
+  template <class Names>
+  void nearest(const Vector<double, m>& g, double size, Vector<double, n>& d, Vector<double, m>& lambda, double t,
+               const Names& names) const {
+    if (regular_) {
+      lambda = schur_.solve(g);
+      d = Bt_ * lambda;
+      return;
+    }
+    const LeastNorm shortest = least_norm(Bt_, g, cutoff_);
+    d = shortest.d;
+    lambda = shortest.lambda;
+    // What rounding and the cut-off may leave over, relative to the terms that cancel.
+    if (shortest.miss.cwiseAbs().maxCoeff() > 1e2 * cutoff_ * (size + g.cwiseAbs().maxCoeff()))
+      throw_contradiction(names(), shortest.miss, rank_, t);
+  }
+
+  Matrix<double, n> M_;
+  Matrix<double, m, n> J_;
+  double cutoff_;
+  Eigen::LLT<Matrix<double, n>> cholesky_;
+  Matrix<double, n, m> Bt_;
+  Vector<double, m> scale_;
+  Eigen::LLT<Matrix<double, m>> schur_;
+  bool definite_ = false;
+  bool regular_ = false;
+  Eigen::Index rank_ = 0;
+  double smallest_pivot_ = 1.0;
+};
+
+// The names that a message may need, made only when it does.
+template <class Sc>
+struct SceneNames {
+  const Sc& scene;
+  std::vector<std::string> operator()() const { return constraint_names(scene); }
+  std::vector<std::string> coordinates() const { return coordinate_names(scene); }
+};
+
+}  // namespace detail
+}  // namespace qdot

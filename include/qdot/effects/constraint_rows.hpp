@@ -1,0 +1,196 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What a scene's constraints demand, row by row.
+//
+//     φ(q, t) = 0       ⇒  J q̇ + ∂φ/∂t = 0      ⇒  J q̈ = γ ,   J = ∂φ/∂q
+//     a(q, q̇, t) = 0                             ⇒  J q̈ = γ ,   J = ∂a/∂q̇
+//
+// γ is minus what is left of the second (first) time derivative when q̈ = 0. Nobody derives J̇q̇ by hand:
+// φ is evaluated on the motion itself,
+//
+//     q + q̇ ε₁ + q̇ ε₂ + 0 ε₁ε₂ ,    t + ε₁ + ε₂ ,
+//
+// whose ε₁ε₂ part is d²φ/dt² at q̈ = 0; one evaluation for all rows. With q̈ in place of 0 the same
+// evaluation gives the full φ̈, which is what the exact Jacobian of a constrained system needs.
+
+#include <string>
+#include <vector>
+
+#include "qdot/ad/derivatives.hpp"
+#include "qdot/effects/scene.hpp"
+#include "qdot/mechanics/velocity.hpp"
+
+namespace qdot {
+
+/// The rows of a scene's constraints at a state, holonomic and nonholonomic in the order of the effects.
+template <class S, int n, int m>
+struct ConstraintRows {
+  Matrix<S, m, n> J;      ///< m×n
+  Vector<S, m> gamma;     ///< J q̈ = gamma
+  Vector<S, m> velocity;  ///< J q̇ + ∂φ/∂t, or a: zero on a motion
+};
+
+namespace detail {
+
+template <class Sc>
+using SceneRows = std::integral_constant<int, Sc::constraints_at_compile_time>;
+
+// Visits each constraint effect with the index of its first row.
+template <class Sc, class Visit>
+void for_each_constraint(const Sc& scene, Visit&& visit) {
+  for_each(scene.effects(), [&](const auto& e) {
+    if constexpr (ConstraintEffect<std::remove_cvref_t<decltype(e)>, Sc::dof_at_compile_time>) visit(e);
+  });
+}
+
+template <class Effect>
+std::string constraint_name(const Effect& e) {
+  if constexpr (requires { e.name; }) {
+    return e.name;
+  } else {
+    return "constraint";
+  }
+}
+
+// φ or a along a motion: value and derivative with respect to time, at given accelerations.
+template <int n, class Effect, class S>
+auto velocity_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+  if constexpr (HolonomicEffect<Effect, n>) {
+    return as_rows(velocity_of([&](const auto& x, const auto& s) { return as_rows(e.phi(x, s)); }, q, qdot, t));
+  } else {
+    return as_rows(e.velocity_constraint(q, qdot, t));
+  }
+}
+
+// Time derivative of the velocity rows at given accelerations.
+template <int n, class Effect, class S>
+auto acceleration_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, n>& qddot,
+                       const S& t) {
+  using D = Dual<S, 1, DerivativeOf<Effect>>;
+  Vector<D, n> x(q.size());
+  Vector<D, n> v(q.size());
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    x[i].value = q[i];
+    x[i].tangent[0] = qdot[i];
+    v[i].value = qdot[i];
+    v[i].tangent[0] = qddot[i];
+  }
+  const auto rows = velocity_rows<n>(e, x, v, D::variable(t, 0));
+  Vector<S, std::remove_cvref_t<decltype(rows)>::RowsAtCompileTime> rate(rows.size());
+  for (Eigen::Index i = 0; i < rows.size(); ++i) rate[i] = rows[i].tangent[0];
+  return rate;
+}
+
+// J of one effect.
+template <int n, class Effect, class S>
+auto jacobian_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+  if constexpr (HolonomicEffect<Effect, n>) {
+    return jacobian([&](const auto& x) {
+      using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
+      return as_rows(e.phi(x, D(t)));
+    }, q);
+  } else {
+    return jacobian([&](const auto& v) {
+      using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
+      return as_rows(e.velocity_constraint(Vector<D, n>(q.template cast<D>()), v, D(t)));
+    }, qdot);
+  }
+}
+
+// One column of rows for all constraint effects, from `rows_of(effect)`.
+template <class S, class Sc, class RowsOf>
+auto stacked_rows(const Sc& scene, RowsOf&& rows_of) {
+  constexpr int m = Sc::constraints_at_compile_time;
+  std::vector<Vector<S, Dynamic>> parts;
+  if constexpr (m == Dynamic) {
+    Eigen::Index total = 0;
+    for_each_constraint(scene, [&](const auto& e) { total += parts.emplace_back(rows_of(e)).size(); });
+    Vector<S, Dynamic> all(total);
+    Eigen::Index first = 0;
+    for (const auto& part : parts) {
+      all.segment(first, part.size()) = part;
+      first += part.size();
+    }
+    return all;
+  } else {
+    Vector<S, m> all;
+    Eigen::Index first = 0;
+    for_each_constraint(scene, [&](const auto& e) {
+      const auto part = rows_of(e);
+      for (Eigen::Index i = 0; i < part.size(); ++i) all[first++] = part[i];
+    });
+    return all;
+  }
+}
+
+}  // namespace detail
+
+/// φ(q, t) of all holonomic constraints, in order; zero rows stand for nonholonomic ones.
+template <class Sys, class... Effects, class S, int n>
+auto constraint_residual(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const S& t) {
+  return detail::stacked_rows<S>(scene, [&](const auto& e) {
+    using E = std::remove_cvref_t<decltype(e)>;
+    if constexpr (HolonomicEffect<E, n>) {
+      return detail::as_rows(e.phi(q, t));
+    } else {
+      auto rows = detail::velocity_rows<n>(e, q, q, t);
+      rows.setZero();
+      return rows;
+    }
+  });
+}
+
+/// J q̇ + ∂φ/∂t of holonomic and a of nonholonomic constraints, in order.
+template <class Sys, class... Effects, class S, int n>
+auto constraint_velocity(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+  return detail::stacked_rows<S>(scene, [&](const auto& e) { return detail::velocity_rows<n>(e, q, qdot, t); });
+}
+
+/// φ̈ of holonomic and ȧ of nonholonomic constraints at given accelerations, in order.
+template <class Sys, class... Effects, class S, int n>
+auto constraint_acceleration(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
+                             const Vector<S, n>& qddot, const S& t) {
+  return detail::stacked_rows<S>(scene, [&](const auto& e) { return detail::acceleration_rows<n>(e, q, qdot, qddot, t); });
+}
+
+/// J, m×n: ∂φ/∂q of holonomic and ∂a/∂q̇ of nonholonomic constraints, in order.
+template <class Sys, class... Effects, class S, int n>
+auto constraint_jacobian(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+  constexpr int m = Scene<Sys, Effects...>::constraints_at_compile_time;
+  Matrix<S, m, n> J(m == Dynamic ? 0 : m, q.size());
+  Eigen::Index first = 0;
+  detail::for_each_constraint(scene, [&](const auto& e) {
+    const auto part = detail::jacobian_rows<n>(e, q, qdot, t);
+    if constexpr (m == Dynamic) J.conservativeResize(first + part.rows(), Eigen::NoChange);
+    for (Eigen::Index j = 0; j < part.cols(); ++j)
+      for (Eigen::Index i = 0; i < part.rows(); ++i) J(first + i, j) = part(i, j);
+    first += part.rows();
+  });
+  return J;
+}
+
+/// J, γ and the velocity rows at a state.
+template <class Sys, class... Effects, class S, int n>
+auto constraint_rows(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+  constexpr int m = Scene<Sys, Effects...>::constraints_at_compile_time;
+  const Vector<S, n> free = Vector<S, n>::Zero(q.size());
+  return ConstraintRows<S, n, m>{constraint_jacobian(scene, q, qdot, t), -constraint_acceleration(scene, q, qdot, free, t),
+                                 constraint_velocity(scene, q, qdot, t)};
+}
+
+/// Name of each row: the constraint's, numbered where it has several rows.
+template <class Sys, class... Effects>
+std::vector<std::string> constraint_names(const Scene<Sys, Effects...>& scene) {
+  constexpr int n = Scene<Sys, Effects...>::dof_at_compile_time;
+  std::vector<std::string> names;
+  const Vector<double, n> q = Vector<double, n>::Zero(scene.dof());
+  detail::for_each_constraint(scene, [&](const auto& e) {
+    const Eigen::Index rows = detail::velocity_rows<n>(e, q, q, 0.0).size();
+    for (Eigen::Index i = 0; i < rows; ++i)
+      names.push_back(detail::constraint_name(e) + (rows == 1 ? "" : "[" + std::to_string(i) + "]"));
+  });
+  return names;
+}
+
+}  // namespace qdot

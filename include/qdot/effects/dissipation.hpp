@@ -1,0 +1,175 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Dissipation: what takes energy out.
+//
+// A Rayleigh function R(q, q̇) ≥ 0 gives the forces Q = −∂R/∂q̇. They take the power −q̇·Q = q̇·∂R/∂q̇ out of the
+// system, which is 2R when R is quadratic in q̇ (viscous damping), 3R when it is cubic (quadratic drag), R when it
+// is of first degree (dry friction).
+//
+// Between two points it is the distance ℓ(q) that matters: a spring-damper with tension f(ℓ, ℓ̇) has Q = −f ∂ℓ/∂q.
+// Its energy, if it stores any, belongs into V; so a linear spring-damper plays two roles, a potential and a force.
+
+#include <cmath>
+#include <utility>
+
+#include "qdot/effects/forces.hpp"
+
+namespace qdot {
+
+/// Forces −∂R/∂q̇ of a Rayleigh function.
+template <class F>
+struct RayleighFunction {
+  F R;
+
+  template <class S, int n>
+  Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    return -gradient([&](const auto& v) {
+      using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
+      return D(detail::of_state(R, Vector<D, n>(q.template cast<D>()), v, D(t)));
+    }, qdot);
+  }
+};
+
+/// The dissipation of the Rayleigh function R(q, qdot) or R(q, qdot, t)   [power].
+template <class F>
+RayleighFunction<F> rayleigh(F R) {
+  return {std::move(R)};
+}
+
+/// Viscous damping of single coordinates: Qᵢ = −cᵢ q̇ᵢ.
+template <int n>
+struct ViscousDamping {
+  Vector<double, n> c;
+
+  template <class S>
+  Vector<S, n> force(const Vector<S, n>&, const Vector<S, n>& qdot, const S&) const {
+    Vector<S, n> Q(qdot.size());
+    for (Eigen::Index i = 0; i < qdot.size(); ++i) Q[i] = -c[i] * qdot[i];
+    return Q;
+  }
+};
+
+/// Viscous damping with one coefficient for each coordinate, n   [force per velocity].
+template <class Derived>
+ViscousDamping<Derived::RowsAtCompileTime> viscous_damping(const Eigen::MatrixBase<Derived>& c) {
+  for (Eigen::Index i = 0; i < c.size(); ++i)
+    if (!(c[i] >= 0) || !std::isfinite(c[i]))
+      throw InvalidValue("a damping coefficient must be finite and not negative, but coefficient " + std::to_string(i) +
+                         " is " + std::to_string(c[i]) + "; a source of energy is a generalized_force()");
+  return {c};
+}
+
+/// Dry friction of one coordinate, made smooth: Q = −F tanh(q̇/v₀).
+struct RegularizedFriction {
+  Eigen::Index coordinate;
+  double F;
+  double v0;
+
+  template <class S, int n>
+  Vector<S, n> force(const Vector<S, n>&, const Vector<S, n>& qdot, const S&) const {
+    using std::tanh;
+    Vector<S, n> Q = Vector<S, n>::Zero(qdot.size());
+    Q[coordinate] = -F * tanh(qdot[coordinate] / v0);
+    return Q;
+  }
+};
+
+/// Coulomb friction of magnitude F on a coordinate, regularized over velocities of about v0.
+///
+/// It never sticks: at rest under a load f < F the coordinate creeps at v0 artanh(f/F). A small v0 is stiff.
+///
+/// @throws InvalidValue  unless F ≥ 0 and v0 > 0
+inline RegularizedFriction regularized_friction(Eigen::Index coordinate, double F, double v0) {
+  if (!(F >= 0) || !(v0 > 0))
+    throw InvalidValue("regularized friction needs F >= 0 and v0 > 0, but F = " + std::to_string(F) +
+                       " and v0 = " + std::to_string(v0) + "; v0 is the velocity below which friction fades");
+  return {coordinate, F, v0};
+}
+
+/// Drag −b |v| v on a point with velocity v.
+template <class Position>
+auto quadratic_drag(Position r, double b) {
+  return force_at_point(std::move(r), [b](const auto& position, const auto& velocity, const auto&) {
+    using S = typename std::remove_cvref_t<decltype(velocity)>::Scalar;
+    using std::sqrt;
+    (void)position;
+    const S v2 = velocity.squaredNorm();
+    const S speed = v2 > S(0) ? S(sqrt(v2)) : S(0);  // at rest: |v| v has the derivative 0
+    return (velocity * S(-b * speed)).eval();
+  });
+}
+
+/// A spring and a damper in parallel between two points of the system.
+template <class P1, class P2>
+struct SpringDamper {
+  P1 r1;
+  P2 r2;
+  double k, rest_length, c;
+
+  /// Distance of the two points.
+  template <class S, int n>
+  S length(const Vector<S, n>& q, const S& t) const {
+    using std::sqrt;
+    const auto a = detail::of_position(r1, q, t);
+    const auto b = detail::of_position(r2, q, t);
+    S sum(0);
+    for (Eigen::Index i = 0; i < a.size(); ++i) {
+      const S d = S(a[i]) - S(b[i]);
+      sum = sum + d * d;
+    }
+    return sqrt(sum);
+  }
+
+  template <class S, int n>
+  S potential_term(const Vector<S, n>& q, const S& t) const {
+    const S stretch = length(q, t) - S(rest_length);
+    return 0.5 * k * stretch * stretch;
+  }
+
+  template <class S, int n>
+  Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    const S rate = velocity_of([&](const auto& x, const auto& s) { return length(x, s); }, q, qdot, t);
+    return gradient([&](const auto& x) {
+      using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
+      return length(x, D(t));
+    }, q) * S(-c * rate);
+  }
+};
+
+/// A linear spring (stiffness k, rest length) and damper c between the points r1(q) and r2(q).
+///
+/// The spring's energy ½ k (ℓ − ℓ₀)² counts as potential energy of the scene; the damper dissipates c ℓ̇².
+/// Either point may be a fixed one, given as a plain vector. The points must not coincide.
+template <class P1, class P2>
+SpringDamper<P1, P2> spring_damper(P1 r1, P2 r2, double k, double rest_length, double c = 0.0) {
+  if (!(k >= 0) || !(c >= 0) || !(rest_length >= 0))
+    throw InvalidValue("a spring-damper needs k >= 0, rest_length >= 0 and c >= 0, but k = " + std::to_string(k) +
+                       ", rest_length = " + std::to_string(rest_length) + ", c = " + std::to_string(c) +
+                       "; for other laws use tension_between()");
+  return {std::move(r1), std::move(r2), k, rest_length, c};
+}
+
+/// Any law of tension between two points.
+template <class P1, class P2, class Law>
+struct TensionBetween {
+  SpringDamper<P1, P2> line;
+  Law f;
+
+  template <class S, int n>
+  Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    const auto moving = value_and_velocity_of([&](const auto& x, const auto& s) { return line.length(x, s); }, q, qdot, t);
+    return gradient([&](const auto& x) {
+      using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
+      return line.length(x, D(t));
+    }, q) * S(-f(moving.value, moving.rate));
+  }
+};
+
+/// The tension f(length, rate), positive when it pulls, between r1(q) and r2(q): nonlinear springs and dampers.
+template <class P1, class P2, class Law>
+TensionBetween<P1, P2, Law> tension_between(P1 r1, P2 r2, Law f) {
+  return {{std::move(r1), std::move(r2), 0.0, 0.0, 0.0}, std::move(f)};
+}
+
+}  // namespace qdot

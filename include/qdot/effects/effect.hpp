@@ -1,0 +1,123 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What an effect is.
+//
+// A system is T and V. Everything else that a scene may contain is an *effect*, an object that plays
+// one or more of these roles, each a member function that the scene looks for:
+//
+//     role                 member                          enters the equations as
+//     potential            potential_term(q, t)            V + term
+//     term in L            lagrangian_term(q, qdot, t)     L + term, for what depends on velocities
+//     generalized force    force(q, qdot, t)               M q̈ = rhs + Q
+//     own state z          force(q, qdot, z, t)            the same, for a controller or a motor;
+//                          state_rate(q, qdot, z, t)       ż
+//                          initial_state()                 z at the start; its length is the number of states
+//     holonomic            phi(q, t)                       φ = 0,          M q̈ = rhs + Q + Jᵀλ, J = ∂φ/∂q
+//     nonholonomic         velocity_constraint(q, qdot, t) a(q, q̇, t) = 0, linear in q̇,        J = ∂a/∂q̇
+//
+// q, qdot, z are vectors of any scalar, t is that scalar, and a role returns that scalar or a vector
+// of it. A role that is not there is not computed: the scene's equations are assembled at compile
+// time from the roles that its effects have, and no others. So a new effect is one new type, in the
+// library or in a user's file, and nothing else changes.
+//
+// Nothing of this asks how an effect is written; forces.hpp, dissipation.hpp, constraints.hpp … are
+// collections of them.
+
+#include <concepts>
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/ad/dual_eigen.hpp"
+#include "qdot/ad/vector.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+template <int n>
+using Point = Vector<double, n>;
+
+// φ or a as a vector: a single constraint may be returned as a plain scalar.
+template <class Result>
+auto as_rows(const Result& result) {
+  if constexpr (requires { Result::RowsAtCompileTime; }) {
+    return Vector<typename Result::Scalar, Result::RowsAtCompileTime>(result);
+  } else {
+    return Vector<Result, 1>(result);
+  }
+}
+
+}  // namespace detail
+
+/// Adds to the potential energy of n coordinates.
+template <class Effect, int n>
+concept PotentialEffect = requires(const Effect& e, const detail::Point<n>& q, double t) { e.potential_term(q, t); };
+
+/// Adds a term to the Lagrangian of n coordinates.
+template <class Effect, int n>
+concept LagrangianEffect = requires(const Effect& e, const detail::Point<n>& q, double t) { e.lagrangian_term(q, q, t); };
+
+/// Carries a state of its own, z.
+template <class Effect>
+concept StateEffect = requires(const Effect& e) {
+  e.initial_state();
+  { std::remove_cvref_t<decltype(e.initial_state())>::RowsAtCompileTime } -> std::convertible_to<int>;
+};
+
+/// Applies a generalized force that depends on position, velocity and time.
+template <class Effect, int n>
+concept ForceEffect = requires(const Effect& e, const detail::Point<n>& q, double t) { e.force(q, q, t); };
+
+/// Constrains positions, φ(q, t) = 0.
+template <class Effect, int n>
+concept HolonomicEffect = requires(const Effect& e, const detail::Point<n>& q, double t) { e.phi(q, t); };
+
+/// Constrains velocities, a(q, q̇, t) = 0, linear in q̇.
+template <class Effect, int n>
+concept NonholonomicEffect =
+    requires(const Effect& e, const detail::Point<n>& q, double t) { e.velocity_constraint(q, q, t); };
+
+/// Restricts the motion, in positions or in velocities.
+template <class Effect, int n>
+concept ConstraintEffect = HolonomicEffect<Effect, n> || NonholonomicEffect<Effect, n>;
+
+/// Plays at least one role in a system of n coordinates.
+template <class Effect, int n>
+concept AnyEffect = PotentialEffect<Effect, n> || LagrangianEffect<Effect, n> || ForceEffect<Effect, n> || StateEffect<Effect> ||
+                    ConstraintEffect<Effect, n>;
+
+namespace detail {
+
+template <class Effect>
+constexpr int states_of() {
+  if constexpr (StateEffect<Effect>) {
+    return std::remove_cvref_t<decltype(std::declval<const Effect&>().initial_state())>::RowsAtCompileTime;
+  } else {
+    return 0;
+  }
+}
+
+// Rows that a constraint effect contributes; Dynamic when its functor returns a vector of run-time length.
+template <class Effect, int n>
+constexpr int constraint_rows_of() {
+  if constexpr (HolonomicEffect<Effect, n>) {
+    using Result = decltype(as_rows(std::declval<const Effect&>().phi(std::declval<const Point<n>&>(), 0.0)));
+    return Result::RowsAtCompileTime;
+  } else if constexpr (NonholonomicEffect<Effect, n>) {
+    using Result = decltype(as_rows(
+        std::declval<const Effect&>().velocity_constraint(std::declval<const Point<n>&>(), std::declval<const Point<n>&>(), 0.0)));
+    return Result::RowsAtCompileTime;
+  } else {
+    return 0;
+  }
+}
+
+template <int... counts>
+constexpr int total() {
+  return ((counts == Dynamic) || ...) ? Dynamic : (0 + ... + counts);
+}
+
+}  // namespace detail
+}  // namespace qdot

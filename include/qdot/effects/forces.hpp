@@ -1,0 +1,247 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Applied forces.
+//
+// The generalized force of an applied force is read off its virtual work, δW = Q·δq:
+//
+//     a force F at a point r(q)              Q = (∂r/∂q)ᵀ F
+//     a torque τ on a body with pose R(q)    Qᵢ = τ·ωᵢ ,   ωᵢ the angular velocity of q̇ = eᵢ
+//
+// Both are one pass of duals through the user's r(q) or R(q); nobody writes a Jacobian. Forces on points may
+// depend on where the point is and how it moves, which is what drag, springs to the wall and magnets need.
+
+#include <type_traits>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "qdot/ad/derivatives.hpp"
+#include "qdot/error.hpp"
+#include "qdot/mechanics/rotation.hpp"
+#include "qdot/mechanics/velocity.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+// f(q, qdot, t) or f(q, qdot), whichever the user wrote.
+template <class F, class Q, class Qdot, class S>
+auto of_state(const F& f, const Q& q, const Qdot& qdot, const S& t) {
+  if constexpr (std::is_invocable_v<const F&, const Q&, const Qdot&, const S&>) {
+    return f(q, qdot, t);
+  } else {
+    static_assert(std::is_invocable_v<const F&, const Q&, const Qdot&>,
+                  "qdot: the functor of an effect must be callable as f(q, qdot, t) or f(q, qdot)");
+    return f(q, qdot);
+  }
+}
+
+// f(q, t) or f(q), or a vector that does not depend on either: a fixed point.
+template <class F, class Q, class S>
+auto of_position(const F& f, const Q& q, const S& t) {
+  if constexpr (requires { F::RowsAtCompileTime; }) {
+    return Vector<S, F::RowsAtCompileTime>(f.template cast<S>());
+  } else if constexpr (std::is_invocable_v<const F&, const Q&, const S&>) {
+    return f(q, t);
+  } else {
+    static_assert(std::is_invocable_v<const F&, const Q&>,
+                  "qdot: a position, pose or constraint must be callable as f(q, t) or f(q)");
+    return f(q);
+  }
+}
+
+// A functor of (q, t) with t held at a number: what duals of q alone are sent through.
+template <class F, class S>
+auto at_time(const F& f, const S& t) {
+  return [&f, t](const auto& q) {
+    using D = typename std::remove_cvref_t<decltype(q)>::Scalar;
+    return of_position(f, q, D(t));
+  };
+}
+
+// The vector with entries of S, whatever scalar or vector the user's functor returned.
+template <class S, int n, class Result>
+Vector<S, n> force_vector(const Result& result) {
+  if constexpr (requires { Result::RowsAtCompileTime; }) {
+    return result.template cast<S>();
+  } else {
+    static_assert(n == 1, "qdot: a force on more than one coordinate must be returned as a vector");
+    return Vector<S, n>(S(result));
+  }
+}
+
+}  // namespace detail
+
+/// A generalized force Q(q, q̇, t), given as it is.
+template <class F>
+struct GeneralizedForce {
+  F Q;
+
+  template <class S, int n>
+  Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    return detail::force_vector<S, n>(detail::of_state(Q, q, qdot, t));
+  }
+};
+
+/// The generalized force Q(q, qdot, t) or Q(q, qdot): n entries   [energy per unit of q].
+template <class F>
+GeneralizedForce<F> generalized_force(F Q) {
+  return {std::move(Q)};
+}
+
+/// A force F on the point r of the system.
+template <class Position, class F>
+struct ForceAtPoint {
+  Position r;
+  F F_of;
+
+  template <class S, int n>
+  Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    const auto moving = value_and_velocity_of([&](const auto& x, const auto& s) { return detail::of_position(r, x, s); },
+                                              q, qdot, t);
+    using Spatial = std::remove_cvref_t<decltype(moving.value)>;
+    const Spatial applied_force = detail::force_vector<S, Spatial::RowsAtCompileTime>(applied(moving.value, moving.rate, t));
+    return gradient([&](const auto& x) {
+      using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
+      const auto point = detail::of_position(r, x, D(t));
+      D work(0);
+      for (Eigen::Index i = 0; i < point.size(); ++i) work += applied_force[i] * point[i];
+      return work;
+    }, q);
+  }
+
+ private:
+  template <class Spatial, class S>
+  auto applied(const Spatial& position, const Spatial& velocity, const S& t) const {
+    // A vector first: Eigen's vectors can be called too, with an index.
+    if constexpr (requires { F::RowsAtCompileTime; }) {
+      return F_of;
+    } else if constexpr (std::is_invocable_v<const F&, const Spatial&, const Spatial&, const S&>) {
+      return F_of(position, velocity, t);
+    } else {
+      static_assert(std::is_invocable_v<const F&, const S&>,
+                    "qdot: the force at a point must be a vector, or callable as F(t) or F(position, velocity, t)");
+      return F_of(t);
+    }
+  }
+};
+
+/// The force F on the point r(q) or r(q, t).
+///
+/// @param r  position functor, returns a vector of 2 or 3 (or any number of) scalars
+/// @param F  a constant vector, F(t), or F(position, velocity, t), of r's length
+template <class Position, class F>
+ForceAtPoint<Position, F> force_at_point(Position r, F force) {
+  return {std::move(r), std::move(force)};
+}
+
+/// A torque on the body whose orientation is the rotation matrix R.
+template <class Pose, class F>
+struct TorqueOnBody {
+  Pose R;
+  F torque;
+
+  template <class S, int n>
+  Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>&, const S& t) const {
+    Vector<S, 3> tau;
+    if constexpr (requires { F::RowsAtCompileTime; }) {
+      tau = torque.template cast<S>();
+    } else {
+      tau = torque(t).template cast<S>();
+    }
+    // ω = Σ ωᵢ q̇ᵢ, so Qᵢ = ∂(τ·ω)/∂q̇ᵢ; linear in q̇, so any q̇ will do.
+    return gradient([&](const auto& v) {
+      using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
+      const Vector<D, n> at = q.template cast<D>();
+      const auto omega = angular_velocity_of(detail::at_time(R, D(t)), at, v);
+      return D(D(tau[0]) * omega[0] + D(tau[1]) * omega[1] + D(tau[2]) * omega[2]);
+    }, Vector<S, n>(Vector<S, n>::Zero(q.size())));
+  }
+};
+
+/// The torque (constant vector or function of t, in space axes) on the body with orientation R(q) or R(q, t).
+template <class Pose, class F>
+TorqueOnBody<Pose, F> torque_on_body(Pose R, F torque) {
+  return {std::move(R), std::move(torque)};
+}
+
+/// A term in the Lagrangian: −U for a velocity-dependent potential U(q, q̇, t).
+template <class F>
+struct VelocityPotential {
+  F U;
+
+  template <class S, int n>
+  S lagrangian_term(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    return -detail::of_state(U, q, qdot, t);
+  }
+};
+
+/// The velocity-dependent potential U(q, qdot, t) or U(q, qdot) of a charge in a field: L = T − V − U.
+template <class F>
+VelocityPotential<F> velocity_potential(F U) {
+  return {std::move(U)};
+}
+
+/// The inertial forces on a mass point in a frame that turns and accelerates.
+template <class Position, class Omega, class Acceleration>
+struct NonInertialFrame {
+  double m;
+  Position r;
+  Omega Omega_of;
+  Acceleration a_of;
+
+  template <class S, int n>
+  S lagrangian_term(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    const auto moving = value_and_velocity_of([&](const auto& x, const auto& s) { return detail::of_position(r, x, s); },
+                                              q, qdot, t);
+    const Vector<S, 3> position = moving.value;
+    const Vector<S, 3> velocity = moving.rate;
+    const Vector<S, 3> W = Omega_of(t);
+    const Vector<S, 3> a = a_of(t);
+    const Vector<S, 3> swept = W.cross(position);
+    return m * (velocity.dot(swept) + 0.5 * swept.dot(swept) - a.dot(position));
+  }
+};
+
+/// What a mass m at r(q), given in coordinates of a moving frame, feels of the frame's motion.
+///
+/// T of the system is the one seen *in* the frame. With v the velocity in the frame, Ω its angular velocity
+/// and a the acceleration of its origin (both in frame axes), L gains m v·(Ω × r) + ½ m (Ω × r)² − m a·r:
+/// Coriolis, centrifugal, Euler and translational forces. Exact for every Ω(t), a(t).
+///
+/// @param Omega, a  functions of time that return vectors of 3 of its scalar
+template <class Position, class Omega, class Acceleration>
+NonInertialFrame<Position, Omega, Acceleration> non_inertial_frame(double m, Position r, Omega omega, Acceleration a) {
+  return {m, std::move(r), std::move(omega), std::move(a)};
+}
+
+/// A controller or actuator with a state of its own.
+template <class Force, class Rate, int states>
+struct Controller {
+  Force Q;
+  Rate zdot;
+  Vector<double, states> z0;
+
+  Vector<double, states> initial_state() const { return z0; }
+
+  template <class S, int n>
+  Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, states>& z, const S& t) const {
+    return detail::force_vector<S, n>(Q(q, qdot, z, t));
+  }
+  template <class S, int n>
+  Vector<S, states> state_rate(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, states>& z, const S& t) const {
+    return detail::force_vector<S, states>(zdot(q, qdot, z, t));
+  }
+};
+
+/// A first-order system ż = zdot(q, qdot, z, t), z(t₀) = z0, that acts on the mechanics with Q(q, qdot, z, t).
+///
+/// The integral of a PID controller, the current of a motor, the pressure of an actuator.
+template <class Force, class Rate, int states>
+Controller<Force, Rate, states> controller(Force Q, Rate zdot, const Vector<double, states>& z0) {
+  static_assert(states != Dynamic, "qdot: a controller's state must have a size known at compile time");
+  return {std::move(Q), std::move(zdot), z0};
+}
+
+}  // namespace qdot

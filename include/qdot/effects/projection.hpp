@@ -1,0 +1,132 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Back onto the constraints.
+//
+// Equations solved for J q̈ = γ keep φ̈ = 0, so φ and φ̇ drift as the steps' errors add up. Projection puts a state
+// back by the shortest way, measured with the mass matrix: first the positions, by Newton's method on
+//
+//     minimize ‖q − q*‖_M   subject to   φ(q, t) = 0 ,
+//
+// then the velocities, in one linear step to J q̇ + ∂φ/∂t = 0 (and a = 0). In the metric of M a projection feeds
+// the system an impulse of the constraints' own kind, Jᵀμ, and no other.
+//
+// The same two steps turn a rough initial state into a consistent one, and say what they moved.
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include "qdot/effects/scene_motion.hpp"
+
+namespace qdot {
+
+/// What a projection did.
+struct ProjectionReport {
+  double moved_q = 0.0;             ///< largest change of a coordinate
+  double moved_qdot = 0.0;          ///< largest change of a velocity
+  double residual_before = 0.0;     ///< largest |φ|
+  double residual = 0.0;            ///< the same afterwards
+  double velocity_residual = 0.0;   ///< largest |J q̇ + ∂φ/∂t| or |a| afterwards
+  int iterations = 0;               ///< of Newton's method
+  Eigen::Index rank = 0;            ///< of the constraints at the projected state
+};
+
+/// The nearest state on the constraints: positions first, then velocities.
+///
+/// @param q, qdot  changed in place
+/// @param cutoff   relative size below which a row of J counts as dependent
+/// @throws ConstraintError  when Newton's method finds no state nearby, with the row that is worst off
+template <class Sys, class... Effects, int n>
+ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>& q, Vector<double, n>& qdot, double t,
+                         double cutoff = default_rank_cutoff) {
+  using Sc = Scene<Sys, Effects...>;
+  static_assert(Sc::has_constraints, "qdot: only a scene with constraints can be projected onto them");
+  constexpr int m = Sc::constraints_at_compile_time;
+  constexpr int most_iterations = 25;
+  const detail::SceneNames<Sc> names{scene};
+  ProjectionReport report;
+  const Vector<double, n> q_start = q;
+  const Vector<double, n> qdot_start = qdot;
+
+  Vector<double, m> phi = constraint_residual(scene, q, t);
+  report.residual_before = report.residual = phi.cwiseAbs().maxCoeff();
+  double last_change = std::numeric_limits<double>::infinity();
+  const auto fail = [&](const std::string& what) {
+    Eigen::Index worst = 0;
+    const double most = phi.cwiseAbs().maxCoeff(&worst);
+    const std::string row = constraint_names(scene)[static_cast<std::size_t>(worst)];
+    std::ostringstream out;
+    out.precision(6);
+    out << "a state must be near enough to the constraints to be projected onto them, but at t = " << t << " " << what
+        << "; '" << row << "' is off by " << most << "; start nearer, or check that the constraints can be met together";
+    throw ConstraintError(row, t, most, out.str());
+  };
+  while (report.residual > 0) {
+    if (report.iterations == most_iterations) fail("Newton's method took 25 steps and did not arrive");
+    const Matrix<double, m, n> J = constraint_jacobian(scene, q, qdot, t);
+    const detail::ConstrainedFactors<n, m> factors(mass_matrix(scene, q, qdot, t), J, cutoff);
+    const Vector<double, n> step = factors.displacement(Vector<double, m>(-phi), t, names);
+    ++report.iterations;
+    double change = 0.0;  // relative to the size of each coordinate
+    for (Eigen::Index i = 0; i < q.size(); ++i) change = std::max(change, std::abs(step[i]) / (1.0 + std::abs(q[i])));
+    if (!std::isfinite(change)) fail("a Newton step is not finite");
+    q += step;
+    phi = constraint_residual(scene, q, t);
+    const double residual = phi.cwiseAbs().maxCoeff();
+    const bool at_rounding = change < 8 * std::numeric_limits<double>::epsilon();
+    const bool no_better = change < 1e-10 && change > 0.5 * last_change;
+    if (at_rounding || no_better) {
+      report.residual = residual;
+      break;
+    }
+    if (report.iterations > 6 && change > 0.9 * last_change && change > 1e-6) fail("Newton's steps do not shrink");
+    last_change = change;
+    report.residual = residual;
+  }
+
+  const Matrix<double, m, n> J = constraint_jacobian(scene, q, qdot, t);
+  // A Newton iteration that stands still on contradicting rows has not arrived.
+  constexpr double arrived = 1e-8;
+  for (Eigen::Index i = 0; i < J.rows(); ++i)
+    if (std::abs(phi[i]) > arrived * (J.row(i).norm() * (1.0 + q.cwiseAbs().maxCoeff()) + (J.row(i).isZero() ? 1.0 : 0.0)))
+      fail("no state satisfies all of them");
+  const detail::ConstrainedFactors<n, m> factors(mass_matrix(scene, q, qdot, t), J, cutoff);
+  report.rank = factors.rank();
+  const Vector<double, n> dv =
+      factors.displacement(Vector<double, m>(-constraint_velocity(scene, q, qdot, t)), t, names);
+  qdot += dv;
+  phi = constraint_velocity(scene, q, qdot, t);
+  report.velocity_residual = phi.cwiseAbs().maxCoeff();
+  for (Eigen::Index i = 0; i < J.rows(); ++i)
+    if (std::abs(phi[i]) > arrived * (J.row(i).norm() * (1.0 + qdot_start.cwiseAbs().maxCoeff()) + (J.row(i).isZero() ? 1.0 : 0.0)))
+      fail("no velocity satisfies all of them");
+  report.moved_q = (q - q_start).cwiseAbs().maxCoeff();
+  report.moved_qdot = (qdot - qdot_start).cwiseAbs().maxCoeff();
+  return report;
+}
+
+/// A state on the constraints and what it took to get there.
+template <int n>
+struct ConsistentState {
+  State<n> state;
+  ProjectionReport report;
+};
+
+/// The consistent state nearest to a rough one, as by project().
+///
+/// @throws ConstraintError  when there is none nearby
+/// @throws InvalidValue     when the rough state is not finite
+template <class Sys, class... Effects, int n>
+ConsistentState<n> consistent_state(const Scene<Sys, Effects...>& scene, const State<n>& rough,
+                                    double cutoff = default_rank_cutoff) {
+  detail::require_sizes(scene, rough.q, rough.qdot);
+  if (!rough.q.allFinite() || !rough.qdot.allFinite() || !std::isfinite(rough.t))
+    throw InvalidValue("an initial state must be finite, but this one has NaN or infinity in it; give every entry a number");
+  ConsistentState<n> result{rough, {}};
+  result.report = project(scene, result.state.q, result.state.qdot, rough.t, cutoff);
+  return result;
+}
+
+}  // namespace qdot

@@ -1,0 +1,156 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A scene is a system and the effects that it names:
+//
+//     const auto s = scene(cart_and_pole, rayleigh(R), force_at_point(push, tip));
+//
+// Its type is Scene<System, Effects...>, and its equations contain the terms of these effects and no
+// others:
+//
+//     M q̈ = rhs + Σ Q + Jᵀ λ .
+//
+// Terms that belong into the Lagrangian are folded into T and V before anything is differentiated, so
+// that they share their derivatives; a scene without such terms keeps the system's own, and a scene without
+// any effects *is* the system as far as the compiler can see: acceleration(scene, …) is a call of
+// acceleration(system, …) and nothing more.
+
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/effects/effect.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+template <class Tuple, class Visit>
+constexpr void for_each(const Tuple& effects, Visit&& visit) {
+  std::apply([&](const auto&... effect) { (visit(effect), ...); }, effects);
+}
+
+// T and V of a system with further terms in them, in the shortest signatures that hold the terms.
+template <class Energies, int n, class... Effects>
+struct EnergiesWithTerms {
+  Energies energies;
+  std::tuple<Effects...> effects;
+
+  static constexpr bool in_T = (LagrangianEffect<Effects, n> || ...);
+  static constexpr bool in_V = (PotentialEffect<Effects, n> || ...);
+  static constexpr KineticSignature kinetic_was = kinetic_signature<Energies, n>();
+  static constexpr PotentialSignature potential_was = potential_signature<Energies, n>();
+
+  template <class S>
+    requires(!in_T && kinetic_was == KineticSignature::velocity)
+  S T(const Vector<S, n>& qdot) const {
+    return energies.T(qdot);
+  }
+  template <class S>
+    requires(!in_T && kinetic_was == KineticSignature::state)
+  S T(const Vector<S, n>& q, const Vector<S, n>& qdot) const {
+    return energies.T(q, qdot);
+  }
+  template <class S>
+    requires(in_T || kinetic_was == KineticSignature::state_and_time)
+  S T(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    S sum = kinetic<n>(energies, q, qdot, t);
+    for_each(effects, [&](const auto& e) {
+      if constexpr (LagrangianEffect<std::remove_cvref_t<decltype(e)>, n>) sum = sum + e.lagrangian_term(q, qdot, t);
+    });
+    return sum;
+  }
+  template <class S>
+    requires(!in_V && potential_was == PotentialSignature::position)
+  S V(const Vector<S, n>& q) const {
+    return energies.V(q);
+  }
+  template <class S>
+    requires(in_V || potential_was == PotentialSignature::position_and_time)
+  S V(const Vector<S, n>& q, const S& t) const {
+    S sum = potential<n>(energies, q, t);
+    for_each(effects, [&](const auto& e) {
+      if constexpr (PotentialEffect<std::remove_cvref_t<decltype(e)>, n>) sum = sum + e.potential_term(q, t);
+    });
+    return sum;
+  }
+};
+
+template <class Sys, class... Effects>
+constexpr bool has_energy_terms = ((LagrangianEffect<Effects, Sys::dof_at_compile_time> ||
+                                    PotentialEffect<Effects, Sys::dof_at_compile_time>) || ...);
+
+// The system that Lagrange's equations are written for.
+template <class Sys, class... Effects>
+auto effective_system(const Sys& system, const std::tuple<Effects...>& effects) {
+  if constexpr (has_energy_terms<Sys, Effects...>) {
+    constexpr int n = Sys::dof_at_compile_time;
+    using Energies = EnergiesWithTerms<typename Sys::EnergiesType, n, Effects...>;
+    System<Energies, n, Sys::inertia> combined(Energies{system.energies(), effects}, system.dof());
+    std::vector<std::string> names;
+    for (Eigen::Index i = 0; i < system.dof(); ++i) names.push_back(system.coordinate_name(i));
+    return combined.with_names(names);
+  } else {
+    return system;
+  }
+}
+
+}  // namespace detail
+
+/// A system with effects. Made by scene().
+template <class Sys, class... Effects>
+class Scene {
+ public:
+  static constexpr int dof_at_compile_time = Sys::dof_at_compile_time;
+  static constexpr bool has_forces = (ForceEffect<Effects, dof_at_compile_time> || ...) || (StateEffect<Effects> || ...);
+  static constexpr bool has_states = (StateEffect<Effects> || ...);
+  static constexpr bool has_constraints = (ConstraintEffect<Effects, dof_at_compile_time> || ...);
+  static constexpr int states_at_compile_time = detail::total<detail::states_of<Effects>()...>();
+  static constexpr int constraints_at_compile_time =
+      detail::total<detail::constraint_rows_of<Effects, dof_at_compile_time>()...>();
+  static_assert((AnyEffect<Effects, dof_at_compile_time> && ...),
+                "qdot: something given to scene() is no effect of this system: an effect has a member force(q, qdot, t), "
+                "lagrangian_term(q, qdot, t), phi(q, t), velocity_constraint(q, qdot, t) or initial_state() that works "
+                "for vectors with as many entries as the system has coordinates");
+  static_assert(states_at_compile_time != Dynamic, "qdot: an effect's own state must have a size known at compile time");
+
+  using SystemType = decltype(detail::effective_system(std::declval<const Sys&>(), std::declval<const std::tuple<Effects...>&>()));
+
+  Scene(Sys system, Effects... effects)
+      : effects_(std::move(effects)...), system_(detail::effective_system(system, effects_)) {}
+
+  /// The system whose T and V hold the terms of the effects.
+  const SystemType& system() const noexcept { return system_; }
+  const std::tuple<Effects...>& effects() const noexcept { return effects_; }
+
+  Eigen::Index dof() const noexcept { return system_.dof(); }
+  std::string coordinate_name(Eigen::Index i) const { return system_.coordinate_name(i); }
+  std::string velocity_name(Eigen::Index i) const { return system_.velocity_name(i); }
+
+  /// Initial values of the effects' own states, in the order of the effects.
+  Vector<double, states_at_compile_time> initial_states() const {
+    Vector<double, states_at_compile_time> z;
+    Eigen::Index first = 0;
+    detail::for_each(effects_, [&](const auto& e) {
+      using E = std::remove_cvref_t<decltype(e)>;
+      if constexpr (StateEffect<E>) {
+        z.template segment<detail::states_of<E>()>(first) = e.initial_state();
+        first += detail::states_of<E>();
+      }
+    });
+    return z;
+  }
+
+ private:
+  std::tuple<Effects...> effects_;
+  SystemType system_;
+};
+
+/// A system with the effects that it names, in any order; effects given twice count twice.
+template <class E, int n, Inertia I, class... Effects>
+Scene<System<E, n, I>, Effects...> scene(System<E, n, I> system, Effects... effects) {
+  return Scene<System<E, n, I>, Effects...>(std::move(system), std::move(effects)...);
+}
+
+}  // namespace qdot

@@ -1,0 +1,170 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A scene in first-order form, y = [q; q̇; z], which is what a stepper sees.
+//
+// The Jacobian is exact and needs no derivative of a linear solve. At fixed accelerations and multipliers the
+// equations are residuals of first derivatives only,
+//
+//     r(y) = d/dt(∂L/∂q̇) − ∂L/∂q − ΣQ − Jᵀλ ,      c(y) = φ̈ (or ȧ) at these q̈ ,
+//
+// and the implicit function theorem gives [∂q̈; −∂λ] from the matrix that has just been factored:
+//
+//     [ M  −Jᵀ ] [∂q̈]      [∂r]
+//     [ J   0  ] [∂λ]  = − [∂c] .
+//
+// project(t, y) puts a state back onto the constraints; steppers call it after every accepted step.
+
+#include <string>
+
+#include "qdot/effects/projection.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot {
+
+/// A scene as ẏ = f(t, y), y = [q; q̇; z]. Models FirstOrderSystem.
+template <class Sc>
+class SceneForm {
+  static constexpr int n = Sc::dof_at_compile_time;
+  static constexpr int states = Sc::states_at_compile_time;
+  static constexpr int m = Sc::constraints_at_compile_time;
+
+ public:
+  static constexpr int dof_at_compile_time = n;
+  static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n + states;
+  static constexpr bool has_constraints = Sc::has_constraints;
+
+  explicit SceneForm(Sc scene) : scene_(std::move(scene)) {}
+
+  const Sc& scene() const noexcept { return scene_; }
+  Eigen::Index dof() const noexcept { return scene_.dof(); }
+  Eigen::Index size() const noexcept { return 2 * scene_.dof() + states; }
+
+  /// ydot ← [q̇; q̈; ż].
+  ///
+  /// @throws as acceleration() of the scene
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
+    const Eigen::Index k = dof();
+    const Vector<double, n> q = y.head(k);
+    const Vector<double, n> qdot = y.segment(k, k);
+    const Vector<double, states> z = y.tail(states);
+    ydot.head(k) = qdot;
+    ydot.segment(k, k) = acceleration(scene_, q, qdot, t, z);
+    if constexpr (Sc::has_states) ydot.tail(states) = state_rates(scene_, q, qdot, z, t);
+  }
+
+  /// J ← ∂ẏ/∂y, exact.
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const {
+    const Eigen::Index k = dof();
+    const Vector<double, n> q = y.head(k);
+    const Vector<double, n> qdot = y.segment(k, k);
+    const Vector<double, states> z = y.tail(states);
+    using D = Dual<double, detail::directions_for<size_at_compile_time>>;
+
+    const Matrix<double, n> M = mass_matrix(scene_, q, qdot, t);
+    Vector<double, n> a;
+    Vector<double, m> lambda;
+    if constexpr (Sc::has_constraints) {
+      const auto solution = constrained_acceleration(scene_, q, qdot, t, z);
+      a = solution.qddot;
+      lambda = solution.lambda;
+    } else {
+      a = acceleration(scene_, q, qdot, t, z);
+    }
+    Matrix<double, n, size_at_compile_time> dr(k, size());     // −∂r/∂y
+    Matrix<double, m, size_at_compile_time> dc(lambda.size(), size());  // −∂c/∂y
+
+    out.setZero();
+    out.block(0, k, k, k).setIdentity();
+    const Vector<double, size_at_compile_time> at = y;
+    const Vector<D, n> fixed_a = a.template cast<D>();
+    for (Eigen::Index first = 0; first < size(); first += D::directions) {
+      const Vector<D, size_at_compile_time> seeds = detail::seeded<D>(at, first);
+      const Vector<D, n> x = seeds.head(k);
+      const Vector<D, n> v = seeds.segment(k, k);
+      const Vector<D, states> w = seeds.template tail<states>();
+      Vector<D, n> r = detail::lagrange_residual<n>(scene_.system().energies(), x, v, fixed_a, D(t));
+      if constexpr (Sc::has_forces) r -= effect_forces(scene_, x, v, w, D(t));
+      Vector<D, m> c(lambda.size());
+      if constexpr (Sc::has_constraints) {
+        // Jᵀλ = ∂(λ·velocity rows)/∂q̇, for rows of both kinds.
+        r -= gradient([&](const auto& u) {
+          using U = typename std::remove_cvref_t<decltype(u)>::Scalar;
+          const auto rows = constraint_velocity(scene_, Vector<U, n>(x.template cast<U>()), u, U(D(t)));
+          U sum(0);
+          for (Eigen::Index i = 0; i < rows.size(); ++i) sum += lambda[i] * rows[i];
+          return sum;
+        }, v);
+        c = constraint_acceleration(scene_, x, v, fixed_a, D(t));
+      }
+      Vector<D, states> rate;
+      if constexpr (Sc::has_states) rate = state_rates(scene_, x, v, w, D(t));
+      const Eigen::Index end = std::min<Eigen::Index>(size(), first + D::directions);
+      for (Eigen::Index j = first; j < end; ++j) {
+        const auto d = static_cast<std::size_t>(j - first);
+        for (Eigen::Index i = 0; i < k; ++i) dr(i, j) = -r[i].tangent[d];
+        for (Eigen::Index i = 0; i < lambda.size(); ++i) dc(i, j) = -c[i].tangent[d];
+        for (Eigen::Index i = 0; i < states; ++i) out(2 * k + i, j) = rate[i].tangent[d];
+      }
+    }
+    if constexpr (Sc::has_constraints) {
+      const detail::ConstrainedFactors<n, m> factors(M, constraint_jacobian(scene_, q, qdot, t), default_rank_cutoff);
+      for (Eigen::Index j = 0; j < size(); ++j)
+        out.block(k, j, k, 1) =
+            factors.solution(Vector<double, n>(dr.col(j)), Vector<double, m>(dc.col(j)), t, detail::SceneNames<Sc>{scene_}).qddot;
+    } else {
+      out.block(k, 0, k, size()) = detail::solved_with_mass_matrix(scene_.system(), M, dr, t);
+    }
+  }
+
+  /// Puts y back onto the constraints; nothing where there are none.
+  ///
+  /// @throws ConstraintError  when the state is too far away from them
+  ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const
+    requires has_constraints
+  {
+    Vector<double, n> q = y.head(dof());
+    Vector<double, n> qdot = y.segment(dof(), dof());
+    const ProjectionReport report = qdot_project(q, qdot, t);
+    y.head(dof()) = q;
+    y.segment(dof(), dof()) = qdot;
+    return report;
+  }
+
+  std::string component_name(Eigen::Index i) const {
+    if (i < dof()) return scene_.coordinate_name(i);
+    if (i < 2 * dof()) return scene_.velocity_name(i - dof());
+    return "z" + std::to_string(i - 2 * dof());
+  }
+
+  /// y = [q; q̇; z₀] of a state; the effects' own states start at their initial values.
+  Vector<double, size_at_compile_time> packed(const State<n>& state) const {
+    detail::require_sizes(scene_, state.q, state.qdot);
+    Vector<double, size_at_compile_time> y(size());
+    y << state.q, state.qdot, scene_.initial_states();
+    return y;
+  }
+
+  State<n> state(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const {
+    return State<n>{t, y.head(dof()), y.segment(dof(), dof())};
+  }
+
+ private:
+  ProjectionReport qdot_project(Vector<double, n>& q, Vector<double, n>& qdot, double t) const {
+    return qdot::project(scene_, q, qdot, t);
+  }
+
+  Sc scene_;
+};
+
+/// The first-order form of a scene; that of its system where it has no effects.
+template <class Sys, class... Effects>
+auto first_order_form(const Scene<Sys, Effects...>& scene) {
+  if constexpr (sizeof...(Effects) == 0) {
+    return first_order_form(scene.system());
+  } else {
+    return SceneForm<Scene<Sys, Effects...>>(scene);
+  }
+}
+
+}  // namespace qdot

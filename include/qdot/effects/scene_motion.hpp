@@ -1,0 +1,143 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The motion of a scene: the same questions as for a system, with the effects in the answers.
+//
+//     M q̈ = rhs + Σ Q + Jᵀλ ,    J q̈ = γ
+//
+// rhs() of a scene holds every generalized force but those of constraints. reactions() names the constraint
+// forces, and power() is what the non-conservative effects feed into the energy T + V:
+//
+//     dE/dt = q̇·(Σ Q + Jᵀλ)          for time-independent T, V and no terms in L of odd degree in q̇.
+//
+// A scene without effects calls the system's own functions and nothing else.
+
+#include <cmath>
+
+#include "qdot/effects/constrained_solve.hpp"
+#include "qdot/mechanics/equations_of_motion.hpp"
+
+namespace qdot {
+
+/// Sum of the generalized forces of the effects at a state, n; z holds the effects' own states.
+template <class Sys, class... Effects, class S, int n>
+Vector<S, n> effect_forces(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
+                           const Vector<S, Scene<Sys, Effects...>::states_at_compile_time>& z, const S& t) {
+  Vector<S, n> sum = Vector<S, n>::Zero(q.size());
+  Eigen::Index first = 0;
+  detail::for_each(scene.effects(), [&](const auto& e) {
+    using E = std::remove_cvref_t<decltype(e)>;
+    if constexpr (StateEffect<E>) {
+      constexpr int k = detail::states_of<E>();
+      sum += e.force(q, qdot, Vector<S, k>(z.template segment<k>(first)), t);
+      first += k;
+    } else if constexpr (ForceEffect<E, n>) {
+      sum += e.force(q, qdot, t);
+    }
+  });
+  return sum;
+}
+
+/// ż of the effects' own states.
+template <class Sys, class... Effects, class S, int n>
+auto state_rates(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
+                 const Vector<S, Scene<Sys, Effects...>::states_at_compile_time>& z, const S& t) {
+  Vector<S, Scene<Sys, Effects...>::states_at_compile_time> rate;
+  Eigen::Index first = 0;
+  detail::for_each(scene.effects(), [&](const auto& e) {
+    using E = std::remove_cvref_t<decltype(e)>;
+    if constexpr (StateEffect<E>) {
+      constexpr int k = detail::states_of<E>();
+      rate.template segment<k>(first) = e.state_rate(q, qdot, Vector<S, k>(z.template segment<k>(first)), t);
+      first += k;
+    }
+  });
+  return rate;
+}
+
+/// The effects' own states at a moment, z; empty for most scenes.
+template <class Sc>
+using EffectStates = Vector<double, Sc::states_at_compile_time>;
+
+/// A vector with one entry for each coordinate of a system or scene.
+template <class Sys>
+using Coordinates = Vector<double, Sys::dof_at_compile_time>;
+
+/// Generalized forces of a scene without its constraints: the system's rhs and the effects' Q.
+template <class Sys, class... Effects>
+Coordinates<Sys> rhs(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0,
+                      const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
+  Coordinates<Sys> f = rhs(scene.system(), q, qdot, t);
+  if constexpr (Scene<Sys, Effects...>::has_forces) f += effect_forces(scene, q, qdot, z, t);
+  return f;
+}
+
+/// Mass matrix of the scene's system.
+template <class Sys, class... Effects>
+Matrix<double, Sys::dof_at_compile_time> mass_matrix(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
+  return mass_matrix(scene.system(), q, qdot, t);
+}
+
+/// Accelerations and multipliers of a scene with constraints.
+///
+/// @param z        the effects' own states; leave out where there are none
+/// @param cutoff   relative size below which a row of J counts as dependent
+/// @throws ConstraintError     when constraints contradict each other
+/// @throws SingularMassMatrix  when a motion has neither inertia nor a constraint
+template <class Sys, class... Effects>
+auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
+                              double t = 0.0, const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>(),
+                              double cutoff = default_rank_cutoff) {
+  using Sc = Scene<Sys, Effects...>;
+  static_assert(Sc::has_constraints, "qdot: multipliers need a scene with constraints");
+  const auto rows = constraint_rows(scene, q, qdot, t);
+  const detail::ConstrainedFactors<Sys::dof_at_compile_time, Sc::constraints_at_compile_time> factors(mass_matrix(scene, q, qdot, t), rows.J, cutoff);
+  auto solution = factors.solution(rhs(scene, q, qdot, t, z), rows.gamma, t, detail::SceneNames<Sc>{scene});
+  detail::require_finite_acceleration(scene, solution.qddot, q, qdot, t);
+  return solution;
+}
+
+/// Accelerations q̈ of a scene at a state, constraints and effects included.
+///
+/// @throws as acceleration(system, …) and constrained_acceleration()
+template <class Sys, class... Effects>
+Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
+                               double t = 0.0, const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
+  using Sc = Scene<Sys, Effects...>;
+  if constexpr (Sc::has_constraints) {
+    return constrained_acceleration(scene, q, qdot, t, z).qddot;
+  } else if constexpr (Sc::has_forces) {
+    const Coordinates<Sys> a =
+        detail::solved_with_mass_matrix(scene.system(), mass_matrix(scene, q, qdot, t), rhs(scene, q, qdot, t, z), t);
+    detail::require_finite_acceleration(scene, a, q, qdot, t);
+    return a;
+  } else {
+    return acceleration(scene.system(), q, qdot, t);
+  }
+}
+
+/// Generalized reaction forces Jᵀλ of the constraints on the system, n.
+template <class Sys, class... Effects>
+Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0,
+                            const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
+  return constraint_jacobian(scene, q, qdot, t).transpose() * constrained_acceleration(scene, q, qdot, t, z).lambda;
+}
+
+/// E = T + V of a scene, the potential terms of its effects included.
+template <class Sys, class... Effects>
+double energy(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
+  return energy(scene.system(), q, qdot, t);
+}
+
+/// Power of the non-conservative effects and constraints: q̇·(ΣQ + Jᵀλ).
+template <class Sys, class... Effects>
+double power(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0,
+             const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
+  using Sc = Scene<Sys, Effects...>;
+  double p = 0.0;
+  if constexpr (Sc::has_forces) p += qdot.dot(effect_forces(scene, q, qdot, z, t));
+  if constexpr (Sc::has_constraints) p += qdot.dot(reactions(scene, q, qdot, t, z));
+  return p;
+}
+
+}  // namespace qdot
