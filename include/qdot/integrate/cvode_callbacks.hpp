@@ -55,11 +55,19 @@ class AnySystem {
         jacobian_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) {
           static_cast<const F*>(p)->jacobian(t, y, J);
         }),
+        project_(projection_of<F>()),
         component_name_(
             [](const void* p, Eigen::Index i) -> std::string { return static_cast<const F*>(p)->component_name(i); }) {}
 
   Eigen::Index size() const noexcept { return size_; }
   std::string component_name(Eigen::Index i) const { return component_name_(object_.get(), i); }
+
+  bool has_constraints() const noexcept { return project_ != nullptr; }
+
+  /// y ← the nearest state on the constraints; {|φ|, |φ̇|} afterwards. @throws ConstraintError when there is none.
+  std::pair<double, double> project(double t, Eigen::Ref<Eigen::VectorXd> y) const {
+    return project_(object_.get(), t, y);
+  }
 
   /// ydot ← f(t, y). @throws NonFinite when it is not finite, and whatever the model throws.
   void derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
@@ -74,6 +82,20 @@ class AnySystem {
   }
 
  private:
+  using Project = std::pair<double, double> (*)(const void*, double, Eigen::Ref<Eigen::VectorXd>);
+
+  template <FirstOrderSystem F>
+  static Project projection_of() {
+    if constexpr (ProjectableSystem<F>) {
+      return [](const void* p, double t, Eigen::Ref<Eigen::VectorXd> y) -> std::pair<double, double> {
+        const auto report = static_cast<const F*>(p)->project(t, y);
+        return {report.residual, report.velocity_residual};
+      };
+    } else {
+      return nullptr;
+    }
+  }
+
   NonFinite non_finite_derivative(double t, const Eigen::Ref<Eigen::VectorXd>& ydot) const {
     Eigen::Index i = 0;
     while (std::isfinite(ydot[i])) ++i;
@@ -93,6 +115,7 @@ class AnySystem {
   Eigen::Index size_;
   void (*derivative_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::VectorXd>);
   void (*jacobian_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::MatrixXd>);
+  Project project_;
   std::string (*component_name_)(const void*, Eigen::Index);
 };
 
@@ -100,7 +123,7 @@ class AnySystem {
 class GuardedSystem {
  public:
   explicit GuardedSystem(AnySystem system)
-      : system_(std::move(system)), start_y_(system_.size()), start_ydot_(system_.size()) {}
+      : system_(std::move(system)), start_y_(system_.size()), start_ydot_(system_.size()), projected_(system_.size()) {}
 
   const AnySystem& system() const noexcept { return system_; }
 
@@ -151,6 +174,8 @@ class GuardedSystem {
         return refused(Outcome::non_finite, error);
       } catch (const MassMatrixError& error) {
         return refused(Outcome::singular_mass_matrix, error);
+      } catch (const ConstraintError& error) {
+        return refused(Outcome::constraint_failure, error);
       } catch (const RecoverableError& error) {
         return refused(Outcome::refused_by_model, error);
       } catch (const StopRequest& request) {
@@ -189,8 +214,25 @@ class GuardedSystem {
     return guard.guarded([&] { guard.system_.jacobian(guard.before_limit(t), state, result); });
   }
 
+  // CVODE's projection: corr ← projected(y) − y, at every step, before the error test.
+  static int projection(double t, N_Vector y, N_Vector correction, double, N_Vector, void* self) noexcept {
+    auto& guard = *static_cast<GuardedSystem*>(self);
+    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_.size());
+    Eigen::Map<Eigen::VectorXd> change(N_VGetArrayPointer(correction), guard.system_.size());
+    return guard.guarded([&] {
+      guard.projected_ = state;
+      const auto [position, velocity] = guard.system_.project(guard.before_limit(t), guard.projected_);
+      change = guard.projected_ - state;
+      ++guard.projections;
+      guard.constraint_residual = std::max(guard.constraint_residual, position);
+      guard.constraint_velocity = std::max(guard.constraint_velocity, velocity);
+    });
+  }
+
   long evaluations = 0;
   long jacobians = 0;
+  long projections = 0;
+  double constraint_residual = 0.0, constraint_velocity = 0.0;  // largest after a projection
 
  private:
   double before_limit(double t) const noexcept { return forward_ ? std::min(t, latest_) : std::max(t, latest_); }
@@ -202,7 +244,7 @@ class GuardedSystem {
 
   AnySystem system_;
   double start_t_ = 0.0;
-  Eigen::VectorXd start_y_, start_ydot_;
+  Eigen::VectorXd start_y_, start_ydot_, projected_;
   bool start_pending_ = false;
   double latest_ = 0.0;
   bool forward_ = true;

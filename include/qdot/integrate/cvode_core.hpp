@@ -137,6 +137,13 @@ inline Core::Core(AnySystem system, CvodeSettings wanted, const Options& options
   require(CVodeSetMaxNumSteps(memory.get(), -1), "CVodeSetMaxNumSteps");  // the driver counts
   require(CVodeSetMaxHnilWarns(memory.get(), -1), "CVodeSetMaxHnilWarns");
   require(CVodeSetMaxOrd(memory.get(), settings.max_order), "CVodeSetMaxOrd");
+  if (guard.system().has_constraints()) {
+    if (settings.family != CV_BDF)
+      throw InvalidValue("a system with constraints needs a method that can project onto them, but " + settings.name +
+                         " cannot (CVODE projects with BDF only); use CvodeBdf, Dop853 or Dopri5");
+    require(CVodeSetProjFn(memory.get(), &GuardedSystem::projection), "CVodeSetProjFn");
+    require(CVodeSetProjErrEst(memory.get(), SUNFALSE), "CVodeSetProjErrEst");
+  }
   if (std::isfinite(max_step)) require(CVodeSetMaxStep(memory.get(), max_step), "CVodeSetMaxStep");
 
   if (settings.corrector == Corrector::newton) {
@@ -250,6 +257,9 @@ inline void Core::count_attempts() {
   statistics.linear_setups += seen_setups - std::exchange(setups, seen_setups);
   statistics.evaluations = guard.evaluations;
   statistics.jacobians = guard.jacobians;
+  statistics.projections = guard.projections;
+  statistics.constraint_residual = guard.constraint_residual;
+  statistics.constraint_velocity = guard.constraint_velocity;
 }
 
 inline Eigen::Index Core::worst_component() {

@@ -21,6 +21,8 @@ namespace qdot {
 /// A Stepper driven by CVODE. Movable; one object serves one thread at a time.
 class CvodeStepper {
  public:
+  static constexpr bool projects_itself = true;  // BDF; Adams refuses a system with constraints
+
   /// @throws InvalidValue, DimensionError  for options outside their range
   template <FirstOrderSystem F>
   CvodeStepper(F system, CvodeSettings settings, const Options& options)

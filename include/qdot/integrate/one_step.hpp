@@ -21,7 +21,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "qdot/error.hpp"
@@ -37,6 +39,25 @@ template <class F>
 struct mechanical_form : std::false_type {};
 template <class Sys>
 struct mechanical_form<FirstOrderForm<Sys>> : std::true_type {};
+
+// Lets an object be assigned whose type can only be copied: functors that capture are of that kind.
+template <class T>
+struct Replaceable {
+  T value;
+
+  explicit Replaceable(T initial) : value(std::move(initial)) {}
+  Replaceable(const Replaceable&) = default;
+  Replaceable(Replaceable&&) = default;
+  Replaceable& operator=(const Replaceable& other) { return *this = Replaceable(other); }
+  Replaceable& operator=(Replaceable&& other) noexcept(std::is_nothrow_move_constructible_v<T>) {
+    if (this != &other) {
+      std::destroy_at(&value);
+      std::construct_at(&value, std::move(other.value));
+    }
+    return *this;
+  }
+  ~Replaceable() = default;
+};
 
 // The state and the bookkeeping of a one-step method for the system F.
 template <FirstOrderSystem F>
@@ -56,8 +77,8 @@ class OneStep {
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
   OneStep(F system, std::string method, int order, const Options& options)
-      : system_(std::move(system)), rtol_(options.rtol), max_step_(options.max_step), order_(order) {
-    const Eigen::Index n = system_.size();
+      : form_(std::move(system)), rtol_(options.rtol), max_step_(options.max_step), order_(order) {
+    const Eigen::Index n = form().size();
     if (n < 1) throw InvalidValue("a system must have at least 1 component, but has " + std::to_string(n));
     require_valid(options, n);
     atol_.resize(n);
@@ -66,6 +87,8 @@ class OneStep {
     statistics_.method = std::move(method);
     statistics_.limited_by.assign(static_cast<std::size_t>(n), 0);
   }
+
+  const F& form() const noexcept { return form_.value; }
 
   Eigen::Index size() const noexcept {
     if constexpr (size_at_compile_time == Dynamic) {
@@ -83,7 +106,7 @@ class OneStep {
     require_option(std::isfinite(t), "t", "must be finite", t, "start at a time that is a number");
     for (Eigen::Index i = 0; i < size(); ++i)
       if (!std::isfinite(y[i]))
-        throw InvalidValue(system_.component_name(i) + " must be finite at the start, but is " + text_of(y[i]) +
+        throw InvalidValue(form().component_name(i) + " must be finite at the start, but is " + text_of(y[i]) +
                            "; give it a number");
     t_ = t_previous_ = t;
     y_ = y;
@@ -108,9 +131,9 @@ class OneStep {
       const Vector<double, n> q = y.template head<n>();
       const Vector<double, n> qdot = y.template tail<n>();
       ydot.template head<n>() = qdot;
-      ydot.template tail<n>() = acceleration(system_.system(), q, qdot, t);
+      ydot.template tail<n>() = acceleration(form().system(), q, qdot, t);
     } else {
-      system_.derivative(t, y, ydot);
+      form().derivative(t, y, ydot);
     }
   }
 
@@ -124,6 +147,8 @@ class OneStep {
       failure_ = {Outcome::non_finite, error.what()};
     } catch (const MassMatrixError& error) {
       failure_ = {Outcome::singular_mass_matrix, error.what()};
+    } catch (const ConstraintError& error) {
+      failure_ = {Outcome::constraint_failure, error.what()};
     } catch (const RecoverableError& error) {
       failure_ = {Outcome::refused_by_model, error.what()};
     } catch (const StopRequest& request) {
@@ -164,10 +189,10 @@ class OneStep {
     failure_.outcome = Outcome::step_collapse;
     failure_.message = "the local error stayed too large";
     if (worst >= 0)
-      failure_.message += ", most of all in " + system_.component_name(worst) + " = " + text_of(y_[worst]);
+      failure_.message += ", most of all in " + form().component_name(worst) + " = " + text_of(y_[worst]);
   }
 
-  F system_;
+  Replaceable<F> form_;
   Vector<double, size_at_compile_time> atol_;
   double rtol_, max_step_;
   int order_;

@@ -35,6 +35,7 @@ enum class Outcome {
   state_limit,            ///< a component exceeded options.state_norm_limit
   non_finite,             ///< the right-hand side (or its Jacobian) gave NaN or infinity at every step size tried
   singular_mass_matrix,   ///< M could not be factored at any step size tried
+  constraint_failure,     ///< the constraints contradict each other, or could not be met, at every step size tried
   refused_by_model,       ///< the model threw RecoverableError at every step size tried
   step_collapse,          ///< the error test failed down to the smallest step that t can still feel
   error_test_failure,     ///< the error test failed too often in one step
@@ -56,6 +57,7 @@ constexpr std::string_view name(Outcome outcome) noexcept {
     case Outcome::state_limit: return "state_limit";
     case Outcome::non_finite: return "non_finite";
     case Outcome::singular_mass_matrix: return "singular_mass_matrix";
+    case Outcome::constraint_failure: return "constraint_failure";
     case Outcome::refused_by_model: return "refused_by_model";
     case Outcome::step_collapse: return "step_collapse";
     case Outcome::error_test_failure: return "error_test_failure";
@@ -84,6 +86,8 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
              "number.";
     case Outcome::singular_mass_matrix:
       return "some direction of motion lost its inertia; choose other coordinates, or add the missing mass.";
+    case Outcome::constraint_failure:
+      return "look at the constraint that is named: it depends on the others there, or cannot be met together with them.";
     case Outcome::refused_by_model: return "look at the condition under which the model throws RecoverableError.";
     case Outcome::step_collapse:
       return "the solution may run to infinity here, or the right-hand side may jump: bound the run before this time, "

@@ -60,10 +60,10 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   /// @throws InvalidValue, DimensionError  for options outside their range
   RungeKuttaStepper(F system, std::string name, const Options& options)
       : Base(std::move(system), std::move(name), C::order, options), initial_step_(options.initial_step) {
-    const Eigen::Index n = this->system_.size();
+    const Eigen::Index n = this->form().size();
     k_.setZero(n, C::total);
     dense_.setZero(n, degree + 1);
-    y_new_ = y_old_ = stage_ = f_ = k_first_ = dense_.col(0);
+    y_new_ = y_old_ = stage_ = f_ = k_first_ = k_last_ = dense_.col(0);
   }
 
   /// Starts (afresh) at (t, y); evaluates f once there.
@@ -79,6 +79,15 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     h_last_ = 0.0;
     error_before_ = 1e-4;
     dense_is_current_ = false;
+  }
+
+  /// Replaces the state at t() by a nearby one, such as its projection onto constraints; evaluates f once there.
+  void correct(const Eigen::Ref<const Eigen::VectorXd>& y) {
+    this->y_ = y;
+    this->evaluate(this->t_, this->y_, f_);
+    if (!dense_is_current_) k_last_ = k_.col(0);  // dense output still ends where the step did
+    corrected_ = true;
+    k_.col(0) = f_;
   }
 
   /// One accepted step towards t_limit, landing on it exactly if it comes that far.
@@ -97,11 +106,12 @@ class RungeKuttaStepper : public detail::OneStep<F> {
       const bool evaluated = this->attempt([&] { error = attempted_step(t_new, h, worst); });
       if (evaluated && error <= 1.0) {
         plan_next(h, error, rejected_before);
-        y_old_ = std::exchange(this->y_, y_new_);
+        y_old_ = std::exchange(this->y_, y_new_);  // y_new_ stays the step's own end
         k_first_ = k_.col(0);
         k_.col(0) = k_.col(C::stages);
         h_last_ = h;
         dense_is_current_ = false;
+        corrected_ = false;
         this->accept(t_new, t_limit, worst);
         return true;
       }
@@ -263,7 +273,8 @@ class RungeKuttaStepper : public detail::OneStep<F> {
 
   void make_dense() {
     const double h = h_last_;
-    Y k_new = k_.col(0);
+    const Y k_start = k_.col(0);
+    const Y k_new = corrected_ ? k_last_ : k_start;
     k_.col(0) = k_first_;
     k_.col(C::stages) = k_new;
     const bool complete = this->attempt([&] {
@@ -272,7 +283,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
       }(std::make_index_sequence<static_cast<std::size_t>(C::dense_stages)>{});
     });
     for (Eigen::Index i = 0; i < size(); ++i) {
-      const double change = this->y_[i] - y_old_[i];
+      const double change = y_new_[i] - y_old_[i];
       std::array<double, static_cast<std::size_t>(degree)> quotient{};
       quotient[0] = change;
       quotient[1] = h * k_first_[i] - change;
@@ -284,7 +295,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
       }
       multiply_out(quotient, i);
     }
-    k_.col(0) = k_new;
+    k_.col(0) = k_start;
     dense_is_current_ = true;
   }
 
@@ -304,8 +315,8 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   [[noreturn]] void throw_non_finite() const {
     for (Eigen::Index i = 0; i < size(); ++i)
       if (!std::isfinite(stage_[i]))
-        throw NonFinite("the derivative of " + this->system_.component_name(i), this->t_,
-                        "the derivative of " + this->system_.component_name(i) + " must be finite at the start, but is " +
+        throw NonFinite("the derivative of " + this->form().component_name(i), this->t_,
+                        "the derivative of " + this->form().component_name(i) + " must be finite at the start, but is " +
                             detail::text_of(stage_[i]) + "; check the right-hand side there");
     throw NonFinite("the derivative", this->t_, "the derivative must be finite at the start; check the right-hand side");
   }
@@ -315,7 +326,8 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   double h_last_ = 0.0;        // taken; 0 before the first step
   double error_before_ = 1e-4;
   bool dense_is_current_ = false;
-  Y y_old_, y_new_, stage_, f_, k_first_;
+  bool corrected_ = false;     // since the last step
+  Y y_old_, y_new_, stage_, f_, k_first_, k_last_;
   Matrix<double, N, C::total> k_;        // k₁ … k_s, f(t₁, y₁), the dense output's stages
   Matrix<double, N, degree + 1> dense_;  // coefficients of powers of s, a column each
 };

@@ -9,7 +9,7 @@
 //
 // A run is a chain of legs between landing points: the stop times on the way, and t_end. On each leg
 //
-//     step → check → keep → show → budget,
+//     step → check → project → keep → show → budget,
 //
 // that is: one accepted step of the method; is the state finite and within its limit; append the
 // step's polynomial and fill the output times that it covers; show it to the observer; are steps,
@@ -63,7 +63,8 @@ class Driver {
 
  private:
   // The first evaluation. Its errors are the caller's, for there is nothing yet to keep.
-  bool start(double t0, const Eigen::VectorXd& y0) {
+  bool start(double t0, Eigen::VectorXd y0) {
+    require_consistent(t0, y0);
     run_.trajectory.start(t0, y0);
     run_.t = t0;
     run_.y = y0;
@@ -80,7 +81,7 @@ class Driver {
   bool leg(double landing) {
     while (stepper_.t() != landing) {
       if (!stepper_.step(landing)) return end(stepper_.failure().outcome, stepper_.failure().message);
-      if (!state_is_sound() || !(keep(), observed()) || !within_budget(landing)) return false;
+      if (!state_is_sound() || !projected() || !(keep(), observed()) || !within_budget(landing)) return false;
     }
     return true;
   }
@@ -90,9 +91,17 @@ class Driver {
   bool restart(double landing) {
     ++restarts_;
     const double behind = std::nextafter(run_.t, landing);
+    return guarded([&] { stepper_.reset(behind == landing ? run_.t : behind, run_.y); });
+  }
+
+  // Runs what may find the model refusing; false, with the outcome noted, if it did.
+  template <class Evaluation>
+  bool guarded(Evaluation&& evaluation) {
     try {
-      stepper_.reset(behind == landing ? run_.t : behind, run_.y);
+      evaluation();
       return true;
+    } catch (const ConstraintError& error) {
+      return end(Outcome::constraint_failure, error.what());
     } catch (const NonFinite& error) {
       return end(Outcome::non_finite, error.what());
     } catch (const MassMatrixError& error) {
@@ -118,6 +127,44 @@ class Driver {
                                          " exceeds state_norm_limit = " + text_of(options_.state_norm_limit));
   }
 
+  // Puts the step's end back onto the constraints, where the system has any.
+  bool projected() {
+    if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
+      static_assert(CorrectableStepper<S>,
+                    "qdot: this method cannot keep a system on its constraints; use Dop853, Dopri5 or CvodeBdf");
+      return guarded([&] {
+        projected_ = stepper_.y();
+        count_projection(system_.project(stepper_.t(), projected_));
+        stepper_.correct(projected_);
+      });
+    } else {
+      return true;
+    }
+  }
+
+  template <class Report>
+  void count_projection(const Report& report) {
+    ++projections_;
+    constraint_residual_ = std::max(constraint_residual_, static_cast<double>(report.residual));
+    constraint_velocity_ = std::max(constraint_velocity_, static_cast<double>(report.velocity_residual));
+  }
+
+  // A start may be off its constraints by rounding, not by more: that would be another problem than the one given.
+  void require_consistent(double t0, Eigen::VectorXd& y0) {
+    if constexpr (ProjectableSystem<F>) {
+      projected_ = y0;
+      system_.project(t0, projected_);
+      Eigen::Index worst = 0;
+      const double moved = ((projected_ - y0).array().abs() / (1.0 + y0.array().abs())).maxCoeff(&worst);
+      constexpr double rounding = 1e-6;  // what hand-typed initial values with seven digits are good for
+      if (moved > rounding)
+        throw InvalidValue("a start must satisfy the constraints, but " + system_.component_name(worst) + " = " +
+                           text_of(y0[worst]) + " would have to be " + text_of(projected_[worst]) +
+                           "; take consistent_state(scene, start).state");
+      y0 = projected_;
+    }
+  }
+
   void keep() {
     run_.t = stepper_.t();
     run_.y = stepper_.y();
@@ -129,6 +176,8 @@ class Driver {
         keep_sample(t, run_.y);
       } else {
         stepper_.interpolate(t, scratch_);
+        if constexpr (ProjectableSystem<F>)
+          guarded([&] { system_.project(t, scratch_); });  // between steps the polynomial leaves the constraints
         keep_sample(t, scratch_);
       }
     }
@@ -191,6 +240,11 @@ class Driver {
   void finish() {
     run_.statistics = stepper_.statistics();
     run_.statistics.restarts = restarts_;
+    if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
+      run_.statistics.projections = projections_;
+      run_.statistics.constraint_residual = constraint_residual_;
+      run_.statistics.constraint_velocity = constraint_velocity_;
+    }
     run_.statistics.wall_seconds = seconds();
     run_.samples.y.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(next_output_));
     const std::string where = "t = " + text_of(run_.t) + " after " + std::to_string(run_.statistics.steps) + " steps";
@@ -243,7 +297,9 @@ class Driver {
   std::vector<double> outputs_;
   std::size_t next_output_ = 0;
   Eigen::VectorXd scratch_;
-  long restarts_ = 0;
+  long restarts_ = 0, projections_ = 0;
+  double constraint_residual_ = 0.0, constraint_velocity_ = 0.0;
+  Eigen::VectorXd projected_;
   double t_end_ = 0.0, stall_mark_ = 0.0;
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };

@@ -31,6 +31,9 @@ struct Statistics {
   long jacobians = 0;               ///< ∂f/∂y, each about as dear as size() right-hand sides
   long linear_setups = 0;           ///< factorizations
   long restarts = 0;                ///< fresh starts after t₀, at stop times and jumps
+  long projections = 0;             ///< states put back onto constraints
+  double constraint_residual = 0.0; ///< largest |φ| after a projection
+  double constraint_velocity = 0.0; ///< largest |φ̇| or |a| after a projection
   double wall_seconds = 0.0;        ///< of the whole run, by a monotonic clock
   double first_step = 0.0;          ///< |h| of the first accepted step
   double last_step = 0.0;           ///< |h| of the last accepted step

@@ -57,6 +57,17 @@ concept Stepper =
       { c.statistics() } -> std::convertible_to<const Statistics&>;         // counts so far
     };
 
+/// A stepper whose state may be replaced by a nearby one between steps, without a fresh start.
+///
+/// correct(y) keeps the step size and the dense output of the last step. One-step methods can do that; a multistep
+/// method, whose past would no longer fit, must project inside its step instead, and says so by projects_itself().
+template <class S>
+concept CorrectableStepper = Stepper<S> && requires(S& s, const Eigen::VectorXd& y) { s.correct(y); };
+
+/// A stepper that projects inside its steps where the system has constraints.
+template <class S>
+concept SelfProjectingStepper = Stepper<S> && requires { requires S::projects_itself; };
+
 /// A method's settings, from which it makes a stepper for a system.
 template <class M, class F>
 concept SteppingMethod = FirstOrderSystem<F> && requires(const M& method, const F& system, const Options& options) {

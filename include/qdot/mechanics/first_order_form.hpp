@@ -28,6 +28,13 @@ concept FirstOrderSystem = requires(const F& f, double t, const Eigen::Ref<const
   { f.component_name(i) } -> std::convertible_to<std::string>;       // for messages
 };
 
+/// A first-order system that knows how to put a state back onto its constraints.
+template <class F>
+concept ProjectableSystem = FirstOrderSystem<F> && requires(const F& f, double t, Eigen::Ref<Eigen::VectorXd> y) {
+  { f.project(t, y).residual } -> std::convertible_to<double>;           // y ← nearest consistent state; may throw
+  { f.project(t, y).velocity_residual } -> std::convertible_to<double>;  // what is left of the two residuals
+};
+
 /// A mechanical system in first-order form, y = [q; q̇]. Models FirstOrderSystem.
 ///
 /// Holds a copy of the system. Evaluations allocate nothing for fixed n.
