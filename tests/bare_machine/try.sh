@@ -23,6 +23,7 @@ fi
 cp /etc/resolv.conf "$root/etc/resolv.conf"
 
 mkdir -p "$root/qdot"
+find "$root/qdot" -mindepth 1 -maxdepth 1 ! -name build -exec rm -rf {} + # what was built is kept
 git -C "$checkout" archive HEAD | tar -x -C "$root/qdot"
 
 mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
