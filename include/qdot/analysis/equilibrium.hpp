@@ -55,7 +55,8 @@ namespace detail {
 
 // The shortest x with K x = −slope, or with the least residual; the two arguments are of run-time size so that all
 // numbers of coordinates share one instantiation.
-inline Eigen::VectorXd newton_step(const Eigen::MatrixXd& K, const Eigen::VectorXd& slope) {
+template <class = void>  // compiled only where it is called
+Eigen::VectorXd newton_step(const Eigen::MatrixXd& K, const Eigen::VectorXd& slope) {
   return -Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(K).solve(slope);
 }
 

@@ -103,7 +103,8 @@ struct NormalModes {
 namespace detail {
 
 // Of run-time size, so that every number of coordinates shares one instantiation.
-inline NormalModes<Dynamic> solved_modes(const Eigen::MatrixXd& K, const Eigen::MatrixXd& M) {
+template <class = void>  // compiled only where it is called
+NormalModes<Dynamic> solved_modes(const Eigen::MatrixXd& K, const Eigen::MatrixXd& M) {
   if (Eigen::LLT<Eigen::MatrixXd>(M).info() != Eigen::Success) {
     throw InvalidValue("normal_modes: the mass matrix must be positive definite at the equilibrium, but it is not; "
                        "choose coordinates that are regular there");
@@ -112,7 +113,8 @@ inline NormalModes<Dynamic> solved_modes(const Eigen::MatrixXd& K, const Eigen::
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
-inline Eigen::VectorXcd solved_exponents(const Eigen::MatrixXd& K, const Eigen::MatrixXd& G, const Eigen::MatrixXd& M) {
+template <class = void>  // compiled only where it is called
+Eigen::VectorXcd solved_exponents(const Eigen::MatrixXd& K, const Eigen::MatrixXd& G, const Eigen::MatrixXd& M) {
   const Eigen::Index size = M.rows();
   const Eigen::PartialPivLU<Eigen::MatrixXd> factor(M);
   Eigen::MatrixXd first_order = Eigen::MatrixXd::Zero(2 * size, 2 * size);

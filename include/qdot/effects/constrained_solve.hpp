@@ -58,7 +58,8 @@ struct LeastNorm {
   Eigen::VectorXd d, lambda, miss;
   Eigen::Index rank;
 };
-inline LeastNorm least_norm(const Eigen::Ref<const Eigen::MatrixXd>& Bt, const Eigen::Ref<const Eigen::VectorXd>& g, double cutoff) {
+template <class = void>  // compiled only where it is called
+LeastNorm least_norm(const Eigen::Ref<const Eigen::MatrixXd>& Bt, const Eigen::Ref<const Eigen::VectorXd>& g, double cutoff) {
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> rows;
   rows.setThreshold(cutoff);
   rows.compute(Bt.transpose());
@@ -82,7 +83,8 @@ inline LeastNorm least_norm(const Eigen::Ref<const Eigen::MatrixXd>& Bt, const E
 }
 
 // Accelerations (first) and multipliers from the whole matrix, for an M that is singular by itself.
-inline Eigen::VectorXd pivoted_solution(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const Eigen::VectorXd& f,
+template <class = void>  // compiled only where it is called
+Eigen::VectorXd pivoted_solution(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const Eigen::VectorXd& f,
                                         const Eigen::VectorXd& gamma, double t, const std::vector<std::string>& constraints,
                                         const std::vector<std::string>& coordinates) {
   const Eigen::Index size = M.rows();

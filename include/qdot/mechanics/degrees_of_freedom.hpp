@@ -63,7 +63,8 @@ struct ConstraintRank {
 namespace detail {
 
 // Rows that Gram and Schmidt, twice through, find in the span of the rows before them.
-inline std::vector<Eigen::Index> rows_in_span_of_earlier(const Eigen::MatrixXd& rows, double tolerance) {
+template <class = void>  // compiled only where it is called
+std::vector<Eigen::Index> rows_in_span_of_earlier(const Eigen::MatrixXd& rows, double tolerance) {
   std::vector<Eigen::Index> dependent;
   Eigen::MatrixXd basis(rows.cols(), 0);
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
@@ -89,7 +90,8 @@ inline std::vector<Eigen::Index> rows_in_span_of_earlier(const Eigen::MatrixXd& 
 /// @param J          m×N
 /// @param tolerance  singular values up to this fraction of the largest one count as zero
 /// @throws           NonFinite when J is not finite, InvalidValue for a tolerance outside (0, 1)
-inline ConstraintRank rank_of_rows(const Eigen::MatrixXd& J, double tolerance = 1e-10) {
+template <class = void>  // compiled only where it is called
+ConstraintRank rank_of_rows(const Eigen::MatrixXd& J, double tolerance = 1e-10) {
   if (!(tolerance > 0.0 && tolerance < 1.0)) {
     throw InvalidValue("rank_of_rows: the tolerance must lie between 0 and 1, but it is " + std::to_string(tolerance) +
                        "; it is a fraction of the largest singular value");

@@ -86,7 +86,8 @@ inline double scattered(std::uint64_t k) {
 
 // Frobenius' condition at q, from the entries of A column by column (m·n) and their derivatives (m·n × n). No template,
 // so that all constraints share it.
-inline Integrability frobenius_condition(const Eigen::VectorXd& entries, const Eigen::MatrixXd& derivatives,
+template <class = void>  // compiled only where it is called
+Integrability frobenius_condition(const Eigen::VectorXd& entries, const Eigen::MatrixXd& derivatives,
                                          const Eigen::VectorXd& q, double tolerance) {
   const Eigen::Index n = q.size(), m = entries.size() / n;
   if (m * n != entries.size() || m == 0) {
