@@ -256,6 +256,18 @@ TEST_CASE("a stepper lands on its limit, keeps its memory and refuses to turn ro
   CHECK(stepper.polynomial().coefficients == memory);
 }
 
+TEST_CASE("a system whose functors capture can be stepped, and its stepper be assigned") {
+  const double omega = 2.0;
+  const auto oscillator = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; },
+                                               [omega](const auto& q) { return 0.5 * omega * omega * q[0] * q[0]; });
+  const auto form = first_order_form(oscillator);
+  auto stepper = Dop853{}.stepper(form, {});
+  stepper = Dop853{}.stepper(form, {.rtol = 1e-12});
+  stepper.reset(0.0, Eigen::Vector2d(1.0, 0.0));
+  while (stepper.t() != 1.0) REQUIRE(stepper.step(1.0));
+  CHECK_THAT(stepper.y()[0], WithinAbs(std::cos(2.0), 1e-10));
+}
+
 TEST_CASE("a limit some rounding units away is reached") {
   const auto form = first_order_form(double_pendulum);
   auto stepper = Dop853{}.stepper(form, {});

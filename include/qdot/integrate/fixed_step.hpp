@@ -77,7 +77,7 @@ class FixedStep : public OneStep<F> {
     lost_ = y_old_ = ydot_ = ydot_old_ = dense_.col(0);
   }
 
-  Eigen::Index dof() const noexcept { return this->system_.system().dof(); }
+  Eigen::Index dof() const noexcept { return this->form().system().dof(); }
 
   void begin(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
     Base::begin(t, y);

@@ -47,7 +47,7 @@ class SplittingStepper : public detail::FixedStep<F> {
         scheme_(detail::splitting(scheme)) {
     const Vector<double, n> zero = Vector<double, n>::Zero(dof());
     const Vector<double, n> one = Vector<double, n>::Ones(dof());
-    const auto& mechanical = this->system_.system();
+    const auto& mechanical = this->form().system();
     const Matrix<double, n> M = mass_matrix(mechanical, zero, zero);
     const Matrix<double, n> change = mass_matrix(mechanical, zero, one) - M;
     if (!(change.cwiseAbs().maxCoeff() <= 1e-12 * M.cwiseAbs().maxCoeff()))
@@ -98,7 +98,7 @@ class SplittingStepper : public detail::FixedStep<F> {
     if (!force_is_current_) {
       const Vector<double, n> q = this->y_.head(dof());
       const Vector<double, n> qdot = this->y_.tail(dof());
-      qddot_.noalias() = inverse_ * detail::lagrangian_gradient<n>(this->system_.system().energies(), q, qdot, t);
+      qddot_.noalias() = inverse_ * detail::lagrangian_gradient<n>(this->form().system().energies(), q, qdot, t);
       ++this->statistics_.evaluations;
       force_is_current_ = true;
     }
@@ -113,8 +113,8 @@ class SplittingStepper : public detail::FixedStep<F> {
   void require_finite() const {
     for (Eigen::Index i = 0; i < this->size(); ++i)
       if (!std::isfinite(this->y_[i]))
-        throw NonFinite(this->system_.component_name(i), this->t_,
-                        this->system_.component_name(i) + " became " + detail::text_of(this->y_[i]));
+        throw NonFinite(this->form().component_name(i), this->t_,
+                        this->form().component_name(i) + " became " + detail::text_of(this->y_[i]));
   }
 
   detail::Splitting scheme_;
