@@ -1,0 +1,250 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Taylor steps: the motion's own power series, as far as the accuracy asks.
+//
+//     const auto run = simulate(system, start, 10.0, Taylor{}, {.rtol = 1e-13, .atol = 1e-15});
+//
+// At each step the series of q and q̇ about the present state are computed to order p
+// (taylor_equations.hpp) and evaluated at t + h. The series *is* the dense output.
+//
+// Order. A series with radius of convergence ρ, cut after order p and used at h, errs by about (h/ρ)^p.
+// An order more costs ~ p operations of p² in all; the cheapest pair for an error ε is h = ρ/e² with
+//
+//     p = 1 − ½ ln ε          8, 12, 15, 20 for 1e-6, 1e-9, 1e-12, 1e-16   (plus a little: orders are cheap).
+//
+// Step. With a_j = max_i |y_{i,j}| / (rtol |y_i| + atol_i), each component by its own measure, and σ = ε^{1/(p+1)}
+// the ratio h/ρ aimed at, coefficient j foretells an error of a_j h^j σ^{p+1−j} in order p + 1. The step is the
+// longest for which *each of the last six* coefficients foretells less than one unit. One or two would not do:
+// a pendulum released at rest has every second coefficient zero, from the horizontal three of four.
+//
+// Test. Coefficients may all vanish and the series still be wrong: ẍ = −x¹⁵ from x = 0 begins t + 0 t² + …,
+// and a foretold error of zero allows any step. So no step is believed. At its end, where the next expansion
+// starts anyway and gives f(y₁) at once, the polynomial P must fulfil the equation it solves:
+//
+//     h |P′(h) − f(P(h))| / (p + 1)    is the error of P(h) if that grows like h^{p+1}.
+//
+// If it exceeds the tolerance (beyond the rounding of the subtraction itself) the step is rejected and a
+// shorter one evaluated from the same series: a rejection costs one evaluation, not an expansion.
+//
+// Sums are compensated (fixed_step.hpp), so that rounding does not pile up with the number of steps; with
+// rtol = 1e-15 a bound orbit's energy then changes by rounding alone, at random and not in one direction.
+//
+// What does not fit: energies with branches (NotAnalytic at construction), points where T or V are not
+// analytic (a root or a broken power of zero: outcome non_finite), and stiff systems.
+//
+// Reference: À. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of
+// high-order Taylor methods, Experimental Mathematics 14 (2005) 99.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "qdot/integrate/fixed_step.hpp"
+#include "qdot/integrate/one_step.hpp"
+#include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/taylor_equations.hpp"
+
+namespace qdot {
+
+/// A Stepper that expands the motion in a power series at each step. Movable.
+template <class F>
+class TaylorStepper : public detail::OneStep<F> {
+  using Base = detail::OneStep<F>;
+  using typename Base::Y;
+  using Base::epsilon, Base::size;
+  using Sys = typename detail::system_of<F>::type;
+
+ public:
+  /// @throws NotAnalytic                   T or V compares values or has a kink
+  /// @throws InvalidValue, DimensionError  for options outside their range
+  TaylorStepper(F system, int order, const Options& options)
+      : Base(std::move(system), "taylor", order > 0 ? order : order_for(options.rtol), options),
+        series_(this->form().system(), this->order_),
+        ratio_(std::pow(options.rtol, 1.0 / (this->order_ + 1))),
+        initial_step_(options.initial_step) {
+    detail::require_option(this->order_ >= 4 && this->order_ <= 60, "order", "must lie between 4 and 60", this->order_,
+                           "leave it out to have it chosen from rtol");
+    dense_.setZero(size(), this->order_ + 1);
+    y_new_ = lost_ = lost_new_ = f_new_ = this->y_;
+  }
+
+  /// The order that costs least for a relative tolerance.
+  static int order_for(double rtol) {
+    return std::clamp(static_cast<int>(std::ceil(2.0 - 0.5 * std::log(rtol))), 6, 24);
+  }
+
+  /// Starts (afresh) at (t, y); evaluates the equations once there.
+  ///
+  /// @throws as RungeKuttaStepper::reset
+  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    this->begin(t, y);
+    lost_.setZero();
+    expansion_is_current_ = false;
+    unit_ = 1.0;
+    h_last_ = 0.0;
+    begin_expansion(t, this->y_);
+    for (Eigen::Index i = 0; i < size(); ++i)
+      if (!std::isfinite(series_.coefficients()(i, 1)))
+        throw NonFinite("the derivative of " + this->form().component_name(i), t,
+                        "the derivative of " + this->form().component_name(i) +
+                            " must be finite at the start, but is " + detail::text_of(series_.coefficients()(i, 1)) +
+                            "; check T and V there for a division by zero, a root or a logarithm of zero");
+    expansion_is_current_ = true;
+  }
+
+  /// One accepted step towards t_limit, landing on it exactly if it comes that far.
+  bool step(double t_limit) {
+    this->head_for(t_limit);
+    if (!expand()) return this->give_up(0.0);
+    double h = this->direction_ * std::min(foretold_step(), this->max_step_);
+    if (this->statistics_.steps == 0 && initial_step_ > 0.0) h = this->direction_ * std::min(initial_step_, std::abs(h));
+    for (int attempts = 0; attempts < 200; ++attempts) {
+      const double distance = t_limit - this->t_;
+      const bool lands = !(std::abs(h) * (1 + 1e-3) < std::abs(distance));
+      const double t_new = lands ? t_limit : this->t_ + h;
+      h = t_new - this->t_;  // what t + h was rounded to
+      Eigen::Index worst = 0;
+      double error = 0.0;
+      expansion_is_current_ = false;
+      const bool evaluated = this->attempt([&] { error = attempted_step(t_new, h, worst); });
+      if (evaluated && error <= 1.0) {
+        std::swap(this->y_, y_new_);
+        std::swap(lost_, lost_new_);
+        expansion_is_current_ = true;
+        h_last_ = h;
+        this->accept(t_new, t_limit, worst);
+        return true;
+      }
+      if (!evaluated && this->failure_.outcome == Outcome::stopped_by_model) break;
+      ++this->statistics_.rejected_by_error_test;
+      if (evaluated && error > 1.0) {
+        this->blame_error_test(worst);
+        h *= std::clamp(0.9 * std::pow(error, -1.0 / (this->order_ + 1)), 0.05, 0.8);
+      } else {
+        if (evaluated) this->failure_ = {Outcome::non_finite, "the equations of motion were not finite"};
+        h *= 0.25;
+      }
+      if (std::abs(h) <= this->smallest_step()) break;
+    }
+    return this->give_up(h);
+  }
+
+  /// The last step's series.
+  PolynomialView polynomial() {
+    if (h_last_ == 0.0) return {this->t_, 1.0, this->y_.data(), this->y_.size(), 0};
+    return {this->t_previous_, dense_unit_, dense_.data(), this->y_.size(), this->order_};
+  }
+
+  /// out ← y(t) for t within the last step.
+  void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { polynomial().evaluate(t, out); }
+
+ private:
+  static constexpr int window = 6;  // coefficients that foretell the step
+
+  void begin_expansion(double t, const Y& y) {
+    ++this->statistics_.evaluations;
+    series_.start(t, y, unit_);
+  }
+
+  // All coefficients at the present state, in dense_; false if they are not finite in any unit of time.
+  bool expand() {
+    for (int attempts = 0; attempts < 4; ++attempts) {
+      const bool expanded = this->attempt([&] {
+        if (!expansion_is_current_) begin_expansion(this->t_, this->y_);
+        series_.expand(this->order_);
+      });
+      if (!expanded) return false;
+      dense_ = series_.coefficients();
+      dense_unit_ = unit_;
+      if (dense_.allFinite()) return true;
+      unit_ *= 1e-6;  // too fast for this unit of time: coefficients overflow
+      expansion_is_current_ = false;
+    }
+    unit_ = 1.0;
+    this->failure_ = {Outcome::non_finite,
+                      "the Taylor coefficients are not finite, so T or V are not analytic at this state (a root or a broken "
+                      "power of zero, a pole); Dop853 needs no more than finite forces"};
+    return false;
+  }
+
+  // The longest |h| that the last coefficients allow.
+  double foretold_step() const {
+    const int p = this->order_;
+    double shortest = std::numeric_limits<double>::infinity();
+    double share = 1.0;  // σ^{p+1−j}
+    for (int j = p; j > std::max(p - window, 0); --j) {
+      share *= ratio_;
+      double a = 0.0;
+      for (Eigen::Index i = 0; i < size(); ++i)
+        a = std::max(a, std::abs(dense_(i, j)) / this->weight(i, this->y_[i], this->y_[i]));
+      if (a * share > 0.0) shortest = std::min(shortest, std::pow(a * share, -1.0 / j));
+    }
+    return 0.95 * shortest * unit_;
+  }
+
+  // P(h) into y_new_, the next expansion begun there; returns the weighted defect.
+  double attempted_step(double t_new, double h, Eigen::Index& worst) {
+    const int p = this->order_;
+    const double s = h / dense_unit_;
+    // P(h) − y and P′: the sum without its first term, so that the last addition can be compensated.
+    Y& change = f_new_;
+    change = dense_.col(p);
+    slope_ = p * dense_.col(p);
+    for (int k = p - 1; k >= 1; --k) {
+      change = change * s + dense_.col(k);
+      slope_ = slope_ * s + k * dense_.col(k);
+    }
+    y_new_ = this->y_;
+    lost_new_ = lost_;
+    for (Eigen::Index i = 0; i < size(); ++i) detail::add_compensated(y_new_[i], lost_new_[i], change[i] * s);
+    unit_ = std::exp2(std::round(std::log2(std::abs(h))));
+    begin_expansion(t_new, y_new_);
+
+    double largest = 0.0;
+    for (Eigen::Index i = 0; i < size(); ++i) {
+      const double there = h / unit_ * series_.coefficients()(i, 1);
+      const double here = s * slope_[i];
+      const double defect = std::abs(here - there);
+      if (!std::isfinite(defect)) return std::numeric_limits<double>::quiet_NaN();
+      const double rounding = 64 * epsilon * (std::abs(here) + std::abs(there)) + 4 * epsilon * std::abs(y_new_[i]);
+      const double part = (defect - rounding) / ((p + 1) * this->weight(i, this->y_[i], y_new_[i]));
+      if (part > largest) {
+        largest = part;
+        worst = i;
+      }
+    }
+    return largest;
+  }
+
+  detail::LagrangeSeries<Sys> series_;
+  double ratio_;  // of h to the radius of convergence that is aimed at
+  double initial_step_;
+  double unit_ = 1.0;        // of time in series_
+  double dense_unit_ = 1.0;  // of time in dense_
+  double h_last_ = 0.0;
+  bool expansion_is_current_ = false;  // series_ was begun at the present state
+  Y y_new_, f_new_, slope_, lost_, lost_new_;
+  Matrix<double, Base::size_at_compile_time, Dynamic> dense_;
+};
+
+/// Taylor series of the motion: smooth energies, 1e-9 to 1e-15, long runs at full accuracy.
+struct Taylor {
+  static constexpr std::string_view name = "taylor";
+
+  int order = 0;  ///< 4 … 60; 0: chosen from rtol
+
+  /// A stepper for `system`, which it copies; runs T and V once to record them. Allocates all its memory here.
+  ///
+  /// @throws NotAnalytic  T or V compares values or has a kink
+  template <class Sys>
+  TaylorStepper<FirstOrderForm<Sys>> stepper(const FirstOrderForm<Sys>& system, const Options& options) const {
+    return {system, order, options};
+  }
+};
+
+}  // namespace qdot

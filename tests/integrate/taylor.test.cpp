@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+
+#include "../catch2_bridge.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/taylor.hpp"
+#include "qdot/mechanics/velocity.hpp"
+
+namespace {
+
+using namespace qdot;
+
+constexpr double pi = 3.14159265358979323846;
+constexpr double tolerances[] = {1e-6, 1e-9, 1e-12, 1e-13, 2.5e-15};
+
+// n bobs of mass 1 on rods of length 1, angles from the downward vertical.
+struct Chain {
+  template <class S>
+  S T(const Vector<S, Dynamic>& q, const Vector<S, Dynamic>& qdot) const {
+    using std::cos, std::sin;
+    S vx(0.0), vy(0.0), sum(0.0);
+    for (Eigen::Index k = 0; k < q.size(); ++k) {
+      vx += cos(q[k]) * qdot[k];
+      vy += sin(q[k]) * qdot[k];
+      sum += vx * vx + vy * vy;
+    }
+    return 0.5 * sum;
+  }
+  template <class S>
+  S V(const Vector<S, Dynamic>& q) const {
+    using std::cos;
+    S y(0.0), sum(0.0);
+    for (Eigen::Index k = 0; k < q.size(); ++k) sum += y -= cos(q[k]);
+    return 9.81 * sum;
+  }
+};
+
+State<Dynamic> at_rest(Eigen::Index n, double angle) {
+  return {0.0, Eigen::VectorXd::Constant(n, angle), Eigen::VectorXd::Zero(n)};
+}
+
+template <class Potential>
+auto particle(Potential V) {
+  return mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, V);
+}
+State<1> on_line(double x, double v) { return {0.0, Vector<double, 1>(x), Vector<double, 1>(v)}; }
+
+// By a method that shares nothing with series but the functors.
+template <class System, class Start>
+Eigen::VectorXd reference(const System& system, const Start& start, double t) {
+  return simulate(system, start, t, Dop853{}, {.rtol = 1e-14, .atol = 1e-15, .keep_trajectory = false}).y;
+}
+
+TEST_CASE("the series fulfils the equations of motion, whatever T and V depend on") {
+  const auto check = [](const auto& system, const auto& q, const auto& v, double t0) {
+    using Sys = std::decay_t<decltype(system)>;
+    constexpr int order = 20;
+    detail::LagrangeSeries<Sys> series(system, order);
+    const Eigen::Index n = system.dof();
+    Eigen::VectorXd y(2 * n);
+    y << q, v;
+    const double unit = 0.5, t = t0 + 0.02, s = 0.02 / unit;
+    series.start(t0, y, unit);
+    series.expand(order);
+    Eigen::VectorXd at = Eigen::VectorXd::Zero(2 * n), rate = at;
+    for (int k = order; k >= 0; --k) at = at * s + series.coefficients().col(k);
+    for (int k = order; k >= 1; --k) rate = rate * s + k * series.coefficients().col(k);
+    using V = Vector<double, Sys::dof_at_compile_time>;
+    const V qddot = acceleration(system, V(at.head(n)), V(at.tail(n)), t);
+    CHECK((rate.head(n) / unit - at.tail(n)).norm() < 1e-13);
+    CHECK((rate.tail(n) / unit - qddot).norm() < 1e-11 * (1 + qddot.norm()));
+  };
+  using Eigen::Vector2d;
+  check(mechanical_system(5, Chain{}), Eigen::VectorXd(Eigen::VectorXd::LinSpaced(5, 0.2, 1.9)),
+        Eigen::VectorXd(Eigen::VectorXd::LinSpaced(5, -1.0, 0.7)), 0.0);
+  // A driven pivot, T(q, q̇, t), and a potential that depends on time.
+  check(mechanical_system<2>(
+            [](const auto& q, const auto& v, const auto& t) {
+              using std::cos, std::sin;
+              const auto vx = v[1] + 0.3 * cos(2.0 * t) + v[0] * cos(q[0]);
+              const auto vy = v[0] * sin(q[0]);
+              return 0.5 * (vx * vx + vy * vy) + 0.5 * v[1] * v[1];
+            },
+            [](const auto& q, const auto& t) {
+              using std::cos, std::sin;
+              return -9.81 * cos(q[0]) + 0.5 * q[1] * q[1] * (2.0 + sin(t));
+            }),
+        Vector2d(0.7, -0.2), Vector2d(0.3, 1.1), 0.4);
+  // Relativistic: T is not quadratic in q̇, M depends on q̇.
+  check(mechanical_system<1>(
+            [](const auto& v) {
+              using std::sqrt;
+              return 1.0 - sqrt(1.0 - v[0] * v[0]);
+            },
+            [](const auto& q) { return 0.5 * q[0] * q[0]; }),
+        Vector<double, 1>(0.3), Vector<double, 1>(0.6), 0.0);
+  // A Lagrangian with an indefinite mass matrix: ẋẏ − xy + ⅓x³.
+  check(mechanical_system<2>([](const auto& v) { return v[0] * v[1]; },
+                             [](const auto& q) { return q[0] * q[1] - q[0] * q[0] * q[0] / 3.0; })
+            .with_indefinite_mass_matrix(),
+        Vector2d(0.4, 0.1), Vector2d(-0.3, 0.5), 0.0);
+  // Positions instead of velocities: T through dual numbers of the recording scalar.
+  check(mechanical_system<2>(
+            [](const auto& q, const auto& v) {
+              const auto place = [](const auto& x) {
+                using std::cos, std::sin;
+                return vector(x[0] * cos(x[1]), x[0] * sin(x[1]));
+              };
+              return 0.5 * velocity_of(place, q, v).squaredNorm();
+            },
+            [](const auto& q) { return -1.0 / q[0]; }),
+        Vector2d(1.2, 0.3), Vector2d(0.1, 0.8), 0.0);
+}
+
+TEST_CASE("the double pendulum is right to the tolerance") {
+  // From a Taylor series in quadruple precision.
+  const Eigen::Vector4d end(1.9234881444441958, 1.1485248782344042, 1.1168305154489508, -0.3371732877010639);
+  for (const double tol : tolerances) {
+    const auto run = simulate(mechanical_system(2, Chain{}), at_rest(2, 1.7), 3.0, Taylor{}, {.rtol = tol, .atol = tol});
+    CHECK(run.completed());
+    CHECK(run.t == 3.0);
+    CHECK((run.y - end).norm() < std::max(20 * tol, 1e-13));
+  }
+}
+
+TEST_CASE("pendulums released at rest from the horizontal are right at every tolerance") {
+  // Three of four coefficients of every series vanish at the start; a step chosen from two of them is absurd.
+  for (const Eigen::Index n : {1, 2, 3}) {
+    const auto system = mechanical_system(n, Chain{});
+    const Eigen::VectorXd exact = reference(system, at_rest(n, pi / 2), 3.0);
+    for (const double tol : tolerances) {
+      const auto run = simulate(system, at_rest(n, pi / 2), 3.0, Taylor{}, {.rtol = tol, .atol = tol});
+      CHECK(run.completed());
+      CHECK((run.y - exact).norm() < std::max(200 * tol, 5e-12));  // the motion of three is chaotic
+    }
+  }
+}
+
+TEST_CASE("potentials that are flat where the motion starts are right at every tolerance") {
+  const auto check = [](const auto& V, double amplification) {
+    const auto system = particle(V);
+    const Eigen::VectorXd exact = reference(system, on_line(0.0, 1.0), 10.0);
+    for (const double tol : tolerances) {
+      const auto run = simulate(system, on_line(0.0, 1.0), 10.0, Taylor{}, {.rtol = tol, .atol = tol});
+      CHECK(run.completed());
+      CHECK((run.y - exact).norm() < std::max(amplification * tol, 1e-11));
+    }
+  };
+  check([](const auto& q) { return 0.25 * q[0] * q[0] * q[0] * q[0]; }, 50);
+  check(
+      [](const auto& q) {
+        using std::pow;
+        return 0.5 * q[0] * q[0] + 0.25 * pow(q[0], 4);
+      },
+      50);
+  check(
+      [](const auto& q) {
+        using std::pow;
+        return pow(q[0], 16) / 16.0;  // the first coefficient after t is that of t¹⁷
+      },
+      500);
+  const auto tiny = simulate(particle([](const auto& q) {
+                               using std::pow;
+                               return 0.5 * q[0] * q[0] + 0.25 * pow(q[0], 4);
+                             }),
+                             on_line(1e-300, 1.0), 10.0, Taylor{}, {.rtol = 1e-12});
+  CHECK_THAT(0.5 * tiny.y[1] * tiny.y[1] + 0.5 * tiny.y[0] * tiny.y[0] + 0.25 * std::pow(tiny.y[0], 4), WithinAbs(0.5, 1e-11));
+}
+
+TEST_CASE("tolerances hold per component") {
+  for (const double A : {1.0, 1e8, 1e12}) {
+    const auto both = mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); },
+                                           [](const auto& q) {
+                                             using std::cos;
+                                             return -9.81 * cos(q[0]) + 0.005 * q[1] * q[1];
+                                           });
+    const auto alone = particle([](const auto& q) {
+      using std::cos;
+      return -9.81 * cos(q[0]);
+    });
+    const Eigen::VectorXd exact = reference(alone, on_line(1.0, 0.0), 10.0);
+    const auto run = simulate(both, State<2>{0.0, {1.0, A}, {0.0, 0.0}}, 10.0, Taylor{}, {.rtol = 1e-9, .atol = 1e-9});
+    CHECK_THAT(run.y[0], WithinAbs(exact[0], 2e-8));
+    CHECK_THAT(run.y[1], WithinAbs(A * std::cos(1.0), 1e-8 * A));
+  }
+}
+
+TEST_CASE("the order of convergence is the order asked for, forward and backward in time") {
+  // A planet with e = 0.19: no coefficient vanishes, and the nearest pole in complex time is a whole unit away.
+  const auto planet = mechanical_system<2>([](const auto& q, const auto& v) { return 0.5 * (v[0] * v[0] + q[0] * q[0] * v[1] * v[1]); },
+                                           [](const auto& q) { return -1.0 / q[0]; });
+  const State<2> start{0.0, {1.0, 0.0}, {0.1, 1.1}};
+  for (const double t_end : {2.0, -2.0}) {
+    const Eigen::VectorXd exact = reference(planet, start, t_end);
+    for (const int order : {6, 9, 12}) {
+      const auto error = [&](double h) {
+        return (simulate(planet, start, t_end, Taylor{.order = order},
+                         {.rtol = 0.9, .atol = 1e9, .max_step = h, .keep_trajectory = false}).y - exact).norm();
+      };
+      const double h = order == 6 ? 0.125 : order == 9 ? 0.25 : 0.5;
+      const double measured = std::log2(error(h) / error(h / 2));
+      INFO("order " << order << " to t = " << t_end << ", errors " << error(h) << ", " << error(h / 2));
+      CHECK(measured > order - 0.7);
+      CHECK(measured < order + 2.0);
+    }
+  }
+}
+
+TEST_CASE("forth and back returns to the start, and the series is the dense output") {
+  const auto system = mechanical_system(2, Chain{});
+  const Options options{.rtol = 1e-12, .atol = 1e-12};
+  const auto forth = simulate(system, at_rest(2, 1.7), 3.0, Taylor{}, options);
+  const auto back = simulate(system, forth.state(), 0.0, Taylor{}, options);
+  CHECK(back.t == 0.0);
+  CHECK((back.y - Eigen::Vector4d(1.7, 1.7, 0, 0)).norm() < 100 * 1e-12);
+  for (const double t : {0.1, 1.0, 1.777, 2.999})
+    CHECK((forth.trajectory.y(t) - back.trajectory.y(t)).norm() < 100 * 1e-12);
+}
+
+TEST_CASE("the energy of a Kepler orbit changes by rounding only") {
+  const auto kepler = mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); },
+                                           [](const auto& q) {
+                                             using std::sqrt;
+                                             return -1.0 / sqrt(q[0] * q[0] + q[1] * q[1]);
+                                           });
+  double worst = 0.0;
+  const auto run = simulate(kepler, State<2>{0.0, {0.4, 0.0}, {0.0, 2.0}}, 500 * 2 * pi, Taylor{},
+                            {.rtol = 2.5e-15, .atol = 1e-16, .keep_trajectory = false}, [&](const StepView& step) {
+                              worst = std::max(worst, std::abs(energy(kepler, State<2>{0.0, step.q(), step.qdot()}) + 0.5));
+                            });
+  CHECK(run.completed());
+  CHECK(worst < 2e-14);
+}
+
+TEST_CASE("energies that are no single formula are refused before the first step") {
+  const auto wall = particle([](const auto& q) {
+    using std::abs;
+    return 10.0 * abs(q[0]);
+  });
+  CHECK_THROWS_AS(simulate(wall, on_line(1.0, 0.0), 1.0, Taylor{}), NotAnalytic);
+  CHECK(simulate(wall, on_line(1.0, 0.0), 0.3, Dop853{}).completed());
+}
+
+TEST_CASE("a motion that runs into a point where V is not analytic ends there with its name") {
+  // V = −⅔ (1 − q)^{3/2}, reached with speed
+  const auto edge = particle([](const auto& q) {
+    using std::pow;
+    return -2.0 / 3.0 * pow(1.0 - q[0], 1.5);
+  });
+  const auto run = simulate(edge, on_line(0.0, 2.0), 5.0, Taylor{}, {.rtol = 1e-9});
+  CHECK_FALSE(run.completed());
+  CHECK(run.y[0] <= 1.0);
+  CHECK(run.y[0] > 0.9);
+  CHECK(run.statistics.evaluations < 5000);
+
+  // |r|³ at the origin itself: the force is finite, its series is not.
+  const auto cubic = mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); },
+                                          [](const auto& q) {
+                                            using std::pow;
+                                            return pow(q[0] * q[0] + q[1] * q[1], 1.5);
+                                          });
+  try {
+    const auto at_origin = simulate(cubic, State<2>{0.0, {0.0, 0.0}, {1.0, 0.5}}, 1.0, Taylor{});
+    CHECK(at_origin.outcome == Outcome::non_finite);
+    CHECK(at_origin.message.find("Dop853") != std::string::npos);
+  } catch (const NonFinite&) {
+    SUCCEED("refused at the start");
+  }
+}
+
+TEST_CASE("fast and slow systems are the same in their own unit of time") {
+  for (const double omega : {1e-12, 1.0, 1e12, 1e20}) {
+    const auto oscillator = particle([omega](const auto& q) { return 0.5 * omega * omega * q[0] * q[0]; });
+    const auto run = simulate(oscillator, on_line(1.0, 0.0), 2.0 / omega, Taylor{},
+                              {.rtol = 1e-12, .atol = {1e-14, 1e-14 * omega}});
+    CHECK(run.completed());
+    CHECK_THAT(run.y[0], WithinAbs(std::cos(2.0), 1e-11));
+    CHECK(run.statistics.steps < 20);
+  }
+}
+
+}  // namespace
