@@ -1,0 +1,275 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Gauss: symplectic steps for any T and V.
+//
+//     const auto run = simulate(double_pendulum, start, 1e4, Gauss{.step = 0.02, .stages = 3});
+//
+// Where T(q, q̇) mixes positions and velocities no explicit method is symplectic. The Gauss collocation methods
+// are: with s stages at the zeros cᵢ of the Legendre polynomial P_s(2c − 1) they have order 2s, the highest
+// possible, are time-reversible, and conserve every quadratic invariant (angular momentum) to rounding. They act
+// on positions and momenta. With the velocities Vᵢ at the stages as unknowns,
+//
+//     Qᵢ = q + h Σⱼ aᵢⱼ Vⱼ          p(Qᵢ, Vᵢ) = p + h Σⱼ aᵢⱼ F(Qⱼ, Vⱼ)
+//     q₁ = q + h Σⱼ bⱼ Vⱼ           p₁ = p + h Σⱼ bⱼ F(Qⱼ, Vⱼ),       p = ∂L/∂q̇,  F = ∂L/∂q,
+//
+// which is also the discrete variational principle of the same nodes (a Galerkin variational integrator).
+// Iteration. Vᵢ ← Vᵢ − M(Qᵢ)⁻¹ (p(Qᵢ, Vᵢ) − p − h Σⱼ aᵢⱼ Fⱼ) with M from the first guess contracts like h; the
+// guess is the polynomial of the step before, carried on. It is iterated until the change is rounding, or stops
+// getting smaller: an iteration left at 1e-10 is a drift of 1e-10 per step, and the method no longer symplectic.
+// At the end q̇₁ follows from p(q₁, q̇₁) = p₁ the same way. p itself is carried from step to step, with q and p as
+// compensated sums (fixed_step.hpp): q̇ is only what the user sees.
+//
+// A step costs s mass matrices and, times about five iterations, s evaluations of p and F.
+//
+// Reference: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006, II.1.3,
+// VI.6.2 (variational), VIII.6 (iteration); E. Hairer, R. McLachlan, A. Razakarivony, BIT 48 (2008) 231.
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "qdot/integrate/fixed_step.hpp"
+#include "qdot/integrate/stepper.hpp"
+#include "qdot/mechanics/energy.hpp"
+
+namespace qdot {
+namespace detail {
+
+/// Nodes, weights and integration matrix of the Gauss method with s stages.
+struct GaussTable {
+  Eigen::VectorXd b, c;
+  Eigen::MatrixXd a;
+
+  // Nodes by Newton's method on P_s; aᵢⱼ = ∫₀^{cᵢ} ℓⱼ, made of Legendre polynomials so as to be right to rounding.
+  explicit GaussTable(int s) : b(s), c(s), a(s, s) {
+    const auto legendre = [](int degree, double x) {  // P_degree(x), P_{degree−1}(x)
+      double p = 1.0, before = 0.0;
+      for (int k = 1; k <= degree; ++k) before = std::exchange(p, ((2 * k - 1) * x * p - (k - 1) * before) / k);
+      return std::pair(p, before);
+    };
+    for (int i = 0; i < s; ++i) {
+      double x = -std::cos(3.14159265358979323846 * (i + 0.75) / (s + 0.5));
+      double slope = 1.0;
+      for (int iteration = 0; iteration < 50; ++iteration) {
+        const auto [p, before] = legendre(s, x);
+        slope = s * (x * p - before) / (x * x - 1);
+        const double change = p / slope;
+        x -= change;
+        if (std::abs(change) < 1e-17) break;
+      }
+      if (2 * i + 1 == s) x = 0.0;
+      const auto [p, before] = legendre(s, x);
+      slope = s * (x * p - before) / (x * x - 1);
+      c[i] = (1 + x) / 2;
+      b[i] = 1 / ((1 - x * x) * slope * slope);
+    }
+    // ℓⱼ(c) = bⱼ Σ_{m<s} (2m + 1) P_m(cⱼ) P_m(c), and ∫₀^c P_m = (P_{m+1} − P_{m−1})/(2 (2m + 1)) in 2c − 1.
+    for (int i = 0; i < s; ++i)
+      for (int j = 0; j < s; ++j) {
+        const double x = 2 * c[i] - 1, y = 2 * c[j] - 1;
+        double sum = c[i];
+        for (int m = 1; m < s; ++m) sum += legendre(m, y).first * (legendre(m + 1, x).first - legendre(m - 1, x).first) / 2;
+        a(i, j) = b[j] * sum;
+      }
+  }
+};
+
+}  // namespace detail
+
+/// A Stepper that makes equal Gauss steps. Movable.
+template <class F>
+class GaussStepper : public detail::FixedStep<F> {
+  using Base = detail::FixedStep<F>;
+  using Base::n, Base::dof, typename Base::Sys;
+  using Vec = Vector<double, n>;
+
+ public:
+  /// @throws InvalidValue  step is not positive, stages is not 1 … 8
+  GaussStepper(F system, int stages, double step, const Options& options)
+      : Base(std::move(system), "gauss", 2 * checked(stages), step, options), table_(stages) {
+    const Vec zero = Vec::Zero(dof());
+    const std::size_t s = static_cast<std::size_t>(stages);
+    V_.assign(s, zero);
+    Q_ = force_ = V_old_ = V_;
+    inverse_.assign(s, Matrix<double, n>::Identity(dof(), dof()));
+    p_ = p_new_ = lost_p_ = lost_p_new_ = zero;
+    extrapolation_.resize(stages, stages);
+    for (int i = 0; i < stages; ++i)  // ℓⱼ(1 + cᵢ)
+      for (int j = 0; j < stages; ++j) {
+        double product = 1.0;
+        for (int m = 0; m < stages; ++m)
+          if (m != j) product *= (1 + table_.c[i] - table_.c[m]) / (table_.c[j] - table_.c[m]);
+        extrapolation_(i, j) = product;
+      }
+  }
+
+  /// Starts (afresh) at (t, y); evaluates the accelerations once there.
+  ///
+  /// @throws as RungeKuttaStepper::reset
+  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    this->begin(t, y);
+    p_ = momenta(q_of(this->y_), v_of(this->y_), t);
+    lost_p_.setZero();
+    guess_is_known_ = false;
+  }
+
+  /// One step towards t_limit: the way there is divided into equal steps.
+  bool step(double t_limit) {
+    const double t_new = this->next_time(t_limit);
+    const double h = this->h_;
+    this->y_old_ = this->y_;
+    const typename Base::Y lost_old = this->lost_;
+    bool converged = false;
+    const bool evaluated = this->attempt([&] { converged = solve(t_new, h); });
+    if (evaluated && converged) {
+      p_ = p_new_;
+      lost_p_ = lost_p_new_;
+      guess_is_known_ = true;
+      h_before_ = h;
+      this->finish(t_new, t_limit);
+      return true;
+    }
+    this->y_ = this->y_old_;
+    this->lost_ = lost_old;
+    guess_is_known_ = false;
+    ++this->statistics_.rejected_by_corrector;
+    if (evaluated)
+      this->failure_ = {Outcome::corrector_failure, "the equations of the stages did not converge in " +
+                                                        std::to_string(most_iterations) + " iterations; take a shorter step"};
+    return this->give_up(h);
+  }
+
+ private:
+  static constexpr int most_iterations = 100;
+
+  static int checked(int stages) {
+    detail::require_option(stages >= 1 && stages <= 8, "stages", "must lie between 1 and 8", stages,
+                           "s stages make order 2s; 2 to 4 are usual");
+    return stages;
+  }
+
+  Vec q_of(const typename Base::Y& y) const { return y.head(dof()); }
+  Vec v_of(const typename Base::Y& y) const { return y.tail(dof()); }
+  const auto& mechanical() const { return this->form().system(); }
+
+  Vec momenta(const Vec& q, const Vec& v, double t) const { return conjugate_momenta(mechanical(), q, v, t); }
+  Vec generalized_force(const Vec& q, const Vec& v, double t) const { return lagrangian_gradient(mechanical(), q, v, t); }
+  Matrix<double, n> inverse_mass(const Vec& q, const Vec& v, double t) const {
+    return detail::solved_with_mass_matrix(mechanical(), Matrix<double, n>(mass_matrix(mechanical(), q, v, t)),
+                                           Matrix<double, n>(Matrix<double, n>::Identity(dof(), dof())), t);
+  }
+
+  // The largest change beside the largest value, as a fraction of it.
+  static double relative(double change, double size) { return size > 0.0 ? change / size : change; }
+
+  bool solve(double t_new, double h) {
+    const std::size_t s = V_.size();
+    const auto i_of = [](std::size_t i) { return static_cast<Eigen::Index>(i); };
+    const auto time = [&](std::size_t i) { return this->t_ + table_.c[i_of(i)] * h; };
+    V_old_ = V_;
+    for (std::size_t i = 0; i < s; ++i) {
+      if (guess_is_known_ && h == h_before_) {
+        V_[i].setZero();
+        for (std::size_t j = 0; j < s; ++j) V_[i] += extrapolation_(i_of(i), i_of(j)) * V_old_[j];
+      } else {
+        V_[i] = v_of(this->y_);
+      }
+    }
+    const Vec q = q_of(this->y_);
+    const auto place = [&] {
+      for (std::size_t i = 0; i < s; ++i) {
+        Vec sum = Vec::Zero(dof());
+        for (std::size_t j = 0; j < s; ++j) sum += table_.a(i_of(i), i_of(j)) * V_[j];
+        Q_[i] = q + h * sum;
+      }
+      for (std::size_t i = 0; i < s; ++i) force_[i] = generalized_force(Q_[i], V_[i], time(i));
+      this->statistics_.evaluations += static_cast<long>(s);
+    };
+    place();
+    for (std::size_t i = 0; i < s; ++i) inverse_[i] = inverse_mass(Q_[i], V_[i], time(i));
+    this->statistics_.linear_setups += static_cast<long>(s);
+    double before = std::numeric_limits<double>::infinity();
+    bool converged = false;
+    for (int iteration = 0; iteration < most_iterations && !converged; ++iteration) {
+      double change = 0.0, size = 0.0;
+      for (std::size_t i = 0; i < s; ++i) {
+        Vec wanted = Vec::Zero(dof());
+        for (std::size_t j = 0; j < s; ++j) wanted += table_.a(i_of(i), i_of(j)) * force_[j];
+        const Vec correction = inverse_[i] * (p_ - momenta(Q_[i], V_[i], time(i)) + h * wanted);
+        V_[i] += correction;
+        change = std::max(change, correction.cwiseAbs().maxCoeff());
+        size = std::max(size, V_[i].cwiseAbs().maxCoeff());
+      }
+      if (!std::isfinite(change)) throw NonFinite("a stage", this->t_, "the stages of the step became infinite or NaN");
+      place();
+      const double part = relative(change, size);
+      converged = part == 0.0 || (part < 1e-12 && part >= 0.5 * before);
+      before = part;
+    }
+    if (!converged) return false;
+
+    Vec v_sum = Vec::Zero(dof()), f_sum = v_sum;
+    for (std::size_t i = 0; i < s; ++i) {
+      v_sum += table_.b[i_of(i)] * V_[i];
+      f_sum += table_.b[i_of(i)] * force_[i];
+    }
+    p_new_ = p_;
+    lost_p_new_ = lost_p_;
+    for (Eigen::Index k = 0; k < dof(); ++k) {
+      detail::add_compensated(this->y_[k], this->lost_[k], h * v_sum[k]);
+      detail::add_compensated(p_new_[k], lost_p_new_[k], h * f_sum[k]);
+    }
+    return find_velocity(t_new);
+  }
+
+  // q̇ with p(q, q̇) = p by Newton's method; one iteration where T is quadratic in q̇, and one to polish.
+  bool find_velocity(double t) {
+    const Vec q = q_of(this->y_);
+    Vec v = V_.back();
+    double before = std::numeric_limits<double>::infinity();
+    for (int iteration = 0; iteration < most_iterations; ++iteration) {
+      const Vec correction = inverse_mass(q, v, t) * (p_new_ - momenta(q, v, t));
+      v += correction;
+      const double part = relative(correction.cwiseAbs().maxCoeff(), v.cwiseAbs().maxCoeff());
+      if (!std::isfinite(part)) throw NonFinite("a velocity", t, "the velocity that belongs to the momenta is not finite");
+      if (part < 1e-13 || (part < 1e-10 && part >= 0.5 * before)) {
+        this->y_.tail(dof()) = v;
+        return true;
+      }
+      before = part;
+    }
+    return false;
+  }
+
+  detail::GaussTable table_;
+  Eigen::MatrixXd extrapolation_;
+  std::vector<Vec> V_, V_old_, Q_, force_;
+  std::vector<Matrix<double, n>> inverse_;  // of M at the stages' first guess
+  Vec p_, p_new_, lost_p_, lost_p_new_;
+  double h_before_ = 0.0;
+  bool guess_is_known_ = false;
+};
+
+/// Symplectic Gauss collocation of order 2·stages with a fixed step, for any T and V.
+struct Gauss {
+  static constexpr std::string_view name = "gauss";
+
+  double step = 0.01;  ///< longest |h|; the way to t_end is divided equally
+  int stages = 3;      ///< 1 … 8, order 2, 4, 6, 8 …
+
+  /// A stepper for `system`, which it copies.
+  ///
+  /// @throws InvalidValue  step is not positive, stages is not 1 … 8
+  template <class Sys>
+  GaussStepper<FirstOrderForm<Sys>> stepper(const FirstOrderForm<Sys>& system, const Options& options) const {
+    return {system, stages, step, options};
+  }
+};
+
+}  // namespace qdot
