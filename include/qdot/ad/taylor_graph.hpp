@@ -29,9 +29,11 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <map>
 #include <span>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace qdot::taylor {
@@ -290,8 +292,15 @@ class Graph {
   }
 
   using Key = std::array<std::uint64_t, 6>;
+  struct Hash {
+    std::size_t operator()(const Key& key) const noexcept {
+      std::uint64_t h = 0;
+      for (const std::uint64_t word : key) h = (h ^ word ^ (h >> 29)) * 0x9E3779B97F4A7C15u;  // 2⁶⁴/golden ratio, odd
+      return static_cast<std::size_t>(h ^ (h >> 32));
+    }
+  };
   std::vector<Node> nodes_;
-  std::map<Key, int> known_;
+  std::unordered_map<Key, int, Hash> known_;
 };
 
 }  // namespace qdot::taylor
