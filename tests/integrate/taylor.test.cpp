@@ -231,7 +231,7 @@ TEST_CASE("the energy of a Kepler orbit changes by rounding only") {
                               worst = std::max(worst, std::abs(energy(kepler, State<2>{0.0, step.q(), step.qdot()}) + 0.5));
                             });
   CHECK(run.completed());
-  CHECK(worst < 2e-14);
+  CHECK(worst < 1e-14);
 }
 
 TEST_CASE("energies that are no single formula are refused before the first step") {
