@@ -29,8 +29,8 @@
 //
 // Sums are compensated (fixed_step.hpp), so that rounding does not pile up with the number of steps. What the
 // series leaves out has a sign, though, and pulls the energy one way step after step, 5e-13 over 10⁴ Kepler
-// periods at rtol = 2.5e-15. So with rtol < 1e-14 the foretold error must stay 256 times below a unit: a third
-// more steps, and the energy walks at random, 1e-14 over the same time.
+// periods at rtol = 2.5e-15. So with rtol < 1e-14 the foretold error must stay 256 times below a unit: half as many
+// steps again, and the energy walks at random, 1e-14 over the same time.
 //
 // What does not fit: energies with branches (NotAnalytic at construction), points where T or V are not
 // analytic (a root or a broken power of zero: outcome non_finite), and stiff systems.
