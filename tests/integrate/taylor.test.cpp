@@ -169,7 +169,7 @@ TEST_CASE("potentials that are flat where the motion starts are right at every t
   CHECK_THAT(0.5 * tiny.y[1] * tiny.y[1] + 0.5 * tiny.y[0] * tiny.y[0] + 0.25 * std::pow(tiny.y[0], 4), WithinAbs(0.5, 1e-11));
 }
 
-TEST_CASE("tolerances hold per component") {
+TEST_CASE("the Taylor stepper holds its tolerances per component") {
   for (const double A : {1.0, 1e8, 1e12}) {
     const auto both = mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); },
                                            [](const auto& q) {
