@@ -23,7 +23,6 @@
 // The rank cut-off, by default 1e-5 of a row's length, is a decision and not a rounding unit: at a configuration
 // where constraints become dependent a smaller one takes noise for information. Contradicting rows are an error.
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/QR>
 
@@ -137,29 +136,22 @@ template <int n, int m>
 class ConstrainedFactors {
  public:
   ConstrainedFactors(const Matrix<double, n>& M, const Matrix<double, m, n>& J, double cutoff) : M_(M), J_(J), cutoff_(cutoff) {
-    cholesky_.compute(M);
-    definite_ = cholesky_.info() == Eigen::Success;
-    for (Eigen::Index k = 0; definite_ && k < M.rows(); ++k) {
-      const double pivot = cholesky_.matrixLLT()(k, k);
-      definite_ = pivot * pivot > singular_pivot<double>(M.rows()) * M(k, k);
-    }
+    definite_ = cholesky_.compute(M) && cholesky_.smallest_pivot() > singular_pivot<double>(M.rows());
     if (!definite_) return;
     // Bᵀ = L⁻¹ Jᵀ with columns scaled to length one.
     Bt_ = J.transpose();
-    cholesky_.matrixL().solveInPlace(Bt_);
+    cholesky_.solve_lower(Bt_);
     scale_.resize(J.rows());
     for (Eigen::Index i = 0; i < J.rows(); ++i) {
       const double length = Bt_.col(i).norm();
       scale_[i] = length > 0 ? length : 1.0;
       Bt_.col(i) /= scale_[i];
     }
-    schur_.compute(Bt_.transpose() * Bt_);
-    regular_ = schur_.info() == Eigen::Success;
-    for (Eigen::Index i = 0; regular_ && i < J.rows(); ++i) {
-      const double pivot = schur_.matrixLLT()(i, i);
-      smallest_pivot_ = std::min(smallest_pivot_, pivot * pivot);
-    }
-    regular_ = regular_ && smallest_pivot_ > cutoff * cutoff;
+    Matrix<double, m> schur(J.rows(), J.rows());
+    for (Eigen::Index j = 0; j < J.rows(); ++j)
+      for (Eigen::Index i = j; i < J.rows(); ++i) schur(i, j) = Bt_.col(i).dot(Bt_.col(j));
+    regular_ = schur_.compute(schur) && schur_.smallest_pivot() > cutoff * cutoff;
+    smallest_pivot_ = schur_.smallest_pivot();
     rank_ = J.rows();
     if (!regular_) rank_ = least_norm(Bt_, Eigen::VectorXd::Zero(J.rows()), cutoff).rank;
   }
@@ -186,7 +178,8 @@ class ConstrainedFactors {
     const double size = (gamma.cwiseAbs() + J_.cwiseAbs() * a0.cwiseAbs()).cwiseQuotient(scale_).maxCoeff();
     nearest(g, size, d, s.lambda, t, names);
     s.lambda = s.lambda.cwiseQuotient(scale_).eval();
-    s.qddot = a0 + cholesky_.matrixU().solve(d);
+    cholesky_.solve_upper(d);
+    s.qddot = a0 + d;
     return s;
   }
 
@@ -199,7 +192,8 @@ class ConstrainedFactors {
     Vector<double, m> lambda;
     // Newton's iteration corrects what dependent rows leave over; contradictions show in its residual.
     nearest(g, std::numeric_limits<double>::infinity(), d, lambda, t, names);
-    return cholesky_.matrixU().solve(d);
+    cholesky_.solve_upper(d);
+    return d;
   }
 
  private:
@@ -223,10 +217,10 @@ class ConstrainedFactors {
   Matrix<double, n> M_;
   Matrix<double, m, n> J_;
   double cutoff_;
-  Eigen::LLT<Matrix<double, n>> cholesky_;
+  Cholesky<double, n> cholesky_;
   Matrix<double, n, m> Bt_;
   Vector<double, m> scale_;
-  Eigen::LLT<Matrix<double, m>> schur_;
+  Cholesky<double, m> schur_;
   bool definite_ = false;
   bool regular_ = false;
   Eigen::Index rank_ = 0;

@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "qdot/error.hpp"
+#include "qdot/mechanics/cholesky.hpp"
 #include "qdot/mechanics/energy.hpp"
 
 namespace qdot {
@@ -140,13 +141,19 @@ Matrix<S, n, columns> solved_with_mass_matrix(const Sys& system, const Matrix<S,
     throw_mass_matrix_error(innermost_values(M), static_cast<double>(innermost_value(t)), coordinate_names(system));
   };
   if constexpr (Sys::inertia == Inertia::positive_definite) {
-    const Eigen::LLT<Matrix<S, n>> cholesky(M);
-    if (cholesky.info() != Eigen::Success) fail();
-    for (Eigen::Index k = 0; k < M.rows(); ++k) {
-      const auto pivot = innermost_value(S(cholesky.matrixLLT()(k, k) * cholesky.matrixLLT()(k, k)));
-      if (!(static_cast<double>(pivot) > singular_pivot<S>(M.rows()) * static_cast<double>(innermost_value(M(k, k))))) fail();
+    if constexpr (n == Dynamic) {  // sizes that may be large
+      const Eigen::LLT<Matrix<S, n>> cholesky(M);
+      if (cholesky.info() != Eigen::Success) fail();
+      for (Eigen::Index k = 0; k < M.rows(); ++k) {
+        const auto pivot = innermost_value(S(cholesky.matrixLLT()(k, k) * cholesky.matrixLLT()(k, k)));
+        if (!(static_cast<double>(pivot) > singular_pivot<S>(M.rows()) * static_cast<double>(innermost_value(M(k, k))))) fail();
+      }
+      return cholesky.solve(B);
+    } else {
+      Cholesky<S, n> cholesky;
+      if (!cholesky.compute(M) || !(cholesky.smallest_pivot() > singular_pivot<S>(M.rows()))) fail();
+      return cholesky.solve(B);
     }
-    return cholesky.solve(B);
   } else {
     const Eigen::FullPivLU<Matrix<S, n>> lu(M);
     if (!lu.isInvertible()) {
