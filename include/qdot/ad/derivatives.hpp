@@ -34,7 +34,7 @@ template <class F>
 struct DerivativeOf {};  // the tag of one function's perturbations
 
 template <int n>
-inline constexpr int directions_for = n == Dynamic ? chunk : n;
+inline constexpr int directions_for = n == Dynamic || n > 2 * chunk ? chunk : n;
 
 // x + Σ ε_k e_{first+k}: a copy of x as duals with `D::directions` seeds from `first` on.
 template <class D, class S, int n>

@@ -16,7 +16,9 @@
 #include <cmath>
 #include <sstream>
 
+#include "qdot/mechanics/graded_evaluation.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
+#include "qdot/mechanics/straight_line.hpp"
 
 namespace qdot {
 
@@ -76,6 +78,19 @@ auto acceleration(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, 
   detail::require_sizes(system, q, qdot);
   const Vector<S, n> at = q;
   const Vector<S, n> velocity = qdot;
+  if constexpr (std::is_same_v<S, double> && I == Inertia::positive_definite) {
+    Vector<double, n> a = Vector<double, n>::Zero(at.size());
+    if constexpr (detail::straight_line_pays && n >= 1 && n <= detail::straight_line_limit) {
+      if (detail::straight_line_acceleration<n>(system.energies(), at.data(), velocity.data(), t,
+                                                detail::singular_pivot<double>(n), a.data()))
+        return a;
+    }
+    if constexpr (detail::graded_pays<n>) {
+      if (at.size() <= detail::graded_limit<n> &&
+          detail::graded_acceleration<n>(system.energies(), at, velocity, t, detail::singular_pivot<double>(at.size()), a))
+        return a;
+    }
+  }
   const Matrix<S, n> M = detail::kinetic_hessian<n>(system.energies(), at, velocity, t);
   const Vector<S, n> force = detail::lagrange_rhs<n>(system.energies(), at, velocity, t);
   const Vector<S, n> qddot = detail::solved_with_mass_matrix(system, M, force, t);

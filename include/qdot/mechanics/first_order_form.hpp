@@ -59,8 +59,8 @@ class FirstOrderForm {
     const Eigen::Index dof = system_.dof();
     const Vector<double, n> q = y.head(dof);
     const Vector<double, n> qdot = y.tail(dof);
-    ydot.head(dof) = qdot;
-    ydot.tail(dof) = acceleration(system_, q, qdot, t);
+    ydot.head(Eigen::fix<n>(static_cast<int>(dof))) = qdot;
+    ydot.tail(Eigen::fix<n>(static_cast<int>(dof))) = acceleration(system_, q, qdot, t);
   }
 
   /// J ← ∂ẏ/∂y, 2n×2n, exact.

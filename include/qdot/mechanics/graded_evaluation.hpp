@@ -1,0 +1,116 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// q̈ of systems with loops in their energies or with many coordinates: one pass of T and V on rows (ad/graded.hpp), M from
+// the record of products, and L D Lᵀ by blocks of four columns.
+//
+// As in straight_line.hpp, everything that could go wrong is left to the general way to look at again and to name.
+
+#include <algorithm>
+
+#include "qdot/ad/euler_lagrange_math.hpp"
+#include "qdot/mechanics/energy_functors.hpp"
+
+namespace qdot::detail {
+
+// Smallest and largest n for this way (below, the general one is as fast), and the blocks of a row. The rows of a system of run-time size have the largest of these sizes.
+template <int n>
+inline constexpr bool graded_pays = n == Dynamic || (n >= 3 && n <= 64);
+template <int n>
+inline constexpr int graded_limit = n == Dynamic ? 32 : 64;
+template <int n>
+inline constexpr int graded_blocks = ((n == Dynamic ? graded_limit<n> : n <= graded_limit<n> ? n : 1) + 3) / 4;
+
+// b ← M⁻¹ b by L D Lᵀ, where M has rows of 4·blocks numbers, the lower triangle first; false when a pivot is below
+// `threshold` of its diagonal entry or NaN. M is overwritten.
+template <int blocks>
+bool solved_by_blocks(int n, double* M, double* b, double threshold) {
+  constexpr int stride = 4 * blocks;
+  double inverse[stride];
+  double diagonal[stride];
+  double column[4][stride];
+  for (int k = 0; k < n; ++k) diagonal[k] = M[k * stride + k];
+  for (int K = 0; 4 * K < n; ++K) {
+    const int columns = std::min(4, n - 4 * K);
+    for (int c = 0; c < columns; ++c) {
+      const int k = 4 * K + c;
+      const double pivot = M[k * stride + k];
+      if (!(pivot > threshold * diagonal[k])) return false;
+      inverse[k] = 1.0 / pivot;
+      double* const below = column[c];
+      for (int j = 4 * K; j <= k; ++j) below[j] = 0.0;
+      for (int j = k + 1; j < n; ++j) below[j] = M[j * stride + k];
+      for (int j = n; j < stride; ++j) below[j] = 0.0;
+      for (int i = k + 1; i < n; ++i) {
+        const double l = below[i] * inverse[k];
+        add_block(M + i * stride + 4 * K, -l, below + 4 * K);
+        M[i * stride + k] = l;
+        b[i] -= l * b[k];
+      }
+    }
+    for (int i = 4 * K + 4; i < n; ++i) {
+      double* const row = M + i * stride;
+      const double* const l = row + 4 * K;
+      for (int J = K + 1; J <= i / 4; ++J) {
+        Block m, c0, c1, c2, c3;
+        read(m, row + 4 * J);
+        read(c0, column[0] + 4 * J);
+        read(c1, column[1] + 4 * J);
+        read(c2, column[2] + 4 * J);
+        read(c3, column[3] + 4 * J);
+        m -= (l[0] * c0 + l[1] * c1) + (l[2] * c2 + l[3] * c3);
+        write(row + 4 * J, m);
+      }
+    }
+  }
+  for (int k = 0; k < n; ++k) b[k] *= inverse[k];
+  for (int i = n - 1; i > 0; --i)
+    for (int k = 0; k < i; ++k) b[k] -= M[i * stride + k] * b[i];
+  return true;
+}
+
+// M (rows of 4·blocks numbers) and X L.
+template <int n, class E>
+void graded_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r) {
+  constexpr int blocks = graded_blocks<n>;
+  using S = Graded<blocks>;
+  HessianRecord<blocks> record;
+  const int size = static_cast<int>(q.size());
+  Vector<S, n> x(size);
+  Vector<S, n> v(size);
+  for (int i = 0; i < size; ++i) {
+    x[i].value = q[i];
+    x[i].rate = qdot[i];
+    x[i].x.set_unit(i);
+    x[i].record = &record;
+    v[i].value = qdot[i];
+    v[i].g.set_unit(i);
+    v[i].record = &record;
+  }
+  S time(t);
+  time.rate = 1.0;
+  time.record = &record;
+  const S L = kinetic<n>(e, x, v, time) - potential<n>(e, x, time);
+  for (int i = 0; i < size; ++i) r[i] = L.x[i];
+  record.hessian(L.hessian, L.factor, M);
+}
+
+// q̈ into `qddot`; false on a bad pivot or a number that is not finite.
+template <int n, class E>
+bool graded_acceleration(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double threshold,
+                         Vector<double, n>& qddot) {
+  constexpr int blocks = graded_blocks<n>;
+  double M[16 * blocks * blocks];
+  double r[4 * blocks];
+  const int size = static_cast<int>(q.size());
+  graded_equations<n>(e, q, qdot, t, M, r);
+  if (!solved_by_blocks<blocks>(size, M, r, threshold)) return false;
+  double zero = 0.0;
+  for (int i = 0; i < size; ++i) {
+    zero += r[i] - r[i];
+    qddot[i] = r[i];
+  }
+  return zero == 0.0;
+}
+
+}  // namespace qdot::detail

@@ -1,0 +1,143 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// q̈ of small systems at the speed of equations derived by hand.
+//
+// One pass of T and V on the scalar of ad/euler_lagrange.hpp gives M and X L = ∂L/∂q − D ∂L/∂q̇, and M q̈ = X L. When the
+// functors are straight-line code for the compiler (entries q[0], q[1], … or qdot::unroll), all zero components and all
+// repeated subexpressions vanish while it compiles, and what is left is the code that one would derive by hand.
+// A functor with a loop that stays a loop leaves the masks of L unknown to the compiler; the pass is then
+// dropped, as a whole, in favour of the general one.
+//
+// The solution is L D Lᵀ, written out for each n. Everything that could go wrong, a pivot that is not
+// positive, a number that is not finite, is left to the general way to look at again and to name.
+
+#include <cmath>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/ad/euler_lagrange_math.hpp"
+#include "qdot/mechanics/energy_functors.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+template <class F, int... I>
+[[gnu::always_inline]] inline void unroll_over(F& f, std::integer_sequence<int, I...>) {
+  (f(std::integral_constant<int, I>{}), ...);
+}
+
+}  // namespace detail
+
+/// Calls f(0), f(1), …, f(n − 1) with arguments known to the compiler: a loop that it sees through.
+///
+/// An energy that sums over its bodies with this instead of `for` is evaluated as straight-line code.
+template <int n, class F>
+[[gnu::always_inline]] inline void unroll(F&& f) {
+  detail::unroll_over(f, std::make_integer_sequence<int, n>{});
+}
+
+namespace detail {
+
+// Largest n for this way: compile time grows with n⁴ or so.
+inline constexpr int straight_line_limit = 6;
+
+// Unoptimized and sanitized code keeps every component; the general way is the faster one there.
+#if !defined(__OPTIMIZE__) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool straight_line_pays = false;
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+inline constexpr bool straight_line_pays = false;
+#else
+inline constexpr bool straight_line_pays = true;
+#endif
+#else
+inline constexpr bool straight_line_pays = true;
+#endif
+
+// Index of M(i, j), i ≥ j, in the packed lower triangle.
+constexpr int triangle_index(int i, int j) { return i * (i + 1) / 2 + j; }
+
+// b ← M⁻¹ b by L D Lᵀ; false when a pivot is below `threshold` of its diagonal entry or NaN. M is overwritten.
+template <int n>
+[[gnu::always_inline]] inline bool solved_in_place(double* M, double* b, double threshold) {
+  double inverse[n];
+  bool good = true;
+  double diagonal[n];
+  unroll<n>([&](auto k) __attribute__((always_inline)) { diagonal[k] = M[triangle_index(k, k)]; });
+  unroll<n>([&](auto k) __attribute__((always_inline)) {
+    const double pivot = M[triangle_index(k, k)];
+    good &= pivot > threshold * diagonal[k];
+    inverse[k] = 1.0 / pivot;
+    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
+      constexpr int i = k + 1 + below;
+      const double l = M[triangle_index(i, k)] * inverse[k];
+      unroll<below + 1>([&](auto column) __attribute__((always_inline)) {
+        constexpr int j = k + 1 + column;
+        M[triangle_index(i, j)] -= l * M[triangle_index(j, k)];
+      });
+      b[i] -= l * b[k];
+    });
+  });
+  unroll<n>([&](auto done) __attribute__((always_inline)) {
+    constexpr int k = n - 1 - done;
+    double s = b[k];
+    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
+      constexpr int i = k + 1 + below;
+      s -= M[triangle_index(i, k)] * b[i];
+    });
+    b[k] = s * inverse[k];
+  });
+  return good;
+}
+
+// L = T − V with its components.
+template <int n, class E>
+[[gnu::always_inline, gnu::flatten]] inline EulerLagrange<n> euler_lagrange_of(const E& e, const double* q, const double* qdot,
+                                                                               double t) {
+  using S = EulerLagrange<n>;
+  Vector<S, n> x;
+  Vector<S, n> v;
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    x[i] = S::template coordinate<i>(q[i], qdot[i]);
+    v[i] = S::template velocity<i>(qdot[i]);
+  });
+  const S time = S::time(t);
+  S T, V;
+  if constexpr (kinetic_signature<E, n>() == KineticSignature::velocity) {
+    T = e.T(v);
+  } else if constexpr (kinetic_signature<E, n>() == KineticSignature::state) {
+    T = e.T(x, v);
+  } else {
+    T = e.T(x, v, time);
+  }
+  if constexpr (potential_signature<E, n>() == PotentialSignature::position) {
+    V = e.V(x);
+  } else {
+    V = e.V(x, time);
+  }
+  return (T - V).whole();
+}
+
+// q̈ into `qddot`; false when this is not the way: a loop in T or V, a bad pivot, a number that is not finite.
+template <int n, class E>
+[[gnu::flatten]] inline bool straight_line_acceleration(const E& e, const double* q, const double* qdot, double t,
+                                                        double threshold, double* qddot) {
+  const EulerLagrange<n> L = euler_lagrange_of<n>(e, q, qdot, t);
+  if (!__builtin_constant_p(L.g_mask | L.h_mask)) return false;
+  double M[n * (n + 1) / 2];
+  double r[n];
+  unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = L.template x<i>(); });
+  unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) { M[k] = L.template h<k>(); });
+  if (!solved_in_place<n>(M, r, threshold)) return false;
+  double zero = 0.0;
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    zero += r[i] - r[i];
+    qddot[i] = r[i];
+  });
+  return zero == 0.0;
+}
+
+}  // namespace detail
+}  // namespace qdot

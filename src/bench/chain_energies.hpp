@@ -1,0 +1,69 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The chain of src/bench/hand_derived.hpp the natural way, its velocities summed link by link: once with a plain loop, once
+// with the library's loop that the compiler sees through.
+
+#include <cmath>
+#include <type_traits>
+
+#include "qdot/mechanics/straight_line.hpp"
+
+namespace qdot::bench {
+
+/// T and V of the chain with `for`.
+struct LoopedChain {
+  double g = 9.81;
+
+  auto T(const auto& q, const auto& qdot) const {
+    using std::cos, std::sin;
+    using S = typename std::decay_t<decltype(q)>::Scalar;
+    S vx(0.0), vy(0.0), sum(0.0);
+    for (Eigen::Index k = 0; k < q.size(); ++k) {
+      vx += cos(q[k]) * qdot[k];
+      vy += sin(q[k]) * qdot[k];
+      sum += 0.5 * (vx * vx + vy * vy);
+    }
+    return sum;
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    using S = typename std::decay_t<decltype(q)>::Scalar;
+    S y(0.0), sum(0.0);
+    for (Eigen::Index k = 0; k < q.size(); ++k) {
+      y -= cos(q[k]);
+      sum += g * y;
+    }
+    return sum;
+  }
+};
+
+/// T and V of the chain with qdot::unroll.
+template <int n>
+struct UnrolledChain {
+  double g = 9.81;
+
+  auto T(const auto& q, const auto& qdot) const {
+    using std::cos, std::sin;
+    using S = typename std::decay_t<decltype(q)>::Scalar;
+    S vx(0.0), vy(0.0), sum(0.0);
+    unroll<n>([&](auto k) __attribute__((always_inline)) {
+      vx += cos(q[k]) * qdot[k];
+      vy += sin(q[k]) * qdot[k];
+      sum += 0.5 * (vx * vx + vy * vy);
+    });
+    return sum;
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    using S = typename std::decay_t<decltype(q)>::Scalar;
+    S y(0.0), sum(0.0);
+    unroll<n>([&](auto k) __attribute__((always_inline)) {
+      y -= cos(q[k]);
+      sum += g * y;
+    });
+    return sum;
+  }
+};
+
+}  // namespace qdot::bench
