@@ -9,6 +9,8 @@
 // ScalarBinaryOpTraits says what a mixed product is: a dual times a plain number is a dual, so that
 // `m * v` with a double m and a vector v of duals needs no cast.
 
+#include <type_traits>
+
 #include <Eigen/Core>
 
 #include "qdot/ad/dual_math.hpp"

@@ -28,6 +28,7 @@
 #include <cmath>
 #include <complex>
 #include <sstream>
+#include <type_traits>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>

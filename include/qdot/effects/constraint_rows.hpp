@@ -15,6 +15,7 @@
 // evaluation gives the full φ̈, which is what the exact Jacobian of a constrained system needs.
 
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "qdot/ad/derivatives.hpp"
@@ -32,9 +33,6 @@ struct ConstraintRows {
 };
 
 namespace detail {
-
-template <class Sc>
-using SceneRows = std::integral_constant<int, Sc::constraints_at_compile_time>;
 
 // Visits each constraint effect with the index of its first row.
 template <class Sc, class Visit>

@@ -11,6 +11,8 @@
 // Its energy, if it stores any, belongs into V; so a linear spring-damper plays two roles, a potential and a force.
 
 #include <cmath>
+#include <string>
+#include <type_traits>
 #include <utility>
 
 #include "qdot/effects/forces.hpp"

@@ -13,6 +13,7 @@
 //
 // The same two steps turn a rough initial state into a consistent one, and say what they moved.
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>

@@ -15,9 +15,11 @@
 // any effects *is* the system as far as the compiler can see: acceleration(scene, …) is a call of
 // acceleration(system, …) and nothing more.
 
+#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "qdot/effects/effect.hpp"
 #include "qdot/mechanics/system.hpp"

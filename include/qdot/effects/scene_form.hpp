@@ -15,7 +15,10 @@
 //
 // project(t, y) puts a state back onto the constraints; steppers call it after every accepted step.
 
+#include <algorithm>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 #include "qdot/effects/projection.hpp"
 #include "qdot/mechanics/first_order_form.hpp"

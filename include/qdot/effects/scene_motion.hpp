@@ -13,6 +13,7 @@
 // A scene without effects calls the system's own functions and nothing else.
 
 #include <cmath>
+#include <type_traits>
 
 #include "qdot/effects/constrained_solve.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"

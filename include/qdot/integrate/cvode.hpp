@@ -22,6 +22,7 @@
 // solvers, ACM TOMS 31 (2005) 363–396.
 
 #include <functional>
+#include <string>
 #include <string_view>
 #include <utility>
 

@@ -23,6 +23,7 @@
 // chapters IX (backward error) and VIII.5 (rounding).
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>

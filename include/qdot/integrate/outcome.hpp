@@ -18,6 +18,7 @@
 // Exceptions remain for what is wrong before the first step (sizes, NaN, tolerances), and for
 // exceptions of the user's own, which come out of the run as they went in.
 
+#include <string>
 #include <string_view>
 
 #include "qdot/error.hpp"

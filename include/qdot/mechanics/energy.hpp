@@ -14,6 +14,8 @@
 // Every function takes the system and a state, as (q, qdot, t) or as one State; t may be left out
 // where nothing depends on it. q and qdot may hold duals: the results then are duals.
 
+#include <type_traits>
+
 #include "qdot/mechanics/lagrange_terms.hpp"
 #include "qdot/mechanics/system.hpp"
 

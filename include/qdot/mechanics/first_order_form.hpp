@@ -12,6 +12,7 @@
 
 #include <concepts>
 #include <string>
+#include <utility>
 
 #include "qdot/mechanics/equations_of_motion.hpp"
 
