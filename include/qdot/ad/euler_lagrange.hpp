@@ -45,11 +45,15 @@ using Present = unsigned;
 [[gnu::always_inline]] inline constexpr ComponentMask bit(Present set, int i) { return static_cast<ComponentMask>(set) << i; }
 
 // a b where both may be other than zero.
-[[gnu::always_inline]] inline double product_if(Present present, double a, double b) { return present ? a * b : 0.0; }
+template <class Number, class Factor>
+[[gnu::always_inline]] inline Number product_if(Present present, const Number& a, const Factor& b) {
+  return present ? Number(a * b) : Number(0.0);
+}
 
 // a + b, of which either may be known to be zero.
-[[gnu::always_inline]] inline double sum_of(Present has_a, double a, Present has_b, double b) {
-  return has_a ? (has_b ? a + b : a) : (has_b ? b : 0.0);
+template <class Number>
+[[gnu::always_inline]] inline Number sum_of(Present has_a, const Number& a, Present has_b, const Number& b) {
+  return has_a ? (has_b ? Number(a + b) : a) : (has_b ? b : Number(0.0));
 }
 
 // True when the compiler sees that both are the same value, so that their difference is zero.
@@ -59,46 +63,48 @@ using Present = unsigned;
 }
 
 enum class Part { velocity, variation, hessian };
-template <Part part, int i>
+template <class Number, Part part, int i>
 struct Component {
-  double number;
+  Number number;
 };
 
-template <int n, class = std::make_integer_sequence<int, n>, class = std::make_integer_sequence<int, n*(n + 1) / 2>>
+// Number is double, or anything that computes like it: a pack of doubles (ad/pack.hpp).
+template <int n, class Number = double, class = std::make_integer_sequence<int, n>,
+          class = std::make_integer_sequence<int, n*(n + 1) / 2>>
 struct EulerLagrange;
 
 // The components are those of the doubled value when `half` is set: u u then needs half the additions.
-template <int n, int... I, int... K>
-struct EulerLagrange<n, std::integer_sequence<int, I...>, std::integer_sequence<int, K...>>
-    : Component<Part::velocity, I>..., Component<Part::variation, I>..., Component<Part::hessian, K>... {
+template <int n, class Number, int... I, int... K>
+struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_sequence<int, K...>>
+    : Component<Number, Part::velocity, I>..., Component<Number, Part::variation, I>..., Component<Number, Part::hessian, K>... {
   using Self = EulerLagrange;
 
-  double value;
-  double rate;  // D
+  Number value;
+  Number rate;  // D
   ComponentMask g_mask, x_mask, h_mask;
   Present has_rate, half;
 
   template <int i>
-  [[gnu::always_inline]] double& g() { return static_cast<Component<Part::velocity, i>&>(*this).number; }
+  [[gnu::always_inline]] Number& g() { return static_cast<Component<Number, Part::velocity, i>&>(*this).number; }
   template <int i>
-  [[gnu::always_inline]] const double& g() const { return static_cast<const Component<Part::velocity, i>&>(*this).number; }
+  [[gnu::always_inline]] const Number& g() const { return static_cast<const Component<Number, Part::velocity, i>&>(*this).number; }
   template <int i>
-  [[gnu::always_inline]] double& x() { return static_cast<Component<Part::variation, i>&>(*this).number; }
+  [[gnu::always_inline]] Number& x() { return static_cast<Component<Number, Part::variation, i>&>(*this).number; }
   template <int i>
-  [[gnu::always_inline]] const double& x() const { return static_cast<const Component<Part::variation, i>&>(*this).number; }
+  [[gnu::always_inline]] const Number& x() const { return static_cast<const Component<Number, Part::variation, i>&>(*this).number; }
   template <int k>
-  [[gnu::always_inline]] double& h() { return static_cast<Component<Part::hessian, k>&>(*this).number; }
+  [[gnu::always_inline]] Number& h() { return static_cast<Component<Number, Part::hessian, k>&>(*this).number; }
   template <int k>
-  [[gnu::always_inline]] const double& h() const { return static_cast<const Component<Part::hessian, k>&>(*this).number; }
+  [[gnu::always_inline]] const Number& h() const { return static_cast<const Component<Number, Part::hessian, k>&>(*this).number; }
 
   // Trivial, like double's: an array of these is not initialized in a loop.
   EulerLagrange() = default;
 
   // A constant.
-  template <class Number>
-    requires std::is_arithmetic_v<Number>
-  [[gnu::always_inline]] EulerLagrange(Number constant)
-      : value(static_cast<double>(constant)), rate(0.0), g_mask(0), x_mask(0), h_mask(0), has_rate(0), half(0) {
+  template <class Constant>
+    requires(std::is_arithmetic_v<Constant> || std::is_same_v<Constant, Number>)
+  [[gnu::always_inline]] EulerLagrange(const Constant& constant)
+      : value(static_cast<Number>(constant)), rate(0.0), g_mask(0), x_mask(0), h_mask(0), has_rate(0), half(0) {
     ((g<I>() = 0.0), ...);
     ((x<I>() = 0.0), ...);
     ((h<K>() = 0.0), ...);
@@ -125,7 +131,7 @@ struct EulerLagrange<n, std::integer_sequence<int, I...>, std::integer_sequence<
 
   // q_i, whose D is q̇_i; q̇_i; and the time.
   template <int i>
-  [[gnu::always_inline]] static Self coordinate(double q, double qdot) {
+  [[gnu::always_inline]] static Self coordinate(const Number& q, const Number& qdot) {
     Self r(q);
     r.rate = qdot;
     r.has_rate = 1;
@@ -134,13 +140,13 @@ struct EulerLagrange<n, std::integer_sequence<int, I...>, std::integer_sequence<
     return r;
   }
   template <int i>
-  [[gnu::always_inline]] static Self velocity(double qdot) {
+  [[gnu::always_inline]] static Self velocity(const Number& qdot) {
     Self r(qdot);
     r.template g<i>() = 1.0;
     r.g_mask = bit(1, i);
     return r;
   }
-  [[gnu::always_inline]] static Self time(double t) {
+  [[gnu::always_inline]] static Self time(const Number& t) {
     Self r(t);
     r.rate = 1.0;
     r.has_rate = 1;
@@ -151,7 +157,7 @@ struct EulerLagrange<n, std::integer_sequence<int, I...>, std::integer_sequence<
     return static_cast<Present>((static_cast<ComponentMask>(has_rate) | g_mask | x_mask | h_mask) == 0);
   }
 
-  [[gnu::always_inline]] void scale_components(double c) {
+  [[gnu::always_inline]] void scale_components(const Number& c) {
     rate = product_if(has_rate, rate, c);
     ((g<I>() = product_if(has(g_mask, I), g<I>(), c)), ...);
     ((x<I>() = product_if(has(x_mask, I), x<I>(), c)), ...);
@@ -222,7 +228,7 @@ struct EulerLagrange<n, std::integer_sequence<int, I...>, std::integer_sequence<
     return r;
   }
   [[gnu::always_inline]] friend Self operator/(const Self& a, const Self& b) {
-    const double i = 1.0 / b.value;
+    const Number i = 1.0 / b.value;
     if (b.is_constant()) {
       Self r = a * Self(i);
       r.value = a.value / b.value;
@@ -237,20 +243,20 @@ struct EulerLagrange<n, std::integer_sequence<int, I...>, std::integer_sequence<
   [[gnu::always_inline]] Self& operator*=(const Self& o) { return *this = *this * o; }
   [[gnu::always_inline]] Self& operator/=(const Self& o) { return *this = *this / o; }
 
-  friend bool operator==(const Self& a, const Self& b) { return a.value == b.value; }
-  friend bool operator!=(const Self& a, const Self& b) { return a.value != b.value; }
-  friend bool operator<(const Self& a, const Self& b) { return a.value < b.value; }
-  friend bool operator<=(const Self& a, const Self& b) { return a.value <= b.value; }
-  friend bool operator>(const Self& a, const Self& b) { return a.value > b.value; }
-  friend bool operator>=(const Self& a, const Self& b) { return a.value >= b.value; }
+  friend auto operator==(const Self& a, const Self& b) { return a.value == b.value; }
+  friend auto operator!=(const Self& a, const Self& b) { return a.value != b.value; }
+  friend auto operator<(const Self& a, const Self& b) { return a.value < b.value; }
+  friend auto operator<=(const Self& a, const Self& b) { return a.value <= b.value; }
+  friend auto operator>(const Self& a, const Self& b) { return a.value > b.value; }
+  friend auto operator>=(const Self& a, const Self& b) { return a.value >= b.value; }
 
   // f(u) from f, f′, f″ at u.
-  [[gnu::always_inline]] Self chain(double f, double f1, double f2) const {
+  [[gnu::always_inline]] Self chain(const Number& f, const Number& f1, const Number& f2) const {
     return half ? whole().chain_of_whole(f, f1, f2) : chain_of_whole(f, f1, f2);
   }
 
  private:
-  [[gnu::always_inline]] Self chain_of_whole(double f, double f1, double f2) const {
+  [[gnu::always_inline]] Self chain_of_whole(const Number& f, const Number& f1, const Number& f2) const {
     Self r;
     r.half = 0;
     r.value = f;
@@ -261,15 +267,15 @@ struct EulerLagrange<n, std::integer_sequence<int, I...>, std::integer_sequence<
     r.h_mask = 0;
     ((r.template g<I>() = product_if(has(g_mask, I), f1, g<I>())), ...);
     ((r.template x<I>() = sum_of(has(x_mask, I), product_if(has(x_mask, I), f1, x<I>()), has_rate & has(g_mask, I),
-                                 product_if(has_rate & has(g_mask, I), -(f2 * rate), g<I>()))), ...);
+                                 product_if(has_rate & has(g_mask, I), Number(-(f2 * rate)), g<I>()))), ...);
     (r.template set_hessian_of_chain<K>(*this, f1, f2), ...);
     return r;
   }
 
   template <int i>
-  [[gnu::always_inline]] void set_variation(Present has_plus, double plus, Present has_minus, double minus) {
+  [[gnu::always_inline]] void set_variation(Present has_plus, const Number& plus, Present has_minus, const Number& minus) {
     const Present cancels = (has_plus & has_minus) ? known_equal(plus, minus) : 0U;
-    x<i>() = cancels ? 0.0 : has_plus ? (has_minus ? plus - minus : plus) : (has_minus ? -minus : 0.0);
+    x<i>() = cancels ? Number(0.0) : has_plus ? (has_minus ? Number(plus - minus) : plus) : (has_minus ? Number(-minus) : Number(0.0));
     x_mask |= bit((has_plus | has_minus) > cancels, i);
   }
   template <int i>
@@ -289,13 +295,13 @@ struct EulerLagrange<n, std::integer_sequence<int, I...>, std::integer_sequence<
     h_mask |= bit(g1 | g2 | h1 | h2, k);
   }
   template <int k>
-  [[gnu::always_inline]] void set_hessian_of_chain(const Self& u, double f1, double f2) {
+  [[gnu::always_inline]] void set_hessian_of_chain(const Self& u, const Number& f1, const Number& f2) {
     constexpr int i = triangle_row(k), j = triangle_column(k);
     const Present squares = has(u.g_mask, i) & has(u.g_mask, j), own = has(u.h_mask, k);
     h<k>() = sum_of(squares, product_if(squares, f2 * u.template g<i>(), u.template g<j>()), own, product_if(own, f1, u.template h<k>()));
     h_mask |= bit(squares | own, k);
   }
-  [[gnu::always_inline]] Self times(double c) const {
+  [[gnu::always_inline]] Self times(const Number& c) const {
     Self r(*this);
     r.value = c * value;
     r.scale_components(half ? 2.0 * c : c);

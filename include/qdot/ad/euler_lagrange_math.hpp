@@ -31,11 +31,16 @@ extern "C" [[gnu::const]] double shared_cosine(double) __asm__("cos");
 [[gnu::always_inline]] inline double shared_sine(double x) { return std::sin(x); }
 [[gnu::always_inline]] inline double shared_cosine(double x) { return std::cos(x); }
 #endif
+// Packs have a sine of their own.
+template <class Number>
+[[gnu::always_inline]] inline Number shared_sine(const Number& x) { return sin(x); }
+template <class Number>
+[[gnu::always_inline]] inline Number shared_cosine(const Number& x) { return cos(x); }
 
 template <class T>
 struct is_euler_lagrange : std::false_type {};
-template <int n, class I, class K>
-struct is_euler_lagrange<EulerLagrange<n, I, K>> : std::true_type {};
+template <int n, class Number, class I, class K>
+struct is_euler_lagrange<EulerLagrange<n, Number, I, K>> : std::true_type {};
 template <int blocks>
 struct is_euler_lagrange<Graded<blocks>> : std::true_type {};
 
@@ -66,12 +71,12 @@ template <EulerLagrangeNumber E, class F>
 
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E sin(const E& u) {
-  const double s = shared_sine(u.value), c = shared_cosine(u.value);
+  const auto s = shared_sine(u.value), c = shared_cosine(u.value);
   return u.chain(s, c, -s);
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E cos(const E& u) {
-  const double s = shared_sine(u.value), c = shared_cosine(u.value);
+  const auto s = shared_sine(u.value), c = shared_cosine(u.value);
   return u.chain(c, -s, -c);
 }
 template <EulerLagrangeNumber E>
@@ -85,17 +90,20 @@ template <EulerLagrangeNumber E>
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E exp(const E& u) {
-  const double f = std::exp(u.value);
+  using std::exp;
+  const auto f = exp(u.value);
   return u.chain(f, f, f);
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E log(const E& u) {
-  const double i = 1.0 / u.value;
-  return u.chain(std::log(u.value), i, -i * i);
+  using std::log;
+  const auto i = 1.0 / u.value;
+  return u.chain(log(u.value), i, -i * i);
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E sqrt(const E& u) {
-  const double f = std::sqrt(u.value), slope = 0.5 / f;
+  using std::sqrt;
+  const auto f = sqrt(u.value), slope = 0.5 / f;
   return u.chain(f, slope, -0.5 * slope / u.value);
 }
 
@@ -224,25 +232,26 @@ struct RealTraits : Eigen::NumTraits<double> {
 
 }  // namespace qdot::detail
 
-template <int n, class I, class K>
-struct std::numeric_limits<qdot::detail::EulerLagrange<n, I, K>> : std::numeric_limits<double> {};
+template <int n, class Number, class I, class K>
+struct std::numeric_limits<qdot::detail::EulerLagrange<n, Number, I, K>> : std::numeric_limits<double> {};
 template <int blocks>
 struct std::numeric_limits<qdot::detail::Graded<blocks>> : std::numeric_limits<double> {};
 
-template <int n, class I, class K>
-struct Eigen::NumTraits<qdot::detail::EulerLagrange<n, I, K>> : qdot::detail::RealTraits<qdot::detail::EulerLagrange<n, I, K>> {};
+template <int n, class Number, class I, class K>
+struct Eigen::NumTraits<qdot::detail::EulerLagrange<n, Number, I, K>>
+    : qdot::detail::RealTraits<qdot::detail::EulerLagrange<n, Number, I, K>> {};
 template <int blocks>
 struct Eigen::NumTraits<qdot::detail::Graded<blocks>> : qdot::detail::RealTraits<qdot::detail::Graded<blocks>> {};
 
-template <int n, class I, class K, class Number, class Operation>
-  requires std::is_arithmetic_v<Number>
-struct Eigen::ScalarBinaryOpTraits<qdot::detail::EulerLagrange<n, I, K>, Number, Operation> {
-  using ReturnType = qdot::detail::EulerLagrange<n, I, K>;
+template <int n, class Number, class I, class K, class Constant, class Operation>
+  requires std::is_arithmetic_v<Constant>
+struct Eigen::ScalarBinaryOpTraits<qdot::detail::EulerLagrange<n, Number, I, K>, Constant, Operation> {
+  using ReturnType = qdot::detail::EulerLagrange<n, Number, I, K>;
 };
-template <int n, class I, class K, class Number, class Operation>
-  requires std::is_arithmetic_v<Number>
-struct Eigen::ScalarBinaryOpTraits<Number, qdot::detail::EulerLagrange<n, I, K>, Operation> {
-  using ReturnType = qdot::detail::EulerLagrange<n, I, K>;
+template <int n, class Number, class I, class K, class Constant, class Operation>
+  requires std::is_arithmetic_v<Constant>
+struct Eigen::ScalarBinaryOpTraits<Constant, qdot::detail::EulerLagrange<n, Number, I, K>, Operation> {
+  using ReturnType = qdot::detail::EulerLagrange<n, Number, I, K>;
 };
 template <int blocks, class Number, class Operation>
   requires std::is_arithmetic_v<Number>
