@@ -13,8 +13,11 @@
 //
 // and r at fixed q̈ needs first derivatives along the motion only (lagrange_terms.hpp).
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <string>
+#include <type_traits>
 
 #include "qdot/mechanics/graded_evaluation.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"

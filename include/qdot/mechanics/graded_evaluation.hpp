@@ -13,7 +13,8 @@
 
 namespace qdot::detail {
 
-// Smallest and largest n for this way (below, the general one is as fast), and the blocks of a row. The rows of a system of run-time size have the largest of these sizes.
+// Which n go this way (below, the general one is as fast), and the blocks of a row. The rows of a system of run-time size
+// are as long as the largest that goes.
 template <int n>
 inline constexpr bool graded_pays = n == Dynamic || (n >= 3 && n <= 64);
 template <int n>

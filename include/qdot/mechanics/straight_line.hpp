@@ -121,9 +121,11 @@ template <int n, class E>
 }
 
 // q̈ into `qddot`; false when this is not the way: a loop in T or V, a bad pivot, a number that is not finite.
+//
+// Not inlined: in somebody else's function `flatten`, which inlines the user's functors into this one, would be lost.
 template <int n, class E>
-[[gnu::flatten]] inline bool straight_line_acceleration(const E& e, const double* q, const double* qdot, double t,
-                                                        double threshold, double* qddot) {
+[[gnu::noinline, gnu::flatten]] inline bool straight_line_acceleration(const E& e, const double* q, const double* qdot, double t,
+                                                                       double threshold, double* qddot) {
   const EulerLagrange<n> L = euler_lagrange_of<n>(e, q, qdot, t);
   if (!__builtin_constant_p(L.g_mask | L.h_mask)) return false;
   double M[n * (n + 1) / 2];
