@@ -11,7 +11,7 @@
 // of advice. The driver (simulate.hpp) adds a message with the numbers: t, h, order, component.
 //
 //     completed                            t_end was reached
-//     stopped_by_observer, stopped_by_model, step_limit, evaluation_limit, time_limit, state_limit
+//     stopped_by_observer, stopped_by_model, stopped_by_event, step_limit, evaluation_limit, time_limit, state_limit
 //                                          somebody asked for this end
 //     non_finite … solver_error            the run failed
 //
@@ -30,6 +30,7 @@ enum class Outcome {
   completed,              ///< t_end was reached
   stopped_by_observer,    ///< an observer asked to stop
   stopped_by_model,       ///< the right-hand side threw StopRequest
+  stopped_by_event,       ///< an event asked to stop
   step_limit,             ///< options.max_steps were taken
   evaluation_limit,       ///< options.max_evaluations were spent
   time_limit,             ///< options.max_wall_seconds were spent
@@ -38,6 +39,7 @@ enum class Outcome {
   singular_mass_matrix,   ///< M could not be factored at any step size tried
   constraint_failure,     ///< the constraints contradict each other, or could not be met, at every step size tried
   refused_by_model,       ///< the model threw RecoverableError at every step size tried
+  event_accumulation,     ///< events followed each other without end before t could go on
   step_collapse,          ///< the error test failed down to the smallest step that t can still feel
   error_test_failure,     ///< the error test failed too often in one step
   corrector_failure,      ///< the implicit equations of a step could not be solved
@@ -52,6 +54,7 @@ constexpr std::string_view name(Outcome outcome) noexcept {
     case Outcome::completed: return "completed";
     case Outcome::stopped_by_observer: return "stopped_by_observer";
     case Outcome::stopped_by_model: return "stopped_by_model";
+    case Outcome::stopped_by_event: return "stopped_by_event";
     case Outcome::step_limit: return "step_limit";
     case Outcome::evaluation_limit: return "evaluation_limit";
     case Outcome::time_limit: return "time_limit";
@@ -60,6 +63,7 @@ constexpr std::string_view name(Outcome outcome) noexcept {
     case Outcome::singular_mass_matrix: return "singular_mass_matrix";
     case Outcome::constraint_failure: return "constraint_failure";
     case Outcome::refused_by_model: return "refused_by_model";
+    case Outcome::event_accumulation: return "event_accumulation";
     case Outcome::step_collapse: return "step_collapse";
     case Outcome::error_test_failure: return "error_test_failure";
     case Outcome::corrector_failure: return "corrector_failure";
@@ -76,6 +80,7 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
     case Outcome::completed: return "nothing to do.";
     case Outcome::stopped_by_observer: return "continue from the last state if the observer stopped too early.";
     case Outcome::stopped_by_model: return "look at the condition under which the model throws StopRequest.";
+    case Outcome::stopped_by_event: return "continue from the last state if the event was not the one to stop at.";
     case Outcome::step_limit: return "raise max_steps, relax the tolerances, or ask why the steps are so small.";
     case Outcome::evaluation_limit:
       return "raise max_evaluations, relax the tolerances, or ask why the steps are so small.";
@@ -90,6 +95,9 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
     case Outcome::constraint_failure:
       return "look at the constraint that is named: it depends on the others there, or cannot be met together with them.";
     case Outcome::refused_by_model: return "look at the condition under which the model throws RecoverableError.";
+    case Outcome::event_accumulation:
+      return "infinitely many impacts come to rest here: give the system a resting phase, as contact() has, or stop at "
+             "the event.";
     case Outcome::step_collapse:
       return "the solution may run to infinity here, or the right-hand side may jump: bound the run before this time, "
              "or give the time of the jump in stop_times.";
@@ -109,7 +117,8 @@ constexpr bool failed(Outcome outcome) noexcept {
   switch (outcome) {
     case Outcome::completed:
     case Outcome::stopped_by_observer:
-    case Outcome::stopped_by_model: return false;
+    case Outcome::stopped_by_model:
+    case Outcome::stopped_by_event: return false;
     default: return true;
   }
 }

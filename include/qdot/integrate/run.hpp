@@ -13,6 +13,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "qdot/integrate/event.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/statistics.hpp"
 #include "qdot/integrate/stepper.hpp"
@@ -44,6 +45,7 @@ struct Run {
   Eigen::VectorXd y;         ///< the last good state, [q; q̇; …]
   Trajectory<n> trajectory;  ///< dense output from the start to t; only its start if keep_trajectory is off
   Samples samples;
+  std::vector<RecordedEvent> events;  ///< in the order of time; trajectory.before(t) and at(t) are the two sides of a jump
   Statistics statistics;
 
   bool completed() const noexcept { return outcome == Outcome::completed; }
@@ -63,19 +65,23 @@ enum class Control { proceed, stop };
 class StepView {
  public:
   template <Stepper S>
-  StepView(S& stepper, Eigen::Index dof)
-      : t_(stepper.t()),
+  StepView(S& stepper, Eigen::Index dof) : StepView(stepper, dof, stepper.t(), stepper.y()) {}
+
+  /// The step as far as (t, y), where an event cut it off.
+  template <Stepper S>
+  StepView(S& stepper, Eigen::Index dof, double t, const Eigen::Ref<const Eigen::VectorXd>& y)
+      : t_(t),
         t_previous_(stepper.t_previous()),
-        y_(stepper.y()),
+        y_(y),
         statistics_(stepper.statistics()),
         dof_(dof),
         stepper_(&stepper),
-        interpolate_([](void* s, double t, Eigen::Ref<Eigen::VectorXd> y) { static_cast<S*>(s)->interpolate(t, y); }) {}
+        interpolate_([](void* s, double at, Eigen::Ref<Eigen::VectorXd> out) { static_cast<S*>(s)->interpolate(at, out); }) {}
 
   double t() const noexcept { return t_; }
   double t_previous() const noexcept { return t_previous_; }
 
-  /// State at t().
+  /// State at t(); both sides of a jump are shown, one after the other.
   Eigen::Ref<const Eigen::VectorXd> y() const { return y_; }
   Eigen::Ref<const Eigen::VectorXd> q() const { return y_.head(dof_); }
   Eigen::Ref<const Eigen::VectorXd> qdot() const { return y_.segment(dof_, dof_); }

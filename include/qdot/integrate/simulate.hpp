@@ -7,304 +7,24 @@
 //     if (!run.completed()) std::cerr << run.message << '\n';
 //     const auto half_way = run.trajectory.at(5.0);
 //
-// A run is a chain of legs between landing points: the stop times on the way, and t_end. On each leg
-//
-//     step → check → project → keep → show → budget,
-//
-// that is: one accepted step of the method; is the state finite and within its limit; append the
-// step's polynomial and fill the output times that it covers; show it to the observer; are steps,
-// evaluations and seconds left. At a stop time the method is reset, because what it knows of the past
-// no longer holds behind a switch. Whatever ends the run, everything up to the last good step stays.
+// The run ends at t_end, or earlier with a named outcome; between, it lands on stop times, fills output times, calls
+// an observer and takes events. driver.hpp is the loop.
 //
 // Before the first step errors are exceptions; after it they are outcomes, except for exceptions of
 // the user's own, which are passed on unchanged (and take the run with them).
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <limits>
-#include <string>
 #include <type_traits>
-#include <utility>
-#include <vector>
 
+#include "qdot/integrate/driver.hpp"
+#include "qdot/integrate/event.hpp"
 #include "qdot/integrate/options.hpp"
-#include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/stepper.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {
-namespace detail {
-
-template <FirstOrderSystem F, Stepper S, Observer O>
-class Driver {
-  static constexpr int n = dof_at_compile_time<F>();
-  static constexpr long stall_window = 10'000;  // steps
-
- public:
-  Driver(const F& system, S stepper, const Options& options, O& observer)
-      : system_(system), stepper_(std::move(stepper)), options_(options), observer_(observer) {}
-
-  Run<n> run(double t0, const Eigen::VectorXd& y0, double t_end) {
-    const auto landings = landing_points(t0, t_end);
-    t_end_ = t_end;
-    stall_mark_ = t0;
-    prepare_outputs(t0, t_end);
-    run_.trajectory = Trajectory<n>(dof(system_));
-    if (start(t0, y0)) {
-      for (std::size_t i = 0; i < landings.size(); ++i)
-        if ((i > 0 && !restart(landings[i])) || !leg(landings[i])) break;
-    }
-    finish();
-    return std::move(run_);
-  }
-
- private:
-  // The first evaluation. Its errors are the caller's, for there is nothing yet to keep.
-  bool start(double t0, Eigen::VectorXd y0) {
-    require_consistent(t0, y0);
-    run_.trajectory.start(t0, y0);
-    run_.t = t0;
-    run_.y = y0;
-    try {
-      stepper_.reset(t0, y0);
-    } catch (const StopRequest& request) {
-      return end(Outcome::stopped_by_model, request.what());
-    }
-    while (next_output_ < outputs_.size() && outputs_[next_output_] == t0) keep_sample(t0, y0);
-    return true;
-  }
-
-  // From here to `landing`; false when the run is over before it.
-  bool leg(double landing) {
-    while (stepper_.t() != landing) {
-      if (!stepper_.step(landing)) return end(stepper_.failure().outcome, stepper_.failure().message);
-      if (!state_is_sound() || !projected() || !(keep(), observed()) || !within_budget(landing)) return false;
-    }
-    return true;
-  }
-
-  // A fresh start of the method from where it is, one rounding unit of t behind the switch, whichever side the model
-  // counts the switch to. The trajectory so far must survive what the model throws.
-  bool restart(double landing) {
-    ++restarts_;
-    const double behind = std::nextafter(run_.t, landing);
-    return guarded([&] { stepper_.reset(behind == landing ? run_.t : behind, run_.y); });
-  }
-
-  // Runs what may find the model refusing; false, with the outcome noted, if it did.
-  template <class Evaluation>
-  bool guarded(Evaluation&& evaluation) {
-    try {
-      evaluation();
-      return true;
-    } catch (const ConstraintError& error) {
-      return end(Outcome::constraint_failure, error.what());
-    } catch (const NonFinite& error) {
-      return end(Outcome::non_finite, error.what());
-    } catch (const MassMatrixError& error) {
-      return end(Outcome::singular_mass_matrix, error.what());
-    } catch (const RecoverableError& error) {
-      return end(Outcome::refused_by_model, error.what());
-    } catch (const StopRequest& request) {
-      return end(Outcome::stopped_by_model, request.what());
-    }
-  }
-
-  bool state_is_sound() {
-    const Eigen::Ref<const Eigen::VectorXd> y = stepper_.y();
-    Eigen::Index worst = 0;
-    const double largest = y.cwiseAbs().maxCoeff(&worst);
-    if (largest <= options_.state_norm_limit && y.allFinite()) return true;
-    for (Eigen::Index i = 0; i < y.size(); ++i)
-      if (!std::isfinite(y[i]))
-        return end(Outcome::non_finite, system_.component_name(i) + " became " + text_of(y[i]) +
-                                            " in the step to t = " + text_of(stepper_.t()));
-    keep();
-    return end(Outcome::state_limit, system_.component_name(worst) + " = " + text_of(y[worst]) +
-                                         " exceeds state_norm_limit = " + text_of(options_.state_norm_limit));
-  }
-
-  // Puts the step's end back onto the constraints, where the system has any.
-  bool projected() {
-    if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
-      static_assert(CorrectableStepper<S>,
-                    "qdot: this method cannot keep a system on its constraints; use Dop853, Dopri5 or CvodeBdf");
-      return guarded([&] {
-        projected_ = stepper_.y();
-        count_projection(system_.project(stepper_.t(), projected_));
-        stepper_.correct(projected_);
-      });
-    } else {
-      return true;
-    }
-  }
-
-  template <class Report>
-  void count_projection(const Report& report) {
-    ++projections_;
-    constraint_residual_ = std::max(constraint_residual_, static_cast<double>(report.residual));
-    constraint_velocity_ = std::max(constraint_velocity_, static_cast<double>(report.velocity_residual));
-  }
-
-  // A start may be off its constraints by rounding, not by more: that would be another problem than the one given.
-  void require_consistent(double t0, Eigen::VectorXd& y0) {
-    if constexpr (ProjectableSystem<F>) {
-      projected_ = y0;
-      system_.project(t0, projected_);
-      Eigen::Index worst = 0;
-      const double moved = ((projected_ - y0).array().abs() / (1.0 + y0.array().abs())).maxCoeff(&worst);
-      constexpr double rounding = 1e-6;  // what hand-typed initial values with seven digits are good for
-      if (moved > rounding)
-        throw InvalidValue("a start must satisfy the constraints, but " + system_.component_name(worst) + " = " +
-                           text_of(y0[worst]) + " would have to be " + text_of(projected_[worst]) +
-                           "; take consistent_state(scene, start).state");
-      y0 = projected_;
-    }
-  }
-
-  void keep() {
-    run_.t = stepper_.t();
-    run_.y = stepper_.y();
-    if (options_.keep_trajectory) run_.trajectory.append(run_.t, stepper_.polynomial());
-    const double sign = run_.t >= stepper_.t_previous() ? 1.0 : -1.0;
-    while (next_output_ < outputs_.size() && (run_.t - outputs_[next_output_]) * sign >= 0) {
-      const double t = outputs_[next_output_];
-      if (t == run_.t) {
-        keep_sample(t, run_.y);
-      } else {
-        stepper_.interpolate(t, scratch_);
-        if constexpr (ProjectableSystem<F>)
-          guarded([&] { system_.project(t, scratch_); });  // between steps the polynomial leaves the constraints
-        keep_sample(t, scratch_);
-      }
-    }
-  }
-
-  void keep_sample(double t, const Eigen::VectorXd& y) {
-    run_.samples.t.push_back(t);
-    run_.samples.y.col(static_cast<Eigen::Index>(next_output_++)) = y;
-  }
-
-  bool observed() {
-    if constexpr (std::is_same_v<std::remove_cv_t<O>, NoObserver>) {
-      return true;
-    } else {
-      const StepView view(stepper_, run_.trajectory.dof());
-      bool proceed = true;
-      if constexpr (std::is_void_v<std::invoke_result_t<O&, const StepView&>>) {
-        observer_(view);
-      } else if constexpr (std::is_same_v<std::invoke_result_t<O&, const StepView&>, bool>) {
-        proceed = observer_(view);
-      } else {
-        proceed = observer_(view) == Control::proceed;
-      }
-      return proceed || end(Outcome::stopped_by_observer, "the observer asked to stop");
-    }
-  }
-
-  // Asked between steps, and not when there is nothing left to do on this leg.
-  bool within_budget(double landing) {
-    if (stepper_.t() == landing) return true;
-    const Statistics& spent = stepper_.statistics();
-    if (spent.steps >= options_.max_steps)
-      return end(Outcome::step_limit, "max_steps = " + std::to_string(options_.max_steps) + " were taken");
-    if (spent.evaluations >= options_.max_evaluations)
-      return end(Outcome::evaluation_limit,
-                 "max_evaluations = " + std::to_string(options_.max_evaluations) + " were spent");
-    if (std::isfinite(options_.max_wall_seconds) && seconds() >= options_.max_wall_seconds)
-      return end(Outcome::time_limit, "max_wall_seconds = " + text_of(options_.max_wall_seconds) + " were spent");
-    return spent.steps % stall_window != 0 || advances();
-  }
-
-  // Looks at the last ten thousand steps. A method that chatters about a jump of the right-hand side accepts steps of
-  // some rounding units of t for ever; ordinary small steps cover at least a small part of the way done or to do.
-  bool advances() {
-    const double advanced = std::abs(run_.t - std::exchange(stall_mark_, run_.t));
-    const double way = std::min(std::abs(run_.t - run_.trajectory.front_time()), std::abs(t_end_ - run_.t));
-    return advanced > 1e-8 * way ||
-           end(Outcome::step_collapse, "the last " + std::to_string(stall_window) +
-                                           " steps advanced t by no more than " + text_of(advanced) +
-                                           ", and t_end = " + text_of(t_end_) + " is far");
-  }
-
-  // Notes how the run ended; false, so that it can be returned.
-  bool end(Outcome outcome, const std::string& message) {
-    run_.outcome = outcome;
-    run_.message = message;
-    return false;
-  }
-
-  void finish() {
-    run_.statistics = stepper_.statistics();
-    run_.statistics.restarts = restarts_;
-    if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
-      run_.statistics.projections = projections_;
-      run_.statistics.constraint_residual = constraint_residual_;
-      run_.statistics.constraint_velocity = constraint_velocity_;
-    }
-    run_.statistics.wall_seconds = seconds();
-    run_.samples.y.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(next_output_));
-    const std::string where = "t = " + text_of(run_.t) + " after " + std::to_string(run_.statistics.steps) + " steps";
-    if (run_.outcome == Outcome::completed) {
-      run_.message = "reached " + where;
-    } else {
-      std::string text = std::string(name(run_.outcome)) + " at " + where + ": " + run_.message;
-      const std::string remedy(advice(run_.outcome));
-      if (text.find(remedy) == std::string::npos) text += "; " + remedy;
-      run_.message = text;
-    }
-  }
-
-  // The stop times strictly between t0 and t_end in the order of the run, then t_end; nothing if t_end is t0.
-  std::vector<double> landing_points(double t0, double t_end) const {
-    std::vector<double> landings;
-    if (t_end == t0) return landings;
-    for (const double t : options_.stop_times)
-      if ((t - t0) * (t - t_end) < 0) landings.push_back(t);
-    sort_along(landings, t0, t_end);
-    landings.erase(std::unique(landings.begin(), landings.end()), landings.end());
-    landings.push_back(t_end);
-    return landings;
-  }
-
-  void prepare_outputs(double t0, double t_end) {
-    outputs_ = options_.output_times;
-    for (const double t : outputs_)
-      if (t < std::min(t0, t_end) || t > std::max(t0, t_end))
-        throw InvalidValue("every output time must lie between the start t = " + text_of(t0) + " and t_end = " +
-                           text_of(t_end) + ", but one is " + text_of(t) + "; remove it or extend the run");
-    sort_along(outputs_, t0, t_end);
-    run_.samples.t.reserve(outputs_.size());
-    run_.samples.y.resize(system_.size(), static_cast<Eigen::Index>(outputs_.size()));
-    scratch_.resize(system_.size());
-  }
-
-  static void sort_along(std::vector<double>& times, double t0, double t_end) {
-    std::sort(times.begin(), times.end());
-    if (t_end < t0) std::reverse(times.begin(), times.end());
-  }
-
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count(); }
-
-  const F& system_;
-  S stepper_;
-  const Options& options_;
-  O& observer_;
-  Run<n> run_;
-  std::vector<double> outputs_;
-  std::size_t next_output_ = 0;
-  Eigen::VectorXd scratch_;
-  long restarts_ = 0, projections_ = 0;
-  double constraint_residual_ = 0.0, constraint_velocity_ = 0.0;
-  Eigen::VectorXd projected_;
-  double t_end_ = 0.0, stall_mark_ = 0.0;
-  std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
-};
-
-}  // namespace detail
 
 /// Runs a system from its start to t_end, forward or backward in time.
 ///
@@ -317,13 +37,14 @@ class Driver {
 /// @param method    CvodeBdf{}, CvodeAdams{}, …: anything that makes a Stepper
 /// @param options   accuracy, output, limits
 /// @param observer  called after every accepted step with a StepView; may return false or Control::stop
-/// @return          outcome, last good state, trajectory, samples, statistics
+/// @param events    events(event(…), …): zero crossings to record, to stop at, or that change the state
+/// @return          outcome, last good state, trajectory, samples, events, statistics
 /// @throws DimensionError, InvalidValue  wrong sizes, NaN in the start, options outside their range
 /// @throws NonFinite, MassMatrixError    the equations of motion cannot be evaluated at the start
 /// @throws                               whatever the user's functors and observer throw
-template <class System, class Start, class Method, Observer O = NoObserver>
-auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options = {},
-              O&& observer = {}) {
+template <class System, class Start, class Method, Observer O, class... Events>
+auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options,
+              O&& observer, const EventList<Events...>& events) {
   const auto form = first_order_form(system);
   using Form = std::remove_cvref_t<decltype(form)>;
   static_assert(SteppingMethod<Method, Form>, "qdot: the method cannot make a stepper for this system");
@@ -331,9 +52,23 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   detail::require_option(std::isfinite(t_end), "t_end", "must be finite", t_end, "choose a time to end at");
   const Eigen::VectorXd y0 = detail::packed(form, start);
   using O_ = std::remove_reference_t<O>;
-  detail::Driver<Form, decltype(method.stepper(form, options)), O_> driver(form, method.stepper(form, options), options,
-                                                                           observer);
+  detail::Driver<Form, decltype(method.stepper(form, options)), O_, Events...> driver(form, method.stepper(form, options),
+                                                                                      options, observer, events);
   return driver.run(start.t, y0, t_end);
+}
+
+/// The same without events.
+template <class System, class Start, class Method, Observer O = NoObserver>
+auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options = {},
+              O&& observer = {}) {
+  return simulate(system, start, t_end, method, options, observer, EventList<>{});
+}
+
+/// The same without an observer.
+template <class System, class Start, class Method, class... Events>
+auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options,
+              const EventList<Events...>& events) {
+  return simulate(system, start, t_end, method, options, NoObserver{}, events);
 }
 
 }  // namespace qdot

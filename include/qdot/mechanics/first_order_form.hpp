@@ -13,6 +13,7 @@
 #include <concepts>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "qdot/mechanics/equations_of_motion.hpp"
 
@@ -34,6 +35,20 @@ template <class F>
 concept ProjectableSystem = FirstOrderSystem<F> && requires(const F& f, double t, Eigen::Ref<Eigen::VectorXd> y) {
   { f.project(t, y).residual } -> std::convertible_to<double>;           // y ← nearest consistent state; may throw
   { f.project(t, y).velocity_residual } -> std::convertible_to<double>;  // what is left of the two residuals
+};
+
+/// A first-order system whose equations switch between phases (in contact or apart, sticking or slipping).
+///
+/// The present phases are part of y. A guard is a function that stays ≥ 0 as long as its phase lasts; the driver
+/// finds where one falls through zero, and lets the system choose the phases (and the velocities) that follow.
+/// The tolerance is that of the method for each component of y: what is smaller cannot be told from zero.
+template <class F>
+concept SwitchingSystem = FirstOrderSystem<F> && requires(const F& f, double t, const Eigen::VectorXd& y, Eigen::VectorXd& changed,
+                                                          Eigen::Ref<Eigen::VectorXd> g, const std::vector<bool>& fired) {
+  { f.guard_count() } -> std::convertible_to<Eigen::Index>;
+  { f.guards(t, y, g) };                                                        // g ← the guards in the phases of y
+  { f.guard_bands(t, y, y, g) };                                                // (t, y, tolerance): their sizes of zero
+  { f.switched(t, changed, fired, y) } -> std::same_as<std::vector<std::string>>;  // changes y; names what happened
 };
 
 /// A mechanical system in first-order form, y = [q; q̇]. Models FirstOrderSystem.

@@ -1,0 +1,142 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Events: moments at which a function of the motion crosses zero.
+//
+//     simulate(system, start, t_end, Dop853{}, {},
+//              events(event("apex", [](const auto& q, const auto& qdot) { return qdot[1]; }).falling(),
+//                     event("floor", [](const auto& q) { return q[1]; }).falling().stop()));
+//
+// g(q), g(q, q̇) or g(q, q̇, t) is watched on the dense output of every step, so all methods have events
+// and none of them knows. Of an event the run keeps its time and name (Run::events), and then it
+//
+//     records     goes on in the same step: an event that only looks costs nothing but the looking;
+//     .stop()     ends the run there, outcome stopped_by_event;
+//     .then(f)    lets f change the state, f(State<n>&) or f(t, y), and starts the method afresh from the
+//                 changed state. Trajectory::before(t) and at(t) are the two sides of the jump.
+//
+// The rules, each with a test:
+//   crossing    Motion through zero is an event, in the asked direction of time's arrow: falling means that g becomes
+//               negative as the run goes on. A jump across zero is none, nor is g ≡ 0. The time handed out is the
+//               first double on the far side of the root.
+//   touching    g is looked at several times within a step, and between looks for its extremum; so two roots
+//               of one step are found when g gets farther across zero than the extremum's own accuracy.
+//   order       All roots of a step are taken in the order of time, those at the same time in the order of the list.
+//   muting      After an event has changed the state, g may still be zero: it counts again once it has left zero.
+//   at t₀       g = 0 at the start counts if g then moves in the asked direction.
+//   barriers    An action that keeps g ≥ 0 (an impact) is a barrier: then g < 0 is never passed in silence.
+//   Zeno        Infinitely many events before a finite time end the run as event_accumulation, when they follow each
+//               other as closely as t can tell. A contact (effects/contact.hpp) comes to rest instead.
+
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/ad/vector.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace qdot {
+
+/// Which crossings of zero count.
+enum class Direction { either, falling, rising };
+
+/// What was found: when, and which.
+struct RecordedEvent {
+  double t = 0.0;
+  std::string name;
+};
+
+namespace detail {
+
+struct RecordOnly {};
+struct StopThere {};
+
+}  // namespace detail
+
+/// A function to watch and what to do when it crosses zero. Made by event().
+template <class G, class Action = detail::RecordOnly>
+struct Event {
+  std::string name;
+  G g;
+  Direction direction = Direction::either;
+  Action action = {};
+
+  static constexpr bool records = std::is_same_v<Action, detail::RecordOnly>;
+  static constexpr bool stops = std::is_same_v<Action, detail::StopThere>;
+  /// True when the action turns g back to g ≥ 0, as an impact does.
+  static constexpr bool is_barrier = requires { requires Action::is_barrier; };
+
+  /// Counts only where g becomes negative.
+  Event falling() const { return {name, g, Direction::falling, action}; }
+
+  /// Counts only where g becomes positive.
+  Event rising() const { return {name, g, Direction::rising, action}; }
+
+  /// Ends the run.
+  Event<G, detail::StopThere> stop() const { return {name, g, direction, {}}; }
+
+  /// Changes the state: change(State<n>& s), or change(double t, Eigen::VectorXd& y) for all of y.
+  template <class Change>
+  Event<G, Change> then(Change change) const {
+    return {name, g, direction, std::move(change)};
+  }
+};
+
+/// The event that g(q), g(q, qdot) or g(q, qdot, t) is zero; by itself it is recorded, in either direction.
+///
+/// @param name  as it appears in Run::events
+/// @param g     real and continuous; called some ten times for each step
+template <class G>
+Event<G> event(std::string name, G g) {
+  return {std::move(name), std::move(g), Direction::either, {}};
+}
+
+/// The events of a run. Made by events().
+template <class... Events>
+struct EventList {
+  std::tuple<Events...> list;
+};
+
+/// A list of events for simulate(), in any order.
+template <class... Events>
+EventList<Events...> events(Events... each) {
+  return {{std::move(each)...}};
+}
+
+namespace detail {
+
+// g at y = [q; q̇; …] in whichever form the user wrote it; n coordinates.
+template <int n, class G>
+double event_value(const G& g, double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Index dof) {
+  using Q = Vector<double, n>;
+  const Q q = dof > 0 ? Q(y.head(dof)) : Q(y);
+  const Q qdot = dof > 0 ? Q(y.segment(dof, dof)) : Q(y);
+  if constexpr (std::is_invocable_v<const G&, const Q&, const Q&, const double&>) {
+    return static_cast<double>(g(q, qdot, t));
+  } else if constexpr (std::is_invocable_v<const G&, const Q&, const Q&>) {
+    return static_cast<double>(g(q, qdot));
+  } else {
+    static_assert(std::is_invocable_v<const G&, const Q&>,
+                  "qdot: the function of an event must be callable as g(q), g(q, qdot) or g(q, qdot, t)");
+    return static_cast<double>(g(q));
+  }
+}
+
+// y after the change that an event asks for.
+template <int n, class Change>
+void change_state(const Change& change, double t, Eigen::VectorXd& y, Eigen::Index dof) {
+  if constexpr (std::is_invocable_v<const Change&, State<n>&>) {
+    State<n> state{t, y.head(dof), y.segment(dof, dof)};
+    change(state);
+    y.head(dof) = state.q;
+    y.segment(dof, dof) = state.qdot;
+  } else {
+    static_assert(std::is_invocable_v<const Change&, double, Eigen::VectorXd&>,
+                  "qdot: the change of an event must be callable as change(State<n>&) or change(t, y)");
+    change(t, y);
+  }
+}
+
+}  // namespace detail
+}  // namespace qdot

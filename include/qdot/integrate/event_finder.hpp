@@ -1,0 +1,208 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Finding the zeros of functions along one step.
+//
+// A step is a polynomial y(τ), so g(τ) = g(y(τ), τ) can be looked at anywhere in it without evaluating the
+// model. Each function is sampled at some points of the step; a change of sign brackets a root, which
+// Chandrupatla's method (inverse quadratic interpolation where that is safe, bisection elsewhere) narrows to
+// neighbouring doubles. Three samples of one sign whose middle one is nearest to zero bracket an
+// extremum; successive parabolas run down to it, and if it lies across zero there are two roots.
+// Samples close to both ends of the step make sure that no extremum hides at a joint between steps.
+//
+// What is remembered of a function from step to step is the side of zero on which it was last seen. Side 0 means
+// "at zero": at the start of a run, or just after an event changed the state. Then its first sample off zero (by more
+// than a band, in which g cannot be told from zero) gives it a side: without an event if it is muted, and as an event
+// at the beginning of the interval if it is not and goes the way that counts. A hop away from a barrier and
+// back may be far shorter than the step, so a function at zero is sampled at ever smaller fractions.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "qdot/integrate/event.hpp"
+
+namespace qdot::detail {
+
+// One watched function.
+struct Watch {
+  Direction direction = Direction::either;
+  bool barrier = false;  // g < 0 must not be passed
+  int side = 0;          // of zero
+  bool muted = false;    // at zero because of an event: leaving it is none
+  bool stuck = false;    // a barrier that was passed without having been left
+  double value = 0.0;    // at the beginning of what is left of the step
+  double level = 0.0;    // what counts as zero: rounding may leave a barrier's g a hair below it
+  double band = 0.0;     // distance from level that cannot be told from zero
+  std::optional<double> root;
+
+  // Sets the value at the beginning of a step from scratch: at the start, and after the state has changed. A function
+  // that is `at_zero` is muted until it leaves zero, unless this is the start of the run.
+  // Rounding may have left a barrier that fired at g_before; that far below zero counts as zero.
+  void begin(double g, double zero_band, bool fired, double g_before, bool at_start) {
+    band = zero_band + (fired ? 4 * std::abs(g_before - level) : 0.0);
+    level = barrier ? std::clamp(g, -std::max(band, fired ? 2 * std::abs(g_before) : 0.0), 0.0) : 0.0;
+    value = g;
+    muted = !at_start;
+    const double distance = g - level;
+    const bool at_zero = barrier ? distance <= band : distance == 0.0 || (fired && std::abs(distance) <= band);
+    side = at_zero ? 0 : distance > 0 ? 1 : -1;
+    stuck = false;
+    root.reset();
+  }
+
+  // The motion has passed the root, where g is now.
+  void pass(double g) {
+    value = g;
+    band = 0.0;
+    muted = true;
+    side = g > level ? 1 : g < level ? -1 : 0;
+    root.reset();
+  }
+
+  bool counts(int from_side) const {
+    return direction == Direction::either || (direction == Direction::falling) == (from_side > 0);
+  }
+};
+
+// Where the functions are sampled, as fractions of the step.
+inline constexpr std::array<double, 7> sample_fractions{1e-4, 0.2, 0.4, 0.6, 0.8, 1.0 - 1e-4, 1.0};
+inline constexpr double ladder_bottom = 1e-9, ladder_ratio = 4.0;
+
+// Searches [from, to] for the first root of one function; `at(t)` evaluates it.
+template <class Evaluate>
+class RootSearch {
+ public:
+  RootSearch(Watch& watch, Evaluate at) : watch_(watch), at_(std::move(at)) {}
+
+  // Notes the first root that counts in watch.root; known[k] are the values at the sample fractions.
+  void run(double from, double to, const double* known) {
+    watch_.root.reset();
+    double t0 = from, g0 = watch_.value - watch_.level;  // the last two samples
+    double t1 = from, g1 = g0;
+    const auto see = [&](double t2, double value) {
+      const double g2 = value - watch_.level;
+      if (watch_.side == 0) {
+        leave_zero(from, g2);
+      } else if (g2 * watch_.side <= 0) {
+        cross(t1, g1, t2, g2);
+      } else if (t1 != t0 && g0 * watch_.side > 0 && std::abs(g1) <= std::abs(g0) && std::abs(g1) <= std::abs(g2)) {
+        dip(t0, g0, t1, g1, t2, g2);
+      }
+      t0 = std::exchange(t1, t2);
+      g0 = std::exchange(g1, g2);
+      return watch_.root.has_value();
+    };
+    for (double s = ladder_bottom; watch_.side == 0 && s < 1.0; s *= ladder_ratio) {
+      const double t = from + s * (to - from);
+      if (t != t1 && see(t, at_(t))) return;
+    }
+    for (std::size_t k = 0; k < sample_fractions.size(); ++k) {
+      const double t = sample_fractions[k] == 1.0 ? to : from + sample_fractions[k] * (to - from);
+      if ((t1 - from) * (to > from ? 1 : -1) >= std::abs(t - from)) continue;  // the ladder has been farther
+      if (see(t, known != nullptr ? known[k] : at_(t))) return;
+    }
+  }
+
+  // A function at zero has moved to g: its first side.
+  void leave_zero(double from, double g) {
+    if (!(std::abs(g) > watch_.band)) return;
+    const int side = g > 0 ? 1 : -1;
+    if (watch_.barrier ? side < 0 : (!watch_.muted && watch_.counts(-side))) {
+      watch_.root = from;
+      watch_.stuck = watch_.muted;
+    } else {
+      watch_.side = side;
+    }
+  }
+
+ private:
+  // g changes sign between two samples, or the second is zero itself.
+  void cross(double a, double ga, double b, double gb) {
+    if (watch_.counts(watch_.side)) {
+      watch_.root = far_side(a, ga, b, gb);
+    } else if (gb != 0.0) {
+      watch_.side = -watch_.side;
+    }
+  }
+
+  // a, m, b of one sign, |g| smallest at m: looks for a point across zero.
+  void dip(double a, double ga, double m, double gm, double b, double gb) {
+    const double sign = watch_.side;
+    const double start = a, g_start = ga, end = b, g_end = gb;
+    ga *= sign, gm *= sign, gb *= sign;
+    for (int k = 0; k < 30; ++k) {
+      // Vertex of the parabola through the three points.
+      const double u = (m - a) * (gm - gb), v = (m - b) * (gm - ga);
+      double x = u == v ? m : m - 0.5 * ((m - a) * u - (m - b) * v) / (u - v);
+      const bool inside = (x - a) * (x - b) < 0;
+      const double least_move = 1e-3 * std::min(std::abs(m - a), std::abs(b - m));
+      if (!inside || !(std::abs(x - m) > least_move)) {
+        const double longer = std::abs(m - a) > std::abs(b - m) ? a : b;
+        x = m + (inside ? 2e-3 : 0.382) * (longer - m);
+      }
+      if (x == m || x == a || x == b) return;
+      const double g = sign * (at_(x) - watch_.level);
+      if (g <= 0) {
+        if (watch_.counts(watch_.side)) {
+          watch_.root = far_side(start, g_start, x, sign * g);
+        } else if (g < 0) {
+          watch_.side = -watch_.side;
+          watch_.root = far_side(x, sign * g, end, g_end);
+        }
+        return;
+      }
+      const bool settled = std::abs(g - gm) <= 1e-3 * std::min(g, gm) && k > 2;
+      const bool left = (x - a) * (x - m) < 0;
+      if (g <= gm) {
+        (left ? b : a) = m, (left ? gb : ga) = gm;
+        m = x, gm = g;
+      } else {
+        (left ? a : b) = x, (left ? ga : gb) = g;
+      }
+      if (settled) return;  // the extremum is known to a thousandth of its distance from zero
+    }
+  }
+
+  // The end of a bracket of neighbouring doubles that lies on b's side of the root (Chandrupatla's method).
+  double far_side(double a, double ga, double b, double gb) {
+    constexpr double epsilon = std::numeric_limits<double>::epsilon();
+    const double far_sign = ga > 0 ? -1.0 : 1.0;
+    // x0, x1: the bracket, x0 the newer point; x2 the one before.
+    double x0 = b, g0 = gb, x1 = a, g1 = ga, x2 = a, g2 = ga;
+    double s = 0.5;
+    if (gb != 0.0 && ga != 0.0) s = ga / (ga - gb), s = 1.0 - s;  // from x0 towards x1: a secant step first
+    for (int k = 0; k < 200; ++k) {
+      const double width = std::abs(x1 - x0);
+      const double least = epsilon * std::max(std::abs(x0), std::abs(x1));
+      if (width <= 2 * least || g0 == 0.0) break;
+      const double floor = std::min(0.5, least / width);
+      double x = x0 + std::clamp(s, floor, 1.0 - floor) * (x1 - x0);
+      if (x == x0 || x == x1) x = 0.5 * (x0 + x1);
+      if (x == x0 || x == x1) break;
+      const double g = at_(x) - watch_.level;
+      if ((g > 0) == (g0 > 0) && g != 0.0) {
+        x2 = x0, g2 = g0;
+      } else {
+        x2 = x1, g2 = g1;
+        x1 = x0, g1 = g0;
+      }
+      x0 = x, g0 = g;
+      const double xi = (x0 - x1) / (x2 - x1), phi = (g0 - g1) / (g2 - g1);
+      s = 0.5;
+      if (phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi)
+        s = g0 / (g1 - g0) * g2 / (g1 - g2) + (x2 - x0) / (x1 - x0) * g0 / (g2 - g0) * g1 / (g2 - g1);
+    }
+    const bool newer_is_far = g0 * far_sign >= 0;
+    return newer_is_far ? x0 : x1;
+  }
+
+  Watch& watch_;
+  Evaluate at_;
+};
+
+}  // namespace qdot::detail

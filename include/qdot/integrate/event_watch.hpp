@@ -1,0 +1,252 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The watch over a run's events: all functions whose zeros matter, the user's and those of the system's own phases
+// (contact, sticking, a taut rope), in one list, with one search for all.
+//
+// The driver asks after each step for the moment of the next event. What happens at that moment is one firing:
+// everything whose root lies there to rounding. If it only records, the search goes on behind it in the same step; if
+// something changes the state, the rest of the step is thrown away and the watch begins afresh.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/error.hpp"
+#include "qdot/integrate/event.hpp"
+#include "qdot/integrate/event_finder.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/polynomial.hpp"
+#include "qdot/integrate/run.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail {
+
+// Everything that happens at one moment.
+struct Firing {
+  double t = 0.0;
+  bool stops = false;
+  bool changes = false;  // the state, or a phase of the system
+  std::size_t first = 0; // index of the first function in it
+};
+
+template <FirstOrderSystem F, class... Events>
+class EventWatch {
+  static constexpr int n = dof_at_compile_time<F>();
+  static constexpr std::size_t listed = sizeof...(Events);
+  static constexpr std::size_t points = sample_fractions.size();
+
+ public:
+  static constexpr bool watches = listed > 0 || SwitchingSystem<F>;
+
+  EventWatch(const F& system, const EventList<Events...>& events) : system_(system), events_(events) {
+    Eigen::Index guards = 0;
+    if constexpr (SwitchingSystem<F>) guards = system.guard_count();
+    const std::size_t count = listed + static_cast<std::size_t>(guards);
+    watches_.resize(count);
+    fired_.assign(count, false);
+    fired_guards_.assign(static_cast<std::size_t>(guards), false);
+    last_time_.assign(count, std::numeric_limits<double>::quiet_NaN());
+    standing_.assign(count, 0);
+    samples_.assign(count * points, 0.0);
+    guards_.resize(guards);
+    bands_.resize(guards);
+    y_.resize(system.size());
+    for_each_listed([&](std::size_t i, const auto& e) {
+      watches_[i].direction = e.is_barrier ? Direction::falling : e.direction;
+      watches_[i].barrier = e.is_barrier;
+    });
+    for (std::size_t i = listed; i < count; ++i) {
+      watches_[i].direction = Direction::falling;
+      watches_[i].barrier = true;
+    }
+  }
+
+  // Begins at a state: the start of the run, or the one after a firing that changed it.
+  void begin(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, bool at_start) {
+    if constexpr (SwitchingSystem<F>) system_.guard_bands(t, y, tolerance, bands_);
+    for (std::size_t i = 0; i < watches_.size(); ++i) {
+      const double g = value(i, t, y);
+      const double band = i >= listed ? bands_[static_cast<Eigen::Index>(i - listed)]
+                          : at_start  ? 0.0
+                                      : rounding_of(i, t, y, g);
+      watches_[i].begin(g, band, fired_[i], watches_[i].value, at_start);
+    }
+  }
+
+  // Samples a step and notes each function's first root in it.
+  void search(const PolynomialView& step, double from, double to) {
+    step_ = step;
+    to_ = to;
+    for (std::size_t k = 0; k < points; ++k) {
+      const double t = sample_fractions[k] == 1.0 ? to : from + sample_fractions[k] * (to - from);
+      step_.evaluate(t, y_);
+      evaluate_all(t, y_, [&](std::size_t i, double g) { samples_[i * points + k] = g; });
+    }
+    for (std::size_t i = 0; i < watches_.size(); ++i) search_one(i, from, samples_.data() + i * points);
+  }
+
+  // What happens next in the step, if anything; its functions are marked as fired.
+  std::optional<Firing> next() {
+    std::optional<Firing> firing;
+    for (std::size_t i = 0; i < watches_.size(); ++i)
+      if (watches_[i].root && (!firing || std::abs(to_ - *watches_[i].root) > std::abs(to_ - firing->t)))
+        firing = Firing{.t = *watches_[i].root, .first = i};
+    if (!firing) return firing;
+    const double same = 4 * std::numeric_limits<double>::epsilon() * std::abs(firing->t);
+    for (std::size_t i = 0; i < watches_.size(); ++i)
+      fired_[i] = watches_[i].root && std::abs(*watches_[i].root - firing->t) <= same;
+    for (std::size_t i = listed; i < watches_.size(); ++i) firing->changes = (fired_guards_[i - listed] = fired_[i]) || firing->changes;
+    for_each_listed([&](std::size_t i, const auto& e) {
+      if (!fired_[i]) return;
+      firing->stops = firing->stops || e.stops;
+      firing->changes = firing->changes || (!e.stops && !e.records);
+    });
+    return firing;
+  }
+
+  // Records the listed events of a firing.
+  void record(const Firing& firing, std::vector<RecordedEvent>& events) const {
+    for_each_listed([&](std::size_t i, const auto& e) {
+      if (fired_[i]) events.push_back({firing.t, e.name});
+    });
+  }
+
+  // Goes on behind a firing that changed nothing.
+  void pass(const Firing& firing) {
+    for (std::size_t i = 0; i < watches_.size(); ++i) {
+      if (!fired_[i]) continue;
+      const double t = *watches_[i].root;
+      step_.evaluate(t, y_);
+      watches_[i].pass(value(i, t, y_));
+      watches_[i].root.reset();
+      if (firing.t != to_) search_one(i, t, nullptr);
+    }
+  }
+
+  // Changes y as the fired events ask, and lets the system choose its phases.
+  void change(const Firing& firing, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
+    for (std::size_t i = 0; i < watches_.size(); ++i)
+      if (fired_[i]) watches_[i].value = value(i, firing.t, y);
+    for_each_listed([&](std::size_t i, const auto& e) {
+      if constexpr (!std::remove_cvref_t<decltype(e)>::stops && !std::remove_cvref_t<decltype(e)>::records)
+        if (fired_[i]) change_state<n>(e.action, firing.t, y, dof(system_));
+    });
+    settle(firing.t, y, tolerance, events);
+  }
+
+  // Lets the system choose its phases for y as they follow from the guards that fired; none at the start.
+  void settle(double t, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
+    if constexpr (SwitchingSystem<F>)
+      for (std::string& what : system_.switched(t, y, fired_guards_, tolerance)) events.push_back({t, std::move(what)});
+  }
+
+  // The function whose changes of the state do not let t go on any more, if there is one: each follows the one before it
+  // as closely as t can tell, or g cannot be told from zero between them.
+  std::optional<std::string> accumulating(double t) {
+    const double indistinct = 1e3 * std::numeric_limits<double>::epsilon() * std::abs(t);
+    for (std::size_t i = 0; i < watches_.size(); ++i) {
+      if (!fired_[i]) continue;
+      const double since = std::abs(t - std::exchange(last_time_[i], t));
+      standing_[i] = since <= indistinct || watches_[i].stuck ? standing_[i] + 1 : 0;
+      if (standing_[i] >= (i < listed ? 4 : 20)) return name_of(i);  // a system may pass through several phases at once
+    }
+    return std::nullopt;
+  }
+
+ private:
+  template <class Visit>
+  void for_each_listed(Visit&& visit) const {
+    [&]<std::size_t... i>(std::index_sequence<i...>) {
+      (visit(i, std::get<i>(events_.list)), ...);
+    }(std::index_sequence_for<Events...>{});
+  }
+
+  std::string name_of(std::size_t wanted) const {
+    std::string name = "a contact or friction";
+    for_each_listed([&](std::size_t i, const auto& e) {
+      if (i == wanted) name = "'" + e.name + "'";
+    });
+    return name;
+  }
+
+  void require_finite(std::size_t i, double t, double g) const {
+    if (std::isfinite(g)) return;
+    throw NonFinite(name_of(i), t, "the function of event " + name_of(i) + " must be finite, but is " + text_of(g) + " at t = " + text_of(t));
+  }
+
+  template <class Take>
+  void evaluate_all(double t, const Eigen::VectorXd& y, Take&& take) {
+    for_each_listed([&](std::size_t i, const auto& e) {
+      const double g = event_value<n>(e.g, t, y, dof(system_));
+      require_finite(i, t, g);
+      take(i, g);
+    });
+    if constexpr (SwitchingSystem<F>) {
+      system_.guards(t, y, guards_);
+      for (std::size_t i = listed; i < watches_.size(); ++i) {
+        const double g = guards_[static_cast<Eigen::Index>(i - listed)];
+        require_finite(i, t, g);
+        take(i, g);
+      }
+    }
+  }
+
+  double value(std::size_t wanted, double t, const Eigen::VectorXd& y) {
+    double g = 0.0;
+    if (wanted < listed) {
+      for_each_listed([&](std::size_t i, const auto& e) {
+        if (i == wanted) g = event_value<n>(e.g, t, y, dof(system_));
+      });
+    } else if constexpr (SwitchingSystem<F>) {
+      system_.guards(t, y, guards_);
+      g = guards_[static_cast<Eigen::Index>(wanted - listed)];
+    }
+    require_finite(wanted, t, g);
+    return g;
+  }
+
+  // What rounding of y does to g.
+  double rounding_of(std::size_t i, double t, const Eigen::VectorXd& y, double g) {
+    constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
+    double sum = 0.0;
+    for (Eigen::Index k = 0; k < y.size(); ++k) {
+      y_ = y;
+      y_[k] *= 1.0 + rounding;
+      sum += std::abs(value(i, t, y_) - g);
+    }
+    return sum;
+  }
+
+  void search_one(std::size_t i, double from, const double* known) {
+    RootSearch search(watches_[i], [this, i](double t) {
+      step_.evaluate(t, y_);
+      return value(i, t, y_);
+    });
+    search.run(from, to_, known);
+    if (watches_[i].root) return;
+    step_.evaluate(to_, y_);
+    watches_[i].value = known != nullptr ? known[points - 1] : value(i, to_, y_);
+  }
+
+  const F& system_;
+  const EventList<Events...>& events_;
+  std::vector<Watch> watches_;  // the listed events, then the system's guards
+  std::vector<bool> fired_, fired_guards_;
+  std::vector<double> last_time_;
+  std::vector<int> standing_;             // how often a function has changed the state without letting t go on
+  std::vector<double> samples_;           // of the present step
+  Eigen::VectorXd guards_, bands_, y_;
+  PolynomialView step_;
+  double to_ = 0.0;
+};
+
+}  // namespace qdot::detail

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: MIT
+#include "qdot/integrate/event.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "catch2_bridge.hpp"
+#include "qdot/integrate/cvode.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/simulate.hpp"
+
+using qdot::Dop853;
+using qdot::event;
+using qdot::events;
+using qdot::Outcome;
+using qdot::simulate;
+using qdot::State;
+
+namespace {
+
+using V1 = qdot::Vector<double, 1>;
+constexpr double pi = std::numbers::pi;
+
+// ẍ = −x from (1, 0): x = cos t.
+const auto oscillator = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; },
+                                                   [](const auto& q) { return 0.5 * q[0] * q[0]; });
+const State<1> released{0.0, V1(1.0), V1(0.0)};
+const qdot::Options fine{.rtol = 1e-12, .atol = 1e-13};
+constexpr double fine_error = 1e-10;  // of times and states over some periods at these tolerances
+
+const auto x = [](const auto& q) { return q[0]; };
+const auto speed = [](const auto&, const auto& qdot) { return qdot[0]; };
+
+std::vector<double> times(const std::vector<qdot::RecordedEvent>& list, const std::string& name) {
+  std::vector<double> result;
+  for (const auto& e : list)
+    if (e.name == name) result.push_back(e.t);
+  return result;
+}
+
+void check_times(const std::vector<double>& found, const std::vector<double>& expected, double error = fine_error) {
+  REQUIRE(found.size() == expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) CHECK_THAT(found[i], WithinAbs(expected[i], error));
+}
+
+// ẍ = −g, x(0) = 1: a parabola, which every method of order 2 and more follows exactly.
+const auto falling_ball = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; },
+                                                     [](const auto& q) { return 9.81 * q[0]; });
+
+// The impact law of a ball with restitution e on the floor x = 0.
+struct Bounce {
+  static constexpr bool is_barrier = true;
+  double e;
+  void operator()(State<1>& s) const { s.qdot[0] *= -e; }
+};
+
+}  // namespace
+
+TEST_CASE("crossings are found at their times, in the direction asked for, with every kind of method") {
+  const auto check = [](const auto& method, const qdot::Options& options, double error) {
+    const auto run = simulate(oscillator, released, 10.0, method, options,
+                              events(event("down", x).falling(), event("up", x).rising(), event("both", x)));
+    REQUIRE(run.completed());
+    check_times(times(run.events, "down"), {0.5 * pi, 2.5 * pi}, error);
+    check_times(times(run.events, "up"), {1.5 * pi}, error);
+    check_times(times(run.events, "both"), {0.5 * pi, 1.5 * pi, 2.5 * pi}, error);
+  };
+  check(Dop853{}, fine, fine_error);
+  check(qdot::Dopri5{}, fine, fine_error);
+  check(qdot::CvodeBdf{}, {.rtol = 1e-9}, 1e-6);  // BDF's error over ten units of time
+  check(qdot::CvodeAdams{}, {.rtol = 1e-10}, 1e-7);
+}
+
+TEST_CASE("backward in time falling means falling along the run") {
+  const auto run = simulate(oscillator, released, -10.0, Dop853{}, fine, events(event("down", x).falling()));
+  check_times(times(run.events, "down"), {-0.5 * pi, -2.5 * pi});
+}
+
+TEST_CASE("recording changes neither steps nor motion") {
+  const auto plain = simulate(oscillator, released, 10.0, Dop853{}, fine);
+  const auto watched = simulate(oscillator, released, 10.0, Dop853{}, fine, events(event("zero", x), event("turn", speed)));
+  CHECK(watched.y == plain.y);
+  CHECK(watched.statistics.steps == plain.statistics.steps);
+  CHECK(plain.events.empty());
+}
+
+TEST_CASE("the moment that is handed out lies on the far side of the root") {
+  const auto run = simulate(oscillator, released, 10.0, Dop853{}, fine, events(event("down", x).falling()));
+  for (const auto& e : run.events) {
+    CHECK(run.trajectory.at(e.t).q[0] <= 0.0);
+    CHECK(run.trajectory.at(e.t).q[0] > -1e-14);
+  }
+}
+
+TEST_CASE("an event may stop the run, exactly where it is") {
+  const auto run = simulate(oscillator, released, 10.0, Dop853{}, fine, events(event("zero", x).stop()));
+  REQUIRE(run.outcome == Outcome::stopped_by_event);
+  CHECK_FALSE(failed(run.outcome));
+  CHECK_THAT(run.t, WithinAbs(0.5 * pi, fine_error));
+  CHECK_THAT(run.state().qdot[0], WithinAbs(-1.0, fine_error));
+  CHECK(run.trajectory.back_time() == run.t);
+  CHECK(run.message.find("'zero' asked to stop") != std::string::npos);
+  REQUIRE(run.events.size() == 1);
+  CHECK(run.events[0].t == run.t);
+}
+
+TEST_CASE("forty impacts of a bouncing ball come at the times of the closed form") {
+  constexpr double g = 9.81, e = 0.9;
+  const auto run = simulate(falling_ball, released, 8.45, Dop853{}, {},
+                            events(event("floor", x).falling().then(Bounce{e})));
+  REQUIRE(run.completed());
+  const auto found = times(run.events, "floor");
+  REQUIRE(found.size() == 40);
+  double t = std::sqrt(2.0 / g);  // of the first impact; the n-th flight takes 2 eⁿ √(2h/g)
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    CHECK_THAT(found[i], WithinAbs(t, 1e-10));
+    const double v = run.trajectory.before(found[i]).qdot[0];
+    CHECK_THAT(v, WithinAbs(-std::sqrt(2 * g) * std::pow(e, static_cast<double>(i)), 1e-10));
+    CHECK_THAT(run.trajectory.at(found[i]).qdot[0], WithinAbs(-e * v, 1e-14));
+    t += 2 * std::pow(e, static_cast<double>(i + 1)) * std::sqrt(2.0 / g);
+  }
+  CHECK(run.statistics.restarts == 40);
+  CHECK(run.trajectory.jump_times() == found);
+}
+
+TEST_CASE("infinitely many impacts end in a named outcome at their limit, and the ball never falls through") {
+  for (const double e : {0.1, 0.5, 0.8}) {
+    const auto run = simulate(falling_ball, released, 10.0, Dop853{}, {}, events(event("floor", x).falling().then(Bounce{e})));
+    REQUIRE(run.outcome == Outcome::event_accumulation);
+    CHECK(failed(run.outcome));
+    CHECK_THAT(run.t, WithinAbs(std::sqrt(2.0 / 9.81) * (1 + e) / (1 - e), 1e-10));
+    CHECK(std::abs(run.y[0]) < 1e-12);
+    CHECK(run.message.find("'floor'") != std::string::npos);
+  }
+}
+
+TEST_CASE("two roots within one step are both found, in their order") {
+  // One step of a parabola covers the whole flight; the ball is above 0.99 for a moment only.
+  const State<1> thrown{0.0, V1(0.0), V1(std::sqrt(2 * 9.81))};
+  const auto run = simulate(falling_ball, thrown, 0.9, Dop853{}, {.initial_step = 0.9},
+                            events(event("above", [](const auto& q) { return q[0] - 0.99; }),
+                                   event("top", speed), event("half", [](const auto& q) { return q[0] - 0.5; })));
+  REQUIRE(run.statistics.steps == 1);
+  const double top = std::sqrt(2.0 / 9.81);
+  std::vector<std::string> names;
+  for (const auto& e : run.events) names.push_back(e.name);
+  CHECK(names == std::vector<std::string>{"half", "above", "top", "above", "half"});
+  check_times(times(run.events, "above"), {0.9 * top, 1.1 * top}, 1e-13);
+}
+
+TEST_CASE("a graze is found when it crosses, and not when it falls short") {
+  // x = h − g(t − t_top)²/2 … reaches h; the level lies a hair below or above it.
+  const State<1> thrown{0.0, V1(0.0), V1(std::sqrt(2 * 9.81))};
+  for (const double hair : {1e-6, 1e-10, -1e-10, -1e-6}) {
+    const auto run = simulate(falling_ball, thrown, 0.85, Dop853{}, {.initial_step = 0.85},
+                              events(event("graze", [hair](const auto& q) { return q[0] - (1.0 - hair); })));
+    REQUIRE(run.statistics.steps <= 2);
+    CHECK(run.events.size() == (hair > 0 ? 2u : 0u));
+  }
+}
+
+TEST_CASE("events at the same time keep the order of the list, and none is lost when one changes the state") {
+  const auto flip = [](State<1>& s) { s.qdot = -s.qdot; };
+  const auto run = simulate(oscillator, released, 2.0, Dop853{}, fine,
+                            events(event("a", x).falling(), event("flip", x).falling().then(flip), event("b", x).falling()));
+  REQUIRE(run.events.size() == 3);
+  CHECK(run.events[0].name == "a");
+  CHECK(run.events[1].name == "flip");
+  CHECK(run.events[2].name == "b");
+  CHECK(run.events[0].t == run.events[2].t);
+  CHECK_THAT(run.state().q[0], WithinAbs(-std::cos(2.0), fine_error));
+}
+
+TEST_CASE("an event that has fired is muted until it leaves zero") {
+  // A push at x = 0 that leaves the ball there at the same x, whichever way it then goes.
+  for (const double factor : {2.0, -0.5}) {
+    const auto push = [factor](State<1>& s) { s.qdot *= factor; };
+    const auto run = simulate(oscillator, released, 4.0, Dop853{}, fine, events(event("push", x).then(push)));
+    REQUIRE(run.completed());
+    check_times(times(run.events, "push"), {0.5 * pi});
+  }
+}
+
+TEST_CASE("an event at the start counts when the motion goes its way, and one at the end counts") {
+  const State<1> at_zero{0.0, V1(0.0), V1(1.0)};
+  const auto run = simulate(oscillator, at_zero, pi, Dop853{}, fine,
+                            events(event("up", x).rising(), event("down", x).falling(),
+                                   event("end", [](const auto&, const auto&, double t) { return t - pi; })));
+  check_times(times(run.events, "up"), {0.0}, 0.0);
+  CHECK(times(run.events, "end") == std::vector<double>{pi});
+  const auto caught = simulate(falling_ball, State<1>{0.0, V1(0.0), V1(-1.0)}, 0.1, Dop853{}, {},
+                               events(event("floor", x).falling().then(Bounce{0.5})));
+  REQUIRE(caught.completed());
+  CHECK(times(caught.events, "floor").front() == 0.0);
+  CHECK_THAT(caught.trajectory.at(0.05).q[0], WithinAbs(0.5 * 0.05 - 0.5 * 9.81 * 0.0025, 1e-12));
+}
+
+TEST_CASE("a jump across zero is no crossing") {
+  const auto run = simulate(falling_ball, released, 0.8, Dop853{}, {},
+                            events(event("floor", x).falling().then(Bounce{0.9}), event("turn", speed)));
+  CHECK(times(run.events, "floor").size() == 1);
+  check_times(times(run.events, "turn"), {0.0}, 0.0);  // the start is at rest, the top comes at 0.86
+}
+
+TEST_CASE("output times at a jump show the state behind it, and the observer sees both sides") {
+  const double t1 = simulate(falling_ball, released, 1.0, Dop853{}, {}, events(event("floor", x).stop())).t;
+  std::vector<double> seen;
+  const auto run = simulate(
+      falling_ball, released, 0.6, Dop853{}, {.output_times = {0.1, t1, 0.5}},
+      [&](const qdot::StepView& step) {
+        if (step.t() == t1) seen.push_back(step.qdot()[0]);
+      },
+      events(event("floor", x).falling().then(Bounce{0.5})));
+  REQUIRE(run.samples.t.size() == 3);
+  CHECK_THAT(run.samples.y(1, 1), WithinAbs(0.5 * std::sqrt(2 * 9.81), 1e-12));
+  REQUIRE(seen.size() == 2);
+  CHECK(seen[1] == -0.5 * seen[0]);
+}
+
+TEST_CASE("a first-order system may be changed as a whole, and a function without a value is named") {
+  const auto run = simulate(oscillator, released, 2.0, Dop853{}, fine,
+                            events(event("reset", x).then([](double, Eigen::VectorXd& y) { y << 1.0, 0.0; })));
+  CHECK_THAT(run.y[0], WithinAbs(std::cos(2.0 - 0.5 * pi), fine_error));
+  const auto bad = simulate(oscillator, released, 2.0, Dop853{}, fine,
+                            events(event("root", [](const auto& q) { return std::sqrt(q[0]); })));
+  CHECK(bad.outcome == Outcome::non_finite);
+  CHECK(bad.message.find("the function of event 'root' must be finite") != std::string::npos);
+}
