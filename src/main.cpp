@@ -64,7 +64,7 @@ int execute(int argc, char** argv, std::string& command_name) {
   add_repeatable(run_command, "--with", run_options.with, "switch an effect on, EFFECT[=VALUE]");
   add_repeatable(run_command, "--without", run_options.without, "switch an effect off");
   add_text(run_command, "--t-end", run_options.t_end, "time to end at", "T");
-  add_text(run_command, "--method", run_options.method, "adams (smooth motion, default) or bdf (stiff)", "NAME");
+  add_text(run_command, "--method", run_options.method, "adams (smooth motion, default), bdf (stiff) or dop853 (smooth, few coordinates; default with constraints)", "NAME");
   add_text(run_command, "--rtol", run_options.rtol, "relative tolerance of the local error (default 1e-10)", "R");
   add_text(run_command, "--atol", run_options.atol, "absolute tolerance of the local error (default 1e-10)", "A");
   add_text(run_command, "--accuracy", run_options.accuracy, "error of the whole motion; chooses both tolerances", "E");
@@ -72,6 +72,12 @@ int execute(int argc, char** argv, std::string& command_name) {
   add_text(run_command, "--out", run_options.out, "write PATH.csv, PATH.npz, PATH.html and PATH.svg", "PATH");
   run_command->add_flag("--json", run_options.json, "one JSON object on stdout");
   run_command->add_flag("--quiet", run_options.quiet, "no progress bar");
+
+  EffectsOptions effects_options;
+  CLI::App* effects_command = app.add_subcommand("effects", "what each effect of a scene costs");
+  effects_command->add_option("SCENE", effects_options.scene, "a name from qdot list")->required();
+  add_repeatable(effects_command, "--set", effects_options.set, "parameter or state (q0, …, qdot0, …), NAME=VALUE");
+  effects_command->add_flag("--json", effects_options.json, "one JSON object on stdout");
 
   BenchOptions bench_options;
   CLI::App* bench_command = app.add_subcommand("bench", "the project's own benchmarks");
@@ -99,12 +105,13 @@ int execute(int argc, char** argv, std::string& command_name) {
     const std::string message = error.what();
     throw UsageError(message.substr(0, message.find(':')) + ": must be followed by one value, given none");
   } catch (const CLI::ParseError& error) {
-    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, bench; see qdot --help");
+    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, effects, bench; see qdot --help");
   }
   refuse_extras(app.get_subcommands().front());
 
   if (list_command->parsed()) return list(list_options);
   if (run_command->parsed()) return run(run_options);
+  if (effects_command->parsed()) return effects(effects_options);
   return bench(bench_options);
 }
 

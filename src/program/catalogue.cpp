@@ -28,6 +28,11 @@ std::unique_ptr<RunnableScene> make_duffing();
 std::unique_ptr<RunnableScene> make_morse();
 std::unique_ptr<RunnableScene> make_mathieu();
 std::unique_ptr<RunnableScene> make_henon_heiles();
+std::unique_ptr<RunnableScene> make_cartesian_pendulum();
+std::unique_ptr<RunnableScene> make_four_bar();
+std::unique_ptr<RunnableScene> make_slider_crank();
+std::unique_ptr<RunnableScene> make_rolling_hoop();
+std::unique_ptr<RunnableScene> make_chaplygin_sleigh();
 
 namespace {
 
@@ -52,6 +57,11 @@ const std::vector<std::pair<std::string, std::unique_ptr<RunnableScene> (*)()>> 
     {"morse", make_morse},
     {"mathieu", make_mathieu},
     {"henon_heiles", make_henon_heiles},
+    {"cartesian_pendulum", make_cartesian_pendulum},
+    {"four_bar", make_four_bar},
+    {"slider_crank", make_slider_crank},
+    {"rolling_hoop", make_rolling_hoop},
+    {"chaplygin_sleigh", make_chaplygin_sleigh},
 };
 
 }  // namespace
@@ -61,7 +71,6 @@ std::vector<std::string> scene_names() {
   for (const auto& [name, make] : scenes_by_name) names.push_back(name);
   return names;
 }
-
 std::unique_ptr<RunnableScene> make_scene(const std::string& wanted) {
   for (const auto& [name, make] : scenes_by_name) {
     if (name == wanted) return make();

@@ -9,7 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "program/runnable_scene.hpp"
+
 namespace qdot::program {
+
+/// Applies --set: parameters first, because they decide how many coordinates there are, then initial values.
+///
+/// @throws UsageError
+State<Dynamic> configured(RunnableScene& scene, const std::vector<std::string>& settings);
 
 struct ListOptions {
   bool json = false;
@@ -25,6 +32,12 @@ struct RunOptions {
   bool quiet = false;
 };
 
+struct EffectsOptions {
+  std::string scene;
+  std::vector<std::string> set;
+  bool json = false;
+};
+
 struct BenchOptions {
   std::optional<std::string> name;
   bool json = false;
@@ -32,6 +45,7 @@ struct BenchOptions {
 
 int list(const ListOptions& options);
 int run(const RunOptions& options);
+int effects(const EffectsOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace qdot::program

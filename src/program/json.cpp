@@ -42,13 +42,16 @@ const char* range_text(const ParameterInfo& p) {
 
 std::string run_json(const RunnableScene& scene, const Request& request, const Result& result,
                      const std::vector<std::string>& files) {
-  const Eigen::Index n = result.end.y.size() / 2;
+  const Eigen::Index n = request.start.q.size();
   Json coordinates = Json::array();
   for (const auto& c : scene.coordinates()) coordinates.push_back(c.name);
   Json json;
   json["scene"] = scene.name();
   json["parameters"] = parameter_values(scene);
   json["effects"] = Json::array();
+  for (const EffectInfo& effect : scene.effects()) {
+    if (effect.on) json["effects"].push_back({{"name", effect.name}, {"value", effect.value}});
+  }
   json["method"] = request.method;
   json["rtol"] = request.rtol;
   json["atol"] = request.atol;
@@ -61,7 +64,7 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
   json["qdot_initial"] = numbers(request.start.qdot);
   json["t"] = result.end.t;
   json["q"] = numbers(result.end.y.head(n));
-  json["qdot"] = numbers(result.end.y.tail(n));
+  json["qdot"] = numbers(result.end.y.segment(n, n));
   json["energy_initial"] = result.energy.initial;
   json["energy_final"] = result.energy.final;
   json["energy_drift_max"] = result.energy.largest;
@@ -69,6 +72,15 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
   json["jacobi_energy_final"] = result.jacobi.final;
   json["jacobi_energy_drift_max"] = result.jacobi.largest;
   json["constraint_residual_max"] = nullptr;
+  json["constraint_velocity_max"] = nullptr;
+  if (result.start_moved) {
+    json["constraint_residual_max"] = result.statistics.constraint_residual;
+    json["constraint_velocity_max"] = result.statistics.constraint_velocity;
+    json["start_moved"] = {{"q", result.start_moved->moved_q}, {"qdot", result.start_moved->moved_qdot}};
+    Json reactions = Json::array();
+    for (const Reaction& r : result.reactions) reactions.push_back({{"name", r.name}, {"lambda", r.lambda}});
+    json["reactions"] = reactions;
+  }
   json["steps"] = result.statistics.steps;
   json["rejected"] = result.statistics.rejected();
   json["evaluations"] = result.statistics.evaluations;
@@ -92,6 +104,10 @@ std::string list_json(const std::vector<std::unique_ptr<RunnableScene>>& scenes)
     }
     Json coordinates = Json::array();
     for (const auto& c : scene->coordinates()) coordinates.push_back({{"name", c.name}, {"unit", c.unit}});
+    Json effects = Json::array();
+    for (const EffectInfo& e : scene->effects()) {
+      effects.push_back({{"name", e.name}, {"default", e.value}, {"unit", e.unit}, {"meaning", e.meaning}});
+    }
     const auto start = scene->start();
     list.push_back({{"name", scene->name()},
                     {"title", scene->title()},

@@ -20,12 +20,13 @@ int list(const ListOptions& options) {
     std::printf("%s\n", list_json(scenes).c_str());
     return 0;
   }
-  std::printf("%-20s %3s  %s\n", "scene", "dof", "parameters");
+  std::printf("%-20s %3s  %s\n", "scene", "dof", "parameters [effects, --with NAME=VALUE]");
   for (const auto& scene : scenes) {
     std::string parameters;
     for (const ParameterInfo& p : scene->parameters()) {
       parameters += (parameters.empty() ? "" : " ") + p.name + "=" + report::exact_text(p.value);
     }
+    for (const EffectInfo& e : scene->effects()) parameters += " [" + e.name + "=" + report::exact_text(e.value) + "]";
     const bool counted = scene->parameters().front().whole;
     const std::string dof = counted ? scene->parameters().front().name : std::to_string(scene->coordinates().size());
     std::printf("%-20s %3s  %s\n", scene->name().c_str(), dof.c_str(), parameters.c_str());

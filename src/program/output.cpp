@@ -122,6 +122,9 @@ report::Facts parameter_facts(const RunnableScene& scene, const Request& request
   for (const ParameterInfo& p : scene.parameters()) {
     facts.rows.push_back({symbol(p.name), with_unit(report::rounded_text(p.value, 8), p.unit), p.meaning});
   }
+  for (const EffectInfo& e : scene.effects()) {
+    if (e.on) facts.rows.push_back({"with " + e.name, with_unit(report::rounded_text(e.value, 8), e.unit), e.meaning});
+  }
   const auto coordinates = scene.coordinates();
   constexpr std::size_t most = 4;  // of a long chain the first few say enough
   for (std::size_t i = 0; i < std::min(most, coordinates.size()); ++i) {
@@ -143,6 +146,9 @@ report::Facts run_facts(const RunnableScene& scene, const Request& request, cons
   facts.rows.push_back({"method", request.method + ", rtol " + readable_text(request.rtol) + ", atol " + readable_text(request.atol)});
   facts.rows.push_back({"steps", std::to_string(cost.steps) + " accepted, " + std::to_string(cost.rejected()) + " rejected"});
   facts.rows.push_back({"evaluations", std::to_string(cost.evaluations) + ", and " + std::to_string(cost.jacobians) + " Jacobians"});
+  if (result.start_moved) {
+    facts.rows.push_back({"largest |φ|, |φ̇|", readable_text(cost.constraint_residual, 2) + ", " + readable_text(cost.constraint_velocity, 2)});
+  }
   facts.rows.push_back({"wall time", with_unit(readable_text(1e3 * cost.wall_seconds, 3), "ms")});
   facts.rows.push_back({"E(0)", with_unit(report::rounded_text(result.energy.initial, 8), energy_unit)});
   facts.rows.push_back({"largest |E − E(0)|", with_unit(readable_text(result.energy.largest, 3), energy_unit)});
@@ -184,9 +190,9 @@ report::Table table(const RunnableScene& scene, const Result& result) {
   return t;
 }
 
-std::vector<report::Array> arrays(const Result& result) {
+std::vector<report::Array> arrays(const Result& result, Eigen::Index dof) {
   const std::size_t rows = result.samples.size();
-  const auto n = static_cast<std::size_t>(result.end.y.size()) / 2;
+  const auto n = static_cast<std::size_t>(dof);
   report::Array q{"q", {rows, n}, {}};
   report::Array qdot{"qdot", {rows, n}, {}};
   for (const Sample& s : result.samples) {
@@ -207,7 +213,7 @@ report::Page page(const RunnableScene& scene, const Request& request, const Resu
   report::Animation animation{.drawing = scene.drawing(), .time_unit = scene.time_unit()};
   for (const Sample& frame : result.frames) {
     animation.times.push_back(frame.t);
-    animation.frames.push_back(scene.positions(frame.y.head(frame.y.size() / 2), frame.t));
+    animation.frames.push_back(scene.positions(frame.y.head(request.start.q.size()), frame.t));
   }
   page.animation = std::move(animation);
   page.tables = {parameter_facts(scene, request), run_facts(scene, request, result)};
@@ -230,7 +236,7 @@ void write_outputs(const std::string& path, const RunnableScene& scene, const Re
   const std::string picture = shown.animation->frames.empty() ? report::svg(plot)
                                                               : report::still_svg(*shown.animation, result.end.t, plot);
   report::write_files({{paths[0], report::csv(table(scene, result))},
-                       {paths[1], report::npz(arrays(result))},
+                       {paths[1], report::npz(arrays(result, request.start.q.size()))},
                        {paths[2], report::html(shown)},
                        {paths[3], picture}});
 }

@@ -24,7 +24,7 @@ int frame_count(const RunnableScene& scene, const State<Dynamic>& start, double 
 report::Table table(const RunnableScene& scene, const Result& result);
 
 /// The same for NumPy: t (N), q (N×n), qdot (N×n), the energies (N).
-std::vector<report::Array> arrays(const Result& result);
+std::vector<report::Array> arrays(const Result& result, Eigen::Index dof);
 
 /// Animation, parameters, summary and plots.
 report::Page page(const RunnableScene& scene, const Request& request, const Result& result);

@@ -24,7 +24,109 @@ namespace {
 
 using report::exact_text;
 
-/// Applies --set: parameters first, because they decide how many coordinates there are, then initial values.
+constexpr double start_on_constraints = 1e-12;  // what rounding moves is not worth a line
+
+/// Applies --with and --without, in this order.
+void choose_effects(RunnableScene& scene, const RunOptions& options) {
+  std::vector<std::string> valid;
+  for (const EffectInfo& effect : scene.effects()) valid.push_back(effect.name);
+  const auto choose = [&](const char* option, const std::string& text, bool on) {
+    const bool valued = on && text.find('=') != std::string::npos;
+    const std::string name = valued ? assignment(option, text).name : text;
+    if (valid.empty()) {
+      throw UsageError(std::string(option) + ": must name an effect of the scene; " + scene.name() + " has no effect \"" + name +
+                       "\" (it has none)");
+    }
+    if (std::find(valid.begin(), valid.end(), name) == valid.end()) {
+      throw unknown_name(option, "an effect of " + scene.name(), name, valid);
+    }
+    try {
+      scene.set_effect(name, on, valued ? std::optional(assignment(option, text).value) : std::nullopt);
+    } catch (const InvalidValue& error) {
+      throw UsageError(std::string(option) + ": " + error.what());
+    }
+  };
+  for (const std::string& text : options.with) choose("--with", text, true);
+  for (const std::string& text : options.without) choose("--without", text, false);
+}
+
+double tolerance(const char* option, const std::string& text) {
+  const double value = finite_number(option, text);
+  if (value <= 0) throw UsageError(std::string(option) + ": must be positive, given " + text);
+  return value;
+}
+
+Request request_of(RunnableScene& scene, const RunOptions& options) {
+  Request request;
+  request.start = configured(scene, options.set);
+  choose_effects(scene, options);
+  const bool constrained = scene.model()->constrained();
+  if (constrained) request.method = "dop853";
+  request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : scene.t_end();
+  if (!(request.t_end > request.start.t)) {
+    throw UsageError("--t-end: must be after the start, t = " + exact_text(request.start.t) + ", given " + *options.t_end);
+  }
+  if (options.method) {
+    request.method = *options.method;
+    const auto methods = method_names();
+    if (std::find(methods.begin(), methods.end(), request.method) == methods.end()) {
+      throw unknown_name("--method", "a method", request.method, methods);
+    }
+    if (constrained && !keeps_constraints(request.method)) {
+      throw UsageError("--method: must keep the constraints of " + scene.name() + ", as dop853 and bdf do, given " + request.method);
+    }
+  }
+  if (options.accuracy && (options.rtol || options.atol)) {
+    throw UsageError("--accuracy: must stand without --rtol and --atol, which it chooses, given together with one");
+  }
+  if (options.rtol) request.rtol = tolerance("--rtol", *options.rtol);
+  if (options.atol) request.atol = tolerance("--atol", *options.atol);
+  if (options.samples) request.samples = static_cast<int>(whole_number("--samples", *options.samples, 2, 10'000'000));
+  return request;
+}
+
+void print_summary(const RunnableScene& scene, const Request& request, const Result& result,
+                   const std::vector<std::string>& files) {
+  const auto coordinates = scene.coordinates();
+  const auto n = static_cast<Eigen::Index>(coordinates.size());
+  const auto with_unit = [](const std::string& text, const std::string& unit) { return unit.empty() ? text : text + " " + unit; };
+  std::printf("%s: %s\n", scene.name().c_str(), result.message.c_str());
+  constexpr Eigen::Index most = 8;
+  for (Eigen::Index i = 0; i < std::min(n, most); ++i) {
+    const std::string& name = coordinates[static_cast<std::size_t>(i)].name;
+    std::printf("  %-10s % .12g   %-13s % .12g\n", name.c_str(), result.end.y[i], (name + "dot").c_str(), result.end.y[n + i]);
+  }
+  if (n > most) std::printf("  … and %ld more coordinates (all of them with --json or --out)\n", static_cast<long>(n - most));
+  for (const Reaction& r : result.reactions) {
+    std::printf("  lambda of %s  %.12g\n", r.name.c_str(), r.lambda);
+  }
+  if (result.start_moved && std::max(result.start_moved->moved_q, result.start_moved->moved_qdot) > start_on_constraints) {
+    std::printf("  the start was moved onto the constraints: coordinates by at most %s, velocities by at most %s\n",
+                report::rounded_text(result.start_moved->moved_q, 3).c_str(),
+                report::rounded_text(result.start_moved->moved_qdot, 3).c_str());
+  }
+  if (result.start_moved) {
+    std::printf("  constraints met to %s, their rates to %s\n", report::rounded_text(result.statistics.constraint_residual, 2).c_str(),
+                report::rounded_text(result.statistics.constraint_velocity, 2).c_str());
+  }
+  const std::string unit = scene.energy_unit();
+  std::printf("  energy     %s, largest change %s\n", with_unit(report::rounded_text(result.energy.initial, 12), unit).c_str(),
+              with_unit(report::rounded_text(result.energy.largest, 3), unit).c_str());
+  if (result.jacobi.largest < 0.1 * result.energy.largest) {
+    std::printf("  Jacobi's h %s, largest change %s\n",
+                with_unit(report::rounded_text(result.jacobi.initial, 12), unit).c_str(),
+                with_unit(report::rounded_text(result.jacobi.largest, 3), unit).c_str());
+  }
+  std::printf("  %s, rtol %s, atol %s: %ld steps, %ld rejected, %ld evaluations, %ld Jacobians, %.3g ms\n",
+              request.method.c_str(), exact_text(request.rtol).c_str(), exact_text(request.atol).c_str(),
+              result.statistics.steps, result.statistics.rejected(), result.statistics.evaluations,
+              result.statistics.jacobians, 1e3 * result.statistics.wall_seconds);
+  if (result.error_estimate) std::printf("  estimated error of the motion %s\n", report::rounded_text(*result.error_estimate, 2).c_str());
+  for (const std::string& file : files) std::printf("  wrote %s\n", file.c_str());
+}
+
+}  // namespace
+
 State<Dynamic> configured(RunnableScene& scene, const std::vector<std::string>& settings) {
   std::vector<std::string> valid;
   for (const ParameterInfo& p : scene.parameters()) valid.push_back(p.name);
@@ -55,74 +157,6 @@ State<Dynamic> configured(RunnableScene& scene, const std::vector<std::string>& 
   }
   return start;
 }
-
-void refuse_effects(const RunnableScene& scene, const char* option, const std::vector<std::string>& effects) {
-  if (effects.empty()) return;
-  const std::string name = effects.front().substr(0, effects.front().find('='));
-  throw UsageError(std::string(option) + ": must name an effect of the scene; " + scene.name() + " has no effect \"" + name +
-                   "\" (it has none)");
-}
-
-double tolerance(const char* option, const std::string& text) {
-  const double value = finite_number(option, text);
-  if (value <= 0) throw UsageError(std::string(option) + ": must be positive, given " + text);
-  return value;
-}
-
-Request request_of(RunnableScene& scene, const RunOptions& options) {
-  Request request;
-  request.start = configured(scene, options.set);
-  refuse_effects(scene, "--with", options.with);
-  refuse_effects(scene, "--without", options.without);
-  request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : scene.t_end();
-  if (!(request.t_end > request.start.t)) {
-    throw UsageError("--t-end: must be after the start, t = " + exact_text(request.start.t) + ", given " + *options.t_end);
-  }
-  if (options.method) {
-    request.method = *options.method;
-    const auto methods = method_names();
-    if (std::find(methods.begin(), methods.end(), request.method) == methods.end()) {
-      throw unknown_name("--method", "a method", request.method, methods);
-    }
-  }
-  if (options.accuracy && (options.rtol || options.atol)) {
-    throw UsageError("--accuracy: must stand without --rtol and --atol, which it chooses, given together with one");
-  }
-  if (options.rtol) request.rtol = tolerance("--rtol", *options.rtol);
-  if (options.atol) request.atol = tolerance("--atol", *options.atol);
-  if (options.samples) request.samples = static_cast<int>(whole_number("--samples", *options.samples, 2, 10'000'000));
-  return request;
-}
-
-void print_summary(const RunnableScene& scene, const Request& request, const Result& result,
-                   const std::vector<std::string>& files) {
-  const auto coordinates = scene.coordinates();
-  const auto n = static_cast<Eigen::Index>(coordinates.size());
-  const auto with_unit = [](const std::string& text, const std::string& unit) { return unit.empty() ? text : text + " " + unit; };
-  std::printf("%s: %s\n", scene.name().c_str(), result.message.c_str());
-  constexpr Eigen::Index most = 8;
-  for (Eigen::Index i = 0; i < std::min(n, most); ++i) {
-    const std::string& name = coordinates[static_cast<std::size_t>(i)].name;
-    std::printf("  %-10s % .12g   %-13s % .12g\n", name.c_str(), result.end.y[i], (name + "dot").c_str(), result.end.y[n + i]);
-  }
-  if (n > most) std::printf("  … and %ld more coordinates (all of them with --json or --out)\n", static_cast<long>(n - most));
-  const std::string unit = scene.energy_unit();
-  std::printf("  energy     %s, largest change %s\n", with_unit(report::rounded_text(result.energy.initial, 12), unit).c_str(),
-              with_unit(report::rounded_text(result.energy.largest, 3), unit).c_str());
-  if (result.jacobi.largest < 0.1 * result.energy.largest) {
-    std::printf("  Jacobi's h %s, largest change %s\n",
-                with_unit(report::rounded_text(result.jacobi.initial, 12), unit).c_str(),
-                with_unit(report::rounded_text(result.jacobi.largest, 3), unit).c_str());
-  }
-  std::printf("  %s, rtol %s, atol %s: %ld steps, %ld rejected, %ld evaluations, %ld Jacobians, %.3g ms\n",
-              request.method.c_str(), exact_text(request.rtol).c_str(), exact_text(request.atol).c_str(),
-              result.statistics.steps, result.statistics.rejected(), result.statistics.evaluations,
-              result.statistics.jacobians, 1e3 * result.statistics.wall_seconds);
-  if (result.error_estimate) std::printf("  estimated error of the motion %s\n", report::rounded_text(*result.error_estimate, 2).c_str());
-  for (const std::string& file : files) std::printf("  wrote %s\n", file.c_str());
-}
-
-}  // namespace
 
 int run(const RunOptions& options) {
   const std::unique_ptr<RunnableScene> scene = make_scene(options.scene);

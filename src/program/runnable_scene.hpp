@@ -8,9 +8,11 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "qdot/effects/projection_report.hpp"
 #include "qdot/report/animation.hpp"
 #include "scenes/scene.hpp"
 
@@ -35,16 +37,46 @@ struct Energies {
   double total() const { return kinetic + potential; }
 };
 
-/// The equations of motion for fixed parameters, y = [q; q̇].
+/// An optional effect as a table shows it.
+struct EffectInfo {
+  std::string name;
+  bool on = false;
+  double value = 0;
+  std::string unit;
+  scenes::Range range = scenes::Range::any;
+  std::string meaning;
+};
+
+/// What holds a constraint at one state.
+struct Reaction {
+  std::string name;
+  double lambda = 0;
+};
+
+/// The equations of motion for fixed parameters, y = [q; q̇; z] with the states z of effects that have some.
 class Model {
  public:
   virtual ~Model() = default;
   virtual Eigen::Index dof() const = 0;
+  virtual Eigen::Index size() const { return 2 * dof(); }
   virtual void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const = 0;
   virtual void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const = 0;
   virtual std::string component_name(Eigen::Index i) const = 0;
   virtual Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const = 0;
   virtual bool autonomous() const = 0;
+
+  /// y = [q; q̇; z(0)].
+  virtual Eigen::VectorXd packed(const State<Dynamic>& start) const = 0;
+
+  /// Work per time of what is in neither T nor V.
+  virtual double power(double, const Eigen::Ref<const Eigen::VectorXd>&) const { return 0.0; }
+
+  virtual bool constrained() const { return false; }
+  virtual ProjectionReport project(double, Eigen::Ref<Eigen::VectorXd>) const { return {}; }
+  virtual std::vector<Reaction> reactions(double, const Eigen::Ref<const Eigen::VectorXd>&) const { return {}; }
+
+  /// Evaluates q̈ at y `count` times, and returns a number that depends on all of them.
+  virtual double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const = 0;
 };
 
 /// A scene of the catalogue with values for its parameters.
@@ -65,6 +97,13 @@ class RunnableScene {
   ///
   /// @throws InvalidValue  when the value is not physical; the name must be one of parameters()
   virtual void set_parameter(const std::string& name, double value) = 0;
+
+  virtual std::vector<EffectInfo> effects() const { return {}; }
+
+  /// Switches an effect on or off; without a value it keeps the one that it has.
+  ///
+  /// @throws InvalidValue  when the value is not physical; the name must be one of effects()
+  virtual void set_effect(const std::string& name, bool on, std::optional<double> value) = 0;
 
   // What follows depends on the parameters.
   virtual std::vector<scenes::Coordinate> coordinates() const = 0;

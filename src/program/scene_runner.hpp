@@ -1,7 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// From a scene with its type to a scene without: the one template that every scene's .cpp instantiates.
+// From a scene with its type to a scene without: the one template that every scene's .cpp instantiates. A scene with optional
+// effects or with constraints is that of effect_variants.hpp.
 
 #include <cmath>
 #include <memory>
@@ -11,46 +12,27 @@
 #include <vector>
 
 #include "program/runnable_scene.hpp"
+#include "program/system_model.hpp"
 #include "qdot/error.hpp"
-#include "qdot/mechanics/energy.hpp"
-#include "qdot/mechanics/first_order_form.hpp"
 #include "qdot/mechanics/system.hpp"
 #include "qdot/report/number.hpp"
 #include "scenes/scene.hpp"
 
 namespace qdot::program {
 
-/// The equations of motion of one system behind the interface.
-template <class Sys>
-class SystemModel final : public Model {
- public:
-  explicit SystemModel(Sys system) : form_(std::move(system)) {}
-
-  Eigen::Index dof() const override { return form_.system().dof(); }
-  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const override {
-    form_.derivative(t, y, ydot);
-  }
-  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override {
-    form_.jacobian(t, y, J);
-  }
-  std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
-  Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
-    const auto state = form_.state(t, y);
-    return {kinetic_energy(form_.system(), state.q, state.qdot, t), potential_energy(form_.system(), state.q, t),
-            jacobi_energy(form_.system(), state)};
-  }
-  bool autonomous() const override { return Sys::autonomous; }
-
- private:
-  FirstOrderForm<Sys> form_;
-};
-
 /// The largest count that a whole-numbered parameter may have; beyond it one evaluation takes seconds.
 inline constexpr int largest_count = 500;
 
+inline void require_physical(const std::string& what, scenes::Range range, double value) {
+  using scenes::Range;
+  if (std::isfinite(value) && (range == Range::any || (range == Range::positive ? value > 0 : value >= 0))) return;
+  const char* rule = range == Range::any ? "finite" : range == Range::positive ? "positive" : "zero or positive";
+  throw InvalidValue(what + " must be " + rule + ", given " + report::exact_text(value));
+}
+
 /// A scene of the catalogue with its own copy of the energies, whose members are the parameters.
 template <class E, int n>
-class SceneRunner final : public RunnableScene {
+class SceneRunner : public RunnableScene {
  public:
   explicit SceneRunner(scenes::Scene<E, n> scene) : scene_(std::move(scene)) {}
 
@@ -81,14 +63,7 @@ class SceneRunner final : public RunnableScene {
         energies_.**whole = static_cast<int>(value);
         return;
       }
-      const bool physical = std::isfinite(value) && (p.range == scenes::Range::any ||
-                                                     (p.range == scenes::Range::positive ? value > 0 : value >= 0));
-      if (!physical) {
-        const char* rule = p.range == scenes::Range::any        ? "finite"
-                           : p.range == scenes::Range::positive ? "positive"
-                                                                : "zero or positive";
-        throw InvalidValue(p.name + " (" + p.meaning + ") must be " + rule + ", given " + report::exact_text(value));
-      }
+      require_physical(p.name + " (" + p.meaning + ")", p.range, value);
       energies_.*std::get<double E::*>(p.member) = value;
       return;
     }
@@ -102,23 +77,29 @@ class SceneRunner final : public RunnableScene {
     return {start.t, start.q, start.qdot};
   }
 
-  std::shared_ptr<const Model> model() const override {
-    std::vector<std::string> names;
-    for (const auto& coordinate : coordinates()) names.push_back(coordinate.name);
-    auto system = [&] {
-      if constexpr (n == Dynamic) {
-        return mechanical_system(static_cast<Eigen::Index>(names.size()), energies_);
-      } else {
-        return mechanical_system<n>(energies_);
-      }
-    }();
-    return std::make_shared<SystemModel<decltype(system)>>(system.with_names(names));
+  void set_effect(const std::string& name, bool, std::optional<double>) override {
+    throw InvalidValue(scene_.name + " has no effect named " + name);
   }
+
+  std::shared_ptr<const Model> model() const override { return std::make_shared<SystemModel<decltype(system())>>(system()); }
 
   report::Drawing drawing() const override { return scene_.drawing(energies_); }
 
   std::vector<report::Point> positions(const Eigen::Ref<const Eigen::VectorXd>& q, double t) const override {
     return scene_.positions(energies_, Vector<double, n>(q), t);
+  }
+
+ protected:
+  const E& energies() const { return energies_; }
+
+  auto system() const {
+    std::vector<std::string> names;
+    for (const auto& coordinate : coordinates()) names.push_back(coordinate.name);
+    if constexpr (n == Dynamic) {
+      return mechanical_system(static_cast<Eigen::Index>(names.size()), energies_).with_names(names);
+    } else {
+      return mechanical_system<n>(energies_).with_names(names);
+    }
   }
 
  private:

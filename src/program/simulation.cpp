@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "qdot/integrate/cvode.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 
 namespace qdot::program {
@@ -23,7 +24,7 @@ struct FirstOrderModel {
   std::shared_ptr<const Model> model;
 
   Eigen::Index dof() const { return model->dof(); }
-  Eigen::Index size() const { return 2 * model->dof(); }
+  Eigen::Index size() const { return model->size(); }
   void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
     model->derivative(t, y, ydot);
   }
@@ -31,6 +32,11 @@ struct FirstOrderModel {
     model->jacobian(t, y, J);
   }
   std::string component_name(Eigen::Index i) const { return model->component_name(i); }
+};
+
+/// The same for a model with constraints, which the steppers then keep.
+struct ConstrainedModel : FirstOrderModel {
+  ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const { return model->project(t, y); }
 };
 
 std::vector<double> equal_times(double from, double to, int count) {
@@ -63,8 +69,8 @@ class StepRecord {
   long every_ = 1;
 };
 
-template <class Method>
-void run_with(const Method& method, const FirstOrderModel& system, const Request& request, const Watcher& watcher,
+template <class Method, class System>
+void run_with(const Method& method, const System& system, const Request& request, const Watcher& watcher,
               Result& result) {
   const Model& model = *system.model;
   const FirstOrderState start{request.start.t, result.end.y};
@@ -107,6 +113,17 @@ void run_with(const Method& method, const FirstOrderModel& system, const Request
   }
 }
 
+template <class System>
+void run_named(const std::string& method, const System& system, const Request& request, const Watcher& watcher, Result& result) {
+  if (method == "bdf") {
+    run_with(CvodeBdf{}, system, request, watcher, result);
+  } else if (method == "dop853") {
+    run_with(Dop853{}, system, request, watcher, result);
+  } else if constexpr (!ProjectableSystem<System>) {  // request_of() sees to it
+    run_with(CvodeAdams{}, system, request, watcher, result);
+  }
+}
+
 /// The run could not begin: the equations of motion have no value at the start.
 void fail_at_start(Result& result, Outcome outcome, const Error& error) {
   result.outcome = outcome;
@@ -132,21 +149,33 @@ void Drift::see(double value) {
   if (!(change <= largest)) largest = change;  // NaN, once seen, stays
 }
 
-std::vector<std::string> method_names() { return {"adams", "bdf"}; }
+std::vector<std::string> method_names() { return {"adams", "bdf", "dop853"}; }
+
+bool keeps_constraints(const std::string& method) { return method != "adams"; }
 
 Result simulated(const std::shared_ptr<const Model>& model, const Request& request, const Watcher& watcher) {
   Result result;
-  Eigen::VectorXd y(2 * model->dof());
-  y << request.start.q, request.start.qdot;
+  Eigen::VectorXd y = model->packed(request.start);
+  if (model->constrained()) {
+    try {
+      result.start_moved = model->project(request.start.t, y);
+    } catch (const ConstraintError& error) {
+      result.end = {request.start.t, y, {}};
+      fail_at_start(result, Outcome::constraint_failure, error);
+      result.samples.push_back(result.end);
+      return result;
+    }
+  }
   result.end = {request.start.t, y, model->energies(request.start.t, y)};
   result.energy.initial = result.energy.final = result.end.energies.total();
   result.jacobi.initial = result.jacobi.final = result.end.energies.jacobi;
   try {
-    if (request.method == "bdf") {
-      run_with(CvodeBdf{}, FirstOrderModel{model}, request, watcher, result);
+    if (model->constrained()) {
+      run_named(request.method, ConstrainedModel{{model}}, request, watcher, result);
     } else {
-      run_with(CvodeAdams{}, FirstOrderModel{model}, request, watcher, result);
+      run_named(request.method, FirstOrderModel{model}, request, watcher, result);
     }
+    result.reactions = model->reactions(result.end.t, result.end.y);
   } catch (const NonFinite& error) {
     fail_at_start(result, Outcome::non_finite, error);
   } catch (const MassMatrixError& error) {

@@ -54,11 +54,16 @@ struct Result {
   std::vector<double> energy_change;  // E − E(0) there
   std::vector<double> jacobi_change;
   Statistics statistics;
+  std::optional<ProjectionReport> start_moved;  // how far a start off the constraints was moved
+  std::vector<Reaction> reactions;              // at the end
   std::optional<double> error_estimate;  // of the whole motion, where an accuracy was asked for
 };
 
 /// Names of the methods that `simulated` knows.
 std::vector<std::string> method_names();
+
+/// Whether a method can keep a model on its constraints.
+bool keeps_constraints(const std::string& method);
 
 /// Called after accepted steps with the time reached.
 using Watcher = std::function<void(double t)>;

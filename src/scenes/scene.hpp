@@ -9,6 +9,7 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -58,5 +59,25 @@ struct Scene {
   std::function<Drawing(const Energies&)> drawing;  // of the points that `positions` returns
   std::function<std::vector<Point>(const Energies&, const Vector<double, n>& q, double t)> positions;
 };
+
+/// An effect that a scene may be given at run time, `--with NAME[=VALUE]`, with one number that says how strong it is.
+///
+/// Every combination of a scene's optional effects is compiled, and a run takes the one that it asks for: what is off is not
+/// in the code that runs.
+template <class Energies, class Make>
+struct OptionalEffect {
+  std::string name;     // snake_case
+  double value = 0;     // where --with gives none
+  std::string unit;
+  Range range = Range::any;
+  std::string meaning;  // of the value
+  Make make;            // (const Energies&, double value) → the effect
+};
+
+template <class Energies, class Make>
+OptionalEffect<Energies, Make> optional_effect(std::string name, double value, std::string unit, Range range,
+                                               std::string meaning, Make make) {
+  return {std::move(name), value, std::move(unit), range, std::move(meaning), std::move(make)};
+}
 
 }  // namespace qdot::scenes

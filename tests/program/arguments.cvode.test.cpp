@@ -22,8 +22,8 @@ struct Refusal {
 
 TEST_CASE("a bad argument gets one line that says what is wrong") {
   const Refusal refusal = GENERATE(values<Refusal>({
-      {"", "qdot: command: must be one of list, run, bench; see qdot --help\n"},
-      {"rnu", "qdot: command: must be a command, given \"rnu\"; the nearest is \"run\" (of list, run, bench)\n"},
+      {"", "qdot: command: must be one of list, run, effects, bench; see qdot --help\n"},
+      {"rnu", "qdot: command: must be a command, given \"rnu\"; the nearest is \"run\" (of list, run, effects, bench)\n"},
       {"run pendulum --set lenght=2",
        "qdot run: --set: must be a parameter or initial value of pendulum, given \"lenght\"; the nearest is \"l\" (of m, l, g, "
        "q0, qdot0)\n"},
@@ -41,9 +41,18 @@ TEST_CASE("a bad argument gets one line that says what is wrong") {
       {"run pendulum --rtol 0", "qdot run: --rtol: must be positive, given 0\n"},
       {"run pendulum --atol -1e-3", "qdot run: --atol: must be positive, given -1e-3\n"},
       {"run pendulum --method adam",
-       "qdot run: --method: must be a method, given \"adam\"; the nearest is \"adams\" (of adams, bdf)\n"},
-      {"run pendulum --with friction=0.1",
-       "qdot run: --with: must name an effect of the scene; pendulum has no effect \"friction\" (it has none)\n"},
+       "qdot run: --method: must be a method, given \"adam\"; the nearest is \"adams\" (of adams, bdf, dop853)\n"},
+      {"run kepler --with friction=0.1",
+       "qdot run: --with: must name an effect of the scene; kepler has no effect \"friction\" (it has none)\n"},
+      {"run pendulum --with dampin=0.1",
+       "qdot run: --with: must be an effect of pendulum, given \"dampin\"; the nearest is \"damping\" (of damping, drive)\n"},
+      {"run pendulum --without dampin",
+       "qdot run: --without: must be an effect of pendulum, given \"dampin\"; the nearest is \"damping\" (of damping, drive)\n"},
+      {"run pendulum --with damping=-1",
+       "qdot run: --with: damping (torque per angular velocity in the pivot) must be zero or positive, given -1\n"},
+      {"run cartesian_pendulum --method adams",
+       "qdot run: --method: must keep the constraints of cartesian_pendulum, as dop853 and bdf do, given adams\n"},
+      {"effects pendulm", "qdot effects: SCENE: must be a scene, given \"pendulm\"; the nearest is \"pendulum\""},
       {"run pendulum --samples 1", "qdot run: --samples: must be a whole number from 2 to 10000000, given \"1\"\n"},
       {"run pendulum --out ''",
        "qdot run: --out: must be a path whose last part is a file's name, given \"\"\n"},

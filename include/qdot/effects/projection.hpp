@@ -19,20 +19,10 @@
 #include <sstream>
 #include <string>
 
+#include "qdot/effects/projection_report.hpp"
 #include "qdot/effects/scene_motion.hpp"
 
 namespace qdot {
-
-/// What a projection did.
-struct ProjectionReport {
-  double moved_q = 0.0;             ///< largest change of a coordinate
-  double moved_qdot = 0.0;          ///< largest change of a velocity
-  double residual_before = 0.0;     ///< largest |φ|
-  double residual = 0.0;            ///< the same afterwards
-  double velocity_residual = 0.0;   ///< largest |J q̇ + ∂φ/∂t| or |a| afterwards
-  int iterations = 0;               ///< of Newton's method
-  Eigen::Index rank = 0;            ///< of the constraints at the projected state
-};
 
 /// The nearest state on the constraints: positions first, then velocities.
 ///

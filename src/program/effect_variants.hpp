@@ -1,0 +1,157 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A scene with effects: those that belong to it (the rod of a pendulum in Cartesian coordinates), and those that a run may
+// switch on. Each combination of optional effects is a type, compiled here, 2ᵏ of them; a run asks once which one it wants, and
+// then steps equations that hold the terms of its effects and no test of what is on.
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "program/scene_runner.hpp"
+#include "qdot/effects/scene_form.hpp"
+
+namespace qdot::program {
+
+template <class Sc>
+class SceneModel final : public Model {
+  static constexpr int n = Sc::dof_at_compile_time;
+
+ public:
+  explicit SceneModel(Sc scene) : form_(std::move(scene)) {}
+
+  Eigen::Index dof() const override { return form_.dof(); }
+  Eigen::Index size() const override { return form_.size(); }
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const override {
+    form_.derivative(t, y, ydot);
+  }
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override {
+    form_.jacobian(t, y, J);
+  }
+  std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
+  Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
+    return detail::energies_of(form_.scene().system(), form_.state(t, y));
+  }
+  bool autonomous() const override { return false; }
+  Eigen::VectorXd packed(const State<Dynamic>& start) const override {
+    return form_.packed(State<n>{start.t, start.q, start.qdot});
+  }
+  double power(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
+    const auto state = form_.state(t, y);
+    return qdot::power(form_.scene(), state.q, state.qdot, t, states(y));
+  }
+  bool constrained() const override { return Sc::has_constraints; }
+  ProjectionReport project([[maybe_unused]] double t, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> y) const override {
+    if constexpr (Sc::has_constraints) {
+      return form_.project(t, y);
+    } else {
+      return {};
+    }
+  }
+  std::vector<Reaction> reactions([[maybe_unused]] double t, [[maybe_unused]] const Eigen::Ref<const Eigen::VectorXd>& y) const override {
+    std::vector<Reaction> all;
+    if constexpr (Sc::has_constraints) {
+      const auto state = form_.state(t, y);
+      const auto lambda = constrained_acceleration(form_.scene(), state.q, state.qdot, t, states(y)).lambda;
+      const std::vector<std::string> names = constraint_names(form_.scene());
+      for (std::size_t i = 0; i < names.size(); ++i) all.push_back({names[i], lambda[static_cast<Eigen::Index>(i)]});
+    }
+    return all;
+  }
+  double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
+    const auto state = form_.state(t, y);
+    const auto z = states(y);
+    double sum = 0;
+    for (int i = 0; i < count; ++i) {
+      detail::touch(&state);
+      sum += acceleration(form_.scene(), state.q, state.qdot, t, z)[0];
+    }
+    return sum;
+  }
+
+ private:
+  static EffectStates<Sc> states(const Eigen::Ref<const Eigen::VectorXd>& y) {
+    return y.tail(Sc::states_at_compile_time);
+  }
+
+  SceneForm<Sc> form_;
+};
+
+/// The effects that a scene always has: none.
+struct NoEffects {
+  template <class E>
+  std::tuple<> operator()(const E&) const {
+    return {};
+  }
+};
+
+template <class E, int n, class Always, class... Makes>
+class EffectScene final : public SceneRunner<E, n> {
+  static constexpr std::size_t count = sizeof...(Makes);
+
+ public:
+  EffectScene(scenes::Scene<E, n> scene, Always always, scenes::OptionalEffect<E, Makes>... optional)
+      : SceneRunner<E, n>(std::move(scene)), always_(std::move(always)), optional_(std::move(optional)...) {
+    std::apply([&](const auto&... e) { infos_ = {EffectInfo{e.name, false, e.value, e.unit, e.range, e.meaning}...}; }, optional_);
+  }
+
+  std::vector<EffectInfo> effects() const override { return {infos_.begin(), infos_.end()}; }
+
+  void set_effect(const std::string& name, bool on, std::optional<double> value) override {
+    for (EffectInfo& info : infos_) {
+      if (info.name != name) continue;
+      if (value) {
+        require_physical(info.name + " (" + info.meaning + ")", info.range, *value);
+        info.value = *value;
+      }
+      info.on = on;
+      return;
+    }
+    SceneRunner<E, n>::set_effect(name, on, value);
+  }
+
+  std::shared_ptr<const Model> model() const override { return variant<0>(always_(this->energies())); }
+
+ private:
+  template <std::size_t i, class... Chosen>
+  std::shared_ptr<const Model> variant(const std::tuple<Chosen...>& chosen) const {
+    if constexpr (i < count) {
+      if (!infos_[i].on) return variant<i + 1>(chosen);
+      return variant<i + 1>(std::tuple_cat(chosen, std::make_tuple(std::get<i>(optional_).make(this->energies(), infos_[i].value))));
+    } else if constexpr (sizeof...(Chosen) == 0) {
+      return SceneRunner<E, n>::model();
+    } else {
+      return std::apply([&](const auto&... effect) -> std::shared_ptr<const Model> {
+        auto composed = scene(this->system(), effect...);
+        return std::make_shared<SceneModel<decltype(composed)>>(std::move(composed));
+      }, chosen);
+    }
+  }
+
+  Always always_;
+  std::tuple<scenes::OptionalEffect<E, Makes>...> optional_;
+  std::array<EffectInfo, count> infos_;
+};
+
+/// A scene with effects that a run may switch on.
+template <class E, int n, class... Makes>
+std::unique_ptr<RunnableScene> runnable(scenes::Scene<E, n> scene, scenes::OptionalEffect<E, Makes>... optional)
+  requires(sizeof...(Makes) > 0)
+{
+  return std::make_unique<EffectScene<E, n, NoEffects, Makes...>>(std::move(scene), NoEffects{}, std::move(optional)...);
+}
+
+/// A scene that always has the effects always(energies), a tuple, and others that a run may switch on.
+template <class Always, class E, int n, class... Makes>
+std::unique_ptr<RunnableScene> runnable_with(Always always, scenes::Scene<E, n> scene, scenes::OptionalEffect<E, Makes>... optional) {
+  return std::make_unique<EffectScene<E, n, Always, Makes...>>(std::move(scene), std::move(always), std::move(optional)...);
+}
+
+}  // namespace qdot::program

@@ -1,0 +1,65 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The equations of motion of one system, bare or in a scene of effects, behind the interface that the commands see.
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "program/runnable_scene.hpp"
+#include "qdot/mechanics/energy.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::program {
+
+namespace detail {
+
+// Keeps the compiler from moving an evaluation out of a loop that measures it.
+inline void touch(const void* memory) { asm volatile("" : : "g"(memory) : "memory"); }
+
+template <class Sys>
+Energies energies_of(const Sys& system, const State<Sys::dof_at_compile_time>& state) {
+  return {kinetic_energy(system, state.q, state.qdot, state.t), potential_energy(system, state.q, state.t),
+          jacobi_energy(system, state)};
+}
+
+}  // namespace detail
+
+template <class Sys>
+class SystemModel final : public Model {
+ public:
+  explicit SystemModel(Sys system) : form_(std::move(system)) {}
+
+  Eigen::Index dof() const override { return form_.system().dof(); }
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const override {
+    form_.derivative(t, y, ydot);
+  }
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override {
+    form_.jacobian(t, y, J);
+  }
+  std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
+  Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
+    return detail::energies_of(form_.system(), form_.state(t, y));
+  }
+  bool autonomous() const override { return Sys::autonomous; }
+  Eigen::VectorXd packed(const State<Dynamic>& start) const override {
+    Eigen::VectorXd y(size());
+    y << start.q, start.qdot;
+    return y;
+  }
+  double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
+    const auto state = form_.state(t, y);
+    double sum = 0;
+    for (int i = 0; i < count; ++i) {
+      detail::touch(&state);
+      sum += acceleration(form_.system(), state.q, state.qdot, t)[0];
+    }
+    return sum;
+  }
+
+ private:
+  FirstOrderForm<Sys> form_;
+};
+
+}  // namespace qdot::program
