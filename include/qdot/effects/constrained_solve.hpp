@@ -17,6 +17,7 @@
 //   regular     B Bᵀ (the Schur complement J M⁻¹ Jᵀ) has a Cholesky factor with sound pivots. The fast way.
 //   redundant   some rows depend on others. A complete orthogonal decomposition gives the shortest d, and the
 //               multipliers of least norm; the motion is as unique as ever, only the split of the forces is not.
+//   idle        a row of zeros that asks for nothing (a contact that is open) takes no part; its multiplier is zero.
 //   massless    M alone is singular, but the constraints determine the coordinates without inertia. Then the
 //               whole matrix is factored with full pivoting.
 //
@@ -95,6 +96,8 @@ Eigen::VectorXd pivoted_solution(const Eigen::MatrixXd& M, const Eigen::MatrixXd
   K.topRightCorner(size, rows) = -J.transpose();
   K.bottomLeftCorner(rows, size) = J;
   right << f, gamma;
+  for (Eigen::Index i = 0; i < rows; ++i)
+    if (gamma[i] == 0.0 && J.row(i).isZero(0.0)) K(size + i, size + i) = 1.0;  // an idle row: λ = 0
   // Equilibrate: rows, then columns, to largest entry one.
   Eigen::VectorXd column_scale = Eigen::VectorXd::Ones(size + rows);
   for (Eigen::Index i = 0; i < K.rows(); ++i) {
@@ -147,13 +150,17 @@ class ConstrainedFactors {
       const double length = Bt_.col(i).norm();
       scale_[i] = length > 0 ? length : 1.0;
       Bt_.col(i) /= scale_[i];
+      if (length == 0) ++idle_;
     }
     Matrix<double, m> schur(J.rows(), J.rows());
     for (Eigen::Index j = 0; j < J.rows(); ++j)
       for (Eigen::Index i = j; i < J.rows(); ++i) schur(i, j) = Bt_.col(i).dot(Bt_.col(j));
+    if (idle_ > 0)
+      for (Eigen::Index i = 0; i < J.rows(); ++i)
+        if (schur(i, i) == 0.0) schur(i, i) = 1.0;
     regular_ = schur_.compute(schur) && schur_.smallest_pivot() > cutoff * cutoff;
     smallest_pivot_ = schur_.smallest_pivot();
-    rank_ = J.rows();
+    rank_ = J.rows() - idle_;
     if (!regular_) rank_ = least_norm(Bt_, Eigen::VectorXd::Zero(J.rows()), cutoff).rank;
   }
 
@@ -202,7 +209,7 @@ class ConstrainedFactors {
   template <class Names>
   void nearest(const Vector<double, m>& g, double size, Vector<double, n>& d, Vector<double, m>& lambda, double t,
                const Names& names) const {
-    if (regular_) {
+    if (regular_ && (idle_ == 0 || asks_nothing_of_idle_rows(g))) {
       lambda = schur_.solve(g);
       d = Bt_ * lambda;
       return;
@@ -215,6 +222,12 @@ class ConstrainedFactors {
       throw_contradiction(names(), shortest.miss, rank_, t);
   }
 
+  bool asks_nothing_of_idle_rows(const Vector<double, m>& g) const {
+    for (Eigen::Index i = 0; i < g.size(); ++i)
+      if (g[i] != 0.0 && Bt_.col(i).isZero(0.0)) return false;
+    return true;
+  }
+
   Matrix<double, n> M_;
   Matrix<double, m, n> J_;
   double cutoff_;
@@ -225,6 +238,7 @@ class ConstrainedFactors {
   bool definite_ = false;
   bool regular_ = false;
   Eigen::Index rank_ = 0;
+  Eigen::Index idle_ = 0;  // rows of zeros
   double smallest_pivot_ = 1.0;
 };
 

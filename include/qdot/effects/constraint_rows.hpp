@@ -13,6 +13,9 @@
 //
 // whose ε₁ε₂ part is d²φ/dt² at q̈ = 0; one evaluation for all rows. With q̈ in place of 0 the same
 // evaluation gives the full φ̈, which is what the exact Jacobian of a constrained system needs.
+//
+// Constraints that switch (contact, stick) have their rows at all times, so that sizes never change; where one is
+// not active its row is zero and asks for nothing. Which are active is read off the effects' own states z.
 
 #include <string>
 #include <type_traits>
@@ -34,12 +37,39 @@ struct ConstraintRows {
 
 namespace detail {
 
-// Visits each constraint effect with the index of its first row.
-template <class Sc, class Visit>
-void for_each_constraint(const Sc& scene, Visit&& visit) {
+// Stands for z where no constraint switches.
+struct NoPhases {};
+
+// Visits each constraint effect, and says whether it is active in the phases z.
+template <class Sc, class Phases, class Visit>
+void for_each_constraint(const Sc& scene, const Phases& z, Visit&& visit) {
+  constexpr int n = Sc::dof_at_compile_time;
+  static_assert(!Sc::has_phases || !std::is_same_v<Phases, NoPhases>,
+                "qdot: some constraints of this scene hold in some phases only: pass the effects' own states z, as "
+                "settled_states(scene, state) gives them");
+  Eigen::Index first = 0;
   for_each(scene.effects(), [&](const auto& e) {
-    if constexpr (ConstraintEffect<std::remove_cvref_t<decltype(e)>, Sc::dof_at_compile_time>) visit(e);
+    using E = std::remove_cvref_t<decltype(e)>;
+    if constexpr (SwitchingEffect<E, n>) {
+      visit(e, e.is_active(z[first]));
+    } else if constexpr (ConstraintEffect<E, n>) {
+      visit(e, true);
+    }
+    first += states_of<E>();
   });
+  (void)z;
+}
+
+// True when no row asks for anything, so that the motion is free.
+template <class Sc, class Phases>
+bool is_free(const Sc& scene, const Phases& z) {
+  bool free = true;
+  if constexpr (Sc::has_lasting_constraints) {
+    free = false;
+  } else {
+    for_each_constraint(scene, z, [&](const auto&, bool active) { free = free && !active; });
+  }
+  return free;
 }
 
 template <class Effect>
@@ -96,14 +126,18 @@ auto jacobian_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& q
   }
 }
 
-// One column of rows for all constraint effects, from `rows_of(effect)`.
-template <class S, class Sc, class RowsOf>
-auto stacked_rows(const Sc& scene, RowsOf&& rows_of) {
+// One column of rows for all constraint effects, from `rows_of(effect)`; zero for those that are not active.
+template <class S, class Sc, class Phases, class RowsOf>
+auto stacked_rows(const Sc& scene, const Phases& z, RowsOf&& rows_of) {
+  constexpr int n = Sc::dof_at_compile_time;
   constexpr int m = Sc::constraints_at_compile_time;
-  std::vector<Vector<S, Dynamic>> parts;
   if constexpr (m == Dynamic) {
+    std::vector<Vector<S, Dynamic>> parts;
     Eigen::Index total = 0;
-    for_each_constraint(scene, [&](const auto& e) { total += parts.emplace_back(rows_of(e)).size(); });
+    for_each_constraint(scene, z, [&](const auto& e, bool active) {
+      total += parts.emplace_back(rows_of(e)).size();
+      if (!active) parts.back().setZero();
+    });
     Vector<S, Dynamic> all(total);
     Eigen::Index first = 0;
     for (const auto& part : parts) {
@@ -112,11 +146,15 @@ auto stacked_rows(const Sc& scene, RowsOf&& rows_of) {
     }
     return all;
   } else {
-    Vector<S, m> all;
+    Vector<S, m> all = Vector<S, m>::Zero();
     Eigen::Index first = 0;
-    for_each_constraint(scene, [&](const auto& e) {
-      const auto part = rows_of(e);
-      for (Eigen::Index i = 0; i < part.size(); ++i) all[first++] = part[i];
+    for_each_constraint(scene, z, [&](const auto& e, bool active) {
+      constexpr int rows = constraint_rows_of<std::remove_cvref_t<decltype(e)>, n>();
+      if (active) {
+        const auto part = rows_of(e);
+        for (Eigen::Index i = 0; i < rows; ++i) all[first + i] = part[i];
+      }
+      first += rows;
     });
     return all;
   }
@@ -125,9 +163,9 @@ auto stacked_rows(const Sc& scene, RowsOf&& rows_of) {
 }  // namespace detail
 
 /// φ(q, t) of all holonomic constraints, in order; zero rows stand for nonholonomic ones.
-template <class Sys, class... Effects, class S, int n>
-auto constraint_residual(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const S& t) {
-  return detail::stacked_rows<S>(scene, [&](const auto& e) {
+template <class Sys, class... Effects, class S, int n, class Phases = detail::NoPhases>
+auto constraint_residual(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const S& t, const Phases& z = {}) {
+  return detail::stacked_rows<S>(scene, z, [&](const auto& e) {
     using E = std::remove_cvref_t<decltype(e)>;
     if constexpr (HolonomicEffect<E, n>) {
       return detail::as_rows(e.phi(q, t));
@@ -140,41 +178,52 @@ auto constraint_residual(const Scene<Sys, Effects...>& scene, const Vector<S, n>
 }
 
 /// J q̇ + ∂φ/∂t of holonomic and a of nonholonomic constraints, in order.
-template <class Sys, class... Effects, class S, int n>
-auto constraint_velocity(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
-  return detail::stacked_rows<S>(scene, [&](const auto& e) { return detail::velocity_rows<n>(e, q, qdot, t); });
+template <class Sys, class... Effects, class S, int n, class Phases = detail::NoPhases>
+auto constraint_velocity(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t,
+                         const Phases& z = {}) {
+  return detail::stacked_rows<S>(scene, z, [&](const auto& e) { return detail::velocity_rows<n>(e, q, qdot, t); });
 }
 
 /// φ̈ of holonomic and ȧ of nonholonomic constraints at given accelerations, in order.
-template <class Sys, class... Effects, class S, int n>
+template <class Sys, class... Effects, class S, int n, class Phases = detail::NoPhases>
 auto constraint_acceleration(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
-                             const Vector<S, n>& qddot, const S& t) {
-  return detail::stacked_rows<S>(scene, [&](const auto& e) { return detail::acceleration_rows<n>(e, q, qdot, qddot, t); });
+                             const Vector<S, n>& qddot, const S& t, const Phases& z = {}) {
+  return detail::stacked_rows<S>(scene, z, [&](const auto& e) { return detail::acceleration_rows<n>(e, q, qdot, qddot, t); });
 }
 
 /// J, m×n: ∂φ/∂q of holonomic and ∂a/∂q̇ of nonholonomic constraints, in order.
-template <class Sys, class... Effects, class S, int n>
-auto constraint_jacobian(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+template <class Sys, class... Effects, class S, int n, class Phases = detail::NoPhases>
+auto constraint_jacobian(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t,
+                         const Phases& z = {}) {
   constexpr int m = Scene<Sys, Effects...>::constraints_at_compile_time;
   Matrix<S, m, n> J(m == Dynamic ? 0 : m, q.size());
   Eigen::Index first = 0;
-  detail::for_each_constraint(scene, [&](const auto& e) {
+  detail::for_each_constraint(scene, z, [&](const auto& e, bool active) {
+    if constexpr (m != Dynamic) {
+      if (!active) {
+        constexpr int rows = detail::constraint_rows_of<std::remove_cvref_t<decltype(e)>, n>();
+        J.template middleRows<rows>(first).setZero();
+        first += rows;
+        return;
+      }
+    }
     const auto part = detail::jacobian_rows<n>(e, q, qdot, t);
     if constexpr (m == Dynamic) J.conservativeResize(first + part.rows(), Eigen::NoChange);
     for (Eigen::Index j = 0; j < part.cols(); ++j)
-      for (Eigen::Index i = 0; i < part.rows(); ++i) J(first + i, j) = part(i, j);
+      for (Eigen::Index i = 0; i < part.rows(); ++i) J(first + i, j) = active ? part(i, j) : S(0);
     first += part.rows();
   });
   return J;
 }
 
 /// J, γ and the velocity rows at a state.
-template <class Sys, class... Effects, class S, int n>
-auto constraint_rows(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+template <class Sys, class... Effects, class S, int n, class Phases = detail::NoPhases>
+auto constraint_rows(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t,
+                     const Phases& z = {}) {
   constexpr int m = Scene<Sys, Effects...>::constraints_at_compile_time;
   const Vector<S, n> free = Vector<S, n>::Zero(q.size());
-  return ConstraintRows<S, n, m>{constraint_jacobian(scene, q, qdot, t), -constraint_acceleration(scene, q, qdot, free, t),
-                                 constraint_velocity(scene, q, qdot, t)};
+  return ConstraintRows<S, n, m>{constraint_jacobian(scene, q, qdot, t, z), -constraint_acceleration(scene, q, qdot, free, t, z),
+                                 constraint_velocity(scene, q, qdot, t, z)};
 }
 
 /// Name of each row: the constraint's, numbered where it has several rows.
@@ -183,7 +232,8 @@ std::vector<std::string> constraint_names(const Scene<Sys, Effects...>& scene) {
   constexpr int n = Scene<Sys, Effects...>::dof_at_compile_time;
   std::vector<std::string> names;
   const Vector<double, n> q = Vector<double, n>::Zero(scene.dof());
-  detail::for_each_constraint(scene, [&](const auto& e) {
+  const Vector<double, Scene<Sys, Effects...>::states_at_compile_time> z = scene.initial_states();
+  detail::for_each_constraint(scene, z, [&](const auto& e, bool) {
     const Eigen::Index rows = detail::velocity_rows<n>(e, q, q, 0.0).size();
     for (Eigen::Index i = 0; i < rows; ++i)
       names.push_back(detail::constraint_name(e) + (rows == 1 ? "" : "[" + std::to_string(i) + "]"));

@@ -15,6 +15,8 @@
 //                          initial_state()                 z at the start; its length is the number of states
 //     holonomic            phi(q, t)                       φ = 0,          M q̈ = rhs + Q + Jᵀλ, J = ∂φ/∂q
 //     nonholonomic         velocity_constraint(q, qdot, t) a(q, q̇, t) = 0, linear in q̇,        J = ∂a/∂q̇
+//     switching            is_active(z[0])                 a constraint that holds only in some phases of the effect;
+//                                                          the phase is its own state, constant between events
 //
 // q, qdot, z are vectors of any scalar, t is that scalar, and a role returns that scalar or a vector
 // of it. A role that is not there is not computed: the scene's equations are assembled at compile
@@ -82,6 +84,21 @@ concept NonholonomicEffect =
 /// Restricts the motion, in positions or in velocities.
 template <class Effect, int n>
 concept ConstraintEffect = HolonomicEffect<Effect, n> || NonholonomicEffect<Effect, n>;
+
+/// A constraint of one row that is there in some phases and absent in others; its one own state is the phase.
+template <class Effect, int n>
+concept SwitchingEffect = ConstraintEffect<Effect, n> && requires(const Effect& e, double phase) {
+  { e.is_active(phase) } -> std::convertible_to<bool>;
+  e.initial_state();
+};
+
+/// φ ≥ 0: a contact, an end stop, a rope. Active where φ = 0 is kept by a force λ ≥ 0; reached with an impact.
+template <class Effect, int n>
+concept UnilateralEffect = SwitchingEffect<Effect, n> && HolonomicEffect<Effect, n> && requires(const Effect& e) { e.law; };
+
+/// Dry friction: active where it sticks.
+template <class Effect, int n>
+concept FrictionEffect = SwitchingEffect<Effect, n> && NonholonomicEffect<Effect, n>;
 
 /// Plays at least one role in a system of n coordinates.
 template <class Effect, int n>

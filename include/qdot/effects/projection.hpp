@@ -27,11 +27,12 @@ namespace qdot {
 /// The nearest state on the constraints: positions first, then velocities.
 ///
 /// @param q, qdot  changed in place
+/// @param z        the effects' own states, where constraints hold in some phases only
 /// @param cutoff   relative size below which a row of J counts as dependent
 /// @throws ConstraintError  when Newton's method finds no state nearby, with the row that is worst off
-template <class Sys, class... Effects, int n>
+template <class Sys, class... Effects, int n, class Phases = detail::NoPhases>
 ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>& q, Vector<double, n>& qdot, double t,
-                         double cutoff = default_rank_cutoff) {
+                         double cutoff = default_rank_cutoff, const Phases& z = {}) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: only a scene with constraints can be projected onto them");
   constexpr int m = Sc::constraints_at_compile_time;
@@ -41,7 +42,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   const Vector<double, n> q_start = q;
   const Vector<double, n> qdot_start = qdot;
 
-  Vector<double, m> phi = constraint_residual(scene, q, t);
+  Vector<double, m> phi = constraint_residual(scene, q, t, z);
   report.residual_before = report.residual = phi.cwiseAbs().maxCoeff();
   double last_change = std::numeric_limits<double>::infinity();
   const auto fail = [&](const std::string& what) {
@@ -56,7 +57,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   };
   while (report.residual > 0) {
     if (report.iterations == most_iterations) fail("Newton's method took 25 steps and did not arrive");
-    const Matrix<double, m, n> J = constraint_jacobian(scene, q, qdot, t);
+    const Matrix<double, m, n> J = constraint_jacobian(scene, q, qdot, t, z);
     const detail::ConstrainedFactors<n, m> factors(mass_matrix(scene, q, qdot, t), J, cutoff);
     const Vector<double, n> step = factors.displacement(Vector<double, m>(-phi), t, names);
     ++report.iterations;
@@ -64,7 +65,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
     for (Eigen::Index i = 0; i < q.size(); ++i) change = std::max(change, std::abs(step[i]) / (1.0 + std::abs(q[i])));
     if (!std::isfinite(change)) fail("a Newton step is not finite");
     q += step;
-    phi = constraint_residual(scene, q, t);
+    phi = constraint_residual(scene, q, t, z);
     const double residual = phi.cwiseAbs().maxCoeff();
     const bool at_rounding = change < 8 * std::numeric_limits<double>::epsilon();
     const bool no_better = change < 1e-10 && change > 0.5 * last_change;
@@ -77,7 +78,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
     report.residual = residual;
   }
 
-  const Matrix<double, m, n> J = constraint_jacobian(scene, q, qdot, t);
+  const Matrix<double, m, n> J = constraint_jacobian(scene, q, qdot, t, z);
   // A Newton iteration that stands still on contradicting rows has not arrived.
   constexpr double arrived = 1e-8;
   for (Eigen::Index i = 0; i < J.rows(); ++i)
@@ -86,9 +87,9 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   const detail::ConstrainedFactors<n, m> factors(mass_matrix(scene, q, qdot, t), J, cutoff);
   report.rank = factors.rank();
   const Vector<double, n> dv =
-      factors.displacement(Vector<double, m>(-constraint_velocity(scene, q, qdot, t)), t, names);
+      factors.displacement(Vector<double, m>(-constraint_velocity(scene, q, qdot, t, z)), t, names);
   qdot += dv;
-  phi = constraint_velocity(scene, q, qdot, t);
+  phi = constraint_velocity(scene, q, qdot, t, z);
   report.velocity_residual = phi.cwiseAbs().maxCoeff();
   for (Eigen::Index i = 0; i < J.rows(); ++i)
     if (std::abs(phi[i]) > arrived * (J.row(i).norm() * (1.0 + qdot_start.cwiseAbs().maxCoeff()) + (J.row(i).isZero() ? 1.0 : 0.0)))

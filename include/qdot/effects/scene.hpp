@@ -105,9 +105,13 @@ template <class Sys, class... Effects>
 class Scene {
  public:
   static constexpr int dof_at_compile_time = Sys::dof_at_compile_time;
-  static constexpr bool has_forces = (ForceEffect<Effects, dof_at_compile_time> || ...) || (StateEffect<Effects> || ...);
+  static constexpr bool has_forces = (ForceEffect<Effects, dof_at_compile_time> || ...) ||
+                                     ((StateEffect<Effects> && !UnilateralEffect<Effects, dof_at_compile_time>) || ...);
   static constexpr bool has_states = (StateEffect<Effects> || ...);
   static constexpr bool has_constraints = (ConstraintEffect<Effects, dof_at_compile_time> || ...);
+  static constexpr bool has_phases = (SwitchingEffect<Effects, dof_at_compile_time> || ...);
+  static constexpr bool has_lasting_constraints =
+      ((ConstraintEffect<Effects, dof_at_compile_time> && !SwitchingEffect<Effects, dof_at_compile_time>) || ...);
   static constexpr int states_at_compile_time = detail::total<detail::states_of<Effects>()...>();
   static constexpr int constraints_at_compile_time =
       detail::total<detail::constraint_rows_of<Effects, dof_at_compile_time>()...>();
@@ -145,9 +149,13 @@ class Scene {
   }
 
  private:
-  std::tuple<Effects...> effects_;
+  [[no_unique_address]] std::tuple<Effects...> effects_;  // of no size without effects: the scene is then its system
   SystemType system_;
 };
+
+/// The effects' own states at a moment, z; empty for most scenes.
+template <class Sc>
+using EffectStates = Vector<double, Sc::states_at_compile_time>;
 
 /// A system with the effects that it names, in any order; effects given twice count twice.
 template <class E, int n, Inertia I, class... Effects>

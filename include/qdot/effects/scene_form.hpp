@@ -13,14 +13,17 @@
 //     [ M  −Jᵀ ] [∂q̈]      [∂r]
 //     [ J   0  ] [∂λ]  = − [∂c] .
 //
-// project(t, y) puts a state back onto the constraints; steppers call it after every accepted step.
+// project(t, y) puts a state back onto the constraints; steppers call it after every accepted step. Where constraints
+// switch, their phases are part of z, and guards(), guard_bands() and switched() are what the driver needs to change them.
 
 #include <algorithm>
 #include <string>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "qdot/effects/projection.hpp"
+#include "qdot/effects/switching.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {
@@ -93,12 +96,12 @@ class SceneForm {
         // Jᵀλ = ∂(λ·velocity rows)/∂q̇, for rows of both kinds.
         r -= gradient([&](const auto& u) {
           using U = typename std::remove_cvref_t<decltype(u)>::Scalar;
-          const auto rows = constraint_velocity(scene_, Vector<U, n>(x.template cast<U>()), u, U(D(t)));
+          const auto rows = constraint_velocity(scene_, Vector<U, n>(x.template cast<U>()), u, U(D(t)), z);
           U sum(0);
           for (Eigen::Index i = 0; i < rows.size(); ++i) sum += lambda[i] * rows[i];
           return sum;
         }, v);
-        c = constraint_acceleration(scene_, x, v, fixed_a, D(t));
+        c = constraint_acceleration(scene_, x, v, fixed_a, D(t), z);
       }
       Vector<D, states> rate;
       if constexpr (Sc::has_states) rate = state_rates(scene_, x, v, w, D(t));
@@ -111,7 +114,7 @@ class SceneForm {
       }
     }
     if constexpr (Sc::has_constraints) {
-      const detail::ConstrainedFactors<n, m> factors(M, constraint_jacobian(scene_, q, qdot, t), default_rank_cutoff);
+      const detail::ConstrainedFactors<n, m> factors(M, constraint_jacobian(scene_, q, qdot, t, z), default_rank_cutoff);
       for (Eigen::Index j = 0; j < size(); ++j)
         out.block(k, j, k, 1) =
             factors.solution(Vector<double, n>(dr.col(j)), Vector<double, m>(dc.col(j)), t, detail::SceneNames<Sc>{scene_}).qddot;
@@ -128,10 +131,47 @@ class SceneForm {
   {
     Vector<double, n> q = y.head(dof());
     Vector<double, n> qdot = y.segment(dof(), dof());
-    const ProjectionReport report = qdot_project(q, qdot, t);
+    const Vector<double, states> z = y.tail(states);
+    if (detail::is_free(scene_, z)) return {};
+    const ProjectionReport report = qdot::project(scene_, q, qdot, t, default_rank_cutoff, z);
     y.head(dof()) = q;
     y.segment(dof(), dof()) = qdot;
     return report;
+  }
+
+  /// Number of contacts and dry frictions.
+  Eigen::Index guard_count() const
+    requires(Sc::has_phases)
+  {
+    return detail::Switching<Sc>::count();
+  }
+
+  /// g ← functions that stay ≥ 0 as long as the phases of y last.
+  void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const
+    requires(Sc::has_phases)
+  {
+    detail::Switching<Sc>(scene_).guards(t, y.head(dof()), y.segment(dof(), dof()), y.tail(states), g);
+  }
+
+  /// out ← how large each guard may be and still be zero, given what is zero in each component of y.
+  void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> out) const
+    requires(Sc::has_phases)
+  {
+    detail::Switching<Sc>(scene_).bands(t, y.head(dof()), y.segment(dof(), dof()), y.tail(states), tolerance, out);
+  }
+
+  /// Gives y the velocities and phases that follow when the guards `fired` have reached zero; says what happened.
+  ///
+  /// @throws ConstraintError  when a gap is negative, or no phases fit together
+  std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const
+    requires(Sc::has_phases)
+  {
+    Vector<double, n> q = y.head(dof());
+    Vector<double, n> qdot = y.segment(dof(), dof());
+    Vector<double, states> z = y.tail(states);
+    std::vector<std::string> happened = detail::Switching<Sc>(scene_).settle(t, q, qdot, z, fired, tolerance);
+    y << q, qdot, z;
+    return happened;
   }
 
   std::string component_name(Eigen::Index i) const {
@@ -153,10 +193,6 @@ class SceneForm {
   }
 
  private:
-  ProjectionReport qdot_project(Vector<double, n>& q, Vector<double, n>& qdot, double t) const {
-    return qdot::project(scene_, q, qdot, t);
-  }
-
   Sc scene_;
 };
 

@@ -30,7 +30,7 @@ Vector<S, n> effect_forces(const Scene<Sys, Effects...>& scene, const Vector<S, 
     using E = std::remove_cvref_t<decltype(e)>;
     if constexpr (StateEffect<E>) {
       constexpr int k = detail::states_of<E>();
-      sum += e.force(q, qdot, Vector<S, k>(z.template segment<k>(first)), t);
+      if constexpr (!UnilateralEffect<E, n>) sum += e.force(q, qdot, Vector<S, k>(z.template segment<k>(first)), t);
       first += k;
     } else if constexpr (ForceEffect<E, n>) {
       sum += e.force(q, qdot, t);
@@ -49,16 +49,16 @@ auto state_rates(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, con
     using E = std::remove_cvref_t<decltype(e)>;
     if constexpr (StateEffect<E>) {
       constexpr int k = detail::states_of<E>();
-      rate.template segment<k>(first) = e.state_rate(q, qdot, Vector<S, k>(z.template segment<k>(first)), t);
+      if constexpr (SwitchingEffect<E, n>) {
+        rate.template segment<k>(first).setZero();  // a phase changes at events only
+      } else {
+        rate.template segment<k>(first) = e.state_rate(q, qdot, Vector<S, k>(z.template segment<k>(first)), t);
+      }
       first += k;
     }
   });
   return rate;
 }
-
-/// The effects' own states at a moment, z; empty for most scenes.
-template <class Sc>
-using EffectStates = Vector<double, Sc::states_at_compile_time>;
 
 /// A vector with one entry for each coordinate of a system or scene.
 template <class Sys>
@@ -91,7 +91,7 @@ auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordin
                               double cutoff = default_rank_cutoff) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: multipliers need a scene with constraints");
-  const auto rows = constraint_rows(scene, q, qdot, t);
+  const auto rows = constraint_rows(scene, q, qdot, t, z);
   const detail::ConstrainedFactors<Sys::dof_at_compile_time, Sc::constraints_at_compile_time> factors(mass_matrix(scene, q, qdot, t), rows.J, cutoff);
   auto solution = factors.solution(rhs(scene, q, qdot, t, z), rows.gamma, t, detail::SceneNames<Sc>{scene});
   detail::require_finite_acceleration(scene, solution.qddot, q, qdot, t);
@@ -105,8 +105,10 @@ template <class Sys, class... Effects>
 Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
                                double t = 0.0, const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
   using Sc = Scene<Sys, Effects...>;
-  if constexpr (Sc::has_constraints) {
-    return constrained_acceleration(scene, q, qdot, t, z).qddot;
+  if constexpr (Sc::has_constraints)
+    if (!detail::is_free(scene, z)) return constrained_acceleration(scene, q, qdot, t, z).qddot;
+  if constexpr (Sc::has_lasting_constraints) {
+    return Coordinates<Sys>();
   } else if constexpr (Sc::has_forces) {
     const Coordinates<Sys> a =
         detail::solved_with_mass_matrix(scene.system(), mass_matrix(scene, q, qdot, t), rhs(scene, q, qdot, t, z), t);
@@ -121,7 +123,7 @@ Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordin
 template <class Sys, class... Effects>
 Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0,
                             const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
-  return constraint_jacobian(scene, q, qdot, t).transpose() * constrained_acceleration(scene, q, qdot, t, z).lambda;
+  return constraint_jacobian(scene, q, qdot, t, z).transpose() * constrained_acceleration(scene, q, qdot, t, z).lambda;
 }
 
 /// E = T + V of a scene, the potential terms of its effects included.

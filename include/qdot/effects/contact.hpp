@@ -1,0 +1,102 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Contacts, stops and ropes: constraints that can only push (or only pull).
+//
+//     contact("floor", gap, restitution(0.8))     φ(q, t) ≥ 0, with an impact where φ reaches zero
+//     rope("rope", point, anchor, length)         length − |r(q) − anchor| ≥ 0, which tension λ ≥ 0 keeps
+//
+// Such a constraint has two phases. Apart, it is not there. Closed, it is the holonomic constraint φ = 0 with the
+// force Jᵀλ, and it opens when λ falls through zero, because then the force would have to pull. Between them:
+//
+//     apart → closed    φ falls to zero: an impact (impact.hpp). What is left of the velocity decides: if the next hop
+//                       would be lower than what the method can tell from zero, a hundred times its tolerance,
+//                       the contact has come to rest, provided that something presses it (φ̈ < 0 if it were apart).
+//     closed → apart    λ falls to zero.
+//
+// So a bouncing ball does not bounce for ever, and does not fall through the floor either: after the impacts that
+// the tolerances can resolve it lies on it. Its remaining hops, e times lower each time, are left out.
+//
+// Friction does not depend on λ here: dry_friction.hpp takes the normal force as a function of the state.
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "qdot/effects/impact.hpp"
+
+namespace qdot {
+
+/// Phases of a contact, as they stand in z.
+enum class ContactPhase { apart = 0, closed = 1, undecided = 2 };
+
+/// What a contact's events are called.
+struct ContactEvents {
+  std::string hits, rests, opens;
+};
+
+/// φ(q, t) ≥ 0.
+template <class Gap>
+struct Contact {
+  std::string name;
+  Gap gap;
+  ImpactLaw law;
+  ContactEvents events;
+
+  template <class S, int n>
+  S phi(const Vector<S, n>& q, const S& t) const {
+    return detail::of_position(gap, q, t);
+  }
+  bool is_active(double phase) const { return phase == static_cast<double>(ContactPhase::closed); }
+  Vector<double, 1> initial_state() const { return Vector<double, 1>(static_cast<double>(ContactPhase::undecided)); }
+
+  /// The same contact whose events bear other names.
+  Contact with_event_names(ContactEvents names) const { return {name, gap, law, std::move(names)}; }
+};
+
+/// A contact with gap φ(q) or φ(q, t), positive where it is open.
+///
+/// Its events: "floor" for an impact, "floor rests", "floor opens".
+///
+/// @param gap  a distance, so that λ is a force; any function that is zero at contact and has a gradient there will do
+template <class Gap>
+Contact<Gap> contact(std::string name, Gap gap, ImpactLaw law = {}) {
+  return {name, std::move(gap), law, {name, name + " rests", name + " opens"}};
+}
+
+/// The room that a rope of given length leaves between a point and its anchor.
+template <class P, class A>
+struct RopeSlack {
+  P point;
+  A anchor;
+  double length;
+
+  template <class S, int n>
+  S operator()(const Vector<S, n>& q, const S& t) const {
+    using std::sqrt;
+    const auto a = detail::of_position(point, q, t);
+    const auto b = detail::of_position(anchor, q, t);
+    S sum(0);
+    for (Eigen::Index i = 0; i < a.size(); ++i) {
+      const S d = S(a[i]) - S(b[i]);
+      sum = sum + d * d;
+    }
+    return length - sqrt(sum);
+  }
+};
+
+/// A rope of given length between two points; λ is its tension.
+///
+/// Its events: "rope taut" when it jerks, "rope holds", "rope slack". With e = 0 the jerk takes the radial velocity away.
+///
+/// @param point, anchor  positions as functors of q or (q, t), or fixed points as plain vectors
+/// @throws InvalidValue  unless length > 0
+template <class P, class A>
+Contact<RopeSlack<P, A>> rope(std::string name, P point, A anchor, double length, ImpactLaw law = {}) {
+  if (!(length > 0) || !std::isfinite(length))
+    throw InvalidValue("the length of a rope must be positive, but that of '" + name + "' is " + std::to_string(length) +
+                       "; give it a length");
+  return {name, {std::move(point), std::move(anchor), length}, law, {name + " taut", name + " holds", name + " slack"}};
+}
+
+}  // namespace qdot

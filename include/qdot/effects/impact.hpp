@@ -1,0 +1,195 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Impacts: what a blow does to velocities.
+//
+// When a gap φ(q, t) ≥ 0 closes with u⁻ = φ̇ < 0, forces without bound act for no time. Lagrange's equations,
+// integrated over that moment, leave the impulses Λ ≥ 0 of the contacts and those of all other constraints:
+//
+//     q̇⁺ = q̇⁻ + M⁻¹ (Jᵀ Λ + …),      u⁺ = u⁻ + A Λ,      A = J M⁻¹ Jᵀ  (on the motions that the others leave).
+//
+// The impulse is finite because a law says how much of the blow comes back, 0 ≤ e ≤ 1:
+//
+//     Newton     u⁺ ≥ −e u⁻      velocities:   0 ≤ Λ ⟂ u⁺ + e u⁻ ≥ 0
+//     Poisson    Λ = Λ_C + Λ_E   impulses:     compression to u ≥ 0 by Λ_C, then expansion by at least Λ_E = e Λ_C
+//
+// For a single contact the two agree. Where several contacts are closed at once the rule is: those that approach
+// take the blow together (one complementarity problem); if that drives others together, they take theirs
+// next; until none approaches. So Newton's cradle passes the blow on from ball to ball, and a ball in a corner
+// is thrown back by both walls at once. In each of these blows
+//
+//     ΔT = ½ Λᵀ (u⁺ + u⁻) = −½ Σ (1 − eᵢ) Λᵢ |uᵢ⁻| ≤ 0      (Newton),
+//
+// so energy never grows, whatever the eᵢ; where Poisson's law with different e would let it grow, the expansion is
+// cut short. After a hundred blows that do not come to an end the rest is taken as inelastic, e = 0.
+
+#include <Eigen/Core>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "qdot/effects/forces.hpp"
+#include "qdot/error.hpp"
+#include "qdot/mechanics/mass_matrix.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace qdot {
+
+/// How much of a blow comes back.
+struct ImpactLaw {
+  double e = 0.0;        ///< coefficient of restitution, from 0 (none) to 1 (all)
+  bool poisson = false;  ///< of impulses, instead of Newton's of velocities
+};
+
+namespace detail {
+
+inline ImpactLaw checked_law(double e, bool poisson) {
+  if (!(e >= 0 && e <= 1))
+    throw InvalidValue("a coefficient of restitution must lie between 0 and 1, but is " + std::to_string(e) +
+                       "; more than 1 would create energy");
+  return {e, poisson};
+}
+
+}  // namespace detail
+
+/// Newton's law: the velocity of separation is e times that of approach.
+inline ImpactLaw restitution(double e) { return detail::checked_law(e, false); }
+
+/// Poisson's law: the impulse of expansion is e times that of compression.
+inline ImpactLaw poisson_restitution(double e) { return detail::checked_law(e, true); }
+
+namespace detail {
+
+// x ≥ lower with A x + b ≥ 0 and (x − lower)ᵀ(A x + b) = 0, for a symmetric positive semidefinite A: principal pivots by
+// Murty's least index, which always arrives when A is positive definite.
+template <class = void>  // compiled only where it is called
+Eigen::VectorXd complementary(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& lower) {
+  const Eigen::Index k = b.size();
+  const Eigen::VectorXd q = A * lower + b;
+  std::vector<bool> in(static_cast<std::size_t>(k), false);
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(k);
+  const double rounding = 1e-13 * (1e-300 + q.cwiseAbs().maxCoeff());
+  for (int pivot = 0; pivot < 1000; ++pivot) {
+    std::vector<Eigen::Index> set;
+    for (Eigen::Index i = 0; i < k; ++i)
+      if (in[static_cast<std::size_t>(i)]) set.push_back(i);
+    y.setZero();
+    if (!set.empty()) {
+      const auto s = static_cast<Eigen::Index>(set.size());
+      Eigen::MatrixXd part(s, s);
+      Eigen::VectorXd right(s);
+      for (Eigen::Index i = 0; i < s; ++i) {
+        right[i] = -q[set[static_cast<std::size_t>(i)]];
+        for (Eigen::Index j = 0; j < s; ++j) part(i, j) = A(set[static_cast<std::size_t>(i)], set[static_cast<std::size_t>(j)]);
+      }
+      const Eigen::VectorXd solved = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(part).solve(right);
+      for (Eigen::Index i = 0; i < s; ++i) y[set[static_cast<std::size_t>(i)]] = solved[i];
+    }
+    const Eigen::VectorXd w = A * y + q;
+    bool done = true;
+    for (Eigen::Index i = 0; i < k && done; ++i) {
+      const bool inside = in[static_cast<std::size_t>(i)];
+      if (inside ? y[i] * A(i, i) < -rounding : w[i] < -rounding) {
+        in[static_cast<std::size_t>(i)] = !inside;
+        done = false;
+      }
+    }
+    if (done) break;
+  }
+  return lower + y.cwiseMax(0.0);
+}
+
+// The impulses of one blow on contacts that all approach, u < 0.
+template <class = void>
+Eigen::VectorXd blow(const Eigen::MatrixXd& A, const Eigen::VectorXd& u, const std::vector<ImpactLaw>& laws) {
+  const Eigen::Index k = u.size();
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(k);
+  Eigen::VectorXd lower = none, target = u, compression = none;
+  if (std::any_of(laws.begin(), laws.end(), [](const ImpactLaw& law) { return law.poisson; }))
+    compression = complementary(A, u, none);
+  for (Eigen::Index i = 0; i < k; ++i) {
+    const ImpactLaw& law = laws[static_cast<std::size_t>(i)];
+    if (law.poisson) {
+      lower[i] = (1 + law.e) * compression[i];
+    } else {
+      target[i] = (1 + law.e) * u[i];
+    }
+  }
+  Eigen::VectorXd impulse = complementary(A, target, lower);
+  // ΔT along the way from compression to the end is a parabola that begins at or below zero.
+  const auto gain = [&](const Eigen::VectorXd& L) { return L.dot(u) + 0.5 * L.dot(A * L); };
+  if (!compression.isZero(0.0) && gain(impulse) > 0) {
+    double low = 0.0, high = 1.0;
+    const Eigen::VectorXd expansion = impulse - compression;
+    for (int i = 0; i < 60; ++i) (gain(compression + 0.5 * (low + high) * expansion) > 0 ? high : low) = 0.5 * (low + high);
+    impulse = compression + low * expansion;
+  }
+  return impulse;
+}
+
+// All blows of contacts with closed gaps: their impulses in total. u is changed to the velocities afterwards; what is
+// slower than `still` does not approach.
+template <class = void>
+Eigen::VectorXd impulses(const Eigen::MatrixXd& A, Eigen::VectorXd& u, const std::vector<ImpactLaw>& laws,
+                         const Eigen::VectorXd& still) {
+  constexpr int most_blows = 100;
+  const Eigen::Index k = u.size();
+  Eigen::VectorXd total = Eigen::VectorXd::Zero(k);
+  for (int round = 0; round < most_blows; ++round) {
+    std::vector<Eigen::Index> struck;
+    for (Eigen::Index i = 0; i < k; ++i)
+      if (u[i] < -still[i]) struck.push_back(i);
+    if (struck.empty()) return total;
+    const auto s = static_cast<Eigen::Index>(struck.size());
+    Eigen::MatrixXd part(s, s);
+    Eigen::VectorXd approach(s);
+    std::vector<ImpactLaw> their_laws;
+    for (Eigen::Index i = 0; i < s; ++i) {
+      approach[i] = u[struck[static_cast<std::size_t>(i)]];
+      their_laws.push_back(laws[static_cast<std::size_t>(struck[static_cast<std::size_t>(i)])]);
+      for (Eigen::Index j = 0; j < s; ++j) part(i, j) = A(struck[static_cast<std::size_t>(i)], struck[static_cast<std::size_t>(j)]);
+    }
+    const Eigen::VectorXd impulse = blow(part, approach, their_laws);
+    for (Eigen::Index i = 0; i < s; ++i) {
+      total[struck[static_cast<std::size_t>(i)]] += impulse[i];
+      u += impulse[i] * A.col(struck[static_cast<std::size_t>(i)]);
+    }
+  }
+  const Eigen::VectorXd rest = complementary(A, u, Eigen::VectorXd::Zero(k));
+  u += A * rest;
+  return total + rest;
+}
+
+}  // namespace detail
+
+/// The change of state of a system without constraints that hits one gap; for event(…).then(…).
+template <class Sys, class Gap>
+struct Impact {
+  static constexpr bool is_barrier = true;
+  Sys system;
+  Gap gap;
+  ImpactLaw law;
+
+  template <int n>
+  void operator()(State<n>& s) const {
+    const double approach =
+        velocity_of([&](const auto& q, const auto& t) { return detail::of_position(gap, q, t); }, s.q, s.qdot, s.t);
+    if (approach >= 0) return;
+    const Vector<double, n> J = gradient(detail::at_time(gap, s.t), s.q);
+    const Vector<double, n> W = detail::solved_with_mass_matrix(system, mass_matrix(system, s.q, s.qdot, s.t), J, s.t);
+    s.qdot -= (1 + law.e) * approach / J.dot(W) * W;
+  }
+};
+
+/// The impact law of one gap φ(q) or φ(q, t) ≥ 0 of a system, by itself: events(event("hit", gap).falling().then(impact(system, gap, law))).
+///
+/// It keeps bouncing until the impacts accumulate; a contact() in a scene comes to rest, and knows about other constraints.
+template <class Sys, class Gap>
+Impact<Sys, Gap> impact(Sys system, Gap gap, ImpactLaw law) {
+  return {std::move(system), std::move(gap), law};
+}
+
+}  // namespace qdot
