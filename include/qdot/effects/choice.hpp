@@ -1,0 +1,53 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Effects that are in a scene or not, by a constant known to the compiler:
+//
+//     scene(cart, only_if<with_friction>(friction), only_if<with_motor>(motor))
+//
+// An effect that is off leaves no trace: scene() drops it before the scene's type is made, so that the scene is of the same
+// type as one that never named it, and the same instructions run.
+
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/effects/scene.hpp"
+
+namespace qdot {
+
+/// An effect that was switched off.
+struct Absent {};
+
+/// The effect where `on`, and nothing otherwise.
+template <bool on, class Effect>
+auto only_if(Effect effect) {
+  if constexpr (on) {
+    return effect;
+  } else {
+    return Absent{};
+  }
+}
+
+namespace detail {
+
+template <class Effect>
+auto present(Effect effect) {
+  if constexpr (std::is_same_v<Effect, Absent>) {
+    return std::tuple<>();
+  } else {
+    return std::tuple<Effect>(std::move(effect));
+  }
+}
+
+}  // namespace detail
+
+/// A system with those of the effects that are on.
+template <class E, int n, Inertia I, class... Effects>
+  requires(std::is_same_v<Effects, Absent> || ...)
+auto scene(System<E, n, I> system, Effects... effects) {
+  return std::apply([&](auto... present) { return scene(std::move(system), std::move(present)...); },
+                    std::tuple_cat(detail::present(std::move(effects))...));
+}
+
+}  // namespace qdot
