@@ -31,11 +31,6 @@ extern "C" [[gnu::const]] double shared_cosine(double) __asm__("cos");
 [[gnu::always_inline]] inline double shared_sine(double x) { return std::sin(x); }
 [[gnu::always_inline]] inline double shared_cosine(double x) { return std::cos(x); }
 #endif
-// Packs have a sine of their own.
-template <class Number>
-[[gnu::always_inline]] inline Number shared_sine(const Number& x) { return sin(x); }
-template <class Number>
-[[gnu::always_inline]] inline Number shared_cosine(const Number& x) { return cos(x); }
 
 template <class T>
 struct is_euler_lagrange : std::false_type {};
@@ -71,12 +66,12 @@ template <EulerLagrangeNumber E, class F>
 
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E sin(const E& u) {
-  const auto s = shared_sine(u.value), c = shared_cosine(u.value);
+  const double s = shared_sine(u.value), c = shared_cosine(u.value);
   return u.chain(s, c, -s);
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E cos(const E& u) {
-  const auto s = shared_sine(u.value), c = shared_cosine(u.value);
+  const double s = shared_sine(u.value), c = shared_cosine(u.value);
   return u.chain(c, -s, -c);
 }
 template <EulerLagrangeNumber E>
@@ -90,20 +85,17 @@ template <EulerLagrangeNumber E>
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E exp(const E& u) {
-  using std::exp;
-  const auto f = exp(u.value);
+  const double f = std::exp(u.value);
   return u.chain(f, f, f);
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E log(const E& u) {
-  using std::log;
-  const auto i = 1.0 / u.value;
-  return u.chain(log(u.value), i, -i * i);
+  const double i = 1.0 / u.value;
+  return u.chain(std::log(u.value), i, -i * i);
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E sqrt(const E& u) {
-  using std::sqrt;
-  const auto f = sqrt(u.value), slope = 0.5 / f;
+  const double f = std::sqrt(u.value), slope = 0.5 / f;
   return u.chain(f, slope, -0.5 * slope / u.value);
 }
 

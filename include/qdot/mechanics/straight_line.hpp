@@ -59,20 +59,21 @@ inline constexpr bool straight_line_pays = true;
 // Index of M(i, j), i ≥ j, in the packed lower triangle.
 constexpr int triangle_index(int i, int j) { return i * (i + 1) / 2 + j; }
 
-// b ← M⁻¹ b by L D Lᵀ; false when a pivot is below `threshold` of its diagonal entry or NaN. M is overwritten.
-template <int n>
-[[gnu::always_inline]] inline bool solved_in_place(double* M, double* b, double threshold) {
-  double inverse[n];
-  bool good = true;
-  double diagonal[n];
+// b ← M⁻¹ b by L D Lᵀ; false when a pivot is below `threshold` of its diagonal entry or NaN. M is overwritten. Of packs a mask.
+template <int n, class Number>
+[[gnu::always_inline]] inline auto solved_in_place(Number* M, Number* b, double threshold) {
+  using Truth = decltype(M[0] > M[0]);
+  Number inverse[n];
+  Truth good = true;
+  Number diagonal[n];
   unroll<n>([&](auto k) __attribute__((always_inline)) { diagonal[k] = M[triangle_index(k, k)]; });
   unroll<n>([&](auto k) __attribute__((always_inline)) {
-    const double pivot = M[triangle_index(k, k)];
+    const Number pivot = M[triangle_index(k, k)];
     good &= pivot > threshold * diagonal[k];
     inverse[k] = 1.0 / pivot;
     unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
       constexpr int i = k + 1 + below;
-      const double l = M[triangle_index(i, k)] * inverse[k];
+      const Number l = M[triangle_index(i, k)] * inverse[k];
       unroll<below + 1>([&](auto column) __attribute__((always_inline)) {
         constexpr int j = k + 1 + column;
         M[triangle_index(i, j)] -= l * M[triangle_index(j, k)];
@@ -82,7 +83,7 @@ template <int n>
   });
   unroll<n>([&](auto done) __attribute__((always_inline)) {
     constexpr int k = n - 1 - done;
-    double s = b[k];
+    Number s = b[k];
     unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
       constexpr int i = k + 1 + below;
       s -= M[triangle_index(i, k)] * b[i];
@@ -93,15 +94,19 @@ template <int n>
 }
 
 // L = T − V with its components.
-template <int n, class E>
-[[gnu::always_inline, gnu::flatten]] inline EulerLagrange<n> euler_lagrange_of(const E& e, const double* q, const double* qdot,
-                                                                               double t) {
-  using S = EulerLagrange<n>;
+//
+// Not always_inline: GCC prepares the functions that others call before those others, but does not count calls from
+// always_inline functions, and then finds T and V not ready to be inlined.
+template <int n, class E, class Number>
+[[gnu::flatten]] inline EulerLagrange<n, Number> euler_lagrange_of(const E& e, const Number* q, const Number* qdot, const Number& t) {
+  using S = EulerLagrange<n, Number>;
   Vector<S, n> x;
   Vector<S, n> v;
+  S* const positions = x.data();
+  S* const velocities = v.data();
   unroll<n>([&](auto i) __attribute__((always_inline)) {
-    x[i] = S::template coordinate<i>(q[i], qdot[i]);
-    v[i] = S::template velocity<i>(qdot[i]);
+    positions[i] = S::template coordinate<i>(q[i], qdot[i]);
+    velocities[i] = S::template velocity<i>(qdot[i]);
   });
   const S time = S::time(t);
   S T, V;
