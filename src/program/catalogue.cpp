@@ -33,6 +33,9 @@ std::unique_ptr<RunnableScene> make_four_bar();
 std::unique_ptr<RunnableScene> make_slider_crank();
 std::unique_ptr<RunnableScene> make_rolling_hoop();
 std::unique_ptr<RunnableScene> make_chaplygin_sleigh();
+std::unique_ptr<RunnableScene> make_bouncing_ball();
+std::unique_ptr<RunnableScene> make_friction_block();
+std::unique_ptr<RunnableScene> make_rope_pendulum();
 
 namespace {
 
@@ -62,6 +65,9 @@ const std::vector<std::pair<std::string, std::unique_ptr<RunnableScene> (*)()>> 
     {"slider_crank", make_slider_crank},
     {"rolling_hoop", make_rolling_hoop},
     {"chaplygin_sleigh", make_chaplygin_sleigh},
+    {"bouncing_ball", make_bouncing_ball},
+    {"friction_block", make_friction_block},
+    {"rope_pendulum", make_rope_pendulum},
 };
 
 }  // namespace

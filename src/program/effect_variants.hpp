@@ -65,6 +65,28 @@ class SceneModel final : public Model {
     }
     return all;
   }
+  Eigen::Index guard_count() const override {
+    if constexpr (Sc::has_phases) return form_.guard_count();
+    return 0;
+  }
+  void guards([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y,
+              [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> g) const override {
+    if constexpr (Sc::has_phases) form_.guards(t, y, g);
+  }
+  void guard_bands([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y,
+                   [[maybe_unused]] const Eigen::VectorXd& tolerance, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> out) const override {
+    if constexpr (Sc::has_phases) form_.guard_bands(t, y, tolerance, out);
+  }
+  std::string ending([[maybe_unused]] Eigen::Index k) const override {
+    if constexpr (Sc::has_phases) return form_.ending(k);
+    return {};
+  }
+  std::vector<std::string> switched([[maybe_unused]] double t, [[maybe_unused]] Eigen::VectorXd& y,
+                                    [[maybe_unused]] const std::vector<bool>& fired,
+                                    [[maybe_unused]] const Eigen::VectorXd& tolerance) const override {
+    if constexpr (Sc::has_phases) return form_.switched(t, y, fired, tolerance);
+    return {};
+  }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
     const auto state = form_.state(t, y);
     const auto z = states(y);

@@ -88,7 +88,9 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
   json["wall_seconds"] = result.statistics.wall_seconds;
   json["error_estimate"] = nullptr;
   if (result.error_estimate) json["error_estimate"] = *result.error_estimate;
-  json["events"] = Json::array();
+  Json events = Json::array();
+  for (const RecordedEvent& e : result.events) events.push_back({{"t", e.t}, {"name", e.name}});
+  json["events"] = events;
   json["files"] = files;
   return json.dump(2);
 }

@@ -60,7 +60,12 @@ Request request_of(RunnableScene& scene, const RunOptions& options) {
   Request request;
   request.start = configured(scene, options.set);
   choose_effects(scene, options);
-  const bool constrained = scene.model()->constrained();
+  bool constrained = false;
+  try {
+    constrained = scene.model()->constrained();
+  } catch (const InvalidValue& error) {  // a parameter that an effect does not take
+    throw UsageError(std::string("--set: ") + error.what());
+  }
   if (constrained) request.method = "dop853";
   request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : scene.t_end();
   if (!(request.t_end > request.start.t)) {
@@ -97,6 +102,10 @@ void print_summary(const RunnableScene& scene, const Request& request, const Res
     std::printf("  %-10s % .12g   %-13s % .12g\n", name.c_str(), result.end.y[i], (name + "dot").c_str(), result.end.y[n + i]);
   }
   if (n > most) std::printf("  … and %ld more coordinates (all of them with --json or --out)\n", static_cast<long>(n - most));
+  constexpr std::size_t most_events = 10;
+  for (std::size_t i = 0; i < std::min(result.events.size(), most_events); ++i)
+    std::printf("  t = %-14.10g %s\n", result.events[i].t, result.events[i].name.c_str());
+  if (result.events.size() > most_events) std::printf("  … and %zu more events (all of them with --json)\n", result.events.size() - most_events);
   for (const Reaction& r : result.reactions) {
     std::printf("  lambda of %s  %.12g\n", r.name.c_str(), r.lambda);
   }
@@ -191,7 +200,7 @@ int run(const RunOptions& options) {
   } else {
     print_summary(*scene, request, result, files);
   }
-  if (result.outcome == Outcome::completed) return 0;
+  if (!failed(result.outcome)) return 0;
   if (options.json) std::fprintf(stderr, "qdot run: %s\n", result.message.c_str());
   return 1;
 }

@@ -75,6 +75,15 @@ class Model {
   virtual ProjectionReport project(double, Eigen::Ref<Eigen::VectorXd>) const { return {}; }
   virtual std::vector<Reaction> reactions(double, const Eigen::Ref<const Eigen::VectorXd>&) const { return {}; }
 
+  // Contacts and dry friction, whose phases change at events; see SwitchingSystem.
+  virtual Eigen::Index guard_count() const { return 0; }
+  virtual void guards(double, const Eigen::VectorXd&, Eigen::Ref<Eigen::VectorXd>) const {}
+  virtual void guard_bands(double, const Eigen::VectorXd&, const Eigen::VectorXd&, Eigen::Ref<Eigen::VectorXd>) const {}
+  virtual std::string ending(Eigen::Index) const { return {}; }
+  virtual std::vector<std::string> switched(double, Eigen::VectorXd&, const std::vector<bool>&, const Eigen::VectorXd&) const {
+    return {};
+  }
+
   /// Evaluates q̈ at y `count` times, and returns a number that depends on all of them.
   virtual double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const = 0;
 };

@@ -39,6 +39,19 @@ struct ConstrainedModel : FirstOrderModel {
   ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const { return model->project(t, y); }
 };
 
+/// The same for a model whose constraints switch on and off at events.
+struct SwitchingModel : ConstrainedModel {
+  Eigen::Index guard_count() const { return model->guard_count(); }
+  void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const { model->guards(t, y, g); }
+  void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> out) const {
+    model->guard_bands(t, y, tolerance, out);
+  }
+  std::string ending(Eigen::Index k) const { return model->ending(k); }
+  std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const {
+    return model->switched(t, y, fired, tolerance);
+  }
+};
+
 std::vector<double> equal_times(double from, double to, int count) {
   std::vector<double> times;
   for (int i = 0; i < count; ++i) times.push_back(i + 1 == count ? to : from + (to - from) * i / (count - 1));
@@ -96,6 +109,7 @@ void run_with(const Method& method, const System& system, const Request& request
   result.outcome = run.outcome;
   result.message = run.message;
   result.statistics = run.statistics;
+  result.events = run.events;
   result.end = {run.t, run.y, model.energies(run.t, run.y)};
 
   std::size_t next_frame = 0;
@@ -170,7 +184,9 @@ Result simulated(const std::shared_ptr<const Model>& model, const Request& reque
   result.energy.initial = result.energy.final = result.end.energies.total();
   result.jacobi.initial = result.jacobi.final = result.end.energies.jacobi;
   try {
-    if (model->constrained()) {
+    if (model->guard_count() > 0) {
+      run_named(request.method, SwitchingModel{{{model}}}, request, watcher, result);
+    } else if (model->constrained()) {
       run_named(request.method, ConstrainedModel{{model}}, request, watcher, result);
     } else {
       run_named(request.method, FirstOrderModel{model}, request, watcher, result);
@@ -180,6 +196,8 @@ Result simulated(const std::shared_ptr<const Model>& model, const Request& reque
     fail_at_start(result, Outcome::non_finite, error);
   } catch (const MassMatrixError& error) {
     fail_at_start(result, Outcome::singular_mass_matrix, error);
+  } catch (const ConstraintError& error) {
+    fail_at_start(result, Outcome::constraint_failure, error);
   } catch (const RecoverableError& error) {
     fail_at_start(result, Outcome::refused_by_model, error);
   }

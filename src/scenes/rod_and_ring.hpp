@@ -6,7 +6,8 @@
 //     T = ½ I_O φ̇² + ½ m (ṙ² + r² φ̇²),      V = (m r + ½ M L) g sin φ.
 //
 // Lagrange's equations are then  r̈ = r φ̇² − g sin φ  and  (I_O + m r²) φ̈ + 2 m r ṙ φ̇ + (m r + ½ M L) g cos φ = 0.
-// The rod is taken as endless: past r = L the ring keeps sliding on its prolongation.
+// By itself the rod is taken as endless: past r = L the ring keeps sliding on its prolongation. `--with end_stop` puts a stop at
+// its end, `--with open_end` ends the run where the ring leaves it.
 
 #include <cmath>
 #include <vector>

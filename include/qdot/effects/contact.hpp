@@ -5,6 +5,7 @@
 //
 //     contact("floor", gap, restitution(0.8))     φ(q, t) ≥ 0, with an impact where φ reaches zero
 //     rope("rope", point, anchor, length)         length − |r(q) − anchor| ≥ 0, which tension λ ≥ 0 keeps
+//     boundary("end of the rod", gap)             φ(q, t) ≥ 0 as long as the model holds; the run ends there
 //
 // Such a constraint has two phases. Apart, it is not there. Closed, it is the holonomic constraint φ = 0 with the
 // force Jᵀλ, and it opens when λ falls through zero, because then the force would have to pull. Between them:
@@ -42,6 +43,7 @@ struct Contact {
   Gap gap;
   ImpactLaw law;
   ContactEvents events;
+  bool ends_run = false;
 
   template <class S, int n>
   S phi(const Vector<S, n>& q, const S& t) const {
@@ -51,7 +53,7 @@ struct Contact {
   Vector<double, 1> initial_state() const { return Vector<double, 1>(static_cast<double>(ContactPhase::undecided)); }
 
   /// The same contact whose events bear other names.
-  Contact with_event_names(ContactEvents names) const { return {name, gap, law, std::move(names)}; }
+  Contact with_event_names(ContactEvents names) const { return {name, gap, law, std::move(names), ends_run}; }
 };
 
 /// A contact with gap φ(q) or φ(q, t), positive where it is open.
@@ -62,6 +64,12 @@ struct Contact {
 template <class Gap>
 Contact<Gap> contact(std::string name, Gap gap, ImpactLaw law = {}) {
   return {name, std::move(gap), law, {name, name + " rests", name + " opens"}};
+}
+
+/// The edge of what the model describes: the run ends, stopped_by_event, where φ(q) or φ(q, t) ≥ 0 falls to zero.
+template <class Gap>
+Contact<Gap> boundary(std::string name, Gap gap) {
+  return {name, std::move(gap), {}, {name, name, name}, true};
 }
 
 /// The room that a rope of given length leaves between a point and its anchor.

@@ -160,6 +160,13 @@ class SceneForm {
     detail::Switching<Sc>(scene_).bands(t, y.head(dof()), y.segment(dof(), dof()), y.tail(states), tolerance, out);
   }
 
+  /// Name of guard k if the run ends where it falls through zero; otherwise nothing.
+  std::string ending(Eigen::Index k) const
+    requires(Sc::has_phases)
+  {
+    return detail::Switching<Sc>(scene_).ending(k);
+  }
+
   /// Gives y the velocities and phases that follow when the guards `fired` have reached zero; says what happened.
   ///
   /// @throws ConstraintError  when a gap is negative, or no phases fit together

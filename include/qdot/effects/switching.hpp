@@ -92,6 +92,16 @@ class Switching {
     });
   }
 
+  // The name of guard k if the run ends where it falls through zero, otherwise nothing.
+  std::string ending(Eigen::Index wanted) const {
+    std::string name;
+    visit([&](Eigen::Index k, const auto& e, Eigen::Index, Eigen::Index) {
+      if constexpr (is_contact<decltype(e)>)
+        if (k == wanted && e.ends_run) name = e.name;
+    });
+    return name;
+  }
+
   // Chooses velocities and phases as they follow from a state and the guards that fired; names what happened.
   std::vector<std::string> settle(double t, Q& q, Q& qdot, Z& z, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const {
     std::vector<std::string> names;

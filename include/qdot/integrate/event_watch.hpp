@@ -104,7 +104,11 @@ class EventWatch {
     const double same = 4 * std::numeric_limits<double>::epsilon() * std::abs(firing->t);
     for (std::size_t i = 0; i < watches_.size(); ++i)
       fired_[i] = watches_[i].root && std::abs(*watches_[i].root - firing->t) <= same;
-    for (std::size_t i = listed; i < watches_.size(); ++i) firing->changes = (fired_guards_[i - listed] = fired_[i]) || firing->changes;
+    for (std::size_t i = listed; i < watches_.size(); ++i) {
+      fired_guards_[i - listed] = fired_[i];
+      firing->changes = firing->changes || fired_[i];
+      firing->stops = firing->stops || (fired_[i] && !ending(i).empty());
+    }
     for_each_listed([&](std::size_t i, const auto& e) {
       if (!fired_[i]) return;
       firing->stops = firing->stops || e.stops;
@@ -113,11 +117,13 @@ class EventWatch {
     return firing;
   }
 
-  // Records the listed events of a firing.
+  // Records the listed events of a firing, and guards at which the run ends.
   void record(const Firing& firing, std::vector<RecordedEvent>& events) const {
     for_each_listed([&](std::size_t i, const auto& e) {
       if (fired_[i]) events.push_back({firing.t, e.name});
     });
+    for (std::size_t i = listed; i < watches_.size(); ++i)
+      if (fired_[i] && !ending(i).empty()) events.push_back({firing.t, ending(i)});
   }
 
   // Goes on behind a firing that changed nothing.
@@ -168,6 +174,11 @@ class EventWatch {
     [&]<std::size_t... i>(std::index_sequence<i...>) {
       (visit(i, std::get<i>(events_.list)), ...);
     }(std::index_sequence_for<Events...>{});
+  }
+
+  std::string ending(std::size_t i) const {
+    if constexpr (SwitchingSystem<F>) return system_.ending(static_cast<Eigen::Index>(i - listed));
+    return (void)i, std::string();
   }
 
   std::string name_of(std::size_t wanted) const {

@@ -44,8 +44,10 @@ concept ProjectableSystem = FirstOrderSystem<F> && requires(const F& f, double t
 /// The tolerance is that of the method for each component of y: what is smaller cannot be told from zero.
 template <class F>
 concept SwitchingSystem = FirstOrderSystem<F> && requires(const F& f, double t, const Eigen::VectorXd& y, Eigen::VectorXd& changed,
-                                                          Eigen::Ref<Eigen::VectorXd> g, const std::vector<bool>& fired) {
+                                                          Eigen::Ref<Eigen::VectorXd> g, const std::vector<bool>& fired,
+                                                          Eigen::Index k) {
   { f.guard_count() } -> std::convertible_to<Eigen::Index>;
+  { f.ending(k) } -> std::same_as<std::string>;                                  // name of guard k if the run ends at it
   { f.guards(t, y, g) };                                                        // g ← the guards in the phases of y
   { f.guard_bands(t, y, y, g) };                                                // (t, y, tolerance): their sizes of zero
   { f.switched(t, changed, fired, y) } -> std::same_as<std::vector<std::string>>;  // changes y; names what happened
