@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <sstream>
 #include <string>
 #include <type_traits>
@@ -51,6 +52,37 @@ void require_finite_acceleration(const Sys& system, const Vector<S, n>& qddot, c
   }
 }
 
+// Energies that know more of themselves than their values, such as positions and masses (kinematic_system.hpp), may offer a
+// shorter way: q̈ written to the last argument, or false where they had better not.
+template <class E>
+concept HasShorterWay = requires(const E& e, const double* q, double* qddot) {
+  { e.shorter_way(q, q, Eigen::Index(), 0.0, 0.0, qddot) } -> std::same_as<bool>;
+};
+
+// q̈ from the energies, whatever they are made of.
+template <class E, int n, Inertia I, class S>
+Vector<S, n> acceleration_of(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
+  if constexpr (std::is_same_v<S, double> && I == Inertia::positive_definite) {
+    Vector<double, n> a = Vector<double, n>::Zero(at.size());
+    const double threshold = singular_pivot<double>(at.size());
+    if constexpr (HasShorterWay<E>) {
+      if (system.energies().shorter_way(at.data(), velocity.data(), at.size(), t, threshold, a.data())) return a;
+    } else {
+      if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) {
+        if (straight_line_acceleration<n>(system.energies(), at.data(), velocity.data(), t, threshold, a.data())) return a;
+      }
+      if constexpr (graded_pays<n>) {
+        if (at.size() <= graded_limit<n> && graded_acceleration<n>(system.energies(), at, velocity, t, threshold, a)) return a;
+      }
+    }
+  }
+  const Matrix<S, n> M = kinetic_hessian<n>(system.energies(), at, velocity, t);
+  const Vector<S, n> force = lagrange_rhs<n>(system.energies(), at, velocity, t);
+  const Vector<S, n> qddot = solved_with_mass_matrix(system, M, force, t);
+  require_finite_acceleration(system, qddot, at, velocity, t);
+  return qddot;
+}
+
 }  // namespace detail
 
 /// Right-hand side of M q̈ = rhs at a state: forces of V, centrifugal and Coriolis terms, explicit time.
@@ -79,26 +111,7 @@ auto acceleration(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, 
                   typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, qdot);
-  const Vector<S, n> at = q;
-  const Vector<S, n> velocity = qdot;
-  if constexpr (std::is_same_v<S, double> && I == Inertia::positive_definite) {
-    Vector<double, n> a = Vector<double, n>::Zero(at.size());
-    if constexpr (detail::straight_line_pays && n >= 1 && n <= detail::straight_line_limit) {
-      if (detail::straight_line_acceleration<n>(system.energies(), at.data(), velocity.data(), t,
-                                                detail::singular_pivot<double>(n), a.data()))
-        return a;
-    }
-    if constexpr (detail::graded_pays<n>) {
-      if (at.size() <= detail::graded_limit<n> &&
-          detail::graded_acceleration<n>(system.energies(), at, velocity, t, detail::singular_pivot<double>(at.size()), a))
-        return a;
-    }
-  }
-  const Matrix<S, n> M = detail::kinetic_hessian<n>(system.energies(), at, velocity, t);
-  const Vector<S, n> force = detail::lagrange_rhs<n>(system.energies(), at, velocity, t);
-  const Vector<S, n> qddot = detail::solved_with_mass_matrix(system, M, force, t);
-  detail::require_finite_acceleration(system, qddot, at, velocity, t);
-  return qddot;
+  return detail::acceleration_of<E, n, I, S>(system, q, qdot, t);
 }
 
 /// d/dt(∂L/∂q̇) − ∂L/∂q at given accelerations: the applied generalized force that this motion needs.

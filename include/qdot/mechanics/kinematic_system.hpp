@@ -1,0 +1,274 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The kinematic door: say where the masses are, and T follows.
+//
+//     const auto pendulum = kinematic_system<2>(
+//         [=](const auto& q, auto& bodies) {
+//           const auto r1 = vector(l1 * sin(q[0]), -l1 * cos(q[0]));
+//           const auto r2 = vector(r1[0] + l2 * sin(q[1]), r1[1] - l2 * cos(q[1]));
+//           bodies.point_mass(m1, r1);
+//           bodies.point_mass(m2, r2);
+//         },
+//         uniform_gravity(0.0, -9.81));
+//
+// The functor is called with q, or with q and t where something is moved by force, and places bodies:
+//
+//     bodies.point_mass(m, r)               r of 1, 2 or 3 entries
+//     bodies.planar_body(m, I, r, angle)    r: centre of mass; I: about it
+//     bodies.rigid_body(m, I, r, R)         r: centre of mass; I: 3×3 about it, along the body's axes; R: rotation matrix
+//     bodies.rigid_body(body, r, R)         r: reference point of a RigidBody (rigid_body.hpp)
+//
+// R may be made of Euler angles, quaternions or anything else (rotation.hpp). Nobody writes a velocity. The result is a
+// system like any other, with T = Σ ½ m ṙ·ṙ + ½ Ω·I Ω, and everything that works for T and V works for it: energy and
+// momenta, effects, steppers, exact Jacobians.
+//
+// What is gained besides is speed. Of a position one needs first derivatives in all directions and second
+// derivatives in one only, r̈ = J q̈ + s, and then
+//
+//     M = Σ m JᵀJ + J_Ωᵀ I J_Ω ,     rhs = −Σ m Jᵀs − J_Ωᵀ(I Ω̇ + Ω × I Ω) − ∂V/∂q .
+//
+// For few coordinates and point masses whose positions are straight-line code for the compiler (q[0], q[1] … or
+// qdot::unroll), that is the code that one would write by hand (position_jet.hpp); loops, rotation matrices and up to
+// 64 coordinates (32 when their number is known only at run time) go by rows (position_row.hpp), larger systems through T.
+
+#include <type_traits>
+#include <utility>
+
+#include "qdot/mechanics/equations_of_motion.hpp"
+#include "qdot/mechanics/kinematic_bodies.hpp"
+#include "qdot/mechanics/kinematic_rows.hpp"
+
+namespace qdot {
+
+/// The potential energy −Σ m g·r of the bodies of a kinematic_system().
+struct UniformGravity {
+  Eigen::Vector3d field;  ///< g, the acceleration of free fall
+};
+
+/// Bodies fall with acceleration (gx, gy, gz); planar systems leave gz out.
+inline UniformGravity uniform_gravity(double gx, double gy, double gz = 0.0) { return {{gx, gy, gz}}; }
+
+namespace detail {
+
+struct NoKineticTerm {};
+
+// Largest n for straight-line code, 4 s of compile time.
+inline constexpr int straight_kinematics_limit = 8;
+
+template <class Place, int n>
+concept PlacesAtRest = requires(const Place& place, const Vector<double, n>& q, WeightSum<double>& bodies) { place(q, bodies); };
+template <class Place, int n>
+concept PlacesInTime =
+    requires(const Place& place, const Vector<double, n>& q, double t, WeightSum<double>& bodies) { place(q, t, bodies); };
+
+template <int n, class Place, class Potential, class Extra>
+class KinematicEnergies {
+  static constexpr bool placed_in_time = !PlacesAtRest<Place, n>;
+  static constexpr bool heavy = std::is_same_v<Potential, UniformGravity>;
+  static constexpr bool has_extra = !std::is_same_v<Extra, NoKineticTerm>;
+  using ExtraEnergies = KineticAndPotential<Extra, NoPotential>;
+  using OwnPotential = KineticAndPotential<NoKineticTerm, std::conditional_t<heavy, NoPotential, Potential>>;
+
+  static consteval bool time_in_T() {
+    if constexpr (has_extra) {
+      return placed_in_time || kinetic_signature<ExtraEnergies, n>() == KineticSignature::state_and_time;
+    } else {
+      return placed_in_time;
+    }
+  }
+  static consteval bool time_in_V() {
+    return (heavy && placed_in_time) || potential_signature<OwnPotential, n>() == PotentialSignature::position_and_time;
+  }
+
+ public:
+  KinematicEnergies(Place place, Potential potential, Extra extra)
+      : place_(std::move(place)), potential_(std::move(potential)), extra_{std::move(extra), NoPotential{}} {}
+
+  template <class S>
+    requires(!time_in_T())
+  S T(const Vector<S, n>& q, const Vector<S, n>& qdot) const {
+    return kinetic_energy(q, qdot, S(0.0));
+  }
+  template <class S>
+    requires(time_in_T())
+  S T(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    return kinetic_energy(q, qdot, t);
+  }
+  template <class S>
+    requires(!time_in_V())
+  S V(const Vector<S, n>& q) const {
+    return potential_energy(q, S(0.0));
+  }
+  template <class S>
+    requires(time_in_V())
+  S V(const Vector<S, n>& q, const S& t) const {
+    return potential_energy(q, t);
+  }
+
+  // M (packed lower triangle) and rhs by J and s of the positions; the entries that may be other than zero, or `incomplete`.
+  static constexpr ComponentMask incomplete = ~ComponentMask(0);
+  [[gnu::always_inline, gnu::flatten]] ComponentMask equations_by_jets(const double* q, const double* qdot, double t, double* M,
+                                                                       double* r) const {
+    using S = PositionJet<n>;
+    Vector<S, n> x;
+    unroll<n>([&](auto i) __attribute__((always_inline)) { x[i] = S::template coordinate<i>(q[i], qdot[i]); });
+    const S time = S::time(t);
+    JetEquations<n> equations(field());
+    place(x, time, equations);
+    if constexpr (!heavy) equations.potential(own_potential(x, time));
+    if constexpr (has_extra) equations.lagrangian(euler_lagrange_of<n>(extra_, q, qdot, t));
+    equations.write(M, r);
+    return equations.turns() ? incomplete : equations.pattern();
+  }
+
+  // q̈ by J and s of the positions; false for too many coordinates and for what must be named.
+  bool shorter_way(const double* q, const double* qdot, Eigen::Index size, double t, double threshold, double* qddot) const {
+    if constexpr (straight_line_pays && n >= 1 && n <= straight_kinematics_limit) {
+      if (acceleration_by_jets(q, qdot, t, threshold, qddot)) return true;
+    }
+    if constexpr (n <= graded_limit<n>) {
+      if (size <= graded_limit<n>) return acceleration_by_rows(q, qdot, static_cast<int>(size), t, threshold, qddot);
+    }
+    return false;
+  }
+
+ private:
+  // False where the compiler does not see through the functor: loops, rotation matrices.
+  [[gnu::noinline, gnu::flatten]] bool acceleration_by_jets(const double* q, const double* qdot, double t, double threshold,
+                                                            double* qddot) const {
+    double M[n * (n + 1) / 2], r[n];
+    const ComponentMask pattern = equations_by_jets(q, qdot, t, M, r);
+    if (!__builtin_constant_p(pattern) || pattern == incomplete || !solved_in_place<n>(M, r, threshold)) return false;
+    double zero = 0.0;
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      zero += r[i] - r[i];
+      qddot[i] = r[i];
+    });
+    return zero == 0.0;
+  }
+
+  bool acceleration_by_rows(const double* q, const double* qdot, int size, double t, double threshold, double* qddot) const {
+    constexpr int blocks = graded_blocks<n>;
+    using S = PositionRow<blocks>;
+    Vector<S, n> x(size);
+    for (int i = 0; i < size; ++i) {
+      x[i].value = q[i];
+      x[i].rate = qdot[i];
+      x[i].J.set_unit(i);
+    }
+    S time(t);
+    time.rate = 1.0;
+    double M[16 * blocks * blocks], r[4 * blocks];
+    RowEquations<blocks> equations(size, field(), M, r);
+    place(x, time, equations);
+    if constexpr (!heavy) equations.potential(own_potential(x, time));
+    equations.write();
+    if constexpr (has_extra) {
+      double further_M[16 * blocks * blocks], further_r[4 * blocks];
+      const Eigen::Map<const Vector<double, n>> position(q, size), velocity(qdot, size);
+      graded_equations<n>(extra_, Vector<double, n>(position), Vector<double, n>(velocity), t, further_M, further_r);
+      for (int i = 0; i < size; ++i) {
+        r[i] += further_r[i];
+        for (int j = 0; j <= i; ++j) M[4 * blocks * i + j] += further_M[4 * blocks * i + j];
+      }
+    }
+    if (!solved_by_blocks<blocks>(size, M, r, threshold)) return false;
+    double zero = 0.0;
+    for (int i = 0; i < size; ++i) {
+      zero += r[i] - r[i];
+      qddot[i] = r[i];
+    }
+    return zero == 0.0;
+  }
+
+  template <class Positions, class Time, class Bodies>
+  [[gnu::always_inline]] void place(const Positions& q, const Time& t, Bodies& bodies) const {
+    if constexpr (placed_in_time) {
+      place_(q, t, bodies);
+    } else {
+      place_(q, bodies);
+    }
+  }
+  template <class Positions, class Time>
+  [[gnu::always_inline]] auto own_potential(const Positions& q, const Time& t) const {
+    if constexpr (potential_signature<OwnPotential, n>() == PotentialSignature::position) {
+      return potential_(q);
+    } else {
+      return potential_(q, t);
+    }
+  }
+
+  Eigen::Vector3d field() const {
+    if constexpr (heavy) {
+      return potential_.field;
+    } else {
+      return Eigen::Vector3d::Zero();
+    }
+  }
+
+  template <class S>
+  S kinetic_energy(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    KineticSum<S> bodies;
+    const Vector<AlongMotion<S>, n> x = moving_vector<S>(q, qdot);
+    place(x, moving_number<S>(t, S(1.0)), bodies);
+    if constexpr (has_extra) {
+      return bodies.T + kinetic<n>(extra_, q, qdot, t);
+    } else {
+      return bodies.T;
+    }
+  }
+  template <class S>
+  S potential_energy(const Vector<S, n>& q, const S& t) const {
+    if constexpr (heavy) {
+      WeightSum<S> bodies{potential_.field};
+      place(q, t, bodies);
+      return bodies.V;
+    } else {
+      return own_potential(q, t);
+    }
+  }
+
+  Place place_;
+  Potential potential_;
+  ExtraEnergies extra_;
+};
+
+template <int n, class Place, class Potential, class Extra>
+auto kinematic_system_of(Place place, Potential potential, Extra extra, Eigen::Index dof) {
+  static_assert(PlacesAtRest<Place, n> || PlacesInTime<Place, n>,
+                "qdot: the functor that places the bodies must be callable as place(q, bodies) or place(q, t, bodies): "
+                "take `const auto& q, auto& bodies` and call bodies.point_mass(m, r), bodies.planar_body(m, I, r, angle) or "
+                "bodies.rigid_body(body, r, R)");
+  if constexpr (PlacesAtRest<Place, n> || PlacesInTime<Place, n>) {
+    return checked_system<n>(KinematicEnergies<n, Place, Potential, Extra>(std::move(place), std::move(potential), std::move(extra)), dof);
+  }
+}
+
+}  // namespace detail
+
+/// The system with n coordinates whose masses are where `place` puts them, in the potential V.
+///
+/// @param place    place(q, bodies) or place(q, t, bodies), generic; see the head of this file
+/// @param V        V(q), V(q, t) or uniform_gravity(gx, gy, gz)
+/// @return         a System: T of the bodies, V as given
+template <int n, class Place, class Potential = NoPotential>
+auto kinematic_system(Place place, Potential V = {}) {
+  return detail::kinematic_system_of<n>(std::move(place), std::move(V), detail::NoKineticTerm{}, n);
+}
+
+/// The same with a further kinetic term T_extra(qdot), (q, qdot) or (q, qdot, t): a flywheel, a motor behind its gear, a vector potential.
+template <int n, class Place, class Potential, class Extra>
+auto kinematic_system(Place place, Potential V, Extra T_extra) {
+  return detail::kinematic_system_of<n>(std::move(place), std::move(V), std::move(T_extra), n);
+}
+
+/// The same for a number of coordinates that is known only at run time; q is a dynamic vector.
+///
+/// @throws InvalidValue  when n < 1
+template <class Place, class Potential = NoPotential>
+auto kinematic_system(Eigen::Index n, Place place, Potential V = {}) {
+  return detail::kinematic_system_of<Dynamic>(std::move(place), std::move(V), detail::NoKineticTerm{}, n);
+}
+
+}  // namespace qdot
