@@ -202,29 +202,25 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
   [[gnu::always_inline]] friend Self operator+(const Self& a) { return a; }
   [[gnu::always_inline]] friend Self operator-(const Self& a, const Self& b) { return a + (-b); }
 
-  [[gnu::always_inline]] friend Self operator*(const Self& u, const Self& w) {
+  [[gnu::always_inline]] friend Self operator*(const Self& a, const Self& b) {
 #ifndef __clang__  // where the test would keep both operands in memory
-    if (&u == &w) return u.square();
-    if (u.is_constant()) return w.times(u.value);
-    if (w.is_constant()) return u.times(w.value);
-    const Self a = u.whole();
-    const Self b = w.whole();
-#else
-    const Self& a = u;
-    const Self& b = w;
+    if (&a == &b) return a.square();
 #endif
+    // What the components of each factor are multiplied with, and those of both.
+    const Number ca = b.value * a.doubled(), cb = a.value * b.doubled();
+    const double both = a.doubled() * b.doubled();
     Self r;
     r.half = 0;
     r.value = a.value * b.value;
     r.has_rate = a.has_rate | b.has_rate;
-    r.rate = sum_of(a.has_rate, product_if(a.has_rate, a.rate, b.value), b.has_rate, product_if(b.has_rate, a.value, b.rate));
+    r.rate = sum_of(a.has_rate, product_if(a.has_rate, a.rate, ca), b.has_rate, product_if(b.has_rate, cb, b.rate));
     r.g_mask = a.g_mask | b.g_mask;
     r.x_mask = 0;
     r.h_mask = 0;
-    ((r.template g<I>() = sum_of(has(b.g_mask, I), product_if(has(b.g_mask, I), a.value, b.template g<I>()),
-                                 has(a.g_mask, I), product_if(has(a.g_mask, I), b.value, a.template g<I>()))), ...);
-    (r.template set_variation_of_product<I>(a, b), ...);
-    (r.template set_hessian_of_product<K>(a, b), ...);
+    ((r.template g<I>() = sum_of(has(b.g_mask, I), product_if(has(b.g_mask, I), cb, b.template g<I>()),
+                                 has(a.g_mask, I), product_if(has(a.g_mask, I), ca, a.template g<I>()))), ...);
+    (r.template set_variation_of_product<I>(a, ca, b, cb, both), ...);
+    (r.template set_hessian_of_product<K>(a, ca, b, cb, both), ...);
     return r;
   }
   [[gnu::always_inline]] friend Self operator/(const Self& a, const Self& b) {
@@ -251,12 +247,8 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
   friend auto operator>=(const Self& a, const Self& b) { return a.value >= b.value; }
 
   // f(u) from f, f′, f″ at u.
-  [[gnu::always_inline]] Self chain(const Number& f, const Number& f1, const Number& f2) const {
-    return half ? whole().chain_of_whole(f, f1, f2) : chain_of_whole(f, f1, f2);
-  }
-
- private:
-  [[gnu::always_inline]] Self chain_of_whole(const Number& f, const Number& f1, const Number& f2) const {
+  [[gnu::always_inline]] Self chain(Number f, Number slope, Number curvature) const {
+    const Number f1 = slope * doubled(), f2 = curvature * (doubled() * doubled());
     Self r;
     r.half = 0;
     r.value = f;
@@ -267,10 +259,13 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
     r.h_mask = 0;
     ((r.template g<I>() = product_if(has(g_mask, I), f1, g<I>())), ...);
     ((r.template x<I>() = sum_of(has(x_mask, I), product_if(has(x_mask, I), f1, x<I>()), has_rate & has(g_mask, I),
-                                 product_if(has_rate & has(g_mask, I), Number(-(f2 * rate)), g<I>()))), ...);
+                                 product_if(has_rate & has(g_mask, I), -(f2 * rate), g<I>()))), ...);
     (r.template set_hessian_of_chain<K>(*this, f1, f2), ...);
     return r;
   }
+
+ private:
+  [[gnu::always_inline]] double doubled() const { return half ? 2.0 : 1.0; }
 
   template <int i>
   [[gnu::always_inline]] void set_variation(Present has_plus, const Number& plus, Present has_minus, const Number& minus) {
@@ -279,19 +274,19 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
     x_mask |= bit((has_plus | has_minus) > cancels, i);
   }
   template <int i>
-  [[gnu::always_inline]] void set_variation_of_product(const Self& a, const Self& b) {
+  [[gnu::always_inline]] void set_variation_of_product(const Self& a, const Number& ca, const Self& b, const Number& cb, double both) {
     const Present p1 = has(b.x_mask, i), p2 = has(a.x_mask, i);
     const Present m1 = a.has_rate & has(b.g_mask, i), m2 = b.has_rate & has(a.g_mask, i);
-    set_variation<i>(p1 | p2, sum_of(p1, product_if(p1, a.value, b.template x<i>()), p2, product_if(p2, b.value, a.template x<i>())),
-                     m1 | m2, sum_of(m1, product_if(m1, a.rate, b.template g<i>()), m2, product_if(m2, b.rate, a.template g<i>())));
+    set_variation<i>(p1 | p2, sum_of(p1, product_if(p1, cb, b.template x<i>()), p2, product_if(p2, ca, a.template x<i>())),
+                     m1 | m2, sum_of(m1, product_if(m1, a.rate, b.template g<i>()), m2, product_if(m2, b.rate, a.template g<i>())) * both);
   }
   template <int k>
-  [[gnu::always_inline]] void set_hessian_of_product(const Self& a, const Self& b) {
+  [[gnu::always_inline]] void set_hessian_of_product(const Self& a, const Number& ca, const Self& b, const Number& cb, double both) {
     constexpr int i = triangle_row(k), j = triangle_column(k);
     const Present g1 = has(a.g_mask, i) & has(b.g_mask, j), g2 = has(b.g_mask, i) & has(a.g_mask, j);
     const Present h1 = has(b.h_mask, k), h2 = has(a.h_mask, k);
-    h<k>() = sum_of(g1 | g2, sum_of(g1, product_if(g1, a.template g<i>(), b.template g<j>()), g2, product_if(g2, b.template g<i>(), a.template g<j>())),
-                    h1 | h2, sum_of(h1, product_if(h1, a.value, b.template h<k>()), h2, product_if(h2, b.value, a.template h<k>())));
+    h<k>() = sum_of(g1 | g2, sum_of(g1, product_if(g1, a.template g<i>(), b.template g<j>()), g2, product_if(g2, b.template g<i>(), a.template g<j>())) * both,
+                    h1 | h2, sum_of(h1, product_if(h1, cb, b.template h<k>()), h2, product_if(h2, ca, a.template h<k>())));
     h_mask |= bit(g1 | g2 | h1 | h2, k);
   }
   template <int k>
@@ -300,13 +295,6 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
     const Present squares = has(u.g_mask, i) & has(u.g_mask, j), own = has(u.h_mask, k);
     h<k>() = sum_of(squares, product_if(squares, f2 * u.template g<i>(), u.template g<j>()), own, product_if(own, f1, u.template h<k>()));
     h_mask |= bit(squares | own, k);
-  }
-  [[gnu::always_inline]] Self times(const Number& c) const {
-    Self r(*this);
-    r.value = c * value;
-    r.scale_components(half ? 2.0 * c : c);
-    r.half = 0;
-    return r;
   }
   [[gnu::always_inline]] Self square() const {
     const Self a = whole();

@@ -66,15 +66,17 @@ template <EulerLagrangePack E>
   const auto f = qdot::sqrt(u.value), slope = 0.5 / f;
   return u.chain(f, slope, -0.5 * slope / u.value);
 }
-template <EulerLagrangePack E, class Number>
-  requires std::is_arithmetic_v<Number>
-[[gnu::always_inline]] inline E pow(const E& u, Number exponent) {
-  const double k = static_cast<double>(exponent);
+template <EulerLagrangePack E>
+[[gnu::always_inline]] inline E pow(const E& u, double k) {
   if (k == 0.0) return E(1.0);
   if (k == 1.0) return u;
   if (k == 2.0) return u * u;
   const auto below = qdot::pow(u.value, k - 2.0);
   return u.chain(below * u.value * u.value, k * below * u.value, k * (k - 1.0) * below);
+}
+template <EulerLagrangePack E>
+[[gnu::always_inline]] inline E pow(const E& u, int k) {
+  return pow(u, static_cast<double>(k));
 }
 
 // f(u), the derivatives of f from duals, lane by lane.
@@ -151,11 +153,19 @@ template <int n, class I, class K>
 
 template <EulerLagrangePack E>
 [[gnu::always_inline]] inline E abs(const E& x) { return select(x < E(0.0), -x, x); }
+template <EulerLagrangePack E>
+[[gnu::always_inline]] inline E max(const E& a, const E& b) {  // rather than std::max
+  return select(a < b, b, a);
+}
 template <class A, class B>
   requires EulerLagrangePackBeside<A, B>
 [[gnu::always_inline]] inline auto max(const A& x, const B& y) {
   const EulerLagrangeOf<A, B> a(x), b(y);
   return select(a < b, b, a);
+}
+template <EulerLagrangePack E>
+[[gnu::always_inline]] inline E min(const E& a, const E& b) {  // rather than std::min
+  return select(b < a, b, a);
 }
 template <class A, class B>
   requires EulerLagrangePackBeside<A, B>

@@ -243,11 +243,11 @@ Pack<lanes, width> pow(const Pack<lanes, width>& x, const Pack<lanes, width>& y)
 template <int lanes, int width>
 [[gnu::always_inline]] inline Pack<lanes, width> abs(const Pack<lanes, width>& x) { return select(x < 0.0, -x, x); }
 template <int lanes, int width>
-[[gnu::always_inline]] inline Pack<lanes, width> max(const Pack<lanes, width>& x, const std::type_identity_t<Pack<lanes, width>>& y) {
+[[gnu::always_inline]] inline Pack<lanes, width> max(const Pack<lanes, width>& x, const Pack<lanes, width>& y) {
   return select(x < y, y, x);
 }
 template <int lanes, int width>
-[[gnu::always_inline]] inline Pack<lanes, width> min(const Pack<lanes, width>& x, const std::type_identity_t<Pack<lanes, width>>& y) {
+[[gnu::always_inline]] inline Pack<lanes, width> min(const Pack<lanes, width>& x, const Pack<lanes, width>& y) {
   return select(y < x, y, x);
 }
 

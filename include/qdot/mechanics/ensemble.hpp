@@ -54,7 +54,10 @@ template <int n, int lanes, class E>
                                                                                        double threshold, Pack<lanes>* qddot) {
   using P = Pack<lanes>;
   const EulerLagrange<n, P> L = euler_lagrange_of<n>(e, q, qdot, t);
-  if (straight_line_pays && !__builtin_constant_p(L.g_mask | L.h_mask)) return {false, false};
+  if (straight_line_pays && !__builtin_constant_p(L.g_mask | L.h_mask)) {
+    unroll<n>([&](auto i) __attribute__((always_inline)) { qddot[i] = 0.0; });
+    return {false, false};
+  }
   P M[n * (n + 1) / 2];
   P r[n];
   unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = L.template x<i>(); });
@@ -69,10 +72,13 @@ template <int n, int lanes, class E>
   return {true, good};
 }
 
+// Largest n that goes in packs: there are fewer registers for wide numbers, and compile time grows with n⁴ or so.
+inline constexpr int pack_limit = 6;
+
 // Whether the packs of a system have a way of their own.
 template <class Sys>
 inline constexpr bool goes_in_packs = straight_line_pays && Sys::inertia == Inertia::positive_definite &&
-                                      Sys::dof_at_compile_time >= 1 && Sys::dof_at_compile_time <= straight_line_limit;
+                                      Sys::dof_at_compile_time >= 1 && Sys::dof_at_compile_time <= pack_limit;
 
 // q̈ of all lanes, a register at a time; lanes that are not `good` hold anything.
 template <class E, int n, Inertia I, int lanes>
@@ -205,7 +211,11 @@ template <class E, int n, Inertia I, class Q, class Qdot, class Qddot>
           if constexpr (Qddot::IsRowMajor) {
             a[i].store(qddot.data() + i * qddot.outerStride() + first);
           } else {
-            unroll<lanes>([&](auto lane) __attribute__((always_inline)) { qddot.coeffRef(i, first + lane) = a[i][lane]; });
+            // From memory, where the accelerations lie already: cheaper than taking registers apart.
+            const char* const from = reinterpret_cast<const char*>(&a[i]);
+            unroll<lanes>([&](auto lane) __attribute__((always_inline)) {
+              __builtin_memcpy(&qddot.coeffRef(i, first + lane), from + sizeof(double) * lane, sizeof(double));
+            });
           }
         });
         continue;
