@@ -8,6 +8,7 @@ std::vector<Benchmark> all_benchmarks() {
 #if __has_include("bench/eom.hpp")
       eom_benchmark(),
 #endif
+      ensemble_benchmark(),
       steppers_benchmark(),
       compile_benchmark(),
   };

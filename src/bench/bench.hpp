@@ -39,6 +39,9 @@ struct Benchmark {
 /// Time to evaluate the equations of motion against hand-derived code (src/bench/eom.cpp).
 Benchmark eom_benchmark();
 
+/// Time to evaluate many states at once against one after the other (src/bench/ensemble.cpp).
+Benchmark ensemble_benchmark();
+
 /// Time to reach an error with each method, beside Dop853 (src/bench/steppers.cpp).
 Benchmark steppers_benchmark();
 
