@@ -108,7 +108,7 @@ class KinematicEnergies {
 
   // M (packed lower triangle) and rhs by J and s of the positions; the entries that may be other than zero, or `incomplete`.
   static constexpr ComponentMask incomplete = ~ComponentMask(0);
-  [[gnu::always_inline, gnu::flatten]] ComponentMask equations_by_jets(const double* q, const double* qdot, double t, double* M,
+  [[gnu::flatten]] ComponentMask equations_by_jets(const double* q, const double* qdot, double t, double* M,
                                                                        double* r) const {
     using S = PositionJet<n>;
     Vector<S, n> x;
@@ -183,7 +183,7 @@ class KinematicEnergies {
   }
 
   template <class Positions, class Time, class Bodies>
-  [[gnu::always_inline]] void place(const Positions& q, const Time& t, Bodies& bodies) const {
+  [[gnu::flatten]] void place(const Positions& q, const Time& t, Bodies& bodies) const {
     if constexpr (placed_in_time) {
       place_(q, t, bodies);
     } else {
@@ -191,7 +191,7 @@ class KinematicEnergies {
     }
   }
   template <class Positions, class Time>
-  [[gnu::always_inline]] auto own_potential(const Positions& q, const Time& t) const {
+  [[gnu::flatten]] auto own_potential(const Positions& q, const Time& t) const {
     if constexpr (potential_signature<OwnPotential, n>() == PotentialSignature::position) {
       return potential_(q);
     } else {
