@@ -15,7 +15,7 @@
 // kilometres. Then:
 //
 //   regular     B Bᵀ (the Schur complement J M⁻¹ Jᵀ) has a Cholesky factor with sound pivots. The fast way.
-//   redundant   some rows depend on others. A complete orthogonal decomposition gives the shortest d, and the
+//   redundant   some rows depend on others. Orthogonal decompositions give the shortest d, and the
 //               multipliers of least norm; the motion is as unique as ever, only the split of the forces is not.
 //   idle        a row of zeros that asks for nothing (a contact that is open) takes no part; its multiplier is zero.
 //   massless    M alone is singular, but the constraints determine the coordinates without inertia. Then the
@@ -25,13 +25,13 @@
 // where constraints become dependent a smaller one takes noise for information. Contradicting rows are an error.
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "qdot/effects/constraint_rows.hpp"
@@ -53,22 +53,68 @@ inline constexpr double default_rank_cutoff = 1e-5;
 
 namespace detail {
 
-// The shortest d with B d = g for rows B that depend on each other, and the shortest λ with d = Bᵀλ. Sizes are those
-// of the moment: redundancy is rare, and one function for all sizes keeps compile times short.
+// Orthonormal columns Q and coefficients C with A = Q C, up to what is smaller than the cut-off: Gram and Schmidt's
+// method, largest remaining column first, each made orthogonal twice.
+struct OrthogonalColumns {
+  Eigen::MatrixXd Q, C;
+};
+template <class = void>  // compiled only where it is called
+OrthogonalColumns orthogonal_columns(const Eigen::MatrixXd& A, double cutoff, bool pivoted) {
+  Eigen::MatrixXd left = A, Q(A.rows(), A.cols());
+  Eigen::Index rank = 0;
+  double largest = 0.0;
+  while (rank < std::min(A.rows(), A.cols())) {
+    Eigen::Index next = rank;
+    if (pivoted) {
+      for (Eigen::Index j = next = 0; j < A.cols(); ++j)
+        if (left.col(j).squaredNorm() > left.col(next).squaredNorm()) next = j;
+    }
+    Eigen::VectorXd q = left.col(next);
+    const double length = q.norm();
+    if (rank == 0) largest = length;
+    if (!(length > cutoff * largest)) break;
+    for (Eigen::Index k = 0; k < rank; ++k) q -= Q.col(k).dot(q) * Q.col(k);
+    Q.col(rank) = q / q.norm();
+    for (Eigen::Index j = 0; j < A.cols(); ++j) left.col(j) -= Q.col(rank).dot(left.col(j)) * Q.col(rank);
+    left.col(next).setZero();
+    ++rank;
+  }
+  OrthogonalColumns result{Q.leftCols(rank), Eigen::MatrixXd(rank, A.cols())};
+  for (Eigen::Index j = 0; j < A.cols(); ++j)
+    for (Eigen::Index k = 0; k < rank; ++k) result.C(k, j) = Q.col(k).dot(A.col(j));
+  return result;
+}
+
+// The shortest d with B d = g for rows B that depend on each other, and the shortest λ with d = Bᵀλ. With Bᵀ = Q C and
+// Cᵀ = Z S, both with orthonormal columns and S upper triangular:  S c = Zᵀ g,  d = Q c,  Sᵀ w = c,  λ = Z w.
+//
+// Written out, since Eigen's complete orthogonal decomposition was most of the time to compile a constrained system.
 struct LeastNorm {
   Eigen::VectorXd d, lambda, miss;
   Eigen::Index rank;
 };
-template <class = void>  // compiled only where it is called
-LeastNorm least_norm(const Eigen::Ref<const Eigen::MatrixXd>& Bt, const Eigen::Ref<const Eigen::VectorXd>& g, double cutoff) {
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> rows;
-  rows.setThreshold(cutoff);
-  rows.compute(Bt.transpose());
-  LeastNorm result{rows.solve(g), {}, {}, rows.rank()};
-  rows.compute(Bt);
-  result.lambda = rows.solve(result.d);
-  result.miss = Bt.transpose() * result.d - g;
-  return result;
+template <class = void>
+LeastNorm least_norm(const Eigen::MatrixXd& Bt, const Eigen::VectorXd& g, double cutoff) {
+  const OrthogonalColumns columns = orthogonal_columns(Bt, cutoff, true);
+  const Eigen::Index rank = columns.Q.cols();
+  const OrthogonalColumns rows = orthogonal_columns(columns.C.transpose(), 0.0, false);
+  const Eigen::MatrixXd& S = rows.C;
+  Eigen::VectorXd c(rank), w(rank), d = Eigen::VectorXd::Zero(Bt.rows()), lambda = Eigen::VectorXd::Zero(Bt.cols());
+  for (Eigen::Index i = rank; i-- > 0;) {
+    double sum = rows.Q.col(i).dot(g);
+    for (Eigen::Index j = i + 1; j < rank; ++j) sum -= S(i, j) * c[j];
+    c[i] = sum / S(i, i);
+  }
+  for (Eigen::Index i = 0; i < rank; ++i) {
+    double sum = c[i];
+    for (Eigen::Index j = 0; j < i; ++j) sum -= S(j, i) * w[j];
+    w[i] = sum / S(i, i);
+    d += c[i] * columns.Q.col(i);
+  }
+  for (Eigen::Index i = 0; i < rank; ++i) lambda += w[i] * rows.Q.col(i);
+  Eigen::VectorXd miss(g.size());
+  for (Eigen::Index i = 0; i < g.size(); ++i) miss[i] = Bt.col(i).dot(d) - g[i];
+  return {std::move(d), std::move(lambda), std::move(miss), rank};
 }
 
 [[noreturn]] inline void throw_contradiction(const std::vector<std::string>& names, const Eigen::VectorXd& miss, Eigen::Index rank,

@@ -24,13 +24,13 @@
 // cut short. After a hundred blows that do not come to an end the rest is taken as inelastic, e = 0.
 
 #include <Eigen/Core>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "qdot/effects/constrained_solve.hpp"
 #include "qdot/effects/forces.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
@@ -85,7 +85,7 @@ Eigen::VectorXd complementary(const Eigen::MatrixXd& A, const Eigen::VectorXd& b
         right[i] = -q[set[static_cast<std::size_t>(i)]];
         for (Eigen::Index j = 0; j < s; ++j) part(i, j) = A(set[static_cast<std::size_t>(i)], set[static_cast<std::size_t>(j)]);
       }
-      const Eigen::VectorXd solved = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(part).solve(right);
+      const Eigen::VectorXd solved = least_norm(part, right, 1e-12).d;
       for (Eigen::Index i = 0; i < s; ++i) y[set[static_cast<std::size_t>(i)]] = solved[i];
     }
     const Eigen::VectorXd w = A * y + q;
