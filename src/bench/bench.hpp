@@ -20,6 +20,11 @@ struct Row {
   std::string baseline_name;  // e.g. "hand-derived"; empty where there is none
   std::string unit;           // "ns", "s"
 
+  // Of rows that evaluate equations of motion: the system, its coordinates, the way in which it was given to the library.
+  std::string system{};
+  int n = 0;
+  std::string door{};
+
   double ratio() const { return baseline > 0 ? value / baseline : 0.0; }
 };
 

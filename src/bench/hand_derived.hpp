@@ -7,61 +7,13 @@
 #include <cmath>
 
 #include "qdot/ad/euler_lagrange_math.hpp"
+#include "qdot/mechanics/graded_evaluation.hpp"
 #include "qdot/mechanics/straight_line.hpp"
 
 namespace qdot::bench {
 
-/// Planar chain, unit masses and lengths, absolute angles from the downward vertical:
+/// Planar chain of a few links, unit masses and lengths, absolute angles from the downward vertical, every loop written out:
 /// M_ij = (n − max(i,j)) cos(θ_i − θ_j), r_i = −(n − i) g sin θ_i − Σ_j (n − max(i,j)) sin(θ_i − θ_j) θ̇_j².
-template <int n>
-void chain_by_hand(const double* q, const double* v, double* a) {
-  constexpr double g = 9.81;
-  double s[n], c[n], wc[n], ws[n], C[n], S[n], r[n];
-  for (int i = 0; i < n; ++i) {
-    s[i] = detail::shared_sine(q[i]);
-    c[i] = detail::shared_cosine(q[i]);
-    wc[i] = v[i] * v[i] * c[i];
-    ws[i] = v[i] * v[i] * s[i];
-  }
-  // Σ_j of the velocity terms by two running sums: j ≤ i with n − i, j > i with n − j.
-  double pc = 0, ps = 0;
-  for (int i = 0; i < n; ++i) {
-    pc += wc[i];
-    ps += ws[i];
-    C[i] = (n - i) * pc;
-    S[i] = (n - i) * ps;
-  }
-  pc = ps = 0;
-  for (int i = n - 1; i >= 0; --i) {
-    C[i] += pc;
-    S[i] += ps;
-    pc += (n - i) * wc[i];
-    ps += (n - i) * ws[i];
-    r[i] = c[i] * S[i] - s[i] * C[i] - (n - i) * g * s[i];
-  }
-  double M[n * (n + 1) / 2];
-  for (int i = 0; i < n; ++i) {
-    M[detail::triangle_index(i, i)] = n - i;
-    for (int j = 0; j < i; ++j) M[detail::triangle_index(i, j)] = (n - i) * (c[i] * c[j] + s[i] * s[j]);
-  }
-  for (int k = 0; k < n; ++k) {
-    const double inverse = 1.0 / M[detail::triangle_index(k, k)];
-    M[detail::triangle_index(k, k)] = inverse;
-    for (int i = k + 1; i < n; ++i) {
-      const double l = M[detail::triangle_index(i, k)] * inverse;
-      for (int j = k + 1; j <= i; ++j) M[detail::triangle_index(i, j)] -= l * M[detail::triangle_index(j, k)];
-      r[i] -= l * r[k];
-    }
-  }
-  for (int k = n - 1; k >= 0; --k) {
-    double x = r[k];
-    for (int i = k + 1; i < n; ++i) x -= M[detail::triangle_index(i, k)] * r[i];
-    r[k] = x * M[detail::triangle_index(k, k)];
-    a[k] = r[k];
-  }
-}
-
-/// The same with every loop written out, for small n.
 template <int n>
 void short_chain_by_hand(const double* q, const double* v, double* a) {
   constexpr double g = 9.81;
@@ -83,6 +35,57 @@ void short_chain_by_hand(const double* q, const double* v, double* a) {
   });
   detail::solved_in_place<n>(M, r, 0.0);
   unroll<n>([&](auto i) __attribute__((always_inline)) { a[i] = r[i]; });
+}
+
+/// The same of many links: the sums over j are running sums, and M is laid out and factored in blocks of four numbers.
+template <int n>
+void long_chain_by_hand(const double* q, const double* v, double* a) {
+  constexpr double g = 9.81;
+  constexpr int blocks = (n + 3) / 4;
+  double s[4 * blocks] = {}, c[4 * blocks] = {}, wc[n], ws[n], C[n], S[n], r[4 * blocks];
+  for (int i = 0; i < n; ++i) {
+    s[i] = detail::shared_sine(q[i]);
+    c[i] = detail::shared_cosine(q[i]);
+    wc[i] = v[i] * v[i] * c[i];
+    ws[i] = v[i] * v[i] * s[i];
+  }
+  double pc = 0, ps = 0;  // of j ≤ i, with weight n − i
+  for (int i = 0; i < n; ++i) {
+    pc += wc[i];
+    ps += ws[i];
+    C[i] = (n - i) * pc;
+    S[i] = (n - i) * ps;
+  }
+  pc = ps = 0;  // of j > i, with weight n − j
+  for (int i = n - 1; i >= 0; --i) {
+    C[i] += pc;
+    S[i] += ps;
+    pc += (n - i) * wc[i];
+    ps += (n - i) * ws[i];
+    r[i] = c[i] * S[i] - s[i] * C[i] - (n - i) * g * s[i];
+  }
+  double M[16 * blocks * blocks];
+  for (int i = 0; i < n; ++i) {
+    const double ci = (n - i) * c[i], si = (n - i) * s[i];
+    for (int J = 0; J <= i / 4; ++J) {
+      detail::Block cj, sj;
+      detail::read(cj, c + 4 * J);
+      detail::read(sj, s + 4 * J);
+      detail::write(M + 4 * blocks * i + 4 * J, ci * cj + si * sj);
+    }
+  }
+  detail::solved_by_blocks<blocks>(n, M, r, 0.0);
+  for (int i = 0; i < n; ++i) a[i] = r[i];
+}
+
+/// The faster of both for this length.
+template <int n>
+[[gnu::noinline]] void chain_by_hand(const double* q, const double* v, double* a) {
+  if constexpr (n <= 12) {
+    short_chain_by_hand<n>(q, v, a);
+  } else {
+    long_chain_by_hand<n>(q, v, a);
+  }
 }
 
 /// Rod on a pivot with a sliding ring: r̈ = r φ̇² − g sin φ, (M L²/3 + m r²) φ̈ = −2 m r ṙ φ̇ − (m r + ½ M L) g cos φ.

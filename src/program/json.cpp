@@ -125,7 +125,26 @@ std::string list_json(const std::vector<std::unique_ptr<RunnableScene>>& scenes)
   return Json{{"scenes", list}, {"methods", method_names()}}.dump(2);
 }
 
+namespace {
+
+// Rows of equations of motion, the way `qdot bench eom --json` prints them.
+Json equations_json(const bench::Findings& found) {
+  Json rows = Json::array();
+  for (const bench::Row& row : found.rows)
+    rows.push_back({{"system", row.system},
+                    {"n", row.n},
+                    {"door", row.door},
+                    {"baseline", row.baseline_name},
+                    {"baseline_ns", row.baseline},
+                    {"qdot_ns", row.value},
+                    {"ratio", row.ratio()}});
+  return rows;
+}
+
+}  // namespace
+
 std::string bench_json(const std::vector<std::pair<std::string, bench::Findings>>& findings) {
+  if (findings.size() == 1 && findings[0].first == "eom") return equations_json(findings[0].second).dump(2);
   Json object = Json::object();
   for (const auto& [name, found] : findings) {
     Json rows = Json::array();

@@ -20,6 +20,7 @@
 #include <string>
 #include <type_traits>
 
+#include "qdot/mechanics/banded_equations.hpp"
 #include "qdot/mechanics/graded_evaluation.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 #include "qdot/mechanics/straight_line.hpp"
@@ -59,21 +60,15 @@ concept HasShorterWay = requires(const E& e, const double* q, double* qddot) {
   { e.shorter_way(q, q, Eigen::Index(), 0.0, 0.0, qddot) } -> std::same_as<bool>;
 };
 
-// q̈ from the energies, whatever they are made of.
+// q̈ by the way that holds for everything, and that names what is wrong.
 template <class E, int n, Inertia I, class S>
-Vector<S, n> acceleration_of(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
-  if constexpr (std::is_same_v<S, double> && I == Inertia::positive_definite) {
-    Vector<double, n> a = Vector<double, n>::Zero(at.size());
-    const double threshold = singular_pivot<double>(at.size());
-    if constexpr (HasShorterWay<E>) {
-      if (system.energies().shorter_way(at.data(), velocity.data(), at.size(), t, threshold, a.data())) return a;
-    } else {
-      if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) {
-        if (straight_line_acceleration<n>(system.energies(), at.data(), velocity.data(), t, threshold, a.data())) return a;
-      }
-      if constexpr (graded_pays<n>) {
-        if (at.size() <= graded_limit<n> && graded_acceleration<n>(system.energies(), at, velocity, t, threshold, a)) return a;
-      }
+[[gnu::noinline]] Vector<S, n> general_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity,
+                                                    const S& t) {
+  if constexpr (n == Dynamic && std::is_same_v<S, double> && I == Inertia::positive_definite) {
+    if (at.size() > graded_limit<n>) {
+      const Vector<double, n> a = banded_acceleration(system, at, velocity, t);
+      require_finite_acceleration(system, a, at, velocity, t);
+      return a;
     }
   }
   const Matrix<S, n> M = kinetic_hessian<n>(system.energies(), at, velocity, t);
@@ -81,6 +76,27 @@ Vector<S, n> acceleration_of(const System<E, n, I>& system, const Vector<S, n>& 
   const Vector<S, n> qddot = solved_with_mass_matrix(system, M, force, t);
   require_finite_acceleration(system, qddot, at, velocity, t);
   return qddot;
+}
+
+// q̈ from the energies, whatever they are made of.
+template <class E, int n, Inertia I, class S>
+Vector<S, n> acceleration_of(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
+  if constexpr (std::is_same_v<S, double> && I == Inertia::positive_definite) {
+    Vector<double, n> a = Vector<double, n>::Zero(at.size());
+    if constexpr (HasShorterWay<E>) {
+      if (system.energies().shorter_way(at.data(), velocity.data(), at.size(), t, singular_pivot<double>(at.size()), a.data())) return a;
+    } else {
+      if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) {
+        if (straight_line_acceleration<n>(system.energies(), at.data(), velocity.data(), t, a.data())) return a;
+      }
+      if constexpr (graded_pays<n>) {
+        if (at.size() <= graded_limit<n> &&
+            graded_acceleration<n>(system.energies(), at, velocity, t, singular_pivot<double>(at.size()), a))
+          return a;
+      }
+    }
+  }
+  return general_acceleration<E, n, I, S>(system, at, velocity, t);
 }
 
 }  // namespace detail

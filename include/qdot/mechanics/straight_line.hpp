@@ -18,6 +18,7 @@
 
 #include "qdot/ad/euler_lagrange_math.hpp"
 #include "qdot/mechanics/energy_functors.hpp"
+#include "qdot/mechanics/mass_matrix.hpp"
 
 namespace qdot {
 
@@ -40,8 +41,8 @@ template <int n, class F>
 
 namespace detail {
 
-// Largest n for this way: compile time grows with n⁴ or so.
-inline constexpr int straight_line_limit = 6;
+// Largest n for this way: compile time grows with n⁴ or so (a chain of 8 takes about 10 s).
+inline constexpr int straight_line_limit = 8;
 
 // Unoptimized and sanitized code keeps every component; the general way is the faster one there.
 #if !defined(__OPTIMIZE__) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -59,9 +60,20 @@ inline constexpr bool straight_line_pays = true;
 // Index of M(i, j), i ≥ j, in the packed lower triangle.
 constexpr int triangle_index(int i, int j) { return i * (i + 1) / 2 + j; }
 
+// Whether entry k of a triangle may be other than zero; large triangles are full.
+template <int k>
+[[gnu::always_inline]] inline Present has_entry(ComponentMask present) {
+  if constexpr (k < 64) {
+    return has(present, k);
+  } else {
+    return 1;
+  }
+}
+
 // b ← M⁻¹ b by L D Lᵀ; false when a pivot is below `threshold` of its diagonal entry or NaN. M is overwritten. Of packs a mask.
+// Entries of M that are not `present` are zero, and what follows from them is left out when the compiler knows the mask.
 template <int n, class Number>
-[[gnu::always_inline]] inline auto solved_in_place(Number* M, Number* b, double threshold) {
+[[gnu::always_inline]] inline auto solved_in_place(Number* M, Number* b, double threshold, ComponentMask present = ~ComponentMask(0)) {
   using Truth = decltype(M[0] > M[0]);
   Number inverse[n];
   Truth good = true;
@@ -73,10 +85,13 @@ template <int n, class Number>
     inverse[k] = 1.0 / pivot;
     unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
       constexpr int i = k + 1 + below;
+      if (has_entry<triangle_index(i, k)>(present) == 0) return;
       const Number l = M[triangle_index(i, k)] * inverse[k];
       unroll<below + 1>([&](auto column) __attribute__((always_inline)) {
         constexpr int j = k + 1 + column;
+        if (has_entry<triangle_index(j, k)>(present) == 0) return;
         M[triangle_index(i, j)] -= l * M[triangle_index(j, k)];
+        if constexpr (triangle_index(i, j) < 64) present |= bit(1, triangle_index(i, j));
       });
       b[i] -= l * b[k];
     });
@@ -86,7 +101,7 @@ template <int n, class Number>
     Number s = b[k];
     unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
       constexpr int i = k + 1 + below;
-      s -= M[triangle_index(i, k)] * b[i];
+      if (has_entry<triangle_index(i, k)>(present) != 0) s -= M[triangle_index(i, k)] * b[i];
     });
     b[k] = s * inverse[k];
   });
@@ -126,24 +141,21 @@ template <int n, class E, class Number>
 }
 
 // q̈ into `qddot`; false when this is not the way: a loop in T or V, a bad pivot, a number that is not finite.
-//
-// Not inlined: in somebody else's function `flatten`, which inlines the user's functors into this one, would be lost.
 template <int n, class E>
-[[gnu::noinline, gnu::flatten]] inline bool straight_line_acceleration(const E& e, const double* q, const double* qdot, double t,
-                                                                       double threshold, double* qddot) {
+[[gnu::flatten]] inline bool straight_line_acceleration(const E& e, const double* q, const double* qdot, double t, double* qddot) {
   const EulerLagrange<n> L = euler_lagrange_of<n>(e, q, qdot, t);
   if (!__builtin_constant_p(L.g_mask | L.h_mask)) return false;
   double M[n * (n + 1) / 2];
   double r[n];
   unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = L.template x<i>(); });
   unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) { M[k] = L.template h<k>(); });
-  if (!solved_in_place<n>(M, r, threshold)) return false;
-  double zero = 0.0;
+  if (!solved_in_place<n>(M, r, singular_pivot<double>(n), L.h_mask)) return false;
+  double sum = 0.0;
   unroll<n>([&](auto i) __attribute__((always_inline)) {
-    zero += r[i] - r[i];
+    sum += r[i];
     qddot[i] = r[i];
   });
-  return zero == 0.0;
+  return sum - sum == 0.0;
 }
 
 }  // namespace detail

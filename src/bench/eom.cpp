@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+//
+// How much the derivation of the equations of motion by the library costs over equations derived by hand. Every
+// row calls acceleration(), as a user does, on the natural way to write T and V.
+#include "bench/eom.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <limits>
+#include <random>
+
+#include "bench/bench.hpp"
+
+namespace qdot::bench {
+
+namespace {
+
+struct Nanoseconds {
+  double baseline = std::numeric_limits<double>::infinity();
+  double measured = std::numeric_limits<double>::infinity();
+};
+
+/// Time for one state of both functions over the same 64 states, the least of many repeats in turn.
+Nanoseconds times_of(const EquationsRow& row) {
+  constexpr std::size_t states = 64;
+  constexpr double budget = 0.05;  // seconds for a row
+  const auto n = static_cast<std::size_t>(row.n);
+  const auto at_once = static_cast<std::size_t>(row.states);
+  const std::size_t out = std::max(static_cast<std::size_t>(row.numbers_out), n * at_once);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> position(row.lowest, row.highest), velocity(-2.0, 2.0);
+  std::vector<double> q(states * n), v(states * n), a(states * out);
+  for (double& x : q) x = position(random);
+  for (double& x : v) x = velocity(random);
+  using Clock = std::chrono::steady_clock;
+  const auto nanoseconds = [&](AccelerationFunction f, std::size_t states_of_call) {
+    const auto began = Clock::now();
+    for (int again = 0; again < 4; ++again)
+      for (std::size_t k = 0; k < states; k += states_of_call) f(&q[k * n], &v[k * n], &a[k * out / at_once]);
+    return std::chrono::duration<double, std::nano>(Clock::now() - began).count() / (4.0 * states);
+  };
+  Nanoseconds best;
+  const auto began = Clock::now();
+  for (int repeat = 0; repeat < 20 || (repeat < 300 && std::chrono::duration<double>(Clock::now() - began).count() < budget); ++repeat) {
+    best.baseline = std::min(best.baseline, nanoseconds(row.baseline, 1));
+    best.measured = std::min(best.measured, nanoseconds(row.measured, at_once));
+  }
+  return best;
+}
+
+Findings measured() {
+  Findings findings;
+  for (const auto rows_of : {system_rows, unrolled_chain_rows, looped_chain_rows})
+    for (const EquationsRow& row : rows_of()) {
+      const Nanoseconds time = times_of(row);
+      findings.rows.push_back({.name = row.system + " n=" + std::to_string(row.n) + ", " + row.door,
+                               .value = time.measured,
+                               .baseline = time.baseline,
+                               .baseline_name = row.baseline_name,
+                               .unit = "ns",
+                               .system = row.system,
+                               .n = row.n,
+                               .door = row.door});
+    }
+  findings.note = "One evaluation; 64 states in turn, the least of up to 300 repeats in which both ways alternate.";
+  return findings;
+}
+
+}  // namespace
+
+Benchmark eom_benchmark() { return {"eom", "time of one q̈ from T and V against equations derived by hand", measured}; }
+
+}  // namespace qdot::bench

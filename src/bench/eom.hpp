@@ -1,0 +1,51 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The rows of `qdot bench eom`: q̈ by the library beside q̈ as an expert derives and writes it. A unit that has rows declares
+// one function here that returns them, and eom.cpp lists that function.
+
+#include <string>
+#include <vector>
+
+#include "qdot/mechanics/equations_of_motion.hpp"
+
+namespace qdot::bench {
+
+/// A function that reads q, q̇ and writes q̈ (and, for Jacobians, what follows from it).
+using AccelerationFunction = void (*)(const double* q, const double* qdot, double* out);
+
+struct EquationsRow {
+  std::string system;
+  int n;
+  std::string door;  // how the system was given to the library: "general, for", "general, unroll", "jacobian"
+  AccelerationFunction baseline;
+  AccelerationFunction measured;
+  double lowest, highest;                     // of the coordinates; velocities lie in (−2, 2)
+  std::string baseline_name{"hand-derived"};
+  int states = 1;                             // evaluated by one call of `measured`, stored one after another
+  int numbers_out = 0;                        // written by one call; 0: n for each state
+};
+
+std::vector<EquationsRow> system_rows();           // eom_systems.cpp
+std::vector<EquationsRow> unrolled_chain_rows();   // eom_unrolled_chains.cpp
+std::vector<EquationsRow> looped_chain_rows();     // eom_looped_chains.cpp
+
+/// An object whose parameters are read when it is evaluated, like a user's.
+template <int n, class E>
+inline const System<E, n> benched_system = mechanical_system<n>(E{});
+
+/// q̈ from the energies E by the general door.
+template <int n, class E>
+[[gnu::noinline]] void by_general_door(const double* q, const double* qdot, double* qddot) {
+  using V = Vector<double, n>;
+  Eigen::Map<V>{qddot} = acceleration(benched_system<n, E>, V(Eigen::Map<const V>(q)), V(Eigen::Map<const V>(qdot)));
+}
+
+/// q̈ from a function object that is no library's.
+template <class Hand>
+[[gnu::noinline]] void by_hand(const double* q, const double* qdot, double* qddot) {
+  static const Hand hand;
+  hand(q, qdot, qddot);
+}
+
+}  // namespace qdot::bench
