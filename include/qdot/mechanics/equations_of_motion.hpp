@@ -21,6 +21,7 @@
 #include <type_traits>
 
 #include "qdot/mechanics/banded_equations.hpp"
+#include "qdot/mechanics/banded_equations.hpp"
 #include "qdot/mechanics/graded_evaluation.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 #include "qdot/mechanics/straight_line.hpp"
@@ -64,6 +65,13 @@ concept HasShorterWay = requires(const E& e, const double* q, double* qddot) {
 template <class E, int n, Inertia I, class S>
 [[gnu::noinline]] Vector<S, n> general_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity,
                                                     const S& t) {
+  if constexpr (n == Dynamic && std::is_same_v<S, double> && I == Inertia::positive_definite) {
+    if (at.size() > graded_limit<n>) {
+      const Vector<double, n> a = banded_acceleration(system, at, velocity, t);
+      require_finite_acceleration(system, a, at, velocity, t);
+      return a;
+    }
+  }
   if constexpr (n == Dynamic && std::is_same_v<S, double> && I == Inertia::positive_definite) {
     if (at.size() > graded_limit<n>) {
       const Vector<double, n> a = banded_acceleration(system, at, velocity, t);

@@ -1,0 +1,162 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Lagrange's equations of many coordinates, each of which feels its neighbours only.
+//
+// Everything comes from evaluations of T and V on tapes (ad/reverse.hpp), so a chain of a thousand masses and springs costs a
+// thousand times one mass, in the user's own words: a loop over neighbours.
+//
+//     ∂L/∂q − D ∂L/∂q̇    one sweep back from L, on numbers with one derivative along the motion
+//     M                   one sweep back from T for `chunk` columns that do not overlap: columns that are
+//                         further apart than the reach w of the tape on both sides share a direction
+//     M q̈ = rhs           L D Lᵀ within the band, n w² operations; for a diagonal M a division each
+//
+// The reach is an upper bound that the tape takes from the very operations of this evaluation, so that functors that
+// branch or sum over varying neighbours cannot make it wrong. Where all coordinates meet, w = n − 1 and all of this is
+// still right, and of the order of the general way.
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "qdot/ad/derivatives.hpp"
+#include "qdot/ad/reverse.hpp"
+#include "qdot/mechanics/mass_matrix.hpp"
+
+namespace qdot::detail {
+
+// A symmetric matrix of n rows within `reach` of its diagonal, and its L D Lᵀ.
+class BandedMatrix {
+ public:
+  BandedMatrix(Eigen::Index n, Eigen::Index reach)
+      : reach_(reach), entries_(Eigen::MatrixXd::Zero(reach + 1, n)) {}
+
+  Eigen::Index size() const { return entries_.cols(); }
+  Eigen::Index reach() const { return reach_; }
+
+  /// Entry (i, j) with i − reach ≤ j ≤ i.
+  double& operator()(Eigen::Index i, Eigen::Index j) { return entries_(i - j, j); }
+  double operator()(Eigen::Index i, Eigen::Index j) const { return entries_(i - j, j); }
+
+  Eigen::MatrixXd dense() const {
+    Eigen::MatrixXd M = Eigen::MatrixXd::Zero(size(), size());
+    for (Eigen::Index j = 0; j < size(); ++j)
+      for (Eigen::Index i = j; i < std::min(size(), j + reach_ + 1); ++i) M(i, j) = M(j, i) = (*this)(i, j);
+    return M;
+  }
+
+  /// Becomes its own L D Lᵀ; false when a pivot is not above `threshold` of its diagonal entry.
+  bool factor(double threshold) {
+    Eigen::VectorXd column(reach_ + 1);
+    const Eigen::VectorXd diagonal = entries_.row(0);
+    for (Eigen::Index k = 0; k < size(); ++k) {
+      const double pivot = entries_(0, k);
+      if (!(pivot > threshold * diagonal[k])) return false;
+      const Eigen::Index below = std::min(reach_, size() - 1 - k);
+      column.head(below) = entries_.col(k).segment(1, below);
+      entries_.col(k).segment(1, below) /= pivot;
+      for (Eigen::Index j = 0; j < below; ++j)
+        if (column[j] != 0.0) entries_.col(k + 1 + j).head(below - j) -= column[j] * entries_.col(k).segment(1 + j, below - j);
+    }
+    return true;
+  }
+
+  /// x ← M⁻¹ x, after factor().
+  void solve(Eigen::VectorXd& x) const {
+    for (Eigen::Index k = 0; k < size(); ++k) {
+      const Eigen::Index below = std::min(reach_, size() - 1 - k);
+      x.segment(k + 1, below) -= x[k] * entries_.col(k).segment(1, below);
+    }
+    for (Eigen::Index k = 0; k < size(); ++k) x[k] /= entries_(0, k);
+    for (Eigen::Index k = size(); k-- > 0;) {
+      const Eigen::Index below = std::min(reach_, size() - 1 - k);
+      x[k] -= entries_.col(k).segment(1, below).dot(x.segment(k + 1, below));
+    }
+  }
+
+ private:
+  Eigen::Index reach_;
+  Eigen::MatrixXd entries_;  // (i − j, j)
+};
+
+// q and q̇ as the first 2n nodes of a tape.
+template <class N>
+struct TapedState {
+  Tape<N>& tape;
+  Vector<Reverse<N>, Dynamic> q, qdot;
+
+  TapedState(Tape<N>& t, Eigen::Index n) : tape(t), q(n), qdot(n) {
+    tape.nodes.reserve(static_cast<std::size_t>(16 * n));
+    for (auto* x : {&q, &qdot})
+      for (Eigen::Index i = 0; i < n; ++i) (*x)[i] = Reverse<N>(N(0.0), tape.variable(static_cast<int>(i)), &tape);
+  }
+};
+
+// ∂L/∂q − D ∂L/∂q̇, and how far coordinates of T reach.
+struct BandedForces {
+  Eigen::VectorXd rhs;
+  Eigen::Index reach_of_T;
+};
+
+template <class E>
+BandedForces banded_forces(const E& e, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t) {
+  using N = Dual<double, 1>;
+  const Eigen::Index n = q.size();
+  Tape<N> tape;
+  TapedState<N> state(tape, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    state.q[i].value.value = q[i];
+    state.q[i].value.tangent[0] = qdot[i];
+    state.qdot[i].value.value = qdot[i];
+  }
+  const Reverse<N> time(N::variable(t, 0));
+  const Reverse<N> T = kinetic<Dynamic>(e, state.q, state.qdot, time);
+  BandedForces result{Eigen::VectorXd(n), tape.reach};
+  const Reverse<N> L = T - potential<Dynamic>(e, state.q, time);
+  std::vector<N> adjoint;
+  tape.sweep(L.node, adjoint);
+  for (Eigen::Index i = 0; i < n; ++i)
+    result.rhs[i] = adjoint[static_cast<std::size_t>(i)].value - adjoint[static_cast<std::size_t>(n + i)].tangent[0];
+  return result;
+}
+
+// M = ∂²T/∂q̇∂q̇ within `reach`.
+template <class E>
+BandedMatrix banded_mass_matrix(const E& e, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, Eigen::Index reach) {
+  using N = Dual<double, chunk>;
+  const Eigen::Index n = q.size();
+  const Eigen::Index directions = std::min(n, 2 * reach + 1);
+  BandedMatrix M(n, reach);
+  std::vector<N> adjoint;
+  for (Eigen::Index first = 0; first < directions; first += chunk) {
+    Tape<N> tape;
+    TapedState<N> state(tape, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      state.q[i].value = N(q[i]);
+      const Eigen::Index k = i % directions - first;
+      state.qdot[i].value = k >= 0 && k < chunk ? N::variable(qdot[i], static_cast<int>(k)) : N(qdot[i]);
+    }
+    tape.sweep(kinetic<Dynamic>(e, state.q, state.qdot, Reverse<N>(t)).node, adjoint);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const Eigen::Index k = j % directions - first;
+      if (k < 0 || k >= chunk) continue;
+      for (Eigen::Index i = j; i < std::min(n, j + reach + 1); ++i)
+        M(i, j) = adjoint[static_cast<std::size_t>(n + i)].tangent[static_cast<std::size_t>(k)];
+    }
+  }
+  return M;
+}
+
+// q̈ of a system with run-time n, positive definite M.
+template <class Sys>
+Eigen::VectorXd banded_acceleration(const Sys& system, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t) {
+  BandedForces forces = banded_forces(system.energies(), q, qdot, t);
+  BandedMatrix M = banded_mass_matrix(system.energies(), q, qdot, t, forces.reach_of_T);
+  const BandedMatrix kept = M;
+  if (!M.factor(singular_pivot<double>(q.size()))) throw_mass_matrix_error(kept.dense(), t, coordinate_names(system));
+  M.solve(forces.rhs);
+  return forces.rhs;
+}
+
+}  // namespace qdot::detail

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+#include "../catch2_bridge.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include "bench/hand_derived.hpp"
+#include "qdot/integrate/cvode.hpp"
+#include "qdot/integrate/simulate.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+using namespace qdot;
+
+namespace {
+
+using Eigen::VectorXd;
+
+// Rounding of some operations for each neighbour.
+constexpr double rounded = 1e-12;
+
+// Equal masses between equal springs, the outer ones fixed to walls; counts its springs and masses.
+struct MassesAndSprings {
+  double m = 1.3, k = 2.1;
+  long* visits = nullptr;
+
+  auto T(const auto& qdot) const {
+    typename std::decay_t<decltype(qdot)>::Scalar sum(0.0);
+    for (Eigen::Index i = 0; i < qdot.size(); ++i) {
+      sum += 0.5 * m * qdot[i] * qdot[i];
+      if (visits != nullptr) ++*visits;
+    }
+    return sum;
+  }
+  auto V(const auto& q) const {
+    auto sum = 0.5 * k * q[0] * q[0];
+    for (Eigen::Index i = 1; i < q.size(); ++i) {
+      const auto stretch = q[i] - q[i - 1];
+      sum += 0.5 * k * stretch * stretch;
+      if (visits != nullptr) ++*visits;
+    }
+    return sum + 0.5 * k * q[q.size() - 1] * q[q.size() - 1];
+  }
+};
+
+VectorXd random_vector(Eigen::Index n, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> entry(-1.0, 1.0);
+  VectorXd v(n);
+  for (double& x : v) x = entry(random);
+  return v;
+}
+
+TEST_CASE("a thousand masses feel the difference of their neighbours") {
+  const MassesAndSprings chain;
+  const Eigen::Index n = 1000;
+  const VectorXd q = random_vector(n, 1), v = random_vector(n, 2), a = acceleration(mechanical_system(n, chain), q, v);
+  double worst = 0.0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double left = i > 0 ? q[i - 1] : 0.0, right = i + 1 < n ? q[i + 1] : 0.0;
+    worst = std::max(worst, std::abs(a[i] - chain.k / chain.m * (left - 2.0 * q[i] + right)));
+  }
+  CHECK(worst < rounded);
+}
+
+TEST_CASE("the work for one acceleration grows with the number of masses, not faster") {
+  const auto visits_for = [](Eigen::Index n) {
+    long visits = 0;
+    const auto system = mechanical_system(n, MassesAndSprings{.visits = &visits});
+    acceleration(system, random_vector(n, 1), random_vector(n, 2));
+    return static_cast<double>(visits) / static_cast<double>(n);
+  };
+  CHECK(visits_for(4000) <= 1.01 * visits_for(400));
+  CHECK(visits_for(4000) < 4.0);
+}
+
+TEST_CASE("a dense mass matrix of many coordinates is within its own band") {
+  // The chain of links that is known at compile time and derived by hand.
+  constexpr int n = 48;
+  const auto T = [](const auto& q, const auto& v) {
+    using std::cos, std::sin;
+    typename std::decay_t<decltype(q)>::Scalar vx(0.0), vy(0.0), sum(0.0);
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      vx += cos(q[i]) * v[i];
+      vy += sin(q[i]) * v[i];
+      sum += 0.5 * (vx * vx + vy * vy);
+    }
+    return sum;
+  };
+  const auto V = [](const auto& q) {
+    using std::cos;
+    typename std::decay_t<decltype(q)>::Scalar y(0.0), sum(0.0);
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      y -= cos(q[i]);
+      sum += 9.81 * y;
+    }
+    return sum;
+  };
+  const VectorXd q = random_vector(n, 1), v = random_vector(n, 2), a = acceleration(mechanical_system(n, T, V), q, v);
+  VectorXd by_hand(n);
+  bench::chain_by_hand<n>(q.data(), v.data(), by_hand.data());
+  CHECK((a - by_hand).norm() < 100.0 * rounded * by_hand.norm());
+}
+
+TEST_CASE("rods that share their ends have a banded mass matrix, and one without inertia is named") {
+  // T = Σ ⅙ m (v_i² + v_i v_{i+1} + v_{i+1}²): consistent masses of a line of elements, M = m/6 [1 4 1].
+  const auto T = [](const auto& v) {
+    typename std::decay_t<decltype(v)>::Scalar sum(0.0);
+    for (Eigen::Index i = 0; i + 1 < v.size(); ++i) sum += (v[i] * v[i] + v[i] * v[i + 1] + v[i + 1] * v[i + 1]) / 6.0;
+    return sum;
+  };
+  const auto V = [](const auto& q) { return 0.5 * q.squaredNorm(); };
+  const Eigen::Index n = 200;
+  const VectorXd q = random_vector(n, 3), a = acceleration(mechanical_system(n, T, V), q, VectorXd::Zero(n));
+  VectorXd residual = q;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    residual[i] += (i == 0 || i == n - 1 ? 1.0 : 2.0) / 3.0 * a[i];
+    if (i > 0) residual[i] += a[i - 1] / 6.0;
+    if (i + 1 < n) residual[i] += a[i + 1] / 6.0;
+  }
+  CHECK(residual.norm() < 10.0 * rounded);
+
+  const auto massless = mechanical_system(n, [](const auto& v) { return 0.5 * (v.squaredNorm() - v[70] * v[70]); }, V);
+  try {
+    acceleration(massless, q, q);
+    FAIL("no inertia along q70 was not noticed");
+  } catch (const SingularMassMatrix& error) {
+    CHECK(std::string(error.what()).find("q70") != std::string::npos);
+  }
+}
+
+TEST_CASE("a thousand masses and springs swing in their normal modes through CVODE") {
+  // q_i(t) = Σ_r A_r sin(π r (i + 1)/(n + 1)) cos ω_r t,  ω_r = 2 √(k/m) sin(π r/(2 n + 2))
+  const MassesAndSprings chain;
+  const Eigen::Index n = 1000;
+  const auto mode = [&](double r, double t) {
+    VectorXd q(n);
+    const double omega = 2.0 * std::sqrt(chain.k / chain.m) * std::sin(0.5 * std::numbers::pi * r / double(n + 1));
+    for (Eigen::Index i = 0; i < n; ++i) q[i] = std::sin(std::numbers::pi * r * double(i + 1) / double(n + 1)) * std::cos(omega * t);
+    return q;
+  };
+  const double t_end = 5.0;
+  const auto system = mechanical_system(n, chain);
+  const State<Dynamic> start{0.0, mode(3, 0.0) + 0.2 * mode(700, 0.0), VectorXd::Zero(n)};
+  const auto run = simulate(system, start, t_end, CvodeAdams{.corrector = Corrector::fixed_point},
+                            Options{.rtol = 1e-9, .atol = 1e-11, .keep_trajectory = false});
+  REQUIRE(run.outcome == Outcome::completed);
+  constexpr double global_error = 1e-6;  // of a hundred steps at rtol 1e-9
+  CHECK((run.y.head(n) - mode(3, t_end) - 0.2 * mode(700, t_end)).cwiseAbs().maxCoeff() < global_error);
+}
+
+}  // namespace
