@@ -57,7 +57,7 @@ template <class R>
 }
 
 // Adding this to |x| < 2⁵¹ rounds x to a whole number, which stands in the last bits of the sum.
-inline constexpr double rounding = 0x1.8p52;
+inline constexpr double whole_number_shift = 0x1.8p52;
 
 // Sine and cosine by registers; NaN outside of the range.
 template <class R>
@@ -66,8 +66,8 @@ struct Circular {
 };
 template <class R>
 [[gnu::always_inline]] inline Circular<R> circular(const R& x) {
-  const R shifted = x * 0x1.45f306dc9c883p-1 + rounding;  // 2/π
-  const R k = shifted - rounding;
+  const R shifted = x * 0x1.45f306dc9c883p-1 + whole_number_shift;  // 2/π
+  const R k = shifted - whole_number_shift;
   const BitsOf<R> quadrant = as_bits<BitsOf<R>>(shifted);
   const R above = x - k * 0x1.921fb544p+0;
   const R middle = k * 0x1.0b4611a6p-34;
@@ -94,8 +94,8 @@ template <class R>
 // eˣ by registers; NaN outside of the range.
 template <class R>
 [[gnu::always_inline]] inline R exponential(const R& x) {
-  const R shifted = x * 0x1.71547652b82fep+0 + rounding;  // 1/ln 2
-  const R k = shifted - rounding;
+  const R shifted = x * 0x1.71547652b82fep+0 + whole_number_shift;  // 1/ln 2
+  const R k = shifted - whole_number_shift;
   const R r = (x - k * 6.93147180369123816490e-01) - k * 1.90821492927058770002e-10;
   const R q = 1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720 + r * (1.0 / 5040 + r * (1.0 / 40320 +
               r * (1.0 / 362880 + r * (1.0 / 3628800 + r * (1.0 / 39916800 + r * (1.0 / 479001600 + r * (1.0 / 6227020800.0)))))))))));
