@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Chaos, seen by 200 double pendulums at once: released within a millionth of a radian of each other, they part exponentially. One column
-// of the matrices is one pendulum, and all of them take each step of the classical Runge–Kutta method together.
+// Chaos, seen by 200 double pendulums at once: released within a millionth of a radian of each other, they part. One column of the
+// matrices is one pendulum, and all of them take each step of the classical Runge–Kutta method together.
 #include <qdot/mechanics/ensemble.hpp>
 #include <qdot/qdot.hpp>
 
@@ -41,9 +41,10 @@ int main() {
     return found.qddot;
   };
 
-  std::printf("  t/s   spread of theta2\n");
+  const auto spread = [](const Members& x) { return (x.rowwise().maxCoeff() - x.rowwise().minCoeff()).norm(); };
+  std::printf("  t/s   spread of angles    of velocities\n");
   for (int step = 0; step <= 2500; ++step) {
-    if (step % 500 == 0) std::printf("%5.1f   %.1e rad\n", step * h, q.row(1).maxCoeff() - q.row(1).minCoeff());
+    if (step % 500 == 0) std::printf("%5.1f   %.1e rad         %.1e rad/s\n", step * h, spread(q), spread(qdot));
     const Members a1 = accelerations(q, qdot);
     const Members v2 = qdot + 0.5 * h * a1, a2 = accelerations(q + 0.5 * h * qdot, v2);
     const Members v3 = qdot + 0.5 * h * a2, a3 = accelerations(q + 0.5 * h * v2, v3);
