@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The number of ad/position_jet.hpp for loops, rotation matrices and many coordinates: the same value, ẋ, s and J = ∂x/∂q, with
-// J a contiguous row of blocks that is zero outside of a range (hessian_record.hpp), and decisions made while it runs.
+// J a contiguous row of blocks that is zero outside of a range, and decisions made while it runs.
 
+#include <algorithm>
 #include <limits>
 #include <type_traits>
 
@@ -12,12 +13,76 @@
 
 namespace qdot::detail {
 
+// `blocks` blocks, zero outside [first, last).
+template <int blocks>
+struct PositionGradient {
+  int first, last;
+  double number[4 * blocks];
+
+  PositionGradient() = default;
+  PositionGradient(const PositionGradient& o) : first(o.first), last(o.last) {
+    copy_numbers(o);
+  }
+  PositionGradient& operator=(const PositionGradient& o) {
+    first = o.first;
+    last = o.last;
+    copy_numbers(o);
+    return *this;
+  }
+
+  double* block(int i) { return number + 4 * i; }
+  const double* block(int i) const { return number + 4 * i; }
+
+  void copy_numbers(const PositionGradient& o) {
+    for (int i = first; i < last; ++i) {
+      Block b;
+      read(b, o.block(i));
+      write(block(i), b);
+    }
+  }
+  bool empty() const { return first == last; }
+  double operator[](int i) const { return i / 4 >= first && i / 4 < last ? number[i] : 0.0; }
+
+  void clear() { first = last = 0; }
+  // The unit vector e_i.
+  void set_unit(int i) {
+    first = i / 4;
+    last = first + 1;
+    for (int k = 4 * first; k < 4 * last; ++k) number[k] = k == i ? 1.0 : 0.0;
+  }
+  // this ← c a
+  void set(double c, const PositionGradient& a) {
+    first = a.first;
+    last = a.last;
+    for (int i = first; i < last; ++i) set_block(block(i), c, a.block(i));
+  }
+  // this ← this + c a
+  void add(double c, const PositionGradient& a) {
+    if (a.empty()) return;
+    if (empty()) {
+      set(c, a);
+      return;
+    }
+    for (int i = a.first; i < first; ++i) write(block(i), Block{});
+    for (int i = last; i < a.last; ++i) write(block(i), Block{});
+    first = std::min(first, a.first);
+    last = std::max(last, a.last);
+    for (int i = a.first; i < a.last; ++i) add_block(block(i), c, a.block(i));
+  }
+  // A row of one block of zeros becomes empty. NaN is no zero.
+  void drop_zero_block() {
+    if (last - first != 1) return;
+    const double* b = block(first);
+    if (b[0] == 0.0 && b[1] == 0.0 && b[2] == 0.0 && b[3] == 0.0) last = first;
+  }
+};
+
 template <int blocks>
 struct PositionRow {
   using Self = PositionRow;
 
   double value, rate, bend;
-  BlockRow<blocks> J;
+  PositionGradient<blocks> J;
 
   PositionRow() : PositionRow(0.0) {}
   template <class Number>

@@ -79,7 +79,7 @@ class RowEquations {
 
  private:
   // b ← block i of a row; zeros outside of its range.
-  static void read_block(Block& b, const BlockRow<blocks>& row, int i) {
+  static void read_block(Block& b, const PositionGradient<blocks>& row, int i) {
     b = Block{};
     if (i >= row.first && i < row.last) read(b, row.block(i));
   }
@@ -120,7 +120,7 @@ class RowEquations {
   // Euler's equations of a body with constant tensor I in its own axes.
   template <class Rotation>
   void turn(const Eigen::Matrix3d& I, const Rotation& rotation) {
-    BlockRow<blocks> J[3];
+    PositionGradient<blocks> J[3];
     Eigen::Vector3d w = Eigen::Vector3d::Zero(), wdot = w;
     for (int a = 0; a < 3; ++a) {
       const int i = (a + 2) % 3, j = (a + 1) % 3;  // Ω_a = (RᵀṘ)_ij
@@ -141,7 +141,7 @@ class RowEquations {
   }
 
   // M += w g hᵀ
-  void add_product(double w, const BlockRow<blocks>& g, const BlockRow<blocks>& h) {
+  void add_product(double w, const PositionGradient<blocks>& g, const PositionGradient<blocks>& h) {
     for (int i = g.first; i < g.last; ++i)
       for (int j = h.first; j < std::min(h.last, i + 1); ++j) {
         Block left, right;
@@ -158,7 +158,7 @@ class RowEquations {
       qdot::detail::write(at, m + (w * left[k]) * right);
     }
   }
-  void add_force(double f, const BlockRow<blocks>& J) {
+  void add_force(double f, const PositionGradient<blocks>& J) {
     for (int i = J.first; i < J.last; ++i) add_block(r_ + 4 * i, f, J.block(i));
   }
   void settle_mass(int i, int j) {

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+//
+// Rows of `qdot bench eom`: chains given as positions of their masses, with qdot::unroll for few of them and with a plain
+// loop for many.
+#include "bench/eom.hpp"
+#include "bench/hand_derived.hpp"
+#include "qdot/mechanics/kinematic_system.hpp"
+
+namespace qdot::bench {
+
+namespace {
+
+template <int n>
+struct UnrolledPositions {
+  template <class Q>
+  void operator()(const Q& q, auto& bodies) const {
+    using std::cos, std::sin;
+    typename Q::Scalar x(0.0), y(0.0);
+    unroll<n>([&](auto k) __attribute__((always_inline)) {
+      x = x + sin(q[k]);
+      y = y - cos(q[k]);
+      bodies.point_mass(1.0, vector(x, y));
+    });
+  }
+};
+
+struct LoopedPositions {
+  template <class Q>
+  void operator()(const Q& q, auto& bodies) const {
+    using std::cos, std::sin;
+    typename Q::Scalar x(0.0), y(0.0);
+    for (Eigen::Index k = 0; k < q.size(); ++k) {
+      x += sin(q[k]);
+      y -= cos(q[k]);
+      bodies.point_mass(1.0, vector(x, y));
+    }
+  }
+};
+
+template <int n, class Place>
+[[gnu::noinline]] void by_kinematic_door(const double* q, const double* qdot, double* qddot) {
+  static const auto system = kinematic_system<n>(Place{}, uniform_gravity(0.0, -9.81));
+  using V = Vector<double, n>;
+  Eigen::Map<V>{qddot} = acceleration(system, V(Eigen::Map<const V>(q)), V(Eigen::Map<const V>(qdot)));
+}
+
+template <int n, class Place>
+EquationsRow row(const char* door) {
+  return {.system = "chain",
+          .n = n,
+          .door = door,
+          .baseline = chain_by_hand<n>,
+          .measured = by_kinematic_door<n, Place>,
+          .lowest = -2.0,
+          .highest = 2.0};
+}
+
+template <int... n>
+std::vector<EquationsRow> unrolled() {
+  return {row<n, UnrolledPositions<n>>("kinematic")...};
+}
+
+}  // namespace
+
+std::vector<EquationsRow> kinematic_chain_rows() {
+  std::vector<EquationsRow> rows = unrolled<1, 2, 3, 4, 5, 6, 7, 8>();
+  rows.push_back(row<12, LoopedPositions>("kinematic"));
+  rows.push_back(row<16, LoopedPositions>("kinematic"));
+  rows.push_back(row<32, LoopedPositions>("kinematic"));
+  return rows;
+}
+
+}  // namespace qdot::bench
