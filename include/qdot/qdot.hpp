@@ -26,11 +26,14 @@
 #include "qdot/effects/forces.hpp"        // applied forces and torques, frames, controllers
 #include "qdot/effects/dissipation.hpp"   // Rayleigh functions, springs and dampers, friction
 #include "qdot/effects/constraints.hpp"   // φ(q, t) = 0, drives, rolling
+#include "qdot/effects/contact.hpp"       // impacts, contacts, stops, ropes
+#include "qdot/effects/dry_friction.hpp"  // friction that sticks
 #include "qdot/effects/scene_motion.hpp"  // accelerations, multipliers, power
 #include "qdot/effects/projection.hpp"    // consistent states
 #include "qdot/effects/scene_form.hpp"    // a scene for steppers
 
 #include "qdot/integrate/simulate.hpp"     // from t to t, with any method
+#include "qdot/integrate/event.hpp"        // zero crossings: recorded, stopped at, or changing the state
 #include "qdot/integrate/runge_kutta.hpp"  // explicit Runge–Kutta of order 8 and 5
 #include "qdot/integrate/symplectic.hpp"   // splitting methods of orders 2 to 8
 

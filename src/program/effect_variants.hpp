@@ -47,6 +47,10 @@ class SceneModel final : public Model {
     const auto state = form_.state(t, y);
     return qdot::power(form_.scene(), state.q, state.qdot, t, states(y));
   }
+  double energy_rate(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
+    const auto state = form_.state(t, y);
+    return qdot::energy_rate(form_.scene(), state.q, state.qdot, t, states(y));
+  }
   bool constrained() const override { return Sc::has_constraints; }
   ProjectionReport project([[maybe_unused]] double t, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> y) const override {
     if constexpr (Sc::has_constraints) {

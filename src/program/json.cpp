@@ -71,6 +71,9 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
   json["jacobi_energy_initial"] = result.jacobi.initial;
   json["jacobi_energy_final"] = result.jacobi.final;
   json["jacobi_energy_drift_max"] = result.jacobi.largest;
+  json["energy_work"] = result.balance.work;
+  json["energy_impacts"] = result.balance.impacts;
+  json["energy_balance_max"] = result.balance.residual;
   json["constraint_residual_max"] = nullptr;
   json["constraint_velocity_max"] = nullptr;
   if (result.start_moved) {
@@ -120,7 +123,7 @@ std::string list_json(const std::vector<std::unique_ptr<RunnableScene>>& scenes)
                     {"q", numbers(start.q)},
                     {"qdot", numbers(start.qdot)},
                     {"t_end", scene->t_end()},
-                    {"effects", Json::array()}});
+                    {"effects", effects}});
   }
   return Json{{"scenes", list}, {"methods", method_names()}}.dump(2);
 }

@@ -71,6 +71,9 @@ class Model {
   /// Work per time of what is in neither T nor V.
   virtual double power(double, const Eigen::Ref<const Eigen::VectorXd>&) const { return 0.0; }
 
+  /// Rate of Jacobi's energy function on a motion: the power, and what explicit time in the energies adds.
+  virtual double energy_rate(double, const Eigen::Ref<const Eigen::VectorXd>&) const { return 0.0; }
+
   virtual bool constrained() const { return false; }
   virtual ProjectionReport project(double, Eigen::Ref<Eigen::VectorXd>) const { return {}; }
   virtual std::vector<Reaction> reactions(double, const Eigen::Ref<const Eigen::VectorXd>&) const { return {}; }

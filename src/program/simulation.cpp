@@ -97,7 +97,10 @@ void run_with(const Method& method, const System& system, const Request& request
 
   StepRecord record(result);
   record.see(start.t, 0, 0);
+  EnergyMeter meter([&](double t, const Eigen::Ref<const Eigen::VectorXd>& y) { return model.energies(t, y).jacobi; },
+                    [&](double t, const Eigen::Ref<const Eigen::VectorXd>& y) { return model.energy_rate(t, y); });
   const auto observer = [&](const StepView& step) {
+    meter(step);
     const Energies energies = model.energies(step.t(), step.y());
     result.energy.see(energies.total());
     result.jacobi.see(energies.jacobi);
@@ -110,6 +113,7 @@ void run_with(const Method& method, const System& system, const Request& request
   result.message = run.message;
   result.statistics = run.statistics;
   result.events = run.events;
+  result.balance = meter.balance();
   result.end = {run.t, run.y, model.energies(run.t, run.y)};
 
   std::size_t next_frame = 0;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "program/runnable_scene.hpp"
+#include "qdot/integrate/energy_balance.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/statistics.hpp"
@@ -54,6 +55,7 @@ struct Result {
   std::vector<double> step_times;     // of (a thinned selection of) the accepted steps
   std::vector<double> energy_change;  // E − E(0) there
   std::vector<double> jacobi_change;
+  EnergyBalance balance;              // of Jacobi's energy function
   std::vector<RecordedEvent> events;
   Statistics statistics;
   std::optional<ProjectionReport> start_moved;  // how far a start off the constraints was moved

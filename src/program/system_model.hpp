@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "program/runnable_scene.hpp"
+#include "qdot/integrate/energy_balance.hpp"
 #include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -47,6 +48,10 @@ class SystemModel final : public Model {
     Eigen::VectorXd y(size());
     y << start.q, start.qdot;
     return y;
+  }
+  double energy_rate(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
+    const auto state = form_.state(t, y);
+    return qdot::energy_rate(form_.system(), state.q, state.qdot, t);
   }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
     const auto state = form_.state(t, y);

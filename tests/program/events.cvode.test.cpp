@@ -51,6 +51,8 @@ TEST_CASE("a block with dry friction sticks after seven half swings") {
   REQUIRE(times(run, "block sticks").size() == 1);
   CHECK_THAT(times(run, "block sticks")[0], WithinAbs(3.5 * std::acos(-1.0), 1e-9));
   CHECK_THAT(run["q"][0].get<double>(), WithinAbs(0.05, 1e-9));
+  CHECK_THAT(run["energy_work"].get<double>(), WithinAbs(-0.3 * 6.65, 1e-9));  // F times the way
+  CHECK(run["energy_balance_max"].get<double>() < 1e-9);
 }
 
 TEST_CASE("the ring leaves the rod, or hits a stop and in the end rests against it") {
