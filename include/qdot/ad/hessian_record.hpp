@@ -1,12 +1,17 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Rows of blocks, and the record of all products of two velocities in one evaluation of T.
+// The record of an evaluation, and what follows from it: X L = ∂L/∂q − D ∂L/∂q̇ and M = ∂²L/∂q̇∂q̇.
 //
-// T is a weighted sum of such products, T = Σ w_k u_k v_k + …, and M = Σ w_k (g_k h_kᵀ + h_k g_kᵀ) with the gradients g, h of u,
-// v in q̇. The weights are known at the end only: in 0.5 * m * (x*x + y*y) the products come first. The record keeps
-// what became of each product as sums with factors; one sweep from T back gives each product its weight, and the
-// products are then summed block by block of M, sixteen numbers in registers at a time.
+// Each node is a sum of two others, left and right, in the sense of ad/graded.hpp:
+//
+//     g = a_l g_l + a_r g_r ,    X = a_l X_l + b_l g_l + (the same of r) ,
+//     H = a_l H_l + w_l g_l g_lᵀ + (the same of r) + c (g_l g_rᵀ + g_r g_lᵀ) .
+//
+// Swept from L back, A and B with X L = Σ A X_k + B g_k reach the leaves, where g = e_i and X = 0, so that X_i L = B_i. On the way
+// M = Σ D_k g_k g_kᵀ + … collects a weight D_k for each node. Only the velocities among the nodes have such weights. Their rows g_k are computed
+// forwards, R_k = ∂(weights)/∂g_k backwards as a row too, and the row R_i of a leaf is that of M. A chain of n links takes of the
+// order of n² operations that way, as its equations derived by hand do; the sum of n products g gᵀ would take n³.
 
 #include <algorithm>
 #include <cstddef>
@@ -34,70 +39,6 @@ using Block = double __attribute__((vector_size(32)));
   write(to, a + c * b);
 }
 
-// `blocks` blocks, zero outside [first, last).
-template <int blocks>
-struct BlockRow {
-  int first, last;
-  double number[4 * blocks];
-
-  BlockRow() = default;
-  BlockRow(const BlockRow& o) : first(o.first), last(o.last) {
-    copy_numbers(o);
-  }
-  BlockRow& operator=(const BlockRow& o) {
-    first = o.first;
-    last = o.last;
-    copy_numbers(o);
-    return *this;
-  }
-
-  double* block(int i) { return number + 4 * i; }
-  const double* block(int i) const { return number + 4 * i; }
-
-  void copy_numbers(const BlockRow& o) {
-    for (int i = first; i < last; ++i) {
-      Block b;
-      read(b, o.block(i));
-      write(block(i), b);
-    }
-  }
-  bool empty() const { return first == last; }
-  double operator[](int i) const { return i / 4 >= first && i / 4 < last ? number[i] : 0.0; }
-
-  void clear() { first = last = 0; }
-  // The unit vector e_i.
-  void set_unit(int i) {
-    first = i / 4;
-    last = first + 1;
-    for (int k = 4 * first; k < 4 * last; ++k) number[k] = k == i ? 1.0 : 0.0;
-  }
-  // this ← c a
-  void set(double c, const BlockRow& a) {
-    first = a.first;
-    last = a.last;
-    for (int i = first; i < last; ++i) set_block(block(i), c, a.block(i));
-  }
-  // this ← this + c a
-  void add(double c, const BlockRow& a) {
-    if (a.empty()) return;
-    if (empty()) {
-      set(c, a);
-      return;
-    }
-    for (int i = a.first; i < first; ++i) write(block(i), Block{});
-    for (int i = last; i < a.last; ++i) write(block(i), Block{});
-    first = std::min(first, a.first);
-    last = std::max(last, a.last);
-    for (int i = a.first; i < a.last; ++i) add_block(block(i), c, a.block(i));
-  }
-  // A row of one block of zeros becomes empty. NaN is no zero.
-  void drop_zero_block() {
-    if (last - first != 1) return;
-    const double* b = block(first);
-    if (b[0] == 0.0 && b[1] == 0.0 && b[2] == 0.0 && b[3] == 0.0) last = first;
-  }
-};
-
 // A stack whose first `usual` elements need no allocation. Elements are not initialized.
 template <class T, int usual>
 class ShortStack {
@@ -108,6 +49,7 @@ class ShortStack {
 
   int size() const { return size_; }
   T& operator[](int i) { return data_[i]; }
+  const T& operator[](int i) const { return data_[i]; }
   void clear() { size_ = 0; }
   T& push() {
     if (size_ == capacity_) grow(2 * capacity_);
@@ -137,97 +79,141 @@ class ShortStack {
 template <int blocks>
 class HessianRecord {
  public:
-  HessianRecord() = default;
+  // The nodes 0 … n − 1 are the coordinates.
+  explicit HessianRecord(int n) : leaves_(n) {}
   HessianRecord(const HessianRecord&) = delete;
   HessianRecord& operator=(const HessianRecord&) = delete;
 
-  // fl H_left + fr H_right
-  int add_sum(int left, double fl, int right, double fr) { return add_node(left, fl, right, fr, -1, 0.0); }
-
-  // ½ w (g hᵀ + h gᵀ) + fl H_left + fr H_right, where h is g when it is null.
-  int add_product(double w, const BlockRow<blocks>& g, const BlockRow<blocks>* h, int left, double fl, int right, double fr) {
-    const int product = rows_.size();
-    rows_.push() = g;
-    if (h != nullptr) rows_.push() = *h;
-    return add_node(left, fl, right, fr, h != nullptr ? product | two_rows : product, w);
+  [[gnu::always_inline]] int add(int left, double la, double lb, double lw, int right, double ra, double rb, double rw, double cross) {
+    Node& node = nodes_.push();
+    node = {left, right, la, lb, lw, ra, rb, rw, cross};
+    return leaves_ + nodes_.size() - 1;
   }
 
-  // M ← factor · H_root, the lower triangle, rows 4·blocks apart; what is above the diagonal has no meaning.
-  void hessian(int root, double factor, double* M) {
-    products_.clear();
-    weights_.resize(root + 1);
-    for (int k = 0; k < root; ++k) weights_[k] = 0.0;
-    if (root >= 0) weights_[root] = factor;
-    for (int k = root; k >= 0; --k) {
-      const double w = weights_[k];
-      const Node& node = nodes_[k];
-      if (node.left >= 0) weights_[node.left] += w * node.fl;
-      if (node.right >= 0) weights_[node.right] += w * node.fr;
-      if (node.product < 0 || w == 0.0) continue;
-      const BlockRow<blocks>* g = &rows_[node.product & ~two_rows];
-      if ((node.product & two_rows) == 0) {
-        add_weighted(g, g, w * node.weight);
-      } else {
-        add_weighted(g, g + 1, 0.5 * w * node.weight);
-        add_weighted(g + 1, g, 0.5 * w * node.weight);
-      }
+  // X L into r; M, rows 4·blocks apart, of which what is above the diagonal has no meaning. L = (a, b, w) of a node.
+  void equations(int root, double a, double b, double w, double* M, double* r) {
+    const int end = std::max(root + 1, leaves_);
+    sums_.resize(end);
+    for (int k = 0; k < end; ++k) sums_[k] = {0.0, 0.0, 0.0, 0, -1};
+    if (root >= 0) sums_[root] = {a, b, w, w != 0.0, -1};
+    for (int k = end - 1; k >= leaves_; --k) {
+      const Node& node = nodes_[k - leaves_];
+      const double A = sums_[k].a, B = sums_[k].b;
+      const int needed = sums_[k].needed | (node.cross != 0.0);
+      Sums& left = sums_[node.left];
+      left.a += A * node.la;
+      left.b += A * node.lb + B * node.la;
+      left.d += A * node.lw;
+      left.needed |= needed | (node.lw != 0.0);
+      Sums& right = sums_[node.right];
+      right.a += A * node.ra;
+      right.b += A * node.rb + B * node.ra;
+      right.d += A * node.rw;
+      right.needed |= needed | (node.rw != 0.0);
     }
-    for (int i = 0; i < blocks; ++i)
-      for (int j = 0; j <= i; ++j) {
-        Block row0{}, row1{}, row2{}, row3{};
-        for (int k = 0; k < products_.size(); ++k) {
-          const Product& p = products_[k];
-          if (i < p.g->first || i >= p.g->last || j < p.h->first || j >= p.h->last) continue;
-          Block g, h;
-          read(g, p.g->block(i));
-          read(h, p.h->block(j));
-          g *= p.weight;
-          row0 += g[0] * h;
-          row1 += g[1] * h;
-          row2 += g[2] * h;
-          row3 += g[3] * h;
-        }
-        double* const at = M + 16 * blocks * i + 4 * j;
-        write(at, row0);
-        write(at + 4 * blocks, row1);
-        write(at + 8 * blocks, row2);
-        write(at + 12 * blocks, row3);
-      }
+    for (int i = 0; i < leaves_; ++i) {
+      r[i] = sums_[i].b;
+      double* const row = M + stride * i;
+      for (int j = 0; j < i / 4; ++j) write(row + 4 * j, Block{});
+      Block e;
+      set_unit(e, i);
+      write(row + 4 * (i / 4), sums_[i].d * e);
+    }
+    rows_.clear();
+    for (int k = leaves_; k < end; ++k)
+      if (sums_[k].needed) set_row(k);
+    for (int k = leaves_; k < end; ++k) {
+      const Node& node = nodes_[k - leaves_];
+      if (node.cross == 0.0) continue;
+      const double c = sums_[k].a * node.cross;
+      add_gradient(node.left, c, node.right, M);
+      add_gradient(node.right, c, node.left, M);
+    }
+    for (int k = end - 1; k >= leaves_; --k) {
+      if (!sums_[k].needed) continue;
+      const Node& node = nodes_[k - leaves_];
+      const Row& row = rows_[sums_[k].row];
+      add_weights(node.left, node.la, row, M);
+      add_weights(node.right, node.ra, row, M);
+    }
   }
 
  private:
+  static constexpr int stride = 4 * blocks;
+
   struct Node {
-    int left, right, product;  // −1: none
-    double fl, fr, weight;
+    int left, right;
+    double la, lb, lw, ra, rb, rw, cross;
   };
-  struct Product {
-    const BlockRow<blocks>* g;
-    const BlockRow<blocks>* h;
-    double weight;
+  struct Sums {
+    double a, b, d;
+    int needed, row;
   };
-  static constexpr int two_rows = 1 << 30;
+  // g and R of a node, zero and of no interest from block `last` on.
+  struct Row {
+    int last;
+    double g[stride], R[stride];
+  };
 
-  int add_node(int left, double fl, int right, double fr, int product, double weight) {
-    Node& node = nodes_.push();
-    node.left = left;
-    node.right = right;
-    node.product = product;
-    node.fl = fl;
-    node.fr = fr;
-    node.weight = weight;
-    return nodes_.size() - 1;
+  int last_block(int k) const { return k < leaves_ ? k / 4 + 1 : rows_[sums_[k].row].last; }
+
+  // e_k within its block. Numbers that are read in blocks are also written in blocks: a processor waits for a write that it finds in pieces.
+  [[gnu::always_inline]] static void set_unit(Block& e, int k) {
+    static constexpr double numbers[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
+    read(e, numbers + 3 - k % 4);
   }
-  void add_weighted(const BlockRow<blocks>* g, const BlockRow<blocks>* h, double weight) {
-    Product& p = products_.push();
-    p.g = g;
-    p.h = h;
-    p.weight = weight;
+  static void add_unit(double* to, double c, int k) {
+    Block b, e;
+    set_unit(e, k);
+    read(b, to + 4 * (k / 4));
+    write(to + 4 * (k / 4), b + c * e);
+  }
+  // to ← to + c g_k in the first `last` blocks
+  void add_row(double* to, double c, int k, int last) const {
+    if (k < leaves_) {
+      if (k < 4 * last) add_unit(to, c, k);
+    } else {
+      const Row& row = rows_[sums_[k].row];
+      for (int j = 0; j < std::min(last, row.last); ++j) add_block(to + 4 * j, c, row.g + 4 * j);
+    }
+  }
+  void set_row(int k) {
+    const Node& node = nodes_[k - leaves_];
+    const int last = std::max(last_block(node.left), last_block(node.right));
+    sums_[k].row = rows_.size();
+    Row& row = rows_.push();
+    row.last = last;
+    int from = node.left, other = node.right;
+    double c = node.la, c_other = node.ra;
+    if (from < leaves_) {
+      std::swap(from, other);
+      std::swap(c, c_other);
+    }
+    int set = 0;
+    if (from >= leaves_) {
+      const Row& first = rows_[sums_[from].row];
+      for (; set < first.last; ++set) set_block(row.g + 4 * set, c, first.g + 4 * set);
+      for (; set < last; ++set) write(row.g + 4 * set, Block{});
+    } else {
+      for (; set < last; ++set) write(row.g + 4 * set, Block{});
+      add_unit(row.g, c, from);
+    }
+    add_row(row.g, c_other, other, last);
+    const double d = sums_[k].d;
+    for (int j = 0; j < last; ++j) set_block(row.R + 4 * j, d, row.g + 4 * j);
+  }
+  double* weights_of(int k, double* M) { return k < leaves_ ? M + stride * k : rows_[sums_[k].row].R; }
+  void add_gradient(int k, double c, int of, double* M) { add_row(weights_of(k, M), c, of, last_block(k)); }
+  void add_weights(int k, double c, const Row& row, double* M) {
+    double* const to = weights_of(k, M);
+    const int last = last_block(k);
+    for (int j = 0; j < last; ++j) add_block(to + 4 * j, c, row.R + 4 * j);
   }
 
-  ShortStack<Node, 32 * blocks + 16> nodes_;
-  ShortStack<double, 32 * blocks + 16> weights_;
-  ShortStack<BlockRow<blocks>, 12 * blocks + 8> rows_;
-  ShortStack<Product, 16 * blocks + 8> products_;
+  int leaves_;
+  ShortStack<Node, 40 * blocks + 24> nodes_;
+  ShortStack<Sums, 44 * blocks + 24> sums_;
+  ShortStack<Row, 8 * blocks + 8> rows_;
 };
 
 }  // namespace qdot::detail

@@ -1,8 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// q̈ of systems with loops in their energies or with many coordinates: one pass of T and V on rows (ad/graded.hpp), M from
-// the record of products, and L D Lᵀ by blocks of four columns.
+// q̈ of systems with loops in their energies or with many coordinates: one pass of T and V that is
+// recorded (ad/graded.hpp), one sweep back (ad/hessian_record.hpp), and L D Lᵀ by blocks of four columns.
 //
 // As in straight_line.hpp, everything that could go wrong is left to the general way to look at again and to name.
 
@@ -16,7 +16,7 @@ namespace qdot::detail {
 // Which n go this way (below, the general one is as fast), and the blocks of a row. The rows of a system of run-time size
 // are as long as the largest that goes.
 template <int n>
-inline constexpr bool graded_pays = n == Dynamic || (n >= 3 && n <= 64);
+inline constexpr bool graded_pays = n == Dynamic || (n >= 1 && n <= 64);
 template <int n>
 inline constexpr int graded_limit = n == Dynamic ? 32 : 64;
 template <int n>
@@ -75,25 +75,17 @@ template <int n, class E>
 void graded_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r) {
   constexpr int blocks = graded_blocks<n>;
   using S = Graded<blocks>;
-  HessianRecord<blocks> record;
   const int size = static_cast<int>(q.size());
+  HessianRecord<blocks> record(size);
   Vector<S, n> x(size);
   Vector<S, n> v(size);
   for (int i = 0; i < size; ++i) {
-    x[i].value = q[i];
-    x[i].rate = qdot[i];
-    x[i].x.set_unit(i);
-    x[i].record = &record;
-    v[i].value = qdot[i];
-    v[i].g.set_unit(i);
-    v[i].record = &record;
+    x[i] = S(q[i], qdot[i], 0.0, 1.0, 0.0, i, &record);
+    v[i] = S(qdot[i], 0.0, 1.0, 0.0, 0.0, i, &record);
   }
-  S time(t);
-  time.rate = 1.0;
-  time.record = &record;
+  const S time(t, 1.0, 0.0, 0.0, 0.0, -1, nullptr);
   const S L = kinetic<n>(e, x, v, time) - potential<n>(e, x, time);
-  for (int i = 0; i < size; ++i) r[i] = L.x[i];
-  record.hessian(L.hessian, L.factor, M);
+  record.equations(L.node, L.a, L.b, L.w, M, r);
 }
 
 // q̈ into `qddot`; false on a bad pivot or a number that is not finite.
