@@ -130,6 +130,36 @@ TEST_CASE("rods that share their ends have a banded mass matrix, and one without
   }
 }
 
+TEST_CASE("a constant mass matrix is factored once for a run, one that only looks constant is not") {
+  const Eigen::Index n = 40;
+  const State<Dynamic> start{0.0, random_vector(n, 1), random_vector(n, 2)};
+  const auto coupled = [](const auto& v) { return 0.5 * v.squaredNorm() + 0.1 * v[0] * v[1]; };
+  const auto V = [](const auto& q) { return 0.25 * q.squaredNorm() * q.squaredNorm(); };
+  const auto form_of = [&](const auto& T) { return first_order_form(mechanical_system(n, T, V)); };
+  const auto difference = [&](const auto& form) {
+    VectorXd ydot(2 * n);
+    form.derivative(0.0, form.packed(start), ydot);
+    return (ydot.tail(n) - acceleration(form.system(), start.q, start.qdot)).norm();
+  };
+  long evaluations = 0;
+  const auto counted = form_of([&](const auto& v) {
+    ++evaluations;
+    return coupled(v);
+  });
+  CHECK(difference(counted) < rounded);
+  const long at_start = evaluations;
+  VectorXd ydot(2 * n);
+  for (int k = 0; k < 100; ++k) counted.derivative(0.1 * k, counted.packed(start), ydot);
+  CHECK(evaluations == at_start);
+  // Quartic, relativistic, and with two branches.
+  CHECK(difference(form_of([&](const auto& v) { return coupled(v) + v[3] * v[3] * v[3] * v[3]; })) == 0.0);
+  CHECK(difference(form_of([](const auto& v) {
+          using std::sqrt;
+          return -9.0 * sqrt(1.0 - v.squaredNorm() / 81.0);
+        })) == 0.0);
+  CHECK(difference(form_of([&](const auto& v) { return v[0] > 0.5 ? 2.0 * coupled(v) : coupled(v); })) == 0.0);
+}
+
 TEST_CASE("a thousand masses and springs swing in their normal modes through CVODE") {
   // q_i(t) = Σ_r A_r sin(π r (i + 1)/(n + 1)) cos ω_r t,  ω_r = 2 √(k/m) sin(π r/(2 n + 2))
   const MassesAndSprings chain;

@@ -12,7 +12,8 @@
 //
 // The tape sees besides which variables meet. Second derivatives arise where values are multiplied or put through a
 // function, so |i − j| of any nonzero ∂²f/∂x_i∂x_j is at most the widest range of variables in an operation that is not
-// linear: the `reach` of the tape. A sum over neighbours has a small one, however long it is.
+// linear: the `reach` of the tape. A sum over neighbours has a small one, however long it is. And it counts degrees, so that a
+// quadratic function is known to be one, everywhere, when nothing was compared on the way.
 
 #include <algorithm>
 #include <cmath>
@@ -31,16 +32,21 @@ struct Tape {
   struct Node {
     int a, b;         // operands, −1: none
     int first, last;  // variables it depends on
+    int degree;       // as a polynomial in them; `transcendental` when it is none
     N along_a, along_b;
   };
+  static constexpr int transcendental = 1000;
+
   std::vector<Node> nodes;
   int reach = 0;
+  bool compared = false;  // a value that depends on variables was compared: the operations may be others elsewhere
 
   int variable(int index) {
-    nodes.push_back({-1, -1, index, index, N(0.0), N(0.0)});
+    nodes.push_back({-1, -1, index, index, 1, N(0.0), N(0.0)});
     return static_cast<int>(nodes.size()) - 1;
   }
-  int operation(bool linear, int a, const N& along_a, int b = -1, const N& along_b = N(0.0)) {
+  int degree(int node) const { return node < 0 ? 0 : nodes[static_cast<std::size_t>(node)].degree; }
+  int operation(bool linear, int degree, int a, const N& along_a, int b = -1, const N& along_b = N(0.0)) {
     int first = std::numeric_limits<int>::max(), last = 0;
     for (const int operand : {a, b}) {
       if (operand < 0) continue;
@@ -48,7 +54,7 @@ struct Tape {
       last = std::max(last, nodes[static_cast<std::size_t>(operand)].last);
     }
     if (!linear) reach = std::max(reach, last - first);
-    nodes.push_back({a, b, first, last, along_a, along_b});
+    nodes.push_back({a, b, first, last, std::min(degree, transcendental), along_a, along_b});
     return static_cast<int>(nodes.size()) - 1;
   }
 
@@ -80,30 +86,37 @@ struct Reverse {
 
   friend Reverse operator+(const Reverse& x) { return x; }
   friend Reverse operator-(const Reverse& x) { return x.scaled(-x.value, N(-1.0)); }
-  friend Reverse operator+(const Reverse& x, const Reverse& y) { return both(true, x.value + y.value, x, N(1.0), y, N(1.0)); }
-  friend Reverse operator-(const Reverse& x, const Reverse& y) { return both(true, x.value - y.value, x, N(1.0), y, N(-1.0)); }
+  friend Reverse operator+(const Reverse& x, const Reverse& y) { return both(true, highest(x, y), x.value + y.value, x, N(1.0), y, N(1.0)); }
+  friend Reverse operator-(const Reverse& x, const Reverse& y) { return both(true, highest(x, y), x.value - y.value, x, N(1.0), y, N(-1.0)); }
   friend Reverse operator*(const Reverse& x, const Reverse& y) {
-    return both(x.node < 0 || y.node < 0, x.value * y.value, x, y.value, y, x.value);
+    return both(x.node < 0 || y.node < 0, x.degree() + y.degree(), x.value * y.value, x, y.value, y, x.value);
   }
   friend Reverse operator/(const Reverse& x, const Reverse& y) {
     const N inverse = 1.0 / y.value, quotient = x.value / y.value;
-    return both(y.node < 0, quotient, x, inverse, y, -(quotient * inverse));
+    return both(y.node < 0, y.node < 0 ? x.degree() : Tape<N>::transcendental, quotient, x, inverse, y, -(quotient * inverse));
   }
   Reverse& operator+=(const Reverse& o) { return *this = *this + o; }
   Reverse& operator-=(const Reverse& o) { return *this = *this - o; }
   Reverse& operator*=(const Reverse& o) { return *this = *this * o; }
   Reverse& operator/=(const Reverse& o) { return *this = *this / o; }
 
-  friend bool operator==(const Reverse& a, const Reverse& b) { return a.value == b.value; }
-  friend bool operator!=(const Reverse& a, const Reverse& b) { return a.value != b.value; }
-  friend bool operator<(const Reverse& a, const Reverse& b) { return a.value < b.value; }
-  friend bool operator<=(const Reverse& a, const Reverse& b) { return a.value <= b.value; }
-  friend bool operator>(const Reverse& a, const Reverse& b) { return a.value > b.value; }
-  friend bool operator>=(const Reverse& a, const Reverse& b) { return a.value >= b.value; }
+  friend bool operator==(const Reverse& a, const Reverse& b) { return compared(a, b), a.value == b.value; }
+  friend bool operator!=(const Reverse& a, const Reverse& b) { return compared(a, b), a.value != b.value; }
+  friend bool operator<(const Reverse& a, const Reverse& b) { return compared(a, b), a.value < b.value; }
+  friend bool operator<=(const Reverse& a, const Reverse& b) { return compared(a, b), a.value <= b.value; }
+  friend bool operator>(const Reverse& a, const Reverse& b) { return compared(a, b), a.value > b.value; }
+  friend bool operator>=(const Reverse& a, const Reverse& b) { return compared(a, b), a.value >= b.value; }
+
+  int degree() const { return node < 0 ? 0 : tape->degree(node); }
+  static int highest(const Reverse& x, const Reverse& y) { return std::max(x.degree(), y.degree()); }
+  static void compared(const Reverse& x, const Reverse& y) {
+    if (x.node >= 0) x.tape->compared = true;
+    if (y.node >= 0) y.tape->compared = true;
+  }
 
   // f(x) from f and f′.
   Reverse through(const N& f, const N& slope) const {
-    return node < 0 ? Reverse(f) : Reverse(f, tape->operation(false, node, slope), tape);
+    return node < 0 ? Reverse(f) : Reverse(f, tape->operation(false, Tape<N>::transcendental, node, slope), tape);
   }
   // The same with f as a generic function.
   template <class F>
@@ -113,14 +126,14 @@ struct Reverse {
     return through(y.value, y.tangent[0]);
   }
   Reverse scaled(const N& result, const N& factor) const {
-    return node < 0 ? Reverse(result) : Reverse(result, tape->operation(true, node, factor), tape);
+    return node < 0 ? Reverse(result) : Reverse(result, tape->operation(true, degree(), node, factor), tape);
   }
-  static Reverse both(bool linear, const N& result, const Reverse& x, const N& along_x, const Reverse& y, const N& along_y) {
+  static Reverse both(bool linear, int degree, const N& result, const Reverse& x, const N& along_x, const Reverse& y, const N& along_y) {
     if (x.node < 0 && y.node < 0) return Reverse(result);
     Tape<N>* const tape = x.node >= 0 ? x.tape : y.tape;
-    if (y.node < 0) return Reverse(result, tape->operation(linear, x.node, along_x), tape);
-    if (x.node < 0) return Reverse(result, tape->operation(linear, y.node, along_y), tape);
-    return Reverse(result, tape->operation(linear, x.node, along_x, y.node, along_y), tape);
+    if (y.node < 0) return Reverse(result, tape->operation(linear, degree, x.node, along_x), tape);
+    if (x.node < 0) return Reverse(result, tape->operation(linear, degree, y.node, along_y), tape);
+    return Reverse(result, tape->operation(linear, degree, x.node, along_x, y.node, along_y), tape);
   }
 };
 
@@ -165,7 +178,7 @@ template <class N>
 Reverse<N> pow(const Reverse<N>& x, const Reverse<N>& y) {
   using D = Dual<N, 2>;
   const D z = pow(D::variable(x.value, 0), D::variable(y.value, 1));
-  return Reverse<N>::both(false, z.value, x, z.tangent[0], y, z.tangent[1]);
+  return Reverse<N>::both(false, Tape<N>::transcendental, z.value, x, z.tangent[0], y, z.tangent[1]);
 }
 template <class A>
 inline constexpr bool is_reverse = false;
@@ -184,7 +197,7 @@ auto atan2(const A& a, const B& b) {
   const R y(a), x(b);
   using D = Dual<decltype(y.value), 2>;
   const D z = atan2(D::variable(y.value, 0), D::variable(x.value, 1));
-  return R::both(false, z.value, y, z.tangent[0], x, z.tangent[1]);
+  return R::both(false, Tape<decltype(y.value)>::transcendental, z.value, y, z.tangent[0], x, z.tangent[1]);
 }
 template <class A, class B>
   requires ReverseBeside<A, B>
@@ -211,13 +224,19 @@ template <class A, class B>
   requires ReverseBeside<A, B>
 auto fmin(const A& a, const B& b) { return min(a, b); }
 template <class N>
-Reverse<N> abs(const Reverse<N>& x) { return x.value < N(0.0) ? -x : x; }
+Reverse<N> abs(const Reverse<N>& x) { return x < Reverse<N>(0.0) ? -x : x; }
 template <class N>
 Reverse<N> fabs(const Reverse<N>& x) { return abs(x); }
 template <class N>
-bool isfinite(const Reverse<N>& x) { return isfinite(x.value); }
+bool isfinite(const Reverse<N>& x) {
+  Reverse<N>::compared(x, x);
+  return isfinite(x.value);
+}
 template <class N>
-bool isnan(const Reverse<N>& x) { return isnan(x.value); }
+bool isnan(const Reverse<N>& x) {
+  Reverse<N>::compared(x, x);
+  return isnan(x.value);
+}
 template <class N>
 const Reverse<N>& conj(const Reverse<N>& x) { return x; }
 template <class N>

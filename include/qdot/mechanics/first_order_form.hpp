@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/mechanics/constant_inertia.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
 namespace qdot {
@@ -63,7 +64,7 @@ class FirstOrderForm {
  public:
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;
 
-  explicit FirstOrderForm(Sys system) : system_(std::move(system)) {}
+  explicit FirstOrderForm(Sys system) : system_(std::move(system)), inertia_(system_) {}
 
   const Sys& system() const noexcept { return system_; }
 
@@ -78,6 +79,14 @@ class FirstOrderForm {
     const Vector<double, n> q = y.head(dof);
     const Vector<double, n> qdot = y.tail(dof);
     ydot.head(Eigen::fix<n>(static_cast<int>(dof))) = qdot;
+    if constexpr (detail::may_keep_inertia<Sys>) {
+      if (inertia_.is_known()) {
+        const Eigen::VectorXd a = inertia_.acceleration(system_, q, t);
+        detail::require_finite_acceleration(system_, a, q, qdot, t);
+        ydot.tail(dof) = a;
+        return;
+      }
+    }
     ydot.tail(Eigen::fix<n>(static_cast<int>(dof))) = acceleration(system_, q, qdot, t);
   }
 
@@ -115,6 +124,7 @@ class FirstOrderForm {
 
  private:
   Sys system_;
+  detail::ConstantInertia<Sys> inertia_;  // factored once, where M is constant
 };
 
 /// The first-order form of a mechanical system.
