@@ -62,7 +62,7 @@ template <int n, int lanes, class E>
   P r[n];
   unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = L.template x<i>(); });
   unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) { M[k] = L.template h<k>(); });
-  PackMask<lanes> good = solved_in_place<n>(M, r, threshold);
+  PackMask<lanes> good = solved_in_place<n>(M, r, threshold, L.h_mask);
   P zero = 0.0;
   unroll<n>([&](auto i) __attribute__((always_inline)) {
     zero += r[i] - r[i];
