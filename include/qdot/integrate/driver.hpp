@@ -238,7 +238,8 @@ class Driver {
   }
 
   // Appends the step as far as (t, y).
-  void keep_until(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  template <class Y>
+  void keep_until(double t, const Y& y) {
     if (options_.keep_trajectory && t != run_.t) run_.trajectory.append(t, stepper_.polynomial());
     const double sign = stepper_.t() >= stepper_.t_previous() ? 1.0 : -1.0;
     run_.t = t;
@@ -261,7 +262,8 @@ class Driver {
     run_.samples.y.col(static_cast<Eigen::Index>(next_output_++)) = y;
   }
 
-  bool observed(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  template <class Y>
+  bool observed(double t, const Y& y) {
     if constexpr (std::is_same_v<std::remove_cv_t<O>, NoObserver>) {
       return (void)t, (void)y, true;
     } else {
