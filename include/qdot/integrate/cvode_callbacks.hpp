@@ -33,6 +33,7 @@
 #include <utility>
 
 #include "qdot/error.hpp"
+#include "qdot/integrate/cvode_banded.hpp"
 #include "qdot/integrate/cvode_bridge.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
@@ -55,12 +56,17 @@ class AnySystem {
         jacobian_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) {
           static_cast<const F*>(p)->jacobian(t, y, J);
         }),
+        linearize_(linearization_of<F>()),
         project_(projection_of<F>()),
         component_name_(
             [](const void* p, Eigen::Index i) -> std::string { return static_cast<const F*>(p)->component_name(i); }) {}
 
   Eigen::Index size() const noexcept { return size_; }
   std::string component_name(Eigen::Index i) const { return component_name_(object_.get(), i); }
+
+  /// True where M, C and K within their band are worth more than a dense Jacobian.
+  bool is_banded() const noexcept { return linearize_ != nullptr && size_ > dense_limit; }
+  BandedLinearization linearization(double t, const ConstVector& y) const { return linearize_(object_.get(), t, y); }
 
   bool has_constraints() const noexcept { return project_ != nullptr; }
 
@@ -83,6 +89,18 @@ class AnySystem {
 
  private:
   using Project = std::pair<double, double> (*)(const void*, double, Eigen::Ref<Eigen::VectorXd>);
+
+  using Linearize = BandedLinearization (*)(const void*, double, const ConstVector&);
+  static constexpr Eigen::Index dense_limit = 128;  // components
+
+  template <FirstOrderSystem F>
+  static Linearize linearization_of() {
+    if constexpr (requires(const F& f, const ConstVector& y) { f.linearization(0.0, y); }) {
+      return [](const void* p, double t, const ConstVector& y) { return static_cast<const F*>(p)->linearization(t, y); };
+    } else {
+      return nullptr;
+    }
+  }
 
   template <FirstOrderSystem F>
   static Project projection_of() {
@@ -115,6 +133,7 @@ class AnySystem {
   Eigen::Index size_;
   void (*derivative_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::VectorXd>);
   void (*jacobian_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::MatrixXd>);
+  Linearize linearize_;
   Project project_;
   std::string (*component_name_)(const void*, Eigen::Index);
 };
@@ -214,6 +233,21 @@ class GuardedSystem {
     return guard.guarded([&] { guard.system_.jacobian(guard.before_limit(t), state, result); });
   }
 
+  // Newton's matrix of many coordinates; only γ is new when `keep` is set.
+  static int banded_newton(sunrealtype t, N_Vector y, N_Vector, SUNMatrix, sunbooleantype keep, sunbooleantype* is_new,
+                           sunrealtype gamma, void* self, N_Vector, N_Vector, N_Vector) noexcept {
+    auto& guard = *static_cast<GuardedSystem*>(self);
+    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_.size());
+    *is_new = keep ? SUNFALSE : SUNTRUE;
+    return guard.guarded([&] {
+      if (!keep) {
+        ++guard.jacobians;
+        guard.banded->linearize(guard.system_.linearization(guard.before_limit(t), state));
+      }
+      guard.banded->assemble(gamma);
+    });
+  }
+
   // CVODE's projection: corr ← projected(y) − y, at every step, before the error test.
   static int projection(double t, N_Vector y, N_Vector correction, double, N_Vector, void* self) noexcept {
     auto& guard = *static_cast<GuardedSystem*>(self);
@@ -229,6 +263,7 @@ class GuardedSystem {
     });
   }
 
+  std::unique_ptr<BandedNewton> banded;  // in place of a dense matrix, where the system has a band
   long evaluations = 0;
   long jacobians = 0;
   long projections = 0;

@@ -22,6 +22,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -147,14 +148,20 @@ inline Core::Core(AnySystem system, CvodeSettings wanted, const Options& options
   if (std::isfinite(max_step)) require(CVodeSetMaxStep(memory.get(), max_step), "CVodeSetMaxStep");
 
   if (settings.corrector == Corrector::newton) {
-    matrix = owned<MatrixHandle>(SUNDenseMatrix(index(n), index(n), context.get()), "matrix");
-    linear_solver =
-        owned<LinearSolverHandle>(SUNLinSol_Dense(y_vector.get(), matrix.get(), context.get()), "linear solver");
     nonlinear_solver =
         owned<NonlinearSolverHandle>(SUNNonlinSol_Newton(y_vector.get(), context.get()), "Newton solver");
     require(CVodeSetNonlinearSolver(memory.get(), nonlinear_solver.get()), "CVodeSetNonlinearSolver");
-    require(CVodeSetLinearSolver(memory.get(), linear_solver.get(), matrix.get()), "CVodeSetLinearSolver");
-    require(CVodeSetJacFn(memory.get(), &GuardedSystem::jacobian), "CVodeSetJacFn");
+    if (guard.system().is_banded()) {
+      guard.banded = std::make_unique<BandedNewton>(n / 2, context.get());
+      require(CVodeSetLinearSolver(memory.get(), guard.banded->solver(), guard.banded->matrix()), "CVodeSetLinearSolver");
+      require(CVodeSetLinSysFn(memory.get(), &GuardedSystem::banded_newton), "CVodeSetLinSysFn");
+    } else {
+      matrix = owned<MatrixHandle>(SUNDenseMatrix(index(n), index(n), context.get()), "matrix");
+      linear_solver =
+          owned<LinearSolverHandle>(SUNLinSol_Dense(y_vector.get(), matrix.get(), context.get()), "linear solver");
+      require(CVodeSetLinearSolver(memory.get(), linear_solver.get(), matrix.get()), "CVodeSetLinearSolver");
+      require(CVodeSetJacFn(memory.get(), &GuardedSystem::jacobian), "CVodeSetJacFn");
+    }
   } else {
     nonlinear_solver =
         owned<NonlinearSolverHandle>(SUNNonlinSol_FixedPoint(y_vector.get(), 0, context.get()), "fixed-point solver");

@@ -159,4 +159,67 @@ Eigen::VectorXd banded_acceleration(const Sys& system, const Eigen::VectorXd& q,
   return forces.rhs;
 }
 
+// Where a small change of the state leads: M δq̈ + C δq̇ + K δq = 0, entries (i, j) at row i − j + reach of column j.
+struct BandedLinearization {
+  Eigen::Index reach = 0;
+  Eigen::MatrixXd K, C;
+  BandedMatrix M{0, 0};
+};
+
+// K = ∂r/∂q and C = ∂r/∂q̇ of the residual r = M q̈ − rhs at fixed q̈ (equations_of_motion.hpp).
+template <class E>
+BandedLinearization banded_linearization(const E& e, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot,
+                                         const Eigen::VectorXd& qddot, double t) {
+  using Along = Dual<double, 1>;
+  using N = Dual<Along, chunk>;
+  const Eigen::Index n = q.size();
+  BandedLinearization result;
+  result.reach = n - 1;  // until the first evaluation has shown it
+  std::vector<N> adjoint;
+  bool known = false;
+  for (const bool of_q : {true, false}) {
+    Eigen::Index directions = known ? std::min(n, 2 * result.reach + 1) : 1;
+    for (Eigen::Index first = 0; first < directions; first += chunk) {
+      for (bool again = true; again;) {
+        again = !known;
+        Tape<N> tape;
+        TapedState<N> state(tape, n);
+        for (Eigen::Index i = 0; i < n; ++i) {
+          state.q[i].value.value.value = q[i];
+          state.q[i].value.value.tangent[0] = qdot[i];
+          state.qdot[i].value.value.value = qdot[i];
+          state.qdot[i].value.value.tangent[0] = qddot[i];
+          const Eigen::Index k = i % directions - first;
+          if (k < 0 || k >= chunk) continue;
+          const auto d = static_cast<std::size_t>(k);
+          (of_q ? state.q : state.qdot)[i].value.tangent[d] = Along(1.0);
+          if (!of_q) state.q[i].value.tangent[d].tangent[0] = 1.0;  // q̇ is the rate of q
+        }
+        const Reverse<N> time(N(Along::variable(t, 0)));
+        const Reverse<N> T = kinetic<Dynamic>(e, state.q, state.qdot, time);
+        const int reach_of_T = tape.reach;
+        const Reverse<N> L = T - potential<Dynamic>(e, state.q, time);
+        if (!known) {
+          known = true;
+          result.reach = tape.reach;
+          directions = std::min(n, 2 * result.reach + 1);
+          result.K = result.C = Eigen::MatrixXd::Zero(2 * result.reach + 1, n);
+          result.M = banded_mass_matrix(e, q, qdot, t, reach_of_T);
+          continue;
+        }
+        tape.sweep(L.node, adjoint);
+        for (Eigen::Index j = 0; j < n; ++j) {
+          const Eigen::Index k = j % directions - first;
+          if (k < 0 || k >= chunk) continue;
+          const auto d = static_cast<std::size_t>(k);
+          for (Eigen::Index i = std::max<Eigen::Index>(0, j - result.reach); i < std::min(n, j + result.reach + 1); ++i)
+            (of_q ? result.K : result.C)(i - j + result.reach, j) = adjoint[static_cast<std::size_t>(n + i)].tangent[d].tangent[0] -
+                                                                    adjoint[static_cast<std::size_t>(i)].tangent[d].value;
+        }
+      }
+    }
+  }
+  return result;
+}
+
 }  // namespace qdot::detail

@@ -104,6 +104,15 @@ class FirstOrderForm {
     J.template bottomRightCorner<n, n>(dof, dof) = a.d_qdot;
   }
 
+  /// M, C, K of the motion near y, within their band: what an implicit method solves with where neighbours meet.
+  detail::BandedLinearization linearization(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const
+    requires(Sys::dof_at_compile_time == Dynamic && Sys::inertia == Inertia::positive_definite)
+  {
+    const Eigen::Index dof = system_.dof();
+    const Eigen::VectorXd q = y.head(dof), qdot = y.tail(dof);
+    return detail::banded_linearization(system_.energies(), q, qdot, Eigen::VectorXd(acceleration(system_, q, qdot, t)), t);
+  }
+
   /// "phi" for a coordinate, "phidot" for a velocity.
   std::string component_name(Eigen::Index i) const {
     return i < system_.dof() ? system_.coordinate_name(i) : system_.velocity_name(i - system_.dof());
