@@ -15,6 +15,7 @@
 // any effects *is* the system as far as the compiler can see: acceleration(scene, …) is a call of
 // acceleration(system, …) and nothing more.
 
+#include <cstddef>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -33,7 +34,8 @@ constexpr void for_each(const Tuple& effects, Visit&& visit) {
   std::apply([&](const auto&... effect) { (visit(effect), ...); }, effects);
 }
 
-// T and V of a system with further terms in them, in the shortest signatures that hold the terms.
+// T and V of a system with further terms in them, in the shortest signatures that hold the terms. Flattened, so that the compiler
+// sees through to the functors (mechanics/straight_line.hpp).
 template <class Energies, int n, class... Effects>
 struct EnergiesWithTerms {
   Energies energies;
@@ -46,36 +48,50 @@ struct EnergiesWithTerms {
 
   template <class S>
     requires(!in_T && kinetic_was == KineticSignature::velocity)
-  S T(const Vector<S, n>& qdot) const {
+  [[gnu::flatten]] S T(const Vector<S, n>& qdot) const {
     return energies.T(qdot);
   }
   template <class S>
     requires(!in_T && kinetic_was == KineticSignature::state)
-  S T(const Vector<S, n>& q, const Vector<S, n>& qdot) const {
+  [[gnu::flatten]] S T(const Vector<S, n>& q, const Vector<S, n>& qdot) const {
     return energies.T(q, qdot);
   }
   template <class S>
     requires(in_T || kinetic_was == KineticSignature::state_and_time)
-  S T(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    S sum = kinetic<n>(energies, q, qdot, t);
-    for_each(effects, [&](const auto& e) {
-      if constexpr (LagrangianEffect<std::remove_cvref_t<decltype(e)>, n>) sum = sum + e.lagrangian_term(q, qdot, t);
-    });
-    return sum;
+  [[gnu::flatten]] S T(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    return with_lagrangian_terms<0>(kinetic<n>(energies, q, qdot, t), q, qdot, t);
   }
   template <class S>
     requires(!in_V && potential_was == PotentialSignature::position)
-  S V(const Vector<S, n>& q) const {
+  [[gnu::flatten]] S V(const Vector<S, n>& q) const {
     return energies.V(q);
   }
   template <class S>
     requires(in_V || potential_was == PotentialSignature::position_and_time)
-  S V(const Vector<S, n>& q, const S& t) const {
-    S sum = potential<n>(energies, q, t);
-    for_each(effects, [&](const auto& e) {
-      if constexpr (PotentialEffect<std::remove_cvref_t<decltype(e)>, n>) sum = sum + e.potential_term(q, t);
-    });
-    return sum;
+  [[gnu::flatten]] S V(const Vector<S, n>& q, const S& t) const {
+    return with_potential_terms<0>(potential<n>(energies, q, t), q, t);
+  }
+
+ private:
+  template <std::size_t i, class S>
+  [[gnu::flatten]] S with_lagrangian_terms(const S& sum, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    if constexpr (i == sizeof...(Effects)) {
+      return sum;
+    } else if constexpr (LagrangianEffect<std::tuple_element_t<i, std::tuple<Effects...>>, n>) {
+      return with_lagrangian_terms<i + 1>(S(sum + std::get<i>(effects).lagrangian_term(q, qdot, t)), q, qdot, t);
+    } else {
+      return with_lagrangian_terms<i + 1>(sum, q, qdot, t);
+    }
+  }
+  template <std::size_t i, class S>
+  [[gnu::flatten]] S with_potential_terms(const S& sum, const Vector<S, n>& q, const S& t) const {
+    if constexpr (i == sizeof...(Effects)) {
+      return sum;
+    } else if constexpr (PotentialEffect<std::tuple_element_t<i, std::tuple<Effects...>>, n>) {
+      return with_potential_terms<i + 1>(S(sum + std::get<i>(effects).potential_term(q, t)), q, t);
+    } else {
+      return with_potential_terms<i + 1>(sum, q, t);
+    }
   }
 };
 

@@ -15,6 +15,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "qdot/effects/applied_force.hpp"
 #include "qdot/effects/constrained_solve.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
@@ -110,10 +111,7 @@ Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordin
   if constexpr (Sc::has_lasting_constraints) {
     return Coordinates<Sys>();
   } else if constexpr (Sc::has_forces) {
-    const Coordinates<Sys> a =
-        detail::solved_with_mass_matrix(scene.system(), mass_matrix(scene, q, qdot, t), rhs(scene, q, qdot, t, z), t);
-    detail::require_finite_acceleration(scene, a, q, qdot, t);
-    return a;
+    return detail::acceleration_under_force(scene.system(), q, qdot, t, Coordinates<Sys>(effect_forces(scene, q, qdot, z, t)));
   } else {
     return acceleration(scene.system(), q, qdot, t);
   }
