@@ -30,6 +30,7 @@ std::vector<EquationsRow> system_rows();           // eom_systems.cpp
 std::vector<EquationsRow> unrolled_chain_rows();   // eom_unrolled_chains.cpp
 std::vector<EquationsRow> looped_chain_rows();     // eom_looped_chains.cpp
 std::vector<EquationsRow> kinematic_chain_rows();  // eom_kinematic_chains.cpp
+std::vector<EquationsRow> jacobian_rows();         // eom_jacobians.cpp
 
 /// An object whose parameters are read when it is evaluated, like a user's.
 template <int n, class E>

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+//
+// Rows of `qdot bench eom`: q̈ with its derivatives in q and q̇, beside q̈ alone by the same door.
+#include "bench/chain_energies.hpp"
+#include "bench/eom.hpp"
+
+namespace qdot::bench {
+
+namespace {
+
+template <int n, class E>
+[[gnu::noinline]] void jacobian_by_general_door(const double* q, const double* qdot, double* out) {
+  using V = Vector<double, n>;
+  const AccelerationJacobian<n> j = acceleration_jacobian(benched_system<n, E>, V(Eigen::Map<const V>(q)), V(Eigen::Map<const V>(qdot)));
+  Eigen::Map<V>{out} = j.qddot;
+  Eigen::Map<Matrix<double, n>>{out + n} = j.d_q;
+  Eigen::Map<Matrix<double, n>>{out + n + n * n} = j.d_qdot;
+}
+
+template <int n, class E>
+EquationsRow row_of(const char* door) {
+  return {.system = "chain",
+          .n = n,
+          .door = door,
+          .baseline = by_general_door<n, E>,
+          .measured = jacobian_by_general_door<n, E>,
+          .lowest = -2.0,
+          .highest = 2.0,
+          .baseline_name = "its q̈",
+          .numbers_out = n + 2 * n * n};
+}
+
+}  // namespace
+
+std::vector<EquationsRow> jacobian_rows() {
+  return {row_of<2, UnrolledChain<2>>("jacobian, unroll"), row_of<4, UnrolledChain<4>>("jacobian, unroll"),
+          row_of<8, LoopedChain>("jacobian, for")};
+}
+
+}  // namespace qdot::bench
