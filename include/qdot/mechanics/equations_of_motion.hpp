@@ -72,13 +72,6 @@ template <class E, int n, Inertia I, class S>
       return a;
     }
   }
-  if constexpr (n == Dynamic && std::is_same_v<S, double> && I == Inertia::positive_definite) {
-    if (at.size() > graded_limit<n>) {
-      const Vector<double, n> a = banded_acceleration(system, at, velocity, t);
-      require_finite_acceleration(system, a, at, velocity, t);
-      return a;
-    }
-  }
   const Matrix<S, n> M = kinetic_hessian<n>(system.energies(), at, velocity, t);
   const Vector<S, n> force = lagrange_rhs<n>(system.energies(), at, velocity, t);
   const Vector<S, n> qddot = solved_with_mass_matrix(system, M, force, t);
