@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "program/accurate_run.hpp"
 #include "program/arguments.hpp"
 #include "program/catalogue.hpp"
 #include "program/commands.hpp"

@@ -148,17 +148,6 @@ void fail_at_start(Result& result, Outcome outcome, const Error& error) {
   result.message = std::string(name(outcome)) + " at the start: " + error.what();
 }
 
-/// Largest difference of two motions at their samples, relative where a component is larger than 1.
-double largest_difference(const Result& a, const Result& b) {
-  double largest = 0;
-  for (std::size_t i = 0; i < std::min(a.samples.size(), b.samples.size()); ++i) {
-    const Eigen::VectorXd& y = b.samples[i].y;
-    const Eigen::VectorXd scale = y.cwiseAbs().cwiseMax(1.0);
-    largest = std::max(largest, (a.samples[i].y - y).cwiseQuotient(scale).cwiseAbs().maxCoeff());
-  }
-  return largest;
-}
-
 }  // namespace
 
 void Drift::see(double value) {
@@ -207,29 +196,6 @@ Result simulated(const std::shared_ptr<const Model>& model, const Request& reque
   }
   if (result.samples.empty() || result.samples.back().t != result.end.t) result.samples.push_back(result.end);
   return result;
-}
-
-Result simulated_to_accuracy(const std::shared_ptr<const Model>& model, Request& request, double accuracy,
-                             const Watcher& watcher) {
-  constexpr double tightest = 1e-14;
-  request.rtol = request.atol = std::clamp(accuracy / 10, 10 * tightest, 1e-3);
-  Result coarse = simulated(model, request, watcher);
-  while (coarse.outcome == Outcome::completed) {
-    request.rtol = request.atol = std::max(request.rtol / 10, tightest);
-    Result fine = simulated(model, request, watcher);
-    if (fine.outcome != Outcome::completed) return fine;
-    fine.error_estimate = largest_difference(coarse, fine);
-    if (*fine.error_estimate <= accuracy) return fine;
-    if (request.rtol <= tightest) {
-      fine.outcome = Outcome::accuracy_too_high;
-      fine.message = "accuracy_too_high: the whole motion must be accurate to " + detail::text_of(accuracy) +
-                     ", but at the tightest tolerances its error is about " + detail::text_of(*fine.error_estimate) +
-                     "; ask for less accuracy or a shorter time";
-      return fine;
-    }
-    coarse = std::move(fine);
-  }
-  return coarse;
 }
 
 }  // namespace qdot::program

@@ -75,7 +75,7 @@ constexpr Outcome outcome_of(int flag, bool at_floor) noexcept {
     case CV_CONV_FAILURE:
     case CV_NLS_SETUP_FAIL:
     case CV_NLS_FAIL: return at_floor ? Outcome::step_collapse : Outcome::corrector_failure;
-    case CV_TOO_MUCH_ACC: return Outcome::accuracy_too_high;
+    case CV_TOO_MUCH_ACC: return Outcome::accuracy_not_reached;
     case CV_LSETUP_FAIL:
     case CV_LSOLVE_FAIL: return Outcome::linear_solver_failure;
     case CV_RHSFUNC_FAIL:

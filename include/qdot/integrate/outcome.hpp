@@ -44,7 +44,7 @@ enum class Outcome {
   error_test_failure,     ///< the error test failed too often in one step
   corrector_failure,      ///< the implicit equations of a step could not be solved
   linear_solver_failure,  ///< the linear equations of a step could not be solved
-  accuracy_too_high,      ///< the tolerances ask for more digits than double has
+  accuracy_not_reached,   ///< what was asked for needs more digits than double has
   solver_error            ///< the method reports a fault of its own; please report it
 };
 
@@ -68,7 +68,7 @@ constexpr std::string_view name(Outcome outcome) noexcept {
     case Outcome::error_test_failure: return "error_test_failure";
     case Outcome::corrector_failure: return "corrector_failure";
     case Outcome::linear_solver_failure: return "linear_solver_failure";
-    case Outcome::accuracy_too_high: return "accuracy_too_high";
+    case Outcome::accuracy_not_reached: return "accuracy_not_reached";
     case Outcome::solver_error: return "solver_error";
   }
   return "unknown";
@@ -106,7 +106,7 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
     case Outcome::corrector_failure:
       return "the Jacobian may be wrong or the right-hand side may jump; check both at the last state.";
     case Outcome::linear_solver_failure: return "check the Jacobian at the last state for huge or missing entries.";
-    case Outcome::accuracy_too_high: return "raise rtol and atol.";
+    case Outcome::accuracy_not_reached: return "ask for less accuracy (raise rtol and atol), or for a shorter time.";
     case Outcome::solver_error: return "please report this message together with the program that gave it.";
   }
   return "";
