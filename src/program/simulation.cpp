@@ -142,6 +142,23 @@ void run_named(const std::string& method, const System& system, const Request& r
   }
 }
 
+template <class Method, class System>
+BareResult bare(const Method& method, const System& system, const FirstOrderState& start, const Request& request) {
+  Options options{.rtol = request.rtol, .atol = request.atol, .keep_trajectory = false};
+  if (request.samples > 1) options.output_times = equal_times(start.t, request.t_end, request.samples);
+  auto run = simulate(system, start, request.t_end, method, options);
+  return {run.outcome, run.message, run.t, run.y, std::move(run.samples.t), std::move(run.samples.y), run.statistics};
+}
+
+template <class System>
+BareResult bare_named(const System& system, const FirstOrderState& start, const Request& request) {
+  if (request.method == "bdf") return bare(CvodeBdf{}, system, start, request);
+  if constexpr (!ProjectableSystem<System>) {
+    if (request.method == "adams") return bare(CvodeAdams{}, system, start, request);
+  }
+  return bare(Dop853{}, system, start, request);
+}
+
 /// The run could not begin: the equations of motion have no value at the start.
 void fail_at_start(Result& result, Outcome outcome, const Error& error) {
   result.outcome = outcome;
@@ -159,6 +176,26 @@ void Drift::see(double value) {
 std::vector<std::string> method_names() { return {"adams", "bdf", "dop853"}; }
 
 bool keeps_constraints(const std::string& method) { return method != "adams"; }
+
+bool has_fixed_step(const std::string&) { return false; }
+
+std::string misfit(const Model& model, const std::string& method) {
+  return model.constrained() && !keeps_constraints(method) ? "cannot keep constraints" : "";
+}
+
+std::vector<std::string> fitting_methods(const Model& model) {
+  std::vector<std::string> names = method_names();
+  std::erase_if(names, [&](const std::string& name) { return !misfit(model, name).empty(); });
+  return names;
+}
+
+BareResult bare_run(const std::shared_ptr<const Model>& model, const Request& request) {
+  FirstOrderState start{request.start.t, model->packed(request.start)};
+  if (model->constrained()) model->project(start.t, start.y);
+  if (model->guard_count() > 0) return bare_named(SwitchingModel{{{model}}}, start, request);
+  if (model->constrained()) return bare_named(ConstrainedModel{{model}}, start, request);
+  return bare_named(FirstOrderModel{model}, start, request);
+}
 
 Result simulated(const std::shared_ptr<const Model>& model, const Request& request, const Watcher& watcher) {
   Result result;

@@ -24,6 +24,7 @@ struct Request {
   std::string method = "adams";
   double rtol = 1e-10;
   double atol = 1e-10;
+  std::optional<double> step;  // of a method with a fixed step; chosen from rtol where there is none
   int samples = 500;           // rows of the table, both ends included
   int most_frames = 0;         // of the animation; 0 for none
 };
@@ -68,6 +69,33 @@ std::vector<std::string> method_names();
 
 /// Whether a method can keep a model on its constraints.
 bool keeps_constraints(const std::string& method);
+
+/// Whether a method makes steps of one length, request.step, and no use of tolerances.
+bool has_fixed_step(const std::string& method);
+
+/// Why a method cannot run a model, as the end of a sentence; "" where it can.
+std::string misfit(const Model& model, const std::string& method);
+
+/// The methods that can run a model, those that choose among others left out.
+std::vector<std::string> fitting_methods(const Model& model);
+
+/// The motion and its cost, and nothing else.
+struct BareResult {
+  Outcome outcome = Outcome::completed;
+  std::string message;
+  double t = 0;
+  Eigen::VectorXd y;          // the last good state
+  std::vector<double> times;  // of the samples, as far as the run came
+  Eigen::MatrixXd samples;    // a column for each
+  Statistics statistics;
+};
+
+/// Runs the model without looking at energies or steps, for what compares or times methods.
+///
+/// @param request  samples = 0 leaves out the table, and with it the dense output; most_frames is not looked at
+/// @throws InvalidValue  options outside their range; the method does not fit the model
+/// @throws NonFinite, MassMatrixError, ConstraintError  the model has no value at its start
+BareResult bare_run(const std::shared_ptr<const Model>& model, const Request& request);
 
 /// Called after accepted steps with the time reached.
 using Watcher = std::function<void(double t)>;
