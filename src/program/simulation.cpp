@@ -94,13 +94,16 @@ void run_with(const Method& method, const System& system, const Request& request
   Options options{.rtol = request.rtol, .atol = request.atol, .keep_trajectory = false};
   std::merge(sample_times.begin(), sample_times.end(), frame_times.begin(), frame_times.end(),
              std::back_inserter(options.output_times));
+  if (request.atol_each.size() > 0) options.atol = request.atol_each;
 
+  result.sizes = start.y.cwiseAbs();
   StepRecord record(result);
   record.see(start.t, 0, 0);
   EnergyMeter meter([&](double t, const Eigen::Ref<const Eigen::VectorXd>& y) { return model.energies(t, y).jacobi; },
                     [&](double t, const Eigen::Ref<const Eigen::VectorXd>& y) { return model.energy_rate(t, y); });
   const auto observer = [&](const StepView& step) {
     meter(step);
+    result.sizes = result.sizes.cwiseMax(step.y().cwiseAbs());
     const Energies energies = model.energies(step.t(), step.y());
     result.energy.see(energies.total());
     result.jacobi.see(energies.jacobi);

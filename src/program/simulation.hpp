@@ -24,6 +24,7 @@ struct Request {
   std::string method = "adams";
   double rtol = 1e-10;
   double atol = 1e-10;
+  Eigen::VectorXd atol_each = {};  // one for each component of y, in place of atol; empty for none
   std::optional<double> step;  // of a method with a fixed step; chosen from rtol where there is none
   int samples = 500;           // rows of the table, both ends included
   int most_frames = 0;         // of the animation; 0 for none
@@ -51,6 +52,7 @@ struct Result {
   Sample end;
   std::vector<Sample> samples;
   std::vector<Sample> frames;  // energies left empty
+  Eigen::VectorXd sizes;       // max |yᵢ| over all accepted steps
   Drift energy;                // T + V
   Drift jacobi;                // q̇·p − L
   std::vector<double> step_times;     // of (a thinned selection of) the accepted steps
