@@ -96,7 +96,7 @@ class Graph {
   int difference(int x, int y) { return combination(x, 1.0, y, -1.0); }
   int scaled(int x, double factor) { return combination(x, factor, constant(0.0), 0.0); }
 
-  int product(int x, int y) {
+  [[gnu::noinline]] int product(int x, int y) {
     Term tx = term(x), ty = term(y);
     if (tx.node < 0) return scaled(y, tx.offset);
     if (ty.node < 0) return scaled(x, ty.offset);
@@ -109,7 +109,7 @@ class Graph {
     return scaled(made({.kind = Kind::product, .a = std::min(tx.node, ty.node), .b = std::max(tx.node, ty.node)}), factor);
   }
 
-  int quotient(int x, int y) {
+  [[gnu::noinline]] int quotient(int x, int y) {
     Term tx = term(x), ty = term(y);
     if (ty.node < 0) return scaled(x, 1.0 / ty.offset);
     if (tx.node < 0) return scaled(power(y, -1.0), tx.offset);
@@ -123,7 +123,7 @@ class Graph {
   }
 
   /// xᵉ. Positive whole powers are products, which are right at x = 0.
-  int power(int x, double exponent) {
+  [[gnu::noinline]] int power(int x, double exponent) {
     if (exponent == 0.0) return constant(1.0);
     if (exponent == 1.0) return x;
     const Term t = term(x);
@@ -187,7 +187,7 @@ class Graph {
   }
 
   /// ∂output/∂x for each of the variables x, as nodes.
-  std::vector<int> gradient(int output, std::span<const int> variables) {
+  [[gnu::noinline]] std::vector<int> gradient(int output, std::span<const int> variables) {
     std::vector<int> adjoint(static_cast<std::size_t>(output) + 1, constant_zero());
     adjoint.back() = constant(1.0);
     const auto add = [&](int x, int contribution) {
@@ -255,7 +255,7 @@ class Graph {
   }
 
   // fx·x + fy·y in its simplest form.
-  int combination(int x, double fx, int y, double fy) {
+  [[gnu::noinline]] int combination(int x, double fx, int y, double fy) {
     const Term tx = term(x), ty = term(y);
     int a = tx.node, b = ty.node;
     double ca = fx * tx.factor, cb = fy * ty.factor;
@@ -281,7 +281,7 @@ class Graph {
   }
 
   // The number of this node, old if there is one like it.
-  int made(const Node& node) {
+  [[gnu::noinline]] int made(const Node& node) {
     const auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x + 0.0); };  // −0 as 0
     const Key key{static_cast<std::uint64_t>(node.kind) << 8 | static_cast<std::uint64_t>(node.function),
                   static_cast<std::uint64_t>(static_cast<std::int64_t>(node.a)),

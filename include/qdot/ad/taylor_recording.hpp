@@ -62,7 +62,7 @@ class Recorded {
   Recorded& operator/=(const Recorded& y) { return *this = *this / y; }
 
   friend Recorded operator+(const Recorded& x) { return x; }
-  friend Recorded operator-(const Recorded& x) {
+  [[gnu::noinline]] friend Recorded operator-(const Recorded& x) {
     return x.recording_ ? wrapped(*x.recording_, x.recording_->graph.scaled(x.node_, -1.0)) : Recorded(-x.constant_);
   }
   friend Recorded operator+(const Recorded& x, const Recorded& y) {
@@ -91,7 +91,7 @@ class Recorded {
   friend bool operator>(const Recorded& x, const Recorded& y) { return compared(x, y, ">") > 0; }
   friend bool operator>=(const Recorded& x, const Recorded& y) { return compared(x, y, ">=") >= 0; }
 
-  friend Recorded pow(const Recorded& x, double exponent) {
+  [[gnu::noinline]] friend Recorded pow(const Recorded& x, double exponent) {
     return x.recording_ ? wrapped(*x.recording_, x.recording_->graph.power(x.node_, exponent))
                         : Recorded(std::pow(x.constant_, exponent));
   }
@@ -149,15 +149,16 @@ class Recorded {
     return made.kind == Kind::constant ? Recorded(made.c) : Recorded(recording, node);
   }
 
+  // Not inlined, for recording is done once: a loop in T would be unrolled with all of the graph's making in it.
   template <class Numbers, class Nodes>
-  static Recorded binary(const Recorded& x, const Recorded& y, Numbers numbers, Nodes nodes) {
+  [[gnu::noinline]] static Recorded binary(const Recorded& x, const Recorded& y, Numbers numbers, Nodes nodes) {
     if (!x.recording_ && !y.recording_) return Recorded(numbers(x.constant_, y.constant_));
     Recording& recording = x.recording_ ? *x.recording_ : *y.recording_;
     const int a = x.node_in(recording), b = y.node_in(recording);
     return wrapped(recording, nodes(recording.graph, a, b));
   }
 
-  static Recorded unary(Function f, const Recorded& x) {
+  [[gnu::noinline]] static Recorded unary(Function f, const Recorded& x) {
     return x.recording_ ? wrapped(*x.recording_, x.recording_->graph.function(f, x.node_)) : Recorded(value_of(f, x.constant_));
   }
 
