@@ -1,0 +1,247 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Accuracy as a request.
+//
+//     const auto result = accurate_simulation(system, start, 10.0, Dop853{}, 1e-9);
+//     if (!result.reached()) std::cerr << result.run.message << '\n';
+//     result.run.trajectory …, result.error_estimate, result.forecast[0].seconds …
+//
+// The number asked for bounds the *global* error: at all output times, each component beside its own largest value
+// (accurate_motion.hpp). A few runs find the tolerance that it takes, and compare (accurate_search.hpp); what comes back
+// is the last of them, with an estimate of its error that was measured and not assumed. Either
+//
+//     error_estimate ≤ accuracy        the run as simulate() gives it, or
+//     Outcome::accuracy_not_reached    double has too few digits for what the motion does with rounding, or the
+//                                      limits in the options do not allow it: the most accurate run, its estimate
+//
+// or the run ends as a run may end: a singular mass matrix, a pole. Only what double does not allow, or the options
+// forbid, is given up.
+//
+// All runs use the method that is given: Taylor{} where T and V are analytic, Dop853{} otherwise, CvodeBdf{} where the
+// system is stiff. Between steps the interpolant counts: the runs are compared at the output times, or where none are
+// given and the trajectory is kept, at 64 equal parts of the time, else at the end.
+//
+// Cost: mostly two and a half to three times that of the one run that knew the right tolerance (docs/accuracy.md).
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/error.hpp"
+#include "qdot/integrate/accurate_motion.hpp"
+#include "qdot/integrate/accurate_search.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/run.hpp"
+#include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/statistics.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot {
+
+/// A run, and how accurate it is.
+template <int n = Dynamic>
+struct AccurateRun : AccuracyReport {
+  Run<n> run;
+};
+
+namespace detail {
+
+// One run as the search sees it.
+template <class R>
+struct Launched {
+  R run;
+  Motion motion;
+  Outcome outcome = Outcome::completed;
+  std::string message;
+  Statistics statistics;
+};
+
+template <class R>
+struct Accurate : AccuracyReport {
+  R run;
+  Outcome outcome = Outcome::completed;
+  std::string message;
+};
+
+// Evaluations that a run was worth.
+inline double work(const Statistics& statistics, Eigen::Index size) {
+  const double order = statistics.highest_order;
+  const double each = statistics.method == "taylor" ? (order + 1) * (order + 1) : 1.0;
+  return each * static_cast<double>(statistics.evaluations) + static_cast<double>(statistics.jacobians * size);
+}
+
+// Sizes that the components may be expected to take, from the start alone: |y|, and what its rates add in the shortest time
+// in which a coordinate, or a velocity, changes by its own size.
+template <FirstOrderSystem F>
+ComponentSizes expected_sizes(const F& system, Eigen::Index dof, double t, const Eigen::VectorXd& y, double duration) {
+  Eigen::VectorXd rate = Eigen::VectorXd::Zero(y.size());
+  try {
+    system.derivative(t, y, rate);
+  } catch (const Error&) {  // the run itself will say what is wrong
+  }
+  if (!rate.allFinite()) rate.setZero();
+  double time = duration;
+  const auto shorten = [&](double part) {
+    if (part > 0) time = std::min(time, part);
+  };
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    shorten(std::abs(y[i] / rate[i]));
+    if (i < dof) shorten(std::sqrt(std::abs(y[i] / rate[dof + i])));
+  }
+  Eigen::VectorXd sizes = y.cwiseAbs().cwiseMax(time * rate.cwiseAbs());
+  for (Eigen::Index i = 0; i < dof; ++i) sizes[i] = std::max(sizes[i], time * sizes[dof + i]);
+  return component_sizes(system, dof, sizes, {t}, y, duration);
+}
+
+inline bool is_limit(Outcome outcome) noexcept {
+  return outcome == Outcome::step_limit || outcome == Outcome::evaluation_limit || outcome == Outcome::time_limit;
+}
+
+// The ends of a run that may be due to a tolerance that double cannot keep.
+inline bool is_of_tolerance(Outcome outcome, double tolerance) noexcept {
+  const bool of_steps = outcome == Outcome::step_collapse || outcome == Outcome::error_test_failure ||
+                        outcome == Outcome::corrector_failure || outcome == Outcome::accuracy_not_reached;
+  return is_limit(outcome) || (of_steps && tolerance < 1e-11);
+}
+
+// Runs until it is accurate enough, or cannot be.
+//
+// @param launch  (rtol, atol) ↦ Launched<R>
+template <class R, FirstOrderSystem F, class Launch>
+Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, ComponentSizes sizes, Launch&& launch) {
+  require_option(accuracy > 0 && accuracy < 1, "the accuracy", "must lie between 0 and 1", accuracy,
+                 "ask for the relative error of the whole motion, say 1e-6");
+  Accurate<R> result;
+  result.accuracy = accuracy;
+  ToleranceSearch search(accuracy);
+  std::optional<Launched<R>> last;
+  std::vector<Motion> before;
+  MotionDifference apart;
+  std::string given_up;
+  bool failed_before = false;
+  while (const std::optional<double> tolerance = search.next()) {
+    const Eigen::VectorXd atol = sizes.tolerances(*tolerance);
+    Launched<R> now = launch(*tolerance, atol);
+    result.evaluations += now.statistics.evaluations;
+    result.seconds += now.statistics.wall_seconds;
+    if (failed(now.outcome)) {
+      if (last && is_of_tolerance(now.outcome, *tolerance)) {
+        given_up = "a run with rtol = " + text_of(*tolerance) + " ended with " + now.message;
+        break;
+      }
+      const bool certain = last || failed_before || is_limit(now.outcome);
+      last = std::move(now);
+      result.rtol = *tolerance;
+      result.atol = atol;
+      if (certain) break;
+      failed_before = true;
+      search.skipped(*tolerance);
+      last.reset();
+      result.outcome = Outcome::completed;
+      continue;
+    }
+    sizes = component_sizes(system, dof, now.motion.sizes, now.motion.t, now.motion.y, now.motion.duration());
+    double amplification = 0.0;
+    for (std::size_t k = 0; k < before.size(); ++k) {
+      const MotionDifference each = difference(before[k], now.motion, sizes);
+      if (k + 1 == before.size()) apart = each;
+      if (k + 1 == before.size() || each.relative <= ToleranceSearch::saturated)
+        amplification = std::max(amplification, each.relative / (search.trials()[k].tolerance + ToleranceSearch::rounding));
+    }
+    search.ran({*tolerance, apart.relative, work(now.statistics, system.size()), now.statistics.wall_seconds, now.statistics.method},
+               amplification);
+    before.push_back(now.motion);
+    last = std::move(now);
+    result.rtol = *tolerance;
+    result.atol = atol;
+  }
+  result.run = std::move(last->run);
+  result.outcome = last->outcome;
+  result.message = std::move(last->message);
+  result.trials = search.trials();
+  if (failed(result.outcome)) return result;
+
+  result.error_estimate = search.estimate();
+  result.worst = apart.component < 0 ? "" : system.component_name(apart.component);
+  result.worst_time = apart.t;
+  result.event_time_error = apart.event_time;
+  result.forecast = search.forecast();
+  if (result.reached()) return result;
+  result.outcome = Outcome::accuracy_not_reached;
+  result.message = std::string(name(result.outcome)) + ": the error of the whole motion must be at most " + text_of(accuracy) +
+                   ", but is estimated at " + text_of(result.error_estimate) +
+                   (result.worst.empty() ? "" : ", most of all in " + result.worst + " at t = " + text_of(result.worst_time)) +
+                   ", with rtol = " + text_of(result.rtol) + "; " +
+                   (given_up.empty() ? "a tighter one does not help: " : given_up + ": ") + std::string(advice(result.outcome));
+  return result;
+}
+
+}  // namespace detail
+
+/// Simulates so accurately that the relative global error at the output times is at most `accuracy`.
+///
+/// Takes the arguments of simulate(), without an observer. options.rtol and atol are not looked at; the limits hold for
+/// all runs together. Makes three to five runs.
+///
+/// @param accuracy  between 0 and 1; below 1e-13 or so is seldom reached
+/// @return          the last run, whose outcome may be accuracy_not_reached, the estimate of its error, and a forecast
+/// @throws          as simulate()
+template <class System, class Start, class Method, class... Events>
+auto accurate_simulation(const System& system, const Start& start, double t_end, const Method& method, double accuracy,
+                         Options options = {}, const EventList<Events...>& events = {}) {
+  const auto form = first_order_form(system);
+  using Form = std::remove_cvref_t<decltype(form)>;
+  constexpr int n = detail::dof_at_compile_time<Form>();
+  const Eigen::Index dof = detail::dof(form);
+  const Eigen::VectorXd y0 = detail::packed(form, start);
+  const double duration = t_end - start.t;
+  const bool keep = options.keep_trajectory;
+  const bool own_times = options.output_times.empty() && keep;
+  constexpr int parts = 64;
+  if (own_times)
+    for (int k = 1; k < parts; ++k) options.output_times.push_back(start.t + duration * k / parts);
+
+  long evaluations_left = options.max_evaluations;
+  double seconds_left = options.max_wall_seconds;
+  bool scouting = true;
+  const auto launch = [&](double rtol, const Eigen::VectorXd& atol) {
+    options.rtol = rtol;
+    options.atol = atol;
+    options.max_evaluations = std::max(evaluations_left, 1L);
+    options.max_wall_seconds = std::max(seconds_left, std::numeric_limits<double>::min());
+    options.keep_trajectory = keep && !std::exchange(scouting, false);
+    detail::Launched<Run<n>> launched;
+    Eigen::VectorXd sizes = y0.cwiseAbs();
+    launched.run = simulate(system, start, t_end, method, options,
+                            [&](const StepView& step) { sizes = sizes.cwiseMax(step.y().cwiseAbs()); }, events);
+    Run<n>& run = launched.run;
+    evaluations_left -= run.statistics.evaluations;
+    seconds_left -= run.statistics.wall_seconds;
+    const Eigen::Index count = run.samples.y.cols();
+    launched.motion = {start.t, run.samples.t, Eigen::MatrixXd(y0.size(), count + 1), std::move(sizes), run.events};
+    launched.motion.t.push_back(run.t);
+    launched.motion.y.leftCols(count) = run.samples.y;
+    launched.motion.y.col(count) = run.y;
+    if (own_times) run.samples = {};
+    launched.outcome = run.outcome;
+    launched.message = run.message;
+    launched.statistics = run.statistics;
+    return launched;
+  };
+  auto found = detail::accurate<Run<n>>(form, dof, accuracy, detail::expected_sizes(form, dof, start.t, y0, std::abs(duration)), launch);
+  AccurateRun<n> result{std::move(static_cast<AccuracyReport&>(found)), std::move(found.run)};
+  result.run.outcome = found.outcome;
+  result.run.message = std::move(found.message);
+  return result;
+}
+
+}  // namespace qdot
