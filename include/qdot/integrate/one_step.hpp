@@ -59,6 +59,26 @@ struct Replaceable {
   ~Replaceable() = default;
 };
 
+// Runs an evaluation in which the model may refuse; false, with the trouble noted, if it did.
+template <class Evaluation>
+bool attempted(Failure& failure, Evaluation&& evaluation) {
+  try {
+    evaluation();
+    return true;
+  } catch (const NonFinite& error) {
+    failure = {Outcome::non_finite, error.what()};
+  } catch (const MassMatrixError& error) {
+    failure = {Outcome::singular_mass_matrix, error.what()};
+  } catch (const ConstraintError& error) {
+    failure = {Outcome::constraint_failure, error.what()};
+  } catch (const RecoverableError& error) {
+    failure = {Outcome::refused_by_model, error.what()};
+  } catch (const StopRequest& request) {
+    failure = {Outcome::stopped_by_model, request.what()};
+  }
+  return false;
+}
+
 // The state and the bookkeeping of a one-step method for the system F.
 template <FirstOrderSystem F>
 class OneStep {
@@ -140,21 +160,7 @@ class OneStep {
   // Runs an evaluation that may find the step too long; false, with the trouble noted, if it did.
   template <class Evaluation>
   bool attempt(Evaluation&& evaluation) {
-    try {
-      evaluation();
-      return true;
-    } catch (const NonFinite& error) {
-      failure_ = {Outcome::non_finite, error.what()};
-    } catch (const MassMatrixError& error) {
-      failure_ = {Outcome::singular_mass_matrix, error.what()};
-    } catch (const ConstraintError& error) {
-      failure_ = {Outcome::constraint_failure, error.what()};
-    } catch (const RecoverableError& error) {
-      failure_ = {Outcome::refused_by_model, error.what()};
-    } catch (const StopRequest& request) {
-      failure_ = {Outcome::stopped_by_model, request.what()};
-    }
-    return false;
+    return attempted(failure_, evaluation);
   }
 
   // The weight of component i in the error test, for the larger of two values.

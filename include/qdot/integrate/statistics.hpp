@@ -23,7 +23,8 @@ namespace qdot {
 
 /// Cost of a run, and who caused it. Times in the units of t, except wall_seconds.
 struct Statistics {
-  std::string method;               ///< e.g. "cvode_bdf"
+  std::string method;               ///< e.g. "cvode_bdf"; all that took part, in their order, where a method chose among others
+  std::string method_reason = {};   ///< why these; empty where the user chose
   long steps = 0;                   ///< accepted steps
   long rejected_by_error_test = 0;  ///< attempts whose local error was too large
   long rejected_by_corrector = 0;   ///< attempts whose implicit equations did not converge

@@ -1,0 +1,126 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A method chosen at run time.
+//
+//     std::map<std::string, AnyMethod<decltype(system)>> methods = {{"taylor", Taylor{}}, {"gauss", Gauss{.step = 0.01}}};
+//     const auto run = simulate(system, start, 10.0, methods.at(name), options);
+//
+// Every method makes a stepper of a type of its own, unrolled for its system. AnyStepper hides that type behind one indirect
+// call per step, a nanosecond or two beside a step's hundreds: after it, time and state are looked up where the stepper keeps
+// them. So a program compiles its loop once for all methods, and a switch costs nothing within the step.
+//
+// The hidden stepper keeps its promises (stepper.hpp), and constraints as well, whether it projects inside its steps or not.
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/integrate/projecting_stepper.hpp"
+#include "qdot/integrate/stepper.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot {
+
+/// A Stepper of any type. Movable; moved-from it can only be assigned to or destroyed.
+class AnyStepper {
+ public:
+  static constexpr bool projects_itself = true;  // see any_stepper()
+
+  /// Takes over a stepper; one allocation.
+  template <Stepper S>
+    requires(!std::is_same_v<S, AnyStepper>)
+  explicit AnyStepper(S stepper) : held_(std::make_unique<Holder<S>>(std::move(stepper))) {}
+
+  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) { held_->reset(t, y); }
+  bool step(double t_limit) { return held_->step(t_limit); }
+
+  const Failure& failure() const { return held_->failure(); }
+  double t() const noexcept { return held_->t; }
+  double t_previous() const noexcept { return held_->t_previous; }
+  Eigen::Map<const Eigen::VectorXd> y() const noexcept { return {held_->y, held_->size}; }
+  int order() const { return held_->order(); }
+  const Statistics& statistics() const noexcept { return *held_->statistics; }
+  PolynomialView polynomial() { return held_->polynomial(); }
+  void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { held_->polynomial().evaluate(t, out); }
+
+ private:
+  // What is asked for at every step lies open; the rest is asked through the table.
+  struct Held {
+    double t = 0.0, t_previous = 0.0;
+    const double* y = nullptr;
+    Eigen::Index size = 0;
+    const Statistics* statistics = nullptr;
+
+    virtual ~Held() = default;
+    virtual void reset(double at, const Eigen::Ref<const Eigen::VectorXd>& state) = 0;
+    virtual bool step(double t_limit) = 0;
+    virtual const Failure& failure() const = 0;
+    virtual int order() const = 0;
+    virtual PolynomialView polynomial() = 0;
+  };
+
+  template <class S>
+  struct Holder final : Held {
+    static_assert(!std::is_same_v<decltype(std::declval<const S&>().y()), Eigen::VectorXd>,
+                  "qdot: a stepper must show the state that it keeps, not a copy of it");
+    S stepper;
+
+    explicit Holder(S taken) : stepper(std::move(taken)) { look(); }
+
+    void reset(double at, const Eigen::Ref<const Eigen::VectorXd>& state) override {
+      stepper.reset(at, state);
+      look();
+    }
+    bool step(double t_limit) override {
+      const bool accepted = stepper.step(t_limit);
+      look();
+      return accepted;
+    }
+    const Failure& failure() const override { return stepper.failure(); }
+    int order() const override { return stepper.order(); }
+    PolynomialView polynomial() override { return stepper.polynomial(); }
+
+    void look() {
+      this->t = stepper.t();
+      this->t_previous = stepper.t_previous();
+      this->y = stepper.y().data();
+      this->size = stepper.y().size();
+      this->statistics = &stepper.statistics();
+    }
+  };
+
+  std::unique_ptr<Held> held_;
+};
+
+static_assert(Stepper<AnyStepper>);
+
+/// The method's stepper for a first-order system, its type hidden; on constraints, where the system has some.
+template <FirstOrderSystem F, SteppingMethod<F> M>
+AnyStepper any_stepper(const M& method, const F& system, const Options& options) {
+  return AnyStepper(detail::projecting_stepper(method, system, options));
+}
+
+/// Any method for one type of system: what a name can stand for.
+///
+/// @tparam System  a mechanical system, or anything that models FirstOrderSystem
+template <class System>
+class AnyMethod {
+ public:
+  using Form = std::remove_cvref_t<decltype(first_order_form(std::declval<const System&>()))>;
+
+  template <class M>
+    requires(!std::is_same_v<M, AnyMethod> && SteppingMethod<M, Form>)
+  AnyMethod(M method)
+      : make_([method = std::move(method)](const Form& form, const Options& options) { return any_stepper(method, form, options); }) {}
+
+  /// A stepper for `system`, which it copies. Allocates all its memory here.
+  AnyStepper stepper(const Form& system, const Options& options) const { return make_(system, options); }
+
+ private:
+  std::function<AnyStepper(const Form&, const Options&)> make_;
+};
+
+}  // namespace qdot

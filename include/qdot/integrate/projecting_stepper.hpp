@@ -1,0 +1,107 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A one-step method that keeps the constraints by itself.
+//
+// Steps of a method that knows nothing of constraints leave them by a little. The driver puts the end of every step back
+// (y ← the nearest state on the constraints) and tells the stepper with correct(). Where a stepper stands behind an interface
+// that shows no correct(), because others behind it project inside their steps, the same is done here:
+//
+//     step → y ← projected y → correct(y).
+//
+// A projection that fails fails the step: t() and y() stay those of the last good one.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/integrate/one_step.hpp"
+#include "qdot/integrate/stepper.hpp"
+
+namespace qdot {
+
+/// A Stepper whose steps end on the constraints of its system. Movable.
+template <CorrectableStepper S, ProjectableSystem F>
+class ProjectingStepper {
+ public:
+  static constexpr bool projects_itself = true;
+
+  ProjectingStepper(S stepper, F system)
+      : stepper_(std::move(stepper)), system_(std::move(system)), statistics_(stepper_.statistics()) {
+    y_.setZero(system_.value.size());
+    projected_ = y_;
+  }
+
+  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    stepper_.reset(t, y);
+    t_ = t_previous_ = t;
+    y_ = y;
+    count();
+  }
+
+  bool step(double t_limit) {
+    const bool advanced = stepper_.step(t_limit);
+    if (!advanced) failure_ = stepper_.failure();
+    const bool accepted = advanced && detail::attempted(failure_, [&] {
+      projected_ = stepper_.y();
+      const auto report = system_.value.project(stepper_.t(), projected_);
+      stepper_.correct(projected_);
+      ++projections_;
+      residual_ = std::max(residual_, static_cast<double>(report.residual));
+      velocity_residual_ = std::max(velocity_residual_, static_cast<double>(report.velocity_residual));
+    });
+    count();
+    if (!accepted) return false;
+    t_previous_ = std::exchange(t_, stepper_.t());
+    y_.swap(projected_);
+    return true;
+  }
+
+  const Failure& failure() const noexcept { return failure_; }
+  double t() const noexcept { return t_; }
+  double t_previous() const noexcept { return t_previous_; }
+  const Eigen::VectorXd& y() const noexcept { return y_; }
+  int order() const noexcept { return stepper_.order(); }
+  const Statistics& statistics() const noexcept { return statistics_; }
+  PolynomialView polynomial() { return stepper_.polynomial(); }
+  void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { stepper_.interpolate(t, out); }
+
+  /// The stepper itself, which has made the same steps.
+  const S& inner() const noexcept { return stepper_; }
+
+ private:
+  void count() {
+    statistics_ = stepper_.statistics();
+    statistics_.projections = projections_;
+    statistics_.constraint_residual = residual_;
+    statistics_.constraint_velocity = velocity_residual_;
+  }
+
+  S stepper_;
+  detail::Replaceable<F> system_;
+  Eigen::VectorXd y_, projected_;
+  double t_ = 0.0, t_previous_ = 0.0;
+  long projections_ = 0;
+  double residual_ = 0.0, velocity_residual_ = 0.0;
+  Failure failure_;
+  Statistics statistics_;
+};
+
+namespace detail {
+
+/// The method's stepper for a system, with the projection where the system needs it and the stepper leaves it to others.
+template <FirstOrderSystem F, SteppingMethod<F> M>
+auto projecting_stepper(const M& method, const F& system, const Options& options) {
+  using S = std::remove_cvref_t<decltype(method.stepper(system, options))>;
+  if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
+    static_assert(CorrectableStepper<S>,
+                  "qdot: this method cannot keep a system on its constraints; use Dop853, Dopri5 or CvodeBdf");
+    return ProjectingStepper<S, F>(method.stepper(system, options), system);
+  } else {
+    return method.stepper(system, options);
+  }
+}
+
+}  // namespace detail
+}  // namespace qdot
