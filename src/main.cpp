@@ -84,6 +84,7 @@ int execute(int argc, char** argv, std::string& command_name) {
   bench_command->add_option_function<std::string>(
       "NAME", [&](const std::string& text) { bench_options.name = text; }, "all of them without a name");
   bench_command->add_flag("--json", bench_options.json, "one JSON object on stdout");
+  add_text(bench_command, "--page", bench_options.page, "write the benchmark's page of the documentation (hard)", "FILE");
 
   std::vector<std::string> names;
   for (CLI::App* command : app.get_subcommands({})) {

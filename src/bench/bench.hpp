@@ -33,6 +33,9 @@ struct Findings {
   std::vector<Row> rows;
   std::string note;          // conditions of the measurement, one sentence
   std::string cannot_run{};  // non-empty: why there are no rows, e.g. "no compiler named g++"
+
+  // Of a benchmark whose rows have a form of their own: as text, as a JSON array, and as a page of the documentation.
+  std::string text{}, json{}, page{};
 };
 
 struct Benchmark {
@@ -49,6 +52,9 @@ Benchmark ensemble_benchmark();
 
 /// Time to reach an error with each method, beside Dop853 (src/bench/steppers.cpp).
 Benchmark steppers_benchmark();
+
+/// Digits reached on published hard cases (src/bench/hard.cpp).
+Benchmark hard_benchmark();
 
 /// Time to compile a 40-line user program (src/bench/compile.cpp).
 Benchmark compile_benchmark();

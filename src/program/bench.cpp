@@ -12,6 +12,7 @@
 #include "program/arguments.hpp"
 #include "program/commands.hpp"
 #include "program/json.hpp"
+#include "qdot/report/file.hpp"
 
 namespace qdot::program {
 
@@ -23,6 +24,7 @@ void print(const bench::Benchmark& benchmark, const bench::Findings& findings) {
     std::printf("  cannot run here: %s\n\n", findings.cannot_run.c_str());
     return;
   }
+  std::printf("%s", findings.text.c_str());
   std::size_t width = 0;
   for (const bench::Row& row : findings.rows) width = std::max(width, row.name.size());
   for (const bench::Row& row : findings.rows) {
@@ -52,6 +54,12 @@ int bench(const BenchOptions& options) {
     all.emplace_back(benchmark.name, benchmark.run());
     ran = ran && all.back().second.cannot_run.empty();
     if (!options.json) print(benchmark, all.back().second);
+  }
+  if (options.page) {
+    std::string pages;
+    for (const auto& [name, findings] : all) pages += findings.page;
+    if (pages.empty()) throw UsageError("--page: must be given with a benchmark that has one (hard), given \"" + *options.page + "\"");
+    report::write_files({{*options.page, pages}});
   }
   if (options.json) std::printf("%s\n", bench_json(all).c_str());
   return ran ? 0 : 1;

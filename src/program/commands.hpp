@@ -39,7 +39,7 @@ struct EffectsOptions {
 };
 
 struct BenchOptions {
-  std::optional<std::string> name;
+  std::optional<std::string> name, page;
   bool json = false;
 };
 

@@ -148,6 +148,7 @@ Json equations_json(const bench::Findings& found) {
 
 std::string bench_json(const std::vector<std::pair<std::string, bench::Findings>>& findings) {
   if (findings.size() == 1 && findings[0].first == "eom") return equations_json(findings[0].second).dump(2);
+  if (findings.size() == 1 && !findings[0].second.json.empty()) return findings[0].second.json;
   Json object = Json::object();
   for (const auto& [name, found] : findings) {
     Json rows = Json::array();
@@ -160,6 +161,7 @@ std::string bench_json(const std::vector<std::pair<std::string, bench::Findings>
       }
       rows.push_back(entry);
     }
+    if (!found.json.empty()) rows = Json::parse(found.json);
     object[name] = {{"rows", rows}, {"note", found.note}};
     if (!found.cannot_run.empty()) object[name]["cannot_run"] = found.cannot_run;
   }
