@@ -73,6 +73,20 @@ int execute(int argc, char** argv, std::string& command_name) {
   run_command->add_flag("--json", run_options.json, "one JSON object on stdout");
   run_command->add_flag("--quiet", run_options.quiet, "no progress bar");
 
+  AccuracyOptions accuracy_options;
+  CLI::App* accuracy_command = app.add_subcommand("accuracy", "what accuracy costs in time, with each method");
+  accuracy_command->add_option("SCENE", accuracy_options.scene, "a name from qdot list")->required();
+  add_repeatable(accuracy_command, "--set", accuracy_options.set, "parameter or initial value (q0, …, qdot0, …), NAME=VALUE");
+  add_repeatable(accuracy_command, "--with", accuracy_options.with, "switch an effect on, EFFECT[=VALUE]");
+  add_repeatable(accuracy_command, "--without", accuracy_options.without, "switch an effect off");
+  add_text(accuracy_command, "--t-end", accuracy_options.t_end, "time to end at", "T");
+  add_repeatable(accuracy_command, "--method", accuracy_options.methods, "a method to compare; all that fit without it");
+  add_text(accuracy_command, "--samples", accuracy_options.samples, "times at which errors are measured (default 32)", "N");
+  add_text(accuracy_command, "--out", accuracy_options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
+  accuracy_command->add_flag("--quick", accuracy_options.quick, "fewer tolerances and shorter measurements");
+  accuracy_command->add_flag("--json", accuracy_options.json, "one JSON object on stdout");
+  accuracy_command->add_flag("--quiet", accuracy_options.quiet, "no progress line");
+
   EffectsOptions effects_options;
   CLI::App* effects_command = app.add_subcommand("effects", "what each effect of a scene costs");
   effects_command->add_option("SCENE", effects_options.scene, "a name from qdot list")->required();
@@ -106,12 +120,13 @@ int execute(int argc, char** argv, std::string& command_name) {
     const std::string message = error.what();
     throw UsageError(message.substr(0, message.find(':')) + ": must be followed by one value, given none");
   } catch (const CLI::ParseError& error) {
-    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, effects, bench; see qdot --help");
+    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, accuracy, effects, bench; see qdot --help");
   }
   refuse_extras(app.get_subcommands().front());
 
   if (list_command->parsed()) return list(list_options);
   if (run_command->parsed()) return run(run_options);
+  if (accuracy_command->parsed()) return accuracy(accuracy_options);
   if (effects_command->parsed()) return effects(effects_options);
   return bench(bench_options);
 }

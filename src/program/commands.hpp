@@ -32,6 +32,23 @@ struct RunOptions {
   bool quiet = false;
 };
 
+/// Applies --with and --without, in this order.
+///
+/// @throws UsageError
+void choose_effects(RunnableScene& scene, const RunOptions& options);
+
+struct AccuracyOptions {
+  std::string scene;
+  std::vector<std::string> set;
+  std::vector<std::string> with;
+  std::vector<std::string> without;
+  std::vector<std::string> methods;
+  std::optional<std::string> t_end, samples, out;
+  bool quick = false;
+  bool json = false;
+  bool quiet = false;
+};
+
 struct EffectsOptions {
   std::string scene;
   std::vector<std::string> set;
@@ -45,6 +62,7 @@ struct BenchOptions {
 
 int list(const ListOptions& options);
 int run(const RunOptions& options);
+int accuracy(const AccuracyOptions& options);
 int effects(const EffectsOptions& options);
 int bench(const BenchOptions& options);
 

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "program/scene_runner.hpp"
+#include "qdot/analysis/reference_equations.hpp"
 #include "qdot/effects/scene_form.hpp"
 
 namespace qdot::program {
@@ -90,6 +91,11 @@ class SceneModel final : public Model {
                                     [[maybe_unused]] const Eigen::VectorXd& tolerance) const override {
     if constexpr (Sc::has_phases) return form_.switched(t, y, fired, tolerance);
     return {};
+  }
+  bool long_derivative([[maybe_unused]] long double t, [[maybe_unused]] const LongVector& y,
+                       [[maybe_unused]] LongVector& ydot) const override {
+    if constexpr (qdot::detail::has_any_scalar<Sc>::value) qdot::detail::write_derivative(form_.scene(), t, y, ydot);
+    return qdot::detail::has_any_scalar<Sc>::value;
   }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
     const auto state = form_.state(t, y);

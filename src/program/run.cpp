@@ -27,30 +27,6 @@ using report::exact_text;
 
 constexpr double start_on_constraints = 1e-12;  // what rounding moves is not worth a line
 
-/// Applies --with and --without, in this order.
-void choose_effects(RunnableScene& scene, const RunOptions& options) {
-  std::vector<std::string> valid;
-  for (const EffectInfo& effect : scene.effects()) valid.push_back(effect.name);
-  const auto choose = [&](const char* option, const std::string& text, bool on) {
-    const bool valued = on && text.find('=') != std::string::npos;
-    const std::string name = valued ? assignment(option, text).name : text;
-    if (valid.empty()) {
-      throw UsageError(std::string(option) + ": must name an effect of the scene; " + scene.name() + " has no effect \"" + name +
-                       "\" (it has none)");
-    }
-    if (std::find(valid.begin(), valid.end(), name) == valid.end()) {
-      throw unknown_name(option, "an effect of " + scene.name(), name, valid);
-    }
-    try {
-      scene.set_effect(name, on, valued ? std::optional(assignment(option, text).value) : std::nullopt);
-    } catch (const InvalidValue& error) {
-      throw UsageError(std::string(option) + ": " + error.what());
-    }
-  };
-  for (const std::string& text : options.with) choose("--with", text, true);
-  for (const std::string& text : options.without) choose("--without", text, false);
-}
-
 double tolerance(const char* option, const std::string& text) {
   const double value = finite_number(option, text);
   if (value <= 0) throw UsageError(std::string(option) + ": must be positive, given " + text);
@@ -142,6 +118,29 @@ void print_summary(const RunnableScene& scene, const Request& request, const Res
 }
 
 }  // namespace
+
+void choose_effects(RunnableScene& scene, const RunOptions& options) {
+  std::vector<std::string> valid;
+  for (const EffectInfo& effect : scene.effects()) valid.push_back(effect.name);
+  const auto choose = [&](const char* option, const std::string& text, bool on) {
+    const bool valued = on && text.find('=') != std::string::npos;
+    const std::string name = valued ? assignment(option, text).name : text;
+    if (valid.empty()) {
+      throw UsageError(std::string(option) + ": must name an effect of the scene; " + scene.name() + " has no effect \"" + name +
+                       "\" (it has none)");
+    }
+    if (std::find(valid.begin(), valid.end(), name) == valid.end()) {
+      throw unknown_name(option, "an effect of " + scene.name(), name, valid);
+    }
+    try {
+      scene.set_effect(name, on, valued ? std::optional(assignment(option, text).value) : std::nullopt);
+    } catch (const InvalidValue& error) {
+      throw UsageError(std::string(option) + ": " + error.what());
+    }
+  };
+  for (const std::string& text : options.with) choose("--with", text, true);
+  for (const std::string& text : options.without) choose("--without", text, false);
+}
 
 State<Dynamic> configured(RunnableScene& scene, const std::vector<std::string>& settings) {
   std::vector<std::string> valid;

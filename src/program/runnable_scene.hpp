@@ -53,6 +53,8 @@ struct Reaction {
   double lambda = 0;
 };
 
+using LongVector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
+
 /// The equations of motion for fixed parameters, y = [q; q̇; z] with the states z of effects that have some.
 class Model {
  public:
@@ -86,6 +88,9 @@ class Model {
   virtual std::vector<std::string> switched(double, Eigen::VectorXd&, const std::vector<bool>&, const Eigen::VectorXd&) const {
     return {};
   }
+
+  /// The derivative with more digits, for references; false, with nothing done, where the equations hold in double only.
+  virtual bool long_derivative(long double, const LongVector&, LongVector&) const { return false; }
 
   /// Evaluates q̈ at y `count` times, and returns a number that depends on all of them.
   virtual double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const = 0;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "program/runnable_scene.hpp"
+#include "qdot/analysis/reference_equations.hpp"
 #include "qdot/integrate/energy_balance.hpp"
 #include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
@@ -52,6 +53,10 @@ class SystemModel final : public Model {
   double energy_rate(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
     const auto state = form_.state(t, y);
     return qdot::energy_rate(form_.system(), state.q, state.qdot, t);
+  }
+  bool long_derivative(long double t, const LongVector& y, LongVector& ydot) const override {
+    qdot::detail::write_derivative(form_.system(), t, y, ydot);
+    return true;
   }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
     const auto state = form_.state(t, y);

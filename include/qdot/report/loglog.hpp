@@ -1,0 +1,269 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Measurements over decades: marked curves on two logarithmic axes, as SVG text.
+//
+//     error
+//     10⁻³ ┤ ●10⁻³                 — ● dop853   — ▲ taylor
+//     10⁻⁶ ┤   ╲●10⁻⁶  ╳           a cross: a run that failed, at what it had cost by then
+//     10⁻⁹ ┤─ ─ ─ ─╲● ─ ─ ─ ─      a level, with its name: the rounding floor
+//          └──┬────┬────┬──
+//           10⁻⁴  10⁻³  10⁻²  s
+//
+// A method has a colour and a shape, so that curves can be told apart without colours. Labels at markers stand where there
+// is room, and are left out where there is none. A run without an error to show stands as a cross on the upper edge.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "qdot/report/plot.hpp"
+#include "qdot/report/svg.hpp"
+#include "qdot/report/theme.hpp"
+
+namespace qdot::report {
+
+/// One measurement. A failed one has no y that counts.
+struct Marker {
+  double x = 0;
+  double y = 0;
+  std::string label{};
+  bool failed = false;
+};
+
+/// The measurements of one method, in their order.
+struct MarkedCurve {
+  std::string name;
+  std::size_t style = 0;  // colour and shape
+  std::vector<Marker> points;
+  bool marked = true;     // false: a line alone
+};
+
+/// A horizontal line with its name.
+struct Level {
+  double y = 0;
+  std::string label;
+};
+
+/// A straight line y ∝ x^slope through a point, with its name.
+struct SlopeGuide {
+  double slope = 1;
+  double x = 1;
+  double y = 1;
+  std::string label;
+};
+
+struct LogLogPlot {
+  std::string title{};
+  std::string x_label{};
+  std::string y_label{};
+  std::vector<MarkedCurve> curves{};
+  std::vector<Level> levels{};
+  std::vector<SlopeGuide> slopes{};
+  double width = 720;
+  double height = 430;
+  double least_y = 0;       // smaller values are drawn here: an error of exactly zero has no logarithm
+  bool with_legend = true;
+};
+
+namespace detail {
+
+/// Colour and shape of a method; 64 combinations before one comes again.
+inline std::string marker_colour(std::size_t style) { return "var(--s" + std::to_string(style % series_colours) + ")"; }
+
+/// One of eight shapes at a point: dot, square, triangle up, diamond, triangle down, pentagon, plus, star.
+inline std::string marker_svg(std::size_t style, double x, double y, double r) {
+  const std::string colour = marker_colour(style);
+  const std::size_t shape = (style + style / series_colours) % 8;
+  const auto polygon = [&](int corners, double first_degrees, double size, double inner) {
+    std::string points;
+    for (int k = 0; k < corners; ++k) {
+      const double angle = (first_degrees + 360.0 * k / corners) * 3.14159265358979 / 180;
+      const double length = k % 2 == 1 ? size * inner : size;
+      points += (k == 0 ? "" : " ") + px(x + length * std::cos(angle)) + "," + px(y - length * std::sin(angle));
+    }
+    return "<polygon class=\"mark\" points=\"" + points + "\" style=\"fill:" + colour + "\"/>";
+  };
+  switch (shape) {
+    case 0: return "<circle class=\"mark\" cx=\"" + px(x) + "\" cy=\"" + px(y) + "\" r=\"" + px(r) + "\" style=\"fill:" + colour + "\"/>";
+    case 1: return polygon(4, 45, 1.3 * r, 1.0);
+    case 2: return polygon(3, 90, 1.45 * r, 1.0);
+    case 3: return polygon(4, 90, 1.4 * r, 1.0);
+    case 4: return polygon(3, 270, 1.45 * r, 1.0);
+    case 5: return polygon(5, 90, 1.25 * r, 1.0);
+    case 6: return polygon(8, 90, 1.6 * r, 0.38);
+    default: return polygon(10, 90, 1.6 * r, 0.45);
+  }
+}
+
+inline std::string cross_svg(std::size_t style, double x, double y, double r) {
+  return "<path class=\"curve\" style=\"stroke:" + marker_colour(style) + ";stroke-width:2.2\" d=\"M" + px(x - r) + " " + px(y - r) + "L" +
+         px(x + r) + " " + px(y + r) + "M" + px(x - r) + " " + px(y + r) + "L" + px(x + r) + " " + px(y - r) + "\"/>";
+}
+
+// What is already on the picture, so that a label does not cover it.
+class Occupied {
+ public:
+  void add(double x0, double y0, double x1, double y1) { boxes_.push_back({x0, y0, x1, y1}); }
+  bool is_free(double x0, double y0, double x1, double y1) const {
+    return std::none_of(boxes_.begin(), boxes_.end(), [&](const std::array<double, 4>& b) {
+      return x0 < b[2] && b[0] < x1 && y0 < b[3] && b[1] < y1;
+    });
+  }
+
+ private:
+  std::vector<std::array<double, 4>> boxes_;
+};
+
+// Room for the letters of a label.
+inline double label_width(const std::string& text) { return 0.9 * text_width(text); }
+
+}  // namespace detail
+
+/// Names with their colours and shapes, in rows from the left; returns the SVG text and its height.
+inline std::pair<std::string, double> marker_legend(const std::vector<MarkedCurve>& curves, double left, double right, double top) {
+  std::string svg;
+  double x = left, y = top + 13;
+  for (const MarkedCurve& curve : curves) {
+    if (curve.name.empty()) continue;
+    const double width = 30 + detail::text_width(curve.name) + 16;
+    if (x + width > right && x > left) {
+      x = left;
+      y += 20;
+    }
+    svg += "<path class=\"curve\" style=\"stroke:" + detail::marker_colour(curve.style) + "\" d=\"M" + detail::px(x) + " " +
+           detail::px(y - 4.5) + "h24\"/>" + (curve.marked ? detail::marker_svg(curve.style, x + 12, y - 4.5, 4.2) : std::string()) +
+           detail::text_element(x + 30, y, "", curve.name);
+    x += width;
+  }
+  return {svg, y + 7 - top};
+}
+
+/// The picture as an <svg> element for a page that carries `theme_css` and `plot_css`.
+inline std::string svg_element(const LogLogPlot& plot, const std::string& style = "") {
+  using namespace detail;
+  const Axis axis{.label = {}, .scale = Scale::logarithmic, .range = {}};
+  const auto shown_y = [&](double y) { return plot.least_y > 0 ? std::max(y, plot.least_y) : y; };
+  std::vector<double> xs, ys;
+  bool failures = false;
+  for (const MarkedCurve& curve : plot.curves)
+    for (const Marker& p : curve.points) {
+      xs.push_back(p.x);
+      if (!p.failed) ys.push_back(shown_y(p.y));
+      failures = failures || p.failed;
+    }
+  for (const Level& level : plot.levels) ys.push_back(level.y);
+  const auto x_range = shown_range(axis, {&xs}, 0.05);
+  auto y_range = shown_range(axis, {&ys}, 0.04);
+  if (failures) y_range.second *= std::pow(y_range.second / y_range.first, 0.05);
+
+  const double right = plot.width - 18;
+  const double head = plot.title.empty() ? 6 : 30;
+  const auto [legend_svg, legend_height] = plot.with_legend ? marker_legend(plot.curves, 12, right, head) : std::pair(std::string(), 0.0);
+  const double label_line = head + legend_height + 15;
+  const double top = label_line + 10, bottom = plot.height - 40;
+  const Ticks y_ticks = ticks(axis, y_range, bottom - top, 30);
+  double left = 0;
+  for (const Tick& tick : y_ticks.ticks) left = std::max(left, text_width(tick.label));
+  left += 24;
+  const Ticks x_ticks = ticks(axis, x_range, right - left, 60);
+  const AxisMap x(axis, x_range, left, right), y(axis, y_range, bottom, top);
+
+  std::string svg = "<svg class=\"plot\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + px(plot.width) + " " + px(plot.height) +
+                    "\" width=\"" + px(plot.width) + "\" height=\"" + px(plot.height) + "\" role=\"img\" aria-label=\"" +
+                    escaped(plot.title.empty() ? plot.y_label : plot.title) + "\">\n" + style;
+  if (!plot.title.empty()) svg += text_element(12, 20, "", plot.title, "title");
+  svg += legend_svg + text_element(12, label_line, "", plot.y_label, "label");
+  std::string grid;
+  for (const Tick& tick : x_ticks.ticks) grid += "M" + px(x(tick.value)) + " " + px(top) + "V" + px(bottom);
+  for (const Tick& tick : y_ticks.ticks) grid += "M" + px(left) + " " + px(y(tick.value)) + "H" + px(right);
+  svg += "<path class=\"grid\" d=\"" + grid + "\"/>\n";
+  for (const Tick& tick : x_ticks.ticks) svg += text_element(x(tick.value), bottom + 18, "middle", tick.label);
+  for (const Tick& tick : y_ticks.ticks) svg += text_element(left - 8, y(tick.value) + 4.5, "end", tick.label);
+  svg += text_element(0.5 * (left + right), plot.height - 6, "middle", plot.x_label, "label");
+
+  Occupied occupied;
+  std::string labels;
+  for (const Level& level : plot.levels) {
+    if (!(level.y > 0)) continue;
+    const double at = y(level.y), width = text_width(level.label);
+    svg += "<path class=\"guide\" d=\"M" + px(left) + " " + px(at) + "H" + px(right) + "\"/>";
+    const double line = occupied.is_free(left + 6, at - 15, left + 6 + width, at - 3) ? at - 5 : at + 14;
+    labels += text_element(left + 6, line, "", level.label);
+    occupied.add(left + 6, line - 11, left + 6 + width, line + 2);
+  }
+
+  // A nested viewport clips what leaves the axes.
+  svg += "<svg x=\"" + px(left) + "\" y=\"" + px(top - 6) + "\" width=\"" + px(right - left + 6) + "\" height=\"" + px(bottom - top + 12) +
+         "\" viewBox=\"" + px(left) + " " + px(top - 6) + " " + px(right - left + 6) + " " + px(bottom - top + 12) + "\">\n";
+  for (const SlopeGuide& guide : plot.slopes) {
+    const auto at = [&](double value) { return guide.y * std::pow(value / guide.x, guide.slope); };
+    const double from = guide.x, to = x_range.second;
+    svg += "<path class=\"guide\" d=\"M" + px(x(from)) + " " + px(y(at(from))) + "L" + px(x(to)) + " " + px(y(at(to))) + "\"/>";
+    double where = to * std::pow(x_range.first / to, 0.04);
+    if (at(where) > y_range.second) where = guide.x * std::pow(0.6 * y_range.second / guide.y, 1 / guide.slope);
+    const double width = text_width(guide.label);
+    labels += text_element(x(where), y(at(where)) - 7, "end", guide.label);
+    occupied.add(x(where) - width, y(at(where)) - 19, x(where), y(at(where)) - 5);
+  }
+  for (const MarkedCurve& curve : plot.curves) {
+    std::string path;
+    bool open = false;
+    std::string marks;
+    for (const Marker& p : curve.points) {
+      if (!(p.x > 0) || !std::isfinite(p.x)) continue;
+      if (p.failed) {
+        marks += cross_svg(curve.style, x(p.x), top + 6, 4.5);
+        occupied.add(x(p.x) - 5, top, x(p.x) + 5, top + 12);
+        continue;
+      }
+      if (!can_show(axis, shown_y(p.y))) {
+        open = false;
+        continue;
+      }
+      const double at_x = x(p.x), at_y = y(shown_y(p.y));
+      path += (open ? "L" : "M") + px(at_x) + " " + px(at_y);
+      open = true;
+      if (!curve.marked) continue;
+      marks += marker_svg(curve.style, at_x, at_y, 3.6);
+      occupied.add(at_x - 4, at_y - 4, at_x + 4, at_y + 4);
+    }
+    svg += "<path class=\"curve\" style=\"stroke:" + marker_colour(curve.style) + "\" d=\"" + path + "\"/>" + marks + "\n";
+  }
+  svg += "</svg>\n";
+  for (const MarkedCurve& curve : plot.curves)
+    for (const Marker& p : curve.points) {
+      if (p.failed || p.label.empty() || !(p.x > 0) || !can_show(axis, shown_y(p.y))) continue;
+      const double at_x = x(p.x), at_y = y(shown_y(p.y)), width = label_width(p.label);
+      const std::array<std::pair<double, double>, 4> places = {
+          std::pair{at_x + 7, at_y + 4}, {at_x - 7 - width, at_y + 4}, {at_x + 5, at_y - 7}, {at_x + 3, at_y + 16}};
+      for (const auto& [px_x, px_y] : places) {
+        if (px_x < left || px_x + width > right || px_y - 10 < top || px_y > bottom) continue;
+        if (!occupied.is_free(px_x, px_y - 10, px_x + width, px_y + 2)) continue;
+        labels += "<text class=\"small\" x=\"" + px(px_x) + "\" y=\"" + px(px_y) + "\" style=\"fill:" + marker_colour(curve.style) + "\">" +
+                  escaped(p.label) + "</text>\n";
+        occupied.add(px_x - 1, px_y - 11, px_x + width + 1, px_y + 3);
+        break;
+      }
+    }
+  return svg + labels + "<path class=\"frame\" d=\"M" + px(left) + " " + px(top) + "V" + px(bottom) + "H" + px(right) + "\"/>\n</svg>\n";
+}
+
+/// CSS beside `plot_css` for what these pictures have more.
+inline std::string loglog_css() {
+  return ".plot .guide{stroke:var(--muted);stroke-width:1.2;stroke-dasharray:6 4;fill:none}\n"
+         ".plot .mark{stroke:var(--card);stroke-width:.8}\n.plot .small{font-size:10.5px}\n";
+}
+
+/// The picture as an SVG file of its own: white or dark paper as the reader prefers.
+inline std::string svg(const LogLogPlot& plot) {
+  return svg_element(plot, "<style>\n" + theme_css(".plot") + plot_css() + loglog_css() +
+                               "</style>\n<rect width=\"100%\" height=\"100%\" rx=\"6\" style=\"fill:var(--card)\"/>\n");
+}
+
+}  // namespace qdot::report
