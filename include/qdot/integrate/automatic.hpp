@@ -1,0 +1,352 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A method that chooses among methods, and says why.
+//
+//     const auto run = simulate(system, start, 10.0, Automatic{}, {.rtol = 1e-9});     // cvode_automatic.hpp
+//     run.statistics.method           "taylor", or "dop853, cvode_bdf" where it changed its mind
+//     run.statistics.method_reason    why, in one sentence for each
+//
+// Smooth. It starts with Taylor, where the system is T and V alone, both are formulas without branches, and rtol asks for
+// more than a few digits: two to seven times as fast as Dop853 on pendulums, orbits and chains. Otherwise with Dop853.
+//
+// Stiff. An explicit method of order p is stable while h |λ| stays below a limit for every eigenvalue λ of ∂f/∂y: 6 for Dop853
+// in all directions, 0.37 p + 1.4 for Taylor. Accuracy holds h |λ| below that as long as a motion with rate |λ| is going on:
+// at 1.2 for Taylor, below 3.5 for Dop853 even with three digits. So
+//
+//     h ρ > 4  (Dop853),      h ρ > half the limit  (Taylor),      ρ = max |λ| of the exact Jacobian
+//
+// says that something fast is there, that it has died away, and that only stability holds the step. It is asked every
+// 4 size() steps, and sixteen at least, so that the Jacobian is two percent of the cost; twice in a row, and the stiff method
+// takes over.
+//
+// Back. A stiff method covers some time per evaluation, Jacobians counted as size() of them. When Dop853 at its limit,
+// 4.8/ρ for twelve evaluations, would cover more, the method of the beginning takes over again: after one look at it the first
+// time, two the second, and so on, so that a motion that is stiff now and then does not pay for each change of mind.
+//
+// Other changes: where Taylor meets a point at which T or V is not analytic, or the stiff method cannot take a step, Dop853
+// goes on from the last good state. Nothing depends on a clock: the same run is the same to the last bit.
+//
+// Reference: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2 (stiffness detection in DOP853).
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "qdot/integrate/any_stepper.hpp"
+#include "qdot/integrate/one_step.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/taylor.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+/// The largest |λ| of ∂f/∂y, estimated by powers of the Jacobian; f may not be asked for it again.
+class SpectralRadius {
+ public:
+  using Jacobian = std::function<void(double, const Eigen::Ref<const Eigen::VectorXd>&, Eigen::Ref<Eigen::MatrixXd>)>;
+
+  SpectralRadius(Eigen::Index size, Jacobian jacobian)
+      : jacobian_(std::move(jacobian)), J_(Eigen::MatrixXd::Zero(size, size)), x_(size), image_(size) {}
+
+  /// Within some percent where one eigenvalue or pair leads; allocates nothing. NaN where J is not finite.
+  double at(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    jacobian_(t, y, J_);
+    for (Eigen::Index i = 0; i < x_.size(); ++i) x_[i] = (i % 2 == 0 ? 1.0 : -1.0) / static_cast<double>(i + 1);
+    double logarithm = 0.0;  // of the growth over the last `counted` powers; an even number, for pairs ±λ
+    for (int k = 0; k < powers; ++k) {
+      image_.noalias() = J_ * x_;
+      const double before = x_.norm(), after = image_.norm();
+      if (!(after > 0.0)) return after;  // 0, or NaN
+      if (k >= powers - counted) logarithm += std::log(after / before);
+      x_ = image_ / after;
+    }
+    return std::exp(logarithm / counted);
+  }
+
+ private:
+  static constexpr int powers = 20, counted = 12;
+  Jacobian jacobian_;
+  Eigen::MatrixXd J_;
+  Eigen::VectorXd x_, image_;
+};
+
+// True where Taylor can record T and V.
+template <class F>
+struct has_series : std::false_type {};
+template <class Sys>
+struct has_series<FirstOrderForm<Sys>>
+    : std::bool_constant<CallsT<typename Sys::EnergiesType, taylor::Recorded, Sys::dof_at_compile_time> &&
+                         CallsV<typename Sys::EnergiesType, taylor::Recorded, Sys::dof_at_compile_time>> {};
+
+}  // namespace detail
+
+/// What an AutomaticStepper chooses among.
+struct AutomaticChoice {
+  std::optional<AnyStepper> series;          ///< Taylor, to begin with
+  AnyStepper smooth;                         ///< Dop853
+  std::function<AnyStepper()> stiff;         ///< makes the stiff method's stepper, when it is wanted
+  detail::SpectralRadius::Jacobian jacobian; ///< of the system
+  std::string reason;                        ///< why the first of them is the first
+};
+
+/// A Stepper that hands its steps to the method that suits the motion. Movable.
+///
+/// Allocates when it is made and when it first turns to the stiff method; not in steps.
+class AutomaticStepper {
+ public:
+  static constexpr bool projects_itself = true;
+
+  AutomaticStepper(AutomaticChoice choice, Eigen::Index size)
+      : steppers_{std::move(choice.series), std::move(choice.smooth), std::nullopt},
+        make_stiff_(std::move(choice.stiff)),
+        radius_(size, std::move(choice.jacobian)),
+        check_every_(std::max<Eigen::Index>(16, 4 * size)) {
+    statistics_.limited_by.assign(static_cast<std::size_t>(size), 0);
+    active_ = next_ = first();
+    statistics_.method = name_of(active_);
+    statistics_.method_reason = name_of(active_) + ": " + choice.reason;
+    count();
+  }
+
+  /// Starts (afresh) at (t, y), with the method for smooth motion.
+  ///
+  /// @throws as the stepper of the smooth method does
+  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    use(first());
+    if (active_ == series) {
+      try {
+        at(series).reset(t, y);
+      } catch (const NonFinite&) {
+        use(smooth);
+        at(smooth).reset(t, y);
+        say("T or V is not analytic at the start");
+      }
+    } else {
+      at(smooth).reset(t, y);
+    }
+    next_ = active_;
+    returns_ = 0;
+    series_failed_ = active_ != first();
+    stiff_failed_ = false;
+    begin_watch();
+    count();
+  }
+
+  bool step(double t_limit) {
+    if (next_ != active_) turn_to(next_);
+    bool accepted = at(active_).step(t_limit);
+    if (!accepted && active_ != smooth && at(active_).failure().outcome != Outcome::stopped_by_model) {
+      const std::string trouble(name(at(active_).failure().outcome));
+      why_ = "the method before ended with " + trouble;
+      (active_ == series ? series_failed_ : stiff_failed_) = true;
+      if (turn_to(smooth)) {
+        accepted = at(smooth).step(t_limit);
+      }
+    }
+    count();
+    if (accepted) watch();
+    return accepted;
+  }
+
+  const Failure& failure() const { return steppers_[active_]->failure(); }
+  double t() const noexcept { return steppers_[active_]->t(); }
+  double t_previous() const noexcept { return steppers_[active_]->t_previous(); }
+  Eigen::Map<const Eigen::VectorXd> y() const noexcept { return steppers_[active_]->y(); }
+  int order() const { return steppers_[active_]->order(); }
+  const Statistics& statistics() const noexcept { return statistics_; }
+  PolynomialView polynomial() { return at(active_).polynomial(); }
+  void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { at(active_).interpolate(t, out); }
+
+ private:
+  enum Member : std::size_t { series, smooth, stiff };
+
+  static constexpr double smooth_limit = 4.0;       // of h ρ, above which accuracy is not what holds Dop853's step
+  static constexpr double stable_step = 4.8;        // h ρ that Dop853 keeps up when stability holds it
+  static constexpr int smooth_evaluations = 12;     // of a step of Dop853
+  static constexpr int stiff_check = 50;            // steps between two looks at whether the stiff method still pays
+  static constexpr std::size_t longest_reason = 1000;
+
+  Member first() const noexcept { return steppers_[series] ? series : smooth; }
+  AnyStepper& at(Member m) { return *steppers_[m]; }
+  std::string name_of(Member m) const { return steppers_[m]->statistics().method; }
+
+  void use(Member m) {
+    if (m == active_) return;
+    active_ = m;
+    if (statistics_.method.find(name_of(m)) == std::string::npos) statistics_.method += ", " + name_of(m);
+  }
+
+  // Adds to the reasons why the active method is active.
+  void say(const std::string& why) {
+    std::string& text = statistics_.method_reason;
+    if (text.size() > longest_reason) return;
+    text += "; " + name_of(active_) + " from t = " + detail::text_of(t()) + ": " + why;
+    if (text.size() > longest_reason) text += "; and so on";
+  }
+
+  // Lets another method go on from here; false, with nothing changed, if it cannot.
+  bool turn_to(Member m) {
+    const double from = t();
+    const Eigen::VectorXd state = y();
+    Failure ignored;
+    next_ = active_;
+    const bool ready = detail::attempted(ignored, [&] {
+      if (m == stiff && !steppers_[stiff]) steppers_[stiff] = make_stiff_();
+      at(m).reset(from, state);
+    });
+    const std::string why = std::exchange(why_, {});
+    if (!ready) return false;
+    use(m);
+    next_ = active_;
+    say(why);
+    begin_watch();
+    return true;
+  }
+
+  void begin_watch() {
+    steps_ = warnings_ = 0;
+    t_mark_ = t();
+    cost_mark_ = cost();
+  }
+
+  // Right-hand sides that the active method has taken, Jacobians at their worth.
+  double cost() const {
+    const Statistics& s = steppers_[active_]->statistics();
+    return static_cast<double>(s.evaluations) + static_cast<double>(s.jacobians) * static_cast<double>(statistics_.limited_by.size());
+  }
+
+  void watch() {
+    if (++steps_ % (active_ == stiff ? stiff_check : check_every_) != 0) return;
+    double rho = 0.0;
+    Failure ignored;
+    ++checks_;
+    if (!detail::attempted(ignored, [&] { rho = radius_.at(t(), y()); }) || !std::isfinite(rho)) return;
+    const double advance = std::abs(t() - std::exchange(t_mark_, t()));
+    const double spent = cost() - std::exchange(cost_mark_, cost());
+    if (active_ == stiff) {
+      const bool pays = rho > 0.0 && stable_step / rho * spent < smooth_evaluations * advance;
+      if (steps_ == stiff_check) return;  // the first steps are its start
+      warnings_ = pays ? 0 : warnings_ + 1;
+      if (warnings_ <= returns_) return;
+      next_ = series_failed_ ? smooth : first();
+      ++returns_;
+      why_ = "an explicit method is as fast here as the stiff one";
+      return;
+    }
+    const double limit = active_ == smooth ? smooth_limit : 0.5 * (0.37 * order() + 1.4);
+    const double h_rho = rho * advance / static_cast<double>(check_every_);
+    warnings_ = h_rho > limit ? warnings_ + 1 : 0;
+    if (warnings_ < 2 || stiff_failed_) return;
+    next_ = stiff;
+    why_ = "stability, not accuracy, held the step of " + name_of(active_) + " (h |lambda| = " + rounded(h_rho) + ", |lambda| = " +
+           rounded(rho) + ")";
+  }
+
+  static std::string rounded(double x) {
+    const double unit = std::pow(10.0, std::floor(std::log10(x)) - 1);
+    return detail::text_of(std::round(x / unit) * unit);
+  }
+
+  // The sums over all members.
+  void count() {
+    Statistics& sum = statistics_;
+    const Statistics& now = steppers_[active_]->statistics();
+    sum.steps = sum.rejected_by_error_test = sum.rejected_by_corrector = sum.evaluations = sum.jacobians = sum.linear_setups = 0;
+    sum.projections = 0;
+    std::fill(sum.limited_by.begin(), sum.limited_by.end(), 0L);
+    for (const std::optional<AnyStepper>& member : steppers_) {
+      if (!member) continue;
+      const Statistics& s = member->statistics();
+      sum.steps += s.steps;
+      sum.rejected_by_error_test += s.rejected_by_error_test;
+      sum.rejected_by_corrector += s.rejected_by_corrector;
+      sum.evaluations += s.evaluations;
+      sum.jacobians += s.jacobians;
+      sum.linear_setups += s.linear_setups;
+      sum.projections += s.projections;
+      sum.constraint_residual = std::max(sum.constraint_residual, s.constraint_residual);
+      sum.constraint_velocity = std::max(sum.constraint_velocity, s.constraint_velocity);
+      sum.smallest_step = std::min(sum.smallest_step, s.smallest_step);
+      sum.highest_order = std::max(sum.highest_order, s.highest_order);
+      for (std::size_t i = 0; i < sum.limited_by.size(); ++i) sum.limited_by[i] += s.limited_by[i];
+    }
+    sum.jacobians += checks_;
+    if (sum.first_step == 0.0) sum.first_step = now.first_step;
+    sum.last_step = now.last_step;
+    sum.last_order = now.last_order;
+  }
+
+  std::array<std::optional<AnyStepper>, 3> steppers_;
+  std::function<AnyStepper()> make_stiff_;
+  detail::SpectralRadius radius_;
+  Eigen::Index check_every_;
+  Member active_ = smooth, next_ = smooth;  // next_: from the next step on
+  std::string why_;                         // next_ and not active_
+  long steps_ = 0;                          // of the active method since it began
+  long checks_ = 0;                         // Jacobians that none of the members asked for
+  int warnings_ = 0, returns_ = 0;          // looks in a row that spoke against the active method; returns from the stiff one
+  bool series_failed_ = false, stiff_failed_ = false;
+  double t_mark_ = 0.0, cost_mark_ = 0.0;   // at the last check
+  Statistics statistics_;
+};
+
+namespace detail {
+
+/// Fills in the series where it promises to pay, and the reason for the choice.
+///
+/// @param series  makes Taylor's stepper; may throw NotAnalytic
+template <class Series>
+void choose_first(AutomaticChoice& choice, Eigen::Index size, const Options& options, const Series& series) {
+  constexpr double fewest_digits = 1e-4;      // rtol above which Dop853 is as good
+  constexpr Eigen::Index most_components = 128;  // beyond, recording T and factoring M at each step may cost more than it saves
+  if (options.rtol > fewest_digits) {
+    choice.reason = "few digits are asked for";
+  } else if (size > most_components) {
+    choice.reason = "there are many coordinates";
+  } else {
+    try {
+      choice.series = series();
+      choice.reason = "T and V are formulas without branches, and the motion is smooth";
+    } catch (const NotAnalytic&) {
+      choice.reason = "T or V has a branch or a kink";
+    }
+  }
+}
+
+}  // namespace detail
+
+/// Taylor or Dop853 while the motion is smooth, the stiff method `Stiff` where it is not.
+template <class Stiff>
+struct AutomaticWith {
+  static constexpr std::string_view name = "automatic";
+
+  Stiff stiff = {};
+
+  /// A stepper for `system`, which it copies. The stiff method's is made when it is needed.
+  template <FirstOrderSystem F>
+  AutomaticStepper stepper(const F& system, const Options& options) const {
+    const auto kept = std::make_shared<const F>(system);
+    AutomaticChoice choice{
+        .series = std::nullopt,
+        .smooth = any_stepper(Dop853{}, system, options),
+        .stiff = [kept, options, method = stiff] { return any_stepper(method, *kept, options); },
+        .jacobian = [kept](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) { kept->jacobian(t, y, J); },
+        .reason = "the system is more than T and V"};
+    if constexpr (detail::has_series<F>::value)
+      detail::choose_first(choice, system.size(), options, [&] { return any_stepper(Taylor{}, system, options); });
+    return AutomaticStepper(std::move(choice), system.size());
+  }
+};
+
+}  // namespace qdot

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <string>
+
+#include "catch2_bridge.hpp"
+#include "first_order_systems.hpp"
+#include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/scene_form.hpp"
+#include "qdot/integrate/cvode_automatic.hpp"
+#include "qdot/integrate/simulate.hpp"
+#include "scenes/elastic_pendulum.hpp"
+#include "scenes/pendulum.hpp"
+
+namespace {
+
+using namespace qdot;
+using test::vector;
+
+bool mentions(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+// A spring of 1e8 N/m: its oscillation, 1600 times a second, is damped away in a millisecond, and what is left is a pendulum.
+auto stiff_elastic_pendulum() {
+  const scenes::ElasticPendulum energies{.m = 1.0, .k = 1e8, .l0 = 1.0, .g = 9.81};
+  return scene(mechanical_system<2>(energies), viscous_damping(Vector<double, 2>(2e4, 0.0)));
+}
+
+const State<2> swinging{0.0, {1.0, 0.5}, {0.0, 0.0}};
+
+struct WithKink {
+  auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  auto V(const auto& q) const {
+    using std::abs;
+    return abs(q[0]) * q[0] * q[0];
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a pendulum given by T and V goes by its power series, and the run says why") {
+  const auto pendulum = mechanical_system<1>(scenes::Pendulum{});
+  const auto run = simulate(pendulum, State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}, 10.0, Automatic{}, {.rtol = 1e-12, .atol = 1e-12});
+  CHECK(run.completed());
+  CHECK(run.statistics.method == "taylor");
+  CHECK(mentions(run.statistics.method_reason, "taylor: T and V are formulas"));
+  // From an integration in quadruple precision.
+  CHECK_THAT(run.y[0], WithinAbs(-0.46325276873178667, 1e-10));
+}
+
+TEST_CASE("few digits, a branch in V, or a system that is more than T and V begin with Dop853") {
+  const auto pendulum = mechanical_system<1>(scenes::Pendulum{});
+  const State<1> start{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)};
+  const auto few = simulate(pendulum, start, 10.0, Automatic{}, {.rtol = 1e-3, .atol = 1e-3});
+  CHECK(few.statistics.method == "dop853");
+  CHECK(mentions(few.statistics.method_reason, "few digits"));
+  const auto kink = simulate(mechanical_system<1>(WithKink{}), start, 10.0, Automatic{}, {.rtol = 1e-8, .atol = 1e-8});
+  CHECK(kink.statistics.method == "dop853");
+  CHECK(mentions(kink.statistics.method_reason, "branch or a kink"));
+  const auto given = simulate(test::pendulum(), FirstOrderState{0.0, vector({3, 0})}, 50.0, Automatic{}, {.rtol = 1e-8, .atol = 1e-8});
+  CHECK(given.statistics.method == "dop853");
+  CHECK(mentions(given.statistics.method_reason, "more than T and V"));
+}
+
+TEST_CASE("an oscillation that goes on is followed and not called stiff, at any tolerance") {
+  const double tolerance = GENERATE(1e-2, 1e-3, 1e-5, 1e-9);
+  const auto run = simulate(test::oscillator(), FirstOrderState{0.0, vector({1, 0})}, 200.0, Automatic{}, {.rtol = tolerance, .atol = tolerance});
+  CHECK(run.completed());
+  CHECK(run.statistics.method == "dop853");
+}
+
+TEST_CASE("a stiff spring with friction is handed to BDF, which needs a twentieth of the evaluations") {
+  const Options options{.rtol = 1e-7, .atol = 1e-9, .keep_trajectory = false};
+  const auto system = stiff_elastic_pendulum();
+  const auto automatic = simulate(system, swinging, 1.0, Automatic{}, options);
+  const auto explicit_ = simulate(system, swinging, 1.0, Dop853{}, options);
+  REQUIRE(automatic.completed());
+  REQUIRE(explicit_.completed());
+  CHECK(automatic.statistics.method == "dop853, cvode_bdf");
+  CHECK(mentions(automatic.statistics.method_reason, "; cvode_bdf from t = "));
+  CHECK(mentions(automatic.statistics.method_reason, "stability, not accuracy"));
+  const long cost = automatic.statistics.evaluations + 4 * automatic.statistics.jacobians;
+  CHECK(20 * cost < explicit_.statistics.evaluations);
+  CHECK_THAT(automatic.y[1], WithinAbs(explicit_.y[1], 1e-5));
+}
+
+TEST_CASE("van der Pol's oscillator with its jumps costs little more than with BDF from the start") {
+  const auto start = FirstOrderState{0.0, vector({2, 0})};
+  const Options options{.rtol = 1e-6, .atol = 1e-6, .keep_trajectory = false};
+  const auto cost = [](const Statistics& s) { return s.evaluations + 2 * s.jacobians; };
+  const auto automatic = simulate(test::van_der_pol(1e-6), start, 2.0, Automatic{}, options);
+  const auto stiff = simulate(test::van_der_pol(1e-6), start, 2.0, CvodeBdf{}, options);
+  REQUIRE(automatic.completed());
+  CHECK(mentions(automatic.statistics.method, "cvode_bdf"));
+  CHECK(cost(automatic.statistics) < 3 * cost(stiff.statistics));
+}
+
+TEST_CASE("when the friction goes, so does BDF") {
+  // ẏ = −k(t) y + cos t with k falling from 1e5 to 1 at t = 1.
+  const auto k = [](double t) { return t < 1.0 ? 1e5 : 1.0; };
+  const test::FirstOrder fading{{"y"},
+                                [k](double t, const test::In& y, test::OutVector d) { d[0] = -k(t) * y[0] + std::cos(t); },
+                                [k](double t, const test::In&, test::OutMatrix J) { J(0, 0) = -k(t); }};
+  const auto run = simulate(fading, FirstOrderState{0.0, vector({1})}, 100.0, Automatic{}, {.rtol = 1e-8, .atol = 1e-10});
+  REQUIRE(run.completed());
+  CHECK(run.statistics.method == "dop853, cvode_bdf");
+  CHECK(mentions(run.statistics.method_reason, "; dop853 from t = "));
+  CHECK_THAT(run.y[0], WithinAbs((std::cos(100.0) + std::sin(100.0)) / 2, 1e-6));
+}
+
+TEST_CASE("a choice depends on nothing but the run: twice the same is the same to the last bit") {
+  const Options options{.rtol = 1e-7, .atol = 1e-9};
+  const auto form = first_order_form(stiff_elastic_pendulum());
+  const Eigen::VectorXd y0 = form.packed(swinging);
+  auto stepper = Automatic{}.stepper(form, options);
+  Eigen::VectorXd first;
+  long steps = 0;
+  for (int round = 0; round < 2; ++round) {  // the same stepper again, which must forget
+    const long before = stepper.statistics().steps;
+    stepper.reset(0.0, y0);
+    while (stepper.t() != 0.1) REQUIRE(stepper.step(0.1));
+    if (round == 0) {
+      first = stepper.y();
+      steps = stepper.statistics().steps - before;
+    } else {
+      CHECK(first == stepper.y());
+      CHECK(steps == stepper.statistics().steps - before);
+    }
+  }
+}
+
+TEST_CASE("it goes backward, and lands where it is told") {
+  const auto forth = simulate(test::pendulum(), FirstOrderState{0.0, vector({2, 0})}, 3.7, Automatic{}, {.rtol = 1e-11, .atol = 1e-11, .stop_times = {1.1}});
+  CHECK(forth.t == 3.7);
+  CHECK(forth.statistics.restarts == 1);
+  const auto back = simulate(test::pendulum(), FirstOrderState{forth.t, forth.y}, 0.0, Automatic{}, {.rtol = 1e-11, .atol = 1e-11});
+  CHECK(back.t == 0.0);
+  CHECK((back.y - vector({2, 0})).norm() < 1e-8);
+}
+
+TEST_CASE("what no method can do is a named outcome") {
+  const auto pole = simulate(test::blow_up(), FirstOrderState{0.0, vector({1})}, 2.0, Automatic{});
+  CHECK(failed(pole.outcome));
+  CHECK(pole.t > 0.99);
+  const auto nan = simulate(test::pendulum_until(1.0, [](test::OutVector d) { d[1] = test::nan; }), FirstOrderState{0.0, vector({1, 0})}, 2.0, Automatic{});
+  CHECK(nan.outcome == Outcome::non_finite);
+  CHECK(nan.t > 0.9);
+}
