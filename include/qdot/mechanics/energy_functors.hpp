@@ -84,7 +84,7 @@ consteval PotentialSignature potential_signature() {
 
 // T with whatever arguments it takes.
 template <int n, class E, class S>
-[[gnu::flatten]] S kinetic(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+S kinetic(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
   if constexpr (kinetic_signature<E, n>() == KineticSignature::velocity) {
     return e.T(qdot);
   } else if constexpr (kinetic_signature<E, n>() == KineticSignature::state) {
@@ -96,7 +96,7 @@ template <int n, class E, class S>
 
 // V with whatever arguments it takes.
 template <int n, class E, class S>
-[[gnu::flatten]] S potential(const E& e, const Vector<S, n>& q, const S& t) {
+S potential(const E& e, const Vector<S, n>& q, const S& t) {
   if constexpr (potential_signature<E, n>() == PotentialSignature::position) {
     return e.V(q);
   } else {

@@ -183,7 +183,7 @@ class KinematicEnergies {
   }
 
   template <class Positions, class Time, class Bodies>
-  [[gnu::flatten]] void place(const Positions& q, const Time& t, Bodies& bodies) const {
+  void place(const Positions& q, const Time& t, Bodies& bodies) const {
     if constexpr (placed_in_time) {
       place_(q, t, bodies);
     } else {
@@ -191,7 +191,7 @@ class KinematicEnergies {
     }
   }
   template <class Positions, class Time>
-  [[gnu::flatten]] auto own_potential(const Positions& q, const Time& t) const {
+  auto own_potential(const Positions& q, const Time& t) const {
     if constexpr (potential_signature<OwnPotential, n>() == PotentialSignature::position) {
       return potential_(q);
     } else {
