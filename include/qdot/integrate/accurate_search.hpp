@@ -14,7 +14,7 @@
 // by factors of 3, and for one tolerance in a hundred by 20. One pair of runs would be deceived by it; three are hardly
 // ever. And no run may claim to be far better than the difference that was seen: the estimate is at least
 //
-//     0.3 d      of the first two runs,          0.05 d      of the last two later.
+//     0.3 d      of the first two runs,          0.05 d      of the last two later,          and 50 ε .
 //
 // How many runs. A tolerance ten times tighter costs 10^{1/8} = 1.33 times as much (Dop853; Taylor less), so where
 // many digits are asked for the two runs that find κ are cheap:
@@ -120,7 +120,7 @@ class ToleranceSearch {
     const double share = difference() > saturated || trials_[trials_.size() - 2].method != trials_.back().method ? 1.0
                          : trials_.size() == 2                                                               ? 0.3
                                                                                                              : 0.05;
-    return std::max(safety * amplification_ * (trials_.back().tolerance + rounding), share * difference());
+    return std::max({safety * amplification_ * (trials_.back().tolerance + rounding), share * difference(), 5 * rounding});
   }
 
   const std::vector<AccuracyTrial>& trials() const noexcept { return trials_; }

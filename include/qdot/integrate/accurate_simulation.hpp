@@ -152,9 +152,11 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
     sizes = component_sizes(system, dof, now.motion.sizes, now.motion.t, now.motion.y, now.motion.duration());
     double amplification = 0.0;
     for (std::size_t k = 0; k < before.size(); ++k) {
+      const bool latest = k + 1 == before.size();
       const MotionDifference each = difference(before[k], now.motion, sizes);
-      if (k + 1 == before.size()) apart = each;
-      if (k + 1 == before.size() || each.relative <= ToleranceSearch::saturated)
+      if (latest) apart = each;
+      const bool says_something = each.relative <= ToleranceSearch::saturated && search.trials()[k].method == now.statistics.method;
+      if (latest || says_something)
         amplification = std::max(amplification, each.relative / (search.trials()[k].tolerance + ToleranceSearch::rounding));
     }
     search.ran({*tolerance, apart.relative, work(now.statistics, system.size()), now.statistics.wall_seconds, now.statistics.method},

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+#include "qdot/integrate/accurate_simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "../catch2_bridge.hpp"
+#include "accurate_scenes.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+
+namespace {
+
+using namespace qdot;
+using accurate_scenes::Equations;
+using accurate_scenes::Scene;
+
+constexpr double honest = 3.0;  // times its estimate, at most, is a true error
+
+FirstOrderState start_of(const Scene& scene) {
+  return {0.0, Eigen::Map<const Eigen::VectorXd>(scene.start.data(), static_cast<Eigen::Index>(scene.start.size()))};
+}
+
+// Of a run's samples: the largest error of a component beside the largest value of that component.
+double true_error(const Samples& samples, const Eigen::MatrixXd& exact) {
+  const Eigen::VectorXd sizes = exact.cwiseAbs().rowwise().maxCoeff();
+  double largest = 0;
+  for (Eigen::Index i = 0; i < exact.rows(); ++i)
+    if (sizes[i] > 0) largest = std::max(largest, (samples.y.row(i) - exact.row(i)).cwiseAbs().maxCoeff() / sizes[i]);
+  return largest;
+}
+
+Equations equations(Eigen::Index n, std::function<void(double, const double*, double*)> f) { return {std::move(f), n}; }
+
+const auto double_pendulum = [](double, const double* y, double* d) {
+  const double c = std::cos(y[0] - y[1]), s = std::sin(y[0] - y[1]);
+  const double f1 = -s * y[3] * y[3] - 2 * 9.81 * std::sin(y[0]), f2 = s * y[2] * y[2] - 9.81 * std::sin(y[1]), det = 2 - c * c;
+  d[0] = y[2], d[1] = y[3], d[2] = (f1 - c * f2) / det, d[3] = (2 * f2 - c * f1) / det;
+};
+
+TEST_CASE("the references of the accuracy tests agree with published digits") {
+  constexpr double rounding = 5e-13;  // of 0.4 and of ten turns: neither is a double, and the phase of Kepler's motion feels it
+  for (const Scene& scene : accurate_scenes::all()) {
+    const auto ends = [&](double t, const std::vector<double>& published) {
+      const auto y = scene.exact({t})[0];
+      for (std::size_t i = 0; i < published.size(); ++i)
+        CHECK_THAT(static_cast<double>(y[i]), WithinAbs(published[i], rounding));
+    };
+    INFO(scene.name);
+    if (scene.name == "pendulum, 1 rad, t = 100") ends(10, {-0.46325276873178667, 2.6365495135496304});
+    if (scene.name == "Kepler, e = 0.6, 10 turns") ends(20 * std::numbers::pi, {0.4, 0, 0, 2});
+    if (scene.name == "Mathews-Lakshmanan, t = 30") ends(5, {-1.93540662584544});
+    if (scene.name == "free rigid body, t = 100") ends(1, {0.8022007530563608603754581, 0.5970543960107885695316666, 0.8196351111414528990710796});
+    if (scene.name == "double pendulum, t = 3")
+      ends(3, {1.9234881444441958, 1.1485248782344042, 1.1168305154489508, -0.3371732877010639});
+    if (scene.name == "Hénon-Heiles, t = 100")
+      ends(100, {-0.0401942378760688168, 0.6790169217720216421, 0.0384509289518598345, 0.0485948315530036422});
+  }
+}
+
+TEST_CASE("the error of the whole motion is what was asked for, and three times its estimate at most") {
+  constexpr int parts = 40;  // most of these times lie between steps
+  int reached = 0;
+  for (const Scene& scene : accurate_scenes::all()) {
+    const auto times = accurate_scenes::equal_times(scene.t_end, parts);
+    const Eigen::MatrixXd exact = accurate_scenes::columns(scene.exact(times));
+    for (const double accuracy : {1e-3, 1e-6, 1e-9, 1e-12}) {
+      const auto result = accurate_simulation(scene.equations, start_of(scene), scene.t_end, Dop853{}, accuracy,
+                                              {.output_times = times, .keep_trajectory = false});
+      const double error = true_error(result.run.samples, exact);
+      INFO(scene.name << ", accuracy " << accuracy << ": error " << error << ", estimate " << result.error_estimate);
+      CHECK(error <= honest * result.error_estimate);
+      CHECK(result.reached() == result.run.completed());
+      if (result.reached()) {
+        ++reached;
+        CHECK(error <= 2 * accuracy);  // spherical pendulum to 1e-3, near its pole; all others keep E itself
+      } else {
+        CHECK(accuracy < 1e-9);
+        CHECK(result.run.outcome == Outcome::accuracy_not_reached);
+      }
+    }
+  }
+  CHECK(reached >= 70);
+}
+
+TEST_CASE("what chaos makes of rounding is not called accurate") {
+  // Forty seconds of a double pendulum amplify errors by some 1e17.
+  const auto result = accurate_simulation(equations(4, double_pendulum), FirstOrderState{0.0, Eigen::Vector4d(2.0, 2.5, 0.0, 0.0)},
+                                          60.0, Dop853{}, 1e-6);
+  CHECK(result.run.outcome == Outcome::accuracy_not_reached);
+  CHECK(result.error_estimate > 1e-2);
+  CHECK(result.run.t == 60.0);
+  CHECK(result.run.message.find("accuracy_not_reached: the error of the whole motion must be at most 1e-06, but is estimated at") == 0);
+  CHECK_FALSE(result.forecast[0].reachable);
+}
+
+TEST_CASE("a component that is zero but for rounding does not spoil the others") {
+  // Three masses on springs, the middle one pulled from both sides alike: 0.1 and 0.2 make its force a rounding error.
+  const auto springs = equations(6, [](double, const double* y, double* d) {
+    for (int i = 0; i < 3; ++i) d[i] = y[3 + i];
+    d[3] = -1.1 * y[0] + 0.1 * (y[1] - y[0]);
+    d[4] = 0.1 * (y[0] - y[1]) + 0.1 * (y[2] - y[1]) - 0.3 * (y[0] + y[2]);
+    d[5] = -1.1 * y[2] + 0.1 * (y[1] - y[2]);
+  });
+  Eigen::VectorXd y(6);
+  y << 1.0 / 3, 0, -1.0 / 3, 0, 1e-17, 0;
+  const auto result = accurate_simulation(springs, FirstOrderState{0.0, y}, 20.0, Dop853{}, 1e-9);
+  CHECK(result.reached());
+  CHECK(std::abs(result.run.y[0] - std::cos(std::sqrt(1.2) * 20.0) / 3) < 1e-9);
+}
+
+TEST_CASE("impacts are compared on either side of them, and their times count") {
+  constexpr double g = 9.81, restitution = 0.8;
+  const auto ball = equations(2, [](double, const double* y, double* d) { d[0] = y[1], d[1] = -9.81; });
+  // The step of a parabola is exact, so that only the impacts can err; air makes it an honest problem.
+  const auto in_air = equations(2, [](double, const double* y, double* d) {
+    d[0] = y[1], d[1] = -9.81 - 0.2 * y[1] * std::abs(y[1]);
+  });
+  const auto floor = event("floor", [](const auto& q) { return q[0]; }).falling().then([](double, Eigen::VectorXd& y) {
+    y[0] = std::abs(y[0]);
+    y[1] *= -restitution;
+  });
+  const FirstOrderState drop{0.0, Eigen::Vector2d(1.0, 0.0)};
+  const auto exact = accurate_simulation(ball, drop, 2.0, Dop853{}, 1e-9, {}, events(floor));
+  REQUIRE(exact.reached());
+  REQUIRE(exact.run.events.size() >= 2);
+  const double first = std::sqrt(2 / g);
+  CHECK(std::abs(exact.run.events[0].t - first) < 1e-9);
+  CHECK(std::abs(exact.run.events[1].t - first * (1 + 2 * restitution)) < 1e-9);
+
+  const auto result = accurate_simulation(in_air, drop, 2.0, Dop853{}, 1e-7, {}, events(floor));
+  const auto reference = simulate(in_air, drop, 2.0, Dop853{}, {.rtol = 1e-14, .atol = 1e-15}, events(floor));
+  REQUIRE(result.reached());
+  REQUIRE(result.run.events.size() == reference.events.size());
+  double late = 0;
+  for (std::size_t k = 0; k < reference.events.size(); ++k)
+    late = std::max(late, std::abs(result.run.events[k].t - reference.events[k].t));
+  constexpr double duration = 2.0;
+  CHECK(late <= 1e-7 * duration);
+  CHECK(late <= honest * result.error_estimate * duration);
+  CHECK(result.event_time_error <= result.error_estimate * duration / 0.05);
+}
+
+TEST_CASE("a run that stops at an event is compared there") {
+  const auto pendulum = equations(2, [](double, const double* y, double* d) { d[0] = y[1], d[1] = -9.81 * std::sin(y[0]); });
+  const auto bottom = event("bottom", [](const auto& y) { return y[0]; }).falling().stop();
+  const auto result = accurate_simulation(pendulum, FirstOrderState{0.0, Eigen::Vector2d(2.5, 0.0)}, 5.0, Dop853{}, 1e-9, {}, events(bottom));
+  CHECK(result.reached());
+  CHECK(result.run.outcome == Outcome::stopped_by_event);
+  CHECK(std::abs(result.run.t - 3.29593224651612 / 4) < 5e-9);  // a quarter of the period 4 √(l/g) K
+}
+
+TEST_CASE("a run that cannot go on says so, not that it is inaccurate") {
+  const auto fall = equations(2, [](double, const double* y, double* d) { d[0] = y[1], d[1] = -1 / (y[0] * y[0]); });
+  const auto result = accurate_simulation(fall, FirstOrderState{0.0, Eigen::Vector2d(0.4, 0.0)}, 2.0, Dop853{}, 1e-6);
+  CHECK_FALSE(result.reached());
+  CHECK(failed(result.run.outcome));
+  CHECK(result.run.outcome != Outcome::accuracy_not_reached);
+  CHECK(std::abs(result.run.t - std::numbers::pi * std::sqrt(0.064 / 8)) < 1e-5);
+}
+
+TEST_CASE("limits hold for all runs together") {
+  const auto result = accurate_simulation(equations(4, double_pendulum), FirstOrderState{0.0, Eigen::Vector4d(1.7, 1.7, 0.0, 0.0)},
+                                          10.0, Dop853{}, 1e-10, {.max_evaluations = 9000});
+  CHECK_FALSE(result.reached());
+  CHECK(result.evaluations < 9100);
+  CHECK_THROWS_WITH(accurate_simulation(equations(4, double_pendulum), FirstOrderState{0.0, Eigen::Vector4d::Zero()}, 1.0, Dop853{}, 0.0),
+                    "the accuracy must lie between 0 and 1, but is 0; ask for the relative error of the whole motion, say 1e-6");
+}
+
+TEST_CASE("the forecast for three more digits is what they cost") {
+  const auto scenes = accurate_scenes::all();
+  for (const std::size_t i : {std::size_t{0}, std::size_t{2}, std::size_t{15}}) {
+    const Scene& scene = scenes[i];
+    INFO(scene.name);
+    const auto work = [&](double accuracy) {
+      return accurate_simulation(scene.equations, start_of(scene), scene.t_end, Dop853{}, accuracy);
+    };
+    const auto now = work(1e-6), then = work(1e-9);
+    CHECK(now.forecast[2].accuracy == Approx(1e-9));
+    CHECK(now.forecast[2].reachable);
+    const double factor = static_cast<double>(then.trials.back().work) / static_cast<double>(now.trials.back().work);
+    CHECK(now.forecast[2].factor > factor / 2);  // both runs are a little better than asked, not equally so
+    CHECK(now.forecast[2].factor < factor * 2);
+    CHECK(now.forecast[0].factor > 1);
+    CHECK(now.forecast[1].factor > now.forecast[0].factor);
+  }
+}
+
+TEST_CASE("a trajectory that is kept is as accurate between the times at which it was compared") {
+  const Scene scene = accurate_scenes::all()[0];
+  const auto result = accurate_simulation(scene.equations, start_of(scene), scene.t_end, Dop853{}, 1e-8);
+  REQUIRE(result.reached());
+  CHECK(result.run.samples.t.empty());
+  const auto times = accurate_scenes::equal_times(scene.t_end, 333);
+  const Eigen::MatrixXd exact = accurate_scenes::columns(scene.exact(times));
+  Samples samples{times, Eigen::MatrixXd(2, static_cast<Eigen::Index>(times.size()))};
+  for (std::size_t k = 0; k < times.size(); ++k) samples.y.col(static_cast<Eigen::Index>(k)) = result.run.trajectory.y(times[k]);
+  CHECK(true_error(samples, exact) <= honest * result.error_estimate);
+}
+
+}  // namespace
