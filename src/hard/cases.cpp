@@ -3,6 +3,9 @@
 
 namespace qdot::hard {
 
-std::vector<Case> all_cases() { return {pleiades(), henon_heiles(), projected_pendulum(), car_axis(), bricard()}; }
+std::vector<Case> all_cases() {
+  return {pleiades(),  henon_heiles(), bouncing_ball(),    chaplygin_sleigh(), projected_pendulum(),
+          car_axis(),  bricard(),      flyball_governor(), andrews()};
+}
 
 }  // namespace qdot::hard

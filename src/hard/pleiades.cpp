@@ -3,6 +3,7 @@
 // Seven stars in the plane: F. Mazzia, C. Magherini, Test Set for Initial Value Problem Solvers, problem plei; E. Hairer,
 // S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.10. The end state is computed with 34 digits.
 #include "hard/motion.hpp"
+#include "qdot/integrate/symplectic.hpp"
 #include "qdot/integrate/taylor.hpp"
 
 namespace qdot::hard {
@@ -48,6 +49,7 @@ std::vector<Row> rows() {
       .gain = 130,
       .best_published = "PSIDE 14.5"};
   return {solved(problem, moving, By::dop853, {.rtol = 2.5e-15, .atol = 1e-16}),
+          solved(problem, moving, stars, Splitting{.step = 1e-4, .scheme = SplittingScheme::kahan_li_8}, "kahan_li_8, h = 1e-4", {}),
           solved(problem, moving, stars, Taylor{}, "taylor, 2.5e-15", {.rtol = 2.5e-15, .atol = 1e-16})};
 }
 
