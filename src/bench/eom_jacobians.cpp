@@ -3,6 +3,7 @@
 // Rows of `qdot bench eom`: q̈ with its derivatives in q and q̇, beside q̈ alone by the same door.
 #include "bench/chain_energies.hpp"
 #include "bench/eom.hpp"
+#include "qdot/mechanics/acceleration_jacobian.hpp"
 
 namespace qdot::bench {
 
@@ -33,8 +34,10 @@ EquationsRow row_of(const char* door) {
 }  // namespace
 
 std::vector<EquationsRow> jacobian_rows() {
-  return {row_of<2, UnrolledChain<2>>("jacobian, unroll"), row_of<4, UnrolledChain<4>>("jacobian, unroll"),
-          row_of<8, LoopedChain>("jacobian, for")};
+  return {row_of<1, UnrolledChain<1>>("jacobian, unroll"), row_of<2, UnrolledChain<2>>("jacobian, unroll"),
+          row_of<3, UnrolledChain<3>>("jacobian, unroll"), row_of<4, UnrolledChain<4>>("jacobian, unroll"),
+          row_of<2, LoopedChain>("jacobian, for"),         row_of<4, LoopedChain>("jacobian, for"),
+          row_of<8, LoopedChain>("jacobian, for"),         row_of<16, LoopedChain>("jacobian, for")};
 }
 
 }  // namespace qdot::bench

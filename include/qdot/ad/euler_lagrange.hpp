@@ -62,6 +62,9 @@ template <class Number>
   return __builtin_constant_p(equal) && equal ? 1U : 0U;
 }
 
+// Two numbers in one register, on every machine.
+using Pair = double __attribute__((vector_size(16)));
+
 enum class Part { velocity, variation, hessian };
 template <class Number, Part part, int i>
 struct Component {

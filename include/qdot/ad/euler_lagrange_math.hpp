@@ -14,12 +14,14 @@
 #include <Eigen/Core>
 
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <type_traits>
 
 #include "qdot/ad/dual_math.hpp"
 #include "qdot/ad/euler_lagrange.hpp"
 #include "qdot/ad/graded.hpp"
+#include "qdot/ad/graded_jet.hpp"
 
 namespace qdot::detail {
 
@@ -32,22 +34,50 @@ extern "C" [[gnu::const]] double shared_cosine(double) __asm__("cos");
 [[gnu::always_inline]] inline double shared_cosine(double x) { return std::cos(x); }
 #endif
 
+#ifdef __GLIBC__
+extern "C" void sine_and_cosine(double x, double* sine, double* cosine) __asm__("sincos");
+#else
+inline void sine_and_cosine(double x, double* sine, double* cosine) {
+  *sine = std::sin(x);
+  *cosine = std::cos(x);
+}
+#endif
+
 template <class T>
 struct is_euler_lagrange : std::false_type {};
 template <int n, class Number, class I, class K>
 struct is_euler_lagrange<EulerLagrange<n, Number, I, K>> : std::true_type {};
-template <int blocks>
-struct is_euler_lagrange<Graded<blocks>> : std::true_type {};
+template <class Record>
+struct is_euler_lagrange<Graded<Record>> : std::true_type {};
+template <int n>
+struct is_euler_lagrange<GradedJet<n>> : std::true_type {};
 
 template <class T>
 concept EulerLagrangeNumber = is_euler_lagrange<T>::value;
 
+// f(x) and f(x, y) of the numbers inside, from values and first derivatives: of a plain number its value.
+template <class Number>
+  requires(!requires(const Number& x) { x.value; })
+[[gnu::always_inline]] inline Number lifted(const Number&, const Number& f, const Number&) { return f; }
+template <class Number>
+  requires(!requires(const Number& x) { x.value; })
+[[gnu::always_inline]] inline Number lifted(const Number&, const Number&, const Number& f, const Number&, const Number&) { return f; }
+
 // f(u), the derivatives of f from duals.
 template <EulerLagrangeNumber E, class F>
 [[gnu::always_inline]] inline E through(const E& u, const F& f) {
-  using Twice = Dual<Dual<double, 1>, 1>;
-  const Twice y = f(Twice::variable(Dual<double, 1>::variable(u.value, 0), 0));
-  return u.chain(y.value.value, y.tangent[0].value, y.tangent[0].tangent[0]);
+  using Once = Dual<double, 1>;
+  using Twice = Dual<Once, 1>;
+  if constexpr (std::is_same_v<decltype(u.value), double>) {
+    const Twice y = f(Twice::variable(Once::variable(u.value, 0), 0));
+    return u.chain(y.value.value, y.tangent[0].value, y.tangent[0].tangent[0]);
+  } else {
+    using Thrice = Dual<Twice, 1>;
+    const Thrice y = f(Thrice::variable(Twice::variable(Once::variable(innermost_value(u.value), 0), 0), 0));
+    const double f0 = y.value.value.value, f1 = y.tangent[0].value.value, f2 = y.tangent[0].tangent[0].value,
+                 f3 = y.tangent[0].tangent[0].tangent[0];
+    return u.chain(lifted(u.value, f0, f1), lifted(u.value, f1, f2), lifted(u.value, f2, f3));
+  }
 }
 
 // f(a, b), the derivatives of f from duals.
@@ -55,24 +85,63 @@ template <EulerLagrangeNumber E, class F>
 [[gnu::always_inline]] inline E through(const E& a, const E& b, const F& f) {
   using Once = Dual<double, 2>;
   using Twice = Dual<Once, 2>;
-  const Twice y = f(Twice::variable(Once::variable(a.value, 0), 0), Twice::variable(Once::variable(b.value, 1), 1));
   E from_a = a.whole();
   E from_b = b.whole();
   from_a.value = 0.0;
   from_b.value = 0.0;
-  return a.chain(y.value.value, y.tangent[0].value, y.tangent[0].tangent[0]) +
-         b.chain(0.0, y.tangent[1].value, y.tangent[1].tangent[1]) + E(y.tangent[0].tangent[1]) * (from_a * from_b);
+  if constexpr (std::is_same_v<decltype(a.value), double>) {
+    const Twice y = f(Twice::variable(Once::variable(a.value, 0), 0), Twice::variable(Once::variable(b.value, 1), 1));
+    return a.chain(y.value.value, y.tangent[0].value, y.tangent[0].tangent[0]) +
+           b.chain(0.0, y.tangent[1].value, y.tangent[1].tangent[1]) + E(y.tangent[0].tangent[1]) * (from_a * from_b);
+  } else {
+    using Thrice = Dual<Twice, 2>;
+    const auto variable = [](double at, int i) { return Thrice::variable(Twice::variable(Once::variable(at, i), i), i); };
+    const Thrice y = f(variable(innermost_value(a.value), 0), variable(innermost_value(b.value), 1));
+    if constexpr (requires { typename E::Record::Slopes; }) {  // whose numbers are local to a node
+      const auto slopes = [&](std::size_t i, std::size_t j) {
+        return typename E::Record::Slopes{y.tangent[i].value.value,
+                                          y.tangent[i].tangent[i].value,
+                                          y.tangent[i].tangent[j].value,
+                                          y.tangent[i].tangent[i].tangent[i],
+                                          y.tangent[i].tangent[i].tangent[j],
+                                          y.tangent[i].tangent[j].tangent[j]};
+      };
+      if (a.meets(b)) return E::function(y.value.value.value, a, slopes(0, 1), b, slopes(1, 0));
+    }
+    const auto number = [&](const Once& x) { return lifted(a.value, b.value, x.value, x.tangent[0], x.tangent[1]); };
+    const Twice &y_a = y.tangent[0], &y_b = y.tangent[1];
+    auto nothing = number(Once(0.0));
+    return a.chain(number(y.value.value), number(y_a.value), number(y_a.tangent[0])) +
+           b.chain(nothing, number(y_b.value), number(y_b.tangent[1])) + E(number(y_a.tangent[1])) * (from_a * from_b);
+  }
 }
 
+// Straight-line code leaves it to the compiler to merge equal ones; a record remembers those of its coordinates.
+template <EulerLagrangeNumber E>
+[[gnu::always_inline]] inline SineAndCosine sine_and_cosine_of(const E& u) {
+  const double x = innermost_value(u.value);
+  if constexpr (requires { u.place_of_angle(); }) {
+    if (SineAndCosine* const known = u.place_of_angle()) {
+      if (known->angle != x) {
+        sine_and_cosine(x, &known->sine, &known->cosine);
+        known->angle = x;
+      }
+      return *known;
+    }
+  }
+  return {x, shared_sine(x), shared_cosine(x)};
+}
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E sin(const E& u) {
-  const double s = shared_sine(u.value), c = shared_cosine(u.value);
-  return u.chain(s, c, -s);
+  const auto [x, s, c] = sine_and_cosine_of(u);
+  const auto S = lifted(u.value, s, c);
+  return u.chain(S, lifted(u.value, c, -s), -S);
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E cos(const E& u) {
-  const double s = shared_sine(u.value), c = shared_cosine(u.value);
-  return u.chain(c, -s, -c);
+  const auto [x, s, c] = sine_and_cosine_of(u);
+  const auto C = lifted(u.value, c, -s);
+  return u.chain(C, lifted(u.value, -s, -c), -C);
 }
 template <EulerLagrangeNumber E>
 struct SinCosOf {
@@ -85,17 +154,19 @@ template <EulerLagrangeNumber E>
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E exp(const E& u) {
-  const double f = std::exp(u.value);
+  const double value = std::exp(innermost_value(u.value));
+  const auto f = lifted(u.value, value, value);
   return u.chain(f, f, f);
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E log(const E& u) {
-  const double i = 1.0 / u.value;
-  return u.chain(std::log(u.value), i, -i * i);
+  const auto i = 1.0 / u.value;
+  return u.chain(lifted(u.value, std::log(innermost_value(u.value)), innermost_value(i)), i, -i * i);
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E sqrt(const E& u) {
-  const double f = std::sqrt(u.value), slope = 0.5 / f;
+  const double root = std::sqrt(innermost_value(u.value));
+  const auto f = lifted(u.value, root, 0.5 / root), slope = 0.5 / f;
   return u.chain(f, slope, -0.5 * slope / u.value);
 }
 
@@ -123,7 +194,7 @@ template <EulerLagrangeNumber E, class Number>
 E pow(const E& u, Number k) { return through(u, [k](const auto& x) { return pow(x, k); }); }
 template <EulerLagrangeNumber E>
 E pow(const E& u, const E& w) {
-  if (w.is_constant()) return pow(u, w.value);
+  if (w.is_constant()) return pow(u, innermost_value(w.value));
   return through(u, w, [](const auto& x, const auto& y) { return pow(x, y); });
 }
 template <EulerLagrangeNumber E, class Number>
@@ -158,9 +229,9 @@ E abs(const E& x) { return x.value < 0.0 ? -x : x; }
 template <EulerLagrangeNumber E>
 E fabs(const E& x) { return abs(x); }
 template <EulerLagrangeNumber E>
-E floor(const E& x) { return E(std::floor(x.value)); }
+E floor(const E& x) { return E(std::floor(innermost_value(x.value))); }
 template <EulerLagrangeNumber E>
-E ceil(const E& x) { return E(std::ceil(x.value)); }
+E ceil(const E& x) { return E(std::ceil(innermost_value(x.value))); }
 template <class A, class B>
   requires EulerLagrangeBeside<A, B>
 auto max(const A& x, const B& y) {
@@ -189,16 +260,16 @@ template <class A, class B>
   requires EulerLagrangeBeside<A, B>
 auto copysign(const A& x, const B& y) {
   const EulerLagrangeOf<A, B> a(x), b(y);
-  return std::signbit(a.value) == std::signbit(b.value) ? a : -a;
+  return std::signbit(innermost_value(a.value)) == std::signbit(innermost_value(b.value)) ? a : -a;
 }
 template <EulerLagrangeNumber E>
-bool isfinite(const E& x) { return std::isfinite(x.value) && std::isfinite(x.rate); }
+bool isfinite(const E& x) { return std::isfinite(innermost_value(x.value)) && std::isfinite(innermost_value(x.rate)); }
 template <EulerLagrangeNumber E>
-bool isnan(const E& x) { return std::isnan(x.value); }
+bool isnan(const E& x) { return std::isnan(innermost_value(x.value)); }
 template <EulerLagrangeNumber E>
-bool isinf(const E& x) { return std::isinf(x.value); }
+bool isinf(const E& x) { return std::isinf(innermost_value(x.value)); }
 template <EulerLagrangeNumber E>
-bool signbit(const E& x) { return std::signbit(x.value); }
+bool signbit(const E& x) { return std::signbit(innermost_value(x.value)); }
 
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline const E& conj(const E& x) { return x; }
@@ -226,14 +297,29 @@ struct RealTraits : Eigen::NumTraits<double> {
 
 template <int n, class Number, class I, class K>
 struct std::numeric_limits<qdot::detail::EulerLagrange<n, Number, I, K>> : std::numeric_limits<double> {};
-template <int blocks>
-struct std::numeric_limits<qdot::detail::Graded<blocks>> : std::numeric_limits<double> {};
+template <int n>
+struct std::numeric_limits<qdot::detail::GradedJet<n>> : std::numeric_limits<double> {};
+template <int n>
+struct Eigen::NumTraits<qdot::detail::GradedJet<n>> : qdot::detail::RealTraits<qdot::detail::GradedJet<n>> {};
+template <int n, class Number, class Operation>
+  requires std::is_arithmetic_v<Number>
+struct Eigen::ScalarBinaryOpTraits<qdot::detail::GradedJet<n>, Number, Operation> {
+  using ReturnType = qdot::detail::GradedJet<n>;
+};
+template <int n, class Number, class Operation>
+  requires std::is_arithmetic_v<Number>
+struct Eigen::ScalarBinaryOpTraits<Number, qdot::detail::GradedJet<n>, Operation> {
+  using ReturnType = qdot::detail::GradedJet<n>;
+};
+
+template <class Record>
+struct std::numeric_limits<qdot::detail::Graded<Record>> : std::numeric_limits<double> {};
 
 template <int n, class Number, class I, class K>
 struct Eigen::NumTraits<qdot::detail::EulerLagrange<n, Number, I, K>>
     : qdot::detail::RealTraits<qdot::detail::EulerLagrange<n, Number, I, K>> {};
-template <int blocks>
-struct Eigen::NumTraits<qdot::detail::Graded<blocks>> : qdot::detail::RealTraits<qdot::detail::Graded<blocks>> {};
+template <class Record>
+struct Eigen::NumTraits<qdot::detail::Graded<Record>> : qdot::detail::RealTraits<qdot::detail::Graded<Record>> {};
 
 template <int n, class Number, class I, class K, class Constant, class Operation>
   requires std::is_arithmetic_v<Constant>
@@ -245,13 +331,13 @@ template <int n, class Number, class I, class K, class Constant, class Operation
 struct Eigen::ScalarBinaryOpTraits<Constant, qdot::detail::EulerLagrange<n, Number, I, K>, Operation> {
   using ReturnType = qdot::detail::EulerLagrange<n, Number, I, K>;
 };
-template <int blocks, class Number, class Operation>
+template <class Record, class Number, class Operation>
   requires std::is_arithmetic_v<Number>
-struct Eigen::ScalarBinaryOpTraits<qdot::detail::Graded<blocks>, Number, Operation> {
-  using ReturnType = qdot::detail::Graded<blocks>;
+struct Eigen::ScalarBinaryOpTraits<qdot::detail::Graded<Record>, Number, Operation> {
+  using ReturnType = qdot::detail::Graded<Record>;
 };
-template <int blocks, class Number, class Operation>
+template <class Record, class Number, class Operation>
   requires std::is_arithmetic_v<Number>
-struct Eigen::ScalarBinaryOpTraits<Number, qdot::detail::Graded<blocks>, Operation> {
-  using ReturnType = qdot::detail::Graded<blocks>;
+struct Eigen::ScalarBinaryOpTraits<Number, qdot::detail::Graded<Record>, Operation> {
+  using ReturnType = qdot::detail::Graded<Record>;
 };

@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -76,18 +77,45 @@ class ShortStack {
   int capacity_ = usual;
 };
 
-template <int blocks>
-class HessianRecord {
+struct SineAndCosine {
+  double angle, sine, cosine;
+};
+
+// The last sine and cosine at each of a few nodes: T and V of a chain ask for those of each coordinate three times.
+template <int places>
+class KnownAngles {
+  static_assert((places & (places - 1)) == 0);
+
  public:
+  KnownAngles() {
+    for (SineAndCosine& place : places_) place.angle = std::numeric_limits<double>::quiet_NaN();
+  }
+  SineAndCosine& known(int node) { return places_[node & (places - 1)]; }
+
+ private:
+  SineAndCosine places_[places];
+};
+
+template <int blocks>
+class HessianRecord : public KnownAngles<blocks <= 1 ? 4 : blocks <= 2 ? 8 : blocks <= 4 ? 16 : 32> {
+ public:
+  using Number = double;
+  using Weight = double;
+
   // The nodes 0 … n − 1 are the coordinates.
   explicit HessianRecord(int n) : leaves_(n) {}
   HessianRecord(const HessianRecord&) = delete;
   HessianRecord& operator=(const HessianRecord&) = delete;
 
-  [[gnu::always_inline]] int add(int left, double la, double lb, double lw, int right, double ra, double rb, double rw, double cross) {
-    Node& node = nodes_.push();
-    node = {left, right, la, lb, lw, ra, rb, rw, cross};
-    return leaves_ + nodes_.size() - 1;
+  // The node of u v, or of u + sign v, of values on different nodes.
+  template <class Value>
+  [[gnu::always_inline]] int add_product(const Value& u, const Value& v) {
+    return add(u.node, v.value * u.a, v.value * u.b - v.rate * u.a, v.value * u.w, v.node, u.value * v.a, u.value * v.b - u.rate * v.a,
+               u.value * v.w, u.a * v.a);
+  }
+  template <class Value>
+  [[gnu::always_inline]] int add_sum(const Value& u, const Value& v, double sign) {
+    return add(u.node, u.a, u.b, u.w, v.node, sign * v.a, sign * v.b, sign * v.w, 0.0);
   }
 
   // X L into r; M, rows 4·blocks apart, of which what is above the diagonal has no meaning. L = (a, b, w) of a node.
@@ -140,6 +168,12 @@ class HessianRecord {
 
  private:
   static constexpr int stride = 4 * blocks;
+
+  [[gnu::always_inline]] int add(int left, double la, double lb, double lw, int right, double ra, double rb, double rw, double cross) {
+    Node& node = nodes_.push();
+    node = {left, right, la, lb, lw, ra, rb, rw, cross};
+    return leaves_ + nodes_.size() - 1;
+  }
 
   struct Node {
     int left, right;

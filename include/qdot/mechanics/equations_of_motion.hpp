@@ -5,22 +5,14 @@
 //
 //     M q̈ = rhs ,      rhs = ∂L/∂q − (∂²L/∂q̇∂q) q̇ − ∂²L/∂q̇∂t .
 //
-// acceleration() is what a stepper asks for; acceleration_jacobian() is what an implicit stepper asks
-// for besides. The latter does not differentiate the solution of the linear system. With the residual
-// r(q, q̇, q̈) = M q̈ − rhs, which is zero on a motion, the implicit function theorem gives
-//
-//     ∂q̈/∂(q, q̇) = −M⁻¹ ∂r/∂(q, q̇)  at fixed q̈ ,
-//
-// and r at fixed q̈ needs first derivatives along the motion only (lagrange_terms.hpp).
+// acceleration() is what a stepper asks for; an implicit stepper asks for its derivatives besides (acceleration_jacobian.hpp).
 
-#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <sstream>
 #include <string>
 #include <type_traits>
 
-#include "qdot/mechanics/banded_equations.hpp"
 #include "qdot/mechanics/banded_equations.hpp"
 #include "qdot/mechanics/graded_evaluation.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
@@ -141,48 +133,6 @@ auto motion_residual(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& 
   detail::require_sizes(system, q, qdot);
   detail::require_sizes(system, qddot, qdot);
   return detail::lagrange_residual<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), Vector<S, n>(qddot), t);
-}
-
-/// q̈ and its derivatives with respect to q (n×n) and q̇ (n×n).
-template <int n>
-struct AccelerationJacobian {
-  Vector<double, n> qddot;
-  Matrix<double, n> d_q;
-  Matrix<double, n> d_qdot;
-};
-
-/// q̈ and ∂q̈/∂q, ∂q̈/∂q̇ at a state, exact, by −M⁻¹ ∂(M q̈ − rhs) at fixed q̈.
-///
-/// @throws as acceleration()
-template <class E, int n, Inertia I>
-AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, const Vector<double, n>& q,
-                                              const Vector<double, n>& qdot, double t = 0.0) {
-  detail::require_sizes(system, q, qdot);
-  const Eigen::Index size = system.dof();
-  AccelerationJacobian<n> result;
-  const Matrix<double, n> M = detail::kinetic_hessian<n>(system.energies(), q, qdot, t);
-  result.qddot = detail::solved_with_mass_matrix(
-      system, M, Vector<double, n>(detail::lagrange_rhs<n>(system.energies(), q, qdot, t)), t);
-  detail::require_finite_acceleration(system, result.qddot, q, qdot, t);
-
-  using D = Dual<double, detail::directions_for<n>>;
-  const Vector<D, n> a = result.qddot.template cast<D>();
-  const auto columns = [&](auto& out, bool of_q) {
-    out.resize(size, size);
-    for (Eigen::Index first = 0; first < size; first += D::directions) {
-      const Vector<D, n> x = of_q ? detail::seeded<D>(q, first) : Vector<D, n>(q.template cast<D>());
-      const Vector<D, n> v = of_q ? Vector<D, n>(qdot.template cast<D>()) : detail::seeded<D>(qdot, first);
-      const Vector<D, n> r = detail::lagrange_residual<n>(system.energies(), x, v, a, D(t));
-      const Eigen::Index end = std::min<Eigen::Index>(size, first + D::directions);
-      for (Eigen::Index j = first; j < end; ++j)
-        for (Eigen::Index i = 0; i < size; ++i) out(i, j) = -r[i].tangent[static_cast<std::size_t>(j - first)];
-    }
-  };
-  columns(result.d_q, true);
-  columns(result.d_qdot, false);
-  result.d_q = detail::solved_with_mass_matrix(system, M, result.d_q, t);
-  result.d_qdot = detail::solved_with_mass_matrix(system, M, result.d_qdot, t);
-  return result;
 }
 
 /// q̈ at a State.

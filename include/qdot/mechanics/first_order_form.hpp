@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/mechanics/acceleration_jacobian.hpp"
 #include "qdot/mechanics/constant_inertia.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 

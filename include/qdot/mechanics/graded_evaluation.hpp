@@ -10,6 +10,7 @@
 
 #include "qdot/ad/euler_lagrange_math.hpp"
 #include "qdot/mechanics/energy_functors.hpp"
+#include "qdot/mechanics/straight_line.hpp"
 
 namespace qdot::detail {
 
@@ -23,11 +24,10 @@ template <int n>
 inline constexpr int graded_blocks = ((n == Dynamic ? graded_limit<n> : n <= graded_limit<n> ? n : 1) + 3) / 4;
 
 // b ← M⁻¹ b by L D Lᵀ, where M has rows of 4·blocks numbers, the lower triangle first; false when a pivot is below
-// `threshold` of its diagonal entry or NaN. M is overwritten.
+// `threshold` of its diagonal entry or NaN. M becomes L, below its diagonal; 1/D is left in `inverse`.
 template <int blocks>
-bool solved_by_blocks(int n, double* M, double* b, double threshold) {
+bool solved_by_blocks(int n, double* M, double* b, double threshold, double* inverse) {
   constexpr int stride = 4 * blocks;
-  double inverse[stride];
   double diagonal[stride];
   double column[4][stride];
   for (int k = 0; k < n; ++k) diagonal[k] = M[k * stride + k];
@@ -70,11 +70,17 @@ bool solved_by_blocks(int n, double* M, double* b, double threshold) {
   return true;
 }
 
+template <int blocks>
+bool solved_by_blocks(int n, double* M, double* b, double threshold) {
+  double inverse[4 * blocks];
+  return solved_by_blocks<blocks>(n, M, b, threshold, inverse);
+}
+
 // M (rows of 4·blocks numbers) and X L.
 template <int n, class E>
-void graded_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r) {
+[[gnu::flatten]] void graded_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r) {
   constexpr int blocks = graded_blocks<n>;
-  using S = Graded<blocks>;
+  using S = Graded<HessianRecord<blocks>>;
   const int size = static_cast<int>(q.size());
   HessianRecord<blocks> record(size);
   Vector<S, n> x(size);
@@ -83,15 +89,53 @@ void graded_equations(const E& e, const Vector<double, n>& q, const Vector<doubl
     x[i] = S(q[i], qdot[i], 0.0, 1.0, 0.0, i, &record);
     v[i] = S(qdot[i], 0.0, 1.0, 0.0, 0.0, i, &record);
   }
-  const S time(t, 1.0, 0.0, 0.0, 0.0, -1, nullptr);
+  const S time(t, 1.0, 0.0, 0.0, 0.0, 0, nullptr);
   const S L = kinetic<n>(e, x, v, time) - potential<n>(e, x, time);
-  record.equations(L.node, L.a, L.b, L.w, M, r);
+  record.equations(L.record != nullptr ? L.node : -1, L.a, L.b, L.w, M, r);
+}
+
+// Largest n whose components are carried along (ad/graded_jet.hpp) rather than recorded.
+inline constexpr int graded_jet_limit = 8;
+
+// L = T − V with its components, carried along.
+template <int n, class E>
+[[gnu::flatten]] GradedJet<n> jet_of_lagrangian(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
+  using S = GradedJet<n>;
+  KnownAngles<8> angles;
+  Vector<S, n> x;
+  Vector<S, n> v;
+  for (int i = 0; i < n; ++i) {
+    x[i] = S::coordinate(q[i], qdot[i], i, &angles);
+    v[i] = S::velocity(qdot[i], i);
+  }
+  const S time = S::time(t);
+  return kinetic<n>(e, x, v, time) - potential<n>(e, x, time);
+}
+
+// M, packed, and X L.
+template <int n, class E>
+bool jet_acceleration(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double threshold, Vector<double, n>& qddot) {
+  const GradedJet<n> L = jet_of_lagrangian<n>(e, q, qdot, t);
+  if (!(L.kinds & GradedJet<n>::has_h)) return false;
+  double M[n * (n + 1) / 2], r[n];
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    r[i] = L.kinds & GradedJet<n>::has_x ? L.x[i / 2][i % 2] : 0.0;
+    unroll<i + 1>([&](auto j) __attribute__((always_inline)) { M[triangle_index(i, j)] = L.hessian(i, j); });
+  });
+  if (!solved_in_place<n>(M, r, threshold)) return false;
+  double zero = 0.0;
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    zero += r[i] - r[i];
+    qddot[i] = r[i];
+  });
+  return zero == 0.0;
 }
 
 // q̈ into `qddot`; false on a bad pivot or a number that is not finite.
 template <int n, class E>
 bool graded_acceleration(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double threshold,
                          Vector<double, n>& qddot) {
+  if constexpr (n >= 1 && n <= graded_jet_limit) return jet_acceleration<n>(e, q, qdot, t, threshold, qddot);
   constexpr int blocks = graded_blocks<n>;
   double M[16 * blocks * blocks];
   double r[4 * blocks];

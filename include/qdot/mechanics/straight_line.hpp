@@ -12,6 +12,7 @@
 // The solution is L D Lᵀ, written out for each n. Everything that could go wrong, a pivot that is not
 // positive, a number that is not finite, is left to the general way to look at again and to name.
 
+#include <atomic>
 #include <cmath>
 #include <type_traits>
 #include <utility>
@@ -72,8 +73,9 @@ template <int k>
 
 // b ← M⁻¹ b by L D Lᵀ; false when a pivot is below `threshold` of its diagonal entry or NaN. M is overwritten. Of packs a mask.
 // Entries of M that are not `present` are zero, and what follows from them is left out when the compiler knows the mask.
-template <int n, class Number>
-[[gnu::always_inline]] inline auto solved_in_place(Number* M, Number* b, double threshold, ComponentMask present = ~ComponentMask(0)) {
+// The entries of b are numbers or what can be multiplied by numbers.
+template <int n, class Number, class Right>
+[[gnu::always_inline]] inline auto solved_in_place(Number* M, Right* b, double threshold, ComponentMask present = ~ComponentMask(0)) {
   using Truth = decltype(M[0] > M[0]);
   Number inverse[n];
   Truth good = true;
@@ -98,7 +100,7 @@ template <int n, class Number>
   });
   unroll<n>([&](auto done) __attribute__((always_inline)) {
     constexpr int k = n - 1 - done;
-    Number s = b[k];
+    Right s = b[k];
     unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
       constexpr int i = k + 1 + below;
       if (has_entry<triangle_index(i, k)>(present) != 0) s -= M[triangle_index(i, k)] * b[i];
@@ -108,22 +110,9 @@ template <int n, class Number>
   return good;
 }
 
-// L = T − V with its components.
-//
-// Not always_inline: GCC prepares the functions that others call before those others, but does not count calls from
-// always_inline functions, and then finds T and V not ready to be inlined.
-template <int n, class E, class Number>
-[[gnu::flatten]] inline EulerLagrange<n, Number> euler_lagrange_of(const E& e, const Number* q, const Number* qdot, const Number& t) {
-  using S = EulerLagrange<n, Number>;
-  Vector<S, n> x;
-  Vector<S, n> v;
-  S* const positions = x.data();
-  S* const velocities = v.data();
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    positions[i] = S::template coordinate<i>(q[i], qdot[i]);
-    velocities[i] = S::template velocity<i>(qdot[i]);
-  });
-  const S time = S::time(t);
+// L = T − V of a state that consists of scalars of Lagrange's equations.
+template <int n, class E, class S>
+[[gnu::flatten]] inline S lagrangian_of(const E& e, const Vector<S, n>& x, const Vector<S, n>& v, const S& time) {
   S T, V;
   if constexpr (kinetic_signature<E, n>() == KineticSignature::velocity) {
     T = e.T(v);
@@ -140,11 +129,43 @@ template <int n, class E, class Number>
   return (T - V).whole();
 }
 
+// L with its components at a state.
+//
+// Not always_inline: GCC prepares the functions that others call before those others, but does not count calls from
+// always_inline functions, and then finds T and V not ready to be inlined.
+template <int n, class E, class Number>
+[[gnu::flatten]] inline EulerLagrange<n, Number> euler_lagrange_of(const E& e, const Number* q, const Number* qdot, const Number& t) {
+  using S = EulerLagrange<n, Number>;
+  Vector<S, n> x;
+  Vector<S, n> v;
+  S* const positions = x.data();
+  S* const velocities = v.data();
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    positions[i] = S::template coordinate<i>(q[i], qdot[i]);
+    velocities[i] = S::template velocity<i>(qdot[i]);
+  });
+  return lagrangian_of<n>(e, x, v, S::time(t));
+}
+
+// Clang decides late whether masks are constants, and keeps much of the pass that it then does not need. Whether it found a loop is
+// therefore remembered: a property of the code of E, written once. GCC drops the pass.
+#ifdef __clang__
+inline constexpr bool remembers_loops = true;
+#else
+inline constexpr bool remembers_loops = false;
+#endif
+template <int n, class E>
+inline std::atomic<bool> keeps_a_loop{false};
+
 // q̈ into `qddot`; false when this is not the way: a loop in T or V, a bad pivot, a number that is not finite.
 template <int n, class E>
 [[gnu::flatten]] inline bool straight_line_acceleration(const E& e, const double* q, const double* qdot, double t, double* qddot) {
+  if (remembers_loops && keeps_a_loop<n, E>.load(std::memory_order_relaxed)) return false;
   const EulerLagrange<n> L = euler_lagrange_of<n>(e, q, qdot, t);
-  if (!__builtin_constant_p(L.g_mask | L.h_mask)) return false;
+  if (!__builtin_constant_p(L.g_mask | L.h_mask)) {
+    if (remembers_loops) keeps_a_loop<n, E>.store(true, std::memory_order_relaxed);
+    return false;
+  }
   double M[n * (n + 1) / 2];
   double r[n];
   unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = L.template x<i>(); });

@@ -1,0 +1,134 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// q̈ and its derivatives with respect to q and q̇, which an implicit stepper asks for.
+//
+// The solution of the linear system is not differentiated. With the residual r(q, q̇, q̈) = M q̈ − rhs, which is zero on a motion, the
+// implicit function theorem gives
+//
+//     ∂q̈/∂(q, q̇) = −M⁻¹ ∂r/∂(q, q̇)  at fixed q̈ ,
+//
+// and −r is what the scalar of Lagrange's equations calls X L when the rates of the velocities are the accelerations
+// (straight_line_jacobian.hpp). Two ways, as for q̈ itself: straight-line code for few coordinates, and for loops a record of dual numbers
+// (ad/residual_record.hpp) that is swept forwards and back.
+
+#include <algorithm>
+
+#include "qdot/ad/residual_record.hpp"
+#include "qdot/mechanics/equations_of_motion.hpp"
+#include "qdot/mechanics/straight_line_jacobian.hpp"
+
+namespace qdot {
+
+/// q̈ and its derivatives with respect to q (n×n) and q̇ (n×n).
+template <int n>
+struct AccelerationJacobian {
+  Vector<double, n> qddot;
+  Matrix<double, n> d_q;
+  Matrix<double, n> d_qdot;
+};
+
+namespace detail {
+
+// Calls f(i, first, row) with the derivatives of X_i L at fixed accelerations, in turn along q and q̇ of each coordinate from first/2 on.
+template <int n, class E, class F>
+void for_each_residual(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, const Vector<double, n>& a, double t, const F& f) {
+  using Record = ResidualRecord<(n == Dynamic || n > 16) ? 64 : 8 * n + 8>;
+  using N = LocalDual;
+  using S = Graded<Record>;
+  const int size = static_cast<int>(q.size());
+  Record record(size);
+  Vector<S, n> x(size);
+  Vector<S, n> v(size);
+  const S time(N(t), N(1.0), N(0.0), N(0.0), NoWeight(), 0, nullptr);
+  for (int i = 0; i < size; ++i) {
+    const N velocity(qdot[i], 0.0, 1.0);
+    x[i] = S(N(q[i], 1.0, 0.0), velocity, N(0.0), N(1.0), NoWeight(), i, &record);
+    v[i] = S(velocity, N(a[i]), N(1.0), N(0.0), NoWeight(), i, &record);
+  }
+  const S L = kinetic<n>(e, x, v, time) - potential<n>(e, x, time);
+  record.derivatives(L.record != nullptr ? L.node : -1, L.a, L.b, f);
+}
+
+// q̈ and its derivatives by records and blocks; false on a bad pivot or a number that is not finite.
+template <int n, class E>
+bool recorded_jacobian(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double threshold,
+                       AccelerationJacobian<n>& result) {
+  constexpr int blocks = graded_blocks<n>, stride = 4 * blocks;
+  constexpr int directions = ResidualRecord<1>::width;
+  const int size = static_cast<int>(q.size());
+  double M[stride * stride], r[stride], inverse[stride];
+  graded_equations<n>(e, q, qdot, t, M, r);
+  if (!solved_by_blocks<blocks>(size, M, r, threshold, inverse)) return false;
+  for (int i = 0; i < size; ++i) result.qddot[i] = r[i];
+  double columns[stride][directions];
+  double zero = 0.0;
+  for_each_residual<n>(e, q, qdot, result.qddot, t, [&](int i, int first, const double* residual) {
+    const int count = std::min(directions, 2 * size - first), filled = (count + 3) / 4 * 4;
+    for (int j = 0; j < filled; j += 4) set_block(columns[i] + j, 1.0, residual + j);
+    if (i < size - 1) return;
+    for (int k = 0; k < size; ++k) {  // L D Lᵀ with the L and 1/D that are there
+      for (int below = k + 1; below < size; ++below)
+        for (int j = 0; j < filled; j += 4) add_block(columns[below] + j, -M[below * stride + k], columns[k] + j);
+      for (int j = 0; j < filled; j += 4) set_block(columns[k] + j, inverse[k], columns[k] + j);
+    }
+    for (int k = size - 1; k > 0; --k)
+      for (int above = 0; above < k; ++above)
+        for (int j = 0; j < filled; j += 4) add_block(columns[above] + j, -M[k * stride + above], columns[k] + j);
+    for (int j = 0; j < count; j += 2)
+      for (int k = 0; k < size; ++k) {
+        const int coordinate = (first + j) / 2;
+        result.d_q(k, coordinate) = columns[k][j];
+        result.d_qdot(k, coordinate) = columns[k][j + 1];
+        zero += (columns[k][j] - columns[k][j]) + (columns[k][j + 1] - columns[k][j + 1]);
+      }
+  });
+  return zero == 0.0;
+}
+
+// The same with any mass matrix and any number of coordinates; names what is wrong.
+template <class E, int n, Inertia I>
+[[gnu::noinline]] void general_jacobian(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
+                                        AccelerationJacobian<n>& result) {
+  result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
+  for_each_residual<n>(system.energies(), q, qdot, result.qddot, t, [&](int i, int first, const double* residual) {
+    for (int j = 0; j < std::min(ResidualRecord<1>::width, 2 * static_cast<int>(system.dof()) - first); j += 2) {
+      result.d_q(i, (first + j) / 2) = residual[j];
+      result.d_qdot(i, (first + j) / 2) = residual[j + 1];
+    }
+  });
+  const Matrix<double, n> M = kinetic_hessian<n>(system.energies(), q, qdot, t);
+  result.d_q = solved_with_mass_matrix(system, M, result.d_q, t);
+  result.d_qdot = solved_with_mass_matrix(system, M, result.d_qdot, t);
+}
+
+}  // namespace detail
+
+/// q̈ and ∂q̈/∂q, ∂q̈/∂q̇ at a state, exact, by −M⁻¹ ∂(M q̈ − rhs) at fixed q̈.
+///
+/// No allocation for fixed n up to 16.
+///
+/// @throws as acceleration()
+template <class E, int n, Inertia I>
+AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, const Vector<double, n>& q,
+                                              const Vector<double, n>& qdot, double t = 0.0) {
+  detail::require_sizes(system, q, qdot);
+  const Eigen::Index size = system.dof();
+  AccelerationJacobian<n> result{Vector<double, n>(size), Matrix<double, n>(size, size), Matrix<double, n>(size, size)};
+  if constexpr (I == Inertia::positive_definite && !detail::HasShorterWay<E>) {
+    if constexpr (detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit) {
+      if (detail::straight_line_jacobian<n>(system.energies(), q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(),
+                                            result.d_qdot.data()))
+        return result;
+    }
+    if constexpr (detail::graded_pays<n>) {
+      if (size <= detail::graded_limit<n> &&
+          detail::recorded_jacobian<n>(system.energies(), q, qdot, t, detail::singular_pivot<double>(size), result))
+        return result;
+    }
+  }
+  detail::general_jacobian(system, q, qdot, t, result);
+  return result;
+}
+
+}  // namespace qdot
