@@ -64,7 +64,8 @@ int execute(int argc, char** argv, std::string& command_name) {
   add_repeatable(run_command, "--with", run_options.with, "switch an effect on, EFFECT[=VALUE]");
   add_repeatable(run_command, "--without", run_options.without, "switch an effect off");
   add_text(run_command, "--t-end", run_options.t_end, "time to end at", "T");
-  add_text(run_command, "--method", run_options.method, "adams (smooth motion, default), bdf (stiff) or dop853 (smooth, few coordinates; default with constraints)", "NAME");
+  add_text(run_command, "--method", run_options.method, "auto (default: chooses and says why), taylor, dop853, dopri5, adams, bdf (stiff), or symplectic with a fixed step: gauss2 … gauss8, verlet, yoshida_4, blanes_moan_6 …; all in qdot list", "NAME");
+  add_text(run_command, "--step", run_options.step, "step of a method with a fixed one (default: from --rtol, by a short pilot run)", "H");
   add_text(run_command, "--rtol", run_options.rtol, "relative tolerance of the local error (default 1e-10)", "R");
   add_text(run_command, "--atol", run_options.atol, "absolute tolerance of the local error (default 1e-10)", "A");
   add_text(run_command, "--accuracy", run_options.accuracy, "error of the whole motion; chooses both tolerances", "E");

@@ -27,7 +27,7 @@ struct RunOptions {
   std::vector<std::string> set;
   std::vector<std::string> with;
   std::vector<std::string> without;
-  std::optional<std::string> t_end, method, rtol, atol, accuracy, samples, out;
+  std::optional<std::string> t_end, method, step, rtol, atol, accuracy, samples, out;
   bool json = false;
   bool quiet = false;
 };

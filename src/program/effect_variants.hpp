@@ -158,7 +158,7 @@ class EffectScene final : public SceneRunner<E, n> {
       if (!infos_[i].on) return variant<i + 1>(chosen);
       return variant<i + 1>(std::tuple_cat(chosen, std::make_tuple(std::get<i>(optional_).make(this->energies(), infos_[i].value))));
     } else if constexpr (sizeof...(Chosen) == 0) {
-      return SceneRunner<E, n>::model();
+      return this->bare_model();
     } else {
       return std::apply([&](const auto&... effect) -> std::shared_ptr<const Model> {
         auto composed = scene(this->system(), effect...);

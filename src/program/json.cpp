@@ -53,6 +53,11 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
     if (effect.on) json["effects"].push_back({{"name", effect.name}, {"value", effect.value}});
   }
   json["method"] = request.method;
+  json["method_chosen"] = result.statistics.method;
+  json["method_reason"] = nullptr;
+  if (!result.statistics.method_reason.empty()) json["method_reason"] = result.statistics.method_reason;
+  json["step"] = nullptr;
+  if (result.step) json["step"] = *result.step;
   json["rtol"] = request.rtol;
   json["atol"] = request.atol;
   json["outcome"] = std::string(name(result.outcome));

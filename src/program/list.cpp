@@ -9,6 +9,7 @@
 #include "program/catalogue.hpp"
 #include "program/commands.hpp"
 #include "program/json.hpp"
+#include "program/methods.hpp"
 #include "qdot/report/number.hpp"
 
 namespace qdot::program {
@@ -31,6 +32,8 @@ int list(const ListOptions& options) {
     const std::string dof = counted ? scene->parameters().front().name : std::to_string(scene->coordinates().size());
     std::printf("%-20s %3s  %s\n", scene->name().c_str(), dof.c_str(), parameters.c_str());
   }
+  std::printf("\n%-20s %s\n", "method", "what it is for (--method NAME)");
+  for (const MethodInfo& method : methods()) std::printf("%-20s %s\n", method.name.c_str(), method.summary.c_str());
   return 0;
 }
 

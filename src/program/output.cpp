@@ -143,7 +143,9 @@ report::Facts run_facts(const RunnableScene& scene, const Request& request, cons
   report::Facts facts{"Run", {}};
   facts.rows.push_back({"outcome", std::string(name(result.outcome))});
   facts.rows.push_back({"end", with_unit("t = " + report::rounded_text(result.end.t, 10), scene.time_unit())});
-  facts.rows.push_back({"method", request.method + ", rtol " + readable_text(request.rtol) + ", atol " + readable_text(request.atol)});
+  const std::string method = result.statistics.method_reason.empty() ? request.method : "auto: " + result.statistics.method;
+  facts.rows.push_back({"method", method + (result.step ? ", step " + readable_text(*result.step)
+                                                        : ", rtol " + readable_text(request.rtol) + ", atol " + readable_text(request.atol))});
   facts.rows.push_back({"steps", std::to_string(cost.steps) + " accepted, " + std::to_string(cost.rejected()) + " rejected"});
   facts.rows.push_back({"evaluations", std::to_string(cost.evaluations) + ", and " + std::to_string(cost.jacobians) + " Jacobians"});
   if (result.start_moved) {

@@ -13,6 +13,7 @@
 #include "program/catalogue.hpp"
 #include "program/commands.hpp"
 #include "program/json.hpp"
+#include "program/methods.hpp"
 #include "program/output.hpp"
 #include "program/progress.hpp"
 #include "program/simulation.hpp"
@@ -33,33 +34,44 @@ double tolerance(const char* option, const std::string& text) {
   return value;
 }
 
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
 Request request_of(RunnableScene& scene, const RunOptions& options) {
   Request request;
   request.start = configured(scene, options.set);
   choose_effects(scene, options);
-  bool constrained = false;
+  std::shared_ptr<const Model> model;
   try {
-    constrained = scene.model()->constrained();
+    model = scene.model();
   } catch (const InvalidValue& error) {  // a parameter that an effect does not take
     throw UsageError(std::string("--set: ") + error.what());
   }
-  if (constrained) request.method = "dop853";
   request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : scene.t_end();
   if (!(request.t_end > request.start.t)) {
     throw UsageError("--t-end: must be after the start, t = " + exact_text(request.start.t) + ", given " + *options.t_end);
   }
-  if (options.method) {
-    request.method = *options.method;
-    const auto methods = method_names();
-    if (std::find(methods.begin(), methods.end(), request.method) == methods.end()) {
-      throw unknown_name("--method", "a method", request.method, methods);
+  if (options.method) request.method = *options.method;
+  const MethodInfo& method = method_named(request.method);
+  if (const std::string why = misfit(*model, method.name); !why.empty()) {
+    throw UsageError("--method: must fit " + scene.name() + ", but " + method.name + " " + why + " (what fits: auto, " +
+                     listed(fitting_methods(*model)) + ")");
+  }
+  if (options.step) {
+    if (!method.fixed_step()) {
+      throw UsageError("--step: must stand with a method of fixed step (gauss8, blanes_moan_6, …), given with " + method.name +
+                       ", which chooses its steps by --rtol and --atol");
     }
-    if (constrained && !keeps_constraints(request.method)) {
-      throw UsageError("--method: must keep the constraints of " + scene.name() + ", as dop853 and bdf do, given " + request.method);
-    }
+    request.step = tolerance("--step", *options.step);
   }
   if (options.accuracy && (options.rtol || options.atol)) {
     throw UsageError("--accuracy: must stand without --rtol and --atol, which it chooses, given together with one");
+  }
+  if (options.accuracy && options.step) {
+    throw UsageError("--accuracy: must stand without --step, which it chooses, given together with it");
   }
   if (options.rtol) request.rtol = tolerance("--rtol", *options.rtol);
   if (options.atol) request.atol = tolerance("--atol", *options.atol);
@@ -109,8 +121,11 @@ void print_summary(const RunnableScene& scene, const Request& request, const Res
                 with_unit(report::rounded_text(result.jacobi.initial, 12), unit).c_str(),
                 with_unit(report::rounded_text(result.jacobi.largest, 3), unit).c_str());
   }
-  std::printf("  %s, rtol %s, atol %s: %ld steps, %ld rejected, %ld evaluations, %ld Jacobians, %.3g ms\n",
-              request.method.c_str(), exact_text(request.rtol).c_str(), exact_text(request.atol).c_str(),
+  if (!result.statistics.method_reason.empty()) std::printf("  chose %s\n", result.statistics.method_reason.c_str());
+  const std::string setting = result.step ? "step " + report::rounded_text(*result.step, 4)
+                                          : "rtol " + exact_text(request.rtol) + ", atol " + exact_text(request.atol);
+  std::printf("  %s, %s: %ld steps, %ld rejected, %ld evaluations, %ld Jacobians, %.3g ms\n",
+              request.method.c_str(), setting.c_str(),
               result.statistics.steps, result.statistics.rejected(), result.statistics.evaluations,
               result.statistics.jacobians, 1e3 * result.statistics.wall_seconds);
   if (result.error_estimate) std::printf("  estimated error of the motion %s\n", report::rounded_text(*result.error_estimate, 2).c_str());

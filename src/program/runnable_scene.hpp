@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "qdot/effects/projection_report.hpp"
+#include "qdot/integrate/any_stepper.hpp"
+#include "qdot/integrate/options.hpp"
 #include "qdot/report/animation.hpp"
 #include "scenes/scene.hpp"
 
@@ -91,6 +93,15 @@ class Model {
 
   /// The derivative with more digits, for references; false, with nothing done, where the equations hold in double only.
   virtual bool long_derivative(long double, const LongVector&, LongVector&) const { return false; }
+
+  /// Whether T and V are all that there is.
+  virtual bool bare() const { return false; }
+
+  /// Whether T is a function of the velocities alone.
+  virtual bool separable() const { return false; }
+
+  /// The stepper of a method that is made for T and V themselves (model_steppers.hpp); nothing where there is none.
+  virtual std::optional<AnyStepper> own_stepper(const std::string&, double, const Options&) const { return std::nullopt; }
 
   /// Evaluates q̈ at y `count` times, and returns a number that depends on all of them.
   virtual double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const = 0;

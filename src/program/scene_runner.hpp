@@ -81,8 +81,6 @@ class SceneRunner : public RunnableScene {
     throw InvalidValue(scene_.name + " has no effect named " + name);
   }
 
-  std::shared_ptr<const Model> model() const override { return std::make_shared<SystemModel<decltype(system())>>(system()); }
-
   report::Drawing drawing() const override { return scene_.drawing(energies_); }
 
   std::vector<report::Point> positions(const Eigen::Ref<const Eigen::VectorXd>& q, double t) const override {
@@ -91,6 +89,9 @@ class SceneRunner : public RunnableScene {
 
  protected:
   const E& energies() const { return energies_; }
+
+  /// T and V alone; not compiled for a scene that never is.
+  std::shared_ptr<const Model> bare_model() const { return std::make_shared<SystemModel<decltype(system())>>(system()); }
 
   auto system() const {
     std::vector<std::string> names;
@@ -107,9 +108,17 @@ class SceneRunner : public RunnableScene {
   E energies_;
 };
 
+/// A scene without effects.
+template <class E, int n>
+class BareScene final : public SceneRunner<E, n> {
+ public:
+  using SceneRunner<E, n>::SceneRunner;
+  std::shared_ptr<const Model> model() const override { return this->bare_model(); }
+};
+
 template <class E, int n>
 std::unique_ptr<RunnableScene> runnable(scenes::Scene<E, n> scene) {
-  return std::make_unique<SceneRunner<E, n>>(std::move(scene));
+  return std::make_unique<BareScene<E, n>>(std::move(scene));
 }
 
 }  // namespace qdot::program

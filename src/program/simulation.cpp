@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The only file of the program that includes CVODE: all scenes are stepped through the interface `Model`, whose virtual
-// calls cost nothing beside a step.
+// calls cost nothing beside a step, and all methods through AnyStepper.
 #include "program/simulation.hpp"
 
 #include <algorithm>
@@ -10,7 +10,9 @@
 #include <memory>
 #include <utility>
 
-#include "qdot/integrate/cvode.hpp"
+#include "program/methods.hpp"
+#include "qdot/integrate/any_stepper.hpp"
+#include "qdot/integrate/cvode_automatic.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 
@@ -51,6 +53,73 @@ struct SwitchingModel : ConstrainedModel {
     return model->switched(t, y, fired, tolerance);
   }
 };
+
+/// A method chosen by its name, for a model.
+struct NamedMethod {
+  const MethodInfo& info;
+  double step = 0;
+
+  template <class System>
+  AnyStepper stepper(const System& system, const Options& options) const {
+    const Model& model = *system.model;
+    switch (info.kind) {
+      case MethodKind::automatic: return automatic(system, options);
+      case MethodKind::stiff: return any_stepper(CvodeBdf{}, system, options);
+      case MethodKind::multistep:
+        if constexpr (!ProjectableSystem<System>) return any_stepper(CvodeAdams{}, system, options);
+        break;
+      default:
+        if (auto own = model.own_stepper(info.name, step, options)) return std::move(*own);
+    }
+    if (info.name == "dop853") return any_stepper(Dop853{}, system, options);
+    if (info.name == "dopri5") return any_stepper(Dopri5{}, system, options);
+    throw InvalidValue(info.name + " does not fit: it " + misfit(model, info.name));
+  }
+
+ private:
+  // As AutomaticWith<CvodeBdf>, with the steppers that only the scene can make.
+  template <class System>
+  AnyStepper automatic(const System& system, const Options& options) const {
+    const std::shared_ptr<const Model> model = system.model;
+    AutomaticChoice choice{
+        .series = std::nullopt,
+        .smooth = NamedMethod{method_named("dop853")}.stepper(system, options),
+        .stiff = [system, options] { return any_stepper(CvodeBdf{}, system, options); },
+        .jacobian = [model](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) { model->jacobian(t, y, J); },
+        .reason = "there is more to the motion than T and V"};
+    if (model->bare())
+      qdot::detail::choose_first(choice, model->size(), options, [&] { return model->own_stepper("taylor", 0, options); });
+    return AnyStepper(AutomaticStepper(std::move(choice), model->size()));
+  }
+};
+
+/// The step of a method with a fixed one, where the request names none.
+///
+/// A pilot run of Dop853 at rtol 1e-6 tells how fast the motion is: its steps have the mean length h. An error of about
+/// (h/L)^8 per step makes L = h/1e-6^(1/8) the time in which the motion changes, and a method of order p reaches rtol with
+/// steps of L rtol^(1/p), as far as that needs no more than two million of them.
+double chosen_step(const std::shared_ptr<const Model>& model, const Request& request, int order) {
+  constexpr double pilot_rtol = 1e-6;
+  constexpr double most_steps = 2e6;
+  const double span = std::abs(request.t_end - request.start.t);
+  Request pilot = request;
+  pilot.method = "dop853";
+  pilot.rtol = pilot.atol = pilot_rtol;
+  pilot.atol_each = {};
+  pilot.samples = 0;
+  const BareResult run = bare_run(model, pilot);
+  const double mean = std::abs(run.t - request.start.t) / static_cast<double>(std::max(1L, run.statistics.steps));
+  const double wanted = mean * std::pow(pilot_rtol, -1.0 / 8) * std::pow(request.rtol, 1.0 / order);
+  return std::max(std::min(wanted, span), span / most_steps);
+}
+
+/// The method that a request names.
+NamedMethod method_of(const std::shared_ptr<const Model>& model, const Request& request) {
+  const MethodInfo& info = method_named(request.method);
+  if (const std::string why = misfit(*model, info.name); !why.empty()) throw InvalidValue(info.name + " " + why);
+  if (!info.fixed_step()) return {info};
+  return {info, request.step ? *request.step : chosen_step(model, request, info.order)};
+}
 
 std::vector<double> equal_times(double from, double to, int count) {
   std::vector<double> times;
@@ -134,32 +203,21 @@ void run_with(const Method& method, const System& system, const Request& request
   }
 }
 
-template <class System>
-void run_named(const std::string& method, const System& system, const Request& request, const Watcher& watcher, Result& result) {
-  if (method == "bdf") {
-    run_with(CvodeBdf{}, system, request, watcher, result);
-  } else if (method == "dop853") {
-    run_with(Dop853{}, system, request, watcher, result);
-  } else if constexpr (!ProjectableSystem<System>) {  // request_of() sees to it
-    run_with(CvodeAdams{}, system, request, watcher, result);
-  }
-}
-
 template <class Method, class System>
 BareResult bare(const Method& method, const System& system, const FirstOrderState& start, const Request& request) {
   Options options{.rtol = request.rtol, .atol = request.atol, .keep_trajectory = false};
+  if (request.atol_each.size() > 0) options.atol = request.atol_each;
   if (request.samples > 1) options.output_times = equal_times(start.t, request.t_end, request.samples);
   auto run = simulate(system, start, request.t_end, method, options);
   return {run.outcome, run.message, run.t, run.y, std::move(run.samples.t), std::move(run.samples.y), run.statistics};
 }
 
-template <class System>
-BareResult bare_named(const System& system, const FirstOrderState& start, const Request& request) {
-  if (request.method == "bdf") return bare(CvodeBdf{}, system, start, request);
-  if constexpr (!ProjectableSystem<System>) {
-    if (request.method == "adams") return bare(CvodeAdams{}, system, start, request);
-  }
-  return bare(Dop853{}, system, start, request);
+/// Calls `go` with the model as the steppers want it.
+template <class Go>
+auto with_system(const std::shared_ptr<const Model>& model, const Go& go) {
+  if (model->guard_count() > 0) return go(SwitchingModel{{{model}}});
+  if (model->constrained()) return go(ConstrainedModel{{model}});
+  return go(FirstOrderModel{model});
 }
 
 /// The run could not begin: the equations of motion have no value at the start.
@@ -176,28 +234,43 @@ void Drift::see(double value) {
   if (!(change <= largest)) largest = change;  // NaN, once seen, stays
 }
 
-std::vector<std::string> method_names() { return {"adams", "bdf", "dop853"}; }
+std::vector<std::string> method_names() {
+  std::vector<std::string> names;
+  for (const MethodInfo& method : methods()) names.push_back(method.name);
+  return names;
+}
 
-bool keeps_constraints(const std::string& method) { return method != "adams"; }
-
-bool has_fixed_step(const std::string&) { return false; }
+bool has_fixed_step(const std::string& method) { return method_named(method).fixed_step(); }
 
 std::string misfit(const Model& model, const std::string& method) {
-  return model.constrained() && !keeps_constraints(method) ? "cannot keep constraints" : "";
+  const MethodKind kind = method_named(method).kind;
+  if (model.constrained() && kind == MethodKind::multistep) return "cannot keep constraints";
+  const bool own = kind == MethodKind::series || kind == MethodKind::gauss || kind == MethodKind::splitting;
+  if (own && model.constrained()) return "takes T and V alone, and the scene has constraints";
+  if (own && !model.bare()) return "takes T and V alone, and the scene has effects";
+  if (kind == MethodKind::splitting && !model.separable()) return "needs T(qdot), and the scene's T depends on the coordinates";
+  if (kind == MethodKind::series) {
+    try {
+      model.own_stepper(method, 0, {});
+    } catch (const NotAnalytic&) {
+      return "needs T and V without branches and kinks";
+    }
+  }
+  return {};
 }
 
 std::vector<std::string> fitting_methods(const Model& model) {
-  std::vector<std::string> names = method_names();
-  std::erase_if(names, [&](const std::string& name) { return !misfit(model, name).empty(); });
+  std::vector<std::string> names;
+  for (const MethodInfo& method : methods())
+    if (method.kind != MethodKind::automatic && misfit(model, method.name).empty()) names.push_back(method.name);
   return names;
 }
 
 BareResult bare_run(const std::shared_ptr<const Model>& model, const Request& request) {
   FirstOrderState start{request.start.t, model->packed(request.start)};
   if (model->constrained()) model->project(start.t, start.y);
-  if (model->guard_count() > 0) return bare_named(SwitchingModel{{{model}}}, start, request);
-  if (model->constrained()) return bare_named(ConstrainedModel{{model}}, start, request);
-  return bare_named(FirstOrderModel{model}, start, request);
+  const NamedMethod method = method_of(model, request);
+  return with_system(model, [&](const auto& system) { return bare(method, system, start, request); });
 }
 
 Result simulated(const std::shared_ptr<const Model>& model, const Request& request, const Watcher& watcher) {
@@ -217,13 +290,9 @@ Result simulated(const std::shared_ptr<const Model>& model, const Request& reque
   result.energy.initial = result.energy.final = result.end.energies.total();
   result.jacobi.initial = result.jacobi.final = result.end.energies.jacobi;
   try {
-    if (model->guard_count() > 0) {
-      run_named(request.method, SwitchingModel{{{model}}}, request, watcher, result);
-    } else if (model->constrained()) {
-      run_named(request.method, ConstrainedModel{{model}}, request, watcher, result);
-    } else {
-      run_named(request.method, FirstOrderModel{model}, request, watcher, result);
-    }
+    const NamedMethod method = method_of(model, request);
+    if (method.info.fixed_step()) result.step = method.step;
+    with_system(model, [&](const auto& system) { run_with(method, system, request, watcher, result); });
     result.reactions = model->reactions(result.end.t, result.end.y);
   } catch (const NonFinite& error) {
     fail_at_start(result, Outcome::non_finite, error);

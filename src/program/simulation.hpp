@@ -21,11 +21,11 @@ namespace qdot::program {
 struct Request {
   State<Dynamic> start;
   double t_end = 0;
-  std::string method = "adams";
+  std::string method = "auto";
   double rtol = 1e-10;
   double atol = 1e-10;
   Eigen::VectorXd atol_each = {};  // one for each component of y, in place of atol; empty for none
-  std::optional<double> step;  // of a method with a fixed step; chosen from rtol where there is none
+  std::optional<double> step;  // of a method with a fixed step; where there is none, a short pilot run and rtol choose it
   int samples = 500;           // rows of the table, both ends included
   int most_frames = 0;         // of the animation; 0 for none
 };
@@ -61,6 +61,7 @@ struct Result {
   EnergyBalance balance;              // of Jacobi's energy function
   std::vector<RecordedEvent> events;
   Statistics statistics;
+  std::optional<double> step;                   // of a method with a fixed one: at most so long
   std::optional<ProjectionReport> start_moved;  // how far a start off the constraints was moved
   std::vector<Reaction> reactions;              // at the end
   std::optional<double> error_estimate;  // of the whole motion, where an accuracy was asked for
@@ -69,13 +70,10 @@ struct Result {
 /// Names of the methods that `simulated` knows.
 std::vector<std::string> method_names();
 
-/// Whether a method can keep a model on its constraints.
-bool keeps_constraints(const std::string& method);
-
 /// Whether a method makes steps of one length, request.step, and no use of tolerances.
 bool has_fixed_step(const std::string& method);
 
-/// Why a method cannot run a model, as the end of a sentence; "" where it can.
+/// Why a method cannot run a model, as a sentence without its subject, "cannot keep constraints"; "" where it can.
 std::string misfit(const Model& model, const std::string& method);
 
 /// The methods that can run a model, those that choose among others left out.

@@ -3,10 +3,12 @@
 //
 // The equations of motion of one system, bare or in a scene of effects, behind the interface that the commands see.
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "program/model_steppers.hpp"
 #include "program/runnable_scene.hpp"
 #include "qdot/analysis/reference_equations.hpp"
 #include "qdot/integrate/energy_balance.hpp"
@@ -57,6 +59,11 @@ class SystemModel final : public Model {
   bool long_derivative(long double t, const LongVector& y, LongVector& ydot) const override {
     qdot::detail::write_derivative(form_.system(), t, y, ydot);
     return true;
+  }
+  bool bare() const override { return true; }
+  bool separable() const override { return Sys::kinetic_signature == KineticSignature::velocity; }
+  std::optional<AnyStepper> own_stepper(const std::string& method, double step, const Options& options) const override {
+    return own_stepper_of(form_, method, step, options);
   }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
     const auto state = form_.state(t, y);
