@@ -94,8 +94,23 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
   json["evaluations"] = result.statistics.evaluations;
   json["jacobians"] = result.statistics.jacobians;
   json["wall_seconds"] = result.statistics.wall_seconds;
+  json["accuracy"] = nullptr;
   json["error_estimate"] = nullptr;
-  if (result.error_estimate) json["error_estimate"] = *result.error_estimate;
+  if (result.accuracy) {
+    const AccuracyReport& accuracy = *result.accuracy;
+    json["accuracy"] = accuracy.accuracy;
+    json["error_estimate"] = accuracy.error_estimate;  // null where nothing could be compared
+    json["event_time_error"] = accuracy.event_time_error;
+    json["accuracy_runs"] = accuracy.trials.size();
+    json["accuracy_seconds"] = accuracy.seconds;
+    Json forecast = Json::array();
+    for (const AccuracyForecast& f : accuracy.forecast) {
+      Json entry = {{"accuracy", f.accuracy}, {"seconds", f.seconds}, {"factor", f.factor}};
+      if (!f.reachable) entry["seconds"] = entry["factor"] = nullptr;
+      if (f.accuracy > 0) forecast.push_back(entry);
+    }
+    json["forecast"] = forecast;
+  }
   Json events = Json::array();
   for (const RecordedEvent& e : result.events) events.push_back({{"t", e.t}, {"name", e.name}});
   json["events"] = events;

@@ -128,7 +128,7 @@ void print_summary(const RunnableScene& scene, const Request& request, const Res
               request.method.c_str(), setting.c_str(),
               result.statistics.steps, result.statistics.rejected(), result.statistics.evaluations,
               result.statistics.jacobians, 1e3 * result.statistics.wall_seconds);
-  if (result.error_estimate) std::printf("  estimated error of the motion %s\n", report::rounded_text(*result.error_estimate, 2).c_str());
+  if (result.accuracy) std::printf("%s\n", accuracy_text(*result.accuracy).c_str());
   for (const std::string& file : files) std::printf("  wrote %s\n", file.c_str());
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "program/runnable_scene.hpp"
+#include "qdot/integrate/accurate_search.hpp"
 #include "qdot/integrate/energy_balance.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/outcome.hpp"
@@ -64,7 +65,7 @@ struct Result {
   std::optional<double> step;                   // of a method with a fixed one: at most so long
   std::optional<ProjectionReport> start_moved;  // how far a start off the constraints was moved
   std::vector<Reaction> reactions;              // at the end
-  std::optional<double> error_estimate;  // of the whole motion, where an accuracy was asked for
+  std::optional<AccuracyReport> accuracy;  // of the whole motion, where one was asked for
 };
 
 /// Names of the methods that `simulated` knows.

@@ -12,15 +12,15 @@
 //
 // Why the maximum, and why 3. The errors of many steps cancel by chance at one tolerance and not at the next: κ scatters
 // by factors of 3, and for one tolerance in a hundred by 20. One pair of runs would be deceived by it; three are hardly
-// ever. And no run may claim to be far better than the difference that was seen: the estimate is at least
+// ever. (Runs whose tolerance is more than 1e8 times that of the latest are of another kind, and left out.) And no run may claim to be far better than the difference that was seen: the estimate is at least
 //
-//     0.3 d      of the first two runs,          0.05 d      of the last two later,          and 50 ε .
+//     0.5 d      of the first two runs,          0.05 d      of the last two later,          and 50 ε .
 //
 // How many runs. A tolerance ten times tighter costs 10^{1/8} = 1.33 times as much (Dop853; Taylor less), so where
 // many digits are asked for the two runs that find κ are cheap:
 //
-//     few digits     3 E, 0.15 E, then if need be the tolerance that κ asks for
-//     many digits    1e-4, 3e-5, then 6 τ and τ
+//     few digits     30 E, 0.15 E, then if need be the tolerance that κ asks for
+//     many digits    1e-4, 3e-5, then 20 τ and τ
 //
 // Runs that differ by more than a tenth say nothing of κ (chaos, or tolerances too loose to mean anything): then a
 // tolerance a hundred times tighter is tried, down to the last digit of double.
@@ -81,10 +81,11 @@ class ToleranceSearch {
   static constexpr double finest = 2.3e-15;  // that options.rtol may have
   static constexpr double rounding = 10 * std::numeric_limits<double>::epsilon();  // as a tolerance
   static constexpr double saturated = 0.1;   // differences beyond say nothing of κ
+  static constexpr double farthest = 1e8;    // ratio of tolerances, beyond which κ is not the same
 
   explicit ToleranceSearch(double accuracy) : accuracy_(accuracy) {
     if (accuracy >= few_digits) {
-      plan_ = {std::min(3 * accuracy, 1e-2), 0.15 * std::min(accuracy, 1e-3)};
+      plan_ = {std::min(30 * accuracy, 1e-2), 0.15 * std::min(accuracy, 1e-3)};
     } else {
       plan_ = {1e-4, 3e-5};
     }
@@ -118,7 +119,7 @@ class ToleranceSearch {
   double estimate() const {
     if (trials_.size() < 2) return std::numeric_limits<double>::infinity();
     const double share = difference() > saturated || trials_[trials_.size() - 2].method != trials_.back().method ? 1.0
-                         : trials_.size() == 2                                                               ? 0.3
+                         : trials_.size() == 2                                                               ? 0.5
                                                                                                              : 0.05;
     return std::max({safety * amplification_ * (trials_.back().tolerance + rounding), share * difference(), 5 * rounding});
   }
@@ -143,7 +144,7 @@ class ToleranceSearch {
  private:
   static constexpr double safety = 3.0, margin = 0.6, few_digits = 1e-8;
   static constexpr double longest_ratio = 100.0;  // of the last two tolerances
-  static constexpr double pair_ratio = 6.0;       // the same, where they may be chosen
+  static constexpr double pair_ratio = 20.0;      // the same, where they may be chosen
   static constexpr std::size_t most_runs = 9;
 
   static double usable(double tolerance) { return tolerance < 2 * finest ? finest : tolerance; }

@@ -28,6 +28,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <limits>
 #include <optional>
 #include <string>
@@ -71,6 +72,13 @@ struct Accurate : AccuracyReport {
   Outcome outcome = Outcome::completed;
   std::string message;
 };
+
+// An estimate has no more digits than this.
+inline std::string rounded(double x) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.2g", x);
+  return buffer;
+}
 
 // Evaluations that a run was worth.
 inline double work(const Statistics& statistics, Eigen::Index size) {
@@ -155,9 +163,11 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
       const bool latest = k + 1 == before.size();
       const MotionDifference each = difference(before[k], now.motion, sizes);
       if (latest) apart = each;
-      const bool says_something = each.relative <= ToleranceSearch::saturated && search.trials()[k].method == now.statistics.method;
+      const AccuracyTrial& trial = search.trials()[k];
+      const bool says_something = each.relative <= ToleranceSearch::saturated && trial.method == now.statistics.method &&
+                                  trial.tolerance <= ToleranceSearch::farthest * *tolerance;
       if (latest || says_something)
-        amplification = std::max(amplification, each.relative / (search.trials()[k].tolerance + ToleranceSearch::rounding));
+        amplification = std::max(amplification, each.relative / (trial.tolerance + ToleranceSearch::rounding));
     }
     search.ran({*tolerance, apart.relative, work(now.statistics, system.size()), now.statistics.wall_seconds, now.statistics.method},
                amplification);
@@ -180,7 +190,7 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
   if (result.reached()) return result;
   result.outcome = Outcome::accuracy_not_reached;
   result.message = std::string(name(result.outcome)) + ": the error of the whole motion must be at most " + text_of(accuracy) +
-                   ", but is estimated at " + text_of(result.error_estimate) +
+                   ", but is estimated at " + rounded(result.error_estimate) +
                    (result.worst.empty() ? "" : ", most of all in " + result.worst + " at t = " + text_of(result.worst_time)) +
                    ", with rtol = " + text_of(result.rtol) + "; " +
                    (given_up.empty() ? "a tighter one does not help: " : given_up + ": ") + std::string(advice(result.outcome));
