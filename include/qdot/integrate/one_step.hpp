@@ -184,18 +184,21 @@ class OneStep {
 
   // Ends an attempt for good: the failure's sentence gets its place and numbers.
   bool give_up(double h) {
+    if (failure_.outcome == Outcome::step_collapse) {
+      failure_.message = "the local error stayed too large";
+      if (blamed_ >= 0) failure_.message += ", most of all in " + form().component_name(blamed_) + " = " + text_of(y_[blamed_]);
+    }
     std::string text = statistics_.method + " took no step from t = " + text_of(t_) + " with h down to " +
                        text_of(std::abs(h)) + ": " + failure_.message + "; " + std::string(advice(failure_.outcome));
     failure_.message = std::move(text);
     return false;
   }
 
-  // The trouble of an error test that fails however small the step.
-  void blame_error_test(Eigen::Index worst) {
+  // The trouble of an error test that fails however small the step; put into words by give_up(), for most such steps are
+  // followed by a shorter one that does not fail.
+  void blame_error_test(Eigen::Index worst) noexcept {
     failure_.outcome = Outcome::step_collapse;
-    failure_.message = "the local error stayed too large";
-    if (worst >= 0)
-      failure_.message += ", most of all in " + form().component_name(worst) + " = " + text_of(y_[worst]);
+    blamed_ = worst;
   }
 
   Replaceable<F> form_;
@@ -207,6 +210,7 @@ class OneStep {
   Y y_;
   Statistics statistics_;
   Failure failure_;
+  Eigen::Index blamed_ = -1;  // the component with the largest error in the last step that was rejected for it
 };
 
 }  // namespace qdot::detail
