@@ -94,7 +94,7 @@ struct Graded {
   // F(u, v) of values on different nodes.
   template <class Slopes>
   static Self function(double F, const Self& u, const Slopes& of_u, const Self& v, const Slopes& of_v)
-    requires requires(Record& record) { record.add_function(u, of_u, v, of_v); }
+    requires requires(Record& into) { into.add_function(u, of_u, v, of_v); }
   {
     return on_new_node(u.record->add_function(u, of_u, v, of_v), F, of_u.f_u * u.rate + of_v.f_u * v.rate, u.record);
   }
