@@ -10,7 +10,9 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, os.path.join(sys.argv[1], "src/bench/peers"))
 import peers  # noqa: E402
 
-for name in ("casadi_chain.py", "heyoka_chain.py"):
+import motion  # noqa: E402
+
+for name in ("casadi_chain.py", "heyoka_chain.py", "motion_heyoka.py", "motion_scipy.py"):
     with open(peers.source(name), encoding="utf-8") as file:
         compile(file.read(), name, "exec")
 
@@ -36,4 +38,8 @@ with tempfile.TemporaryDirectory() as work:
     assert reason(lambda _: peers.ran([sys.executable, "-c", "raise SystemExit('error: no luck')"], "does not build")) == \
         "does not build: error: no luck"
     assert reason(lambda _: peers.ran(["no-such-program"], "fails")) == "no program no-such-program"
+    # Times come as lines.
+    row = next(motion.parsed("chain 2;1e-09;taylor;1.0e-09;6.7e-10;42.50"))
+    assert row["problem"] == "chain 2" and row["error"] == 1e-9 and row["method"] == "taylor" and row["microseconds"] == 42.5, row
+    assert [motion.number(x) for x in (0.9, 12.34, 345.6)] == ["0.90", "12.3", "346"]
 print("peers: absent ones are named")
