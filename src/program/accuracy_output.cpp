@@ -82,14 +82,20 @@ LogLogPlot panel(const SceneStudy& of, const std::string& label, Value value, bo
   for (std::size_t k = 0; k < methods.size(); ++k) {
     MarkedCurve curve{.name = methods[k], .style = k, .points = {}};
     double seconds_per_evaluation = std::numeric_limits<double>::quiet_NaN();
+    long tolerances = 0;
     for (const Measurement& m : study.measurements) {
       if (m.method != methods[k]) continue;
-      if (m.completed() && m.evaluations > 0) seconds_per_evaluation = m.cpu_median / static_cast<double>(m.evaluations);
+      ++tolerances;
+      if (m.completed() && m.evaluations > 0 && !std::isfinite(seconds_per_evaluation))
+        seconds_per_evaluation = m.cpu_median / static_cast<double>(m.evaluations);
+    }
+    for (const Measurement& m : study.measurements) {
+      if (m.method != methods[k]) continue;
       Marker marker{.x = cost_of(m, in_time), .y = m.*value};
       if (!m.completed()) {
         marker.failed = true;
         if (in_time) marker.x = seconds_per_evaluation * static_cast<double>(m.evaluations);
-      } else if (!m.fixed_step && std::lround(-std::log10(m.setting)) % 3 == 0) {
+      } else if (!m.fixed_step && (tolerances <= 6 || std::lround(-std::log10(m.setting)) % 3 == 0)) {
         marker.label = "10" + report::superscript(static_cast<int>(std::lround(std::log10(m.setting))));
       } else if (m.fixed_step) {
         marker.label = "h " + rounded_text(m.setting, 2);
@@ -109,6 +115,8 @@ LogLogPlot panel(const SceneStudy& of, const std::string& label, Value value, bo
   if (is_error) plot.levels.push_back({std::max(study.visible_error(), 1e-18), "ten times the uncertainty of the reference"});
   return plot;
 }
+
+std::string largest_label(const SceneStudy& of) { return "largest error at " + std::to_string(of.study.reference.t.size()) + " times"; }
 
 /// Running maximum of |h − h(0)| against time for the most exact run of each method, at about twenty times a decade.
 LogLogPlot drift_plot(const SceneStudy& of) {
@@ -220,7 +228,7 @@ std::string accuracy_text(const SceneStudy& of) {
             std::string(setting.size() < 14 ? 14 - setting.size() : 0, ' ') + padded(std::to_string(m->evaluations), 12) +
             padded(time_text(m->cpu_median), 14) + "\n";
   }
-  text += "  further than that no method came, or the reference cannot tell\n  measured on " + of.machine + "\n";
+  text += "  further than that no method came, or the reference cannot tell; an evaluation of taylor is a whole power series\n  measured on " + of.machine + "\n";
   return text;
 }
 
@@ -305,7 +313,7 @@ std::string accuracy_html(const SceneStudy& of) {
   const AccuracyStudy& study = of.study;
   const std::string title = of.scene.title() + ": what accuracy costs";
   std::string body;
-  const LogLogPlot first = panel(of, "largest error", &Measurement::largest_error, true);
+  const LogLogPlot first = panel(of, largest_label(of), &Measurement::largest_error, true);
   const auto [legend, height] = report::marker_legend(first.curves, 4, 1130, 0);
   body += card("wide", "<svg class=\"plot\" viewBox=\"0 0 1140 " + rounded_text(height, 6) + "\">" + legend + "</svg>");
   const auto add = [&](LogLogPlot plot) {
@@ -315,7 +323,7 @@ std::string accuracy_html(const SceneStudy& of) {
     body += card("half", svg_element(plot));
   };
   add(first);
-  add(panel(of, "largest error", &Measurement::largest_error, false));
+  add(panel(of, largest_label(of), &Measurement::largest_error, false));
   add(panel(of, "error at the end", &Measurement::end_error, true));
   add(panel(of, study.energy_conserved ? "energy drift / largest T" : "error of the energy / largest T", &Measurement::energy_error, true));
   const bool constrained = std::any_of(study.measurements.begin(), study.measurements.end(),
@@ -328,16 +336,16 @@ std::string accuracy_html(const SceneStudy& of) {
          report::escaped(title) + "</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>" + report::theme_css(":root") + report::plot_css() +
          report::loglog_css() + report::detail::page_css + "</style></head>\n<body><main>\n<h1>" + report::escaped(title) +
          "</h1>\n<p class=\"lead\">Every mark is one run: a method at one tolerance, written beside it, or at one step h. Lower is more exact, "
-         "further left is cheaper. A cross on the upper edge is a run that failed.</p>\n<div class=\"grid\">\n" +
+         "further left is cheaper. A cross on the upper edge is a run that failed. An evaluation of taylor is a whole power series, one a step.</p>\n<div class=\"grid\">\n" +
          body + "</div>\n<footer>Made by qdot " QDOT_VERSION ". Errors are relative to the largest value of each component on the motion; CPU time is the "
          "median of repeated runs without output. " + report::escaped(of.machine) + ".</footer>\n</main></body></html>\n";
 }
 
 std::string accuracy_svg(const SceneStudy& of) {
-  LogLogPlot plot = panel(of, "largest error", &Measurement::largest_error, true);
+  LogLogPlot plot = panel(of, largest_label(of), &Measurement::largest_error, true);
   plot.title = of.scene.title() + ": what accuracy costs";
   plot.width = 720;
-  plot.height = 460;
+  plot.height = 480;
   return svg(plot);
 }
 

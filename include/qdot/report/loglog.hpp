@@ -76,6 +76,11 @@ namespace detail {
 /// Colour and shape of a method; 64 combinations before one comes again.
 inline std::string marker_colour(std::size_t style) { return "var(--s" + std::to_string(style % series_colours) + ")"; }
 
+/// Style of a method's line: the second eight colours are dashed.
+inline std::string line_style(std::size_t style) {
+  return "stroke:" + marker_colour(style) + (style / series_colours % 2 == 1 ? ";stroke-dasharray:7 4" : "");
+}
+
 /// One of eight shapes at a point: dot, square, triangle up, diamond, triangle down, pentagon, plus, star.
 inline std::string marker_svg(std::size_t style, double x, double y, double r) {
   const std::string colour = marker_colour(style);
@@ -136,7 +141,7 @@ inline std::pair<std::string, double> marker_legend(const std::vector<MarkedCurv
       x = left;
       y += 20;
     }
-    svg += "<path class=\"curve\" style=\"stroke:" + detail::marker_colour(curve.style) + "\" d=\"M" + detail::px(x) + " " +
+    svg += "<path class=\"curve\" style=\"" + detail::line_style(curve.style) + "\" d=\"M" + detail::px(x) + " " +
            detail::px(y - 4.5) + "h24\"/>" + (curve.marked ? detail::marker_svg(curve.style, x + 12, y - 4.5, 4.2) : std::string()) +
            detail::text_element(x + 30, y, "", curve.name);
     x += width;
@@ -157,7 +162,7 @@ inline std::string svg_element(const LogLogPlot& plot, const std::string& style 
       if (!p.failed) ys.push_back(shown_y(p.y));
       failures = failures || p.failed;
     }
-  for (const Level& level : plot.levels) ys.push_back(level.y);
+  for (const Level& level : plot.levels) ys.push_back(0.1 * level.y);  // room for its name
   const auto x_range = shown_range(axis, {&xs}, 0.05);
   auto y_range = shown_range(axis, {&ys}, 0.04);
   if (failures) y_range.second *= std::pow(y_range.second / y_range.first, 0.05);
@@ -193,7 +198,8 @@ inline std::string svg_element(const LogLogPlot& plot, const std::string& style 
     if (!(level.y > 0)) continue;
     const double at = y(level.y), width = text_width(level.label);
     svg += "<path class=\"guide\" d=\"M" + px(left) + " " + px(at) + "H" + px(right) + "\"/>";
-    const double line = occupied.is_free(left + 6, at - 15, left + 6 + width, at - 3) ? at - 5 : at + 14;
+    const bool below = &level == &plot.levels.back() && plot.levels.size() > 1 && at + 18 < bottom;  // each on its own side
+    const double line = below ? at + 14 : at - 5;
     labels += text_element(left + 6, line, "", level.label);
     occupied.add(left + 6, line - 11, left + 6 + width, line + 2);
   }
@@ -233,7 +239,7 @@ inline std::string svg_element(const LogLogPlot& plot, const std::string& style 
       marks += marker_svg(curve.style, at_x, at_y, 3.6);
       occupied.add(at_x - 4, at_y - 4, at_x + 4, at_y + 4);
     }
-    svg += "<path class=\"curve\" style=\"stroke:" + marker_colour(curve.style) + "\" d=\"" + path + "\"/>" + marks + "\n";
+    svg += "<path class=\"curve\" style=\"" + line_style(curve.style) + "\" d=\"" + path + "\"/>" + marks + "\n";
   }
   svg += "</svg>\n";
   for (const MarkedCurve& curve : plot.curves)
