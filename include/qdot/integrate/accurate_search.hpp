@@ -14,13 +14,13 @@
 // by factors of 3, and for one tolerance in a hundred by 20. One pair of runs would be deceived by it; three are hardly
 // ever. (Runs whose tolerance is more than 1e8 times that of the latest are of another kind, and left out.) And no run may claim to be far better than the difference that was seen: the estimate is at least
 //
-//     0.5 d      of the first two runs,          0.05 d      of the last two later,          and 50 ε .
+//     0.3 d      of the first two runs,          0.05 d      of the last two later,          and 50 ε .
 //
 // How many runs. A tolerance ten times tighter costs 10^{1/8} = 1.33 times as much (Dop853; Taylor less), so where
 // many digits are asked for the two runs that find κ are cheap:
 //
-//     few digits     30 E, 0.15 E, then if need be the tolerance that κ asks for
-//     many digits    1e-4, 3e-5, then 20 τ and τ
+//     few digits     3 E, 0.15 E, then if need be the tolerance that κ asks for
+//     many digits    1e-4, 3e-5, then 6 τ and τ
 //
 // Runs that differ by more than a tenth say nothing of κ (chaos, or tolerances too loose to mean anything): then a
 // tolerance a hundred times tighter is tried, down to the last digit of double.
@@ -85,7 +85,7 @@ class ToleranceSearch {
 
   explicit ToleranceSearch(double accuracy) : accuracy_(accuracy) {
     if (accuracy >= few_digits) {
-      plan_ = {std::min(30 * accuracy, 1e-2), 0.15 * std::min(accuracy, 1e-3)};
+      plan_ = {std::min(3 * accuracy, 1e-2), 0.15 * std::min(accuracy, 1e-3)};
     } else {
       plan_ = {1e-4, 3e-5};
     }
@@ -119,7 +119,7 @@ class ToleranceSearch {
   double estimate() const {
     if (trials_.size() < 2) return std::numeric_limits<double>::infinity();
     const double share = difference() > saturated || trials_[trials_.size() - 2].method != trials_.back().method ? 1.0
-                         : trials_.size() == 2                                                               ? 0.5
+                         : trials_.size() == 2                                                               ? 0.3
                                                                                                              : 0.05;
     return std::max({safety * amplification_ * (trials_.back().tolerance + rounding), share * difference(), 5 * rounding});
   }
@@ -144,7 +144,7 @@ class ToleranceSearch {
  private:
   static constexpr double safety = 3.0, margin = 0.6, few_digits = 1e-8;
   static constexpr double longest_ratio = 100.0;  // of the last two tolerances
-  static constexpr double pair_ratio = 20.0;      // the same, where they may be chosen
+  static constexpr double pair_ratio = 6.0;       // the same, where they may be chosen
   static constexpr std::size_t most_runs = 9;
 
   static double usable(double tolerance) { return tolerance < 2 * finest ? finest : tolerance; }

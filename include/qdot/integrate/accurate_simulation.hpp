@@ -22,7 +22,7 @@
 // system is stiff. Between steps the interpolant counts: the runs are compared at the output times, or where none are
 // given and the trajectory is kept, at 64 equal parts of the time, else at the end.
 //
-// Cost: mostly two and a half to three times that of the one run that knew the right tolerance (docs/accuracy.md).
+// Cost: mostly two and a half to four times that of the one run that knew the right tolerance (docs/accuracy.md).
 
 #include <Eigen/Core>
 #include <algorithm>
