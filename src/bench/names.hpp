@@ -1,0 +1,13 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The benchmarks' names, for the program that does not have them linked in.
+
+#include <array>
+#include <string_view>
+
+namespace qdot::bench {
+
+inline constexpr std::array<std::string_view, 6> names{"eom", "ensemble", "steppers", "energy", "hard", "compile"};
+
+}  // namespace qdot::bench
