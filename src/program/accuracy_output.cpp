@@ -77,7 +77,7 @@ LogLogPlot panel(const SceneStudy& of, const std::string& label, Value value, bo
   plot.x_label = in_time ? "CPU time [s]" : "evaluations of the equations of motion";
   plot.y_label = label;
   plot.least_y = std::max(study.visible_error(), 1e-18);
-  if (value == &Measurement::constraint_residual) plot.least_y = 1e-18;
+  if (value == &Measurement::constraint_residual || value == &Measurement::energy_error) plot.least_y = 1e-17;
   const std::vector<std::string> methods = methods_of(study);
   for (std::size_t k = 0; k < methods.size(); ++k) {
     MarkedCurve curve{.name = methods[k], .style = k, .points = {}};

@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/report/number.hpp"
 #include "qdot/report/plot.hpp"
 #include "qdot/report/svg.hpp"
 #include "qdot/report/theme.hpp"
@@ -125,6 +126,22 @@ class Occupied {
   std::vector<std::array<double, 4>> boxes_;
 };
 
+// Ticks at powers of ten, thinned where there are many; where less than two would be left, at their doubles and fives too.
+inline Ticks power_ticks(std::pair<double, double> range, double length_px, double px_per_tick) {
+  const int first = static_cast<int>(std::ceil(std::log10(range.first) - 1e-9));
+  const int last = static_cast<int>(std::floor(std::log10(range.second) + 1e-9));
+  const int every = std::max(1, static_cast<int>(std::ceil((last - first) * px_per_tick / length_px)));
+  Ticks result;
+  for (int k = first - 1; k <= last; ++k)
+    for (const int digit : {1, 2, 5}) {
+      if (digit == 1 ? k % every != 0 : last > first) continue;
+      const double value = digit * std::pow(10.0, k);
+      if (value < range.first * (1 - 1e-9) || value > range.second * (1 + 1e-9)) continue;
+      result.ticks.push_back({value, (digit == 1 ? "" : std::to_string(digit) + "·") + "10" + superscript(k)});
+    }
+  return result;
+}
+
 // Room for the letters of a label.
 inline double label_width(const std::string& text) { return 0.9 * text_width(text); }
 
@@ -172,11 +189,11 @@ inline std::string svg_element(const LogLogPlot& plot, const std::string& style 
   const auto [legend_svg, legend_height] = plot.with_legend ? marker_legend(plot.curves, 12, right, head) : std::pair(std::string(), 0.0);
   const double label_line = head + legend_height + 15;
   const double top = label_line + 10, bottom = plot.height - 40;
-  const Ticks y_ticks = ticks(axis, y_range, bottom - top, 30);
+  const Ticks y_ticks = power_ticks(y_range, bottom - top, 30);
   double left = 0;
   for (const Tick& tick : y_ticks.ticks) left = std::max(left, text_width(tick.label));
   left += 24;
-  const Ticks x_ticks = ticks(axis, x_range, right - left, 60);
+  const Ticks x_ticks = power_ticks(x_range, right - left, 60);
   const AxisMap x(axis, x_range, left, right), y(axis, y_range, bottom, top);
 
   std::string svg = "<svg class=\"plot\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + px(plot.width) + " " + px(plot.height) +
@@ -247,7 +264,7 @@ inline std::string svg_element(const LogLogPlot& plot, const std::string& style 
       if (p.failed || p.label.empty() || !(p.x > 0) || !can_show(axis, shown_y(p.y))) continue;
       const double at_x = x(p.x), at_y = y(shown_y(p.y)), width = label_width(p.label);
       const std::array<std::pair<double, double>, 4> places = {
-          std::pair{at_x + 7, at_y + 4}, {at_x - 7 - width, at_y + 4}, {at_x + 5, at_y - 7}, {at_x + 3, at_y + 16}};
+          std::pair{at_x + 6, at_y - 3}, {at_x - 6 - width, at_y + 12}, {at_x + 7, at_y + 5}, {at_x - 7 - width, at_y + 2}};
       for (const auto& [px_x, px_y] : places) {
         if (px_x < left || px_x + width > right || px_y - 10 < top || px_y > bottom) continue;
         if (!occupied.is_free(px_x, px_y - 10, px_x + width, px_y + 2)) continue;
@@ -263,7 +280,8 @@ inline std::string svg_element(const LogLogPlot& plot, const std::string& style 
 /// CSS beside `plot_css` for what these pictures have more.
 inline std::string loglog_css() {
   return ".plot .guide{stroke:var(--muted);stroke-width:1.2;stroke-dasharray:6 4;fill:none}\n"
-         ".plot .mark{stroke:var(--card);stroke-width:.8}\n.plot .small{font-size:10.5px}\n";
+         ".plot .mark{stroke:var(--card);stroke-width:.8}\n.plot .small{font-size:10.5px;paint-order:stroke;stroke:var(--card);"
+         "stroke-width:3px;stroke-linejoin:round}\n";
 }
 
 /// The picture as an SVG file of its own: white or dark paper as the reader prefers.
