@@ -89,7 +89,8 @@ Eigen::VectorXd rounding_sizes(const F& system, Eigen::Index dof, const std::vec
       for (int pattern = 0; pattern < patterns; ++pattern) {
         unsigned signs = 2654435761u * static_cast<unsigned>(1 + pattern + patterns * s);
         for (Eigen::Index j = 0; j < size; ++j) {
-          y_changed[j] = y[j] * (1 + ((signs >> 16) % 2 == 0 ? change : -change));
+          const bool moves = dof == 0 || j < 2 * dof;  // behind the velocities there may be phases, which are whole numbers
+          y_changed[j] = moves ? y[j] * (1 + ((signs >> 16) % 2 == 0 ? change : -change)) : y[j];
           signs = signs * 1664525u + 1013904223u;
         }
         system.derivative(time, y_changed, f_changed);
