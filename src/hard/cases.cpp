@@ -4,8 +4,8 @@
 namespace qdot::hard {
 
 std::vector<Case> all_cases() {
-  return {pleiades(),  henon_heiles(), bouncing_ball(),    chaplygin_sleigh(), projected_pendulum(),
-          car_axis(),  bricard(),      flyball_governor(), andrews()};
+  return {pleiades(),         arenstorf(), henon_heiles(), bouncing_ball(), chaplygin_sleigh(), projected_pendulum(),
+          car_axis(),         n_four_bar(), bricard(),     flyball_governor(), andrews(),      ggl_slider_crank()};
 }
 
 }  // namespace qdot::hard
