@@ -58,7 +58,7 @@ bool recorded_jacobian(const E& e, const Vector<double, n>& q, const Vector<doub
   constexpr int directions = ResidualRecord<1>::width;
   const int size = static_cast<int>(q.size());
   double M[stride * stride], r[stride], inverse[stride];
-  graded_equations<n>(e, q, qdot, t, M, r);
+  equations_in_rows<n>(e, q, qdot, t, M, r);
   if (!solved_by_blocks<blocks>(size, M, r, threshold, inverse)) return false;
   for (int i = 0; i < size; ++i) result.qddot[i] = r[i];
   double columns[stride][directions];
@@ -106,7 +106,7 @@ template <class E, int n, Inertia I>
 
 /// q̈ and ∂q̈/∂q, ∂q̈/∂q̇ at a state, exact, by −M⁻¹ ∂(M q̈ − rhs) at fixed q̈.
 ///
-/// No allocation for fixed n up to 16.
+/// No allocation for fixed n up to 8.
 ///
 /// @throws as acceleration()
 template <class E, int n, Inertia I>

@@ -97,30 +97,34 @@ template <int n, class E>
 // Largest n whose components are carried along (ad/graded_jet.hpp) rather than recorded.
 inline constexpr int graded_jet_limit = 8;
 
-// L = T − V with its components, carried along.
+// X L, and M with rows of an even number of numbers, from components that are carried along; false when M is zero.
 template <int n, class E>
-[[gnu::flatten]] GradedJet<n> jet_of_lagrangian(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
+[[gnu::flatten]] bool jet_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, Pair* M, double* r) {
   using S = GradedJet<n>;
-  KnownAngles<8> angles;
+  SquareRecord<n> record;
   Vector<S, n> x;
   Vector<S, n> v;
   for (int i = 0; i < n; ++i) {
-    x[i] = S::coordinate(q[i], qdot[i], i, &angles);
-    v[i] = S::velocity(qdot[i], i);
+    x[i] = S::coordinate(q[i], qdot[i], i, &record);
+    v[i] = S::velocity(qdot[i], i, &record);
   }
   const S time = S::time(t);
-  return kinetic<n>(e, x, v, time) - potential<n>(e, x, time);
+  const S L = kinetic<n>(e, x, v, time) - potential<n>(e, x, time);
+  for (int i = 0; i < n; ++i) r[i] = L.kinds & S::has_x ? L.x[i / 2][i % 2] : 0.0;
+  if (!(L.kinds & S::has_h)) return false;
+  record.hessian(L.square, L.factor, M);
+  return true;
 }
 
-// M, packed, and X L.
+// q̈ from them, as in straight_line.hpp.
 template <int n, class E>
 bool jet_acceleration(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double threshold, Vector<double, n>& qddot) {
-  const GradedJet<n> L = jet_of_lagrangian<n>(e, q, qdot, t);
-  if (!(L.kinds & GradedJet<n>::has_h)) return false;
+  constexpr int pairs = SquareRecord<n>::pairs;
+  Pair rows[n * pairs];
   double M[n * (n + 1) / 2], r[n];
+  if (!jet_equations<n>(e, q, qdot, t, rows, r)) return false;
   unroll<n>([&](auto i) __attribute__((always_inline)) {
-    r[i] = L.kinds & GradedJet<n>::has_x ? L.x[i / 2][i % 2] : 0.0;
-    unroll<i + 1>([&](auto j) __attribute__((always_inline)) { M[triangle_index(i, j)] = L.hessian(i, j); });
+    unroll<i + 1>([&](auto j) __attribute__((always_inline)) { M[triangle_index(i, j)] = rows[i * pairs + j / 2][j % 2]; });
   });
   if (!solved_in_place<n>(M, r, threshold)) return false;
   double zero = 0.0;
@@ -129,6 +133,20 @@ bool jet_acceleration(const E& e, const Vector<double, n>& q, const Vector<doubl
     qddot[i] = r[i];
   });
   return zero == 0.0;
+}
+
+// M (rows of 4·blocks numbers) and X L by the faster of both.
+template <int n, class E>
+void equations_in_rows(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r) {
+  if constexpr (n >= 1 && n <= graded_jet_limit) {
+    constexpr int pairs = SquareRecord<n>::pairs, stride = 4 * graded_blocks<n>;
+    Pair rows[n * pairs] = {};
+    jet_equations<n>(e, q, qdot, t, rows, r);
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < stride; ++j) M[stride * i + j] = j <= i ? rows[i * pairs + j / 2][j % 2] : 0.0;
+  } else {
+    graded_equations<n>(e, q, qdot, t, M, r);
+  }
 }
 
 // q̈ into `qddot`; false on a bad pivot or a number that is not finite.
