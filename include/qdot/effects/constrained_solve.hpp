@@ -181,12 +181,16 @@ Eigen::VectorXd pivoted_solution(const Eigen::MatrixXd& M, const Eigen::MatrixXd
   return lu.solve(right).cwiseQuotient(column_scale);
 }
 
+// Pivots of M below this fraction are left to the constraints. Not a rounding unit: the last pivot of a singular M is the
+// rounding of the ones before, divided by the smallest of them (a unit quaternion near the identity leaves 1e-13).
+inline constexpr double massless_pivot = 1e-8;
+
 // Factors of one configuration, used for accelerations and for both projections.
 template <int n, int m>
 class ConstrainedFactors {
  public:
   ConstrainedFactors(const Matrix<double, n>& M, const Matrix<double, m, n>& J, double cutoff) : M_(M), J_(J), cutoff_(cutoff) {
-    definite_ = cholesky_.compute(M) && cholesky_.smallest_pivot() > singular_pivot<double>(M.rows());
+    definite_ = cholesky_.compute(M) && cholesky_.smallest_pivot() > massless_pivot;
     if (!definite_) return;
     // Bᵀ = L⁻¹ Jᵀ with columns scaled to length one.
     Bt_ = J.transpose();
