@@ -128,19 +128,19 @@ struct GradedJet {
     return *this;
   }
 
-  static Self coordinate(double q, double qdot, int i, SquareRecord<n>* record) {
+  static Self coordinate(double q, double qdot, int i, SquareRecord<n>* squares) {
     Self r(q);
     r.rate = qdot;
     r.kinds = has_rate | has_x;
     r.leaf = i;
-    r.record = record;
+    r.record = squares;
     set_unit(r.x, i);
     return r;
   }
-  static Self velocity(double qdot, int i, SquareRecord<n>* record) {
+  static Self velocity(double qdot, int i, SquareRecord<n>* squares) {
     Self r(qdot);
     r.kinds = has_g;
-    r.record = record;
+    r.record = squares;
     set_unit(r.g, i);
     return r;
   }
