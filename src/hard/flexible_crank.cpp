@@ -69,8 +69,8 @@ std::vector<Row> rows() {
       .scale = exact.cwiseAbs()};
   // Deflections are 1e-4 to 1e-6 m, their rates 1e-2 to 1e-4 m/s: absolute tolerances well below that.
   const auto atol = [](double rtol) { return AbsoluteTolerance(rtol * 1e-5); };
-  return {solved(problem, moving, By::dop853, {.rtol = 1e-12, .atol = atol(1e-12), .max_wall_seconds = 20}),
-          solved(problem, moving, By::dopri5, {.rtol = 1e-11, .atol = atol(1e-11), .max_wall_seconds = 20})};
+  return {solved(problem, moving, By::dop853, {.rtol = 1e-12, .atol = atol(1e-12), .max_wall_seconds = 15}),
+          solved(problem, moving, By::dopri5, {.rtol = 1e-11, .atol = atol(1e-11), .max_wall_seconds = 15})};
 }
 
 }  // namespace
