@@ -277,9 +277,9 @@ ReferenceMotion extrapolated_reference(const F& f, double t0, const Eigen::Vecto
     if (!(s > negligible * largest)) s = largest;
   const Y scale = result.scale.template cast<S>();
 
-  Extrapolation<S, F> first(f, {{2, 4, 6, 8, 10, 14, 18, 24, 32}, S(40) * epsilon}, deadline, scale);
+  Extrapolation<S, F> first(f, {{2, 4, 6, 8, 10, 14, 18, 24, 32}, S(5) * epsilon}, deadline, scale);
   const Matrix<S, Dynamic, Dynamic> a = first.motion(t0, y0, times);
-  Extrapolation<S, F> second(f, {{2, 4, 6, 8, 12, 16, 24, 32}, S(60) * epsilon}, deadline, scale);
+  Extrapolation<S, F> second(f, {{2, 4, 6, 8, 12, 16, 24, 32}, S(10) * epsilon}, deadline, scale);
   const Matrix<S, Dynamic, Dynamic> b = second.motion(t0, y0, times);
   result.y = a.template cast<long double>();
   const auto distance = [&](const auto& other) {
