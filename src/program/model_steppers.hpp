@@ -22,7 +22,9 @@ namespace qdot::program {
 template <class Sys>
 std::optional<AnyStepper> own_stepper_of(const FirstOrderForm<Sys>& form, const std::string& method, double step, const Options& options) {
   if (method == "taylor") return any_stepper(Taylor{}, form, options);
-  if (method == "dop853") return any_stepper(Dop853{}, form, options);
+  if constexpr (Sys::dof_at_compile_time != Dynamic) {  // otherwise there is nothing to unroll
+    if (method == "dop853") return any_stepper(Dop853{}, form, options);
+  }
   if (method.size() == 6 && method.starts_with("gauss"))
     return any_stepper(Gauss{.step = step, .stages = (method[5] - '0') / 2}, form, options);
   if constexpr (Sys::kinetic_signature == KineticSignature::velocity) {

@@ -89,7 +89,7 @@ struct NamedMethod {
         .reason = "there is more to the motion than T and V"};
     if (model->bare())
       qdot::detail::choose_first(choice, model->size(), options, [&] { return model->own_stepper("taylor", 0, options); });
-    return AnyStepper(AutomaticStepper(std::move(choice), model->size()));
+    return AnyStepper(std::in_place, AutomaticStepper(std::move(choice), model->size()));
   }
 };
 

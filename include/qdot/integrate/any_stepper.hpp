@@ -29,10 +29,11 @@ class AnyStepper {
  public:
   static constexpr bool projects_itself = true;  // see any_stepper()
 
-  /// Takes over a stepper; one allocation.
-  template <Stepper S>
-    requires(!std::is_same_v<S, AnyStepper>)
-  explicit AnyStepper(S stepper) : held_(std::make_unique<Holder<S>>(std::move(stepper))) {}
+  /// Takes over a stepper, AnyStepper(std::in_place, …); one allocation.
+  template <class S>
+  AnyStepper(std::in_place_t, S stepper) : held_(std::make_unique<Holder<S>>(std::move(stepper))) {
+    static_assert(Stepper<S>, "qdot: AnyStepper holds what models Stepper");
+  }
 
   void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) { held_->reset(t, y); }
   bool step(double t_limit) { return held_->step(t_limit); }
@@ -100,7 +101,7 @@ static_assert(Stepper<AnyStepper>);
 /// The method's stepper for a first-order system, its type hidden; on constraints, where the system has some.
 template <FirstOrderSystem F, SteppingMethod<F> M>
 AnyStepper any_stepper(const M& method, const F& system, const Options& options) {
-  return AnyStepper(detail::projecting_stepper(method, system, options));
+  return AnyStepper(std::in_place, detail::projecting_stepper(method, system, options));
 }
 
 /// Any method for one type of system: what a name can stand for.
@@ -112,7 +113,7 @@ class AnyMethod {
   using Form = std::remove_cvref_t<decltype(first_order_form(std::declval<const System&>()))>;
 
   template <class M>
-    requires(!std::is_same_v<M, AnyMethod> && SteppingMethod<M, Form>)
+    requires(!std::is_same_v<M, AnyMethod>) && SteppingMethod<M, Form>
   AnyMethod(M method)
       : make_([method = std::move(method)](const Form& form, const Options& options) { return any_stepper(method, form, options); }) {}
 
