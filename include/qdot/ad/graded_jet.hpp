@@ -5,7 +5,7 @@
 //
 // It has the algebra of ad/euler_lagrange.hpp: a value, D, g = ∂/∂q̇ and X. Here they lie in arrays of pairs, two numbers that are computed with
 // at once, and bits that are looked at while the program runs say which *kinds* of component a value has. Values graded by their degree
-// in q̇ have few of them: those of degree 0 no g, velocities no X. A kind that a value does not have is neither written nor read.
+// in q̇ have few of them: those of degree 0 no g, velocities no X. A kind that a value does not have is not computed with.
 //
 // The second derivatives H = ∂²/∂q̇∂q̇ are not carried along. They begin where two g meet, as g gᵀ, and from there on are only added and multiplied by
 // numbers; so a value has the place of its H in a record, and a factor. At the end one look back at the record gives each g gᵀ its weight in M.
@@ -18,12 +18,6 @@
 #include "qdot/ad/hessian_record.hpp"
 
 namespace qdot::detail {
-
-// A component that a value does not have is read by nobody: more than GCC sees.
-#pragma GCC diagnostic push
-#ifndef __clang__
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
-#endif
 
 // The second derivatives of an evaluation, and the sines and cosines of its coordinates.
 template <int n>
@@ -111,21 +105,8 @@ struct GradedJet {
   GradedJet() = default;
   template <class Number>
     requires std::is_arithmetic_v<Number>
-  GradedJet(Number constant) : value(static_cast<double>(constant)), rate(0.0), kinds(0), leaf(-1), square(0), factor(0.0), record(nullptr) {}
-  GradedJet(const Self& o) { *this = o; }
-  [[gnu::always_inline]] Self& operator=(const Self& o) {
-    value = o.value;
-    rate = o.rate;
-    kinds = o.kinds;
-    leaf = o.leaf;
-    square = o.square;
-    factor = o.factor;
-    record = o.record;
-    if (kinds & has_g)
-      for (int j = 0; j < pairs; ++j) g[j] = o.g[j];
-    if (kinds & has_x)
-      for (int j = 0; j < pairs; ++j) x[j] = o.x[j];
-    return *this;
+  GradedJet(Number constant) : value(static_cast<double>(constant)), rate(0.0), kinds(0), leaf(-1), square(0), factor(0.0), record(nullptr) {
+    clear();
   }
 
   static Self coordinate(double q, double qdot, int i, SquareRecord<n>* squares) {
@@ -228,6 +209,10 @@ struct GradedJet {
   SineAndCosine* place_of_angle() const { return leaf < 0 || record == nullptr ? nullptr : &record->known(leaf); }
 
  private:
+  // Nobody reads a kind that a value does not have, but compilers do not see that and warn the user.
+  void clear() {
+    for (int j = 0; j < pairs; ++j) g[j] = x[j] = Pair{};
+  }
   static void set_unit(Pair* to, int i) {
     for (int j = 0; j < pairs; ++j) to[j] = Pair{i == 2 * j ? 1.0 : 0.0, i == 2 * j + 1 ? 1.0 : 0.0};
   }
@@ -292,6 +277,7 @@ struct GradedJet {
     leaf = -1;
     square = 0;
     factor = 0.0;
+    clear();
     record = u.record == nullptr ? v.record : u.record;
     kinds = (u.kinds | v.kinds) & (has_rate | has_g);
     Present x_is_set = 0;
@@ -323,7 +309,5 @@ struct GradedJet {
     if (v.kinds & has_h) add_to_hessian(u.value * v.factor, v.square);
   }
 };
-
-#pragma GCC diagnostic pop
 
 }  // namespace qdot::detail

@@ -50,7 +50,7 @@ void for_each_residual(const E& e, const Vector<double, n>& q, const Vector<doub
   record.derivatives(L.record != nullptr ? L.node : -1, L.a, L.b, f);
 }
 
-// q̈ and its derivatives by records and blocks; false on a bad pivot or a number that is not finite.
+// q̈ and its derivatives by records and blocks; false on a bad pivot.
 template <int n, class E>
 bool recorded_jacobian(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double threshold,
                        AccelerationJacobian<n>& result) {
@@ -62,7 +62,6 @@ bool recorded_jacobian(const E& e, const Vector<double, n>& q, const Vector<doub
   if (!solved_by_blocks<blocks>(size, M, r, threshold, inverse)) return false;
   for (int i = 0; i < size; ++i) result.qddot[i] = r[i];
   double columns[stride][directions];
-  double zero = 0.0;
   for_each_residual<n>(e, q, qdot, result.qddot, t, [&](int i, int first, const double* residual) {
     const int count = std::min(directions, 2 * size - first), filled = (count + 3) / 4 * 4;
     for (int j = 0; j < filled; j += 4) set_block(columns[i] + j, 1.0, residual + j);
@@ -80,13 +79,12 @@ bool recorded_jacobian(const E& e, const Vector<double, n>& q, const Vector<doub
         const int coordinate = (first + j) / 2;
         result.d_q(k, coordinate) = columns[k][j];
         result.d_qdot(k, coordinate) = columns[k][j + 1];
-        zero += (columns[k][j] - columns[k][j]) + (columns[k][j + 1] - columns[k][j + 1]);
       }
   });
-  return zero == 0.0;
+  return true;
 }
 
-// The same with any mass matrix and any number of coordinates; names what is wrong.
+// The same with any mass matrix and any number of coordinates.
 template <class E, int n, Inertia I>
 [[gnu::noinline]] void general_jacobian(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
                                         AccelerationJacobian<n>& result) {
@@ -115,19 +113,23 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
   detail::require_sizes(system, q, qdot);
   const Eigen::Index size = system.dof();
   AccelerationJacobian<n> result{Vector<double, n>(size), Matrix<double, n>(size, size), Matrix<double, n>(size, size)};
-  if constexpr (I == Inertia::positive_definite && !detail::HasShorterWay<E>) {
+  constexpr bool has_short_ways = I == Inertia::positive_definite && !detail::HasShorterWay<E> && detail::graded_pays<n>;
+  if constexpr (has_short_ways) {
     if constexpr (detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit) {
       if (detail::straight_line_jacobian<n>(system.energies(), q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(),
                                             result.d_qdot.data()))
         return result;
     }
-    if constexpr (detail::graded_pays<n>) {
-      if (size <= detail::graded_limit<n> &&
-          detail::recorded_jacobian<n>(system.energies(), q, qdot, t, detail::singular_pivot<double>(size), result))
-        return result;
+    if (size <= detail::graded_limit<n>) {
+      const bool solved = detail::recorded_jacobian<n>(system.energies(), q, qdot, t, detail::singular_pivot<double>(size), result);
+      if (solved && result.qddot.allFinite()) return result;
+      result.qddot = detail::acceleration_of<E, n, I, double>(system, q, qdot, t);  // names what is wrong
+      if (solved) return result;
+      const Matrix<double, n> M = detail::kinetic_hessian<n>(system.energies(), q, qdot, t);
+      detail::throw_mass_matrix_error(detail::innermost_values(M), t, detail::coordinate_names(system));
     }
   }
-  detail::general_jacobian(system, q, qdot, t, result);
+  if constexpr (!has_short_ways || n == Dynamic) detail::general_jacobian(system, q, qdot, t, result);
   return result;
 }
 
