@@ -79,8 +79,8 @@ std::string page(const Results& results) {
       "balance with the work done, in the problem's units.\n\n";
   out += text("%zu of %zu rows reach the good digits to within one; the others are marked ▼.\n", reached, all);
   out +=
-      "Dop853 falls short over very many turns, where its coefficients, rounded to double, pull the energy one way: there Taylor and "
-      "the symplectic methods of high order are the better choice. Dopri5 and BDF fall short by their order.\n";
+      "Dop853 falls short over very many turns, where its energy error grows like t at rounding level and the phase with t²: there "
+      "Taylor and the symplectic methods of high order are the better choice. Dopri5 and BDF fall short by their order.\n";
   for (const auto& [hard_case, rows] : results) {
     out += "\n## " + hard_case.title + "\n\n" + hard_case.about + " (`src/hard/" + hard_case.name + ".cpp`)\n\n";
     out += "| problem | method | reached | good | evaluations | seconds | residual | energy | published |\n|---|---|---|---|---|---|---|---|---|\n";
