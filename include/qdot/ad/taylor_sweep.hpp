@@ -30,9 +30,10 @@
 // *early outputs* need; the caller solves and sets the late coefficients; complete(k) runs the ends of all
 // that depends on them.
 //
-// Layout. Coefficients k of all nodes stand side by side while order k is made, which makes the ends fast.
-// Then those that interiors will need are filed: forwards or backwards, so that an interior is an inner
-// product of two contiguous pieces, and for arguments of powers and functions as j a_j.
+// Layout. Every interior is a sum Σ_{j=1…k−1} L_j R_{k−j}: one *lane*. Coefficient j of all lanes' left factors stands in one
+// row, that of the right factors in another, so that one instruction works for as many lanes as a register holds and
+// no lane waits for its own sum. Where L_j is j a_j, it is stored so. Rows are filled when an order is complete.
+// Coefficients k of all nodes stand side by side while order k is made, which makes the ends fast.
 
 #include <algorithm>
 #include <cmath>
@@ -43,17 +44,17 @@
 
 namespace qdot::taylor {
 
-/// Σ a_i b_i of two contiguous pieces.
-inline double inner_product(const double* a, const double* b, int count) {
-  double even = 0.0, odd = 0.0;
-  int i = 0;
-  for (; i + 1 < count; i += 2) {
-    even += a[i] * b[i];
-    odd += a[i + 1] * b[i + 1];
-  }
-  if (i < count) even += a[i] * b[i];
-  return even + odd;
-}
+/// What one register holds. (GCC keeps wider vectors that are summed up in a loop in memory.)
+#if defined(__AVX512F__)
+inline constexpr int register_lanes = 8;
+#elif defined(__AVX__)
+inline constexpr int register_lanes = 4;
+#else
+inline constexpr int register_lanes = 2;
+#endif
+using Lanes [[gnu::vector_size(8 * register_lanes)]] = double;
+[[gnu::always_inline]] inline void read(Lanes& x, const double* from) { __builtin_memcpy(&x, from, sizeof x); }
+[[gnu::always_inline]] inline void write(double* to, const Lanes& x) { __builtin_memcpy(to, &x, sizeof x); }
 
 /// What a sweep computes.
 struct SweepOutputs {
@@ -65,7 +66,7 @@ struct SweepOutputs {
 
 /// A graph compiled for computing with power series up to a highest order.
 ///
-/// Memory 16 bytes per node and order, taken in the constructor; nothing is allocated afterwards.
+/// Memory 16 bytes per nonlinear operation and order, taken in the constructor; nothing is allocated afterwards.
 class Sweep {
  public:
   Sweep() = default;
@@ -86,9 +87,8 @@ class Sweep {
   /// Order 0 of every node, and the factors of the ends.
   void start() {
     for (const int slot : variables_) values_[index(slot)] = latest_[index(slot)];
-    for (const Formula& s : formulas_) values_[index(s.slot)] = evaluated(s);
-    for (const Formula& s : formulas_)
-      if (s.slot < series_count_ && s.kind != Kind::affine) set_end_factors(s);
+    for (const Formula& s : formulas_) evaluate(s);
+    for (const Formula& s : series_) set_end_factors(s);
     std::copy(values_.begin(), values_.begin() + series_count_, latest_.begin());
     file(0);
   }
@@ -96,12 +96,12 @@ class Sweep {
   /// Order k of the nodes that can be made before the late variables' coefficient k, which must be set to 0.
   void advance(int k) {
     make_interiors(k);
-    for (const End& end : early_) make_end(end);
+    make_ends(early_);
   }
 
   /// Order k of all other nodes, after the late variables have been set to their coefficient k.
   void complete(int k) {
-    for (const End& end : late_) make_end(end);
+    make_ends(late_);
     file(k);
   }
 
@@ -111,31 +111,52 @@ class Sweep {
     Function function = Function::none;
     int slot = 0, a = -1, b = -1;    // slots
     int slope_a = -1, slope_b = -1;  // slots of a function's slopes
+    int partner = -1;                // of a sine the cosine of the same argument, and the other way round
     int first = 0, count = 0;        // terms of the end
     double c = 0.0;
   };
-  struct Interior {
-    int slot;
-    std::size_t left, right;  // places in data_: of coefficient 1, and of the backward series
-    std::size_t weighted = 0; // place of 1·a₁
+  struct Lane {  // slots of the factors
+    int left, right;
+  };
+  struct Interior {  // of a lane that needs more than its sum
+    int slot, lane, other;
     double c = 0.0;
   };
   struct End {  // coefficient k of `slot` is its interior and Σ factor · coefficient k of another
-    int slot, first, count;
+    int slot, lane, first;
   };
-  struct Place {  // where in data_ the coefficients of a slot are filed
-    int slot;
-    std::size_t place;
+  struct Ends {  // those that follow each other and have the same number of terms
+    int terms, first, last;
   };
 
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-  // Writes coefficients k to where interiors will look for them.
+  // Writes coefficients k to the rows of the lanes.
   void file(int k) {
-    const std::size_t up = index(k), down = index(highest_ - k);
-    for (const Place& p : forward_) data_[p.place + up] = latest_[index(p.slot)];
-    for (const Place& p : backward_) data_[p.place + down] = latest_[index(p.slot)];
-    for (const Place& p : weighted_) data_[p.place + up] = k * latest_[index(p.slot)];
+    double* const left = left_.data() + index(k) * width_;
+    double* const right = right_.data() + index(k) * width_;
+    const double* const latest = latest_.data();
+    const std::size_t plain = plain_.size(), all = plain + weighted_.size();
+    for (std::size_t i = 0; i < plain; ++i) {
+      left[i] = latest[plain_[i].left];
+      right[i] = latest[plain_[i].right];
+    }
+    for (std::size_t i = plain; i < all; ++i) {
+      left[i] = k * latest[weighted_[i - plain].left];
+      right[i] = latest[weighted_[i - plain].right];
+    }
+    double* const square = square_.data() + index(k) * square_width_;
+    for (std::size_t i = 0; i < squares_.size(); ++i) square[i] = latest[squares_[i]];
+  }
+
+  void evaluate(const Formula& s) {
+    if (s.kind != Kind::function || s.partner < 0) {
+      values_[index(s.slot)] = evaluated(s);
+    } else if (s.function == Function::sin) {  // side by side, so that compilers make one call of both
+      const double a = values_[index(s.a)];
+      values_[index(s.slot)] = std::sin(a);
+      values_[index(s.partner)] = std::cos(a);
+    }
   }
 
   double evaluated(const Formula& s) {
@@ -181,49 +202,108 @@ class Sweep {
   }
 
   void make_interiors(int k) {
-    const int count = k - 1;  // j = 1 … k − 1
     const double inverse_k = 1.0 / k;
-    const double* data = data_.data();
-    const std::size_t shift = index(highest_ - k + 1);  // of b_{k−1} in a backward series
-    for (const Interior& s : products_) interior_[index(s.slot)] = inner_product(data + s.left, data + s.right + shift, count);
-    for (const Interior& s : squares_) {
-      const double half = inner_product(data + s.left, data + s.right + shift, count / 2);
-      const double middle = count % 2 == 1 ? data[s.left + index(count / 2)] : 0.0;
-      interior_[index(s.slot)] = 2.0 * half + middle * middle;
+    double* const sum = interior_.data();
+    const double* const left = left_.data();
+    const double* const right = right_.data();
+    const std::size_t last_row = index(k - 1);
+    // Two registers at a time, and two terms of each sum, so that few additions wait for others.
+    constexpr std::size_t one = register_lanes, two = 2 * one;
+    const std::size_t width = width_;
+    for (std::size_t lane = 0; lane < width; lane += two) {
+      Lanes a{}, b{}, c{}, d{}, x, y;
+      const double* l = left + width + lane;              // order 1
+      const double* r = right + last_row * width + lane;  // order k − 1
+      const auto add = [&](Lanes& first, Lanes& second) __attribute__((always_inline)) {
+        read(x, l);
+        read(y, r);
+        first += x * y;
+        read(x, l + one);
+        read(y, r + one);
+        second += x * y;
+        l += width;
+        r -= width;
+      };
+      std::size_t left_over = last_row;
+      for (; left_over > 1; left_over -= 2) {
+        add(a, b);
+        add(c, d);
+      }
+      if (left_over > 0) add(a, b);
+      write(sum + lane, a + c);
+      write(sum + lane + one, b + d);
     }
-    for (const Interior& s : quotients_)
-      interior_[index(s.slot)] = -inverse_[index(s.slot)] * inner_product(data + s.left, data + s.right + shift, count);
-    for (const Interior& s : powers_)
-      interior_[index(s.slot)] = inverse_[index(s.slot)] *
-                                 ((s.c + 1.0) * inverse_k * inner_product(data + s.weighted, data + s.right + shift, count) -
-                                  inner_product(data + s.left, data + s.right + shift, count));
-    for (const Interior& s : functions_)
-      interior_[index(s.slot)] = inverse_k * inner_product(data + s.weighted, data + s.right + shift, count);
-    for (const Interior& s : second_arguments_)
-      interior_[index(s.slot)] += inverse_k * inner_product(data + s.weighted, data + s.right + shift, count);
+    for (std::size_t i = plain_.size(); i < plain_.size() + weighted_.size(); ++i) sum[i] *= inverse_k;
+    double* const squares = sum + width_;
+    for (std::size_t lane = 0; lane < square_width_; lane += one) {
+      Lanes half{}, x, y;
+      for (std::size_t j = 1; 2 * j < index(k); ++j) {
+        read(x, square_.data() + j * square_width_ + lane);
+        read(y, square_.data() + (index(k) - j) * square_width_ + lane);
+        half += x * y;
+      }
+      half += half;
+      if (k % 2 == 0) {
+        read(x, square_.data() + index(k / 2) * square_width_ + lane);
+        half += x * x;
+      }
+      write(squares + lane, half);
+    }
+    for (const Interior& s : quotients_) sum[s.lane] *= -inverse_[index(s.slot)];
+    for (const Interior& s : powers_) sum[s.lane] = inverse_[index(s.slot)] * ((s.c + 1.0) * sum[s.other] - sum[s.lane]);
+    for (const Interior& s : second_arguments_) sum[s.lane] += sum[s.other];
   }
 
-  void make_end(const End& end) {
-    double w = interior_[index(end.slot)];
-    for (int i = end.first; i < end.first + end.count; ++i) w += factors_[index(i)] * latest_[index(terms_[index(i)])];
-    latest_[index(end.slot)] = w;
+  void make_ends(const std::vector<Ends>& groups) {
+    double* const latest = latest_.data();
+    const double* const interior = interior_.data();
+    const double* const factors = factors_.data();
+    const int* const terms = terms_.data();
+    for (const Ends& group : groups) {
+      const End* const last = ends_.data() + group.last;
+      const End* end = ends_.data() + group.first;
+      if (group.terms == 2) {
+        for (; end != last; ++end) {
+          const int i = end->first;
+          latest[end->slot] = interior[end->lane] + (factors[i] * latest[terms[i]] + factors[i + 1] * latest[terms[i + 1]]);
+        }
+      } else if (group.terms == 1) {
+        for (; end != last; ++end) latest[end->slot] = interior[end->lane] + factors[end->first] * latest[terms[end->first]];
+      } else {
+        for (; end != last; ++end) {
+          double w = interior[end->lane];
+          for (int i = end->first; i < end->first + group.terms; ++i) w += factors[i] * latest[terms[i]];
+          latest[end->slot] = w;
+        }
+      }
+    }
   }
 
   void compile(Graph& graph, const SweepOutputs& outputs);
-  void add_interior(const Formula& s);
+  void pair_sines_with_cosines();
+  int add_interior(const Formula& s);
+  int final_lane(int lane) const;
+  void place_lanes();
+
+  static constexpr int weighted_mark = 1 << 28, square_mark = 1 << 29;  // on lanes that are not placed yet
 
   int highest_ = 0;
   int series_count_ = 0;                        // slots below carry series, those above a value only
   std::vector<int> slot_of_;                    // of each node; −1 if it is not needed
   std::vector<Formula> formulas_;               // in the order of computing
-  std::vector<Interior> products_, squares_, quotients_, powers_, functions_, second_arguments_;
-  std::vector<End> early_, late_;
+  std::vector<Formula> series_;                 // of them those with series and not affine
+  std::vector<Lane> plain_, weighted_;          // the lanes, one after the other
+  std::vector<int> squares_;                    // slots of what is squared
+  std::vector<Interior> quotients_, powers_, second_arguments_;
+  std::vector<End> ends_;
+  std::vector<Ends> early_, late_;
   std::vector<int> terms_;                      // slots
   std::vector<double> factors_;
   std::vector<int> variables_;                  // slots
-  std::vector<Place> forward_, backward_, weighted_;
-  std::vector<double> data_;                    // series of highest order + 1 coefficients
-  std::vector<double> values_, inverse_, interior_, latest_;
+  std::size_t width_ = 0, square_width_ = 0;    // of a row
+  std::vector<double> left_, right_, square_;   // a row for each order
+  std::vector<double> interior_;                // of lanes, then of squares, then a zero
+  std::vector<double> values_, inverse_, latest_;
 };
 
 }  // namespace qdot::taylor

@@ -5,7 +5,7 @@
 //
 //     needed     everything that the outputs are made of, and the slopes of functions, whose series are
 //                needed one order later than the function's own
-//     late       what depends on a late variable; early: what the early outputs are made of
+//     late       what depends on a late variable and is wanted afterwards; early: what the early outputs are made of
 //     merged     an affine node that only one other affine node uses is written out there, so that a long
 //                sum is one node with many terms
 //     order      by depth, so that arguments stand before what is made of them
@@ -13,6 +13,7 @@
 // Included by taylor_sweep.hpp.
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -78,6 +79,20 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
   }
   for (int w = count - 1; w >= 0; --w)
     if (is_early[index(w)]) each_argument(w, [&](int x) { is_early[index(x)] = 1; });
+  // Whose coefficient k is wanted after all late ones are known: the outputs', those that interiors of later orders are made
+  // of, and what these are made of themselves. The momenta are not among them.
+  std::vector<char> lasts(index(count), 0);
+  for (const auto* list : {&outputs.series, &outputs.late})
+    for (const int node : *list) lasts[index(node)] = 1;
+  for (int w = 0; w < count; ++w) {
+    if (need[index(w)] != Need::series || graph[w].kind == Kind::affine) continue;
+    each_argument(w, [&](int x) { lasts[index(x)] = 1; });
+    for (const int z : {slope_a[index(w)], slope_b[index(w)]})
+      if (z >= 0) lasts[index(z)] = 1;
+    if (graph[w].kind == Kind::quotient || graph[w].kind == Kind::power) lasts[index(w)] = 1;
+  }
+  for (int w = count - 1; w >= 0; --w)
+    if (lasts[index(w)]) each_argument(w, [&](int x) { lasts[index(x)] = 1; });
   for (int w = 0; w < count; ++w)
     if (need[index(w)] != Need::nothing && graph[w].kind == Kind::affine)
       each_argument(w, [&](int x) {
@@ -96,10 +111,15 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
     if (need[index(order[i])] == Need::series) series_count_ = static_cast<int>(i) + 1;
   }
 
-  data_.clear();
   values_.assign(order.size(), 0.0);
-  inverse_ = interior_ = latest_ = values_;
+  inverse_ = latest_ = values_;
 
+  struct Made {
+    End end;
+    int terms, depth;
+    bool early, late;
+  };
+  std::vector<Made> made;
   for (const int w : order) {
     const Node& node = graph[w];
     Formula s{.kind = node.kind, .function = node.function, .slot = slot(w), .c = node.c};
@@ -130,39 +150,104 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
     s.count = static_cast<int>(terms_.size()) - s.first;
     formulas_.push_back(s);
     if (need[index(w)] != Need::series) continue;
-    add_interior(s);
-    const End end{s.slot, s.first, s.count};
-    if (!is_late[index(w)] || is_early[index(w)]) early_.push_back(end);
-    if (is_late[index(w)]) late_.push_back(end);
+    const bool late = is_late[index(w)];
+    made.push_back({{s.slot, add_interior(s), s.first}, s.count, depth[index(w)], !late || is_early[index(w)], late && lasts[index(w)]});
   }
-  // Values that no series needs may be arguments of nothing but values: along the graph, whatever the slots.
-  std::stable_sort(formulas_.begin(), formulas_.end(), [&](const Formula& x, const Formula& y) {
-    return depth[index(order[index(x.slot)])] < depth[index(order[index(y.slot)])];
-  });
+  place_lanes();
+  for (Made& each : made) each.end.lane = final_lane(each.end.lane);
+  // By depth, so that arguments come first, and within a depth by the number of terms.
+  std::stable_sort(made.begin(), made.end(),
+                   [](const Made& x, const Made& y) { return std::pair(x.depth, x.terms) < std::pair(y.depth, y.terms); });
+  const auto gather = [&](std::vector<Ends>& groups, bool Made::*wanted) {
+    for (const Made& each : made) {
+      if (!(each.*wanted)) continue;
+      const int place = static_cast<int>(ends_.size());
+      if (groups.empty() || groups.back().terms != each.terms) groups.push_back({each.terms, place, place});
+      ends_.push_back(each.end);
+      groups.back().last = place + 1;
+    }
+  };
+  gather(early_, &Made::early);
+  gather(late_, &Made::late);
+  // Values that no series needs may be arguments of nothing but values: along the graph, whatever the slots. Within a depth
+  // those of one kind follow each other, which processors foresee.
+  const auto place = [&](const Formula& s) { return std::tuple(depth[index(order[index(s.slot)])], s.kind, s.function, s.count); };
+  std::stable_sort(formulas_.begin(), formulas_.end(), [&](const Formula& x, const Formula& y) { return place(x) < place(y); });
+  for (const Formula& s : formulas_)
+    if (s.slot < series_count_ && s.kind != Kind::affine) series_.push_back(s);
+  pair_sines_with_cosines();
 }
 
-// Makes the places of the series that an interior needs, unless another one needed them already.
-inline void Sweep::add_interior(const Formula& s) {
-  const auto place = [&](std::vector<Place>& places, int slot) {
-    for (const Place& known : places)
-      if (known.slot == slot) return known.place;
-    places.push_back({slot, data_.size()});
-    data_.resize(data_.size() + index(highest_ + 1), 0.0);
-    return places.back().place;
-  };
-  const auto forward = [&](int slot) { return place(forward_, slot) + 1; };
-  const auto weighted = [&](int slot) { return place(weighted_, slot) + 1; };
-  const auto backward = [&](int slot) { return place(backward_, slot); };
-  switch (s.kind) {
-    case Kind::product: (s.a == s.b ? squares_ : products_).push_back({s.slot, forward(s.a), backward(s.b)}); break;
-    case Kind::quotient: quotients_.push_back({s.slot, forward(s.b), backward(s.slot)}); break;
-    case Kind::power: powers_.push_back({s.slot, forward(s.a), backward(s.slot), weighted(s.a), s.c}); break;
-    case Kind::function:
-      functions_.push_back({s.slot, 0, backward(s.slope_a), weighted(s.a)});
-      if (s.b >= 0) second_arguments_.push_back({s.slot, 0, backward(s.slope_b), weighted(s.b)});
-      break;
-    default: break;
+inline void Sweep::pair_sines_with_cosines() {
+  std::vector<Formula*> sines, cosines;
+  for (Formula& s : formulas_) {
+    if (s.kind == Kind::function && s.function == Function::sin) sines.push_back(&s);
+    if (s.kind == Kind::function && s.function == Function::cos) cosines.push_back(&s);
   }
+  for (Formula* sine : sines)
+    for (Formula* cosine : cosines)
+      if (sine->a == cosine->a) {
+        sine->partner = cosine->slot;
+        cosine->partner = sine->slot;
+      }
+}
+
+// Makes the lanes of a node's interior. Returns the number of its lane: among plain ones as it is, among weighted ones and
+// squares marked, and −1 where there is nothing to sum.
+inline int Sweep::add_interior(const Formula& s) {
+  const auto plain = [&](int left, int right) {
+    plain_.push_back({left, right});
+    return static_cast<int>(plain_.size()) - 1;
+  };
+  const auto weighted = [&](int left, int right) {
+    weighted_.push_back({left, right});
+    return static_cast<int>(weighted_.size()) - 1 + weighted_mark;
+  };
+  switch (s.kind) {
+    case Kind::product:
+      if (s.a != s.b) return plain(s.a, s.b);
+      squares_.push_back(s.a);
+      return static_cast<int>(squares_.size()) - 1 + square_mark;
+    case Kind::quotient: {
+      const int lane = plain(s.b, s.slot);
+      quotients_.push_back({s.slot, lane, -1});
+      return lane;
+    }
+    case Kind::power: {
+      const int lane = plain(s.a, s.slot);
+      powers_.push_back({s.slot, lane, weighted(s.a, s.slot), s.c});
+      return lane;
+    }
+    case Kind::function: {
+      const int lane = weighted(s.a, s.slope_a);
+      if (s.b >= 0) second_arguments_.push_back({s.slot, lane, weighted(s.b, s.slope_b)});
+      return lane;
+    }
+    default: return -1;
+  }
+}
+
+inline int Sweep::final_lane(int lane) const {
+  if (lane < 0) return static_cast<int>(interior_.size()) - 1;  // where a zero stands
+  if (lane >= square_mark) return lane - square_mark + static_cast<int>(width_);
+  if (lane >= weighted_mark) return lane - weighted_mark + static_cast<int>(plain_.size());
+  return lane;
+}
+
+// The rows, now that all lanes are known.
+inline void Sweep::place_lanes() {
+  const auto rounded_up = [](std::size_t count, std::size_t to) { return (count + to - 1) / to * to; };
+  width_ = rounded_up(plain_.size() + weighted_.size(), 2 * register_lanes);
+  square_width_ = rounded_up(squares_.size(), register_lanes);
+  left_.assign(index(highest_ + 1) * width_, 0.0);
+  right_ = left_;
+  square_.assign(index(highest_ + 1) * square_width_, 0.0);
+  interior_.assign(width_ + square_width_ + 1, 0.0);
+  for (auto* list : {&quotients_, &powers_, &second_arguments_})
+    for (Interior& each : *list) {
+      each.lane = final_lane(each.lane);
+      each.other = final_lane(each.other);
+    }
 }
 
 }  // namespace qdot::taylor

@@ -72,7 +72,7 @@ class TaylorStepper : public detail::OneStep<F> {
     detail::require_option(this->order_ >= 4 && this->order_ <= 60, "order", "must lie between 4 and 60", this->order_,
                            "leave it out to have it chosen from rtol");
     dense_.setZero(size(), this->order_ + 1);
-    y_new_ = lost_ = lost_new_ = f_new_ = this->y_;
+    y_new_ = lost_ = lost_new_ = f_new_ = slope_ = this->y_;
   }
 
   /// The order that costs least for a relative tolerance.
@@ -177,17 +177,18 @@ class TaylorStepper : public detail::OneStep<F> {
   }
 
   // The longest |h| that the last coefficients allow.
-  double foretold_step() const {
+  double foretold_step() {
     const int p = this->order_;
-    double shortest = std::numeric_limits<double>::infinity();
+    Y& scale = slope_;
+    for (Eigen::Index i = 0; i < size(); ++i) scale[i] = 1.0 / this->weight(i, this->y_[i], this->y_[i]);
+    double steepest = -std::numeric_limits<double>::infinity();  // −log h
     double share = this->rtol_ < rounding_wanted ? rounding_margin : 1.0;  // times σ^{p+1−j}
     for (int j = p; j > std::max(p - window, 0); --j) {
       share *= ratio_;
-      double a = 0.0;
-      for (Eigen::Index i = 0; i < size(); ++i)
-        a = std::max(a, std::abs(dense_(i, j)) / this->weight(i, this->y_[i], this->y_[i]));
-      if (a * share > 0.0) shortest = std::min(shortest, std::pow(a * share, -1.0 / j));
+      const double a = share * (dense_.col(j).array().abs() * scale.array()).maxCoeff();
+      if (a > 0.0) steepest = std::max(steepest, std::log(a) / j);
     }
+    const double shortest = std::exp(-steepest);
     return 0.95 * shortest * unit_;
   }
 

@@ -61,8 +61,8 @@ class MassFactors {
 
   void solve_in_place(Vector<double, n>& x) const {
     const Eigen::Index size = x.size();
-    for (Eigen::Index i = 1; i < size; ++i)
-      for (Eigen::Index j = 0; j < i; ++j) x[i] -= L_(i, j) * x[j];
+    for (Eigen::Index j = 0; j + 1 < size; ++j)
+      for (Eigen::Index i = j + 1; i < size; ++i) x[i] -= L_(i, j) * x[j];
     for (Eigen::Index i = 0; i < size; ++i) x[i] *= inverse_[i];
     for (Eigen::Index i = size - 1; i-- > 0;)
       for (Eigen::Index j = i + 1; j < size; ++j) x[i] -= L_(j, i) * x[j];
