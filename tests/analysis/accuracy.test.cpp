@@ -23,20 +23,19 @@ const StudyOptions short_study{.tolerances = {1e-4, 1e-8, 1e-12}, .outputs = 8, 
 
 TEST_CASE("errors of a study are those against the closed orbit") {
   const auto kepler = mechanical_system<2>(scenes::Kepler{});
-  const auto study = accuracy_study(kepler, pericentre, two_periods, short_study, by_tolerance("dop853", Dop853{}), by_tolerance("dopri5", Dopri5{}));
-  REQUIRE(study.measurements.size() >= 5);
+  const auto study = accuracy_study(kepler, pericentre, two_periods, short_study, by_tolerance("dopri5", Dopri5{}));
+  REQUIRE(study.measurements.size() == 3);
   for (const Measurement& m : study.measurements) {
     INFO(m.method << " " << m.setting);
-    if (m.method != "dop853") continue;
     REQUIRE(m.completed());
     // After two periods the motion is back at its start, but for the rounding of 4π (7e-16) and of 0.4.
-    const auto run = simulate(kepler, pericentre, two_periods, Dop853{}, {.rtol = m.setting, .atol = m.setting});
+    const auto run = simulate(kepler, pericentre, two_periods, Dopri5{}, {.rtol = m.setting, .atol = m.setting});
     double expected = 0;
     const Eigen::Vector4d start(0.4, 0, 0, 2);
     for (Eigen::Index i = 0; i < 4; ++i) expected = std::max(expected, std::abs(run.y[i] - start[i]) / study.reference.scale[i]);
     CHECK_THAT(m.end_error, WithinAbs(expected, 0.01 * expected + 2e-14));
     CHECK(m.largest_error >= m.end_error);
-    CHECK(m.evaluations == run.statistics.evaluations - 3 * run.statistics.steps);  // without those of dense output
+    CHECK(m.evaluations == run.statistics.evaluations);  // the dense output of dopri5 costs none
     CHECK(m.cpu_minimum > 0);
     CHECK(m.cpu_median >= m.cpu_minimum);
   }
