@@ -95,7 +95,7 @@ template <int n, class E>
 }
 
 // Largest n whose components are carried along (ad/graded_jet.hpp) rather than recorded.
-inline constexpr int graded_jet_limit = 8;
+inline constexpr int graded_jet_limit = 6;
 
 // X L, and M with rows of an even number of numbers, from components that are carried along; false when M is zero.
 template <int n, class E>
