@@ -8,6 +8,7 @@ std::vector<Benchmark> all_benchmarks() {
       eom_benchmark(),
       ensemble_benchmark(),
       steppers_benchmark(),
+      energy_benchmark(),
       hard_benchmark(),
       compile_benchmark(),
   };

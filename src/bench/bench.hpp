@@ -53,6 +53,9 @@ Benchmark ensemble_benchmark();
 /// Time to reach an error with each method, beside Dop853 (src/bench/steppers.cpp).
 Benchmark steppers_benchmark();
 
+/// Energy error over ten thousand periods of a planet (src/bench/steppers_energy.cpp).
+Benchmark energy_benchmark();
+
 /// Digits reached on published hard cases (src/bench/hard.cpp).
 Benchmark hard_benchmark();
 
