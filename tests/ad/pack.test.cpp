@@ -47,7 +47,7 @@ TEST_CASE("arithmetic and comparisons of packs are those of their lanes") {
     CHECK(sum[lane] == 2.0 * a[lane] + b[lane] / 4 - 1);
     CHECK(product[lane] == -a[lane] * b[lane]);
     CHECK((a < b)[lane] == (a[lane] < b[lane]));
-    CHECK((!(a >= b) & (a != 1.5))[lane] == (a[lane] < b[lane] && a[lane] != 1.5));
+    CHECK(((!(a >= b)) & (a != 1.5))[lane] == (a[lane] < b[lane] && a[lane] != 1.5));
     CHECK(select(a < b, a, b)[lane] == std::min(a[lane], b[lane]));
     CHECK(max(a, b)[lane] == std::max(a[lane], b[lane]));
     CHECK(abs(a - b)[lane] == std::abs(a[lane] - b[lane]));
