@@ -100,7 +100,8 @@ template <class R>
   const R q = 1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720 + r * (1.0 / 5040 + r * (1.0 / 40320 +
               r * (1.0 / 362880 + r * (1.0 / 3628800 + r * (1.0 / 39916800 + r * (1.0 / 479001600 + r * (1.0 / 6227020800.0)))))))))));
   const R power = 1.0 + (r + r * r * q);
-  const BitsOf<R> scaled = as_bits<BitsOf<R>>(power) + (as_bits<BitsOf<R>>(shifted) << 52);
+  using Unsigned = Register<unsigned long long, lanes_of<R>>;  // lanes outside of the range wrap around before they are poisoned
+  const Unsigned scaled = as_bits<Unsigned>(power) + (as_bits<Unsigned>(shifted) << 52);
   return poisoned(as_bits<R>(scaled), outside(x, exponential_range));
 }
 
