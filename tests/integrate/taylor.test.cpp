@@ -169,6 +169,17 @@ TEST_CASE("potentials that are flat where the motion starts are right at every t
   CHECK_THAT(0.5 * tiny.y[1] * tiny.y[1] + 0.5 * tiny.y[0] * tiny.y[0] + 0.25 * std::pow(tiny.y[0], 4), WithinAbs(0.5, 1e-11));
 }
 
+TEST_CASE("under a constant force the series ends with the square of time") {
+  // A momentum and a force that are constants in the recording: x at constant speed, y in uniform gravity.
+  const auto T = [](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); };
+  const auto thrown = mechanical_system<2>(T, [](const auto& q) { return 9.81 * q[1]; });
+  const auto run = simulate(thrown, State<2>{0.0, {0.0, 0.0}, {10.0, 4.0}}, 0.5, Taylor{});
+  CHECK(run.completed());
+  CHECK(run.statistics.steps <= 2);
+  const Eigen::Vector4d parabola(5.0, 4.0 * 0.5 - 0.5 * 9.81 * 0.25, 10.0, 4.0 - 9.81 * 0.5);
+  CHECK((run.y - parabola).norm() < 1e-14);
+}
+
 TEST_CASE("the Taylor stepper holds its tolerances per component") {
   for (const double A : {1.0, 1e8, 1e12}) {
     const auto both = mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); },

@@ -111,7 +111,7 @@ TEST_CASE("every scene of the list runs with its defaults") {
   }
 }
 
-TEST_CASE("--out writes the table, the arrays, the page and the picture, and nothing else") {
+TEST_CASE("the option --out writes the table, the arrays, the page and the picture, and nothing else") {
   const Directory directory;
   const auto ended = qdot("run double_pendulum --t-end 1 --samples 11 --out " + directory.file("dp"));
   REQUIRE(ended.status == 0);

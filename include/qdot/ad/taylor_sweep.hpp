@@ -95,6 +95,7 @@ class Sweep {
 
   /// Order k of the nodes that can be made before the late variables' coefficient k, which must be set to 0.
   void advance(int k) {
+    for (const int slot : constants_) latest_[index(slot)] = 0.0;
     make_interiors(k);
     make_ends(early_);
   }
@@ -299,7 +300,7 @@ class Sweep {
   std::vector<Ends> early_, late_;
   std::vector<int> terms_;                      // slots
   std::vector<double> factors_;
-  std::vector<int> variables_;                  // slots
+  std::vector<int> variables_, constants_;      // slots
   std::size_t width_ = 0, square_width_ = 0;    // of a row
   std::vector<double> left_, right_, square_;   // a row for each order
   std::vector<double> interior_;                // of lanes, then of squares, then a zero

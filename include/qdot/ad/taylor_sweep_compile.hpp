@@ -124,7 +124,10 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
     const Node& node = graph[w];
     Formula s{.kind = node.kind, .function = node.function, .slot = slot(w), .c = node.c};
     if (node.kind == Kind::variable) variables_.push_back(s.slot);
-    if (node.kind == Kind::constant) values_[index(s.slot)] = node.c;
+    if (node.kind == Kind::constant) {
+      values_[index(s.slot)] = node.c;
+      constants_.push_back(s.slot);
+    }
     if (node.kind == Kind::variable || node.kind == Kind::constant) continue;
     s.first = static_cast<int>(terms_.size());
     const auto add_term = [&](int x, double factor) {
