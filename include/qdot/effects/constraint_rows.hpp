@@ -37,8 +37,10 @@ struct ConstraintRows {
 
 namespace detail {
 
-// Stands for z where no constraint switches.
-struct NoPhases {};
+// Stands for z where no constraint switches, and is never asked; clang wants an answer all the same.
+struct NoPhases {
+  double operator[](Eigen::Index) const noexcept { return 0.0; }
+};
 
 // Visits each constraint effect, and says whether it is active in the phases z.
 template <class Sc, class Phases, class Visit>
