@@ -17,7 +17,7 @@
 // and `lost` is added to the next δ. The result is y in half as many digits again, for six additions.
 //
 // Dense output is the polynomial of degree 5 through q, q̇, q̈ at both ends, and its derivative for q̇;
-// error ~ h⁶/46080 of the sixth derivative of q.
+// error ~ h⁶/46080 of the sixth derivative of q. States z of effects have the same through z, ż, z̈.
 //
 // References: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006,
 // chapters IX (backward error) and VIII.5 (rounding).
@@ -28,6 +28,7 @@
 #include <string>
 #include <utility>
 
+#include "qdot/integrate/form_mechanics.hpp"
 #include "qdot/integrate/one_step.hpp"
 
 namespace qdot::detail {
@@ -48,7 +49,7 @@ struct system_of<FirstOrderForm<Sys>> {
   using type = Sys;
 };
 
-// A one-step method with equal steps for a mechanical system, y = [q; q̇].
+// A one-step method with equal steps for a mechanical system, y = [q; q̇], or a scene, y = [q; q̇; z].
 template <FirstOrderSystem F>
 class FixedStep : public OneStep<F> {
   using Base = OneStep<F>;
@@ -67,8 +68,9 @@ class FixedStep : public OneStep<F> {
   void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { polynomial().evaluate(t, out); }
 
  protected:
-  using Sys = typename system_of<F>::type;
-  static constexpr int n = Sys::dof_at_compile_time;
+  using Behind = Mechanics<F>;
+  static constexpr int n = Behind::n;
+  static constexpr int states = Behind::states;
 
   FixedStep(F system, std::string method, int order, double longest, const Options& options)
       : Base(std::move(system), std::move(method), order, options), longest_(longest) {
@@ -78,7 +80,7 @@ class FixedStep : public OneStep<F> {
     lost_ = y_old_ = ydot_ = ydot_old_ = dense_.col(0);
   }
 
-  Eigen::Index dof() const noexcept { return this->form().system().dof(); }
+  Eigen::Index dof() const noexcept { return Behind::dof(this->form()); }
 
   void begin(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
     Base::begin(t, y);
@@ -123,20 +125,44 @@ class FixedStep : public OneStep<F> {
     const double h = this->t_ - this->t_previous_;
     for (Eigen::Index i = 0; i < dof(); ++i) {
       const Eigen::Index v = i + dof();
-      const double d = this->y_[i] - y_old_[i], v0 = h * y_old_[v], v1 = h * this->y_[v];
-      double a0 = 6 * d - 4 * v0 - 2 * v1, a1 = -6 * d + 2 * v0 + 4 * v1;  // of the cubic
-      if (complete) {
-        a0 = h * h * ydot_old_[v];
-        a1 = h * h * ydot_[v];
-      }
-      const double c[6] = {y_old_[i], v0, a0 / 2, 10 * d - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
-                           -15 * d + 8 * v0 + 7 * v1 + 1.5 * a0 - a1, 6 * d - 3 * (v0 + v1) + 0.5 * (a1 - a0)};
-      for (int k = 0; k < 6; ++k) dense_(i, k) = c[k];
-      for (int k = 0; k < 5; ++k) dense_(v, k) = (k + 1) * c[k + 1] / h;
+      join(i, h, y_old_[v], this->y_[v], complete, ydot_old_[v], ydot_[v]);
+      for (int k = 0; k < 5; ++k) dense_(v, k) = (k + 1) * dense_(i, k + 1) / h;
       dense_(v, 0) = y_old_[v];
       dense_(v, 5) = 0.0;
     }
+    if constexpr (states != 0) {
+      typename Behind::States before = ydot_old_.tail(this->size() - 2 * dof()), after = before;
+      const bool curved = complete && this->attempt([&] {
+        before = zddot(this->t_previous_, y_old_, ydot_old_);
+        after = zddot(this->t_, this->y_, ydot_);
+      });
+      for (Eigen::Index k = 0; k < before.size(); ++k) {
+        const Eigen::Index i = 2 * dof() + k;
+        join(i, h, ydot_old_[i], ydot_[i], curved, before[k], after[k]);
+      }
+    }
     dense_is_current_ = true;
+  }
+
+  // Row i: from slope `from` to slope `to`, with the curvatures too if they are known.
+  void join(Eigen::Index i, double h, double from, double to, bool curved, double curvature_from, double curvature_to) {
+    const double d = this->y_[i] - y_old_[i], v0 = h * from, v1 = h * to;
+    double a0 = 6 * d - 4 * v0 - 2 * v1, a1 = -6 * d + 2 * v0 + 4 * v1;  // of the cubic
+    if (curved) {
+      a0 = h * h * curvature_from;
+      a1 = h * h * curvature_to;
+    }
+    const double c[6] = {y_old_[i], v0, a0 / 2, 10 * d - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
+                         -15 * d + 8 * v0 + 7 * v1 + 1.5 * a0 - a1, 6 * d - 3 * (v0 + v1) + 0.5 * (a1 - a0)};
+    for (int k = 0; k < 6; ++k) dense_(i, k) = c[k];
+  }
+
+  typename Behind::States zddot(double t, const typename Base::Y& y, const typename Base::Y& ydot) const {
+    using Vec = typename Behind::Vec;
+    using States = typename Behind::States;
+    const Eigen::Index k = dof(), count = this->size() - 2 * k;
+    return Behind::zddot(this->form(), Vec(y.head(k)), Vec(y.segment(k, k)), Vec(ydot.segment(k, k)), States(y.tail(count)),
+                         States(ydot.tail(count)), t);
   }
 
   double longest_;

@@ -22,11 +22,16 @@
 //
 // A step costs s mass matrices and, times about five iterations, s evaluations of p and F.
 //
+// Scenes. Forces of effects enter F = ∂L/∂q + ΣQ, and their own states follow by Zᵢ = z + h Σⱼ aᵢⱼ ż(Qⱼ, Vⱼ, Zⱼ) in the same
+// iteration: the order is the same, forth and back still is the identity, and what is symplectic is the part that has a
+// Lagrangian. With dissipation there is nothing to be symplectic about, and an adaptive method is the better choice.
+// Constraints enter as forces Jᵀλ(q, q̇, t), and every step ends with a projection (driver.hpp): as accurate, but neither
+// symplectic nor reversible; that is Rattle's trade (rattle.hpp).
+//
 // Reference: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006, II.1.3,
 // VI.6.2 (variational), VIII.6 (iteration); E. Hairer, R. McLachlan, A. Razakarivony, BIT 48 (2008) 231.
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -38,7 +43,6 @@
 
 #include "qdot/integrate/fixed_step.hpp"
 #include "qdot/integrate/stepper.hpp"
-#include "qdot/mechanics/energy.hpp"
 
 namespace qdot {
 namespace detail {
@@ -88,8 +92,9 @@ struct GaussTable {
 template <class F>
 class GaussStepper : public detail::FixedStep<F> {
   using Base = detail::FixedStep<F>;
-  using Base::n, Base::dof, typename Base::Sys;
-  using Vec = Vector<double, n>;
+  using Base::n, Base::states, Base::dof, typename Base::Behind;
+  using Vec = typename Behind::Vec;
+  using States = typename Behind::States;
 
  public:
   /// @throws InvalidValue  step is not positive, stages is not 1 … 8
@@ -100,6 +105,9 @@ class GaussStepper : public detail::FixedStep<F> {
     V_.assign(s, zero);
     Q_ = force_ = V_old_ = V_;
     inverse_.assign(s, Matrix<double, n>::Identity(dof(), dof()));
+    const States none = States::Zero(this->size() - 2 * dof());
+    Z_.assign(s, none);
+    zdot_.assign(s, none);
     p_ = p_new_ = lost_p_ = lost_p_new_ = zero;
     extrapolation_.resize(stages, stages);
     for (int i = 0; i < stages; ++i)  // ℓⱼ(1 + cᵢ)
@@ -119,6 +127,18 @@ class GaussStepper : public detail::FixedStep<F> {
     p_ = momenta(q_of(this->y_), v_of(this->y_), t);
     lost_p_.setZero();
     guess_is_known_ = false;
+    for (States& rate : zdot_) rate.setZero();
+    largest_v_ = largest_rate_ = 0.0;
+  }
+
+  /// Replaces the state at t() by a nearby one, such as its projection onto constraints.
+  void correct(const Eigen::Ref<const Eigen::VectorXd>& y) {
+    for (Eigen::Index i = 0; i < this->size(); ++i)
+      if (this->y_[i] != y[i]) this->lost_[i] = 0.0;
+    this->y_ = y;
+    this->ydot_is_current_ = false;
+    p_ = momenta(q_of(this->y_), v_of(this->y_), this->t_);
+    lost_p_.setZero();
   }
 
   /// One step towards t_limit: the way there is divided into equal steps.
@@ -149,6 +169,7 @@ class GaussStepper : public detail::FixedStep<F> {
 
  private:
   static constexpr int most_iterations = 100;
+  static constexpr bool has_effects = !detail::mechanical_form<F>::value;
 
   static int checked(int stages) {
     detail::require_option(stages >= 1 && stages <= 8, "stages", "must lie between 1 and 8", stages,
@@ -157,15 +178,11 @@ class GaussStepper : public detail::FixedStep<F> {
   }
 
   Vec q_of(const typename Base::Y& y) const { return y.head(dof()); }
-  Vec v_of(const typename Base::Y& y) const { return y.tail(dof()); }
-  const auto& mechanical() const { return this->form().system(); }
+  Vec v_of(const typename Base::Y& y) const { return y.segment(dof(), dof()); }
+  States z_of(const typename Base::Y& y) const { return y.tail(this->size() - 2 * dof()); }
 
-  Vec momenta(const Vec& q, const Vec& v, double t) const { return conjugate_momenta(mechanical(), q, v, t); }
-  Vec generalized_force(const Vec& q, const Vec& v, double t) const { return lagrangian_gradient(mechanical(), q, v, t); }
-  Matrix<double, n> inverse_mass(const Vec& q, const Vec& v, double t) const {
-    return detail::solved_with_mass_matrix(mechanical(), Matrix<double, n>(mass_matrix(mechanical(), q, v, t)),
-                                           Matrix<double, n>(Matrix<double, n>::Identity(dof(), dof())), t);
-  }
+  Vec momenta(const Vec& q, const Vec& v, double t) const { return Behind::momenta(this->form(), q, v, t); }
+  Matrix<double, n> inverse_mass(const Vec& q, const Vec& v, double t) const { return Behind::inverse_mass(this->form(), q, v, t); }
 
   // The largest change beside the largest value, as a fraction of it.
   static double relative(double change, double size) { return size > 0.0 ? change / size : change; }
@@ -184,13 +201,30 @@ class GaussStepper : public detail::FixedStep<F> {
       }
     }
     const Vec q = q_of(this->y_);
+    double rate_change = 0.0, rate_size = 0.0;  // of ż
     const auto place = [&] {
       for (std::size_t i = 0; i < s; ++i) {
         Vec sum = Vec::Zero(dof());
         for (std::size_t j = 0; j < s; ++j) sum += table_.a(i_of(i), i_of(j)) * V_[j];
         Q_[i] = q + h * sum;
       }
-      for (std::size_t i = 0; i < s; ++i) force_[i] = generalized_force(Q_[i], V_[i], time(i));
+      if constexpr (states != 0) {
+        const States z = z_of(this->y_);
+        for (std::size_t i = 0; i < s; ++i) {
+          Z_[i] = z;
+          for (std::size_t j = 0; j < s; ++j) Z_[i] += h * table_.a(i_of(i), i_of(j)) * zdot_[j];
+        }
+        rate_change = rate_size = 0.0;
+        for (std::size_t i = 0; i < s; ++i) {
+          const States rate = Behind::zdot(this->form(), Q_[i], V_[i], Z_[i], time(i));
+          for (Eigen::Index k = 0; k < rate.size(); ++k) {
+            rate_change = std::max(rate_change, std::abs(rate[k] - zdot_[i][k]));
+            rate_size = std::max(rate_size, std::abs(rate[k]));
+          }
+          zdot_[i] = rate;
+        }
+      }
+      for (std::size_t i = 0; i < s; ++i) force_[i] = Behind::force(this->form(), Q_[i], V_[i], Z_[i], time(i));
       this->statistics_.evaluations += static_cast<long>(s);
     };
     place();
@@ -210,8 +244,15 @@ class GaussStepper : public detail::FixedStep<F> {
       }
       if (!std::isfinite(change)) throw NonFinite("a stage", this->t_, "the stages of the step became infinite or NaN");
       place();
-      const double part = relative(change, size);
-      converged = part == 0.0 || (part < 1e-12 && part >= 0.5 * before);
+      double part = relative(change, size);
+      bool at_rounding = false;
+      if constexpr (has_effects) {  // forces may balance, and what is left of V or ż be rounding: measured by the largest so far
+        largest_v_ = std::max(largest_v_, size);
+        largest_rate_ = std::max(largest_rate_, rate_size);
+        part = std::max(relative(change, largest_v_), relative(rate_change, largest_rate_));
+        for (const Vec& at : Q_) at_rounding = at_rounding || (rate_size == 0.0 && std::abs(h) * change <= this->epsilon * at.cwiseAbs().maxCoeff());
+      }
+      converged = part == 0.0 || ((part < 1e-12 || at_rounding) && part >= 0.5 * before);
       before = part;
     }
     if (!converged) return false;
@@ -227,6 +268,14 @@ class GaussStepper : public detail::FixedStep<F> {
       detail::add_compensated(this->y_[k], this->lost_[k], h * v_sum[k]);
       detail::add_compensated(p_new_[k], lost_p_new_[k], h * f_sum[k]);
     }
+    if constexpr (states != 0) {
+      for (Eigen::Index k = 0; k < this->size() - 2 * dof(); ++k) {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < s; ++i) sum += table_.b[i_of(i)] * zdot_[i][k];
+        const Eigen::Index row = 2 * dof() + k;
+        detail::add_compensated(this->y_[row], this->lost_[row], h * sum);
+      }
+    }
     return find_velocity(t_new);
   }
 
@@ -238,10 +287,10 @@ class GaussStepper : public detail::FixedStep<F> {
     for (int iteration = 0; iteration < most_iterations; ++iteration) {
       const Vec correction = inverse_mass(q, v, t) * (p_new_ - momenta(q, v, t));
       v += correction;
-      const double part = relative(correction.cwiseAbs().maxCoeff(), v.cwiseAbs().maxCoeff());
+      const double part = relative(correction.cwiseAbs().maxCoeff(), std::max(largest_v_, v.cwiseAbs().maxCoeff()));
       if (!std::isfinite(part)) throw NonFinite("a velocity", t, "the velocity that belongs to the momenta is not finite");
       if (part < 1e-13 || (part < 1e-10 && part >= 0.5 * before)) {
-        this->y_.tail(dof()) = v;
+        this->y_.segment(dof(), dof()) = v;
         return true;
       }
       before = part;
@@ -252,13 +301,16 @@ class GaussStepper : public detail::FixedStep<F> {
   detail::GaussTable table_;
   Eigen::MatrixXd extrapolation_;
   std::vector<Vec> V_, V_old_, Q_, force_;
+  std::vector<States> Z_, zdot_;
   std::vector<Matrix<double, n>> inverse_;  // of M at the stages' first guess
   Vec p_, p_new_, lost_p_, lost_p_new_;
+  double largest_v_ = 0.0, largest_rate_ = 0.0;  // entries of V and ż since reset(); of scenes only
   double h_before_ = 0.0;
   bool guess_is_known_ = false;
 };
 
-/// Symplectic Gauss collocation of order 2·stages with a fixed step, for any T and V.
+/// Gauss collocation of order 2·stages with a fixed step, for any T and V and for scenes; symplectic where there are neither
+/// forces nor constraints.
 struct Gauss {
   static constexpr std::string_view name = "gauss";
 
@@ -268,8 +320,9 @@ struct Gauss {
   /// A stepper for `system`, which it copies.
   ///
   /// @throws InvalidValue  step is not positive, stages is not 1 … 8
-  template <class Sys>
-  GaussStepper<FirstOrderForm<Sys>> stepper(const FirstOrderForm<Sys>& system, const Options& options) const {
+  template <FirstOrderSystem F>
+    requires requires { detail::Mechanics<F>::n; }
+  GaussStepper<F> stepper(const F& system, const Options& options) const {
     return {system, stages, step, options};
   }
 };
