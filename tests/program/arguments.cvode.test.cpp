@@ -2,6 +2,7 @@
 //
 // Bad arguments: status 2, nothing on stdout, and one line on stderr with argument, rule, value, and nearest name.
 #include <algorithm>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -76,6 +77,16 @@ TEST_CASE("an output that cannot be written is refused before the run and leaves
   CHECK(ended.err.find("--out: ") != std::string::npos);
   CHECK(ended.err.find("missing/x.csv") != std::string::npos);
   CHECK(directory.entries() == 0);
+}
+
+TEST_CASE("without the program of the benchmarks beside it qdot bench says how to build that") {
+  const Directory directory;
+  std::filesystem::copy_file(QDOT_PROGRAM, directory.file("qdot"));
+  const auto alone = program_test::ended(directory.file("qdot"), "bench eom");
+  CHECK(alone.status == 2);
+  CHECK(alone.out.empty());
+  CHECK(alone.err == "qdot bench: bench: must find the program qdot-bench beside qdot, but " + directory.file("qdot-bench") +
+                         " cannot be started; build the target qdot_bench, or type ./run bench\n");
 }
 
 TEST_CASE("help and version are no errors") {

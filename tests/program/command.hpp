@@ -47,13 +47,16 @@ struct Ended {
   std::string err;
 };
 
-/// `qdot ARGUMENTS`, through the shell.
-inline Ended qdot(const std::string& arguments) {
+/// `PROGRAM ARGUMENTS`, through the shell.
+inline Ended ended(const std::string& program, const std::string& arguments) {
   const Directory directory;
   const std::string command =
-      QDOT_PROGRAM " " + arguments + " >'" + directory.file("out") + "' 2>'" + directory.file("err") + "'";
+      "'" + program + "' " + arguments + " >'" + directory.file("out") + "' 2>'" + directory.file("err") + "'";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, content(directory.file("out")), content(directory.file("err"))};
 }
+
+/// `qdot ARGUMENTS`.
+inline Ended qdot(const std::string& arguments) { return ended(QDOT_PROGRAM, arguments); }
 
 }  // namespace program_test
