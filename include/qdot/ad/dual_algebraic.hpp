@@ -70,11 +70,12 @@ constexpr S integer_power(S x, Integer k) {
   using U = std::make_unsigned_t<Integer>;
   U left = k < 0 ? static_cast<U>(U(0) - static_cast<U>(k)) : static_cast<U>(k);
   S r(1);
+  if (k < 0) x = S(1) / x;  // not 1/xᵏ in the end, whose derivatives would be lost where xᵏ is infinite
   for (; left != 0; left = static_cast<U>(left >> 1)) {
     if (left & 1) r = r * x;
     if (left > 1) x = x * x;
   }
-  return k < 0 ? S(1) / r : r;
+  return r;
 }
 
 }  // namespace detail
@@ -102,6 +103,10 @@ template <class S, int N, class Tag, std::integral Integer>
 constexpr Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, Integer k) {
   if (k == 0) return detail::chain(S(1), S(0), x);
   if (k == std::numeric_limits<Integer>::min()) return S(1) / (detail::integer_power(x, -(k + 1)) * x);
+  if (k < 0) {  // not by xᵏ⁻¹, which leaves the range of S before xᵏ does
+    const S f = detail::integer_power(x.value, k);
+    return detail::chain(f, S(S(static_cast<double>(k)) * f / x.value), x);
+  }
   const S below = detail::integer_power(x.value, static_cast<Integer>(k - 1));
   return detail::chain(S(below * x.value), S(S(static_cast<double>(k)) * below), x);
 }
@@ -113,7 +118,7 @@ template <class S, int N, class Tag, class Number>
 Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, const Number& y) {
   using std::pow;
   if constexpr (std::is_arithmetic_v<Number>) {
-    if (y == static_cast<Number>(static_cast<long>(y)) && y > Number(-1e6) && y < Number(1e6)) {
+    if (y > Number(-1e6) && y < Number(1e6) && y == static_cast<Number>(static_cast<long>(y))) {
       return pow(x, static_cast<long>(y));
     }
     return detail::chain_at_edge(S(pow(x.value, y)), S(y * pow(x.value, y - Number(1))), x);

@@ -33,9 +33,9 @@ Dual<S, N, Tag> exp2(const Dual<S, N, Tag>& x) {
 /// eˣ − 1, accurate for small x;  f′ = eˣ.
 template <class S, int N, class Tag>
 Dual<S, N, Tag> expm1(const Dual<S, N, Tag>& x) {
+  using std::exp;
   using std::expm1;
-  const S f = expm1(x.value);
-  return detail::chain(f, S(f + S(1)), x);
+  return detail::chain(S(expm1(x.value)), S(exp(x.value)), x);
 }
 
 /// ln x;  f′ = 1/x.
@@ -198,13 +198,31 @@ Dual<S, N, Tag> cosh(const Dual<S, N, Tag>& x) {
   return detail::chain(S(cosh(x.value)), S(sinh(x.value)), x);
 }
 
-/// tanh x;  f′ = 1/cosh² x = 4/(eˣ + e⁻ˣ)², free of the cancellation in 1 − tanh² x.
+namespace detail {
+
+// 1/cosh² x = 4e/(1 + e)² with e = e^(−2|x|): free of the cancellation in 1 − tanh² x and of the overflow in cosh x.
+template <class S>
+S sech_squared(const S& x) {
+  using std::abs;
+  using std::exp;
+  const S e = exp(S(S(-2) * abs(x)));
+  return S(4) * e / ((S(1) + e) * (S(1) + e));
+}
+// f′ = −2 tanh x / cosh² x, which keeps its digits near 0.
+template <class S, int N, class Tag>
+Dual<S, N, Tag> sech_squared(const Dual<S, N, Tag>& x) {
+  using std::tanh;
+  const S f = sech_squared(x.value);
+  return chain(f, S(S(-2) * tanh(x.value) * f), x);
+}
+
+}  // namespace detail
+
+/// tanh x;  f′ = 1/cosh² x.
 template <class S, int N, class Tag>
 Dual<S, N, Tag> tanh(const Dual<S, N, Tag>& x) {
-  using std::cosh;
   using std::tanh;
-  const S sech = S(1) / cosh(x.value);
-  return detail::chain(S(tanh(x.value)), S(sech * sech), x);
+  return detail::chain(S(tanh(x.value)), detail::sech_squared(x.value), x);
 }
 
 /// arsinh x;  f′ = 1/√(1 + x²).
