@@ -57,7 +57,7 @@ TEST_CASE("the series fulfils the equations of motion, whatever T and V depend o
   const auto check = [](const auto& system, const auto& q, const auto& v, double t0) {
     using Sys = std::decay_t<decltype(system)>;
     constexpr int order = 20;
-    detail::LagrangeSeries<Sys> series(system, order);
+    detail::LagrangeSeries<FirstOrderForm<Sys>> series(FirstOrderForm<Sys>(system), order);
     const Eigen::Index n = system.dof();
     Eigen::VectorXd y(2 * n);
     y << q, v;

@@ -10,7 +10,7 @@
 // comparing two Recorded by size, and functions with a kink (abs, min, max, floor), are refused with
 // NotAnalytic: a formula with a branch is not one power series. One comparison is let through, because
 // guards like `if (r == 0)` are common and right: x == c is answered "no", the node and c are noted as an
-// assumption, and the assumption is checked at every point of expansion.
+// assumption, and the assumption is checked at every point of expansion. A recorded number has no plain value either.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -18,6 +18,7 @@
 #include <limits>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "qdot/ad/dual_math.hpp"
@@ -26,10 +27,16 @@
 
 namespace qdot {
 
-/// T or V is not one formula everywhere (it compares values, or has a kink), so it has no Taylor series.
+/// T, V or a force is not one formula everywhere (it compares values, or has a kink), so it has no Taylor series.
 class NotAnalytic : public Error {
  public:
-  using Error::Error;
+  NotAnalytic(const std::string& what, std::string source) : Error(what), source_(std::move(source)) {}
+
+  /// What it is: "T or V", or "the force of an effect".
+  const std::string& source() const noexcept { return source_; }
+
+ private:
+  std::string source_;
 };
 
 namespace taylor {
@@ -42,6 +49,7 @@ struct Recording {
   };
   Graph graph;
   std::vector<Assumption> assumptions;
+  std::string source = "T or V";  ///< what is being run, for messages
 };
 
 /// A number of a formula that is being recorded.
@@ -134,6 +142,11 @@ class Recorded {
   friend Recorded erf(const Recorded& x) { return unary(Function::erf, x); }
   friend Recorded erfc(const Recorded& x) { return unary(Function::erfc, x); }
 
+  friend const double& innermost_value(const Recorded& x) {
+    if (x.recording_) refuse(*x.recording_, "the plain value");
+    return x.constant_;
+  }
+
   friend Recorded abs(const Recorded& x) { return kinked(x, "abs", std::abs(x.constant_)); }
   friend Recorded fabs(const Recorded& x) { return kinked(x, "fabs", std::abs(x.constant_)); }
   friend Recorded floor(const Recorded& x) { return kinked(x, "floor", std::floor(x.constant_)); }
@@ -162,16 +175,17 @@ class Recorded {
     return x.recording_ ? wrapped(*x.recording_, x.recording_->graph.function(f, x.node_)) : Recorded(value_of(f, x.constant_));
   }
 
-  [[noreturn]] static void refuse(const std::string& what) {
-    throw NotAnalytic("a Taylor series needs energies that are one formula everywhere, but T or V uses " + what +
-                      " of its arguments; use Dop853, which takes T and V as they are");
+  [[noreturn]] static void refuse(const Recording& recording, const std::string& what) {
+    throw NotAnalytic("a Taylor series needs energies and forces that are one formula everywhere, but " + recording.source + " uses " +
+                          what + " of its arguments; use Dop853, which takes them as they are",
+                      recording.source);
   }
   static int compared(const Recorded& x, const Recorded& y, const char* comparison) {
-    if (x.recording_ || y.recording_) refuse("the comparison " + std::string(comparison));
+    if (x.recording_ || y.recording_) refuse(x.recording_ ? *x.recording_ : *y.recording_, "the comparison " + std::string(comparison));
     return x.constant_ < y.constant_ ? -1 : x.constant_ > y.constant_ ? 1 : 0;
   }
   static Recorded kinked(const Recorded& x, const char* function, double of_constant) {
-    if (x.recording_) refuse("the function " + std::string(function));
+    if (x.recording_) refuse(*x.recording_, "the function " + std::string(function));
     return of_constant;
   }
 

@@ -97,7 +97,7 @@ auto quadratic_drag(Position r, double b) {
     using std::sqrt;
     (void)position;
     const S v2 = velocity.squaredNorm();
-    const S speed = v2 > S(0) ? S(sqrt(v2)) : S(0);  // at rest: |v| v has the derivative 0
+    const S speed = v2 == S(0) ? S(0) : S(sqrt(v2));  // at rest: |v| v has the derivative 0
     return (velocity * S(-b * speed)).eval();
   });
 }

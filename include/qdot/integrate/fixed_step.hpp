@@ -42,13 +42,6 @@ inline void add_compensated(double& sum, double& lost, double increment) {
   sum = s;
 }
 
-template <class F>
-struct system_of;
-template <class Sys>
-struct system_of<FirstOrderForm<Sys>> {
-  using type = Sys;
-};
-
 // A one-step method with equal steps for a mechanical system, y = [q; q̇], or a scene, y = [q; q̇; z].
 template <FirstOrderSystem F>
 class FixedStep : public OneStep<F> {

@@ -32,8 +32,11 @@
 // periods at rtol = 2.5e-15. So with rtol < 1e-14 the foretold error must stay 256 times below a unit: half as many
 // steps again, and the energy walks at random, 1e-14 over the same time.
 //
-// What does not fit: energies with branches (NotAnalytic at construction), points where T or V are not
-// analytic (a root or a broken power of zero: outcome non_finite), and stiff systems.
+// Scenes. Effects that are formulas take part: forces, dissipation, drag, drives, springs, potentials, controllers with states.
+//
+// What does not fit: energies and forces with branches (NotAnalytic at construction), points where they are not
+// analytic (a root or a broken power of zero: outcome non_finite), constraints, contacts and friction that sticks (refused
+// by the compiler), and stiff systems.
 //
 // Reference: À. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of
 // high-order Taylor methods, Experimental Mathematics 14 (2005) 99.
@@ -59,14 +62,13 @@ class TaylorStepper : public detail::OneStep<F> {
   using Base = detail::OneStep<F>;
   using typename Base::Y;
   using Base::epsilon, Base::size;
-  using Sys = typename detail::system_of<F>::type;
 
  public:
-  /// @throws NotAnalytic                   T or V compares values or has a kink
+  /// @throws NotAnalytic                   T, V or a force compares values or has a kink
   /// @throws InvalidValue, DimensionError  for options outside their range
   TaylorStepper(F system, int order, const Options& options)
       : Base(std::move(system), "taylor", order > 0 ? order : order_for(options.rtol), options),
-        series_(this->form().system(), this->order_),
+        series_(this->form(), this->order_),
         ratio_(std::pow(options.rtol, 1.0 / (this->order_ + 1))),
         initial_step_(options.initial_step) {
     detail::require_option(this->order_ >= 4 && this->order_ <= 60, "order", "must lie between 4 and 60", this->order_,
@@ -132,6 +134,7 @@ class TaylorStepper : public detail::OneStep<F> {
         h *= 0.25;
       }
       if (std::abs(h) <= this->smallest_step()) break;
+      if (this->over_budget()) return false;
     }
     return this->give_up(h);
   }
@@ -226,7 +229,7 @@ class TaylorStepper : public detail::OneStep<F> {
     return largest;
   }
 
-  detail::LagrangeSeries<Sys> series_;
+  detail::LagrangeSeries<F> series_;
   double ratio_;  // of h to the radius of convergence that is aimed at
   double initial_step_;
   double unit_ = 1.0;        // of time in series_
@@ -237,17 +240,23 @@ class TaylorStepper : public detail::OneStep<F> {
   Matrix<double, Base::size_at_compile_time, Dynamic> dense_;
 };
 
-/// Taylor series of the motion: smooth energies, 1e-9 to 1e-15, long runs at full accuracy.
+/// Taylor series of the motion: smooth energies and forces, 1e-9 to 1e-15, long runs at full accuracy.
 struct Taylor {
   static constexpr std::string_view name = "taylor";
 
   int order = 0;  ///< 4 … 60; 0: chosen from rtol
 
-  /// A stepper for `system`, which it copies; runs T and V once to record them. Allocates all its memory here.
+  /// A stepper for `system`, which it copies; runs T, V and the effects once to record them. Allocates all its memory here.
   ///
-  /// @throws NotAnalytic  T or V compares values or has a kink
-  template <class Sys>
-  TaylorStepper<FirstOrderForm<Sys>> stepper(const FirstOrderForm<Sys>& system, const Options& options) const {
+  /// @throws NotAnalytic  T, V or the force of an effect compares values or has a kink
+  template <FirstOrderSystem F>
+    requires requires { detail::Mechanics<F>::n; }
+  TaylorStepper<F> stepper(const F& system, const Options& options) const {
+    static_assert(!ProjectableSystem<F>,
+                  "qdot: the Taylor method takes no constraints, contacts or dry friction; use Dop853, CvodeBdf or Gauss");
+    static_assert(detail::is_recordable<F>::value,
+                  "qdot: the Taylor method runs T, V and the effects once with a scalar that records operations, but they do not "
+                  "take every scalar: take `const auto& q`, or make them a template <class S>; or use Dop853");
     return {system, order, options};
   }
 };

@@ -23,16 +23,19 @@
 // triangular solves and one sweep through the graphs of p and g (taylor_sweep.hpp). These come from one
 // recording of L by reverse differentiation and have a few times the operations of T and V themselves: a
 // chain of n links costs O(n) per order, where its equations of motion, written out, have O(n²) terms.
+//
+// Forces of effects are summands of g, and effects' own states have z_{k+1} = τ ż_k/(k + 1): both need the order before only.
 
 #include <Eigen/LU>
 #include <cmath>
 #include <string>
 #include <vector>
 
-#include "qdot/ad/taylor_recording.hpp"
 #include "qdot/ad/taylor_sweep.hpp"
-#include "qdot/integrate/one_step.hpp"
-#include "qdot/mechanics/equations_of_motion.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/recorded_motion.hpp"
+#include "qdot/mechanics/mass_matrix.hpp"
 
 namespace qdot::detail {
 
@@ -73,73 +76,44 @@ class MassFactors {
   Vector<double, n> inverse_;  // of D
 };
 
-/// The power series of a mechanical system's motion from a state.
+/// The power series of the motion of a system or a scene from a state.
 ///
-/// @tparam Sys  System<…>; its functors are run once, in the constructor
-template <class Sys>
+/// @tparam F  FirstOrderForm<…> or SceneForm<…>; what is behind it is run once, in the constructor
+template <class F>
 class LagrangeSeries {
-  static constexpr int n = Sys::dof_at_compile_time;
-  static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;
-  using Energies = typename Sys::EnergiesType;
+  static constexpr int n = Mechanics<F>::n;
+  static constexpr int states = Mechanics<F>::states;
+  static constexpr Inertia inertia = Mechanics<F>::inertia;
 
  public:
-  /// @throws NotAnalytic  T or V compares values or has a kink
-  LagrangeSeries(const Sys& system, int highest_order) : system_(system) {
-    using taylor::Recorded;
-    static_assert(CallsT<Energies, Recorded, n> && CallsV<Energies, Recorded, n> &&
-                      kinetic_returns_scalar<Energies, Recorded, n>() && potential_returns_scalar<Energies, Recorded, n>(),
-                  "qdot: the Taylor method runs T and V once with a scalar that records operations, but they do not take "
-                  "every scalar: take `const auto& q`, or make them a template <class S>; or use Dop853");
-    const Eigen::Index dof = system.dof();
-    taylor::Recording recording;
-    taylor::Graph& graph = recording.graph;
-    std::vector<int> q_nodes, v_nodes;
-    Vector<Recorded, n> q(dof), v(dof);
-    for (Eigen::Index i = 0; i < dof; ++i) {
-      q_nodes.push_back(graph.variable(static_cast<int>(i)));
-      q[i] = Recorded(recording, q_nodes.back());
-    }
-    for (Eigen::Index i = 0; i < dof; ++i) {
-      v_nodes.push_back(graph.variable(static_cast<int>(dof + i)));
-      v[i] = Recorded(recording, v_nodes.back());
-    }
-    const int t_node = graph.variable(static_cast<int>(2 * dof));
-    const Recorded t(recording, t_node);
-    const int T = kinetic<n>(system.energies(), q, v, t).node_in(recording);
-    const int V = potential<n>(system.energies(), q, t).node_in(recording);
-    const int L = graph.difference(T, V);
-
-    const std::vector<int> p = graph.gradient(T, v_nodes);
-    const std::vector<int> g = graph.gradient(L, q_nodes);
-    taylor::SweepOutputs outputs{.early = p, .series = g, .values = {}, .late = v_nodes};
-    std::vector<int> mass;
-    for (Eigen::Index i = 0; i < dof; ++i) {
-      const std::vector<int> row = graph.gradient(p[static_cast<std::size_t>(i)], v_nodes);
-      for (Eigen::Index j = 0; j <= i; ++j) {
-        mass.push_back(row[static_cast<std::size_t>(j)]);
-        mass_is_constant_ = mass_is_constant_ && graph[mass.back()].kind == taylor::Kind::constant;
-      }
-    }
-    outputs.values = mass;
-    for (const auto& assumption : recording.assumptions) outputs.values.push_back(assumption.node);
+  /// @throws NotAnalytic  T, V or a force compares values or has a kink
+  LagrangeSeries(const F& form, int highest_order) {
+    RecordedMotion m = recorded_motion(form);
+    const taylor::Graph& graph = m.recording.graph;
+    for (const int node : m.mass) mass_is_constant_ = mass_is_constant_ && graph[node].kind == taylor::Kind::constant;
+    taylor::SweepOutputs outputs{.early = m.p, .series = m.force, .values = m.mass, .late = m.qdot};
+    for (const auto& assumption : m.recording.assumptions) outputs.values.push_back(assumption.node);
     // Variables are series even where no output contains them: their coefficients are the motion.
-    outputs.series.insert(outputs.series.end(), q_nodes.begin(), q_nodes.end());
-    outputs.series.push_back(t_node);
-    sweep_ = taylor::Sweep(graph, outputs, highest_order);
+    for (const auto* list : {&m.q, &m.z, &m.zdot}) outputs.series.insert(outputs.series.end(), list->begin(), list->end());
+    outputs.series.push_back(m.t);
+    sweep_ = taylor::Sweep(m.recording.graph, outputs, highest_order);
 
+    for (const auto* list : {&m.q, &m.qdot, &m.z})
+      for (const int node : *list) motion_.push_back(sweep_.slot(node));
     const auto slots = [&](const std::vector<int>& nodes) {
       std::vector<int> result;
       for (const int node : nodes) result.push_back(sweep_.slot(node));
       return result;
     };
-    motion_ = slots(q_nodes);
-    for (const int slot : slots(v_nodes)) motion_.push_back(slot);
-    p_ = slots(p);
-    g_ = slots(g);
-    mass_ = slots(mass);
-    t_ = sweep_.slot(t_node);
-    for (const auto& assumption : recording.assumptions) assumptions_.push_back({sweep_.slot(assumption.node), assumption.value});
-    coefficients_.setZero(2 * dof, highest_order + 1);
+    p_ = slots(m.p);
+    force_ = slots(m.force);
+    zdot_ = slots(m.zdot);
+    mass_ = slots(m.mass);
+    t_ = sweep_.slot(m.t);
+    for (const auto& assumption : m.recording.assumptions) assumptions_.push_back({sweep_.slot(assumption.node), assumption.value});
+    const Eigen::Index dof = static_cast<Eigen::Index>(m.q.size());
+    for (Eigen::Index i = 0; i < dof; ++i) names_.names.push_back(form.component_name(i));
+    coefficients_.setZero(static_cast<Eigen::Index>(motion_.size()), highest_order + 1);
     M_.setZero(dof, dof);
     solution_.setZero(dof);
   }
@@ -149,15 +123,14 @@ class LagrangeSeries {
   /// @throws MassMatrixError, NonFinite  as acceleration(); NonFinite also where a formula is not analytic
   template <class Y>
   void start(double t, const Y& y, double time_unit) {
-    const Eigen::Index dof = system_.value.dof();
     unit_ = time_unit;
-    for (Eigen::Index i = 0; i < 2 * dof; ++i) sweep_.set(motion_[index(i)], coefficients_(i, 0) = y[i]);
+    for (Eigen::Index i = 0; i < coefficients_.rows(); ++i) sweep_.set(motion_[index(i)], coefficients_(i, 0) = y[i]);
     sweep_.set(t_, t);
     sweep_.start();
     for (const auto& [slot, value] : assumptions_)
       if (sweep_.value(slot) == value)
         throw NonFinite("a Taylor coefficient", t,
-                        "T or V asks whether a quantity is exactly " + text_of(value) + ", and at t = " + text_of(t) +
+                        "T, V or a force asks whether a quantity is exactly " + text_of(value) + ", and at t = " + text_of(t) +
                             " it is, so the motion may not be analytic there; use Dop853");
     factor_mass_matrix(t);
     make_order(1);
@@ -172,23 +145,26 @@ class LagrangeSeries {
   }
 
   /// The series: row i of column k is coefficient k of y = [q; q̇] in s = (t − t₀)/time_unit.
-  const Matrix<double, size_at_compile_time, Dynamic>& coefficients() const noexcept { return coefficients_; }
+  const Matrix<double, F::size_at_compile_time, Dynamic>& coefficients() const noexcept { return coefficients_; }
 
  private:
   static std::size_t index(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
   void make_order(int k) {
-    const Eigen::Index dof = system_.value.dof();
+    const Eigen::Index dof = solution_.size(), size = coefficients_.rows();
     const double factor = unit_ / k;
-    for (Eigen::Index i = 0; i < dof; ++i) {
-      solution_[i] = factor * sweep_.latest(g_[index(i)]);
-      sweep_.set(motion_[index(i)], coefficients_(i, k) = factor * coefficients_(dof + i, k - 1));
+    // All rates before any variable is set: a rate may be a variable (V = q₀ q₁).
+    for (Eigen::Index i = 0; i < dof; ++i) solution_[i] = factor * sweep_.latest(force_[index(i)]);
+    if constexpr (states != 0) {
+      for (Eigen::Index i = 2 * dof; i < size; ++i) coefficients_(i, k) = factor * sweep_.latest(zdot_[index(i - 2 * dof)]);
+      for (Eigen::Index i = 2 * dof; i < size; ++i) sweep_.set(motion_[index(i)], coefficients_(i, k));
     }
+    for (Eigen::Index i = 0; i < dof; ++i) sweep_.set(motion_[index(i)], coefficients_(i, k) = factor * coefficients_(dof + i, k - 1));
     for (Eigen::Index i = 0; i < dof; ++i) sweep_.set(motion_[index(dof + i)], 0.0);
     sweep_.set(t_, k == 1 ? unit_ : 0.0);
     sweep_.advance(k);
     for (Eigen::Index i = 0; i < dof; ++i) solution_[i] -= sweep_.latest(p_[index(i)]);
-    if constexpr (Sys::inertia == Inertia::positive_definite) {
+    if constexpr (inertia == Inertia::positive_definite) {
       factors_.solve_in_place(solution_);
     } else {
       solution_ = Vector<double, n>(inverse_ * solution_);
@@ -202,17 +178,24 @@ class LagrangeSeries {
     for (Eigen::Index i = 0; i < M_.rows(); ++i)
       for (Eigen::Index j = 0; j <= i; ++j) M_(i, j) = M_(j, i) = sweep_.value(mass_[next++]);
     mass_is_factored_ = false;
-    if constexpr (Sys::inertia == Inertia::positive_definite) {
-      if (!factors_.factor(M_)) throw_mass_matrix_error(M_, t, coordinate_names(system_.value));
+    if constexpr (inertia == Inertia::positive_definite) {
+      if (!factors_.factor(M_)) throw_mass_matrix_error(M_, t, names_.names);
     } else {
-      inverse_ = solved_with_mass_matrix(system_.value, M_, Matrix<double, n>(Matrix<double, n>::Identity(M_.rows(), M_.rows())), t);
+      inverse_ = solved_with_mass_matrix(names_, M_, Matrix<double, n>(Matrix<double, n>::Identity(M_.rows(), M_.rows())), t);
     }
     mass_is_factored_ = true;
   }
 
-  Replaceable<Sys> system_;
+  struct Names {  // as much of a system as solving with M asks for
+    static constexpr Inertia inertia = LagrangeSeries::inertia;
+    std::vector<std::string> names;
+    Eigen::Index dof() const { return static_cast<Eigen::Index>(names.size()); }
+    std::string coordinate_name(Eigen::Index i) const { return names[index(i)]; }
+  };
+
+  Names names_;
   taylor::Sweep sweep_;
-  std::vector<int> motion_, p_, g_, mass_;  // slots; motion: q, then q̇
+  std::vector<int> motion_, p_, force_, zdot_, mass_;  // slots; motion: q, q̇, then z
   int t_ = 0;
   struct Assumption {
     int slot;
@@ -224,7 +207,7 @@ class LagrangeSeries {
   MassFactors<n> factors_;
   Vector<double, n> solution_;
   double unit_ = 1.0;
-  Matrix<double, size_at_compile_time, Dynamic> coefficients_;
+  Matrix<double, F::size_at_compile_time, Dynamic> coefficients_;
 };
 
 }  // namespace qdot::detail

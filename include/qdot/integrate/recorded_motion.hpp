@@ -1,0 +1,145 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The equations of a motion as a graph.
+//
+// T, V and the forces of effects are run once with the scalar that writes down what is done to it (ad/taylor_recording.hpp).
+// Reverse differentiation of L = T − V adds what Lagrange's equations need,
+//
+//     p = ∂L/∂q̇ ,   M = ∂p/∂q̇ ,   F = ∂L/∂q + Σ Q ,   ż ,
+//
+// and nothing of this depends on how an effect is written: ∂R/∂q̇ of a Rayleigh function and Jᵀ F of a force at a point are
+// dual numbers in the effect, whose parts now are nodes of the graph.
+//
+// What has a series is one formula everywhere. A force that asks for signs (dry friction, saturation, |x|) is refused when it is
+// run; one that asks whether something is exactly zero is taken, and the question checked at each expansion: drag −b|v|v is
+// analytic away from v = 0, where √(v·v) changes its branch. Constraints have no place in the graph.
+
+#include <Eigen/Core>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include "qdot/ad/taylor_recording.hpp"
+#include "qdot/effects/effect.hpp"
+#include "qdot/integrate/form_mechanics.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace qdot {
+
+template <class Sys, class... Effects>
+class Scene;
+
+namespace detail {
+
+/// The graph of a motion; all but the recording are numbers of its nodes.
+struct RecordedMotion {
+  taylor::Recording recording = {};
+  std::vector<int> q = {}, qdot = {}, z = {};  // variables
+  int t = -1;                                  // a variable too
+  std::vector<int> p = {}, force = {}, zdot = {};
+  std::vector<int> mass = {};  // lower triangle, row by row
+};
+
+template <class Energies, int n>
+concept RecordableEnergies = CallsT<Energies, taylor::Recorded, n> && CallsV<Energies, taylor::Recorded, n> &&
+                             kinetic_returns_scalar<Energies, taylor::Recorded, n>() &&
+                             potential_returns_scalar<Energies, taylor::Recorded, n>();
+
+// An effect whose roles take the recording scalar.
+template <class E, int n>
+consteval bool effect_is_recordable() {
+  using S = taylor::Recorded;
+  using V = Vector<S, n>;
+  if constexpr (ConstraintEffect<E, n>) {
+    return false;
+  } else if constexpr (StateEffect<E>) {
+    using Z = Vector<S, states_of<E>()>;
+    return requires(const E& e, const V& q, const Z& z, const S& t) { e.force(q, q, z, t), e.state_rate(q, q, z, t); };
+  } else if constexpr (ForceEffect<E, n>) {
+    return requires(const E& e, const V& q, const S& t) { e.force(q, q, t); };
+  } else if constexpr (LagrangianEffect<E, n>) {
+    return requires(const E& e, const V& q, const S& t) { e.lagrangian_term(q, q, t); };
+  } else {
+    return requires(const E& e, const V& q, const S& t) { e.potential_term(q, t); };
+  }
+}
+
+template <class F>
+struct is_recordable : std::false_type {};
+template <class Sys>
+struct is_recordable<FirstOrderForm<Sys>>
+    : std::bool_constant<RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time>> {};
+template <class Sys, class... Effects>
+struct is_recordable<SceneForm<Scene<Sys, Effects...>>>
+    : std::bool_constant<RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time> &&
+                         (effect_is_recordable<Effects, Sys::dof_at_compile_time>() && ...)> {};
+
+inline std::vector<int> new_variables(taylor::Recording& recording, Eigen::Index first, Eigen::Index count) {
+  std::vector<int> nodes;
+  for (Eigen::Index i = 0; i < count; ++i) nodes.push_back(recording.graph.variable(static_cast<int>(first + i)));
+  return nodes;
+}
+
+template <int n>
+Vector<taylor::Recorded, n> recorded_vector(taylor::Recording& recording, const std::vector<int>& nodes) {
+  Vector<taylor::Recorded, n> x(static_cast<Eigen::Index>(nodes.size()));
+  for (std::size_t i = 0; i < nodes.size(); ++i) x[static_cast<Eigen::Index>(i)] = taylor::Recorded(recording, nodes[i]);
+  return x;
+}
+
+// Of T and V alone.
+template <int n, class Energies>
+RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof) {
+  RecordedMotion m;
+  taylor::Graph& graph = m.recording.graph;
+  m.q = new_variables(m.recording, 0, dof);
+  m.qdot = new_variables(m.recording, dof, dof);
+  m.t = graph.variable(static_cast<int>(2 * dof));
+  const taylor::Recorded t(m.recording, m.t);
+  const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
+  const int T = kinetic<n>(energies, q, v, t).node_in(m.recording);
+  const int V = potential<n>(energies, q, t).node_in(m.recording);
+  m.p = graph.gradient(T, m.qdot);
+  m.force = graph.gradient(graph.difference(T, V), m.q);
+  for (std::size_t i = 0; i < m.p.size(); ++i) {
+    const std::vector<int> row = graph.gradient(m.p[i], m.qdot);
+    m.mass.insert(m.mass.end(), row.begin(), row.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+  }
+  return m;
+}
+
+/// Runs T and V once.
+///
+/// @throws NotAnalytic  one of them compares values or has a kink
+template <class Sys>
+RecordedMotion recorded_motion(const FirstOrderForm<Sys>& form) {
+  return recorded_energies<Sys::dof_at_compile_time>(form.system().energies(), form.system().dof());
+}
+
+/// Runs T, V and the forces and rates of the effects once.
+///
+/// @throws NotAnalytic  one of them compares values or has a kink
+template <class Sc>
+RecordedMotion recorded_motion(const SceneForm<Sc>& form) {
+  constexpr int n = Sc::dof_at_compile_time, states = Sc::states_at_compile_time;
+  RecordedMotion m = recorded_energies<n>(form.scene().system().energies(), form.dof());
+  if constexpr (Sc::has_forces) {
+    m.recording.source = "the force of an effect";
+    m.z = new_variables(m.recording, 2 * form.dof() + 1, states);
+    const taylor::Recorded t(m.recording, m.t);
+    const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
+    const auto z = recorded_vector<states>(m.recording, m.z);
+    const auto Q = effect_forces(form.scene(), q, v, z, t);
+    for (std::size_t i = 0; i < m.force.size(); ++i)
+      m.force[i] = m.recording.graph.sum(m.force[i], Q[static_cast<Eigen::Index>(i)].node_in(m.recording));
+    if constexpr (states > 0) {
+      const auto rates = state_rates(form.scene(), q, v, z, t);
+      for (Eigen::Index i = 0; i < rates.size(); ++i) m.zdot.push_back(rates[i].node_in(m.recording));
+    }
+  }
+  return m;
+}
+
+}  // namespace detail
+}  // namespace qdot

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+//
+// Power series of scenes: every effect that is a formula, and a clear word where one is not.
+#include <algorithm>
+#include <cmath>
+
+#include "../catch2_bridge.hpp"
+#include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/scene_form.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/taylor.hpp"
+
+namespace {
+
+using namespace qdot;
+using Eigen::Vector2d;
+
+const Options tight{.rtol = 1e-13, .atol = 1e-14, .keep_trajectory = false};
+
+const auto oscillator = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.5 * q[0] * q[0]; });
+const State<1> plucked{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)};
+
+TEST_CASE("a damped oscillator follows its closed form, forward and backward, with the order asked for") {
+  constexpr double gamma = 0.1;
+  const auto damped = scene(oscillator, viscous_damping(Vector<double, 1>(2 * gamma)));
+  const auto exact = [](double t) {
+    const double w = std::sqrt(1 - gamma * gamma);
+    return Eigen::VectorXd(std::exp(-gamma * t) * Vector2d(std::cos(w * t) + gamma / w * std::sin(w * t), -std::sin(w * t) / w));
+  };
+  constexpr double rounding = 1e-12;  // of thirty steps, beside e in the growth backward
+  for (const double t_end : {20.0, -20.0}) {
+    const auto run = simulate(damped, plucked, t_end, Taylor{}, tight);
+    REQUIRE(run.completed());
+    CHECK((run.y - exact(t_end)).norm() < rounding * std::max(1.0, exact(t_end).norm()));
+    const auto error = [&](double h) {  // of order 6 with steps of one length
+      return (simulate(damped, plucked, t_end / 5, Taylor{.order = 6}, {.rtol = 0.9, .atol = 1e9, .initial_step = h, .max_step = h}).y - exact(t_end / 5)).norm();
+    };
+    const double order = std::log2(error(0.4) / error(0.2));
+    INFO("order " << order);
+    CHECK(order > 5.5);
+    CHECK(order < 7.5);
+  }
+}
+
+TEST_CASE("a forced oscillator at resonance grows as t/2 sin t") {
+  const auto driven = scene(oscillator, generalized_force([](const auto&, const auto&, const auto& t) {
+                              using std::cos;
+                              return cos(t);
+                            }));
+  const auto run = simulate(driven, State<1>{0.0, Vector<double, 1>(0.0), Vector<double, 1>(0.0)}, 30.0, Taylor{}, tight);
+  REQUIRE(run.completed());
+  CHECK_THAT(run.y[0], WithinAbs(15.0 * std::sin(30.0), 1e-11));
+}
+
+TEST_CASE("a charge in crossed fields drifts on its cycloid") {
+  constexpr double E = 0.7, B = 1.3, t = 30.0;
+  const auto charge = scene(mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return -E * q[0]; }),
+                            velocity_potential([](const auto& q, const auto& v) { return -0.5 * B * (q[0] * v[1] - q[1] * v[0]); }));
+  const auto run = simulate(charge, State<2>{0.0, {0, 0}, {0, 0}}, t, Taylor{}, tight);
+  REQUIRE(run.completed());
+  CHECK_THAT(run.y[0], WithinAbs(E / (B * B) * (1 - std::cos(B * t)), 1e-11));
+  CHECK_THAT(run.y[1], WithinAbs(-E / B * (t - std::sin(B * t) / B), 1e-11));
+}
+
+TEST_CASE("states of a controller are part of the series, dense output included") {
+  // ẍ = z₀, ż₀ = z₁, ż₁ = x: from (1, −1), (1, −1) all are ±exp(−t). A rate that is a variable, and in the order that shows it.
+  const auto chase = scene(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.0 * q[0]; }),
+                           controller([](const auto&, const auto&, const auto& z, const auto&) { return z[0]; },
+                                      [](const auto& q, const auto&, const auto& z, const auto&) { return vector(z[1], q[0]); },
+                                      Vector<double, 2>(1.0, -1.0)));
+  const auto run = simulate(chase, State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(-1.0)}, 2.0, Taylor{}, {.rtol = 1e-13, .atol = 1e-14});
+  REQUIRE(run.completed());
+  for (const double t : {0.3, 1.1, 2.0}) {
+    const Eigen::VectorXd y = run.trajectory.y(t);
+    for (int i = 0; i < 4; ++i) CHECK_THAT(y[i], WithinAbs((i % 2 == 0 ? 1 : -1) * std::exp(-t), 1e-12));
+  }
+}
+
+TEST_CASE("a force that is another coordinate is that coordinate's, order by order") {
+  // V = −q₀ q₁: ∂L/∂q₀ is q₁ and the other way round. From (1, 1) at rest both are cosh t.
+  const auto saddle = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return -q[0] * q[1]; });
+  const auto run = simulate(saddle, State<2>{0.0, {1, 1}, {0, 0}}, 3.0, Taylor{}, tight);
+  CHECK_THAT(run.y[0], WithinRel(std::cosh(3.0), 1e-12));
+  CHECK_THAT(run.y[1], WithinRel(std::cosh(3.0), 1e-12));
+}
+
+// A cart of 1 kg with a pole of 0.5 kg and 0.6 m.
+const auto cart = mechanical_system<2>(
+    [](const auto& q, const auto& v) {
+      using std::cos;
+      return 0.75 * v[0] * v[0] + 0.5 * 0.5 * 0.36 * v[1] * v[1] + 0.3 * v[0] * v[1] * cos(q[1]);
+    },
+    [](const auto& q) {
+      using std::cos;
+      return 0.5 * 9.81 * 0.6 * cos(q[1]);
+    });
+const auto tip = [](const auto& q) {
+  using std::cos, std::sin;
+  return vector(q[0] + 0.6 * sin(q[1]), 0.6 * cos(q[1]));
+};
+
+TEST_CASE("a cart with every analytic effect moves as it does by Dop853") {
+  const auto driven = scene(
+      cart,
+      controller([](const auto&, const auto&, const auto& z, const auto& t) { return vector(2.0 * z[0], 0.0 * t); },
+                 [](const auto&, const auto& v, const auto& z, const auto& t) {
+                   using std::sin;
+                   return vector((6.0 * sin(t) - z[0] - 2.0 * v[0]) / 0.05);
+                 },
+                 Vector<double, 1>(0.0)),
+      rayleigh([](const auto&, const auto& v) { return 0.05 * v[1] * v[1] + 0.1 * v[0] * v[0]; }), quadratic_drag(tip, 0.1),
+      force_at_point(tip, Vector2d(0.4, 0.0)), spring_damper(tip, Vector2d(2.0, 0.0), 3.0, 1.0, 0.2), regularized_friction(0, 0.3, 0.5),
+      tension_between(tip, Vector2d(-2.0, 0.0), [](const auto& length, const auto& rate) { return 0.1 * length * length + 0.05 * rate; }));
+  const State<2> start{0.0, {0.0, 0.5}, {0.0, 0.1}};
+  const Eigen::VectorXd exact = simulate(driven, start, 2.0, Dop853{}, {.rtol = 3e-14, .atol = 1e-14, .keep_trajectory = false}).y;
+  const auto run = simulate(driven, start, 2.0, Taylor{}, tight);
+  REQUIRE(run.completed());
+  CHECK((run.y - exact).norm() < 1e-11);
+  const auto forth = simulate(driven, start, 0.5, Taylor{}, tight);
+  const auto back = simulate(driven, FirstOrderState{forth.t, forth.y}, 0.0, Taylor{}, tight);
+  REQUIRE(back.completed());
+  CHECK((back.y.head(2) - start.q).norm() < 1e-10);  // backward the motor's damping amplifies by exp(R/L · 0.5 s) = 2e4
+}
+
+TEST_CASE("where drag turns round and is not analytic, the test of each step notices, and the run is right to its tolerance") {
+  const auto pendulum = scene(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) {
+                                using std::cos;
+                                return -cos(q[0]);
+                              }),
+                              quadratic_drag([](const auto& q) {
+                                using std::cos, std::sin;
+                                return vector(sin(q[0]), -cos(q[0]));
+                              }, 0.2));
+  const State<1> thrown{0.0, Vector<double, 1>(0.5), Vector<double, 1>(1.0)};
+  const Eigen::VectorXd exact = simulate(pendulum, thrown, 20.0, Dop853{}, {.rtol = 1e-13, .atol = 1e-14, .keep_trajectory = false}).y;
+  const auto run = simulate(pendulum, thrown, 20.0, Taylor{}, {.rtol = 1e-9, .atol = 1e-9, .keep_trajectory = false});
+  INFO(run.message << ", " << run.statistics.steps << " steps, " << run.statistics.rejected_by_error_test << " rejected");
+  CHECK(run.completed());
+  CHECK((run.y - exact).norm() < 1e-7);
+}
+
+TEST_CASE("forces with branches are refused in words") {
+  const auto saturated = scene(oscillator, generalized_force([](const auto& q, const auto&) {
+                                 using S = typename std::decay_t<decltype(q)>::Scalar;
+                                 return q[0] > 0.5 ? S(-0.5) : S(-q[0]);
+                               }));
+  CHECK_THROWS_WITH(simulate(saturated, plucked, 1.0, Taylor{}),
+                    "a Taylor series needs energies and forces that are one formula everywhere, but the force of an effect uses the comparison > "
+                    "of its arguments; use Dop853, which takes them as they are");
+  const auto looked_up = scene(oscillator, generalized_force([](const auto& q, const auto&) {
+                                 const double plain = static_cast<double>(innermost_value(q[0]));
+                                 return -std::floor(plain) * q[0];
+                               }));
+  CHECK_THROWS_AS(simulate(looked_up, plucked, 1.0, Taylor{}), NotAnalytic);
+}
+
+}  // namespace
