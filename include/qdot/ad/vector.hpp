@@ -19,4 +19,15 @@ using Vector = Eigen::Matrix<S, n, 1>;
 template <class S, int rows, int columns = rows>
 using Matrix = Eigen::Matrix<S, rows, columns>;
 
+namespace detail {
+
+// True when none of `count` numbers is infinite or NaN; for Eigen's allFinite() the compiler makes five types of each vector's.
+inline bool all_finite(const double* numbers, Eigen::Index count) {
+  double zero = 0.0;  // x − x of a number that is not finite is NaN
+  for (Eigen::Index i = 0; i < count; ++i) zero += numbers[i] - numbers[i];
+  return zero == 0.0;
+}
+
+}  // namespace detail
+
 }  // namespace qdot

@@ -32,11 +32,13 @@
 #include <string>
 #include <utility>
 
+#include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/cvode_banded.hpp"
 #include "qdot/integrate/cvode_bridge.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/watch_budget.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail::cvode {
@@ -78,13 +80,13 @@ class AnySystem {
   /// ydot ← f(t, y). @throws NonFinite when it is not finite, and whatever the model throws.
   void derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
     derivative_(object_.get(), t, y, ydot);
-    if (!ydot.allFinite()) throw non_finite_derivative(t, ydot);
+    if (!all_finite(ydot.data(), size_)) throw non_finite_derivative(t, ydot);
   }
 
   /// J ← ∂f/∂y. @throws NonFinite when it is not finite, and whatever the model throws.
   void jacobian(double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) const {
     jacobian_(object_.get(), t, y, J);
-    if (!J.allFinite()) throw non_finite_jacobian(t, J);
+    if (!all_finite(J.data(), size_ * size_)) throw non_finite_jacobian(t, J);
   }
 
  private:
@@ -123,10 +125,10 @@ class AnySystem {
 
   NonFinite non_finite_jacobian(double t, const Eigen::Ref<Eigen::MatrixXd>& J) const {
     Eigen::Index k = 0;
-    while (std::isfinite(J(k % size_, k / size_))) ++k;
+    while (std::isfinite(J.data()[k])) ++k;  // column-major and without gaps, as CVODE keeps it
     const std::string component =
         "the change of " + component_name(k % size_) + "'s derivative with " + component_name(k / size_);
-    return {component, t, component + " is " + text_of(J(k % size_, k / size_)) + " at t = " + text_of(t)};
+    return {component, t, component + " is " + text_of(J.data()[k]) + " at t = " + text_of(t)};
   }
 
   std::unique_ptr<const void, void (*)(const void*)> object_;
@@ -141,8 +143,8 @@ class AnySystem {
 /// The model as CVODE sees it: counted, checked, and with every exception kept back.
 class GuardedSystem {
  public:
-  explicit GuardedSystem(AnySystem system)
-      : system_(std::move(system)), start_y_(system_.size()), start_ydot_(system_.size()), projected_(system_.size()) {}
+  GuardedSystem(AnySystem system, const Options& options)
+      : system_(std::move(system)), budget_(options), start_y_(system_.size()), start_ydot_(system_.size()), projected_(system_.size()) {}
 
   const AnySystem& system() const noexcept { return system_; }
 
@@ -215,11 +217,12 @@ class GuardedSystem {
     Eigen::Map<Eigen::VectorXd> result(N_VGetArrayPointer(ydot), guard.system_.size());
     if (guard.start_pending_) {
       guard.start_pending_ = false;
-      if (t == guard.start_t_ && state == guard.start_y_) {
-        result = guard.start_ydot_;
+      if (t == guard.start_t_ && std::equal(state.data(), state.data() + state.size(), guard.start_y_.data())) {
+        std::copy_n(guard.start_ydot_.data(), state.size(), result.data());
         return 0;
       }
     }
+    if (guard.over_budget()) return -1;
     ++guard.evaluations;
     return guard.guarded([&] { guard.system_.derivative(guard.before_limit(t), state, result); });
   }
@@ -254,9 +257,9 @@ class GuardedSystem {
     const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_.size());
     Eigen::Map<Eigen::VectorXd> change(N_VGetArrayPointer(correction), guard.system_.size());
     return guard.guarded([&] {
-      guard.projected_ = state;
+      std::copy_n(state.data(), state.size(), guard.projected_.data());
       const auto [position, velocity] = guard.system_.project(guard.before_limit(t), guard.projected_);
-      change = guard.projected_ - state;
+      for (Eigen::Index i = 0; i < state.size(); ++i) change[i] = guard.projected_[i] - state[i];
       ++guard.projections;
       guard.constraint_residual = std::max(guard.constraint_residual, position);
       guard.constraint_velocity = std::max(guard.constraint_velocity, velocity);
@@ -272,12 +275,20 @@ class GuardedSystem {
  private:
   double before_limit(double t) const noexcept { return forward_ ? std::min(t, latest_) : std::max(t, latest_); }
 
+  // True when nothing may be evaluated any more, with that as the trouble.
+  bool over_budget() {
+    if (!budget_.is_spent(evaluations)) return false;
+    trouble_ = budget_.failure(evaluations);
+    return true;
+  }
+
   int refused(Outcome outcome, const std::exception& error) {
     trouble_.emplace(Failure{outcome, error.what()});
     return +1;
   }
 
   AnySystem system_;
+  Budget budget_;
   double start_t_ = 0.0;
   Eigen::VectorXd start_y_, start_ydot_, projected_;
   bool start_pending_ = false;

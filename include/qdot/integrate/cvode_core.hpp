@@ -109,7 +109,7 @@ inline Core::Core(AnySystem system, CvodeSettings wanted, const Options& options
                },
                this},
       context(make_context(messages)),
-      guard(std::move(system)) {
+      guard(std::move(system), options) {
   const Eigen::Index n = guard.system().size();
   if (n < 1) throw InvalidValue("a system must have at least 1 component, but has " + std::to_string(n));
   detail::require_valid(options, n);
@@ -232,13 +232,16 @@ inline bool Core::step(double t_limit) {
 // A distance of some rounding units of t, which CVODE refuses as a first step: y + h f is exact to rounding there.
 inline bool Core::hop(double t_limit) {
   const double h = t_limit - t;
-  coefficients.col(0) = y;
-  coefficients.col(1) = h * guard.start_derivative();
+  const Eigen::Index n = y.size();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    coefficients.data()[i] = y[i];
+    coefficients.data()[n + i] = h * guard.start_derivative()[i];
+    y[i] += coefficients.data()[n + i];
+  }
   const double t_start = std::exchange(t, t_limit);
-  y = coefficients.col(0) + coefficients.col(1);
   if (guard.guarded([&] { guard.start(t_limit, y); }) != 0) {
     t = t_start;
-    y = coefficients.col(0);
+    std::copy_n(coefficients.data(), n, y.data());
     guard.rethrow();
     return fail(CV_RHSFUNC_FAIL);
   }
@@ -273,7 +276,8 @@ inline Eigen::Index Core::worst_component() {
   CVodeGetEstLocalErrors(memory.get(), error_vector.get());
   CVodeGetErrWeights(memory.get(), weight_vector.get());
   Eigen::Index worst = 0;
-  (errors.array() * weights.array()).abs().maxCoeff(&worst);
+  for (Eigen::Index i = 1; i < errors.size(); ++i)
+    if (std::abs(errors[i] * weights[i]) > std::abs(errors[worst] * weights[worst])) worst = i;
   return worst;
 }
 
@@ -289,14 +293,14 @@ inline PolynomialView Core::polynomial() {
   CVodeGetLastStep(memory.get(), &h);
   int degree = statistics.last_order;
   while (degree > 1 && std::abs(h) < 1e-20 && std::abs(std::pow(h, degree)) < 1e-280) --degree;
-  coefficients.col(0) = y;
-  coefficients.col(1) = Eigen::Map<const Eigen::VectorXd>(N_VGetArrayPointer(z1), y.size());
+  double* column = std::copy_n(y.data(), y.size(), coefficients.data());
+  column = std::copy_n(N_VGetArrayPointer(z1), y.size(), column);
   double factor = h;
   for (int k = 2; k <= degree; ++k) {
     factor *= h / k;
-    N_VSetArrayPointer(coefficients.col(k).data(), column_vector.get());
+    N_VSetArrayPointer(column, column_vector.get());
     CVodeGetDky(memory.get(), t_internal, k, column_vector.get());
-    coefficients.col(k) *= factor;
+    for (const double* const end = column + y.size(); column != end; ++column) *column *= factor;
   }
   dense = {t, h, coefficients.data(), y.size(), degree};
   dense_is_current = true;

@@ -14,6 +14,7 @@
 // location and the trajectory need nothing else, so they are written once.
 
 #include <Eigen/Core>
+#include <algorithm>
 
 namespace qdot {
 
@@ -31,8 +32,12 @@ struct PolynomialView {
   /// y ← Σ cₖ sᵏ by Horner's rule; allocates nothing. At τ = origin the result is c₀ exactly.
   void evaluate(double tau, Eigen::Ref<Eigen::VectorXd> y) const {
     const double s = (tau - origin) / scale;
-    y = coefficient(degree);
-    for (int k = degree - 1; k >= 0; --k) y = y * s + coefficient(k);
+    double* const values = y.data();
+    std::copy_n(coefficients + degree * size, size, values);
+    for (int k = degree - 1; k >= 0; --k) {
+      const double* const c = coefficients + k * size;
+      for (Eigen::Index i = 0; i < size; ++i) values[i] = values[i] * s + c[i];
+    }
   }
 
   /// One component of evaluate(), for searching a root without the rest.

@@ -213,7 +213,10 @@ class Trajectory : public DenseOutput {
     if (dof_ < 1)
       throw InvalidValue("a state needs coordinates, but this first-order system of " + std::to_string(size()) +
                          " components has none; ask for y(t)");
-    return State<n>{t, y.head(dof_), y.segment(dof_, dof_)};
+    State<n> state{t, Vector<double, n>(dof_), Vector<double, n>(dof_)};
+    std::copy_n(y.data(), dof_, state.q.data());
+    std::copy_n(y.data() + dof_, dof_, state.qdot.data());
+    return state;
   }
 
   Eigen::Index dof_ = 0;

@@ -122,7 +122,7 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
     }
     if (size <= detail::graded_limit<n>) {
       const bool solved = detail::recorded_jacobian<n>(system.energies(), q, qdot, t, detail::singular_pivot<double>(size), result);
-      if (solved && result.qddot.allFinite()) return result;
+      if (solved && detail::all_finite(result.qddot.data(), size)) return result;
       result.qddot = detail::acceleration_of<E, n, I, double>(system, q, qdot, t);  // names what is wrong
       if (solved) return result;
       const Matrix<double, n> M = detail::kinetic_hessian<n>(system.energies(), q, qdot, t);

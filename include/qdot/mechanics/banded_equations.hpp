@@ -48,16 +48,16 @@ class BandedMatrix {
 
   /// Becomes its own L D Lᵀ; false when a pivot is not above `threshold` of its diagonal entry.
   bool factor(double threshold) {
-    Eigen::VectorXd column(reach_ + 1);
-    const Eigen::VectorXd diagonal = entries_.row(0);
+    std::vector<double> diagonal(static_cast<std::size_t>(size()));
+    for (Eigen::Index k = 0; k < size(); ++k) diagonal[static_cast<std::size_t>(k)] = *column(k);
     for (Eigen::Index k = 0; k < size(); ++k) {
-      const double pivot = entries_(0, k);
-      if (!(pivot > threshold * diagonal[k])) return false;
+      double* const l = column(k);
+      const double pivot = l[0];
+      if (!(pivot > threshold * diagonal[static_cast<std::size_t>(k)])) return false;
       const Eigen::Index below = std::min(reach_, size() - 1 - k);
-      column.head(below) = entries_.col(k).segment(1, below);
-      entries_.col(k).segment(1, below) /= pivot;
-      for (Eigen::Index j = 0; j < below; ++j)
-        if (column[j] != 0.0) entries_.col(k + 1 + j).head(below - j) -= column[j] * entries_.col(k).segment(1 + j, below - j);
+      for (Eigen::Index j = 1; j <= below; ++j)
+        if (l[j] != 0.0) subtract(column(k + j), l[j] / pivot, l + j, below - j + 1);
+      for (Eigen::Index j = 1; j <= below; ++j) l[j] /= pivot;
     }
     return true;
   }
@@ -66,16 +66,25 @@ class BandedMatrix {
   void solve(Eigen::VectorXd& x) const {
     for (Eigen::Index k = 0; k < size(); ++k) {
       const Eigen::Index below = std::min(reach_, size() - 1 - k);
-      x.segment(k + 1, below) -= x[k] * entries_.col(k).segment(1, below);
+      subtract(x.data() + k + 1, x[k], column(k) + 1, below);
     }
-    for (Eigen::Index k = 0; k < size(); ++k) x[k] /= entries_(0, k);
     for (Eigen::Index k = size(); k-- > 0;) {
-      const Eigen::Index below = std::min(reach_, size() - 1 - k);
-      x[k] -= entries_.col(k).segment(1, below).dot(x.segment(k + 1, below));
+      const double* const l = column(k);
+      double sum = x[k] / l[0];
+      for (Eigen::Index j = 1; j <= std::min(reach_, size() - 1 - k); ++j) sum -= l[j] * x[k + j];
+      x[k] = sum;
     }
   }
 
  private:
+  double* column(Eigen::Index k) { return entries_.data() + k * (reach_ + 1); }
+  const double* column(Eigen::Index k) const { return entries_.data() + k * (reach_ + 1); }
+
+  // y ← y − factor·x, `count` numbers.
+  static void subtract(double* y, double factor, const double* x, Eigen::Index count) {
+    for (Eigen::Index i = 0; i < count; ++i) y[i] -= factor * x[i];
+  }
+
   Eigen::Index reach_;
   Eigen::MatrixXd entries_;  // (i − j, j)
 };

@@ -10,6 +10,7 @@
 // something goes wrong with it. The concept FirstOrderSystem says just that; anything that models it
 // can be stepped, with or without a Lagrangian behind it.
 
+#include <algorithm>
 #include <concepts>
 #include <string>
 #include <utility>
@@ -76,41 +77,41 @@ class FirstOrderForm {
   ///
   /// @throws as acceleration()
   void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
-    const Eigen::Index dof = system_.dof();
-    const Vector<double, n> q = y.head(dof);
-    const Vector<double, n> qdot = y.tail(dof);
-    ydot.head(Eigen::fix<n>(static_cast<int>(dof))) = qdot;
+    const auto [q, qdot] = parts(y);
+    double* const rates = std::copy_n(qdot.data(), qdot.size(), ydot.data());
     if constexpr (detail::may_keep_inertia<Sys>) {
       if (inertia_.is_known()) {
-        const Eigen::VectorXd a = inertia_.acceleration(system_, q, t);
+        const Vector<double, Dynamic> a = inertia_.acceleration(system_, q, t);
         detail::require_finite_acceleration(system_, a, q, qdot, t);
-        ydot.tail(dof) = a;
+        std::copy_n(a.data(), a.size(), rates);
         return;
       }
     }
-    ydot.tail(Eigen::fix<n>(static_cast<int>(dof))) = acceleration(system_, q, qdot, t);
+    const Vector<double, n> a = acceleration(system_, q, qdot, t);
+    std::copy_n(a.data(), a.size(), rates);
   }
 
   /// J ← ∂ẏ/∂y, 2n×2n, exact.
   ///
   /// @throws as acceleration()
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const {
-    const Eigen::Index dof = system_.dof();
-    const Vector<double, n> q = y.head(dof);
-    const Vector<double, n> qdot = y.tail(dof);
+    const auto [q, qdot] = parts(y);
     const AccelerationJacobian<n> a = acceleration_jacobian(system_, q, qdot, t);
-    J.topLeftCorner(dof, dof).setZero();
-    J.topRightCorner(dof, dof).setIdentity();
-    J.template bottomLeftCorner<n, n>(dof, dof) = a.d_q;
-    J.template bottomRightCorner<n, n>(dof, dof) = a.d_qdot;
+    const Eigen::Index dof = q.size();
+    for (Eigen::Index j = 0; j < dof; ++j)
+      for (Eigen::Index i = 0; i < dof; ++i) {
+        J(i, j) = 0.0;
+        J(i, dof + j) = i == j ? 1.0 : 0.0;
+        J(dof + i, j) = a.d_q(i, j);
+        J(dof + i, dof + j) = a.d_qdot(i, j);
+      }
   }
 
   /// M, C, K of the motion near y, within their band: what an implicit method solves with where neighbours meet.
   detail::BandedLinearization linearization(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const
     requires(Sys::dof_at_compile_time == Dynamic && Sys::inertia == Inertia::positive_definite)
   {
-    const Eigen::Index dof = system_.dof();
-    const Eigen::VectorXd q = y.head(dof), qdot = y.tail(dof);
+    const auto [q, qdot] = parts(y);
     return detail::banded_linearization(system_.energies(), q, qdot, Eigen::VectorXd(acceleration(system_, q, qdot, t)), t);
   }
 
@@ -123,16 +124,26 @@ class FirstOrderForm {
   Vector<double, size_at_compile_time> packed(const State<n>& state) const {
     detail::require_sizes(system_, state.q, state.qdot);
     Vector<double, size_at_compile_time> y(size());
-    y << state.q, state.qdot;
+    std::copy_n(state.qdot.data(), state.qdot.size(), std::copy_n(state.q.data(), state.q.size(), y.data()));
     return y;
   }
 
   /// The state of y = [q; q̇] at time t.
   State<n> state(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const {
-    return State<n>{t, y.head(system_.dof()), y.tail(system_.dof())};
+    auto [q, qdot] = parts(y);
+    return State<n>{t, std::move(q), std::move(qdot)};
   }
 
  private:
+  // q and q̇ of y, a vector each.
+  std::pair<Vector<double, n>, Vector<double, n>> parts(const Eigen::Ref<const Eigen::VectorXd>& y) const {
+    const Eigen::Index dof = system_.dof();
+    std::pair<Vector<double, n>, Vector<double, n>> parts{Vector<double, n>(dof), Vector<double, n>(dof)};
+    std::copy_n(y.data(), dof, parts.first.data());
+    std::copy_n(y.data() + dof, dof, parts.second.data());
+    return parts;
+  }
+
   Sys system_;
   detail::ConstantInertia<Sys> inertia_;  // factored once, where M is constant
 };

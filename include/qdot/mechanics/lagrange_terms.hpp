@@ -27,6 +27,14 @@
 
 namespace qdot::detail {
 
+// Scalars D without derivatives.
+template <class D, class S, int n>
+Vector<D, n> constants(const Vector<S, n>& values) {
+  Vector<D, n> x(values.size());
+  for (Eigen::Index i = 0; i < values.size(); ++i) x[i] = D(values[i]);
+  return x;
+}
+
 // ∂T/∂q − ∂V/∂q, n entries.
 template <int n, class E, class S>
 Vector<S, n> lagrangian_gradient(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
@@ -36,7 +44,7 @@ Vector<S, n> lagrangian_gradient(const E& e, const Vector<S, n>& q, const Vector
     const Vector<D, n> x = seeded<D>(q, first);
     D L = -potential<n>(e, x, D(t));
     if constexpr (kinetic_signature<E, n>() != KineticSignature::velocity) {
-      L += kinetic<n>(e, x, Vector<D, n>(qdot.template cast<D>()), D(t));
+      L += kinetic<n>(e, x, constants<D>(qdot), D(t));
     }
     const Eigen::Index end = std::min<Eigen::Index>(q.size(), first + D::directions);
     for (Eigen::Index i = first; i < end; ++i) g[i] = L.tangent[static_cast<std::size_t>(i - first)];
@@ -86,9 +94,9 @@ Matrix<S, n> kinetic_hessian(const E& e, const Vector<S, n>& q, const Vector<S, 
   using Inner = Dual<S, directions_for<n>>;
   using D = Dual<Inner, directions_for<n>>;
   Matrix<S, n> M(q.size(), q.size());
-  const Vector<D, n> x = q.template cast<D>();
-  Vector<D, n> v = qdot.template cast<D>();
   const Eigen::Index size = q.size();
+  const Vector<D, n> x = constants<D>(q);
+  Vector<D, n> v = constants<D>(qdot);
   constexpr Eigen::Index width = D::directions;
   for (Eigen::Index row = 0; row < size; row += width) {
     const Eigen::Index row_end = std::min<Eigen::Index>(size, row + width);
@@ -112,8 +120,10 @@ template <int n, class E, class S>
 Vector<S, n> lagrange_rhs(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
   Vector<S, n> r = lagrangian_gradient<n>(e, q, qdot, t);
   if constexpr (kinetic_signature<E, n>() != KineticSignature::velocity) {
-    const Vector<S, n> held = Vector<S, n>::Zero(q.size());
-    r -= momenta_and_rate<n>(e, q, qdot, held, t).rate;
+    Vector<S, n> held(q.size());
+    for (Eigen::Index i = 0; i < q.size(); ++i) held[i] = S(0);
+    const Vector<S, n> rate = momenta_and_rate<n>(e, q, qdot, held, t).rate;
+    for (Eigen::Index i = 0; i < q.size(); ++i) r[i] -= rate[i];
   }
   return r;
 }

@@ -20,6 +20,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -71,15 +72,14 @@ inline std::string direction_text(const std::vector<double>& x, const std::vecto
         throw NonFinite(entry, t, out.str());
       }
   // L D Lᵀ without pivoting, column by column, up to the first bad pivot.
-  Eigen::VectorXd diagonal = M.diagonal();
-  Eigen::MatrixXd L = Eigen::MatrixXd::Identity(n, n);
-  Eigen::VectorXd d = Eigen::VectorXd::Zero(n);
+  Eigen::MatrixXd L(n, n);  // below its diagonal of ones
+  Eigen::VectorXd d(n);
   Eigen::Index bad = n - 1;
   double worst = std::numeric_limits<double>::infinity();
   for (Eigen::Index k = 0; k < n; ++k) {
     d[k] = M(k, k);
     for (Eigen::Index j = 0; j < k; ++j) d[k] -= L(k, j) * L(k, j) * d[j];
-    const double scale = std::abs(diagonal[k]) > 0 ? std::abs(diagonal[k]) : 1.0;
+    const double scale = std::abs(M(k, k)) > 0 ? std::abs(M(k, k)) : 1.0;
     const double relative = d[k] / scale;
     if (relative < worst) {
       worst = relative;
@@ -92,18 +92,24 @@ inline std::string direction_text(const std::vector<double>& x, const std::vecto
       L(i, k) = s / d[k];
     }
   }
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
+  std::vector<double> direction(static_cast<std::size_t>(n), 0.0);
+  double* const x = direction.data();
   x[bad] = 1.0;
   for (Eigen::Index i = bad - 1; i >= 0; --i)
     for (Eigen::Index k = i + 1; k <= bad; ++k) x[i] -= L(k, i) * x[k];
-  x /= x.cwiseAbs().maxCoeff();
-  std::vector<double> direction(x.data(), x.data() + n);
+  double largest = 0.0;
+  for (const double weight : direction) largest = std::max(largest, std::abs(weight));
+  for (double& weight : direction) weight /= largest;
   bool negative = worst < -singular_pivot<double>(n);
   // A zero pivot in front of a coupled coordinate, as in [[0, 1], [1, 0]], is a sign of both signs.
-  if (!negative)
-    for (Eigen::Index i = 0; i < n; ++i)
-      if (std::abs(M.row(i).dot(x)) > 1e-6 * M.row(i).cwiseAbs().maxCoeff() && M.row(i).cwiseAbs().maxCoeff() > 0)
-        negative = true;
+  for (Eigen::Index i = 0; i < n && !negative; ++i) {
+    double momentum = 0.0, scale = 0.0;
+    for (Eigen::Index j = 0; j < n; ++j) {
+      momentum += M(i, j) * x[j];
+      scale = std::max(scale, std::abs(M(i, j)));
+    }
+    negative = scale > 0.0 && std::abs(momentum) > 1e-6 * scale;
+  }
   std::string velocities = direction_text(direction, names);
   out << "the mass matrix must be positive definite, but at t = " << t << " the motion with velocity along "
       << velocities << " has " << (negative ? "no positive kinetic energy" : "no kinetic energy");
@@ -133,6 +139,14 @@ std::vector<std::string> coordinate_names(const Sys& system) {
   return names;
 }
 
+// A velocity on which a singular M vanishes, largest weight 1.
+template <class S>
+std::vector<double> direction_without_inertia(const Matrix<S, Dynamic>& M) {
+  const Vector<S, Dynamic> null = Eigen::FullPivLU<Matrix<S, Dynamic>>(M).kernel().col(0);
+  const Vector<S, Dynamic> scaled = null / null.cwiseAbs().maxCoeff();
+  return std::vector<double>(scaled.data(), scaled.data() + scaled.size());
+}
+
 // X with M X = B, for the columns of B.
 template <class Sys, class S, int n, int columns>
 Matrix<S, n, columns> solved_with_mass_matrix(const Sys& system, const Matrix<S, n>& M, const Matrix<S, n, columns>& B,
@@ -157,9 +171,7 @@ Matrix<S, n, columns> solved_with_mass_matrix(const Sys& system, const Matrix<S,
   } else {
     const Eigen::FullPivLU<Matrix<S, n>> lu(M);
     if (!lu.isInvertible()) {
-      const Eigen::VectorXd null = Eigen::FullPivLU<Eigen::MatrixXd>(innermost_values(M)).kernel().col(0);
-      const Eigen::VectorXd scaled = null / null.cwiseAbs().maxCoeff();
-      const std::vector<double> direction(scaled.data(), scaled.data() + scaled.size());
+      const std::vector<double> direction = direction_without_inertia(innermost_values(M));
       const double at = static_cast<double>(innermost_value(t));
       throw SingularMassMatrix("the mass matrix must be regular, but at t = " + std::to_string(at) +
                                    " it vanishes on velocities along " +
