@@ -62,10 +62,10 @@ struct EnergiesUnderForce {
   }
 };
 
-// q̈ from M q̈ = rhs + Q.
-template <class E, int n, Inertia I>
+// q̈ from M q̈ = rhs + Q. Where Q is not finite, `blame()` is called first, and may throw.
+template <class E, int n, Inertia I, class Blame>
 Vector<double, n> acceleration_under_force(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
-                                           double t, const Vector<double, n>& Q) {
+                                           double t, const Vector<double, n>& Q, const Blame& blame) {
   if constexpr (I == Inertia::positive_definite && !HasShorterWay<E>) {
     const EnergiesUnderForce<E, n> forced{system.energies(), Q.data()};
     Vector<double, n> a = Vector<double, n>::Zero(q.size());
@@ -76,6 +76,7 @@ Vector<double, n> acceleration_under_force(const System<E, n, I>& system, const 
       if (q.size() <= graded_limit<n> && graded_acceleration<n>(forced, q, qdot, t, singular_pivot<double>(q.size()), a)) return a;
     }
   }
+  if (!Q.allFinite()) blame();
   const Vector<double, n> force = lagrange_rhs<n>(system.energies(), q, qdot, t) + Q;
   const Vector<double, n> a = solved_with_mass_matrix(system, kinetic_hessian<n>(system.energies(), q, qdot, t), force, t);
   require_finite_acceleration(system, a, q, qdot, t);

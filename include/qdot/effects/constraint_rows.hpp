@@ -17,11 +17,13 @@
 // Constraints that switch (contact, stick) have their rows at all times, so that sizes never change; where one is
 // not active its row is zero and asks for nothing. Which are active is read off the effects' own states z.
 
+#include <cstddef>
 #include <string>
 #include <type_traits>
 #include <vector>
 
 #include "qdot/ad/derivatives.hpp"
+#include "qdot/effects/fit.hpp"
 #include "qdot/effects/scene.hpp"
 #include "qdot/mechanics/velocity.hpp"
 
@@ -74,15 +76,6 @@ bool is_free(const Sc& scene, const Phases& z) {
   return free;
 }
 
-template <class Effect>
-std::string constraint_name(const Effect& e) {
-  if constexpr (requires { e.name; }) {
-    return e.name;
-  } else {
-    return "constraint";
-  }
-}
-
 // φ or a along a motion: value and derivative with respect to time, at given accelerations.
 template <int n, class Effect, class S>
 auto velocity_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
@@ -112,40 +105,52 @@ auto acceleration_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n
   return rate;
 }
 
-// J of one effect.
+// J of one effect, with as many rows as the scene has counted.
 template <int n, class Effect, class S>
-auto jacobian_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+auto jacobian_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t, Eigen::Index counted) {
   if constexpr (HolonomicEffect<Effect, n>) {
     return jacobian([&](const auto& x) {
       using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
-      return as_rows(e.phi(x, D(t)));
+      const auto rows = as_rows(e.phi(x, D(t)));
+      require_rows(e, rows, counted, t);
+      return rows;
     }, q);
   } else {
     return jacobian([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
-      return as_rows(e.velocity_constraint(Vector<D, n>(q.template cast<D>()), v, D(t)));
+      const auto rows = as_rows(e.velocity_constraint(Vector<D, n>(q.template cast<D>()), v, D(t)));
+      require_rows(e, rows, counted, t);
+      return rows;
     }, qdot);
+  }
+}
+
+// How many rows the k-th constraint effect, of type E, has.
+template <class E, class Sc>
+Eigen::Index rows_of_constraint(const Sc& scene, [[maybe_unused]] std::size_t k) {
+  if constexpr (Sc::constraints_at_compile_time == Dynamic) {
+    return scene.row_counts().each[k];
+  } else {
+    return constraint_rows_of<E, Sc::dof_at_compile_time>();
   }
 }
 
 // One column of rows for all constraint effects, from `rows_of(effect)`; zero for those that are not active.
 template <class S, class Sc, class Phases, class RowsOf>
-auto stacked_rows(const Sc& scene, const Phases& z, RowsOf&& rows_of) {
+auto stacked_rows(const Sc& scene, [[maybe_unused]] const S& t, const Phases& z, RowsOf&& rows_of) {
   constexpr int n = Sc::dof_at_compile_time;
   constexpr int m = Sc::constraints_at_compile_time;
   if constexpr (m == Dynamic) {
-    std::vector<Vector<S, Dynamic>> parts;
-    Eigen::Index total = 0;
-    for_each_constraint(scene, z, [&](const auto& e, bool active) {
-      total += parts.emplace_back(rows_of(e)).size();
-      if (!active) parts.back().setZero();
-    });
-    Vector<S, Dynamic> all(total);
+    Vector<S, Dynamic> all(scene.row_counts().total);
     Eigen::Index first = 0;
-    for (const auto& part : parts) {
-      all.segment(first, part.size()) = part;
-      first += part.size();
-    }
+    std::size_t k = 0;
+    for_each_constraint(scene, z, [&](const auto& e, bool active) {
+      const auto part = rows_of(e);
+      const Eigen::Index rows = scene.row_counts().each[k++];
+      require_rows(e, part, rows, t);
+      for (Eigen::Index i = 0; i < rows; ++i) all[first + i] = active ? part[i] : S(0);
+      first += rows;
+    });
     return all;
   } else {
     Vector<S, m> all = Vector<S, m>::Zero();
@@ -154,6 +159,8 @@ auto stacked_rows(const Sc& scene, const Phases& z, RowsOf&& rows_of) {
       constexpr int rows = constraint_rows_of<std::remove_cvref_t<decltype(e)>, n>();
       if (active) {
         const auto part = rows_of(e);
+        static_assert(std::remove_cvref_t<decltype(part)>::RowsAtCompileTime == rows,
+                      "qdot: a constraint must return the same number of rows for every scalar");
         for (Eigen::Index i = 0; i < rows; ++i) all[first + i] = part[i];
       }
       first += rows;
@@ -167,7 +174,7 @@ auto stacked_rows(const Sc& scene, const Phases& z, RowsOf&& rows_of) {
 /// φ(q, t) of all holonomic constraints, in order; zero rows stand for nonholonomic ones.
 template <class Sys, class... Effects, class S, int n, class Phases = detail::NoPhases>
 auto constraint_residual(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const S& t, const Phases& z = {}) {
-  return detail::stacked_rows<S>(scene, z, [&](const auto& e) {
+  return detail::stacked_rows<S>(scene, t, z, [&](const auto& e) {
     using E = std::remove_cvref_t<decltype(e)>;
     if constexpr (HolonomicEffect<E, n>) {
       return detail::as_rows(e.phi(q, t));
@@ -183,14 +190,14 @@ auto constraint_residual(const Scene<Sys, Effects...>& scene, const Vector<S, n>
 template <class Sys, class... Effects, class S, int n, class Phases = detail::NoPhases>
 auto constraint_velocity(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t,
                          const Phases& z = {}) {
-  return detail::stacked_rows<S>(scene, z, [&](const auto& e) { return detail::velocity_rows<n>(e, q, qdot, t); });
+  return detail::stacked_rows<S>(scene, t, z, [&](const auto& e) { return detail::velocity_rows<n>(e, q, qdot, t); });
 }
 
 /// φ̈ of holonomic and ȧ of nonholonomic constraints at given accelerations, in order.
 template <class Sys, class... Effects, class S, int n, class Phases = detail::NoPhases>
 auto constraint_acceleration(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
                              const Vector<S, n>& qddot, const S& t, const Phases& z = {}) {
-  return detail::stacked_rows<S>(scene, z, [&](const auto& e) { return detail::acceleration_rows<n>(e, q, qdot, qddot, t); });
+  return detail::stacked_rows<S>(scene, t, z, [&](const auto& e) { return detail::acceleration_rows<n>(e, q, qdot, qddot, t); });
 }
 
 /// J, m×n: ∂φ/∂q of holonomic and ∂a/∂q̇ of nonholonomic constraints, in order.
@@ -198,19 +205,26 @@ template <class Sys, class... Effects, class S, int n, class Phases = detail::No
 auto constraint_jacobian(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t,
                          const Phases& z = {}) {
   constexpr int m = Scene<Sys, Effects...>::constraints_at_compile_time;
-  Matrix<S, m, n> J(m == Dynamic ? 0 : m, q.size());
+  Matrix<S, m, n> J;
+  if constexpr (m == Dynamic) {
+    J.resize(scene.row_counts().total, q.size());
+  } else {
+    J.resize(m, q.size());
+  }
   Eigen::Index first = 0;
+  std::size_t k = 0;
   detail::for_each_constraint(scene, z, [&](const auto& e, bool active) {
+    using E = std::remove_cvref_t<decltype(e)>;
+    const Eigen::Index counted = detail::rows_of_constraint<E>(scene, k++);
     if constexpr (m != Dynamic) {
       if (!active) {
-        constexpr int rows = detail::constraint_rows_of<std::remove_cvref_t<decltype(e)>, n>();
+        constexpr int rows = detail::constraint_rows_of<E, n>();
         J.template middleRows<rows>(first).setZero();
         first += rows;
         return;
       }
     }
-    const auto part = detail::jacobian_rows<n>(e, q, qdot, t);
-    if constexpr (m == Dynamic) J.conservativeResize(first + part.rows(), Eigen::NoChange);
+    const auto part = detail::jacobian_rows<n>(e, q, qdot, t, counted);
     for (Eigen::Index j = 0; j < part.cols(); ++j)
       for (Eigen::Index i = 0; i < part.rows(); ++i) J(first + i, j) = active ? part(i, j) : S(0);
     first += part.rows();

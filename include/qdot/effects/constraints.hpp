@@ -7,63 +7,84 @@
 //     prescribed      q_k − s(t) = 0         a drive: its multiplier is the force that the drive needs
 //     nonholonomic    a(q, q̇, t) = 0         rolling, skates; linear in q̇, and not the rate of any φ
 //
-// Each may have several rows and a name, which messages use. Write a constraint so that its gradient
+// Each may have several rows and a name, which messages use. A functor that returns a vector of run-time length says how many
+// rows it means, holonomic<3>("loop", phi): then sizes are known to the compiler, and every result is compared with them. Write a constraint so that its gradient
 // does not vanish where it is satisfied: x² + y² − l² is good, (x² + y² − l²)² is not, and √(x² + y²) − l
 // is as good as the first, since rows are scaled before their rank is judged.
 
 #include <string>
 #include <utility>
 
+#include "qdot/effects/fit.hpp"
 #include "qdot/effects/forces.hpp"
 
 namespace qdot {
 
 /// φ(q, t) = 0 with a name.
-template <class F>
+template <class F, int rows = rows_as_returned>
 struct HolonomicConstraint {
   std::string name;
   F phi_of;
 
   template <class S, int n>
   auto phi(const Vector<S, n>& q, const S& t) const {
-    return detail::of_position(phi_of, q, t);
+    if constexpr (rows == rows_as_returned) {
+      return detail::of_position(phi_of, q, t);
+    } else {
+      return detail::declared_rows<rows>(detail::of_position(phi_of, q, t), name, t);
+    }
   }
 };
 
 /// The holonomic constraint φ = 0.
 ///
-/// @param phi  φ(q) or φ(q, t): one scalar, or a vector with a row for each condition
-template <class F>
-HolonomicConstraint<F> holonomic(std::string name, F phi) {
+/// @tparam rows  their number, to be given where φ returns a vector of run-time length
+/// @param phi    φ(q) or φ(q, t): one scalar, or a vector with a row for each condition
+/// @throws       ConstraintError where it is evaluated and returns another number of rows
+template <int rows = rows_as_returned, class F>
+HolonomicConstraint<F, rows> holonomic(std::string name, F phi) {
   return {std::move(name), std::move(phi)};
 }
 
 /// a(q, q̇, t) = 0 with a name.
-template <class F>
+template <class F, int rows = rows_as_returned>
 struct NonholonomicConstraint {
   std::string name;
   F a;
 
   template <class S, int n>
   auto velocity_constraint(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    return detail::of_state(a, q, qdot, t);
+    if constexpr (rows == rows_as_returned) {
+      return detail::of_state(a, q, qdot, t);
+    } else {
+      return detail::declared_rows<rows>(detail::of_state(a, q, qdot, t), name, t);
+    }
   }
 };
 
 /// The velocity constraint a = 0, linear in q̇.
 ///
-/// @param a  a(q, qdot) or a(q, qdot, t): one scalar, or a vector with a row for each condition
-template <class F>
-NonholonomicConstraint<F> nonholonomic(std::string name, F a) {
+/// @tparam rows  their number, to be given where a returns a vector of run-time length
+/// @param a      a(q, qdot) or a(q, qdot, t): one scalar, or a vector with a row for each condition
+/// @throws       ConstraintError where it is evaluated and returns another number of rows
+template <int rows = rows_as_returned, class F>
+NonholonomicConstraint<F, rows> nonholonomic(std::string name, F a) {
   return {std::move(name), std::move(a)};
 }
 
 /// q_k = s(t), by a drive.
-template <class F>
+template <class F, int known = Dynamic>
 struct PrescribedCoordinate {
   std::string name;
   Eigen::Index coordinate;
   F s;
+
+  template <class S, int n>
+  void require_fit(const Vector<S, n>& q) const {
+    static_assert(known == Dynamic || n == Dynamic || (known >= 0 && known < n),
+                  "qdot: the prescribed coordinate must be one of the system's, counted from 0");
+    detail::require_coordinate("the drive '" + name + "'", coordinate, q.size());
+  }
 
   template <class S, int n>
   S phi(const Vector<S, n>& q, const S& t) const {
@@ -72,9 +93,17 @@ struct PrescribedCoordinate {
 };
 
 /// Coordinate k follows s(t); the multiplier is the generalized force of the drive on it.
+///
+/// @throws InvalidValue  from scene(), when the system has no such coordinate
 template <class F>
 PrescribedCoordinate<F> prescribed(std::string name, Eigen::Index coordinate, F s) {
   return {std::move(name), coordinate, std::move(s)};
+}
+
+/// The same for a coordinate known to the compiler, which then says if it does not exist: prescribed<1>("motor", s).
+template <int k, class F>
+PrescribedCoordinate<F, k> prescribed(std::string name, F s) {
+  return {std::move(name), k, std::move(s)};
 }
 
 }  // namespace qdot

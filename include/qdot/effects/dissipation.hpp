@@ -15,6 +15,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "qdot/effects/fit.hpp"
 #include "qdot/effects/forces.hpp"
 
 namespace qdot {
@@ -44,6 +45,11 @@ template <int n>
 struct ViscousDamping {
   Vector<double, n> c;
 
+  void require_fit(const Vector<double, n>& q) const {
+    if (q.size() != c.size())
+      throw DimensionError("viscous damping", static_cast<long>(q.size()), static_cast<long>(c.size()),
+                           "give one coefficient for each coordinate of the system, zero where there is no damping");
+  }
   template <class S>
   Vector<S, n> force(const Vector<S, n>&, const Vector<S, n>& qdot, const S&) const {
     Vector<S, n> Q(qdot.size());
@@ -68,6 +74,10 @@ struct RegularizedFriction {
   double F;
   double v0;
 
+  template <int n>
+  void require_fit(const Vector<double, n>& q) const {
+    detail::require_coordinate("regularized friction", coordinate, q.size());
+  }
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>&, const Vector<S, n>& qdot, const S&) const {
     using std::tanh;
@@ -81,7 +91,7 @@ struct RegularizedFriction {
 ///
 /// It never sticks: at rest under a load f < F the coordinate creeps at v0 artanh(f/F). A small v0 is stiff.
 ///
-/// @throws InvalidValue  unless F ≥ 0 and v0 > 0
+/// @throws InvalidValue  unless F ≥ 0 and v0 > 0; from scene(), when the system has no such coordinate
 inline RegularizedFriction regularized_friction(Eigen::Index coordinate, double F, double v0) {
   if (!(F >= 0) || !(v0 > 0))
     throw InvalidValue("regularized friction needs F >= 0 and v0 > 0, but F = " + std::to_string(F) +

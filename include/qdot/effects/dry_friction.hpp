@@ -21,12 +21,26 @@
 #include <type_traits>
 #include <utility>
 
+#include "qdot/effects/fit.hpp"
 #include "qdot/effects/forces.hpp"
 
 namespace qdot {
 
 /// Phases of dry friction, as they stand in z.
 enum class FrictionPhase { backward = -1, sticks = 0, forward = 1, undecided = 2 };
+
+namespace detail {
+
+// q̇_k as a sliding velocity.
+struct CoordinateVelocity {
+  Eigen::Index k;
+  template <class S, int n>
+  S operator()(const Vector<S, n>&, const Vector<S, n>& qdot, const S&) const {
+    return qdot[k];
+  }
+};
+
+}  // namespace detail
 
 /// Dry friction against a velocity v(q, q̇, t), linear in q̇.
 template <class Velocity, class Sliding, class Sticking>
@@ -52,6 +66,10 @@ struct DryFriction {
     }, qdot) * F;
   }
 
+  template <int n>
+  void require_fit(const Vector<double, n>& q) const {
+    if constexpr (std::is_same_v<Velocity, detail::CoordinateVelocity>) detail::require_coordinate("the dry friction '" + name + "'", v.k, q.size());
+  }
   bool is_active(double phase) const { return phase == static_cast<double>(FrictionPhase::sticks); }
   Vector<double, 1> initial_state() const { return Vector<double, 1>(static_cast<double>(FrictionPhase::undecided)); }
 
@@ -72,19 +90,6 @@ struct DryFriction {
   }
 };
 
-namespace detail {
-
-// q̇_k as a sliding velocity.
-struct CoordinateVelocity {
-  Eigen::Index k;
-  template <class S, int n>
-  S operator()(const Vector<S, n>&, const Vector<S, n>& qdot, const S&) const {
-    return qdot[k];
-  }
-};
-
-}  // namespace detail
-
 /// Coulomb friction against the sliding velocity v, which sticks.
 ///
 /// Its events: "name sticks", "name slips", and "name turns" where sliding changes direction without a stop.
@@ -92,7 +97,7 @@ struct CoordinateVelocity {
 /// @param v    v(q, qdot) or v(q, qdot, t), linear in qdot; or the number of a coordinate
 /// @param F_k  friction force while sliding, ≥ 0: a number, or a function of the state
 /// @param F_s  largest friction force while sticking, ≥ F_k
-/// @throws InvalidValue  when numbers are negative or F_s < F_k
+/// @throws InvalidValue  when numbers are negative or F_s < F_k; from scene(), when the system has no such coordinate
 template <class Velocity, class Sliding, class Sticking>
 auto dry_friction(std::string name, Velocity v, Sliding F_k, Sticking F_s) {
   if constexpr (std::is_arithmetic_v<Sliding> && std::is_arithmetic_v<Sticking>) {

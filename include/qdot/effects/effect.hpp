@@ -17,6 +17,8 @@
 //     nonholonomic         velocity_constraint(q, qdot, t) a(q, q̇, t) = 0, linear in q̇,        J = ∂a/∂q̇
 //     switching            is_active(z[0])                 a constraint that holds only in some phases of the effect;
 //                                                          the phase is its own state, constant between events
+//     fit                  require_fit(q)                  nothing: throws, when the scene is made, if the effect can't act on
+//                                                          a system with as many coordinates as q has entries
 //
 // q, qdot, z are vectors of any scalar, t is that scalar, and a role returns that scalar or a vector
 // of it. A role that is not there is not computed: the scene's equations are assembled at compile
@@ -45,6 +47,7 @@ using Point = Vector<double, n>;
 template <class Result>
 auto as_rows(const Result& result) {
   if constexpr (requires { Result::RowsAtCompileTime; }) {
+    static_assert(Result::ColsAtCompileTime == 1, "qdot: a constraint must return one scalar, or a column with a row for each condition");
     return Vector<typename Result::Scalar, Result::RowsAtCompileTime>(result);
   } else {
     return Vector<Result, 1>(result);

@@ -60,10 +60,19 @@ auto at_time(const F& f, const S& t) {
   };
 }
 
-// The vector with entries of S, whatever scalar or vector the user's functor returned.
+// The vector of `entries` scalars S, whatever scalar or vector the user's functor returned as `what`.
 template <class S, int n, class Result>
-Vector<S, n> force_vector(const Result& result) {
+Vector<S, n> force_vector(const Result& result, [[maybe_unused]] Eigen::Index entries, [[maybe_unused]] const char* what) {
   if constexpr (requires { Result::RowsAtCompileTime; }) {
+    constexpr int known = Result::RowsAtCompileTime;
+    static_assert(Result::ColsAtCompileTime == 1 && (known == n || known == Dynamic || n == Dynamic),
+                  "qdot: a generalized force must have an entry for each coordinate, a force at a point one for each of the point's, "
+                  "a controller's rate one for each of its states");
+    if constexpr (known != n || n == Dynamic) {
+      if (result.rows() != entries)
+        throw DimensionError(what, static_cast<long>(entries), static_cast<long>(result.rows()),
+                             "return as many entries as there are coordinates (of the point, for a force at a point)");
+    }
     return result.template cast<S>();
   } else {
     static_assert(n == 1, "qdot: a force on more than one coordinate must be returned as a vector");
@@ -80,7 +89,7 @@ struct GeneralizedForce {
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    return detail::force_vector<S, n>(detail::of_state(Q, q, qdot, t));
+    return detail::force_vector<S, n>(detail::of_state(Q, q, qdot, t), q.size(), "a generalized force");
   }
 };
 
@@ -101,7 +110,8 @@ struct ForceAtPoint {
     const auto moving = value_and_velocity_of([&](const auto& x, const auto& s) { return detail::of_position(r, x, s); },
                                               q, qdot, t);
     using Spatial = std::remove_cvref_t<decltype(moving.value)>;
-    const Spatial applied_force = detail::force_vector<S, Spatial::RowsAtCompileTime>(applied(moving.value, moving.rate, t));
+    const Spatial applied_force = detail::force_vector<S, Spatial::RowsAtCompileTime>(applied(moving.value, moving.rate, t),
+                                                                                                        moving.value.size(), "the force at a point");
     return gradient([&](const auto& x) {
       using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
       const auto point = detail::of_position(r, x, D(t));
@@ -227,11 +237,11 @@ struct Controller {
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, states>& z, const S& t) const {
-    return detail::force_vector<S, n>(Q(q, qdot, z, t));
+    return detail::force_vector<S, n>(Q(q, qdot, z, t), q.size(), "the force of a controller");
   }
   template <class S, int n>
   Vector<S, states> state_rate(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, states>& z, const S& t) const {
-    return detail::force_vector<S, states>(zdot(q, qdot, z, t));
+    return detail::force_vector<S, states>(zdot(q, qdot, z, t), states, "the rate of a controller's state");
   }
 };
 

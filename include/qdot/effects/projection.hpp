@@ -30,6 +30,7 @@ namespace qdot {
 /// @param z        the effects' own states, where constraints hold in some phases only
 /// @param cutoff   relative size below which a row of J counts as dependent
 /// @throws ConstraintError  when Newton's method finds no state nearby, with the row that is worst off
+/// @throws NonFinite        when a constraint is not finite on the way
 template <class Sys, class... Effects, int n, class Phases = detail::NoPhases>
 ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>& q, Vector<double, n>& qdot, double t,
                          double cutoff = default_rank_cutoff, const Phases& z = {}) {
@@ -43,6 +44,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   const Vector<double, n> qdot_start = qdot;
 
   Vector<double, m> phi = constraint_residual(scene, q, t, z);
+  detail::require_finite_rows(scene, t, phi);
   report.residual_before = report.residual = phi.cwiseAbs().maxCoeff();
   double last_change = std::numeric_limits<double>::infinity();
   const auto fail = [&](const std::string& what) {
@@ -66,6 +68,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
     if (!std::isfinite(change)) fail("a Newton step is not finite");
     q += step;
     phi = constraint_residual(scene, q, t, z);
+    detail::require_finite_rows(scene, t, phi);
     const double residual = phi.cwiseAbs().maxCoeff();
     const bool at_rounding = change < 8 * std::numeric_limits<double>::epsilon();
     const bool no_better = change < 1e-10 && change > 0.5 * last_change;
@@ -79,6 +82,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   }
 
   const Matrix<double, m, n> J = constraint_jacobian(scene, q, qdot, t, z);
+  detail::require_finite_rows(scene, t, J);
   // A Newton iteration that stands still on contradicting rows has not arrived.
   constexpr double arrived = 1e-8;
   for (Eigen::Index i = 0; i < J.rows(); ++i)
@@ -90,6 +94,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
       factors.displacement(Vector<double, m>(-constraint_velocity(scene, q, qdot, t, z)), t, names);
   qdot += dv;
   phi = constraint_velocity(scene, q, qdot, t, z);
+  detail::require_finite_rows(scene, t, phi);
   report.velocity_residual = phi.cwiseAbs().maxCoeff();
   for (Eigen::Index i = 0; i < J.rows(); ++i)
     if (std::abs(phi[i]) > arrived * (J.row(i).norm() * (1.0 + qdot_start.cwiseAbs().maxCoeff()) + (J.row(i).isZero() ? 1.0 : 0.0)))

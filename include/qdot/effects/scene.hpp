@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "qdot/effects/effect.hpp"
+#include "qdot/effects/fit.hpp"
 #include "qdot/mechanics/system.hpp"
 
 namespace qdot {
@@ -140,7 +141,9 @@ class Scene {
   using SystemType = decltype(detail::effective_system(std::declval<const Sys&>(), std::declval<const std::tuple<Effects...>&>()));
 
   Scene(Sys system, Effects... effects)
-      : effects_(std::move(effects)...), system_(detail::effective_system(system, effects_)) {}
+      : effects_(std::move(effects)...), system_(detail::effective_system(system, effects_)) {
+    if constexpr (sizeof...(Effects) > 0) require_fit(Vector<double, dof_at_compile_time>::Zero(dof()));
+  }
 
   /// The system whose T and V hold the terms of the effects.
   const SystemType& system() const noexcept { return system_; }
@@ -149,6 +152,13 @@ class Scene {
   Eigen::Index dof() const noexcept { return system_.dof(); }
   std::string coordinate_name(Eigen::Index i) const { return system_.coordinate_name(i); }
   std::string velocity_name(Eigen::Index i) const { return system_.velocity_name(i); }
+
+  /// Rows of each constraint effect, in their order, and of all together; where their types do not say.
+  const auto& row_counts() const noexcept
+    requires(constraints_at_compile_time == Dynamic)
+  {
+    return row_counts_;
+  }
 
   /// Initial values of the effects' own states, in the order of the effects.
   Vector<double, states_at_compile_time> initial_states() const {
@@ -165,8 +175,17 @@ class Scene {
   }
 
  private:
+  // Asks each effect whether it fits, and counts the rows of constraints.
+  void require_fit(const Vector<double, dof_at_compile_time>& q) {
+    detail::for_each(effects_, [&](const auto& e) {
+      if constexpr (requires { e.require_fit(q); }) e.require_fit(q);
+    });
+    row_counts_.count(effects_, q);
+  }
+
   [[no_unique_address]] std::tuple<Effects...> effects_;  // of no size without effects: the scene is then its system
   SystemType system_;
+  [[no_unique_address]] detail::RowCounts<constraints_at_compile_time == Dynamic, sizeof...(Effects)> row_counts_;
 };
 
 /// The effects' own states at a moment, z; empty for most scenes.
@@ -174,6 +193,8 @@ template <class Sc>
 using EffectStates = Vector<double, Sc::states_at_compile_time>;
 
 /// A system with the effects that it names, in any order; effects given twice count twice.
+///
+/// @throws InvalidValue, DimensionError  when an effect does not fit the system, such as a drive of a coordinate that it has not
 template <class E, int n, Inertia I, class... Effects>
 Scene<System<E, n, I>, Effects...> scene(System<E, n, I> system, Effects... effects) {
   return Scene<System<E, n, I>, Effects...>(std::move(system), std::move(effects)...);

@@ -13,10 +13,14 @@
 // A scene without effects calls the system's own functions and nothing else.
 
 #include <cmath>
+#include <cstddef>
+#include <string>
+#include <tuple>
 #include <type_traits>
 
 #include "qdot/effects/applied_force.hpp"
 #include "qdot/effects/constrained_solve.hpp"
+#include "qdot/error.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
 namespace qdot {
@@ -80,11 +84,61 @@ Matrix<double, Sys::dof_at_compile_time> mass_matrix(const Scene<Sys, Effects...
   return mass_matrix(scene.system(), q, qdot, t);
 }
 
+namespace detail {
+
+// Names the effect whose force is not finite, if there is one.
+template <class Sc>
+[[gnu::noinline]] void require_finite_forces(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t,
+                                             const EffectStates<Sc>& z) {
+  constexpr int n = Sc::dof_at_compile_time;
+  if (!q.allFinite() || !qdot.allFinite()) return;  // then it is the state's fault
+  Eigen::Index first = 0;
+  int number = 0;
+  for_each(scene.effects(), [&](const auto& e) {
+    using E = std::remove_cvref_t<decltype(e)>;
+    ++number;
+    if constexpr (ForceEffect<E, n> || (StateEffect<E> && !UnilateralEffect<E, n>)) {
+      const Coordinates<Sc> Q = [&]() -> Coordinates<Sc> {
+        if constexpr (StateEffect<E>) {
+          return e.force(q, qdot, Vector<double, states_of<E>()>(z.template segment<states_of<E>()>(first)), t);
+        } else {
+          return e.force(q, qdot, t);
+        }
+      }();
+      for (Eigen::Index i = 0; i < Q.size(); ++i) {
+        if (std::isfinite(Q[i])) continue;
+        std::string who = "effect " + std::to_string(number) + " of " + std::to_string(std::tuple_size_v<std::remove_cvref_t<decltype(scene.effects())>>);
+        if constexpr (requires { e.name; }) who += " ('" + e.name + "')";
+        throw NonFinite("the force of " + who, t,
+                        "the force of an effect must be finite, but that of " + who + " on " + scene.coordinate_name(i) +
+                            " is not at t = " + std::to_string(t) + "; look there for a division by zero, or a root or logarithm outside its domain");
+      }
+    }
+    first += states_of<E>();
+  });
+}
+
+// Names the constraint whose rows are not finite, if there is one.
+template <class Sc, class Rows, class... Derived>
+void require_finite_rows(const Sc& scene, double t, const Rows& rows, const Derived&... more) {
+  if (rows.allFinite() && (more.allFinite() && ...)) return;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    if (rows.row(i).allFinite() && (more.row(i).allFinite() && ...)) continue;
+    const std::string name = constraint_names(scene)[static_cast<std::size_t>(i)];
+    throw NonFinite("the constraint '" + name + "'", t,
+                    "a constraint and its derivatives must be finite, but those of '" + name + "' are not at t = " + std::to_string(t) +
+                        "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain");
+  }
+}
+
+}  // namespace detail
+
 /// Accelerations and multipliers of a scene with constraints.
 ///
 /// @param z        the effects' own states; leave out where there are none
 /// @param cutoff   relative size below which a row of J counts as dependent
-/// @throws ConstraintError     when constraints contradict each other
+/// @throws ConstraintError     when constraints contradict each other, or one returns another number of rows than before
+/// @throws NonFinite           when a constraint, a force or an acceleration is not finite
 /// @throws SingularMassMatrix  when a motion has neither inertia nor a constraint
 template <class Sys, class... Effects>
 auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
@@ -93,8 +147,10 @@ auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordin
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: multipliers need a scene with constraints");
   const auto rows = constraint_rows(scene, q, qdot, t, z);
+  if (q.allFinite() && qdot.allFinite()) detail::require_finite_rows(scene, t, rows.J, rows.gamma);
   const detail::ConstrainedFactors<Sys::dof_at_compile_time, Sc::constraints_at_compile_time> factors(mass_matrix(scene, q, qdot, t), rows.J, cutoff);
   auto solution = factors.solution(rhs(scene, q, qdot, t, z), rows.gamma, t, detail::SceneNames<Sc>{scene});
+  if (!solution.qddot.allFinite()) detail::require_finite_forces(scene, q, qdot, t, z);
   detail::require_finite_acceleration(scene, solution.qddot, q, qdot, t);
   return solution;
 }
@@ -111,7 +167,8 @@ Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordin
   if constexpr (Sc::has_lasting_constraints) {
     return Coordinates<Sys>();
   } else if constexpr (Sc::has_forces) {
-    return detail::acceleration_under_force(scene.system(), q, qdot, t, Coordinates<Sys>(effect_forces(scene, q, qdot, z, t)));
+    return detail::acceleration_under_force(scene.system(), q, qdot, t, Coordinates<Sys>(effect_forces(scene, q, qdot, z, t)),
+                                            [&] { detail::require_finite_forces(scene, q, qdot, t, z); });
   } else {
     return acceleration(scene.system(), q, qdot, t);
   }
