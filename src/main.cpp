@@ -136,8 +136,9 @@ int execute(int argc, char** argv, std::string& command_name) {
 
 int main(int argc, char** argv) {
   std::string command;
-  const auto complain = [&](const char* message) {
-    std::fprintf(stderr, "qdot%s%s: %s\n", command.empty() ? "" : " ", command.c_str(), message);
+  const auto complain = [&](std::string message) {  // on one line, and without what a terminal would obey, whatever was typed
+    std::replace_if(message.begin(), message.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, '?');
+    std::fprintf(stderr, "qdot%s%s: %s\n", command.empty() ? "" : " ", command.c_str(), message.c_str());
   };
   try {
     return execute(argc, argv, command);
