@@ -64,6 +64,8 @@ TEST_CASE("a drive by explicit time adds the mixed derivative") {
   const double distance = 0.8 - 0.5 * b * t * t;
   const Vector<double, 1> a = acceleration(moving, Vector<double, 1>(0.8), Vector<double, 1>(0.3), t);
   CHECK_THAT(a[0], WithinAbs(w * w * distance + b, rounding));  // s̈ = q̈ + b
+  const Vector<double, 1> force = rhs(moving, Vector<double, 1>(0.8), Vector<double, 1>(0.3), t);
+  CHECK_THAT(force[0], WithinAbs(w * w * distance + b, rounding));  // M = 1
 }
 
 TEST_CASE("terms linear in the velocities deflect, like a magnetic field") {
