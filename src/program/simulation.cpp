@@ -88,7 +88,7 @@ struct NamedMethod {
         .jacobian = [model](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) { model->jacobian(t, y, J); },
         .reason = "there is more to the motion than T and V"};
     if (model->bare())
-      qdot::detail::choose_first(choice, model->size(), options, [&] { return model->own_stepper("taylor", 0, options); });
+      qdot::detail::choose_first(choice, model->size(), options, "T and V", [&] { return model->own_stepper("taylor", 0, options); });
     return AnyStepper(std::in_place, AutomaticStepper(std::move(choice), model->size()));
   }
 };

@@ -55,6 +55,13 @@ TEST_CASE("few digits, a branch in V, or a system that is more than T and V begi
   const auto kink = simulate(mechanical_system<1>(WithKink{}), start, 10.0, Automatic{}, {.rtol = 1e-8, .atol = 1e-8});
   CHECK(kink.statistics.method == "dop853");
   CHECK(mentions(kink.statistics.method_reason, "branch or a kink"));
+  const auto pushed = scene(pendulum, generalized_force([](const auto& q, const auto& qdot) {
+                              using S = typename std::decay_t<decltype(q)>::Scalar;
+                              return qdot[0] > 1.0 ? S(1.0 - qdot[0]) : S(0.0 * q[0]);
+                            }));
+  const auto limited = simulate(pushed, start, 10.0, Automatic{}, {.rtol = 1e-8, .atol = 1e-8});
+  CHECK(limited.statistics.method == "dop853");
+  CHECK(mentions(limited.statistics.method_reason, "dop853: the force of an effect has a branch or a kink"));
   const auto given = simulate(test::pendulum(), FirstOrderState{0.0, vector({3, 0})}, 50.0, Automatic{}, {.rtol = 1e-8, .atol = 1e-8});
   CHECK(given.statistics.method == "dop853");
   CHECK(mentions(given.statistics.method_reason, "more than T and V"));
@@ -74,7 +81,8 @@ TEST_CASE("a stiff spring with friction is handed to BDF, which needs a twentiet
   const auto explicit_ = simulate(system, swinging, 1.0, Dop853{}, options);
   REQUIRE(automatic.completed());
   REQUIRE(explicit_.completed());
-  CHECK(automatic.statistics.method == "dop853, cvode_bdf");
+  CHECK(automatic.statistics.method == "taylor, cvode_bdf");
+  CHECK(mentions(automatic.statistics.method_reason, "taylor: T, V and the forces are formulas"));
   CHECK(mentions(automatic.statistics.method_reason, "; cvode_bdf from t = "));
   CHECK(mentions(automatic.statistics.method_reason, "stability, not accuracy"));
   const long cost = automatic.statistics.evaluations + 4 * automatic.statistics.jacobians;
@@ -134,6 +142,18 @@ TEST_CASE("it goes backward, and lands where it is told") {
   const auto back = simulate(test::pendulum(), FirstOrderState{forth.t, forth.y}, 0.0, Automatic{}, {.rtol = 1e-11, .atol = 1e-11});
   CHECK(back.t == 0.0);
   CHECK((back.y - vector({2, 0})).norm() < 1e-8);
+}
+
+TEST_CASE("a start at which a force is not analytic begins with Dop853") {
+  const auto dragged = scene(mechanical_system<1>(scenes::Pendulum{}), quadratic_drag([](const auto& q) {
+                               using std::cos, std::sin;
+                               return qdot::vector(sin(q[0]), -cos(q[0]));
+                             }, 0.1));
+  const Options options{.rtol = 1e-9, .atol = 1e-9};
+  const auto run = simulate(dragged, State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}, 5.0, Automatic{}, options);
+  REQUIRE(run.completed());
+  CHECK(mentions(run.statistics.method, "dop853"));
+  CHECK(mentions(run.statistics.method_reason, "the motion is not analytic at the start"));
 }
 
 TEST_CASE("what no method can do is a named outcome") {

@@ -7,8 +7,9 @@
 //     run.statistics.method           "taylor", or "dop853, cvode_bdf" where it changed its mind
 //     run.statistics.method_reason    why, in one sentence for each
 //
-// Smooth. It starts with Taylor, where the system is T and V alone, both are formulas without branches, and rtol asks for
-// more than a few digits: two to seven times as fast as Dop853 on pendulums, orbits and chains. Otherwise with Dop853.
+// Smooth. It starts with Taylor, where T, V and the forces of effects are formulas without branches, there are no constraints,
+// and rtol asks for more than a few digits: two to seven times as fast as Dop853 on pendulums, orbits and chains. Otherwise
+// with Dop853.
 //
 // Stiff. An explicit method of order p is stable while h |λ| stays below a limit for every eigenvalue λ of ∂f/∂y: 6 for Dop853
 // in all directions, 0.37 p + 1.4 for Taylor. Accuracy holds h |λ| below that as long as a motion with rate |λ| is going on:
@@ -24,7 +25,7 @@
 // 4.8/ρ for twelve evaluations, would cover more, the method of the beginning takes over again: after one look at it the first
 // time, two the second, and so on, so that a motion that is stiff now and then does not pay for each change of mind.
 //
-// Other changes: where Taylor meets a point at which T or V is not analytic, or the stiff method cannot take a step, Dop853
+// Other changes: where Taylor meets a point at which T, V or a force is not analytic, or the stiff method cannot take a step, Dop853
 // goes on from the last good state. Nothing depends on a clock: the same run is the same to the last bit.
 //
 // Reference: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2 (stiffness detection in DOP853).
@@ -81,14 +82,6 @@ class SpectralRadius {
   Eigen::VectorXd x_, image_;
 };
 
-// True where Taylor can record T and V.
-template <class F>
-struct has_series : std::false_type {};
-template <class Sys>
-struct has_series<FirstOrderForm<Sys>>
-    : std::bool_constant<CallsT<typename Sys::EnergiesType, taylor::Recorded, Sys::dof_at_compile_time> &&
-                         CallsV<typename Sys::EnergiesType, taylor::Recorded, Sys::dof_at_compile_time>> {};
-
 }  // namespace detail
 
 /// What an AutomaticStepper chooses among.
@@ -130,7 +123,7 @@ class AutomaticStepper {
       } catch (const NonFinite&) {
         use(smooth);
         at(smooth).reset(t, y);
-        say("T or V is not analytic at the start");
+        say("the motion is not analytic at the start");
       }
     } else {
       at(smooth).reset(t, y);
@@ -305,9 +298,10 @@ namespace detail {
 
 /// Fills in the series where it promises to pay, and the reason for the choice.
 ///
+/// @param what    what the series is made of: "T and V"
 /// @param series  makes Taylor's stepper; may throw NotAnalytic
 template <class Series>
-void choose_first(AutomaticChoice& choice, Eigen::Index size, const Options& options, const Series& series) {
+void choose_first(AutomaticChoice& choice, Eigen::Index size, const Options& options, const std::string& what, const Series& series) {
   constexpr double fewest_digits = 1e-4;      // rtol above which Dop853 is as good
   constexpr Eigen::Index most_components = 128;  // beyond, recording T and factoring M at each step may cost more than it saves
   if (options.rtol > fewest_digits) {
@@ -317,9 +311,9 @@ void choose_first(AutomaticChoice& choice, Eigen::Index size, const Options& opt
   } else {
     try {
       choice.series = series();
-      choice.reason = "T and V are formulas without branches, and the motion is smooth";
-    } catch (const NotAnalytic&) {
-      choice.reason = "T or V has a branch or a kink";
+      choice.reason = what + " are formulas without branches, and the motion is smooth";
+    } catch (const NotAnalytic& error) {
+      choice.reason = error.source() + " has a branch or a kink";
     }
   }
 }
@@ -342,9 +336,10 @@ struct AutomaticWith {
         .smooth = any_stepper(Dop853{}, system, options),
         .stiff = [kept, options, method = stiff] { return any_stepper(method, *kept, options); },
         .jacobian = [kept](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) { kept->jacobian(t, y, J); },
-        .reason = "the system is more than T and V"};
-    if constexpr (detail::has_series<F>::value)
-      detail::choose_first(choice, system.size(), options, [&] { return any_stepper(Taylor{}, system, options); });
+        .reason = ProjectableSystem<F> ? "constraints have no power series here" : "the system is more than T and V"};
+    if constexpr (detail::is_recordable<F>::value)
+      detail::choose_first(choice, system.size(), options, detail::mechanical_form<F>::value ? "T and V" : "T, V and the forces",
+                           [&] { return any_stepper(Taylor{}, system, options); });
     return AutomaticStepper(std::move(choice), system.size());
   }
 };
