@@ -54,10 +54,12 @@ inline constexpr double default_rank_cutoff = 1e-5;
 namespace detail {
 
 // Orthonormal columns Q and coefficients C with A = Q C, up to what is smaller than the cut-off: Gram and Schmidt's
-// method, largest remaining column first, each made orthogonal twice.
+// method, largest remaining column first, each made orthogonal twice. Of columns that are equally long but for rounding the
+// first is taken: what the cut-off drops of the others must not change from one evaluation to the next, or steps shrink to nothing.
 struct OrthogonalColumns {
   Eigen::MatrixXd Q, C;
 };
+inline constexpr double clearly_longer = 1.02;  // squared
 template <class = void>  // compiled only where it is called
 OrthogonalColumns orthogonal_columns(const Eigen::MatrixXd& A, double cutoff, bool pivoted) {
   Eigen::MatrixXd left = A, Q(A.rows(), A.cols());
@@ -67,7 +69,7 @@ OrthogonalColumns orthogonal_columns(const Eigen::MatrixXd& A, double cutoff, bo
     Eigen::Index next = rank;
     if (pivoted) {
       for (Eigen::Index j = next = 0; j < A.cols(); ++j)
-        if (left.col(j).squaredNorm() > left.col(next).squaredNorm()) next = j;
+        if (left.col(j).squaredNorm() > clearly_longer * left.col(next).squaredNorm()) next = j;
     }
     Eigen::VectorXd q = left.col(next);
     const double length = q.norm();
