@@ -16,7 +16,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -26,12 +25,17 @@
 #include <vector>
 
 #include "qdot/error.hpp"
+#include "qdot/integrate/consistent_start.hpp"
+#include "qdot/integrate/diagnosis.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/event_watch.hpp"
+#include "qdot/integrate/landing_points.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/watch.hpp"
+#include "qdot/integrate/watch_budget.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail {
@@ -39,15 +43,17 @@ namespace qdot::detail {
 template <FirstOrderSystem F, Stepper S, Observer O, class... Events>
 class Driver {
   using Watch = EventWatch<F, Events...>;
+  using WatchdogOf = Watchdog<F>;
   static constexpr int n = dof_at_compile_time<F>();
   static constexpr long stall_window = 10'000;  // steps
+  static constexpr long most_firings = 10'000;   // in one step
 
  public:
   Driver(const F& system, S stepper, const Options& options, O& observer, const EventList<Events...>& events)
-      : system_(system), stepper_(std::move(stepper)), options_(options), observer_(observer), watch_(system, events) {}
+      : system_(system), stepper_(std::move(stepper)), options_(options), observer_(observer), watch_(system, events), dog_(system, options) {}
 
   Run<n> run(double t0, const Eigen::VectorXd& y0, double t_end) {
-    const auto landings = landing_points(t0, t_end);
+    const auto landings = landing_points(options_.stop_times, t0, t_end);
     t_end_ = t_end;
     stall_mark_ = t0;
     prepare_outputs(t0, t_end);
@@ -64,7 +70,7 @@ class Driver {
   // The first evaluation. Its errors are the caller's, for there is nothing yet to keep.
   bool start(double t0, Eigen::VectorXd y0) {
     if constexpr (Watch::watches) watch_.settle(t0, y0, tolerance(y0), run_.events);
-    require_consistent(t0, y0);
+    if constexpr (ProjectableSystem<F>) require_consistent(system_, t0, y0);
     run_.trajectory.start(t0, y0);
     run_.t = t0;
     run_.y = y0;
@@ -74,6 +80,8 @@ class Driver {
       return end(Outcome::stopped_by_model, request.what());
     }
     while (next_output_ < outputs_.size() && outputs_[next_output_] == t0) keep_sample(t0, y0);
+    dog_.begin(t0, y0, 0);
+    if (const std::optional<Failure> trouble = dog_.look_at_mass(t0, y0)) return end(*trouble);
     if constexpr (Watch::watches) watch_.begin(t0, y0, tolerance(y0), true);
     return true;
   }
@@ -81,10 +89,32 @@ class Driver {
   // From here to `landing`; false when the run is over before it.
   bool leg(double landing) {
     while (stepper_.t() != landing) {
-      if (!stepper_.step(landing)) return end(stepper_.failure().outcome, stepper_.failure().message);
-      if (!state_is_sound() || !projected() || !kept() || !within_budget(landing)) return false;
+      if (!stepper_.step(landing)) return end(stepper_.failure().outcome, stepper_.failure().message + why(stepper_.failure().outcome));
+      if (!state_is_sound() || !projected() || !watched(landing) || !kept() || !within_budget(landing)) return false;
     }
     return true;
+  }
+
+  // Looks at the state now and then, and always where something may change (watch.hpp). Before the observer, who may change it.
+  bool watched(double landing) {
+    if constexpr (WatchdogOf::looks) {
+      if (!dog_.is_due(std::abs(stepper_.t() - stepper_.t_previous())) && stepper_.t() != landing) return true;
+      projected_ = stepper_.y();
+      return looked_at(stepper_.t(), projected_) || kept_last();
+    }
+    return true;
+  }
+
+  // The state at which a run ends is kept, unless an event in its last step might have cut it off. False.
+  bool kept_last() {
+    if constexpr (!Watch::watches) keep();
+    return false;
+  }
+
+  bool looked_at(double t, const Eigen::VectorXd& y) {
+    const Statistics& s = stepper_.statistics();
+    const std::optional<Failure> trouble = dog_.look(t, y, s.steps, s.limiting_component() >= 0);
+    return !trouble || end(*trouble);
   }
 
   // Appends the step to the run, as far as events let it.
@@ -106,7 +136,11 @@ class Driver {
     bool proceed = true;
     const bool evaluated = guarded([&] {
       watch_.search(stepper_.polynomial(), stepper_.t_previous(), stepper_.t());
-      while (const std::optional<Firing> firing = watch_.next()) {
+      for (long firings = 0; const std::optional<Firing> firing = watch_.next(); ++firings) {
+        if (firings == most_firings) {
+          proceed = end(Outcome::event_accumulation, "'" + run_.events.back().name + "' fired " + std::to_string(firings) + " times in one step");
+          return;
+        }
         if (firing->stops || firing->changes) {
           proceed = cut(*firing);
           return;
@@ -131,6 +165,7 @@ class Driver {
       if constexpr (ProjectableSystem<F>) system_.project(firing.t, y);
     }
     keep_until(firing.t, y);
+    if (!looked_at(firing.t, y)) return false;
     watch_.record(firing, run_.events);
     if (!observed(run_.t, run_.y)) return false;
     if (firing.stops) return fill_outputs_at(run_.t), end(Outcome::stopped_by_event, "'" + run_.events.back().name + "' asked to stop");
@@ -142,6 +177,7 @@ class Driver {
     ++restarts_;
     stepper_.reset(firing.t, y);
     watch_.begin(firing.t, y, tolerance(y), false);
+    dog_.begin(firing.t, y, stepper_.statistics().steps);
     fill_outputs_at(run_.t);
     return observed(run_.t, run_.y);
   }
@@ -158,7 +194,10 @@ class Driver {
   bool restart(double landing) {
     ++restarts_;
     const double behind = std::nextafter(run_.t, landing);
-    return guarded([&] { stepper_.reset(behind == landing ? run_.t : behind, run_.y); });
+    return guarded([&] {
+      stepper_.reset(behind == landing ? run_.t : behind, run_.y);
+      dog_.begin(run_.t, run_.y, stepper_.statistics().steps);
+    });
   }
 
   // Runs what may find the model refusing; false, with the outcome noted, if it did.
@@ -188,7 +227,7 @@ class Driver {
     for (Eigen::Index i = 0; i < y.size(); ++i)
       if (!std::isfinite(y[i]))
         return end(Outcome::non_finite, system_.component_name(i) + " became " + text_of(y[i]) +
-                                            " in the step to t = " + text_of(stepper_.t()));
+                                            " in the step to t = " + text_of(stepper_.t()) + why(Outcome::non_finite));
     keep();
     return end(Outcome::state_limit, system_.component_name(worst) + " = " + text_of(y[worst]) +
                                          " exceeds state_norm_limit = " + text_of(options_.state_norm_limit));
@@ -214,22 +253,6 @@ class Driver {
     ++projections_;
     constraint_residual_ = std::max(constraint_residual_, static_cast<double>(report.residual));
     constraint_velocity_ = std::max(constraint_velocity_, static_cast<double>(report.velocity_residual));
-  }
-
-  // A start may be off its constraints by rounding, not by more: that would be another problem than the one given.
-  void require_consistent(double t0, Eigen::VectorXd& y0) {
-    if constexpr (ProjectableSystem<F>) {
-      projected_ = y0;
-      system_.project(t0, projected_);
-      Eigen::Index worst = 0;
-      const double moved = ((projected_ - y0).array().abs() / (1.0 + y0.array().abs())).maxCoeff(&worst);
-      constexpr double rounding = 1e-6;  // what hand-typed initial values with seven digits are good for
-      if (moved > rounding)
-        throw InvalidValue("a start must satisfy the constraints, but " + system_.component_name(worst) + " = " +
-                           text_of(y0[worst]) + " would have to be " + text_of(projected_[worst]) +
-                           "; take consistent_state(scene, start).state");
-      y0 = projected_;
-    }
   }
 
   void keep() {
@@ -280,17 +303,22 @@ class Driver {
     }
   }
 
+  // More words for an end that nobody asked for (diagnosis.hpp).
+  std::string why(Outcome outcome) const {
+    const Statistics& s = stepper_.statistics();
+    const double progress = run_.t - run_.trajectory.front_time();
+    return explanation(probe_of(system_), outcome,
+                       {run_.t, run_.y, tolerance(run_.y), t_end_ < run_.t ? -1.0 : 1.0, s.last_step, std::abs(progress),
+                        std::abs(t_end_ - run_.t), s.steps - steps_mark_, restarts_ - restarts_mark_, dog_.mass_rcond()});
+  }
+
   // Asked between steps, and not when there is nothing left to do on this leg.
   bool within_budget(double landing) {
     if (stepper_.t() == landing) return true;
     const Statistics& spent = stepper_.statistics();
     if (spent.steps >= options_.max_steps)
-      return end(Outcome::step_limit, "max_steps = " + std::to_string(options_.max_steps) + " were taken");
-    if (spent.evaluations >= options_.max_evaluations)
-      return end(Outcome::evaluation_limit,
-                 "max_evaluations = " + std::to_string(options_.max_evaluations) + " were spent");
-    if (std::isfinite(options_.max_wall_seconds) && seconds() >= options_.max_wall_seconds)
-      return end(Outcome::time_limit, "max_wall_seconds = " + text_of(options_.max_wall_seconds) + " were spent");
+      return end(Outcome::step_limit, "max_steps = " + std::to_string(options_.max_steps) + " were taken" + why(Outcome::step_limit));
+    if (budget_.is_spent(spent.evaluations)) return end(budget_.failure(spent.evaluations));
     return spent.steps % stall_window != 0 || advances();
   }
 
@@ -299,11 +327,16 @@ class Driver {
   bool advances() {
     const double advanced = std::abs(run_.t - std::exchange(stall_mark_, run_.t));
     const double way = std::min(std::abs(run_.t - run_.trajectory.front_time()), std::abs(t_end_ - run_.t));
-    return advanced > 1e-8 * way ||
-           end(Outcome::step_collapse, "the last " + std::to_string(stall_window) +
-                                           " steps advanced t by no more than " + text_of(advanced) +
-                                           ", and t_end = " + text_of(t_end_) + " is far");
+    if (advanced > 1e-8 * way) {
+      steps_mark_ = stepper_.statistics().steps;
+      restarts_mark_ = restarts_;
+      return true;
+    }
+    return end(Outcome::step_collapse, "the last " + std::to_string(stall_window) + " steps advanced t by no more than " +
+                                           text_of(advanced) + ", and t_end = " + text_of(t_end_) + " is far" + why(Outcome::step_collapse));
   }
+
+  bool end(const Failure& failure) { return end(failure.outcome, failure.message); }
 
   // Notes how the run ended; false, so that it can be returned.
   bool end(Outcome outcome, const std::string& message) {
@@ -320,7 +353,8 @@ class Driver {
       run_.statistics.constraint_residual = constraint_residual_;
       run_.statistics.constraint_velocity = constraint_velocity_;
     }
-    run_.statistics.wall_seconds = seconds();
+    dog_.report(run_.statistics);
+    run_.statistics.wall_seconds = budget_.seconds();
     run_.samples.y.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(next_output_));
     const std::string where = "t = " + text_of(run_.t) + " after " + std::to_string(run_.statistics.steps) + " steps";
     if (run_.outcome == Outcome::completed) {
@@ -333,51 +367,29 @@ class Driver {
     }
   }
 
-  // The stop times strictly between t0 and t_end in the order of the run, then t_end; nothing if t_end is t0.
-  std::vector<double> landing_points(double t0, double t_end) const {
-    std::vector<double> landings;
-    if (t_end == t0) return landings;
-    for (const double t : options_.stop_times)
-      if ((t - t0) * (t - t_end) < 0) landings.push_back(t);
-    sort_along(landings, t0, t_end);
-    landings.erase(std::unique(landings.begin(), landings.end()), landings.end());
-    landings.push_back(t_end);
-    return landings;
-  }
-
   void prepare_outputs(double t0, double t_end) {
-    outputs_ = options_.output_times;
-    for (const double t : outputs_)
-      if (t < std::min(t0, t_end) || t > std::max(t0, t_end))
-        throw InvalidValue("every output time must lie between the start t = " + text_of(t0) + " and t_end = " +
-                           text_of(t_end) + ", but one is " + text_of(t) + "; remove it or extend the run");
-    sort_along(outputs_, t0, t_end);
+    outputs_ = output_points(options_.output_times, t0, t_end);
     run_.samples.t.reserve(outputs_.size());
     run_.samples.y.resize(system_.size(), static_cast<Eigen::Index>(outputs_.size()));
     scratch_.resize(system_.size());
   }
-
-  static void sort_along(std::vector<double>& times, double t0, double t_end) {
-    std::sort(times.begin(), times.end());
-    if (t_end < t0) std::reverse(times.begin(), times.end());
-  }
-
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count(); }
 
   const F& system_;
   S stepper_;
   const Options& options_;
   O& observer_;
   Watch watch_;
+  WatchdogOf dog_;
+  Budget budget_{options_};
   Run<n> run_;
   std::vector<double> outputs_;
   std::size_t next_output_ = 0;
   Eigen::VectorXd scratch_;
   long restarts_ = 0, projections_ = 0;
+  long steps_mark_ = 0, restarts_mark_ = 0;  // when the stall was last looked for
   double constraint_residual_ = 0.0, constraint_velocity_ = 0.0;
   Eigen::VectorXd projected_;
   double t_end_ = 0.0, stall_mark_ = 0.0;
-  std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace qdot::detail

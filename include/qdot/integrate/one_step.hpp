@@ -31,6 +31,7 @@
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/polynomial.hpp"
 #include "qdot/integrate/statistics.hpp"
+#include "qdot/integrate/watch_budget.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail {
@@ -97,7 +98,7 @@ class OneStep {
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
   OneStep(F system, std::string method, int order, const Options& options)
-      : form_(std::move(system)), rtol_(options.rtol), max_step_(options.max_step), order_(order) {
+      : form_(std::move(system)), budget_(options), rtol_(options.rtol), max_step_(options.max_step), order_(order) {
     const Eigen::Index n = form().size();
     if (n < 1) throw InvalidValue("a system must have at least 1 component, but has " + std::to_string(n));
     require_valid(options, n);
@@ -201,7 +202,15 @@ class OneStep {
     blamed_ = worst;
   }
 
+  // True when the budget is spent, with that as the failure; asked after an attempt that was rejected.
+  bool over_budget() {
+    if (!budget_.is_spent(statistics_.evaluations)) return false;
+    failure_ = budget_.failure(statistics_.evaluations);
+    return true;
+  }
+
   Replaceable<F> form_;
+  Budget budget_;
   Vector<double, size_at_compile_time> atol_;
   double rtol_, max_step_;
   int order_;

@@ -54,9 +54,12 @@ struct Options {
   double initial_step = 0.0;       ///< |h| to try first; 0 lets the method choose
   double max_step = std::numeric_limits<double>::infinity();          ///< largest |h|
   long max_steps = 10'000'000;                                        ///< accepted steps
-  long max_evaluations = std::numeric_limits<long>::max();            ///< right-hand sides, checked after each step
-  double max_wall_seconds = std::numeric_limits<double>::infinity();  ///< checked after each step
+  long max_evaluations = std::numeric_limits<long>::max();            ///< right-hand sides; checked after each attempt at a step
+  double max_wall_seconds = std::numeric_limits<double>::infinity();  ///< checked after each attempt at a step
   double state_norm_limit = std::numeric_limits<double>::infinity();  ///< largest |yᵢ|; a guard against finite nonsense
+  double rcond_limit = 1e-13;             ///< least rcond(M), below which accelerations have three digits left; 0: never ends a run
+  double constraint_rcond_limit = 0.0;    ///< the same of J M⁻¹ Jᵀ; 0, because dependent constraints are allowed
+  double energy_drift_limit = 1e3;        ///< times what the tolerances allow, of a conserved energy (watch.hpp); infinity: never
   std::vector<double> stop_times = {};    ///< switching times: landed on exactly, and the method starts afresh there
   std::vector<double> output_times = {};  ///< times at which Run::samples is filled, in the direction of the run
   bool keep_trajectory = true;            ///< keep dense output of every step: about 8·size·(order + 1) bytes a step
@@ -105,6 +108,12 @@ inline void require_valid(const Options& options, Eigen::Index size) {
                  "leave it out for no limit");
   require_option(is_limit(options.state_norm_limit), "state_norm_limit", "must be positive", options.state_norm_limit,
                  "leave it out for no limit");
+  require_option(options.rcond_limit >= 0 && options.rcond_limit < 1, "rcond_limit", "must lie between 0 and 1", options.rcond_limit,
+                 "leave it out for 1e-13, or give 0 for no limit");
+  require_option(options.constraint_rcond_limit >= 0 && options.constraint_rcond_limit < 1, "constraint_rcond_limit",
+                 "must lie between 0 and 1", options.constraint_rcond_limit, "leave it out for no limit");
+  require_option(options.energy_drift_limit >= 1, "energy_drift_limit", "must be at least 1", options.energy_drift_limit,
+                 "leave it out for a thousand times what the tolerances allow");
   for (const double t : options.stop_times)
     require_option(std::isfinite(t), "every stop time", "must be finite", t, "remove it from stop_times");
   for (const double t : options.output_times)

@@ -36,7 +36,7 @@ enum class Outcome {
   time_limit,             ///< options.max_wall_seconds were spent
   state_limit,            ///< a component exceeded options.state_norm_limit
   non_finite,             ///< the right-hand side (or its Jacobian) gave NaN or infinity at every step size tried
-  singular_mass_matrix,   ///< M could not be factored at any step size tried
+  singular_mass_matrix,   ///< M could not be factored at any step size tried, or its condition fell below options.rcond_limit
   constraint_failure,     ///< the constraints contradict each other, or could not be met, at every step size tried
   refused_by_model,       ///< the model threw RecoverableError at every step size tried
   event_accumulation,     ///< events followed each other without end before t could go on
@@ -45,6 +45,7 @@ enum class Outcome {
   corrector_failure,      ///< the implicit equations of a step could not be solved
   linear_solver_failure,  ///< the linear equations of a step could not be solved
   accuracy_not_reached,   ///< what was asked for needs more digits than double has
+  energy_drift,           ///< T and V conserve an energy, but it changed far more than the tolerances allow
   solver_error            ///< the method reports a fault of its own; please report it
 };
 
@@ -69,6 +70,7 @@ constexpr std::string_view name(Outcome outcome) noexcept {
     case Outcome::corrector_failure: return "corrector_failure";
     case Outcome::linear_solver_failure: return "linear_solver_failure";
     case Outcome::accuracy_not_reached: return "accuracy_not_reached";
+    case Outcome::energy_drift: return "energy_drift";
     case Outcome::solver_error: return "solver_error";
   }
   return "unknown";
@@ -107,6 +109,9 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
       return "the Jacobian may be wrong or the right-hand side may jump; check both at the last state.";
     case Outcome::linear_solver_failure: return "check the Jacobian at the last state for huge or missing entries.";
     case Outcome::accuracy_not_reached: return "ask for less accuracy (raise rtol and atol), or for a shorter time.";
+    case Outcome::energy_drift:
+      return "let T and V be smooth and depend on nothing but their arguments: T(q, qdot, t) or V(q, t) where the time matters, "
+             "an event where V jumps; or raise energy_drift_limit.";
     case Outcome::solver_error: return "please report this message together with the program that gave it.";
   }
   return "";

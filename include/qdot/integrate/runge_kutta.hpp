@@ -139,6 +139,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
       }
       h_ = h;
       if (std::abs(h) <= this->smallest_step()) break;
+      if (this->over_budget()) return false;
     }
     return this->give_up(h);
   }

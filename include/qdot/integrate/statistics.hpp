@@ -35,6 +35,12 @@ struct Statistics {
   long projections = 0;             ///< states put back onto constraints
   double constraint_residual = 0.0; ///< largest |φ| after a projection
   double constraint_velocity = 0.0; ///< largest |φ̇| or |a| after a projection
+  double mass_rcond = 1.0;          ///< least rcond(M) that was seen (watch.hpp); 1 where nobody looked
+  double mass_rcond_time = 0.0;     ///< when
+  double constraint_rcond = 1.0;    ///< least rcond of J M⁻¹ Jᵀ that was seen; below 1e-10 constraints depend on each other
+  double constraint_rcond_time = 0.0;
+  double energy_drift = 0.0;        ///< largest |h − h(t₀)| that was seen, where T and V conserve h; restarts begin anew
+  double energy_allowed = 0.0;      ///< what the tolerances allowed for it; 0 where nobody looked
   double wall_seconds = 0.0;        ///< of the whole run, by a monotonic clock
   double first_step = 0.0;          ///< |h| of the first accepted step
   double last_step = 0.0;           ///< |h| of the last accepted step

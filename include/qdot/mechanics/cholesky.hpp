@@ -31,6 +31,7 @@ class Cholesky {
     using std::sqrt;
     L_ = M;
     smallest_pivot_ = 1.0;
+    weakest_ = 0;
     for (Eigen::Index k = 0; k < M.rows(); ++k) {
       S pivot = M(k, k);
       for (Eigen::Index j = 0; j < k; ++j) pivot -= L_(k, j) * L_(k, j);
@@ -38,9 +39,13 @@ class Cholesky {
           static_cast<double>(innermost_value(pivot)) / std::abs(static_cast<double>(innermost_value(M(k, k))));
       if (!(left > 0.0)) {
         smallest_pivot_ = 0.0;
+        weakest_ = k;
         return false;
       }
-      if (left < smallest_pivot_) smallest_pivot_ = left;
+      if (left < smallest_pivot_) {
+        smallest_pivot_ = left;
+        weakest_ = k;
+      }
       const S root = sqrt(pivot);
       L_(k, k) = root;
       for (Eigen::Index i = k + 1; i < M.rows(); ++i) {
@@ -54,6 +59,9 @@ class Cholesky {
 
   /// The smallest pivot as a fraction of its diagonal entry, at most 1; 0 when the factorization failed.
   double smallest_pivot() const noexcept { return smallest_pivot_; }
+
+  /// The row of that pivot.
+  Eigen::Index weakest_row() const noexcept { return weakest_; }
 
   /// B ← L⁻¹ B, column by column.
   template <int columns>
@@ -88,6 +96,7 @@ class Cholesky {
  private:
   Matrix<S, n> L_;
   double smallest_pivot_ = 0.0;
+  Eigen::Index weakest_ = 0;
 };
 
 }  // namespace qdot

@@ -1,0 +1,38 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A run begins on its constraints. A start may be off them by rounding, not by more: that would be another problem than the one
+// that was given, and the user had better see it (consistent_state() of effects/projection.hpp finds a start that fits).
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "qdot/error.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail {
+
+// y0 ← the nearest state on the constraints.
+//
+// @throws InvalidValue  when that is farther away than rounding
+template <ProjectableSystem F>
+void require_consistent(const F& system, double t0, Eigen::VectorXd& y0) {
+  Eigen::VectorXd projected = y0;
+  system.project(t0, projected);
+  double moved = 0.0;
+  Eigen::Index worst = 0;
+  for (Eigen::Index i = 0; i < y0.size(); ++i)
+    if (const double part = std::abs(projected[i] - y0[i]) / (1.0 + std::abs(y0[i])); part > moved) {
+      moved = part;
+      worst = i;
+    }
+  constexpr double rounding = 1e-6;  // what hand-typed initial values with seven digits are good for
+  if (moved > rounding)
+    throw InvalidValue("a start must satisfy the constraints, but " + system.component_name(worst) + " = " + text_of(y0[worst]) +
+                       " would have to be " + text_of(projected[worst]) + "; take consistent_state(scene, start).state");
+  y0 = projected;
+}
+
+}  // namespace qdot::detail

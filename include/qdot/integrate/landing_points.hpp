@@ -1,0 +1,45 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Times in the order of a run, which may go forward or backward: those that it lands on, and those at which it samples.
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "qdot/error.hpp"
+#include "qdot/integrate/options.hpp"
+
+namespace qdot::detail {
+
+inline std::vector<double> sorted_along(std::vector<double> times, double t0, double t_end) {
+  std::sort(times.begin(), times.end());
+  if (t_end < t0) std::reverse(times.begin(), times.end());
+  return times;
+}
+
+// The stop times strictly between t0 and t_end, then t_end; nothing if t_end is t0.
+inline std::vector<double> landing_points(const std::vector<double>& stop_times, double t0, double t_end) {
+  std::vector<double> landings;
+  if (t_end == t0) return landings;
+  for (const double t : stop_times)
+    if ((t - t0) * (t - t_end) < 0) landings.push_back(t);
+  landings = sorted_along(std::move(landings), t0, t_end);
+  landings.erase(std::unique(landings.begin(), landings.end()), landings.end());
+  landings.push_back(t_end);
+  return landings;
+}
+
+// The output times.
+//
+// @throws InvalidValue  when one lies outside the run
+inline std::vector<double> output_points(const std::vector<double>& times, double t0, double t_end) {
+  for (const double t : times)
+    if (t < std::min(t0, t_end) || t > std::max(t0, t_end))
+      throw InvalidValue("every output time must lie between the start t = " + text_of(t0) + " and t_end = " + text_of(t_end) +
+                         ", but one is " + text_of(t) + "; remove it or extend the run");
+  return sorted_along(times, t0, t_end);
+}
+
+}  // namespace qdot::detail

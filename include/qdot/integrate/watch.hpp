@@ -1,0 +1,317 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Watchdogs: what a run looks at besides its steps.
+//
+// A step that passes its error test may still be worthless: where M is nearly singular its accelerations have no digits left,
+// and where V is not what its derivative says (a jump, a parameter that somebody changes) the method follows forces that
+// belong to no energy. So now and then an accepted state is looked at:
+//
+//     rcond(M)      the smallest pivot of M scaled to unit diagonal, d_min of D⁻½ M D⁻½ = L Δ Lᵀ: a bound of 1/cond from
+//                   above, mostly within a factor of ten, that does not change with the units. Accelerations lose
+//                   log₁₀(1/rcond) of 16 digits; below options.rcond_limit = 1e-13 the run ends, and the direction that has
+//                   lost its inertia is named. Known for positive definite M of up to 128 coordinates, without constraints
+//                   (which may carry what has no mass).
+//     J M⁻¹ Jᵀ      the same for scenes with constraints, rows scaled to length one in the metric of M. Dependent rows are
+//                   allowed (constrained_solve.hpp), so its limit is 0 unless one is given.
+//     energy        Where neither T nor V takes the time, h = q̇·∂L/∂q̇ − L is constant on the exact motion, and every step may
+//                   change it by about
+//
+//                       a = Σᵢ |h(y + wᵢ eᵢ) − h(y)| ,      wᵢ = rtol |yᵢ| + atolᵢ ,
+//
+//                   which needs no trust in the forces. Over N steps that is N a at most, whatever the motion does with
+//                   errors, for h has no sensitivity to them. A drift above
+//
+//                       energy_drift_limit · (N max a + ε max(|T| + |V|)),       energy_drift_limit = 10³,
+//
+//                   is no error of integration. The margin is wide: over twelve systems, five methods and rtol = 1e-3 … 1e-13,
+//                   each with atol from rtol/1000 to 1000 rtol, honest runs came to 0.6 at most, and what this is made for
+//                   exceeds 10³ by decades at usual tolerances. (At rtol = 1e-3 each step may change h by a thousandth, and
+//                   little can be out of proportion to that.) Methods with a step of fixed length promise no tolerance and
+//                   are not judged. Forces of effects do work: energy_balance.hpp is for them.
+//
+// When. At the start, after steps 1, 3, 7, 15, 31, then every 32nd, and at the end; after every step while rcond(M) is below 1e-6,
+// and where the step has become eight times shorter since the last look. Looks are not counted as evaluations. At stop times and
+// where an event changes the state h is compared afresh: a legitimate change of the model belongs there.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/dual.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/run.hpp"
+#include "qdot/integrate/statistics.hpp"
+#include "qdot/mechanics/cholesky.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail {
+
+// The system whose T and V stand behind a first-order form; nothing for what is of first order by itself.
+template <class F>
+struct BehindForm {
+  static constexpr bool is_mechanical = false, is_scene = false, conserves = false;
+};
+template <class Sys>
+struct BehindForm<FirstOrderForm<Sys>> {
+  using System = Sys;
+  static constexpr bool is_mechanical = true, is_scene = false;
+  static constexpr bool conserves = Sys::autonomous;
+  static const Sys& system(const FirstOrderForm<Sys>& form) { return form.system(); }
+};
+template <class F>
+  requires requires(const F& f) { f.scene().system().energies(); }
+struct BehindForm<F> {
+  using System = std::remove_cvref_t<decltype(std::declval<const F&>().scene().system())>;
+  static constexpr bool is_mechanical = true, is_scene = true, conserves = false;
+  static const System& system(const F& form) { return form.scene().system(); }
+};
+
+// q and q̇ of y = [q; q̇; …].
+template <int n>
+std::pair<Vector<double, n>, Vector<double, n>> coordinates_of(const Eigen::VectorXd& y, Eigen::Index dof) {
+  std::pair<Vector<double, n>, Vector<double, n>> parts{Vector<double, n>(dof), Vector<double, n>(dof)};
+  for (Eigen::Index i = 0; i < dof; ++i) {
+    parts.first[i] = y[i];
+    parts.second[i] = y[dof + i];
+  }
+  return parts;
+}
+
+// The energies at a state: h = q̇·∂T/∂q̇ − T + V by one evaluation of T along q̇ and one of V.
+struct EnergyAt {
+  double T = 0.0, V = 0.0, h = 0.0;
+
+  double size() const { return std::abs(T) + std::abs(V); }
+};
+template <class System>
+EnergyAt energy_at(const System& system, double t, const Eigen::VectorXd& y) {
+  constexpr int n = System::dof_at_compile_time;
+  using D = Dual<double, 1>;
+  const Eigen::Index dof = system.dof();
+  Vector<D, n> x(dof), v(dof);
+  Vector<double, n> q(dof);
+  for (Eigen::Index i = 0; i < dof; ++i) {
+    q[i] = y[i];
+    x[i] = D(y[i]);
+    v[i] = D(y[dof + i]);
+    v[i].tangent[0] = y[dof + i];
+  }
+  const D T = kinetic<n>(system.energies(), x, v, D(t));
+  const double V = potential<n>(system.energies(), q, t);
+  return {T.value, V, T.tangent[0] - T.value + V};
+}
+
+/// Looks at the accepted states of one run.
+template <FirstOrderSystem F>
+class Watchdog {
+  using Behind = BehindForm<F>;
+  static constexpr int n = dof_at_compile_time<F>();
+  static constexpr bool looks_at_energy = Behind::conserves;
+  static constexpr bool looks_at_constraints = requires(const F& f) { requires Behind::is_scene && F::has_constraints; };
+  static constexpr bool looks_at_mass = [] {
+    if constexpr (Behind::is_mechanical) return Behind::System::inertia == Inertia::positive_definite;
+    return false;
+  }();
+
+ public:
+  static constexpr bool looks = looks_at_mass || looks_at_energy;
+
+  Watchdog(const F& system, const Options& options) : system_(system), options_(options) {}
+
+  /// True when the state after a step of length h ought to be looked at.
+  bool is_due(double h) {
+    if constexpr (!looks) return (void)h, false;
+    if (++steps_since_ < wait_ && !(h < 0.125 * step_seen_)) return false;
+    step_seen_ = h;
+    return true;
+  }
+
+  /// Begins at a state: the start, or behind a stop time or a change of the state, from where h is compared anew.
+  void begin(double t, const Eigen::VectorXd& y, long steps) {
+    reference_.reset();
+    if constexpr (looks_at_energy) wait_ = 1;
+    steps_since_ = 0;
+    t_before_ = t;
+    steps_begun_ = steps;
+    if constexpr (looks_at_energy) {
+      if (std::isfinite(options_.energy_drift_limit)) reference_ = quietly([&] { return energy_at(Behind::system(system_), t, y); });
+      if (reference_ && !std::isfinite(reference_->h)) reference_.reset();
+      if (reference_) before_ = reference_->h;
+    }
+    allowed_each_ = largest_ = largest_change_ = 0.0;
+    looks_begun_ = 0;
+  }
+
+  /// Looks at an accepted state; the trouble, if there is some.
+  ///
+  /// @param controlled  the method keeps a tolerance
+  std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) {
+    steps_since_ = 0;
+    wait_ = std::min(2 * wait_, longest_wait());
+    std::optional<Failure> trouble = look_at_mass(t, y);
+    if constexpr (looks_at_energy)
+      if (!trouble && reference_ && controlled) trouble = look_at_energy(t, y, steps);
+    return trouble;
+  }
+
+  /// rcond at a state only; at the start of a run, where there is nothing to compare h with.
+  std::optional<Failure> look_at_mass(double t, const Eigen::VectorXd& y) {
+    if constexpr (looks_at_constraints) {
+      return look_at_both(t, y);
+    } else if constexpr (looks_at_mass) {
+      const auto& system = Behind::system(system_);
+      const Eigen::Index dof = system.dof();
+      if (dof > most_coordinates) return std::nullopt;
+      const bool factored = quietly([&] {
+        const auto [q, qdot] = coordinates_of<n>(y, dof);
+        mass_.compute(kinetic_hessian<n>(system.energies(), q, qdot, t));
+        return 1.0;
+      }).has_value();
+      if (!factored) return std::nullopt;
+      const double rcond = mass_.smallest_pivot();
+      if (rcond < closer) wait_ = 1;
+      if (rcond < mass_rcond_) {
+        mass_rcond_ = rcond;
+        mass_rcond_time_ = t;
+      }
+      if (!(rcond < options_.rcond_limit)) return std::nullopt;
+      const auto [q, qdot] = coordinates_of<n>(y, dof);
+      return lost_inertia(innermost_values(kinetic_hessian<n>(system.energies(), q, qdot, t)), rcond, t, coordinate_names(system));
+    } else {
+      return (void)t, (void)y, std::nullopt;
+    }
+  }
+
+  double mass_rcond() const noexcept { return mass_rcond_; }
+
+  /// Writes what was seen.
+  void report(Statistics& statistics) const {
+    statistics.mass_rcond = mass_rcond_;
+    statistics.mass_rcond_time = mass_rcond_time_;
+    statistics.constraint_rcond = constraint_rcond_;
+    statistics.constraint_rcond_time = constraint_rcond_time_;
+    statistics.energy_drift = drift_;
+    statistics.energy_allowed = drift_allowed_;
+  }
+
+ private:
+  static constexpr Eigen::Index most_coordinates = 128;  // M and its factor cost as n³
+  static constexpr double closer = 1e-6;                 // rcond(M) below which every step is looked at
+  static constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+  // Steps between two looks: M and h's differences grow faster with n than a step does.
+  long longest_wait() const {
+    const Eigen::Index dof = system_.size() / 2;
+    return static_cast<long>(std::max<Eigen::Index>(32, dof * dof / 8));
+  }
+
+  // What an evaluation gives; nothing where the model refuses. It has been evaluated there before: it is the watch that must not
+  // end a run with another error than its own.
+  template <class Evaluate>
+  auto quietly(Evaluate&& evaluate) const -> std::optional<decltype(evaluate())> {
+    try {
+      return evaluate();
+    } catch (const Error&) {
+      return std::nullopt;
+    }
+  }
+
+  static Failure lost_inertia(const Eigen::MatrixXd& M, double rcond, double t, const std::vector<std::string>& names) {
+    std::string direction = "some direction";
+    try {
+      throw_mass_matrix_error(M, t, names);
+    } catch (const MassMatrixError& error) {
+      direction = direction_text(error.direction(), names);
+    } catch (const NonFinite& error) {
+      return {Outcome::non_finite, error.what()};
+    }
+    return {Outcome::singular_mass_matrix, "rcond(M) must not fall below rcond_limit, but is " + text_of(rcond) + " at t = " + text_of(t) +
+                                               ": the motion with velocity along " + direction +
+                                               " has almost no inertia, and its acceleration no digits"};
+  }
+
+  std::optional<Failure> look_at_both(double t, const Eigen::VectorXd& y) {
+    const auto seen = quietly([&] { return conditioning(system_.scene(), y, t); });
+    if (!seen) return std::nullopt;
+    if (seen->mass < mass_rcond_) {
+      mass_rcond_ = seen->mass;
+      mass_rcond_time_ = t;
+    }
+    if (seen->constraints < constraint_rcond_) {
+      constraint_rcond_ = seen->constraints;
+      constraint_rcond_time_ = t;
+    }
+    if (!(seen->constraints < options_.constraint_rcond_limit)) return std::nullopt;
+    const std::vector<std::string> names = constraint_names(system_.scene());
+    return Failure{Outcome::constraint_failure,
+                   "rcond of the constraints must not fall below constraint_rcond_limit = " + text_of(options_.constraint_rcond_limit) +
+                       ", but is " + text_of(seen->constraints) + " at t = " + text_of(t) + ", where '" +
+                       names[static_cast<std::size_t>(seen->weakest_constraint)] + "' depends on those before it"};
+  }
+
+  // By how much a step within the tolerances may change h.
+  double allowed(double t, const Eigen::VectorXd& y, double h) {
+    double sum = 0.0;
+    moved_ = y;
+    for (Eigen::Index i = 0; i < y.size(); ++i) {
+      moved_[i] = y[i] + options_.rtol * std::abs(y[i]) + options_.atol[i];
+      const double change = std::abs(energy_at(Behind::system(system_), t, moved_).h - h);
+      if (std::isfinite(change)) sum += change;
+      moved_[i] = y[i];
+    }
+    return sum;
+  }
+
+  std::optional<Failure> look_at_energy(double t, const Eigen::VectorXd& y, long steps) {
+    const std::optional<EnergyAt> now = quietly([&] { return energy_at(Behind::system(system_), t, y); });
+    if (!now || !std::isfinite(now->h)) return std::nullopt;
+    const double taken = static_cast<double>(steps - steps_begun_);
+    const double drift = std::abs(now->h - reference_->h);
+    largest_ = std::max(largest_, now->size());
+    const auto limit = [&] { return options_.energy_drift_limit * (taken * allowed_each_ + epsilon * largest_); };
+    const bool suspicious = drift > 0.01 * limit();
+    if (looks_begun_++ < 4 || looks_begun_ % 8 == 0 || suspicious)
+      allowed_each_ = std::max(allowed_each_, quietly([&] { return allowed(t, y, now->h); }).value_or(0.0));
+    if (const double change = std::abs(now->h - before_); change > largest_change_) {
+      largest_change_ = change;
+      change_from_ = t_before_;
+      change_to_ = t;
+    }
+    before_ = now->h;
+    t_before_ = t;
+    if (drift >= drift_) {
+      drift_ = drift;
+      drift_allowed_ = taken * allowed_each_ + epsilon * largest_;
+    }
+    if (!(drift > limit())) return std::nullopt;
+    return Failure{Outcome::energy_drift,
+                   "T(q, qdot) and V(q) conserve the energy " + text_of(reference_->h) + ", but it has become " + text_of(now->h) +
+                       ", while rtol = " + text_of(options_.rtol) + " and atol allow a change of " +
+                       text_of(taken * allowed_each_ + epsilon * largest_) + "; it changed most between t = " + text_of(change_from_) +
+                       " and t = " + text_of(change_to_)};
+  }
+
+  const F& system_;
+  const Options& options_;
+  long wait_ = 1, steps_since_ = 0;
+  double step_seen_ = 0.0;
+  double mass_rcond_ = 1.0, mass_rcond_time_ = 0.0, constraint_rcond_ = 1.0, constraint_rcond_time_ = 0.0;
+  std::optional<EnergyAt> reference_;  // at the begin
+  double before_ = 0.0, t_before_ = 0.0;  // h at the last look
+  double largest_ = 0.0, allowed_each_ = 0.0, drift_ = 0.0, drift_allowed_ = 0.0;
+  double largest_change_ = 0.0, change_from_ = 0.0, change_to_ = 0.0;
+  long steps_begun_ = 0, looks_begun_ = 0;
+  Eigen::VectorXd moved_;
+  Cholesky<double, n> mass_;
+};
+
+}  // namespace qdot::detail
