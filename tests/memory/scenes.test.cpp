@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+//
+// Scenes of fixed size, with constraints, friction and contacts that are watched at every step, allocate nothing as they go on.
+#include <cmath>
+
+#include "catch2_bridge.hpp"
+#include "count.hpp"
+#include "qdot/effects/constraints.hpp"
+#include "qdot/effects/contact.hpp"
+#include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/scene_form.hpp"
+#include "qdot/integrate/cvode.hpp"
+#include "qdot/integrate/event.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/simulate.hpp"
+
+#if defined(QDOT_TEST_COUNTS_ALLOCATIONS)
+
+namespace {
+
+using namespace qdot;
+
+// A damped pendulum in Cartesian coordinates above a floor that it does not reach.
+const auto pendulum =
+    scene(mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return 9.81 * q[1]; }),
+          holonomic("rod", [](const auto& q) { return q.squaredNorm() - 1.0; }),
+          rayleigh([](const auto&, const auto& v) { return 0.01 * v.squaredNorm(); }),
+          contact("floor", [](const auto& q) { return q[1] + 1.5; }));
+const State<2> start{0.0, Vector<double, 2>(0.6, -0.8), Vector<double, 2>(0.0, 0.0)};
+
+// Allocations of a whole run, the trajectory left out; a function is watched besides that has no zero.
+template <class Method>
+long allocated_by(const Method& method, double t_end) {
+  const auto watched = events(event("high", [](const auto& q) { return q[1] - 2.0; }));
+  const long before = memory::allocations;
+  const auto run = simulate(pendulum, start, t_end, method, {.rtol = 1e-8, .keep_trajectory = false}, watched);
+  const long during = memory::allocations - before;
+  REQUIRE(run.completed());
+  REQUIRE(run.events.empty());
+  return during;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("what a run on constraints with watched events allocates does not grow with its steps", "", Dop853, CvodeBdf) {
+  const long once = allocated_by(TestType{}, 0.5);  // the first run may set up what stays
+  (void)once;
+  CHECK(allocated_by(TestType{}, 5.0) == allocated_by(TestType{}, 0.5));
+}
+
+#endif
