@@ -2,12 +2,11 @@
 //
 // Steps and resets allocate nothing: every malloc of the program, CVODE's included, is counted.
 
-#include <atomic>
-#include <cstddef>
 #include <type_traits>
 
 #include "catch2_bridge.hpp"
 #include "first_order_systems.hpp"
+#include "memory/count.hpp"
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/cvode.hpp"
 #include "qdot/integrate/cvode_automatic.hpp"
@@ -17,52 +16,11 @@
 #include "qdot/integrate/symplectic.hpp"
 #include "qdot/integrate/taylor.hpp"
 
-namespace {
-std::atomic<long> allocations{0};
-}
-
-// A sanitizer has a malloc of its own, and tells who asks; elsewhere on Linux the C library's is put behind a counter.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define QDOT_TEST_SANITIZER_HOOKS
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define QDOT_TEST_SANITIZER_HOOKS
-#endif
-#endif
-
-#if defined(QDOT_TEST_SANITIZER_HOOKS)
-extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*)(const volatile void*, std::size_t),
-                                                         void (*)(const volatile void*));
-namespace {
-const int installed = __sanitizer_install_malloc_and_free_hooks(
-    [](const volatile void*, std::size_t) { ++allocations; }, [](const volatile void*) {});
-}
-#define QDOT_TEST_COUNTS_ALLOCATIONS
-#elif defined(__GLIBC__)
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_calloc(std::size_t, std::size_t);
-void* __libc_realloc(void*, std::size_t);
-
-void* malloc(std::size_t size) noexcept {
-  ++allocations;
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) noexcept {
-  ++allocations;
-  return __libc_calloc(count, size);
-}
-void* realloc(void* old, std::size_t size) noexcept {
-  ++allocations;
-  return __libc_realloc(old, size);
-}
-}
-#define QDOT_TEST_COUNTS_ALLOCATIONS
-#endif
-
 #if defined(QDOT_TEST_COUNTS_ALLOCATIONS)
 
 namespace {
+
+using memory::allocations;
 
 // The oscillator without std::function and strings, so that all allocations are the stepper's.
 struct Plain {
@@ -110,26 +68,35 @@ TEMPLATE_TEST_CASE("after its first step a stepper allocates nothing, resets and
   REQUIRE(stepper.statistics().steps > 100);
 }
 
-TEMPLATE_TEST_CASE("nor does one that is made for T and V", "", qdot::Taylor, qdot::Gauss, qdot::Splitting, qdot::Automatic) {
+TEST_CASE("nor does one that is made for T and V, whatever its order") {
   const auto oscillator = qdot::mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },
                                                      [](const auto& q) { return 0.5 * q.squaredNorm(); });
+  const auto form = qdot::first_order_form(oscillator);
   const Eigen::VectorXd start = test::vector({1.0, 0.0, 0.0, 0.5});
   Eigen::VectorXd out(4);
-  auto stepper = TestType{}.stepper(qdot::first_order_form(oscillator), {});
-  stepper.reset(0.0, start);
-  stepper.step(1.0);
-  stepper.interpolate(0.5 * stepper.t(), out);
-  const long before = allocations;
-  for (int repetition = 0; repetition < 2; ++repetition) {
-    const double t_end = repetition % 2 == 0 ? 20.0 : -20.0;
+  const auto check = [&](auto stepper, const char* name) {
+    INFO(name);
     stepper.reset(0.0, start);
-    while (stepper.t() != t_end) {
-      stepper.step(t_end);
-      stepper.interpolate(0.5 * (stepper.t_previous() + stepper.t()), out);
+    stepper.step(1.0);
+    stepper.interpolate(0.5 * stepper.t(), out);
+    const long before = allocations;
+    for (int repetition = 0; repetition < 2; ++repetition) {
+      const double t_end = repetition % 2 == 0 ? 20.0 : -20.0;
+      stepper.reset(0.0, start);
+      while (stepper.t() != t_end) {
+        stepper.step(t_end);
+        stepper.interpolate(0.5 * (stepper.t_previous() + stepper.t()), out);
+      }
     }
-  }
-  REQUIRE(allocations == before);
-  REQUIRE(stepper.statistics().steps > 20);
+    REQUIRE(allocations == before);
+    REQUIRE(stepper.statistics().steps > 20);
+  };
+  check(qdot::Taylor{}.stepper(form, {}), "taylor");
+  check(qdot::Automatic{}.stepper(form, {}), "auto");
+  for (const int stages : {1, 2, 3, 4, 8}) check(qdot::Gauss{.step = 0.1, .stages = stages}.stepper(form, {}), "gauss");
+  using enum qdot::SplittingScheme;
+  for (const auto scheme : {verlet, yoshida_4, mclachlan_atela_4, blanes_moan_4, kahan_li_6, blanes_moan_6, kahan_li_8})
+    check(qdot::Splitting{.step = 0.1, .scheme = scheme}.stepper(form, {}), "splitting");
 }
 
 TEST_CASE("what a run allocates does not grow with its steps") {

@@ -50,6 +50,7 @@ void __libc_free(void*);
 [[gnu::used]] inline void* realloc(void* old, std::size_t size) noexcept {
   ++memory::allocations;
   if (old == nullptr) ++memory::alive;
+  if (old != nullptr && size == 0) --memory::alive;  // glibc frees it
   return __libc_realloc(old, size);
 }
 [[gnu::used]] inline void free(void* old) noexcept {
