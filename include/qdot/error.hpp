@@ -11,12 +11,55 @@
 // a call is wrong, and there is nothing to return. An *outcome* (integrate/outcome.hpp) is how
 // a run ended: the trajectory up to the last good step comes back with it.
 
+#include <concepts>
+#include <cstddef>
+#include <cstdio>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace qdot {
+
+namespace detail {
+
+// A phrase of a message: words, or a number.
+struct Phrase {
+  Phrase(const char* text) : words(text) {}
+  Phrase(std::string_view text) : words(text) {}
+  Phrase(const std::string& text) : words(text) {}
+  Phrase(double x, int significant = 10) : digits(significant), number(x) {}
+  template <std::integral Integer>
+  Phrase(Integer i) : digits(-1), count(static_cast<long long>(i)) {}
+
+  std::string_view words;
+  int digits = 0;  // of a number; -1 of a count
+  double number = 0.0;
+  long long count = 0;
+};
+
+// The phrases one after the other. A function of its own, so that the many places that may have to complain cost the compiler little.
+[[gnu::cold, gnu::noinline]] inline std::string sentence(std::initializer_list<Phrase> phrases) {
+  std::string text;
+  char digits[32];
+  for (const Phrase& phrase : phrases) {
+    if (phrase.digits == 0) {
+      text += phrase.words;
+      continue;
+    }
+    if (phrase.digits > 0) {
+      std::snprintf(digits, sizeof digits, "%.*g", phrase.digits, phrase.number);
+    } else {
+      std::snprintf(digits, sizeof digits, "%lld", phrase.count);
+    }
+    text += digits;
+  }
+  return text;
+}
+
+}  // namespace detail
 
 /// Base of every exception that the library itself throws.
 class Error : public std::runtime_error {
@@ -31,9 +74,8 @@ class DimensionError : public Error {
   /// @param expected  the size that the rule asks for
   /// @param actual    the size that was given
   /// @param remedy    what to change
-  DimensionError(const std::string& subject, long expected, long actual, const std::string& remedy)
-      : Error(subject + " must have " + std::to_string(expected) + (expected == 1 ? " entry" : " entries") +
-              ", but has " + std::to_string(actual) + "; " + remedy),
+  [[gnu::cold, gnu::noinline]] DimensionError(std::string_view subject, long expected, long actual, std::string_view remedy)
+      : Error(detail::sentence({subject, " must have ", expected, expected == 1 ? " entry" : " entries", ", but has ", actual, "; ", remedy})),
         expected_(expected),
         actual_(actual) {}
 
@@ -50,6 +92,14 @@ class InvalidValue : public Error {
  public:
   using Error::Error;
 };
+
+namespace detail {
+
+[[noreturn, gnu::cold, gnu::noinline]] inline void throw_invalid_value(std::initializer_list<Phrase> message) {
+  throw InvalidValue(sentence(message));
+}
+
+}  // namespace detail
 
 /// An evaluation of the model gave infinity or NaN.
 class NonFinite : public Error {

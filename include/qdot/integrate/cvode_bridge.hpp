@@ -77,15 +77,19 @@ using MemoryHandle = std::unique_ptr<void, Destroyer<free_memory>>;
 /// The index type of this SUNDIALS may be 32 bits wide.
 inline sunindextype index(Eigen::Index n) {
   if (n > static_cast<Eigen::Index>(std::numeric_limits<sunindextype>::max()))
-    throw InvalidValue("this SUNDIALS counts components with " + std::to_string(8 * sizeof(sunindextype)) +
-                       " bits, but the system has " + std::to_string(n) + "; use a build with 64-bit indices");
+    throw_invalid_value({"this SUNDIALS counts components with ", 8 * sizeof(sunindextype), " bits, but the system has ", n,
+                                 "; use a build with 64-bit indices"});
   return static_cast<sunindextype>(n);
+}
+
+[[noreturn, gnu::cold, gnu::noinline]] inline void throw_not_made(const char* what) {
+  throw Error(sentence({"SUNDIALS could not make its ", what, "; is there memory left?"}));
 }
 
 /// Passes on a constructed object, or says that there was no memory for it.
 template <class Handle, class Pointer>
 Handle owned(Pointer object, const char* what) {
-  if (object == nullptr) throw Error(std::string("SUNDIALS could not make its ") + what + "; is there memory left?");
+  if (object == nullptr) throw_not_made(what);
   return Handle(object);
 }
 

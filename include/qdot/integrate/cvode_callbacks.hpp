@@ -45,6 +45,32 @@ namespace qdot::detail::cvode {
 
 using ConstVector = Eigen::Ref<const Eigen::VectorXd>;
 
+/// Newton's equations of an implicit step in a form that is better than a dense matrix.
+class NewtonEquations {
+ public:
+  virtual ~NewtonEquations() = default;
+  virtual SUNLinearSolver solver() const noexcept = 0;
+  virtual SUNMatrix matrix() const noexcept = 0;
+  virtual void linearize(double t, const ConstVector& y) = 0;
+  virtual void assemble(double gamma) = 0;
+};
+
+/// Those of a system that knows M, C and K within their band. A template, so that nothing of it is in programs without such a system.
+template <FirstOrderSystem F>
+class BandedEquations final : public NewtonEquations {
+ public:
+  BandedEquations(const F& system, SUNContext context) : system_(system), newton_(system.size() / 2, context) {}
+
+  SUNLinearSolver solver() const noexcept override { return newton_.solver(); }
+  SUNMatrix matrix() const noexcept override { return newton_.matrix(); }
+  void linearize(double t, const ConstVector& y) override { newton_.linearize(system_.linearization(t, y)); }
+  void assemble(double gamma) override { newton_.assemble(gamma); }
+
+ private:
+  const F& system_;
+  BandedNewton newton_;
+};
+
 /// A first-order system without its type, so that everything else is compiled once for all systems.
 class AnySystem {
  public:
@@ -58,7 +84,7 @@ class AnySystem {
         jacobian_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) {
           static_cast<const F*>(p)->jacobian(t, y, J);
         }),
-        linearize_(linearization_of<F>()),
+        make_banded_(banded_equations_of<F>()),
         project_(projection_of<F>()),
         component_name_(
             [](const void* p, Eigen::Index i) -> std::string { return static_cast<const F*>(p)->component_name(i); }) {}
@@ -67,8 +93,8 @@ class AnySystem {
   std::string component_name(Eigen::Index i) const { return component_name_(object_.get(), i); }
 
   /// True where M, C and K within their band are worth more than a dense Jacobian.
-  bool is_banded() const noexcept { return linearize_ != nullptr && size_ > dense_limit; }
-  BandedLinearization linearization(double t, const ConstVector& y) const { return linearize_(object_.get(), t, y); }
+  bool is_banded() const noexcept { return make_banded_ != nullptr && size_ > dense_limit; }
+  std::unique_ptr<NewtonEquations> banded_equations(SUNContext context) const { return make_banded_(object_.get(), context); }
 
   bool has_constraints() const noexcept { return project_ != nullptr; }
 
@@ -92,13 +118,15 @@ class AnySystem {
  private:
   using Project = std::pair<double, double> (*)(const void*, double, Eigen::Ref<Eigen::VectorXd>);
 
-  using Linearize = BandedLinearization (*)(const void*, double, const ConstVector&);
+  using MakeBanded = std::unique_ptr<NewtonEquations> (*)(const void*, SUNContext);
   static constexpr Eigen::Index dense_limit = 128;  // components
 
   template <FirstOrderSystem F>
-  static Linearize linearization_of() {
+  static MakeBanded banded_equations_of() {
     if constexpr (requires(const F& f, const ConstVector& y) { f.linearization(0.0, y); }) {
-      return [](const void* p, double t, const ConstVector& y) { return static_cast<const F*>(p)->linearization(t, y); };
+      return [](const void* p, SUNContext context) -> std::unique_ptr<NewtonEquations> {
+        return std::make_unique<BandedEquations<F>>(*static_cast<const F*>(p), context);
+      };
     } else {
       return nullptr;
     }
@@ -116,26 +144,27 @@ class AnySystem {
     }
   }
 
-  NonFinite non_finite_derivative(double t, const Eigen::Ref<Eigen::VectorXd>& ydot) const {
+  [[gnu::cold, gnu::noinline]] NonFinite non_finite_derivative(double t, const Eigen::Ref<Eigen::VectorXd>& ydot) const {
     Eigen::Index i = 0;
     while (std::isfinite(ydot[i])) ++i;
-    const std::string component = "the derivative of " + component_name(i);
-    return {component, t, component + " is " + text_of(ydot[i]) + " at t = " + text_of(t)};
+    return non_finite(sentence({"the derivative of ", component_name(i)}), ydot[i], t);
   }
 
-  NonFinite non_finite_jacobian(double t, const Eigen::Ref<Eigen::MatrixXd>& J) const {
+  [[gnu::cold, gnu::noinline]] NonFinite non_finite_jacobian(double t, const Eigen::Ref<Eigen::MatrixXd>& J) const {
     Eigen::Index k = 0;
     while (std::isfinite(J.data()[k])) ++k;  // column-major and without gaps, as CVODE keeps it
-    const std::string component =
-        "the change of " + component_name(k % size_) + "'s derivative with " + component_name(k / size_);
-    return {component, t, component + " is " + text_of(J.data()[k]) + " at t = " + text_of(t)};
+    return non_finite(sentence({"the change of ", component_name(k % size_), "'s derivative with ", component_name(k / size_)}), J.data()[k], t);
+  }
+
+  static NonFinite non_finite(const std::string& component, double value, double t) {
+    return {component, t, sentence({component, " is ", value, " at t = ", t})};
   }
 
   std::unique_ptr<const void, void (*)(const void*)> object_;
   Eigen::Index size_;
   void (*derivative_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::VectorXd>);
   void (*jacobian_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::MatrixXd>);
-  Linearize linearize_;
+  MakeBanded make_banded_;
   Project project_;
   std::string (*component_name_)(const void*, Eigen::Index);
 };
@@ -187,26 +216,11 @@ class GuardedSystem {
   template <class Evaluate>
   int guarded(const Evaluate& evaluate) noexcept {
     try {
-      try {
-        evaluate();
-        if (trouble_) trouble_.reset();
-        return 0;
-      } catch (const NonFinite& error) {
-        return refused(Outcome::non_finite, error);
-      } catch (const MassMatrixError& error) {
-        return refused(Outcome::singular_mass_matrix, error);
-      } catch (const ConstraintError& error) {
-        return refused(Outcome::constraint_failure, error);
-      } catch (const RecoverableError& error) {
-        return refused(Outcome::refused_by_model, error);
-      } catch (const StopRequest& request) {
-        refused(Outcome::stopped_by_model, request);
-        return -1;
-      }
-    } catch (...) {  // also when there is no memory left for the words of the others
-      trouble_.reset();
-      exception_ = std::current_exception();
-      return -1;
+      evaluate();
+      if (trouble_) trouble_.reset();
+      return 0;
+    } catch (...) {
+      return answer_to_exception();
     }
   }
 
@@ -245,7 +259,7 @@ class GuardedSystem {
     return guard.guarded([&] {
       if (!keep) {
         ++guard.jacobians;
-        guard.banded->linearize(guard.system_.linearization(guard.before_limit(t), state));
+        guard.banded->linearize(guard.before_limit(t), state);
       }
       guard.banded->assemble(gamma);
     });
@@ -266,7 +280,7 @@ class GuardedSystem {
     });
   }
 
-  std::unique_ptr<BandedNewton> banded;  // in place of a dense matrix, where the system has a band
+  std::unique_ptr<NewtonEquations> banded;  // in place of a dense matrix, where the system has a band
   long evaluations = 0;
   long jacobians = 0;
   long projections = 0;
@@ -285,6 +299,30 @@ class GuardedSystem {
   int refused(Outcome outcome, const std::exception& error) {
     trouble_.emplace(Failure{outcome, error.what()});
     return +1;
+  }
+
+  // What CVODE is told of the exception that is being handled.
+  [[gnu::cold, gnu::noinline]] int answer_to_exception() noexcept {
+    try {
+      try {
+        throw;
+      } catch (const NonFinite& error) {
+        return refused(Outcome::non_finite, error);
+      } catch (const MassMatrixError& error) {
+        return refused(Outcome::singular_mass_matrix, error);
+      } catch (const ConstraintError& error) {
+        return refused(Outcome::constraint_failure, error);
+      } catch (const RecoverableError& error) {
+        return refused(Outcome::refused_by_model, error);
+      } catch (const StopRequest& request) {
+        refused(Outcome::stopped_by_model, request);
+        return -1;
+      }
+    } catch (...) {  // also when there is no memory left for the words of the others
+      trouble_.reset();
+      exception_ = std::current_exception();
+      return -1;
+    }
   }
 
   AnySystem system_;

@@ -22,7 +22,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -81,8 +80,8 @@ struct Core {
   NonlinearSolverHandle nonlinear_solver;
   MemoryHandle memory;
 
-  Core(AnySystem system, CvodeSettings wanted, const Options& options);
-  void reset(double t0, const Eigen::Ref<const Eigen::VectorXd>& y0);
+  [[gnu::cold]] Core(AnySystem system, CvodeSettings wanted, const Options& options);
+  [[gnu::cold]] void reset(double t0, const Eigen::Ref<const Eigen::VectorXd>& y0);
   bool step(double t_limit);
   PolynomialView polynomial();
 
@@ -90,10 +89,11 @@ struct Core {
     return owned<VectorHandle>(N_VMake_Serial(index(data.size()), data.data(), context.get()), "vector");
   }
   void restart_cvode();
-  bool hop(double t_limit);
+  [[gnu::cold]] bool hop(double t_limit);
   void count_attempts();
   Eigen::Index worst_component();
-  bool fail(int flag);
+  [[gnu::cold]] bool fail(int flag);
+  std::string worst_part(int flag);
 };
 
 inline Core::Core(AnySystem system, CvodeSettings wanted, const Options& options)
@@ -111,7 +111,7 @@ inline Core::Core(AnySystem system, CvodeSettings wanted, const Options& options
       context(make_context(messages)),
       guard(std::move(system), options) {
   const Eigen::Index n = guard.system().size();
-  if (n < 1) throw InvalidValue("a system must have at least 1 component, but has " + std::to_string(n));
+  if (n < 1) detail::throw_invalid_value({"a system must have at least 1 component, but has ", n});
   detail::require_valid(options, n);
   const int highest = settings.family == CV_BDF ? 5 : 12;
   detail::require_option(
@@ -140,8 +140,8 @@ inline Core::Core(AnySystem system, CvodeSettings wanted, const Options& options
   require(CVodeSetMaxOrd(memory.get(), settings.max_order), "CVodeSetMaxOrd");
   if (guard.system().has_constraints()) {
     if (settings.family != CV_BDF)
-      throw InvalidValue("a system with constraints needs a method that can project onto them, but " + settings.name +
-                         " cannot (CVODE projects with BDF only); use CvodeBdf, Dop853 or Dopri5");
+      detail::throw_invalid_value({"a system with constraints needs a method that can project onto them, but ", settings.name,
+                                           " cannot (CVODE projects with BDF only); use CvodeBdf, Dop853 or Dopri5"});
     require(CVodeSetProjFn(memory.get(), &GuardedSystem::projection), "CVodeSetProjFn");
     require(CVodeSetProjErrEst(memory.get(), SUNFALSE), "CVodeSetProjErrEst");
   }
@@ -152,7 +152,7 @@ inline Core::Core(AnySystem system, CvodeSettings wanted, const Options& options
         owned<NonlinearSolverHandle>(SUNNonlinSol_Newton(y_vector.get(), context.get()), "Newton solver");
     require(CVodeSetNonlinearSolver(memory.get(), nonlinear_solver.get()), "CVodeSetNonlinearSolver");
     if (guard.system().is_banded()) {
-      guard.banded = std::make_unique<BandedNewton>(n / 2, context.get());
+      guard.banded = guard.system().banded_equations(context.get());
       require(CVodeSetLinearSolver(memory.get(), guard.banded->solver(), guard.banded->matrix()), "CVodeSetLinearSolver");
       require(CVodeSetLinSysFn(memory.get(), &GuardedSystem::banded_newton), "CVodeSetLinSysFn");
     } else {
@@ -177,8 +177,7 @@ inline void Core::reset(double t0, const Eigen::Ref<const Eigen::VectorXd>& y0) 
   detail::require_option(std::isfinite(t0), "t", "must be finite", t0, "start at a time that is a number");
   for (Eigen::Index i = 0; i < n; ++i)
     if (!std::isfinite(y0[i]))
-      throw InvalidValue(guard.system().component_name(i) + " must be finite at the start, but is " +
-                         detail::text_of(y0[i]) + "; give it a number");
+      detail::throw_invalid_value({guard.system().component_name(i), " must be finite at the start, but is ", y0[i], "; give it a number"});
   guard.start(t0, y0);
   t = t_previous = t0;
   y = y0;
@@ -195,8 +194,7 @@ inline void Core::restart_cvode() {
 
 inline bool Core::step(double t_limit) {
   if (t_limit == t || !std::isfinite(t_limit) || (t_limit - t) * direction < 0)
-    throw InvalidValue("t_limit must lie ahead of t = " + detail::text_of(t) + ", but is " + detail::text_of(t_limit) +
-                       "; call reset() to turn round");
+    detail::throw_invalid_value({"t_limit must lie ahead of t = ", t, ", but is ", t_limit, "; call reset() to turn round"});
   const double distance = std::abs(t_limit - t);
   const double sign = t_limit > t ? 1.0 : -1.0;
   if (direction == 0.0) {
@@ -319,22 +317,21 @@ inline bool Core::fail(int flag) {
   const double h = inverse_l1 == 0.0 ? 0.0 : gamma / inverse_l1;
   const bool at_floor = std::abs(h) <= 1.01 * smallest;
   failure.outcome = guard.trouble() ? guard.trouble()->outcome : outcome_of(flag, at_floor);
-  std::string& text = failure.message;
-  text = statistics.method + " took no step from t = " + detail::text_of(t);
-  if (h != 0.0) text += " with h down to " + detail::text_of(std::abs(h));
-  text += ", order " + std::to_string(statistics.last_order) + ": ";
-  if (guard.trouble()) {
-    text += guard.trouble()->message;
-  } else {
-    text += flag == CV_ERR_FAILURE    ? "the local error stayed too large"
-            : flag == CV_CONV_FAILURE ? "the implicit equations did not converge"
-            : flag == CV_TOO_MUCH_ACC ? "the tolerances are below rounding"
-                                      : "CVODE gave up";
-    const Eigen::Index worst = worst_component();
-    text += ", most of all in " + guard.system().component_name(worst) + " = " + detail::text_of(y[worst]);
-  }
-  text += " [CVode: " + flag_text(flag) + "]; " + std::string(advice(failure.outcome));
+  failure.message = detail::sentence(
+      {statistics.method, " took no step from t = ", t, h == 0.0 ? "" : detail::sentence({" with h down to ", std::abs(h)}), ", order ",
+       statistics.last_order, ": ", guard.trouble() ? guard.trouble()->message : worst_part(flag), " [CVode: ", flag_text(flag), "]; ",
+       advice(failure.outcome)});
   return false;
+}
+
+// What did not come out, and where most of all.
+inline std::string Core::worst_part(int flag) {
+  const Eigen::Index worst = worst_component();
+  return detail::sentence({flag == CV_ERR_FAILURE    ? "the local error stayed too large"
+                           : flag == CV_CONV_FAILURE ? "the implicit equations did not converge"
+                           : flag == CV_TOO_MUCH_ACC ? "the tolerances are below rounding"
+                                                     : "CVODE gave up",
+                           ", most of all in ", guard.system().component_name(worst), " = ", y[worst]});
 }
 
 }  // namespace detail::cvode

@@ -59,7 +59,7 @@ constexpr const char* flag_name(int flag) noexcept {
 }
 
 /// "CV_ERR_FAILURE (-3)".
-inline std::string flag_text(int flag) { return std::string(flag_name(flag)) + " (" + std::to_string(flag) + ")"; }
+inline std::string flag_text(int flag) { return sentence({flag_name(flag), " (", flag, ")"}); }
 
 /// True for the flags that say that a step was accepted.
 constexpr bool accepted(int flag) noexcept {
@@ -87,8 +87,8 @@ constexpr Outcome outcome_of(int flag, bool at_floor) noexcept {
 }
 
 /// Turns a failed set-up call into an exception; CVODE refuses only what qdot should have checked.
-inline void require(int flag, const char* call) {
-  if (flag < 0) throw Error(std::string(call) + " returned " + flag_text(flag) + "; please report it");
+[[gnu::noinline]] inline void require(int flag, const char* call) {
+  if (flag < 0) throw Error(sentence({call, " returned ", flag_text(flag), "; please report it"}));
 }
 
 }  // namespace qdot::detail::cvode

@@ -24,6 +24,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/consistent_start.hpp"
 #include "qdot/integrate/diagnosis.hpp"
@@ -68,7 +69,7 @@ class Driver {
 
  private:
   // The first evaluation. Its errors are the caller's, for there is nothing yet to keep.
-  bool start(double t0, Eigen::VectorXd y0) {
+  [[gnu::cold]] bool start(double t0, Eigen::VectorXd y0) {
     if constexpr (Watch::watches) watch_.settle(t0, y0, tolerance(y0), run_.events);
     if constexpr (ProjectableSystem<F>) require_consistent(system_, t0, y0);
     run_.trajectory.start(t0, y0);
@@ -222,15 +223,16 @@ class Driver {
   bool state_is_sound() {
     const Eigen::Ref<const Eigen::VectorXd> y = stepper_.y();
     Eigen::Index worst = 0;
-    const double largest = y.cwiseAbs().maxCoeff(&worst);
-    if (largest <= options_.state_norm_limit && y.allFinite()) return true;
+    for (Eigen::Index i = 1; i < y.size(); ++i)
+      if (std::abs(y[i]) > std::abs(y[worst])) worst = i;
+    if (std::abs(y[worst]) <= options_.state_norm_limit && all_finite(y.data(), y.size())) return true;
     for (Eigen::Index i = 0; i < y.size(); ++i)
       if (!std::isfinite(y[i]))
-        return end(Outcome::non_finite, system_.component_name(i) + " became " + text_of(y[i]) +
-                                            " in the step to t = " + text_of(stepper_.t()) + why(Outcome::non_finite));
+        return end(Outcome::non_finite, sentence({system_.component_name(i), " became ", y[i], " in the step to t = ", stepper_.t(),
+                                                  why(Outcome::non_finite)}));
     keep();
-    return end(Outcome::state_limit, system_.component_name(worst) + " = " + text_of(y[worst]) +
-                                         " exceeds state_norm_limit = " + text_of(options_.state_norm_limit));
+    return end(Outcome::state_limit,
+               sentence({system_.component_name(worst), " = ", y[worst], " exceeds state_norm_limit = ", options_.state_norm_limit}));
   }
 
   // Puts the step's end back onto the constraints, where the system has any.
@@ -282,7 +284,7 @@ class Driver {
 
   void keep_sample(double t, const Eigen::VectorXd& y) {
     run_.samples.t.push_back(t);
-    run_.samples.y.col(static_cast<Eigen::Index>(next_output_++)) = y;
+    std::copy_n(y.data(), y.size(), run_.samples.y.data() + static_cast<Eigen::Index>(next_output_++) * y.size());
   }
 
   template <class Y>
@@ -304,7 +306,7 @@ class Driver {
   }
 
   // More words for an end that nobody asked for (diagnosis.hpp).
-  std::string why(Outcome outcome) const {
+  [[gnu::cold, gnu::noinline]] std::string why(Outcome outcome) const {
     const Statistics& s = stepper_.statistics();
     const double progress = run_.t - run_.trajectory.front_time();
     return explanation(probe_of(system_), outcome,
@@ -317,14 +319,14 @@ class Driver {
     if (stepper_.t() == landing) return true;
     const Statistics& spent = stepper_.statistics();
     if (spent.steps >= options_.max_steps)
-      return end(Outcome::step_limit, "max_steps = " + std::to_string(options_.max_steps) + " were taken" + why(Outcome::step_limit));
+      return end(Outcome::step_limit, sentence({"max_steps = ", options_.max_steps, " were taken", why(Outcome::step_limit)}));
     if (budget_.is_spent(spent.evaluations)) return end(budget_.failure(spent.evaluations));
     return spent.steps % stall_window != 0 || advances();
   }
 
   // Looks at the last ten thousand steps. A method that chatters about a jump of the right-hand side accepts steps of
   // some rounding units of t for ever; ordinary small steps cover at least a small part of the way done or to do.
-  bool advances() {
+  [[gnu::cold]] bool advances() {
     const double advanced = std::abs(run_.t - std::exchange(stall_mark_, run_.t));
     const double way = std::min(std::abs(run_.t - run_.trajectory.front_time()), std::abs(t_end_ - run_.t));
     if (advanced > 1e-8 * way) {
@@ -332,8 +334,8 @@ class Driver {
       restarts_mark_ = restarts_;
       return true;
     }
-    return end(Outcome::step_collapse, "the last " + std::to_string(stall_window) + " steps advanced t by no more than " +
-                                           text_of(advanced) + ", and t_end = " + text_of(t_end_) + " is far" + why(Outcome::step_collapse));
+    return end(Outcome::step_collapse, sentence({"the last ", stall_window, " steps advanced t by no more than ", advanced,
+                                                 ", and t_end = ", t_end_, " is far", why(Outcome::step_collapse)}));
   }
 
   bool end(const Failure& failure) { return end(failure.outcome, failure.message); }
@@ -345,7 +347,7 @@ class Driver {
     return false;
   }
 
-  void finish() {
+  [[gnu::cold]] void finish() {
     run_.statistics = stepper_.statistics();
     run_.statistics.restarts = restarts_;
     if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
@@ -355,19 +357,21 @@ class Driver {
     }
     dog_.report(run_.statistics);
     run_.statistics.wall_seconds = budget_.seconds();
-    run_.samples.y.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(next_output_));
-    const std::string where = "t = " + text_of(run_.t) + " after " + std::to_string(run_.statistics.steps) + " steps";
-    if (run_.outcome == Outcome::completed) {
-      run_.message = "reached " + where;
-    } else {
-      std::string text = std::string(name(run_.outcome)) + " at " + where + ": " + run_.message;
-      const std::string remedy(advice(run_.outcome));
-      if (text.find(remedy) == std::string::npos) text += "; " + remedy;
-      run_.message = text;
-    }
+    if (next_output_ < outputs_.size()) drop_samples_behind(static_cast<Eigen::Index>(next_output_));
+    const std::string where = sentence({"t = ", run_.t, " after ", run_.statistics.steps, " steps"});
+    const bool advised = run_.message.find(advice(run_.outcome)) != std::string::npos;
+    run_.message = run_.completed() ? sentence({"reached ", where})
+                                    : sentence({name(run_.outcome), " at ", where, ": ", run_.message, advised ? "" : "; ",
+                                                advised ? "" : advice(run_.outcome)});
   }
 
-  void prepare_outputs(double t0, double t_end) {
+  void drop_samples_behind(Eigen::Index count) {
+    Eigen::MatrixXd reached(run_.samples.y.rows(), count);
+    std::copy_n(run_.samples.y.data(), reached.size(), reached.data());
+    run_.samples.y = std::move(reached);
+  }
+
+  [[gnu::cold]] void prepare_outputs(double t0, double t_end) {
     outputs_ = output_points(options_.output_times, t0, t_end);
     run_.samples.t.reserve(outputs_.size());
     run_.samples.y.resize(system_.size(), static_cast<Eigen::Index>(outputs_.size()));

@@ -48,6 +48,7 @@ class EventWatch {
   static constexpr bool watches = listed > 0 || SwitchingSystem<F>;
 
   EventWatch(const F& system, const EventList<Events...>& events) : system_(system), events_(events) {
+    if constexpr (!watches) return;
     Eigen::Index guards = 0;
     if constexpr (SwitchingSystem<F>) guards = system.guard_count();
     const std::size_t count = listed + static_cast<std::size_t>(guards);

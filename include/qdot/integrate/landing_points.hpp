@@ -37,8 +37,8 @@ inline std::vector<double> landing_points(const std::vector<double>& stop_times,
 inline std::vector<double> output_points(const std::vector<double>& times, double t0, double t_end) {
   for (const double t : times)
     if (t < std::min(t0, t_end) || t > std::max(t0, t_end))
-      throw InvalidValue("every output time must lie between the start t = " + text_of(t0) + " and t_end = " + text_of(t_end) +
-                         ", but one is " + text_of(t) + "; remove it or extend the run");
+      throw_invalid_value({"every output time must lie between the start t = ", t0, " and t_end = ", t_end, ", but one is ", t,
+                           "; remove it or extend the run"});
   return sorted_along(times, t0, t_end);
 }
 

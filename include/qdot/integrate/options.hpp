@@ -75,14 +75,14 @@ inline std::string text_of(double x) {
 }
 
 inline void require_option(bool holds, const char* option, const char* rule, double given, const char* remedy) {
-  if (!holds) throw InvalidValue(std::string(option) + " " + rule + ", but is " + text_of(given) + "; " + remedy);
+  if (!holds) throw_invalid_value({option, " ", rule, ", but is ", given, "; ", remedy});
 }
 
 /// Checks everything in the options that does not depend on the run's times.
 ///
 /// @throws InvalidValue    a number outside its range
 /// @throws DimensionError  atol has neither 1 nor `size` entries
-inline void require_valid(const Options& options, Eigen::Index size) {
+[[gnu::cold]] inline void require_valid(const Options& options, Eigen::Index size) {
   constexpr double least_rtol = 10 * std::numeric_limits<double>::epsilon();
   const auto is_limit = [](double x) { return x > 0; };  // false for NaN, true for infinity
   require_option(options.rtol >= least_rtol && options.rtol < 1, "rtol",
@@ -92,7 +92,7 @@ inline void require_valid(const Options& options, Eigen::Index size) {
                          "give one number for all components, or one for each (positions first, then velocities)");
   for (Eigen::Index i = 0; i < options.atol.size(); ++i)
     require_option(is_limit(options.atol[i]) && std::isfinite(options.atol[i]),
-                   options.atol.size() == 1 ? "atol" : ("atol[" + std::to_string(i) + "]").c_str(),
+                   options.atol.size() == 1 ? "atol" : sentence({"atol[", i, "]"}).c_str(),
                    "must be positive and finite", options.atol[i],
                    "give the size below which the component no longer matters");
   require_option(is_limit(options.max_step), "max_step", "must be positive", options.max_step,

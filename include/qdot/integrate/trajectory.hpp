@@ -135,9 +135,8 @@ class DenseOutput {
   // The first piece whose end is not before t; the start point when t is the start.
   std::size_t piece_of(double t) const {
     if (!contains(t))
-      throw InvalidValue("t must lie within the trajectory, from " + detail::text_of(front_time()) + " to " +
-                         detail::text_of(back_time()) + ", but is " + detail::text_of(t) +
-                         "; extend the run, or ask for a time it has reached");
+      detail::throw_invalid_value({"t must lie within the trajectory, from ", front_time(), " to ", back_time(), ", but is ", t,
+                                           "; extend the run, or ask for a time it has reached"});
     if (t == start_time_) return start_point;
     const bool forward = back_time() >= front_time();
     const auto found = std::lower_bound(pieces_.begin(), pieces_.end(), t, [forward](const Piece& piece, double time) {
@@ -199,7 +198,7 @@ class Trajectory : public DenseOutput {
   /// @throws InvalidValue  when count < 2
   std::vector<State<n>> sampled(int count) const {
     if (count < 2)
-      throw InvalidValue("the number of samples must be at least 2 (both ends), but is " + std::to_string(count));
+      detail::throw_invalid_value({"the number of samples must be at least 2 (both ends), but is ", count});
     std::vector<State<n>> result;
     result.reserve(static_cast<std::size_t>(count));
     for (int i = 0; i < count - 1; ++i)
@@ -211,8 +210,7 @@ class Trajectory : public DenseOutput {
  private:
   State<n> state(double t, const Eigen::VectorXd& y) const {
     if (dof_ < 1)
-      throw InvalidValue("a state needs coordinates, but this first-order system of " + std::to_string(size()) +
-                         " components has none; ask for y(t)");
+      detail::throw_invalid_value({"a state needs coordinates, but this first-order system of ", size(), " components has none; ask for y(t)"});
     State<n> state{t, Vector<double, n>(dof_), Vector<double, n>(dof_)};
     std::copy_n(y.data(), dof_, state.q.data());
     std::copy_n(y.data() + dof_, dof_, state.qdot.data());

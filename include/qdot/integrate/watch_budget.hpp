@@ -39,8 +39,8 @@ class Budget {
   /// What is spent, in words; only where is_spent().
   Failure failure(long evaluations) const {
     if (evaluations >= evaluations_)
-      return {Outcome::evaluation_limit, "max_evaluations = " + std::to_string(evaluations_) + " were spent"};
-    return {Outcome::time_limit, "max_wall_seconds = " + text_of(seconds_) + " were spent"};
+      return {Outcome::evaluation_limit, sentence({"max_evaluations = ", evaluations_, " were spent"})};
+    return {Outcome::time_limit, sentence({"max_wall_seconds = ", seconds_, " were spent"})};
   }
 
  private:

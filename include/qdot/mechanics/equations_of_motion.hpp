@@ -9,7 +9,6 @@
 
 #include <cmath>
 #include <concepts>
-#include <sstream>
 #include <string>
 #include <type_traits>
 
@@ -35,14 +34,12 @@ void require_finite_acceleration(const Sys& system, const Vector<S, n>& qddot, c
     const auto name = [&] {
       if (!isfinite(innermost_value(q[i]))) return system.coordinate_name(i);
       if (!isfinite(innermost_value(qdot[i]))) return system.velocity_name(i);
-      if (!isfinite(innermost_value(qddot[i]))) return "the acceleration of " + system.coordinate_name(i);
+      if (!isfinite(innermost_value(qddot[i]))) return sentence({"the acceleration of ", system.coordinate_name(i)});
       return std::string();
     }();
     if (name.empty()) continue;
-    std::ostringstream out;
-    out << "the equations of motion must be finite, but " << name << " is not at t = " << at
-        << "; check T and V there for a division by zero, a root or logarithm outside its domain, or overflow";
-    throw NonFinite(name, at, out.str());
+    throw NonFinite(name, at, sentence({"the equations of motion must be finite, but ", name, " is not at t = ", {at, 6},
+                                        "; check T and V there for a division by zero, a root or logarithm outside its domain, or overflow"}));
   }
 }
 

@@ -23,7 +23,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -43,34 +42,37 @@ double singular_pivot(Eigen::Index n) {
 }
 
 inline std::string direction_text(const std::vector<double>& x, const std::vector<std::string>& names) {
-  std::ostringstream out;
-  out.precision(4);
-  bool first = true;
+  std::string text;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    if (std::abs(x[i]) < 1e-9) continue;
-    if (!first) out << (x[i] < 0 ? " - " : " + ");
-    if (first && x[i] < 0) out << "-";
-    if (std::abs(std::abs(x[i]) - 1.0) > 1e-9) out << std::abs(x[i]) << "*";
-    out << names[i];
-    first = false;
+    const double weight = std::abs(x[i]);
+    if (weight < 1e-9) continue;
+    const char* const sign = text.empty() ? (x[i] < 0 ? "-" : "") : x[i] < 0 ? " - " : " + ";
+    text += std::abs(weight - 1.0) > 1e-9 ? sentence({sign, {weight, 4}, "*", names[i]}) : sentence({sign, names[i]});
   }
-  return out.str();
+  return text;
 }
 
 // Throws the error that says which direction of a symmetric M has no (or a negative) inertia.
-[[noreturn]] inline void throw_mass_matrix_error(Eigen::MatrixXd M, double t, const std::vector<std::string>& names) {
+[[noreturn, gnu::cold]] inline void throw_mass_matrix_error(Eigen::MatrixXd M, double t, const std::vector<std::string>& names) {
   const Eigen::Index n = M.rows();
-  std::ostringstream out;
-  out.precision(6);
   for (Eigen::Index j = 0; j < n; ++j)
     for (Eigen::Index i = 0; i < n; ++i)
       if (!std::isfinite(M(i, j))) {
-        const std::string entry = "M(" + names[static_cast<std::size_t>(i)] + ", " + names[static_cast<std::size_t>(j)] + ")";
-        out << "the mass matrix must be finite, but " << entry << " = " << M(i, j) << " at t = " << t
-            << "; the kinetic energy has no second derivative in the velocities there: check T for a division by "
-               "zero or a root of zero, and the state for overflow";
-        throw NonFinite(entry, t, out.str());
+        const std::string entry = sentence({"M(", names[static_cast<std::size_t>(i)], ", ", names[static_cast<std::size_t>(j)], ")"});
+        throw NonFinite(entry, t,
+                        sentence({"the mass matrix must be finite, but ", entry, " = ", {M(i, j), 6}, " at t = ", {t, 6},
+                                  "; the kinetic energy has no second derivative in the velocities there: check T for a division by "
+                                  "zero or a root of zero, and the state for overflow"}));
       }
+  if (n > 1 && M.isZero(0.0)) {
+    out << "the mass matrix must be positive definite, but at t = " << t << " all of it is zero: T has no terms of second order in "
+        << (n == 2 ? names[0] + "dot and " + names[1] + "dot" : names[0] + "dot to " + names.back() + "dot")
+        << ", so L determines no accelerations; add the kinetic energy, or, if L is meant to be linear in the velocities, write its "
+           "first-order equations as a FirstOrderSystem (mechanics/first_order_form.hpp) and simulate that";
+    std::vector<double> direction(static_cast<std::size_t>(n), 0.0);
+    direction[0] = 1.0;
+    throw SingularMassMatrix(out.str(), t, direction, 0.0);
+  }
   // L D Lᵀ without pivoting, column by column, up to the first bad pivot.
   Eigen::MatrixXd L(n, n);  // below its diagonal of ones
   Eigen::VectorXd d(n);
@@ -110,18 +112,15 @@ inline std::string direction_text(const std::vector<double>& x, const std::vecto
     }
     negative = scale > 0.0 && std::abs(momentum) > 1e-6 * scale;
   }
-  std::string velocities = direction_text(direction, names);
-  out << "the mass matrix must be positive definite, but at t = " << t << " the motion with velocity along "
-      << velocities << " has " << (negative ? "no positive kinetic energy" : "no kinetic energy");
-  out << " (relative inertia " << worst << ")";
-  if (negative) {
-    out << "; check the signs in T, or, if L is meant to have such a mass matrix, say "
-           "system.with_indefinite_mass_matrix()";
-    throw IndefiniteMassMatrix(out.str(), t, direction, worst);
-  }
-  out << "; give that motion a mass or an inertia, remove the coordinate, or leave the point where the coordinates "
-         "degenerate (a pole, r = 0)";
-  throw SingularMassMatrix(out.str(), t, direction, worst);
+  const std::string text = sentence({"the mass matrix must be positive definite, but at t = ", {t, 6}, " the motion with velocity along ",
+                                     direction_text(direction, names), negative ? " has no positive kinetic energy" : " has no kinetic energy",
+                                     " (relative inertia ", {worst, 6},
+                                     negative ? "); check the signs in T, or, if L is meant to have such a mass matrix, say "
+                                                "system.with_indefinite_mass_matrix()"
+                                              : "); give that motion a mass or an inertia, remove the coordinate, or leave the point "
+                                                "where the coordinates degenerate (a pole, r = 0)"});
+  if (negative) throw IndefiniteMassMatrix(text, t, direction, worst);
+  throw SingularMassMatrix(text, t, direction, worst);
 }
 
 template <class S, int n>
@@ -173,10 +172,9 @@ Matrix<S, n, columns> solved_with_mass_matrix(const Sys& system, const Matrix<S,
     if (!lu.isInvertible()) {
       const std::vector<double> direction = direction_without_inertia(innermost_values(M));
       const double at = static_cast<double>(innermost_value(t));
-      throw SingularMassMatrix("the mass matrix must be regular, but at t = " + std::to_string(at) +
-                                   " it vanishes on velocities along " +
-                                   direction_text(direction, coordinate_names(system)) +
-                                   "; L does not determine that acceleration: remove the coordinate or change L",
+      throw SingularMassMatrix(sentence({"the mass matrix must be regular, but at t = ", {at, 6}, " it vanishes on velocities along ",
+                                         direction_text(direction, coordinate_names(system)),
+                                         "; L does not determine that acceleration: remove the coordinate or change L"}),
                                at, direction, 0.0);
     }
     return lu.solve(B);

@@ -70,8 +70,8 @@ class System {
 
   System(Energies energies, Eigen::Index dof) : energies_(std::move(energies)), dof_(dof) {
     if (dof_ < 1)
-      throw InvalidValue("the number of coordinates must be at least 1, but is " + std::to_string(dof_) +
-                         "; pass the length of q to mechanical_system(n, T, V)");
+      detail::throw_invalid_value({"the number of coordinates must be at least 1, but is ", dof_,
+                                           "; pass the length of q to mechanical_system(n, T, V)"});
   }
 
   /// Number of coordinates.
@@ -107,12 +107,12 @@ class System {
 
   /// Name of coordinate i: the user's, or q0, q1, …
   std::string coordinate_name(Eigen::Index i) const {
-    return names_.empty() ? std::string("q").append(std::to_string(i)) : names_[static_cast<std::size_t>(i)];
+    return names_.empty() ? detail::sentence({"q", i}) : names_[static_cast<std::size_t>(i)];
   }
 
   /// Name of velocity i: the coordinate's with "dot" behind it.
   std::string velocity_name(Eigen::Index i) const {
-    return names_.empty() ? std::string("qdot").append(std::to_string(i)) : coordinate_name(i) + "dot";
+    return names_.empty() ? detail::sentence({"qdot", i}) : detail::sentence({coordinate_name(i), "dot"});
   }
 
  private:
