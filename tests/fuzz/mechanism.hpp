@@ -147,11 +147,12 @@ Frame<S> hung(const Body& b, const Frame<S>& parent, const S& q) {
 
 template <class S, class Q>
 S potential_of(const Tree& tree, const Q& q) {
+  using Index = std::conditional_t<std::is_same_v<Q, Reals>, std::size_t, Eigen::Index>;
   std::vector<Frame<S>> frames;
   S V(0.0);
   for (std::size_t i = 0; i < tree.bodies.size(); ++i) {
     const Body& b = tree.bodies[i];
-    const S x = q[static_cast<Eigen::Index>(i)];
+    const S x = q[static_cast<Index>(i)];
     frames.push_back(hung<S>(b, b.parent < 0 ? ground<S>() : frames[static_cast<std::size_t>(b.parent)], x));
     const V3<S> r = sum<S>(frames[i].origin, turned(frames[i].R, b.centre));
     V = V - b.mass * (tree.gravity[0] * r[0] + tree.gravity[1] * r[1] + tree.gravity[2] * r[2]);

@@ -8,6 +8,7 @@
 #include "catch2_bridge.hpp"
 #include "mechanism.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
+#include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
 #include "qdot/mechanics/system.hpp"
 #include "seed.hpp"
@@ -73,7 +74,14 @@ void check(const System& system, const fuzz::Tree& tree, fuzz::Random& random, c
   const auto size = static_cast<Eigen::Index>(tree.bodies.size());
   const Vector<double, n> q = random_vector<n>(random, size, 3.0), v = random_vector<n>(random, size, 2.0);
   INFO(fuzz::seed_text() << ", " << door << ", " << size << " bodies");
-  CHECK(difference<n>(acceleration(system, q, v), fuzz::accelerations_of(tree, reals<n>(q), reals<n>(v))) < rounded);
+  const fuzz::Equations exact = fuzz::equations_of(tree, reals<n>(q), reals<n>(v));
+  CHECK(difference<n>(acceleration(system, q, v), fuzz::solved(exact.M, exact.rhs)) < rounded);
+  Real T = 0;
+  for (std::size_t i = 0; i < exact.M.size(); ++i)
+    for (std::size_t j = 0; j < exact.M.size(); ++j) T += exact.M[i][j] * v[static_cast<Eigen::Index>(i)] * v[static_cast<Eigen::Index>(j)] / 2;
+  CHECK_THAT(kinetic_energy(system, q, v), WithinRel(static_cast<double>(T), rounded));
+  const auto V = static_cast<double>(fuzz::potential_of<Real>(tree, reals<n>(q)));
+  CHECK_THAT(potential_energy(system, q), WithinAbs(V, rounded * (1.0 + std::abs(V))));
   if constexpr (jacobian == Jacobian::too) CHECK(difference<n>(acceleration_jacobian(system, q, v), tree, q, v) < differenced);
 }
 

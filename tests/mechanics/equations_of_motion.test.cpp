@@ -105,6 +105,19 @@ TEST_CASE("sizes known at run time give the same accelerations, beyond one pass 
   }
 }
 
+TEST_CASE("a function of a kinetic energy has its free motion") {
+  // T = f(u), u = (1 + q²) q̇²: u is constant on a free motion, so f drops out of (f′ 2(1 + q²) q̇)˙ = f′ 2q q̇², and q̈ = −q q̇²/(1 + q²).
+  const auto T = [](const auto& q, const auto& v) {
+    using std::exp;
+    auto sum = 0.0 * v[0];
+    for (Eigen::Index i = 0; i < q.size(); ++i) sum += exp((1.0 + q[i] * q[i]) * (v[i] * v[i]));
+    return sum;
+  };
+  const VectorXd q = VectorXd::LinSpaced(3, 0.2, 1.0), v = VectorXd::LinSpaced(3, -0.8, 1.0);
+  const VectorXd expected = -(q.array() * v.array().square()) / (1.0 + q.array().square());
+  CHECK((acceleration(mechanical_system(3, T), q, v) - expected).norm() < rounding);
+}
+
 TEST_CASE("the exact Jacobian equals the derivative of the accelerations along every direction") {
   const auto s = mechanical_system<2>(RodAndRing{});
   const Vector2d q(0.4, 0.2);
