@@ -97,6 +97,16 @@ TEST_CASE("the scale of a constraint changes its multiplier and nothing else") {
   }
 }
 
+TEST_CASE("dependence is judged on rows of one scale: a constraint in micrometres counts beside one in megametres said twice") {
+  const auto s = scene(heavy_point, holonomic("side", [](const auto& q) { return 1e6 * q[0]; }),
+                       holonomic("side again", [](const auto& q) { return 1e6 * q[0]; }),
+                       holonomic("floor", [](const auto& q) { return 1e-6 * q[1]; }));
+  const auto solution = constrained_acceleration(s, Vector2d(0, 0), Vector2d(0, 0));
+  CHECK(solution.rank == 2);
+  CHECK(solution.qddot.norm() < rounding);
+  CHECK_THAT(1e-6 * solution.lambda[2], WithinAbs(g, rounding));
+}
+
 TEST_CASE("constraints that contradict each other are named") {
   const auto s = scene(heavy_point, holonomic("left", [](const auto& q) { return q[0]; }),
                        holonomic("moving left", [](const auto& q, const auto& t) { return q[0] - t * t; }));

@@ -79,6 +79,34 @@ TEST_CASE("contacts that say the same twice share the blow") {
   CHECK_THAT(u[0], WithinAbs(0.5, rounding));
 }
 
+TEST_CASE("two blows at once: Poisson's law keeps back what was compressed, Newton's what was fast") {
+  // Compression takes Λ = (0.8, 0.4) to u = 0. With e = (1, 0) Poisson's law returns 0.8 of it at the first contact,
+  // Newton's asks for u₁ = 1, and then the second contact needs no impulse.
+  MatrixXd A(2, 2);
+  A << 1.0, 0.5, 0.5, 1.0;
+  const VectorXd before = (VectorXd(2) << -1.0, -0.8).finished(), still = VectorXd::Constant(2, 1e-12);
+  VectorXd u = before;
+  const VectorXd poisson = impulses(A, u, {poisson_restitution(1.0), poisson_restitution(0.0)}, still);
+  CHECK((poisson - (VectorXd(2) << 1.6, 0.4).finished()).norm() < rounding);
+  CHECK((u - (VectorXd(2) << 0.8, 0.4).finished()).norm() < rounding);
+  u = before;
+  const VectorXd newton = impulses(A, u, {restitution(1.0), restitution(0.0)}, still);
+  CHECK((newton - (VectorXd(2) << 2.0, 0.0).finished()).norm() < rounding);
+  CHECK((u - (VectorXd(2) << 1.0, 0.2).finished()).norm() < rounding);
+}
+
+TEST_CASE("both laws in one blow do not let the energy grow") {
+  // Λ = (532/39, 7, 370/13) would satisfy both laws, and raise the energy by 4/3.
+  MatrixXd A(3, 3);
+  A << 0.3, 0.3, -0.2, 0.3, 0.4, -0.2, -0.2, -0.2, 0.22;
+  const VectorXd before = (VectorXd(3) << -0.5, -0.6, -0.9).finished();
+  VectorXd u = before;
+  const VectorXd impulse = impulses(A, u, {restitution(0.0), restitution(1.0), poisson_restitution(1.0)}, VectorXd::Constant(3, 1e-12));
+  CHECK(impulse.minCoeff() >= 0.0);
+  CHECK(u.minCoeff() > -1e-9);
+  CHECK(0.5 * impulse.dot(u + before) < 1e-10);
+}
+
 TEST_CASE("the impact of a system throws it back along M⁻¹Jᵀ") {
   // A double pendulum's unit masses and lengths at rest angles hit a wall with the lower bob.
   const auto system = qdot::mechanical_system<2>([](const auto& q, const auto& v) {

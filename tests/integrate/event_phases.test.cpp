@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+//
+// Which phase follows when several are possible: resting or one more hop, one support or two, the edge of the model.
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "catch2_bridge.hpp"
+#include "qdot/effects/contact.hpp"
+#include "qdot/effects/dry_friction.hpp"
+#include "qdot/effects/scene_form.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/simulate.hpp"
+
+using qdot::contact;
+using qdot::Dop853;
+using qdot::scene;
+using qdot::simulate;
+using qdot::State;
+
+namespace {
+
+using Eigen::Vector2d;
+using V1 = qdot::Vector<double, 1>;
+constexpr double g = 9.81;
+
+const auto falling = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return g * q[0]; });
+const auto height = [](const auto& q) { return q[0]; };
+
+std::vector<std::string> names(const std::vector<qdot::RecordedEvent>& list) {
+  std::vector<std::string> result;
+  for (const auto& e : list) result.push_back(e.name);
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("hops lower than a hundred tolerances are left out, and no others") {
+  // From the height 1 the k-th hop rises to e²ᵏ: the first below 100 atol = 1e-6 is the 31st of e = 0.8.
+  const auto run = simulate(scene(falling, contact("floor", height, qdot::restitution(0.8))), State<1>{0.0, V1(1.0), V1(0.0)}, 5.0, Dop853{},
+                            {.rtol = 1e-9, .atol = 1e-8});
+  REQUIRE(run.completed());
+  REQUIRE(run.events.size() == 32);
+  CHECK(run.events[30].name == "floor");
+  CHECK(run.events[31].name == "floor rests");
+  CHECK(run.events[31].t == run.events[30].t);
+  CHECK(run.y[1] == 0.0);
+}
+
+TEST_CASE("a beam that is loaded beyond one of its supports leaves the other") {
+  // Height y of the middle, slope θ, supports at x = ±1; m = 1, J = 4, and a weight of 2 m g that pulls at x = 2. If both supports held, the
+  // left one would have to pull with m g / 2. So it opens, and about the right one (m + J) θ̈ = −m g.
+  const auto beam = qdot::mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + 4.0 * v[1] * v[1]); },
+                                               [](const auto& q) { return g * q[0] + 2.0 * g * (q[0] + 2.0 * q[1]); });
+  const auto s = scene(beam, contact("left", [](const auto& q) { return q[0] - q[1]; }), contact("right", [](const auto& q) { return q[0] + q[1]; }));
+  const State<2> start{0.0, Vector2d(0, 0), Vector2d(0, 0)};
+  const auto z = settled_states(s, start);
+  CHECK(z == Vector2d(0, 1));  // apart, closed
+  const auto solution = constrained_acceleration(s, start.q, start.qdot, 0.0, z);
+  CHECK_THAT(solution.lambda[1], WithinAbs(3.2 * g, 1e-12));
+  CHECK((solution.qddot - 0.2 * g * Vector2d(1, -1)).norm() < 1e-12);
+  const auto run = simulate(s, start, 0.1, Dop853{});
+  REQUIRE(run.completed());
+  CHECK(run.events.empty());
+  CHECK_THAT(run.y[0], WithinAbs(0.001 * g, 1e-12));
+}
+
+TEST_CASE("a run ends at the edge of what its model describes") {
+  const auto run = simulate(scene(falling, qdot::boundary("edge", [](const auto& q) { return q[0] - 0.5; })), State<1>{0.0, V1(1.0), V1(0.0)}, 5.0,
+                            Dop853{});
+  REQUIRE(run.outcome == qdot::Outcome::stopped_by_event);
+  CHECK(names(run.events) == std::vector<std::string>{"edge"});
+  CHECK_THAT(run.t, WithinAbs(std::sqrt(1.0 / g), 1e-10));
+  CHECK_THAT(run.y[0], WithinAbs(0.5, 1e-12));
+  CHECK(run.y[1] < -3.0);  // no blow
+}
+
+TEST_CASE("a run goes on from where another ended, phases and all") {
+  // A block that sticks on a spring stays there, a ball that rests keeps resting: y holds the phases.
+  const auto s = scene(falling, contact("floor", height, qdot::restitution(0.5)));
+  const auto first = simulate(s, State<1>{0.0, V1(1.0), V1(0.0)}, 3.0, Dop853{});
+  const auto second = simulate(s, qdot::FirstOrderState{first.t, first.y}, 4.0, Dop853{});
+  REQUIRE(second.completed());
+  CHECK(second.events.empty());
+  CHECK(second.y == first.y);
+}
