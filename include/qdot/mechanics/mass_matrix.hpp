@@ -64,15 +64,14 @@ inline std::string direction_text(const std::vector<double>& x, const std::vecto
                                   "; the kinetic energy has no second derivative in the velocities there: check T for a division by "
                                   "zero or a root of zero, and the state for overflow"}));
       }
-  if (n > 1 && M.isZero(0.0)) {
-    out << "the mass matrix must be positive definite, but at t = " << t << " all of it is zero: T has no terms of second order in "
-        << (n == 2 ? names[0] + "dot and " + names[1] + "dot" : names[0] + "dot to " + names.back() + "dot")
-        << ", so L determines no accelerations; add the kinetic energy, or, if L is meant to be linear in the velocities, write its "
-           "first-order equations as a FirstOrderSystem (mechanics/first_order_form.hpp) and simulate that";
-    std::vector<double> direction(static_cast<std::size_t>(n), 0.0);
-    direction[0] = 1.0;
-    throw SingularMassMatrix(out.str(), t, direction, 0.0);
-  }
+  if (n > 1 && M.isZero(0.0))
+    throw SingularMassMatrix(sentence({"the mass matrix must be positive definite, but at t = ", {t, 6},
+                                       " all of it is zero: T has no terms of second order in the velocities of ", names.front(),
+                                       n == 2 ? " and " : " to ", names.back(),
+                                       ", so L determines no accelerations; add the kinetic energy, or, if L is meant to be linear in the "
+                                       "velocities, write its first-order equations as a FirstOrderSystem "
+                                       "(mechanics/first_order_form.hpp) and simulate that"}),
+                             t, std::vector<double>(static_cast<std::size_t>(n), 1.0), 0.0);
   // L D Lᵀ without pivoting, column by column, up to the first bad pivot.
   Eigen::MatrixXd L(n, n);  // below its diagonal of ones
   Eigen::VectorXd d(n);
