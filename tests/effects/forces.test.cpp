@@ -148,6 +148,12 @@ TEST_CASE("regularized friction opposes motion and saturates") {
   CHECK(rhs(s, Vector2d(0, 0), Vector2d(0.0, 1.0)) == Vector2d(0, 0));
 }
 
+TEST_CASE("viscous damping brakes each velocity with its coefficient") {
+  const auto s = scene(free_point, qdot::viscous_damping(Vector2d(0.2, 0.7)));
+  CHECK((rhs(s, Vector2d(1, 2), Vector2d(3, -4)) - Vector2d(-0.6, 2.8)).norm() < rounding);
+  CHECK_THAT(power(s, Vector2d(1, 2), Vector2d(3, -4)), WithinAbs(-0.2 * 9 - 0.7 * 16, rounding));
+}
+
 TEST_CASE("parameters of effects outside their range are refused with their values") {
   CHECK_THROWS_AS(qdot::viscous_damping(Vector2d(0.1, -0.2)), qdot::InvalidValue);
   CHECK_THROWS_AS(qdot::regularized_friction(0, 1.0, 0.0), qdot::InvalidValue);

@@ -84,7 +84,7 @@ Row random_row(fuzz::Random& random) {
 }
 
 struct Samples {
-  double acceleration = 0.0, reaction = 0.0;
+  double acceleration = 0.0, reaction = 0.0, power = 0.0;
   bool ranks_are_right = true;
 };
 
@@ -128,13 +128,16 @@ Samples differences(std::uint64_t seed, bool depends) {
     double size = 1.0, strength = 1.0;
     for (std::size_t i = 0; i < n; ++i) size = std::max(size, static_cast<double>(std::abs(exact[i])));
     for (std::size_t r = 0; r < m; ++r) strength = std::max(strength, static_cast<double>(std::abs(exact[n + r])));
+    Real work = 0;
     for (std::size_t i = 0; i < n; ++i) {
       Real reaction = 0;
       for (std::size_t r = 0; r < m; ++r) reaction += J[r][i] * exact[n + r];
       const auto k = static_cast<Eigen::Index>(i);
       worst.acceleration = std::max(worst.acceleration, std::abs(solution.qddot[k] - static_cast<double>(exact[i])) / size);
       worst.reaction = std::max(worst.reaction, std::abs(force[k] - static_cast<double>(reaction)) / strength);
+      work += reaction * static_cast<Real>(v[k]);
     }
+    worst.power = std::max(worst.power, std::abs(power(s, q, v, t) - static_cast<double>(work)) / strength);
     worst.ranks_are_right = worst.ranks_are_right && solution.rank == static_cast<Eigen::Index>(m);
   }
   return worst;
@@ -150,6 +153,7 @@ TEST_CASE("random mechanisms under random constraints move as the whole matrix s
   INFO(fuzz::seed_text() << ", differences " << worst.acceleration << ", " << worst.reaction);
   CHECK(worst.acceleration < rounded);
   CHECK(worst.reaction < rounded);
+  CHECK(worst.power < 10 * rounded);  // five terms, velocities up to 2
   CHECK(worst.ranks_are_right);
 }
 
@@ -158,5 +162,6 @@ TEST_CASE("a row that depends on others changes neither the motion nor the react
   INFO(fuzz::seed_text() << ", differences " << worst.acceleration << ", " << worst.reaction);
   CHECK(worst.acceleration < rounded);
   CHECK(worst.reaction < rounded);
+  CHECK(worst.power < 10 * rounded);  // five terms, velocities up to 2
   CHECK(worst.ranks_are_right);
 }
