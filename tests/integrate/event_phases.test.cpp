@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "catch2_bridge.hpp"
+#include "qdot/effects/constraints.hpp"
 #include "qdot/effects/contact.hpp"
 #include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/scene_form.hpp"
@@ -73,6 +74,46 @@ TEST_CASE("a run ends at the edge of what its model describes") {
   CHECK_THAT(run.t, WithinAbs(std::sqrt(1.0 / g), 1e-10));
   CHECK_THAT(run.y[0], WithinAbs(0.5, 1e-12));
   CHECK(run.y[1] < -3.0);  // no blow
+}
+
+TEST_CASE("friction at a crank's slider turns at each dead centre and takes F times the way, until it sticks") {
+  // Scotch yoke: x = cos θ, T = ½ (J θ̇² + m ẋ²), J = 1. From x = 1 with θ̇ = 3 the energy 4.5 lasts for a way of 4.5/0.4 = 11.25,
+  // five strokes of length 2 and 1.25 of the sixth.
+  const auto yoke = qdot::mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + 0.5 * v[1] * v[1]); }).with_names({"theta", "x"});
+  const auto s = scene(yoke, qdot::holonomic("slot", [](const auto& q) {
+                         using std::cos;
+                         return q[1] - cos(q[0]);
+                       }),
+                       qdot::dry_friction("slider", 1, 0.4));
+  const auto run = simulate(s, State<2>{0.0, Vector2d(0, 1), Vector2d(3, 0)}, 20.0, Dop853{}, {.rtol = 1e-12, .atol = 1e-13});
+  REQUIRE(run.completed());
+  std::vector<std::string> expected(5, "slider turns");
+  expected.push_back("slider sticks");
+  REQUIRE(names(run.events) == expected);
+  for (std::size_t k = 0; k < 5; ++k) {
+    const auto at = run.trajectory.at(run.events[k].t);
+    CHECK_THAT(at.q[0], WithinAbs(static_cast<double>(k + 1) * std::acos(-1.0), 1e-9));
+    CHECK_THAT(at.qdot[0] * at.qdot[0], WithinAbs(9.0 - 1.6 * static_cast<double>(k + 1), 1e-9));
+  }
+  CHECK_THAT(run.y[1], WithinAbs(0.25, 1e-9));
+  CHECK(run.y[2] == 0.0);
+}
+
+TEST_CASE("a crank at rest at its dead centre starts, however strong the friction at its slider") {
+  const auto yoke = qdot::mechanical_system<2>([](const auto& v) { return 0.5 * v[0] * v[0] + 0.05 * v[1] * v[1]; },
+                                               [](const auto& q) { return -q[0]; });  // a torque of 1
+  const auto s = scene(yoke, qdot::holonomic("slot", [](const auto& q) {
+                         using std::cos;
+                         return q[1] - cos(q[0]);
+                       }),
+                       qdot::dry_friction("slider", 1, 2.0));
+  // The torque's work θ is used up by friction, 2 (1 − cos θ), at θ = 1.1091441816596; there it sticks, as 2 sin θ > 1.
+  const auto run = simulate(s, State<2>{0.0, Vector2d(0, 1), Vector2d(0, 0)}, 10.0, Dop853{}, {.rtol = 1e-12, .atol = 1e-13});
+  REQUIRE(run.completed());
+  REQUIRE_FALSE(run.events.empty());
+  CHECK(run.events.back().name == "slider sticks");
+  CHECK_THAT(run.y[0], WithinAbs(1.1091441816596, 1e-9));
+  CHECK(run.y[2] == 0.0);
 }
 
 TEST_CASE("a run goes on from where another ended, phases and all") {

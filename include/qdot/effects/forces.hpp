@@ -247,7 +247,8 @@ struct Controller {
 
 /// A first-order system ż = zdot(q, qdot, z, t), z(t₀) = z0, that acts on the mechanics with Q(q, qdot, z, t).
 ///
-/// The integral of a PID controller, the current of a motor, the pressure of an actuator.
+/// The integral of a PID controller, the current of a motor, the pressure of an actuator. z follows q and q̇ in a run's y;
+/// another run goes on with it from FirstOrderState{run.t, run.y}, while run.state() starts anew from z0.
 template <class Force, class Rate, int states>
 Controller<Force, Rate, states> controller(Force Q, Rate zdot, const Vector<double, states>& z0) {
   static_assert(states != Dynamic, "qdot: a controller's state must have a size known at compile time");

@@ -13,7 +13,8 @@
 //
 //   1. Velocities. Contacts at φ = 0 that approach take their blow (impact.hpp), other constraints included.
 //   2. Candidates. A contact at φ = 0 without velocity may be closed, friction at v = 0 may stick; all others have no
-//      choice. A contact whose next hop would not rise above what the method can tell from zero has no velocity.
+//      choice, nor has friction whose v the lasting constraints alone decide (a slider at its dead centre slides through).
+//      A contact whose next hop would not rise above what the method can tell from zero has no velocity.
 //   3. Accelerations. Among the candidates those phases are right in which no closed contact pulls (λ ≥ 0), no open
 //      one is penetrated (φ̈ ≥ 0), no sticking friction is overcharged (|λ| ≤ F_s), and none slides against its
 //      own direction. They are found by changing the first that is wrong, again and again: Murty's pivoting, which
@@ -111,6 +112,7 @@ class Switching {
     strike(t, q, qdot, all, names);
     come_to_rest(t, q, qdot, z, all);
     propose(t, q, qdot, before, z, all);
+    release(t, q, qdot, before, z, all);
     correct(t, q, qdot, z, all);
     if (!is_free(scene_, z)) project(scene_, q, qdot, t, default_rank_cutoff, z);
     visit([&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index) {
@@ -286,6 +288,33 @@ class Switching {
         z[zi] = one.fired || before[zi] == undecided ? sticks : before[zi];
       }
     });
+  }
+
+  // Friction cannot stick where the lasting constraints alone decide its velocity, as those of a slider-crank do at its dead
+  // centre: no friction, however strong, could hold it there. It slides on to where they take it.
+  void release(double t, const Q& q, const Q& qdot, const Z& before, Z& z, std::vector<One>& all) const {
+    if constexpr (Sc::has_lasting_constraints) {
+      if (std::none_of(all.begin(), all.end(), [](const One& one) { return one.candidate && !one.contact; })) return;
+      const auto M = mass_matrix(scene_, q, qdot, t);
+      const auto J = constraint_jacobian(scene_, q, qdot, t, everything(z));
+      const auto lasting = constraint_jacobian(scene_, q, qdot, t, nothing(z));
+      const Eigen::Index rank = ConstrainedFactors<n, m>(M, lasting, default_rank_cutoff).rank();
+      if (rank == m) return;  // not judged, since M alone is singular
+      visit([&](Eigen::Index k, const auto&, Eigen::Index zi, Eigen::Index row) {
+        One& one = all[static_cast<std::size_t>(k)];
+        if (one.contact || !one.candidate) return;
+        auto with = lasting;
+        with.row(row) = J.row(row);
+        if (ConstrainedFactors<n, m>(M, with, default_rank_cutoff).rank() != rank) return;
+        z[zi] = undecided;
+        one.candidate = false;
+        const Q a = acceleration(scene_, q, qdot, t, z);
+        const double rate = constraint_acceleration(scene_, q, qdot, a, t, everything(z))[row];
+        const double least = relative * (weighted(J, row, a.cwiseAbs()) + std::abs(rate - J.row(row).dot(a)));
+        const double as_before = before[zi] == 1.0 || before[zi] == -1.0 ? (one.fired ? -before[zi] : before[zi]) : 1.0;
+        z[zi] = std::abs(rate) <= least ? as_before : rate > 0 ? 1.0 : -1.0;
+      });
+    }
   }
 
   // Changes the first wrong phase until none is.
