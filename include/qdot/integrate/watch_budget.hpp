@@ -17,7 +17,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <optional>
 #include <string>
 
 #include "qdot/integrate/options.hpp"
