@@ -116,6 +116,19 @@ TEST_CASE("a crank at rest at its dead centre starts, however strong the frictio
   CHECK(std::abs(run.y[2]) < 1e-12);
 }
 
+TEST_CASE("a push on a pendulum in Cartesian coordinates is felt along its circle only") {
+  const auto s = scene(qdot::mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return g * q[1]; }),
+                       qdot::holonomic("rod", [](const auto& q) { return q.squaredNorm() - 1.0; }));
+  const auto push = [](State<2>& state) { state.qdot += Vector2d(0.5, 3.0); };
+  const auto run = simulate(s, State<2>{0.0, Vector2d(-0.6, -0.8), Vector2d(0, 0)}, 1.0, Dop853{}, {.rtol = 1e-12, .atol = 1e-13},
+                            qdot::events(qdot::event("bottom", height).rising().then(push)));
+  REQUIRE(names(run.events) == std::vector<std::string>{"bottom"});
+  const auto before = run.trajectory.before(run.events[0].t), after = run.trajectory.at(run.events[0].t);
+  CHECK_THAT(before.qdot[0], WithinAbs(std::sqrt(0.4 * g), 1e-9));
+  CHECK((after.qdot - Vector2d(before.qdot[0] + 0.5, 0.0)).norm() < 1e-9);
+  CHECK(run.statistics.constraint_velocity < 1e-14);
+}
+
 TEST_CASE("a run goes on from where another ended, phases and all") {
   // A block that sticks on a spring stays there, a ball that rests keeps resting: y holds the phases.
   const auto s = scene(falling, contact("floor", height, qdot::restitution(0.5)));

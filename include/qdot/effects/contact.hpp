@@ -22,6 +22,7 @@
 
 #include <cmath>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "qdot/effects/impact.hpp"
@@ -47,7 +48,9 @@ struct Contact {
 
   template <class S, int n>
   S phi(const Vector<S, n>& q, const S& t) const {
-    return detail::of_position(gap, q, t);
+    const auto distance = detail::of_position(gap, q, t);
+    static_assert(std::is_convertible_v<decltype(distance), S>, "qdot: the gap of a contact must be one number; give each condition a contact of its own");
+    return S(distance);
   }
   bool is_active(double phase) const { return phase == static_cast<double>(ContactPhase::closed); }
   Vector<double, 1> initial_state() const { return Vector<double, 1>(static_cast<double>(ContactPhase::undecided)); }

@@ -13,7 +13,8 @@
 //     records     goes on in the same step: an event that only looks costs nothing but the looking;
 //     .stop()     ends the run there, outcome stopped_by_event;
 //     .then(f)    lets f change the state, f(State<n>&) or f(t, y), and starts the method afresh from the
-//                 changed state. Trajectory::before(t) and at(t) are the two sides of the jump.
+//                 changed state. Trajectory::before(t) and at(t) are the two sides of the jump. What constraints
+//                 forbid of a change is taken back by projection: a push on a constrained body is felt along its freedom.
 //
 // The rules, each with a test:
 //   crossing    Motion through zero is an event, in the asked direction of time's arrow: falling means that g becomes

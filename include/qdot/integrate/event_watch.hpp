@@ -143,10 +143,14 @@ class EventWatch {
   void change(const Firing& firing, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
     for (std::size_t i = 0; i < watches_.size(); ++i)
       if (fired_[i]) watches_[i].value = value(i, firing.t, y);
+    bool changed = false;
     for_each_listed([&](std::size_t i, const auto& e) {
       if constexpr (!std::remove_cvref_t<decltype(e)>::stops && !std::remove_cvref_t<decltype(e)>::records)
-        if (fired_[i]) change_state<n>(e.action, firing.t, y, dof(system_));
+        if (fired_[i]) change_state<n>(e.action, firing.t, y, dof(system_)), changed = true;
     });
+    // Constraints answer a blow with one of their own: what they forbid of the change is taken back.
+    if constexpr (ProjectableSystem<F>)
+      if (changed) system_.project(firing.t, y);
     settle(firing.t, y, tolerance, events);
   }
 
