@@ -18,12 +18,16 @@
 #include "program/scene_runner.hpp"
 #include "qdot/analysis/reference_equations.hpp"
 #include "qdot/effects/scene_form.hpp"
+#include "qdot/integrate/form_mechanics.hpp"
+#include "qdot/integrate/rattle.hpp"
+#include "qdot/integrate/recorded_motion.hpp"
 
 namespace qdot::program {
 
 template <class Sc>
 class SceneModel final : public Model {
   static constexpr int n = Sc::dof_at_compile_time;
+  using Behind = qdot::detail::Mechanics<SceneForm<Sc>>;
 
  public:
   explicit SceneModel(Sc scene) : form_(std::move(scene)) {}
@@ -96,6 +100,42 @@ class SceneModel final : public Model {
                        [[maybe_unused]] LongVector& ydot) const override {
     if constexpr (qdot::detail::has_any_scalar<Sc>::value) qdot::detail::write_derivative(form_.scene(), t, y, ydot);
     return qdot::detail::has_any_scalar<Sc>::value;
+  }
+  bool fits_rattle() const override { return qdot::detail::fits_rattle<SceneForm<Sc>>::value; }
+  std::shared_ptr<qdot::detail::RecordedMotion> recorded_motion() const override {
+    if constexpr (qdot::detail::is_recordable<SceneForm<Sc>>::value) {
+      return std::make_shared<qdot::detail::RecordedMotion>(qdot::detail::recorded_motion(form_));
+    } else {
+      return nullptr;
+    }
+  }
+  Eigen::VectorXd momenta(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& v) const override { return Behind::momenta(form_, q, v, t); }
+  Eigen::MatrixXd inverse_mass(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& v) const override {
+    return Behind::inverse_mass(form_, q, v, t);
+  }
+  Eigen::VectorXd force(double t, const Eigen::VectorXd& y) const override {
+    const auto state = form_.state(t, y);
+    return Behind::force(form_, state.q, state.qdot, states(y), t);
+  }
+  Eigen::VectorXd state_rates([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) const override {
+    if constexpr (Sc::has_states) {
+      const auto state = form_.state(t, y);
+      return Behind::zdot(form_, state.q, state.qdot, states(y), t);
+    }
+    return {};
+  }
+  Eigen::VectorXd state_accelerations([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y,
+                                      [[maybe_unused]] const Eigen::VectorXd& ydot) const override {
+    if constexpr (Sc::has_states) {
+      const auto state = form_.state(t, y), rate = form_.state(t, ydot);
+      return Behind::zddot(form_, state.q, state.qdot, rate.qdot, states(y), states(ydot), t);
+    }
+    return {};
+  }
+  std::optional<AnyStepper> own_stepper(const std::string& method, [[maybe_unused]] double step, [[maybe_unused]] const Options& options) const override {
+    if constexpr (qdot::detail::fits_rattle<SceneForm<Sc>>::value)
+      if (method.starts_with("rattle")) return any_stepper(Rattle{.step = step, .order = method.back() - '0'}, form_, options);
+    return std::nullopt;
   }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
     const auto state = form_.state(t, y);

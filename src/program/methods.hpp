@@ -4,7 +4,8 @@
 // The methods by their names on the command line, and what each needs of a model.
 //
 // Some need no more than ẏ = f(t, y): these the program has once for all scenes. Others need T and V themselves (their power
-// series, their momenta, the two apart): a bare scene makes their steppers (model_steppers.hpp), hidden behind AnyStepper.
+// series, their momenta, the two apart): a bare scene makes their steppers (model_steppers.hpp), hidden behind AnyStepper. For a
+// scene with effects the program has Taylor and Gauss once as well, on what the model tells of its graph or its momenta.
 
 #include <optional>
 #include <string>
@@ -20,9 +21,10 @@ enum class MethodKind {
   explicit_,      // ẏ = f, and correct() for constraints
   multistep,      // ẏ = f
   stiff,          // ẏ = f and its Jacobian; projects inside its steps
-  series,         // T and V as formulas without branches
-  gauss,          // T and V
-  splitting       // T of the velocities alone, and V
+  series,         // T, V and forces as formulas without branches
+  gauss,          // T and V; forces and constraints too
+  splitting,      // T of the velocities alone, and V
+  rattle          // the same with holonomic constraints
 };
 
 struct MethodInfo {
@@ -31,7 +33,7 @@ struct MethodInfo {
   int order = 0;  // of a method with a fixed step
   std::string summary;
 
-  bool fixed_step() const { return kind == MethodKind::gauss || kind == MethodKind::splitting; }
+  bool fixed_step() const { return kind == MethodKind::gauss || kind == MethodKind::splitting || kind == MethodKind::rattle; }
 };
 
 /// All methods, the default first.

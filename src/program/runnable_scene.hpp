@@ -18,6 +18,10 @@
 #include "qdot/report/animation.hpp"
 #include "scenes/scene.hpp"
 
+namespace qdot::detail {
+struct RecordedMotion;  // integrate/recorded_motion.hpp
+}
+
 namespace qdot::program {
 
 /// A parameter as a table shows it.
@@ -100,7 +104,22 @@ class Model {
   /// Whether T is a function of the velocities alone.
   virtual bool separable() const { return false; }
 
-  /// The stepper of a method that is made for T and V themselves (model_steppers.hpp); nothing where there is none.
+  /// Whether constraints are holonomic and last, T is one of the velocities alone, and there are no forces.
+  virtual bool fits_rattle() const { return false; }
+
+  /// T, V and the forces as a graph; nothing where there are constraints, or an effect takes no recording scalar.
+  ///
+  /// @throws NotAnalytic  one of them compares values or has a kink
+  virtual std::shared_ptr<qdot::detail::RecordedMotion> recorded_motion() const { return nullptr; }
+
+  // d/dt p = F and ż, for methods that step momenta (integrate/form_mechanics.hpp); a bare scene's own steppers know them.
+  virtual Eigen::VectorXd momenta(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const { return {}; }
+  virtual Eigen::MatrixXd inverse_mass(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const { return {}; }
+  virtual Eigen::VectorXd force(double, const Eigen::VectorXd&) const { return {}; }
+  virtual Eigen::VectorXd state_rates(double, const Eigen::VectorXd&) const { return {}; }
+  virtual Eigen::VectorXd state_accelerations(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const { return {}; }
+
+  /// The stepper of a method that is made for the scene itself (model_steppers.hpp); nothing where there is none.
   virtual std::optional<AnyStepper> own_stepper(const std::string&, double, const Options&) const { return std::nullopt; }
 
   /// Evaluates q̈ at y `count` times, and returns a number that depends on all of them.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -13,8 +14,12 @@
 #include "program/methods.hpp"
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/cvode_automatic.hpp"
+#include "qdot/integrate/form_mechanics.hpp"
+#include "qdot/integrate/gauss.hpp"
+#include "qdot/integrate/recorded_motion.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/taylor.hpp"
 
 namespace qdot::program {
 
@@ -54,6 +59,53 @@ struct SwitchingModel : ConstrainedModel {
   }
 };
 
+/// The graph of a scene with effects, for Taylor.
+qdot::detail::RecordedMotion recorded_motion(const FirstOrderModel& system) {
+  const auto recorded = system.model->recorded_motion();
+  if (!recorded) throw NotAnalytic("the effects of this scene do not take the scalar that records a series; use dop853", "an effect");
+  return std::move(*recorded);
+}
+
+}  // namespace
+}  // namespace qdot::program
+
+namespace qdot::detail {
+
+template <>
+struct is_recordable<program::FirstOrderModel> : std::true_type {};
+
+/// What a model tells of its mechanics, for Gauss and Taylor.
+template <std::derived_from<program::FirstOrderModel> F>
+struct Mechanics<F> {
+  static constexpr int n = Dynamic, states = Dynamic;
+  static constexpr Inertia inertia = Inertia::positive_definite;
+  using Vec = Eigen::VectorXd;
+  using States = Eigen::VectorXd;
+
+  static Eigen::Index dof(const F& form) { return form.dof(); }
+  static Vec momenta(const F& form, const Vec& q, const Vec& v, double t) { return form.model->momenta(t, q, v); }
+  static Eigen::MatrixXd inverse_mass(const F& form, const Vec& q, const Vec& v, double t) { return form.model->inverse_mass(t, q, v); }
+  static Vec force(const F& form, const Vec& q, const Vec& v, const States& z, double t) { return form.model->force(t, joined(q, v, z)); }
+  static States zdot(const F& form, const Vec& q, const Vec& v, const States& z, double t) {
+    return form.model->state_rates(t, joined(q, v, z));
+  }
+  static States zddot(const F& form, const Vec& q, const Vec& v, const Vec& a, const States& z, const States& w, double t) {
+    return form.model->state_accelerations(t, joined(q, v, z), joined(v, a, w));
+  }
+
+ private:
+  static Eigen::VectorXd joined(const Vec& q, const Vec& v, const States& z) {
+    Eigen::VectorXd y(q.size() + v.size() + z.size());
+    y << q, v, z;
+    return y;
+  }
+};
+
+}  // namespace qdot::detail
+
+namespace qdot::program {
+namespace {
+
 /// A method chosen by its name, for a model.
 struct NamedMethod {
   const MethodInfo& info;
@@ -73,6 +125,9 @@ struct NamedMethod {
     }
     if (info.name == "dop853") return any_stepper(Dop853{}, system, options);
     if (info.name == "dopri5") return any_stepper(Dopri5{}, system, options);
+    if (info.kind == MethodKind::gauss) return any_stepper(Gauss{.step = step, .stages = info.order / 2}, system, options);
+    if constexpr (!ProjectableSystem<System>)
+      if (info.kind == MethodKind::series) return any_stepper(Taylor{}, system, options);
     throw InvalidValue(info.name + " does not fit: it " + misfit(model, info.name));
   }
 
@@ -86,9 +141,12 @@ struct NamedMethod {
         .smooth = NamedMethod{method_named("dop853")}.stepper(system, options),
         .stiff = [system, options] { return any_stepper(CvodeBdf{}, system, options); },
         .jacobian = [model](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) { model->jacobian(t, y, J); },
-        .reason = "there is more to the motion than T and V"};
+        .reason = model->constrained() ? "constraints have no power series here" : "there is more to the motion than T, V and forces"};
     if (model->bare())
       qdot::detail::choose_first(choice, model->size(), options, "T and V", [&] { return model->own_stepper("taylor", 0, options); });
+    if constexpr (!ProjectableSystem<System>)
+      if (!model->bare())
+        qdot::detail::choose_first(choice, model->size(), options, "T, V and the forces", [&] { return any_stepper(Taylor{}, system, options); });
     return AnyStepper(std::in_place, AutomaticStepper(std::move(choice), model->size()));
   }
 };
@@ -245,15 +303,16 @@ bool has_fixed_step(const std::string& method) { return method_named(method).fix
 std::string misfit(const Model& model, const std::string& method) {
   const MethodKind kind = method_named(method).kind;
   if (model.constrained() && kind == MethodKind::multistep) return "cannot keep constraints";
-  const bool own = kind == MethodKind::series || kind == MethodKind::gauss || kind == MethodKind::splitting;
-  if (own && model.constrained()) return "takes T and V alone, and the scene has constraints";
-  if (own && !model.bare()) return "takes T and V alone, and the scene has effects";
+  if (model.constrained() && kind == MethodKind::series) return "takes no constraints";
+  if (kind == MethodKind::rattle && !model.fits_rattle()) return "needs T(qdot), V(q) and holonomic constraints, and no forces";
+  if (kind == MethodKind::splitting && model.constrained()) return "takes T and V alone, and the scene has constraints";
+  if (kind == MethodKind::splitting && !model.bare()) return "takes T and V alone, and the scene has effects";
   if (kind == MethodKind::splitting && !model.separable()) return "needs T(qdot), and the scene's T depends on the coordinates";
   if (kind == MethodKind::series) {
     try {
-      model.own_stepper(method, 0, {});
-    } catch (const NotAnalytic&) {
-      return "needs T and V without branches and kinks";
+      if (model.bare() ? !model.own_stepper(method, 0, {}) : !model.recorded_motion()) return "needs effects that take every scalar";
+    } catch (const NotAnalytic& error) {
+      return "needs formulas without branches and kinks, and " + error.source() + " has one";
     }
   }
   return {};
