@@ -96,7 +96,7 @@ auto projecting_stepper(const M& method, const F& system, const Options& options
   using S = std::remove_cvref_t<decltype(method.stepper(system, options))>;
   if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
     static_assert(CorrectableStepper<S>,
-                  "qdot: this method cannot keep a system on its constraints; use Dop853, Dopri5 or CvodeBdf");
+                  "qdot: this method cannot keep a system on its constraints; use Dop853, Dopri5, Gauss or CvodeBdf");
     return ProjectingStepper<S, F>(method.stepper(system, options), system);
   } else {
     return method.stepper(system, options);

@@ -19,7 +19,7 @@
 // reached. That is the splitting of the motion in extended phase space, and keeps the order.
 //
 // What does not fit. T(q, q̇), as for the double pendulum in its angles, has no exact drift; Gauss
-// (gauss.hpp) is the symplectic method for it.
+// (gauss.hpp) is the symplectic method for it. On constraints it is Rattle (rattle.hpp).
 
 #include <Eigen/LU>
 #include <cmath>
