@@ -140,6 +140,18 @@ TEST_CASE("the error falls with the tolerance down to rounding") {
   CHECK((few.y - end_at_3).norm() < 1e-3);
 }
 
+TEST_CASE("a force of the time alone is taken at each stage's own time") {
+  // q̈ = cos t from rest: q = 1 − cos t, q̇ = sin t
+  const auto pushed = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q, const auto& t) {
+    using std::cos;
+    return -q[0] * cos(t);
+  });
+  const State<1> rest{0.0, Vector<double, 1>(0.0), Vector<double, 1>(0.0)};
+  const Eigen::Vector2d end(1.0 - std::cos(3.0), std::sin(3.0));
+  CHECK((simulate(pushed, rest, 3.0, Dop853{}, {.rtol = 1e-10, .atol = 1e-10}).y - end).norm() < 50 * 1e-10);
+  CHECK((simulate(pushed, rest, 3.0, Dopri5{}, {.rtol = 1e-7, .atol = 1e-7}).y - end).norm() < 50 * 1e-7);
+}
+
 // Steps of equal length: tolerances that nothing fails, and a first step that is the longest one allowed.
 template <class Method>
 double end_error(const Method& method, double h, double t_end) {
