@@ -140,6 +140,7 @@ TEST_CASE("stop times are landed on exactly, in the order of the run") {
     const auto run = simulate(test::oscillator(), start, sign * 1.0, CvodeBdf{}, options, watch);
     REQUIRE(run.completed());
     for (const double t : {sign * 0.1, sign * 0.7, sign * 1.0}) REQUIRE(std::count(seen.begin(), seen.end(), t) == 1);
+    for (std::size_t i = 1; i < seen.size(); ++i) REQUIRE((seen[i] - seen[i - 1]) * sign > 0);
     REQUIRE(run.statistics.restarts == 2);
     REQUIRE_THAT(run.y[0], WithinAbs(std::cos(1.0), oscillator_error));
   }
