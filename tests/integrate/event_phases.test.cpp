@@ -129,6 +129,15 @@ TEST_CASE("a push on a pendulum in Cartesian coordinates is felt along its circl
   CHECK(run.statistics.constraint_velocity < 1e-14);
 }
 
+TEST_CASE("a run backward in time ends where it meets an impact, and says why") {
+  const auto s = scene(falling, contact("floor", height, qdot::restitution(0.5)));
+  const auto run = simulate(s, State<1>{1.0, V1(0.5), V1(1.0)}, 0.0, Dop853{});
+  REQUIRE(run.outcome == qdot::Outcome::constraint_failure);
+  CHECK(run.message.find("a run backward in time must not meet an impact") != std::string::npos);
+  CHECK_THAT(run.t, WithinAbs(1.0 - (std::sqrt(1.0 + g) - 1.0) / g, 1e-9));
+  CHECK(simulate(s, State<1>{1.0, V1(0.5), V1(1.0)}, 0.8, Dop853{}).completed());
+}
+
 TEST_CASE("a run goes on from where another ended, phases and all") {
   // A block that sticks on a spring stays there, a ball that rests keeps resting: y holds the phases.
   const auto s = scene(falling, contact("floor", height, qdot::restitution(0.5)));

@@ -87,6 +87,7 @@ class EventWatch {
   void search(const PolynomialView& step, double from, double to) {
     step_ = step;
     to_ = to;
+    backward_ = to < from;
     for (std::size_t k = 0; k < points; ++k) {
       const double t = sample_fractions[k] == 1.0 ? to : from + sample_fractions[k] * (to - from);
       step_.evaluate(t, y_);
@@ -143,6 +144,12 @@ class EventWatch {
   void change(const Firing& firing, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
     for (std::size_t i = 0; i < watches_.size(); ++i)
       if (fired_[i]) watches_[i].value = value(i, firing.t, y);
+    for (std::size_t i = listed; backward_ && i < watches_.size(); ++i)
+      if (fired_[i])
+        throw ConstraintError("a contact or friction", firing.t, 0.0,
+                              "a run backward in time must not meet an impact, or the beginning or end of contact or sticking, since many "
+                              "motions lead into the same one there, but at t = " + text_of(firing.t) +
+                                  " this one does; run forward, or end the run before");
     bool changed = false;
     for_each_listed([&](std::size_t i, const auto& e) {
       if constexpr (!std::remove_cvref_t<decltype(e)>::stops && !std::remove_cvref_t<decltype(e)>::records)
@@ -263,6 +270,7 @@ class EventWatch {
   Eigen::VectorXd guards_, bands_, y_;
   PolynomialView step_;
   double to_ = 0.0;
+  bool backward_ = false;
 };
 
 }  // namespace qdot::detail
