@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "program/model_watch.hpp"
 #include "program/scene_runner.hpp"
 #include "qdot/analysis/reference_equations.hpp"
 #include "qdot/effects/scene_form.hpp"
@@ -137,6 +138,7 @@ class SceneModel final : public Model {
       if (method.starts_with("rattle")) return any_stepper(Rattle{.step = step, .order = method.back() - '0'}, form_, options);
     return std::nullopt;
   }
+  std::unique_ptr<ModelWatch> watch(const Options& options) const override { return std::make_unique<WatchOf<SceneForm<Sc>>>(form_, options); }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
     const auto state = form_.state(t, y);
     const auto z = states(y);

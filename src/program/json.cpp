@@ -89,6 +89,7 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
     for (const Reaction& r : result.reactions) reactions.push_back({{"name", r.name}, {"lambda", r.lambda}});
     json["reactions"] = reactions;
   }
+  json["mass_rcond_min"] = result.statistics.mass_rcond;
   json["steps"] = result.statistics.steps;
   json["rejected"] = result.statistics.rejected();
   json["evaluations"] = result.statistics.evaluations;

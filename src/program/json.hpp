@@ -17,6 +17,7 @@ namespace qdot::program {
 ///
 /// energy_initial, energy_final are T + V; energy_drift_max is the largest |E − E(0)| over all accepted steps.
 /// jacobi_energy_… are the same for q̇·p − L, which is what stays constant when T has terms of degree 1 or 0 in q̇.
+/// mass_rcond_min is the least rcond(M), scaled to unit diagonal, of the states that were looked at; 1 where M is diagonal.
 std::string run_json(const RunnableScene& scene, const Request& request, const Result& result,
                      const std::vector<std::string>& files);
 

@@ -24,6 +24,8 @@ struct RecordedMotion;  // integrate/recorded_motion.hpp
 
 namespace qdot::program {
 
+class ModelWatch;  // model_watch.hpp
+
 /// A parameter as a table shows it.
 struct ParameterInfo {
   std::string name;
@@ -121,6 +123,9 @@ class Model {
 
   /// The stepper of a method that is made for the scene itself (model_steppers.hpp); nothing where there is none.
   virtual std::optional<AnyStepper> own_stepper(const std::string&, double, const Options&) const { return std::nullopt; }
+
+  /// What looks at M, the constraints and the energy while a run goes on; the model and the options outlive it.
+  virtual std::unique_ptr<ModelWatch> watch(const Options& options) const = 0;
 
   /// Evaluates q̈ at y `count` times, and returns a number that depends on all of them.
   virtual double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const = 0;

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "program/methods.hpp"
+#include "program/model_watch.hpp"
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/cvode_automatic.hpp"
 #include "qdot/integrate/form_mechanics.hpp"
@@ -28,6 +29,7 @@ namespace {
 /// A model as the steppers want it: a value with the members of FirstOrderSystem.
 struct FirstOrderModel {
   static constexpr int size_at_compile_time = Dynamic;
+  using Watchdog = HeldWatch;
   std::shared_ptr<const Model> model;
 
   Eigen::Index dof() const { return model->dof(); }

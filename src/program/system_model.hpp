@@ -3,12 +3,14 @@
 //
 // The equations of motion of one system, bare or in a scene of effects, behind the interface that the commands see.
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "program/model_steppers.hpp"
+#include "program/model_watch.hpp"
 #include "program/runnable_scene.hpp"
 #include "qdot/analysis/reference_equations.hpp"
 #include "qdot/integrate/energy_balance.hpp"
@@ -65,6 +67,7 @@ class SystemModel final : public Model {
   std::optional<AnyStepper> own_stepper(const std::string& method, double step, const Options& options) const override {
     return own_stepper_of(form_, method, step, options);
   }
+  std::unique_ptr<ModelWatch> watch(const Options& options) const override { return std::make_unique<WatchOf<FirstOrderForm<Sys>>>(form_, options); }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
     const auto state = form_.state(t, y);
     double sum = 0;

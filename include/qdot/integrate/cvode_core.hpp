@@ -319,8 +319,7 @@ inline bool Core::fail(int flag) {
   failure.outcome = guard.trouble() ? guard.trouble()->outcome : outcome_of(flag, at_floor);
   failure.message = detail::sentence(
       {statistics.method, " took no step from t = ", t, h == 0.0 ? "" : detail::sentence({" with h down to ", std::abs(h)}), ", order ",
-       statistics.last_order, ": ", guard.trouble() ? guard.trouble()->message : worst_part(flag), " [CVode: ", flag_text(flag), "]; ",
-       advice(failure.outcome)});
+       statistics.last_order, ": ", guard.trouble() ? guard.trouble()->message : worst_part(flag), " [CVode: ", flag_text(flag), "]"});
   return false;
 }
 

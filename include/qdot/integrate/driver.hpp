@@ -44,7 +44,7 @@ namespace qdot::detail {
 template <FirstOrderSystem F, Stepper S, Observer O, class... Events>
 class Driver {
   using Watch = EventWatch<F, Events...>;
-  using WatchdogOf = Watchdog<F>;
+  using WatchdogOf = typename WatchdogFor<F>::type;
   static constexpr int n = dof_at_compile_time<F>();
   static constexpr long stall_window = 10'000;  // steps
   static constexpr long most_firings = 10'000;   // in one step

@@ -190,7 +190,7 @@ class OneStep {
       if (blamed_ >= 0) failure_.message += ", most of all in " + form().component_name(blamed_) + " = " + text_of(y_[blamed_]);
     }
     std::string text = statistics_.method + " took no step from t = " + text_of(t_) + " with h down to " +
-                       text_of(std::abs(h)) + ": " + failure_.message + "; " + std::string(advice(failure_.outcome));
+                       text_of(std::abs(h)) + ": " + failure_.message;
     failure_.message = std::move(text);
     return false;
   }

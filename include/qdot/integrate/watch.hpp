@@ -322,4 +322,15 @@ class Watchdog {
   Cholesky<double, n> mass_;
 };
 
+// A system that hides what stands behind it brings a watchdog of its own.
+template <class F>
+struct WatchdogFor {
+  using type = Watchdog<F>;
+};
+template <class F>
+  requires requires { typename F::Watchdog; }
+struct WatchdogFor<F> {
+  using type = typename F::Watchdog;
+};
+
 }  // namespace qdot::detail
