@@ -95,6 +95,12 @@ TEST_CASE("the number of links of a chain is a parameter") {
   CHECK(run["q_initial"][2] == 0.5);
 }
 
+TEST_CASE("the condition of M is looked at, and a double pendulum's is worst where it is straight") {
+  // M = m l² [2, cos; cos, 1], scaled to unit diagonal: pivots 1 and 1 − cos²(q0 − q1)/2, one half at the start.
+  const json run = run_json("double_pendulum --set m1=1 --set m2=1 --set q0=0.3 --set q1=0.3 --t-end 2");
+  CHECK_THAT(run["mass_rcond_min"].get<double>(), WithinAbs(0.5, 1e-12));
+}
+
 TEST_CASE("every scene of the list runs with its defaults") {
   const auto listed = qdot("list --json");
   REQUIRE(listed.status == 0);
