@@ -159,6 +159,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--patience", type=float, default=10.0)
     asked = parser.parse_args()
+    asked.program = str(pathlib.Path(asked.program).resolve())
 
     wrong = long = done = 0
     ended = {}
