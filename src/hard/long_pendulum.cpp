@@ -8,6 +8,8 @@
 #include "hard/motion.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/integrate/gauss.hpp"
+#include "qdot/integrate/rattle.hpp"
+#include "qdot/integrate/symplectic.hpp"
 #include "qdot/integrate/taylor.hpp"
 
 namespace qdot::hard {
@@ -50,8 +52,10 @@ std::vector<Row> rows() {
   const auto moving = motion(held);
   const auto turning = motion(pendulum);
   return {solved(cartesian, moving, By::dop853, {.rtol = 2.5e-15, .atol = 2.5e-15}),
+          solved(cartesian, moving, held, Rattle{.step = 0.01, .order = 8}, "rattle8, h = 0.01", {}),
           solved(angle, turning, By::dop853, {.rtol = 2.5e-15, .atol = 1e-16}),
           solved(angle, turning, pendulum, Taylor{}, "taylor, 2.5e-15", {.rtol = 2.5e-15, .atol = 1e-16}),
+          solved(angle, turning, pendulum, Splitting{.step = 0.02, .scheme = SplittingScheme::kahan_li_8}, "kahan_li_8, h = 0.02", {}),
           solved(angle, turning, pendulum, Gauss{.step = 0.05, .stages = 6}, "gauss, 6 stages, h = 0.05", {})};
 }
 

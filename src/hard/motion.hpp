@@ -185,7 +185,8 @@ Row solved(const Problem& problem, const Motion& motion, const Sys& system, cons
   options.keep_trajectory = false;
   EnergyWatch watch(motion);
   const auto run = simulate(system, FirstOrderState{0.0, problem.start}, problem.t_end, method, options, watch);
-  return row_of(problem, motion, run, std::move(called), false, watch.largest());
+  constexpr bool constrained = requires { requires Sys::has_constraints; };
+  return row_of(problem, motion, run, std::move(called), constrained, watch.largest());
 }
 
 /// Which of the methods that need derivatives only.
