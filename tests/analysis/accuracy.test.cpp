@@ -17,7 +17,7 @@ namespace {
 const State<2> pericentre{0.0, {0.4, 0.0}, {0.0, 2.0}};
 constexpr double two_periods = 12.566370614359172;
 
-const StudyOptions short_study{.tolerances = {1e-4, 1e-8, 1e-12}, .outputs = 8, .seconds_per_cell = 1e-4, .longest_run = 0.2};
+const StudyOptions short_study{.tolerances = {1e-4, 1e-8, 1e-12}, .outputs = 8, .seconds_per_cell = 1e-4, .longest_run = 60};
 
 }  // namespace
 
