@@ -238,7 +238,7 @@ TEST_CASE("every budget ends the run with its own outcome and keeps what was rea
   REQUIRE(evaluations.statistics.evaluations < 70);
   const auto seconds = simulate(test::oscillator(), start, 1e9, CvodeBdf{}, {.max_wall_seconds = 1e-3});
   REQUIRE(seconds.outcome == Outcome::time_limit);
-  REQUIRE(seconds.statistics.wall_seconds >= 0.5e-3);  // the method was made, and its clock started, a moment before the run's
+  REQUIRE(seconds.statistics.wall_seconds >= 1e-3);
 }
 
 TEST_CASE("a budget that suffices exactly completes the run") {

@@ -50,8 +50,9 @@ class Driver {
   static constexpr long most_firings = 10'000;   // in one step
 
  public:
-  Driver(const F& system, S stepper, const Options& options, O& observer, const EventList<Events...>& events)
-      : system_(system), stepper_(std::move(stepper)), options_(options), observer_(observer), watch_(system, events), dog_(system, options) {}
+  Driver(const F& system, S stepper, const Options& options, const Budget& budget, O& observer, const EventList<Events...>& events)
+      : system_(system), stepper_(std::move(stepper)), options_(options), observer_(observer), watch_(system, events),
+        dog_(system, options), budget_(budget) {}
 
   Run<n> run(double t0, const Eigen::VectorXd& y0, double t_end) {
     const auto landings = landing_points(options_.stop_times, t0, t_end);
@@ -384,7 +385,7 @@ class Driver {
   O& observer_;
   Watch watch_;
   WatchdogOf dog_;
-  Budget budget_{options_};
+  Budget budget_;
   Run<n> run_;
   std::vector<double> outputs_;
   std::size_t next_output_ = 0;

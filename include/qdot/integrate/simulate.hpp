@@ -22,6 +22,7 @@
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/watch_budget.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {
@@ -52,8 +53,9 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   detail::require_option(std::isfinite(t_end), "t_end", "must be finite", t_end, "choose a time to end at");
   const Eigen::VectorXd y0 = detail::packed(form, start);
   using O_ = std::remove_reference_t<O>;
+  const detail::Budget budget(options);  // begins before the stepper's own, which is made here
   detail::Driver<Form, decltype(method.stepper(form, options)), O_, Events...> driver(form, method.stepper(form, options),
-                                                                                      options, observer, events);
+                                                                                      options, budget, observer, events);
   return driver.run(start.t, y0, t_end);
 }
 
