@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../catch2_bridge.hpp"
+#include "driven_cart.hpp"
 #include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/gauss.hpp"
@@ -94,31 +95,8 @@ TEST_CASE("a velocity-dependent potential is part of L, and its energy is kept")
   CHECK_THAT(0.5 * run.y.tail(2).squaredNorm() - E * run.y[0], WithinAbs(0.0, 1e-13));  // a quadratic invariant
 }
 
-// A cart of 1 kg with a pole of 0.5 kg and 0.6 m, driven by a motor, with friction, wind and a spring to the wall.
 TEST_CASE("many effects together move as they do by Dop853 at a tight tolerance") {
-  const auto cart = mechanical_system<2>(
-      [](const auto& q, const auto& v) {
-        using std::cos;
-        return 0.75 * v[0] * v[0] + 0.5 * 0.5 * 0.36 * v[1] * v[1] + 0.3 * v[0] * v[1] * cos(q[1]);
-      },
-      [](const auto& q) {
-        using std::cos;
-        return 0.5 * 9.81 * 0.6 * cos(q[1]);
-      });
-  const auto tip = [](const auto& q) {
-    using std::cos, std::sin;
-    return vector(q[0] + 0.6 * sin(q[1]), 0.6 * cos(q[1]));
-  };
-  const auto driven = scene(
-      cart,
-      controller([](const auto&, const auto&, const auto& z, const auto& t) { return vector(2.0 * z[0], 0.0 * t); },
-                 [](const auto&, const auto& v, const auto& z, const auto& t) {
-                   using std::sin;
-                   return vector((6.0 * sin(t) - z[0] - 2.0 * v[0]) / 0.05);
-                 },
-                 Vector<double, 1>(0.0)),
-      rayleigh([](const auto&, const auto& v) { return 0.05 * v[1] * v[1] + 0.1 * v[0] * v[0]; }), quadratic_drag(tip, 0.1),
-      force_at_point(tip, Vector2d(0.4, 0.0)), spring_damper(tip, Vector2d(2.0, 0.0), 3.0, 1.0, 0.2));
+  const auto driven = test::driven_cart();
   const State<2> start{0.0, {0.0, 0.5}, {0.0, 0.1}};
   const Eigen::VectorXd exact = simulate(driven, start, 2.0, Dop853{}, {.rtol = 1e-13, .atol = 1e-14, .keep_trajectory = false}).y;
   const auto error = [&](double h) { return (simulate(driven, start, 2.0, Gauss{.step = h, .stages = 3}, bare_run).y - exact).norm(); };

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "../catch2_bridge.hpp"
+#include "driven_cart.hpp"
 #include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
@@ -85,33 +86,10 @@ TEST_CASE("a force that is another coordinate is that coordinate's, order by ord
   CHECK_THAT(run.y[1], WithinRel(std::cosh(3.0), 1e-12));
 }
 
-// A cart of 1 kg with a pole of 0.5 kg and 0.6 m.
-const auto cart = mechanical_system<2>(
-    [](const auto& q, const auto& v) {
-      using std::cos;
-      return 0.75 * v[0] * v[0] + 0.5 * 0.5 * 0.36 * v[1] * v[1] + 0.3 * v[0] * v[1] * cos(q[1]);
-    },
-    [](const auto& q) {
-      using std::cos;
-      return 0.5 * 9.81 * 0.6 * cos(q[1]);
-    });
-const auto tip = [](const auto& q) {
-  using std::cos, std::sin;
-  return vector(q[0] + 0.6 * sin(q[1]), 0.6 * cos(q[1]));
-};
-
 TEST_CASE("a cart with every analytic effect moves as it does by Dop853") {
-  const auto driven = scene(
-      cart,
-      controller([](const auto&, const auto&, const auto& z, const auto& t) { return vector(2.0 * z[0], 0.0 * t); },
-                 [](const auto&, const auto& v, const auto& z, const auto& t) {
-                   using std::sin;
-                   return vector((6.0 * sin(t) - z[0] - 2.0 * v[0]) / 0.05);
-                 },
-                 Vector<double, 1>(0.0)),
-      rayleigh([](const auto&, const auto& v) { return 0.05 * v[1] * v[1] + 0.1 * v[0] * v[0]; }), quadratic_drag(tip, 0.1),
-      force_at_point(tip, Vector2d(0.4, 0.0)), spring_damper(tip, Vector2d(2.0, 0.0), 3.0, 1.0, 0.2), regularized_friction(0, 0.3, 0.5),
-      tension_between(tip, Vector2d(-2.0, 0.0), [](const auto& length, const auto& rate) { return 0.1 * length * length + 0.05 * rate; }));
+  const auto driven = test::driven_cart(
+      regularized_friction(0, 0.3, 0.5),
+      tension_between(test::pole_tip, Vector2d(-2.0, 0.0), [](const auto& length, const auto& rate) { return 0.1 * length * length + 0.05 * rate; }));
   const State<2> start{0.0, {0.0, 0.5}, {0.0, 0.1}};
   const Eigen::VectorXd exact = simulate(driven, start, 2.0, Dop853{}, {.rtol = 3e-14, .atol = 1e-14, .keep_trajectory = false}).y;
   const auto run = simulate(driven, start, 2.0, Taylor{}, tight);
