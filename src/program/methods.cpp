@@ -9,7 +9,7 @@ const std::vector<MethodInfo>& methods() {
   using enum MethodKind;
   static const std::vector<MethodInfo> all = {
       {"auto", automatic, 0, "chooses among taylor, dop853 and bdf, and says why (the default)"},
-      {"taylor", series, 0, "power series of the motion: T, V and effects that are formulas, many digits"},
+      {"taylor", series, 0, "power series of the motion: T, V, effects and constraints that are formulas, many digits"},
       {"dop853", explicit_, 0, "explicit Runge-Kutta of order 8: smooth motion, constraints too"},
       {"dopri5", explicit_, 0, "explicit Runge-Kutta of order 5: few digits"},
       {"adams", multistep, 0, "CVODE's Adams methods: smooth motion without constraints"},

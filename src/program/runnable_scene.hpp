@@ -109,7 +109,7 @@ class Model {
   /// Whether constraints are holonomic and last, T is one of the velocities alone, and there are no forces.
   virtual bool fits_rattle() const { return false; }
 
-  /// T, V and the forces as a graph; nothing where there are constraints, or an effect takes no recording scalar.
+  /// T, V, the forces and the constraints as a graph; nothing where equations switch, or an effect takes no recording scalar.
   ///
   /// @throws NotAnalytic  one of them compares values or has a kink
   virtual std::shared_ptr<qdot::detail::RecordedMotion> recorded_motion() const { return nullptr; }

@@ -13,6 +13,7 @@
 
 #include "program/methods.hpp"
 #include "program/model_watch.hpp"
+#include "qdot/effects/constrained_solve.hpp"
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/cvode_automatic.hpp"
 #include "qdot/integrate/form_mechanics.hpp"
@@ -61,7 +62,7 @@ struct SwitchingModel : ConstrainedModel {
   }
 };
 
-/// The graph of a scene with effects, for Taylor.
+/// The graph of a scene with effects, constraints among them, for Taylor.
 qdot::detail::RecordedMotion recorded_motion(const FirstOrderModel& system) {
   const auto recorded = system.model->recorded_motion();
   if (!recorded) throw NotAnalytic("the effects of this scene do not take the scalar that records a series; use dop853", "an effect");
@@ -75,11 +76,13 @@ namespace qdot::detail {
 
 template <>
 struct is_recordable<program::FirstOrderModel> : std::true_type {};
+template <>
+struct is_recordable<program::ConstrainedModel> : std::true_type {};
 
 /// What a model tells of its mechanics, for Gauss and Taylor.
 template <std::derived_from<program::FirstOrderModel> F>
 struct Mechanics<F> {
-  static constexpr int n = Dynamic, states = Dynamic;
+  static constexpr int n = Dynamic, states = Dynamic, constraints = ProjectableSystem<F> ? Dynamic : 0;
   static constexpr Inertia inertia = Inertia::positive_definite;
   using Vec = Eigen::VectorXd;
   using States = Eigen::VectorXd;
@@ -128,7 +131,7 @@ struct NamedMethod {
     if (info.name == "dop853") return any_stepper(Dop853{}, system, options);
     if (info.name == "dopri5") return any_stepper(Dopri5{}, system, options);
     if (info.kind == MethodKind::gauss) return any_stepper(Gauss{.step = step, .stages = info.order / 2}, system, options);
-    if constexpr (!ProjectableSystem<System>)
+    if constexpr (!SwitchingSystem<System>)
       if (info.kind == MethodKind::series) return any_stepper(Taylor{}, system, options);
     throw InvalidValue(info.name + " does not fit: it " + misfit(model, info.name));
   }
@@ -143,12 +146,13 @@ struct NamedMethod {
         .smooth = NamedMethod{method_named("dop853")}.stepper(system, options),
         .stiff = [system, options] { return any_stepper(CvodeBdf{}, system, options); },
         .jacobian = [model](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) { model->jacobian(t, y, J); },
-        .reason = model->constrained() ? "constraints have no power series here" : "there is more to the motion than T, V and forces"};
+        .reason = SwitchingSystem<System> ? "equations that switch have no power series" : "there is more to the motion than formulas"};
     if (model->bare())
       qdot::detail::choose_first(choice, model->size(), options, "T and V", [&] { return model->own_stepper("taylor", 0, options); });
-    if constexpr (!ProjectableSystem<System>)
+    if constexpr (!SwitchingSystem<System>)
       if (!model->bare())
-        qdot::detail::choose_first(choice, model->size(), options, "T, V and the forces", [&] { return any_stepper(Taylor{}, system, options); });
+        qdot::detail::choose_first(choice, model->size(), options, ProjectableSystem<System> ? "T, V, the forces and the constraints" : "T, V and the forces",
+                                   [&] { return any_stepper(Taylor{}, system, options); });
     return AnyStepper(std::in_place, AutomaticStepper(std::move(choice), model->size()));
   }
 };
@@ -305,7 +309,7 @@ bool has_fixed_step(const std::string& method) { return method_named(method).fix
 std::string misfit(const Model& model, const std::string& method) {
   const MethodKind kind = method_named(method).kind;
   if (model.constrained() && kind == MethodKind::multistep) return "cannot keep constraints";
-  if (model.constrained() && kind == MethodKind::series) return "takes no constraints";
+  if (model.guard_count() > 0 && kind == MethodKind::series) return "takes no contacts or dry friction";
   if (kind == MethodKind::rattle && !model.fits_rattle()) return "needs T(qdot), V(q) and holonomic constraints, and no forces";
   if (kind == MethodKind::splitting && model.constrained()) return "takes T and V alone, and the scene has constraints";
   if (kind == MethodKind::splitting && !model.bare()) return "takes T and V alone, and the scene has effects";

@@ -51,10 +51,11 @@ TEST_CASE("on forces with states of their own Taylor and Gauss allocate nothing"
   check(form, start, Gauss{.step = 0.05, .stages = 3}.stepper(form, {}));
 }
 
-TEST_CASE("on constraints Rattle and Gauss allocate nothing") {
+TEST_CASE("on constraints Rattle, Gauss and Taylor allocate nothing") {
   const auto form = first_order_form(scene(particle, holonomic("rod", [](const auto& q) { return q.squaredNorm() - 1.0; })));
   check(form, start, Rattle{.step = 0.05, .order = 4}.stepper(form, {}));
   check(form, start, Gauss{.step = 0.05, .stages = 2}.stepper(form, {}));
+  check(form, start, Taylor{}.stepper(form, {}));
 }
 
 #endif

@@ -78,9 +78,12 @@ TEST_CASE("without a method the program chooses, and says what and why") {
   CHECK(driven["method_chosen"] == "taylor");
   CHECK(driven["method_reason"].get<std::string>().find("taylor: T, V and the forces are formulas") == 0);
   const json constrained = run_json("cartesian_pendulum");
-  CHECK(constrained["method_chosen"] == "dop853");
-  CHECK(constrained["method_reason"].get<std::string>().find("dop853: constraints have no power series here") == 0);
+  CHECK(constrained["method_chosen"] == "taylor");
+  CHECK(constrained["method_reason"].get<std::string>().find("taylor: T, V, the forces and the constraints are formulas") == 0);
   CHECK(constrained["constraint_residual_max"] < 1e-9);
+  const json switching = run_json("rope_pendulum");
+  CHECK(switching["method_chosen"] == "dop853");
+  CHECK(switching["method_reason"].get<std::string>().find("dop853: equations that switch have no power series") == 0);
   const auto text = qdot("run pendulum");
   CHECK(text.out.find("  chose taylor: ") != std::string::npos);
 }
@@ -92,12 +95,12 @@ TEST_CASE("a method that does not fit is refused with the reason and what does f
   CHECK(refused("pendulum --with damping --method verlet") ==
         "qdot run: --method: must fit pendulum, but verlet takes T and V alone, and the scene has effects (what fits: auto, taylor, dop853, "
         "dopri5, adams, bdf, gauss2, gauss4, gauss6, gauss8)\n");
-  CHECK(refused("cartesian_pendulum --method taylor").find("must fit cartesian_pendulum, but taylor takes no constraints (what fits: ") !=
+  CHECK(refused("rope_pendulum --method taylor").find("must fit rope_pendulum, but taylor takes no contacts or dry friction (what fits: ") !=
         std::string::npos);
   CHECK(refused("cartesian_pendulum --with drag --method rattle4").find("but rattle4 needs T(qdot), V(q) and holonomic constraints, and no forces") !=
         std::string::npos);
   CHECK(refused("cartesian_pendulum --method adams") ==
-        "qdot run: --method: must fit cartesian_pendulum, but adams cannot keep constraints (what fits: auto, dop853, dopri5, bdf, gauss2, "
+        "qdot run: --method: must fit cartesian_pendulum, but adams cannot keep constraints (what fits: auto, taylor, dop853, dopri5, bdf, gauss2, "
         "gauss4, gauss6, gauss8, rattle2, rattle4, rattle6)\n");
   CHECK(refused("pendulum --step 0.1").find("--step: must stand with a method of fixed step") != std::string::npos);
   CHECK(refused("pendulum --method gauss4 --step 0").find("--step: must be positive") != std::string::npos);

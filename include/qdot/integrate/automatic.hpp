@@ -7,8 +7,8 @@
 //     run.statistics.method           "taylor", or "dop853, cvode_bdf" where it changed its mind
 //     run.statistics.method_reason    why, in one sentence for each
 //
-// Smooth. It starts with Taylor, where T, V and the forces of effects are formulas without branches, there are no constraints,
-// and rtol asks for more than a few digits: two to seven times as fast as Dop853 on pendulums, orbits and chains. Otherwise
+// Smooth. It starts with Taylor, where T, V, the forces of effects and constraints are formulas without branches, and rtol asks
+// for more than a few digits: two to seven times as fast as Dop853 on pendulums, orbits, chains and linkages. Otherwise
 // with Dop853.
 //
 // Stiff. An explicit method of order p is stable while h |λ| stays below a limit for every eigenvalue λ of ∂f/∂y: 6 for Dop853
@@ -336,9 +336,9 @@ struct AutomaticWith {
         .smooth = any_stepper(Dop853{}, system, options),
         .stiff = [kept, options, method = stiff] { return any_stepper(method, *kept, options); },
         .jacobian = [kept](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) { kept->jacobian(t, y, J); },
-        .reason = ProjectableSystem<F> ? "constraints have no power series here" : "the system is more than T and V"};
+        .reason = SwitchingSystem<F> ? "equations that switch have no power series" : "the system is more than T and V"};
     if constexpr (detail::is_recordable<F>::value)
-      detail::choose_first(choice, system.size(), options, detail::mechanical_form<F>::value ? "T and V" : "T, V and the forces",
+      detail::choose_first(choice, system.size(), options, detail::mechanical_form<F>::value ? "T and V" : ProjectableSystem<F> ? "T, V, the forces and the constraints" : "T, V and the forces",
                            [&] { return any_stepper(Taylor{}, system, options); });
     return AutomaticStepper(std::move(choice), system.size());
   }

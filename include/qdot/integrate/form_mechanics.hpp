@@ -42,6 +42,7 @@ struct Mechanics<FirstOrderForm<Sys>> {
   using F = FirstOrderForm<Sys>;
   static constexpr int n = Sys::dof_at_compile_time;
   static constexpr int states = 0;
+  static constexpr int constraints = 0;
   static constexpr Inertia inertia = Sys::inertia;
   using Vec = Vector<double, n>;
   using States = Vector<double, states>;
@@ -61,6 +62,7 @@ struct Mechanics<SceneForm<Sc>> {
   using F = SceneForm<Sc>;
   static constexpr int n = Sc::dof_at_compile_time;
   static constexpr int states = Sc::states_at_compile_time;
+  static constexpr int constraints = Sc::constraints_at_compile_time;
   static constexpr Inertia inertia = Sc::SystemType::inertia;
   using Vec = Vector<double, n>;
   using States = Vector<double, states>;

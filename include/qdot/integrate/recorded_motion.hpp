@@ -13,9 +13,17 @@
 //
 // What has a series is one formula everywhere. A force that asks for signs (dry friction, saturation, |x|) is refused when it is
 // run; one that asks whether something is exactly zero is taken, and the question checked at each expansion: drag −b|v|v is
-// analytic away from v = 0, where √(v·v) changes its branch. Constraints have no place in the graph.
+// analytic away from v = 0, where √(v·v) changes its branch.
+//
+// A constraint is recorded as what it demands of velocities, c = 0, with W = ∂c/∂q̇:
+//
+//     φ(q, t) = 0          c = Σ q̇_j ∂φ/∂q_j + ∂φ/∂t ,    W = ∂φ/∂q         by differentiation of the graph
+//     a(q, q̇, t) = 0       c = a ,                          W = ∂a/∂q̇ .
+//
+// One that switches on and off is refused by the compiler.
 
 #include <Eigen/Core>
+#include <string>
 #include <tuple>
 #include <type_traits>
 #include <vector>
@@ -39,6 +47,8 @@ struct RecordedMotion {
   int t = -1;                                  // a variable too
   std::vector<int> p = {}, force = {}, zdot = {};
   std::vector<int> mass = {};  // lower triangle, row by row
+  std::vector<int> rows = {}, jacobian = {};  // of the constraints: c, and W row by row
+  std::vector<std::string> row_names = {};
 };
 
 template <class Energies, int n>
@@ -51,8 +61,12 @@ template <class E, int n>
 consteval bool effect_is_recordable() {
   using S = taylor::Recorded;
   using V = Vector<S, n>;
-  if constexpr (ConstraintEffect<E, n>) {
+  if constexpr (SwitchingEffect<E, n>) {
     return false;
+  } else if constexpr (HolonomicEffect<E, n>) {
+    return requires(const E& e, const V& q, const S& t) { e.phi(q, t); };
+  } else if constexpr (NonholonomicEffect<E, n>) {
+    return requires(const E& e, const V& q, const S& t) { e.velocity_constraint(q, q, t); };
   } else if constexpr (StateEffect<E>) {
     using Z = Vector<S, states_of<E>()>;
     return requires(const E& e, const V& q, const Z& z, const S& t) { e.force(q, q, z, t), e.state_rate(q, q, z, t); };
@@ -109,6 +123,39 @@ RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof) {
   return m;
 }
 
+// One effect, if it is a constraint.
+template <int n, class E>
+  requires(!ConstraintEffect<E, n>)
+void record_constraint(RecordedMotion&, const E&) {}
+
+template <int n, ConstraintEffect<n> E>
+void record_constraint(RecordedMotion& m, const E& e) {
+  taylor::Graph& graph = m.recording.graph;
+  std::string name = "constraint";
+  if constexpr (requires { e.name; }) name = e.name;
+  m.recording.source = "the constraint '" + name + "'";
+  const taylor::Recorded t(m.recording, m.t);
+  const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
+  const auto add = [&](const auto& rows, const std::vector<int>& variables) {
+    for (Eigen::Index i = 0; i < rows.size(); ++i) {
+      int c = rows[i].node_in(m.recording);
+      const std::vector<int> W = graph.gradient(c, variables);
+      if constexpr (HolonomicEffect<E, n>) {
+        c = graph.gradient(c, std::vector<int>{m.t})[0];
+        for (std::size_t j = 0; j < W.size(); ++j) c = graph.sum(c, graph.product(W[j], m.qdot[j]));
+      }
+      m.rows.push_back(c);
+      m.jacobian.insert(m.jacobian.end(), W.begin(), W.end());
+      m.row_names.push_back(name + (rows.size() == 1 ? "" : "[" + std::to_string(i) + "]"));
+    }
+  };
+  if constexpr (HolonomicEffect<E, n>) {
+    add(as_rows(e.phi(q, t)), m.q);
+  } else {
+    add(as_rows(e.velocity_constraint(q, v, t)), m.qdot);
+  }
+}
+
 /// Runs T and V once.
 ///
 /// @throws NotAnalytic  one of them compares values or has a kink
@@ -117,7 +164,7 @@ RecordedMotion recorded_motion(const FirstOrderForm<Sys>& form) {
   return recorded_energies<Sys::dof_at_compile_time>(form.system().energies(), form.system().dof());
 }
 
-/// Runs T, V and the forces and rates of the effects once.
+/// Runs T, V, the forces and rates of the effects, and the constraints once.
 ///
 /// @throws NotAnalytic  one of them compares values or has a kink
 template <class Sc>
@@ -138,6 +185,8 @@ RecordedMotion recorded_motion(const SceneForm<Sc>& form) {
       for (Eigen::Index i = 0; i < rates.size(); ++i) m.zdot.push_back(rates[i].node_in(m.recording));
     }
   }
+  if constexpr (Sc::has_constraints)
+    std::apply([&](const auto&... effect) { (record_constraint<n>(m, effect), ...); }, form.scene().effects());
   return m;
 }
 

@@ -32,10 +32,12 @@
 // periods at rtol = 2.5e-15. So with rtol < 1e-14 the foretold error must stay 256 times below a unit: half as many
 // steps again, and the energy walks at random, 1e-14 over the same time.
 //
-// Scenes. Effects that are formulas take part: forces, dissipation, drag, drives, springs, potentials, controllers with states.
+// Scenes. Effects that are formulas take part: forces, dissipation, drag, drives, springs, potentials, controllers with states, and
+// constraints (taylor_constraints.hpp). Where there are some, P(h) is projected onto them before the next expansion starts there,
+// so that the test compares with the equations on the constraints; a step from whose end there is no way back is rejected.
 //
-// What does not fit: energies and forces with branches (NotAnalytic at construction), points where they are not
-// analytic (a root or a broken power of zero: outcome non_finite), constraints, contacts and friction that sticks (refused
+// What does not fit: formulas with branches (NotAnalytic at construction), points where they are not
+// analytic (a root or a broken power of zero: outcome non_finite), contacts and friction that sticks (refused
 // by the compiler), and stiff systems.
 //
 // Reference: À. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of
@@ -64,7 +66,9 @@ class TaylorStepper : public detail::OneStep<F> {
   using Base::epsilon, Base::size;
 
  public:
-  /// @throws NotAnalytic                   T, V or a force compares values or has a kink
+  static constexpr bool projects_itself = true;
+
+  /// @throws NotAnalytic                   T, V, a force or a constraint compares values or has a kink
   /// @throws InvalidValue, DimensionError  for options outside their range
   TaylorStepper(F system, int order, const Options& options)
       : Base(std::move(system), "taylor", order > 0 ? order : order_for(options.rtol), options),
@@ -121,6 +125,7 @@ class TaylorStepper : public detail::OneStep<F> {
         std::swap(lost_, lost_new_);
         expansion_is_current_ = true;
         h_last_ = h;
+        if constexpr (detail::Mechanics<F>::constraints != 0) count_projection();
         this->accept(t_new, t_limit, worst);
         return true;
       }
@@ -211,6 +216,11 @@ class TaylorStepper : public detail::OneStep<F> {
     lost_new_ = lost_;
     for (Eigen::Index i = 0; i < size(); ++i) detail::add_compensated(y_new_[i], lost_new_[i], change[i] * s);
     unit_ = std::exp2(std::round(std::log2(std::abs(h))));
+    if constexpr (detail::Mechanics<F>::constraints != 0) {
+      const auto report = this->form().project(t_new, y_new_);
+      residual_ = report.residual;
+      velocity_residual_ = report.velocity_residual;
+    }
     begin_expansion(t_new, y_new_);
 
     double largest = 0.0;
@@ -229,12 +239,19 @@ class TaylorStepper : public detail::OneStep<F> {
     return largest;
   }
 
+  void count_projection() {
+    ++this->statistics_.projections;
+    this->statistics_.constraint_residual = std::max(this->statistics_.constraint_residual, residual_);
+    this->statistics_.constraint_velocity = std::max(this->statistics_.constraint_velocity, velocity_residual_);
+  }
+
   detail::LagrangeSeries<F> series_;
   double ratio_;  // of h to the radius of convergence that is aimed at
   double initial_step_;
   double unit_ = 1.0;        // of time in series_
   double dense_unit_ = 1.0;  // of time in dense_
   double h_last_ = 0.0;
+  double residual_ = 0.0, velocity_residual_ = 0.0;  // of y_new_ on the constraints
   bool expansion_is_current_ = false;  // series_ was begun at the present state
   Y y_new_, f_new_, slope_, lost_, lost_new_;
   Matrix<double, Base::size_at_compile_time, Dynamic> dense_;
@@ -248,12 +265,12 @@ struct Taylor {
 
   /// A stepper for `system`, which it copies; runs T, V and the effects once to record them. Allocates all its memory here.
   ///
-  /// @throws NotAnalytic  T, V or the force of an effect compares values or has a kink
+  /// @throws NotAnalytic  T, V, the force of an effect or a constraint compares values or has a kink
   template <FirstOrderSystem F>
     requires requires { detail::Mechanics<F>::n; }
   TaylorStepper<F> stepper(const F& system, const Options& options) const {
-    static_assert(!ProjectableSystem<F>,
-                  "qdot: the Taylor method takes no constraints, contacts or dry friction; use Dop853, CvodeBdf or Gauss");
+    static_assert(!SwitchingSystem<F>,
+                  "qdot: the Taylor method takes no contacts or dry friction, whose equations switch; use Dop853, CvodeBdf or Gauss");
     static_assert(detail::is_recordable<F>::value,
                   "qdot: the Taylor method runs T, V and the effects once with a scalar that records operations, but they do not "
                   "take every scalar: take `const auto& q`, or make them a template <class S>; or use Dop853");

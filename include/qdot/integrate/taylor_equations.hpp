@@ -25,16 +25,19 @@
 // chain of n links costs O(n) per order, where its equations of motion, written out, have O(n²) terms.
 //
 // Forces of effects are summands of g, and effects' own states have z_{k+1} = τ ż_k/(k + 1): both need the order before only.
+// Constraints make the system to be solved larger by their multipliers (taylor_constraints.hpp).
 
 #include <Eigen/LU>
 #include <cmath>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "qdot/ad/taylor_sweep.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/recorded_motion.hpp"
+#include "qdot/integrate/taylor_constraints.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 
 namespace qdot::detail {
@@ -83,6 +86,7 @@ template <class F>
 class LagrangeSeries {
   static constexpr int n = Mechanics<F>::n;
   static constexpr int states = Mechanics<F>::states;
+  static constexpr int rows = Mechanics<F>::constraints;
   static constexpr Inertia inertia = Mechanics<F>::inertia;
 
  public:
@@ -92,6 +96,12 @@ class LagrangeSeries {
     const taylor::Graph& graph = m.recording.graph;
     for (const int node : m.mass) mass_is_constant_ = mass_is_constant_ && graph[node].kind == taylor::Kind::constant;
     taylor::SweepOutputs outputs{.early = m.p, .series = m.force, .values = m.mass, .late = m.qdot};
+    if constexpr (rows != 0) {
+      outputs.early.insert(outputs.early.end(), m.rows.begin(), m.rows.end());
+      outputs.values.insert(outputs.values.end(), m.jacobian.begin(), m.jacobian.end());
+      for (const int node : m.jacobian)
+        if (graph[node].kind != taylor::Kind::constant) outputs.series.push_back(node);
+    }
     for (const auto& assumption : m.recording.assumptions) outputs.values.push_back(assumption.node);
     // Variables are series even where no output contains them: their coefficients are the motion.
     for (const auto* list : {&m.q, &m.z, &m.zdot}) outputs.series.insert(outputs.series.end(), list->begin(), list->end());
@@ -113,6 +123,7 @@ class LagrangeSeries {
     for (const auto& assumption : m.recording.assumptions) assumptions_.push_back({sweep_.slot(assumption.node), assumption.value});
     const Eigen::Index dof = static_cast<Eigen::Index>(m.q.size());
     for (Eigen::Index i = 0; i < dof; ++i) names_.names.push_back(form.component_name(i));
+    if constexpr (rows != 0) constraints_ = ConstraintSeries<n, rows>(m, sweep_, names_.names, highest_order);
     coefficients_.setZero(static_cast<Eigen::Index>(motion_.size()), highest_order + 1);
     M_.setZero(dof, dof);
     solution_.setZero(dof);
@@ -120,7 +131,7 @@ class LagrangeSeries {
 
   /// Orders 0 and 1 at a state: column 1 of coefficients() is then time_unit·[q̇; q̈].
   ///
-  /// @throws MassMatrixError, NonFinite  as acceleration(); NonFinite also where a formula is not analytic
+  /// @throws MassMatrixError, NonFinite, ConstraintError  as acceleration(); NonFinite also where a formula is not analytic
   template <class Y>
   void start(double t, const Y& y, double time_unit) {
     unit_ = time_unit;
@@ -130,7 +141,7 @@ class LagrangeSeries {
     for (const auto& [slot, value] : assumptions_)
       if (sweep_.value(slot) == value)
         throw NonFinite("a Taylor coefficient", t,
-                        "T, V or a force asks whether a quantity is exactly " + text_of(value) + ", and at t = " + text_of(t) +
+                        std::string("T, V") + (rows != 0 ? ", a constraint" : "") + " or a force asks whether a quantity is exactly " + text_of(value) + ", and at t = " + text_of(t) +
                             " it is, so the motion may not be analytic there; use Dop853");
     factor_mass_matrix(t);
     make_order(1);
@@ -147,6 +158,13 @@ class LagrangeSeries {
   /// The series: row i of column k is coefficient k of y = [q; q̇] in s = (t − t₀)/time_unit.
   const Matrix<double, F::size_at_compile_time, Dynamic>& coefficients() const noexcept { return coefficients_; }
 
+  /// The multipliers' series, one order shorter: column k is coefficient k of λ.
+  const auto& multipliers() const noexcept
+    requires(rows != 0)
+  {
+    return constraints_.multipliers();
+  }
+
  private:
   static std::size_t index(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
@@ -155,6 +173,7 @@ class LagrangeSeries {
     const double factor = unit_ / k;
     // All rates before any variable is set: a rate may be a variable (V = q₀ q₁).
     for (Eigen::Index i = 0; i < dof; ++i) solution_[i] = factor * sweep_.latest(force_[index(i)]);
+    if constexpr (rows != 0) constraints_.add_known_reactions(sweep_, k, factor, solution_);
     if constexpr (states != 0) {
       for (Eigen::Index i = 2 * dof; i < size; ++i) coefficients_(i, k) = factor * sweep_.latest(zdot_[index(i - 2 * dof)]);
       for (Eigen::Index i = 2 * dof; i < size; ++i) sweep_.set(motion_[index(i)], coefficients_(i, k));
@@ -164,7 +183,9 @@ class LagrangeSeries {
     sweep_.set(t_, k == 1 ? unit_ : 0.0);
     sweep_.advance(k);
     for (Eigen::Index i = 0; i < dof; ++i) solution_[i] -= sweep_.latest(p_[index(i)]);
-    if constexpr (inertia == Inertia::positive_definite) {
+    if constexpr (rows != 0) {
+      constraints_.solve(sweep_, k, factor, solution_);
+    } else if constexpr (inertia == Inertia::positive_definite) {
       factors_.solve_in_place(solution_);
     } else {
       solution_ = Vector<double, n>(inverse_ * solution_);
@@ -173,12 +194,15 @@ class LagrangeSeries {
   }
 
   void factor_mass_matrix(double t) {
-    if (mass_is_constant_ && mass_is_factored_) return;
+    if (rows == 0 && mass_is_constant_ && mass_is_factored_) return;
     std::size_t next = 0;
     for (Eigen::Index i = 0; i < M_.rows(); ++i)
       for (Eigen::Index j = 0; j <= i; ++j) M_(i, j) = M_(j, i) = sweep_.value(mass_[next++]);
     mass_is_factored_ = false;
-    if constexpr (inertia == Inertia::positive_definite) {
+    if constexpr (rows != 0) {
+      if (!M_.allFinite()) throw_mass_matrix_error(M_, t, names_.names);
+      constraints_.factor(sweep_, M_, mass_is_constant_, t);
+    } else if constexpr (inertia == Inertia::positive_definite) {
       if (!factors_.factor(M_)) throw_mass_matrix_error(M_, t, names_.names);
     } else {
       inverse_ = solved_with_mass_matrix(names_, M_, Matrix<double, n>(Matrix<double, n>::Identity(M_.rows(), M_.rows())), t);
@@ -205,6 +229,7 @@ class LagrangeSeries {
   bool mass_is_constant_ = true, mass_is_factored_ = false;
   Matrix<double, n> M_, inverse_;
   MassFactors<n> factors_;
+  [[no_unique_address]] std::conditional_t<rows == 0, NoConstraintSeries, ConstraintSeries<n, rows>> constraints_;
   Vector<double, n> solution_;
   double unit_ = 1.0;
   Matrix<double, F::size_at_compile_time, Dynamic> coefficients_;

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+//
+// Power series of constrained motions, against closed forms.
+#include <cmath>
+#include <type_traits>
+
+#include "../catch2_bridge.hpp"
+#include "qdot/effects/constraints.hpp"
+#include "qdot/effects/scene_form.hpp"
+#include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/taylor.hpp"
+
+namespace {
+
+using namespace qdot;
+using Eigen::Vector2d;
+
+constexpr double g = 9.81;
+const Options tight{.rtol = 1e-13, .atol = 1e-14, .keep_trajectory = false};
+constexpr double rounding = 1e-12;  // of some hundred steps, beside a motion of size 1 to 10
+
+// A bead in the plane, on a guide that is chosen at run time: one type, so compiled once.
+struct Guide {
+  enum Shape { circle, turning_rod, corner } shape;
+
+  template <class S>
+  S operator()(const Vector<S, 2>& q, const S& t) const {
+    using std::cos, std::sin, std::abs;
+    if (shape == circle) return q[0] * q[0] + q[1] * q[1] - 1.0;
+    if (shape == turning_rod) return q[1] * cos(t) - q[0] * sin(t);
+    return abs(q[0]) + q[1];
+  }
+};
+
+auto bead_on(Guide::Shape shape) {
+  const double weight = shape == Guide::circle ? g : 0.0;
+  return scene(mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [weight](const auto& q) { return weight * q[1]; }),
+               holonomic("guide", Guide{shape}));
+}
+
+const State<2> released{0.0, Vector2d(std::sin(1.0), -std::cos(1.0)), Vector2d(0.0, 0.0)};  // on the circle
+const State<2> spun{0.0, Vector2d(0.5, 0.0), Vector2d(0.0, 0.5)};                           // on the rod
+Vector2d on_rod(double t) { return 0.5 * std::cosh(t) * Vector2d(std::cos(t), std::sin(t)); }
+
+auto run_on(Guide::Shape shape, const State<2>& start, double t_end, const Taylor& method = {}, const Options& options = tight) {
+  return simulate(bead_on(shape), start, t_end, method, options, events(event("lowest", [](const auto& q) { return q[0]; })));
+}
+
+TEST_CASE("the pendulum in Cartesian coordinates moves as its angle does, with residuals at rounding") {
+  const double angle = -0.46325276873178667;  // after 10 s from 1 rad at rest, from an integration in quadruple precision
+  const auto run = run_on(Guide::circle, released, 10.0);
+  REQUIRE(run.completed());
+  CHECK_THAT(run.y[0], WithinAbs(std::sin(angle), rounding));
+  CHECK_THAT(run.y[1], WithinAbs(-std::cos(angle), rounding));
+  CHECK(run.statistics.constraint_residual < 2e-15);
+  CHECK(run.statistics.constraint_velocity < 1e-14);
+  const auto back = run_on(Guide::circle, run.state(), 0.0);
+  REQUIRE(back.completed());
+  CHECK((back.state().q - released.q).norm() < 10 * rounding);
+}
+
+TEST_CASE("between steps the series is on the circle and moves with the rod's angle, events and samples included") {
+  Options options = tight;
+  options.keep_trajectory = true;
+  options.output_times = {0.1, 0.77, 1.5};
+  const auto run = run_on(Guide::circle, released, 2.0, {}, options);
+  REQUIRE(run.completed());
+  constexpr double period = 2.13913760055869;  // 4 √(l/g) K(sin² ½)
+  REQUIRE(run.events.size() == 2);
+  CHECK_THAT(run.events[0].t, WithinAbs(period / 4, rounding));
+  CHECK_THAT(run.events[1].t, WithinAbs(3 * period / 4, rounding));
+  for (int i = 0; i < 3; ++i) CHECK_THAT(run.samples.y.col(i).head(2).norm(), WithinAbs(1.0, 1e-15));
+  for (double t = 0.0; t < 2.0; t += 0.0371) {
+    const Eigen::VectorXd y = run.trajectory.y(t);
+    CHECK_THAT(y.head(2).norm(), WithinAbs(1.0, rounding));
+    CHECK_THAT(0.5 * y.tail(2).squaredNorm() + g * y[1], WithinAbs(-g * std::cos(1.0), 10 * rounding));
+  }
+}
+
+TEST_CASE("the multipliers' series is the rod's force and its rates") {
+  const auto form = first_order_form(bead_on(Guide::circle));
+  detail::LagrangeSeries<std::remove_cvref_t<decltype(form)>> series(form, 4);
+  const Vector2d q(std::sin(0.3), -std::cos(0.3)), v = 2.0 * Vector2d(std::cos(0.3), std::sin(0.3));
+  Eigen::Vector4d y;
+  y << q, v;
+  series.start(0.0, y, 1.0);
+  series.expand(4);
+  // 2λ = −(v² − g y) with v² = 4 − 2g (y − y₀) on the circle: λ̇ = 3/2 g ẏ.
+  CHECK_THAT(series.multipliers()(0, 0), WithinAbs(-0.5 * (4.0 - g * q[1]), 1e-14));
+  CHECK_THAT(series.multipliers()(0, 1), WithinAbs(1.5 * g * v[1], 1e-13));
+  CHECK_THAT(series.multipliers()(0, 2), WithinAbs(1.5 * g * series.coefficients()(1, 2), 1e-13));
+}
+
+TEST_CASE("a bead on a turning rod goes out as cosh t, forward and backward in time") {
+  for (const double t : {4.0, -4.0}) {
+    const auto run = run_on(Guide::turning_rod, spun, t);
+    REQUIRE(run.completed());
+    CHECK((run.y.head(2) - on_rod(t)).norm() < rounding * on_rod(t).norm());
+    CHECK(run.statistics.constraint_residual < 1e-13);
+  }
+}
+
+TEST_CASE("on a constraint Taylor converges with the order asked for, forward and backward in time") {
+  const auto error = [&](int order, double t_end, double h) {
+    const auto run = run_on(Guide::turning_rod, spun, t_end, Taylor{.order = order},
+                            {.rtol = 0.9, .atol = 1e9, .initial_step = h, .max_step = h, .keep_trajectory = false});
+    return (run.y.head(2) - on_rod(t_end)).norm();
+  };
+  for (const int order : {4, 7, 9})
+    for (const double t_end : {2.0, -2.0}) {
+      const double h = order < 8 ? 0.2 : 0.4, coarse = error(order, t_end, h), fine = error(order, t_end, h / 2);
+      INFO("order " << order << " to t = " << t_end << ": errors " << coarse << ", " << fine);
+      CHECK(std::log2(coarse / fine) > order - 0.6);
+      CHECK(std::log2(coarse / fine) < order + 2.1);
+    }
+}
+
+TEST_CASE("a branch in a constraint is refused in words") {
+  CHECK_THROWS_WITH(Taylor{}.stepper(first_order_form(bead_on(Guide::corner)), {}),
+                    "a Taylor series needs energies and forces that are one formula everywhere, but the constraint 'guide' uses the function abs "
+                    "of its arguments; use Dop853, which takes them as they are");
+}
+
+}  // namespace
