@@ -338,7 +338,10 @@ struct AutomaticWith {
         .jacobian = [kept](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) { kept->jacobian(t, y, J); },
         .reason = SwitchingSystem<F> ? "equations that switch have no power series" : "the system is more than T and V"};
     if constexpr (detail::is_recordable<F>::value)
-      detail::choose_first(choice, system.size(), options, detail::mechanical_form<F>::value ? "T and V" : ProjectableSystem<F> ? "T, V, the forces and the constraints" : "T, V and the forces",
+      detail::choose_first(choice, system.size(), options,
+                           detail::mechanical_form<F>::value ? "T and V"
+                           : ProjectableSystem<F>            ? "T, V, the forces and the constraints"
+                                                             : "T, V and the forces",
                            [&] { return any_stepper(Taylor{}, system, options); });
     return AutomaticStepper(std::move(choice), system.size());
   }

@@ -24,8 +24,8 @@
 //
 // Weak pivots are left to effects/constrained_solve.hpp, which decides about the rank:
 //
-//   redundant   x = M⁻¹f + D (γ − W M⁻¹f), where D r is the displacement that is shortest in the metric of M, and the multipliers of
-//               least norm are Dᵀ M D times the same. D is found once per step. Rows that contradict each other show at order 1.
+//   redundant   M⁻¹f + D (γ − W M⁻¹f) with W D r = r and D r as short as the metric of M allows; Dᵀ M D times the same are the
+//               multipliers. D is found once per step. Rows that contradict each other show at order 1.
 //   massless    M alone is singular: the whole matrix is solved with full pivoting, order by order.
 //
 // Constraints hold everywhere or not at all; what switches on and off (contacts, dry friction) is no power series.

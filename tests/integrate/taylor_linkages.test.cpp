@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+//
+// Power series of a body that rolls and of a linkage.
+#include <cmath>
+
+#include "../catch2_bridge.hpp"
+#include "qdot/effects/constraints.hpp"
+#include "qdot/effects/scene_form.hpp"
+#include "qdot/integrate/projecting_stepper.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/taylor.hpp"
+#include "scenes/slider_crank.hpp"
+
+namespace {
+
+using namespace qdot;
+using Eigen::Vector3d;
+
+const Options tight{.rtol = 1e-13, .atol = 1e-14};
+constexpr double rounding = 1e-12;  // of some hundred steps, beside a motion of size 1 to 10
+
+// A stepper of a scene's own, without what simulate() adds.
+template <class Sc, int n, class Method = Taylor>
+Eigen::VectorXd end_of(const Sc& scene, const State<n>& start, double t_end, const Method& method = {}) {
+  const auto form = first_order_form(scene);
+  auto stepper = detail::projecting_stepper(method, form, tight);
+  stepper.reset(start.t, form.packed(start));
+  while (stepper.t() != t_end) {
+    const bool advanced = stepper.step(t_end);
+    INFO(stepper.failure().message);
+    REQUIRE(advanced);
+  }
+  CHECK(stepper.statistics().projections == stepper.statistics().steps);
+  CHECK(stepper.statistics().constraint_residual < 1e-14);
+  CHECK(stepper.statistics().constraint_velocity < 1e-13);
+  return stepper.y();
+}
+
+TEST_CASE("a sleigh that does not slip sideways goes straight in the end, as its closed form does") {
+  static constexpr double m = 1.0, I = 0.3, a = 0.5, turn = 1.3;
+  const auto sleigh = scene(mechanical_system<3>([](const auto& q, const auto& v) {
+                              using std::cos, std::sin;
+                              const auto x = v[0] - a * sin(q[2]) * v[2], y = v[1] + a * cos(q[2]) * v[2];
+                              return 0.5 * m * (x * x + y * y) + 0.5 * I * v[2] * v[2];
+                            }, [](const auto& q) { return 0.0 * q[0]; }),
+                            nonholonomic("blade", [](const auto& q, const auto& v) {
+                              using std::cos, std::sin;
+                              return v[1] * cos(q[2]) - v[0] * sin(q[2]);
+                            }));
+  const double V = turn * std::sqrt((I + m * a * a) / m), kappa = m * a * V / (I + m * a * a);
+  for (const double t : {4.0, -4.0}) {
+    const Eigen::VectorXd y = end_of(sleigh, State<3>{0.0, Vector3d::Zero(), Vector3d(0.0, 0.0, turn)}, t);
+    CHECK_THAT(y[5], WithinAbs(turn / std::cosh(kappa * t), rounding));
+    CHECK_THAT(y[3] * std::cos(y[2]) + y[4] * std::sin(y[2]), WithinAbs(V * std::tanh(kappa * t), rounding));
+    CHECK_THAT(y[2], WithinAbs(turn / kappa * std::atan(std::sinh(kappa * t)), rounding));
+  }
+}
+
+TEST_CASE("a slider and its crank move as they do by Dop853, and as the crank's angle says") {
+  const scenes::SliderCrank crank;
+  const auto linkage = scene(mechanical_system<3>(crank), holonomic("loop", [r = crank.r, l = crank.l](const auto& q) {
+                               using std::cos, std::sin;
+                               return vector(r * cos(q[0]) + l * cos(q[1]) - q[2], r * sin(q[0]) - l * sin(q[1]));
+                             }));
+  const State<3> start = scenes::slider_crank().start(crank);
+  const Eigen::VectorXd y = end_of(linkage, start, 1.0), other = end_of(linkage, start, 1.0, Dop853{});
+  CHECK((y - other).norm() < 10 * rounding);  // ten turns of the crank a second
+  const double s = crank.r * std::sin(y[0]);
+  CHECK_THAT(y[2], WithinAbs(crank.r * std::cos(y[0]) + std::sqrt(crank.l * crank.l - s * s), 1e-15));
+}
+
+}  // namespace
