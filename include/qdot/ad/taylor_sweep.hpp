@@ -266,7 +266,7 @@ class Sweep {
       if (group.terms == 2) {
         for (; end != last; ++end) {
           const int i = end->first;
-          latest[end->slot] = interior[end->lane] + (factors[i] * latest[terms[i]] + factors[i + 1] * latest[terms[i + 1]]);
+          latest[end->slot] = (interior[end->lane] + factors[i] * latest[terms[i]]) + factors[i + 1] * latest[terms[i + 1]];
         }
       } else if (group.terms == 1) {
         for (; end != last; ++end) latest[end->slot] = interior[end->lane] + factors[end->first] * latest[terms[end->first]];

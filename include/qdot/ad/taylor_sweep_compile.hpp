@@ -114,6 +114,10 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
   values_.assign(order.size(), 0.0);
   inverse_ = latest_ = values_;
 
+  // When coefficient k of a slot is known, against those of others. Terms are added in this order, so that a sum waits for its
+  // last one only.
+  const auto arrival = [&](int s) { return std::pair(is_late[index(order[index(s)])], s); };
+
   struct Made {
     End end;
     int terms, depth;
@@ -142,11 +146,18 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
         if (graph[x].b >= 0) self(self, graph[x].b, factor * graph[x].cb);
       };
       write_out(write_out, w, 1.0);
+      for (std::size_t i = index(s.first) + 1; i < terms_.size(); ++i)
+        for (std::size_t j = i; j > index(s.first) && arrival(terms_[j]) < arrival(terms_[j - 1]); --j) {
+          std::swap(terms_[j], terms_[j - 1]);
+          std::swap(factors_[j], factors_[j - 1]);
+        }
     } else {
-      s.a = slot(node.a);
-      add_term(node.a, 0.0);
-      if (node.b >= 0) s.b = slot(node.b);
-      if (node.b >= 0 && node.b != node.a) add_term(node.b, 0.0);
+      int a = node.a, b = node.b;
+      if (node.kind == Kind::product && arrival(slot(b)) < arrival(slot(a))) std::swap(a, b);
+      s.a = slot(a);
+      add_term(a, 0.0);
+      if (b >= 0) s.b = slot(b);
+      if (b >= 0 && b != a) add_term(b, 0.0);
       if (slope_a[index(w)] >= 0) s.slope_a = slot(slope_a[index(w)]);
       if (slope_b[index(w)] >= 0) s.slope_b = slot(slope_b[index(w)]);
     }
