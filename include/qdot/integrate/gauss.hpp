@@ -133,6 +133,7 @@ class GaussStepper : public detail::FixedStep<F> {
 
   /// Replaces the state at t() by a nearby one, such as its projection onto constraints.
   void correct(const Eigen::Ref<const Eigen::VectorXd>& y) {
+    if (this->y_ == y) return;
     for (Eigen::Index i = 0; i < this->size(); ++i)
       if (this->y_[i] != y[i]) this->lost_[i] = 0.0;
     this->y_ = y;

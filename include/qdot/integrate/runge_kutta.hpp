@@ -89,8 +89,9 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     dense_is_current_ = false;
   }
 
-  /// Replaces the state at t() by a nearby one, such as its projection onto constraints; evaluates f once there.
+  /// Replaces the state at t() by a nearby one, such as its projection onto constraints; evaluates f once there if it moved.
   void correct(const Eigen::Ref<const Eigen::VectorXd>& y) {
+    if (this->y_ == y) return;
     for (Eigen::Index i = 0; i < size(); ++i)
       if (this->y_[i] != y[i]) lost_[i] = 0.0;
     this->y_ = y;

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+//
+// What projection does with residuals that are rounding, and with those that are not.
+#include <cmath>
+
+#include "../catch2_bridge.hpp"
+#include "qdot/effects/constraints.hpp"
+#include "qdot/effects/projection.hpp"
+
+using namespace qdot;
+
+namespace {
+
+// A slider at x ≈ 0.5 m with a spring of length 0.3 m + e that is fixed at its other end; the slider is 3 times heavier.
+constexpr double at = 0.8;
+struct Slider {
+  auto T(const auto& v) const { return 0.5 * (3.0 * v[0] * v[0] + v[1] * v[1]); }
+  auto V(const auto& q) const { return 0.5 * 1e7 * q[1] * q[1]; }
+};
+struct Bob {
+  auto T(const auto& u) const { return 0.5 * (u[0] * u[0] + u[1] * u[1]); }
+  auto V(const auto& u) const { return u[1]; }
+};
+
+auto slider() {
+  return scene(mechanical_system<2>(Slider{}).with_names({"x", "e"}), holonomic("end", [](const auto& q) { return q[0] + (q[1] + 0.3) - at; }));
+}
+
+}  // namespace
+
+TEST_CASE("a residual of rounding size does not move a coordinate that is far smaller than the others") {
+  const double e = 1e-6, x = at - 0.3 - e;
+  for (const int roundings : {-2, -1, 1, 2}) {
+    Vector<double, 2> q(x + roundings * 1.1e-16, e), v = Vector<double, 2>::Zero();
+    const auto report = project(slider(), q, v, 0.0);
+    CHECK(report.residual <= 2.3e-16);  // ε, of sums near one
+    CHECK(std::abs(q[1] - e) <= 1e-14 * e);  // the metric of M would move it by 5e-17, 5e-11 of its size
+  }
+}
+
+TEST_CASE("a residual that rounding does not explain is undone by the shortest way in the metric of M") {
+  const double e = 1e-6, x = at - 0.3 - e, drift = 1e-10;
+  Vector<double, 2> q(x + drift, e), v = Vector<double, 2>::Zero();
+  project(slider(), q, v, 0.0);
+  // 3 δx = δe, δx + δe = −drift; to the rounding of x.
+  CHECK(std::abs(q[0] - (x + drift - 0.25 * drift)) <= 2.3e-16);
+  CHECK(std::abs(q[1] - (e - 0.75 * drift)) <= 2.3e-16);
+}
+
+TEST_CASE("coordinates of equal size share a residual of rounding size as their inertias ask") {
+  // |q| = 1: the shortest way is radial, whatever rounding says.
+  const auto bob = scene(mechanical_system<2>(Bob{}), holonomic("rod", [](const auto& u) { return 0.5 * (u[0] * u[0] + u[1] * u[1] - 1.0); }));
+  Vector<double, 2> q(0.6, 0.8 + 16 * 1.1e-16), v = Vector<double, 2>::Zero();
+  project(bob, q, v, 0.0);
+  const double radius = 16 * 1.1e-16 * 0.8;
+  CHECK(std::abs(q[0] - (0.6 - 0.6 * radius)) <= 2.3e-16);
+  CHECK(std::abs(q[1] - (0.8 + 16 * 1.1e-16 - 0.8 * radius)) <= 2.3e-16);
+}
