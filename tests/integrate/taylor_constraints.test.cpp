@@ -86,9 +86,9 @@ TEST_CASE("the multipliers' series is the rod's force and its rates") {
   series.start(0.0, y, 1.0);
   series.expand(4);
   // 2λ = −(v² − g y) with v² = 4 − 2g (y − y₀) on the circle: λ̇ = 3/2 g ẏ.
-  CHECK_THAT(series.multipliers()(0, 0), WithinAbs(-0.5 * (4.0 - g * q[1]), 1e-14));
-  CHECK_THAT(series.multipliers()(0, 1), WithinAbs(1.5 * g * v[1], 1e-13));
-  CHECK_THAT(series.multipliers()(0, 2), WithinAbs(1.5 * g * series.coefficients()(1, 2), 1e-13));
+  CHECK_THAT(series.constraints().multipliers()(0, 0), WithinAbs(-0.5 * (4.0 - g * q[1]), 1e-14));
+  CHECK_THAT(series.constraints().multipliers()(0, 1), WithinAbs(1.5 * g * v[1], 1e-13));
+  CHECK_THAT(series.constraints().multipliers()(0, 2), WithinAbs(1.5 * g * series.coefficients()(1, 2), 1e-13));
 }
 
 TEST_CASE("a bead on a turning rod goes out as cosh t, forward and backward in time") {

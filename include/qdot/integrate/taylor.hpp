@@ -34,7 +34,8 @@
 //
 // Scenes. Effects that are formulas take part: forces, dissipation, drag, drives, springs, potentials, controllers with states, and
 // constraints (taylor_constraints.hpp). Where there are some, P(h) is projected onto them before the next expansion starts there,
-// so that the test compares with the equations on the constraints; a step from whose end there is no way back is rejected.
+// so that the test compares with the equations on the constraints; a step from whose end there is no way back is rejected. Six
+// rejections in a row beside rows that are nearly dependent are a singular position, and end the run as constraint_failure.
 //
 // What does not fit: formulas with branches (NotAnalytic at construction), points where they are not
 // analytic (a root or a broken power of zero: outcome non_finite), contacts and friction that sticks (refused
@@ -125,7 +126,7 @@ class TaylorStepper : public detail::OneStep<F> {
         std::swap(lost_, lost_new_);
         expansion_is_current_ = true;
         h_last_ = h;
-        if constexpr (detail::Mechanics<F>::constraints != 0) count_projection();
+        if constexpr (constrained) count_projection();
         this->accept(t_new, t_limit, worst);
         return true;
       }
@@ -139,6 +140,8 @@ class TaylorStepper : public detail::OneStep<F> {
         h *= 0.25;
       }
       if (std::abs(h) <= this->smallest_step()) break;
+      if constexpr (constrained)
+        if (attempts + 1 >= most_rejections && beside_singular_position()) break;
       if (this->over_budget()) return false;
     }
     return this->give_up(h);
@@ -157,6 +160,9 @@ class TaylorStepper : public detail::OneStep<F> {
   static constexpr int window = 6;  // coefficients that foretell the step
   static constexpr double rounding_wanted = 1e-14;  // below this rtol the series' own error must drown in rounding
   static constexpr double rounding_margin = 256.0;
+  static constexpr bool constrained = detail::Mechanics<F>::constraints != 0;
+  static constexpr int most_rejections = 6;    // in a row, where constraints are nearly dependent
+  static constexpr double weak_pivot = 1e-6;   // of nearly dependent rows: their sine is a thousandth
 
   void begin_expansion(double t, const Y& y) {
     ++this->statistics_.evaluations;
@@ -216,7 +222,7 @@ class TaylorStepper : public detail::OneStep<F> {
     lost_new_ = lost_;
     for (Eigen::Index i = 0; i < size(); ++i) detail::add_compensated(y_new_[i], lost_new_[i], change[i] * s);
     unit_ = std::exp2(std::round(std::log2(std::abs(h))));
-    if constexpr (detail::Mechanics<F>::constraints != 0) {
+    if constexpr (constrained) {
       const auto report = this->form().project(t_new, y_new_);
       residual_ = report.residual;
       velocity_residual_ = report.velocity_residual;
@@ -237,6 +243,17 @@ class TaylorStepper : public detail::OneStep<F> {
       }
     }
     return largest;
+  }
+
+  // If so, with that as the failure.
+  bool beside_singular_position() {
+    const auto& rows = series_.constraints();
+    if (rows.weakest_pivot() > weak_pivot) return false;
+    this->failure_ = {Outcome::constraint_failure,
+                      "'" + rows.weakest_name() + "' hardly differs from the other constraints here (by a sine of " +
+                          detail::text_of(std::sqrt(rows.weakest_pivot())) +
+                          "), as in a singular position, and a power series needs them to be independent; use Dop853, or Automatic"};
+    return true;
   }
 
   void count_projection() {

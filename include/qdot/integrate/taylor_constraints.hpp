@@ -28,6 +28,10 @@
 //               multipliers. D is found once per step. Rows that contradict each other show at order 1.
 //   massless    M alone is singular: the whole matrix is solved with full pivoting, order by order.
 //
+// Near a singular position, where a linkage could fold, an error δ of one order is δ/σ in the next, σ the sine of the weakest row's angle
+// to the others. So the series of a motion that passes there smoothly is noise beyond a distance of σ, and steps shrink towards the
+// position; taylor.hpp ends that by name. (Rows that are dependent all the time do no such harm: errors of the next order are too.)
+//
 // Constraints hold everywhere or not at all; what switches on and off (contacts, dry friction) is no power series.
 //
 // The factors of constraints are not included here: who has a scene with constraints has included them.
@@ -63,6 +67,7 @@ class SaddleFactors {
     const Eigen::Index size = dof_ + W.rows();
     L_.resize(size, size);
     inverse_.resize(size);
+    weakest_ = {1.0, 0};
     L_.topLeftCorner(dof_, dof_) = M;
     L_.bottomLeftCorner(W.rows(), dof_) = W;
     L_.bottomRightCorner(W.rows(), W.rows()).setZero();
@@ -70,7 +75,9 @@ class SaddleFactors {
       double of_mass = 0.0, of_rows = 0.0;  // what earlier pivots take away: M's, all positive, and the rows', all negative
       for (Eigen::Index j = 0; j < k; ++j) (j < dof_ ? of_mass : of_rows) += L_(k, j) * L_(k, j) / inverse_[j];
       const double d = L_(k, k) - of_mass - of_rows;
-      if (k < dof_ ? !(d > weak_mass * M(k, k)) : !(-d > weak_row * of_mass)) return k < dof_ ? Verdict::massless : Verdict::redundant;
+      if (k < dof_ && !(d > weak_mass * M(k, k))) return Verdict::massless;
+      if (k >= dof_ && !(-d > weakest_.pivot * of_mass)) weakest_ = {of_mass > 0.0 ? -d / of_mass : 0.0, k - dof_};
+      if (!(weakest_.pivot > weak_row)) return Verdict::redundant;
       inverse_[k] = 1.0 / d;
       for (Eigen::Index i = k + 1; i < size; ++i) {
         double x = L_(i, k);
@@ -80,6 +87,13 @@ class SaddleFactors {
     }
     return Verdict::regular;
   }
+
+  /// The row with the smallest pivot, as a fraction of what it would be alone.
+  struct Weakest {
+    double pivot = 1.0;
+    Eigen::Index row = 0;
+  };
+  const Weakest& weakest() const noexcept { return weakest_; }
 
   /// f, g ← v, μ with M v − Wᵀμ = f and W v = g.
   void solve_in_place(Vector<double, n>& f, Vector<double, m>& g) const {
@@ -121,6 +135,7 @@ class SaddleFactors {
   }
 
   Eigen::Index dof_ = 0;
+  Weakest weakest_;
   Matrix<double, size_at_compile_time> L_;
   Vector<double, size_at_compile_time> inverse_;  // of D
 };
@@ -208,6 +223,10 @@ class ConstraintSeries {
 
   /// Column k is coefficient k of λ, for k one below the order of the motion's series.
   const Matrix<double, m, Dynamic>& multipliers() const noexcept { return lambda_; }
+
+  /// The smallest pivot of the rows at the expansion point, the square of a sine, and the row's name.
+  double weakest_pivot() const noexcept { return factors_.weakest().pivot; }
+  const std::string& weakest_name() const { return names_.rows[static_cast<std::size_t>(factors_.weakest().row)]; }
 
  private:
   void reveal_rank(const Matrix<double, n>& M) {

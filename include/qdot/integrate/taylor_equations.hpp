@@ -158,11 +158,11 @@ class LagrangeSeries {
   /// The series: row i of column k is coefficient k of y = [q; q̇] in s = (t − t₀)/time_unit.
   const Matrix<double, F::size_at_compile_time, Dynamic>& coefficients() const noexcept { return coefficients_; }
 
-  /// The multipliers' series, one order shorter: column k is coefficient k of λ.
-  const auto& multipliers() const noexcept
+  /// The constraints' part, with the multipliers' series.
+  const auto& constraints() const noexcept
     requires(rows != 0)
   {
-    return constraints_.multipliers();
+    return constraints_;
   }
 
  private:
