@@ -11,11 +11,11 @@
 
 namespace qdot::bench {
 
-/// T and V of the chain with `for`.
+/// T and V of the chain with `for`; constexpr, so that they can be written out.
 struct LoopedChain {
   double g = 9.81;
 
-  auto T(const auto& q, const auto& qdot) const {
+  constexpr auto T(const auto& q, const auto& qdot) const {
     using std::cos, std::sin;
     using S = typename std::decay_t<decltype(q)>::Scalar;
     S vx(0.0), vy(0.0), sum(0.0);
@@ -26,7 +26,7 @@ struct LoopedChain {
     }
     return sum;
   }
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::cos;
     using S = typename std::decay_t<decltype(q)>::Scalar;
     S y(0.0), sum(0.0);

@@ -47,6 +47,12 @@ struct EnergiesUnderForce {
     return energies.V(q, t) - work(q);
   }
 
+  bool replays() const
+    requires GoesByList<E>
+  {
+    return energies.replays();
+  }
+
  private:
   template <class S>
   S work(const Vector<S, n>& q) const {

@@ -73,6 +73,12 @@ struct EnergiesWithTerms {
     return with_potential_terms<0>(potential<n>(energies, q, t), q, t);
   }
 
+  bool replays() const
+    requires GoesByList<Energies>
+  {
+    return energies.replays();
+  }
+
  private:
   template <std::size_t i, class S>
   [[gnu::flatten]] S with_lagrangian_terms(const S& sum, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {

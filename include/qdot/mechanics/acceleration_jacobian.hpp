@@ -84,6 +84,29 @@ bool recorded_jacobian(const E& e, const Vector<double, n>& q, const Vector<doub
   return true;
 }
 
+// The same without records, for what hardly ever happens: nested duals, a direction at a time. Little to compile.
+template <class E, int n, Inertia I>
+[[gnu::cold, gnu::noinline]] void jacobian_by_duals(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
+                                                    double t, AccelerationJacobian<n>& result) {
+  using D = Dual<double, 1>;
+  result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
+  Vector<D, n> x = constants<D>(q), v = constants<D>(qdot);
+  const Vector<D, n> a = constants<D>(result.qddot);
+  const auto column = [&](D& number, auto&& derivative) {
+    number.tangent[0] = 1.0;
+    const Vector<D, n> r = lagrange_residual<n>(system.energies(), x, v, a, D(t));
+    for (Eigen::Index i = 0; i < n; ++i) derivative[i] = -r[i].tangent[0];
+    number.tangent[0] = 0.0;
+  };
+  for (Eigen::Index j = 0; j < n; ++j) {
+    column(x[j], result.d_q.col(j));
+    column(v[j], result.d_qdot.col(j));
+  }
+  const Matrix<double, n> M = kinetic_hessian<n>(system.energies(), q, qdot, t);
+  result.d_q = solved_with_mass_matrix(system, M, result.d_q, t);
+  result.d_qdot = solved_with_mass_matrix(system, M, result.d_qdot, t);
+}
+
 // The same with any mass matrix and any number of coordinates.
 template <class E, int n, Inertia I>
 [[gnu::noinline]] void general_jacobian(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
@@ -114,12 +137,16 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
   const Eigen::Index size = system.dof();
   AccelerationJacobian<n> result{Vector<double, n>(size), Matrix<double, n>(size, size), Matrix<double, n>(size, size)};
   constexpr bool has_short_ways = I == Inertia::positive_definite && !detail::HasShorterWay<E> && detail::graded_pays<n>;
-  if constexpr (has_short_ways) {
-    if constexpr (detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit) {
-      if (detail::straight_line_jacobian<n>(system.energies(), q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(),
-                                            result.d_qdot.data()))
-        return result;
-    }
+  constexpr bool has_straight_line =
+      has_short_ways && detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit;
+  if constexpr (has_straight_line) {
+    if (detail::straight_line_jacobian<n>(system.energies(), q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(),
+                                          result.d_qdot.data()))
+      return result;
+  }
+  if constexpr (has_straight_line && detail::always_straight<E, n>) {
+    detail::jacobian_by_duals(system, q, qdot, t, result);
+  } else if constexpr (has_short_ways) {
     if (size <= detail::graded_limit<n>) {
       const bool solved = detail::recorded_jacobian<n>(system.energies(), q, qdot, t, detail::singular_pivot<double>(size), result);
       if (solved && detail::all_finite(result.qddot.data(), size)) return result;

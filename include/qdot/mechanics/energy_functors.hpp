@@ -32,7 +32,7 @@ enum class PotentialSignature { position, position_and_time };
 /// The potential energy of a system that has none.
 struct NoPotential {
   template <class Position>
-  auto operator()(const Position&) const {
+  constexpr auto operator()(const Position&) const {
     return typename Position::Scalar(0);
   }
 };
@@ -127,6 +127,12 @@ consteval bool potential_returns_scalar() {
                                                             std::declval<const S&>())), S>;
   }
 }
+
+// Energies that go through a list of operations (written_out.hpp) say whether it is the list of this object. Who wraps them hands that on.
+template <class E>
+concept GoesByList = requires(const E& e) {
+  { e.replays() } -> std::same_as<bool>;
+};
 
 // The English of a functor's mistakes. Each message is reported once and stops the ones that follow from it.
 template <class E, int n>

@@ -50,6 +50,10 @@ concept HasShorterWay = requires(const E& e, const double* q, double* qddot) {
   { e.shorter_way(q, q, Eigen::Index(), 0.0, 0.0, qddot) } -> std::same_as<bool>;
 };
 
+// Nothing but straight-line code is compiled for these, and the general way.
+template <class E, int n>
+inline constexpr bool always_straight = is_written_out<E> && straight_line_pays && n >= 1;
+
 // q̈ by the way that holds for everything, and that names what is wrong.
 template <class E, int n, Inertia I, class S>
 [[gnu::noinline]] Vector<S, n> general_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity,
@@ -79,7 +83,7 @@ Vector<S, n> acceleration_of(const System<E, n, I>& system, const Vector<S, n>& 
       if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) {
         if (straight_line_acceleration<n>(system.energies(), at.data(), velocity.data(), t, a.data())) return a;
       }
-      if constexpr (graded_pays<n>) {
+      if constexpr (graded_pays<n> && !always_straight<E, n>) {
         if (at.size() <= graded_limit<n> &&
             graded_acceleration<n>(system.energies(), at, velocity, t, singular_pivot<double>(at.size()), a))
           return a;

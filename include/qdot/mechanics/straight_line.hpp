@@ -26,7 +26,7 @@ namespace qdot {
 namespace detail {
 
 template <class F, int... I>
-[[gnu::always_inline]] inline void unroll_over(F& f, std::integer_sequence<int, I...>) {
+[[gnu::always_inline]] inline constexpr void unroll_over(F& f, std::integer_sequence<int, I...>) {
   (f(std::integral_constant<int, I>{}), ...);
 }
 
@@ -36,7 +36,7 @@ template <class F, int... I>
 ///
 /// An energy that sums over its bodies with this instead of `for` is evaluated as straight-line code.
 template <int n, class F>
-[[gnu::always_inline]] inline void unroll(F&& f) {
+[[gnu::always_inline]] inline constexpr void unroll(F&& f) {
   detail::unroll_over(f, std::make_integer_sequence<int, n>{});
 }
 
@@ -110,6 +110,20 @@ template <int n, class Number, class Right>
   return good;
 }
 
+// False where a list of operations is not that of this object.
+template <class E>
+[[gnu::always_inline]] inline bool may_go_straight(const E& e) {
+  if constexpr (GoesByList<E>) {
+    return e.replays();
+  } else {
+    return true;
+  }
+}
+
+// Energies that are straight-line code whatever their T and V look like: the ways for loops need not be compiled.
+template <class E>
+inline constexpr bool is_written_out = false;
+
 // L = T − V of a state that consists of scalars of Lagrange's equations.
 template <int n, class E, class S>
 [[gnu::flatten]] inline S lagrangian_of(const E& e, const Vector<S, n>& x, const Vector<S, n>& v, const S& time) {
@@ -160,6 +174,7 @@ inline std::atomic<bool> keeps_a_loop{false};
 // q̈ into `qddot`; false when this is not the way: a loop in T or V, a bad pivot, a number that is not finite.
 template <int n, class E>
 [[gnu::flatten]] inline bool straight_line_acceleration(const E& e, const double* q, const double* qdot, double t, double* qddot) {
+  if (!may_go_straight(e)) return false;
   if (remembers_loops && keeps_a_loop<n, E>.load(std::memory_order_relaxed)) return false;
   const EulerLagrange<n> L = euler_lagrange_of<n>(e, q, qdot, t);
   if (!__builtin_constant_p(L.g_mask | L.h_mask)) {

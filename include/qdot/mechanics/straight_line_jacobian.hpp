@@ -55,6 +55,7 @@ template <int n, class E>
 [[gnu::flatten, gnu::noinline]] bool straight_line_jacobian(const E& e, const double* q, const double* qdot, double t, double* qddot,
                                                             double* d_q, double* d_qdot) {
   using N = PairedDual<n>;
+  if (!may_go_straight(e)) return false;
   if (remembers_loops && keeps_a_loop<n, E>.load(std::memory_order_relaxed)) return false;
   const EulerLagrange<n> L = euler_lagrange_of<n>(e, q, qdot, t);
   if (!__builtin_constant_p(L.g_mask | L.h_mask)) {

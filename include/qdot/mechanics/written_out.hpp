@@ -1,0 +1,375 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Energies with plain loops at the speed of energies without.
+//
+//     struct Chain {
+//       double m = 1.0, l = 1.0, g = 9.81;
+//       constexpr auto T(const auto& q, const auto& qdot) const { … for (int k = 0; k < q.size(); ++k) … }
+//       constexpr auto V(const auto& q) const { … }
+//     };
+//     const auto system = mechanical_system<4>(written_out<4>(Chain{.m = 0.3}));
+//
+// The compiler runs T and V, which must be constexpr for that (generic lambdas are so by themselves), and lists their operations
+// (ad/trace.hpp). The scalars of Lagrange's equations go through the list one by one (mechanics/straight_line.hpp): code without a loop, as if
+// it had been written by hand. Parameters stay what the object has. All other scalars call the user's functors, as ever.
+//
+// What T and V may do is what a list can hold: entries of q and q̇, size(), dot(), squaredNorm(), norm(), sum(), arithmetic and the functions
+// of <cmath>; no other functions of Eigen, and no branch on q, q̇ or t. They may branch on their parameters. An object
+// whose parameters lead elsewhere than those that the compiler tried is evaluated by the general way: right, but ten times as slow or more.
+// The compiler tries the default values of a class that has them, and numbers below one for the captures of a lambda.
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/ad/trace_list.hpp"
+#include "qdot/mechanics/straight_line.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+// An object that consists of numbers, with numbers that differ from each other and from example to example.
+template <class E, int which>
+  requires(std::is_trivially_copyable_v<E> && sizeof(E) % sizeof(double) == 0)
+constexpr E object_of_numbers() {
+  std::array<double, sizeof(E) / sizeof(double)> numbers{};
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = which == 0 ? 0.75 + static_cast<double>(i) / 128.0 : 0.61 + static_cast<double>(i) / 97.0;
+  return std::bit_cast<E>(numbers);
+}
+
+template <class E, int which>
+concept ConsistsOfNumbers = !std::is_empty_v<E> && requires { typename std::bool_constant<((void)object_of_numbers<E, which>(), true)>; };
+template <class E>
+concept HasDefault = requires { typename std::bool_constant<((void)E{}, true)>; };
+
+// Objects to be run by the compiler: 0 is as the user meets it, 1 another one.
+template <class E>
+struct Example {
+  static constexpr bool exists = HasDefault<E> || ConsistsOfNumbers<E, 0>;
+  static constexpr bool another_exists = std::is_empty_v<E> || ConsistsOfNumbers<E, 1>;
+  template <int which>
+  static constexpr E object() {
+    if constexpr ((which == 0 || std::is_empty_v<E>) && HasDefault<E>) {
+      return E{};
+    } else {
+      return object_of_numbers<E, which>();
+    }
+  }
+};
+template <class Kinetic, class Potential>
+struct Example<KineticAndPotential<Kinetic, Potential>> {
+  static constexpr bool exists = Example<Kinetic>::exists && Example<Potential>::exists;
+  static constexpr bool another_exists = Example<Kinetic>::another_exists && Example<Potential>::another_exists;
+  template <int which>
+  static constexpr KineticAndPotential<Kinetic, Potential> object() {
+    return {Example<Kinetic>::template object<which>(), Example<Potential>::template object<which>()};
+  }
+};
+
+enum class Energy { T, V };
+
+// A run of T or V. The inputs are q, q̇ and t, whether it reads them or not.
+template <int n, Energy energy, class E>
+constexpr void record(const E& e, trace::Recording& ordered) {
+  trace::Recording run;
+  run.inputs = 2 * n + 1;
+  trace::TracedVector<n> q{}, qdot{};
+  for (int i = 0; i < n; ++i) {
+    q.entries[i] = trace::Traced(run, i);
+    qdot.entries[i] = trace::Traced(run, n + i);
+  }
+  const trace::Traced t(run, 2 * n);
+  trace::Traced result;
+  if constexpr (energy == Energy::T) {
+    if constexpr (kinetic_signature<E, n>() == KineticSignature::velocity) {
+      result = e.T(qdot);
+    } else if constexpr (kinetic_signature<E, n>() == KineticSignature::state) {
+      result = e.T(q, qdot);
+    } else {
+      result = e.T(q, qdot, t);
+    }
+  } else {
+    if constexpr (potential_signature<E, n>() == PotentialSignature::position) {
+      result = e.V(q);
+    } else {
+      result = e.V(q, t);
+    }
+  }
+  run.result = result.operand_in(run);
+  run.put_in_order(ordered);
+}
+
+struct ExtentOfRun {
+  int steps, constants;
+  bool branches, too_long;
+};
+template <int n, Energy energy, class E, int which>
+constexpr ExtentOfRun extent_of_run() {
+  trace::Recording run;
+  record<n, energy>(Example<E>::template object<which>(), run);
+  return {run.steps, run.constants, run.branches, run.too_long};
+}
+template <int n, Energy energy, class E, int which>
+concept RunsWhileCompiling = requires { typename std::bool_constant<(extent_of_run<n, energy, E, which>(), true)>; };
+
+template <int n, Energy energy, class E>
+constexpr auto list_of_operations() {
+  constexpr ExtentOfRun extent = extent_of_run<n, energy, E, 0>();
+  trace::Recording run;
+  record<n, energy>(Example<E>::template object<0>(), run);
+  constexpr bool has_another = [] {
+    if constexpr (Example<E>::another_exists) {
+      return RunsWhileCompiling<n, energy, E, 1>;
+    } else {
+      return false;
+    }
+  }();
+  if constexpr (has_another) {
+    trace::Recording other;
+    record<n, energy>(Example<E>::template object<1>(), other);
+    return trace::List<extent.steps, extent.constants>(run, &other);
+  } else {
+    return trace::List<extent.steps, extent.constants>(run, nullptr);
+  }
+}
+
+// The English of what keeps an energy from being written out.
+template <int n, class E>
+consteval bool require_written_out() {
+  static_assert(n >= 1 && n <= straight_line_limit,
+                "qdot: written_out is for up to 8 coordinates; with more of them plain loops are evaluated as they are: leave written_out away");
+  if constexpr (n >= 1 && n <= straight_line_limit) {
+    static_assert(Example<E>::exists,
+                  "qdot: written_out runs T and V while compiling and needs an object for that: give each parameter of your class a default "
+                  "value (double m = 1.0;), or use lambdas that capture nothing but doubles, by value");
+    if constexpr (Example<E>::exists) {
+      static_assert(RunsWhileCompiling<n, Energy::T, E, 0>,
+                    "qdot: written_out cannot run the kinetic energy T while compiling: mark T constexpr, and use no function that is not "
+                    "constexpr (the cosine of a plain number is none: store its value) and no vector of Eigen in it");
+      static_assert(RunsWhileCompiling<n, Energy::V, E, 0>,
+                    "qdot: written_out cannot run the potential energy V while compiling: mark V constexpr, and use no function that is not "
+                    "constexpr (the cosine of a plain number is none: store its value) and no vector of Eigen in it");
+      if constexpr (RunsWhileCompiling<n, Energy::T, E, 0> && RunsWhileCompiling<n, Energy::V, E, 0>) {
+        constexpr ExtentOfRun T = extent_of_run<n, Energy::T, E, 0>(), V = extent_of_run<n, Energy::V, E, 0>();
+        static_assert(!T.branches && !V.branches,
+                      "qdot: T or V branches on q, qdot or t, and a list of operations holds for one side of a branch only: use abs, max or "
+                      "min, or leave written_out away");
+        static_assert(!T.too_long && !V.too_long,
+                      "qdot: T or V has more than 2000 operations, too many to be written out: leave written_out away");
+      }
+    }
+  }
+  return true;
+}
+
+// The scalars that are worth a list: those whose zeros the compiler must see.
+template <class S>
+inline constexpr bool wants_straight_line = false;
+template <int n, class Number, class I, class K>
+inline constexpr bool wants_straight_line<EulerLagrange<n, Number, I, K>> = true;
+
+// a where `first`, otherwise b, with the zeros that both have.
+template <int n, class Number, int... I, int... K>
+[[gnu::always_inline]] inline auto either(bool first, const EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_sequence<int, K...>>& x,
+                                          const EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_sequence<int, K...>>& y) {
+  const auto a = x.whole(), b = y.whole();
+  auto r = a;
+  const auto choose = [first](const Number& of_a, const Number& of_b) __attribute__((always_inline)) { return first ? of_a : of_b; };
+  r.value = choose(a.value, b.value);
+  r.rate = choose(a.rate, b.rate);
+  r.has_rate = a.has_rate | b.has_rate;
+  r.g_mask = a.g_mask | b.g_mask;
+  r.x_mask = a.x_mask | b.x_mask;
+  r.h_mask = a.h_mask | b.h_mask;
+  ((r.template g<I>() = choose(a.template g<I>(), b.template g<I>())), ...);
+  ((r.template x<I>() = choose(a.template x<I>(), b.template x<I>())), ...);
+  ((r.template h<K>() = choose(a.template h<K>(), b.template h<K>())), ...);
+  return r;
+}
+
+// One step on scalars and constants.
+template <trace::Operation o, class S, class A, class B>
+[[gnu::always_inline]] inline S step_of(const A& a, const B& b) {
+  if constexpr (o == trace::Operation::max || o == trace::Operation::min) {
+    const S x(a), y(b);
+    if constexpr (std::is_same_v<decltype(x < y), bool>) {
+      return either(o == trace::Operation::max ? !(x < y) : !(y < x), x, y);
+    } else if constexpr (o == trace::Operation::max) {  // of packs
+      return max(x, y);
+    } else {
+      return min(x, y);
+    }
+  } else {
+    return trace::applied<o>(a, b);
+  }
+}
+
+[[noreturn, gnu::cold, gnu::noinline]] inline void throw_list_of_another() {
+  throw_invalid_value({"a written-out energy was called with the scalar of Lagrange's equations, but its parameters lead to other operations than those "
+                       "that were written out; forward replays() in the class that wraps it, or leave written_out away"});
+}
+
+}  // namespace detail
+
+/// T and V of E, gone through as a list of operations where that is faster; made by written_out().
+template <int n, class E>
+class WrittenOut {
+  static constexpr KineticSignature kinetic = detail::kinetic_signature<E, n>();
+  static constexpr PotentialSignature potential = detail::potential_signature<E, n>();
+  static constexpr auto list_T = detail::list_of_operations<n, detail::Energy::T, E>();
+  static constexpr auto list_V = detail::list_of_operations<n, detail::Energy::V, E>();
+
+ public:
+  explicit WrittenOut(E energies) : energies_(std::move(energies)) {
+    replays_ = parameters_read<detail::Energy::T>(list_T, parameters_T_) && parameters_read<detail::Energy::V>(list_V, parameters_V_);
+  }
+
+  const E& energies() const noexcept { return energies_; }
+
+  /// False when the parameters lead to other operations than the compiler met; the evaluation then goes the general way.
+  bool replays() const noexcept { return replays_; }
+
+  template <class Qdot>
+    requires(kinetic == KineticSignature::velocity)
+  [[gnu::always_inline]] auto T(const Qdot& qdot) const {
+    using S = typename Qdot::Scalar;
+    if constexpr (goes_by_list<Qdot>()) {
+      return replayed<S, list_T>(parameters_T_, qdot, qdot, S(0.0));
+    } else {
+      return energies_.T(qdot);
+    }
+  }
+  template <class Q, class Qdot>
+    requires(kinetic == KineticSignature::state)
+  [[gnu::always_inline]] auto T(const Q& q, const Qdot& qdot) const {
+    using S = typename Q::Scalar;
+    if constexpr (goes_by_list<Q>()) {
+      return replayed<S, list_T>(parameters_T_, q, qdot, S(0.0));
+    } else {
+      return energies_.T(q, qdot);
+    }
+  }
+  template <class Q, class Qdot, class Time>
+    requires(kinetic == KineticSignature::state_and_time)
+  [[gnu::always_inline]] auto T(const Q& q, const Qdot& qdot, const Time& t) const {
+    if constexpr (goes_by_list<Q>()) {
+      return replayed<Time, list_T>(parameters_T_, q, qdot, t);
+    } else {
+      return energies_.T(q, qdot, t);
+    }
+  }
+  template <class Q>
+    requires(potential == PotentialSignature::position)
+  [[gnu::always_inline]] auto V(const Q& q) const {
+    using S = typename Q::Scalar;
+    if constexpr (goes_by_list<Q>()) {
+      return replayed<S, list_V>(parameters_V_, q, q, S(0.0));
+    } else {
+      return energies_.V(q);
+    }
+  }
+  template <class Q, class Time>
+    requires(potential == PotentialSignature::position_and_time)
+  [[gnu::always_inline]] auto V(const Q& q, const Time& t) const {
+    if constexpr (goes_by_list<Q>()) {
+      return replayed<Time, list_V>(parameters_V_, q, q, t);
+    } else {
+      return energies_.V(q, t);
+    }
+  }
+
+ private:
+  template <class Q>
+  static consteval bool goes_by_list() {
+    static_assert(Q::RowsAtCompileTime == n || Q::RowsAtCompileTime == Dynamic,
+                  "qdot: written_out<n> and mechanical_system<n> need the same number of coordinates");
+    return detail::wants_straight_line<typename Q::Scalar> && Q::RowsAtCompileTime == n;
+  }
+
+  // False when this object does not do what the list says.
+  template <detail::Energy energy, class List, std::size_t count>
+  bool parameters_read(const List& list, std::array<double, count>& parameters) const {
+    trace::Recording run;
+    detail::record<n, energy>(energies_, run);
+    if (!list.describes(run)) return false;
+    for (int k = 0; k < run.constants; ++k) parameters[static_cast<std::size_t>(k)] = run.constant[k];
+    return true;
+  }
+
+  template <class S, const auto& list, class Parameters, class Q, class Qdot>
+  [[gnu::always_inline]] S replayed(const Parameters& parameters, const Q& q, const Qdot& qdot, const S& t) const {
+    if (!replays_) detail::throw_list_of_another();
+    constexpr int inputs = 2 * n + 1;
+    S x[list.count + 1];
+    const auto operand = [&](auto index) __attribute__((always_inline)) -> decltype(auto) {
+      constexpr int i = index;
+      if constexpr (i < 0) {
+        if constexpr (list.literal[-1 - i]) {
+          return double(list.value[-1 - i]);
+        } else {
+          return double(parameters[-1 - i]);
+        }
+      } else if constexpr (i < n) {
+        return (q[i]);
+      } else if constexpr (i < 2 * n) {
+        return (qdot[i - n]);
+      } else if constexpr (i == 2 * n) {
+        return (t);
+      } else {
+        return static_cast<const S&>(x[i - inputs]);
+      }
+    };
+    unroll<list.count>([&](auto i) __attribute__((always_inline)) {
+      constexpr trace::Step s = list.step[i];
+      x[i] = detail::step_of<s.operation, S>(operand(std::integral_constant<int, s.a>{}), operand(std::integral_constant<int, s.b>{}));
+    });
+    return S(operand(std::integral_constant<int, list.result>{}));
+  }
+
+  template <class List>
+  static constexpr std::size_t constants_of(const List&) { return sizeof(List::value) / sizeof(double); }
+
+  E energies_;
+  bool replays_ = false;
+  std::array<double, constants_of(list_T)> parameters_T_{};
+  std::array<double, constants_of(list_V)> parameters_V_{};
+};
+
+namespace detail {
+
+template <int n, class E>
+inline constexpr bool is_written_out<WrittenOut<n, E>> = true;
+
+template <int n, class E>
+auto written_out_of(E energies) {
+  static_assert(require_energies<E, n>());
+  static_assert(require_written_out<n, E>());
+  return WrittenOut<n, E>(std::move(energies));
+}
+
+}  // namespace detail
+
+/// Energies whose plain loops cost nothing, for mechanical_system<n>(): an object with members T and V, or T alone.
+///
+/// T and V must be constexpr and take `const auto&`; see the head of this file. Up to 8 coordinates; compile time grows with the number of operations.
+template <int n, class Energies>
+auto written_out(Energies energies) {
+  if constexpr (detail::EnergiesObject<Energies, n>) {
+    return detail::written_out_of<n>(std::move(energies));
+  } else {
+    return detail::written_out_of<n>(KineticAndPotential<Energies, NoPotential>{std::move(energies), NoPotential{}});
+  }
+}
+
+/// The same of two functors.
+template <int n, class Kinetic, class Potential>
+auto written_out(Kinetic T, Potential V) {
+  return detail::written_out_of<n>(KineticAndPotential<Kinetic, Potential>{std::move(T), std::move(V)});
+}
+
+}  // namespace qdot
