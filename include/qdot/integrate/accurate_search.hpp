@@ -3,24 +3,37 @@
 //
 // Which tolerance makes the whole motion as accurate as asked, and how sure one can be.
 //
-// Tolerances are local. What is left of them is  e = κ τ,  with an amplification κ that the motion decides: 1 to 1000 for
-// some swings of a pendulum, 1e12 for half a minute of chaos. Rounding is amplified like a tolerance of about 10 ε. So
-// κ is found by running twice; the largest difference d_k between run k and the latest one (accurate_motion.hpp) is
-// the error of run k, since the latest is the more accurate:
+// Tolerances are local. What is left of them is  e = κ τ,  with an amplification κ that the motion decides: 1 to 1000
+// for some swings of a pendulum, 1e12 for half a minute of chaos. So κ is found by running twice; the difference d_k
+// between run k and the latest one (accurate_motion.hpp) is the error of run k, since the latest is the more accurate:
 //
-//     κ = max_k  d_k / (τ_k + 10 ε) ,        estimate = 3 κ (τ + 10 ε)     for the latest run, τ .
+//     κ = max_k  (d_k / τ_k) (τ_k / τ)^{0.02} ,        estimate = s κ (τ + 3 ε)     for the latest run, τ .
 //
-// Why the maximum, and why 3. The errors of many steps cancel by chance at one tolerance and not at the next: κ scatters
-// by factors of 3, and for one tolerance in a hundred by 20. One pair of runs would be deceived by it; three are hardly
-// ever. (Runs whose tolerance is more than 1e8 times that of the latest are of another kind, and left out.) And no run may claim to be far better than the difference that was seen: the estimate is at least
+// The errors of many steps cancel by chance at one tolerance and not at the next: κ scatters by factors of 3, and for
+// one tolerance in a hundred by 20. Therefore s = 8 where one run says what κ is (16 for E = 1e-3, where tolerances
+// are too loose for the power law), 4 for two, 3 for more. Such margins are cheap, and another run is dear: for Dop853
+// a tolerance ten times tighter costs 10^{1/8} = 1.33 times as much.
 //
-//     0.3 d      of the first two runs,          0.05 d      of the last two later,          and 50 ε .
+// Cheap, too, is a tolerance that turns out tighter than needed; and two runs are the least. They are chosen before κ is
+// known:
 //
-// How many runs. A tolerance ten times tighter costs 10^{1/8} = 1.33 times as much (Dop853; Taylor less), so where
-// many digits are asked for the two runs that find κ are cheap:
+//     τ₁ = 0.08 E^{0.65}                          at little cost
+//     τ₂ = 0.001 E^{1.1} / (ν / 20)^{1.4}         enough for four motions in five
 //
-//     few digits     3 E, 0.15 E, then if need be the tolerance that κ asks for
-//     many digits    1e-4, 3e-5, then 6 τ and τ
+// where ν is for how many of its own natural times the motion lasts, which the steps of the first run tell. Longer
+// motions amplify more: of 137 motions κ was (ν / 20)^{1.4} times 25, within a factor of 6 for two in three of them.
+// If two runs are not enough, κ is known, and a third one is.
+//
+// Nor does a run claim to be far better than what was seen: the estimate is at least E/4 where two runs differ by more
+// than that, 0.05 d between the last two of several, and 50 ε.
+//
+// Rounding. Its errors are amplified like those of a tolerance between 0.2 ε and 12 ε: 3 ε, with the margin s, is on
+// the safe side, and too far for a planet. Tolerances below 1e-14 the methods keep a good deal better than said, so
+// that rounding is most of what is left (runge_kutta.hpp, taylor.hpp); here they count for a sixteenth. If then 3 ε is
+// all that forbids E, two runs below 1e-14 show what rounding does in fact: their steps differ, and so does their
+// rounding:
+//
+//     estimate = max(3 d, κ ε, 50 ε) .
 //
 // Runs that differ by more than a tenth say nothing of κ (chaos, or tolerances too loose to mean anything): then a
 // tolerance a hundred times tighter is tried, down to the last digit of double.
@@ -44,7 +57,7 @@ namespace qdot {
 struct AccuracyTrial {
   double tolerance = 0.0;   ///< rtol; atol of a component is the same part of its size
   double difference = 0.0;  ///< from the trial before it; 0 for the first
-  double work = 0.0;        ///< evaluations of the equations of motion; those of a Taylor series count for its order squared
+  double work = 0.0;        ///< evaluations of the equations of motion; a Taylor series counts for its order squared
   double seconds = 0.0;
   std::string method = {};  ///< as the statistics name it
 };
@@ -60,7 +73,7 @@ struct AccuracyForecast {
 /// What the runs for an accuracy have found out.
 struct AccuracyReport {
   double accuracy = 0.0;        ///< asked for
-  double error_estimate = std::numeric_limits<double>::infinity();  ///< of the run that is returned; infinite if nothing could be compared
+  double error_estimate = std::numeric_limits<double>::infinity();  ///< of the run that is returned; ∞: not comparable
   std::string worst;            ///< the component in which the error is largest; "" for the time of an event
   double worst_time = 0.0;      ///< where it is
   double event_time_error = 0.0;  ///< largest difference of an event's time between the last two runs
@@ -78,38 +91,39 @@ namespace detail {
 
 class ToleranceSearch {
  public:
-  static constexpr double finest = 2.3e-15;  // that options.rtol may have
-  static constexpr double rounding = 10 * std::numeric_limits<double>::epsilon();  // as a tolerance
-  static constexpr double saturated = 0.1;   // differences beyond say nothing of κ
-  static constexpr double farthest = 1e8;    // ratio of tolerances, beyond which κ is not the same
-
-  explicit ToleranceSearch(double accuracy) : accuracy_(accuracy) {
-    if (accuracy >= few_digits) {
-      plan_ = {std::min(3 * accuracy, 1e-2), 0.15 * std::min(accuracy, 1e-3)};
-    } else {
-      plan_ = {1e-4, 3e-5};
-    }
-  }
+  explicit ToleranceSearch(double accuracy)
+      : accuracy_(accuracy), first_(std::min(0.08 * std::pow(accuracy, 0.65), 1e-2)) {}
 
   // The tolerance of the next run; nothing when another run would not help, or is not needed.
   std::optional<double> next() const {
-    if (trials_.empty()) return plan_[0];
-    if (trials_.size() == 1) return plan_[1];
+    if (trials_.empty()) return first_;
     const double last = trials_.back().tolerance;
-    if (reached() || last <= finest || trials_.size() >= most_runs) return std::nullopt;
-    if (difference() > saturated) return usable(std::min(last * 1e-2, accuracy_ * 0.1));
-    const double wanted = std::min(margin * accuracy_ / (safety * amplification_) - rounding, last / 4);
-    if (last <= longest_ratio * wanted) return usable(wanted);
-    const double before = pair_ratio * std::max(wanted, finest);  // a run in front of the last one
-    return before < last / 4 ? before : finest;
+    const std::optional<double> tolerance = trials_.size() == 1 ? second() : better_than(last);
+    if (!tolerance || *tolerance >= tightest_) return tolerance;
+    return tightest_ < 0.8 * last ? std::optional(tightest_) : std::nullopt;
   }
 
-  // A run at this tolerance did not come to its end: begin with tighter ones.
-  void skipped(double tolerance) { plan_ = {usable(tolerance / 30), usable(tolerance / 200)}; }
+  // A run at this tolerance did not come to its end: begin with a tighter one.
+  void skipped(double tolerance) { first_ = usable(tolerance / 30); }
 
-  // @param amplification  κ, from the differences between this run and those before it
-  void ran(AccuracyTrial trial, double amplification) {
-    amplification_ = amplification;
+  // A run at this tolerance was too much for double.
+  void too_tight(double tolerance) { tightest_ = 10 * tolerance; }
+
+  // @param differences    from each of the runs before this one, in their order
+  // @param natural_times  that the motion lasts
+  void ran(AccuracyTrial trial, const std::vector<double>& differences, double natural_times) {
+    amplification_ = 0.0;
+    compared_ = 0;
+    for (std::size_t k = 0; k < trials_.size(); ++k) {
+      const AccuracyTrial& each = trials_[k];
+      const bool alike = each.method == trial.method && each.tolerance <= farthest * trial.tolerance;
+      const bool means_something = k + 1 == trials_.size() || (alike && differences[k] <= saturated);
+      if (!means_something || (each.tolerance < drowned && k > 0)) continue;
+      const double ratio = effect(each.tolerance) / effect(trial.tolerance);
+      amplification_ = std::max(amplification_, differences[k] / effect(each.tolerance) * std::pow(ratio, slowness));
+      ++compared_;
+    }
+    natural_times_ = natural_times;
     trials_.push_back(std::move(trial));
   }
 
@@ -117,11 +131,16 @@ class ToleranceSearch {
 
   // Of the last run.
   double estimate() const {
+    constexpr double epsilon = std::numeric_limits<double>::epsilon(), least = 50 * epsilon;
     if (trials_.size() < 2) return std::numeric_limits<double>::infinity();
-    const double share = difference() > saturated || trials_[trials_.size() - 2].method != trials_.back().method ? 1.0
-                         : trials_.size() == 2                                                               ? 0.3
-                                                                                                             : 0.05;
-    return std::max({safety * amplification_ * (trials_.back().tolerance + rounding), share * difference(), 5 * rounding});
+    const AccuracyTrial &before = trials_[trials_.size() - 2], &last = trials_.back();
+    const double d = difference();
+    const bool unlike = d > saturated || before.method != last.method || compared_ == 0;
+    const double share = unlike ? 1.0 : trials_.size() == 2 ? 0.0 : 0.05;
+    const double of_tolerance = std::max({safety(compared_) * amplification_ * effect(last.tolerance), share * d,
+                                          std::min(d, accuracy_ / 4), least});
+    if (before.tolerance >= drowned || unlike) return of_tolerance;
+    return std::min(of_tolerance, std::max({3 * d, amplification_ * epsilon, least}));
   }
 
   const std::vector<AccuracyTrial>& trials() const noexcept { return trials_; }
@@ -135,35 +154,77 @@ class ToleranceSearch {
     for (std::size_t k = 0; k < result.size(); ++k) {
       const double times = std::pow(10.0, static_cast<double>(k + 1));
       const double accuracy = accuracy_ / times, factor = std::pow(times, growth);
-      const bool reachable = reached() && safety * amplification_ * (finest + rounding) <= accuracy;
-      result[k] = {accuracy, seconds * factor, factor, reachable};
+      result[k] = {accuracy, seconds * factor, factor, reached() && amplification_ * effect(finest) <= accuracy};
     }
     return result;
   }
 
  private:
-  static constexpr double safety = 3.0, margin = 0.6, few_digits = 1e-8;
-  static constexpr double longest_ratio = 100.0;  // of the last two tolerances
-  static constexpr double pair_ratio = 6.0;       // the same, where they may be chosen
+  static constexpr double finest = 2.3e-15;   // that options.rtol may have
+  static constexpr double drowned = 1e-14;    // tolerances below leave little but rounding,
+  static constexpr double of_drowned = 16.0;  // as they are kept so many times better
+  static constexpr double hardly_drowned = 1.05 * drowned;
+  static constexpr double usual = 25.0;       // κ of a motion that lasts for 20 of its natural times
+  static constexpr double rounding = 3 * std::numeric_limits<double>::epsilon();  // as a tolerance
+  static constexpr double saturated = 0.1;    // differences beyond say nothing of κ
+  static constexpr double farthest = 1e8;     // ratio of tolerances, beyond which κ is not the same
+  static constexpr double slowness = 0.02;    // error ∝ τ^{1−slowness}, to be on the safe side
+  static constexpr double margin = 0.7;       // of the accuracy is aimed at
+  static constexpr double smallest_ratio = 4.0, longest_ratio = 3000.0, pair_ratio = 10.0;  // of successive tolerances
   static constexpr std::size_t most_runs = 9;
+
+  // Loose tolerances say less about tight ones.
+  double safety(int compared) const {
+    return compared <= 1 ? 8.0 * std::pow(std::max(accuracy_ / 1e-6, 1.0), 0.1) : compared == 2 ? 4.0 : 3.0;
+  }
+
+  // τ, with rounding.
+  static constexpr double effect(double tolerance) {
+    return (tolerance < drowned ? tolerance / of_drowned : tolerance) + rounding;
+  }
 
   static double usable(double tolerance) { return tolerance < 2 * finest ? finest : tolerance; }
 
   double difference() const { return trials_.back().difference; }
 
+  // What is still needed, with κ as the runs have shown it.
+  std::optional<double> better_than(double last) const {
+    if (reached() || last <= finest || trials_.size() >= most_runs) return std::nullopt;
+    if (difference() > saturated) return usable(std::min(last * 1e-2, accuracy_ * 0.1));
+    const double now = effect(last);
+    const double share = margin * accuracy_ / (safety(compared_ + 1) * amplification_ * now);  // of the present effect
+    const double wanted = std::min(now * std::pow(share, 1 / (1 - slowness)) - rounding, last / smallest_ratio);
+    if (wanted < finest / of_drowned) return last > 0.9 * drowned ? 0.8 * drowned : finest;
+    if (wanted < drowned) return std::max(std::min({of_drowned * wanted, 0.9 * drowned, last / 1.5}), finest);
+    return last <= longest_ratio * wanted ? wanted : pair_ratio * wanted;
+  }
+
+  // What four in five motions need that last as long.
+  double second() const {
+    const double longer = std::clamp(std::pow(std::max(natural_times_, 1.0) / 20, 1.4), 0.05, 100.0);
+    const double wanted = std::min(1e-3 * std::pow(accuracy_, 1.1) / longer, trials_[0].tolerance / 10);
+    if (wanted > hardly_drowned) return wanted;
+    const bool enough = safety(1) * usual * longer * effect(hardly_drowned) <= accuracy_;
+    return enough ? hardly_drowned : 0.65 * drowned;
+  }
+
   // work ∝ τ^{−growth}, between the last run and the one that is most unlike it among those that mean something.
   double work_exponent() const {
     for (const AccuracyTrial& trial : trials_) {
       const AccuracyTrial& last = trials_.back();
-      if (trial.tolerance > 1e-3 || trial.method != last.method || trial.tolerance < 5 * last.tolerance) continue;
-      return std::clamp(std::log(last.work / std::max(trial.work, 1.0)) / std::log(trial.tolerance / last.tolerance), 0.01, 1.0);
+      if (trial.tolerance > 1e-2 || trial.method != last.method || trial.tolerance < 5 * last.tolerance) continue;
+      const double more_work = std::log(last.work / std::max(trial.work, 1.0));
+      return std::clamp(more_work / std::log(trial.tolerance / last.tolerance), 0.01, 1.0);
     }
     return 1.0 / 8;
   }
 
   double accuracy_;
-  double amplification_ = 0.0;
-  std::array<double, 2> plan_{};
+  double first_;                // tolerance of the first run
+  double tightest_ = 0.0;       // that double allows, where a run has shown it
+  double natural_times_ = 0.0;
+  double amplification_ = 0.0;  // κ, if it is to hold for the last run
+  int compared_ = 0;            // runs that say something of κ
   std::vector<AccuracyTrial> trials_;
 };
 

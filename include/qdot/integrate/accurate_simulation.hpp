@@ -22,7 +22,7 @@
 // system is stiff. Between steps the interpolant counts: the runs are compared at the output times, or where none are
 // given and the trajectory is kept, at 64 equal parts of the time, else at the end.
 //
-// Cost: mostly two and a half to four times that of the one run that knew the right tolerance (docs/accuracy.md).
+// Cost: mostly two to three times that of the one run that knew the right tolerance (docs/accuracy.md).
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -87,6 +87,12 @@ inline double work(const Statistics& statistics, Eigen::Index size) {
   return each * static_cast<double>(statistics.evaluations) + static_cast<double>(statistics.jacobians * size);
 }
 
+// How often the motion changes altogether while it lasts: a step of order p that errs by τ takes τ^{1/(p+1)} of such
+// a time.
+inline double natural_times(const Statistics& statistics, double tolerance) {
+  return static_cast<double>(statistics.steps) * std::pow(tolerance, 1.0 / (statistics.highest_order + 1));
+}
+
 // Sizes that the components may be expected to take, from the start alone: |y|, and what its rates add in the shortest time
 // in which a coordinate, or a velocity, changes by its own size.
 template <FirstOrderSystem F>
@@ -144,7 +150,9 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
     if (failed(now.outcome)) {
       if (last && is_of_tolerance(now.outcome, *tolerance)) {
         given_up = "a run with rtol = " + text_of(*tolerance) + " ended with " + now.message;
-        break;
+        if (is_limit(now.outcome)) break;
+        search.too_tight(*tolerance);
+        continue;
       }
       const bool certain = last || failed_before || is_limit(now.outcome);
       last = std::move(now);
@@ -158,19 +166,15 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
       continue;
     }
     sizes = component_sizes(system, dof, now.motion.sizes, now.motion.t, now.motion.y, now.motion.duration());
-    double amplification = 0.0;
-    for (std::size_t k = 0; k < before.size(); ++k) {
-      const bool latest = k + 1 == before.size();
-      const MotionDifference each = difference(before[k], now.motion, sizes);
-      if (latest) apart = each;
-      const AccuracyTrial& trial = search.trials()[k];
-      const bool says_something = each.relative <= ToleranceSearch::saturated && trial.method == now.statistics.method &&
-                                  trial.tolerance <= ToleranceSearch::farthest * *tolerance;
-      if (latest || says_something)
-        amplification = std::max(amplification, each.relative / (trial.tolerance + ToleranceSearch::rounding));
+    std::vector<double> differences;
+    for (const Motion& each : before) {
+      apart = difference(each, now.motion, sizes);
+      differences.push_back(apart.relative);
     }
-    search.ran({*tolerance, apart.relative, work(now.statistics, system.size()), now.statistics.wall_seconds, now.statistics.method},
-               amplification);
+    const Statistics& statistics = now.statistics;
+    const double worked = work(statistics, system.size());
+    search.ran({*tolerance, apart.relative, worked, statistics.wall_seconds, statistics.method}, differences,
+               natural_times(statistics, *tolerance));
     before.push_back(now.motion);
     last = std::move(now);
     result.rtol = *tolerance;
@@ -202,7 +206,7 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
 /// Simulates so accurately that the relative global error at the output times is at most `accuracy`.
 ///
 /// Takes the arguments of simulate(), without an observer. options.rtol and atol are not looked at; the limits hold for
-/// all runs together. Makes three to five runs.
+/// all runs together. Makes two runs, or three where the motion amplifies errors more than most.
 ///
 /// @param accuracy  between 0 and 1; below 1e-13 or so is seldom reached
 /// @return          the last run, whose outcome may be accuracy_not_reached, the estimate of its error, and a forecast
@@ -210,6 +214,8 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
 template <class System, class Start, class Method, class... Events>
 auto accurate_simulation(const System& system, const Start& start, double t_end, const Method& method, double accuracy,
                          Options options = {}, const EventList<Events...>& events = {}) {
+  static_assert(!requires { method.step; },
+                "a method of fixed step has no tolerance to choose: take Dop853{}, Taylor{} or CvodeBdf{}");
   const auto form = first_order_form(system);
   using Form = std::remove_cvref_t<decltype(form)>;
   constexpr int n = detail::dof_at_compile_time<Form>();
