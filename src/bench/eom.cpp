@@ -51,7 +51,7 @@ Nanoseconds times_of(const EquationsRow& row) {
 
 Findings measured() {
   Findings findings;
-  for (const auto rows_of : {system_rows, unrolled_chain_rows, looped_chain_rows, kinematic_chain_rows, jacobian_rows})
+  for (const auto rows_of : {system_rows, unrolled_chain_rows, looped_chain_rows, written_out_chain_rows, kinematic_chain_rows, jacobian_rows})
     for (const EquationsRow& row : rows_of()) {
       const Nanoseconds time = times_of(row);
       findings.rows.push_back({.name = row.system + " n=" + std::to_string(row.n) + ", " + row.door,

@@ -225,6 +225,9 @@ class WrittenOut {
   static constexpr auto list_V = detail::list_of_operations<n, detail::Energy::V, E>();
 
  public:
+  WrittenOut()
+    requires std::is_default_constructible_v<E>
+      : WrittenOut(E{}) {}
   explicit WrittenOut(E energies) : energies_(std::move(energies)) {
     replays_ = parameters_read<detail::Energy::T>(list_T, parameters_T_) && parameters_read<detail::Energy::V>(list_V, parameters_V_);
   }
