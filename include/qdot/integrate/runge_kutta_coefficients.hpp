@@ -16,7 +16,7 @@
 //               output of order 7 from three more stages, taken only if somebody asks.
 //     Dopri5    order 5, 6 stages; embedded error of order 4; dense output of order 4 for nothing.
 //
-// Row `stages` of a holds b: the new state is itself the argument of the next step's first stage.
+// Row `stages` of a holds b: the new state is itself the argument of the next step's first stage, and cₛ = 1.
 // `dense` holds what the quotient form of the dense output needs (runge_kutta.hpp).
 //
 // Reference: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed.,
@@ -69,6 +69,8 @@ struct Dop853Coefficients {
        0.35672718745528110927, 0, 0, 0, -0.0013990241651590146213, 2.947514789152772339, -9.1509584721798700108},
   }};
 
+  static constexpr double half_defect = 1.5537511588985319e-16;  ///< ½ − Σ bᵢ cᵢ of the numbers above, as rounded to double
+
   static constexpr bool two_errors = true;
   static constexpr std::array<double, stages + 1> e = {  // order 5
       0.013120044994194880733, 0, 0, 0, 0, -1.2251564463762044407, -0.49575894965725019152, 1.664377182454986537,
@@ -111,6 +113,8 @@ struct Dopri5Coefficients {
       {9017. / 3168, -355. / 33, 46732. / 5247, 49. / 176, -5103. / 18656},
       {35. / 384, 0, 500. / 1113, 125. / 192, -2187. / 6784, 11. / 84},
   }};
+
+  static constexpr double half_defect = -3.366371439035435e-17;
 
   static constexpr bool two_errors = false;
   static constexpr std::array<double, stages + 1> e = {
