@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Power series where rows of constraints depend on each other, or coordinates have no mass.
+#include <algorithm>
 #include <cmath>
+#include <string>
 #include <type_traits>
 
 #include "../catch2_bridge.hpp"
@@ -96,6 +98,33 @@ TEST_CASE("a coordinate without mass that a constraint determines takes part, be
   const double x = std::exp(-gamma * t) * (std::cos(w * t) + gamma / w * std::sin(w * t));
   CHECK_THAT(y[0], WithinAbs(x, rounding));
   CHECK_THAT(y[1], WithinAbs(0.5 * x * x, rounding));
+}
+
+TEST_CASE("a parallelogram passes the position in which it could fold, or the run ends there by name") {
+  // Two cranks and a coupler of length 1, given by the cranks' ends. Level, all three are in line and only two of three rows independent.
+  const auto linkage = scene(mechanical_system<4>([](const auto& v) { return 0.5 * v.squaredNorm(); },
+                                                  [](const auto& q) { return g * (q[1] + q[3]); }),
+                             holonomic("rod", [](const auto& q) {
+                               const auto x = q[2] - q[0], y = q[3] - q[1], far = q[2] - 1.0;
+                               return vector(q[0] * q[0] + q[1] * q[1] - 1.0, far * far + q[3] * q[3] - 1.0, x * x + y * y - 1.0);
+                             }));
+  const State<4> upright{0.0, Vector<double, 4>(0.0, 1.0, 1.0, 1.0), Vector<double, 4>(1.0, 0.0, 1.0, 0.0)};
+  const auto form = first_order_form(linkage);
+  for (const double tol : {1e-6, 1e-9, 1e-13}) {
+    auto stepper = Taylor{}.stepper(form, {.rtol = tol, .atol = tol});
+    stepper.reset(0.0, form.packed(upright));
+    while (stepper.t() != 2.0 && stepper.step(2.0)) {
+    }
+    INFO("tolerance " << tol << " to t = " << stepper.t() << ": " << stepper.failure().message);
+    const Eigen::VectorXd y = stepper.y();
+    const double kept = std::max(1e-6, 1e3 * tol);  // of the branch; what is off it grows beside the position
+    CHECK_THAT(y[2] - y[0], WithinAbs(1.0, kept));
+    CHECK_THAT(y[3] - y[1], WithinAbs(0.0, kept));
+    CHECK_THAT(0.5 * y.tail(4).squaredNorm() + g * (y[1] + y[3]), WithinAbs(1.0 + 2 * g, 10 * kept));
+    if (stepper.t() == 2.0) continue;
+    CHECK(stepper.failure().outcome == Outcome::constraint_failure);
+    CHECK(stepper.failure().message.find("as in a singular position") != std::string::npos);
+  }
 }
 
 }  // namespace
