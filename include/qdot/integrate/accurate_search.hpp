@@ -7,9 +7,9 @@
 // for some swings of a pendulum, 1e12 for half a minute of chaos. So κ is found by running twice; the difference d_k
 // between run k and the latest one (accurate_motion.hpp) is the error of run k, since the latest is the more accurate:
 //
-//     κ = max_k  (d_k / τ_k) (τ_k / τ)^{0.02} ,        estimate = s κ (τ + 3 ε)     for the latest run, τ .
+//     κ = max_k  (d_k / τ_k) (τ_k / τ)^δ ,        estimate = s κ (τ + 3 ε)     for the latest run, τ .
 //
-// The errors of many steps cancel by chance at one tolerance and not at the next: κ scatters by factors of 3, and for
+// with δ = 0.02 to be on the safe side. The errors of many steps cancel by chance at one tolerance and not at the next: κ scatters by factors of 3, and for
 // one tolerance in a hundred by 20. Therefore s = 8 where one run says what κ is (16 for E = 1e-3, where tolerances
 // are too loose for the power law), 4 for two, 3 for more. Such margins are cheap, and another run is dear: for Dop853
 // a tolerance ten times tighter costs 10^{1/8} = 1.33 times as much.
@@ -34,6 +34,9 @@
 // rounding:
 //
 //     estimate = max(3 d, κ ε, 50 ε) .
+//
+// Multistep methods of order p err like τ^{p/(p+1)}, so that δ = 1/(p + 1); they carry the rounding of many steps along
+// (10 ε), have no digits to give below 1e-14, and err alike at tolerances that are less than a factor of 20 apart.
 //
 // Runs that differ by more than a tenth say nothing of κ (chaos, or tolerances too loose to mean anything): then a
 // tolerance a hundred times tighter is tried, down to the last digit of double.
@@ -89,6 +92,18 @@ struct AccuracyReport {
 
 namespace detail {
 
+// How the error of a method goes with its tolerance.
+struct ToleranceLaw {
+  double slowness = 0.02;                                        // error ∝ τ^{1−slowness}
+  double rounding = 3 * std::numeric_limits<double>::epsilon();  // as a tolerance
+  double drowned = 1e-14;  // tolerances below are kept so much better that little but rounding is left,
+  double times = 16.0;     // so many times better
+  double nearest = 4.0;    // ratio of tolerances whose runs err independently
+
+  // τ, with rounding.
+  double effect(double tolerance) const { return (tolerance < drowned ? tolerance / times : tolerance) + rounding; }
+};
+
 class ToleranceSearch {
  public:
   explicit ToleranceSearch(double accuracy)
@@ -111,16 +126,18 @@ class ToleranceSearch {
 
   // @param differences    from each of the runs before this one, in their order
   // @param natural_times  that the motion lasts
-  void ran(AccuracyTrial trial, const std::vector<double>& differences, double natural_times) {
+  void ran(AccuracyTrial trial, const std::vector<double>& differences, double natural_times,
+           const ToleranceLaw& law = {}) {
+    law_ = law;
     amplification_ = 0.0;
     compared_ = 0;
     for (std::size_t k = 0; k < trials_.size(); ++k) {
       const AccuracyTrial& each = trials_[k];
       const bool alike = each.method == trial.method && each.tolerance <= farthest * trial.tolerance;
       const bool means_something = k + 1 == trials_.size() || (alike && differences[k] <= saturated);
-      if (!means_something || (each.tolerance < drowned && k > 0)) continue;
-      const double ratio = effect(each.tolerance) / effect(trial.tolerance);
-      amplification_ = std::max(amplification_, differences[k] / effect(each.tolerance) * std::pow(ratio, slowness));
+      if (!means_something || (each.tolerance < law.drowned && k > 0)) continue;
+      const double effect = law.effect(each.tolerance), ratio = effect / law.effect(trial.tolerance);
+      amplification_ = std::max(amplification_, differences[k] / effect * std::pow(ratio, law.slowness));
       ++compared_;
     }
     natural_times_ = natural_times;
@@ -137,9 +154,9 @@ class ToleranceSearch {
     const double d = difference();
     const bool unlike = d > saturated || before.method != last.method || compared_ == 0;
     const double share = unlike ? 1.0 : trials_.size() == 2 ? 0.0 : 0.05;
-    const double of_tolerance = std::max({safety(compared_) * amplification_ * effect(last.tolerance), share * d,
+    const double of_tolerance = std::max({safety(compared_) * amplification_ * law_.effect(last.tolerance), share * d,
                                           std::min(d, accuracy_ / 4), least});
-    if (before.tolerance >= drowned || unlike) return of_tolerance;
+    if (before.tolerance >= law_.drowned || unlike) return of_tolerance;
     return std::min(of_tolerance, std::max({3 * d, amplification_ * epsilon, least}));
   }
 
@@ -154,33 +171,23 @@ class ToleranceSearch {
     for (std::size_t k = 0; k < result.size(); ++k) {
       const double times = std::pow(10.0, static_cast<double>(k + 1));
       const double accuracy = accuracy_ / times, factor = std::pow(times, growth);
-      result[k] = {accuracy, seconds * factor, factor, reached() && amplification_ * effect(finest) <= accuracy};
+      result[k] = {accuracy, seconds * factor, factor, reached() && amplification_ * law_.effect(finest) <= accuracy};
     }
     return result;
   }
 
  private:
   static constexpr double finest = 2.3e-15;   // that options.rtol may have
-  static constexpr double drowned = 1e-14;    // tolerances below leave little but rounding,
-  static constexpr double of_drowned = 16.0;  // as they are kept so many times better
-  static constexpr double hardly_drowned = 1.05 * drowned;
   static constexpr double usual = 25.0;       // κ of a motion that lasts for 20 of its natural times
-  static constexpr double rounding = 3 * std::numeric_limits<double>::epsilon();  // as a tolerance
   static constexpr double saturated = 0.1;    // differences beyond say nothing of κ
   static constexpr double farthest = 1e8;     // ratio of tolerances, beyond which κ is not the same
-  static constexpr double slowness = 0.02;    // error ∝ τ^{1−slowness}, to be on the safe side
   static constexpr double margin = 0.7;       // of the accuracy is aimed at
-  static constexpr double smallest_ratio = 4.0, longest_ratio = 3000.0, pair_ratio = 10.0;  // of successive tolerances
+  static constexpr double longest_ratio = 3000.0, pair_ratio = 10.0;  // of successive tolerances
   static constexpr std::size_t most_runs = 9;
 
   // Loose tolerances say less about tight ones.
   double safety(int compared) const {
     return compared <= 1 ? 8.0 * std::pow(std::max(accuracy_ / 1e-6, 1.0), 0.1) : compared == 2 ? 4.0 : 3.0;
-  }
-
-  // τ, with rounding.
-  static constexpr double effect(double tolerance) {
-    return (tolerance < drowned ? tolerance / of_drowned : tolerance) + rounding;
   }
 
   static double usable(double tolerance) { return tolerance < 2 * finest ? finest : tolerance; }
@@ -191,11 +198,11 @@ class ToleranceSearch {
   std::optional<double> better_than(double last) const {
     if (reached() || last <= finest || trials_.size() >= most_runs) return std::nullopt;
     if (difference() > saturated) return usable(std::min(last * 1e-2, accuracy_ * 0.1));
-    const double now = effect(last);
+    const double now = law_.effect(last), drowned = law_.drowned;
     const double share = margin * accuracy_ / (safety(compared_ + 1) * amplification_ * now);  // of the present effect
-    const double wanted = std::min(now * std::pow(share, 1 / (1 - slowness)) - rounding, last / smallest_ratio);
-    if (wanted < finest / of_drowned) return last > 0.9 * drowned ? 0.8 * drowned : finest;
-    if (wanted < drowned) return std::max(std::min({of_drowned * wanted, 0.9 * drowned, last / 1.5}), finest);
+    const double wanted = std::min(now * std::pow(share, 1 / (1 - law_.slowness)) - law_.rounding, last / law_.nearest);
+    if (wanted < finest / law_.times) return last > 0.9 * drowned && drowned > finest ? 0.8 * drowned : finest;
+    if (wanted < drowned) return std::max(std::min({law_.times * wanted, 0.9 * drowned, last / 1.5}), finest);
     return last <= longest_ratio * wanted ? wanted : pair_ratio * wanted;
   }
 
@@ -203,9 +210,10 @@ class ToleranceSearch {
   double second() const {
     const double longer = std::clamp(std::pow(std::max(natural_times_, 1.0) / 20, 1.4), 0.05, 100.0);
     const double wanted = std::min(1e-3 * std::pow(accuracy_, 1.1) / longer, trials_[0].tolerance / 10);
+    constexpr double hardly_drowned = 1.05e-14;
     if (wanted > hardly_drowned) return wanted;
-    const bool enough = safety(1) * usual * longer * effect(hardly_drowned) <= accuracy_;
-    return enough ? hardly_drowned : 0.65 * drowned;
+    const bool enough = safety(1) * usual * longer * law_.effect(hardly_drowned) <= accuracy_;
+    return enough || law_.drowned == 0 ? hardly_drowned : 0.65 * law_.drowned;
   }
 
   // work ∝ τ^{−growth}, between the last run and the one that is most unlike it among those that mean something.
@@ -222,6 +230,7 @@ class ToleranceSearch {
   double accuracy_;
   double first_;                // tolerance of the first run
   double tightest_ = 0.0;       // that double allows, where a run has shown it
+  ToleranceLaw law_;
   double natural_times_ = 0.0;
   double amplification_ = 0.0;  // κ, if it is to hold for the last run
   int compared_ = 0;            // runs that say something of κ

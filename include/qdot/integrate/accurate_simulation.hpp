@@ -93,6 +93,13 @@ inline double natural_times(const Statistics& statistics, double tolerance) {
   return static_cast<double>(statistics.steps) * std::pow(tolerance, 1.0 / (statistics.highest_order + 1));
 }
 
+// Multistep methods are other than those of one step.
+inline ToleranceLaw law_of(const Statistics& statistics) {
+  if (statistics.method.find("cvode") == std::string::npos) return {};
+  constexpr double rounding = 10 * std::numeric_limits<double>::epsilon();
+  return {.slowness = 1.0 / (statistics.highest_order + 1), .rounding = rounding, .drowned = 0.0, .times = 1.0, .nearest = 20.0};
+}
+
 // Sizes that the components may be expected to take, from the start alone: |y|, and what its rates add in the shortest time
 // in which a coordinate, or a velocity, changes by its own size.
 template <FirstOrderSystem F>
@@ -174,7 +181,7 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
     const Statistics& statistics = now.statistics;
     const double worked = work(statistics, system.size());
     search.ran({*tolerance, apart.relative, worked, statistics.wall_seconds, statistics.method}, differences,
-               natural_times(statistics, *tolerance));
+               natural_times(statistics, *tolerance), law_of(statistics));
     before.push_back(now.motion);
     last = std::move(now);
     result.rtol = *tolerance;
