@@ -4,6 +4,7 @@
 #include "catch2_bridge.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "bench/chain_energies.hpp"
@@ -41,6 +42,72 @@ double difference_from_hand() {
   return worst;
 }
 
+// The worst relative difference of M and X L by the list from those by nested duals, which call T and V themselves.
+template <int n, class E>
+double difference_from_nested_duals(const E& written) {
+  REQUIRE(written.replays());
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(0.1, 0.9);
+  double worst = 0.0;
+  for (int sample = 0; sample < 5; ++sample) {
+    Vector<double, n> q, v;
+    for (int i = 0; i < n; ++i) {
+      q[i] = uniform(random);
+      v[i] = uniform(random);
+    }
+    const double t = uniform(random);
+    const auto L = detail::euler_lagrange_of<n>(written, q.data(), v.data(), t);
+    const Matrix<double, n> M = detail::kinetic_hessian<n>(written, q, v, t);
+    const Vector<double, n> r = detail::lagrange_rhs<n>(written, q, v, t);
+    const double scale = 1.0 + M.cwiseAbs().maxCoeff() + r.cwiseAbs().maxCoeff();
+    unroll<n>([&](auto i) { worst = std::max(worst, std::abs(L.template x<i>() - r[i]) / scale); });
+    unroll<n*(n + 1) / 2>([&](auto k) {
+      const double entry = M(detail::triangle_row(k), detail::triangle_column(k));
+      worst = std::max(worst, std::abs(L.template h<k>() - entry) / scale);
+    });
+  }
+  return worst;
+}
+
+// A chain with other masses than those that the compiler met, and a pivot that is moved by force.
+struct ShakenChain {
+  double m = 1.0, l = 1.0, g = 9.81, w = 2.0;
+  constexpr auto T(const auto& q, const auto& qdot, const auto& t) const {
+    using std::cos, std::sin;
+    using S = typename std::decay_t<decltype(q)>::Scalar;
+    S vx = w * cos(w * t), vy(0.0), sum(0.0);
+    for (Eigen::Index k = 0; k < q.size(); ++k) {
+      vx += l * cos(q[k]) * qdot[k];
+      vy += l * sin(q[k]) * qdot[k];
+      sum += 0.5 * m * (vx * vx + vy * vy);
+    }
+    return sum;
+  }
+  constexpr auto V(const auto& q, const auto& t) const {
+    using std::cos;
+    using S = typename std::decay_t<decltype(q)>::Scalar;
+    S y(0.0), sum(0.0);
+    for (Eigen::Index k = 0; k < q.size(); ++k) {
+      y -= l * cos(q[k]);
+      sum += m * g * y * (1.0 + 0.1 * t);
+    }
+    return sum;
+  }
+};
+
+// f of arguments that have every derivative there is.
+template <class F>
+struct EnergyOf {
+  constexpr auto T(const auto& q, const auto& v, const auto& t) const {
+    return F()(0.3 + 0.1 * q[0] * v[0] + 0.1 * t * v[0] * v[0], 0.4 + 0.2 * q[0] - 0.1 * v[0]);
+  }
+  constexpr auto V(const auto& q) const { return F()(0.5 * q[0], 0.3 + 0.1 * q[0]); }
+};
+template <class F>
+double difference_of(const F&) {
+  return difference_from_nested_duals<1>(written_out<1>(EnergyOf<F>{}));
+}
+
 // Two masses; with `third` another term.
 struct Masses {
   double m = 1.0;
@@ -65,6 +132,29 @@ TEST_CASE("hand-derived accelerations are those of T and V: chains with written-
   CHECK(difference_from_hand<2>() < rounded);
   CHECK(difference_from_hand<3>() < rounded);
   CHECK(difference_from_hand<4>() < rounded);
+}
+
+TEST_CASE("a list gives the M and the rhs of the functors that it was made from: energies that know the time") {
+  CHECK(difference_from_nested_duals<2>(written_out<2>(ShakenChain{.m = 0.3, .l = 2.1, .g = 1.62, .w = 0.7})) < rounded);
+}
+
+TEST_CASE("a list gives the M and the rhs of the functors that it was made from: lambdas and what they capture") {
+  const double m = 0.7, k = 12.0, a = 0.7;
+  const auto T = [=](const auto& v) { return 0.5 * m * v.squaredNorm(); };
+  const auto V = [=](const auto& q) {
+    using std::cos;
+    auto sum = 0.5 * k * q.dot(q);
+    for (int i = 0; i < 2; ++i) sum += a * m * cos(q[i]) / (a + q(i) * q.norm());
+    return sum + q.sum() * q.x() - q.y();
+  };
+  CHECK(difference_from_nested_duals<2>(written_out<2>(T, V)) < rounded);
+  CHECK(difference_from_nested_duals<2>(written_out<2>(T)) < rounded);
+  CHECK(difference_from_nested_duals<3>(written_out<3>([](const auto& q, const auto& v) { return (1.0 + q[0] * q[0]) * v.squaredNorm() + v[0] * v[2]; })) <
+        rounded);
+}
+
+TEST_CASE("a list gives the M and the rhs of the functors that it was made from: kinks") {
+  CHECK(difference_of([](const auto& x, const auto& y) { using std::abs, std::max, std::min; return abs(-x) * y + max(x, y) + min(y, x) * x; }) < rounded);
 }
 
 TEST_CASE("written-out energies have the accelerations and derivatives of the same energies as they are, whether the list fits or not") {
