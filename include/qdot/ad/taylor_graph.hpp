@@ -18,6 +18,9 @@
 // factors move outwards, roots and quotients become powers and powers of one base are multiplied,
 // 1/√(x² + y²) differentiated is −x (x² + y²)^(−3/2) with one power and not a tower of quotients.
 //
+// The numbers in a graph, coefficients, may be parameters whose values only decide what is computed and not which nodes there
+// are. A compiler can then make the graph for all values of them at once (ad/taylor_plan.hpp).
+//
 // Differentiation walks the graph backwards from an output and adds nodes for the chain rule (reverse
 // mode): all partial derivatives of one output cost a few times the nodes of the output. The result is
 // graph again, and can be differentiated again.
@@ -29,10 +32,10 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -72,50 +75,67 @@ inline double value_of(Function f, double x, double y = 0.0) {
   return x;
 }
 
+// What decides which nodes there are, and what is computed with: of a plain number both are itself.
+constexpr double decisive(double x) { return x; }
+constexpr double actual(double x) { return x; }
+template <std::floating_point Number>
+constexpr Number power_of(Number x, double exponent) {
+  return std::pow(x, exponent);
+}
+
 /// One operation. Arguments a and b are made before it, so the order of making is an order of computing.
-struct Node {
+template <class Coefficient>
+struct BasicNode {
   Kind kind = Kind::constant;
   Function function = Function::none;
   int a = -1;  ///< argument, or the variable's index
   int b = -1;  ///< second argument; −1 if there is none
-  double ca = 0.0, cb = 0.0;
-  double c = 0.0;  ///< the constant, the affine offset, or the exponent
+  Coefficient ca = 0.0, cb = 0.0;
+  Coefficient c = 0.0;  ///< the constant, the affine offset, or the exponent
 };
 
 /// A formula of any number of outputs; nodes are named by their numbers.
-class Graph {
+///
+/// @tparam Coefficient  double, or Parameter of ad/taylor_plan.hpp
+template <class Coefficient>
+class BasicGraph {
  public:
-  const std::vector<Node>& nodes() const noexcept { return nodes_; }
-  const Node& operator[](int x) const { return nodes_[static_cast<std::size_t>(x)]; }
+  using Node = BasicNode<Coefficient>;
 
-  int constant(double c) { return made({.kind = Kind::constant, .c = c}); }
-  int variable(int index) { return made({.kind = Kind::variable, .a = index}); }
-  bool is_constant(int x, double c) const { return (*this)[x].kind == Kind::constant && (*this)[x].c == c; }
+  constexpr const std::vector<Node>& nodes() const noexcept { return nodes_; }
+  constexpr const Node& operator[](int x) const { return nodes_[static_cast<std::size_t>(x)]; }
 
-  int sum(int x, int y) { return combination(x, 1.0, y, 1.0); }
-  int difference(int x, int y) { return combination(x, 1.0, y, -1.0); }
-  int scaled(int x, double factor) { return combination(x, factor, constant(0.0), 0.0); }
+  constexpr int constant(Coefficient c) { return made({.kind = Kind::constant, .c = c}); }
+  constexpr int variable(int index) { return made({.kind = Kind::variable, .a = index}); }
+  constexpr bool is_constant(int x, double c) const { return (*this)[x].kind == Kind::constant && decisive((*this)[x].c) == c; }
 
-  [[gnu::noinline]] int product(int x, int y) {
+  /// False when the numbers are such that another graph would have been made of them alone.
+  constexpr bool is_general() const noexcept { return is_general_; }
+
+  constexpr int sum(int x, int y) { return combination(x, 1.0, y, 1.0); }
+  constexpr int difference(int x, int y) { return combination(x, 1.0, y, -1.0); }
+  constexpr int scaled(int x, Coefficient factor) { return combination(x, factor, constant(0.0), 0.0); }
+
+  [[gnu::noinline]] constexpr int product(int x, int y) {
     Term tx = term(x), ty = term(y);
     if (tx.node < 0) return scaled(y, tx.offset);
     if (ty.node < 0) return scaled(x, ty.offset);
-    if (tx.offset != 0.0) tx = {x, 1.0, 0.0};
-    if (ty.offset != 0.0) ty = {y, 1.0, 0.0};
-    const double factor = tx.factor * ty.factor;
+    if (decisive(tx.offset) != 0.0) tx = {x, 1.0, 0.0};
+    if (decisive(ty.offset) != 0.0) ty = {y, 1.0, 0.0};
+    const Coefficient factor = tx.factor * ty.factor;
     const Power px = as_power(tx.node), py = as_power(ty.node);
     if (px.base == py.base && (px.exponent != 1.0 || py.exponent != 1.0))
       return scaled(power(px.base, px.exponent + py.exponent), factor);
     return scaled(made({.kind = Kind::product, .a = std::min(tx.node, ty.node), .b = std::max(tx.node, ty.node)}), factor);
   }
 
-  [[gnu::noinline]] int quotient(int x, int y) {
+  [[gnu::noinline]] constexpr int quotient(int x, int y) {
     Term tx = term(x), ty = term(y);
     if (ty.node < 0) return scaled(x, 1.0 / ty.offset);
     if (tx.node < 0) return scaled(power(y, -1.0), tx.offset);
-    if (tx.offset != 0.0) tx = {x, 1.0, 0.0};
-    if (ty.offset != 0.0) ty = {y, 1.0, 0.0};
-    const double factor = tx.factor / ty.factor;
+    if (decisive(tx.offset) != 0.0) tx = {x, 1.0, 0.0};
+    if (decisive(ty.offset) != 0.0) ty = {y, 1.0, 0.0};
+    const Coefficient factor = tx.factor / ty.factor;
     const Power px = as_power(tx.node), py = as_power(ty.node);
     if (px.base == py.base) return scaled(power(px.base, px.exponent - py.exponent), factor);
     if (py.exponent != 1.0) return scaled(product(tx.node, power(py.base, -py.exponent)), factor);
@@ -123,36 +143,41 @@ class Graph {
   }
 
   /// xᵉ. Positive whole powers are products, which are right at x = 0.
-  [[gnu::noinline]] int power(int x, double exponent) {
+  [[gnu::noinline]] constexpr int power(int x, double exponent) {
     if (exponent == 0.0) return constant(1.0);
     if (exponent == 1.0) return x;
     const Term t = term(x);
-    if (t.node < 0) return constant(std::pow(t.offset, exponent));
-    const bool whole = exponent == std::floor(exponent);
-    if (t.offset == 0.0 && t.factor != 1.0 && (t.factor > 0.0 || whole))
-      return scaled(power(t.node, exponent), std::pow(t.factor, exponent));
+    if (t.node < 0) return constant(power_of(t.offset, exponent));
+    const bool whole = is_whole(exponent);
+    if (decisive(t.offset) == 0.0 && decisive(t.factor) != 1.0 && (whole || is_positive(t.factor)))
+      return scaled(power(t.node, exponent), power_of(t.factor, exponent));
     const Power p = as_power(x);
-    if (p.exponent != 1.0 && (whole || p.exponent != std::floor(p.exponent))) return power(p.base, p.exponent * exponent);
+    if (p.exponent != 1.0 && (whole || !is_whole(p.exponent))) return power(p.base, p.exponent * exponent);
     if (whole && exponent > 0.0 && exponent <= 64.0) {
-      const int half = power(x, std::floor(exponent / 2));
+      const int half = power(x, static_cast<double>(static_cast<int>(exponent) / 2));
       const int square = product(half, half);
-      return std::fmod(exponent, 2.0) == 0.0 ? square : product(square, x);
+      return static_cast<int>(exponent) % 2 == 0 ? square : product(square, x);
     }
     return made({.kind = Kind::power, .a = x, .c = exponent});
   }
 
-  int function(Function f, int x, int y = -1) {
+  constexpr int function(Function f, int x, int y = -1) {
     if ((*this)[x].kind == Kind::constant && (y < 0 || (*this)[y].kind == Kind::constant))
-      return constant(value_of(f, (*this)[x].c, y < 0 ? 0.0 : (*this)[y].c));
+      return constant(value_of(f, (*this)[x].c, y < 0 ? Coefficient(0.0) : (*this)[y].c));
     return made({.kind = Kind::function, .function = f, .a = x, .b = y});
   }
 
   /// ∂w/∂a of a function node w.
-  int slope(int w) {
+  constexpr int slope(int w) {
     const Node node = (*this)[w];
     const int x = node.a;
     const auto affine_square = [&](int u, double factor) {  // 1 + factor u²
-      return sum(constant(1.0), scaled(product(u, u), factor));
+      const int square = scaled(product(u, u), factor);
+      return sum(square, constant(1.0));
+    };
+    const auto square_plus = [&](int u, int other) {  // u² + other
+      const int square = product(u, u);
+      return sum(square, other);
     };
     switch (node.function) {
       case Function::sin: return function(Function::cos, x);
@@ -161,7 +186,7 @@ class Graph {
       case Function::asin: return power(affine_square(x, -1.0), -0.5);
       case Function::acos: return scaled(power(affine_square(x, -1.0), -0.5), -1.0);
       case Function::atan: return power(affine_square(x, 1.0), -1.0);
-      case Function::atan2: return quotient(node.b, sum(product(x, x), product(node.b, node.b)));
+      case Function::atan2: return quotient(node.b, square_plus(x, product(node.b, node.b)));
       case Function::exp: return w;
       case Function::expm1: return sum(w, constant(1.0));
       case Function::log: return power(x, -1.0);
@@ -170,7 +195,7 @@ class Graph {
       case Function::cosh: return function(Function::sinh, x);
       case Function::tanh: return affine_square(w, -1.0);
       case Function::asinh: return power(affine_square(x, 1.0), -0.5);
-      case Function::acosh: return power(sum(product(x, x), constant(-1.0)), -0.5);
+      case Function::acosh: return power(square_plus(x, constant(-1.0)), -0.5);
       case Function::atanh: return power(affine_square(x, -1.0), -1.0);
       case Function::cbrt: return scaled(power(w, -2.0), 1.0 / 3.0);
       case Function::erf: return scaled(function(Function::exp, scaled(product(x, x), -1.0)), two_over_root_pi);
@@ -181,13 +206,14 @@ class Graph {
   }
 
   /// ∂w/∂b of atan2(a, b).
-  int second_slope(int w) {
+  constexpr int second_slope(int w) {
     const Node node = (*this)[w];
-    return scaled(quotient(node.a, sum(product(node.a, node.a), product(node.b, node.b))), -1.0);
+    const int square = product(node.b, node.b);
+    return scaled(quotient(node.a, sum(product(node.a, node.a), square)), -1.0);
   }
 
   /// ∂output/∂x for each of the variables x, as nodes.
-  [[gnu::noinline]] std::vector<int> gradient(int output, std::span<const int> variables) {
+  [[gnu::noinline]] constexpr std::vector<int> gradient(int output, std::span<const int> variables) {
     std::vector<int> adjoint(static_cast<std::size_t>(output) + 1, constant_zero());
     adjoint.back() = constant(1.0);
     const auto add = [&](int x, int contribution) {
@@ -215,7 +241,7 @@ class Graph {
           add(node.b, scaled(product(share, w), -1.0));
           break;
         }
-        case Kind::power: add(node.a, product(bar, scaled(power(node.a, node.c - 1.0), node.c))); break;
+        case Kind::power: add(node.a, product(bar, scaled(power(node.a, exponent_of(node) - 1.0), node.c))); break;
         case Kind::function:
           add(node.a, product(bar, slope(w)));
           if (node.b >= 0) add(node.b, product(bar, second_slope(w)));
@@ -233,45 +259,45 @@ class Graph {
 
   struct Term {  // factor·node + offset; node −1 for a constant
     int node;
-    double factor, offset;
+    Coefficient factor, offset;
   };
   struct Power {
     int base;
     double exponent;
   };
 
-  int constant_zero() { return constant(0.0); }
+  constexpr int constant_zero() { return constant(0.0); }
 
-  Term term(int x) const {
+  constexpr Term term(int x) const {
     const Node& node = (*this)[x];
     if (node.kind == Kind::constant) return {-1, 0.0, node.c};
     if (node.kind == Kind::affine && node.b < 0) return {node.a, node.ca, node.c};
     return {x, 1.0, 0.0};
   }
 
-  Power as_power(int x) const {
+  constexpr Power as_power(int x) const {
     const Node& node = (*this)[x];
-    return node.kind == Kind::power ? Power{node.a, node.c} : Power{x, 1.0};
+    return node.kind == Kind::power ? Power{node.a, exponent_of(node)} : Power{x, 1.0};
   }
 
   // fx·x + fy·y in its simplest form.
-  [[gnu::noinline]] int combination(int x, double fx, int y, double fy) {
+  [[gnu::noinline]] constexpr int combination(int x, Coefficient fx, int y, Coefficient fy) {
     const Term tx = term(x), ty = term(y);
     int a = tx.node, b = ty.node;
-    double ca = fx * tx.factor, cb = fy * ty.factor;
-    const double c = fx * tx.offset + fy * ty.offset;
+    Coefficient ca = fx * tx.factor, cb = fy * ty.factor;
+    const Coefficient c = fx * tx.offset + fy * ty.offset;
     if (a == b) {
       ca += cb;
       b = -1;
     }
-    if (b >= 0 && cb == 0.0) b = -1;
-    if (a < 0 || ca == 0.0) {
+    if (b >= 0 && decisive(cb) == 0.0) b = -1;
+    if (a < 0 || decisive(ca) == 0.0) {
       a = b;
       ca = cb;
       b = -1;
     }
     if (a < 0) return constant(c);
-    if (b < 0 && ca == 1.0 && c == 0.0) return a;
+    if (b < 0 && decisive(ca) == 1.0 && decisive(c) == 0.0) return a;
     if (b < 0) return made({.kind = Kind::affine, .a = a, .ca = ca, .c = c});
     if (a > b) {
       std::swap(a, b);
@@ -280,27 +306,53 @@ class Graph {
     return made({.kind = Kind::affine, .a = a, .b = b, .ca = ca, .cb = cb, .c = c});
   }
 
-  // The number of this node, old if there is one like it.
-  [[gnu::noinline]] int made(const Node& node) {
-    const auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x + 0.0); };  // −0 as 0
-    const Key key{static_cast<std::uint64_t>(node.kind) << 8 | static_cast<std::uint64_t>(node.function),
-                  static_cast<std::uint64_t>(static_cast<std::int64_t>(node.a)),
-                  static_cast<std::uint64_t>(static_cast<std::int64_t>(node.b)), bits(node.ca), bits(node.cb), bits(node.c)};
-    const auto [place, is_new] = known_.try_emplace(key, static_cast<int>(nodes_.size()));
-    if (is_new) nodes_.push_back(node);
-    return place->second;
+  static constexpr bool is_whole(double x) {
+    return x >= -1e9 && x <= 1e9 && x == static_cast<double>(static_cast<int>(x));
+  }
+  static constexpr double exponent_of(const Node& node) { return decisive(node.c); }
+  constexpr bool is_positive(const Coefficient& x) {
+    if ((decisive(x) > 0.0) != (actual(x) > 0.0)) is_general_ = false;
+    return decisive(x) > 0.0;
   }
 
-  using Key = std::array<std::uint64_t, 6>;
-  struct Hash {
-    std::size_t operator()(const Key& key) const noexcept {
-      std::uint64_t h = 0;
-      for (const std::uint64_t word : key) h = (h ^ word ^ (h >> 29)) * 0x9E3779B97F4A7C15u;  // 2⁶⁴/golden ratio, odd
-      return static_cast<std::size_t>(h ^ (h >> 32));
+  // The number of this node, old if there is one like it: a table of numbers, in which those of one hash stand behind each other.
+  [[gnu::noinline]] constexpr int made(const Node& node) {
+    if (2 * (nodes_.size() + 1) > places_.size()) {
+      places_.assign(places_.empty() ? 64 : 2 * places_.size(), -1);
+      for (std::size_t i = 0; i < nodes_.size(); ++i) places_[place_of(nodes_[i])] = static_cast<int>(i);
     }
-  };
+    const std::size_t place = place_of(node);
+    if (places_[place] < 0) {
+      places_[place] = static_cast<int>(nodes_.size());
+      nodes_.push_back(node);
+    }
+    return places_[place];
+  }
+
+  // Where the number of a node like this one stands, or would.
+  constexpr std::size_t place_of(const Node& node) const {
+    const auto bits = [](const Coefficient& x) { return std::bit_cast<std::uint64_t>(decisive(x) + 0.0); };  // −0 as 0
+    const std::array<std::uint64_t, 6> key{static_cast<std::uint64_t>(node.kind) << 8 | static_cast<std::uint64_t>(node.function),
+                                           static_cast<std::uint64_t>(static_cast<std::int64_t>(node.a)),
+                                           static_cast<std::uint64_t>(static_cast<std::int64_t>(node.b)),
+                                           bits(node.ca), bits(node.cb), bits(node.c)};
+    std::uint64_t h = 0;
+    for (const std::uint64_t word : key) h = (h ^ word ^ (h >> 29)) * 0x9E3779B97F4A7C15u;  // 2⁶⁴/golden ratio, odd
+    const auto is_like = [&](const Node& other) {
+      return other.kind == node.kind && other.function == node.function && other.a == node.a && other.b == node.b &&
+             bits(other.ca) == key[3] && bits(other.cb) == key[4] && bits(other.c) == key[5];
+    };
+    std::size_t place = static_cast<std::size_t>(h ^ (h >> 32)) & (places_.size() - 1);
+    while (places_[place] >= 0 && !is_like(nodes_[static_cast<std::size_t>(places_[place])])) place = (place + 1) & (places_.size() - 1);
+    return place;
+  }
+
   std::vector<Node> nodes_;
-  std::unordered_map<Key, int, Hash> known_;
+  std::vector<int> places_;
+  bool is_general_ = true;
 };
+
+using Node = BasicNode<double>;
+using Graph = BasicGraph<double>;
 
 }  // namespace qdot::taylor

@@ -70,10 +70,13 @@ struct SweepOutputs {
 class Sweep {
  public:
   Sweep() = default;
-  Sweep(Graph& graph, const SweepOutputs& outputs, int highest_order) : highest_(highest_order) { compile(graph, outputs); }
+  template <class Coefficient>
+  constexpr Sweep(BasicGraph<Coefficient>& graph, const SweepOutputs& outputs, int highest_order) : highest_(highest_order) {
+    compile(graph, outputs);
+  }
 
   /// Where a node lives, for set() and coefficient().
-  int slot(int node) const { return slot_of_[index(node)]; }
+  constexpr int slot(int node) const { return slot_of_[index(node)]; }
 
   /// The value of order 0, as of the last start().
   double value(int slot) const { return values_[index(slot)]; }
@@ -130,7 +133,7 @@ class Sweep {
     int terms, first, last;
   };
 
-  static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
   // Writes coefficients k to the rows of the lanes.
   void file(int k) {
@@ -280,11 +283,16 @@ class Sweep {
     }
   }
 
-  void compile(Graph& graph, const SweepOutputs& outputs);
-  void pair_sines_with_cosines();
-  int add_interior(const Formula& s);
-  int final_lane(int lane) const;
-  void place_lanes();
+  friend struct SweepPlan;  // ad/taylor_plan.hpp
+  template <class Planned>
+  friend class PlannedSweep;  // ad/taylor_planned_sweep.hpp
+
+  template <class Coefficient>
+  constexpr void compile(BasicGraph<Coefficient>& graph, const SweepOutputs& outputs);
+  constexpr void pair_sines_with_cosines();
+  constexpr int add_interior(const Formula& s);
+  constexpr int final_lane(int lane) const;
+  constexpr void place_lanes();
 
   static constexpr int weighted_mark = 1 << 28, square_mark = 1 << 29;  // on lanes that are not placed yet
 

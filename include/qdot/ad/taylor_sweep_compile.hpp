@@ -13,7 +13,9 @@
 // Included by taylor_sweep.hpp.
 
 #include <algorithm>
+#include <cstddef>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -21,7 +23,16 @@
 
 namespace qdot::taylor {
 
-inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
+// std::stable_sort, also while compiling.
+template <class Element, class Before>
+constexpr void sort_stably(std::vector<Element>& list, Before before) {
+  if (!std::is_constant_evaluated()) return std::stable_sort(list.begin(), list.end(), before);
+  for (std::size_t i = 1; i < list.size(); ++i)
+    for (std::size_t j = i; j > 0 && before(list[j], list[j - 1]); --j) std::swap(list[j], list[j - 1]);
+}
+
+template <class Coefficient>
+constexpr void Sweep::compile(BasicGraph<Coefficient>& graph, const SweepOutputs& outputs) {
   enum class Need : char { nothing, value, series };
   std::vector<int> slope_a, slope_b, open;
   std::vector<Need> need;
@@ -40,7 +51,7 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
   while (!open.empty()) {
     const int w = open.back();
     open.pop_back();
-    const Node node = graph[w];
+    const BasicNode<Coefficient> node = graph[w];
     const Need how = need[index(w)];
     if (node.kind == Kind::constant || node.kind == Kind::variable) continue;
     want(node.a, how);
@@ -55,7 +66,7 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
   }
   const int count = static_cast<int>(need.size());
   const auto each_argument = [&](int w, auto&& visit) {
-    const Node& node = graph[w];
+    const BasicNode<Coefficient>& node = graph[w];
     if (node.kind == Kind::constant || node.kind == Kind::variable) return;
     visit(node.a);
     if (node.b >= 0) visit(node.b);
@@ -102,7 +113,7 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
   std::vector<int> order;
   for (int w = 0; w < count; ++w)
     if (need[index(w)] != Need::nothing && !merged[index(w)]) order.push_back(w);
-  std::stable_sort(order.begin(), order.end(), [&](int x, int y) {
+  sort_stably(order, [&](int x, int y) {
     return std::pair(need[index(x)] == Need::value, depth[index(x)]) < std::pair(need[index(y)] == Need::value, depth[index(y)]);
   });
   slot_of_.assign(index(count), -1);
@@ -125,11 +136,11 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
   };
   std::vector<Made> made;
   for (const int w : order) {
-    const Node& node = graph[w];
-    Formula s{.kind = node.kind, .function = node.function, .slot = slot(w), .c = node.c};
+    const BasicNode<Coefficient>& node = graph[w];
+    Formula s{.kind = node.kind, .function = node.function, .slot = slot(w), .c = actual(node.c)};
     if (node.kind == Kind::variable) variables_.push_back(s.slot);
     if (node.kind == Kind::constant) {
-      values_[index(s.slot)] = node.c;
+      values_[index(s.slot)] = actual(node.c);
       constants_.push_back(s.slot);
     }
     if (node.kind == Kind::variable || node.kind == Kind::constant) continue;
@@ -141,9 +152,9 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
     if (node.kind == Kind::affine) {
       const auto write_out = [&](const auto& self, int x, double factor) -> void {
         if (x != w && !merged[index(x)]) return add_term(x, factor);
-        if (x != w) s.c += factor * graph[x].c;
-        self(self, graph[x].a, factor * graph[x].ca);
-        if (graph[x].b >= 0) self(self, graph[x].b, factor * graph[x].cb);
+        if (x != w) s.c += factor * actual(graph[x].c);
+        self(self, graph[x].a, factor * actual(graph[x].ca));
+        if (graph[x].b >= 0) self(self, graph[x].b, factor * actual(graph[x].cb));
       };
       write_out(write_out, w, 1.0);
       for (std::size_t i = index(s.first) + 1; i < terms_.size(); ++i)
@@ -170,8 +181,7 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
   place_lanes();
   for (Made& each : made) each.end.lane = final_lane(each.end.lane);
   // By depth, so that arguments come first, and within a depth by the number of terms.
-  std::stable_sort(made.begin(), made.end(),
-                   [](const Made& x, const Made& y) { return std::pair(x.depth, x.terms) < std::pair(y.depth, y.terms); });
+  sort_stably(made, [](const Made& x, const Made& y) { return std::pair(x.depth, x.terms) < std::pair(y.depth, y.terms); });
   const auto gather = [&](std::vector<Ends>& groups, bool Made::*wanted) {
     for (const Made& each : made) {
       if (!(each.*wanted)) continue;
@@ -186,13 +196,13 @@ inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
   // Values that no series needs may be arguments of nothing but values: along the graph, whatever the slots. Within a depth
   // those of one kind follow each other, which processors foresee.
   const auto place = [&](const Formula& s) { return std::tuple(depth[index(order[index(s.slot)])], s.kind, s.function, s.count); };
-  std::stable_sort(formulas_.begin(), formulas_.end(), [&](const Formula& x, const Formula& y) { return place(x) < place(y); });
+  sort_stably(formulas_, [&](const Formula& x, const Formula& y) { return place(x) < place(y); });
   for (const Formula& s : formulas_)
     if (s.slot < series_count_ && s.kind != Kind::affine) series_.push_back(s);
   pair_sines_with_cosines();
 }
 
-inline void Sweep::pair_sines_with_cosines() {
+constexpr void Sweep::pair_sines_with_cosines() {
   std::vector<Formula*> sines, cosines;
   for (Formula& s : formulas_) {
     if (s.kind == Kind::function && s.function == Function::sin) sines.push_back(&s);
@@ -208,7 +218,7 @@ inline void Sweep::pair_sines_with_cosines() {
 
 // Makes the lanes of a node's interior. Returns the number of its lane: among plain ones as it is, among weighted ones and
 // squares marked, and −1 where there is nothing to sum.
-inline int Sweep::add_interior(const Formula& s) {
+constexpr int Sweep::add_interior(const Formula& s) {
   const auto plain = [&](int left, int right) {
     plain_.push_back({left, right});
     return static_cast<int>(plain_.size()) - 1;
@@ -241,7 +251,7 @@ inline int Sweep::add_interior(const Formula& s) {
   }
 }
 
-inline int Sweep::final_lane(int lane) const {
+constexpr int Sweep::final_lane(int lane) const {
   if (lane < 0) return static_cast<int>(interior_.size()) - 1;  // where a zero stands
   if (lane >= square_mark) return lane - square_mark + static_cast<int>(width_);
   if (lane >= weighted_mark) return lane - weighted_mark + static_cast<int>(plain_.size());
@@ -249,7 +259,7 @@ inline int Sweep::final_lane(int lane) const {
 }
 
 // The rows, now that all lanes are known.
-inline void Sweep::place_lanes() {
+constexpr void Sweep::place_lanes() {
   const auto rounded_up = [](std::size_t count, std::size_t to) { return (count + to - 1) / to * to; };
   width_ = rounded_up(plain_.size() + weighted_.size(), 2 * register_lanes);
   square_width_ = rounded_up(squares_.size(), register_lanes);

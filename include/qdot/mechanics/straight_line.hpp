@@ -18,27 +18,11 @@
 #include <utility>
 
 #include "qdot/ad/euler_lagrange_math.hpp"
+#include "qdot/ad/unroll.hpp"
 #include "qdot/mechanics/energy_functors.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 
 namespace qdot {
-
-namespace detail {
-
-template <class F, int... I>
-[[gnu::always_inline]] inline constexpr void unroll_over(F& f, std::integer_sequence<int, I...>) {
-  (f(std::integral_constant<int, I>{}), ...);
-}
-
-}  // namespace detail
-
-/// Calls f(0), f(1), …, f(n − 1) with arguments known to the compiler: a loop that it sees through.
-///
-/// An energy that sums over its bodies with this instead of `for` is evaluated as straight-line code.
-template <int n, class F>
-[[gnu::always_inline]] inline constexpr void unroll(F&& f) {
-  detail::unroll_over(f, std::make_integer_sequence<int, n>{});
-}
 
 namespace detail {
 

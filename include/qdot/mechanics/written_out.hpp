@@ -234,6 +234,12 @@ class WrittenOut {
 
   const E& energies() const noexcept { return energies_; }
 
+  // The lists, for those who make something else of them (integrate/motion_plan.hpp), and this object's parameters.
+  static constexpr const auto& operations_of_T() { return list_T; }
+  static constexpr const auto& operations_of_V() { return list_V; }
+  const auto& parameters_of_T() const noexcept { return parameters_T_; }
+  const auto& parameters_of_V() const noexcept { return parameters_V_; }
+
   /// False when the parameters lead to other operations than the compiler met; the evaluation then goes the general way.
   bool replays() const noexcept { return replays_; }
 
