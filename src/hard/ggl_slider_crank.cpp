@@ -8,6 +8,7 @@
 #include "hard/motion.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/dissipation.hpp"
+#include "qdot/integrate/taylor.hpp"
 
 namespace qdot::hard {
 namespace {
@@ -52,8 +53,9 @@ std::vector<Row> rows() {
                         .gain = 3,
                         .best_published = "IDA 4.3"};
   std::vector<Row> rows = {solved(problem, moving, By::dop853, {.rtol = 2.5e-15, .atol = 1e-16}),
-                           solved(problem, moving, By::dopri5, {.rtol = 2.5e-15, .atol = 2.5e-15}),
-                           solved(problem, moving, By::bdf, {.rtol = 1e-13, .atol = 1e-14})};
+                           solved(problem, moving, crank, Taylor{}, "taylor, 2.5e-15", {.rtol = 2.5e-15, .atol = 1e-16}),
+                           limited(solved(problem, moving, By::bdf, {.rtol = 1e-13, .atol = 1e-14}),
+                                   "order 5: the errors of its steps, each below 1e-13, add up")};
   // The printed table: t, q, x, p.
   constexpr double table[][4] = {
       {1, 1.3154, 1.0015, -0.50497},
@@ -66,20 +68,22 @@ std::vector<Row> rows() {
       {8, 0.64422, 1.3536, -0.305},
       {9, 1.2363, 1.0456, -0.49189},
       {10, 1.2757, 1.0236, -0.49881}};
-  Row worst{.problem = "GGL slider crank, printed table", .method = "", .digits_reached = 17};
-  for (const auto& at : table) {
-    const Problem row{.name = worst.problem,
-                      .t_end = at[0],
-                      .start = start,
-                      .exact = numbers({at[1], at[2], at[3]}),
-                      .reference_digits = 4.3,
-                      .best_published = "IDA, GGL form, 1e-6: 4.3",
-                      .scale = Eigen::VectorXd::Ones(3),
-                      .seen = [](const State_& y) { return Eigen::VectorXd(y.head(3)); }};
-    const Row found = solved(row, moving, By::bdf, {.rtol = 1e-10, .atol = 1e-10});
-    if (found.digits_reached < worst.digits_reached) worst = found;
+  for (const By method : {By::bdf, By::dop853}) {
+    Row worst{.problem = "GGL slider crank, printed table", .method = "", .digits_reached = 17};
+    for (const auto& at : table) {
+      const Problem row{.name = worst.problem,
+                        .t_end = at[0],
+                        .start = start,
+                        .exact = numbers({at[1], at[2], at[3]}),
+                        .reference_digits = 4.3,
+                        .best_published = "IDA, GGL form, 1e-6: 4.3",
+                        .scale = Eigen::VectorXd::Ones(3),
+                        .seen = [](const State_& y) { return Eigen::VectorXd(y.head(3)); }};
+      const Row found = solved(row, moving, method, {.rtol = 1e-10, .atol = 1e-10});
+      if (found.digits_reached < worst.digits_reached) worst = found;
+    }
+    rows.push_back(worst);
   }
-  rows.push_back(worst);
   return rows;
 }
 
@@ -87,7 +91,7 @@ std::vector<Row> rows() {
 
 Case ggl_slider_crank() {
   return {"ggl_slider_crank", "Slider crank with spring-damper (GGL table)",
-          "Force, damping and a closed loop; published by IDA in stabilized index-2 form, right to 5e-5. The last row holds our "
+          "Force, damping and a closed loop; published by IDA in stabilized index-2 form, right to 5e-5. The last rows hold our "
           "motion against the ten printed lines at whole seconds.",
           rows};
 }

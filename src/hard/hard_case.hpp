@@ -14,7 +14,8 @@
 //                       −log10(ε·gain), ε = 2.2e-16. The gain, too, is relative and stands in the case.
 //     best published    what others reached, or printed
 //
-// A row that falls short says so by its numbers. Nothing here knows of `qdot bench hard` (src/bench/hard.cpp), which prints
+// A row claims to come within one digit of what is good. A method that cannot is shown all the same where people would take it for the
+// problem; its row says what stops it (`limit`) and claims nothing. Nothing here knows of `qdot bench hard` (src/bench/hard.cpp), which prints
 // the rows and writes docs/hard-cases.md.
 
 #include <optional>
@@ -35,6 +36,7 @@ struct Row {
   std::optional<double> constraint_residual_max{};  // largest |φ| (velocity constraints: |a|) after steps, where there are any
   std::optional<double> energy_drift_max{};         // largest |h − h(0) − work| over all steps, in units of the energy
   std::string outcome{};
+  std::string limit{};  // why the method stops before the good digits; empty: the row claims them
 
   double short_by() const { return digits_good - digits_reached; }
 };

@@ -3,6 +3,7 @@
 // M. Hénon, C. Heiles, The applicability of the third integral of motion, Astronomical Journal 69 (1964). The ends are computed
 // with 34 digits.
 #include "hard/motion.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/symplectic.hpp"
 #include "qdot/integrate/taylor.hpp"
 
@@ -32,9 +33,9 @@ std::vector<Row> rows() {
        .reference_digits = 18, .gain = 6300, .scale = scale}};
   std::vector<Row> rows;
   for (const Problem& problem : problems) {
-    rows.push_back(solved(problem, moving, star, Taylor{}, "taylor, 2.5e-15", {.rtol = 2.5e-15, .atol = 1e-17}));
+    rows.push_back(solved(problem, moving, star, Taylor{}, "taylor, 2.5e-15, h ≤ 0.05", {.rtol = 2.5e-15, .atol = 1e-17, .max_step = 0.05}));
     rows.push_back(solved(problem, moving, star, Splitting{.step = 0.05, .scheme = SplittingScheme::kahan_li_8}, "kahan_li_8, h = 0.05", {}));
-    rows.push_back(solved(problem, moving, By::dop853, {.rtol = 2.5e-15, .atol = 1e-15}));
+    rows.push_back(solved(problem, moving, star, Dop853{}, "dop853, 2.5e-15, h ≤ 0.03", {.rtol = 2.5e-15, .atol = 1e-15, .max_step = 0.03}));
   }
   return rows;
 }
@@ -44,7 +45,8 @@ std::vector<Row> rows() {
 Case henon_heiles() {
   return {"henon_heiles", "Hénon–Heiles",
           "A star in a galaxy, 1600 turns by t = 10⁴. Nothing but energy plots is published; the reference has 18 to 22 digits. "
-          "What counts is bias: an error of the energy of one sign becomes an error of phase that grows like t².",
+          "What counts is bias: an error of the energy of one sign becomes an error of phase that grows like t². Steps are held "
+          "short: at 2.5e-15 alone Dop853 takes 0.042 and reaches 10.3 digits at t = 10⁴, Taylor takes 0.29 and reaches 10.7.",
           rows};
 }
 

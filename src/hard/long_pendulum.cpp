@@ -56,7 +56,8 @@ std::vector<Row> rows() {
           solved(angle, turning, By::dop853, {.rtol = 2.5e-15, .atol = 1e-16}),
           solved(angle, turning, pendulum, Taylor{}, "taylor, 2.5e-15", {.rtol = 2.5e-15, .atol = 1e-16}),
           solved(angle, turning, pendulum, Splitting{.step = 0.02, .scheme = SplittingScheme::kahan_li_8}, "kahan_li_8, h = 0.02", {}),
-          solved(angle, turning, pendulum, Gauss{.step = 0.05, .stages = 6}, "gauss, 6 stages, h = 0.05", {})};
+          limited(solved(angle, turning, pendulum, Gauss{.step = 0.05, .stages = 6}, "gauss, 6 stages, h = 0.05", {}),
+                  "rounding: its energy goes one way, by 3e-13 in 2000 s, with steps of 0.05 and 0.1 alike")};
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <utility>
 
 #include "qdot/integrate/cvode.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
@@ -82,6 +83,11 @@ Row solved(const Problem& problem, const Motion& motion, By method, const Option
 
 Row solved(const Problem& problem, const ConstrainedMotion& motion, By method, const Options& options) {
   return solved_by_any(problem, motion, method, options);
+}
+
+Row limited(Row row, std::string why) {
+  row.limit = std::move(why);
+  return row;
 }
 
 Eigen::VectorXd joined(const State_& q, const State_& v) {

@@ -189,6 +189,9 @@ Row solved(const Problem& problem, const Motion& motion, const Sys& system, cons
   return row_of(problem, motion, run, std::move(called), constrained, watch.largest());
 }
 
+/// The row of a method that cannot reach the good digits, with the reason.
+Row limited(Row row, std::string why);
+
 /// Which of the methods that need derivatives only.
 enum class By { dop853, dopri5, adams, bdf };
 

@@ -4,6 +4,7 @@
 // only if v² > g r/3. The ends are computed with 34 digits.
 #include "hard/motion.hpp"
 #include "qdot/effects/constraints.hpp"
+#include "qdot/integrate/taylor.hpp"
 
 namespace qdot::hard {
 namespace {
@@ -56,7 +57,7 @@ std::vector<Row> rows() {
   for (const Problem& problem : problems) {
     const double atol = problem.scale.size() > 0 ? 1e-20 : 1e-15;
     rows.push_back(solved(problem, moving, By::dop853, {.rtol = 2.5e-15, .atol = atol}));
-    rows.push_back(solved(problem, moving, By::dopri5, {.rtol = 2.5e-15, .atol = atol}));
+    rows.push_back(solved(problem, moving, rolling, Taylor{}, "taylor, 2.5e-15", {.rtol = 2.5e-15, .atol = atol}));
   }
   return rows;
 }
