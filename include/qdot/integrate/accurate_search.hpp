@@ -99,6 +99,7 @@ struct ToleranceLaw {
   double drowned = 1e-14;  // tolerances below are kept so much better that little but rounding is left,
   double times = 16.0;     // so many times better
   double nearest = 4.0;    // ratio of tolerances whose runs err independently
+  double second = 1e-3;    // of the second run, beside the accuracy: the lower the order, the dearer is what is not needed
 
   // τ, with rounding.
   double effect(double tolerance) const { return (tolerance < drowned ? tolerance / times : tolerance) + rounding; }
@@ -209,7 +210,7 @@ class ToleranceSearch {
   // What four in five motions need that last as long.
   double second() const {
     const double longer = std::clamp(std::pow(std::max(natural_times_, 1.0) / 20, 1.4), 0.05, 100.0);
-    const double wanted = std::min(1e-3 * std::pow(accuracy_, 1.1) / longer, trials_[0].tolerance / 10);
+    const double wanted = std::min(law_.second * std::pow(accuracy_, 1.1) / longer, trials_[0].tolerance / 10);
     constexpr double hardly_drowned = 1.05e-14;
     if (wanted > hardly_drowned) return wanted;
     const bool enough = safety(1) * usual * longer * law_.effect(hardly_drowned) <= accuracy_;

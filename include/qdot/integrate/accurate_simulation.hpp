@@ -95,9 +95,16 @@ inline double natural_times(const Statistics& statistics, double tolerance) {
 
 // Multistep methods are other than those of one step.
 inline ToleranceLaw law_of(const Statistics& statistics) {
-  if (statistics.method.find("cvode") == std::string::npos) return {};
-  constexpr double rounding = 10 * std::numeric_limits<double>::epsilon();
-  return {.slowness = 1.0 / (statistics.highest_order + 1), .rounding = rounding, .drowned = 0.0, .times = 1.0, .nearest = 20.0};
+  ToleranceLaw law;
+  const int order = statistics.highest_order;
+  if (order <= 5 && statistics.method != "taylor") law.second *= 5;
+  if (statistics.method.find("cvode") == std::string::npos) return law;
+  law.slowness = 1.0 / (order + 1);
+  law.rounding = 10 * std::numeric_limits<double>::epsilon();
+  law.drowned = 0.0;
+  law.times = 1.0;
+  law.nearest = 20.0;
+  return law;
 }
 
 // Sizes that the components may be expected to take, from the start alone: |y|, and what its rates add in the shortest time
