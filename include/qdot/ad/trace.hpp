@@ -67,7 +67,7 @@ struct Recording {
 
   // The same steps in an order that depends on the formula alone: in f(x) + g(x) the compiler that runs code and the code that it
   // writes may begin at different ends. What the result does not need is gone.
-  constexpr void put_in_order(Recording& to) const {
+  [[gnu::noinline]] constexpr void put_in_order(Recording& to) const {
     to.inputs = inputs;
     to.branches = branches;
     to.too_long = too_long;
@@ -189,19 +189,20 @@ class Traced {
   friend constexpr Traced ceil(const Traced& x) { return of_one(Operation::ceil, x); }
 
  private:
-  static constexpr Traced of_two(Operation o, const Traced& x, const Traced& y) {
+  // Not inlined: what is not run by the compiler runs once for each object.
+  [[gnu::noinline]] static constexpr Traced of_two(Operation o, const Traced& x, const Traced& y) {
     if (x.recording_ == nullptr && y.recording_ == nullptr) return of_constants(o, x, y);
     Recording* r = x.recording_;
     if (r == nullptr) r = y.recording_;
     const int a = x.operand_in(*r), b = y.operand_in(*r);
     return Traced(*r, r->new_step({o, a, b}));
   }
-  static constexpr Traced of_one(Operation o, const Traced& x) {
+  [[gnu::noinline]] static constexpr Traced of_one(Operation o, const Traced& x) {
     if (x.recording_ == nullptr) return of_constants(o, x, x);
     return Traced(*x.recording_, x.recording_->new_step({o, x.node_, x.node_}));
   }
   // Functions of <cmath> do not run while compiling: the constant then has a value that the compiler does not know.
-  static constexpr Traced of_constants(Operation o, const Traced& x, const Traced& y) {
+  [[gnu::noinline]] static constexpr Traced of_constants(Operation o, const Traced& x, const Traced& y) {
     Traced z;
     z.exact_ = x.exact_ && y.exact_;
     const double a = x.constant_, b = y.constant_;
