@@ -16,6 +16,7 @@
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/symplectic.hpp"
 #include "qdot/integrate/taylor.hpp"
+#include "qdot/mechanics/written_out.hpp"
 #include "scenes/double_pendulum.hpp"
 #include "scenes/kepler.hpp"
 
@@ -52,9 +53,10 @@ Row recording_time(const std::string& problem, const System& system) {
 
 Findings steppers() {
   Findings findings;
-  const auto double_pendulum = mechanical_system<2>(scenes::DoublePendulum{});
+  const auto double_pendulum = mechanical_system<2>(written_out<2>(scenes::DoublePendulum{}));
+  const auto planet = mechanical_system<2>(written_out<2>(scenes::Kepler{}));
   for (const MotionProblem& problem : motion_problems("double pendulum")) plane_rows(findings.rows, problem, double_pendulum);
-  for (const MotionProblem& problem : motion_problems("kepler")) plane_rows(findings.rows, problem, mechanical_system<2>(scenes::Kepler{}));
+  for (const MotionProblem& problem : motion_problems("kepler")) plane_rows(findings.rows, problem, planet);
   short_chain_rows(findings.rows);
   long_chain_rows(findings.rows);
   findings.rows.push_back(recording_time("double pendulum", double_pendulum));

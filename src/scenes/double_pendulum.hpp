@@ -22,13 +22,13 @@ struct DoublePendulum {
   double l2 = 1.0;  // length of the outer rod
   double g = 9.81;  // gravity
 
-  auto T(const auto& q, const auto& qdot) const {
+  constexpr auto T(const auto& q, const auto& qdot) const {
     using std::cos;
     return 0.5 * (m1 + m2) * l1 * l1 * qdot[0] * qdot[0] + 0.5 * m2 * l2 * l2 * qdot[1] * qdot[1] +
            m2 * l1 * l2 * qdot[0] * qdot[1] * cos(q[0] - q[1]);
   }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::cos;
     return -(m1 + m2) * g * l1 * cos(q[0]) - m2 * g * l2 * cos(q[1]);
   }

@@ -17,9 +17,9 @@ namespace qdot::scenes {
 struct Kepler {
   double mu = 1.0;  // gravitational parameter
 
-  auto T(const auto& qdot) const { return 0.5 * (qdot[0] * qdot[0] + qdot[1] * qdot[1]); }
+  constexpr auto T(const auto& qdot) const { return 0.5 * (qdot[0] * qdot[0] + qdot[1] * qdot[1]); }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::sqrt;
     return -mu / sqrt(q[0] * q[0] + q[1] * q[1]);
   }

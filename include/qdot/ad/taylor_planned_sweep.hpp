@@ -6,6 +6,9 @@
 // The work is the same, number by number. What is gone is reading what to do, and waiting for memory: an order of a small
 // system is a chain of a dozen nodes, each of which waits for the one before, and there a coefficient that stays in a register is
 // ready five cycles sooner than one that was stored and read again.
+//
+// In particular the terms of an interior that hold the order before, j = 1 and j = k − 1, are made of registers. The others, which no
+// longer are on their way to memory, are read in rows as ever.
 
 #include <cstddef>
 
@@ -24,6 +27,12 @@ class PlannedSweep {
  public:
   [[gnu::always_inline]] explicit PlannedSweep(Sweep& sweep) : sweep_(sweep) {
     unroll<plan.slots>([&](auto i) __attribute__((always_inline)) { latest_[i] = sweep_.latest_[i]; });
+    unroll<plan.plain.size>([&](auto i) __attribute__((always_inline)) { newest_[i] = left(i, 1) * right(i, 1); });
+    unroll<plan.weighted.size>([&](auto i) __attribute__((always_inline)) {
+      constexpr int lane = plan.plain.size + i;
+      newest_[lane] = left(lane, 1) * right(lane, 1);
+    });
+    unroll<plan.squares.size>([&](auto i) __attribute__((always_inline)) { newest_[plan.width + i] = square(i, 1) * square(i, 1); });
   }
 
   /// As Sweep::latest and Sweep::set.
@@ -52,8 +61,8 @@ class PlannedSweep {
     unroll<(registers + at_once - 1) / at_once>([&](auto block) __attribute__((always_inline)) {
       constexpr int first = block * at_once, count = registers - first < at_once ? registers - first : at_once;
       Lanes even[count] = {}, odd[count] = {};
-      const double* l = sweep_.left_.data() + width + first * one;             // order 1
-      const double* r = sweep_.right_.data() + (k - 1) * width + first * one;  // order k − 1
+      const double* l = sweep_.left_.data() + 2 * width + first * one;         // order 2
+      const double* r = sweep_.right_.data() + (k - 2) * width + first * one;  // order k − 2
       const auto add = [&](Lanes* sums) __attribute__((always_inline)) {
         unroll<count>([&](auto i) __attribute__((always_inline)) {
           Lanes x, y;
@@ -64,7 +73,7 @@ class PlannedSweep {
         l += width;
         r -= width;
       };
-      int left_over = k - 1;
+      int left_over = k - 3;
       for (; left_over > 1; left_over -= 2) {
         add(even);
         add(odd);
@@ -73,15 +82,17 @@ class PlannedSweep {
       unroll<count>([&](auto i) __attribute__((always_inline)) { write(interior_ + one * (first + i), even[i] + odd[i]); });
     });
     const double inverse_k = 1.0 / k;
-    unroll<plan.weighted.size>([&](auto i) __attribute__((always_inline)) { interior_[plan.plain.size + i] *= inverse_k; });
+    unroll<plan.plain.size>([&](auto i) __attribute__((always_inline)) { interior_[i] += newest_[i]; });
+    unroll<plan.weighted.size>([&](auto i) __attribute__((always_inline)) {
+      constexpr int lane = plan.plain.size + i;
+      interior_[lane] = inverse_k * (interior_[lane] + newest_[lane]);
+    });
     unroll<plan.squares.size>([&](auto i) __attribute__((always_inline)) {
-      constexpr std::ptrdiff_t stride = plan.square_width;
-      const double* const x = sweep_.square_.data() + i;
       double half = 0.0;
-      for (int j = 1; 2 * j < k; ++j) half += x[j * stride] * x[(k - j) * stride];
+      for (int j = 2; 2 * j < k; ++j) half += square(i, j) * square(i, k - j);
       half += half;
-      if (k % 2 == 0) half += x[k / 2 * stride] * x[k / 2 * stride];
-      interior_[plan.width + i] = half;
+      if (k > 2 && k % 2 == 0) half += square(i, k / 2) * square(i, k / 2);
+      interior_[plan.width + i] = half + newest_[plan.width + i];
     });
     unroll<plan.quotients.size>([&](auto i) __attribute__((always_inline)) {
       constexpr SweepPlan::Interior of = plan.quotients.entry[i];
@@ -113,24 +124,37 @@ class PlannedSweep {
     });
   }
 
+  // Writes coefficients k to the rows, and makes the terms of order k + 1 that hold them.
   [[gnu::always_inline]] void file(int k) {
-    double* const left = sweep_.left_.data() + index(k) * index(plan.width);
-    double* const right = sweep_.right_.data() + index(k) * index(plan.width);
-    double* const square = sweep_.square_.data() + index(k) * index(plan.square_width);
     unroll<plan.plain.size>([&](auto i) __attribute__((always_inline)) {
-      left[i] = latest_[plan.plain.entry[i].left];
-      right[i] = latest_[plan.plain.entry[i].right];
+      const double l = latest_[plan.plain.entry[i].left], r = latest_[plan.plain.entry[i].right];
+      newest_[i] = left(i, 1) * r + l * right(i, 1);
+      left(i, k) = l;
+      right(i, k) = r;
     });
     unroll<plan.weighted.size>([&](auto i) __attribute__((always_inline)) {
-      left[plan.plain.size + i] = k * latest_[plan.weighted.entry[i].left];
-      right[plan.plain.size + i] = latest_[plan.weighted.entry[i].right];
+      constexpr int lane = plan.plain.size + i;
+      const double l = k * latest_[plan.weighted.entry[i].left], r = latest_[plan.weighted.entry[i].right];
+      newest_[lane] = left(lane, 1) * r + l * right(lane, 1);
+      left(lane, k) = l;
+      right(lane, k) = r;
     });
-    unroll<plan.squares.size>([&](auto i) __attribute__((always_inline)) { square[i] = latest_[plan.squares.entry[i]]; });
+    unroll<plan.squares.size>([&](auto i) __attribute__((always_inline)) {
+      const double x = latest_[plan.squares.entry[i]];
+      newest_[plan.width + i] = 2.0 * square(i, 1) * x;
+      square(i, k) = x;
+    });
   }
+
+  // Coefficient k in the rows of the lanes.
+  [[gnu::always_inline]] double& left(int lane, int k) { return sweep_.left_[index(k) * index(plan.width) + index(lane)]; }
+  [[gnu::always_inline]] double& right(int lane, int k) { return sweep_.right_[index(k) * index(plan.width) + index(lane)]; }
+  [[gnu::always_inline]] double& square(int lane, int k) { return sweep_.square_[index(k) * index(plan.square_width) + index(lane)]; }
 
   Sweep& sweep_;
   double latest_[plan.slots];
   double interior_[plan.width + plan.square_width + register_lanes];
+  double newest_[plan.width + plan.square_width + 1];  // the terms of an interior that hold the order before
 };
 
 }  // namespace qdot::taylor

@@ -174,10 +174,19 @@ class Sweep {
       case Kind::product: return at(s.a) * at(s.b);
       case Kind::quotient: return at(s.a) / at(s.b);
       case Kind::power:
-        return s.c == -1.0 ? 1.0 / at(s.a) : s.c == 0.5 ? std::sqrt(at(s.a)) : std::pow(at(s.a), s.c);
+        return power_of_value(at(s.a), s.c);
       case Kind::function: return value_of(s.function, at(s.a), s.b < 0 ? 0.0 : at(s.b));
       default: return at(s.slot);
     }
+  }
+
+  // xᶜ, with the few powers that laws of nature consist of by roots.
+  static double power_of_value(double x, double c) {
+    if (c == -1.0) return 1.0 / x;
+    if (c == 0.5) return std::sqrt(x);
+    if (c == -0.5) return 1.0 / std::sqrt(x);
+    if (c == -1.5) return 1.0 / (x * std::sqrt(x));
+    return std::pow(x, c);
   }
 
   void set_end_factors(const Formula& s) {

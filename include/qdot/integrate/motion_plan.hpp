@@ -191,9 +191,9 @@ struct PlannedMotion {
 /// Makes orders 2 to `order` of the series of a motion whose order 1 is complete.
 ///
 /// @param coefficients  columns [q; q̇], one for each order
-/// @param solve         solve(b) is b ← M⁻¹ b
-template <int n, class W, class Solve>
-[[gnu::noinline]] void expand_by_plan(taylor::Sweep& s, double time_unit, int order, double* coefficients, const Solve& solve) {
+/// @param M             the factors of the mass matrix
+template <int n, class W, class MassFactors>
+[[gnu::noinline]] void expand_by_plan(taylor::Sweep& s, double time_unit, int order, double* coefficients, const MassFactors& M) {
   constexpr const MotionPlan<n>& motion = motion_plan<n, W>;
   taylor::PlannedSweep<PlannedMotion<n, W>> sweep(s);
   for (int k = 2; k <= order; ++k) {
@@ -211,7 +211,7 @@ template <int n, class W, class Solve>
     sweep.latest(motion.t) = 0.0;
     sweep.advance(k);
     unroll<n>([&](auto i) __attribute__((always_inline)) { rates[i] -= sweep.latest(motion.p[i]); });
-    solve(b);
+    M.solve_in_place(b);
     unroll<n>([&](auto i) __attribute__((always_inline)) { sweep.latest(motion.qdot[i]) = now[n + i] = rates[i]; });
     sweep.complete(k);
   }

@@ -46,7 +46,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -179,7 +181,7 @@ class TaylorStepper : public detail::OneStep<F> {
       if (!expanded) return false;
       dense_ = series_.coefficients();
       dense_unit_ = unit_;
-      if (dense_.allFinite()) return true;
+      if (is_finite()) return true;
       unit_ *= 1e-6;  // too fast for this unit of time: coefficients overflow
       expansion_is_current_ = false;
     }
@@ -190,19 +192,36 @@ class TaylorStepper : public detail::OneStep<F> {
     return false;
   }
 
+  // Whether all coefficients are, column by column.
+  bool is_finite() {
+    Y& zero = slope_;
+    zero.setZero();
+    for (Eigen::Index k = 0; k < dense_.cols(); ++k) zero += dense_.col(k) - dense_.col(k);
+    return zero.sum() == 0.0;
+  }
+
+  // log₂ x to 0.09, from its exponent and leading bits: enough to tell which of six coefficients asks for the shortest step.
+  static double rough_log2(double x) { return static_cast<double>(std::bit_cast<std::int64_t>(x)) * 0x1p-52 - 1023.0; }
+
   // The longest |h| that the last coefficients allow.
   double foretold_step() {
     const int p = this->order_;
     Y& scale = slope_;
     for (Eigen::Index i = 0; i < size(); ++i) scale[i] = 1.0 / this->weight(i, this->y_[i], this->y_[i]);
-    double steepest = -std::numeric_limits<double>::infinity();  // −log h
+    double steepest = -std::numeric_limits<double>::infinity(), decisive = 0.0;  // −log₂ h, roughly; the coefficient that says so
+    int at = 1;
     double share = this->rtol_ < rounding_wanted ? rounding_margin : 1.0;  // times σ^{p+1−j}
     for (int j = p; j > std::max(p - window, 0); --j) {
       share *= ratio_;
       const double a = share * (dense_.col(j).array().abs() * scale.array()).maxCoeff();
-      if (a > 0.0) steepest = std::max(steepest, std::log(a) / j);
+      const double slope = a > 0.0 ? rough_log2(a) / j : -std::numeric_limits<double>::infinity();
+      if (slope > steepest) {
+        steepest = slope;
+        decisive = a;
+        at = j;
+      }
     }
-    const double shortest = std::exp(-steepest);
+    const double shortest = decisive > 0.0 ? std::pow(decisive, -1.0 / at) : std::numeric_limits<double>::infinity();
     return 0.95 * shortest * unit_;
   }
 

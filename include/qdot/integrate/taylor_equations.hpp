@@ -169,7 +169,7 @@ class LagrangeSeries {
     if constexpr (has_plan) {
       if (goes_by_plan_) {
         sweep_.complete(1);
-        expand_by_plan<n, Energies>(sweep_, unit_, order, coefficients_.data(), [this](Vector<double, n>& b) { factors_.solve_in_place(b); });
+        expand_by_plan<n, Energies>(sweep_, unit_, order, coefficients_.data(), factors_);
         return;
       }
     }
