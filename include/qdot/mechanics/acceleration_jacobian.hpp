@@ -84,7 +84,7 @@ bool recorded_jacobian(const E& e, const Vector<double, n>& q, const Vector<doub
   return true;
 }
 
-// The same without records, for what hardly ever happens: nested duals, a direction at a time. Little to compile.
+// The same without records, for what hardly ever happens: nested duals, a direction at a time. Half a second to compile.
 template <class E, int n, Inertia I>
 [[gnu::cold, gnu::noinline]] void jacobian_by_duals(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
                                                     double t, AccelerationJacobian<n>& result) {
