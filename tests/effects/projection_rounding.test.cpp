@@ -23,7 +23,8 @@ struct Bob {
 };
 
 auto slider() {
-  return scene(mechanical_system<2>(Slider{}).with_names({"x", "e"}), holonomic("end", [](const auto& q) { return q[0] + (q[1] + 0.3) - at; }));
+  return scene(mechanical_system<2>(Slider{}).with_names({"x", "e"}),
+               holonomic("end", [](const auto& q) { return q[0] + (q[1] + 0.3) - at; }));
 }
 
 }  // namespace
@@ -49,7 +50,8 @@ TEST_CASE("a residual that rounding does not explain is undone by the shortest w
 
 TEST_CASE("coordinates of equal size share a residual of rounding size as their inertias ask") {
   // |q| = 1: the shortest way is radial, whatever rounding says.
-  const auto bob = scene(mechanical_system<2>(Bob{}), holonomic("rod", [](const auto& u) { return 0.5 * (u[0] * u[0] + u[1] * u[1] - 1.0); }));
+  const auto bob = scene(mechanical_system<2>(Bob{}),
+                         holonomic("rod", [](const auto& u) { return 0.5 * (u[0] * u[0] + u[1] * u[1] - 1.0); }));
   Vector<double, 2> q(0.6, 0.8 + 16 * 1.1e-16), v = Vector<double, 2>::Zero();
   project(bob, q, v, 0.0);
   const double radius = 16 * 1.1e-16 * 0.8;
