@@ -130,7 +130,7 @@ Case flexible_crank() {
   return {"flexible_crank", "Flexible slider crank",
           "Undamped elastic modes of up to 2.5e4 rad/s with deflections of 1e-6 to 1e-4 m ride on a crank that is driven at 150 "
           "rad/s. A stiff solver damps them away. Every coordinate counts by its own size, also those of 1e-6. Written with seven "
-          "coordinates and three constraints, the rounding of the slider's place, 1e-16 of 0.45 m, is one of 1e-11 in the rod's "
+          "coordinates and three constraints, the rounding of the slider's place, 1e-16 of 0.45 m, is one of 1e-12 in the rod's "
           "stretch; the elastic coordinates alone do not know it.",
           rows};
 }
