@@ -18,6 +18,7 @@
 #include "qdot/mechanics/energy.hpp"               // L, E, p, Jacobi's energy function
 #include "qdot/mechanics/mass_matrix.hpp"          // M, and what it means when it is singular
 #include "qdot/mechanics/equations_of_motion.hpp"  // M q̈ = rhs
+#include "qdot/mechanics/written_out.hpp"          // loops in T and V, run while compiling
 #include "qdot/mechanics/degrees_of_freedom.hpp"   // how many coordinates, by the rank of the constraints
 #include "qdot/mechanics/integrability.hpp"        // is a velocity constraint holonomic?
 #include "qdot/mechanics/first_order_form.hpp"     // ẏ = f(t, y) for steppers
