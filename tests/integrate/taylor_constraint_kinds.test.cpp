@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "../catch2_bridge.hpp"
+#include "projected_end.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/scene_form.hpp"
@@ -17,26 +18,7 @@ namespace {
 using namespace qdot;
 using Eigen::Vector2d;
 
-const Options tight{.rtol = 1e-13, .atol = 1e-14};
-constexpr double rounding = 1e-12;  // of some hundred steps, beside a motion of size 1 to 10
 constexpr double g = 9.81;
-
-// A stepper of a scene's own, without what simulate() adds.
-template <class Sc, int n>
-Eigen::VectorXd end_of(const Sc& scene, const State<n>& start, double t_end) {
-  const auto form = first_order_form(scene);
-  auto stepper = Taylor{}.stepper(form, tight);
-  stepper.reset(start.t, form.packed(start));
-  while (stepper.t() != t_end) {
-    const bool advanced = stepper.step(t_end);
-    INFO(stepper.failure().message);
-    REQUIRE(advanced);
-  }
-  CHECK(stepper.statistics().projections == stepper.statistics().steps);
-  CHECK(stepper.statistics().constraint_residual < 1e-14);
-  CHECK(stepper.statistics().constraint_velocity < 1e-13);
-  return stepper.y();
-}
 
 // A pendulum whose rod is given twice, as φ and as 3φ + b tᵏ.
 struct Twice {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../catch2_bridge.hpp"
+#include "projected_end.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/projecting_stepper.hpp"
@@ -15,26 +16,6 @@ namespace {
 
 using namespace qdot;
 using Eigen::Vector3d;
-
-const Options tight{.rtol = 1e-13, .atol = 1e-14};
-constexpr double rounding = 1e-12;  // of some hundred steps, beside a motion of size 1 to 10
-
-// A stepper of a scene's own, without what simulate() adds.
-template <class Sc, int n, class Method = Taylor>
-Eigen::VectorXd end_of(const Sc& scene, const State<n>& start, double t_end, const Method& method = {}, const Options& options = tight) {
-  const auto form = first_order_form(scene);
-  auto stepper = detail::projecting_stepper(method, form, options);
-  stepper.reset(start.t, form.packed(start));
-  while (stepper.t() != t_end) {
-    const bool advanced = stepper.step(t_end);
-    INFO(stepper.failure().message);
-    REQUIRE(advanced);
-  }
-  CHECK(stepper.statistics().projections == stepper.statistics().steps);
-  CHECK(stepper.statistics().constraint_residual < 1e-14);
-  CHECK(stepper.statistics().constraint_velocity < 1e-13);
-  return stepper.y();
-}
 
 TEST_CASE("a sleigh that does not slip sideways goes straight in the end, as its closed form does") {
   static constexpr double m = 1.0, I = 0.3, a = 0.5, turn = 1.3;

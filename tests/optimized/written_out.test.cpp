@@ -9,6 +9,7 @@
 
 #include "bench/chain_energies.hpp"
 #include "bench/hand_derived.hpp"
+#include "mechanics/shaken_chain.hpp"
 #include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_motion.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
@@ -68,32 +69,6 @@ double difference_from_nested_duals(const E& written) {
   }
   return worst;
 }
-
-// A chain with other masses than those that the compiler met, and a pivot that is moved by force.
-struct ShakenChain {
-  double m = 1.0, l = 1.0, g = 9.81, w = 2.0;
-  constexpr auto T(const auto& q, const auto& qdot, const auto& t) const {
-    using std::cos, std::sin;
-    using S = typename std::decay_t<decltype(q)>::Scalar;
-    S vx = w * cos(w * t), vy(0.0), sum(0.0);
-    for (Eigen::Index k = 0; k < q.size(); ++k) {
-      vx += l * cos(q[k]) * qdot[k];
-      vy += l * sin(q[k]) * qdot[k];
-      sum += 0.5 * m * (vx * vx + vy * vy);
-    }
-    return sum;
-  }
-  constexpr auto V(const auto& q, const auto& t) const {
-    using std::cos;
-    using S = typename std::decay_t<decltype(q)>::Scalar;
-    S y(0.0), sum(0.0);
-    for (Eigen::Index k = 0; k < q.size(); ++k) {
-      y -= l * cos(q[k]);
-      sum += m * g * y * (1.0 + 0.1 * t);
-    }
-    return sum;
-  }
-};
 
 // f of arguments that have every derivative there is.
 template <class F>
