@@ -39,41 +39,11 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/analytic_function.hpp"
+
 namespace qdot::taylor {
 
 enum class Kind : std::uint8_t { constant, variable, affine, product, quotient, power, function };
-
-enum class Function : std::uint8_t {
-  none, sin, cos, tan, asin, acos, atan, atan2, exp, expm1, log, log1p, sinh, cosh, tanh, asinh, acosh, atanh, cbrt, erf, erfc
-};
-
-/// The value of a function at a plain number; y is atan2's second argument.
-inline double value_of(Function f, double x, double y = 0.0) {
-  switch (f) {
-    case Function::none: return x;
-    case Function::sin: return std::sin(x);
-    case Function::cos: return std::cos(x);
-    case Function::tan: return std::tan(x);
-    case Function::asin: return std::asin(x);
-    case Function::acos: return std::acos(x);
-    case Function::atan: return std::atan(x);
-    case Function::atan2: return std::atan2(x, y);
-    case Function::exp: return std::exp(x);
-    case Function::expm1: return std::expm1(x);
-    case Function::log: return std::log(x);
-    case Function::log1p: return std::log1p(x);
-    case Function::sinh: return std::sinh(x);
-    case Function::cosh: return std::cosh(x);
-    case Function::tanh: return std::tanh(x);
-    case Function::asinh: return std::asinh(x);
-    case Function::acosh: return std::acosh(x);
-    case Function::atanh: return std::atanh(x);
-    case Function::cbrt: return std::cbrt(x);
-    case Function::erf: return std::erf(x);
-    case Function::erfc: return std::erfc(x);
-  }
-  return x;
-}
 
 // What decides which nodes there are, and what is computed with: of a plain number both are itself.
 constexpr double decisive(double x) { return x; }
@@ -105,6 +75,11 @@ class BasicGraph {
   constexpr const std::vector<Node>& nodes() const noexcept { return nodes_; }
   constexpr const Node& operator[](int x) const { return nodes_[static_cast<std::size_t>(x)]; }
 
+  /// A node of another graph, whose arguments have the same numbers here.
+  constexpr int copy_of(const Node& node) { return made(node); }
+  /// How often a node has been asked for: the cost of what was done so far.
+  constexpr int effort() const noexcept { return effort_; }
+
   constexpr int constant(Coefficient c) { return made({.kind = Kind::constant, .c = c}); }
   constexpr int variable(int index) { return made({.kind = Kind::variable, .a = index}); }
   constexpr bool is_constant(int x, double c) const { return (*this)[x].kind == Kind::constant && decisive((*this)[x].c) == c; }
@@ -114,9 +89,19 @@ class BasicGraph {
 
   constexpr int sum(int x, int y) { return combination(x, 1.0, y, 1.0); }
   constexpr int difference(int x, int y) { return combination(x, 1.0, y, -1.0); }
-  constexpr int scaled(int x, Coefficient factor) { return combination(x, factor, constant(0.0), 0.0); }
+  [[gnu::noinline]] constexpr int scaled(int x, Coefficient factor) {
+    if (decisive(factor) == 1.0) return x;
+    if (decisive(factor) == 0.0) return constant(0.0);
+    const Node& node = (*this)[x];
+    if (node.kind == Kind::constant) return constant(factor * node.c);
+    if (node.kind != Kind::affine || node.b >= 0) return made({.kind = Kind::affine, .a = x, .ca = factor});
+    const Coefficient ca = factor * node.ca, c = factor * node.c;
+    if (decisive(ca) == 1.0 && decisive(c) == 0.0) return node.a;
+    return made({.kind = Kind::affine, .a = node.a, .ca = ca, .c = c});
+  }
 
   [[gnu::noinline]] constexpr int product(int x, int y) {
+    if (is_plain(x) && is_plain(y)) return made({.kind = Kind::product, .a = std::min(x, y), .b = std::max(x, y)});
     Term tx = term(x), ty = term(y);
     if (tx.node < 0) return scaled(y, tx.offset);
     if (ty.node < 0) return scaled(x, ty.offset);
@@ -212,45 +197,67 @@ class BasicGraph {
     return scaled(quotient(node.a, sum(product(node.a, node.a), square)), -1.0);
   }
 
+  /// Whether a node depends on one of these variables, for each of the nodes up to `last`.
+  constexpr std::vector<char> dependence(int last, std::span<const int> variables) const {
+    std::vector<char> depends(static_cast<std::size_t>(last) + 1, 0);
+    for (const int x : variables)
+      if (x <= last) depends[static_cast<std::size_t>(x)] = 1;
+    for (std::size_t w = 0; w < depends.size(); ++w) {
+      const Node& node = nodes_[w];
+      if (node.kind == Kind::constant || node.kind == Kind::variable) continue;
+      if (depends[static_cast<std::size_t>(node.a)] != 0 || (node.b >= 0 && depends[static_cast<std::size_t>(node.b)] != 0)) depends[w] = 1;
+    }
+    return depends;
+  }
+
   /// ∂output/∂x for each of the variables x, as nodes.
   [[gnu::noinline]] constexpr std::vector<int> gradient(int output, std::span<const int> variables) {
-    std::vector<int> adjoint(static_cast<std::size_t>(output) + 1, constant_zero());
+    return gradient(output, variables, std::vector<char>(static_cast<std::size_t>(output) + 1, 1));
+  }
+
+  /// The same where it is known which nodes depend on the variables: the others are left out.
+  [[gnu::noinline]] constexpr std::vector<int> gradient(int output, std::span<const int> variables, const std::vector<char>& depends) {
+    const int zero = constant_zero();
+    std::vector<int> adjoint(static_cast<std::size_t>(output) + 1, -1);
     adjoint.back() = constant(1.0);
+    const auto leads_on = [&](int x) { return x >= 0 && depends[static_cast<std::size_t>(x)] != 0; };
     const auto add = [&](int x, int contribution) {
       int& sum_so_far = adjoint[static_cast<std::size_t>(x)];
-      sum_so_far = sum(sum_so_far, contribution);
+      sum_so_far = sum_so_far < 0 ? contribution : sum(sum_so_far, contribution);
     };
     for (int w = output; w >= 0; --w) {
       const int bar = adjoint[static_cast<std::size_t>(w)];
-      if (is_constant(bar, 0.0)) continue;
+      if (bar < 0 || bar == zero) continue;
       const Node node = (*this)[w];
       switch (node.kind) {
         case Kind::constant:
         case Kind::variable: break;
         case Kind::affine:
-          add(node.a, scaled(bar, node.ca));
-          if (node.b >= 0) add(node.b, scaled(bar, node.cb));
+          if (leads_on(node.a)) add(node.a, scaled(bar, node.ca));
+          if (leads_on(node.b)) add(node.b, scaled(bar, node.cb));
           break;
         case Kind::product:
-          add(node.a, product(bar, node.b));
-          add(node.b, product(bar, node.a));
+          if (leads_on(node.a)) add(node.a, product(bar, node.b));
+          if (leads_on(node.b)) add(node.b, product(bar, node.a));
           break;
         case Kind::quotient: {
           const int share = quotient(bar, node.b);
-          add(node.a, share);
-          add(node.b, scaled(product(share, w), -1.0));
+          if (leads_on(node.a)) add(node.a, share);
+          if (leads_on(node.b)) add(node.b, scaled(product(share, w), -1.0));
           break;
         }
-        case Kind::power: add(node.a, product(bar, scaled(power(node.a, exponent_of(node) - 1.0), node.c))); break;
+        case Kind::power:
+          if (leads_on(node.a)) add(node.a, product(bar, scaled(power(node.a, exponent_of(node) - 1.0), node.c)));
+          break;
         case Kind::function:
-          add(node.a, product(bar, slope(w)));
-          if (node.b >= 0) add(node.b, product(bar, second_slope(w)));
+          if (leads_on(node.a)) add(node.a, product(bar, slope(w)));
+          if (leads_on(node.b)) add(node.b, product(bar, second_slope(w)));
           break;
       }
     }
     std::vector<int> result;
     for (const int x : variables)
-      result.push_back(x <= output ? adjoint[static_cast<std::size_t>(x)] : constant_zero());
+      result.push_back(x <= output && adjoint[static_cast<std::size_t>(x)] >= 0 ? adjoint[static_cast<std::size_t>(x)] : zero);
     return result;
   }
 
@@ -265,6 +272,12 @@ class BasicGraph {
     int base;
     double exponent;
   };
+
+  // Nothing to be taken out of it.
+  constexpr bool is_plain(int x) const {
+    const Kind kind = (*this)[x].kind;
+    return kind == Kind::variable || kind == Kind::product || kind == Kind::quotient || kind == Kind::function;
+  }
 
   constexpr int constant_zero() { return constant(0.0); }
 
@@ -317,8 +330,10 @@ class BasicGraph {
 
   // The number of this node, old if there is one like it: a table of numbers, in which those of one hash stand behind each other.
   [[gnu::noinline]] constexpr int made(const Node& node) {
+    ++effort_;
     if (2 * (nodes_.size() + 1) > places_.size()) {
-      places_.assign(places_.empty() ? 64 : 2 * places_.size(), -1);
+      places_.assign(places_.empty() ? 64 : 4 * places_.size(), -1);
+      nodes_.reserve(places_.size() / 2);
       for (std::size_t i = 0; i < nodes_.size(); ++i) places_[place_of(nodes_[i])] = static_cast<int>(i);
     }
     const std::size_t place = place_of(node);
@@ -329,27 +344,29 @@ class BasicGraph {
     return places_[place];
   }
 
-  // Where the number of a node like this one stands, or would.
+  // Where the number of a node like this one stands, or would. Few operations, because the compiler may be the one that runs them.
   constexpr std::size_t place_of(const Node& node) const {
-    const auto bits = [](const Coefficient& x) { return std::bit_cast<std::uint64_t>(decisive(x) + 0.0); };  // −0 as 0
-    const std::array<std::uint64_t, 6> key{static_cast<std::uint64_t>(node.kind) << 8 | static_cast<std::uint64_t>(node.function),
-                                           static_cast<std::uint64_t>(static_cast<std::int64_t>(node.a)),
-                                           static_cast<std::uint64_t>(static_cast<std::int64_t>(node.b)),
-                                           bits(node.ca), bits(node.cb), bits(node.c)};
-    std::uint64_t h = 0;
-    for (const std::uint64_t word : key) h = (h ^ word ^ (h >> 29)) * 0x9E3779B97F4A7C15u;  // 2⁶⁴/golden ratio, odd
-    const auto is_like = [&](const Node& other) {
-      return other.kind == node.kind && other.function == node.function && other.a == node.a && other.b == node.b &&
-             bits(other.ca) == key[3] && bits(other.cb) == key[4] && bits(other.c) == key[5];
-    };
-    std::size_t place = static_cast<std::size_t>(h ^ (h >> 32)) & (places_.size() - 1);
-    while (places_[place] >= 0 && !is_like(nodes_[static_cast<std::size_t>(places_[place])])) place = (place + 1) & (places_.size() - 1);
-    return place;
+    const double ca = decisive(node.ca), cb = decisive(node.cb), c = decisive(node.c);
+    constexpr std::uint64_t odd = 0x9E3779B97F4A7C15u;  // 2⁶⁴/golden ratio
+    const std::uint64_t numbers = std::bit_cast<std::uint64_t>(ca + 3.0 * cb + 7.0 * c + 0.0);  // −0 as 0
+    const std::uint64_t names = static_cast<std::uint64_t>(static_cast<std::int64_t>(node.a) * 65599 + node.b) * 1024 +
+                                static_cast<std::uint64_t>(node.kind) * 32 + static_cast<std::uint64_t>(node.function);
+    const std::uint64_t h = (names * odd ^ (numbers >> 17) ^ numbers) * odd;
+    const std::size_t mask = places_.size() - 1;
+    for (std::size_t place = static_cast<std::size_t>(h >> 32) & mask;; place = (place + 1) & mask) {
+      const int number = places_[place];
+      if (number < 0) return place;
+      const Node& other = nodes_[static_cast<std::size_t>(number)];
+      if (other.a == node.a && other.b == node.b && other.kind == node.kind && other.function == node.function && decisive(other.ca) == ca &&
+          decisive(other.cb) == cb && decisive(other.c) == c)
+        return place;
+    }
   }
 
   std::vector<Node> nodes_;
   std::vector<int> places_;
   bool is_general_ = true;
+  int effort_ = 0;
 };
 
 using Node = BasicNode<double>;

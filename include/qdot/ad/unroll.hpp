@@ -13,9 +13,20 @@ namespace qdot {
 
 namespace detail {
 
-template <class F, int... I>
+template <int first, class F, int... I>
 [[gnu::always_inline]] inline constexpr void unroll_over(F& f, std::integer_sequence<int, I...>) {
-  (f(std::integral_constant<int, I>{}), ...);
+  (f(std::integral_constant<int, first + I>{}), ...);
+}
+
+// Halves of a long loop, because compilers nest expressions only so deep (clang: 256).
+template <int first, int last, class F>
+[[gnu::always_inline]] inline constexpr void unroll_between(F& f) {
+  if constexpr (last - first <= 128) {
+    unroll_over<first>(f, std::make_integer_sequence<int, last - first>{});
+  } else {
+    unroll_between<first, (first + last) / 2>(f);
+    unroll_between<(first + last) / 2, last>(f);
+  }
 }
 
 }  // namespace detail
@@ -25,7 +36,7 @@ template <class F, int... I>
 /// An energy that sums over its bodies with this instead of `for` is evaluated as straight-line code.
 template <int n, class F>
 [[gnu::always_inline]] inline constexpr void unroll(F&& f) {
-  detail::unroll_over(f, std::make_integer_sequence<int, n>{});
+  detail::unroll_between<0, n>(f);
 }
 
 }  // namespace qdot

@@ -19,9 +19,9 @@
 #include <type_traits>
 #include <vector>
 
+#include "qdot/ad/list_graph.hpp"
 #include "qdot/ad/taylor_plan.hpp"
 #include "qdot/ad/taylor_planned_sweep.hpp"
-#include "qdot/ad/trace.hpp"
 #include "qdot/mechanics/written_out.hpp"
 
 namespace qdot::detail {
@@ -35,80 +35,14 @@ struct MotionGraph {
   bool has_series = true;  // false: an operation is not analytic, or not known here
 };
 
-// The function that an operation is; none if it is something else.
-constexpr taylor::Function function_of(trace::Operation o) {
-  using taylor::Function;
-  using trace::Operation;
-  switch (o) {
-    case Operation::sin: return Function::sin;
-    case Operation::cos: return Function::cos;
-    case Operation::tan: return Function::tan;
-    case Operation::asin: return Function::asin;
-    case Operation::acos: return Function::acos;
-    case Operation::atan: return Function::atan;
-    case Operation::atan2: return Function::atan2;
-    case Operation::exp: return Function::exp;
-    case Operation::expm1: return Function::expm1;
-    case Operation::log: return Function::log;
-    case Operation::log1p: return Function::log1p;
-    case Operation::sinh: return Function::sinh;
-    case Operation::cosh: return Function::cosh;
-    case Operation::tanh: return Function::tanh;
-    case Operation::asinh: return Function::asinh;
-    case Operation::acosh: return Function::acosh;
-    case Operation::atanh: return Function::atanh;
-    case Operation::cbrt: return Function::cbrt;
-    case Operation::erf: return Function::erf;
-    case Operation::erfc: return Function::erfc;
-    default: return Function::none;
-  }
-}
-
 // The node of an energy that consists of these operations. `parameters` may be null; shadows are counted from `first_shadow`.
 template <class List, class Parameters>
 constexpr int energy_node(MotionGraph& m, const List& list, const Parameters* parameters, int inputs, int first_shadow) {
-  using trace::Operation;
-  taylor::BasicGraph<taylor::Parameter>& graph = m.graph;
-  std::vector<int> made;
-  const auto number = [&](int k) -> taylor::Parameter {
+  return taylor::node_of_list(m.graph, list, inputs, m.has_series, [&](int k) -> taylor::Parameter {
     if (list.literal[k]) return list.value[k];
     const double shadow = taylor::shadow_of(first_shadow + list.same_as[k]);
     return {shadow, parameters == nullptr ? shadow : (*parameters)[static_cast<std::size_t>(k)]};
-  };
-  const auto operand = [&](int i) -> int {
-    if (i < 0) return graph.constant(number(-1 - i));
-    if (i < inputs) return graph.variable(i);
-    return made[static_cast<std::size_t>(i - inputs)];
-  };
-  const auto node = [&](trace::Step step) -> int {
-    const int a = operand(step.a);
-    if (step.operation == Operation::pow) {
-      if (step.b < 0 && list.literal[-1 - step.b]) return graph.power(a, list.value[-1 - step.b]);
-      m.has_series = false;
-      return a;
-    }
-    const int b = has_two_operands(step.operation) ? operand(step.b) : -1;
-    switch (step.operation) {
-      case Operation::add: return graph.sum(a, b);
-      case Operation::subtract: return graph.difference(a, b);
-      case Operation::multiply: return graph.product(a, b);
-      case Operation::divide: return graph.quotient(a, b);
-      case Operation::negate: return graph.scaled(a, -1.0);
-      case Operation::sqrt: return graph.power(a, 0.5);
-      case Operation::hypot: {
-        const int square = graph.product(a, a);
-        const int other_square = graph.product(b, b);
-        return graph.power(graph.sum(square, other_square), 0.5);
-      }
-      default: break;
-    }
-    const taylor::Function f = function_of(step.operation);
-    if (f != taylor::Function::none) return graph.function(f, a, b);
-    m.has_series = false;
-    return a;
-  };
-  for (int i = 0; i < list.count; ++i) made.push_back(node(list.step[i]));
-  return operand(list.result);
+  });
 }
 
 /// Makes the graph of written-out energies: of an object, or of all of them when `energies` is null.

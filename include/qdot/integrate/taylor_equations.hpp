@@ -195,7 +195,7 @@ class LagrangeSeries {
  private:
   using Energies = typename EnergiesOf<F>::type;
   static constexpr bool has_plan = [] {
-    if constexpr (is_written_out<Energies> && inertia == Inertia::positive_definite) {
+    if constexpr (is_written_out<Energies> && n <= straight_line_limit && inertia == Inertia::positive_definite) {
       return motion_plan<n, Energies>.exists;
     } else {
       return false;

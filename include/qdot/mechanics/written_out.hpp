@@ -20,130 +20,28 @@
 // The compiler tries the default values of a class that has them, and numbers below one for the captures of a lambda.
 
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <type_traits>
 #include <utility>
 
-#include "qdot/ad/trace_list.hpp"
+#include "qdot/mechanics/closed_form_evaluation.hpp"
 #include "qdot/mechanics/straight_line.hpp"
 #include "qdot/mechanics/system.hpp"
+#include "qdot/mechanics/traced_energies.hpp"
 
 namespace qdot {
 
 namespace detail {
 
-// An object that consists of numbers, with numbers that differ from each other and from example to example.
-template <class E, int which>
-  requires(std::is_trivially_copyable_v<E> && sizeof(E) % sizeof(double) == 0)
-constexpr E object_of_numbers() {
-  std::array<double, sizeof(E) / sizeof(double)> numbers{};
-  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = which == 0 ? 0.75 + static_cast<double>(i) / 128.0 : 0.61 + static_cast<double>(i) / 97.0;
-  return std::bit_cast<E>(numbers);
-}
-
-template <class E, int which>
-concept ConsistsOfNumbers = !std::is_empty_v<E> && requires { typename std::bool_constant<((void)object_of_numbers<E, which>(), true)>; };
-template <class E>
-concept HasDefault = requires { typename std::bool_constant<((void)E{}, true)>; };
-
-// Objects to be run by the compiler: 0 is as the user meets it, 1 another one.
-template <class E>
-struct Example {
-  static constexpr bool exists = HasDefault<E> || ConsistsOfNumbers<E, 0>;
-  static constexpr bool another_exists = std::is_empty_v<E> || ConsistsOfNumbers<E, 1>;
-  template <int which>
-  static constexpr E object() {
-    if constexpr ((which == 0 || std::is_empty_v<E>) && HasDefault<E>) {
-      return E{};
-    } else {
-      return object_of_numbers<E, which>();
-    }
-  }
-};
-template <class Kinetic, class Potential>
-struct Example<KineticAndPotential<Kinetic, Potential>> {
-  static constexpr bool exists = Example<Kinetic>::exists && Example<Potential>::exists;
-  static constexpr bool another_exists = Example<Kinetic>::another_exists && Example<Potential>::another_exists;
-  template <int which>
-  static constexpr KineticAndPotential<Kinetic, Potential> object() {
-    return {Example<Kinetic>::template object<which>(), Example<Potential>::template object<which>()};
-  }
-};
-
-enum class Energy { T, V };
-
-// A run of T or V. The inputs are q, q̇ and t, whether it reads them or not.
-template <int n, Energy energy, class E>
-constexpr void record(const E& e, trace::Recording& ordered) {
-  trace::Recording run;
-  run.inputs = 2 * n + 1;
-  trace::TracedVector<n> q{}, qdot{};
-  for (int i = 0; i < n; ++i) {
-    q.entries[i] = trace::Traced(run, i);
-    qdot.entries[i] = trace::Traced(run, n + i);
-  }
-  const trace::Traced t(run, 2 * n);
-  trace::Traced result;
-  if constexpr (energy == Energy::T) {
-    if constexpr (kinetic_signature<E, n>() == KineticSignature::velocity) {
-      result = e.T(qdot);
-    } else if constexpr (kinetic_signature<E, n>() == KineticSignature::state) {
-      result = e.T(q, qdot);
-    } else {
-      result = e.T(q, qdot, t);
-    }
-  } else {
-    if constexpr (potential_signature<E, n>() == PotentialSignature::position) {
-      result = e.V(q);
-    } else {
-      result = e.V(q, t);
-    }
-  }
-  run.result = result.operand_in(run);
-  run.put_in_order(ordered);
-}
-
-struct ExtentOfRun {
-  int steps, constants;
-  bool branches, too_long;
-};
-template <int n, Energy energy, class E, int which>
-constexpr ExtentOfRun extent_of_run() {
-  trace::Recording run;
-  record<n, energy>(Example<E>::template object<which>(), run);
-  return {run.steps, run.constants, run.branches, run.too_long};
-}
-template <int n, Energy energy, class E, int which>
-concept RunsWhileCompiling = requires { typename std::bool_constant<(extent_of_run<n, energy, E, which>(), true)>; };
-
-template <int n, Energy energy, class E>
-constexpr auto list_of_operations() {
-  constexpr ExtentOfRun extent = extent_of_run<n, energy, E, 0>();
-  trace::Recording run;
-  record<n, energy>(Example<E>::template object<0>(), run);
-  constexpr bool has_another = [] {
-    if constexpr (Example<E>::another_exists) {
-      return RunsWhileCompiling<n, energy, E, 1>;
-    } else {
-      return false;
-    }
-  }();
-  if constexpr (has_another) {
-    trace::Recording other;
-    record<n, energy>(Example<E>::template object<1>(), other);
-    return trace::List<extent.steps, extent.constants>(run, &other);
-  } else {
-    return trace::List<extent.steps, extent.constants>(run, nullptr);
-  }
-}
+// Largest n: code grows with n², and the compiler takes some 20 s for a chain of 32.
+inline constexpr int written_out_limit = 32;
 
 // The English of what keeps an energy from being written out.
 template <int n, class E>
 consteval bool require_written_out() {
-  static_assert(n >= 1 && n <= straight_line_limit,
-                "qdot: written_out is for up to 8 coordinates; with more of them plain loops are evaluated as they are: leave written_out away");
-  if constexpr (n >= 1 && n <= straight_line_limit) {
+  static_assert(n >= 1 && n <= written_out_limit,
+                "qdot: written_out is for up to 32 coordinates; with more of them plain loops are evaluated as they are: leave written_out away");
+  if constexpr (n >= 1 && n <= written_out_limit) {
     static_assert(Example<E>::exists,
                   "qdot: written_out runs T and V while compiling and needs an object for that: give each parameter of your class a default "
                   "value (double m = 1.0;), or use lambdas that capture nothing but doubles, by value");
@@ -225,11 +123,15 @@ class WrittenOut {
   static constexpr auto list_V = detail::list_of_operations<n, detail::Energy::V, E>();
 
  public:
+  /// Their equations, derived by the compiler; `exists` is false where it can't.
+  using ClosedForm = detail::ClosedFormOfLists<n, list_T, list_V>;
+
   WrittenOut()
     requires std::is_default_constructible_v<E>
       : WrittenOut(E{}) {}
   explicit WrittenOut(E energies) : energies_(std::move(energies)) {
     replays_ = parameters_read<detail::Energy::T>(list_T, parameters_T_) && parameters_read<detail::Energy::V>(list_V, parameters_V_);
+    if constexpr (ClosedForm::exists) has_closed_form_ = replays_ && detail::coefficients_written<ClosedForm>(parameters_T_, parameters_V_, coefficients_);
   }
 
   const E& energies() const noexcept { return energies_; }
@@ -242,6 +144,10 @@ class WrittenOut {
 
   /// False when the parameters lead to other operations than the compiler met; the evaluation then goes the general way.
   bool replays() const noexcept { return replays_; }
+
+  /// False when the derived equations are not this object's, or need a mass that is not positive.
+  bool has_closed_form() const noexcept { return has_closed_form_; }
+  const double* closed_form_coefficients() const noexcept { return coefficients_.data(); }
 
   template <class Qdot>
     requires(kinetic == KineticSignature::velocity)
@@ -297,7 +203,7 @@ class WrittenOut {
   static consteval bool goes_by_list() {
     static_assert(Q::RowsAtCompileTime == n || Q::RowsAtCompileTime == Dynamic,
                   "qdot: written_out<n> and mechanical_system<n> need the same number of coordinates");
-    return detail::wants_straight_line<typename Q::Scalar> && Q::RowsAtCompileTime == n;
+    return n <= detail::straight_line_limit && detail::wants_straight_line<typename Q::Scalar> && Q::RowsAtCompileTime == n;
   }
 
   // False when this object does not do what the list says.
@@ -345,6 +251,8 @@ class WrittenOut {
 
   E energies_;
   bool replays_ = false;
+  bool has_closed_form_ = false;
+  std::array<double, ClosedForm::coefficients + 1> coefficients_{};
   std::array<double, constants_of(list_T)> parameters_T_{};
   std::array<double, constants_of(list_V)> parameters_V_{};
 };
@@ -358,6 +266,9 @@ template <int n, class E>
 auto written_out_of(E energies) {
   static_assert(require_energies<E, n>());
   static_assert(require_written_out<n, E>());
+  static_assert(n <= straight_line_limit || WrittenOut<n, E>::ClosedForm::exists,
+                "qdot: written_out of more than 8 coordinates takes sums, products, powers and functions of <cmath> that have derivatives, and clang "
+                "takes it with -fconstexpr-steps=16777216 (CMake's target qdot::qdot says so): without these, leave written_out away");
   return WrittenOut<n, E>(std::move(energies));
 }
 

@@ -1,0 +1,93 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A list of operations as a graph.
+//
+// A list (ad/trace_list.hpp) says what a user's energy does, in the order of doing. A graph (ad/taylor_graph.hpp) can be differentiated and
+// simplified. This header goes from one to the other, at run time or while compiling.
+//
+// Arguments of calls that make nodes are made before, one by one: compilers differ in the order of arguments, and the order of nodes
+// must not.
+
+#include <cstddef>
+#include <vector>
+
+#include "qdot/ad/taylor_graph.hpp"
+#include "qdot/ad/trace.hpp"
+
+namespace qdot::taylor {
+
+// The function that an operation is; none if it is something else.
+constexpr Function function_of(trace::Operation o) {
+  using trace::Operation;
+  switch (o) {
+    case Operation::sin: return Function::sin;
+    case Operation::cos: return Function::cos;
+    case Operation::tan: return Function::tan;
+    case Operation::asin: return Function::asin;
+    case Operation::acos: return Function::acos;
+    case Operation::atan: return Function::atan;
+    case Operation::atan2: return Function::atan2;
+    case Operation::exp: return Function::exp;
+    case Operation::expm1: return Function::expm1;
+    case Operation::log: return Function::log;
+    case Operation::log1p: return Function::log1p;
+    case Operation::sinh: return Function::sinh;
+    case Operation::cosh: return Function::cosh;
+    case Operation::tanh: return Function::tanh;
+    case Operation::asinh: return Function::asinh;
+    case Operation::acosh: return Function::acosh;
+    case Operation::atanh: return Function::atanh;
+    case Operation::cbrt: return Function::cbrt;
+    case Operation::erf: return Function::erf;
+    case Operation::erfc: return Function::erfc;
+    default: return Function::none;
+  }
+}
+
+/// The node that is the result of a list.
+///
+/// @param graph      whose variables are the inputs of the list
+/// @param is_known   set to false when an operation is not analytic, or not known here
+/// @param number     of constant k, as a coefficient of the graph
+template <class Coefficient, class List, class NumberOf>
+constexpr int node_of_list(BasicGraph<Coefficient>& graph, const List& list, int inputs, bool& is_known, const NumberOf& number) {
+  using trace::Operation;
+  std::vector<int> made;
+  const auto operand = [&](int i) -> int {
+    if (i < 0) return graph.constant(number(-1 - i));
+    if (i < inputs) return graph.variable(i);
+    return made[static_cast<std::size_t>(i - inputs)];
+  };
+  const auto node = [&](trace::Step step) -> int {
+    const int a = operand(step.a);
+    if (step.operation == Operation::pow) {
+      if (step.b < 0 && list.literal[-1 - step.b]) return graph.power(a, list.value[-1 - step.b]);
+      is_known = false;
+      return a;
+    }
+    const int b = has_two_operands(step.operation) ? operand(step.b) : -1;
+    switch (step.operation) {
+      case Operation::add: return graph.sum(a, b);
+      case Operation::subtract: return graph.difference(a, b);
+      case Operation::multiply: return graph.product(a, b);
+      case Operation::divide: return graph.quotient(a, b);
+      case Operation::negate: return graph.scaled(a, -1.0);
+      case Operation::sqrt: return graph.power(a, 0.5);
+      case Operation::hypot: {
+        const int square = graph.product(a, a);
+        const int other_square = graph.product(b, b);
+        return graph.power(graph.sum(square, other_square), 0.5);
+      }
+      default: break;
+    }
+    const Function f = function_of(step.operation);
+    if (f != Function::none) return graph.function(f, a, b);
+    is_known = false;
+    return a;
+  };
+  for (int i = 0; i < list.count; ++i) made.push_back(node(list.step[i]));
+  return operand(list.result);
+}
+
+}  // namespace qdot::taylor

@@ -1,0 +1,33 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What a derivation of Lagrange's equations ends with: M and r of M q̈ = r as nodes of a graph.
+//
+// Two ways lead there: derivation_by_terms.hpp multiplies the kinetic energy out and simplifies what comes, as one does on paper;
+// derivation_by_graph.hpp differentiates T as it is written, which suits many coordinates. Both are run by the compiler.
+
+#include <vector>
+
+#include "qdot/ad/coefficient.hpp"
+#include "qdot/ad/taylor_graph.hpp"
+
+namespace qdot::detail {
+
+/// M q̈ = r as nodes of a graph, some coordinates eliminated.
+struct DerivedEquations {
+  using Graph = taylor::BasicGraph<taylor::Coefficient>;
+
+  struct Eliminated {
+    int coordinate = 0;
+    int pivot = 0;                // node of M_kk
+    int acceleration = 0;         // node of r_k / M_kk
+    std::vector<int> coordinates, factors;  // q̈_k = acceleration − Σ factors · q̈ of coordinates
+  };
+
+  std::vector<Eliminated> eliminated;  // in this order; accelerations are known in the opposite one
+  std::vector<int> kept;               // the other coordinates
+  std::vector<int> mass;               // lower triangle of their matrix, row by row; −1 is zero
+  std::vector<int> right;
+};
+
+}  // namespace qdot::detail
