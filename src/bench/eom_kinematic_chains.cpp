@@ -4,7 +4,7 @@
 // loop for many.
 #include "bench/eom.hpp"
 #include "bench/hand_derived.hpp"
-#include "qdot/mechanics/kinematic_system.hpp"
+#include "qdot/mechanics/written_out_kinematics.hpp"
 
 namespace qdot::bench {
 
@@ -26,7 +26,7 @@ struct UnrolledPositions {
 
 struct LoopedPositions {
   template <class Q>
-  void operator()(const Q& q, auto& bodies) const {
+  constexpr void operator()(const Q& q, auto& bodies) const {
     using std::cos, std::sin;
     typename Q::Scalar x(0.0), y(0.0);
     for (Eigen::Index k = 0; k < q.size(); ++k) {
@@ -40,6 +40,13 @@ struct LoopedPositions {
 template <int n, class Place>
 [[gnu::noinline]] void by_kinematic_door(const double* q, const double* qdot, double* qddot) {
   static const auto system = kinematic_system<n>(Place{}, uniform_gravity(0.0, -9.81));
+  using V = Vector<double, n>;
+  Eigen::Map<V>{qddot} = acceleration(system, V(Eigen::Map<const V>(q)), V(Eigen::Map<const V>(qdot)));
+}
+
+template <int n>
+[[gnu::noinline]] void by_written_out_door(const double* q, const double* qdot, double* qddot) {
+  static const auto system = written_out_kinematic_system<n>(LoopedPositions{}, gravity_along<1>(-9.81));
   using V = Vector<double, n>;
   Eigen::Map<V>{qddot} = acceleration(system, V(Eigen::Map<const V>(q)), V(Eigen::Map<const V>(qdot)));
 }
@@ -60,6 +67,18 @@ std::vector<EquationsRow> unrolled() {
   return {row<n, UnrolledPositions<n>>("kinematic")...};
 }
 
+template <int... n>
+void add_written_out(std::vector<EquationsRow>& rows) {
+  (rows.push_back({.system = "chain",
+                   .n = n,
+                   .door = "kinematic, for, written out",
+                   .baseline = chain_by_hand<n>,
+                   .measured = by_written_out_door<n>,
+                   .lowest = -2.0,
+                   .highest = 2.0}),
+   ...);
+}
+
 }  // namespace
 
 std::vector<EquationsRow> kinematic_chain_rows() {
@@ -67,6 +86,7 @@ std::vector<EquationsRow> kinematic_chain_rows() {
   rows.push_back(row<12, LoopedPositions>("kinematic"));
   rows.push_back(row<16, LoopedPositions>("kinematic"));
   rows.push_back(row<32, LoopedPositions>("kinematic"));
+  add_written_out<1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>(rows);
   return rows;
 }
 

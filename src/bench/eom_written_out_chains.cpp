@@ -23,6 +23,6 @@ std::vector<EquationsRow> rows_of_lengths() {
 
 }  // namespace
 
-std::vector<EquationsRow> written_out_chain_rows() { return rows_of_lengths<1, 2, 3, 4, 5, 6, 7, 8>(); }
+std::vector<EquationsRow> written_out_chain_rows() { return rows_of_lengths<1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>(); }
 
 }  // namespace qdot::bench

@@ -20,11 +20,11 @@ struct ElasticPendulum {
   double l0 = 1.0;   // its length at rest
   double g = 9.81;   // gravity
 
-  auto T(const auto& q, const auto& qdot) const {
+  constexpr auto T(const auto& q, const auto& qdot) const {
     return 0.5 * m * (qdot[0] * qdot[0] + q[0] * q[0] * qdot[1] * qdot[1]);
   }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::cos;
     const auto stretch = q[0] - l0;
     return 0.5 * k * stretch * stretch - m * g * q[0] * cos(q[1]);

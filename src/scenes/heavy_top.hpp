@@ -23,14 +23,14 @@ struct HeavyTop {
   double g = 9.81;  // gravity
   double l = 0.2;   // from O to the centre of mass
 
-  auto T(const auto& q, const auto& qdot) const {
+  constexpr auto T(const auto& q, const auto& qdot) const {
     using std::cos, std::sin;
     const auto s = sin(q[0]);
     const auto spin = qdot[2] + qdot[1] * cos(q[0]);
     return 0.5 * I1 * (qdot[0] * qdot[0] + s * s * qdot[1] * qdot[1]) + 0.5 * I3 * spin * spin;
   }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::cos;
     return m * g * l * cos(q[0]);
   }

@@ -22,12 +22,12 @@ struct RodAndRing {
   double m = 0.3;   // mass of the ring
   double g = 9.81;  // gravity
 
-  auto T(const auto& q, const auto& qdot) const {
+  constexpr auto T(const auto& q, const auto& qdot) const {
     const double I_O = M * L * L / 3.0;
     return 0.5 * I_O * qdot[1] * qdot[1] + 0.5 * m * (qdot[0] * qdot[0] + q[0] * q[0] * qdot[1] * qdot[1]);
   }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::sin;
     return (m * q[0] + 0.5 * M * L) * g * sin(q[1]);
   }

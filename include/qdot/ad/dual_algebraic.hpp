@@ -37,9 +37,14 @@ constexpr Dual<S, N, Tag> chain(const S& f, const S& df, const Dual<S, N, Tag>& 
   return r;
 }
 
+// A scalar that lists operations (ad/trace.hpp) has no value to be asked for.
+template <class S>
+concept Formula = S::is_formula;
+
 // The same for an f whose slope may be infinite where f = 0: there 0 · ∞ = 0 for a plain zero.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> chain_at_edge(const S& f, const S& df, const Dual<S, N, Tag>& x) {
+  if constexpr (Formula<S>) return chain(f, df, x);
   if (!(f == S(0))) return chain(f, df, x);
   Dual<S, N, Tag> r;
   r.value = f;
@@ -92,7 +97,7 @@ constexpr Dual<S, N, Tag> sqrt(const Dual<S, N, Tag>& x) {
 
 /// ∛x;  f′ = 1/(3 ∛x²).
 template <class S, int N, class Tag>
-Dual<S, N, Tag> cbrt(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> cbrt(const Dual<S, N, Tag>& x) {
   using std::cbrt;
   const S f = cbrt(x.value);
   return detail::chain_at_edge(f, S(1) / (S(3) * f * f), x);
@@ -115,7 +120,7 @@ constexpr Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, Integer k) {
 template <class S, int N, class Tag, class Number>
   requires(!std::integral<Number> && detail::NumberBeside<Number, Dual<S, N, Tag>> &&
            std::is_convertible_v<Number, S>)
-Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, const Number& y) {
+constexpr Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, const Number& y) {
   using std::pow;
   if constexpr (std::is_arithmetic_v<Number>) {
     if (y > Number(-1e6) && y < Number(1e6) && y == static_cast<Number>(static_cast<long>(y))) {
@@ -130,7 +135,7 @@ Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, const Number& y) {
 
 /// xʸ for both variable;  ∂/∂x = y xʸ⁻¹, ∂/∂y = xʸ ln x (taken as 0 where xʸ = 0 and y > 0).
 template <class S, int N, class Tag>
-Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
+constexpr Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
   using std::log;
   using std::pow;
   const S f = pow(x.value, y.value);
@@ -148,13 +153,13 @@ Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
 /// aˣ for a constant base;  f′ = aˣ ln a.
 template <class Number, class S, int N, class Tag>
   requires(detail::NumberBeside<Number, Dual<S, N, Tag>> && std::is_convertible_v<Number, S>)
-Dual<S, N, Tag> pow(const Number& base, const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> pow(const Number& base, const Dual<S, N, Tag>& x) {
   return pow(Dual<S, N, Tag>(S(base)), x);
 }
 
 /// √(x² + y²) without overflow;  ∂/∂x = x/r, ∂/∂y = y/r.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> hypot(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
+constexpr Dual<S, N, Tag> hypot(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
   using std::hypot;
   const S r = hypot(x.value, y.value);
   if (r == S(0)) return detail::chain(r, S(0), x);
@@ -163,7 +168,7 @@ Dual<S, N, Tag> hypot(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
 
 /// √(x² + y² + z²) without overflow.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> hypot(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y, const Dual<S, N, Tag>& z) {
+constexpr Dual<S, N, Tag> hypot(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y, const Dual<S, N, Tag>& z) {
   return hypot(hypot(x, y), z);
 }
 
@@ -171,7 +176,7 @@ Dual<S, N, Tag> hypot(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y, const 
 
 /// x y + z with one rounding of the value.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> fma(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y, const Dual<S, N, Tag>& z) {
+constexpr Dual<S, N, Tag> fma(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y, const Dual<S, N, Tag>& z) {
   using std::fma;
   Dual<S, N, Tag> r = detail::chain(S(fma(x.value, y.value, z.value)), y.value, x, x.value, y);
   for (std::size_t i = 0; i < N; ++i) r.tangent[i] += z.tangent[i];
@@ -192,7 +197,7 @@ constexpr Dual<S, N, Tag> fabs(const Dual<S, N, Tag>& x) {
 
 /// |x| with the sign of y; piecewise linear in x, constant in y.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> copysign(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
+constexpr Dual<S, N, Tag> copysign(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
   using std::signbit;
   return signbit(innermost_value(x)) == signbit(innermost_value(y)) ? x : -x;
 }
@@ -223,21 +228,21 @@ constexpr Dual<S, N, Tag> fmin(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& 
 
 /// The largest whole number not above x: piecewise constant, derivative 0.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> floor(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> floor(const Dual<S, N, Tag>& x) {
   using std::floor;
   return Dual<S, N, Tag>(S(floor(x.value)));
 }
 
 /// The smallest whole number not below x: piecewise constant, derivative 0.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> ceil(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> ceil(const Dual<S, N, Tag>& x) {
   using std::ceil;
   return Dual<S, N, Tag>(S(ceil(x.value)));
 }
 
 /// True when the value and every derivative are finite.
 template <class S, int N, class Tag>
-bool isfinite(const Dual<S, N, Tag>& x) {
+constexpr bool isfinite(const Dual<S, N, Tag>& x) {
   using std::isfinite;
   bool finite = isfinite(x.value);
   for (const S& d : x.tangent) finite = finite && isfinite(d);
@@ -246,14 +251,14 @@ bool isfinite(const Dual<S, N, Tag>& x) {
 
 /// True when the value is NaN.
 template <class S, int N, class Tag>
-bool isnan(const Dual<S, N, Tag>& x) {
+constexpr bool isnan(const Dual<S, N, Tag>& x) {
   using std::isnan;
   return isnan(x.value);
 }
 
 /// True when the value is infinite.
 template <class S, int N, class Tag>
-bool isinf(const Dual<S, N, Tag>& x) {
+constexpr bool isinf(const Dual<S, N, Tag>& x) {
   using std::isinf;
   return isinf(x.value);
 }

@@ -15,7 +15,7 @@ namespace qdot {
 
 /// eˣ;  f′ = eˣ.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> exp(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> exp(const Dual<S, N, Tag>& x) {
   using std::exp;
   const S f = exp(x.value);
   return detail::chain(f, f, x);
@@ -23,7 +23,7 @@ Dual<S, N, Tag> exp(const Dual<S, N, Tag>& x) {
 
 /// 2ˣ;  f′ = 2ˣ ln 2.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> exp2(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> exp2(const Dual<S, N, Tag>& x) {
   using std::exp2;
   using std::log;
   const S f = exp2(x.value);
@@ -32,7 +32,7 @@ Dual<S, N, Tag> exp2(const Dual<S, N, Tag>& x) {
 
 /// eˣ − 1, accurate for small x;  f′ = eˣ.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> expm1(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> expm1(const Dual<S, N, Tag>& x) {
   using std::exp;
   using std::expm1;
   return detail::chain(S(expm1(x.value)), S(exp(x.value)), x);
@@ -40,14 +40,14 @@ Dual<S, N, Tag> expm1(const Dual<S, N, Tag>& x) {
 
 /// ln x;  f′ = 1/x.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> log(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> log(const Dual<S, N, Tag>& x) {
   using std::log;
   return detail::chain(S(log(x.value)), S(S(1) / x.value), x);
 }
 
 /// log₂ x;  f′ = 1/(x ln 2).
 template <class S, int N, class Tag>
-Dual<S, N, Tag> log2(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> log2(const Dual<S, N, Tag>& x) {
   using std::log;
   using std::log2;
   return detail::chain(S(log2(x.value)), S(S(1) / (x.value * log(S(2)))), x);
@@ -55,7 +55,7 @@ Dual<S, N, Tag> log2(const Dual<S, N, Tag>& x) {
 
 /// log₁₀ x;  f′ = 1/(x ln 10).
 template <class S, int N, class Tag>
-Dual<S, N, Tag> log10(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> log10(const Dual<S, N, Tag>& x) {
   using std::log;
   using std::log10;
   return detail::chain(S(log10(x.value)), S(S(1) / (x.value * log(S(10)))), x);
@@ -63,14 +63,14 @@ Dual<S, N, Tag> log10(const Dual<S, N, Tag>& x) {
 
 /// ln(1 + x), accurate for small x;  f′ = 1/(1 + x).
 template <class S, int N, class Tag>
-Dual<S, N, Tag> log1p(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> log1p(const Dual<S, N, Tag>& x) {
   using std::log1p;
   return detail::chain(S(log1p(x.value)), S(S(1) / (S(1) + x.value)), x);
 }
 
 /// The error function;  f′ = 2/√π e^(−x²).
 template <class S, int N, class Tag>
-Dual<S, N, Tag> erf(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> erf(const Dual<S, N, Tag>& x) {
   using std::atan;
   using std::erf;
   using std::exp;
@@ -81,7 +81,7 @@ Dual<S, N, Tag> erf(const Dual<S, N, Tag>& x) {
 
 /// 1 − erf x, accurate for large x;  f′ = −2/√π e^(−x²).
 template <class S, int N, class Tag>
-Dual<S, N, Tag> erfc(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> erfc(const Dual<S, N, Tag>& x) {
   using std::atan;
   using std::erfc;
   using std::exp;
@@ -94,7 +94,7 @@ Dual<S, N, Tag> erfc(const Dual<S, N, Tag>& x) {
 
 /// sin x;  f′ = cos x.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> sin(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> sin(const Dual<S, N, Tag>& x) {
   using std::cos;
   using std::sin;
   return detail::chain(S(sin(x.value)), S(cos(x.value)), x);
@@ -102,7 +102,7 @@ Dual<S, N, Tag> sin(const Dual<S, N, Tag>& x) {
 
 /// cos x;  f′ = −sin x.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> cos(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> cos(const Dual<S, N, Tag>& x) {
   using std::cos;
   using std::sin;
   return detail::chain(S(cos(x.value)), S(-sin(x.value)), x);
@@ -110,7 +110,7 @@ Dual<S, N, Tag> cos(const Dual<S, N, Tag>& x) {
 
 /// tan x;  f′ = 1 + tan² x.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> tan(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> tan(const Dual<S, N, Tag>& x) {
   using std::tan;
   const S f = tan(x.value);
   return detail::chain(f, S(S(1) + f * f), x);
@@ -118,7 +118,7 @@ Dual<S, N, Tag> tan(const Dual<S, N, Tag>& x) {
 
 /// arcsin x;  f′ = 1/√(1 − x²), as (1 − x)(1 + x) to stay accurate near ±1.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> asin(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> asin(const Dual<S, N, Tag>& x) {
   using std::asin;
   using std::sqrt;
   return detail::chain(S(asin(x.value)), S(S(1) / sqrt((S(1) - x.value) * (S(1) + x.value))), x);
@@ -126,7 +126,7 @@ Dual<S, N, Tag> asin(const Dual<S, N, Tag>& x) {
 
 /// arccos x;  f′ = −1/√(1 − x²).
 template <class S, int N, class Tag>
-Dual<S, N, Tag> acos(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> acos(const Dual<S, N, Tag>& x) {
   using std::acos;
   using std::sqrt;
   return detail::chain(S(acos(x.value)), S(S(-1) / sqrt((S(1) - x.value) * (S(1) + x.value))), x);
@@ -134,14 +134,14 @@ Dual<S, N, Tag> acos(const Dual<S, N, Tag>& x) {
 
 /// arctan x;  f′ = 1/(1 + x²).
 template <class S, int N, class Tag>
-Dual<S, N, Tag> atan(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> atan(const Dual<S, N, Tag>& x) {
   using std::atan;
   return detail::chain(S(atan(x.value)), S(S(1) / (S(1) + x.value * x.value)), x);
 }
 
 /// The angle of the point (x, y);  ∂/∂y = x/r², ∂/∂x = −y/r². Undefined slope at the origin gives 0.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> atan2(const Dual<S, N, Tag>& y, const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> atan2(const Dual<S, N, Tag>& y, const Dual<S, N, Tag>& x) {
   using std::atan2;
   using std::hypot;
   const S f = atan2(y.value, x.value);
@@ -150,11 +150,11 @@ Dual<S, N, Tag> atan2(const Dual<S, N, Tag>& y, const Dual<S, N, Tag>& x) {
   return detail::chain(f, S(x.value / r / r), y, S(-y.value / r / r), x);
 }
 template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-Dual<S, N, Tag> atan2(const Dual<S, N, Tag>& x, const Number& y) {
+constexpr Dual<S, N, Tag> atan2(const Dual<S, N, Tag>& x, const Number& y) {
   return atan2(x, Dual<S, N, Tag>(y));
 }
 template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-Dual<S, N, Tag> atan2(const Number& x, const Dual<S, N, Tag>& y) {
+constexpr Dual<S, N, Tag> atan2(const Number& x, const Dual<S, N, Tag>& y) {
   return atan2(Dual<S, N, Tag>(x), y);
 }
 
@@ -184,7 +184,7 @@ SinCos<Dual<S, N, Tag>> sincos(const Dual<S, N, Tag>& x) {
 
 /// sinh x;  f′ = cosh x.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> sinh(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> sinh(const Dual<S, N, Tag>& x) {
   using std::cosh;
   using std::sinh;
   return detail::chain(S(sinh(x.value)), S(cosh(x.value)), x);
@@ -192,7 +192,7 @@ Dual<S, N, Tag> sinh(const Dual<S, N, Tag>& x) {
 
 /// cosh x;  f′ = sinh x.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> cosh(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> cosh(const Dual<S, N, Tag>& x) {
   using std::cosh;
   using std::sinh;
   return detail::chain(S(cosh(x.value)), S(sinh(x.value)), x);
@@ -202,7 +202,7 @@ namespace detail {
 
 // 1/cosh² x = 4e/(1 + e)² with e = e^(−2|x|): free of the cancellation in 1 − tanh² x and of the overflow in cosh x.
 template <class S>
-S sech_squared(const S& x) {
+constexpr S sech_squared(const S& x) {
   using std::abs;
   using std::exp;
   const S e = exp(S(S(-2) * abs(x)));
@@ -210,7 +210,7 @@ S sech_squared(const S& x) {
 }
 // f′ = −2 tanh x / cosh² x, which keeps its digits near 0.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> sech_squared(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> sech_squared(const Dual<S, N, Tag>& x) {
   using std::tanh;
   const S f = sech_squared(x.value);
   return chain(f, S(S(-2) * tanh(x.value) * f), x);
@@ -220,14 +220,14 @@ Dual<S, N, Tag> sech_squared(const Dual<S, N, Tag>& x) {
 
 /// tanh x;  f′ = 1/cosh² x.
 template <class S, int N, class Tag>
-Dual<S, N, Tag> tanh(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> tanh(const Dual<S, N, Tag>& x) {
   using std::tanh;
   return detail::chain(S(tanh(x.value)), detail::sech_squared(x.value), x);
 }
 
 /// arsinh x;  f′ = 1/√(1 + x²).
 template <class S, int N, class Tag>
-Dual<S, N, Tag> asinh(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> asinh(const Dual<S, N, Tag>& x) {
   using std::asinh;
   using std::hypot;
   return detail::chain(S(asinh(x.value)), S(S(1) / hypot(S(1), x.value)), x);
@@ -235,7 +235,7 @@ Dual<S, N, Tag> asinh(const Dual<S, N, Tag>& x) {
 
 /// arcosh x, x ≥ 1;  f′ = 1/√(x² − 1).
 template <class S, int N, class Tag>
-Dual<S, N, Tag> acosh(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> acosh(const Dual<S, N, Tag>& x) {
   using std::acosh;
   using std::sqrt;
   return detail::chain(S(acosh(x.value)), S(S(1) / sqrt((x.value - S(1)) * (x.value + S(1)))), x);
@@ -243,7 +243,7 @@ Dual<S, N, Tag> acosh(const Dual<S, N, Tag>& x) {
 
 /// artanh x, |x| < 1;  f′ = 1/(1 − x²).
 template <class S, int N, class Tag>
-Dual<S, N, Tag> atanh(const Dual<S, N, Tag>& x) {
+constexpr Dual<S, N, Tag> atanh(const Dual<S, N, Tag>& x) {
   using std::atanh;
   return detail::chain(S(atanh(x.value)), S(S(1) / ((S(1) - x.value) * (S(1) + x.value))), x);
 }

@@ -104,6 +104,8 @@ struct Recording {
 /// A number of a formula whose operations are being listed; a plain number as long as it has met none of the inputs.
 class Traced {
  public:
+  static constexpr bool is_formula = true;
+
   constexpr Traced() = default;
   template <class Number>
     requires std::is_arithmetic_v<Number>
@@ -285,34 +287,54 @@ double value_of_constants(Operation o, double a, double b) {
 }
 [[gnu::cold]] inline double Traced::value_of(Operation o, double a, double b) { return value_of_constants(o, a, b); }
 
-/// A vector of traced numbers: what a functor may ask of q and q̇ when it is run while compiling.
-template <int n>
-struct TracedVector {
-  using Scalar = Traced;
+/// A vector for functors that are run while compiling: what they may ask of q, of q̇ and of positions.
+template <class S, int n>
+struct FormulaVector {
+  using Scalar = S;
   static constexpr int RowsAtCompileTime = n, ColsAtCompileTime = 1, SizeAtCompileTime = n;
 
-  Traced entries[n];
+  S entries[n];
 
-  constexpr const Traced& operator[](std::ptrdiff_t i) const { return entries[i]; }
-  constexpr const Traced& operator()(std::ptrdiff_t i) const { return entries[i]; }
+  constexpr const S& operator[](std::ptrdiff_t i) const { return entries[i]; }
+  constexpr const S& operator()(std::ptrdiff_t i) const { return entries[i]; }
+  constexpr S& operator[](std::ptrdiff_t i) { return entries[i]; }
   constexpr std::ptrdiff_t size() const { return n; }
   constexpr std::ptrdiff_t rows() const { return n; }
-  constexpr const Traced& x() const { return entries[0]; }
-  constexpr const Traced& y() const requires(n > 1) { return entries[1]; }
-  constexpr const Traced& z() const requires(n > 2) { return entries[2]; }
-  constexpr const Traced& w() const requires(n > 3) { return entries[3]; }
-  constexpr Traced sum() const {
-    Traced s = entries[0];
+  constexpr const S& x() const { return entries[0]; }
+  constexpr const S& y() const requires(n > 1) { return entries[1]; }
+  constexpr const S& z() const requires(n > 2) { return entries[2]; }
+  constexpr const S& w() const requires(n > 3) { return entries[3]; }
+  constexpr S sum() const {
+    S s = entries[0];
     for (int i = 1; i < n; ++i) s += entries[i];
     return s;
   }
-  constexpr Traced dot(const TracedVector& other) const {
-    Traced s = entries[0] * other.entries[0];
+  constexpr S dot(const FormulaVector& other) const {
+    S s = entries[0] * other.entries[0];
     for (int i = 1; i < n; ++i) s += entries[i] * other.entries[i];
     return s;
   }
-  constexpr Traced squaredNorm() const { return dot(*this); }
-  constexpr Traced norm() const { return sqrt(squaredNorm()); }
+  constexpr S squaredNorm() const { return dot(*this); }
+  constexpr S norm() const { return sqrt(squaredNorm()); }
+
+  constexpr FormulaVector& operator+=(const FormulaVector& other) {
+    for (int i = 0; i < n; ++i) entries[i] += other.entries[i];
+    return *this;
+  }
+  constexpr FormulaVector& operator-=(const FormulaVector& other) {
+    for (int i = 0; i < n; ++i) entries[i] -= other.entries[i];
+    return *this;
+  }
+  friend constexpr FormulaVector operator+(FormulaVector a, const FormulaVector& b) { return a += b; }
+  friend constexpr FormulaVector operator-(FormulaVector a, const FormulaVector& b) { return a -= b; }
+  friend constexpr FormulaVector operator*(const S& factor, FormulaVector a) {
+    for (S& entry : a.entries) entry = factor * entry;
+    return a;
+  }
+  friend constexpr FormulaVector operator*(const FormulaVector& a, const S& factor) { return factor * a; }
 };
+
+template <int n>
+using TracedVector = FormulaVector<Traced, n>;
 
 }  // namespace qdot::trace

@@ -73,6 +73,13 @@ template <int n, int lanes, class E>
   return {true, good};
 }
 
+// The same by derived formulas.
+template <int n, int lanes, class E>
+[[gnu::noinline, gnu::flatten]] inline PackMask<lanes> closed_form_accelerations(const E& e, const Pack<lanes>* q, const Pack<lanes>* qdot,
+                                                                                 const Pack<lanes>& t, Pack<lanes>* qddot) {
+  return closed_form_of_acceleration<n, typename E::ClosedForm, false>(e.closed_form_coefficients(), q, qdot, t, q, qddot);
+}
+
 // Largest n that goes in packs: there are fewer registers for wide numbers, and compile time grows with n⁴ or so.
 inline constexpr int pack_limit = 6;
 
@@ -88,6 +95,9 @@ PackMask<lanes> unchecked_accelerations(const System<E, n, I>& system, const Pac
   if constexpr (!goes_in_packs<System<E, n, I>>) {
     for (int i = 0; i < n; ++i) qddot[i] = 0.0;
     return false;
+  } else if constexpr (Pack<lanes>::is_register && HasClosedForm<E>) {
+    if (!system.energies().has_closed_form()) return false;
+    return closed_form_accelerations<n, lanes>(system.energies(), q, qdot, t, qddot);
   } else if constexpr (Pack<lanes>::is_register) {
     const auto line = straight_line_accelerations<n, lanes>(system.energies(), q, qdot, t, singular_pivot<double>(n), qddot);
     return line.good & PackMask<lanes>(line.is_straight);

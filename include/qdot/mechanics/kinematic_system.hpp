@@ -32,26 +32,54 @@
 // qdot::unroll), that is the code that one would write by hand (position_jet.hpp); loops, rotation matrices and up to
 // 64 coordinates (32 when their number is known only at run time) go by rows (position_row.hpp), larger systems through T.
 
+#include <array>
 #include <type_traits>
 #include <utility>
 
 #include "qdot/mechanics/equations_of_motion.hpp"
 #include "qdot/mechanics/kinematic_bodies.hpp"
+#include "qdot/mechanics/kinematic_formulas.hpp"
 #include "qdot/mechanics/kinematic_rows.hpp"
 
 namespace qdot {
 
 /// The potential energy −Σ m g·r of the bodies of a kinematic_system().
 struct UniformGravity {
-  Eigen::Vector3d field;  ///< g, the acceleration of free fall
+  std::array<double, 3> field;  ///< g, the acceleration of free fall
 };
 
 /// Bodies fall with acceleration (gx, gy, gz); planar systems leave gz out.
-inline UniformGravity uniform_gravity(double gx, double gy, double gz = 0.0) { return {{gx, gy, gz}}; }
+constexpr UniformGravity uniform_gravity(double gx, double gy, double gz = 0.0) { return {{gx, gy, gz}}; }
+
+/// The same along one of the axes: that the others are level is known while compiling.
+template <int axis>
+struct GravityAlong {
+  double g;  ///< the acceleration of free fall, negative where bodies fall against the axis
+};
+
+/// Bodies fall with acceleration g along x (0), y (1) or z (2).
+template <int axis>
+constexpr GravityAlong<axis> gravity_along(double g) {
+  static_assert(axis >= 0 && axis <= 2, "qdot: gravity_along takes the number of an axis, 0 for x, 1 for y, 2 for z");
+  return {g};
+}
 
 namespace detail {
 
 struct NoKineticTerm {};
+
+template <class Potential>
+inline constexpr bool is_gravity = std::is_same_v<Potential, UniformGravity>;
+template <int axis>
+inline constexpr bool is_gravity<GravityAlong<axis>> = true;
+
+constexpr std::array<double, 3> field_of(const UniformGravity& gravity) { return gravity.field; }
+template <int axis>
+constexpr std::array<double, 3> field_of(const GravityAlong<axis>& gravity) {
+  std::array<double, 3> field{};
+  field[axis] = gravity.g;
+  return field;
+}
 
 // Largest n for straight-line code, 4 s of compile time.
 inline constexpr int straight_kinematics_limit = 8;
@@ -65,7 +93,7 @@ concept PlacesInTime =
 template <int n, class Place, class Potential, class Extra>
 class KinematicEnergies {
   static constexpr bool placed_in_time = !PlacesAtRest<Place, n>;
-  static constexpr bool heavy = std::is_same_v<Potential, UniformGravity>;
+  static constexpr bool heavy = is_gravity<Potential>;
   static constexpr bool has_extra = !std::is_same_v<Extra, NoKineticTerm>;
   using ExtraEnergies = KineticAndPotential<Extra, NoPotential>;
   using OwnPotential = KineticAndPotential<NoKineticTerm, std::conditional_t<heavy, NoPotential, Potential>>;
@@ -82,7 +110,7 @@ class KinematicEnergies {
   }
 
  public:
-  KinematicEnergies(Place place, Potential potential, Extra extra)
+  constexpr KinematicEnergies(Place place, Potential potential, Extra extra)
       : place_(std::move(place)), potential_(std::move(potential)), extra_{std::move(extra), NoPotential{}} {}
 
   template <class S>
@@ -104,6 +132,29 @@ class KinematicEnergies {
     requires(time_in_V())
   S V(const Vector<S, n>& q, const S& t) const {
     return potential_energy(q, t);
+  }
+
+  // The same as formulas, for written_out_kinematic_system().
+  using Formulas = trace::TracedVector<n < 1 ? 1 : n>;
+  constexpr trace::Traced T(const Formulas& q, const Formulas& qdot) const
+    requires(!time_in_T())
+  {
+    return kinetic_formula(q, qdot, 0.0);
+  }
+  constexpr trace::Traced T(const Formulas& q, const Formulas& qdot, const trace::Traced& t) const
+    requires(time_in_T())
+  {
+    return kinetic_formula(q, qdot, t);
+  }
+  constexpr trace::Traced V(const Formulas& q) const
+    requires(!time_in_V())
+  {
+    return potential_formula(q, 0.0);
+  }
+  constexpr trace::Traced V(const Formulas& q, const trace::Traced& t) const
+    requires(time_in_V())
+  {
+    return potential_formula(q, t);
   }
 
   // M (packed lower triangle) and rhs by J and s of the positions; the entries that may be other than zero, or `incomplete`.
@@ -183,7 +234,7 @@ class KinematicEnergies {
   }
 
   template <class Positions, class Time, class Bodies>
-  void place(const Positions& q, const Time& t, Bodies& bodies) const {
+  constexpr void place(const Positions& q, const Time& t, Bodies& bodies) const {
     if constexpr (placed_in_time) {
       place_(q, t, bodies);
     } else {
@@ -191,7 +242,7 @@ class KinematicEnergies {
     }
   }
   template <class Positions, class Time>
-  auto own_potential(const Positions& q, const Time& t) const {
+  constexpr auto own_potential(const Positions& q, const Time& t) const {
     if constexpr (potential_signature<OwnPotential, n>() == PotentialSignature::position) {
       return potential_(q);
     } else {
@@ -201,7 +252,8 @@ class KinematicEnergies {
 
   Eigen::Vector3d field() const {
     if constexpr (heavy) {
-      return potential_.field;
+      const std::array<double, 3> g = field_of(potential_);
+      return {g[0], g[1], g[2]};
     } else {
       return Eigen::Vector3d::Zero();
     }
@@ -221,7 +273,32 @@ class KinematicEnergies {
   template <class S>
   S potential_energy(const Vector<S, n>& q, const S& t) const {
     if constexpr (heavy) {
-      WeightSum<S> bodies{potential_.field};
+      WeightSum<S> bodies{field()};
+      place(q, t, bodies);
+      return bodies.V;
+    } else {
+      return own_potential(q, t);
+    }
+  }
+
+  constexpr trace::Traced kinetic_formula(const Formulas& q, const Formulas& qdot, const trace::Traced& t) const {
+    FormulaOfT bodies;
+    trace::FormulaVector<MovingFormula, Formulas::SizeAtCompileTime> x{};
+    for (int i = 0; i < n; ++i) x[i] = moving_number(q[i], qdot[i]);
+    place(x, moving_number(t, trace::Traced(1.0)), bodies);
+    if constexpr (!has_extra) {
+      return bodies.T;
+    } else if constexpr (kinetic_signature<ExtraEnergies, n>() == KineticSignature::velocity) {
+      return bodies.T + extra_.T(qdot);
+    } else if constexpr (kinetic_signature<ExtraEnergies, n>() == KineticSignature::state) {
+      return bodies.T + extra_.T(q, qdot);
+    } else {
+      return bodies.T + extra_.T(q, qdot, t);
+    }
+  }
+  constexpr trace::Traced potential_formula(const Formulas& q, const trace::Traced& t) const {
+    if constexpr (heavy) {
+      FormulaOfWeight bodies{field_of(potential_)};
       place(q, t, bodies);
       return bodies.V;
     } else {
@@ -250,7 +327,7 @@ auto kinematic_system_of(Place place, Potential potential, Extra extra, Eigen::I
 /// The system with n coordinates whose masses are where `place` puts them, in the potential V.
 ///
 /// @param place    place(q, bodies) or place(q, t, bodies), generic; see the head of this file
-/// @param V        V(q), V(q, t) or uniform_gravity(gx, gy, gz)
+/// @param V        V(q), V(q, t), uniform_gravity(gx, gy, gz) or gravity_along<axis>(g)
 /// @return         a System: T of the bodies, V as given
 template <int n, class Place, class Potential = NoPotential>
 auto kinematic_system(Place place, Potential V = {}) {

@@ -37,19 +37,32 @@
 #include "qdot/ad/dual.hpp"
 #include "qdot/ad/dual_eigen.hpp"
 #include "qdot/ad/dual_math.hpp"
+#include "qdot/ad/trace.hpp"
 #include "qdot/ad/vector.hpp"
 
 namespace qdot {
 
+namespace detail {
+
+template <class S, class... Numbers>
+auto column_of(const Numbers&... numbers) {
+  Vector<S, static_cast<int>(sizeof...(Numbers))> column;
+  Eigen::Index i = 0;
+  ((column[i++] = S(numbers)), ...);
+  return column;
+}
+
+}  // namespace detail
+
 /// The column (x₁, …, x_k) of scalars that may differ in type, such as duals beside plain numbers.
 template <class First, class... Rest>
-auto vector(const First& first, const Rest&... rest) {
+constexpr auto vector(const First& first, const Rest&... rest) {
   using S = std::decay_t<decltype((first + ... + rest))>;
-  Vector<S, 1 + static_cast<int>(sizeof...(Rest))> column;
-  Eigen::Index i = 0;
-  column[i] = S(first);
-  ((column[++i] = S(rest)), ...);
-  return column;
+  if constexpr (std::is_same_v<typename detail::innermost<S>::type, trace::Traced>) {
+    return trace::FormulaVector<S, 1 + static_cast<int>(sizeof...(Rest))>{{S(first), S(rest)...}};
+  } else {
+    return detail::column_of<S>(first, rest...);
+  }
 }
 
 /// A quantity and its rate of change.
@@ -68,7 +81,7 @@ template <class S>
 using AlongMotion = Dual<S, 1, RateTag>;
 
 template <class S>
-AlongMotion<S> moving_number(const S& value, const S& rate) {
+constexpr AlongMotion<S> moving_number(const S& value, const S& rate) {
   AlongMotion<S> x(value);
   x.tangent[0] = rate;
   return x;
