@@ -11,8 +11,9 @@
 // and when there is an object, one walk through the book gives all values.
 //
 // Deriving asks questions: are these two equal, is their difference zero? They are answered by a *shadow*, a number that stands for all
-// values that a letter may have: letters get the fractional parts of multiples of the golden ratio (shadow_of), what is computed from
-// them gets what comes out, and equal shadows mean equal formulas. Literals are their own shadows.
+// values that a letter may have: letters get scattered numbers (shadow_of), what is computed from them gets what comes out, and equal
+// shadows mean equal formulas. Literals are their own shadows. Two kinds of results get a scattered number of their own: powers, which the
+// compiler can't compute, and sums in which one summand would be lost beside the other, like 6·10²⁴ + m.
 
 #include <array>
 #include <bit>
@@ -74,16 +75,29 @@ class CoefficientBook {
     if (shadow == 0.0) return 0.0;
     if (kind == CoefficientStep::Kind::sum && are_alike(x, Coefficient(-y.shadow))) return 0.0;
     if (kind == CoefficientStep::Kind::difference && are_alike(x, y)) return 0.0;
+    if ((kind == CoefficientStep::Kind::sum || kind == CoefficientStep::Kind::difference) && loses_one(x.shadow, y.shadow)) {
+      const bool swapped = kind == CoefficientStep::Kind::sum && x.shadow < y.shadow;
+      shadow = mixed(kind, swapped ? y.shadow : x.shadow, swapped ? x.shadow : y.shadow);
+    }
     const int a = written(x), b = written(y);
     return line_of({.kind = kind, .a = a, .b = b}, shadow);
   }
   constexpr Coefficient power(const Coefficient& x, double exponent) {
     const int a = written(x);
-    const double mixed = (x.shadow < 0.0 ? 1.7320508075688772 - x.shadow : x.shadow) * (2.2360679774997897 + exponent) * 0.61803398874989485;
-    return line_of({.kind = CoefficientStep::Kind::power, .a = a, .number = exponent}, mixed);
+    return line_of({.kind = CoefficientStep::Kind::power, .a = a, .number = exponent}, mixed(CoefficientStep::Kind::power, x.shadow, exponent));
   }
 
  private:
+  // Whether a sum's shadow would say little of the smaller summand.
+  static constexpr bool loses_one(double x, double y) {
+    const double a = x < 0.0 ? -x : x, b = y < 0.0 ? -y : y;
+    return a != 0.0 && b != 0.0 && (a < 1e-6 * b || b < 1e-6 * a);
+  }
+  static constexpr double mixed(CoefficientStep::Kind kind, double x, double y) {
+    const std::uint64_t of_x = std::bit_cast<std::uint64_t>(scattered(std::bit_cast<std::uint64_t>(x)));
+    const std::uint64_t of_y = std::bit_cast<std::uint64_t>(scattered(std::bit_cast<std::uint64_t>(y)));
+    return scattered(of_x * 3 + of_y * 5 + static_cast<std::uint64_t>(kind));
+  }
   constexpr int written(const Coefficient& x) {
     return x.line >= 0 ? x.line : line_of({.kind = CoefficientStep::Kind::literal, .number = x.shadow}, x.shadow).line;
   }
@@ -143,10 +157,40 @@ constexpr Coefficient power_of(const Coefficient& x, double exponent) {
   if (x.is(1.0)) return 1.0;
   if (exponent == -1.0) return 1.0 / x;
   if (exponent == 2.0) return x * x;
-  if (x.book == nullptr) return power_of(x.shadow, exponent);  // of a literal: where the compiler can
-  return x.book->power(x, exponent);
+  if (!x.is_literal()) return x.book->power(x, exponent);
+  if (!(exponent >= -64.0 && exponent <= 64.0 && exponent == static_cast<double>(static_cast<int>(exponent)))) return power_of(x.shadow, exponent);
+  double product = 1.0;
+  for (int k = static_cast<int>(exponent < 0.0 ? -exponent : exponent); k > 0; --k) product *= x.shadow;
+  return exponent < 0.0 ? 1.0 / product : product;
 }
-inline Coefficient value_of(Function f, const Coefficient& x, const Coefficient& y) { return value_of(f, x.shadow, y.shadow); }
+
+// Letters have powers; of literals some are known while compiling. Functions of either stay functions.
+#ifdef __clang__
+inline constexpr bool knows_roots_while_compiling = false;
+#else
+inline constexpr bool knows_roots_while_compiling = true;
+#endif
+constexpr bool can_be_raised(const Coefficient& x, double exponent) {
+  if (!x.is_literal()) return true;
+  const bool is_small_and_whole = exponent >= -64.0 && exponent <= 64.0 && exponent == static_cast<double>(static_cast<int>(exponent));
+  return is_small_and_whole ? exponent > 0.0 || x.shadow != 0.0 : knows_roots_while_compiling && x.shadow > 0.0;
+}
+constexpr bool has_known_value(const Coefficient&) { return false; }
+inline Coefficient value_of(Function, const Coefficient&, const Coefficient&) { return {}; }  // never asked for
+
+/// How large the numbers were that were added up to each line: where a value is far below, it is what rounding has left.
+inline void write_magnitudes(const CoefficientStep* steps, int count, const double* values, double* magnitudes) {
+  for (int i = 0; i < count; ++i) {
+    const CoefficientStep& s = steps[i];
+    switch (s.kind) {
+      case CoefficientStep::Kind::sum:
+      case CoefficientStep::Kind::difference: magnitudes[i] = magnitudes[s.a] + magnitudes[s.b]; break;
+      case CoefficientStep::Kind::product: magnitudes[i] = magnitudes[s.a] * magnitudes[s.b]; break;
+      case CoefficientStep::Kind::quotient: magnitudes[i] = magnitudes[s.a] / std::abs(values[s.b]); break;
+      default: magnitudes[i] = std::abs(values[i]);
+    }
+  }
+}
 
 /// The values of all lines.
 inline void write_coefficients(const CoefficientStep* steps, int count, const double* parameters, double* values) {

@@ -52,6 +52,15 @@ template <std::floating_point Number>
 constexpr Number power_of(Number x, double exponent) {
   return std::pow(x, exponent);
 }
+// Whether power_of and value_of are to be asked for; without them what is constant is computed with the rest.
+template <class Coefficient>
+constexpr bool can_be_raised(const Coefficient&, double) {
+  return true;
+}
+template <class Coefficient>
+constexpr bool has_known_value(const Coefficient&) {
+  return true;
+}
 
 /// One operation. Arguments a and b are made before it, so the order of making is an order of computing.
 template <class Coefficient>
@@ -116,10 +125,10 @@ class BasicGraph {
 
   [[gnu::noinline]] constexpr int quotient(int x, int y) {
     Term tx = term(x), ty = term(y);
-    if (ty.node < 0) return scaled(x, 1.0 / ty.offset);
+    if (ty.node < 0 && can_be_raised(ty.offset, -1.0)) return scaled(x, 1.0 / ty.offset);
     if (tx.node < 0) return scaled(power(y, -1.0), tx.offset);
     if (decisive(tx.offset) != 0.0) tx = {x, 1.0, 0.0};
-    if (decisive(ty.offset) != 0.0) ty = {y, 1.0, 0.0};
+    if (ty.node < 0 || decisive(ty.offset) != 0.0) ty = {y, 1.0, 0.0};
     const Coefficient factor = tx.factor / ty.factor;
     const Power px = as_power(tx.node), py = as_power(ty.node);
     if (px.base == py.base) return scaled(power(px.base, px.exponent - py.exponent), factor);
@@ -132,9 +141,10 @@ class BasicGraph {
     if (exponent == 0.0) return constant(1.0);
     if (exponent == 1.0) return x;
     const Term t = term(x);
-    if (t.node < 0) return constant(power_of(t.offset, exponent));
+    if (t.node < 0 && can_be_raised(t.offset, exponent)) return constant(power_of(t.offset, exponent));
+    if (t.node < 0) return made({.kind = Kind::power, .a = x, .c = exponent});
     const bool whole = is_whole(exponent);
-    if (decisive(t.offset) == 0.0 && decisive(t.factor) != 1.0 && (whole || is_positive(t.factor)))
+    if (decisive(t.offset) == 0.0 && decisive(t.factor) != 1.0 && (whole || is_positive(t.factor)) && can_be_raised(t.factor, exponent))
       return scaled(power(t.node, exponent), power_of(t.factor, exponent));
     const Power p = as_power(x);
     if (p.exponent != 1.0 && (whole || !is_whole(p.exponent))) return power(p.base, p.exponent * exponent);
@@ -147,7 +157,7 @@ class BasicGraph {
   }
 
   constexpr int function(Function f, int x, int y = -1) {
-    if ((*this)[x].kind == Kind::constant && (y < 0 || (*this)[y].kind == Kind::constant))
+    if ((*this)[x].kind == Kind::constant && has_known_value((*this)[x].c) && (y < 0 || (*this)[y].kind == Kind::constant))
       return constant(value_of(f, (*this)[x].c, y < 0 ? Coefficient(0.0) : (*this)[y].c));
     return made({.kind = Kind::function, .function = f, .a = x, .b = y});
   }
@@ -348,7 +358,7 @@ class BasicGraph {
   constexpr std::size_t place_of(const Node& node) const {
     const double ca = decisive(node.ca), cb = decisive(node.cb), c = decisive(node.c);
     constexpr std::uint64_t odd = 0x9E3779B97F4A7C15u;  // 2⁶⁴/golden ratio
-    const std::uint64_t numbers = std::bit_cast<std::uint64_t>(ca + 3.0 * cb + 7.0 * c + 0.0);  // −0 as 0
+    const std::uint64_t numbers = std::bit_cast<std::uint64_t>(0.25 * ca + 0.125 * cb + 0.5 * c + 0.0);  // −0 as 0
     const std::uint64_t names = static_cast<std::uint64_t>(static_cast<std::int64_t>(node.a) * 65599 + node.b) * 1024 +
                                 static_cast<std::uint64_t>(node.kind) * 32 + static_cast<std::uint64_t>(node.function);
     const std::uint64_t h = (names * odd ^ (numbers >> 17) ^ numbers) * odd;

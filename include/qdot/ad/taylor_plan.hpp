@@ -17,6 +17,7 @@
 // product of a formula hits by chance; if one did, the object's own sweep would not be the one that was planned, and that is
 // compared when it is made (==), not assumed.
 
+#include <cstdint>
 #include <vector>
 
 #include "qdot/ad/taylor_sweep.hpp"
@@ -48,11 +49,17 @@ inline Parameter value_of(Function f, const Parameter& x, const Parameter& y) {
   return {value_of(f, x.shadow, y.shadow), value_of(f, x.value, y.value)};
 }
 
-/// The shadow of parameter k: the fractional parts of k times the golden ratio, from ½ to 1½.
-constexpr double shadow_of(int k) {
-  const double turns = 0.61803398874989485 * (k + 1);
-  return 0.5 + (turns - static_cast<double>(static_cast<int>(turns)));
+/// A number from ½ to 1½ that has nothing to do with those of other bits (the last mixing steps of the generator SplitMix64).
+constexpr double scattered(std::uint64_t bits) {
+  std::uint64_t z = (bits + 1) * 0x9E3779B97F4A7C15u;
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+  return 0.5 + static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
 }
+
+/// The shadow of parameter k. Not an evenly spread sequence, such as multiples of the golden ratio: there sums of parameters k and
+/// k + 3 would be those of k + 1 and k + 2.
+constexpr double shadow_of(int k) { return scattered(static_cast<std::uint64_t>(k)); }
 
 /// A list of bounded length that may be a constant of the program.
 template <class Entry, int capacity>

@@ -25,6 +25,7 @@ struct CoefficientUse {
   constexpr CoefficientUse() = default;
   constexpr CoefficientUse(const taylor::Coefficient& c) : literal(c.is_literal() ? c.shadow : 0.0), line(c.line) {}
   constexpr bool is(double number) const { return line < 0 && literal == number; }
+  friend constexpr bool operator==(const CoefficientUse&, const CoefficientUse&) = default;
 };
 
 /// One line of code. Arguments are earlier lines.
@@ -46,7 +47,7 @@ template <ClosedFormExtent extent>
 struct ClosedForm {
   struct Eliminated {
     int coordinate = 0, pivot = 0, acceleration = 0, first = 0, last = 0;  // lines; factors first … last − 1
-    CoefficientUse constant_pivot;
+    CoefficientUse pivot_factor;  // the pivot is this, or this times functions of the position
     bool has_constant_pivot = false;
   };
   static constexpr ClosedFormExtent size = extent;
@@ -55,7 +56,7 @@ struct ClosedForm {
   taylor::CoefficientStep coefficient[extent.coefficients + 1] = {};
   Eliminated eliminated[extent.eliminated + 1] = {};
   int factor[extent.factors + 1] = {}, coordinate[extent.factors + 1] = {};
-  int kept[extent.kept + 1] = {}, right[extent.kept + 1] = {};
+  int kept[extent.kept + 1] = {}, right[extent.kept + 1] = {}, diagonal[extent.kept + 1] = {};
   int mass[extent.kept * (extent.kept + 1) / 2 + 1] = {};
 };
 
@@ -120,6 +121,7 @@ constexpr std::vector<int> lines_of(const DerivedEquations::Graph& graph, const 
   }
   for (const int node : e.mass) need(node);
   for (const int node : e.right) need(node);
+  for (const int node : e.diagonal) need(node);
   for (std::size_t w = nodes.size(); w-- > 0;) {
     if (line[w] < 0 || nodes[w].kind == taylor::Kind::constant || nodes[w].kind == taylor::Kind::variable) continue;
     need(nodes[w].a);
@@ -165,10 +167,8 @@ constexpr ClosedForm<extent> closed_form_of() {
       auto& to = form.eliminated[steps++];
       const auto& pivot = nodes[static_cast<std::size_t>(step.pivot)];
       to = {step.coordinate, line_of(step.pivot), line_of(step.acceleration), factors, factors + static_cast<int>(step.factors.size()), {}, false};
-      if (pivot.kind == taylor::Kind::constant) {
-        to.constant_pivot = pivot.c;
-        to.has_constant_pivot = true;
-      }
+      to.has_constant_pivot = pivot.kind == taylor::Kind::constant;
+      to.pivot_factor = to.has_constant_pivot ? pivot.c : pivot.kind == taylor::Kind::affine && pivot.b < 0 ? pivot.ca : taylor::Coefficient(1.0);
       for (std::size_t i = 0; i < step.factors.size(); ++i) {
         form.factor[factors] = line_of(step.factors[i]);
         form.coordinate[factors++] = step.coordinates[i];
@@ -177,6 +177,7 @@ constexpr ClosedForm<extent> closed_form_of() {
     for (std::size_t i = 0; i < e.kept.size(); ++i) {
       form.kept[i] = e.kept[i];
       form.right[i] = line_of(e.right[i]);
+      form.diagonal[i] = line_of(e.diagonal[i]);
     }
     for (std::size_t i = 0; i < e.mass.size(); ++i) form.mass[i] = line_of(e.mass[i]);
   });

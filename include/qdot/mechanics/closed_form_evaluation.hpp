@@ -30,18 +30,22 @@ concept HasClosedForm = requires(const E& e) {
   e.has_closed_form();
 } && E::ClosedForm::exists;
 
-/// The coefficients of an object; false when a pivot that is a constant is not positive: no way for this object.
+/// The coefficients of an object; false when a pivot is zero or negative, or all that rounding has left of larger numbers: no way for this object.
 template <class Form, std::size_t count_T, std::size_t count_V, std::size_t count>
 bool coefficients_written(const std::array<double, count_T>& T, const std::array<double, count_V>& V, std::array<double, count>& c) {
   std::array<double, count_T + count_V> parameters;
   std::copy(T.begin(), T.end(), parameters.begin());
   std::copy(V.begin(), V.end(), parameters.begin() + count_T);
   taylor::write_coefficients(Form::form.coefficient, Form::coefficients, parameters.data(), c.data());
+  std::array<double, count> magnitude;
+  taylor::write_magnitudes(Form::form.coefficient, Form::coefficients, c.data(), magnitude.data());
   for (int k = 0; k < Form::extent.eliminated; ++k) {
     const auto& step = Form::form.eliminated[k];
-    if (!step.has_constant_pivot) continue;
-    const CoefficientUse& pivot = step.constant_pivot;
-    if (!((pivot.line < 0 ? pivot.literal : c[static_cast<std::size_t>(pivot.line)]) > 0.0)) return false;
+    const CoefficientUse& factor = step.pivot_factor;
+    if (step.has_constant_pivot && !((factor.line < 0 ? factor.literal : c[static_cast<std::size_t>(factor.line)]) > 0.0)) return false;
+    if (factor.line < 0) continue;
+    const auto line = static_cast<std::size_t>(factor.line);
+    if (!(std::abs(c[line]) > singular_pivot<double>(Form::extent.eliminated + Form::extent.kept) * magnitude[line])) return false;
   }
   return true;
 }
@@ -135,7 +139,7 @@ template <int n, class Form, bool forced, class Number>
       x[i] = x[w.a] / x[w.b];
     } else if constexpr (w.kind == taylor::Kind::power) {
       constexpr double twice = 2.0 * w.c.literal;
-      if constexpr (w.c.line < 0 && twice == static_cast<double>(static_cast<int>(twice)) && twice >= -16.0 && twice <= 16.0) {
+      if constexpr (w.c.line < 0 && twice >= -16.0 && twice <= 16.0 && twice == static_cast<double>(static_cast<int>(twice))) {
         x[i] = half_power<static_cast<int>(twice)>(x[w.a]);
       } else {
         using std::pow;
@@ -148,7 +152,8 @@ template <int n, class Form, bool forced, class Number>
       else x[i] = times(i, A, x[w.a]) + offset(i);
     } else {
       Number sum;
-      if constexpr (w.cb.is(-1.0)) sum = times(i, A, x[w.a]) - x[w.b];
+      if constexpr (w.ca == w.cb && !w.ca.is(1.0)) sum = times(i, A, x[w.a] + x[w.b]);
+      else if constexpr (w.cb.is(-1.0)) sum = times(i, A, x[w.a]) - x[w.b];
       else if constexpr (w.ca.is(-1.0)) sum = times(i, B, x[w.b]) - x[w.a];
       else sum = times(i, A, x[w.a]) + times(i, B, x[w.b]);
       if constexpr (w.c.is(0.0)) x[i] = sum;
@@ -170,7 +175,14 @@ template <int n, class Form, bool forced, class Number>
     if constexpr (forced) return x[form.right[i]] + applied[form.kept[i]];
     else return x[form.right[i]];
   };
-  if constexpr (kept == 1) {
+  unroll<kept>([&](auto i) __attribute__((always_inline)) {
+    constexpr int mass = form.mass[triangle_index(i, i)], before = form.diagonal[i];
+    if constexpr (mass >= 0 && before >= 0) good &= x[mass] > singular_pivot<double>(n) * x[before];
+  });
+  if constexpr (kept == 1 && form.mass[0] < 0) {
+    good = false;
+    out[form.kept[0]] = 0.0;
+  } else if constexpr (kept == 1) {
     const Number& pivot = x[form.mass[0]];
     good &= pivot > 0.0;
     out[form.kept[0]] = right(std::integral_constant<int, 0>{}) / pivot;

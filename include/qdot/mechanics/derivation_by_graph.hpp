@@ -136,6 +136,7 @@ class DerivationByGraph {
       }
       e.kept.push_back(i);
       e.right.push_back(s.right[i]);
+      e.diagonal.push_back(-1);
     }
     for (const int i : e.kept)
       for (const int j : e.kept)

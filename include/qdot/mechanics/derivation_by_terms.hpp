@@ -105,10 +105,17 @@ class DerivationByTerms {
   constexpr Term times(const Term& x, const Term& y) { return {x.c * y.c, monomials_.product(x.monomial, y.monomial), x.a, x.b}; }
   constexpr Term inverse(const Term& x) { return {1.0 / x.c, monomials_.power(x.monomial, -1)}; }
 
-  // The same with sums as sums.
+  // x₁ − x₀ − l, and sums of such.
+  constexpr bool is_sum_of_coordinates(int node) const {
+    const Node& w = graph[node];
+    if (w.kind == taylor::Kind::variable) return true;
+    return w.kind == taylor::Kind::affine && is_sum_of_coordinates(w.a) && (w.b < 0 || is_sum_of_coordinates(w.b));
+  }
+
+  // The same with sums as sums, but for those of coordinates.
   constexpr Polynomial terms_of(int node) {
     const Node w = graph[node];
-    if (w.kind != taylor::Kind::affine) {
+    if (w.kind != taylor::Kind::affine || (w.b >= 0 && is_sum_of_coordinates(node))) {
       const Term t = term_of(node);
       Polynomial one;
       if (decisive(t.c) != 0.0) one.push_back(t);
@@ -285,7 +292,20 @@ class DerivationByTerms {
     return p;
   }
 
+  // Whether what is left of a diagonal entry may be a difference of large numbers: false when it is terms of what there was.
+  static constexpr bool may_have_lost_digits(const Polynomial& left, const Polynomial& before) {
+    if (left.size() == 1) {
+      for (const Term& t : before)
+        if (are_alike(t.c, left[0].c)) return false;
+    }
+    if (left.size() != before.size()) return true;
+    for (std::size_t i = 0; i < left.size(); ++i)
+      if (left[i].key() != before[i].key() || !are_alike(left[i].c, before[i].c)) return true;
+    return false;
+  }
+
   constexpr void eliminate(std::vector<Polynomial>& M, std::vector<Polynomial>& r, DerivedEquations& e) {
+    const std::vector<Polynomial> before = M;
     std::vector<int> kept;
     for (int i = 0; i < n_; ++i) kept.push_back(i);
     for (bool again = true; again;) {
@@ -331,6 +351,8 @@ class DerivationByTerms {
     e.kept = kept;
     for (const int i : kept) {
       e.right.push_back(node_of(r[at(i)]));
+      const Polynomial& diagonal = before[entry(i, i)];
+      e.diagonal.push_back(may_have_lost_digits(M[entry(i, i)], diagonal) ? node_of(diagonal) : -1);
       for (const int j : kept)
         if (j <= i) e.mass.push_back(M[entry(i, j)].empty() ? -1 : node_of(M[entry(i, j)]));
     }

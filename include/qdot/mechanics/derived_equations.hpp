@@ -28,6 +28,7 @@ struct DerivedEquations {
   std::vector<int> kept;               // the other coordinates
   std::vector<int> mass;               // lower triangle of their matrix, row by row; −1 is zero
   std::vector<int> right;
+  std::vector<int> diagonal;           // of kept coordinates, M_kk before the elimination; −1 where it has lost no digits since
 };
 
 }  // namespace qdot::detail

@@ -1,0 +1,48 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// q̈ by the equations that the compiler has derived, beside q̈ by nested duals: without and with applied forces.
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "qdot/mechanics/equations_of_motion.hpp"
+#include "qdot/mechanics/written_out.hpp"
+
+namespace qdot {
+
+/// What difference_of_ways() gives where the derived equations were not used: they don't exist, or have handed the state on.
+inline constexpr double not_derived = 1e9;
+
+/// The worst relative difference at random states with entries of q from `low` to `high`.
+template <int n, class E>
+double difference_of_ways(const E& energies, double low, double high, int samples = 20) {
+  const auto system = mechanical_system<n>(written_out<n>(energies));
+  using Written = std::decay_t<decltype(system.energies())>;
+  if constexpr (!Written::ClosedForm::exists) {
+    return not_derived;
+  } else {
+    std::mt19937 random(29);
+    std::uniform_real_distribution<double> position(low, high), other(-2.0, 2.0);
+    double worst = 0.0;
+    for (int sample = 0; sample < samples; ++sample) {
+      Vector<double, n> q, v, Q, a, b;
+      for (int i = 0; i < n; ++i) {
+        q[i] = position(random);
+        v[i] = other(random);
+        Q[i] = other(random);
+      }
+      const double t = other(random);
+      if (!detail::closed_form_acceleration<n>(system.energies(), q.data(), v.data(), t, a.data())) return not_derived;
+      if (!detail::closed_form_acceleration_under_force<n>(system.energies(), q.data(), v.data(), t, Q.data(), b.data())) return not_derived;
+      const Vector<double, n> general = detail::general_acceleration(system, q, v, t);
+      const Matrix<double, n> M = detail::kinetic_hessian<n>(system.energies(), q, v, t);
+      const Vector<double, n> under_force = general + M.ldlt().solve(Q);
+      worst = std::max({worst, (a - general).norm() / general.norm(), (b - under_force).norm() / under_force.norm()});
+    }
+    return worst;
+  }
+}
+
+}  // namespace qdot
