@@ -37,43 +37,40 @@ void short_chain_by_hand(const double* q, const double* v, double* a) {
   unroll<n>([&](auto i) __attribute__((always_inline)) { a[i] = r[i]; });
 }
 
-/// The same of many links: the sums over j are running sums, and M is laid out and factored in blocks of four numbers.
+/// The same of many links: the sums over j are running sums, and M is factored in blocks of four columns.
 template <int n>
 void long_chain_by_hand(const double* q, const double* v, double* a) {
   constexpr double g = 9.81;
   constexpr int blocks = (n + 3) / 4;
-  double s[4 * blocks] = {}, c[4 * blocks] = {}, wc[n], ws[n], C[n], S[n], r[4 * blocks];
-  for (int i = 0; i < n; ++i) {
+  double s[n], c[n], wc[n], ws[n], C[n], S[n], r[4 * blocks];
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
     s[i] = detail::shared_sine(q[i]);
     c[i] = detail::shared_cosine(q[i]);
     wc[i] = v[i] * v[i] * c[i];
     ws[i] = v[i] * v[i] * s[i];
-  }
+  });
   double pc = 0, ps = 0;  // of j ≤ i, with weight n − i
-  for (int i = 0; i < n; ++i) {
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
     pc += wc[i];
     ps += ws[i];
     C[i] = (n - i) * pc;
     S[i] = (n - i) * ps;
-  }
+  });
   pc = ps = 0;  // of j > i, with weight n − j
-  for (int i = n - 1; i >= 0; --i) {
+  unroll<n>([&](auto done) __attribute__((always_inline)) {
+    constexpr int i = n - 1 - done;
     C[i] += pc;
     S[i] += ps;
     pc += (n - i) * wc[i];
     ps += (n - i) * ws[i];
     r[i] = c[i] * S[i] - s[i] * C[i] - (n - i) * g * s[i];
-  }
+  });
   double M[16 * blocks * blocks];
-  for (int i = 0; i < n; ++i) {
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    M[4 * blocks * i + i] = n - i;
     const double ci = (n - i) * c[i], si = (n - i) * s[i];
-    for (int J = 0; J <= i / 4; ++J) {
-      detail::Block cj, sj;
-      detail::read(cj, c + 4 * J);
-      detail::read(sj, s + 4 * J);
-      detail::write(M + 4 * blocks * i + 4 * J, ci * cj + si * sj);
-    }
-  }
+    unroll<i>([&](auto j) __attribute__((always_inline)) { M[4 * blocks * i + j] = ci * c[j] + si * s[j]; });
+  });
   detail::solved_by_blocks<blocks>(n, M, r, 0.0);
   for (int i = 0; i < n; ++i) a[i] = r[i];
 }

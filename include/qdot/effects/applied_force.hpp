@@ -76,7 +76,7 @@ Vector<double, n> acceleration_under_force(const System<E, n, I>& system, const 
     const EnergiesUnderForce<E, n> forced{system.energies(), Q.data()};
     Vector<double, n> a = Vector<double, n>::Zero(q.size());
     if constexpr (HasClosedForm<E> && straight_line_pays) {
-      if (closed_form_acceleration_under_force<n>(system.energies(), q.data(), qdot.data(), t, Q.data(), a.data())) return a;
+      if (system.energies().acceleration_in_closed_form_under_force(q.data(), qdot.data(), t, Q.data(), a.data())) return a;
     } else if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) {
       if (straight_line_acceleration<n>(forced, q.data(), qdot.data(), t, a.data())) return a;
     }

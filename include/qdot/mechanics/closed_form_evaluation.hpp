@@ -23,13 +23,6 @@
 
 namespace qdot::detail {
 
-/// Energies whose equations the compiler has derived.
-template <class E>
-concept HasClosedForm = requires(const E& e) {
-  typename E::ClosedForm;
-  e.has_closed_form();
-} && E::ClosedForm::exists;
-
 /// The coefficients of an object; false when a pivot is zero or negative, or all that rounding has left of larger numbers: no way for this object.
 template <class Form, std::size_t count_T, std::size_t count_V, std::size_t count>
 bool coefficients_written(const std::array<double, count_T>& T, const std::array<double, count_V>& V, std::array<double, count>& c) {

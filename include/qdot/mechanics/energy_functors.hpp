@@ -134,6 +134,13 @@ concept GoesByList = requires(const E& e) {
   { e.replays() } -> std::same_as<bool>;
 };
 
+// Energies whose equations the compiler has derived (written_out.hpp): q̈ written to the last argument, or false where this is not the way.
+template <class E>
+concept HasClosedForm = requires(const E& e, const double* q, double* qddot) {
+  { e.acceleration_in_closed_form(q, q, 0.0, qddot) } -> std::same_as<bool>;
+  { e.acceleration_in_closed_form_under_force(q, q, 0.0, q, qddot) } -> std::same_as<bool>;
+};
+
 // The English of a functor's mistakes. Each message is reported once and stops the ones that follow from it.
 template <class E, int n>
 consteval bool require_energies() {

@@ -77,7 +77,7 @@ template <int n, int lanes, class E>
 template <int n, int lanes, class E>
 [[gnu::noinline, gnu::flatten]] inline PackMask<lanes> closed_form_accelerations(const E& e, const Pack<lanes>* q, const Pack<lanes>* qdot,
                                                                                  const Pack<lanes>& t, Pack<lanes>* qddot) {
-  return closed_form_of_acceleration<n, typename E::ClosedForm, false>(e.closed_form_coefficients(), q, qdot, t, q, qddot);
+  return e.template accelerations_in_closed_form<Pack<lanes>>(q, qdot, t, qddot);
 }
 
 // Largest n that goes in packs: there are fewer registers for wide numbers, and compile time grows with n⁴ or so.

@@ -13,7 +13,6 @@
 #include <type_traits>
 
 #include "qdot/mechanics/banded_equations.hpp"
-#include "qdot/mechanics/closed_form_evaluation.hpp"
 #include "qdot/mechanics/graded_evaluation.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 #include "qdot/mechanics/straight_line.hpp"
@@ -81,7 +80,7 @@ Vector<S, n> acceleration_of(const System<E, n, I>& system, const Vector<S, n>& 
     if constexpr (HasShorterWay<E>) {
       if (system.energies().shorter_way(at.data(), velocity.data(), at.size(), t, singular_pivot<double>(at.size()), a.data())) return a;
     } else if constexpr (HasClosedForm<E> && straight_line_pays) {
-      if (closed_form_acceleration<n>(system.energies(), at.data(), velocity.data(), t, a.data())) return a;
+      if (system.energies().acceleration_in_closed_form(at.data(), velocity.data(), t, a.data())) return a;
     } else {
       if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) {
         if (straight_line_acceleration<n>(system.energies(), at.data(), velocity.data(), t, a.data())) return a;
