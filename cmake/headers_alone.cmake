@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: MIT
+#
+# The target qdot_headers_alone compiles each header by itself: it includes what it needs, and gives no warning. What it compiles is
+# read, never run.
+#
+# Eigen takes a second to read, more than most headers. It is read once, as a precompiled header, for the headers that include it
+# themselves or through headers of ours; the others are compiled without, or they could lean on it unseen.
+
+# Which of the headers bring Eigen in.
+function(qdot_headers_with_eigen result)
+  set(found)
+  set(rest ${ARGN})
+  set(grows ON)
+  while(grows)
+    set(grows OFF)
+    foreach(header IN LISTS rest)
+      file(STRINGS ${header} includes REGEX "^#include [<\"](Eigen|qdot)/")
+      string(REGEX MATCHALL "qdot/[a-z_0-9/]+\\.hpp" ours "${includes}")
+      set(brings OFF)
+      if(includes MATCHES "<Eigen/")
+        set(brings ON)
+      endif()
+      foreach(name IN LISTS ours)
+        if("${PROJECT_SOURCE_DIR}/include/${name}" IN_LIST found)
+          set(brings ON)
+        endif()
+      endforeach()
+      if(brings)
+        list(APPEND found ${header})
+        list(REMOVE_ITEM rest ${header})
+        set(grows ON)
+      endif()
+    endforeach()
+  endwhile()
+  set(${result} ${found} PARENT_SCOPE)
+endfunction()
+
+function(qdot_compile_alone target library)
+  set(units)
+  set(without_eigen)
+  foreach(header IN LISTS ARGN)
+    file(RELATIVE_PATH name ${PROJECT_SOURCE_DIR}/include ${header})
+    set(unit ${PROJECT_BINARY_DIR}/headers_alone/${name}.cpp)
+    file(CONFIGURE OUTPUT ${unit} CONTENT "#include <${name}>\n")
+    list(APPEND units ${unit})
+    if(NOT header IN_LIST with_eigen)
+      list(APPEND without_eigen ${unit})
+    endif()
+  endforeach()
+  add_library(${target} OBJECT EXCLUDE_FROM_ALL ${units})
+  target_link_libraries(${target} PRIVATE ${library})
+  target_precompile_headers(${target} PRIVATE <Eigen/Core>)
+  set_property(SOURCE ${without_eigen} PROPERTY SKIP_PRECOMPILE_HEADERS ON)
+  target_compile_options(${target} PRIVATE ${qdot_own_warnings} "$<$<CONFIG:Check>:-O0;-g0;-fno-sanitize=all>")
+endfunction()
+
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${qdot_headers} ${qdot_cvode_headers}) # their includes are read below
+qdot_headers_with_eigen(with_eigen ${qdot_headers} ${qdot_cvode_headers})
+add_custom_target(qdot_headers_alone)
+qdot_compile_alone(qdot_core_headers_alone qdot ${qdot_headers})
+add_dependencies(qdot_headers_alone qdot_core_headers_alone)
+if(TARGET qdot::cvode)
+  qdot_compile_alone(qdot_cvode_headers_alone qdot_cvode ${qdot_cvode_headers})
+  add_dependencies(qdot_headers_alone qdot_cvode_headers_alone)
+endif()
