@@ -12,6 +12,7 @@
 #include "bench/chain_energies.hpp"
 #include "bench/hand_derived.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
+#include "qdot/mechanics/written_out.hpp"
 #include "scenes/double_pendulum.hpp"
 #include "scenes/elastic_pendulum.hpp"
 #include "scenes/heavy_top.hpp"
@@ -88,8 +89,10 @@ TEST_CASE("accelerations of systems of fixed size allocate nothing") {
   const auto unrolled = mechanical_system<3>(bench::UnrolledChain<3>{});
   const auto looped = mechanical_system<3>(bench::LoopedChain{});
   const auto loose = mechanical_system<32>(bench::LoopedChain{});
+  const auto written = mechanical_system<3>(written_out<3>(scenes::HeavyTop{}));
   const long before = allocations;
-  const double sum = acceleration(unrolled, q3, v3).sum() + acceleration(looped, q3, v3).sum() + acceleration(loose, q32, v32).sum();
+  const double sum = acceleration(unrolled, q3, v3).sum() + acceleration(looped, q3, v3).sum() + acceleration(loose, q32, v32).sum() +
+                     acceleration(written, q3, v3).sum();
   const long after = allocations;
   CHECK(std::isfinite(sum));
   CHECK(after == before);

@@ -134,9 +134,14 @@ concept GoesByList = requires(const E& e) {
   { e.replays() } -> std::same_as<bool>;
 };
 
-// Energies whose equations the compiler has derived (written_out.hpp): q̈ written to the last argument, or false where this is not the way.
+// Energies that are straight-line code whatever their T and V look like (written_out.hpp): the ways for loops need not be compiled.
 template <class E>
-concept HasClosedForm = requires(const E& e, const double* q, double* qddot) {
+inline constexpr bool is_written_out = false;
+
+// Energies whose equations the compiler has derived: q̈ written to the last argument, or false where this is not the way. A class that is
+// derived from such energies, and may have a T or V of its own, is none.
+template <class E>
+concept HasClosedForm = is_written_out<E> && requires(const E& e, const double* q, double* qddot) {
   { e.acceleration_in_closed_form(q, q, 0.0, qddot) } -> std::same_as<bool>;
   { e.acceleration_in_closed_form_under_force(q, q, 0.0, q, qddot) } -> std::same_as<bool>;
 };

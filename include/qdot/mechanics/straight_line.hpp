@@ -104,10 +104,6 @@ template <class E>
   }
 }
 
-// Energies that are straight-line code whatever their T and V look like: the ways for loops need not be compiled.
-template <class E>
-inline constexpr bool is_written_out = false;
-
 // L = T − V of a state that consists of scalars of Lagrange's equations.
 template <int n, class E, class S>
 [[gnu::flatten]] inline S lagrangian_of(const E& e, const Vector<S, n>& x, const Vector<S, n>& v, const S& time) {
