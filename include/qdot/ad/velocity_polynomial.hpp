@@ -12,6 +12,8 @@
 //     derivatives follow from those of atoms.
 //
 // A sum that is an atom, like x₁ − x₀, is not multiplied out: (x₁ − x₀)² loses no digits, x₁² − 2 x₀ x₁ + x₀² does.
+// Sums of velocities are: of (ẋ₁ − ẋ₀)² as many digits are lost as both velocities are larger than their difference, squared. Where a mass
+// depends on the position, that costs q̈ a relative error of 3·10⁻¹³ at a ratio of 2000, and 3·10⁻¹⁰ at two million.
 
 #include <algorithm>
 #include <cstddef>
