@@ -40,7 +40,9 @@ std::vector<EquationsRow> jacobian_rows() {
           row_of<2, LoopedChain>("jacobian, for"),         row_of<4, LoopedChain>("jacobian, for"),
           row_of<2, WrittenOut<2, LoopedChain>>("jacobian, for, written out"),
           row_of<4, WrittenOut<4, LoopedChain>>("jacobian, for, written out"),
-          row_of<8, LoopedChain>("jacobian, for"),         row_of<16, LoopedChain>("jacobian, for")};
+          row_of<8, LoopedChain>("jacobian, for"),         row_of<16, LoopedChain>("jacobian, for"),
+          row_of<6, WrittenOut<6, LoopedChain>>("jacobian, for, written out"),
+          row_of<8, WrittenOut<8, LoopedChain>>("jacobian, for, written out")};
 }
 
 }  // namespace qdot::bench

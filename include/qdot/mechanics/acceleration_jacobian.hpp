@@ -144,6 +144,11 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
                                           result.d_qdot.data()))
       return result;
   }
+  if constexpr (detail::HasClosedJacobian<E> && detail::straight_line_pays && I == Inertia::positive_definite) {
+    if (system.energies().acceleration_in_closed_form(q.data(), qdot.data(), t, result.qddot.data()) &&
+        system.energies().jacobian_in_closed_form(q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(), result.d_qdot.data()))
+      return result;
+  }
   if constexpr (has_straight_line && detail::always_straight<E, n>) {
     detail::jacobian_by_duals(system, q, qdot, t, result);
   } else if constexpr (has_short_ways) {

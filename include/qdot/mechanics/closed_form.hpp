@@ -107,21 +107,14 @@ struct ByGraph {
   }
 };
 
-// Numbers of the nodes that are needed, −1 for the others.
-constexpr std::vector<int> lines_of(const DerivedEquations::Graph& graph, const DerivedEquations& e, int& count) {
+// Numbers of the nodes that `outputs` need, −1 for the others.
+constexpr std::vector<int> lines_of(const DerivedEquations::Graph& graph, const std::vector<int>& outputs, int& count) {
   const auto& nodes = graph.nodes();
   std::vector<int> line(nodes.size(), -1);
   const auto need = [&](int node) {
     if (node >= 0) line[static_cast<std::size_t>(node)] = 0;
   };
-  for (const auto& step : e.eliminated) {
-    need(step.pivot);
-    need(step.acceleration);
-    for (const int f : step.factors) need(f);
-  }
-  for (const int node : e.mass) need(node);
-  for (const int node : e.right) need(node);
-  for (const int node : e.diagonal) need(node);
+  for (const int node : outputs) need(node);
   for (std::size_t w = nodes.size(); w-- > 0;) {
     if (line[w] < 0 || nodes[w].kind == taylor::Kind::constant || nodes[w].kind == taylor::Kind::variable) continue;
     need(nodes[w].a);
@@ -133,11 +126,39 @@ constexpr std::vector<int> lines_of(const DerivedEquations::Graph& graph, const 
   return line;
 }
 
+// All that q̈ is made of.
+constexpr std::vector<int> outputs_of(const DerivedEquations& e) {
+  std::vector<int> outputs;
+  for (const auto& step : e.eliminated) {
+    outputs.push_back(step.pivot);
+    outputs.push_back(step.acceleration);
+    for (const int factor : step.factors) outputs.push_back(factor);
+  }
+  for (const int node : e.mass) outputs.push_back(node);
+  for (const int node : e.right) outputs.push_back(node);
+  for (const int node : e.diagonal) outputs.push_back(node);
+  return outputs;
+}
+
+// Lines and coefficients of a form.
+template <class Derivation, class Form>
+constexpr void write_form_lines(const Derivation& d, const std::vector<int>& line, Form& form) {
+  const auto& nodes = d.graph.nodes();
+  const auto line_of = [&line](int node) { return node < 0 ? -1 : line[static_cast<std::size_t>(node)]; };
+  for (std::size_t w = 0; w < nodes.size(); ++w) {
+    if (line[w] < 0) continue;
+    const auto& node = nodes[w];
+    const bool is_input = node.kind == taylor::Kind::variable;
+    form.line[line[w]] = {node.kind, node.function, is_input ? node.a : line_of(node.a), is_input ? -1 : line_of(node.b), node.ca, node.cb, node.c};
+  }
+  for (std::size_t k = 0; k < d.book.steps().size(); ++k) form.coefficient[k] = d.book.steps()[k];
+}
+
 template <class Way>
 constexpr ClosedFormExtent closed_form_extent() {
   ClosedFormExtent extent;
   Way::derive([&extent](const auto& d, const DerivedEquations& e) {
-    lines_of(d.graph, e, extent.lines);
+    lines_of(d.graph, outputs_of(e), extent.lines);
     extent.coefficients = static_cast<int>(d.book.steps().size());
     extent.eliminated = static_cast<int>(e.eliminated.size());
     for (const auto& step : e.eliminated) extent.factors += static_cast<int>(step.factors.size());
@@ -152,16 +173,10 @@ constexpr ClosedForm<extent> closed_form_of() {
   ClosedForm<extent> form;
   Way::derive([&form](const auto& d, const DerivedEquations& e) {
     int count = 0;
-    const std::vector<int> line = lines_of(d.graph, e, count);
+    const std::vector<int> line = lines_of(d.graph, outputs_of(e), count);
     const auto line_of = [&](int node) { return node < 0 ? -1 : line[static_cast<std::size_t>(node)]; };
+    write_form_lines(d, line, form);
     const auto& nodes = d.graph.nodes();
-    for (std::size_t w = 0; w < nodes.size(); ++w) {
-      if (line[w] < 0) continue;
-      const auto& node = nodes[w];
-      const bool is_input = node.kind == taylor::Kind::variable;
-      form.line[line[w]] = {node.kind, node.function, is_input ? node.a : line_of(node.a), is_input ? -1 : line_of(node.b), node.ca, node.cb, node.c};
-    }
-    for (std::size_t k = 0; k < d.book.steps().size(); ++k) form.coefficient[k] = d.book.steps()[k];
     int factors = 0, steps = 0;
     for (const auto& step : e.eliminated) {
       auto& to = form.eliminated[steps++];

@@ -23,13 +23,19 @@
 
 namespace qdot::detail {
 
-/// The coefficients of an object; false when a pivot is zero or negative, or all that rounding has left of larger numbers: no way for this object.
+// The coefficients of an object.
 template <class Form, std::size_t count_T, std::size_t count_V, std::size_t count>
-bool coefficients_written(const std::array<double, count_T>& T, const std::array<double, count_V>& V, std::array<double, count>& c) {
+void write_values(const std::array<double, count_T>& T, const std::array<double, count_V>& V, std::array<double, count>& c) {
   std::array<double, count_T + count_V> parameters;
   std::copy(T.begin(), T.end(), parameters.begin());
   std::copy(V.begin(), V.end(), parameters.begin() + count_T);
   taylor::write_coefficients(Form::form.coefficient, Form::coefficients, parameters.data(), c.data());
+}
+
+/// The same; false when a pivot is zero or negative, or all that rounding has left of larger numbers: no way for this object.
+template <class Form, std::size_t count_T, std::size_t count_V, std::size_t count>
+bool coefficients_written(const std::array<double, count_T>& T, const std::array<double, count_V>& V, std::array<double, count>& c) {
+  write_values<Form>(T, V, c);
   std::array<double, count> magnitude;
   taylor::write_magnitudes(Form::form.coefficient, Form::coefficients, c.data(), magnitude.data());
   for (int k = 0; k < Form::extent.eliminated; ++k) {
@@ -92,18 +98,10 @@ template <int twice, class Number>
   }
 }
 
-/// q̈ of the form `Form::form` into `out`; what is false then is not an acceleration. Of packs a mask.
-///
-/// @param c  the coefficients, Form::form.size.coefficients numbers
-/// @param Q  with `forced`: applied generalized forces, n
-template <int n, class Form, bool forced, class Number>
-[[gnu::flatten]] inline auto closed_form_of_acceleration(const double* c, const Number* q, const Number* qdot, const Number& t, const Number* Q,
-                                                         Number* out) {
+// The lines of `Form::form` into x. Inputs are q, q̇, t, and a where a form has accelerations.
+template <int n, class Form, class Number>
+[[gnu::always_inline]] inline void write_lines(const double* c, const Number* q, const Number* qdot, const Number& t, const Number* a, Number* x) {
   constexpr const auto& form = Form::form;
-  constexpr int kept = form.size.kept;
-  using Truth = decltype(q[0] > q[0]);
-  Truth good = true;
-  Number x[form.size.lines + 1];
   const auto times = [c](auto i, auto which, const Number& of) __attribute__((always_inline)) -> Number {
     constexpr CoefficientUse u = form.line[i].*which();
     if constexpr (u.is(1.0)) return of;
@@ -125,7 +123,8 @@ template <int n, class Form, bool forced, class Number>
     } else if constexpr (w.kind == taylor::Kind::variable) {
       if constexpr (w.a < n) x[i] = q[w.a];
       else if constexpr (w.a < 2 * n) x[i] = qdot[w.a - n];
-      else x[i] = t;
+      else if constexpr (w.a == 2 * n) x[i] = t;
+      else x[i] = a[w.a - 2 * n - 1];
     } else if constexpr (w.kind == taylor::Kind::product) {
       x[i] = x[w.a] * x[w.b];
     } else if constexpr (w.kind == taylor::Kind::quotient) {
@@ -153,6 +152,21 @@ template <int n, class Form, bool forced, class Number>
       else x[i] = sum + offset(i);
     }
   });
+}
+
+/// q̈ of the form `Form::form` into `out`; what is false then is not an acceleration. Of packs a mask.
+///
+/// @param c  the coefficients, Form::form.size.coefficients numbers
+/// @param Q  with `forced`: applied generalized forces, n
+template <int n, class Form, bool forced, class Number>
+[[gnu::flatten]] inline auto closed_form_of_acceleration(const double* c, const Number* q, const Number* qdot, const Number& t, const Number* Q,
+                                                         Number* out) {
+  constexpr const auto& form = Form::form;
+  constexpr int kept = form.size.kept;
+  using Truth = decltype(q[0] > q[0]);
+  Truth good = true;
+  Number x[form.size.lines + 1];
+  write_lines<n, Form>(c, q, qdot, t, q, x);
   // Applied forces go through the elimination as r does.
   Number applied[n];
   if constexpr (forced) {

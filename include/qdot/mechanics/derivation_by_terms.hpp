@@ -38,24 +38,40 @@ class DerivationByTerms {
   DerivedEquations::Graph graph;
   bool is_possible = true;  // false: T is no quadratic form that can be multiplied out, or not worth it
 
+  // Variables are q, q̇, t and accelerations.
   constexpr explicit DerivationByTerms(int n) : n_(n) {
-    for (int i = 0; i < 2 * n + 1; ++i) graph.variable(i);
+    for (int i = 0; i < 3 * n + 1; ++i) graph.variable(i);
   }
 
   /// The equations, T and V being these nodes: T multiplied out.
   constexpr DerivedEquations equations_by_terms(int T, int V) {
     DerivedEquations e;
-    if (!is_possible) return e;
-    kinetic_ = polynomial_of(T);
-    potential_.push_back(V);
-    simplify(kinetic_);
-    const auto n = static_cast<std::size_t>(n_);
-    if (kinetic_.size() > 2 * n * (n + 1) + 16) is_possible = false;
-    std::vector<Polynomial> M(n * (n + 1) / 2), r(n);
-    if (is_possible) derive(M, r);
+    std::vector<Polynomial> M(at(n_ * (n_ + 1) / 2)), r(at(n_));
+    if (is_possible) derive(T, V, M, r);
     if (is_possible) eliminate(M, r, e);
     is_possible = is_possible && monomials_.is_complete();
     return e;
+  }
+
+  /// r − M a differentiated at fixed a, and M.
+  constexpr DerivedJacobian jacobian_by_terms(int T, int V) {
+    DerivedJacobian jacobian;
+    std::vector<Polynomial> M(at(n_ * (n_ + 1) / 2)), r(at(n_));
+    if (is_possible) derive(T, V, M, r);
+    if (!is_possible) return jacobian;
+    std::vector<int> state;
+    for (int i = 0; i < 2 * n_; ++i) state.push_back(graph.variable(i));
+    for (const Polynomial& p : M) jacobian.mass.push_back(p.empty() ? -1 : node_of(p));
+    for (int i = 0; i < n_; ++i) {
+      int residual = node_of(r[at(i)]);
+      for (int j = 0; j < n_; ++j) {
+        const int mass = jacobian.mass[entry(i, j)];
+        if (mass >= 0) residual = graph.difference(residual, graph.product(mass, graph.variable(2 * n_ + 1 + j)));
+      }
+      for (const int slope : graph.gradient(residual, state)) jacobian.slopes.push_back(graph.is_constant(slope, 0.0) ? -1 : slope);
+    }
+    is_possible = monomials_.is_complete();
+    return jacobian;
   }
 
  private:
@@ -255,8 +271,12 @@ class DerivationByTerms {
     }
   }
 
-  constexpr void derive(std::vector<Polynomial>& M, std::vector<Polynomial>& r) {
-    for (const Term& t : kinetic_) {
+  constexpr void derive(int T, int V, std::vector<Polynomial>& M, std::vector<Polynomial>& r) {
+    Polynomial kinetic = polynomial_of(T);
+    simplify(kinetic);
+    if (kinetic.size() > 2 * at(n_) * at(n_ + 1) + 16) is_possible = false;
+    if (!is_possible) return;
+    for (const Term& t : kinetic) {
       const Term position{t.c, t.monomial};
       if (t.b >= 0) M[entry(t.a, t.b)].push_back(t.a == t.b ? Term{2.0 * t.c, t.monomial} : position);
       for (const Derivative& d : derivatives_of(position)) {
@@ -272,10 +292,8 @@ class DerivationByTerms {
     }
     std::vector<int> q;
     for (int i = 0; i < n_; ++i) q.push_back(graph.variable(i));
-    for (const int V : potential_) {
-      const std::vector<int> gradient = graph.gradient(V, q);
-      for (int i = 0; i < n_; ++i) append(r[at(i)], terms_of(gradient[at(i)]), -1.0, -1, -1);
-    }
+    const std::vector<int> gradient = graph.gradient(V, q);
+    for (int i = 0; i < n_; ++i) append(r[at(i)], terms_of(gradient[at(i)]), -1.0, -1, -1);
     for (Polynomial& p : r) {
       taylor::collect(p);
       simplify(p);
@@ -360,8 +378,6 @@ class DerivationByTerms {
 
   int n_;
   taylor::MonomialTable monomials_;
-  Polynomial kinetic_;
-  std::vector<int> potential_;
   std::vector<Derivatives> derivatives_;
   std::vector<char> has_derivatives_;
 };

@@ -146,6 +146,12 @@ concept HasClosedForm = is_written_out<E> && requires(const E& e, const double* 
   { e.acceleration_in_closed_form_under_force(q, q, 0.0, q, qddot) } -> std::same_as<bool>;
 };
 
+// Those whose Jacobian it has derived as well.
+template <class E>
+concept HasClosedJacobian = HasClosedForm<E> && requires(const E& e, const double* q, double* out) {
+  { e.jacobian_in_closed_form(q, q, 0.0, q, out, out) } -> std::same_as<bool>;
+};
+
 // The English of a functor's mistakes. Each message is reported once and stops the ones that follow from it.
 template <class E, int n>
 consteval bool require_energies() {

@@ -27,6 +27,7 @@
 #include <utility>
 
 #include "qdot/mechanics/closed_form_evaluation.hpp"
+#include "qdot/mechanics/closed_form_jacobian.hpp"
 #include "qdot/mechanics/straight_line.hpp"
 #include "qdot/mechanics/system.hpp"
 #include "qdot/mechanics/traced_energies.hpp"
@@ -127,6 +128,7 @@ class WrittenOut {
  public:
   /// Their equations, derived by the compiler; `exists` is false where it can't.
   using ClosedForm = detail::ClosedFormOfLists<n, list_T, list_V>;
+  using ClosedJacobian = detail::ClosedJacobianOf<n, typename ClosedForm::Energies>;
 
   WrittenOut()
     requires std::is_default_constructible_v<E>
@@ -134,6 +136,7 @@ class WrittenOut {
   explicit WrittenOut(E energies) : energies_(std::move(energies)) {
     replays_ = parameters_read<detail::Energy::T>(list_T, parameters_T_) && parameters_read<detail::Energy::V>(list_V, parameters_V_);
     if constexpr (ClosedForm::exists) has_closed_form_ = replays_ && detail::coefficients_written<ClosedForm>(parameters_T_, parameters_V_, coefficients_);
+    if constexpr (ClosedJacobian::exists) detail::write_values<ClosedJacobian>(parameters_T_, parameters_V_, coefficients_of_jacobian_);
   }
 
   const E& energies() const noexcept { return energies_; }
@@ -161,6 +164,12 @@ class WrittenOut {
     requires(ClosedForm::exists)
   {
     return detail::closed_form_acceleration_under_force<n>(*this, q, qdot, t, Q, qddot);
+  }
+  // Its derivatives, by columns, at accelerations that are known.
+  bool jacobian_in_closed_form(const double* q, const double* qdot, double t, const double* qddot, double* d_q, double* d_qdot) const
+    requires(ClosedJacobian::exists)
+  {
+    return replays_ && detail::closed_form_jacobian<n, ClosedJacobian>(coefficients_of_jacobian_.data(), q, qdot, t, qddot, d_q, d_qdot);
   }
   // Of packs: a mask. has_closed_form() is asked before.
   template <class Number>
@@ -272,6 +281,7 @@ class WrittenOut {
   bool replays_ = false;
   bool has_closed_form_ = false;
   std::array<double, ClosedForm::coefficients + 1> coefficients_{};
+  std::array<double, ClosedJacobian::coefficients + 1> coefficients_of_jacobian_{};
   std::array<double, constants_of(list_T)> parameters_T_{};
   std::array<double, constants_of(list_V)> parameters_V_{};
 };
