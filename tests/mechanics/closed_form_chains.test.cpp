@@ -5,8 +5,6 @@
 
 #include <cmath>
 
-#include "bench/chain_energies.hpp"
-#include "bench/hand_derived.hpp"
 #include "mechanics/closed_form_difference.hpp"
 
 using namespace qdot;
@@ -16,19 +14,6 @@ namespace {
 // Rounding of both, times the condition of M, which grows with the square of the length.
 constexpr double rounded = 1e-12;
 constexpr double rounded_long_chain = 1e-11;
-
-template <int n>
-double difference_from_hand() {
-  const auto written = written_out<n>(bench::LoopedChain{});
-  Vector<double, n> q, v, a, b;
-  for (int i = 0; i < n; ++i) {
-    q[i] = std::sin(3.0 * i + 1.0);
-    v[i] = std::cos(5.0 * i);
-  }
-  bench::chain_by_hand<n>(q.data(), v.data(), a.data());
-  if (!detail::closed_form_acceleration<n>(written, q.data(), v.data(), 0.0, b.data())) return not_derived;
-  return (a - b).norm() / a.norm();
-}
 
 }  // namespace
 

@@ -1,12 +1,14 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// q̈ by the equations that the compiler has derived, beside q̈ by nested duals: without and with applied forces.
+// q̈ by the equations that the compiler has derived, beside q̈ by nested duals, without and with applied forces, and beside q̈ by hand.
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "bench/chain_energies.hpp"
+#include "bench/hand_derived.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 #include "qdot/mechanics/written_out.hpp"
 
@@ -44,5 +46,33 @@ double difference_of_ways(const E& energies, double low, double high, int sample
     return worst;
   }
 }
+
+/// The relative difference of a chain's derived q̈ from the one derived by hand.
+template <int n>
+double difference_from_hand() {
+  const auto written = written_out<n>(bench::LoopedChain{});
+  Vector<double, n> q, v, a, b;
+  for (int i = 0; i < n; ++i) {
+    q[i] = std::sin(3.0 * i + 1.0);
+    v[i] = std::cos(5.0 * i);
+  }
+  bench::chain_by_hand<n>(q.data(), v.data(), a.data());
+  if (!detail::closed_form_acceleration<n>(written, q.data(), v.data(), 0.0, b.data())) return not_derived;
+  return (a - b).norm() / a.norm();
+}
+
+/// A top whose tip is held, in Euler's angles: its spin is eliminated by formula.
+struct HeavyTop {
+  double A = 1.3, C = 0.7, mgl = 1.9;
+  constexpr auto T(const auto& q, const auto& v) const {
+    using std::cos, std::sin;
+    const auto across = v[1] * sin(q[0]), along = v[1] * cos(q[0]) + v[2];
+    return 0.5 * A * (v[0] * v[0] + across * across) + 0.5 * C * along * along;
+  }
+  constexpr auto V(const auto& q) const {
+    using std::cos;
+    return mgl * cos(q[0]);
+  }
+};
 
 }  // namespace qdot

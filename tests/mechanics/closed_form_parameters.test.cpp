@@ -71,19 +71,6 @@ struct DoublePendulum {
   }
 };
 
-struct HeavyTop {
-  double A = 1.3, C = 0.7, mgl = 1.9;
-  constexpr auto T(const auto& q, const auto& v) const {
-    using std::cos, std::sin;
-    const auto across = v[1] * sin(q[0]), along = v[1] * cos(q[0]) + v[2];
-    return 0.5 * A * (v[0] * v[0] + across * across) + 0.5 * C * along * along;
-  }
-  constexpr auto V(const auto& q) const {
-    using std::cos;
-    return mgl * cos(q[0]);
-  }
-};
-
 // The first mass matters only relative to the second.
 struct TwoMasses {
   double m = 1.0, M = 1.0;
