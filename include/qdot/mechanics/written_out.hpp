@@ -50,8 +50,9 @@ consteval bool require_written_out() {
                   "value (double m = 1.0;), or use lambdas that capture nothing but doubles, by value");
     if constexpr (Example<E>::exists) {
       static_assert(RunsWhileCompiling<n, Energy::T, E, 0>,
-                    "qdot: written_out cannot run the kinetic energy T while compiling: mark T constexpr, and use no function that is not "
-                    "constexpr (the cosine of a plain number is none: store its value) and no vector of Eigen in it");
+                    "qdot: written_out cannot run the kinetic energy T while compiling: mark T constexpr, or the functor that places point "
+                    "masses and planar bodies, and use no function that is not constexpr (the cosine of a plain number is none: store its "
+                    "value) and no vector of Eigen in it");
       static_assert(RunsWhileCompiling<n, Energy::V, E, 0>,
                     "qdot: written_out cannot run the potential energy V while compiling: mark V constexpr, and use no function that is not "
                     "constexpr (the cosine of a plain number is none: store its value) and no vector of Eigen in it");
