@@ -220,6 +220,20 @@ class BasicGraph {
     return depends;
   }
 
+  /// Whether a node is an output or an argument of what leads to one; −1 is no output.
+  constexpr std::vector<char> needed_for(std::span<const int> outputs) const {
+    std::vector<char> needed(nodes_.size(), 0);
+    for (const int x : outputs)
+      if (x >= 0) needed[static_cast<std::size_t>(x)] = 1;
+    for (std::size_t w = needed.size(); w-- > 0;) {
+      const Node& node = nodes_[w];
+      if (needed[w] == 0 || node.kind == Kind::constant || node.kind == Kind::variable) continue;
+      needed[static_cast<std::size_t>(node.a)] = 1;
+      if (node.b >= 0) needed[static_cast<std::size_t>(node.b)] = 1;
+    }
+    return needed;
+  }
+
   /// ∂output/∂x for each of the variables x, as nodes.
   [[gnu::noinline]] constexpr std::vector<int> gradient(int output, std::span<const int> variables) {
     return gradient(output, variables, std::vector<char>(static_cast<std::size_t>(output) + 1, 1));

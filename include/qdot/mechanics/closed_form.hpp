@@ -109,20 +109,11 @@ struct ByGraph {
 
 // Numbers of the nodes that `outputs` need, −1 for the others.
 constexpr std::vector<int> lines_of(const DerivedEquations::Graph& graph, const std::vector<int>& outputs, int& count) {
-  const auto& nodes = graph.nodes();
-  std::vector<int> line(nodes.size(), -1);
-  const auto need = [&](int node) {
-    if (node >= 0) line[static_cast<std::size_t>(node)] = 0;
-  };
-  for (const int node : outputs) need(node);
-  for (std::size_t w = nodes.size(); w-- > 0;) {
-    if (line[w] < 0 || nodes[w].kind == taylor::Kind::constant || nodes[w].kind == taylor::Kind::variable) continue;
-    need(nodes[w].a);
-    need(nodes[w].b);
-  }
+  const std::vector<char> needed = graph.needed_for(outputs);
+  std::vector<int> line(needed.size(), -1);
   count = 0;
-  for (int& l : line)
-    if (l == 0) l = count++;
+  for (std::size_t w = 0; w < needed.size(); ++w)
+    if (needed[w] != 0) line[w] = count++;
   return line;
 }
 
@@ -203,13 +194,13 @@ constexpr ClosedForm<extent> closed_form_of() {
 template <class Way>
 concept Derivable = requires { typename std::bool_constant<closed_form_extent<Way>().exists>; };
 template <class Way>
-constexpr bool derives() {
+inline constexpr ClosedFormExtent extent_of_way = [] {
   if constexpr (Derivable<Way>) {
-    return closed_form_extent<Way>().exists;
+    return closed_form_extent<Way>();
   } else {
-    return false;
+    return ClosedFormExtent{};
   }
-}
+}();
 
 // Largest n whose kinetic energy is multiplied out.
 inline constexpr int by_terms_limit = 8;
@@ -218,7 +209,7 @@ template <int n, class Energies>
 struct WayToDerive {
   static constexpr auto chosen() {
     if constexpr (n <= by_terms_limit) {
-      if constexpr (derives<ByTerms<n, Energies>>()) {
+      if constexpr (extent_of_way<ByTerms<n, Energies>>.exists) {
         return std::type_identity<ByTerms<n, Energies>>{};
       } else {
         return std::type_identity<ByGraph<n, Energies>>{};
@@ -235,14 +226,8 @@ template <int n, const auto& list_T, const auto& list_V>
 struct ClosedFormOfLists {
   using Energies = ListedEnergies<n, list_T, list_V>;
   using Way = typename WayToDerive<n, Energies>::type;
-  static constexpr bool exists = derives<Way>();
-  static constexpr ClosedFormExtent extent = [] {
-    if constexpr (derives<Way>()) {
-      return closed_form_extent<Way>();
-    } else {
-      return ClosedFormExtent{};
-    }
-  }();
+  static constexpr ClosedFormExtent extent = extent_of_way<Way>;
+  static constexpr bool exists = extent.exists;
   static constexpr int coefficients = extent.coefficients;
   static constexpr ClosedForm<extent> form = closed_form_of<Way, extent>();
 };

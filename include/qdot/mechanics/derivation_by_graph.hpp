@@ -31,22 +31,27 @@ struct StoredNode {
   int line_of_ca = -1, line_of_cb = -1, line_of_c = -1;
 };
 
-/// What a stage leaves behind.
-template <int n, int nodes_, int lines_>
-struct GraphStage {
-  static constexpr int most_nodes = nodes_, most_lines = lines_;
+/// How far a derivation is, and the nodes that it has found.
+template <int n>
+struct GraphProgress {
   int next = 0;  // what is to be done: the energies, p, ∂L/∂q, rates of nodes, then each entry of r, then each row of M
   int next_rate = 0;
   bool is_possible = true;
   int T = -1, V = -1;
   int p[n] = {}, force[n] = {}, right[n] = {}, mass[n * (n + 1) / 2] = {};
+
+  static constexpr int first_right = 4, first_row = 4 + n, last = 4 + 2 * n;
+};
+
+/// What a stage leaves behind: this, and all nodes.
+template <int n, int nodes_, int lines_>
+struct GraphStage : GraphProgress<n> {
+  static constexpr int most_nodes = nodes_, most_lines = lines_;
   int nodes = 0, lines = 0;
   StoredNode node[nodes_ + 1] = {};
   int rate[nodes_ + 1] = {};  // 1 + the node of d/dt at q̈ = 0; 0 where it is not known yet
   taylor::CoefficientStep line[lines_ + 1] = {};
   double shadow[lines_ + 1] = {};
-
-  static constexpr int first_right = 4, first_row = 4 + n, last = 4 + 2 * n;
 };
 
 /// Goes on from a stage.
@@ -153,14 +158,7 @@ class DerivationByGraph {
   template <class Stage, class HasTime>
   constexpr bool make_rates(Stage& s, const HasTime& has_time) {
     const int last = *std::max_element(s.p, s.p + n);
-    std::vector<char> needed(at(last) + 1, 0);
-    for (const int p : s.p) needed[at(p)] = 1;
-    for (int w = last; w >= 0; --w) {
-      const Node& node = graph[w];
-      if (needed[at(w)] == 0 || node.kind == taylor::Kind::constant || node.kind == taylor::Kind::variable) continue;
-      needed[at(node.a)] = 1;
-      if (node.b >= 0) needed[at(node.b)] = 1;
-    }
+    const std::vector<char> needed = graph.needed_for(s.p);
     rates_.resize(at(last) + 1, -1);
     for (; s.next_rate <= last; ++s.next_rate) {
       if (!has_time()) return false;
@@ -235,24 +233,11 @@ inline constexpr int effort_of_a_stage = 500;
 inline constexpr int effort_of_a_stage = 5000;
 #endif
 
-template <int n, class From, class To>
-constexpr void copy_results(const From& from, To& to) {
-  to.next = from.next;
-  to.next_rate = from.next_rate;
-  to.is_possible = from.is_possible;
-  to.T = from.T;
-  to.V = from.V;
-  std::copy(from.p, from.p + n, to.p);
-  std::copy(from.force, from.force + n, to.force);
-  std::copy(from.right, from.right + n, to.right);
-  std::copy(from.mass, from.mass + n * (n + 1) / 2, to.mass);
-}
-
 // The stage after `before`, with room to spare.
 template <int n, class Energies, int nodes, int lines>
 constexpr auto wide_stage_after(const GraphStage<n, nodes, lines>& before) {
   GraphStage<n, nodes + 2 * effort_of_a_stage + 2000, lines + effort_of_a_stage + 1000> now;
-  copy_results<n>(before, now);
+  static_cast<GraphProgress<n>&>(now) = before;
   DerivationByGraph<n> d(before);
   d.advance(now, effort_of_a_stage, Energies::node_of_T, Energies::node_of_V);
   return now;
@@ -261,7 +246,7 @@ constexpr auto wide_stage_after(const GraphStage<n, nodes, lines>& before) {
 template <int n, int nodes, int lines, class Wide>
 constexpr GraphStage<n, nodes, lines> trimmed_stage(const Wide& wide) {
   GraphStage<n, nodes, lines> s;
-  copy_results<n>(wide, s);
+  static_cast<GraphProgress<n>&>(s) = wide;
   if (!s.is_possible) return s;
   s.nodes = nodes;
   s.lines = lines;

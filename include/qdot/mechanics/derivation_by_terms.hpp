@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "qdot/ad/polynomial_node.hpp"
@@ -86,7 +87,6 @@ class DerivationByTerms {
   }
 
   constexpr int node_of(const Polynomial& p) { return taylor::PolynomialNodes(graph, monomials_, n_).node_of(p); }
-  constexpr bool is_velocity(int index) const { return index >= n_ && index < 2 * n_; }
 
   // A function of the position as one term.
   constexpr Term term_of(int node) {
@@ -146,20 +146,9 @@ class DerivationByTerms {
   // What a node is as a polynomial in the velocities.
   constexpr Polynomial polynomial_of(int output) {
     std::vector<Polynomial> of(at(output) + 1);
-    std::vector<char> needed(at(output) + 1, 0), moves(at(output) + 1, 0);
-    const auto arguments = [](const Node& w) { return w.kind != taylor::Kind::constant && w.kind != taylor::Kind::variable; };
-    needed[at(output)] = 1;
-    for (int w = output; w >= 0; --w) {
-      const Node& node = graph[w];
-      if (needed[at(w)] == 0 || !arguments(node)) continue;
-      needed[at(node.a)] = 1;
-      if (node.b >= 0) needed[at(node.b)] = 1;
-    }
-    for (int w = 0; w <= output; ++w) {
-      const Node& node = graph[w];
-      if (node.kind == taylor::Kind::variable) moves[at(w)] = is_velocity(node.a);
-      else if (arguments(node)) moves[at(w)] = moves[at(node.a)] != 0 || (node.b >= 0 && moves[at(node.b)] != 0);
-    }
+    std::vector<int> velocities;
+    for (int i = 0; i < n_; ++i) velocities.push_back(graph.variable(n_ + i));
+    const std::vector<char> needed = graph.needed_for(std::span<const int>(&output, 1)), moves = graph.dependence(output, velocities);
     for (int w = 0; w <= output && is_possible; ++w) {
       if (needed[at(w)] == 0) continue;
       const Node node = graph[w];
