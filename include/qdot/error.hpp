@@ -10,6 +10,9 @@
 // Two kinds of trouble are kept apart. An *error* is an exception from this file: the model or
 // a call is wrong, and there is nothing to return. An *outcome* (integrate/outcome.hpp) is how
 // a run ended: the trajectory up to the last good step comes back with it.
+//
+// Both rest on NaN and infinity, by which a number says that it is none. Options that let the compiler assume that there are none
+// take every such check out of the program, so they are refused; so is the reordering of sums, which undoes those that keep their rounding.
 
 #include <concepts>
 #include <cstddef>
@@ -20,6 +23,10 @@
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST)
+#error "qdot: -ffast-math, -Ofast, -ffinite-math-only and -fassociative-math make NaN pass for a number and sums lose their digits; compile without them, or add -fno-fast-math for the files that include qdot"
+#endif
 
 namespace qdot {
 

@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: MIT
 #
-# cmake -DCOMPILER=… -DSOURCE=… -DINCLUDE=… -P compile.cmake: compiles SOURCE, and compares with its "// message: …" line.
+# cmake -DCOMPILER=… -DSOURCE=… -DINCLUDE=… -P compile.cmake: compiles SOURCE, and compares with its "// message: …" line. With the
+# options that a line "// flags: …" names.
 file(STRINGS ${SOURCE} message REGEX "^// message: ")
 string(REGEX REPLACE "^// message: " "" message "${message}")
 
+file(STRINGS ${SOURCE} options REGEX "^// flags: ")
+string(REGEX REPLACE "^// flags: " "" options "${options}")
+separate_arguments(options)
+
 list(TRANSFORM INCLUDE PREPEND -isystem OUTPUT_VARIABLE flags)
-execute_process(COMMAND ${COMPILER} -std=c++20 -fsyntax-only ${flags} ${SOURCE}
+execute_process(COMMAND ${COMPILER} -std=c++20 -fsyntax-only ${options} ${flags} ${SOURCE}
   RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
 
 if(message STREQUAL "")

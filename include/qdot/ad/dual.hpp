@@ -39,6 +39,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "qdot/error.hpp"
+
 namespace qdot {
 
 template <class S, int N, class Tag = void>

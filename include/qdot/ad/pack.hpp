@@ -25,6 +25,8 @@
 
 #include <Eigen/Core>
 
+#include "qdot/error.hpp"
+
 namespace qdot {
 
 namespace detail {

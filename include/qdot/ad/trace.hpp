@@ -17,6 +17,8 @@
 #include <cstddef>
 #include <type_traits>
 
+#include "qdot/error.hpp"
+
 namespace qdot::trace {
 
 enum class Operation : unsigned char {

@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "qdot/error.hpp"
+
 namespace qdot {
 
 /// The number of coordinates is known only at run time.

@@ -13,6 +13,8 @@
 #include <string>
 #include <string_view>
 
+#include "qdot/error.hpp"
+
 namespace qdot::report {
 
 namespace detail {
