@@ -3,13 +3,16 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "catch2_bridge.hpp"
 #include "qdot/integrate/cvode.hpp"
+#include "qdot/integrate/cvode_automatic.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/taylor.hpp"
 
 using qdot::Dop853;
 using qdot::event;
@@ -136,6 +139,55 @@ TEST_CASE("infinitely many impacts end in a named outcome at their limit, and th
   }
 }
 
+TEST_CASE("a ball whose floor is a plain event never falls through it, with any method, restitution and length of step") {
+  constexpr double g = 9.81;
+  const auto check = [](const auto& method, double error) {
+    for (const double e : {0.0, 0.1, 0.5, 0.9})
+      for (const double t_end : {10.0, 1e4}) {
+        CAPTURE(method.name, e, t_end);
+        const auto run = simulate(falling_ball, released, t_end, method, {},
+                                  events(event("floor", x).falling().then([e](State<1>& s) { s.qdot *= -e; })));
+        REQUIRE(run.outcome == Outcome::event_accumulation);
+        CHECK_THAT(run.t, WithinAbs(std::sqrt(2.0 / g) * (1 + e) / (1 - e), error));
+        CHECK(std::abs(run.y[0]) < error);
+        CHECK(run.message.find("'floor'") != std::string::npos);
+      }
+  };
+  constexpr double shortest_hop = 1e-7;      // to fall by the rounding of the first impact, 1e-15, takes 1e-8
+  constexpr double multistep_error = 1e-3;   // hops lower than the tolerance of x, 1e-9, take 3e-5 and are no motion that BDF can tell
+  check(Dop853{}, shortest_hop);
+  check(qdot::Taylor{}, shortest_hop);
+  check(qdot::Automatic{}, shortest_hop);
+  check(qdot::CvodeBdf{}, multistep_error);
+  check(qdot::CvodeAdams{}, multistep_error);
+}
+
+TEST_CASE("an action that does not turn the motion lets it through zero, from rest too") {
+  // A push onward, and an action that only looks on; in both the ball goes on falling through the level.
+  for (const double start : {1.0, 0.0}) {
+    const auto from = State<1>{0.0, V1(start), V1(0.0)};
+    int seen = 0;
+    const auto looked = simulate(falling_ball, from, 2.0, qdot::Taylor{}, {}, events(event("level", x).falling().then([&](State<1>&) { ++seen; })));
+    REQUIRE(looked.completed());
+    CHECK(seen == 1);
+    CHECK_THAT(looked.y[0], WithinRel(start - 0.5 * 9.81 * 4.0, 1e-10));
+  }
+  const auto pushed = simulate(falling_ball, released, 2.0, qdot::Taylor{}, {}, events(event("level", x).falling().then([](State<1>& s) { s.qdot *= 2.0; })));
+  REQUIRE(pushed.completed());
+  CHECK(pushed.events.size() == 1);
+}
+
+TEST_CASE("what another event's action puts onto zero counts when it then moves its way") {
+  // The trap lays the ball onto the floor, falling; the floor throws it back.
+  const auto run = simulate(falling_ball, released, 0.5, qdot::Taylor{}, {},
+                            events(event("trap", [](const auto& q) { return q[0] - 0.5; }).falling().then([](State<1>& s) { s.q[0] = 0.0; }),
+                                   event("floor", x).falling().then([](State<1>& s) { s.qdot *= -1.0; })));
+  REQUIRE(run.completed());
+  const double fall = std::sqrt(1.0 / 9.81), v = 9.81 * fall;
+  check_times(times(run.events, "floor"), {fall}, 1e-12);
+  CHECK_THAT(run.y[0], WithinAbs(v * (0.5 - fall) - 0.5 * 9.81 * (0.5 - fall) * (0.5 - fall), 1e-12));
+}
+
 TEST_CASE("two roots within one step are both found, in their order") {
   // One step of a parabola covers the whole flight; the ball is above 0.99 for a moment only.
   const State<1> thrown{0.0, V1(0.0), V1(std::sqrt(2 * 9.81))};
@@ -228,4 +280,27 @@ TEST_CASE("a first-order system may be changed as a whole, and a function withou
                             events(event("root", [](const auto& q) { return std::sqrt(q[0]); })));
   CHECK(bad.outcome == Outcome::non_finite);
   CHECK(bad.message.find("the function of event 'root' must be finite") != std::string::npos);
+}
+
+TEST_CASE("an action that leaves no state behind ends the run by the event's name, and the motion so far is kept") {
+  const double nan = std::nan("");
+  const auto check = [](const auto& action, Outcome outcome, const std::string& words) {
+    const auto run = simulate(oscillator, released, 2.0, Dop853{}, fine, events(event("break", x).then(action)));
+    REQUIRE(run.outcome == outcome);
+    CAPTURE(run.message);
+    CHECK(failed(run.outcome));
+    CHECK(run.message.find("the action of event 'break' at t = 1.5707963") != std::string::npos);
+    CHECK(run.message.find(words) != std::string::npos);
+    check_times(times(run.events, "break"), {0.5 * pi});
+    CHECK_THAT(run.trajectory.at(1.0).q[0], WithinAbs(std::cos(1.0), fine_error));
+    CHECK_THAT(run.t, WithinAbs(0.5 * pi, fine_error));
+    CHECK_THAT(run.y[1], WithinAbs(-1.0, fine_error));
+  };
+  check([nan](State<1>& s) { s.q[0] = nan; }, Outcome::non_finite, "must leave finite numbers, but q0 became nan");
+  check([](State<1>& s) { s.qdot /= 0.0; }, Outcome::non_finite, "must leave finite numbers, but qdot0 became -inf");
+  check([nan](double, Eigen::VectorXd& y) { y[0] = nan; }, Outcome::non_finite, "must leave finite numbers, but q0 became nan");
+  check([](State<1>& s) { s.t = 5.0; }, Outcome::invalid_change, "must leave the time alone, but set it to 5; only q and qdot can be changed");
+  check([](double, Eigen::VectorXd& y) { y.resize(3); }, Outcome::invalid_change, "must keep the size of y, but made 3 numbers of 2");
+  CHECK_THROWS_AS(simulate(oscillator, released, 2.0, Dop853{}, fine, events(event("break", x).then([](State<1>&) { throw std::runtime_error("mine"); }))),
+                  std::runtime_error);
 }

@@ -171,7 +171,7 @@ class Driver {
     watch_.record(firing, run_.events);
     if (!observed(run_.t, run_.y)) return false;
     if (firing.stops) return fill_outputs_at(run_.t), end(Outcome::stopped_by_event, "'" + run_.events.back().name + "' asked to stop");
-    watch_.change(firing, y, tolerance(y), run_.events);
+    if (const std::optional<Failure> wrong = watch_.change(firing, y, tolerance(y), run_.events)) return end(*wrong);
     run_.y = y;
     if (options_.keep_trajectory) run_.trajectory.jump(y);
     if (const auto name = watch_.accumulating(firing.t))

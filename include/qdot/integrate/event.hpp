@@ -15,6 +15,8 @@
 //     .then(f)    lets f change the state, f(State<n>&) or f(t, y), and starts the method afresh from the
 //                 changed state. Trajectory::before(t) and at(t) are the two sides of the jump. What constraints
 //                 forbid of a change is taken back by projection: a push on a constrained body is felt along its freedom.
+//                 What leaves NaN or infinity behind ends the run as non_finite, and what sets the time or another
+//                 size of the state as invalid_change; the motion up to there is kept.
 //
 // The rules, each with a test:
 //   crossing    Motion through zero is an event, in the asked direction of time's arrow: falling means that g becomes
@@ -23,18 +25,24 @@
 //   touching    g is looked at several times within a step, and between looks for its extremum; so two roots
 //               of one step are found when g gets farther across zero than the extremum's own accuracy.
 //   order       All roots of a step are taken in the order of time, those at the same time in the order of the list.
-//   muting      After an event has changed the state, g may still be zero: it counts again once it has left zero.
+//   muting      After an event has changed the state, g may still be zero: it counts again once it has left zero. If its action has
+//               turned or stopped the motion of g, it leaves zero to the side it came from: g is watched from the first
+//               instant behind the action, and the run ends as event_accumulation where g returns sooner than t can tell.
+//               What another event's action puts onto zero is treated as at t₀.
 //   at t₀       g = 0 at the start counts if g then moves in the asked direction.
 //   barriers    An action that keeps g ≥ 0 (an impact) is a barrier: then g < 0 is never passed in silence.
 //   Zeno        Infinitely many events before a finite time end the run as event_accumulation, when they follow each
 //               other as closely as t can tell. A contact (effects/contact.hpp) comes to rest instead.
 
+#include <optional>
 #include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "qdot/ad/vector.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/outcome.hpp"
 #include "qdot/mechanics/system.hpp"
 
 namespace qdot {
@@ -124,19 +132,31 @@ double event_value(const G& g, double t, const Eigen::Ref<const Eigen::VectorXd>
   }
 }
 
-// y after the change that an event asks for.
+// y after the change that an event asks for; what it must not have done, if it has.
 template <int n, class Change>
-void change_state(const Change& change, double t, Eigen::VectorXd& y, Eigen::Index dof) {
+std::optional<Failure> change_state(const std::string& name, const Change& change, double t, Eigen::VectorXd& y, Eigen::Index dof) {
+  const Eigen::Index size = y.size();
+  const auto resized = [&](const char* what, Eigen::Index before, Eigen::Index after) {
+    return Failure{Outcome::invalid_change, sentence({"the action of event '", name, "' at t = ", t, " must keep the size of ", what, ", but made ",
+                                                      after, " numbers of ", before})};
+  };
   if constexpr (std::is_invocable_v<const Change&, State<n>&>) {
     State<n> state{t, y.head(dof), y.segment(dof, dof)};
     change(state);
+    if (state.q.size() != dof) return resized("q", dof, state.q.size());
+    if (state.qdot.size() != dof) return resized("qdot", dof, state.qdot.size());
+    if (state.t != t)
+      return Failure{Outcome::invalid_change, sentence({"the action of event '", name, "' at t = ", t, " must leave the time alone, but set it to ",
+                                                        state.t, "; only q and qdot can be changed"})};
     y.head(dof) = state.q;
     y.segment(dof, dof) = state.qdot;
   } else {
     static_assert(std::is_invocable_v<const Change&, double, Eigen::VectorXd&>,
                   "qdot: the change of an event must be callable as change(State<n>&) or change(t, y)");
     change(t, y);
+    if (y.size() != size) return resized("y", size, y.size());
   }
+  return std::nullopt;
 }
 
 }  // namespace detail

@@ -13,8 +13,11 @@
 // What is remembered of a function from step to step is the side of zero on which it was last seen. Side 0 means
 // "at zero": at the start of a run, or just after an event changed the state. Then its first sample off zero (by more
 // than a band, in which g cannot be told from zero) gives it a side: without an event if it is muted, and as an event
-// at the beginning of the interval if it is not and goes the way that counts. A hop away from a barrier and
-// back may be far shorter than the step, so a function at zero is sampled at ever smaller fractions.
+// at the beginning of the interval if it is not and goes the way that counts.
+//
+// A hop away from zero and back may be far shorter than the step. So a function at zero is watched from the first instant that t can
+// tell. And where an event's own action has turned (or stopped) g, which the rate dg/dt at the new state says, g may leave zero to the side
+// it came from and to no other: if it is first seen beyond, the hop was shorter than t can tell, and the events accumulate.
 
 #include <algorithm>
 #include <array>
@@ -35,6 +38,10 @@ struct Watch {
   int side = 0;          // of zero
   bool muted = false;    // at zero because of an event: leaving it is none
   bool stuck = false;    // a barrier that was passed without having been left
+  bool passed = false;   // at zero, if it is, because of a root in the step, and not at the beginning of a motion
+  int came_from = 0;     // that it was on before its last root
+  int home = 0;          // the side to which it may leave zero; 0 if either
+  bool lost = false;     // it left zero to the other
   double value = 0.0;    // at the beginning of what is left of the step
   double level = 0.0;    // what counts as zero: rounding may leave a barrier's g a hair below it
   double band = 0.0;     // distance from level that cannot be told from zero
@@ -42,12 +49,15 @@ struct Watch {
 
   // Sets the value at the beginning of a step from scratch: at the start, and after the state has changed. A function
   // that is `at_zero` is muted until it leaves zero, unless this is the start of the run.
-  // Rounding may have left a barrier that fired at g_before; that far below zero counts as zero.
+  // Rounding may have left a barrier that fired at g_before; that far below zero counts as zero. An unfired function that was off zero and
+  // has been put there begins as at the start.
   void begin(double g, double zero_band, bool fired, double g_before, bool at_start) {
     band = zero_band + (fired ? 4 * std::abs(g_before - level) : 0.0);
     level = barrier ? std::clamp(g, -std::max(band, fired ? 2 * std::abs(g_before) : 0.0), 0.0) : 0.0;
     value = g;
-    muted = !at_start;
+    muted = !at_start && (fired || std::abs(g_before - level) <= zero_band);
+    passed = false;
+    home = 0;
     const double distance = g - level;
     const bool at_zero = barrier ? distance <= band : distance == 0.0 || (fired && std::abs(distance) <= band);
     side = at_zero ? 0 : distance > 0 ? 1 : -1;
@@ -59,7 +69,7 @@ struct Watch {
   void pass(double g) {
     value = g;
     band = 0.0;
-    muted = true;
+    muted = passed = true;
     side = g > level ? 1 : g < level ? -1 : 0;
     root.reset();
   }
@@ -71,7 +81,7 @@ struct Watch {
 
 // Where the functions are sampled, as fractions of the step.
 inline constexpr std::array<double, 7> sample_fractions{1e-4, 0.2, 0.4, 0.6, 0.8, 1.0 - 1e-4, 1.0};
-inline constexpr double ladder_bottom = 1e-9, ladder_ratio = 4.0;
+inline constexpr double ladder_ratio = 4.0;
 
 // Searches [from, to] for the first root of one function; `at(t)` evaluates it.
 template <class Evaluate>
@@ -97,8 +107,9 @@ class RootSearch {
       g0 = std::exchange(g1, g2);
       return watch_.root.has_value();
     };
-    for (double s = ladder_bottom; watch_.side == 0 && s < 1.0; s *= ladder_ratio) {
-      const double t = from + s * (to - from);
+    const double first = 4 * std::numeric_limits<double>::epsilon() * std::abs(from);
+    for (double d = std::max(first, (watch_.passed ? 1e-9 : 1e-20) * std::abs(to - from)); watch_.side == 0 && d < std::abs(to - from); d *= ladder_ratio) {
+      const double t = from + std::copysign(d, to - from);
       if (t != t1 && see(t, at_(t))) return;
     }
     for (std::size_t k = 0; k < sample_fractions.size(); ++k) {
@@ -112,8 +123,10 @@ class RootSearch {
   void leave_zero(double from, double g) {
     if (!(std::abs(g) > watch_.band)) return;
     const int side = g > 0 ? 1 : -1;
-    if (watch_.barrier ? side < 0 : (!watch_.muted && watch_.counts(-side))) {
+    watch_.lost = side == -watch_.home;
+    if (watch_.lost || (watch_.barrier ? side < 0 : (!watch_.muted && watch_.counts(-side)))) {
       watch_.root = from;
+      watch_.came_from = -side;
       watch_.stuck = watch_.muted;
     } else {
       watch_.side = side;
@@ -124,6 +137,7 @@ class RootSearch {
   // g changes sign between two samples, or the second is zero itself.
   void cross(double a, double ga, double b, double gb) {
     if (watch_.counts(watch_.side)) {
+      watch_.came_from = watch_.side;
       watch_.root = far_side(a, ga, b, gb);
     } else if (gb != 0.0) {
       watch_.side = -watch_.side;
@@ -148,10 +162,11 @@ class RootSearch {
       if (x == m || x == a || x == b) return;
       const double g = sign * (at_(x) - watch_.level);
       if (g <= 0) {
+        watch_.came_from = watch_.side;
         if (watch_.counts(watch_.side)) {
           watch_.root = far_side(start, g_start, x, sign * g);
         } else if (g < 0) {
-          watch_.side = -watch_.side;
+          watch_.side = watch_.came_from = -watch_.side;
           watch_.root = far_side(x, sign * g, end, g_end);
         }
         return;

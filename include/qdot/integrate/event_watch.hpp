@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <string>
@@ -24,6 +25,7 @@
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/event_finder.hpp"
 #include "qdot/integrate/options.hpp"
+#include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/polynomial.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
@@ -76,10 +78,9 @@ class EventWatch {
     if constexpr (SwitchingSystem<F>) system_.guard_bands(t, y, tolerance, bands_);
     for (std::size_t i = 0; i < watches_.size(); ++i) {
       const double g = value(i, t, y);
-      const double band = i >= listed ? bands_[static_cast<Eigen::Index>(i - listed)]
-                          : at_start  ? 0.0
-                                      : rounding_of(i, t, y, g);
+      const double band = i >= listed ? bands_[static_cast<Eigen::Index>(i - listed)] : rounding_of(i, t, y, g);
       watches_[i].begin(g, band, fired_[i], watches_[i].value, at_start);
+      if (i < listed && !at_start && fired_[i] && watches_[i].side == 0) watches_[i].home = home_of(i, t, y);
     }
   }
 
@@ -122,7 +123,7 @@ class EventWatch {
   // Records the listed events of a firing, and guards at which the run ends.
   void record(const Firing& firing, std::vector<RecordedEvent>& events) const {
     for_each_listed([&](std::size_t i, const auto& e) {
-      if (fired_[i]) events.push_back({firing.t, e.name});
+      if (fired_[i] && !watches_[i].lost) events.push_back({firing.t, e.name});
     });
     for (std::size_t i = listed; i < watches_.size(); ++i)
       if (fired_[i] && !ending(i).empty()) events.push_back({firing.t, ending(i)});
@@ -140,25 +141,38 @@ class EventWatch {
     }
   }
 
-  // Changes y as the fired events ask, and lets the system choose its phases.
-  void change(const Firing& firing, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
-    for (std::size_t i = 0; i < watches_.size(); ++i)
-      if (fired_[i]) watches_[i].value = value(i, firing.t, y);
+  // Changes y as the fired events ask, and lets the system choose its phases; what an action did wrong, if one did.
+  std::optional<Failure> change(const Firing& firing, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
+    evaluate_all(firing.t, y, [&](std::size_t i, double g) { watches_[i].value = g; });
     for (std::size_t i = listed; backward_ && i < watches_.size(); ++i)
       if (fired_[i])
         throw ConstraintError("a contact or friction", firing.t, 0.0,
                               "a run backward in time must not meet an impact, or the beginning or end of contact or sticking, since many "
                               "motions lead into the same one there, but at t = " + text_of(firing.t) +
                                   " this one does; run forward, or end the run before");
-    bool changed = false;
+    for (std::size_t i = 0; i < listed; ++i)
+      if (fired_[i] && watches_[i].lost)
+        return Failure{Outcome::event_accumulation, "the time between two events of " + name_of(i) + " is shorter than t can tell"};
+    const Eigen::VectorXd y_before = y;
+    std::optional<Failure> failure;
+    bool acted = false;
+    trends_.assign(watches_.size(), std::nullopt);
     for_each_listed([&](std::size_t i, const auto& e) {
-      if constexpr (!std::remove_cvref_t<decltype(e)>::stops && !std::remove_cvref_t<decltype(e)>::records)
-        if (fired_[i]) change_state<n>(e.action, firing.t, y, dof(system_)), changed = true;
+      if constexpr (!std::remove_cvref_t<decltype(e)>::stops && !std::remove_cvref_t<decltype(e)>::records) {
+        if (!fired_[i] || failure) return;
+        acted = true;
+        y_before_action_ = y;
+        failure = change_state<n>(e.name, e.action, firing.t, y, dof(system_));
+        if (!failure) failure = what_is_not_finite(e.name, firing.t, y);
+        if (!failure && !same_bits(y, y_before_action_)) trends_[i] = trend(i, firing.t, y_before);
+      }
     });
+    if (failure) return failure;
     // Constraints answer a blow with one of their own: what they forbid of the change is taken back.
     if constexpr (ProjectableSystem<F>)
-      if (changed) system_.project(firing.t, y);
+      if (acted) system_.project(firing.t, y);
     settle(firing.t, y, tolerance, events);
+    return std::nullopt;
   }
 
   // Lets the system choose its phases for y as they follow from the guards that fired; none at the start.
@@ -237,6 +251,43 @@ class EventWatch {
     return g;
   }
 
+  std::optional<Failure> what_is_not_finite(const std::string& name, double t, const Eigen::VectorXd& y) const {
+    for (Eigen::Index k = 0; k < y.size(); ++k)
+      if (!std::isfinite(y[k]))
+        return Failure{Outcome::non_finite, sentence({"the action of event '", name, "' at t = ", t, " must leave finite numbers, but ",
+                                                      system_.component_name(k), " became ", y[k]})};
+    return std::nullopt;
+  }
+
+  // An action that changed a −0 into 0 has changed something: it may be the blow of a floor on what lies still.
+  static bool same_bits(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    return std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+  }
+
+  // The sign of dg/dt along the equations of motion, 0 where rounding hides it; nothing where the model refuses.
+  std::optional<int> trend(std::size_t i, double t, const Eigen::VectorXd& y) {
+    try {
+      Eigen::VectorXd ydot(y.size());
+      system_.derivative(t, y, ydot);
+      const double speed = ydot.lpNorm<Eigen::Infinity>(), size = y.lpNorm<Eigen::Infinity>();
+      const double d = (backward_ ? -1e-5 : 1e-5) * (speed > 0.0 && size > 0.0 ? size / speed : 1.0);
+      const Eigen::VectorXd ahead = y + d * ydot, behind = y - d * ydot;
+      const double change = value(i, t + d, ahead) - value(i, t - d, behind), noise = 4 * rounding_of(i, t, y, value(i, t, y));
+      return std::abs(change) <= noise ? 0 : change > 0.0 ? 1 : -1;
+    } catch (...) {
+      return std::nullopt;
+    }
+  }
+
+  // The side on which a function, at zero after its own action, has to stay: where it came from, if the action turned its motion or
+  // stopped it; 0 if the motion may go on through zero. An action that turns what was moving away has come too late to be right.
+  int home_of(std::size_t i, double t, const Eigen::VectorXd& y) {
+    const std::optional<int> before = trends_[i], after = trend(i, t, y);
+    const int side = watches_[i].came_from;
+    if (!before || !after) return 0;
+    return side * *before <= 0 ? (side * *after >= 0 ? side : 0) : side * *after < 0 ? side : 0;
+  }
+
   // What rounding of y does to g.
   double rounding_of(std::size_t i, double t, const Eigen::VectorXd& y, double g) {
     constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
@@ -265,9 +316,10 @@ class EventWatch {
   std::vector<Watch> watches_;  // the listed events, then the system's guards
   std::vector<bool> fired_, fired_guards_;
   std::vector<double> last_time_;
+  std::vector<std::optional<int>> trends_;  // of fired functions, before their actions
   std::vector<int> standing_;             // how often a function has changed the state without letting t go on
   std::vector<double> samples_;           // of the present step
-  Eigen::VectorXd guards_, bands_, y_;
+  Eigen::VectorXd guards_, bands_, y_, y_before_action_;
   PolynomialView step_;
   double to_ = 0.0;
   bool backward_ = false;

@@ -39,6 +39,7 @@ enum class Outcome {
   singular_mass_matrix,   ///< M could not be factored at any step size tried, or its condition fell below options.rcond_limit
   constraint_failure,     ///< the constraints contradict each other, or could not be met, at every step size tried
   refused_by_model,       ///< the model threw RecoverableError at every step size tried
+  invalid_change,         ///< an event's action set the time, or another size of the state
   event_accumulation,     ///< events followed each other without end before t could go on
   step_collapse,          ///< the error test failed down to the smallest step that t can still feel
   error_test_failure,     ///< the error test failed too often in one step
@@ -64,6 +65,7 @@ constexpr std::string_view name(Outcome outcome) noexcept {
     case Outcome::singular_mass_matrix: return "singular_mass_matrix";
     case Outcome::constraint_failure: return "constraint_failure";
     case Outcome::refused_by_model: return "refused_by_model";
+    case Outcome::invalid_change: return "invalid_change";
     case Outcome::event_accumulation: return "event_accumulation";
     case Outcome::step_collapse: return "step_collapse";
     case Outcome::error_test_failure: return "error_test_failure";
@@ -97,6 +99,7 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
     case Outcome::constraint_failure:
       return "look at the constraint that is named: it depends on the others there, or cannot be met together with them.";
     case Outcome::refused_by_model: return "look at the condition under which the model throws RecoverableError.";
+    case Outcome::invalid_change: return "let the action of the event change the numbers in q and qdot, and nothing else.";
     case Outcome::event_accumulation:
       return "infinitely many impacts come to rest here: give the system a resting phase, as contact() has, or stop at "
              "the event.";
