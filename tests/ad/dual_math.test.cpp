@@ -128,6 +128,18 @@ TEST_CASE("powers with whole exponents are differentiable twice at zero") {
   check(pow(x, DD(2.0)), 0, 0, 2);
 }
 
+TEST_CASE("a power's second derivatives count an exponent whose value or slope is zero") {
+  using T = Dual<double, 2>;
+  using TT = Dual<T, 2>;
+  const auto at = [](double x, int i) { return TT::variable(T::variable(x, i), i); };
+  const auto second = [](const TT& f, int i, int j) { return f.tangent[static_cast<std::size_t>(i)].tangent[static_cast<std::size_t>(j)]; };
+  const TT x = at(2.0, 0), y = at(0.0, 1);
+  constexpr double rounded = 1e-15;  // of numbers of order one
+  CHECK_THAT(second(pow(x, y), 0, 1), WithinAbs(0.5, rounded));                         // ∂²xʸ/∂x∂y = 1/x at y = 0
+  CHECK_THAT(second(pow(x, y * y), 1, 1), WithinAbs(2 * std::log(2.0), rounded));       // ∂²x^(y²)/∂y² = 2 ln x at y = 0
+  CHECK_THAT(second(pow(2.0, cos(y)), 1, 1), WithinAbs(-2 * std::log(2.0), 2 * rounded));
+}
+
 TEST_CASE("negative bases have whole powers") {
   const D x = D::variable(-2.0, 0);
   CHECK(pow(x, 3).value == -8.0);

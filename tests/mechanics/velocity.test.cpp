@@ -32,6 +32,20 @@ TEST_CASE("the velocity in spherical coordinates is the textbook one") {
   CHECK((v - expected).norm() < rounding);
 }
 
+TEST_CASE("at rest a velocity still depends on the velocities that its exponents have") {
+  // x = 2^q: ẋ = ln 2 · 2^q q̇, so that ∂ẋ/∂q̇ = 2^q ln 2 whatever q̇ is.
+  const auto place = [](const auto& q) {
+    using std::pow;
+    return vector(pow(2.0, q[0]));
+  };
+  const Vector<double, 1> q(0.3), rest(0.0);
+  const auto velocity = [&](const auto& v) {
+    using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
+    return velocity_of(place, Vector<D, 1>(q.cast<D>()), v)[0];
+  };
+  CHECK_THAT(gradient(velocity, rest)[0], WithinAbs(std::log(2.0) * std::pow(2.0, 0.3), rounding));
+}
+
 TEST_CASE("the acceleration in spherical coordinates has the centrifugal and Coriolis terms of the textbook") {
   const Vector<double, 3> q(1.3, 0.7, -2.1), qdot(0.4, -1.1, 0.9), qddot(-0.3, 0.8, 1.7);
   const double r = q[0], theta = q[1], phi = q[2];

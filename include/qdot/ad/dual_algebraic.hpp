@@ -41,6 +41,20 @@ constexpr Dual<S, N, Tag> chain(const S& f, const S& df, const Dual<S, N, Tag>& 
 template <class S>
 concept Formula = S::is_formula;
 
+// True for the number 0 with nothing behind it: a value of 0 may still have derivatives, as cos′ = −sin has at 0.
+template <class S>
+constexpr bool is_plain_zero(const S& x) {
+  if constexpr (requires { x.is_constant(); }) {
+    return x.is_constant() && x == S(0);
+  } else if constexpr (DualNumber<S>) {
+    bool zero = is_plain_zero(x.value);
+    for (const auto& d : x.tangent) zero = zero && is_plain_zero(d);
+    return zero;
+  } else {
+    return x == S(0);
+  }
+}
+
 // The same for an f whose slope may be infinite where f = 0: there 0 · ∞ = 0 for a plain zero.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> chain_at_edge(const S& f, const S& df, const Dual<S, N, Tag>& x) {
@@ -49,7 +63,7 @@ constexpr Dual<S, N, Tag> chain_at_edge(const S& f, const S& df, const Dual<S, N
   Dual<S, N, Tag> r;
   r.value = f;
   for (std::size_t i = 0; i < N; ++i) {
-    r.tangent[i] = x.tangent[i] == S(0) ? S(0) * x.tangent[i] : df * x.tangent[i];
+    r.tangent[i] = is_plain_zero(x.tangent[i]) ? S(0) * x.tangent[i] : df * x.tangent[i];
   }
   return r;
 }
@@ -139,10 +153,10 @@ constexpr Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y
   using std::log;
   using std::pow;
   const S f = pow(x.value, y.value);
-  const S fx = y.value == S(0) ? S(0) : S(y.value * pow(x.value, y.value - S(1)));
+  const S fx = detail::is_plain_zero(y.value) ? S(0) : S(y.value * pow(x.value, y.value - S(1)));
   Dual<S, N, Tag> r = detail::chain_at_edge(f, fx, x);
   bool exponent_varies = false;
-  for (const S& d : y.tangent) exponent_varies = exponent_varies || !(d == S(0));
+  for (const S& d : y.tangent) exponent_varies = exponent_varies || !detail::is_plain_zero(d);
   if (exponent_varies) {
     const S fy = x.value == S(0) && y.value > S(0) ? S(0) : S(f * log(x.value));
     for (std::size_t i = 0; i < N; ++i) r.tangent[i] += fy * y.tangent[i];
