@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "catch2_bridge.hpp"
 #include "first_order_systems.hpp"
 #include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/cvode_automatic.hpp"
 #include "qdot/integrate/simulate.hpp"
@@ -34,7 +36,92 @@ struct WithKink {
   }
 };
 
+// A bob on a spring without friction, in Cartesian coordinates: the direction in which it is stiff turns.
+struct SpringPendulum {
+  double k = 1e6;
+  auto T(const auto& v) const { return 0.5 * (v[0] * v[0] + v[1] * v[1]); }
+  auto V(const auto& q) const {
+    using std::sqrt;
+    const auto stretch = sqrt(q[0] * q[0] + q[1] * q[1]) - 1.0;
+    return 0.5 * k * stretch * stretch + 9.81 * q[1];
+  }
+};
+
+// ẏ = J y.
+test::FirstOrder linear(const Eigen::MatrixXd& J) {
+  return {std::vector<std::string>(static_cast<std::size_t>(J.rows()), "y"), [J](double, const test::In& y, test::OutVector d) { d.noalias() = J * y; },
+          [J](double, const test::In&, test::OutMatrix result) { result = J; }};
+}
+
+// A mass on a soft spring with a chain of stiff ones behind it, each with a damper: C = 2ζ/ω K for the fastest, of frequency ω.
+Eigen::MatrixXd stiff_chain(double damping) {
+  constexpr int n = 6;
+  constexpr double k = 1e6, omega = 2e3;
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(n, n), J = Eigen::MatrixXd::Zero(2 * n, 2 * n);
+  for (int i = 1; i < n; ++i) K(i, i) += k, K(i - 1, i - 1) += k, K(i, i - 1) -= k, K(i - 1, i) -= k;
+  J.topRightCorner(n, n).setIdentity();
+  J.bottomRightCorner(n, n) = -2 * damping / omega * K;
+  K(0, 0) += 1.0;
+  J.bottomLeftCorner(n, n) = -K;
+  return J;
+}
+
 }  // namespace
+
+TEST_CASE("an undamped stiff spring is followed as accurately as by the method that it began with") {
+  // From an extrapolation to order 16 in long double.
+  const auto exact = vector({0.27579188117637898, -0.96124680252520355, -4.1742585935314550, -1.1976757661387461});
+  struct Case {
+    double tolerance, error;  // of Dop853 at 1e-3, of Taylor else, twice
+  };
+  const auto [tolerance, error] = GENERATE(Case{1e-3, 1e-3}, Case{1e-6, 2e-5}, Case{1e-9, 3e-7});
+  const auto run = simulate(mechanical_system<2>(SpringPendulum{}), State<2>{0.0, {1.0, 0.0}, {0.0, 0.0}}, 10.0, Automatic{},
+                            {.rtol = tolerance, .atol = tolerance, .keep_trajectory = false});
+  REQUIRE(run.completed());
+  INFO(run.statistics.method_reason);
+  CHECK((run.y - exact).cwiseAbs().maxCoeff() < error);
+  CHECK(run.statistics.method == (tolerance > 1e-4 ? "dop853" : "taylor"));
+}
+
+TEST_CASE("what swings undamped is not stiff, alive or at rest; damped, it is") {
+  const double tolerance = GENERATE(1e-3, 1e-6, 1e-9);
+  const Options options{.rtol = tolerance, .atol = tolerance, .keep_trajectory = false};
+  const auto method = [&](const auto& system, const Eigen::VectorXd& y, double t_end = 3.0) {
+    const auto run = simulate(system, FirstOrderState{0.0, y}, t_end, Automatic{}, options);
+    CHECK(run.completed());
+    return run.statistics.method;
+  };
+  Eigen::VectorXd displaced = Eigen::VectorXd::Zero(12);
+  displaced.head(6).setOnes();  // the stiff springs as they like to be
+  CHECK(method(linear(stiff_chain(0.0)), displaced) == "dop853");
+  CHECK(method(linear(stiff_chain(0.05)), displaced) == "dop853");
+  CHECK(mentions(method(linear(stiff_chain(2.0)), displaced, 50.0), "cvode_bdf"));
+  // A charge at rest in crossed fields of 1e4: it gyrates so little that it only drifts.
+  Eigen::MatrixXd gyration = Eigen::MatrixXd::Zero(4, 4);
+  gyration(0, 2) = gyration(1, 3) = 1.0;
+  gyration(2, 0) = -1.0, gyration(2, 3) = 1e4, gyration(3, 2) = -1e4;
+  CHECK(method(linear(gyration), vector({1, 0, 0, -1e-4})) == "dop853");
+  // What grows fast is not stiff either, and least of all from rest.
+  CHECK(method(linear(Eigen::Matrix2d{{1e3, 0}, {0, -1.0}}), vector({0, 1})) == "dop853");
+}
+
+TEST_CASE("a stiff method that gains little is left, and not soon tried again") {
+  // The damped spring turns with the pendulum, and BDF needs a step for each degree or so.
+  const auto damped = scene(mechanical_system<2>(SpringPendulum{}), generalized_force([](const auto& q, const auto& v) {
+                              const auto rate = 400.0 * (q[0] * v[0] + q[1] * v[1]) / (q[0] * q[0] + q[1] * q[1]);
+                              return qdot::vector(-rate * q[0], -rate * q[1]);
+                            }));
+  const State<2> start{0.0, {1.0, 0.0}, {0.0, 0.0}};
+  const Options options{.rtol = 1e-6, .atol = 1e-6, .keep_trajectory = false};
+  const auto exact = simulate(damped, start, 10.0, Dop853{}, {.rtol = 1e-11, .atol = 1e-11, .keep_trajectory = false});
+  const auto automatic = simulate(damped, start, 10.0, Automatic{}, options);
+  const auto stiff = simulate(damped, start, 10.0, CvodeBdf{}, options);
+  REQUIRE(automatic.completed());
+  INFO(automatic.statistics.method_reason);
+  CHECK(automatic.statistics.method == "taylor, cvode_bdf");
+  CHECK(mentions(automatic.statistics.method_reason, "; taylor from t = "));
+  CHECK(5 * (automatic.y - exact.y).norm() < (stiff.y - exact.y).norm());
+}
 
 TEST_CASE("a pendulum given by T and V goes by its power series, and the run says why") {
   const auto pendulum = mechanical_system<1>(scenes::Pendulum{});
