@@ -14,6 +14,7 @@
 // Both rest on NaN and infinity, by which a number says that it is none. Options that let the compiler assume that there are none
 // take every such check out of the program, so they are refused; so is the reordering of sums, which undoes those that keep their rounding.
 
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdio>
@@ -57,7 +58,7 @@ struct Phrase {
       continue;
     }
     if (phrase.digits > 0) {
-      std::snprintf(digits, sizeof digits, "%.*g", phrase.digits, phrase.number);
+      std::snprintf(digits, sizeof digits, "%.*g", phrase.digits, phrase.number == phrase.number ? phrase.number : NAN);  // without a sign
     } else {
       std::snprintf(digits, sizeof digits, "%lld", phrase.count);
     }

@@ -10,6 +10,7 @@
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/taylor.hpp"
 
 using namespace qdot;
 using Eigen::Vector2d;
@@ -179,4 +180,38 @@ TEST_CASE("what an impact takes from the energy is no drift") {
   CHECK(run.completed());
   CHECK(run.events.size() >= 2);
   CHECK(run.statistics.energy_drift <= run.statistics.energy_allowed);
+}
+
+TEST_CASE("a run ends by name where V has no value, though its slope would be a number") {
+  const auto T = [](const auto& v) { return 0.5 * v[0] * v[0]; };
+  const auto ends = [](const auto& system, const State<1>& start, const auto& method) {
+    try {
+      const auto run = simulate(system, start, 2.0, method);
+      return std::string(name(run.outcome)) + (contains(run.message, "V is nan") ? ": V" : "");
+    } catch (const NonFinite& error) {  // at the start, where there is nothing to keep
+      return "non_finite: " + error.component();
+    }
+  };
+  constexpr double k = 1.0, R = 1.5;
+  const auto finite_spring = mechanical_system<1>(T, [](const auto& q) {
+    using std::log;
+    return -0.5 * k * R * R * log(1.0 - q[0] * q[0] / (R * R));
+  });
+  const State<1> too_long{0.0, V1(1.6), V1(0.0)};
+  CHECK(ends(finite_spring, too_long, Dop853{}) == "non_finite: V");
+  CHECK(ends(finite_spring, too_long, Taylor{}) == "non_finite: V");
+  // A formula that is simpler than what it stands for: to a series, this V is q.
+  const auto root_squared = mechanical_system<1>(T, [](const auto& q) {
+    using std::pow, std::sqrt;
+    return pow(sqrt(q[0]), 2);
+  });
+  const State<1> falling{0.0, V1(0.5), V1(-1.0)};
+  CHECK(ends(root_squared, falling, Dop853{}) == "non_finite: V");
+  CHECK(ends(root_squared, falling, Taylor{}) == "non_finite: V");
+  // A constant moves nothing, but the energy is none.
+  const auto lifted = mechanical_system<1>(T, [](const auto& q) {
+    using std::log;
+    return q[0] * q[0] + log(-R);
+  });
+  CHECK(ends(lifted, falling, Dop853{}) == "non_finite: V");
 }

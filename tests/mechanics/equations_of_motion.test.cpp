@@ -180,8 +180,8 @@ TEST_CASE("NaN is never handed back as an acceleration") {
                      .with_names({"x", "y"});
   const double nan = std::nan("");
   CHECK_THROWS_WITH(acceleration(s, Vector2d(0.0, 1.0), Vector2d(0.0, 0.0)),
-                    "the equations of motion must be finite, but the acceleration of x is not at t = 0; check T and V "
-                    "there for a division by zero, a root or logarithm outside its domain, or overflow");
+                    "the energies must be finite, but V is inf at t = 0; check it there for a division by zero, a root or logarithm outside its "
+                    "domain, or overflow");
   CHECK_THROWS_AS(acceleration(s, Vector2d(nan, 1.0), Vector2d(0.0, 0.0)), qdot::NonFinite);
 }
 

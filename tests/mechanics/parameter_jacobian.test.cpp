@@ -110,3 +110,21 @@ TEST_CASE("parameters may be many, of run-time number, and stand beside the time
       CHECK(J.d_p(i, j) == Approx(expected).margin(rounded));
     }
 }
+
+template <class S>
+struct RootOfParameter {
+  S b;
+  auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  auto V(const auto& q) const {
+    using std::sqrt;
+    return sqrt(b) * q[0];
+  }
+};
+
+TEST_CASE("a derivative with a parameter that is not finite is named") {
+  using V1 = Vector<double, 1>;
+  CHECK_THROWS_WITH(acceleration_jacobian_wrt_parameters<RootOfParameter>(V1(0.0), V1(1.0), V1(0.0)),
+                    "the derivatives of accelerations must be finite, but the derivative of the acceleration of q0 with parameter 0 is not at t = 0, "
+                    "where the acceleration is; look there for the root or the power of something that is zero, and round it off, as sqrt(x*x + "
+                    "e*e) does, or take a method that needs no Jacobian");
+}

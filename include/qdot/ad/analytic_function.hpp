@@ -8,6 +8,9 @@
 
 namespace qdot::taylor {
 
+/// Where a formula has a value.
+enum class Domain : unsigned char { everything, nonzero, nonnegative, positive };
+
 enum class Function : std::uint8_t {
   none, sin, cos, tan, asin, acos, atan, atan2, exp, expm1, log, log1p, sinh, cosh, tanh, asinh, acosh, atanh, cbrt, erf, erfc
 };

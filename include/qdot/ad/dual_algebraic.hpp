@@ -11,11 +11,14 @@
 // lookup: a model that says `using std::sin;` and then `sin(x)` computes with plain numbers and
 // with duals alike.
 //
-// Where f′ is infinite (√0, ∛0) or undefined (|x| at 0, max at a tie) the value is still right,
-// and the derivative follows these rules: an infinite slope is infinite, unless the tangent it
+// Where f′ is infinite (√0, ∛0, the angle of the origin) or undefined (|x| at 0, max at a tie) the value is
+// still right, and the derivative follows these rules: an infinite slope is infinite, unless the tangent it
 // multiplies is zero, which stays zero (a constant has no derivative); |x| and max take the slope
 // of the side that the comparison of values selects. Powers are exact where mechanics needs
 // them: pow(x, k) and pow(x, 2.0) are differentiable at x = 0, without a logarithm.
+//
+// Where f has no value, it has no slope: ln x of a negative x is NaN, and so is its derivative, although 1/x would be a number.
+// So a force cannot outlive the energy that it is the slope of.
 
 #include <cmath>
 #include <concepts>
@@ -55,17 +58,53 @@ constexpr bool is_plain_zero(const S& x) {
   }
 }
 
-// The same for an f whose slope may be infinite where f = 0: there 0 · ∞ = 0 for a plain zero.
+// A scalar of which one can ask whether it is 0, and branch.
+template <class S>
+concept HasEdges = !Formula<S> && requires(const S& x) {
+  { x == x } -> std::same_as<bool>;
+};
+
+// slope · tangent, where a plain zero of the tangent makes nothing of an infinite slope. In duals that holds for each product.
+template <class S>
+constexpr S edge_product(const S& slope, const S& tangent) {
+  if constexpr (DualNumber<S>) {
+    S r;
+    r.value = edge_product(slope.value, tangent.value);
+    for (std::size_t i = 0; i < r.tangent.size(); ++i)
+      r.tangent[i] = edge_product(slope.value, tangent.tangent[i]) + edge_product(slope.tangent[i], tangent.value);
+    return r;
+  } else {
+    return is_plain_zero(tangent) ? S(S(0) * tangent) : S(slope * tangent);
+  }
+}
+
+// The same as chain() for an f whose slope may be infinite, there: 0 · ∞ = 0 for a plain zero.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> chain_at_edge(const S& f, const S& df, const Dual<S, N, Tag>& x) {
-  if constexpr (Formula<S>) return chain(f, df, x);
-  if (!(f == S(0))) return chain(f, df, x);
   Dual<S, N, Tag> r;
   r.value = f;
-  for (std::size_t i = 0; i < N; ++i) {
-    r.tangent[i] = is_plain_zero(x.tangent[i]) ? S(0) * x.tangent[i] : df * x.tangent[i];
-  }
+  for (std::size_t i = 0; i < N; ++i) r.tangent[i] = edge_product(df, x.tangent[i]);
   return r;
+}
+// The same for an f whose slope may be infinite where f = 0.
+template <class S, int N, class Tag>
+constexpr Dual<S, N, Tag> chain_from_zero(const S& f, const S& df, const Dual<S, N, Tag>& x) {
+  if constexpr (HasEdges<S>)
+    if (f == S(0)) return chain_at_edge(f, df, x);
+  return chain(f, df, x);
+}
+// The same for an f whose slope may be infinite where `margin` is 0, and that has no value where it is negative.
+template <class S, int N, class Tag>
+constexpr Dual<S, N, Tag> chain_within(const S& margin, const S& f, const S& df, const Dual<S, N, Tag>& x) {
+  if constexpr (Formula<S>) {
+    return chain(f, df, x);
+  } else if constexpr (!HasEdges<S>) {  // packs
+    return chain(f, S(df * select(margin < S(0), std::numeric_limits<double>::quiet_NaN(), 1.0)), x);
+  } else {
+    if constexpr (!requires { x.value.is_constant(); })
+      if (margin == S(0)) return chain_at_edge(f, df, x);
+    return chain(f, S(df * (margin < S(0) ? std::numeric_limits<double>::quiet_NaN() : 1.0)), x);
+  }
 }
 
 // f(x, y): the two partial derivatives.
@@ -106,7 +145,7 @@ template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> sqrt(const Dual<S, N, Tag>& x) {
   using std::sqrt;
   const S f = sqrt(x.value);
-  return detail::chain_at_edge(f, S(0.5) / f, x);
+  return detail::chain_from_zero(f, S(S(0.5) / f), x);
 }
 
 /// ∛x;  f′ = 1/(3 ∛x²).
@@ -114,7 +153,7 @@ template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> cbrt(const Dual<S, N, Tag>& x) {
   using std::cbrt;
   const S f = cbrt(x.value);
-  return detail::chain_at_edge(f, S(1) / (S(3) * f * f), x);
+  return detail::chain_from_zero(f, S(S(1) / (S(3) * f * f)), x);
 }
 
 /// xᵏ for an integer k;  f′ = k xᵏ⁻¹, with x⁰ = 1 and 0 derivative everywhere.
@@ -140,7 +179,7 @@ constexpr Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, const Number& y) {
     if (y > Number(-1e6) && y < Number(1e6) && y == static_cast<Number>(static_cast<long>(y))) {
       return pow(x, static_cast<long>(y));
     }
-    return detail::chain_at_edge(S(pow(x.value, y)), S(y * pow(x.value, y - Number(1))), x);
+    return detail::chain_from_zero(S(pow(x.value, y)), S(y * pow(x.value, y - Number(1))), x);
   } else {
     const S e(y);
     return pow(x, Dual<S, N, Tag>(e));
@@ -154,7 +193,7 @@ constexpr Dual<S, N, Tag> pow(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y
   using std::pow;
   const S f = pow(x.value, y.value);
   const S fx = detail::is_plain_zero(y.value) ? S(0) : S(y.value * pow(x.value, y.value - S(1)));
-  Dual<S, N, Tag> r = detail::chain_at_edge(f, fx, x);
+  Dual<S, N, Tag> r = detail::chain_from_zero(f, fx, x);
   bool exponent_varies = false;
   for (const S& d : y.tangent) exponent_varies = exponent_varies || !detail::is_plain_zero(d);
   if (exponent_varies) {
@@ -171,12 +210,13 @@ constexpr Dual<S, N, Tag> pow(const Number& base, const Dual<S, N, Tag>& x) {
   return pow(Dual<S, N, Tag>(S(base)), x);
 }
 
-/// √(x² + y²) without overflow;  ∂/∂x = x/r, ∂/∂y = y/r.
+/// √(x² + y²) without overflow;  ∂/∂x = x/r, ∂/∂y = y/r, at the origin 0, where the derivatives of these are infinite.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> hypot(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
   using std::hypot;
   const S r = hypot(x.value, y.value);
-  if (r == S(0)) return detail::chain(r, S(0), x);
+  if constexpr (detail::HasEdges<S>)
+    if (r == S(0)) return sqrt(x * x + y * y);
   return detail::chain(r, S(x.value / r), x, S(y.value / r), y);
 }
 

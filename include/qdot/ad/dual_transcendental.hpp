@@ -3,7 +3,7 @@
 //
 // The transcendental functions of dual numbers: exponential, circular, hyperbolic, and their
 // inverses. One chain rule, f(a + bε) = f(a) + f′(a) b ε, with f′ written above each function in
-// the form that loses no digits.
+// the form that loses no digits. Outside of the domain of f there is no f′ either (dual_algebraic.hpp).
 
 #include <cmath>
 
@@ -42,7 +42,7 @@ constexpr Dual<S, N, Tag> expm1(const Dual<S, N, Tag>& x) {
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> log(const Dual<S, N, Tag>& x) {
   using std::log;
-  return detail::chain(S(log(x.value)), S(S(1) / x.value), x);
+  return detail::chain_within(x.value, S(log(x.value)), S(S(1) / x.value), x);
 }
 
 /// log₂ x;  f′ = 1/(x ln 2).
@@ -50,7 +50,7 @@ template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> log2(const Dual<S, N, Tag>& x) {
   using std::log;
   using std::log2;
-  return detail::chain(S(log2(x.value)), S(S(1) / (x.value * log(S(2)))), x);
+  return detail::chain_within(x.value, S(log2(x.value)), S(S(1) / (x.value * log(S(2)))), x);
 }
 
 /// log₁₀ x;  f′ = 1/(x ln 10).
@@ -58,14 +58,15 @@ template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> log10(const Dual<S, N, Tag>& x) {
   using std::log;
   using std::log10;
-  return detail::chain(S(log10(x.value)), S(S(1) / (x.value * log(S(10)))), x);
+  return detail::chain_within(x.value, S(log10(x.value)), S(S(1) / (x.value * log(S(10)))), x);
 }
 
 /// ln(1 + x), accurate for small x;  f′ = 1/(1 + x).
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> log1p(const Dual<S, N, Tag>& x) {
   using std::log1p;
-  return detail::chain(S(log1p(x.value)), S(S(1) / (S(1) + x.value)), x);
+  const S margin = S(1) + x.value;
+  return detail::chain_within(margin, S(log1p(x.value)), S(S(1) / margin), x);
 }
 
 /// The error function;  f′ = 2/√π e^(−x²).
@@ -121,7 +122,8 @@ template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> asin(const Dual<S, N, Tag>& x) {
   using std::asin;
   using std::sqrt;
-  return detail::chain(S(asin(x.value)), S(S(1) / sqrt((S(1) - x.value) * (S(1) + x.value))), x);
+  const S margin = (S(1) - x.value) * (S(1) + x.value);
+  return detail::chain_within(margin, S(asin(x.value)), S(S(1) / sqrt(margin)), x);
 }
 
 /// arccos x;  f′ = −1/√(1 − x²).
@@ -129,7 +131,8 @@ template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> acos(const Dual<S, N, Tag>& x) {
   using std::acos;
   using std::sqrt;
-  return detail::chain(S(acos(x.value)), S(S(-1) / sqrt((S(1) - x.value) * (S(1) + x.value))), x);
+  const S margin = (S(1) - x.value) * (S(1) + x.value);
+  return detail::chain_within(margin, S(acos(x.value)), S(S(-1) / sqrt(margin)), x);
 }
 
 /// arctan x;  f′ = 1/(1 + x²).
@@ -139,14 +142,20 @@ constexpr Dual<S, N, Tag> atan(const Dual<S, N, Tag>& x) {
   return detail::chain(S(atan(x.value)), S(S(1) / (S(1) + x.value * x.value)), x);
 }
 
-/// The angle of the point (x, y);  ∂/∂y = x/r², ∂/∂x = −y/r². Undefined slope at the origin gives 0.
+/// The angle of the point (x, y);  ∂/∂y = x/r², ∂/∂x = −y/r², infinite at the origin.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> atan2(const Dual<S, N, Tag>& y, const Dual<S, N, Tag>& x) {
   using std::atan2;
   using std::hypot;
   const S f = atan2(y.value, x.value);
   const S r = hypot(x.value, y.value);
-  if (r == S(0)) return detail::chain(f, S(0), y);
+  if constexpr (detail::HasEdges<S>)
+    if (r == S(0)) {
+      Dual<S, N, Tag> of_y = detail::chain_at_edge(f, S(S(1) / r), y);
+      const Dual<S, N, Tag> of_x = detail::chain_at_edge(f, S(S(1) / r), x);
+      for (std::size_t i = 0; i < N; ++i) of_y.tangent[i] += of_x.tangent[i];
+      return of_y;
+    }
   return detail::chain(f, S(x.value / r / r), y, S(-y.value / r / r), x);
 }
 template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
@@ -238,14 +247,16 @@ template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> acosh(const Dual<S, N, Tag>& x) {
   using std::acosh;
   using std::sqrt;
-  return detail::chain(S(acosh(x.value)), S(S(1) / sqrt((x.value - S(1)) * (x.value + S(1)))), x);
+  const S margin = x.value - S(1);
+  return detail::chain_within(margin, S(acosh(x.value)), S(S(1) / sqrt(margin * (x.value + S(1)))), x);
 }
 
 /// artanh x, |x| < 1;  f′ = 1/(1 − x²).
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> atanh(const Dual<S, N, Tag>& x) {
   using std::atanh;
-  return detail::chain(S(atanh(x.value)), S(S(1) / ((S(1) - x.value) * (S(1) + x.value))), x);
+  const S margin = (S(1) - x.value) * (S(1) + x.value);
+  return detail::chain_within(margin, S(atanh(x.value)), S(S(1) / margin), x);
 }
 
 }  // namespace qdot

@@ -160,8 +160,9 @@ template <EulerLagrangeNumber E>
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E log(const E& u) {
-  const auto i = 1.0 / u.value;
-  return u.chain(lifted(u.value, std::log(innermost_value(u.value)), innermost_value(i)), i, -i * i);
+  const double x = innermost_value(u.value), slope = x < 0.0 ? std::numeric_limits<double>::quiet_NaN() : 1.0 / x;
+  const auto f1 = lifted(u.value, slope, -slope * slope);
+  return u.chain(lifted(u.value, std::log(x), slope), f1, -f1 * f1);
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E sqrt(const E& u) {

@@ -8,6 +8,7 @@
 // which ad/pack_math.hpp has no fast form take their derivatives from duals, lane by lane.
 
 #include <cmath>
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -58,7 +59,7 @@ template <EulerLagrangePack E>
 }
 template <EulerLagrangePack E>
 [[gnu::always_inline]] inline E log(const E& u) {
-  const auto i = 1.0 / u.value;
+  const auto i = qdot::select(u.value < 0.0, std::numeric_limits<double>::quiet_NaN(), 1.0 / u.value);
   return u.chain(fast_log(u.value), i, -i * i);
 }
 template <EulerLagrangePack E>

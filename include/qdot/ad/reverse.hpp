@@ -149,7 +149,7 @@ Reverse<N> sqrt(const Reverse<N>& x) {
 template <class N>
 Reverse<N> exp(const Reverse<N>& x) { return x.through(exp(x.value), exp(x.value)); }
 template <class N>
-Reverse<N> log(const Reverse<N>& x) { return x.through(log(x.value), 1.0 / x.value); }
+Reverse<N> log(const Reverse<N>& x) { return x.through([](const auto& y) { return log(y); }); }
 template <class N> Reverse<N> tan(const Reverse<N>& x) { return x.through([](const auto& y) { return tan(y); }); }
 template <class N> Reverse<N> asin(const Reverse<N>& x) { return x.through([](const auto& y) { return asin(y); }); }
 template <class N> Reverse<N> acos(const Reverse<N>& x) { return x.through([](const auto& y) { return acos(y); }); }

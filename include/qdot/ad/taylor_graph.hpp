@@ -71,6 +71,7 @@ struct BasicNode {
   int b = -1;  ///< second argument; −1 if there is none
   Coefficient ca = 0.0, cb = 0.0;
   Coefficient c = 0.0;  ///< the constant, the affine offset, or the exponent
+  Domain domain = Domain::everything;  ///< outside of which what was written down has no value (ad/list_graph.hpp)
 };
 
 /// A formula of any number of outputs; nodes are named by their numbers.
@@ -86,6 +87,7 @@ class BasicGraph {
 
   /// A node of another graph, whose arguments have the same numbers here.
   constexpr int copy_of(const Node& node) { return made(node); }
+  constexpr void set_domain(int x, Domain domain) { nodes_[static_cast<std::size_t>(x)].domain = domain; }
   /// How often a node has been asked for: the cost of what was done so far.
   constexpr int effort() const noexcept { return effort_; }
 
@@ -241,7 +243,7 @@ class BasicGraph {
 
   /// The same where it is known which nodes depend on the variables: the others are left out.
   [[gnu::noinline]] constexpr std::vector<int> gradient(int output, std::span<const int> variables, const std::vector<char>& depends) {
-    const int zero = constant_zero();
+    const int zero = constant(0.0);
     std::vector<int> adjoint(static_cast<std::size_t>(output) + 1, -1);
     adjoint.back() = constant(1.0);
     const auto leads_on = [&](int x) { return x >= 0 && depends[static_cast<std::size_t>(x)] != 0; };
@@ -302,8 +304,6 @@ class BasicGraph {
     const Kind kind = (*this)[x].kind;
     return kind == Kind::variable || kind == Kind::product || kind == Kind::quotient || kind == Kind::function;
   }
-
-  constexpr int constant_zero() { return constant(0.0); }
 
   constexpr Term term(int x) const {
     const Node& node = (*this)[x];

@@ -60,6 +60,8 @@ class SceneForm {
   }
 
   /// J ← ∂ẏ/∂y, exact.
+  ///
+  /// @throws as acceleration() of the scene, and NonFinite where a derivative is not finite
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const {
     const Eigen::Index k = dof();
     const Vector<double, n> q = y.head(k);
@@ -121,6 +123,8 @@ class SceneForm {
     } else {
       out.block(k, 0, k, size()) = detail::solved_with_mass_matrix(scene_.system(), M, dr, t);
     }
+    detail::require_finite_derivatives(
+        out, t, [this](Eigen::Index i) { return "the rate of " + component_name(i); }, [this](Eigen::Index j) { return component_name(j); });
   }
 
   /// Puts y back onto the constraints; nothing where there are none.

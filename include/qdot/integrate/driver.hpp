@@ -83,7 +83,7 @@ class Driver {
     }
     while (next_output_ < outputs_.size() && outputs_[next_output_] == t0) keep_sample(t0, y0);
     dog_.begin(t0, y0, 0);
-    if (const std::optional<Failure> trouble = dog_.look_at_mass(t0, y0)) return end(*trouble);
+    if (const std::optional<Failure> trouble = dog_.look_at_values_and_mass(t0, y0)) return end(*trouble);
     if constexpr (Watch::watches) watch_.begin(t0, y0, tolerance(y0), true);
     return true;
   }

@@ -30,6 +30,9 @@
 //                   little can be out of proportion to that.) Methods with a step of fixed length promise no tolerance and
 //                   are not judged. Forces of effects do work: energy_balance.hpp is for them.
 //
+//     values        T and V must have some. Their slopes are numbers only where they do, but not every value is needed for q̈: a
+//                   constant that is NaN, or a sum that overflows, moves nothing. The energy that it makes NaN is one all the same.
+//
 // When. At the start, after steps 1, 3, 7, 15, 31, 63, then every 64th, at stop times and at the end; after every step while
 // rcond(M) is below 1e-6, and where the step has become eight times shorter since the last look. At stop times and where an event
 // changes the state h is compared afresh: a legitimate change of the model belongs there. With more than eleven coordinates the looks
@@ -126,7 +129,7 @@ class Watchdog {
   }();
 
  public:
-  static constexpr bool looks = looks_at_mass || looks_at_energy;
+  static constexpr bool looks = Behind::is_mechanical;
 
   Watchdog(const F& system, const Options& options) : system_(system), options_(options), wait_(shortest_wait()) {}
 
@@ -160,13 +163,34 @@ class Watchdog {
   std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) {
     steps_since_ = 0;
     wait_ = std::min(2 * wait_, longest_wait());
-    std::optional<Failure> trouble = look_at_mass(t, y);
+    std::optional<Failure> trouble = look_at_values_and_mass(t, y);
     if constexpr (looks_at_energy)
       if (!trouble && reference_ && controlled) trouble = look_at_energy(t, y, steps);
     return trouble;
   }
 
-  /// rcond at a state only; at the start of a run, where there is nothing to compare h with.
+  /// The same at the start of a run, where there is nothing to compare h with.
+  std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) {
+    std::optional<Failure> trouble = look_at_values(t, y);
+    return trouble ? trouble : look_at_mass(t, y);
+  }
+
+  /// T and V at a state.
+  [[gnu::noinline]] std::optional<Failure> look_at_values(double t, const Eigen::VectorXd& y) const {
+    if constexpr (Behind::is_mechanical) {
+      const auto& system = Behind::system(system_);
+      const auto [q, qdot] = coordinates_of<n>(y, system.dof());
+      try {
+        require_finite_energies(system.energies(), q, qdot, t);
+      } catch (const NonFinite& error) {
+        return Failure{Outcome::non_finite, error.what()};
+      } catch (...) {  // as in quietly()
+      }
+    }
+    return (void)t, (void)y, std::nullopt;
+  }
+
+  /// rcond at a state.
   [[gnu::noinline]] std::optional<Failure> look_at_mass(double t, const Eigen::VectorXd& y) {
     if constexpr (looks_at_constraints) {
       return look_at_both(t, y);

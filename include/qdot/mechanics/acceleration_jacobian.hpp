@@ -10,7 +10,8 @@
 //
 // and −r is what the scalar of Lagrange's equations calls X L when the rates of the velocities are the accelerations
 // (straight_line_jacobian.hpp). Two ways, as for q̈ itself: straight-line code for few coordinates, and for loops a record of dual numbers
-// (ad/residual_record.hpp) that is swept forwards and back.
+// (ad/residual_record.hpp) that is swept forwards and back. Where these give no finite number, nested duals are asked, as they are for q̈: they
+// know that a constant has no derivative, however steep the root of it is. What is not finite then is an error.
 
 #include <algorithm>
 
@@ -29,6 +30,11 @@ struct AccelerationJacobian {
 };
 
 namespace detail {
+
+template <int n>
+bool is_finite(const AccelerationJacobian<n>& a) {
+  return all_finite(a.qddot.data(), a.qddot.size()) && all_finite(a.d_q.data(), a.d_q.size()) && all_finite(a.d_qdot.data(), a.d_qdot.size());
+}
 
 // Calls f(i, first, row) with the derivatives of X_i L at fixed accelerations, in turn along q and q̇ of each coordinate from first/2 on.
 template <int n, class E, class F>
@@ -50,7 +56,7 @@ void for_each_residual(const E& e, const Vector<double, n>& q, const Vector<doub
   record.derivatives(L.record != nullptr ? L.node : -1, L.a, L.b, f);
 }
 
-// q̈ and its derivatives by records and blocks; false on a bad pivot.
+// q̈ and its derivatives by records and blocks; false on a bad pivot or a number that is not finite.
 template <int n, class E>
 bool recorded_jacobian(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double threshold,
                        AccelerationJacobian<n>& result) {
@@ -81,10 +87,11 @@ bool recorded_jacobian(const E& e, const Vector<double, n>& q, const Vector<doub
         result.d_qdot(k, coordinate) = columns[k][j + 1];
       }
   });
-  return true;
+  return is_finite(result);
 }
 
-// The same without records, for what hardly ever happens: nested duals, a direction at a time. Half a second to compile.
+// The same without records, for what hardly ever happens: nested duals, a direction at a time, and what is not finite by name. Half a second to
+// compile.
 template <class E, int n, Inertia I>
 [[gnu::cold, gnu::noinline]] void jacobian_by_duals(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
                                                     double t, AccelerationJacobian<n>& result) {
@@ -95,21 +102,24 @@ template <class E, int n, Inertia I>
   const auto column = [&](D& number, auto&& derivative) {
     number.tangent[0] = 1.0;
     const Vector<D, n> r = lagrange_residual<n>(system.energies(), x, v, a, D(t));
-    for (Eigen::Index i = 0; i < n; ++i) derivative[i] = -r[i].tangent[0];
+    for (Eigen::Index i = 0; i < r.size(); ++i) derivative[i] = -r[i].tangent[0];
     number.tangent[0] = 0.0;
   };
-  for (Eigen::Index j = 0; j < n; ++j) {
+  for (Eigen::Index j = 0; j < q.size(); ++j) {
     column(x[j], result.d_q.col(j));
     column(v[j], result.d_qdot.col(j));
   }
   const Matrix<double, n> M = kinetic_hessian<n>(system.energies(), q, qdot, t);
   result.d_q = solved_with_mass_matrix(system, M, result.d_q, t);
   result.d_qdot = solved_with_mass_matrix(system, M, result.d_qdot, t);
+  const auto row = [&](Eigen::Index i) { return "the acceleration of " + system.coordinate_name(i); };
+  require_finite_derivatives(result.d_q, t, row, [&](Eigen::Index j) { return system.coordinate_name(j); });
+  require_finite_derivatives(result.d_qdot, t, row, [&](Eigen::Index j) { return system.velocity_name(j); });
 }
 
-// The same with any mass matrix and any number of coordinates.
+// The same with any mass matrix and any number of coordinates; false where a number is not finite.
 template <class E, int n, Inertia I>
-[[gnu::noinline]] void general_jacobian(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
+[[gnu::noinline]] bool general_jacobian(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
                                         AccelerationJacobian<n>& result) {
   result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
   for_each_residual<n>(system.energies(), q, qdot, result.qddot, t, [&](int i, int first, const double* residual) {
@@ -121,6 +131,7 @@ template <class E, int n, Inertia I>
   const Matrix<double, n> M = kinetic_hessian<n>(system.energies(), q, qdot, t);
   result.d_q = solved_with_mass_matrix(system, M, result.d_q, t);
   result.d_qdot = solved_with_mass_matrix(system, M, result.d_qdot, t);
+  return is_finite(result);
 }
 
 }  // namespace detail
@@ -129,7 +140,7 @@ template <class E, int n, Inertia I>
 ///
 /// No allocation for fixed n up to 8.
 ///
-/// @throws as acceleration()
+/// @throws as acceleration(), and NonFinite where q̈ is finite but a derivative of it is not
 template <class E, int n, Inertia I>
 AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, const Vector<double, n>& q,
                                               const Vector<double, n>& qdot, double t = 0.0) {
@@ -149,19 +160,16 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
         system.energies().jacobian_in_closed_form(q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(), result.d_qdot.data()))
       return result;
   }
-  if constexpr (has_straight_line && detail::always_straight<E, n>) {
-    detail::jacobian_by_duals(system, q, qdot, t, result);
-  } else if constexpr (has_short_ways) {
-    if (size <= detail::graded_limit<n>) {
-      const bool solved = detail::recorded_jacobian<n>(system.energies(), q, qdot, t, detail::singular_pivot<double>(size), result);
-      if (solved && detail::all_finite(result.qddot.data(), size)) return result;
-      result.qddot = detail::acceleration_of<E, n, I, double>(system, q, qdot, t);  // names what is wrong
-      if (solved) return result;
-      const Matrix<double, n> M = detail::kinetic_hessian<n>(system.energies(), q, qdot, t);
-      detail::throw_mass_matrix_error(detail::innermost_values(M), t, detail::coordinate_names(system));
-    }
+  bool good = false;
+  if constexpr (has_short_ways && !(has_straight_line && detail::always_straight<E, n>)) {
+    if (size <= detail::graded_limit<n>)
+      good = detail::recorded_jacobian<n>(system.energies(), q, qdot, t, detail::singular_pivot<double>(size), result);
+    else if constexpr (n == Dynamic)
+      good = detail::general_jacobian(system, q, qdot, t, result);
+  } else if constexpr (!has_short_ways) {
+    good = detail::general_jacobian(system, q, qdot, t, result);
   }
-  if constexpr (!has_short_ways || n == Dynamic) detail::general_jacobian(system, q, qdot, t, result);
+  if (!good) detail::jacobian_by_duals(system, q, qdot, t, result);
   return result;
 }
 

@@ -34,6 +34,7 @@ struct ClosedFormLine {
   taylor::Function function = taylor::Function::none;
   int a = -1, b = -1;
   CoefficientUse ca, cb, c;
+  taylor::Domain domain = taylor::Domain::everything;  // outside of which T or V has no value
 };
 
 struct ClosedFormExtent {
@@ -117,9 +118,11 @@ constexpr std::vector<int> lines_of(const DerivedEquations::Graph& graph, const 
   return line;
 }
 
-// All that q̈ is made of.
-constexpr std::vector<int> outputs_of(const DerivedEquations& e) {
+// All that q̈ is made of, and what tells whether T and V have values.
+constexpr std::vector<int> outputs_of(const DerivedEquations::Graph& graph, const DerivedEquations& e) {
   std::vector<int> outputs;
+  for (std::size_t w = 0; w < graph.nodes().size(); ++w)
+    if (graph.nodes()[w].domain != taylor::Domain::everything) outputs.push_back(static_cast<int>(w));
   for (const auto& step : e.eliminated) {
     outputs.push_back(step.pivot);
     outputs.push_back(step.acceleration);
@@ -140,7 +143,7 @@ constexpr void write_form_lines(const Derivation& d, const std::vector<int>& lin
     if (line[w] < 0) continue;
     const auto& node = nodes[w];
     const bool is_input = node.kind == taylor::Kind::variable;
-    form.line[line[w]] = {node.kind, node.function, is_input ? node.a : line_of(node.a), is_input ? -1 : line_of(node.b), node.ca, node.cb, node.c};
+    form.line[line[w]] = {node.kind, node.function, is_input ? node.a : line_of(node.a), is_input ? -1 : line_of(node.b), node.ca, node.cb, node.c, node.domain};
   }
   for (std::size_t k = 0; k < d.book.steps().size(); ++k) form.coefficient[k] = d.book.steps()[k];
 }
@@ -149,7 +152,7 @@ template <class Way>
 constexpr ClosedFormExtent closed_form_extent() {
   ClosedFormExtent extent;
   Way::derive([&extent](const auto& d, const DerivedEquations& e) {
-    lines_of(d.graph, outputs_of(e), extent.lines);
+    lines_of(d.graph, outputs_of(d.graph, e), extent.lines);
     extent.coefficients = static_cast<int>(d.book.steps().size());
     extent.eliminated = static_cast<int>(e.eliminated.size());
     for (const auto& step : e.eliminated) extent.factors += static_cast<int>(step.factors.size());
@@ -164,7 +167,7 @@ constexpr ClosedForm<extent> closed_form_of() {
   ClosedForm<extent> form;
   Way::derive([&form](const auto& d, const DerivedEquations& e) {
     int count = 0;
-    const std::vector<int> line = lines_of(d.graph, outputs_of(e), count);
+    const std::vector<int> line = lines_of(d.graph, outputs_of(d.graph, e), count);
     const auto line_of = [&](int node) { return node < 0 ? -1 : line[static_cast<std::size_t>(node)]; };
     write_form_lines(d, line, form);
     const auto& nodes = d.graph.nodes();

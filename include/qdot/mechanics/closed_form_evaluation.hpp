@@ -6,8 +6,8 @@
 // Each line of a closed form (mechanics/closed_form.hpp) becomes one line of code. What letters stand for, masses and lengths and what is
 // computed from them alone, is computed when an object is made, and read from its table.
 //
-// Applied forces Q are added to r. A pivot that is not positive and a number that is not finite are left to the general way, which names
-// what is wrong.
+// Applied forces Q are added to r. A pivot that is not positive, a number that is not finite and a state at which T or V has no value are left
+// to the general way, which names what is wrong.
 
 #include <algorithm>
 #include <array>
@@ -36,7 +36,7 @@ void write_values(const std::array<double, count_T>& T, const std::array<double,
 template <class Form, std::size_t count_T, std::size_t count_V, std::size_t count>
 bool coefficients_written(const std::array<double, count_T>& T, const std::array<double, count_V>& V, std::array<double, count>& c) {
   write_values<Form>(T, V, c);
-  std::array<double, count> magnitude;
+  std::array<double, count> magnitude{};
   taylor::write_magnitudes(Form::form.coefficient, Form::coefficients, c.data(), magnitude.data());
   for (int k = 0; k < Form::extent.eliminated; ++k) {
     const auto& step = Form::form.eliminated[k];
@@ -188,6 +188,12 @@ template <int n, class Form, bool forced, class Number>
   Number out[n];
   Number x[form.size.lines + 1];
   write_lines<n, Form>(c, q, qdot, t, q, x);
+  unroll<form.size.lines>([&](auto i) __attribute__((always_inline)) {
+    constexpr taylor::Domain domain = form.line[i].domain;
+    if constexpr (domain == taylor::Domain::positive) good &= x[i] > 0.0;
+    else if constexpr (domain == taylor::Domain::nonnegative) good &= x[i] >= 0.0;
+    else if constexpr (domain == taylor::Domain::nonzero) good &= x[i] != 0.0;
+  });
   // Applied forces go through the elimination as r does.
   Number applied[n];
   if constexpr (forced) {

@@ -29,6 +29,7 @@ struct StoredNode {
   int a = -1, b = -1;
   double ca = 0.0, cb = 0.0, c = 0.0;
   int line_of_ca = -1, line_of_cb = -1, line_of_c = -1;
+  taylor::Domain domain = taylor::Domain::everything;
 };
 
 /// How far a derivation is, and the nodes that it has found.
@@ -69,7 +70,7 @@ class DerivationByGraph {
     for (int k = 0; k < from.lines; ++k) book.copy(from.line[k], from.shadow[k]);
     for (int w = 0; w < from.nodes; ++w) {
       const StoredNode& x = from.node[w];
-      graph.copy_of({x.kind, x.function, x.a, x.b, opened(x.ca, x.line_of_ca), opened(x.cb, x.line_of_cb), opened(x.c, x.line_of_c)});
+      graph.copy_of({x.kind, x.function, x.a, x.b, opened(x.ca, x.line_of_ca), opened(x.cb, x.line_of_cb), opened(x.c, x.line_of_c), x.domain});
       if (from.next > 3 || from.next_rate > 0) rates_.push_back(from.rate[w] - 1);
     }
     if (from.nodes == 0)
@@ -116,7 +117,7 @@ class DerivationByGraph {
     if (!s.is_possible) return;
     for (int w = 0; w < s.nodes; ++w) {
       const Node& x = graph[w];
-      s.node[w] = {x.kind, x.function, x.a, x.b, x.ca.shadow, x.cb.shadow, x.c.shadow, x.ca.line, x.cb.line, x.c.line};
+      s.node[w] = {x.kind, x.function, x.a, x.b, x.ca.shadow, x.cb.shadow, x.c.shadow, x.ca.line, x.cb.line, x.c.line, x.domain};
       s.rate[w] = static_cast<std::size_t>(w) < rates_.size() ? rates_[static_cast<std::size_t>(w)] + 1 : 0;
     }
     for (int k = 0; k < s.lines; ++k) {

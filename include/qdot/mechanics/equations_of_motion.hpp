@@ -5,6 +5,9 @@
 //
 //     M q̈ = rhs ,      rhs = ∂L/∂q − (∂²L/∂q̇∂q) q̇ − ∂²L/∂q̇∂t .
 //
+// Where T or V has no value there is no q̈ either: the derivatives of functions end where the functions do (ad/dual_algebraic.hpp), and formulas
+// that were simplified remember where they hold (ad/list_graph.hpp). So NaN in q̈ is all that has to be looked for.
+//
 // acceleration() is what a stepper asks for; an implicit stepper asks for its derivatives besides (acceleration_jacobian.hpp).
 
 #include <cmath>
@@ -21,6 +24,27 @@ namespace qdot {
 
 namespace detail {
 
+// T and V have values at a state. Asked of duals, for which every functor compiles that has derivatives.
+template <class E, int n>
+[[gnu::cold, gnu::noinline]] void require_finite_energies(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
+  const auto require = [t](const char* name, double energy) {
+    if (std::isfinite(energy)) return;
+    throw NonFinite(name, t, sentence({"the energies must be finite, but ", name, " is ", energy, " at t = ", {t, 6},
+                                       "; check it there for a division by zero, a root or logarithm outside its domain, or overflow"}));
+  };
+  using D = Dual<double, 1>;
+  const Vector<D, n> x = constants<D>(q);
+  require("T", kinetic<n>(e, x, constants<D>(qdot), D(t)).value);
+  require("V", potential<n>(e, x, D(t)).value);
+}
+
+// The energies of a system, or of the system of a scene.
+template <class Sys>
+const auto& energies_behind(const Sys& system) {
+  if constexpr (requires { system.energies(); }) return system.energies();
+  else return system.system().energies();
+}
+
 // NaN and infinity are not accelerations: name what they came from.
 template <class Sys, class S, int n>
 void require_finite_acceleration(const Sys& system, const Vector<S, n>& qddot, const Vector<S, n>& q,
@@ -30,6 +54,8 @@ void require_finite_acceleration(const Sys& system, const Vector<S, n>& qddot, c
   for (Eigen::Index i = 0; i < qddot.size(); ++i) finite = finite && isfinite(innermost_value(qddot[i]));
   if (finite) return;
   const double at = static_cast<double>(innermost_value(t));
+  if constexpr (std::is_same_v<S, double>)
+    if (all_finite(q.data(), q.size()) && all_finite(qdot.data(), qdot.size())) require_finite_energies(energies_behind(system), q, qdot, t);
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     const auto name = [&] {
       if (!isfinite(innermost_value(q[i]))) return system.coordinate_name(i);
@@ -41,6 +67,19 @@ void require_finite_acceleration(const Sys& system, const Vector<S, n>& qddot, c
     throw NonFinite(name, at, sentence({"the equations of motion must be finite, but ", name, " is not at t = ", {at, 6},
                                         "; check T and V there for a division by zero, a root or logarithm outside its domain, or overflow"}));
   }
+}
+
+// Nor are they derivatives of what is finite: name the first.
+template <class Derivatives, class RowName, class ColumnName>
+void require_finite_derivatives(const Derivatives& J, double t, const RowName& row, const ColumnName& column) {
+  for (Eigen::Index j = 0; j < J.cols(); ++j)
+    for (Eigen::Index i = 0; i < J.rows(); ++i) {
+      if (std::isfinite(J(i, j))) continue;
+      const std::string name = sentence({"the derivative of ", std::string(row(i)), " with ", std::string(column(j))});
+      throw NonFinite(name, t, sentence({"the derivatives of accelerations must be finite, but ", name, " is not at t = ", {t, 6},
+                                         ", where the acceleration is; look there for the root or the power of something that is zero, and "
+                                         "round it off, as sqrt(x*x + e*e) does, or take a method that needs no Jacobian"}));
+    }
 }
 
 // Energies that know more of themselves than their values, such as positions and masses (kinematic_system.hpp), may offer a
@@ -61,8 +100,8 @@ template <class E, int n, Inertia I, class S>
   if constexpr (n == Dynamic && std::is_same_v<S, double> && I == Inertia::positive_definite) {
     if (at.size() > graded_limit<n>) {
       const Vector<double, n> a = banded_acceleration(system, at, velocity, t);
-      require_finite_acceleration(system, a, at, velocity, t);
-      return a;
+      if (all_finite(a.data(), a.size())) return a;
+      require_finite_energies(system.energies(), at, velocity, t);
     }
   }
   const Matrix<S, n> M = kinetic_hessian<n>(system.energies(), at, velocity, t);
@@ -116,7 +155,7 @@ auto rhs(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eig
 /// @param q, qdot  state, n each; may hold duals
 /// @return         q̈, n   [units of q per unit time squared]
 /// @throws         SingularMassMatrix, IndefiniteMassMatrix  with the direction in the coordinates' names
-/// @throws         NonFinite       when an energy's derivative is not finite there
+/// @throws         NonFinite       when an energy or its derivative is not finite there
 /// @throws         DimensionError  when n is known at run time and a size disagrees
 template <class E, int n, Inertia I, class Q, class Qdot>
 auto acceleration(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,

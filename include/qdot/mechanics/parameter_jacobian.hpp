@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -84,7 +85,7 @@ struct ParameterJacobian {
 ///                     the scalar of p
 /// @param p            parameters, m
 /// @param q, qdot      state, n each
-/// @throws             as acceleration()
+/// @throws             as acceleration(), and NonFinite where a derivative is not finite
 template <class F, int n, int m>
 ParameterJacobian<n, m> acceleration_jacobian_wrt_parameters(const F& energies_of, const Vector<double, m>& p,
                                                              const Vector<double, n>& q, const Vector<double, n>& qdot,
@@ -116,6 +117,9 @@ ParameterJacobian<n, m> acceleration_jacobian_wrt_parameters(const F& energies_o
   }
   const Matrix<double, n> M = detail::kinetic_hessian<n>(plain, q, qdot, t);
   result.d_p = detail::solved_with_mass_matrix(system, M, result.d_p, t);
+  detail::require_finite_derivatives(
+      result.d_p, t, [&](Eigen::Index i) { return "the acceleration of " + system.coordinate_name(i); },
+      [](Eigen::Index j) { return "parameter " + std::to_string(j); });
   return result;
 }
 
