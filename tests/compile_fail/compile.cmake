@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 #
-# cmake -DCOMPILER=… -DSOURCE=… -DINCLUDE=… -P compile.cmake: compiles SOURCE, and compares with its "// message: …" line. With the
+# cmake -DCOMPILER=… -DSOURCE=… -DINCLUDE=… -P compile.cmake: compiles SOURCE, and compares with its "// message: …" lines. With the
 # options that a line "// flags: …" names.
-file(STRINGS ${SOURCE} message REGEX "^// message: ")
-string(REGEX REPLACE "^// message: " "" message "${message}")
+file(STRINGS ${SOURCE} messages REGEX "^// message: ")
+list(TRANSFORM messages REPLACE "^// message: " "")
 
 file(STRINGS ${SOURCE} options REGEX "^// flags: ")
 string(REGEX REPLACE "^// flags: " "" options "${options}")
@@ -13,17 +13,24 @@ list(TRANSFORM INCLUDE PREPEND -isystem OUTPUT_VARIABLE flags)
 execute_process(COMMAND ${COMPILER} -std=c++20 -fsyntax-only ${options} ${flags} ${SOURCE}
   RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
 
-if(message STREQUAL "")
+if(NOT messages)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "The control does not compile:\n${output}")
   endif()
   return()
 endif()
 if(result EQUAL 0)
-  message(FATAL_ERROR "It compiles, and should say: ${message}")
+  message(FATAL_ERROR "It compiles, and should say: ${messages}")
 endif()
 string(REGEX MATCH "error: [^\n]*" first_error "${output}")
-string(FIND "${first_error}" "${message}" place)
+list(GET messages 0 first_message)
+string(FIND "${first_error}" "${first_message}" place)
 if(place EQUAL -1)
-  message(FATAL_ERROR "The first error should say: ${message}\nbut the compiler says:\n${output}")
+  message(FATAL_ERROR "The first error should say: ${first_message}\nbut the compiler says:\n${output}")
 endif()
+foreach(message IN LISTS messages)
+  string(FIND "${output}" "${message}" place)
+  if(place EQUAL -1)
+    message(FATAL_ERROR "An error should say: ${message}\nbut the compiler says:\n${output}")
+  endif()
+endforeach()

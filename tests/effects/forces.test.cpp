@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "../catch2_bridge.hpp"
+#include "qdot/effects/constraints.hpp"
 #include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/scene_motion.hpp"
 
@@ -25,6 +26,31 @@ const auto cartesian = [](const auto& q) {
   return qdot::vector(q[0] * cos(q[1]), q[0] * sin(q[1]));
 };
 const auto itself = [](const auto& q) { return q; };
+
+TEST_CASE("an argument of an effect's functor that has a default is given the time") {
+  // Each of them pushes a unit mass with the force t, or holds it where ẍ = t.
+  const auto mass = mechanical_system<1>([](const auto& v) { return 0.5 * v.squaredNorm(); });
+  const auto q = Vector<double, 1>(0.3), v = Vector<double, 1>(0.5);
+  const auto acceleration_with = [&](const auto& effect) { return acceleration(scene(mass, effect), q, v, 3.0)[0]; };
+  const auto force = []<class X>(const X&, const X& w, typename X::Scalar t = typename X::Scalar(0.0)) { return qdot::vector(t + 0.0 * w[0]); };
+  const auto power = []<class X>(const X&, const X& w, typename X::Scalar t = typename X::Scalar(0.0)) { return -t * w[0]; };
+  const auto place = []<class X>(const X& x, typename X::Scalar t = typename X::Scalar(0.0)) { return qdot::vector(x[0] * t); };
+  const auto curve = []<class X>(const X& x, typename X::Scalar t = typename X::Scalar(0.0)) { return x[0] - t * t * t / 6.0; };
+  const auto speed = []<class X>(const X&, const X& w, typename X::Scalar t = typename X::Scalar(0.0)) { return w[0] - 0.5 * t * t; };
+  CHECK(acceleration_with(qdot::generalized_force(force)) == 3.0);
+  CHECK(acceleration_with(qdot::rayleigh(power)) == 3.0);
+  CHECK(acceleration_with(qdot::force_at_point([](const auto& x) { return x; }, force)) == 3.0);
+  CHECK(acceleration_with(qdot::force_at_point(place, Vector<double, 1>(1.0))) == 3.0);
+  CHECK(acceleration_with(qdot::velocity_potential(power)) == -1.0);  // d/dt (ẋ + t) = 0
+  CHECK_THAT(acceleration_with(qdot::holonomic("curve", curve)), WithinAbs(3.0, 1e-14));
+  CHECK_THAT(acceleration_with(qdot::nonholonomic("speed", speed)), WithinAbs(3.0, 1e-14));
+}
+
+TEST_CASE("the force at a point may leave the time out") {
+  const auto mass = mechanical_system<1>([](const auto& v) { return 0.5 * v.squaredNorm(); });
+  const auto spring = qdot::force_at_point([](const auto& x) { return x; }, [](const auto& r, const auto& u) { return qdot::vector(-4.0 * r[0] - u[0]); });
+  CHECK(acceleration(scene(mass, spring), Vector<double, 1>(0.25), Vector<double, 1>(0.5))[0] == -1.5);
+}
 
 TEST_CASE("a generalized force enters the equations as it is") {
   const auto s = scene(free_point, qdot::generalized_force([](const auto& q, const auto& v, const auto& t) {

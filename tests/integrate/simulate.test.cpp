@@ -132,6 +132,14 @@ TEST_CASE("bad input is an exception before the first step") {
   REQUIRE(message(start, 1.0, {.rtol = -1}).find("rtol must lie") == 0);
 }
 
+TEST_CASE("a force that grows as t moves a unit mass by t^3 / 6, though the time is a default argument") {
+  const auto system = qdot::mechanical_system<1>([](const auto& qdot) { return 0.5 * qdot[0] * qdot[0]; },
+                                                 []<class Q>(const Q& q, typename Q::Scalar t = typename Q::Scalar(0.0)) { return -t * q[0]; });
+  const auto run = simulate(system, qdot::State<1>{0.0, qdot::Vector<double, 1>(0.0), qdot::Vector<double, 1>(0.0)}, 1.0, qdot::CvodeBdf{});
+  REQUIRE(run.completed());
+  CHECK_THAT(run.y[0], WithinAbs(1.0 / 6.0, 1e-6));  // a hundred tolerances
+}
+
 TEST_CASE("stop times are landed on exactly, in the order of the run") {
   for (const double sign : {1.0, -1.0}) {
     std::vector<double> seen;

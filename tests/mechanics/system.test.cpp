@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "../catch2_bridge.hpp"
-#include "qdot/mechanics/system.hpp"
+#include "qdot/mechanics/equations_of_motion.hpp"
+#include "qdot/mechanics/kinematic_system.hpp"
+#include "qdot/mechanics/written_out.hpp"
 
 namespace {
 
@@ -55,6 +57,46 @@ TEST_CASE("the signature of an energy says what physics there is") {
   STATIC_REQUIRE(C::kinetic_signature == KineticSignature::state_and_time);
   STATIC_REQUIRE_FALSE(C::autonomous);
   CHECK(a.dof() + b.dof() + c.dof() == 3);
+}
+
+// A mass that grows as 1 + t, pushed by a force that grows as t.
+struct TimeByDefault {
+  template <class Q>
+  constexpr auto T(const Q& q, const Q& qdot, typename Q::Scalar t = typename Q::Scalar(0.0)) const {
+    return 0.5 * (1.0 + t) * qdot[0] * qdot[0] + 0.0 * q[0];
+  }
+  template <class Q>
+  constexpr auto V(const Q& q, const typename Q::Scalar& t = typename Q::Scalar(0.0)) const {
+    return -t * q[0];
+  }
+};
+
+TEST_CASE("an argument of an energy that has a default is given the time") {
+  // d/dt (1 + t) q̇ = t
+  const auto acceleration_of = [](const auto& system) {
+    using Sys = std::remove_cvref_t<decltype(system)>;
+    STATIC_REQUIRE_FALSE(Sys::autonomous);
+    const Vector<double, Sys::dof_at_compile_time> q = Eigen::VectorXd::Constant(1, 0.3), v = Eigen::VectorXd::Constant(1, 5.0);
+    return acceleration(system, q, v, 3.0)[0];
+  };
+  const auto T = [](const auto& q, const auto& qdot, const auto& t) { return TimeByDefault().T(q, qdot, t); };
+  const auto V = []<class Q>(const Q& q, typename Q::Scalar t = typename Q::Scalar(0.0)) { return -t * q[0]; };
+  const auto place = [](const auto& q, auto& bodies) { bodies.point_mass(1.0, q); };
+  CHECK(acceleration_of(mechanical_system<1>(TimeByDefault{})) == -0.5);
+  CHECK(acceleration_of(mechanical_system<1>(T, V)) == -0.5);
+  CHECK(acceleration_of(mechanical_system(1, TimeByDefault{})) == -0.5);
+  CHECK(acceleration_of(mechanical_system<1>(qdot::written_out<1>(TimeByDefault{}))) == -0.5);
+  CHECK(acceleration_of(mechanical_system<1>(constant_inertia, V)) == 3.0);
+  CHECK(acceleration_of(qdot::kinematic_system<1>(place, V)) == 3.0);
+  CHECK(acceleration_of(qdot::kinematic_system(1, place, V)) == 3.0);
+}
+
+TEST_CASE("a pack of arguments after those of the state is given the time") {
+  const auto V = [](const auto& q, const auto&... t) { return ((0.0 * q[0]) - ... - (t * q[0])); };
+  const auto system = mechanical_system<1>([](const auto& q, const auto& qdot, const auto&...) { return 0.5 * qdot[0] * qdot[0] + 0.0 * q[0]; }, V);
+  STATIC_REQUIRE(decltype(system)::kinetic_signature == KineticSignature::state_and_time);
+  CHECK(acceleration(system, Vector<double, 1>(0.3), Vector<double, 1>(5.0), 3.0)[0] == 3.0);
+  STATIC_REQUIRE(decltype(mechanical_system<1>(constant_inertia))::potential_signature == PotentialSignature::position);
 }
 
 TEST_CASE("one object with members T and V, two functors, and T alone all make a system") {

@@ -21,6 +21,11 @@ const auto spherical = [](const auto& q) {
 
 }  // namespace
 
+TEST_CASE("a vector of integers holds real numbers") {
+  STATIC_REQUIRE(std::is_same_v<decltype(qdot::vector(1, 2)), Eigen::Vector2d>);
+  CHECK((qdot::vector(1, 2) / 2).eval()[0] == 0.5);
+}
+
 TEST_CASE("the velocity in spherical coordinates is the textbook one") {
   const Vector<double, 3> q(1.3, 0.7, -2.1), qdot(0.4, -1.1, 0.9);
   const double r = q[0], theta = q[1], phi = q[2];

@@ -21,6 +21,7 @@
 #include <utility>
 
 #include "qdot/ad/dual_eigen.hpp"
+#include "qdot/ad/functor_result.hpp"
 #include "qdot/ad/vector.hpp"
 
 namespace qdot {
@@ -71,6 +72,7 @@ auto value_and_gradient(F&& f, const Eigen::MatrixBase<Derived>& x) {
   using D = Dual<S, detail::directions_for<n>, detail::DerivativeOf<std::remove_cvref_t<F>>>;
   static_assert(Derived::ColsAtCompileTime == 1, "qdot: the point of a gradient must be a column vector");
   const Vector<S, n> at = x;
+  static_assert(detail::require_real<S>());
   ValueAndGradient<S, n> result{S(0), Vector<S, n>(at.size())};
   if (at.size() == 0) return result;
   for (Eigen::Index first = 0; first < at.size(); first += D::directions) {
@@ -110,6 +112,8 @@ auto value_and_jacobian(F&& f, const Eigen::MatrixBase<Derived>& x) {
   using D = Dual<S, detail::directions_for<n>, detail::DerivativeOf<std::remove_cvref_t<F>>>;
   static_assert(Derived::ColsAtCompileTime == 1, "qdot: the point of a Jacobian must be a column vector");
   using Returned = std::remove_cvref_t<decltype(f(std::declval<const Vector<D, n>&>()))>;
+  static_assert(detail::require_real<S>());
+  static_assert(detail::require_numbers<Returned>());
   static_assert(std::is_same_v<typename Returned::Scalar, D>,
                 "qdot: the function must return a vector of the scalar type of its argument");
   constexpr int m = Returned::RowsAtCompileTime;
@@ -145,8 +149,9 @@ auto hessian(F&& f, const Eigen::MatrixBase<Derived>& x) {
 /// df/ds of a function of one number: a scalar for a scalar f, an Eigen object for an Eigen f.
 template <class F, class S>
 auto derivative(F&& f, const S& s) {
+  static_assert(detail::require_real<S>());
   using D = Dual<S, 1, detail::DerivativeOf<std::remove_cvref_t<F>>>;
-  const auto y = f(D::variable(s, 0));
+  const auto y = detail::result_of(f, D::variable(s, 0));
   using Y = std::remove_cvref_t<decltype(y)>;
   if constexpr (std::is_same_v<Y, D>) {
     return y.tangent[0];

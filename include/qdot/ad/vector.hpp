@@ -5,6 +5,7 @@
 // number of coordinates is known, at run time (Dynamic) where it is not.
 
 #include <Eigen/Core>
+#include <type_traits>
 
 #include "qdot/error.hpp"
 
@@ -22,6 +23,15 @@ template <class S, int rows, int columns = rows>
 using Matrix = Eigen::Matrix<S, rows, columns>;
 
 namespace detail {
+
+// A quotient or a sine of integers is an integer: 1/2 is 0, and −9.81 is −9.
+template <class S>
+consteval bool require_real() {
+  static_assert(!std::is_integral_v<S>,
+                "qdot: these numbers are integers, and so would be all that is computed from them: pass real numbers, Eigen::Vector2d(0, 1) "
+                "instead of Eigen::Vector2i(0, 1), or 1.0 instead of 1");
+  return true;
+}
 
 // True when none of `count` numbers is infinite or NaN; for Eigen's allFinite() the compiler makes five types of each vector's.
 inline bool all_finite(const double* numbers, Eigen::Index count) {

@@ -88,7 +88,7 @@ struct PrescribedCoordinate {
 
   template <class S, int n>
   S phi(const Vector<S, n>& q, const S& t) const {
-    return q[coordinate] - s(t);
+    return q[coordinate] - detail::of_time(s, t);
   }
 };
 

@@ -34,6 +34,7 @@
 #include <utility>
 
 #include "qdot/ad/dual_eigen.hpp"
+#include "qdot/ad/functor_result.hpp"
 #include "qdot/ad/vector.hpp"
 
 namespace qdot {
@@ -46,6 +47,7 @@ using Point = Vector<double, n>;
 // φ or a as a vector: a single constraint may be returned as a plain scalar.
 template <class Result>
 auto as_rows(const Result& result) {
+  static_assert(require_numbers<Result>());
   if constexpr (requires { Result::RowsAtCompileTime; }) {
     static_assert(Result::ColsAtCompileTime == 1, "qdot: a constraint must return one scalar, or a column with a row for each condition");
     return Vector<typename Result::Scalar, Result::RowsAtCompileTime>(result);

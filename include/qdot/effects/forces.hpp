@@ -17,6 +17,7 @@
 #include <Eigen/Geometry>
 
 #include "qdot/ad/derivatives.hpp"
+#include "qdot/ad/functor_result.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/rotation.hpp"
 #include "qdot/mechanics/velocity.hpp"
@@ -25,15 +26,26 @@ namespace qdot {
 
 namespace detail {
 
+// The functors of effects are asked for their longest form: f(q, qdot, t) before f(q, qdot). It is asked of every scalar; a time that
+// is a double would be there for numbers and not for their derivatives.
+template <class F, class... Before>
+consteval bool require_time_of_scalar() {
+  static_assert(!std::is_invocable_v<const F&, const Before&..., double>,
+                "qdot: the functor of an effect takes the time as a double, but the time carries derivatives as q does: take `const auto& t`, "
+                "or `S t = S(0)` in a template <class S>; a parameter that is a double is a member or a capture");
+  return true;
+}
+
 // f(q, qdot, t) or f(q, qdot), whichever the user wrote.
 template <class F, class Q, class Qdot, class S>
 auto of_state(const F& f, const Q& q, const Qdot& qdot, const S& t) {
   if constexpr (std::is_invocable_v<const F&, const Q&, const Qdot&, const S&>) {
-    return f(q, qdot, t);
+    return result_of(f, q, qdot, t);
   } else {
+    static_assert(require_time_of_scalar<F, Q, Qdot>());
     static_assert(std::is_invocable_v<const F&, const Q&, const Qdot&>,
                   "qdot: the functor of an effect must be callable as f(q, qdot, t) or f(q, qdot)");
-    return f(q, qdot);
+    return result_of(f, q, qdot);
   }
 }
 
@@ -43,11 +55,24 @@ auto of_position(const F& f, const Q& q, const S& t) {
   if constexpr (requires { F::RowsAtCompileTime; }) {
     return Vector<S, F::RowsAtCompileTime>(f.template cast<S>());
   } else if constexpr (std::is_invocable_v<const F&, const Q&, const S&>) {
-    return f(q, t);
+    return result_of(f, q, t);
   } else {
+    static_assert(require_time_of_scalar<F, Q>());
     static_assert(std::is_invocable_v<const F&, const Q&>,
                   "qdot: a position, pose or constraint must be callable as f(q, t) or f(q)");
-    return f(q);
+    return result_of(f, q);
+  }
+}
+
+// f(t), or a vector that does not depend on it.
+template <class F, class S>
+auto of_time(const F& f, const S& t) {
+  if constexpr (requires { F::RowsAtCompileTime; }) {
+    return Vector<S, F::RowsAtCompileTime>(f.template cast<S>());
+  } else {
+    static_assert(std::is_invocable_v<const F&, const S&>,
+                  "qdot: what depends on time must be callable as f(t) for every scalar: take `const auto& t`");
+    return result_of(f, t);
   }
 }
 
@@ -124,15 +149,19 @@ struct ForceAtPoint {
  private:
   template <class Spatial, class S>
   auto applied(const Spatial& position, const Spatial& velocity, const S& t) const {
-    // A vector first: Eigen's vectors can be called too, with an index.
-    if constexpr (requires { F::RowsAtCompileTime; }) {
-      return F_of;
-    } else if constexpr (std::is_invocable_v<const F&, const Spatial&, const Spatial&, const S&>) {
-      return F_of(position, velocity, t);
+    constexpr bool is_vector = requires { F::RowsAtCompileTime; };  // Eigen's vectors can be called too, with an index
+    constexpr bool by_state = std::is_invocable_v<const F&, const Spatial&, const Spatial&, const S&> ||
+                              std::is_invocable_v<const F&, const Spatial&, const Spatial&>;
+    constexpr bool by_time = std::is_invocable_v<const F&, const S&>;
+    static_assert(is_vector || by_state || by_time || std::is_invocable_v<const F&, const Spatial&, const Spatial&, double>,
+                  "qdot: the force at a point must be a vector, or callable as F(t) or F(position, velocity, t)");
+    static_assert(is_vector || !(by_state && by_time),
+                  "qdot: the force at a point can be called as F(t) and as F(position, velocity), and nothing tells which is meant: leave one of "
+                  "them, and name the arguments where there is a pack");
+    if constexpr (is_vector || by_time) {
+      return detail::of_time(F_of, t);
     } else {
-      static_assert(std::is_invocable_v<const F&, const S&>,
-                    "qdot: the force at a point must be a vector, or callable as F(t) or F(position, velocity, t)");
-      return F_of(t);
+      return detail::of_state(F_of, position, velocity, t);
     }
   }
 };
@@ -140,7 +169,7 @@ struct ForceAtPoint {
 /// The force F on the point r(q) or r(q, t).
 ///
 /// @param r  position functor, returns a vector of 2 or 3 (or any number of) scalars
-/// @param F  a constant vector, F(t), or F(position, velocity, t), of r's length
+/// @param F  a constant vector, F(t), F(position, velocity, t) or F(position, velocity), of r's length
 template <class Position, class F>
 ForceAtPoint<Position, F> force_at_point(Position r, F force) {
   return {std::move(r), std::move(force)};
@@ -154,12 +183,7 @@ struct TorqueOnBody {
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>&, const S& t) const {
-    Vector<S, 3> tau;
-    if constexpr (requires { F::RowsAtCompileTime; }) {
-      tau = torque.template cast<S>();
-    } else {
-      tau = torque(t).template cast<S>();
-    }
+    const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
     // ω = Σ ωᵢ q̇ᵢ, so Qᵢ = ∂(τ·ω)/∂q̇ᵢ; linear in q̇, so any q̇ will do.
     return gradient([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
@@ -207,8 +231,8 @@ struct NonInertialFrame {
                                               q, qdot, t);
     const Vector<S, 3> position = moving.value;
     const Vector<S, 3> velocity = moving.rate;
-    const Vector<S, 3> W = Omega_of(t);
-    const Vector<S, 3> a = a_of(t);
+    const Vector<S, 3> W = detail::of_time(Omega_of, t).template cast<S>();
+    const Vector<S, 3> a = detail::of_time(a_of, t).template cast<S>();
     const Vector<S, 3> swept = W.cross(position);
     return m * (velocity.dot(swept) + 0.5 * swept.dot(swept) - a.dot(position));
   }
@@ -237,11 +261,19 @@ struct Controller {
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, states>& z, const S& t) const {
-    return detail::force_vector<S, n>(Q(q, qdot, z, t), q.size(), "the force of a controller");
+    return detail::force_vector<S, n>(of_own_state(Q, q, qdot, z, t), q.size(), "the force of a controller");
   }
   template <class S, int n>
   Vector<S, states> state_rate(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, states>& z, const S& t) const {
-    return detail::force_vector<S, states>(zdot(q, qdot, z, t), states, "the rate of a controller's state");
+    return detail::force_vector<S, states>(of_own_state(zdot, q, qdot, z, t), states, "the rate of a controller's state");
+  }
+
+ private:
+  template <class F, class Q_, class S>
+  static auto of_own_state(const F& f, const Q_& q, const Q_& qdot, const Vector<S, states>& z, const S& t) {
+    static_assert(std::is_invocable_v<const F&, const Q_&, const Q_&, const Vector<S, states>&, const S&>,
+                  "qdot: the functors of a controller must be callable as f(q, qdot, z, t) for every scalar: take `const auto&`, the time too");
+    return detail::result_of(f, q, qdot, z, t);
   }
 };
 

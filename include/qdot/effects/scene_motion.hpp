@@ -35,9 +35,13 @@ Vector<S, n> effect_forces(const Scene<Sys, Effects...>& scene, const Vector<S, 
     using E = std::remove_cvref_t<decltype(e)>;
     if constexpr (StateEffect<E>) {
       constexpr int k = detail::states_of<E>();
-      if constexpr (!UnilateralEffect<E, n>) sum += e.force(q, qdot, Vector<S, k>(z.template segment<k>(first)), t);
+      if constexpr (!UnilateralEffect<E, n>) {
+        static_assert(detail::require_numbers<decltype(e.force(q, qdot, Vector<S, k>(), t))>());
+        sum += e.force(q, qdot, Vector<S, k>(z.template segment<k>(first)), t);
+      }
       first += k;
     } else if constexpr (ForceEffect<E, n>) {
+      static_assert(detail::require_numbers<decltype(e.force(q, qdot, t))>());
       sum += e.force(q, qdot, t);
     }
   });
@@ -57,6 +61,7 @@ auto state_rates(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, con
       if constexpr (SwitchingEffect<E, n>) {
         rate.template segment<k>(first).setZero();  // a phase changes at events only
       } else {
+        static_assert(detail::require_numbers<decltype(e.state_rate(q, qdot, Vector<S, k>(), t))>());
         rate.template segment<k>(first) = e.state_rate(q, qdot, Vector<S, k>(z.template segment<k>(first)), t);
       }
       first += k;

@@ -40,6 +40,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "qdot/ad/functor_result.hpp"
 #include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/outcome.hpp"
@@ -122,13 +123,13 @@ double event_value(const G& g, double t, const Eigen::Ref<const Eigen::VectorXd>
   const Q q = dof > 0 ? Q(y.head(dof)) : Q(y);
   const Q qdot = dof > 0 ? Q(y.segment(dof, dof)) : Q(y);
   if constexpr (std::is_invocable_v<const G&, const Q&, const Q&, const double&>) {
-    return static_cast<double>(g(q, qdot, t));
+    return static_cast<double>(result_of(g, q, qdot, t));
   } else if constexpr (std::is_invocable_v<const G&, const Q&, const Q&>) {
-    return static_cast<double>(g(q, qdot));
+    return static_cast<double>(result_of(g, q, qdot));
   } else {
     static_assert(std::is_invocable_v<const G&, const Q&>,
                   "qdot: the function of an event must be callable as g(q), g(q, qdot) or g(q, qdot, t)");
-    return static_cast<double>(g(q));
+    return static_cast<double>(result_of(g, q));
   }
 }
 

@@ -8,9 +8,12 @@
 //     T(q, qdot, t)       rheonomic                 adds ∂²T/∂q̇∂t
 //     V(q)   V(q, t)      potential energy
 //
-// What a signature does not mention is never computed. The functors are generic: they are called
-// with vectors of plain numbers for energies and with vectors of duals for derivatives, and return
-// the scalar that they were given. `const auto&` parameters, or `template <class S>`, do that.
+// What a signature does not mention is never computed. Where several fit, it is the longest: a T(q, qdot, S t = S(0)) is given
+// the time, and what comes after q and q̇ is always the time, of the same scalar. The first argument of T is q̇ where it is alone
+// and q where it is not, so a T that can be called both ways has two readings and is refused.
+//
+// The functors are generic: they are called with vectors of plain numbers for energies and with vectors of duals for derivatives,
+// and return the scalar that they were given. `const auto&` parameters, or `template <class S>`, do that.
 //
 // A functor that breaks the rule is told so in English by the checks at the end of this file.
 
@@ -68,10 +71,10 @@ concept EnergiesObject = CallsT<E, double, n> && CallsV<E, double, n>;
 
 template <class E, int n>
 consteval KineticSignature kinetic_signature() {
-  if constexpr (CallsTOfState<E, double, n>) {
-    return KineticSignature::state;
-  } else if constexpr (CallsTOfStateAndTime<E, double, n>) {
+  if constexpr (CallsTOfStateAndTime<E, double, n>) {
     return KineticSignature::state_and_time;
+  } else if constexpr (CallsTOfState<E, double, n>) {
+    return KineticSignature::state;
   } else {
     return KineticSignature::velocity;
   }
@@ -79,7 +82,7 @@ consteval KineticSignature kinetic_signature() {
 
 template <class E, int n>
 consteval PotentialSignature potential_signature() {
-  return CallsVOfPosition<E, double, n> ? PotentialSignature::position : PotentialSignature::position_and_time;
+  return CallsVOfPositionAndTime<E, double, n> ? PotentialSignature::position_and_time : PotentialSignature::position;
 }
 
 // T with whatever arguments it takes.
@@ -104,27 +107,24 @@ S potential(const E& e, const Vector<S, n>& q, const S& t) {
   }
 }
 
+// The scalar that a call returns is S itself. The longest call that there is, as above.
 template <class E, class S, int n>
 consteval bool kinetic_returns_scalar() {
-  if constexpr (CallsTOfState<E, S, n>) {
-    return std::same_as<decltype(std::declval<const E&>().T(std::declval<const Vector<S, n>&>(),
-                                                            std::declval<const Vector<S, n>&>())), S>;
-  } else if constexpr (CallsTOfStateAndTime<E, S, n>) {
-    return std::same_as<decltype(std::declval<const E&>().T(std::declval<const Vector<S, n>&>(),
-                                                            std::declval<const Vector<S, n>&>(),
-                                                            std::declval<const S&>())), S>;
+  if constexpr (CallsTOfStateAndTime<E, S, n>) {
+    return requires(const E& e, const Vector<S, n>& v, const S& t) { { e.T(v, v, t) } -> std::same_as<S>; };
+  } else if constexpr (CallsTOfState<E, S, n>) {
+    return requires(const E& e, const Vector<S, n>& v) { { e.T(v, v) } -> std::same_as<S>; };
   } else {
-    return std::same_as<decltype(std::declval<const E&>().T(std::declval<const Vector<S, n>&>())), S>;
+    return requires(const E& e, const Vector<S, n>& v) { { e.T(v) } -> std::same_as<S>; };
   }
 }
 
 template <class E, class S, int n>
 consteval bool potential_returns_scalar() {
-  if constexpr (CallsVOfPosition<E, S, n>) {
-    return std::same_as<decltype(std::declval<const E&>().V(std::declval<const Vector<S, n>&>())), S>;
+  if constexpr (CallsVOfPositionAndTime<E, S, n>) {
+    return requires(const E& e, const Vector<S, n>& q, const S& t) { { e.V(q, t) } -> std::same_as<S>; };
   } else {
-    return std::same_as<decltype(std::declval<const E&>().V(std::declval<const Vector<S, n>&>(),
-                                                            std::declval<const S&>())), S>;
+    return requires(const E& e, const Vector<S, n>& q) { { e.V(q) } -> std::same_as<S>; };
   }
 }
 
@@ -152,34 +152,65 @@ concept HasClosedJacobian = HasClosedForm<E> && requires(const E& e, const doubl
   { e.jacobian_in_closed_form(q, q, 0.0, q, out, out) } -> std::same_as<bool>;
 };
 
+// Energies of S whose last argument is a double where it should be S: a time without derivatives, or a parameter.
+template <class E, class S, int n>
+concept TTakesDouble = !CallsTOfStateAndTime<E, S, n> && requires(const E& e, const Vector<S, n>& v, double t) { e.T(v, v, t); };
+template <class E, class S, int n>
+concept VTakesDouble = !CallsVOfPositionAndTime<E, S, n> && requires(const E& e, const Vector<S, n>& q, double t) { e.V(q, t); };
+
 // The English of a functor's mistakes. Each message is reported once and stops the ones that follow from it.
 template <class E, int n>
-consteval bool require_energies() {
+consteval bool require_kinetic_energy() {
   using D = Dual<double, 1>;
   static_assert(CallsT<E, double, n>,
                 "qdot: the kinetic energy must be callable as T(qdot), T(q, qdot) or T(q, qdot, t), where q and "
                 "qdot are vectors with as many entries as the system has coordinates");
-  static_assert(CallsV<E, double, n>,
-                "qdot: the potential energy must be callable as V(q) or V(q, t); a potential that depends on "
-                "velocities belongs into T");
-  if constexpr (CallsT<E, double, n> && CallsV<E, double, n>) {
-    static_assert(CallsT<E, D, n>,
+  if constexpr (CallsT<E, double, n>) {
+    constexpr bool one_reading = !(CallsTOfVelocity<E, double, n> && (CallsTOfState<E, double, n> || CallsTOfStateAndTime<E, double, n>));
+    static_assert(one_reading,
+                  "qdot: the kinetic energy can be called as T(qdot) and as T(q, qdot), and nothing tells which is meant: leave one of them, "
+                  "and name the arguments where there is a pack, T(const auto& q, const auto& qdot)");
+    static_assert(!TTakesDouble<E, D, n>,
+                  "qdot: what the kinetic energy T takes after q and qdot is the time, which carries derivatives as they do: take "
+                  "`const auto& t`, or `S t = S(0)` in a template <class S>; a parameter that is a double is a member or a capture");
+    static_assert(TTakesDouble<E, D, n> || CallsT<E, D, n>,
                   "qdot: the kinetic energy T works only for double; derivatives need it for every scalar: take "
                   "`const auto& q, const auto& qdot`, or make it a template <class S>");
-    static_assert(CallsV<E, D, n>,
-                  "qdot: the potential energy V works only for double; derivatives need it for every scalar: take "
-                  "`const auto& q`, or make it a template <class S>");
-    if constexpr (CallsT<E, D, n> && CallsV<E, D, n>) {
+    if constexpr (one_reading && !TTakesDouble<E, D, n> && CallsT<E, D, n>)
       static_assert(kinetic_returns_scalar<E, D, n>(),
                     "qdot: the kinetic energy T must return the scalar type of its arguments: not a double (take "
                     "`const auto& q` and compute with its entries; a constant is `S(0)`) and not an Eigen "
                     "expression (take `(…).value()` or `.dot()`)");
+  }
+  return true;
+}
+
+template <class E, int n>
+consteval bool require_potential_energy() {
+  using D = Dual<double, 1>;
+  static_assert(CallsV<E, double, n>,
+                "qdot: the potential energy must be callable as V(q) or V(q, t); a potential that depends on "
+                "velocities belongs into T");
+  if constexpr (CallsV<E, double, n>) {
+    static_assert(!VTakesDouble<E, D, n>,
+                  "qdot: what the potential energy V takes after q is the time, which carries derivatives as q does: take `const auto& t`, or "
+                  "`S t = S(0)` in a template <class S>; a parameter that is a double is a member or a capture");
+    static_assert(VTakesDouble<E, D, n> || CallsV<E, D, n>,
+                  "qdot: the potential energy V works only for double; derivatives need it for every scalar: take "
+                  "`const auto& q`, or make it a template <class S>");
+    if constexpr (!VTakesDouble<E, D, n> && CallsV<E, D, n>)
       static_assert(potential_returns_scalar<E, D, n>(),
                     "qdot: the potential energy V must return the scalar type of its argument: not a double (take "
                     "`const auto& q` and compute with its entries; for no potential at all, leave V out) and not "
                     "an Eigen expression (take `(…).value()` or `.dot()`)");
-    }
   }
+  return true;
+}
+
+template <class E, int n>
+consteval bool require_energies() {
+  static_assert(require_kinetic_energy<E, n>());
+  static_assert(require_potential_energy<E, n>());
   return true;
 }
 

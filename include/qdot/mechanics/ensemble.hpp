@@ -193,6 +193,8 @@ template <class E, int n, Inertia I, class Q, class Qdot, class Qddot>
 [[nodiscard]] std::vector<MemberFailure> accelerations(const System<E, n, I>& system, const Eigen::PlainObjectBase<Q>& q,
                                                        const Eigen::PlainObjectBase<Qdot>& qdot, double t,
                                                        Eigen::PlainObjectBase<Qddot>& qddot) {
+  static_assert(std::is_same_v<typename Q::Scalar, double> && std::is_same_v<typename Qdot::Scalar, double> && std::is_same_v<typename Qddot::Scalar, double>,
+                "qdot: the states and accelerations of an ensemble are matrices of double");
   constexpr int lanes = detail::register_lanes;
   const auto require = [](const char* subject, Eigen::Index expected, Eigen::Index actual, const char* remedy) {
     if (actual != expected) throw DimensionError(subject, static_cast<long>(expected), static_cast<long>(actual), remedy);

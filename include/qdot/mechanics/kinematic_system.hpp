@@ -89,10 +89,13 @@ concept PlacesAtRest = requires(const Place& place, const Vector<double, n>& q, 
 template <class Place, int n>
 concept PlacesInTime =
     requires(const Place& place, const Vector<double, n>& q, double t, WeightSum<double>& bodies) { place(q, t, bodies); };
+template <class Place, int n>
+concept PlacesWithTimeLast =
+    requires(const Place& place, const Vector<double, n>& q, double t, WeightSum<double>& bodies) { place(q, bodies, t); };
 
 template <int n, class Place, class Potential, class Extra>
 class KinematicEnergies {
-  static constexpr bool placed_in_time = !PlacesAtRest<Place, n>;
+  static constexpr bool placed_in_time = PlacesInTime<Place, n>;
   static constexpr bool heavy = is_gravity<Potential>;
   static constexpr bool has_extra = !std::is_same_v<Extra, NoKineticTerm>;
   using ExtraEnergies = KineticAndPotential<Extra, NoPotential>;
@@ -311,12 +314,28 @@ class KinematicEnergies {
   ExtraEnergies extra_;
 };
 
+// The English of mistakes in what kinematic_system() is given.
 template <int n, class Place, class Potential, class Extra>
-auto kinematic_system_of(Place place, Potential potential, Extra extra, Eigen::Index dof) {
+consteval bool require_kinematics() {
   static_assert(PlacesAtRest<Place, n> || PlacesInTime<Place, n>,
                 "qdot: the functor that places the bodies must be callable as place(q, bodies) or place(q, t, bodies): "
                 "take `const auto& q, auto& bodies` and call bodies.point_mass(m, r), bodies.planar_body(m, I, r, angle) or "
                 "bodies.rigid_body(body, r, R)");
+  static_assert(!(PlacesAtRest<Place, n> && (PlacesInTime<Place, n> || PlacesWithTimeLast<Place, n>)),
+                "qdot: the functor that places the bodies can be called as place(q, bodies) and with a third argument, and nothing tells which "
+                "is meant: take `const auto& q, auto& bodies`, or `const auto& q, const auto& t, auto& bodies` where it depends on time");
+  if constexpr (PlacesInTime<Place, n> && !PlacesAtRest<Place, n>)
+    static_assert(requires(const Place& place, const Vector<Dual<double, 1>, n>& q, const Dual<double, 1>& t, WeightSum<Dual<double, 1>>& bodies) { place(q, t, bodies); },
+                  "qdot: the functor that places the bodies takes the time as a double, but the time carries derivatives as q does: take "
+                  "`const auto& q, const auto& t, auto& bodies`");
+  if constexpr (!is_gravity<Potential>) static_assert(require_potential_energy<KineticAndPotential<NoKineticTerm, Potential>, n>());
+  if constexpr (!std::is_same_v<Extra, NoKineticTerm>) static_assert(require_kinetic_energy<KineticAndPotential<Extra, NoPotential>, n>());
+  return true;
+}
+
+template <int n, class Place, class Potential, class Extra>
+auto kinematic_system_of(Place place, Potential potential, Extra extra, Eigen::Index dof) {
+  static_assert(require_kinematics<n, Place, Potential, Extra>());
   if constexpr (PlacesAtRest<Place, n> || PlacesInTime<Place, n>) {
     return checked_system<n>(KinematicEnergies<n, Place, Potential, Extra>(std::move(place), std::move(potential), std::move(extra)), dof);
   }

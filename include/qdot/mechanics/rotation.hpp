@@ -60,6 +60,7 @@ Vector<typename M::Scalar, 3> axial_vector(const Eigen::MatrixBase<M>& m) {
 /// Turn by `angle` about coordinate axis 1, 2 or 3 (x, y, z), counterclockwise seen from the tip of the axis.
 template <int axis, class S>
 Matrix<S, 3> rotation_about_axis(const S& angle) {
+  static_assert(detail::require_real<S>());
   static_assert(axis >= 1 && axis <= 3, "qdot::rotation_about_axis: the axis must be 1 (x), 2 (y) or 3 (z)");
   using std::cos;
   using std::sin;
@@ -96,6 +97,7 @@ Matrix<S, 3> rotation_z(const S& angle) {
 /// Turn in the plane by `angle`: [cos −sin; sin cos].
 template <class S>
 Matrix<S, 2> planar_rotation(const S& angle) {
+  static_assert(detail::require_real<S>());
   using std::cos;
   using std::sin;
   const S c = cos(angle), s = sin(angle);
@@ -130,6 +132,7 @@ Matrix<S, 3> euler_rotation_321(const S& yaw, const S& pitch, const S& roll) {
 template <class P>
 Matrix<typename P::Scalar, 3> rotation_from_quaternion(const Eigen::MatrixBase<P>& p) {
   using S = typename P::Scalar;
+  static_assert(detail::require_real<S>());
   const S w = p[0], x = p[1], y = p[2], z = p[3];
   const S s = 2.0 / (w * w + x * x + y * y + z * z);
   Matrix<S, 3> R;
@@ -148,6 +151,7 @@ Matrix<typename V::Scalar, 3> rotation_from_vector(const Eigen::MatrixBase<V>& v
   using std::sin;
   using std::sqrt;
   using S = typename V::Scalar;
+  static_assert(detail::require_real<S>());
   const S x = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];  // θ²
   S a, b;
   if (x < 0.25) {

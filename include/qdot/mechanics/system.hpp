@@ -172,6 +172,7 @@ namespace detail {
 // Sizes of a state, checked where they are known only at run time.
 template <class Sys, class Q, class Qdot>
 void require_sizes(const Sys& system, const Q& q, const Qdot& qdot) {
+  static_assert(require_real<typename Q::Scalar>() && require_real<typename Qdot::Scalar>());
   if (q.size() != system.dof())
     throw DimensionError("q", static_cast<long>(system.dof()), static_cast<long>(q.size()),
                          "pass one entry for each coordinate of the system");

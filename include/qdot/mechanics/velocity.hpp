@@ -37,6 +37,7 @@
 #include "qdot/ad/dual.hpp"
 #include "qdot/ad/dual_eigen.hpp"
 #include "qdot/ad/dual_math.hpp"
+#include "qdot/ad/functor_result.hpp"
 #include "qdot/ad/trace.hpp"
 #include "qdot/ad/vector.hpp"
 
@@ -54,10 +55,11 @@ auto column_of(const Numbers&... numbers) {
 
 }  // namespace detail
 
-/// The column (x₁, …, x_k) of scalars that may differ in type, such as duals beside plain numbers.
+/// The column (x₁, …, x_k) of scalars that may differ in type, such as duals beside plain numbers; integers become doubles.
 template <class First, class... Rest>
 constexpr auto vector(const First& first, const Rest&... rest) {
-  using S = std::decay_t<decltype((first + ... + rest))>;
+  using Sum = std::decay_t<decltype((first + ... + rest))>;
+  using S = std::conditional_t<std::is_integral_v<Sum>, double, Sum>;
   if constexpr (std::is_same_v<typename detail::innermost<S>::type, trace::Traced>) {
     return trace::FormulaVector<S, 1 + static_cast<int>(sizeof...(Rest))>{{S(first), S(rest)...}};
   } else {
@@ -94,6 +96,7 @@ using MotionScalar = std::decay_t<decltype(std::declval<typename Q::Scalar>() + 
 // Vectors of values and rates → one vector of duals.
 template <class S, class Q, class Qdot>
 auto moving_vector(const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
+  static_assert(require_real<S>());
   Vector<AlongMotion<S>, Q::SizeAtCompileTime> moving(q.size());
   for (Eigen::Index i = 0; i < q.size(); ++i) moving[i] = moving_number<S>(S(q[i]), S(qdot[i]));
   return moving;
@@ -132,7 +135,7 @@ auto split(const Result& result) {
 template <class Function, class Q, class Qdot>
 auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
   using S = detail::MotionScalar<Q, Qdot>;
-  return detail::split<S>(x(detail::moving_vector<S>(q, qdot)));
+  return detail::split<S>(detail::result_of(x, detail::moving_vector<S>(q, qdot)));
 }
 
 /// x(q, t) and ẋ = (∂x/∂q) q̇ + ∂x/∂t: a moving suspension, a driven joint.
@@ -140,7 +143,7 @@ template <class Function, class Q, class Qdot, class Time>
 auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                            const Time& t) {
   using S = std::decay_t<decltype(std::declval<detail::MotionScalar<Q, Qdot>>() + t)>;
-  return detail::split<S>(x(detail::moving_vector<S>(q, qdot), detail::moving_number<S>(S(t), S(1))));
+  return detail::split<S>(detail::result_of(x, detail::moving_vector<S>(q, qdot), detail::moving_number<S>(S(t), S(1))));
 }
 
 /// The velocity ẋ = (∂x/∂q) q̇ of x(q).

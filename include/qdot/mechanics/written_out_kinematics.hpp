@@ -71,6 +71,7 @@ struct Example<KinematicEnergies<n, Place, Potential, Extra>> {
 /// @param T_extra  a further kinetic term, constexpr
 template <int n, class Place, class Potential = NoPotential, class Extra = detail::NoKineticTerm>
 auto written_out_kinematic_system(Place place, Potential V = {}, Extra T_extra = {}) {
+  static_assert(detail::require_kinematics<n, Place, Potential, Extra>());
   using Energies = detail::KinematicEnergies<n, Place, Potential, Extra>;
   return detail::checked_system<n>(detail::written_out_of<n>(Energies(std::move(place), std::move(V), std::move(T_extra))), n);
 }

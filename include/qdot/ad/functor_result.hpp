@@ -1,0 +1,43 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What a functor may return.
+//
+// Eigen computes late: a sum of vectors is at first an object that refers to them,
+//
+//     [=](const auto& q) {
+//       const auto tip = vector(q[0] - sin(q[2]), q[1] + cos(q[2]));
+//       return tip - target;                                            // refers to tip, which ends here
+//     }
+//
+// and no type tells whether what it refers to outlives the functor. So a functor returns numbers: a scalar, or a vector or matrix that
+// holds its own. All of the library's calls of functors that may return vectors go through result_of(), which says so in English.
+
+#include <type_traits>
+#include <utility>
+
+#include <Eigen/Core>
+
+namespace qdot::detail {
+
+// No expression of Eigen: a number, a vector or matrix that holds its entries, or something of another library.
+template <class Result>
+concept HoldsItsNumbers = !std::is_base_of_v<Eigen::EigenBase<Result>, Result> || std::is_base_of_v<Eigen::PlainObjectBase<Result>, Result>;
+
+template <class Result>
+consteval bool require_numbers() {
+  static_assert(HoldsItsNumbers<std::remove_cvref_t<Result>>,
+                "qdot: a functor must return a number, or a vector or matrix that holds its numbers, but this one returns an expression of "
+                "Eigen, which refers to vectors that end with the functor: write `return (…).eval();`, or say what it returns, "
+                "`-> qdot::Vector<S, 2>`; for one number take `(…).value()` or `.dot()`");
+  return true;
+}
+
+// f(arguments…), which must be numbers.
+template <class F, class... Arguments>
+[[gnu::always_inline]] constexpr auto result_of(F&& f, Arguments&&... arguments) {
+  static_assert(require_numbers<decltype(f(std::forward<Arguments>(arguments)...))>());
+  return f(std::forward<Arguments>(arguments)...);
+}
+
+}  // namespace qdot::detail
