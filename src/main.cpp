@@ -54,7 +54,9 @@ int execute(int argc, char** argv, std::string& command_name) {
   app.footer("Exit status: 0 completed, 1 the run failed, 2 bad arguments.");
 
   ListOptions list_options;
-  CLI::App* list_command = app.add_subcommand("list", "scenes with their parameters");
+  CLI::App* list_command = app.add_subcommand("list", "scenes with their parameters, or one of them in detail");
+  list_command->add_option_function<std::string>(
+      "SCENE", [&](const std::string& text) { list_options.scene = text; }, "one of them, with units and meanings; all of them without a name");
   list_command->add_flag("--json", list_options.json, "one JSON object on stdout");
 
   RunOptions run_options;

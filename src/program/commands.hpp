@@ -19,6 +19,7 @@ namespace qdot::program {
 State<Dynamic> configured(RunnableScene& scene, const std::vector<std::string>& settings);
 
 struct ListOptions {
+  std::optional<std::string> scene;  // all of them without one
   bool json = false;
 };
 

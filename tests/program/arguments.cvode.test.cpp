@@ -57,6 +57,8 @@ TEST_CASE("a bad argument gets one line that says what is wrong") {
        "qdot run: --out: must be a path whose last part is a file's name, given \"\"\n"},
       {"bench foo", "qdot bench: NAME: must be a benchmark, given \"foo\""},
       {"run pendulm", "qdot run: SCENE: must be a scene, given \"pendulm\"; the nearest is \"pendulum\""},
+      {"list cartpol", "qdot list: SCENE: must be a scene, given \"cartpol\"; the nearest is \"cartpole\""},
+      {"list cartpole kepler", "qdot list: arguments: must be options after the first, given \"kepler\"\n"},
       {"run double", "qdot run: SCENE: must be a scene, given \"double\"; the nearest is \"double_pendulum\""},
       {"run pendulum --jsno", "qdot run: --jsno: must be an option of qdot run, given \"--jsno\"; the nearest is \"--json\""},
       {"run pendulum --rtol 1e-20", "qdot run: rtol must lie between 2.3e-15"},
@@ -87,6 +89,22 @@ TEST_CASE("without the program of the benchmarks beside it qdot bench says how t
   CHECK(alone.out.empty());
   CHECK(alone.err == "qdot bench: bench: must find the program qdot-bench beside qdot, but " + directory.file("qdot-bench") +
                          " cannot be started; build the target qdot_bench, or type ./run bench\n");
+}
+
+TEST_CASE("a scene can be listed alone, with the units and meanings of its parameters, its start and its effects") {
+  const auto listed = qdot("list cartpole");
+  CHECK(listed.status == 0);
+  CHECK(listed.err.empty());
+  CHECK(listed.out.starts_with("cartpole: Cart and pole\n"));
+  for (const char* row : {"  M                           2  kg         mass of the cart\n", "  q1                        2.8  rad        theta\n",
+                          "  qdot1                       0  rad/s      thetadot\n", "  joint_damping "})
+    CHECK(listed.out.find(row) != std::string::npos);
+  CHECK(listed.out.find("pendulum hung") != std::string::npos);
+  CHECK(listed.out.find("kepler") == std::string::npos);
+  const auto json = qdot("list cartpole --json");
+  CHECK(json.status == 0);
+  CHECK(json.out.find("\"cartpole\"") != std::string::npos);
+  CHECK(json.out.find("\"kepler\"") == std::string::npos);
 }
 
 TEST_CASE("help and version are no errors") {
