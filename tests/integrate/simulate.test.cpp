@@ -103,12 +103,39 @@ TEST_CASE("a run of no length returns its start and spends one evaluation") {
 }
 
 TEST_CASE("a start may be coordinates and velocities, or the whole vector") {
-  const State<2> wrong{0.0, {1, 0}, {0, 0}};
-  const State<1> right{0.0, Eigen::Matrix<double, 1, 1>(1.0), Eigen::Matrix<double, 1, 1>(0.0)};
+  const State<qdot::Dynamic> wrong{0.0, {1, 0}, {0, 0}};
+  const State<1> right{0.0, {1.0}, {0.0}};
   REQUIRE(simulate(test::oscillator(), right, 1.0, CvodeBdf{}).y ==
           simulate(test::oscillator(), start, 1.0, CvodeBdf{}).y);
   REQUIRE_THROWS_AS(simulate(test::oscillator(), wrong, 1.0, CvodeBdf{}), qdot::DimensionError);
   REQUIRE(simulate(test::oscillator(), right, 1.0, CvodeBdf{}).state().q[0] == Approx(std::cos(1.0)));
+}
+
+TEST_CASE("a state is made of lists, of vectors, and of both") {
+  const Eigen::VectorXd three = Eigen::Vector3d(1.0, 2.0, 3.0);
+  const qdot::Vector<double, 1> one(1.0);
+  CHECK(State<1>{0.5, {1.0}, {2.0}}.q[0] == 1.0);
+  CHECK(State<1>{0.5, one, {2.0}}.qdot[0] == 2.0);
+  CHECK(State<1>{.t = 0.5, .q = {1.0}, .qdot = 2.0 * one}.qdot[0] == 2.0);
+  CHECK(State<1>{0.5, {3}, one}.q[0] == 3.0);
+  CHECK(State<3>{0.5, three.head(3), 2.0 * three.tail(3)}.qdot == Eigen::Vector3d(2.0, 4.0, 6.0));
+  CHECK(State<5>{0.5, {1, 2, 3, 4, 5}, {0, 0, 0, 0, 0}}.q[4] == 5.0);
+  const State<qdot::Dynamic> two{0.5, {3, 1}, {4.0, 2.0}};  // Eigen alone would take 3 rows and 1 column
+  CHECK(two.q == Eigen::Vector2d(3.0, 1.0));
+  CHECK(two.qdot == Eigen::Vector2d(4.0, 2.0));
+  CHECK(two.t == 0.5);
+}
+
+TEST_CASE("observers and events may follow the method at once, and one event needs no list") {
+  using qdot::event;
+  const auto down = event("down", [](const auto& q) { return q[0]; }).falling();
+  const auto passed = [&](const auto&... further) { return simulate(test::oscillator(), start, 7.0, CvodeBdf{}, further...).events.size(); };
+  CHECK(passed(down) == 1);
+  CHECK(passed(qdot::events(down, event("up", [](const auto& q) { return q[0]; }).rising())) == 2);
+  CHECK(passed(Options{.rtol = 1e-6}, down) == 1);
+  CHECK(passed(Options{.rtol = 1e-6}, [](const StepView&) {}, down) == 1);
+  int steps = 0;
+  CHECK(simulate(test::oscillator(), start, 1.0, CvodeBdf{}, [&](const StepView&) { ++steps; }).statistics.steps == steps);
 }
 
 TEST_CASE("bad input is an exception before the first step") {

@@ -44,7 +44,8 @@ auto of_state(const F& f, const Q& q, const Qdot& qdot, const S& t) {
   } else {
     static_assert(require_time_of_scalar<F, Q, Qdot>());
     static_assert(std::is_invocable_v<const F&, const Q&, const Qdot&>,
-                  "qdot: the functor of an effect must be callable as f(q, qdot, t) or f(q, qdot)");
+                  "qdot: the functor of an effect must be callable as f(q, qdot, t) or f(q, qdot) for every scalar: take `const auto&`, and say "
+                  "`using std::cos;` before `cos(q[0])`");
     return result_of(f, q, qdot);
   }
 }
@@ -59,7 +60,8 @@ auto of_position(const F& f, const Q& q, const S& t) {
   } else {
     static_assert(require_time_of_scalar<F, Q>());
     static_assert(std::is_invocable_v<const F&, const Q&>,
-                  "qdot: a position, pose or constraint must be callable as f(q, t) or f(q)");
+                  "qdot: a position, pose or constraint must be callable as f(q, t) or f(q) for every scalar: take `const auto& q`, and say "
+                  "`using std::cos;` before `cos(q[0])`");
     return result_of(f, q);
   }
 }

@@ -116,6 +116,14 @@ EventList<Events...> events(Events... each) {
 
 namespace detail {
 
+// One event, or a list of them.
+template <class Happening>
+inline constexpr bool is_event = false;
+template <class G, class Action>
+inline constexpr bool is_event<Event<G, Action>> = true;
+template <class... Events>
+inline constexpr bool is_event<EventList<Events...>> = true;
+
 // g at y = [q; q̇; …] in whichever form the user wrote it; n coordinates.
 template <int n, class G>
 double event_value(const G& g, double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Index dof) {

@@ -143,6 +143,11 @@ Eigen::Index dof(const F& system) {
 // y of a start, which is a State (packed by the system's form, if it knows how) or has a y of its own.
 template <FirstOrderSystem F, class Start>
 Eigen::VectorXd packed(const F& system, const Start& start) {
+  if constexpr (requires { start.q; }) {
+    constexpr int given = decltype(start.q)::SizeAtCompileTime, needed = dof_at_compile_time<F>();
+    static_assert(given == Dynamic || needed == Dynamic || given == needed,
+                  "qdot: the start is a State of another number of coordinates than the system has: take State<n> with the n of mechanical_system<n>");
+  }
   if constexpr (requires { start.y; }) {
     return start.y;
   } else if constexpr (requires { system.packed(start); }) {

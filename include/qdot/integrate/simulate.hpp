@@ -16,6 +16,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <type_traits>
+#include <utility>
 
 #include "qdot/integrate/driver.hpp"
 #include "qdot/integrate/event.hpp"
@@ -38,7 +39,7 @@ namespace qdot {
 /// @param method    CvodeBdf{}, CvodeAdams{}, …: anything that makes a Stepper
 /// @param options   accuracy, output, limits
 /// @param observer  called after every accepted step with a StepView; may return false or Control::stop
-/// @param events    events(event(…), …): zero crossings to record, to stop at, or that change the state
+/// @param events    one event(…), or events(event(…), …): zero crossings to record, to stop at, or that change the state
 /// @return          outcome, last good state, trajectory, samples, events, statistics
 /// @throws DimensionError, InvalidValue  wrong sizes, NaN in the start, options outside their range
 /// @throws NonFinite, MassMatrixError    the equations of motion cannot be evaluated at the start
@@ -66,11 +67,33 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   return simulate(system, start, t_end, method, options, observer, EventList<>{});
 }
 
+/// The same with a single event.
+template <class System, class Start, class Method, Observer O, class G, class Action>
+auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options, O&& observer,
+              const Event<G, Action>& event) {
+  return simulate(system, start, t_end, method, options, observer, events(event));
+}
+
 /// The same without an observer.
-template <class System, class Start, class Method, class... Events>
-auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options,
-              const EventList<Events...>& events) {
-  return simulate(system, start, t_end, method, options, NoObserver{}, events);
+template <class System, class Start, class Method, class Happening>
+  requires detail::is_event<Happening>
+auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options, const Happening& happening) {
+  return simulate(system, start, t_end, method, options, NoObserver{}, happening);
+}
+
+/// The same with the options as they are by default, for an observer or for events.
+template <class System, class Start, class Method, class Further>
+  requires(detail::is_event<std::remove_cvref_t<Further>> || Observer<Further>)
+auto simulate(const System& system, const Start& start, double t_end, const Method& method, Further&& further) {
+  return simulate(system, start, t_end, method, Options{}, std::forward<Further>(further));
+}
+
+/// Without a method nothing can be simulated.
+template <class System, class Start>
+void simulate(const System&, const Start&, double, const Options& = {}) {
+  static_assert(std::is_void_v<System>,
+                "qdot: simulate() needs a method after t_end: Automatic{} of <qdot/integrate/cvode_automatic.hpp>, which chooses, or Dop853{} of "
+                "<qdot/integrate/runge_kutta.hpp>, which needs no SUNDIALS");
 }
 
 }  // namespace qdot

@@ -21,13 +21,6 @@
 
 namespace qdot {
 
-namespace detail {
-
-template <class Derived, int n>
-using StateVector = Vector<typename Derived::Scalar, n>;
-
-}  // namespace detail
-
 /// Kinetic energy T at a state; one evaluation of T.
 ///
 /// @param system  from mechanical_system()

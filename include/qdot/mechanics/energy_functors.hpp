@@ -175,7 +175,8 @@ consteval bool require_kinetic_energy() {
                   "`const auto& t`, or `S t = S(0)` in a template <class S>; a parameter that is a double is a member or a capture");
     static_assert(TTakesDouble<E, D, n> || CallsT<E, D, n>,
                   "qdot: the kinetic energy T works only for double; derivatives need it for every scalar: take "
-                  "`const auto& q, const auto& qdot`, or make it a template <class S>");
+                  "`const auto& q, const auto& qdot`, or make it a template <class S>; and for functions say `using std::cos;` and then "
+                  "`cos(q[0])`, since std::cos itself takes nothing but numbers");
     if constexpr (one_reading && !TTakesDouble<E, D, n> && CallsT<E, D, n>)
       static_assert(kinetic_returns_scalar<E, D, n>(),
                     "qdot: the kinetic energy T must return the scalar type of its arguments: not a double (take "
@@ -197,7 +198,8 @@ consteval bool require_potential_energy() {
                   "`S t = S(0)` in a template <class S>; a parameter that is a double is a member or a capture");
     static_assert(VTakesDouble<E, D, n> || CallsV<E, D, n>,
                   "qdot: the potential energy V works only for double; derivatives need it for every scalar: take "
-                  "`const auto& q`, or make it a template <class S>");
+                  "`const auto& q`, or make it a template <class S>; and for functions say `using std::cos;` and then "
+                  "`cos(q[0])`, since std::cos itself takes nothing but numbers");
     if constexpr (!VTakesDouble<E, D, n> && CallsV<E, D, n>)
       static_assert(potential_returns_scalar<E, D, n>(),
                     "qdot: the potential energy V must return the scalar type of its argument: not a double (take "

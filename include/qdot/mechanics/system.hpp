@@ -21,6 +21,7 @@
 
 #include <cmath>
 #include <concepts>
+#include <initializer_list>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -37,12 +38,40 @@ enum class Inertia {
   indefinite          ///< only regular: for Lagrangians that are no kinetic energy minus potential
 };
 
-/// A time, a configuration and its velocity.
+namespace detail {
+
+// q or q̇ of a state, which takes {1.0} for one coordinate and {3, 1} for two that are counted at run time; Eigen's own vectors
+// take the first for a size and the second for three rows and a column.
+template <int n>
+struct ListedVector : Vector<double, n> {
+  using Numbers = std::conditional_t<n == Dynamic, std::initializer_list<double>, double>;
+
+  ListedVector() = default;
+  ListedVector(Numbers numbers)
+    requires(n == 1)
+  {
+    (*this)[0] = numbers;
+  }
+  ListedVector(Numbers numbers)
+    requires(n == Dynamic)
+      : Vector<double, n>(Eigen::Map<const Vector<double, n>>(numbers.begin(), static_cast<Eigen::Index>(numbers.size()))) {}
+  ListedVector(Vector<double, n>&& x) : Vector<double, n>(std::move(x)) {}
+  template <class X>
+  ListedVector(const Eigen::EigenBase<X>& x) : Vector<double, n>(x) {}
+  using Vector<double, n>::operator=;
+};
+
+template <int n>
+using StateVector = std::conditional_t<n == 1 || n == Dynamic, ListedVector<n>, Vector<double, n>>;
+
+}  // namespace detail
+
+/// A time, a configuration and its velocity: State<1>{0.0, {1.0}, {0.0}}.
 template <int n>
 struct State {
   double t = 0.0;
-  Vector<double, n> q;
-  Vector<double, n> qdot;
+  detail::StateVector<n> q;
+  detail::StateVector<n> qdot;
 };
 
 /// Two energies and their coordinates.
@@ -173,6 +202,8 @@ namespace detail {
 template <class Sys, class Q, class Qdot>
 void require_sizes(const Sys& system, const Q& q, const Qdot& qdot) {
   static_assert(require_real<typename Q::Scalar>() && require_real<typename Qdot::Scalar>());
+  constexpr auto fits = [](int size) { return size == Dynamic || Sys::dof_at_compile_time == Dynamic || size == Sys::dof_at_compile_time; };
+  static_assert(fits(Q::SizeAtCompileTime) && fits(Qdot::SizeAtCompileTime), "qdot: q and qdot must have one entry for each coordinate of the system");
   if (q.size() != system.dof())
     throw DimensionError("q", static_cast<long>(system.dof()), static_cast<long>(q.size()),
                          "pass one entry for each coordinate of the system");
