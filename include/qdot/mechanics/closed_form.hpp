@@ -118,11 +118,9 @@ constexpr std::vector<int> lines_of(const DerivedEquations::Graph& graph, const 
   return line;
 }
 
-// All that q̈ is made of, and what tells whether T and V have values.
-constexpr std::vector<int> outputs_of(const DerivedEquations::Graph& graph, const DerivedEquations& e) {
+// All that q̈ is made of.
+constexpr std::vector<int> outputs_of(const DerivedEquations& e) {
   std::vector<int> outputs;
-  for (std::size_t w = 0; w < graph.nodes().size(); ++w)
-    if (graph.nodes()[w].domain != taylor::Domain::everything) outputs.push_back(static_cast<int>(w));
   for (const auto& step : e.eliminated) {
     outputs.push_back(step.pivot);
     outputs.push_back(step.acceleration);
@@ -143,16 +141,47 @@ constexpr void write_form_lines(const Derivation& d, const std::vector<int>& lin
     if (line[w] < 0) continue;
     const auto& node = nodes[w];
     const bool is_input = node.kind == taylor::Kind::variable;
-    form.line[line[w]] = {node.kind, node.function, is_input ? node.a : line_of(node.a), is_input ? -1 : line_of(node.b), node.ca, node.cb, node.c, node.domain};
+    form.line[line[w]] = {node.kind, node.function, is_input ? node.a : line_of(node.a), is_input ? -1 : line_of(node.b), node.ca, node.cb, node.c};
   }
   for (std::size_t k = 0; k < d.book.steps().size(); ++k) form.coefficient[k] = d.book.steps()[k];
+}
+
+// The domains that q̈ does not watch over by itself, of each node: a root or a power that q̈ needs is NaN outside of its own, and a division by zero
+// is not finite.
+constexpr std::vector<taylor::Domain> domains_to_check(const DerivedEquations::Graph& graph, const std::vector<int>& outputs) {
+  using taylor::Domain, taylor::Kind;
+  const std::vector<char> needed = graph.needed_for(outputs);
+  std::vector<char> may_be_negative(needed.size(), 1), may_be_zero(needed.size(), 1);
+  for (std::size_t w = 0; w < needed.size(); ++w) {
+    const auto& node = graph.nodes()[w];
+    if (needed[w] == 0 || (node.kind != Kind::power && node.kind != Kind::quotient)) continue;
+    const auto base = static_cast<std::size_t>(node.kind == Kind::power ? node.a : node.b);
+    const double exponent = node.kind == Kind::power ? decisive(node.c) : -1.0;
+    if (exponent < 0.0) may_be_zero[base] = 0;
+    if (!(exponent >= -1e9 && exponent <= 1e9 && exponent == static_cast<double>(static_cast<int>(exponent)))) may_be_negative[base] = 0;
+  }
+  std::vector<Domain> domains;
+  for (std::size_t w = 0; w < needed.size(); ++w) {
+    Domain domain = graph.nodes()[w].domain;
+    if (domain == Domain::positive && may_be_negative[w] == 0) domain = Domain::nonzero;
+    if (domain == Domain::nonnegative && may_be_negative[w] == 0) domain = Domain::everything;
+    if (domain == Domain::nonzero && may_be_zero[w] == 0) domain = Domain::everything;
+    domains.push_back(domain);
+  }
+  return domains;
+}
+constexpr std::vector<int> with_checked(std::vector<int> outputs, const std::vector<taylor::Domain>& domains) {
+  for (std::size_t w = 0; w < domains.size(); ++w)
+    if (domains[w] != taylor::Domain::everything) outputs.push_back(static_cast<int>(w));
+  return outputs;
 }
 
 template <class Way>
 constexpr ClosedFormExtent closed_form_extent() {
   ClosedFormExtent extent;
   Way::derive([&extent](const auto& d, const DerivedEquations& e) {
-    lines_of(d.graph, outputs_of(d.graph, e), extent.lines);
+    const std::vector<int> outputs = outputs_of(e);
+    lines_of(d.graph, with_checked(outputs, domains_to_check(d.graph, outputs)), extent.lines);
     extent.coefficients = static_cast<int>(d.book.steps().size());
     extent.eliminated = static_cast<int>(e.eliminated.size());
     for (const auto& step : e.eliminated) extent.factors += static_cast<int>(step.factors.size());
@@ -167,9 +196,13 @@ constexpr ClosedForm<extent> closed_form_of() {
   ClosedForm<extent> form;
   Way::derive([&form](const auto& d, const DerivedEquations& e) {
     int count = 0;
-    const std::vector<int> line = lines_of(d.graph, outputs_of(d.graph, e), count);
+    const std::vector<int> outputs = outputs_of(e);
+    const std::vector<taylor::Domain> domains = domains_to_check(d.graph, outputs);
+    const std::vector<int> line = lines_of(d.graph, with_checked(outputs, domains), count);
     const auto line_of = [&](int node) { return node < 0 ? -1 : line[static_cast<std::size_t>(node)]; };
     write_form_lines(d, line, form);
+    for (std::size_t w = 0; w < domains.size(); ++w)
+      if (line[w] >= 0) form.line[line[w]].domain = domains[w];
     const auto& nodes = d.graph.nodes();
     int factors = 0, steps = 0;
     for (const auto& step : e.eliminated) {
