@@ -149,18 +149,18 @@ class AutomaticStepper {
   /// Starts (afresh) at (t, y), with the method for smooth motion.
   ///
   /// @throws as the stepper of the smooth method does
-  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  void reset(const Moment& moment, const Eigen::Ref<const Eigen::VectorXd>& y) {
     use(first());
     if (active_ == series) {
       try {
-        at(series).reset(t, y);
+        at(series).reset(moment, y);
       } catch (const NonFinite&) {
         use(smooth);
-        at(smooth).reset(t, y);
+        at(smooth).reset(moment, y);
         say("the motion is not analytic at the start");
       }
     } else {
-      at(smooth).reset(t, y);
+      at(smooth).reset(moment, y);
     }
     next_ = active_;
     patience_ = first_patience;
@@ -189,6 +189,7 @@ class AutomaticStepper {
   const Failure& failure() const { return steppers_[active_]->failure(); }
   double t() const noexcept { return steppers_[active_]->t(); }
   double t_previous() const noexcept { return steppers_[active_]->t_previous(); }
+  Moment moment() const noexcept { return steppers_[active_]->moment(); }
   Eigen::Map<const Eigen::VectorXd> y() const noexcept { return steppers_[active_]->y(); }
   int order() const { return steppers_[active_]->order(); }
   const Statistics& statistics() const noexcept { return statistics_; }
@@ -228,7 +229,7 @@ class AutomaticStepper {
 
   // Lets another method go on from here; false, with nothing changed, if it cannot.
   bool turn_to(Member m) {
-    const double from = t();
+    const Moment from = moment();
     const Eigen::VectorXd state = y();
     Failure ignored;
     next_ = active_;
@@ -247,7 +248,7 @@ class AutomaticStepper {
 
   void begin_watch() {
     steps_ = warnings_ = 0;
-    t_mark_ = t();
+    elapsed_mark_ = moment().elapsed;
     cost_mark_ = cost();
   }
 
@@ -263,7 +264,8 @@ class AutomaticStepper {
     Failure ignored;
     ++checks_;
     if (!detail::attempted(ignored, [&] { rho = radius_.at(t(), y()); }) || !std::isfinite(rho)) return;
-    const double advance = std::abs(t() - std::exchange(t_mark_, t()));
+    const double elapsed = moment().elapsed;
+    const double advance = std::abs(elapsed - std::exchange(elapsed_mark_, elapsed));
     const double spent = cost() - std::exchange(cost_mark_, cost());
     if (active_ == stiff) {
       const double gain = smooth_evaluations * advance * rho / (stable_step * spent);
@@ -328,7 +330,7 @@ class AutomaticStepper {
   int warnings_ = 0;                        // looks in a row that spoke for the stiff method
   int patience_ = first_patience;           // how many of them it takes
   bool series_failed_ = false, stiff_failed_ = false;
-  double t_mark_ = 0.0, cost_mark_ = 0.0;   // at the last check
+  double elapsed_mark_ = 0.0, cost_mark_ = 0.0;   // at the last check
   Statistics statistics_;
 };
 

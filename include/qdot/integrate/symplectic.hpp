@@ -61,21 +61,21 @@ class SplittingStepper : public detail::FixedStep<F> {
   /// Starts (afresh) at (t, y); evaluates the accelerations once there.
   ///
   /// @throws as RungeKuttaStepper::reset
-  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    this->begin(t, y);
+  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    this->begin(at, y);
     force_is_current_ = false;
   }
 
   /// One step towards t_limit: the way there is divided into equal steps.
   bool step(double t_limit) {
-    const double t_new = this->next_time(t_limit);
+    const double end = this->next_end(t_limit);
     const double h = this->h_;
     this->y_old_ = this->y_;
     const typename Base::Y lost_old = this->lost_;
     double reached = 0.0;  // sum of the drifts so far
     const bool evaluated = this->attempt([&] {
       for (std::size_t i = 0; i < scheme_.kicks.size(); ++i) {
-        if (scheme_.kicks[i] != 0.0) kick(scheme_.kicks[i] * h, this->t_ + reached * h);
+        if (scheme_.kicks[i] != 0.0) kick(scheme_.kicks[i] * h, this->clock_.shown(this->elapsed_ + reached * h));
         if (scheme_.drifts[i] == 0.0) continue;
         drift(scheme_.drifts[i] * h);
         reached += scheme_.drifts[i];
@@ -89,7 +89,7 @@ class SplittingStepper : public detail::FixedStep<F> {
       ++this->statistics_.rejected_by_error_test;
       return this->give_up(h);
     }
-    this->finish(t_new, t_limit);
+    this->finish(end);
     return true;
   }
 

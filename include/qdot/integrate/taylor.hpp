@@ -92,8 +92,9 @@ class TaylorStepper : public detail::OneStep<F> {
   /// Starts (afresh) at (t, y); evaluates the equations once there.
   ///
   /// @throws as RungeKuttaStepper::reset
-  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    this->begin(t, y);
+  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    this->begin(at, y);
+    const double t = this->clock_.shown(this->elapsed_);
     lost_.setZero();
     expansion_is_current_ = false;
     unit_ = 1.0;
@@ -115,21 +116,21 @@ class TaylorStepper : public detail::OneStep<F> {
     double h = this->direction_ * std::min(foretold_step(), this->max_step_);
     if (this->statistics_.steps == 0 && initial_step_ > 0.0) h = this->direction_ * std::min(initial_step_, std::abs(h));
     for (int attempts = 0; attempts < 200; ++attempts) {
-      const double distance = t_limit - this->t_;
+      const double distance = this->distance_left();
       const bool lands = !(std::abs(h) * (1 + 1e-3) < std::abs(distance));
-      const double t_new = lands ? t_limit : this->t_ + h;
-      h = t_new - this->t_;  // what t + h was rounded to
+      const double end = lands ? this->clock_.length() : this->clock_.rounded(this->elapsed_ + h, h);
+      h = end - this->elapsed_;  // what the sum was rounded to
       Eigen::Index worst = 0;
       double error = 0.0;
       expansion_is_current_ = false;
-      const bool evaluated = this->attempt([&] { error = attempted_step(t_new, h, worst); });
+      const bool evaluated = this->attempt([&] { error = attempted_step(this->clock_.shown(end), h, worst); });
       if (evaluated && error <= 1.0) {
         std::swap(this->y_, y_new_);
         std::swap(lost_, lost_new_);
         expansion_is_current_ = true;
         h_last_ = h;
         if constexpr (constrained) count_projection();
-        this->accept(t_new, t_limit, worst);
+        this->accept(end, worst);
         return true;
       }
       if (!evaluated && this->failure_.outcome == Outcome::stopped_by_model) break;
@@ -151,8 +152,8 @@ class TaylorStepper : public detail::OneStep<F> {
 
   /// The last step's series.
   PolynomialView polynomial() {
-    if (h_last_ == 0.0) return {this->t_, 1.0, this->y_.data(), this->y_.size(), 0};
-    return {this->t_previous_, dense_unit_, dense_.data(), this->y_.size(), this->order_};
+    if (h_last_ == 0.0) return this->view(this->elapsed_, 1.0, this->y_.data(), 0);
+    return this->view(this->elapsed_before_, dense_unit_, dense_.data(), this->order_);
   }
 
   /// out ← y(t) for t within the last step.
@@ -175,7 +176,7 @@ class TaylorStepper : public detail::OneStep<F> {
   bool expand() {
     for (int attempts = 0; attempts < 4; ++attempts) {
       const bool expanded = this->attempt([&] {
-        if (!expansion_is_current_) begin_expansion(this->t_, this->y_);
+        if (!expansion_is_current_) begin_expansion(this->clock_.shown(this->elapsed_), this->y_);
         series_.expand(this->order_);
       });
       if (!expanded) return false;
