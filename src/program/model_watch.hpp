@@ -21,9 +21,7 @@ class ModelWatch {
   virtual bool is_due(double h) = 0;
   virtual void begin(double t, const Eigen::VectorXd& y, long steps) = 0;
   virtual std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) = 0;
-  virtual std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) = 0;
-  virtual std::optional<Failure> change(double t) = 0;
-  virtual void remember(double t, const Eigen::VectorXd& y) = 0;
+  virtual std::optional<Failure> look_at_mass(double t, const Eigen::VectorXd& y) = 0;
   virtual double mass_rcond() const = 0;
   virtual void report(Statistics& statistics) const = 0;
 };
@@ -39,9 +37,7 @@ class WatchOf final : public ModelWatch {
   std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) override {
     return dog_.look(t, y, steps, controlled);
   }
-  std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) override { return dog_.look_at_values_and_mass(t, y); }
-  std::optional<Failure> change(double t) override { return dog_.change(t); }
-  void remember(double t, const Eigen::VectorXd& y) override { dog_.remember(t, y); }
+  std::optional<Failure> look_at_mass(double t, const Eigen::VectorXd& y) override { return dog_.look_at_mass(t, y); }
   double mass_rcond() const override { return dog_.mass_rcond(); }
   void report(Statistics& statistics) const override { dog_.report(statistics); }
 
@@ -52,6 +48,8 @@ class WatchOf final : public ModelWatch {
 /// What a run holds: the model's own watchdog.
 class HeldWatch {
  public:
+  static constexpr bool looks = true;
+
   template <class System>
   HeldWatch(const System& system, const Options& options) : watch_(system.model->watch(options)) {}
 
@@ -60,9 +58,7 @@ class HeldWatch {
   std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) {
     return watch_->look(t, y, steps, controlled);
   }
-  std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) { return watch_->look_at_values_and_mass(t, y); }
-  std::optional<Failure> change(double t) { return watch_->change(t); }
-  void remember(double t, const Eigen::VectorXd& y) { watch_->remember(t, y); }
+  std::optional<Failure> look_at_mass(double t, const Eigen::VectorXd& y) { return watch_->look_at_mass(t, y); }
   double mass_rcond() const { return watch_->mass_rcond(); }
   void report(Statistics& statistics) const { watch_->report(statistics); }
 

@@ -88,18 +88,14 @@ TEST_CASE("a coordinate of size 1e12 does not spoil its neighbour of size one") 
 
 TEST_CASE("far from t = 0 the clock has few digits, and the motion keeps its own") {
   constexpr double t0 = 1e9;  // rounded to 1.2e-7
-  for (double omega = 1.0; omega < 2e6; omega *= 10) {
+  for (double omega = 1.0; omega < 2e8; omega *= 10) {  // the last way is two units long
     const double end = t0 + 20.0 / omega, passed = end - t0;
     const auto run = simulate(linear(Matrix2d::Identity(), symmetric(omega * omega, 0.0, 1.0)), State<2>{t0, Vector2d(1.0, 0.0), Vector2d(0, 0)}, end,
                               Dop853{}, {.rtol = 1e-10, .atol = 1e-12});
     CAPTURE(omega);
     INFO(run.message);
-    if (omega < 5e5) {
-      CHECK(run.completed());
-    } else {  // a step of 3e-7 can no longer be distinguished from one of 4e-7
-      CHECK(run.outcome == Outcome::step_collapse);
-    }
-    if (run.completed()) CHECK(std::abs(run.state().q[0] - std::cos(omega * passed)) < coarse_error);
+    REQUIRE(run.completed());
+    CHECK(std::abs(run.state().q[0] - std::cos(omega * passed)) < coarse_error);
   }
 }
 

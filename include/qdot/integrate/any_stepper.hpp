@@ -35,15 +35,13 @@ class AnyStepper {
     static_assert(Stepper<S>, "qdot: AnyStepper holds what models Stepper");
   }
 
-  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) { held_->reset(t, y); }
+  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) { held_->reset(at, y); }
   bool step(double t_limit) { return held_->step(t_limit); }
-
-  /// Whether what the stepper has recorded of its system still holds.
-  bool is_current() { return held_->is_current(); }
 
   const Failure& failure() const { return held_->failure(); }
   double t() const noexcept { return held_->t; }
   double t_previous() const noexcept { return held_->t_previous; }
+  Moment moment() const noexcept { return held_->moment; }
   Eigen::Map<const Eigen::VectorXd> y() const noexcept { return {held_->y, held_->size}; }
   int order() const { return held_->order(); }
   const Statistics& statistics() const noexcept { return *held_->statistics; }
@@ -54,14 +52,14 @@ class AnyStepper {
   // What is asked for at every step lies open; the rest is asked through the table.
   struct Held {
     double t = 0.0, t_previous = 0.0;
+    Moment moment;
     const double* y = nullptr;
     Eigen::Index size = 0;
     const Statistics* statistics = nullptr;
 
     virtual ~Held() = default;
-    virtual void reset(double at, const Eigen::Ref<const Eigen::VectorXd>& state) = 0;
+    virtual void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& state) = 0;
     virtual bool step(double t_limit) = 0;
-    virtual bool is_current() = 0;
     virtual const Failure& failure() const = 0;
     virtual int order() const = 0;
     virtual PolynomialView polynomial() = 0;
@@ -75,18 +73,14 @@ class AnyStepper {
 
     explicit Holder(S taken) : stepper(std::move(taken)) { look(); }
 
-    void reset(double at, const Eigen::Ref<const Eigen::VectorXd>& state) override {
-      stepper.reset(at, state);
+    void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& state) override {
+      detail::reset_at(stepper, at, state);
       look();
     }
     bool step(double t_limit) override {
       const bool accepted = stepper.step(t_limit);
       look();
       return accepted;
-    }
-    bool is_current() override {
-      if constexpr (requires { stepper.is_current(); }) return stepper.is_current();
-      return true;
     }
     const Failure& failure() const override { return stepper.failure(); }
     int order() const override { return stepper.order(); }
@@ -95,6 +89,7 @@ class AnyStepper {
     void look() {
       this->t = stepper.t();
       this->t_previous = stepper.t_previous();
+      this->moment = detail::moment_of(stepper);
       this->y = stepper.y().data();
       this->size = stepper.y().size();
       this->statistics = &stepper.statistics();

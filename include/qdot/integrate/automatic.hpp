@@ -124,7 +124,6 @@ struct AutomaticChoice {
   AnyStepper smooth;                         ///< Dop853
   std::function<AnyStepper()> stiff;         ///< makes the stiff method's stepper, when it is wanted
   detail::SpectralRadius::Jacobian jacobian; ///< of the system
-  std::function<void()> renew = [] {};       ///< makes anew what the system of `stiff` and `jacobian` keeps of its functors
   std::string reason;                        ///< why the first of them is the first
 };
 
@@ -138,7 +137,6 @@ class AutomaticStepper {
   AutomaticStepper(AutomaticChoice choice, Eigen::Index size)
       : steppers_{std::move(choice.series), std::move(choice.smooth), std::nullopt},
         make_stiff_(std::move(choice.stiff)),
-        renew_(std::move(choice.renew)),
         radius_(size, std::move(choice.jacobian)),
         check_every_(std::max<Eigen::Index>(16, 4 * size)) {
     statistics_.limited_by.assign(static_cast<std::size_t>(size), 0);
@@ -151,24 +149,18 @@ class AutomaticStepper {
   /// Starts (afresh) at (t, y), with the method for smooth motion.
   ///
   /// @throws as the stepper of the smooth method does
-  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    renew_();
+  void reset(const Moment& moment, const Eigen::Ref<const Eigen::VectorXd>& y) {
     use(first());
-    const auto go_on_smoothly = [&](const char* why) {
-      use(smooth);
-      at(smooth).reset(t, y);
-      say(why);
-    };
     if (active_ == series) {
       try {
-        at(series).reset(t, y);
+        at(series).reset(moment, y);
       } catch (const NonFinite&) {
-        go_on_smoothly("the motion is not analytic at the start");
-      } catch (const NotAnalytic&) {  // as it was when the run began
-        go_on_smoothly("T, V or an effect has a branch or a kink by now");
+        use(smooth);
+        at(smooth).reset(moment, y);
+        say("the motion is not analytic at the start");
       }
     } else {
-      at(smooth).reset(t, y);
+      at(smooth).reset(moment, y);
     }
     next_ = active_;
     patience_ = first_patience;
@@ -194,10 +186,10 @@ class AutomaticStepper {
     return accepted;
   }
 
-  bool is_current() { return at(active_).is_current(); }  ///< whether what the active method has recorded still holds
   const Failure& failure() const { return steppers_[active_]->failure(); }
   double t() const noexcept { return steppers_[active_]->t(); }
   double t_previous() const noexcept { return steppers_[active_]->t_previous(); }
+  Moment moment() const noexcept { return steppers_[active_]->moment(); }
   Eigen::Map<const Eigen::VectorXd> y() const noexcept { return steppers_[active_]->y(); }
   int order() const { return steppers_[active_]->order(); }
   const Statistics& statistics() const noexcept { return statistics_; }
@@ -237,7 +229,7 @@ class AutomaticStepper {
 
   // Lets another method go on from here; false, with nothing changed, if it cannot.
   bool turn_to(Member m) {
-    const double from = t();
+    const Moment from = moment();
     const Eigen::VectorXd state = y();
     Failure ignored;
     next_ = active_;
@@ -256,7 +248,7 @@ class AutomaticStepper {
 
   void begin_watch() {
     steps_ = warnings_ = 0;
-    t_mark_ = t();
+    elapsed_mark_ = moment().elapsed;
     cost_mark_ = cost();
   }
 
@@ -272,7 +264,8 @@ class AutomaticStepper {
     Failure ignored;
     ++checks_;
     if (!detail::attempted(ignored, [&] { rho = radius_.at(t(), y()); }) || !std::isfinite(rho)) return;
-    const double advance = std::abs(t() - std::exchange(t_mark_, t()));
+    const double elapsed = moment().elapsed;
+    const double advance = std::abs(elapsed - std::exchange(elapsed_mark_, elapsed));
     const double spent = cost() - std::exchange(cost_mark_, cost());
     if (active_ == stiff) {
       const double gain = smooth_evaluations * advance * rho / (stable_step * spent);
@@ -328,7 +321,6 @@ class AutomaticStepper {
 
   std::array<std::optional<AnyStepper>, 3> steppers_;
   std::function<AnyStepper()> make_stiff_;
-  std::function<void()> renew_;
   detail::SpectralRadius radius_;
   Eigen::Index check_every_;
   Member active_ = smooth, next_ = smooth;  // next_: from the next step on
@@ -338,7 +330,7 @@ class AutomaticStepper {
   int warnings_ = 0;                        // looks in a row that spoke for the stiff method
   int patience_ = first_patience;           // how many of them it takes
   bool series_failed_ = false, stiff_failed_ = false;
-  double t_mark_ = 0.0, cost_mark_ = 0.0;   // at the last check
+  double elapsed_mark_ = 0.0, cost_mark_ = 0.0;   // at the last check
   Statistics statistics_;
 };
 
@@ -378,13 +370,12 @@ struct AutomaticWith {
   /// A stepper for `system`, which it copies. The stiff method's is made when it is needed.
   template <FirstOrderSystem F>
   AutomaticStepper stepper(const F& system, const Options& options) const {
-    const auto kept = std::make_shared<F>(system);
+    const auto kept = std::make_shared<const F>(system);
     AutomaticChoice choice{
         .series = std::nullopt,
         .smooth = any_stepper(Dop853{}, system, options),
         .stiff = [kept, options, method = stiff] { return any_stepper(method, *kept, options); },
         .jacobian = [kept](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) { kept->jacobian(t, y, J); },
-        .renew = [kept] { detail::renew(*kept); },
         .reason = SwitchingSystem<F> ? "equations that switch have no power series" : "the system is more than T and V"};
     if constexpr (detail::is_recordable<F>::value)
       detail::choose_first(choice, system.size(), options,

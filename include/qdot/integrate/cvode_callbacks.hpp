@@ -36,6 +36,7 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/cvode_banded.hpp"
 #include "qdot/integrate/cvode_bridge.hpp"
+#include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/watch_budget.hpp"
@@ -76,7 +77,7 @@ class AnySystem {
  public:
   template <FirstOrderSystem F>
   explicit AnySystem(F system)
-      : object_(new F(std::move(system)), [](void* p) { delete static_cast<F*>(p); }),
+      : object_(new F(std::move(system)), [](const void* p) { delete static_cast<const F*>(p); }),
         size_(static_cast<const F*>(object_.get())->size()),
         derivative_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) {
           static_cast<const F*>(p)->derivative(t, y, ydot);
@@ -84,7 +85,6 @@ class AnySystem {
         jacobian_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) {
           static_cast<const F*>(p)->jacobian(t, y, J);
         }),
-        renew_([](void* p) { detail::renew(*static_cast<F*>(p)); }),
         make_banded_(banded_equations_of<F>()),
         project_(projection_of<F>()),
         component_name_(
@@ -103,9 +103,6 @@ class AnySystem {
   std::pair<double, double> project(double t, Eigen::Ref<Eigen::VectorXd> y) const {
     return project_(object_.get(), t, y);
   }
-
-  /// Makes anew what the system keeps of its functors.
-  void renew() { renew_(object_.get()); }
 
   /// ydot ← f(t, y). @throws NonFinite when it is not finite, and whatever the model throws.
   void derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
@@ -164,11 +161,10 @@ class AnySystem {
     return {component, t, sentence({component, " is ", value, " at t = ", t})};
   }
 
-  std::unique_ptr<void, void (*)(void*)> object_;
+  std::unique_ptr<const void, void (*)(const void*)> object_;
   Eigen::Index size_;
   void (*derivative_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::VectorXd>);
   void (*jacobian_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::MatrixXd>);
-  void (*renew_)(void*);
   MakeBanded make_banded_;
   Project project_;
   std::string (*component_name_)(const void*, Eigen::Index);
@@ -181,28 +177,21 @@ class GuardedSystem {
       : system_(std::move(system)), budget_(options), start_y_(system_.size()), start_ydot_(system_.size()), projected_(system_.size()) {}
 
   const AnySystem& system() const noexcept { return system_; }
-  void renew() { system_.renew(); }
 
-  /// Evaluates f at the start of a run and keeps it for CVODE's first call; throws like the model.
-  void start(double t, const ConstVector& y) {
+  /// Evaluates f at the start of a run, from where CVODE counts its time, and keeps it for CVODE's first call; throws like the model.
+  void start(const Moment& at, const ConstVector& y) {
     forget();
     start_pending_ = false;
+    clock.start(at);
+    began = at.elapsed;
     ++evaluations;
-    system_.derivative(t, y, start_ydot_);
-    start_t_ = t;
+    system_.derivative(shown(0.0), y, start_ydot_);
     start_y_ = y;
     start_pending_ = true;
   }
 
   /// f at the last start(); valid until CVODE has asked for it.
   const Eigen::VectorXd& start_derivative() const noexcept { return start_ydot_; }
-
-  /// Keeps the evaluations of a step in front of t_limit: a switch of the model at t_limit, which may well be a
-  /// stop time, must not be felt before it is reached.
-  void stay_before(double t_limit, double t_now) noexcept {
-    latest_ = std::nextafter(t_limit, t_now);
-    forward_ = t_limit > t_now;
-  }
 
   /// Forgets what went wrong before.
   void forget() noexcept {
@@ -237,14 +226,14 @@ class GuardedSystem {
     Eigen::Map<Eigen::VectorXd> result(N_VGetArrayPointer(ydot), guard.system_.size());
     if (guard.start_pending_) {
       guard.start_pending_ = false;
-      if (t == guard.start_t_ && std::equal(state.data(), state.data() + state.size(), guard.start_y_.data())) {
+      if (t == 0.0 && std::equal(state.data(), state.data() + state.size(), guard.start_y_.data())) {
         std::copy_n(guard.start_ydot_.data(), state.size(), result.data());
         return 0;
       }
     }
     if (guard.over_budget()) return -1;
     ++guard.evaluations;
-    return guard.guarded([&] { guard.system_.derivative(guard.before_limit(t), state, result); });
+    return guard.guarded([&] { guard.system_.derivative(guard.shown(t), state, result); });
   }
 
   static int jacobian(double t, N_Vector y, N_Vector, SUNMatrix J, void* self, N_Vector, N_Vector, N_Vector) noexcept {
@@ -253,7 +242,7 @@ class GuardedSystem {
     const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), n);
     Eigen::Map<Eigen::MatrixXd> result(SUNDenseMatrix_Data(J), n, n);  // column-major, like Eigen's
     ++guard.jacobians;
-    return guard.guarded([&] { guard.system_.jacobian(guard.before_limit(t), state, result); });
+    return guard.guarded([&] { guard.system_.jacobian(guard.shown(t), state, result); });
   }
 
   // Newton's matrix of many coordinates; only γ is new when `keep` is set.
@@ -265,7 +254,7 @@ class GuardedSystem {
     return guard.guarded([&] {
       if (!keep) {
         ++guard.jacobians;
-        guard.banded->linearize(guard.before_limit(t), state);
+        guard.banded->linearize(guard.shown(t), state);
       }
       guard.banded->assemble(gamma);
     });
@@ -278,7 +267,7 @@ class GuardedSystem {
     Eigen::Map<Eigen::VectorXd> change(N_VGetArrayPointer(correction), guard.system_.size());
     return guard.guarded([&] {
       std::copy_n(state.data(), state.size(), guard.projected_.data());
-      const auto [position, velocity] = guard.system_.project(guard.before_limit(t), guard.projected_);
+      const auto [position, velocity] = guard.system_.project(guard.shown(t), guard.projected_);
       for (Eigen::Index i = 0; i < state.size(); ++i) change[i] = guard.projected_[i] - state[i];
       ++guard.projections;
       guard.constraint_residual = std::max(guard.constraint_residual, position);
@@ -286,6 +275,8 @@ class GuardedSystem {
     });
   }
 
+  Clock clock;
+  double began = 0.0;                       // elapsed on the clock where CVODE's own time is 0
   std::unique_ptr<NewtonEquations> banded;  // in place of a dense matrix, where the system has a band
   long evaluations = 0;
   long jacobians = 0;
@@ -293,7 +284,8 @@ class GuardedSystem {
   double constraint_residual = 0.0, constraint_velocity = 0.0;  // largest after a projection
 
  private:
-  double before_limit(double t) const noexcept { return forward_ ? std::min(t, latest_) : std::max(t, latest_); }
+  // t for the model, by CVODE's time.
+  double shown(double cvode_time) const noexcept { return clock.shown(clock.within(began + cvode_time)); }
 
   // True when nothing may be evaluated any more, with that as the trouble.
   bool over_budget() {
@@ -333,11 +325,8 @@ class GuardedSystem {
 
   AnySystem system_;
   Budget budget_;
-  double start_t_ = 0.0;
   Eigen::VectorXd start_y_, start_ydot_, projected_;
   bool start_pending_ = false;
-  double latest_ = 0.0;
-  bool forward_ = true;
   std::optional<Failure> trouble_;
   std::exception_ptr exception_;
 };

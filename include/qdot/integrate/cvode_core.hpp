@@ -8,8 +8,11 @@
 // a time, with the end of the run as its stop time, so that every step can be seen, sampled and
 // stopped, and the end is met exactly. Dense output is the Nordsieck vector itself.
 //
+// Time. CVODE counts from 0 at each reset, and so has all the digits of the way: with its own checks for steps and limits too
+// close to t, a t of 1.7e9 would cost it every motion of less than some 1e-5 s (moment.hpp).
+//
 // Around each step:
-//   floor      The smallest step is set to 16 ε|t|, which t can just still feel. Without it a model
+//   floor      The smallest step is set to 16 ε|its t|, which that can just still feel. Without it a model
 //              that turns to NaN, or a solution with a pole, costs 10⁵ evaluations before CVODE gives
 //              up; with it 10² to 10³. It is renewed for every step because it grows with t.
 //   watch      GuardedSystem holds back the model's exceptions; they are rethrown here.
@@ -68,7 +71,8 @@ struct Core {
   Eigen::MatrixXd coefficients;        // of the last step's polynomial, a column each
   Statistics statistics;
   Failure failure;
-  double t = 0.0, t_previous = 0.0;
+  double elapsed = 0.0, elapsed_before = 0.0;  // on the guard's clock, at the end of the last step and its beginning
+  double t = 0.0, t_previous = 0.0;            // the same for readers
   double direction = 0.0;  // of the run since the last reset; 0 before its first step
   double smallest = 0.0;   // floor of h in the present step
   long cvode_steps = 0, error_failures = 0, corrector_failures = 0, setups = 0;  // CVODE's counters as last seen
@@ -81,7 +85,7 @@ struct Core {
   MemoryHandle memory;
 
   [[gnu::cold]] Core(AnySystem system, CvodeSettings wanted, const Options& options);
-  [[gnu::cold]] void reset(double t0, const Eigen::Ref<const Eigen::VectorXd>& y0);
+  [[gnu::cold]] void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y0);
   bool step(double t_limit);
   PolynomialView polynomial();
 
@@ -89,7 +93,10 @@ struct Core {
     return owned<VectorHandle>(N_VMake_Serial(index(data.size()), data.data(), context.get()), "vector");
   }
   void restart_cvode();
-  [[gnu::cold]] bool hop(double t_limit);
+  [[gnu::cold]] bool hop();
+  PolynomialView view(double scale, int degree) const {
+    return {elapsed, scale, degree == 0 ? y.data() : coefficients.data(), y.size(), degree, guard.clock.origin(), elapsed_before, elapsed};
+  }
   void count_attempts();
   Eigen::Index worst_component();
   [[gnu::cold]] bool fail(int flag);
@@ -169,7 +176,8 @@ inline Core::Core(AnySystem system, CvodeSettings wanted, const Options& options
   }
 }
 
-inline void Core::reset(double t0, const Eigen::Ref<const Eigen::VectorXd>& y0) {
+inline void Core::reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y0) {
+  const double t0 = at.t();
   const Eigen::Index n = guard.system().size();
   if (y0.size() != n)
     throw DimensionError("y", static_cast<long>(n), static_cast<long>(y0.size()),
@@ -178,75 +186,78 @@ inline void Core::reset(double t0, const Eigen::Ref<const Eigen::VectorXd>& y0) 
   for (Eigen::Index i = 0; i < n; ++i)
     if (!std::isfinite(y0[i]))
       detail::throw_invalid_value({guard.system().component_name(i), " must be finite at the start, but is ", y0[i], "; give it a number"});
-  guard.renew();
-  guard.start(t0, y0);
+  guard.start(at, y0);
   t = t_previous = t0;
+  elapsed = elapsed_before = at.elapsed;
   y = y0;
   restart_cvode();
 }
 
 inline void Core::restart_cvode() {
-  require(CVodeReInit(memory.get(), t, y_vector.get()), "CVodeReInit");
+  require(CVodeReInit(memory.get(), 0.0, y_vector.get()), "CVodeReInit");
   cvode_steps = error_failures = corrector_failures = setups = 0;
   direction = 0.0;
-  dense = {t, 1.0, y.data(), y.size(), 0};
+  dense = view(1.0, 0);
   dense_is_current = true;
 }
 
 inline bool Core::step(double t_limit) {
-  if (t_limit == t || !std::isfinite(t_limit) || (t_limit - t) * direction < 0)
+  guard.clock.head_for(t_limit);
+  const double length = guard.clock.length(), way = length - elapsed;
+  if (way == 0.0 || !std::isfinite(way) || way * direction < 0)
     detail::throw_invalid_value({"t_limit must lie ahead of t = ", t, ", but is ", t_limit, "; call reset() to turn round"});
-  const double distance = std::abs(t_limit - t);
-  const double sign = t_limit > t ? 1.0 : -1.0;
+  const double sign = way > 0 ? 1.0 : -1.0;
   if (direction == 0.0) {
-    if (distance <= std::max(64 * epsilon * std::max(std::abs(t), std::abs(t_limit)), shortest)) return hop(t_limit);
-    require(CVodeSetInitStep(memory.get(), sign * std::min(initial_step, distance)), "CVodeSetInitStep");
+    if (std::abs(way) <= shortest) return hop();
+    require(CVodeSetInitStep(memory.get(), sign * std::min(initial_step, std::abs(way))), "CVodeSetInitStep");
   }
   direction = sign;
-  smallest = std::min(16 * epsilon * std::abs(t), max_step);
+  const double stop = length - guard.began;  // in CVODE's time
+  smallest = std::min(16 * epsilon * std::abs(elapsed - guard.began), max_step);
   require(CVodeSetMinStep(memory.get(), smallest), "CVodeSetMinStep");
-  require(CVodeSetStopTime(memory.get(), t_limit), "CVodeSetStopTime");
+  require(CVodeSetStopTime(memory.get(), stop), "CVodeSetStopTime");
 
   guard.forget();
-  guard.stay_before(t_limit, t);
   dense_is_current = false;
-  double reached = t;
-  const int flag = CVode(memory.get(), t_limit, y_vector.get(), &reached, CV_ONE_STEP);
+  double reached = 0.0;
+  const int flag = CVode(memory.get(), stop, y_vector.get(), &reached, CV_ONE_STEP);
   guard.rethrow();
   count_attempts();
   if (!accepted(flag)) return fail(flag);
 
-  t_previous = std::exchange(t, reached);
+  elapsed_before = std::exchange(elapsed, reached == stop ? length : guard.began + reached);
+  t_previous = std::exchange(t, guard.clock.t(elapsed));
   double h = 0.0;
   CVodeGetLastStep(memory.get(), &h);
   CVodeGetLastOrder(memory.get(), &statistics.last_order);
   statistics.last_step = std::abs(h);
   if (statistics.steps == 1) statistics.first_step = statistics.last_step;
-  if (t != t_limit) statistics.smallest_step = std::min(statistics.smallest_step, statistics.last_step);
+  if (elapsed != length) statistics.smallest_step = std::min(statistics.smallest_step, statistics.last_step);
   statistics.highest_order = std::max(statistics.highest_order, statistics.last_order);
   ++statistics.limited_by[static_cast<std::size_t>(worst_component())];
   return true;
 }
 
-// A distance of some rounding units of t, which CVODE refuses as a first step: y + h f is exact to rounding there.
-inline bool Core::hop(double t_limit) {
-  const double h = t_limit - t;
+// A way so short that CVODE's own numbers underflow in it: y + h f is exact there.
+inline bool Core::hop() {
+  const double h = guard.clock.length() - elapsed;
   const Eigen::Index n = y.size();
   for (Eigen::Index i = 0; i < n; ++i) {
     coefficients.data()[i] = y[i];
     coefficients.data()[n + i] = h * guard.start_derivative()[i];
     y[i] += coefficients.data()[n + i];
   }
-  const double t_start = std::exchange(t, t_limit);
-  if (guard.guarded([&] { guard.start(t_limit, y); }) != 0) {
-    t = t_start;
+  const double length = guard.clock.length(), t_limit = guard.clock.t(length);
+  if (guard.guarded([&] { guard.start(guard.clock.moment(length), y); }) != 0) {
     std::copy_n(coefficients.data(), n, y.data());
     guard.rethrow();
     return fail(CV_RHSFUNC_FAIL);
   }
+  elapsed_before = std::exchange(elapsed, length);
+  t_previous = std::exchange(t, t_limit);
   restart_cvode();
-  dense = {t_start, h, coefficients.data(), y.size(), 1};
-  t_previous = t_start;
+  dense = view(h, 1);
+  dense.origin = elapsed_before;
   ++statistics.steps;
   statistics.evaluations = guard.evaluations;
   statistics.last_step = std::abs(h);
@@ -301,13 +312,13 @@ inline PolynomialView Core::polynomial() {
     CVodeGetDky(memory.get(), t_internal, k, column_vector.get());
     for (const double* const end = column + y.size(); column != end; ++column) *column *= factor;
   }
-  dense = {t, h, coefficients.data(), y.size(), degree};
+  dense = view(h, degree);
   dense_is_current = true;
   return dense;
 }
 
 inline bool Core::fail(int flag) {
-  dense = {t, 1.0, y.data(), y.size(), 0};
+  dense = view(1.0, 0);
   dense_is_current = true;
   // The step that was being tried: γ = h/l₁ is all that CVODE still has of it.
   double t_tried = 0.0, gamma = 0.0, inverse_l1 = 1.0;

@@ -33,7 +33,7 @@ class CvodeStepper {
   ///
   /// @throws DimensionError, InvalidValue  y has the wrong size, or t or y is not finite
   /// @throws NonFinite, MassMatrixError    the model has no finite derivative there; and the model's own
-  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) { core_->reset(t, y); }
+  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) { core_->reset(at, y); }
 
   /// One accepted step towards t_limit, landing on it exactly if it comes that far.
   bool step(double t_limit) { return core_->step(t_limit); }
@@ -41,6 +41,7 @@ class CvodeStepper {
   const Failure& failure() const noexcept { return core_->failure; }
   double t() const noexcept { return core_->t; }
   double t_previous() const noexcept { return core_->t_previous; }
+  Moment moment() const noexcept { return core_->guard.clock.moment(core_->elapsed); }
   const Eigen::VectorXd& y() const noexcept { return core_->y; }
   int order() const noexcept { return core_->statistics.last_order; }
   const Statistics& statistics() const noexcept { return core_->statistics; }

@@ -31,6 +31,7 @@
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/event_watch.hpp"
 #include "qdot/integrate/landing_points.hpp"
+#include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/one_step.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
@@ -58,7 +59,6 @@ class Driver {
   Run<n> run(double t0, const Eigen::VectorXd& y0, double t_end) {
     const auto landings = landing_points(options_.stop_times, t0, t_end);
     t_end_ = t_end;
-    stall_mark_ = t0;
     prepare_outputs(t0, t_end);
     run_.trajectory = Trajectory<n>(dof(system_));
     if (start(t0, y0)) {
@@ -82,7 +82,8 @@ class Driver {
     } catch (const StopRequest& request) {
       return end(Outcome::stopped_by_model, request.what());
     }
-    while (next_output_ < outputs_.size() && outputs_[next_output_] == t0) keep_sample(t0, y0);
+    count_from_here();
+    fill_outputs_here();
     dog_.begin(t0, y0, 0);
     if (const std::optional<Failure> trouble = dog_.look_at_values_and_mass(t0, y0)) return end(*trouble);
     if constexpr (Watch::watches) watch_.begin(t0, y0, tolerance(y0), true);
@@ -91,26 +92,21 @@ class Driver {
 
   // From here to `landing`; false when the run is over before it.
   bool leg(double landing) {
-    while (stepper_.t() != landing) {
-      if (!stepper_.step(landing)) return stuck();
+    clock_.head_for(landing);
+    while (elapsed_ != clock_.length()) {
+      if (!stepper_.step(landing)) return end(stepper_.failure().outcome, stepper_.failure().message + why(stepper_.failure().outcome));
       if (!state_is_sound() || !projected() || !watched(landing) || !kept() || !within_budget(landing)) return false;
     }
     return true;
   }
 
-  // No step was taken. A model that somebody changed has no business with the method's reasons.
-  [[gnu::cold]] bool stuck() {
-    if (const std::optional<Failure> change = dog_.change(run_.t)) return end(*change);
-    const Failure& failure = stepper_.failure();
-    return end(failure.outcome, failure.message + why(failure.outcome));
-  }
-
   // Looks at the state now and then, and always where something may change (watch.hpp). Before the observer, who may change it.
   bool watched(double landing) {
-    if (!dog_.is_due(std::abs(stepper_.t() - stepper_.t_previous())) && stepper_.t() != landing) return true;
-    projected_ = stepper_.y();
-    if (!looked_at(stepper_.t(), projected_)) return kept_last();
-    if (stepper_.t() != landing) dog_.remember(stepper_.t(), projected_);
+    if constexpr (WatchdogOf::looks) {
+      if (!dog_.is_due(std::abs(reached() - elapsed_)) && stepper_.t() != landing) return true;
+      projected_ = stepper_.y();
+      return looked_at(stepper_.t(), projected_) || kept_last();
+    }
     return true;
   }
 
@@ -122,10 +118,8 @@ class Driver {
 
   bool looked_at(double t, const Eigen::VectorXd& y) {
     const Statistics& s = stepper_.statistics();
-    if (const std::optional<Failure> trouble = dog_.look(t, y, s.steps, s.limiting_component() >= 0)) return end(*trouble);
-    if constexpr (requires { stepper_.is_current(); })
-      if (!stepper_.is_current()) return end(other_formula());
-    return true;
+    const std::optional<Failure> trouble = dog_.look(t, y, s.steps, s.limiting_component() >= 0);
+    return !trouble || end(*trouble);
   }
 
   // Appends the step to the run, as far as events let it.
@@ -146,7 +140,7 @@ class Driver {
   bool passed_events() {
     bool proceed = true;
     const bool evaluated = guarded([&] {
-      watch_.search(stepper_.polynomial(), stepper_.t_previous(), stepper_.t());
+      watch_.search(clock_, stepper_.polynomial(), elapsed_, reached());
       for (long firings = 0; const std::optional<Firing> firing = watch_.next(); ++firings) {
         if (firings == most_firings) {
           proceed = end(Outcome::event_accumulation, "'" + run_.events.back().name + "' fired " + std::to_string(firings) + " times in one step");
@@ -167,29 +161,29 @@ class Driver {
   // Ends the step at a firing, and goes on from the state that it leaves behind.
   bool cut(const Firing& firing) {
     Eigen::VectorXd y(system_.size());
-    if (firing.t == stepper_.t()) {
+    if (firing.elapsed == reached()) {
       y = stepper_.y();
-    } else if (firing.t == run_.t) {
+    } else if (firing.elapsed == elapsed_) {
       y = run_.y;
     } else {
-      stepper_.interpolate(firing.t, y);
+      stepper_.polynomial().at(firing.elapsed, y);
       if constexpr (ProjectableSystem<F>) system_.project(firing.t, y);
     }
-    keep_until(firing.t, y);
+    keep_until(firing.elapsed, firing.t, y);
     if (!looked_at(firing.t, y)) return false;
     watch_.record(firing, run_.events);
     if (!observed(run_.t, run_.y)) return false;
-    if (firing.stops) return fill_outputs_at(run_.t), end(Outcome::stopped_by_event, "'" + run_.events.back().name + "' asked to stop");
+    if (firing.stops) return fill_outputs_here(), end(Outcome::stopped_by_event, "'" + run_.events.back().name + "' asked to stop");
     if (const std::optional<Failure> wrong = watch_.change(firing, y, tolerance(y), run_.events)) return end(*wrong);
     run_.y = y;
     if (options_.keep_trajectory) run_.trajectory.jump(y);
-    if (const auto name = watch_.accumulating(firing.t))
+    if (const auto name = watch_.accumulating(firing.elapsed))
       return end(Outcome::event_accumulation, "events of " + *name + " follow each other without letting t go on");
     ++restarts_;
-    stepper_.reset(firing.t, y);
+    reset_at(stepper_, clock_.moment(firing.elapsed), y);
     watch_.begin(firing.t, y, tolerance(y), false);
     dog_.begin(firing.t, y, stepper_.statistics().steps);
-    fill_outputs_at(run_.t);
+    fill_outputs_here();
     return observed(run_.t, run_.y);
   }
 
@@ -206,10 +200,15 @@ class Driver {
     ++restarts_;
     const double behind = std::nextafter(run_.t, landing);
     return guarded([&] {
-      stepper_.reset(behind == landing ? run_.t : behind, run_.y);
+      reset_at(stepper_, Moment(run_.t, 0.0, behind == landing ? run_.t : behind), run_.y);
+      count_from_here();
       dog_.begin(run_.t, run_.y, stepper_.statistics().steps);
     });
   }
+
+  // This leg counts as the stepper does: from its last fresh start, to the end of its last step.
+  void count_from_here() { clock_.start(moment_of(stepper_)), elapsed_ = reached(); }
+  double reached() const { return moment_of(stepper_).elapsed; }
 
   // Runs what may find the model refusing; false, with the outcome noted, if it did.
   template <class Evaluation>
@@ -256,18 +255,19 @@ class Driver {
   }
 
   void keep() {
-    keep_until(stepper_.t(), stepper_.y());
-    fill_outputs_at(run_.t);
+    keep_until(reached(), stepper_.t(), stepper_.y());
+    fill_outputs_here();
   }
 
   // Appends the step as far as (t, y).
   template <class Y>
-  void keep_until(double t, const Y& y) {
-    if (options_.keep_trajectory && t != run_.t) run_.trajectory.append(t, stepper_.polynomial());
-    const double sign = stepper_.t() >= stepper_.t_previous() ? 1.0 : -1.0;
+  void keep_until(double elapsed, double t, const Y& y) {
+    if (options_.keep_trajectory && elapsed != elapsed_) run_.trajectory.append(t, elapsed, stepper_.polynomial());
+    const double sign = reached() >= elapsed_ ? 1.0 : -1.0;
+    elapsed_ = elapsed;
     run_.t = t;
     run_.y = y;
-    while (next_output_ < outputs_.size() && (t - outputs_[next_output_]) * sign > 0) {
+    while (next_output_ < outputs_.size() && (elapsed - (outputs_[next_output_] - clock_.origin())) * sign > 0) {
       const double at = outputs_[next_output_];
       stepper_.interpolate(at, scratch_);
       if constexpr (ProjectableSystem<F>)
@@ -276,8 +276,8 @@ class Driver {
     }
   }
 
-  void fill_outputs_at(double t) {
-    while (next_output_ < outputs_.size() && outputs_[next_output_] == t) keep_sample(t, run_.y);
+  void fill_outputs_here() {
+    while (next_output_ < outputs_.size() && outputs_[next_output_] - clock_.origin() == elapsed_) keep_sample(outputs_[next_output_], run_.y);
   }
 
   void keep_sample(double t, const Eigen::VectorXd& y) {
@@ -306,10 +306,14 @@ class Driver {
   // More words for an end that nobody asked for (diagnosis.hpp).
   [[gnu::cold, gnu::noinline]] std::string why(Outcome outcome) const {
     const Statistics& s = stepper_.statistics();
-    const double progress = run_.t - run_.trajectory.front_time();
+    const auto [done, left] = ways();
     return explanation(probe_of(system_), outcome,
-                       {run_.t, run_.y, tolerance(run_.y), t_end_ < run_.t ? -1.0 : 1.0, s.last_step, std::abs(progress),
-                        std::abs(t_end_ - run_.t), s.steps - steps_mark_, restarts_ - restarts_mark_, dog_.mass_rcond()});
+                       {run_.t, run_.y, tolerance(run_.y), t_end_ < run_.t ? -1.0 : 1.0, s.last_step, done, left, s.steps - steps_mark_, restarts_ - restarts_mark_, dog_.mass_rcond()});
+  }
+
+  // From the start to here, and from here to the end.
+  std::pair<double, double> ways() const {
+    return {std::abs((clock_.origin() - run_.trajectory.front_time()) + elapsed_), std::abs((t_end_ - clock_.origin()) - elapsed_)};
   }
 
   // Asked between steps, and not when there is nothing left to do on this leg.
@@ -325,9 +329,9 @@ class Driver {
   // Looks at the last ten thousand steps. A method that chatters about a jump of the right-hand side accepts steps of
   // some rounding units of t for ever; ordinary small steps cover at least a small part of the way done or to do.
   [[gnu::cold]] bool advances() {
-    const double advanced = std::abs(run_.t - std::exchange(stall_mark_, run_.t));
-    const double way = std::min(std::abs(run_.t - run_.trajectory.front_time()), std::abs(t_end_ - run_.t));
-    if (advanced > 1e-8 * way) {
+    const auto [done, left] = ways();
+    const double advanced = done - std::exchange(stall_mark_, done);
+    if (advanced > 1e-8 * std::min(done, left)) {
       steps_mark_ = stepper_.statistics().steps;
       restarts_mark_ = restarts_;
       return true;
@@ -355,18 +359,12 @@ class Driver {
     }
     dog_.report(run_.statistics);
     run_.statistics.wall_seconds = budget_.seconds();
-    if (next_output_ < outputs_.size()) drop_samples_behind(static_cast<Eigen::Index>(next_output_));
+    if (next_output_ < outputs_.size()) run_.samples.y = Eigen::MatrixXd(run_.samples.y.leftCols(static_cast<Eigen::Index>(next_output_)));
     const std::string where = sentence({"t = ", run_.t, " after ", run_.statistics.steps, " steps"});
     const bool advised = run_.message.find(advice(run_.outcome)) != std::string::npos;
     run_.message = run_.completed() ? sentence({"reached ", where})
                                     : sentence({name(run_.outcome), " at ", where, ": ", run_.message, advised ? "" : "; ",
                                                 advised ? "" : advice(run_.outcome)});
-  }
-
-  void drop_samples_behind(Eigen::Index count) {
-    Eigen::MatrixXd reached(run_.samples.y.rows(), count);
-    std::copy_n(run_.samples.y.data(), reached.size(), reached.data());
-    run_.samples.y = std::move(reached);
   }
 
   [[gnu::cold]] void prepare_outputs(double t0, double t_end) {
@@ -391,6 +389,8 @@ class Driver {
   long steps_mark_ = 0, restarts_mark_ = 0;  // when the stall was last looked for
   double constraint_residual_ = 0.0, constraint_velocity_ = 0.0;
   Eigen::VectorXd projected_;
+  Clock clock_;           // of this leg
+  double elapsed_ = 0.0;  // on it, at run_.t
   double t_end_ = 0.0, stall_mark_ = 0.0;
 };
 

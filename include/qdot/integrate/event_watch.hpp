@@ -24,6 +24,7 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/event_finder.hpp"
+#include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/polynomial.hpp"
@@ -34,7 +35,8 @@ namespace qdot::detail {
 
 // Everything that happens at one moment.
 struct Firing {
-  double t = 0.0;
+  double elapsed = 0.0;  // on the clock of the step
+  double t = 0.0;        // the same for readers
   bool stops = false;
   bool changes = false;  // the state, or a phase of the system
   std::size_t first = 0; // index of the first function in it
@@ -84,15 +86,18 @@ class EventWatch {
     }
   }
 
-  // Samples a step and notes each function's first root in it.
-  void search(const PolynomialView& step, double from, double to) {
+  // Samples a step and notes each function's first root in it; from and to are what has elapsed on the clock, and so are roots.
+  void search(const Clock& clock, const PolynomialView& step, double from, double to) {
+    if (clock.origin() != clock_.origin()) last_time_.assign(watches_.size(), std::numeric_limits<double>::quiet_NaN());
+    clock_ = clock;
     step_ = step;
+    length_ = std::abs(to - from);
     to_ = to;
     backward_ = to < from;
     for (std::size_t k = 0; k < points; ++k) {
-      const double t = sample_fractions[k] == 1.0 ? to : from + sample_fractions[k] * (to - from);
-      step_.evaluate(t, y_);
-      evaluate_all(t, y_, [&](std::size_t i, double g) { samples_[i * points + k] = g; });
+      const double elapsed = sample_fractions[k] == 1.0 ? to : from + sample_fractions[k] * (to - from);
+      step_.at(elapsed, y_);
+      evaluate_all(clock_.t(elapsed), y_, [&](std::size_t i, double g) { samples_[i * points + k] = g; });
     }
     for (std::size_t i = 0; i < watches_.size(); ++i) search_one(i, from, samples_.data() + i * points);
   }
@@ -101,12 +106,12 @@ class EventWatch {
   std::optional<Firing> next() {
     std::optional<Firing> firing;
     for (std::size_t i = 0; i < watches_.size(); ++i)
-      if (watches_[i].root && (!firing || std::abs(to_ - *watches_[i].root) > std::abs(to_ - firing->t)))
-        firing = Firing{.t = *watches_[i].root, .first = i};
+      if (watches_[i].root && (!firing || std::abs(to_ - *watches_[i].root) > std::abs(to_ - firing->elapsed)))
+        firing = Firing{.elapsed = *watches_[i].root, .t = clock_.t(*watches_[i].root), .first = i};
     if (!firing) return firing;
-    const double same = 4 * std::numeric_limits<double>::epsilon() * std::abs(firing->t);
+    const double same = 4 * std::numeric_limits<double>::epsilon() * (std::abs(firing->elapsed) + length_);
     for (std::size_t i = 0; i < watches_.size(); ++i)
-      fired_[i] = watches_[i].root && std::abs(*watches_[i].root - firing->t) <= same;
+      fired_[i] = watches_[i].root && std::abs(*watches_[i].root - firing->elapsed) <= same;
     for (std::size_t i = listed; i < watches_.size(); ++i) {
       fired_guards_[i - listed] = fired_[i];
       firing->changes = firing->changes || fired_[i];
@@ -133,11 +138,11 @@ class EventWatch {
   void pass(const Firing& firing) {
     for (std::size_t i = 0; i < watches_.size(); ++i) {
       if (!fired_[i]) continue;
-      const double t = *watches_[i].root;
-      step_.evaluate(t, y_);
-      watches_[i].pass(value(i, t, y_));
+      const double root = *watches_[i].root;
+      step_.at(root, y_);
+      watches_[i].pass(value(i, clock_.t(root), y_));
       watches_[i].root.reset();
-      if (firing.t != to_) search_one(i, t, nullptr);
+      if (firing.elapsed != to_) search_one(i, root, nullptr);
     }
   }
 
@@ -182,12 +187,12 @@ class EventWatch {
   }
 
   // The function whose changes of the state do not let t go on any more, if there is one: each follows the one before it
-  // as closely as t can tell, or g cannot be told from zero between them.
-  std::optional<std::string> accumulating(double t) {
-    const double indistinct = 1e3 * std::numeric_limits<double>::epsilon() * std::abs(t);
+  // as closely as the clock can tell, or g cannot be told from zero between them.
+  std::optional<std::string> accumulating(double elapsed) {
+    const double indistinct = 1e3 * std::numeric_limits<double>::epsilon() * std::abs(elapsed);
     for (std::size_t i = 0; i < watches_.size(); ++i) {
       if (!fired_[i]) continue;
-      const double since = std::abs(t - std::exchange(last_time_[i], t));
+      const double since = std::abs(elapsed - std::exchange(last_time_[i], elapsed));
       standing_[i] = since <= indistinct || watches_[i].stuck ? standing_[i] + 1 : 0;
       if (standing_[i] >= (i < listed ? 4 : 20)) return name_of(i);  // a system may pass through several phases at once
     }
@@ -301,27 +306,28 @@ class EventWatch {
   }
 
   void search_one(std::size_t i, double from, const double* known) {
-    RootSearch search(watches_[i], [this, i](double t) {
-      step_.evaluate(t, y_);
-      return value(i, t, y_);
+    RootSearch search(watches_[i], [this, i](double elapsed) {
+      step_.at(elapsed, y_);
+      return value(i, clock_.t(elapsed), y_);
     });
     search.run(from, to_, known);
     if (watches_[i].root) return;
-    step_.evaluate(to_, y_);
-    watches_[i].value = known != nullptr ? known[points - 1] : value(i, to_, y_);
+    step_.at(to_, y_);
+    watches_[i].value = known != nullptr ? known[points - 1] : value(i, clock_.t(to_), y_);
   }
 
   const F& system_;
   const EventList<Events...>& events_;
   std::vector<Watch> watches_;  // the listed events, then the system's guards
   std::vector<bool> fired_, fired_guards_;
-  std::vector<double> last_time_;
+  std::vector<double> last_time_;         // elapsed, when a function last changed the state
   std::vector<std::optional<int>> trends_;  // of fired functions, before their actions
   std::vector<int> standing_;             // how often a function has changed the state without letting t go on
   std::vector<double> samples_;           // of the present step
   Eigen::VectorXd guards_, bands_, y_, y_before_action_;
+  Clock clock_;
   PolynomialView step_;
-  double to_ = 0.0;
+  double to_ = 0.0, length_ = 0.0;
   bool backward_ = false;
 };
 

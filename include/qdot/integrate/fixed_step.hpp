@@ -52,9 +52,9 @@ class FixedStep : public OneStep<F> {
   ///
   /// Where they cannot be evaluated, the cubic through q and q̇ at both ends.
   PolynomialView polynomial() {
-    if (this->t_ == this->t_previous_) return {this->t_, 1.0, this->y_.data(), this->y_.size(), 0};
+    if (this->elapsed_ == this->elapsed_before_) return this->view(this->elapsed_, 1.0, this->y_.data(), 0);
     if (!dense_is_current_) make_dense();
-    return {this->t_previous_, this->t_ - this->t_previous_, dense_.data(), this->y_.size(), 5};
+    return this->view(this->elapsed_before_, this->elapsed_ - this->elapsed_before_, dense_.data(), 5);
   }
 
   /// out ← y(t) for t within the last step.
@@ -75,34 +75,34 @@ class FixedStep : public OneStep<F> {
 
   Eigen::Index dof() const noexcept { return Behind::dof(this->form()); }
 
-  void begin(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    Base::begin(t, y);
-    this->evaluate(t, this->y_, ydot_);
+  void begin(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    Base::begin(at, y);
+    this->evaluate(this->elapsed_, this->y_, ydot_);
     ydot_is_current_ = true;
     lost_.setZero();
-    legs_limit_ = t;
+    legs_limit_ = this->elapsed_;
     steps_of_leg_ = steps_done_ = 0;
     dense_is_current_ = false;
   }
 
-  // The end of the next step; divides the way to a new limit into equal steps.
-  double next_time(double t_limit) {
+  // What will have elapsed after the next step; divides the way to a new limit into equal steps.
+  double next_end(double t_limit) {
     this->head_for(t_limit);
-    if (t_limit != legs_limit_ || steps_done_ == steps_of_leg_) {
-      legs_start_ = this->t_;
-      legs_limit_ = t_limit;
-      const double ratio = std::abs(t_limit - this->t_) / std::min(longest_, this->max_step_);
+    if (this->clock_.length() != legs_limit_ || steps_done_ == steps_of_leg_) {
+      legs_start_ = this->elapsed_;
+      legs_limit_ = this->clock_.length();
+      const double ratio = std::abs(this->distance_left()) / std::min(longest_, this->max_step_);
       steps_of_leg_ = std::max(1.0, std::ceil(ratio * (1 - 4 * this->epsilon) - 1e-9));
       steps_done_ = 0;
     }
     h_ = (legs_limit_ - legs_start_) / steps_of_leg_;
-    return steps_done_ + 1 == steps_of_leg_ ? t_limit : legs_start_ + (steps_done_ + 1) * h_;
+    return steps_done_ + 1 == steps_of_leg_ ? legs_limit_ : legs_start_ + (steps_done_ + 1) * h_;
   }
 
-  void finish(double t_new, double t_limit) {
+  void finish(double elapsed_new) {
     ++steps_done_;
     dense_is_current_ = false;
-    this->accept(t_new, t_limit, -1);
+    this->accept(elapsed_new, -1);
   }
 
   double h_ = 0.0;  // with its sign
@@ -112,10 +112,10 @@ class FixedStep : public OneStep<F> {
  private:
   void make_dense() {
     const bool complete = this->attempt([&] {
-      this->evaluate(this->t_previous_, y_old_, ydot_old_);
-      this->evaluate(this->t_, this->y_, ydot_);
+      this->evaluate(this->elapsed_before_, y_old_, ydot_old_);
+      this->evaluate(this->elapsed_, this->y_, ydot_);
     });
-    const double h = this->t_ - this->t_previous_;
+    const double h = this->elapsed_ - this->elapsed_before_;
     for (Eigen::Index i = 0; i < dof(); ++i) {
       const Eigen::Index v = i + dof();
       join(i, h, y_old_[v], this->y_[v], complete, ydot_old_[v], ydot_[v]);
@@ -126,8 +126,8 @@ class FixedStep : public OneStep<F> {
     if constexpr (states != 0) {
       typename Behind::States before = ydot_old_.tail(this->size() - 2 * dof()), after = before;
       const bool curved = complete && this->attempt([&] {
-        before = zddot(this->t_previous_, y_old_, ydot_old_);
-        after = zddot(this->t_, this->y_, ydot_);
+        before = zddot(this->clock_.shown(this->elapsed_before_), y_old_, ydot_old_);
+        after = zddot(this->clock_.shown(this->elapsed_), this->y_, ydot_);
       });
       for (Eigen::Index k = 0; k < before.size(); ++k) {
         const Eigen::Index i = 2 * dof() + k;
@@ -159,7 +159,8 @@ class FixedStep : public OneStep<F> {
   }
 
   double longest_;
-  double legs_start_ = 0.0, legs_limit_ = 0.0, steps_of_leg_ = 0.0, steps_done_ = 0.0;
+  double legs_start_ = 0.0, legs_limit_ = 0.0;  // as elapsed
+  double steps_of_leg_ = 0.0, steps_done_ = 0.0;
   bool dense_is_current_ = false;
   typename Base::Y ydot_, ydot_old_;
   Matrix<double, Base::size_at_compile_time, 6> dense_;

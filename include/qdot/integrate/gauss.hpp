@@ -122,9 +122,9 @@ class GaussStepper : public detail::FixedStep<F> {
   /// Starts (afresh) at (t, y); evaluates the accelerations once there.
   ///
   /// @throws as RungeKuttaStepper::reset
-  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    this->begin(t, y);
-    p_ = momenta(q_of(this->y_), v_of(this->y_), t);
+  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    this->begin(at, y);
+    p_ = momenta(q_of(this->y_), v_of(this->y_), this->clock_.shown(this->elapsed_));
     lost_p_.setZero();
     guess_is_known_ = false;
     for (States& rate : zdot_) rate.setZero();
@@ -138,24 +138,24 @@ class GaussStepper : public detail::FixedStep<F> {
       if (this->y_[i] != y[i]) this->lost_[i] = 0.0;
     this->y_ = y;
     this->ydot_is_current_ = false;
-    p_ = momenta(q_of(this->y_), v_of(this->y_), this->t_);
+    p_ = momenta(q_of(this->y_), v_of(this->y_), this->clock_.shown(this->elapsed_));
     lost_p_.setZero();
   }
 
   /// One step towards t_limit: the way there is divided into equal steps.
   bool step(double t_limit) {
-    const double t_new = this->next_time(t_limit);
+    const double end = this->next_end(t_limit);
     const double h = this->h_;
     this->y_old_ = this->y_;
     const typename Base::Y lost_old = this->lost_;
     bool converged = false;
-    const bool evaluated = this->attempt([&] { converged = solve(t_new, h); });
+    const bool evaluated = this->attempt([&] { converged = solve(end, h); });
     if (evaluated && converged) {
       p_ = p_new_;
       lost_p_ = lost_p_new_;
       guess_is_known_ = true;
       h_before_ = h;
-      this->finish(t_new, t_limit);
+      this->finish(end);
       return true;
     }
     this->y_ = this->y_old_;
@@ -188,10 +188,10 @@ class GaussStepper : public detail::FixedStep<F> {
   // The largest change beside the largest value, as a fraction of it.
   static double relative(double change, double size) { return size > 0.0 ? change / size : change; }
 
-  bool solve(double t_new, double h) {
+  bool solve(double end, double h) {
     const std::size_t s = V_.size();
     const auto i_of = [](std::size_t i) { return static_cast<Eigen::Index>(i); };
-    const auto time = [&](std::size_t i) { return this->t_ + table_.c[i_of(i)] * h; };
+    const auto time = [&](std::size_t i) { return this->clock_.shown(this->elapsed_ + table_.c[i_of(i)] * h); };
     V_old_ = V_;
     for (std::size_t i = 0; i < s; ++i) {
       if (guess_is_known_ && h == h_before_) {
@@ -278,7 +278,7 @@ class GaussStepper : public detail::FixedStep<F> {
         detail::add_compensated(this->y_[row], this->lost_[row], h * sum);
       }
     }
-    return find_velocity(t_new);
+    return find_velocity(this->clock_.shown(end));
   }
 
   // q̇ with p(q, q̇) = p by Newton's method; one iteration where T is quadratic in q̇, and one to polish.

@@ -11,9 +11,10 @@
 //   limits    t_limit must lie ahead. A step that would end beyond it, or a hair's breadth before it,
 //             is made to end on it, and then t is set to t_limit itself, so that rounding of t + h
 //             cannot leave a rest of 1e-16 s to be stepped over.
+//   time      Steps count what has elapsed since the origin of reset() (moment.hpp); t is for readers and functors.
 //   trouble   NonFinite, MassMatrixError and RecoverableError from the model mean "not here": the
 //             step was too long for the model's domain. The method tries a shorter one, down to the
-//             floor 16 ε|t| which t can just still feel. Then the last trouble names the outcome.
+//             floor 16 ε|elapsed| which can just still be felt. Then the last trouble names the outcome.
 //             StopRequest ends the run at once; all other exceptions pass through.
 //   account   steps, rejections, the component with the largest weighted error.
 
@@ -27,6 +28,7 @@
 #include <utility>
 
 #include "qdot/error.hpp"
+#include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/polynomial.hpp"
@@ -72,8 +74,6 @@ bool attempted(Failure& failure, Evaluation&& evaluation) {
     failure = {Outcome::singular_mass_matrix, error.what()};
   } catch (const ConstraintError& error) {
     failure = {Outcome::constraint_failure, error.what()};
-  } catch (const NotAnalytic& error) {
-    failure = {Outcome::model_changed, error.what()};
   } catch (const RecoverableError& error) {
     failure = {Outcome::refused_by_model, error.what()};
   } catch (const StopRequest& request) {
@@ -92,6 +92,7 @@ class OneStep {
   const Failure& failure() const noexcept { return failure_; }
   double t() const noexcept { return t_; }
   double t_previous() const noexcept { return t_previous_; }
+  Moment moment() const noexcept { return clock_.moment(elapsed_); }
   const Y& y() const noexcept { return y_; }
   int order() const noexcept { return order_; }
   const Statistics& statistics() const noexcept { return statistics_; }
@@ -121,9 +122,9 @@ class OneStep {
     }
   }
 
-  // Takes over a start, and the model as it is now; the direction of time is open again.
-  void begin(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    renew(form_.value);
+  // Takes over a start; the direction of time is open again.
+  void begin(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    const double t = at.t();
     if (y.size() != size())
       throw DimensionError("y", static_cast<long>(size()), static_cast<long>(y.size()),
                            "pass one entry for each component of the system");
@@ -133,6 +134,8 @@ class OneStep {
         throw InvalidValue(form().component_name(i) + " must be finite at the start, but is " + text_of(y[i]) +
                            "; give it a number");
     t_ = t_previous_ = t;
+    elapsed_ = elapsed_before_ = at.elapsed;
+    clock_.start(at);
     y_ = y;
     direction_ = 0.0;
   }
@@ -141,14 +144,20 @@ class OneStep {
   //
   // @throws InvalidValue  when t_limit is not ahead
   void head_for(double t_limit) {
-    if (t_limit == t_ || !std::isfinite(t_limit) || (t_limit - t_) * direction_ < 0)
+    clock_.head_for(t_limit);
+    const double distance = distance_left();
+    if (distance == 0.0 || !std::isfinite(distance) || distance * direction_ < 0)
       throw InvalidValue("t_limit must lie ahead of t = " + text_of(t_) + ", but is " + text_of(t_limit) +
                          "; call reset() to turn round");
-    direction_ = t_limit > t_ ? 1.0 : -1.0;
+    direction_ = distance > 0.0 ? 1.0 : -1.0;
   }
 
-  // ydot ← f(t, y).
-  void evaluate(double t, const Y& y, Y& ydot) {
+  // The way to t_limit, with its sign.
+  double distance_left() const noexcept { return clock_.length() - elapsed_; }
+
+  // ydot ← f(t, y), at t by what has elapsed.
+  void evaluate(double elapsed, const Y& y, Y& ydot) {
+    const double t = clock_.shown(clock_.within(elapsed));
     ++statistics_.evaluations;
     if constexpr (mechanical_form<F>::value && size_at_compile_time != Dynamic) {
       constexpr int n = size_at_compile_time / 2;
@@ -172,15 +181,21 @@ class OneStep {
     return atol_[i] + rtol_ * std::max(std::abs(a), std::abs(b));
   }
 
-  // The smallest |h| that t can still feel.
-  double smallest_step() const noexcept { return 16 * epsilon * std::abs(t_); }
+  // The last step's polynomial, of variable (elapsed − origin)/scale.
+  PolynomialView view(double origin, double scale, const double* coefficients, int degree) const {
+    return {origin, scale, coefficients, y_.size(), degree, clock_.origin(), elapsed_before_, elapsed_};
+  }
 
-  // Notes an accepted step to t_new, whose largest weighted error was in component `worst` (−1: none was estimated).
-  void accept(double t_new, double t_limit, Eigen::Index worst) {
-    t_previous_ = std::exchange(t_, t_new);
-    statistics_.last_step = std::abs(t_ - t_previous_);
+  // The smallest |h| that can still be felt.
+  double smallest_step() const noexcept { return 16 * epsilon * std::abs(elapsed_); }
+
+  // Notes an accepted step, whose largest weighted error was in component `worst` (−1: none was estimated).
+  void accept(double elapsed_new, Eigen::Index worst) {
+    elapsed_before_ = std::exchange(elapsed_, elapsed_new);
+    t_previous_ = std::exchange(t_, clock_.t(elapsed_));
+    statistics_.last_step = std::abs(elapsed_ - elapsed_before_);
     if (statistics_.steps++ == 0) statistics_.first_step = statistics_.last_step;
-    if (t_ != t_limit) statistics_.smallest_step = std::min(statistics_.smallest_step, statistics_.last_step);
+    if (elapsed_ != clock_.length()) statistics_.smallest_step = std::min(statistics_.smallest_step, statistics_.last_step);
     statistics_.last_order = order_;
     statistics_.highest_order = std::max(statistics_.highest_order, order_);
     if (worst >= 0) ++statistics_.limited_by[static_cast<std::size_t>(worst)];
@@ -217,7 +232,9 @@ class OneStep {
   Vector<double, size_at_compile_time> atol_;
   double rtol_, max_step_;
   int order_;
-  double t_ = 0.0, t_previous_ = 0.0;
+  Clock clock_;
+  double elapsed_ = 0.0, elapsed_before_ = 0.0;  // at the end of the last step, and its beginning
+  double t_ = 0.0, t_previous_ = 0.0;            // the same for readers
   double direction_ = 0.0;  // of time since begin(); 0 before the first step
   Y y_;
   Statistics statistics_;

@@ -12,25 +12,43 @@
 // with origin and scale chosen by the method (CVODE: origin = t and scale = h, so s ∈ [−1, 0]; a
 // Runge–Kutta method would take the left end, s ∈ [0, 1]). Dense output, output times, event
 // location and the trajectory need nothing else, so they are written once.
+//
+// τ counts from `base` (moment.hpp), so that a step may be shorter than a rounding unit of t. Such a step does not contain
+// the double t that is nearest to it; what is asked for at a t outside is answered at the end of the step that is nearest.
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <limits>
 
 namespace qdot {
 
 /// Polynomial in one variable with vector coefficients; a view, valid until its owner takes a step.
 struct PolynomialView {
-  double origin = 0.0;                   ///< τ at which s = 0
+  double origin = 0.0;                   ///< τ at which s = 0, counted from base
   double scale = 1.0;                    ///< τ per unit of s, never 0; its sign is free
   const double* coefficients = nullptr;  ///< c₀ … c_degree, each `size` numbers, one after the other
   Eigen::Index size = 0;                 ///< components of y
   int degree = 0;
+  double base = 0.0;                     ///< t at which τ = 0
+  double begin = -std::numeric_limits<double>::infinity();  ///< τ at one end of the step
+  double end = std::numeric_limits<double>::infinity();     ///< and at the other
 
   /// Coefficient cₖ.
   Eigen::Map<const Eigen::VectorXd> coefficient(int k) const { return {coefficients + k * size, size}; }
 
-  /// y ← Σ cₖ sᵏ by Horner's rule; allocates nothing. At τ = origin the result is c₀ exactly.
-  void evaluate(double tau, Eigen::Ref<Eigen::VectorXd> y) const {
+  /// y ← its value at t, within the step; allocates nothing.
+  void evaluate(double t, Eigen::Ref<Eigen::VectorXd> y) const { at(within(t), y); }
+
+  /// One component of evaluate(), for searching a root without the rest.
+  double evaluate(double t, Eigen::Index component) const {
+    const double s = (within(t) - origin) / scale;
+    double value = coefficients[degree * size + component];
+    for (int k = degree - 1; k >= 0; --k) value = value * s + coefficients[k * size + component];
+    return value;
+  }
+
+  /// y ← Σ cₖ sᵏ at τ by Horner's rule; allocates nothing. At τ = origin the result is c₀ exactly.
+  void at(double tau, Eigen::Ref<Eigen::VectorXd> y) const {
     const double s = (tau - origin) / scale;
     double* const values = y.data();
     std::copy_n(coefficients + degree * size, size, values);
@@ -40,13 +58,8 @@ struct PolynomialView {
     }
   }
 
-  /// One component of evaluate(), for searching a root without the rest.
-  double evaluate(double tau, Eigen::Index component) const {
-    const double s = (tau - origin) / scale;
-    double value = coefficients[degree * size + component];
-    for (int k = degree - 1; k >= 0; --k) value = value * s + coefficients[k * size + component];
-    return value;
-  }
+  /// τ of a time t, moved into the step.
+  double within(double t) const { return std::clamp(t - base, std::min(begin, end), std::max(begin, end)); }
 };
 
 }  // namespace qdot

@@ -33,9 +33,10 @@ class ProjectingStepper {
     projected_ = y_;
   }
 
-  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    stepper_.reset(t, y);
-    t_ = t_previous_ = t;
+  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    detail::reset_at(stepper_, at, y);
+    moment_ = detail::moment_of(stepper_);
+    t_ = t_previous_ = stepper_.t();
     y_ = y;
     count();
   }
@@ -54,6 +55,7 @@ class ProjectingStepper {
     count();
     if (!accepted) return false;
     t_previous_ = std::exchange(t_, stepper_.t());
+    moment_ = detail::moment_of(stepper_);
     y_.swap(projected_);
     return true;
   }
@@ -61,6 +63,7 @@ class ProjectingStepper {
   const Failure& failure() const noexcept { return failure_; }
   double t() const noexcept { return t_; }
   double t_previous() const noexcept { return t_previous_; }
+  Moment moment() const noexcept { return moment_; }
   const Eigen::VectorXd& y() const noexcept { return y_; }
   int order() const noexcept { return stepper_.order(); }
   const Statistics& statistics() const noexcept { return statistics_; }
@@ -82,6 +85,7 @@ class ProjectingStepper {
   detail::Replaceable<F> system_;
   Eigen::VectorXd y_, projected_;
   double t_ = 0.0, t_previous_ = 0.0;
+  Moment moment_;
   long projections_ = 0;
   double residual_ = 0.0, velocity_residual_ = 0.0;
   Failure failure_;

@@ -88,22 +88,28 @@ class RattleStepper : public detail::FixedStep<F> {
   RattleStepper(F system, int order, double step, const Options& options)
       : Base(std::move(system), "rattle", order, step, options), substeps_(detail::rattle_substeps(order)) {
     detail::require_option(!substeps_.empty(), "order", "must be 2, 4, 6 or 8", order, "4 is usual");
-    q_ = v_ = a_ = lost_q_ = lost_v_ = Vec::Zero(dof());
-    invert_mass_matrix();
+    const Vec zero = Vec::Zero(dof()), one = Vec::Ones(dof());
+    const auto& mechanical = scene().system();
+    M_ = mass_matrix(mechanical, zero, zero);
+    const Matrix<double, n> change = mass_matrix(mechanical, zero, one) - M_;
+    if (!(change.cwiseAbs().maxCoeff() <= 1e-12 * M_.cwiseAbs().maxCoeff()))
+      throw InvalidValue("Rattle needs a kinetic energy that is quadratic in qdot, but its mass matrix differs between qdot = 0 and "
+                         "qdot = 1; use Gauss");
+    inverse_ = detail::inverse_mass_matrix(mechanical, zero, zero, 0.0);
+    q_ = v_ = a_ = lost_q_ = lost_v_ = zero;
   }
 
   /// Starts (afresh) at (t, y), which must satisfy the constraints; evaluates the accelerations once there.
   ///
   /// @throws as RungeKuttaStepper::reset
-  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    this->begin(t, y);
-    invert_mass_matrix();
+  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    this->begin(at, y);
     arrived_ = false;
   }
 
   /// One step towards t_limit: the way there is divided into equal steps.
   bool step(double t_limit) {
-    const double t_new = this->next_time(t_limit);
+    const double end = this->next_end(t_limit);
     q_ = this->y_.head(dof());
     v_ = this->y_.tail(dof());
     lost_q_ = this->lost_.head(dof());
@@ -111,11 +117,12 @@ class RattleStepper : public detail::FixedStep<F> {
     bool converged = true;
     const bool evaluated = this->attempt([&] {
       double reached = 0.0;
-      if (!arrived_) arrive(this->t_);
+      if (!arrived_) arrive(this->clock_.shown(this->elapsed_));
       for (std::size_t i = 0; i < substeps_.size() && converged; ++i) {
-        const double t = this->t_ + reached * this->h_;
+        const double t = this->clock_.shown(this->elapsed_ + reached * this->h_);
         reached += substeps_[i];
-        converged = substep(substeps_[i] * this->h_, t, i + 1 == substeps_.size() ? t_new : this->t_ + reached * this->h_);
+        const double next = i + 1 == substeps_.size() ? end : this->elapsed_ + reached * this->h_;
+        converged = substep(substeps_[i] * this->h_, t, this->clock_.shown(next));
       }
     });
     if (!evaluated || !converged) {
@@ -129,7 +136,7 @@ class RattleStepper : public detail::FixedStep<F> {
     this->y_old_ = this->y_;
     this->y_ << q_, v_;
     this->lost_ << lost_q_, lost_v_;
-    this->finish(t_new, t_limit);
+    this->finish(end);
     return true;
   }
 
@@ -137,17 +144,6 @@ class RattleStepper : public detail::FixedStep<F> {
   static constexpr int most_iterations = 50;
 
   const Sc& scene() const { return this->form().scene(); }
-
-  void invert_mass_matrix() {
-    const Vec zero = Vec::Zero(dof()), one = Vec::Ones(dof());
-    const auto& mechanical = scene().system();
-    M_ = mass_matrix(mechanical, zero, zero);
-    const Matrix<double, n> change = mass_matrix(mechanical, zero, one) - M_;
-    if (!(change.cwiseAbs().maxCoeff() <= 1e-12 * M_.cwiseAbs().maxCoeff()))
-      throw InvalidValue("Rattle needs a kinetic energy that is quadratic in qdot, but its mass matrix differs between qdot = 0 and "
-                         "qdot = 1; use Gauss");
-    inverse_ = detail::inverse_mass_matrix(mechanical, zero, zero, 0.0);
-  }
 
   // Force and normals at q_.
   void arrive(double t) {

@@ -31,8 +31,8 @@
 // order, is known exactly and added (`half_defect`). Stages, too, begin at y and what its rounding lost.
 //
 // Near rounding. Sums over steps are compensated (fixed_step.hpp), for the last addition is then most of a step's error; what
-// is left over has a sign and adds up, so with rtol < 1e-14 the estimate must stay 64 times below a unit. And far from t = 0 a
-// step is what t + h was rounded to, lest the clock lose 1e-13 s at 2000 s in each.
+// is left over has a sign and adds up, so with rtol < 1e-14 the estimate must stay 64 times below a unit. And a step is
+// what the sum of elapsed and h was rounded to, lest the clock lose 1e-13 s at 2000 s in each.
 //
 // Dense output. With Δ = y₁ − y, s ∈ [0, 1] and Δ, h k₁ − Δ, 2Δ − h(k₁ + k_new), h Σ dⱼ kⱼ … as F₀ … F_m,
 //
@@ -86,9 +86,9 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   ///
   /// @throws DimensionError, InvalidValue  y has the wrong size, or t or y is not finite
   /// @throws NonFinite, MassMatrixError    the model has no finite derivative there; and the model's own
-  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    this->begin(t, y);
-    this->evaluate(t, this->y_, stage_);
+  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    this->begin(at, y);
+    this->evaluate(this->elapsed_, this->y_, stage_);
     if (!stage_.allFinite()) throw_non_finite();
     k_.col(0) = stage_;
     lost_.setZero();
@@ -105,7 +105,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     for (Eigen::Index i = 0; i < size(); ++i)
       if (this->y_[i] != y[i]) lost_[i] = 0.0;
     this->y_ = y;
-    this->evaluate(this->t_, this->y_, f_);
+    this->evaluate(this->elapsed_, this->y_, f_);
     if (!dense_is_current_) k_last_ = k_.col(0);  // dense output still ends where the step did
     corrected_ = true;
     k_.col(0) = f_;
@@ -114,18 +114,18 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   /// One accepted step towards t_limit, landing on it exactly if it comes that far.
   bool step(double t_limit) {
     this->head_for(t_limit);
-    if (h_ == 0.0) h_ = this->direction_ * first_step(t_limit);
+    if (h_ == 0.0) h_ = this->direction_ * first_step();
     double h = h_;
     bool rejected_before = false;
     for (int attempts = 0; attempts < 200; ++attempts) {
-      const double distance = t_limit - this->t_;
+      const double distance = this->distance_left();
       const bool lands = std::abs(h) * (1 + 1e-3) >= std::abs(distance);
       if (lands) h = distance;
-      const double t_new = lands ? t_limit : this->t_ + h;
-      const double taken = t_new - this->t_;
+      const double end = lands ? this->clock_.length() : this->clock_.rounded(this->elapsed_ + h, h);
+      const double taken = end - this->elapsed_;
       double error = 0.0;
       Eigen::Index worst = 0;
-      const bool evaluated = this->attempt([&] { error = attempted_step(t_new, taken, worst); });
+      const bool evaluated = this->attempt([&] { error = attempted_step(end, taken, worst); });
       if (evaluated && error <= 1.0) {
         plan_next(h, error, rejected_before);
         y_old_ = std::exchange(this->y_, y_new_);  // y_new_ stays the step's own end
@@ -135,7 +135,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
         h_last_ = taken;
         dense_is_current_ = false;
         corrected_ = false;
-        this->accept(t_new, t_limit, worst);
+        this->accept(end, worst);
         return true;
       }
       if (!evaluated && this->failure_.outcome == Outcome::stopped_by_model) return this->give_up(h);
@@ -159,9 +159,9 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   ///
   /// Where the model cannot be evaluated for it, the cubic through both ends and their derivatives.
   PolynomialView polynomial() {
-    if (h_last_ == 0.0) return {this->t_, 1.0, this->y_.data(), this->y_.size(), 0};
+    if (h_last_ == 0.0) return this->view(this->elapsed_, 1.0, this->y_.data(), 0);
     if (!dense_is_current_) make_dense();
-    return {this->t_previous_, h_last_, dense_.data(), this->y_.size(), degree};
+    return this->view(this->elapsed_before_, h_last_, dense_.data(), degree);
   }
 
   /// out ← y(t) for t within the last step.
@@ -172,7 +172,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   static constexpr double exponent = 1.0 / C::order - 0.75 * beta; // of the proportional part
 
   // Stages, new state and f there; returns the weighted error, which is NaN where f was.
-  double attempted_step(double t_new, double h, Eigen::Index& worst) {
+  double attempted_step(double end, double h, Eigen::Index& worst) {
     take_stages(h, std::make_index_sequence<C::stages - 1>{});
     y_new_ = this->y_;
     lost_new_ = lost_;
@@ -184,7 +184,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
       const double error = weighted_error(h, worst);
       if (!(error <= 1.0)) return error;
     }
-    this->evaluate(t_new, y_new_, f_);
+    this->evaluate(end, y_new_, f_);
     k_.col(C::stages) = f_ - k_.col(0);
     const double error = weighted_error(h, worst);
     return f_.allFinite() ? error : std::numeric_limits<double>::quiet_NaN();
@@ -192,14 +192,14 @@ class RungeKuttaStepper : public detail::OneStep<F> {
 
   template <std::size_t... i>
   void take_stages(double h, std::index_sequence<i...>) {
-    (take_stage<static_cast<int>(i) + 1>(this->t_, this->y_, lost_, h), ...);
+    (take_stage<static_cast<int>(i) + 1>(this->elapsed_, this->y_, lost_, h), ...);
   }
 
   template <int row>
-  void take_stage(double t, const Y& base, const Y& lost, double h) {
+  void take_stage(double elapsed, const Y& base, const Y& lost, double h) {
     for (Eigen::Index i = 0; i < size(); ++i)
       stage_[i] = base[i] + (h * (C::c[row] * k_(i, 0) + weighted_sum<StageRow<row>, row>(i)) + lost[i]);
-    this->evaluate(t + C::c[row] * h, stage_, f_);
+    this->evaluate(elapsed + C::c[row] * h, stage_, f_);
     k_.col(row) = f_ - k_.col(0);
   }
 
@@ -269,8 +269,8 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   }
 
   // A first |h| from the sizes of y, f and of f's change over a small explicit step (Hairer, II.4).
-  double first_step(double t_limit) {
-    const double distance = std::abs(t_limit - this->t_);
+  double first_step() {
+    const double distance = std::abs(this->distance_left());
     if (initial_step_ > 0.0) return std::min(initial_step_, distance);
     double y_norm = 0.0, f_norm = 0.0;
     for (Eigen::Index i = 0; i < size(); ++i) {
@@ -283,7 +283,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     double change = 0.0;
     const bool evaluated = this->attempt([&] {
       for (Eigen::Index i = 0; i < size(); ++i) stage_[i] = this->y_[i] + this->direction_ * h * k_(i, 0);
-      this->evaluate(this->t_ + this->direction_ * h, stage_, f_);
+      this->evaluate(this->elapsed_ + this->direction_ * h, stage_, f_);
       for (Eigen::Index i = 0; i < size(); ++i) {
         const double d = (f_[i] - k_(i, 0)) / this->weight(i, this->y_[i], this->y_[i]);
         change += d * d;
@@ -303,7 +303,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     k_.col(C::stages) = k_new - k_first_;
     const bool complete = this->attempt([&] {
       [&]<std::size_t... i>(std::index_sequence<i...>) {
-        (take_stage<C::stages + 1 + static_cast<int>(i)>(this->t_previous_, y_old_, lost_new_, h), ...);
+        (take_stage<C::stages + 1 + static_cast<int>(i)>(this->elapsed_before_, y_old_, lost_new_, h), ...);
       }(std::make_index_sequence<static_cast<std::size_t>(C::dense_stages)>{});
     });
     for (Eigen::Index i = 0; i < size(); ++i) {

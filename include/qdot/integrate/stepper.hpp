@@ -14,10 +14,10 @@
 //
 // The contract, in words, because a concept can only check the spelling:
 //
-//   reset(t, y)     evaluates f there and throws its typed errors. Allocates nothing, but for reading the
-//                   model again where the method keeps something of it. May be called
-//                   at any time, also after a failure or an exception, and forgets all history: what was
-//                   recorded or factored of functors is made again, for what they read may have changed.
+//   moment()        where t() is, counted from the origin (moment.hpp). reset() takes a Moment as well. A stepper that counts in
+//                   t alone may leave moment() out; then short steps at a large t are as rough as its t is.
+//   reset(t, y)     evaluates f there and throws its typed errors. Allocates nothing. May be called
+//                   at any time, also after a failure or an exception, and forgets all history.
 //                   The direction of time is that of the next t_limit.
 //   step(t_limit)   takes one accepted step, rejected attempts included, and lands on t_limit with
 //                   t() == t_limit exactly when it comes that far. Evaluates f in front of t_limit
@@ -25,7 +25,7 @@
 //                   Allocates nothing. Returns false
 //                   if no step could be taken: t(), y() are then those of the last good step, and
 //                   failure() says why. Exceptions of the user's functors leave it as they are.
-//   polynomial()    the last step's dense output, valid for τ between t_previous() and t(), until
+//   polynomial()    the last step's dense output, valid between t_previous() and t(), until
 //                   the next step or reset. Its value at t() is y() up to rounding.
 //   statistics()    counts since construction; reset() does not clear them.
 //
@@ -35,6 +35,7 @@
 #include <Eigen/Core>
 #include <concepts>
 
+#include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/polynomial.hpp"

@@ -45,29 +45,37 @@ class SplittingStepper : public detail::FixedStep<F> {
       : Base(std::move(system), std::string(detail::splitting(scheme).name), detail::splitting(scheme).order, step,
              options),
         scheme_(detail::splitting(scheme)) {
-    qddot_ = Vector<double, n>::Zero(dof());
-    invert_mass_matrix();
+    const Vector<double, n> zero = Vector<double, n>::Zero(dof());
+    const Vector<double, n> one = Vector<double, n>::Ones(dof());
+    const auto& mechanical = this->form().system();
+    const Matrix<double, n> M = mass_matrix(mechanical, zero, zero);
+    const Matrix<double, n> change = mass_matrix(mechanical, zero, one) - M;
+    if (!(change.cwiseAbs().maxCoeff() <= 1e-12 * M.cwiseAbs().maxCoeff()))
+      throw InvalidValue("a splitting method needs a kinetic energy that is quadratic in qdot, but its mass matrix differs "
+                         "between qdot = 0 and qdot = 1; use Gauss");
+    inverse_ = detail::solved_with_mass_matrix(mechanical, M, Matrix<double, n>(Matrix<double, n>::Identity(dof(), dof())), 0.0);
+    inverse_ = Matrix<double, n>(0.5 * (inverse_ + inverse_.transpose()));  // exactly symmetric, hence symplectic
+    qddot_ = zero;
   }
 
   /// Starts (afresh) at (t, y); evaluates the accelerations once there.
   ///
   /// @throws as RungeKuttaStepper::reset
-  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    this->begin(t, y);
-    invert_mass_matrix();
+  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    this->begin(at, y);
     force_is_current_ = false;
   }
 
   /// One step towards t_limit: the way there is divided into equal steps.
   bool step(double t_limit) {
-    const double t_new = this->next_time(t_limit);
+    const double end = this->next_end(t_limit);
     const double h = this->h_;
     this->y_old_ = this->y_;
     const typename Base::Y lost_old = this->lost_;
     double reached = 0.0;  // sum of the drifts so far
     const bool evaluated = this->attempt([&] {
       for (std::size_t i = 0; i < scheme_.kicks.size(); ++i) {
-        if (scheme_.kicks[i] != 0.0) kick(scheme_.kicks[i] * h, this->t_ + reached * h);
+        if (scheme_.kicks[i] != 0.0) kick(scheme_.kicks[i] * h, this->clock_.shown(this->elapsed_ + reached * h));
         if (scheme_.drifts[i] == 0.0) continue;
         drift(scheme_.drifts[i] * h);
         reached += scheme_.drifts[i];
@@ -81,24 +89,11 @@ class SplittingStepper : public detail::FixedStep<F> {
       ++this->statistics_.rejected_by_error_test;
       return this->give_up(h);
     }
-    this->finish(t_new, t_limit);
+    this->finish(end);
     return true;
   }
 
  private:
-  void invert_mass_matrix() {
-    const Vector<double, n> zero = Vector<double, n>::Zero(dof());
-    const Vector<double, n> one = Vector<double, n>::Ones(dof());
-    const auto& mechanical = this->form().system();
-    const Matrix<double, n> M = mass_matrix(mechanical, zero, zero);
-    const Matrix<double, n> change = mass_matrix(mechanical, zero, one) - M;
-    if (!(change.cwiseAbs().maxCoeff() <= 1e-12 * M.cwiseAbs().maxCoeff()))
-      throw InvalidValue("a splitting method needs a kinetic energy that is quadratic in qdot, but its mass matrix differs "
-                         "between qdot = 0 and qdot = 1; use Gauss");
-    inverse_ = detail::solved_with_mass_matrix(mechanical, M, Matrix<double, n>(Matrix<double, n>::Identity(dof(), dof())), 0.0);
-    inverse_ = Matrix<double, n>(0.5 * (inverse_ + inverse_.transpose()));  // exactly symmetric, hence symplectic
-  }
-
   void kick(double bh, double t) {
     if (!force_is_current_) {
       const Vector<double, n> q = this->y_.head(dof());

@@ -37,9 +37,6 @@
 // so that the test compares with the equations on the constraints; a step from whose end there is no way back is rejected. Six
 // rejections in a row beside rows that are nearly dependent are a singular position, and end the run as constraint_failure.
 //
-// Recordings. At each reset the functors are run again, a few hash look-ups for each of their operations; where they have become
-// other formulas, or their constants others, everything is made anew. The driver asks for the same at its looks.
-//
 // What does not fit: formulas with branches (NotAnalytic at construction), points where they are not
 // analytic (a root or a broken power of zero: outcome non_finite), contacts and friction that sticks (refused
 // by the compiler), and stiff systems.
@@ -92,13 +89,12 @@ class TaylorStepper : public detail::OneStep<F> {
     return std::clamp(static_cast<int>(std::ceil(2.0 - 0.5 * std::log(rtol))), 6, 24);
   }
 
-  /// Starts (afresh) at (t, y) with the functors as they are now; evaluates the equations once there.
+  /// Starts (afresh) at (t, y); evaluates the equations once there.
   ///
-  /// @throws as RungeKuttaStepper::reset; NotAnalytic as the constructor
-  void reset(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    this->begin(t, y);
-    series_.renew(this->form());
-    steps_before_ = this->statistics_.steps;
+  /// @throws as RungeKuttaStepper::reset
+  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    this->begin(at, y);
+    const double t = this->clock_.shown(this->elapsed_);
     lost_.setZero();
     expansion_is_current_ = false;
     unit_ = 1.0;
@@ -120,21 +116,21 @@ class TaylorStepper : public detail::OneStep<F> {
     double h = this->direction_ * std::min(foretold_step(), this->max_step_);
     if (this->statistics_.steps == 0 && initial_step_ > 0.0) h = this->direction_ * std::min(initial_step_, std::abs(h));
     for (int attempts = 0; attempts < 200; ++attempts) {
-      const double distance = t_limit - this->t_;
+      const double distance = this->distance_left();
       const bool lands = !(std::abs(h) * (1 + 1e-3) < std::abs(distance));
-      const double t_new = lands ? t_limit : this->t_ + h;
-      h = t_new - this->t_;  // what t + h was rounded to
+      const double end = lands ? this->clock_.length() : this->clock_.rounded(this->elapsed_ + h, h);
+      h = end - this->elapsed_;  // what the sum was rounded to
       Eigen::Index worst = 0;
       double error = 0.0;
       expansion_is_current_ = false;
-      const bool evaluated = this->attempt([&] { error = attempted_step(t_new, h, worst); });
+      const bool evaluated = this->attempt([&] { error = attempted_step(this->clock_.shown(end), h, worst); });
       if (evaluated && error <= 1.0) {
         std::swap(this->y_, y_new_);
         std::swap(lost_, lost_new_);
         expansion_is_current_ = true;
         h_last_ = h;
         if constexpr (constrained) count_projection();
-        this->accept(t_new, t_limit, worst);
+        this->accept(end, worst);
         return true;
       }
       if (!evaluated && this->failure_.outcome == Outcome::stopped_by_model) break;
@@ -154,13 +150,10 @@ class TaylorStepper : public detail::OneStep<F> {
     return this->give_up(h);
   }
 
-  /// Whether the functors still are the formulas that were recorded at the last reset; asked for only when an observer may have come between.
-  bool is_current() { return this->statistics_.steps <= steps_before_ + 1 || series_.is_of(this->form()); }
-
   /// The last step's series.
   PolynomialView polynomial() {
-    if (h_last_ == 0.0) return {this->t_, 1.0, this->y_.data(), this->y_.size(), 0};
-    return {this->t_previous_, dense_unit_, dense_.data(), this->y_.size(), this->order_};
+    if (h_last_ == 0.0) return this->view(this->elapsed_, 1.0, this->y_.data(), 0);
+    return this->view(this->elapsed_before_, dense_unit_, dense_.data(), this->order_);
   }
 
   /// out ← y(t) for t within the last step.
@@ -183,7 +176,7 @@ class TaylorStepper : public detail::OneStep<F> {
   bool expand() {
     for (int attempts = 0; attempts < 4; ++attempts) {
       const bool expanded = this->attempt([&] {
-        if (!expansion_is_current_) begin_expansion(this->t_, this->y_);
+        if (!expansion_is_current_) begin_expansion(this->clock_.shown(this->elapsed_), this->y_);
         series_.expand(this->order_);
       });
       if (!expanded) return false;
@@ -295,7 +288,6 @@ class TaylorStepper : public detail::OneStep<F> {
   double unit_ = 1.0;        // of time in series_
   double dense_unit_ = 1.0;  // of time in dense_
   double h_last_ = 0.0;
-  long steps_before_ = 0;    // the last reset
   double residual_ = 0.0, velocity_residual_ = 0.0;  // of y_new_ on the constraints
   bool expansion_is_current_ = false;  // series_ was begun at the present state
   Y y_new_, f_new_, slope_, lost_, lost_new_;

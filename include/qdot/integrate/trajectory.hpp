@@ -11,9 +11,11 @@
 // Order and direction. Times run monotonically from front to back, up or down. A time at which two
 // steps meet belongs to the earlier one, because a method's own value lies at the end of its step.
 // Only where the state *jumps* (an impact, a reset) does it belong to the later one: at(t) then gives
-// the state after the jump, and before(t) the state in front of it.
+// the state after the jump, and before(t) the state in front of it; t is then the double nearest to the jump.
 //
-// Memory is 8·size·(degree + 1) bytes for the coefficients of a step and 48 bytes for the step, in blocks that are
+// Steps may be shorter than a rounding unit of t: they are told apart by what has elapsed since their origin (moment.hpp).
+//
+// Memory is 8·size·(degree + 1) bytes for the coefficients of a step and 64 bytes for the step, in blocks that are
 // never copied or moved as the trajectory grows: on small systems the copying of one growing array cost more than
 // the integration.
 
@@ -49,9 +51,12 @@ class DenseOutput {
   }
 
   /// Appends the step that ends at t. Allocates now and then, when a block is full.
-  void append(double t, const PolynomialView& step) {
+  void append(double t, const PolynomialView& step) { append(t, t - step.base, step); }
+
+  /// The same where `elapsed` since the step's base says more exactly where it ends.
+  void append(double t, double elapsed, const PolynomialView& step) {
     const auto [block, offset] = stored(step.coefficients, step.size * (step.degree + 1));
-    pieces_.push_back({back_time(), t, step.origin, step.scale, block, offset, step.degree});
+    pieces_.push_back({t, elapsed, step.base, step.origin, step.scale, block, offset, step.degree});
   }
 
   /// Notes that the state is changed from outside at back_time(): the next step starts from `y`.
@@ -60,7 +65,9 @@ class DenseOutput {
     const Eigen::VectorXd after = y;
     const auto [block, offset] = stored(after.data(), after.size());
     // A piece of no length, so that at(back_time()) is right even if the run ends here.
-    pieces_.push_back({back_time(), back_time(), back_time(), 1.0, block, offset, 0});
+    const bool first = pieces_.empty();
+    const double t = back_time(), base = first ? t : pieces_.back().base, elapsed = first ? 0.0 : pieces_.back().elapsed;
+    pieces_.push_back({t, elapsed, base, elapsed, 1.0, block, offset, 0});
   }
 
   Eigen::Index size() const noexcept { return size_; }
@@ -93,12 +100,27 @@ class DenseOutput {
   }
 
   /// The same into a vector of the caller's, without allocation.
-  void evaluate(double t, Eigen::Ref<Eigen::VectorXd> y) const { evaluate_piece(t, after_jump(t, piece_of(t)), y); }
+  void evaluate(double t, Eigen::Ref<Eigen::VectorXd> y) const {
+    require_contained(t);
+    if (t == back_time()) return evaluate_end(pieces_.size() - 1, y);  // which t may have been rounded beyond
+    const auto after = std::upper_bound(jumps_.begin(), jumps_.end(), t, [this](double time, std::size_t jump) { return precedes(time, pieces_[jump].t_end); });
+    if (after != jumps_.begin() && pieces_[*(after - 1)].t_end == t) return evaluate_end(*(after - 1), y);
+    evaluate_within(t, y);
+  }
+
+  /// y at front_time(), in front of a jump there.
+  const Eigen::VectorXd& y_front() const noexcept { return start_; }
 
   /// y just before a jump at t; y(t) where there is none.
   Eigen::VectorXd y_before(double t) const {
+    require_contained(t);
     Eigen::VectorXd result(size_);
-    evaluate_piece(t, piece_of(t), result);
+    const auto jump = std::lower_bound(jumps_.begin(), jumps_.end(), t, [this](std::size_t each, double time) { return precedes(pieces_[each].t_end, time); });
+    if (jump != jumps_.end() && pieces_[*jump].t_end == t) {
+      evaluate_end(*jump - 1, result);
+    } else {
+      evaluate(t, result);
+    }
     return result;
   }
 
@@ -111,7 +133,8 @@ class DenseOutput {
 
  private:
   struct Piece {
-    double t_begin, t_end, origin, scale;
+    double t_end, elapsed;       // at the end, since base
+    double base, origin, scale;  // of the polynomial
     std::size_t block;
     std::ptrdiff_t offset;
     int degree;
@@ -132,34 +155,34 @@ class DenseOutput {
     return {blocks_.size() - 1, offset};
   }
 
-  // The first piece whose end is not before t; the start point when t is the start.
-  std::size_t piece_of(double t) const {
+  void require_contained(double t) const {
     if (!contains(t))
       detail::throw_invalid_value({"t must lie within the trajectory, from ", front_time(), " to ", back_time(), ", but is ", t,
                                            "; extend the run, or ask for a time it has reached"});
-    if (t == start_time_) return start_point;
-    const bool forward = back_time() >= front_time();
-    const auto found = std::lower_bound(pieces_.begin(), pieces_.end(), t, [forward](const Piece& piece, double time) {
-      return forward ? piece.t_end < time : piece.t_end > time;
+  }
+
+  // a comes before b in the order of the run.
+  bool precedes(double a, double b) const noexcept { return back_time() >= start_time_ ? a < b : a > b; }
+
+  // The first piece whose end is not before t, or the start.
+  void evaluate_within(double t, Eigen::Ref<Eigen::VectorXd> y) const {
+    if (t == start_time_) return evaluate_end(start_point, y);
+    const auto found = std::lower_bound(pieces_.begin(), pieces_.end(), t, [this](const Piece& piece, double time) {
+      return piece.t_end == time ? precedes(piece.elapsed, time - piece.base) : precedes(piece.t_end, time);
     });
-    return static_cast<std::size_t>(found - pieces_.begin());
+    view(*found).at(t - found->base, y);
   }
 
-  // Moves over jumps at t to the last of them.
-  std::size_t after_jump(double t, std::size_t piece) const {
-    std::size_t next = piece == start_point ? 0 : piece + 1;
-    while (next < pieces_.size() && pieces_[next].t_begin == t && pieces_[next].t_end == t) piece = next++;
-    return piece;
-  }
-
-  void evaluate_piece(double t, std::size_t index, Eigen::Ref<Eigen::VectorXd> y) const {
+  void evaluate_end(std::size_t index, Eigen::Ref<Eigen::VectorXd> y) const {
     if (index == start_point) {
       y = start_;
-      return;
+    } else {
+      view(pieces_[index]).at(pieces_[index].elapsed, y);
     }
-    const Piece& piece = pieces_[index];
-    PolynomialView{piece.origin, piece.scale, blocks_[piece.block].data() + piece.offset, size_, piece.degree}.evaluate(
-        t, y);
+  }
+
+  PolynomialView view(const Piece& piece) const {
+    return {piece.origin, piece.scale, blocks_[piece.block].data() + piece.offset, size_, piece.degree};
   }
 
   Eigen::Index size_ = 0;
@@ -190,7 +213,7 @@ class Trajectory : public DenseOutput {
   /// The state just in front of a jump at t; at(t) where there is none.
   State<n> before(double t) const { return state(t, y_before(t)); }
 
-  State<n> front() const { return state(front_time(), y_before(front_time())); }
+  State<n> front() const { return state(front_time(), y_front()); }
   State<n> back() const { return at(back_time()); }
 
   /// `count` states at equal distances in time, both ends included.

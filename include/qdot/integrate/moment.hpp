@@ -1,0 +1,107 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A moment of a run in two numbers, for one does not do.
+//
+// A double near t = 1.7e9 (a Unix time) knows t to 2.4e-7, one near 1e12 to 1.2e-4; but a motion may well need steps of 1e-9 there,
+// and what is lost of each of them is lost of the motion. So a run counts from where it started, or from its last stop time,
+//
+//     t = origin + elapsed ,
+//
+// and steps, floors, polynomials, roots of events and the way to the next landing are all in `elapsed`, whose digits are those of
+// the way and not of the clock. With origin = 0 nothing differs from counting in t.
+//
+// What a functor is shown is a double: origin + elapsed, rounded. A model in which t is written out, sin(ω t), knows its time to
+// that and no better, whatever the method; there a large t costs digits, and a model that counts from its own beginning has them.
+//
+// Sides of a switch. At the ends of the way, which may be stop times, a model may switch, and f must be seen on the side on which
+// the motion is: the first time that functors are shown is `first`, a rounding unit behind the origin after a stop time, and
+// the last is a rounding unit in front of the limit. The motion loses nothing by this.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace qdot {
+
+/// A time as `elapsed` since `origin`; a plain t is its own origin.
+struct Moment {
+  double origin = 0.0;
+  double elapsed = 0.0;
+  double first = 0.0;  ///< what functors are shown for `origin`: itself, or its neighbour behind a switch
+
+  Moment(double t = 0.0) : origin(t), first(t) {}
+  Moment(double from, double since, double shown_first) : origin(from), elapsed(since), first(shown_first) {}
+
+  double t() const noexcept { return origin + elapsed; }
+};
+
+namespace detail {
+
+/// Times on the way from an origin to a limit, by what has elapsed.
+class Clock {
+ public:
+  void start(const Moment& from) noexcept {
+    origin_ = from.origin;
+    first_ = from.first;
+    limit_ = last_ = length_ = std::numeric_limits<double>::quiet_NaN();  // not known before head_for()
+  }
+
+  void head_for(double t_limit) noexcept {
+    if (t_limit == limit_) return;
+    limit_ = t_limit;
+    length_ = t_limit - origin_;
+    last_ = std::nextafter(t_limit, origin_);
+  }
+
+  double origin() const noexcept { return origin_; }
+  double length() const noexcept { return length_; }  ///< what has elapsed at the limit
+  Moment moment(double elapsed) const noexcept { return {origin_, elapsed, first_}; }
+
+  /// t for the reader: the limit only where it has been reached.
+  double t(double elapsed) const noexcept {
+    const double t = origin_ + elapsed;
+    return elapsed == length_ ? limit_ : t == limit_ ? last_ : t;
+  }
+
+  /// t for functors: on this side of a switch at either end.
+  double shown(double elapsed) const noexcept {
+    const double t = origin_ + elapsed;
+    return t == origin_ ? first_ : t == limit_ ? last_ : t;
+  }
+
+  /// What rounding has carried over the limit is taken back to it.
+  double within(double elapsed) const noexcept { return length_ > 0 ? std::min(elapsed, length_) : std::max(elapsed, length_); }
+
+  /// A step that ends about here ends on a double t, if that makes no difference to it.
+  double rounded(double elapsed, double h) const noexcept {
+    const double on_the_clock = (origin_ + elapsed) - origin_;
+    return std::abs(on_the_clock - elapsed) <= 1e-3 * std::abs(h) ? on_the_clock : elapsed;
+  }
+
+ private:
+  double origin_ = 0.0, first_ = 0.0, limit_ = 0.0, last_ = 0.0, length_ = 0.0;
+};
+
+// Where a stepper is; one that counts in t alone has the origin 0.
+template <class S>
+Moment moment_of(const S& stepper) {
+  if constexpr (requires { stepper.moment(); }) {
+    return stepper.moment();
+  } else {
+    return {0.0, stepper.t(), 0.0};
+  }
+}
+
+// Starts a stepper afresh, as exactly as it can count.
+template <class S, class Y>
+void reset_at(S& stepper, const Moment& at, const Y& y) {
+  if constexpr (requires { stepper.moment(); }) {
+    stepper.reset(at, y);
+  } else {
+    stepper.reset(at.elapsed == 0.0 ? at.first : at.t(), y);
+  }
+}
+
+}  // namespace detail
+}  // namespace qdot
