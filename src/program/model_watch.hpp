@@ -20,8 +20,9 @@ class ModelWatch {
   virtual ~ModelWatch() = default;
   virtual bool is_due(double h) = 0;
   virtual void begin(double t, const Eigen::VectorXd& y, long steps) = 0;
+  virtual double reach(double t, const Eigen::VectorXd& y, double landing) = 0;
   virtual std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) = 0;
-  virtual std::optional<Failure> look_at_mass(double t, const Eigen::VectorXd& y) = 0;
+  virtual std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) = 0;
   virtual double mass_rcond() const = 0;
   virtual void report(Statistics& statistics) const = 0;
 };
@@ -34,10 +35,11 @@ class WatchOf final : public ModelWatch {
 
   bool is_due(double h) override { return dog_.is_due(h); }
   void begin(double t, const Eigen::VectorXd& y, long steps) override { dog_.begin(t, y, steps); }
+  double reach(double t, const Eigen::VectorXd& y, double landing) override { return dog_.reach(t, y, landing); }
   std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) override {
     return dog_.look(t, y, steps, controlled);
   }
-  std::optional<Failure> look_at_mass(double t, const Eigen::VectorXd& y) override { return dog_.look_at_mass(t, y); }
+  std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) override { return dog_.look_at_values_and_mass(t, y); }
   double mass_rcond() const override { return dog_.mass_rcond(); }
   void report(Statistics& statistics) const override { dog_.report(statistics); }
 
@@ -55,10 +57,14 @@ class HeldWatch {
 
   bool is_due(double h) { return watch_->is_due(h); }
   void begin(double t, const Eigen::VectorXd& y, long steps) { watch_->begin(t, y, steps); }
+  template <Stepper S>
+  double reach(const S& stepper, double landing) {
+    return qdot::detail::has_fixed_step(stepper) ? landing : watch_->reach(stepper.t(), stepper.y(), landing);
+  }
   std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) {
     return watch_->look(t, y, steps, controlled);
   }
-  std::optional<Failure> look_at_mass(double t, const Eigen::VectorXd& y) { return watch_->look_at_mass(t, y); }
+  std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) { return watch_->look_at_values_and_mass(t, y); }
   double mass_rcond() const { return watch_->mass_rcond(); }
   void report(Statistics& statistics) const { watch_->report(statistics); }
 
