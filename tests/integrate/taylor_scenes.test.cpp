@@ -54,6 +54,21 @@ TEST_CASE("a forced oscillator at resonance grows as t/2 sin t") {
   CHECK_THAT(run.y[0], WithinAbs(15.0 * std::sin(30.0), 1e-11));
 }
 
+TEST_CASE("a constant force at a point that tanh places has a series, and the energy of one") {
+  // F = (1, ½) at (tanh q, q) does the work tanh q + q/2, so that ½ q̇² + ½ q² − tanh q − q/2 stays what it was.
+  const auto point = [](const auto& q) {
+    using std::tanh;
+    return vector(tanh(q[0]), q[0]);
+  };
+  const auto s = scene(mechanical_system<1>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return 0.5 * q.squaredNorm(); }),
+                       force_at_point(point, Eigen::Vector2d(1.0, 0.5)));
+  const auto energy = [](double q, double v) { return 0.5 * v * v + 0.5 * q * q - std::tanh(q) - 0.5 * q; };
+  const auto run = simulate(s, State<1>{0.0, Vector<double, 1>(-1.5), Vector<double, 1>(0.0)}, 10.0, Taylor{}, {.rtol = 1e-13, .atol = 1e-15});
+  REQUIRE(run.completed());
+  CHECK(std::abs(run.y[1]) > 0.1);                                                // it has moved on
+  CHECK_THAT(energy(run.y[0], run.y[1]), WithinAbs(energy(-1.5, 0.0), 1e-11));  // ten time units at rtol = 1e-13
+}
+
 TEST_CASE("a charge in crossed fields drifts on its cycloid") {
   constexpr double E = 0.7, B = 1.3, t = 30.0;
   const auto charge = scene(mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return -E * q[0]; }),

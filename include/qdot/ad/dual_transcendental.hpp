@@ -230,8 +230,9 @@ constexpr Dual<S, N, Tag> sech_squared(const Dual<S, N, Tag>& x) {
 /// tanh x;  f′ = 1/cosh² x.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> tanh(const Dual<S, N, Tag>& x) {
+  using detail::sech_squared;
   using std::tanh;
-  return detail::chain(S(tanh(x.value)), detail::sech_squared(x.value), x);
+  return detail::chain(S(tanh(x.value)), sech_squared(x.value), x);
 }
 
 /// arsinh x;  f′ = 1/√(1 + x²).

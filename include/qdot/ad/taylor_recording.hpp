@@ -136,6 +136,11 @@ class Recorded {
   friend Recorded sinh(const Recorded& x) { return unary(Function::sinh, x); }
   friend Recorded cosh(const Recorded& x) { return unary(Function::cosh, x); }
   friend Recorded tanh(const Recorded& x) { return unary(Function::tanh, x); }
+  // tanh′ without the |x| that keeps digits of plain numbers (dual_transcendental.hpp).
+  friend Recorded sech_squared(const Recorded& x) {
+    const Recorded c = cosh(x);
+    return 1.0 / (c * c);
+  }
   friend Recorded asinh(const Recorded& x) { return unary(Function::asinh, x); }
   friend Recorded acosh(const Recorded& x) { return unary(Function::acosh, x); }
   friend Recorded atanh(const Recorded& x) { return unary(Function::atanh, x); }

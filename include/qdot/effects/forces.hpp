@@ -18,7 +18,6 @@
 
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/ad/functor_result.hpp"
-#include "qdot/effects/effect.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/rotation.hpp"
 #include "qdot/mechanics/velocity.hpp"
@@ -115,9 +114,6 @@ template <class F>
 struct GeneralizedForce {
   F Q;
 
-  template <int n>
-  static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
-
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return detail::force_vector<S, n>(detail::of_state(Q, q, qdot, t), q.size(), "a generalized force");
@@ -135,12 +131,6 @@ template <class Position, class F>
 struct ForceAtPoint {
   Position r;
   F F_of;
-
-  template <int n>
-  using Point = decltype(detail::of_position(std::declval<const Position&>(), std::declval<const Vector<double, n>&>(), 0.0));
-  template <int n>
-  static constexpr bool takes_time = detail::functor_takes_time<n, Position, 1>() || detail::functor_takes_time<n, F, 0>() ||
-                                     detail::functor_takes_time<Point<n>::RowsAtCompileTime, F, 2>();
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
@@ -193,9 +183,6 @@ struct TorqueOnBody {
   Pose R;
   F torque;
 
-  template <int n>
-  static constexpr bool takes_time = detail::functor_takes_time<n, Pose, 1>() || detail::functor_takes_time<n, F, 0>();
-
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>&, const S& t) const {
     const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
@@ -219,9 +206,6 @@ TorqueOnBody<Pose, F> torque_on_body(Pose R, F torque) {
 template <class F>
 struct VelocityPotential {
   F U;
-
-  template <int n>
-  static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
 
   template <class S, int n>
   S lagrangian_term(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
