@@ -26,6 +26,9 @@ struct HolonomicConstraint {
   std::string name;
   F phi_of;
 
+  template <int n>
+  static constexpr bool takes_time = detail::functor_takes_time<n, F, 1>();
+
   template <class S, int n>
   auto phi(const Vector<S, n>& q, const S& t) const {
     if constexpr (rows == rows_as_returned) {
@@ -51,6 +54,9 @@ template <class F, int rows = rows_as_returned>
 struct NonholonomicConstraint {
   std::string name;
   F a;
+
+  template <int n>
+  static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
 
   template <class S, int n>
   auto velocity_constraint(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {

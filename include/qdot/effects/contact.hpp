@@ -48,6 +48,9 @@ struct Contact {
   ContactEvents events;
   bool ends_run = false;
 
+  template <int n>
+  static constexpr bool takes_time = detail::functor_takes_time<n, Gap, 1>();
+
   template <class S, int n>
   S phi(const Vector<S, n>& q, const S& t) const {
     const auto distance = detail::of_position(gap, q, t);
@@ -83,6 +86,9 @@ struct RopeSlack {
   P point;
   A anchor;
   double length;
+
+  template <int n>
+  static constexpr bool takes_time = detail::functor_takes_time<n, P, 1>() || detail::functor_takes_time<n, A, 1>();
 
   template <class S, int n>
   S operator()(const Vector<S, n>& q, const S& t) const {

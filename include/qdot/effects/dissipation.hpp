@@ -25,6 +25,9 @@ template <class F>
 struct RayleighFunction {
   F R;
 
+  template <int n>
+  static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
+
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return -gradient([&](const auto& v) {
@@ -44,6 +47,9 @@ RayleighFunction<F> rayleigh(F R) {
 template <int n>
 struct ViscousDamping {
   Vector<double, n> c;
+
+  template <int>
+  static constexpr bool takes_time = false;
 
   void require_fit(const Vector<double, n>& q) const {
     if (q.size() != c.size())
@@ -74,6 +80,9 @@ struct RegularizedFriction {
   double F;
   double v0;
 
+  template <int>
+  static constexpr bool takes_time = false;
+
   template <int n>
   void require_fit(const Vector<double, n>& q) const {
     detail::require_coordinate("regularized friction", coordinate, q.size());
@@ -102,7 +111,7 @@ inline RegularizedFriction regularized_friction(Eigen::Index coordinate, double 
 /// Drag −b |v| v on a point with velocity v.
 template <class Position>
 auto quadratic_drag(Position r, double b) {
-  return force_at_point(std::move(r), [b](const auto& position, const auto& velocity, const auto&) {
+  return force_at_point(std::move(r), [b](const auto& position, const auto& velocity) {
     using S = typename std::remove_cvref_t<decltype(velocity)>::Scalar;
     using std::sqrt;
     (void)position;
@@ -118,6 +127,9 @@ struct SpringDamper {
   P1 r1;
   P2 r2;
   double k, rest_length, c;
+
+  template <int n>
+  static constexpr bool takes_time = detail::functor_takes_time<n, P1, 1>() || detail::functor_takes_time<n, P2, 1>();
 
   /// Distance of the two points.
   template <class S, int n>
@@ -167,6 +179,9 @@ template <class P1, class P2, class Law>
 struct TensionBetween {
   SpringDamper<P1, P2> line;
   Law f;
+
+  template <int n>
+  static constexpr bool takes_time = SpringDamper<P1, P2>::template takes_time<n>;
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {

@@ -34,6 +34,9 @@ namespace detail {
 // q̇_k as a sliding velocity.
 struct CoordinateVelocity {
   Eigen::Index k;
+
+  template <int>
+  static constexpr bool takes_time = false;
   template <class S, int n>
   S operator()(const Vector<S, n>&, const Vector<S, n>& qdot, const S&) const {
     return qdot[k];
@@ -49,6 +52,10 @@ struct DryFriction {
   Velocity v;
   Sliding F_k;
   Sticking F_s;
+
+  template <int n>
+  static constexpr bool takes_time = detail::functor_takes_time<n, Velocity, 2>() || detail::functor_takes_time<n, Sliding, 2>() ||
+                                     detail::functor_takes_time<n, Sticking, 2>();
 
   template <class S, int n>
   S velocity_constraint(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {

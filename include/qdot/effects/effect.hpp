@@ -17,6 +17,8 @@
 //     nonholonomic         velocity_constraint(q, qdot, t) a(q, q̇, t) = 0, linear in q̇,        J = ∂a/∂q̇
 //     switching            is_active(z[0])                 a constraint that holds only in some phases of the effect;
 //                                                          the phase is its own state, constant between events
+//     time                 takes_time<n>                   nothing: false where no functor of the effect takes the time, so that nobody
+//                                                          looks for what time brings (integrate/time_watch.hpp)
 //     fit                  require_fit(q)                  nothing: throws, when the scene is made, if the effect can't act on
 //                                                          a system with as many coordinates as q has entries
 //
@@ -43,6 +45,23 @@ namespace detail {
 
 template <int n>
 using Point = Vector<double, n>;
+
+// Whether a functor of q, or of q and q̇, asks for the time as well. One that says so itself is believed; a plain number asks for nothing.
+template <int n, class F, int vectors>
+consteval bool functor_takes_time() {
+  using Q = Point<n>;
+  if constexpr (requires { F::template takes_time<n>; }) {
+    return F::template takes_time<n>;
+  } else if constexpr (requires { F::RowsAtCompileTime; }) {
+    return false;
+  } else if constexpr (vectors == 0) {
+    return std::is_invocable_v<const F&, const double&>;
+  } else if constexpr (vectors == 1) {
+    return std::is_invocable_v<const F&, const Q&, const double&>;
+  } else {
+    return std::is_invocable_v<const F&, const Q&, const Q&, const double&>;
+  }
+}
 
 // φ or a as a vector: a single constraint may be returned as a plain scalar.
 template <class Result>

@@ -18,6 +18,7 @@
 
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/ad/functor_result.hpp"
+#include "qdot/effects/effect.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/rotation.hpp"
 #include "qdot/mechanics/velocity.hpp"
@@ -114,6 +115,9 @@ template <class F>
 struct GeneralizedForce {
   F Q;
 
+  template <int n>
+  static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
+
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return detail::force_vector<S, n>(detail::of_state(Q, q, qdot, t), q.size(), "a generalized force");
@@ -131,6 +135,12 @@ template <class Position, class F>
 struct ForceAtPoint {
   Position r;
   F F_of;
+
+  template <int n>
+  using Point = decltype(detail::of_position(std::declval<const Position&>(), std::declval<const Vector<double, n>&>(), 0.0));
+  template <int n>
+  static constexpr bool takes_time = detail::functor_takes_time<n, Position, 1>() || detail::functor_takes_time<n, F, 0>() ||
+                                     detail::functor_takes_time<Point<n>::RowsAtCompileTime, F, 2>();
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
@@ -183,6 +193,9 @@ struct TorqueOnBody {
   Pose R;
   F torque;
 
+  template <int n>
+  static constexpr bool takes_time = detail::functor_takes_time<n, Pose, 1>() || detail::functor_takes_time<n, F, 0>();
+
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>&, const S& t) const {
     const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
@@ -206,6 +219,9 @@ TorqueOnBody<Pose, F> torque_on_body(Pose R, F torque) {
 template <class F>
 struct VelocityPotential {
   F U;
+
+  template <int n>
+  static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
 
   template <class S, int n>
   S lagrangian_term(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {

@@ -44,6 +44,7 @@ class AnyStepper {
   Moment moment() const noexcept { return held_->moment; }
   Eigen::Map<const Eigen::VectorXd> y() const noexcept { return {held_->y, held_->size}; }
   int order() const { return held_->order(); }
+  bool has_fixed_step() const noexcept { return held_->fixed; }
   const Statistics& statistics() const noexcept { return *held_->statistics; }
   PolynomialView polynomial() { return held_->polynomial(); }
   void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { held_->polynomial().evaluate(t, out); }
@@ -55,6 +56,7 @@ class AnyStepper {
     Moment moment;
     const double* y = nullptr;
     Eigen::Index size = 0;
+    bool fixed = false;
     const Statistics* statistics = nullptr;
 
     virtual ~Held() = default;
@@ -71,7 +73,10 @@ class AnyStepper {
                   "qdot: a stepper must show the state that it keeps, not a copy of it");
     S stepper;
 
-    explicit Holder(S taken) : stepper(std::move(taken)) { look(); }
+    explicit Holder(S taken) : stepper(std::move(taken)) {
+      this->fixed = detail::has_fixed_step(stepper);
+      look();
+    }
 
     void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& state) override {
       detail::reset_at(stepper, at, state);

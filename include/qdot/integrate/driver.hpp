@@ -94,7 +94,7 @@ class Driver {
   bool leg(double landing) {
     clock_.head_for(landing);
     while (elapsed_ != clock_.length()) {
-      if (!stepper_.step(landing)) return end(stepper_.failure().outcome, stepper_.failure().message + why(stepper_.failure().outcome));
+      if (!stepper_.step(dog_.reach(stepper_, landing))) return end(stepper_.failure().outcome, stepper_.failure().message + why(stepper_.failure().outcome));
       if (!state_is_sound() || !projected() || !watched(landing) || !kept() || !within_budget(landing)) return false;
     }
     return true;

@@ -48,6 +48,8 @@ class FixedStep : public OneStep<F> {
   using Base = OneStep<F>;
 
  public:
+  static constexpr bool has_fixed_step() noexcept { return true; }
+
   /// The last step's polynomial of degree 5; evaluates the accelerations at its ends if nobody has yet.
   ///
   /// Where they cannot be evaluated, the cubic through q and q̇ at both ends.

@@ -66,6 +66,7 @@ class ProjectingStepper {
   Moment moment() const noexcept { return moment_; }
   const Eigen::VectorXd& y() const noexcept { return y_; }
   int order() const noexcept { return stepper_.order(); }
+  bool has_fixed_step() const noexcept { return detail::has_fixed_step(stepper_); }
   const Statistics& statistics() const noexcept { return statistics_; }
   PolynomialView polynomial() { return stepper_.polynomial(); }
   void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { stepper_.interpolate(t, out); }

@@ -31,8 +31,8 @@
 // order, is known exactly and added (`half_defect`). Stages, too, begin at y and what its rounding lost.
 //
 // Near rounding. Sums over steps are compensated (fixed_step.hpp), for the last addition is then most of a step's error; what
-// is left over has a sign and adds up, so with rtol < 1e-14 the estimate must stay 64 times below a unit. And far from t = 0 a
-// step is what t + h was rounded to, lest the clock lose 1e-13 s at 2000 s in each.
+// is left over has a sign and adds up, so with rtol < 1e-14 the estimate must stay 64 times below a unit. And a step is
+// what the sum of elapsed and h was rounded to, lest the clock lose 1e-13 s at 2000 s in each.
 //
 // Dense output. With Δ = y₁ − y, s ∈ [0, 1] and Δ, h k₁ − Δ, 2Δ − h(k₁ + k_new), h Σ dⱼ kⱼ … as F₀ … F_m,
 //

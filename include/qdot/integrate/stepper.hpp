@@ -71,6 +71,20 @@ concept CorrectableStepper = Stepper<S> && requires(S& s, const Eigen::VectorXd&
 template <class S>
 concept SelfProjectingStepper = Stepper<S> && requires { requires S::projects_itself; };
 
+namespace detail {
+
+/// Whether the length of a stepper's steps is the user's choice.
+template <Stepper S>
+constexpr bool has_fixed_step(const S& stepper) {
+  if constexpr (requires { stepper.has_fixed_step(); }) {
+    return stepper.has_fixed_step();
+  } else {
+    return false;
+  }
+}
+
+}  // namespace detail
+
 /// A method's settings, from which it makes a stepper for a system.
 template <class M, class F>
 concept SteppingMethod = FirstOrderSystem<F> && requires(const M& method, const F& system, const Options& options) {

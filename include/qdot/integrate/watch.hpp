@@ -29,6 +29,7 @@
 //                   exceeds 10³ by decades at usual tolerances. (At rtol = 1e-3 each step may change h by a thousandth, and
 //                   little can be out of proportion to that.) Methods with a step of fixed length promise no tolerance and
 //                   are not judged. Forces of effects do work: energy_balance.hpp is for them.
+//     time          No step passes over what nobody looked at (time_watch.hpp).
 //
 //     values        T and V must have some. Their slopes are numbers only where they do, but not every value is needed for q̈: a
 //                   constant that is NaN, or a sum that overflows, moves nothing. The energy that it makes NaN is one all the same.
@@ -56,6 +57,8 @@
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/statistics.hpp"
+#include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/time_watch.hpp"
 #include "qdot/mechanics/cholesky.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -131,7 +134,7 @@ class Watchdog {
  public:
   static constexpr bool looks = Behind::is_mechanical;
 
-  Watchdog(const F& system, const Options& options) : system_(system), options_(options), wait_(shortest_wait()) {}
+  Watchdog(const F& system, const Options& options) : system_(system), options_(options), clock_(system, options), wait_(shortest_wait()) {}
 
   /// True when the state after a step of length h ought to be looked at.
   bool is_due(double h) {
@@ -144,6 +147,7 @@ class Watchdog {
   /// Begins at a state: the start, or behind a stop time or a change of the state, from where h is compared anew.
   void begin(double t, const Eigen::VectorXd& y, long steps) {
     reference_.reset();
+    if constexpr (TimeWatch<F>::watches) clock_.begin(t);
     if constexpr (looks_at_energy) wait_ = shortest_wait();
     steps_since_ = 0;
     t_before_ = t;
@@ -155,6 +159,17 @@ class Watchdog {
     }
     allowed_each_ = largest_ = largest_change_ = 0.0;
     looks_begun_ = 0;
+  }
+
+  /// How far towards `landing` the stepper's next step may go (time_watch.hpp).
+  template <Stepper S>
+  double reach(const S& stepper, double landing) {
+    return has_fixed_step(stepper) ? landing : reach(stepper.t(), stepper.y(), landing);
+  }
+  template <class Y>
+  double reach(double t, const Y& y, double landing) {
+    if constexpr (TimeWatch<F>::watches) return clock_.reach(t, y, landing);
+    return (void)t, (void)y, landing;
   }
 
   /// Looks at an accepted state; the trouble, if there is some.
@@ -228,6 +243,7 @@ class Watchdog {
     statistics.constraint_rcond_time = constraint_rcond_time_;
     statistics.energy_drift = drift_;
     statistics.energy_allowed = drift_allowed_;
+    if constexpr (TimeWatch<F>::watches) statistics.time_resolution = clock_.resolution();
   }
 
  private:
@@ -333,6 +349,7 @@ class Watchdog {
 
   const F& system_;
   const Options& options_;
+  [[no_unique_address]] std::conditional_t<TimeWatch<F>::watches, TimeWatch<F>, NoTimeWatch> clock_;
   long wait_, steps_since_ = 0;
   double step_seen_ = 0.0;
   double mass_rcond_ = 1.0, mass_rcond_time_ = 0.0, constraint_rcond_ = 1.0, constraint_rcond_time_ = 0.0;
