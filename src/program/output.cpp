@@ -98,17 +98,6 @@ report::Plot energy_plot(const RunnableScene& scene, const Result& result) {
   return plot;
 }
 
-/// Whether Jacobi's energy function tells something that T + V does not.
-bool jacobi_differs(const Result& result) {
-  double scale = 0;
-  double difference = 0;
-  for (const Sample& s : result.samples) {
-    scale = std::max({scale, std::abs(s.energies.kinetic), std::abs(s.energies.potential)});
-    difference = std::max(difference, std::abs(s.energies.jacobi - s.energies.total()));
-  }
-  return difference > 1e-9 * scale;
-}
-
 report::Plot drift_plot(const RunnableScene& scene, const Result& result, bool jacobi) {
   report::Plot plot{.x = {bracketed("t", scene.time_unit())},
                     .y = {bracketed(jacobi ? "h − h(0), h = q̇·p − L" : "E − E(0), E = T + V", scene.energy_unit())},
@@ -163,6 +152,16 @@ report::Facts run_facts(const RunnableScene& scene, const Request& request, cons
 double playing_seconds(double duration) { return duration / report::detail::playing_rate(duration); }
 
 }  // namespace
+
+bool jacobi_differs(const Result& result) {
+  double scale = 0;
+  double difference = 0;
+  for (const Sample& s : result.samples) {
+    scale = std::max({scale, std::abs(s.energies.kinetic), std::abs(s.energies.potential)});
+    difference = std::max(difference, std::abs(s.energies.jacobi - s.energies.total()));
+  }
+  return difference > 1e-9 * scale;
+}
 
 std::vector<std::string> output_paths(const std::string& path) {
   return {path + ".csv", path + ".npz", path + ".html", path + ".svg"};

@@ -20,6 +20,9 @@ std::vector<std::string> output_paths(const std::string& path);
 /// How many frames an animation of this scene should have: a hundred a second of watching, fewer for many points.
 int frame_count(const RunnableScene& scene, const State<Dynamic>& start, double t_end);
 
+/// Whether Jacobi's energy function tells something that T + V does not: T is no quadratic form of the velocities.
+bool jacobi_differs(const Result& result);
+
 /// t, q, qdot and the energies at the samples, with units.
 report::Table table(const RunnableScene& scene, const Result& result);
 

@@ -108,15 +108,17 @@ void print_summary(const RunnableScene& scene, const Request& request, const Res
                 report::rounded_text(result.statistics.constraint_velocity, 2).c_str());
   }
   const std::string unit = scene.energy_unit();
-  std::printf("  energy     %s, largest change %s\n", with_unit(report::rounded_text(result.energy.initial, 12), unit).c_str(),
-              with_unit(report::rounded_text(result.energy.largest, 3), unit).c_str());
+  const bool by_jacobi = jacobi_differs(result);
+  std::printf("  energy     %s, largest change %s%s\n", with_unit(report::rounded_text(result.energy.initial, 12), unit).c_str(),
+              with_unit(report::rounded_text(result.energy.largest, 3), unit).c_str(),
+              by_jacobi ? "; T is not quadratic in the velocities, and Jacobi's h takes the place of T + V" : "");
   if (result.balance.work != 0 || result.balance.impacts != 0) {
     std::printf("  work of all that is in neither T nor V %s, change in impacts %s, unaccounted for %s\n",
                 with_unit(report::rounded_text(result.balance.work, 6), unit).c_str(),
                 with_unit(report::rounded_text(result.balance.impacts, 6), unit).c_str(),
                 with_unit(report::rounded_text(result.balance.residual, 3), unit).c_str());
   }
-  if (result.jacobi.largest < 0.1 * result.energy.largest) {
+  if (by_jacobi) {
     std::printf("  Jacobi's h %s, largest change %s\n",
                 with_unit(report::rounded_text(result.jacobi.initial, 12), unit).c_str(),
                 with_unit(report::rounded_text(result.jacobi.largest, 3), unit).c_str());

@@ -88,6 +88,12 @@ TEST_CASE("Jacobi's energy stays where T + V does not") {
   CHECK(run["jacobi_energy_drift_max"].get<double>() < 1e-7);
 }
 
+TEST_CASE("where T is not quadratic in the velocities the summary says what is conserved instead of T + V") {
+  const std::string remark = "and Jacobi's h takes the place of T + V\n  Jacobi's h ";
+  CHECK(qdot("run bead_on_hoop --quiet").out.find(remark) != std::string::npos);
+  CHECK(qdot("run pendulum --quiet").out.find("Jacobi") == std::string::npos);
+}
+
 TEST_CASE("the number of links of a chain is a parameter") {
   const json run = run_json("chain --set n=3 --set q2=0.5 --t-end 0.1");
   CHECK(run["parameters"]["n"].is_number_integer());

@@ -52,7 +52,7 @@ auto lagrangian(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, co
   return S(kinetic_energy(system, q, qdot, t) - potential_energy(system, q, t));
 }
 
-/// E = T + V at a state.
+/// E = T + V at a state; constant on a motion only where T is a quadratic form of q̇. Where it is not, jacobi_energy() is.
 template <class E, int n, Inertia I, class Q, class Qdot>
 auto energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
             typename Q::Scalar t = typename Q::Scalar(0)) {
@@ -90,7 +90,7 @@ auto jacobi_energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q,
   return S(qdot.dot(conjugate_momenta(system, q, qdot, t)) - lagrangian(system, q, qdot, t));
 }
 
-/// E = T + V at a state.
+/// E = T + V at a state; where T is no quadratic form of q̇, jacobi_energy() is what a motion conserves.
 template <class E, int n, Inertia I>
 double energy(const System<E, n, I>& system, const State<n>& state) {
   return energy(system, state.q, state.qdot, state.t);
