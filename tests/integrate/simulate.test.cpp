@@ -8,7 +8,10 @@
 
 #include "catch2_bridge.hpp"
 #include "first_order_systems.hpp"
+#include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/cvode.hpp"
+#include "qdot/mechanics/kinematic_system.hpp"
 
 using qdot::Control;
 using qdot::CvodeBdf;
@@ -165,6 +168,21 @@ TEST_CASE("a force that grows as t moves a unit mass by t^3 / 6, though the time
   const auto run = simulate(system, qdot::State<1>{0.0, qdot::Vector<double, 1>(0.0), qdot::Vector<double, 1>(0.0)}, 1.0, qdot::CvodeBdf{});
   REQUIRE(run.completed());
   CHECK_THAT(run.y[0], WithinAbs(1.0 / 6.0, 1e-6));  // a hundred tolerances
+}
+
+TEST_CASE("an energy that reads an entry which q does not have ends before the first step") {
+  const auto free = [](const auto& qdot) { return 0.5 * qdot.squaredNorm(); };
+  const auto complaint = "T and V may read entries 0 to 1 of q and qdot, but one of them reads entry 2; count from 0, and give mechanical_system the number "
+                         "of coordinates that T and V are made for";
+  const auto run = [](const auto& system) { return simulate(system, qdot::State<2>{0.0, {1.0, 2.0}, {0.0, 0.0}}, 1.0, CvodeBdf{}); };
+  const auto third = [](const auto& q) { return 9.81 * q[2]; };
+  const auto far = qdot::force_at_point([](const auto& q) { return q; }, Eigen::Vector2d(0.0, 1.0));
+  const auto spring = qdot::spring_damper([](const auto& q) { return q; }, Eigen::Vector2d(0.0, 0.0), 1.0, 1.0);
+  CHECK_THROWS_WITH(run(qdot::mechanical_system<2>(free, third)), complaint);
+  CHECK_THROWS_WITH(run(qdot::mechanical_system<2>([](const auto& q, const auto& v) { return 0.5 * (v[0] * v[0] + v[2] * v[2]) + 0.0 * q[0]; })), complaint);
+  CHECK_THROWS_WITH(run(scene(qdot::mechanical_system<2>(free, third), far, spring)), complaint);
+  CHECK_THROWS_WITH(run(qdot::kinematic_system<2>([](const auto& q, auto& bodies) { bodies.point_mass(1.0, qdot::vector(q[0], q[2])); })), complaint);
+  CHECK_THROWS_WITH(simulate(qdot::mechanical_system(2, free, third), qdot::State<qdot::Dynamic>{0.0, {1.0, 2.0}, {0.0, 0.0}}, 1.0, CvodeBdf{}), complaint);
 }
 
 TEST_CASE("stop times are landed on exactly, in the order of the run") {

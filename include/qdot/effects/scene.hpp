@@ -73,6 +73,8 @@ struct EnergiesWithTerms {
     return with_potential_terms<0>(potential<n>(energies, q, t), q, t);
   }
 
+  const Energies& without_terms() const { return energies; }
+
   bool replays() const
     requires GoesByList<Energies>
   {

@@ -24,6 +24,7 @@
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/watch_budget.hpp"
+#include "qdot/mechanics/entries.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {
@@ -41,7 +42,8 @@ namespace qdot {
 /// @param observer  called after every accepted step with a StepView; may return false or Control::stop
 /// @param events    one event(…), or events(event(…), …): zero crossings to record, to stop at, or that change the state
 /// @return          outcome, last good state, trajectory, samples, events, statistics
-/// @throws DimensionError, InvalidValue  wrong sizes, NaN in the start, options outside their range
+/// @throws DimensionError, InvalidValue  wrong sizes, T or V that read more entries than there are coordinates, NaN in the start,
+///                                       options outside their range
 /// @throws NonFinite, MassMatrixError    the equations of motion cannot be evaluated at the start
 /// @throws                               whatever the user's functors and observer throw
 template <class System, class Start, class Method, Observer O, class... Events>
@@ -53,6 +55,11 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   detail::require_valid(options, form.size());
   detail::require_option(std::isfinite(t_end), "t_end", "must be finite", t_end, "choose a time to end at");
   const Eigen::VectorXd y0 = detail::packed(form, start);
+  if constexpr (requires { detail::require_existing_entries(form.system(), y0.data(), start.t); }) {
+    detail::require_existing_entries(form.system(), y0.data(), start.t);
+  } else if constexpr (requires { detail::require_existing_entries(form.scene().system(), y0.data(), start.t); }) {
+    detail::require_existing_entries(form.scene().system(), y0.data(), start.t);
+  }
   using O_ = std::remove_reference_t<O>;
   const detail::Budget budget(options);  // begins before the stepper's own, which is made here
   detail::Driver<Form, decltype(method.stepper(form, options)), O_, Events...> driver(form, method.stepper(form, options),

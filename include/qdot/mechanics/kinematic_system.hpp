@@ -137,6 +137,14 @@ class KinematicEnergies {
     return potential_energy(q, t);
   }
 
+  // One call of the functors, for what they read of q (mechanics/entries.hpp).
+  template <class Q>
+  void read_entries(const Q& q, const Q&, double t) const {
+    WeightSum<double> bodies{field()};
+    place(q, t, bodies);
+    if constexpr (!heavy) (void)own_potential(q, t);
+  }
+
   // The same as formulas, for written_out_kinematic_system().
   using Formulas = trace::TracedVector<n < 1 ? 1 : n>;
   constexpr trace::Traced T(const Formulas& q, const Formulas& qdot) const
