@@ -11,6 +11,7 @@
 // Both are one pass of duals through the user's r(q) or R(q); nobody writes a Jacobian. Forces on points may
 // depend on where the point is and how it moves, which is what drag, springs to the wall and magnets need.
 
+#include <cmath>
 #include <type_traits>
 #include <utility>
 

@@ -17,6 +17,7 @@
 //
 // A functor that breaks the rule is told so in English by the checks at the end of this file.
 
+#include <cmath>
 #include <concepts>
 #include <type_traits>
 #include <utility>

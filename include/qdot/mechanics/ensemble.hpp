@@ -18,6 +18,7 @@
 #include <exception>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "qdot/ad/pack_euler_lagrange.hpp"
