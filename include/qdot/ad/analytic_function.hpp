@@ -12,10 +12,10 @@ namespace qdot::taylor {
 enum class Domain : unsigned char { everything, nonzero, nonnegative, positive };
 
 enum class Function : std::uint8_t {
-  none, sin, cos, tan, asin, acos, atan, atan2, exp, expm1, log, log1p, sinh, cosh, tanh, asinh, acosh, atanh, cbrt, erf, erfc
+  none, sin, cos, tan, asin, acos, atan, atan2, hypot, exp, expm1, log, log1p, sinh, cosh, tanh, asinh, acosh, atanh, cbrt, erf, erfc
 };
 
-/// The value of a function at a plain number; y is atan2's second argument.
+/// The value of a function at a plain number; y is the second argument of atan2 and hypot.
 inline double value_of(Function f, double x, double y = 0.0) {
   switch (f) {
     case Function::none: return x;
@@ -26,6 +26,7 @@ inline double value_of(Function f, double x, double y = 0.0) {
     case Function::acos: return std::acos(x);
     case Function::atan: return std::atan(x);
     case Function::atan2: return std::atan2(x, y);
+    case Function::hypot: return std::hypot(x, y);
     case Function::exp: return std::exp(x);
     case Function::expm1: return std::expm1(x);
     case Function::log: return std::log(x);

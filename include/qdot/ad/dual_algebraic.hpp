@@ -64,6 +64,10 @@ concept HasEdges = !Formula<S> && requires(const S& x) {
   { x == x } -> std::same_as<bool>;
 };
 
+// One whose numbers are still to come, and which has no sign to be asked for (ad/trace.hpp, ad/taylor_recording.hpp).
+template <class S>
+concept Symbolic = Formula<typename innermost<S>::type> || requires { requires innermost<S>::type::is_recorded; };
+
 // slope · tangent, where a plain zero of the tangent makes nothing of an infinite slope. In duals that holds for each product.
 template <class S>
 constexpr S edge_product(const S& slope, const S& tangent) {
@@ -96,7 +100,7 @@ constexpr Dual<S, N, Tag> chain_from_zero(const S& f, const S& df, const Dual<S,
 // The same for an f whose slope may be infinite where `margin` is 0, and that has no value where it is negative.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> chain_within(const S& margin, const S& f, const S& df, const Dual<S, N, Tag>& x) {
-  if constexpr (Formula<S>) {
+  if constexpr (Symbolic<S>) {
     return chain(f, df, x);
   } else if constexpr (!HasEdges<S>) {  // packs
     return chain(f, S(df * select(margin < S(0), std::numeric_limits<double>::quiet_NaN(), 1.0)), x);
@@ -317,55 +321,61 @@ constexpr bool isinf(const Dual<S, N, Tag>& x) {
   return isinf(x.value);
 }
 
+/// True when the value is negative, or −0.
+template <class S, int N, class Tag>
+constexpr bool signbit(const Dual<S, N, Tag>& x) {
+  using std::signbit;
+  return signbit(x.value);
+}
+
 // ── a plain number among the arguments is a constant ───────────────────────────────────────────
 
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> hypot(const Dual<S, N, Tag>& x, const Number& y) {
-  return hypot(x, Dual<S, N, Tag>(y));
+namespace detail {
+
+// A dual and a number beside it; which of them is the dual.
+template <class A, class B>
+concept DualAndNumber = (DualNumber<A> && NumberBeside<B, A>) || (DualNumber<B> && NumberBeside<A, B>);
+template <class A, class B>
+using DualOf = std::conditional_t<std::is_same_v<A, B> || NumberBeside<B, A>, A, B>;
+// The same of three arguments.
+template <class A, class B, class C>
+using DualAmong = DualOf<DualOf<A, B>, C>;
+template <class A, class B, class C>
+concept DualAndNumbers = !(std::is_same_v<A, B> && std::is_same_v<B, C>) && DualNumber<DualAmong<A, B, C>> &&
+                         std::is_convertible_v<A, DualAmong<A, B, C>> && std::is_convertible_v<B, DualAmong<A, B, C>> &&
+                         std::is_convertible_v<C, DualAmong<A, B, C>>;
+
+}  // namespace detail
+
+template <class A, class B>
+  requires detail::DualAndNumber<A, B>
+constexpr auto hypot(const A& x, const B& y) { return hypot(detail::DualOf<A, B>(x), detail::DualOf<A, B>(y)); }
+template <class A, class B>
+  requires detail::DualAndNumber<A, B>
+constexpr auto max(const A& x, const B& y) { return max(detail::DualOf<A, B>(x), detail::DualOf<A, B>(y)); }
+template <class A, class B>
+  requires detail::DualAndNumber<A, B>
+constexpr auto min(const A& x, const B& y) { return min(detail::DualOf<A, B>(x), detail::DualOf<A, B>(y)); }
+template <class A, class B>
+  requires detail::DualAndNumber<A, B>
+constexpr auto fmax(const A& x, const B& y) { return fmax(detail::DualOf<A, B>(x), detail::DualOf<A, B>(y)); }
+template <class A, class B>
+  requires detail::DualAndNumber<A, B>
+constexpr auto fmin(const A& x, const B& y) { return fmin(detail::DualOf<A, B>(x), detail::DualOf<A, B>(y)); }
+template <class A, class B>
+  requires detail::DualAndNumber<A, B>
+constexpr auto copysign(const A& x, const B& y) { return copysign(detail::DualOf<A, B>(x), detail::DualOf<A, B>(y)); }
+template <class A, class B, class C>
+  requires detail::DualAndNumbers<A, B, C>
+constexpr auto hypot(const A& x, const B& y, const C& z) {
+  using D = detail::DualAmong<A, B, C>;
+  return hypot(D(x), D(y), D(z));
 }
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> hypot(const Number& x, const Dual<S, N, Tag>& y) {
-  return hypot(Dual<S, N, Tag>(x), y);
-}
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> max(const Dual<S, N, Tag>& x, const Number& y) {
-  return max(x, Dual<S, N, Tag>(y));
-}
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> max(const Number& x, const Dual<S, N, Tag>& y) {
-  return max(Dual<S, N, Tag>(x), y);
-}
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> min(const Dual<S, N, Tag>& x, const Number& y) {
-  return min(x, Dual<S, N, Tag>(y));
-}
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> min(const Number& x, const Dual<S, N, Tag>& y) {
-  return min(Dual<S, N, Tag>(x), y);
-}
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> fmax(const Dual<S, N, Tag>& x, const Number& y) {
-  return fmax(x, Dual<S, N, Tag>(y));
-}
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> fmax(const Number& x, const Dual<S, N, Tag>& y) {
-  return fmax(Dual<S, N, Tag>(x), y);
-}
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> fmin(const Dual<S, N, Tag>& x, const Number& y) {
-  return fmin(x, Dual<S, N, Tag>(y));
-}
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> fmin(const Number& x, const Dual<S, N, Tag>& y) {
-  return fmin(Dual<S, N, Tag>(x), y);
-}
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> copysign(const Dual<S, N, Tag>& x, const Number& y) {
-  return copysign(x, Dual<S, N, Tag>(y));
-}
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> copysign(const Number& x, const Dual<S, N, Tag>& y) {
-  return copysign(Dual<S, N, Tag>(x), y);
+template <class A, class B, class C>
+  requires detail::DualAndNumbers<A, B, C>
+constexpr auto fma(const A& x, const B& y, const C& z) {
+  using D = detail::DualAmong<A, B, C>;
+  return fma(D(x), D(y), D(z));
 }
 
 }  // namespace qdot

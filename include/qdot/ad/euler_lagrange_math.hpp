@@ -195,7 +195,8 @@ template <EulerLagrangeNumber E, class Number>
 E pow(const E& u, Number k) { return through(u, [k](const auto& x) { return pow(x, k); }); }
 template <EulerLagrangeNumber E>
 E pow(const E& u, const E& w) {
-  if (w.is_constant()) return pow(u, innermost_value(w.value));
+  if constexpr (std::is_convertible_v<decltype(innermost_value(w.value)), double>)
+    if (w.is_constant()) return pow(u, innermost_value(w.value));
   return through(u, w, [](const auto& x, const auto& y) { return pow(x, y); });
 }
 template <EulerLagrangeNumber E, class Number>
@@ -221,10 +222,24 @@ auto hypot(const A& x, const B& y) {
   using E = EulerLagrangeOf<A, B>;
   return through(E(x), E(y), [](const auto& a, const auto& b) { return hypot(a, b); });
 }
-template <EulerLagrangeNumber E>
-E hypot(const E& x, const E& y, const E& z) { return hypot(hypot(x, y), z); }
-template <EulerLagrangeNumber E>
-E fma(const E& x, const E& y, const E& z) { return x * y + z; }
+// Three arguments of which at least one is such a scalar.
+template <class A, class B, class C>
+using EulerLagrangeAmong = EulerLagrangeOf<A, EulerLagrangeOf<B, C>>;
+template <class A, class B, class C>
+concept EulerLagrangeBesideTwo = EulerLagrangeBeside<EulerLagrangeAmong<A, B, C>, A> && EulerLagrangeBeside<EulerLagrangeAmong<A, B, C>, B> &&
+                                 EulerLagrangeBeside<EulerLagrangeAmong<A, B, C>, C>;
+template <class A, class B, class C>
+  requires EulerLagrangeBesideTwo<A, B, C>
+auto hypot(const A& x, const B& y, const C& z) {
+  using E = EulerLagrangeAmong<A, B, C>;
+  return hypot(hypot(E(x), E(y)), E(z));
+}
+template <class A, class B, class C>
+  requires EulerLagrangeBesideTwo<A, B, C>
+auto fma(const A& x, const B& y, const C& z) {
+  using E = EulerLagrangeAmong<A, B, C>;
+  return E(E(x) * E(y) + E(z));
+}
 template <EulerLagrangeNumber E>
 E abs(const E& x) { return x.value < 0.0 ? -x : x; }
 template <EulerLagrangeNumber E>

@@ -31,6 +31,7 @@ constexpr Function function_of(trace::Operation o) {
     case Operation::acos: return Function::acos;
     case Operation::atan: return Function::atan;
     case Operation::atan2: return Function::atan2;
+    case Operation::hypot: return Function::hypot;
     case Operation::exp: return Function::exp;
     case Operation::expm1: return Function::expm1;
     case Operation::log: return Function::log;
@@ -126,11 +127,6 @@ constexpr int node_of_list(BasicGraph<Coefficient>& graph, const List& list, int
       case Operation::divide: return graph.quotient(a, b);
       case Operation::negate: return graph.scaled(a, -1.0);
       case Operation::sqrt: return graph.power(a, 0.5);
-      case Operation::hypot: {
-        const int square = graph.product(a, a);
-        const int other_square = graph.product(b, b);
-        return graph.power(graph.sum(square, other_square), 0.5);
-      }
       default: break;
     }
     const Function f = function_of(step.operation);

@@ -123,6 +123,9 @@ struct MaskOperators {
   [[gnu::always_inline]] friend M operator|(const M& x, const M& y) {
     return by_register<M>([](const auto& a, const auto& b) { return a | b; }, x, y);
   }
+  [[gnu::always_inline]] friend M operator==(const M& x, const M& y) {
+    return by_register<M>([](const auto& a, const auto& b) { return ~(a ^ b); }, x, y);
+  }
   [[gnu::always_inline]] friend M operator!(const M& x) { return by_register<M>([](const auto& a) { return ~a; }, x); }
   [[gnu::always_inline]] friend M& operator&=(M& x, const M& y) { return x = x & y; }
   [[gnu::always_inline]] friend M& operator|=(M& x, const M& y) { return x = x | y; }

@@ -174,6 +174,32 @@ template <class A, class B>
   const EulerLagrangeOf<A, B> a(x), b(y);
   return select(b < a, b, a);
 }
+template <class A, class B>
+  requires EulerLagrangePackBeside<A, B>
+auto fmax(const A& x, const B& y) {
+  const EulerLagrangeOf<A, B> a(x), b(y);
+  return select(a != a, b, select(b != b, a, max(a, b)));
+}
+template <class A, class B>
+  requires EulerLagrangePackBeside<A, B>
+auto fmin(const A& x, const B& y) {
+  const EulerLagrangeOf<A, B> a(x), b(y);
+  return select(a != a, b, select(b != b, a, min(a, b)));
+}
+template <class A, class B>
+  requires EulerLagrangePackBeside<A, B>
+auto copysign(const A& x, const B& y) {
+  const EulerLagrangeOf<A, B> a(x), b(y);
+  return select(signbit(a.value) == signbit(b.value), a, -a);
+}
+template <EulerLagrangePack E>
+auto isfinite(const E& x) { return isfinite(x.value); }
+template <EulerLagrangePack E>
+auto isnan(const E& x) { return isnan(x.value); }
+template <EulerLagrangePack E>
+auto isinf(const E& x) { return isinf(x.value); }
+template <EulerLagrangePack E>
+auto signbit(const E& x) { return signbit(x.value); }
 template <EulerLagrangePack E>
 E floor(const E& x) { return E(qdot::floor(x.value)); }
 template <EulerLagrangePack E>

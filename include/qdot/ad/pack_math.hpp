@@ -16,6 +16,7 @@
 
 #include <cmath>
 #include <concepts>
+#include <limits>
 #include <type_traits>
 
 #include "qdot/ad/pack.hpp"
@@ -240,6 +241,8 @@ template <int lanes, int width>
 Pack<lanes, width> pow(const Pack<lanes, width>& x, const Pack<lanes, width>& y) {
   return detail::lane_by_lane([](double a, double b) { return std::pow(a, b); }, x, y);
 }
+template <int lanes, int width>
+Pack<lanes, width> pow(double x, const Pack<lanes, width>& y) { return pow(Pack<lanes, width>(x), y); }
 
 template <int lanes, int width>
 [[gnu::always_inline]] inline Pack<lanes, width> abs(const Pack<lanes, width>& x) { return select(x < 0.0, -x, x); }
@@ -248,9 +251,17 @@ template <int lanes, int width>
   return select(x < y, y, x);
 }
 template <int lanes, int width>
+[[gnu::always_inline]] inline Pack<lanes, width> max(const Pack<lanes, width>& x, double y) { return max(x, Pack<lanes, width>(y)); }
+template <int lanes, int width>
+[[gnu::always_inline]] inline Pack<lanes, width> max(double x, const Pack<lanes, width>& y) { return max(Pack<lanes, width>(x), y); }
+template <int lanes, int width>
 [[gnu::always_inline]] inline Pack<lanes, width> min(const Pack<lanes, width>& x, const Pack<lanes, width>& y) {
   return select(y < x, y, x);
 }
+template <int lanes, int width>
+[[gnu::always_inline]] inline Pack<lanes, width> min(const Pack<lanes, width>& x, double y) { return min(x, Pack<lanes, width>(y)); }
+template <int lanes, int width>
+[[gnu::always_inline]] inline Pack<lanes, width> min(double x, const Pack<lanes, width>& y) { return min(Pack<lanes, width>(x), y); }
 
 template <int lanes, int width>
 Pack<lanes, width> floor(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::floor(a); }, x); }
@@ -259,9 +270,19 @@ Pack<lanes, width> ceil(const Pack<lanes, width>& x) { return detail::lane_by_la
 template <int lanes, int width>
 Pack<lanes, width> cbrt(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::cbrt(a); }, x); }
 template <int lanes, int width>
+Pack<lanes, width> exp2(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::exp2(a); }, x); }
+template <int lanes, int width>
 Pack<lanes, width> expm1(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::expm1(a); }, x); }
 template <int lanes, int width>
+Pack<lanes, width> log2(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::log2(a); }, x); }
+template <int lanes, int width>
+Pack<lanes, width> log10(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::log10(a); }, x); }
+template <int lanes, int width>
 Pack<lanes, width> log1p(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::log1p(a); }, x); }
+template <int lanes, int width>
+Pack<lanes, width> erf(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::erf(a); }, x); }
+template <int lanes, int width>
+Pack<lanes, width> erfc(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::erfc(a); }, x); }
 template <int lanes, int width>
 Pack<lanes, width> asin(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::asin(a); }, x); }
 template <int lanes, int width>
@@ -275,12 +296,79 @@ Pack<lanes, width> cosh(const Pack<lanes, width>& x) { return detail::lane_by_la
 template <int lanes, int width>
 Pack<lanes, width> tanh(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::tanh(a); }, x); }
 template <int lanes, int width>
-Pack<lanes, width> atan2(const Pack<lanes, width>& y, const Pack<lanes, width>& x) {
-  return detail::lane_by_lane([](double a, double b) { return std::atan2(a, b); }, y, x);
-}
+Pack<lanes, width> asinh(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::asinh(a); }, x); }
 template <int lanes, int width>
-Pack<lanes, width> hypot(const Pack<lanes, width>& x, const Pack<lanes, width>& y) {
-  return detail::lane_by_lane([](double a, double b) { return std::hypot(a, b); }, x, y);
+Pack<lanes, width> acosh(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::acosh(a); }, x); }
+template <int lanes, int width>
+Pack<lanes, width> atanh(const Pack<lanes, width>& x) { return detail::lane_by_lane([](double a) { return std::atanh(a); }, x); }
+template <int lanes, int width>
+[[gnu::always_inline]] inline Pack<lanes, width> fabs(const Pack<lanes, width>& x) { return abs(x); }
+
+template <int lanes, int width>
+PackMask<lanes, width> isnan(const Pack<lanes, width>& x) { return x != x; }
+template <int lanes, int width>
+PackMask<lanes, width> isfinite(const Pack<lanes, width>& x) { return x - x == 0.0; }
+template <int lanes, int width>
+PackMask<lanes, width> isinf(const Pack<lanes, width>& x) { return abs(x) == std::numeric_limits<double>::infinity(); }
+template <int lanes, int width>
+PackMask<lanes, width> signbit(const Pack<lanes, width>& x) {
+  return detail::lane_by_lane([](double a) { return std::signbit(a) ? 1.0 : 0.0; }, x) != 0.0;
+}
+
+namespace detail {
+
+// A pack among the arguments, of which the others may be plain numbers.
+template <class A, class B>
+using PackOf = std::conditional_t<is_pack<A>, A, B>;
+template <class A, class P>
+concept PackOrNumber = std::is_same_v<A, P> || std::is_arithmetic_v<A>;
+template <class A, class B, class C = double>
+concept PackBeside = is_pack<PackOf<A, PackOf<B, C>>> && PackOrNumber<A, PackOf<A, PackOf<B, C>>> && PackOrNumber<B, PackOf<A, PackOf<B, C>>> &&
+                     PackOrNumber<C, PackOf<A, PackOf<B, C>>>;
+
+}  // namespace detail
+
+template <class A, class B>
+  requires detail::PackBeside<A, B>
+auto atan2(const A& x, const B& y) {
+  using P = detail::PackOf<A, B>;
+  return detail::lane_by_lane([](double a, double b) { return std::atan2(a, b); }, P(x), P(y));
+}
+template <class A, class B>
+  requires detail::PackBeside<A, B>
+auto hypot(const A& x, const B& y) {
+  using P = detail::PackOf<A, B>;
+  return detail::lane_by_lane([](double a, double b) { return std::hypot(a, b); }, P(x), P(y));
+}
+template <class A, class B>
+  requires detail::PackBeside<A, B>
+auto copysign(const A& x, const B& y) {
+  using P = detail::PackOf<A, B>;
+  return detail::lane_by_lane([](double a, double b) { return std::copysign(a, b); }, P(x), P(y));
+}
+template <class A, class B>
+  requires detail::PackBeside<A, B>
+auto fmax(const A& x, const B& y) {
+  using P = detail::PackOf<A, B>;
+  return detail::lane_by_lane([](double a, double b) { return std::fmax(a, b); }, P(x), P(y));
+}
+template <class A, class B>
+  requires detail::PackBeside<A, B>
+auto fmin(const A& x, const B& y) {
+  using P = detail::PackOf<A, B>;
+  return detail::lane_by_lane([](double a, double b) { return std::fmin(a, b); }, P(x), P(y));
+}
+template <class A, class B, class C>
+  requires detail::PackBeside<A, B, C>
+auto hypot(const A& x, const B& y, const C& z) {
+  using P = detail::PackOf<A, detail::PackOf<B, C>>;
+  return hypot(hypot(P(x), P(y)), P(z));
+}
+template <class A, class B, class C>
+  requires detail::PackBeside<A, B, C>
+auto fma(const A& x, const B& y, const C& z) {
+  using P = detail::PackOf<A, detail::PackOf<B, C>>;
+  return detail::lane_by_lane([](double a, double b, double c) { return std::fma(a, b, c); }, P(x), P(y), P(z));
 }
 
 }  // namespace qdot

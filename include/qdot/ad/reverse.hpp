@@ -202,9 +202,23 @@ auto atan2(const A& a, const B& b) {
 template <class A, class B>
   requires ReverseBeside<A, B>
 auto hypot(const A& a, const B& b) {
-  const ReverseOf<A, B> x(a), y(b);
-  return sqrt(x * x + y * y);
+  using R = ReverseOf<A, B>;
+  const R x(a), y(b);
+  using D = Dual<decltype(x.value), 2>;
+  const D z = hypot(D::variable(x.value, 0), D::variable(y.value, 1));
+  return R::both(false, Tape<decltype(x.value)>::transcendental, z.value, x, z.tangent[0], y, z.tangent[1]);
 }
+// Three arguments of which at least one is such a number.
+template <class A, class B, class C>
+using ReverseAmong = ReverseOf<A, ReverseOf<B, C>>;
+template <class A, class B, class C>
+concept ReverseBesideTwo = ReverseBeside<ReverseAmong<A, B, C>, A> && ReverseBeside<ReverseAmong<A, B, C>, B> && ReverseBeside<ReverseAmong<A, B, C>, C>;
+template <class A, class B, class C>
+  requires ReverseBesideTwo<A, B, C>
+auto hypot(const A& x, const B& y, const C& z) { return hypot(hypot(ReverseAmong<A, B, C>(x), ReverseAmong<A, B, C>(y)), ReverseAmong<A, B, C>(z)); }
+template <class A, class B, class C>
+  requires ReverseBesideTwo<A, B, C>
+auto fma(const A& x, const B& y, const C& z) { return ReverseAmong<A, B, C>(x) * ReverseAmong<A, B, C>(y) + ReverseAmong<A, B, C>(z); }
 template <class A, class B>
   requires ReverseBeside<A, B>
 auto max(const A& a, const B& b) {
@@ -219,10 +233,33 @@ auto min(const A& a, const B& b) {
 }
 template <class A, class B>
   requires ReverseBeside<A, B>
-auto fmax(const A& a, const B& b) { return max(a, b); }
+auto fmax(const A& a, const B& b) {
+  const ReverseOf<A, B> x(a), y(b);
+  return isnan(x) ? y : isnan(y) ? x : max(x, y);
+}
 template <class A, class B>
   requires ReverseBeside<A, B>
-auto fmin(const A& a, const B& b) { return min(a, b); }
+auto fmin(const A& a, const B& b) {
+  const ReverseOf<A, B> x(a), y(b);
+  return isnan(x) ? y : isnan(y) ? x : min(x, y);
+}
+template <class A, class B>
+  requires ReverseBeside<A, B>
+auto copysign(const A& a, const B& b) {
+  const ReverseOf<A, B> x(a), y(b);
+  return signbit(x) == signbit(y) ? x : -x;
+}
+// Steps: no derivative, but elsewhere another value.
+template <class N>
+Reverse<N> floor(const Reverse<N>& x) {
+  Reverse<N>::compared(x, x);
+  return Reverse<N>(floor(x.value));
+}
+template <class N>
+Reverse<N> ceil(const Reverse<N>& x) {
+  Reverse<N>::compared(x, x);
+  return Reverse<N>(ceil(x.value));
+}
 template <class N>
 Reverse<N> abs(const Reverse<N>& x) { return x < Reverse<N>(0.0) ? -x : x; }
 template <class N>
@@ -236,6 +273,16 @@ template <class N>
 bool isnan(const Reverse<N>& x) {
   Reverse<N>::compared(x, x);
   return isnan(x.value);
+}
+template <class N>
+bool isinf(const Reverse<N>& x) {
+  Reverse<N>::compared(x, x);
+  return isinf(x.value);
+}
+template <class N>
+bool signbit(const Reverse<N>& x) {
+  Reverse<N>::compared(x, x);
+  return signbit(x.value);
 }
 template <class N>
 const Reverse<N>& conj(const Reverse<N>& x) { return x; }

@@ -29,7 +29,6 @@
 // w = f(u) has w˙ = z u˙, hence  k w_k = Σ_{j=1…k} (j u_j) z_{k−j}  (taylor_sweep.hpp).
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <concepts>
@@ -184,6 +183,7 @@ class BasicGraph {
       case Function::acos: return scaled(power(affine_square(x, -1.0), -0.5), -1.0);
       case Function::atan: return power(affine_square(x, 1.0), -1.0);
       case Function::atan2: return quotient(node.b, square_plus(x, product(node.b, node.b)));
+      case Function::hypot: return quotient(x, w);
       case Function::exp: return w;
       case Function::expm1: return sum(w, constant(1.0));
       case Function::log: return power(x, -1.0);
@@ -202,9 +202,10 @@ class BasicGraph {
     return constant(1.0);
   }
 
-  /// ∂w/∂b of atan2(a, b).
+  /// ∂w/∂b of atan2(a, b) and hypot(a, b).
   constexpr int second_slope(int w) {
     const Node node = (*this)[w];
+    if (node.function == Function::hypot) return quotient(node.b, w);
     const int square = product(node.b, node.b);
     return scaled(quotient(node.a, sum(product(node.a, node.a), square)), -1.0);
   }

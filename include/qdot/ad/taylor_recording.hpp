@@ -55,6 +55,8 @@ struct Recording {
 /// A number of a formula that is being recorded.
 class Recorded {
  public:
+  static constexpr bool is_recorded = true;
+
   constexpr Recorded() = default;
   template <class Number>
     requires std::is_arithmetic_v<Number>
@@ -108,8 +110,11 @@ class Recorded {
   }
   friend Recorded sqrt(const Recorded& x) { return pow(x, 0.5); }
   friend Recorded cbrt(const Recorded& x) { return unary(Function::cbrt, x); }
-  friend Recorded hypot(const Recorded& x, const Recorded& y) { return sqrt(x * x + y * y); }
-  friend Recorded hypot(const Recorded& x, const Recorded& y, const Recorded& z) { return sqrt(x * x + y * y + z * z); }
+  friend Recorded hypot(const Recorded& x, const Recorded& y) {
+    return binary(x, y, [](double a, double b) { return std::hypot(a, b); },
+                  [](Graph& g, int a, int b) { return g.function(Function::hypot, a, b); });
+  }
+  friend Recorded hypot(const Recorded& x, const Recorded& y, const Recorded& z) { return hypot(hypot(x, y), z); }
   friend Recorded fma(const Recorded& x, const Recorded& y, const Recorded& z) { return x * y + z; }
   friend Recorded abs2(const Recorded& x) { return x * x; }
   friend Recorded conj(const Recorded& x) { return x; }
@@ -160,6 +165,13 @@ class Recorded {
   friend Recorded min(const Recorded& x, const Recorded& y) { return compared(x, y, "min") > 0 ? y : x; }
   friend Recorded fmax(const Recorded& x, const Recorded& y) { return max(x, y); }
   friend Recorded fmin(const Recorded& x, const Recorded& y) { return min(x, y); }
+  friend Recorded copysign(const Recorded& x, const Recorded& y) {
+    return kinked(x.recording_ ? x : y, "copysign", std::copysign(x.constant_, y.constant_));
+  }
+  friend bool isfinite(const Recorded& x) { return asked(x, "isfinite", std::isfinite(x.constant_)); }
+  friend bool isnan(const Recorded& x) { return asked(x, "isnan", std::isnan(x.constant_)); }
+  friend bool isinf(const Recorded& x) { return asked(x, "isinf", std::isinf(x.constant_)); }
+  friend bool signbit(const Recorded& x) { return asked(x, "signbit", std::signbit(x.constant_)); }
 
  private:
   static Recorded wrapped(Recording& recording, int node) {
@@ -188,6 +200,10 @@ class Recorded {
   static int compared(const Recorded& x, const Recorded& y, const char* comparison) {
     if (x.recording_ || y.recording_) refuse(x.recording_ ? *x.recording_ : *y.recording_, "the comparison " + std::string(comparison));
     return x.constant_ < y.constant_ ? -1 : x.constant_ > y.constant_ ? 1 : 0;
+  }
+  static bool asked(const Recorded& x, const char* function, bool of_constant) {
+    if (x.recording_) refuse(*x.recording_, "the function " + std::string(function));
+    return of_constant;
   }
   static Recorded kinked(const Recorded& x, const char* function, double of_constant) {
     if (x.recording_) refuse(*x.recording_, "the function " + std::string(function));

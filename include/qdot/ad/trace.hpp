@@ -13,6 +13,7 @@
 // parameters and literals. Their values belong to one object, so the same run is made once more for each object when it is
 // made, and gives its own c. That run also tells whether the list is the object's at all: a functor may branch on its parameters.
 
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <type_traits>
@@ -191,6 +192,10 @@ class Traced {
   friend constexpr Traced fabs(const Traced& x) { return abs(x); }
   friend constexpr Traced floor(const Traced& x) { return of_one(Operation::floor, x); }
   friend constexpr Traced ceil(const Traced& x) { return of_one(Operation::ceil, x); }
+  friend constexpr bool isnan(const Traced& x) { return compared(x, x, x.constant_ != x.constant_); }
+  friend constexpr bool isfinite(const Traced& x) { return compared(x, x, x.constant_ - x.constant_ == 0.0); }
+  friend constexpr bool isinf(const Traced& x) { return !isnan(x) && compared(x, x, x.constant_ - x.constant_ != 0.0); }
+  friend constexpr bool signbit(const Traced& x) { return compared(x, x, (std::bit_cast<unsigned long long>(x.constant_) >> 63) != 0); }
 
  private:
   // Not inlined: what is not run by the compiler runs once for each object.

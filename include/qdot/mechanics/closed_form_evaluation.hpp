@@ -49,6 +49,17 @@ bool coefficients_written(const std::array<double, count_T>& T, const std::array
   return true;
 }
 
+// √(a² + b²); with care where a square may leave the range of double.
+template <class Number>
+[[gnu::always_inline]] inline Number root_of_squares(const Number& a, const Number& b) {
+  using std::hypot, std::sqrt;
+  if constexpr (std::is_same_v<Number, double>) {
+    const double square = a * a + b * b;
+    if (square > 0x1p-900 && square < 0x1p1000) [[likely]] return sqrt(square);
+  }
+  return hypot(a, b);
+}
+
 // f(a, b) with the C library's sine and cosine, which the compiler may merge.
 template <taylor::Function f, class Number>
 [[gnu::always_inline]] inline Number function_value(const Number& a, const Number& b) {
@@ -64,6 +75,7 @@ template <taylor::Function f, class Number>
   else if constexpr (f == Function::acos) return acos(a);
   else if constexpr (f == Function::atan) return atan(a);
   else if constexpr (f == Function::atan2) return atan2(a, b);
+  else if constexpr (f == Function::hypot) return root_of_squares(a, b);
   else if constexpr (f == Function::exp) return exp(a);
   else if constexpr (f == Function::expm1) return expm1(a);
   else if constexpr (f == Function::log) return log(a);

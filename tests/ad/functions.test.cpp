@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: MIT
+//
+// One list of functions, the same for every scalar that T and V can meet: values against the C library's, derivatives against difference
+// quotients of it in long double. What a scalar cannot take it refuses in words.
+#include "catch2_bridge.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "qdot/ad/paired_dual.hpp"
+#include "qdot/ad/position_jet.hpp"
+#include "qdot/ad/position_row.hpp"
+#include "qdot/ad/residual_record.hpp"
+#include "qdot/ad/reverse.hpp"
+#include "qdot/ad/taylor_recording.hpp"
+#include "qdot/mechanics/ensemble.hpp"
+#include "qdot/mechanics/written_out.hpp"
+
+using namespace qdot;
+using namespace qdot::detail;
+
+namespace {
+
+constexpr double at = 0.6, rate = 0.7;  // x, and its derivative along whatever a scalar differentiates along
+constexpr double rounded = 1e-13;       // a dozen operations, and (h⁴ f⁽⁵⁾ + ε/h)/30 of long double
+
+Dual<double, 1> moving(double x, double xdot) {
+  Dual<double, 1> d(x);
+  d.tangent[0] = xdot;
+  return d;
+}
+
+template <class S>
+using Values = std::vector<S>;
+
+// Each function that is one formula everywhere, with all arguments moving, and one beside plain numbers.
+template <class S>
+Values<S> analytic(const S& x) {
+  using std::acos, std::acosh, std::asin, std::asinh, std::atan, std::atan2, std::atanh, std::cbrt, std::cos, std::cosh, std::erf, std::erfc,
+      std::exp, std::exp2, std::expm1, std::fma, std::hypot, std::log, std::log10, std::log1p, std::log2, std::pow, std::sin, std::sinh, std::sqrt,
+      std::tan, std::tanh;
+  const S y = 1.5 + x;
+  return {sqrt(x), cbrt(x), exp(x), exp2(x), expm1(x), log(x), log2(x), log10(x), log1p(x), erf(x), erfc(x), sin(x), cos(x), tan(x), asin(x), acos(x),
+          atan(x), sinh(x), cosh(x), tanh(x), asinh(x), acosh(y), atanh(x), pow(x, 3), pow(x, -2), pow(x, 1.5), pow(x, y), pow(2.0, x), atan2(x, y),
+          atan2(x, 2.0), atan2(2.0, x), hypot(x, y), hypot(x, 2.0), hypot(2.0, x), hypot(x, y, x), hypot(x, 2.0, 1.5), hypot(2.0, x, y), fma(x, y, x),
+          fma(x, 2.0, 1.5), fma(2.0, x, y), fma(2.0, 1.5, x), sincos(x).sin, sincos(x).cos};
+}
+// And those that are not.
+template <class S>
+Values<S> kinked(const S& x) {
+  using std::abs, std::ceil, std::copysign, std::fabs, std::floor, std::fmax, std::fmin, std::max, std::min;
+  const S y = 1.5 + x, minus = -x;
+  return {abs(minus), fabs(minus), floor(minus), ceil(y), max(x, y), max(x, S(1.0)), min(x, y), min(y, S(1.0)), fmax(x, y), fmax(x, 1.0), fmax(1.0, y),
+          fmin(x, y), fmin(x, 1.0), fmin(1.0, y), copysign(y, minus), copysign(x, -1.0), copysign(2.0, minus)};
+}
+template <class S>
+Values<S> all(const S& x) {
+  Values<S> values = analytic(x);
+  for (const S& value : kinked(x)) values.push_back(value);
+  return values;
+}
+
+// Whatever a scalar says about f(x(t)), value and d/dt, must be what differences say.
+struct Truth {
+  std::vector<double> value, derivative;
+};
+const Truth& truth() {
+  static const Truth known = [] {
+    Truth t;
+    constexpr long double h = 1e-4L;
+    std::array<Values<long double>, 5> f;
+    for (int k = 0; k < 5; ++k) f[static_cast<std::size_t>(k)] = all<long double>(at + (k - 2) * h);
+    for (std::size_t i = 0; i < f[2].size(); ++i) {
+      t.value.push_back(static_cast<double>(f[2][i]));
+      t.derivative.push_back(static_cast<double>(rate * (f[0][i] - 8 * f[1][i] + 8 * f[3][i] - f[4][i]) / (12 * h)));
+    }
+    return t;
+  }();
+  return known;
+}
+template <class S, class ValueOf, class DerivativeOf>
+void check(const Values<S>& f, const ValueOf& value, const DerivativeOf& derivative) {
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    INFO("function " << i);
+    CHECK_THAT(value(f[i]), WithinAbs(truth().value[i], rounded * (1 + std::abs(truth().value[i]))));
+    CHECK_THAT(derivative(f[i]), WithinAbs(truth().derivative[i], 10 * rounded * (1 + std::abs(truth().derivative[i]))));
+  }
+}
+// Of scalars with a value and a rate.
+template <class S>
+void check_rates(const S& x) {
+  check(all(x), [](const S& f) { return innermost_value(f.value); },
+        [](const S& f) {
+          if constexpr (requires { f.whole(); }) return innermost_value(f.whole().rate);
+          else return innermost_value(f.rate);
+        });
+}
+
+struct Rope {
+  constexpr auto T(const auto& v) const { return 0.5 * (v[0] * v[0] + v[1] * v[1]); }
+  constexpr auto V(const auto& q) const {
+    using std::hypot;
+    return hypot(q[0], q[1]);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("every function is there for numbers and for duals of any depth") {
+  using D = Dual<double, 1>;
+  using DD = Dual<D, 1>;
+  check(all(moving(at, rate)), [](const D& f) { return f.value; }, [](const D& f) { return f.tangent[0]; });
+  check(all(DD(moving(at, rate))), [](const DD& f) { return f.value.value; }, [](const DD& f) { return f.value.tangent[0]; });
+}
+
+TEST_CASE("every function is there for the scalars of Lagrange's equations") {
+  check_rates(EulerLagrange<1>::coordinate<0>(at, rate));
+  using N = PairedDual<1>;
+  check_rates(EulerLagrange<1, N>::coordinate<0>(N::variable<0>(at, 1.0, 0.0), N(rate)));
+  HessianRecord<1> hessian(1);
+  check_rates(Graded<HessianRecord<1>>(at, rate, 0.0, 1.0, 0.0, 0, &hessian));
+  ResidualRecord<8> residual(1);
+  check_rates(Graded<ResidualRecord<8>>(LocalDual(at, 1.0, 0.0), LocalDual(rate), LocalDual(0.0), LocalDual(1.0), NoWeight(), 0, &residual));
+  SquareRecord<2> squares;
+  check_rates(GradedJet<2>::coordinate(at, rate, 0, &squares));
+}
+
+TEST_CASE("every function is there for positions") {
+  check_rates(PositionJet<2>::coordinate<0>(at, rate));
+  PositionRow<1> x(at);
+  x.rate = rate;
+  check_rates(x);
+}
+
+TEST_CASE("every function is there for packs, and for Lagrange's equations of packs") {
+  using P = Pack<2>;
+  const auto lane = [](const P& f) { return f[1]; };
+  const Values<P> values = all(P(at));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    INFO("function " << i);
+    CHECK_THAT(lane(values[i]), WithinAbs(truth().value[i], rounded * (1 + std::abs(truth().value[i]))));
+  }
+  using E = EulerLagrange<1, P>;
+  check(all(E::coordinate<0>(P(at), P(rate))), [&](const E& f) { return lane(f.value); }, [&](const E& f) { return lane(f.whole().rate); });
+}
+
+TEST_CASE("every function is there backwards") {
+  using N = Dual<double, 1>;
+  Tape<N> tape;
+  const Reverse<N> x(N(at), tape.variable(0), &tape);
+  std::vector<N> adjoint;
+  check(all(x), [](const Reverse<N>& f) { return f.value.value; },
+        [&](const Reverse<N>& f) {
+          tape.sweep(f.node, adjoint);
+          return rate * adjoint[0].value;
+        });
+}
+
+TEST_CASE("every function is there while compiling") {
+  // Lists have no length before they are run; so here at run time, operation by operation.
+  const std::size_t count = truth().value.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    INFO("function " << i);
+    static trace::Recording run;
+    run = trace::Recording();
+    run.inputs = 1;
+    const int result = all(trace::Traced(run, 0))[i].operand_in(run);
+    CHECK(!run.branches);
+    std::vector<double> number{at};
+    const auto operand = [&](int k) { return k < 0 ? run.constant[-1 - k] : number[static_cast<std::size_t>(k)]; };
+    for (int k = 0; k < run.steps; ++k)
+      number.push_back(trace::value_of_constants(run.step[k].operation, operand(run.step[k].a), operand(run.step[k].b)));
+    CHECK_THAT(operand(result), WithinAbs(truth().value[i], rounded * (1 + std::abs(truth().value[i]))));
+  }
+}
+
+TEST_CASE("every analytic function is there for series, and the others are refused in words") {
+  taylor::Recording run;
+  const taylor::Recorded x(run, run.graph.variable(0));
+  std::vector<int> outputs, slopes;
+  for (const taylor::Recorded& f : analytic(x)) outputs.push_back(f.node_in(run));
+  const int variable = 0;
+  for (const int f : outputs) slopes.push_back(run.graph.gradient(f, std::span<const int>(&variable, 1))[0]);
+  std::vector<double> number;
+  for (const taylor::Node& w : run.graph.nodes()) {
+    const auto of = [&](int k) { return k < 0 ? 0.0 : number[static_cast<std::size_t>(k)]; };
+    switch (w.kind) {
+      case taylor::Kind::constant: number.push_back(w.c); break;
+      case taylor::Kind::variable: number.push_back(at); break;
+      case taylor::Kind::affine: number.push_back(w.ca * of(w.a) + w.cb * of(w.b) + w.c); break;
+      case taylor::Kind::product: number.push_back(of(w.a) * of(w.b)); break;
+      case taylor::Kind::quotient: number.push_back(of(w.a) / of(w.b)); break;
+      case taylor::Kind::power: number.push_back(std::pow(of(w.a), w.c)); break;
+      case taylor::Kind::function: number.push_back(taylor::value_of(w.function, of(w.a), of(w.b))); break;
+    }
+  }
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    INFO("function " << i);
+    const double value = number[static_cast<std::size_t>(outputs[i])], slope = number[static_cast<std::size_t>(slopes[i])];
+    CHECK_THAT(value, WithinAbs(truth().value[i], rounded * (1 + std::abs(truth().value[i]))));
+    CHECK_THAT(rate * slope, WithinAbs(truth().derivative[i], 10 * rounded * (1 + std::abs(truth().derivative[i]))));
+  }
+  const auto refused = [&](const auto& use) {
+    try {
+      use();
+      return std::string("taken");
+    } catch (const NotAnalytic& error) {
+      return std::string(error.what());
+    }
+  };
+  const auto says = [&](const auto& use, const std::string& name) { return refused(use).find("uses the " + name) != std::string::npos; };
+  CHECK(says([&] { return abs(x); }, "function abs"));
+  CHECK(says([&] { return floor(x); }, "function floor"));
+  CHECK(says([&] { return ceil(x); }, "function ceil"));
+  CHECK(says([&] { return max(x, 1.0); }, "comparison max"));
+  CHECK(says([&] { return fmin(1.0, x); }, "comparison min"));
+  CHECK(says([&] { return copysign(1.0, x); }, "function copysign"));
+  CHECK(says([&] { return isnan(x); }, "function isnan"));
+}
+
+TEST_CASE("a function that ends has no slope beyond its end, for any scalar") {
+  const auto no_slope = [](const auto& f, double outside) {
+    using D = Dual<double, 1>;
+    using P = Pack<2>;
+    Tape<D> tape;
+    HessianRecord<1> hessian(1);
+    std::vector<D> adjoint;
+    const Reverse<D> backwards = f(Reverse<D>(D(outside), tape.variable(0), &tape));
+    tape.sweep(backwards.node, adjoint);
+    return std::isnan(f(moving(outside, 1.0)).tangent[0]) && std::isnan(f(EulerLagrange<1>::coordinate<0>(outside, 1.0)).rate) &&
+           std::isnan(f(EulerLagrange<1, P>::coordinate<0>(P(outside), P(1.0))).rate[0]) && std::isnan(f(PositionJet<1>::coordinate<0>(outside, 1.0)).rate) &&
+           std::isnan(f(Graded<HessianRecord<1>>(outside, 1.0, 0.0, 1.0, 0.0, 0, &hessian)).rate) && std::isnan(adjoint[0].value);
+  };
+  CHECK(no_slope([](const auto& x) { return log(x); }, -1.0));
+  CHECK(no_slope([](const auto& x) { return log2(x); }, -1.0));
+  CHECK(no_slope([](const auto& x) { return log10(x); }, -1.0));
+  CHECK(no_slope([](const auto& x) { return log1p(x); }, -2.0));
+  CHECK(no_slope([](const auto& x) { return atanh(x); }, 1.5));
+  CHECK(no_slope([](const auto& x) { return acosh(x); }, -1.5));
+}
+
+TEST_CASE("hypot keeps its range and its digits when it is written out") {
+  const auto system = mechanical_system<2>(written_out<2>(Rope{}));
+  for (const double size : {1e-160, 1e-9, 1.0, 1e200}) {
+    INFO(size);
+    const double q[2] = {3 * size, 4 * size}, v[2] = {};
+    double a[2] = {};
+    REQUIRE(system.energies().acceleration_in_closed_form(q, v, 0.0, a));
+    CHECK_THAT(a[0], WithinAbs(-0.6, rounded));
+    CHECK_THAT(a[1], WithinAbs(-0.8, rounded));
+  }
+}
