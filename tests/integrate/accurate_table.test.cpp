@@ -52,9 +52,10 @@ struct Energies {
   }
   template <class S>
   S V(const Vector<S, 2>& q) const {
-    using std::cos, std::sqrt;
+    using std::cos, std::pow, std::sqrt;
     if (name.starts_with("double")) return -9.81 * (2.0 * cos(q[0]) + cos(q[1]));
     if (name.starts_with("elastic")) return 0.5 * 29.43 * (q[0] - 1.0) * (q[0] - 1.0) - 9.81 * q[0] * cos(q[1]);
+    if (name.starts_with("fourth")) return 0.5 * q[0] * q[0] + pow(q[0] + q[1] - 1.0, 4);
     if (name.starts_with("Kepler")) return -1.0 / sqrt(q[0] * q[0] + q[1] * q[1]);
     if (name.starts_with("coupled")) return q[0] * q[0] + q[1] * q[1] - q[0] * q[1];
     return 0.5 * (q[0] * q[0] + q[1] * q[1]) + q[0] * q[0] * q[1] - q[1] * q[1] * q[1] / 3.0;  // Hénon-Heiles
@@ -111,6 +112,26 @@ void add_rows(Table& table, const std::string& name, const System& system, const
     }
   }
   table.rows += "|\n";
+}
+
+TEST_CASE("a coordinate that begins at zero and is not pushed yet has a power series like any other") {
+  constexpr double t_end = 10;
+  using accurate_scenes::Real;
+  const auto times = accurate_scenes::equal_times(t_end, parts);
+  const Eigen::MatrixXd exact = accurate_scenes::columns(accurate_scenes::extrapolated(
+      [](Real, const Real* y, Real* d) {
+        const Real a = y[0] + y[1] - 1;
+        d[0] = y[2], d[1] = y[3], d[2] = -y[0] - 4 * a * a * a, d[3] = -4 * a * a * a;
+      },
+      {1, 0, 0, 0}, times));
+  for (const double accuracy : {1e-3, 1e-6, 1e-9}) {
+    const auto result = accurate_simulation(mechanical_system<2>(Energies{"fourth power"}), State<2>{0.0, {1.0, 0.0}, {0.0, 0.0}}, t_end, Taylor{},
+                                            accuracy, {.output_times = times, .keep_trajectory = false});
+    INFO("accuracy " << accuracy << ": " << result.run.message);
+    REQUIRE(result.reached());
+    CHECK(true_error(result.run.samples.y, exact) <= accuracy);
+    CHECK(result.evaluations < 500);
+  }
 }
 
 TEST_CASE("estimates are honest and requests cheap, on all motions that are known exactly", "[long][table]") {

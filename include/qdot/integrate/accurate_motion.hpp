@@ -17,7 +17,8 @@
 //
 //     10⁴ ε · 2²⁶ |δẏᵢ| · duration
 //
-// is taken for zero. What is not coupled to it does not matter here either.
+// is taken for zero. What is not coupled to it does not matter here either. A component that is exactly zero all the time has no
+// size; it borrows the largest of its kind, positions of positions and velocities of velocities.
 //
 // Jumps. At an impact the velocity jumps, in two runs at times that differ by a little; between these two times the runs
 // cannot be compared. Output times there are left out, and the difference of the event times themselves, beside the
@@ -61,15 +62,30 @@ struct ComponentSizes {
   Eigen::VectorXd sizes;    // Yᵢ, or what rounding can make of the component where that is more
   std::vector<bool> zero;
 
-  // Absolute tolerances that go with a relative one; what is zero but for rounding is not asked for digits.
-  Eigen::VectorXd tolerances(double relative) const {
+  // Absolute tolerances that go with a relative one, for components that are worth no less than `scale`; what is zero but for
+  // rounding is not asked for digits.
+  Eigen::VectorXd tolerances(double relative, const Eigen::VectorXd& scale) const {
     constexpr double of_zero = 1e-2;
-    Eigen::VectorXd each = relative * sizes;
+    Eigen::VectorXd each = relative * scale;
     for (std::size_t i = 0; i < zero.size(); ++i)
       if (zero[i]) each[static_cast<Eigen::Index>(i)] = of_zero * sizes[static_cast<Eigen::Index>(i)];
     return each.cwiseMax(std::numeric_limits<double>::min());
   }
 };
+
+// Gives what is smaller beside its like than `least` a size: positions beside positions, velocities beside velocities, else all.
+inline void lend_sizes(Eigen::VectorXd& sizes, Eigen::Index dof, double least) {
+  const double all = sizes.size() > 0 ? sizes.maxCoeff() : 0.0;
+  const auto lend = [&](Eigen::Index begin, Eigen::Index count) {
+    if (count == 0) return;
+    const double alike = sizes.segment(begin, count).maxCoeff(), known = alike > 0 ? alike : all > 0 ? all : 1.0;
+    for (Eigen::Index i = begin; i < begin + count; ++i)
+      sizes[i] = sizes[i] > 0 ? std::max(sizes[i], least * known) : known;
+  };
+  lend(0, dof);
+  lend(dof, dof);
+  lend(2 * dof, sizes.size() - 2 * dof);
+}
 
 // What rounding can make of each component, seen from states (columns of y at times t); dof 0 for a system without coordinates.
 template <FirstOrderSystem F>
@@ -114,9 +130,10 @@ ComponentSizes component_sizes(const F& system, Eigen::Index dof, const Eigen::V
   if (seen.size() == 0 || seen.minCoeff() >= suspicious * seen.maxCoeff()) return result;
   const Eigen::VectorXd rounding = rounding_sizes(system, dof, t, states, duration);
   for (Eigen::Index i = 0; i < seen.size(); ++i) {
-    result.zero[static_cast<std::size_t>(i)] = seen[i] <= rounding[i];
+    result.zero[static_cast<std::size_t>(i)] = seen[i] <= rounding[i] && rounding[i] > 0;
     result.sizes[i] = std::max(seen[i], rounding[i]);
   }
+  lend_sizes(result.sizes, dof, 0.0);  // what is exactly zero all the time, and what came near it owes nothing to rounding
   return result;
 }
 

@@ -107,10 +107,47 @@ inline ToleranceLaw law_of(const Statistics& statistics) {
   return law;
 }
 
-// Sizes that the components may be expected to take, from the start alone: |y|, and what its rates add in the shortest time
-// in which a coordinate, or a velocity, changes by its own size.
+// What comes later: the largest rates that the start would have at other times of the run, and the time in which what they do
+// changes them by as much as they are.
+struct Push {
+  Eigen::VectorXd rate;
+  double time = 0.0;
+};
 template <FirstOrderSystem F>
-ComponentSizes expected_sizes(const F& system, Eigen::Index dof, double t, const Eigen::VectorXd& y, double duration) {
+Push push(const F& system, Eigen::Index dof, double t, const Eigen::VectorXd& y, double way) {
+  constexpr int looks = 16, halvings = 60;
+  constexpr double golden = 0.6180339887498949;  // no period of a drive is a multiple of it
+  Push result{Eigen::VectorXd::Zero(y.size()), std::abs(way)};
+  Eigen::VectorXd f(y.size()), strongest = Eigen::VectorXd::Zero(y.size()), moved(y.size());
+  double at = t;
+  const auto rates = [&](double time, const Eigen::VectorXd& state) {
+    try {
+      system.derivative(time, state, f);
+    } catch (const Error&) {  // a state that the model refuses says nothing
+      return false;
+    }
+    return f.allFinite();
+  };
+  for (int k = 0; k < looks; ++k) {
+    const double time = t + way * (k * golden - std::floor(k * golden));
+    if (!rates(time, y)) continue;
+    if (f.norm() > strongest.norm()) strongest = f, at = time;
+    result.rate = result.rate.cwiseMax(f.cwiseAbs());
+  }
+  for (int k = 0; k < halvings; ++k, result.time /= 2) {
+    moved = y + result.time * strongest;
+    for (Eigen::Index i = 0; i < dof; ++i) moved[i] += result.time * result.time * strongest[dof + i];
+    if (rates(at, moved) && (f - strongest).tail(y.size() - dof).norm() <= strongest.tail(y.size() - dof).norm()) break;
+  }
+  return result;
+}
+
+// Sizes that the components may be expected to take, from the start alone: |y|, and what its rates add in the shortest time
+// in which a coordinate, or a velocity, changes by its own size. Where that leaves a component nothing, or a rounding error, what
+// comes later counts too, and the sizes of its kind.
+template <FirstOrderSystem F>
+ComponentSizes expected_sizes(const F& system, Eigen::Index dof, double t, const Eigen::VectorXd& y, double way) {
+  const double duration = std::abs(way);
   Eigen::VectorXd rate = Eigen::VectorXd::Zero(y.size());
   try {
     system.derivative(t, y, rate);
@@ -127,6 +164,14 @@ ComponentSizes expected_sizes(const F& system, Eigen::Index dof, double t, const
   }
   Eigen::VectorXd sizes = y.cwiseAbs().cwiseMax(time * rate.cwiseAbs());
   for (Eigen::Index i = 0; i < dof; ++i) sizes[i] = std::max(sizes[i], time * sizes[dof + i]);
+  constexpr double least = 1e-10;
+  if (sizes.size() > 0 && sizes.minCoeff() <= least * sizes.maxCoeff()) {
+    const Push later = push(system, dof, t, y, way);
+    const Eigen::VectorXd gained = later.time * later.rate;
+    sizes = sizes.cwiseMax(gained);
+    for (Eigen::Index i = 0; i < dof; ++i) sizes[i] = std::max(sizes[i], later.time * gained[dof + i]);
+    lend_sizes(sizes, dof, least);
+  }
   return component_sizes(system, dof, sizes, {t}, y, duration);
 }
 
@@ -156,8 +201,13 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
   MotionDifference apart;
   std::string given_up;
   bool failed_before = false;
+  // Absolute tolerances hardly grow beside the relative one, whatever is seen: what is small most of the time and large for an
+  // instant (the rate of an angle about a pole) errs by another law with larger ones, and the first run would say nothing of it.
+  constexpr double most_growth = 4.0;
+  Eigen::VectorXd scale = sizes.sizes;
+  const Eigen::VectorXd largest_scale = most_growth * scale;
   while (const std::optional<double> tolerance = search.next()) {
-    const Eigen::VectorXd atol = sizes.tolerances(*tolerance);
+    const Eigen::VectorXd atol = sizes.tolerances(*tolerance, scale);
     Launched<R> now = launch(*tolerance, atol);
     result.evaluations += now.statistics.evaluations;
     result.seconds += now.statistics.wall_seconds;
@@ -180,6 +230,7 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
       continue;
     }
     sizes = component_sizes(system, dof, now.motion.sizes, now.motion.t, now.motion.y, now.motion.duration());
+    scale = sizes.sizes.cwiseMin(largest_scale);
     std::vector<double> differences;
     for (const Motion& each : before) {
       apart = difference(each, now.motion, sizes);
@@ -269,7 +320,7 @@ auto accurate_simulation(const System& system, const Start& start, double t_end,
     launched.statistics = run.statistics;
     return launched;
   };
-  auto found = detail::accurate<Run<n>>(form, dof, accuracy, detail::expected_sizes(form, dof, start.t, y0, std::abs(duration)), launch);
+  auto found = detail::accurate<Run<n>>(form, dof, accuracy, detail::expected_sizes(form, dof, start.t, y0, duration), launch);
   AccurateRun<n> result{std::move(static_cast<AccuracyReport&>(found)), std::move(found.run)};
   result.run.outcome = found.outcome;
   result.run.message = std::move(found.message);
