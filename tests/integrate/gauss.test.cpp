@@ -99,6 +99,22 @@ TEST_CASE("kinetic energies that are not quadratic, and drives, are followed as 
   CHECK((simulate(relativistic, start, 5.0, Gauss{.step = 0.05, .stages = 4}).y - exact).norm() < 1e-10);
 }
 
+TEST_CASE("an iteration that diverges is named as what it is, and T is not blamed for it") {
+  // The iteration for the stages of an oscillator contracts by about (h λ)² times the square of the stages' own matrix: h λ = 16 is too
+  // much for one to three stages, 64 for six.
+  const auto stiff = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 5e3 * q[0] * q[0]; });
+  for (const int stages : {1, 3, 6})
+    for (const double h_lambda : {16.0, 64.0, 1e5}) {
+      if (stages == 6 && h_lambda < 20) continue;
+      const auto run = simulate(stiff, State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}, h_lambda, Gauss{.step = h_lambda / 100, .stages = stages});
+      CAPTURE(stages, h_lambda);
+      CHECK(run.outcome == Outcome::corrector_failure);
+      CHECK(run.message.find("the iteration for the stages diverged: the step is too long") != std::string::npos);
+      CHECK(run.message.find("M(") == std::string::npos);
+      CHECK(run.y[0] == 1.0);
+    }
+}
+
 TEST_CASE("steps that are far too long end with their name") {
   const auto run = simulate(double_pendulum, State<2>{0.0, {2.0, 2.5}, {9.0, -9.0}}, 100.0, Gauss{.step = 10.0, .stages = 4});
   CHECK_FALSE(run.completed());

@@ -316,6 +316,26 @@ TEST_CASE("a system whose functors capture can be stepped, and its stepper be as
   CHECK_THAT(stepper.y()[0], WithinAbs(std::cos(2.0), 1e-10));
 }
 
+TEST_CASE("the first step is a number, however small the sizes of the motion and its tolerance") {
+  // An oscillator of size 1e-300: cos 1; and a fall from rest at 0, whose force is 1e308 tolerances: −½ g.
+  const auto oscillator = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.5 * q[0] * q[0]; });
+  const auto fall = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 9.81 * q[0]; });
+  const auto check = [&](const auto& method) {
+    for (const double atol : {3e-308, 1e-305}) {
+      const auto small = simulate(oscillator, State<1>{0.0, Vector<double, 1>(1e-300), Vector<double, 1>(0.0)}, 1.0, method, {.rtol = 1e-9, .atol = atol});
+      INFO(small.message);
+      CHECK(small.completed());
+      CHECK(std::abs(small.y[0] / 1e-300 - std::cos(1.0)) < 1e-6);
+      const auto fallen = simulate(fall, State<1>{0.0, Vector<double, 1>(0.0), Vector<double, 1>(0.0)}, 1.0, method, {.rtol = 1e-9, .atol = atol});
+      INFO(fallen.message);
+      CHECK(fallen.completed());
+      CHECK(std::abs(fallen.y[0] + 0.5 * 9.81) < 1e-8);
+    }
+  };
+  check(Dop853{});
+  check(Dopri5{});
+}
+
 TEST_CASE("a limit some rounding units away is reached") {
   const auto form = first_order_form(double_pendulum);
   auto stepper = Dop853{}.stepper(form, {});

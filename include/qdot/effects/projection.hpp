@@ -100,7 +100,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
     ++report.iterations;
     double change = 0.0;  // relative to the size of each coordinate
     for (Eigen::Index i = 0; i < q.size(); ++i) change = std::max(change, std::abs(step[i]) / (1.0 + std::abs(q[i])));
-    if (!std::isfinite(change)) fail("a Newton step is not finite");
+    if (!step.allFinite()) fail("a Newton step is not finite");
     q += step;
     phi = constraint_residual(scene, q, t, z);
     detail::require_finite_rows(scene, t, phi);

@@ -16,7 +16,7 @@
 // which is also the discrete variational principle of the same nodes (a Galerkin variational integrator).
 // Iteration. Vᵢ ← Vᵢ − M(Qᵢ)⁻¹ (p(Qᵢ, Vᵢ) − p − h Σⱼ aᵢⱼ Fⱼ) with M from the first guess contracts like h; the
 // guess is the polynomial of the step before, carried on. It is iterated until the change is rounding, or stops
-// getting smaller: an iteration left at 1e-10 is a drift of 1e-10 per step, and the method no longer symplectic.
+// getting smaller (or grows: then the step is too long): an iteration left at 1e-10 is a drift of 1e-10 per step, and the method no longer symplectic.
 // At the end q̇₁ follows from p(q₁, q̇₁) = p₁ the same way. p itself is carried from step to step, with q and p as
 // compensated sums (fixed_step.hpp): q̇ is only what the user sees.
 //
@@ -149,6 +149,8 @@ class GaussStepper : public detail::FixedStep<F> {
     this->y_old_ = this->y_;
     const typename Base::Y lost_old = this->lost_;
     bool converged = false;
+    diverges_ = false;
+    this->failure_ = {};
     const bool evaluated = this->attempt([&] { converged = solve(end, h); });
     if (evaluated && converged) {
       p_ = p_new_;
@@ -162,7 +164,10 @@ class GaussStepper : public detail::FixedStep<F> {
     this->lost_ = lost_old;
     guess_is_known_ = false;
     ++this->statistics_.rejected_by_corrector;
-    if (evaluated && !this->over_budget())
+    if (diverges_ && this->failure_.outcome != Outcome::stopped_by_model && !this->over_budget())
+      this->failure_ = {Outcome::corrector_failure, "the iteration for the stages diverged: the step is too long for the fastest part of "
+                                                    "the motion; take a shorter step"};
+    else if (evaluated && !this->over_budget())
       this->failure_ = {Outcome::corrector_failure, "the equations of the stages did not converge in " +
                                                         std::to_string(most_iterations) + " iterations; take a shorter step"};
     return this->give_up(h);
@@ -185,8 +190,10 @@ class GaussStepper : public detail::FixedStep<F> {
   Vec momenta(const Vec& q, const Vec& v, double t) const { return Behind::momenta(this->form(), q, v, t); }
   Matrix<double, n> inverse_mass(const Vec& q, const Vec& v, double t) const { return Behind::inverse_mass(this->form(), q, v, t); }
 
-  // The largest change beside the largest value, as a fraction of it.
-  static double relative(double change, double size) { return size > 0.0 ? change / size : change; }
+  // The largest change beside the largest value, as a fraction of it; numbers that have lost their digits to underflow do not change.
+  static double relative(double change, double size) {
+    return change < std::numeric_limits<double>::min() ? 0.0 : size > 0.0 ? change / size : change;
+  }
 
   bool solve(double end, double h) {
     const std::size_t s = V_.size();
@@ -231,7 +238,7 @@ class GaussStepper : public detail::FixedStep<F> {
     place();
     for (std::size_t i = 0; i < s; ++i) inverse_[i] = inverse_mass(Q_[i], V_[i], time(i));
     this->statistics_.linear_setups += static_cast<long>(s);
-    double before = std::numeric_limits<double>::infinity();
+    double before = std::numeric_limits<double>::infinity(), change_before = before;
     bool converged = false;
     for (int iteration = 0; iteration < most_iterations && !converged; ++iteration) {
       if (iteration > 10 && this->over_budget()) return false;  // most steps have converged by then
@@ -241,10 +248,12 @@ class GaussStepper : public detail::FixedStep<F> {
         for (std::size_t j = 0; j < s; ++j) wanted += table_.a(i_of(i), i_of(j)) * force_[j];
         const Vec correction = inverse_[i] * (p_ - momenta(Q_[i], V_[i], time(i)) + h * wanted);
         V_[i] += correction;
+        if (!V_[i].allFinite()) throw NonFinite("a stage", this->t_, "the stages of the step became infinite or NaN");
         change = std::max(change, correction.cwiseAbs().maxCoeff());
         size = std::max(size, V_[i].cwiseAbs().maxCoeff());
       }
-      if (!std::isfinite(change)) throw NonFinite("a stage", this->t_, "the stages of the step became infinite or NaN");
+      diverges_ = change > change_before;  // what the model says of stages beyond that is the iteration's fault
+      change_before = change;
       place();
       double part = relative(change, size);
       bool at_rounding = false;
@@ -289,8 +298,8 @@ class GaussStepper : public detail::FixedStep<F> {
     for (int iteration = 0; iteration < most_iterations; ++iteration) {
       const Vec correction = inverse_mass(q, v, t) * (p_new_ - momenta(q, v, t));
       v += correction;
+      if (!v.allFinite()) throw NonFinite("a velocity", t, "the velocity that belongs to the momenta is not finite");
       const double part = relative(correction.cwiseAbs().maxCoeff(), std::max(largest_v_, v.cwiseAbs().maxCoeff()));
-      if (!std::isfinite(part)) throw NonFinite("a velocity", t, "the velocity that belongs to the momenta is not finite");
       if (part < 1e-13 || (part < 1e-10 && part >= 0.5 * before)) {
         this->y_.segment(dof(), dof()) = v;
         return true;
@@ -309,6 +318,7 @@ class GaussStepper : public detail::FixedStep<F> {
   double largest_v_ = 0.0, largest_rate_ = 0.0;  // entries of V and ż since reset(); of scenes only
   double h_before_ = 0.0;
   bool guess_is_known_ = false;
+  bool diverges_ = false;  // the last change of the stages was larger than the one before
 };
 
 /// Gauss collocation of order 2·stages with a fixed step, for any T and V and for scenes; symplectic where there are neither

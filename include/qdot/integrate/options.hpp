@@ -90,11 +90,13 @@ inline void require_option(bool holds, const char* option, const char* rule, dou
   if (options.atol.size() != 1 && options.atol.size() != size)
     throw DimensionError("atol", static_cast<long>(size), static_cast<long>(options.atol.size()),
                          "give one number for all components, or one for each (positions first, then velocities)");
-  for (Eigen::Index i = 0; i < options.atol.size(); ++i)
-    require_option(is_limit(options.atol[i]) && std::isfinite(options.atol[i]),
-                   options.atol.size() == 1 ? "atol" : sentence({"atol[", i, "]"}).c_str(),
-                   "must be positive and finite", options.atol[i],
+  for (Eigen::Index i = 0; i < options.atol.size(); ++i) {
+    const double atol = options.atol[i];
+    const bool vanishes = atol > 0 && atol < std::numeric_limits<double>::min();  // 1/atol may be infinite
+    require_option(is_limit(atol) && std::isfinite(atol) && !vanishes, options.atol.size() == 1 ? "atol" : sentence({"atol[", i, "]"}).c_str(),
+                   vanishes ? "must be at least 2.3e-308 (smaller numbers lose their digits)" : "must be positive and finite", atol,
                    "give the size below which the component no longer matters");
+  }
   require_option(is_limit(options.max_step), "max_step", "must be positive", options.max_step,
                  "leave it out for no limit");
   require_option(options.initial_step >= 0 && options.initial_step <= options.max_step, "initial_step",

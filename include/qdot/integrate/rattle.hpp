@@ -167,7 +167,7 @@ class RattleStepper : public detail::FixedStep<F> {
       pushed += correction;
       double change = 0.0;  // relative to the size of each coordinate
       for (Eigen::Index i = 0; i < dof(); ++i) change = std::max(change, std::abs(correction[i]) / (1.0 + std::abs(free[i])));
-      if (!std::isfinite(change)) throw NonFinite("a constraint", t_new, "the constraints became infinite or NaN");
+      if (!correction.allFinite()) throw NonFinite("a constraint", t_new, "the constraints became infinite or NaN");
       converged = change == 0.0 || (change < 1e-12 && change >= 0.5 * before);
       before = change;
     }

@@ -279,6 +279,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
       f_norm += k_(i, 0) * scale * k_(i, 0) * scale;
     }
     double h = f_norm <= 1e-10 || y_norm <= 1e-10 ? 1e-6 : 0.01 * std::sqrt(y_norm / f_norm);
+    if (!(h > 0.0)) h = 1e-6;  // sizes whose squares are no numbers
     h = std::min({h, this->max_step_, distance});
     double change = 0.0;
     const bool evaluated = this->attempt([&] {
@@ -289,7 +290,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
         change += d * d;
       }
     });
-    if (!evaluated || !std::isfinite(change)) return 0.1 * h;
+    if (!evaluated || !std::isfinite(change + f_norm)) return 0.1 * h;
     const double curvature = std::max(std::sqrt(change) / h, std::sqrt(f_norm));
     const double wanted = curvature <= 1e-15 ? std::max(1e-6, h * 1e-3) : std::pow(0.01 / curvature, 1.0 / C::order);
     return std::min({100.0 * h, wanted, this->max_step_, distance});
