@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "qdot/integrate/event.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -186,6 +188,77 @@ TEST_CASE("what another event's action puts onto zero counts when it then moves 
   const double fall = std::sqrt(1.0 / 9.81), v = 9.81 * fall;
   check_times(times(run.events, "floor"), {fall}, 1e-12);
   CHECK_THAT(run.y[0], WithinAbs(v * (0.5 - fall) - 0.5 * 9.81 * (0.5 - fall) * (0.5 - fall), 1e-12));
+}
+
+TEST_CASE("all crossings of a function faster than the motion are found, whatever the step") {
+  // x = cos t; g = sin(ωt + 0.1) is zero at (kπ − 0.1)/ω; sin(ωx + 0.1) as often as ωx + 0.1 passes a multiple of π.
+  constexpr double t_end = 30.0;
+  const auto check = [&](const auto& method, double error) {
+    for (const double w : {20.0, 40.0, 300.0, 3000.0}) {
+      CAPTURE(method.name, w);
+      const auto of_time = [w](const auto&, const auto&, double t) { return std::sin(w * t + 0.1); };
+      const auto of_place = [w](const auto& q) { return std::sin(w * q[0] + 0.1); };
+      const auto of_both = [w](const auto& q, const auto&, double t) { return (2.0 + q[0]) * std::sin(w * t + 0.1); };
+      const auto run = simulate(oscillator, released, t_end, method, {.rtol = 1e-9},
+                                events(event("time", of_time), event("place", of_place), event("both", of_both)));
+      REQUIRE(run.completed());
+      std::vector<double> expected;
+      for (int k = 1; (k * pi - 0.1) / w < t_end; ++k) expected.push_back((k * pi - 0.1) / w);
+      REQUIRE(times(run.events, "time").size() == expected.size());
+      double worst = 0.0;
+      const auto found = times(run.events, "time"), too = times(run.events, "both");
+      for (std::size_t k = 0; k < expected.size(); ++k) worst = std::max(worst, std::abs(found[k] - expected[k]));
+      CHECK(worst < 1e-13);  // some rounding units of t
+      CHECK(too.size() == expected.size());
+      double passed = 0.0;
+      const auto count_at = [w](double t) { return std::floor((w * std::cos(t) + 0.1) / pi); };
+      for (double t = 0.0; t < t_end; t += pi) passed += std::abs(count_at(t) - count_at(std::min(t + pi, t_end)));
+      CHECK_THAT(static_cast<double>(times(run.events, "place").size()), WithinAbs(passed, error * w));
+      CHECK(run.statistics.rough_events == 0);
+    }
+  };
+  check(Dop853{}, 0.0);
+  check(qdot::Taylor{}, 0.0);
+  check(qdot::CvodeBdf{}, 0.0);
+}
+
+TEST_CASE("two roots that lie close together are found, however fast the function and short the excursion") {
+  // sin ωt + 1 − δ is negative for 2 √(2δ)/ω about each of its minima, (2k + 3/2) π/ω.
+  for (const double w : {1.0, 37.0, 400.0})
+    for (const double below : {1e-3, 1e-8}) {
+      CAPTURE(w, below);
+      const auto dip = [=](double sign) {
+        return event("dip", [=](const auto&, const auto&, double t) { return std::sin(w * t) + 1.0 - sign * below; });
+      };
+      const auto hit = simulate(oscillator, released, 10.0, qdot::Taylor{}, {.rtol = 1e-9}, events(dip(1.0)));
+      const auto missed = simulate(oscillator, released, 10.0, qdot::Taylor{}, {.rtol = 1e-9}, events(dip(-1.0)));
+      CHECK(missed.events.empty());
+      std::vector<double> expected;
+      const double half = std::acos(1.0 - below) / w;
+      for (int k = 0; (2 * k + 1.5) * pi / w + half < 10.0; ++k) {
+        expected.push_back((2 * k + 1.5) * pi / w - half);
+        expected.push_back((2 * k + 1.5) * pi / w + half);
+      }
+      constexpr double rounding_of_a_root = 1e-10;  // 1e-15/√(2δ)/ω, and half of acos' own digits
+      check_times(times(hit.events, "dip"), expected, rounding_of_a_root);
+    }
+}
+
+TEST_CASE("a function that cannot be followed is reported, and one that jumps is not") {
+  long calls = 0;
+  std::minstd_rand random(1);
+  const auto noise = simulate(oscillator, released, 1.0, Dop853{}, {}, events(event("noise", [&](const auto&) {
+                                return ++calls, 0.1 + static_cast<double>(random()) / static_cast<double>(std::minstd_rand::max());
+                              })));
+  CHECK(noise.completed());
+  CHECK(noise.events.empty());
+  CHECK(noise.statistics.rough_events > 0);
+  CHECK(noise.statistics.rough_event_time == 0.0);
+  CHECK(noise.message.find("could not be followed") != std::string::npos);
+  CHECK(calls < 1'000'000);
+  const auto jump = simulate(oscillator, released, 3.0, Dop853{}, {}, events(event("jump", [](const auto& q) { return q[0] > 0.3 ? 1.0 : -1.0; })));
+  check_times(times(jump.events, "jump"), {std::acos(0.3)}, 1e-8);
+  CHECK(jump.statistics.rough_events == 0);
 }
 
 TEST_CASE("two roots within one step are both found, in their order") {

@@ -48,8 +48,7 @@ class Driver {
   using Watch = EventWatch<F, Events...>;
   using WatchdogOf = typename WatchdogFor<F>::type;
   static constexpr int n = dof_at_compile_time<F>();
-  static constexpr long stall_window = 10'000;  // steps
-  static constexpr long most_firings = 10'000;   // in one step
+  static constexpr long stall_window = 10'000, most_firings = 50'000;  // steps; events in one step
 
  public:
   Driver(const F& system, S stepper, const Options& options, const Budget& budget, O& observer, const EventList<Events...>& events)
@@ -358,11 +357,12 @@ class Driver {
       run_.statistics.constraint_velocity = constraint_velocity_;
     }
     dog_.report(run_.statistics);
+    if constexpr (Watch::watches) watch_.report(run_.statistics);
     run_.statistics.wall_seconds = budget_.seconds();
     if (next_output_ < outputs_.size()) run_.samples.y = Eigen::MatrixXd(run_.samples.y.leftCols(static_cast<Eigen::Index>(next_output_)));
     const std::string where = sentence({"t = ", run_.t, " after ", run_.statistics.steps, " steps"});
     const bool advised = run_.message.find(advice(run_.outcome)) != std::string::npos;
-    run_.message = run_.completed() ? sentence({"reached ", where})
+    run_.message = run_.completed() ? sentence({"reached ", where, run_.statistics.rough_events > 0 ? "; an event's function could not be followed" : ""})
                                     : sentence({name(run_.outcome), " at ", where, ": ", run_.message, advised ? "" : "; ",
                                                 advised ? "" : advice(run_.outcome)});
   }

@@ -22,8 +22,12 @@
 //   crossing    Motion through zero is an event, in the asked direction of time's arrow: falling means that g becomes
 //               negative as the run goes on. A jump across zero is none, nor is g ≡ 0. The time handed out is the
 //               first double on the far side of the root.
-//   touching    g is looked at several times within a step, and between looks for its extremum; so two roots
-//               of one step are found when g gets farther across zero than the extremum's own accuracy.
+//   fast g      g may be much faster than the motion: the step is searched in panels as short as g asks for (event_finder.hpp), which
+//               for a slow g is the whole step. What is followed only with an effort without end, noise for one, is
+//               counted in Statistics::rough_events, for then roots may have been missed, and the run's message says so.
+//               An excursion across zero that is narrow beside everything else that g does may lie between all samples.
+//   touching    Between samples g is looked at for its extremum; so two roots close together are found when g gets farther
+//               across zero than the extremum's own accuracy.
 //   order       All roots of a step are taken in the order of time, those at the same time in the order of the list.
 //   muting      After an event has changed the state, g may still be zero: it counts again once it has left zero. If its action has
 //               turned or stopped the motion of g, it leaves zero to the side it came from: g is watched from the first
@@ -96,7 +100,7 @@ struct Event {
 /// The event that g(q), g(q, qdot) or g(q, qdot, t) is zero; by itself it is recorded, in either direction.
 ///
 /// @param name  as it appears in Run::events
-/// @param g     real and continuous; called some ten times for each step
+/// @param g     real and continuous; called some ten times for each step, and for each of its own fast turns
 template <class G>
 Event<G> event(std::string name, G g) {
   return {std::move(name), std::move(g), Direction::either, {}};

@@ -3,12 +3,24 @@
 //
 // Finding the zeros of functions along one step.
 //
-// A step is a polynomial y(τ), so g(τ) = g(y(τ), τ) can be looked at anywhere in it without evaluating the
-// model. Each function is sampled at some points of the step; a change of sign brackets a root, which
-// Chandrupatla's method (inverse quadratic interpolation where that is safe, bisection elsewhere) narrows to
-// neighbouring doubles. Three samples of one sign whose middle one is nearest to zero bracket an
-// extremum; successive parabolas run down to it, and if it lies across zero there are two roots.
-// Samples close to both ends of the step make sure that no extremum hides at a joint between steps.
+// A step is a polynomial y(τ), so g(τ) = g(y(τ), τ) can be looked at anywhere in it without evaluating the model. But a step is as
+// long as the motion allows, and g may be much faster than the motion. So the step is gone through in panels. A panel is sampled at
+// eight points, and is short enough when
+//
+//     E ≤ 10⁻⁴ max |g|      E: what polynomials through the other samples miss at an inner one (three of them, of degree 4, 4 and 6), or
+//     E ≤ ⅛ min |g|         where all samples have one sign: what the samples do not show cannot reach zero, or
+//     E ≲ rounding of g.
+//
+// Otherwise it is halved, and behind a good panel the next one is twice as long. For a g as slow as the motion the first panel is the
+// whole step, and all this costs some thirty multiplications. Points are spaced irregularly, so that no frequency is seen as another.
+//
+// Then a change of sign brackets a root, which Chandrupatla's method (inverse quadratic interpolation where that is safe, bisection
+// elsewhere) narrows to neighbouring doubles. Three samples of one sign whose middle one is nearest to zero bracket an extremum;
+// successive parabolas run down to it, and if it lies across zero there are two roots. Where an extremum may lie at a joint between
+// panels or steps, a sample close to the joint tells.
+//
+// Samples prove nothing: an excursion much narrower than a fifth of a panel, out of what looks like a smooth g, is not seen. A g that stays rough
+// down to what t can tell, or needs more than a million samples in a step, is searched at the samples there are, and the run says so.
 //
 // What is remembered of a function from step to step is the side of zero on which it was last seen. Side 0 means
 // "at zero": at the start of a run, or just after an event changed the state. Then its first sample off zero (by more
@@ -42,6 +54,11 @@ struct Watch {
   int came_from = 0;     // that it was on before its last root
   int home = 0;          // the side to which it may leave zero; 0 if either
   bool lost = false;     // it left zero to the other
+  bool rough = false;    // could not be followed in this step
+  int rough_panels = 0;  // in a row
+  long panels = 0;       // in this step
+  double panel = std::numeric_limits<double>::infinity();  // length of the last one
+  double rounding = 0.0; // of g
   double value = 0.0;    // at the beginning of what is left of the step
   double level = 0.0;    // what counts as zero: rounding may leave a barrier's g a hair below it
   double band = 0.0;     // distance from level that cannot be told from zero
@@ -79,9 +96,41 @@ struct Watch {
   }
 };
 
-// Where the functions are sampled, as fractions of the step.
-inline constexpr std::array<double, 7> sample_fractions{1e-4, 0.2, 0.4, 0.6, 0.8, 1.0 - 1e-4, 1.0};
-inline constexpr double ladder_ratio = 4.0;
+// Where a panel is sampled, as fractions of it.
+inline constexpr std::array<double, 8> sample_points{0.0, 0.0297, 0.1853, 0.4127, 0.6241, 0.8278, 0.9731, 1.0};
+inline constexpr std::size_t samples_in_panel = sample_points.size();
+inline constexpr double ladder_ratio = 4.0, close_to_joint = 1e-4;
+inline constexpr long most_panels = 100'000;  // in one step
+inline constexpr int most_rough_panels = 16;  // in a row
+inline constexpr double many_roundings = 16;  // sum of the weights of the samples in E, and a margin
+
+// Weights that give what the polynomial through the samples first … last, without the one at `left_out`, misses there.
+constexpr std::array<double, samples_in_panel> miss_weights(std::size_t first, std::size_t last, std::size_t left_out) {
+  std::array<double, samples_in_panel> weights{};
+  weights[left_out] = 1.0;
+  for (std::size_t j = first; j <= last; ++j) {
+    if (j == left_out) continue;
+    weights[j] = -1.0;
+    for (std::size_t k = first; k <= last; ++k)
+      if (k != j && k != left_out) weights[j] *= (sample_points[left_out] - sample_points[k]) / (sample_points[j] - sample_points[k]);
+  }
+  return weights;
+}
+
+// Whether samples of g, distances from zero, show all of it that matters for its zeros.
+inline bool shows_all(const std::array<double, samples_in_panel>& g, double rounding) {
+  constexpr std::array left = miss_weights(0, 5, 3), right = miss_weights(2, 7, 4), whole = miss_weights(0, 7, 3);
+  double a = 0.0, b = 0.0, c = 0.0, lowest = g[0], highest = g[0];
+  for (std::size_t k = 0; k < samples_in_panel; ++k) {
+    a += left[k] * g[k];
+    b += right[k] * g[k];
+    c += whole[k] * g[k];
+    lowest = std::min(lowest, g[k]);
+    highest = std::max(highest, g[k]);
+  }
+  const double missed = std::max({std::abs(a), std::abs(b), std::abs(c)});
+  return missed <= std::max(1e-4 * std::max(-lowest, highest), 0.125 * std::max(lowest, -highest)) || missed <= many_roundings * rounding;
+}
 
 // Searches [from, to] for the first root of one function; `at(t)` evaluates it.
 template <class Evaluate>
@@ -112,11 +161,57 @@ class RootSearch {
       const double t = from + std::copysign(d, to - from);
       if (t != t1 && see(t, at_(t))) return;
     }
-    for (std::size_t k = 0; k < sample_fractions.size(); ++k) {
-      const double t = sample_fractions[k] == 1.0 ? to : from + sample_fractions[k] * (to - from);
-      if ((t1 - from) * (to > from ? 1 : -1) >= std::abs(t - from)) continue;  // the ladder has been farther
-      if (see(t, known != nullptr ? known[k] : at_(t))) return;
+    std::array<double, samples_in_panel> g;
+    double length = known != nullptr ? std::abs(to - from) : std::min(watch_.panel, std::abs(to - from));
+    if (t1 != from) known = nullptr;
+    bool is_step = known != nullptr;
+    while (t1 != to) {
+      const double a = t1, left = std::abs(to - a);
+      const bool is_last = length >= left;
+      const double b = is_last ? to : a + std::copysign(length, to - a);
+      const auto at = [&](std::size_t k) { return k + 1 == samples_in_panel ? b : a + sample_points[k] * (b - a); };
+      g[0] = g1;
+      for (std::size_t k = 1; k < samples_in_panel; ++k) g[k] = (known != nullptr ? known[k] : at_(at(k))) - watch_.level;
+      known = nullptr;
+      if (is_last) length = left;
+      const double shortest = std::max(1e-9 * std::abs(to - from), 1e3 * std::numeric_limits<double>::epsilon() * std::max(std::abs(a), std::abs(b)));
+      if (!is_good(g, length <= shortest, std::exchange(is_step, false))) {
+        length *= 0.5;
+        continue;
+      }
+      watch_.panel = length;
+      if (may_turn(g, 0, 0.0) && see(a + close_to_joint * (b - a), at_(a + close_to_joint * (b - a)))) return;
+      for (std::size_t k = 1; k < samples_in_panel; ++k) {
+        if (k + 1 == samples_in_panel && may_turn(g, samples_in_panel - 3, 1.0) && see(b - close_to_joint * (b - a), at_(b - close_to_joint * (b - a)))) return;
+        if (see(at(k), g[k] + watch_.level)) return;
+      }
+      length = watch_.rough ? std::abs(to - from) : 2 * length;
     }
+    watch_.value = g1 + watch_.level;
+  }
+
+  // True when a panel shows what there is, or nothing more can be done about it: it is short, for g jumps, or there are too many.
+  bool is_good(const std::array<double, samples_in_panel>& g, bool is_short, bool is_step) {
+    if (watch_.rough) return true;
+    if (shows_all(g, 0.0)) {
+      watch_.rough_panels = 0;
+      return true;
+    }
+    if (shows_all(g, watch_.rounding)) {
+      const auto [lowest, highest] = std::minmax_element(g.begin(), g.end());
+      watch_.rough = is_step && std::max(-*lowest, *highest) <= many_roundings * watch_.rounding;  // nothing but rounding in all of the step
+      return true;
+    }
+    watch_.rough = ++watch_.panels > most_panels || (is_short && ++watch_.rough_panels > most_rough_panels);
+    return watch_.rough || is_short;
+  }
+
+  // True when the parabola through three samples turns near a joint.
+  static bool may_turn(const std::array<double, samples_in_panel>& g, std::size_t first, double joint) {
+    const double x0 = sample_points[first], x1 = sample_points[first + 1], x2 = sample_points[first + 2];
+    const double d01 = (g[first + 1] - g[first]) / (x1 - x0), d12 = (g[first + 2] - g[first + 1]) / (x2 - x1);
+    const double curvature = (d12 - d01) / (x2 - x0), slope = d01 + curvature * (2 * joint - x0 - x1);
+    return std::abs(slope) <= 0.2 * std::abs(curvature);
   }
 
   // A function at zero has moved to g: its first side.

@@ -29,6 +29,7 @@
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/polynomial.hpp"
 #include "qdot/integrate/run.hpp"
+#include "qdot/integrate/statistics.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail {
@@ -46,7 +47,7 @@ template <FirstOrderSystem F, class... Events>
 class EventWatch {
   static constexpr int n = dof_at_compile_time<F>();
   static constexpr std::size_t listed = sizeof...(Events);
-  static constexpr std::size_t points = sample_fractions.size();
+  static constexpr std::size_t points = samples_in_panel;
 
  public:
   static constexpr bool watches = listed > 0 || SwitchingSystem<F>;
@@ -82,6 +83,7 @@ class EventWatch {
       const double g = value(i, t, y);
       const double band = i >= listed ? bands_[static_cast<Eigen::Index>(i - listed)] : rounding_of(i, t, y, g);
       watches_[i].begin(g, band, fired_[i], watches_[i].value, at_start);
+      watches_[i].rounding = band;
       if (i < listed && !at_start && fired_[i] && watches_[i].side == 0) watches_[i].home = home_of(i, t, y);
     }
   }
@@ -94,13 +96,20 @@ class EventWatch {
     length_ = std::abs(to - from);
     to_ = to;
     backward_ = to < from;
-    for (std::size_t k = 0; k < points; ++k) {
-      const double elapsed = sample_fractions[k] == 1.0 ? to : from + sample_fractions[k] * (to - from);
+    for (std::size_t k = 1; k < points; ++k) {
+      const double elapsed = k + 1 == points ? to : from + sample_points[k] * (to - from);
       step_.at(elapsed, y_);
       evaluate_all(clock_.t(elapsed), y_, [&](std::size_t i, double g) { samples_[i * points + k] = g; });
     }
-    for (std::size_t i = 0; i < watches_.size(); ++i) search_one(i, from, samples_.data() + i * points);
+    for (std::size_t i = 0; i < watches_.size(); ++i) {
+      watches_[i].panels = 0;
+      watches_[i].rough = false;
+      search_one(i, from, samples_.data() + i * points);
+    }
   }
+
+  // Adds the steps in which a function could not be followed.
+  void report(Statistics& statistics) const { statistics.rough_events = rough_steps_; statistics.rough_event_time = rough_time_; }
 
   // What happens next in the step, if anything; its functions are marked as fired.
   std::optional<Firing> next() {
@@ -293,10 +302,10 @@ class EventWatch {
     return side * *before <= 0 ? (side * *after >= 0 ? side : 0) : side * *after < 0 ? side : 0;
   }
 
-  // What rounding of y does to g.
+  // What rounding of t and y does to g.
   double rounding_of(std::size_t i, double t, const Eigen::VectorXd& y, double g) {
     constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
-    double sum = 0.0;
+    double sum = std::abs(value(i, t * (1.0 + 0.25 * rounding), y) - g);
     for (Eigen::Index k = 0; k < y.size(); ++k) {
       y_ = y;
       y_[k] *= 1.0 + rounding;
@@ -310,10 +319,9 @@ class EventWatch {
       step_.at(elapsed, y_);
       return value(i, clock_.t(elapsed), y_);
     });
+    const bool was_rough = watches_[i].rough;
     search.run(from, to_, known);
-    if (watches_[i].root) return;
-    step_.at(to_, y_);
-    watches_[i].value = known != nullptr ? known[points - 1] : value(i, clock_.t(to_), y_);
+    if (watches_[i].rough && !was_rough && ++rough_steps_ == 1) rough_time_ = clock_.t(from);
   }
 
   const F& system_;
@@ -329,6 +337,8 @@ class EventWatch {
   PolynomialView step_;
   double to_ = 0.0, length_ = 0.0;
   bool backward_ = false;
+  long rough_steps_ = 0;
+  double rough_time_ = 0.0;
 };
 
 }  // namespace qdot::detail
