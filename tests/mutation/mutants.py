@@ -102,7 +102,7 @@ MUTANTS = [
     (IN + "/taylor.hpp", "step to the end: first term only", "change = change * s + dense_.col(k);", "change = dense_.col(k);", "integrate/taylor"),
     (IN + "/event_finder.hpp", "direction of an event: sign", "(from_side > 0)", "(from_side < 0)", "integrate/event"),
     (IN + "/event_finder.hpp", "grazing roots not looked for", "dip(t0, g0, t1, g1, t2, g2);", ";", "integrate/event"),
-    (IN + "/event_watch.hpp", "the last root first", "std::abs(to_ - *watches_[i].root) > std::abs(to_ - firing->t)",
-     "std::abs(to_ - *watches_[i].root) < std::abs(to_ - firing->t)", "integrate/event"),
+    (IN + "/event_watch.hpp", "the last root first", "std::abs(to_ - *watches_[i].root) > std::abs(to_ - firing->elapsed)",
+     "std::abs(to_ - *watches_[i].root) < std::abs(to_ - firing->elapsed)", "integrate/event"),
     (IN + "/energy_balance.hpp", "work: factor 1/2 dropped", "0.5 * (step.t() - *t_)", "(step.t() - *t_)", "integrate/energy_balance"),
 ]
