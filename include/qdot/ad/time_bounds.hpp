@@ -42,6 +42,7 @@ inline Interval bounds_of(Function f, const Interval& x, const Interval& y) {
     case Function::acos: return acos(x);
     case Function::atan: return atan(x);
     case Function::atan2: return atan2(x, y);
+    case Function::hypot: return hypot(x, y);
     case Function::exp: return exp(x);
     case Function::expm1: return expm1(x);
     case Function::log: return log(x);
@@ -59,7 +60,7 @@ inline Interval bounds_of(Function f, const Interval& x, const Interval& y) {
   return x;
 }
 
-/// f′ over an interval, where f is w there; of atan2, along its first argument.
+/// f′ over an interval, where f is w there; of atan2 and hypot, along the first argument.
 inline Interval slope_bounds(Function f, const Interval& x, const Interval& y, const Interval& w) {
   const auto bell = [&] { return 1.12837916709551257390 * exp(-(x * x)); };
   switch (f) {
@@ -71,6 +72,7 @@ inline Interval slope_bounds(Function f, const Interval& x, const Interval& y, c
     case Function::acos: return -1.0 / sqrt(1.0 - x * x);
     case Function::atan: return 1.0 / (1.0 + x * x);
     case Function::atan2: return y / (x * x + y * y);
+    case Function::hypot: return w.contains(0.0) ? Interval::around(-1.0, 1.0) : x / w;
     case Function::exp: return w;
     case Function::expm1: return w + 1.0;
     case Function::log: return 1.0 / x;
@@ -308,7 +310,7 @@ class TimeBounds {
       case Kind::function:
         item.value = bounds_of(node.function, a, b);
         item.along_a = slope_bounds(node.function, a, b, item.value);
-        if (node.b >= 0) item.along_b = -(a / (a * a + b * b));
+        if (node.b >= 0) item.along_b = node.function == Function::hypot ? slope_bounds(node.function, b, a, item.value) : -(a / (a * a + b * b));
         break;
       case Kind::constant:
       case Kind::variable: break;
