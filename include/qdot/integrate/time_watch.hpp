@@ -29,10 +29,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <span>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "qdot/ad/time_bounds.hpp"
@@ -196,11 +196,15 @@ class TimeWatch {
     found.t = found.recording.graph.variable(static_cast<int>(2 * dof));
     for (const int z : new_variables(found.recording, 2 * dof + 1, system_.size() - 2 * dof)) found.state.push_back(z);
     TimeOf<F>::record(found, system_);
+    t_seen_ = t;
+    stale_ = 0;
+    if (std::exchange(begun_, true) && same(found, formulas_)) return;  // behind an impact, mostly
     bounds_ = taylor::TimeBounds(found.recording.graph, found.t, found.state, found.roots);
     bounded_ = bounds_.is_needed();
     is_complete_ = found.complete;
-    t_seen_ = reach_ = horizon_ = landing_ = t;
+    reach_ = horizon_ = landing_ = t;
     wish_ = std::numeric_limits<double>::infinity();
+    formulas_ = std::move(found);
   }
 
   /// Where a step from (t, y) towards `landing` must end at the latest.
@@ -230,6 +234,15 @@ class TimeWatch {
   static constexpr double ahead = 64.0;     // steps that a look should be good for
   static constexpr int steps_of_state = 8;  // the same where the state matters as well
   static constexpr double shortest = 1e-10;  // of the way: what remains of a kink, where rates are infinite
+
+  static bool same(const TimeFormulas& a, const TimeFormulas& b) {
+    const auto& x = a.recording.graph.nodes();
+    const auto& y = b.recording.graph.nodes();
+    return a.roots == b.roots && a.complete == b.complete &&
+           std::equal(x.begin(), x.end(), y.begin(), y.end(), [](const taylor::Node& m, const taylor::Node& n) {
+             return m.kind == n.kind && m.function == n.function && m.a == n.a && m.b == n.b && m.ca == n.ca && m.cb == n.cb && m.c == n.c;
+           });
+  }
 
   // On a new way.
   template <class Y>
@@ -290,6 +303,8 @@ class TimeWatch {
 
   const F& system_;
   const Options& options_;
+  bool begun_ = false;
+  TimeFormulas formulas_;
   taylor::TimeBounds bounds_;
   bool bounded_ = false, is_complete_ = true;  // there are formulas; there is nothing else
   double spacing_ = 0.0, resolution_ = 0.0;    // of samples, and the largest so far
