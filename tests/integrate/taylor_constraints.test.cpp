@@ -121,4 +121,17 @@ TEST_CASE("a branch in a constraint is refused in words") {
                     "of its arguments; use Dop853, which takes them as they are");
 }
 
+TEST_CASE("eighty coordinates with as many constraints are factored, on the heap") {
+  // M = 2 and W = 1 of size 80: 2 v − μ = f and v = 3.
+  constexpr int n = 80;
+  detail::SaddleFactors<n, n> factors;
+  static_assert(sizeof factors < 1000);
+  using Factors = detail::SaddleFactors<n, n>;
+  REQUIRE(factors.factor(2 * Matrix<double, n>::Identity(), Matrix<double, n>::Identity()) == Factors::Verdict::regular);
+  Vector<double, n> f = Vector<double, n>::LinSpaced(1.0, 80.0), mu = Vector<double, n>::Constant(3.0);
+  factors.solve_in_place(f, mu);
+  CHECK((f - Vector<double, n>::Constant(3.0)).norm() < 1e-13);
+  CHECK((mu - (Vector<double, n>::Constant(6.0) - Vector<double, n>::LinSpaced(1.0, 80.0))).norm() < 1e-12);
+}
+
 }  // namespace

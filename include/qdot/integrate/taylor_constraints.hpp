@@ -123,7 +123,9 @@ class SaddleFactors {
   }
 
  private:
-  static constexpr int size_at_compile_time = n == Dynamic || m == Dynamic ? Dynamic : n + m;
+  // From some size on the heap is the place for it: Eigen refuses more than 128 kB of a fixed size.
+  static constexpr int largest_fixed = 64;
+  static constexpr int size_at_compile_time = n == Dynamic || m == Dynamic || n + m > largest_fixed ? Dynamic : n + m;
 
   void forward(Vector<double, n>& f) const {
     for (Eigen::Index i = 1; i < dof_; ++i)
