@@ -173,6 +173,18 @@ class ConstraintError : public Error {
   double residual_;
 };
 
+/// T, V or a force is not one formula everywhere (it compares values, or has a kink), so it has no Taylor series.
+class NotAnalytic : public Error {
+ public:
+  NotAnalytic(const std::string& what, std::string source) : Error(what), source_(std::move(source)) {}
+
+  /// What it is: "T or V", or "the force of an effect".
+  const std::string& source() const noexcept { return source_; }
+
+ private:
+  std::string source_;
+};
+
 /// Thrown by a user's functor (or by an effect) to ask the stepper for a smaller step.
 ///
 /// Any other exception ends the run and reaches the caller of the run unchanged.

@@ -23,6 +23,8 @@ class ModelWatch {
   virtual double reach(double t, const Eigen::VectorXd& y, double landing) = 0;
   virtual std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) = 0;
   virtual std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) = 0;
+  virtual std::optional<Failure> change(double t) = 0;
+  virtual void remember(double t, const Eigen::VectorXd& y) = 0;
   virtual double mass_rcond() const = 0;
   virtual void report(Statistics& statistics) const = 0;
 };
@@ -40,6 +42,8 @@ class WatchOf final : public ModelWatch {
     return dog_.look(t, y, steps, controlled);
   }
   std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) override { return dog_.look_at_values_and_mass(t, y); }
+  std::optional<Failure> change(double t) override { return dog_.change(t); }
+  void remember(double t, const Eigen::VectorXd& y) override { dog_.remember(t, y); }
   double mass_rcond() const override { return dog_.mass_rcond(); }
   void report(Statistics& statistics) const override { dog_.report(statistics); }
 
@@ -50,8 +54,6 @@ class WatchOf final : public ModelWatch {
 /// What a run holds: the model's own watchdog.
 class HeldWatch {
  public:
-  static constexpr bool looks = true;
-
   template <class System>
   HeldWatch(const System& system, const Options& options) : watch_(system.model->watch(options)) {}
 
@@ -65,6 +67,8 @@ class HeldWatch {
     return watch_->look(t, y, steps, controlled);
   }
   std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) { return watch_->look_at_values_and_mass(t, y); }
+  std::optional<Failure> change(double t) { return watch_->change(t); }
+  void remember(double t, const Eigen::VectorXd& y) { watch_->remember(t, y); }
   double mass_rcond() const { return watch_->mass_rcond(); }
   void report(Statistics& statistics) const { watch_->report(statistics); }
 

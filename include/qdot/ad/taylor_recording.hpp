@@ -27,18 +27,6 @@
 
 namespace qdot {
 
-/// T, V or a force is not one formula everywhere (it compares values, or has a kink), so it has no Taylor series.
-class NotAnalytic : public Error {
- public:
-  NotAnalytic(const std::string& what, std::string source) : Error(what), source_(std::move(source)) {}
-
-  /// What it is: "T or V", or "the force of an effect".
-  const std::string& source() const noexcept { return source_; }
-
- private:
-  std::string source_;
-};
-
 namespace taylor {
 
 /// What a recording of some functors has found.
@@ -46,6 +34,7 @@ struct Recording {
   struct Assumption {  ///< that this node never takes this value
     int node;
     double value;
+    friend bool operator==(const Assumption&, const Assumption&) = default;
   };
   Graph graph;
   std::vector<Assumption> assumptions;

@@ -296,7 +296,13 @@ auto accurate_simulation(const System& system, const Start& start, double t_end,
   long evaluations_left = options.max_evaluations;
   double seconds_left = options.max_wall_seconds;
   bool scouting = true;
+  detail::ChangeWatch model(form, options);  // what an event changed in the run before is nobody's to restore
+  model.begin(start.t, y0);
   const auto launch = [&](double rtol, const Eigen::VectorXd& atol) {
+    if (const std::optional<Failure> change = model.look(t_end))
+      throw InvalidValue("accurate_simulation() runs the motion several times, and each run must find the model as the first one did, but " +
+                         change->message.substr(change->message.find(", but ") + 6) +
+                         "; keep what an event changes in the state (a controller's z), or take simulate() with two tolerances");
     options.rtol = rtol;
     options.atol = atol;
     options.max_evaluations = std::max(evaluations_left, 1L);

@@ -38,6 +38,9 @@ class AnyStepper {
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) { held_->reset(at, y); }
   bool step(double t_limit) { return held_->step(t_limit); }
 
+  /// Whether what the stepper has recorded of its system still holds.
+  bool is_current() { return held_->is_current(); }
+
   const Failure& failure() const { return held_->failure(); }
   double t() const noexcept { return held_->t; }
   double t_previous() const noexcept { return held_->t_previous; }
@@ -62,6 +65,7 @@ class AnyStepper {
     virtual ~Held() = default;
     virtual void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& state) = 0;
     virtual bool step(double t_limit) = 0;
+    virtual bool is_current() = 0;
     virtual const Failure& failure() const = 0;
     virtual int order() const = 0;
     virtual PolynomialView polynomial() = 0;
@@ -86,6 +90,10 @@ class AnyStepper {
       const bool accepted = stepper.step(t_limit);
       look();
       return accepted;
+    }
+    bool is_current() override {
+      if constexpr (requires { stepper.is_current(); }) return stepper.is_current();
+      return true;
     }
     const Failure& failure() const override { return stepper.failure(); }
     int order() const override { return stepper.order(); }

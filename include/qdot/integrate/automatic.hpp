@@ -124,6 +124,7 @@ struct AutomaticChoice {
   AnyStepper smooth;                         ///< Dop853
   std::function<AnyStepper()> stiff;         ///< makes the stiff method's stepper, when it is wanted
   detail::SpectralRadius::Jacobian jacobian; ///< of the system
+  std::function<void()> renew = [] {};       ///< makes anew what the system of `stiff` and `jacobian` keeps of its functors
   std::string reason;                        ///< why the first of them is the first
 };
 
@@ -137,6 +138,7 @@ class AutomaticStepper {
   AutomaticStepper(AutomaticChoice choice, Eigen::Index size)
       : steppers_{std::move(choice.series), std::move(choice.smooth), std::nullopt},
         make_stiff_(std::move(choice.stiff)),
+        renew_(std::move(choice.renew)),
         radius_(size, std::move(choice.jacobian)),
         check_every_(std::max<Eigen::Index>(16, 4 * size)) {
     statistics_.limited_by.assign(static_cast<std::size_t>(size), 0);
@@ -150,14 +152,18 @@ class AutomaticStepper {
   ///
   /// @throws as the stepper of the smooth method does
   void reset(const Moment& moment, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    renew_();
     use(first());
+    const auto go_on_smoothly = [&](const char* why) {
+      use(smooth), at(smooth).reset(moment, y), say(why);
+    };
     if (active_ == series) {
       try {
         at(series).reset(moment, y);
       } catch (const NonFinite&) {
-        use(smooth);
-        at(smooth).reset(moment, y);
-        say("the motion is not analytic at the start");
+        go_on_smoothly("the motion is not analytic at the start");
+      } catch (const NotAnalytic&) {  // as it was when the run began
+        go_on_smoothly("T, V or an effect has a branch or a kink by now");
       }
     } else {
       at(smooth).reset(moment, y);
@@ -186,6 +192,7 @@ class AutomaticStepper {
     return accepted;
   }
 
+  bool is_current() { return at(active_).is_current(); }  ///< whether what the active method has recorded still holds
   const Failure& failure() const { return steppers_[active_]->failure(); }
   double t() const noexcept { return steppers_[active_]->t(); }
   double t_previous() const noexcept { return steppers_[active_]->t_previous(); }
@@ -321,6 +328,7 @@ class AutomaticStepper {
 
   std::array<std::optional<AnyStepper>, 3> steppers_;
   std::function<AnyStepper()> make_stiff_;
+  std::function<void()> renew_;
   detail::SpectralRadius radius_;
   Eigen::Index check_every_;
   Member active_ = smooth, next_ = smooth;  // next_: from the next step on
@@ -370,12 +378,13 @@ struct AutomaticWith {
   /// A stepper for `system`, which it copies. The stiff method's is made when it is needed.
   template <FirstOrderSystem F>
   AutomaticStepper stepper(const F& system, const Options& options) const {
-    const auto kept = std::make_shared<const F>(system);
+    const auto kept = std::make_shared<F>(system);
     AutomaticChoice choice{
         .series = std::nullopt,
         .smooth = any_stepper(Dop853{}, system, options),
         .stiff = [kept, options, method = stiff] { return any_stepper(method, *kept, options); },
         .jacobian = [kept](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) { kept->jacobian(t, y, J); },
+        .renew = [kept] { detail::renew(*kept); },
         .reason = SwitchingSystem<F> ? "equations that switch have no power series" : "the system is more than T and V"};
     if constexpr (detail::is_recordable<F>::value)
       detail::choose_first(choice, system.size(), options,

@@ -77,7 +77,7 @@ class AnySystem {
  public:
   template <FirstOrderSystem F>
   explicit AnySystem(F system)
-      : object_(new F(std::move(system)), [](const void* p) { delete static_cast<const F*>(p); }),
+      : object_(new F(std::move(system)), [](void* p) { delete static_cast<F*>(p); }),
         size_(static_cast<const F*>(object_.get())->size()),
         derivative_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) {
           static_cast<const F*>(p)->derivative(t, y, ydot);
@@ -85,6 +85,7 @@ class AnySystem {
         jacobian_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) {
           static_cast<const F*>(p)->jacobian(t, y, J);
         }),
+        renew_([](void* p) { detail::renew(*static_cast<F*>(p)); }),
         make_banded_(banded_equations_of<F>()),
         project_(projection_of<F>()),
         component_name_(
@@ -103,6 +104,9 @@ class AnySystem {
   std::pair<double, double> project(double t, Eigen::Ref<Eigen::VectorXd> y) const {
     return project_(object_.get(), t, y);
   }
+
+  /// Makes anew what the system keeps of its functors.
+  void renew() { renew_(object_.get()); }
 
   /// ydot ← f(t, y). @throws NonFinite when it is not finite, and whatever the model throws.
   void derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
@@ -161,10 +165,11 @@ class AnySystem {
     return {component, t, sentence({component, " is ", value, " at t = ", t})};
   }
 
-  std::unique_ptr<const void, void (*)(const void*)> object_;
+  std::unique_ptr<void, void (*)(void*)> object_;
   Eigen::Index size_;
   void (*derivative_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::VectorXd>);
   void (*jacobian_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::MatrixXd>);
+  void (*renew_)(void*);
   MakeBanded make_banded_;
   Project project_;
   std::string (*component_name_)(const void*, Eigen::Index);
@@ -177,6 +182,7 @@ class GuardedSystem {
       : system_(std::move(system)), budget_(options), start_y_(system_.size()), start_ydot_(system_.size()), projected_(system_.size()) {}
 
   const AnySystem& system() const noexcept { return system_; }
+  void renew() { system_.renew(); }
 
   /// Evaluates f at the start of a run, from where CVODE counts its time, and keeps it for CVODE's first call; throws like the model.
   void start(const Moment& at, const ConstVector& y) {

@@ -186,6 +186,7 @@ inline void Core::reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd
   for (Eigen::Index i = 0; i < n; ++i)
     if (!std::isfinite(y0[i]))
       detail::throw_invalid_value({guard.system().component_name(i), " must be finite at the start, but is ", y0[i], "; give it a number"});
+  guard.renew();
   guard.start(at, y0);
   t = t_previous = t0;
   elapsed = elapsed_before = at.elapsed;

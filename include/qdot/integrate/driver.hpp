@@ -93,31 +93,35 @@ class Driver {
   bool leg(double landing) {
     clock_.head_for(landing);
     while (elapsed_ != clock_.length()) {
-      if (!stepper_.step(dog_.reach(stepper_, landing))) return end(stepper_.failure().outcome, stepper_.failure().message + why(stepper_.failure().outcome));
+      if (!stepper_.step(dog_.reach(stepper_, landing))) return stuck();
       if (!state_is_sound() || !projected() || !watched(landing) || !kept() || !within_budget(landing)) return false;
     }
     return true;
   }
 
-  // Looks at the state now and then, and always where something may change (watch.hpp). Before the observer, who may change it.
-  bool watched(double landing) {
-    if constexpr (WatchdogOf::looks) {
-      if (!dog_.is_due(std::abs(reached() - elapsed_)) && stepper_.t() != landing) return true;
-      projected_ = stepper_.y();
-      return looked_at(stepper_.t(), projected_) || kept_last();
-    }
-    return true;
+  // No step was taken; if somebody changed the model, that is the reason.
+  [[gnu::cold]] bool stuck() {
+    if (const std::optional<Failure> change = dog_.change(run_.t)) return end(*change);
+    return end(stepper_.failure().outcome, stepper_.failure().message + why(stepper_.failure().outcome));
   }
 
-  // The state at which a run ends is kept, unless an event in its last step might have cut it off. False.
-  bool kept_last() {
-    if constexpr (!Watch::watches) keep();
-    return false;
+  // Looks at the state now and then, and always where something may change (watch.hpp). Before the observer, who may change it.
+  bool watched(double landing) {
+    if (!dog_.is_due(std::abs(reached() - elapsed_)) && stepper_.t() != landing) return true;
+    projected_ = stepper_.y();
+    if (!looked_at(stepper_.t(), projected_)) {
+      if constexpr (!Watch::watches) keep();  // an event in this last step might have cut it off
+      return false;
+    }
+    if (stepper_.t() != landing) dog_.remember(stepper_.t(), projected_);
+    return true;
   }
 
   bool looked_at(double t, const Eigen::VectorXd& y) {
     const Statistics& s = stepper_.statistics();
-    const std::optional<Failure> trouble = dog_.look(t, y, s.steps, s.limiting_component() >= 0);
+    std::optional<Failure> trouble = dog_.look(t, y, s.steps, s.limiting_component() >= 0);
+    if constexpr (requires { stepper_.is_current(); })
+      if (!trouble && !stepper_.is_current()) trouble = other_formula();
     return !trouble || end(*trouble);
   }
 
@@ -384,11 +388,10 @@ class Driver {
   Run<n> run_;
   std::vector<double> outputs_;
   std::size_t next_output_ = 0;
-  Eigen::VectorXd scratch_;
+  Eigen::VectorXd scratch_, projected_;
   long restarts_ = 0, projections_ = 0;
   long steps_mark_ = 0, restarts_mark_ = 0;  // when the stall was last looked for
   double constraint_residual_ = 0.0, constraint_velocity_ = 0.0;
-  Eigen::VectorXd projected_;
   Clock clock_;           // of this leg
   double elapsed_ = 0.0;  // on it, at run_.t
   double t_end_ = 0.0, stall_mark_ = 0.0;

@@ -74,6 +74,8 @@ bool attempted(Failure& failure, Evaluation&& evaluation) {
     failure = {Outcome::singular_mass_matrix, error.what()};
   } catch (const ConstraintError& error) {
     failure = {Outcome::constraint_failure, error.what()};
+  } catch (const NotAnalytic& error) {
+    failure = {Outcome::model_changed, error.what()};
   } catch (const RecoverableError& error) {
     failure = {Outcome::refused_by_model, error.what()};
   } catch (const StopRequest& request) {
@@ -122,9 +124,10 @@ class OneStep {
     }
   }
 
-  // Takes over a start; the direction of time is open again.
+  // Takes over a start, and the model as it is now; the direction of time is open again.
   void begin(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     const double t = at.t();
+    renew(form_.value);
     if (y.size() != size())
       throw DimensionError("y", static_cast<long>(size()), static_cast<long>(y.size()),
                            "pass one entry for each component of the system");

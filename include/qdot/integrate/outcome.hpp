@@ -46,6 +46,7 @@ enum class Outcome {
   corrector_failure,      ///< the implicit equations of a step could not be solved
   linear_solver_failure,  ///< the linear equations of a step could not be solved
   accuracy_not_reached,   ///< what was asked for needs more digits than double has
+  model_changed,          ///< a functor gives another value than before at the same time and state
   energy_drift,           ///< T and V conserve an energy, but it changed far more than the tolerances allow
   solver_error            ///< the method reports a fault of its own; please report it
 };
@@ -72,6 +73,7 @@ constexpr std::string_view name(Outcome outcome) noexcept {
     case Outcome::corrector_failure: return "corrector_failure";
     case Outcome::linear_solver_failure: return "linear_solver_failure";
     case Outcome::accuracy_not_reached: return "accuracy_not_reached";
+    case Outcome::model_changed: return "model_changed";
     case Outcome::energy_drift: return "energy_drift";
     case Outcome::solver_error: return "solver_error";
   }
@@ -112,6 +114,9 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
       return "the Jacobian may be wrong or the right-hand side may jump; check both at the last state.";
     case Outcome::linear_solver_failure: return "check the Jacobian at the last state for huge or missing entries.";
     case Outcome::accuracy_not_reached: return "ask for less accuracy (raise rtol and atol), or for a shorter time.";
+    case Outcome::model_changed:
+      return "change what functors read in the action of an event or at a stop time (stop_times), or make it the state of a "
+             "controller(Q, zdot, z0).";
     case Outcome::energy_drift:
       return "let T and V be smooth and depend on nothing but their arguments: T(q, qdot, t) or V(q, t) where the time matters, "
              "an event where V jumps; or raise energy_drift_limit.";

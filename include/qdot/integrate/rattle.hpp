@@ -88,15 +88,8 @@ class RattleStepper : public detail::FixedStep<F> {
   RattleStepper(F system, int order, double step, const Options& options)
       : Base(std::move(system), "rattle", order, step, options), substeps_(detail::rattle_substeps(order)) {
     detail::require_option(!substeps_.empty(), "order", "must be 2, 4, 6 or 8", order, "4 is usual");
-    const Vec zero = Vec::Zero(dof()), one = Vec::Ones(dof());
-    const auto& mechanical = scene().system();
-    M_ = mass_matrix(mechanical, zero, zero);
-    const Matrix<double, n> change = mass_matrix(mechanical, zero, one) - M_;
-    if (!(change.cwiseAbs().maxCoeff() <= 1e-12 * M_.cwiseAbs().maxCoeff()))
-      throw InvalidValue("Rattle needs a kinetic energy that is quadratic in qdot, but its mass matrix differs between qdot = 0 and "
-                         "qdot = 1; use Gauss");
-    inverse_ = detail::inverse_mass_matrix(mechanical, zero, zero, 0.0);
-    q_ = v_ = a_ = lost_q_ = lost_v_ = zero;
+    q_ = v_ = a_ = lost_q_ = lost_v_ = Vec::Zero(dof());
+    invert_mass_matrix();
   }
 
   /// Starts (afresh) at (t, y), which must satisfy the constraints; evaluates the accelerations once there.
@@ -104,6 +97,7 @@ class RattleStepper : public detail::FixedStep<F> {
   /// @throws as RungeKuttaStepper::reset
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     this->begin(at, y);
+    invert_mass_matrix();
     arrived_ = false;
   }
 
@@ -144,6 +138,17 @@ class RattleStepper : public detail::FixedStep<F> {
   static constexpr int most_iterations = 50;
 
   const Sc& scene() const { return this->form().scene(); }
+
+  void invert_mass_matrix() {
+    const Vec zero = Vec::Zero(dof()), one = Vec::Ones(dof());
+    const auto& mechanical = scene().system();
+    M_ = mass_matrix(mechanical, zero, zero);
+    const Matrix<double, n> change = mass_matrix(mechanical, zero, one) - M_;
+    if (!(change.cwiseAbs().maxCoeff() <= 1e-12 * M_.cwiseAbs().maxCoeff()))
+      throw InvalidValue("Rattle needs a kinetic energy that is quadratic in qdot, but its mass matrix differs between qdot = 0 and "
+                         "qdot = 1; use Gauss");
+    inverse_ = detail::inverse_mass_matrix(mechanical, zero, zero, 0.0);
+  }
 
   // Force and normals at q_.
   void arrive(double t) {

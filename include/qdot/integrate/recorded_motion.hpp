@@ -21,9 +21,13 @@
 //     a(q, q̇, t) = 0       c = a ,                          W = ∂a/∂q̇ .
 //
 // One that switches on and off is refused by the compiler.
+//
+// A recording holds as long as nothing changes that the functors read besides their arguments. still_holds() runs them again and
+// compares.
 
 #include <Eigen/Core>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <vector>
@@ -49,6 +53,9 @@ struct RecordedMotion {
   std::vector<int> mass = {};  // lower triangle, row by row
   std::vector<int> rows = {}, jacobian = {};  // of the constraints: c, and W row by row
   std::vector<std::string> row_names = {};
+  std::vector<int> returned = {};  // by the functors, in the order of their calls
+  std::vector<int> returned_before = {};  // kept for their memory: a run that finds nothing new allocates nothing
+  std::vector<taylor::Recording::Assumption> assumed_before = {};
 };
 
 template <class Energies, int n>
@@ -102,6 +109,60 @@ Vector<taylor::Recorded, n> recorded_vector(taylor::Recording& recording, const 
   return x;
 }
 
+// Runs of the functors: each notes the nodes of what they return.
+
+template <int n, class Energies>
+void run_energies(RecordedMotion& m, const Energies& energies) {
+  m.recording.source = "T or V";
+  const taylor::Recorded t(m.recording, m.t);
+  const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
+  const int T = kinetic<n>(energies, q, v, t).node_in(m.recording);
+  const int V = potential<n>(energies, q, t).node_in(m.recording);
+  m.returned.push_back(T);
+  m.returned.push_back(V);
+}
+
+// Forces, then rates of the effects' own states.
+template <class Sc>
+void run_forces(RecordedMotion& m, const SceneForm<Sc>& form) {
+  constexpr int n = Sc::dof_at_compile_time, states = Sc::states_at_compile_time;
+  m.recording.source = "the force of an effect";
+  const taylor::Recorded t(m.recording, m.t);
+  const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
+  const auto z = recorded_vector<states>(m.recording, m.z);
+  const auto Q = effect_forces(form.scene(), q, v, z, t);
+  for (Eigen::Index i = 0; i < Q.size(); ++i) m.returned.push_back(Q[i].node_in(m.recording));
+  if constexpr (states > 0) {
+    const auto rates = state_rates(form.scene(), q, v, z, t);
+    for (Eigen::Index i = 0; i < rates.size(); ++i) m.returned.push_back(rates[i].node_in(m.recording));
+  }
+}
+
+template <class E>
+std::string_view recorded_name(const E& e) {
+  if constexpr (requires { e.name; }) return e.name;
+  return "constraint";
+}
+
+// φ or a of an effect, if it is a constraint.
+template <int n, class E>
+void run_rows(RecordedMotion& m, const E& e) {
+  if constexpr (ConstraintEffect<E, n>) {
+    m.recording.source = "the constraint '";
+    m.recording.source.append(recorded_name(e)).append("'");
+    const taylor::Recorded t(m.recording, m.t);
+    const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
+    const auto rows = [&] {
+      if constexpr (HolonomicEffect<E, n>) {
+        return as_rows(e.phi(q, t));
+      } else {
+        return as_rows(e.velocity_constraint(q, v, t));
+      }
+    }();
+    for (Eigen::Index i = 0; i < rows.size(); ++i) m.returned.push_back(rows[i].node_in(m.recording));
+  }
+}
+
 // Of T and V alone.
 template <int n, class Energies>
 RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof) {
@@ -110,10 +171,8 @@ RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof) {
   m.q = new_variables(m.recording, 0, dof);
   m.qdot = new_variables(m.recording, dof, dof);
   m.t = graph.variable(static_cast<int>(2 * dof));
-  const taylor::Recorded t(m.recording, m.t);
-  const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
-  const int T = kinetic<n>(energies, q, v, t).node_in(m.recording);
-  const int V = potential<n>(energies, q, t).node_in(m.recording);
+  run_energies<n>(m, energies);
+  const int T = m.returned[0], V = m.returned[1];
   m.p = graph.gradient(T, m.qdot);
   m.force = graph.gradient(graph.difference(T, V), m.q);
   for (std::size_t i = 0; i < m.p.size(); ++i) {
@@ -125,34 +184,21 @@ RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof) {
 
 // One effect, if it is a constraint.
 template <int n, class E>
-  requires(!ConstraintEffect<E, n>)
-void record_constraint(RecordedMotion&, const E&) {}
-
-template <int n, ConstraintEffect<n> E>
 void record_constraint(RecordedMotion& m, const E& e) {
   taylor::Graph& graph = m.recording.graph;
-  std::string name = "constraint";
-  if constexpr (requires { e.name; }) name = e.name;
-  m.recording.source = "the constraint '" + name + "'";
-  const taylor::Recorded t(m.recording, m.t);
-  const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
-  const auto add = [&](const auto& rows, const std::vector<int>& variables) {
-    for (Eigen::Index i = 0; i < rows.size(); ++i) {
-      int c = rows[i].node_in(m.recording);
-      const std::vector<int> W = graph.gradient(c, variables);
-      if constexpr (HolonomicEffect<E, n>) {
-        c = graph.gradient(c, std::vector<int>{m.t})[0];
-        for (std::size_t j = 0; j < W.size(); ++j) c = graph.sum(c, graph.product(W[j], m.qdot[j]));
-      }
-      m.rows.push_back(c);
-      m.jacobian.insert(m.jacobian.end(), W.begin(), W.end());
-      m.row_names.push_back(name + (rows.size() == 1 ? "" : "[" + std::to_string(i) + "]"));
+  const std::size_t first = m.returned.size();
+  run_rows<n>(m, e);
+  const std::size_t rows = m.returned.size() - first;
+  for (std::size_t i = 0; i < rows; ++i) {
+    int c = m.returned[first + i];
+    const std::vector<int> W = graph.gradient(c, HolonomicEffect<E, n> ? m.q : m.qdot);
+    if constexpr (HolonomicEffect<E, n>) {
+      c = graph.gradient(c, std::vector<int>{m.t})[0];
+      for (std::size_t j = 0; j < W.size(); ++j) c = graph.sum(c, graph.product(W[j], m.qdot[j]));
     }
-  };
-  if constexpr (HolonomicEffect<E, n>) {
-    add(as_rows(e.phi(q, t)), m.q);
-  } else {
-    add(as_rows(e.velocity_constraint(q, v, t)), m.qdot);
+    m.rows.push_back(c);
+    m.jacobian.insert(m.jacobian.end(), W.begin(), W.end());
+    m.row_names.push_back(std::string(recorded_name(e)) + (rows == 1 ? "" : "[" + std::to_string(i) + "]"));
   }
 }
 
@@ -169,25 +215,46 @@ RecordedMotion recorded_motion(const FirstOrderForm<Sys>& form) {
 /// @throws NotAnalytic  one of them compares values or has a kink
 template <class Sc>
 RecordedMotion recorded_motion(const SceneForm<Sc>& form) {
-  constexpr int n = Sc::dof_at_compile_time, states = Sc::states_at_compile_time;
+  constexpr int n = Sc::dof_at_compile_time;
   RecordedMotion m = recorded_energies<n>(form.scene().system().energies(), form.dof());
   if constexpr (Sc::has_forces) {
-    m.recording.source = "the force of an effect";
-    m.z = new_variables(m.recording, 2 * form.dof() + 1, states);
-    const taylor::Recorded t(m.recording, m.t);
-    const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
-    const auto z = recorded_vector<states>(m.recording, m.z);
-    const auto Q = effect_forces(form.scene(), q, v, z, t);
-    for (std::size_t i = 0; i < m.force.size(); ++i)
-      m.force[i] = m.recording.graph.sum(m.force[i], Q[static_cast<Eigen::Index>(i)].node_in(m.recording));
-    if constexpr (states > 0) {
-      const auto rates = state_rates(form.scene(), q, v, z, t);
-      for (Eigen::Index i = 0; i < rates.size(); ++i) m.zdot.push_back(rates[i].node_in(m.recording));
-    }
+    m.z = new_variables(m.recording, 2 * form.dof() + 1, Sc::states_at_compile_time);
+    const std::size_t first = m.returned.size(), rates = first + m.force.size();
+    run_forces(m, form);
+    for (std::size_t i = 0; i < m.force.size(); ++i) m.force[i] = m.recording.graph.sum(m.force[i], m.returned[first + i]);
+    m.zdot.assign(m.returned.begin() + static_cast<std::ptrdiff_t>(rates), m.returned.end());
   }
   if constexpr (Sc::has_constraints)
     std::apply([&](const auto&... effect) { (record_constraint<n>(m, effect), ...); }, form.scene().effects());
   return m;
+}
+
+template <class Sys>
+void run_again(RecordedMotion& m, const FirstOrderForm<Sys>& form) {
+  run_energies<Sys::dof_at_compile_time>(m, form.system().energies());
+}
+template <class Sc>
+void run_again(RecordedMotion& m, const SceneForm<Sc>& form) {
+  constexpr int n = Sc::dof_at_compile_time;
+  run_energies<n>(m, form.scene().system().energies());
+  if constexpr (Sc::has_forces) run_forces(m, form);
+  if constexpr (Sc::has_constraints) std::apply([&](const auto&... effect) { (run_rows<n>(m, effect), ...); }, form.scene().effects());
+}
+
+/// Whether the functors of `form` are the formulas that were recorded, with the same constants.
+///
+/// Runs them once more. A graph makes every node once, so the same formulas give the same nodes: a few hash look-ups for each
+/// operation, and no derivative.
+///
+/// @throws NotAnalytic  one of them compares values or has a kink by now
+template <class Form>
+bool still_holds(RecordedMotion& m, const Form& form) {
+  m.returned.swap(m.returned_before);
+  m.returned.clear();
+  m.recording.assumptions.swap(m.assumed_before);
+  m.recording.assumptions.clear();
+  run_again(m, form);
+  return m.returned == m.returned_before && m.recording.assumptions == m.assumed_before;
 }
 
 }  // namespace detail

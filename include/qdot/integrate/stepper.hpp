@@ -16,8 +16,10 @@
 //
 //   moment()        where t() is, counted from the origin (moment.hpp). reset() takes a Moment as well. A stepper that counts in
 //                   t alone may leave moment() out; then short steps at a large t are as rough as its t is.
-//   reset(t, y)     evaluates f there and throws its typed errors. Allocates nothing. May be called
-//                   at any time, also after a failure or an exception, and forgets all history.
+//   reset(t, y)     evaluates f there and throws its typed errors. Allocates nothing, but for reading the
+//                   model again where the method keeps something of it. May be called
+//                   at any time, also after a failure or an exception, and forgets all history: what was
+//                   recorded or factored of functors is made again, for what they read may have changed.
 //                   The direction of time is that of the next t_limit.
 //   step(t_limit)   takes one accepted step, rejected attempts included, and lands on t_limit with
 //                   t() == t_limit exactly when it comes that far. Evaluates f in front of t_limit

@@ -45,17 +45,8 @@ class SplittingStepper : public detail::FixedStep<F> {
       : Base(std::move(system), std::string(detail::splitting(scheme).name), detail::splitting(scheme).order, step,
              options),
         scheme_(detail::splitting(scheme)) {
-    const Vector<double, n> zero = Vector<double, n>::Zero(dof());
-    const Vector<double, n> one = Vector<double, n>::Ones(dof());
-    const auto& mechanical = this->form().system();
-    const Matrix<double, n> M = mass_matrix(mechanical, zero, zero);
-    const Matrix<double, n> change = mass_matrix(mechanical, zero, one) - M;
-    if (!(change.cwiseAbs().maxCoeff() <= 1e-12 * M.cwiseAbs().maxCoeff()))
-      throw InvalidValue("a splitting method needs a kinetic energy that is quadratic in qdot, but its mass matrix differs "
-                         "between qdot = 0 and qdot = 1; use Gauss");
-    inverse_ = detail::solved_with_mass_matrix(mechanical, M, Matrix<double, n>(Matrix<double, n>::Identity(dof(), dof())), 0.0);
-    inverse_ = Matrix<double, n>(0.5 * (inverse_ + inverse_.transpose()));  // exactly symmetric, hence symplectic
-    qddot_ = zero;
+    qddot_ = Vector<double, n>::Zero(dof());
+    invert_mass_matrix();
   }
 
   /// Starts (afresh) at (t, y); evaluates the accelerations once there.
@@ -63,6 +54,7 @@ class SplittingStepper : public detail::FixedStep<F> {
   /// @throws as RungeKuttaStepper::reset
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     this->begin(at, y);
+    invert_mass_matrix();
     force_is_current_ = false;
   }
 
@@ -94,6 +86,19 @@ class SplittingStepper : public detail::FixedStep<F> {
   }
 
  private:
+  void invert_mass_matrix() {
+    const Vector<double, n> zero = Vector<double, n>::Zero(dof());
+    const Vector<double, n> one = Vector<double, n>::Ones(dof());
+    const auto& mechanical = this->form().system();
+    const Matrix<double, n> M = mass_matrix(mechanical, zero, zero);
+    const Matrix<double, n> change = mass_matrix(mechanical, zero, one) - M;
+    if (!(change.cwiseAbs().maxCoeff() <= 1e-12 * M.cwiseAbs().maxCoeff()))
+      throw InvalidValue("a splitting method needs a kinetic energy that is quadratic in qdot, but its mass matrix differs "
+                         "between qdot = 0 and qdot = 1; use Gauss");
+    inverse_ = detail::solved_with_mass_matrix(mechanical, M, Matrix<double, n>(Matrix<double, n>::Identity(dof(), dof())), 0.0);
+    inverse_ = Matrix<double, n>(0.5 * (inverse_ + inverse_.transpose()));  // exactly symmetric, hence symplectic
+  }
+
   void kick(double bh, double t) {
     if (!force_is_current_) {
       const Vector<double, n> q = this->y_.head(dof());

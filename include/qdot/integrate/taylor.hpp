@@ -37,6 +37,9 @@
 // so that the test compares with the equations on the constraints; a step from whose end there is no way back is rejected. Six
 // rejections in a row beside rows that are nearly dependent are a singular position, and end the run as constraint_failure.
 //
+// Recordings. At each reset the functors are run again, a few hash look-ups for each of their operations; where they have become
+// other formulas, or their constants others, everything is made anew. The driver asks for the same at its looks.
+//
 // What does not fit: formulas with branches (NotAnalytic at construction), points where they are not
 // analytic (a root or a broken power of zero: outcome non_finite), contacts and friction that sticks (refused
 // by the compiler), and stiff systems.
@@ -89,12 +92,14 @@ class TaylorStepper : public detail::OneStep<F> {
     return std::clamp(static_cast<int>(std::ceil(2.0 - 0.5 * std::log(rtol))), 6, 24);
   }
 
-  /// Starts (afresh) at (t, y); evaluates the equations once there.
+  /// Starts (afresh) at (t, y) with the functors as they are now; evaluates the equations once there.
   ///
-  /// @throws as RungeKuttaStepper::reset
+  /// @throws as RungeKuttaStepper::reset; NotAnalytic as the constructor
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     this->begin(at, y);
     const double t = this->clock_.shown(this->elapsed_);
+    series_.renew(this->form());
+    steps_before_ = this->statistics_.steps;
     lost_.setZero();
     expansion_is_current_ = false;
     unit_ = 1.0;
@@ -149,6 +154,9 @@ class TaylorStepper : public detail::OneStep<F> {
     }
     return this->give_up(h);
   }
+
+  /// Whether the functors still are the formulas that were recorded at the last reset; asked for only when an observer may have come between.
+  bool is_current() { return this->statistics_.steps <= steps_before_ + 1 || series_.is_of(this->form()); }
 
   /// The last step's series.
   PolynomialView polynomial() {
@@ -288,6 +296,7 @@ class TaylorStepper : public detail::OneStep<F> {
   double unit_ = 1.0;        // of time in series_
   double dense_unit_ = 1.0;  // of time in dense_
   double h_last_ = 0.0;
+  long steps_before_ = 0;    // the last reset
   double residual_ = 0.0, velocity_residual_ = 0.0;  // of y_new_ on the constraints
   bool expansion_is_current_ = false;  // series_ was begun at the present state
   Y y_new_, f_new_, slope_, lost_, lost_new_;

@@ -109,7 +109,8 @@ class LagrangeSeries {
     if constexpr (has_plan) {
       if (make_by_plan(form, highest_order)) return;
     }
-    RecordedMotion m = recorded_motion(form);
+    recorded_ = recorded_motion(form);
+    RecordedMotion& m = recorded_;
     const taylor::Graph& graph = m.recording.graph;
     for (const int node : m.mass) mass_is_constant_ = mass_is_constant_ && graph[node].kind == taylor::Kind::constant;
     taylor::SweepOutputs outputs{.early = m.p, .series = m.force, .values = m.mass, .late = m.qdot};
@@ -144,6 +145,22 @@ class LagrangeSeries {
     coefficients_.setZero(static_cast<Eigen::Index>(motion_.size()), highest_order + 1);
     M_.setZero(dof, dof);
     solution_.setZero(dof);
+  }
+
+  /// Runs the functors again; where they have become other formulas, or their constants others, everything is made anew.
+  ///
+  /// @throws NotAnalytic  one of them compares values or has a kink by now
+  void renew(const F& form) {
+    if (!is_of(form)) *this = LagrangeSeries(form, static_cast<int>(coefficients_.cols()) - 1);
+  }
+
+  /// Whether the functors of `form` still are the formulas that were recorded, with the same constants.
+  ///
+  /// @throws NotAnalytic  as renew()
+  bool is_of(const F& form) {
+    if (goes_by_plan_) return true;  // of numbers that are in the object
+    if constexpr (requires { run_again(recorded_, form); }) return still_holds(recorded_, form);
+    return true;  // of a system that hides its functors
   }
 
   /// Orders 0 and 1 at a state: column 1 of coefficients() is then time_unit·[q̇; q̈].
@@ -281,6 +298,7 @@ class LagrangeSeries {
   };
 
   Names names_;
+  RecordedMotion recorded_;  // where there is no plan
   taylor::Sweep sweep_;
   std::vector<int> motion_, p_, force_, zdot_, mass_;  // slots; motion: q, q̇, then z
   int t_ = 0;

@@ -30,13 +30,14 @@
 //                   little can be out of proportion to that.) Methods with a step of fixed length promise no tolerance and
 //                   are not judged. Forces of effects do work: energy_balance.hpp is for them.
 //     time          No step passes over what nobody looked at (time_watch.hpp).
-//
+//     f             of all systems: whether the right-hand side is what it was at the same time and state (change_watch.hpp).
 //     values        T and V must have some. Their slopes are numbers only where they do, but not every value is needed for q̈: a
 //                   constant that is NaN, or a sum that overflows, moves nothing. The energy that it makes NaN is one all the same.
 //
-// When. At the start, after steps 1, 3, 7, 15, 31, 63, then every 64th, at stop times and at the end; after every step while
+// When. At the start, after steps 1, 3, 7, 15, 31, 63, then every 61st (a prime: what alternates from step to step, or with another
+// short period, must not look the same at all looks), at stop times and at the end; after every step while
 // rcond(M) is below 1e-6, and where the step has become eight times shorter since the last look. At stop times and where an event
-// changes the state h is compared afresh: a legitimate change of the model belongs there. With more than eleven coordinates the looks
+// changes the state h and f are compared afresh: a legitimate change of the model belongs there. With more than eleven coordinates the looks
 // are rarer, n²/64 to n²/8 steps apart. They are not counted as evaluations.
 // For a double pendulum they cost about one percent of the time with Dopri5 and BDF, and half a percent with Dop853 and Taylor
 // (half of what was measured with a look at every 32nd step).
@@ -53,6 +54,7 @@
 
 #include "qdot/ad/dual.hpp"
 #include "qdot/error.hpp"
+#include "qdot/integrate/change_watch.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"
@@ -132,13 +134,11 @@ class Watchdog {
   }();
 
  public:
-  static constexpr bool looks = Behind::is_mechanical;
-
-  Watchdog(const F& system, const Options& options) : system_(system), options_(options), clock_(system, options), wait_(shortest_wait()) {}
+  Watchdog(const F& system, const Options& options)
+      : system_(system), options_(options), clock_(system, options), changes_(system, options), wait_(shortest_wait()) {}
 
   /// True when the state after a step of length h ought to be looked at.
   bool is_due(double h) {
-    if constexpr (!looks) return (void)h, false;
     if (++steps_since_ < wait_ && !(h < 0.125 * step_seen_)) return false;
     step_seen_ = h;
     return true;
@@ -146,6 +146,7 @@ class Watchdog {
 
   /// Begins at a state: the start, or behind a stop time or a change of the state, from where h is compared anew.
   void begin(double t, const Eigen::VectorXd& y, long steps) {
+    changes_.begin(t, y);
     reference_.reset();
     if constexpr (TimeWatch<F>::watches) clock_.begin(t);
     if constexpr (looks_at_energy) wait_ = shortest_wait();
@@ -178,7 +179,8 @@ class Watchdog {
   std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) {
     steps_since_ = 0;
     wait_ = std::min(2 * wait_, longest_wait());
-    std::optional<Failure> trouble = look_at_values_and_mass(t, y);
+    std::optional<Failure> trouble = changes_.look(t);
+    if (!trouble) trouble = look_at_values_and_mass(t, y);
     if constexpr (looks_at_energy)
       if (!trouble && reference_ && controlled) trouble = look_at_energy(t, y, steps);
     return trouble;
@@ -204,6 +206,12 @@ class Watchdog {
     }
     return (void)t, (void)y, std::nullopt;
   }
+
+  /// What the functors give now that they did not give before, asked where the method is at its wits' end; nothing if they are as they were.
+  std::optional<Failure> change(double t) { return changes_.look(t); }
+
+  /// Keeps what the next look compares with, at a state from which the motion goes on.
+  void remember(double t, const Eigen::VectorXd& y) { changes_.remember(t, y); }
 
   /// rcond at a state.
   [[gnu::noinline]] std::optional<Failure> look_at_mass(double t, const Eigen::VectorXd& y) {
@@ -258,7 +266,7 @@ class Watchdog {
   }
   long longest_wait() const {
     const Eigen::Index dof = system_.size() / 2;
-    return static_cast<long>(std::max<Eigen::Index>(64, dof * dof / 8));
+    return static_cast<long>(std::max<Eigen::Index>(61, (dof * dof / 8) | 1));
   }
 
   // What an evaluation gives; nothing where the model refuses. It has been evaluated there before: it is the watch that must not
@@ -350,6 +358,7 @@ class Watchdog {
   const F& system_;
   const Options& options_;
   [[no_unique_address]] std::conditional_t<TimeWatch<F>::watches, TimeWatch<F>, NoTimeWatch> clock_;
+  ChangeWatch<F> changes_;
   long wait_, steps_since_ = 0;
   double step_seen_ = 0.0;
   double mass_rcond_ = 1.0, mass_rcond_time_ = 0.0, constraint_rcond_ = 1.0, constraint_rcond_time_ = 0.0;

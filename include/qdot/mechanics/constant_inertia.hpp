@@ -1,14 +1,14 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A mass matrix that is factored once for a whole run.
+// A mass matrix that is factored once, and again only where a method starts afresh.
 //
 // T(qdot) that is quadratic has the same M everywhere, and M q̈ = −∂V/∂q is all there is. That T is quadratic is not believed
 // but seen: its operations are written down (ad/reverse.hpp), and sums of products of two velocities, without a comparison
 // on the way, are quadratic wherever else they are evaluated. Anything else, such as the kinetic energy of a
 // relativistic particle, keeps its M(q̇).
 //
-// Made when a run begins and never written to afterwards: copies of it may work in several threads.
+// Made when a method begins and never written to afterwards: copies of it may work in several threads.
 
 #include <memory>
 #include <utility>

@@ -70,6 +70,13 @@ class FirstOrderForm {
 
   const Sys& system() const noexcept { return system_; }
 
+  /// Factors a constant M again, for T may read what has changed meanwhile.
+  void renew()
+    requires detail::may_keep_inertia<Sys>
+  {
+    inertia_ = detail::ConstantInertia<Sys>(system_);
+  }
+
   /// Number of components, 2n.
   Eigen::Index size() const noexcept { return 2 * system_.dof(); }
 
@@ -145,8 +152,18 @@ class FirstOrderForm {
   }
 
   Sys system_;
-  detail::ConstantInertia<Sys> inertia_;  // factored once, where M is constant
+  detail::ConstantInertia<Sys> inertia_;  // factored once in a leg, where M is constant
 };
+
+namespace detail {
+
+// Makes anew what a system keeps of its functors, if it keeps something: a method begins with the model as it is then.
+template <class F>
+void renew(F& system) {
+  if constexpr (requires { system.renew(); }) system.renew();
+}
+
+}  // namespace detail
 
 /// The first-order form of a mechanical system.
 template <class E, int n, Inertia I>

@@ -56,6 +56,15 @@ struct Example<KineticAndPotential<Kinetic, Potential>> {
   }
 };
 
+// Objects whose parameters lie in themselves: of a pointer or a reference the compiler knows no bits.
+template <class E>
+constexpr auto bits_of_example() {
+  return std::bit_cast<std::array<std::byte, sizeof(E)>>(Example<E>::template object<0>());
+}
+template <class E>
+concept HoldsItsParameters = std::is_empty_v<E> || (std::is_trivially_copyable_v<E> &&
+                                                    requires { typename std::bool_constant<((void)bits_of_example<E>(), true)>; });
+
 enum class Energy { T, V };
 
 // A run of T or V. The inputs are q, q̇ and t, whether it reads them or not.

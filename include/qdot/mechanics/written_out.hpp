@@ -19,7 +19,8 @@
 // What T and V may do is what a list can hold: entries of q and q̇, size(), dot(), squaredNorm(), norm(), sum(), arithmetic and the functions
 // of <cmath>; no other functions of Eigen, and no branch on q, q̇ or t. They may branch on their parameters. An object
 // whose parameters lead elsewhere than those that the compiler tried is evaluated by the general way: right, but ten times as slow or more.
-// The compiler tries the default values of a class that has them, and numbers below one for the captures of a lambda.
+// The compiler tries the default values of a class that has them, and numbers below one for the captures of a lambda. Parameters are read when
+// the object is made, so they must be numbers in it and not behind a pointer.
 
 #include <array>
 #include <cstddef>
@@ -49,6 +50,9 @@ consteval bool require_written_out() {
                   "qdot: written_out runs T and V while compiling and needs an object for that: give each parameter of your class a default "
                   "value (double m = 1.0;), or use lambdas that capture nothing but doubles, by value");
     if constexpr (Example<E>::exists) {
+      static_assert(HoldsItsParameters<E>,
+                    "qdot: written_out reads the parameters of T and V once, so they must be numbers in the object itself and not behind a "
+                    "pointer or a reference, where they may change unseen: leave written_out away for such a class");
       static_assert(RunsWhileCompiling<n, Energy::T, E, 0>,
                     "qdot: written_out cannot run the kinetic energy T while compiling: mark T constexpr, or the functor that places point "
                     "masses and planar bodies, and use no function that is not constexpr (the cosine of a plain number is none: store its "

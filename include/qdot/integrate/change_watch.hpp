@@ -1,0 +1,203 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Is the right-hand side a function?
+//
+// Methods take it for granted: that f(t, y) is the same whenever it is asked for. A stage of the last step is the first of the
+// next, a multistep method believes its past, a power series is made from what was recorded, a step is rejected and taken anew. A
+// force that reads a variable which an observer writes to, or that counts its own calls, is no such f, and what comes out
+// depends on the method and on its steps. So f is asked twice. Where a leg begins (the start, a stop time, an event that changes
+// the state) and at each look its values at (t, y) are kept; at the next look it is evaluated *there* again:
+//
+//     rates          q̈ and ż, by the equations of motion themselves: without recordings or factors that somebody keeps
+//     constraints    φ and φ̇, since a projection follows φ where φ̈ shows nothing
+//     guards         gaps, and what holds friction back
+//
+// Two comparisons a look, with the values of the leg's begin and with those of the last look: the first sees what creeps, the
+// second what had no influence where the leg began.
+//
+// Tolerance. The same instructions on the same numbers give the same bits, however stiff, near to singular, huge or tiny
+// the system is, so an honest one is not judged at all. Bits that differ may still be rounding, where the order of a sum depends on
+// threads or on the alignment of memory, or a functor iterates from where it stopped before. So a difference δ in component i
+// is a change of the model only if rounding does not explain it,
+//
+//     |δ| > Σⱼ |fᵢ(y + 2⁻³⁶ yⱼ eⱼ) − fᵢ(y)|   and   |δ| > 2⁻³⁶ |fᵢ| ,          2⁻³⁶ = 1.5e-11 ,
+//
+// a hundred thousand times what rounding of y does, with all the bad condition that f has there; and, for rates, if it
+// matters to the accuracy that was asked for: |δ| times the time since the leg began > rtol |yᵢ| + atolᵢ.
+//
+// A state where f cannot be evaluated is not compared: the method itself will meet that.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/ad/vector.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/run.hpp"
+#include "qdot/mechanics/equations_of_motion.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail {
+
+/// The values of a first-order system at a state: rates, then constraints, then guards.
+template <FirstOrderSystem F>
+class ModelValues {
+ public:
+  explicit ModelValues(const F& system) : system_(system) {}
+
+  /// out ← all of them. False where they cannot be evaluated, or are not finite.
+  [[gnu::noinline]] bool at(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
+    try {
+      write(t, y, out);
+    } catch (...) {
+      return false;
+    }
+    return all_finite(out.data(), out.size());
+  }
+
+  Eigen::Index rates() const { return system_.size(); }
+
+  /// In words.
+  std::string name(Eigen::Index i) const {
+    if (i < rates()) return sentence({"the rate of ", system_.component_name(i)});
+    if constexpr (has_constraints) {
+      const auto names = constraint_names(system_.scene());
+      const auto rows = static_cast<Eigen::Index>(names.size()), k = i - rates();
+      if (k < 2 * rows) return sentence({k < rows ? "the constraint '" : "the velocity of the constraint '", names[static_cast<std::size_t>(k % rows)], "'"});
+    }
+    return "the gap of a contact or the limit of a friction";
+  }
+
+ private:
+  static constexpr bool has_constraints = requires { requires F::has_constraints; };
+
+  void write(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
+    const Eigen::Index size = system_.size();
+    out.setZero(size);
+    if constexpr (requires { system_.system().energies(); }) {
+      const State<dof_at_compile_time<F>()> at = system_.state(t, y);
+      const auto a = acceleration(system_.system(), at.q, at.qdot, t);  // with no factors of M that the form keeps
+      std::copy_n(a.data(), a.size(), std::copy_n(at.qdot.data(), at.qdot.size(), out.data()));
+    } else {
+      system_.derivative(t, y, out);
+    }
+    if constexpr (has_constraints) {
+      constexpr int n = F::dof_at_compile_time;
+      const Eigen::Index k = system_.dof();
+      const Vector<double, n> q = y.head(k), qdot = y.segment(k, k);
+      const Eigen::VectorXd z = y.tail(y.size() - 2 * k);
+      append(out, constraint_residual(system_.scene(), q, t, z));
+      append(out, constraint_velocity(system_.scene(), q, qdot, t, z));
+    }
+    if constexpr (SwitchingSystem<F>) {
+      Eigen::VectorXd g(system_.guard_count());
+      system_.guards(t, y, g);
+      append(out, g);
+    }
+  }
+
+  template <class Part>
+  static void append(Eigen::VectorXd& out, const Part& part) {
+    const Eigen::Index size = out.size();
+    out.conservativeResize(size + part.size());
+    std::copy_n(part.data(), part.size(), out.data() + size);
+  }
+
+  const F& system_;
+};
+
+// The trouble with what has been recorded or read of functors, and is something else by now.
+inline Failure other_formula() {
+  return {Outcome::model_changed, "between events and stop times functors must depend on nothing but their arguments, but T, V or an effect has "
+                                  "become another formula, or the same with another constant"};
+}
+
+/// Compares a run's right-hand side with what it was.
+template <FirstOrderSystem F>
+class ChangeWatch {
+ public:
+  ChangeWatch(const F& system, const Options& options) : values_(system), options_(options) {}
+
+  /// Begins a leg: whatever changed before was allowed to.
+  void begin(double t, const Eigen::VectorXd& y) {
+    keep(first_, t, y);
+    latest_.is_known = false;
+  }
+
+  /// Keeps the values at a state for the next look.
+  void remember(double t, const Eigen::VectorXd& y) { keep(latest_, t, y); }
+
+  /// What is not as it was, if something is.
+  std::optional<Failure> look(double t) {
+    for (const Seen* seen : {&latest_, &first_})
+      if (seen->is_known && values_.at(seen->t, seen->y, now_) && !is_same(*seen))
+        if (const std::optional<Eigen::Index> i = changed(*seen, std::abs(t - first_.t) + 4 * std::numeric_limits<double>::epsilon() * std::abs(t))) return failure(*seen, *i, t);
+    return std::nullopt;
+  }
+
+ private:
+  static constexpr double rounding = 0x1p-36;
+
+  struct Seen {
+    bool is_known = false;
+    double t = 0.0;
+    Eigen::VectorXd y, values;
+  };
+
+  void keep(Seen& seen, double t, const Eigen::VectorXd& y) {
+    seen.t = t;
+    seen.y = y;
+    seen.is_known = values_.at(t, y, seen.values);
+  }
+
+  bool is_same(const Seen& seen) const {
+    return now_.size() == seen.values.size() &&
+           std::memcmp(now_.data(), seen.values.data(), static_cast<std::size_t>(now_.size()) * sizeof(double)) == 0;
+  }
+
+  // The component that changed most, of those whose change rounding does not explain.
+  [[gnu::cold, gnu::noinline]] std::optional<Eigen::Index> changed(const Seen& seen, double duration) {
+    const Eigen::Index size = std::min(now_.size(), seen.values.size());
+    Eigen::VectorXd explained = rounding * now_.cwiseAbs(), moved = seen.y, there;
+    for (Eigen::Index j = 0; j < moved.size(); ++j) {
+      moved[j] += rounding * moved[j];
+      if (moved[j] != seen.y[j] && values_.at(seen.t, moved, there) && there.size() == now_.size()) explained += (there - now_).cwiseAbs();
+      moved[j] = seen.y[j];
+    }
+    std::optional<Eigen::Index> worst;
+    double largest = 0.0;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const double change = std::abs(now_[i] - seen.values[i]);
+      if (!(change > explained[i])) continue;
+      if (i < values_.rates() && !(change * duration > options_.rtol * std::abs(seen.y[i]) + options_.atol[i])) continue;
+      const double part = change / std::max(std::abs(now_[i]), std::abs(seen.values[i]));
+      if (part > largest) {
+        largest = part;
+        worst = i;
+      }
+    }
+    return worst;
+  }
+
+  [[gnu::cold, gnu::noinline]] Failure failure(const Seen& seen, Eigen::Index i, double t) const {
+    return {Outcome::model_changed,
+            sentence({"between events and stop times functors must depend on nothing but their arguments, but ", values_.name(i), " at t = ",
+                      seen.t, " was ", seen.values[i], " and is ", now_[i], " when it is evaluated there again at t = ", t})};
+  }
+
+  ModelValues<F> values_;
+  const Options& options_;
+  Seen first_, latest_;
+  Eigen::VectorXd now_;
+};
+
+}  // namespace qdot::detail
