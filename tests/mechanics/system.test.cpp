@@ -107,6 +107,13 @@ TEST_CASE("one object with members T and V, two functors, and T alone all make a
   CHECK(mechanical_system(7, constant_inertia).dof() == 7);
 }
 
+TEST_CASE("a fixed number of coordinates that the stack does not hold goes to the heap by itself") {
+  const auto many = mechanical_system<130>([](const auto& qdot) { return 0.5 * qdot.squaredNorm(); }, [](const auto& q) { return 9.81 * q.sum(); });
+  CHECK(many.dof() == 130);
+  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(130);
+  CHECK((qdot::acceleration(many, rest, rest).array() + 9.81).abs().maxCoeff() < 1e-14);
+}
+
 TEST_CASE("coordinates bear the user's names, and their velocities too") {
   const auto plain = mechanical_system<2>(constant_inertia);
   CHECK(plain.coordinate_name(1) == "q1");

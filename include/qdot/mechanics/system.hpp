@@ -168,18 +168,24 @@ auto system_of_one(E energies, Eigen::Index dof) {
   }
 }
 
+// Beyond this, a matrix of n × n is more than Eigen puts on the stack, and n is kept at run time.
+inline constexpr int largest_fixed_size = 128;
+template <int n>
+inline constexpr int held_as = n > largest_fixed_size ? Dynamic : n;
+
 }  // namespace detail
 
-/// The system with n coordinates, n known at compile time, and energies T and V.
+/// The system with n coordinates, n known at compile time, and energies T and V. With more than 128 its vectors are of dynamic size, as
+/// of the system below.
 template <int n, class Kinetic, class Potential>
 auto mechanical_system(Kinetic T, Potential V) {
-  return detail::checked_system<n>(KineticAndPotential<Kinetic, Potential>{std::move(T), std::move(V)}, n);
+  return detail::checked_system<detail::held_as<n>>(KineticAndPotential<Kinetic, Potential>{std::move(T), std::move(V)}, n);
 }
 
 /// The same from one object with members T and V, or from T alone when there is no potential.
 template <int n, class Energies>
 auto mechanical_system(Energies energies) {
-  return detail::system_of_one<n>(std::move(energies), n);
+  return detail::system_of_one<detail::held_as<n>>(std::move(energies), n);
 }
 
 /// The system whose number of coordinates is known only at run time; q and qdot are dynamic vectors.
