@@ -334,3 +334,12 @@ TEST_CASE("a trajectory that is kept is as accurate between the times at which i
 }
 
 }  // namespace
+
+TEST_CASE("a model that the first of several runs has left changed is refused") {
+  double k = 1.0;
+  const auto spring = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [&k](const auto& q) { return 0.5 * k * q[0] * q[0]; });
+  const State<1> start{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)};
+  CHECK(accurate_simulation(spring, start, 3.0, Dop853{}, 1e-8).run.completed());
+  const auto stiffer = events(event("stiffer", [](const auto&, const auto&, const auto& t) { return t - 1.0; }).then([&k](State<1>&) { k = 4.0; }));
+  CHECK_THROWS_AS(accurate_simulation(spring, start, 3.0, Dop853{}, 1e-8, Options{}, stiffer), InvalidValue);
+}
