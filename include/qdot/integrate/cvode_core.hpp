@@ -12,9 +12,9 @@
 // close to t, a t of 1.7e9 would cost it every motion of less than some 1e-5 s (moment.hpp).
 //
 // Around each step:
-//   floor      The smallest step is set to 16 ε|its t|, which that can just still feel. Without it a model
+//   floor      The smallest step is set to some rounding units (moment.hpp). Without it a model
 //              that turns to NaN, or a solution with a pole, costs 10⁵ evaluations before CVODE gives
-//              up; with it 10² to 10³. It is renewed for every step because it grows with t.
+//              up; with it 10² to 10³. It is renewed for every step.
 //   watch      GuardedSystem holds back the model's exceptions; they are rethrown here.
 //   blame      The component with the largest weighted local error is counted, and named in messages.
 //   words      Messages are built here from flag, t, h, order and component. CVODE's own would differ
@@ -214,7 +214,7 @@ inline bool Core::step(double t_limit) {
   }
   direction = sign;
   const double stop = length - guard.began;  // in CVODE's time
-  smallest = std::min(16 * epsilon * std::abs(elapsed - guard.began), max_step);
+  smallest = std::min({guard.clock.least_step(elapsed), std::abs(stop - (elapsed - guard.began)), max_step});
   require(CVodeSetMinStep(memory.get(), smallest), "CVodeSetMinStep");
   require(CVodeSetStopTime(memory.get(), stop), "CVodeSetStopTime");
 

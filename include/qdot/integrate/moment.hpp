@@ -73,6 +73,13 @@ class Clock {
   /// What rounding has carried over the limit is taken back to it.
   double within(double elapsed) const noexcept { return length_ > 0 ? std::min(elapsed, length_) : std::max(elapsed, length_); }
 
+  /// The smallest |h| worth a try: 16 rounding units of what has elapsed, or of t where the way left is longer than t itself. A model
+  /// without a solution is left there, be it at the very start.
+  double least_step(double elapsed) const noexcept {
+    return 16 * std::numeric_limits<double>::epsilon() *
+           std::max(std::abs(elapsed), std::min(std::abs(origin_ + elapsed), std::abs(length_ - elapsed)));
+  }
+
   /// A step that ends about here ends on a double t, if that makes no difference to it.
   double rounded(double elapsed, double h) const noexcept {
     const double on_the_clock = (origin_ + elapsed) - origin_;

@@ -14,7 +14,7 @@
 //   time      Steps count what has elapsed since the origin of reset() (moment.hpp); t is for readers and functors.
 //   trouble   NonFinite, MassMatrixError and RecoverableError from the model mean "not here": the
 //             step was too long for the model's domain. The method tries a shorter one, down to the
-//             floor 16 ε|elapsed| which can just still be felt. Then the last trouble names the outcome.
+//             floor of some rounding units (moment.hpp). Then the last trouble names the outcome.
 //             StopRequest ends the run at once; all other exceptions pass through.
 //   account   steps, rejections, the component with the largest weighted error.
 
@@ -189,8 +189,8 @@ class OneStep {
     return {origin, scale, coefficients, y_.size(), degree, clock_.origin(), elapsed_before_, elapsed_};
   }
 
-  // The smallest |h| that can still be felt.
-  double smallest_step() const noexcept { return 16 * epsilon * std::abs(elapsed_); }
+  // The smallest |h| that is tried.
+  double smallest_step() const noexcept { return clock_.least_step(elapsed_); }
 
   // Notes an accepted step, whose largest weighted error was in component `worst` (−1: none was estimated).
   void accept(double elapsed_new, Eigen::Index worst) {
