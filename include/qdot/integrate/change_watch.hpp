@@ -13,8 +13,9 @@
 //     constraints    φ and φ̇, since a projection follows φ where φ̈ shows nothing
 //     guards         gaps, and what holds friction back
 //
-// Two comparisons a look, with the values of the leg's begin and with those of the last look: the first sees what creeps, the
-// second what had no influence where the leg began.
+// It is compared with the values of a look before, and at every fourth look with those of the leg's begin as well: the first sees
+// what had no influence where the leg began, the second what creeps. Values are kept anew at the first seven looks and then
+// at every fourth, so that a look costs one evaluation and a half.
 //
 // Tolerance. The same instructions on the same numbers give the same bits, however stiff, near to singular, huge or tiny
 // the system is, so an honest one is not judged at all. Bits that differ may still be rounding, where the order of a sum depends on
@@ -131,21 +132,26 @@ class ChangeWatch {
   void begin(double t, const Eigen::VectorXd& y) {
     keep(first_, t, y);
     latest_.is_known = false;
+    looks_ = 0;
   }
 
   /// Keeps the values at a state for the next look.
-  void remember(double t, const Eigen::VectorXd& y) { keep(latest_, t, y); }
+  void remember(double t, const Eigen::VectorXd& y) {
+    if (looks_ < 8 || looks_ % thinned == 0) keep(latest_, t, y);
+  }
 
   /// What is not as it was, if something is.
   std::optional<Failure> look(double t) {
+    const bool both = ++looks_ % thinned == 0 || !latest_.is_known;
     for (const Seen* seen : {&latest_, &first_})
-      if (seen->is_known && values_.at(seen->t, seen->y, now_) && !is_same(*seen))
+      if (seen->is_known && (seen == &latest_ || both) && values_.at(seen->t, seen->y, now_) && !is_same(*seen))
         if (const std::optional<Eigen::Index> i = changed(*seen, std::abs(t - first_.t) + 4 * std::numeric_limits<double>::epsilon() * std::abs(t))) return failure(*seen, *i, t);
     return std::nullopt;
   }
 
  private:
   static constexpr double rounding = 0x1p-36;
+  static constexpr long thinned = 4;
 
   struct Seen {
     bool is_known = false;
@@ -197,6 +203,7 @@ class ChangeWatch {
   ModelValues<F> values_;
   const Options& options_;
   Seen first_, latest_;
+  long looks_ = 0;  // in this leg
   Eigen::VectorXd now_;
 };
 
