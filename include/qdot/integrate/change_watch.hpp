@@ -81,36 +81,30 @@ class ModelValues {
  private:
   static constexpr bool has_constraints = requires { requires F::has_constraints; };
 
+  // Allocates nothing where n is fixed and out has been written to before.
   void write(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
     const Eigen::Index size = system_.size();
-    out.setZero(size);
+    Eigen::Index guards = 0;
+    if constexpr (SwitchingSystem<F>) guards = system_.guard_count();
+    if constexpr (has_constraints) {
+      constexpr int n = F::dof_at_compile_time;
+      const Eigen::Index k = system_.dof();
+      const Vector<double, n> q = y.head(k), qdot = y.segment(k, k);
+      const Vector<double, std::remove_cvref_t<decltype(system_.scene())>::states_at_compile_time> z = y.tail(size - 2 * k);
+      const auto phi = constraint_residual(system_.scene(), q, t, z), velocity = constraint_velocity(system_.scene(), q, qdot, t, z);
+      out.resize(size + 2 * phi.size() + guards);
+      std::copy_n(velocity.data(), velocity.size(), std::copy_n(phi.data(), phi.size(), out.data() + size));
+    } else {
+      out.resize(size + guards);
+    }
     if constexpr (requires { system_.system().energies(); }) {
       const State<dof_at_compile_time<F>()> at = system_.state(t, y);
       const auto a = acceleration(system_.system(), at.q, at.qdot, t);  // with no factors of M that the form keeps
       std::copy_n(a.data(), a.size(), std::copy_n(at.qdot.data(), at.qdot.size(), out.data()));
     } else {
-      system_.derivative(t, y, out);
+      system_.derivative(t, y, out.head(size));
     }
-    if constexpr (has_constraints) {
-      constexpr int n = F::dof_at_compile_time;
-      const Eigen::Index k = system_.dof();
-      const Vector<double, n> q = y.head(k), qdot = y.segment(k, k);
-      const Eigen::VectorXd z = y.tail(y.size() - 2 * k);
-      append(out, constraint_residual(system_.scene(), q, t, z));
-      append(out, constraint_velocity(system_.scene(), q, qdot, t, z));
-    }
-    if constexpr (SwitchingSystem<F>) {
-      Eigen::VectorXd g(system_.guard_count());
-      system_.guards(t, y, g);
-      append(out, g);
-    }
-  }
-
-  template <class Part>
-  static void append(Eigen::VectorXd& out, const Part& part) {
-    const Eigen::Index size = out.size();
-    out.conservativeResize(size + part.size());
-    std::copy_n(part.data(), part.size(), out.data() + size);
+    if constexpr (SwitchingSystem<F>) system_.guards(t, y, out.tail(guards));
   }
 
   const F& system_;
