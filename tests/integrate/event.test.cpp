@@ -244,6 +244,114 @@ TEST_CASE("two roots that lie close together are found, however fast the functio
     }
 }
 
+TEST_CASE("of a formula every excursion across zero is found, however short, with every kind of method, backward and at large t") {
+  // exp(−((t − c)/w)²) − ½ is zero at c ± w √log 2; over x = cos t the same where cos t is.
+  const double half = std::sqrt(std::log(2.0));
+  const auto bump = [](auto x, double c, double w) {
+    using std::exp;
+    const auto u = (x - c) / w;
+    return exp(-u * u) - 0.5;
+  };
+  const auto check = [&](const auto& method, double t0, double t_end, double error_of_time, double error_of_place) {
+    const double c = t0 + (t_end > t0 ? 3.0 : -3.0), sign = t_end > t0 ? 1.0 : -1.0;
+    const auto run = simulate(oscillator, State<1>{t0, V1(1.0), V1(0.0)}, t_end, method, {.rtol = 1e-9},
+                              events(event("time", [=](const auto&, const auto&, const auto& t) { return bump(t, c, 1e-5); }).formula(),
+                                     event("place", [=](const auto& q) { return bump(q[0], 0.3, 1e-6); }).formula()));
+    CAPTURE(t0, t_end, method.name);
+    REQUIRE(run.completed());
+    CHECK(run.statistics.rough_events == 0);
+    check_times(times(run.events, "time"), {c - sign * 1e-5 * half, c + sign * 1e-5 * half}, error_of_time);
+    const double in = std::acos(0.3 + 1e-6 * half), out = std::acos(0.3 - 1e-6 * half);
+    check_times(times(run.events, "place"), {t0 + sign * in, t0 + sign * out, t0 + sign * (2 * pi - out), t0 + sign * (2 * pi - in)}, error_of_place);
+  };
+  constexpr double roundings = 1e-14, unix_time = 1.7e9, of_unix_time = 5e-7;  // two rounding units of t
+  constexpr double of_motion = 1e-7, of_bdf = 1e-5;                          // what rtol = 1e-9 leaves after six units of time
+  check(qdot::Taylor{}, 0.0, 6.0, roundings, of_motion);
+  check(Dop853{}, 0.0, 6.0, roundings, of_motion);
+  check(qdot::CvodeBdf{}, 0.0, 6.0, roundings, of_bdf);
+  check(qdot::Taylor{}, 0.0, -6.0, roundings, of_motion);
+  check(Dop853{}, 0.0, -6.0, roundings, of_motion);
+  for (const double t0 : {unix_time, -unix_time}) {
+    check(qdot::Taylor{}, t0, t0 + 6.0, of_unix_time, of_unix_time);
+    check(Dop853{}, t0, t0 - 6.0, of_unix_time, of_unix_time);
+  }
+}
+
+TEST_CASE("a formula that comes within 1e-12 of zero has two roots there or none, and one that touches it is reported") {
+  // 1 − cos(ωt) − δ, nearest to zero at 2kπ/ω.
+  constexpr double w = 7.0, t_end = 10.0;
+  const auto check = [&](const auto& method, double delta) {
+    CAPTURE(method.name, delta);
+    const auto run = simulate(oscillator, State<1>{1.0, V1(std::cos(1.0)), V1(-std::sin(1.0))}, t_end, method, {.rtol = 1e-12, .atol = 1e-14},
+                              events(event("time", [=](const auto&, const auto&, const auto& t) {
+                                       using std::cos;
+                                       return 1.0 - cos(w * t) - delta;
+                                     }).formula()));
+    REQUIRE(run.completed());
+    std::vector<double> expected;
+    for (int k = 2; delta > 0 && 2 * k * pi / w < t_end; ++k)
+      for (const double side : {-1.0, 1.0}) expected.push_back((2 * k * pi + side * std::sqrt(2 * delta)) / w);
+    constexpr double rounding_of_a_root = 1e-10;  // 1e-15, of cos at 70, over the slope, w √(2δ)
+    check_times(times(run.events, "time"), expected, rounding_of_a_root);
+    CHECK((run.statistics.rough_events > 0) == (delta == 0.0));
+  };
+  for (const double delta : {1e-12, -1e-12}) {
+    check(qdot::Taylor{}, delta);
+    check(Dop853{}, delta);
+  }
+  // The apex of a ball thrown up from 0 is at 1, and the level a hair below or above it.
+  const State<1> thrown{0.0, V1(0.0), V1(std::sqrt(2 * 9.81))};
+  for (const double hair : {1e-12, -1e-12}) {
+    const auto run = simulate(falling_ball, thrown, 0.85, qdot::Taylor{}, {},
+                              events(event("apex", [hair](const auto& q) { return q[0] - (1.0 - hair); }).formula()));
+    const double top = std::sqrt(2 / 9.81), half = std::sqrt(2e-12 / 9.81);
+    check_times(times(run.events, "apex"), hair > 0 ? std::vector<double>{top - half, top + half} : std::vector<double>{}, 1e-9);  // 1e-15 over v = 4e-6
+    CHECK(run.statistics.rough_events == 0);
+  }
+  // (x − ½)² touches zero twice in a period, and no number of digits tells.
+  const auto touch = simulate(oscillator, released, 6.0, Dop853{}, {},
+                              events(event("touch", [](const auto& q) { return (q[0] - 0.5) * (q[0] - 0.5); }).formula()));
+  CHECK(touch.completed());
+  CHECK(touch.statistics.rough_events == 2);
+  CHECK_THAT(touch.statistics.rough_event_time, WithinAbs(pi / 3, 0.5));  // the beginning of a step
+  CHECK(touch.message.find("could not be followed") != std::string::npos);
+}
+
+TEST_CASE("a formula with a branch is followed, and one without a value for intervals is sampled, which is reported") {
+  const auto kink = [](const auto& q) { return (q[0] < 0.0 ? -q[0] : q[0]) - 0.5; };  // |cos t| = ½
+  const auto cube = [](const auto& q) { return q[0] * q[0] * q[0]; };
+  const auto run = simulate(oscillator, released, 6.0, Dop853{}, fine, events(event("kink", kink).formula(), event("cube", cube).formula().falling()));
+  check_times(times(run.events, "kink"), {pi / 3, 2 * pi / 3, 4 * pi / 3, 5 * pi / 3});
+  check_times(times(run.events, "cube"), {pi / 2});
+  CHECK(run.statistics.rough_events == 0);
+  const auto refuse = [](const auto& q) {
+    if constexpr (!std::is_same_v<std::remove_cvref_t<decltype(q[0])>, double>) throw std::runtime_error("not for me");
+    return q[0];
+  };
+  const auto sampled = simulate(oscillator, released, 6.0, Dop853{}, fine, events(event("refused", refuse).formula().rising()));
+  check_times(times(sampled.events, "refused"), {1.5 * pi});
+  CHECK(sampled.statistics.rough_events > 0);
+}
+
+TEST_CASE("what a formula does to a run is what the same function does that is sampled") {
+  // An impact law, a stop and a record, in every order of the words.
+  const auto floor = [](const auto& q) { return q[0]; };
+  const auto high = [](const auto& q, const auto& qdot) { return q[0] - 0.5 + 0.0 * qdot[0]; };
+  const auto bounce = [&](const auto& first, const auto& second) {
+    return simulate(falling_ball, State<1>{0.0, V1(1.0), V1(0.0)}, 3.0, Dop853{}, {}, events(first, second));
+  };
+  const auto plain = bounce(event("floor", floor).then(Bounce{0.8}), event("high", high));
+  const auto proved = bounce(event("floor", floor).then(Bounce{0.8}).formula(), event("high", high).formula().falling());
+  const auto mixed = bounce(event("floor", floor).formula().then(Bounce{0.8}), event("high", high));
+  REQUIRE(times(plain.events, "floor").size() >= 4);
+  REQUIRE(mixed.events.size() == plain.events.size());
+  for (std::size_t k = 0; k < plain.events.size(); ++k) CHECK_THAT(mixed.events[k].t, WithinAbs(plain.events[k].t, 1e-13));  // roundings of t
+  check_times(times(proved.events, "floor"), times(plain.events, "floor"), 1e-13);
+  const auto stopped = simulate(oscillator, released, 6.0, Dop853{}, fine, event("down", x).stop().formula());
+  CHECK(stopped.outcome == Outcome::stopped_by_event);
+  CHECK_THAT(stopped.t, WithinAbs(pi / 2, fine_error));
+}
+
 TEST_CASE("a function that cannot be followed is reported, and one that jumps is not") {
   long calls = 0;
   std::minstd_rand random(1);

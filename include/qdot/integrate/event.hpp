@@ -18,6 +18,10 @@
 //                 What leaves NaN or infinity behind ends the run as non_finite, and what sets the time or another
 //                 size of the state as invalid_change; the motion up to there is kept.
 //
+// An event whose function takes every scalar, `[](const auto& q, const auto& qdot, const auto& t) { using std::sin; return … }`, may say so:
+// .formula(). Then g is called with intervals as well, which proves of every step that no zero was passed over (event_proof.hpp).
+// No signature tells a formula from what only looks like one, so this has to be asked for.
+//
 // The rules, each with a test:
 //   crossing    Motion through zero is an event, in the asked direction of time's arrow: falling means that g becomes
 //               negative as the run goes on. A jump across zero is none, nor is g ≡ 0. The time handed out is the
@@ -25,7 +29,8 @@
 //   fast g      g may be much faster than the motion: the step is searched in panels as short as g asks for (event_finder.hpp), which
 //               for a slow g is the whole step. What is followed only with an effort without end, noise for one, is
 //               counted in Statistics::rough_events, for then roots may have been missed, and the run's message says so.
-//               An excursion across zero that is narrow beside everything else that g does may lie between all samples.
+//               An excursion across zero that is narrow beside everything else that g does may lie between all samples, unless g is
+//               a formula(): then it is found, and what rounding does not decide, a touching of zero, is counted as well.
 //   touching    Between samples g is looked at for its extremum; so two roots close together are found when g gets farther
 //               across zero than the extremum's own accuracy.
 //   order       All roots of a step are taken in the order of time, those at the same time in the order of the list.
@@ -66,6 +71,12 @@ namespace detail {
 struct RecordOnly {};
 struct StopThere {};
 
+// A function that takes every scalar, by the word of its user.
+template <class G>
+struct ForEveryScalar : G {
+  static constexpr bool is_formula = true;
+};
+
 }  // namespace detail
 
 /// A function to watch and what to do when it crosses zero. Made by event().
@@ -80,12 +91,24 @@ struct Event {
   static constexpr bool stops = std::is_same_v<Action, detail::StopThere>;
   /// True when the action turns g back to g ≥ 0, as an impact does.
   static constexpr bool is_barrier = requires { requires Action::is_barrier; };
+  /// True when zeros of g are proved.
+  static constexpr bool is_formula = requires { requires G::is_formula; };
 
   /// Counts only where g becomes negative.
   Event falling() const { return {name, g, Direction::falling, action}; }
 
   /// Counts only where g becomes positive.
   Event rising() const { return {name, g, Direction::rising, action}; }
+
+  /// Says that g is a formula that takes every scalar: it is then called with intervals too, which prove that no zero is passed over,
+  /// however short the excursion.
+  ///
+  /// One or two evaluations in intervals for a step in which g is slow. A comparison in g is allowed; what it leaves undecided, and what
+  /// touches zero to within rounding, is counted in Statistics::rough_events.
+  Event<detail::ForEveryScalar<G>, Action> formula() const {
+    static_assert(std::is_class_v<G>, "qdot: a formula must take every scalar, and a plain function takes one: write a lambda with const auto&");
+    return {name, {g}, direction, action};
+  }
 
   /// Ends the run.
   Event<G, detail::StopThere> stop() const { return {name, g, direction, {}}; }

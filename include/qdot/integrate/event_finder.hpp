@@ -19,7 +19,12 @@
 // successive parabolas run down to it, and if it lies across zero there are two roots. Where an extremum may lie at a joint between
 // panels or steps, a sample close to the joint tells.
 //
-// Samples prove nothing: an excursion much narrower than a fifth of a panel, out of what looks like a smooth g, is not seen. A g that stays rough
+// Samples prove nothing: an excursion much narrower than a fifth of a panel, out of what looks like a smooth g, is not seen. Where g is a
+// formula no samples are taken: a panel is good when intervals prove that g has no zero in it or is monotone, so that its ends tell all
+// (event_proof.hpp). A panel of some rounding units of t that is still undecided is passed by its ends; if both are as near to zero as that,
+// on one side, the run says so. From zero itself the ladder of samples below leads away.
+//
+// A g that stays rough
 // down to what t can tell, or needs more than a million samples in a step, is searched at the samples there are, and the run says so.
 //
 // What is remembered of a function from step to step is the side of zero on which it was last seen. Side 0 means
@@ -55,6 +60,7 @@ struct Watch {
   int home = 0;          // the side to which it may leave zero; 0 if either
   bool lost = false;     // it left zero to the other
   bool rough = false;    // could not be followed in this step
+  bool is_formula = false, unproven = false;  // zeros are proved; but not in this step, for proofs fail
   int rough_panels = 0;  // in a row
   long panels = 0;       // in this step
   double panel = std::numeric_limits<double>::infinity();  // length of the last one
@@ -132,11 +138,11 @@ inline bool shows_all(const std::array<double, samples_in_panel>& g, double roun
   return missed <= std::max(1e-4 * std::max(-lowest, highest), 0.125 * std::max(lowest, -highest)) || missed <= many_roundings * rounding;
 }
 
-// Searches [from, to] for the first root of one function; `at(t)` evaluates it.
-template <class Evaluate>
+// Searches [from, to] for the first root of one function; `at(t)` evaluates it, `decided(a, b)` proves that the ends of a panel tell all.
+template <class Evaluate, class Decided>
 class RootSearch {
  public:
-  RootSearch(Watch& watch, Evaluate at) : watch_(watch), at_(std::move(at)) {}
+  RootSearch(Watch& watch, Evaluate at, Decided decided) : watch_(watch), at_(std::move(at)), decided_(std::move(decided)) {}
 
   // Notes the first root that counts in watch.root; known[k] are the values at the sample fractions.
   void run(double from, double to, const double* known) {
@@ -162,13 +168,30 @@ class RootSearch {
       if (t != t1 && see(t, at_(t))) return;
     }
     std::array<double, samples_in_panel> g;
-    double length = known != nullptr ? std::abs(to - from) : std::min(watch_.panel, std::abs(to - from));
+    double length = known != nullptr ? std::abs(to - from) : std::min((watch_.is_formula ? 4 : 1) * watch_.panel, std::abs(to - from));
     if (t1 != from) known = nullptr;
     bool is_step = known != nullptr;
+    double indistinct = 64 * std::numeric_limits<double>::epsilon() * std::max({std::abs(from), std::abs(to), std::abs(to - from)});
     while (t1 != to) {
       const double a = t1, left = std::abs(to - a);
       const bool is_last = length >= left;
       const double b = is_last ? to : a + std::copysign(length, to - a);
+      if (watch_.is_formula && !watch_.unproven) {
+        if (is_last) length = left;
+        const bool proven = decided_(a, b);
+        if (!proven && length > indistinct) {
+          length *= 0.5;
+          watch_.unproven = watch_.unproven || ++watch_.panels > most_panels;
+          continue;
+        }
+        const double gb = at_(b) - watch_.level;
+        if (proven) watch_.panel = length;
+        else indistinct *= 2, watch_.rough = watch_.rough || (!(watch_.passed && a == from) && may_touch(g1, gb));
+        if (see(b, gb + watch_.level)) return;
+        if (proven) t0 = t1;  // no dip to look for
+        length *= 2;
+        continue;
+      }
       const auto at = [&](std::size_t k) { return k + 1 == samples_in_panel ? b : a + sample_points[k] * (b - a); };
       g[0] = g1;
       for (std::size_t k = 1; k < samples_in_panel; ++k) g[k] = (known != nullptr ? known[k] : at_(at(k))) - watch_.level;
@@ -204,6 +227,12 @@ class RootSearch {
     }
     watch_.rough = ++watch_.panels > most_panels || (is_short && ++watch_.rough_panels > most_rough_panels);
     return watch_.rough || is_short;
+  }
+
+  // True when the ends of a panel that t can hardly tell apart leave it open whether zero was touched between them.
+  bool may_touch(double ga, double gb) const {
+    const double nearest = std::min(std::abs(ga), std::abs(gb));
+    return ga * gb >= 0.0 && (ga != 0.0 || gb != 0.0) && !(nearest > 8 * std::abs(gb - ga) && nearest > many_roundings * watch_.rounding);
   }
 
   // True when the parabola through three samples turns near a joint.
@@ -313,6 +342,7 @@ class RootSearch {
 
   Watch& watch_;
   Evaluate at_;
+  Decided decided_;
 };
 
 }  // namespace qdot::detail

@@ -24,6 +24,7 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/event_finder.hpp"
+#include "qdot/integrate/event_proof.hpp"
 #include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
@@ -48,6 +49,7 @@ class EventWatch {
   static constexpr int n = dof_at_compile_time<F>();
   static constexpr std::size_t listed = sizeof...(Events);
   static constexpr std::size_t points = samples_in_panel;
+  static constexpr bool has_formulas = (Events::is_formula || ...), has_others = SwitchingSystem<F> || !(Events::is_formula && ...);
 
  public:
   static constexpr bool watches = listed > 0 || SwitchingSystem<F>;
@@ -69,6 +71,7 @@ class EventWatch {
     for_each_listed([&](std::size_t i, const auto& e) {
       watches_[i].direction = e.is_barrier ? Direction::falling : e.direction;
       watches_[i].barrier = e.is_barrier;
+      watches_[i].is_formula = e.is_formula;
     });
     for (std::size_t i = listed; i < count; ++i) {
       watches_[i].direction = Direction::falling;
@@ -96,15 +99,16 @@ class EventWatch {
     length_ = std::abs(to - from);
     to_ = to;
     backward_ = to < from;
-    for (std::size_t k = 1; k < points; ++k) {
+    if constexpr (has_formulas) bounds_.begin(clock_, step_, dof(system_), from, to);
+    for (std::size_t k = 1; has_others && k < points; ++k) {
       const double elapsed = k + 1 == points ? to : from + sample_points[k] * (to - from);
       step_.at(elapsed, y_);
-      evaluate_all(clock_.t(elapsed), y_, [&](std::size_t i, double g) { samples_[i * points + k] = g; });
+      evaluate_all<false>(clock_.t(elapsed), y_, [&](std::size_t i, double g) { samples_[i * points + k] = g; });
     }
     for (std::size_t i = 0; i < watches_.size(); ++i) {
       watches_[i].panels = 0;
-      watches_[i].rough = false;
-      search_one(i, from, samples_.data() + i * points);
+      watches_[i].rough = watches_[i].unproven = false;
+      search_one(i, from, watches_[i].is_formula ? nullptr : samples_.data() + i * points);
     }
   }
 
@@ -234,9 +238,10 @@ class EventWatch {
     throw NonFinite(name_of(i), t, "the function of event " + name_of(i) + " must be finite, but is " + text_of(g) + " at t = " + text_of(t));
   }
 
-  template <class Take>
+  template <bool with_formulas = true, class Take>
   void evaluate_all(double t, const Eigen::VectorXd& y, Take&& take) {
     for_each_listed([&](std::size_t i, const auto& e) {
+      if (!with_formulas && e.is_formula) return;
       const double g = event_value<n>(e.g, t, y, dof(system_));
       require_finite(i, t, g);
       take(i, g);
@@ -318,10 +323,28 @@ class EventWatch {
     RootSearch search(watches_[i], [this, i](double elapsed) {
       step_.at(elapsed, y_);
       return value(i, clock_.t(elapsed), y_);
-    });
-    const bool was_rough = watches_[i].rough;
+    }, [this, i](double a, double b) { return decided(i, a, b); });
+    const bool was_rough = watches_[i].rough || watches_[i].unproven;
     search.run(from, to_, known);
-    if (watches_[i].rough && !was_rough && ++rough_steps_ == 1) rough_time_ = clock_.t(from);
+    if ((watches_[i].rough || watches_[i].unproven) && !was_rough && ++rough_steps_ == 1) rough_time_ = clock_.t(from);
+  }
+
+  // Whether intervals prove that the ends of a panel tell all about a formula's zeros in it.
+  bool decided(std::size_t wanted, double a, double b) {
+    bool result = false;
+    if constexpr (has_formulas)
+      for_each_listed([&](std::size_t i, const auto& e) {
+        if constexpr (std::remove_cvref_t<decltype(e)>::is_formula) {
+          if (i != wanted) return;
+          try {
+            result = bounds_.decide(e.g, watches_[i].level, a, b);
+          } catch (const Undecided&) {  // in a shorter panel the comparison may have an answer
+          } catch (...) {               // no formula here: if g has no value, samples will say so
+            watches_[i].unproven = true;
+          }
+        }
+      });
+    return (void)wanted, (void)a, (void)b, result;
   }
 
   const F& system_;
@@ -335,6 +358,7 @@ class EventWatch {
   Eigen::VectorXd guards_, bands_, y_, y_before_action_;
   Clock clock_;
   PolynomialView step_;
+  StepBounds<n> bounds_;
   double to_ = 0.0, length_ = 0.0;
   bool backward_ = false;
   long rough_steps_ = 0;
