@@ -247,9 +247,9 @@ TEST_CASE("two roots that lie close together are found, however fast the functio
 TEST_CASE("of a formula every excursion across zero is found, however short, with every kind of method, backward and at large t") {
   // exp(−((t − c)/w)²) − ½ is zero at c ± w √log 2; over x = cos t the same where cos t is.
   const double half = std::sqrt(std::log(2.0));
-  const auto bump = [](auto x, double c, double w) {
+  const auto bump = [](const auto& at, double c, double w) {
     using std::exp;
-    const auto u = (x - c) / w;
+    const auto u = (at - c) / w;
     return exp(-u * u) - 0.5;
   };
   const auto check = [&](const auto& method, double t0, double t_end, double error_of_time, double error_of_place) {
