@@ -20,38 +20,10 @@
 #include <utility>
 #include <vector>
 
+#include "quad.hpp"
 #include "qdot/ad/dual_math.hpp"
 
 namespace fuzz {
-
-__extension__ typedef __float128 quad;
-
-// libquadmath, declared here since clang does not find g++'s <quadmath.h>.
-extern "C" {
-quad sqrtq(quad);
-quad cbrtq(quad);
-quad powq(quad, quad);
-quad expq(quad);
-quad expm1q(quad);
-quad logq(quad);
-quad log1pq(quad);
-quad erfq(quad);
-quad erfcq(quad);
-quad sinq(quad);
-quad cosq(quad);
-quad tanq(quad);
-quad asinq(quad);
-quad acosq(quad);
-quad atanq(quad);
-quad atan2q(quad, quad);
-quad sinhq(quad);
-quad coshq(quad);
-quad tanhq(quad);
-quad asinhq(quad);
-quad acoshq(quad);
-quad atanhq(quad);
-quad hypotq(quad, quad);
-}
 
 using D = qdot::Dual<double, 2>;
 using DD = qdot::Dual<D, 2>;
@@ -72,7 +44,6 @@ struct Rule {
 };
 
 inline Exact of_x(quad f, quad f1, quad f2, quad size_second = 0) { return {f, f1, 0, f2, 0, 0, 0, size_second}; }
-inline quad magnitude(quad x) { return x < 0 ? -x : x; }
 
 /// log₂ of |x| in steps of one.
 inline int exponent_of(quad x) {
