@@ -174,6 +174,19 @@ TEST_CASE("events that follow each other within 20 µs of a Unix time are two, a
   CHECK(std::abs(run.y[0] - 1.0) < rounding);
 }
 
+TEST_CASE("a push at a moment far from t = 0 is given once, and the run goes on") {
+  for (const double t0 : far_times) {
+    const double pushed_at = t0 + 1.25;
+    const auto run = simulate(oscillator(1.0), at(t0, 1.0, 0.0), t0 + 4.0, Dop853{}, fine,
+                              events(event("push", [pushed_at](const auto&, const auto&, const auto& t) { return t - pushed_at; }).then([](State<1>& s) { s.qdot[0] += 0.5; })));
+    CAPTURE(t0, run.message);
+    REQUIRE(run.completed());
+    CHECK(run.events.size() == 1);
+    const double blurred = 2 * (std::nextafter(std::abs(t0), 2e12) - std::abs(t0));  // t − pushed_at is zero for as long as t can't tell
+    CHECK(std::abs(run.y[0] - (std::cos(4.0) + 0.5 * std::sin(2.75))) < good + blurred);
+  }
+}
+
 // q̈ = 0, and 1 from t = middle on; the moment itself counts to what comes then, or to what was.
 struct Switched {
   double middle;

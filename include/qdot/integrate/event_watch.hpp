@@ -289,7 +289,9 @@ class EventWatch {
       Eigen::VectorXd ydot(y.size());
       system_.derivative(t, y, ydot);
       const double speed = ydot.lpNorm<Eigen::Infinity>(), size = y.lpNorm<Eigen::Infinity>();
-      const double d = (backward_ ? -1e-5 : 1e-5) * (speed > 0.0 && size > 0.0 ? size / speed : 1.0);
+      // As far as t can tell, and then some: what hides in the rounding of a large t is not what stands still.
+      const double far = std::max(1e-5 * (speed > 0.0 && size > 0.0 ? size / speed : 1.0), 16 * std::numeric_limits<double>::epsilon() * std::abs(t));
+      const double d = backward_ ? -far : far;
       const Eigen::VectorXd ahead = y + d * ydot, behind = y - d * ydot;
       const double change = value(i, t + d, ahead) - value(i, t - d, behind), noise = 4 * rounding_of(i, t, y, value(i, t, y));
       return std::abs(change) <= noise ? 0 : change > 0.0 ? 1 : -1;
