@@ -62,7 +62,7 @@ TEST_CASE("a motion that has come to rest stays there, where forces balance") {
 // ẍ = z, ż = −x: from (1, −1, 1) all three are ±exp(−t), and other solutions of the three dimensions grow.
 const auto chase = scene(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.0 * q[0]; }),
                          controller([](const auto&, const auto&, const auto& z, const auto&) { return z; },
-                                    [](const auto& q, const auto&, const auto&, const auto&) { return -q; }, Vector<double, 1>(1.0)));
+                                    [](const auto& q, const auto&, const auto&, const auto&) { return (-q).eval(); }, Vector<double, 1>(1.0)));
 
 TEST_CASE("states of a controller have the order of the motion, and their dense output is as good") {
   const State<1> start{0.0, Vector<double, 1>(1.0), Vector<double, 1>(-1.0)};

@@ -192,14 +192,15 @@ inline Interval pow(const Interval& x, double e) {
   if (whole && std::fmod(e, 2.0) == 0.0) return Interval::around(power(base.smallest()), power(base.largest()));
   return Interval::around(power(base.lower()), power(base.upper()));
 }
-template <std::integral Integer>
-Interval pow(const Interval& x, Integer k) {
+// Of intervals alone: a number that could become one is not asked here, pow(0.5, 3) is the C library's.
+template <std::same_as<Interval> X, std::integral Integer>
+Interval pow(const X& x, Integer k) {
   return pow(x, static_cast<double>(k));
 }
 inline Interval pow(const Interval& x, const Interval& y) { return y.width() == 0.0 ? pow(x, y.lower()) : exp(y * log(x)); }
-template <class Number>
+template <class Number, std::same_as<Interval> Y>
   requires std::is_arithmetic_v<Number>
-Interval pow(Number x, const Interval& y) {
+Interval pow(Number x, const Y& y) {
   return pow(Interval(x), y);
 }
 
