@@ -129,7 +129,10 @@ TEST_CASE("a pivot that is moved, a mass in space, a kinetic term and a potentia
 }
 
 TEST_CASE("a written-out chain moves as the chain does, forces and all") {
-  const auto torque = [](const auto& q, const auto&, double t) { return vector(0.3 * std::sin(t), -0.1 * q[1]); };
+  const auto torque = [](const auto& q, const auto&, const auto& t) {
+    using std::sin;
+    return vector(0.3 * sin(t), -0.1 * q[1]);
+  };
   const State<2> start{.t = 0.0, .q = {0.5, -0.3}, .qdot = {0.0, 0.0}};
   const Options tight{.rtol = 1e-11, .atol = 1e-11};
   const auto end = [&](const auto& system) {
