@@ -263,3 +263,36 @@ TEST_CASE("honest systems give the same bits, however stiff, near to singular, h
                           contact("floor", [](const auto& x) { return x[0]; }, restitution(0.7)));
   CHECK(simulate(ball, released, 10.0, Dop853{}).completed());
 }
+
+TEST_CASE("a level that the observer moves at a stop time is no crossing, and counts from there on") {
+  // x = cos t. Until t = 1 the level is −2, which x never meets; then it is 0.8 and above x.
+  const double angle = std::acos(0.8), turn = 2 * std::acos(-1.0);
+  const Options options{.rtol = 1e-10, .atol = 1e-10, .stop_times = {1.0}};
+  const Elsewhere e;
+  const auto system = sprung(e);
+  for (const auto& [name, method] : all_methods(system)) {
+    INFO(name);
+    double level = -2.0;
+    const auto raise = [&level](const StepView& step) {
+      if (step.t() >= 1.0) level = 0.8;
+    };
+    const auto crossing = events(event("level", [&level](const auto& q) { return q[0] - level; }));
+    const auto run = simulate(system, released, 8.0, method, options, raise, crossing);
+    REQUIRE(run.completed());
+    REQUIRE(run.events.size() == 2);
+    CHECK_THAT(run.events[0].t, WithinAbs(turn - angle, of_method));
+    CHECK_THAT(run.events[1].t, WithinAbs(turn + angle, of_method));
+  }
+}
+
+TEST_CASE("a level that the observer moves between stop times ends the run by name") {
+  double level = -2.0;
+  const auto raise = [&level](const StepView& step) {
+    if (step.t() >= 1.0) level = 0.8;
+  };
+  const auto crossing = events(event("level", [&level](const auto& q) { return q[0] - level; }));
+  const auto run = simulate(unit_mass, released, 8.0, Dop853{}, {}, raise, crossing);
+  CHECK(run.outcome == Outcome::model_changed);
+  CHECK(contains(run.message, "that of 'level' at t = "));
+  CHECK(run.events.empty());
+}

@@ -127,16 +127,13 @@ class Driver {
 
   // Appends the step to the run, as far as events let it.
   bool kept() {
-    if constexpr (Watch::watches) {
-      return passed_events();
-    } else {
-      return kept_whole();
-    }
+    if constexpr (Watch::watches) return passed_events();
+    return kept_whole();
   }
 
   bool kept_whole() {
     keep();
-    return observed(stepper_.t(), stepper_.y());
+    return observed(elapsed_ == clock_.length());
   }
 
   // Takes the events of the step in their order; keeps the step, or what is left of it.
@@ -175,7 +172,7 @@ class Driver {
     keep_until(firing.elapsed, firing.t, y);
     if (!looked_at(firing.t, y)) return false;
     watch_.record(firing, run_.events);
-    if (!observed(run_.t, run_.y)) return false;
+    if (!observed(true)) return false;
     if (firing.stops) return fill_outputs_here(), end(Outcome::stopped_by_event, "'" + run_.events.back().name + "' asked to stop");
     if (const std::optional<Failure> wrong = watch_.change(firing, y, tolerance(y), run_.events)) return end(*wrong);
     run_.y = y;
@@ -187,7 +184,7 @@ class Driver {
     watch_.begin(firing.t, y, tolerance(y), false);
     dog_.begin(firing.t, y, stepper_.statistics().steps);
     fill_outputs_here();
-    return observed(run_.t, run_.y);
+    return observed(false);
   }
 
   // What the method cannot tell from zero in each component of y.
@@ -288,19 +285,21 @@ class Driver {
     std::copy_n(y.data(), y.size(), run_.samples.y.data() + static_cast<Eigen::Index>(next_output_++) * y.size());
   }
 
-  template <class Y>
-  bool observed(double t, const Y& y) {
+  // Shows the state to the observer, who may change what functors read only where the method begins afresh behind it.
+  bool observed(bool begins_afresh) {
     if constexpr (std::is_same_v<std::remove_cv_t<O>, NoObserver>) {
-      return (void)t, (void)y, true;
+      return (void)begins_afresh, true;
     } else {
-      const StepView view(stepper_, run_.trajectory.dof(), t, y);
+      const StepView view(stepper_, run_.trajectory.dof(), run_.t, run_.y);
       bool proceed = true;
-      if constexpr (std::is_void_v<std::invoke_result_t<O&, const StepView&>>) {
-        observer_(view);
-      } else if constexpr (std::is_same_v<std::invoke_result_t<O&, const StepView&>, bool>) {
-        proceed = observer_(view);
-      } else {
-        proceed = observer_(view) == Control::proceed;
+      if constexpr (Watch::watches) watch_.remember(run_.t, run_.y);
+      using Answer = std::invoke_result_t<O&, const StepView&>;
+      if constexpr (std::is_void_v<Answer>) observer_(view);
+      else if constexpr (std::is_same_v<Answer, bool>) proceed = observer_(view);
+      else proceed = observer_(view) == Control::proceed;
+      if constexpr (Watch::watches) {
+        const std::optional<Failure> changed = watch_.begin_changed(run_.t, run_.y);
+        if (changed && !begins_afresh) return end(*changed);
       }
       return proceed || end(Outcome::stopped_by_observer, "the observer asked to stop");
     }

@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -89,6 +90,27 @@ class EventWatch {
       watches_[i].rounding = band;
       if (i < listed && !at_start && fired_[i] && watches_[i].side == 0) watches_[i].home = home_of(i, t, y);
     }
+  }
+
+  // Before the observer, who may change what a listed function reads.
+  void remember(double t, const Eigen::VectorXd& y) {
+    for (std::size_t i = 0; i < listed; ++i) before_[i] = value(i, t, y);
+  }
+
+  // Behind the observer: a function with another value begins from it, on the side where it is now. It has moved, and not crossed zero.
+  std::optional<Failure> begin_changed(double t, const Eigen::VectorXd& y) {
+    std::optional<Failure> failure;
+    for (std::size_t i = 0; i < listed; ++i) {
+      const double g = value(i, t, y);
+      if (std::abs(g - before_[i]) <= watches_[i].rounding) continue;
+      failure = Failure{Outcome::model_changed,
+                        sentence({"between events and stop times functions of events must depend on nothing but their arguments, but that of ",
+                                  name_of(i), " at t = ", t, " was ", before_[i], " before the observer saw the step and is ", g, " behind it"})};
+      const double rounding = rounding_of(i, t, y, g);
+      watches_[i].begin(g, rounding, false, before_[i], false);
+      watches_[i].rounding = rounding;
+    }
+    return failure;
   }
 
   // Samples a step and notes each function's first root in it; from and to are what has elapsed on the clock, and so are roots.
@@ -353,6 +375,7 @@ class EventWatch {
   const EventList<Events...>& events_;
   std::vector<Watch> watches_;  // the listed events, then the system's guards
   std::vector<bool> fired_, fired_guards_;
+  std::array<double, listed> before_{};   // values, before the observer
   std::vector<double> last_time_;         // elapsed, when a function last changed the state
   std::vector<std::optional<int>> trends_;  // of fired functions, before their actions
   std::vector<int> standing_;             // how often a function has changed the state without letting t go on
