@@ -101,7 +101,10 @@ inline Equations equations_of(const Model& model, const Instant& at) {
     e[k] = 1;
     return e;
   };
-  Equations e{std::vector<Quads>(n, Quads(n, 0)), {}, Quads(n, 0), {}, Quads(n, 0)};
+  Equations e;  // filled one by one: what an aggregate's braces made leaks from g++ 12 where a function throws
+  e.M.assign(n, Quads(n, 0));
+  e.rhs.assign(n, 0);
+  e.momenta.assign(n, 0);
   for (const Function& T : model.T)
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t j = 0; j <= i; ++j) {
