@@ -37,7 +37,8 @@ double difference_from_hand() {
       v[i] = uniform(random);
     }
     bench::chain_by_hand<n>(q.data(), v.data(), a.data());
-    if (!detail::straight_line_acceleration<n>(system.energies(), q.data(), v.data(), 0.0, line.data())) return 1.0;
+    const detail::AccelerationTo<n> use{line.data(), detail::singular_pivot<double>(n)};
+    if (!detail::straight_line_equations<n>(system.energies(), detail::AtState{q.data(), v.data(), 0.0}, use)) return 1.0;
     worst = std::max({worst, (a - acceleration(system, q, v)).norm() / (1.0 + a.norm()), (a - line).norm() / (1.0 + a.norm())});
   }
   return worst;

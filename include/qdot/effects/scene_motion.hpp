@@ -18,7 +18,7 @@
 #include <tuple>
 #include <type_traits>
 
-#include "qdot/effects/applied_force.hpp"
+#include "qdot/effects/constrained_equations.hpp"
 #include "qdot/effects/constrained_solve.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
@@ -151,10 +151,20 @@ auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordin
                               double cutoff = default_rank_cutoff) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: multipliers need a scene with constraints");
+  constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
+  Coordinates<Sys> Q;
+  if constexpr (Sc::has_forces) Q = effect_forces(scene, q, qdot, z, t);
+  if constexpr (detail::has_constrained_equations<Sc>) {
+    ConstrainedSolution<n, m> solution;
+    const detail::ConstrainedTo<Sc> use{scene, z, Q.data(), cutoff * cutoff, solution};
+    if (detail::with_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use)) return solution;
+  }
   const auto rows = constraint_rows(scene, q, qdot, t, z);
   if (q.allFinite() && qdot.allFinite()) detail::require_finite_rows(scene, t, rows.J, rows.gamma);
-  const detail::ConstrainedFactors<Sys::dof_at_compile_time, Sc::constraints_at_compile_time> factors(mass_matrix(scene, q, qdot, t), rows.J, cutoff);
-  auto solution = factors.solution(rhs(scene, q, qdot, t, z), rows.gamma, t, detail::SceneNames<Sc>{scene});
+  MassAndRhs<double, n> both = mass_and_rhs(scene.system(), q, qdot, t);
+  if constexpr (Sc::has_forces) both.r += Q;
+  const detail::ConstrainedFactors<n, m> factors(both.M, rows.J, cutoff);
+  auto solution = factors.solution(both.r, rows.gamma, t, detail::SceneNames<Sc>{scene});
   if (!solution.qddot.allFinite()) detail::require_finite_forces(scene, q, qdot, t, z);
   detail::require_finite_acceleration(scene, solution.qddot, q, qdot, t);
   return solution;

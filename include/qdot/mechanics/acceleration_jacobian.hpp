@@ -147,7 +147,7 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
   detail::require_sizes(system, q, qdot);
   const Eigen::Index size = system.dof();
   AccelerationJacobian<n> result{Vector<double, n>(size), Matrix<double, n>(size, size), Matrix<double, n>(size, size)};
-  constexpr bool has_short_ways = I == Inertia::positive_definite && !detail::HasShorterWay<E> && detail::graded_pays<n>;
+  constexpr bool has_short_ways = I == Inertia::positive_definite && !detail::HasOwnEquations<E> && detail::graded_pays<n>;
   constexpr bool has_straight_line =
       has_short_ways && detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit;
   if constexpr (has_straight_line) {

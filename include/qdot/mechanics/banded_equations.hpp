@@ -22,7 +22,7 @@
 
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/ad/reverse.hpp"
-#include "qdot/mechanics/mass_matrix.hpp"
+#include "qdot/mechanics/solve.hpp"
 
 namespace qdot::detail {
 

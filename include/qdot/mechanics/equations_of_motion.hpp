@@ -16,9 +16,8 @@
 #include <type_traits>
 
 #include "qdot/mechanics/banded_equations.hpp"
-#include "qdot/mechanics/graded_evaluation.hpp"
+#include "qdot/mechanics/mass_and_rhs.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
-#include "qdot/mechanics/straight_line.hpp"
 
 namespace qdot {
 
@@ -82,17 +81,6 @@ void require_finite_derivatives(const Derivatives& J, double t, const RowName& r
     }
 }
 
-// Energies that know more of themselves than their values, such as positions and masses (kinematic_system.hpp), may offer a
-// shorter way: q̈ written to the last argument, or false where they had better not.
-template <class E>
-concept HasShorterWay = requires(const E& e, const double* q, double* qddot) {
-  { e.shorter_way(q, q, Eigen::Index(), 0.0, 0.0, qddot) } -> std::same_as<bool>;
-};
-
-// Nothing but straight-line code is compiled for these, and the general way.
-template <class E, int n>
-inline constexpr bool always_straight = is_written_out<E> && straight_line_pays && n >= 1;
-
 // q̈ by the way that holds for everything, and that names what is wrong.
 template <class E, int n, Inertia I, class S>
 [[gnu::noinline]] Vector<S, n> general_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity,
@@ -116,22 +104,34 @@ template <class E, int n, Inertia I, class S>
 Vector<S, n> acceleration_of(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
   if constexpr (std::is_same_v<S, double> && I == Inertia::positive_definite) {
     Vector<double, n> a = Vector<double, n>::Zero(at.size());
-    if constexpr (HasShorterWay<E>) {
-      if (system.energies().shorter_way(at.data(), velocity.data(), at.size(), t, singular_pivot<double>(at.size()), a.data())) return a;
-    } else if constexpr (HasClosedForm<E> && straight_line_pays) {
+    if constexpr (HasClosedForm<E> && straight_line_pays) {
       if (system.energies().acceleration_in_closed_form(at.data(), velocity.data(), t, a.data())) return a;
     } else {
-      if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) {
-        if (straight_line_acceleration<n>(system.energies(), at.data(), velocity.data(), t, a.data())) return a;
-      }
-      if constexpr (graded_pays<n> && !always_straight<E, n>) {
-        if (at.size() <= graded_limit<n> &&
-            graded_acceleration<n>(system.energies(), at, velocity, t, singular_pivot<double>(at.size()), a))
-          return a;
-      }
+      if (with_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())})) return a;
     }
   }
   return general_acceleration<E, n, I, S>(system, at, velocity, t);
+}
+
+// q̈ from M q̈ = rhs + Q. Where Q is not finite, `blame()` is called first, and may throw.
+template <class E, int n, Inertia I, class Blame>
+Vector<double, n> acceleration_under_force(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
+                                           double t, const Vector<double, n>& Q, const Blame& blame) {
+  if constexpr (I == Inertia::positive_definite) {
+    Vector<double, n> a = Vector<double, n>::Zero(q.size());
+    if constexpr (HasClosedForm<E> && straight_line_pays) {
+      if (system.energies().acceleration_in_closed_form_under_force(q.data(), qdot.data(), t, Q.data(), a.data())) return a;
+    } else {
+      const AccelerationTo<n, true> use{a.data(), singular_pivot<double>(q.size()), Q.data()};
+      if (with_mass_and_rhs<n>(system.energies(), q, qdot, t, use)) return a;
+    }
+  }
+  if (!Q.allFinite()) blame();
+  MassAndRhs<double, n> both = mass_and_rhs(system, q, qdot, t);
+  both.r += Q;
+  const Vector<double, n> a = solved_with_mass_matrix(system, both.M, both.r, t);
+  require_finite_acceleration(system, a, q, qdot, t);
+  return a;
 }
 
 }  // namespace detail
@@ -144,8 +144,7 @@ template <class E, int n, Inertia I, class Q, class Qdot>
 auto rhs(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
          typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
-  detail::require_sizes(system, q, qdot);
-  return detail::lagrange_rhs<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
+  return mass_and_rhs(system, Vector<S, n>(q), Vector<S, n>(qdot), t).r;
 }
 
 /// Accelerations q̈ from Lagrange's equations at a state.

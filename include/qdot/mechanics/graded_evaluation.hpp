@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// q̈ of systems with loops in their energies or with many coordinates: one pass of T and V that is
+// M and r of systems with loops in their energies or with many coordinates: one pass of T and V that is
 // recorded (ad/graded.hpp), one sweep back (ad/hessian_record.hpp), and L D Lᵀ by blocks of four columns.
 //
 // As in straight_line.hpp, everything that could go wrong is left to the general way to look at again and to name.
@@ -116,25 +116,6 @@ template <int n, class E>
   return true;
 }
 
-// q̈ from them, as in straight_line.hpp.
-template <int n, class E>
-bool jet_acceleration(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double threshold, Vector<double, n>& qddot) {
-  constexpr int pairs = SquareRecord<n>::pairs;
-  Pair rows[n * pairs];
-  double M[n * (n + 1) / 2], r[n];
-  if (!jet_equations<n>(e, q, qdot, t, rows, r)) return false;
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    unroll<i + 1>([&](auto j) __attribute__((always_inline)) { M[triangle_index(i, j)] = rows[i * pairs + j / 2][j % 2]; });
-  });
-  if (!solved_in_place<n>(M, r, threshold)) return false;
-  double zero = 0.0;
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    zero += r[i] - r[i];
-    qddot[i] = r[i];
-  });
-  return zero == 0.0;
-}
-
 // M (rows of 4·blocks numbers) and X L by the faster of both.
 template <int n, class E>
 void equations_in_rows(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r) {
@@ -149,23 +130,26 @@ void equations_in_rows(const E& e, const Vector<double, n>& q, const Vector<doub
   }
 }
 
-// q̈ into `qddot`; false on a bad pivot or a number that is not finite.
-template <int n, class E>
-bool graded_acceleration(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double threshold,
-                         Vector<double, n>& qddot) {
-  if constexpr (n >= 1 && n <= graded_jet_limit) return jet_acceleration<n>(e, q, qdot, t, threshold, qddot);
-  constexpr int blocks = graded_blocks<n>;
-  double M[16 * blocks * blocks];
-  double r[4 * blocks];
-  const int size = static_cast<int>(q.size());
-  graded_equations<n>(e, q, qdot, t, M, r);
-  if (!solved_by_blocks<blocks>(size, M, r, threshold)) return false;
-  double zero = 0.0;
-  for (int i = 0; i < size; ++i) {
-    zero += r[i] - r[i];
-    qddot[i] = r[i];
+// M and r by the faster of both, handed to use.full(at, M, r), the packed lower triangle, or use.template rows<blocks>(at, n, M, r), rows of 4·blocks
+// numbers. False where `use` says so.
+template <int n, class E, class Use>
+bool graded_ways(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use) {
+  if constexpr (n >= 1 && n <= graded_jet_limit) {
+    constexpr int pairs = SquareRecord<n>::pairs;
+    Pair rows[n * pairs];
+    double M[n * (n + 1) / 2], r[n];
+    if (!jet_equations<n>(e, q, qdot, t, rows, r)) return false;
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      unroll<i + 1>([&](auto j) __attribute__((always_inline)) { M[triangle_index(i, j)] = rows[i * pairs + j / 2][j % 2]; });
+    });
+    return use.full(AtState{q.data(), qdot.data(), t}, M, r);
+  } else {
+    constexpr int blocks = graded_blocks<n>;
+    double M[16 * blocks * blocks];
+    double r[4 * blocks];
+    graded_equations<n>(e, q, qdot, t, M, r);
+    return use.template rows<blocks>(AtState{q.data(), qdot.data(), t}, static_cast<int>(q.size()), M, r);
   }
-  return zero == 0.0;
 }
 
 }  // namespace qdot::detail

@@ -184,33 +184,31 @@ class KinematicEnergies {
     return equations.turns() ? incomplete : equations.pattern();
   }
 
-  // q̈ by J and s of the positions; false for too many coordinates and for what must be named.
-  bool shorter_way(const double* q, const double* qdot, Eigen::Index size, double t, double threshold, double* qddot) const {
+  // M and r by J and s of the positions (mass_and_rhs.hpp); false for too many coordinates and for what must be named.
+  static constexpr bool has_own_equations = true;
+  template <class Use>
+  bool equations(const double* q, const double* qdot, Eigen::Index size, double t, const Use& use) const {
     if constexpr (straight_line_pays && n >= 1 && n <= straight_kinematics_limit) {
-      if (acceleration_by_jets(q, qdot, t, threshold, qddot)) return true;
+      if (straight_equations(q, qdot, t, use)) return true;
     }
     if constexpr (n <= graded_limit<n>) {
-      if (size <= graded_limit<n>) return acceleration_by_rows(q, qdot, static_cast<int>(size), t, threshold, qddot);
+      if (size <= graded_limit<n>) return equations_by_rows(q, qdot, static_cast<int>(size), t, use);
     }
     return false;
   }
 
  private:
   // False where the compiler does not see through the functor: loops, rotation matrices.
-  [[gnu::noinline, gnu::flatten]] bool acceleration_by_jets(const double* q, const double* qdot, double t, double threshold,
-                                                            double* qddot) const {
+  template <class Use>
+  [[gnu::noinline, gnu::flatten]] bool straight_equations(const double* q, const double* qdot, double t, const Use& use) const {
     double M[n * (n + 1) / 2], r[n];
     const ComponentMask pattern = equations_by_jets(q, qdot, t, M, r);
-    if (!__builtin_constant_p(pattern) || pattern == incomplete || !solved_in_place<n>(M, r, threshold)) return false;
-    double zero = 0.0;
-    unroll<n>([&](auto i) __attribute__((always_inline)) {
-      zero += r[i] - r[i];
-      qddot[i] = r[i];
-    });
-    return zero == 0.0;
+    if (!__builtin_constant_p(pattern) || pattern == incomplete) return false;
+    return use.packed(AtState{q, qdot, t}, M, r, ~ComponentMask(0));
   }
 
-  bool acceleration_by_rows(const double* q, const double* qdot, int size, double t, double threshold, double* qddot) const {
+  template <class Use>
+  bool equations_by_rows(const double* q, const double* qdot, int size, double t, const Use& use) const {
     constexpr int blocks = graded_blocks<n>;
     using S = PositionRow<blocks>;
     Vector<S, n> x(size);
@@ -235,13 +233,7 @@ class KinematicEnergies {
         for (int j = 0; j <= i; ++j) M[4 * blocks * i + j] += further_M[4 * blocks * i + j];
       }
     }
-    if (!solved_by_blocks<blocks>(size, M, r, threshold)) return false;
-    double zero = 0.0;
-    for (int i = 0; i < size; ++i) {
-      zero += r[i] - r[i];
-      qddot[i] = r[i];
-    }
-    return zero == 0.0;
+    return use.template rows<blocks>(AtState{q, qdot, t}, size, M, r);
   }
 
   template <class Positions, class Time, class Bodies>

@@ -1,9 +1,9 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// q̈ of small systems at the speed of equations derived by hand.
+// M and r of small systems at the speed of equations derived by hand.
 //
-// One pass of T and V on the scalar of ad/euler_lagrange.hpp gives M and X L = ∂L/∂q − D ∂L/∂q̇, and M q̈ = X L. When the
+// One pass of T and V on the scalar of ad/euler_lagrange.hpp gives M and r = X L = ∂L/∂q − D ∂L/∂q̇, and M q̈ = r. When the
 // functors are straight-line code for the compiler (entries q[0], q[1], … or qdot::unroll), all zero components and all
 // repeated subexpressions vanish while it compiles, and what is left is the code that one would derive by hand.
 // A functor with a loop that stays a loop leaves the masks of L unknown to the compiler; the pass is then
@@ -20,7 +20,7 @@
 #include "qdot/ad/euler_lagrange_math.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/mechanics/energy_functors.hpp"
-#include "qdot/mechanics/mass_matrix.hpp"
+#include "qdot/mechanics/solve.hpp"
 
 namespace qdot {
 
@@ -94,6 +94,60 @@ template <int n, class Number, class Right>
   return good;
 }
 
+// M = L D Lᵀ in place: L below the diagonal, where `present` says what may be other than zero, and 1/D in `inverse`. False as above.
+// Where masks are not known beforehand but known to the compiler in the end, nothing branches on them that has to be thrown away later.
+template <int n, class Number>
+[[gnu::always_inline]] inline bool factored_in_place(Number* M, Number* inverse, double threshold, ComponentMask& present) {
+  bool good = true;
+  Number diagonal[n];
+  unroll<n>([&](auto k) __attribute__((always_inline)) { diagonal[k] = M[triangle_index(k, k)]; });
+  unroll<n>([&](auto k) __attribute__((always_inline)) {
+    const Number pivot = M[triangle_index(k, k)];
+    good &= pivot > threshold * diagonal[k];
+    inverse[k] = 1.0 / pivot;
+    Number l[n];
+    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
+      constexpr int i = k + 1 + below;
+      const Present there = has_entry<triangle_index(i, k)>(present);
+      l[i] = product_if(there, M[triangle_index(i, k)], inverse[k]);
+      unroll<below + 1>([&](auto column) __attribute__((always_inline)) {
+        constexpr int j = k + 1 + column, ij = triangle_index(i, j);
+        const Present both = there & has_entry<triangle_index(j, k)>(present);
+        M[ij] = sum_of(has_entry<ij>(present), M[ij], both, product_if(both, -l[i], M[triangle_index(j, k)]));
+        if constexpr (ij < 64) present |= bit(both, ij);
+      });
+    });
+    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) { M[triangle_index(k + 1 + below, k)] = l[k + 1 + below]; });
+  });
+  return good;
+}
+
+// b ← L⁻¹ b, where `mask` says which entries of b may be other than zero.
+template <int n, class Number>
+[[gnu::always_inline]] inline void forward_in_place(const Number* L, Number* b, ComponentMask present, ComponentMask& mask) {
+  unroll<n>([&](auto k) __attribute__((always_inline)) {
+    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
+      constexpr int i = k + 1 + below;
+      const Present both = has_entry<triangle_index(i, k)>(present) & has(mask, k);
+      b[i] = sum_of(has(mask, i), b[i], both, product_if(both, -L[triangle_index(i, k)], b[k]));
+      mask |= bit(both, i);
+    });
+  });
+}
+
+// b ← L⁻ᵀ b.
+template <int n, class Number>
+[[gnu::always_inline]] inline void backward_in_place(const Number* L, Number* b, ComponentMask present) {
+  unroll<n>([&](auto done) __attribute__((always_inline)) {
+    constexpr int k = n - 1 - done;
+    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
+      constexpr int i = k + 1 + below;
+      const Present there = has_entry<triangle_index(i, k)>(present);
+      b[k] = sum_of(1U, b[k], there, product_if(there, -L[triangle_index(i, k)], b[i]));
+    });
+  });
+}
+
 // False where a list of operations is not that of this object.
 template <class E>
 [[gnu::always_inline]] inline bool may_go_straight(const E& e) {
@@ -151,12 +205,19 @@ inline constexpr bool remembers_loops = false;
 template <int n, class E>
 inline std::atomic<bool> keeps_a_loop{false};
 
-// q̈ into `qddot`; false when this is not the way: a loop in T or V, a bad pivot, a number that is not finite.
-template <int n, class E>
-[[gnu::flatten]] inline bool straight_line_acceleration(const E& e, const double* q, const double* qdot, double t, double* qddot) {
+// Where M and r are asked for. Handed on to who uses them, so that the compiler sees that sin q is there already.
+struct AtState {
+  const double *q, *qdot;
+  double t;
+};
+
+// M and r at a state, handed to use.packed(at, M, r, present): the packed lower triangle, the right-hand side, and which entries of M may be other
+// than zero. False when this is not the way, a loop in T or V, and where `use` says so.
+template <int n, class E, class Use>
+[[gnu::flatten]] inline bool straight_line_equations(const E& e, const AtState& at, const Use& use) {
   if (!may_go_straight(e)) return false;
   if (remembers_loops && keeps_a_loop<n, E>.load(std::memory_order_relaxed)) return false;
-  const EulerLagrange<n> L = euler_lagrange_of<n>(e, q, qdot, t);
+  const EulerLagrange<n> L = euler_lagrange_of<n>(e, at.q, at.qdot, at.t);
   if (!__builtin_constant_p(L.g_mask | L.h_mask)) {
     if (remembers_loops) keeps_a_loop<n, E>.store(true, std::memory_order_relaxed);
     return false;
@@ -165,13 +226,7 @@ template <int n, class E>
   double r[n];
   unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = L.template x<i>(); });
   unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) { M[k] = L.template h<k>(); });
-  if (!solved_in_place<n>(M, r, singular_pivot<double>(n), L.h_mask)) return false;
-  double sum = 0.0;
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    sum += r[i];
-    qddot[i] = r[i];
-  });
-  return sum - sum == 0.0;
+  return use.packed(at, M, r, L.h_mask);
 }
 
 }  // namespace detail

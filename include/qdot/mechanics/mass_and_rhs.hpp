@@ -1,0 +1,187 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// M and r of Lagrange's equations M q̈ = r at a state: what everything else is made of.
+//
+//     q̈ = M⁻¹ (r + Q)                     accelerations, with applied forces Q
+//     M q̈ − Jᵀλ = r + Q ,  J q̈ = γ        with constraints (effects/constrained_equations.hpp)
+//     M alone                             impacts, projections, momenta
+//
+// There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): what a system knows of itself (positions and masses,
+// kinematic_system.hpp), straight-line code (straight_line.hpp), loops and many coordinates (graded_evaluation.hpp). Whoever wants
+// something of M and r passes it down the ladder as an object `use`, and each way ends by calling it with what it has found:
+//
+//     use.packed(at, M, r, present)         lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line code,
+//                                         so that what is zero for all states is not computed with
+//     use.full(at, M, r)                    lower triangle and r
+//     use.rows<blocks>(at, n, M, r)          rows of 4·blocks numbers, lower triangle of blocks, and r
+//
+// All may be overwritten. `use` returns false where it does not like what it sees, a pivot that is not positive, a number that is not
+// finite. Then, and where there is no way at all, the general one by nested duals (lagrange_terms.hpp) looks again and names what is wrong.
+
+#include <type_traits>
+
+#include "qdot/mechanics/graded_evaluation.hpp"
+#include "qdot/mechanics/solve.hpp"
+#include "qdot/mechanics/straight_line.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+// Energies that know more of themselves than their values say has_own_equations, and have a member equations(q, qdot, n, t, use).
+template <class E>
+concept HasOwnEquations = requires { requires E::has_own_equations; };
+
+// Nothing but straight-line code is compiled for these, and the general way.
+template <class E, int n>
+inline constexpr bool always_straight = is_written_out<E> && straight_line_pays && n >= 1 && n <= straight_line_limit;
+
+// Above this many coordinates the straight-line code is compiled once for all uses that are `shared`, and not for each of them.
+inline constexpr int inlined_uses_limit = 4;
+
+template <int n, class E>
+bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r);
+
+// Calls `use` with M and r at a state; false where there is no way but the general one.
+template <int n, class E, class Use>
+bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use) {
+  if constexpr (Use::shared && n > inlined_uses_limit && n <= straight_line_limit) {
+    double M[n * (n + 1) / 2], r[n];
+    return packed_equations<n>(e, q, qdot, t, M, r) && use.full(AtState{q.data(), qdot.data(), t}, M, r);
+  } else if constexpr (HasOwnEquations<E>) {
+    return e.equations(q.data(), qdot.data(), q.size(), t, use);
+  } else {
+    if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) {
+      if (straight_line_equations<n>(e, AtState{q.data(), qdot.data(), t}, use)) return true;
+    }
+    if constexpr (graded_pays<n> && !always_straight<E, n>) {
+      if (q.size() <= graded_limit<n>) return graded_ways<n>(e, q, qdot, t, use);
+    }
+    return false;
+  }
+}
+
+// A use: q̈ = M⁻¹ (r + Q), written to `qddot`. Q is read where `forced`.
+template <int n, bool forced = false>
+struct AccelerationTo {
+  static constexpr bool shared = false;
+  double* qddot;
+  double threshold;  // pivots below this fraction of their diagonal entry are none
+  const double* Q = nullptr;
+
+  [[gnu::always_inline]] bool packed(const AtState&, double* M, double* r, ComponentMask present) const {
+    if constexpr (forced) unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
+    if (!solved_in_place<n>(M, r, threshold, present)) return false;
+    double zero = 0.0;
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      zero += r[i] - r[i];
+      qddot[i] = r[i];
+    });
+    return zero == 0.0;
+  }
+  bool full(const AtState& at, double* M, double* r) const { return packed(at, M, r, ~ComponentMask(0)); }
+  template <int blocks>
+  bool rows(const AtState&, int size, double* M, double* r) const {
+    if constexpr (forced)
+      for (int i = 0; i < size; ++i) r[i] += Q[i];
+    if (!solved_by_blocks<blocks>(size, M, r, threshold)) return false;
+    double zero = 0.0;
+    for (int i = 0; i < size; ++i) {
+      zero += r[i] - r[i];
+      qddot[i] = r[i];
+    }
+    return zero == 0.0;
+  }
+};
+
+// A use: a copy of M, whole, and of r.
+template <int n>
+struct CopyTo {
+  static constexpr bool shared = true;
+  Matrix<double, n>& M_out;
+  Vector<double, n>& r_out;
+
+  [[gnu::always_inline]] bool packed(const AtState& at, const double* M, const double* r, ComponentMask) const { return full(at, M, r); }
+  [[gnu::always_inline]] bool full(const AtState&, const double* M, const double* r) const {
+    double zero = 0.0;
+    for (int i = 0; i < n; ++i) {
+      zero += r[i] - r[i];
+      r_out[i] = r[i];
+      for (int j = 0; j <= i; ++j) {
+        const double m = M[triangle_index(i, j)];
+        zero += m - m;
+        M_out(i, j) = M_out(j, i) = m;
+      }
+    }
+    return zero == 0.0;
+  }
+  template <int blocks>
+  bool rows(const AtState&, int size, const double* M, const double* r) const {
+    double zero = 0.0;
+    for (int i = 0; i < size; ++i) {
+      zero += r[i] - r[i];
+      r_out[i] = r[i];
+      for (int j = 0; j <= i; ++j) {
+        const double m = M[4 * blocks * i + j];
+        zero += m - m;
+        M_out(i, j) = M_out(j, i) = m;
+      }
+    }
+    return zero == 0.0;
+  }
+};
+
+// A use: the lower triangle of M, packed, and r.
+template <int n>
+struct PackedTo {
+  static constexpr bool shared = false;
+  double *M_out, *r_out;
+
+  [[gnu::always_inline]] bool packed(const AtState& at, const double* M, const double* r, ComponentMask) const { return full(at, M, r); }
+  [[gnu::always_inline]] bool full(const AtState&, const double* M, const double* r) const {
+    for (int k = 0; k < n * (n + 1) / 2; ++k) M_out[k] = M[k];
+    for (int i = 0; i < n; ++i) r_out[i] = r[i];
+    return true;
+  }
+  template <int blocks>
+  bool rows(const AtState&, int, const double* M, const double* r) const {
+    for (int i = 0; i < n; ++i) {
+      r_out[i] = r[i];
+      for (int j = 0; j <= i; ++j) M_out[triangle_index(i, j)] = M[4 * blocks * i + j];
+    }
+    return true;
+  }
+};
+
+template <int n, class E>
+[[gnu::noinline]] bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r) {
+  return with_mass_and_rhs<n>(e, q, qdot, t, PackedTo<n>{M, r});
+}
+
+}  // namespace detail
+
+/// M and r of M q̈ = r.
+template <class S, int n>
+struct MassAndRhs {
+  Matrix<S, n> M;  ///< n×n, symmetric
+  Vector<S, n> r;  ///< n
+};
+
+/// Mass matrix and right-hand side of Lagrange's equations at a state.
+///
+/// Exact to rounding. Of numbers by the shortest way that the energies allow; of other scalars by nested duals.
+///
+/// @param q, qdot  state, n each
+/// @return         M, r with M q̈ = r   [r: energy per unit of q]
+template <class E, int n, Inertia I, class S>
+MassAndRhs<S, n> mass_and_rhs(const System<E, n, I>& system, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+  detail::require_sizes(system, q, qdot);
+  if constexpr (std::is_same_v<S, double>) {
+    MassAndRhs<double, n> found{Matrix<double, n>::Zero(q.size(), q.size()), Vector<double, n>::Zero(q.size())};
+    if (detail::with_mass_and_rhs<n>(system.energies(), q, qdot, t, detail::CopyTo<n>{found.M, found.r})) return found;
+  }
+  return {detail::kinetic_hessian<n>(system.energies(), q, qdot, t), detail::lagrange_rhs<n>(system.energies(), q, qdot, t)};
+}
+
+}  // namespace qdot
