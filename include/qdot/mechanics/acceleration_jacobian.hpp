@@ -36,6 +36,9 @@ bool is_finite(const AccelerationJacobian<n>& a) {
   return all_finite(a.qddot.data(), a.qddot.size()) && all_finite(a.d_q.data(), a.d_q.size()) && all_finite(a.d_qdot.data(), a.d_qdot.size());
 }
 
+// How many directions a row has.
+inline constexpr int residual_directions = ResidualRecord<1>::width;
+
 // Calls f(i, first, row) with the derivatives of X_i L at fixed accelerations, in turn along q and q̇ of each coordinate from first/2 on.
 template <int n, class E, class F>
 void for_each_residual(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, const Vector<double, n>& a, double t, const F& f) {
@@ -61,7 +64,7 @@ template <int n, class E>
 bool recorded_jacobian(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double threshold,
                        AccelerationJacobian<n>& result) {
   constexpr int blocks = graded_blocks<n>, stride = 4 * blocks;
-  constexpr int directions = ResidualRecord<1>::width;
+  constexpr int directions = residual_directions;
   const int size = static_cast<int>(q.size());
   double M[stride * stride], r[stride], inverse[stride];
   equations_in_rows<n>(e, q, qdot, t, M, r);
@@ -123,7 +126,7 @@ template <class E, int n, Inertia I>
                                         AccelerationJacobian<n>& result) {
   result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
   for_each_residual<n>(system.energies(), q, qdot, result.qddot, t, [&](int i, int first, const double* residual) {
-    for (int j = 0; j < std::min(ResidualRecord<1>::width, 2 * static_cast<int>(system.dof()) - first); j += 2) {
+    for (int j = 0; j < std::min(residual_directions, 2 * static_cast<int>(system.dof()) - first); j += 2) {
       result.d_q(i, (first + j) / 2) = residual[j];
       result.d_qdot(i, (first + j) / 2) = residual[j + 1];
     }
