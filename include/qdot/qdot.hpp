@@ -16,7 +16,8 @@
 #include "qdot/mechanics/rigid_body.hpp"           // T of a rigid body about G and about any point A
 #include "qdot/mechanics/system.hpp"               // T and V, notation and signs
 #include "qdot/mechanics/energy.hpp"               // L, E, p, Jacobi's energy function
-#include "qdot/mechanics/mass_matrix.hpp"          // M, and what it means when it is singular
+#include "qdot/mechanics/mass_and_rhs.hpp"         // M and r of M q̈ = r, by the shortest way
+#include "qdot/mechanics/mass_matrix.hpp"          // M alone
 #include "qdot/mechanics/equations_of_motion.hpp"  // M q̈ = rhs
 #include "qdot/mechanics/written_out.hpp"          // loops in T and V, run while compiling
 #include "qdot/mechanics/degrees_of_freedom.hpp"   // how many coordinates, by the rank of the constraints

@@ -324,7 +324,7 @@ Conditioning conditioning(const Scene<Sys, Effects...>& scene, const Eigen::Vect
   const Eigen::Index dof = scene.dof();
   const Vector<double, n> q = y.head(dof), qdot = y.segment(dof, dof);
   const EffectStates<Sc> z = y.tail(Sc::states_at_compile_time);
-  const Matrix<double, n> M = detail::kinetic_hessian<n>(scene.system().energies(), q, qdot, t);
+  const Matrix<double, n> M = mass_matrix(scene.system(), q, qdot, t);
   if (detail::is_free(scene, z)) {
     Cholesky<double, n> cholesky;
     cholesky.compute(M);

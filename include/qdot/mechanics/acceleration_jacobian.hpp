@@ -131,7 +131,7 @@ template <class E, int n, Inertia I>
       result.d_qdot(i, (first + j) / 2) = residual[j + 1];
     }
   });
-  const Matrix<double, n> M = kinetic_hessian<n>(system.energies(), q, qdot, t);
+  const Matrix<double, n> M = mass_matrix(system, q, qdot, t);
   result.d_q = solved_with_mass_matrix(system, M, result.d_q, t);
   result.d_qdot = solved_with_mass_matrix(system, M, result.d_qdot, t);
   return is_finite(result);

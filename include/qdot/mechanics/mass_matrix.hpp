@@ -5,6 +5,8 @@
 //
 // p = M q̇ for kinetic energies of second degree, and ½ q̇ᵀM q̇ is then T. What it means when M is singular is told in solve.hpp.
 
+#include <type_traits>
+
 #include "qdot/mechanics/mass_and_rhs.hpp"
 
 namespace qdot {
@@ -21,7 +23,13 @@ template <class E, int n, Inertia I, class Q, class Qdot>
 auto mass_matrix(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                  typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
-  return mass_and_rhs(system, Vector<S, n>(q), Vector<S, n>(qdot), t).M;
+  detail::require_sizes(system, q, qdot);
+  if constexpr (std::is_same_v<S, double>) {
+    Matrix<double, n> M = Matrix<double, n>::Zero(q.size(), q.size());
+    Vector<double, n> r(q.size());
+    if (detail::with_mass_and_rhs<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t, detail::CopyTo<n>{M, r})) return M;
+  }
+  return detail::kinetic_hessian<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
 }
 
 }  // namespace qdot
