@@ -7,6 +7,7 @@
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/scene_form.hpp"
+#include "qdot/mechanics/kinematic_system.hpp"
 #include "qdot/mechanics/system.hpp"
 
 namespace {
@@ -24,6 +25,15 @@ struct CartAndPole {
 };
 
 inline auto cart() { return qdot::mechanical_system<2>(CartAndPole{}); }
+inline auto positions() {
+  return qdot::kinematic_system<2>(
+      [](const auto& q, auto& bodies) {
+        using std::cos, std::sin;
+        bodies.point_mass(2.0, qdot::vector(q[0], 0.0 * q[0]));
+        bodies.point_mass(1.0, qdot::vector(q[0] + sin(q[1]), -cos(q[1])));
+      },
+      qdot::gravity_along<1>(-9.81));
+}
 inline auto damping() { return qdot::viscous_damping(qdot::Vector<double, 2>(0.1, 0.2)); }
 inline auto friction() { return qdot::regularized_friction(0, 1.0, 1e-3); }
 inline auto track() { return qdot::prescribed("track", 0, [](const auto& t) { return 0.0 * t; }); }
@@ -44,6 +54,8 @@ static_assert(std::is_same_v<decltype(chosen<false, true, false, false>()), decl
 static_assert(std::is_same_v<decltype(chosen<false, false, false, true>()), decltype(scene(cart(), field()))>);
 static_assert(std::is_same_v<decltype(chosen<true, true, false, false>()), decltype(scene(cart(), damping(), friction()))>);
 static_assert(std::is_same_v<decltype(chosen<true, false, false, true>()), decltype(scene(cart(), damping(), field()))>);
+static_assert(std::is_same_v<decltype(chosen<false, false, true, false>()), decltype(scene(cart(), track()))>);
+static_assert(std::is_same_v<decltype(chosen<false, false, true, true>()), decltype(scene(cart(), track(), field()))>);
 
 }  // namespace
 
