@@ -86,8 +86,15 @@ struct Reverse {
 
   friend Reverse operator+(const Reverse& x) { return x; }
   friend Reverse operator-(const Reverse& x) { return x.scaled(-x.value, N(-1.0)); }
-  friend Reverse operator+(const Reverse& x, const Reverse& y) { return both(true, highest(x, y), x.value + y.value, x, N(1.0), y, N(1.0)); }
-  friend Reverse operator-(const Reverse& x, const Reverse& y) { return both(true, highest(x, y), x.value - y.value, x, N(1.0), y, N(-1.0)); }
+  friend Reverse operator+(const Reverse& x, const Reverse& y) {
+    if (y.node < 0) return Reverse(x.value + y.value, x.node, x.tape);
+    if (x.node < 0) return Reverse(x.value + y.value, y.node, y.tape);
+    return both(true, highest(x, y), x.value + y.value, x, N(1.0), y, N(1.0));
+  }
+  friend Reverse operator-(const Reverse& x, const Reverse& y) {
+    if (y.node < 0) return Reverse(x.value - y.value, x.node, x.tape);
+    return both(true, highest(x, y), x.value - y.value, x, N(1.0), y, N(-1.0));
+  }
   friend Reverse operator*(const Reverse& x, const Reverse& y) {
     return both(x.node < 0 || y.node < 0, x.degree() + y.degree(), x.value * y.value, x, y.value, y, x.value);
   }

@@ -6,9 +6,10 @@
 // Everything comes from evaluations of T and V on tapes (ad/reverse.hpp), so a chain of a thousand masses and springs costs a
 // thousand times one mass, in the user's own words: a loop over neighbours.
 //
-//     ∂L/∂q − D ∂L/∂q̇    one sweep back from L, on numbers with one derivative along the motion
-//     M                   one sweep back from T for `chunk` columns that do not overlap: columns that are
-//                         further apart than the reach w of the tape on both sides share a direction
+//     ∂L/∂q − D ∂L/∂q̇    one sweep back from L, on numbers with a derivative along the motion
+//     M                   its diagonal by the same sweep, and where there is more of it one sweep back from T for
+//                         `chunk` columns that do not overlap: columns that are further apart than the reach w of
+//                         the tape on both sides share a direction
 //     M q̈ = rhs           L D Lᵀ within the band, n w² operations; for a diagonal M a division each
 //
 // The reach is an upper bound that the tape takes from the very operations of this evaluation, so that functors that
@@ -102,34 +103,6 @@ struct TapedState {
   }
 };
 
-// ∂L/∂q − D ∂L/∂q̇, and how far coordinates of T reach.
-struct BandedForces {
-  Eigen::VectorXd rhs;
-  Eigen::Index reach_of_T;
-};
-
-template <class E>
-BandedForces banded_forces(const E& e, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t) {
-  using N = Dual<double, 1>;
-  const Eigen::Index n = q.size();
-  Tape<N> tape;
-  TapedState<N> state(tape, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    state.q[i].value.value = q[i];
-    state.q[i].value.tangent[0] = qdot[i];
-    state.qdot[i].value.value = qdot[i];
-  }
-  const Reverse<N> time(N::variable(t, 0));
-  const Reverse<N> T = kinetic<Dynamic>(e, state.q, state.qdot, time);
-  BandedForces result{Eigen::VectorXd(n), tape.reach};
-  const Reverse<N> L = T - potential<Dynamic>(e, state.q, time);
-  std::vector<N> adjoint;
-  tape.sweep(L.node, adjoint);
-  for (Eigen::Index i = 0; i < n; ++i)
-    result.rhs[i] = adjoint[static_cast<std::size_t>(i)].value - adjoint[static_cast<std::size_t>(n + i)].tangent[0];
-  return result;
-}
-
 // M = ∂²T/∂q̇∂q̇ within `reach`.
 template <class E>
 BandedMatrix banded_mass_matrix(const E& e, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, Eigen::Index reach) {
@@ -157,15 +130,38 @@ BandedMatrix banded_mass_matrix(const E& e, const Eigen::VectorXd& q, const Eige
   return M;
 }
 
-// q̈ of a system with run-time n, positive definite M.
-template <class Sys>
-Eigen::VectorXd banded_acceleration(const Sys& system, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t) {
-  BandedForces forces = banded_forces(system.energies(), q, qdot, t);
-  BandedMatrix M = banded_mass_matrix(system.energies(), q, qdot, t, forces.reach_of_T);
-  const BandedMatrix kept = M;
-  if (!M.factor(singular_pivot<double>(q.size()))) throw_mass_matrix_error(kept.dense(), t, coordinate_names(system));
-  M.solve(forces.rhs);
-  return forces.rhs;
+// M and r of M q̈ = r, M within its band.
+struct BandedEquations {
+  BandedMatrix M;
+  Eigen::VectorXd r;
+};
+
+// One evaluation of T and V, along the motion and along all velocities at once: where no two coordinates meet in T, the latter
+// derivative of ∂T/∂q̇ is the diagonal of M, and all of it.
+template <class E>
+BandedEquations banded_equations(const E& e, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t) {
+  using N = Dual<double, 2>;
+  const Eigen::Index n = q.size();
+  Tape<N> tape;
+  TapedState<N> state(tape, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    state.q[i].value.value = q[i];
+    state.q[i].value.tangent[0] = qdot[i];
+    state.qdot[i].value = N::variable(qdot[i], 1);
+  }
+  const Reverse<N> time(N::variable(t, 0));
+  const Reverse<N> T = kinetic<Dynamic>(e, state.q, state.qdot, time);
+  const Eigen::Index reach = tape.reach;
+  const Reverse<N> L = T - potential<Dynamic>(e, state.q, time);
+  std::vector<N> adjoint;
+  tape.sweep(L.node, adjoint);
+  BandedEquations result{reach == 0 ? BandedMatrix(n, 0) : banded_mass_matrix(e, q, qdot, t, reach), Eigen::VectorXd(n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const N &along_q = adjoint[static_cast<std::size_t>(i)], &along_qdot = adjoint[static_cast<std::size_t>(n + i)];
+    result.r[i] = along_q.value - along_qdot.tangent[0];
+    if (reach == 0) result.M(i, i) = along_qdot.tangent[1];
+  }
+  return result;
 }
 
 // Where a small change of the state leads: M δq̈ + C δq̇ + K δq = 0, entries (i, j) at row i − j + reach of column j.

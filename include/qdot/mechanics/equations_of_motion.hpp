@@ -85,13 +85,6 @@ void require_finite_derivatives(const Derivatives& J, double t, const RowName& r
 template <class E, int n, Inertia I, class S>
 [[gnu::noinline]] Vector<S, n> general_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity,
                                                     const S& t) {
-  if constexpr (n == Dynamic && std::is_same_v<S, double> && I == Inertia::positive_definite) {
-    if (at.size() > graded_limit<n>) {
-      const Vector<double, n> a = banded_acceleration(system, at, velocity, t);
-      if (all_finite(a.data(), a.size())) return a;
-      require_finite_energies(system.energies(), at, velocity, t);
-    }
-  }
   const Matrix<S, n> M = kinetic_hessian<n>(system.energies(), at, velocity, t);
   const Vector<S, n> force = lagrange_rhs<n>(system.energies(), at, velocity, t);
   const Vector<S, n> qddot = solved_with_mass_matrix(system, M, force, t);

@@ -8,19 +8,22 @@
 //     M alone                             impacts, projections, momenta
 //
 // There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): what a system knows of itself (positions and masses,
-// kinematic_system.hpp), straight-line code (straight_line.hpp), loops and many coordinates (graded_evaluation.hpp). Whoever wants
-// something of M and r passes it down the ladder as an object `use`, and each way ends by calling it with what it has found:
+// kinematic_system.hpp), straight-line code (straight_line.hpp), loops and many coordinates (graded_evaluation.hpp), more of them than
+// that (banded_equations.hpp). Whoever wants something of M and r passes it down the ladder as an object `use`, and each way ends by calling it with what it has found:
 //
 //     use.packed(at, M, r, present)         lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line code,
 //                                         so that what is zero for all states is not computed with
 //     use.full(at, M, r)                    lower triangle and r
 //     use.rows<blocks>(at, n, M, r)          rows of 4·blocks numbers, lower triangle of blocks, and r
+//     use.banded(at, M, r)                  the band of a BandedMatrix, and r; where n is known at run time only
 //
 // All may be overwritten. `use` returns false where it does not like what it sees, a pivot that is not positive, a number that is not
 // finite. Then, and where there is no way at all, the general one by nested duals (lagrange_terms.hpp) looks again and names what is wrong.
 
+#include <algorithm>
 #include <type_traits>
 
+#include "qdot/mechanics/banded_equations.hpp"
 #include "qdot/mechanics/graded_evaluation.hpp"
 #include "qdot/mechanics/solve.hpp"
 #include "qdot/mechanics/straight_line.hpp"
@@ -49,14 +52,22 @@ bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<doub
   if constexpr (Use::shared && n > inlined_uses_limit && n <= straight_line_limit) {
     double M[n * (n + 1) / 2], r[n];
     return packed_equations<n>(e, q, qdot, t, M, r) && use.full(AtState{q.data(), qdot.data(), t}, M, r);
-  } else if constexpr (HasOwnEquations<E>) {
-    return e.equations(q.data(), qdot.data(), q.size(), t, use);
   } else {
-    if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) {
-      if (straight_line_equations<n>(e, AtState{q.data(), qdot.data(), t}, use)) return true;
+    if constexpr (HasOwnEquations<E>) {
+      if (e.equations(q.data(), qdot.data(), q.size(), t, use)) return true;
+    } else {
+      if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) {
+        if (straight_line_equations<n>(e, AtState{q.data(), qdot.data(), t}, use)) return true;
+      }
+      if constexpr (graded_pays<n> && !always_straight<E, n>) {
+        if (q.size() <= graded_limit<n>) return graded_ways<n>(e, q, qdot, t, use);
+      }
     }
-    if constexpr (graded_pays<n> && !always_straight<E, n>) {
-      if (q.size() <= graded_limit<n>) return graded_ways<n>(e, q, qdot, t, use);
+    if constexpr (n == Dynamic) {
+      if (q.size() > graded_limit<n>) {
+        BandedEquations found = banded_equations(e, q, qdot, t);
+        return use.banded(AtState{q.data(), qdot.data(), t}, found.M, found.r);
+      }
     }
     return false;
   }
@@ -92,6 +103,14 @@ struct AccelerationTo {
       qddot[i] = r[i];
     }
     return zero == 0.0;
+  }
+  bool banded(const AtState&, BandedMatrix& M, Eigen::VectorXd& r) const {
+    if constexpr (forced)
+      for (Eigen::Index i = 0; i < r.size(); ++i) r[i] += Q[i];
+    if (!M.factor(threshold)) return false;
+    M.solve(r);
+    std::copy_n(r.data(), r.size(), qddot);
+    return all_finite(r.data(), r.size());
   }
 };
 
@@ -129,6 +148,11 @@ struct CopyTo {
       }
     }
     return zero == 0.0;
+  }
+  bool banded(const AtState&, const BandedMatrix& M, const Eigen::VectorXd& r) const {
+    M_out = M.dense();
+    r_out = r;
+    return all_finite(r.data(), r.size()) && all_finite(M_out.data(), M_out.size());
   }
 };
 
