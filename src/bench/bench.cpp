@@ -6,6 +6,7 @@ namespace qdot::bench {
 std::vector<Benchmark> all_benchmarks() {
   return {
       eom_benchmark(),
+      scenes_benchmark(),
       ensemble_benchmark(),
       steppers_benchmark(),
       energy_benchmark(),

@@ -24,6 +24,9 @@ struct Row {
   std::string system{};
   int n = 0;
   std::string door{};
+  // Of rows with effects: rows of constraints that are active, and what the effects are.
+  int constraints = 0;
+  std::string effect{};
 
   double ratio() const { return baseline > 0 ? value / baseline : 0.0; }
 };
@@ -46,6 +49,9 @@ struct Benchmark {
 
 /// Time to evaluate the equations of motion against hand-derived code (src/bench/eom.cpp).
 Benchmark eom_benchmark();
+
+/// Time to evaluate scenes with effects and constraints against the same derived by hand (src/bench/scenes.cpp).
+Benchmark scenes_benchmark();
 
 /// Time to evaluate many states at once against one after the other (src/bench/ensemble.cpp).
 Benchmark ensemble_benchmark();

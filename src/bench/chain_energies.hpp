@@ -1,13 +1,14 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The chain of src/bench/hand_derived.hpp the natural way, its velocities summed link by link: once with a plain loop, once
-// with the library's loop that the compiler sees through.
+// The chain of src/bench/hand_derived.hpp the natural way, as energies whose velocities are summed link by link and as positions
+// of the masses: once with a plain loop, once with the library's loop that the compiler sees through.
 
 #include <cmath>
 #include <type_traits>
 
 #include "qdot/mechanics/straight_line.hpp"
+#include "qdot/mechanics/velocity.hpp"
 
 namespace qdot::bench {
 
@@ -63,6 +64,35 @@ struct UnrolledChain {
       sum += g * y;
     });
     return sum;
+  }
+};
+
+/// Positions of the masses with qdot::unroll.
+template <int n>
+struct UnrolledPositions {
+  template <class Q>
+  void operator()(const Q& q, auto& bodies) const {
+    using std::cos, std::sin;
+    typename Q::Scalar x(0.0), y(0.0);
+    unroll<n>([&](auto k) __attribute__((always_inline)) {
+      x = x + sin(q[k]);
+      y = y - cos(q[k]);
+      bodies.point_mass(1.0, vector(x, y));
+    });
+  }
+};
+
+/// Positions of the masses with `for`; constexpr, so that they can be written out.
+struct LoopedPositions {
+  template <class Q>
+  constexpr void operator()(const Q& q, auto& bodies) const {
+    using std::cos, std::sin;
+    typename Q::Scalar x(0.0), y(0.0);
+    for (Eigen::Index k = 0; k < q.size(); ++k) {
+      x += sin(q[k]);
+      y -= cos(q[k]);
+      bodies.point_mass(1.0, vector(x, y));
+    }
   }
 };
 

@@ -7,21 +7,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
-#include <limits>
 #include <random>
 
 #include "bench/bench.hpp"
 
 namespace qdot::bench {
 
-namespace {
-
-struct Nanoseconds {
-  double baseline = std::numeric_limits<double>::infinity();
-  double measured = std::numeric_limits<double>::infinity();
-};
-
-/// Time for one state of both functions over the same 64 states, the least of many repeats in turn.
 Nanoseconds times_of(const EquationsRow& row) {
   constexpr std::size_t states = 64;
   constexpr double budget = 0.05;  // seconds for a row
@@ -48,6 +39,8 @@ Nanoseconds times_of(const EquationsRow& row) {
   }
   return best;
 }
+
+namespace {
 
 Findings measured() {
   Findings findings;

@@ -4,6 +4,7 @@
 // The rows of `qdot bench eom`: q̈ by the library beside q̈ as an expert derives and writes it. A unit that has rows declares
 // one function here that returns them, and eom.cpp lists that function.
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,14 @@ struct EquationsRow {
   int states = 1;                             // evaluated by one call of `measured`, stored one after another
   int numbers_out = 0;                        // written by one call; 0: n for each state
 };
+
+struct Nanoseconds {
+  double baseline = std::numeric_limits<double>::infinity();
+  double measured = std::numeric_limits<double>::infinity();
+};
+
+/// Time for one state of both functions over the same 64 states, the least of many repeats in turn (eom.cpp).
+Nanoseconds times_of(const EquationsRow& row);
 
 std::vector<EquationsRow> system_rows();           // eom_systems.cpp
 std::vector<EquationsRow> unrolled_chain_rows();   // eom_unrolled_chains.cpp

@@ -2,6 +2,7 @@
 //
 // Rows of `qdot bench eom`: chains given as positions of their masses, with qdot::unroll for few of them and with a plain
 // loop for many.
+#include "bench/chain_energies.hpp"
 #include "bench/eom.hpp"
 #include "bench/hand_derived.hpp"
 #include "qdot/mechanics/written_out_kinematics.hpp"
@@ -9,33 +10,6 @@
 namespace qdot::bench {
 
 namespace {
-
-template <int n>
-struct UnrolledPositions {
-  template <class Q>
-  void operator()(const Q& q, auto& bodies) const {
-    using std::cos, std::sin;
-    typename Q::Scalar x(0.0), y(0.0);
-    unroll<n>([&](auto k) __attribute__((always_inline)) {
-      x = x + sin(q[k]);
-      y = y - cos(q[k]);
-      bodies.point_mass(1.0, vector(x, y));
-    });
-  }
-};
-
-struct LoopedPositions {
-  template <class Q>
-  constexpr void operator()(const Q& q, auto& bodies) const {
-    using std::cos, std::sin;
-    typename Q::Scalar x(0.0), y(0.0);
-    for (Eigen::Index k = 0; k < q.size(); ++k) {
-      x += sin(q[k]);
-      y -= cos(q[k]);
-      bodies.point_mass(1.0, vector(x, y));
-    }
-  }
-};
 
 template <int n, class Place>
 [[gnu::noinline]] void by_kinematic_door(const double* q, const double* qdot, double* qddot) {

@@ -15,26 +15,34 @@ namespace qdot::bench {
 /// Planar chain of a few links, unit masses and lengths, absolute angles from the downward vertical, every loop written out:
 /// M_ij = (n − max(i,j)) cos(θ_i − θ_j), r_i = −(n − i) g sin θ_i − Σ_j (n − max(i,j)) sin(θ_i − θ_j) θ̇_j².
 template <int n>
-void short_chain_by_hand(const double* q, const double* v, double* a) {
-  constexpr double g = 9.81;
-  double s[n], c[n], w[n], r[n], M[n * (n + 1) / 2];
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    s[i] = detail::shared_sine(q[i]);
-    c[i] = detail::shared_cosine(q[i]);
-    w[i] = v[i] * v[i];
-    r[i] = -(n - i) * g * s[i];
-  });
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    M[detail::triangle_index(i, i)] = n - i;
-    unroll<i>([&](auto j) __attribute__((always_inline)) {
-      M[detail::triangle_index(i, j)] = (n - i) * (c[i] * c[j] + s[i] * s[j]);
-      const double x = (n - i) * (s[i] * c[j] - c[i] * s[j]);
-      r[i] -= x * w[j];
-      r[j] += x * w[i];
+struct ShortChain {
+  double s[n], c[n], w[n], r[n], M[n * (n + 1) / 2];  // sines, cosines, θ̇², r, the lower triangle of M
+
+  [[gnu::always_inline]] ShortChain(const double* q, const double* v) {
+    constexpr double g = 9.81;
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      s[i] = detail::shared_sine(q[i]);
+      c[i] = detail::shared_cosine(q[i]);
+      w[i] = v[i] * v[i];
+      r[i] = -(n - i) * g * s[i];
     });
-  });
-  detail::solved_in_place<n>(M, r, 0.0);
-  unroll<n>([&](auto i) __attribute__((always_inline)) { a[i] = r[i]; });
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      M[detail::triangle_index(i, i)] = n - i;
+      unroll<i>([&](auto j) __attribute__((always_inline)) {
+        M[detail::triangle_index(i, j)] = (n - i) * (c[i] * c[j] + s[i] * s[j]);
+        const double x = (n - i) * (s[i] * c[j] - c[i] * s[j]);
+        r[i] -= x * w[j];
+        r[j] += x * w[i];
+      });
+    });
+  }
+};
+
+template <int n>
+void short_chain_by_hand(const double* q, const double* v, double* a) {
+  ShortChain<n> chain(q, v);
+  detail::solved_in_place<n>(chain.M, chain.r, 0.0);
+  unroll<n>([&](auto i) __attribute__((always_inline)) { a[i] = chain.r[i]; });
 }
 
 /// The same of many links: the sums over j are running sums, and M is factored in blocks of four columns.

@@ -165,10 +165,26 @@ Json equations_json(const bench::Findings& found) {
   return rows;
 }
 
+// Rows of scenes, the way `qdot bench scenes --json` prints them.
+Json scenes_json(const bench::Findings& found) {
+  Json rows = Json::array();
+  for (const bench::Row& row : found.rows)
+    rows.push_back({{"scene", row.system},
+                    {"n", row.n},
+                    {"constraints", row.constraints},
+                    {"effect", row.effect},
+                    {"baseline", row.baseline_name},
+                    {"baseline_ns", row.baseline},
+                    {"qdot_ns", row.value},
+                    {"ratio", row.ratio()}});
+  return rows;
+}
+
 }  // namespace
 
 std::string bench_json(const std::vector<std::pair<std::string, bench::Findings>>& findings) {
   if (findings.size() == 1 && findings[0].first == "eom") return equations_json(findings[0].second).dump(2);
+  if (findings.size() == 1 && findings[0].first == "scenes") return scenes_json(findings[0].second).dump(2);
   if (findings.size() == 1 && !findings[0].second.json.empty()) return findings[0].second.json;
   Json object = Json::object();
   for (const auto& [name, found] : findings) {

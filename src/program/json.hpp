@@ -23,7 +23,8 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
 
 std::string list_json(const std::vector<std::unique_ptr<RunnableScene>>& scenes);
 
-/// Findings by the name of their benchmark; of `bench eom` alone, the array of its rows {system, n, door, …_ns, ratio}.
+/// Findings by the name of their benchmark; of `bench eom` alone, the array of its rows {system, n, door, …_ns, ratio}, of
+/// `bench scenes` alone that of {scene, n, constraints, effect, …_ns, ratio}.
 std::string bench_json(const std::vector<std::pair<std::string, bench::Findings>>& findings);
 
 }  // namespace qdot::program

@@ -1,0 +1,317 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Scenes with their effects as an expert derives and writes them, the baselines of `qdot bench scenes`. Forces are added to r. With
+// constraints J q̈ = γ, J and γ are derived by hand and
+//
+//     M q̈ = r + Jᵀλ ,    (J M⁻¹ Jᵀ) λ = γ − J M⁻¹ r
+//
+// is written out, its zeros left out; q̈ is followed by λ.
+
+#include <cmath>
+
+#include "bench/hand_derived.hpp"
+
+namespace qdot::bench {
+
+/// The chain of unit masses with viscous damping of all joints or none, and with its tip on the line x = 0 or free:
+/// J_i = cos θ_i, γ = Σ sin θ_i θ̇_i².
+template <int n, bool damped, bool guided>
+struct ChainSceneByHand {
+  void operator()(const double* q, const double* v, double* a) const {
+    constexpr double damping = 0.1;
+    ShortChain<n> chain(q, v);
+    if constexpr (damped) unroll<n>([&](auto i) __attribute__((always_inline)) { chain.r[i] -= damping * v[i]; });
+    if constexpr (guided) {
+      double J[n], inverse[n], gamma = 0.0, schur = 0.0;
+      unroll<n>([&](auto i) __attribute__((always_inline)) {
+        J[i] = chain.c[i];
+        gamma += chain.s[i] * chain.w[i];
+      });
+      detail::ComponentMask all = ~detail::ComponentMask(0);
+      detail::factored_in_place<n>(chain.M, inverse, 0.0, all);
+      detail::forward_in_place<n>(chain.M, chain.r, all, all);
+      detail::forward_in_place<n>(chain.M, J, all, all);
+      unroll<n>([&](auto i) __attribute__((always_inline)) {
+        const double scaled = J[i] * inverse[i];
+        schur += scaled * J[i];
+        gamma -= scaled * chain.r[i];
+      });
+      const double lambda = gamma / schur;
+      unroll<n>([&](auto i) __attribute__((always_inline)) { chain.r[i] = (chain.r[i] + lambda * J[i]) * inverse[i]; });
+      detail::backward_in_place<n>(chain.M, chain.r, all);
+      a[n] = lambda;
+    } else {
+      detail::solved_in_place<n>(chain.M, chain.r, 0.0);
+    }
+    unroll<n>([&](auto i) __attribute__((always_inline)) { a[i] = chain.r[i]; });
+  }
+};
+
+/// Cart and pole: (M+m) ẍ + m l cos θ θ̈ = m l sin θ θ̇² + F,  m l cos θ ẍ + m l² θ̈ = −m g l sin θ + τ, by Cramer's rule. F is a motor's
+/// k i and a friction that fades below v₀, τ a damping.
+template <bool motor, bool friction>
+struct CartpoleByHand {
+  double M = 2.0, m = 1.0, l = 1.0, g = 9.81, k = 2.0, current = 1.5, F = 1.0, v0 = 1e-3, c = 0.1;
+  void operator()(const double* q, const double* v, double* a) const {
+    const double s = detail::shared_sine(q[1]), co = detail::shared_cosine(q[1]);
+    double u = m * l * s * v[1] * v[1];
+    double w = -g * s;  // over m l
+    if constexpr (motor) u += k * current;
+    if constexpr (friction) {
+      u -= F * std::tanh(v[0] / v0);
+      w -= c / (m * l) * v[1];
+    }
+    a[0] = (u - m * co * w) / (M + m * s * s);
+    a[1] = (w - co * a[0]) / l;
+  }
+};
+
+/// A bob on a rod, x and y: J = (x, y), γ = −v². With drag −b |v| v.
+template <bool drag>
+struct CartesianPendulumByHand {
+  double m = 1.0, g = 9.81, b = 0.1;
+  void operator()(const double* q, const double* v, double* a) const {
+    const double v2 = v[0] * v[0] + v[1] * v[1];
+    double rx = 0.0, ry = -m * g;
+    if constexpr (drag) {
+      const double k = b * std::sqrt(v2);
+      rx -= k * v[0];
+      ry -= k * v[1];
+    }
+    const double lambda = -(m * v2 + q[0] * rx + q[1] * ry) / (q[0] * q[0] + q[1] * q[1]);
+    a[0] = (rx + lambda * q[0]) / m;
+    a[1] = (ry + lambda * q[1]) / m;
+    a[2] = lambda;
+  }
+};
+
+/// A bob on a taut rope: J = −(x, y)/ρ, γ = (v² − ρ̇²)/ρ.
+struct TautRopeByHand {
+  double m = 1.0, g = 9.81;
+  void operator()(const double* q, const double* v, double* a) const {
+    const double i = 1.0 / std::sqrt(q[0] * q[0] + q[1] * q[1]);
+    const double x = q[0] * i, y = q[1] * i, rate = x * v[0] + y * v[1];
+    const double lambda = m * ((v[0] * v[0] + v[1] * v[1] - rate * rate) * i - g * y);
+    a[0] = -lambda * x / m;
+    a[1] = -g - lambda * y / m;
+    a[2] = lambda;
+  }
+};
+
+/// Two constraints on two angles that inertia couples and a coordinate on its own,
+///
+///     ┌ A  B  0 ┐       ┌ r₀ ┐       ┌ J₀₀ J₀₁ J₀₂ ┐
+///     │ B  C  0 │ q̈ =   │ r₁ │ + Jᵀλ,  │             │ q̈ = γ .
+///     └ 0  0  D ┘       └ r₂ ┘       └ J₁₀ J₁₁ J₁₂ ┘
+[[gnu::always_inline]] inline void solve_loop(double A, double B, double C, double D, const double* r, const double (&J)[2][3], const double* gamma,
+                                              double* a) {
+  const double determinant = 1.0 / (A * C - B * B), d = 1.0 / D;
+  const double u = A * determinant, v = -B * determinant, w = C * determinant;
+  const auto x = [&](const double* f) __attribute__((always_inline)) { return w * f[0] + v * f[1]; };
+  const auto y = [&](const double* f) __attribute__((always_inline)) { return v * f[0] + u * f[1]; };
+  const double X[2] = {x(J[0]), x(J[1])}, Y[2] = {y(J[0]), y(J[1])}, Z[2] = {d * J[0][2], d * J[1][2]};
+  const double S00 = J[0][0] * X[0] + J[0][1] * Y[0] + J[0][2] * Z[0];
+  const double S10 = J[1][0] * X[0] + J[1][1] * Y[0] + J[1][2] * Z[0];
+  const double S11 = J[1][0] * X[1] + J[1][1] * Y[1] + J[1][2] * Z[1];
+  const double g0 = gamma[0] - X[0] * r[0] - Y[0] * r[1] - Z[0] * r[2];
+  const double g1 = gamma[1] - X[1] * r[0] - Y[1] * r[1] - Z[1] * r[2];
+  const double s = 1.0 / (S00 * S11 - S10 * S10);
+  const double l0 = (S11 * g0 - S10 * g1) * s, l1 = (S00 * g1 - S10 * g0) * s;
+  a[0] = x(r) + X[0] * l0 + X[1] * l1;
+  a[1] = y(r) + Y[0] * l0 + Y[1] * l1;
+  a[2] = d * r[2] + Z[0] * l0 + Z[1] * l1;
+  a[3] = l0;
+  a[4] = l1;
+}
+
+/// Four-bar linkage, J and γ of its loop a e^{iθ₁} + b e^{iθ₂} = d + c e^{iθ₃}; with a torque on the crank.
+template <bool driven>
+struct FourBarByHand {
+  double a = 0.3, b = 0.9, c = 0.7, mu = 1.0, g = 9.81, torque = 1.0;
+  void operator()(const double* q, const double* v, double* out) const {
+    const double s0 = detail::shared_sine(q[0]), c0 = detail::shared_cosine(q[0]);
+    const double s1 = detail::shared_sine(q[1]), c1 = detail::shared_cosine(q[1]);
+    const double s2 = detail::shared_sine(q[2]), c2 = detail::shared_cosine(q[2]);
+    const double w0 = v[0] * v[0], w1 = v[1] * v[1], w2 = v[2] * v[2];
+    const double coupling = 0.5 * mu * a * b * b;
+    const double sine = coupling * (s0 * c1 - c0 * s1);
+    const double r[3] = {-sine * w1 - mu * g * a * (0.5 * a + b) * c0 + (driven ? torque : 0.0),  //
+                         sine * w0 - 0.5 * mu * g * b * b * c1, -0.5 * mu * g * c * c * c2};
+    const double ac = a * c0, as = a * s0, bc = b * c1, bs = b * s1, cc = c * c2, cs = c * s2;
+    const double J[2][3] = {{-as, -bs, cs}, {ac, bc, -cc}};
+    const double gamma[2] = {ac * w0 + bc * w1 - cc * w2, as * w0 + bs * w1 - cs * w2};
+    solve_loop(mu * (a * a * a / 3.0 + b * a * a), coupling * (c0 * c1 + s0 * s1), mu * b * b * b / 3.0, mu * c * c * c / 3.0, r, J, gamma, out);
+  }
+};
+
+/// Slider and crank, J and γ of r cos θ + l cos β = x, r sin θ = l sin β.
+struct SliderCrankByHand {
+  double r = 0.3, l = 0.8, m1 = 1.0, m2 = 1.0, m3 = 2.0;
+  void operator()(const double* q, const double* v, double* out) const {
+    const double s0 = detail::shared_sine(q[0]), c0 = detail::shared_cosine(q[0]);
+    const double s1 = detail::shared_sine(q[1]), c1 = detail::shared_cosine(q[1]);
+    const double w0 = v[0] * v[0], w1 = v[1] * v[1];
+    const double coupling = 0.5 * m2 * r * l;
+    const double sine = coupling * (s0 * c1 + c0 * s1);
+    const double f[3] = {-sine * w1, -sine * w0, 0.0};
+    const double J[2][3] = {{-r * s0, -l * s1, -1.0}, {r * c0, -l * c1, 0.0}};
+    const double gamma[2] = {r * c0 * w0 + l * c1 * w1, r * s0 * w0 - l * s1 * w1};
+    solve_loop((m1 / 3.0 + m2) * r * r, coupling * (s0 * s1 - c0 * c1), m2 * l * l / 3.0, m3, f, J, gamma, out);
+  }
+};
+
+/// A hoop that rolls down an incline, J = (1, −R), γ = 0; sin α was taken once.
+struct RollingHoopByHand {
+  double m = 1.0, R = 0.2, kappa = 1.0, sine = std::sin(0.3), g = 9.81;
+  void operator()(const double*, const double*, double* a) const {
+    const double I = kappa * m * R * R;
+    const double lambda = -g * sine / (1.0 / m + R * R / I);
+    a[0] = g * sine + lambda / m;
+    a[1] = -R * lambda / I;
+    a[2] = lambda;
+  }
+};
+
+/// Chaplygin's sleigh: along the blade a ω², across it γ = ω (ẋ cos θ + ẏ sin θ), and (I + m a²) ω̇ = −m a γ.
+struct ChaplyginSleighByHand {
+  double m = 1.0, I = 0.3, d = 0.5;
+  void operator()(const double* q, const double* v, double* a) const {
+    const double s = detail::shared_sine(q[2]), c = detail::shared_cosine(q[2]);
+    const double gamma = v[2] * (v[0] * c + v[1] * s), along = d * v[2] * v[2];
+    const double lambda = gamma / (1.0 / m + d * d / I);
+    a[0] = along * c - gamma * s;
+    a[1] = along * s + gamma * c;
+    a[2] = -d / I * lambda;
+    a[3] = lambda;
+  }
+};
+
+/// A block on a spring that slides forward with dry friction.
+struct SlidingBlockByHand {
+  double m = 1.0, k = 4.0, F = 0.3;
+  void operator()(const double* q, const double*, double* a) const { a[0] = (-k * q[0] - F) / m; }
+};
+
+/// Two unit masses on unit rods, and a spring-damper from the middle of the upper rod to the lower mass: ℓ² = 5/4 + cos(θ₁ − θ₂).
+struct SprungDoublePendulumByHand {
+  double g = 9.81, k = 20.0, rest = 1.2, c = 0.5;
+  void operator()(const double* q, const double* v, double* a) const {
+    const double s0 = detail::shared_sine(q[0]), c0 = detail::shared_cosine(q[0]);
+    const double s1 = detail::shared_sine(q[1]), c1 = detail::shared_cosine(q[1]);
+    const double co = c0 * c1 + s0 * s1, s = s0 * c1 - c0 * s1;
+    const double length = std::sqrt(1.25 + co), slope = -0.5 * s / length;  // ∂ℓ/∂θ₁ = −∂ℓ/∂θ₂
+    const double pull = (k * (length - rest) + c * slope * (v[0] - v[1])) * slope;
+    const double u = -v[1] * v[1] * s - 2.0 * g * s0 - pull;
+    const double w = v[0] * v[0] * s - g * s1 + pull;
+    const double i = 1.0 / (2.0 - co * co);
+    a[0] = (u - co * w) * i;
+    a[1] = (2.0 * w - co * u) * i;
+  }
+};
+
+/// Moments of inertia, and a torque constant in space, of the body in space below.
+struct TurningBody {
+  double A = 1.0, B = 2.0, C = 2.5;
+  double torque[3] = {0.3, -0.2, 0.5};
+
+  /// Ω̇ of Euler's equations with the torque t along the body's axes.
+  [[gnu::always_inline]] void euler(const double* w, const double* t, double* rate) const {
+    rate[0] = (t[0] - (C - B) * w[1] * w[2]) / A;
+    rate[1] = (t[1] - (A - C) * w[2] * w[0]) / B;
+    rate[2] = (t[2] - (B - A) * w[0] * w[1]) / C;
+  }
+};
+
+/// A free body by a quaternion p of any length: Ω = 2 G(p) ṗ/|p|², p·p̈ = −|ṗ|².
+template <bool driven>
+struct QuaternionBodyByHand : TurningBody {
+  void operator()(const double* p, const double* v, double* a) const {
+    const double N = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3], i = 1.0 / N;
+    const double speed = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3];
+    const double growth = 2.0 * i * (p[0] * v[0] + p[1] * v[1] + p[2] * v[2] + p[3] * v[3]);
+    const double w[3] = {2.0 * i * (p[0] * v[1] - p[1] * v[0] + p[3] * v[2] - p[2] * v[3]),
+                         2.0 * i * (p[0] * v[2] - p[2] * v[0] + p[1] * v[3] - p[3] * v[1]),
+                         2.0 * i * (p[0] * v[3] - p[3] * v[0] + p[2] * v[1] - p[1] * v[2])};
+    double t[3] = {0.0, 0.0, 0.0}, y[3];
+    if constexpr (driven) {  // Rᵀτ = τ + 2 (u × (u × τ) − w u × τ)/|p|², p = (w, u)
+      const double *f = torque, *u = p + 1;
+      const double x[3] = {u[1] * f[2] - u[2] * f[1], u[2] * f[0] - u[0] * f[2], u[0] * f[1] - u[1] * f[0]};
+      const double k = 2.0 * i;
+      t[0] = f[0] + k * (u[1] * x[2] - u[2] * x[1] - p[0] * x[0]);
+      t[1] = f[1] + k * (u[2] * x[0] - u[0] * x[2] - p[0] * x[1]);
+      t[2] = f[2] + k * (u[0] * x[1] - u[1] * x[0] - p[0] * x[2]);
+    }
+    euler(w, t, y);
+    for (int k = 0; k < 3; ++k) y[k] = 0.5 * (y[k] + growth * w[k]);
+    const double along = -speed * i;
+    a[0] = along * p[0] - p[1] * y[0] - p[2] * y[1] - p[3] * y[2];
+    a[1] = along * p[1] + p[0] * y[0] - p[3] * y[1] + p[2] * y[2];
+    a[2] = along * p[2] + p[3] * y[0] + p[0] * y[1] - p[1] * y[2];
+    a[3] = along * p[3] - p[2] * y[0] + p[1] * y[1] + p[0] * y[2];
+  }
+};
+
+/// The same with the constraint ½ (|p|² − 1) = 0, whose multiplier is zero.
+template <bool driven>
+struct UnitQuaternionBodyByHand {
+  QuaternionBodyByHand<driven> body;
+  void operator()(const double* p, const double* v, double* a) const {
+    body(p, v, a);
+    a[4] = 0.0;
+  }
+};
+
+/// A free body by its rotation vector u, θ = |u|, away from u = 0: with a = sin θ/θ, b = (1 − cos θ)/θ², c = (1 − a)/θ²
+/// Ω = a u̇ − b u × u̇ + c (u·u̇) u, solved for ü by its inverse E + ½ [u×] + d [u×]², d = (1 − a/2b)/θ².
+template <bool driven>
+struct RotationVectorBodyByHand : TurningBody {
+  void operator()(const double* u, const double* v, double* out) const {
+    const double x = u[0] * u[0] + u[1] * u[1] + u[2] * u[2], theta = std::sqrt(x);
+    const double sine = detail::shared_sine(theta), cosine = detail::shared_cosine(theta);
+    const double of_theta = 1.0 / theta, i = of_theta * of_theta;
+    const double a = sine * of_theta, b = (1.0 - cosine) * i, c = (1.0 - a) * i;
+    const double s = u[0] * v[0] + u[1] * v[1] + u[2] * v[2], speed = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    const double cross[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+    double w[3], t[3] = {0.0, 0.0, 0.0}, y[3];
+    for (int k = 0; k < 3; ++k) w[k] = a * v[k] - b * cross[k] + c * s * u[k];
+    if constexpr (driven) {  // Rᵀτ = τ − a u × τ + b u × (u × τ)
+      const double* f = torque;
+      const double uf = u[0] * f[0] + u[1] * f[1] + u[2] * f[2];
+      const double r[3] = {u[1] * f[2] - u[2] * f[1], u[2] * f[0] - u[0] * f[2], u[0] * f[1] - u[1] * f[0]};
+      for (int k = 0; k < 3; ++k) t[k] = cosine * f[k] - a * r[k] + b * uf * u[k];
+    }
+    euler(w, t, y);
+    const double da = s * (c - b), db = s * (a - 2.0 * b) * i, dc = s * (b - 3.0 * c) * i, along = dc * s + c * speed, too = da + c * s;
+    for (int k = 0; k < 3; ++k) y[k] -= too * v[k] - db * cross[k] + along * u[k];
+    const double d = (1.0 - 0.5 * a / b) * i, uy = u[0] * y[0] + u[1] * y[1] + u[2] * y[2], rest = 1.0 - d * x;
+    out[0] = rest * y[0] + 0.5 * (u[1] * y[2] - u[2] * y[1]) + d * uy * u[0];
+    out[1] = rest * y[1] + 0.5 * (u[2] * y[0] - u[0] * y[2]) + d * uy * u[1];
+    out[2] = rest * y[2] + 0.5 * (u[0] * y[1] - u[1] * y[0]) + d * uy * u[2];
+  }
+};
+
+/// A free body by Euler's angles 3-1-3, (φ, ϑ, ψ).
+template <bool driven>
+struct EulerAnglesBodyByHand : TurningBody {
+  void operator()(const double* q, const double* v, double* a) const {
+    const double s = detail::shared_sine(q[1]), c = detail::shared_cosine(q[1]);
+    const double sp = detail::shared_sine(q[2]), cp = detail::shared_cosine(q[2]);
+    const double w[3] = {v[0] * s * sp + v[1] * cp, v[0] * s * cp - v[1] * sp, v[0] * c + v[2]};
+    double t[3] = {0.0, 0.0, 0.0}, y[3];
+    if constexpr (driven) {
+      const double sf = detail::shared_sine(q[0]), cf = detail::shared_cosine(q[0]);
+      const double node = cf * torque[0] + sf * torque[1], across = cf * torque[1] - sf * torque[0];
+      const double up = c * across + s * torque[2];
+      t[0] = cp * node + sp * up;
+      t[1] = cp * up - sp * node;
+      t[2] = c * torque[2] - s * across;
+    }
+    euler(w, t, y);
+    a[0] = (sp * y[0] + cp * y[1] - v[1] * (v[0] * c - v[2])) / s;
+    a[1] = cp * y[0] - sp * y[1] - v[0] * v[2] * s;
+    a[2] = y[2] - a[0] * c + v[0] * v[1] * s;
+  }
+};
+
+}  // namespace qdot::bench

@@ -1,0 +1,80 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The rows of `qdot bench scenes`: q̈ of a scene with its effects, and λ where there are constraints, beside the same as an expert
+// writes it. A unit that has rows declares one function here that returns them, and scenes.cpp lists that function.
+
+#include <string>
+#include <vector>
+
+#include "bench/eom.hpp"
+#include "qdot/effects/scene_motion.hpp"
+
+namespace qdot::bench {
+
+struct SceneRow {
+  EquationsRow evaluation;
+  int constraints;
+  std::string effect;
+};
+
+std::vector<SceneRow> system_scene_rows();             // scenes_systems.cpp
+std::vector<SceneRow> unrolled_chain_scene_rows();     // scenes_unrolled_chains.cpp
+std::vector<SceneRow> looped_chain_scene_rows();       // scenes_looped_chains.cpp
+std::vector<SceneRow> written_out_chain_scene_rows();  // scenes_written_out_chains.cpp
+std::vector<SceneRow> placed_chain_scene_rows();       // scenes_placed_chains.cpp
+
+/// The states of the effects of a case (measured_scenes.hpp).
+template <class Case>
+auto states_of_case() {
+  if constexpr (requires { Case::states(); }) {
+    return Case::states();
+  } else {
+    return EffectStates<decltype(Case::scene())>();
+  }
+}
+
+/// Objects whose parameters are read when they are evaluated, like a user's.
+template <class Case>
+inline const auto benched_scene = Case::scene();
+template <class Case>
+inline const auto benched_states = states_of_case<Case>();
+
+/// q̈ of a case, followed by λ where it has constraints.
+template <class Case>
+[[gnu::noinline]] void by_scene(const double* q, const double* qdot, double* out) {
+  constexpr int n = Case::n, m = Case::constraints;
+  using V = Vector<double, n>;
+  const V x(Eigen::Map<const V>{q}), v(Eigen::Map<const V>{qdot});
+  if constexpr (m == 0) {
+    Eigen::Map<V>{out} = acceleration(benched_scene<Case>, x, v, 0.0, benched_states<Case>);
+  } else {
+    const auto solution = constrained_acceleration(benched_scene<Case>, x, v, 0.0, benched_states<Case>);
+    Eigen::Map<V>{out} = solution.qddot;
+    Eigen::Map<Vector<double, m>>{out + n} = solution.lambda;
+  }
+}
+
+/// A case beside another function than its hand-derived one.
+template <class Case>
+SceneRow row_beside(AccelerationFunction baseline, const char* baseline_name) {
+  return {.evaluation = {.system = Case::name,
+                         .n = Case::n,
+                         .door = "",
+                         .baseline = baseline,
+                         .measured = by_scene<Case>,
+                         .lowest = Case::lowest,
+                         .highest = Case::highest,
+                         .baseline_name = baseline_name,
+                         .numbers_out = Case::n + Case::constraints},
+          .constraints = Case::constraints,
+          .effect = Case::effect};
+}
+
+/// Cases beside what an expert writes.
+template <class... Case>
+std::vector<SceneRow> rows_of_cases() {
+  return {row_beside<Case>(by_hand<typename Case::Hand>, "hand-derived")...};
+}
+
+}  // namespace qdot::bench
