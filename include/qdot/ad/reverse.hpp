@@ -20,6 +20,7 @@
 #include <cstddef>
 #include <limits>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "qdot/ad/dual_eigen.hpp"
@@ -69,6 +70,32 @@ struct Tape {
       if (node.b >= 0) adjoint[static_cast<std::size_t>(node.b)] += adjoint[k] * node.along_b;
     }
   }
+
+  // The same of a node that depends on few others: visit(variable, derivative), the last variable first. Only nodes between the two are
+  // seen. `waiting` is room to work in: the nodes that are still to be seen, in their order, with what they have got so far.
+  template <class Visit>
+  void for_each_derivative(int from, std::vector<std::pair<int, N>>& waiting, Visit&& visit) const {
+    waiting.clear();
+    const auto add = [&](int node, const N& share) {
+      if (node < 0) return;
+      auto at = waiting.end();
+      while (at != waiting.begin() && (at - 1)->first > node) --at;
+      if (at != waiting.begin() && (at - 1)->first == node) {
+        (at - 1)->second += share;
+      } else {
+        waiting.insert(at, {node, share});
+      }
+    };
+    add(from, N(1.0));
+    while (!waiting.empty()) {
+      const auto [k, adjoint] = waiting.back();
+      waiting.pop_back();
+      const Node& node = nodes[static_cast<std::size_t>(k)];
+      if (node.a < 0 && node.b < 0) visit(k, adjoint);
+      add(node.a, adjoint * node.along_a);
+      add(node.b, adjoint * node.along_b);
+    }
+  }
 };
 
 // A number whose operations are written to a tape.
@@ -114,6 +141,10 @@ struct Reverse {
   friend bool operator>(const Reverse& a, const Reverse& b) { return compared(a, b), a.value > b.value; }
   friend bool operator>=(const Reverse& a, const Reverse& b) { return compared(a, b), a.value >= b.value; }
 
+  friend const auto& innermost_value(const Reverse& x) {
+    using qdot::innermost_value;
+    return innermost_value(x.value);
+  }
   int degree() const { return node < 0 ? 0 : tape->degree(node); }
   static int highest(const Reverse& x, const Reverse& y) { return std::max(x.degree(), y.degree()); }
   static void compared(const Reverse& x, const Reverse& y) {

@@ -257,4 +257,21 @@ std::vector<std::string> constraint_names(const Scene<Sys, Effects...>& scene) {
   return names;
 }
 
+namespace detail {
+
+// Names the constraint whose rows are not finite, if there is one.
+template <class Sc, class Rows, class... Derived>
+void require_finite_rows(const Sc& scene, double t, const Rows& rows, const Derived&... more) {
+  if (rows.allFinite() && (more.allFinite() && ...)) return;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    if (rows.row(i).allFinite() && (more.row(i).allFinite() && ...)) continue;
+    const std::string name = constraint_names(scene)[static_cast<std::size_t>(i)];
+    throw NonFinite("the constraint '" + name + "'", t,
+                    "a constraint and its derivatives must be finite, but those of '" + name + "' are not at t = " + std::to_string(t) +
+                        "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain");
+  }
+}
+
+}  // namespace detail
+
 }  // namespace qdot

@@ -30,6 +30,7 @@
 #include <sstream>
 #include <string>
 
+#include "qdot/effects/constraint_geometry.hpp"
 #include "qdot/effects/projection_report.hpp"
 #include "qdot/effects/scene_motion.hpp"
 
@@ -37,24 +38,19 @@ namespace qdot {
 
 namespace detail {
 
-// The way from q that takes φ away: the shortest in the metric of the factors' M, or that in the metric of sizes (above).
-template <int n, int m, class Names>
-Vector<double, n> way_back(const ConstrainedFactors<n, m>& factors, const Matrix<double, m, n>& J, const Vector<double, n>& q,
-                           const Vector<double, m>& phi, double cutoff, double t, const Names& names) {
+// The way from q that takes φ away: the shortest in the metric of M, or that in the metric of sizes (above).
+template <class Sc, int n, int m>
+Vector<double, n> way_back(ConstraintGeometry<Sc>& geometry, const Vector<double, n>& q, const Vector<double, m>& phi) {
   constexpr double epsilon = std::numeric_limits<double>::epsilon();
-  const Vector<double, n> shortest = factors.displacement(Vector<double, m>(-phi), t, names);
+  const Vector<double, n> shortest = geometry.displacement(Vector<double, m>(-phi));
+  const Vector<double, n> size = q.cwiseAbs();
   double in_roundings = 0.0;  // the largest |φᵢ|/ρᵢ
   for (Eigen::Index i = 0; i < phi.size(); ++i)
-    if (phi[i] != 0.0) in_roundings = std::max(in_roundings, std::abs(phi[i]) / (epsilon * J.row(i).cwiseAbs().dot(q.cwiseAbs())));
+    if (phi[i] != 0.0) in_roundings = std::max(in_roundings, std::abs(phi[i]) / (epsilon * geometry.reach(i, size)));
   bool harmless = !(in_roundings <= 64);
-  if (!harmless) harmless = (shortest.cwiseAbs().array() <= 1000 * epsilon * in_roundings * q.cwiseAbs().array()).all();
+  if (!harmless) harmless = (shortest.cwiseAbs().array() <= 1000 * epsilon * in_roundings * size.array()).all();
   if (harmless) return shortest;
-  Matrix<double, n> metric = Matrix<double, n>::Zero(q.size(), q.size());
-  for (Eigen::Index j = 0; j < q.size(); ++j) {
-    const double size = std::max(std::abs(q[j]), 1e-100);
-    metric(j, j) = 1.0 / (size * size);
-  }
-  return ConstrainedFactors<n, m>(metric, J, cutoff).displacement(Vector<double, m>(-phi), t, names);
+  return geometry.displacement(Vector<double, m>(-phi), Vector<double, n>(size.cwiseMax(1e-100)));
 }
 
 }  // namespace detail
@@ -73,7 +69,6 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   static_assert(Sc::has_constraints, "qdot: only a scene with constraints can be projected onto them");
   constexpr int m = Sc::constraints_at_compile_time;
   constexpr int most_iterations = 25;
-  const detail::SceneNames<Sc> names{scene};
   ProjectionReport report;
   const Vector<double, n> q_start = q;
   const Vector<double, n> qdot_start = qdot;
@@ -94,9 +89,8 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   };
   while (report.residual > 0) {
     if (report.iterations == most_iterations) fail("Newton's method took 25 steps and did not arrive");
-    const Matrix<double, m, n> J = constraint_jacobian(scene, q, qdot, t, z);
-    const detail::ConstrainedFactors<n, m> factors(mass_matrix(scene, q, qdot, t), J, cutoff);
-    const Vector<double, n> step = detail::way_back(factors, J, q, phi, cutoff, t, names);
+    detail::ConstraintGeometry<Sc> geometry(scene, q, qdot, t, z, cutoff);
+    const Vector<double, n> step = detail::way_back(geometry, q, phi);
     ++report.iterations;
     double change = 0.0;  // relative to the size of each coordinate
     for (Eigen::Index i = 0; i < q.size(); ++i) change = std::max(change, std::abs(step[i]) / (1.0 + std::abs(q[i])));
@@ -116,23 +110,24 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
     report.residual = residual;
   }
 
-  const Matrix<double, m, n> J = constraint_jacobian(scene, q, qdot, t, z);
-  detail::require_finite_rows(scene, t, J);
+  detail::ConstraintGeometry<Sc> geometry(scene, q, qdot, t, z, cutoff);
+  geometry.require_finite();
+  Vector<double, m> length(phi.size());
+  for (Eigen::Index i = 0; i < phi.size(); ++i) length[i] = geometry.length(i);
   // A Newton iteration that stands still on contradicting rows has not arrived.
   constexpr double arrived = 1e-8;
-  for (Eigen::Index i = 0; i < J.rows(); ++i)
-    if (std::abs(phi[i]) > arrived * (J.row(i).norm() * (1.0 + q.cwiseAbs().maxCoeff()) + (J.row(i).isZero() ? 1.0 : 0.0)))
+  const auto is_off = [&](Eigen::Index i, double size) { return std::abs(phi[i]) > arrived * (length[i] * (1.0 + size) + (length[i] < 1e-12 ? 1.0 : 0.0)); };
+  const double size_of_q = q.cwiseAbs().maxCoeff(), size_of_qdot = qdot_start.cwiseAbs().maxCoeff();
+  for (Eigen::Index i = 0; i < phi.size(); ++i)
+    if (is_off(i, size_of_q))
       fail("no state satisfies all of them");
-  const detail::ConstrainedFactors<n, m> factors(mass_matrix(scene, q, qdot, t), J, cutoff);
-  report.rank = factors.rank();
-  const Vector<double, n> dv =
-      factors.displacement(Vector<double, m>(-constraint_velocity(scene, q, qdot, t, z)), t, names);
-  qdot += dv;
+  report.rank = geometry.rank();
+  qdot += geometry.displacement(Vector<double, m>(-constraint_velocity(scene, q, qdot, t, z)));
   phi = constraint_velocity(scene, q, qdot, t, z);
   detail::require_finite_rows(scene, t, phi);
   report.velocity_residual = phi.cwiseAbs().maxCoeff();
-  for (Eigen::Index i = 0; i < J.rows(); ++i)
-    if (std::abs(phi[i]) > arrived * (J.row(i).norm() * (1.0 + qdot_start.cwiseAbs().maxCoeff()) + (J.row(i).isZero() ? 1.0 : 0.0)))
+  for (Eigen::Index i = 0; i < phi.size(); ++i)
+    if (is_off(i, size_of_qdot))
       fail("no velocity satisfies all of them");
   report.moved_q = (q - q_start).cwiseAbs().maxCoeff();
   report.moved_qdot = (qdot - qdot_start).cwiseAbs().maxCoeff();

@@ -20,6 +20,7 @@
 
 #include "qdot/effects/constrained_equations.hpp"
 #include "qdot/effects/constrained_solve.hpp"
+#include "qdot/effects/constraint_geometry.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
@@ -123,19 +124,6 @@ template <class Sc>
   });
 }
 
-// Names the constraint whose rows are not finite, if there is one.
-template <class Sc, class Rows, class... Derived>
-void require_finite_rows(const Sc& scene, double t, const Rows& rows, const Derived&... more) {
-  if (rows.allFinite() && (more.allFinite() && ...)) return;
-  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-    if (rows.row(i).allFinite() && (more.row(i).allFinite() && ...)) continue;
-    const std::string name = constraint_names(scene)[static_cast<std::size_t>(i)];
-    throw NonFinite("the constraint '" + name + "'", t,
-                    "a constraint and its derivatives must be finite, but those of '" + name + "' are not at t = " + std::to_string(t) +
-                        "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain");
-  }
-}
-
 }  // namespace detail
 
 /// Accelerations and multipliers of a scene with constraints.
@@ -158,6 +146,10 @@ auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordin
     ConstrainedSolution<n, m> solution;
     const detail::ConstrainedTo<Sc> use{scene, z, Q.data(), cutoff * cutoff, solution};
     if (detail::with_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use)) return solution;
+  }
+  if constexpr (detail::may_be_sparse<Sc>) {
+    ConstrainedSolution<n, m> solution;
+    if (detail::sparse_solution(scene, q, qdot, t, z, Q, cutoff, solution)) return solution;
   }
   const auto rows = constraint_rows(scene, q, qdot, t, z);
   if (q.allFinite() && qdot.allFinite()) detail::require_finite_rows(scene, t, rows.J, rows.gamma);

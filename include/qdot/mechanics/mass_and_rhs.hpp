@@ -22,6 +22,7 @@
 
 #include <algorithm>
 #include <type_traits>
+#include <utility>
 
 #include "qdot/mechanics/banded_equations.hpp"
 #include "qdot/mechanics/graded_evaluation.hpp"
@@ -46,6 +47,10 @@ inline constexpr int inlined_uses_limit = 4;
 template <int n, class E>
 bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r);
 
+// Some uses want M within its band, however few coordinates there are.
+template <class Use>
+inline constexpr bool wants_band = requires { Use::wants_band; };
+
 // Calls `use` with M and r at a state; false where there is no way but the general one.
 template <int n, class E, class Use>
 bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use) {
@@ -59,12 +64,12 @@ bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<doub
       if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) {
         if (straight_line_equations<n>(e, AtState{q.data(), qdot.data(), t}, use)) return true;
       }
-      if constexpr (graded_pays<n> && !always_straight<E, n>) {
+      if constexpr (graded_pays<n> && !always_straight<E, n> && !wants_band<Use>) {
         if (q.size() <= graded_limit<n>) return graded_ways<n>(e, q, qdot, t, use);
       }
     }
     if constexpr (n == Dynamic) {
-      if (q.size() > graded_limit<n>) {
+      if (wants_band<Use> || q.size() > graded_limit<n>) {
         BandedEquations found = banded_equations(e, q, qdot, t);
         return use.banded(AtState{q.data(), qdot.data(), t}, found.M, found.r);
       }
@@ -174,6 +179,27 @@ struct PackedTo {
       r_out[i] = r[i];
       for (int j = 0; j <= i; ++j) M_out[triangle_index(i, j)] = M[4 * blocks * i + j];
     }
+    return true;
+  }
+};
+
+// A use: M within its band, and r.
+struct BandTo {
+  static constexpr bool shared = true, wants_band = true;
+  BandedMatrix& M_out;
+  Eigen::VectorXd& r_out;
+
+  bool banded(const AtState&, BandedMatrix& M, Eigen::VectorXd& r) const {
+    M_out = std::move(M);
+    r_out = std::move(r);
+    return true;
+  }
+  template <int blocks>
+  bool rows(const AtState&, int size, const double* M, const double* r) const {
+    M_out = BandedMatrix(size, size - 1);
+    r_out = Eigen::Map<const Eigen::VectorXd>(r, size);
+    for (int i = 0; i < size; ++i)
+      for (int j = 0; j <= i; ++j) M_out(i, j) = M[4 * blocks * i + j];
     return true;
   }
 };
