@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A thousand runs that fail leave nothing behind: as many allocations are alive as before (and the leak sanitizer agrees), whatever
+// Two hundred runs that fail leave nothing behind: as many allocations are alive as before (and the leak sanitizer agrees), whatever
 // the method and however the run ends.
 #include <cmath>
 #include <stdexcept>
@@ -68,9 +68,9 @@ std::vector<std::pair<std::string, AnyMethod<System>>> methods() {
 
 const State<1> start{0.0, Vector<double, 1>(0.28), Vector<double, 1>(1.0)};
 const Options coarse{.rtol = 1e-5, .atol = 1e-5, .max_steps = 500, .output_times = {0.001, 0.01, 0.5}};
-constexpr int runs = 1000;
+constexpr int runs = 200;
 
-// Calls `once(i)`, which fails, so often that each method has its part of a thousand; returns how many more allocations are alive.
+// Calls `once(i)`, which fails, so often that each method has its part of two hundred; returns how many more allocations are alive.
 template <class Once>
 long left_behind(std::size_t count, const Once& once) {
   for (std::size_t i = 0; i < count; ++i) once(i);  // what the C++ and C libraries keep for themselves from their first time on
@@ -81,7 +81,7 @@ long left_behind(std::size_t count, const Once& once) {
 
 }  // namespace
 
-TEST_CASE("a thousand runs against forces that become NaN leave nothing behind, whatever the method") {
+TEST_CASE("two hundred runs against forces that become NaN leave nothing behind, whatever the method") {
   const auto particle = mechanical_system<1>(speed, Wall{});
   const auto all = methods<Particle>();
   REQUIRE(all.size() == 17);
@@ -93,7 +93,7 @@ TEST_CASE("a thousand runs against forces that become NaN leave nothing behind, 
   }
 }
 
-TEST_CASE("a thousand runs that end by an exception of the user's leave nothing behind, whatever the method") {
+TEST_CASE("two hundred runs that end by an exception of the user's leave nothing behind, whatever the method") {
   const auto particle = mechanical_system<1>(speed, Wall{true});
   const auto all = methods<Particle>();
   int thrown = 0;
@@ -109,7 +109,7 @@ TEST_CASE("a thousand runs that end by an exception of the user's leave nothing 
   CHECK(thrown >= runs);
 }
 
-TEST_CASE("a thousand runs into a singular mass matrix leave nothing behind, whatever the method") {
+TEST_CASE("two hundred runs into a singular mass matrix leave nothing behind, whatever the method") {
   const auto all = methods<std::remove_const_t<decltype(fading)>>();
   std::vector<int> failures(all.size(), 0);
   CHECK(left_behind(all.size(), [&](std::size_t i) { failures[i] += failed(simulate(fading, start, 1.0, all[i].second, coarse).outcome); }) == 0);
@@ -119,7 +119,7 @@ TEST_CASE("a thousand runs into a singular mass matrix leave nothing behind, wha
   }
 }
 
-TEST_CASE("a thousand starts that are refused leave nothing behind, whatever the method") {
+TEST_CASE("two hundred starts that are refused leave nothing behind, whatever the method") {
   const auto particle = mechanical_system<1>(speed, Wall{});
   const auto all = methods<Particle>();
   int refused = 0;
