@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: MIT
 #
-# cmake -DCOMPILER=… -DSOURCE=… -DINCLUDE=… -P compile.cmake: compiles SOURCE, and compares with its "// message: …" lines. With the
-# options that a line "// flags: …" names.
+# cmake -DCOMPILER=… -DHEADERS=… -DSOURCE=… -DINCLUDE=… -P compile.cmake: compiles SOURCE, and compares with its "// message: …" lines.
+# With the precompiled HEADERS, or with the options that a line "// flags: …" names, for which there are none.
 file(STRINGS ${SOURCE} messages REGEX "^// message: ")
 list(TRANSFORM messages REPLACE "^// message: " "")
 
 file(STRINGS ${SOURCE} options REGEX "^// flags: ")
 string(REGEX REPLACE "^// flags: " "" options "${options}")
 separate_arguments(options)
+if(NOT options)
+  set(options -include ${HEADERS})
+endif()
 
 list(TRANSFORM INCLUDE PREPEND -isystem OUTPUT_VARIABLE flags)
 execute_process(COMMAND ${COMPILER} -std=c++20 -fsyntax-only ${options} ${flags} ${SOURCE}
