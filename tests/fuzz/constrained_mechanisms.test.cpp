@@ -107,7 +107,7 @@ Samples differences(std::uint64_t seed, bool depends) {
     const Vec q = random_vector(random, 3.0), v = random_vector(random, 2.0);
     const double t = fuzz::uniform(random, 0.0, 5.0);
 
-    const fuzz::Equations free = fuzz::equations_of(tree, Reals(q.data(), q.data() + n), Reals(v.data(), v.data() + n));
+    const fuzz::TreeEquations free = fuzz::equations_of(tree, Reals(q.data(), q.data() + n), Reals(v.data(), v.data() + n));
     std::vector<Reals> K(n + m, Reals(n + m, 0));
     Reals right = free.rhs;
     std::vector<Reals> J(m);

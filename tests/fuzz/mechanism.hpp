@@ -315,14 +315,14 @@ inline Reals solved(std::vector<Reals> A, Reals b) {
 }
 
 /// M and rhs of M q̈ = rhs: a column for each unit acceleration from rest.
-struct Equations {
+struct TreeEquations {
   std::vector<Reals> M;
   Reals rhs;
 };
-inline Equations equations_of(const Tree& tree, const Reals& q, const Reals& v) {
+inline TreeEquations equations_of(const Tree& tree, const Reals& q, const Reals& v) {
   const std::size_t n = q.size();
   const Reals zero(n, 0);
-  Equations e{std::vector<Reals>(n, zero), joint_forces(tree, q, v, zero)};
+  TreeEquations e{std::vector<Reals>(n, zero), joint_forces(tree, q, v, zero)};
   for (Real& f : e.rhs) f = -f;
   for (std::size_t j = 0; j < n; ++j) {
     Reals unit = zero;
@@ -333,7 +333,7 @@ inline Equations equations_of(const Tree& tree, const Reals& q, const Reals& v) 
   return e;
 }
 inline Reals accelerations_of(const Tree& tree, const Reals& q, const Reals& v) {
-  const Equations e = equations_of(tree, q, v);
+  const TreeEquations e = equations_of(tree, q, v);
   return solved(e.M, e.rhs);
 }
 

@@ -74,7 +74,7 @@ void check(const System& system, const fuzz::Tree& tree, fuzz::Random& random, c
   const auto size = static_cast<Eigen::Index>(tree.bodies.size());
   const Vector<double, n> q = random_vector<n>(random, size, 3.0), v = random_vector<n>(random, size, 2.0);
   INFO(fuzz::seed_text() << ", " << door << ", " << size << " bodies");
-  const fuzz::Equations exact = fuzz::equations_of(tree, reals<n>(q), reals<n>(v));
+  const fuzz::TreeEquations exact = fuzz::equations_of(tree, reals<n>(q), reals<n>(v));
   CHECK(difference<n>(acceleration(system, q, v), fuzz::solved(exact.M, exact.rhs)) < rounded);
   Real T = 0;
   for (std::size_t i = 0; i < exact.M.size(); ++i)
