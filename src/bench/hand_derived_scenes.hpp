@@ -6,7 +6,9 @@
 //
 //     M q̈ = r + Jᵀλ ,    (J M⁻¹ Jᵀ) λ = γ − J M⁻¹ r
 //
-// is written out, its zeros left out; q̈ is followed by λ.
+// is written out, its zeros left out; q̈ is followed by λ. What depends on parameters alone is computed once, as a member, and divided by
+// beforehand. The members are read when a function is called, like the parameters of the scene: of baselines of so few operations much would be
+// gone if the compiler knew that a mass is 1.
 
 #include <cmath>
 
@@ -53,24 +55,25 @@ struct ChainSceneByHand {
 template <bool motor, bool friction>
 struct CartpoleByHand {
   double M = 2.0, m = 1.0, l = 1.0, g = 9.81, k = 2.0, current = 1.5, F = 1.0, v0 = 1e-3, c = 0.1;
+  double ml = m * l, per_l = 1.0 / l, per_v0 = 1.0 / v0, c_per_ml = c / (m * l);
   void operator()(const double* q, const double* v, double* a) const {
     const double s = detail::shared_sine(q[1]), co = detail::shared_cosine(q[1]);
-    double u = m * l * s * v[1] * v[1];
+    double u = ml * s * v[1] * v[1];
     double w = -g * s;  // over m l
     if constexpr (motor) u += k * current;
     if constexpr (friction) {
-      u -= F * std::tanh(v[0] / v0);
-      w -= c / (m * l) * v[1];
+      u -= F * std::tanh(v[0] * per_v0);
+      w -= c_per_ml * v[1];
     }
     a[0] = (u - m * co * w) / (M + m * s * s);
-    a[1] = (w - co * a[0]) / l;
+    a[1] = (w - co * a[0]) * per_l;
   }
 };
 
 /// A bob on a rod, x and y: J = (x, y), γ = −v². With drag −b |v| v.
 template <bool drag>
 struct CartesianPendulumByHand {
-  double m = 1.0, g = 9.81, b = 0.1;
+  double m = 1.0, g = 9.81, b = 0.1, per_m = 1.0 / m;
   void operator()(const double* q, const double* v, double* a) const {
     const double v2 = v[0] * v[0] + v[1] * v[1];
     double rx = 0.0, ry = -m * g;
@@ -80,21 +83,22 @@ struct CartesianPendulumByHand {
       ry -= k * v[1];
     }
     const double lambda = -(m * v2 + q[0] * rx + q[1] * ry) / (q[0] * q[0] + q[1] * q[1]);
-    a[0] = (rx + lambda * q[0]) / m;
-    a[1] = (ry + lambda * q[1]) / m;
+    a[0] = (rx + lambda * q[0]) * per_m;
+    a[1] = (ry + lambda * q[1]) * per_m;
     a[2] = lambda;
   }
 };
 
 /// A bob on a taut rope: J = −(x, y)/ρ, γ = (v² − ρ̇²)/ρ.
 struct TautRopeByHand {
-  double m = 1.0, g = 9.81;
+  double m = 1.0, g = 9.81, per_m = 1.0 / m;
   void operator()(const double* q, const double* v, double* a) const {
     const double i = 1.0 / std::sqrt(q[0] * q[0] + q[1] * q[1]);
     const double x = q[0] * i, y = q[1] * i, rate = x * v[0] + y * v[1];
     const double lambda = m * ((v[0] * v[0] + v[1] * v[1] - rate * rate) * i - g * y);
-    a[0] = -lambda * x / m;
-    a[1] = -g - lambda * y / m;
+    const double pull = lambda * per_m;
+    a[0] = -pull * x;
+    a[1] = -g - pull * y;
     a[2] = lambda;
   }
 };
@@ -103,10 +107,10 @@ struct TautRopeByHand {
 ///
 ///     ┌ A  B  0 ┐       ┌ r₀ ┐       ┌ J₀₀ J₀₁ J₀₂ ┐
 ///     │ B  C  0 │ q̈ =   │ r₁ │ + Jᵀλ,  │             │ q̈ = γ .
-///     └ 0  0  D ┘       └ r₂ ┘       └ J₁₀ J₁₁ J₁₂ ┘
-[[gnu::always_inline]] inline void solve_loop(double A, double B, double C, double D, const double* r, const double (&J)[2][3], const double* gamma,
+///     └ 0  0 1/d┘       └ r₂ ┘       └ J₁₀ J₁₁ J₁₂ ┘
+[[gnu::always_inline]] inline void solve_loop(double A, double B, double C, double d, const double* r, const double (&J)[2][3], const double* gamma,
                                               double* a) {
-  const double determinant = 1.0 / (A * C - B * B), d = 1.0 / D;
+  const double determinant = 1.0 / (A * C - B * B);
   const double u = A * determinant, v = -B * determinant, w = C * determinant;
   const auto x = [&](const double* f) __attribute__((always_inline)) { return w * f[0] + v * f[1]; };
   const auto y = [&](const double* f) __attribute__((always_inline)) { return v * f[0] + u * f[1]; };
@@ -129,68 +133,68 @@ struct TautRopeByHand {
 template <bool driven>
 struct FourBarByHand {
   double a = 0.3, b = 0.9, c = 0.7, mu = 1.0, g = 9.81, torque = 1.0;
+  double A = mu * (a * a * a / 3.0 + b * a * a), C = mu * b * b * b / 3.0, d = 3.0 / (mu * c * c * c), coupling = 0.5 * mu * a * b * b;
+  double G0 = mu * g * a * (0.5 * a + b), G1 = 0.5 * mu * g * b * b, G2 = 0.5 * mu * g * c * c;
   void operator()(const double* q, const double* v, double* out) const {
     const double s0 = detail::shared_sine(q[0]), c0 = detail::shared_cosine(q[0]);
     const double s1 = detail::shared_sine(q[1]), c1 = detail::shared_cosine(q[1]);
     const double s2 = detail::shared_sine(q[2]), c2 = detail::shared_cosine(q[2]);
     const double w0 = v[0] * v[0], w1 = v[1] * v[1], w2 = v[2] * v[2];
-    const double coupling = 0.5 * mu * a * b * b;
     const double sine = coupling * (s0 * c1 - c0 * s1);
-    const double r[3] = {-sine * w1 - mu * g * a * (0.5 * a + b) * c0 + (driven ? torque : 0.0),  //
-                         sine * w0 - 0.5 * mu * g * b * b * c1, -0.5 * mu * g * c * c * c2};
+    const double r[3] = {-sine * w1 - G0 * c0 + (driven ? torque : 0.0), sine * w0 - G1 * c1, -G2 * c2};
     const double ac = a * c0, as = a * s0, bc = b * c1, bs = b * s1, cc = c * c2, cs = c * s2;
     const double J[2][3] = {{-as, -bs, cs}, {ac, bc, -cc}};
     const double gamma[2] = {ac * w0 + bc * w1 - cc * w2, as * w0 + bs * w1 - cs * w2};
-    solve_loop(mu * (a * a * a / 3.0 + b * a * a), coupling * (c0 * c1 + s0 * s1), mu * b * b * b / 3.0, mu * c * c * c / 3.0, r, J, gamma, out);
+    solve_loop(A, coupling * (c0 * c1 + s0 * s1), C, d, r, J, gamma, out);
   }
 };
 
 /// Slider and crank, J and γ of r cos θ + l cos β = x, r sin θ = l sin β.
 struct SliderCrankByHand {
   double r = 0.3, l = 0.8, m1 = 1.0, m2 = 1.0, m3 = 2.0;
+  double A = (m1 / 3.0 + m2) * r * r, C = m2 * l * l / 3.0, d = 1.0 / m3, coupling = 0.5 * m2 * r * l;
   void operator()(const double* q, const double* v, double* out) const {
     const double s0 = detail::shared_sine(q[0]), c0 = detail::shared_cosine(q[0]);
     const double s1 = detail::shared_sine(q[1]), c1 = detail::shared_cosine(q[1]);
     const double w0 = v[0] * v[0], w1 = v[1] * v[1];
-    const double coupling = 0.5 * m2 * r * l;
     const double sine = coupling * (s0 * c1 + c0 * s1);
     const double f[3] = {-sine * w1, -sine * w0, 0.0};
     const double J[2][3] = {{-r * s0, -l * s1, -1.0}, {r * c0, -l * c1, 0.0}};
     const double gamma[2] = {r * c0 * w0 + l * c1 * w1, r * s0 * w0 - l * s1 * w1};
-    solve_loop((m1 / 3.0 + m2) * r * r, coupling * (s0 * s1 - c0 * c1), m2 * l * l / 3.0, m3, f, J, gamma, out);
+    solve_loop(A, coupling * (s0 * s1 - c0 * c1), C, d, f, J, gamma, out);
   }
 };
 
-/// A hoop that rolls down an incline, J = (1, −R), γ = 0; sin α was taken once.
+/// A hoop that rolls down an incline, J = (1, −R), γ = 0.
 struct RollingHoopByHand {
-  double m = 1.0, R = 0.2, kappa = 1.0, sine = std::sin(0.3), g = 9.81;
+  double m = 1.0, R = 0.2, kappa = 1.0, alpha = 0.3, g = 9.81;
+  double fall = g * std::sin(alpha), per_m = 1.0 / m, R_per_I = 1.0 / (kappa * m * R), schur = 1.0 / (per_m + R * R_per_I);
   void operator()(const double*, const double*, double* a) const {
-    const double I = kappa * m * R * R;
-    const double lambda = -g * sine / (1.0 / m + R * R / I);
-    a[0] = g * sine + lambda / m;
-    a[1] = -R * lambda / I;
+    const double lambda = -fall * schur;
+    a[0] = fall + lambda * per_m;
+    a[1] = -R_per_I * lambda;
     a[2] = lambda;
   }
 };
 
 /// Chaplygin's sleigh: along the blade a ω², across it γ = ω (ẋ cos θ + ẏ sin θ), and (I + m a²) ω̇ = −m a γ.
 struct ChaplyginSleighByHand {
-  double m = 1.0, I = 0.3, d = 0.5;
+  double m = 1.0, I = 0.3, d = 0.5, d_per_I = d / I, schur = 1.0 / (1.0 / m + d * d_per_I);
   void operator()(const double* q, const double* v, double* a) const {
     const double s = detail::shared_sine(q[2]), c = detail::shared_cosine(q[2]);
     const double gamma = v[2] * (v[0] * c + v[1] * s), along = d * v[2] * v[2];
-    const double lambda = gamma / (1.0 / m + d * d / I);
+    const double lambda = gamma * schur;
     a[0] = along * c - gamma * s;
     a[1] = along * s + gamma * c;
-    a[2] = -d / I * lambda;
+    a[2] = -d_per_I * lambda;
     a[3] = lambda;
   }
 };
 
 /// A block on a spring that slides forward with dry friction.
 struct SlidingBlockByHand {
-  double m = 1.0, k = 4.0, F = 0.3;
-  void operator()(const double* q, const double*, double* a) const { a[0] = (-k * q[0] - F) / m; }
+  double m = 1.0, k = 4.0, F = 0.3, per_m = 1.0 / m;
+  void operator()(const double* q, const double*, double* a) const { a[0] = (-k * q[0] - F) * per_m; }
 };
 
 /// Two unit masses on unit rods, and a spring-damper from the middle of the upper rod to the lower mass: ℓ² = 5/4 + cos(θ₁ − θ₂).
@@ -214,12 +218,13 @@ struct SprungDoublePendulumByHand {
 struct TurningBody {
   double A = 1.0, B = 2.0, C = 2.5;
   double torque[3] = {0.3, -0.2, 0.5};
+  double per_A = 1.0 / A, per_B = 1.0 / B, per_C = 1.0 / C;
 
   /// Ω̇ of Euler's equations with the torque t along the body's axes.
   [[gnu::always_inline]] void euler(const double* w, const double* t, double* rate) const {
-    rate[0] = (t[0] - (C - B) * w[1] * w[2]) / A;
-    rate[1] = (t[1] - (A - C) * w[2] * w[0]) / B;
-    rate[2] = (t[2] - (B - A) * w[0] * w[1]) / C;
+    rate[0] = (t[0] - (C - B) * w[1] * w[2]) * per_A;
+    rate[1] = (t[1] - (A - C) * w[2] * w[0]) * per_B;
+    rate[2] = (t[2] - (B - A) * w[0] * w[1]) * per_C;
   }
 };
 

@@ -30,7 +30,7 @@ double difference() {
       v[i] = velocity(random);
     }
     Vector<double, all> a, b;
-    bench::by_hand<typename Case::Hand>(q.data(), v.data(), a.data());
+    bench::by_hand_of_scene<typename Case::Hand>(q.data(), v.data(), a.data());
     bench::by_scene<Case>(q.data(), v.data(), b.data());
     worst = std::max(worst, (a - b).norm() / (1.0 + a.norm()));
   }
