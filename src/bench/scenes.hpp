@@ -19,6 +19,7 @@ struct SceneRow {
 };
 
 std::vector<SceneRow> system_scene_rows();             // scenes_systems.cpp
+std::vector<SceneRow> body_scene_rows();               // scenes_bodies.cpp
 std::vector<SceneRow> unrolled_chain_scene_rows();     // scenes_unrolled_chains.cpp
 std::vector<SceneRow> looped_chain_scene_rows();       // scenes_looped_chains.cpp
 std::vector<SceneRow> written_out_chain_scene_rows();  // scenes_written_out_chains.cpp
