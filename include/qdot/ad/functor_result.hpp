@@ -35,7 +35,7 @@ consteval bool require_numbers() {
 
 // f(arguments…), which must be numbers.
 template <class F, class... Arguments>
-[[gnu::always_inline]] constexpr auto result_of(F&& f, Arguments&&... arguments) {
+constexpr auto result_of(F&& f, Arguments&&... arguments) {
   static_assert(require_numbers<decltype(f(std::forward<Arguments>(arguments)...))>());
   return f(std::forward<Arguments>(arguments)...);
 }

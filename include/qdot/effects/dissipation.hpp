@@ -30,10 +30,32 @@ struct RayleighFunction {
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    if constexpr (detail::moves_by_jets<S, n>) return force_by_jets<n>(q, qdot, t);
+    else return force_by_duals(q, qdot, t);
+  }
+  template <class S, int n>
+  Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return -gradient([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
       return D(detail::of_state(R, Vector<D, n>(q.template cast<D>()), v, D(t)));
     }, qdot);
+  }
+
+ private:
+  // Jets in the direction of velocities; positions and time are constants.
+  template <int n>
+  [[gnu::flatten]] Vector<double, n> force_by_jets(const Vector<double, n>& q, const Vector<double, n>& qdot, double t) const {
+    using S = detail::PositionJet<n>;
+    Vector<S, n> x, v;
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      x[i] = S(q[i]);
+      v[i] = S::template coordinate<i>(qdot[i], 0.0);
+      v[i].has_rate = 0;
+    });
+    Vector<double, n> Q = Vector<double, n>::Zero();
+    detail::ComponentMask present = 0;
+    detail::add_gradient(Q, present, -1.0, S(detail::of_state(R, x, v, S(t))));
+    return Q;
   }
 };
 
@@ -59,7 +81,12 @@ struct ViscousDamping {
   template <class S>
   Vector<S, n> force(const Vector<S, n>&, const Vector<S, n>& qdot, const S&) const {
     Vector<S, n> Q(qdot.size());
-    for (Eigen::Index i = 0; i < qdot.size(); ++i) Q[i] = -c[i] * qdot[i];
+    const auto damp = [&](auto i) __attribute__((always_inline)) { Q[i] = -c[i] * qdot[i]; };
+    if constexpr (detail::moves_by_jets<S, n>) {
+      unroll<n>(damp);
+    } else {
+      for (Eigen::Index i = 0; i < qdot.size(); ++i) damp(i);
+    }
     return Q;
   }
 };
@@ -138,9 +165,14 @@ struct SpringDamper {
     const auto a = detail::of_position(r1, q, t);
     const auto b = detail::of_position(r2, q, t);
     S sum(0);
-    for (Eigen::Index i = 0; i < a.size(); ++i) {
+    const auto add = [&](auto i) __attribute__((always_inline)) {
       const S d = S(a[i]) - S(b[i]);
       sum = sum + d * d;
+    };
+    if constexpr (constexpr int axes = decltype(a)::RowsAtCompileTime; axes == Dynamic) {
+      for (Eigen::Index i = 0; i < a.size(); ++i) add(i);
+    } else {
+      unroll<axes>(add);  // straight-line code stays so
     }
     return sqrt(sum);
   }
@@ -153,11 +185,47 @@ struct SpringDamper {
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    const S rate = velocity_of([&](const auto& x, const auto& s) { return length(x, s); }, q, qdot, t);
+    return pull(damping<S>(), q, qdot, t);
+  }
+  template <class S, int n>
+  Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    return pull_by_duals(damping<S>(), q, qdot, t);
+  }
+  /// Spring and damper together.
+  template <class S, int n>
+  Vector<S, n> force_with_potential(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    return pull([this](const S& l, const S& rate) { return S(k * (l - rest_length) + c * rate); }, q, qdot, t);
+  }
+
+  /// Forces of a tension f(length, rate) between the two points.
+  template <class Law, class S, int n>
+  Vector<S, n> pull(const Law& f, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    if constexpr (detail::moves_by_jets<S, n>) return pull_by_jets<n>(f, q, qdot, t);
+    else return pull_by_duals(f, q, qdot, t);
+  }
+  template <class Law, class S, int n>
+  Vector<S, n> pull_by_duals(const Law& f, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    const auto moving = value_and_velocity_of([&](const auto& x, const auto& s) { return length(x, s); }, q, qdot, t);
     return gradient([&](const auto& x) {
       using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
       return length(x, D(t));
-    }, q) * S(-c * rate);
+    }, q) * S(-f(moving.value, moving.rate));
+  }
+
+ private:
+  template <class S>
+  auto damping() const {
+    return [this](const S&, const S& rate) { return S(c * rate); };
+  }
+
+  template <int n, class Law>
+  [[gnu::flatten]] Vector<double, n> pull_by_jets(const Law& f, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) const {
+    const detail::MovingCoordinates<n> moving(q, qdot, t);
+    const detail::PositionJet<n> l = length(moving.q, moving.t);
+    Vector<double, n> Q = Vector<double, n>::Zero();
+    detail::ComponentMask present = 0;
+    detail::add_gradient(Q, present, double(-f(l.value, detail::rate_of(l))), l);
+    return Q;
   }
 };
 
@@ -185,11 +253,11 @@ struct TensionBetween {
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    const auto moving = value_and_velocity_of([&](const auto& x, const auto& s) { return line.length(x, s); }, q, qdot, t);
-    return gradient([&](const auto& x) {
-      using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
-      return line.length(x, D(t));
-    }, q) * S(-f(moving.value, moving.rate));
+    return line.pull(f, q, qdot, t);
+  }
+  template <class S, int n>
+  Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    return line.pull_by_duals(f, q, qdot, t);
   }
 };
 

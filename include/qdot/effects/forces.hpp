@@ -8,8 +8,8 @@
 //     a force F at a point r(q)              Q = (∂r/∂q)ᵀ F
 //     a torque τ on a body with pose R(q)    Qᵢ = τ·ωᵢ ,   ωᵢ the angular velocity of q̇ = eᵢ
 //
-// Both are one pass of duals through the user's r(q) or R(q); nobody writes a Jacobian. Forces on points may
-// depend on where the point is and how it moves, which is what drag, springs to the wall and magnets need.
+// Both are one evaluation of the user's r(q) or R(q) on numbers that carry derivatives (moving_points.hpp, or duals); nobody writes a Jacobian.
+// Forces on points may depend on where the point is and how it moves, which is what drag, springs to the wall and magnets need.
 
 #include <cmath>
 #include <type_traits>
@@ -20,6 +20,7 @@
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/ad/functor_result.hpp"
 #include "qdot/effects/effect.hpp"
+#include "qdot/effects/moving_points.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/rotation.hpp"
 #include "qdot/mechanics/velocity.hpp"
@@ -145,6 +146,11 @@ struct ForceAtPoint {
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    if constexpr (detail::moves_by_jets<S, n> && Point<n>::RowsAtCompileTime != Dynamic) return force_by_jets<n>(q, qdot, t);
+    else return force_by_duals(q, qdot, t);
+  }
+  template <class S, int n>
+  Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     const auto moving = value_and_velocity_of([&](const auto& x, const auto& s) { return detail::of_position(r, x, s); },
                                               q, qdot, t);
     using Spatial = std::remove_cvref_t<decltype(moving.value)>;
@@ -160,6 +166,26 @@ struct ForceAtPoint {
   }
 
  private:
+  template <int n>
+  [[gnu::flatten]] Vector<double, n> force_by_jets(const Vector<double, n>& q, const Vector<double, n>& qdot, double t) const {
+    constexpr int axes = Point<n>::RowsAtCompileTime;
+    using S = detail::PositionJet<n>;
+    const detail::MovingCoordinates<n> moving(q, qdot, t);
+    const auto point = detail::of_position(r, moving.q, moving.t);
+    S x[axes];
+    Vector<double, axes> position, velocity;
+    unroll<axes>([&](auto c) __attribute__((always_inline)) {
+      x[c] = S(point[c]);
+      position[c] = x[c].value;
+      velocity[c] = detail::rate_of(x[c]);
+    });
+    const auto force = detail::force_vector<double, axes>(applied(position, velocity, t), axes, "the force at a point");
+    Vector<double, n> Q = Vector<double, n>::Zero();
+    detail::ComponentMask present = 0;
+    unroll<axes>([&](auto c) __attribute__((always_inline)) { detail::add_gradient(Q, present, force[c], x[c]); });
+    return Q;
+  }
+
   template <class Spatial, class S>
   auto applied(const Spatial& position, const Spatial& velocity, const S& t) const {
     constexpr bool is_vector = requires { F::RowsAtCompileTime; };  // Eigen's vectors can be called too, with an index
@@ -198,7 +224,12 @@ struct TorqueOnBody {
   static constexpr bool takes_time = detail::functor_takes_time<n, Pose, 1>() || detail::functor_takes_time<n, F, 0>();
 
   template <class S, int n>
-  Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>&, const S& t) const {
+  Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    if constexpr (detail::moves_by_jets<S, n>) return force_by_jets<n>(q, t);
+    else return force_by_duals(q, qdot, t);
+  }
+  template <class S, int n>
+  Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>&, const S& t) const {
     const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
     // ω = Σ ωᵢ q̇ᵢ, so Qᵢ = ∂(τ·ω)/∂q̇ᵢ; linear in q̇, so any q̇ will do.
     return gradient([&](const auto& v) {
@@ -207,6 +238,28 @@ struct TorqueOnBody {
       const auto omega = angular_velocity_of(detail::at_time(R, D(t)), at, v);
       return D(D(tau[0]) * omega[0] + D(tau[1]) * omega[1] + D(tau[2]) * omega[2]);
     }, Vector<S, n>(Vector<S, n>::Zero(q.size())));
+  }
+
+ private:
+  // τ·ω with ω from [ω×] = ṘRᵀ: Qᵢ = Σ W_jk ∂R_jk/∂qᵢ, where the rows of W are τ_y R_z, τ_z R_x, τ_x R_y.
+  template <int n>
+  [[gnu::flatten]] Vector<double, n> force_by_jets(const Vector<double, n>& q, double t) const {
+    const Vector<double, 3> tau = detail::of_time(torque, t);
+    using S = detail::PositionJet<n>;
+    const detail::MovingCoordinates<n> moving(q, q, t);  // at whatever velocity
+    const auto rotation = detail::of_position(R, moving.q, moving.t);
+    Vector<double, n> Q = Vector<double, n>::Zero();
+    detail::ComponentMask present = 0;
+    unroll<3>([&](auto j) __attribute__((always_inline)) {
+      unroll<3>([&](auto k) __attribute__((always_inline)) {
+        constexpr int row = j, column = k, next = (row + 1) % 3, last = (row + 2) % 3;
+        const double other = S(rotation(last, column)).value;
+        S entry(rotation(row, column));
+        entry.mask = detail::may_differ_from_zero(other) ? entry.mask : 0;
+        detail::add_gradient(Q, present, tau[next] * other, entry);
+      });
+    });
+    return Q;
   }
 };
 

@@ -10,7 +10,7 @@
 //
 //     M q̈ = rhs + Σ Q + Jᵀ λ .
 //
-// Terms that belong into the Lagrangian are folded into T and V before anything is differentiated, so
+// Terms that belong into the Lagrangian are folded into T and V (energy_terms.hpp) before anything is differentiated, so
 // that they share their derivatives; a scene without such terms keeps the system's own, and a scene without
 // any effects *is* the system as far as the compiler can see: acceleration(scene, …) is a call of
 // acceleration(system, …) and nothing more.
@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "qdot/effects/effect.hpp"
+#include "qdot/effects/energy_terms.hpp"
 #include "qdot/effects/fit.hpp"
 #include "qdot/mechanics/system.hpp"
 
@@ -35,75 +36,6 @@ constexpr void for_each(const Tuple& effects, Visit&& visit) {
   std::apply([&](const auto&... effect) { (visit(effect), ...); }, effects);
 }
 
-// T and V of a system with further terms in them, in the shortest signatures that hold the terms. Flattened, so that the compiler
-// sees through to the functors (mechanics/straight_line.hpp).
-template <class Energies, int n, class... Effects>
-struct EnergiesWithTerms {
-  Energies energies;
-  std::tuple<Effects...> effects;
-
-  static constexpr bool in_T = (LagrangianEffect<Effects, n> || ...);
-  static constexpr bool in_V = (PotentialEffect<Effects, n> || ...);
-  static constexpr KineticSignature kinetic_was = kinetic_signature<Energies, n>();
-  static constexpr PotentialSignature potential_was = potential_signature<Energies, n>();
-
-  template <class S>
-    requires(!in_T && kinetic_was == KineticSignature::velocity)
-  [[gnu::flatten]] S T(const Vector<S, n>& qdot) const {
-    return energies.T(qdot);
-  }
-  template <class S>
-    requires(!in_T && kinetic_was == KineticSignature::state)
-  [[gnu::flatten]] S T(const Vector<S, n>& q, const Vector<S, n>& qdot) const {
-    return energies.T(q, qdot);
-  }
-  template <class S>
-    requires(in_T || kinetic_was == KineticSignature::state_and_time)
-  [[gnu::flatten]] S T(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    return with_lagrangian_terms<0>(kinetic<n>(energies, q, qdot, t), q, qdot, t);
-  }
-  template <class S>
-    requires(!in_V && potential_was == PotentialSignature::position)
-  [[gnu::flatten]] S V(const Vector<S, n>& q) const {
-    return energies.V(q);
-  }
-  template <class S>
-    requires(in_V || potential_was == PotentialSignature::position_and_time)
-  [[gnu::flatten]] S V(const Vector<S, n>& q, const S& t) const {
-    return with_potential_terms<0>(potential<n>(energies, q, t), q, t);
-  }
-
-  const Energies& without_terms() const { return energies; }
-
-  bool replays() const
-    requires GoesByList<Energies>
-  {
-    return energies.replays();
-  }
-
- private:
-  template <std::size_t i, class S>
-  [[gnu::flatten]] S with_lagrangian_terms(const S& sum, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    if constexpr (i == sizeof...(Effects)) {
-      return sum;
-    } else if constexpr (LagrangianEffect<std::tuple_element_t<i, std::tuple<Effects...>>, n>) {
-      return with_lagrangian_terms<i + 1>(S(sum + std::get<i>(effects).lagrangian_term(q, qdot, t)), q, qdot, t);
-    } else {
-      return with_lagrangian_terms<i + 1>(sum, q, qdot, t);
-    }
-  }
-  template <std::size_t i, class S>
-  [[gnu::flatten]] S with_potential_terms(const S& sum, const Vector<S, n>& q, const S& t) const {
-    if constexpr (i == sizeof...(Effects)) {
-      return sum;
-    } else if constexpr (PotentialEffect<std::tuple_element_t<i, std::tuple<Effects...>>, n>) {
-      return with_potential_terms<i + 1>(S(sum + std::get<i>(effects).potential_term(q, t)), q, t);
-    } else {
-      return with_potential_terms<i + 1>(sum, q, t);
-    }
-  }
-};
-
 template <class Sys, class... Effects>
 constexpr bool has_energy_terms = ((LagrangianEffect<Effects, Sys::dof_at_compile_time> ||
                                     PotentialEffect<Effects, Sys::dof_at_compile_time>) || ...);
@@ -114,7 +46,7 @@ auto effective_system(const Sys& system, const std::tuple<Effects...>& effects) 
   if constexpr (has_energy_terms<Sys, Effects...>) {
     constexpr int n = Sys::dof_at_compile_time;
     using Energies = EnergiesWithTerms<typename Sys::EnergiesType, n, Effects...>;
-    System<Energies, n, Sys::inertia> combined(Energies{system.energies(), effects}, system.dof());
+    System<Energies, n, Sys::inertia> combined(Energies{system.energies(), {effects}}, system.dof());
     std::vector<std::string> names;
     for (Eigen::Index i = 0; i < system.dof(); ++i) names.push_back(system.coordinate_name(i));
     return combined.with_names(names);
@@ -132,6 +64,8 @@ class Scene {
   static constexpr int dof_at_compile_time = Sys::dof_at_compile_time;
   static constexpr bool has_forces = (ForceEffect<Effects, dof_at_compile_time> || ...) ||
                                      ((StateEffect<Effects> && !UnilateralEffect<Effects, dof_at_compile_time>) || ...);
+  static constexpr bool adds_potentials_only = (PotentialEffect<Effects, dof_at_compile_time> || ...) &&
+                                               !(LagrangianEffect<Effects, dof_at_compile_time> || ...);
   static constexpr bool has_states = (StateEffect<Effects> || ...);
   static constexpr bool has_constraints = (ConstraintEffect<Effects, dof_at_compile_time> || ...);
   static constexpr bool has_phases = (SwitchingEffect<Effects, dof_at_compile_time> || ...);

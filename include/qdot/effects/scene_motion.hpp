@@ -21,33 +21,12 @@
 #include "qdot/effects/constrained_equations.hpp"
 #include "qdot/effects/constrained_solve.hpp"
 #include "qdot/effects/constraint_geometry.hpp"
+#include "qdot/effects/effect_forces.hpp"
+#include "qdot/effects/forced_equations.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
 namespace qdot {
-
-/// Sum of the generalized forces of the effects at a state, n; z holds the effects' own states.
-template <class Sys, class... Effects, class S, int n>
-Vector<S, n> effect_forces(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
-                           const Vector<S, Scene<Sys, Effects...>::states_at_compile_time>& z, const S& t) {
-  Vector<S, n> sum = Vector<S, n>::Zero(q.size());
-  Eigen::Index first = 0;
-  detail::for_each(scene.effects(), [&](const auto& e) {
-    using E = std::remove_cvref_t<decltype(e)>;
-    if constexpr (StateEffect<E>) {
-      constexpr int k = detail::states_of<E>();
-      if constexpr (!UnilateralEffect<E, n>) {
-        static_assert(detail::require_numbers<decltype(e.force(q, qdot, Vector<S, k>(), t))>());
-        sum += e.force(q, qdot, Vector<S, k>(z.template segment<k>(first)), t);
-      }
-      first += k;
-    } else if constexpr (ForceEffect<E, n>) {
-      static_assert(detail::require_numbers<decltype(e.force(q, qdot, t))>());
-      sum += e.force(q, qdot, t);
-    }
-  });
-  return sum;
-}
 
 /// ż of the effects' own states.
 template <class Sys, class... Effects, class S, int n>
@@ -107,6 +86,8 @@ template <class Sc>
       const Coordinates<Sc> Q = [&]() -> Coordinates<Sc> {
         if constexpr (StateEffect<E>) {
           return e.force(q, qdot, Vector<double, states_of<E>()>(z.template segment<states_of<E>()>(first)), t);
+        } else if constexpr (requires { e.force_by_duals(q, qdot, t); }) {
+          return e.force_by_duals(q, qdot, t);  // which says the same with and without the optimizer
         } else {
           return e.force(q, qdot, t);
         }
@@ -173,9 +154,15 @@ Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordin
     if (!detail::is_free(scene, z)) return constrained_acceleration(scene, q, qdot, t, z).qddot;
   if constexpr (Sc::has_lasting_constraints) {
     return Coordinates<Sys>();
-  } else if constexpr (Sc::has_forces) {
-    return detail::acceleration_under_force(scene.system(), q, qdot, t, Coordinates<Sys>(effect_forces(scene, q, qdot, z, t)),
-                                            [&] { detail::require_finite_forces(scene, q, qdot, t, z); });
+  } else if constexpr (Sc::has_forces || detail::has_forced_equations<Sc>) {
+    const auto blame = [&] { detail::require_finite_forces(scene, q, qdot, t, z); };
+    if constexpr (detail::has_forced_equations<Sc>) {
+      Coordinates<Sys> a;
+      if (detail::forced_acceleration(scene, q, qdot, t, z, a)) return a;
+      return detail::general_acceleration_under_force(scene.system(), q, qdot, t, effect_forces(scene, q, qdot, z, t), blame);
+    } else {
+      return detail::acceleration_under_force(scene.system(), q, qdot, t, effect_forces(scene, q, qdot, z, t), blame);
+    }
   } else {
     return acceleration(scene.system(), q, qdot, t);
   }

@@ -186,13 +186,16 @@ template <int n, class Number>
   }
 }
 
+struct NoForces {};
+
 /// q̈ of the form `Form::form` into `qddot`; what is false then is not an acceleration. Of packs a mask.
 ///
 /// @param c  the coefficients, Form::form.size.coefficients numbers
-/// @param Q  with `forced`: applied generalized forces, n
-template <int n, class Form, bool forced, class Number>
-[[gnu::flatten]] inline auto closed_form_of_acceleration(const double* c, const Number* q, const Number* qdot, const Number& t, const Number* Q,
+/// @param forces  NoForces, or what writes n applied generalized forces to where forces(Q) says; compiled together with the lines
+template <int n, class Form, class Forces, class Number>
+[[gnu::flatten]] inline auto closed_form_of_acceleration(const double* c, const Number* q, const Number* qdot, const Number& t, const Forces& forces,
                                                          Number* qddot) {
+  constexpr bool forced = !std::is_same_v<Forces, NoForces>;
   constexpr const auto& form = Form::form;
   constexpr int kept = form.size.kept;
   using Truth = decltype(q[0] > q[0]);
@@ -209,7 +212,7 @@ template <int n, class Form, bool forced, class Number>
   // Applied forces go through the elimination as r does.
   Number applied[n];
   if constexpr (forced) {
-    unroll<n>([&](auto i) __attribute__((always_inline)) { applied[i] = Q[i]; });
+    forces(applied);
     unroll<form.size.eliminated>([&](auto k) __attribute__((always_inline)) {
       constexpr auto step = form.eliminated[k];
       unroll<step.last - step.first>([&](auto i) __attribute__((always_inline)) {
@@ -276,14 +279,16 @@ template <int n, class Form, bool forced, class Number>
   return good;
 }
 
-/// q̈ of an object into `out`, with or without (null) applied forces Q; false where this is not the way.
-template <int n, class E>
-inline bool closed_form_acceleration(const E& e, const double* q, const double* qdot, double t, double* out) {
-  return e.has_closed_form() && closed_form_of_acceleration<n, typename E::ClosedForm, false>(e.closed_form_coefficients(), q, qdot, t, q, out);
+/// q̈ of an object into `out`; false where this is not the way.
+template <int n, class E, class Forces = NoForces>
+inline bool closed_form_acceleration(const E& e, const double* q, const double* qdot, double t, double* out, const Forces& forces = {}) {
+  return e.has_closed_form() && closed_form_of_acceleration<n, typename E::ClosedForm>(e.closed_form_coefficients(), q, qdot, t, forces, out);
 }
+/// The same with applied forces Q.
 template <int n, class E>
 inline bool closed_form_acceleration_under_force(const E& e, const double* q, const double* qdot, double t, const double* Q, double* out) {
-  return e.has_closed_form() && closed_form_of_acceleration<n, typename E::ClosedForm, true>(e.closed_form_coefficients(), q, qdot, t, Q, out);
+  const auto forces = [Q](double* applied) { unroll<n>([&](auto i) __attribute__((always_inline)) { applied[i] = Q[i]; }); };
+  return closed_form_acceleration<n>(e, q, qdot, t, out, forces);
 }
 
 }  // namespace qdot::detail

@@ -106,7 +106,20 @@ Vector<S, n> acceleration_of(const System<E, n, I>& system, const Vector<S, n>& 
   return general_acceleration<E, n, I, S>(system, at, velocity, t);
 }
 
-// q̈ from M q̈ = rhs + Q. Where Q is not finite, `blame()` is called first, and may throw.
+// q̈ from M q̈ = rhs + Q by the way that holds for everything. Where Q is not finite, `blame()` is called first, and may throw.
+template <class E, int n, Inertia I, class Blame>
+[[gnu::noinline]] Vector<double, n> general_acceleration_under_force(const System<E, n, I>& system, const Vector<double, n>& q,
+                                                                     const Vector<double, n>& qdot, double t, const Vector<double, n>& Q,
+                                                                     const Blame& blame) {
+  if (!Q.allFinite()) blame();
+  MassAndRhs<double, n> both = mass_and_rhs(system, q, qdot, t);
+  both.r += Q;
+  const Vector<double, n> a = solved_with_mass_matrix(system, both.M, both.r, t);
+  require_finite_acceleration(system, a, q, qdot, t);
+  return a;
+}
+
+// The same by the shortest way that the energies allow.
 template <class E, int n, Inertia I, class Blame>
 Vector<double, n> acceleration_under_force(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
                                            double t, const Vector<double, n>& Q, const Blame& blame) {
@@ -119,12 +132,7 @@ Vector<double, n> acceleration_under_force(const System<E, n, I>& system, const 
       if (with_mass_and_rhs<n>(system.energies(), q, qdot, t, use)) return a;
     }
   }
-  if (!Q.allFinite()) blame();
-  MassAndRhs<double, n> both = mass_and_rhs(system, q, qdot, t);
-  both.r += Q;
-  const Vector<double, n> a = solved_with_mass_matrix(system, both.M, both.r, t);
-  require_finite_acceleration(system, a, q, qdot, t);
-  return a;
+  return general_acceleration_under_force(system, q, qdot, t, Q, blame);
 }
 
 }  // namespace detail

@@ -94,6 +94,19 @@ template <int n, class E>
   record.equations(L.record != nullptr ? L.node : -1, L.a, L.b, L.w, M, r);
 }
 
+// The same, added to an M and an r that are there already.
+template <int n, class E>
+void add_graded_equations(const E& e, const double* q, const double* qdot, int size, double t, double* M, double* r) {
+  constexpr int stride = 4 * graded_blocks<n>;
+  double further_M[stride * stride], further_r[stride];
+  const Eigen::Map<const Vector<double, n>> position(q, size), velocity(qdot, size);
+  graded_equations<n>(e, Vector<double, n>(position), Vector<double, n>(velocity), t, further_M, further_r);
+  for (int i = 0; i < size; ++i) {
+    r[i] += further_r[i];
+    for (int j = 0; j <= i; ++j) M[stride * i + j] += further_M[stride * i + j];
+  }
+}
+
 // Largest n whose components are carried along (ad/graded_jet.hpp) rather than recorded.
 inline constexpr int graded_jet_limit = 6;
 

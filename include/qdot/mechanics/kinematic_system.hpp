@@ -224,15 +224,7 @@ class KinematicEnergies {
     place(x, time, equations);
     if constexpr (!heavy) equations.potential(own_potential(x, time));
     equations.write();
-    if constexpr (has_extra) {
-      double further_M[16 * blocks * blocks], further_r[4 * blocks];
-      const Eigen::Map<const Vector<double, n>> position(q, size), velocity(qdot, size);
-      graded_equations<n>(extra_, Vector<double, n>(position), Vector<double, n>(velocity), t, further_M, further_r);
-      for (int i = 0; i < size; ++i) {
-        r[i] += further_r[i];
-        for (int j = 0; j <= i; ++j) M[4 * blocks * i + j] += further_M[4 * blocks * i + j];
-      }
-    }
+    if constexpr (has_extra) add_graded_equations<n>(extra_, q, qdot, size, t, M, r);
     return use.template rows<blocks>(AtState{q, qdot, t}, size, M, r);
   }
 

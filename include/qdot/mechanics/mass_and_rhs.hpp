@@ -33,7 +33,7 @@ namespace qdot {
 
 namespace detail {
 
-// Energies that know more of themselves than their values say has_own_equations, and have a member equations(q, qdot, n, t, use).
+// Energies that know more of themselves than their values say so, has_own_equations = true, and have a member equations(q, qdot, n, t, use).
 template <class E>
 concept HasOwnEquations = requires { requires E::has_own_equations; };
 

@@ -36,6 +36,7 @@
 
 #include <Eigen/Core>
 
+#include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
 #include "qdot/mechanics/velocity.hpp"
 
@@ -67,8 +68,8 @@ Matrix<S, 3> rotation_about_axis(const S& angle) {
   constexpr int i = axis % 3, j = (axis + 1) % 3;  // the plane that turns, in cyclic order
   const S c = cos(angle), s = sin(angle);
   Matrix<S, 3> R;
-  R.setZero();
   R(axis - 1, axis - 1) = S(1);
+  R(axis - 1, i) = R(axis - 1, j) = R(i, axis - 1) = R(j, axis - 1) = S(0);
   R(i, i) = c;
   R(i, j) = -s;
   R(j, i) = s;
@@ -106,12 +107,27 @@ Matrix<S, 2> planar_rotation(const S& angle) {
   return R;
 }
 
+namespace detail {
+
+// A B without a loop, so that straight-line code stays so.
+template <class S>
+Matrix<S, 3> product_of(const Matrix<S, 3>& A, const Matrix<S, 3>& B) {
+  Matrix<S, 3> C;
+  unroll<9>([&](auto entry) __attribute__((always_inline)) {
+    constexpr int i = entry % 3, j = entry / 3;
+    C(i, j) = A(i, 0) * B(0, j) + A(i, 1) * B(1, j) + A(i, 2) * B(2, j);
+  });
+  return C;
+}
+
+}  // namespace detail
+
 /// R = R_i(a) R_j(b) R_k(c): first by a about space axis i, then by b about the turned axis j, then by c
 /// about the twice turned axis k. All twelve sets of Euler angles: euler_rotation<3, 1, 3>(phi, theta, psi).
 template <int i, int j, int k, class S>
 Matrix<S, 3> euler_rotation(const S& a, const S& b, const S& c) {
   static_assert(i != j && j != k, "qdot::euler_rotation: two neighbouring axes must differ, or two angles do the work of one");
-  return rotation_about_axis<i>(a) * rotation_about_axis<j>(b) * rotation_about_axis<k>(c);
+  return detail::product_of(detail::product_of(rotation_about_axis<i>(a), rotation_about_axis<j>(b)), rotation_about_axis<k>(c));
 }
 
 /// The lecture's Euler angles 3-1-3: precession φ about z, nutation θ about the line of nodes, spin ψ about the body's z.

@@ -170,6 +170,13 @@ class WrittenOut {
   {
     return detail::closed_form_acceleration_under_force<n>(*this, q, qdot, t, Q, qddot);
   }
+  // With forces that are found where they are needed: forces(Q) writes them.
+  template <class Forces>
+  [[gnu::always_inline]] bool acceleration_in_closed_form_with(const Forces& forces, const double* q, const double* qdot, double t, double* qddot) const
+    requires(ClosedForm::exists)
+  {
+    return detail::closed_form_acceleration<n>(*this, q, qdot, t, qddot, forces);
+  }
   // Its derivatives, by columns, at accelerations that are known.
   bool jacobian_in_closed_form(const double* q, const double* qdot, double t, const double* qddot, double* d_q, double* d_qdot) const
     requires(ClosedJacobian::exists)
@@ -179,7 +186,7 @@ class WrittenOut {
   // Of packs: a mask. has_closed_form() is asked before.
   template <class Number>
   [[gnu::always_inline]] auto accelerations_in_closed_form(const Number* q, const Number* qdot, const Number& t, Number* qddot) const {
-    return detail::closed_form_of_acceleration<n, ClosedForm, false>(coefficients_.data(), q, qdot, t, q, qddot);
+    return detail::closed_form_of_acceleration<n, ClosedForm>(coefficients_.data(), q, qdot, t, detail::NoForces{}, qddot);
   }
 
   template <class Qdot>
