@@ -25,6 +25,7 @@ struct EquationsRow {
   std::string baseline_name{"hand-derived"};
   int states = 1;                             // evaluated by one call of `measured`, stored one after another
   int numbers_out = 0;                        // written by one call; 0: n for each state
+  double (*middle)(int i) = nullptr;          // where given, added to coordinate i
 };
 
 struct Nanoseconds {
@@ -32,7 +33,7 @@ struct Nanoseconds {
   double measured = std::numeric_limits<double>::infinity();
 };
 
-/// Time for one state of both functions over the same 64 states, the least of many repeats in turn (eom.cpp).
+/// Time for one state of both functions over the same states, 64 of them where n ≤ 64, the least of many repeats in turn (eom.cpp).
 Nanoseconds times_of(const EquationsRow& row);
 
 std::vector<EquationsRow> system_rows();           // eom_systems.cpp

@@ -24,6 +24,7 @@ std::vector<SceneRow> unrolled_chain_scene_rows();     // scenes_unrolled_chains
 std::vector<SceneRow> looped_chain_scene_rows();       // scenes_looped_chains.cpp
 std::vector<SceneRow> written_out_chain_scene_rows();  // scenes_written_out_chains.cpp
 std::vector<SceneRow> placed_chain_scene_rows();       // scenes_placed_chains.cpp
+std::vector<SceneRow> hanging_chain_scene_rows();      // scenes_hanging_chains.cpp
 
 /// The states of the effects of a case (measured_scenes.hpp).
 template <class Case>
