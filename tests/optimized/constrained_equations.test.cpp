@@ -387,6 +387,48 @@ TEST_CASE("projection of many constraints arrives on all of them, and redundant 
   CHECK((J.transpose() * (J * J.transpose()).ldlt().solve(J * push) - push).norm() < rounded_along * push.norm());
 }
 
+TEST_CASE("the Jacobian of many constraints is that of the whole equations, a direction at a time") {
+  using D = Dual<double, 1>;
+  for (const bool coupled : {false, true}) {
+    const Points points{10, coupled, coupled};
+    const State<Dynamic> at = crooked(points);
+    const auto s = scene(mechanical_system(20, points), holonomic("rods", Rods{points, ladder_of(4)}),
+                         nonholonomic("blade", [](const auto& q, const auto& v) {
+                           using std::cos, std::sin;
+                           return v[18] * sin(q[3]) - v[19] * cos(q[3]);
+                         }),
+                         viscous_damping(Eigen::VectorXd(Eigen::VectorXd::LinSpaced(20, 0.1, 0.4))));
+    const auto form = first_order_form(s);
+    Eigen::MatrixXd found(40, 40);
+    form.jacobian(0.0, form.packed(at), found);
+
+    const auto solution = constrained_acceleration(s, at.q, at.qdot);
+    const Eigen::Index rows = solution.lambda.size();
+    const Eigen::MatrixXd J = constraint_jacobian(s, at.q, at.qdot, 0.0);
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(20 + rows, 20 + rows), right(20 + rows, 40);
+    K.topLeftCorner(20, 20) = detail::kinetic_hessian<Dynamic>(s.system().energies(), at.q, at.qdot, 0.0);
+    K.topRightCorner(20, rows) = -J.transpose();
+    K.bottomLeftCorner(rows, 20) = J;
+    const Vector<D, Dynamic> fixed = detail::constants<D>(solution.qddot);
+    for (int j = 0; j < 40; ++j) {
+      Vector<D, Dynamic> x = detail::constants<D>(at.q), v = detail::constants<D>(at.qdot);
+      (j < 20 ? x[j] : v[j - 20]).tangent[0] = 1.0;
+      Vector<D, Dynamic> r = -detail::lagrange_residual<Dynamic>(s.system().energies(), x, v, fixed, D(0.0));
+      r += effect_forces(s, x, v, Vector<D, 0>(), D(0.0));
+      const auto moved = constraint_jacobian(s, x, v, D(0.0));
+      const auto c = constraint_acceleration(s, x, v, fixed, D(0.0));
+      for (int i = 0; i < 20; ++i) {
+        D sum = r[i];
+        for (Eigen::Index k = 0; k < rows; ++k) sum += moved(k, i) * solution.lambda[k];
+        right(i, j) = sum.tangent[0];
+      }
+      for (Eigen::Index k = 0; k < rows; ++k) right(20 + k, j) = -c[k].tangent[0];
+    }
+    const Eigen::MatrixXd expected = K.fullPivLu().solve(right).topRows(20);
+    CHECK((found.bottomRows(20) - expected).cwiseAbs().maxCoeff() < rounded_along * expected.cwiseAbs().maxCoeff());
+  }
+}
+
 TEST_CASE("a chain of forty rods keeps its energy and its rods for a second") {
   const Points points{40};
   State<Dynamic> start = crooked(points);

@@ -28,13 +28,28 @@
 
 namespace qdot::detail {
 
+// A tape of numbers for which this is false sees neither which variables meet nor degrees: for first derivatives, and shorter.
+template <class N>
+inline constexpr bool tape_sees_meetings = true;
+template <>
+inline constexpr bool tape_sees_meetings<double> = false;
+
 template <class N>
 struct Tape {
-  struct Node {
-    int a, b;         // operands, −1: none
+  struct Seen {
     int first, last;  // variables it depends on
     int degree;       // as a polynomial in them; `transcendental` when it is none
+  };
+  struct Unseen {
+    Unseen(int, int, int) {}
+  };
+  struct Node {
+    int a, b;  // operands, −1: none
+    [[no_unique_address]] std::conditional_t<tape_sees_meetings<N>, Seen, Unseen> seen;
     N along_a, along_b;
+    // Made where it stays: copies of numbers that have just been written wait for them.
+    Node(int x, int y, int first, int last, int degree, const N& along_x, const N& along_y)
+        : a(x), b(y), seen{first, last, degree}, along_a(along_x), along_b(along_y) {}
   };
   static constexpr int transcendental = 1000;
 
@@ -43,19 +58,27 @@ struct Tape {
   bool compared = false;  // a value that depends on variables was compared: the operations may be others elsewhere
 
   int variable(int index) {
-    nodes.push_back({-1, -1, index, index, 1, N(0.0), N(0.0)});
+    nodes.emplace_back(-1, -1, index, index, 1, N(0.0), N(0.0));
     return static_cast<int>(nodes.size()) - 1;
   }
-  int degree(int node) const { return node < 0 ? 0 : nodes[static_cast<std::size_t>(node)].degree; }
+  int degree(int node) const {
+    if constexpr (tape_sees_meetings<N>) {
+      return node < 0 ? 0 : nodes[static_cast<std::size_t>(node)].seen.degree;
+    } else {
+      return transcendental;
+    }
+  }
   int operation(bool linear, int degree, int a, const N& along_a, int b = -1, const N& along_b = N(0.0)) {
     int first = std::numeric_limits<int>::max(), last = 0;
-    for (const int operand : {a, b}) {
-      if (operand < 0) continue;
-      first = std::min(first, nodes[static_cast<std::size_t>(operand)].first);
-      last = std::max(last, nodes[static_cast<std::size_t>(operand)].last);
+    if constexpr (tape_sees_meetings<N>) {
+      for (const int operand : {a, b}) {
+        if (operand < 0) continue;
+        first = std::min(first, nodes[static_cast<std::size_t>(operand)].seen.first);
+        last = std::max(last, nodes[static_cast<std::size_t>(operand)].seen.last);
+      }
+      if (!linear) reach = std::max(reach, last - first);
     }
-    if (!linear) reach = std::max(reach, last - first);
-    nodes.push_back({a, b, first, last, std::min(degree, transcendental), along_a, along_b});
+    nodes.emplace_back(a, b, first, last, std::min(degree, transcendental), along_a, along_b);
     return static_cast<int>(nodes.size()) - 1;
   }
 
@@ -71,29 +94,34 @@ struct Tape {
     }
   }
 
-  // The same of a node that depends on few others: visit(variable, derivative), the last variable first. Only nodes between the two are
-  // seen. `waiting` is room to work in: the nodes that are still to be seen, in their order, with what they have got so far.
+  // The same of a node that depends on few others, and only those are seen: visit(variable, share) for each way to a variable. In `waiting` are
+  // the nodes that are still to be seen, in their order, and in `adjoint` what those have got so far; both are room to work in.
   template <class Visit>
-  void for_each_derivative(int from, std::vector<std::pair<int, N>>& waiting, Visit&& visit) const {
+  void for_each_derivative(int from, int variables, std::vector<int>& waiting, std::vector<N>& adjoint, Visit&& visit) const {
+    if (adjoint.size() < nodes.size()) adjoint.resize(nodes.size());
     waiting.clear();
     const auto add = [&](int node, const N& share) {
-      if (node < 0) return;
-      auto at = waiting.end();
-      while (at != waiting.begin() && (at - 1)->first > node) --at;
-      if (at != waiting.begin() && (at - 1)->first == node) {
-        (at - 1)->second += share;
-      } else {
-        waiting.insert(at, {node, share});
+      if (node < variables) {
+        if (node >= 0) visit(node, share);
+        return;
       }
+      std::size_t at = waiting.size();
+      while (at > 0 && waiting[at - 1] > node) --at;
+      if (at > 0 && waiting[at - 1] == node) {
+        adjoint[static_cast<std::size_t>(node)] += share;
+        return;
+      }
+      adjoint[static_cast<std::size_t>(node)] = share;
+      waiting.push_back(node);
+      for (std::size_t k = waiting.size() - 1; k > at; --k) std::swap(waiting[k], waiting[k - 1]);
     };
     add(from, N(1.0));
     while (!waiting.empty()) {
-      const auto [k, adjoint] = waiting.back();
+      const auto k = static_cast<std::size_t>(waiting.back());
       waiting.pop_back();
-      const Node& node = nodes[static_cast<std::size_t>(k)];
-      if (node.a < 0 && node.b < 0) visit(k, adjoint);
-      add(node.a, adjoint * node.along_a);
-      add(node.b, adjoint * node.along_b);
+      const Node& node = nodes[k];
+      add(node.a, adjoint[k] * node.along_a);
+      if (node.b >= 0) add(node.b, adjoint[k] * node.along_b);
     }
   }
 };
@@ -176,16 +204,27 @@ struct Reverse {
 };
 
 template <class N>
-Reverse<N> sin(const Reverse<N>& x) { return x.through(sin(x.value), cos(x.value)); }
+Reverse<N> sin(const Reverse<N>& x) {
+  using std::cos, std::sin;
+  return x.through(sin(x.value), cos(x.value));
+}
 template <class N>
-Reverse<N> cos(const Reverse<N>& x) { return x.through(cos(x.value), -sin(x.value)); }
+Reverse<N> cos(const Reverse<N>& x) {
+  using std::cos, std::sin;
+  return x.through(cos(x.value), -sin(x.value));
+}
 template <class N>
 Reverse<N> sqrt(const Reverse<N>& x) {
+  using std::sqrt;
   const N root = sqrt(x.value);
   return x.through(root, 0.5 / root);
 }
 template <class N>
-Reverse<N> exp(const Reverse<N>& x) { return x.through(exp(x.value), exp(x.value)); }
+Reverse<N> exp(const Reverse<N>& x) {
+  using std::exp;
+  const N power = exp(x.value);
+  return x.through(power, power);
+}
 template <class N>
 Reverse<N> log(const Reverse<N>& x) { return x.through([](const auto& y) { return log(y); }); }
 template <class N> Reverse<N> tan(const Reverse<N>& x) { return x.through([](const auto& y) { return tan(y); }); }
@@ -290,11 +329,13 @@ auto copysign(const A& a, const B& b) {
 // Steps: no derivative, but elsewhere another value.
 template <class N>
 Reverse<N> floor(const Reverse<N>& x) {
+  using std::floor;
   Reverse<N>::compared(x, x);
   return Reverse<N>(floor(x.value));
 }
 template <class N>
 Reverse<N> ceil(const Reverse<N>& x) {
+  using std::ceil;
   Reverse<N>::compared(x, x);
   return Reverse<N>(ceil(x.value));
 }
@@ -304,21 +345,25 @@ template <class N>
 Reverse<N> fabs(const Reverse<N>& x) { return abs(x); }
 template <class N>
 bool isfinite(const Reverse<N>& x) {
+  using std::isfinite;
   Reverse<N>::compared(x, x);
   return isfinite(x.value);
 }
 template <class N>
 bool isnan(const Reverse<N>& x) {
+  using std::isnan;
   Reverse<N>::compared(x, x);
   return isnan(x.value);
 }
 template <class N>
 bool isinf(const Reverse<N>& x) {
+  using std::isinf;
   Reverse<N>::compared(x, x);
   return isinf(x.value);
 }
 template <class N>
 bool signbit(const Reverse<N>& x) {
+  using std::signbit;
   Reverse<N>::compared(x, x);
   return signbit(x.value);
 }

@@ -19,7 +19,8 @@
 // code a constraint between two of eight coordinates costs what its two columns cost.
 //
 // A pivot of M or of the Schur complement that is too small, and a number that is not finite, leave everything to constrained_solve.hpp,
-// which finds redundant rows and names what is wrong. So do scenes of more than eight coordinates or of a number known at run time.
+// which finds redundant rows and names what is wrong. So do scenes of more than eight coordinates; those of a number known at run time have
+// sparse factors first (sparse_solve.hpp).
 
 #include <cstddef>
 #include <tuple>

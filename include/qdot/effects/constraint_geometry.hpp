@@ -38,9 +38,25 @@ struct SparseSystem {
 
   template <class Sc, class Phases>
   bool compute(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, double cutoff) {
-    return write_sparse_rows(scene, q, qdot, t, z, J, gamma) &&
-           with_mass_and_rhs<Dynamic>(scene.system().energies(), q, qdot, t, BandTo{M, r}) &&
-           factors.compute(M, J, massless_pivot, clearly_independent * cutoff * cutoff);
+    return with_mass_and_rhs<Dynamic>(scene.system().energies(), q, qdot, t, BandTo{M, r}) && factor(scene, q, qdot, t, z, cutoff);
+  }
+
+  // The same without r; and when only q has changed, M of T(q̇) has not.
+  template <class Sc, class Phases>
+  bool compute_without_r(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, double cutoff) {
+    using Energies = typename Sc::SystemType::EnergiesType;
+    if constexpr (Sc::SystemType::kinetic_signature == KineticSignature::velocity && !HasOwnEquations<Energies>) {
+      if (M.size() == 0) M = mass_matrix_of_velocities(scene.system().energies(), qdot);
+      return factor(scene, q, qdot, t, z, cutoff);
+    } else {
+      return compute(scene, q, qdot, t, z, cutoff);
+    }
+  }
+
+ private:
+  template <class Sc, class Phases>
+  bool factor(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, double cutoff) {
+    return write_sparse_rows(scene, q, qdot, t, z, J, gamma) && factors.compute(M, J, massless_pivot, clearly_independent * cutoff * cutoff);
   }
 };
 
@@ -59,21 +75,23 @@ bool sparse_solution(const Sc& scene, const Eigen::VectorXd& q, const Eigen::Vec
   return true;
 }
 
-// M and J of a scene at a state.
+// M and J of a scene at one place after another, with the same velocities.
 template <class Sc>
 class ConstraintGeometry {
   static constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
 
  public:
+  ConstraintGeometry(const Sc& scene, double t, double cutoff) : names_{scene}, t_(t), cutoff_(cutoff) {}
+
   template <class Phases>
-  ConstraintGeometry(const Sc& scene, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Phases& z, double cutoff)
-      : names_{scene}, t_(t), cutoff_(cutoff) {
+  void move_to(const Vector<double, n>& q, const Vector<double, n>& qdot, const Phases& z) {
     if constexpr (may_be_sparse<Sc>) {
-      if (sparse_.emplace().compute(scene, q, qdot, t, z, cutoff)) return;
+      if (!sparse_) sparse_.emplace();
+      if (sparse_->compute_without_r(names_.scene, q, qdot, t_, z, cutoff_)) return;
       sparse_.reset();
     }
-    J_ = constraint_jacobian(scene, q, qdot, t, z);
-    dense_.emplace(mass_matrix(scene.system(), q, qdot, t), J_, cutoff);
+    J_ = constraint_jacobian(names_.scene, q, qdot, t_, z);
+    dense_.emplace(mass_matrix(names_.scene.system(), q, qdot, t_), J_, cutoff_);
   }
 
   // Names the constraint whose rows are not finite, if there is one.

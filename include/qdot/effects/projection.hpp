@@ -87,9 +87,10 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
         << "; '" << row << "' is off by " << most << "; start nearer, or check that the constraints can be met together";
     throw ConstraintError(row, t, most, out.str());
   };
+  detail::ConstraintGeometry<Sc> geometry(scene, t, cutoff);
   while (report.residual > 0) {
     if (report.iterations == most_iterations) fail("Newton's method took 25 steps and did not arrive");
-    detail::ConstraintGeometry<Sc> geometry(scene, q, qdot, t, z, cutoff);
+    geometry.move_to(q, qdot, z);
     const Vector<double, n> step = detail::way_back(geometry, q, phi);
     ++report.iterations;
     double change = 0.0;  // relative to the size of each coordinate
@@ -110,7 +111,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
     report.residual = residual;
   }
 
-  detail::ConstraintGeometry<Sc> geometry(scene, q, qdot, t, z, cutoff);
+  geometry.move_to(q, qdot, z);
   geometry.require_finite();
   Vector<double, m> length(phi.size());
   for (Eigen::Index i = 0; i < phi.size(); ++i) length[i] = geometry.length(i);

@@ -13,6 +13,8 @@
 //     [ M  −Jᵀ ] [∂q̈]      [∂r]
 //     [ J   0  ] [∂λ]  = − [∂c] .
 //
+// Where n is known at run time, that matrix is sparse (sparse_solve.hpp), and Jᵀλ comes from one sweep back for all coordinates.
+//
 // project(t, y) puts a state back onto the constraints; steppers call it after every accepted step. Where constraints
 // switch, their phases are part of z, and guards(), guard_bands() and switched() are what the driver needs to change them.
 
@@ -155,7 +157,6 @@ class SceneForm {
     const Vector<double, n> q = y.head(k);
     const Vector<double, n> qdot = y.segment(k, k);
     const Vector<double, states> z = y.tail(states);
-    const Matrix<double, n> M = mass_matrix(scene_, q, qdot, t);
     Vector<double, n> a;
     Vector<double, m> lambda;
     if constexpr (Sc::has_constraints) {
@@ -189,6 +190,10 @@ class SceneForm {
       }
     }
     if constexpr (Sc::has_forces || Sc::has_constraints || Sc::has_states) add_effects(t, y, a, lambda, dr, dc, out);
+    if constexpr (detail::may_be_sparse<Sc>) {
+      if (solved_sparsely(q, qdot, t, z, dr, dc, out)) return;
+    }
+    const Matrix<double, n> M = mass_matrix(scene_, q, qdot, t);
     if constexpr (Sc::has_constraints) {
       const detail::ConstrainedFactors<n, m> factors(M, constraint_jacobian(scene_, q, qdot, t, z), default_rank_cutoff);
       for (Eigen::Index j = 0; j < size(); ++j)
@@ -196,6 +201,43 @@ class SceneForm {
             factors.solution(Vector<double, n>(dr.col(j)), Vector<double, m>(dc.col(j)), t, detail::SceneNames<Sc>{scene_}).qddot;
     } else {
       out.block(k, 0, k, size()) = detail::solved_with_mass_matrix(scene_.system(), M, dr, t);
+    }
+  }
+
+  // Each column of ∂q̈ from sparse factors; false where they see to nothing.
+  template <class DR, class DC>
+  bool solved_sparsely(const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Vector<double, states>& z, const DR& dr,
+                       const DC& dc, Eigen::Ref<Eigen::MatrixXd> out) const {
+    detail::SparseSystem sparse;
+    if (!sparse.compute_without_r(scene_, q, qdot, t, z, default_rank_cutoff)) return false;
+    for (Eigen::Index j = 0; j < size(); ++j) {
+      Vector<double, n> column = dr.col(j);
+      Vector<double, m> rows = dc.col(j);
+      if (!sparse.factors.solve(column, rows)) return false;
+      out.block(q.size(), j, q.size(), 1) = column;
+    }
+    return true;
+  }
+
+  // Jᵀλ = ∂(λ·velocity rows)/∂q̇, for rows of both kinds; backwards where there may be many.
+  template <class D>
+  Vector<D, n> reactions_of(const Vector<double, m>& lambda, const Vector<D, n>& x, const Vector<D, n>& v, double t,
+                            const Vector<double, states>& z) const {
+    const auto sum_of = [&]<class U>(const Vector<U, n>& u) {
+      const auto rows = constraint_velocity(scene_, Vector<U, n>(x.template cast<U>()), u, U(D(t)), z);
+      U sum(0);
+      for (Eigen::Index i = 0; i < rows.size(); ++i) sum += lambda[i] * rows[i];
+      return sum;
+    };
+    if constexpr (n == Dynamic) {
+      detail::Tape<D> tape;
+      Vector<detail::Reverse<D>, n> u(v.size());
+      for (Eigen::Index i = 0; i < v.size(); ++i) u[i] = detail::Reverse<D>(v[i], tape.variable(static_cast<int>(i)), &tape);
+      std::vector<D> adjoint;
+      tape.sweep(sum_of(u).node, adjoint);
+      return Eigen::Map<const Vector<D, n>>(adjoint.data(), v.size());
+    } else {
+      return gradient([&](const auto& u) { return sum_of(u); }, v);
     }
   }
 
@@ -217,14 +259,7 @@ class SceneForm {
       if constexpr (Sc::has_forces) Q = effect_forces(scene_, x, v, w, D(t));
       Vector<D, m> c(lambda.size());
       if constexpr (Sc::has_constraints) {
-        // Jᵀλ = ∂(λ·velocity rows)/∂q̇, for rows of both kinds.
-        Q += gradient([&](const auto& u) {
-          using U = typename std::remove_cvref_t<decltype(u)>::Scalar;
-          const auto rows = constraint_velocity(scene_, Vector<U, n>(x.template cast<U>()), u, U(D(t)), z);
-          U sum(0);
-          for (Eigen::Index i = 0; i < rows.size(); ++i) sum += lambda[i] * rows[i];
-          return sum;
-        }, v);
+        Q += reactions_of(lambda, x, v, t, z);
         c = constraint_acceleration(scene_, x, v, fixed_a, D(t), z);
       }
       Vector<D, states> rate;

@@ -21,7 +21,11 @@
 
 namespace qdot::detail {
 
-// The entries of a matrix that may be other than zero, row by row, the last column of each first.
+struct OfRows {};  // marks numbers on the tape of constraints
+template <>
+inline constexpr bool tape_sees_meetings<Dual<double, 1, OfRows>> = false;
+
+// The entries of a matrix that may be other than zero, row by row.
 struct SparseRows {
   struct Entry {
     int column;
@@ -40,7 +44,7 @@ struct SparseRows {
 template <class Sc, class Phases>
 bool write_sparse_rows(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, SparseRows& J,
                        Eigen::VectorXd& gamma) {
-  using N = Dual<double, 1>;
+  using N = Dual<double, 1, OfRows>;
   using S = Reverse<N>;
   const Eigen::Index n = q.size();
   Tape<N> tape;
@@ -51,7 +55,9 @@ bool write_sparse_rows(const Sc& scene, const Eigen::VectorXd& q, const Eigen::V
   J.entries.clear();
   J.ends.clear();
   std::vector<double> right;
-  std::vector<std::pair<int, N>> waiting;
+  std::vector<int> waiting;
+  std::vector<N> adjoint;
+  std::vector<std::size_t> place(static_cast<std::size_t>(n));  // of a column's latest entry, to be believed when there it is
   double zero = 0.0;
   bool counted_right = true;
   std::size_t k = 0;
@@ -82,10 +88,18 @@ bool write_sparse_rows(const Sc& scene, const Eigen::VectorXd& q, const Eigen::V
     counted_right = counted_right && rows.size() == counted;
     for (Eigen::Index i = 0; i < rows.size(); ++i) {
       double rate = holonomic ? 0.0 : rows[i].value.tangent[0];
-      tape.for_each_derivative(rows[i].node, waiting, [&](int column, const N& value) {
-        if (holonomic) rate += column < n ? value.tangent[0] * qdot[column] : value.tangent[0];
-        zero += value.value - value.value;
-        if (column < n) J.entries.push_back({column, value.value});
+      const std::size_t first = J.entries.size();
+      tape.for_each_derivative(rows[i].node, static_cast<int>(n) + 1, waiting, adjoint, [&](int column, const N& share) {
+        if (holonomic) rate += column < n ? share.tangent[0] * qdot[column] : share.tangent[0];
+        zero += share.value - share.value;
+        if (column == n) return;
+        std::size_t& at = place[static_cast<std::size_t>(column)];
+        if (at >= first && at < J.entries.size() && J.entries[at].column == column) {
+          J.entries[at].value += share.value;
+        } else {
+          at = J.entries.size();
+          J.entries.push_back({column, share.value});
+        }
       });
       J.ends.push_back(J.entries.size());
       right.push_back(-rate);

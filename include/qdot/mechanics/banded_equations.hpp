@@ -136,32 +136,65 @@ struct BandedEquations {
   Eigen::VectorXd r;
 };
 
-// One evaluation of T and V, along the motion and along all velocities at once: where no two coordinates meet in T, the latter
-// derivative of ∂T/∂q̇ is the diagonal of M, and all of it.
+// ∂V/∂q.
+template <class E>
+Eigen::VectorXd potential_gradient(const E& e, const Eigen::VectorXd& q, double t) {
+  Tape<double> tape;
+  tape.nodes.reserve(static_cast<std::size_t>(4 * q.size()));
+  Vector<Reverse<double>, Dynamic> x(q.size());
+  for (Eigen::Index i = 0; i < q.size(); ++i) x[i] = Reverse<double>(q[i], tape.variable(static_cast<int>(i)), &tape);
+  std::vector<double> adjoint;
+  tape.sweep(potential<Dynamic>(e, x, Reverse<double>(t)).node, adjoint);
+  return Eigen::Map<const Eigen::VectorXd>(adjoint.data(), q.size());
+}
+
+// M of T(q̇): its diagonal, if it is no more than that, is the derivative of ∂T/∂q̇ along all velocities at once.
+template <class E>
+BandedMatrix mass_matrix_of_velocities(const E& e, const Eigen::VectorXd& qdot) {
+  using N = Dual<double, 1>;
+  Tape<N> tape;
+  tape.nodes.reserve(static_cast<std::size_t>(8 * qdot.size()));
+  Vector<Reverse<N>, Dynamic> v(qdot.size());
+  for (Eigen::Index i = 0; i < qdot.size(); ++i) v[i] = Reverse<N>(N::variable(qdot[i], 0), tape.variable(static_cast<int>(i)), &tape);
+  const Reverse<N> T = kinetic<Dynamic>(e, v, v, Reverse<N>(0.0));
+  if (tape.reach > 0) return banded_mass_matrix(e, qdot, qdot, 0.0, tape.reach);
+  std::vector<N> adjoint;
+  tape.sweep(T.node, adjoint);
+  BandedMatrix M(qdot.size(), 0);
+  for (Eigen::Index i = 0; i < qdot.size(); ++i) M(i, i) = adjoint[static_cast<std::size_t>(i)].tangent[0];
+  return M;
+}
+
+// T(q̇) and V(q, t) have nothing in common, and p = ∂T/∂q̇ no rate of its own. In T(q, q̇, t), one evaluation along the motion and along all
+// velocities at once brings r, and M where it is diagonal.
 template <class E>
 BandedEquations banded_equations(const E& e, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t) {
-  using N = Dual<double, 2>;
-  const Eigen::Index n = q.size();
-  Tape<N> tape;
-  TapedState<N> state(tape, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    state.q[i].value.value = q[i];
-    state.q[i].value.tangent[0] = qdot[i];
-    state.qdot[i].value = N::variable(qdot[i], 1);
+  if constexpr (kinetic_signature<E, Dynamic>() == KineticSignature::velocity) {
+    return {mass_matrix_of_velocities(e, qdot), -potential_gradient(e, q, t)};
+  } else {
+    using N = Dual<double, 2>;
+    const Eigen::Index n = q.size();
+    Tape<N> tape;
+    TapedState<N> state(tape, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      state.q[i].value.value = q[i];
+      state.q[i].value.tangent[0] = qdot[i];
+      state.qdot[i].value = N::variable(qdot[i], 1);
+    }
+    const Reverse<N> time(N::variable(t, 0));
+    const Reverse<N> T = kinetic<Dynamic>(e, state.q, state.qdot, time);
+    const Eigen::Index reach = tape.reach;
+    const Reverse<N> L = T - potential<Dynamic>(e, state.q, time);
+    std::vector<N> adjoint;
+    tape.sweep(L.node, adjoint);
+    BandedEquations result{reach == 0 ? BandedMatrix(n, 0) : banded_mass_matrix(e, q, qdot, t, reach), Eigen::VectorXd(n)};
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const N &along_q = adjoint[static_cast<std::size_t>(i)], &along_qdot = adjoint[static_cast<std::size_t>(n + i)];
+      result.r[i] = along_q.value - along_qdot.tangent[0];
+      if (reach == 0) result.M(i, i) = along_qdot.tangent[1];
+    }
+    return result;
   }
-  const Reverse<N> time(N::variable(t, 0));
-  const Reverse<N> T = kinetic<Dynamic>(e, state.q, state.qdot, time);
-  const Eigen::Index reach = tape.reach;
-  const Reverse<N> L = T - potential<Dynamic>(e, state.q, time);
-  std::vector<N> adjoint;
-  tape.sweep(L.node, adjoint);
-  BandedEquations result{reach == 0 ? BandedMatrix(n, 0) : banded_mass_matrix(e, q, qdot, t, reach), Eigen::VectorXd(n)};
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const N &along_q = adjoint[static_cast<std::size_t>(i)], &along_qdot = adjoint[static_cast<std::size_t>(n + i)];
-    result.r[i] = along_q.value - along_qdot.tangent[0];
-    if (reach == 0) result.M(i, i) = along_qdot.tangent[1];
-  }
-  return result;
 }
 
 // Where a small change of the state leads: M δq̈ + C δq̇ + K δq = 0, entries (i, j) at row i − j + reach of column j.
