@@ -10,6 +10,7 @@
 
 #include "qdot/ad/euler_lagrange_math.hpp"
 #include "qdot/mechanics/energy_functors.hpp"
+#include "qdot/mechanics/moving_positions.hpp"
 #include "qdot/mechanics/straight_line.hpp"
 
 namespace qdot::detail {

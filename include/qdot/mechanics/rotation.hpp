@@ -47,7 +47,10 @@ template <class A>
 Matrix<typename A::Scalar, 3> skew(const Eigen::MatrixBase<A>& a) {
   using S = typename A::Scalar;
   Matrix<S, 3> m;
-  m << S(0), -a[2], a[1], a[2], S(0), -a[0], -a[1], a[0], S(0);
+  m(0, 0) = m(1, 1) = m(2, 2) = S(0);
+  m(0, 1) = -a[2], m(0, 2) = a[1];
+  m(1, 0) = a[2], m(1, 2) = -a[0];
+  m(2, 0) = -a[1], m(2, 1) = a[0];
   return m;
 }
 
@@ -76,6 +79,23 @@ Matrix<S, 3> rotation_about_axis(const S& angle) {
   R(j, j) = c;
   return R;
 }
+
+namespace detail {
+
+// A B, in code that a compiler sees through for every scalar.
+template <class S>
+Matrix<S, 3> product_of(const Matrix<S, 3>& A, const Matrix<S, 3>& B) {
+  Matrix<S, 3> C;
+  const S *const a = A.data(), *const b = B.data();
+  S* const c = C.data();
+  unroll<9>([&](auto k) __attribute__((always_inline)) {
+    constexpr int i = k % 3, j = k - i;
+    c[k] = a[i] * b[j] + a[i + 3] * b[j + 1] + a[i + 6] * b[j + 2];
+  });
+  return C;
+}
+
+}  // namespace detail
 
 /// Turn about x by `angle`.
 template <class S>
@@ -152,9 +172,9 @@ Matrix<typename P::Scalar, 3> rotation_from_quaternion(const Eigen::MatrixBase<P
   const S w = p[0], x = p[1], y = p[2], z = p[3];
   const S s = 2.0 / (w * w + x * x + y * y + z * z);
   Matrix<S, 3> R;
-  R << 1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y),  //
-      s * (x * y + w * z), 1.0 - s * (z * z + x * x), s * (y * z - w * x),   //
-      s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y);
+  R(0, 0) = 1.0 - s * (y * y + z * z), R(0, 1) = s * (x * y - w * z), R(0, 2) = s * (x * z + w * y);
+  R(1, 0) = s * (x * y + w * z), R(1, 1) = 1.0 - s * (z * z + x * x), R(1, 2) = s * (y * z - w * x);
+  R(2, 0) = s * (x * z - w * y), R(2, 1) = s * (y * z + w * x), R(2, 2) = 1.0 - s * (x * x + y * y);
   return R;
 }
 
@@ -174,18 +194,24 @@ Matrix<typename V::Scalar, 3> rotation_from_vector(const Eigen::MatrixBase<V>& v
     // 1 − x/(2·3) (1 − x/(4·5) (1 − …)) and its neighbour; the first term left out is below 1e-21
     a = S(1);
     b = S(1);
-    for (int k = 8; k >= 1; --k) {
+    unroll<8>([&](auto from_last) __attribute__((always_inline)) {
+      constexpr int k = 8 - from_last;
       a = 1.0 - x * a / double(2 * k * (2 * k + 1));
       b = 1.0 - x * b / double((2 * k + 1) * (2 * k + 2));
-    }
+    });
     b = 0.5 * b;
   } else {
     const S theta = sqrt(x);
     a = sin(theta) / theta;
     b = (1.0 - cos(theta)) / x;
   }
-  const Matrix<S, 3> cross = skew(v);
-  return Matrix<S, 3>::Identity() + a * cross + b * (cross * cross);
+  // [v×]² = v vᵀ − θ² E
+  const S v0 = v[0], v1 = v[1], v2 = v[2];
+  Matrix<S, 3> R;
+  R(0, 0) = 1.0 - b * (v1 * v1 + v2 * v2), R(0, 1) = b * (v0 * v1) - a * v2, R(0, 2) = b * (v0 * v2) + a * v1;
+  R(1, 0) = b * (v0 * v1) + a * v2, R(1, 1) = 1.0 - b * (v2 * v2 + v0 * v0), R(1, 2) = b * (v1 * v2) - a * v0;
+  R(2, 0) = b * (v0 * v2) - a * v1, R(2, 1) = b * (v1 * v2) + a * v0, R(2, 2) = 1.0 - b * (v0 * v0 + v1 * v1);
+  return R;
 }
 
 /// Angular velocity along the space axes, ω with [ω×] = Ṙ Rᵀ.
@@ -205,22 +231,49 @@ Vector<typename Rdot::Scalar, 3> body_angular_velocity(const Eigen::MatrixBase<R
   return Vector<S, 3>(entry(2, 1), entry(0, 2), entry(1, 0));
 }
 
+namespace detail {
+
+enum class Axes { of_space, of_body };
+
+// The angular velocity of R(q) or R(q, t). In straight-line code from the entries of R and Ṙ as they are asked for: matrices of large scalars
+// are more than a compiler sees through.
+template <Axes axes, class Function, class Q, class Qdot, class... Time>
+auto turning(const Function& rotation, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {
+  using S = std::decay_t<decltype((std::declval<MotionScalar<Q, Qdot>>() + ... + t))>;
+  return along_motion<S>(rotation, q, qdot, [](const auto& R, const auto& follow) __attribute__((always_inline)) {
+    if constexpr (MovingPositions<S>::is_only_way) {
+      const auto& matrix = R.eval();
+      const auto* const r = matrix.data();
+      const auto entry = [&](int i, int j) __attribute__((always_inline)) {
+        constexpr int step = axes == Axes::of_body ? 1 : 3;
+        const auto *const a = r + (axes == Axes::of_body ? 3 * i : j), *const b = r + (axes == Axes::of_body ? 3 * j : i);
+        return S(follow(a[0]).value * follow(b[0]).rate + follow(a[step]).value * follow(b[step]).rate + follow(a[2 * step]).value * follow(b[2 * step]).rate);
+      };
+      return Vector<S, 3>(entry(2, 1), entry(0, 2), entry(1, 0));
+    } else {
+      const auto both = followed<S>(R, follow);
+      if constexpr (axes == Axes::of_body) return body_angular_velocity(both.value, both.rate);
+      else return angular_velocity(both.value, both.rate);
+    }
+  }, t...);
+}
+
+}  // namespace detail
+
 /// Space components of the angular velocity of R(q), or of R(q, t) when a time follows q̇.
 ///
 /// @param rotation  generic function of q (and t) that returns the 3×3 rotation matrix
 template <class Function, class Q, class Qdot, class... Time>
 auto angular_velocity_of(const Function& rotation, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                          const Time&... t) {
-  const auto turning = value_and_velocity_of(rotation, q, qdot, t...);
-  return angular_velocity(turning.value, turning.rate);
+  return detail::turning<detail::Axes::of_space>(rotation, q, qdot, t...);
 }
 
 /// Body components of the angular velocity of R(q), or of R(q, t) when a time follows q̇.
 template <class Function, class Q, class Qdot, class... Time>
 auto body_angular_velocity_of(const Function& rotation, const Eigen::MatrixBase<Q>& q,
                               const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {
-  const auto turning = value_and_velocity_of(rotation, q, qdot, t...);
-  return body_angular_velocity(turning.value, turning.rate);
+  return detail::turning<detail::Axes::of_body>(rotation, q, qdot, t...);
 }
 
 }  // namespace qdot

@@ -20,6 +20,7 @@
 #include "qdot/ad/euler_lagrange_math.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/mechanics/energy_functors.hpp"
+#include "qdot/mechanics/moving_positions.hpp"
 #include "qdot/mechanics/solve.hpp"
 
 namespace qdot {

@@ -29,6 +29,7 @@
 //
 //     (q + q̇ ε₁) + (q̇ + q̈ ε₁) ε₂ .
 
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -39,6 +40,7 @@
 #include "qdot/ad/dual_math.hpp"
 #include "qdot/ad/functor_result.hpp"
 #include "qdot/ad/trace.hpp"
+#include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
 
 namespace qdot {
@@ -102,6 +104,26 @@ auto moving_vector(const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>&
   return moving;
 }
 
+// Value and rate of all that a function returned, entry by entry.
+template <class S, class Result, class Follow>
+auto followed(const Result& result, const Follow& follow) {
+  if constexpr (requires { Result::RowsAtCompileTime; }) {
+    using Plain = Eigen::Matrix<S, Result::RowsAtCompileTime, Result::ColsAtCompileTime>;
+    const auto& matrix = result.eval();
+    ValueAndRate<Plain> both;
+    both.value.resize(matrix.rows(), matrix.cols());
+    both.rate.resize(matrix.rows(), matrix.cols());
+    for (Eigen::Index k = 0; k < matrix.size(); ++k) {
+      const ValueAndRate<S> entry = follow(matrix.data()[k]);
+      both.value.data()[k] = entry.value;
+      both.rate.data()[k] = entry.rate;
+    }
+    return both;
+  } else {
+    return follow(result);
+  }
+}
+
 // What the user's function returned → value and rate: a dual, a matrix of duals, or a constant.
 template <class S, class Result>
 auto split(const Result& result) {
@@ -110,18 +132,43 @@ auto split(const Result& result) {
   } else if constexpr (std::is_convertible_v<Result, S>) {
     return ValueAndRate<S>{S(result), S(0)};
   } else {
-    using Plain = Eigen::Matrix<S, Result::RowsAtCompileTime, Result::ColsAtCompileTime>;
-    const auto& matrix = result.eval();
-    ValueAndRate<Plain> both{Plain(matrix.rows(), matrix.cols()), Plain(matrix.rows(), matrix.cols())};
-    for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
-      for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-        const auto entry = split<S>(matrix(i, j));
-        both.value(i, j) = entry.value;
-        both.rate(i, j) = entry.rate;
-      }
-    }
-    return both;
+    return followed<S>(result, [](const auto& entry) { return split<S>(entry); });
   }
+}
+
+// How a scalar follows a position along the motion without duals around it (mechanics/moving_positions.hpp).
+template <class S>
+struct MovingPositions {
+  static constexpr bool known = false, is_only_way = false;
+};
+
+// finish(x, follow) of what x returned along the motion, where follow(entry) is an entry's value and rate; t is the time, if x takes it.
+template <class S, class Function, class Q, class Qdot, class Finish, class... Time>
+auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+                                                const Finish& finish, const Time&... t) {
+  using Positions = MovingPositions<S>;
+  if constexpr (Positions::known) {
+    using Position = typename Positions::Position;
+    Positions positions;
+    Vector<Position, Q::SizeAtCompileTime> at(q.size());
+    Position* const to = at.data();
+    bool moves = true;
+    if constexpr (Positions::is_only_way && Q::SizeAtCompileTime != Dynamic) {
+      unroll<Q::SizeAtCompileTime>([&](auto i) __attribute__((always_inline)) { positions.read(S(q[i]), S(qdot[i]), to[i]); });
+    } else {
+      for (Eigen::Index i = 0; i < q.size(); ++i) moves = moves && positions.read(S(q[i]), S(qdot[i]), to[i]);
+    }
+    const auto time = [&](const S& s) __attribute__((always_inline)) {
+      Position position(0.0);
+      moves = positions.read_time(s, position) && moves;
+      return position;
+    };
+    const auto follow = [&](const auto& entry) __attribute__((always_inline)) { return positions.both(Position(entry)); };
+    const std::tuple<std::conditional_t<true, Position, Time>...> times{time(S(t))...};
+    if (Positions::is_only_way || moves) return std::apply([&](const auto&... s) { return finish(result_of(x, at, s...), follow); }, times);
+  }
+  if constexpr (!Positions::is_only_way)
+    return finish(result_of(x, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...), [](const auto& entry) { return split<S>(entry); });
 }
 
 }  // namespace detail
@@ -135,7 +182,7 @@ auto split(const Result& result) {
 template <class Function, class Q, class Qdot>
 auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
   using S = detail::MotionScalar<Q, Qdot>;
-  return detail::split<S>(detail::result_of(x, detail::moving_vector<S>(q, qdot)));
+  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S>(r, follow); });
 }
 
 /// x(q, t) and ẋ = (∂x/∂q) q̇ + ∂x/∂t: a moving suspension, a driven joint.
@@ -143,7 +190,7 @@ template <class Function, class Q, class Qdot, class Time>
 auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                            const Time& t) {
   using S = std::decay_t<decltype(std::declval<detail::MotionScalar<Q, Qdot>>() + t)>;
-  return detail::split<S>(detail::result_of(x, detail::moving_vector<S>(q, qdot), detail::moving_number<S>(S(t), S(1))));
+  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S>(r, follow); }, t);
 }
 
 /// The velocity ẋ = (∂x/∂q) q̇ of x(q).

@@ -1,0 +1,133 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Velocities inside T at the cost of first derivatives.
+//
+// Where T calls velocity_of(r, q, q̇) or an angular velocity, r is evaluated on scalars of Lagrange's equations. With dual numbers around
+// them that takes all second derivatives of r. But nobody needs these: of ṙ = J q̇ + ∂r/∂t Lagrange's equations ask for
+//
+//     ∂ṙ/∂q̇ = J ,     D ṙ = s = J̇ q̇ + … ,     X ṙ = ∂ṙ/∂q − D ∂ṙ/∂q̇ = ∂ṙ/∂q − J̇ = 0 ,
+//
+// the last because d/dt and ∂/∂q change places (the lemma by which Lagrange's equations are derived). J and s are what a position
+// knows of itself (ad/position_row.hpp). So r is evaluated on positions, and value and velocity are made from these.
+//
+// This holds where what r is given are positions, and the velocities beside them their rates. Coordinates and velocities are, and
+// parts and functions of them; anything else, such as quasi-velocities, is noticed and goes by duals.
+
+#include <utility>
+
+#include "qdot/ad/graded_jet.hpp"
+#include "qdot/ad/position_jet.hpp"
+#include "qdot/ad/position_row.hpp"
+#include "qdot/mechanics/velocity.hpp"
+
+namespace qdot::detail {
+
+template <int n>
+struct MovingPositions<GradedJet<n>> {
+  static constexpr bool known = true, is_only_way = false;
+  using S = GradedJet<n>;
+  using Position = PositionRow<(n + 3) / 4>;
+
+  SquareRecord<n>* record = nullptr;
+
+  // to ← the position x with the velocity v; false if v is not its rate.
+  bool read(const S& x, const S& v, Position& to) {
+    if ((x.kinds & (S::has_g | S::has_h)) || (v.kinds & (S::has_x | S::has_h))) return false;
+    const bool moves = x.kinds & S::has_x;
+    if (moves != static_cast<bool>(v.kinds & S::has_g) || (x.kinds & S::has_rate ? x.rate : 0.0) != v.value) return false;
+    to.value = x.value;
+    to.rate = v.value;
+    to.bend = v.kinds & S::has_rate ? v.rate : 0.0;
+    if (!moves) return to.J.clear(), true;
+    record = x.record;
+    if (x.leaf >= 0) return to.J.set_unit(x.leaf), v.g[x.leaf / 2][x.leaf % 2] == 1.0 && is_the_same(x.x, v.g);
+    to.J.first = 0;
+    to.J.last = (n + 3) / 4;
+    for (int i = 0; i < 4 * to.J.last; ++i) to.J.number[i] = i < n ? x.x[i / 2][i % 2] : 0.0;
+    return is_the_same(x.x, v.g);
+  }
+  bool read_time(const S& t, Position& to) const {
+    if (t.kinds != S::has_rate || t.rate != 1.0) return false;
+    to = Position(t.value);
+    to.rate = 1.0;
+    return true;
+  }
+
+  ValueAndRate<S> both(const Position& p) const {
+    ValueAndRate<S> r{S(p.value), S(p.rate)};
+    r.value.rate = p.rate;
+    r.rate.rate = p.bend;
+    r.value.kinds = r.rate.kinds = S::has_rate;
+    if (p.J.empty()) return r;
+    r.value.record = r.rate.record = record;
+    r.value.kinds |= S::has_x;
+    r.rate.kinds |= S::has_g;
+    for (int i = 0; i < n; ++i) r.value.x[i / 2][i % 2] = r.rate.g[i / 2][i % 2] = p.J[i];
+    return r;
+  }
+
+ private:
+  static bool is_the_same(const Pair* a, const Pair* b) {
+    bool same = true;
+    for (int i = 0; i < n; ++i) same = same && a[i / 2][i % 2] == b[i / 2][i % 2];
+    return same;
+  }
+};
+
+// In straight-line code there is no second way beside: where velocities are not rates, masks become unknown, and the pass is dropped.
+template <int n, int... I, class K>
+struct MovingPositions<EulerLagrange<n, double, std::integer_sequence<int, I...>, K>> {
+  static constexpr bool known = true, is_only_way = true;
+  using S = EulerLagrange<n, double, std::integer_sequence<int, I...>, K>;
+  using Position = PositionJet<n>;
+
+  Present wrong = 0;
+
+  [[gnu::always_inline]] bool read(const S& x, const S& v, Position& to) {
+    to = Position(x.value);
+    to.rate = v.value;
+    to.bend = v.rate;
+    to.has_rate = x.has_rate;
+    to.has_bend = v.has_rate;
+    to.mask = x.x_mask;
+    wrong |= static_cast<Present>((x.g_mask | x.h_mask | v.x_mask | v.h_mask | (x.x_mask ^ v.g_mask)) != 0) | x.half | v.half;
+    wrong |= differ(x.has_rate ? x.rate : 0.0, v.value);
+    ((to.template J<I>() = x.template x<I>(), wrong |= differ(x.template x<I>(), v.template g<I>())), ...);
+    return true;
+  }
+  [[gnu::always_inline]] bool read_time(const S& t, Position& to) {
+    to = Position(t.value);
+    to.rate = t.rate;
+    to.has_rate = t.has_rate;
+    wrong |= static_cast<Present>((t.g_mask | t.x_mask | t.h_mask) != 0) | (1U ^ t.has_rate) | differ(t.rate, 1.0);
+    return true;
+  }
+  [[gnu::always_inline]] ValueAndRate<S> both(const Position& p) const {
+    ValueAndRate<S> r{S(p.value), S(p.rate)};
+    r.value.rate = p.rate;
+    r.value.has_rate = p.has_rate;
+    r.value.x_mask = p.mask;
+    r.rate.rate = p.bend;
+    r.rate.has_rate = p.has_bend;
+    r.rate.g_mask = p.mask;
+    ((r.value.template x<I>() = p.template J<I>(), r.rate.template g<I>() = p.template J<I>()), ...);
+    r.rate.h_mask = unknown_if(wrong);
+    return r;
+  }
+
+ private:
+  // Components that the compiler must not know, and that are zero all the same.
+  [[gnu::always_inline]] static ComponentMask unknown_if(Present wrong) {
+    if (!wrong) return 0;
+    ComponentMask mask = 0;
+    asm("" : "+r"(mask));
+    return mask;
+  }
+  // Of bits: the compiler must be sure that a number equals itself.
+  [[gnu::always_inline]] static Present differ(double a, double b) {
+    return static_cast<Present>(__builtin_bit_cast(long long, a) != __builtin_bit_cast(long long, b));
+  }
+};
+
+}  // namespace qdot::detail

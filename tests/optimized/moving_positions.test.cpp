@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+//
+// Velocities inside T by first derivatives, against nested duals, which differentiate the whole of T twice.
+#include "qdot/mechanics/moving_positions.hpp"
+
+#include <algorithm>
+#include <random>
+
+#include "catch2_bridge.hpp"
+#include "qdot/mechanics/equations_of_motion.hpp"
+#include "qdot/mechanics/rotation.hpp"
+
+using namespace qdot;
+
+namespace {
+
+constexpr double rounded = 1e-12;  // times the condition of M, which is moderate
+
+// A body that turns; the length of the quaternion has an inertia of its own.
+struct Turning {
+  auto T(const auto& p, const auto& v) const {
+    const auto w = body_angular_velocity_of([](const auto& x) { return rotation_from_quaternion(x); }, p, v);
+    const auto d = p[0] * v[0] + p[1] * v[1] + p[2] * v[2] + p[3] * v[3];
+    return 0.5 * (1.0 * w[0] * w[0] + 2.0 * w[1] * w[1] + 2.5 * w[2] * w[2] + d * d);
+  }
+  auto V(const auto& p) const { return 0.3 * p[0] * p[3]; }
+};
+
+// A point on a moving circle. Twice its velocity is the rate of nothing that is there: it goes by duals, and T is four times as large.
+template <int times>
+struct Swung {
+  auto T(const auto& q, const auto& v, const auto& t) const {
+    using std::cos, std::sin;
+    const auto place = [](const auto& x, const auto& s) { return vector(x[1] * sin(x[0]) + 0.3 * sin(s), -x[1] * cos(x[0])); };
+    if constexpr (times == 1) return 0.5 * velocity_of(place, q, v, t).squaredNorm() + 0.1 * v[1] * v[1];
+    else return 0.125 * velocity_of([&](const auto& x) { return place(x, 0.0 * x[0]); }, q, (2.0 * v).eval()).squaredNorm() + 0.1 * v[1] * v[1];
+  }
+  auto V(const auto& q) const { return 0.5 * q[1] * q[1]; }
+};
+
+template <int n, class E>
+double difference(const E& energies) {
+  const auto system = mechanical_system<n>(energies);
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> uniform(0.4, 1.6);
+  double worst = 0.0;
+  for (int sample = 0; sample < 20; ++sample) {
+    Vector<double, n> q, v;
+    for (int i = 0; i < n; ++i) {
+      q[i] = uniform(random);
+      v[i] = uniform(random) - 1.0;
+    }
+    const double t = uniform(random);
+    const Matrix<double, n> M = detail::kinetic_hessian<n>(system.energies(), q, v, t);
+    const Vector<double, n> r = detail::lagrange_rhs<n>(system.energies(), q, v, t), expected = M.ldlt().solve(r);
+    worst = std::max(worst, (acceleration(system, q, v, t) - expected).norm() / (1.0 + expected.norm()));
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("angular velocities and velocities in T need first derivatives only, and give what second ones give") {
+  CHECK(difference<4>(Turning{}) < rounded);
+  CHECK(difference<2>(Swung<1>{}) < rounded);
+}
+
+TEST_CASE("what is not the rate of the coordinates in T is differentiated in full") { CHECK(difference<2>(Swung<2>{}) < rounded); }
