@@ -80,23 +80,6 @@ Matrix<S, 3> rotation_about_axis(const S& angle) {
   return R;
 }
 
-namespace detail {
-
-// A B, in code that a compiler sees through for every scalar.
-template <class S>
-Matrix<S, 3> product_of(const Matrix<S, 3>& A, const Matrix<S, 3>& B) {
-  Matrix<S, 3> C;
-  const S *const a = A.data(), *const b = B.data();
-  S* const c = C.data();
-  unroll<9>([&](auto k) __attribute__((always_inline)) {
-    constexpr int i = k % 3, j = k - i;
-    c[k] = a[i] * b[j] + a[i + 3] * b[j + 1] + a[i + 6] * b[j + 2];
-  });
-  return C;
-}
-
-}  // namespace detail
-
 /// Turn about x by `angle`.
 template <class S>
 Matrix<S, 3> rotation_x(const S& angle) {
