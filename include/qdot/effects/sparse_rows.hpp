@@ -13,6 +13,7 @@
 // Nothing is kept from one evaluation to the next; a functor may take another branch and touch other coordinates.
 
 #include <cstddef>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
