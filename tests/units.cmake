@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: MIT
+#
+# qdot_test_units(result sources...): units of compilation that hold the test files, several in each.
+#
+# More than half of what a test file makes the compiler write is what others make it write, too: the standard library's, Eigen's and
+# qdot's templates. Files of one unit share it. To its reader, and to the compiler, each stays a file of its own: what it includes
+# is read before, and its own names are in a namespace of its own.
+set(qdot_test_unit_bytes 36000) # of source; the largest units take two minutes and 4 GB
+
+function(qdot_test_units result)
+  set(units)
+  set(files)
+  set(bytes 0)
+  foreach(source IN LISTS ARGN)
+    file(STRINGS ${source} not_in_a_namespace REGEX "^#include .*\\.cpp[>\"]|^template <>|operator (new|delete)\\(")
+    if(not_in_a_namespace) # sources of the program, specializations of others' templates, allocation
+      list(APPEND units ${source})
+      continue()
+    endif()
+    file(SIZE ${CMAKE_CURRENT_SOURCE_DIR}/${source} size)
+    math(EXPR bytes "${bytes} + ${size}")
+    if(files AND bytes GREATER qdot_test_unit_bytes)
+      qdot_write_test_unit(unit ${files})
+      list(APPEND units ${unit})
+      set(files)
+      set(bytes ${size})
+    endif()
+    list(APPEND files ${source})
+  endforeach()
+  if(files)
+    qdot_write_test_unit(unit ${files})
+    list(APPEND units ${unit})
+  endif()
+  set(${result} ${units} PARENT_SCOPE)
+endfunction()
+
+function(qdot_write_test_unit result)
+  list(GET ARGN 0 first)
+  string(REPLACE ".test.cpp" ".unit.cpp" unit ${CMAKE_CURRENT_BINARY_DIR}/units/${first})
+  set(includes)
+  set(files)
+  foreach(source IN LISTS ARGN)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source}) # its includes are read here
+    file(STRINGS ${source} lines REGEX "^#include [<\"]")
+    get_filename_component(folder ${source} DIRECTORY)
+    foreach(line IN LISTS lines)
+      string(REGEX REPLACE "^#include [<\"](.*)[>\"].*" "\\1" name "${line}")
+      if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/${name}) # beside the file itself
+        set(line "#include \"${CMAKE_CURRENT_SOURCE_DIR}/${folder}/${name}\"")
+      endif()
+      list(APPEND includes ${line})
+    endforeach()
+    string(MAKE_C_IDENTIFIER ${source} name)
+    string(APPEND files "namespace ${name} {\n#include \"${CMAKE_CURRENT_SOURCE_DIR}/${source}\"\n}\n")
+  endforeach()
+  list(REMOVE_DUPLICATES includes)
+  list(JOIN includes "\n" includes)
+  file(CONFIGURE OUTPUT ${unit} CONTENT "${includes}\n\n${files}" @ONLY)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU") # which takes what a unit includes for headers, that others may include, too
+    set_property(SOURCE ${unit} PROPERTY COMPILE_OPTIONS -Wno-subobject-linkage)
+  endif()
+  set(${result} ${unit} PARENT_SCOPE)
+endfunction()
