@@ -76,8 +76,8 @@ bool forced_acceleration(const Sc& scene, const Vector<double, n>& q, const Vect
                          Vector<double, n>& qddot) {
   const auto& energies = energies_without_potentials(scene);
   if constexpr (HasClosedForm<EnergiesWithoutPotentials<Sc>>) {
-    const auto forces = [&](double* Q) {
-      const Vector<double, n> all = forces_at(scene, z, AtState{q.data(), qdot.data(), t});
+    const auto forces = [&](const double* at, const double* velocity, double* Q) {
+      const Vector<double, n> all = forces_at(scene, z, AtState{at, velocity, t});
       unroll<n>([&](auto i) __attribute__((always_inline)) { Q[i] = all[i]; });
     };
     return energies.acceleration_in_closed_form_with(forces, q.data(), qdot.data(), t, qddot.data());

@@ -191,7 +191,7 @@ struct NoForces {};
 /// q̈ of the form `Form::form` into `qddot`; what is false then is not an acceleration. Of packs a mask.
 ///
 /// @param c  the coefficients, Form::form.size.coefficients numbers
-/// @param forces  NoForces, or what writes n applied generalized forces to where forces(Q) says; compiled together with the lines
+/// @param forces  NoForces, or what writes n applied generalized forces: forces(q, qdot, Q), compiled together with the lines
 template <int n, class Form, class Forces, class Number>
 [[gnu::flatten]] inline auto closed_form_of_acceleration(const double* c, const Number* q, const Number* qdot, const Number& t, const Forces& forces,
                                                          Number* qddot) {
@@ -202,7 +202,18 @@ template <int n, class Form, class Forces, class Number>
   Truth good = true;
   Number out[n];
   Number x[form.size.lines + 1];
-  write_lines<n, Form>(c, q, qdot, t, q, x);
+  // Copies, so that the compiler sees that lines and forces read the same numbers.
+  Number at[forced ? n : 1], velocity[forced ? n : 1], applied[n];
+  if constexpr (forced) {
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      at[i] = q[i];
+      velocity[i] = qdot[i];
+    });
+    write_lines<n, Form>(c, at, velocity, t, at, x);
+    forces(at, velocity, applied);
+  } else {
+    write_lines<n, Form>(c, q, qdot, t, q, x);
+  }
   unroll<form.size.lines>([&](auto i) __attribute__((always_inline)) {
     constexpr taylor::Domain domain = form.line[i].domain;
     if constexpr (domain == taylor::Domain::positive) good &= x[i] > 0.0;
@@ -210,9 +221,7 @@ template <int n, class Form, class Forces, class Number>
     else if constexpr (domain == taylor::Domain::nonzero) good &= x[i] != 0.0;
   });
   // Applied forces go through the elimination as r does.
-  Number applied[n];
   if constexpr (forced) {
-    forces(applied);
     unroll<form.size.eliminated>([&](auto k) __attribute__((always_inline)) {
       constexpr auto step = form.eliminated[k];
       unroll<step.last - step.first>([&](auto i) __attribute__((always_inline)) {
@@ -287,7 +296,7 @@ inline bool closed_form_acceleration(const E& e, const double* q, const double* 
 /// The same with applied forces Q.
 template <int n, class E>
 inline bool closed_form_acceleration_under_force(const E& e, const double* q, const double* qdot, double t, const double* Q, double* out) {
-  const auto forces = [Q](double* applied) { unroll<n>([&](auto i) __attribute__((always_inline)) { applied[i] = Q[i]; }); };
+  const auto forces = [Q](const double*, const double*, double* applied) { unroll<n>([&](auto i) __attribute__((always_inline)) { applied[i] = Q[i]; }); };
   return closed_form_acceleration<n>(e, q, qdot, t, out, forces);
 }
 
