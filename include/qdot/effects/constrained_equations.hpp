@@ -175,7 +175,7 @@ struct ConstrainedTo {
         if (!row.asks[k]) schur[triangle_index(k, k)] = 1.0;
       }
     });
-    double pivots[m];
+    [[maybe_unused]] double pivots[m];
     unroll<m>([&](auto k) __attribute__((always_inline)) { pivots[k] = schur[triangle_index(k, k)]; });
     if (!solved_in_place<m>(schur, lambda, dependent)) return false;
     unroll<m>([&](auto k) __attribute__((always_inline)) {
@@ -198,8 +198,10 @@ struct ConstrainedTo {
       out.lambda[k] = lambda[k];
       if (!row.asks[k]) return;
       ++out.rank;
-      const double pivot = schur[triangle_index(k, k)] / pivots[k];
-      if (pivot < out.smallest_pivot) out.smallest_pivot = pivot;
+      if constexpr (k > 0) {  // the first is 1, as nothing was taken from it
+        const double pivot = schur[triangle_index(k, k)] / pivots[k];
+        if (pivot < out.smallest_pivot) out.smallest_pivot = pivot;
+      }
     });
     return zero == 0.0;
   }
