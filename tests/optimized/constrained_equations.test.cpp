@@ -288,15 +288,15 @@ TEST_CASE("a hanging chain accelerates as its tridiagonal equations of tensions 
   for (const int m : {10, 40}) {
     const Points points{m};
     const State<Dynamic> at = crooked(points);
-    std::vector<double> ux, uy, diagonal, below, lambda;
+    Eigen::VectorXd ux(m), uy(m), diagonal(m), below(m), lambda(m);
     for (int k = 0; k < m; ++k) {
       const auto difference = [&](const Eigen::VectorXd& x, int i) { return x[i] - (k > 0 ? x[i - 2] : 0.0); };
-      ux.push_back(difference(at.q, 2 * k));
-      uy.push_back(difference(at.q, 2 * k + 1));
+      ux[k] = difference(at.q, 2 * k);
+      uy[k] = difference(at.q, 2 * k + 1);
       const double vx = difference(at.qdot, 2 * k), vy = difference(at.qdot, 2 * k + 1), last = k > 0 ? 1.0 / points.mass(k - 1) : 0.0;
-      diagonal.push_back(last + 1.0 / points.mass(k));
-      lambda.push_back(-(vx * vx + vy * vy) + (k > 0 ? 0.0 : 9.81 * uy[0]));
-      below.push_back(k > 0 ? -last * (ux[k] * ux[k - 1] + uy[k] * uy[k - 1]) : 0.0);
+      diagonal[k] = last + 1.0 / points.mass(k);
+      lambda[k] = -(vx * vx + vy * vy) + (k > 0 ? 0.0 : 9.81 * uy[0]);
+      below[k] = k > 0 ? -last * (ux[k] * ux[k - 1] + uy[k] * uy[k - 1]) : 0.0;
       if (k == 0) continue;
       const double factor = below[k] / diagonal[k - 1];
       diagonal[k] -= factor * below[k];
