@@ -313,9 +313,10 @@ consteval bool require_kinematics() {
                 "qdot: the functor that places the bodies must be callable as place(q, bodies) or place(q, t, bodies): "
                 "take `const auto& q, auto& bodies` and call bodies.point_mass(m, r), bodies.planar_body(m, I, r, angle) or "
                 "bodies.rigid_body(body, r, R)");
-  static_assert(!(PlacesAtRest<Place, n> && (PlacesInTime<Place, n> || PlacesWithTimeLast<Place, n>)),
-                "qdot: the functor that places the bodies can be called as place(q, bodies) and with a third argument, and nothing tells which "
-                "is meant: take `const auto& q, auto& bodies`, or `const auto& q, const auto& t, auto& bodies` where it depends on time");
+  if constexpr (PlacesAtRest<Place, n>)  // to ask the third of others would compile their bodies with a time among them
+    static_assert(!PlacesInTime<Place, n> && !PlacesWithTimeLast<Place, n>,
+                  "qdot: the functor that places the bodies can be called as place(q, bodies) and with a third argument, and nothing tells which "
+                  "is meant: take `const auto& q, auto& bodies`, or `const auto& q, const auto& t, auto& bodies` where it depends on time");
   if constexpr (PlacesInTime<Place, n> && !PlacesAtRest<Place, n>)
     static_assert(requires(const Place& place, const Vector<Dual<double, 1>, n>& q, const Dual<double, 1>& t, WeightSum<Dual<double, 1>>& bodies) { place(q, t, bodies); },
                   "qdot: the functor that places the bodies takes the time as a double, but the time carries derivatives as q does: take "
