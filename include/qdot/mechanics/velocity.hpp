@@ -165,10 +165,20 @@ auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen:
     };
     const auto follow = [&](const auto& entry) __attribute__((always_inline)) { return positions.both(Position(entry)); };
     const std::tuple<std::conditional_t<true, Position, Time>...> times{time(S(t))...};
-    if (Positions::is_only_way || moves) return std::apply([&](const auto&... s) { return finish(result_of(x, at, s...), follow); }, times);
-  }
-  if constexpr (!Positions::is_only_way)
+    const auto finished = [&](const auto&... ts) { return finish(result_of(x, at, ts...), follow); };
+    if constexpr (Positions::is_only_way) {
+      return std::apply(finished, times);
+    } else {
+      // Functions of their own: what calls this is flattened.
+      const auto by_positions = [&]() __attribute__((noinline)) { return std::apply(finished, times); };
+      const auto by_duals = [&]() __attribute__((noinline, cold)) {
+        return finish(result_of(x, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...), [](const auto& entry) { return split<S>(entry); });
+      };
+      return moves ? by_positions() : by_duals();
+    }
+  } else {
     return finish(result_of(x, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...), [](const auto& entry) { return split<S>(entry); });
+  }
 }
 
 }  // namespace detail
