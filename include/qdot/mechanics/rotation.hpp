@@ -33,6 +33,8 @@
 // - The rotation vector (axis times angle), R = exp [v×]: regular around v = 0, locked at |v| = 2π.
 
 #include <cmath>
+#include <type_traits>
+#include <utility>
 
 #include <Eigen/Core>
 
