@@ -26,6 +26,32 @@ struct Turning {
   auto V(const auto& p) const { return 0.3 * p[0] * p[3]; }
 };
 
+// The same, by a matrix whose rows lie together: what a functor returns may be stored in either way.
+struct TurningByRows : Turning {
+  auto T(const auto& p, const auto& v) const {
+    const auto rotation = [](const auto& x) { return rotation_from_quaternion(x).transpose().eval(); };
+    const auto w = body_angular_velocity_of(rotation, p, v), of_space = angular_velocity_of(rotation, p, v);
+    const auto d = p[0] * v[0] + p[1] * v[1] + p[2] * v[2] + p[3] * v[3];
+    return 0.5 * (1.0 * w[0] * w[0] + 2.0 * w[1] * w[1] + 2.5 * w[2] * w[2] + d * d + 0.3 * of_space[0] * of_space[0]);
+  }
+};
+struct RateByRows : Turning {
+  auto T(const auto& p, const auto& v) const {
+    const auto Rdot = velocity_of([](const auto& x) { return rotation_from_quaternion(x).transpose().eval(); }, p, v);
+    const auto d = p[0] * v[0] + p[1] * v[1] + p[2] * v[2] + p[3] * v[3];
+    return 0.5 * (Rdot.row(0).squaredNorm() + 2.0 * Rdot.row(1).squaredNorm() + 3.0 * Rdot.row(2).squaredNorm() + d * d);
+  }
+};
+
+// A function of velocities, of which the value alone is asked for: what q̇ does to T must not get lost.
+struct OfVelocities {
+  auto T(const auto& q, const auto& v) const {
+    const auto square = value_and_velocity_of([](const auto& x) { return (1.0 + x[1] * x[1]) * x[0] * x[0]; }, v, q).value;
+    return 0.5 * (v[0] * v[0] + (1.0 + q[0] * q[0]) * v[1] * v[1]) + 0.1 * square;
+  }
+  auto V(const auto& q) const { return 0.3 * q[0] * q[1]; }
+};
+
 // A point on a moving circle. Twice its velocity is the rate of nothing that is there: it goes by duals, and T is four times as large.
 template <int times>
 struct Swung {
@@ -64,5 +90,12 @@ TEST_CASE("angular velocities and velocities in T need first derivatives only, a
   CHECK(difference<4>(Turning{}) < rounded);
   CHECK(difference<2>(Swung<1>{}) < rounded);
 }
+
+TEST_CASE("a rotation may be stored by rows or by columns") {
+  CHECK(difference<4>(TurningByRows{}) < rounded);
+  CHECK(difference<4>(RateByRows{}) < rounded);
+}
+
+TEST_CASE("the value of a function of velocities keeps what they do to T") { CHECK(difference<2>(OfVelocities{}) < rounded); }
 
 TEST_CASE("what is not the rate of the coordinates in T is differentiated in full") { CHECK(difference<2>(Swung<2>{}) < rounded); }

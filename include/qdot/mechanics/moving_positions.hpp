@@ -112,7 +112,7 @@ struct MovingPositions<EulerLagrange<n, double, std::integer_sequence<int, I...>
     r.rate.has_rate = p.has_bend;
     r.rate.g_mask = p.mask;
     ((r.value.template x<I>() = p.template J<I>(), r.rate.template g<I>() = p.template J<I>()), ...);
-    r.rate.h_mask = unknown_if(wrong);
+    r.value.h_mask = r.rate.h_mask = unknown_if(wrong);
     return r;
   }
 

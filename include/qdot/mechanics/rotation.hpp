@@ -229,9 +229,10 @@ auto turning(const Function& rotation, const Eigen::MatrixBase<Q>& q, const Eige
     if constexpr (MovingPositions<S>::is_only_way) {
       const auto& matrix = R.eval();
       const auto* const r = matrix.data();
+      constexpr bool columns = axes == Axes::of_body; // of R times columns of Ṙ, or rows times rows
+      constexpr int step = columns == bool(std::decay_t<decltype(matrix)>::IsRowMajor) ? 3 : 1, next = 4 - step;
       const auto entry = [&](int i, int j) __attribute__((always_inline)) {
-        constexpr int step = axes == Axes::of_body ? 1 : 3;
-        const auto *const a = r + (axes == Axes::of_body ? 3 * i : j), *const b = r + (axes == Axes::of_body ? 3 * j : i);
+        const auto *const a = r + next * (columns ? i : j), *const b = r + next * (columns ? j : i);
         return S(follow(a[0]).value * follow(b[0]).rate + follow(a[step]).value * follow(b[step]).rate + follow(a[2 * step]).value * follow(b[2 * step]).rate);
       };
       return Vector<S, 3>(entry(2, 1), entry(0, 2), entry(1, 0));

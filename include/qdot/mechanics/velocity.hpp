@@ -113,10 +113,12 @@ auto followed(const Result& result, const Follow& follow) {
     ValueAndRate<Plain> both;
     both.value.resize(matrix.rows(), matrix.cols());
     both.rate.resize(matrix.rows(), matrix.cols());
-    for (Eigen::Index k = 0; k < matrix.size(); ++k) {
-      const ValueAndRate<S> entry = follow(matrix.data()[k]);
-      both.value.data()[k] = entry.value;
-      both.rate.data()[k] = entry.rate;
+    for (Eigen::Index j = 0, k = 0; j < matrix.cols(); ++j) {
+      for (Eigen::Index i = 0; i < matrix.rows(); ++i, ++k) {
+        const ValueAndRate<S> entry = follow(matrix.coeff(i, j)); // whose rows or columns may be what lies together
+        both.value.data()[k] = entry.value;
+        both.rate.data()[k] = entry.rate;
+      }
     }
     return both;
   } else {
@@ -144,8 +146,8 @@ struct MovingPositions {
 
 // finish(x, follow) of what x returned along the motion, where follow(entry) is an entry's value and rate; t is the time, if x takes it.
 template <class S, class Function, class Q, class Qdot, class Finish, class... Time>
-auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
-                                                const Finish& finish, const Time&... t) {
+auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Finish& finish,
+                  const Time&... t) {
   using Positions = MovingPositions<S>;
   if constexpr (Positions::known) {
     using Position = typename Positions::Position;
