@@ -37,7 +37,8 @@ double difference_of_ways(const E& energies, double low, double high, int sample
       }
       const double t = other(random);
       if (!detail::closed_form_acceleration<n>(system.energies(), q.data(), v.data(), t, a.data())) return not_derived;
-      if (!detail::closed_form_acceleration_under_force<n>(system.energies(), q.data(), v.data(), t, Q.data(), b.data())) return not_derived;
+      const auto forces = [&Q](const double*, const double*, double* applied) { std::copy_n(Q.data(), n, applied); };
+      if (!detail::closed_form_acceleration<n>(system.energies(), q.data(), v.data(), t, b.data(), forces)) return not_derived;
       const Vector<double, n> general = detail::general_acceleration(system, q, v, t);
       const Matrix<double, n> M = detail::kinetic_hessian<n>(system.energies(), q, v, t);
       const Vector<double, n> under_force = general + M.ldlt().solve(Q);

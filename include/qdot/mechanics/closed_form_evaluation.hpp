@@ -293,11 +293,5 @@ template <int n, class E, class Forces = NoForces>
 inline bool closed_form_acceleration(const E& e, const double* q, const double* qdot, double t, double* out, const Forces& forces = {}) {
   return e.has_closed_form() && closed_form_of_acceleration<n, typename E::ClosedForm>(e.closed_form_coefficients(), q, qdot, t, forces, out);
 }
-/// The same with applied forces Q.
-template <int n, class E>
-inline bool closed_form_acceleration_under_force(const E& e, const double* q, const double* qdot, double t, const double* Q, double* out) {
-  const auto forces = [Q](const double*, const double*, double* applied) { unroll<n>([&](auto i) __attribute__((always_inline)) { applied[i] = Q[i]; }); };
-  return closed_form_acceleration<n>(e, q, qdot, t, out, forces);
-}
 
 }  // namespace qdot::detail

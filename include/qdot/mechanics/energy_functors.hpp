@@ -144,7 +144,6 @@ inline constexpr bool is_written_out = false;
 template <class E>
 concept HasClosedForm = is_written_out<E> && requires(const E& e, const double* q, double* qddot) {
   { e.acceleration_in_closed_form(q, q, 0.0, qddot) } -> std::same_as<bool>;
-  { e.acceleration_in_closed_form_under_force(q, q, 0.0, q, qddot) } -> std::same_as<bool>;
 };
 
 // Those whose Jacobian it has derived as well.

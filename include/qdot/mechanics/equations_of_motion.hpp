@@ -85,9 +85,8 @@ void require_finite_derivatives(const Derivatives& J, double t, const RowName& r
 template <class E, int n, Inertia I, class S>
 [[gnu::noinline]] Vector<S, n> general_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity,
                                                     const S& t) {
-  const Matrix<S, n> M = kinetic_hessian<n>(system.energies(), at, velocity, t);
-  const Vector<S, n> force = lagrange_rhs<n>(system.energies(), at, velocity, t);
-  const Vector<S, n> qddot = solved_with_mass_matrix(system, M, force, t);
+  const MassAndRhs<S, n> both = general_mass_and_rhs<n>(system.energies(), at, velocity, t);
+  const Vector<S, n> qddot = solved_with_mass_matrix(system, both.M, both.r, t);
   require_finite_acceleration(system, qddot, at, velocity, t);
   return qddot;
 }
@@ -125,12 +124,8 @@ Vector<double, n> acceleration_under_force(const System<E, n, I>& system, const 
                                            double t, const Vector<double, n>& Q, const Blame& blame) {
   if constexpr (I == Inertia::positive_definite) {
     Vector<double, n> a = Vector<double, n>::Zero(q.size());
-    if constexpr (HasClosedForm<E> && straight_line_pays) {
-      if (system.energies().acceleration_in_closed_form_under_force(q.data(), qdot.data(), t, Q.data(), a.data())) return a;
-    } else {
-      const AccelerationTo<n, true> use{a.data(), singular_pivot<double>(q.size()), Q.data()};
-      if (with_mass_and_rhs<n>(system.energies(), q, qdot, t, use)) return a;
-    }
+    const AccelerationTo<n, true> use{a.data(), singular_pivot<double>(q.size()), Q.data()};
+    if (with_mass_and_rhs<n>(system.energies(), q, qdot, t, use)) return a;
   }
   return general_acceleration_under_force(system, q, qdot, t, Q, blame);
 }
@@ -145,7 +140,8 @@ template <class E, int n, Inertia I, class Q, class Qdot>
 auto rhs(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
          typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
-  return mass_and_rhs(system, Vector<S, n>(q), Vector<S, n>(qdot), t).r;
+  if constexpr (std::is_same_v<S, double>) return mass_and_rhs(system, Vector<S, n>(q), Vector<S, n>(qdot), t).r;
+  else return detail::lagrange_rhs<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
 }
 
 /// Accelerations q̈ from Lagrange's equations at a state.

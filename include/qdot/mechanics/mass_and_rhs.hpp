@@ -9,13 +9,14 @@
 //
 // There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): what a system knows of itself (positions and masses,
 // kinematic_system.hpp), straight-line code (straight_line.hpp), loops and many coordinates (graded_evaluation.hpp), more of them than
-// that (banded_equations.hpp). Whoever wants something of M and r passes it down the ladder as an object `use`, and each way ends by calling it with what it has found:
+// that (banded_equations.hpp). Whoever wants something of M and r passes it down the ladder as an object `use`, and each way ends by
+// calling it with what it has found:
 //
-//     use.packed(at, M, r, present)         lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line code,
-//                                         so that what is zero for all states is not computed with
-//     use.full(at, M, r)                    lower triangle and r
-//     use.rows<blocks>(at, n, M, r)          rows of 4·blocks numbers, lower triangle of blocks, and r
-//     use.banded(at, M, r)                  the band of a BandedMatrix, and r; where n is known at run time only
+//     use.packed(at, M, r, present)    lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line
+//                                      code, so that what is zero for all states is not computed with
+//     use.full(at, M, r)               lower triangle and r
+//     use.rows<blocks>(at, n, M, r)    rows of 4·blocks numbers, lower triangle of blocks, and r
+//     use.banded(at, M, r)             the band of a BandedMatrix, and r; where n is known at run time only
 //
 // All may be overwritten. `use` returns false where it does not like what it sees, a pivot that is not positive, a number that is not
 // finite. Then, and where there is no way at all, the general one by nested duals (lagrange_terms.hpp) looks again and names what is wrong.
@@ -218,6 +219,22 @@ struct MassAndRhs {
   Vector<S, n> r;  ///< n
 };
 
+namespace detail {
+
+// M and r by the way that holds for everything, finite or not: nested duals, and within the band where there are too many coordinates for these.
+template <int n, class S, class E>
+[[gnu::noinline]] MassAndRhs<S, n> general_mass_and_rhs(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+  if constexpr (n == Dynamic && std::is_same_v<S, double>) {
+    if (q.size() > graded_limit<n>) {
+      const BandedEquations found = banded_equations(e, q, qdot, t);
+      return {found.M.dense(), found.r};
+    }
+  }
+  return {kinetic_hessian<n>(e, q, qdot, t), lagrange_rhs<n>(e, q, qdot, t)};
+}
+
+}  // namespace detail
+
 /// Mass matrix and right-hand side of Lagrange's equations at a state.
 ///
 /// Exact to rounding. Of numbers by the shortest way that the energies allow; of other scalars by nested duals.
@@ -231,7 +248,7 @@ MassAndRhs<S, n> mass_and_rhs(const System<E, n, I>& system, const Vector<S, n>&
     MassAndRhs<double, n> found{Matrix<double, n>::Zero(q.size(), q.size()), Vector<double, n>::Zero(q.size())};
     if (detail::with_mass_and_rhs<n>(system.energies(), q, qdot, t, detail::CopyTo<n>{found.M, found.r})) return found;
   }
-  return {detail::kinetic_hessian<n>(system.energies(), q, qdot, t), detail::lagrange_rhs<n>(system.energies(), q, qdot, t)};
+  return detail::general_mass_and_rhs<n>(system.energies(), q, qdot, t);
 }
 
 }  // namespace qdot

@@ -144,6 +144,13 @@ struct MovingPositions {
   static constexpr bool known = false, is_only_way = false;
 };
 
+// finish(x, follow) of what x returned on duals.
+template <class S, class Function, class Q, class Qdot, class Finish, class... Time>
+auto along_duals(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Finish& finish,
+                 const Time&... t) {
+  return finish(result_of(x, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...), [](const auto& entry) { return split<S>(entry); });
+}
+
 // finish(x, follow) of what x returned along the motion, where follow(entry) is an entry's value and rate; t is the time, if x takes it.
 template <class S, class Function, class Q, class Qdot, class Finish, class... Time>
 auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Finish& finish,
@@ -173,13 +180,11 @@ auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen:
     } else {
       // Functions of their own: what calls this is flattened.
       const auto by_positions = [&]() __attribute__((noinline)) { return std::apply(finished, times); };
-      const auto by_duals = [&]() __attribute__((noinline, cold)) {
-        return finish(result_of(x, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...), [](const auto& entry) { return split<S>(entry); });
-      };
+      const auto by_duals = [&]() __attribute__((noinline, cold)) { return along_duals<S>(x, q, qdot, finish, t...); };
       return moves ? by_positions() : by_duals();
     }
   } else {
-    return finish(result_of(x, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...), [](const auto& entry) { return split<S>(entry); });
+    return along_duals<S>(x, q, qdot, finish, t...);
   }
 }
 

@@ -165,11 +165,6 @@ class WrittenOut {
   {
     return detail::closed_form_acceleration<n>(*this, q, qdot, t, qddot);
   }
-  [[gnu::always_inline]] bool acceleration_in_closed_form_under_force(const double* q, const double* qdot, double t, const double* Q, double* qddot) const
-    requires(ClosedForm::exists)
-  {
-    return detail::closed_form_acceleration_under_force<n>(*this, q, qdot, t, Q, qddot);
-  }
   // With forces that are found where they are needed: forces(q, qdot, Q) writes them.
   template <class Forces>
   [[gnu::always_inline]] bool acceleration_in_closed_form_with(const Forces& forces, const double* q, const double* qdot, double t, double* qddot) const
