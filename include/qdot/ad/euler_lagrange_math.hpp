@@ -204,11 +204,17 @@ template <EulerLagrangeNumber E, class Number>
 E pow(Number base, const E& u) { return through(u, [base](const auto& x) { return pow(base, x); }); }
 
 template <class A, class B>
-using EulerLagrangeOf = std::conditional_t<EulerLagrangeNumber<A>, A, B>;
-// Two arguments of which at least one is such a scalar and the other one too, or a number.
+using EulerLagrangeOf = std::conditional_t<EulerLagrangeNumber<A> && std::is_convertible_v<B, A>, A, B>;
+// Two arguments of which one is such a scalar and the other one too, or becomes one, such as a number.
 template <class A, class B>
-concept EulerLagrangeBeside = (EulerLagrangeNumber<A> && (std::is_same_v<A, B> || std::is_arithmetic_v<B>)) ||
-                              (EulerLagrangeNumber<B> && std::is_arithmetic_v<A>);
+concept EulerLagrangeBeside = EulerLagrangeNumber<EulerLagrangeOf<A, B>> && std::is_convertible_v<A, EulerLagrangeOf<A, B>>;
+
+template <EulerLagrangeNumber A, EulerLagrangeNumber B>
+  requires(!std::is_same_v<A, B> && EulerLagrangeBeside<A, B>)
+auto pow(const A& u, const B& w) {
+  using E = EulerLagrangeOf<A, B>;
+  return pow(E(u), E(w));
+}
 
 template <class A, class B>
   requires EulerLagrangeBeside<A, B>

@@ -13,6 +13,9 @@
 //     J(u w) = u Jw + w Ju       (u w)˙ = u ẇ + w u̇        s(u w) = u sw + w su + 2 u̇ ẇ
 //     J f(u) = f′ Ju              f(u)˙ = f′ u̇              s f(u) = f′ su + f″ u̇²
 //
+// A scalar of Lagrange's equations that a position is made with, captured in a functor, is a constant, or has derivatives for which there is
+// no place here. Then a bit of the mask, above all others, is one that the compiler must not know: what follows from it has it as well.
+//
 // n + 3 numbers, where T(q, q̇) written with velocities needs a Hessian. As in euler_lagrange.hpp masks say which of them
 // may be other than zero, every component is a member with a name of its own and every operation is inlined,
 // so that in straight-line code what is zero is never computed.
@@ -29,6 +32,14 @@ template <int i>
 struct RowEntry {
   double number;
 };
+
+// The bit above those of the components, zero but unknown to the compiler, where `wrong`.
+[[gnu::always_inline]] inline ComponentMask unknown_if(Present wrong) {
+  if (!wrong) return 0;
+  ComponentMask mask = 0;
+  asm("" : "+r"(mask));
+  return mask & bit(1, 63);
+}
 
 template <int n, class = std::make_integer_sequence<int, n>>
 struct PositionJet;
@@ -56,6 +67,10 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>... {
   [[gnu::always_inline]] PositionJet(Number constant)
       : value(static_cast<double>(constant)), rate(0.0), bend(0.0), mask(0), has_rate(0), has_bend(0) {
     ((J<I>() = 0.0), ...);
+  }
+  template <class K>
+  [[gnu::always_inline]] PositionJet(const EulerLagrange<n, double, std::integer_sequence<int, I...>, K>& captured) : PositionJet(captured.value) {
+    mask = unknown_if(1U ^ captured.is_constant());
   }
   [[gnu::always_inline]] PositionJet(const Self& o)
       : value(o.value), rate(o.rate), bend(o.bend), mask(o.mask), has_rate(o.has_rate), has_bend(o.has_bend) {
@@ -187,12 +202,12 @@ template <int n, class I>
 struct Eigen::NumTraits<qdot::detail::PositionJet<n, I>> : qdot::detail::RealTraits<qdot::detail::PositionJet<n, I>> {};
 
 template <int n, class I, class Number, class Operation>
-  requires std::is_arithmetic_v<Number>
+  requires qdot::detail::EulerLagrangeBeside<qdot::detail::PositionJet<n, I>, Number> && (!std::is_same_v<Number, qdot::detail::PositionJet<n, I>>)
 struct Eigen::ScalarBinaryOpTraits<qdot::detail::PositionJet<n, I>, Number, Operation> {
   using ReturnType = qdot::detail::PositionJet<n, I>;
 };
 template <int n, class I, class Number, class Operation>
-  requires std::is_arithmetic_v<Number>
+  requires qdot::detail::EulerLagrangeBeside<qdot::detail::PositionJet<n, I>, Number> && (!std::is_same_v<Number, qdot::detail::PositionJet<n, I>>)
 struct Eigen::ScalarBinaryOpTraits<Number, qdot::detail::PositionJet<n, I>, Operation> {
   using ReturnType = qdot::detail::PositionJet<n, I>;
 };

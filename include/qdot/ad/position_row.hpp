@@ -91,6 +91,13 @@ struct PositionRow {
     J.clear();
   }
 
+  // What a functor has captured: a constant, or NaN marks what has derivatives for which there is no place here, and all that follows from it.
+  template <int n>
+    requires((n + 3) / 4 == blocks)
+  PositionRow(const GradedJet<n>& captured) : PositionRow(captured.value) {
+    if (!captured.is_constant()) bend = std::numeric_limits<double>::quiet_NaN();
+  }
+
   bool is_constant() const { return rate == 0.0 && bend == 0.0 && J.empty(); }
   const Self& whole() const { return *this; }
 
@@ -178,12 +185,12 @@ struct std::numeric_limits<qdot::detail::PositionRow<blocks>> : std::numeric_lim
 template <int blocks>
 struct Eigen::NumTraits<qdot::detail::PositionRow<blocks>> : qdot::detail::RealTraits<qdot::detail::PositionRow<blocks>> {};
 template <int blocks, class Number, class Operation>
-  requires std::is_arithmetic_v<Number>
+  requires qdot::detail::EulerLagrangeBeside<qdot::detail::PositionRow<blocks>, Number> && (!std::is_same_v<Number, qdot::detail::PositionRow<blocks>>)
 struct Eigen::ScalarBinaryOpTraits<qdot::detail::PositionRow<blocks>, Number, Operation> {
   using ReturnType = qdot::detail::PositionRow<blocks>;
 };
 template <int blocks, class Number, class Operation>
-  requires std::is_arithmetic_v<Number>
+  requires qdot::detail::EulerLagrangeBeside<qdot::detail::PositionRow<blocks>, Number> && (!std::is_same_v<Number, qdot::detail::PositionRow<blocks>>)
 struct Eigen::ScalarBinaryOpTraits<Number, qdot::detail::PositionRow<blocks>, Operation> {
   using ReturnType = qdot::detail::PositionRow<blocks>;
 };

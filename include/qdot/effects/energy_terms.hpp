@@ -71,7 +71,7 @@ struct WithTerms {
   [[gnu::flatten]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
     if constexpr (Terms::in_T) {
       const EulerLagrange<n> L = euler_lagrange_of<n>(terms, at.q, at.qdot, at.t);
-      if (!(__builtin_constant_p(L.g_mask) && __builtin_constant_p(L.h_mask))) return false;
+      if (!__builtin_constant_p(L.g_mask | L.h_mask)) return false;
       unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = sum_of(1U, r[i], has(L.x_mask, i), L.template x<i>()); });
       unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) { M[k] = sum_of(1U, M[k], has(L.h_mask, k), L.template h<k>()); });
       present |= L.h_mask;

@@ -56,7 +56,7 @@ template <int n, int lanes, class E>
   using P = Pack<lanes>;
   if (!may_go_straight(e)) return {false, false};
   const EulerLagrange<n, P> L = euler_lagrange_of<n>(e, q, qdot, t);
-  if (straight_line_pays && !(__builtin_constant_p(L.g_mask) && __builtin_constant_p(L.h_mask))) {
+  if (straight_line_pays && !__builtin_constant_p(L.g_mask | L.h_mask)) {
     unroll<n>([&](auto i) __attribute__((always_inline)) { qddot[i] = 0.0; });
     return {false, false};
   }

@@ -12,8 +12,9 @@
 // knows of itself (ad/position_row.hpp). So r is evaluated on positions, and value and velocity are made from these.
 //
 // This holds where what r is given are positions, and the velocities beside them their rates. Coordinates and velocities are, and
-// parts and functions of them; anything else, such as quasi-velocities, is noticed and goes by duals.
+// parts and functions of them; anything else, such as quasi-velocities, or a coordinate that r has captured, is noticed and goes by duals.
 
+#include <cmath>
 #include <utility>
 
 #include "qdot/ad/graded_jet.hpp"
@@ -54,6 +55,9 @@ struct MovingPositions<GradedJet<n>> {
     return true;
   }
 
+  // False where something else has come into a position.
+  static bool knows(const Position& p) { return !std::isnan(p.bend); }
+
   ValueAndRate<S> both(const Position& p) const {
     ValueAndRate<S> r{S(p.value), S(p.rate)};
     r.value.rate = p.rate;
@@ -75,7 +79,7 @@ struct MovingPositions<GradedJet<n>> {
   }
 };
 
-// In straight-line code there is no second way beside: where velocities are not rates, masks become unknown, and the pass is dropped.
+// In straight-line code there is no second way beside: where velocities are not rates, a mask becomes unknown, and the pass is dropped.
 template <int n, int... I, class K>
 struct MovingPositions<EulerLagrange<n, double, std::integer_sequence<int, I...>, K>> {
   static constexpr bool known = true, is_only_way = true;
@@ -110,20 +114,16 @@ struct MovingPositions<EulerLagrange<n, double, std::integer_sequence<int, I...>
     r.value.x_mask = p.mask;
     r.rate.rate = p.bend;
     r.rate.has_rate = p.has_bend;
-    r.rate.g_mask = p.mask;
+    // All that follows from a number has the bits of its g_mask; what follows from components may be there for other reasons.
+    static_assert(n * (n + 1) / 2 < 64);
+    const ComponentMask mark = unknown_if(wrong);
+    r.value.g_mask = mark | (p.mask & bit(1, 63));
+    r.rate.g_mask = p.mask | mark;
     ((r.value.template x<I>() = p.template J<I>(), r.rate.template g<I>() = p.template J<I>()), ...);
-    r.value.h_mask = r.rate.h_mask = unknown_if(wrong);
     return r;
   }
 
  private:
-  // Components that the compiler must not know, and that are zero all the same.
-  [[gnu::always_inline]] static ComponentMask unknown_if(Present wrong) {
-    if (!wrong) return 0;
-    ComponentMask mask = 0;
-    asm("" : "+r"(mask));
-    return mask;
-  }
   // Of bits: the compiler must be sure that a number equals itself.
   [[gnu::always_inline]] static Present differ(double a, double b) {
     return static_cast<Present>(__builtin_bit_cast(long long, a) != __builtin_bit_cast(long long, b));

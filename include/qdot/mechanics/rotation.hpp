@@ -220,27 +220,33 @@ namespace detail {
 
 enum class Axes { of_space, of_body };
 
-// The angular velocity of R(q) or R(q, t). In straight-line code from the entries of R and Ṙ as they are asked for: matrices of large scalars
-// are more than a compiler sees through.
+// The angular velocity from what R returned along the motion. In straight-line code from the entries of R and Ṙ as they are asked for:
+// matrices of large scalars are more than a compiler sees through.
+template <Axes axes, class S, class R, class Follow>
+[[gnu::always_inline]] inline Vector<S, 3> angular_velocity_along(const R& rotation, const Follow& follow) {
+  if constexpr (MovingPositions<S>::is_only_way) {
+    const auto& matrix = rotation.eval();
+    const auto* const r = matrix.data();
+    constexpr bool columns = axes == Axes::of_body;  // of R times columns of Ṙ, or rows times rows
+    constexpr int step = columns == bool(std::decay_t<decltype(matrix)>::IsRowMajor) ? 3 : 1, next = 4 - step;
+    const auto entry = [&](int i, int j) __attribute__((always_inline)) {
+      const auto *const a = r + next * (columns ? i : j), *const b = r + next * (columns ? j : i);
+      return S(follow(a[0]).value * follow(b[0]).rate + follow(a[step]).value * follow(b[step]).rate + follow(a[2 * step]).value * follow(b[2 * step]).rate);
+    };
+    return Vector<S, 3>(entry(2, 1), entry(0, 2), entry(1, 0));
+  } else {
+    const auto both = followed<S>(rotation, follow);
+    if constexpr (axes == Axes::of_body) return body_angular_velocity(both.value, both.rate);
+    else return angular_velocity(both.value, both.rate);
+  }
+}
+
+// The angular velocity of R(q) or R(q, t).
 template <Axes axes, class Function, class Q, class Qdot, class... Time>
 auto turning(const Function& rotation, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {
   using S = std::decay_t<decltype((std::declval<MotionScalar<Q, Qdot>>() + ... + t))>;
   return along_motion<S>(rotation, q, qdot, [](const auto& R, const auto& follow) __attribute__((always_inline)) {
-    if constexpr (MovingPositions<S>::is_only_way) {
-      const auto& matrix = R.eval();
-      const auto* const r = matrix.data();
-      constexpr bool columns = axes == Axes::of_body; // of R times columns of Ṙ, or rows times rows
-      constexpr int step = columns == bool(std::decay_t<decltype(matrix)>::IsRowMajor) ? 3 : 1, next = 4 - step;
-      const auto entry = [&](int i, int j) __attribute__((always_inline)) {
-        const auto *const a = r + next * (columns ? i : j), *const b = r + next * (columns ? j : i);
-        return S(follow(a[0]).value * follow(b[0]).rate + follow(a[step]).value * follow(b[step]).rate + follow(a[2 * step]).value * follow(b[2 * step]).rate);
-      };
-      return Vector<S, 3>(entry(2, 1), entry(0, 2), entry(1, 0));
-    } else {
-      const auto both = followed<S>(R, follow);
-      if constexpr (axes == Axes::of_body) return body_angular_velocity(both.value, both.rate);
-      else return angular_velocity(both.value, both.rate);
-    }
+    return angular_velocity_along<axes, S>(R, follow);
   }, t...);
 }
 

@@ -58,7 +58,7 @@ template <int n, class E>
   if (!may_go_straight(e)) return false;
   if (remembers_loops && keeps_a_loop<n, E>.load(std::memory_order_relaxed)) return false;
   const EulerLagrange<n> L = euler_lagrange_of<n>(e, q, qdot, t);
-  if (!(__builtin_constant_p(L.g_mask) && __builtin_constant_p(L.h_mask))) {
+  if (!__builtin_constant_p(L.g_mask | L.h_mask)) {
     if (remembers_loops) keeps_a_loop<n, E>.store(true, std::memory_order_relaxed);
     return false;
   }

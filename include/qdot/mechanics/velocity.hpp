@@ -104,26 +104,61 @@ auto moving_vector(const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>&
   return moving;
 }
 
-// Value and rate of all that a function returned, entry by entry.
-template <class S, class Result, class Follow>
-auto followed(const Result& result, const Follow& follow) {
-  if constexpr (requires { Result::RowsAtCompileTime; }) {
-    using Plain = Eigen::Matrix<S, Result::RowsAtCompileTime, Result::ColsAtCompileTime>;
-    const auto& matrix = result.eval();
-    ValueAndRate<Plain> both;
-    both.value.resize(matrix.rows(), matrix.cols());
-    both.rate.resize(matrix.rows(), matrix.cols());
-    for (Eigen::Index j = 0, k = 0; j < matrix.cols(); ++j) {
-      for (Eigen::Index i = 0; i < matrix.rows(); ++i, ++k) {
-        const ValueAndRate<S> entry = follow(matrix.coeff(i, j)); // whose rows or columns may be what lies together
-        both.value.data()[k] = entry.value;
-        both.rate.data()[k] = entry.rate;
-      }
-    }
-    return both;
+template <class Result>
+concept IsMatrix = requires { Result::RowsAtCompileTime; };
+
+template <class S, class Result>
+using PlainOf = Eigen::Matrix<S, Result::RowsAtCompileTime, Result::ColsAtCompileTime>;
+
+// visit(entry, k) of the entries of a matrix, whose rows or columns may be what lies together, by columns; without a loop where that counts.
+template <bool in_straight_lines, class Result, class Visit>
+[[gnu::always_inline]] inline void over_entries(const Result& matrix, const Visit& visit) {
+  if constexpr (in_straight_lines && Result::SizeAtCompileTime != Dynamic) {
+    unroll<Result::SizeAtCompileTime>([&](auto k) __attribute__((always_inline)) {
+      visit(matrix.coeff(k % Result::RowsAtCompileTime, k / Result::RowsAtCompileTime), k);
+    });
   } else {
-    return follow(result);
+    for (Eigen::Index j = 0, k = 0; j < matrix.cols(); ++j)
+      for (Eigen::Index i = 0; i < matrix.rows(); ++i, ++k) visit(matrix.coeff(i, j), k);
   }
+}
+
+// Value and rate of all that a function returned, entry by entry.
+template <class S, bool in_straight_lines = false, class Result, class Follow>
+auto followed(const Result& result, const Follow& follow) {
+  return follow(result);
+}
+template <class S, bool in_straight_lines = false, class Result, class Follow>
+  requires IsMatrix<Result>
+auto followed(const Result& result, const Follow& follow) {
+  const auto& matrix = result.eval();
+  ValueAndRate<PlainOf<S, Result>> both;
+  both.value.resize(matrix.rows(), matrix.cols());
+  both.rate.resize(matrix.rows(), matrix.cols());
+  S *const values = both.value.data(), *const rates = both.rate.data();
+  over_entries<in_straight_lines>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) {
+    const ValueAndRate<S> found = follow(entry);
+    values[k] = found.value;
+    rates[k] = found.rate;
+  });
+  return both;
+}
+
+// Rates alone. A matrix of large scalars is made where it is wanted: compilers do not see through a copy of it, and GCC copies what is
+// returned from an inner block.
+template <class S, bool in_straight_lines, class Result, class Follow>
+S followed_rates(const Result& result, const Follow& follow) {
+  return follow(result).rate;
+}
+template <class S, bool in_straight_lines, class Result, class Follow>
+  requires IsMatrix<Result>
+PlainOf<S, Result> followed_rates(const Result& result, const Follow& follow) {
+  const auto& matrix = result.eval();
+  PlainOf<S, Result> rate;
+  rate.resize(matrix.rows(), matrix.cols());
+  S* const rates = rate.data();
+  over_entries<in_straight_lines>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) { rates[k] = follow(entry).rate; });
+  return rate;
 }
 
 // What the user's function returned → value and rate: a dual, a matrix of duals, or a constant.
@@ -143,6 +178,18 @@ template <class S>
 struct MovingPositions {
   static constexpr bool known = false, is_only_way = false;
 };
+
+// Whether no entry of what x returned has been mixed with what is no position.
+template <class Positions, class Result>
+bool knows_all(const Result& result) {
+  if constexpr (IsMatrix<Result>) {
+    bool all = true;
+    over_entries<false>(result.eval(), [&](const auto& entry, auto) { all = all && knows_all<Positions>(entry); });
+    return all;
+  } else {
+    return Positions::knows(result);
+  }
+}
 
 // finish(x, follow) of what x returned on duals.
 template <class S, class Function, class Q, class Qdot, class Finish, class... Time>
@@ -174,13 +221,17 @@ auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen:
     };
     const auto follow = [&](const auto& entry) __attribute__((always_inline)) { return positions.both(Position(entry)); };
     const std::tuple<std::conditional_t<true, Position, Time>...> times{time(S(t))...};
-    const auto finished = [&](const auto&... ts) { return finish(result_of(x, at, ts...), follow); };
     if constexpr (Positions::is_only_way) {
-      return std::apply(finished, times);
+      return std::apply([&](const auto&... ts) { return finish(result_of(x, at, ts...), follow); }, times);
     } else {
       // Functions of their own: what calls this is flattened.
-      const auto by_positions = [&]() __attribute__((noinline)) { return std::apply(finished, times); };
       const auto by_duals = [&]() __attribute__((noinline, cold)) { return along_duals<S>(x, q, qdot, finish, t...); };
+      const auto by_positions = [&]() __attribute__((noinline)) {
+        return std::apply([&](const auto&... ts) {
+          const auto& r = result_of(x, at, ts...);
+          return knows_all<Positions>(r) ? finish(r, follow) : by_duals();
+        }, times);
+      };
       return moves ? by_positions() : by_duals();
     }
   } else {
@@ -199,7 +250,8 @@ auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen:
 template <class Function, class Q, class Qdot>
 auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
   using S = detail::MotionScalar<Q, Qdot>;
-  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S>(r, follow); });
+  constexpr bool straight = detail::MovingPositions<S>::is_only_way;
+  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S, straight>(r, follow); });
 }
 
 /// x(q, t) and ẋ = (∂x/∂q) q̇ + ∂x/∂t: a moving suspension, a driven joint.
@@ -207,19 +259,24 @@ template <class Function, class Q, class Qdot, class Time>
 auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                            const Time& t) {
   using S = std::decay_t<decltype(std::declval<detail::MotionScalar<Q, Qdot>>() + t)>;
-  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S>(r, follow); }, t);
+  constexpr bool straight = detail::MovingPositions<S>::is_only_way;
+  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S, straight>(r, follow); }, t);
 }
 
 /// The velocity ẋ = (∂x/∂q) q̇ of x(q).
 template <class Function, class Q, class Qdot>
 auto velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
-  return value_and_velocity_of(x, q, qdot).rate;
+  using S = detail::MotionScalar<Q, Qdot>;
+  constexpr bool straight = detail::MovingPositions<S>::is_only_way;
+  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed_rates<S, straight>(r, follow); });
 }
 
 /// The velocity ẋ = (∂x/∂q) q̇ + ∂x/∂t of x(q, t).
 template <class Function, class Q, class Qdot, class Time>
 auto velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time& t) {
-  return value_and_velocity_of(x, q, qdot, t).rate;
+  using S = std::decay_t<decltype(std::declval<detail::MotionScalar<Q, Qdot>>() + t)>;
+  constexpr bool straight = detail::MovingPositions<S>::is_only_way;
+  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed_rates<S, straight>(r, follow); }, t);
 }
 
 /// The acceleration ẍ = J q̈ + J̇ q̇ of x(q), by a dual number in a dual number.
