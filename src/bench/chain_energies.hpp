@@ -96,4 +96,16 @@ struct LoopedPositions {
   }
 };
 
+/// x of the last mass.
+template <int n>
+struct TipOfChain {
+  template <class Q>
+  constexpr auto operator()(const Q& q) const {
+    using std::sin;
+    typename Q::Scalar x(0.0);
+    unroll<n>([&](auto k) __attribute__((always_inline)) { x = x + sin(q[k]); });
+    return x;
+  }
+};
+
 }  // namespace qdot::bench

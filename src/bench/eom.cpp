@@ -7,12 +7,21 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <limits>
 #include <random>
 
 #include "bench/bench.hpp"
 
 namespace qdot::bench {
 
+namespace {
+
+struct Nanoseconds {
+  double baseline = std::numeric_limits<double>::infinity();
+  double measured = std::numeric_limits<double>::infinity();
+};
+
+// Time for one state of both functions over the same states, the least of many repeats in turn.
 Nanoseconds times_of(const EquationsRow& row) {
   const std::size_t states = row.n <= 64 ? 64 : 4;  // long turns are interrupted by what else the machine does
   const int rounds = row.n <= 64 ? 4 : 1;
@@ -41,22 +50,26 @@ Nanoseconds times_of(const EquationsRow& row) {
   return best;
 }
 
+}  // namespace
+
+Row timed(const EquationsRow& row, const std::string& what) {
+  const Nanoseconds time = times_of(row);
+  return {.name = row.system + " n=" + std::to_string(row.n) + ", " + what,
+          .value = time.measured,
+          .baseline = time.baseline,
+          .baseline_name = row.baseline_name,
+          .unit = "ns",
+          .system = row.system,
+          .n = row.n,
+          .door = row.door};
+}
+
 namespace {
 
 Findings measured() {
   Findings findings;
   for (const auto rows_of : {system_rows, unrolled_chain_rows, looped_chain_rows, written_out_chain_rows, kinematic_chain_rows, jacobian_rows})
-    for (const EquationsRow& row : rows_of()) {
-      const Nanoseconds time = times_of(row);
-      findings.rows.push_back({.name = row.system + " n=" + std::to_string(row.n) + ", " + row.door,
-                               .value = time.measured,
-                               .baseline = time.baseline,
-                               .baseline_name = row.baseline_name,
-                               .unit = "ns",
-                               .system = row.system,
-                               .n = row.n,
-                               .door = row.door});
-    }
+    for (const EquationsRow& row : rows_of()) findings.rows.push_back(timed(row, row.door));
   findings.note = "One evaluation; 64 states in turn, the least of up to 300 repeats in which both ways alternate.";
   return findings;
 }

@@ -4,10 +4,10 @@
 // The rows of `qdot bench eom`: q̈ by the library beside q̈ as an expert derives and writes it. A unit that has rows declares
 // one function here that returns them, and eom.cpp lists that function.
 
-#include <limits>
 #include <string>
 #include <vector>
 
+#include "bench/bench.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
 namespace qdot::bench {
@@ -28,13 +28,9 @@ struct EquationsRow {
   double (*middle)(int i) = nullptr;          // where given, added to coordinate i
 };
 
-struct Nanoseconds {
-  double baseline = std::numeric_limits<double>::infinity();
-  double measured = std::numeric_limits<double>::infinity();
-};
-
-/// Time for one state of both functions over the same states, 64 of them where n ≤ 64, the least of many repeats in turn (eom.cpp).
-Nanoseconds times_of(const EquationsRow& row);
+/// The finding of a row, named after its system and `what`: the time for one state of both functions over the same states, 64 of them where n ≤ 64,
+/// the least of many repeats in turn (eom.cpp).
+Row timed(const EquationsRow& row, const std::string& what);
 
 std::vector<EquationsRow> system_rows();           // eom_systems.cpp
 std::vector<EquationsRow> unrolled_chain_rows();   // eom_unrolled_chains.cpp

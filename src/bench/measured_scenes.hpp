@@ -14,9 +14,11 @@
 #include <cmath>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 #include "bench/chain_energies.hpp"
 #include "bench/hand_derived_scenes.hpp"
+#include "bench/scenes.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/contact.hpp"
 #include "qdot/effects/dissipation.hpp"
@@ -58,49 +60,39 @@ struct PlacedMasses {
   static auto system() { return kinematic_system<n>(UnrolledPositions<n>{}, gravity_along<1>(-9.81)); }
 };
 
-/// x of the last mass.
-template <int n>
-struct TipOfChain {
-  template <class Q>
-  constexpr auto operator()(const Q& q) const {
-    using std::sin;
-    typename Q::Scalar x(0.0);
-    unroll<n>([&](auto k) __attribute__((always_inline)) { x = x + sin(q[k]); });
-    return x;
-  }
+// The sizes of a case, and where its states lie: anywhere, or near a configuration in which a mechanism moves freely.
+enum class Where { anywhere, near };
+template <int coordinates, int rows, Where states = Where::anywhere>
+struct Case {
+  static constexpr int n = coordinates, constraints = rows;
+  static constexpr double lowest = states == Where::near ? 0.3 : -2.0, highest = states == Where::near ? 1.2 : 2.0;
 };
 
-template <class Way, int length>
-struct ChainCase {
-  static constexpr int n = length;
+template <class Way, int length, int rows>
+struct ChainCase : Case<length, rows> {
   static constexpr const char* name = Way::name;
-  static constexpr double lowest = -2.0, highest = 2.0;
 };
 
 template <class Way, int length>
-struct BareChain : ChainCase<Way, length> {
-  static constexpr int constraints = 0;
+struct BareChain : ChainCase<Way, length, 0> {
   static constexpr const char* effect = "none";
   using Hand = ChainSceneByHand<length, false, false>;
   static auto scene() { return qdot::scene(Way::template system<length>()); }
 };
 template <class Way, int length>
-struct DampedChain : ChainCase<Way, length> {
-  static constexpr int constraints = 0;
+struct DampedChain : ChainCase<Way, length, 0> {
   static constexpr const char* effect = "damping";
   using Hand = ChainSceneByHand<length, true, false>;
   static auto scene() { return qdot::scene(Way::template system<length>(), viscous_damping(Vector<double, length>(Vector<double, length>::Constant(0.1)))); }
 };
 template <class Way, int length>
-struct GuidedChain : ChainCase<Way, length> {
-  static constexpr int constraints = 1;
+struct GuidedChain : ChainCase<Way, length, 1> {
   static constexpr const char* effect = "tip guided";
   using Hand = ChainSceneByHand<length, false, true>;
   static auto scene() { return qdot::scene(Way::template system<length>(), holonomic("tip", TipOfChain<length>{})); }
 };
 template <class Way, int length>
-struct DampedGuidedChain : ChainCase<Way, length> {
-  static constexpr int constraints = 1;
+struct DampedGuidedChain : ChainCase<Way, length, 1> {
   static constexpr const char* effect = "damping, tip guided";
   using Hand = ChainSceneByHand<length, true, true>;
   static auto scene() {
@@ -108,19 +100,26 @@ struct DampedGuidedChain : ChainCase<Way, length> {
                        holonomic("tip", TipOfChain<length>{}));
   }
 };
-/// Its baseline is the bare chain by the same door (scenes_…_chains.cpp).
+/// Its baseline is the bare chain by the same door.
 template <class Way, int length>
-struct OneJointDamped : ChainCase<Way, length> {
-  static constexpr int constraints = 0;
+struct OneJointDamped : ChainCase<Way, length, 0> {
   static constexpr const char* effect = "damping of one joint";
   static auto scene() { return qdot::scene(Way::template system<length>(), viscous_damping(Vector<double, length>(0.1 * Vector<double, length>::Unit(length / 2)))); }
 };
 
+/// Chains of these lengths by one of the ways, and one of eight, if there is one, beside itself with one joint damped.
+template <class Way, int... lengths>
+std::vector<SceneRow> rows_of_chains() {
+  std::vector<SceneRow> rows;
+  const auto add = [&](const std::vector<SceneRow>& more) { rows.insert(rows.end(), more.begin(), more.end()); };
+  (add(rows_of_cases<DampedChain<Way, lengths>, GuidedChain<Way, lengths>, DampedGuidedChain<Way, lengths>>()), ...);
+  if constexpr (((lengths == 8) || ...)) rows.push_back(row_beside<OneJointDamped<Way, 8>>(by_scene<BareChain<Way, 8>>, "its bare q̈"));
+  return rows;
+}
+
 /// A cart and pole with a motor on the cart.
-struct CartpoleWithMotor {
-  static constexpr int n = 2, constraints = 0;
+struct CartpoleWithMotor : Case<2, 0> {
   static constexpr const char *name = "cartpole", *effect = "motor";
-  static constexpr double lowest = -2.0, highest = 2.0;
   using Hand = CartpoleByHand<true, false>;
   static auto motor() {
     return controller(
@@ -145,10 +144,8 @@ struct CartpoleWithMotorAndFriction : CartpoleWithMotor {
   }
 };
 
-struct CartesianPendulumOnRod {
-  static constexpr int n = 2, constraints = 1;
+struct CartesianPendulumOnRod : Case<2, 1, Where::near> {
   static constexpr const char *name = "cartesian_pendulum", *effect = "rod";
-  static constexpr double lowest = 0.3, highest = 1.2;
   using Hand = CartesianPendulumByHand<false>;
   static auto rod() {
     return holonomic("rod", [l = 1.0](const auto& q) { return 0.5 * (q[0] * q[0] + q[1] * q[1] - l * l); });
@@ -163,10 +160,8 @@ struct CartesianPendulumInAir : CartesianPendulumOnRod {
   }
 };
 
-struct TautRope {
-  static constexpr int n = 2, constraints = 1;
+struct TautRope : Case<2, 1, Where::near> {
   static constexpr const char *name = "rope_pendulum", *effect = "taut rope";
-  static constexpr double lowest = 0.3, highest = 1.2;
   using Hand = TautRopeByHand;
   static auto scene() {
     return qdot::scene(mechanical_system<2>(scenes::RopePendulum{}), rope("rope", [](const auto& q) { return q; }, Vector<double, 2>(0.0, 0.0), 1.0));
@@ -174,10 +169,8 @@ struct TautRope {
   static auto states() { return Vector<double, 1>(static_cast<double>(ContactPhase::closed)); }
 };
 
-struct FourBarLinkage {
-  static constexpr int n = 3, constraints = 2;
+struct FourBarLinkage : Case<3, 2, Where::near> {
   static constexpr const char *name = "four_bar", *effect = "loop";
-  static constexpr double lowest = 0.3, highest = 1.2;
   using Hand = FourBarByHand<false>;
   static auto loop() {
     return holonomic("loop", [s = scenes::FourBar{}](const auto& q) {
@@ -197,10 +190,8 @@ struct DrivenFourBar : FourBarLinkage {
   }
 };
 
-struct SliderAndCrank {
-  static constexpr int n = 3, constraints = 2;
+struct SliderAndCrank : Case<3, 2, Where::near> {
   static constexpr const char *name = "slider_crank", *effect = "linkage";
-  static constexpr double lowest = 0.3, highest = 1.2;
   using Hand = SliderCrankByHand;
   static auto scene() {
     return qdot::scene(mechanical_system<3>(scenes::SliderCrank{}), holonomic("linkage", [s = scenes::SliderCrank{}](const auto& q) {
@@ -211,10 +202,8 @@ struct SliderAndCrank {
   }
 };
 
-struct RollingHoopHolonomic {
-  static constexpr int n = 2, constraints = 1;
+struct RollingHoopHolonomic : Case<2, 1> {
   static constexpr const char *name = "rolling_hoop", *effect = "rolling, holonomic";
-  static constexpr double lowest = -2.0, highest = 2.0;
   using Hand = RollingHoopByHand;
   static auto scene() {
     return qdot::scene(mechanical_system<2>(scenes::RollingHoop{}), holonomic("rolling", [R = 0.2](const auto& q) { return q[0] - R * q[1]; }));
@@ -228,10 +217,8 @@ struct RollingHoopNonholonomic : RollingHoopHolonomic {
   }
 };
 
-struct SleighOnBlade {
-  static constexpr int n = 3, constraints = 1;
+struct SleighOnBlade : Case<3, 1> {
   static constexpr const char *name = "chaplygin_sleigh", *effect = "blade, nonholonomic";
-  static constexpr double lowest = -2.0, highest = 2.0;
   using Hand = ChaplyginSleighByHand;
   static auto scene() {
     return qdot::scene(mechanical_system<3>(scenes::ChaplyginSleigh{}), nonholonomic("blade", [](const auto& q, const auto& qdot, const auto&) {
@@ -241,18 +228,15 @@ struct SleighOnBlade {
   }
 };
 
-struct SlidingBlock {
-  static constexpr int n = 1, constraints = 0;
+struct SlidingBlock : Case<1, 0> {
   static constexpr const char *name = "friction_block", *effect = "dry friction, sliding";
-  static constexpr double lowest = -2.0, highest = 2.0;
   using Hand = SlidingBlockByHand;
   static auto scene() { return qdot::scene(mechanical_system<1>(scenes::FrictionBlock{}), dry_friction("block", 0, 0.3)); }
   static auto states() { return Vector<double, 1>(static_cast<double>(FrictionPhase::forward)); }
 };
 
 /// Two masses by their positions, and a spring-damper between the middle of the upper rod and the lower mass.
-struct SprungDoublePendulum {
-  static constexpr int n = 2, constraints = 0;
+struct SprungDoublePendulum : Case<2, 0> {
   static constexpr const char *name = "double_pendulum, positions", *effect = "spring-damper between bodies";
   static constexpr double lowest = -0.7, highest = 0.7;
   using Hand = SprungDoublePendulumByHand;

@@ -48,18 +48,9 @@ Findings measured() {
         hanging_chain_scene_rows})
     for (const SceneRow& row : rows_of()) {
       require_same_numbers(row);
-      const EquationsRow& e = row.evaluation;
-      const Nanoseconds time = times_of(e);
-      findings.rows.push_back({.name = e.system + " n=" + std::to_string(e.n) + ", " + row.effect,
-                               .value = time.measured,
-                               .baseline = time.baseline,
-                               .baseline_name = e.baseline_name,
-                               .unit = "ns",
-                               .system = e.system,
-                               .n = e.n,
-                               .door = "",
-                               .constraints = row.constraints,
-                               .effect = row.effect});
+      findings.rows.push_back(timed(row.evaluation, row.effect));
+      findings.rows.back().constraints = row.constraints;
+      findings.rows.back().effect = row.effect;
     }
   findings.note = "q̈, and λ of constraints; 64 states (4 above n = 64) in turn, the least of up to 300 repeats in which both ways alternate.";
   return findings;

@@ -2,27 +2,9 @@
 //
 // Rows of `qdot bench scenes`: chains with damping and a guided tip, whose energies are summed with a plain `for`.
 #include "bench/measured_scenes.hpp"
-#include "bench/scenes.hpp"
 
 namespace qdot::bench {
 
-namespace {
-
-template <int n>
-void add_rows(std::vector<SceneRow>& rows) {
-  using Way = LoopedEnergies;
-  for (const SceneRow& row : rows_of_cases<DampedChain<Way, n>, GuidedChain<Way, n>, DampedGuidedChain<Way, n>>()) rows.push_back(row);
-}
-
-}  // namespace
-
-std::vector<SceneRow> looped_chain_scene_rows() {
-  std::vector<SceneRow> rows;
-  add_rows<2>(rows);
-  add_rows<4>(rows);
-  add_rows<8>(rows);
-  rows.push_back(row_beside<OneJointDamped<LoopedEnergies, 8>>(by_scene<BareChain<LoopedEnergies, 8>>, "its bare q̈"));
-  return rows;
-}
+std::vector<SceneRow> looped_chain_scene_rows() { return rows_of_chains<LoopedEnergies, 2, 4, 8>(); }
 
 }  // namespace qdot::bench

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "bench/chain_energies.hpp"
 #include "bench/hand_derived.hpp"
 #include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_form.hpp"
@@ -60,38 +61,12 @@ auto by_energies(const E& energies) {
   };
 }
 
-// Unit masses on unit links, absolute angles.
-template <int n>
-struct UnrolledLinks {
-  template <class Q>
-  void operator()(const Q& q, auto& bodies) const {
-    using std::cos, std::sin;
-    typename Q::Scalar x(0.0), y(0.0);
-    unroll<n>([&](auto k) __attribute__((always_inline)) {
-      x = x + sin(q[k]);
-      y = y - cos(q[k]);
-      bodies.point_mass(1.0, vector(x, y));
-    });
-  }
-};
-struct LoopedLinks {
-  template <class Q>
-  void operator()(const Q& q, auto& bodies) const {
-    using std::cos, std::sin;
-    typename Q::Scalar x(0.0), y(0.0);
-    for (Eigen::Index k = 0; k < q.size(); ++k) {
-      x = x + sin(q[k]);
-      y = y - cos(q[k]);
-      bodies.point_mass(1.0, vector(x, y));
-    }
-  }
-};
 constexpr auto free_fall = 9.81;
 
 TEST_CASE("a chain of masses accelerates as derived by hand, whether its positions are straight-line code or a loop") {
   const auto down = uniform_gravity(0.0, -free_fall);
-  CHECK(difference(kinematic_system<2>(UnrolledLinks<2>{}, down), by_hand<2>(bench::short_chain_by_hand<2>)) < rounded);
-  CHECK(difference(kinematic_system(12, LoopedLinks{}, down), [](const auto& q, const auto& v, double) {
+  CHECK(difference(kinematic_system<2>(bench::UnrolledPositions<2>{}, down), by_hand<2>(bench::short_chain_by_hand<2>)) < rounded);
+  CHECK(difference(kinematic_system(12, bench::LoopedPositions{}, down), [](const auto& q, const auto& v, double) {
           Eigen::VectorXd a(12);
           bench::chain_by_hand<12>(q.data(), v.data(), a.data());
           return a;
