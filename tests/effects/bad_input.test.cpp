@@ -3,6 +3,7 @@
 // What a scene cannot have, and what its functors must not return: refused by name, with values and a remedy, before anything
 // is copied.
 #include <cmath>
+#include <limits>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -158,4 +159,21 @@ TEST_CASE("a constraint that is not finite is named, and never dropped") {
   const auto run = simulate(s, qdot::State<2>{0.0, Vector2d(0, 1), Vector2d(1, -0.5)}, 3.0, qdot::Dop853{});
   CHECK(run.outcome == qdot::Outcome::non_finite);
   CHECK(run.message.find("'curve'") != std::string::npos);
+}
+
+TEST_CASE("beside several constraints it is the state or T that is named where they are no numbers") {
+  const auto both = [](const auto& q) { return qdot::vector(q[1], q[0] * q[0]); };
+  const auto free = scene(free_point, holonomic("both", both));
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(acceleration(free, Vector2d(none, 0), Vector2d(0, 0)),
+                    "the equations of motion must be finite, but x is not at t = 0; check T and V there for a division by zero, a root or "
+                    "logarithm outside its domain, or overflow");
+  const auto heavy = scene(mechanical_system<2>([](const auto& q, const auto& v) {
+                             using std::sqrt;
+                             return 0.5 * sqrt(q[0]) * v.squaredNorm();
+                           }),
+                           holonomic("line", [](const auto& q) { return q[0] - q[1]; }));
+  CHECK_THROWS_WITH(acceleration(heavy, Vector2d(-1, -1), Vector2d(1, 1)),
+                    "the energies must be finite, but T is nan at t = 0; check it there for a division by zero, a root or logarithm outside its "
+                    "domain, or overflow");
 }

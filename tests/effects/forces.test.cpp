@@ -142,6 +142,12 @@ TEST_CASE("a law of tension pulls along the line of its points") {
   CHECK((rhs(s, q, v) + tension * Vector2d(0.6, 0.8)).norm() < 1e-11);
 }
 
+TEST_CASE("a spring pulls along all axes of points that are given as rows") {
+  const auto row = [](const auto& q) { return Eigen::Matrix<typename std::remove_cvref_t<decltype(q)>::Scalar, 1, 2>(q[0], q[1]); };
+  const auto s = scene(free_point, qdot::spring_damper(row, Vector2d(0, 0), 2.0, 1.0));
+  CHECK((rhs(s, Vector2d(3.0, 4.0), Vector2d(0.0, 0.0)) + 8.0 * Vector2d(0.6, 0.8)).norm() < rounding);
+}
+
 TEST_CASE("a velocity-dependent potential deflects without work") {
   // U = −½ B (x ẏ − y ẋ): m ẍ = B ẏ, m ÿ = −B ẋ
   const double B = 3.0;

@@ -56,6 +56,20 @@ TEST_CASE("an effect written outside the library enters like any other") {
   CHECK_THAT(Q[1], WithinAbs(0.0, rounding));
 }
 
+// Another one, whose length and numbers are not the scene's own.
+struct SteadyWind {
+  template <class S, int n>
+  Eigen::VectorXd force(const Vector<S, n>& q, const Vector<S, n>&, const S&) const {
+    return VectorXd::Constant(q.size(), 0.5);
+  }
+};
+
+TEST_CASE("the force of an effect may be a vector of plain numbers and of run-time length") {
+  const Vector2d q(0.3, -0.8), v(1.2, 0.4);
+  const auto s = scene(double_pendulum, SteadyWind{});
+  CHECK((rhs(s, q, v) - rhs(double_pendulum, q, v) - Vector2d(0.5, 0.5)).norm() < rounding);
+}
+
 TEST_CASE("effects add up, in any order, to rounding") {
   const auto damper = qdot::viscous_damping(Vector2d(0.2, 0.1));
   const auto ab = scene(double_pendulum, Wind{1.0}, damper);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include <Eigen/LU>
@@ -24,34 +25,15 @@ namespace {
 // Rounding of both, times the condition of M and of J M⁻¹ Jᵀ.
 constexpr double rounded = 1e-12, rounded_derivatives = 1e-11;
 
-template <int n>
-struct Links {
-  void operator()(const auto& q, auto& bodies) const {
-    using std::cos, std::sin;
-    using S = typename std::remove_cvref_t<decltype(q)>::Scalar;
-    S x(0.0), y(0.0);
-    unroll<n>([&](auto k) __attribute__((always_inline)) {
-      x = x + sin(q[k]);
-      y = y - cos(q[k]);
-      bodies.point_mass(1.0, vector(x, y));
-    });
-  }
-};
-
-// The tip of a chain keeps x; or moves along x on a circle of time.
-template <int n>
-struct Tip {
-  auto operator()(const auto& q) const {
-    using std::sin;
-    using S = typename std::remove_cvref_t<decltype(q)>::Scalar;
-    S x(0.0);
-    unroll<n>([&](auto k) __attribute__((always_inline)) { x = x + sin(q[k]); });
-    return x;
-  }
-};
+using bench::TipOfChain;
 const auto moving_pair = [](const auto& q, const auto& t) {
   using std::cos, std::sin;
   return vector(sin(q[0]) - 0.2 * cos(t), q[0] * q[1] - sin(2.0 * t));
+};
+// The same pair as a vector of run-time length, which loses a row.
+const auto pair_that_breaks = [](const auto& q, const auto& t) {
+  using S = typename std::remove_cvref_t<decltype(q)>::Scalar;
+  return t < 2.0 ? Vector<S, Dynamic>(moving_pair(q, t)) : Vector<S, Dynamic>(q.head(1));
 };
 const auto skate = [](const auto& q, const auto& v, const auto& t) {
   using std::cos, std::sin;
@@ -151,15 +133,15 @@ Vector<double, n> some_damping() {
 }  // namespace
 
 TEST_CASE("constraints and damping give what nested duals give, by every way to M and r") {
-  const auto straight = scene(mechanical_system<3>(bench::UnrolledChain<3>{}), viscous_damping(some_damping<3>()), nonholonomic("skate", skate), holonomic("tip", Tip<3>{}));
+  const auto straight = scene(mechanical_system<3>(bench::UnrolledChain<3>{}), viscous_damping(some_damping<3>()), nonholonomic("skate", skate), holonomic("tip", TipOfChain<3>{}));
   STATIC_REQUIRE(detail::has_constrained_equations<std::remove_cvref_t<decltype(straight)>>);
   check(differences(straight));
-  check(differences(scene(mechanical_system<5>(bench::LoopedChain{}), viscous_damping(some_damping<5>()), holonomic("tip", Tip<5>{}))));
-  check(differences(scene(kinematic_system<3>(Links<3>{}, gravity_along<1>(-9.81)), holonomic("pair", moving_pair))));
+  check(differences(scene(mechanical_system<5>(bench::LoopedChain{}), viscous_damping(some_damping<5>()), holonomic("tip", TipOfChain<5>{}))));
+  check(differences(scene(kinematic_system<3>(bench::UnrolledPositions<3>{}, gravity_along<1>(-9.81)), holonomic("pair", moving_pair))));
 }
 
 TEST_CASE("a contact takes part where it is closed, and asks for nothing where it is open") {
-  const auto s = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), contact("wall", Tip<2>{}), holonomic("first", [](const auto& q) { return q[0] - 0.5 * q[1]; }));
+  const auto s = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), contact("wall", TipOfChain<2>{}), holonomic("first", [](const auto& q) { return q[0] - 0.5 * q[1]; }));
   EffectStates<std::remove_cvref_t<decltype(s)>> z = s.initial_states();
   for (const bool closed : {false, true}) {
     INFO(closed);
@@ -170,11 +152,38 @@ TEST_CASE("a contact takes part where it is closed, and asks for nothing where i
 }
 
 TEST_CASE("rows that depend on each other fall to the general way, which finds them") {
-  const auto s = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), holonomic("tip", Tip<2>{}),
-                       holonomic("again", [](const auto& q) { return 2.0 * Tip<2>{}(q); }));
+  const auto s = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), holonomic("tip", TipOfChain<2>{}),
+                       holonomic("again", [](const auto& q) { return 2.0 * TipOfChain<2>{}(q); }));
   const auto solution = constrained_acceleration(s, Vector<double, 2>(0.4, 0.9), Vector<double, 2>(0.3, -0.2));
   CHECK(solution.rank == 1);
-  const auto once = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), holonomic("tip", Tip<2>{}));
+  const auto once = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), holonomic("tip", TipOfChain<2>{}));
   const auto expected = constrained_acceleration(once, Vector<double, 2>(0.4, 0.9), Vector<double, 2>(0.3, -0.2));
   CHECK((solution.qddot - expected.qddot).norm() < rounded * (1.0 + expected.qddot.norm()));
+}
+
+TEST_CASE("a constraint of run-time length that declares its rows goes this way, and is named when it has others") {
+  const auto s = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), holonomic<2>("pair", pair_that_breaks));
+  STATIC_REQUIRE(detail::has_constrained_equations<std::remove_cvref_t<decltype(s)>>);
+  check(differences(s));
+  CHECK_THROWS_WITH(acceleration(s, Vector<double, 2>(0.4, 0.9), Vector<double, 2>(0.3, -0.2), 3.0),
+                    "a constraint must have as many rows as it declares, but 'pair' declares 2 and returned 1 at t = 3.000000; make the two agree");
+}
+
+TEST_CASE("a constraint at a time that is no number is named, though J and gamma may be numbers") {
+  const auto s = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), holonomic("drive", [](const auto& q, const auto& t) { return q[0] - t * t; }));
+  const auto none = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_AS(acceleration(s, Vector<double, 2>(0.4, 0.9), Vector<double, 2>(0.3, -0.2), none), NonFinite);
+}
+
+TEST_CASE("nearly dependent rows have one rank, whoever is asked") {
+  // sin² of the angle between both rows, in the metric of M, from below the square of the cut-off to far above it
+  for (const double small : {3e-6, 1e-5, 2e-5, 5e-5, 3e-4}) {
+    CAPTURE(small);
+    const auto s = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), holonomic("both", [small](const auto& q) { return vector(q[0] + small * q[1], q[0]); }));
+    const Vector<double, 2> q(0.4, 0.9), v(0.3, -0.2);
+    const detail::ConstrainedFactors<2, 2> factors(mass_matrix(s, q, v), constraint_jacobian(s, q, v, 0.0), default_rank_cutoff);
+    const auto solution = constrained_acceleration(s, q, v);
+    CHECK(solution.rank == factors.rank());
+    if (factors.constraint_pivot() < detail::clearly_independent * default_rank_cutoff * default_rank_cutoff) CHECK(solution.smallest_pivot == factors.constraint_pivot());
+  }
 }

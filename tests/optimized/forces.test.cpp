@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 
 #include <cmath>
-#include <functional>
+#include <limits>
 #include <random>
 #include <string>
 
@@ -115,18 +115,6 @@ struct Links {
     bodies.point_mass(0.7, Joint<2>{}(q));
   }
 };
-struct LoopedLinks {
-  void operator()(const auto& q, auto& bodies) const {
-    using std::cos, std::sin;
-    using S = typename std::remove_cvref_t<decltype(q)>::Scalar;
-    S x(0.0), y(0.0);
-    for (Eigen::Index k = 0; k < q.size(); ++k) {
-      x += sin(q[k]);
-      y -= cos(q[k]);
-      bodies.point_mass(1.0, vector(x, y));
-    }
-  }
-};
 
 const auto push = [](const auto& r, const auto& u, const auto& t) {
   using std::cos;
@@ -190,6 +178,7 @@ TEST_CASE("a torque on a body from numbers that know how they move is the torque
   const auto euler = [](const auto& q, const auto& t) { return euler_rotation_313(q[0] + 0.2 * t, q[1], q[2]); };
   CHECK(difference_of_force<3>(torque_on_body(euler, tau)) < rounded);
   CHECK(difference_of_force<3>(torque_on_body(euler, turned)) < rounded);
+  CHECK(difference_of_force<3>(torque_on_body(euler, [](const auto&) { return Eigen::Vector3i(1, -2, 3); })) < rounded);
   CHECK(difference_of_force<3>(torque_on_body([](const auto& q) { return rotation_from_vector(q); }, tau)) < rounded);
   CHECK(difference_of_force<3>(torque_on_body([](const auto& q) { return rotation_from_vector(0.2 * q); }, tau)) < rounded);
   CHECK(difference_of_force<4>(torque_on_body([](const auto& q) { return rotation_from_quaternion(q); }, turned)) < rounded);
@@ -206,13 +195,13 @@ TEST_CASE("accelerations of scenes with forces through every door are those by n
   CHECK(difference_of_acceleration(effects(kinematic_system<2>(Links{}, gravity_along<1>(-9.81)))) < rounded);
   const auto looped = [](const auto& system) { return scene(system, quadratic_drag(LoopedTip{}, 0.3), spring_damper(wall, LoopedTip{}, 3.0, 0.4, 0.7)); };
   CHECK(difference_of_acceleration(looped(mechanical_system<2>(bench::LoopedChain{}))) < rounded);
-  CHECK(difference_of_acceleration(looped(kinematic_system<2>(LoopedLinks{}, gravity_along<1>(-9.81)))) < rounded);
-  CHECK(difference_of_acceleration(looped(kinematic_system(5, LoopedLinks{}, gravity_along<1>(-9.81)))) < rounded);
+  CHECK(difference_of_acceleration(looped(kinematic_system<2>(bench::LoopedPositions{}, gravity_along<1>(-9.81)))) < rounded);
+  CHECK(difference_of_acceleration(looped(kinematic_system(5, bench::LoopedPositions{}, gravity_along<1>(-9.81)))) < rounded);
 }
 
 TEST_CASE("terms of effects in the energies of systems that know their own equations are those by nested duals") {
   const auto links = kinematic_system<2>(Links{}, gravity_along<1>(-9.81));
-  const auto loops = kinematic_system<2>(LoopedLinks{}, gravity_along<1>(-9.81));
+  const auto loops = kinematic_system<2>(bench::LoopedPositions{}, gravity_along<1>(-9.81));
   CHECK(difference_of_acceleration(scene(links, Well{})) < rounded);
   CHECK(difference_of_acceleration(scene(loops, Well{})) < rounded);
   CHECK(difference_of_acceleration(scene(links, magnetic)) < rounded);
@@ -236,4 +225,27 @@ TEST_CASE("a force that is not finite is named by effect and coordinate in the s
   CHECK(complaint(s, {0.4, 0.0}) ==
         "the force of an effect must be finite, but that of effect 2 of 2 on q0 is not at t = 0.000000; look there for a division by zero, or a "
         "root or logarithm outside its domain");  // on q0 ∞·0, as duals have it
+}
+
+TEST_CASE("what is not finite is named where it moves nothing, too") {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  const auto fixed = [](const auto& q) {
+    using S = typename std::remove_cvref_t<decltype(q)>::Scalar;
+    return Vector<S, 2>(S(1.0), S(2.0));
+  };
+  const auto of_time = [](const auto&, const auto& t) { return rotation_z(t); };
+  const auto push = [none](const auto&, const auto&) { return Eigen::Vector2d(none, 0.0); };
+  const auto system = mechanical_system<2>(bench::UnrolledChain<2>{});
+  const auto named = [](const auto& s, double t) {
+    try {
+      acceleration(s, Eigen::Vector2d(0.4, 0.9), Eigen::Vector2d(1.0, 1.0), t);
+      return std::string("a finite acceleration");
+    } catch (const NonFinite& e) {
+      return e.component();
+    }
+  };
+  CHECK(named(scene(system, force_at_point(fixed, push)), 0.0) == "the force of effect 1 of 1");
+  CHECK(named(scene(system, torque_on_body(of_time, Eigen::Vector3d(1.0, 1.0, 1.0))), none) == "the force of effect 1 of 1");
+  CHECK(named(scene(system, torque_on_body([](const auto& q) { return rotation_z(q[0]); }, Eigen::Vector3d(none, 0.0, 1.0))), 0.0) == "the force of effect 1 of 1");
+  CHECK(named(scene(system, rayleigh([](const auto& q, const auto&, const auto& t) { return q[0] * t; })), none) == "the force of effect 1 of 1");
 }

@@ -107,6 +107,7 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>... {
     return static_cast<Present>((static_cast<ComponentMask>(has_rate) | static_cast<ComponentMask>(has_bend) | mask) == 0);
   }
   [[gnu::always_inline]] const Self& whole() const { return *this; }
+  friend const double& innermost_value(const Self& x) { return x.value; }
 
   [[gnu::always_inline]] friend Self operator+(const Self& a, const Self& b) {
     Self r;

@@ -126,7 +126,7 @@ struct ConstrainedTo {
   const Sc& scene;
   const EffectStates<Sc>& z;
   const double* Q;  // where the scene has forces
-  double dependent;  // pivots of the Schur complement below this fraction of their diagonal entry are none
+  double dependent;  // pivots of the Schur complement below this fraction of their diagonal entry are left to the general way
   ConstrainedSolution<n, m>& out;
 
   [[gnu::always_inline]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
@@ -186,7 +186,7 @@ struct ConstrainedTo {
     });
     unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] *= inverse[i]; });
     backward_in_place<n>(M, r, present);
-    double zero = 0.0;
+    double zero = at.t - at.t;  // the only one of the arguments that a derivative may not hold though the value does
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       zero += r[i] - r[i];
       out.qddot[i] = r[i];

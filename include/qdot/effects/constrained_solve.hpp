@@ -45,7 +45,7 @@ struct ConstrainedSolution {
   Vector<double, n> qddot;
   Vector<double, m> lambda;       ///< Jᵀλ is the force of the constraints on the system
   Eigen::Index rank = 0;          ///< of the constraints; below their number when some are redundant
-  double smallest_pivot = 1.0;    ///< of the scaled J M⁻¹ Jᵀ, squared sine of the worst row's angle to the others
+  double smallest_pivot = 1.0;    ///< of the scaled J M⁻¹ Jᵀ, squared sine of the worst row's angle to those before it; by sparse factors about that
 };
 
 /// Relative size below which a row of J counts as dependent on the others.
@@ -74,7 +74,7 @@ OrthogonalColumns orthogonal_columns(const Eigen::MatrixXd& A, double cutoff, bo
     Eigen::VectorXd q = left.col(next);
     const double length = q.norm();
     if (rank == 0) largest = length;
-    if (!(length > cutoff * largest)) break;
+    if (length <= cutoff * largest) break;  // NaN goes on, and is found in the result
     for (Eigen::Index k = 0; k < rank; ++k) q -= Q.col(k).dot(q) * Q.col(k);
     Q.col(rank) = q / q.norm();
     for (Eigen::Index j = 0; j < A.cols(); ++j) left.col(j) -= Q.col(rank).dot(left.col(j)) * Q.col(rank);
@@ -186,6 +186,10 @@ Eigen::VectorXd pivoted_solution(const Eigen::MatrixXd& M, const Eigen::MatrixXd
 // Pivots of M below this fraction are left to the constraints. Not a rounding unit: the last pivot of a singular M is the
 // rounding of the ones before, divided by the smallest of them (a unit quaternion near the identity leaves 1e-13).
 inline constexpr double massless_pivot = 1e-8;
+
+// A row whose pivot is within this factor of the dependent ones is judged by the factors below, too, whoever finds it elsewhere: they take another
+// order and another sum.
+inline constexpr double clearly_independent = 100.0;
 
 // Factors of one configuration, used for accelerations and for both projections.
 template <int n, int m>

@@ -25,9 +25,6 @@ template <class Sc>
 inline constexpr bool may_be_sparse =
     Sc::dof_at_compile_time == Dynamic && Sc::has_constraints && Sc::SystemType::inertia == Inertia::positive_definite;
 
-// A row whose pivot is within this factor of the dependent ones is judged by dense factors, too: they take another order and another sum.
-inline constexpr double clearly_independent = 100.0;
-
 // M within its band, r, the rows of J, γ, and the factors of M and J.
 struct SparseSystem {
   BandedMatrix M{0, 0};

@@ -169,7 +169,7 @@ struct SpringDamper {
       const S d = S(a[i]) - S(b[i]);
       sum = sum + d * d;
     };
-    if constexpr (constexpr int axes = decltype(a)::RowsAtCompileTime; axes == Dynamic) {
+    if constexpr (constexpr int axes = decltype(a)::SizeAtCompileTime; axes == Dynamic) {
       for (Eigen::Index i = 0; i < a.size(); ++i) add(i);
     } else {
       unroll<axes>(add);  // straight-line code stays so

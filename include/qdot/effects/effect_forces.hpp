@@ -34,9 +34,9 @@ template <class E, int n>
 }
 
 // sum += Q, entry by entry where the compiler sees through: what it then has in registers is not to be read back as vectors.
-template <class S, int n>
-[[gnu::always_inline]] inline void add_entries(Vector<S, n>& sum, const Vector<S, n>& Q) {
-  if constexpr (moves_by_jets<S, n>) {
+template <class S, int n, class Force>
+[[gnu::always_inline]] inline void add_entries(Vector<S, n>& sum, const Force& Q) {
+  if constexpr (moves_by_jets<S, n> && std::is_same_v<Force, Vector<S, n>>) {
     unroll<n>([&](auto i) __attribute__((always_inline)) { sum[i] += Q[i]; });
   } else {
     sum += Q;

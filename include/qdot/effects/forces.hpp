@@ -244,19 +244,22 @@ struct TorqueOnBody {
   // τ·ω with ω from [ω×] = ṘRᵀ: Qᵢ = Σ W_jk ∂R_jk/∂qᵢ, where the rows of W are τ_y R_z, τ_z R_x, τ_x R_y.
   template <int n>
   [[gnu::flatten]] Vector<double, n> force_by_jets(const Vector<double, n>& q, double t) const {
-    const Vector<double, 3> tau = detail::of_time(torque, t);
+    const Vector<double, 3> tau = detail::of_time(torque, t).template cast<double>();
     using S = detail::PositionJet<n>;
     const detail::MovingCoordinates<n> moving(q, q, t);  // at whatever velocity
     const auto rotation = detail::of_position(R, moving.q, moving.t);
     Vector<double, n> Q = Vector<double, n>::Zero();
-    detail::ComponentMask present = 0;
+    Q[0] = 0.0 * (tau[0] + tau[1] + tau[2]);  // torques that are not finite do not vanish about axes that do not turn
+    detail::ComponentMask present = 1;
     unroll<3>([&](auto j) __attribute__((always_inline)) {
       unroll<3>([&](auto k) __attribute__((always_inline)) {
         constexpr int row = j, column = k, next = (row + 1) % 3, last = (row + 2) % 3;
         const double other = S(rotation(last, column)).value;
+        const detail::Present counts = detail::may_differ_from_zero(other);
         S entry(rotation(row, column));
-        entry.mask = detail::may_differ_from_zero(other) ? entry.mask : 0;
-        detail::add_gradient(Q, present, tau[next] * other, entry);
+        entry.value = counts ? entry.value : 0.0;
+        entry.mask = counts ? entry.mask : 0;
+        detail::add_gradient(Q, present, counts ? tau[next] * other : 0.0, entry);
       });
     });
     return Q;

@@ -42,13 +42,16 @@ template <int n>
 // Whether the compiler does not know a number to be zero.
 [[gnu::always_inline]] inline Present may_differ_from_zero(double x) { return __builtin_constant_p(x) && x == 0.0 ? 0U : 1U; }
 
-// Q += F ∂x/∂q. `present` says which entries of Q are more than a zero.
+// Q += F ∂x/∂q. `present` says which entries of Q are more than a zero. What is not finite does not vanish because x does not move.
 template <int n>
 [[gnu::always_inline]] inline void add_gradient(Vector<double, n>& Q, ComponentMask& present, double F, const PositionJet<n>& x) {
   unroll<n>([&](auto i) __attribute__((always_inline)) {
     Q[i] = sum_of(has(present, i), Q[i], has(x.mask, i), product_if(has(x.mask, i), x.template J<i>(), F));
   });
   present |= x.mask;
+  const double zero = x.mask ? 0.0 : F * (x.value - x.value);
+  Q[0] = sum_of(has(present, 0), Q[0], may_differ_from_zero(zero), zero);
+  present |= may_differ_from_zero(zero);
 }
 
 }  // namespace qdot::detail

@@ -125,7 +125,7 @@ auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordin
   if constexpr (Sc::has_forces) Q = effect_forces(scene, q, qdot, z, t);
   if constexpr (detail::has_constrained_equations<Sc>) {
     ConstrainedSolution<n, m> solution;
-    const detail::ConstrainedTo<Sc> use{scene, z, Q.data(), cutoff * cutoff, solution};
+    const detail::ConstrainedTo<Sc> use{scene, z, Q.data(), detail::clearly_independent * cutoff * cutoff, solution};
     if (detail::with_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use)) return solution;
   }
   if constexpr (detail::may_be_sparse<Sc>) {
@@ -135,6 +135,7 @@ auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordin
   const auto rows = constraint_rows(scene, q, qdot, t, z);
   if (q.allFinite() && qdot.allFinite()) detail::require_finite_rows(scene, t, rows.J, rows.gamma);
   MassAndRhs<double, n> both = mass_and_rhs(scene.system(), q, qdot, t);
+  detail::require_finite_acceleration(scene, Coordinates<Sys>(both.M.rowwise().sum()), q, qdot, t);  // for M that is not finite is not singular
   if constexpr (Sc::has_forces) both.r += Q;
   const detail::ConstrainedFactors<n, m> factors(both.M, rows.J, cutoff);
   auto solution = factors.solution(both.r, rows.gamma, t, detail::SceneNames<Sc>{scene});
