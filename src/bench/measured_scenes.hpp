@@ -12,7 +12,6 @@
 //     states()               where effects have states of their own: currents, phases
 
 #include <cmath>
-#include <string>
 #include <type_traits>
 #include <vector>
 

@@ -4,7 +4,6 @@
 // constrained_acceleration() where there are constraints, as the steppers do.
 #include "bench/scenes.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <random>

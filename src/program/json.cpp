@@ -151,40 +151,23 @@ std::string list_json(const std::vector<std::unique_ptr<RunnableScene>>& scenes)
 
 namespace {
 
-// Rows of equations of motion, the way `qdot bench eom --json` prints them.
-Json equations_json(const bench::Findings& found) {
+// Rows of evaluations, the way `qdot bench eom --json` and `qdot bench scenes --json` print them.
+Json evaluations_json(const bench::Findings& found, bool of_scenes) {
   Json rows = Json::array();
-  for (const bench::Row& row : found.rows)
-    rows.push_back({{"system", row.system},
-                    {"n", row.n},
-                    {"door", row.door},
-                    {"baseline", row.baseline_name},
-                    {"baseline_ns", row.baseline},
-                    {"qdot_ns", row.value},
-                    {"ratio", row.ratio()}});
-  return rows;
-}
-
-// Rows of scenes, the way `qdot bench scenes --json` prints them.
-Json scenes_json(const bench::Findings& found) {
-  Json rows = Json::array();
-  for (const bench::Row& row : found.rows)
-    rows.push_back({{"scene", row.system},
-                    {"n", row.n},
-                    {"constraints", row.constraints},
-                    {"effect", row.effect},
-                    {"baseline", row.baseline_name},
-                    {"baseline_ns", row.baseline},
-                    {"qdot_ns", row.value},
-                    {"ratio", row.ratio()}});
+  for (const bench::Row& row : found.rows) {
+    Json entry = {{of_scenes ? "scene" : "system", row.system}, {"n", row.n}};
+    entry.update(of_scenes ? Json{{"constraints", row.constraints}, {"effect", row.effect}} : Json{{"door", row.door}});
+    entry.update({{"baseline", row.baseline_name}, {"baseline_ns", row.baseline}, {"qdot_ns", row.value}, {"ratio", row.ratio()}});
+    rows.push_back(entry);
+  }
   return rows;
 }
 
 }  // namespace
 
 std::string bench_json(const std::vector<std::pair<std::string, bench::Findings>>& findings) {
-  if (findings.size() == 1 && findings[0].first == "eom") return equations_json(findings[0].second).dump(2);
-  if (findings.size() == 1 && findings[0].first == "scenes") return scenes_json(findings[0].second).dump(2);
+  if (findings.size() == 1 && (findings[0].first == "eom" || findings[0].first == "scenes"))
+    return evaluations_json(findings[0].second, findings[0].first == "scenes").dump(2);
   if (findings.size() == 1 && !findings[0].second.json.empty()) return findings[0].second.json;
   Json object = Json::object();
   for (const auto& [name, found] : findings) {

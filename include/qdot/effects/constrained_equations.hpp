@@ -24,8 +24,6 @@
 
 #include <cstddef>
 #include <tuple>
-#include <type_traits>
-#include <utility>
 
 #include "qdot/ad/position_jet.hpp"
 #include "qdot/ad/unroll.hpp"

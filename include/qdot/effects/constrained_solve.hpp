@@ -27,7 +27,6 @@
 #include <Eigen/LU>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <sstream>
 #include <string>

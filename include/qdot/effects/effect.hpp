@@ -34,7 +34,6 @@
 // collections of them.
 
 #include <concepts>
-#include <cstddef>
 #include <type_traits>
 #include <utility>
 

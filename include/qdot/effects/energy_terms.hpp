@@ -13,7 +13,6 @@
 
 #include <cstddef>
 #include <tuple>
-#include <type_traits>
 
 #include "qdot/ad/position_jet.hpp"
 #include "qdot/ad/position_row.hpp"

@@ -15,7 +15,6 @@
 // any effects *is* the system as far as the compiler can see: acceleration(scene, …) is a call of
 // acceleration(system, …) and nothing more.
 
-#include <cstddef>
 #include <string>
 #include <tuple>
 #include <type_traits>

@@ -13,7 +13,6 @@
 // A scene without effects calls the system's own functions and nothing else.
 
 #include <cmath>
-#include <cstddef>
 #include <string>
 #include <tuple>
 #include <type_traits>

@@ -20,9 +20,7 @@
 // each other, or nearly: that, and whatever else is not as it should be, is left to constrained_solve.hpp, which knows what to do and how to name it.
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 #include "qdot/effects/sparse_rows.hpp"
