@@ -133,12 +133,13 @@ auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordin
   }
   const auto rows = constraint_rows(scene, q, qdot, t, z);
   if (q.allFinite() && qdot.allFinite()) detail::require_finite_rows(scene, t, rows.J, rows.gamma);
+  if constexpr (Sc::has_forces)
+    if (!Q.allFinite()) detail::require_finite_forces(scene, q, qdot, t, z);
   MassAndRhs<double, n> both = mass_and_rhs(scene.system(), q, qdot, t);
   detail::require_finite_acceleration(scene, Coordinates<Sys>(both.M.rowwise().sum()), q, qdot, t);  // for M that is not finite is not singular
   if constexpr (Sc::has_forces) both.r += Q;
   const detail::ConstrainedFactors<n, m> factors(both.M, rows.J, cutoff);
   auto solution = factors.solution(both.r, rows.gamma, t, detail::SceneNames<Sc>{scene});
-  if (!solution.qddot.allFinite()) detail::require_finite_forces(scene, q, qdot, t, z);
   detail::require_finite_acceleration(scene, solution.qddot, q, qdot, t);
   return solution;
 }
