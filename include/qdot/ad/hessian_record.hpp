@@ -118,6 +118,24 @@ class HessianRecord : public KnownAngles<blocks <= 1 ? 4 : blocks <= 2 ? 8 : blo
     return add(u.node, u.a, u.b, u.w, v.node, sign * v.a, sign * v.b, sign * v.w, 0.0);
   }
 
+  bool is_leaf(int node) const { return node < leaves_; }
+
+  // A node and a factor c with c g = Σ J_i e_i over first ≤ i < last, and X = 0; −1 where J is zero.
+  int add_row(const double* J, int first, int last, double& c) {
+    int node = -1;
+    for (int i = first; i < std::min(last, leaves_); ++i) {
+      if (J[i] == 0.0) continue;
+      if (node >= 0) {
+        node = add(node, c, 0.0, 0.0, i, J[i], 0.0, 0.0, 0.0);
+        c = 1.0;
+      } else {
+        node = i;
+        c = J[i];
+      }
+    }
+    return node;
+  }
+
   // X L into r; M, rows 4·blocks apart, of which what is above the diagonal has no meaning. L = (a, b, w) of a node.
   void equations(int root, double a, double b, double w, double* M, double* r) {
     const int end = std::max(root + 1, leaves_);

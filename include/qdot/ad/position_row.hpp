@@ -77,6 +77,14 @@ struct PositionGradient {
   }
 };
 
+// The blocks of the position that a scalar of Lagrange's equations becomes; 0: of none.
+template <class S>
+inline constexpr int positions_of = 0;
+template <int n>
+inline constexpr int positions_of<GradedJet<n>> = (n + 3) / 4;
+template <int blocks>
+inline constexpr int positions_of<Graded<HessianRecord<blocks>>> = blocks;
+
 template <int blocks>
 struct PositionRow {
   using Self = PositionRow;
@@ -92,9 +100,9 @@ struct PositionRow {
   }
 
   // What a functor has captured: a constant, or NaN marks what has derivatives for which there is no place here, and all that follows from it.
-  template <int n>
-    requires((n + 3) / 4 == blocks)
-  PositionRow(const GradedJet<n>& captured) : PositionRow(captured.value) {
+  template <class Captured>
+    requires(positions_of<Captured> == blocks)
+  PositionRow(const Captured& captured) : PositionRow(captured.value) {
     if (!captured.is_constant()) bend = std::numeric_limits<double>::quiet_NaN();
   }
 
