@@ -61,6 +61,48 @@
 
 namespace qdot {
 
+namespace detail {
+
+// The rows of the table C as types, so that their zeros are known where sums are unrolled. Nothing here depends on the system:
+// the compiler writes it once for all systems of one size.
+template <class C, int row>
+struct StageRow {
+  static constexpr auto weights = C::a[row];
+  using Others = std::make_index_sequence<static_cast<std::size_t>(row - 1)>;
+};
+template <class C>
+struct ErrorRow {
+  static constexpr auto weights = C::e;
+  using Others = std::make_index_sequence<static_cast<std::size_t>(C::stages)>;
+};
+template <class C>
+struct LowErrorRow {
+  static constexpr auto weights = C::e_low;
+  using Others = std::make_index_sequence<static_cast<std::size_t>(C::stages)>;
+};
+template <class C, std::size_t row>
+struct DenseRow {
+  static constexpr auto weights = C::dense[row];
+  using Others = std::make_index_sequence<static_cast<std::size_t>(C::total - 1)>;
+};
+template <class Row, std::size_t j>
+inline constexpr double weight_in = Row::weights[j];
+
+template <class Row, class K, std::size_t... j>
+inline double weighted_sum(const K& k, [[maybe_unused]] Eigen::Index i, std::index_sequence<j...>) {
+  double sum = 0.0;
+  ((weight_in<Row, j + 1> != 0.0 ? void(sum += weight_in<Row, j + 1> * k(i, static_cast<Eigen::Index>(j + 1))) : void()), ...);
+  return sum;
+}
+
+// Σ wⱼ (kⱼ − k₁) over j > 1 for component i, zeros left out.
+template <class Row, class K>
+inline double weighted_sum(const K& k, Eigen::Index i) {
+  return weighted_sum<Row>(k, i, typename Row::Others{});
+}
+
+}  // namespace detail
+
 /// A Stepper that takes explicit Runge–Kutta steps with the coefficients C. Movable.
 template <class C, FirstOrderSystem F>
 class RungeKuttaStepper : public detail::OneStep<F> {
@@ -177,7 +219,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     y_new_ = this->y_;
     lost_new_ = lost_;
     for (Eigen::Index i = 0; i < size(); ++i) {
-      const double bend = weighted_sum<StageRow<C::stages>, C::stages>(i) + C::half_defect * k_(i, C::stages - 1);
+      const double bend = detail::weighted_sum<detail::StageRow<C, C::stages>>(k_, i) + C::half_defect * k_(i, C::stages - 1);
       detail::add_compensated(y_new_[i], lost_new_[i], h * (k_(i, 0) + bend));
     }
     if constexpr (C::e[C::stages] == 0.0) {
@@ -198,40 +240,9 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   template <int row>
   void take_stage(double elapsed, const Y& base, const Y& lost, double h) {
     for (Eigen::Index i = 0; i < size(); ++i)
-      stage_[i] = base[i] + (h * (C::c[row] * k_(i, 0) + weighted_sum<StageRow<row>, row>(i)) + lost[i]);
+      stage_[i] = base[i] + (h * (C::c[row] * k_(i, 0) + detail::weighted_sum<detail::StageRow<C, row>>(k_, i)) + lost[i]);
     this->evaluate(elapsed + C::c[row] * h, stage_, f_);
     k_.col(row) = f_ - k_.col(0);
-  }
-
-  // The rows of the table as types, so that their zeros are known where sums are unrolled.
-  template <int row>
-  struct StageRow {
-    static constexpr auto weights = C::a[row];
-  };
-  struct ErrorRow {
-    static constexpr auto weights = C::e;
-  };
-  struct LowErrorRow {
-    static constexpr auto weights = C::e_low;
-  };
-  template <std::size_t row>
-  struct DenseRow {
-    static constexpr auto weights = C::dense[row];
-  };
-
-  // Σ wⱼ (kⱼ − k₁) over 1 < j ≤ count for component i, zeros left out.
-  template <class Row, int count>
-  double weighted_sum(Eigen::Index i) const {
-    return [&]<std::size_t... j>(std::index_sequence<j...>) {
-      double sum = 0.0;
-      (add_term<Row, j + 1>(sum, i), ...);
-      return sum;
-    }(std::make_index_sequence<static_cast<std::size_t>(count - 1)>{});
-  }
-
-  template <class Row, std::size_t j>
-  void add_term(double& sum, Eigen::Index i) const {
-    if constexpr (Row::weights[j] != 0.0) sum += Row::weights[j] * k_(i, static_cast<Eigen::Index>(j));
   }
 
   // ‖h Σ eⱼ kⱼ / (rtol |yᵢ| + atolᵢ)‖, and the component with the largest share.
@@ -239,10 +250,10 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     double sum = 0.0, sum_low = 0.0, largest = -1.0;
     for (Eigen::Index i = 0; i < size(); ++i) {
       const double scale = 1.0 / this->weight(i, this->y_[i], y_new_[i]);
-      const double e = weighted_sum<ErrorRow, C::stages + 1>(i) * scale;
+      const double e = detail::weighted_sum<detail::ErrorRow<C>>(k_, i) * scale;
       sum += e * e;
       if constexpr (C::two_errors) {
-        const double e_low = weighted_sum<LowErrorRow, C::stages + 1>(i) * scale;
+        const double e_low = detail::weighted_sum<detail::LowErrorRow<C>>(k_, i) * scale;
         sum_low += e_low * e_low;
       }
       if (e * e > largest) {
@@ -315,7 +326,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
       quotient[2] = 2 * change - h * (k_first_[i] + k_new[i]);
       if (complete) {
         [&]<std::size_t... m>(std::index_sequence<m...>) {
-          ((quotient[3 + m] = h * weighted_sum<DenseRow<m>, C::total>(i)), ...);
+          ((quotient[3 + m] = h * detail::weighted_sum<detail::DenseRow<C, m>>(k_, i)), ...);
         }(std::make_index_sequence<C::dense.size()>{});
       }
       multiply_out(quotient, i);
