@@ -116,12 +116,12 @@ provide() { # provide THING…
 
 # --- Building ---------------------------------------------------------------------------------------------------------
 
-# A unit of test files takes up to 4 GB with sanitizers, most take half of it: as many jobs as there are cores, or as fit into memory.
+# A unit of test files takes up to 5 GB with sanitizers, most take half of it: as many jobs as there are cores, or as fit into memory.
 jobs() {
   local cores memory
   cores=$(getconf _NPROCESSORS_ONLN 2> /dev/null || echo 1)
   memory=$(sed -n 's/^MemAvailable: *\([0-9]*\) kB/\1/p' /proc/meminfo 2> /dev/null || true)
-  memory=$(( ${memory:-3000000} / 3000000 ))
+  memory=$(( ${memory:-4000000} / 4000000 ))
   [ "$memory" -ge 1 ] || memory=1
   echo $(( cores < memory ? cores : memory ))
 }

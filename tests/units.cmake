@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 #
-# qdot_test_units(result sources...): units of compilation that hold the test files, several in each.
+# qdot_test_units(result bytes sources...): units of compilation that hold the test files, several in each, up to so many bytes of source.
+# At 80 000 the largest units take three minutes and 5 GB.
 #
 # More than half of what a test file makes the compiler write is what others make it write, too: the standard library's, Eigen's and
 # qdot's templates. Files of one unit share it. To its reader, and to the compiler, each stays a file of its own: what it includes
 # is read before, and its own names are in a namespace of its own.
-set(qdot_test_unit_bytes 36000) # of source; the largest units take two minutes and 4 GB
 
-function(qdot_test_units result)
+function(qdot_test_units result most)
   set(units)
   set(files)
   set(bytes 0)
@@ -19,7 +19,7 @@ function(qdot_test_units result)
     endif()
     file(SIZE ${CMAKE_CURRENT_SOURCE_DIR}/${source} size)
     math(EXPR bytes "${bytes} + ${size}")
-    if(files AND bytes GREATER qdot_test_unit_bytes)
+    if(files AND bytes GREATER most)
       qdot_write_test_unit(unit ${files})
       list(APPEND units ${unit})
       set(files)
