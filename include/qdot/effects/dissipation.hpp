@@ -169,7 +169,11 @@ struct SpringDamper {
       const S d = S(a[i]) - S(b[i]);
       sum = sum + d * d;
     };
-    if constexpr (constexpr int axes = decltype(a)::SizeAtCompileTime; axes == Dynamic) {
+    constexpr int axes = decltype(a)::SizeAtCompileTime, others = decltype(b)::SizeAtCompileTime;
+    static_assert(axes == others || axes == Dynamic || others == Dynamic,
+                  "qdot: both ends of a spring, a damper or a tension must have as many coordinates: between a point in a plane and one in space "
+                  "there is no distance");
+    if constexpr (axes == Dynamic) {
       for (Eigen::Index i = 0; i < a.size(); ++i) add(i);
     } else {
       unroll<axes>(add);  // straight-line code stays so
