@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <limits>
 
 #include "../catch2_bridge.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
@@ -183,6 +184,15 @@ TEST_CASE("NaN is never handed back as an acceleration") {
                     "the energies must be finite, but V is inf at t = 0; check it there for a division by zero, a root or logarithm outside its "
                     "domain, or overflow");
   CHECK_THROWS_AS(acceleration(s, Vector2d(nan, 1.0), Vector2d(0.0, 0.0)), qdot::NonFinite);
+}
+
+TEST_CASE("a state that is not finite is named before the accelerations that follow from it") {
+  const auto s = mechanical_system<2>([](const auto& q, const auto& v) { return 0.5 * (v[0] * v[0] + (1.0 + q[0] * q[0]) * v[1] * v[1]); },
+                                      [](const auto& q) { return q[0]; })
+                     .with_names({"x", "y"});
+  CHECK_THROWS_WITH(acceleration(s, Vector2d(1.0, 1.0), Vector2d(0.0, std::numeric_limits<double>::infinity())),
+                    "the equations of motion must be finite, but ydot is not at t = 0; check T and V there for a division by zero, a root or "
+                    "logarithm outside its domain, or overflow");
 }
 
 }  // namespace

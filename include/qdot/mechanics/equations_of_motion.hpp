@@ -44,6 +44,21 @@ const auto& energies_behind(const Sys& system) {
   else return system.system().energies();
 }
 
+[[noreturn, gnu::cold]] inline void throw_not_finite(const std::string& name, double t) {
+  throw NonFinite(name, t, sentence({"the equations of motion must be finite, but ", name, " is not at t = ", {t, 6},
+                                     "; check T and V there for a division by zero, a root or logarithm outside its domain, or overflow"}));
+}
+
+// No accelerations follow from NaN and infinity.
+template <class Sys, class S, int n>
+void require_finite_state(const Sys& system, const Vector<S, n>& q, const Vector<S, n>& qdot, double t) {
+  using std::isfinite;
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    if (!isfinite(innermost_value(q[i]))) throw_not_finite(system.coordinate_name(i), t);
+    if (!isfinite(innermost_value(qdot[i]))) throw_not_finite(system.velocity_name(i), t);
+  }
+}
+
 // NaN and infinity are not accelerations: name what they came from.
 template <class Sys, class S, int n>
 void require_finite_acceleration(const Sys& system, const Vector<S, n>& qddot, const Vector<S, n>& q,
@@ -55,17 +70,9 @@ void require_finite_acceleration(const Sys& system, const Vector<S, n>& qddot, c
   const double at = static_cast<double>(innermost_value(t));
   if constexpr (std::is_same_v<S, double>)
     if (all_finite(q.data(), q.size()) && all_finite(qdot.data(), qdot.size())) require_finite_energies(energies_behind(system), q, qdot, t);
-  for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const auto name = [&] {
-      if (!isfinite(innermost_value(q[i]))) return system.coordinate_name(i);
-      if (!isfinite(innermost_value(qdot[i]))) return system.velocity_name(i);
-      if (!isfinite(innermost_value(qddot[i]))) return sentence({"the acceleration of ", system.coordinate_name(i)});
-      return std::string();
-    }();
-    if (name.empty()) continue;
-    throw NonFinite(name, at, sentence({"the equations of motion must be finite, but ", name, " is not at t = ", {at, 6},
-                                        "; check T and V there for a division by zero, a root or logarithm outside its domain, or overflow"}));
-  }
+  require_finite_state(system, q, qdot, at);
+  for (Eigen::Index i = 0; i < q.size(); ++i)
+    if (!isfinite(innermost_value(qddot[i]))) throw_not_finite(sentence({"the acceleration of ", system.coordinate_name(i)}), at);
 }
 
 // Nor are they derivatives of what is finite: name the first.
@@ -85,6 +92,7 @@ void require_finite_derivatives(const Derivatives& J, double t, const RowName& r
 template <class E, int n, Inertia I, class S>
 [[gnu::noinline]] Vector<S, n> general_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity,
                                                     const S& t) {
+  require_finite_state(system, at, velocity, static_cast<double>(innermost_value(t)));
   const MassAndRhs<S, n> both = general_mass_and_rhs<n>(system.energies(), at, velocity, t);
   const Vector<S, n> qddot = solved_with_mass_matrix(system, both.M, both.r, t);
   require_finite_acceleration(system, qddot, at, velocity, t);
