@@ -9,15 +9,15 @@
 //     ∂q̈/∂(q, q̇) = −M⁻¹ ∂r/∂(q, q̇)  at fixed q̈ ,
 //
 // and −r is what the scalar of Lagrange's equations calls X L when the rates of the velocities are the accelerations
-// (straight_line_jacobian.hpp). Two ways, as for q̈ itself: straight-line code for few coordinates, and for loops a record of dual numbers
-// (ad/residual_record.hpp) that is swept forwards and back. Where these give no finite number, nested duals are asked, as they are for q̈: they
-// know that a constant has no derivative, however steep the root of it is. What is not finite then is an error.
+// (straight_line_jacobian.hpp). Several ways, as for q̈ itself: straight-line code for few coordinates, derived lines, positions and masses
+// (equation_slopes.hpp), and for loops a record of dual numbers (ad/residual_record.hpp) that is swept forwards and back. Where these give no
+// finite number, nested duals are asked, as they are for q̈: they know that a constant has no derivative, however steep the root of it is. What
+// is not finite then is an error.
 
 #include <algorithm>
 
-#include "qdot/ad/residual_record.hpp"
+#include "qdot/mechanics/equation_slopes.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
-#include "qdot/mechanics/straight_line_jacobian.hpp"
 
 namespace qdot {
 
@@ -34,29 +34,6 @@ namespace detail {
 template <int n>
 bool is_finite(const AccelerationJacobian<n>& a) {
   return all_finite(a.qddot.data(), a.qddot.size()) && all_finite(a.d_q.data(), a.d_q.size()) && all_finite(a.d_qdot.data(), a.d_qdot.size());
-}
-
-// How many directions a row has.
-inline constexpr int residual_directions = ResidualRecord<1>::width;
-
-// Calls f(i, first, row) with the derivatives of X_i L at fixed accelerations, in turn along q and q̇ of each coordinate from first/2 on.
-template <int n, class E, class F>
-void for_each_residual(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, const Vector<double, n>& a, double t, const F& f) {
-  using Record = ResidualRecord<(n == Dynamic || n > 16) ? 64 : 8 * n + 8>;
-  using N = LocalDual;
-  using S = Graded<Record>;
-  const int size = static_cast<int>(q.size());
-  Record record(size);
-  Vector<S, n> x(size);
-  Vector<S, n> v(size);
-  const S time(N(t), N(1.0), N(0.0), N(0.0), NoWeight(), 0, nullptr);
-  for (int i = 0; i < size; ++i) {
-    const N velocity(qdot[i], 0.0, 1.0);
-    x[i] = S(N(q[i], 1.0, 0.0), velocity, N(0.0), N(1.0), NoWeight(), i, &record);
-    v[i] = S(velocity, N(a[i]), N(1.0), N(0.0), NoWeight(), i, &record);
-  }
-  const S L = kinetic<n>(e, x, v, time) - potential<n>(e, x, time);
-  record.derivatives(L.record != nullptr ? L.node : -1, L.a, L.b, f);
 }
 
 // q̈ and its derivatives by records and blocks; false on a bad pivot or a number that is not finite.
@@ -137,6 +114,17 @@ template <class E, int n, Inertia I>
   return is_finite(result);
 }
 
+// The same of few coordinates, by the slopes of the equations (equation_slopes.hpp).
+template <class E, int n, Inertia I>
+[[gnu::noinline]] bool sloped_jacobian(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
+                                       AccelerationJacobian<n>& result) {
+  double M[n * (n + 1) / 2];
+  SlopeRow<2 * n> rows[n];
+  result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
+  return slopes_written<n>(system.energies(), q, qdot, result.qddot, t, M, rows) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
+         columns_written<n>(rows, result.d_q.data(), result.d_qdot.data());
+}
+
 }  // namespace detail
 
 /// q̈ and ∂q̈/∂q, ∂q̈/∂q̇ at a state, exact, by −M⁻¹ ∂(M q̈ − rhs) at fixed q̈.
@@ -158,7 +146,7 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
                                           result.d_qdot.data()))
       return result;
   }
-  if constexpr (detail::HasClosedJacobian<E> && detail::straight_line_pays && I == Inertia::positive_definite) {
+  if constexpr (detail::HasClosedJacobian<E> && !has_straight_line && detail::straight_line_pays && I == Inertia::positive_definite) {
     if (system.energies().acceleration_in_closed_form(q.data(), qdot.data(), t, result.qddot.data()) &&
         system.energies().jacobian_in_closed_form(q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(), result.d_qdot.data()))
       return result;
@@ -169,6 +157,8 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
       good = detail::recorded_jacobian<n>(system.energies(), q, qdot, t, detail::singular_pivot<double>(size), result);
     else if constexpr (n == Dynamic)
       good = detail::general_jacobian(system, q, qdot, t, result);
+  } else if constexpr (I == Inertia::positive_definite && detail::HasOwnEquations<E> && detail::has_slopes<n>) {
+    good = detail::sloped_jacobian(system, q, qdot, t, result);
   } else if constexpr (!has_short_ways) {
     good = detail::general_jacobian(system, q, qdot, t, result);
   }

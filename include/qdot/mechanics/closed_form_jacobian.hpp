@@ -13,9 +13,8 @@
 #include <type_traits>
 #include <vector>
 
-#include <Eigen/Core>
-
 #include "qdot/mechanics/closed_form_evaluation.hpp"
+#include "qdot/mechanics/straight_line_jacobian.hpp"
 
 namespace qdot::detail {
 
@@ -73,14 +72,12 @@ constexpr ClosedJacobian<n, extent> closed_jacobian_of() {
 template <int n, class Energies>
 concept JacobianDerivable = requires { typename std::bool_constant<closed_jacobian_extent<n, Energies>().exists>; };
 
-// From this many coordinates on, where straight-line duals end (mechanics/straight_line_jacobian.hpp), up to that many.
-inline constexpr int first_closed_jacobian = 5, last_closed_jacobian = by_terms_limit;
 
 /// The Jacobian's form of the energies of a closed form; `exists` is false where there is none.
 template <int n, class Energies>
 struct ClosedJacobianOf {
   static constexpr ClosedJacobianExtent extent = [] {
-    if constexpr (n >= first_closed_jacobian && n <= last_closed_jacobian) {
+    if constexpr (n >= 1 && n <= by_terms_limit) {
       if constexpr (JacobianDerivable<n, Energies>) return closed_jacobian_extent<n, Energies>();
     }
     return ClosedJacobianExtent{};
@@ -90,36 +87,32 @@ struct ClosedJacobianOf {
   static constexpr ClosedJacobian<n, extent> form = closed_jacobian_of<n, Energies, extent>();
 };
 
-/// ∂q̈/∂q and ∂q̈/∂q̇ by columns, at accelerations a that are known; false when this is not the way.
-template <int n, class Form>
-[[gnu::flatten, gnu::noinline]] bool closed_form_jacobian(const double* c, const double* q, const double* qdot, double t, const double* a, double* d_q,
-                                                          double* d_qdot) {
+/// M, the packed lower triangle, and the derivatives of r − M a at accelerations a, n rows of which the first 2n entries are written.
+template <int n, class Form, class Row>
+[[gnu::flatten]] inline void closed_form_slopes(const double* c, const double* q, const double* qdot, double t, const double* a, double* M, Row* rows) {
   constexpr const auto& form = Form::form;
-  using Row = Eigen::Array<double, 2 * n, 1>;
   double x[form.size.lines + 1];
   write_lines<n, Form>(c, q, qdot, t, a, x);
-  double M[n * (n + 1) / 2];
   unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) {
     constexpr int node = form.mass[k];
     M[k] = node < 0 ? 0.0 : x[node < 0 ? 0 : node];
   });
-  Row rows[n];
   unroll<n>([&](auto i) __attribute__((always_inline)) {
     unroll<2 * n>([&](auto j) __attribute__((always_inline)) {
       constexpr int node = form.slope[2 * n * i + j];
       rows[i][j] = node < 0 ? 0.0 : x[node < 0 ? 0 : node];
     });
   });
-  bool good = solved_in_place<n>(M, rows, singular_pivot<double>(n));
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) {
-      d_q[i + n * j] = rows[i][j];
-      d_qdot[i + n * j] = rows[i][n + j];
-    }
-    const double sum = rows[i].sum();
-    good &= sum - sum == 0.0;
-  }
-  return good;
+}
+
+/// ∂q̈/∂q and ∂q̈/∂q̇ by columns, at accelerations a that are known; false when this is not the way.
+template <int n, class Form>
+[[gnu::flatten, gnu::noinline]] bool closed_form_jacobian(const double* c, const double* q, const double* qdot, double t, const double* a, double* d_q,
+                                                          double* d_qdot) {
+  double M[n * (n + 1) / 2];
+  SlopeRow<2 * n> rows[n];
+  closed_form_slopes<n, Form>(c, q, qdot, t, a, M, rows);
+  return solved_in_place<n>(M, rows, singular_pivot<double>(n)) & columns_written<n>(rows, d_q, d_qdot);
 }
 
 }  // namespace qdot::detail

@@ -40,6 +40,7 @@
 #include "qdot/mechanics/kinematic_bodies.hpp"
 #include "qdot/mechanics/kinematic_formulas.hpp"
 #include "qdot/mechanics/kinematic_rows.hpp"
+#include "qdot/mechanics/kinematic_slopes.hpp"
 
 namespace qdot {
 
@@ -195,6 +196,18 @@ class KinematicEnergies {
       if (size <= graded_limit<n>) return equations_by_rows(q, qdot, static_cast<int>(size), t, use);
     }
     return false;
+  }
+
+  // Those of the equations at accelerations a (equation_slopes.hpp); false where a body turns in space.
+  template <class Row>
+    requires(!has_extra && n >= 1 && n <= straight_kinematics_limit)
+  [[gnu::noinline]] bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {
+    const auto x = curved_coordinates<n>(q, qdot, a);
+    const auto time = CurvedJet<n>::time(t);
+    BodySlopes<n, Row> bodies(field(), M, rows);
+    place(x, time, bodies);
+    if constexpr (!heavy) bodies.potential(own_potential(x, time));
+    return !bodies.turns();
   }
 
  private:

@@ -124,27 +124,27 @@ template <int n, class Number>
 }
 
 // b ← L⁻¹ b, where `mask` says which entries of b may be other than zero.
-template <int n, class Number>
-[[gnu::always_inline]] inline void forward_in_place(const Number* L, Number* b, ComponentMask present, ComponentMask& mask) {
+template <int n, class Number, class Right>
+[[gnu::always_inline]] inline void forward_in_place(const Number* L, Right* b, ComponentMask present, ComponentMask& mask) {
   unroll<n>([&](auto k) __attribute__((always_inline)) {
     unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
       constexpr int i = k + 1 + below;
       const Present both = has_entry<triangle_index(i, k)>(present) & has(mask, k);
-      b[i] = sum_of(has(mask, i), b[i], both, product_if(both, -L[triangle_index(i, k)], b[k]));
+      b[i] = sum_of(has(mask, i), b[i], both, product_if(both, b[k], -L[triangle_index(i, k)]));
       mask |= bit(both, i);
     });
   });
 }
 
 // b ← L⁻ᵀ b.
-template <int n, class Number>
-[[gnu::always_inline]] inline void backward_in_place(const Number* L, Number* b, ComponentMask present) {
+template <int n, class Number, class Right>
+[[gnu::always_inline]] inline void backward_in_place(const Number* L, Right* b, ComponentMask present) {
   unroll<n>([&](auto done) __attribute__((always_inline)) {
     constexpr int k = n - 1 - done;
     unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
       constexpr int i = k + 1 + below;
       const Present there = has_entry<triangle_index(i, k)>(present);
-      b[k] = sum_of(1U, b[k], there, product_if(there, -L[triangle_index(i, k)], b[i]));
+      b[k] = sum_of(1U, b[k], there, product_if(there, b[i], -L[triangle_index(i, k)]));
     });
   });
 }

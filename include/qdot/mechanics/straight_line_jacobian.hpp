@@ -19,10 +19,31 @@
 #include <type_traits>
 #include <utility>
 
+#include <Eigen/Core>
+
 #include "qdot/ad/paired_dual.hpp"
 #include "qdot/mechanics/straight_line.hpp"
 
 namespace qdot::detail {
+
+// A row of derivatives along q and q̇, and what else there is.
+template <int columns>
+using SlopeRow = Eigen::Array<double, columns, 1>;
+
+// The columns of n such rows; false where a number is not finite.
+template <int n, class Row>
+bool columns_written(const Row* rows, double* d_q, double* d_qdot) {
+  double zero = 0.0;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      d_q[i + n * j] = rows[i][j];
+      d_qdot[i + n * j] = rows[i][n + j];
+    }
+    const double sum = rows[i].sum();
+    zero += sum - sum;
+  }
+  return zero == 0.0;
+}
 
 // Largest n for this way: a chain of 4 takes some seconds to compile.
 inline constexpr int straight_line_jacobian_limit = 4;

@@ -178,6 +178,15 @@ class WrittenOut {
   {
     return replays_ && detail::closed_form_jacobian<n, ClosedJacobian>(coefficients_of_jacobian_.data(), q, qdot, t, qddot, d_q, d_qdot);
   }
+  // M and the derivatives of r − M a (closed_form_jacobian.hpp).
+  template <class Row>
+  [[gnu::noinline]] bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const
+    requires(ClosedJacobian::exists)
+  {
+    if (!replays_) return false;
+    detail::closed_form_slopes<n, ClosedJacobian>(coefficients_of_jacobian_.data(), q, qdot, t, a, M, rows);
+    return true;
+  }
   // Of packs: a mask. has_closed_form() is asked before.
   template <class Number>
   [[gnu::always_inline]] auto accelerations_in_closed_form(const Number* q, const Number* qdot, const Number& t, Number* qddot) const {
