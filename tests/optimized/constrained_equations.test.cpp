@@ -15,8 +15,10 @@
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/contact.hpp"
 #include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
+#include "qdot/mechanics/written_out.hpp"
 
 using namespace qdot;
 
@@ -125,6 +127,40 @@ void check(const Worst& worst) {
   CHECK(worst.jacobian < rounded_derivatives);
 }
 
+// The Jacobian of a scene from slopes, and from nested duals.
+template <class Sc>
+double difference_of_jacobians(const Sc& s, const EffectStates<Sc>& z = EffectStates<Sc>()) {
+  constexpr int n = Sc::dof_at_compile_time;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(0.3, 1.2);
+  double worst = 0.0;
+  for (int sample = 0; sample < 20; ++sample) {
+    Eigen::VectorXd y(2 * n + z.size());
+    for (double& x : y) x = uniform(random);
+    y.tail(z.size()) = z;
+    Eigen::MatrixXd fast(y.size(), y.size()), reference(y.size(), y.size());
+    const detail::SceneJacobian<Sc> jacobian(s, uniform(random), y);
+    jacobian.write(fast);
+    jacobian.write_by_duals(reference);
+    worst = std::max(worst, (fast - reference).norm() / (1.0 + reference.norm()));
+  }
+  return worst;
+}
+
+// A cart that is moved, a rod on it in the plane, and a spring to the ground by the functions of <cmath>.
+struct CartAndRod {
+  void operator()(const auto& q, const auto& t, auto& bodies) const {
+    using std::cos, std::sin;
+    const auto x = q[0] + 0.3 * sin(2.0 * t);
+    bodies.point_mass(2.0, vector(x));
+    bodies.planar_body(1.0, 0.2, vector(x + 0.5 * sin(q[1]), -0.5 * cos(q[1])), q[1] + 0.1 * q[0] * q[0]);
+  }
+};
+const auto spring_of_functions = [](const auto& q, const auto& t) {
+  using std::atan2, std::exp, std::hypot, std::pow, std::sqrt;
+  return 3.0 * sqrt(1.0 + q[0] * q[0]) + exp(0.2 * q[1]) / (2.0 + q[0]) + hypot(q[0], q[1]) * t + atan2(q[1], q[0]) + pow(q[0], q[1]) - pow(q[1], 3);
+};
+
 template <int n>
 Vector<double, n> some_damping() {
   return Vector<double, n>::LinSpaced(n, 0.1, 0.4);
@@ -186,4 +222,56 @@ TEST_CASE("nearly dependent rows have one rank, whoever is asked") {
     CHECK(solution.rank == factors.rank());
     if (factors.constraint_pivot() < detail::clearly_independent * default_rank_cutoff * default_rank_cutoff) CHECK(solution.smallest_pivot == factors.constraint_pivot());
   }
+}
+
+TEST_CASE("slopes of positions, potentials and forces give the Jacobian that nested duals give") {
+  const auto spring = spring_damper([](const auto& q) { return vector(q[0], 0.2 * q[1]); }, Eigen::Vector2d(-1.0, 0.5), 20.0, 1.2, 0.5);
+  CHECK(difference_of_jacobians(scene(kinematic_system<2>(CartAndRod{}, spring_of_functions), spring)) < rounded_derivatives);
+  CHECK(difference_of_jacobians(scene(kinematic_system<2>(CartAndRod{}, gravity_along<1>(-9.81)), spring, holonomic("curve", spring_of_functions))) <
+        rounded_derivatives);
+  CHECK(difference_of_jacobians(scene(mechanical_system<2>(written_out<2>(bench::LoopedChain{})), spring, nonholonomic("skate", skate))) <
+        rounded_derivatives);
+  CHECK(difference_of_jacobians(scene(mechanical_system<4>(written_out<4>(bench::LoopedChain{})), viscous_damping(some_damping<4>()), holonomic("tip", TipOfChain<4>{}))) <
+        rounded_derivatives);
+}
+
+TEST_CASE("the Jacobian of bodies by their positions is the one by nested duals") {
+  const auto system = kinematic_system<2>(CartAndRod{}, spring_of_functions);
+  const Vector<double, 2> q(0.4, 0.9), v(0.3, -1.2);
+  const auto fast = acceleration_jacobian(system, q, v, 0.7);
+  auto expected = fast;
+  detail::jacobian_by_duals(system, q, v, 0.7, expected);
+  CHECK((fast.d_q - expected.d_q).norm() < rounded_derivatives * expected.d_q.norm());
+  CHECK((fast.d_qdot - expected.d_qdot).norm() < rounded_derivatives * expected.d_qdot.norm());
+}
+
+TEST_CASE("a motor's current has its rows and columns in the Jacobian") {
+  const auto motor = controller(
+      [](const auto&, const auto&, const auto& z, const auto&) {
+        using S = typename std::decay_t<decltype(z)>::Scalar;
+        return Vector<S, 2>(2.0 * z[0] * z[0], S(0.0));
+      },
+      [](const auto& q, const auto& qdot, const auto& z, const auto&) {
+        using S = typename std::decay_t<decltype(q)>::Scalar;
+        return Vector<S, 1>(12.0 - q[1] * z[0] - 2.0 * qdot[0]);
+      },
+      Vector<double, 1>(1.5));
+  const Vector<double, 1> z(1.5);
+  CHECK(difference_of_jacobians(scene(mechanical_system<2>(bench::UnrolledChain<2>{}), motor, holonomic("tip", TipOfChain<2>{})), z) < rounded_derivatives);
+}
+
+TEST_CASE("where the root of a constant is differentiated, the Jacobian is that of the constant") {
+  const auto steep = holonomic("tip", [](const auto& q) {
+    using std::sqrt, std::sin;
+    return sin(q[0]) + sin(q[1]) + sqrt(0.0 * q[0]);
+  });
+  const auto plain = holonomic("tip", TipOfChain<2>{});
+  const auto jacobian = [](const auto& constraint) {
+    const SceneForm<std::remove_cvref_t<decltype(scene(mechanical_system<2>(bench::UnrolledChain<2>{}), constraint))>> form(
+        scene(mechanical_system<2>(bench::UnrolledChain<2>{}), constraint));
+    Eigen::MatrixXd J(4, 4);
+    form.jacobian(0.0, Eigen::Vector4d(0.4, 0.9, 0.3, -0.2), J);
+    return J;
+  };
+  CHECK((jacobian(steep) - jacobian(plain)).norm() < rounded_derivatives * jacobian(plain).norm());
 }

@@ -115,6 +115,56 @@ struct JetRows {
   }
 };
 
+// r ← q̈ and γ ← λ, of numbers or of rows of them; false on a pivot of M or of the Schur complement that is too small. M and J are overwritten; `present`
+// and `mask` say which of their entries may be other than zero. Where constraints may rest, only those of which `asks` is true take part.
+// `fraction`: what the rows before it leave of each pivot of the Schur complement.
+template <int n, int m, bool may_rest, class Right>
+[[gnu::always_inline]] inline bool solved_with_constraints(double* M, ComponentMask present, double (&J)[m][n], ComponentMask (&mask)[m],
+                                                           const bool* asks, double dependent, Right* r, Right* gamma, double* fraction) {
+  double inverse[n];
+  if (!factored_in_place<n>(M, inverse, massless_pivot, present)) return false;
+  ComponentMask whole = ~ComponentMask(0);
+  forward_in_place<n>(M, r, present, whole);
+  double schur[m * (m + 1) / 2], scaled[m][n];
+  unroll<m>([&](auto k) __attribute__((always_inline)) {
+    forward_in_place<n>(M, J[k], present, mask[k]);
+    Right sum = gamma[k];
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      const Present there = has(mask[k], i);
+      scaled[k][i] = product_if(there, J[k][i], inverse[i]);
+      sum = sum_of(1U, sum, there, product_if(there, r[i], -scaled[k][i]));
+    });
+    gamma[k] = sum;
+  });
+  unroll<m>([&](auto k) __attribute__((always_inline)) {
+    unroll<k + 1>([&](auto l) __attribute__((always_inline)) {
+      double sum = 0.0;
+      Present any = 0;
+      unroll<n>([&](auto i) __attribute__((always_inline)) {
+        const Present both = has(mask[k], i) & has(mask[l], i);
+        sum = sum_of(any, sum, both, product_if(both, scaled[k][i], J[l][i]));
+        any |= both;
+      });
+      schur[triangle_index(k, l)] = sum;
+    });
+    if constexpr (may_rest) {
+      if (!asks[k]) schur[triangle_index(k, k)] = 1.0;
+    }
+  });
+  unroll<m>([&](auto k) __attribute__((always_inline)) { fraction[k] = schur[triangle_index(k, k)]; });
+  if (!solved_in_place<m>(schur, gamma, dependent)) return false;
+  unroll<m>([&](auto k) __attribute__((always_inline)) {
+    fraction[k] = schur[triangle_index(k, k)] / fraction[k];
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      const Present there = has(mask[k], i);
+      r[i] = sum_of(1U, r[i], there, product_if(there, gamma[k], J[k][i]));
+    });
+  });
+  unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] *= inverse[i]; });
+  backward_in_place<n>(M, r, present);
+  return true;
+}
+
 // A use of M and r: q̈ and λ of a scene with constraints.
 template <class Sc>
 struct ConstrainedTo {
@@ -143,47 +193,8 @@ struct ConstrainedTo {
   [[gnu::always_inline]] bool solved(const AtState& at, double* M, double* r, ComponentMask present) const {
     JetRows<Sc> row(scene, at.q, at.qdot, at.t, z);
     if constexpr (Sc::has_forces) unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
-    double inverse[n];
-    if (!factored_in_place<n>(M, inverse, massless_pivot, present)) return false;
-    ComponentMask whole = ~ComponentMask(0);
-    forward_in_place<n>(M, r, present, whole);
-    double schur[m * (m + 1) / 2], lambda[m], scaled[m][n];
-    unroll<m>([&](auto k) __attribute__((always_inline)) {
-      forward_in_place<n>(M, row.J[k], present, row.mask[k]);
-      double sum = row.gamma[k];
-      unroll<n>([&](auto i) __attribute__((always_inline)) {
-        const Present there = has(row.mask[k], i);
-        scaled[k][i] = product_if(there, row.J[k][i], inverse[i]);
-        sum = sum_of(1U, sum, there, product_if(there, -scaled[k][i], r[i]));
-      });
-      lambda[k] = sum;
-    });
-    unroll<m>([&](auto k) __attribute__((always_inline)) {
-      unroll<k + 1>([&](auto l) __attribute__((always_inline)) {
-        double sum = 0.0;
-        Present any = 0;
-        unroll<n>([&](auto i) __attribute__((always_inline)) {
-          const Present both = has(row.mask[k], i) & has(row.mask[l], i);
-          sum = sum_of(any, sum, both, product_if(both, scaled[k][i], row.J[l][i]));
-          any |= both;
-        });
-        schur[triangle_index(k, l)] = sum;
-      });
-      if constexpr (Sc::has_phases) {
-        if (!row.asks[k]) schur[triangle_index(k, k)] = 1.0;
-      }
-    });
-    [[maybe_unused]] double pivots[m];
-    unroll<m>([&](auto k) __attribute__((always_inline)) { pivots[k] = schur[triangle_index(k, k)]; });
-    if (!solved_in_place<m>(schur, lambda, dependent)) return false;
-    unroll<m>([&](auto k) __attribute__((always_inline)) {
-      unroll<n>([&](auto i) __attribute__((always_inline)) {
-        const Present there = has(row.mask[k], i);
-        r[i] = sum_of(1U, r[i], there, product_if(there, lambda[k], row.J[k][i]));
-      });
-    });
-    unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] *= inverse[i]; });
-    backward_in_place<n>(M, r, present);
+    double fraction[m];
+    if (!solved_with_constraints<n, m, Sc::has_phases>(M, present, row.J, row.mask, row.asks, dependent, r, row.gamma, fraction)) return false;
     double zero = at.t - at.t;  // the only one of the arguments that a derivative may not hold though the value does
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       zero += r[i] - r[i];
@@ -192,13 +203,12 @@ struct ConstrainedTo {
     out.rank = 0;
     out.smallest_pivot = 1.0;
     unroll<m>([&](auto k) __attribute__((always_inline)) {
-      zero += lambda[k] - lambda[k];
-      out.lambda[k] = lambda[k];
+      zero += row.gamma[k] - row.gamma[k];
+      out.lambda[k] = row.gamma[k];
       if (!row.asks[k]) return;
       ++out.rank;
       if constexpr (k > 0) {  // the first is 1, as nothing was taken from it
-        const double pivot = schur[triangle_index(k, k)] / pivots[k];
-        if (pivot < out.smallest_pivot) out.smallest_pivot = pivot;
+        if (fraction[k] < out.smallest_pivot) out.smallest_pivot = fraction[k];
       }
     });
     return zero == 0.0;
