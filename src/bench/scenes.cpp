@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // How much effects and constraints cost over what an expert writes for the same scene. Every row calls acceleration(), or
-// constrained_acceleration() where there are constraints, as the steppers do.
+// constrained_acceleration() where there are constraints, as the steppers do. The last rows are Jacobians beside q̈ of the same scene.
 #include "bench/scenes.hpp"
 
 #include <cmath>
@@ -44,7 +44,7 @@ Findings measured() {
   Findings findings;
   for (const auto rows_of :
        {system_scene_rows, body_scene_rows, unrolled_chain_scene_rows, looped_chain_scene_rows, written_out_chain_scene_rows, placed_chain_scene_rows,
-        hanging_chain_scene_rows})
+        hanging_chain_scene_rows, jacobian_scene_rows})
     for (const SceneRow& row : rows_of()) {
       require_same_numbers(row);
       findings.rows.push_back(timed(row.evaluation, row.effect));

@@ -25,6 +25,7 @@ std::vector<SceneRow> looped_chain_scene_rows();       // scenes_looped_chains.c
 std::vector<SceneRow> written_out_chain_scene_rows();  // scenes_written_out_chains.cpp
 std::vector<SceneRow> placed_chain_scene_rows();       // scenes_placed_chains.cpp
 std::vector<SceneRow> hanging_chain_scene_rows();      // scenes_hanging_chains.cpp
+std::vector<SceneRow> jacobian_scene_rows();           // scenes_jacobians.cpp
 
 /// The states of the effects of a case (measured_scenes.hpp).
 template <class Case>
