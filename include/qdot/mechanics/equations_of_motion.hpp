@@ -23,20 +23,6 @@ namespace qdot {
 
 namespace detail {
 
-// T and V have values at a state. Asked of duals, for which every functor compiles that has derivatives.
-template <class E, int n>
-[[gnu::cold, gnu::noinline]] void require_finite_energies(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
-  const auto require = [t](const char* name, double energy) {
-    if (std::isfinite(energy)) return;
-    throw NonFinite(name, t, sentence({"the energies must be finite, but ", name, " is ", energy, " at t = ", {t, 6},
-                                       "; check it there for a division by zero, a root or logarithm outside its domain, or overflow"}));
-  };
-  using D = Dual<double, 1>;
-  const Vector<D, n> x = constants<D>(q);
-  require("T", kinetic<n>(e, x, constants<D>(qdot), D(t)).value);
-  require("V", potential<n>(e, x, D(t)).value);
-}
-
 // The energies of a system, or of the system of a scene.
 template <class Sys>
 const auto& energies_behind(const Sys& system) {

@@ -22,6 +22,7 @@
 // finite. Then, and where there is no way at all, the general one by nested duals (lagrange_terms.hpp) looks again and names what is wrong.
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 #include <utility>
 
@@ -221,13 +222,30 @@ struct MassAndRhs {
 
 namespace detail {
 
-// M and r by the way that holds for everything, finite or not: nested duals, and within the band where there are too many coordinates for these.
+// T and V have values at a state. Asked of duals, for which every functor compiles that has derivatives.
+template <class E, int n>
+[[gnu::cold, gnu::noinline]] void require_finite_energies(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
+  const auto require = [t](const char* name, double energy) {
+    if (std::isfinite(energy)) return;
+    throw NonFinite(name, t, sentence({"the energies must be finite, but ", name, " is ", energy, " at t = ", {t, 6},
+                                       "; check it there for a division by zero, a root or logarithm outside its domain, or overflow"}));
+  };
+  using D = Dual<double, 1>;
+  const Vector<D, n> x = constants<D>(q);
+  require("T", kinetic<n>(e, x, constants<D>(qdot), D(t)).value);
+  require("V", potential<n>(e, x, D(t)).value);
+}
+
+// M and r by the way that holds for everything: nested duals, and within the band where there are many coordinates for these and the band has
+// numbers. Where it has none though the energies have, it is for nested duals to know that a constant has no derivative.
 template <int n, class S, class E>
 [[gnu::noinline]] MassAndRhs<S, n> general_mass_and_rhs(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
   if constexpr (n == Dynamic && std::is_same_v<S, double>) {
     if (q.size() > graded_limit<n>) {
       const BandedEquations found = banded_equations(e, q, qdot, t);
-      return {found.M.dense(), found.r};
+      MassAndRhs<double, n> both{found.M.dense(), found.r};
+      if (both.M.allFinite() && both.r.allFinite()) return both;
+      require_finite_energies(e, q, qdot, t);
     }
   }
   return {kinetic_hessian<n>(e, q, qdot, t), lagrange_rhs<n>(e, q, qdot, t)};
