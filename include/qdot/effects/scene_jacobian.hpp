@@ -98,7 +98,7 @@ class SceneJacobian {
   static constexpr int states = Sc::states_at_compile_time;
   static constexpr int m = Sc::constraints_at_compile_time;
   static constexpr int columns = n == Dynamic ? Dynamic : 2 * n + states;
-  static constexpr bool by_slopes = has_slopes<n>;
+  static constexpr bool by_slopes = has_slopes<n> && m != Dynamic;
   using Out = Eigen::Ref<Eigen::MatrixXd>;
 
  public:
@@ -171,7 +171,7 @@ class SceneJacobian {
       Row right[n], below[m];
       std::copy_n(rows, n, right);
       std::copy_n(constraints.rows, m, below);
-      if (straight_solution<m>(factors, J, constraints.asks, right, below, fraction)) {
+      if (straight_solution(factors, J, constraints.asks, right, below, fraction)) {
         std::copy_n(right, n, rows);
         return true;
       }
@@ -190,11 +190,11 @@ class SceneJacobian {
     }
     return true;
   }
-  template <int count, class Row>
-  [[gnu::noinline, gnu::flatten]] static bool straight_solution(double* M, double (&J)[count][n], const bool* asks, Row* rows, Row* below, double* fraction) {
+  template <int count, int size, class Row>
+  [[gnu::noinline, gnu::flatten]] static bool straight_solution(double* M, double (&J)[count][size], const bool* asks, Row* rows, Row* below, double* fraction) {
     ComponentMask mask[count];
     std::fill_n(mask, count, ~ComponentMask(0));
-    return solved_with_constraints<n, count, Sc::has_phases>(M, ~ComponentMask(0), J, mask, asks, clearly_independent * default_rank_cutoff * default_rank_cutoff, rows,
+    return solved_with_constraints<size, count, Sc::has_phases>(M, ~ComponentMask(0), J, mask, asks, clearly_independent * default_rank_cutoff * default_rank_cutoff, rows,
                                                              below, fraction);
   }
 
