@@ -85,6 +85,10 @@ void written_places(Report& report, Dice dice) {
   const Function x1 = place(&P::template formula<0>, 0), y1 = place(&P::template formula<1>, 1), x2 = place(&P::template formula<2>, 2),
                  y2 = place(&P::template formula<3>, 3), x3 = place(&P::template formula<1>, 1), y3 = place(&P::template formula<2>, 2),
                  angle = place(&P::template formula<4>, 4);
+  const auto in_words_of = [&](auto formula, std::size_t k) { return in_words(formula, nested.constants[k].data(), n); };
+  report.model = "m1 = " + text(nested.m1) + " at " + in_words_of(P::template formula<0>, 0) + ", " + in_words_of(P::template formula<1>, 1) + "\n    m2 = " + text(nested.m2) +
+                 " at " + in_words_of(P::template formula<2>, 2) + ", " + in_words_of(P::template formula<3>, 3) + "\n    m3 = " + text(nested.m3) +
+                 " at the second and third of these, I = " + text(nested.inertia) + " turned by " + in_words_of(P::template formula<4>, 4);
   Model model{.n = n, .masses = {{nested.m1, {x1, y1}}, {nested.m2, {x2, y2}}, {nested.m3, {x3, y3}}, {nested.inertia, {angle}}}};
   model.T.push_back([flywheel](const Hypers&, const Hypers& v, const Hyper&) {
     Hyper sum;

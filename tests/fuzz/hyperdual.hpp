@@ -10,7 +10,8 @@
 //
 // How many digits double can have of an answer is asked of the same code: with `rounding` set, each operation errs by a random part of
 // it, as double would, and what that does to the answer is the measure of what the library may be off by. Numbers that double cannot hold
-// are noted in `out_of_range`, values outside a function's domain in `outside_domain`, a kink that is too near to be told in `at_kink`.
+// are noted in `out_of_range`, values outside a function's domain in `outside_domain`, a kink that is too near to be told in `at_kink`,
+// a root of zero, steep where its argument stands still, in `infinite_slope`.
 
 #include <cmath>
 #include <limits>
@@ -24,8 +25,8 @@ namespace fuzz {
 struct Circumstances {
   double rounding = 0.0;
   Dice dice{1};
-  bool out_of_range = false, outside_domain = false, at_kink = false;
-  void clear() { out_of_range = outside_domain = at_kink = false; }
+  bool out_of_range = false, outside_domain = false, at_kink = false, infinite_slope = false;
+  void clear() { out_of_range = outside_domain = at_kink = infinite_slope = false; }
 };
 inline Circumstances circumstances;
 
@@ -50,7 +51,10 @@ inline Hyper operator-(const Hyper& x) { return {-x.v, -x.a, -x.b, -x.ab}; }
 inline Hyper operator+(const Hyper& x, const Hyper& y) { return {rounded(x.v + y.v), rounded(x.a + y.a), rounded(x.b + y.b), rounded(x.ab + y.ab)}; }
 inline Hyper operator-(const Hyper& x, const Hyper& y) { return x + (-y); }
 /// A derivative that is zero asks for no factor: what does not depend on a direction stays so where a function has no value.
-inline quad times(quad part, quad factor) { return part == 0 ? quad(0) : rounded(part * factor); }
+inline quad times(quad part, quad factor) {
+  if (part == 0 && !is_finite(factor)) circumstances.infinite_slope = true;
+  return part == 0 ? quad(0) : rounded(part * factor);
+}
 inline Hyper operator*(const Hyper& x, const Hyper& y) {
   return {rounded(x.v * y.v), times(x.a, y.v) + times(y.a, x.v), times(x.b, y.v) + times(y.b, x.v),
           times(x.ab, y.v) + times(x.a, y.b) + times(x.b, y.a) + times(y.ab, x.v)};

@@ -129,8 +129,8 @@ inline Equations equations_of(const Model& model, const Instant& at) {
       Quads J(n);
       for (std::size_t i = 0; i < n; ++i) J[i] = along(r, at, unit(i), none).a;
       for (std::size_t i = 0; i < n; ++i) {
-        for (std::size_t j = 0; j < n; ++j) e.M[i][j] = rounded(e.M[i][j] + mass.m * J[i] * J[j]);
-        e.rhs[i] = rounded(e.rhs[i] - rounded(mass.m * J[i] * bend.ab));
+        for (std::size_t j = 0; j < n; ++j) e.M[i][j] = rounded(e.M[i][j] + mass.m * rounded(J[i] * J[j]));
+        e.rhs[i] = rounded(e.rhs[i] - rounded(mass.m * rounded(J[i] * bend.ab)));
         e.momenta[i] = rounded(e.momenta[i] + mass.m * J[i] * bend.a);
       }
       e.T += mass.m * bend.a * bend.a / 2;
@@ -241,6 +241,7 @@ struct Verdict {
   enum Demand { numbers, an_error, nothing } demand = nothing;
   Equations equations;
   Known qddot, M, rhs, momenta, energies, reactions;
+  bool stands_on_a_root = false;  // where the derivative may be a limit, which no rule of differentiation finds
 };
 
 namespace detail {
@@ -278,6 +279,7 @@ inline Verdict verdict_on(const Model& model, const Instant& at) {
   circumstances.rounding = 0.0;
   Equations& e = verdict.equations;
   e = equations_of(model, at);
+  verdict.stands_on_a_root = circumstances.infinite_slope;
   if (circumstances.at_kink || circumstances.out_of_range) return verdict;
   if (!is_finite(e.T) || !is_finite(e.V)) {
     // A part of V(q, t) that depends on the time alone does not enter q̈; a run looks at it, acceleration() does not.
