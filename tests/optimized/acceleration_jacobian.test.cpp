@@ -7,6 +7,7 @@
 
 #include "bench/chain_energies.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
+#include "qdot/mechanics/rigid_body.hpp"
 #include "scenes/heavy_top.hpp"
 #include "scenes/rod_and_ring.hpp"
 
@@ -35,6 +36,26 @@ double difference_from_quotients(const E& energies, const Vector<double, n>& q, 
   return worst;
 }
 
+// A body about a point of it, by what the library says of its kinetic energy and of its angular velocity.
+struct HeldBody {
+  RigidBody body{1.0, {0.0, 0.1, 0.5}, Eigen::Vector3d(1.0, 2.0, 2.5).asDiagonal()};
+  auto T(const auto& q, const auto& v) const {
+    const auto place = [](const auto& x) { return vector(0.2 * x[0], 0.0 * x[0], 0.0 * x[0]); };
+    return kinetic_energy_of_body(body, [](const auto& x) { return euler_rotation_313(x[0], x[1], x[2]); }, place, q, v);
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    return 9.81 * cos(q[1]);
+  }
+};
+struct Turning {
+  auto T(const auto& q, const auto& v) const {
+    const auto w = body_angular_velocity_of([](const auto& x) { return rotation_from_vector(x); }, q, v);
+    return 0.5 * (1.0 * w[0] * w[0] + 2.0 * w[1] * w[1] + 2.5 * w[2] * w[2]);
+  }
+  auto V(const auto& q) const { return 0.3 * q[0] * q[2]; }
+};
+
 }  // namespace
 
 TEST_CASE("derivatives of accelerations in straight-line code are limits of quotients") {
@@ -42,4 +63,9 @@ TEST_CASE("derivatives of accelerations in straight-line code are limits of quot
   CHECK(difference_from_quotients<3>(scenes::HeavyTop{}, {0.9, 0.4, 0.2}, {-0.3, 1.1, 5.0}) < differenced);
   CHECK(difference_from_quotients<2>(bench::UnrolledChain<2>{}, {0.9, 0.4}, {-0.3, 1.1}) < differenced);
   CHECK(difference_from_quotients<3>(bench::LoopedChain{}, {0.9, 0.4, -0.5}, {-0.3, 1.1, 0.7}) < differenced);
+}
+
+TEST_CASE("derivatives of accelerations of bodies that turn are limits of quotients") {
+  CHECK(difference_from_quotients<3>(HeldBody{}, {0.9, 0.6, 0.2}, {-0.3, 1.1, 2.0}) < differenced);
+  CHECK(difference_from_quotients<3>(Turning{}, {0.9, 0.6, 0.2}, {-0.3, 1.1, 2.0}) < differenced);
 }

@@ -85,18 +85,29 @@ template <class E, int n, Inertia I, class S>
   return qddot;
 }
 
-// q̈ from the energies, whatever they are made of.
+// q̈ where the shortest way is none. A function of its own, with the arguments of acceleration_of: where that is short itself, it stays so.
+template <class E, int n, Inertia I, class S>
+[[gnu::noinline]] Vector<S, n> longer_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
+  if constexpr (std::is_same_v<S, double> && I == Inertia::positive_definite && !(HasClosedForm<E> && straight_line_pays)) {
+    Vector<double, n> a = Vector<double, n>::Zero(at.size());
+    if (with_longer_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())})) return a;
+  }
+  return general_acceleration<E, n, I, S>(system, at, velocity, t);
+}
+
+// q̈ from the energies, whatever they are made of. One variable is returned, made where the result is wanted.
 template <class E, int n, Inertia I, class S>
 Vector<S, n> acceleration_of(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
+  Vector<S, n> a(at.size());
   if constexpr (std::is_same_v<S, double> && I == Inertia::positive_definite) {
-    Vector<double, n> a = Vector<double, n>::Zero(at.size());
     if constexpr (HasClosedForm<E> && straight_line_pays) {
       if (system.energies().acceleration_in_closed_form(at.data(), velocity.data(), t, a.data())) return a;
     } else {
-      if (with_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())})) return a;
+      if (with_shortest_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())})) return a;
     }
   }
-  return general_acceleration<E, n, I, S>(system, at, velocity, t);
+  a = longer_acceleration<E, n, I, S>(system, at, velocity, t);
+  return a;
 }
 
 // q̈ from M q̈ = rhs + Q by the way that holds for everything. Where Q is not finite, `blame()` is called first, and may throw.
@@ -152,7 +163,7 @@ auto acceleration(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, 
                   typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, qdot);
-  return detail::acceleration_of<E, n, I, S>(system, q, qdot, t);
+  return detail::acceleration_of<E, n, I, S>(system, q.derived(), qdot.derived(), t);
 }
 
 /// d/dt(∂L/∂q̇) − ∂L/∂q at given accelerations: the applied generalized force that this motion needs.

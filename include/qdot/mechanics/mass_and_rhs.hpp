@@ -53,6 +53,29 @@ bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<doubl
 template <class Use>
 inline constexpr bool wants_band = requires { Use::wants_band; };
 
+// The first step of the ladder: what a system knows of itself, or straight-line code.
+template <int n, class E, class Use>
+inline bool with_shortest_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use) {
+  if constexpr (HasOwnEquations<E>) return e.equations(q.data(), qdot.data(), q.size(), t, use);
+  else if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) return straight_line_equations<n>(e, AtState{q.data(), qdot.data(), t}, use);
+  else return false;
+}
+
+// The others.
+template <int n, class E, class Use>
+bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use) {
+  if constexpr (graded_pays<n> && !HasOwnEquations<E> && !always_straight<E, n> && !wants_band<Use>) {
+    if (q.size() <= graded_limit<n>) return graded_ways<n>(e, q, qdot, t, use);
+  }
+  if constexpr (n == Dynamic) {
+    if (wants_band<Use> || q.size() > graded_limit<n>) {
+      BandedEquations found = banded_equations(e, q, qdot, t);
+      return use.banded(AtState{q.data(), qdot.data(), t}, found.M, found.r);
+    }
+  }
+  return false;
+}
+
 // Calls `use` with M and r at a state; false where there is no way but the general one.
 template <int n, class E, class Use>
 bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use) {
@@ -60,23 +83,7 @@ bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<doub
     double M[n * (n + 1) / 2], r[n];
     return packed_equations<n>(e, q, qdot, t, M, r) && use.full(AtState{q.data(), qdot.data(), t}, M, r);
   } else {
-    if constexpr (HasOwnEquations<E>) {
-      if (e.equations(q.data(), qdot.data(), q.size(), t, use)) return true;
-    } else {
-      if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) {
-        if (straight_line_equations<n>(e, AtState{q.data(), qdot.data(), t}, use)) return true;
-      }
-      if constexpr (graded_pays<n> && !always_straight<E, n> && !wants_band<Use>) {
-        if (q.size() <= graded_limit<n>) return graded_ways<n>(e, q, qdot, t, use);
-      }
-    }
-    if constexpr (n == Dynamic) {
-      if (wants_band<Use> || q.size() > graded_limit<n>) {
-        BandedEquations found = banded_equations(e, q, qdot, t);
-        return use.banded(AtState{q.data(), qdot.data(), t}, found.M, found.r);
-      }
-    }
-    return false;
+    return with_shortest_mass_and_rhs<n>(e, q, qdot, t, use) || with_longer_mass_and_rhs<n>(e, q, qdot, t, use);
   }
 }
 
