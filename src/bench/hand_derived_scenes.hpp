@@ -313,9 +313,52 @@ struct EulerAnglesBodyByHand : TurningBody {
       t[2] = c * torque[2] - s * across;
     }
     euler(w, t, y);
+    accelerations(s, c, sp, cp, v, y, a);
+  }
+
+  /// The second derivatives of the angles from Ω̇ = y.
+  [[gnu::always_inline]] static void accelerations(double s, double c, double sp, double cp, const double* v, const double* y, double* a) {
     a[0] = (sp * y[0] + cp * y[1] - v[1] * (v[0] * c - v[2])) / s;
     a[1] = cp * y[0] - sp * y[1] - v[0] * v[2] * s;
     a[2] = y[2] - a[0] * c + v[0] * v[1] * s;
+  }
+};
+
+/// Two such bodies on a ball joint on the axes e of both, seen from their common centre of mass: d = α e₁ + β e₂ leads from one centre to the
+/// other, m is the reduced mass. With u = Ω̇ × e + Ω × (Ω × e), each in its own body's axes, and Q = R₁ᵀR₂
+///
+///     I Ω̇₁ + Ω₁ × I Ω₁ + m α e × (α u₁ + β Q u₂) = 0 ,      I Ω̇₂ + Ω₂ × I Ω₂ + m β e × (α Qᵀu₁ + β u₂) = 0 .
+struct JoinedBodiesByHand : TurningBody {
+  double m = 0.8, alpha = 0.6, beta = 0.9;
+  void operator()(const double* q, const double* v, double* a) const {
+    const double s1 = detail::shared_sine(q[1]), c1 = detail::shared_cosine(q[1]), p1 = detail::shared_sine(q[2]), o1 = detail::shared_cosine(q[2]);
+    const double s2 = detail::shared_sine(q[4]), c2 = detail::shared_cosine(q[4]), p2 = detail::shared_sine(q[5]), o2 = detail::shared_cosine(q[5]);
+    const double s = detail::shared_sine(q[3] - q[0]), c = detail::shared_cosine(q[3] - q[0]);
+    const double w[3] = {v[0] * s1 * p1 + v[1] * o1, v[0] * s1 * o1 - v[1] * p1, v[0] * c1 + v[2]};
+    const double x[3] = {v[3] * s2 * p2 + v[4] * o2, v[3] * s2 * o2 - v[4] * p2, v[3] * c2 + v[5]};
+    // W = R_x(ϑ₁)ᵀ R_z(φ₂ − φ₁) R_x(ϑ₂), then turned by ψ on both sides; of Q the corner is not needed.
+    const double W00 = c, W01 = -s * c2, W02 = s * s2, W10 = c1 * s, W11 = c1 * c * c2 + s1 * s2, W12 = s1 * c2 - c1 * c * s2;
+    const double W20 = -s1 * s, W21 = c1 * s2 - s1 * c * c2;
+    const double U00 = o1 * W00 + p1 * W10, U01 = o1 * W01 + p1 * W11, U10 = o1 * W10 - p1 * W00, U11 = o1 * W11 - p1 * W01;
+    const double Q00 = U00 * o2 + U01 * p2, Q01 = U01 * o2 - U00 * p2, Q10 = U10 * o2 + U11 * p2, Q11 = U11 * o2 - U10 * p2;
+    const double Q02 = o1 * W02 + p1 * W12, Q12 = o1 * W12 - p1 * W02, Q20 = W20 * o2 + W21 * p2, Q21 = W21 * o2 - W20 * p2;
+    // What u is without Ω̇.
+    const double f0 = w[0] * w[2], f1 = w[1] * w[2], f2 = -w[0] * w[0] - w[1] * w[1];
+    const double g0 = x[0] * x[2], g1 = x[1] * x[2], g2 = -x[0] * x[0] - x[1] * x[1];
+    const double ma = m * alpha, mb = m * beta, k = ma * beta;
+    const double b0 = (B - C) * f1 + ma * (alpha * f1 + beta * (Q10 * g0 + Q11 * g1 + Q12 * g2));
+    const double b1 = (C - A) * f0 - ma * (alpha * f0 + beta * (Q00 * g0 + Q01 * g1 + Q02 * g2));
+    const double b2 = (B - C) * g1 + mb * (beta * g1 + alpha * (Q01 * f0 + Q11 * f1 + Q21 * f2));
+    const double b3 = (C - A) * g0 - mb * (beta * g0 + alpha * (Q00 * f0 + Q10 * f1 + Q20 * f2));
+    // Rows and columns Ω̇₁x, Ω̇₁y, Ω̇₂x, Ω̇₂y: two diagonal blocks, and k (Q₁₁, −Q₁₀; −Q₀₁, Q₀₀) beside them.
+    const double i0 = 1.0 / (A + ma * alpha), i1 = 1.0 / (B + ma * alpha);
+    const double l02 = k * Q11 * i0, l03 = -k * Q10 * i0, l12 = -k * Q01 * i1, l13 = k * Q00 * i1;
+    const double S22 = A + mb * beta - k * (Q11 * l02 - Q01 * l12), S23 = -k * (Q11 * l03 - Q01 * l13), S33 = B + mb * beta - k * (Q00 * l13 - Q10 * l03);
+    const double r2 = b2 - l02 * b0 - l12 * b1, r3 = b3 - l03 * b0 - l13 * b1, i = 1.0 / (S22 * S33 - S23 * S23);
+    const double z[3] = {(S33 * r2 - S23 * r3) * i, (S22 * r3 - S23 * r2) * i, (A - B) * x[0] * x[1] * per_C};
+    const double y[3] = {b0 * i0 - l02 * z[0] - l03 * z[1], b1 * i1 - l12 * z[0] - l13 * z[1], (A - B) * w[0] * w[1] * per_C};
+    EulerAnglesBodyByHand<false>::accelerations(s1, c1, p1, o1, v, y, a);
+    EulerAnglesBodyByHand<false>::accelerations(s2, c2, p2, o2, v + 3, z, a + 3);
   }
 };
 

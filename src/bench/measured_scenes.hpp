@@ -306,6 +306,45 @@ struct TurningBodyCase {
     }
   }
 };
+/// The same by where the body is.
+template <class Rotation, bool driven, class HandDerived>
+struct PlacedBodyCase : TurningBodyCase<Rotation, driven, HandDerived> {
+  static constexpr const char* effect = driven ? "positions, torque" : "positions";
+  static auto scene() {
+    const auto body = kinematic_system<Rotation::n>([](const auto& q, auto& bodies) {
+      const TurningBody of;
+      bodies.rigid_body(1.0, Eigen::Vector3d(of.A, of.B, of.C).asDiagonal().toDenseMatrix(), vector(0.0 * q[0], 0.0 * q[0], 0.0 * q[0]), Rotation{}(q));
+    }, no_gravity);
+    if constexpr (driven) {
+      return qdot::scene(body, PlacedBodyCase::torque());
+    } else {
+      return qdot::scene(body);
+    }
+  }
+  static constexpr auto no_gravity = gravity_along<2>(0.0);
+};
+
+/// Two bodies on a ball joint, by where they are from their common centre of mass.
+struct JoinedBodies : Case<6, 0> {
+  static constexpr const char *name = "two bodies on a ball joint, Euler angles", *effect = "positions";
+  static constexpr double lowest = 0.4, highest = 1.2;
+  using Hand = JoinedBodiesByHand;
+  static auto scene() {
+    return qdot::scene(kinematic_system<6>([](const auto& q, auto& bodies) {
+      const JoinedBodiesByHand two;
+      const Eigen::Matrix3d I = Eigen::Vector3d(two.A, two.B, two.C).asDiagonal();
+      const auto R = euler_rotation_313(q[0], q[1], q[2]), S = euler_rotation_313(q[3], q[4], q[5]);
+      const auto still = vector(0.0 * q[0], 0.0 * q[0], 0.0 * q[0]);
+      bodies.rigid_body(1.0, I, still, R);
+      bodies.rigid_body(1.0, I, still, S);
+      bodies.point_mass(two.m, vector(two.alpha * R(0, 2) + two.beta * S(0, 2), two.alpha * R(1, 2) + two.beta * S(1, 2), two.alpha * R(2, 2) + two.beta * S(2, 2)));
+    }, gravity_along<2>(0.0)));
+  }
+};
+template <bool driven>
+using PlacedEulerAnglesBody = PlacedBodyCase<ByEulerAngles, driven, EulerAnglesBodyByHand<driven>>;
+template <bool driven>
+using PlacedRotationVectorBody = PlacedBodyCase<ByRotationVector, driven, RotationVectorBodyByHand<driven>>;
 template <bool driven>
 using RotationVectorBody = TurningBodyCase<ByRotationVector, driven, RotationVectorBodyByHand<driven>>;
 template <bool driven>

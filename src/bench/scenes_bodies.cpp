@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
-// Rows of `qdot bench scenes`: a rigid body in space about its centre of mass, T = ½ Ω·I Ω by the library's words for rotations.
+// Rows of `qdot bench scenes`: a rigid body in space about its centre of mass, by where it is and by T = ½ Ω·I Ω in the library's words for
+// rotations, and two of them on a ball joint.
 #include "bench/measured_scenes.hpp"
 #include "bench/scenes.hpp"
 
 namespace qdot::bench {
 
 std::vector<SceneRow> body_scene_rows() {
-  return rows_of_cases<EulerAnglesBody<false>, EulerAnglesBody<true>, RotationVectorBody<false>, RotationVectorBody<true>>();
+  return rows_of_cases<EulerAnglesBody<false>, EulerAnglesBody<true>, RotationVectorBody<false>, RotationVectorBody<true>,
+                       QuaternionBody<false>, QuaternionBody<true>, UnitQuaternionBody<false>, UnitQuaternionBody<true>, PlacedEulerAnglesBody<false>,
+                       PlacedEulerAnglesBody<true>, PlacedRotationVectorBody<false>, PlacedRotationVectorBody<true>, JoinedBodies>();
 }
 
 }  // namespace qdot::bench

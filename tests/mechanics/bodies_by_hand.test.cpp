@@ -19,7 +19,8 @@ constexpr double rounded_chain = 1e-11;  // the same, times the length of the su
 }  // namespace
 
 TEMPLATE_TEST_CASE("hand-derived rigid bodies are those of T and a torque", "", bench::EulerAnglesBody<true>, bench::RotationVectorBody<true>,
-                   bench::QuaternionBody<true>, bench::UnitQuaternionBody<true>) {
+                   bench::QuaternionBody<true>, bench::UnitQuaternionBody<true>, bench::PlacedEulerAnglesBody<true>,
+                   bench::PlacedRotationVectorBody<true>, bench::JoinedBodies) {
   CHECK(difference_by_hand<TestType>() < rounded);
 }
 

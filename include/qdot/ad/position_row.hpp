@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The number of ad/position_jet.hpp for loops, rotation matrices and many coordinates: the same value, ẋ, s and J = ∂x/∂q, with
+// The number of ad/position_jet.hpp for loops and many coordinates: the same value, ẋ, s and J = ∂x/∂q, with
 // J a contiguous row of blocks that is zero outside of a range, and decisions made while it runs.
 
 #include <algorithm>

@@ -182,10 +182,21 @@ class JetEquations {
     });
   }
 
-  // Straight-line code of rotation matrices takes the compiler half a minute, and is no faster than rows.
-  template <class... Arguments>
-  [[gnu::always_inline]] void rigid_body(const Arguments&...) { turns_ = true; }
-  [[gnu::always_inline]] bool turns() const { return turns_; }
+  template <class Tensor, class Position, class Rotation>
+  [[gnu::always_inline]] void rigid_body(double m, const Eigen::MatrixBase<Tensor>& I, const Eigen::MatrixBase<Position>& r, const Eigen::MatrixBase<Rotation>& R) {
+    point_mass(m, r);
+    turn(Eigen::Matrix3d(I), R.derived());
+  }
+  template <class Position, class Rotation>
+  [[gnu::always_inline]] void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Eigen::MatrixBase<Rotation>& R) {
+    const auto& a = body.centre;
+    const auto row = [&](auto c) __attribute__((always_inline)) {
+      return S(r.derived().coeff(c)) + (S(a[0]) * S(R.derived().coeff(c, 0)) + S(a[1]) * S(R.derived().coeff(c, 1)) + S(a[2]) * S(R.derived().coeff(c, 2)));
+    };
+    const Vector<S, 3> centre(row(std::integral_constant<int, 0>()), row(std::integral_constant<int, 1>()), row(std::integral_constant<int, 2>()));
+    point_mass(body.mass, centre);
+    turn(inertia_at_centre(body.inertia, body.mass, a), R.derived());
+  }
 
   [[gnu::always_inline]] void potential(const S& V) {
     pattern_of_forces_ |= V.mask;
@@ -213,6 +224,55 @@ class JetEquations {
   }
 
  private:
+  // Euler's equations of a body with constant tensor I in its own axes.
+  template <class Rotation>
+  [[gnu::always_inline]] void turn(const Eigen::Matrix3d& I, const Rotation& R) {
+    double w[3], wdot[3], J[3][n];
+    Present moves[3][n], bends[3];
+    unroll<3>([&](auto a) __attribute__((always_inline)) {
+      constexpr int i = (a + 2) % 3, j = (a + 1) % 3;  // Ω_a = (RᵀṘ)_ij
+      w[a] = wdot[a] = 0.0;
+      bends[a] = 0;
+      unroll<n>([&](auto c) __attribute__((always_inline)) {
+        J[a][c] = 0.0;
+        moves[a][c] = 0;
+      });
+      unroll<3>([&](auto k) __attribute__((always_inline)) {
+        const S left(R.coeff(k, i)), right(R.coeff(k, j));
+        const Present both = left.has_rate & right.has_rate;
+        w[a] = sum_of(1U, w[a], right.has_rate, product_if(right.has_rate, left.value, right.rate));
+        wdot[a] = sum_of(1U, wdot[a], right.has_bend | both,
+                         sum_of(right.has_bend, product_if(right.has_bend, left.value, right.bend), both, product_if(both, left.rate, right.rate)));
+        bends[a] |= right.has_bend | both;
+        unroll<n>([&](auto c) __attribute__((always_inline)) {
+          const Present there = has(right.mask, c);
+          J[a][c] = sum_of(moves[a][c], J[a][c], there, product_if(there, left.value, right.template J<c>()));
+          moves[a][c] |= there;
+        });
+      });
+    });
+    double momentum[3], torque[3], turned[3][n];
+    unroll<3>([&](auto a) __attribute__((always_inline)) { momentum[a] = I.coeff(a, 0) * w[0] + I.coeff(a, 1) * w[1] + I.coeff(a, 2) * w[2]; });
+    unroll<3>([&](auto a) __attribute__((always_inline)) {
+      constexpr int b = (a + 1) % 3, c = (a + 2) % 3;
+      torque[a] = I.coeff(a, 0) * wdot[0] + I.coeff(a, 1) * wdot[1] + I.coeff(a, 2) * wdot[2] + (w[b] * momentum[c] - w[c] * momentum[b]);
+      unroll<n>([&](auto i) __attribute__((always_inline)) {
+        const Present any = moves[0][i] | moves[1][i] | moves[2][i];
+        turned[a][i] = any ? product_if(moves[0][i], I.coeff(a, 0), J[0][i]) + product_if(moves[1][i], I.coeff(a, 1), J[1][i]) + product_if(moves[2][i], I.coeff(a, 2), J[2][i]) : 0.0;
+      });
+    });
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      unroll<3>([&](auto a) __attribute__((always_inline)) {
+        pattern_of_forces_ |= bit(moves[a][i], i);
+        add_force<i>(moves[a][i], product_if(moves[a][i], -torque[a], J[a][i]));
+        unroll<i + 1>([&](auto j) __attribute__((always_inline)) {
+          const Present both = moves[a][i] & (moves[0][j] | moves[1][j] | moves[2][j]);
+          add_mass<triangle_index(i, j)>(both, product_if(both, J[a][i], turned[a][j]));
+        });
+      });
+    });
+  }
+
   template <int i, int j>
   [[gnu::always_inline]] void settle_mass() {
     constexpr int k = triangle_index(i, j);
@@ -246,7 +306,6 @@ class JetEquations {
   }
 
   double field_[3];
-  bool turns_ = false;
   ComponentMask pattern_ = 0, pattern_of_forces_ = 0;
   double M_[pairs], r_[n];
   Present M_has_[pairs], r_has_[n];

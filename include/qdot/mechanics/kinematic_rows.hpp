@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// M and rhs of bodies whose positions are rows (ad/position_row.hpp): loops, rotation matrices, many coordinates.
+// M and rhs of bodies whose positions are rows (ad/position_row.hpp): loops, many coordinates.
 //
 // As with jets (kinematic_bodies.hpp), masses are added up before anything is multiplied while the columns of J stay as
 // they were for the body before, here by blocks of four columns and by comparing numbers: so M of a chain of n masses costs

@@ -29,7 +29,7 @@
 //     M = Σ m JᵀJ + J_Ωᵀ I J_Ω ,     rhs = −Σ m Jᵀs − J_Ωᵀ(I Ω̇ + Ω × I Ω) − ∂V/∂q .
 //
 // For few coordinates and point masses whose positions are straight-line code for the compiler (q[0], q[1] … or
-// qdot::unroll), that is the code that one would write by hand (position_jet.hpp); loops, rotation matrices and up to
+// qdot::unroll), that is the code that one would write by hand (position_jet.hpp); loops and up to
 // 64 coordinates (32 when their number is known only at run time) go by rows (position_row.hpp), larger systems through T.
 
 #include <array>
@@ -169,10 +169,8 @@ class KinematicEnergies {
     return potential_formula(q, t);
   }
 
-  // M (packed lower triangle) and rhs by J and s of the positions; the entries that may be other than zero, or `incomplete`.
-  static constexpr ComponentMask incomplete = ~ComponentMask(0);
-  [[gnu::flatten]] ComponentMask equations_by_jets(const double* q, const double* qdot, double t, double* M,
-                                                                       double* r) const {
+  // M (packed lower triangle) and rhs by J and s of the positions; the entries that may be other than zero.
+  [[gnu::flatten]] ComponentMask equations_by_jets(const double* q, const double* qdot, double t, double* M, double* r) const {
     using S = PositionJet<n>;
     Vector<S, n> x;
     unroll<n>([&](auto i) __attribute__((always_inline)) { x[i] = S::template coordinate<i>(q[i], qdot[i]); });
@@ -182,7 +180,7 @@ class KinematicEnergies {
     if constexpr (!heavy) equations.potential(own_potential(x, time));
     if constexpr (has_extra) equations.lagrangian(euler_lagrange_of<n>(extra_, q, qdot, t));
     equations.write(M, r);
-    return equations.turns() ? incomplete : equations.pattern();
+    return equations.pattern();
   }
 
   // M and r by J and s of the positions (mass_and_rhs.hpp); false for too many coordinates and for what must be named.
@@ -198,7 +196,7 @@ class KinematicEnergies {
     return false;
   }
 
-  // Those of the equations at accelerations a (equation_slopes.hpp); false where a body turns in space.
+  // Those of the equations at accelerations a (equation_slopes.hpp).
   template <class Row>
     requires(!has_extra && n >= 1 && n <= straight_kinematics_limit)
   [[gnu::noinline]] bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {
@@ -207,16 +205,16 @@ class KinematicEnergies {
     BodySlopes<n, Row> bodies(field(), M, rows);
     place(x, time, bodies);
     if constexpr (!heavy) bodies.potential(own_potential(x, time));
-    return !bodies.turns();
+    return true;
   }
 
  private:
-  // False where the compiler does not see through the functor: loops, rotation matrices.
+  // False where the compiler does not see through the functor: loops.
   template <class Use>
   [[gnu::noinline, gnu::flatten]] bool straight_equations(const double* q, const double* qdot, double t, const Use& use) const {
     double M[n * (n + 1) / 2], r[n];
     const ComponentMask pattern = equations_by_jets(q, qdot, t, M, r);
-    if (!__builtin_constant_p(pattern) || pattern == incomplete) return false;
+    if (!__builtin_constant_p(pattern)) return false;
     return use.packed(AtState{q, qdot, t}, M, r, ~ComponentMask(0));
   }
 
