@@ -18,6 +18,7 @@
 #include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
+#include "qdot/mechanics/rotation.hpp"
 #include "qdot/mechanics/written_out.hpp"
 
 using namespace qdot;
@@ -174,6 +175,22 @@ TEST_CASE("constraints and damping give what nested duals give, by every way to 
   check(differences(straight));
   check(differences(scene(mechanical_system<5>(bench::LoopedChain{}), viscous_damping(some_damping<5>()), holonomic("tip", TipOfChain<5>{}))));
   check(differences(scene(kinematic_system<3>(bench::UnrolledPositions<3>{}, gravity_along<1>(-9.81)), holonomic("pair", moving_pair))));
+}
+
+// A body by a quaternion whose length has no inertia, and one that an other constraint has to hold as well.
+struct TurningBody {
+  auto T(const auto& p, const auto& v) const {
+    const auto w = body_angular_velocity_of([](const auto& x) { return rotation_from_quaternion(x); }, p, v);
+    return 0.5 * (1.0 * w[0] * w[0] + 2.0 * w[1] * w[1] + 2.5 * w[2] * w[2]);
+  }
+  auto V(const auto& p) const { return 0.3 * p[0] * p[3]; }
+};
+
+TEST_CASE("what constraints lend to a mass matrix that is singular changes neither accelerations nor multipliers") {
+  const auto body = mechanical_system<4>(TurningBody{}).with_indefinite_mass_matrix();
+  const auto length = holonomic("length", [](const auto& p, const auto& t) { return 0.5 * (p.squaredNorm() - 1.0 - 0.1 * t * t); });
+  check(differences(scene(body, length)));
+  check(differences(scene(body, viscous_damping(some_damping<4>()), length, nonholonomic("skate", skate))));
 }
 
 TEST_CASE("a contact takes part where it is closed, and asks for nothing where it is open") {

@@ -15,6 +15,12 @@
 //
 //     (Bᵀ D⁻¹ B) λ = γ − Bᵀ D⁻¹ z ,     q̈ = L⁻ᵀ D⁻¹ (z + B λ) .
 //
+// Where M may be singular by itself, as that of a body by a quaternion of unit length is, constraints lend it inertia: with ϱ Jᵀ(J q̈ − γ) = 0 added,
+//
+//     (M + ϱ JᵀJ) q̈ = r + Q + ϱ Jᵀγ + Jᵀλ
+//
+// has the same q̈ and λ for every ϱ.
+//
 // Masks say which entries of M and B may be other than zero. They are carried beside the numbers and steer no branches, so that in straight-line
 // code a constraint between two of eight coordinates costs what its two columns cost.
 //
@@ -35,9 +41,8 @@ namespace qdot::detail {
 // Which scenes go this way.
 template <class Sc>
 inline constexpr bool has_constrained_equations =
-    straight_line_pays && Sc::has_constraints && Sc::SystemType::inertia == Inertia::positive_definite && Sc::dof_at_compile_time >= 1 &&
-    Sc::dof_at_compile_time <= straight_line_limit && Sc::constraints_at_compile_time >= 1 &&
-    Sc::constraints_at_compile_time <= Sc::dof_at_compile_time;
+    straight_line_pays && Sc::has_constraints && Sc::dof_at_compile_time >= 1 && Sc::dof_at_compile_time <= straight_line_limit &&
+    Sc::constraints_at_compile_time >= 1 && Sc::constraints_at_compile_time <= Sc::dof_at_compile_time;
 
 // Rows of J and γ; of a constraint that is not active there are zeros, and `asks` says so.
 template <class Sc>
@@ -114,6 +119,32 @@ struct JetRows {
     asks[row] = true;
   }
 };
+
+// M ← M + ϱ JᵀJ and r ← r + ϱ Jᵀγ, with a ϱ that makes both parts alike; false where there is none.
+template <int n, int m, class Right>
+[[gnu::always_inline]] inline bool with_inertia_of_constraints(double* M, ComponentMask& present, const double (&J)[m][n], const ComponentMask (&mask)[m],
+                                                               Right* r, const Right* gamma) {
+  double inertia = 0.0, size = 0.0;
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    inertia += M[triangle_index(i, i)];
+    unroll<m>([&](auto k) __attribute__((always_inline)) { size += product_if(has(mask[k], i), J[k][i], J[k][i]); });
+  });
+  const double rho = inertia / size;
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    unroll<m>([&](auto k) __attribute__((always_inline)) {
+      const Present there = has(mask[k], i);
+      const double weight = product_if(there, rho, J[k][i]);
+      r[i] = sum_of(1U, r[i], there, product_if(there, gamma[k], weight));
+      unroll<i + 1>([&](auto j) __attribute__((always_inline)) {
+        constexpr int ij = triangle_index(i, j);
+        const Present both = there & has(mask[k], j);
+        M[ij] = sum_of(has_entry<ij>(present), M[ij], both, product_if(both, weight, J[k][j]));
+        present |= bit(both, ij);
+      });
+    });
+  });
+  return rho > 0.0;
+}
 
 // r ← q̈ and γ ← λ, of numbers or of rows of them; false on a pivot of M or of the Schur complement that is too small. M and J are overwritten; `present`
 // and `mask` say which of their entries may be other than zero. Where constraints may rest, only those of which `asks` is true take part.
@@ -193,6 +224,9 @@ struct ConstrainedTo {
   [[gnu::always_inline]] bool solved(const AtState& at, double* M, double* r, ComponentMask present) const {
     JetRows<Sc> row(scene, at.q, at.qdot, at.t, z);
     if constexpr (Sc::has_forces) unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
+    if constexpr (Sc::SystemType::inertia == Inertia::indefinite) {
+      if (!with_inertia_of_constraints<n, m>(M, present, row.J, row.mask, r, row.gamma)) return false;
+    }
     double fraction[m];
     if (!solved_with_constraints<n, m, Sc::has_phases>(M, present, row.J, row.mask, row.asks, dependent, r, row.gamma, fraction)) return false;
     double zero = at.t - at.t;  // the only one of the arguments that a derivative may not hold though the value does

@@ -194,7 +194,11 @@ class SceneJacobian {
   [[gnu::noinline, gnu::flatten]] static bool straight_solution(double* M, double (&J)[count][size], const bool* asks, Row* rows, Row* below, double* fraction) {
     ComponentMask mask[count];
     std::fill_n(mask, count, ~ComponentMask(0));
-    return solved_with_constraints<size, count, Sc::has_phases>(M, ~ComponentMask(0), J, mask, asks, clearly_independent * default_rank_cutoff * default_rank_cutoff, rows,
+    ComponentMask present = ~ComponentMask(0);
+    if constexpr (Sc::SystemType::inertia == Inertia::indefinite) {
+      if (!with_inertia_of_constraints<size, count>(M, present, J, mask, rows, below)) return false;
+    }
+    return solved_with_constraints<size, count, Sc::has_phases>(M, present, J, mask, asks, clearly_independent * default_rank_cutoff * default_rank_cutoff, rows,
                                                              below, fraction);
   }
 
