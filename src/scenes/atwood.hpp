@@ -19,8 +19,8 @@ struct Atwood {
   double R = 0.1;    // its radius
   double g = 9.81;   // gravity
 
-  auto T(const auto& qdot) const { return 0.5 * (m1 + m2 + I / (R * R)) * qdot[0] * qdot[0]; }
-  auto V(const auto& q) const { return -(m1 - m2) * g * q[0]; }
+  constexpr auto T(const auto& qdot) const { return 0.5 * (m1 + m2 + I / (R * R)) * qdot[0] * qdot[0]; }
+  constexpr auto V(const auto& q) const { return -(m1 - m2) * g * q[0]; }
 };
 
 inline Scene<Atwood, 1> atwood() {

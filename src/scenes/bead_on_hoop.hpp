@@ -22,13 +22,13 @@ struct BeadOnHoop {
   double g = 9.81;     // gravity
   double Omega = 5.0;  // angular velocity of the hoop
 
-  auto T(const auto& q, const auto& qdot) const {
+  constexpr auto T(const auto& q, const auto& qdot) const {
     using std::sin;
     const auto s = sin(q[0]);
     return 0.5 * m * R * R * (qdot[0] * qdot[0] + Omega * Omega * s * s);
   }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::cos;
     return -m * g * R * cos(q[0]);
   }

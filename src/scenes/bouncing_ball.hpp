@@ -20,8 +20,8 @@ struct BouncingBall {
   double g = 9.81;  // gravity
   double e = 0.8;   // restitution
 
-  auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
-  auto V(const auto& q) const { return m * g * q[0]; }
+  constexpr auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
+  constexpr auto V(const auto& q) const { return m * g * q[0]; }
 };
 
 inline Scene<BouncingBall, 1> bouncing_ball() {

@@ -19,8 +19,8 @@ struct CartesianPendulum {
   double l = 1.0;   // length of the rod
   double g = 9.81;  // gravity
 
-  auto T(const auto& qdot) const { return 0.5 * m * (qdot[0] * qdot[0] + qdot[1] * qdot[1]); }
-  auto V(const auto& q) const { return m * g * q[1]; }
+  constexpr auto T(const auto& qdot) const { return 0.5 * m * (qdot[0] * qdot[0] + qdot[1] * qdot[1]); }
+  constexpr auto V(const auto& q) const { return m * g * q[1]; }
 };
 
 inline Scene<CartesianPendulum, 2> cartesian_pendulum() {

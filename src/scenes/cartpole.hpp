@@ -20,13 +20,13 @@ struct Cartpole {
   double l = 1.0;   // length of the pole
   double g = 9.81;  // gravity
 
-  auto T(const auto& q, const auto& qdot) const {
+  constexpr auto T(const auto& q, const auto& qdot) const {
     using std::cos;
     return 0.5 * (M + m) * qdot[0] * qdot[0] + m * l * qdot[0] * qdot[1] * cos(q[1]) +
            0.5 * m * l * l * qdot[1] * qdot[1];
   }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::cos;
     return -m * g * l * cos(q[1]);
   }

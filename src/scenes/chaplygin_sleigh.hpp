@@ -20,13 +20,13 @@ struct ChaplyginSleigh {
   double I = 0.3;  // moment of inertia about the centre of mass
   double a = 0.5;  // from the blade to the centre of mass
 
-  auto T(const auto& q, const auto& qdot) const {
+  constexpr auto T(const auto& q, const auto& qdot) const {
     using std::cos, std::sin;
     const auto vx = qdot[0] - a * sin(q[2]) * qdot[2];
     const auto vy = qdot[1] + a * cos(q[2]) * qdot[2];
     return 0.5 * m * (vx * vx + vy * vy) + 0.5 * I * qdot[2] * qdot[2];
   }
-  auto V(const auto& q) const { return 0.0 * q[0]; }
+  constexpr auto V(const auto& q) const { return 0.0 * q[0]; }
 };
 
 inline Scene<ChaplyginSleigh, 3> chaplygin_sleigh() {

@@ -22,11 +22,11 @@ struct ChargedParticle {
   double E = 0.3;      // amplitude of the electric field, along x
   double omega = 2.0;  // its angular frequency
 
-  auto T(const auto& q, const auto& qdot) const {
+  constexpr auto T(const auto& q, const auto& qdot) const {
     return 0.5 * m * (qdot[0] * qdot[0] + qdot[1] * qdot[1]) + 0.5 * e * B * (q[0] * qdot[1] - q[1] * qdot[0]);
   }
 
-  auto V(const auto& q, const auto& t) const {
+  constexpr auto V(const auto& q, const auto& t) const {
     using std::cos;
     return -e * E * cos(omega * t) * q[0];
   }

@@ -19,9 +19,9 @@ struct CoupledOscillators {
   double k = 4.0;      // springs at the walls
   double kappa = 0.4;  // spring between the masses
 
-  auto T(const auto& qdot) const { return 0.5 * m * (qdot[0] * qdot[0] + qdot[1] * qdot[1]); }
+  constexpr auto T(const auto& qdot) const { return 0.5 * m * (qdot[0] * qdot[0] + qdot[1] * qdot[1]); }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     const auto d = q[0] - q[1];
     return 0.5 * k * (q[0] * q[0] + q[1] * q[1]) + 0.5 * kappa * d * d;
   }

@@ -17,12 +17,12 @@ struct Cycloid {
   double R = 0.5;   // radius of the rolling circle
   double g = 9.81;  // gravity
 
-  auto T(const auto& q, const auto& qdot) const {
+  constexpr auto T(const auto& q, const auto& qdot) const {
     using std::cos;
     return m * R * R * (1.0 + cos(q[0])) * qdot[0] * qdot[0];
   }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::cos;
     return m * g * R * (1.0 - cos(q[0]));
   }

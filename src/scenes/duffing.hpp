@@ -16,9 +16,9 @@ struct Duffing {
   double alpha = 1.0;  // linear stiffness
   double beta = 1.0;   // cubic stiffness
 
-  auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
+  constexpr auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     const auto x2 = q[0] * q[0];
     return 0.5 * alpha * x2 + 0.25 * beta * x2 * x2;
   }

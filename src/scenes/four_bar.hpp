@@ -27,7 +27,7 @@ struct FourBar {
   double mu = 1.0;  // mass per length
   double g = 9.81;  // gravity
 
-  auto T(const auto& q, const auto& qdot) const {
+  constexpr auto T(const auto& q, const auto& qdot) const {
     using std::cos;
     const auto crank = mu * a * a * a / 3.0 * qdot[0] * qdot[0];
     const auto rocker = mu * c * c * c / 3.0 * qdot[2] * qdot[2];
@@ -35,7 +35,7 @@ struct FourBar {
     return 0.5 * (crank + coupler + rocker);
   }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::sin;
     return mu * g * (0.5 * a * a * sin(q[0]) + b * (a * sin(q[0]) + 0.5 * b * sin(q[1])) + 0.5 * c * c * sin(q[2]));
   }

@@ -20,8 +20,8 @@ struct FrictionBlock {
   double k = 4.0;  // stiffness
   double F = 0.3;  // friction
 
-  auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
-  auto V(const auto& q) const { return 0.5 * k * q[0] * q[0]; }
+  constexpr auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
+  constexpr auto V(const auto& q) const { return 0.5 * k * q[0] * q[0]; }
 };
 
 inline Scene<FrictionBlock, 1> friction_block() {

@@ -14,8 +14,8 @@ struct HarmonicOscillator {
   double m = 1.0;  // mass
   double k = 4.0;  // stiffness
 
-  auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
-  auto V(const auto& q) const { return 0.5 * k * q[0] * q[0]; }
+  constexpr auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
+  constexpr auto V(const auto& q) const { return 0.5 * k * q[0] * q[0]; }
 };
 
 inline Scene<HarmonicOscillator, 1> harmonic_oscillator() {

@@ -14,9 +14,9 @@ namespace qdot::scenes {
 struct HenonHeiles {
   double lambda = 1.0;  // strength of the cubic terms
 
-  auto T(const auto& qdot) const { return 0.5 * (qdot[0] * qdot[0] + qdot[1] * qdot[1]); }
+  constexpr auto T(const auto& qdot) const { return 0.5 * (qdot[0] * qdot[0] + qdot[1] * qdot[1]); }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     const auto x2 = q[0] * q[0];
     const auto y2 = q[1] * q[1];
     return 0.5 * (x2 + y2) + lambda * (x2 * q[1] - y2 * q[1] / 3.0);

@@ -15,9 +15,9 @@ struct Mathieu {
   double a = 1.0;  // mean stiffness
   double q = 0.2;  // depth of the modulation
 
-  auto T(const auto& qdot) const { return 0.5 * qdot[0] * qdot[0]; }
+  constexpr auto T(const auto& qdot) const { return 0.5 * qdot[0] * qdot[0]; }
 
-  auto V(const auto& x, const auto& t) const {
+  constexpr auto V(const auto& x, const auto& t) const {
     using std::cos;
     return 0.5 * (a - 2.0 * q * cos(2.0 * t)) * x[0] * x[0];
   }

@@ -15,9 +15,9 @@ struct Morse {
   double D = 1.0;  // dissociation energy
   double a = 1.0;  // inverse width of the well
 
-  auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
+  constexpr auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::exp;
     const auto s = 1.0 - exp(-a * q[0]);
     return D * s * s;

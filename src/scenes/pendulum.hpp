@@ -19,9 +19,9 @@ struct Pendulum {
   double l = 1.0;   // length of the rod
   double g = 9.81;  // gravity
 
-  auto T(const auto& qdot) const { return 0.5 * m * l * l * qdot[0] * qdot[0]; }
+  constexpr auto T(const auto& qdot) const { return 0.5 * m * l * l * qdot[0] * qdot[0]; }
 
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::cos;
     return -m * g * l * cos(q[0]);
   }

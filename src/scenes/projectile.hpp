@@ -16,11 +16,11 @@ struct Projectile {
   double m = 1.0;   // mass
   double g = 9.81;  // gravity
 
-  auto T(const auto& qdot) const {
+  constexpr auto T(const auto& qdot) const {
     return 0.5 * m * (qdot[0] * qdot[0] + qdot[1] * qdot[1] + qdot[2] * qdot[2]);
   }
 
-  auto V(const auto& q) const { return m * g * q[2]; }
+  constexpr auto V(const auto& q) const { return m * g * q[2]; }
 };
 
 inline Scene<Projectile, 3> projectile() {

@@ -21,8 +21,8 @@ struct RollingHoop {
   double alpha = 0.3;  // angle of the incline
   double g = 9.81;     // gravity
 
-  auto T(const auto& qdot) const { return 0.5 * m * (qdot[0] * qdot[0] + kappa * R * R * qdot[1] * qdot[1]); }
-  auto V(const auto& q) const { return -m * g * std::sin(alpha) * q[0]; }
+  constexpr auto T(const auto& qdot) const { return 0.5 * m * (qdot[0] * qdot[0] + kappa * R * R * qdot[1] * qdot[1]); }
+  constexpr auto V(const auto& q) const { return -m * g * std::sin(alpha) * q[0]; }
 };
 
 inline Scene<RollingHoop, 2> rolling_hoop() {

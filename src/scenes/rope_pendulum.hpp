@@ -21,8 +21,8 @@ struct RopePendulum {
   double g = 9.81;  // gravity
   double e = 0.0;   // restitution of the taut rope
 
-  auto T(const auto& qdot) const { return 0.5 * m * (qdot[0] * qdot[0] + qdot[1] * qdot[1]); }
-  auto V(const auto& q) const { return m * g * q[1]; }
+  constexpr auto T(const auto& qdot) const { return 0.5 * m * (qdot[0] * qdot[0] + qdot[1] * qdot[1]); }
+  constexpr auto V(const auto& q) const { return m * g * q[1]; }
 };
 
 inline Scene<RopePendulum, 2> rope_pendulum() {

@@ -23,14 +23,14 @@ struct SliderCrank {
   double m3 = 2.0;  // mass of the slider
 
   // The rod's middle is half-way between the crank's pin and the slider's pin.
-  auto T(const auto& q, const auto& qdot) const {
+  constexpr auto T(const auto& q, const auto& qdot) const {
     using std::cos, std::sin;
     const auto vx = -r * sin(q[0]) * qdot[0] - 0.5 * l * sin(q[1]) * qdot[1];
     const auto vy = r * cos(q[0]) * qdot[0] - 0.5 * l * cos(q[1]) * qdot[1];
     return 0.5 * (m1 * r * r / 3.0 * qdot[0] * qdot[0] + m2 * (vx * vx + vy * vy) + m2 * l * l / 12.0 * qdot[1] * qdot[1] +
                   m3 * qdot[2] * qdot[2]);
   }
-  auto V(const auto& q) const { return 0.0 * q[0]; }
+  constexpr auto V(const auto& q) const { return 0.0 * q[0]; }
 };
 
 inline Scene<SliderCrank, 3> slider_crank() {

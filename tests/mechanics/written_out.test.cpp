@@ -74,3 +74,21 @@ TEST_CASE("a list of another object is refused, not used") {
   const Vector<double, 2> q(0.4, -0.7), v(1.1, 0.3);
   CHECK_THROWS_AS(detail::euler_lagrange_of<2>(other, q.data(), v.data(), 0.0), InvalidValue);
 }
+
+// A branch, and a parameter behind a pointer.
+struct OneSided {
+  constexpr auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  constexpr auto V(const auto& q) const { return q[0] < 0.0 ? 0.5 * q[0] * q[0] : 0.0 * q[0]; }
+};
+struct Remote {
+  const double* k = nullptr;
+  constexpr auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  constexpr auto V(const auto& q) const { return 0.5 * *k * q[0] * q[0]; }
+};
+
+TEST_CASE("energies that can be written out are told from those that can't") {
+  STATIC_REQUIRE(CanBeWrittenOut<bench::LoopedChain, 4>);
+  STATIC_REQUIRE_FALSE(CanBeWrittenOut<bench::LoopedChain, 33>);
+  STATIC_REQUIRE_FALSE(CanBeWrittenOut<OneSided, 1>);
+  STATIC_REQUIRE_FALSE(CanBeWrittenOut<Remote, 1>);
+}

@@ -120,7 +120,22 @@ template <trace::Operation o, class S, class A, class B>
                        "that were written out; forward replays() in the class that wraps it, or leave written_out away"});
 }
 
+template <int n, class E>
+consteval bool can_be_written_out() {
+  if constexpr (n >= 1 && n <= written_out_limit && Example<E>::exists && HoldsItsParameters<E>) {
+    if constexpr (RunsWhileCompiling<n, Energy::T, E, 0> && RunsWhileCompiling<n, Energy::V, E, 0>) {
+      constexpr ExtentOfRun T = extent_of_run<n, Energy::T, E, 0>(), V = extent_of_run<n, Energy::V, E, 0>();
+      return !T.branches && !V.branches && !T.too_long && !V.too_long;
+    }
+  }
+  return false;
+}
+
 }  // namespace detail
+
+/// Energies that written_out<n>() takes: for code that is written for any.
+template <class E, int n>
+concept CanBeWrittenOut = detail::can_be_written_out<n, E>();
 
 /// T and V of E, gone through as a list of operations where that is faster; made by written_out().
 template <int n, class E>
