@@ -17,7 +17,6 @@
 // and the last that a number depends on: that is quick to compile, for any functor, and a sine of one of eight coordinates is a handful of operations.
 
 #include <algorithm>
-#include <limits>
 #include <type_traits>
 
 #include "qdot/ad/euler_lagrange_math.hpp"
@@ -198,20 +197,3 @@ void add_curvature(Rows& rows, double F, const CurvedJet<n>& x, int from = 0) {
 }
 
 }  // namespace qdot::detail
-
-template <int n>
-struct std::numeric_limits<qdot::detail::CurvedJet<n>> : std::numeric_limits<double> {};
-
-template <int n>
-struct Eigen::NumTraits<qdot::detail::CurvedJet<n>> : qdot::detail::RealTraits<qdot::detail::CurvedJet<n>> {};
-
-template <int n, class Number, class Operation>
-  requires std::is_arithmetic_v<Number>
-struct Eigen::ScalarBinaryOpTraits<qdot::detail::CurvedJet<n>, Number, Operation> {
-  using ReturnType = qdot::detail::CurvedJet<n>;
-};
-template <int n, class Number, class Operation>
-  requires std::is_arithmetic_v<Number>
-struct Eigen::ScalarBinaryOpTraits<Number, qdot::detail::CurvedJet<n>, Operation> {
-  using ReturnType = qdot::detail::CurvedJet<n>;
-};

@@ -317,49 +317,14 @@ struct RealTraits : Eigen::NumTraits<double> {
 
 }  // namespace qdot::detail
 
-template <int n, class Number, class I, class K>
-struct std::numeric_limits<qdot::detail::EulerLagrange<n, Number, I, K>> : std::numeric_limits<double> {};
-template <int n>
-struct std::numeric_limits<qdot::detail::GradedJet<n>> : std::numeric_limits<double> {};
-template <int n>
-struct Eigen::NumTraits<qdot::detail::GradedJet<n>> : qdot::detail::RealTraits<qdot::detail::GradedJet<n>> {};
-template <int n, class Number, class Operation>
-  requires std::is_arithmetic_v<Number>
-struct Eigen::ScalarBinaryOpTraits<qdot::detail::GradedJet<n>, Number, Operation> {
-  using ReturnType = qdot::detail::GradedJet<n>;
-};
-template <int n, class Number, class Operation>
-  requires std::is_arithmetic_v<Number>
-struct Eigen::ScalarBinaryOpTraits<Number, qdot::detail::GradedJet<n>, Operation> {
-  using ReturnType = qdot::detail::GradedJet<n>;
-};
+template <qdot::detail::EulerLagrangeNumber E>
+struct std::numeric_limits<E> : std::numeric_limits<double> {};
 
-template <class Record>
-struct std::numeric_limits<qdot::detail::Graded<Record>> : std::numeric_limits<double> {};
+template <qdot::detail::EulerLagrangeNumber E>
+struct Eigen::NumTraits<E> : qdot::detail::RealTraits<E> {};
 
-template <int n, class Number, class I, class K>
-struct Eigen::NumTraits<qdot::detail::EulerLagrange<n, Number, I, K>>
-    : qdot::detail::RealTraits<qdot::detail::EulerLagrange<n, Number, I, K>> {};
-template <class Record>
-struct Eigen::NumTraits<qdot::detail::Graded<Record>> : qdot::detail::RealTraits<qdot::detail::Graded<Record>> {};
-
-template <int n, class Number, class I, class K, class Constant, class Operation>
-  requires std::is_arithmetic_v<Constant>
-struct Eigen::ScalarBinaryOpTraits<qdot::detail::EulerLagrange<n, Number, I, K>, Constant, Operation> {
-  using ReturnType = qdot::detail::EulerLagrange<n, Number, I, K>;
-};
-template <int n, class Number, class I, class K, class Constant, class Operation>
-  requires std::is_arithmetic_v<Constant>
-struct Eigen::ScalarBinaryOpTraits<Constant, qdot::detail::EulerLagrange<n, Number, I, K>, Operation> {
-  using ReturnType = qdot::detail::EulerLagrange<n, Number, I, K>;
-};
-template <class Record, class Number, class Operation>
-  requires std::is_arithmetic_v<Number>
-struct Eigen::ScalarBinaryOpTraits<qdot::detail::Graded<Record>, Number, Operation> {
-  using ReturnType = qdot::detail::Graded<Record>;
-};
-template <class Record, class Number, class Operation>
-  requires std::is_arithmetic_v<Number>
-struct Eigen::ScalarBinaryOpTraits<Number, qdot::detail::Graded<Record>, Operation> {
-  using ReturnType = qdot::detail::Graded<Record>;
+template <class A, class B, class Operation>
+  requires(!std::is_same_v<A, B>) && qdot::detail::EulerLagrangeBeside<A, B>
+struct Eigen::ScalarBinaryOpTraits<A, B, Operation> {
+  using ReturnType = qdot::detail::EulerLagrangeOf<A, B>;
 };

@@ -20,7 +20,6 @@
 // may be other than zero, every component is a member with a name of its own and every operation is inlined,
 // so that in straight-line code what is zero is never computed.
 
-#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -195,20 +194,3 @@ template <int n, class I>
 struct is_euler_lagrange<PositionJet<n, I>> : std::true_type {};
 
 }  // namespace qdot::detail
-
-template <int n, class I>
-struct std::numeric_limits<qdot::detail::PositionJet<n, I>> : std::numeric_limits<double> {};
-
-template <int n, class I>
-struct Eigen::NumTraits<qdot::detail::PositionJet<n, I>> : qdot::detail::RealTraits<qdot::detail::PositionJet<n, I>> {};
-
-template <int n, class I, class Number, class Operation>
-  requires qdot::detail::EulerLagrangeBeside<qdot::detail::PositionJet<n, I>, Number> && (!std::is_same_v<Number, qdot::detail::PositionJet<n, I>>)
-struct Eigen::ScalarBinaryOpTraits<qdot::detail::PositionJet<n, I>, Number, Operation> {
-  using ReturnType = qdot::detail::PositionJet<n, I>;
-};
-template <int n, class I, class Number, class Operation>
-  requires qdot::detail::EulerLagrangeBeside<qdot::detail::PositionJet<n, I>, Number> && (!std::is_same_v<Number, qdot::detail::PositionJet<n, I>>)
-struct Eigen::ScalarBinaryOpTraits<Number, qdot::detail::PositionJet<n, I>, Operation> {
-  using ReturnType = qdot::detail::PositionJet<n, I>;
-};

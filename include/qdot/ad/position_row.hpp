@@ -187,18 +187,3 @@ template <int blocks>
 struct is_euler_lagrange<PositionRow<blocks>> : std::true_type {};
 
 }  // namespace qdot::detail
-
-template <int blocks>
-struct std::numeric_limits<qdot::detail::PositionRow<blocks>> : std::numeric_limits<double> {};
-template <int blocks>
-struct Eigen::NumTraits<qdot::detail::PositionRow<blocks>> : qdot::detail::RealTraits<qdot::detail::PositionRow<blocks>> {};
-template <int blocks, class Number, class Operation>
-  requires qdot::detail::EulerLagrangeBeside<qdot::detail::PositionRow<blocks>, Number> && (!std::is_same_v<Number, qdot::detail::PositionRow<blocks>>)
-struct Eigen::ScalarBinaryOpTraits<qdot::detail::PositionRow<blocks>, Number, Operation> {
-  using ReturnType = qdot::detail::PositionRow<blocks>;
-};
-template <int blocks, class Number, class Operation>
-  requires qdot::detail::EulerLagrangeBeside<qdot::detail::PositionRow<blocks>, Number> && (!std::is_same_v<Number, qdot::detail::PositionRow<blocks>>)
-struct Eigen::ScalarBinaryOpTraits<Number, qdot::detail::PositionRow<blocks>, Operation> {
-  using ReturnType = qdot::detail::PositionRow<blocks>;
-};

@@ -110,6 +110,12 @@ concept IsMatrix = requires { Result::RowsAtCompileTime; };
 template <class S, class Result>
 using PlainOf = Eigen::Matrix<S, Result::RowsAtCompileTime, Result::ColsAtCompileTime>;
 
+// How a scalar follows a position along the motion without duals around it (mechanics/moving_positions.hpp).
+template <class S>
+struct MovingPositions {
+  static constexpr bool known = false, is_only_way = false;
+};
+
 // visit(entry, k) of the entries of a matrix, whose rows or columns may be what lies together, by columns; without a loop where that counts.
 template <bool in_straight_lines, class Result, class Visit>
 [[gnu::always_inline]] inline void over_entries(const Result& matrix, const Visit& visit) {
@@ -124,11 +130,11 @@ template <bool in_straight_lines, class Result, class Visit>
 }
 
 // Value and rate of all that a function returned, entry by entry.
-template <class S, bool in_straight_lines = false, class Result, class Follow>
+template <class S, class Result, class Follow>
 auto followed(const Result& result, const Follow& follow) {
   return follow(result);
 }
-template <class S, bool in_straight_lines = false, class Result, class Follow>
+template <class S, class Result, class Follow>
   requires IsMatrix<Result>
 auto followed(const Result& result, const Follow& follow) {
   const auto& matrix = result.eval();
@@ -136,7 +142,7 @@ auto followed(const Result& result, const Follow& follow) {
   both.value.resize(matrix.rows(), matrix.cols());
   both.rate.resize(matrix.rows(), matrix.cols());
   S *const values = both.value.data(), *const rates = both.rate.data();
-  over_entries<in_straight_lines>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) {
+  over_entries<MovingPositions<S>::is_only_way>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) {
     const ValueAndRate<S> found = follow(entry);
     values[k] = found.value;
     rates[k] = found.rate;
@@ -146,18 +152,18 @@ auto followed(const Result& result, const Follow& follow) {
 
 // Rates alone. A matrix of large scalars is made where it is wanted: compilers do not see through a copy of it, and GCC copies what is
 // returned from an inner block.
-template <class S, bool in_straight_lines, class Result, class Follow>
+template <class S, class Result, class Follow>
 S followed_rates(const Result& result, const Follow& follow) {
   return follow(result).rate;
 }
-template <class S, bool in_straight_lines, class Result, class Follow>
+template <class S, class Result, class Follow>
   requires IsMatrix<Result>
 PlainOf<S, Result> followed_rates(const Result& result, const Follow& follow) {
   const auto& matrix = result.eval();
   PlainOf<S, Result> rate;
   rate.resize(matrix.rows(), matrix.cols());
   S* const rates = rate.data();
-  over_entries<in_straight_lines>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) { rates[k] = follow(entry).rate; });
+  over_entries<MovingPositions<S>::is_only_way>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) { rates[k] = follow(entry).rate; });
   return rate;
 }
 
@@ -172,12 +178,6 @@ auto split(const Result& result) {
     return followed<S>(result, [](const auto& entry) { return split<S>(entry); });
   }
 }
-
-// How a scalar follows a position along the motion without duals around it (mechanics/moving_positions.hpp).
-template <class S>
-struct MovingPositions {
-  static constexpr bool known = false, is_only_way = false;
-};
 
 template <class Result>
 inline constexpr int entries_of = 1;
@@ -261,8 +261,7 @@ auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen:
 template <class Function, class Q, class Qdot>
 auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
   using S = detail::MotionScalar<Q, Qdot>;
-  constexpr bool straight = detail::MovingPositions<S>::is_only_way;
-  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S, straight>(r, follow); });
+  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S>(r, follow); });
 }
 
 /// x(q, t) and ẋ = (∂x/∂q) q̇ + ∂x/∂t: a moving suspension, a driven joint.
@@ -270,24 +269,21 @@ template <class Function, class Q, class Qdot, class Time>
 auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                            const Time& t) {
   using S = std::decay_t<decltype(std::declval<detail::MotionScalar<Q, Qdot>>() + t)>;
-  constexpr bool straight = detail::MovingPositions<S>::is_only_way;
-  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S, straight>(r, follow); }, t);
+  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S>(r, follow); }, t);
 }
 
 /// The velocity ẋ = (∂x/∂q) q̇ of x(q).
 template <class Function, class Q, class Qdot>
 auto velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
   using S = detail::MotionScalar<Q, Qdot>;
-  constexpr bool straight = detail::MovingPositions<S>::is_only_way;
-  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed_rates<S, straight>(r, follow); });
+  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed_rates<S>(r, follow); });
 }
 
 /// The velocity ẋ = (∂x/∂q) q̇ + ∂x/∂t of x(q, t).
 template <class Function, class Q, class Qdot, class Time>
 auto velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time& t) {
   using S = std::decay_t<decltype(std::declval<detail::MotionScalar<Q, Qdot>>() + t)>;
-  constexpr bool straight = detail::MovingPositions<S>::is_only_way;
-  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed_rates<S, straight>(r, follow); }, t);
+  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed_rates<S>(r, follow); }, t);
 }
 
 /// The acceleration ẍ = J q̈ + J̇ q̇ of x(q), by a dual number in a dual number.
