@@ -229,10 +229,11 @@ template <int n, class Form, class Forces, class Number>
       });
     });
   }
-  const auto right = [&](auto i) __attribute__((always_inline)) -> Number {
-    if constexpr (forced) return x[form.right[i]] + applied[form.kept[i]];
-    else return x[form.right[i]];
-  };
+  Number right[kept];
+  unroll<kept>([&](auto i) __attribute__((always_inline)) {
+    if constexpr (forced) right[i] = x[form.right[i]] + applied[form.kept[i]];
+    else right[i] = x[form.right[i]];
+  });
   unroll<kept>([&](auto i) __attribute__((always_inline)) {
     constexpr int mass = form.mass[triangle_index(i, i)], before = form.diagonal[i];
     if constexpr (mass >= 0 && before >= 0) good &= x[mass] > singular_pivot<double>(n) * x[before];
@@ -243,12 +244,12 @@ template <int n, class Form, class Forces, class Number>
   } else if constexpr (kept == 1) {
     const Number& pivot = x[form.mass[0]];
     good &= pivot > 0.0;
-    out[form.kept[0]] = right(std::integral_constant<int, 0>{}) / pivot;
+    out[form.kept[0]] = right[0] / pivot;
   } else if constexpr (kept > 12 && std::is_same_v<Number, double>) {
     constexpr int blocks = (kept + 3) / 4;
     double M[16 * blocks * blocks], r[4 * blocks];
     unroll<kept>([&](auto i) __attribute__((always_inline)) {
-      r[i] = right(i);
+      r[i] = right[i];
       unroll<i + 1>([&](auto j) __attribute__((always_inline)) {
         constexpr int node = form.mass[triangle_index(i, j)];
         M[4 * blocks * i + j] = node < 0 ? 0.0 : x[node < 0 ? 0 : node];
@@ -264,7 +265,7 @@ template <int n, class Form, class Forces, class Number>
       return mask;
     }();
     Number M[kept * (kept + 1) / 2], r[kept];
-    unroll<kept>([&](auto i) __attribute__((always_inline)) { r[i] = right(i); });
+    unroll<kept>([&](auto i) __attribute__((always_inline)) { r[i] = right[i]; });
     unroll<kept*(kept + 1) / 2>([&](auto k) __attribute__((always_inline)) {
       constexpr int node = form.mass[k];
       if constexpr (node < 0) M[k] = 0.0;

@@ -18,6 +18,8 @@
 // In a chain, what hangs below a link moves with it: column i of J is the same for all its masses. JetEquations sees
 // that while it compiles, as two values that are known to be the same, and adds up masses before it multiplies.
 
+#include <type_traits>
+
 #include <Eigen/Core>
 
 #include "qdot/ad/position_jet.hpp"
