@@ -229,7 +229,7 @@ template <int n, class Form, class Forces, class Number>
       });
     });
   }
-  Number right[kept];
+  Number right[kept + 1];
   unroll<kept>([&](auto i) __attribute__((always_inline)) {
     if constexpr (forced) right[i] = x[form.right[i]] + applied[form.kept[i]];
     else right[i] = x[form.right[i]];
