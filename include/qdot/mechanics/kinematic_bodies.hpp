@@ -230,11 +230,10 @@ class JetEquations {
   template <class Rotation>
   [[gnu::always_inline]] void turn(const Eigen::Matrix3d& I, const Rotation& R) {
     double w[3], wdot[3], J[3][n];
-    Present moves[3][n], bends[3];
+    Present moves[3][n];
     unroll<3>([&](auto a) __attribute__((always_inline)) {
       constexpr int i = (a + 2) % 3, j = (a + 1) % 3;  // Ω_a = (RᵀṘ)_ij
       w[a] = wdot[a] = 0.0;
-      bends[a] = 0;
       unroll<n>([&](auto c) __attribute__((always_inline)) {
         J[a][c] = 0.0;
         moves[a][c] = 0;
@@ -245,7 +244,6 @@ class JetEquations {
         w[a] = sum_of(1U, w[a], right.has_rate, product_if(right.has_rate, left.value, right.rate));
         wdot[a] = sum_of(1U, wdot[a], right.has_bend | both,
                          sum_of(right.has_bend, product_if(right.has_bend, left.value, right.bend), both, product_if(both, left.rate, right.rate)));
-        bends[a] |= right.has_bend | both;
         unroll<n>([&](auto c) __attribute__((always_inline)) {
           const Present there = has(right.mask, c);
           J[a][c] = sum_of(moves[a][c], J[a][c], there, product_if(there, left.value, right.template J<c>()));

@@ -180,9 +180,9 @@ auto split(const Result& result) {
 }
 
 template <class Result>
-inline constexpr int entries_of = 1;
+inline constexpr bool is_rotation = false;
 template <IsMatrix Result>
-inline constexpr int entries_of<Result> = Result::SizeAtCompileTime;
+inline constexpr bool is_rotation<Result> = Result::RowsAtCompileTime == 3 && Result::ColsAtCompileTime == 3;
 
 // Whether no entry of what x returned has been mixed with what is no position.
 template <class Positions, class Result>
@@ -201,7 +201,7 @@ template <class S, class Function, class Q, class Qdot, class Finish, class... T
 auto along_duals(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Finish& finish,
                  const Time&... t) {
   using Result = std::decay_t<decltype(result_of(x, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...))>;
-  if constexpr (requires { MovingPositions<S>::in_a_rotation(); } && entries_of<Result> > 3) {
+  if constexpr (requires { MovingPositions<S>::in_a_rotation(); } && is_rotation<Result>) {
     const auto follow = [](double) { return ValueAndRate<S>{MovingPositions<S>::in_a_rotation(), MovingPositions<S>::in_a_rotation()}; };
     return finish(PlainOf<double, Result>::Zero().eval(), follow);
   } else {
