@@ -85,7 +85,7 @@ void ask(Report& report, const std::string& what, Verdict::Demand demand, const 
   }
   if (demand == Verdict::an_error) return report.finding(what + " is returned where T or V is not finite or M not positive definite, at " + state);
   if (!all_finite(got)) return report.finding(what + " holds what is not finite, at " + state);
-  if (demand == Verdict::numbers) agree(report, what, known, got, state);
+  if (demand == Verdict::numbers || demand == Verdict::numbers_or_an_error) agree(report, what, known, got, state);
   else ++report.undecided;
 }
 
@@ -186,9 +186,10 @@ void check_door(Report& report, const std::string& door, const System& system, c
       slopes.tolerance = std::max(slopes.tolerance, 1e-290 + 1e3 * detail::largest(off) + 1e-11 * (detail::largest(slopes.exact) + detail::largest(verdict.qddot.exact)));
     }
   }
-  const bool can_tell = demand == Verdict::numbers && !verdict.stands_on_a_root && detail::all_finite(slopes.exact) && !circumstances.at_kink && !circumstances.out_of_range &&
+  const bool can_tell = demand == Verdict::numbers && detail::all_finite(slopes.exact) && !circumstances.at_kink && !circumstances.out_of_range &&
                         slopes.tolerance < 1e-3 * (1e-300 + detail::largest(slopes.exact));
-  ask(report, "∂q̈/∂(q, q̇)", can_tell ? Verdict::numbers : Verdict::nothing, slopes, at, J);
+  const Verdict::Demand of_slopes = !can_tell ? Verdict::nothing : verdict.stands_on_a_root ? Verdict::numbers_or_an_error : Verdict::numbers;
+  ask(report, "∂q̈/∂(q, q̇)", of_slopes, slopes, at, J);
 }
 
 }  // namespace fuzz

@@ -238,7 +238,7 @@ struct Known {
 
 /// What the library must say at an instant.
 struct Verdict {
-  enum Demand { numbers, an_error, nothing } demand = nothing;
+  enum Demand { numbers, an_error, numbers_or_an_error, nothing } demand = nothing;
   Equations equations;
   Known qddot, M, rhs, momenta, energies, reactions;
   bool stands_on_a_root = false;  // where the derivative may be a limit, which no rule of differentiation finds
