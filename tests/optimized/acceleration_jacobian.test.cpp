@@ -48,6 +48,20 @@ struct HeldBody {
     return 9.81 * cos(q[1]);
   }
 };
+// Two points in the plane by one functor: four numbers, and no rotation.
+struct TwoPoints {
+  auto T(const auto& q, const auto& v) const {
+    const auto places = [](const auto& x) {
+      using std::cos, std::sin;
+      return vector(sin(x[0]), -cos(x[0]), sin(x[0]) + sin(x[1]), -cos(x[0]) - cos(x[1]));
+    };
+    return 0.5 * velocity_of(places, q, v).squaredNorm();
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    return -9.81 * (2.0 * cos(q[0]) + cos(q[1]));
+  }
+};
 struct Turning {
   auto T(const auto& q, const auto& v) const {
     const auto w = body_angular_velocity_of([](const auto& x) { return rotation_from_vector(x); }, q, v);
@@ -68,4 +82,16 @@ TEST_CASE("derivatives of accelerations in straight-line code are limits of quot
 TEST_CASE("derivatives of accelerations of bodies that turn are limits of quotients") {
   CHECK(difference_from_quotients<3>(HeldBody{}, {0.9, 0.6, 0.2}, {-0.3, 1.1, 2.0}) < differenced);
   CHECK(difference_from_quotients<3>(Turning{}, {0.9, 0.6, 0.2}, {-0.3, 1.1, 2.0}) < differenced);
+}
+
+TEST_CASE("what the straight line takes of velocities it takes whole, and of rotations nothing") {
+  const auto takes = []<int n, class E>(const E& energies, const Vector<double, n>& q, const Vector<double, n>& v) {
+    Vector<double, n> a;
+    Matrix<double, n> d_q, d_v;
+    return detail::straight_line_jacobian<n>(energies, q.data(), v.data(), 0.0, a.data(), d_q.data(), d_v.data());
+  };
+  const bool sees_through = detail::straight_line_pays && !detail::remembers_loops;  // g++, optimizing
+  CHECK((takes(TwoPoints{}, Vector<double, 2>(0.3, 0.7), Vector<double, 2>(1.0, -0.5)) || !sees_through));
+  CHECK_FALSE(takes(HeldBody{}, Vector<double, 3>(0.9, 0.6, 0.2), Vector<double, 3>(-0.3, 1.1, 2.0)));
+  CHECK(difference_from_quotients<2>(TwoPoints{}, {0.3, 0.7}, {1.0, -0.5}) < differenced);
 }

@@ -52,15 +52,16 @@ inline constexpr int straight_line_jacobian_limit = 4;
 template <int n, class Number>
 using LagrangeResidual = EulerLagrange<n, Number, std::make_integer_sequence<int, n>, std::integer_sequence<int>>;
 
-// Rotations would take the compiler minutes: numbers that nobody knows stand for them, and the pass is dropped.
+// Rotations would take the compiler minutes. A number with a bit above those of all components stands for them, and what follows from it is dropped.
+inline constexpr ComponentMask of_rotation = bit(1, 63);
 template <int n, class I, class K>
 struct MovingPositions<EulerLagrange<n, PairedDual<n>, I, K>> {
   using S = EulerLagrange<n, PairedDual<n>, I, K>;
   static constexpr bool known = false, is_only_way = false;
   [[gnu::always_inline]] static S in_a_rotation() {
-    S unknown(0.0);
-    unknown.g_mask = unknown_if(1);
-    return unknown;
+    S left_out(0.0);
+    left_out.g_mask = of_rotation;
+    return left_out;
   }
 };
 
@@ -100,7 +101,7 @@ template <int n, class E>
   unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) { factor[k] = M[k] = L.template h<k>(); });
   if (!solved_in_place<n>(factor, r, singular_pivot<double>(n), L.h_mask)) return false;
   const LagrangeResidual<n, N> residual = residual_of<n>(e, q, qdot, r, t);
-  if (!__builtin_constant_p(residual.g_mask)) return false;  // rotations are left to records
+  if (residual.g_mask & of_rotation) return false;  // which is left to records
   N columns[n];
   unroll<n>([&](auto i) __attribute__((always_inline)) {
     columns[i] = residual.template x<i>();
