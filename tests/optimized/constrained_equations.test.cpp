@@ -162,6 +162,15 @@ const auto spring_of_functions = [](const auto& q, const auto& t) {
   return 3.0 * sqrt(1.0 + q[0] * q[0]) + exp(0.2 * q[1]) / (2.0 + q[0]) + hypot(q[0], q[1]) * t + atan2(q[1], q[0]) + pow(q[0], q[1]) - pow(q[1], 3);
 };
 
+// T and V as they are, of time as well.
+struct DrivenPair {
+  auto T(const auto& q, const auto& v, const auto& t) const {
+    using std::cos;
+    return (0.7 + 0.1 * cos(t)) * v[0] * v[0] + 0.4 * v[1] * v[1] + 0.3 * cos(q[0] - q[1]) * v[0] * v[1] + 0.2 * t * q[0] * v[1];
+  }
+  auto V(const auto& q, const auto& t) const { return spring_of_functions(q, t); }
+};
+
 template <int n>
 Vector<double, n> some_damping() {
   return Vector<double, n>::LinSpaced(n, 0.1, 0.4);
@@ -241,11 +250,12 @@ TEST_CASE("nearly dependent rows have one rank, whoever is asked") {
   }
 }
 
-TEST_CASE("slopes of positions, potentials and forces give the Jacobian that nested duals give") {
+TEST_CASE("slopes of positions, energies, potentials and forces give the Jacobian that nested duals give") {
   const auto spring = spring_damper([](const auto& q) { return vector(q[0], 0.2 * q[1]); }, Eigen::Vector2d(-1.0, 0.5), 20.0, 1.2, 0.5);
   CHECK(difference_of_jacobians(scene(kinematic_system<2>(CartAndRod{}, spring_of_functions), spring)) < rounded_derivatives);
   CHECK(difference_of_jacobians(scene(kinematic_system<2>(CartAndRod{}, gravity_along<1>(-9.81)), spring, holonomic("curve", spring_of_functions))) <
         rounded_derivatives);
+  CHECK(difference_of_jacobians(scene(mechanical_system<2>(DrivenPair{}), spring, holonomic("curve", spring_of_functions))) < rounded_derivatives);
   CHECK(difference_of_jacobians(scene(mechanical_system<2>(written_out<2>(bench::LoopedChain{})), spring, nonholonomic("skate", skate))) <
         rounded_derivatives);
   CHECK(difference_of_jacobians(scene(mechanical_system<4>(written_out<4>(bench::LoopedChain{})), viscous_damping(some_damping<4>()), holonomic("tip", TipOfChain<4>{}))) <

@@ -10,10 +10,10 @@
 //
 //     e.slopes(q, qdot, a, t, M, rows)     what a system knows of itself: derived lines (closed_form_jacobian.hpp), positions and masses
 //                                          (kinematic_bodies.hpp), potentials added to either (effects/energy_terms.hpp)
+//     straight-line duals                  T and V of up to four coordinates, without loops and rotations (straight_line_jacobian.hpp)
 //     records                              any T and V (ad/residual_record.hpp)
 //
-// Straight-line duals (straight_line_jacobian.hpp) are no part of it: three coordinates would take the compiler as long as all else of a scene, and
-// bodies in space minutes. False is returned where none of these is the way, or a number is not finite: then there are nested duals.
+// False is returned where none of these is the way, or a number is not finite: then there are nested duals.
 
 #include <algorithm>
 
@@ -65,6 +65,9 @@ bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double,
   if constexpr (HasFinalSlopes<E>) {
     return false;
   } else {
+    if constexpr (!HasOwnEquations<E> && n <= straight_line_jacobian_limit) {
+      if (straight_line_slopes<n>(e, q.data(), qdot.data(), a.data(), t, M, rows)) return true;
+    }
     for_each_residual<n>(e, q, qdot, a, t, [&](int i, int, const double* residual) {
       for (int j = 0; j < n; ++j) {
         rows[i][j] = residual[2 * j];

@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// q̈ of small systems with its derivatives, as straight-line code.
+// q̈ of small systems with its derivatives, and the slopes of their equations at q̈ that are known, as straight-line code.
 //
 // A motion with accelerations a satisfies X L = 0 when D, the derivative along the motion in the scalar of
 // ad/euler_lagrange.hpp, includes them:
@@ -84,42 +84,77 @@ template <int n, class E>
   return lagrangian_of<n>(e, x, v, S::time(N(t)));
 }
 
-// q̈, ∂q̈/∂q and ∂q̈/∂q̇ by columns; false when this is not the way, as in straight_line_acceleration().
+// The residual and its derivatives; false where they are left to records.
+template <int n, class E>
+[[gnu::always_inline]] inline bool residual_written(const E& e, const AtState& at, const double* a, PairedDual<n>* rows) {
+  const LagrangeResidual<n, PairedDual<n>> residual = residual_of<n>(e, at.q, at.qdot, a, at.t);
+  if (residual.g_mask & of_rotation) return false;
+  unroll<n>([&](auto i) __attribute__((always_inline)) { rows[i] = residual.template x<i>(); });
+  return true;
+}
+
+// A use of M and r: q̈, ∂q̈/∂q and ∂q̈/∂q̇ by columns.
+template <int n, class E>
+struct JacobianTo {
+  const E& e;
+  double *qddot, *d_q, *d_qdot;
+
+  [[gnu::always_inline]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
+    double factor[n * (n + 1) / 2];
+    unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) { factor[k] = M[k]; });
+    if (!solved_in_place<n>(factor, r, singular_pivot<double>(n), present)) return false;
+    PairedDual<n> columns[n];
+    if (!residual_written<n>(e, at, r, columns)) return false;
+    unroll<n>([&](auto i) __attribute__((always_inline)) { columns[i].value = 0.0; });
+    solved_in_place<n>(M, columns, 0.0, present);
+    double sum = 0.0;
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      qddot[i] = r[i];
+      unroll<n>([&](auto j) __attribute__((always_inline)) {
+        const Pair pair = columns[i].template pair<j>();
+        d_q[i + n * j] = pair[0];
+        d_qdot[i + n * j] = pair[1];
+        sum += pair[0] + pair[1];
+      });
+      sum += r[i];
+    });
+    return sum - sum == 0.0;
+  }
+};
+
 template <int n, class E>
 [[gnu::flatten, gnu::noinline]] bool straight_line_jacobian(const E& e, const double* q, const double* qdot, double t, double* qddot,
                                                             double* d_q, double* d_qdot) {
-  using N = PairedDual<n>;
-  if (!may_go_straight(e)) return false;
-  if (remembers_loops && keeps_a_loop<n, E>.load(std::memory_order_relaxed)) return false;
-  const EulerLagrange<n> L = euler_lagrange_of<n>(e, q, qdot, t);
-  if (!__builtin_constant_p(L.g_mask | L.h_mask)) {
-    if (remembers_loops) keeps_a_loop<n, E>.store(true, std::memory_order_relaxed);
-    return false;
-  }
-  double M[n * (n + 1) / 2], factor[n * (n + 1) / 2], r[n];
-  unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = L.template x<i>(); });
-  unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) { factor[k] = M[k] = L.template h<k>(); });
-  if (!solved_in_place<n>(factor, r, singular_pivot<double>(n), L.h_mask)) return false;
-  const LagrangeResidual<n, N> residual = residual_of<n>(e, q, qdot, r, t);
-  if (residual.g_mask & of_rotation) return false;  // which is left to records
-  N columns[n];
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    columns[i] = residual.template x<i>();
-    columns[i].value = 0.0;
-  });
-  solved_in_place<n>(M, columns, 0.0, L.h_mask);
-  double sum = 0.0;
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    qddot[i] = r[i];
-    unroll<n>([&](auto j) __attribute__((always_inline)) {
-      const Pair pair = columns[i].template pair<j>();
-      d_q[i + n * j] = pair[0];
-      d_qdot[i + n * j] = pair[1];
-      sum += pair[0] + pair[1];
+  return straight_line_equations<n>(e, AtState{q, qdot, t}, JacobianTo<n, E>{e, qddot, d_q, d_qdot});
+}
+
+// A use of M and r: M, and the derivatives of r − M a.
+template <int n, class E, class Row>
+struct SlopesTo {
+  const E& e;
+  const double* a;
+  double* M_out;
+  Row* rows;
+
+  [[gnu::always_inline]] bool packed(const AtState& at, const double* M, const double*, ComponentMask) const {
+    PairedDual<n> residual[n];
+    if (!residual_written<n>(e, at, a, residual)) return false;
+    unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) { M_out[k] = M[k]; });
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      unroll<n>([&](auto j) __attribute__((always_inline)) {
+        const Pair pair = residual[i].template pair<j>();
+        rows[i][j] = pair[0];
+        rows[i][n + j] = pair[1];
+      });
     });
-    sum += r[i];
-  });
-  return sum - sum == 0.0;
+    return true;
+  }
+};
+
+template <int n, class E, class Row>
+[[gnu::flatten, gnu::noinline]] bool straight_line_slopes(const E& e, const double* q, const double* qdot, const double* a, double t, double* M,
+                                                          Row* rows) {
+  return straight_line_equations<n>(e, AtState{q, qdot, t}, SlopesTo<n, E, Row>{e, a, M, rows});
 }
 
 }  // namespace qdot::detail
