@@ -5,6 +5,7 @@
 // number of coordinates is known, at run time (Dynamic) where it is not.
 
 #include <Eigen/Core>
+#include <cmath>
 #include <type_traits>
 
 #include "qdot/error.hpp"
@@ -38,6 +39,22 @@ inline bool all_finite(const double* numbers, Eigen::Index count) {
   double zero = 0.0;  // x − x of a number that is not finite is NaN
   for (Eigen::Index i = 0; i < count; ++i) zero += numbers[i] - numbers[i];
   return zero == 0.0;
+}
+template <int rows, int columns, int options>
+bool all_finite(const Eigen::Matrix<double, rows, columns, options>& of) {
+  return all_finite(of.data(), of.size());
+}
+
+// The largest |x| of `count` numbers, NaN where one is; 0 for none. For Eigen's cwiseAbs().maxCoeff() it makes as many.
+inline double largest(const double* numbers, Eigen::Index count) {
+  double most = 0.0;
+  for (Eigen::Index i = 0; i < count; ++i)
+    if (!(std::abs(numbers[i]) <= most) && most == most) most = std::abs(numbers[i]);
+  return most;
+}
+template <int rows, int columns, int options>
+double largest(const Eigen::Matrix<double, rows, columns, options>& of) {
+  return largest(of.data(), of.size());
 }
 
 }  // namespace detail

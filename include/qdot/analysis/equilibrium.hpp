@@ -55,17 +55,19 @@ namespace detail {
 
 // The shortest x with K x = −slope, or with the least residual; the two arguments are of run-time size so that all
 // numbers of coordinates share one instantiation.
-template <class = void>  // compiled only where it is called
-Eigen::VectorXd newton_step(const Eigen::MatrixXd& K, const Eigen::VectorXd& slope) {
-  return -Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(K).solve(slope);
+template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>  // compiled only where it is called
+VectorXd newton_step(const std::type_identity_t<MatrixXd>& K, const std::type_identity_t<VectorXd>& slope) {
+  return -Eigen::CompleteOrthogonalDecomposition<MatrixXd>(K).solve(slope);
 }
 
 // The largest |step_i| / max(1, |q_i|).
-inline double relative_size(const Eigen::VectorXd& step, const Eigen::VectorXd& q) {
+template <class VectorXd = Eigen::VectorXd>
+double relative_size(const std::type_identity_t<VectorXd>& step, const std::type_identity_t<VectorXd>& q) {
   return (step.array().abs() / q.array().abs().max(1.0)).maxCoeff();
 }
 
-[[noreturn]] inline void report_no_equilibrium(const Eigen::VectorXd& q, const Eigen::VectorXd& slope) {
+template <class VectorXd = Eigen::VectorXd>
+[[noreturn]] void report_no_equilibrium(const std::type_identity_t<VectorXd>& q, const std::type_identity_t<VectorXd>& slope) {
   std::ostringstream text;
   text << "equilibrium_near: the generalized force at rest must vanish somewhere near the start, but the search ended at q = ("
        << q.transpose() << ") with dL/dq = (" << -slope.transpose()

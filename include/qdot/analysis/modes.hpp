@@ -50,7 +50,8 @@ struct SmallMotion {
 
 namespace detail {
 
-inline void require_equilibrium(const Eigen::VectorXd& q, const Eigen::VectorXd& slope, double stiffness) {
+template <class VectorXd = Eigen::VectorXd>
+void require_equilibrium(const std::type_identity_t<VectorXd>& q, const std::type_identity_t<VectorXd>& slope, double stiffness) {
   const double scale = stiffness * std::max(1.0, q.cwiseAbs().maxCoeff());
   if (slope.cwiseAbs().maxCoeff() <= 1e-7 * scale) return;
   std::ostringstream text;
@@ -104,26 +105,26 @@ struct NormalModes {
 namespace detail {
 
 // Of run-time size, so that every number of coordinates shares one instantiation.
-template <class = void>  // compiled only where it is called
-NormalModes<Dynamic> solved_modes(const Eigen::MatrixXd& K, const Eigen::MatrixXd& M) {
-  if (Eigen::LLT<Eigen::MatrixXd>(M).info() != Eigen::Success) {
+template <class MatrixXd = Eigen::MatrixXd>  // compiled only where it is called
+NormalModes<Dynamic> solved_modes(const std::type_identity_t<MatrixXd>& K, const std::type_identity_t<MatrixXd>& M) {
+  if (Eigen::LLT<MatrixXd>(M).info() != Eigen::Success) {
     throw InvalidValue("normal_modes: the mass matrix must be positive definite at the equilibrium, but it is not; "
                        "choose coordinates that are regular there");
   }
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(K, M);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solver(K, M);
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
-template <class = void>  // compiled only where it is called
-Eigen::VectorXcd solved_exponents(const Eigen::MatrixXd& K, const Eigen::MatrixXd& G, const Eigen::MatrixXd& M) {
+template <class MatrixXd = Eigen::MatrixXd>  // compiled only where it is called
+Eigen::VectorXcd solved_exponents(const std::type_identity_t<MatrixXd>& K, const std::type_identity_t<MatrixXd>& G, const std::type_identity_t<MatrixXd>& M) {
   const Eigen::Index size = M.rows();
-  const Eigen::PartialPivLU<Eigen::MatrixXd> factor(M);
-  Eigen::MatrixXd first_order = Eigen::MatrixXd::Zero(2 * size, 2 * size);
+  const Eigen::PartialPivLU<MatrixXd> factor(M);
+  MatrixXd first_order = MatrixXd::Zero(2 * size, 2 * size);
   first_order.topRightCorner(size, size).setIdentity();
   first_order.bottomLeftCorner(size, size) = -factor.solve(K);
   first_order.bottomRightCorner(size, size) = -factor.solve(G);
-  Eigen::VectorXcd exponents = Eigen::EigenSolver<Eigen::MatrixXd>(first_order, false).eigenvalues();
-  std::sort(exponents.begin(), exponents.end(), [](const std::complex<double>& a, const std::complex<double>& b) {
+  Eigen::VectorXcd exponents = Eigen::EigenSolver<MatrixXd>(first_order, false).eigenvalues();
+  std::sort(exponents.data(), exponents.data() + exponents.size(), [](const std::complex<double>& a, const std::complex<double>& b) {
     return a.imag() != b.imag() ? a.imag() < b.imag() : a.real() < b.real();
   });
   return exponents;

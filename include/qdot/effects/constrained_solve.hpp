@@ -24,16 +24,15 @@
 // The rank cut-off, by default 1e-5 of a row's length, is a decision and not a rounding unit: at a configuration
 // where constraints become dependent a smaller one takes noise for information. Contradicting rows are an error.
 
-#include <Eigen/LU>
-
 #include <algorithm>
+#include <cmath>
 #include <limits>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "qdot/effects/constraint_rows.hpp"
+#include "qdot/effects/dependent_rows.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 
 namespace qdot {
@@ -52,134 +51,74 @@ inline constexpr double default_rank_cutoff = 1e-5;
 
 namespace detail {
 
-// Orthonormal columns Q and coefficients C with A = Q C, up to what is smaller than the cut-off: Gram and Schmidt's
-// method, largest remaining column first, each made orthogonal twice. Of columns that are equally long but for rounding the
-// first is taken: what the cut-off drops of the others must not change from one evaluation to the next, or steps shrink to nothing.
-struct OrthogonalColumns {
-  Eigen::MatrixXd Q, C;
-};
-inline constexpr double clearly_longer = 1.02;  // squared
-template <class = void>  // compiled only where it is called
-OrthogonalColumns orthogonal_columns(const Eigen::MatrixXd& A, double cutoff, bool pivoted) {
-  Eigen::MatrixXd left = A, Q(A.rows(), A.cols());
-  Eigen::Index rank = 0;
-  double largest = 0.0;
-  while (rank < std::min(A.rows(), A.cols())) {
-    Eigen::Index next = rank;
-    if (pivoted) {
-      for (Eigen::Index j = next = 0; j < A.cols(); ++j)
-        if (left.col(j).squaredNorm() > clearly_longer * left.col(next).squaredNorm()) next = j;
-    }
-    Eigen::VectorXd q = left.col(next);
-    const double length = q.norm();
-    if (rank == 0) largest = length;
-    if (length <= cutoff * largest) break;  // NaN goes on, and is found in the result
-    for (Eigen::Index k = 0; k < rank; ++k) q -= Q.col(k).dot(q) * Q.col(k);
-    Q.col(rank) = q / q.norm();
-    for (Eigen::Index j = 0; j < A.cols(); ++j) left.col(j) -= Q.col(rank).dot(left.col(j)) * Q.col(rank);
-    left.col(next).setZero();
-    ++rank;
-  }
-  OrthogonalColumns result{Q.leftCols(rank), Eigen::MatrixXd(rank, A.cols())};
-  for (Eigen::Index j = 0; j < A.cols(); ++j)
-    for (Eigen::Index k = 0; k < rank; ++k) result.C(k, j) = Q.col(k).dot(A.col(j));
-  return result;
-}
-
-// The shortest d with B d = g for rows B that depend on each other, and the shortest λ with d = Bᵀλ. With Bᵀ = Q C and
-// Cᵀ = Z S, both with orthonormal columns and S upper triangular:  S c = Zᵀ g,  d = Q c,  Sᵀ w = c,  λ = Z w.
-//
-// Written out, since Eigen's complete orthogonal decomposition was most of the time to compile a constrained system.
-struct LeastNorm {
-  Eigen::VectorXd d, lambda, miss;
-  Eigen::Index rank;
-};
-template <class = void>
-LeastNorm least_norm(const Eigen::MatrixXd& Bt, const Eigen::VectorXd& g, double cutoff) {
-  const OrthogonalColumns columns = orthogonal_columns(Bt, cutoff, true);
-  const Eigen::Index rank = columns.Q.cols();
-  const OrthogonalColumns rows = orthogonal_columns(columns.C.transpose(), 0.0, false);
-  const Eigen::MatrixXd& S = rows.C;
-  Eigen::VectorXd c(rank), w(rank), d = Eigen::VectorXd::Zero(Bt.rows()), lambda = Eigen::VectorXd::Zero(Bt.cols());
-  for (Eigen::Index i = rank; i-- > 0;) {
-    double sum = rows.Q.col(i).dot(g);
-    for (Eigen::Index j = i + 1; j < rank; ++j) sum -= S(i, j) * c[j];
-    c[i] = sum / S(i, i);
-  }
-  for (Eigen::Index i = 0; i < rank; ++i) {
-    double sum = c[i];
-    for (Eigen::Index j = 0; j < i; ++j) sum -= S(j, i) * w[j];
-    w[i] = sum / S(i, i);
-    d += c[i] * columns.Q.col(i);
-  }
-  for (Eigen::Index i = 0; i < rank; ++i) lambda += w[i] * rows.Q.col(i);
-  Eigen::VectorXd miss(g.size());
-  for (Eigen::Index i = 0; i < g.size(); ++i) miss[i] = Bt.col(i).dot(d) - g[i];
-  return {std::move(d), std::move(lambda), std::move(miss), rank};
-}
-
-[[noreturn]] inline void throw_contradiction(const std::vector<std::string>& names, const Eigen::VectorXd& miss, Eigen::Index rank,
-                                             double t) {
+[[noreturn, gnu::cold]] inline void throw_contradiction(const std::vector<std::string>& names, const Eigen::VectorXd& miss, Eigen::Index rank,
+                                                        double t) {
   Eigen::Index worst = 0;
-  const double most = miss.cwiseAbs().maxCoeff(&worst);
+  for (Eigen::Index i = 1; i < miss.size(); ++i)
+    if (std::abs(miss[i]) > std::abs(miss[worst])) worst = i;
+  const double most = std::abs(miss[worst]);
   const std::string& name = names[static_cast<std::size_t>(worst)];
   throw ConstraintError(name, t, most,
-                        "constraints must not contradict each other, but at t = " + std::to_string(t) + " only " +
-                            std::to_string(rank) + " of " + std::to_string(miss.size()) + " are independent and '" + name +
-                            "' asks for an acceleration that the others exclude (by " + std::to_string(most) +
-                            "); remove one of the dependent constraints, or make their explicit times agree");
+                        sentence({"constraints must not contradict each other, but at t = ", std::to_string(t), " only ", rank, " of ", miss.size(),
+                                  " are independent and '", name,
+                                  "' asks for an acceleration that the others exclude (by ", std::to_string(most),
+                                  "); remove one of the dependent constraints, or make their explicit times agree"}));
 }
 
 // Accelerations (first) and multipliers from the whole matrix, for an M that is singular by itself.
 template <class = void>  // compiled only where it is called
-Eigen::VectorXd pivoted_solution(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const Eigen::VectorXd& f,
-                                        const Eigen::VectorXd& gamma, double t, const std::vector<std::string>& constraints,
-                                        const std::vector<std::string>& coordinates) {
-  const Eigen::Index size = M.rows();
-  const Eigen::Index rows = J.rows();
-  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(size + rows, size + rows);
-  Eigen::VectorXd right(size + rows);
-  K.topLeftCorner(size, size) = M;
-  K.topRightCorner(size, rows) = -J.transpose();
-  K.bottomLeftCorner(rows, size) = J;
-  right << f, gamma;
-  for (Eigen::Index i = 0; i < rows; ++i)
-    if (gamma[i] == 0.0 && J.row(i).isZero(0.0)) K(size + i, size + i) = 1.0;  // an idle row: λ = 0
+[[gnu::cold]] std::vector<double> pivoted_solution(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const double* f, const double* gamma, double t,
+                                                   const std::vector<std::string>& constraints, const std::vector<std::string>& coordinates) {
+  const Eigen::Index size = M.rows(), rows = J.rows(), all = size + rows;
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(all, all);
+  std::vector<double> both(static_cast<std::size_t>(all)), right_side(both), scales(both);
+  double *const x = both.data(), *const right = right_side.data(), *const scale = scales.data();
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index j = 0; j < size; ++j) K(i, j) = M(i, j);
+    right[i] = f[i];
+  }
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    bool idle = gamma[i] == 0.0;
+    for (Eigen::Index j = 0; j < size; ++j) {
+      K(size + i, j) = J(i, j);
+      K(j, size + i) = -J(i, j);
+      idle = idle && J(i, j) == 0.0;
+    }
+    if (idle) K(size + i, size + i) = 1.0;  // λ = 0
+    right[size + i] = gamma[i];
+  }
   // Equilibrate: rows, then columns, to largest entry one.
-  Eigen::VectorXd column_scale = Eigen::VectorXd::Ones(size + rows);
-  for (Eigen::Index i = 0; i < K.rows(); ++i) {
-    const double largest = K.row(i).cwiseAbs().maxCoeff();
-    if (largest > 0) {
-      K.row(i) /= largest;
-      right[i] /= largest;
-    }
+  for (Eigen::Index i = 0; i < all; ++i) {
+    double most = 0.0;
+    for (Eigen::Index j = 0; j < all; ++j) most = std::max(most, std::abs(K(i, j)));
+    if (!(most > 0.0)) continue;
+    for (Eigen::Index j = 0; j < all; ++j) K(i, j) /= most;
+    right[i] /= most;
   }
-  for (Eigen::Index j = 0; j < K.cols(); ++j) {
-    const double largest = K.col(j).cwiseAbs().maxCoeff();
-    if (largest > 0) {
-      K.col(j) /= largest;
-      column_scale[j] = largest;
-    }
+  for (Eigen::Index j = 0; j < all; ++j) {
+    const double most = largest(K.data() + j * all, all);
+    scale[j] = most > 0.0 ? most : 1.0;
+    for (Eigen::Index i = 0; i < all; ++i) K(i, j) /= scale[j];
   }
-  const Eigen::FullPivLU<Eigen::MatrixXd> lu(K);
-  if (!lu.isInvertible()) {
-    std::ostringstream out;
-    Eigen::VectorXd null = lu.kernel().col(0).cwiseQuotient(column_scale);
-    null /= null.cwiseAbs().maxCoeff();
-    if (null.head(size).cwiseAbs().maxCoeff() > 1e-9) {
-      const std::vector<double> direction(null.data(), null.data() + size);
-      out << "every motion must have inertia or be determined by a constraint, but at t = " << t
-          << " the motion with velocity along " << direction_text(direction, coordinates)
-          << " has neither; give it a mass or a constraint";
-      throw SingularMassMatrix(out.str(), t, direction, 0.0);
-    }
-    Eigen::Index worst = 0;
-    null.tail(rows).cwiseAbs().maxCoeff(&worst);
-    out << "constraints on massless coordinates must be independent, but at t = " << t << " '"
-        << constraints[static_cast<std::size_t>(worst)] << "' depends on the others; remove it";
-    throw ConstraintError(constraints[static_cast<std::size_t>(worst)], t, 0.0, out.str());
+  const bool regular = pivoted_elimination(K, right, x);
+  for (Eigen::Index i = 0; i < all; ++i) x[i] /= scale[i];
+  if (regular) return both;
+  const double longest = largest(x, all);
+  for (Eigen::Index i = 0; i < all; ++i) x[i] /= longest;
+  if (largest(x, size) > 1e-9) {
+    const std::vector<double> direction(x, x + size);
+    throw SingularMassMatrix(sentence({"every motion must have inertia or be determined by a constraint, but at t = ", {t, 6},
+                                       " the motion with velocity along ", direction_text(direction, coordinates),
+                                       " has neither; give it a mass or a constraint"}),
+                             t, direction, 0.0);
   }
-  return lu.solve(right).cwiseQuotient(column_scale);
+  Eigen::Index worst = 0;
+  for (Eigen::Index i = 1; i < rows; ++i)
+    if (std::abs(x[size + i]) > std::abs(x[size + worst])) worst = i;
+  const std::string& name = constraints[static_cast<std::size_t>(worst)];
+  throw ConstraintError(name, t, 0.0,
+                        sentence({"constraints on massless coordinates must be independent, but at t = ", {t, 6}, " '", name,
+                                  "' depends on the others; remove it"}));
 }
 
 // Pivots of M below this fraction are left to the constraints. Not a rounding unit: the last pivot of a singular M is the
@@ -198,25 +137,27 @@ class ConstrainedFactors {
     definite_ = cholesky_.compute(M) && cholesky_.smallest_pivot() > massless_pivot;
     if (!definite_) return;
     // Bᵀ = L⁻¹ Jᵀ with columns scaled to length one.
-    Bt_ = J.transpose();
+    Bt_.resize(J.cols(), J.rows());
+    for (Eigen::Index i = 0; i < J.rows(); ++i)
+      for (Eigen::Index j = 0; j < J.cols(); ++j) Bt_(j, i) = J(i, j);
     cholesky_.solve_lower(Bt_);
     scale_.resize(J.rows());
     for (Eigen::Index i = 0; i < J.rows(); ++i) {
-      const double length = Bt_.col(i).norm();
+      const double length = std::sqrt(dot(column(i), column(i), J.cols()));
       scale_[i] = length > 0 ? length : 1.0;
-      Bt_.col(i) /= scale_[i];
+      for (Eigen::Index j = 0; j < J.cols(); ++j) Bt_(j, i) /= scale_[i];
       if (length == 0) ++idle_;
     }
     Matrix<double, m> schur(J.rows(), J.rows());
     for (Eigen::Index j = 0; j < J.rows(); ++j)
-      for (Eigen::Index i = j; i < J.rows(); ++i) schur(i, j) = Bt_.col(i).dot(Bt_.col(j));
+      for (Eigen::Index i = j; i < J.rows(); ++i) schur(i, j) = dot(column(i), column(j), J.cols());
     if (idle_ > 0)
       for (Eigen::Index i = 0; i < J.rows(); ++i)
         if (schur(i, i) == 0.0) schur(i, i) = 1.0;
     regular_ = schur_.compute(schur) && schur_.smallest_pivot() > cutoff * cutoff;
     smallest_pivot_ = schur_.smallest_pivot();
     rank_ = J.rows() - idle_;
-    if (!regular_) rank_ = least_norm(Bt_, Eigen::VectorXd::Zero(J.rows()), cutoff).rank;
+    if (!regular_) rank_ = orthogonal_columns(of_run_time_size(Bt_), cutoff, true).rank;
   }
 
   // Pivots of M and of the scaled J M⁻¹ Jᵀ, and the row of the latter's smallest. 1 for the constraints where M is singular by itself.
@@ -232,32 +173,51 @@ class ConstrainedFactors {
   ConstrainedSolution<n, m> solution(const Vector<double, n>& f, const Vector<double, m>& gamma, double t, const Names& names) const {
     ConstrainedSolution<n, m> s;
     if (!definite_) {
-      const Eigen::VectorXd both = pivoted_solution(M_, J_, f, gamma, t, names(), names.coordinates());
-      s.qddot = both.head(M_.rows());
-      s.lambda = both.tail(J_.rows());
+      const std::vector<double> both = pivoted_solution(of_run_time_size(M_), of_run_time_size(J_), f.data(), gamma.data(), t, names(), names.coordinates());
+      s.qddot.resize(M_.rows());
+      s.lambda.resize(J_.rows());
+      std::copy_n(both.data(), M_.rows(), s.qddot.data());
+      std::copy_n(both.data() + M_.rows(), J_.rows(), s.lambda.data());
       s.rank = J_.rows();
       return s;
     }
     s.rank = rank_;
     s.smallest_pivot = smallest_pivot_;
-    const Vector<double, n> a0 = cholesky_.solve(f);
-    const Vector<double, m> g = (gamma - J_ * a0).cwiseQuotient(scale_);
+    s.qddot = cholesky_.solve(f);  // a₀
+    Vector<double, m> g(J_.rows());
+    double size = 0.0;
+    for (Eigen::Index i = 0; i < J_.rows(); ++i) {
+      double sum = 0.0, terms = std::abs(gamma[i]);
+      for (Eigen::Index j = 0; j < J_.cols(); ++j) {
+        sum += J_(i, j) * s.qddot[j];
+        terms += std::abs(J_(i, j) * s.qddot[j]);
+      }
+      g[i] = (gamma[i] - sum) / scale_[i];
+      size = std::max(size, terms / scale_[i]);
+    }
     Vector<double, n> d;
-    const double size = (gamma.cwiseAbs() + J_.cwiseAbs() * a0.cwiseAbs()).cwiseQuotient(scale_).maxCoeff();
     nearest(g, size, d, s.lambda, t, names);
-    s.lambda = s.lambda.cwiseQuotient(scale_).eval();
     cholesky_.solve_upper(d);
-    s.qddot = a0 + d;
+    for (Eigen::Index i = 0; i < J_.rows(); ++i) s.lambda[i] /= scale_[i];
+    for (Eigen::Index j = 0; j < J_.cols(); ++j) s.qddot[j] += d[j];
     return s;
   }
 
   // The smallest displacement in the metric of M with J x = r.
   template <class Names>
   Vector<double, n> displacement(const Vector<double, m>& r, double t, const Names& names) const {
-    if (!definite_) return least_norm(J_.transpose(), r, cutoff_).d;
-    const Vector<double, m> g = r.cwiseQuotient(scale_);
     Vector<double, n> d;
-    Vector<double, m> lambda;
+    if (!definite_) {
+      Eigen::MatrixXd Jt(J_.cols(), J_.rows());
+      for (Eigen::Index i = 0; i < J_.rows(); ++i)
+        for (Eigen::Index j = 0; j < J_.cols(); ++j) Jt(j, i) = J_(i, j);
+      const LeastNorm shortest = least_norm(Jt, r.data(), cutoff_);
+      d.resize(J_.cols());
+      std::copy_n(shortest.d.data(), d.size(), d.data());
+      return d;
+    }
+    Vector<double, m> g(r.size()), lambda;
+    for (Eigen::Index i = 0; i < r.size(); ++i) g[i] = r[i] / scale_[i];
     // Newton's iteration corrects what dependent rows leave over; contradictions show in its residual.
     nearest(g, std::numeric_limits<double>::infinity(), d, lambda, t, names);
     cholesky_.solve_upper(d);
@@ -271,20 +231,26 @@ class ConstrainedFactors {
                const Names& names) const {
     if (regular_ && (idle_ == 0 || asks_nothing_of_idle_rows(g))) {
       lambda = schur_.solve(g);
-      d = Bt_ * lambda;
+      d.resize(Bt_.rows());
+      std::fill_n(d.data(), d.size(), 0.0);
+      for (Eigen::Index i = 0; i < g.size(); ++i) add(d.data(), lambda[i], column(i), d.size());
       return;
     }
-    const LeastNorm shortest = least_norm(Bt_, g, cutoff_);
-    d = shortest.d;
-    lambda = shortest.lambda;
+    const LeastNorm shortest = least_norm(of_run_time_size(Bt_), g.data(), cutoff_);
+    d.resize(Bt_.rows());
+    lambda.resize(g.size());
+    std::copy_n(shortest.d.data(), d.size(), d.data());
+    std::copy_n(shortest.lambda.data(), lambda.size(), lambda.data());
     // What rounding and the cut-off may leave over, relative to the terms that cancel.
-    if (shortest.miss.cwiseAbs().maxCoeff() > 1e2 * cutoff_ * (size + g.cwiseAbs().maxCoeff()))
+    if (largest(shortest.miss) > 1e2 * cutoff_ * (size + largest(g)))
       throw_contradiction(names(), shortest.miss, rank_, t);
   }
 
+  const double* column(Eigen::Index i) const { return Bt_.data() + i * Bt_.rows(); }
+
   bool asks_nothing_of_idle_rows(const Vector<double, m>& g) const {
     for (Eigen::Index i = 0; i < g.size(); ++i)
-      if (g[i] != 0.0 && Bt_.col(i).isZero(0.0)) return false;
+      if (g[i] != 0.0 && largest(column(i), Bt_.rows()) == 0.0) return false;
     return true;
   }
 
@@ -292,7 +258,7 @@ class ConstrainedFactors {
   Matrix<double, m, n> J_;
   double cutoff_;
   Cholesky<double, n> cholesky_;
-  Matrix<double, n, m> Bt_;
+  Matrix<double, n, m> Bt_;  // a row of numbers where n = 1, and so with columns all the same
   Vector<double, m> scale_;
   Cholesky<double, m> schur_;
   bool definite_ = false;

@@ -17,6 +17,7 @@
 // Constraints that switch (contact, stick) have their rows at all times, so that sizes never change; where one is
 // not active its row is zero and asks for nothing. Which are active is read off the effects' own states z.
 
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <type_traits>
@@ -262,13 +263,18 @@ namespace detail {
 // Names the constraint whose rows are not finite, if there is one.
 template <class Sc, class Rows, class... Derived>
 void require_finite_rows(const Sc& scene, double t, const Rows& rows, const Derived&... more) {
-  if (rows.allFinite() && (more.allFinite() && ...)) return;
+  if (all_finite(rows) && (all_finite(more) && ...)) return;
+  const auto is_finite = [](const auto& of, Eigen::Index i) {
+    bool finite = true;
+    for (Eigen::Index j = 0; j < of.cols(); ++j) finite = finite && std::isfinite(of(i, j));
+    return finite;
+  };
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-    if (rows.row(i).allFinite() && (more.row(i).allFinite() && ...)) continue;
+    if (is_finite(rows, i) && (is_finite(more, i) && ...)) continue;
     const std::string name = constraint_names(scene)[static_cast<std::size_t>(i)];
     throw NonFinite("the constraint '" + name + "'", t,
-                    "a constraint and its derivatives must be finite, but those of '" + name + "' are not at t = " + std::to_string(t) +
-                        "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain");
+                    sentence({"a constraint and its derivatives must be finite, but those of '", name, "' are not at t = ", std::to_string(t),
+                              "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain"}));
   }
 }
 

@@ -97,7 +97,7 @@ Vector<S, n> effect_forces(const Scene<Sys, Effects...>& scene, const Vector<S, 
                            const Vector<S, Scene<Sys, Effects...>::states_at_compile_time>& z, const S& t) {
   if constexpr (detail::moves_by_jets<S, n>) {
     const Vector<S, n> Q = detail::summed_forces<detail::ForceSum::plain>(scene, q, qdot, z, t);
-    return Q.allFinite() ? Q : detail::forces_by_duals(scene, q, qdot, z, t);
+    return detail::all_finite(Q) ? Q : detail::forces_by_duals(scene, q, qdot, z, t);
   } else {
     return detail::summed_forces<detail::ForceSum::plain>(scene, q, qdot, z, t);
   }

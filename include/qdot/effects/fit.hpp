@@ -34,8 +34,8 @@ namespace detail {
 // Coordinate k of n must exist.
 inline void require_coordinate(const std::string& who, Eigen::Index k, Eigen::Index n) {
   if (k >= 0 && k < n) return;
-  throw InvalidValue("an effect can only act on a coordinate of its system, 0 to " + std::to_string(n - 1) + ", but " + who +
-                     " is given coordinate " + std::to_string(k) + "; count coordinates from 0");
+  throw InvalidValue(sentence({"an effect can only act on a coordinate of its system, 0 to ", n - 1, ", but ", who, " is given coordinate ", k,
+                               "; count coordinates from 0"}));
 }
 
 template <class Effect>
@@ -49,9 +49,9 @@ std::string constraint_name(const Effect& e) {
 
 [[noreturn]] inline void throw_changed_rows(const std::string& name, Eigen::Index counted, Eigen::Index returned, double t) {
   throw ConstraintError(name, t, 0.0,
-                        "a constraint must have the same number of rows in every state, but '" + name + "' had " +
-                            std::to_string(counted) + " at q = 0 when the scene was made, and returned " + std::to_string(returned) +
-                            " at t = " + std::to_string(t) + "; return a row for each condition at all times");
+                        sentence({"a constraint must have the same number of rows in every state, but '", name, "' had ", counted,
+                                  " at q = 0 when the scene was made, and returned ", returned, " at t = ", std::to_string(t),
+                                  "; return a row for each condition at all times"}));
 }
 
 // The rows of a constraint that declares how many it has.
@@ -64,9 +64,8 @@ auto declared_rows(const Result& result, const std::string& name, const S& t) {
   if (returned.size() != rows) {
     const double at = static_cast<double>(innermost_value(t));
     throw ConstraintError(name, at, 0.0,
-                          "a constraint must have as many rows as it declares, but '" + name + "' declares " + std::to_string(rows) +
-                              " and returned " + std::to_string(returned.size()) + " at t = " + std::to_string(at) +
-                              "; make the two agree");
+                          sentence({"a constraint must have as many rows as it declares, but '", name, "' declares ", rows, " and returned ",
+                                    returned.size(), " at t = ", std::to_string(at), "; make the two agree"}));
   }
   return Vector<typename Returned::Scalar, rows>(returned);
 }

@@ -27,6 +27,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -65,12 +66,12 @@ namespace detail {
 
 // x ≥ lower with A x + b ≥ 0 and (x − lower)ᵀ(A x + b) = 0, for a symmetric positive semidefinite A: principal pivots by
 // Murty's least index, which always arrives when A is positive definite.
-template <class = void>  // compiled only where it is called
-Eigen::VectorXd complementary(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& lower) {
+template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>  // compiled only where it is called
+VectorXd complementary(const std::type_identity_t<MatrixXd>& A, const std::type_identity_t<VectorXd>& b, const std::type_identity_t<VectorXd>& lower) {
   const Eigen::Index k = b.size();
-  const Eigen::VectorXd q = A * lower + b;
+  const VectorXd q = A * lower + b;
   std::vector<bool> in(static_cast<std::size_t>(k), false);
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(k);
+  VectorXd y = VectorXd::Zero(k);
   const double rounding = 1e-13 * (1e-300 + q.cwiseAbs().maxCoeff());
   for (int pivot = 0; pivot < 1000; ++pivot) {
     std::vector<Eigen::Index> set;
@@ -79,16 +80,16 @@ Eigen::VectorXd complementary(const Eigen::MatrixXd& A, const Eigen::VectorXd& b
     y.setZero();
     if (!set.empty()) {
       const auto s = static_cast<Eigen::Index>(set.size());
-      Eigen::MatrixXd part(s, s);
-      Eigen::VectorXd right(s);
+      MatrixXd part(s, s);
+      VectorXd right(s);
       for (Eigen::Index i = 0; i < s; ++i) {
         right[i] = -q[set[static_cast<std::size_t>(i)]];
         for (Eigen::Index j = 0; j < s; ++j) part(i, j) = A(set[static_cast<std::size_t>(i)], set[static_cast<std::size_t>(j)]);
       }
-      const Eigen::VectorXd solved = least_norm(part, right, 1e-12).d;
+      const VectorXd solved = least_norm(part, right.data(), 1e-12).d;
       for (Eigen::Index i = 0; i < s; ++i) y[set[static_cast<std::size_t>(i)]] = solved[i];
     }
-    const Eigen::VectorXd w = A * y + q;
+    const VectorXd w = A * y + q;
     bool done = true;
     for (Eigen::Index i = 0; i < k && done; ++i) {
       const bool inside = in[static_cast<std::size_t>(i)];
@@ -103,11 +104,11 @@ Eigen::VectorXd complementary(const Eigen::MatrixXd& A, const Eigen::VectorXd& b
 }
 
 // The impulses of one blow on contacts that all approach, u < 0.
-template <class = void>
-Eigen::VectorXd blow(const Eigen::MatrixXd& A, const Eigen::VectorXd& u, const std::vector<ImpactLaw>& laws) {
+template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>
+VectorXd blow(const std::type_identity_t<MatrixXd>& A, const std::type_identity_t<VectorXd>& u, const std::vector<ImpactLaw>& laws) {
   const Eigen::Index k = u.size();
-  const Eigen::VectorXd none = Eigen::VectorXd::Zero(k);
-  Eigen::VectorXd lower = none, target = u, compression = none;
+  const VectorXd none = VectorXd::Zero(k);
+  VectorXd lower = none, target = u, compression = none;
   if (std::any_of(laws.begin(), laws.end(), [](const ImpactLaw& law) { return law.poisson; }))
     compression = complementary(A, u, none);
   for (Eigen::Index i = 0; i < k; ++i) {
@@ -118,12 +119,12 @@ Eigen::VectorXd blow(const Eigen::MatrixXd& A, const Eigen::VectorXd& u, const s
       target[i] = (1 + law.e) * u[i];
     }
   }
-  Eigen::VectorXd impulse = complementary(A, target, lower);
+  VectorXd impulse = complementary(A, target, lower);
   // ΔT along the way from compression to the end is a parabola that begins at or below zero.
-  const auto gain = [&](const Eigen::VectorXd& L) { return L.dot(u) + 0.5 * L.dot(A * L); };
+  const auto gain = [&](const VectorXd& L) { return L.dot(u) + 0.5 * L.dot(A * L); };
   if (!compression.isZero(0.0) && gain(impulse) > 0) {
     double low = 0.0, high = 1.0;
-    const Eigen::VectorXd expansion = impulse - compression;
+    const VectorXd expansion = impulse - compression;
     for (int i = 0; i < 60; ++i) (gain(compression + 0.5 * (low + high) * expansion) > 0 ? high : low) = 0.5 * (low + high);
     impulse = compression + low * expansion;
   }
@@ -132,33 +133,33 @@ Eigen::VectorXd blow(const Eigen::MatrixXd& A, const Eigen::VectorXd& u, const s
 
 // All blows of contacts with closed gaps: their impulses in total. u is changed to the velocities afterwards; what is
 // slower than `still` does not approach.
-template <class = void>
-Eigen::VectorXd impulses(const Eigen::MatrixXd& A, Eigen::VectorXd& u, const std::vector<ImpactLaw>& laws,
-                         const Eigen::VectorXd& still) {
+template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>
+VectorXd impulses(const std::type_identity_t<MatrixXd>& A, std::type_identity_t<VectorXd>& u, const std::vector<ImpactLaw>& laws,
+                         const std::type_identity_t<VectorXd>& still) {
   constexpr int most_blows = 100;
   const Eigen::Index k = u.size();
-  Eigen::VectorXd total = Eigen::VectorXd::Zero(k);
+  VectorXd total = VectorXd::Zero(k);
   for (int round = 0; round < most_blows; ++round) {
     std::vector<Eigen::Index> struck;
     for (Eigen::Index i = 0; i < k; ++i)
       if (u[i] < -still[i]) struck.push_back(i);
     if (struck.empty()) return total;
     const auto s = static_cast<Eigen::Index>(struck.size());
-    Eigen::MatrixXd part(s, s);
-    Eigen::VectorXd approach(s);
+    MatrixXd part(s, s);
+    VectorXd approach(s);
     std::vector<ImpactLaw> their_laws;
     for (Eigen::Index i = 0; i < s; ++i) {
       approach[i] = u[struck[static_cast<std::size_t>(i)]];
       their_laws.push_back(laws[static_cast<std::size_t>(struck[static_cast<std::size_t>(i)])]);
       for (Eigen::Index j = 0; j < s; ++j) part(i, j) = A(struck[static_cast<std::size_t>(i)], struck[static_cast<std::size_t>(j)]);
     }
-    const Eigen::VectorXd impulse = blow(part, approach, their_laws);
+    const VectorXd impulse = blow(part, approach, their_laws);
     for (Eigen::Index i = 0; i < s; ++i) {
       total[struck[static_cast<std::size_t>(i)]] += impulse[i];
       u += impulse[i] * A.col(struck[static_cast<std::size_t>(i)]);
     }
   }
-  const Eigen::VectorXd rest = complementary(A, u, Eigen::VectorXd::Zero(k));
+  const VectorXd rest = complementary(A, u, VectorXd::Zero(k));
   u += A * rest;
   return total + rest;
 }

@@ -27,7 +27,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <string>
 
 #include "qdot/effects/constraint_geometry.hpp"
@@ -42,15 +41,22 @@ namespace detail {
 template <class Sc, int n, int m>
 Vector<double, n> way_back(ConstraintGeometry<Sc>& geometry, const Vector<double, n>& q, const Vector<double, m>& phi) {
   constexpr double epsilon = std::numeric_limits<double>::epsilon();
-  const Vector<double, n> shortest = geometry.displacement(Vector<double, m>(-phi));
-  const Vector<double, n> size = q.cwiseAbs();
+  Vector<double, m> wanted(phi.size());
+  for (Eigen::Index i = 0; i < phi.size(); ++i) wanted[i] = -phi[i];
+  const Vector<double, n> shortest = geometry.displacement(wanted);
+  Vector<double, n> size(q.size());
+  for (Eigen::Index j = 0; j < q.size(); ++j) size[j] = std::abs(q[j]);
   double in_roundings = 0.0;  // the largest |φᵢ|/ρᵢ
   for (Eigen::Index i = 0; i < phi.size(); ++i)
     if (phi[i] != 0.0) in_roundings = std::max(in_roundings, std::abs(phi[i]) / (epsilon * geometry.reach(i, size)));
   bool harmless = !(in_roundings <= 64);
-  if (!harmless) harmless = (shortest.cwiseAbs().array() <= 1000 * epsilon * in_roundings * size.array()).all();
+  if (!harmless) {
+    harmless = true;
+    for (Eigen::Index j = 0; j < q.size(); ++j) harmless = harmless && std::abs(shortest[j]) <= 1000 * epsilon * in_roundings * size[j];
+  }
   if (harmless) return shortest;
-  return geometry.displacement(Vector<double, m>(-phi), Vector<double, n>(size.cwiseMax(1e-100)));
+  for (Eigen::Index j = 0; j < q.size(); ++j) size[j] = std::max(size[j], 1e-100);
+  return geometry.displacement(wanted, size);
 }
 
 }  // namespace detail
@@ -75,17 +81,18 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
 
   Vector<double, m> phi = constraint_residual(scene, q, t, z);
   detail::require_finite_rows(scene, t, phi);
-  report.residual_before = report.residual = phi.cwiseAbs().maxCoeff();
+  report.residual_before = report.residual = detail::largest(phi);
   double last_change = std::numeric_limits<double>::infinity();
-  const auto fail = [&](const std::string& what) {
+  const auto fail = [&](const char* what) {
     Eigen::Index worst = 0;
-    const double most = phi.cwiseAbs().maxCoeff(&worst);
+    for (Eigen::Index i = 1; i < phi.size(); ++i)
+      if (std::abs(phi[i]) > std::abs(phi[worst])) worst = i;
+    const double most = std::abs(phi[worst]);
     const std::string row = constraint_names(scene)[static_cast<std::size_t>(worst)];
-    std::ostringstream out;
-    out.precision(6);
-    out << "a state must be near enough to the constraints to be projected onto them, but at t = " << t << " " << what
-        << "; '" << row << "' is off by " << most << "; start nearer, or check that the constraints can be met together";
-    throw ConstraintError(row, t, most, out.str());
+    throw ConstraintError(row, t, most,
+                          detail::sentence({"a state must be near enough to the constraints to be projected onto them, but at t = ", {t, 6}, " ", what,
+                                            "; '", row, "' is off by ", {most, 6},
+                                            "; start nearer, or check that the constraints can be met together"}));
   };
   detail::ConstraintGeometry<Sc> geometry(scene, t, cutoff);
   while (report.residual > 0) {
@@ -95,11 +102,11 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
     ++report.iterations;
     double change = 0.0;  // relative to the size of each coordinate
     for (Eigen::Index i = 0; i < q.size(); ++i) change = std::max(change, std::abs(step[i]) / (1.0 + std::abs(q[i])));
-    if (!step.allFinite()) fail("a Newton step is not finite");
-    q += step;
+    if (!detail::all_finite(step)) fail("a Newton step is not finite");
+    for (Eigen::Index i = 0; i < q.size(); ++i) q[i] += step[i];
     phi = constraint_residual(scene, q, t, z);
     detail::require_finite_rows(scene, t, phi);
-    const double residual = phi.cwiseAbs().maxCoeff();
+    const double residual = detail::largest(phi);
     const bool at_rounding = change < 8 * std::numeric_limits<double>::epsilon();
     const bool no_better = change < 1e-10 && change > 0.5 * last_change;
     if (at_rounding || no_better) {
@@ -118,20 +125,25 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   // A Newton iteration that stands still on contradicting rows has not arrived.
   constexpr double arrived = 1e-8;
   const auto is_off = [&](Eigen::Index i, double size) { return std::abs(phi[i]) > arrived * (length[i] * (1.0 + size) + (length[i] < 1e-12 ? 1.0 : 0.0)); };
-  const double size_of_q = q.cwiseAbs().maxCoeff(), size_of_qdot = qdot_start.cwiseAbs().maxCoeff();
+  const double size_of_q = detail::largest(q), size_of_qdot = detail::largest(qdot_start);
   for (Eigen::Index i = 0; i < phi.size(); ++i)
     if (is_off(i, size_of_q))
       fail("no state satisfies all of them");
   report.rank = geometry.rank();
-  qdot += geometry.displacement(Vector<double, m>(-constraint_velocity(scene, q, qdot, t, z)));
+  Vector<double, m> wanted = constraint_velocity(scene, q, qdot, t, z);
+  for (Eigen::Index i = 0; i < wanted.size(); ++i) wanted[i] = -wanted[i];
+  const Vector<double, n> change_of_qdot = geometry.displacement(wanted);
+  for (Eigen::Index i = 0; i < q.size(); ++i) qdot[i] += change_of_qdot[i];
   phi = constraint_velocity(scene, q, qdot, t, z);
   detail::require_finite_rows(scene, t, phi);
-  report.velocity_residual = phi.cwiseAbs().maxCoeff();
+  report.velocity_residual = detail::largest(phi);
   for (Eigen::Index i = 0; i < phi.size(); ++i)
     if (is_off(i, size_of_qdot))
       fail("no velocity satisfies all of them");
-  report.moved_q = (q - q_start).cwiseAbs().maxCoeff();
-  report.moved_qdot = (qdot - qdot_start).cwiseAbs().maxCoeff();
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    report.moved_q = std::max(report.moved_q, std::abs(q[i] - q_start[i]));
+    report.moved_qdot = std::max(report.moved_qdot, std::abs(qdot[i] - qdot_start[i]));
+  }
   return report;
 }
 
@@ -150,7 +162,7 @@ template <class Sys, class... Effects, int n>
 ConsistentState<n> consistent_state(const Scene<Sys, Effects...>& scene, const State<n>& rough,
                                     double cutoff = default_rank_cutoff) {
   detail::require_sizes(scene, rough.q, rough.qdot);
-  if (!rough.q.allFinite() || !rough.qdot.allFinite() || !std::isfinite(rough.t))
+  if (!detail::all_finite(rough.q) || !detail::all_finite(rough.qdot) || !std::isfinite(rough.t))
     throw InvalidValue("an initial state must be finite, but this one has NaN or infinity in it; give every entry a number");
   ConsistentState<n> result{rough, {}};
   result.report = project(scene, result.state.q, result.state.qdot, rough.t, cutoff);

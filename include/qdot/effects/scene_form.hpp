@@ -125,7 +125,7 @@ class SceneForm {
   std::string component_name(Eigen::Index i) const {
     if (i < dof()) return scene_.coordinate_name(i);
     if (i < 2 * dof()) return scene_.velocity_name(i - dof());
-    return "z" + std::to_string(i - 2 * dof());
+    return detail::sentence({"z", std::to_string(i - 2 * dof())});
   }
 
   /// y = [q; q̇; z₀] of a state; the effects' own states start at their initial values.

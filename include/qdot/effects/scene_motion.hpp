@@ -75,7 +75,7 @@ template <class Sc>
 [[gnu::noinline]] void require_finite_forces(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t,
                                              const EffectStates<Sc>& z) {
   constexpr int n = Sc::dof_at_compile_time;
-  if (!q.allFinite() || !qdot.allFinite()) return;  // then it is the state's fault
+  if (!all_finite(q) || !all_finite(qdot)) return;  // then it is the state's fault
   Eigen::Index first = 0;
   int number = 0;
   for_each(scene.effects(), [&](const auto& e) {
@@ -93,11 +93,11 @@ template <class Sc>
       }();
       for (Eigen::Index i = 0; i < Q.size(); ++i) {
         if (std::isfinite(Q[i])) continue;
-        std::string who = "effect " + std::to_string(number) + " of " + std::to_string(std::tuple_size_v<std::remove_cvref_t<decltype(scene.effects())>>);
-        if constexpr (requires { e.name; }) who += " ('" + e.name + "')";
-        throw NonFinite("the force of " + who, t,
-                        "the force of an effect must be finite, but that of " + who + " on " + scene.coordinate_name(i) +
-                            " is not at t = " + std::to_string(t) + "; look there for a division by zero, or a root or logarithm outside its domain");
+        std::string who = sentence({"effect ", number, " of ", static_cast<long>(std::tuple_size_v<std::remove_cvref_t<decltype(scene.effects())>>)});
+        if constexpr (requires { e.name; }) who += sentence({" ('", e.name, "')"});
+        throw NonFinite(sentence({"the force of ", who}), t,
+                        sentence({"the force of an effect must be finite, but that of ", who, " on ", scene.coordinate_name(i), " is not at t = ",
+                                  std::to_string(t), "; look there for a division by zero, or a root or logarithm outside its domain"}));
       }
     }
     first += states_of<E>();
@@ -132,12 +132,16 @@ auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordin
     if (detail::sparse_solution(scene, q, qdot, t, z, Q, cutoff, solution)) return solution;
   }
   const auto rows = constraint_rows(scene, q, qdot, t, z);
-  if (q.allFinite() && qdot.allFinite()) detail::require_finite_rows(scene, t, rows.J, rows.gamma);
+  if (detail::all_finite(q) && detail::all_finite(qdot)) detail::require_finite_rows(scene, t, rows.J, rows.gamma);
   if constexpr (Sc::has_forces)
-    if (!Q.allFinite()) detail::require_finite_forces(scene, q, qdot, t, z);
+    if (!detail::all_finite(Q)) detail::require_finite_forces(scene, q, qdot, t, z);
   MassAndRhs<double, n> both = mass_and_rhs(scene.system(), q, qdot, t);
-  detail::require_finite_acceleration(scene, Coordinates<Sys>(both.M.rowwise().sum()), q, qdot, t);  // for M that is not finite is not singular
-  if constexpr (Sc::has_forces) both.r += Q;
+  Coordinates<Sys> sums = Coordinates<Sys>::Zero(q.size());  // for M that is not finite is not singular
+  for (Eigen::Index j = 0; j < q.size(); ++j)
+    for (Eigen::Index i = 0; i < q.size(); ++i) sums[i] += both.M(i, j);
+  detail::require_finite_acceleration(scene, sums, q, qdot, t);
+  if constexpr (Sc::has_forces)
+    for (Eigen::Index i = 0; i < q.size(); ++i) both.r[i] += Q[i];
   const detail::ConstrainedFactors<n, m> factors(both.M, rows.J, cutoff);
   auto solution = factors.solution(both.r, rows.gamma, t, detail::SceneNames<Sc>{scene});
   detail::require_finite_acceleration(scene, solution.qddot, q, qdot, t);

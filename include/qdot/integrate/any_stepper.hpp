@@ -31,8 +31,13 @@ class AnyStepper {
 
   /// Takes over a stepper, AnyStepper(std::in_place, …); one allocation.
   template <class S>
-  AnyStepper(std::in_place_t, S stepper) : held_(std::make_unique<Holder<S>>(std::move(stepper))) {
-    static_assert(Stepper<S>, "qdot: AnyStepper holds what models Stepper");
+  AnyStepper(std::in_place_t, S stepper) : AnyStepper(made_by([&] { return std::move(stepper); })) {}
+
+  /// The stepper that make() returns, made where it is kept: moving one is much code.
+  template <class Make>
+  static AnyStepper made_by(const Make& make) {
+    static_assert(Stepper<decltype(make())>, "qdot: AnyStepper holds what models Stepper");
+    return AnyStepper(std::make_unique<Holder<decltype(make())>>(make));
   }
 
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) { held_->reset(at, y); }
@@ -77,7 +82,8 @@ class AnyStepper {
                   "qdot: a stepper must show the state that it keeps, not a copy of it");
     S stepper;
 
-    explicit Holder(S taken) : stepper(std::move(taken)) {
+    template <class Make>
+    explicit Holder(const Make& make) : stepper(make()) {
       this->fixed = detail::has_fixed_step(stepper);
       look();
     }
@@ -109,6 +115,8 @@ class AnyStepper {
     }
   };
 
+  explicit AnyStepper(std::unique_ptr<Held> held) : held_(std::move(held)) {}
+
   std::unique_ptr<Held> held_;
 };
 
@@ -117,7 +125,7 @@ static_assert(Stepper<AnyStepper>);
 /// The method's stepper for a first-order system, its type hidden; on constraints, where the system has some.
 template <FirstOrderSystem F, SteppingMethod<F> M>
 AnyStepper any_stepper(const M& method, const F& system, const Options& options) {
-  return AnyStepper(std::in_place, detail::projecting_stepper(method, system, options));
+  return AnyStepper::made_by([&] { return detail::projecting_stepper(method, system, options); });
 }
 
 /// Any method for one type of system: what a name can stand for.

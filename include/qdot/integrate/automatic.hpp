@@ -86,7 +86,7 @@ class SpectralRadius {
 
   /// −Re λ / |λ| of the eigenvalues that led in at(): 1 and more for what is drawn to rest, 0 for what swings for ever, below it
   /// for what grows. From λ² = a λ + b, with the a and b that come nearest to J² x = a J x + b x for the last power x.
-  double damping() {
+  [[gnu::cold]] double damping() {
     constexpr double collinear = 1e-6;
     image_.noalias() = J_ * x_;
     second_.noalias() = J_ * image_;
@@ -135,7 +135,7 @@ class AutomaticStepper {
  public:
   static constexpr bool projects_itself = true;
 
-  AutomaticStepper(AutomaticChoice choice, Eigen::Index size)
+  [[gnu::cold]] AutomaticStepper(AutomaticChoice choice, Eigen::Index size)
       : steppers_{std::move(choice.series), std::move(choice.smooth), std::nullopt},
         make_stiff_(std::move(choice.stiff)),
         renew_(std::move(choice.renew)),
@@ -144,7 +144,7 @@ class AutomaticStepper {
     statistics_.limited_by.assign(static_cast<std::size_t>(size), 0);
     active_ = next_ = first();
     statistics_.method = name_of(active_);
-    statistics_.method_reason = name_of(active_) + ": " + choice.reason;
+    statistics_.method_reason = detail::sentence({name_of(active_), ": ", choice.reason});
     count();
   }
 
@@ -227,7 +227,7 @@ class AutomaticStepper {
   }
 
   // Adds to the reasons why the active method is active.
-  void say(const std::string& why) {
+  [[gnu::cold]] void say(const std::string& why) {
     std::string& text = statistics_.method_reason;
     if (text.size() > longest_reason) return;
     text += "; " + name_of(active_) + " from t = " + detail::text_of(t()) + ": " + why;
@@ -288,8 +288,8 @@ class AutomaticStepper {
     warnings_ = h_rho > limit ? warnings_ + 1 : 0;
     if (warnings_ < patience_ || stiff_failed_ || radius_.damping() < least_damping) return;
     next_ = stiff;
-    why_ = "stability, not accuracy, held the step of " + name_of(active_) + " (h |lambda| = " + rounded(h_rho) + ", |lambda| = " +
-           rounded(rho) + ")";
+    why_ = detail::sentence({"stability, not accuracy, held the step of ", name_of(active_), " (h |lambda| = ", rounded(h_rho), ", |lambda| = ",
+                             rounded(rho), ")"});
   }
 
   static std::string rounded(double x) {
@@ -377,7 +377,7 @@ struct AutomaticWith {
 
   /// A stepper for `system`, which it copies. The stiff method's is made when it is needed.
   template <FirstOrderSystem F>
-  AutomaticStepper stepper(const F& system, const Options& options) const {
+  [[gnu::cold]] AutomaticStepper stepper(const F& system, const Options& options) const {
     const auto kept = std::make_shared<F>(system);
     AutomaticChoice choice{
         .series = std::nullopt,

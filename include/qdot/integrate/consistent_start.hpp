@@ -30,8 +30,8 @@ void require_consistent(const F& system, double t0, Eigen::VectorXd& y0) {
     }
   constexpr double rounding = 1e-6;  // what hand-typed initial values with seven digits are good for
   if (moved > rounding)
-    throw InvalidValue("a start must satisfy the constraints, but " + system.component_name(worst) + " = " + text_of(y0[worst]) +
-                       " would have to be " + text_of(projected[worst]) + "; take consistent_state(scene, start).state");
+    throw InvalidValue(sentence({"a start must satisfy the constraints, but ", system.component_name(worst), " = ", y0[worst], " would have to be ",
+                                 projected[worst], "; take consistent_state(scene, start).state"}));
   y0 = projected;
 }
 

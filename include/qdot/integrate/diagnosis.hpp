@@ -43,7 +43,7 @@ struct Probe {
   std::string (*blame)(const void*, double, const Eigen::VectorXd&);  // what is not finite: T, V, …; empty if unknown
 
   bool operator()(double t, const Eigen::VectorXd& y, Eigen::VectorXd& f) const { return derivative(system, t, y, f); }
-  std::string named(Eigen::Index i, double value) const { return name(system, i) + " = " + text_of(value); }
+  std::string named(Eigen::Index i, double value) const { return sentence({name(system, i), " = ", value}); }
 };
 
 // Where a run stands still.
@@ -67,13 +67,13 @@ std::string non_finite_energy(const F& system, double t, const Eigen::VectorXd& 
     const auto& mechanical = Behind::system(system);
     const Eigen::Index dof = mechanical.dof();
     const EnergyAt energy = energy_at(mechanical, t, y);
-    if (!std::isfinite(energy.T)) return "T is " + text_of(energy.T);
-    if (!std::isfinite(energy.V)) return "V is " + text_of(energy.V);
+    if (!std::isfinite(energy.T)) return sentence({"T is ", energy.T});
+    if (!std::isfinite(energy.V)) return sentence({"V is ", energy.V});
     if (!std::isfinite(energy.h)) return "T is finite, but not its derivative with the velocities";
     const auto [q, qdot] = coordinates_of<n>(y, dof);
     const Vector<double, n> g = lagrangian_gradient<n>(mechanical.energies(), q, qdot, t);
     for (Eigen::Index i = 0; i < dof; ++i)
-      if (!std::isfinite(g[i])) return "T and V are finite, but not the derivative of T - V with " + mechanical.coordinate_name(i);
+      if (!std::isfinite(g[i])) return sentence({"T and V are finite, but not the derivative of T - V with ", mechanical.coordinate_name(i)});
     if constexpr (Behind::is_scene) return "T, V and their first derivatives are finite, so it is an effect or the mass matrix";
   }
   return (void)system, (void)t, (void)y, std::string();
@@ -113,7 +113,7 @@ inline double length(const Eigen::VectorXd& u) {
 }
 
 // A change of f between neighbours on the line, or a pole.
-inline std::string found_jump(const Probe& f, const Standstill& at, const Eigen::VectorXd& f0, double reach) {
+[[gnu::cold]] inline std::string found_jump(const Probe& f, const Standstill& at, const Eigen::VectorXd& f0, double reach) {
   Eigen::VectorXd ya(at.y), yb(at.y), ym(at.y), fa(at.y), fb(at.y), fm(at.y);
   const auto go = [&](double s, Eigen::VectorXd& y, Eigen::VectorXd& value) {
     for (Eigen::Index i = 0; i < y.size(); ++i) y[i] = at.y[i] + s * f0[i];
@@ -142,14 +142,13 @@ inline std::string found_jump(const Probe& f, const Standstill& at, const Eigen:
   }
   const double left = apart(fa, fb);
   if (!(left > 0.1 * total)) return {};
-  if (left > 10 * total) return "singular: the derivative of " + f.name(f.system, worst) + " has a pole near t = " + text_of(at.t + a);
-  return "discontinuous: the derivative of " + f.name(f.system, worst) + " jumps from " + text_of(fa[worst]) + " to " + text_of(fb[worst]) +
-         " near t = " + text_of(at.t + a) + ", " + f.named(worst, ya[worst]) +
-         "; give the time of the jump in stop_times, or its place as an event";
+  if (left > 10 * total) return sentence({"singular: the derivative of ", f.name(f.system, worst), " has a pole near t = ", at.t + a});
+  return sentence({"discontinuous: the derivative of ", f.name(f.system, worst), " jumps from ", fa[worst], " to ", fb[worst], " near t = ", at.t + a,
+                   ", ", f.named(worst, ya[worst]), "; give the time of the jump in stop_times, or its place as an event"});
 }
 
 // The largest |λ| of ∂f/∂y, roughly; 0 when it cannot be had.
-inline double fastest_rate(const Probe& f, const Standstill& at, const Eigen::VectorXd& f0) {
+[[gnu::cold]] inline double fastest_rate(const Probe& f, const Standstill& at, const Eigen::VectorXd& f0) {
   constexpr int powers = 20, counted = 8;
   double size = 0.0;
   for (Eigen::Index i = 0; i < at.y.size(); ++i) size = std::max(size, 1e-7 * (std::abs(at.y[i]) + at.tolerance[i]));
@@ -171,35 +170,35 @@ inline double fastest_rate(const Probe& f, const Standstill& at, const Eigen::Ve
 /// Why the steps are so small, in words; empty when nothing speaks for any of the reasons.
 ///
 /// @param collapsed  the step has shrunk to nothing; otherwise a pole is not looked for, and a jump only where steps are tiny
-inline std::string diagnosis_of(const Probe& f, const Standstill& at, bool collapsed) {
+[[gnu::cold]] inline std::string diagnosis_of(const Probe& f, const Standstill& at, bool collapsed) {
   constexpr double often = 0.05;  // part of the steps that ended at events
   if (at.restarts >= 20 && static_cast<double>(at.restarts) > often * static_cast<double>(at.steps))
-    return "event chatter: " + std::to_string(at.restarts) + " of the last " + std::to_string(at.steps) +
-           " steps ended at an event that changed the state; let the event leave its surface behind, or give the system a phase in "
-           "which it rests there, as contact() has";
+    return sentence({"event chatter: ", at.restarts, " of the last ", at.steps,
+                     " steps ended at an event that changed the state; let the event leave its surface behind, or give the system a "
+                     "phase in which it rests there, as contact() has"});
   Eigen::VectorXd f0(at.y);
   if (!f(at.t, at.y, f0)) return {};
   if (collapsed || at.h < 1e-6 * at.progress)
     if (std::string jump = found_jump(f, at, f0, std::max(1e-9 * std::max(at.progress, std::abs(at.t)), 4 * at.h)); !jump.empty())
       return jump;
   if (at.mass_rcond < 1e-8)
-    return "singular: rcond(M) has come down to " + text_of(at.mass_rcond) + "; choose coordinates that do not degenerate here";
+    return sentence({"singular: rcond(M) has come down to ", at.mass_rcond, "; choose coordinates that do not degenerate here"});
   double own = 0.0;  // rate of the motion itself
   Eigen::Index quickest = 0;
   for (Eigen::Index i = 0; i < at.y.size(); ++i)
     if (const double rate = std::abs(f0[i]) / std::max(std::abs(at.y[i]), at.tolerance[i]); rate > own) own = rate, quickest = i;
   const double rho = fastest_rate(f, at, f0);
   if (at.h * rho > 0.3 && rho > 20 * own)
-    return "stiff: the fastest rate of the system is |lambda| = " + text_of(rho) + " and h |lambda| = " + text_of(at.h * rho) +
-           ", but the motion itself changes at " + text_of(own) + "; take CvodeBdf or Automatic";
+    return sentence({"stiff: the fastest rate of the system is |lambda| = ", rho, " and h |lambda| = ", at.h * rho,
+                     ", but the motion itself changes at ", own, "; take CvodeBdf or Automatic"});
   if (collapsed && own * at.progress > 1e4 && at.h < 1e-7 * at.progress)
-    return "singular: " + f.named(quickest, at.y[quickest]) + " changes by its own size within " + text_of(1 / own) +
-           ", so the solution runs to infinity or into a root of zero; end the run before t = " + text_of(at.t);
+    return sentence({"singular: ", f.named(quickest, at.y[quickest]), " changes by its own size within ", 1 / own,
+                     ", so the solution runs to infinity or into a root of zero; end the run before t = ", at.t});
   return {};
 }
 
 /// Where f is first not finite ahead of the last good state, and what is to blame; empty when it is finite as far as `reach`.
-inline std::string first_non_finite(const Probe& f, const Standstill& at, double reach) {
+[[gnu::cold]] inline std::string first_non_finite(const Probe& f, const Standstill& at, double reach) {
   Eigen::VectorXd f0(at.y), y(at.y), value(at.y);
   if (!f(at.t, at.y, f0)) return {};
   const auto good_at = [&](double s) {
@@ -216,7 +215,7 @@ inline std::string first_non_finite(const Probe& f, const Standstill& at, double
   }
   good_at(bad);
   const double t = at.t + bad * at.direction;
-  std::string text = "first at t = " + text_of(t) + " with ";
+  std::string text = sentence({"first at t = ", t, " with "});
   constexpr Eigen::Index most = 8;
   for (Eigen::Index i = 0; i < std::min(y.size(), most); ++i) text += (i > 0 ? ", " : "") + f.named(i, y[i]);
   if (y.size() > most) text += ", ...";
@@ -227,7 +226,7 @@ inline std::string first_non_finite(const Probe& f, const Standstill& at, double
 }
 
 /// What to add to the message of an end that nobody asked for; often nothing.
-inline std::string explanation(const Probe& f, Outcome outcome, const Standstill& at) {
+[[gnu::cold]] inline std::string explanation(const Probe& f, Outcome outcome, const Standstill& at) {
   if (outcome == Outcome::non_finite) {
     const std::string where = first_non_finite(f, at, at.h > 0.0 ? 100 * at.h : at.rest);
     return where.empty() ? where : "; " + where;

@@ -50,8 +50,9 @@ class Driver {
   static constexpr long stall_window = 10'000, most_firings = 50'000;  // steps; events in one step
 
  public:
-  Driver(const F& system, S stepper, const Options& options, const Budget& budget, O& observer, const EventList<Events...>& events)
-      : system_(system), stepper_(std::move(stepper)), options_(options), observer_(observer), watch_(system, events),
+  template <class Make>
+  Driver(const F& system, const Make& make_stepper, const Options& options, const Budget& budget, O& observer, const EventList<Events...>& events)
+      : system_(system), stepper_(make_stepper()), options_(options), observer_(observer), watch_(system, events),
         dog_(system, options), budget_(budget) {}
 
   Run<n> run(double t0, const Eigen::VectorXd& y0, double t_end) {
@@ -142,7 +143,7 @@ class Driver {
       watch_.search(clock_, stepper_.polynomial(), elapsed_, reached());
       for (long firings = 0; const std::optional<Firing> firing = watch_.next(); ++firings) {
         if (firings == most_firings) {
-          proceed = end(Outcome::event_accumulation, "'" + run_.events.back().name + "' fired " + std::to_string(firings) + " times in one step");
+          proceed = end(Outcome::event_accumulation, sentence({"'", run_.events.back().name, "' fired ", firings, " times in one step"}));
           return;
         }
         if (firing->stops || firing->changes) {
@@ -172,12 +173,12 @@ class Driver {
     if (!looked_at(firing.t, y)) return false;
     watch_.record(firing, run_.events);
     if (!observed(true)) return false;
-    if (firing.stops) return fill_outputs_here(), end(Outcome::stopped_by_event, "'" + run_.events.back().name + "' asked to stop");
+    if (firing.stops) return fill_outputs_here(), end(Outcome::stopped_by_event, sentence({"'", run_.events.back().name, "' asked to stop"}));
     if (const std::optional<Failure> wrong = watch_.change(firing, y, tolerance(y), run_.events)) return end(*wrong);
     run_.y = y;
     if (options_.keep_trajectory) run_.trajectory.jump(y);
     if (const auto name = watch_.accumulating(firing.elapsed))
-      return end(Outcome::event_accumulation, "events of " + *name + " follow each other without letting t go on");
+      return end(Outcome::event_accumulation, sentence({"events of ", *name, " follow each other without letting t go on"}));
     ++restarts_;
     reset_at(stepper_, clock_.moment(firing.elapsed), y);
     watch_.begin(firing.t, y, tolerance(y), false);
@@ -364,7 +365,8 @@ class Driver {
     if (next_output_ < outputs_.size()) run_.samples.y = Eigen::MatrixXd(run_.samples.y.leftCols(static_cast<Eigen::Index>(next_output_)));
     const std::string where = sentence({"t = ", run_.t, " after ", run_.statistics.steps, " steps"});
     const bool advised = run_.message.find(advice(run_.outcome)) != std::string::npos;
-    run_.message = run_.completed() ? sentence({"reached ", where, run_.statistics.rough_events > 0 ? "; an event's function could not be followed" : ""})
+    run_.message = run_.completed() ? sentence({"reached ", where,
+                                                run_.statistics.rough_events > 0 ? "; an event's function could not be followed" : ""})
                                     : sentence({name(run_.outcome), " at ", where, ": ", run_.message, advised ? "" : "; ",
                                                 advised ? "" : advice(run_.outcome)});
   }

@@ -192,7 +192,7 @@ class EventWatch {
                                   " this one does; run forward, or end the run before");
     for (std::size_t i = 0; i < listed; ++i)
       if (fired_[i] && watches_[i].lost)
-        return Failure{Outcome::event_accumulation, "the time between two events of " + name_of(i) + " is shorter than t can tell"};
+        return Failure{Outcome::event_accumulation, sentence({"the time between two events of ", name_of(i), " is shorter than t can tell"})};
     const Eigen::VectorXd y_before = y;
     std::optional<Failure> failure;
     bool acted = false;
@@ -257,7 +257,7 @@ class EventWatch {
 
   void require_finite(std::size_t i, double t, double g) const {
     if (std::isfinite(g)) return;
-    throw NonFinite(name_of(i), t, "the function of event " + name_of(i) + " must be finite, but is " + text_of(g) + " at t = " + text_of(t));
+    throw NonFinite(name_of(i), t, sentence({"the function of event ", name_of(i), " must be finite, but is ", g, " at t = ", t}));
   }
 
   template <bool with_formulas = true, class Take>

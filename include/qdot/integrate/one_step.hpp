@@ -109,7 +109,8 @@ class OneStep {
     require_valid(options, n);
     atol_.resize(n);
     for (Eigen::Index i = 0; i < n; ++i) atol_[i] = options.atol[i];
-    y_ = Y::Zero(n);
+    y_.resize(n);
+    std::fill_n(y_.data(), n, 0.0);
     statistics_.method = std::move(method);
     statistics_.limited_by.assign(static_cast<std::size_t>(n), 0);
   }
@@ -134,12 +135,11 @@ class OneStep {
     require_option(std::isfinite(t), "t", "must be finite", t, "start at a time that is a number");
     for (Eigen::Index i = 0; i < size(); ++i)
       if (!std::isfinite(y[i]))
-        throw InvalidValue(form().component_name(i) + " must be finite at the start, but is " + text_of(y[i]) +
-                           "; give it a number");
+        throw InvalidValue(sentence({form().component_name(i), " must be finite at the start, but is ", y[i], "; give it a number"}));
     t_ = t_previous_ = t;
     elapsed_ = elapsed_before_ = at.elapsed;
     clock_.start(at);
-    y_ = y;
+    std::copy_n(y.data(), size(), y_.data());
     direction_ = 0.0;
   }
 
@@ -150,8 +150,7 @@ class OneStep {
     clock_.head_for(t_limit);
     const double distance = distance_left();
     if (distance == 0.0 || !std::isfinite(distance) || distance * direction_ < 0)
-      throw InvalidValue("t_limit must lie ahead of t = " + text_of(t_) + ", but is " + text_of(t_limit) +
-                         "; call reset() to turn round");
+      throw InvalidValue(sentence({"t_limit must lie ahead of t = ", t_, ", but is ", t_limit, "; call reset() to turn round"}));
     direction_ = distance > 0.0 ? 1.0 : -1.0;
   }
 
@@ -205,13 +204,12 @@ class OneStep {
   }
 
   // Ends an attempt for good: the failure's sentence gets its place and numbers.
-  bool give_up(double h) {
+  [[gnu::cold, gnu::noinline]] bool give_up(double h) {
     if (failure_.outcome == Outcome::step_collapse) {
       failure_.message = "the local error stayed too large";
       if (blamed_ >= 0) failure_.message += ", most of all in " + form().component_name(blamed_) + " = " + text_of(y_[blamed_]);
     }
-    std::string text = statistics_.method + " took no step from t = " + text_of(t_) + " with h down to " +
-                       text_of(std::abs(h)) + ": " + failure_.message;
+    std::string text = sentence({statistics_.method, " took no step from t = ", t_, " with h down to ", std::abs(h), ": ", failure_.message});
     failure_.message = std::move(text);
     return false;
   }

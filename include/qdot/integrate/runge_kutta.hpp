@@ -119,9 +119,11 @@ class RungeKuttaStepper : public detail::OneStep<F> {
         initial_step_(options.initial_step),
         share_(options.rtol < 1e-14 ? 64.0 : 1.0) {
     const Eigen::Index n = this->form().size();
-    k_.setZero(n, C::total);
-    dense_.setZero(n, degree + 1);
-    y_new_ = y_old_ = stage_ = f_ = k_first_ = k_last_ = lost_ = lost_new_ = dense_.col(0);
+    k_.resize(n, C::total);
+    std::fill_n(k_.data(), k_.size(), 0.0);
+    dense_.resize(n, degree + 1);
+    std::fill_n(dense_.data(), dense_.size(), 0.0);
+    y_new_ = y_old_ = stage_ = f_ = k_first_ = k_last_ = lost_ = lost_new_ = this->y_;  // zeros
   }
 
   /// Starts (afresh) at (t, y); evaluates f once there.
@@ -131,10 +133,10 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     this->begin(at, y);
     this->evaluate(this->elapsed_, this->y_, stage_);
-    if (!stage_.allFinite()) throw_non_finite();
-    k_.col(0) = stage_;
-    lost_.setZero();
-    lost_new_.setZero();
+    if (!detail::all_finite(stage_)) throw_non_finite();
+    std::copy_n(stage_.data(), size(), k_.data());
+    std::fill_n(lost_.data(), size(), 0.0);
+    lost_new_ = lost_;
     h_ = 0.0;
     h_last_ = 0.0;
     error_before_ = 1e-4;
@@ -143,14 +145,14 @@ class RungeKuttaStepper : public detail::OneStep<F> {
 
   /// Replaces the state at t() by a nearby one, such as its projection onto constraints; evaluates f once there if it moved.
   void correct(const Eigen::Ref<const Eigen::VectorXd>& y) {
-    if (this->y_ == y) return;
+    if (std::equal(y.data(), y.data() + size(), this->y_.data())) return;
     for (Eigen::Index i = 0; i < size(); ++i)
       if (this->y_[i] != y[i]) lost_[i] = 0.0;
-    this->y_ = y;
+    std::copy_n(y.data(), size(), this->y_.data());
     this->evaluate(this->elapsed_, this->y_, f_);
-    if (!dense_is_current_) k_last_ = k_.col(0);  // dense output still ends where the step did
+    if (!dense_is_current_) std::copy_n(k_.data(), size(), k_last_.data());  // dense output still ends where the step did
     corrected_ = true;
-    k_.col(0) = f_;
+    std::copy_n(f_.data(), size(), k_.data());
   }
 
   /// One accepted step towards t_limit, landing on it exactly if it comes that far.
@@ -229,7 +231,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     this->evaluate(end, y_new_, f_);
     k_.col(C::stages) = f_ - k_.col(0);
     const double error = weighted_error(h, worst);
-    return f_.allFinite() ? error : std::numeric_limits<double>::quiet_NaN();
+    return detail::all_finite(f_) ? error : std::numeric_limits<double>::quiet_NaN();
   }
 
   template <std::size_t... i>
@@ -348,12 +350,12 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     for (int p = 0; p <= degree; ++p) dense_(i, p) = power[static_cast<std::size_t>(p)];
   }
 
-  [[noreturn]] void throw_non_finite() const {
+  [[noreturn, gnu::cold, gnu::noinline]] void throw_non_finite() const {
     for (Eigen::Index i = 0; i < size(); ++i)
       if (!std::isfinite(stage_[i]))
-        throw NonFinite("the derivative of " + this->form().component_name(i), this->t_,
-                        "the derivative of " + this->form().component_name(i) + " must be finite at the start, but is " +
-                            detail::text_of(stage_[i]) + "; check the right-hand side there");
+        throw NonFinite(detail::sentence({"the derivative of ", this->form().component_name(i)}), this->t_,
+                        detail::sentence({"the derivative of ", this->form().component_name(i), " must be finite at the start, but is ", stage_[i],
+                                          "; check the right-hand side there"}));
     throw NonFinite("the derivative", this->t_, "the derivative must be finite at the start; check the right-hand side");
   }
 

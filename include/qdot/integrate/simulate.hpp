@@ -62,8 +62,8 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   }
   using O_ = std::remove_reference_t<O>;
   const detail::Budget budget(options);  // begins before the stepper's own, which is made here
-  detail::Driver<Form, decltype(method.stepper(form, options)), O_, Events...> driver(form, method.stepper(form, options),
-                                                                                      options, budget, observer, events);
+  const auto make = [&] { return method.stepper(form, options); };
+  detail::Driver<Form, decltype(make()), O_, Events...> driver(form, make, options, budget, observer, events);
   return driver.run(start.t, y0, t_end);
 }
 

@@ -83,7 +83,8 @@ class TaylorStepper : public detail::OneStep<F> {
         initial_step_(options.initial_step) {
     detail::require_option(this->order_ >= 4 && this->order_ <= 60, "order", "must lie between 4 and 60", this->order_,
                            "leave it out to have it chosen from rtol");
-    dense_.setZero(size(), this->order_ + 1);
+    dense_.resize(size(), this->order_ + 1);
+    std::fill_n(dense_.data(), dense_.size(), 0.0);
     y_new_ = lost_ = lost_new_ = f_new_ = slope_ = this->y_;
   }
 
@@ -100,17 +101,17 @@ class TaylorStepper : public detail::OneStep<F> {
     const double t = this->clock_.shown(this->elapsed_);
     series_.renew(this->form());
     steps_before_ = this->statistics_.steps;
-    lost_.setZero();
+    std::fill_n(lost_.data(), size(), 0.0);
     expansion_is_current_ = false;
     unit_ = 1.0;
     h_last_ = 0.0;
     begin_expansion(t, this->y_);
     for (Eigen::Index i = 0; i < size(); ++i)
       if (!std::isfinite(series_.coefficients()(i, 1)))
-        throw NonFinite("the derivative of " + this->form().component_name(i), t,
-                        "the derivative of " + this->form().component_name(i) +
-                            " must be finite at the start, but is " + detail::text_of(series_.coefficients()(i, 1)) +
-                            "; check T and V there for a division by zero, a root or a logarithm of zero");
+        throw NonFinite(detail::sentence({"the derivative of ", this->form().component_name(i)}), t,
+                        detail::sentence({"the derivative of ", this->form().component_name(i), " must be finite at the start, but is ",
+                                          series_.coefficients()(i, 1),
+                                          "; check T and V there for a division by zero, a root or a logarithm of zero"}));
     expansion_is_current_ = true;
   }
 
@@ -204,9 +205,12 @@ class TaylorStepper : public detail::OneStep<F> {
   // Whether all coefficients are, column by column.
   bool is_finite() {
     Y& zero = slope_;
-    zero.setZero();
-    for (Eigen::Index k = 0; k < dense_.cols(); ++k) zero += dense_.col(k) - dense_.col(k);
-    return zero.sum() == 0.0;
+    std::fill_n(zero.data(), size(), 0.0);
+    for (Eigen::Index k = 0; k < dense_.cols(); ++k)
+      for (Eigen::Index i = 0; i < size(); ++i) zero[i] += dense_(i, k) - dense_(i, k);
+    double sum = 0.0;
+    for (Eigen::Index i = 0; i < size(); ++i) sum += zero[i];
+    return sum == 0.0;
   }
 
   // log₂ x to 0.09, from its exponent and leading bits: enough to tell which of six coefficients asks for the shortest step.
@@ -278,9 +282,9 @@ class TaylorStepper : public detail::OneStep<F> {
     const auto& rows = series_.constraints();
     if (rows.weakest_pivot() > weak_pivot) return false;
     this->failure_ = {Outcome::constraint_failure,
-                      "'" + rows.weakest_name() + "' hardly differs from the other constraints here (by a sine of " +
-                          detail::text_of(std::sqrt(rows.weakest_pivot())) +
-                          "), as in a singular position, and a power series needs them to be independent; use Dop853, or Automatic"};
+                      detail::sentence({"'", rows.weakest_name(), "' hardly differs from the other constraints here (by a sine of ",
+                                        std::sqrt(rows.weakest_pivot()),
+                                        "), as in a singular position, and a power series needs them to be independent; use Dop853, or Automatic"})};
     return true;
   }
 

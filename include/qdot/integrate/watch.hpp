@@ -280,7 +280,7 @@ class Watchdog {
     }
   }
 
-  static Failure lost_inertia(const Eigen::MatrixXd& M, double rcond, double t, const std::vector<std::string>& names) {
+  [[gnu::cold]] static Failure lost_inertia(const Eigen::MatrixXd& M, double rcond, double t, const std::vector<std::string>& names) {
     std::string direction = "some direction";
     try {
       throw_mass_matrix_error(M, t, names);
@@ -289,9 +289,9 @@ class Watchdog {
     } catch (const NonFinite& error) {
       return {Outcome::non_finite, error.what()};
     }
-    return {Outcome::singular_mass_matrix, "rcond(M) must not fall below rcond_limit, but is " + text_of(rcond) + " at t = " + text_of(t) +
-                                               ": the motion with velocity along " + direction +
-                                               " has almost no inertia, and its acceleration no digits"};
+    return {Outcome::singular_mass_matrix, sentence({"rcond(M) must not fall below rcond_limit, but is ", rcond, " at t = ", t,
+                                                     ": the motion with velocity along ", direction,
+                                                     " has almost no inertia, and its acceleration no digits"})};
   }
 
   std::optional<Failure> look_at_both(double t, const Eigen::VectorXd& y) {
@@ -308,9 +308,9 @@ class Watchdog {
     if (!(seen->constraints < options_.constraint_rcond_limit)) return std::nullopt;
     const std::vector<std::string> names = constraint_names(system_.scene());
     return Failure{Outcome::constraint_failure,
-                   "rcond of the constraints must not fall below constraint_rcond_limit = " + text_of(options_.constraint_rcond_limit) +
-                       ", but is " + text_of(seen->constraints) + " at t = " + text_of(t) + ", where '" +
-                       names[static_cast<std::size_t>(seen->weakest_constraint)] + "' depends on those before it"};
+                   sentence({"rcond of the constraints must not fall below constraint_rcond_limit = ", options_.constraint_rcond_limit, ", but is ",
+                             seen->constraints, " at t = ", t, ", where '", names[static_cast<std::size_t>(seen->weakest_constraint)],
+                             "' depends on those before it"})};
   }
 
   // By how much a step within the tolerances may change h.
@@ -349,10 +349,9 @@ class Watchdog {
     }
     if (!(drift > limit())) return std::nullopt;
     return Failure{Outcome::energy_drift,
-                   "T(q, qdot) and V(q) conserve the energy " + text_of(reference_->h) + ", but it has become " + text_of(now->h) +
-                       ", while rtol = " + text_of(options_.rtol) + " and atol allow a change of " +
-                       text_of(taken * allowed_each_ + epsilon * largest_) + "; it changed most between t = " + text_of(change_from_) +
-                       " and t = " + text_of(change_to_)};
+                   sentence({"T(q, qdot) and V(q) conserve the energy ", reference_->h, ", but it has become ", now->h, ", while rtol = ",
+                             options_.rtol, " and atol allow a change of ", taken * allowed_each_ + epsilon * largest_,
+                             "; it changed most between t = ", change_from_, " and t = ", change_to_})};
   }
 
   const F& system_;

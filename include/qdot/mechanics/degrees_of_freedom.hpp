@@ -35,6 +35,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -63,12 +64,12 @@ struct ConstraintRank {
 namespace detail {
 
 // Rows that Gram and Schmidt, twice through, find in the span of the rows before them.
-template <class = void>  // compiled only where it is called
-std::vector<Eigen::Index> rows_in_span_of_earlier(const Eigen::MatrixXd& rows, double tolerance) {
+template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>  // compiled only where it is called
+std::vector<Eigen::Index> rows_in_span_of_earlier(const std::type_identity_t<MatrixXd>& rows, double tolerance) {
   std::vector<Eigen::Index> dependent;
-  Eigen::MatrixXd basis(rows.cols(), 0);
+  MatrixXd basis(rows.cols(), 0);
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-    Eigen::VectorXd rest = rows.row(i).transpose();
+    VectorXd rest = rows.row(i).transpose();
     for (int pass = 0; pass < 2; ++pass) rest -= basis * (basis.transpose() * rest).eval();
     const double length = rest.norm();
     if (basis.cols() == rows.cols() || length <= tolerance) {
@@ -90,8 +91,8 @@ std::vector<Eigen::Index> rows_in_span_of_earlier(const Eigen::MatrixXd& rows, d
 /// @param J          m×N
 /// @param tolerance  singular values up to this fraction of the largest one count as zero
 /// @throws           NonFinite when J is not finite, InvalidValue for a tolerance outside (0, 1)
-template <class = void>  // compiled only where it is called
-ConstraintRank rank_of_rows(const Eigen::MatrixXd& J, double tolerance = 1e-10) {
+template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>  // compiled only where it is called
+ConstraintRank rank_of_rows(const std::type_identity_t<MatrixXd>& J, double tolerance = 1e-10) {
   if (!(tolerance > 0.0 && tolerance < 1.0)) {
     throw InvalidValue("rank_of_rows: the tolerance must lie between 0 and 1, but it is " + std::to_string(tolerance) +
                        "; it is a fraction of the largest singular value");
@@ -101,18 +102,17 @@ ConstraintRank rank_of_rows(const Eigen::MatrixXd& J, double tolerance = 1e-10) 
   result.coordinates = J.cols();
   result.degrees_of_freedom = J.cols();
   if (J.size() == 0) return result;
-  Eigen::MatrixXd rows = J;
+  MatrixXd rows = J;
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
     if (!rows.row(i).allFinite()) {
-      const std::string name = "the gradient of constraint " + std::to_string(i);
-      throw NonFinite(name, 0.0,
-                      name + " must be finite, but it is not; choose a configuration where the constraint is smooth");
+      const std::string name = detail::sentence({"the gradient of constraint ", i});
+      throw NonFinite(name, 0.0, detail::sentence({name, " must be finite, but it is not; choose a configuration where the constraint is smooth"}));
     }
     const double length = rows.row(i).stableNorm();
     if (length > 0.0) rows.row(i) /= length;
   }
-  result.singular_values = Eigen::JacobiSVD<Eigen::MatrixXd>(rows).singularValues();
-  const Eigen::VectorXd& sigma = result.singular_values;
+  result.singular_values = Eigen::JacobiSVD<MatrixXd>(rows).singularValues();
+  const VectorXd& sigma = result.singular_values;
   const double cut = tolerance * sigma[0];
   while (result.rank < sigma.size() && sigma[result.rank] > cut) ++result.rank;
   if (result.rank > 0 && result.rank < sigma.size() && sigma[result.rank] > 0.0) {
@@ -122,7 +122,7 @@ ConstraintRank rank_of_rows(const Eigen::MatrixXd& J, double tolerance = 1e-10) 
   result.dependent = detail::rows_in_span_of_earlier(rows, tolerance);
   if (result.rank + static_cast<Eigen::Index>(result.dependent.size()) != result.equations) {
     // Close to the cut the order of rows matters; let pivoting choose the rows to keep, so that the numbers agree.
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.transpose());
+    const Eigen::ColPivHouseholderQR<MatrixXd> qr(rows.transpose());
     result.dependent.clear();
     for (Eigen::Index k = result.rank; k < result.equations; ++k) {
       result.dependent.push_back(qr.colsPermutation().indices()[k]);

@@ -115,7 +115,7 @@ template <class E, int n, Inertia I, class Blame>
 [[gnu::noinline]] Vector<double, n> general_acceleration_under_force(const System<E, n, I>& system, const Vector<double, n>& q,
                                                                      const Vector<double, n>& qdot, double t, const Vector<double, n>& Q,
                                                                      const Blame& blame) {
-  if (!Q.allFinite()) blame();
+  if (!all_finite(Q)) blame();
   MassAndRhs<double, n> both = mass_and_rhs(system, q, qdot, t);
   both.r += Q;
   const Vector<double, n> a = solved_with_mass_matrix(system, both.M, both.r, t);

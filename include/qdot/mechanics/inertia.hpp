@@ -48,11 +48,12 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
 #include <cmath>
 #include <span>
-#include <sstream>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "qdot/error.hpp"
 
@@ -61,11 +62,7 @@ namespace qdot {
 namespace detail {
 
 // A number as a message shows it: six digits, 1e-12 not as 0.000000.
-inline std::string number_text(double x) {
-  std::ostringstream text;
-  text << x;
-  return text.str();
-}
+inline std::string number_text(double x) { return sentence({Phrase(x, 6)}); }
 
 }  // namespace detail
 
@@ -88,23 +85,44 @@ inline double total_mass(std::span<const PointMass> points) {
 inline Eigen::Vector3d centre_of_mass(std::span<const PointMass> points) {
   const double M = total_mass(points);
   if (!(M > 0.0)) {
-    throw InvalidValue("centre_of_mass: the total mass must be positive, but it is " + detail::number_text(M) +
-                       " over " + std::to_string(points.size()) + " points; add points with mass");
+    detail::throw_invalid_value({"centre_of_mass: the total mass must be positive, but it is ", {M, 6}, " over ", points.size(),
+                                 " points; add points with mass"});
   }
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const PointMass& point : points) sum += point.mass * point.position;
-  return sum / M;
+  double sum[3] = {};
+  for (const PointMass& point : points)
+    for (int i = 0; i < 3; ++i) sum[i] += point.mass * point.position[i];
+  return {sum[0] / M, sum[1] / M, sum[2] / M};
 }
+
+namespace detail {
+
+// I + m (|a|² E − a aᵀ).
+inline Eigen::Matrix3d with_point(Eigen::Matrix3d I, double m, const Eigen::Vector3d& a) {
+  const double square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < 3; ++i) I(i, j) += m * ((i == j ? square : 0.0) - a[i] * a[j]);
+  return I;
+}
+
+inline Eigen::Matrix3d diagonal(double x, double y, double z) {
+  Eigen::Matrix3d I;
+  for (int k = 0; k < 9; ++k) I.data()[k] = 0.0;
+  I(0, 0) = x, I(1, 1) = y, I(2, 2) = z;
+  return I;
+}
+
+}  // namespace detail
 
 /// The tensor |a|² E − a aᵀ = [a×]ᵀ[a×]: inertia about the origin of a unit mass at a.
 inline Eigen::Matrix3d unit_point_inertia(const Eigen::Vector3d& a) {
-  return a.squaredNorm() * Eigen::Matrix3d::Identity() - a * a.transpose();
+  return detail::with_point(detail::diagonal(0.0, 0.0, 0.0), 1.0, a);
 }
 
 /// Inertia tensor I_A of a point cloud about the point A.
 inline Eigen::Matrix3d inertia_of_points(std::span<const PointMass> points, const Eigen::Vector3d& A) {
-  Eigen::Matrix3d I = Eigen::Matrix3d::Zero();
-  for (const PointMass& point : points) I += point.mass * unit_point_inertia(point.position - A);
+  Eigen::Matrix3d I = detail::diagonal(0.0, 0.0, 0.0);
+  for (const PointMass& point : points)
+    I = detail::with_point(I, point.mass, {point.position[0] - A[0], point.position[1] - A[1], point.position[2] - A[2]});
   return I;
 }
 
@@ -112,12 +130,12 @@ inline Eigen::Matrix3d inertia_of_points(std::span<const PointMass> points, cons
 ///
 /// Only the square of AG enters, so GA does as well as AG.
 inline Eigen::Matrix3d inertia_away_from_centre(const Eigen::Matrix3d& I_G, double M, const Eigen::Vector3d& AG) {
-  return I_G + M * unit_point_inertia(AG);
+  return detail::with_point(I_G, M, AG);
 }
 
 /// Parallel axes, back to the centre of mass: I_G = I_A − M (|AG|² E − AG AGᵀ).
 inline Eigen::Matrix3d inertia_at_centre(const Eigen::Matrix3d& I_A, double M, const Eigen::Vector3d& AG) {
-  return I_A - M * unit_point_inertia(AG);
+  return detail::with_point(I_A, -M, AG);
 }
 
 /// The same tensor in turned axes, R I Rᵀ, where R takes old components to new ones; symmetric to the bit.
@@ -147,6 +165,28 @@ struct PrincipalInertia {
   Eigen::Matrix3d axes;
 };
 
+namespace detail {
+
+// Whether all eigenvalues of a symmetric A are at least `least`: L D Lᵀ of A − least E has no pivot below zero. The limits are a little below
+// zero, so that what is zero by right has positive pivots.
+inline bool has_no_moment_below(double least, const Eigen::Matrix3d& A) {
+  double L[3][3] = {}, d[3];
+  for (int k = 0; k < 3; ++k) {
+    d[k] = A(k, k) - least;
+    for (int j = 0; j < k; ++j) d[k] -= L[k][j] * L[k][j] * d[j];
+    if (d[k] < 0.0) return false;
+    for (int i = k + 1; i < 3; ++i) {
+      double sum = A(i, k);
+      for (int j = 0; j < k; ++j) sum -= L[i][j] * L[k][j] * d[j];
+      if (d[k] == 0.0 && sum != 0.0) return false;
+      L[i][k] = d[k] == 0.0 ? 0.0 : sum / d[k];
+    }
+  }
+  return true;
+}
+
+}  // namespace detail
+
 /// The tensor unchanged, if a body of positive masses can have it.
 ///
 /// Asks for finite entries, symmetry, moments that are not negative, and I₃ ≤ I₁ + I₂; each up to
@@ -155,24 +195,29 @@ struct PrincipalInertia {
 /// @throws InvalidValue with the rule that is broken and the values that break it
 inline Eigen::Matrix3d valid_inertia(const Eigen::Matrix3d& I) {
   constexpr double slack = 1e-9;
-  const auto refuse = [&](std::string_view rule, std::string_view remedy) {
-    std::ostringstream text;
-    text.precision(17);
-    text << "inertia tensor: " << rule << ", but I = [" << I.format(Eigen::IOFormat(17, Eigen::DontAlignCols, ", ", "; "))
-         << "]; " << remedy;
-    throw InvalidValue(text.str());
+  const auto refuse = [&](const char* rule, const char* remedy) {
+    const auto at = [&](int i, int j) { return detail::Phrase(I(i, j), 17); };
+    detail::throw_invalid_value({"inertia tensor: ", rule, ", but I = [", at(0, 0), ", ", at(0, 1), ", ", at(0, 2), "; ", at(1, 0), ", ", at(1, 1), ", ",
+                                 at(1, 2), "; ", at(2, 0), ", ", at(2, 1), ", ", at(2, 2), "]; ", remedy});
   };
-  if (!I.allFinite()) refuse("every entry must be finite", "look for a division by zero in what made it");
-  const double size = I.cwiseAbs().maxCoeff();
-  if ((I - I.transpose()).cwiseAbs().maxCoeff() > slack * size) {
+  double size = 0.0, skew = 0.0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      if (!std::isfinite(I(i, j))) refuse("every entry must be finite", "look for a division by zero in what made it");
+      size = std::max(size, std::abs(I(i, j)));
+      skew = std::max(skew, std::abs(I(i, j) - I(j, i)));
+    }
+  if (skew > slack * size) {
     refuse("it must be symmetric", "give both off-diagonal entries, with the minus sign: I_xy = I_yx = -sum m x y");
   }
-  const Eigen::Vector3d moments =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues();
-  if (moments[0] < -slack * size) {
+  if (!detail::has_no_moment_below(-slack * size, I)) {
     refuse("principal moments must not be negative", "check the sign of the products of inertia and the parallel-axes shift");
   }
-  if (moments[2] > moments[0] + moments[1] + slack * size) {
+  // I₃ ≤ I₁ + I₂ where no moment of ½ tr(I) E − I = ∫ r rᵀ dm is negative.
+  const double half = 0.5 * (I(0, 0) + I(1, 1) + I(2, 2));
+  Eigen::Matrix3d second;
+  for (int k = 0; k < 9; ++k) second.data()[k] = (k % 4 == 0 ? half : 0.0) - I.data()[k];
+  if (!detail::has_no_moment_below(-0.5 * slack * size, second)) {
     refuse("the largest principal moment must not exceed the sum of the other two",
            "no positive masses give this tensor: check units, axes and the point it is about");
   }
@@ -182,8 +227,9 @@ inline Eigen::Matrix3d valid_inertia(const Eigen::Matrix3d& I) {
 /// Principal moments and axes of an inertia tensor (eigenvalues and eigenvectors of a symmetric matrix).
 ///
 /// @throws InvalidValue as `valid_inertia` does
-inline PrincipalInertia principal_inertia(const Eigen::Matrix3d& I) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(valid_inertia(I));
+template <class Matrix3d = Eigen::Matrix3d>  // compiled only where it is called
+PrincipalInertia principal_inertia(const std::type_identity_t<Matrix3d>& I) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(valid_inertia(I));
   PrincipalInertia principal{solver.eigenvalues(), solver.eigenvectors()};
   if (principal.axes.determinant() < 0.0) principal.axes.col(2) *= -1.0;
   return principal;
@@ -207,8 +253,6 @@ inline void require_order(std::string_view body, double inner, double outer) {
   throw InvalidValue("inertia::" + std::string(body) + ": the inner radius must not exceed the outer one, but inner = " +
                      number_text(inner) + " and outer = " + number_text(outer) + "; the inner radius comes first");
 }
-
-inline Eigen::Matrix3d diagonal(double x, double y, double z) { return Eigen::Vector3d(x, y, z).asDiagonal(); }
 
 }  // namespace detail
 
@@ -277,11 +321,12 @@ inline Eigen::Matrix3d sphere(double M, double R) { return ellipsoid(M, R, R, R)
 inline Eigen::Matrix3d hollow_sphere(double M, double inner, double outer) {
   detail::require_size("hollow_sphere", "mass", M);
   detail::require_order("hollow_sphere", inner, outer);
-  if (outer == 0.0) return Eigen::Matrix3d::Zero();
+  if (outer == 0.0) return detail::diagonal(0.0, 0.0, 0.0);
   const double x = inner / outer;
   // (1 − x⁵)/(1 − x³) with the factor 1 − x divided out
   const double ratio = (1.0 + x * (1.0 + x * (1.0 + x * (1.0 + x)))) / (1.0 + x * (1.0 + x));
-  return 0.4 * M * outer * outer * ratio * Eigen::Matrix3d::Identity();
+  const double moment = 0.4 * M * outer * outer * ratio;
+  return detail::diagonal(moment, moment, moment);
 }
 
 /// Thin spherical shell of radius R: ⅔MR².
@@ -291,7 +336,7 @@ inline Eigen::Matrix3d spherical_shell(double M, double R) { return hollow_spher
 inline Eigen::Matrix3d hemisphere(double M, double R) {
   detail::require_size("hemisphere", "mass", M);
   detail::require_size("hemisphere", "radius", R);
-  return M * R * R * detail::diagonal(83.0 / 320.0, 83.0 / 320.0, 0.4);
+  return detail::diagonal(83.0 / 320.0 * M * R * R, 83.0 / 320.0 * M * R * R, 0.4 * M * R * R);
 }
 
 /// Solid torus about z: R from the centre to the middle of the tube, a the radius of the tube.

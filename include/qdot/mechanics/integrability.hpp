@@ -86,9 +86,9 @@ inline double scattered(std::uint64_t k) {
 
 // Frobenius' condition at q, from the entries of A column by column (m·n) and their derivatives (m·n × n). No template,
 // so that all constraints share it.
-template <class = void>  // compiled only where it is called
-Integrability frobenius_condition(const Eigen::VectorXd& entries, const Eigen::MatrixXd& derivatives,
-                                         const Eigen::VectorXd& q, double tolerance) {
+template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>  // compiled only where it is called
+Integrability frobenius_condition(const std::type_identity_t<VectorXd>& entries, const std::type_identity_t<MatrixXd>& derivatives,
+                                         const std::type_identity_t<VectorXd>& q, double tolerance) {
   const Eigen::Index n = q.size(), m = entries.size() / n;
   if (m * n != entries.size() || m == 0) {
     throw DimensionError("each row of A(q)", static_cast<long>(n),
@@ -98,34 +98,34 @@ Integrability frobenius_condition(const Eigen::VectorXd& entries, const Eigen::M
   if (!entries.allFinite() || !derivatives.allFinite()) {
     throw NonFinite("A(q)", 0.0, "A(q) and its derivatives must be finite, but they are not; choose a point where the constraint is smooth");
   }
-  Eigen::MatrixXd rows = entries.reshaped(m, n);
-  Eigen::VectorXd scale = Eigen::VectorXd::Zero(m);  // rows to length 1; a row of zeros stays
+  MatrixXd rows = entries.reshaped(m, n);
+  VectorXd scale = VectorXd::Zero(m);  // rows to length 1; a row of zeros stays
   for (Eigen::Index i = 0; i < m; ++i) {
     const double length = rows.row(i).norm();
     if (length > 0.0) scale[i] = 1.0 / length;
     rows.row(i) *= scale[i];
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows, Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<MatrixXd> svd(rows, Eigen::ComputeFullV);
   Integrability result;
-  const Eigen::VectorXd sigma = svd.singularValues();
+  const VectorXd sigma = svd.singularValues();
   while (result.constraints < sigma.size() && sigma[result.constraints] > 1e-10 * sigma[0]) ++result.constraints;
-  const Eigen::MatrixXd B = svd.matrixV().rightCols(n - result.constraints);
+  const MatrixXd B = svd.matrixV().rightCols(n - result.constraints);
 
   const Eigen::Index k = B.cols();
-  Eigen::MatrixXd twists(k * k, m);
+  MatrixXd twists(k * k, m);
   double size = 0.0;
   for (Eigen::Index i = 0; i < m; ++i) {
-    Eigen::MatrixXd D(n, n);  // ∂a_ij/∂q_k
+    MatrixXd D(n, n);  // ∂a_ij/∂q_k
     for (Eigen::Index j = 0; j < n; ++j) D.row(j) = scale[i] * derivatives.row(i + j * m);
     size = std::max(size, D.norm());
-    const Eigen::MatrixXd twist = B.transpose() * (D - D.transpose()) * B;
+    const MatrixXd twist = B.transpose() * (D - D.transpose()) * B;
     twists.col(i) = twist.reshaped();
-    if (k > 1) result.residual = std::max(result.residual, Eigen::JacobiSVD<Eigen::MatrixXd>(twist).singularValues()[0]);
+    if (k > 1) result.residual = std::max(result.residual, Eigen::JacobiSVD<MatrixXd>(twist).singularValues()[0]);
   }
   result.where = q;
   if (size > 0.0 && k > 1) {
     result.residual /= size;
-    const Eigen::VectorXd s = Eigen::JacobiSVD<Eigen::MatrixXd>(twists / size).singularValues();
+    const VectorXd s = Eigen::JacobiSVD<MatrixXd>(twists / size).singularValues();
     while (result.opened < s.size() && s[result.opened] > tolerance) ++result.opened;
   }
   result.holonomic = result.residual <= tolerance;

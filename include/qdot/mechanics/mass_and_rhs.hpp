@@ -251,7 +251,7 @@ template <int n, class S, class E>
     if (q.size() > graded_limit<n>) {
       const BandedEquations found = banded_equations(e, q, qdot, t);
       MassAndRhs<double, n> both{found.M.dense(), found.r};
-      if (both.M.allFinite() && both.r.allFinite()) return both;
+      if (all_finite(both.M) && all_finite(both.r)) return both;
       require_finite_energies(e, q, qdot, t);
     }
   }
