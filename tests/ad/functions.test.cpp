@@ -150,13 +150,20 @@ TEST_CASE("every function is there for packs, and for Lagrange's equations of pa
 
 TEST_CASE("every function is there backwards") {
   using N = Dual<double, 1>;
-  Tape<N> tape;
-  const Reverse<N> x(N(at), tape.variable(0), &tape);
+  Tape<N> tape(1, 0);
+  const Reverse<N> x = tape.variable(0, N(at));
   std::vector<N> adjoint;
   check(all(x), [](const Reverse<N>& f) { return f.value.value; },
         [&](const Reverse<N>& f) {
-          tape.sweep(f.node, adjoint);
+          tape.sweep(f, adjoint);
           return rate * adjoint[0].value;
+        });
+  Tape<double> plain(1, 0);
+  std::vector<double> share;
+  check(all(plain.variable(0, at)), [](const Reverse<double>& f) { return f.value; },
+        [&](const Reverse<double>& f) {
+          plain.sweep(f, share);
+          return rate * share[0];
         });
 }
 
@@ -226,11 +233,11 @@ TEST_CASE("a function that ends has no slope beyond its end, for any scalar") {
   const auto no_slope = [](const auto& f, double outside) {
     using D = Dual<double, 1>;
     using P = Pack<2>;
-    Tape<D> tape;
+    Tape<D> tape(1, 0);
     HessianRecord<1> hessian(1);
     std::vector<D> adjoint;
-    const Reverse<D> backwards = f(Reverse<D>(D(outside), tape.variable(0), &tape));
-    tape.sweep(backwards.node, adjoint);
+    const Reverse<D> backwards = f(tape.variable(0, D(outside)));
+    tape.sweep(backwards, adjoint);
     return std::isnan(f(moving(outside, 1.0)).tangent[0]) && std::isnan(f(EulerLagrange<1>::coordinate<0>(outside, 1.0)).rate) &&
            std::isnan(f(EulerLagrange<1, P>::coordinate<0>(P(outside), P(1.0))).rate[0]) && std::isnan(f(PositionJet<1>::coordinate<0>(outside, 1.0)).rate) &&
            std::isnan(f(Graded<HessianRecord<1>>(outside, 1.0, 0.0, 1.0, 0.0, 0, &hessian)).rate) && std::isnan(adjoint[0].value);

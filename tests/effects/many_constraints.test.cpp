@@ -13,6 +13,7 @@
 
 #include "catch2_bridge.hpp"
 #include "qdot/effects/constraints.hpp"
+#include "qdot/effects/contact.hpp"
 #include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
@@ -164,6 +165,9 @@ TEST_CASE("many constraints give what the whole matrices give, however coordinat
         auto ring = chain_of(m);
         ring.push_back({m - 1, 0});
         check_whole(scene_of(points, ring), crooked(points));
+        auto shuffled = chain_of(m);  // the same rods in another order
+        for (int k = 0; k < m; ++k) shuffled[static_cast<std::size_t>(k)] = {7 * k % (m + (m % 7 == 0 ? 1 : 0)), 7 * k % (m + (m % 7 == 0 ? 1 : 0)) - 1};
+        check_whole(scene_of(points, shuffled), crooked(points));
         // Points that are numbered at random, and a drive and a blade beside the rods.
         auto mixed = ring;
         for (auto& [a, b] : mixed) {
@@ -178,6 +182,52 @@ TEST_CASE("many constraints give what the whole matrices give, however coordinat
                              prescribed("drive", 4, [](const auto& t) { return 2.0 * t * t; }));
         check_whole(s, crooked(points));
       }
+}
+
+TEST_CASE("rows of few and of many coordinates, that branch, ask for nothing or are out of action are those of forward derivatives, at any state") {
+  const Points points{20};
+  const auto path = [](const auto& q) {  // each place is made long before its row, and from all before it
+    using S = typename std::remove_cvref_t<decltype(q)>::Scalar;
+    using std::sin, std::sqrt;
+    Vector<S, Dynamic> place(q.size()), rows(q.size() / 8);
+    for (Eigen::Index i = 0; i < q.size(); ++i) place[i] = (i == 0 ? S(1.0) : S(place[i - 1] * 0.9)) + sin(q[i]) * q[(i + 3) % q.size()];
+    for (Eigen::Index k = 0; k < rows.size(); ++k) rows[k] = place[8 * k] * place[8 * k] / sqrt(1.0 + q[8 * k + 1] * q[8 * k + 1]) - place[k] + q[k];
+    return rows;
+  };
+  const auto s = scene(mechanical_system(40, points), holonomic("path", path),
+                       holonomic("together", [](const auto& q, const auto& t) {
+                         auto sum = q[0] * t;
+                         for (Eigen::Index i = 1; i < q.size(); ++i) sum += q[i] * q[i] * t;
+                         return sum;
+                       }),
+                       holonomic("here or there", [](const auto& q) { return q[3] > 0.0 ? q[0] * q[5] : q[39] - q[1]; }),
+                       holonomic("nothing", [](const auto& q) {
+                         using S = typename std::remove_cvref_t<decltype(q)>::Scalar;
+                         return Vector<S, 3>(S(1.0), S(q[2] - q[2]), S(0.0));
+                       }),
+                       contact("wall", [](const auto& q) { return q[4] * q[7]; }), contact("floor", [](const auto& q) { return q[5] - q[8]; }),
+                       nonholonomic("blade", [](const auto& q, const auto& v, const auto& t) { return v[1] * q[2] - t * v[30] * q[1] + q[7]; }));
+  for (int trial = 0; trial < 10; ++trial) {
+    Eigen::VectorXd q(40), qdot(40);
+    for (int i = 0; i < 40; ++i) {
+      q[i] = std::sin(1.0 + 7.0 * i + 3.0 * trial);
+      qdot[i] = std::cos(2.0 + 5.0 * i + trial);
+    }
+    auto z = s.initial_states();
+    z[0] = static_cast<double>(trial % 2 == 0 ? ContactPhase::closed : ContactPhase::apart);
+    z[1] = static_cast<double>(trial % 3 == 0 ? ContactPhase::closed : ContactPhase::apart);
+    detail::SparseRows found;
+    REQUIRE(detail::write_sparse_rows(s, q, qdot, 0.7, z, found));
+    const Eigen::MatrixXd expected = constraint_jacobian(s, q, qdot, 0.7, z);
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(expected.rows(), expected.cols());
+    REQUIRE(static_cast<Eigen::Index>(found.size()) == J.rows());
+    for (std::size_t i = 0; i < found.size(); ++i)
+      for (const auto* e = found.begin(i); e != found.end(i); ++e) {
+        CHECK(J(static_cast<Eigen::Index>(i), e->column) == 0.0);  // each entry once
+        J(static_cast<Eigen::Index>(i), e->column) = e->value;
+      }
+    CHECK((J - expected).cwiseAbs().maxCoeff() < rounded * expected.cwiseAbs().maxCoeff());
+  }
 }
 
 TEST_CASE("among many constraints, those that depend on each other are found and those that contradict each other named") {

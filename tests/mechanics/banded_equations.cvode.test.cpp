@@ -137,6 +137,36 @@ TEST_CASE("rods that share their ends have a banded mass matrix, and one without
   CHECK(evaluations < n);  // an error, too, is found within the band: nested duals would take some n²/16
 }
 
+TEST_CASE("the mass matrix of any T of velocities alone is its Hessian, quadratic form or not") {
+  const Eigen::Index n = 12;
+  const VectorXd v = random_vector(n, 5);
+  const auto check = [&](const auto& T) {
+    const auto system = mechanical_system(n, T, NoPotential{});
+    const Eigen::MatrixXd M = detail::mass_matrix_of_velocities(system.energies(), v).dense();
+    const Eigen::MatrixXd expected = detail::kinetic_hessian<Dynamic>(system.energies(), v, v, 0.0);
+    CHECK((M - expected).cwiseAbs().maxCoeff() < rounded * expected.cwiseAbs().maxCoeff());
+  };
+  const auto sum_of = [n](const auto& term) {
+    return [n, term](const auto& qdot) {
+      typename std::decay_t<decltype(qdot)>::Scalar sum(0.0);
+      for (Eigen::Index i = 0; i < n; ++i) sum += term(qdot, i);
+      return sum;
+    };
+  };
+  check(sum_of([](const auto& u, auto i) { return (1.0 + 0.1 * static_cast<double>(i)) * u[i] * u[i]; }));
+  check(sum_of([](const auto& u, auto i) { return u[i] * u[i] + 3.0 * u[i] + 2.0; }));
+  check(sum_of([](const auto& u, auto i) { return (u[i] + 1.0) * (u[i] - 2.0); }));
+  check(sum_of([](const auto& u, auto i) { return u[i] * u[i] + 0.2 * u[i] * u[(i + 1) % u.size()]; }));
+  check(sum_of([](const auto& u, auto i) { return u[i] * u[i] * u[i] * u[i] + u[i] * u[i]; }));
+  check(sum_of([](const auto& u, auto i) { return u[i] > 0.5 ? 1.5 * u[i] * u[i] : 0.5 * u[i] * u[i]; }));
+  check([&](const auto& u) {
+    using std::sqrt;
+    auto square = u[0] * u[0];
+    for (Eigen::Index i = 1; i < n; ++i) square += u[i] * u[i];
+    return -2.0 * sqrt(20.0 - square);
+  });
+}
+
 TEST_CASE("a constant mass matrix is factored once for a run, one that only looks constant is not") {
   const Eigen::Index n = 40;
   const State<Dynamic> start{0.0, random_vector(n, 1), random_vector(n, 2)};

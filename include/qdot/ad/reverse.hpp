@@ -1,207 +1,14 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Gradients of functions of thousands of variables, at the cost of a few evaluations.
-//
-// Forward derivatives cost one direction for each variable. Backward, each operation y = f(a, b) is written down with its
-// two partial derivatives, and one sweep from the result to the variables multiplies them up:
-//
-//     ā += ȳ ∂f/∂a ,     b̄ += ȳ ∂f/∂b ,     starting from 1 at the result.
-//
-// The numbers themselves may be duals: then the sweep gives the gradient and its derivative along their directions.
-//
-// The tape sees besides which variables meet. Second derivatives arise where values are multiplied or put through a
-// function, so |i − j| of any nonzero ∂²f/∂x_i∂x_j is at most the widest range of variables in an operation that is not
-// linear: the `reach` of the tape. A sum over neighbours has a small one, however long it is. And it counts degrees, so that a
-// quadratic function is known to be one, everywhere, when nothing was compared on the way.
+// The functions of <cmath>, and Eigen's traits, for numbers whose operations are written to a tape (ad/tape.hpp).
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <limits>
 #include <type_traits>
-#include <utility>
-#include <vector>
 
-#include "qdot/ad/dual_eigen.hpp"
-#include "qdot/ad/dual_math.hpp"
+#include "qdot/ad/tape.hpp"
 
 namespace qdot::detail {
-
-// A tape of numbers for which this is false sees neither which variables meet nor degrees: for first derivatives, and shorter.
-template <class N>
-inline constexpr bool tape_sees_meetings = true;
-template <>
-inline constexpr bool tape_sees_meetings<double> = false;
-
-template <class N>
-struct Tape {
-  struct Seen {
-    int first, last;  // variables it depends on
-    int degree;       // as a polynomial in them; `transcendental` when it is none
-  };
-  struct Unseen {
-    Unseen(int, int, int) {}
-  };
-  struct Node {
-    int a, b;  // operands, −1: none
-    [[no_unique_address]] std::conditional_t<tape_sees_meetings<N>, Seen, Unseen> seen;
-    N along_a, along_b;
-    // Made where it stays: copies of numbers that have just been written wait for them.
-    Node(int x, int y, int first, int last, int degree, const N& along_x, const N& along_y)
-        : a(x), b(y), seen{first, last, degree}, along_a(along_x), along_b(along_y) {}
-  };
-  static constexpr int transcendental = 1000;
-
-  std::vector<Node> nodes;
-  int reach = 0;
-  bool compared = false;  // a value that depends on variables was compared: the operations may be others elsewhere
-
-  int variable(int index) {
-    nodes.emplace_back(-1, -1, index, index, 1, N(0.0), N(0.0));
-    return static_cast<int>(nodes.size()) - 1;
-  }
-  int degree(int node) const {
-    if constexpr (tape_sees_meetings<N>) {
-      return node < 0 ? 0 : nodes[static_cast<std::size_t>(node)].seen.degree;
-    } else {
-      return transcendental;
-    }
-  }
-  int operation(bool linear, int degree, int a, const N& along_a, int b = -1, const N& along_b = N(0.0)) {
-    int first = std::numeric_limits<int>::max(), last = 0;
-    if constexpr (tape_sees_meetings<N>) {
-      for (const int operand : {a, b}) {
-        if (operand < 0) continue;
-        first = std::min(first, nodes[static_cast<std::size_t>(operand)].seen.first);
-        last = std::max(last, nodes[static_cast<std::size_t>(operand)].seen.last);
-      }
-      if (!linear) reach = std::max(reach, last - first);
-    }
-    nodes.emplace_back(a, b, first, last, std::min(degree, transcendental), along_a, along_b);
-    return static_cast<int>(nodes.size()) - 1;
-  }
-
-  // ∂(node)/∂(every node before it).
-  void sweep(int from, std::vector<N>& adjoint) const {
-    adjoint.assign(nodes.size(), N(0.0));
-    if (from < 0) return;
-    adjoint[static_cast<std::size_t>(from)] = N(1.0);
-    for (std::size_t k = static_cast<std::size_t>(from) + 1; k-- > 0;) {
-      const Node& node = nodes[k];
-      if (node.a >= 0) adjoint[static_cast<std::size_t>(node.a)] += adjoint[k] * node.along_a;
-      if (node.b >= 0) adjoint[static_cast<std::size_t>(node.b)] += adjoint[k] * node.along_b;
-    }
-  }
-
-  // The same of a node that depends on few others, and only those are seen: visit(variable, share) for each way to a variable. In `waiting` are
-  // the nodes that are still to be seen, in their order, and in `adjoint` what those have got so far; both are room to work in.
-  template <class Visit>
-  void for_each_derivative(int from, int variables, std::vector<int>& waiting, std::vector<N>& adjoint, Visit&& visit) const {
-    if (adjoint.size() < nodes.size()) adjoint.resize(nodes.size());
-    waiting.clear();
-    const auto add = [&](int node, const N& share) {
-      if (node < variables) {
-        if (node >= 0) visit(node, share);
-        return;
-      }
-      std::size_t at = waiting.size();
-      while (at > 0 && waiting[at - 1] > node) --at;
-      if (at > 0 && waiting[at - 1] == node) {
-        adjoint[static_cast<std::size_t>(node)] += share;
-        return;
-      }
-      adjoint[static_cast<std::size_t>(node)] = share;
-      waiting.push_back(node);
-      for (std::size_t k = waiting.size() - 1; k > at; --k) std::swap(waiting[k], waiting[k - 1]);
-    };
-    add(from, N(1.0));
-    while (!waiting.empty()) {
-      const auto k = static_cast<std::size_t>(waiting.back());
-      waiting.pop_back();
-      const Node& node = nodes[k];
-      add(node.a, adjoint[k] * node.along_a);
-      if (node.b >= 0) add(node.b, adjoint[k] * node.along_b);
-    }
-  }
-};
-
-// A number whose operations are written to a tape.
-template <class N>
-struct Reverse {
-  N value{0.0};
-  int node = -1;  // −1: no variable in it
-  Tape<N>* tape = nullptr;
-
-  Reverse() = default;
-  template <class Number>
-    requires(std::is_arithmetic_v<Number> || std::is_same_v<Number, N>)
-  Reverse(const Number& constant) : value(constant) {}
-  Reverse(const N& v, int k, Tape<N>* t) : value(v), node(k), tape(t) {}
-
-  friend Reverse operator+(const Reverse& x) { return x; }
-  friend Reverse operator-(const Reverse& x) { return x.scaled(-x.value, N(-1.0)); }
-  friend Reverse operator+(const Reverse& x, const Reverse& y) {
-    if (y.node < 0) return Reverse(x.value + y.value, x.node, x.tape);
-    if (x.node < 0) return Reverse(x.value + y.value, y.node, y.tape);
-    return both(true, highest(x, y), x.value + y.value, x, N(1.0), y, N(1.0));
-  }
-  friend Reverse operator-(const Reverse& x, const Reverse& y) {
-    if (y.node < 0) return Reverse(x.value - y.value, x.node, x.tape);
-    return both(true, highest(x, y), x.value - y.value, x, N(1.0), y, N(-1.0));
-  }
-  friend Reverse operator*(const Reverse& x, const Reverse& y) {
-    return both(x.node < 0 || y.node < 0, x.degree() + y.degree(), x.value * y.value, x, y.value, y, x.value);
-  }
-  friend Reverse operator/(const Reverse& x, const Reverse& y) {
-    const N inverse = 1.0 / y.value, quotient = x.value / y.value;
-    return both(y.node < 0, y.node < 0 ? x.degree() : Tape<N>::transcendental, quotient, x, inverse, y, -(quotient * inverse));
-  }
-  Reverse& operator+=(const Reverse& o) { return *this = *this + o; }
-  Reverse& operator-=(const Reverse& o) { return *this = *this - o; }
-  Reverse& operator*=(const Reverse& o) { return *this = *this * o; }
-  Reverse& operator/=(const Reverse& o) { return *this = *this / o; }
-
-  friend bool operator==(const Reverse& a, const Reverse& b) { return compared(a, b), a.value == b.value; }
-  friend bool operator!=(const Reverse& a, const Reverse& b) { return compared(a, b), a.value != b.value; }
-  friend bool operator<(const Reverse& a, const Reverse& b) { return compared(a, b), a.value < b.value; }
-  friend bool operator<=(const Reverse& a, const Reverse& b) { return compared(a, b), a.value <= b.value; }
-  friend bool operator>(const Reverse& a, const Reverse& b) { return compared(a, b), a.value > b.value; }
-  friend bool operator>=(const Reverse& a, const Reverse& b) { return compared(a, b), a.value >= b.value; }
-
-  friend const auto& innermost_value(const Reverse& x) {
-    using qdot::innermost_value;
-    return innermost_value(x.value);
-  }
-  int degree() const { return node < 0 ? 0 : tape->degree(node); }
-  static int highest(const Reverse& x, const Reverse& y) { return std::max(x.degree(), y.degree()); }
-  static void compared(const Reverse& x, const Reverse& y) {
-    if (x.node >= 0) x.tape->compared = true;
-    if (y.node >= 0) y.tape->compared = true;
-  }
-
-  // f(x) from f and f′.
-  Reverse through(const N& f, const N& slope) const {
-    return node < 0 ? Reverse(f) : Reverse(f, tape->operation(false, Tape<N>::transcendental, node, slope), tape);
-  }
-  // The same with f as a generic function.
-  template <class F>
-  Reverse through(const F& f) const {
-    using D = Dual<N, 1>;
-    const D y = f(D::variable(value, 0));
-    return through(y.value, y.tangent[0]);
-  }
-  Reverse scaled(const N& result, const N& factor) const {
-    return node < 0 ? Reverse(result) : Reverse(result, tape->operation(true, degree(), node, factor), tape);
-  }
-  static Reverse both(bool linear, int degree, const N& result, const Reverse& x, const N& along_x, const Reverse& y, const N& along_y) {
-    if (x.node < 0 && y.node < 0) return Reverse(result);
-    Tape<N>* const tape = x.node >= 0 ? x.tape : y.tape;
-    if (y.node < 0) return Reverse(result, tape->operation(linear, degree, x.node, along_x), tape);
-    if (x.node < 0) return Reverse(result, tape->operation(linear, degree, y.node, along_y), tape);
-    return Reverse(result, tape->operation(linear, degree, x.node, along_x, y.node, along_y), tape);
-  }
-};
 
 template <class N>
 Reverse<N> sin(const Reverse<N>& x) {
@@ -255,7 +62,7 @@ template <class N>
 Reverse<N> pow(const Reverse<N>& x, const Reverse<N>& y) {
   using D = Dual<N, 2>;
   const D z = pow(D::variable(x.value, 0), D::variable(y.value, 1));
-  return Reverse<N>::both(false, Tape<N>::transcendental, z.value, x, z.tangent[0], y, z.tangent[1]);
+  return Reverse<N>::both(z.value, x, z.tangent[0], y, z.tangent[1]);
 }
 template <class A>
 inline constexpr bool is_reverse = false;
@@ -274,7 +81,7 @@ auto atan2(const A& a, const B& b) {
   const R y(a), x(b);
   using D = Dual<decltype(y.value), 2>;
   const D z = atan2(D::variable(y.value, 0), D::variable(x.value, 1));
-  return R::both(false, Tape<decltype(y.value)>::transcendental, z.value, y, z.tangent[0], x, z.tangent[1]);
+  return R::both(z.value, y, z.tangent[0], x, z.tangent[1]);
 }
 template <class A, class B>
   requires ReverseBeside<A, B>
@@ -283,7 +90,7 @@ auto hypot(const A& a, const B& b) {
   const R x(a), y(b);
   using D = Dual<decltype(x.value), 2>;
   const D z = hypot(D::variable(x.value, 0), D::variable(y.value, 1));
-  return R::both(false, Tape<decltype(x.value)>::transcendental, z.value, x, z.tangent[0], y, z.tangent[1]);
+  return R::both(z.value, x, z.tangent[0], y, z.tangent[1]);
 }
 // Three arguments of which at least one is such a number.
 template <class A, class B, class C>
@@ -383,7 +190,7 @@ struct Eigen::NumTraits<qdot::detail::Reverse<N>> : Eigen::NumTraits<double> {
   using Real = qdot::detail::Reverse<N>;
   using NonInteger = Real;
   using Nested = Real;
-  enum { IsInteger = 0, IsSigned = 1, IsComplex = 0, RequireInitialization = 1, ReadCost = 3, AddCost = 20, MulCost = 20 };
+  enum { IsInteger = 0, IsSigned = 1, IsComplex = 0, RequireInitialization = !std::is_trivially_default_constructible_v<Real>, ReadCost = 3, AddCost = 20, MulCost = 20 };
 };
 template <class N, class Number, class Operation>
   requires std::is_arithmetic_v<Number>

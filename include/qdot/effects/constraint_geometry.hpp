@@ -25,35 +25,34 @@ template <class Sc>
 inline constexpr bool may_be_sparse =
     Sc::dof_at_compile_time == Dynamic && Sc::has_constraints && Sc::SystemType::inertia == Inertia::positive_definite;
 
-// M within its band, r, the rows of J, γ, and the factors of M and J.
+// M within its band, the rows of J, and their factors.
 struct SparseSystem {
   BandedMatrix M{0, 0};
-  Eigen::VectorXd r;
   SparseRows J;
-  Eigen::VectorXd gamma;
   SparseFactors factors;
 
   template <class Sc, class Phases>
-  bool compute(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, double cutoff) {
+  bool compute(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, double cutoff, Eigen::VectorXd& r) {
     return with_mass_and_rhs<Dynamic>(scene.system().energies(), q, qdot, t, BandTo{M, r}) && factor(scene, q, qdot, t, z, cutoff);
   }
 
   // The same without r; and when only q has changed, M of T(q̇) has not.
   template <class Sc, class Phases>
-  bool compute_without_r(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, double cutoff) {
+  bool compute(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, double cutoff) {
     using Energies = typename Sc::SystemType::EnergiesType;
     if constexpr (Sc::SystemType::kinetic_signature == KineticSignature::velocity && !HasOwnEquations<Energies>) {
       if (M.size() == 0) M = mass_matrix_of_velocities(scene.system().energies(), qdot);
       return factor(scene, q, qdot, t, z, cutoff);
     } else {
-      return compute(scene, q, qdot, t, z, cutoff);
+      Eigen::VectorXd r;
+      return compute(scene, q, qdot, t, z, cutoff, r);
     }
   }
 
  private:
   template <class Sc, class Phases>
   bool factor(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, double cutoff) {
-    return write_sparse_rows(scene, q, qdot, t, z, J, gamma) && factors.compute(M, J, massless_pivot, clearly_independent * cutoff * cutoff);
+    return write_sparse_rows(scene, q, qdot, t, z, J) && factors.compute(M, J, massless_pivot, clearly_independent * cutoff * cutoff);
   }
 };
 
@@ -62,11 +61,10 @@ template <class Sc, class Phases, int n, int m>
 bool sparse_solution(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, const Eigen::VectorXd& Q,
                      double cutoff, ConstrainedSolution<n, m>& solution) {
   SparseSystem sparse;
-  if (!sparse.compute(scene, q, qdot, t, z, cutoff)) return false;
-  if (Q.size() > 0) sparse.r += Q;
-  if (!sparse.factors.solve(sparse.r, sparse.gamma)) return false;
-  solution.qddot = std::move(sparse.r);
-  solution.lambda = std::move(sparse.gamma);
+  if (!sparse.compute(scene, q, qdot, t, z, cutoff, solution.qddot)) return false;
+  if (Q.size() > 0) solution.qddot += Q;
+  solution.lambda = -constraint_acceleration(scene, q, qdot, Eigen::VectorXd(Eigen::VectorXd::Zero(q.size())), t, z);
+  if (!sparse.factors.solve(sparse.J, solution.qddot, solution.lambda)) return false;
   solution.rank = sparse.factors.rank();
   solution.smallest_pivot = sparse.factors.smallest_pivot();
   return true;
@@ -84,7 +82,7 @@ class ConstraintGeometry {
   void move_to(const Vector<double, n>& q, const Vector<double, n>& qdot, const Phases& z) {
     if constexpr (may_be_sparse<Sc>) {
       if (!sparse_) sparse_.emplace();
-      if (sparse_->compute_without_r(names_.scene, q, qdot, t_, z, cutoff_)) return;
+      if (sparse_->compute(names_.scene, q, qdot, t_, z, cutoff_)) return;
       sparse_.reset();
     }
     J_ = constraint_jacobian(names_.scene, q, qdot, t_, z);
@@ -102,7 +100,7 @@ class ConstraintGeometry {
       if (sparse_) {
         Vector<double, n> step = Vector<double, n>::Zero(sparse_->M.size());
         Vector<double, m> multipliers = r;
-        if (sparse_->factors.solve(step, multipliers)) return step;
+        if (sparse_->factors.solve(sparse_->J, step, multipliers)) return step;
         make_dense();
       }
     }
@@ -120,7 +118,7 @@ class ConstraintGeometry {
         Vector<double, n> step = Vector<double, n>::Zero(size.size());
         Vector<double, m> multipliers = r;
         SparseFactors factors;
-        if (factors.compute(metric, sparse_->J, massless_pivot, clearly_independent * cutoff_ * cutoff_) && factors.solve(step, multipliers))
+        if (factors.compute(metric, sparse_->J, massless_pivot, clearly_independent * cutoff_ * cutoff_) && factors.solve(sparse_->J, step, multipliers))
           return step;
         make_dense();
       }

@@ -287,11 +287,11 @@ class SceneJacobian {
   template <class DR, class DC>
   bool solved_sparsely(const DR& dr, const DC& dc, Out out) const {
     SparseSystem sparse;
-    if (!sparse.compute_without_r(scene_, q_, qdot_, t_, z_, default_rank_cutoff)) return false;
+    if (!sparse.compute(scene_, q_, qdot_, t_, z_, default_rank_cutoff)) return false;
     for (Eigen::Index j = 0; j < y_.size(); ++j) {
       Vector<double, n> column = dr.col(j);
       Vector<double, m> rows = dc.col(j);
-      if (!sparse.factors.solve(column, rows)) return false;
+      if (!sparse.factors.solve(sparse.J, column, rows)) return false;
       out.block(q_.size(), j, q_.size(), 1) = column;
     }
     return true;
@@ -307,11 +307,11 @@ class SceneJacobian {
       return sum;
     };
     if constexpr (n == Dynamic) {
-      Tape<D> tape;
+      Tape<D> tape(v.size(), 4 * v.size());
       Vector<Reverse<D>, n> u(v.size());
-      for (Eigen::Index i = 0; i < v.size(); ++i) u[i] = Reverse<D>(v[i], tape.variable(static_cast<int>(i)), &tape);
+      for (Eigen::Index i = 0; i < v.size(); ++i) u[i] = tape.variable(i, v[i]);
       std::vector<D> adjoint;
-      tape.sweep(sum_of(u).node, adjoint);
+      tape.sweep(sum_of(u), adjoint);
       return Eigen::Map<const Vector<D, n>>(adjoint.data(), v.size());
     } else {
       return gradient([&](const auto& u) { return sum_of(u); }, v);

@@ -23,6 +23,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "qdot/effects/schur_factors.hpp"
 #include "qdot/effects/sparse_rows.hpp"
 #include "qdot/mechanics/banded_equations.hpp"
 
@@ -86,12 +87,14 @@ class Neighbours {
   std::vector<std::size_t> first_, rows_;  // rows of a coordinate
 };
 
-/// L D Lᵀ of M and J together.
+/// L D Lᵀ of M and J together, or of J M⁻¹ Jᵀ where M is diagonal and constraints that meet are near each other.
 class SparseFactors {
  public:
   /// False when a pivot is too small: of M, below `massless` of its diagonal entry, of a row, below `dependent`.
   bool compute(const BandedMatrix& M, const SparseRows& J, double massless, double dependent) {
     const auto n = static_cast<std::size_t>(M.size());
+    of_rows_ = M.reach() == 0 && rows_.arrange(n, J);
+    if (of_rows_) return rows_.compute(M, J, dependent);
     std::vector<int> order(n);
     for (std::size_t k = 0; k < n; ++k) order[k] = static_cast<int>(k);
     arrange(M, J, order);
@@ -106,12 +109,13 @@ class SparseFactors {
   }
 
   /// Rows that ask for something, and the square of the sine of the worst one's angle to those before it.
-  Eigen::Index rank() const noexcept { return rank_; }
-  double smallest_pivot() const noexcept { return smallest_pivot_; }
+  Eigen::Index rank() const noexcept { return of_rows_ ? rows_.rank : rank_; }
+  double smallest_pivot() const noexcept { return of_rows_ ? rows_.smallest_pivot : smallest_pivot_; }
 
   /// f ← q̈ and γ ← λ; false when a row of zeros asks for something, or the result is not finite.
   template <class Rows>
-  bool solve(Eigen::VectorXd& f, Rows& gamma) {
+  bool solve(const SparseRows& J, Eigen::VectorXd& f, Rows& gamma) {
+    if (of_rows_) return rows_.solve(J, f, gamma);
     const std::size_t size = unknown_.size();
     for (std::size_t p = 0; p < size; ++p) {
       double sum = unknown_[p] >= 0 ? f[unknown_[p]] : gamma[~unknown_[p]];
@@ -244,6 +248,8 @@ class SparseFactors {
   std::vector<double> entries_, inverse_, x_;
   Eigen::Index rank_ = 0;
   double smallest_pivot_ = 1.0;
+  bool of_rows_ = false;  // then these are the factors
+  SchurFactors rows_;
 };
 
 }  // namespace qdot::detail

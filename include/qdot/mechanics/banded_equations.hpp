@@ -3,7 +3,7 @@
 //
 // Lagrange's equations of many coordinates, each of which feels its neighbours only.
 //
-// Everything comes from evaluations of T and V on tapes (ad/reverse.hpp), so a chain of a thousand masses and springs costs a
+// Everything comes from evaluations of T and V on tapes (ad/tape.hpp), so a chain of a thousand masses and springs costs a
 // thousand times one mass, in the user's own words: a loop over neighbours.
 //
 //     ∂L/∂q − D ∂L/∂q̇    one sweep back from L, on numbers with a derivative along the motion
@@ -97,9 +97,8 @@ struct TapedState {
   Vector<Reverse<N>, Dynamic> q, qdot;
 
   TapedState(Tape<N>& t, Eigen::Index n) : tape(t), q(n), qdot(n) {
-    tape.nodes.reserve(static_cast<std::size_t>(16 * n));
-    for (auto* x : {&q, &qdot})
-      for (Eigen::Index i = 0; i < n; ++i) (*x)[i] = Reverse<N>(N(0.0), tape.variable(static_cast<int>(i)), &tape);
+    for (Eigen::Index i = 0; i < n; ++i) q[i] = tape.variable(i, N(0.0));
+    for (Eigen::Index i = 0; i < n; ++i) qdot[i] = tape.variable(n + i, N(0.0), i);
   }
 };
 
@@ -112,14 +111,14 @@ BandedMatrix banded_mass_matrix(const E& e, const Eigen::VectorXd& q, const Eige
   BandedMatrix M(n, reach);
   std::vector<N> adjoint;
   for (Eigen::Index first = 0; first < directions; first += chunk) {
-    Tape<N> tape;
+    Tape<N> tape(2 * n, 14 * n);
     TapedState<N> state(tape, n);
     for (Eigen::Index i = 0; i < n; ++i) {
       state.q[i].value = N(q[i]);
       const Eigen::Index k = i % directions - first;
       state.qdot[i].value = k >= 0 && k < chunk ? N::variable(qdot[i], static_cast<int>(k)) : N(qdot[i]);
     }
-    tape.sweep(kinetic<Dynamic>(e, state.q, state.qdot, Reverse<N>(t)).node, adjoint);
+    tape.sweep(kinetic<Dynamic>(e, state.q, state.qdot, Reverse<N>(t)), adjoint);
     for (Eigen::Index j = 0; j < n; ++j) {
       const Eigen::Index k = j % directions - first;
       if (k < 0 || k >= chunk) continue;
@@ -139,30 +138,36 @@ struct BandedEquations {
 // ∂V/∂q.
 template <class E>
 Eigen::VectorXd potential_gradient(const E& e, const Eigen::VectorXd& q, double t) {
-  Tape<double> tape;
-  tape.nodes.reserve(static_cast<std::size_t>(4 * q.size()));
+  Tape<double> tape(q.size(), 2 * q.size());
   Vector<Reverse<double>, Dynamic> x(q.size());
-  for (Eigen::Index i = 0; i < q.size(); ++i) x[i] = Reverse<double>(q[i], tape.variable(static_cast<int>(i)), &tape);
+  for (Eigen::Index i = 0; i < q.size(); ++i) x[i] = tape.variable(i, q[i]);
   std::vector<double> adjoint;
-  tape.sweep(potential<Dynamic>(e, x, Reverse<double>(t)).node, adjoint);
+  tape.sweep(potential<Dynamic>(e, x, Reverse<double>(t)), adjoint);
   return Eigen::Map<const Eigen::VectorXd>(adjoint.data(), q.size());
 }
 
-// M of T(q̇): its diagonal, if it is no more than that, is the derivative of ∂T/∂q̇ along all velocities at once.
+// M of T(q̇). Where T is a quadratic form and no velocities meet, its diagonal is ∂T/∂q̇ at velocities of one.
 template <class E>
 BandedMatrix mass_matrix_of_velocities(const E& e, const Eigen::VectorXd& qdot) {
-  using N = Dual<double, 1>;
-  Tape<N> tape;
-  tape.nodes.reserve(static_cast<std::size_t>(8 * qdot.size()));
-  Vector<Reverse<N>, Dynamic> v(qdot.size());
-  for (Eigen::Index i = 0; i < qdot.size(); ++i) v[i] = Reverse<N>(N::variable(qdot[i], 0), tape.variable(static_cast<int>(i)), &tape);
-  const Reverse<N> T = kinetic<Dynamic>(e, v, v, Reverse<N>(0.0));
-  if (tape.reach > 0) return banded_mass_matrix(e, qdot, qdot, 0.0, tape.reach);
-  std::vector<N> adjoint;
-  tape.sweep(T.node, adjoint);
-  BandedMatrix M(qdot.size(), 0);
-  for (Eigen::Index i = 0; i < qdot.size(); ++i) M(i, i) = adjoint[static_cast<std::size_t>(i)].tangent[0];
-  return M;
+  const Eigen::Index n = qdot.size();
+  const auto evaluated = [&](Tape<double>& tape, const auto& velocity) {
+    Vector<Reverse<double>, Dynamic> v(n);
+    for (Eigen::Index i = 0; i < n; ++i) v[i] = tape.variable(i, velocity(i));
+    return kinetic<Dynamic>(e, v, v, Reverse<double>(0.0));
+  };
+  Tape<double> of_ones(n, 2 * n);
+  const Reverse<double> T = evaluated(of_ones, [](Eigen::Index) { return 1.0; });
+  if (of_ones.reach == 0 && !of_ones.compared && T.is_quadratic_form()) {
+    std::vector<double> adjoint;
+    of_ones.sweep(T, adjoint);
+    BandedMatrix M(n, 0);
+    for (Eigen::Index i = 0; i < n; ++i) M(i, i) = adjoint[static_cast<std::size_t>(i)];
+    return M;
+  }
+  if (!of_ones.compared) return banded_mass_matrix(e, qdot, qdot, 0.0, of_ones.reach);
+  Tape<double> here(n, 2 * n);
+  evaluated(here, [&](Eigen::Index i) { return qdot[i]; });
+  return banded_mass_matrix(e, qdot, qdot, 0.0, here.reach);
 }
 
 // T(q̇) and V(q, t) have nothing in common, and p = ∂T/∂q̇ no rate of its own. In T(q, q̇, t), one evaluation along the motion and along all
@@ -174,7 +179,7 @@ BandedEquations banded_equations(const E& e, const Eigen::VectorXd& q, const Eig
   } else {
     using N = Dual<double, 2>;
     const Eigen::Index n = q.size();
-    Tape<N> tape;
+    Tape<N> tape(2 * n, 14 * n);
     TapedState<N> state(tape, n);
     for (Eigen::Index i = 0; i < n; ++i) {
       state.q[i].value.value = q[i];
@@ -186,7 +191,7 @@ BandedEquations banded_equations(const E& e, const Eigen::VectorXd& q, const Eig
     const Eigen::Index reach = tape.reach;
     const Reverse<N> L = T - potential<Dynamic>(e, state.q, time);
     std::vector<N> adjoint;
-    tape.sweep(L.node, adjoint);
+    tape.sweep(L, adjoint);
     BandedEquations result{reach == 0 ? BandedMatrix(n, 0) : banded_mass_matrix(e, q, qdot, t, reach), Eigen::VectorXd(n)};
     for (Eigen::Index i = 0; i < n; ++i) {
       const N &along_q = adjoint[static_cast<std::size_t>(i)], &along_qdot = adjoint[static_cast<std::size_t>(n + i)];
@@ -220,7 +225,7 @@ BandedLinearization banded_linearization(const E& e, const Eigen::VectorXd& q, c
     for (Eigen::Index first = 0; first < directions; first += chunk) {
       for (bool again = true; again;) {
         again = !known;
-        Tape<N> tape;
+        Tape<N> tape(2 * n, 14 * n);
         TapedState<N> state(tape, n);
         for (Eigen::Index i = 0; i < n; ++i) {
           state.q[i].value.value.value = q[i];
@@ -245,7 +250,7 @@ BandedLinearization banded_linearization(const E& e, const Eigen::VectorXd& q, c
           result.M = banded_mass_matrix(e, q, qdot, t, reach_of_T);
           continue;
         }
-        tape.sweep(L.node, adjoint);
+        tape.sweep(L, adjoint);
         for (Eigen::Index j = 0; j < n; ++j) {
           const Eigen::Index k = j % directions - first;
           if (k < 0 || k >= chunk) continue;

@@ -29,11 +29,10 @@ class ConstantInertia {
   explicit ConstantInertia(const Sys& system) {
     if constexpr (may_keep_inertia<Sys>) {
       const Eigen::VectorXd rest = Eigen::VectorXd::Zero(system.dof());
-      using N = Dual<double, 1>;
-      Tape<N> tape;
-      TapedState<N> state(tape, system.dof());
-      const Reverse<N> T = kinetic<Dynamic>(system.energies(), state.q, state.qdot, Reverse<N>(0.0));
-      if (tape.compared || T.degree() > 2) return;
+      Tape<double> tape(2 * system.dof(), 4 * system.dof());
+      TapedState<double> state(tape, system.dof());
+      const Reverse<double> T = kinetic<Dynamic>(system.energies(), state.q, state.qdot, Reverse<double>(0.0));
+      if (tape.compared || T.degree > 2) return;
       auto M = std::make_shared<BandedMatrix>(banded_mass_matrix(system.energies(), rest, rest, 0.0, tape.reach));
       if (M->factor(singular_pivot<double>(system.dof()))) M_ = std::move(M);  // otherwise acceleration() says what is wrong
     }
@@ -44,15 +43,7 @@ class ConstantInertia {
 
   /// q̈ = −M⁻¹ ∂V/∂q, where M is known.
   Eigen::VectorXd acceleration(const Sys& system, const Eigen::VectorXd& q, double t) const {
-    using N = Dual<double, 1>;
-    Tape<N> tape;
-    TapedState<N> state(tape, q.size());
-    for (Eigen::Index i = 0; i < q.size(); ++i) state.q[i].value = N(q[i]);
-    std::vector<N> adjoint;
-    tape.sweep(potential<Dynamic>(system.energies(), state.q, Reverse<N>(t)).node, adjoint);
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(q.size());
-    if (!adjoint.empty())
-      for (Eigen::Index i = 0; i < q.size(); ++i) x[i] = -adjoint[static_cast<std::size_t>(i)].value;
+    Eigen::VectorXd x = -potential_gradient(system.energies(), q, t);
     M_->solve(x);
     return x;
   }
