@@ -1,47 +1,68 @@
 // SPDX-License-Identifier: MIT
 //
-// Rows of `qdot bench scenes`: hanging chains with as many constraints as masses.
-#include "bench/hanging_chain.hpp"
+// Rows of `qdot bench scenes`: hanging chains and ladders of four-bars, with as many constraints as masses, or nearly.
+#include "bench/four_bar_ladder.hpp"
 #include "bench/scenes.hpp"
 
 namespace qdot::bench {
 
 namespace {
 
-template <int masses>
-[[gnu::noinline]] void by_hand_of_hanging_chain(const double* q, const double* v, double* a) {
-  static const HangingChainByHand hand{.masses = masses};
+struct Chain {
+  static constexpr const char* name = "hanging chain, Cartesian";
+  static constexpr int coordinates = 2, rods = 1;  // for each link
+  using ByHand = HangingChainByHand;
+  static auto scene(int links) { return hanging_chain(links); }
+  static double straight_down(int i) { return i % 2 == 0 ? 0.0 : -(i + 1) / 2; }
+};
+
+struct Ladder {
+  static constexpr const char* name = "ladder of four-bars, Cartesian";
+  static constexpr int coordinates = 4, rods = 3;
+  using ByHand = FourBarLadderByHand;
+  static auto scene(int links) { return four_bar_ladder(links); }
+  static double straight_down(int i) { return i % 2 == 1 ? -(i / 4 + 1) : i % 4 == 0 ? 0.0 : 1.0; }
+};
+
+template <class Model, int links>
+[[gnu::noinline]] void by_hand(const double* q, const double* v, double* a) {
+  static const typename Model::ByHand hand{links};
   hand(q, v, a);
 }
 
-template <int masses>
-[[gnu::noinline]] void by_hanging_chain(const double* q, const double* v, double* a) {
-  static const auto chain = hanging_chain(masses);
-  const auto solution = constrained_acceleration(chain, Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(q, 2 * masses)),
-                                                 Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(v, 2 * masses)));
-  Eigen::Map<Eigen::VectorXd>(a, 2 * masses) = solution.qddot;
-  Eigen::Map<Eigen::VectorXd>(a + 2 * masses, masses) = solution.lambda;
+template <class Model, int links>
+[[gnu::noinline]] void by_scene(const double* q, const double* v, double* a) {
+  constexpr int n = Model::coordinates * links, m = Model::rods * links;
+  static const auto scene = Model::scene(links);
+  const auto solution =
+      constrained_acceleration(scene, Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(q, n)), Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(v, n)));
+  Eigen::Map<Eigen::VectorXd>(a, n) = solution.qddot;
+  Eigen::Map<Eigen::VectorXd>(a + n, m) = solution.lambda;
 }
 
-double straight_down(int i) { return i % 2 == 0 ? 0.0 : -(i + 1) / 2; }
-
-template <int... masses>
-std::vector<SceneRow> rows() {
-  return {SceneRow{.evaluation = {.system = "hanging chain, Cartesian",
-                                  .n = 2 * masses,
+template <class Model, int... links>
+void add_rows(std::vector<SceneRow>& rows) {
+  (rows.push_back({.evaluation = {.system = Model::name,
+                                  .n = Model::coordinates * links,
                                   .door = "",
-                                  .baseline = by_hand_of_hanging_chain<masses>,
-                                  .measured = by_hanging_chain<masses>,
+                                  .baseline = by_hand<Model, links>,
+                                  .measured = by_scene<Model, links>,
                                   .lowest = -0.3,
                                   .highest = 0.3,
-                                  .numbers_out = 3 * masses,
-                                  .middle = straight_down},
-                   .constraints = masses,
-                   .effect = "rods"}...};
+                                  .numbers_out = (Model::coordinates + Model::rods) * links,
+                                  .middle = Model::straight_down},
+                   .constraints = Model::rods * links,
+                   .effect = "rods"}),
+   ...);
 }
 
 }  // namespace
 
-std::vector<SceneRow> hanging_chain_scene_rows() { return rows<10, 40, 160, 640>(); }
+std::vector<SceneRow> hanging_chain_scene_rows() {
+  std::vector<SceneRow> rows;
+  add_rows<Chain, 10, 40, 160, 640>(rows);
+  add_rows<Ladder, 10, 40, 160>(rows);
+  return rows;
+}
 
 }  // namespace qdot::bench

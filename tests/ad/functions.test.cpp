@@ -158,7 +158,7 @@ TEST_CASE("every function is there backwards") {
           tape.sweep(f, adjoint);
           return rate * adjoint[0].value;
         });
-  Tape<double> plain(1, 0);
+  Tape<double> plain(1);
   std::vector<double> share;
   check(all(plain.variable(0, at)), [](const Reverse<double>& f) { return f.value; },
         [&](const Reverse<double>& f) {

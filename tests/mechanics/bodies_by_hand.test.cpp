@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // Euler's equations in four sets of coordinates, as `qdot bench scenes` writes them by hand, are Lagrange's of T = ½ Ω·I Ω with the library's
-// rotations, torque included; and so are the tridiagonal equations of a hanging chain those of its masses and rods.
+// rotations, torque included; and so are the tridiagonal equations of a hanging chain, and those in blocks of a
+// ladder of four-bars, those of their masses and rods.
 #include "catch2_bridge.hpp"
 
 #include <cmath>
 
-#include "bench/hanging_chain.hpp"
+#include "bench/four_bar_ladder.hpp"
 #include "mechanics/scenes_by_hand.hpp"
 
 using namespace qdot;
@@ -34,6 +35,20 @@ TEST_CASE("a hand-derived hanging chain is that of its masses and rods") {
     const auto solution = constrained_acceleration(bench::hanging_chain(masses), q, v);
     a << solution.qddot, solution.lambda;
     bench::HangingChainByHand{.masses = static_cast<std::size_t>(masses)}(q.data(), v.data(), b.data());
+    CHECK((a - b).norm() < rounded_chain * b.norm());
+  }
+}
+
+TEST_CASE("a hand-derived ladder of four-bars is that of its masses and rods") {
+  for (const int loops : {1, 2, 10, 40}) {
+    Eigen::VectorXd q(4 * loops), v(4 * loops), a(7 * loops), b(7 * loops);
+    for (int i = 0; i < 4 * loops; ++i) {
+      q[i] = 0.3 * std::sin(1.0 + 3 * i) + (i % 2 == 1 ? -(i / 4 + 1) : i % 4 == 0 ? 0.0 : 1.0);
+      v[i] = std::cos(2.0 * i);
+    }
+    const auto solution = constrained_acceleration(bench::four_bar_ladder(loops), q, v);
+    a << solution.qddot, solution.lambda;
+    bench::FourBarLadderByHand{.loops = static_cast<std::size_t>(loops)}(q.data(), v.data(), b.data());
     CHECK((a - b).norm() < rounded_chain * b.norm());
   }
 }

@@ -173,7 +173,11 @@ struct Tape<double> {
   int reach = 0;
   bool compared = false;  // a value that depends on variables was compared: the operations may be others elsewhere
 
-  Tape(Eigen::Index count, Eigen::Index expected) : variables(static_cast<int>(count)), nodes(variables) { operations.reserve(static_cast<std::size_t>(expected)); }
+  // Room for many operations, most of all that an evaluation asks for. What is not touched costs nothing, and glibc, which gives 128 kB that are freed
+  // back to the system, and twice the largest block once that was more, does not fetch the same pages again at each evaluation.
+  explicit Tape(Eigen::Index count) : variables(static_cast<int>(count)), nodes(variables) {
+    operations.reserve(static_cast<std::size_t>(std::max<Eigen::Index>(12 * count, 6000)));
+  }
 
   const Operation& operation(int node) const { return operations[static_cast<std::size_t>(node - variables)]; }
 
@@ -205,15 +209,15 @@ struct Reverse<double> {
 
   friend Reverse operator+(const Reverse& x) { return x; }
   friend Reverse operator-(const Reverse& x) { return x.with(-x.value, -x.slope); }
-  friend Reverse operator+(const Reverse& x, const Reverse& y) {
+  [[gnu::always_inline]] friend Reverse operator+(const Reverse& x, const Reverse& y) {
     const double sum = x.value + y.value;
     return !y.tape ? x.plus(y.value, sum, x.slope) : !x.tape ? y.plus(x.value, sum, y.slope) : met(true, sum, x, x.slope, y, y.slope);
   }
-  friend Reverse operator-(const Reverse& x, const Reverse& y) {
+  [[gnu::always_inline]] friend Reverse operator-(const Reverse& x, const Reverse& y) {
     const double difference = x.value - y.value;
     return !y.tape ? x.plus(y.value, difference, x.slope) : !x.tape ? y.plus(x.value, difference, -y.slope) : met(true, difference, x, x.slope, y, -y.slope);
   }
-  friend Reverse operator*(const Reverse& x, const Reverse& y) {
+  [[gnu::always_inline]] friend Reverse operator*(const Reverse& x, const Reverse& y) {
     const double product = x.value * y.value;
     if (!y.tape) return x.with(product, y.value * x.slope);
     if (!x.tape) return y.with(product, x.value * y.slope);

@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <numeric>
 #include <vector>
 
 #include "qdot/effects/sparse_rows.hpp"
@@ -25,13 +24,13 @@ class SchurFactors {
  public:
   /// False where neither order keeps rows that meet near each other.
   bool arrange(std::size_t coordinates, const SparseRows& J) {
-    order_.resize(J.size());
-    std::iota(order_.begin(), order_.end(), std::size_t(0));
+    places_.resize(J.size());
+    for (std::size_t p = 0; p < J.size(); ++p) places_[p].row = p;
     if (is_narrow(coordinates, J)) return true;
     std::vector<int> last(J.size(), 0);
     for (std::size_t row = 0; row < J.size(); ++row)
       for (const auto* e = J.begin(row); e != J.end(row); ++e) last[row] = std::max(last[row], e->column);
-    std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) { return last[a] < last[b]; });
+    std::stable_sort(places_.begin(), places_.end(), [&](const Place& a, const Place& b) { return last[a.row] < last[b.row]; });
     return is_narrow(coordinates, J);
   }
 
@@ -47,39 +46,40 @@ class SchurFactors {
     std::vector<double> moved(n, 0.0);  // M⁻¹ times a row of J
     rank = static_cast<Eigen::Index>(J.size());
     smallest_pivot = 1.0;
-    entries_.resize(offset_.empty() ? 0 : static_cast<std::size_t>(offset_.back()) + offset_.size());
-    inverse_.resize(J.size());
-    for (std::size_t p = 0; p < J.size(); ++p) {
-      double* const row = at(p);
-      const std::size_t own = order_[p], first = first_[p];
+    entries_.resize(size_);
+    for (std::size_t p = 0; p < places_.size(); ++p) {
+      Place& own = places_[p];
+      double* const row = at(own);
+      const auto *const begin = J.begin(own.row), *const end = J.end(own.row);
       double length = 0.0;
-      for (const auto* e = J.begin(own); e != J.end(own); ++e) {
+      for (const auto* e = begin; e != end; ++e) {
         const double x = e->value * mobility_[static_cast<std::size_t>(e->column)];
         moved[static_cast<std::size_t>(e->column)] = x;
         length += x * e->value;
       }
-      double pivot = length;
-      for (std::size_t j = first; j < p; ++j) {
+      for (std::size_t j = own.first; j < p; ++j) {
+        const Place& other = places_[j];
         double sum = 0.0;
-        for (const auto* e = J.begin(order_[j]); e != J.end(order_[j]); ++e) sum += moved[static_cast<std::size_t>(e->column)] * e->value;
-        const double* const other = at(j);
-        for (std::size_t k = std::max(first, first_[j]); k < j; ++k) sum -= row[k] * other[k];
+        for (const auto *e = J.begin(other.row), *last = J.end(other.row); e != last; ++e) sum += moved[static_cast<std::size_t>(e->column)] * e->value;
+        const double* const beside = at(other);
+        for (std::size_t k = std::max(own.first, other.first); k < j; ++k) sum -= row[k] * beside[k];
         row[j] = sum;
       }
-      for (std::size_t j = first; j < p; ++j) {
-        const double share = row[j] * inverse_[j];
+      for (const auto* e = begin; e != end; ++e) moved[static_cast<std::size_t>(e->column)] = 0.0;
+      double pivot = length;
+      for (std::size_t j = own.first; j < p; ++j) {
+        const double share = row[j] * places_[j].inverse;
         pivot -= row[j] * share;
         row[j] = share;
       }
-      for (const auto* e = J.begin(own); e != J.end(own); ++e) moved[static_cast<std::size_t>(e->column)] = 0.0;
       if (length == 0.0) {  // a row of zeros
         --rank;
-        inverse_[p] = 0.0;
+        own.inverse = 0.0;
         continue;
       }
       if (!(pivot > dependent * length)) return false;
       smallest_pivot = std::min(smallest_pivot, pivot / length);
-      inverse_[p] = 1.0 / pivot;
+      own.inverse = 1.0 / pivot;
     }
     return true;
   }
@@ -87,26 +87,28 @@ class SchurFactors {
   /// f ← q̈ and γ ← λ; false when a row of zeros asks for something, or the result is not finite.
   template <class Rows>
   bool solve(const SparseRows& J, Eigen::VectorXd& f, Rows& gamma) const {
-    for (std::size_t i = 0; i < mobility_.size(); ++i) f[static_cast<Eigen::Index>(i)] *= mobility_[i];
-    const std::size_t size = J.size();
-    for (std::size_t p = 0; p < size; ++p) {
-      double sum = gamma[at_row(p)];
-      for (const auto* e = J.begin(order_[p]); e != J.end(order_[p]); ++e) sum -= e->value * f[e->column];
-      const double* const row = at(p);
-      for (std::size_t j = first_[p]; j < p; ++j) sum -= row[j] * gamma[at_row(j)];
-      if (inverse_[p] == 0.0 && sum != 0.0) return false;
-      gamma[at_row(p)] = sum;
+    double *const a = f.data(), *const lambda = gamma.data();
+    for (std::size_t i = 0; i < mobility_.size(); ++i) a[i] *= mobility_[i];
+    for (std::size_t p = 0; p < places_.size(); ++p) {
+      const Place& own = places_[p];
+      double sum = lambda[own.row];
+      for (const auto *e = J.begin(own.row), *end = J.end(own.row); e != end; ++e) sum -= e->value * a[e->column];
+      const double* const row = at(own);
+      for (std::size_t j = own.first; j < p; ++j) sum -= row[j] * lambda[places_[j].row];
+      if (own.inverse == 0.0 && sum != 0.0) return false;
+      lambda[own.row] = sum;
     }
-    for (std::size_t p = 0; p < size; ++p) gamma[at_row(p)] *= inverse_[p];
+    for (const Place& own : places_) lambda[own.row] *= own.inverse;
     double zero = 0.0;
-    for (std::size_t p = size; p-- > 0;) {
-      const double lambda = gamma[at_row(p)];
-      const double* const row = at(p);
-      for (std::size_t j = first_[p]; j < p; ++j) gamma[at_row(j)] -= row[j] * lambda;
-      for (const auto* e = J.begin(order_[p]); e != J.end(order_[p]); ++e) f[e->column] += e->value * lambda * mobility_[static_cast<std::size_t>(e->column)];
-      zero += lambda - lambda;
+    for (std::size_t p = places_.size(); p-- > 0;) {
+      const Place& own = places_[p];
+      const double x = lambda[own.row];
+      const double* const row = at(own);
+      for (std::size_t j = own.first; j < p; ++j) lambda[places_[j].row] -= row[j] * x;
+      for (const auto *e = J.begin(own.row), *end = J.end(own.row); e != end; ++e) a[e->column] += e->value * x * mobility_[static_cast<std::size_t>(e->column)];
+      zero += x - x;
     }
-    for (const double x : f) zero += x - x;
+    for (std::size_t i = 0; i < mobility_.size(); ++i) zero += a[i] - a[i];
     return zero == 0.0;
   }
 
@@ -114,37 +116,37 @@ class SchurFactors {
   double smallest_pivot = 1.0;
 
  private:
-  static constexpr std::ptrdiff_t narrow = 16;  // entries of a row
+  static constexpr std::size_t narrow = 16;  // entries of a row
 
-  Eigen::Index at_row(std::size_t p) const { return static_cast<Eigen::Index>(order_[p]); }
-  double* at(std::size_t p) { return entries_.data() + offset_[p]; }
-  const double* at(std::size_t p) const { return entries_.data() + offset_[p]; }
+  struct Place {
+    std::size_t row, first;  // of J, and the place of the first entry of that of L
+    std::ptrdiff_t offset;   // of its entry at place 0 among all, whether it is there or not
+    double inverse;          // of the pivot
+  };
+  double* at(const Place& p) { return entries_.data() + p.offset; }
+  const double* at(const Place& p) const { return entries_.data() + p.offset; }
 
   // Where rows begin, in the present order.
   bool is_narrow(std::size_t coordinates, const SparseRows& J) {
-    const std::size_t m = J.size();
-    std::vector<int> met(coordinates, static_cast<int>(m));  // the first row that touches a coordinate
-    first_.resize(m);
-    offset_.resize(m);
-    std::ptrdiff_t end = 0;
-    for (std::size_t p = 0; p < m; ++p) {
-      int first = static_cast<int>(p);
-      for (const auto* e = J.begin(order_[p]); e != J.end(order_[p]); ++e) {
-        int& earlier = met[static_cast<std::size_t>(e->column)];
-        earlier = std::min(earlier, static_cast<int>(p));
-        first = std::min(first, earlier);
+    std::vector<std::size_t> met(coordinates, places_.size());  // the first place that touches a coordinate
+    size_ = 0;
+    for (std::size_t p = 0; p < places_.size(); ++p) {
+      Place& own = places_[p];
+      own.first = p;
+      for (const auto *e = J.begin(own.row), *end = J.end(own.row); e != end; ++e) {
+        std::size_t& earlier = met[static_cast<std::size_t>(e->column)];
+        if (earlier > p) earlier = p;
+        if (earlier < own.first) own.first = earlier;
       }
-      first_[p] = static_cast<std::size_t>(first);
-      offset_[p] = end - first;
-      end += static_cast<std::ptrdiff_t>(p) - first + 1;
+      own.offset = static_cast<std::ptrdiff_t>(size_) - static_cast<std::ptrdiff_t>(own.first);
+      size_ += p - own.first + 1;
     }
-    return end <= narrow * static_cast<std::ptrdiff_t>(m);
+    return size_ <= narrow * places_.size();
   }
 
-  std::vector<std::size_t> order_;      // the row at each place
-  std::vector<std::size_t> first_;      // place of the first entry of a row of L
-  std::vector<std::ptrdiff_t> offset_;  // of a row's place 0 among the entries, whether it is there or not
-  std::vector<double> entries_, inverse_, mobility_;
+  std::vector<Place> places_;
+  std::size_t size_ = 0;  // of all entries
+  std::vector<double> entries_, mobility_;
 };
 
 }  // namespace qdot::detail

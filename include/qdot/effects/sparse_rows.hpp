@@ -106,11 +106,12 @@ template <class Sc, class Phases>
 bool write_sparse_rows(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, SparseRows& J) {
   using S = Reverse<double>;
   const Eigen::Index n = q.size();
-  Tape<double> tape(n, 8 * n);  // of q or q̇
+  Tape<double> tape(n);  // of q or q̇
   SweepOfRows sweep(tape);
   Vector<S, Dynamic> x(n), v(0);
   J.entries.clear();
   J.entries.reserve(static_cast<std::size_t>(4 * n));
+  J.starts.reserve(static_cast<std::size_t>(n) + 1);
   J.starts.assign(1, 0);
   std::vector<int> place(static_cast<std::size_t>(n), -1);  // of a column's latest entry
   double zero = 0.0;

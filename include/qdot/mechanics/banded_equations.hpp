@@ -135,15 +135,15 @@ struct BandedEquations {
   Eigen::VectorXd r;
 };
 
-// ∂V/∂q.
+// −∂V/∂q.
 template <class E>
-Eigen::VectorXd potential_gradient(const E& e, const Eigen::VectorXd& q, double t) {
-  Tape<double> tape(q.size(), 2 * q.size());
+Eigen::VectorXd potential_force(const E& e, const Eigen::VectorXd& q, double t) {
+  Tape<double> tape(q.size());
   Vector<Reverse<double>, Dynamic> x(q.size());
   for (Eigen::Index i = 0; i < q.size(); ++i) x[i] = tape.variable(i, q[i]);
   std::vector<double> adjoint;
   tape.sweep(potential<Dynamic>(e, x, Reverse<double>(t)), adjoint);
-  return Eigen::Map<const Eigen::VectorXd>(adjoint.data(), q.size());
+  return -Eigen::Map<const Eigen::VectorXd>(adjoint.data(), q.size());
 }
 
 // M of T(q̇). Where T is a quadratic form and no velocities meet, its diagonal is ∂T/∂q̇ at velocities of one.
@@ -155,7 +155,7 @@ BandedMatrix mass_matrix_of_velocities(const E& e, const Eigen::VectorXd& qdot) 
     for (Eigen::Index i = 0; i < n; ++i) v[i] = tape.variable(i, velocity(i));
     return kinetic<Dynamic>(e, v, v, Reverse<double>(0.0));
   };
-  Tape<double> of_ones(n, 2 * n);
+  Tape<double> of_ones(n);
   const Reverse<double> T = evaluated(of_ones, [](Eigen::Index) { return 1.0; });
   if (of_ones.reach == 0 && !of_ones.compared && T.is_quadratic_form()) {
     std::vector<double> adjoint;
@@ -165,7 +165,7 @@ BandedMatrix mass_matrix_of_velocities(const E& e, const Eigen::VectorXd& qdot) 
     return M;
   }
   if (!of_ones.compared) return banded_mass_matrix(e, qdot, qdot, 0.0, of_ones.reach);
-  Tape<double> here(n, 2 * n);
+  Tape<double> here(n);
   evaluated(here, [&](Eigen::Index i) { return qdot[i]; });
   return banded_mass_matrix(e, qdot, qdot, 0.0, here.reach);
 }
@@ -175,7 +175,7 @@ BandedMatrix mass_matrix_of_velocities(const E& e, const Eigen::VectorXd& qdot) 
 template <class E>
 BandedEquations banded_equations(const E& e, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t) {
   if constexpr (kinetic_signature<E, Dynamic>() == KineticSignature::velocity) {
-    return {mass_matrix_of_velocities(e, qdot), -potential_gradient(e, q, t)};
+    return {mass_matrix_of_velocities(e, qdot), potential_force(e, q, t)};
   } else {
     using N = Dual<double, 2>;
     const Eigen::Index n = q.size();

@@ -29,7 +29,7 @@ class ConstantInertia {
   explicit ConstantInertia(const Sys& system) {
     if constexpr (may_keep_inertia<Sys>) {
       const Eigen::VectorXd rest = Eigen::VectorXd::Zero(system.dof());
-      Tape<double> tape(2 * system.dof(), 4 * system.dof());
+      Tape<double> tape(2 * system.dof());
       TapedState<double> state(tape, system.dof());
       const Reverse<double> T = kinetic<Dynamic>(system.energies(), state.q, state.qdot, Reverse<double>(0.0));
       if (tape.compared || T.degree > 2) return;
@@ -43,7 +43,7 @@ class ConstantInertia {
 
   /// q̈ = −M⁻¹ ∂V/∂q, where M is known.
   Eigen::VectorXd acceleration(const Sys& system, const Eigen::VectorXd& q, double t) const {
-    Eigen::VectorXd x = -potential_gradient(system.energies(), q, t);
+    Eigen::VectorXd x = potential_force(system.energies(), q, t);
     M_->solve(x);
     return x;
   }
