@@ -23,12 +23,22 @@
 
 namespace qdot::taylor {
 
-// std::stable_sort, also while compiling.
+// What std::stable_sort does, also while compiling, and by a tenth of the code: runs are merged, or elements inserted.
 template <class Element, class Before>
 constexpr void sort_stably(std::vector<Element>& list, Before before) {
-  if (!std::is_constant_evaluated()) return std::stable_sort(list.begin(), list.end(), before);
-  for (std::size_t i = 1; i < list.size(); ++i)
-    for (std::size_t j = i; j > 0 && before(list[j], list[j - 1]); --j) std::swap(list[j], list[j - 1]);
+  const std::size_t size = list.size();
+  if (std::is_constant_evaluated()) {  // in fewer steps where all is nearly sorted
+    for (std::size_t i = 1; i < size; ++i)
+      for (std::size_t j = i; j > 0 && before(list[j], list[j - 1]); --j) std::swap(list[j], list[j - 1]);
+    return;
+  }
+  std::vector<Element> merged(list);
+  for (std::size_t run = 1; run < size; run *= 2, list.swap(merged))
+    for (std::size_t first = 0; first < size; first += 2 * run) {
+      const std::size_t middle = std::min(first + run, size), last = std::min(first + 2 * run, size);
+      for (std::size_t k = first, a = first, b = middle; k < last; ++k)
+        merged[k] = a < middle && (b == last || !before(list[b], list[a])) ? list[a++] : list[b++];
+    }
 }
 
 template <class Coefficient>

@@ -105,7 +105,7 @@ class LagrangeSeries {
 
  public:
   /// @throws NotAnalytic  T, V or a force compares values or has a kink
-  LagrangeSeries(const F& form, int highest_order) {
+  [[gnu::cold]] LagrangeSeries(const F& form, int highest_order) {
     if constexpr (has_plan) {
       if (make_by_plan(form, highest_order)) return;
     }
@@ -142,9 +142,7 @@ class LagrangeSeries {
     const Eigen::Index dof = static_cast<Eigen::Index>(m.q.size());
     for (Eigen::Index i = 0; i < dof; ++i) names_.names.push_back(form.component_name(i));
     if constexpr (rows != 0) constraints_ = ConstraintSeries<n, rows>(m, sweep_, names_.names, highest_order);
-    coefficients_.setZero(static_cast<Eigen::Index>(motion_.size()), highest_order + 1);
-    M_.setZero(dof, dof);
-    solution_.setZero(dof);
+    set_out(highest_order);
   }
 
   /// Runs the functors again; where they have become other formulas, or their constants others, everything is made anew.
@@ -175,8 +173,8 @@ class LagrangeSeries {
     for (const auto& [slot, value] : assumptions_)
       if (sweep_.value(slot) == value)
         throw NonFinite("a Taylor coefficient", t,
-                        std::string("T, V") + (rows != 0 ? ", a constraint" : "") + " or a force asks whether a quantity is exactly " + text_of(value) + ", and at t = " + text_of(t) +
-                            " it is, so the motion may not be analytic there; use Dop853");
+                        sentence({"T, V", rows != 0 ? ", a constraint" : "", " or a force asks whether a quantity is exactly ", value, ", and at t = ", t,
+                                  " it is, so the motion may not be analytic there; use Dop853"}));
     factor_mass_matrix(t);
     make_order(1);
   }
@@ -220,7 +218,7 @@ class LagrangeSeries {
   }();
 
   // The sweep of written-out energies; false when the parameters are such that the plan is not theirs.
-  bool make_by_plan(const F& form, int highest_order) {
+  [[gnu::cold]] bool make_by_plan(const F& form, int highest_order) {
     const Energies& energies = form.system().energies();
     if (!energies.replays()) return false;
     MotionGraph m;
@@ -240,10 +238,19 @@ class LagrangeSeries {
     force_.assign(plan.force, plan.force + n);
     t_ = plan.t;
     for (Eigen::Index i = 0; i < n; ++i) names_.names.push_back(form.component_name(i));
-    coefficients_.setZero(2 * n, highest_order + 1);
-    M_.setZero(n, n);
-    solution_.setZero(n);
+    set_out(highest_order);
     return true;
+  }
+
+  // Zeros in all that is numbers.
+  void set_out(int highest_order) {
+    const auto dof = static_cast<Eigen::Index>(p_.size());
+    coefficients_.resize(static_cast<Eigen::Index>(motion_.size()), highest_order + 1);
+    M_.resize(dof, dof);
+    solution_.resize(dof);
+    std::fill_n(coefficients_.data(), coefficients_.size(), 0.0);
+    std::fill_n(M_.data(), M_.size(), 0.0);
+    std::fill_n(solution_.data(), dof, 0.0);
   }
 
   static std::size_t index(Eigen::Index i) { return static_cast<std::size_t>(i); }
@@ -280,7 +287,7 @@ class LagrangeSeries {
       for (Eigen::Index j = 0; j <= i; ++j) M_(i, j) = M_(j, i) = sweep_.value(mass_[next++]);
     mass_is_factored_ = false;
     if constexpr (rows != 0) {
-      if (!M_.allFinite()) throw_mass_matrix_error(M_, t, names_.names);
+      if (!all_finite(M_)) throw_mass_matrix_error(M_, t, names_.names);
       constraints_.factor(sweep_, M_, mass_is_constant_, t);
     } else if constexpr (inertia == Inertia::positive_definite) {
       if (!factors_.factor(M_)) throw_mass_matrix_error(M_, t, names_.names);
