@@ -22,6 +22,8 @@ struct Bob {
   auto V(const auto& u) const { return u[1]; }
 };
 
+constexpr double centre = 1e3, radius = 1e-3, unit = 1.2e-13;  // of a circle, and the last of its coordinates
+
 auto slider() {
   return scene(mechanical_system<2>(Slider{}).with_names({"x", "e"}),
                holonomic("end", [](const auto& q) { return q[0] + (q[1] + 0.3) - at; }));
@@ -57,4 +59,24 @@ TEST_CASE("coordinates of equal size share a residual of rounding size as their 
   const double radius = 16 * 1.1e-16 * 0.8;
   CHECK(std::abs(q[0] - (0.6 - 0.6 * radius)) <= 2.3e-16);
   CHECK(std::abs(q[1] - (0.8 + 16 * 1.1e-16 - 0.8 * radius)) <= 2.3e-16);
+}
+
+TEST_CASE("a circle that is far smaller than its coordinates is met as exactly as these can say, and so are its velocities") {
+  // Radius 1 mm at 1 km: 1e-9 m off, a millionth of the radius, is 1e-12 of the coordinates. The nearest velocity is the tangential one.
+  const auto ring = scene(mechanical_system<2>(Bob{}), holonomic("ring", [](const auto& u) {
+                            const auto x = u[0] - centre, y = u[1] - centre;
+                            return 0.5 * (x * x + y * y - radius * radius);
+                          }));
+  for (const double off : {1e-9, 1e-6, 2e-4}) {
+    const double place = radius + off;
+    Vector<double, 2> q(centre + 0.6 * place, centre + 0.8 * place), v(0.3, 0.1);
+    project(ring, q, v, 0.0);
+    CHECK(std::abs(q[0] - (centre + 0.6 * radius)) <= 2 * unit);
+    CHECK(std::abs(q[1] - (centre + 0.8 * radius)) <= 2 * unit);
+    const double x = q[0] - centre, y = q[1] - centre, along = (0.1 * x - 0.3 * y) / (x * x + y * y);
+    const double tolerance = 1e-9 * 0.3;  // a unit of q, in units of the radius, turns the velocity by 1.2e-10
+    CHECK(std::abs(v[0] + along * y) <= tolerance);
+    CHECK(std::abs(v[1] - along * x) <= tolerance);
+    CHECK(std::abs(v[0] * x + v[1] * y) <= 1e-15 * radius);  // tangential to some roundings of 0.3 m/s × 1 mm
+  }
 }

@@ -22,6 +22,9 @@
 // residual, |φᵢ| ≤ 64 ρᵢ, and a residual of ρ would move some coordinate by more than 1000 ε|qⱼ|, it is undone where it came
 // from, by the shortest way in the metric Σ (δqⱼ/qⱼ)².
 //
+// M and J are factored where Newton's method begins, and again where it has come further than 1e-8 of the coordinates from there: behind a step of an
+// integrator one factorization does for all. Velocities are projected with those factors where what J changes on the way is far below their rounding.
+//
 // The same two steps turn a rough initial state into a consistent one, and say what they moved.
 
 #include <algorithm>
@@ -95,15 +98,22 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
                                             "; start nearer, or check that the constraints can be met together"}));
   };
   detail::ConstraintGeometry<Sc> geometry(scene, t, cutoff);
+  constexpr double near = 1e-8, negligible = 1e-3 * std::numeric_limits<double>::epsilon();
+  double distance = std::numeric_limits<double>::infinity();  // of q from where geometry is, relative as `change`
+  const auto factor_here = [&] {
+    geometry.move_to(q, qdot, z);
+    distance = 0.0;
+  };
   while (report.residual > 0) {
     if (report.iterations == most_iterations) fail("Newton's method took 25 steps and did not arrive");
-    geometry.move_to(q, qdot, z);
+    if (!(distance <= near)) factor_here();
     const Vector<double, n> step = detail::way_back(geometry, q, phi);
     ++report.iterations;
     double change = 0.0;  // relative to the size of each coordinate
     for (Eigen::Index i = 0; i < q.size(); ++i) change = std::max(change, std::abs(step[i]) / (1.0 + std::abs(q[i])));
     if (!detail::all_finite(step)) fail("a Newton step is not finite");
     for (Eigen::Index i = 0; i < q.size(); ++i) q[i] += step[i];
+    distance += change;
     phi = constraint_residual(scene, q, t, z);
     detail::require_finite_rows(scene, t, phi);
     const double residual = detail::largest(phi);
@@ -118,7 +128,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
     report.residual = residual;
   }
 
-  geometry.move_to(q, qdot, z);
+  if (!(distance <= near)) factor_here();
   geometry.require_finite();
   Vector<double, m> length(phi.size());
   for (Eigen::Index i = 0; i < phi.size(); ++i) length[i] = geometry.length(i);
@@ -130,9 +140,14 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
     if (is_off(i, size_of_q))
       fail("no state satisfies all of them");
   report.rank = geometry.rank();
-  Vector<double, m> wanted = constraint_velocity(scene, q, qdot, t, z);
-  for (Eigen::Index i = 0; i < wanted.size(); ++i) wanted[i] = -wanted[i];
-  const Vector<double, n> change_of_qdot = geometry.displacement(wanted);
+  phi = constraint_velocity(scene, q, qdot, t, z);
+  Vector<double, n> speed(q.size());
+  for (Eigen::Index i = 0; i < q.size(); ++i) speed[i] = std::abs(qdot[i]);
+  double reach = 0.0;
+  for (Eigen::Index i = 0; i < phi.size(); ++i) reach = std::max(reach, geometry.reach(i, speed));
+  if (distance * detail::largest(phi) > negligible * reach) factor_here();
+  for (Eigen::Index i = 0; i < phi.size(); ++i) phi[i] = -phi[i];
+  const Vector<double, n> change_of_qdot = geometry.displacement(phi);
   for (Eigen::Index i = 0; i < q.size(); ++i) qdot[i] += change_of_qdot[i];
   phi = constraint_velocity(scene, q, qdot, t, z);
   detail::require_finite_rows(scene, t, phi);

@@ -57,51 +57,10 @@
 #include "qdot/integrate/fixed_step.hpp"
 #include "qdot/integrate/one_step.hpp"
 #include "qdot/integrate/runge_kutta_coefficients.hpp"
+#include "qdot/integrate/runge_kutta_sums.hpp"
 #include "qdot/integrate/stepper.hpp"
 
 namespace qdot {
-
-namespace detail {
-
-// The rows of the table C as types, so that their zeros are known where sums are unrolled. Nothing here depends on the system:
-// the compiler writes it once for all systems of one size.
-template <class C, int row>
-struct StageRow {
-  static constexpr auto weights = C::a[row];
-  using Others = std::make_index_sequence<static_cast<std::size_t>(row - 1)>;
-};
-template <class C>
-struct ErrorRow {
-  static constexpr auto weights = C::e;
-  using Others = std::make_index_sequence<static_cast<std::size_t>(C::stages)>;
-};
-template <class C>
-struct LowErrorRow {
-  static constexpr auto weights = C::e_low;
-  using Others = std::make_index_sequence<static_cast<std::size_t>(C::stages)>;
-};
-template <class C, std::size_t row>
-struct DenseRow {
-  static constexpr auto weights = C::dense[row];
-  using Others = std::make_index_sequence<static_cast<std::size_t>(C::total - 1)>;
-};
-template <class Row, std::size_t j>
-inline constexpr double weight_in = Row::weights[j];
-
-template <class Row, class K, std::size_t... j>
-inline double weighted_sum(const K& k, [[maybe_unused]] Eigen::Index i, std::index_sequence<j...>) {
-  double sum = 0.0;
-  ((weight_in<Row, j + 1> != 0.0 ? void(sum += weight_in<Row, j + 1> * k(i, static_cast<Eigen::Index>(j + 1))) : void()), ...);
-  return sum;
-}
-
-// Σ wⱼ (kⱼ − k₁) over j > 1 for component i, zeros left out.
-template <class Row, class K>
-inline double weighted_sum(const K& k, Eigen::Index i) {
-  return weighted_sum<Row>(k, i, typename Row::Others{});
-}
-
-}  // namespace detail
 
 /// A Stepper that takes explicit Runge–Kutta steps with the coefficients C. Movable.
 template <class C, FirstOrderSystem F>
@@ -121,9 +80,9 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     const Eigen::Index n = this->form().size();
     k_.resize(n, C::total);
     std::fill_n(k_.data(), k_.size(), 0.0);
+    quotient_.resize(n, degree);
     dense_.resize(n, degree + 1);
-    std::fill_n(dense_.data(), dense_.size(), 0.0);
-    y_new_ = y_old_ = stage_ = f_ = k_first_ = k_last_ = lost_ = lost_new_ = this->y_;  // zeros
+    y_new_ = y_old_ = stage_ = f_ = sums_ = low_sums_ = k_first_ = k_last_ = lost_ = lost_new_ = this->y_;  // zeros
   }
 
   /// Starts (afresh) at (t, y); evaluates f once there.
@@ -215,23 +174,35 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   static constexpr double beta = 0.2 / C::order;                   // of the integral part
   static constexpr double exponent = 1.0 / C::order - 0.75 * beta; // of the proportional part
 
+  // Whether an estimate of the error needs f(t₁, y₁).
+  static constexpr bool needs_end = [] {
+    bool needs = C::e[C::stages] != 0.0;
+    if constexpr (C::two_errors) needs = needs || C::e_low[C::stages] != 0.0;
+    return needs;
+  }();
+
   // Stages, new state and f there; returns the weighted error, which is NaN where f was.
   double attempted_step(double end, double h, Eigen::Index& worst) {
     take_stages(h, std::make_index_sequence<C::stages - 1>{});
     y_new_ = this->y_;
     lost_new_ = lost_;
+    write_sums<detail::StageRow<C, C::stages>>();
     for (Eigen::Index i = 0; i < size(); ++i) {
-      const double bend = detail::weighted_sum<detail::StageRow<C, C::stages>>(k_, i) + C::half_defect * k_(i, C::stages - 1);
+      const double bend = sums_[i] + C::half_defect * k_(i, C::stages - 1);
       detail::add_compensated(y_new_[i], lost_new_[i], h * (k_(i, 0) + bend));
     }
-    if constexpr (C::e[C::stages] == 0.0) {
-      const double error = weighted_error(h, worst);
-      if (!(error <= 1.0)) return error;
-    }
+    double error = 0.0;
+    if constexpr (!needs_end) error = weighted_error(h, worst);
+    if (!(error <= 1.0)) return error;
     this->evaluate(end, y_new_, f_);
     k_.col(C::stages) = f_ - k_.col(0);
-    const double error = weighted_error(h, worst);
+    if constexpr (needs_end) error = weighted_error(h, worst);
     return detail::all_finite(f_) ? error : std::numeric_limits<double>::quiet_NaN();
+  }
+
+  template <class Row>
+  void write_sums() {
+    detail::write_weighted_sums<Row>(k_, sums_.data());
   }
 
   template <std::size_t... i>
@@ -241,21 +212,23 @@ class RungeKuttaStepper : public detail::OneStep<F> {
 
   template <int row>
   void take_stage(double elapsed, const Y& base, const Y& lost, double h) {
-    for (Eigen::Index i = 0; i < size(); ++i)
-      stage_[i] = base[i] + (h * (C::c[row] * k_(i, 0) + detail::weighted_sum<detail::StageRow<C, row>>(k_, i)) + lost[i]);
+    write_sums<detail::StageRow<C, row>>();
+    for (Eigen::Index i = 0; i < size(); ++i) stage_[i] = base[i] + (h * (C::c[row] * k_(i, 0) + sums_[i]) + lost[i]);
     this->evaluate(elapsed + C::c[row] * h, stage_, f_);
     k_.col(row) = f_ - k_.col(0);
   }
 
   // ‖h Σ eⱼ kⱼ / (rtol |yᵢ| + atolᵢ)‖, and the component with the largest share.
-  double weighted_error(double h, Eigen::Index& worst) const {
+  double weighted_error(double h, Eigen::Index& worst) {
     double sum = 0.0, sum_low = 0.0, largest = -1.0;
+    write_sums<detail::ErrorRow<C>>();
+    if constexpr (C::two_errors) detail::write_weighted_sums<detail::LowErrorRow<C>>(k_, low_sums_.data());
     for (Eigen::Index i = 0; i < size(); ++i) {
       const double scale = 1.0 / this->weight(i, this->y_[i], y_new_[i]);
-      const double e = detail::weighted_sum<detail::ErrorRow<C>>(k_, i) * scale;
+      const double e = sums_[i] * scale;
       sum += e * e;
       if constexpr (C::two_errors) {
-        const double e_low = detail::weighted_sum<detail::LowErrorRow<C>>(k_, i) * scale;
+        const double e_low = low_sums_[i] * scale;
         sum_low += e_low * e_low;
       }
       if (e * e > largest) {
@@ -320,34 +293,45 @@ class RungeKuttaStepper : public detail::OneStep<F> {
         (take_stage<C::stages + 1 + static_cast<int>(i)>(this->elapsed_before_, y_old_, lost_new_, h), ...);
       }(std::make_index_sequence<static_cast<std::size_t>(C::dense_stages)>{});
     });
-    for (Eigen::Index i = 0; i < size(); ++i) {
-      const double change = y_new_[i] - y_old_[i];
-      std::array<double, static_cast<std::size_t>(degree)> quotient{};
-      quotient[0] = change;
-      quotient[1] = h * k_first_[i] - change;
-      quotient[2] = 2 * change - h * (k_first_[i] + k_new[i]);
-      if (complete) {
-        [&]<std::size_t... m>(std::index_sequence<m...>) {
-          ((quotient[3 + m] = h * detail::weighted_sum<detail::DenseRow<C, m>>(k_, i)), ...);
-        }(std::make_index_sequence<C::dense.size()>{});
-      }
-      multiply_out(quotient, i);
-    }
+    write_quotients(h, k_new, complete);
+    multiply_out();
     k_.col(0) = k_start;
     dense_is_current_ = true;
   }
 
-  // y + s (F₀ + (1 − s)(F₁ + s (F₂ + …))) as powers of s, innermost bracket first.
-  void multiply_out(const std::array<double, static_cast<std::size_t>(degree)>& quotient, Eigen::Index i) {
-    std::array<double, static_cast<std::size_t>(degree) + 2> power{};
-    for (std::size_t m = static_cast<std::size_t>(degree); m-- > 0;) {
-      power[0] += quotient[m];
-      for (std::size_t p = static_cast<std::size_t>(degree); p > 0; --p)
-        power[p] = m % 2 == 0 ? power[p - 1] : power[p] - power[p - 1];
-      if (m % 2 == 0) power[0] = 0.0;
+  // F₀ … F_m, a column each; those after F₂ are zero without the dense output's stages.
+  void write_quotients(double h, const Y& k_new, bool complete) {
+    const Eigen::Index n = size();
+    double* const first = quotient_.data();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double change = y_new_[i] - y_old_[i];
+      first[i] = change;
+      first[n + i] = h * k_first_[i] - change;
+      first[2 * n + i] = 2 * change - h * (k_first_[i] + k_new[i]);
     }
-    power[0] += y_old_[i];
-    for (int p = 0; p <= degree; ++p) dense_(i, p) = power[static_cast<std::size_t>(p)];
+    double* const others = first + 3 * n;
+    if (complete) {
+      [&]<std::size_t... m>(std::index_sequence<m...>) {
+        (detail::write_weighted_sums<detail::DenseRow<C, m>>(k_, others + static_cast<Eigen::Index>(m) * n), ...);
+      }(std::make_index_sequence<C::dense.size()>{});
+    }
+    for (Eigen::Index i = 0; i < n * (degree - 3); ++i) others[i] = complete ? h * others[i] : 0.0;
+  }
+
+  // y + s (F₀ + (1 − s)(F₁ + s (F₂ + …))) as powers of s, innermost bracket first. What a bracket begins with is from the start where it
+  // ends up, so that a factor s costs nothing, and 1 − s a subtraction for each power that is there.
+  void multiply_out() {
+    const Eigen::Index n = size();
+    const auto power = [&](int p) { return dense_.data() + p * n; };
+    std::fill_n(power(0), dense_.size(), 0.0);
+    std::copy_n(y_old_.data(), n, power(0));
+    for (int m = degree - 1, top = m / 2 + 1; m >= 0; --m) {
+      const int lowest = m / 2 + 1;
+      for (Eigen::Index i = 0; i < n; ++i) power(lowest)[i] += quotient_.data()[m * n + i];
+      if (m % 2 == 0) continue;
+      for (int p = top++; p >= lowest; --p)
+        for (Eigen::Index i = 0; i < n; ++i) power(p + 1)[i] -= power(p)[i];
+    }
   }
 
   [[noreturn, gnu::cold, gnu::noinline]] void throw_non_finite() const {
@@ -366,9 +350,10 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   double error_before_ = 1e-4;
   bool dense_is_current_ = false;
   bool corrected_ = false;     // since the last step
-  Y y_old_, y_new_, stage_, f_, k_first_, k_last_;
+  Y y_old_, y_new_, stage_, f_, sums_, low_sums_, k_first_, k_last_;
   Y lost_, lost_new_;                    // of y_, y_new_ by rounding (fixed_step.hpp); after a step lost_new_ is y_old_'s
   Matrix<double, N, C::total> k_;        // k₁; less k₁: k₂ … k_s, f(t₁, y₁), the dense output's stages
+  Matrix<double, N, degree> quotient_;   // F₀ … F_m
   Matrix<double, N, degree + 1> dense_;  // coefficients of powers of s, a column each
 };
 
