@@ -43,13 +43,18 @@ class SceneForm {
   ///
   /// @throws as acceleration() of the scene
   void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
+    write_derivative(t, y.data(), ydot.data());
+  }
+
+  /// The same for size() numbers one after the other.
+  void write_derivative(double t, const double* y, double* ydot) const {
     const Eigen::Index k = dof();
-    const Vector<double, n> q = y.head(k);
-    const Vector<double, n> qdot = y.segment(k, k);
-    const Vector<double, states> z = y.tail(states);
-    ydot.head(k) = qdot;
-    ydot.segment(k, k) = acceleration(scene_, q, qdot, t, z);
-    if constexpr (Sc::has_states) ydot.tail(states) = state_rates(scene_, q, qdot, z, t);
+    const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, k);
+    const Vector<double, n> qdot = Eigen::Map<const Vector<double, n>>(y + k, k);
+    const Vector<double, states> z = Eigen::Map<const Vector<double, states>>(y + 2 * k, states);
+    Eigen::Map<Vector<double, n>>(ydot, k) = qdot;
+    Eigen::Map<Vector<double, n>>(ydot + k, k) = acceleration(scene_, q, qdot, t, z);
+    if constexpr (Sc::has_states) Eigen::Map<Vector<double, states>>(ydot + 2 * k, states) = state_rates(scene_, q, qdot, z, t);
   }
 
   /// J ← ∂ẏ/∂y, exact.

@@ -167,6 +167,8 @@ class OneStep {
       const Vector<double, n> qdot = y.template tail<n>();
       ydot.template head<n>() = qdot;
       ydot.template tail<n>() = acceleration(form().system(), q, qdot, t);
+    } else if constexpr (requires { form().write_derivative(t, y.data(), ydot.data()); }) {
+      form().write_derivative(t, y.data(), ydot.data());
     } else {
       form().derivative(t, y, ydot);
     }
