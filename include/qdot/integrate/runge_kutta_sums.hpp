@@ -48,7 +48,7 @@ using Components [[gnu::vector_size(static_cast<int>(sizeof(double)) * lanes)]] 
 template <class Row, class C, class K, std::size_t... j>
 [[gnu::always_inline]] inline void write_weighted_sum(const K& k, Eigen::Index i, double* sums, std::index_sequence<j...>) {
   C sum{};
-  const auto add = [&](double weight, const double* from) __attribute__((always_inline)) {
+  [[maybe_unused]] const auto add = [&](double weight, const double* from) __attribute__((always_inline)) {
     C component;
     __builtin_memcpy(&component, from, sizeof component);
     sum += weight * component;
