@@ -72,6 +72,44 @@ struct Spring {
   constexpr auto V(const auto& q) const { return 0.5 * k * q.squaredNorm(); }
 };
 
+// A pendulum on a cart whose rail is shaken; T and V of the time.
+struct Shaken {
+  double m = 0.4, l = 0.9, w = 1.3;
+  constexpr auto T(const auto& q, const auto& v, const auto& t) const {
+    using std::cos, std::sin;
+    const auto x = v[0] + 0.2 * w * cos(w * t);
+    return 0.5 * x * x + 0.5 * m * (x * x + 2.0 * l * cos(q[1]) * x * v[1] + l * l * v[1] * v[1]);
+  }
+  constexpr auto V(const auto& q, const auto& t) const {
+    using std::cos;
+    return m * 9.81 * l * (1.0 - cos(q[1])) + q[0] * t;
+  }
+};
+
+// The largest difference between M and r of written-out energies and those of nested duals of the same energies as they are.
+template <int n, class E>
+double difference_of_equations(const E& energies, double lowest, double highest) {
+  const auto written = written_out<n>(energies);
+  const auto system = mechanical_system<n>(written);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(lowest, highest);
+  double worst = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    Vector<double, n> q, v;
+    for (int k = 0; k < n; ++k) q[k] = uniform(random), v[k] = uniform(random);
+    const double t = uniform(random);
+    const auto expected = detail::general_mass_and_rhs<n>(energies, q, v, t);
+    MassAndRhs<double, n> found{expected.M, expected.r};
+    const bool derived = written.equations_in_closed_form(detail::AtState{q.data(), v.data(), t}, detail::CopyTo<n>{found.M, found.r});
+    const auto asked = mass_and_rhs(system, q, v, t);
+    if (!derived) return HUGE_VAL;
+    const double scale = 1.0 + expected.M.cwiseAbs().maxCoeff() + expected.r.cwiseAbs().maxCoeff();
+    for (const auto& one : {found, asked})
+      worst = std::max({worst, (one.M - expected.M).cwiseAbs().maxCoeff() / scale, (one.r - expected.r).cwiseAbs().maxCoeff() / scale});
+  }
+  return worst;
+}
+
 // Another potential energy than the one that was written out.
 struct Stiffened : decltype(written_out<2>(Spring{})) {
   using Base = decltype(written_out<2>(Spring{}));
@@ -120,6 +158,14 @@ TEST_CASE("a state or an object without accelerations is refused in the same wor
     check_same_complaint<2>(scenes::DoublePendulum{}, q, {0.1, bad}, "finite");
     check_same_complaint<2>(scenes::DoublePendulum{.g = bad}, q, v, "finite");
   }
+}
+
+TEST_CASE("the mass matrix and the right-hand side that the compiler has derived are those of nested duals") {
+  CHECK(difference_of_equations<3>(scenes::HeavyTop{.I1 = 0.6}, 0.3, 1.2) < rounded);
+  CHECK(difference_of_equations<2>(scenes::DoublePendulum{.l2 = 1.7}, -2.0, 2.0) < rounded);
+  CHECK(difference_of_equations<2>(scenes::Kepler{}, 0.3, 1.2) < rounded);
+  CHECK(difference_of_equations<4>(bench::LoopedChain{}, -2.0, 2.0) < rounded);
+  CHECK(difference_of_equations<2>(Shaken{}, -2.0, 2.0) < rounded);
 }
 
 TEST_CASE("energies that are made from written-out ones and have a potential energy of their own move by that") {

@@ -110,8 +110,8 @@ template <int twice, class Number>
   }
 }
 
-// The lines of `Form::form` into x. Inputs are q, q̇, t, and a where a form has accelerations.
-template <int n, class Form, class Number>
+// The first `count` lines of `Form::form` into x. Inputs are q, q̇, t, and a where a form has accelerations.
+template <int n, class Form, int count, class Number>
 [[gnu::always_inline]] inline void write_lines(const double* c, const Number* q, const Number* qdot, const Number& t, const Number* a, Number* x) {
   constexpr const auto& form = Form::form;
   const auto times = [c](auto i, auto which, const Number& of) __attribute__((always_inline)) -> Number {
@@ -128,7 +128,7 @@ template <int n, class Form, class Number>
   };
   constexpr std::integral_constant<CoefficientUse ClosedFormLine::*, &ClosedFormLine::ca> A;
   constexpr std::integral_constant<CoefficientUse ClosedFormLine::*, &ClosedFormLine::cb> B;
-  unroll<form.size.lines>([&](auto i) __attribute__((always_inline)) {
+  unroll<count>([&](auto i) __attribute__((always_inline)) {
     constexpr ClosedFormLine w = form.line[i];
     if constexpr (w.kind == taylor::Kind::constant) {
       x[i] = Number(offset(i));
@@ -164,6 +164,19 @@ template <int n, class Form, class Number>
       else x[i] = sum + offset(i);
     }
   });
+}
+
+// Whether T and V have a value where these lines are.
+template <class Form, int count, class Number>
+[[gnu::always_inline]] inline auto have_values(const Number* x) {
+  decltype(x[0] > x[0]) good = true;
+  unroll<count>([&](auto i) __attribute__((always_inline)) {
+    constexpr taylor::Domain domain = Form::form.line[i].domain;
+    if constexpr (domain == taylor::Domain::positive) good &= x[i] > 0.0;
+    else if constexpr (domain == taylor::Domain::nonnegative) good &= x[i] >= 0.0;
+    else if constexpr (domain == taylor::Domain::nonzero) good &= x[i] != 0.0;
+  });
+  return good;
 }
 
 // Numbers that are read in vectors should be written in vectors: a processor that finds a store narrower than the load waits for it, 3 ns of the 14
@@ -209,17 +222,12 @@ template <int n, class Form, class Forces, class Number>
       at[i] = q[i];
       velocity[i] = qdot[i];
     });
-    write_lines<n, Form>(c, at, velocity, t, at, x);
+    write_lines<n, Form, form.size.lines>(c, at, velocity, t, at, x);
     forces(at, velocity, applied);
   } else {
-    write_lines<n, Form>(c, q, qdot, t, q, x);
+    write_lines<n, Form, form.size.lines>(c, q, qdot, t, q, x);
   }
-  unroll<form.size.lines>([&](auto i) __attribute__((always_inline)) {
-    constexpr taylor::Domain domain = form.line[i].domain;
-    if constexpr (domain == taylor::Domain::positive) good &= x[i] > 0.0;
-    else if constexpr (domain == taylor::Domain::nonnegative) good &= x[i] >= 0.0;
-    else if constexpr (domain == taylor::Domain::nonzero) good &= x[i] != 0.0;
-  });
+  good &= have_values<Form, form.size.lines>(x);
   // Applied forces go through the elimination as r does.
   if constexpr (forced) {
     unroll<form.size.eliminated>([&](auto k) __attribute__((always_inline)) {

@@ -54,7 +54,7 @@ class DerivationByTerms {
     return e;
   }
 
-  /// r − M a differentiated at fixed a, and M.
+  /// M, r, and r − M a differentiated at fixed a.
   constexpr DerivedJacobian jacobian_by_terms(int T, int V) {
     DerivedJacobian jacobian;
     std::vector<Polynomial> M(at(n_ * (n_ + 1) / 2)), r(at(n_));
@@ -63,8 +63,9 @@ class DerivationByTerms {
     std::vector<int> state;
     for (int i = 0; i < 2 * n_; ++i) state.push_back(graph.variable(i));
     for (const Polynomial& p : M) jacobian.mass.push_back(p.empty() ? -1 : node_of(p));
+    for (const Polynomial& p : r) jacobian.right.push_back(node_of(p));
     for (int i = 0; i < n_; ++i) {
-      int residual = node_of(r[at(i)]);
+      int residual = jacobian.right[at(i)];
       for (int j = 0; j < n_; ++j) {
         const int mass = jacobian.mass[entry(i, j)];
         if (mass >= 0) residual = graph.difference(residual, graph.product(mass, graph.variable(2 * n_ + 1 + j)));

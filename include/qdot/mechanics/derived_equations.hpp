@@ -31,9 +31,10 @@ struct DerivedEquations {
   std::vector<int> diagonal;           // of kept coordinates, M_kk before the elimination; −1 where it has lost no digits since
 };
 
-/// Derivatives of r − M a at fixed a, for ∂q̈/∂(q, q̇) = M⁻¹ ∂(r − M a)/∂(q, q̇) with a = q̈. −1 is zero.
+/// M and r as they are, and derivatives of r − M a at fixed a, for ∂q̈/∂(q, q̇) = M⁻¹ ∂(r − M a)/∂(q, q̇) with a = q̈. −1 is zero.
 struct DerivedJacobian {
   std::vector<int> mass;    // lower triangle, row by row
+  std::vector<int> right;
   std::vector<int> slopes;  // of each row along q, then along q̇
 };
 

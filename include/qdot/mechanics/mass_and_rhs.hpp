@@ -8,7 +8,7 @@
 //     M alone                             impacts, projections, momenta
 //
 // There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): what a system knows of itself (positions and masses,
-// kinematic_system.hpp), straight-line code (straight_line.hpp), loops and many coordinates (graded_evaluation.hpp), more of them than
+// kinematic_system.hpp), formulas that the compiler has derived (closed_form_jacobian.hpp), straight-line code (straight_line.hpp), loops and many coordinates (graded_evaluation.hpp), more of them than
 // that (banded_equations.hpp). Whoever wants something of M and r passes it down the ladder as an object `use`, and each way ends by
 // calling it with what it has found:
 //
@@ -39,6 +39,10 @@ namespace detail {
 template <class E>
 concept HasOwnEquations = requires { requires E::has_own_equations; };
 
+// Energies of which the compiler has derived M and r (closed_form_jacobian.hpp).
+template <class E, class Use>
+concept HasClosedEquations = is_written_out<E> && requires(const E& e, const AtState& at, const Use& use) { e.equations_in_closed_form(at, use); };
+
 // Nothing but straight-line code is compiled for these, and the general way.
 template <class E, int n>
 inline constexpr bool always_straight = is_written_out<E> && straight_line_pays && n >= 1 && n <= straight_line_limit;
@@ -57,6 +61,7 @@ inline constexpr bool wants_band = requires { Use::wants_band; };
 template <int n, class E, class Use>
 inline bool with_shortest_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use) {
   if constexpr (HasOwnEquations<E>) return e.equations(q.data(), qdot.data(), q.size(), t, use);
+  else if constexpr (straight_line_pays && HasClosedEquations<E, Use>) return e.equations_in_closed_form(AtState{q.data(), qdot.data(), t}, use);
   else if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) return straight_line_equations<n>(e, AtState{q.data(), qdot.data(), t}, use);
   else return false;
 }

@@ -193,7 +193,14 @@ class WrittenOut {
   {
     return replays_ && detail::closed_form_jacobian<n, ClosedJacobian>(coefficients_of_jacobian_.data(), q, qdot, t, qddot, d_q, d_qdot);
   }
-  // M and the derivatives of r − M a (closed_form_jacobian.hpp).
+  // M and r, handed to `use` (closed_form_jacobian.hpp); false where this is not the way.
+  template <class Use>
+  [[gnu::always_inline]] bool equations_in_closed_form(const detail::AtState& at, const Use& use) const
+    requires(ClosedJacobian::exists)
+  {
+    return replays_ && detail::closed_form_equations<n, ClosedJacobian>(coefficients_of_jacobian_.data(), at, use);
+  }
+  // M and the derivatives of r − M a.
   template <class Row>
   [[gnu::noinline]] bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const
     requires(ClosedJacobian::exists)
