@@ -12,8 +12,9 @@
 //
 // The compiler runs T and V, which must be constexpr for that (generic lambdas are so by themselves), and lists their operations
 // (ad/trace.hpp). From the list it derives the equations of motion, with letters for the parameters, and writes them as code without a loop
-// (mechanics/closed_form.hpp): that is q̈. For Jacobians, and where T is not a quadratic form or a function has no derivative, the scalars of
-// Lagrange's equations go through the list one by one (mechanics/straight_line.hpp), up to 8 coordinates. Parameters stay what the object has.
+// (mechanics/closed_form.hpp): that is q̈, and up to 8 coordinates M, r and the derivatives of q̈ (mechanics/closed_form_jacobian.hpp). Where T is not a
+// quadratic form or a function has no derivative, and for Jacobians of up to 4 coordinates, the scalars of Lagrange's equations go through the list
+// one by one (mechanics/straight_line.hpp). Parameters stay what the object has.
 // All other scalars call the user's functors, as ever.
 //
 // What T and V may do is what a list can hold: entries of q and q̇, size(), dot(), squaredNorm(), norm(), sum(), arithmetic and the functions
