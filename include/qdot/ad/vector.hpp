@@ -45,7 +45,7 @@ bool all_finite(const Eigen::Matrix<double, rows, columns, options>& of) {
   return all_finite(of.data(), of.size());
 }
 
-// The largest |x| of `count` numbers, NaN where one is; 0 for none. For Eigen's cwiseAbs().maxCoeff() it makes as many.
+// The largest |x| of `count` numbers, NaN where one is; 0 for none. In loops: Eigen's cwiseAbs().maxCoeff() is several types for each type of vector.
 inline double largest(const double* numbers, Eigen::Index count) {
   double most = 0.0;
   for (Eigen::Index i = 0; i < count; ++i)
@@ -55,6 +55,14 @@ inline double largest(const double* numbers, Eigen::Index count) {
 template <int rows, int columns, int options>
 double largest(const Eigen::Matrix<double, rows, columns, options>& of) {
   return largest(of.data(), of.size());
+}
+
+// The place of the largest |x|, the first of several; 0 for none.
+inline Eigen::Index place_of_largest(const double* numbers, Eigen::Index count) {
+  Eigen::Index place = 0;
+  for (Eigen::Index i = 1; i < count; ++i)
+    if (std::abs(numbers[i]) > std::abs(numbers[place])) place = i;
+  return place;
 }
 
 }  // namespace detail

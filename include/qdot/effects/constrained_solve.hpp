@@ -53,9 +53,7 @@ namespace detail {
 
 [[noreturn, gnu::cold]] inline void throw_contradiction(const std::vector<std::string>& names, const Eigen::VectorXd& miss, Eigen::Index rank,
                                                         double t) {
-  Eigen::Index worst = 0;
-  for (Eigen::Index i = 1; i < miss.size(); ++i)
-    if (std::abs(miss[i]) > std::abs(miss[worst])) worst = i;
+  const Eigen::Index worst = place_of_largest(miss.data(), miss.size());
   const double most = std::abs(miss[worst]);
   const std::string& name = names[static_cast<std::size_t>(worst)];
   throw ConstraintError(name, t, most,
@@ -112,9 +110,7 @@ template <class = void>  // compiled only where it is called
                                        " has neither; give it a mass or a constraint"}),
                              t, direction, 0.0);
   }
-  Eigen::Index worst = 0;
-  for (Eigen::Index i = 1; i < rows; ++i)
-    if (std::abs(x[size + i]) > std::abs(x[size + worst])) worst = i;
+  const Eigen::Index worst = place_of_largest(x + size, rows);
   const std::string& name = constraints[static_cast<std::size_t>(worst)];
   throw ConstraintError(name, t, 0.0,
                         sentence({"constraints on massless coordinates must be independent, but at t = ", {t, 6}, " '", name,

@@ -87,9 +87,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   report.residual_before = report.residual = detail::largest(phi);
   double last_change = std::numeric_limits<double>::infinity();
   const auto fail = [&](const char* what) {
-    Eigen::Index worst = 0;
-    for (Eigen::Index i = 1; i < phi.size(); ++i)
-      if (std::abs(phi[i]) > std::abs(phi[worst])) worst = i;
+    const Eigen::Index worst = detail::place_of_largest(phi.data(), phi.size());
     const double most = std::abs(phi[worst]);
     const std::string row = constraint_names(scene)[static_cast<std::size_t>(worst)];
     throw ConstraintError(row, t, most,

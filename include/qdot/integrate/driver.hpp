@@ -219,9 +219,7 @@ class Driver {
 
   bool state_is_sound() {
     const Eigen::Ref<const Eigen::VectorXd> y = stepper_.y();
-    Eigen::Index worst = 0;
-    for (Eigen::Index i = 1; i < y.size(); ++i)
-      if (std::abs(y[i]) > std::abs(y[worst])) worst = i;
+    const Eigen::Index worst = place_of_largest(y.data(), y.size());
     if (std::abs(y[worst]) <= options_.state_norm_limit && all_finite(y.data(), y.size())) return true;
     for (Eigen::Index i = 0; i < y.size(); ++i)
       if (!std::isfinite(y[i]))

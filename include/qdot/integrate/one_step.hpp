@@ -161,13 +161,7 @@ class OneStep {
   void evaluate(double elapsed, const Y& y, Y& ydot) {
     const double t = clock_.shown(clock_.within(elapsed));
     ++statistics_.evaluations;
-    if constexpr (mechanical_form<F>::value && size_at_compile_time != Dynamic) {
-      constexpr int n = size_at_compile_time / 2;
-      const Vector<double, n> q = y.template head<n>();
-      const Vector<double, n> qdot = y.template tail<n>();
-      ydot.template head<n>() = qdot;
-      ydot.template tail<n>() = acceleration(form().system(), q, qdot, t);
-    } else if constexpr (requires { form().write_derivative(t, y.data(), ydot.data()); }) {
+    if constexpr (requires { form().write_derivative(t, y.data(), ydot.data()); }) {
       form().write_derivative(t, y.data(), ydot.data());
     } else {
       form().derivative(t, y, ydot);

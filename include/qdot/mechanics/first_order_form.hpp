@@ -84,8 +84,15 @@ class FirstOrderForm {
   ///
   /// @throws as acceleration()
   void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
-    const auto [q, qdot] = parts(y);
-    double* const rates = std::copy_n(qdot.data(), qdot.size(), ydot.data());
+    write_derivative(t, y.data(), ydot.data());
+  }
+
+  /// The same for size() numbers one after the other.
+  void write_derivative(double t, const double* y, double* ydot) const {
+    const Eigen::Index dof = system_.dof();
+    const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof);
+    const Vector<double, n> qdot = Eigen::Map<const Vector<double, n>>(y + dof, dof);
+    double* const rates = std::copy_n(qdot.data(), dof, ydot);
     if constexpr (detail::may_keep_inertia<Sys>) {
       if (inertia_.is_known()) {
         const Vector<double, Dynamic> a = inertia_.acceleration(system_, q, t);

@@ -8,8 +8,8 @@
 //     M alone                             impacts, projections, momenta
 //
 // There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): what a system knows of itself (positions and masses,
-// kinematic_system.hpp), formulas that the compiler has derived (closed_form_jacobian.hpp), straight-line code (straight_line.hpp), loops and many coordinates (graded_evaluation.hpp), more of them than
-// that (banded_equations.hpp). Whoever wants something of M and r passes it down the ladder as an object `use`, and each way ends by
+// kinematic_system.hpp), formulas that the compiler has derived (closed_form_jacobian.hpp), straight-line code (straight_line.hpp), loops
+// and many coordinates (graded_evaluation.hpp), more of them than that (banded_equations.hpp). Whoever wants something of M and r passes it down the ladder as an object `use`, and each way ends by
 // calling it with what it has found:
 //
 //     use.packed(at, M, r, present)    lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line
@@ -43,7 +43,7 @@ concept HasOwnEquations = requires { requires E::has_own_equations; };
 template <class E, class Use>
 concept HasClosedEquations = is_written_out<E> && requires(const E& e, const AtState& at, const Use& use) { e.equations_in_closed_form(at, use); };
 
-// Nothing but straight-line code is compiled for these, and the general way.
+// Nothing but formulas or straight-line code is compiled for these, and the general way.
 template <class E, int n>
 inline constexpr bool always_straight = is_written_out<E> && straight_line_pays && n >= 1 && n <= straight_line_limit;
 
