@@ -96,6 +96,13 @@ int execute(int argc, char** argv, std::string& command_name) {
   add_repeatable(effects_command, "--set", effects_options.set, "parameter or state (q0, …, qdot0, …), NAME=VALUE");
   effects_command->add_flag("--json", effects_options.json, "one JSON object on stdout");
 
+  EquationsOptions equations_options;
+  CLI::App* equations_command = app.add_subcommand("equations", "Lagrange's equations of a scene as formulas");
+  equations_command->add_option("SCENE", equations_options.scene, "a name from qdot list")->required();
+  add_repeatable(equations_command, "--set", equations_options.set, "parameter, NAME=VALUE; what a formula does not depend on does not show");
+  equations_command->add_flag("--latex", equations_options.latex, "for LaTeX, with amsmath");
+  equations_command->add_flag("--mathml", equations_options.mathml, "for a page");
+
   BenchOptions bench_options;
   CLI::App* bench_command = app.add_subcommand("bench", "the project's own benchmarks");
   bench_command->add_option_function<std::string>(
@@ -123,7 +130,7 @@ int execute(int argc, char** argv, std::string& command_name) {
     const std::string message = error.what();
     throw UsageError(message.substr(0, message.find(':')) + ": must be followed by one value, given none");
   } catch (const CLI::ParseError& error) {
-    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, accuracy, effects, bench; see qdot --help");
+    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, accuracy, effects, equations, bench; see qdot --help");
   }
   refuse_extras(app.get_subcommands().front());
 
@@ -131,6 +138,7 @@ int execute(int argc, char** argv, std::string& command_name) {
   if (run_command->parsed()) return run(run_options);
   if (accuracy_command->parsed()) return accuracy(accuracy_options);
   if (effects_command->parsed()) return effects(effects_options);
+  if (equations_command->parsed()) return equations(equations_options);
   return bench(bench_options);
 }
 

@@ -56,6 +56,13 @@ struct EffectsOptions {
   bool json = false;
 };
 
+struct EquationsOptions {
+  std::string scene;
+  std::vector<std::string> set;
+  std::optional<std::string> c;  // a file
+  bool latex = false, mathml = false;
+};
+
 struct BenchOptions {
   std::optional<std::string> name, page;
   bool json = false;
@@ -65,6 +72,7 @@ int list(const ListOptions& options);
 int run(const RunOptions& options);
 int accuracy(const AccuracyOptions& options);
 int effects(const EffectsOptions& options);
+int equations(const EquationsOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace qdot::program

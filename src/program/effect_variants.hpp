@@ -166,6 +166,25 @@ struct NoEffects {
   }
 };
 
+namespace detail {
+
+// What a constraint demands to be zero, if an effect is one that lasts.
+template <int n, class Effect, class Q, class S, class Add>
+void add_rows([[maybe_unused]] const Effect& effect, [[maybe_unused]] const Q& q, [[maybe_unused]] const Q& v, [[maybe_unused]] const S& t, [[maybe_unused]] const Add& add) {
+  if constexpr (ConstraintEffect<Effect, n> && qdot::detail::effect_is_recordable<Effect, n>()) {
+    const auto rows = [&] {
+      if constexpr (HolonomicEffect<Effect, n>) {
+        return qdot::detail::as_rows(effect.phi(q, t));
+      } else {
+        return qdot::detail::as_rows(effect.velocity_constraint(q, v, t));
+      }
+    }();
+    for (Eigen::Index i = 0; i < rows.size(); ++i) add(rows[i]);
+  }
+}
+
+}  // namespace detail
+
 template <class E, int n, class Always, class... Makes>
 class EffectScene final : public SceneRunner<E, n> {
   static constexpr std::size_t count = sizeof...(Makes);
@@ -192,6 +211,12 @@ class EffectScene final : public SceneRunner<E, n> {
   }
 
   std::shared_ptr<const Model> model() const override { return variant<0>(always_(this->energies())); }
+
+  report::EquationSource equation_source() const override {
+    return this->equation_source_with([always = always_](const E& e, const auto& q, const auto& v, const auto& t, const auto& add) {
+      std::apply([&](const auto&... effect) { (detail::add_rows<n>(effect, q, v, t, add), ...); }, always(e));
+    });
+  }
 
  private:
   template <std::size_t i, class... Chosen>

@@ -22,6 +22,10 @@ namespace qdot::detail {
 struct RecordedMotion;  // integrate/recorded_motion.hpp
 }
 
+namespace qdot::report {
+struct EquationSource;  // report/equation_source.hpp
+}
+
 namespace qdot::program {
 
 class ModelWatch;  // model_watch.hpp
@@ -161,6 +165,9 @@ class RunnableScene {
   virtual std::vector<scenes::Coordinate> coordinates() const = 0;
   virtual State<Dynamic> start() const = 0;
   virtual std::shared_ptr<const Model> model() const = 0;
+
+  /// T, V and the constraints that the scene always has, for formulas of them.
+  virtual report::EquationSource equation_source() const = 0;
   virtual report::Drawing drawing() const = 0;
   virtual std::vector<report::Point> positions(const Eigen::Ref<const Eigen::VectorXd>& q, double t) const = 0;
 };

@@ -16,6 +16,7 @@
 #include "qdot/error.hpp"
 #include "qdot/mechanics/system.hpp"
 #include "qdot/mechanics/written_out.hpp"
+#include "qdot/report/equation_source.hpp"
 #include "qdot/report/number.hpp"
 #include "scenes/scene.hpp"
 
@@ -82,6 +83,8 @@ class SceneRunner : public RunnableScene {
     throw InvalidValue(scene_.name + " has no effect named " + name);
   }
 
+  report::EquationSource equation_source() const override { return equation_source_with(report::detail::NoRows{}); }
+
   report::Drawing drawing() const override { return scene_.drawing(energies_); }
 
   std::vector<report::Point> positions(const Eigen::Ref<const Eigen::VectorXd>& q, double t) const override {
@@ -90,6 +93,16 @@ class SceneRunner : public RunnableScene {
 
  protected:
   const E& energies() const { return energies_; }
+
+  template <class Rows>
+  report::EquationSource equation_source_with(const Rows& rows) const {
+    std::vector<std::string> names;
+    std::vector<report::NamedParameter<E>> parameters;
+    for (const auto& coordinate : coordinates()) names.push_back(coordinate.name);
+    for (const auto& p : scene_.parameters)
+      if (const auto* member = std::get_if<double E::*>(&p.member)) parameters.push_back({p.name, *member});
+    return report::equation_source<n>(energies_, std::move(names), parameters, rows);
+  }
 
   /// T and V alone; not compiled for a scene that never is.
   std::shared_ptr<const Model> bare_model() const { return std::make_shared<SystemModel<decltype(system())>>(system()); }

@@ -23,8 +23,8 @@ struct Refusal {
 
 TEST_CASE("a bad argument gets one line that says what is wrong") {
   const Refusal refusal = GENERATE(values<Refusal>({
-      {"", "qdot: command: must be one of list, run, accuracy, effects, bench; see qdot --help\n"},
-      {"rnu", "qdot: command: must be a command, given \"rnu\"; the nearest is \"run\" (of list, run, accuracy, effects, bench)\n"},
+      {"", "qdot: command: must be one of list, run, accuracy, effects, equations, bench; see qdot --help\n"},
+      {"rnu", "qdot: command: must be a command, given \"rnu\"; the nearest is \"run\" (of list, run, accuracy, effects, equations, bench)\n"},
       {"run pendulum --set lenght=2",
        "qdot run: --set: must be a parameter or initial value of pendulum, given \"lenght\"; the nearest is \"l\" (of m, l, g, "
        "q0, qdot0)\n"},
@@ -52,6 +52,11 @@ TEST_CASE("a bad argument gets one line that says what is wrong") {
       {"run pendulum --with damping=-1",
        "qdot run: --with: damping (torque per angular velocity in the pivot) must be zero or positive, given -1\n"},
       {"effects pendulm", "qdot effects: SCENE: must be a scene, given \"pendulm\"; the nearest is \"pendulum\""},
+      {"equations pendulm", "qdot equations: SCENE: must be a scene, given \"pendulm\"; the nearest is \"pendulum\""},
+      {"equations", "qdot equations: SCENE"},
+      {"equations kepler --latex --mathml", "qdot equations: --latex: must stand without --mathml, given together with it\n"},
+      {"equations kepler --set m=1", "qdot equations: --set"},
+      {"equations chain --set n=17", "qdot equations: SCENE: must have at most 16 coordinates for formulas of it, but has 17\n"},
       {"run pendulum --samples 1", "qdot run: --samples: must be a whole number from 2 to 10000000, given \"1\"\n"},
       {"run pendulum --out ''",
        "qdot run: --out: must be a path whose last part is a file's name, given \"\"\n"},

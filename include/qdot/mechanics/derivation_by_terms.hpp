@@ -54,6 +54,31 @@ class DerivationByTerms {
     return e;
   }
 
+  /// T, M and r as sums of terms, for those who write them down.
+  struct Terms {
+    Polynomial kinetic;
+    std::vector<Polynomial> mass, right;  // lower triangle, row by row
+  };
+  constexpr Terms terms(int T, int V) {
+    Terms e{.kinetic = {}, .mass = std::vector<Polynomial>(at(n_ * (n_ + 1) / 2)), .right = std::vector<Polynomial>(at(n_))};
+    if (is_possible) e.kinetic = polynomial_of(T);
+    if (is_possible) simplify(e.kinetic);
+    if (is_possible) derive(T, V, e.mass, e.right);
+    is_possible = is_possible && monomials_.is_complete();
+    return e;
+  }
+  constexpr const taylor::MonomialTable& monomials() const { return monomials_; }
+
+  /// x − y z / pivot, for elimination.
+  constexpr Polynomial reduced(const Polynomial& x, const Polynomial& y, const Polynomial& z, const Term& pivot) {
+    Term factor = inverse(pivot);
+    factor.c = -factor.c;
+    const Polynomial l = taylor::product_of(y, {factor}, monomials_);
+    Polynomial p = taylor::sum_of(x, taylor::product_of(l, z, monomials_));
+    simplify(p);
+    return p;
+  }
+
   /// M, r, and r − M a differentiated at fixed a.
   constexpr DerivedJacobian jacobian_by_terms(int T, int V) {
     DerivedJacobian jacobian;
@@ -204,7 +229,9 @@ class DerivationByTerms {
     Derivatives d;
     switch (w.kind) {
       case taylor::Kind::constant: break;
-      case taylor::Kind::variable: d = {{w.a == 2 * n_ ? n_ : w.a, {Term{1.0}}}}; break;
+      case taylor::Kind::variable:
+        if (w.a <= 2 * n_) d = {{w.a == 2 * n_ ? n_ : w.a, {Term{1.0}}}};  // parameters that are variables stay as they are
+        break;
       case taylor::Kind::affine:
         add(d, derivatives_of(w.a), {w.ca});
         if (w.b >= 0) add(d, derivatives_of(w.b), {w.cb});
@@ -288,16 +315,6 @@ class DerivationByTerms {
       taylor::collect(p);
       simplify(p);
     }
-  }
-
-  // x − y z / pivot.
-  constexpr Polynomial reduced(const Polynomial& x, const Polynomial& y, const Polynomial& z, const Term& pivot) {
-    Term factor = inverse(pivot);
-    factor.c = -factor.c;
-    const Polynomial l = taylor::product_of(y, {factor}, monomials_);
-    Polynomial p = taylor::sum_of(x, taylor::product_of(l, z, monomials_));
-    simplify(p);
-    return p;
   }
 
   // Whether what is left of a diagonal entry may be a difference of large numbers: false when it is terms of what there was.

@@ -15,9 +15,10 @@ namespace qdot::report {
 ///
 /// Greek letters by name, a trailing number as a subscript, a trailing "dot" as a dot above.
 inline std::string symbol(std::string_view name) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 13> greek = {{
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 21> greek = {{
       {"alpha", "α"}, {"beta", "β"}, {"gamma", "γ"}, {"delta", "δ"}, {"theta", "θ"}, {"lambda", "λ"},
       {"mu", "μ"}, {"phi", "φ"}, {"psi", "ψ"}, {"omega", "ω"}, {"rho", "ρ"}, {"xi", "ξ"}, {"eta", "η"},
+      {"epsilon", "ε"}, {"zeta", "ζ"}, {"kappa", "κ"}, {"nu", "ν"}, {"sigma", "σ"}, {"tau", "τ"}, {"chi", "χ"}, {"Omega", "Ω"},
   }};
   static constexpr std::array<std::string_view, 10> subscript = {"₀", "₁", "₂", "₃", "₄", "₅", "₆", "₇", "₈", "₉"};
 
