@@ -13,6 +13,8 @@
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/mechanics/written_out_kinematics.hpp"
+#include "systems/chain_by_loops.hpp"
+#include "systems/solution_by_pivots.hpp"
 
 using namespace qdot;
 
@@ -56,7 +58,7 @@ auto by_hand(const Hand& hand) {
 template <class System>
 auto by_duals(const System& system) {
   return [system](const auto& q, const auto& v, double t) {
-    return Vector<double, System::dof_at_compile_time>(mass_matrix(system, q, v, t).ldlt().solve(rhs(system, q, v, t)));
+    return solution_by_pivots(mass_matrix(system, q, v, t), rhs(system, q, v, t));
   };
 }
 
@@ -78,7 +80,7 @@ TEST_CASE("a chain of masses placed by a loop accelerates as derived by hand") {
   CHECK(difference(written_out_kinematic_system<1>(Links{}, gravity_along<1>(-free_fall)), by_hand<1>(bench::short_chain_by_hand<1>)) < rounded);
   CHECK(difference(written_out_kinematic_system<3>(Links{}, gravity_along<1>(-free_fall)), by_hand<3>(bench::short_chain_by_hand<3>)) < rounded);
   CHECK(difference(written_out_kinematic_system<3>(Links{}, uniform_gravity(0.0, -free_fall)), by_hand<3>(bench::short_chain_by_hand<3>)) < rounded);
-  CHECK(difference(written_out_kinematic_system<12>(Links{}, gravity_along<1>(-free_fall)), by_hand<12>(bench::short_chain_by_hand<12>)) < 10 * rounded);
+  CHECK(difference(written_out_kinematic_system<12>(Links{}, gravity_along<1>(-free_fall)), [](const auto& q, const auto& v, double) { return Vector<double, 12>(chain_by_loops(q, v)); }) < 10 * rounded);
 }
 
 TEST_CASE("masses, lengths and the field are the object's") {
