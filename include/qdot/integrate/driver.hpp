@@ -30,6 +30,7 @@
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/event_watch.hpp"
 #include "qdot/integrate/landing_points.hpp"
+#include "qdot/integrate/listed_event.hpp"
 #include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/one_step.hpp"
 #include "qdot/integrate/options.hpp"
@@ -42,17 +43,19 @@
 
 namespace qdot::detail {
 
-template <FirstOrderSystem F, Stepper S, Observer O, class... Events>
+// What the observer and the events are made of is not the loop's business: there is one loop for all of them (listed_event.hpp).
+template <FirstOrderSystem F, Stepper S, bool is_observed, bool has_events>
 class Driver {
-  using Watch = EventWatch<F, Events...>;
+  static constexpr bool watches = has_events || SwitchingSystem<F>;
+  using Watch = std::conditional_t<watches, EventWatch<F>, NothingToWatch>;
   using WatchdogOf = typename WatchdogFor<F>::type;
   static constexpr int n = dof_at_compile_time<F>();
   static constexpr long stall_window = 10'000, most_firings = 50'000;  // steps; events in one step
 
  public:
   template <class Make>
-  Driver(const F& system, const Make& make_stepper, const Options& options, const Budget& budget, O& observer, const EventList<Events...>& events)
-      : system_(system), stepper_(make_stepper()), options_(options), observer_(observer), watch_(system, events),
+  Driver(const F& system, const Make& make_stepper, const Options& options, const Budget& budget, Onlooker onlooker, std::vector<ListedEvent> events)
+      : system_(system), stepper_(make_stepper()), options_(options), onlooker_(onlooker), watch_(system, std::move(events)),
         dog_(system, options), budget_(budget) {}
 
   Run<n> run(double t0, const Eigen::VectorXd& y0, double t_end) {
@@ -71,7 +74,7 @@ class Driver {
  private:
   // The first evaluation. Its errors are the caller's, for there is nothing yet to keep.
   [[gnu::cold]] bool start(double t0, Eigen::VectorXd y0) {
-    if constexpr (Watch::watches) watch_.settle(t0, y0, tolerance(y0), run_.events);
+    if constexpr (watches) watch_.settle(t0, y0, tolerance(y0), run_.events);
     if constexpr (ProjectableSystem<F>) require_consistent(system_, t0, y0);
     run_.trajectory.start(t0, y0);
     run_.t = t0;
@@ -85,7 +88,7 @@ class Driver {
     fill_outputs_here();
     dog_.begin(t0, y0, 0);
     if (const std::optional<Failure> trouble = dog_.look_at_values_and_mass(t0, y0)) return end(*trouble);
-    if constexpr (Watch::watches) watch_.begin(t0, y0, tolerance(y0), true);
+    if constexpr (watches) watch_.begin(t0, y0, tolerance(y0), true);
     return true;
   }
 
@@ -110,7 +113,7 @@ class Driver {
     if (!dog_.is_due(std::abs(reached() - elapsed_)) && stepper_.t() != landing) return true;
     projected_ = stepper_.y();
     if (!looked_at(stepper_.t(), projected_)) {
-      if constexpr (!Watch::watches) keep();  // an event in this last step might have cut it off
+      if constexpr (!watches) keep();  // an event in this last step might have cut it off
       return false;
     }
     if (stepper_.t() != landing) dog_.remember(stepper_.t(), projected_);
@@ -127,7 +130,7 @@ class Driver {
 
   // Appends the step to the run, as far as events let it.
   bool kept() {
-    if constexpr (Watch::watches) return passed_events();
+    if constexpr (watches) return passed_events();
     return kept_whole();
   }
 
@@ -285,17 +288,13 @@ class Driver {
 
   // Shows the state to the observer, who may change what functors read only where the method begins afresh behind it.
   bool observed(bool begins_afresh) {
-    if constexpr (std::is_same_v<std::remove_cv_t<O>, NoObserver>) {
+    if constexpr (!is_observed) {
       return (void)begins_afresh, true;
     } else {
       const StepView view(stepper_, run_.trajectory.dof(), run_.t, run_.y);
-      bool proceed = true;
-      if constexpr (Watch::watches) watch_.remember(run_.t, run_.y);
-      using Answer = std::invoke_result_t<O&, const StepView&>;
-      if constexpr (std::is_void_v<Answer>) observer_(view);
-      else if constexpr (std::is_same_v<Answer, bool>) proceed = observer_(view);
-      else proceed = observer_(view) == Control::proceed;
-      if constexpr (Watch::watches) {
+      if constexpr (watches) watch_.remember(run_.t, run_.y);
+      const bool proceed = onlooker_.show(onlooker_.observer, view);
+      if constexpr (watches) {
         const std::optional<Failure> changed = watch_.begin_changed(run_.t, run_.y);
         if (changed && !begins_afresh) return end(*changed);
       }
@@ -358,7 +357,7 @@ class Driver {
       run_.statistics.constraint_velocity = constraint_velocity_;
     }
     dog_.report(run_.statistics);
-    if constexpr (Watch::watches) watch_.report(run_.statistics);
+    if constexpr (watches) watch_.report(run_.statistics);
     run_.statistics.wall_seconds = budget_.seconds();
     if (next_output_ < outputs_.size()) run_.samples.y = Eigen::MatrixXd(run_.samples.y.leftCols(static_cast<Eigen::Index>(next_output_)));
     const std::string where = sentence({"t = ", run_.t, " after ", run_.statistics.steps, " steps"});
@@ -379,7 +378,7 @@ class Driver {
   const F& system_;
   S stepper_;
   const Options& options_;
-  O& observer_;
+  Onlooker onlooker_;
   Watch watch_;
   WatchdogOf dog_;
   Budget budget_;

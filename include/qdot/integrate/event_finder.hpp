@@ -138,11 +138,25 @@ inline bool shows_all(const std::array<double, samples_in_panel>& g, double roun
   return missed <= std::max(1e-4 * std::max(-lowest, highest), 0.125 * std::max(lowest, -highest)) || missed <= many_roundings * rounding;
 }
 
+// A function that lives elsewhere, so that one search is enough for all types of functions.
+template <class Result, class... Arguments>
+class FunctionElsewhere {
+ public:
+  template <class Function>
+  explicit FunctionElsewhere(const Function& function)
+      : function_(&function), call_([](const void* f, Arguments... arguments) -> Result { return (*static_cast<const Function*>(f))(arguments...); }) {}
+  Result operator()(Arguments... arguments) const { return call_(function_, arguments...); }
+
+ private:
+  const void* function_;
+  Result (*call_)(const void*, Arguments...);
+};
+
 // Searches [from, to] for the first root of one function; `at(t)` evaluates it, `decided(a, b)` proves that the ends of a panel tell all.
-template <class Evaluate, class Decided>
 class RootSearch {
  public:
-  RootSearch(Watch& watch, Evaluate at, Decided decided) : watch_(watch), at_(std::move(at)), decided_(std::move(decided)) {}
+  template <class Evaluate, class Decided>
+  RootSearch(Watch& watch, const Evaluate& at, const Decided& decided) : watch_(watch), at_(at), decided_(decided) {}
 
   // Notes the first root that counts in watch.root; known[k] are the values at the sample fractions.
   void run(double from, double to, const double* known) {
@@ -341,8 +355,8 @@ class RootSearch {
   }
 
   Watch& watch_;
-  Evaluate at_;
-  Decided decided_;
+  FunctionElsewhere<double, double> at_;
+  FunctionElsewhere<bool, double, double> decided_;
 };
 
 }  // namespace qdot::detail

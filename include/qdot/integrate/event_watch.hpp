@@ -10,15 +10,12 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <limits>
 #include <optional>
 #include <string>
-#include <tuple>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -26,6 +23,7 @@
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/event_finder.hpp"
 #include "qdot/integrate/event_proof.hpp"
+#include "qdot/integrate/listed_event.hpp"
 #include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
@@ -45,21 +43,23 @@ struct Firing {
   std::size_t first = 0; // index of the first function in it
 };
 
-template <FirstOrderSystem F, class... Events>
+// Of runs that have neither events nor switches.
+struct NothingToWatch {
+  NothingToWatch(const auto&, const std::vector<ListedEvent>&) {}
+};
+
+// One for all lists of events that a system may be run with.
+template <FirstOrderSystem F>
 class EventWatch {
   static constexpr int n = dof_at_compile_time<F>();
-  static constexpr std::size_t listed = sizeof...(Events);
   static constexpr std::size_t points = samples_in_panel;
-  static constexpr bool has_formulas = (Events::is_formula || ...), has_others = SwitchingSystem<F> || !(Events::is_formula && ...);
 
  public:
-  static constexpr bool watches = listed > 0 || SwitchingSystem<F>;
-
-  EventWatch(const F& system, const EventList<Events...>& events) : system_(system), events_(events) {
-    if constexpr (!watches) return;
+  EventWatch(const F& system, std::vector<ListedEvent> events) : system_(system), events_(std::move(events)), listed_(events_.size()) {
     Eigen::Index guards = 0;
     if constexpr (SwitchingSystem<F>) guards = system.guard_count();
-    const std::size_t count = listed + static_cast<std::size_t>(guards);
+    const std::size_t count = listed_ + static_cast<std::size_t>(guards);
+    has_others_ = guards > 0;
     watches_.resize(count);
     fired_.assign(count, false);
     fired_guards_.assign(static_cast<std::size_t>(guards), false);
@@ -69,12 +69,14 @@ class EventWatch {
     guards_.resize(guards);
     bands_.resize(guards);
     y_.resize(system.size());
-    for_each_listed([&](std::size_t i, const auto& e) {
-      watches_[i].direction = e.is_barrier ? Direction::falling : e.direction;
-      watches_[i].barrier = e.is_barrier;
-      watches_[i].is_formula = e.is_formula;
-    });
-    for (std::size_t i = listed; i < count; ++i) {
+    before_.assign(listed_, 0.0);
+    for (std::size_t i = 0; i < listed_; ++i) {
+      watches_[i].direction = events_[i].is_barrier ? Direction::falling : events_[i].direction;
+      watches_[i].barrier = events_[i].is_barrier;
+      watches_[i].is_formula = events_[i].decide != nullptr;
+      (watches_[i].is_formula ? has_formulas_ : has_others_) = true;
+    }
+    for (std::size_t i = listed_; i < count; ++i) {
       watches_[i].direction = Direction::falling;
       watches_[i].barrier = true;
     }
@@ -85,22 +87,22 @@ class EventWatch {
     if constexpr (SwitchingSystem<F>) system_.guard_bands(t, y, tolerance, bands_);
     for (std::size_t i = 0; i < watches_.size(); ++i) {
       const double g = value(i, t, y);
-      const double band = i >= listed ? bands_[static_cast<Eigen::Index>(i - listed)] : rounding_of(i, t, y, g);
+      const double band = i >= listed_ ? bands_[static_cast<Eigen::Index>(i - listed_)] : rounding_of(i, t, y, g);
       watches_[i].begin(g, band, fired_[i], watches_[i].value, at_start);
       watches_[i].rounding = band;
-      if (i < listed && !at_start && fired_[i] && watches_[i].side == 0) watches_[i].home = home_of(i, t, y);
+      if (i < listed_ && !at_start && fired_[i] && watches_[i].side == 0) watches_[i].home = home_of(i, t, y);
     }
   }
 
   // Before the observer, who may change what a listed function reads.
   void remember(double t, const Eigen::VectorXd& y) {
-    for (std::size_t i = 0; i < listed; ++i) before_[i] = value(i, t, y);
+    for (std::size_t i = 0; i < listed_; ++i) before_[i] = value(i, t, y);
   }
 
   // Behind the observer: a function with another value begins from it, on the side where it is now. It has moved, and not crossed zero.
   std::optional<Failure> begin_changed(double t, const Eigen::VectorXd& y) {
     std::optional<Failure> failure;
-    for (std::size_t i = 0; i < listed; ++i) {
+    for (std::size_t i = 0; i < listed_; ++i) {
       const double g = value(i, t, y);
       if (std::abs(g - before_[i]) <= watches_[i].rounding) continue;
       failure = Failure{Outcome::model_changed,
@@ -121,11 +123,11 @@ class EventWatch {
     length_ = std::abs(to - from);
     to_ = to;
     backward_ = to < from;
-    if constexpr (has_formulas) bounds_.begin(clock_, step_, dof(system_), from, to);
-    for (std::size_t k = 1; has_others && k < points; ++k) {
+    if (has_formulas_) bounds_.begin(clock_, step_, dof(system_), from, to);
+    for (std::size_t k = 1; has_others_ && k < points; ++k) {
       const double elapsed = k + 1 == points ? to : from + sample_points[k] * (to - from);
       step_.at(elapsed, y_);
-      evaluate_all<false>(clock_.t(elapsed), y_, [&](std::size_t i, double g) { samples_[i * points + k] = g; });
+      evaluate_all(clock_.t(elapsed), y_, samples_.data() + k, points, false);
     }
     for (std::size_t i = 0; i < watches_.size(); ++i) {
       watches_[i].panels = 0;
@@ -147,25 +149,24 @@ class EventWatch {
     const double same = 4 * std::numeric_limits<double>::epsilon() * (std::abs(firing->elapsed) + length_);
     for (std::size_t i = 0; i < watches_.size(); ++i)
       fired_[i] = watches_[i].root && std::abs(*watches_[i].root - firing->elapsed) <= same;
-    for (std::size_t i = listed; i < watches_.size(); ++i) {
-      fired_guards_[i - listed] = fired_[i];
+    for (std::size_t i = listed_; i < watches_.size(); ++i) {
+      fired_guards_[i - listed_] = fired_[i];
       firing->changes = firing->changes || fired_[i];
       firing->stops = firing->stops || (fired_[i] && !ending(i).empty());
     }
-    for_each_listed([&](std::size_t i, const auto& e) {
-      if (!fired_[i]) return;
-      firing->stops = firing->stops || e.stops;
-      firing->changes = firing->changes || (!e.stops && !e.records);
-    });
+    for (std::size_t i = 0; i < listed_; ++i) {
+      if (!fired_[i]) continue;
+      firing->stops = firing->stops || events_[i].stops;
+      firing->changes = firing->changes || events_[i].change != nullptr;
+    }
     return firing;
   }
 
   // Records the listed events of a firing, and guards at which the run ends.
   void record(const Firing& firing, std::vector<RecordedEvent>& events) const {
-    for_each_listed([&](std::size_t i, const auto& e) {
-      if (fired_[i] && !watches_[i].lost) events.push_back({firing.t, e.name});
-    });
-    for (std::size_t i = listed; i < watches_.size(); ++i)
+    for (std::size_t i = 0; i < listed_; ++i)
+      if (fired_[i] && !watches_[i].lost) events.push_back({firing.t, *events_[i].name});
+    for (std::size_t i = listed_; i < watches_.size(); ++i)
       if (fired_[i] && !ending(i).empty()) events.push_back({firing.t, ending(i)});
   }
 
@@ -183,31 +184,31 @@ class EventWatch {
 
   // Changes y as the fired events ask, and lets the system choose its phases; what an action did wrong, if one did.
   std::optional<Failure> change(const Firing& firing, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
-    evaluate_all(firing.t, y, [&](std::size_t i, double g) { watches_[i].value = g; });
-    for (std::size_t i = listed; backward_ && i < watches_.size(); ++i)
+    values_.resize(watches_.size());
+    evaluate_all(firing.t, y, values_.data(), 1, true);
+    for (std::size_t i = 0; i < watches_.size(); ++i) watches_[i].value = values_[i];
+    for (std::size_t i = listed_; backward_ && i < watches_.size(); ++i)
       if (fired_[i])
         throw ConstraintError("a contact or friction", firing.t, 0.0,
                               "a run backward in time must not meet an impact, or the beginning or end of contact or sticking, since many "
                               "motions lead into the same one there, but at t = " + text_of(firing.t) +
                                   " this one does; run forward, or end the run before");
-    for (std::size_t i = 0; i < listed; ++i)
+    for (std::size_t i = 0; i < listed_; ++i)
       if (fired_[i] && watches_[i].lost)
         return Failure{Outcome::event_accumulation, sentence({"the time between two events of ", name_of(i), " is shorter than t can tell"})};
     const Eigen::VectorXd y_before = y;
     std::optional<Failure> failure;
     bool acted = false;
     trends_.assign(watches_.size(), std::nullopt);
-    for_each_listed([&](std::size_t i, const auto& e) {
-      if constexpr (!std::remove_cvref_t<decltype(e)>::stops && !std::remove_cvref_t<decltype(e)>::records) {
-        if (!fired_[i] || failure) return;
-        acted = true;
-        y_before_action_ = y;
-        failure = change_state<n>(e.name, e.action, firing.t, y, dof(system_));
-        if (!failure) failure = what_is_not_finite(e.name, firing.t, y);
-        if (!failure && !same_bits(y, y_before_action_)) trends_[i] = trend(i, firing.t, y_before);
-      }
-    });
-    if (failure) return failure;
+    for (std::size_t i = 0; i < listed_; ++i) {
+      if (!fired_[i] || events_[i].change == nullptr) continue;
+      acted = true;
+      y_before_action_ = y;
+      failure = events_[i].change(events_[i].event, firing.t, y, dof(system_));
+      if (!failure) failure = what_is_not_finite(*events_[i].name, firing.t, y);
+      if (failure) return failure;
+      if (!same_bits(y, y_before_action_)) trends_[i] = trend(i, firing.t, y_before);
+    }
     // Constraints answer a blow with one of their own: what they forbid of the change is taken back.
     if constexpr (ProjectableSystem<F>)
       if (acted) system_.project(firing.t, y);
@@ -229,66 +230,47 @@ class EventWatch {
       if (!fired_[i]) continue;
       const double since = std::abs(elapsed - std::exchange(last_time_[i], elapsed));
       standing_[i] = since <= indistinct || watches_[i].stuck ? standing_[i] + 1 : 0;
-      if (standing_[i] >= (i < listed ? 4 : 20)) return name_of(i);  // a system may pass through several phases at once
+      if (standing_[i] >= (i < listed_ ? 4 : 20)) return name_of(i);  // a system may pass through several phases at once
     }
     return std::nullopt;
   }
 
  private:
-  template <class Visit>
-  void for_each_listed(Visit&& visit) const {
-    [&]<std::size_t... i>(std::index_sequence<i...>) {
-      (visit(i, std::get<i>(events_.list)), ...);
-    }(std::index_sequence_for<Events...>{});
-  }
-
   std::string ending(std::size_t i) const {
-    if constexpr (SwitchingSystem<F>) return system_.ending(static_cast<Eigen::Index>(i - listed));
+    if constexpr (SwitchingSystem<F>) return system_.ending(static_cast<Eigen::Index>(i - listed_));
     return (void)i, std::string();
   }
 
-  std::string name_of(std::size_t wanted) const {
-    std::string name = "a contact or friction";
-    for_each_listed([&](std::size_t i, const auto& e) {
-      if (i == wanted) name = "'" + e.name + "'";
-    });
-    return name;
-  }
+  std::string name_of(std::size_t i) const { return i < listed_ ? "'" + *events_[i].name + "'" : "a contact or friction"; }
 
   void require_finite(std::size_t i, double t, double g) const {
     if (std::isfinite(g)) return;
     throw NonFinite(name_of(i), t, sentence({"the function of event ", name_of(i), " must be finite, but is ", g, " at t = ", t}));
   }
 
-  template <bool with_formulas = true, class Take>
-  void evaluate_all(double t, const Eigen::VectorXd& y, Take&& take) {
-    for_each_listed([&](std::size_t i, const auto& e) {
-      if (!with_formulas && e.is_formula) return;
-      const double g = event_value<n>(e.g, t, y, dof(system_));
-      require_finite(i, t, g);
-      take(i, g);
-    });
+  // The value of function i goes to values[i stride]; those that intervals follow only if asked for.
+  void evaluate_all(double t, const Eigen::VectorXd& y, double* values, std::size_t stride, bool with_formulas) {
+    for (std::size_t i = 0; i < listed_; ++i)
+      if (with_formulas || !watches_[i].is_formula) values[i * stride] = value(i, t, y);
     if constexpr (SwitchingSystem<F>) {
       system_.guards(t, y, guards_);
-      for (std::size_t i = listed; i < watches_.size(); ++i) {
-        const double g = guards_[static_cast<Eigen::Index>(i - listed)];
+      for (std::size_t i = listed_; i < watches_.size(); ++i) {
+        const double g = guards_[static_cast<Eigen::Index>(i - listed_)];
         require_finite(i, t, g);
-        take(i, g);
+        values[i * stride] = g;
       }
     }
   }
 
-  double value(std::size_t wanted, double t, const Eigen::VectorXd& y) {
+  double value(std::size_t i, double t, const Eigen::VectorXd& y) {
     double g = 0.0;
-    if (wanted < listed) {
-      for_each_listed([&](std::size_t i, const auto& e) {
-        if (i == wanted) g = event_value<n>(e.g, t, y, dof(system_));
-      });
+    if (i < listed_) {
+      g = events_[i].value(events_[i].event, t, y, dof(system_));
     } else if constexpr (SwitchingSystem<F>) {
       system_.guards(t, y, guards_);
-      g = guards_[static_cast<Eigen::Index>(wanted - listed)];
+      g = guards_[static_cast<Eigen::Index>(i - listed_)];
     }
-    require_finite(wanted, t, g);
+    require_finite(i, t, g);
     return g;
   }
 
@@ -344,42 +326,39 @@ class EventWatch {
   }
 
   void search_one(std::size_t i, double from, const double* known) {
-    RootSearch search(watches_[i], [this, i](double elapsed) {
+    const auto at = [this, i](double elapsed) {
       step_.at(elapsed, y_);
       return value(i, clock_.t(elapsed), y_);
-    }, [this, i](double a, double b) { return decided(i, a, b); });
+    };
+    const auto proves = [this, i](double a, double b) { return decided(i, a, b); };
+    RootSearch search(watches_[i], at, proves);
     const bool was_rough = watches_[i].rough || watches_[i].unproven;
     search.run(from, to_, known);
     if ((watches_[i].rough || watches_[i].unproven) && !was_rough && ++rough_steps_ == 1) rough_time_ = clock_.t(from);
   }
 
   // Whether intervals prove that the ends of a panel tell all about a formula's zeros in it.
-  bool decided(std::size_t wanted, double a, double b) {
-    bool result = false;
-    if constexpr (has_formulas)
-      for_each_listed([&](std::size_t i, const auto& e) {
-        if constexpr (std::remove_cvref_t<decltype(e)>::is_formula) {
-          if (i != wanted) return;
-          try {
-            result = bounds_.decide(e.g, watches_[i].level, a, b);
-          } catch (const Undecided&) {  // in a shorter panel the comparison may have an answer
-          } catch (...) {               // no formula here: if g has no value, samples will say so
-            watches_[i].unproven = true;
-          }
-        }
-      });
-    return (void)wanted, (void)a, (void)b, result;
+  bool decided(std::size_t i, double a, double b) {
+    try {
+      return events_[i].decide(events_[i].event, &bounds_, watches_[i].level, a, b);
+    } catch (const Undecided&) {  // in a shorter panel the comparison may have an answer
+    } catch (...) {               // no formula here: if g has no value, samples will say so
+      watches_[i].unproven = true;
+    }
+    return false;
   }
 
   const F& system_;
-  const EventList<Events...>& events_;
+  std::vector<ListedEvent> events_;
+  std::size_t listed_;  // so many
+  bool has_formulas_ = false, has_others_ = false;
   std::vector<Watch> watches_;  // the listed events, then the system's guards
   std::vector<bool> fired_, fired_guards_;
-  std::array<double, listed> before_{};   // values, before the observer
+  std::vector<double> before_;            // values, before the observer
   std::vector<double> last_time_;         // elapsed, when a function last changed the state
   std::vector<std::optional<int>> trends_;  // of fired functions, before their actions
   std::vector<int> standing_;             // how often a function has changed the state without letting t go on
-  std::vector<double> samples_;           // of the present step
+  std::vector<double> samples_, values_;  // of the present step, and of one moment
   Eigen::VectorXd guards_, bands_, y_, y_before_action_;
   Clock clock_;
   PolynomialView step_;

@@ -62,26 +62,35 @@ struct Replaceable {
   ~Replaceable() = default;
 };
 
+// How the model refused, from the exception that is being handled; one that says nothing about the model is passed on.
+[[gnu::cold, gnu::noinline]] inline Failure refusal() {
+  try {
+    throw;
+  } catch (const NonFinite& error) {
+    return {Outcome::non_finite, error.what()};
+  } catch (const MassMatrixError& error) {
+    return {Outcome::singular_mass_matrix, error.what()};
+  } catch (const ConstraintError& error) {
+    return {Outcome::constraint_failure, error.what()};
+  } catch (const NotAnalytic& error) {
+    return {Outcome::model_changed, error.what()};
+  } catch (const RecoverableError& error) {
+    return {Outcome::refused_by_model, error.what()};
+  } catch (const StopRequest& request) {
+    return {Outcome::stopped_by_model, request.what()};
+  }
+}
+
 // Runs an evaluation in which the model may refuse; false, with the trouble noted, if it did.
 template <class Evaluation>
 bool attempted(Failure& failure, Evaluation&& evaluation) {
   try {
     evaluation();
     return true;
-  } catch (const NonFinite& error) {
-    failure = {Outcome::non_finite, error.what()};
-  } catch (const MassMatrixError& error) {
-    failure = {Outcome::singular_mass_matrix, error.what()};
-  } catch (const ConstraintError& error) {
-    failure = {Outcome::constraint_failure, error.what()};
-  } catch (const NotAnalytic& error) {
-    failure = {Outcome::model_changed, error.what()};
-  } catch (const RecoverableError& error) {
-    failure = {Outcome::refused_by_model, error.what()};
-  } catch (const StopRequest& request) {
-    failure = {Outcome::stopped_by_model, request.what()};
+  } catch (...) {
+    failure = refusal();
+    return false;
   }
-  return false;
 }
 
 // The state and the bookkeeping of a one-step method for the system F.

@@ -119,6 +119,16 @@ struct NoObserver {
 
 namespace detail {
 
+// An observer of any type; show() is false where it asks to stop.
+struct Onlooker {
+  void* observer = nullptr;
+  bool (*show)(void* observer, const StepView& step) = nullptr;
+};
+
+}  // namespace detail
+
+namespace detail {
+
 // Coordinates in y = [q; q̇; …]: what the system says, otherwise half of an even size.
 template <FirstOrderSystem F>
 constexpr int dof_at_compile_time() {

@@ -60,10 +60,18 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   } else if constexpr (requires { detail::require_existing_entries(form.scene().system(), y0.data(), start.t); }) {
     detail::require_existing_entries(form.scene().system(), y0.data(), start.t);
   }
-  using O_ = std::remove_reference_t<O>;
+  constexpr bool is_observed = !std::is_same_v<std::remove_cvref_t<O>, NoObserver>, has_events = sizeof...(Events) > 0;
+  auto show = [&observer](const StepView& step) {
+    using Answer = std::invoke_result_t<O&, const StepView&>;
+    if constexpr (std::is_void_v<Answer>) return observer(step), true;
+    else if constexpr (std::is_same_v<Answer, bool>) return observer(step);
+    else return observer(step) == Control::proceed;
+  };
+  const detail::Onlooker onlooker{&show, [](void* shown, const StepView& step) { return (*static_cast<decltype(show)*>(shown))(step); }};
   const detail::Budget budget(options);  // begins before the stepper's own, which is made here
   const auto make = [&] { return method.stepper(form, options); };
-  detail::Driver<Form, decltype(make()), O_, Events...> driver(form, make, options, budget, observer, events);
+  using Driver = detail::Driver<Form, decltype(make()), is_observed, has_events>;
+  Driver driver(form, make, options, budget, onlooker, detail::listed_events<detail::dof_at_compile_time<Form>()>(events));
   return driver.run(start.t, y0, t_end);
 }
 
