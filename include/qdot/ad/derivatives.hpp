@@ -34,6 +34,24 @@ namespace detail {
 template <class F>
 struct DerivativeOf {};  // the tag of one function's perturbations
 
+// A function of the library's own whose perturbations bear the tag of its kind, so that duals are of as many types as there are kinds, and not
+// as there are users' functors, for all of which the compiler would write the same arithmetic. What is differentiated inside is nested
+// deeper, which is a type of its own.
+template <class Tag, class F>
+struct Marked : F {};
+template <class Tag, class F>
+Marked<Tag, F> marked(F f) {
+  return {std::move(f)};
+}
+template <class F>
+struct tag_of {
+  using type = DerivativeOf<F>;
+};
+template <class Tag, class F>
+struct tag_of<Marked<Tag, F>> {
+  using type = Tag;
+};
+
 template <int n>
 inline constexpr int directions_for = n == Dynamic || n > 2 * chunk ? chunk : n;
 
@@ -69,7 +87,7 @@ template <class F, class Derived>
 auto value_and_gradient(F&& f, const Eigen::MatrixBase<Derived>& x) {
   using S = typename Derived::Scalar;
   constexpr int n = Derived::RowsAtCompileTime;
-  using D = Dual<S, detail::directions_for<n>, detail::DerivativeOf<std::remove_cvref_t<F>>>;
+  using D = Dual<S, detail::directions_for<n>, typename detail::tag_of<std::remove_cvref_t<F>>::type>;
   static_assert(Derived::ColsAtCompileTime == 1, "qdot: the point of a gradient must be a column vector");
   const Vector<S, n> at = x;
   static_assert(detail::require_real<S>());
@@ -109,7 +127,7 @@ template <class F, class Derived>
 auto value_and_jacobian(F&& f, const Eigen::MatrixBase<Derived>& x) {
   using S = typename Derived::Scalar;
   constexpr int n = Derived::RowsAtCompileTime;
-  using D = Dual<S, detail::directions_for<n>, detail::DerivativeOf<std::remove_cvref_t<F>>>;
+  using D = Dual<S, detail::directions_for<n>, typename detail::tag_of<std::remove_cvref_t<F>>::type>;
   static_assert(Derived::ColsAtCompileTime == 1, "qdot: the point of a Jacobian must be a column vector");
   using Returned = std::remove_cvref_t<decltype(f(std::declval<const Vector<D, n>&>()))>;
   static_assert(detail::require_real<S>());
@@ -150,7 +168,7 @@ auto hessian(F&& f, const Eigen::MatrixBase<Derived>& x) {
 template <class F, class S>
 auto derivative(F&& f, const S& s) {
   static_assert(detail::require_real<S>());
-  using D = Dual<S, 1, detail::DerivativeOf<std::remove_cvref_t<F>>>;
+  using D = Dual<S, 1, typename detail::tag_of<std::remove_cvref_t<F>>::type>;
   const auto y = detail::result_of(f, D::variable(s, 0));
   using Y = std::remove_cvref_t<decltype(y)>;
   if constexpr (std::is_same_v<Y, D>) {

@@ -87,11 +87,14 @@ auto velocity_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& q
   }
 }
 
+struct RateOfRows {};   // tags of the perturbations of constraints
+struct SlopeOfRows {};
+
 // Time derivative of the velocity rows at given accelerations.
 template <int n, class Effect, class S>
 auto acceleration_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, n>& qddot,
                        const S& t) {
-  using D = Dual<S, 1, DerivativeOf<Effect>>;
+  using D = Dual<S, 1, RateOfRows>;
   Vector<D, n> x(q.size());
   Vector<D, n> v(q.size());
   for (Eigen::Index i = 0; i < q.size(); ++i) {
@@ -110,19 +113,19 @@ auto acceleration_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n
 template <int n, class Effect, class S>
 auto jacobian_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t, Eigen::Index counted) {
   if constexpr (HolonomicEffect<Effect, n>) {
-    return jacobian([&](const auto& x) {
+    return jacobian(marked<SlopeOfRows>([&](const auto& x) {
       using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
       const auto rows = as_rows(e.phi(x, D(t)));
       require_rows(e, rows, counted, t);
       return rows;
-    }, q);
+    }), q);
   } else {
-    return jacobian([&](const auto& v) {
+    return jacobian(marked<SlopeOfRows>([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
       const auto rows = as_rows(e.velocity_constraint(Vector<D, n>(q.template cast<D>()), v, D(t)));
       require_rows(e, rows, counted, t);
       return rows;
-    }, qdot);
+    }), qdot);
   }
 }
 

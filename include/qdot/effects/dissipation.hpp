@@ -35,10 +35,10 @@ struct RayleighFunction {
   }
   template <class S, int n>
   Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    return -gradient([&](const auto& v) {
+    return -gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
       return D(detail::of_state(R, Vector<D, n>(q.template cast<D>()), v, D(t)));
-    }, qdot);
+    }), qdot);
   }
 
  private:
@@ -210,10 +210,10 @@ struct SpringDamper {
   template <class Law, class S, int n>
   Vector<S, n> pull_by_duals(const Law& f, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     const auto moving = value_and_velocity_of([&](const auto& x, const auto& s) { return length(x, s); }, q, qdot, t);
-    return gradient([&](const auto& x) {
+    return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& x) {
       using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
       return length(x, D(t));
-    }, q) * S(-f(moving.value, moving.rate));
+    }), q) * S(-f(moving.value, moving.rate));
   }
 
  private:

@@ -69,10 +69,10 @@ struct DryFriction {
     const double s = static_cast<double>(innermost_value(z[0]));
     if (s != 1.0 && s != -1.0) return Vector<S, n>::Zero(q.size());
     const S F = -s * limit<S>(F_k, q, qdot, t);
-    return gradient([&](const auto& u) {
+    return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& u) {
       using D = typename std::remove_cvref_t<decltype(u)>::Scalar;
       return D(detail::of_state(v, Vector<D, n>(q.template cast<D>()), u, D(t)));
-    }, qdot) * F;
+    }), qdot) * F;
   }
 
   template <int n>

@@ -26,10 +26,10 @@ template <class E, int n>
     add_gradient(Q, present, -1.0, PositionJet<n>(e.potential_term(MovingCoordinates<n>(q, q, t).q, PositionJet<n>(t))));
     return Q;
   } else {
-    return -gradient([&](const auto& x) {
+    return -gradient(marked<SlopeOfEffect>([&](const auto& x) {
       using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
       return D(e.potential_term(x, D(t)));
-    }, q);
+    }), q);
   }
 }
 

@@ -156,13 +156,13 @@ struct ForceAtPoint {
     using Spatial = std::remove_cvref_t<decltype(moving.value)>;
     const Spatial applied_force = detail::force_vector<S, Spatial::RowsAtCompileTime>(applied(moving.value, moving.rate, t),
                                                                                                         moving.value.size(), "the force at a point");
-    return gradient([&](const auto& x) {
+    return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& x) {
       using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
       const auto point = detail::of_position(r, x, D(t));
       D work(0);
       for (Eigen::Index i = 0; i < point.size(); ++i) work += applied_force[i] * point[i];
       return work;
-    }, q);
+    }), q);
   }
 
  private:
@@ -232,12 +232,12 @@ struct TorqueOnBody {
   Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>&, const S& t) const {
     const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
     // ω = Σ ωᵢ q̇ᵢ, so Qᵢ = ∂(τ·ω)/∂q̇ᵢ; linear in q̇, so any q̇ will do.
-    return gradient([&](const auto& v) {
+    return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
       const Vector<D, n> at = q.template cast<D>();
       const auto omega = angular_velocity_of(detail::at_time(R, D(t)), at, v);
       return D(D(tau[0]) * omega[0] + D(tau[1]) * omega[1] + D(tau[2]) * omega[2]);
-    }, Vector<S, n>(Vector<S, n>::Zero(q.size())));
+    }), Vector<S, n>(Vector<S, n>::Zero(q.size())));
   }
 
  private:

@@ -19,6 +19,8 @@
 
 namespace qdot::detail {
 
+struct SlopeOfEffect {};  // the tag of the perturbations by which generalized forces are found
+
 // Which scalars and numbers of coordinates go this way.
 template <class S, int n>
 inline constexpr bool moves_by_jets = std::is_same_v<S, double> && straight_line_pays && n >= 1 && n <= straight_line_limit;

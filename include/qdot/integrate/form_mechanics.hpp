@@ -27,6 +27,8 @@ class SceneForm;
 
 namespace detail {
 
+struct RateOfStates {};  // the tag of perturbations along the motion of effects' own states
+
 template <class F>
 struct Mechanics;
 
@@ -85,7 +87,7 @@ struct Mechanics<SceneForm<Sc>> {
   }
   // z̈ on a motion with accelerations a and rates w of z.
   static States zddot(const F& form, const Vec& q, const Vec& v, const Vec& a, const States& z, const States& w, double t) {
-    using D = Dual<double, 1, DerivativeOf<F>>;
+    using D = Dual<double, 1, RateOfStates>;
     const auto moving = [](const auto& x, const auto& rate) {
       Vector<D, std::remove_cvref_t<decltype(x)>::RowsAtCompileTime> both(x.size());
       for (Eigen::Index i = 0; i < x.size(); ++i) {

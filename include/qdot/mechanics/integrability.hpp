@@ -132,14 +132,18 @@ Integrability frobenius_condition(const std::type_identity_t<VectorXd>& entries,
   return result;
 }
 
+struct SlopeOfVelocityRows {};  // the tag of its perturbations
+
 // The same for a functor A.
 template <class Rows>
 Integrability frobenius_condition_of(const Rows& A, const Eigen::VectorXd& q, double tolerance) {
-  const auto entries = [&A](const auto& x) {
+  const auto entries = marked<SlopeOfVelocityRows>([&A](const auto& x) {
     using S = std::decay_t<decltype(x[0])>;
     const Matrix<S, Dynamic> rows = A(x);
-    return Vector<S, Dynamic>(rows.reshaped());
-  };
+    Vector<S, Dynamic> column(rows.size());
+    std::copy_n(rows.data(), rows.size(), column.data());
+    return column;
+  });
   const auto both = value_and_jacobian(entries, q);
   return frobenius_condition(both.value, both.jacobian, q, tolerance);
 }
