@@ -102,6 +102,7 @@ int execute(int argc, char** argv, std::string& command_name) {
   add_repeatable(equations_command, "--set", equations_options.set, "parameter, NAME=VALUE; what a formula does not depend on does not show");
   equations_command->add_flag("--latex", equations_options.latex, "for LaTeX, with amsmath");
   equations_command->add_flag("--mathml", equations_options.mathml, "for a page");
+  add_text(equations_command, "--c", equations_options.c, "write q̈ and its Jacobian as a C99 file", "FILE");
 
   BenchOptions bench_options;
   CLI::App* bench_command = app.add_subcommand("bench", "the project's own benchmarks");

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "qdot/report/csv.hpp"
+#include "qdot/report/equation_text.hpp"
+#include "qdot/report/equations.hpp"
 #include "qdot/report/file.hpp"
 #include "qdot/report/still.hpp"
 #include "qdot/report/symbol.hpp"
@@ -151,6 +153,20 @@ report::Facts run_facts(const RunnableScene& scene, const Request& request, cons
 
 double playing_seconds(double duration) { return duration / report::detail::playing_rate(duration); }
 
+/// Lagrange's equations as markup; nothing where they are no formulas, or more than one wants to read.
+std::string formulas(const RunnableScene& scene) {
+  constexpr std::size_t readable = 4;  // coordinates
+  const report::EquationSource source = scene.equation_source();
+  if (source.coordinates.size() > readable) return {};
+  const auto effects = scene.effects();
+  const bool with = std::any_of(effects.begin(), effects.end(), [](const EffectInfo& e) { return e.on; });
+  try {
+    return std::string("<h2>Lagrange’s equations") + (with ? ", without the effects</h2>\n" : "</h2>\n") + report::mathml_text(report::equations_of(source));
+  } catch (const Error&) {  // not one formula
+    return {};
+  }
+}
+
 }  // namespace
 
 bool jacobi_differs(const Result& result) {
@@ -218,6 +234,7 @@ report::Page page(const RunnableScene& scene, const Request& request, const Resu
   }
   page.animation = std::move(animation);
   page.tables = {parameter_facts(scene, request), run_facts(scene, request, result)};
+  page.formulas = formulas(scene);
   add_motion_plots(page.plots, scene, result, false);
   add_motion_plots(page.plots, scene, result, true);
   if (scene.coordinates().size() == 1) page.plots.push_back(phase_plot(scene, result));

@@ -197,4 +197,5 @@ TEST_CASE("formulas for LaTeX and MathML") {
   CHECK(text_of(pendulum.p[0], report::MathmlNotation{}) ==
         "<mi>m</mi><mspace width=\"0.17em\"/><msup><mrow><mi>l</mi></mrow><mrow><mn>2</mn></mrow></msup><mspace width=\"0.17em\"/>"
         "<mover accent=\"true\"><mi>θ</mi><mo stretchy=\"false\">˙</mo></mover>");
+  CHECK(text_of(e.M[0][0], report::MathmlNotation{}).find("<msubsup><mi>l</mi><mn>1</mn><mrow><mn>2</mn></mrow></msubsup>") != std::string::npos);
 }

@@ -62,3 +62,14 @@ TEST_CASE("text in the script's data cannot end the script") {
   const std::string text = html(page);
   CHECK(text.find("\"unit\":\"/script>\"") != std::string::npos);
 }
+
+TEST_CASE("formulas stand above the plots, and need no script") {
+  Page page{.title = "Pendulum", .formulas = "<h2>Equations</h2><math><mi>L</mi></math>"};
+  page.plots = {Plot{.x = {"t"}, .y = {"q"}}};
+  page.plots[0].series.push_back({"", {0.0, 1.0}, {0.0, 1.0}});
+  const std::string text = html(page);
+  const auto formulas = text.find("<math><mi>L</mi></math>");
+  REQUIRE(formulas != std::string::npos);
+  CHECK(formulas < text.find("<svg"));
+  CHECK(text.find("<script") == std::string::npos);
+}

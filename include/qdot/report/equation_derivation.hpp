@@ -44,6 +44,31 @@ struct EquationsOfMotion {
 
 namespace detail {
 
+/// p, M (lower triangle, row by row) and r as derivatives of a graph, as they come.
+struct GraphEquations {
+  std::vector<int> p, mass, right;
+};
+inline GraphEquations equations_by_graph(LetteredGraph& g, int n, int T, int V) {
+  std::vector<int> q, v;
+  for (int i = 0; i < n; ++i) {
+    q.push_back(g.variable(i));
+    v.push_back(g.variable(n + i));
+  }
+  std::vector<int> all = q;
+  all.insert(all.end(), v.begin(), v.end());
+  all.push_back(g.variable(2 * n));
+  const std::vector<int> force = g.gradient(g.difference(T, V), q);
+  GraphEquations e{.p = g.gradient(T, v), .mass = {}, .right = {}};
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    const std::vector<int> slopes = g.gradient(e.p[i], all);
+    int r = g.difference(force[i], slopes.back());
+    for (std::size_t j = 0; j < q.size(); ++j) r = g.difference(r, g.product(slopes[j], v[j]));
+    e.right.push_back(r);
+    for (std::size_t j = 0; j <= i; ++j) e.mass.push_back(slopes[q.size() + j]);
+  }
+  return e;
+}
+
 class EquationDerivation {
   using Polynomial = taylor::Polynomial;
 
@@ -108,26 +133,10 @@ class EquationDerivation {
         }
       return;
     }
-    auto& g = d_.graph;
-    std::vector<int> q, v;
-    for (int i = 0; i < n_; ++i) {
-      q.push_back(g.variable(i));
-      v.push_back(g.variable(n_ + i));
-    }
-    std::vector<int> all = q;
-    all.insert(all.end(), v.begin(), v.end());
-    all.push_back(g.variable(2 * n_));
-    const int L = g.difference(T, V);
-    const std::vector<int> force = g.gradient(L, q), p = g.gradient(L, v);
-    M_.resize(at(n_ * (n_ + 1) / 2));
-    for (int i = 0; i < n_; ++i) {
-      const std::vector<int> slopes = g.gradient(p[at(i)], all);
-      int r = g.difference(force[at(i)], slopes[at(2 * n_)]);
-      for (int j = 0; j < n_; ++j) r = g.difference(r, g.product(slopes[at(j)], v[at(j)]));
-      for (int j = 0; j <= i; ++j) M_[entry(i, j)] = layout_.summands(slopes[at(n_ + j)]);
-      p_[at(i)] = layout_.summands(p[at(i)]);
-      r_.push_back(layout_.summands(r));
-    }
+    const GraphEquations e = equations_by_graph(d_.graph, n_, T, V);
+    for (int i = 0; i < n_; ++i) p_[at(i)] = layout_.summands(e.p[at(i)]);
+    for (const int node : e.mass) M_.push_back(layout_.summands(node));
+    for (const int node : e.right) r_.push_back(layout_.summands(node));
   }
 
   // Jᵀλ, J = ∂φ/∂q, or ∂a/∂q̇ of a constraint on velocities.

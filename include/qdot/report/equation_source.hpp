@@ -10,12 +10,13 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "qdot/ad/taylor_recording.hpp"
 #include "qdot/ad/vector.hpp"
-#include "qdot/mechanics/energy_functors.hpp"
+#include "qdot/mechanics/system.hpp"
 
 namespace qdot::report {
 
@@ -90,6 +91,30 @@ EquationSource equation_source(const E& energies, std::vector<std::string> coord
     });
   };
   return s;
+}
+
+namespace detail {
+
+// What a user wrote, whatever evaluates it.
+template <class E>
+const auto& written_energies(const E& e) {
+  if constexpr (requires { e.energies(); }) {
+    return e.energies();
+  } else {
+    return e;
+  }
+}
+template <class E>
+using WrittenEnergies = std::decay_t<decltype(written_energies(std::declval<const E&>()))>;
+
+}  // namespace detail
+
+/// T and V of a system, and its names.
+template <class E, int n, Inertia inertia>
+EquationSource equation_source(const System<E, n, inertia>& system, const std::vector<NamedParameter<detail::WrittenEnergies<E>>>& parameters = {}) {
+  std::vector<std::string> names;
+  for (Eigen::Index i = 0; i < system.dof(); ++i) names.push_back(system.coordinate_name(i));
+  return equation_source<n>(detail::written_energies(system.energies()), std::move(names), parameters);
 }
 
 }  // namespace qdot::report

@@ -44,9 +44,10 @@ inline std::string mathml_text(const Equations& equations) {
   const MathmlNotation notation;
   std::string text;
   for (const EquationSection& section : equations.sections()) {
-    text += "<h3>" + section.heading + "</h3>\n";
+    text += "<h3>" + section.heading + "</h3>\n<div>\n";
     for (const Equation& e : section.equations)
-      text += "<math display=\"block\"><mrow>" + text_of(e.left, notation) + "</mrow><mo>=</mo><mrow>" + text_of(e.right, notation) + "</mrow></math>\n";
+      text += "<p><math displaystyle=\"true\"><mrow>" + text_of(e.left, notation) + "</mrow><mo>=</mo><mrow>" + text_of(e.right, notation) + "</mrow></math></p>\n";
+    text += "</div>\n";
   }
   return text;
 }

@@ -69,22 +69,6 @@ inline Equations equations_of(const EquationSource& source) {
   return e;
 }
 
-namespace detail {
-
-// What a user wrote, whatever evaluates it.
-template <class E>
-const auto& written_energies(const E& e) {
-  if constexpr (requires { e.energies(); }) {
-    return e.energies();
-  } else {
-    return e;
-  }
-}
-template <class E>
-using WrittenEnergies = std::decay_t<decltype(written_energies(std::declval<const E&>()))>;
-
-}  // namespace detail
-
 }  // namespace report
 
 /// L, p, M, r and q̈ of a system as formulas in the names of its coordinates and parameters.
@@ -96,9 +80,7 @@ using WrittenEnergies = std::decay_t<decltype(written_energies(std::declval<cons
 /// @throws NotAnalytic    when T or V compares values of the state, or has a kink
 template <class E, int n, Inertia inertia>
 report::Equations equations(const System<E, n, inertia>& system, const std::vector<report::NamedParameter<report::detail::WrittenEnergies<E>>>& parameters = {}) {
-  std::vector<std::string> names;
-  for (Eigen::Index i = 0; i < system.dof(); ++i) names.push_back(system.coordinate_name(i));
-  return report::equations_of(report::equation_source<n>(report::detail::written_energies(system.energies()), std::move(names), parameters));
+  return report::equations_of(report::equation_source(system, parameters));
 }
 
 }  // namespace qdot

@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// One self-contained page: an animation with its player, tables of facts, and plots.
+// One self-contained page: an animation with its player, tables of facts, formulas, and plots.
 //
 // The page needs nothing but a browser: style, script, numbers and plots are inside the file, and no address is contacted.
 // Coordinates of the animation are rounded to 1e-4 of the picture's size, which no eye can see; the exact numbers are in the
@@ -45,6 +45,7 @@ struct Page {
   std::string lead{};  // one or two sentences
   std::optional<Animation> animation{};
   std::vector<Facts> tables{};
+  std::string formulas{};  // markup, as of report/equation_text.hpp
   std::vector<Plot> plots{};
   std::string footer{};
 };
@@ -149,6 +150,7 @@ inline std::string html(const Page& page) {
   } else {
     for (const Facts& facts : page.tables) text += "<div class=\"half\">" + detail::facts_table(facts) + "</div>\n";
   }
+  if (!page.formulas.empty()) text += "<section class=\"card wide formulas\">" + page.formulas + "</section>\n";
   for (std::size_t i = 0; i < page.plots.size(); ++i) {
     const bool alone = i + 1 == page.plots.size() && i % 2 == 0;  // the last of an odd number takes the whole width
     text += std::string("<section class=\"card ") + (alone ? "wide" : "half") + "\">";

@@ -35,6 +35,11 @@ tr:first-child td{border-top:0}
 td:first-child{color:var(--muted);padding-right:16px}
 td.value{text-align:right;font-variant-numeric:tabular-nums;overflow-wrap:anywhere}
 td small{color:var(--muted);font-size:12.5px}
+.formulas{overflow-x:auto;display:grid;grid-template-columns:max-content 1fr;column-gap:24px;align-items:baseline}
+.formulas h2{grid-column:span 2}
+.formulas h3{grid-column:1;font-size:13px;font-weight:400;color:var(--muted);margin:4px 0}
+.formulas div{grid-column:2}
+.formulas p{margin:6px 0}.formulas math{font-size:17px;font-family:'STIX Two Math','Latin Modern Math','Cambria Math',math}
 svg.plot{display:block;width:100%;height:auto}
 svg[data-time]{cursor:crosshair}
 footer{color:var(--muted);font-size:13px;margin-top:20px}

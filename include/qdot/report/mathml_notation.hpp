@@ -32,17 +32,23 @@ class MathmlNotation final : public Notation {
   }
   std::string fraction(const std::string& above, const std::string& below) const override { return "<mfrac>" + row(above) + row(below) + "</mfrac>"; }
   std::string number_fraction(double p, double q) const override { return fraction(number(p), number(q)); }
-  std::string power(const std::string& base, const std::string& exponent) const override { return "<msup>" + row(base) + row(exponent) + "</msup>"; }
+  std::string power(const std::string& base, const std::string& exponent) const override {
+    if (base.starts_with("<msub>")) return "<msubsup>" + base.substr(6, base.size() - 13) + row(exponent) + "</msubsup>";
+    return "<msup>" + row(base) + row(exponent) + "</msup>";
+  }
   std::string exponent(double e) const override {
     const Fraction f = fraction_of(e < 0.0 ? -e : e);
     return (e < 0.0 ? "<mo>−</mo>" : "") + number(f.p) + (f.q == 1.0 ? "" : "<mo>/</mo>" + number(f.q));
   }
   std::string function(const std::string& name, const std::string& exponent, const std::string& argument) const override {
     const std::string word = "<mi>" + name + "</mi>";
-    return (exponent.empty() ? word : power(word, exponent)) + "<mo>\u2061</mo>" + row(argument);
+    return (exponent.empty() ? word : power(word, exponent)) + "<mo>\u2061</mo>" + (argument.starts_with("<mrow><mo") ? "" : "<mspace width=\"0.17em\"/>") + row(argument);
   }
   std::string root(const std::string& x) const override { return "<msqrt>" + x + "</msqrt>"; }
-  std::string brackets(const std::string& x) const override { return "<mrow><mo>(</mo>" + x + "<mo>)</mo></mrow>"; }
+  std::string brackets(const std::string& x) const override {
+    const std::string bracket = x.find("<mfrac>") == std::string::npos ? "<mo stretchy=\"false\">" : "<mo>";
+    return "<mrow>" + bracket + "(</mo>" + x + bracket + ")</mo></mrow>";
+  }
   std::string joined(const std::vector<std::string>& factors) const override {
     std::string text;
     for (const std::string& factor : factors) text += (text.empty() ? "" : "<mspace width=\"0.17em\"/>") + factor;
