@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "../catch2_bridge.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
@@ -41,10 +42,27 @@ State<Dynamic> at_rest(Eigen::Index n, double angle) {
   return {0.0, Eigen::VectorXd::Constant(n, angle), Eigen::VectorXd::Zero(n)};
 }
 
-template <class Potential>
-auto particle(Potential V) {
-  return mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, V);
-}
+// A unit mass on a line in one of several potentials: one type for all of them, so that the methods are compiled once.
+enum class Well { quartic, quadratic_and_quartic, sixteenth, pendulum, kink, edge, spring };
+struct Particle {
+  Well well;
+  double omega = 1.0;
+  auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  auto V(const auto& q) const {
+    using S = std::remove_cvref_t<decltype(q[0])>;
+    using std::abs, std::cos, std::pow;
+    switch (well) {
+      case Well::quartic: return S(0.25 * q[0] * q[0] * q[0] * q[0]);
+      case Well::quadratic_and_quartic: return S(0.5 * q[0] * q[0] + 0.25 * pow(q[0], 4));
+      case Well::sixteenth: return S(pow(q[0], 16) / 16.0);  // the first coefficient after t is that of t¹⁷
+      case Well::pendulum: return S(-9.81 * cos(q[0]));
+      case Well::kink: return S(10.0 * abs(q[0]));
+      case Well::edge: return S(-2.0 / 3.0 * pow(1.0 - q[0], 1.5));
+      default: return S(0.5 * omega * omega * q[0] * q[0]);
+    }
+  }
+};
+auto particle(Well well, double omega = 1.0) { return mechanical_system<1>(Particle{well, omega}); }
 State<1> on_line(double x, double v) { return {0.0, Vector<double, 1>(x), Vector<double, 1>(v)}; }
 
 // By a method that shares nothing with series but the functors.
@@ -139,8 +157,8 @@ TEST_CASE("pendulums released at rest from the horizontal are right at every tol
 }
 
 TEST_CASE("potentials that are flat where the motion starts are right at every tolerance") {
-  const auto check = [](const auto& V, double amplification) {
-    const auto system = particle(V);
+  const auto check = [](Well well, double amplification) {
+    const auto system = particle(well);
     const Eigen::VectorXd exact = reference(system, on_line(0.0, 1.0), 10.0);
     for (const double tol : tolerances) {
       const auto run = simulate(system, on_line(0.0, 1.0), 10.0, Taylor{}, {.rtol = tol, .atol = tol});
@@ -148,24 +166,10 @@ TEST_CASE("potentials that are flat where the motion starts are right at every t
       CHECK((run.y - exact).norm() < std::max(amplification * tol, 1e-11));
     }
   };
-  check([](const auto& q) { return 0.25 * q[0] * q[0] * q[0] * q[0]; }, 50);
-  check(
-      [](const auto& q) {
-        using std::pow;
-        return 0.5 * q[0] * q[0] + 0.25 * pow(q[0], 4);
-      },
-      50);
-  check(
-      [](const auto& q) {
-        using std::pow;
-        return pow(q[0], 16) / 16.0;  // the first coefficient after t is that of t¹⁷
-      },
-      500);
-  const auto tiny = simulate(particle([](const auto& q) {
-                               using std::pow;
-                               return 0.5 * q[0] * q[0] + 0.25 * pow(q[0], 4);
-                             }),
-                             on_line(1e-300, 1.0), 10.0, Taylor{}, {.rtol = 1e-12});
+  check(Well::quartic, 50);
+  check(Well::quadratic_and_quartic, 50);
+  check(Well::sixteenth, 500);
+  const auto tiny = simulate(particle(Well::quadratic_and_quartic), on_line(1e-300, 1.0), 10.0, Taylor{}, {.rtol = 1e-12});
   CHECK_THAT(0.5 * tiny.y[1] * tiny.y[1] + 0.5 * tiny.y[0] * tiny.y[0] + 0.25 * std::pow(tiny.y[0], 4), WithinAbs(0.5, 1e-11));
 }
 
@@ -187,10 +191,7 @@ TEST_CASE("the Taylor stepper holds its tolerances per component") {
                                              using std::cos;
                                              return -9.81 * cos(q[0]) + 0.005 * q[1] * q[1];
                                            });
-    const auto alone = particle([](const auto& q) {
-      using std::cos;
-      return -9.81 * cos(q[0]);
-    });
+    const auto alone = particle(Well::pendulum);
     const Eigen::VectorXd exact = reference(alone, on_line(1.0, 0.0), 10.0);
     const auto run = simulate(both, State<2>{0.0, {1.0, A}, {0.0, 0.0}}, 10.0, Taylor{}, {.rtol = 1e-9, .atol = 1e-9});
     CHECK_THAT(run.y[0], WithinAbs(exact[0], 2e-8));
@@ -246,20 +247,14 @@ TEST_CASE("the energy of a Kepler orbit changes by rounding only") {
 }
 
 TEST_CASE("energies that are no single formula are refused before the first step") {
-  const auto wall = particle([](const auto& q) {
-    using std::abs;
-    return 10.0 * abs(q[0]);
-  });
+  const auto wall = particle(Well::kink);
   CHECK_THROWS_AS(simulate(wall, on_line(1.0, 0.0), 1.0, Taylor{}), NotAnalytic);
   CHECK(simulate(wall, on_line(1.0, 0.0), 0.3, Dop853{}).completed());
 }
 
 TEST_CASE("a motion that runs into a point where V is not analytic ends there with its name") {
   // V = −⅔ (1 − q)^{3/2}, reached with speed
-  const auto edge = particle([](const auto& q) {
-    using std::pow;
-    return -2.0 / 3.0 * pow(1.0 - q[0], 1.5);
-  });
+  const auto edge = particle(Well::edge);
   const auto run = simulate(edge, on_line(0.0, 2.0), 5.0, Taylor{}, {.rtol = 1e-9});
   CHECK_FALSE(run.completed());
   CHECK(run.y[0] <= 1.0);
@@ -283,7 +278,7 @@ TEST_CASE("a motion that runs into a point where V is not analytic ends there wi
 
 TEST_CASE("fast and slow systems are the same in their own unit of time") {
   for (const double omega : {1e-12, 1.0, 1e12, 1e20}) {
-    const auto oscillator = particle([omega](const auto& q) { return 0.5 * omega * omega * q[0] * q[0]; });
+    const auto oscillator = particle(Well::spring, omega);
     const auto run = simulate(oscillator, on_line(1.0, 0.0), 2.0 / omega, Taylor{},
                               {.rtol = 1e-12, .atol = {1e-14, 1e-14 * omega}});
     CHECK(run.completed());
