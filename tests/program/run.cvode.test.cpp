@@ -158,3 +158,14 @@ TEST_CASE("equations that cannot be evaluated at the start are an outcome too") 
   CHECK(run["message"].get<std::string>().find("phi") != std::string::npos);
   CHECK(run["steps"] == 0);
 }
+
+TEST_CASE("equations are printed as formulas, and written as a C file") {
+  const auto ended = qdot("equations rod_and_ring");
+  CHECK(ended.status == 0);
+  CHECK(ended.out.find("  r̈ = r φ̇² − g sin φ\n") != std::string::npos);
+  CHECK(qdot("equations rod_and_ring --latex").out.find("\\ddot{r} &= r \\dot{\\phi}^{2} - g \\sin \\phi") != std::string::npos);
+  CHECK(qdot("equations four_bar").out.find("  a sin θ₁ + b sin θ₂ − c sin θ₃ = 0\n") != std::string::npos);
+  const Directory directory;
+  CHECK(qdot("equations rod_and_ring --c '" + directory.file("rod.c") + "'").status == 0);
+  CHECK(program_test::content(directory.file("rod.c")).find("int rod_and_ring_jacobian(") != std::string::npos);
+}

@@ -77,6 +77,11 @@ TEST_CASE("formulas do not depend on the values of parameters") {
     CHECK(plain_text(equations_of_scene(scenes::rod_and_ring(), values)) == rod_and_ring_text);
 }
 
+TEST_CASE("a letter is seen beside one of quite another size") {
+  const report::Equations e = equations_of_scene(scenes::double_pendulum(), scenes::DoublePendulum{.m1 = 6e24, .m2 = 1e-12});
+  CHECK(plain(e.M[0][0]) == "(m₁ + m₂) l₁²");
+}
+
 TEST_CASE("the double pendulum has a book's equations") {
   const report::Equations e = equations_of_scene(scenes::double_pendulum());
   CHECK(plain(e.L) == "½ (m₁ + m₂) l₁² θ̇₁² + ½ m₂ l₂² θ̇₂² + m₂ l₁ l₂ θ̇₁ θ̇₂ cos(θ₁ − θ₂) + (m₁ + m₂) g l₁ cos θ₁ + m₂ g l₂ cos θ₂");
@@ -147,6 +152,24 @@ TEST_CASE("quotients, roots and sines of parameters are found, and what is none 
   const auto e = equations(mechanical_system<1>(Odd{}).with_names({"x"}), {{"a", &Odd::a}, {"b", &Odd::b}, {"k", &Odd::k}, {"alpha", &Odd::alpha}, {"nothing", &Odd::nothing}, {"beta", &Odd::beta}, {"c", &Odd::c}});
   CHECK(plain(e.M[0][0]) == "1/(a + b)");
   CHECK(plain(e.L) == "ẋ²/(2 (a + b)) − x^(5/2) − c x² + a x sin α − √a √k sin x");
+}
+
+namespace {
+
+struct Decaying {
+  double tau = 2.0, k = 3.0;
+  auto T(const auto& qdot) const { return 0.5 * qdot[0] * qdot[0]; }
+  auto V(const auto& q) const { return k * std::exp(-tau) * q[0] + 0.1234567890123 * q[0] * q[0]; }
+};
+
+}  // namespace
+
+TEST_CASE("a parameter that enters in another way is a number, and those beside it stay letters") {
+  const auto e = equations(mechanical_system<1>(Decaying{}).with_names({"width"}), {{"tau", &Decaying::tau}, {"k", &Decaying::k}});
+  CHECK(plain(e.L).substr(0, 12) == "½ widtḣ²");
+  CHECK(plain(e.L).find("0.13533528323661") != std::string::npos);  // exp(−2) = 0.1353352832366127
+  CHECK(plain(e.L).find(" k width") != std::string::npos);
+  CHECK(plain(e.L).find("0.1234567890123 width²") != std::string::npos);
 }
 
 TEST_CASE("a T that branches on the state has no equations") {

@@ -38,7 +38,7 @@ struct EquationsOfMotion {
   std::vector<std::vector<Expression>> M = {};  // lower triangle
   std::vector<Expression> r = {};
   std::vector<Equation> rows = {};         // of M q̈ = r + Jᵀλ, divided by the parameters that all terms of a row have in common
-  std::vector<Equation> qddot = {};        // empty where there is no closed form
+  std::vector<Equation> qddot = {};        // empty where there is no closed form, or one that nobody would read
   std::vector<Equation> constraints = {};  // φ = 0
 };
 
@@ -109,6 +109,8 @@ class EquationDerivation {
       e.rows.push_back(row(i));
     }
     if (lambda_.empty()) solve(e);
+    constexpr int readable = 120;
+    if (std::any_of(e.qddot.begin(), e.qddot.end(), [](const Equation& a) { return size_of(a.right) > readable; })) e.qddot.clear();
     for (std::size_t k = 2; k < outputs_.size(); ++k) e.constraints.push_back({layout_.of_node(outputs_[k]), number_expression(0.0)});
     return e;
   }

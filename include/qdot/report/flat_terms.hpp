@@ -73,7 +73,9 @@ class FlatTerms {
   FlatSum collected(const FlatSum& sum, bool all_sums) const {
     std::map<std::map<int, double>, double> all;
     FlatSum open = sum;
+    constexpr std::size_t too_long = 300;
     while (!open.empty()) {
+      if (all_sums && all.size() + open.size() > too_long) return collected(sum, false);
       FlatTerm t = std::move(open.back());
       open.pop_back();
       const auto parameter_sum = std::find_if(t.factors.begin(), t.factors.end(), [&](const auto& f) { return f.second == 1.0 && (is_sum_of_parameters(f.first) || (all_sums && graph_[f.first].kind == taylor::Kind::affine)); });

@@ -50,16 +50,16 @@ struct ParameterFormula {
   }
 };
 
-/// The nearest quotient of small whole numbers, if x is one to twelve digits; otherwise x to thirteen, if that is x but for rounding.
-inline double tidy(double x) {
+/// The nearest quotient of small whole numbers, or number of twelve digits, if x is that but for an error; otherwise x.
+inline double tidy(double x, double error) {
   for (int q = 1; q <= 1000; ++q) {
     const double p = std::round(x * q);
-    if (std::abs(p) <= 1e6 && p != 0.0 && std::abs(x * q - p) <= 1e-12 * std::abs(p)) return p / q;
+    if (std::abs(p) <= 1e6 && p != 0.0 && std::abs(x * q - p) <= error * std::abs(p)) return p / q;
   }
   if (x == 0.0) return x;
-  const double digits = std::pow(10.0, 12.0 - std::floor(std::log10(std::abs(x))));
+  const double digits = std::pow(10.0, 11.0 - std::floor(std::log10(std::abs(x))));
   const double rounded = std::isfinite(digits) && digits > 0.0 ? std::round(x * digits) / digits : x;
-  return std::abs(rounded - x) <= 1e-13 * std::abs(x) ? rounded : x;
+  return std::abs(rounded - x) <= error * std::abs(x) ? rounded : x;
 }
 
 /// Where parameters are when a number is asked for: node numbers from 0, −1 for the value in the middle, below that others.
@@ -77,12 +77,16 @@ class ParameterFit {
 
   /// False when there is none.
   bool find(ParameterFormula& f) {
+    unfit_.assign(named_.size(), false);
     for (const ParameterRoot root : {ParameterRoot::none, ParameterRoot::reciprocal, ParameterRoot::root}) {
       f = {.root = root, .negative = root == ParameterRoot::root && number_(middle_) < 0.0, .terms = {}};
       if (find_sum(f)) return true;
     }
     return false;
   }
+
+  /// After a find() in vain: the parameters that enter in no such way, if it is some of them.
+  const std::vector<bool>& unfit() const { return unfit_; }
 
  private:
   double transformed(const ParameterNodes& at, ParameterRoot root) const {
@@ -93,18 +97,22 @@ class ParameterFit {
   bool find_sum(ParameterFormula& f) {
     sets_.assign(named_.size(), {ParameterFactor{}});
     std::size_t runs = 1;
+    bool fits = true;
     for (std::size_t j = 0; j < named_.size(); ++j) {
-      if (named_[j] && !find_factors(j, f.root, sets_[j])) return false;
+      if (named_[j] && !find_factors(j, f.root, sets_[j])) {
+        if (f.root == ParameterRoot::none) unfit_[j] = true;
+        fits = false;
+      }
       runs *= sets_[j].size();
     }
     constexpr std::size_t most_runs = 3000;
-    if (runs > most_runs) return false;
+    if (!fits || runs > most_runs) return false;
     ParameterNodes at = middle_;
     f.terms = terms_from(0, f.root, at);
     double largest = 0.0;
     for (const ParameterTerm& t : f.terms) largest = std::max(largest, std::abs(value_of(t, middle_)));
     std::erase_if(f.terms, [&](const ParameterTerm& t) { return t.k == 0.0 || std::abs(value_of(t, middle_)) <= rounding_of_k * largest; });
-    for (ParameterTerm& t : f.terms) t.k = tidy(t.k);
+    for (ParameterTerm& t : f.terms) t.k = tidy(t.k, f.is_constant() ? rounding : f.terms.size() == 1 ? rounding_of_quotient : rounding_of_fit);
     for (int trial = -2; trial >= -4; --trial) {
       const ParameterNodes fresh(named_.size(), trial);
       double sum = 0.0, size = 0.0;
@@ -194,11 +202,13 @@ class ParameterFit {
   }
 
   static constexpr double misfit = 2e-12;         // rounding of some ten operations, larger where three unknowns are solved for
+  static constexpr double rounding = 4e-16, rounding_of_quotient = 2e-14, rounding_of_fit = 1e-12;
   static constexpr double rounding_of_k = 1e-9;  // of terms that are not there
 
   std::function<double(const ParameterNodes&)> number_;
   std::function<double(std::size_t, int)> value_;
   const std::vector<bool>& named_;
+  std::vector<bool> unfit_;
   ParameterNodes middle_;
   std::vector<std::vector<ParameterFactor>> sets_;
 };

@@ -5,7 +5,7 @@
 //
 // Parameters of a system are plain doubles, so a recording of T (ad/taylor_recording.hpp) holds ½ m l² as the number that it happened to be.
 // But T can be recorded again with other masses and lengths, as often as one likes, and a number that is a formula of the parameters is found from
-// its values (report/parameter_formula.hpp). These are scattered about what the system has, and differ from each other: m = l = 1 tells nothing about
+// its values (report/parameter_formula.hpp). These are of size one, and differ from each other: m = l = 1 tells nothing about
 // which is which. At last T and V themselves are compared with the formulas for the parameters as they are.
 //
 // A parameter that enters otherwise, as eᵖ for instance, or as an exponent, stays the number that it is. When the operations themselves depend on
@@ -116,7 +116,9 @@ class ParameterLetters {
 
   double value(std::size_t j, int k) const {
     if (!named_[j]) return values_[j];
-    const double middle = (values_[j] == 0.0 ? 0.8 : values_[j]) * (0.85 + 0.3 * scattered(1, static_cast<int>(j)));
+    // Of size one, in the order that the values have: of 1 + 10⁻¹³ nobody could tell the second letter.
+    const double size = values_[j] == 0.0 ? 0.8 : std::copysign(std::pow(std::abs(values_[j]), 0.1), values_[j]);
+    const double middle = size * (0.85 + 0.3 * scattered(1, static_cast<int>(j)));
     return middle * (k >= 0 ? 0.65 + 0.13 * k + 0.01 * (k % 3) : k == -1 ? 1.0 : 0.8 + 0.5 * scattered(k, static_cast<int>(j)));
   }
 
@@ -160,7 +162,8 @@ class ParameterLetters {
       for (std::size_t j = 0; j < values_.size(); ++j) {
         ParameterNodes other = middle;
         other[j] = 3;
-        if (numbers(other)[i] != numbers(middle)[i]) still_named[j] = false;
+        const bool some_are_unfit = std::find(fit.unfit().begin(), fit.unfit().end(), true) != fit.unfit().end();
+        if (some_are_unfit ? fit.unfit()[j] : numbers(other)[i] != numbers(middle)[i]) still_named[j] = false;
       }
       if (still_named == named_) throw NotOneFormula(std::string("T and V must be formulas with the same numbers whenever they are run, but are not") + remedy);
       named_ = still_named;

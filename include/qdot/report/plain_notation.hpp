@@ -17,13 +17,11 @@ class PlainNotation final : public Notation {
  public:
   std::string symbol(const std::string& name, int dots) const override {
     const auto [letter, index] = spelled(name);
-    std::string stem = report::symbol(letter);
-    if (stem.size() > 2 || (stem.size() > 1 && static_cast<unsigned char>(stem[0]) < 0x80)) {  // a word
-      return dots == 0 ? name : dots == 1 ? "d" + name + "/dt" : "d²" + name + "/dt²";
-    }
+    const bool is_word = letter.size() > 1 && report::symbol(letter) == letter;
+    std::string stem = is_word ? name : report::symbol(letter);
     if (dots == 1) stem += "\u0307";
     if (dots == 2) stem += "\u0308";
-    return index.empty() ? stem : stem + subscript(index);
+    return index.empty() || is_word ? stem : stem + subscript(index);
   }
   std::string indexed(const std::string& symbol, const std::string& index) const override { return symbol + "_" + index; }
   std::string number(double x) const override { return exact_text(x); }
