@@ -4,6 +4,7 @@
 #include "bench/chain_energies.hpp"
 #include "bench/eom.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
+#include "qdot/mechanics/derived.hpp"
 #include "qdot/mechanics/written_out.hpp"
 
 namespace qdot::bench {
@@ -38,6 +39,8 @@ std::vector<EquationsRow> jacobian_rows() {
   return {row_of<1, UnrolledChain<1>>("jacobian, unroll"), row_of<2, UnrolledChain<2>>("jacobian, unroll"),
           row_of<3, UnrolledChain<3>>("jacobian, unroll"), row_of<4, UnrolledChain<4>>("jacobian, unroll"),
           row_of<2, LoopedChain>("jacobian, for"),         row_of<4, LoopedChain>("jacobian, for"),
+          row_of<2, Derived<2, LoopedChain>>("jacobian, for, derived"), row_of<4, Derived<4, LoopedChain>>("jacobian, for, derived"),
+          row_of<8, Derived<8, LoopedChain>>("jacobian, for, derived"),
           row_of<2, WrittenOut<2, LoopedChain>>("jacobian, for, written out"),
           row_of<4, WrittenOut<4, LoopedChain>>("jacobian, for, written out"),
           row_of<8, LoopedChain>("jacobian, for"),         row_of<16, LoopedChain>("jacobian, for"),

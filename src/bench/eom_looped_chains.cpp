@@ -1,27 +1,38 @@
 // SPDX-License-Identifier: MIT
 //
-// Rows of `qdot bench eom`: chains summed with a plain `for`.
+// Rows of `qdot bench eom`: chains summed with a plain `for`, as they are and with equations derived when the object is made.
+#include <utility>
+#include <vector>
+
 #include "bench/chain_energies.hpp"
 #include "bench/eom.hpp"
 #include "bench/hand_derived.hpp"
+#include "qdot/mechanics/derived.hpp"
 
 namespace qdot::bench {
 
 namespace {
 
+template <int n, class E>
+EquationsRow row(const char* door) {
+  return {.system = "chain", .n = n, .door = door, .baseline = chain_by_hand<n>, .measured = by_general_door<n, E>, .lowest = -2.0, .highest = 2.0};
+}
+
 template <int... n>
-std::vector<EquationsRow> rows_of_lengths() {
-  return {EquationsRow{.system = "chain",
-                       .n = n,
-                       .door = "general, for",
-                       .baseline = chain_by_hand<n>,
-                       .measured = by_general_door<n, LoopedChain>,
-                       .lowest = -2.0,
-                       .highest = 2.0}...};
+std::vector<EquationsRow> rows_as_they_are() {
+  return {row<n, LoopedChain>("general, for")...};
+}
+template <int... n>
+std::vector<EquationsRow> derived_rows() {
+  return {row<n, Derived<n, LoopedChain>>("general, for, derived")...};
 }
 
 }  // namespace
 
-std::vector<EquationsRow> looped_chain_rows() { return rows_of_lengths<1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>(); }
+std::vector<EquationsRow> looped_chain_rows() {
+  std::vector<EquationsRow> rows = rows_as_they_are<1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>();
+  for (EquationsRow& derived : derived_rows<1, 2, 3, 4, 5, 6, 7, 8>()) rows.push_back(std::move(derived));
+  return rows;
+}
 
 }  // namespace qdot::bench

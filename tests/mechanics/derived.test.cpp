@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+//
+// Equations derived when an object is made, against nested duals, hand derivations and the same systems without the word.
+#include "qdot/mechanics/derived.hpp"
+
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "bench/chain_energies.hpp"
+#include "bench/hand_derived.hpp"
+#include "catch2_bridge.hpp"
+#include "qdot/effects/constraints.hpp"
+#include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/projection.hpp"
+#include "qdot/effects/scene_form.hpp"
+#include "qdot/effects/scene_motion.hpp"
+#include "qdot/mechanics/acceleration_jacobian.hpp"
+#include "qdot/mechanics/equations_of_motion.hpp"
+
+namespace {
+
+using namespace qdot;
+
+// Sums of a few hundred operations, M of a condition up to 1e3.
+constexpr double rounding = 1e-11;
+
+template <int n>
+State<n> random_state(std::mt19937& random) {
+  std::uniform_real_distribution<double> number(0.2, 1.2);
+  State<n> state{number(random), Vector<double, n>(), Vector<double, n>()};
+  for (int i = 0; i < n; ++i) {
+    state.q[i] = number(random);
+    state.qdot[i] = number(random) - 0.7;
+  }
+  return state;
+}
+
+// q̈, M, r and the Jacobian of both are the same, where the second is evaluated by nested duals.
+template <int n, class E>
+void check_equal(const E& energies, bool has_lines = true) {
+  const auto fast = derived<n>(energies);
+  REQUIRE(fast.has_lines() == has_lines);
+  const auto one = mechanical_system<n>(fast);
+  const auto other = mechanical_system<n>(energies);
+  std::mt19937 random(7);
+  for (int k = 0; k < 5; ++k) {
+    const State<n> s = random_state<n>(random);
+    const auto expected = detail::general_mass_and_rhs<n>(energies, s.q, s.qdot, s.t);
+    const auto found = mass_and_rhs(one, s.q, s.qdot, s.t);
+    CHECK((found.M - expected.M).cwiseAbs().maxCoeff() <= rounding * expected.M.cwiseAbs().maxCoeff());
+    CHECK((found.r - expected.r).cwiseAbs().maxCoeff() <= rounding * (1.0 + expected.r.cwiseAbs().maxCoeff()));
+    const auto J = acceleration_jacobian(one, s.q, s.qdot, s.t), J_expected = acceleration_jacobian(other, s.q, s.qdot, s.t);
+    const double size = 1.0 + J_expected.d_q.cwiseAbs().maxCoeff() + J_expected.d_qdot.cwiseAbs().maxCoeff() + J_expected.qddot.cwiseAbs().maxCoeff();
+    CHECK((J.qddot - J_expected.qddot).cwiseAbs().maxCoeff() <= rounding * size);
+    CHECK((J.d_q - J_expected.d_q).cwiseAbs().maxCoeff() <= rounding * size);
+    CHECK((J.d_qdot - J_expected.d_qdot).cwiseAbs().maxCoeff() <= rounding * size);
+    CHECK(energy(one, s) == energy(other, s));
+  }
+}
+
+// Vectors as Eigen has them, every kind of function, and the time.
+struct ManyFunctions {
+  double a = 0.7, b = 1.3;
+  auto T(const auto& q, const auto& qdot, const auto& t) const {
+    using std::cosh, std::exp, std::sqrt, std::tanh;
+    using S = std::decay_t<decltype(t)>;
+    const S stretch = qdot.squaredNorm() * (1.0 + exp(-q.dot(q))) + sqrt(1.0 + q[0] * q[0]) * qdot[0] * qdot[1];
+    const S turn = (a + cosh(q[1]) + tanh(t)) * qdot[2] * qdot[2];
+    return S(stretch + 0.5 * turn);
+  }
+  auto V(const auto& q, const auto& t) const {
+    using std::atan2, std::cos, std::hypot, std::log, std::pow, std::sin;
+    using S = std::decay_t<decltype(t)>;
+    return S(b * log(q[0] + 2.0) + atan2(q[1], q[0] + 3.0) * hypot(q[1], q[2]) + pow(q[0] + 1.0, 2.5) * sin(q[2]) * cos(q[2]) / (1.0 + t) + q.norm());
+  }
+};
+
+// A bead on a wire that is straight for x < 0: no formula.
+struct Branching {
+  double m = 2.0;
+  auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
+  auto V(const auto& q) const {
+    using S = std::decay_t<decltype(q[0])>;
+    return q[0] < 0.5 ? S(0.0 * q[0]) : S(q[0] * q[0] * q[0]);
+  }
+};
+struct WithAbs {
+  double m = 2.0;
+  auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
+  auto V(const auto& q) const {
+    using std::abs;
+    return 3.0 * abs(q[0]);
+  }
+};
+
+struct Logarithm {
+  double m = 2.0;
+  auto T(const auto& qdot) const { return 0.5 * m * qdot[0] * qdot[0]; }
+  auto V(const auto& q) const {
+    using std::log;
+    return log(q[0]);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("derived equations of looped chains equal those derived by hand") {
+  std::mt19937 random(3);
+  const auto check = [&]<int n>(std::integral_constant<int, n>) {
+    const auto chain = mechanical_system<n>(derived<n>(bench::LoopedChain{}));
+    for (int k = 0; k < 5; ++k) {
+      const State<n> s = random_state<n>(random);
+      Vector<double, n> by_hand;
+      bench::chain_by_hand<n>(s.q.data(), s.qdot.data(), by_hand.data());
+      CHECK((acceleration(chain, s) - by_hand).cwiseAbs().maxCoeff() <= rounding * (1.0 + by_hand.cwiseAbs().maxCoeff()));
+    }
+  };
+  check(std::integral_constant<int, 1>());
+  check(std::integral_constant<int, 3>());
+  check(std::integral_constant<int, 8>());
+}
+
+TEST_CASE("derived M, r and Jacobians equal those of nested duals") {
+  check_equal<2>(bench::LoopedChain{});
+  check_equal<3>(ManyFunctions{});
+}
+
+TEST_CASE("T and V that are no formulas are evaluated as they are") {
+  check_equal<1>(Branching{}, false);
+  check_equal<1>(WithAbs{}, false);
+}
+
+TEST_CASE("derived equations have the parameters of their object") {
+  // A bead on a line in V = q⁴: q̈ = −4 q³/m.
+  for (const double m : {0.0625, 1.0, 2.0}) {
+    const auto bead = mechanical_system<1>(derived<1>([m](const auto& qdot) { return 0.5 * m * qdot[0] * qdot[0]; },
+                                                      [](const auto& q) { return q[0] * q[0] * q[0] * q[0]; }));
+    CHECK(acceleration(bead, State<1>{0.0, Vector<double, 1>(0.5), Vector<double, 1>(0.0)})[0] == -0.5 / m);
+  }
+}
+
+TEST_CASE("derived equations have no values where T or V has none") {
+  const auto system = mechanical_system<1>(derived<1>(Logarithm{}));
+  CHECK(acceleration(system, State<1>{0.0, Vector<double, 1>(0.5), Vector<double, 1>(0.0)})[0] == -1.0);
+  CHECK_THROWS_AS(acceleration(system, State<1>{0.0, Vector<double, 1>(-0.5), Vector<double, 1>(0.0)}), NonFinite);
+  CHECK_THROWS_AS(acceleration_jacobian(system, Vector<double, 1>(-0.5), Vector<double, 1>(0.0)), NonFinite);
+}
+
+TEST_CASE("effects and constraints go with derived equations") {
+  const auto tip = holonomic("tip", [](const auto& q) {
+    using std::sin;
+    return sin(q[0]) + sin(q[1]) + sin(q[2]);
+  });
+  const auto damping = viscous_damping(Eigen::Vector3d(0.1, 0.2, 0.3));
+  const auto fast = scene(mechanical_system<3>(derived<3>(bench::LoopedChain{})), tip, damping);
+  const auto plain = scene(mechanical_system<3>(bench::LoopedChain{}), tip, damping);
+  const State<3> start = consistent_state(plain, State<3>{0.0, {0.3, -0.2, -0.1}, {0.5, 0.1, -0.6}}).state;
+  const auto a = acceleration(fast, start.q, start.qdot, 0.0), b = acceleration(plain, start.q, start.qdot, 0.0);
+  CHECK((a - b).cwiseAbs().maxCoeff() <= rounding * (1.0 + b.cwiseAbs().maxCoeff()));
+  Eigen::VectorXd y(6);
+  y << start.q, start.qdot;
+  Eigen::MatrixXd J(6, 6), J_plain(6, 6);
+  first_order_form(fast).jacobian(0.0, y, J);
+  first_order_form(plain).jacobian(0.0, y, J_plain);
+  CHECK((J - J_plain).cwiseAbs().maxCoeff() <= rounding * (1.0 + J_plain.cwiseAbs().maxCoeff()));
+}
