@@ -6,9 +6,9 @@
 
 #include <cmath>
 
-#include "qdot/ad/euler_lagrange_math.hpp"
-#include "qdot/mechanics/graded_evaluation.hpp"
-#include "qdot/mechanics/straight_line.hpp"
+#include "qdot/ad/lagrange/euler_lagrange_math.hpp"
+#include "qdot/mechanics/equations/graded_evaluation.hpp"
+#include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot::bench {
 

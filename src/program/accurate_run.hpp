@@ -7,7 +7,7 @@
 #include <string>
 
 #include "program/simulation.hpp"
-#include "qdot/integrate/accurate_search.hpp"
+#include "qdot/integrate/accurate/search.hpp"
 
 namespace qdot::program {
 

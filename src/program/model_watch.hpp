@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The library's watchdog (integrate/watch.hpp) for a model: it wants to know T and V, which only the scene's own .cpp does.
+// The library's watchdog (integrate/watch/watch.hpp) for a model: it wants to know T and V, which only the scene's own .cpp does.
 
 #include <Eigen/Core>
 #include <memory>
@@ -10,7 +10,7 @@
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/statistics.hpp"
-#include "qdot/integrate/watch.hpp"
+#include "qdot/integrate/watch/watch.hpp"
 
 namespace qdot::program {
 

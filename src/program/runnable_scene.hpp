@@ -19,11 +19,11 @@
 #include "scenes/scene.hpp"
 
 namespace qdot::detail {
-struct RecordedMotion;  // integrate/recorded_motion.hpp
+struct RecordedMotion;  // integrate/steps/recorded_motion.hpp
 }
 
 namespace qdot::report {
-struct EquationSource;  // report/equation_source.hpp
+struct EquationSource;  // report/equations/source.hpp
 }
 
 namespace qdot::program {
@@ -118,7 +118,7 @@ class Model {
   /// @throws NotAnalytic  one of them compares values or has a kink
   virtual std::shared_ptr<qdot::detail::RecordedMotion> recorded_motion() const { return nullptr; }
 
-  // d/dt p = F and ż, for methods that step momenta (integrate/form_mechanics.hpp); a bare scene's own steppers know them.
+  // d/dt p = F and ż, for methods that step momenta (integrate/steps/form_mechanics.hpp); a bare scene's own steppers know them.
   virtual Eigen::VectorXd momenta(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const { return {}; }
   virtual Eigen::MatrixXd inverse_mass(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const { return {}; }
   virtual Eigen::VectorXd force(double, const Eigen::VectorXd&) const { return {}; }

@@ -16,7 +16,7 @@
 #include "qdot/error.hpp"
 #include "qdot/mechanics/system.hpp"
 #include "qdot/mechanics/written_out.hpp"
-#include "qdot/report/equation_source.hpp"
+#include "qdot/report/equations/source.hpp"
 #include "qdot/report/number.hpp"
 #include "scenes/scene.hpp"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "program/runnable_scene.hpp"
-#include "qdot/integrate/accurate_search.hpp"
+#include "qdot/integrate/accurate/search.hpp"
 #include "qdot/integrate/energy_balance.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/outcome.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "qdot/ad/coefficient.hpp"
+#include "qdot/ad/formula/coefficient.hpp"
 
 using namespace qdot::taylor;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Gradients on their way, and Hessians, against nested duals.
-#include "qdot/ad/curved_jet.hpp"
+#include "qdot/ad/places/curved_jet.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -11,12 +11,12 @@
 #include <string>
 #include <vector>
 
-#include "qdot/ad/paired_dual.hpp"
-#include "qdot/ad/position_jet.hpp"
-#include "qdot/ad/position_row.hpp"
-#include "qdot/ad/residual_record.hpp"
-#include "qdot/ad/reverse.hpp"
-#include "qdot/ad/taylor_recording.hpp"
+#include "qdot/ad/lagrange/paired_dual.hpp"
+#include "qdot/ad/places/position_jet.hpp"
+#include "qdot/ad/places/position_row.hpp"
+#include "qdot/ad/records/residual_record.hpp"
+#include "qdot/ad/records/reverse.hpp"
+#include "qdot/ad/formula/recording.hpp"
 #include "qdot/mechanics/ensemble.hpp"
 #include "qdot/mechanics/written_out.hpp"
 

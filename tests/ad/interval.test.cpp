@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "qdot/ad/interval.hpp"
+#include "qdot/ad/formula/interval.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 
 #include "../catch2_bridge.hpp"
 #include "qdot/ad/derivatives.hpp"
-#include "qdot/ad/taylor_recording.hpp"
-#include "qdot/ad/taylor_sweep.hpp"
+#include "qdot/ad/formula/recording.hpp"
+#include "qdot/ad/series/sweep.hpp"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <memory>
 #include <utility>
 
-#include "qdot/ad/trace_list.hpp"
+#include "qdot/ad/formula/trace_list.hpp"
 
 using namespace qdot::trace;
 

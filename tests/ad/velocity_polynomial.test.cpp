@@ -7,8 +7,8 @@
 #include <random>
 #include <vector>
 
-#include "qdot/ad/polynomial_node.hpp"
-#include "qdot/ad/velocity_polynomial.hpp"
+#include "qdot/ad/formula/polynomial_node.hpp"
+#include "qdot/ad/formula/velocity_polynomial.hpp"
 
 using namespace qdot::taylor;
 

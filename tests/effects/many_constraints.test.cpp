@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Many constraints, each of which touches few coordinates: point masses joined by rods of length one.
-#include "qdot/effects/sparse_solve.hpp"
+#include "qdot/effects/rows/sparse_solve.hpp"
 
 #include <algorithm>
 #include <cmath>

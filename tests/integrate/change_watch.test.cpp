@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "qdot/integrate/change_watch.hpp"
+#include "qdot/integrate/watch/change_watch.hpp"
 
 #include <cmath>
 #include <functional>

@@ -2,7 +2,7 @@
 //
 // A push at t = 8, of width w and of area 1, on an oscillator of 1 rad/s that is at rest: q(t) = e^{−w²/2} sin(t − 8) behind it, since
 // the convolution of a sine with a bell is a sine. All of it is missed by who does not look.
-#include "qdot/integrate/time_watch.hpp"
+#include "qdot/integrate/watch/time_watch.hpp"
 
 #include <cmath>
 #include <numbers>

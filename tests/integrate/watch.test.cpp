@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "qdot/integrate/watch.hpp"
+#include "qdot/integrate/watch/watch.hpp"
 
 #include <cmath>
 #include <limits>

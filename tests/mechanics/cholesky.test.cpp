@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "qdot/mechanics/cholesky.hpp"
+#include "qdot/mechanics/equations/cholesky.hpp"
 
 #include "../catch2_bridge.hpp"
 #include "qdot/ad/dual_eigen.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Velocities inside T by first derivatives, against nested duals, which differentiate the whole of T twice.
-#include "qdot/mechanics/moving_positions.hpp"
+#include "qdot/mechanics/equations/moving_positions.hpp"
 
 #include <algorithm>
 #include <random>

@@ -21,7 +21,7 @@
 #include <utility>
 
 #include "qdot/ad/dual_eigen.hpp"
-#include "qdot/ad/functor_result.hpp"
+#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/vector.hpp"
 
 namespace qdot {

@@ -3,5 +3,5 @@
 //
 // Everything in <cmath> that mechanics meets, for dual numbers.
 
-#include "qdot/ad/dual_algebraic.hpp"
-#include "qdot/ad/dual_transcendental.hpp"
+#include "qdot/ad/forward/algebraic.hpp"
+#include "qdot/ad/forward/transcendental.hpp"

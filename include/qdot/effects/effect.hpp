@@ -18,12 +18,12 @@
 //     switching            is_active(z[0])                 a constraint that holds only in some phases of the effect;
 //                                                          the phase is its own state, constant between events
 //     time                 takes_time<n>                   nothing: false where no functor of the effect takes the time, so that nobody
-//                                                          looks for what time brings (integrate/time_watch.hpp)
+//                                                          looks for what time brings (integrate/watch/time_watch.hpp)
 //     fit                  require_fit(q)                  nothing: throws, when the scene is made, if the effect can't act on
 //                                                          a system with as many coordinates as q has entries
 //
 // Two more say the same shorter or longer, for what is evaluated most and least often: force_with_potential(q, qdot, t), force and potential
-// in one, Q − ∂V/∂q; and force_by_duals(q, qdot, t), where force() of plain numbers has a shorter way (moving_points.hpp).
+// in one, Q − ∂V/∂q; and force_by_duals(q, qdot, t), where force() of plain numbers has a shorter way (effects/equations/moving_points.hpp).
 //
 // q, qdot, z are vectors of any scalar, t is that scalar, and a role returns that scalar or a vector
 // of it. A role that is not there is not computed: the scene's equations are assembled at compile
@@ -38,7 +38,7 @@
 #include <utility>
 
 #include "qdot/ad/dual_eigen.hpp"
-#include "qdot/ad/functor_result.hpp"
+#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/vector.hpp"
 
 namespace qdot {

@@ -8,7 +8,7 @@
 //     a force F at a point r(q)              Q = (∂r/∂q)ᵀ F
 //     a torque τ on a body with pose R(q)    Qᵢ = τ·ωᵢ ,   ωᵢ the angular velocity of q̇ = eᵢ
 //
-// Both are one evaluation of the user's r(q) or R(q) on numbers that carry derivatives (moving_points.hpp, or duals); nobody writes a Jacobian.
+// Both are one evaluation of the user's r(q) or R(q) on numbers that carry derivatives (effects/equations/moving_points.hpp, or duals); nobody writes a Jacobian.
 // Forces on points may depend on where the point is and how it moves, which is what drag, springs to the wall and magnets need.
 
 #include <cmath>
@@ -18,9 +18,9 @@
 #include <Eigen/Geometry>
 
 #include "qdot/ad/derivatives.hpp"
-#include "qdot/ad/functor_result.hpp"
+#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/effects/effect.hpp"
-#include "qdot/effects/moving_points.hpp"
+#include "qdot/effects/equations/moving_points.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/rotation.hpp"
 #include "qdot/mechanics/velocity.hpp"

@@ -31,7 +31,7 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/effects/constrained_solve.hpp"
+#include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/forces.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"

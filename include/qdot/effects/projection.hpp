@@ -32,7 +32,7 @@
 #include <limits>
 #include <string>
 
-#include "qdot/effects/constraint_geometry.hpp"
+#include "qdot/effects/rows/constraint_geometry.hpp"
 #include "qdot/effects/projection_report.hpp"
 #include "qdot/effects/scene_motion.hpp"
 

@@ -10,7 +10,7 @@
 //
 //     M q̈ = rhs + Σ Q + Jᵀ λ .
 //
-// Terms that belong into the Lagrangian are folded into T and V (energy_terms.hpp) before anything is differentiated, so
+// Terms that belong into the Lagrangian are folded into T and V (effects/equations/energy_terms.hpp) before anything is differentiated, so
 // that they share their derivatives; a scene without such terms keeps the system's own, and a scene without
 // any effects *is* the system as far as the compiler can see: acceleration(scene, …) is a call of
 // acceleration(system, …) and nothing more.
@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "qdot/effects/effect.hpp"
-#include "qdot/effects/energy_terms.hpp"
+#include "qdot/effects/equations/energy_terms.hpp"
 #include "qdot/effects/fit.hpp"
 #include "qdot/mechanics/system.hpp"
 

@@ -3,7 +3,7 @@
 //
 // A scene in first-order form, y = [q; q̇; z], which is what a stepper sees.
 //
-// The Jacobian is exact and needs no derivative of a linear solve (scene_jacobian.hpp).
+// The Jacobian is exact and needs no derivative of a linear solve (effects/equations/scene_jacobian.hpp).
 //
 // project(t, y) puts a state back onto the constraints; steppers call it after every accepted step. Where constraints
 // switch, their phases are part of z, and guards(), guard_bands() and switched() are what the driver needs to change them.
@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "qdot/effects/projection.hpp"
-#include "qdot/effects/scene_jacobian.hpp"
-#include "qdot/effects/switching.hpp"
+#include "qdot/effects/equations/scene_jacobian.hpp"
+#include "qdot/effects/equations/switching.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 

@@ -8,7 +8,7 @@
 //     result.run.trajectory …, result.error_estimate, result.forecast[0].seconds …
 //
 // The number asked for bounds the *global* error: at all output times, each component beside its own largest value
-// (accurate_motion.hpp). A few runs find the tolerance that it takes, and compare (accurate_search.hpp); what comes back
+// (integrate/accurate/motion.hpp). A few runs find the tolerance that it takes, and compare (integrate/accurate/search.hpp); what comes back
 // is the last of them, with an estimate of its error that was measured and not assumed. Either
 //
 //     error_estimate ≤ accuracy        the run as simulate() gives it, or
@@ -37,8 +37,8 @@
 #include <vector>
 
 #include "qdot/error.hpp"
-#include "qdot/integrate/accurate_motion.hpp"
-#include "qdot/integrate/accurate_search.hpp"
+#include "qdot/integrate/accurate/motion.hpp"
+#include "qdot/integrate/accurate/search.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"

@@ -13,7 +13,7 @@
 #include <memory>
 #include <utility>
 
-#include "qdot/integrate/cvode_core.hpp"
+#include "qdot/integrate/cvode/core.hpp"
 #include "qdot/integrate/stepper.hpp"
 
 namespace qdot {

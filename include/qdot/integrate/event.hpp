@@ -19,14 +19,14 @@
 //                 size of the state as invalid_change; the motion up to there is kept.
 //
 // An event whose function takes every scalar, `[](const auto& q, const auto& qdot, const auto& t) { using std::sin; return … }`, may say so:
-// .formula(). Then g is called with intervals as well, which proves of every step that no zero was passed over (event_proof.hpp).
+// .formula(). Then g is called with intervals as well, which proves of every step that no zero was passed over (integrate/driver/event_proof.hpp).
 // No signature tells a formula from what only looks like one, so this has to be asked for.
 //
 // The rules, each with a test:
 //   crossing    Motion through zero is an event, in the asked direction of time's arrow: falling means that g becomes
 //               negative as the run goes on. A jump across zero is none, nor is g ≡ 0. The time handed out is the
 //               first double on the far side of the root.
-//   fast g      g may be much faster than the motion: the step is searched in panels as short as g asks for (event_finder.hpp), which
+//   fast g      g may be much faster than the motion: the step is searched in panels as short as g asks for (integrate/driver/event_finder.hpp), which
 //               for a slow g is the whole step. What is followed only with an effort without end, noise for one, is
 //               counted in Statistics::rough_events, for then roots may have been missed, and the run's message says so.
 //               An excursion across zero that is narrow beside everything else that g does may lie between all samples, unless g is
@@ -49,7 +49,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "qdot/ad/functor_result.hpp"
+#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/outcome.hpp"

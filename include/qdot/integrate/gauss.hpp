@@ -18,14 +18,14 @@
 // guess is the polynomial of the step before, carried on. It is iterated until the change is rounding, or stops
 // getting smaller (or grows: then the step is too long): an iteration left at 1e-10 is a drift of 1e-10 per step, and the method no longer symplectic.
 // At the end q̇₁ follows from p(q₁, q̇₁) = p₁ the same way. p itself is carried from step to step, with q and p as
-// compensated sums (fixed_step.hpp): q̇ is only what the user sees.
+// compensated sums (integrate/steps/fixed_step.hpp): q̇ is only what the user sees.
 //
 // A step costs s mass matrices and, times about five iterations, s evaluations of p and F.
 //
 // Scenes. Forces of effects enter F = ∂L/∂q + ΣQ, and their own states follow by Zᵢ = z + h Σⱼ aᵢⱼ ż(Qⱼ, Vⱼ, Zⱼ) in the same
 // iteration: the order is the same, forth and back still is the identity, and what is symplectic is the part that has a
 // Lagrangian. With dissipation there is nothing to be symplectic about, and an adaptive method is the better choice.
-// Constraints enter as forces Jᵀλ(q, q̇, t), and every step ends with a projection (driver.hpp): as accurate, but neither
+// Constraints enter as forces Jᵀλ(q, q̇, t), and every step ends with a projection (integrate/driver/driver.hpp): as accurate, but neither
 // symplectic nor reversible; that is Rattle's trade (rattle.hpp).
 //
 // Reference: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006, II.1.3,
@@ -41,7 +41,7 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/integrate/fixed_step.hpp"
+#include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/integrate/stepper.hpp"
 
 namespace qdot {

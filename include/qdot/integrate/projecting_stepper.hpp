@@ -16,7 +16,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "qdot/integrate/one_step.hpp"
+#include "qdot/integrate/steps/one_step.hpp"
 #include "qdot/integrate/stepper.hpp"
 
 namespace qdot {

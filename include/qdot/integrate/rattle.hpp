@@ -13,7 +13,7 @@
 //     q̇₁ = q̇½ + h/2 M⁻¹ (F(q₁) + J(q₁)ᵀ μ) ,                      μ such that J(q₁) q̇₁ = 0 ,      F = −∂V/∂q.
 //
 // It is of order 2, symplectic on the surface φ = 0, J q̇ = 0, its own inverse with −h, and keeps momenta of linear symmetries to
-// rounding. Higher orders are palindromes of such steps with the lengths of symplectic_schemes.hpp: 3 for order 4, 9 for 6, 17
+// rounding. Higher orders are palindromes of such steps with the lengths of integrate/steps/symplectic_schemes.hpp: 3 for order 4, 9 for 6, 17
 // for 8.
 //
 // λ is found by Newton's method with the matrix J(q) M⁻¹ J(q)ᵀ of the step's beginning, the very one that made μ at the end of
@@ -37,11 +37,11 @@
 #include <type_traits>
 #include <utility>
 
-#include "qdot/effects/constrained_solve.hpp"
+#include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/scene_form.hpp"
-#include "qdot/integrate/fixed_step.hpp"
+#include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/integrate/stepper.hpp"
-#include "qdot/integrate/symplectic_schemes.hpp"
+#include "qdot/integrate/steps/symplectic_schemes.hpp"
 
 namespace qdot {
 

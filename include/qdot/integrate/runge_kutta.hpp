@@ -30,7 +30,7 @@
 // differences, which are smaller by h, such errors count an order less. What rounding b and c leaves of ½ − Σ bᵢ cᵢ, the next
 // order, is known exactly and added (`half_defect`). Stages, too, begin at y and what its rounding lost.
 //
-// Near rounding. Sums over steps are compensated (fixed_step.hpp), for the last addition is then most of a step's error; what
+// Near rounding. Sums over steps are compensated (integrate/steps/fixed_step.hpp), for the last addition is then most of a step's error; what
 // is left over has a sign and adds up, so with rtol < 1e-14 the estimate must stay 64 times below a unit. And a step is
 // what the sum of elapsed and h was rounded to, lest the clock lose 1e-13 s at 2000 s in each.
 //
@@ -39,7 +39,7 @@
 //     y(t + s h) = y + s (F₀ + (1 − s)(F₁ + s (F₂ + (1 − s)(F₃ + …))))
 //
 // of order 7 (Dop853) or 4 (Dopri5). It is multiplied out to powers of s, the common currency of
-// polynomial.hpp. Dop853's needs three more evaluations, made when somebody asks for the step's
+// integrate/steps/polynomial.hpp. Dop853's needs three more evaluations, made when somebody asks for the step's
 // polynomial; a run with keep_trajectory = false and without output times saves them.
 //
 // Reference: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.4–II.6, II.10.
@@ -54,10 +54,10 @@
 #include <string_view>
 #include <utility>
 
-#include "qdot/integrate/fixed_step.hpp"
-#include "qdot/integrate/one_step.hpp"
-#include "qdot/integrate/runge_kutta_coefficients.hpp"
-#include "qdot/integrate/runge_kutta_sums.hpp"
+#include "qdot/integrate/steps/fixed_step.hpp"
+#include "qdot/integrate/steps/one_step.hpp"
+#include "qdot/integrate/steps/runge_kutta_coefficients.hpp"
+#include "qdot/integrate/steps/runge_kutta_sums.hpp"
 #include "qdot/integrate/stepper.hpp"
 
 namespace qdot {
@@ -351,7 +351,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   bool dense_is_current_ = false;
   bool corrected_ = false;     // since the last step
   Y y_old_, y_new_, stage_, f_, sums_, low_sums_, k_first_, k_last_;
-  Y lost_, lost_new_;                    // of y_, y_new_ by rounding (fixed_step.hpp); after a step lost_new_ is y_old_'s
+  Y lost_, lost_new_;                    // of y_, y_new_ by rounding (integrate/steps/fixed_step.hpp); after a step lost_new_ is y_old_'s
   Matrix<double, N, C::total> k_;        // k₁; less k₁: k₂ … k_s, f(t₁, y₁), the dense output's stages
   Matrix<double, N, degree> quotient_;   // F₀ … F_m
   Matrix<double, N, degree + 1> dense_;  // coefficients of powers of s, a column each

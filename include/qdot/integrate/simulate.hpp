@@ -8,7 +8,7 @@
 //     const auto half_way = run.trajectory.at(5.0);
 //
 // The run ends at t_end, or earlier with a named outcome; between, it lands on stop times, fills output times, calls
-// an observer and takes events. driver.hpp is the loop.
+// an observer and takes events. integrate/driver/driver.hpp is the loop.
 //
 // Before the first step errors are exceptions; after it they are outcomes, except for exceptions of
 // the user's own, which are passed on unchanged (and take the run with them).
@@ -18,13 +18,13 @@
 #include <type_traits>
 #include <utility>
 
-#include "qdot/integrate/driver.hpp"
+#include "qdot/integrate/driver/driver.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/stepper.hpp"
-#include "qdot/integrate/watch_budget.hpp"
-#include "qdot/mechanics/entries.hpp"
+#include "qdot/integrate/steps/watch_budget.hpp"
+#include "qdot/mechanics/equations/entries.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {

@@ -35,14 +35,14 @@ struct Statistics {
   long projections = 0;             ///< states put back onto constraints
   double constraint_residual = 0.0; ///< largest |φ| after a projection
   double constraint_velocity = 0.0; ///< largest |φ̇| or |a| after a projection
-  double mass_rcond = 1.0;          ///< least rcond(M) that was seen (watch.hpp); 1 where nobody looked
+  double mass_rcond = 1.0;          ///< least rcond(M) that was seen (integrate/watch/watch.hpp); 1 where nobody looked
   double mass_rcond_time = 0.0;     ///< when
   double constraint_rcond = 1.0;    ///< least rcond of J M⁻¹ Jᵀ that was seen; below 1e-10 constraints depend on each other
   double constraint_rcond_time = 0.0;
   double energy_drift = 0.0;        ///< largest |h − h(t₀)| that was seen, where T and V conserve h; restarts begin anew
   double energy_allowed = 0.0;      ///< what the tolerances allowed for it; 0 where nobody looked
-  double time_resolution = 0.0;     ///< what time brings within less may have been missed (time_watch.hpp); 0: formulas, all looked at
-  long rough_events = 0;            ///< steps in which an event's function could not be followed, or touched zero (event_finder.hpp): some may be missed
+  double time_resolution = 0.0;     ///< what time brings within less may have been missed (integrate/watch/time_watch.hpp); 0: formulas, all looked at
+  long rough_events = 0;            ///< steps in which an event's function could not be followed, or touched zero (integrate/driver/event_finder.hpp): some may be missed
   double rough_event_time = 0.0;    ///< when that happened first
   double wall_seconds = 0.0;        ///< of the whole run, by a monotonic clock
   double first_step = 0.0;          ///< |h| of the first accepted step

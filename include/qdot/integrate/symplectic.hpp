@@ -11,7 +11,7 @@
 // area), so its energy error oscillates and does not grow. What grows is the phase along the orbit,
 // linearly; a method of order p makes it h^p small.
 //
-// The recipes, their orders and their sources are in symplectic_schemes.hpp. Here they are carried out,
+// The recipes, their orders and their sources are in integrate/steps/symplectic_schemes.hpp. Here they are carried out,
 // with M constant (T quadratic in q̇ alone) and inverted once; one gradient of V per kick, and none for
 // the first kick of a step if the last one of the step before was at the same place.
 //
@@ -27,9 +27,9 @@
 #include <string_view>
 #include <utility>
 
-#include "qdot/integrate/fixed_step.hpp"
+#include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/integrate/stepper.hpp"
-#include "qdot/integrate/symplectic_schemes.hpp"
+#include "qdot/integrate/steps/symplectic_schemes.hpp"
 
 namespace qdot {
 

@@ -6,7 +6,7 @@
 //     const auto run = simulate(system, start, 10.0, Taylor{}, {.rtol = 1e-13, .atol = 1e-15});
 //
 // At each step the series of q and q̇ about the present state are computed to order p
-// (taylor_equations.hpp) and evaluated at t + h. The series *is* the dense output.
+// (integrate/steps/taylor_equations.hpp) and evaluated at t + h. The series *is* the dense output.
 //
 // Order. A series with radius of convergence ρ, cut after order p and used at h, errs by about (h/ρ)^p.
 // An order more costs ~ p operations of p² in all; the cheapest pair for an error ε is h = ρ/e² with
@@ -27,13 +27,13 @@
 // If it exceeds the tolerance (beyond the rounding of the subtraction itself) the step is rejected and a
 // shorter one evaluated from the same series: a rejection costs one evaluation, not an expansion.
 //
-// Sums are compensated (fixed_step.hpp), so that rounding does not pile up with the number of steps. What the
+// Sums are compensated (integrate/steps/fixed_step.hpp), so that rounding does not pile up with the number of steps. What the
 // series leaves out has a sign, though, and pulls the energy one way step after step, 5e-13 over 10⁴ Kepler
 // periods at rtol = 2.5e-15. So with rtol < 1e-14 the foretold error must stay 256 times below a unit: half as many
 // steps again, and the energy walks at random, 1e-14 over the same time.
 //
 // Scenes. Effects that are formulas take part: forces, dissipation, drag, drives, springs, potentials, controllers with states, and
-// constraints (taylor_constraints.hpp). Where there are some, P(h) is projected onto them before the next expansion starts there,
+// constraints (integrate/steps/taylor_constraints.hpp). Where there are some, P(h) is projected onto them before the next expansion starts there,
 // so that the test compares with the equations on the constraints; a step from whose end there is no way back is rejected. Six
 // rejections in a row beside rows that are nearly dependent are a singular position, and end the run as constraint_failure.
 //
@@ -57,10 +57,10 @@
 #include <string_view>
 #include <utility>
 
-#include "qdot/integrate/fixed_step.hpp"
-#include "qdot/integrate/one_step.hpp"
+#include "qdot/integrate/steps/fixed_step.hpp"
+#include "qdot/integrate/steps/one_step.hpp"
 #include "qdot/integrate/stepper.hpp"
-#include "qdot/integrate/taylor_equations.hpp"
+#include "qdot/integrate/steps/taylor_equations.hpp"
 
 namespace qdot {
 

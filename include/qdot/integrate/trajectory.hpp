@@ -3,7 +3,7 @@
 //
 // A trajectory is a function of time, not a table.
 //
-// The driver appends the polynomial of every accepted step (polynomial.hpp). Asking for y at any t
+// The driver appends the polynomial of every accepted step (integrate/steps/polynomial.hpp). Asking for y at any t
 // between the first and the last time finds the step that contains t and evaluates its polynomial,
 // so a plot, a root search or a comparison may sample as finely as it likes after the run, at the
 // accuracy of the run and without a new evaluation of the model.
@@ -30,7 +30,7 @@
 
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
-#include "qdot/integrate/polynomial.hpp"
+#include "qdot/integrate/steps/polynomial.hpp"
 #include "qdot/mechanics/system.hpp"
 
 namespace qdot {

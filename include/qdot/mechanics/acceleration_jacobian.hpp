@@ -9,14 +9,14 @@
 //     ∂q̈/∂(q, q̇) = −M⁻¹ ∂r/∂(q, q̇)  at fixed q̈ ,
 //
 // and −r is what the scalar of Lagrange's equations calls X L when the rates of the velocities are the accelerations
-// (straight_line_jacobian.hpp). Several ways, as for q̈ itself: straight-line code for few coordinates, derived lines, positions and masses
-// (equation_slopes.hpp), and for loops a record of dual numbers (ad/residual_record.hpp) that is swept forwards and back. Where these give no
+// (mechanics/equations/straight_line_jacobian.hpp). Several ways, as for q̈ itself: straight-line code for few coordinates, derived lines, positions and masses
+// (mechanics/equations/equation_slopes.hpp), and for loops a record of dual numbers (ad/records/residual_record.hpp) that is swept forwards and back. Where these give no
 // finite number, nested duals are asked, as they are for q̈: they know that a constant has no derivative, however steep the root of it is. What
 // is not finite then is an error.
 
 #include <algorithm>
 
-#include "qdot/mechanics/equation_slopes.hpp"
+#include "qdot/mechanics/equations/equation_slopes.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
 namespace qdot {
@@ -114,7 +114,7 @@ template <class E, int n, Inertia I>
   return is_finite(result);
 }
 
-// The same of few coordinates, by the slopes of the equations (equation_slopes.hpp).
+// The same of few coordinates, by the slopes of the equations (mechanics/equations/equation_slopes.hpp).
 template <class E, int n, Inertia I>
 [[gnu::noinline]] bool sloped_jacobian(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
                                        AccelerationJacobian<n>& result) {

@@ -11,7 +11,7 @@
 //     const auto system = mechanical_system<4>(derived<4>(Chain{.m = 0.3}));
 //
 // When the object is made, T and V are run once on a scalar that lists what is done to it; from the list Lagrange's equations are derived as on paper,
-// and evaluations go through the lines that come out (mechanics/derived_lines.hpp). Nothing is asked of T and V: they need not be constexpr, as
+// and evaluations go through the lines that come out (mechanics/derive/lines.hpp). Nothing is asked of T and V: they need not be constexpr, as
 // written_out() wants them (mechanics/written_out.hpp), and may use Eigen. It pays where T and V are loops. Straight-line code of up to four
 // coordinates is faster as it is, and written_out() is two to three times as fast again, for seconds of compile time.
 //
@@ -24,10 +24,10 @@
 #include <type_traits>
 #include <utility>
 
-#include "qdot/mechanics/derived_lines.hpp"
-#include "qdot/mechanics/equation_slopes.hpp"
+#include "qdot/mechanics/derive/lines.hpp"
+#include "qdot/mechanics/equations/equation_slopes.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
-#include "qdot/mechanics/traced_energies.hpp"
+#include "qdot/mechanics/derive/traced_energies.hpp"
 
 namespace qdot {
 
@@ -64,7 +64,7 @@ class Derived : public E {
     return use.full(detail::AtState{q, qdot, t}, M, r);
   }
 
-  /// M, and the derivatives of r − M a at accelerations a (equation_slopes.hpp).
+  /// M, and the derivatives of r − M a at accelerations a (mechanics/equations/equation_slopes.hpp).
   template <class Row>
   bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {
     if (!has_lines()) return false;

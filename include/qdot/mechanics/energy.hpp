@@ -16,7 +16,7 @@
 
 #include <type_traits>
 
-#include "qdot/mechanics/lagrange_terms.hpp"
+#include "qdot/mechanics/equations/lagrange_terms.hpp"
 #include "qdot/mechanics/system.hpp"
 
 namespace qdot {

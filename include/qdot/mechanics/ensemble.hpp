@@ -21,7 +21,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "qdot/ad/pack_euler_lagrange.hpp"
+#include "qdot/ad/lagrange/pack_euler_lagrange.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
 namespace qdot {
@@ -48,7 +48,7 @@ struct StraightLine {
   PackMask<lanes> good;
 };
 
-// q̈ of `lanes` members as in straight_line.hpp.
+// q̈ of `lanes` members as in mechanics/equations/straight_line.hpp.
 template <int n, int lanes, class E>
 [[gnu::noinline, gnu::flatten]] inline StraightLine<lanes> straight_line_accelerations(const E& e, const Pack<lanes>* q,
                                                                                        const Pack<lanes>* qdot, const Pack<lanes>& t,

@@ -5,8 +5,8 @@
 //
 //     M q̈ = rhs ,      rhs = ∂L/∂q − (∂²L/∂q̇∂q) q̇ − ∂²L/∂q̇∂t .
 //
-// Where T or V has no value there is no q̈ either: the derivatives of functions end where the functions do (ad/dual_algebraic.hpp), and formulas
-// that were simplified remember where they hold (ad/list_graph.hpp). So NaN in q̈ is all that has to be looked for.
+// Where T or V has no value there is no q̈ either: the derivatives of functions end where the functions do (ad/forward/algebraic.hpp), and formulas
+// that were simplified remember where they hold (ad/formula/list_graph.hpp). So NaN in q̈ is all that has to be looked for.
 //
 // acceleration() is what a stepper asks for; an implicit stepper asks for its derivatives besides (acceleration_jacobian.hpp).
 
@@ -15,7 +15,7 @@
 #include <string>
 #include <type_traits>
 
-#include "qdot/mechanics/banded_equations.hpp"
+#include "qdot/mechanics/equations/banded_equations.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "qdot/mechanics/acceleration_jacobian.hpp"
-#include "qdot/mechanics/constant_inertia.hpp"
+#include "qdot/mechanics/equations/constant_inertia.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
 namespace qdot {

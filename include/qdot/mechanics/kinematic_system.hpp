@@ -29,18 +29,18 @@
 //     M = Σ m JᵀJ + J_Ωᵀ I J_Ω ,     rhs = −Σ m Jᵀs − J_Ωᵀ(I Ω̇ + Ω × I Ω) − ∂V/∂q .
 //
 // For few coordinates and point masses whose positions are straight-line code for the compiler (q[0], q[1] … or
-// qdot::unroll), that is the code that one would write by hand (position_jet.hpp); loops and up to
-// 64 coordinates (32 when their number is known only at run time) go by rows (position_row.hpp), larger systems through T.
+// qdot::unroll), that is the code that one would write by hand (ad/places/position_jet.hpp); loops and up to
+// 64 coordinates (32 when their number is known only at run time) go by rows (ad/places/position_row.hpp), larger systems through T.
 
 #include <array>
 #include <type_traits>
 #include <utility>
 
 #include "qdot/mechanics/equations_of_motion.hpp"
-#include "qdot/mechanics/kinematic_bodies.hpp"
-#include "qdot/mechanics/kinematic_formulas.hpp"
-#include "qdot/mechanics/kinematic_rows.hpp"
-#include "qdot/mechanics/kinematic_slopes.hpp"
+#include "qdot/mechanics/places/bodies.hpp"
+#include "qdot/mechanics/places/formulas.hpp"
+#include "qdot/mechanics/places/rows.hpp"
+#include "qdot/mechanics/places/slopes.hpp"
 
 namespace qdot {
 
@@ -138,7 +138,7 @@ class KinematicEnergies {
     return potential_energy(q, t);
   }
 
-  // One call of the functors, for what they read of q (mechanics/entries.hpp).
+  // One call of the functors, for what they read of q (mechanics/equations/entries.hpp).
   template <class Q>
   void read_entries(const Q& q, const Q&, double t) const {
     WeightSum<double> bodies{field()};
@@ -196,7 +196,7 @@ class KinematicEnergies {
     return false;
   }
 
-  // Those of the equations at accelerations a (equation_slopes.hpp).
+  // Those of the equations at accelerations a (mechanics/equations/equation_slopes.hpp).
   template <class Row>
     requires(!has_extra && n >= 1 && n <= straight_kinematics_limit)
   [[gnu::noinline]] bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {

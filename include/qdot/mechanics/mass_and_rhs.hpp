@@ -4,12 +4,12 @@
 // M and r of Lagrange's equations M q̈ = r at a state: what everything else is made of.
 //
 //     q̈ = M⁻¹ (r + Q)                     accelerations, with applied forces Q
-//     M q̈ − Jᵀλ = r + Q ,  J q̈ = γ        with constraints (effects/constrained_equations.hpp)
+//     M q̈ − Jᵀλ = r + Q ,  J q̈ = γ        with constraints (effects/rows/constrained_equations.hpp)
 //     M alone                             impacts, projections, momenta
 //
 // There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): what a system knows of itself (positions and masses,
-// kinematic_system.hpp), formulas that the compiler has derived (closed_form_jacobian.hpp), straight-line code (straight_line.hpp), loops
-// and many coordinates (graded_evaluation.hpp), more of them than that (banded_equations.hpp). Whoever wants something of M and r passes it down the ladder as an object `use`, and each way ends by
+// kinematic_system.hpp), formulas that the compiler has derived (mechanics/derive/closed_form_jacobian.hpp), straight-line code (mechanics/equations/straight_line.hpp), loops
+// and many coordinates (mechanics/equations/graded_evaluation.hpp), more of them than that (mechanics/equations/banded_equations.hpp). Whoever wants something of M and r passes it down the ladder as an object `use`, and each way ends by
 // calling it with what it has found:
 //
 //     use.packed(at, M, r, present)    lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line
@@ -19,17 +19,17 @@
 //     use.banded(at, M, r)             the band of a BandedMatrix, and r; where n is known at run time only
 //
 // All may be overwritten. `use` returns false where it does not like what it sees, a pivot that is not positive, a number that is not
-// finite. Then, and where there is no way at all, the general one by nested duals (lagrange_terms.hpp) looks again and names what is wrong.
+// finite. Then, and where there is no way at all, the general one by nested duals (mechanics/equations/lagrange_terms.hpp) looks again and names what is wrong.
 
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
 #include <utility>
 
-#include "qdot/mechanics/banded_equations.hpp"
-#include "qdot/mechanics/graded_evaluation.hpp"
-#include "qdot/mechanics/solve.hpp"
-#include "qdot/mechanics/straight_line.hpp"
+#include "qdot/mechanics/equations/banded_equations.hpp"
+#include "qdot/mechanics/equations/graded_evaluation.hpp"
+#include "qdot/mechanics/equations/solve.hpp"
+#include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot {
 
@@ -39,7 +39,7 @@ namespace detail {
 template <class E>
 concept HasOwnEquations = requires { requires E::has_own_equations; };
 
-// Energies of which the compiler has derived M and r (closed_form_jacobian.hpp).
+// Energies of which the compiler has derived M and r (mechanics/derive/closed_form_jacobian.hpp).
 template <class E, class Use>
 concept HasClosedEquations = is_written_out<E> && requires(const E& e, const AtState& at, const Use& use) { e.equations_in_closed_form(at, use); };
 

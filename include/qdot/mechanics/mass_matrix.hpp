@@ -3,7 +3,7 @@
 //
 // The mass matrix, M = ∂²T/∂q̇∂q̇.
 //
-// p = M q̇ for kinetic energies of second degree, and ½ q̇ᵀM q̇ is then T. What it means when M is singular is told in solve.hpp.
+// p = M q̇ for kinetic energies of second degree, and ½ q̇ᵀM q̇ is then T. What it means when M is singular is told in mechanics/equations/solve.hpp.
 
 #include <type_traits>
 

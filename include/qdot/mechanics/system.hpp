@@ -28,7 +28,7 @@
 #include <vector>
 
 #include "qdot/error.hpp"
-#include "qdot/mechanics/energy_functors.hpp"
+#include "qdot/mechanics/equations/energy_functors.hpp"
 
 namespace qdot {
 

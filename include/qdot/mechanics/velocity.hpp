@@ -38,8 +38,8 @@
 #include "qdot/ad/dual.hpp"
 #include "qdot/ad/dual_eigen.hpp"
 #include "qdot/ad/dual_math.hpp"
-#include "qdot/ad/functor_result.hpp"
-#include "qdot/ad/trace.hpp"
+#include "qdot/ad/forward/functor_result.hpp"
+#include "qdot/ad/formula/trace.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
 
@@ -110,7 +110,7 @@ concept IsMatrix = requires { Result::RowsAtCompileTime; };
 template <class S, class Result>
 using PlainOf = Eigen::Matrix<S, Result::RowsAtCompileTime, Result::ColsAtCompileTime>;
 
-// How a scalar follows a position along the motion without duals around it (mechanics/moving_positions.hpp).
+// How a scalar follows a position along the motion without duals around it (mechanics/equations/moving_positions.hpp).
 template <class S>
 struct MovingPositions {
   static constexpr bool known = false, is_only_way = false;

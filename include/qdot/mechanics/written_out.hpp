@@ -11,10 +11,10 @@
 //     const auto system = mechanical_system<4>(written_out<4>(Chain{.m = 0.3}));
 //
 // The compiler runs T and V, which must be constexpr for that (generic lambdas are so by themselves), and lists their operations
-// (ad/trace.hpp). From the list it derives the equations of motion, with letters for the parameters, and writes them as code without a loop
-// (mechanics/closed_form.hpp): that is q̈, and up to 8 coordinates M, r and the derivatives of q̈ (mechanics/closed_form_jacobian.hpp). Where T is not a
+// (ad/formula/trace.hpp). From the list it derives the equations of motion, with letters for the parameters, and writes them as code without a loop
+// (mechanics/derive/closed_form.hpp): that is q̈, and up to 8 coordinates M, r and the derivatives of q̈ (mechanics/derive/closed_form_jacobian.hpp). Where T is not a
 // quadratic form or a function has no derivative, and for Jacobians of up to 4 coordinates, the scalars of Lagrange's equations go through the list
-// one by one (mechanics/straight_line.hpp). Parameters stay what the object has.
+// one by one (mechanics/equations/straight_line.hpp). Parameters stay what the object has.
 // All other scalars call the user's functors, as ever.
 //
 // What T and V may do is what a list can hold: entries of q and q̇, size(), dot(), squaredNorm(), norm(), sum(), arithmetic and the functions
@@ -28,11 +28,11 @@
 #include <type_traits>
 #include <utility>
 
-#include "qdot/mechanics/closed_form_evaluation.hpp"
-#include "qdot/mechanics/closed_form_jacobian.hpp"
-#include "qdot/mechanics/straight_line.hpp"
+#include "qdot/mechanics/derive/closed_form_evaluation.hpp"
+#include "qdot/mechanics/derive/closed_form_jacobian.hpp"
+#include "qdot/mechanics/equations/straight_line.hpp"
 #include "qdot/mechanics/system.hpp"
-#include "qdot/mechanics/traced_energies.hpp"
+#include "qdot/mechanics/derive/traced_energies.hpp"
 
 namespace qdot {
 
@@ -162,7 +162,7 @@ class WrittenOut {
 
   const E& energies() const noexcept { return energies_; }
 
-  // The lists, for those who make something else of them (integrate/motion_plan.hpp), and this object's parameters.
+  // The lists, for those who make something else of them (integrate/steps/motion_plan.hpp), and this object's parameters.
   static constexpr const auto& operations_of_T() { return list_T; }
   static constexpr const auto& operations_of_V() { return list_V; }
   const auto& parameters_of_T() const noexcept { return parameters_T_; }
@@ -194,7 +194,7 @@ class WrittenOut {
   {
     return replays_ && detail::closed_form_jacobian<n, ClosedJacobian>(coefficients_of_jacobian_.data(), q, qdot, t, qddot, d_q, d_qdot);
   }
-  // M and r, handed to `use` (closed_form_jacobian.hpp); false where this is not the way.
+  // M and r, handed to `use` (mechanics/derive/closed_form_jacobian.hpp); false where this is not the way.
   template <class Use>
   [[gnu::always_inline]] bool equations_in_closed_form(const detail::AtState& at, const Use& use) const
     requires(ClosedJacobian::exists)

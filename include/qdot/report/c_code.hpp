@@ -8,7 +8,7 @@
 //     int NAME_acceleration(q, qdot, t, p, qddot)
 //     int NAME_jacobian(q, qdot, t, p, qddot, d_q, d_qdot)        ∂q̈/∂q and ∂q̈/∂q̇, row by row
 //
-// Both form M and r by the formulas that report/equation_derivation.hpp writes down and solve M q̈ = r by elimination with pivots; the second differentiates
+// Both form M and r by the formulas that report/equations/derivation.hpp writes down and solve M q̈ = r by elimination with pivots; the second differentiates
 //
 //     M ∂q̈/∂x = ∂(r − M a)/∂x      at fixed a = q̈ .
 //
@@ -20,11 +20,11 @@
 #include <vector>
 
 #include "qdot/error.hpp"
-#include "qdot/mechanics/derivation_by_terms.hpp"
-#include "qdot/report/equation_derivation.hpp"
-#include "qdot/report/equation_source.hpp"
+#include "qdot/mechanics/derive/by_terms.hpp"
+#include "qdot/report/equations/derivation.hpp"
+#include "qdot/report/equations/source.hpp"
 #include "qdot/report/number.hpp"
-#include "qdot/report/parameter_letters.hpp"
+#include "qdot/report/equations/parameter_letters.hpp"
 
 namespace qdot::report {
 

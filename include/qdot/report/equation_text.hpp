@@ -6,10 +6,10 @@
 #include <string>
 
 #include "qdot/report/equations.hpp"
-#include "qdot/report/expression.hpp"
-#include "qdot/report/latex_notation.hpp"
-#include "qdot/report/mathml_notation.hpp"
-#include "qdot/report/plain_notation.hpp"
+#include "qdot/report/equations/expression.hpp"
+#include "qdot/report/equations/latex_notation.hpp"
+#include "qdot/report/equations/mathml_notation.hpp"
+#include "qdot/report/equations/plain_notation.hpp"
 
 namespace qdot::report {
 

@@ -9,7 +9,7 @@
 //
 // gives the Lagrangian, the momenta, the mass matrix, Lagrange's equations M q̈ = r and, where it has a closed form, q̈, in the names that the system's
 // coordinates have (System::with_names) and in those of the parameters; a parameter that is not named appears as its number. The functors are run once
-// for each set of values that report/parameter_letters.hpp asks for, and must be one formula: a T that branches on the state has no equations to be
+// for each set of values that report/equations/parameter_letters.hpp asks for, and must be one formula: a T that branches on the state has no equations to be
 // written down.
 
 #include <cstddef>
@@ -20,10 +20,10 @@
 
 #include "qdot/error.hpp"
 #include "qdot/mechanics/system.hpp"
-#include "qdot/report/equation_derivation.hpp"
-#include "qdot/report/equation_source.hpp"
-#include "qdot/report/expression.hpp"
-#include "qdot/report/parameter_letters.hpp"
+#include "qdot/report/equations/derivation.hpp"
+#include "qdot/report/equations/source.hpp"
+#include "qdot/report/equations/expression.hpp"
+#include "qdot/report/equations/parameter_letters.hpp"
 
 namespace qdot {
 

@@ -1,0 +1,228 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A scalar that writes down what is done to it.
+//
+// Recorded is fed to T and V like any other scalar. It has no value: a sum of two Recorded is the graph
+// node "sum of these two" (ad/formula/graph.hpp). Plain numbers stay plain until they meet a recorded one.
+//
+// The recording holds for every state only if the functor does the same operations everywhere. So
+// comparing two Recorded by size, and functions with a kink (abs, min, max, floor), are refused with
+// NotAnalytic: a formula with a branch is not one power series. One comparison is let through, because
+// guards like `if (r == 0)` are common and right: x == c is answered "no", the node and c are noted as an
+// assumption, and the assumption is checked at every point of expansion. A recorded number has no plain value either.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/dual_math.hpp"
+#include "qdot/ad/formula/graph.hpp"
+#include "qdot/error.hpp"
+
+namespace qdot {
+
+namespace taylor {
+
+/// What a recording of some functors has found.
+struct Recording {
+  struct Assumption {  ///< that this node never takes this value
+    int node;
+    double value;
+    friend bool operator==(const Assumption&, const Assumption&) = default;
+  };
+  Graph graph;
+  std::vector<Assumption> assumptions;
+  std::string source = "T or V";  ///< what is being run, for messages
+};
+
+/// A number of a formula that is being recorded.
+class Recorded {
+ public:
+  static constexpr bool is_recorded = true;
+
+  constexpr Recorded() = default;
+  template <class Number>
+    requires std::is_arithmetic_v<Number>
+  constexpr Recorded(Number constant) : constant_(static_cast<double>(constant)) {}
+  Recorded(Recording& recording, int node) : recording_(&recording), node_(node) {}
+
+  /// The node in the recording's graph, made for a constant if it is one.
+  int node_in(Recording& recording) const { return recording_ ? node_ : recording.graph.constant(constant_); }
+
+  Recorded& operator+=(const Recorded& y) { return *this = *this + y; }
+  Recorded& operator-=(const Recorded& y) { return *this = *this - y; }
+  Recorded& operator*=(const Recorded& y) { return *this = *this * y; }
+  Recorded& operator/=(const Recorded& y) { return *this = *this / y; }
+
+  friend Recorded operator+(const Recorded& x) { return x; }
+  [[gnu::noinline]] friend Recorded operator-(const Recorded& x) {
+    return x.recording_ ? wrapped(*x.recording_, x.recording_->graph.scaled(x.node_, -1.0)) : Recorded(-x.constant_);
+  }
+  friend Recorded operator+(const Recorded& x, const Recorded& y) {
+    return binary(x, y, [](double a, double b) { return a + b; }, [](Graph& g, int a, int b) { return g.sum(a, b); });
+  }
+  friend Recorded operator-(const Recorded& x, const Recorded& y) {
+    return binary(x, y, [](double a, double b) { return a - b; }, [](Graph& g, int a, int b) { return g.difference(a, b); });
+  }
+  friend Recorded operator*(const Recorded& x, const Recorded& y) {
+    return binary(x, y, [](double a, double b) { return a * b; }, [](Graph& g, int a, int b) { return g.product(a, b); });
+  }
+  friend Recorded operator/(const Recorded& x, const Recorded& y) {
+    return binary(x, y, [](double a, double b) { return a / b; }, [](Graph& g, int a, int b) { return g.quotient(a, b); });
+  }
+
+  friend bool operator==(const Recorded& x, const Recorded& y) {
+    if (!x.recording_ && !y.recording_) return x.constant_ == y.constant_;
+    const Recorded d = x - y;
+    if (!d.recording_) return d.constant_ == 0.0;
+    d.recording_->assumptions.push_back({d.node_, 0.0});
+    return false;
+  }
+  friend bool operator!=(const Recorded& x, const Recorded& y) { return !(x == y); }
+  friend bool operator<(const Recorded& x, const Recorded& y) { return compared(x, y, "<") < 0; }
+  friend bool operator<=(const Recorded& x, const Recorded& y) { return compared(x, y, "<=") <= 0; }
+  friend bool operator>(const Recorded& x, const Recorded& y) { return compared(x, y, ">") > 0; }
+  friend bool operator>=(const Recorded& x, const Recorded& y) { return compared(x, y, ">=") >= 0; }
+
+  [[gnu::noinline]] friend Recorded pow(const Recorded& x, double exponent) {
+    return x.recording_ ? wrapped(*x.recording_, x.recording_->graph.power(x.node_, exponent))
+                        : Recorded(std::pow(x.constant_, exponent));
+  }
+  friend Recorded pow(const Recorded& x, const Recorded& y) {
+    return y.recording_ ? exp(y * log(x)) : pow(x, y.constant_);
+  }
+  friend Recorded sqrt(const Recorded& x) { return pow(x, 0.5); }
+  friend Recorded cbrt(const Recorded& x) { return unary(Function::cbrt, x); }
+  friend Recorded hypot(const Recorded& x, const Recorded& y) {
+    return binary(x, y, [](double a, double b) { return std::hypot(a, b); },
+                  [](Graph& g, int a, int b) { return g.function(Function::hypot, a, b); });
+  }
+  friend Recorded hypot(const Recorded& x, const Recorded& y, const Recorded& z) { return hypot(hypot(x, y), z); }
+  friend Recorded fma(const Recorded& x, const Recorded& y, const Recorded& z) { return x * y + z; }
+  friend Recorded abs2(const Recorded& x) { return x * x; }
+  friend Recorded conj(const Recorded& x) { return x; }
+  friend Recorded real(const Recorded& x) { return x; }
+  friend Recorded imag(const Recorded&) { return 0.0; }
+
+  friend Recorded sin(const Recorded& x) { return unary(Function::sin, x); }
+  friend Recorded cos(const Recorded& x) { return unary(Function::cos, x); }
+  friend Recorded tan(const Recorded& x) { return unary(Function::tan, x); }
+  friend Recorded asin(const Recorded& x) { return unary(Function::asin, x); }
+  friend Recorded acos(const Recorded& x) { return unary(Function::acos, x); }
+  friend Recorded atan(const Recorded& x) { return unary(Function::atan, x); }
+  friend Recorded atan2(const Recorded& y, const Recorded& x) {
+    return binary(y, x, [](double a, double b) { return std::atan2(a, b); },
+                  [](Graph& g, int a, int b) { return g.function(Function::atan2, a, b); });
+  }
+  friend Recorded exp(const Recorded& x) { return unary(Function::exp, x); }
+  friend Recorded exp2(const Recorded& x) { return exp(x * std::log(2.0)); }
+  friend Recorded expm1(const Recorded& x) { return unary(Function::expm1, x); }
+  friend Recorded log(const Recorded& x) { return unary(Function::log, x); }
+  friend Recorded log2(const Recorded& x) { return log(x) / std::log(2.0); }
+  friend Recorded log10(const Recorded& x) { return log(x) / std::log(10.0); }
+  friend Recorded log1p(const Recorded& x) { return unary(Function::log1p, x); }
+  friend Recorded sinh(const Recorded& x) { return unary(Function::sinh, x); }
+  friend Recorded cosh(const Recorded& x) { return unary(Function::cosh, x); }
+  friend Recorded tanh(const Recorded& x) { return unary(Function::tanh, x); }
+  // tanh′ without the |x| that keeps digits of plain numbers (ad/forward/transcendental.hpp).
+  friend Recorded sech_squared(const Recorded& x) {
+    const Recorded c = cosh(x);
+    return 1.0 / (c * c);
+  }
+  friend Recorded asinh(const Recorded& x) { return unary(Function::asinh, x); }
+  friend Recorded acosh(const Recorded& x) { return unary(Function::acosh, x); }
+  friend Recorded atanh(const Recorded& x) { return unary(Function::atanh, x); }
+  friend Recorded erf(const Recorded& x) { return unary(Function::erf, x); }
+  friend Recorded erfc(const Recorded& x) { return unary(Function::erfc, x); }
+
+  friend const double& innermost_value(const Recorded& x) {
+    if (x.recording_) refuse(*x.recording_, "the plain value");
+    return x.constant_;
+  }
+
+  friend Recorded abs(const Recorded& x) { return kinked(x, "abs", std::abs(x.constant_)); }
+  friend Recorded fabs(const Recorded& x) { return kinked(x, "fabs", std::abs(x.constant_)); }
+  friend Recorded floor(const Recorded& x) { return kinked(x, "floor", std::floor(x.constant_)); }
+  friend Recorded ceil(const Recorded& x) { return kinked(x, "ceil", std::ceil(x.constant_)); }
+  friend Recorded max(const Recorded& x, const Recorded& y) { return compared(x, y, "max") < 0 ? y : x; }
+  friend Recorded min(const Recorded& x, const Recorded& y) { return compared(x, y, "min") > 0 ? y : x; }
+  friend Recorded fmax(const Recorded& x, const Recorded& y) { return max(x, y); }
+  friend Recorded fmin(const Recorded& x, const Recorded& y) { return min(x, y); }
+  friend Recorded copysign(const Recorded& x, const Recorded& y) {
+    return kinked(x.recording_ ? x : y, "copysign", std::copysign(x.constant_, y.constant_));
+  }
+  friend bool isfinite(const Recorded& x) { return asked(x, "isfinite", std::isfinite(x.constant_)); }
+  friend bool isnan(const Recorded& x) { return asked(x, "isnan", std::isnan(x.constant_)); }
+  friend bool isinf(const Recorded& x) { return asked(x, "isinf", std::isinf(x.constant_)); }
+  friend bool signbit(const Recorded& x) { return asked(x, "signbit", std::signbit(x.constant_)); }
+
+ private:
+  static Recorded wrapped(Recording& recording, int node) {
+    const Node& made = recording.graph[node];
+    return made.kind == Kind::constant ? Recorded(made.c) : Recorded(recording, node);
+  }
+
+  // Not inlined, for recording is done once: a loop in T would be unrolled with all of the graph's making in it.
+  template <class Numbers, class Nodes>
+  [[gnu::noinline]] static Recorded binary(const Recorded& x, const Recorded& y, Numbers numbers, Nodes nodes) {
+    if (!x.recording_ && !y.recording_) return Recorded(numbers(x.constant_, y.constant_));
+    Recording& recording = x.recording_ ? *x.recording_ : *y.recording_;
+    const int a = x.node_in(recording), b = y.node_in(recording);
+    return wrapped(recording, nodes(recording.graph, a, b));
+  }
+
+  [[gnu::noinline]] static Recorded unary(Function f, const Recorded& x) {
+    return x.recording_ ? wrapped(*x.recording_, x.recording_->graph.function(f, x.node_)) : Recorded(value_of(f, x.constant_));
+  }
+
+  [[noreturn]] static void refuse(const Recording& recording, const std::string& what) {
+    throw NotAnalytic("a Taylor series needs energies and forces that are one formula everywhere, but " + recording.source + " uses " +
+                          what + " of its arguments; use Dop853, which takes them as they are",
+                      recording.source);
+  }
+  static int compared(const Recorded& x, const Recorded& y, const char* comparison) {
+    if (x.recording_ || y.recording_) refuse(x.recording_ ? *x.recording_ : *y.recording_, "the comparison " + std::string(comparison));
+    return x.constant_ < y.constant_ ? -1 : x.constant_ > y.constant_ ? 1 : 0;
+  }
+  static bool asked(const Recorded& x, const char* function, bool of_constant) {
+    if (x.recording_) refuse(*x.recording_, "the function " + std::string(function));
+    return of_constant;
+  }
+  static Recorded kinked(const Recorded& x, const char* function, double of_constant) {
+    if (x.recording_) refuse(*x.recording_, "the function " + std::string(function));
+    return of_constant;
+  }
+
+  Recording* recording_ = nullptr;  // of a constant: none
+  int node_ = -1;
+  double constant_ = 0.0;
+};
+
+}  // namespace taylor
+}  // namespace qdot
+
+template <>
+struct std::numeric_limits<qdot::taylor::Recorded> : std::numeric_limits<double> {};
+
+template <>
+struct Eigen::NumTraits<qdot::taylor::Recorded> : Eigen::NumTraits<double> {
+  using Real = qdot::taylor::Recorded;
+  using NonInteger = Real;
+  using Nested = Real;
+  enum { IsInteger = 0, IsSigned = 1, IsComplex = 0, RequireInitialization = 1, ReadCost = 3, AddCost = 20, MulCost = 20 };
+};
+
+template <class Operation>
+struct Eigen::ScalarBinaryOpTraits<qdot::taylor::Recorded, double, Operation> {
+  using ReturnType = qdot::taylor::Recorded;
+};
+template <class Operation>
+struct Eigen::ScalarBinaryOpTraits<double, qdot::taylor::Recorded, Operation> {
+  using ReturnType = qdot::taylor::Recorded;
+};

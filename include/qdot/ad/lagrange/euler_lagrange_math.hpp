@@ -1,0 +1,330 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The functions of <cmath>, and Eigen's traits, for the scalars of Lagrange's equations.
+//
+// A function of one argument needs f, f′ and f″. Sine, cosine, root and the like write them out; all others take them
+// from the dual numbers, nested once, so that every formula stands in one place only. A function of two
+// arguments is its second-order Taylor polynomial,
+//
+//     F(a, b) = [F + F_a δa + ½ F_aa δa²] + [F_b δb + ½ F_bb δb²] + F_ab δa δb ,
+//
+// two chain rules and one product of values zero.
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <type_traits>
+
+#include "qdot/ad/dual_math.hpp"
+#include "qdot/ad/lagrange/euler_lagrange.hpp"
+#include "qdot/ad/lagrange/graded.hpp"
+#include "qdot/ad/lagrange/graded_jet.hpp"
+
+namespace qdot::detail {
+
+// Clang takes sin and cos for functions with a side effect (errno) and never merges two of the same argument.
+#if defined(__clang__) && defined(__GLIBC__)
+extern "C" [[gnu::const]] double shared_sine(double) __asm__("sin");
+extern "C" [[gnu::const]] double shared_cosine(double) __asm__("cos");
+#else
+[[gnu::always_inline]] inline double shared_sine(double x) { return std::sin(x); }
+[[gnu::always_inline]] inline double shared_cosine(double x) { return std::cos(x); }
+#endif
+
+#ifdef __GLIBC__
+extern "C" void sine_and_cosine(double x, double* sine, double* cosine) __asm__("sincos");
+#else
+inline void sine_and_cosine(double x, double* sine, double* cosine) {
+  *sine = std::sin(x);
+  *cosine = std::cos(x);
+}
+#endif
+
+template <class T>
+struct is_euler_lagrange : std::false_type {};
+template <int n, class Number, class I, class K>
+struct is_euler_lagrange<EulerLagrange<n, Number, I, K>> : std::true_type {};
+template <class Record>
+struct is_euler_lagrange<Graded<Record>> : std::true_type {};
+template <int n>
+struct is_euler_lagrange<GradedJet<n>> : std::true_type {};
+
+template <class T>
+concept EulerLagrangeNumber = is_euler_lagrange<T>::value;
+
+// f(x) and f(x, y) of the numbers inside, from values and first derivatives: of a plain number its value.
+template <class Number>
+  requires(!requires(const Number& x) { x.value; })
+[[gnu::always_inline]] inline Number lifted(const Number&, const Number& f, const Number&) { return f; }
+template <class Number>
+  requires(!requires(const Number& x) { x.value; })
+[[gnu::always_inline]] inline Number lifted(const Number&, const Number&, const Number& f, const Number&, const Number&) { return f; }
+
+// f(u), the derivatives of f from duals.
+template <EulerLagrangeNumber E, class F>
+[[gnu::always_inline]] inline E through(const E& u, const F& f) {
+  using Once = Dual<double, 1>;
+  using Twice = Dual<Once, 1>;
+  if constexpr (std::is_same_v<decltype(u.value), double>) {
+    const Twice y = f(Twice::variable(Once::variable(u.value, 0), 0));
+    return u.chain(y.value.value, y.tangent[0].value, y.tangent[0].tangent[0]);
+  } else {
+    using Thrice = Dual<Twice, 1>;
+    const Thrice y = f(Thrice::variable(Twice::variable(Once::variable(innermost_value(u.value), 0), 0), 0));
+    const double f0 = y.value.value.value, f1 = y.tangent[0].value.value, f2 = y.tangent[0].tangent[0].value,
+                 f3 = y.tangent[0].tangent[0].tangent[0];
+    return u.chain(lifted(u.value, f0, f1), lifted(u.value, f1, f2), lifted(u.value, f2, f3));
+  }
+}
+
+// f(a, b), the derivatives of f from duals.
+template <EulerLagrangeNumber E, class F>
+[[gnu::always_inline]] inline E through(const E& a, const E& b, const F& f) {
+  using Once = Dual<double, 2>;
+  using Twice = Dual<Once, 2>;
+  E from_a = a.whole();
+  E from_b = b.whole();
+  from_a.value = 0.0;
+  from_b.value = 0.0;
+  if constexpr (std::is_same_v<decltype(a.value), double>) {
+    const Twice y = f(Twice::variable(Once::variable(a.value, 0), 0), Twice::variable(Once::variable(b.value, 1), 1));
+    return a.chain(y.value.value, y.tangent[0].value, y.tangent[0].tangent[0]) +
+           b.chain(0.0, y.tangent[1].value, y.tangent[1].tangent[1]) + E(y.tangent[0].tangent[1]) * (from_a * from_b);
+  } else {
+    using Thrice = Dual<Twice, 2>;
+    const auto variable = [](double at, int i) { return Thrice::variable(Twice::variable(Once::variable(at, i), i), i); };
+    const Thrice y = f(variable(innermost_value(a.value), 0), variable(innermost_value(b.value), 1));
+    if constexpr (requires { typename E::Record::Slopes; }) {  // whose numbers are local to a node
+      const auto slopes = [&](std::size_t i, std::size_t j) {
+        return typename E::Record::Slopes{y.tangent[i].value.value,
+                                          y.tangent[i].tangent[i].value,
+                                          y.tangent[i].tangent[j].value,
+                                          y.tangent[i].tangent[i].tangent[i],
+                                          y.tangent[i].tangent[i].tangent[j],
+                                          y.tangent[i].tangent[j].tangent[j]};
+      };
+      if (a.meets(b)) return E::function(y.value.value.value, a, slopes(0, 1), b, slopes(1, 0));
+    }
+    const auto number = [&](const Once& x) { return lifted(a.value, b.value, x.value, x.tangent[0], x.tangent[1]); };
+    const Twice &y_a = y.tangent[0], &y_b = y.tangent[1];
+    auto nothing = number(Once(0.0));
+    return a.chain(number(y.value.value), number(y_a.value), number(y_a.tangent[0])) +
+           b.chain(nothing, number(y_b.value), number(y_b.tangent[1])) + E(number(y_a.tangent[1])) * (from_a * from_b);
+  }
+}
+
+// Straight-line code leaves it to the compiler to merge equal ones; a record remembers those of its coordinates.
+template <EulerLagrangeNumber E>
+[[gnu::always_inline]] inline SineAndCosine sine_and_cosine_of(const E& u) {
+  const double x = innermost_value(u.value);
+  if constexpr (requires { u.place_of_angle(); }) {
+    if (SineAndCosine* const known = u.place_of_angle()) {
+      if (known->angle != x) {
+        sine_and_cosine(x, &known->sine, &known->cosine);
+        known->angle = x;
+      }
+      return *known;
+    }
+  }
+  return {x, shared_sine(x), shared_cosine(x)};
+}
+template <EulerLagrangeNumber E>
+[[gnu::always_inline]] inline E sin(const E& u) {
+  const auto [x, s, c] = sine_and_cosine_of(u);
+  const auto S = lifted(u.value, s, c);
+  return u.chain(S, lifted(u.value, c, -s), -S);
+}
+template <EulerLagrangeNumber E>
+[[gnu::always_inline]] inline E cos(const E& u) {
+  const auto [x, s, c] = sine_and_cosine_of(u);
+  const auto C = lifted(u.value, c, -s);
+  return u.chain(C, lifted(u.value, -s, -c), -C);
+}
+template <EulerLagrangeNumber E>
+struct SinCosOf {
+  E sin;
+  E cos;
+};
+template <EulerLagrangeNumber E>
+[[gnu::always_inline]] inline SinCosOf<E> sincos(const E& u) {
+  return {sin(u), cos(u)};
+}
+template <EulerLagrangeNumber E>
+[[gnu::always_inline]] inline E exp(const E& u) {
+  const double value = std::exp(innermost_value(u.value));
+  const auto f = lifted(u.value, value, value);
+  return u.chain(f, f, f);
+}
+template <EulerLagrangeNumber E>
+[[gnu::always_inline]] inline E log(const E& u) {
+  const double x = innermost_value(u.value), slope = x < 0.0 ? std::numeric_limits<double>::quiet_NaN() : 1.0 / x;
+  const auto f1 = lifted(u.value, slope, -slope * slope);
+  return u.chain(lifted(u.value, std::log(x), slope), f1, -f1 * f1);
+}
+template <EulerLagrangeNumber E>
+[[gnu::always_inline]] inline E sqrt(const E& u) {
+  const double root = std::sqrt(innermost_value(u.value));
+  const auto f = lifted(u.value, root, 0.5 / root), slope = 0.5 * (1.0 / f);  // which a quotient by the root shares
+  return u.chain(f, slope, -0.5 * slope / u.value);
+}
+
+template <EulerLagrangeNumber E> E cbrt(const E& u) { return through(u, [](const auto& x) { return cbrt(x); }); }
+template <EulerLagrangeNumber E> E exp2(const E& u) { return through(u, [](const auto& x) { return exp2(x); }); }
+template <EulerLagrangeNumber E> E expm1(const E& u) { return through(u, [](const auto& x) { return expm1(x); }); }
+template <EulerLagrangeNumber E> E log2(const E& u) { return through(u, [](const auto& x) { return log2(x); }); }
+template <EulerLagrangeNumber E> E log10(const E& u) { return through(u, [](const auto& x) { return log10(x); }); }
+template <EulerLagrangeNumber E> E log1p(const E& u) { return through(u, [](const auto& x) { return log1p(x); }); }
+template <EulerLagrangeNumber E> E erf(const E& u) { return through(u, [](const auto& x) { return erf(x); }); }
+template <EulerLagrangeNumber E> E erfc(const E& u) { return through(u, [](const auto& x) { return erfc(x); }); }
+template <EulerLagrangeNumber E> E tan(const E& u) { return through(u, [](const auto& x) { return tan(x); }); }
+template <EulerLagrangeNumber E> E asin(const E& u) { return through(u, [](const auto& x) { return asin(x); }); }
+template <EulerLagrangeNumber E> E acos(const E& u) { return through(u, [](const auto& x) { return acos(x); }); }
+template <EulerLagrangeNumber E> E atan(const E& u) { return through(u, [](const auto& x) { return atan(x); }); }
+template <EulerLagrangeNumber E> E sinh(const E& u) { return through(u, [](const auto& x) { return sinh(x); }); }
+template <EulerLagrangeNumber E> E cosh(const E& u) { return through(u, [](const auto& x) { return cosh(x); }); }
+template <EulerLagrangeNumber E> E tanh(const E& u) { return through(u, [](const auto& x) { return tanh(x); }); }
+template <EulerLagrangeNumber E> E asinh(const E& u) { return through(u, [](const auto& x) { return asinh(x); }); }
+template <EulerLagrangeNumber E> E acosh(const E& u) { return through(u, [](const auto& x) { return acosh(x); }); }
+template <EulerLagrangeNumber E> E atanh(const E& u) { return through(u, [](const auto& x) { return atanh(x); }); }
+
+template <EulerLagrangeNumber E, class Number>
+  requires std::is_arithmetic_v<Number>
+E pow(const E& u, Number k) { return through(u, [k](const auto& x) { return pow(x, k); }); }
+template <EulerLagrangeNumber E>
+E pow(const E& u, const E& w) {
+  if constexpr (std::is_convertible_v<decltype(innermost_value(w.value)), double>)
+    if (w.is_constant()) return pow(u, innermost_value(w.value));
+  return through(u, w, [](const auto& x, const auto& y) { return pow(x, y); });
+}
+template <EulerLagrangeNumber E, class Number>
+  requires std::is_arithmetic_v<Number>
+E pow(Number base, const E& u) { return through(u, [base](const auto& x) { return pow(base, x); }); }
+
+template <class A, class B>
+using EulerLagrangeOf = std::conditional_t<EulerLagrangeNumber<A> && std::is_convertible_v<B, A>, A, B>;
+// Two arguments of which one is such a scalar and the other one too, or becomes one, such as a number.
+template <class A, class B>
+concept EulerLagrangeBeside = EulerLagrangeNumber<EulerLagrangeOf<A, B>> && std::is_convertible_v<A, EulerLagrangeOf<A, B>>;
+
+template <EulerLagrangeNumber A, EulerLagrangeNumber B>
+  requires(!std::is_same_v<A, B> && EulerLagrangeBeside<A, B>)
+auto pow(const A& u, const B& w) {
+  using E = EulerLagrangeOf<A, B>;
+  return pow(E(u), E(w));
+}
+
+template <class A, class B>
+  requires EulerLagrangeBeside<A, B>
+auto atan2(const A& y, const B& x) {
+  using E = EulerLagrangeOf<A, B>;
+  return through(E(y), E(x), [](const auto& a, const auto& b) { return atan2(a, b); });
+}
+template <class A, class B>
+  requires EulerLagrangeBeside<A, B>
+auto hypot(const A& x, const B& y) {
+  using E = EulerLagrangeOf<A, B>;
+  return through(E(x), E(y), [](const auto& a, const auto& b) { return hypot(a, b); });
+}
+// Three arguments of which at least one is such a scalar.
+template <class A, class B, class C>
+using EulerLagrangeAmong = EulerLagrangeOf<A, EulerLagrangeOf<B, C>>;
+template <class A, class B, class C>
+concept EulerLagrangeBesideTwo = EulerLagrangeBeside<EulerLagrangeAmong<A, B, C>, A> && EulerLagrangeBeside<EulerLagrangeAmong<A, B, C>, B> &&
+                                 EulerLagrangeBeside<EulerLagrangeAmong<A, B, C>, C>;
+template <class A, class B, class C>
+  requires EulerLagrangeBesideTwo<A, B, C>
+auto hypot(const A& x, const B& y, const C& z) {
+  using E = EulerLagrangeAmong<A, B, C>;
+  return hypot(hypot(E(x), E(y)), E(z));
+}
+template <class A, class B, class C>
+  requires EulerLagrangeBesideTwo<A, B, C>
+auto fma(const A& x, const B& y, const C& z) {
+  using E = EulerLagrangeAmong<A, B, C>;
+  return E(E(x) * E(y) + E(z));
+}
+template <EulerLagrangeNumber E>
+E abs(const E& x) { return x.value < 0.0 ? -x : x; }
+template <EulerLagrangeNumber E>
+E fabs(const E& x) { return abs(x); }
+template <EulerLagrangeNumber E>
+E floor(const E& x) { return E(std::floor(innermost_value(x.value))); }
+template <EulerLagrangeNumber E>
+E ceil(const E& x) { return E(std::ceil(innermost_value(x.value))); }
+template <class A, class B>
+  requires EulerLagrangeBeside<A, B>
+auto max(const A& x, const B& y) {
+  const EulerLagrangeOf<A, B> a(x), b(y);
+  return a.value < b.value ? b : a;
+}
+template <class A, class B>
+  requires EulerLagrangeBeside<A, B>
+auto min(const A& x, const B& y) {
+  const EulerLagrangeOf<A, B> a(x), b(y);
+  return b.value < a.value ? b : a;
+}
+template <class A, class B>
+  requires EulerLagrangeBeside<A, B>
+auto fmax(const A& x, const B& y) {
+  const EulerLagrangeOf<A, B> a(x), b(y);
+  return a.value != a.value ? b : b.value != b.value ? a : max(a, b);
+}
+template <class A, class B>
+  requires EulerLagrangeBeside<A, B>
+auto fmin(const A& x, const B& y) {
+  const EulerLagrangeOf<A, B> a(x), b(y);
+  return a.value != a.value ? b : b.value != b.value ? a : min(a, b);
+}
+template <class A, class B>
+  requires EulerLagrangeBeside<A, B>
+auto copysign(const A& x, const B& y) {
+  const EulerLagrangeOf<A, B> a(x), b(y);
+  return std::signbit(innermost_value(a.value)) == std::signbit(innermost_value(b.value)) ? a : -a;
+}
+template <EulerLagrangeNumber E>
+bool isfinite(const E& x) { return std::isfinite(innermost_value(x.value)) && std::isfinite(innermost_value(x.rate)); }
+template <EulerLagrangeNumber E>
+bool isnan(const E& x) { return std::isnan(innermost_value(x.value)); }
+template <EulerLagrangeNumber E>
+bool isinf(const E& x) { return std::isinf(innermost_value(x.value)); }
+template <EulerLagrangeNumber E>
+bool signbit(const E& x) { return std::signbit(innermost_value(x.value)); }
+
+template <EulerLagrangeNumber E>
+[[gnu::always_inline]] inline const E& conj(const E& x) { return x; }
+template <EulerLagrangeNumber E>
+[[gnu::always_inline]] inline const E& real(const E& x) { return x; }
+template <EulerLagrangeNumber E>
+E imag(const E&) { return E(0.0); }
+template <EulerLagrangeNumber E>
+[[gnu::always_inline]] inline E abs2(const E& x) { return x * x; }
+
+}  // namespace qdot::detail
+
+namespace qdot::detail {
+
+// Like a real number without SIMD packets.
+template <class E>
+struct RealTraits : Eigen::NumTraits<double> {
+  using Real = E;
+  using NonInteger = E;
+  using Nested = E;
+  enum { IsInteger = 0, IsSigned = 1, IsComplex = 0, RequireInitialization = 1, ReadCost = 1, AddCost = 2, MulCost = 4 };
+};
+
+}  // namespace qdot::detail
+
+template <qdot::detail::EulerLagrangeNumber E>
+struct std::numeric_limits<E> : std::numeric_limits<double> {};
+
+template <qdot::detail::EulerLagrangeNumber E>
+struct Eigen::NumTraits<E> : qdot::detail::RealTraits<E> {};
+
+template <class A, class B, class Operation>
+  requires(!std::is_same_v<A, B>) && qdot::detail::EulerLagrangeBeside<A, B>
+struct Eigen::ScalarBinaryOpTraits<A, B, Operation> {
+  using ReturnType = qdot::detail::EulerLagrangeOf<A, B>;
+};

@@ -1,0 +1,138 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The scalar of Lagrange's equations for loops and for many coordinates.
+//
+// It has the algebra of ad/lagrange/euler_lagrange.hpp, but no derivative is carried along. With g = ∂/∂q̇ and X = ∂/∂q − D ∂/∂q̇, every
+// rule of that algebra turns the pair (g, X) of an operand into
+//
+//     g ← a g ,      X ← a X + b g ,      H ← a H + w g gᵀ ,
+//
+// with three numbers a, b, w. A value is therefore a node of the record together with these three numbers, and functions of one
+// argument, products with constants and products of values on the same node only change the numbers. A sum or product of two
+// different nodes makes a new node. A coordinate and its velocity share one node, with g = e_i, X = 0: the velocity is
+// (a, b) = (1, 0), the coordinate (0, 1).
+//
+// What becomes of the nodes is found afterwards, by one sweep backwards that is the same length for any number of
+// coordinates (ad/records/hessian_record.hpp). Values of an evaluation do not outlive its record.
+
+#include <type_traits>
+
+#include "qdot/ad/records/hessian_record.hpp"
+
+namespace qdot::detail {
+
+// Record says what numbers are computed with and whether weights w are: HessianRecord (doubles, with weights) or
+// ResidualRecord (dual numbers, without).
+template <class Record_>
+struct Graded {
+  using Self = Graded;
+  using Record = Record_;
+  using Number = typename Record::Number;
+  using Weight = typename Record::Weight;
+
+  Number value;
+  Number rate;  // D
+  Number a, b;  // of its node
+  Weight w;
+  int node;
+  Record* record;  // nullptr: no node, a constant or a function of the time
+
+  Graded() = default;
+  template <class Constant>
+    requires(std::is_arithmetic_v<Constant> || std::is_same_v<Constant, Number>)
+  Graded(const Constant& constant) : Graded(Number(constant), Number(0.0), Number(0.0), Number(0.0), Weight(0.0), 0, nullptr) {}
+  Graded(const Number& value_, const Number& rate_, const Number& a_, const Number& b_, const Weight& w_, int node_, Record* record_)
+      : value(value_), rate(rate_), a(a_), b(b_), w(w_), node(node_), record(record_) {}
+
+  bool is_constant() const { return rate == 0.0 && record == nullptr; }
+
+  Self& operator+=(const Self& o) { return *this = sum(*this, o, 1.0); }
+  Self& operator-=(const Self& o) { return *this = sum(*this, o, -1.0); }
+  Self& operator*=(const Self& o) { return *this = *this * o; }
+  Self& operator/=(const Self& o) { return *this = *this / o; }
+
+  friend Self operator+(const Self& u, const Self& v) { return sum(u, v, 1.0); }
+  friend Self operator-(const Self& u, const Self& v) { return sum(u, v, -1.0); }
+  friend Self operator+(const Self& u) { return u; }
+  friend Self operator-(const Self& u) { return u.times(-1.0); }
+  [[gnu::always_inline]] friend inline Self operator*(const Self& u, const Self& v) {
+    if (u.meets(v))
+      return on_new_node(u.record->add_product(u, v), u.value * v.value, u.value * v.rate + v.value * u.rate, u.record);
+    return Self(u.value * v.value, u.value * v.rate + v.value * u.rate, v.value * u.a + u.value * v.a,
+                (v.value * u.b - v.rate * u.a) + (u.value * v.b - u.rate * v.a),
+                v.value * u.w + u.value * v.w + weight(2.0, u.a, v.a), u.record == nullptr ? v.node : u.node, u.record == nullptr ? v.record : u.record);
+  }
+  friend Self operator/(const Self& u, const Self& v) {
+    const Number i = 1.0 / v.value;
+    Self r = v.is_constant() ? u.times(i) : u * v.chain(i, -i * i, 2.0 * i * i * i);
+    if constexpr (std::is_arithmetic_v<Number>) {
+      r.value = u.value / v.value;
+    } else {
+      r.value.value = u.value.value / v.value.value;
+    }
+    return r;
+  }
+
+  // Mixed with plain numbers: no temporary of this type.
+  friend Self operator*(double c, const Self& u) { return u.times(c); }
+  friend Self operator*(const Self& u, double c) { return u.times(c); }
+  friend Self operator/(const Self& u, double c) { return u.times(1.0 / c); }
+
+  friend bool operator==(const Self& u, const Self& v) { return u.value == v.value; }
+  friend bool operator!=(const Self& u, const Self& v) { return u.value != v.value; }
+  friend bool operator<(const Self& u, const Self& v) { return u.value < v.value; }
+  friend bool operator<=(const Self& u, const Self& v) { return u.value <= v.value; }
+  friend bool operator>(const Self& u, const Self& v) { return u.value > v.value; }
+  friend bool operator>=(const Self& u, const Self& v) { return u.value >= v.value; }
+
+  // f(u) from f, f′, f″ at u.
+  [[gnu::always_inline]] Self chain(const Number& f, const Number& f1, const Number& f2) const {
+    return Self(f, f1 * rate, f1 * a, f1 * b - f2 * rate * a, f1 * w + weight(f2, a, a), node, record);
+  }
+
+  // F(u, v) of values on different nodes.
+  template <class Slopes>
+  static Self function(double F, const Self& u, const Slopes& of_u, const Self& v, const Slopes& of_v)
+    requires requires(Record& into) { into.add_function(u, of_u, v, of_v); }
+  {
+    return on_new_node(u.record->add_function(u, of_u, v, of_v), F, of_u.f_u * u.rate + of_v.f_u * v.rate, u.record);
+  }
+  bool meets(const Self& o) const { return record != nullptr && o.record != nullptr && node != o.node; }
+
+  Self whole() const { return *this; }
+  SineAndCosine* place_of_angle() const { return record == nullptr ? nullptr : &record->known(node); }
+
+ private:
+  // c x y, if anybody asks for weights.
+  template <class Factor>
+  [[gnu::always_inline]] static Weight weight(const Factor& c, const Number& x, const Number& y) {
+    if constexpr (std::is_same_v<Weight, Number>) {
+      return c * x * y;
+    } else {
+      return Weight(0.0);
+    }
+  }
+
+  template <class Factor>
+  Self times(const Factor& c) const { return Self(c * value, c * rate, c * a, c * b, c * w, node, record); }
+
+  // A value and rate that are now the variables of a node of their own.
+  [[gnu::always_inline]] static Self on_new_node(int node, const Number& f, const Number& Df, Record* record) {
+    if constexpr (std::is_arithmetic_v<Number>) {
+      return Self(f, Df, 1.0, 0.0, 0.0, node, record);
+    } else {
+      return Self(Number(f.value, 1.0, 0.0), Number(Df.value, 0.0, 1.0), 1.0, 0.0, 0.0, node, record);
+    }
+  }
+
+  [[gnu::always_inline]] static Self sum(const Self& u, const Self& v, double sign) {
+    const Number f = u.value + sign * v.value, Df = u.rate + sign * v.rate;
+    if (v.record == nullptr || (u.record != nullptr && u.node == v.node))
+      return Self(f, Df, u.a + sign * v.a, u.b + sign * v.b, u.w + sign * v.w, u.node, u.record);
+    if (u.record == nullptr) return Self(f, Df, sign * v.a, sign * v.b, sign * v.w, v.node, v.record);
+    return on_new_node(u.record->add_sum(u, v, sign), f, Df, u.record);
+  }
+};
+
+}  // namespace qdot::detail

@@ -1,0 +1,196 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A number that knows how it moves: what the kinematic door asks of a position, and no more.
+//
+// Of a position x(q, t) the equations of motion need
+//
+//     J = ∂x/∂q ,     ẋ = J q̇ + ∂x/∂t ,     ẍ = J q̈ + s ,     s = J̇ q̇ + … ,
+//
+// and s is the second derivative along the motion with q̈ = 0. These are first derivatives in n directions and
+// two derivatives in one, closed under arithmetic:
+//
+//     J(u w) = u Jw + w Ju       (u w)˙ = u ẇ + w u̇        s(u w) = u sw + w su + 2 u̇ ẇ
+//     J f(u) = f′ Ju              f(u)˙ = f′ u̇              s f(u) = f′ su + f″ u̇²
+//
+// A scalar of Lagrange's equations that a position is made with, captured in a functor, is a constant, or has derivatives for which there is
+// no place here. Then a bit of the mask, above all others, is one that the compiler must not know: what follows from it has it as well.
+//
+// n + 3 numbers, where T(q, q̇) written with velocities needs a Hessian. As in ad/lagrange/euler_lagrange.hpp masks say which of them
+// may be other than zero, every component is a member with a name of its own and every operation is inlined,
+// so that in straight-line code what is zero is never computed.
+
+#include <type_traits>
+#include <utility>
+
+#include "qdot/ad/lagrange/euler_lagrange_math.hpp"
+
+namespace qdot::detail {
+
+template <int i>
+struct RowEntry {
+  double number;
+};
+
+// The bit above those of the components, zero but unknown to the compiler, where `wrong`.
+[[gnu::always_inline]] inline ComponentMask unknown_if(Present wrong) {
+  if (!wrong) return 0;
+  ComponentMask mask = 0;
+  asm("" : "+r"(mask));
+  return mask & bit(1, 63);
+}
+
+template <int n, class = std::make_integer_sequence<int, n>>
+struct PositionJet;
+
+template <int n, int... I>
+struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>... {
+  using Self = PositionJet;
+
+  double value;
+  double rate;  // ẋ
+  double bend;  // s
+  ComponentMask mask;
+  Present has_rate, has_bend;
+
+  template <int i>
+  [[gnu::always_inline]] double& J() { return static_cast<RowEntry<i>&>(*this).number; }
+  template <int i>
+  [[gnu::always_inline]] const double& J() const { return static_cast<const RowEntry<i>&>(*this).number; }
+
+  // Trivial, like double's.
+  PositionJet() = default;
+
+  template <class Number>
+    requires std::is_arithmetic_v<Number>
+  [[gnu::always_inline]] PositionJet(Number constant)
+      : value(static_cast<double>(constant)), rate(0.0), bend(0.0), mask(0), has_rate(0), has_bend(0) {
+    ((J<I>() = 0.0), ...);
+  }
+  template <class K>
+  [[gnu::always_inline]] PositionJet(const EulerLagrange<n, double, std::integer_sequence<int, I...>, K>& captured) : PositionJet(captured.value) {
+    mask = unknown_if(1U ^ captured.is_constant());
+  }
+  [[gnu::always_inline]] PositionJet(const Self& o)
+      : value(o.value), rate(o.rate), bend(o.bend), mask(o.mask), has_rate(o.has_rate), has_bend(o.has_bend) {
+    ((J<I>() = o.template J<I>()), ...);
+  }
+  [[gnu::always_inline]] Self& operator=(const Self& o) {
+    value = o.value;
+    rate = o.rate;
+    bend = o.bend;
+    mask = o.mask;
+    has_rate = o.has_rate;
+    has_bend = o.has_bend;
+    ((J<I>() = o.template J<I>()), ...);
+    return *this;
+  }
+
+  template <int i>
+  [[gnu::always_inline]] static Self coordinate(double q, double qdot) {
+    Self r(q);
+    r.rate = qdot;
+    r.has_rate = 1;
+    r.template J<i>() = 1.0;
+    r.mask = qdot::detail::bit(1, i);
+    return r;
+  }
+  [[gnu::always_inline]] static Self time(double t) {
+    Self r(t);
+    r.rate = 1.0;
+    r.has_rate = 1;
+    return r;
+  }
+
+  [[gnu::always_inline]] Present is_constant() const {
+    return static_cast<Present>((static_cast<ComponentMask>(has_rate) | static_cast<ComponentMask>(has_bend) | mask) == 0);
+  }
+  [[gnu::always_inline]] const Self& whole() const { return *this; }
+  friend const double& innermost_value(const Self& x) { return x.value; }
+
+  [[gnu::always_inline]] friend Self operator+(const Self& a, const Self& b) {
+    Self r;
+    r.value = a.value + b.value;
+    r.has_rate = a.has_rate | b.has_rate;
+    r.has_bend = a.has_bend | b.has_bend;
+    r.mask = a.mask | b.mask;
+    r.rate = sum_of(a.has_rate, a.rate, b.has_rate, b.rate);
+    r.bend = sum_of(a.has_bend, a.bend, b.has_bend, b.bend);
+    ((r.template J<I>() = sum_of(has(a.mask, I), a.template J<I>(), has(b.mask, I), b.template J<I>())), ...);
+    return r;
+  }
+  [[gnu::always_inline]] friend Self operator-(const Self& a) {
+    Self r(a);
+    r.value = -a.value;
+    r.rate = -a.rate;
+    r.bend = -a.bend;
+    ((r.template J<I>() = -a.template J<I>()), ...);
+    return r;
+  }
+  [[gnu::always_inline]] friend Self operator+(const Self& a) { return a; }
+  [[gnu::always_inline]] friend Self operator-(const Self& a, const Self& b) {
+    Self r;
+    r.value = a.value - b.value;
+    r.has_rate = a.has_rate | b.has_rate;
+    r.has_bend = a.has_bend | b.has_bend;
+    r.mask = a.mask | b.mask;
+    r.rate = difference_of(a.has_rate, a.rate, b.has_rate, b.rate);
+    r.bend = difference_of(a.has_bend, a.bend, b.has_bend, b.bend);
+    ((r.template J<I>() = difference_of(has(a.mask, I), a.template J<I>(), has(b.mask, I), b.template J<I>())), ...);
+    return r;
+  }
+  [[gnu::always_inline]] friend Self operator*(const Self& a, const Self& b) {
+    Self r;
+    r.value = a.value * b.value;
+    r.has_rate = a.has_rate | b.has_rate;
+    r.mask = a.mask | b.mask;
+    r.rate = sum_of(a.has_rate, product_if(a.has_rate, a.rate, b.value), b.has_rate, product_if(b.has_rate, b.rate, a.value));
+    const Present both = a.has_rate & b.has_rate;
+    r.has_bend = a.has_bend | b.has_bend | both;
+    r.bend = sum_of(both, product_if(both, 2.0 * a.rate, b.rate), a.has_bend | b.has_bend,
+                    sum_of(a.has_bend, product_if(a.has_bend, a.bend, b.value), b.has_bend, product_if(b.has_bend, b.bend, a.value)));
+    ((r.template J<I>() = sum_of(has(a.mask, I), product_if(has(a.mask, I), a.template J<I>(), b.value),
+                                 has(b.mask, I), product_if(has(b.mask, I), b.template J<I>(), a.value))), ...);
+    return r;
+  }
+  [[gnu::always_inline]] friend Self operator/(const Self& a, const Self& b) {
+    const double i = 1.0 / b.value;
+    Self r = b.is_constant() ? a * Self(i) : a * b.chain(i, -i * i, 2.0 * i * i * i);
+    r.value = a.value / b.value;
+    return r;
+  }
+  [[gnu::always_inline]] Self& operator+=(const Self& o) { return *this = *this + o; }
+  [[gnu::always_inline]] Self& operator-=(const Self& o) { return *this = *this - o; }
+  [[gnu::always_inline]] Self& operator*=(const Self& o) { return *this = *this * o; }
+  [[gnu::always_inline]] Self& operator/=(const Self& o) { return *this = *this / o; }
+
+  friend bool operator==(const Self& a, const Self& b) { return a.value == b.value; }
+  friend bool operator!=(const Self& a, const Self& b) { return a.value != b.value; }
+  friend bool operator<(const Self& a, const Self& b) { return a.value < b.value; }
+  friend bool operator<=(const Self& a, const Self& b) { return a.value <= b.value; }
+  friend bool operator>(const Self& a, const Self& b) { return a.value > b.value; }
+  friend bool operator>=(const Self& a, const Self& b) { return a.value >= b.value; }
+
+  // f(u) from f, f′, f″ at u.
+  [[gnu::always_inline]] Self chain(double f, double f1, double f2) const {
+    Self r;
+    r.value = f;
+    r.has_rate = has_rate;
+    r.has_bend = has_bend | has_rate;
+    r.mask = mask;
+    r.rate = product_if(has_rate, f1, rate);
+    r.bend = sum_of(has_rate, product_if(has_rate, f2, rate * rate), has_bend, product_if(has_bend, f1, bend));
+    ((r.template J<I>() = product_if(has(mask, I), f1, J<I>())), ...);
+    return r;
+  }
+
+ private:
+  [[gnu::always_inline]] static double difference_of(Present has_a, double a, Present has_b, double b) {
+    return has_a ? (has_b ? a - b : a) : (has_b ? -b : 0.0);
+  }
+};
+
+template <int n, class I>
+struct is_euler_lagrange<PositionJet<n, I>> : std::true_type {};
+
+}  // namespace qdot::detail

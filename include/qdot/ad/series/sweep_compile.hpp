@@ -1,0 +1,287 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// From a graph to a sweep: which nodes are needed, in which order, and where their series live.
+//
+//     needed     everything that the outputs are made of, and the slopes of functions, whose series are
+//                needed one order later than the function's own
+//     late       what depends on a late variable and is wanted afterwards; early: what the early outputs are made of
+//     merged     an affine node that only one other affine node uses is written out there, so that a long
+//                sum is one node with many terms
+//     order      by depth, so that arguments stand before what is made of them
+//
+// Included by ad/series/sweep.hpp.
+
+#include <algorithm>
+#include <cstddef>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/series/sweep.hpp"
+
+namespace qdot::taylor {
+
+// What std::stable_sort does, also while compiling, and by a tenth of the code: runs are merged, or elements inserted.
+template <class Element, class Before>
+constexpr void sort_stably(std::vector<Element>& list, Before before) {
+  const std::size_t size = list.size();
+  if (std::is_constant_evaluated()) {  // in fewer steps where all is nearly sorted
+    for (std::size_t i = 1; i < size; ++i)
+      for (std::size_t j = i; j > 0 && before(list[j], list[j - 1]); --j) std::swap(list[j], list[j - 1]);
+    return;
+  }
+  std::vector<Element> merged(list);
+  for (std::size_t run = 1; run < size; run *= 2, list.swap(merged))
+    for (std::size_t first = 0; first < size; first += 2 * run) {
+      const std::size_t middle = std::min(first + run, size), last = std::min(first + 2 * run, size);
+      for (std::size_t k = first, a = first, b = middle; k < last; ++k)
+        merged[k] = a < middle && (b == last || !before(list[b], list[a])) ? list[a++] : list[b++];
+    }
+}
+
+template <class Coefficient>
+constexpr void Sweep::compile(BasicGraph<Coefficient>& graph, const SweepOutputs& outputs) {
+  enum class Need : char { nothing, value, series };
+  std::vector<int> slope_a, slope_b, open;
+  std::vector<Need> need;
+  const auto want = [&](int node, Need how) {
+    if (node < 0) return;
+    need.resize(graph.nodes().size(), Need::nothing);
+    slope_a.resize(graph.nodes().size(), -1);
+    slope_b.resize(graph.nodes().size(), -1);
+    if (need[index(node)] >= how) return;
+    need[index(node)] = how;
+    open.push_back(node);
+  };
+  for (const auto* list : {&outputs.early, &outputs.series, &outputs.late})
+    for (const int node : *list) want(node, Need::series);
+  for (const int node : outputs.values) want(node, Need::value);
+  while (!open.empty()) {
+    const int w = open.back();
+    open.pop_back();
+    const BasicNode<Coefficient> node = graph[w];
+    const Need how = need[index(w)];
+    if (node.kind == Kind::constant || node.kind == Kind::variable) continue;
+    want(node.a, how);
+    want(node.b, how);
+    if (node.kind != Kind::function || how != Need::series) continue;
+    const int za = graph.slope(w);
+    const int zb = node.b < 0 ? -1 : graph.second_slope(w);
+    want(za, Need::series);
+    want(zb, Need::series);
+    slope_a[index(w)] = za;
+    slope_b[index(w)] = zb;
+  }
+  const int count = static_cast<int>(need.size());
+  const auto each_argument = [&](int w, auto&& visit) {
+    const BasicNode<Coefficient>& node = graph[w];
+    if (node.kind == Kind::constant || node.kind == Kind::variable) return;
+    visit(node.a);
+    if (node.b >= 0) visit(node.b);
+  };
+
+  std::vector<char> is_late(index(count), 0), is_early(index(count), 0), merged(index(count), 0);
+  std::vector<int> depth(index(count), 0), uses(index(count), 0);
+  for (const int node : outputs.late) is_late[index(node)] = 1;
+  for (const int node : outputs.early) is_early[index(node)] = 1;
+  for (const auto* list : {&outputs.early, &outputs.series, &outputs.values, &outputs.late})
+    for (const int node : *list) ++uses[index(node)];
+  for (int w = 0; w < count; ++w) {
+    if (need[index(w)] == Need::nothing) continue;
+    each_argument(w, [&](int x) {
+      is_late[index(w)] = is_late[index(w)] || is_late[index(x)];
+      depth[index(w)] = std::max(depth[index(w)], depth[index(x)] + 1);
+      ++uses[index(x)];
+    });
+    for (const int z : {slope_a[index(w)], slope_b[index(w)]})
+      if (z >= 0) ++uses[index(z)];
+  }
+  for (int w = count - 1; w >= 0; --w)
+    if (is_early[index(w)]) each_argument(w, [&](int x) { is_early[index(x)] = 1; });
+  // Whose coefficient k is wanted after all late ones are known: the outputs', those that interiors of later orders are made
+  // of, and what these are made of themselves. The momenta are not among them.
+  std::vector<char> lasts(index(count), 0);
+  for (const auto* list : {&outputs.series, &outputs.late})
+    for (const int node : *list) lasts[index(node)] = 1;
+  for (int w = 0; w < count; ++w) {
+    if (need[index(w)] != Need::series || graph[w].kind == Kind::affine) continue;
+    each_argument(w, [&](int x) { lasts[index(x)] = 1; });
+    for (const int z : {slope_a[index(w)], slope_b[index(w)]})
+      if (z >= 0) lasts[index(z)] = 1;
+    if (graph[w].kind == Kind::quotient || graph[w].kind == Kind::power) lasts[index(w)] = 1;
+  }
+  for (int w = count - 1; w >= 0; --w)
+    if (lasts[index(w)]) each_argument(w, [&](int x) { lasts[index(x)] = 1; });
+  for (int w = 0; w < count; ++w)
+    if (need[index(w)] != Need::nothing && graph[w].kind == Kind::affine)
+      each_argument(w, [&](int x) {
+        if (graph[x].kind == Kind::affine && uses[index(x)] == 1 && need[index(x)] == need[index(w)]) merged[index(x)] = 1;
+      });
+
+  std::vector<int> order;
+  for (int w = 0; w < count; ++w)
+    if (need[index(w)] != Need::nothing && !merged[index(w)]) order.push_back(w);
+  sort_stably(order, [&](int x, int y) {
+    return std::pair(need[index(x)] == Need::value, depth[index(x)]) < std::pair(need[index(y)] == Need::value, depth[index(y)]);
+  });
+  slot_of_.assign(index(count), -1);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    slot_of_[index(order[i])] = static_cast<int>(i);
+    if (need[index(order[i])] == Need::series) series_count_ = static_cast<int>(i) + 1;
+  }
+
+  values_.assign(order.size(), 0.0);
+  inverse_ = latest_ = values_;
+
+  // When coefficient k of a slot is known, against those of others. Terms are added in this order, so that a sum waits for its
+  // last one only.
+  const auto arrival = [&](int s) { return std::pair(is_late[index(order[index(s)])], s); };
+
+  struct Made {
+    End end;
+    int terms, depth;
+    bool early, late;
+  };
+  std::vector<Made> made;
+  for (const int w : order) {
+    const BasicNode<Coefficient>& node = graph[w];
+    Formula s{.kind = node.kind, .function = node.function, .slot = slot(w), .c = actual(node.c)};
+    if (node.kind == Kind::variable) variables_.push_back(s.slot);
+    if (node.kind == Kind::constant) {
+      values_[index(s.slot)] = actual(node.c);
+      constants_.push_back(s.slot);
+    }
+    if (node.kind == Kind::variable || node.kind == Kind::constant) continue;
+    s.first = static_cast<int>(terms_.size());
+    const auto add_term = [&](int x, double factor) {
+      terms_.push_back(slot(x));
+      factors_.push_back(factor);
+    };
+    if (node.kind == Kind::affine) {
+      const auto write_out = [&](const auto& self, int x, double factor) -> void {
+        if (x != w && !merged[index(x)]) return add_term(x, factor);
+        if (x != w) s.c += factor * actual(graph[x].c);
+        self(self, graph[x].a, factor * actual(graph[x].ca));
+        if (graph[x].b >= 0) self(self, graph[x].b, factor * actual(graph[x].cb));
+      };
+      write_out(write_out, w, 1.0);
+      for (std::size_t i = index(s.first) + 1; i < terms_.size(); ++i)
+        for (std::size_t j = i; j > index(s.first) && arrival(terms_[j]) < arrival(terms_[j - 1]); --j) {
+          std::swap(terms_[j], terms_[j - 1]);
+          std::swap(factors_[j], factors_[j - 1]);
+        }
+    } else {
+      int a = node.a, b = node.b;
+      if (node.kind == Kind::product && arrival(slot(b)) < arrival(slot(a))) std::swap(a, b);
+      s.a = slot(a);
+      add_term(a, 0.0);
+      if (b >= 0) s.b = slot(b);
+      if (b >= 0 && b != a) add_term(b, 0.0);
+      if (slope_a[index(w)] >= 0) s.slope_a = slot(slope_a[index(w)]);
+      if (slope_b[index(w)] >= 0) s.slope_b = slot(slope_b[index(w)]);
+    }
+    s.count = static_cast<int>(terms_.size()) - s.first;
+    formulas_.push_back(s);
+    if (need[index(w)] != Need::series) continue;
+    const bool late = is_late[index(w)];
+    made.push_back({{s.slot, add_interior(s), s.first}, s.count, depth[index(w)], !late || is_early[index(w)], late && lasts[index(w)]});
+  }
+  place_lanes();
+  for (Made& each : made) each.end.lane = final_lane(each.end.lane);
+  // By depth, so that arguments come first, and within a depth by the number of terms.
+  sort_stably(made, [](const Made& x, const Made& y) { return std::pair(x.depth, x.terms) < std::pair(y.depth, y.terms); });
+  const auto gather = [&](std::vector<Ends>& groups, bool Made::*wanted) {
+    for (const Made& each : made) {
+      if (!(each.*wanted)) continue;
+      const int place = static_cast<int>(ends_.size());
+      if (groups.empty() || groups.back().terms != each.terms) groups.push_back({each.terms, place, place});
+      ends_.push_back(each.end);
+      groups.back().last = place + 1;
+    }
+  };
+  gather(early_, &Made::early);
+  gather(late_, &Made::late);
+  // Values that no series needs may be arguments of nothing but values: along the graph, whatever the slots. Within a depth
+  // those of one kind follow each other, which processors foresee.
+  const auto place = [&](const Formula& s) { return std::tuple(depth[index(order[index(s.slot)])], s.kind, s.function, s.count); };
+  sort_stably(formulas_, [&](const Formula& x, const Formula& y) { return place(x) < place(y); });
+  for (const Formula& s : formulas_)
+    if (s.slot < series_count_ && s.kind != Kind::affine) series_.push_back(s);
+  pair_sines_with_cosines();
+}
+
+constexpr void Sweep::pair_sines_with_cosines() {
+  std::vector<Formula*> sines, cosines;
+  for (Formula& s : formulas_) {
+    if (s.kind == Kind::function && s.function == Function::sin) sines.push_back(&s);
+    if (s.kind == Kind::function && s.function == Function::cos) cosines.push_back(&s);
+  }
+  for (Formula* sine : sines)
+    for (Formula* cosine : cosines)
+      if (sine->a == cosine->a) {
+        sine->partner = cosine->slot;
+        cosine->partner = sine->slot;
+      }
+}
+
+// Makes the lanes of a node's interior. Returns the number of its lane: among plain ones as it is, among weighted ones and
+// squares marked, and −1 where there is nothing to sum.
+constexpr int Sweep::add_interior(const Formula& s) {
+  const auto plain = [&](int left, int right) {
+    plain_.push_back({left, right});
+    return static_cast<int>(plain_.size()) - 1;
+  };
+  const auto weighted = [&](int left, int right) {
+    weighted_.push_back({left, right});
+    return static_cast<int>(weighted_.size()) - 1 + weighted_mark;
+  };
+  switch (s.kind) {
+    case Kind::product:
+      if (s.a != s.b) return plain(s.a, s.b);
+      squares_.push_back(s.a);
+      return static_cast<int>(squares_.size()) - 1 + square_mark;
+    case Kind::quotient: {
+      const int lane = plain(s.b, s.slot);
+      quotients_.push_back({s.slot, lane, -1});
+      return lane;
+    }
+    case Kind::power: {
+      const int lane = plain(s.a, s.slot);
+      powers_.push_back({s.slot, lane, weighted(s.a, s.slot), s.c});
+      return lane;
+    }
+    case Kind::function: {
+      const int lane = weighted(s.a, s.slope_a);
+      if (s.b >= 0) second_arguments_.push_back({s.slot, lane, weighted(s.b, s.slope_b)});
+      return lane;
+    }
+    default: return -1;
+  }
+}
+
+constexpr int Sweep::final_lane(int lane) const {
+  if (lane < 0) return static_cast<int>(interior_.size()) - 1;  // where a zero stands
+  if (lane >= square_mark) return lane - square_mark + static_cast<int>(width_);
+  if (lane >= weighted_mark) return lane - weighted_mark + static_cast<int>(plain_.size());
+  return lane;
+}
+
+// The rows, now that all lanes are known.
+constexpr void Sweep::place_lanes() {
+  const auto rounded_up = [](std::size_t count, std::size_t to) { return (count + to - 1) / to * to; };
+  width_ = rounded_up(plain_.size() + weighted_.size(), 2 * register_lanes);
+  square_width_ = rounded_up(squares_.size(), register_lanes);
+  left_.assign(index(highest_ + 1) * width_, 0.0);
+  right_ = left_;
+  square_.assign(index(highest_ + 1) * square_width_, 0.0);
+  interior_.assign(width_ + square_width_ + 1, 0.0);
+  for (auto* list : {&quotients_, &powers_, &second_arguments_})
+    for (Interior& each : *list) {
+      each.lane = final_lane(each.lane);
+      each.other = final_lane(each.other);
+    }
+}
+
+}  // namespace qdot::taylor

@@ -1,0 +1,106 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Σ Q of a scene's effects, and Σ (Q − ∂V/∂q) with the potentials that they add.
+//
+// Potentials of effects are a part of V, and who asks for energies or for the whole of the equations finds them there
+// (effects/equations/energy_terms.hpp). But their forces can be found without the system's T and V: then the system keeps the equations that it has
+// derived, and a spring-damper looks for its length once.
+
+#include <type_traits>
+
+#include "qdot/ad/derivatives.hpp"
+#include "qdot/effects/equations/moving_points.hpp"
+#include "qdot/effects/scene.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+// −∂V/∂q of an effect's potential.
+template <class E, int n>
+[[gnu::flatten]] Vector<double, n> force_of_potential(const E& e, const Vector<double, n>& q, double t) {
+  if constexpr (moves_by_jets<double, n>) {
+    Vector<double, n> Q = Vector<double, n>::Zero();
+    ComponentMask present = 0;
+    add_gradient(Q, present, -1.0, PositionJet<n>(e.potential_term(MovingCoordinates<n>(q, q, t).q, PositionJet<n>(t))));
+    return Q;
+  } else {
+    return -gradient(marked<SlopeOfEffect>([&](const auto& x) {
+      using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
+      return D(e.potential_term(x, D(t)));
+    }), q);
+  }
+}
+
+// sum += Q, entry by entry where the compiler sees through: what it then has in registers is not to be read back as vectors.
+template <class S, int n, class Force>
+[[gnu::always_inline]] inline void add_entries(Vector<S, n>& sum, const Force& Q) {
+  if constexpr (moves_by_jets<S, n> && std::is_same_v<Force, Vector<S, n>>) {
+    unroll<n>([&](auto i) __attribute__((always_inline)) { sum[i] += Q[i]; });
+  } else {
+    sum += Q;
+  }
+}
+
+// How to sum forces: as they are, without numbers that know how they move, or with those of potentials.
+enum class ForceSum { plain, by_duals, with_potentials };
+
+template <ForceSum way, class Sys, class... Effects, class S, int n>
+Vector<S, n> summed_forces(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
+                           const Vector<S, Scene<Sys, Effects...>::states_at_compile_time>& z, const S& t) {
+  Vector<S, n> sum = Vector<S, n>::Zero(q.size());
+  Eigen::Index first = 0;
+  for_each(scene.effects(), [&](const auto& e) {
+    using E = std::remove_cvref_t<decltype(e)>;
+    if constexpr (StateEffect<E>) {
+      constexpr int k = states_of<E>();
+      if constexpr (!UnilateralEffect<E, n>) {
+        static_assert(require_numbers<decltype(e.force(q, qdot, Vector<S, k>(), t))>());
+        add_entries(sum, e.force(q, qdot, Vector<S, k>(z.template segment<k>(first)), t));
+      }
+      first += k;
+    } else if constexpr (way == ForceSum::by_duals && requires { e.force_by_duals(q, qdot, t); }) {
+      add_entries(sum, e.force_by_duals(q, qdot, t));
+    } else if constexpr (way == ForceSum::with_potentials && requires { e.force_with_potential(q, qdot, t); }) {
+      add_entries(sum, e.force_with_potential(q, qdot, t));
+      return;
+    } else if constexpr (ForceEffect<E, n>) {
+      static_assert(require_numbers<decltype(e.force(q, qdot, t))>());
+      add_entries(sum, e.force(q, qdot, t));
+    }
+    if constexpr (way == ForceSum::with_potentials && PotentialEffect<E, n>) add_entries(sum, force_of_potential(e, q, t));
+  });
+  return sum;
+}
+
+// Duals know that a constant has no derivative, however steep the root of it is.
+template <class Sc, int n>
+[[gnu::cold, gnu::noinline]] Vector<double, n> forces_by_duals(const Sc& scene, const Vector<double, n>& q, const Vector<double, n>& qdot,
+                                                               const Vector<double, Sc::states_at_compile_time>& z, double t) {
+  return summed_forces<ForceSum::by_duals>(scene, q, qdot, z, t);
+}
+
+// Where what effects add to the energies is potentials only, the energies without them; otherwise the energies.
+template <class Sc>
+const auto& energies_without_potentials(const Sc& scene) {
+  const auto& energies = scene.system().energies();
+  if constexpr (Sc::adds_potentials_only) return energies.without_terms();
+  else return energies;
+}
+
+}  // namespace detail
+
+/// Sum of the generalized forces of the effects at a state, n; z holds the effects' own states.
+template <class Sys, class... Effects, class S, int n>
+Vector<S, n> effect_forces(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
+                           const Vector<S, Scene<Sys, Effects...>::states_at_compile_time>& z, const S& t) {
+  if constexpr (detail::moves_by_jets<S, n>) {
+    const Vector<S, n> Q = detail::summed_forces<detail::ForceSum::plain>(scene, q, qdot, z, t);
+    return detail::all_finite(Q) ? Q : detail::forces_by_duals(scene, q, qdot, z, t);
+  } else {
+    return detail::summed_forces<detail::ForceSum::plain>(scene, q, qdot, z, t);
+  }
+}
+
+}  // namespace qdot

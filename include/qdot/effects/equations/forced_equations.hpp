@@ -1,0 +1,89 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Accelerations of scenes with forces or potentials, and without constraints: M q̈ = r + Σ (Q − ∂V/∂q).
+//
+// M and r are those of the system by itself. They come down the ladder of mechanics/mass_and_rhs.hpp to the object `ForcedTo` below, which
+// evaluates the forces where they are added: compiled together with straight-line equations they share the sines of the coordinates and
+// whatever else both need. Equations that the compiler has derived (mechanics/written_out.hpp) are given the forces.
+
+#include <type_traits>
+#include <utility>
+
+#include "qdot/ad/unroll.hpp"
+#include "qdot/effects/equations/effect_forces.hpp"
+#include "qdot/mechanics/mass_and_rhs.hpp"
+
+namespace qdot::detail {
+
+template <class Sc>
+using EnergiesWithoutPotentials = std::remove_cvref_t<decltype(energies_without_potentials(std::declval<const Sc&>()))>;
+
+// Which scenes go this way.
+template <class Sc>
+inline constexpr bool has_forced_equations =
+    straight_line_pays && (Sc::has_forces || Sc::adds_potentials_only) && Sc::SystemType::inertia == Inertia::positive_definite &&
+    Sc::dof_at_compile_time >= 1 && (Sc::dof_at_compile_time <= straight_line_limit || HasClosedForm<EnergiesWithoutPotentials<Sc>>);
+
+// Σ (Q − ∂V/∂q) at a state, copied entry by entry, so that the compiler sees what it has of it already.
+template <class Sc>
+[[gnu::flatten]] inline Vector<double, Sc::dof_at_compile_time> forces_at(const Sc& scene, const EffectStates<Sc>& z, const AtState& at) {
+  constexpr int n = Sc::dof_at_compile_time;
+  Vector<double, n> q, qdot;
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    q[i] = at.q[i];
+    qdot[i] = at.qdot[i];
+  });
+  return summed_forces<ForceSum::with_potentials>(scene, q, qdot, z, at.t);
+}
+
+// A use of M and r: q̈ of a scene.
+template <class Sc>
+struct ForcedTo {
+  static constexpr int n = Sc::dof_at_compile_time;
+  static constexpr bool shared = false;
+
+  const Sc& scene;
+  const EffectStates<Sc>& z;
+  AccelerationTo<n> free;
+
+  // Not always_inline, for the reason that mechanics/equations/straight_line.hpp tells of euler_lagrange_of().
+  [[gnu::flatten]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
+    const Vector<double, n> Q = forces_at(scene, z, at);
+    unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
+    return free.packed(at, M, r, present);
+  }
+  bool full(const AtState& at, double* M, double* r) const {
+    add_forces(at, r);
+    return free.full(at, M, r);
+  }
+  template <int blocks>
+  bool rows(const AtState& at, int size, double* M, double* r) const {
+    add_forces(at, r);
+    return free.template rows<blocks>(at, size, M, r);
+  }
+
+ private:
+  [[gnu::noinline]] void add_forces(const AtState& at, double* r) const {
+    const Vector<double, n> Q = forces_at(scene, z, at);
+    for (int i = 0; i < n; ++i) r[i] += Q[i];
+  }
+};
+
+// q̈ by the shortest way that the energies allow; false where there is none.
+template <class Sc, int n>
+bool forced_acceleration(const Sc& scene, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const EffectStates<Sc>& z,
+                         Vector<double, n>& qddot) {
+  const auto& energies = energies_without_potentials(scene);
+  if constexpr (HasClosedForm<EnergiesWithoutPotentials<Sc>>) {
+    const auto forces = [&](const double* at, const double* velocity, double* Q) {
+      const Vector<double, n> all = forces_at(scene, z, AtState{at, velocity, t});
+      unroll<n>([&](auto i) __attribute__((always_inline)) { Q[i] = all[i]; });
+    };
+    return energies.acceleration_in_closed_form_with(forces, q.data(), qdot.data(), t, qddot.data());
+  } else {
+    return with_mass_and_rhs<n>(energies, q, qdot, t, ForcedTo<Sc>{scene, z, {qddot.data(), singular_pivot<double>(n)}});
+  }
+}
+
+}  // namespace qdot::detail

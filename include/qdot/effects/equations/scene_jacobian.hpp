@@ -1,0 +1,349 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The Jacobian of a small scene at accelerations and multipliers that are known, from first-order slopes of its equations:
+//
+//     M q̈ − Jᵀλ = r + Q ,    J q̈ + c = 0     with c = φ̈ (or ȧ) at q̈ = 0
+//
+//     [ M  −Jᵀ ] [∂q̈]     [ ∂(r − M q̈) + ∂Q + Σ λ ∂J ]
+//     [ J   0  ] [∂λ]  =  [ −∂φ̈  or  −∂ȧ             ] ,    all of the right side at fixed q̈ and λ.
+//
+// ∂(r − M q̈) comes down the ladder of mechanics/equations/equation_slopes.hpp. The rows of constraints come from one evaluation on numbers that know how
+// their gradients move (ad/places/curved_jet.hpp):
+//
+//     φ(q, t) with q on its way               ∂J = H ,    ∂φ̈/∂q = J̈ ,   ∂φ̈/∂q̇ = 2 J̇
+//     a(q, q̇, t) with (q, q̇) on their way     ∂J = H ,    ∂ȧ/∂q = J̇ ,   ∂ȧ/∂q̇ = J̇ + ∂a/∂q       (J along q̇ as well as along q)
+//
+// and ∂Q from dual numbers, one sweep for up to 16 directions. The matrix is factored as for q̈ and λ, with all columns of the right side beside
+// it (effects/rows/constrained_equations.hpp); where that finds a pivot too small, and for singular M, effects/rows/constrained_solve.hpp solves column by column.
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/places/curved_jet.hpp"
+#include "qdot/effects/rows/constrained_equations.hpp"
+#include "qdot/effects/scene_motion.hpp"
+#include "qdot/effects/rows/sparse_solve.hpp"
+#include "qdot/mechanics/acceleration_jacobian.hpp"
+#include "qdot/mechanics/equations/equation_slopes.hpp"
+#include "qdot/mechanics/places/slopes.hpp"
+
+namespace qdot::detail {
+
+// Adds Σ λ ∂J to n rows of slopes, and writes J and the slopes of −φ̈ and −ȧ, in the first 2n columns of all rows; zeros for what is not active.
+template <class Sc, class Row>
+class ConstraintSlopes {
+  static constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
+
+ public:
+  double J[m][n] = {};
+  Row rows[m];
+  bool asks[m] = {};
+
+  template <class Phases>
+  ConstraintSlopes(const Sc& scene, const double* q, const double* qdot, const double* a, const double* lambda, double t, const Phases& z, Row* force) {
+    for (Row& row : rows) row.setZero();
+    int k = 0;
+    for_each_constraint(scene, z, [&](const auto& e, bool active) {
+      using E = std::remove_cvref_t<decltype(e)>;
+      if (active) write<constraint_rows_of<E, n>()>(e, q, qdot, a, lambda, t, force, k);
+      k += constraint_rows_of<E, n>();
+    });
+  }
+
+ private:
+  template <int count, class E>
+  [[gnu::noinline]] void write(const E& e, const double* q, const double* qdot, const double* a, const double* lambda, double t, Row* force, int first) {
+    if constexpr (HolonomicEffect<E, n>) {
+      const auto phi = as_rows(e.phi(curved_coordinates<n>(q, qdot, a), CurvedJet<n>::time(t)));
+      for (int k = 0; k < count; ++k) {
+        const CurvedJet<n>& x = phi[k];
+        for (int j = x.first; j < x.last; ++j) {
+          J[first + k][j] = x.J[j];
+          rows[first + k][j] = -x.Jddot[j];
+          rows[first + k][n + j] = -2.0 * x.Jdot[j];
+        }
+        add_curvature(force, lambda[first + k], x);
+        asks[first + k] = true;
+      }
+    } else {
+      using S = CurvedJet<2 * n>;
+      Vector<S, n> x, v;
+      for (int i = 0; i < n; ++i) {
+        x[i] = S::coordinate(i, q[i], qdot[i], a[i]);
+        v[i] = S::coordinate(n + i, qdot[i], a[i], 0.0);
+      }
+      const auto rate = as_rows(e.velocity_constraint(x, v, S::time(t)));
+      for (int k = 0; k < count; ++k) {
+        const S& x_k = rate[k];
+        for (int j = x_k.first; j < x_k.last; ++j) {
+          rows[first + k][j] -= x_k.Jdot[j];
+          if (j < n) rows[first + k][n + j] -= x_k.J[j];
+          else J[first + k][j - n] = x_k.J[j];
+        }
+        add_curvature(force, lambda[first + k], x_k, n);
+        asks[first + k] = true;
+      }
+    }
+  }
+};
+
+template <class Sc>
+class SceneJacobian {
+  static constexpr int n = Sc::dof_at_compile_time;
+  static constexpr int states = Sc::states_at_compile_time;
+  static constexpr int m = Sc::constraints_at_compile_time;
+  static constexpr int columns = n == Dynamic ? Dynamic : 2 * n + states;
+  static constexpr bool by_slopes = has_slopes<n> && m != Dynamic;
+  using Out = Eigen::Ref<Eigen::MatrixXd>;
+
+ public:
+  SceneJacobian(const Sc& scene, double t, const Eigen::Ref<const Eigen::VectorXd>& y)
+      : scene_(scene), t_(t), y_(y), q_(y.head(scene.dof())), qdot_(y.segment(scene.dof(), scene.dof())), z_(y.tail(states)) {
+    const Vector<double, states> z = y.tail(states);  // z_ may have no entries, and the compiler wonders about them
+    if constexpr (Sc::has_constraints) {
+      auto solution = constrained_acceleration(scene_, q_, qdot_, t_, z);
+      a_ = std::move(solution.qddot);
+      lambda_ = std::move(solution.lambda);
+    } else {
+      a_ = acceleration(scene_, q_, qdot_, t_, z);
+    }
+  }
+
+  /// J ← ∂ẏ/∂y; some of it may not be finite.
+  void write(Out J) const {
+    begin(J);
+    if constexpr (by_slopes) {
+      if (!write_slopes(J)) J(0, 0) = std::numeric_limits<double>::quiet_NaN();
+    } else {
+      write_by_duals<true>(J);
+    }
+  }
+
+  /// The same by nested duals, which know that a constant has no derivative, however steep the root of it is.
+  [[gnu::cold, gnu::noinline]] void write_by_duals(Out J) const {
+    begin(J);
+    write_by_duals<false>(J);
+  }
+
+ private:
+  Eigen::Index dof() const { return q_.size(); }
+
+  void begin(Out J) const {
+    J.setZero();
+    for (Eigen::Index i = 0; i < dof(); ++i) J(i, dof() + i) = 1.0;
+  }
+
+  bool write_slopes(Out J) const
+    requires by_slopes
+  {
+    using Row = SlopeRow<columns>;
+    double M[n * (n + 1) / 2];
+    Row rows[n];
+    for (Row& row : rows) row.setZero();
+    if (!slopes_written<n>(scene_.system().energies(), q_, qdot_, a_, t_, M, rows)) return false;
+    add_forces(rows, J);
+    if constexpr (Sc::has_constraints) {
+      ConstraintSlopes<Sc, Row> constraints(scene_, q_.data(), qdot_.data(), a_.data(), lambda_.data(), t_, z_, rows);
+      if (!solved(M, constraints, rows)) return false;
+    } else if constexpr (Sc::SystemType::inertia == Inertia::positive_definite) {
+      if (!solved_in_place<n>(M, rows, singular_pivot<double>(n))) return false;
+    } else {
+      const Matrix<double, n, columns> solution = solved_with_mass_matrix(scene_.system(), whole(M), transposed(rows), t_);
+      for (int i = 0; i < n; ++i) rows[i] = solution.row(i).transpose().array();
+    }
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < columns; ++j) J(n + i, j) = rows[i][j];
+    return true;
+  }
+
+  // Rows of ∂q̈ from those of the right side.
+  template <class Row>
+  bool solved(const double* M, ConstraintSlopes<Sc, Row>& constraints, Row* rows) const {
+    if constexpr (has_constrained_equations<Sc>) {
+      double factors[n * (n + 1) / 2], J[m][n], fraction[m];
+      std::copy_n(M, n * (n + 1) / 2, factors);
+      std::copy_n(constraints.J[0], m * n, J[0]);
+      Row right[n], below[m];
+      std::copy_n(rows, n, right);
+      std::copy_n(constraints.rows, m, below);
+      if (straight_solution(factors, J, constraints.asks, right, below, fraction)) {
+        std::copy_n(right, n, rows);
+        return true;
+      }
+    }
+    Matrix<double, m, n> J;
+    for (int k = 0; k < m; ++k)
+      for (int i = 0; i < n; ++i) J(k, i) = constraints.J[k][i];
+    const ConstrainedFactors<n, m> factors(whole(M), J, default_rank_cutoff);
+    for (int j = 0; j < columns; ++j) {
+      Vector<double, n> right;
+      Vector<double, m> below;
+      for (int i = 0; i < n; ++i) right[i] = rows[i][j];
+      for (int k = 0; k < m; ++k) below[k] = constraints.rows[k][j];
+      const Vector<double, n> column = factors.solution(right, below, t_, SceneNames<Sc>{scene_}).qddot;
+      for (int i = 0; i < n; ++i) rows[i][j] = column[i];
+    }
+    return true;
+  }
+  template <int count, int size, class Row>
+  [[gnu::noinline, gnu::flatten]] static bool straight_solution(double* M, double (&J)[count][size], const bool* asks, Row* rows, Row* below, double* fraction) {
+    ComponentMask mask[count];
+    std::fill_n(mask, count, ~ComponentMask(0));
+    ComponentMask present = ~ComponentMask(0);
+    if constexpr (Sc::SystemType::inertia == Inertia::indefinite) {
+      if (!with_inertia_of_constraints<size, count>(M, present, J, mask, rows, below)) return false;
+    }
+    return solved_with_constraints<size, count, Sc::has_phases>(M, present, J, mask, asks, clearly_independent * default_rank_cutoff * default_rank_cutoff, rows,
+                                                             below, fraction);
+  }
+
+  static Matrix<double, n> whole(const double* M) {
+    Matrix<double, n> all;
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j <= i; ++j) all(i, j) = all(j, i) = M[triangle_index(i, j)];
+    return all;
+  }
+  template <class Row>
+  static Matrix<double, n, columns> transposed(const Row* rows) {
+    Matrix<double, n, columns> all;
+    for (int i = 0; i < n; ++i) all.row(i) = rows[i].matrix().transpose();
+    return all;
+  }
+
+  // Adds ∂Q to rows, and writes ∂ż.
+  template <class Rows>
+  void add_forces(Rows&& rows, Out J) const {
+    if constexpr (Sc::has_forces || Sc::has_states) {
+      using D = Dual<double, directions_for<columns>>;
+      const Eigen::Index k = dof();
+      for (Eigen::Index first = 0; first < y_.size(); first += D::directions) {
+        const Vector<D, columns> seeds = seeded<D>(y_, first);
+        const Vector<D, n> x = seeds.head(k), v = seeds.segment(k, k);
+        const Vector<D, states> w = seeds.template tail<states>();
+        Vector<D, n> Q = Vector<D, n>::Zero(k);
+        Vector<D, states> rate;
+        if constexpr (Sc::has_forces) Q = effect_forces(scene_, x, v, w, D(t_));
+        if constexpr (Sc::has_states) rate = state_rates(scene_, x, v, w, D(t_));
+        const Eigen::Index end = std::min<Eigen::Index>(y_.size(), first + D::directions);
+        for (Eigen::Index j = first; j < end; ++j) {
+          const auto d = static_cast<std::size_t>(j - first);
+          for (Eigen::Index i = 0; i < k; ++i) rows[i][j] += Q[i].tangent[d];
+          for (Eigen::Index i = 0; i < states; ++i) J(2 * k + i, j) = rate[i].tangent[d];
+        }
+      }
+    }
+  }
+
+  // The same for many coordinates, and where slopes are not finite: the derivatives of the system's own equations from records, or from nested
+  // duals a direction at a time, and those of constraints from nested duals.
+  template <bool recorded>
+  void write_by_duals(Out out) const {
+    const Eigen::Index k = dof();
+    Matrix<double, n, columns> dr = Matrix<double, n, columns>::Zero(k, y_.size());               // of the upper right side
+    Matrix<double, m, columns> dc = Matrix<double, m, columns>::Zero(lambda_.size(), y_.size());  // and of the lower
+    const auto& energies = scene_.system().energies();
+    if constexpr (recorded) {
+      for_each_residual<n>(energies, q_, qdot_, a_, t_, [&](int i, int first, const double* residual) {
+        for (int j = 0; j < std::min(residual_directions, 2 * static_cast<int>(k) - first); ++j)
+          dr(i, (first + j) / 2 + (j % 2 == 0 ? 0 : k)) = residual[j];
+      });
+    } else {
+      using D = Dual<double, 1>;
+      Vector<D, n> x = constants<D>(q_), v = constants<D>(qdot_);
+      const Vector<D, n> fixed_a = constants<D>(a_);
+      for (Eigen::Index j = 0; j < 2 * k; ++j) {
+        D& seed = j < k ? x[j] : v[j - k];
+        seed.tangent[0] = 1.0;
+        const Vector<D, n> r = lagrange_residual<n>(energies, x, v, fixed_a, D(t_));
+        for (Eigen::Index i = 0; i < k; ++i) dr(i, j) = -r[i].tangent[0];
+        seed.tangent[0] = 0.0;
+      }
+    }
+    struct Entries {
+      Matrix<double, n, columns>& all;
+      auto operator[](Eigen::Index i) const { return all.row(i); }
+    };
+    add_forces(Entries{dr}, out);
+    if constexpr (Sc::has_constraints) add_constraints(dr, dc);
+    if constexpr (may_be_sparse<Sc>) {
+      if (solved_sparsely(dr, dc, out)) return;
+    }
+    const Matrix<double, n> M = mass_matrix(scene_, q_, qdot_, t_);
+    if constexpr (Sc::has_constraints) {
+      const ConstrainedFactors<n, m> factors(M, constraint_jacobian(scene_, q_, qdot_, t_, z_), default_rank_cutoff);
+      for (Eigen::Index j = 0; j < y_.size(); ++j)
+        out.block(k, j, k, 1) = factors.solution(Vector<double, n>(dr.col(j)), Vector<double, m>(dc.col(j)), t_, SceneNames<Sc>{scene_}).qddot;
+    } else {
+      out.block(k, 0, k, y_.size()) = solved_with_mass_matrix(scene_.system(), M, dr, t_);
+    }
+  }
+
+  // Each column of ∂q̈ from sparse factors; false where they see to nothing.
+  template <class DR, class DC>
+  bool solved_sparsely(const DR& dr, const DC& dc, Out out) const {
+    SparseSystem sparse;
+    if (!sparse.compute(scene_, q_, qdot_, t_, z_, default_rank_cutoff)) return false;
+    for (Eigen::Index j = 0; j < y_.size(); ++j) {
+      Vector<double, n> column = dr.col(j);
+      Vector<double, m> rows = dc.col(j);
+      if (!sparse.factors.solve(sparse.J, column, rows)) return false;
+      out.block(q_.size(), j, q_.size(), 1) = column;
+    }
+    return true;
+  }
+
+  // Jᵀλ = ∂(λ·velocity rows)/∂q̇, for rows of both kinds; backwards where there may be many.
+  template <class D>
+  Vector<D, n> reactions_of(const Vector<D, n>& x, const Vector<D, n>& v) const {
+    const auto sum_of = [&]<class U>(const Vector<U, n>& u) {
+      const auto rows = constraint_velocity(scene_, Vector<U, n>(x.template cast<U>()), u, U(D(t_)), z_);
+      U sum(0);
+      for (Eigen::Index i = 0; i < rows.size(); ++i) sum += lambda_[i] * rows[i];
+      return sum;
+    };
+    if constexpr (n == Dynamic) {
+      Tape<D> tape(v.size(), 4 * v.size());
+      Vector<Reverse<D>, n> u(v.size());
+      for (Eigen::Index i = 0; i < v.size(); ++i) u[i] = tape.variable(i, v[i]);
+      std::vector<D> adjoint;
+      tape.sweep(sum_of(u), adjoint);
+      return Eigen::Map<const Vector<D, n>>(adjoint.data(), v.size());
+    } else {
+      return gradient([&](const auto& u) { return sum_of(u); }, v);
+    }
+  }
+
+  // The constraints' share of dr, and dc. A direction at a time where that is hardly ever asked for: it is sooner compiled.
+  template <class DR, class DC>
+  void add_constraints(DR& dr, DC& dc) const {
+    using D = Dual<double, by_slopes ? 1 : directions_for<columns>>;
+    const Eigen::Index k = dof();
+    const Vector<D, n> fixed_a = a_.template cast<D>();
+    for (Eigen::Index first = 0; first < 2 * k; first += D::directions) {
+      const Vector<D, columns> seeds = seeded<D>(y_, first);
+      const Vector<D, n> x = seeds.head(k), v = seeds.segment(k, k);
+      const Vector<D, n> Q = reactions_of(x, v);
+      const Vector<D, m> c = constraint_acceleration(scene_, x, v, fixed_a, D(t_), z_);
+      const Eigen::Index end = std::min<Eigen::Index>(2 * k, first + D::directions);
+      for (Eigen::Index j = first; j < end; ++j) {
+        const auto d = static_cast<std::size_t>(j - first);
+        for (Eigen::Index i = 0; i < k; ++i) dr(i, j) += Q[i].tangent[d];
+        for (Eigen::Index i = 0; i < lambda_.size(); ++i) dc(i, j) = -c[i].tangent[d];
+      }
+    }
+  }
+
+  const Sc& scene_;
+  double t_;
+  Vector<double, columns> y_;
+  Vector<double, n> q_, qdot_, a_;
+  Vector<double, states> z_;
+  Vector<double, m> lambda_;
+};
+
+}  // namespace qdot::detail

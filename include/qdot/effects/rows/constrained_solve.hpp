@@ -1,0 +1,302 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Solving for accelerations and multipliers together:
+//
+//     M q̈ − Jᵀ λ = f         Newton's law with the constraint forces Jᵀλ
+//        J q̈     = γ         the constraints, differentiated
+//
+// Gauss's principle says what q̈ is: of all accelerations that satisfy the constraints, the one nearest to the
+// free a₀ = M⁻¹ f in the metric of M. With M = L Lᵀ, B = J L⁻ᵀ and d = Lᵀ(q̈ − a₀) that is the shortest d with
+//
+//     B d = γ − J a₀ ,       and then  d = Bᵀ λ ,   (B Bᵀ) λ = γ − J a₀ .
+//
+// Rows of B are scaled to length one first, so that a constraint in millimetres counts as much as one in
+// kilometres. Then:
+//
+//   regular     B Bᵀ (the Schur complement J M⁻¹ Jᵀ) has a Cholesky factor with sound pivots. The fast way.
+//   redundant   some rows depend on others. Orthogonal decompositions give the shortest d, and the
+//               multipliers of least norm; the motion is as unique as ever, only the split of the forces is not.
+//   idle        a row of zeros that asks for nothing (a contact that is open) takes no part; its multiplier is zero.
+//   massless    M alone is singular, but the constraints determine the coordinates without inertia. Then the
+//               whole matrix is factored with full pivoting.
+//
+// The rank cut-off, by default 1e-5 of a row's length, is a decision and not a rounding unit: at a configuration
+// where constraints become dependent a smaller one takes noise for information. Contradicting rows are an error.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "qdot/effects/rows/constraint_rows.hpp"
+#include "qdot/effects/rows/dependent_rows.hpp"
+#include "qdot/mechanics/mass_matrix.hpp"
+
+namespace qdot {
+
+/// Accelerations and multipliers, M q̈ = f + Jᵀλ.
+template <int n, int m>
+struct ConstrainedSolution {
+  Vector<double, n> qddot;
+  Vector<double, m> lambda;       ///< Jᵀλ is the force of the constraints on the system
+  Eigen::Index rank = 0;          ///< of the constraints; below their number when some are redundant
+  double smallest_pivot = 1.0;    ///< of the scaled J M⁻¹ Jᵀ, squared sine of the worst row's angle to those before it; by sparse factors about that
+};
+
+/// Relative size below which a row of J counts as dependent on the others.
+inline constexpr double default_rank_cutoff = 1e-5;
+
+namespace detail {
+
+[[noreturn, gnu::cold]] inline void throw_contradiction(const std::vector<std::string>& names, const Eigen::VectorXd& miss, Eigen::Index rank,
+                                                        double t) {
+  const Eigen::Index worst = place_of_largest(miss.data(), miss.size());
+  const double most = std::abs(miss[worst]);
+  const std::string& name = names[static_cast<std::size_t>(worst)];
+  throw ConstraintError(name, t, most,
+                        sentence({"constraints must not contradict each other, but at t = ", std::to_string(t), " only ", rank, " of ", miss.size(),
+                                  " are independent and '", name,
+                                  "' asks for an acceleration that the others exclude (by ", std::to_string(most),
+                                  "); remove one of the dependent constraints, or make their explicit times agree"}));
+}
+
+// Accelerations (first) and multipliers from the whole matrix, for an M that is singular by itself.
+template <class = void>  // compiled only where it is called
+[[gnu::cold]] std::vector<double> pivoted_solution(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const double* f, const double* gamma, double t,
+                                                   const std::vector<std::string>& constraints, const std::vector<std::string>& coordinates) {
+  const Eigen::Index size = M.rows(), rows = J.rows(), all = size + rows;
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(all, all);
+  std::vector<double> both(static_cast<std::size_t>(all)), right_side(both), scales(both);
+  double *const x = both.data(), *const right = right_side.data(), *const scale = scales.data();
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index j = 0; j < size; ++j) K(i, j) = M(i, j);
+    right[i] = f[i];
+  }
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    bool idle = gamma[i] == 0.0;
+    for (Eigen::Index j = 0; j < size; ++j) {
+      K(size + i, j) = J(i, j);
+      K(j, size + i) = -J(i, j);
+      idle = idle && J(i, j) == 0.0;
+    }
+    if (idle) K(size + i, size + i) = 1.0;  // λ = 0
+    right[size + i] = gamma[i];
+  }
+  // Equilibrate: rows, then columns, to largest entry one.
+  for (Eigen::Index i = 0; i < all; ++i) {
+    double most = 0.0;
+    for (Eigen::Index j = 0; j < all; ++j) most = std::max(most, std::abs(K(i, j)));
+    if (!(most > 0.0)) continue;
+    for (Eigen::Index j = 0; j < all; ++j) K(i, j) /= most;
+    right[i] /= most;
+  }
+  for (Eigen::Index j = 0; j < all; ++j) {
+    const double most = largest(K.data() + j * all, all);
+    scale[j] = most > 0.0 ? most : 1.0;
+    for (Eigen::Index i = 0; i < all; ++i) K(i, j) /= scale[j];
+  }
+  const bool regular = pivoted_elimination(K, right, x);
+  for (Eigen::Index i = 0; i < all; ++i) x[i] /= scale[i];
+  if (regular) return both;
+  const double longest = largest(x, all);
+  for (Eigen::Index i = 0; i < all; ++i) x[i] /= longest;
+  if (largest(x, size) > 1e-9) {
+    const std::vector<double> direction(x, x + size);
+    throw SingularMassMatrix(sentence({"every motion must have inertia or be determined by a constraint, but at t = ", {t, 6},
+                                       " the motion with velocity along ", direction_text(direction, coordinates),
+                                       " has neither; give it a mass or a constraint"}),
+                             t, direction, 0.0);
+  }
+  const Eigen::Index worst = place_of_largest(x + size, rows);
+  const std::string& name = constraints[static_cast<std::size_t>(worst)];
+  throw ConstraintError(name, t, 0.0,
+                        sentence({"constraints on massless coordinates must be independent, but at t = ", {t, 6}, " '", name,
+                                  "' depends on the others; remove it"}));
+}
+
+// Pivots of M below this fraction are left to the constraints. Not a rounding unit: the last pivot of a singular M is the
+// rounding of the ones before, divided by the smallest of them (a unit quaternion near the identity leaves 1e-13).
+inline constexpr double massless_pivot = 1e-8;
+
+// A row whose pivot is within this factor of the dependent ones is judged by the factors below, too, whoever finds it elsewhere: they take another
+// order and another sum.
+inline constexpr double clearly_independent = 100.0;
+
+// Factors of one configuration, used for accelerations and for both projections.
+template <int n, int m>
+class ConstrainedFactors {
+ public:
+  ConstrainedFactors(const Matrix<double, n>& M, const Matrix<double, m, n>& J, double cutoff) : M_(M), J_(J), cutoff_(cutoff) {
+    definite_ = cholesky_.compute(M) && cholesky_.smallest_pivot() > massless_pivot;
+    if (!definite_) return;
+    // Bᵀ = L⁻¹ Jᵀ with columns scaled to length one.
+    Bt_.resize(J.cols(), J.rows());
+    for (Eigen::Index i = 0; i < J.rows(); ++i)
+      for (Eigen::Index j = 0; j < J.cols(); ++j) Bt_(j, i) = J(i, j);
+    cholesky_.solve_lower(Bt_);
+    scale_.resize(J.rows());
+    for (Eigen::Index i = 0; i < J.rows(); ++i) {
+      const double length = std::sqrt(dot(column(i), column(i), J.cols()));
+      scale_[i] = length > 0 ? length : 1.0;
+      for (Eigen::Index j = 0; j < J.cols(); ++j) Bt_(j, i) /= scale_[i];
+      if (length == 0) ++idle_;
+    }
+    Matrix<double, m> schur(J.rows(), J.rows());
+    for (Eigen::Index j = 0; j < J.rows(); ++j)
+      for (Eigen::Index i = j; i < J.rows(); ++i) schur(i, j) = dot(column(i), column(j), J.cols());
+    if (idle_ > 0)
+      for (Eigen::Index i = 0; i < J.rows(); ++i)
+        if (schur(i, i) == 0.0) schur(i, i) = 1.0;
+    regular_ = schur_.compute(schur) && schur_.smallest_pivot() > cutoff * cutoff;
+    smallest_pivot_ = schur_.smallest_pivot();
+    rank_ = J.rows() - idle_;
+    if (!regular_) rank_ = orthogonal_columns(of_run_time_size(Bt_), cutoff, true).rank;
+  }
+
+  // Pivots of M and of the scaled J M⁻¹ Jᵀ, and the row of the latter's smallest. 1 for the constraints where M is singular by itself.
+  double mass_pivot() const noexcept { return cholesky_.smallest_pivot(); }
+  double constraint_pivot() const noexcept { return smallest_pivot_; }
+  Eigen::Index weakest_constraint() const noexcept { return schur_.weakest_row(); }
+
+  // Independent constraints; all of them where M alone is singular and the rank is not judged here.
+  Eigen::Index rank() const noexcept { return definite_ ? rank_ : J_.rows(); }
+
+  // q̈ and λ for a force f and γ; names and time are for messages only.
+  template <class Names>
+  ConstrainedSolution<n, m> solution(const Vector<double, n>& f, const Vector<double, m>& gamma, double t, const Names& names) const {
+    ConstrainedSolution<n, m> s;
+    if (!definite_) {
+      const std::vector<double> both = pivoted_solution(of_run_time_size(M_), of_run_time_size(J_), f.data(), gamma.data(), t, names(), names.coordinates());
+      s.qddot.resize(M_.rows());
+      s.lambda.resize(J_.rows());
+      std::copy_n(both.data(), M_.rows(), s.qddot.data());
+      std::copy_n(both.data() + M_.rows(), J_.rows(), s.lambda.data());
+      s.rank = J_.rows();
+      return s;
+    }
+    s.rank = rank_;
+    s.smallest_pivot = smallest_pivot_;
+    s.qddot = cholesky_.solve(f);  // a₀
+    Vector<double, m> g(J_.rows());
+    double size = 0.0;
+    for (Eigen::Index i = 0; i < J_.rows(); ++i) {
+      double sum = 0.0, terms = std::abs(gamma[i]);
+      for (Eigen::Index j = 0; j < J_.cols(); ++j) {
+        sum += J_(i, j) * s.qddot[j];
+        terms += std::abs(J_(i, j) * s.qddot[j]);
+      }
+      g[i] = (gamma[i] - sum) / scale_[i];
+      size = std::max(size, terms / scale_[i]);
+    }
+    Vector<double, n> d;
+    nearest(g, size, d, s.lambda, t, names);
+    cholesky_.solve_upper(d);
+    for (Eigen::Index i = 0; i < J_.rows(); ++i) s.lambda[i] /= scale_[i];
+    for (Eigen::Index j = 0; j < J_.cols(); ++j) s.qddot[j] += d[j];
+    return s;
+  }
+
+  // The smallest displacement in the metric of M with J x = r.
+  template <class Names>
+  Vector<double, n> displacement(const Vector<double, m>& r, double t, const Names& names) const {
+    Vector<double, n> d;
+    if (!definite_) {
+      Eigen::MatrixXd Jt(J_.cols(), J_.rows());
+      for (Eigen::Index i = 0; i < J_.rows(); ++i)
+        for (Eigen::Index j = 0; j < J_.cols(); ++j) Jt(j, i) = J_(i, j);
+      const LeastNorm shortest = least_norm(Jt, r.data(), cutoff_);
+      d.resize(J_.cols());
+      std::copy_n(shortest.d.data(), d.size(), d.data());
+      return d;
+    }
+    Vector<double, m> g(r.size()), lambda;
+    for (Eigen::Index i = 0; i < r.size(); ++i) g[i] = r[i] / scale_[i];
+    // Newton's iteration corrects what dependent rows leave over; contradictions show in its residual.
+    nearest(g, std::numeric_limits<double>::infinity(), d, lambda, t, names);
+    cholesky_.solve_upper(d);
+    return d;
+  }
+
+ private:
+  // The shortest d with B d = g, and λ with d = Bᵀλ (both in scaled rows).
+  template <class Names>
+  void nearest(const Vector<double, m>& g, double size, Vector<double, n>& d, Vector<double, m>& lambda, double t,
+               const Names& names) const {
+    if (regular_ && (idle_ == 0 || asks_nothing_of_idle_rows(g))) {
+      lambda = schur_.solve(g);
+      d.resize(Bt_.rows());
+      std::fill_n(d.data(), d.size(), 0.0);
+      for (Eigen::Index i = 0; i < g.size(); ++i) add(d.data(), lambda[i], column(i), d.size());
+      return;
+    }
+    const LeastNorm shortest = least_norm(of_run_time_size(Bt_), g.data(), cutoff_);
+    d.resize(Bt_.rows());
+    lambda.resize(g.size());
+    std::copy_n(shortest.d.data(), d.size(), d.data());
+    std::copy_n(shortest.lambda.data(), lambda.size(), lambda.data());
+    // What rounding and the cut-off may leave over, relative to the terms that cancel.
+    if (largest(shortest.miss) > 1e2 * cutoff_ * (size + largest(g)))
+      throw_contradiction(names(), shortest.miss, rank_, t);
+  }
+
+  const double* column(Eigen::Index i) const { return Bt_.data() + i * Bt_.rows(); }
+
+  bool asks_nothing_of_idle_rows(const Vector<double, m>& g) const {
+    for (Eigen::Index i = 0; i < g.size(); ++i)
+      if (g[i] != 0.0 && largest(column(i), Bt_.rows()) == 0.0) return false;
+    return true;
+  }
+
+  Matrix<double, n> M_;
+  Matrix<double, m, n> J_;
+  double cutoff_;
+  Cholesky<double, n> cholesky_;
+  Matrix<double, n, m> Bt_;  // a row of numbers where n = 1, and so with columns all the same
+  Vector<double, m> scale_;
+  Cholesky<double, m> schur_;
+  bool definite_ = false;
+  bool regular_ = false;
+  Eigen::Index rank_ = 0;
+  Eigen::Index idle_ = 0;  // rows of zeros
+  double smallest_pivot_ = 1.0;
+};
+
+// The names that a message may need, made only when it does.
+template <class Sc>
+struct SceneNames {
+  const Sc& scene;
+  std::vector<std::string> operator()() const { return constraint_names(scene); }
+  std::vector<std::string> coordinates() const { return coordinate_names(scene); }
+};
+
+}  // namespace detail
+
+/// How near to singular the matrices of a scene with constraints are.
+struct Conditioning {
+  double mass = 1.0;         ///< smallest pivot of M, scaled to unit diagonal
+  double constraints = 1.0;  ///< the same of J M⁻¹ Jᵀ; 1 where no constraint holds, or M is singular by itself
+  Eigen::Index weakest_constraint = 0;  ///< the row of that pivot
+};
+
+/// The same at y = [q; q̇; z].
+template <class Sys, class... Effects>
+Conditioning conditioning(const Scene<Sys, Effects...>& scene, const Eigen::VectorXd& y, double t) {
+  using Sc = Scene<Sys, Effects...>;
+  constexpr int n = Sc::dof_at_compile_time;
+  const Eigen::Index dof = scene.dof();
+  const Vector<double, n> q = y.head(dof), qdot = y.segment(dof, dof);
+  const EffectStates<Sc> z = y.tail(Sc::states_at_compile_time);
+  const Matrix<double, n> M = mass_matrix(scene.system(), q, qdot, t);
+  if (detail::is_free(scene, z)) {
+    Cholesky<double, n> cholesky;
+    cholesky.compute(M);
+    return {.mass = cholesky.smallest_pivot()};
+  }
+  const detail::ConstrainedFactors<n, Sc::constraints_at_compile_time> factors(M, constraint_jacobian(scene, q, qdot, t, z), default_rank_cutoff);
+  return {factors.mass_pivot(), factors.constraint_pivot(), factors.weakest_constraint()};
+}
+
+}  // namespace qdot

@@ -1,0 +1,340 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Between CVODE, which is C, and a model, which is C++ and may throw.
+//
+// CVODE calls functions with a void* and understands three answers:
+//
+//      0    here is the value
+//     +1    not here: try again with a smaller step ("recoverable")
+//     −1    give up
+//
+// An exception must not travel through C code. So the functions below catch everything, translate it
+// into one of the three answers, and keep what it said for the stepper, which acts after CVode has
+// returned:
+//
+//     value with NaN or infinity      +1   remembered: which component, at which t
+//     NonFinite, MassMatrixError,     +1   remembered; the point may lie beyond where the step will end
+//     RecoverableError
+//     StopRequest                     −1   the run ends in good order
+//     anything else                   −1   rethrown unchanged to the caller of the run
+//
+// Answering +1 to NaN is the difference between hundreds and hundreds of thousands of evaluations:
+// CVODE cannot see NaN by itself. A later success drops the memory of a recoverable trouble: then
+// the smaller step was the cure.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "qdot/ad/vector.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/cvode/banded.hpp"
+#include "qdot/integrate/cvode/bridge.hpp"
+#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/steps/watch_budget.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail::cvode {
+
+using ConstVector = Eigen::Ref<const Eigen::VectorXd>;
+
+/// Newton's equations of an implicit step in a form that is better than a dense matrix.
+class NewtonEquations {
+ public:
+  virtual ~NewtonEquations() = default;
+  virtual SUNLinearSolver solver() const noexcept = 0;
+  virtual SUNMatrix matrix() const noexcept = 0;
+  virtual void linearize(double t, const ConstVector& y) = 0;
+  virtual void assemble(double gamma) = 0;
+};
+
+/// Those of a system that knows M, C and K within their band. A template, so that nothing of it is in programs without such a system.
+template <FirstOrderSystem F>
+class BandedEquations final : public NewtonEquations {
+ public:
+  BandedEquations(const F& system, SUNContext context) : system_(system), newton_(system.size() / 2, context) {}
+
+  SUNLinearSolver solver() const noexcept override { return newton_.solver(); }
+  SUNMatrix matrix() const noexcept override { return newton_.matrix(); }
+  void linearize(double t, const ConstVector& y) override { newton_.linearize(system_.linearization(t, y)); }
+  void assemble(double gamma) override { newton_.assemble(gamma); }
+
+ private:
+  const F& system_;
+  BandedNewton newton_;
+};
+
+/// A first-order system without its type, so that everything else is compiled once for all systems.
+class AnySystem {
+ public:
+  template <FirstOrderSystem F>
+  explicit AnySystem(F system)
+      : object_(new F(std::move(system)), [](void* p) { delete static_cast<F*>(p); }),
+        size_(static_cast<const F*>(object_.get())->size()),
+        derivative_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) {
+          static_cast<const F*>(p)->derivative(t, y, ydot);
+        }),
+        jacobian_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) {
+          static_cast<const F*>(p)->jacobian(t, y, J);
+        }),
+        renew_([](void* p) { detail::renew(*static_cast<F*>(p)); }),
+        make_banded_(banded_equations_of<F>()),
+        project_(projection_of<F>()),
+        component_name_(
+            [](const void* p, Eigen::Index i) -> std::string { return static_cast<const F*>(p)->component_name(i); }) {}
+
+  Eigen::Index size() const noexcept { return size_; }
+  std::string component_name(Eigen::Index i) const { return component_name_(object_.get(), i); }
+
+  /// True where M, C and K within their band are worth more than a dense Jacobian.
+  bool is_banded() const noexcept { return make_banded_ != nullptr && size_ > dense_limit; }
+  std::unique_ptr<NewtonEquations> banded_equations(SUNContext context) const { return make_banded_(object_.get(), context); }
+
+  bool has_constraints() const noexcept { return project_ != nullptr; }
+
+  /// y ← the nearest state on the constraints; {|φ|, |φ̇|} afterwards. @throws ConstraintError when there is none.
+  std::pair<double, double> project(double t, Eigen::Ref<Eigen::VectorXd> y) const {
+    return project_(object_.get(), t, y);
+  }
+
+  /// Makes anew what the system keeps of its functors.
+  void renew() { renew_(object_.get()); }
+
+  /// ydot ← f(t, y). @throws NonFinite when it is not finite, and whatever the model throws.
+  void derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
+    derivative_(object_.get(), t, y, ydot);
+    if (!all_finite(ydot.data(), size_)) throw non_finite_derivative(t, ydot);
+  }
+
+  /// J ← ∂f/∂y. @throws NonFinite when it is not finite, and whatever the model throws.
+  void jacobian(double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) const {
+    jacobian_(object_.get(), t, y, J);
+    if (!all_finite(J.data(), size_ * size_)) throw non_finite_jacobian(t, J);
+  }
+
+ private:
+  using Project = std::pair<double, double> (*)(const void*, double, Eigen::Ref<Eigen::VectorXd>);
+
+  using MakeBanded = std::unique_ptr<NewtonEquations> (*)(const void*, SUNContext);
+  static constexpr Eigen::Index dense_limit = 128;  // components
+
+  template <FirstOrderSystem F>
+  static MakeBanded banded_equations_of() {
+    if constexpr (requires(const F& f, const ConstVector& y) { f.linearization(0.0, y); }) {
+      return [](const void* p, SUNContext context) -> std::unique_ptr<NewtonEquations> {
+        return std::make_unique<BandedEquations<F>>(*static_cast<const F*>(p), context);
+      };
+    } else {
+      return nullptr;
+    }
+  }
+
+  template <FirstOrderSystem F>
+  static Project projection_of() {
+    if constexpr (ProjectableSystem<F>) {
+      return [](const void* p, double t, Eigen::Ref<Eigen::VectorXd> y) -> std::pair<double, double> {
+        const auto report = static_cast<const F*>(p)->project(t, y);
+        return {report.residual, report.velocity_residual};
+      };
+    } else {
+      return nullptr;
+    }
+  }
+
+  [[gnu::cold, gnu::noinline]] NonFinite non_finite_derivative(double t, const Eigen::Ref<Eigen::VectorXd>& ydot) const {
+    Eigen::Index i = 0;
+    while (std::isfinite(ydot[i])) ++i;
+    return non_finite(sentence({"the derivative of ", component_name(i)}), ydot[i], t);
+  }
+
+  [[gnu::cold, gnu::noinline]] NonFinite non_finite_jacobian(double t, const Eigen::Ref<Eigen::MatrixXd>& J) const {
+    Eigen::Index k = 0;
+    while (std::isfinite(J.data()[k])) ++k;  // column-major and without gaps, as CVODE keeps it
+    return non_finite(sentence({"the change of ", component_name(k % size_), "'s derivative with ", component_name(k / size_)}), J.data()[k], t);
+  }
+
+  static NonFinite non_finite(const std::string& component, double value, double t) {
+    return {component, t, sentence({component, " is ", value, " at t = ", t})};
+  }
+
+  std::unique_ptr<void, void (*)(void*)> object_;
+  Eigen::Index size_;
+  void (*derivative_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::VectorXd>);
+  void (*jacobian_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::MatrixXd>);
+  void (*renew_)(void*);
+  MakeBanded make_banded_;
+  Project project_;
+  std::string (*component_name_)(const void*, Eigen::Index);
+};
+
+/// The model as CVODE sees it: counted, checked, and with every exception kept back.
+class GuardedSystem {
+ public:
+  GuardedSystem(AnySystem system, const Options& options)
+      : system_(std::move(system)), budget_(options), start_y_(system_.size()), start_ydot_(system_.size()), projected_(system_.size()) {}
+
+  const AnySystem& system() const noexcept { return system_; }
+  void renew() { system_.renew(); }
+
+  /// Evaluates f at the start of a run, from where CVODE counts its time, and keeps it for CVODE's first call; throws like the model.
+  void start(const Moment& at, const ConstVector& y) {
+    forget();
+    start_pending_ = false;
+    clock.start(at);
+    began = at.elapsed;
+    ++evaluations;
+    system_.derivative(shown(0.0), y, start_ydot_);
+    start_y_ = y;
+    start_pending_ = true;
+  }
+
+  /// f at the last start(); valid until CVODE has asked for it.
+  const Eigen::VectorXd& start_derivative() const noexcept { return start_ydot_; }
+
+  /// Forgets what went wrong before.
+  void forget() noexcept {
+    trouble_.reset();
+    exception_ = nullptr;
+  }
+
+  /// What the last evaluation refused, if it refused.
+  const std::optional<Failure>& trouble() const noexcept { return trouble_; }
+
+  /// Rethrows an exception of the user's own, if one was caught.
+  void rethrow() {
+    if (exception_) std::rethrow_exception(std::exchange(exception_, nullptr));
+  }
+
+  /// Runs `evaluate` and translates what it throws into CVODE's answers.
+  template <class Evaluate>
+  int guarded(const Evaluate& evaluate) noexcept {
+    try {
+      evaluate();
+      if (trouble_) trouble_.reset();
+      return 0;
+    } catch (...) {
+      return answer_to_exception();
+    }
+  }
+
+  static int right_hand_side(double t, N_Vector y, N_Vector ydot, void* self) noexcept {
+    auto& guard = *static_cast<GuardedSystem*>(self);
+    // The vectors are CVODE's own and promise no alignment beyond that of malloc.
+    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_.size());
+    Eigen::Map<Eigen::VectorXd> result(N_VGetArrayPointer(ydot), guard.system_.size());
+    if (guard.start_pending_) {
+      guard.start_pending_ = false;
+      if (t == 0.0 && std::equal(state.data(), state.data() + state.size(), guard.start_y_.data())) {
+        std::copy_n(guard.start_ydot_.data(), state.size(), result.data());
+        return 0;
+      }
+    }
+    if (guard.over_budget()) return -1;
+    ++guard.evaluations;
+    return guard.guarded([&] { guard.system_.derivative(guard.shown(t), state, result); });
+  }
+
+  static int jacobian(double t, N_Vector y, N_Vector, SUNMatrix J, void* self, N_Vector, N_Vector, N_Vector) noexcept {
+    auto& guard = *static_cast<GuardedSystem*>(self);
+    const Eigen::Index n = guard.system_.size();
+    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), n);
+    Eigen::Map<Eigen::MatrixXd> result(SUNDenseMatrix_Data(J), n, n);  // column-major, like Eigen's
+    ++guard.jacobians;
+    return guard.guarded([&] { guard.system_.jacobian(guard.shown(t), state, result); });
+  }
+
+  // Newton's matrix of many coordinates; only γ is new when `keep` is set.
+  static int banded_newton(sunrealtype t, N_Vector y, N_Vector, SUNMatrix, sunbooleantype keep, sunbooleantype* is_new,
+                           sunrealtype gamma, void* self, N_Vector, N_Vector, N_Vector) noexcept {
+    auto& guard = *static_cast<GuardedSystem*>(self);
+    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_.size());
+    *is_new = keep ? SUNFALSE : SUNTRUE;
+    return guard.guarded([&] {
+      if (!keep) {
+        ++guard.jacobians;
+        guard.banded->linearize(guard.shown(t), state);
+      }
+      guard.banded->assemble(gamma);
+    });
+  }
+
+  // CVODE's projection: corr ← projected(y) − y, at every step, before the error test.
+  static int projection(double t, N_Vector y, N_Vector correction, double, N_Vector, void* self) noexcept {
+    auto& guard = *static_cast<GuardedSystem*>(self);
+    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_.size());
+    Eigen::Map<Eigen::VectorXd> change(N_VGetArrayPointer(correction), guard.system_.size());
+    return guard.guarded([&] {
+      std::copy_n(state.data(), state.size(), guard.projected_.data());
+      const auto [position, velocity] = guard.system_.project(guard.shown(t), guard.projected_);
+      for (Eigen::Index i = 0; i < state.size(); ++i) change[i] = guard.projected_[i] - state[i];
+      ++guard.projections;
+      guard.constraint_residual = std::max(guard.constraint_residual, position);
+      guard.constraint_velocity = std::max(guard.constraint_velocity, velocity);
+    });
+  }
+
+  Clock clock;
+  double began = 0.0;                       // elapsed on the clock where CVODE's own time is 0
+  std::unique_ptr<NewtonEquations> banded;  // in place of a dense matrix, where the system has a band
+  long evaluations = 0;
+  long jacobians = 0;
+  long projections = 0;
+  double constraint_residual = 0.0, constraint_velocity = 0.0;  // largest after a projection
+
+ private:
+  // t for the model, by CVODE's time.
+  double shown(double cvode_time) const noexcept { return clock.shown(clock.within(began + cvode_time)); }
+
+  // True when nothing may be evaluated any more, with that as the trouble.
+  bool over_budget() {
+    if (!budget_.is_spent(evaluations)) return false;
+    trouble_ = budget_.failure(evaluations);
+    return true;
+  }
+
+  int refused(Outcome outcome, const std::exception& error) {
+    trouble_.emplace(Failure{outcome, error.what()});
+    return +1;
+  }
+
+  // What CVODE is told of the exception that is being handled.
+  [[gnu::cold, gnu::noinline]] int answer_to_exception() noexcept {
+    try {
+      try {
+        throw;
+      } catch (const NonFinite& error) {
+        return refused(Outcome::non_finite, error);
+      } catch (const MassMatrixError& error) {
+        return refused(Outcome::singular_mass_matrix, error);
+      } catch (const ConstraintError& error) {
+        return refused(Outcome::constraint_failure, error);
+      } catch (const RecoverableError& error) {
+        return refused(Outcome::refused_by_model, error);
+      } catch (const StopRequest& request) {
+        refused(Outcome::stopped_by_model, request);
+        return -1;
+      }
+    } catch (...) {  // also when there is no memory left for the words of the others
+      trouble_.reset();
+      exception_ = std::current_exception();
+      return -1;
+    }
+  }
+
+  AnySystem system_;
+  Budget budget_;
+  Eigen::VectorXd start_y_, start_ydot_, projected_;
+  bool start_pending_ = false;
+  std::optional<Failure> trouble_;
+  std::exception_ptr exception_;
+};
+
+}  // namespace qdot::detail::cvode

@@ -1,0 +1,397 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The loop behind simulate(): what happens around the steps of a method.
+//
+// A run is a chain of legs between landing points: the stop times on the way, and t_end. On each leg
+//
+//     step → check → project → keep → show → budget,
+//
+// that is: one accepted step of the method; is the state finite and within its limit; append the
+// step's polynomial and fill the output times that it covers; show it to the observer; are steps,
+// evaluations and seconds left. At a stop time the method is reset, because what it knows of the past
+// no longer holds behind a switch. Where there are events (event.hpp), a step is searched for them before it is
+// kept, and one that stops the run or changes the state cuts it short. Whatever ends the run, everything
+// up to the last good step stays.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/vector.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/driver/consistent_start.hpp"
+#include "qdot/integrate/watch/diagnosis.hpp"
+#include "qdot/integrate/event.hpp"
+#include "qdot/integrate/driver/event_watch.hpp"
+#include "qdot/integrate/driver/landing_points.hpp"
+#include "qdot/integrate/driver/listed_event.hpp"
+#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/steps/one_step.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/run.hpp"
+#include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/watch/watch.hpp"
+#include "qdot/integrate/steps/watch_budget.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail {
+
+// What the observer and the events are made of is not the loop's business: there is one loop for all of them (integrate/driver/listed_event.hpp).
+template <FirstOrderSystem F, Stepper S, bool is_observed, bool has_events>
+class Driver {
+  static constexpr bool watches = has_events || SwitchingSystem<F>;
+  using Watch = std::conditional_t<watches, EventWatch<F>, NothingToWatch>;
+  using WatchdogOf = typename WatchdogFor<F>::type;
+  static constexpr int n = dof_at_compile_time<F>();
+  static constexpr long stall_window = 10'000, most_firings = 50'000;  // steps; events in one step
+
+ public:
+  template <class Make>
+  Driver(const F& system, const Make& make_stepper, const Options& options, const Budget& budget, Onlooker onlooker, std::vector<ListedEvent> events)
+      : system_(system), stepper_(make_stepper()), options_(options), onlooker_(onlooker), watch_(system, std::move(events)),
+        dog_(system, options), budget_(budget) {}
+
+  Run<n> run(double t0, const Eigen::VectorXd& y0, double t_end) {
+    const auto landings = landing_points(options_.stop_times, t0, t_end);
+    t_end_ = t_end;
+    prepare_outputs(t0, t_end);
+    run_.trajectory = Trajectory<n>(dof(system_));
+    if (start(t0, y0)) {
+      for (std::size_t i = 0; i < landings.size(); ++i)
+        if ((i > 0 && !restart(landings[i])) || !leg(landings[i])) break;
+    }
+    finish();
+    return std::move(run_);
+  }
+
+ private:
+  // The first evaluation. Its errors are the caller's, for there is nothing yet to keep.
+  [[gnu::cold]] bool start(double t0, Eigen::VectorXd y0) {
+    if constexpr (watches) watch_.settle(t0, y0, tolerance(y0), run_.events);
+    if constexpr (ProjectableSystem<F>) require_consistent(system_, t0, y0);
+    run_.trajectory.start(t0, y0);
+    run_.t = t0;
+    run_.y = y0;
+    try {
+      stepper_.reset(t0, y0);
+    } catch (const StopRequest& request) {
+      return end(Outcome::stopped_by_model, request.what());
+    }
+    count_from_here();
+    fill_outputs_here();
+    dog_.begin(t0, y0, 0);
+    if (const std::optional<Failure> trouble = dog_.look_at_values_and_mass(t0, y0)) return end(*trouble);
+    if constexpr (watches) watch_.begin(t0, y0, tolerance(y0), true);
+    return true;
+  }
+
+  // From here to `landing`; false when the run is over before it.
+  bool leg(double landing) {
+    clock_.head_for(landing);
+    while (elapsed_ != clock_.length()) {
+      if (!stepper_.step(dog_.reach(stepper_, landing))) return stuck();
+      if (!state_is_sound() || !projected() || !watched(landing) || !kept() || !within_budget(landing)) return false;
+    }
+    return true;
+  }
+
+  // No step was taken; if somebody changed the model, that is the reason.
+  [[gnu::cold]] bool stuck() {
+    if (const std::optional<Failure> change = dog_.change(run_.t)) return end(*change);
+    return end(stepper_.failure().outcome, stepper_.failure().message + why(stepper_.failure().outcome));
+  }
+
+  // Looks at the state now and then, and always where something may change (integrate/watch/watch.hpp). Before the observer, who may change it.
+  bool watched(double landing) {
+    if (!dog_.is_due(std::abs(reached() - elapsed_)) && stepper_.t() != landing) return true;
+    projected_ = stepper_.y();
+    if (!looked_at(stepper_.t(), projected_)) {
+      if constexpr (!watches) keep();  // an event in this last step might have cut it off
+      return false;
+    }
+    if (stepper_.t() != landing) dog_.remember(stepper_.t(), projected_);
+    return true;
+  }
+
+  bool looked_at(double t, const Eigen::VectorXd& y) {
+    const Statistics& s = stepper_.statistics();
+    std::optional<Failure> trouble = dog_.look(t, y, s.steps, s.limiting_component() >= 0);
+    if constexpr (requires { stepper_.is_current(); })
+      if (!trouble && !stepper_.is_current()) trouble = other_formula();
+    return !trouble || end(*trouble);
+  }
+
+  // Appends the step to the run, as far as events let it.
+  bool kept() {
+    if constexpr (watches) return passed_events();
+    return kept_whole();
+  }
+
+  bool kept_whole() {
+    keep();
+    return observed(elapsed_ == clock_.length());
+  }
+
+  // Takes the events of the step in their order; keeps the step, or what is left of it.
+  bool passed_events() {
+    bool proceed = true;
+    const bool evaluated = guarded([&] {
+      watch_.search(clock_, stepper_.polynomial(), elapsed_, reached());
+      for (long firings = 0; const std::optional<Firing> firing = watch_.next(); ++firings) {
+        if (firings == most_firings) {
+          proceed = end(Outcome::event_accumulation, sentence({"'", run_.events.back().name, "' fired ", firings, " times in one step"}));
+          return;
+        }
+        if (firing->stops || firing->changes) {
+          proceed = cut(*firing);
+          return;
+        }
+        watch_.record(*firing, run_.events);
+        watch_.pass(*firing);
+      }
+      proceed = kept_whole();
+    });
+    return evaluated && proceed;
+  }
+
+  // Ends the step at a firing, and goes on from the state that it leaves behind.
+  bool cut(const Firing& firing) {
+    Eigen::VectorXd y(system_.size());
+    if (firing.elapsed == reached()) {
+      y = stepper_.y();
+    } else if (firing.elapsed == elapsed_) {
+      y = run_.y;
+    } else {
+      stepper_.polynomial().at(firing.elapsed, y);
+      if constexpr (ProjectableSystem<F>) system_.project(firing.t, y);
+    }
+    keep_until(firing.elapsed, firing.t, y);
+    if (!looked_at(firing.t, y)) return false;
+    watch_.record(firing, run_.events);
+    if (!observed(true)) return false;
+    if (firing.stops) return fill_outputs_here(), end(Outcome::stopped_by_event, sentence({"'", run_.events.back().name, "' asked to stop"}));
+    if (const std::optional<Failure> wrong = watch_.change(firing, y, tolerance(y), run_.events)) return end(*wrong);
+    run_.y = y;
+    if (options_.keep_trajectory) run_.trajectory.jump(y);
+    if (const auto name = watch_.accumulating(firing.elapsed))
+      return end(Outcome::event_accumulation, sentence({"events of ", *name, " follow each other without letting t go on"}));
+    ++restarts_;
+    reset_at(stepper_, clock_.moment(firing.elapsed), y);
+    watch_.begin(firing.t, y, tolerance(y), false);
+    dog_.begin(firing.t, y, stepper_.statistics().steps);
+    fill_outputs_here();
+    return observed(false);
+  }
+
+  // What the method cannot tell from zero in each component of y.
+  Eigen::VectorXd tolerance(const Eigen::VectorXd& y) const {
+    Eigen::VectorXd each(y.size());
+    for (Eigen::Index i = 0; i < y.size(); ++i) each[i] = options_.rtol * std::abs(y[i]) + options_.atol[i];
+    return each;
+  }
+
+  // A fresh start of the method from where it is, one rounding unit of t behind the switch, whichever side the model
+  // counts the switch to. The trajectory so far must survive what the model throws.
+  bool restart(double landing) {
+    ++restarts_;
+    const double behind = std::nextafter(run_.t, landing);
+    return guarded([&] {
+      reset_at(stepper_, Moment(run_.t, 0.0, behind == landing ? run_.t : behind), run_.y);
+      count_from_here();
+      dog_.begin(run_.t, run_.y, stepper_.statistics().steps);
+    });
+  }
+
+  // This leg counts as the stepper does: from its last fresh start, to the end of its last step.
+  void count_from_here() { clock_.start(moment_of(stepper_)), elapsed_ = reached(); }
+  double reached() const { return moment_of(stepper_).elapsed; }
+
+  // Runs what may find the model refusing; false, with the outcome noted, if it did.
+  template <class Evaluation>
+  bool guarded(Evaluation&& evaluation) {
+    Failure failure;
+    return attempted(failure, evaluation) || end(failure);
+  }
+
+  bool state_is_sound() {
+    const Eigen::Ref<const Eigen::VectorXd> y = stepper_.y();
+    const Eigen::Index worst = place_of_largest(y.data(), y.size());
+    if (std::abs(y[worst]) <= options_.state_norm_limit && all_finite(y.data(), y.size())) return true;
+    for (Eigen::Index i = 0; i < y.size(); ++i)
+      if (!std::isfinite(y[i]))
+        return end(Outcome::non_finite, sentence({system_.component_name(i), " became ", y[i], " in the step to t = ", stepper_.t(),
+                                                  why(Outcome::non_finite)}));
+    keep();
+    return end(Outcome::state_limit,
+               sentence({system_.component_name(worst), " = ", y[worst], " exceeds state_norm_limit = ", options_.state_norm_limit}));
+  }
+
+  // Puts the step's end back onto the constraints, where the system has any.
+  bool projected() {
+    if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
+      static_assert(CorrectableStepper<S>,
+                    "qdot: this method cannot keep a system on its constraints; use Dop853, Dopri5 or CvodeBdf");
+      return guarded([&] {
+        projected_ = stepper_.y();
+        count_projection(system_.project(stepper_.t(), projected_));
+        stepper_.correct(projected_);
+      });
+    } else {
+      return true;
+    }
+  }
+
+  template <class Report>
+  void count_projection(const Report& report) {
+    ++projections_;
+    constraint_residual_ = std::max(constraint_residual_, static_cast<double>(report.residual));
+    constraint_velocity_ = std::max(constraint_velocity_, static_cast<double>(report.velocity_residual));
+  }
+
+  void keep() {
+    keep_until(reached(), stepper_.t(), stepper_.y());
+    fill_outputs_here();
+  }
+
+  // Appends the step as far as (t, y).
+  template <class Y>
+  void keep_until(double elapsed, double t, const Y& y) {
+    if (options_.keep_trajectory && elapsed != elapsed_) run_.trajectory.append(t, elapsed, stepper_.polynomial());
+    const double sign = reached() >= elapsed_ ? 1.0 : -1.0;
+    elapsed_ = elapsed;
+    run_.t = t;
+    run_.y = y;
+    while (next_output_ < outputs_.size() && (elapsed - (outputs_[next_output_] - clock_.origin())) * sign > 0) {
+      const double at = outputs_[next_output_];
+      stepper_.interpolate(at, scratch_);
+      if constexpr (ProjectableSystem<F>)
+        guarded([&] { system_.project(at, scratch_); });  // between steps the polynomial leaves the constraints
+      keep_sample(at, scratch_);
+    }
+  }
+
+  void fill_outputs_here() {
+    while (next_output_ < outputs_.size() && outputs_[next_output_] - clock_.origin() == elapsed_) keep_sample(outputs_[next_output_], run_.y);
+  }
+
+  void keep_sample(double t, const Eigen::VectorXd& y) {
+    run_.samples.t.push_back(t);
+    std::copy_n(y.data(), y.size(), run_.samples.y.data() + static_cast<Eigen::Index>(next_output_++) * y.size());
+  }
+
+  // Shows the state to the observer, who may change what functors read only where the method begins afresh behind it.
+  bool observed(bool begins_afresh) {
+    if constexpr (!is_observed) {
+      return (void)begins_afresh, true;
+    } else {
+      const StepView view(stepper_, run_.trajectory.dof(), run_.t, run_.y);
+      if constexpr (watches) watch_.remember(run_.t, run_.y);
+      const bool proceed = onlooker_.show(onlooker_.observer, view);
+      if constexpr (watches) {
+        const std::optional<Failure> changed = watch_.begin_changed(run_.t, run_.y);
+        if (changed && !begins_afresh) return end(*changed);
+      }
+      return proceed || end(Outcome::stopped_by_observer, "the observer asked to stop");
+    }
+  }
+
+  // More words for an end that nobody asked for (integrate/watch/diagnosis.hpp).
+  [[gnu::cold, gnu::noinline]] std::string why(Outcome outcome) const {
+    const Statistics& s = stepper_.statistics();
+    const auto [done, left] = ways();
+    return explanation(probe_of(system_), outcome,
+                       {run_.t, run_.y, tolerance(run_.y), t_end_ < run_.t ? -1.0 : 1.0, s.last_step, done, left, s.steps - steps_mark_, restarts_ - restarts_mark_, dog_.mass_rcond()});
+  }
+
+  // From the start to here, and from here to the end.
+  std::pair<double, double> ways() const {
+    return {std::abs((clock_.origin() - run_.trajectory.front_time()) + elapsed_), std::abs((t_end_ - clock_.origin()) - elapsed_)};
+  }
+
+  // Asked between steps, and not when there is nothing left to do on this leg.
+  bool within_budget(double landing) {
+    if (stepper_.t() == landing) return true;
+    const Statistics& spent = stepper_.statistics();
+    if (spent.steps >= options_.max_steps)
+      return end(Outcome::step_limit, sentence({"max_steps = ", options_.max_steps, " were taken", why(Outcome::step_limit)}));
+    if (budget_.is_spent(spent.evaluations)) return end(budget_.failure(spent.evaluations));
+    return spent.steps % stall_window != 0 || advances();
+  }
+
+  // Looks at the last ten thousand steps. A method that chatters about a jump of the right-hand side accepts steps of
+  // some rounding units of t for ever; ordinary small steps cover at least a small part of the way done or to do.
+  [[gnu::cold]] bool advances() {
+    const auto [done, left] = ways();
+    const double advanced = done - std::exchange(stall_mark_, done);
+    if (advanced > 1e-8 * std::min(done, left)) {
+      steps_mark_ = stepper_.statistics().steps;
+      restarts_mark_ = restarts_;
+      return true;
+    }
+    return end(Outcome::step_collapse, sentence({"the last ", stall_window, " steps advanced t by no more than ", advanced,
+                                                 ", and t_end = ", t_end_, " is far", why(Outcome::step_collapse)}));
+  }
+
+  bool end(const Failure& failure) { return end(failure.outcome, failure.message); }
+
+  // Notes how the run ended; false, so that it can be returned.
+  bool end(Outcome outcome, const std::string& message) {
+    run_.outcome = outcome;
+    run_.message = message;
+    return false;
+  }
+
+  [[gnu::cold]] void finish() {
+    run_.statistics = stepper_.statistics();
+    run_.statistics.restarts = restarts_;
+    if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
+      run_.statistics.projections = projections_;
+      run_.statistics.constraint_residual = constraint_residual_;
+      run_.statistics.constraint_velocity = constraint_velocity_;
+    }
+    dog_.report(run_.statistics);
+    if constexpr (watches) watch_.report(run_.statistics);
+    run_.statistics.wall_seconds = budget_.seconds();
+    if (next_output_ < outputs_.size()) run_.samples.y = Eigen::MatrixXd(run_.samples.y.leftCols(static_cast<Eigen::Index>(next_output_)));
+    const std::string where = sentence({"t = ", run_.t, " after ", run_.statistics.steps, " steps"});
+    const bool advised = run_.message.find(advice(run_.outcome)) != std::string::npos;
+    run_.message = run_.completed() ? sentence({"reached ", where,
+                                                run_.statistics.rough_events > 0 ? "; an event's function could not be followed" : ""})
+                                    : sentence({name(run_.outcome), " at ", where, ": ", run_.message, advised ? "" : "; ",
+                                                advised ? "" : advice(run_.outcome)});
+  }
+
+  [[gnu::cold]] void prepare_outputs(double t0, double t_end) {
+    outputs_ = output_points(options_.output_times, t0, t_end);
+    run_.samples.t.reserve(outputs_.size());
+    run_.samples.y.resize(system_.size(), static_cast<Eigen::Index>(outputs_.size()));
+    scratch_.resize(system_.size());
+  }
+
+  const F& system_;
+  S stepper_;
+  const Options& options_;
+  Onlooker onlooker_;
+  Watch watch_;
+  WatchdogOf dog_;
+  Budget budget_;
+  Run<n> run_;
+  std::vector<double> outputs_;
+  std::size_t next_output_ = 0;
+  Eigen::VectorXd scratch_, projected_;
+  long restarts_ = 0, projections_ = 0;
+  long steps_mark_ = 0, restarts_mark_ = 0;  // when the stall was last looked for
+  double constraint_residual_ = 0.0, constraint_velocity_ = 0.0;
+  Clock clock_;           // of this leg
+  double elapsed_ = 0.0;  // on it, at run_.t
+  double t_end_ = 0.0, stall_mark_ = 0.0;
+};
+
+}  // namespace qdot::detail

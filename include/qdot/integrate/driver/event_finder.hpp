@@ -1,0 +1,362 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Finding the zeros of functions along one step.
+//
+// A step is a polynomial y(τ), so g(τ) = g(y(τ), τ) can be looked at anywhere in it without evaluating the model. But a step is as
+// long as the motion allows, and g may be much faster than the motion. So the step is gone through in panels. A panel is sampled at
+// eight points, and is short enough when
+//
+//     E ≤ 10⁻⁴ max |g|      E: what polynomials through the other samples miss at an inner one (three of them, of degree 4, 4 and 6), or
+//     E ≤ ⅛ min |g|         where all samples have one sign: what the samples do not show cannot reach zero, or
+//     E ≲ rounding of g.
+//
+// Otherwise it is halved, and behind a good panel the next one is twice as long. For a g as slow as the motion the first panel is the
+// whole step, and all this costs some thirty multiplications. Points are spaced irregularly, so that no frequency is seen as another.
+//
+// Then a change of sign brackets a root, which Chandrupatla's method (inverse quadratic interpolation where that is safe, bisection
+// elsewhere) narrows to neighbouring doubles. Three samples of one sign whose middle one is nearest to zero bracket an extremum;
+// successive parabolas run down to it, and if it lies across zero there are two roots. Where an extremum may lie at a joint between
+// panels or steps, a sample close to the joint tells.
+//
+// Samples prove nothing: an excursion much narrower than a fifth of a panel, out of what looks like a smooth g, is not seen. Where g is a
+// formula no samples are taken: a panel is good when intervals prove that g has no zero in it or is monotone, so that its ends tell all
+// (integrate/driver/event_proof.hpp). A panel of some rounding units of t that is still undecided is passed by its ends; if both are as near to zero as that,
+// on one side, the run says so. From zero itself the ladder of samples below leads away.
+//
+// A g that stays rough
+// down to what t can tell, or needs more than a million samples in a step, is searched at the samples there are, and the run says so.
+//
+// What is remembered of a function from step to step is the side of zero on which it was last seen. Side 0 means
+// "at zero": at the start of a run, or just after an event changed the state. Then its first sample off zero (by more
+// than a band, in which g cannot be told from zero) gives it a side: without an event if it is muted, and as an event
+// at the beginning of the interval if it is not and goes the way that counts.
+//
+// A hop away from zero and back may be far shorter than the step. So a function at zero is watched from the first instant that t can
+// tell. And where an event's own action has turned (or stopped) g, which the rate dg/dt at the new state says, g may leave zero to the side
+// it came from and to no other: if it is first seen beyond, the hop was shorter than t can tell, and the events accumulate.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "qdot/integrate/event.hpp"
+
+namespace qdot::detail {
+
+// One watched function.
+struct Watch {
+  Direction direction = Direction::either;
+  bool barrier = false;  // g < 0 must not be passed
+  int side = 0;          // of zero
+  bool muted = false;    // at zero because of an event: leaving it is none
+  bool stuck = false;    // a barrier that was passed without having been left
+  bool passed = false;   // at zero, if it is, because of a root in the step, and not at the beginning of a motion
+  int came_from = 0;     // that it was on before its last root
+  int home = 0;          // the side to which it may leave zero; 0 if either
+  bool lost = false;     // it left zero to the other
+  bool rough = false;    // could not be followed in this step
+  bool is_formula = false, unproven = false;  // zeros are proved; but not in this step, for proofs fail
+  int rough_panels = 0;  // in a row
+  long panels = 0;       // in this step
+  double panel = std::numeric_limits<double>::infinity();  // length of the last one
+  double rounding = 0.0; // of g
+  double value = 0.0;    // at the beginning of what is left of the step
+  double level = 0.0;    // what counts as zero: rounding may leave a barrier's g a hair below it
+  double band = 0.0;     // distance from level that cannot be told from zero
+  std::optional<double> root;
+
+  // Sets the value at the beginning of a step from scratch: at the start, and after the state has changed. A function
+  // that is `at_zero` is muted until it leaves zero, unless this is the start of the run.
+  // Rounding may have left a barrier that fired at g_before; that far below zero counts as zero. An unfired function that was off zero and
+  // has been put there begins as at the start.
+  void begin(double g, double zero_band, bool fired, double g_before, bool at_start) {
+    band = zero_band + (fired ? 4 * std::abs(g_before - level) : 0.0);
+    level = barrier ? std::clamp(g, -std::max(band, fired ? 2 * std::abs(g_before) : 0.0), 0.0) : 0.0;
+    value = g;
+    muted = !at_start && (fired || std::abs(g_before - level) <= zero_band);
+    passed = false;
+    home = 0;
+    const double distance = g - level;
+    const bool at_zero = barrier ? distance <= band : distance == 0.0 || (fired && std::abs(distance) <= band);
+    side = at_zero ? 0 : distance > 0 ? 1 : -1;
+    stuck = false;
+    root.reset();
+  }
+
+  // The motion has passed the root, where g is now.
+  void pass(double g) {
+    value = g;
+    band = 0.0;
+    muted = passed = true;
+    side = g > level ? 1 : g < level ? -1 : 0;
+    root.reset();
+  }
+
+  bool counts(int from_side) const {
+    return direction == Direction::either || (direction == Direction::falling) == (from_side > 0);
+  }
+};
+
+// Where a panel is sampled, as fractions of it.
+inline constexpr std::array<double, 8> sample_points{0.0, 0.0297, 0.1853, 0.4127, 0.6241, 0.8278, 0.9731, 1.0};
+inline constexpr std::size_t samples_in_panel = sample_points.size();
+inline constexpr double ladder_ratio = 4.0, close_to_joint = 1e-4;
+inline constexpr long most_panels = 100'000;  // in one step
+inline constexpr int most_rough_panels = 16;  // in a row
+inline constexpr double many_roundings = 16;  // sum of the weights of the samples in E, and a margin
+
+// Weights that give what the polynomial through the samples first … last, without the one at `left_out`, misses there.
+constexpr std::array<double, samples_in_panel> miss_weights(std::size_t first, std::size_t last, std::size_t left_out) {
+  std::array<double, samples_in_panel> weights{};
+  weights[left_out] = 1.0;
+  for (std::size_t j = first; j <= last; ++j) {
+    if (j == left_out) continue;
+    weights[j] = -1.0;
+    for (std::size_t k = first; k <= last; ++k)
+      if (k != j && k != left_out) weights[j] *= (sample_points[left_out] - sample_points[k]) / (sample_points[j] - sample_points[k]);
+  }
+  return weights;
+}
+
+// Whether samples of g, distances from zero, show all of it that matters for its zeros.
+inline bool shows_all(const std::array<double, samples_in_panel>& g, double rounding) {
+  constexpr std::array left = miss_weights(0, 5, 3), right = miss_weights(2, 7, 4), whole = miss_weights(0, 7, 3);
+  double a = 0.0, b = 0.0, c = 0.0, lowest = g[0], highest = g[0];
+  for (std::size_t k = 0; k < samples_in_panel; ++k) {
+    a += left[k] * g[k];
+    b += right[k] * g[k];
+    c += whole[k] * g[k];
+    lowest = std::min(lowest, g[k]);
+    highest = std::max(highest, g[k]);
+  }
+  const double missed = std::max({std::abs(a), std::abs(b), std::abs(c)});
+  return missed <= std::max(1e-4 * std::max(-lowest, highest), 0.125 * std::max(lowest, -highest)) || missed <= many_roundings * rounding;
+}
+
+// A function that lives elsewhere, so that one search is enough for all types of functions.
+template <class Result, class... Arguments>
+class FunctionElsewhere {
+ public:
+  template <class Function>
+  explicit FunctionElsewhere(const Function& function)
+      : function_(&function), call_([](const void* f, Arguments... arguments) -> Result { return (*static_cast<const Function*>(f))(arguments...); }) {}
+  Result operator()(Arguments... arguments) const { return call_(function_, arguments...); }
+
+ private:
+  const void* function_;
+  Result (*call_)(const void*, Arguments...);
+};
+
+// Searches [from, to] for the first root of one function; `at(t)` evaluates it, `decided(a, b)` proves that the ends of a panel tell all.
+class RootSearch {
+ public:
+  template <class Evaluate, class Decided>
+  RootSearch(Watch& watch, const Evaluate& at, const Decided& decided) : watch_(watch), at_(at), decided_(decided) {}
+
+  // Notes the first root that counts in watch.root; known[k] are the values at the sample fractions.
+  void run(double from, double to, const double* known) {
+    watch_.root.reset();
+    double t0 = from, g0 = watch_.value - watch_.level;  // the last two samples
+    double t1 = from, g1 = g0;
+    const auto see = [&](double t2, double value) {
+      const double g2 = value - watch_.level;
+      if (watch_.side == 0) {
+        leave_zero(from, g2);
+      } else if (g2 * watch_.side <= 0) {
+        cross(t1, g1, t2, g2);
+      } else if (t1 != t0 && g0 * watch_.side > 0 && std::abs(g1) <= std::abs(g0) && std::abs(g1) <= std::abs(g2)) {
+        dip(t0, g0, t1, g1, t2, g2);
+      }
+      t0 = std::exchange(t1, t2);
+      g0 = std::exchange(g1, g2);
+      return watch_.root.has_value();
+    };
+    const double first = 4 * std::numeric_limits<double>::epsilon() * std::abs(from);
+    for (double d = std::max(first, (watch_.passed ? 1e-9 : 1e-20) * std::abs(to - from)); watch_.side == 0 && d < std::abs(to - from); d *= ladder_ratio) {
+      const double t = from + std::copysign(d, to - from);
+      if (t != t1 && see(t, at_(t))) return;
+    }
+    std::array<double, samples_in_panel> g;
+    double length = known != nullptr ? std::abs(to - from) : std::min((watch_.is_formula ? 4 : 1) * watch_.panel, std::abs(to - from));
+    if (t1 != from) known = nullptr;
+    bool is_step = known != nullptr;
+    double indistinct = 64 * std::numeric_limits<double>::epsilon() * std::max({std::abs(from), std::abs(to), std::abs(to - from)});
+    while (t1 != to) {
+      const double a = t1, left = std::abs(to - a);
+      const bool is_last = length >= left;
+      const double b = is_last ? to : a + std::copysign(length, to - a);
+      if (watch_.is_formula && !watch_.unproven) {
+        if (is_last) length = left;
+        const bool proven = decided_(a, b);
+        if (!proven && length > indistinct) {
+          length *= 0.5;
+          watch_.unproven = watch_.unproven || ++watch_.panels > most_panels;
+          continue;
+        }
+        const double gb = at_(b) - watch_.level;
+        if (proven) watch_.panel = length;
+        else indistinct *= 2, watch_.rough = watch_.rough || (!(watch_.passed && a == from) && may_touch(g1, gb));
+        if (see(b, gb + watch_.level)) return;
+        if (proven) t0 = t1;  // no dip to look for
+        length *= 2;
+        continue;
+      }
+      const auto at = [&](std::size_t k) { return k + 1 == samples_in_panel ? b : a + sample_points[k] * (b - a); };
+      g[0] = g1;
+      for (std::size_t k = 1; k < samples_in_panel; ++k) g[k] = (known != nullptr ? known[k] : at_(at(k))) - watch_.level;
+      known = nullptr;
+      if (is_last) length = left;
+      const double shortest = std::max(1e-9 * std::abs(to - from), 1e3 * std::numeric_limits<double>::epsilon() * std::max(std::abs(a), std::abs(b)));
+      if (!is_good(g, length <= shortest, std::exchange(is_step, false))) {
+        length *= 0.5;
+        continue;
+      }
+      watch_.panel = length;
+      if (may_turn(g, 0, 0.0) && see(a + close_to_joint * (b - a), at_(a + close_to_joint * (b - a)))) return;
+      for (std::size_t k = 1; k < samples_in_panel; ++k) {
+        if (k + 1 == samples_in_panel && may_turn(g, samples_in_panel - 3, 1.0) && see(b - close_to_joint * (b - a), at_(b - close_to_joint * (b - a)))) return;
+        if (see(at(k), g[k] + watch_.level)) return;
+      }
+      length = watch_.rough ? std::abs(to - from) : 2 * length;
+    }
+    watch_.value = g1 + watch_.level;
+  }
+
+  // True when a panel shows what there is, or nothing more can be done about it: it is short, for g jumps, or there are too many.
+  bool is_good(const std::array<double, samples_in_panel>& g, bool is_short, bool is_step) {
+    if (watch_.rough) return true;
+    if (shows_all(g, 0.0)) {
+      watch_.rough_panels = 0;
+      return true;
+    }
+    if (shows_all(g, watch_.rounding)) {
+      const auto [lowest, highest] = std::minmax_element(g.begin(), g.end());
+      watch_.rough = is_step && std::max(-*lowest, *highest) <= many_roundings * watch_.rounding;  // nothing but rounding in all of the step
+      return true;
+    }
+    watch_.rough = ++watch_.panels > most_panels || (is_short && ++watch_.rough_panels > most_rough_panels);
+    return watch_.rough || is_short;
+  }
+
+  // True when the ends of a panel that t can hardly tell apart leave it open whether zero was touched between them.
+  bool may_touch(double ga, double gb) const {
+    const double nearest = std::min(std::abs(ga), std::abs(gb));
+    return ga * gb >= 0.0 && (ga != 0.0 || gb != 0.0) && !(nearest > 8 * std::abs(gb - ga) && nearest > many_roundings * watch_.rounding);
+  }
+
+  // True when the parabola through three samples turns near a joint.
+  static bool may_turn(const std::array<double, samples_in_panel>& g, std::size_t first, double joint) {
+    const double x0 = sample_points[first], x1 = sample_points[first + 1], x2 = sample_points[first + 2];
+    const double d01 = (g[first + 1] - g[first]) / (x1 - x0), d12 = (g[first + 2] - g[first + 1]) / (x2 - x1);
+    const double curvature = (d12 - d01) / (x2 - x0), slope = d01 + curvature * (2 * joint - x0 - x1);
+    return std::abs(slope) <= 0.2 * std::abs(curvature);
+  }
+
+  // A function at zero has moved to g: its first side.
+  void leave_zero(double from, double g) {
+    if (!(std::abs(g) > watch_.band)) return;
+    const int side = g > 0 ? 1 : -1;
+    watch_.lost = side == -watch_.home;
+    if (watch_.lost || (watch_.barrier ? side < 0 : (!watch_.muted && watch_.counts(-side)))) {
+      watch_.root = from;
+      watch_.came_from = -side;
+      watch_.stuck = watch_.muted;
+    } else {
+      watch_.side = side;
+    }
+  }
+
+ private:
+  // g changes sign between two samples, or the second is zero itself.
+  void cross(double a, double ga, double b, double gb) {
+    if (watch_.counts(watch_.side)) {
+      watch_.came_from = watch_.side;
+      watch_.root = far_side(a, ga, b, gb);
+    } else if (gb != 0.0) {
+      watch_.side = -watch_.side;
+    }
+  }
+
+  // a, m, b of one sign, |g| smallest at m: looks for a point across zero.
+  void dip(double a, double ga, double m, double gm, double b, double gb) {
+    const double sign = watch_.side;
+    const double start = a, g_start = ga, end = b, g_end = gb;
+    ga *= sign, gm *= sign, gb *= sign;
+    for (int k = 0; k < 30; ++k) {
+      // Vertex of the parabola through the three points.
+      const double u = (m - a) * (gm - gb), v = (m - b) * (gm - ga);
+      double x = u == v ? m : m - 0.5 * ((m - a) * u - (m - b) * v) / (u - v);
+      const bool inside = (x - a) * (x - b) < 0;
+      const double least_move = 1e-3 * std::min(std::abs(m - a), std::abs(b - m));
+      if (!inside || !(std::abs(x - m) > least_move)) {
+        const double longer = std::abs(m - a) > std::abs(b - m) ? a : b;
+        x = m + (inside ? 2e-3 : 0.382) * (longer - m);
+      }
+      if (x == m || x == a || x == b) return;
+      const double g = sign * (at_(x) - watch_.level);
+      if (g <= 0) {
+        watch_.came_from = watch_.side;
+        if (watch_.counts(watch_.side)) {
+          watch_.root = far_side(start, g_start, x, sign * g);
+        } else if (g < 0) {
+          watch_.side = watch_.came_from = -watch_.side;
+          watch_.root = far_side(x, sign * g, end, g_end);
+        }
+        return;
+      }
+      const bool settled = std::abs(g - gm) <= 1e-3 * std::min(g, gm) && k > 2;
+      const bool left = (x - a) * (x - m) < 0;
+      if (g <= gm) {
+        (left ? b : a) = m, (left ? gb : ga) = gm;
+        m = x, gm = g;
+      } else {
+        (left ? a : b) = x, (left ? ga : gb) = g;
+      }
+      if (settled) return;  // the extremum is known to a thousandth of its distance from zero
+    }
+  }
+
+  // The end of a bracket of neighbouring doubles that lies on b's side of the root (Chandrupatla's method).
+  double far_side(double a, double ga, double b, double gb) {
+    constexpr double epsilon = std::numeric_limits<double>::epsilon();
+    const double far_sign = ga > 0 ? -1.0 : 1.0;
+    // x0, x1: the bracket, x0 the newer point; x2 the one before.
+    double x0 = b, g0 = gb, x1 = a, g1 = ga, x2 = a, g2 = ga;
+    double s = 0.5;
+    if (gb != 0.0 && ga != 0.0) s = ga / (ga - gb), s = 1.0 - s;  // from x0 towards x1: a secant step first
+    for (int k = 0; k < 200; ++k) {
+      const double width = std::abs(x1 - x0);
+      const double least = epsilon * std::max(std::abs(x0), std::abs(x1));
+      if (width <= 2 * least || g0 == 0.0) break;
+      const double floor = std::min(0.5, least / width);
+      double x = x0 + std::clamp(s, floor, 1.0 - floor) * (x1 - x0);
+      if (x == x0 || x == x1) x = 0.5 * (x0 + x1);
+      if (x == x0 || x == x1) break;
+      const double g = at_(x) - watch_.level;
+      if ((g > 0) == (g0 > 0) && g != 0.0) {
+        x2 = x0, g2 = g0;
+      } else {
+        x2 = x1, g2 = g1;
+        x1 = x0, g1 = g0;
+      }
+      x0 = x, g0 = g;
+      const double xi = (x0 - x1) / (x2 - x1), phi = (g0 - g1) / (g2 - g1);
+      s = 0.5;
+      if (phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi)
+        s = g0 / (g1 - g0) * g2 / (g1 - g2) + (x2 - x0) / (x1 - x0) * g0 / (g2 - g0) * g1 / (g2 - g1);
+    }
+    const bool newer_is_far = g0 * far_sign >= 0;
+    return newer_is_far ? x0 : x1;
+  }
+
+  Watch& watch_;
+  FunctionElsewhere<double, double> at_;
+  FunctionElsewhere<bool, double, double> decided_;
+};
+
+}  // namespace qdot::detail

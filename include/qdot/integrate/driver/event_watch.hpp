@@ -1,0 +1,372 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The watch over a run's events: all functions whose zeros matter, the user's and those of the system's own phases
+// (contact, sticking, a taut rope), in one list, with one search for all.
+//
+// The driver asks after each step for the moment of the next event. What happens at that moment is one firing:
+// everything whose root lies there to rounding. If it only records, the search goes on behind it in the same step; if
+// something changes the state, the rest of the step is thrown away and the watch begins afresh.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "qdot/error.hpp"
+#include "qdot/integrate/event.hpp"
+#include "qdot/integrate/driver/event_finder.hpp"
+#include "qdot/integrate/driver/event_proof.hpp"
+#include "qdot/integrate/driver/listed_event.hpp"
+#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/steps/polynomial.hpp"
+#include "qdot/integrate/run.hpp"
+#include "qdot/integrate/statistics.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail {
+
+// Everything that happens at one moment.
+struct Firing {
+  double elapsed = 0.0;  // on the clock of the step
+  double t = 0.0;        // the same for readers
+  bool stops = false;
+  bool changes = false;  // the state, or a phase of the system
+  std::size_t first = 0; // index of the first function in it
+};
+
+// Of runs that have neither events nor switches.
+struct NothingToWatch {
+  NothingToWatch(const auto&, const std::vector<ListedEvent>&) {}
+};
+
+// One for all lists of events that a system may be run with.
+template <FirstOrderSystem F>
+class EventWatch {
+  static constexpr int n = dof_at_compile_time<F>();
+  static constexpr std::size_t points = samples_in_panel;
+
+ public:
+  EventWatch(const F& system, std::vector<ListedEvent> events) : system_(system), events_(std::move(events)), listed_(events_.size()) {
+    Eigen::Index guards = 0;
+    if constexpr (SwitchingSystem<F>) guards = system.guard_count();
+    const std::size_t count = listed_ + static_cast<std::size_t>(guards);
+    has_others_ = guards > 0;
+    watches_.resize(count);
+    fired_.assign(count, false);
+    fired_guards_.assign(static_cast<std::size_t>(guards), false);
+    last_time_.assign(count, std::numeric_limits<double>::quiet_NaN());
+    standing_.assign(count, 0);
+    samples_.assign(count * points, 0.0);
+    guards_.resize(guards);
+    bands_.resize(guards);
+    y_.resize(system.size());
+    before_.assign(listed_, 0.0);
+    for (std::size_t i = 0; i < listed_; ++i) {
+      watches_[i].direction = events_[i].is_barrier ? Direction::falling : events_[i].direction;
+      watches_[i].barrier = events_[i].is_barrier;
+      watches_[i].is_formula = events_[i].decide != nullptr;
+      (watches_[i].is_formula ? has_formulas_ : has_others_) = true;
+    }
+    for (std::size_t i = listed_; i < count; ++i) {
+      watches_[i].direction = Direction::falling;
+      watches_[i].barrier = true;
+    }
+  }
+
+  // Begins at a state: the start of the run, or the one after a firing that changed it.
+  void begin(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, bool at_start) {
+    if constexpr (SwitchingSystem<F>) system_.guard_bands(t, y, tolerance, bands_);
+    for (std::size_t i = 0; i < watches_.size(); ++i) {
+      const double g = value(i, t, y);
+      const double band = i >= listed_ ? bands_[static_cast<Eigen::Index>(i - listed_)] : rounding_of(i, t, y, g);
+      watches_[i].begin(g, band, fired_[i], watches_[i].value, at_start);
+      watches_[i].rounding = band;
+      if (i < listed_ && !at_start && fired_[i] && watches_[i].side == 0) watches_[i].home = home_of(i, t, y);
+    }
+  }
+
+  // Before the observer, who may change what a listed function reads.
+  void remember(double t, const Eigen::VectorXd& y) {
+    for (std::size_t i = 0; i < listed_; ++i) before_[i] = value(i, t, y);
+  }
+
+  // Behind the observer: a function with another value begins from it, on the side where it is now. It has moved, and not crossed zero.
+  std::optional<Failure> begin_changed(double t, const Eigen::VectorXd& y) {
+    std::optional<Failure> failure;
+    for (std::size_t i = 0; i < listed_; ++i) {
+      const double g = value(i, t, y);
+      if (std::abs(g - before_[i]) <= watches_[i].rounding) continue;
+      failure = Failure{Outcome::model_changed,
+                        sentence({"between events and stop times functions of events must depend on nothing but their arguments, but that of ",
+                                  name_of(i), " at t = ", t, " was ", before_[i], " before the observer saw the step and is ", g, " behind it"})};
+      const double rounding = rounding_of(i, t, y, g);
+      watches_[i].begin(g, rounding, false, before_[i], false);
+      watches_[i].rounding = rounding;
+    }
+    return failure;
+  }
+
+  // Samples a step and notes each function's first root in it; from and to are what has elapsed on the clock, and so are roots.
+  void search(const Clock& clock, const PolynomialView& step, double from, double to) {
+    if (clock.origin() != clock_.origin()) last_time_.assign(watches_.size(), std::numeric_limits<double>::quiet_NaN());
+    clock_ = clock;
+    step_ = step;
+    length_ = std::abs(to - from);
+    to_ = to;
+    backward_ = to < from;
+    if (has_formulas_) bounds_.begin(clock_, step_, dof(system_), from, to);
+    for (std::size_t k = 1; has_others_ && k < points; ++k) {
+      const double elapsed = k + 1 == points ? to : from + sample_points[k] * (to - from);
+      step_.at(elapsed, y_);
+      evaluate_all(clock_.t(elapsed), y_, samples_.data() + k, points, false);
+    }
+    for (std::size_t i = 0; i < watches_.size(); ++i) {
+      watches_[i].panels = 0;
+      watches_[i].rough = watches_[i].unproven = false;
+      search_one(i, from, watches_[i].is_formula ? nullptr : samples_.data() + i * points);
+    }
+  }
+
+  // Adds the steps in which a function could not be followed.
+  void report(Statistics& statistics) const { statistics.rough_events = rough_steps_; statistics.rough_event_time = rough_time_; }
+
+  // What happens next in the step, if anything; its functions are marked as fired.
+  std::optional<Firing> next() {
+    std::optional<Firing> firing;
+    for (std::size_t i = 0; i < watches_.size(); ++i)
+      if (watches_[i].root && (!firing || std::abs(to_ - *watches_[i].root) > std::abs(to_ - firing->elapsed)))
+        firing = Firing{.elapsed = *watches_[i].root, .t = clock_.t(*watches_[i].root), .first = i};
+    if (!firing) return firing;
+    const double same = 4 * std::numeric_limits<double>::epsilon() * (std::abs(firing->elapsed) + length_);
+    for (std::size_t i = 0; i < watches_.size(); ++i)
+      fired_[i] = watches_[i].root && std::abs(*watches_[i].root - firing->elapsed) <= same;
+    for (std::size_t i = listed_; i < watches_.size(); ++i) {
+      fired_guards_[i - listed_] = fired_[i];
+      firing->changes = firing->changes || fired_[i];
+      firing->stops = firing->stops || (fired_[i] && !ending(i).empty());
+    }
+    for (std::size_t i = 0; i < listed_; ++i) {
+      if (!fired_[i]) continue;
+      firing->stops = firing->stops || events_[i].stops;
+      firing->changes = firing->changes || events_[i].change != nullptr;
+    }
+    return firing;
+  }
+
+  // Records the listed events of a firing, and guards at which the run ends.
+  void record(const Firing& firing, std::vector<RecordedEvent>& events) const {
+    for (std::size_t i = 0; i < listed_; ++i)
+      if (fired_[i] && !watches_[i].lost) events.push_back({firing.t, *events_[i].name});
+    for (std::size_t i = listed_; i < watches_.size(); ++i)
+      if (fired_[i] && !ending(i).empty()) events.push_back({firing.t, ending(i)});
+  }
+
+  // Goes on behind a firing that changed nothing.
+  void pass(const Firing& firing) {
+    for (std::size_t i = 0; i < watches_.size(); ++i) {
+      if (!fired_[i]) continue;
+      const double root = *watches_[i].root;
+      step_.at(root, y_);
+      watches_[i].pass(value(i, clock_.t(root), y_));
+      watches_[i].root.reset();
+      if (firing.elapsed != to_) search_one(i, root, nullptr);
+    }
+  }
+
+  // Changes y as the fired events ask, and lets the system choose its phases; what an action did wrong, if one did.
+  std::optional<Failure> change(const Firing& firing, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
+    values_.resize(watches_.size());
+    evaluate_all(firing.t, y, values_.data(), 1, true);
+    for (std::size_t i = 0; i < watches_.size(); ++i) watches_[i].value = values_[i];
+    for (std::size_t i = listed_; backward_ && i < watches_.size(); ++i)
+      if (fired_[i])
+        throw ConstraintError("a contact or friction", firing.t, 0.0,
+                              "a run backward in time must not meet an impact, or the beginning or end of contact or sticking, since many "
+                              "motions lead into the same one there, but at t = " + text_of(firing.t) +
+                                  " this one does; run forward, or end the run before");
+    for (std::size_t i = 0; i < listed_; ++i)
+      if (fired_[i] && watches_[i].lost)
+        return Failure{Outcome::event_accumulation, sentence({"the time between two events of ", name_of(i), " is shorter than t can tell"})};
+    const Eigen::VectorXd y_before = y;
+    std::optional<Failure> failure;
+    bool acted = false;
+    trends_.assign(watches_.size(), std::nullopt);
+    for (std::size_t i = 0; i < listed_; ++i) {
+      if (!fired_[i] || events_[i].change == nullptr) continue;
+      acted = true;
+      y_before_action_ = y;
+      failure = events_[i].change(events_[i].event, firing.t, y, dof(system_));
+      if (!failure) failure = what_is_not_finite(*events_[i].name, firing.t, y);
+      if (failure) return failure;
+      if (!same_bits(y, y_before_action_)) trends_[i] = trend(i, firing.t, y_before);
+    }
+    // Constraints answer a blow with one of their own: what they forbid of the change is taken back.
+    if constexpr (ProjectableSystem<F>)
+      if (acted) system_.project(firing.t, y);
+    settle(firing.t, y, tolerance, events);
+    return std::nullopt;
+  }
+
+  // Lets the system choose its phases for y as they follow from the guards that fired; none at the start.
+  void settle(double t, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
+    if constexpr (SwitchingSystem<F>)
+      for (std::string& what : system_.switched(t, y, fired_guards_, tolerance)) events.push_back({t, std::move(what)});
+  }
+
+  // The function whose changes of the state do not let t go on any more, if there is one: each follows the one before it
+  // as closely as the clock can tell, or g cannot be told from zero between them.
+  std::optional<std::string> accumulating(double elapsed) {
+    const double indistinct = 1e3 * std::numeric_limits<double>::epsilon() * std::abs(elapsed);
+    for (std::size_t i = 0; i < watches_.size(); ++i) {
+      if (!fired_[i]) continue;
+      const double since = std::abs(elapsed - std::exchange(last_time_[i], elapsed));
+      standing_[i] = since <= indistinct || watches_[i].stuck ? standing_[i] + 1 : 0;
+      if (standing_[i] >= (i < listed_ ? 4 : 20)) return name_of(i);  // a system may pass through several phases at once
+    }
+    return std::nullopt;
+  }
+
+ private:
+  std::string ending(std::size_t i) const {
+    if constexpr (SwitchingSystem<F>) return system_.ending(static_cast<Eigen::Index>(i - listed_));
+    return (void)i, std::string();
+  }
+
+  std::string name_of(std::size_t i) const { return i < listed_ ? "'" + *events_[i].name + "'" : "a contact or friction"; }
+
+  void require_finite(std::size_t i, double t, double g) const {
+    if (std::isfinite(g)) return;
+    throw NonFinite(name_of(i), t, sentence({"the function of event ", name_of(i), " must be finite, but is ", g, " at t = ", t}));
+  }
+
+  // The value of function i goes to values[i stride]; those that intervals follow only if asked for.
+  void evaluate_all(double t, const Eigen::VectorXd& y, double* values, std::size_t stride, bool with_formulas) {
+    for (std::size_t i = 0; i < listed_; ++i)
+      if (with_formulas || !watches_[i].is_formula) values[i * stride] = value(i, t, y);
+    if constexpr (SwitchingSystem<F>) {
+      system_.guards(t, y, guards_);
+      for (std::size_t i = listed_; i < watches_.size(); ++i) {
+        const double g = guards_[static_cast<Eigen::Index>(i - listed_)];
+        require_finite(i, t, g);
+        values[i * stride] = g;
+      }
+    }
+  }
+
+  double value(std::size_t i, double t, const Eigen::VectorXd& y) {
+    double g = 0.0;
+    if (i < listed_) {
+      g = events_[i].value(events_[i].event, t, y, dof(system_));
+    } else if constexpr (SwitchingSystem<F>) {
+      system_.guards(t, y, guards_);
+      g = guards_[static_cast<Eigen::Index>(i - listed_)];
+    }
+    require_finite(i, t, g);
+    return g;
+  }
+
+  std::optional<Failure> what_is_not_finite(const std::string& name, double t, const Eigen::VectorXd& y) const {
+    for (Eigen::Index k = 0; k < y.size(); ++k)
+      if (!std::isfinite(y[k]))
+        return Failure{Outcome::non_finite, sentence({"the action of event '", name, "' at t = ", t, " must leave finite numbers, but ",
+                                                      system_.component_name(k), " became ", y[k]})};
+    return std::nullopt;
+  }
+
+  // An action that changed a −0 into 0 has changed something: it may be the blow of a floor on what lies still.
+  static bool same_bits(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    return std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+  }
+
+  // The sign of dg/dt along the equations of motion, 0 where rounding hides it; nothing where the model refuses.
+  std::optional<int> trend(std::size_t i, double t, const Eigen::VectorXd& y) {
+    try {
+      Eigen::VectorXd ydot(y.size());
+      system_.derivative(t, y, ydot);
+      const double speed = ydot.lpNorm<Eigen::Infinity>(), size = y.lpNorm<Eigen::Infinity>();
+      // As far as t can tell, and then some: what hides in the rounding of a large t is not what stands still.
+      const double far = std::max(1e-5 * (speed > 0.0 && size > 0.0 ? size / speed : 1.0), 16 * std::numeric_limits<double>::epsilon() * std::abs(t));
+      const double d = backward_ ? -far : far;
+      const Eigen::VectorXd ahead = y + d * ydot, behind = y - d * ydot;
+      const double change = value(i, t + d, ahead) - value(i, t - d, behind), noise = 4 * rounding_of(i, t, y, value(i, t, y));
+      return std::abs(change) <= noise ? 0 : change > 0.0 ? 1 : -1;
+    } catch (...) {
+      return std::nullopt;
+    }
+  }
+
+  // The side on which a function, at zero after its own action, has to stay: where it came from, if the action turned its motion or
+  // stopped it; 0 if the motion may go on through zero. An action that turns what was moving away has come too late to be right.
+  int home_of(std::size_t i, double t, const Eigen::VectorXd& y) {
+    const std::optional<int> before = trends_[i], after = trend(i, t, y);
+    const int side = watches_[i].came_from;
+    if (!before || !after) return 0;
+    return side * *before <= 0 ? (side * *after >= 0 ? side : 0) : side * *after < 0 ? side : 0;
+  }
+
+  // What rounding of t and y does to g.
+  double rounding_of(std::size_t i, double t, const Eigen::VectorXd& y, double g) {
+    constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
+    double sum = std::abs(value(i, t * (1.0 + 0.25 * rounding), y) - g);
+    for (Eigen::Index k = 0; k < y.size(); ++k) {
+      y_ = y;
+      y_[k] *= 1.0 + rounding;
+      sum += std::abs(value(i, t, y_) - g);
+    }
+    return sum;
+  }
+
+  void search_one(std::size_t i, double from, const double* known) {
+    const auto at = [this, i](double elapsed) {
+      step_.at(elapsed, y_);
+      return value(i, clock_.t(elapsed), y_);
+    };
+    const auto proves = [this, i](double a, double b) { return decided(i, a, b); };
+    RootSearch search(watches_[i], at, proves);
+    const bool was_rough = watches_[i].rough || watches_[i].unproven;
+    search.run(from, to_, known);
+    if ((watches_[i].rough || watches_[i].unproven) && !was_rough && ++rough_steps_ == 1) rough_time_ = clock_.t(from);
+  }
+
+  // Whether intervals prove that the ends of a panel tell all about a formula's zeros in it.
+  bool decided(std::size_t i, double a, double b) {
+    try {
+      return events_[i].decide(events_[i].event, &bounds_, watches_[i].level, a, b);
+    } catch (const Undecided&) {  // in a shorter panel the comparison may have an answer
+    } catch (...) {               // no formula here: if g has no value, samples will say so
+      watches_[i].unproven = true;
+    }
+    return false;
+  }
+
+  const F& system_;
+  std::vector<ListedEvent> events_;
+  std::size_t listed_;  // so many
+  bool has_formulas_ = false, has_others_ = false;
+  std::vector<Watch> watches_;  // the listed events, then the system's guards
+  std::vector<bool> fired_, fired_guards_;
+  std::vector<double> before_;            // values, before the observer
+  std::vector<double> last_time_;         // elapsed, when a function last changed the state
+  std::vector<std::optional<int>> trends_;  // of fired functions, before their actions
+  std::vector<int> standing_;             // how often a function has changed the state without letting t go on
+  std::vector<double> samples_, values_;  // of the present step, and of one moment
+  Eigen::VectorXd guards_, bands_, y_, y_before_action_;
+  Clock clock_;
+  PolynomialView step_;
+  StepBounds<n> bounds_;
+  double to_ = 0.0, length_ = 0.0;
+  bool backward_ = false;
+  long rough_steps_ = 0;
+  double rough_time_ = 0.0;
+};
+
+}  // namespace qdot::detail

@@ -1,0 +1,56 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// One event of a run's list as the watch over it asks for it: by calls, whatever the types of its function and of its action are.
+//
+// Every lambda has a type of its own, and what is a template of it the compiler writes anew for each. The loop of a run and the search for
+// roots need not know these types: an event is called some ten times in a step, and a call costs a nanosecond.
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "qdot/integrate/event.hpp"
+#include "qdot/integrate/driver/event_proof.hpp"
+#include "qdot/integrate/outcome.hpp"
+
+namespace qdot::detail {
+
+// Reads an Event that lives elsewhere. The bounds are StepBounds<n> for the n of listed_event().
+struct ListedEvent {
+  const void* event;
+  const std::string* name;
+  Direction direction;
+  bool is_barrier, stops;
+  double (*value)(const void* event, double t, const Eigen::VectorXd& y, Eigen::Index dof);
+  std::optional<Failure> (*change)(const void* event, double t, Eigen::VectorXd& y, Eigen::Index dof);  // null where it has no action
+  bool (*decide)(const void* event, void* bounds, double level, double a, double b);                    // null where g is no formula
+};
+
+template <int n, class G, class Action>
+ListedEvent listed_event(const Event<G, Action>& event) {
+  using E = Event<G, Action>;
+  ListedEvent result{&event, &event.name, event.direction, E::is_barrier, E::stops, nullptr, nullptr, nullptr};
+  result.value = [](const void* e, double t, const Eigen::VectorXd& y, Eigen::Index dof) {
+    return event_value<n>(static_cast<const E*>(e)->g, t, y, dof);
+  };
+  if constexpr (!E::stops && !E::records)
+    result.change = [](const void* e, double t, Eigen::VectorXd& y, Eigen::Index dof) {
+      const E& self = *static_cast<const E*>(e);
+      return change_state<n>(self.name, self.action, t, y, dof);
+    };
+  if constexpr (E::is_formula)
+    result.decide = [](const void* e, void* bounds, double level, double a, double b) {
+      return static_cast<StepBounds<n>*>(bounds)->decide(static_cast<const E*>(e)->g, level, a, b);
+    };
+  return result;
+}
+
+template <int n, class... Events>
+std::vector<ListedEvent> listed_events(const EventList<Events...>& events) {
+  return std::apply([](const auto&... each) { return std::vector<ListedEvent>{listed_event<n>(each)...}; }, events.list);
+}
+
+}  // namespace qdot::detail

@@ -1,0 +1,276 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Constraints on power series.
+//
+// On constraints, φ(q, t) = 0 or a(q, q̇, t) = 0, Lagrange's equations get one force and one condition for each row,
+//
+//     d/dt p = g + Wᵀλ ,      c = 0 ,         c = φ̇ or a ,    W = ∂c/∂q̇ ,
+//
+// and their series, with s = (t − t₀)/τ, one more unknown: λ = λ₀ + λ₁ s + …, which is *one order behind*. For p_k follows from
+// forces of order k − 1, and c_k, like p_k (integrate/steps/taylor_equations.hpp), contains q̇_k only beside a factor of order 0:
+//
+//     p_k = M₀ q̇_k + r_k ,       c_k = W₀ q̇_k + e_k ,       (Wᵀλ)_{k−1} = W₀ᵀ λ_{k−1} + u_{k−1} ,
+//     u_{k−1} = Σ_{j=1…k−1} W_jᵀ λ_{k−1−j} .
+//
+// r and e come out of one sweep in which q̇_k is zero, u of orders that are known. What is left to solve at each order,
+//
+//     [ M₀  −W₀ᵀ ] [ q̇_k             ]     [ τ (g + u)_{k−1}/k − r_k ]
+//     [ W₀    0  ] [ (τ/k) λ_{k−1}   ]  =  [ − e_k                   ] ,
+//
+// has the same matrix at all orders, that of the accelerations q̈ and λ at t₀ themselves (order 1). It is factored once per step, as
+// L D Lᵀ with as many positive pivots as coordinates and as many negative ones as rows. A series that begins on the constraints
+// stays on them in all its coefficients; what is cut off after the last one is put right by a projection at the step's end.
+//
+// Weak pivots are left to effects/rows/constrained_solve.hpp, which decides about the rank:
+//
+//   redundant   M⁻¹f + D (γ − W M⁻¹f) with W D r = r and D r as short as the metric of M allows; Dᵀ M D times the same are the
+//               multipliers. D is found once per step. Rows that contradict each other show at order 1.
+//   massless    M alone is singular: the whole matrix is solved with full pivoting, order by order.
+//
+// Near a singular position, where a linkage could fold, an error δ of one order is δ/σ in the next, σ the sine of the weakest row's angle
+// to the others. So the series of a motion that passes there smoothly is noise beyond a distance of σ, and steps shrink towards the
+// position; taylor.hpp ends that by name. (Rows that are dependent all the time do no such harm: errors of the next order are too.)
+//
+// Constraints hold everywhere or not at all; what switches on and off (contacts, dry friction) is no power series.
+//
+// The factors of constraints are not included here: who has a scene with constraints has included them.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/series/sweep.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/steps/recorded_motion.hpp"
+
+namespace qdot::detail {
+
+template <int n, int m>
+class ConstrainedFactors;  // effects/rows/constrained_solve.hpp
+
+/// L D Lᵀ of [M Wᵀ; W 0] for positive definite M and independent rows W.
+template <int n, int m>
+class SaddleFactors {
+ public:
+  enum class Verdict { regular, redundant, massless };
+
+  /// Which pivots are too weak to trust, if any. What M alone needs is there unless it is M's.
+  Verdict factor(const Matrix<double, n>& M, const Matrix<double, m, n>& W) {
+    // The decisions of effects/rows/constrained_solve.hpp: a fraction of M's diagonal, and the square of a row's sine to the others.
+    constexpr double weak_mass = 1e-8, weak_row = 1e-10;
+    dof_ = M.rows();
+    const Eigen::Index size = dof_ + W.rows();
+    L_.resize(size, size);
+    inverse_.resize(size);
+    weakest_ = {1.0, 0};
+    L_.topLeftCorner(dof_, dof_) = M;
+    L_.bottomLeftCorner(W.rows(), dof_) = W;
+    L_.bottomRightCorner(W.rows(), W.rows()).setZero();
+    for (Eigen::Index k = 0; k < size; ++k) {
+      double of_mass = 0.0, of_rows = 0.0;  // what earlier pivots take away: M's, all positive, and the rows', all negative
+      for (Eigen::Index j = 0; j < k; ++j) (j < dof_ ? of_mass : of_rows) += L_(k, j) * L_(k, j) / inverse_[j];
+      const double d = L_(k, k) - of_mass - of_rows;
+      if (k < dof_ && !(d > weak_mass * M(k, k))) return Verdict::massless;
+      if (k >= dof_ && !(-d > weakest_.pivot * of_mass)) weakest_ = {of_mass > 0.0 ? -d / of_mass : 0.0, k - dof_};
+      if (!(weakest_.pivot > weak_row)) return Verdict::redundant;
+      inverse_[k] = 1.0 / d;
+      for (Eigen::Index i = k + 1; i < size; ++i) {
+        double x = L_(i, k);
+        for (Eigen::Index j = 0; j < k; ++j) x -= L_(i, j) * L_(k, j) / inverse_[j];
+        L_(i, k) = x * inverse_[k];
+      }
+    }
+    return Verdict::regular;
+  }
+
+  /// The row with the smallest pivot, as a fraction of what it would be alone.
+  struct Weakest {
+    double pivot = 1.0;
+    Eigen::Index row = 0;
+  };
+  const Weakest& weakest() const noexcept { return weakest_; }
+
+  /// f, g ← v, μ with M v − Wᵀμ = f and W v = g.
+  void solve_in_place(Vector<double, n>& f, Vector<double, m>& g) const {
+    const Eigen::Index rows = g.size();
+    forward(f);
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      double x = g[i];
+      for (Eigen::Index j = 0; j < dof_; ++j) x -= L_(dof_ + i, j) * f[j];
+      for (Eigen::Index j = 0; j < i; ++j) x -= L_(dof_ + i, dof_ + j) * g[j];
+      g[i] = x;
+    }
+    for (Eigen::Index i = 0; i < dof_; ++i) f[i] *= inverse_[i];
+    for (Eigen::Index i = 0; i < rows; ++i) g[i] *= inverse_[dof_ + i];
+    for (Eigen::Index i = rows; i-- > 0;)
+      for (Eigen::Index j = i + 1; j < rows; ++j) g[i] -= L_(dof_ + j, dof_ + i) * g[j];
+    for (Eigen::Index i = 0; i < dof_; ++i)
+      for (Eigen::Index j = 0; j < rows; ++j) f[i] -= L_(dof_ + j, i) * g[j];
+    backward(f);
+    g = -g;
+  }
+
+  /// f ← M⁻¹f.
+  void solve_mass_in_place(Vector<double, n>& f) const {
+    forward(f);
+    for (Eigen::Index i = 0; i < dof_; ++i) f[i] *= inverse_[i];
+    backward(f);
+  }
+
+ private:
+  // From some size on the heap is the place for it: Eigen refuses more than 128 kB of a fixed size.
+  static constexpr int largest_fixed = 64;
+  static constexpr int size_at_compile_time = n == Dynamic || m == Dynamic || n + m > largest_fixed ? Dynamic : n + m;
+
+  void forward(Vector<double, n>& f) const {
+    for (Eigen::Index i = 1; i < dof_; ++i)
+      for (Eigen::Index j = 0; j < i; ++j) f[i] -= L_(i, j) * f[j];
+  }
+  void backward(Vector<double, n>& f) const {
+    for (Eigen::Index i = dof_; i-- > 0;)
+      for (Eigen::Index j = i + 1; j < dof_; ++j) f[i] -= L_(j, i) * f[j];
+  }
+
+  Eigen::Index dof_ = 0;
+  Weakest weakest_;
+  Matrix<double, size_at_compile_time> L_;
+  Vector<double, size_at_compile_time> inverse_;  // of D
+};
+
+/// The part of a motion's series that its constraints need: W and λ.
+template <int n, int m>
+class ConstraintSeries {
+  using Factors = ConstrainedFactors<n, m>;
+  using Verdict = typename SaddleFactors<n, m>::Verdict;
+
+ public:
+  ConstraintSeries() = default;
+  ConstraintSeries(const RecordedMotion& motion, const taylor::Sweep& sweep, std::vector<std::string> coordinates, int highest_order)
+      : names_{motion.row_names, std::move(coordinates)} {
+    const std::size_t dof = motion.q.size();
+    for (const int node : motion.rows) rows_.push_back(sweep.slot(node));
+    for (std::size_t i = 0; i < motion.jacobian.size(); ++i) {
+      const int slot = sweep.slot(motion.jacobian[i]);
+      jacobian_.push_back(slot);
+      if (motion.recording.graph[motion.jacobian[i]].kind != taylor::Kind::constant)
+        moving_.push_back({slot, static_cast<Eigen::Index>(i / dof), static_cast<Eigen::Index>(i % dof)});
+    }
+    const auto rows = static_cast<Eigen::Index>(rows_.size());
+    W_.setZero(rows, static_cast<Eigen::Index>(dof));
+    gamma_.setZero(rows);
+    displacement_.setZero(static_cast<Eigen::Index>(dof), rows);
+    least_.setZero(rows, rows);
+    lambda_.setZero(rows, highest_order);
+    moving_W_.setZero(static_cast<Eigen::Index>(moving_.size()), highest_order);
+    moving_lambda_ = moving_W_;
+    sums_.setZero(static_cast<Eigen::Index>(moving_.size()));
+  }
+
+  /// Factors the matrix of the expansion point.
+  ///
+  /// @throws NonFinite, ConstraintError, SingularMassMatrix  as constrained_acceleration()
+  void factor(const taylor::Sweep& sweep, const Matrix<double, n>& M, bool mass_is_constant, double t) {
+    t_ = t;
+    if (is_factored_ && mass_is_constant && moving_.empty() && verdict_ == Verdict::regular) return;
+    is_factored_ = false;
+    for (Eigen::Index i = 0, next = 0; i < W_.rows(); ++i)
+      for (Eigen::Index j = 0; j < W_.cols(); ++j, ++next) W_(i, j) = sweep.value(jacobian_[static_cast<std::size_t>(next)]);
+    for (Eigen::Index i = 0; i < W_.rows(); ++i)
+      if (!W_.row(i).allFinite()) {
+        const std::string& name = names_.rows[static_cast<std::size_t>(i)];
+        throw NonFinite("the constraint '" + name + "'", t,
+                        "a constraint and its derivatives must be finite, but those of '" + name + "' are not at t = " + text_of(t) +
+                            "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain");
+      }
+    verdict_ = factors_.factor(M, W_);
+    if (verdict_ != Verdict::regular) reveal_rank(M);
+    is_factored_ = true;
+  }
+
+  /// f ← f + factor · u_{k−1}, before order k is begun.
+  void add_known_reactions(const taylor::Sweep& sweep, int k, double factor, Vector<double, n>& f) {
+    if (k == 1 || moving_.empty()) return;
+    for (std::size_t i = 0; i < moving_.size(); ++i) moving_W_(static_cast<Eigen::Index>(i), k - 1) = sweep.latest(moving_[i].slot);
+    sums_.setZero();
+    for (int j = 1; j < k; ++j) sums_ += moving_W_.col(j).cwiseProduct(moving_lambda_.col(k - 1 - j));
+    for (std::size_t i = 0; i < moving_.size(); ++i) f[moving_[i].column] += factor * sums_[static_cast<Eigen::Index>(i)];
+  }
+
+  /// f ← q̇_k, where f is the right-hand side's first part; notes λ_{k−1}.
+  ///
+  /// @throws ConstraintError, SingularMassMatrix  as constrained_acceleration(), at k = 1
+  void solve(const taylor::Sweep& sweep, int k, double factor, Vector<double, n>& f) {
+    for (Eigen::Index i = 0; i < gamma_.size(); ++i) gamma_[i] = -sweep.latest(rows_[static_cast<std::size_t>(i)]);
+    if (verdict_ == Verdict::regular) {
+      factors_.solve_in_place(f, gamma_);
+    } else if (verdict_ == Verdict::massless || k == 1) {
+      const auto both = revealed_->solution(f, gamma_, t_, names_);
+      f = both.qddot;
+      gamma_ = both.lambda;
+    } else {
+      factors_.solve_mass_in_place(f);
+      gamma_ -= W_ * f;
+      f += displacement_ * gamma_;
+      gamma_ = (least_ * gamma_).eval();
+    }
+    lambda_.col(k - 1) = gamma_ / factor;
+    for (std::size_t i = 0; i < moving_.size(); ++i)
+      moving_lambda_(static_cast<Eigen::Index>(i), k - 1) = lambda_(moving_[i].row, k - 1);
+  }
+
+  /// Column k is coefficient k of λ, for k one below the order of the motion's series.
+  const Matrix<double, m, Dynamic>& multipliers() const noexcept { return lambda_; }
+
+  /// The smallest pivot of the rows at the expansion point, the square of a sine, and the row's name.
+  double weakest_pivot() const noexcept { return factors_.weakest().pivot; }
+  const std::string& weakest_name() const { return names_.rows[static_cast<std::size_t>(factors_.weakest().row)]; }
+
+ private:
+  void reveal_rank(const Matrix<double, n>& M) {
+    constexpr double cutoff = 1e-5;  // default_rank_cutoff
+    revealed_.emplace(M, W_, cutoff);
+    if (verdict_ != Verdict::redundant) return;
+    for (Eigen::Index i = 0; i < W_.rows(); ++i) {
+      gamma_.setZero();
+      gamma_[i] = 1.0;
+      displacement_.col(i) = revealed_->displacement(gamma_, t_, names_);
+    }
+    least_ = displacement_.transpose() * M * displacement_;
+  }
+
+  struct Names {  // for messages
+    std::vector<std::string> rows, columns;
+    const std::vector<std::string>& operator()() const { return rows; }
+    const std::vector<std::string>& coordinates() const { return columns; }
+  };
+  struct Moving {  // an entry of W that is not constant
+    int slot;
+    Eigen::Index row, column;
+  };
+
+  Names names_;
+  std::vector<int> rows_, jacobian_;  // slots of c and of W, row by row
+  std::vector<Moving> moving_;
+  Eigen::MatrixXd moving_W_, moving_lambda_;  // an entry's W, and its row's λ; column by order
+  Eigen::VectorXd sums_;
+  double t_ = 0.0;
+  bool is_factored_ = false;
+  Verdict verdict_ = Verdict::regular;
+  SaddleFactors<n, m> factors_;
+  std::optional<Factors> revealed_;  // where pivots are weak
+  Matrix<double, m, n> W_;
+  Matrix<double, n, m> displacement_;  // D, where rows are redundant
+  Matrix<double, m> least_;            // Dᵀ M D
+  Vector<double, m> gamma_;
+  Matrix<double, m, Dynamic> lambda_;
+};
+
+/// Stands for the same where nothing is constrained.
+struct NoConstraintSeries {};
+
+}  // namespace qdot::detail

@@ -1,0 +1,327 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Lagrange's equations on power series.
+//
+// Written with the momenta, Lagrange's equations need no second derivative but the mass matrix:
+//
+//     d/dt p = g ,      p = ∂L/∂q̇,   g = ∂L/∂q .
+//
+// Let q, q̇, p, g be power series in s = (t − t₀)/τ. Then, order by order,
+//
+//     q_{k+1} = τ q̇_k / (k + 1)            p_{k+1} = τ g_k / (k + 1) .
+//
+// p is a function of q and q̇, so its coefficient k + 1 also is
+//
+//     p_{k+1} = M₀ q̇_{k+1} + r_{k+1},       r_{k+1}: the same with q̇_{k+1} = 0,
+//
+// for the highest coefficient enters every product only once, beside coefficients of order 0. Hence
+//
+//     M₀ q̇_{k+1} = τ g_k / (k + 1) − r_{k+1} .
+//
+// M is wanted at the expansion point only: it is factored once per step, and every further order costs two
+// triangular solves and one sweep through the graphs of p and g (ad/series/sweep.hpp). These come from one
+// recording of L by reverse differentiation and have a few times the operations of T and V themselves: a
+// chain of n links costs O(n) per order, where its equations of motion, written out, have O(n²) terms.
+//
+// Where the energies are written out (mechanics/written_out.hpp), the compiler has made graph and sweep before, and orders from the second on are
+// straight-line code (integrate/steps/motion_plan.hpp).
+//
+// Forces of effects are summands of g, and effects' own states have z_{k+1} = τ ż_k/(k + 1): both need the order before only.
+// Constraints make the system to be solved larger by their multipliers (integrate/steps/taylor_constraints.hpp).
+
+#include <Eigen/LU>
+#include <cmath>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "qdot/ad/series/sweep.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/steps/motion_plan.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/steps/recorded_motion.hpp"
+#include "qdot/integrate/steps/taylor_constraints.hpp"
+#include "qdot/mechanics/mass_matrix.hpp"
+
+namespace qdot::detail {
+
+// L D Lᵀ of a symmetric positive definite matrix, in place and without roots.
+template <int n>
+class MassFactors {
+ public:
+  // False if a pivot is not positive beyond rounding.
+  bool factor(const Matrix<double, n>& M) {
+    const Eigen::Index size = M.rows();
+    L_ = M;
+    inverse_.resize(size);
+    for (Eigen::Index k = 0; k < size; ++k) {
+      double d = M(k, k);
+      for (Eigen::Index j = 0; j < k; ++j) d -= L_(k, j) * L_(k, j) / inverse_[j];
+      if (!(d > singular_pivot<double>(size) * M(k, k))) return false;
+      inverse_[k] = 1.0 / d;
+      for (Eigen::Index i = k + 1; i < size; ++i) {
+        double x = L_(i, k);
+        for (Eigen::Index j = 0; j < k; ++j) x -= L_(i, j) * L_(k, j) / inverse_[j];
+        L_(i, k) = x * inverse_[k];
+      }
+    }
+    return true;
+  }
+
+  void solve_in_place(Vector<double, n>& x) const {
+    const Eigen::Index size = x.size();
+    for (Eigen::Index j = 0; j + 1 < size; ++j)
+      for (Eigen::Index i = j + 1; i < size; ++i) x[i] -= L_(i, j) * x[j];
+    for (Eigen::Index i = 0; i < size; ++i) x[i] *= inverse_[i];
+    for (Eigen::Index i = size - 1; i-- > 0;)
+      for (Eigen::Index j = i + 1; j < size; ++j) x[i] -= L_(j, i) * x[j];
+  }
+
+ private:
+  Matrix<double, n> L_;
+  Vector<double, n> inverse_;  // of D
+};
+
+// The energies of a bare system; what comes with effects has no plan.
+template <class F>
+struct EnergiesOf {
+  using type = void;
+};
+template <class Sys>
+struct EnergiesOf<FirstOrderForm<Sys>> {
+  using type = typename Sys::EnergiesType;
+};
+
+/// The power series of the motion of a system or a scene from a state.
+///
+/// @tparam F  FirstOrderForm<…> or SceneForm<…>; what is behind it is run once, in the constructor
+template <class F>
+class LagrangeSeries {
+  static constexpr int n = Mechanics<F>::n;
+  static constexpr int states = Mechanics<F>::states;
+  static constexpr int rows = Mechanics<F>::constraints;
+  static constexpr Inertia inertia = Mechanics<F>::inertia;
+
+ public:
+  /// @throws NotAnalytic  T, V or a force compares values or has a kink
+  [[gnu::cold]] LagrangeSeries(const F& form, int highest_order) {
+    if constexpr (has_plan) {
+      if (make_by_plan(form, highest_order)) return;
+    }
+    recorded_ = recorded_motion(form);
+    RecordedMotion& m = recorded_;
+    const taylor::Graph& graph = m.recording.graph;
+    for (const int node : m.mass) mass_is_constant_ = mass_is_constant_ && graph[node].kind == taylor::Kind::constant;
+    taylor::SweepOutputs outputs{.early = m.p, .series = m.force, .values = m.mass, .late = m.qdot};
+    if constexpr (rows != 0) {
+      outputs.early.insert(outputs.early.end(), m.rows.begin(), m.rows.end());
+      outputs.values.insert(outputs.values.end(), m.jacobian.begin(), m.jacobian.end());
+      for (const int node : m.jacobian)
+        if (graph[node].kind != taylor::Kind::constant) outputs.series.push_back(node);
+    }
+    for (const auto& assumption : m.recording.assumptions) outputs.values.push_back(assumption.node);
+    // Variables are series even where no output contains them: their coefficients are the motion.
+    for (const auto* list : {&m.q, &m.z, &m.zdot}) outputs.series.insert(outputs.series.end(), list->begin(), list->end());
+    outputs.series.push_back(m.t);
+    sweep_ = taylor::Sweep(m.recording.graph, outputs, highest_order);
+
+    for (const auto* list : {&m.q, &m.qdot, &m.z})
+      for (const int node : *list) motion_.push_back(sweep_.slot(node));
+    const auto slots = [&](const std::vector<int>& nodes) {
+      std::vector<int> result;
+      for (const int node : nodes) result.push_back(sweep_.slot(node));
+      return result;
+    };
+    p_ = slots(m.p);
+    force_ = slots(m.force);
+    zdot_ = slots(m.zdot);
+    mass_ = slots(m.mass);
+    t_ = sweep_.slot(m.t);
+    for (const auto& assumption : m.recording.assumptions) assumptions_.push_back({sweep_.slot(assumption.node), assumption.value});
+    const Eigen::Index dof = static_cast<Eigen::Index>(m.q.size());
+    for (Eigen::Index i = 0; i < dof; ++i) names_.names.push_back(form.component_name(i));
+    if constexpr (rows != 0) constraints_ = ConstraintSeries<n, rows>(m, sweep_, names_.names, highest_order);
+    set_out(highest_order);
+  }
+
+  /// Runs the functors again; where they have become other formulas, or their constants others, everything is made anew.
+  ///
+  /// @throws NotAnalytic  one of them compares values or has a kink by now
+  void renew(const F& form) {
+    if (!is_of(form)) *this = LagrangeSeries(form, static_cast<int>(coefficients_.cols()) - 1);
+  }
+
+  /// Whether the functors of `form` still are the formulas that were recorded, with the same constants.
+  ///
+  /// @throws NotAnalytic  as renew()
+  bool is_of(const F& form) {
+    if (goes_by_plan_) return true;  // of numbers that are in the object
+    if constexpr (requires { run_again(recorded_, form); }) return still_holds(recorded_, form);
+    return true;  // of a system that hides its functors
+  }
+
+  /// Orders 0 and 1 at a state: column 1 of coefficients() is then time_unit·[q̇; q̈].
+  ///
+  /// @throws MassMatrixError, NonFinite, ConstraintError  as acceleration(); NonFinite also where a formula is not analytic
+  template <class Y>
+  void start(double t, const Y& y, double time_unit) {
+    unit_ = time_unit;
+    for (Eigen::Index i = 0; i < coefficients_.rows(); ++i) sweep_.set(motion_[index(i)], coefficients_(i, 0) = y[i]);
+    sweep_.set(t_, t);
+    sweep_.start();
+    for (const auto& [slot, value] : assumptions_)
+      if (sweep_.value(slot) == value)
+        throw NonFinite("a Taylor coefficient", t,
+                        sentence({"T, V", rows != 0 ? ", a constraint" : "", " or a force asks whether a quantity is exactly ", value, ", and at t = ", t,
+                                  " it is, so the motion may not be analytic there; use Dop853"}));
+    factor_mass_matrix(t);
+    make_order(1);
+  }
+
+  /// Orders 2 to `order`, after start().
+  void expand(int order) {
+    if constexpr (has_plan) {
+      if (goes_by_plan_) {
+        sweep_.complete(1);
+        expand_by_plan<n, Energies>(sweep_, unit_, order, coefficients_.data(), factors_);
+        return;
+      }
+    }
+    for (int k = 2; k <= order; ++k) {
+      sweep_.complete(k - 1);
+      make_order(k);
+    }
+  }
+
+  /// The series: row i of column k is coefficient k of y = [q; q̇] in s = (t − t₀)/time_unit.
+  const Matrix<double, F::size_at_compile_time, Dynamic>& coefficients() const noexcept { return coefficients_; }
+
+  /// Whether the orders are made by code that the compiler wrote for these energies.
+  bool is_planned() const noexcept { return goes_by_plan_; }
+
+  /// The constraints' part, with the multipliers' series.
+  const auto& constraints() const noexcept
+    requires(rows != 0)
+  {
+    return constraints_;
+  }
+
+ private:
+  using Energies = typename EnergiesOf<F>::type;
+  static constexpr bool has_plan = [] {
+    if constexpr (is_written_out<Energies> && n <= straight_line_limit && inertia == Inertia::positive_definite) {
+      return motion_plan<n, Energies>.exists;
+    } else {
+      return false;
+    }
+  }();
+
+  // The sweep of written-out energies; false when the parameters are such that the plan is not theirs.
+  [[gnu::cold]] bool make_by_plan(const F& form, int highest_order) {
+    const Energies& energies = form.system().energies();
+    if (!energies.replays()) return false;
+    MotionGraph m;
+    make_motion_graph<n, Energies>(m, &energies);
+    if (!m.graph.is_general()) return false;
+    sweep_ = sweep_over(m, highest_order);
+    const MotionPlan<n> plan(m, sweep_);
+    if (!(plan == motion_plan<n, Energies>)) return false;
+    goes_by_plan_ = true;
+    for (const int node : m.mass) {
+      mass_is_constant_ = mass_is_constant_ && m.graph[node].kind == taylor::Kind::constant;
+      mass_.push_back(sweep_.slot(node));
+    }
+    motion_.assign(plan.q, plan.q + n);
+    motion_.insert(motion_.end(), plan.qdot, plan.qdot + n);
+    p_.assign(plan.p, plan.p + n);
+    force_.assign(plan.force, plan.force + n);
+    t_ = plan.t;
+    for (Eigen::Index i = 0; i < n; ++i) names_.names.push_back(form.component_name(i));
+    set_out(highest_order);
+    return true;
+  }
+
+  // Zeros in all that is numbers.
+  void set_out(int highest_order) {
+    const auto dof = static_cast<Eigen::Index>(p_.size());
+    coefficients_.resize(static_cast<Eigen::Index>(motion_.size()), highest_order + 1);
+    M_.resize(dof, dof);
+    solution_.resize(dof);
+    std::fill_n(coefficients_.data(), coefficients_.size(), 0.0);
+    std::fill_n(M_.data(), M_.size(), 0.0);
+    std::fill_n(solution_.data(), dof, 0.0);
+  }
+
+  static std::size_t index(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
+  void make_order(int k) {
+    const Eigen::Index dof = solution_.size(), size = coefficients_.rows();
+    const double factor = unit_ / k;
+    // All rates before any variable is set: a rate may be a variable (V = q₀ q₁).
+    for (Eigen::Index i = 0; i < dof; ++i) solution_[i] = factor * sweep_.latest(force_[index(i)]);
+    if constexpr (rows != 0) constraints_.add_known_reactions(sweep_, k, factor, solution_);
+    if constexpr (states != 0) {
+      for (Eigen::Index i = 2 * dof; i < size; ++i) coefficients_(i, k) = factor * sweep_.latest(zdot_[index(i - 2 * dof)]);
+      for (Eigen::Index i = 2 * dof; i < size; ++i) sweep_.set(motion_[index(i)], coefficients_(i, k));
+    }
+    for (Eigen::Index i = 0; i < dof; ++i) sweep_.set(motion_[index(i)], coefficients_(i, k) = factor * coefficients_(dof + i, k - 1));
+    for (Eigen::Index i = 0; i < dof; ++i) sweep_.set(motion_[index(dof + i)], 0.0);
+    sweep_.set(t_, k == 1 ? unit_ : 0.0);
+    sweep_.advance(k);
+    for (Eigen::Index i = 0; i < dof; ++i) solution_[i] -= sweep_.latest(p_[index(i)]);
+    if constexpr (rows != 0) {
+      constraints_.solve(sweep_, k, factor, solution_);
+    } else if constexpr (inertia == Inertia::positive_definite) {
+      factors_.solve_in_place(solution_);
+    } else {
+      solution_ = Vector<double, n>(inverse_ * solution_);
+    }
+    for (Eigen::Index i = 0; i < dof; ++i) sweep_.set(motion_[index(dof + i)], coefficients_(dof + i, k) = solution_[i]);
+  }
+
+  void factor_mass_matrix(double t) {
+    if (rows == 0 && mass_is_constant_ && mass_is_factored_) return;
+    std::size_t next = 0;
+    for (Eigen::Index i = 0; i < M_.rows(); ++i)
+      for (Eigen::Index j = 0; j <= i; ++j) M_(i, j) = M_(j, i) = sweep_.value(mass_[next++]);
+    mass_is_factored_ = false;
+    if constexpr (rows != 0) {
+      if (!all_finite(M_)) throw_mass_matrix_error(M_, t, names_.names);
+      constraints_.factor(sweep_, M_, mass_is_constant_, t);
+    } else if constexpr (inertia == Inertia::positive_definite) {
+      if (!factors_.factor(M_)) throw_mass_matrix_error(M_, t, names_.names);
+    } else {
+      inverse_ = solved_with_mass_matrix(names_, M_, Matrix<double, n>(Matrix<double, n>::Identity(M_.rows(), M_.rows())), t);
+    }
+    mass_is_factored_ = true;
+  }
+
+  struct Names {  // as much of a system as solving with M asks for
+    static constexpr Inertia inertia = LagrangeSeries::inertia;
+    std::vector<std::string> names;
+    Eigen::Index dof() const { return static_cast<Eigen::Index>(names.size()); }
+    std::string coordinate_name(Eigen::Index i) const { return names[index(i)]; }
+  };
+
+  Names names_;
+  RecordedMotion recorded_;  // where there is no plan
+  taylor::Sweep sweep_;
+  std::vector<int> motion_, p_, force_, zdot_, mass_;  // slots; motion: q, q̇, then z
+  int t_ = 0;
+  bool goes_by_plan_ = false;
+  struct Assumption {
+    int slot;
+    double value;
+  };
+  std::vector<Assumption> assumptions_;
+  bool mass_is_constant_ = true, mass_is_factored_ = false;
+  Matrix<double, n> M_, inverse_;
+  MassFactors<n> factors_;
+  [[no_unique_address]] std::conditional_t<rows == 0, NoConstraintSeries, ConstraintSeries<n, rows>> constraints_;
+  Vector<double, n> solution_;
+  double unit_ = 1.0;
+  Matrix<double, F::size_at_compile_time, Dynamic> coefficients_;
+};
+
+}  // namespace qdot::detail

@@ -1,0 +1,385 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Watchdogs: what a run looks at besides its steps.
+//
+// A step that passes its error test may still be worthless: where M is nearly singular its accelerations have no digits left,
+// and where V is not what its derivative says (a jump, a parameter that somebody changes) the method follows forces that
+// belong to no energy. So now and then an accepted state is looked at:
+//
+//     rcond(M)      the smallest pivot of M scaled to unit diagonal, d_min of D⁻½ M D⁻½ = L Δ Lᵀ: a bound of 1/cond from
+//                   above, mostly within a factor of ten, that does not change with the units. Accelerations lose
+//                   log₁₀(1/rcond) of 16 digits; below options.rcond_limit = 1e-13 the run ends, and the direction that has
+//                   lost its inertia is named. Known for positive definite M of up to 128 coordinates, without constraints
+//                   (which may carry what has no mass).
+//     J M⁻¹ Jᵀ      the same for scenes with constraints, rows scaled to length one in the metric of M. Dependent rows are
+//                   allowed (effects/rows/constrained_solve.hpp), so its limit is 0 unless one is given.
+//     energy        Where neither T nor V takes the time, h = q̇·∂L/∂q̇ − L is constant on the exact motion, and every step may
+//                   change it by about
+//
+//                       a = Σᵢ |h(y + wᵢ eᵢ) − h(y)| ,      wᵢ = rtol |yᵢ| + atolᵢ ,
+//
+//                   which needs no trust in the forces. Over N steps that is N a at most, whatever the motion does with
+//                   errors, for h has no sensitivity to them. A drift above
+//
+//                       energy_drift_limit · (N max a + ε max(|T| + |V|)),       energy_drift_limit = 10³,
+//
+//                   is no error of integration. The margin is wide: over twelve systems, five methods and rtol = 1e-3 … 1e-13,
+//                   each with atol from rtol/1000 to 1000 rtol, honest runs came to 0.6 at most, and what this is made for
+//                   exceeds 10³ by decades at usual tolerances. (At rtol = 1e-3 each step may change h by a thousandth, and
+//                   little can be out of proportion to that.) Methods with a step of fixed length promise no tolerance and
+//                   are not judged. Forces of effects do work: energy_balance.hpp is for them.
+//     time          No step passes over what nobody looked at (integrate/watch/time_watch.hpp).
+//     f             of all systems: whether the right-hand side is what it was at the same time and state (integrate/watch/change_watch.hpp).
+//     values        T and V must have some. Their slopes are numbers only where they do, but not every value is needed for q̈: a
+//                   constant that is NaN, or a sum that overflows, moves nothing. The energy that it makes NaN is one all the same.
+//
+// When. At the start, after steps 1, 3, 7, 15, 31, 63, then every 61st (a prime: what alternates from step to step, or with another
+// short period, must not look the same at all looks), at stop times and at the end; after every step while
+// rcond(M) is below 1e-6, and where the step has become eight times shorter since the last look. At stop times and where an event
+// changes the state h and f are compared afresh: a legitimate change of the model belongs there. With more than eleven coordinates the looks
+// are rarer, n²/64 to n²/8 steps apart. They are not counted as evaluations.
+// For a double pendulum they cost about one percent of the time with Dopri5 and BDF, and half a percent with Dop853 and Taylor
+// (half of what was measured with a look at every 32nd step).
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/dual.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/watch/change_watch.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/run.hpp"
+#include "qdot/integrate/statistics.hpp"
+#include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/watch/time_watch.hpp"
+#include "qdot/mechanics/equations/cholesky.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail {
+
+// The system whose T and V stand behind a first-order form; nothing for what is of first order by itself.
+template <class F>
+struct BehindForm {
+  static constexpr bool is_mechanical = false, is_scene = false, conserves = false;
+};
+template <class Sys>
+struct BehindForm<FirstOrderForm<Sys>> {
+  using System = Sys;
+  static constexpr bool is_mechanical = true, is_scene = false;
+  static constexpr bool conserves = Sys::autonomous;
+  static const Sys& system(const FirstOrderForm<Sys>& form) { return form.system(); }
+};
+template <class F>
+  requires requires(const F& f) { f.scene().system().energies(); }
+struct BehindForm<F> {
+  using System = std::remove_cvref_t<decltype(std::declval<const F&>().scene().system())>;
+  static constexpr bool is_mechanical = true, is_scene = true, conserves = false;
+  static const System& system(const F& form) { return form.scene().system(); }
+};
+
+// q and q̇ of y = [q; q̇; …].
+template <int n>
+std::pair<Vector<double, n>, Vector<double, n>> coordinates_of(const Eigen::VectorXd& y, Eigen::Index dof) {
+  std::pair<Vector<double, n>, Vector<double, n>> parts{Vector<double, n>::Zero(dof), Vector<double, n>::Zero(dof)};  // -O2 of g++ 12 takes unset ones for read
+  for (Eigen::Index i = 0; i < dof; ++i) {
+    parts.first[i] = y[i];
+    parts.second[i] = y[dof + i];
+  }
+  return parts;
+}
+
+// The energies at a state: h = q̇·∂T/∂q̇ − T + V by one evaluation of T along q̇ and one of V.
+struct EnergyAt {
+  double T = 0.0, V = 0.0, h = 0.0;
+
+  double size() const { return std::abs(T) + std::abs(V); }
+};
+template <class System>
+[[gnu::noinline]] EnergyAt energy_at(const System& system, double t, const Eigen::VectorXd& y) {
+  constexpr int n = System::dof_at_compile_time;
+  using D = Dual<double, 1>;
+  const Eigen::Index dof = system.dof();
+  Vector<D, n> x(dof), v(dof);
+  Vector<double, n> q(dof);
+  for (Eigen::Index i = 0; i < dof; ++i) {
+    q[i] = y[i];
+    x[i] = D(y[i]);
+    v[i] = D(y[dof + i]);
+    v[i].tangent[0] = y[dof + i];
+  }
+  const D T = kinetic<n>(system.energies(), x, v, D(t));
+  const double V = potential<n>(system.energies(), q, t);
+  return {T.value, V, T.tangent[0] - T.value + V};
+}
+
+/// Looks at the accepted states of one run.
+template <FirstOrderSystem F>
+class Watchdog {
+  using Behind = BehindForm<F>;
+  static constexpr int n = dof_at_compile_time<F>();
+  static constexpr bool looks_at_energy = Behind::conserves;
+  static constexpr bool looks_at_constraints = requires(const F& f) { requires Behind::is_scene && F::has_constraints; };
+  static constexpr bool looks_at_mass = [] {
+    if constexpr (Behind::is_mechanical) return Behind::System::inertia == Inertia::positive_definite;
+    return false;
+  }();
+
+ public:
+  Watchdog(const F& system, const Options& options)
+      : system_(system), options_(options), clock_(system, options), changes_(system, options), wait_(shortest_wait()) {}
+
+  /// True when the state after a step of length h ought to be looked at.
+  bool is_due(double h) {
+    if (++steps_since_ < wait_ && !(h < 0.125 * step_seen_)) return false;
+    step_seen_ = h;
+    return true;
+  }
+
+  /// Begins at a state: the start, or behind a stop time or a change of the state, from where h is compared anew.
+  void begin(double t, const Eigen::VectorXd& y, long steps) {
+    changes_.begin(t, y);
+    reference_.reset();
+    if constexpr (TimeWatch<F>::watches) clock_.begin(t);
+    if constexpr (looks_at_energy) wait_ = shortest_wait();
+    steps_since_ = 0;
+    t_before_ = t;
+    steps_begun_ = steps;
+    if constexpr (looks_at_energy) {
+      if (std::isfinite(options_.energy_drift_limit)) reference_ = quietly([&] { return energy_at(Behind::system(system_), t, y); });
+      if (reference_ && !std::isfinite(reference_->h)) reference_.reset();
+      if (reference_) before_ = reference_->h;
+    }
+    allowed_each_ = largest_ = largest_change_ = 0.0;
+    looks_begun_ = 0;
+  }
+
+  /// How far towards `landing` the stepper's next step may go (integrate/watch/time_watch.hpp).
+  template <Stepper S>
+  double reach(const S& stepper, double landing) {
+    return has_fixed_step(stepper) ? landing : reach(stepper.t(), stepper.y(), landing);
+  }
+  template <class Y>
+  double reach(double t, const Y& y, double landing) {
+    if constexpr (TimeWatch<F>::watches) return clock_.reach(t, y, landing);
+    return (void)t, (void)y, landing;
+  }
+
+  /// Looks at an accepted state; the trouble, if there is some.
+  ///
+  /// @param controlled  the method keeps a tolerance
+  std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) {
+    steps_since_ = 0;
+    wait_ = std::min(2 * wait_, longest_wait());
+    std::optional<Failure> trouble = changes_.look(t);
+    if (!trouble) trouble = look_at_values_and_mass(t, y);
+    if constexpr (looks_at_energy)
+      if (!trouble && reference_ && controlled) trouble = look_at_energy(t, y, steps);
+    return trouble;
+  }
+
+  /// The same at the start of a run, where there is nothing to compare h with.
+  std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) {
+    std::optional<Failure> trouble = look_at_values(t, y);
+    return trouble ? trouble : look_at_mass(t, y);
+  }
+
+  /// T and V at a state.
+  [[gnu::noinline]] std::optional<Failure> look_at_values(double t, const Eigen::VectorXd& y) const {
+    if constexpr (Behind::is_mechanical) {
+      const auto& system = Behind::system(system_);
+      const auto [q, qdot] = coordinates_of<n>(y, system.dof());
+      try {
+        require_finite_energies(system.energies(), q, qdot, t);
+      } catch (const NonFinite& error) {
+        return Failure{Outcome::non_finite, error.what()};
+      } catch (...) {  // as in quietly()
+      }
+    }
+    return (void)t, (void)y, std::nullopt;
+  }
+
+  /// What the functors give now that they did not give before, asked where the method is at its wits' end; nothing if they are as they were.
+  std::optional<Failure> change(double t) { return changes_.look(t); }
+
+  /// Keeps what the next look compares with, at a state from which the motion goes on.
+  void remember(double t, const Eigen::VectorXd& y) { changes_.remember(t, y); }
+
+  /// rcond at a state.
+  [[gnu::noinline]] std::optional<Failure> look_at_mass(double t, const Eigen::VectorXd& y) {
+    if constexpr (looks_at_constraints) {
+      return look_at_both(t, y);
+    } else if constexpr (looks_at_mass) {
+      const auto& system = Behind::system(system_);
+      const Eigen::Index dof = system.dof();
+      if (dof > most_coordinates) return std::nullopt;
+      const bool factored = quietly([&] {
+        const auto [q, qdot] = coordinates_of<n>(y, dof);
+        M_ = mass_matrix(system, q, qdot, t);
+        mass_.compute(M_);
+        return true;
+      }).has_value();
+      if (!factored) return std::nullopt;
+      const double rcond = mass_.smallest_pivot();
+      if (rcond < closer) wait_ = shortest_wait();
+      if (rcond < mass_rcond_) {
+        mass_rcond_ = rcond;
+        mass_rcond_time_ = t;
+      }
+      if (!(rcond < options_.rcond_limit)) return std::nullopt;
+      return lost_inertia(innermost_values(M_), rcond, t, coordinate_names(system));
+    } else {
+      return (void)t, (void)y, std::nullopt;
+    }
+  }
+
+  double mass_rcond() const noexcept { return mass_rcond_; }
+
+  /// Writes what was seen.
+  void report(Statistics& statistics) const {
+    statistics.mass_rcond = mass_rcond_;
+    statistics.mass_rcond_time = mass_rcond_time_;
+    statistics.constraint_rcond = constraint_rcond_;
+    statistics.constraint_rcond_time = constraint_rcond_time_;
+    statistics.energy_drift = drift_;
+    statistics.energy_allowed = drift_allowed_;
+    if constexpr (TimeWatch<F>::watches) statistics.time_resolution = clock_.resolution();
+  }
+
+ private:
+  static constexpr Eigen::Index most_coordinates = 128;  // M and its factor cost as n³
+  static constexpr double closer = 1e-6;                 // rcond(M) below which every step is looked at
+  static constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+  // Steps between two looks: M and h's differences grow faster with n than a step does.
+  long shortest_wait() const {
+    const Eigen::Index dof = system_.size() / 2;
+    return static_cast<long>(std::max<Eigen::Index>(1, dof * dof / 64));
+  }
+  long longest_wait() const {
+    const Eigen::Index dof = system_.size() / 2;
+    return static_cast<long>(std::max<Eigen::Index>(61, (dof * dof / 8) | 1));
+  }
+
+  // What an evaluation gives; nothing where the model refuses. It has been evaluated there before: it is the watch that must not
+  // end a run with another error than its own.
+  template <class Evaluate>
+  auto quietly(Evaluate&& evaluate) const -> std::optional<decltype(evaluate())> {
+    try {
+      return evaluate();
+    } catch (...) {
+      return std::nullopt;
+    }
+  }
+
+  [[gnu::cold]] static Failure lost_inertia(const Eigen::MatrixXd& M, double rcond, double t, const std::vector<std::string>& names) {
+    std::string direction = "some direction";
+    try {
+      throw_mass_matrix_error(M, t, names);
+    } catch (const MassMatrixError& error) {
+      direction = direction_text(error.direction(), names);
+    } catch (const NonFinite& error) {
+      return {Outcome::non_finite, error.what()};
+    }
+    return {Outcome::singular_mass_matrix, sentence({"rcond(M) must not fall below rcond_limit, but is ", rcond, " at t = ", t,
+                                                     ": the motion with velocity along ", direction,
+                                                     " has almost no inertia, and its acceleration no digits"})};
+  }
+
+  std::optional<Failure> look_at_both(double t, const Eigen::VectorXd& y) {
+    const auto seen = quietly([&] { return conditioning(system_.scene(), y, t); });
+    if (!seen) return std::nullopt;
+    if (seen->mass < mass_rcond_) {
+      mass_rcond_ = seen->mass;
+      mass_rcond_time_ = t;
+    }
+    if (seen->constraints < constraint_rcond_) {
+      constraint_rcond_ = seen->constraints;
+      constraint_rcond_time_ = t;
+    }
+    if (!(seen->constraints < options_.constraint_rcond_limit)) return std::nullopt;
+    const std::vector<std::string> names = constraint_names(system_.scene());
+    return Failure{Outcome::constraint_failure,
+                   sentence({"rcond of the constraints must not fall below constraint_rcond_limit = ", options_.constraint_rcond_limit, ", but is ",
+                             seen->constraints, " at t = ", t, ", where '", names[static_cast<std::size_t>(seen->weakest_constraint)],
+                             "' depends on those before it"})};
+  }
+
+  // By how much a step within the tolerances may change h.
+  double allowed(double t, const Eigen::VectorXd& y, double h) {
+    double sum = 0.0;
+    moved_ = y;
+    for (Eigen::Index i = 0; i < y.size(); ++i) {
+      moved_[i] = y[i] + options_.rtol * std::abs(y[i]) + options_.atol[i];
+      const double change = std::abs(energy_at(Behind::system(system_), t, moved_).h - h);
+      if (std::isfinite(change)) sum += change;
+      moved_[i] = y[i];
+    }
+    return sum;
+  }
+
+  std::optional<Failure> look_at_energy(double t, const Eigen::VectorXd& y, long steps) {
+    const std::optional<EnergyAt> now = quietly([&] { return energy_at(Behind::system(system_), t, y); });
+    if (!now || !std::isfinite(now->h)) return std::nullopt;
+    const double taken = static_cast<double>(steps - steps_begun_);
+    const double drift = std::abs(now->h - reference_->h);
+    largest_ = std::max(largest_, now->size());
+    const auto limit = [&] { return options_.energy_drift_limit * (taken * allowed_each_ + epsilon * largest_); };
+    const bool suspicious = drift > 0.01 * limit();
+    if (looks_begun_++ < 4 || looks_begun_ % 8 == 0 || suspicious)
+      allowed_each_ = std::max(allowed_each_, quietly([&] { return allowed(t, y, now->h); }).value_or(0.0));
+    if (const double change = std::abs(now->h - before_); change > largest_change_) {
+      largest_change_ = change;
+      change_from_ = t_before_;
+      change_to_ = t;
+    }
+    before_ = now->h;
+    t_before_ = t;
+    if (drift >= drift_) {
+      drift_ = drift;
+      drift_allowed_ = taken * allowed_each_ + epsilon * largest_;
+    }
+    if (!(drift > limit())) return std::nullopt;
+    return Failure{Outcome::energy_drift,
+                   sentence({"T(q, qdot) and V(q) conserve the energy ", reference_->h, ", but it has become ", now->h, ", while rtol = ",
+                             options_.rtol, " and atol allow a change of ", taken * allowed_each_ + epsilon * largest_,
+                             "; it changed most between t = ", change_from_, " and t = ", change_to_})};
+  }
+
+  const F& system_;
+  const Options& options_;
+  [[no_unique_address]] std::conditional_t<TimeWatch<F>::watches, TimeWatch<F>, NoTimeWatch> clock_;
+  ChangeWatch<F> changes_;
+  long wait_, steps_since_ = 0;
+  double step_seen_ = 0.0;
+  double mass_rcond_ = 1.0, mass_rcond_time_ = 0.0, constraint_rcond_ = 1.0, constraint_rcond_time_ = 0.0;
+  std::optional<EnergyAt> reference_;  // at the begin
+  double before_ = 0.0, t_before_ = 0.0;  // h at the last look
+  double largest_ = 0.0, allowed_each_ = 0.0, drift_ = 0.0, drift_allowed_ = 0.0;
+  double largest_change_ = 0.0, change_from_ = 0.0, change_to_ = 0.0;
+  long steps_begun_ = 0, looks_begun_ = 0;
+  Eigen::VectorXd moved_;
+  Matrix<double, n> M_;
+  Cholesky<double, n> mass_;
+};
+
+// A system that hides what stands behind it brings a watchdog of its own.
+template <class F>
+struct WatchdogFor {
+  using type = Watchdog<F>;
+};
+template <class F>
+  requires requires { typename F::Watchdog; }
+struct WatchdogFor<F> {
+  using type = typename F::Watchdog;
+};
+
+}  // namespace qdot::detail

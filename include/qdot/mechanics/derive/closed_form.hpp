@@ -1,0 +1,271 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// q̈ by formulas that the compiler has derived.
+//
+// A derivation (mechanics/derive/derived_equations.hpp) ends with nodes of a graph. Those that q̈ needs are numbered here, and become a
+// constant of the program: a list of lines x_i = x_a x_b, x_i = α x_a + β x_b + γ, x_i = sin x_a, …, in which letters are places of a table.
+// mechanics/derive/closed_form_evaluation.hpp makes code of it.
+
+#include <cstddef>
+#include <type_traits>
+#include <vector>
+
+#include "qdot/ad/formula/list_graph.hpp"
+#include "qdot/mechanics/derive/by_graph.hpp"
+#include "qdot/mechanics/derive/by_terms.hpp"
+
+namespace qdot::detail {
+
+/// A coefficient of a line of code: a literal, or a place in the object's table.
+struct CoefficientUse {
+  double literal = 0.0;
+  int line = -1;
+
+  constexpr CoefficientUse() = default;
+  constexpr CoefficientUse(const taylor::Coefficient& c) : literal(c.is_literal() ? c.shadow : 0.0), line(c.line) {}
+  constexpr bool is(double number) const { return line < 0 && literal == number; }
+  friend constexpr bool operator==(const CoefficientUse&, const CoefficientUse&) = default;
+};
+
+/// One line of code. Arguments are earlier lines.
+struct ClosedFormLine {
+  taylor::Kind kind = taylor::Kind::constant;
+  taylor::Function function = taylor::Function::none;
+  int a = -1, b = -1;
+  CoefficientUse ca, cb, c;
+  taylor::Domain domain = taylor::Domain::everything;  // outside of which T or V has no value
+};
+
+struct ClosedFormExtent {
+  int lines = 0, coefficients = 0, eliminated = 0, factors = 0, kept = 0;
+  bool exists = false;
+  friend constexpr bool operator==(const ClosedFormExtent&, const ClosedFormExtent&) = default;
+};
+
+/// All of it, with room for what the extent says.
+template <ClosedFormExtent extent>
+struct ClosedForm {
+  struct Eliminated {
+    int coordinate = 0, pivot = 0, acceleration = 0, first = 0, last = 0;  // lines; factors first … last − 1
+    CoefficientUse pivot_factor;  // the pivot is this, or this times functions of the position
+    bool has_constant_pivot = false;
+  };
+  static constexpr ClosedFormExtent size = extent;
+
+  ClosedFormLine line[extent.lines + 1] = {};
+  taylor::CoefficientStep coefficient[extent.coefficients + 1] = {};
+  Eliminated eliminated[extent.eliminated + 1] = {};
+  int factor[extent.factors + 1] = {}, coordinate[extent.factors + 1] = {};
+  int kept[extent.kept + 1] = {}, right[extent.kept + 1] = {}, diagonal[extent.kept + 1] = {};
+  int mass[extent.kept * (extent.kept + 1) / 2 + 1] = {};
+};
+
+/// The energies of a written-out class as nodes. Parameters of V are counted after those of T.
+template <int n, const auto& list_T, const auto& list_V>
+struct ListedEnergies {
+  static constexpr int parameters_of_T = static_cast<int>(sizeof(list_T.value) / sizeof(double));
+
+  static constexpr int node_of_T(DerivedEquations::Graph& graph, taylor::CoefficientBook& book, bool& is_known) {
+    return node_of(list_T, 0, graph, book, is_known);
+  }
+  static constexpr int node_of_V(DerivedEquations::Graph& graph, taylor::CoefficientBook& book, bool& is_known) {
+    return node_of(list_V, parameters_of_T, graph, book, is_known);
+  }
+
+ private:
+  template <class List>
+  static constexpr int node_of(const List& list, int first, DerivedEquations::Graph& graph, taylor::CoefficientBook& book, bool& is_known) {
+    return taylor::node_of_list(graph, list, 2 * n + 1, is_known, [&](int k) -> taylor::Coefficient {
+      if (list.literal[k]) return list.value[k];
+      return book.parameter(first + list.same_as[k], taylor::shadow_of(first + list.same_as[k]));
+    });
+  }
+};
+
+// Two ways to derive: `use` is called with the derivation and its equations.
+template <int n, class Energies>
+struct ByTerms {
+  template <class Use>
+  static constexpr void derive(const Use& use) {
+    DerivationByTerms d(n);
+    const int T = Energies::node_of_T(d.graph, d.book, d.is_possible);
+    const int V = Energies::node_of_V(d.graph, d.book, d.is_possible);
+    const DerivedEquations e = d.equations_by_terms(T, V);
+    if (d.is_possible) use(d, e);
+  }
+};
+template <int n, class Energies>
+struct ByGraph {
+  template <class Use>
+  static constexpr void derive(const Use& use) {
+    constexpr const auto& stage = last_graph_stage<n, Energies>();
+    if constexpr (stage.is_possible) {
+      DerivationByGraph<n> d(stage);
+      const DerivedEquations e = d.equations(stage);
+      use(d, e);
+    }
+  }
+};
+
+// Numbers of the nodes that `outputs` need, −1 for the others.
+constexpr std::vector<int> lines_of(const DerivedEquations::Graph& graph, const std::vector<int>& outputs, int& count) {
+  const std::vector<char> needed = graph.needed_for(outputs);
+  std::vector<int> line(needed.size(), -1);
+  count = 0;
+  for (std::size_t w = 0; w < needed.size(); ++w)
+    if (needed[w] != 0) line[w] = count++;
+  return line;
+}
+
+// All that q̈ is made of.
+constexpr std::vector<int> outputs_of(const DerivedEquations& e) {
+  std::vector<int> outputs;
+  for (const auto& step : e.eliminated) {
+    outputs.push_back(step.pivot);
+    outputs.push_back(step.acceleration);
+    for (const int factor : step.factors) outputs.push_back(factor);
+  }
+  for (const int node : e.mass) outputs.push_back(node);
+  for (const int node : e.right) outputs.push_back(node);
+  for (const int node : e.diagonal) outputs.push_back(node);
+  return outputs;
+}
+
+// Lines and coefficients of a form.
+template <class Derivation, class Form>
+constexpr void write_form_lines(const Derivation& d, const std::vector<int>& line, Form& form) {
+  const auto& nodes = d.graph.nodes();
+  const auto line_of = [&line](int node) { return node < 0 ? -1 : line[static_cast<std::size_t>(node)]; };
+  for (std::size_t w = 0; w < nodes.size(); ++w) {
+    if (line[w] < 0) continue;
+    const auto& node = nodes[w];
+    const bool is_input = node.kind == taylor::Kind::variable;
+    form.line[line[w]] = {node.kind, node.function, is_input ? node.a : line_of(node.a), is_input ? -1 : line_of(node.b), node.ca, node.cb, node.c};
+  }
+  for (std::size_t k = 0; k < d.book.steps().size(); ++k) form.coefficient[k] = d.book.steps()[k];
+}
+
+// The domains that q̈ does not watch over by itself, of each node: a root or a power that q̈ needs is NaN outside of its own, and a division by zero
+// is not finite.
+constexpr std::vector<taylor::Domain> domains_to_check(const DerivedEquations::Graph& graph, const std::vector<int>& outputs) {
+  using taylor::Domain, taylor::Kind;
+  const std::vector<char> needed = graph.needed_for(outputs);
+  std::vector<char> may_be_negative(needed.size(), 1), may_be_zero(needed.size(), 1);
+  for (std::size_t w = 0; w < needed.size(); ++w) {
+    const auto& node = graph.nodes()[w];
+    if (needed[w] == 0 || (node.kind != Kind::power && node.kind != Kind::quotient)) continue;
+    const auto base = static_cast<std::size_t>(node.kind == Kind::power ? node.a : node.b);
+    const double exponent = node.kind == Kind::power ? decisive(node.c) : -1.0;
+    if (exponent < 0.0) may_be_zero[base] = 0;
+    if (!(exponent >= -1e9 && exponent <= 1e9 && exponent == static_cast<double>(static_cast<int>(exponent)))) may_be_negative[base] = 0;
+  }
+  std::vector<Domain> domains;
+  for (std::size_t w = 0; w < needed.size(); ++w) {
+    Domain domain = graph.nodes()[w].domain;
+    if (domain == Domain::positive && may_be_negative[w] == 0) domain = Domain::nonzero;
+    if (domain == Domain::nonnegative && may_be_negative[w] == 0) domain = Domain::everything;
+    if (domain == Domain::nonzero && may_be_zero[w] == 0) domain = Domain::everything;
+    domains.push_back(domain);
+  }
+  return domains;
+}
+constexpr std::vector<int> with_checked(std::vector<int> outputs, const std::vector<taylor::Domain>& domains) {
+  for (std::size_t w = 0; w < domains.size(); ++w)
+    if (domains[w] != taylor::Domain::everything) outputs.push_back(static_cast<int>(w));
+  return outputs;
+}
+
+template <class Way>
+constexpr ClosedFormExtent closed_form_extent() {
+  ClosedFormExtent extent;
+  Way::derive([&extent](const auto& d, const DerivedEquations& e) {
+    const std::vector<int> outputs = outputs_of(e);
+    lines_of(d.graph, with_checked(outputs, domains_to_check(d.graph, outputs)), extent.lines);
+    extent.coefficients = static_cast<int>(d.book.steps().size());
+    extent.eliminated = static_cast<int>(e.eliminated.size());
+    for (const auto& step : e.eliminated) extent.factors += static_cast<int>(step.factors.size());
+    extent.kept = static_cast<int>(e.kept.size());
+    extent.exists = true;
+  });
+  return extent;
+}
+
+template <class Way, ClosedFormExtent extent>
+constexpr ClosedForm<extent> closed_form_of() {
+  ClosedForm<extent> form;
+  Way::derive([&form](const auto& d, const DerivedEquations& e) {
+    int count = 0;
+    const std::vector<int> outputs = outputs_of(e);
+    const std::vector<taylor::Domain> domains = domains_to_check(d.graph, outputs);
+    const std::vector<int> line = lines_of(d.graph, with_checked(outputs, domains), count);
+    const auto line_of = [&](int node) { return node < 0 ? -1 : line[static_cast<std::size_t>(node)]; };
+    write_form_lines(d, line, form);
+    for (std::size_t w = 0; w < domains.size(); ++w)
+      if (line[w] >= 0) form.line[line[w]].domain = domains[w];
+    const auto& nodes = d.graph.nodes();
+    int factors = 0, steps = 0;
+    for (const auto& step : e.eliminated) {
+      auto& to = form.eliminated[steps++];
+      const auto& pivot = nodes[static_cast<std::size_t>(step.pivot)];
+      to = {step.coordinate, line_of(step.pivot), line_of(step.acceleration), factors, factors + static_cast<int>(step.factors.size()), {}, false};
+      to.has_constant_pivot = pivot.kind == taylor::Kind::constant;
+      to.pivot_factor = to.has_constant_pivot ? pivot.c : pivot.kind == taylor::Kind::affine && pivot.b < 0 ? pivot.ca : taylor::Coefficient(1.0);
+      for (std::size_t i = 0; i < step.factors.size(); ++i) {
+        form.factor[factors] = line_of(step.factors[i]);
+        form.coordinate[factors++] = step.coordinates[i];
+      }
+    }
+    for (std::size_t i = 0; i < e.kept.size(); ++i) {
+      form.kept[i] = e.kept[i];
+      form.right[i] = line_of(e.right[i]);
+      form.diagonal[i] = line_of(e.diagonal[i]);
+    }
+    for (std::size_t i = 0; i < e.mass.size(); ++i) form.mass[i] = line_of(e.mass[i]);
+  });
+  return form;
+}
+
+// Whether the compiler can be asked at all: it stops after a number of operations.
+template <class Way>
+concept Derivable = requires { typename std::bool_constant<closed_form_extent<Way>().exists>; };
+template <class Way>
+inline constexpr ClosedFormExtent extent_of_way = [] {
+  if constexpr (Derivable<Way>) {
+    return closed_form_extent<Way>();
+  } else {
+    return ClosedFormExtent{};
+  }
+}();
+
+// Largest n whose kinetic energy is multiplied out.
+inline constexpr int by_terms_limit = 8;
+
+template <int n, class Energies>
+struct WayToDerive {
+  static constexpr auto chosen() {
+    if constexpr (n <= by_terms_limit) {
+      if constexpr (extent_of_way<ByTerms<n, Energies>>.exists) {
+        return std::type_identity<ByTerms<n, Energies>>{};
+      } else {
+        return std::type_identity<ByGraph<n, Energies>>{};
+      }
+    } else {
+      return std::type_identity<ByGraph<n, Energies>>{};
+    }
+  }
+  using type = typename decltype(chosen())::type;
+};
+
+/// The closed form of the energies that two lists are.
+template <int n, const auto& list_T, const auto& list_V>
+struct ClosedFormOfLists {
+  using Energies = ListedEnergies<n, list_T, list_V>;
+  using Way = typename WayToDerive<n, Energies>::type;
+  static constexpr ClosedFormExtent extent = extent_of_way<Way>;
+  static constexpr bool exists = extent.exists;
+  static constexpr int coefficients = extent.coefficients;
+  static constexpr ClosedForm<extent> form = closed_form_of<Way, extent>();
+};
+
+}  // namespace qdot::detail

@@ -1,0 +1,156 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// M, r and ∂q̈/∂(q, q̇) by formulas that the compiler has derived.
+//
+// The equations of motion in closed form are r(q, q̇) = M(q) q̈, no coordinate eliminated: what forces, constraints and impacts go on with
+// (mechanics/mass_and_rhs.hpp). By the implicit function theorem
+//
+//     ∂q̈/∂(q, q̇) = M⁻¹ ∂(r − M a)/∂(q, q̇)      at fixed a = q̈ .
+//
+// The compiler has r and M as formulas (mechanics/derive/by_terms.hpp) and differentiates them row by row, each with one walk back. M is factored
+// once more, with 2n columns beside it. The lines that M and r need come first.
+
+#include <type_traits>
+#include <vector>
+
+#include "qdot/mechanics/derive/closed_form_evaluation.hpp"
+#include "qdot/mechanics/equations/straight_line_jacobian.hpp"
+
+namespace qdot::detail {
+
+struct ClosedJacobianExtent {
+  int lines = 0, coefficients = 0;
+  int equations = 0;  // lines for M and r
+  bool exists = false;
+};
+
+/// Lines of code, and which of them are M, r and the derivatives of r − M a.
+template <int n, ClosedJacobianExtent extent>
+struct ClosedJacobian {
+  static constexpr ClosedJacobianExtent size = extent;
+  ClosedFormLine line[extent.lines + 1] = {};
+  taylor::CoefficientStep coefficient[extent.coefficients + 1] = {};
+  int mass[n * (n + 1) / 2] = {}, right[n] = {}, slope[n * 2 * n] = {};
+};
+
+// Calls `use` with the derivation, what it has derived, the nodes that M and r need, and these and the others.
+template <int n, class Energies, class Use>
+constexpr void derive_jacobian(const Use& use) {
+  DerivationByTerms d(n);
+  const int T = Energies::node_of_T(d.graph, d.book, d.is_possible);
+  const int V = Energies::node_of_V(d.graph, d.book, d.is_possible);
+  const DerivedJacobian jacobian = d.jacobian_by_terms(T, V);
+  if (!d.is_possible) return;
+  std::vector<int> equations = jacobian.mass;
+  for (const int node : jacobian.right) equations.push_back(node);
+  const std::vector<taylor::Domain> domains = domains_to_check(d.graph, equations);
+  equations = with_checked(equations, domains);
+  std::vector<int> all = equations;
+  for (const int slope : jacobian.slopes) all.push_back(slope);
+  use(d, jacobian, domains, equations, all);
+}
+
+template <int n, class Energies>
+constexpr ClosedJacobianExtent closed_jacobian_extent() {
+  ClosedJacobianExtent extent;
+  derive_jacobian<n, Energies>(
+      [&extent](const auto& d, const DerivedJacobian&, const auto&, const std::vector<int>& equations, const std::vector<int>& all) {
+        const std::vector<int> line = lines_of(d.graph, all, extent.lines);
+        for (const int node : equations)
+          if (node >= 0 && line[static_cast<std::size_t>(node)] >= extent.equations) extent.equations = line[static_cast<std::size_t>(node)] + 1;
+        extent.coefficients = static_cast<int>(d.book.steps().size());
+        extent.exists = true;
+      });
+  return extent;
+}
+
+template <int n, class Energies, ClosedJacobianExtent extent>
+constexpr ClosedJacobian<n, extent> closed_jacobian_of() {
+  ClosedJacobian<n, extent> form;
+  if (!extent.exists) return form;
+  derive_jacobian<n, Energies>([&form](const auto& d, const DerivedJacobian& jacobian, const auto& domains, const auto&, const std::vector<int>& all) {
+    int count = 0;
+    const std::vector<int> line = lines_of(d.graph, all, count);
+    write_form_lines(d, line, form);
+    for (std::size_t w = 0; w < domains.size(); ++w)
+      if (line[w] >= 0) form.line[line[w]].domain = domains[w];
+    const auto copy = [&line](const std::vector<int>& nodes, int* lines) {
+      for (std::size_t k = 0; k < nodes.size(); ++k) lines[k] = nodes[k] < 0 ? -1 : line[static_cast<std::size_t>(nodes[k])];
+    };
+    copy(jacobian.mass, form.mass);
+    copy(jacobian.right, form.right);
+    copy(jacobian.slopes, form.slope);
+  });
+  return form;
+}
+
+template <int n, class Energies>
+concept JacobianDerivable = requires { typename std::bool_constant<closed_jacobian_extent<n, Energies>().exists>; };
+
+
+/// The Jacobian's form of the energies of a closed form; `exists` is false where there is none.
+template <int n, class Energies>
+struct ClosedJacobianOf {
+  static constexpr ClosedJacobianExtent extent = [] {
+    if constexpr (n >= 1 && n <= by_terms_limit) {
+      if constexpr (JacobianDerivable<n, Energies>) return closed_jacobian_extent<n, Energies>();
+    }
+    return ClosedJacobianExtent{};
+  }();
+  static constexpr bool exists = extent.exists;
+  static constexpr int coefficients = extent.coefficients;
+  static constexpr ClosedJacobian<n, extent> form = closed_jacobian_of<n, Energies, extent>();
+};
+
+/// Calls `use` with M, r and the entries of M that are not always zero (mass_and_rhs.hpp); false where T or V has no value, and where `use` says so.
+template <int n, class Form, class Use>
+[[gnu::flatten]] inline bool closed_form_equations(const double* c, const AtState& at, const Use& use) {
+  constexpr const auto& form = Form::form;
+  constexpr ComponentMask present = [] {
+    ComponentMask mask = 0;
+    for (int k = 0; k < n * (n + 1) / 2; ++k)
+      if (Form::form.mass[k] >= 0) mask |= ComponentMask(1) << k;
+    return mask;
+  }();
+  double x[form.size.equations + 1];
+  write_lines<n, Form, form.size.equations>(c, at.q, at.qdot, at.t, at.q, x);
+  if (!have_values<Form, form.size.equations>(x)) return false;
+  double M[n * (n + 1) / 2], r[n];
+  unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = x[form.right[i]]; });
+  unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) {
+    constexpr int node = form.mass[k];
+    M[k] = node < 0 ? 0.0 : x[node < 0 ? 0 : node];
+  });
+  return use.packed(at, M, r, present);
+}
+
+/// M, the packed lower triangle, and the derivatives of r − M a at accelerations a, n rows of which the first 2n entries are written.
+template <int n, class Form, class Row>
+[[gnu::flatten]] inline void closed_form_slopes(const double* c, const double* q, const double* qdot, double t, const double* a, double* M, Row* rows) {
+  constexpr const auto& form = Form::form;
+  double x[form.size.lines + 1];
+  write_lines<n, Form, form.size.lines>(c, q, qdot, t, a, x);
+  unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) {
+    constexpr int node = form.mass[k];
+    M[k] = node < 0 ? 0.0 : x[node < 0 ? 0 : node];
+  });
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    unroll<2 * n>([&](auto j) __attribute__((always_inline)) {
+      constexpr int node = form.slope[2 * n * i + j];
+      rows[i][j] = node < 0 ? 0.0 : x[node < 0 ? 0 : node];
+    });
+  });
+}
+
+/// ∂q̈/∂q and ∂q̈/∂q̇ by columns, at accelerations a that are known; false when this is not the way.
+template <int n, class Form>
+[[gnu::flatten, gnu::noinline]] bool closed_form_jacobian(const double* c, const double* q, const double* qdot, double t, const double* a, double* d_q,
+                                                          double* d_qdot) {
+  double M[n * (n + 1) / 2];
+  SlopeRow<2 * n> rows[n];
+  closed_form_slopes<n, Form>(c, q, qdot, t, a, M, rows);
+  return solved_in_place<n>(M, rows, singular_pivot<double>(n)) & columns_written<n>(rows, d_q, d_qdot);
+}
+
+}  // namespace qdot::detail

@@ -1,0 +1,266 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Lagrange's equations derived when a program runs, and carried out line by line.
+//
+// The compiler derives M and r of energies that it can run (mechanics/written_out.hpp). The same algebra works for an object that is there when
+// the program runs: T and V are listed (ad/formula/trace.hpp), multiplied out, differentiated and simplified (mechanics/derive/by_terms.hpp), now with the
+// object's own numbers in place of letters. What comes out is a table of lines,
+//
+//     x₇ = x₃ x₅,     x₈ = sin x₀, x₉ = cos x₀,     x₁₀ = 2 x₇ − x₈,   …
+//
+// first those of M and r, then those of ∂(r − M a)/∂(q, q̇), and an evaluation goes through it from operation to operation. A line costs one or
+// two nanoseconds beside what it computes, and there are as few of them as in formulas that one derives by hand.
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "qdot/ad/formula/list_graph.hpp"
+#include "qdot/ad/formula/trace.hpp"
+#include "qdot/mechanics/derive/closed_form.hpp"
+#include "qdot/mechanics/derive/by_terms.hpp"
+#include "qdot/mechanics/equations/energy_functors.hpp"
+
+namespace qdot::detail {
+
+/// One line: x[to] = …
+struct Line {
+  enum class Operation : std::uint8_t {
+    end, constant, scaled, combination, sum, difference, product, square, quotient, inverse, root, inverse_root, power, sine_and_cosine, function
+  };
+  Operation operation = Operation::end;
+  taylor::Function function = taylor::Function::none;
+  std::uint16_t to = 0, also_to = 0, a = 0, b = 0;
+  double ca = 0.0, cb = 0.0, c = 0.0;
+};
+
+// The lines from `line` to one whose operation is `end`. Each jumps to the next by itself: a processor remembers where each of several jumps goes, of one
+// jump in a loop it remembers less, and the lines take half as long again.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpedantic"  // labels as values, which g++ and clang have
+inline void carry_out(const Line* line, double* x) {
+  static const void* const ways[] = {&&end,     &&constant, &&scaled, &&combination,  &&sum,   &&difference,      &&product, &&square,
+                                     &&quotient, &&inverse,  &&root,   &&inverse_root, &&power, &&sine_and_cosine, &&function};
+  const auto way = [](const Line* l) { return static_cast<std::size_t>(l->operation); };
+  goto* ways[way(line)];
+constant:
+  x[line->to] = line->c;
+  goto* ways[way(++line)];
+scaled:
+  x[line->to] = line->ca * x[line->a] + line->c;
+  goto* ways[way(++line)];
+combination:
+  x[line->to] = line->ca * x[line->a] + line->cb * x[line->b] + line->c;
+  goto* ways[way(++line)];
+sum:
+  x[line->to] = x[line->a] + x[line->b];
+  goto* ways[way(++line)];
+difference:
+  x[line->to] = x[line->a] - x[line->b];
+  goto* ways[way(++line)];
+product:
+  x[line->to] = x[line->a] * x[line->b];
+  goto* ways[way(++line)];
+square:
+  x[line->to] = x[line->a] * x[line->a];
+  goto* ways[way(++line)];
+quotient:
+  x[line->to] = x[line->a] / x[line->b];
+  goto* ways[way(++line)];
+inverse:
+  x[line->to] = 1.0 / x[line->a];
+  goto* ways[way(++line)];
+root:
+  x[line->to] = std::sqrt(x[line->a]);
+  goto* ways[way(++line)];
+inverse_root:
+  x[line->to] = 1.0 / std::sqrt(x[line->a]);
+  goto* ways[way(++line)];
+power:
+  x[line->to] = std::pow(x[line->a], line->c);
+  goto* ways[way(++line)];
+sine_and_cosine: {
+  const double angle = x[line->a];
+  x[line->to] = std::sin(angle);
+  x[line->also_to] = std::cos(angle);
+}
+  goto* ways[way(++line)];
+function:
+  x[line->to] = taylor::value_of(line->function, x[line->a], x[line->b]);
+  goto* ways[way(++line)];
+end:;
+}
+#pragma GCC diagnostic pop
+
+/// The equations of one object. Inputs are q, q̇, t and accelerations, 3n + 1 numbers; lines come after them. −1 is zero.
+struct DerivedLines {
+  static constexpr int most = 4000;  // numbers: a vector of them lies on the stack
+
+  std::vector<Line> equations, all;  // lines of M and r; and with those of the slopes after them
+  std::vector<int> mass, right, slopes;  // lower triangle of M, row by row; derivatives of each row along q and then q̇
+  struct Checked {
+    int number;
+    taylor::Domain domain;
+  };
+  std::vector<Checked> checked;  // outside of which T or V has no value
+
+  bool exist() const { return !right.empty(); }
+
+  /// Whether T and V have values where these numbers are.
+  bool have_values(const double* x) const {
+    bool good = true;
+    for (const Checked& c : checked) {
+      const double value = x[c.number];
+      if (c.domain == taylor::Domain::positive) good &= value > 0.0;
+      else if (c.domain == taylor::Domain::nonnegative) good &= value >= 0.0;
+      else good &= value != 0.0;
+    }
+    return good;
+  }
+};
+
+// A list of one object, all of whose numbers are known, as node_of_list() asks for it.
+struct ListOfObject {
+  struct Always {
+    constexpr bool operator[](int) const { return true; }
+  };
+  const trace::Step* step;
+  const double* value;
+  Always literal{};
+  int count, result;
+
+  explicit ListOfObject(const trace::Recording& run) : step(run.step), value(run.constant), count(run.steps), result(run.result) {}
+};
+
+// A run of T or V on vectors like all others.
+template <int n, class Run>
+std::unique_ptr<trace::Recording> recorded(const Run& run) {
+  auto all = std::make_unique<trace::Recording>();
+  all->inputs = 2 * n + 1;
+  Vector<trace::Traced, n> q, qdot;
+  for (int i = 0; i < n; ++i) {
+    q[i] = trace::Traced(*all, i);
+    qdot[i] = trace::Traced(*all, n + i);
+  }
+  const trace::Traced result = run(q, qdot, trace::Traced(*all, 2 * n));
+  all->result = result.operand_in(*all);
+  auto ordered = std::make_unique<trace::Recording>();
+  all->put_in_order(*ordered);
+  return ordered;
+}
+
+/// Writes the lines of a derivation.
+class LineWriter {
+ public:
+  LineWriter(const DerivedEquations::Graph& graph, int inputs) : graph_(graph), number_(graph.nodes().size(), -1), count_(inputs) {
+    for (std::size_t w = 0; w < number_.size(); ++w)
+      if (graph.nodes()[w].kind == taylor::Kind::variable) number_[w] = graph.nodes()[w].a;
+  }
+
+  /// Appends what `outputs` need and is not there.
+  void write(const std::vector<int>& outputs, std::vector<Line>& lines) {
+    const std::vector<char> needed = graph_.needed_for(outputs);
+    for (std::size_t w = 0; w < needed.size(); ++w)
+      if (needed[w] != 0 && number_[w] < 0) write(w, lines);
+  }
+
+  int count() const { return count_; }
+  int number(int node) const { return node < 0 ? -1 : number_[static_cast<std::size_t>(node)]; }
+  std::vector<int> numbers(const std::vector<int>& nodes) const {
+    std::vector<int> all;
+    for (const int node : nodes) all.push_back(number(node));
+    return all;
+  }
+
+ private:
+  std::uint16_t argument(int node) const { return static_cast<std::uint16_t>(node < 0 ? 0 : number(node)); }
+
+  void write(std::size_t w, std::vector<Line>& lines) {
+    using Operation = Line::Operation;
+    const auto& node = graph_.nodes()[w];
+    number_[w] = count_++;
+    Line l{Operation::constant, node.function, static_cast<std::uint16_t>(number_[w]), 0, argument(node.a), argument(node.b), decisive(node.ca), decisive(node.cb),
+           decisive(node.c)};
+    switch (node.kind) {
+      case taylor::Kind::constant:
+      case taylor::Kind::variable: break;
+      case taylor::Kind::affine:
+        if (node.b < 0) l.operation = Operation::scaled;
+        else if (l.ca == 1.0 && l.c == 0.0 && l.cb == 1.0) l.operation = Operation::sum;
+        else if (l.ca == 1.0 && l.c == 0.0 && l.cb == -1.0) l.operation = Operation::difference;
+        else l.operation = Operation::combination;
+        break;
+      case taylor::Kind::product: l.operation = l.a == l.b ? Operation::square : Operation::product; break;
+      case taylor::Kind::quotient: l.operation = Operation::quotient; break;
+      case taylor::Kind::power:
+        l.operation = l.c == -1.0 ? Operation::inverse : l.c == 0.5 ? Operation::root : l.c == -0.5 ? Operation::inverse_root : Operation::power;
+        break;
+      case taylor::Kind::function:
+        l.operation = Operation::function;
+        if (merged_with_partner(l, lines)) return;
+        break;
+    }
+    lines.push_back(l);
+  }
+
+  // A sine and a cosine of one angle are one line.
+  static bool merged_with_partner(const Line& l, std::vector<Line>& lines) {
+    using taylor::Function;
+    if (l.function != Function::sin && l.function != Function::cos) return false;
+    const Function partner = l.function == Function::sin ? Function::cos : Function::sin;
+    for (Line& before : lines) {
+      if (before.operation != Line::Operation::function || before.function != partner || before.a != l.a) continue;
+      before.operation = Line::Operation::sine_and_cosine;
+      before.also_to = partner == Function::sin ? l.to : before.to;
+      if (partner == Function::cos) before.to = l.to;
+      return true;
+    }
+    return false;
+  }
+
+  const DerivedEquations::Graph& graph_;
+  std::vector<int> number_;  // of each node
+  int count_;
+};
+
+/// The lines of T and V that were recorded; none where these are no formulas, or T is no quadratic form that can be multiplied out.
+inline DerivedLines lines_of_recordings(int n, const trace::Recording& T, const trace::Recording& V) {
+  DerivedLines lines;
+  if (T.branches || V.branches || T.too_long || V.too_long) return lines;
+  DerivationByTerms d(n);
+  const auto node = [&](const ListOfObject& list) {
+    return taylor::node_of_list(d.graph, list, 2 * n + 1, d.is_possible, [&](int k) -> taylor::Coefficient { return list.value[k]; });
+  };
+  const int node_of_T = node(ListOfObject(T)), node_of_V = node(ListOfObject(V));
+  const DerivedJacobian derived = d.jacobian_by_terms(node_of_T, node_of_V);
+  if (!d.is_possible) return lines;
+  std::vector<int> equations = derived.mass;
+  for (const int r : derived.right) equations.push_back(r);
+  const std::vector<taylor::Domain> domains = domains_to_check(d.graph, equations);
+  LineWriter writer(d.graph, 3 * n + 1);
+  writer.write(with_checked(equations, domains), lines.all);
+  lines.equations = lines.all;
+  writer.write(derived.slopes, lines.all);
+  lines.equations.emplace_back();
+  lines.all.emplace_back();
+  if (writer.count() > DerivedLines::most) return {};
+  lines.mass = writer.numbers(derived.mass);
+  lines.right = writer.numbers(derived.right);
+  lines.slopes = writer.numbers(derived.slopes);
+  for (std::size_t w = 0; w < domains.size(); ++w)
+    if (domains[w] != taylor::Domain::everything) lines.checked.push_back({writer.number(static_cast<int>(w)), domains[w]});
+  return lines;
+}
+
+template <int n, class E>
+DerivedLines derived_lines(const E& e) {
+  using V = Vector<trace::Traced, n>;
+  using S = trace::Traced;
+  return lines_of_recordings(n, *recorded<n>([&](const V& q, const V& qdot, const S& t) { return kinetic<n>(e, q, qdot, t); }),
+                             *recorded<n>([&](const V& q, const V&, const S& t) { return potential<n>(e, q, t); }));
+}
+
+}  // namespace qdot::detail

@@ -1,0 +1,82 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// M, and how the equations of motion change from state to state at accelerations that are known:
+//
+//     ∂(r − M a)/∂(q, q̇)      at fixed a .
+//
+// That is what Jacobians are made of, those of systems (acceleration_jacobian.hpp) and those of scenes, whose effects and constraints add
+// rows and columns of their own before anything is solved (effects/equations/scene_jacobian.hpp). As for M and r there is one ladder:
+//
+//     e.slopes(q, qdot, a, t, M, rows)     what a system knows of itself: derived lines (mechanics/derive/closed_form_jacobian.hpp), positions and masses
+//                                          (mechanics/places/bodies.hpp), potentials added to either (effects/equations/energy_terms.hpp)
+//     straight-line duals                  T and V of up to four coordinates, without loops and rotations (mechanics/equations/straight_line_jacobian.hpp)
+//     records                              any T and V (ad/records/residual_record.hpp)
+//
+// False is returned where none of these is the way, or a number is not finite: then there are nested duals.
+
+#include <algorithm>
+
+#include "qdot/ad/records/residual_record.hpp"
+#include "qdot/mechanics/mass_and_rhs.hpp"
+#include "qdot/mechanics/equations/straight_line_jacobian.hpp"
+
+namespace qdot::detail {
+
+// How many directions a row of a record has.
+inline constexpr int residual_directions = ResidualRecord<1>::width;
+
+// Calls f(i, first, row) with the derivatives of X_i L at fixed accelerations, in turn along q and q̇ of each coordinate from first/2 on.
+template <int n, class E, class F>
+void for_each_residual(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, const Vector<double, n>& a, double t, const F& f) {
+  using Record = ResidualRecord<(n == Dynamic || n > 16) ? 64 : 8 * n + 8>;
+  using N = LocalDual;
+  using S = Graded<Record>;
+  const int size = static_cast<int>(q.size());
+  Record record(size);
+  Vector<S, n> x(size);
+  Vector<S, n> v(size);
+  const S time(N(t), N(1.0), N(0.0), N(0.0), NoWeight(), 0, nullptr);
+  for (int i = 0; i < size; ++i) {
+    const N velocity(qdot[i], 0.0, 1.0);
+    x[i] = S(N(q[i], 1.0, 0.0), velocity, N(0.0), N(1.0), NoWeight(), i, &record);
+    v[i] = S(velocity, N(a[i]), N(1.0), N(0.0), NoWeight(), i, &record);
+  }
+  const S L = kinetic<n>(e, x, v, time) - potential<n>(e, x, time);
+  record.derivatives(L.record != nullptr ? L.node : -1, L.a, L.b, f);
+}
+
+// Energies that know of their slopes, or know that they have none; of others that have none, records are asked.
+template <class E, class Row>
+concept HasSlopes = requires(const E& e, const double* q, double* M, Row* rows) { e.slopes(q, q, q, 0.0, M, rows); };
+template <class E>
+concept HasFinalSlopes = is_written_out<E> || requires { requires E::slopes_are_final; };
+
+// Which systems have such a ladder.
+template <int n>
+inline constexpr bool has_slopes = straight_line_pays && n >= 1 && n <= straight_line_limit;
+
+// M, the packed lower triangle, and the derivatives of r − M a, of which row i has its first 2n entries written.
+template <int n, class E, class Row>
+bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, const Vector<double, n>& a, double t, double* M, Row* rows) {
+  if constexpr (HasSlopes<E, Row>) {
+    if (e.slopes(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
+  }
+  if constexpr (HasFinalSlopes<E>) {
+    return false;
+  } else {
+    if constexpr (!HasOwnEquations<E> && n <= straight_line_jacobian_limit) {
+      if (straight_line_slopes<n>(e, q.data(), qdot.data(), a.data(), t, M, rows)) return true;
+    }
+    for_each_residual<n>(e, q, qdot, a, t, [&](int i, int, const double* residual) {
+      for (int j = 0; j < n; ++j) {
+        rows[i][j] = residual[2 * j];
+        rows[i][n + j] = residual[2 * j + 1];
+      }
+    });
+    double r[n];
+    return packed_equations<n>(e, q, qdot, t, M, r);
+  }
+}
+
+}  // namespace qdot::detail

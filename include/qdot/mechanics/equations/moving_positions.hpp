@@ -1,0 +1,174 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Velocities inside T at the cost of first derivatives.
+//
+// Where T calls velocity_of(r, q, q̇) or an angular velocity, r is evaluated on scalars of Lagrange's equations. With dual numbers around
+// them that takes all second derivatives of r. But nobody needs these: of ṙ = J q̇ + ∂r/∂t Lagrange's equations ask for
+//
+//     ∂ṙ/∂q̇ = J ,     D ṙ = s = J̇ q̇ + … ,     X ṙ = ∂ṙ/∂q − D ∂ṙ/∂q̇ = ∂ṙ/∂q − J̇ = 0 ,
+//
+// the last because d/dt and ∂/∂q change places (the lemma by which Lagrange's equations are derived). J and s are what a position
+// knows of itself (ad/places/position_row.hpp). So r is evaluated on positions, and value and velocity are made from these.
+//
+// This holds where what r is given are positions, and the velocities beside them their rates. Coordinates and velocities are, and
+// parts and functions of them; anything else, such as quasi-velocities, or a coordinate that r has captured, is noticed and goes by duals.
+
+#include <cmath>
+#include <utility>
+
+#include "qdot/ad/lagrange/graded_jet.hpp"
+#include "qdot/ad/places/position_jet.hpp"
+#include "qdot/ad/places/position_row.hpp"
+#include "qdot/mechanics/velocity.hpp"
+
+namespace qdot::detail {
+
+template <int n>
+struct MovingPositions<GradedJet<n>> {
+  static constexpr bool known = true, is_only_way = false;
+  using S = GradedJet<n>;
+  using Position = PositionRow<(n + 3) / 4>;
+
+  SquareRecord<n>* record = nullptr;
+
+  // to ← the position x with the velocity v; false if v is not its rate.
+  bool read(const S& x, const S& v, Position& to) {
+    if ((x.kinds & (S::has_g | S::has_h)) || (v.kinds & (S::has_x | S::has_h))) return false;
+    const bool moves = x.kinds & S::has_x;
+    if (moves != static_cast<bool>(v.kinds & S::has_g) || (x.kinds & S::has_rate ? x.rate : 0.0) != v.value) return false;
+    to.value = x.value;
+    to.rate = v.value;
+    to.bend = v.kinds & S::has_rate ? v.rate : 0.0;
+    if (!moves) return to.J.clear(), true;
+    record = x.record;
+    if (x.leaf >= 0) return to.J.set_unit(x.leaf), v.g[x.leaf / 2][x.leaf % 2] == 1.0 && is_the_same(x.x, v.g);
+    to.J.first = 0;
+    to.J.last = (n + 3) / 4;
+    for (int i = 0; i < 4 * to.J.last; ++i) to.J.number[i] = i < n ? x.x[i / 2][i % 2] : 0.0;
+    return is_the_same(x.x, v.g);
+  }
+  bool read_time(const S& t, Position& to) const {
+    if (t.kinds != S::has_rate || t.rate != 1.0) return false;
+    to = Position(t.value);
+    to.rate = 1.0;
+    return true;
+  }
+
+  // False where something else has come into a position.
+  static bool knows(const Position& p) { return !std::isnan(p.bend); }
+
+  ValueAndRate<S> both(const Position& p) const {
+    ValueAndRate<S> r{S(p.value), S(p.rate)};
+    r.value.rate = p.rate;
+    r.rate.rate = p.bend;
+    r.value.kinds = r.rate.kinds = S::has_rate;
+    if (p.J.empty()) return r;
+    r.value.record = r.rate.record = record;
+    r.value.kinds |= S::has_x;
+    r.rate.kinds |= S::has_g;
+    for (int i = 0; i < n; ++i) r.value.x[i / 2][i % 2] = r.rate.g[i / 2][i % 2] = p.J[i];
+    return r;
+  }
+
+ private:
+  static bool is_the_same(const Pair* a, const Pair* b) {
+    bool same = true;
+    for (int i = 0; i < n; ++i) same = same && a[i / 2][i % 2] == b[i / 2][i % 2];
+    return same;
+  }
+};
+
+// Where operations are recorded, a row J is a sum of the leaves.
+template <int blocks>
+struct MovingPositions<Graded<HessianRecord<blocks>>> {
+  static constexpr bool known = true, is_only_way = false;
+  using S = Graded<HessianRecord<blocks>>;
+  using Position = PositionRow<blocks>;
+
+  HessianRecord<blocks>* record = nullptr;
+
+  bool read(const S& x, const S& v, Position& to) {
+    if (x.rate != v.value || x.record != v.record || x.a != 0.0 || x.w != 0.0 || v.b != 0.0 || v.w != 0.0 || v.a != x.b) return false;
+    to.value = x.value;
+    to.rate = v.value;
+    to.bend = v.rate;
+    if (x.record == nullptr) return to.J.clear(), true;
+    record = x.record;
+    if (x.node != v.node || !record->is_leaf(x.node)) return false;
+    to.J.set_unit(x.node);
+    to.J.set(x.b, to.J);
+    return true;
+  }
+  bool read_time(const S& t, Position& to) const {
+    if (t.record != nullptr || t.rate != 1.0) return false;
+    to = Position(t.value);
+    to.rate = 1.0;
+    return true;
+  }
+  static bool knows(const Position& p) { return !std::isnan(p.bend); }
+
+  ValueAndRate<S> both(const Position& p) const {
+    ValueAndRate<S> r{S(p.value, p.rate, 0.0, 0.0, 0.0, 0, nullptr), S(p.rate, p.bend, 0.0, 0.0, 0.0, 0, nullptr)};
+    double c = 0.0;
+    const int node = p.J.empty() ? -1 : record->add_row(p.J.number, 4 * p.J.first, 4 * p.J.last, c);
+    if (node < 0) return r;
+    r.value.node = r.rate.node = node;
+    r.value.record = r.rate.record = record;
+    r.value.b = r.rate.a = c;
+    return r;
+  }
+};
+
+// In straight-line code there is no second way beside: where velocities are not rates, a mask becomes unknown, and the pass is dropped.
+template <int n, int... I, class K>
+struct MovingPositions<EulerLagrange<n, double, std::integer_sequence<int, I...>, K>> {
+  static constexpr bool known = true, is_only_way = true;
+  using S = EulerLagrange<n, double, std::integer_sequence<int, I...>, K>;
+  using Position = PositionJet<n>;
+
+  Present wrong = 0;
+
+  [[gnu::always_inline]] bool read(const S& x, const S& v, Position& to) {
+    to = Position(x.value);
+    to.rate = v.value;
+    to.bend = v.rate;
+    to.has_rate = x.has_rate;
+    to.has_bend = v.has_rate;
+    to.mask = x.x_mask;
+    wrong |= static_cast<Present>((x.g_mask | x.h_mask | v.x_mask | v.h_mask | (x.x_mask ^ v.g_mask)) != 0) | x.half | v.half;
+    wrong |= differ(x.has_rate ? x.rate : 0.0, v.value);
+    ((to.template J<I>() = x.template x<I>(), wrong |= differ(x.template x<I>(), v.template g<I>())), ...);
+    return true;
+  }
+  [[gnu::always_inline]] bool read_time(const S& t, Position& to) {
+    to = Position(t.value);
+    to.rate = t.rate;
+    to.has_rate = t.has_rate;
+    wrong |= static_cast<Present>((t.g_mask | t.x_mask | t.h_mask) != 0) | (1U ^ t.has_rate) | differ(t.rate, 1.0);
+    return true;
+  }
+  [[gnu::always_inline]] ValueAndRate<S> both(const Position& p) const {
+    ValueAndRate<S> r{S(p.value), S(p.rate)};
+    r.value.rate = p.rate;
+    r.value.has_rate = p.has_rate;
+    r.value.x_mask = p.mask;
+    r.rate.rate = p.bend;
+    r.rate.has_rate = p.has_bend;
+    // All that follows from a number has the bits of its g_mask; what follows from components may be there for other reasons.
+    static_assert(n * (n + 1) / 2 < 64);
+    const ComponentMask mark = unknown_if(wrong);
+    r.value.g_mask = mark | (p.mask & bit(1, 63));
+    r.rate.g_mask = p.mask | mark;
+    ((r.value.template x<I>() = p.template J<I>(), r.rate.template g<I>() = p.template J<I>()), ...);
+    return r;
+  }
+
+ private:
+  // Of bits: the compiler must be sure that a number equals itself.
+  [[gnu::always_inline]] static Present differ(double a, double b) {
+    return static_cast<Present>(__builtin_bit_cast(long long, a) != __builtin_bit_cast(long long, b));
+  }
+};
+
+}  // namespace qdot::detail
