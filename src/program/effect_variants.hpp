@@ -19,8 +19,8 @@
 #include "program/scene_runner.hpp"
 #include "qdot/analysis/reference_equations.hpp"
 #include "qdot/effects/scene_form.hpp"
-#include "qdot/integrate/steps/form_mechanics.hpp"
 #include "qdot/integrate/rattle.hpp"
+#include "qdot/integrate/steps/form_mechanics.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
 
 namespace qdot::program {

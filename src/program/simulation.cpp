@@ -16,11 +16,11 @@
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/cvode_automatic.hpp"
-#include "qdot/integrate/steps/form_mechanics.hpp"
 #include "qdot/integrate/gauss.hpp"
-#include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/steps/form_mechanics.hpp"
+#include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/taylor.hpp"
 
 namespace qdot::program {

@@ -8,7 +8,7 @@
 
 #include "qdot/ad/formula/coefficient.hpp"
 
-using namespace qdot::taylor;
+using namespace qdot::formula;
 
 namespace {
 

@@ -11,12 +11,12 @@
 #include <string>
 #include <vector>
 
+#include "qdot/ad/formula/recording.hpp"
 #include "qdot/ad/lagrange/paired_dual.hpp"
 #include "qdot/ad/places/position_jet.hpp"
 #include "qdot/ad/places/position_row.hpp"
 #include "qdot/ad/records/residual_record.hpp"
 #include "qdot/ad/records/reverse.hpp"
-#include "qdot/ad/formula/recording.hpp"
 #include "qdot/mechanics/ensemble.hpp"
 #include "qdot/mechanics/written_out.hpp"
 
@@ -186,23 +186,23 @@ TEST_CASE("every function is there while compiling") {
 }
 
 TEST_CASE("every analytic function is there for series, and the others are refused in words") {
-  taylor::Recording run;
-  const taylor::Recorded x(run, run.graph.variable(0));
+  formula::Recording run;
+  const formula::Recorded x(run, run.graph.variable(0));
   std::vector<int> outputs, slopes;
-  for (const taylor::Recorded& f : analytic(x)) outputs.push_back(f.node_in(run));
+  for (const formula::Recorded& f : analytic(x)) outputs.push_back(f.node_in(run));
   const int variable = 0;
   for (const int f : outputs) slopes.push_back(run.graph.gradient(f, std::span<const int>(&variable, 1))[0]);
   std::vector<double> number;
-  for (const taylor::Node& w : run.graph.nodes()) {
+  for (const formula::Node& w : run.graph.nodes()) {
     const auto of = [&](int k) { return k < 0 ? 0.0 : number[static_cast<std::size_t>(k)]; };
     switch (w.kind) {
-      case taylor::Kind::constant: number.push_back(w.c); break;
-      case taylor::Kind::variable: number.push_back(at); break;
-      case taylor::Kind::affine: number.push_back(w.ca * of(w.a) + w.cb * of(w.b) + w.c); break;
-      case taylor::Kind::product: number.push_back(of(w.a) * of(w.b)); break;
-      case taylor::Kind::quotient: number.push_back(of(w.a) / of(w.b)); break;
-      case taylor::Kind::power: number.push_back(std::pow(of(w.a), w.c)); break;
-      case taylor::Kind::function: number.push_back(taylor::value_of(w.function, of(w.a), of(w.b))); break;
+      case formula::Kind::constant: number.push_back(w.c); break;
+      case formula::Kind::variable: number.push_back(at); break;
+      case formula::Kind::affine: number.push_back(w.ca * of(w.a) + w.cb * of(w.b) + w.c); break;
+      case formula::Kind::product: number.push_back(of(w.a) * of(w.b)); break;
+      case formula::Kind::quotient: number.push_back(of(w.a) / of(w.b)); break;
+      case formula::Kind::power: number.push_back(std::pow(of(w.a), w.c)); break;
+      case formula::Kind::function: number.push_back(formula::value_of(w.function, of(w.a), of(w.b))); break;
     }
   }
   for (std::size_t i = 0; i < outputs.size(); ++i) {

@@ -11,8 +11,8 @@
 namespace {
 
 using namespace qdot;
-using taylor::Recorded;
-using taylor::Recording;
+using formula::Recorded;
+using formula::Recording;
 using taylor::Sweep;
 
 // Sums of some twenty terms of size one.
@@ -98,7 +98,7 @@ TEST_CASE("whole powers are right at zero") {
 
 TEST_CASE("a formula that occurs twice is one node, and simple ones are simplified") {
   Recording recording;
-  taylor::Graph& g = recording.graph;
+  formula::Graph& g = recording.graph;
   const Recorded x(recording, g.variable(0)), y(recording, g.variable(1));
   const auto node = [&](const Recorded& r) { return r.node_in(recording); };
   CHECK(node(cos(x - y) * x) == node(x * cos(x - y)));

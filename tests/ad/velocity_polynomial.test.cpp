@@ -10,7 +10,7 @@
 #include "qdot/ad/formula/polynomial_node.hpp"
 #include "qdot/ad/formula/velocity_polynomial.hpp"
 
-using namespace qdot::taylor;
+using namespace qdot::formula;
 
 namespace {
 

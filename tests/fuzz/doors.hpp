@@ -17,11 +17,11 @@
 #include "oracle.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
+#include "qdot/mechanics/derived.hpp"
 #include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/ensemble.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
 #include "qdot/mechanics/system.hpp"
-#include "qdot/mechanics/derived.hpp"
 #include "qdot/mechanics/written_out.hpp"
 #include "qdot/mechanics/written_out_kinematics.hpp"
 

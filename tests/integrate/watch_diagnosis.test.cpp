@@ -8,9 +8,9 @@
 
 #include "catch2_bridge.hpp"
 #include "first_order_systems.hpp"
-#include "qdot/integrate/watch/diagnosis.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/watch/diagnosis.hpp"
 
 using namespace qdot;
 

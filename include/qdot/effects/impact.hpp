@@ -31,8 +31,8 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/forces.hpp"
+#include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 #include "qdot/mechanics/system.hpp"

@@ -32,8 +32,8 @@
 #include <limits>
 #include <string>
 
-#include "qdot/effects/rows/constraint_geometry.hpp"
 #include "qdot/effects/projection_report.hpp"
+#include "qdot/effects/rows/constraint_geometry.hpp"
 #include "qdot/effects/scene_motion.hpp"
 
 namespace qdot {

@@ -13,9 +13,9 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/effects/projection.hpp"
 #include "qdot/effects/equations/scene_jacobian.hpp"
 #include "qdot/effects/equations/switching.hpp"
+#include "qdot/effects/projection.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 

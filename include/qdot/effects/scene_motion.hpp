@@ -17,11 +17,11 @@
 #include <tuple>
 #include <type_traits>
 
+#include "qdot/effects/equations/effect_forces.hpp"
+#include "qdot/effects/equations/forced_equations.hpp"
 #include "qdot/effects/rows/constrained_equations.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/constraint_geometry.hpp"
-#include "qdot/effects/equations/effect_forces.hpp"
-#include "qdot/effects/equations/forced_equations.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 

@@ -52,8 +52,8 @@
 #include <utility>
 
 #include "qdot/integrate/any_stepper.hpp"
-#include "qdot/integrate/steps/one_step.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/steps/one_step.hpp"
 #include "qdot/integrate/taylor.hpp"
 
 namespace qdot {

@@ -41,8 +41,8 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/steps/fixed_step.hpp"
 
 namespace qdot {
 namespace detail {

@@ -16,8 +16,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "qdot/integrate/steps/one_step.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/steps/one_step.hpp"
 
 namespace qdot {
 

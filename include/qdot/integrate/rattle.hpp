@@ -39,8 +39,8 @@
 
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/scene_form.hpp"
-#include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/integrate/steps/symplectic_schemes.hpp"
 
 namespace qdot {

@@ -54,11 +54,11 @@
 #include <string_view>
 #include <utility>
 
+#include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
 #include "qdot/integrate/steps/runge_kutta_coefficients.hpp"
 #include "qdot/integrate/steps/runge_kutta_sums.hpp"
-#include "qdot/integrate/stepper.hpp"
 
 namespace qdot {
 

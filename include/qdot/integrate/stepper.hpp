@@ -40,8 +40,8 @@
 #include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
-#include "qdot/integrate/steps/polynomial.hpp"
 #include "qdot/integrate/statistics.hpp"
+#include "qdot/integrate/steps/polynomial.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {

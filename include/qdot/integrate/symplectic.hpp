@@ -27,8 +27,8 @@
 #include <string_view>
 #include <utility>
 
-#include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/integrate/steps/symplectic_schemes.hpp"
 
 namespace qdot {

@@ -57,9 +57,9 @@
 #include <string_view>
 #include <utility>
 
+#include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
-#include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/steps/taylor_equations.hpp"
 
 namespace qdot {

@@ -25,9 +25,9 @@
 #include <utility>
 
 #include "qdot/mechanics/derive/lines.hpp"
+#include "qdot/mechanics/derive/traced_energies.hpp"
 #include "qdot/mechanics/equations/equation_slopes.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
-#include "qdot/mechanics/derive/traced_energies.hpp"
 
 namespace qdot {
 

@@ -38,8 +38,8 @@
 #include "qdot/ad/dual.hpp"
 #include "qdot/ad/dual_eigen.hpp"
 #include "qdot/ad/dual_math.hpp"
-#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/formula/trace.hpp"
+#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
 

@@ -30,9 +30,9 @@
 
 #include "qdot/mechanics/derive/closed_form_evaluation.hpp"
 #include "qdot/mechanics/derive/closed_form_jacobian.hpp"
+#include "qdot/mechanics/derive/traced_energies.hpp"
 #include "qdot/mechanics/equations/straight_line.hpp"
 #include "qdot/mechanics/system.hpp"
-#include "qdot/mechanics/derive/traced_energies.hpp"
 
 namespace qdot {
 

@@ -22,9 +22,9 @@
 #include "qdot/error.hpp"
 #include "qdot/mechanics/derive/by_terms.hpp"
 #include "qdot/report/equations/derivation.hpp"
+#include "qdot/report/equations/parameter_letters.hpp"
 #include "qdot/report/equations/source.hpp"
 #include "qdot/report/number.hpp"
-#include "qdot/report/equations/parameter_letters.hpp"
 
 namespace qdot::report {
 
@@ -136,7 +136,7 @@ class CCode {
     std::string text;
     for (std::size_t w = 0; w < needed.size(); ++w) {
       const auto& node = d_.graph.nodes()[w];
-      if (needed[w] == 0 || written[w] != 0 || node.kind == taylor::Kind::constant || node.kind == taylor::Kind::variable) continue;
+      if (needed[w] == 0 || written[w] != 0 || node.kind == formula::Kind::constant || node.kind == formula::Kind::variable) continue;
       written[w] = 1;
       text += "  const double x" + std::to_string(w) + " = " + operation(static_cast<int>(w)) + ";\n";
     }
@@ -152,8 +152,8 @@ class CCode {
   std::string value(int node) const {
     if (node < 0) return "0.0";
     const auto& w = d_.graph[node];
-    if (w.kind == taylor::Kind::constant) return number(w.c.shadow);
-    if (w.kind != taylor::Kind::variable) return "x" + std::to_string(node);
+    if (w.kind == formula::Kind::constant) return number(w.c.shadow);
+    if (w.kind != formula::Kind::variable) return "x" + std::to_string(node);
     const auto entry_of = [](const char* list, int i) { return std::string(list) + "[" + std::to_string(i) + "]"; };
     if (w.a < n_) return entry_of("q", w.a);
     if (w.a < 2 * n_) return entry_of("qdot", w.a - n_);
@@ -164,15 +164,15 @@ class CCode {
   std::string operation(int node) const {
     const auto& w = d_.graph[node];
     switch (w.kind) {
-      case taylor::Kind::affine: {
+      case formula::Kind::affine: {
         std::string text = scaled(w.ca.shadow, w.a);
         if (w.b >= 0) text += (w.cb.shadow < 0.0 ? " - " : " + ") + scaled(w.cb.shadow < 0.0 ? -w.cb.shadow : w.cb.shadow, w.b);
         const double c = w.c.shadow;
         return c == 0.0 ? text : text + (c < 0.0 ? " - " : " + ") + number(c < 0.0 ? -c : c);
       }
-      case taylor::Kind::product: return value(w.a) + " * " + value(w.b);
-      case taylor::Kind::quotient: return value(w.a) + " / " + value(w.b);
-      case taylor::Kind::power: {
+      case formula::Kind::product: return value(w.a) + " * " + value(w.b);
+      case formula::Kind::quotient: return value(w.a) + " / " + value(w.b);
+      case formula::Kind::power: {
         const double e = w.c.shadow;
         const std::string x = value(w.a);
         if (e == -1.0) return "1.0 / " + x;
@@ -181,7 +181,7 @@ class CCode {
         if (e == -0.5) return "1.0 / sqrt(" + x + ")";
         return "pow(" + x + ", " + number(e) + ")";
       }
-      case taylor::Kind::function: {
+      case formula::Kind::function: {
         static constexpr const char* names[] = {"",    "sin",   "cos", "tan",   "asin", "acos", "atan", "atan2", "hypot", "exp",  "expm1",
                                                 "log", "log1p", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "cbrt", "erf", "erfc"};
         return std::string(names[static_cast<std::size_t>(w.function)]) + "(" + value(w.a) + (w.b < 0 ? "" : ", " + value(w.b)) + ")";

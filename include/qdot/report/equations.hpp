@@ -21,9 +21,9 @@
 #include "qdot/error.hpp"
 #include "qdot/mechanics/system.hpp"
 #include "qdot/report/equations/derivation.hpp"
-#include "qdot/report/equations/source.hpp"
 #include "qdot/report/equations/expression.hpp"
 #include "qdot/report/equations/parameter_letters.hpp"
+#include "qdot/report/equations/source.hpp"
 
 namespace qdot {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace qdot::taylor {
+namespace qdot::formula {
 
 /// Where a formula has a value.
 enum class Domain : unsigned char { everything, nonzero, nonnegative, positive };
@@ -44,4 +44,4 @@ inline double value_of(Function f, double x, double y = 0.0) {
   return x;
 }
 
-}  // namespace qdot::taylor
+}  // namespace qdot::formula

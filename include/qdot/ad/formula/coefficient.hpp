@@ -23,9 +23,9 @@
 #include <vector>
 
 #include "qdot/ad/formula/graph.hpp"
-#include "qdot/ad/series/plan.hpp"
+#include "qdot/ad/formula/shadow.hpp"
 
-namespace qdot::taylor {
+namespace qdot::formula {
 
 /// One line of a book: a parameter, a literal, or what is computed from earlier lines.
 struct CoefficientStep {
@@ -208,4 +208,4 @@ inline void write_coefficients(const CoefficientStep* steps, int count, const do
   }
 }
 
-}  // namespace qdot::taylor
+}  // namespace qdot::formula

@@ -40,7 +40,7 @@
 
 #include "qdot/ad/formula/analytic_function.hpp"
 
-namespace qdot::taylor {
+namespace qdot::formula {
 
 enum class Kind : std::uint8_t { constant, variable, affine, product, quotient, power, function };
 
@@ -397,4 +397,4 @@ class BasicGraph {
 using Node = BasicNode<double>;
 using Graph = BasicGraph<double>;
 
-}  // namespace qdot::taylor
+}  // namespace qdot::formula

@@ -18,7 +18,7 @@
 #include "qdot/ad/formula/graph.hpp"
 #include "qdot/ad/formula/trace.hpp"
 
-namespace qdot::taylor {
+namespace qdot::formula {
 
 // The function that an operation is; none if it is something else.
 constexpr Function function_of(trace::Operation o) {
@@ -138,4 +138,4 @@ constexpr int node_of_list(BasicGraph<Coefficient>& graph, const List& list, int
   return operand(list.result);
 }
 
-}  // namespace qdot::taylor
+}  // namespace qdot::formula

@@ -17,7 +17,7 @@
 #include "qdot/ad/formula/graph.hpp"
 #include "qdot/ad/formula/velocity_polynomial.hpp"
 
-namespace qdot::taylor {
+namespace qdot::formula {
 
 /// Makes them.
 class PolynomialNodes {
@@ -177,4 +177,4 @@ class PolynomialNodes {
   int first_velocity_;
 };
 
-}  // namespace qdot::taylor
+}  // namespace qdot::formula

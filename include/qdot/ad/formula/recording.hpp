@@ -27,7 +27,7 @@
 
 namespace qdot {
 
-namespace taylor {
+namespace formula {
 
 /// What a recording of some functors has found.
 struct Recording {
@@ -204,25 +204,25 @@ class Recorded {
   double constant_ = 0.0;
 };
 
-}  // namespace taylor
+}  // namespace formula
 }  // namespace qdot
 
 template <>
-struct std::numeric_limits<qdot::taylor::Recorded> : std::numeric_limits<double> {};
+struct std::numeric_limits<qdot::formula::Recorded> : std::numeric_limits<double> {};
 
 template <>
-struct Eigen::NumTraits<qdot::taylor::Recorded> : Eigen::NumTraits<double> {
-  using Real = qdot::taylor::Recorded;
+struct Eigen::NumTraits<qdot::formula::Recorded> : Eigen::NumTraits<double> {
+  using Real = qdot::formula::Recorded;
   using NonInteger = Real;
   using Nested = Real;
   enum { IsInteger = 0, IsSigned = 1, IsComplex = 0, RequireInitialization = 1, ReadCost = 3, AddCost = 20, MulCost = 20 };
 };
 
 template <class Operation>
-struct Eigen::ScalarBinaryOpTraits<qdot::taylor::Recorded, double, Operation> {
-  using ReturnType = qdot::taylor::Recorded;
+struct Eigen::ScalarBinaryOpTraits<qdot::formula::Recorded, double, Operation> {
+  using ReturnType = qdot::formula::Recorded;
 };
 template <class Operation>
-struct Eigen::ScalarBinaryOpTraits<double, qdot::taylor::Recorded, Operation> {
-  using ReturnType = qdot::taylor::Recorded;
+struct Eigen::ScalarBinaryOpTraits<double, qdot::formula::Recorded, Operation> {
+  using ReturnType = qdot::formula::Recorded;
 };

@@ -26,10 +26,10 @@
 #include <span>
 #include <vector>
 
-#include "qdot/ad/formula/interval.hpp"
 #include "qdot/ad/formula/graph.hpp"
+#include "qdot/ad/formula/interval.hpp"
 
-namespace qdot::taylor {
+namespace qdot::formula {
 
 /// f over an interval.
 inline Interval bounds_of(Function f, const Interval& x, const Interval& y) {
@@ -339,4 +339,4 @@ class TimeBounds {
   bool mixes_ = false;
 };
 
-}  // namespace qdot::taylor
+}  // namespace qdot::formula

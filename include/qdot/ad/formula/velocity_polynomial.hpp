@@ -22,7 +22,7 @@
 
 #include "qdot/ad/formula/coefficient.hpp"
 
-namespace qdot::taylor {
+namespace qdot::formula {
 
 /// A product of powers of atoms; factors in the order of their atoms.
 struct Monomial {
@@ -242,4 +242,4 @@ constexpr void simplify_squares(Polynomial& p, MonomialTable& monomials, const C
   }
 }
 
-}  // namespace qdot::taylor
+}  // namespace qdot::formula

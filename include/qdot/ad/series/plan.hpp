@@ -13,11 +13,10 @@
 //
 //     Parameter = (shadow, value),      (s₁, v₁) + (s₂, v₂) = (s₁ + s₂, v₁ + v₂), …
 //
-// Literals are their own shadows, so that what is zero in every object is gone. Shadows are taken from a sequence that no sum or
-// product of a formula hits by chance; if one did, the object's own sweep would not be the one that was planned, and that is
+// Literals are their own shadows, so that what is zero in every object is gone. Shadows come from a sequence that no sum or product of a
+// formula hits by chance (ad/formula/shadow.hpp); if one did, the object's own sweep would not be the one that was planned, and that is
 // compared when it is made (==), not assumed.
 
-#include <cstdint>
 #include <vector>
 
 #include "qdot/ad/series/sweep.hpp"
@@ -48,18 +47,6 @@ constexpr Parameter power_of(const Parameter& x, double exponent) {
 inline Parameter value_of(Function f, const Parameter& x, const Parameter& y) {
   return {value_of(f, x.shadow, y.shadow), value_of(f, x.value, y.value)};
 }
-
-/// A number from ½ to 1½ that has nothing to do with those of other bits (the last mixing steps of the generator SplitMix64).
-constexpr double scattered(std::uint64_t bits) {
-  std::uint64_t z = (bits + 1) * 0x9E3779B97F4A7C15u;
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-  return 0.5 + static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
-
-/// The shadow of parameter k. Not an evenly spread sequence, such as multiples of the golden ratio: there sums of parameters k and
-/// k + 3 would be those of k + 1 and k + 2.
-constexpr double shadow_of(int k) { return scattered(static_cast<std::uint64_t>(k)); }
 
 /// A list of bounded length that may be a constant of the program.
 template <class Entry, int capacity>

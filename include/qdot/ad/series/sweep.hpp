@@ -44,6 +44,9 @@
 
 namespace qdot::taylor {
 
+// The formulas that are swept.
+using formula::actual, formula::BasicGraph, formula::BasicNode, formula::decisive, formula::Function, formula::Kind, formula::power_of, formula::value_of;
+
 /// What one register holds. (GCC keeps wider vectors that are summed up in a loop in memory.)
 #if defined(__AVX512F__)
 inline constexpr int register_lanes = 8;

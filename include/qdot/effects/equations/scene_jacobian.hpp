@@ -26,8 +26,8 @@
 
 #include "qdot/ad/places/curved_jet.hpp"
 #include "qdot/effects/rows/constrained_equations.hpp"
-#include "qdot/effects/scene_motion.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
+#include "qdot/effects/scene_motion.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 #include "qdot/mechanics/equations/equation_slopes.hpp"
 #include "qdot/mechanics/places/slopes.hpp"

@@ -35,8 +35,8 @@
 #include "qdot/integrate/cvode/flags.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
-#include "qdot/integrate/steps/polynomial.hpp"
 #include "qdot/integrate/statistics.hpp"
+#include "qdot/integrate/steps/polynomial.hpp"
 
 namespace qdot {
 

@@ -29,8 +29,8 @@
 
 #include "qdot/ad/dual.hpp"
 #include "qdot/ad/dual_math.hpp"
-#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/formula/interval.hpp"
+#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/vector.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/moment.hpp"

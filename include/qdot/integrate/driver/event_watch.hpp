@@ -20,16 +20,16 @@
 #include <vector>
 
 #include "qdot/error.hpp"
-#include "qdot/integrate/event.hpp"
 #include "qdot/integrate/driver/event_finder.hpp"
 #include "qdot/integrate/driver/event_proof.hpp"
 #include "qdot/integrate/driver/listed_event.hpp"
+#include "qdot/integrate/event.hpp"
 #include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
-#include "qdot/integrate/steps/polynomial.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/statistics.hpp"
+#include "qdot/integrate/steps/polynomial.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail {

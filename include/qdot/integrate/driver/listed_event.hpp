@@ -12,8 +12,8 @@
 #include <tuple>
 #include <vector>
 
-#include "qdot/integrate/event.hpp"
 #include "qdot/integrate/driver/event_proof.hpp"
+#include "qdot/integrate/event.hpp"
 #include "qdot/integrate/outcome.hpp"
 
 namespace qdot::detail {

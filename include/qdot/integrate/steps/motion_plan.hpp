@@ -28,7 +28,7 @@ namespace qdot::detail {
 
 /// The graph of Lagrange's equations; all but the graph are numbers of its nodes.
 struct MotionGraph {
-  taylor::BasicGraph<taylor::Parameter> graph;
+  formula::BasicGraph<taylor::Parameter> graph;
   std::vector<int> q, qdot, p, force;
   std::vector<int> mass;  // lower triangle, row by row
   int t = -1;
@@ -38,9 +38,9 @@ struct MotionGraph {
 // The node of an energy that consists of these operations. `parameters` may be null; shadows are counted from `first_shadow`.
 template <class List, class Parameters>
 constexpr int energy_node(MotionGraph& m, const List& list, const Parameters* parameters, int inputs, int first_shadow) {
-  return taylor::node_of_list(m.graph, list, inputs, m.has_series, [&](int k) -> taylor::Parameter {
+  return formula::node_of_list(m.graph, list, inputs, m.has_series, [&](int k) -> taylor::Parameter {
     if (list.literal[k]) return list.value[k];
-    const double shadow = taylor::shadow_of(first_shadow + list.same_as[k]);
+    const double shadow = formula::shadow_of(first_shadow + list.same_as[k]);
     return {shadow, parameters == nullptr ? shadow : (*parameters)[static_cast<std::size_t>(k)]};
   });
 }

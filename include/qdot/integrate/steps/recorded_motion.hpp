@@ -46,7 +46,7 @@ namespace detail {
 
 /// The graph of a motion; all but the recording are numbers of its nodes.
 struct RecordedMotion {
-  taylor::Recording recording = {};
+  formula::Recording recording = {};
   std::vector<int> q = {}, qdot = {}, z = {};  // variables
   int t = -1;                                  // a variable too
   std::vector<int> p = {}, force = {}, zdot = {};
@@ -55,18 +55,18 @@ struct RecordedMotion {
   std::vector<std::string> row_names = {};
   std::vector<int> returned = {};  // by the functors, in the order of their calls
   std::vector<int> returned_before = {};  // kept for their memory: a run that finds nothing new allocates nothing
-  std::vector<taylor::Recording::Assumption> assumed_before = {};
+  std::vector<formula::Recording::Assumption> assumed_before = {};
 };
 
 template <class Energies, int n>
-concept RecordableEnergies = CallsT<Energies, taylor::Recorded, n> && CallsV<Energies, taylor::Recorded, n> &&
-                             kinetic_returns_scalar<Energies, taylor::Recorded, n>() &&
-                             potential_returns_scalar<Energies, taylor::Recorded, n>();
+concept RecordableEnergies = CallsT<Energies, formula::Recorded, n> && CallsV<Energies, formula::Recorded, n> &&
+                             kinetic_returns_scalar<Energies, formula::Recorded, n>() &&
+                             potential_returns_scalar<Energies, formula::Recorded, n>();
 
 // An effect whose roles take the recording scalar.
 template <class E, int n>
 consteval bool effect_is_recordable() {
-  using S = taylor::Recorded;
+  using S = formula::Recorded;
   using V = Vector<S, n>;
   if constexpr (SwitchingEffect<E, n>) {
     return false;
@@ -96,16 +96,16 @@ struct is_recordable<SceneForm<Scene<Sys, Effects...>>>
     : std::bool_constant<RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time> &&
                          (effect_is_recordable<Effects, Sys::dof_at_compile_time>() && ...)> {};
 
-inline std::vector<int> new_variables(taylor::Recording& recording, Eigen::Index first, Eigen::Index count) {
+inline std::vector<int> new_variables(formula::Recording& recording, Eigen::Index first, Eigen::Index count) {
   std::vector<int> nodes;
   for (Eigen::Index i = 0; i < count; ++i) nodes.push_back(recording.graph.variable(static_cast<int>(first + i)));
   return nodes;
 }
 
 template <int n>
-Vector<taylor::Recorded, n> recorded_vector(taylor::Recording& recording, const std::vector<int>& nodes) {
-  Vector<taylor::Recorded, n> x(static_cast<Eigen::Index>(nodes.size()));
-  for (std::size_t i = 0; i < nodes.size(); ++i) x[static_cast<Eigen::Index>(i)] = taylor::Recorded(recording, nodes[i]);
+Vector<formula::Recorded, n> recorded_vector(formula::Recording& recording, const std::vector<int>& nodes) {
+  Vector<formula::Recorded, n> x(static_cast<Eigen::Index>(nodes.size()));
+  for (std::size_t i = 0; i < nodes.size(); ++i) x[static_cast<Eigen::Index>(i)] = formula::Recorded(recording, nodes[i]);
   return x;
 }
 
@@ -114,7 +114,7 @@ Vector<taylor::Recorded, n> recorded_vector(taylor::Recording& recording, const 
 template <int n, class Energies>
 void run_energies(RecordedMotion& m, const Energies& energies) {
   m.recording.source = "T or V";
-  const taylor::Recorded t(m.recording, m.t);
+  const formula::Recorded t(m.recording, m.t);
   const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
   const int T = kinetic<n>(energies, q, v, t).node_in(m.recording);
   const int V = potential<n>(energies, q, t).node_in(m.recording);
@@ -127,7 +127,7 @@ template <class Sc>
 void run_forces(RecordedMotion& m, const SceneForm<Sc>& form) {
   constexpr int n = Sc::dof_at_compile_time, states = Sc::states_at_compile_time;
   m.recording.source = "the force of an effect";
-  const taylor::Recorded t(m.recording, m.t);
+  const formula::Recorded t(m.recording, m.t);
   const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
   const auto z = recorded_vector<states>(m.recording, m.z);
   const auto Q = effect_forces(form.scene(), q, v, z, t);
@@ -150,7 +150,7 @@ void run_rows(RecordedMotion& m, const E& e) {
   if constexpr (ConstraintEffect<E, n>) {
     m.recording.source = "the constraint '";
     m.recording.source.append(recorded_name(e)).append("'");
-    const taylor::Recorded t(m.recording, m.t);
+    const formula::Recorded t(m.recording, m.t);
     const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
     const auto rows = [&] {
       if constexpr (HolonomicEffect<E, n>) {
@@ -167,7 +167,7 @@ void run_rows(RecordedMotion& m, const E& e) {
 template <int n, class Energies>
 RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof) {
   RecordedMotion m;
-  taylor::Graph& graph = m.recording.graph;
+  formula::Graph& graph = m.recording.graph;
   m.q = new_variables(m.recording, 0, dof);
   m.qdot = new_variables(m.recording, dof, dof);
   m.t = graph.variable(static_cast<int>(2 * dof));
@@ -185,7 +185,7 @@ RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof) {
 // One effect, if it is a constraint.
 template <int n, class E>
 void record_constraint(RecordedMotion& m, const E& e) {
-  taylor::Graph& graph = m.recording.graph;
+  formula::Graph& graph = m.recording.graph;
   const std::size_t first = m.returned.size();
   run_rows<n>(m, e);
   const std::size_t rows = m.returned.size() - first;

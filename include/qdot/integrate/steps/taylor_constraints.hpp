@@ -157,7 +157,7 @@ class ConstraintSeries {
     for (std::size_t i = 0; i < motion.jacobian.size(); ++i) {
       const int slot = sweep.slot(motion.jacobian[i]);
       jacobian_.push_back(slot);
-      if (motion.recording.graph[motion.jacobian[i]].kind != taylor::Kind::constant)
+      if (motion.recording.graph[motion.jacobian[i]].kind != formula::Kind::constant)
         moving_.push_back({slot, static_cast<Eigen::Index>(i / dof), static_cast<Eigen::Index>(i % dof)});
     }
     const auto rows = static_cast<Eigen::Index>(rows_.size());

@@ -38,8 +38,8 @@
 
 #include "qdot/ad/series/sweep.hpp"
 #include "qdot/error.hpp"
-#include "qdot/integrate/steps/motion_plan.hpp"
 #include "qdot/integrate/options.hpp"
+#include "qdot/integrate/steps/motion_plan.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/steps/taylor_constraints.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
@@ -111,14 +111,14 @@ class LagrangeSeries {
     }
     recorded_ = recorded_motion(form);
     RecordedMotion& m = recorded_;
-    const taylor::Graph& graph = m.recording.graph;
-    for (const int node : m.mass) mass_is_constant_ = mass_is_constant_ && graph[node].kind == taylor::Kind::constant;
+    const formula::Graph& graph = m.recording.graph;
+    for (const int node : m.mass) mass_is_constant_ = mass_is_constant_ && graph[node].kind == formula::Kind::constant;
     taylor::SweepOutputs outputs{.early = m.p, .series = m.force, .values = m.mass, .late = m.qdot};
     if constexpr (rows != 0) {
       outputs.early.insert(outputs.early.end(), m.rows.begin(), m.rows.end());
       outputs.values.insert(outputs.values.end(), m.jacobian.begin(), m.jacobian.end());
       for (const int node : m.jacobian)
-        if (graph[node].kind != taylor::Kind::constant) outputs.series.push_back(node);
+        if (graph[node].kind != formula::Kind::constant) outputs.series.push_back(node);
     }
     for (const auto& assumption : m.recording.assumptions) outputs.values.push_back(assumption.node);
     // Variables are series even where no output contains them: their coefficients are the motion.
@@ -229,7 +229,7 @@ class LagrangeSeries {
     if (!(plan == motion_plan<n, Energies>)) return false;
     goes_by_plan_ = true;
     for (const int node : m.mass) {
-      mass_is_constant_ = mass_is_constant_ && m.graph[node].kind == taylor::Kind::constant;
+      mass_is_constant_ = mass_is_constant_ && m.graph[node].kind == formula::Kind::constant;
       mass_.push_back(sweep_.slot(node));
     }
     motion_.assign(plan.q, plan.q + n);

@@ -38,15 +38,15 @@
 #include "qdot/ad/formula/time_bounds.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
-#include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/run.hpp"
+#include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail {
 
 // The formulas of a system into which time enters.
 struct TimeFormulas {
-  taylor::Recording recording = {};
+  formula::Recording recording = {};
   std::vector<int> state = {};  // variables, in the order of y
   int t = -1;
   std::vector<int> roots = {};
@@ -82,8 +82,8 @@ struct TimeOf<FirstOrderForm<Sys>> {
     record_part<can>(found, [&] {
       if constexpr (can) {
         const auto x = recorded_vector<Dynamic>(found.recording, found.state);
-        const Vector<taylor::Recorded, n> q = x.head(system.dof()), v = x.segment(system.dof(), system.dof());
-        const taylor::Recorded t(found.recording, found.t);
+        const Vector<formula::Recorded, n> q = x.head(system.dof()), v = x.segment(system.dof(), system.dof());
+        const formula::Recorded t(found.recording, found.t);
         add(found, kinetic<n>(system.energies(), q, v, t), true, true);
         add(found, potential<n>(system.energies(), q, t), false, true);
       }
@@ -91,8 +91,8 @@ struct TimeOf<FirstOrderForm<Sys>> {
   }
 
   // One result; with its derivatives by time and by state where the equations contain them.
-  static void add(TimeFormulas& found, const taylor::Recorded& result, bool by_time, bool by_state) {
-    taylor::Graph& graph = found.recording.graph;
+  static void add(TimeFormulas& found, const formula::Recorded& result, bool by_time, bool by_state) {
+    formula::Graph& graph = found.recording.graph;
     const int root = result.node_in(found.recording);
     found.roots.push_back(root);
     if (by_time) found.roots.push_back(graph.gradient(root, std::vector<int>{found.t})[0]);
@@ -138,7 +138,7 @@ struct TimeOf<SceneForm<Scene<Sys, Effects...>>> {
  private:
   template <class E>
   static void record_effect(TimeFormulas& found, const E& e, Eigen::Index dof, Eigen::Index first) {
-    using S = taylor::Recorded;
+    using S = formula::Recorded;
     using Q = Vector<S, n>;
     constexpr int states = states_of<E>();
     using Z = Vector<S, states>;
@@ -199,7 +199,7 @@ class TimeWatch {
     t_seen_ = t;
     stale_ = 0;
     if (std::exchange(begun_, true) && same(found, formulas_)) return;  // behind an impact, mostly
-    bounds_ = taylor::TimeBounds(found.recording.graph, found.t, found.state, found.roots);
+    bounds_ = formula::TimeBounds(found.recording.graph, found.t, found.state, found.roots);
     bounded_ = bounds_.is_needed();
     is_complete_ = found.complete;
     reach_ = horizon_ = landing_ = t;
@@ -239,7 +239,7 @@ class TimeWatch {
     const auto& x = a.recording.graph.nodes();
     const auto& y = b.recording.graph.nodes();
     return a.roots == b.roots && a.complete == b.complete &&
-           std::equal(x.begin(), x.end(), y.begin(), y.end(), [](const taylor::Node& m, const taylor::Node& n) {
+           std::equal(x.begin(), x.end(), y.begin(), y.end(), [](const formula::Node& m, const formula::Node& n) {
              return m.kind == n.kind && m.function == n.function && m.a == n.a && m.b == n.b && m.ca == n.ca && m.cb == n.cb && m.c == n.c;
            });
   }
@@ -305,7 +305,7 @@ class TimeWatch {
   const Options& options_;
   bool begun_ = false;
   TimeFormulas formulas_;
-  taylor::TimeBounds bounds_;
+  formula::TimeBounds bounds_;
   bool bounded_ = false, is_complete_ = true;  // there are formulas; there is nothing else
   double spacing_ = 0.0, resolution_ = 0.0;    // of samples, and the largest so far
   double t_seen_ = 0.0, reach_ = 0.0, landing_ = 0.0;  // of the last question

@@ -54,12 +54,12 @@
 
 #include "qdot/ad/dual.hpp"
 #include "qdot/error.hpp"
-#include "qdot/integrate/watch/change_watch.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/statistics.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/watch/change_watch.hpp"
 #include "qdot/integrate/watch/time_watch.hpp"
 #include "qdot/mechanics/equations/cholesky.hpp"
 #include "qdot/mechanics/first_order_form.hpp"

@@ -24,12 +24,12 @@ namespace qdot::detail {
 
 /// A node whose coefficients are lines of a book that is not there.
 struct StoredNode {
-  taylor::Kind kind = taylor::Kind::constant;
-  taylor::Function function = taylor::Function::none;
+  formula::Kind kind = formula::Kind::constant;
+  formula::Function function = formula::Function::none;
   int a = -1, b = -1;
   double ca = 0.0, cb = 0.0, c = 0.0;
   int line_of_ca = -1, line_of_cb = -1, line_of_c = -1;
-  taylor::Domain domain = taylor::Domain::everything;
+  formula::Domain domain = formula::Domain::everything;
 };
 
 /// How far a derivation is, and the nodes that it has found.
@@ -51,7 +51,7 @@ struct GraphStage : GraphProgress<n> {
   int nodes = 0, lines = 0;
   StoredNode node[nodes_ + 1] = {};
   int rate[nodes_ + 1] = {};  // 1 + the node of d/dt at q̈ = 0; 0 where it is not known yet
-  taylor::CoefficientStep line[lines_ + 1] = {};
+  formula::CoefficientStep line[lines_ + 1] = {};
   double shadow[lines_ + 1] = {};
 };
 
@@ -59,10 +59,10 @@ struct GraphStage : GraphProgress<n> {
 template <int n>
 class DerivationByGraph {
  public:
-  using Coefficient = taylor::Coefficient;
-  using Node = taylor::BasicNode<Coefficient>;
+  using Coefficient = formula::Coefficient;
+  using Node = formula::BasicNode<Coefficient>;
 
-  taylor::CoefficientBook book;
+  formula::CoefficientBook book;
   DerivedEquations::Graph graph;
 
   template <int nodes, int lines>
@@ -132,7 +132,7 @@ class DerivationByGraph {
     DerivedEquations e;
     const auto entry = [&s](int i, int j) { return s.mass[i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i]; };
     for (int i = 0; i < n; ++i) {
-      bool is_alone = graph[entry(i, i)].kind == taylor::Kind::constant && decisive(graph[entry(i, i)].c) != 0.0;
+      bool is_alone = graph[entry(i, i)].kind == formula::Kind::constant && decisive(graph[entry(i, i)].c) != 0.0;
       for (int j = 0; j < n; ++j) is_alone = is_alone && (i == j || graph.is_constant(entry(i, j), 0.0));
       if (is_alone) {
         const int pivot = entry(i, i);
@@ -171,12 +171,12 @@ class DerivationByGraph {
   // A node that is c (cos² u + sin² u) + d is c + d.
   constexpr int without_squares(int x) {
     const Node w = graph[x];
-    if (w.kind != taylor::Kind::affine || w.b < 0 || !are_alike(w.ca, w.cb)) return x;
+    if (w.kind != formula::Kind::affine || w.b < 0 || !are_alike(w.ca, w.cb)) return x;
     const Node a = graph[w.a], b = graph[w.b];
-    if (a.kind != taylor::Kind::product || b.kind != taylor::Kind::product || a.a != a.b || b.a != b.b) return x;
+    if (a.kind != formula::Kind::product || b.kind != formula::Kind::product || a.a != a.b || b.a != b.b) return x;
     const Node f = graph[a.a], g = graph[b.a];
-    using taylor::Function;
-    if (f.a != g.a || f.kind != taylor::Kind::function || g.kind != taylor::Kind::function) return x;
+    using formula::Function;
+    if (f.a != g.a || f.kind != formula::Kind::function || g.kind != formula::Kind::function) return x;
     if ((f.function == Function::sin && g.function == Function::cos) || (f.function == Function::cos && g.function == Function::sin))
       return graph.constant(w.ca + w.c);
     return x;
@@ -192,30 +192,30 @@ class DerivationByGraph {
       rate = graph.sum(rate, part);
     };
     switch (w.kind) {
-      case taylor::Kind::constant: break;
-      case taylor::Kind::variable:
+      case formula::Kind::constant: break;
+      case formula::Kind::variable:
         if (w.a < n) rate = graph.variable(n + w.a);
         if (w.a == 2 * n) rate = graph.constant(1.0);
         break;
-      case taylor::Kind::affine:
+      case formula::Kind::affine:
         rate = graph.scaled(rate_of(w.a), w.ca);
         if (w.b >= 0) rate = graph.sum(rate, graph.scaled(rate_of(w.b), w.cb));
         break;
-      case taylor::Kind::product:
+      case formula::Kind::product:
         add(rate_of(w.a), w.b);
         add(rate_of(w.b), w.a);
         break;
-      case taylor::Kind::quotient: {
+      case formula::Kind::quotient: {
         const int below = graph.product(x, rate_of(w.b));
         rate = graph.quotient(graph.difference(rate_of(w.a), below), w.b);
         break;
       }
-      case taylor::Kind::power: {
+      case formula::Kind::power: {
         const int slope = graph.scaled(graph.power(w.a, decisive(w.c) - 1.0), w.c);
         add(rate_of(w.a), slope);
         break;
       }
-      case taylor::Kind::function:
+      case formula::Kind::function:
         add(rate_of(w.a), graph.slope(x));
         if (w.b >= 0) add(rate_of(w.b), graph.second_slope(x));
         break;

@@ -30,12 +30,12 @@ namespace qdot::detail {
 /// Derives them.
 class DerivationByTerms {
  public:
-  using Coefficient = taylor::Coefficient;
-  using Polynomial = taylor::Polynomial;
-  using Term = taylor::Term;
-  using Node = taylor::BasicNode<Coefficient>;
+  using Coefficient = formula::Coefficient;
+  using Polynomial = formula::Polynomial;
+  using Term = formula::Term;
+  using Node = formula::BasicNode<Coefficient>;
 
-  taylor::CoefficientBook book;
+  formula::CoefficientBook book;
   DerivedEquations::Graph graph;
   bool is_possible = true;  // false: T is no quadratic form that can be multiplied out, or not worth it
 
@@ -67,14 +67,14 @@ class DerivationByTerms {
     is_possible = is_possible && monomials_.is_complete();
     return e;
   }
-  constexpr const taylor::MonomialTable& monomials() const { return monomials_; }
+  constexpr const formula::MonomialTable& monomials() const { return monomials_; }
 
   /// x − y z / pivot, for elimination.
   constexpr Polynomial reduced(const Polynomial& x, const Polynomial& y, const Polynomial& z, const Term& pivot) {
     Term factor = inverse(pivot);
     factor.c = -factor.c;
-    const Polynomial l = taylor::product_of(y, {factor}, monomials_);
-    Polynomial p = taylor::sum_of(x, taylor::product_of(l, z, monomials_));
+    const Polynomial l = formula::product_of(y, {factor}, monomials_);
+    Polynomial p = formula::sum_of(x, formula::product_of(l, z, monomials_));
     simplify(p);
     return p;
   }
@@ -106,35 +106,35 @@ class DerivationByTerms {
   static constexpr std::size_t entry(int i, int j) { return at(i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i); }
 
   constexpr void simplify(Polynomial& p) {
-    taylor::simplify_squares(p, monomials_, [this](int atom) {
+    formula::simplify_squares(p, monomials_, [this](int atom) {
       const Node& node = graph[atom];
-      return node.kind == taylor::Kind::function && node.function == taylor::Function::sin ? graph.function(taylor::Function::cos, node.a) : -1;
+      return node.kind == formula::Kind::function && node.function == formula::Function::sin ? graph.function(formula::Function::cos, node.a) : -1;
     });
   }
 
-  constexpr int node_of(const Polynomial& p) { return taylor::PolynomialNodes(graph, monomials_, n_).node_of(p); }
+  constexpr int node_of(const Polynomial& p) { return formula::PolynomialNodes(graph, monomials_, n_).node_of(p); }
 
   // A function of the position as one term.
   constexpr Term term_of(int node) {
     const Node& w = graph[node];
     switch (w.kind) {
-      case taylor::Kind::constant: return {w.c};
-      case taylor::Kind::affine:
+      case formula::Kind::constant: return {w.c};
+      case formula::Kind::affine:
         if (w.b < 0 && decisive(w.c) == 0.0) return times(term_of(w.a), {w.ca});
         break;
-      case taylor::Kind::product: {
+      case formula::Kind::product: {
         const int a = w.a, b = w.b;
         return times(term_of(a), term_of(b));
       }
-      case taylor::Kind::quotient: {
+      case formula::Kind::quotient: {
         const int a = w.a, b = w.b;
         return times(term_of(a), inverse(term_of(b)));
       }
-      case taylor::Kind::power: {
+      case formula::Kind::power: {
         const double e = decisive(w.c);
         if (e == static_cast<double>(static_cast<int>(e)) && e >= -8.0) {
           Term t = term_of(w.a);
-          t.c = taylor::power_of(t.c, e);
+          t.c = formula::power_of(t.c, e);
           t.monomial = monomials_.power(t.monomial, static_cast<int>(e));
           return t;
         }
@@ -150,22 +150,22 @@ class DerivationByTerms {
   // x₁ − x₀ − l, and sums of such.
   constexpr bool is_sum_of_coordinates(int node) const {
     const Node& w = graph[node];
-    if (w.kind == taylor::Kind::variable) return true;
-    return w.kind == taylor::Kind::affine && is_sum_of_coordinates(w.a) && (w.b < 0 || is_sum_of_coordinates(w.b));
+    if (w.kind == formula::Kind::variable) return true;
+    return w.kind == formula::Kind::affine && is_sum_of_coordinates(w.a) && (w.b < 0 || is_sum_of_coordinates(w.b));
   }
 
   // The same with sums as sums, but for those of coordinates.
   constexpr Polynomial terms_of(int node) {
     const Node w = graph[node];
-    if (w.kind != taylor::Kind::affine || (w.b >= 0 && is_sum_of_coordinates(node))) {
+    if (w.kind != formula::Kind::affine || (w.b >= 0 && is_sum_of_coordinates(node))) {
       const Term t = term_of(node);
       Polynomial one;
       if (decisive(t.c) != 0.0) one.push_back(t);
       return one;
     }
-    Polynomial p = taylor::scaled(terms_of(w.a), w.ca);
-    if (w.b >= 0) p = taylor::sum_of(p, terms_of(w.b), w.cb);
-    if (decisive(w.c) != 0.0) p = taylor::sum_of(p, {Term{w.c}});
+    Polynomial p = formula::scaled(terms_of(w.a), w.ca);
+    if (w.b >= 0) p = formula::sum_of(p, terms_of(w.b), w.cb);
+    if (decisive(w.c) != 0.0) p = formula::sum_of(p, {Term{w.c}});
     return p;
   }
 
@@ -185,19 +185,19 @@ class DerivationByTerms {
         continue;
       }
       switch (node.kind) {
-        case taylor::Kind::variable: p = {Term{1.0, 0, node.a - n_}}; break;
-        case taylor::Kind::affine:
-          p = taylor::scaled(of[at(node.a)], node.ca);
-          if (node.b >= 0) p = taylor::sum_of(p, of[at(node.b)], node.cb);
-          if (decisive(node.c) != 0.0) p = taylor::sum_of(p, {Term{node.c}});
+        case formula::Kind::variable: p = {Term{1.0, 0, node.a - n_}}; break;
+        case formula::Kind::affine:
+          p = formula::scaled(of[at(node.a)], node.ca);
+          if (node.b >= 0) p = formula::sum_of(p, of[at(node.b)], node.cb);
+          if (decisive(node.c) != 0.0) p = formula::sum_of(p, {Term{node.c}});
           break;
-        case taylor::Kind::product:
+        case formula::Kind::product:
           if (degree_of(of[at(node.a)]) + degree_of(of[at(node.b)]) > 2) is_possible = false;
-          else p = taylor::product_of(of[at(node.a)], of[at(node.b)], monomials_);
+          else p = formula::product_of(of[at(node.a)], of[at(node.b)], monomials_);
           break;
-        case taylor::Kind::quotient:
+        case formula::Kind::quotient:
           if (moves[at(node.b)] != 0) is_possible = false;
-          else p = taylor::product_of(of[at(node.a)], {inverse(term_of(node.b))}, monomials_);
+          else p = formula::product_of(of[at(node.a)], {inverse(term_of(node.b))}, monomials_);
           break;
         default: is_possible = false;
       }
@@ -215,11 +215,11 @@ class DerivationByTerms {
 
   constexpr void add(Derivatives& sum, const Derivatives& other, const Term& factor) {
     for (const Derivative& d : other) {
-      const Polynomial p = taylor::product_of(d.value, {factor}, monomials_);
+      const Polynomial p = formula::product_of(d.value, {factor}, monomials_);
       std::size_t i = 0;
       while (i < sum.size() && sum[i].variable != d.variable) ++i;
       if (i == sum.size()) sum.push_back({d.variable, {}});
-      sum[i].value = taylor::sum_of(sum[i].value, p);
+      sum[i].value = formula::sum_of(sum[i].value, p);
     }
   }
 
@@ -228,19 +228,19 @@ class DerivationByTerms {
     const Node w = graph[node];
     Derivatives d;
     switch (w.kind) {
-      case taylor::Kind::constant: break;
-      case taylor::Kind::variable:
+      case formula::Kind::constant: break;
+      case formula::Kind::variable:
         if (w.a <= 2 * n_) d = {{w.a == 2 * n_ ? n_ : w.a, {Term{1.0}}}};  // parameters that are variables stay as they are
         break;
-      case taylor::Kind::affine:
+      case formula::Kind::affine:
         add(d, derivatives_of(w.a), {w.ca});
         if (w.b >= 0) add(d, derivatives_of(w.b), {w.cb});
         break;
-      case taylor::Kind::product:
+      case formula::Kind::product:
         add(d, derivatives_of(w.a), term_of(w.b));
         add(d, derivatives_of(w.b), term_of(w.a));
         break;
-      case taylor::Kind::quotient: {
+      case formula::Kind::quotient: {
         const Term over = inverse(term_of(w.b));
         add(d, derivatives_of(w.a), over);
         Term share = times(times(term_of(w.a), over), over);
@@ -248,13 +248,13 @@ class DerivationByTerms {
         add(d, derivatives_of(w.b), share);
         break;
       }
-      case taylor::Kind::power: {
+      case formula::Kind::power: {
         Term slope = term_of(graph.power(w.a, decisive(w.c) - 1.0));
         slope.c = w.c * slope.c;
         add(d, derivatives_of(w.a), slope);
         break;
       }
-      case taylor::Kind::function:
+      case formula::Kind::function:
         add(d, derivatives_of(w.a), term_of(graph.slope(node)));
         if (w.b >= 0) add(d, derivatives_of(w.b), term_of(graph.second_slope(node)));
         break;
@@ -271,7 +271,7 @@ class DerivationByTerms {
   // Of a term's monomial, times its coefficient.
   constexpr Derivatives derivatives_of(const Term& t) {
     Derivatives d;
-    const taylor::Monomial m = monomials_[t.monomial];
+    const formula::Monomial m = monomials_[t.monomial];
     for (int i = 0; i < m.count; ++i) {
       const Term rest{static_cast<double>(m.factor[i].exponent) * t.c, monomials_.product(t.monomial, monomials_.atom(m.factor[i].atom, -1))};
       add(d, derivatives_of(m.factor[i].atom), rest);
@@ -304,7 +304,7 @@ class DerivationByTerms {
       }
     }
     for (Polynomial& p : M) {
-      taylor::collect(p);
+      formula::collect(p);
       simplify(p);
     }
     std::vector<int> q;
@@ -312,7 +312,7 @@ class DerivationByTerms {
     const std::vector<int> gradient = graph.gradient(V, q);
     for (int i = 0; i < n_; ++i) append(r[at(i)], terms_of(gradient[at(i)]), -1.0, -1, -1);
     for (Polynomial& p : r) {
-      taylor::collect(p);
+      formula::collect(p);
       simplify(p);
     }
   }
@@ -368,9 +368,9 @@ class DerivationByTerms {
           if (j <= i) M[entry(i, j)] = reduced(M[entry(i, j)], M[entry(i, k)], M[entry(j, k)], pivot);
         r[at(i)] = reduced(r[at(i)], M[entry(i, k)], r[at(k)], pivot);
         step.coordinates.push_back(i);
-        step.factors.push_back(node_of(taylor::product_of(M[entry(i, k)], {inverse(pivot)}, monomials_)));
+        step.factors.push_back(node_of(formula::product_of(M[entry(i, k)], {inverse(pivot)}, monomials_)));
       }
-      step.acceleration = node_of(taylor::product_of(r[at(k)], {inverse(pivot)}, monomials_));
+      step.acceleration = node_of(formula::product_of(r[at(k)], {inverse(pivot)}, monomials_));
       e.eliminated.push_back(step);
     }
     e.kept = kept;
@@ -384,7 +384,7 @@ class DerivationByTerms {
   }
 
   int n_;
-  taylor::MonomialTable monomials_;
+  formula::MonomialTable monomials_;
   std::vector<Derivatives> derivatives_;
   std::vector<char> has_derivatives_;
 };

@@ -23,18 +23,18 @@ struct CoefficientUse {
   int line = -1;
 
   constexpr CoefficientUse() = default;
-  constexpr CoefficientUse(const taylor::Coefficient& c) : literal(c.is_literal() ? c.shadow : 0.0), line(c.line) {}
+  constexpr CoefficientUse(const formula::Coefficient& c) : literal(c.is_literal() ? c.shadow : 0.0), line(c.line) {}
   constexpr bool is(double number) const { return line < 0 && literal == number; }
   friend constexpr bool operator==(const CoefficientUse&, const CoefficientUse&) = default;
 };
 
 /// One line of code. Arguments are earlier lines.
 struct ClosedFormLine {
-  taylor::Kind kind = taylor::Kind::constant;
-  taylor::Function function = taylor::Function::none;
+  formula::Kind kind = formula::Kind::constant;
+  formula::Function function = formula::Function::none;
   int a = -1, b = -1;
   CoefficientUse ca, cb, c;
-  taylor::Domain domain = taylor::Domain::everything;  // outside of which T or V has no value
+  formula::Domain domain = formula::Domain::everything;  // outside of which T or V has no value
 };
 
 struct ClosedFormExtent {
@@ -54,7 +54,7 @@ struct ClosedForm {
   static constexpr ClosedFormExtent size = extent;
 
   ClosedFormLine line[extent.lines + 1] = {};
-  taylor::CoefficientStep coefficient[extent.coefficients + 1] = {};
+  formula::CoefficientStep coefficient[extent.coefficients + 1] = {};
   Eliminated eliminated[extent.eliminated + 1] = {};
   int factor[extent.factors + 1] = {}, coordinate[extent.factors + 1] = {};
   int kept[extent.kept + 1] = {}, right[extent.kept + 1] = {}, diagonal[extent.kept + 1] = {};
@@ -66,19 +66,19 @@ template <int n, const auto& list_T, const auto& list_V>
 struct ListedEnergies {
   static constexpr int parameters_of_T = static_cast<int>(sizeof(list_T.value) / sizeof(double));
 
-  static constexpr int node_of_T(DerivedEquations::Graph& graph, taylor::CoefficientBook& book, bool& is_known) {
+  static constexpr int node_of_T(DerivedEquations::Graph& graph, formula::CoefficientBook& book, bool& is_known) {
     return node_of(list_T, 0, graph, book, is_known);
   }
-  static constexpr int node_of_V(DerivedEquations::Graph& graph, taylor::CoefficientBook& book, bool& is_known) {
+  static constexpr int node_of_V(DerivedEquations::Graph& graph, formula::CoefficientBook& book, bool& is_known) {
     return node_of(list_V, parameters_of_T, graph, book, is_known);
   }
 
  private:
   template <class List>
-  static constexpr int node_of(const List& list, int first, DerivedEquations::Graph& graph, taylor::CoefficientBook& book, bool& is_known) {
-    return taylor::node_of_list(graph, list, 2 * n + 1, is_known, [&](int k) -> taylor::Coefficient {
+  static constexpr int node_of(const List& list, int first, DerivedEquations::Graph& graph, formula::CoefficientBook& book, bool& is_known) {
+    return formula::node_of_list(graph, list, 2 * n + 1, is_known, [&](int k) -> formula::Coefficient {
       if (list.literal[k]) return list.value[k];
-      return book.parameter(first + list.same_as[k], taylor::shadow_of(first + list.same_as[k]));
+      return book.parameter(first + list.same_as[k], formula::shadow_of(first + list.same_as[k]));
     });
   }
 };
@@ -140,7 +140,7 @@ constexpr void write_form_lines(const Derivation& d, const std::vector<int>& lin
   for (std::size_t w = 0; w < nodes.size(); ++w) {
     if (line[w] < 0) continue;
     const auto& node = nodes[w];
-    const bool is_input = node.kind == taylor::Kind::variable;
+    const bool is_input = node.kind == formula::Kind::variable;
     form.line[line[w]] = {node.kind, node.function, is_input ? node.a : line_of(node.a), is_input ? -1 : line_of(node.b), node.ca, node.cb, node.c};
   }
   for (std::size_t k = 0; k < d.book.steps().size(); ++k) form.coefficient[k] = d.book.steps()[k];
@@ -148,8 +148,8 @@ constexpr void write_form_lines(const Derivation& d, const std::vector<int>& lin
 
 // The domains that q̈ does not watch over by itself, of each node: a root or a power that q̈ needs is NaN outside of its own, and a division by zero
 // is not finite.
-constexpr std::vector<taylor::Domain> domains_to_check(const DerivedEquations::Graph& graph, const std::vector<int>& outputs) {
-  using taylor::Domain, taylor::Kind;
+constexpr std::vector<formula::Domain> domains_to_check(const DerivedEquations::Graph& graph, const std::vector<int>& outputs) {
+  using formula::Domain, formula::Kind;
   const std::vector<char> needed = graph.needed_for(outputs);
   std::vector<char> may_be_negative(needed.size(), 1), may_be_zero(needed.size(), 1);
   for (std::size_t w = 0; w < needed.size(); ++w) {
@@ -170,9 +170,9 @@ constexpr std::vector<taylor::Domain> domains_to_check(const DerivedEquations::G
   }
   return domains;
 }
-constexpr std::vector<int> with_checked(std::vector<int> outputs, const std::vector<taylor::Domain>& domains) {
+constexpr std::vector<int> with_checked(std::vector<int> outputs, const std::vector<formula::Domain>& domains) {
   for (std::size_t w = 0; w < domains.size(); ++w)
-    if (domains[w] != taylor::Domain::everything) outputs.push_back(static_cast<int>(w));
+    if (domains[w] != formula::Domain::everything) outputs.push_back(static_cast<int>(w));
   return outputs;
 }
 
@@ -197,7 +197,7 @@ constexpr ClosedForm<extent> closed_form_of() {
   Way::derive([&form](const auto& d, const DerivedEquations& e) {
     int count = 0;
     const std::vector<int> outputs = outputs_of(e);
-    const std::vector<taylor::Domain> domains = domains_to_check(d.graph, outputs);
+    const std::vector<formula::Domain> domains = domains_to_check(d.graph, outputs);
     const std::vector<int> line = lines_of(d.graph, with_checked(outputs, domains), count);
     const auto line_of = [&](int node) { return node < 0 ? -1 : line[static_cast<std::size_t>(node)]; };
     write_form_lines(d, line, form);
@@ -209,8 +209,8 @@ constexpr ClosedForm<extent> closed_form_of() {
       auto& to = form.eliminated[steps++];
       const auto& pivot = nodes[static_cast<std::size_t>(step.pivot)];
       to = {step.coordinate, line_of(step.pivot), line_of(step.acceleration), factors, factors + static_cast<int>(step.factors.size()), {}, false};
-      to.has_constant_pivot = pivot.kind == taylor::Kind::constant;
-      to.pivot_factor = to.has_constant_pivot ? pivot.c : pivot.kind == taylor::Kind::affine && pivot.b < 0 ? pivot.ca : taylor::Coefficient(1.0);
+      to.has_constant_pivot = pivot.kind == formula::Kind::constant;
+      to.pivot_factor = to.has_constant_pivot ? pivot.c : pivot.kind == formula::Kind::affine && pivot.b < 0 ? pivot.ca : formula::Coefficient(1.0);
       for (std::size_t i = 0; i < step.factors.size(); ++i) {
         form.factor[factors] = line_of(step.factors[i]);
         form.coordinate[factors++] = step.coordinates[i];

@@ -29,7 +29,7 @@ void write_values(const std::array<double, count_T>& T, const std::array<double,
   std::array<double, count_T + count_V> parameters;
   std::copy(T.begin(), T.end(), parameters.begin());
   std::copy(V.begin(), V.end(), parameters.begin() + count_T);
-  taylor::write_coefficients(Form::form.coefficient, Form::coefficients, parameters.data(), c.data());
+  formula::write_coefficients(Form::form.coefficient, Form::coefficients, parameters.data(), c.data());
 }
 
 /// The same; false when a pivot is zero or negative, or all that rounding has left of larger numbers: no way for this object.
@@ -37,7 +37,7 @@ template <class Form, std::size_t count_T, std::size_t count_V, std::size_t coun
 bool coefficients_written(const std::array<double, count_T>& T, const std::array<double, count_V>& V, std::array<double, count>& c) {
   write_values<Form>(T, V, c);
   std::array<double, count> magnitude{};
-  taylor::write_magnitudes(Form::form.coefficient, Form::coefficients, c.data(), magnitude.data());
+  formula::write_magnitudes(Form::form.coefficient, Form::coefficients, c.data(), magnitude.data());
   for (int k = 0; k < Form::extent.eliminated; ++k) {
     const auto& step = Form::form.eliminated[k];
     const CoefficientUse& factor = step.pivot_factor;
@@ -61,9 +61,9 @@ template <class Number>
 }
 
 // f(a, b) with the C library's sine and cosine, which the compiler may merge.
-template <taylor::Function f, class Number>
+template <formula::Function f, class Number>
 [[gnu::always_inline]] inline Number function_value(const Number& a, const Number& b) {
-  using taylor::Function;
+  using formula::Function;
   using std::acos, std::acosh, std::asin, std::asinh, std::atan, std::atan2, std::atanh, std::cbrt, std::cos, std::cosh, std::erf, std::erfc,
       std::exp, std::expm1, std::log, std::log1p, std::sin, std::sinh, std::tan, std::tanh;
   if constexpr (f == Function::sin && std::is_same_v<Number, double>) return shared_sine(a);
@@ -130,18 +130,18 @@ template <int n, class Form, int count, class Number>
   constexpr std::integral_constant<CoefficientUse ClosedFormLine::*, &ClosedFormLine::cb> B;
   unroll<count>([&](auto i) __attribute__((always_inline)) {
     constexpr ClosedFormLine w = form.line[i];
-    if constexpr (w.kind == taylor::Kind::constant) {
+    if constexpr (w.kind == formula::Kind::constant) {
       x[i] = Number(offset(i));
-    } else if constexpr (w.kind == taylor::Kind::variable) {
+    } else if constexpr (w.kind == formula::Kind::variable) {
       if constexpr (w.a < n) x[i] = q[w.a];
       else if constexpr (w.a < 2 * n) x[i] = qdot[w.a - n];
       else if constexpr (w.a == 2 * n) x[i] = t;
       else x[i] = a[w.a - 2 * n - 1];
-    } else if constexpr (w.kind == taylor::Kind::product) {
+    } else if constexpr (w.kind == formula::Kind::product) {
       x[i] = x[w.a] * x[w.b];
-    } else if constexpr (w.kind == taylor::Kind::quotient) {
+    } else if constexpr (w.kind == formula::Kind::quotient) {
       x[i] = x[w.a] / x[w.b];
-    } else if constexpr (w.kind == taylor::Kind::power) {
+    } else if constexpr (w.kind == formula::Kind::power) {
       constexpr double twice = 2.0 * w.c.literal;
       if constexpr (w.c.line < 0 && twice >= -16.0 && twice <= 16.0 && twice == static_cast<double>(static_cast<int>(twice))) {
         x[i] = half_power<static_cast<int>(twice)>(x[w.a]);
@@ -149,7 +149,7 @@ template <int n, class Form, int count, class Number>
         using std::pow;
         x[i] = pow(x[w.a], offset(i));
       }
-    } else if constexpr (w.kind == taylor::Kind::function) {
+    } else if constexpr (w.kind == formula::Kind::function) {
       x[i] = function_value<w.function>(x[w.a], x[w.b < 0 ? w.a : w.b]);
     } else if constexpr (w.b < 0) {
       if constexpr (w.c.is(0.0)) x[i] = times(i, A, x[w.a]);
@@ -171,10 +171,10 @@ template <class Form, int count, class Number>
 [[gnu::always_inline]] inline auto have_values(const Number* x) {
   decltype(x[0] > x[0]) good = true;
   unroll<count>([&](auto i) __attribute__((always_inline)) {
-    constexpr taylor::Domain domain = Form::form.line[i].domain;
-    if constexpr (domain == taylor::Domain::positive) good &= x[i] > 0.0;
-    else if constexpr (domain == taylor::Domain::nonnegative) good &= x[i] >= 0.0;
-    else if constexpr (domain == taylor::Domain::nonzero) good &= x[i] != 0.0;
+    constexpr formula::Domain domain = Form::form.line[i].domain;
+    if constexpr (domain == formula::Domain::positive) good &= x[i] > 0.0;
+    else if constexpr (domain == formula::Domain::nonnegative) good &= x[i] >= 0.0;
+    else if constexpr (domain == formula::Domain::nonzero) good &= x[i] != 0.0;
   });
   return good;
 }

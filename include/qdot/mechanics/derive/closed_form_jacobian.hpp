@@ -30,7 +30,7 @@ template <int n, ClosedJacobianExtent extent>
 struct ClosedJacobian {
   static constexpr ClosedJacobianExtent size = extent;
   ClosedFormLine line[extent.lines + 1] = {};
-  taylor::CoefficientStep coefficient[extent.coefficients + 1] = {};
+  formula::CoefficientStep coefficient[extent.coefficients + 1] = {};
   int mass[n * (n + 1) / 2] = {}, right[n] = {}, slope[n * 2 * n] = {};
 };
 
@@ -44,7 +44,7 @@ constexpr void derive_jacobian(const Use& use) {
   if (!d.is_possible) return;
   std::vector<int> equations = jacobian.mass;
   for (const int node : jacobian.right) equations.push_back(node);
-  const std::vector<taylor::Domain> domains = domains_to_check(d.graph, equations);
+  const std::vector<formula::Domain> domains = domains_to_check(d.graph, equations);
   equations = with_checked(equations, domains);
   std::vector<int> all = equations;
   for (const int slope : jacobian.slopes) all.push_back(slope);

@@ -15,7 +15,7 @@ namespace qdot::detail {
 
 /// M q̈ = r as nodes of a graph, some coordinates eliminated.
 struct DerivedEquations {
-  using Graph = taylor::BasicGraph<taylor::Coefficient>;
+  using Graph = formula::BasicGraph<formula::Coefficient>;
 
   struct Eliminated {
     int coordinate = 0;

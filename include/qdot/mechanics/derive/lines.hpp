@@ -20,8 +20,8 @@
 
 #include "qdot/ad/formula/list_graph.hpp"
 #include "qdot/ad/formula/trace.hpp"
-#include "qdot/mechanics/derive/closed_form.hpp"
 #include "qdot/mechanics/derive/by_terms.hpp"
+#include "qdot/mechanics/derive/closed_form.hpp"
 #include "qdot/mechanics/equations/energy_functors.hpp"
 
 namespace qdot::detail {
@@ -32,7 +32,7 @@ struct Line {
     end, constant, scaled, combination, sum, difference, product, square, quotient, inverse, root, inverse_root, power, sine_and_cosine, function
   };
   Operation operation = Operation::end;
-  taylor::Function function = taylor::Function::none;
+  formula::Function function = formula::Function::none;
   std::uint16_t to = 0, also_to = 0, a = 0, b = 0;
   double ca = 0.0, cb = 0.0, c = 0.0;
 };
@@ -89,7 +89,7 @@ sine_and_cosine: {
 }
   goto* ways[way(++line)];
 function:
-  x[line->to] = taylor::value_of(line->function, x[line->a], x[line->b]);
+  x[line->to] = formula::value_of(line->function, x[line->a], x[line->b]);
   goto* ways[way(++line)];
 end:;
 }
@@ -103,7 +103,7 @@ struct DerivedLines {
   std::vector<int> mass, right, slopes;  // lower triangle of M, row by row; derivatives of each row along q and then q̇
   struct Checked {
     int number;
-    taylor::Domain domain;
+    formula::Domain domain;
   };
   std::vector<Checked> checked;  // outside of which T or V has no value
 
@@ -114,8 +114,8 @@ struct DerivedLines {
     bool good = true;
     for (const Checked& c : checked) {
       const double value = x[c.number];
-      if (c.domain == taylor::Domain::positive) good &= value > 0.0;
-      else if (c.domain == taylor::Domain::nonnegative) good &= value >= 0.0;
+      if (c.domain == formula::Domain::positive) good &= value > 0.0;
+      else if (c.domain == formula::Domain::nonnegative) good &= value >= 0.0;
       else good &= value != 0.0;
     }
     return good;
@@ -157,7 +157,7 @@ class LineWriter {
  public:
   LineWriter(const DerivedEquations::Graph& graph, int inputs) : graph_(graph), number_(graph.nodes().size(), -1), count_(inputs) {
     for (std::size_t w = 0; w < number_.size(); ++w)
-      if (graph.nodes()[w].kind == taylor::Kind::variable) number_[w] = graph.nodes()[w].a;
+      if (graph.nodes()[w].kind == formula::Kind::variable) number_[w] = graph.nodes()[w].a;
   }
 
   /// Appends what `outputs` need and is not there.
@@ -185,20 +185,20 @@ class LineWriter {
     Line l{Operation::constant, node.function, static_cast<std::uint16_t>(number_[w]), 0, argument(node.a), argument(node.b), decisive(node.ca), decisive(node.cb),
            decisive(node.c)};
     switch (node.kind) {
-      case taylor::Kind::constant:
-      case taylor::Kind::variable: break;
-      case taylor::Kind::affine:
+      case formula::Kind::constant:
+      case formula::Kind::variable: break;
+      case formula::Kind::affine:
         if (node.b < 0) l.operation = Operation::scaled;
         else if (l.ca == 1.0 && l.c == 0.0 && l.cb == 1.0) l.operation = Operation::sum;
         else if (l.ca == 1.0 && l.c == 0.0 && l.cb == -1.0) l.operation = Operation::difference;
         else l.operation = Operation::combination;
         break;
-      case taylor::Kind::product: l.operation = l.a == l.b ? Operation::square : Operation::product; break;
-      case taylor::Kind::quotient: l.operation = Operation::quotient; break;
-      case taylor::Kind::power:
+      case formula::Kind::product: l.operation = l.a == l.b ? Operation::square : Operation::product; break;
+      case formula::Kind::quotient: l.operation = Operation::quotient; break;
+      case formula::Kind::power:
         l.operation = l.c == -1.0 ? Operation::inverse : l.c == 0.5 ? Operation::root : l.c == -0.5 ? Operation::inverse_root : Operation::power;
         break;
-      case taylor::Kind::function:
+      case formula::Kind::function:
         l.operation = Operation::function;
         if (merged_with_partner(l, lines)) return;
         break;
@@ -208,7 +208,7 @@ class LineWriter {
 
   // A sine and a cosine of one angle are one line.
   static bool merged_with_partner(const Line& l, std::vector<Line>& lines) {
-    using taylor::Function;
+    using formula::Function;
     if (l.function != Function::sin && l.function != Function::cos) return false;
     const Function partner = l.function == Function::sin ? Function::cos : Function::sin;
     for (Line& before : lines) {
@@ -232,14 +232,14 @@ inline DerivedLines lines_of_recordings(int n, const trace::Recording& T, const 
   if (T.branches || V.branches || T.too_long || V.too_long) return lines;
   DerivationByTerms d(n);
   const auto node = [&](const ListOfObject& list) {
-    return taylor::node_of_list(d.graph, list, 2 * n + 1, d.is_possible, [&](int k) -> taylor::Coefficient { return list.value[k]; });
+    return formula::node_of_list(d.graph, list, 2 * n + 1, d.is_possible, [&](int k) -> formula::Coefficient { return list.value[k]; });
   };
   const int node_of_T = node(ListOfObject(T)), node_of_V = node(ListOfObject(V));
   const DerivedJacobian derived = d.jacobian_by_terms(node_of_T, node_of_V);
   if (!d.is_possible) return lines;
   std::vector<int> equations = derived.mass;
   for (const int r : derived.right) equations.push_back(r);
-  const std::vector<taylor::Domain> domains = domains_to_check(d.graph, equations);
+  const std::vector<formula::Domain> domains = domains_to_check(d.graph, equations);
   LineWriter writer(d.graph, 3 * n + 1);
   writer.write(with_checked(equations, domains), lines.all);
   lines.equations = lines.all;
@@ -251,7 +251,7 @@ inline DerivedLines lines_of_recordings(int n, const trace::Recording& T, const 
   lines.right = writer.numbers(derived.right);
   lines.slopes = writer.numbers(derived.slopes);
   for (std::size_t w = 0; w < domains.size(); ++w)
-    if (domains[w] != taylor::Domain::everything) lines.checked.push_back({writer.number(static_cast<int>(w)), domains[w]});
+    if (domains[w] != formula::Domain::everything) lines.checked.push_back({writer.number(static_cast<int>(w)), domains[w]});
   return lines;
 }
 

@@ -18,8 +18,8 @@
 #include <algorithm>
 
 #include "qdot/ad/records/residual_record.hpp"
-#include "qdot/mechanics/mass_and_rhs.hpp"
 #include "qdot/mechanics/equations/straight_line_jacobian.hpp"
+#include "qdot/mechanics/mass_and_rhs.hpp"
 
 namespace qdot::detail {
 

@@ -27,8 +27,8 @@
 #include <vector>
 
 #include "qdot/error.hpp"
-#include "qdot/mechanics/equations/cholesky.hpp"
 #include "qdot/mechanics/energy.hpp"
+#include "qdot/mechanics/equations/cholesky.hpp"
 
 namespace qdot {
 

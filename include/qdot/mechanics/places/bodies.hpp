@@ -23,8 +23,8 @@
 #include <Eigen/Core>
 
 #include "qdot/ad/places/position_jet.hpp"
-#include "qdot/mechanics/rigid_body.hpp"
 #include "qdot/mechanics/equations/straight_line.hpp"
+#include "qdot/mechanics/rigid_body.hpp"
 
 namespace qdot::detail {
 

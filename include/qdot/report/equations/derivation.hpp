@@ -70,7 +70,7 @@ inline GraphEquations equations_by_graph(LetteredGraph& g, int n, int T, int V) 
 }
 
 class EquationDerivation {
-  using Polynomial = taylor::Polynomial;
+  using Polynomial = formula::Polynomial;
 
  public:
   /// @param letters     T, V and the rows of constraints
@@ -127,10 +127,10 @@ class EquationDerivation {
     if (has_terms_) {
       for (const Polynomial& m : by_terms_.mass) M_.push_back(flat(m));
       for (const Polynomial& r : by_terms_.right) r_.push_back(flat(r));
-      for (const taylor::Term& t : by_terms_.kinetic)
+      for (const formula::Term& t : by_terms_.kinetic)
         for (const auto& [i, other] : {std::pair(t.a, t.b), std::pair(t.b, t.a)}) {
           if (i < 0) continue;
-          const FlatSum slope = flat({taylor::Term{t.c, t.monomial, other, -1}});
+          const FlatSum slope = flat({formula::Term{t.c, t.monomial, other, -1}});
           p_[at(i)].insert(p_[at(i)].end(), slope.begin(), slope.end());
         }
       return;
@@ -253,7 +253,7 @@ class EquationDerivation {
       }
       if (best < 0) break;
       again = true;
-      const taylor::Term pivot = M[entry(best, best)][0];
+      const formula::Term pivot = M[entry(best, best)][0];
       FlatSum right = flat(r[at(best)]);
       std::erase(kept, best);
       for (const int i : kept) {
@@ -296,7 +296,7 @@ class EquationDerivation {
   }
 
   // Made of parameters alone.
-  bool is_constant(const taylor::Term& t) const {
+  bool is_constant(const formula::Term& t) const {
     for (const FlatTerm& flat_term : flat({t}))
       for (const auto& f : layout_.collected({flat_term}))
         for (const auto& part : f.factors)

@@ -33,16 +33,16 @@ using FlatSum = std::vector<FlatTerm>;
 /// What can be said and done with flat terms of a graph.
 class FlatTerms {
  public:
-  using Graph = taylor::BasicGraph<taylor::Coefficient>;
+  using Graph = formula::BasicGraph<formula::Coefficient>;
 
   FlatTerms(Graph& graph, int n) : graph_(graph), n_(n) {}
 
   /// The summands of a node, the node times a number.
   FlatSum summands(int node, double factor = 1.0) const {
     const auto& w = graph_[node];
-    if (w.kind == taylor::Kind::affine && w.b < 0 && number(w.c) == 0.0) return summands(w.a, factor * number(w.ca));
+    if (w.kind == formula::Kind::affine && w.b < 0 && number(w.c) == 0.0) return summands(w.a, factor * number(w.ca));
     FlatSum sum;
-    if (w.kind == taylor::Kind::affine) {
+    if (w.kind == formula::Kind::affine) {
       sum = summands(w.a, factor * number(w.ca));
       if (w.b >= 0)
         for (FlatTerm& t : summands(w.b, factor * number(w.cb))) sum.push_back(std::move(t));
@@ -56,11 +56,11 @@ class FlatTerms {
   }
 
   /// Terms as they are.
-  FlatSum terms(const taylor::Polynomial& p, const taylor::MonomialTable& monomials) const {
+  FlatSum terms(const formula::Polynomial& p, const formula::MonomialTable& monomials) const {
     FlatSum sum;
-    for (const taylor::Term& term : p) {
+    for (const formula::Term& term : p) {
       FlatTerm t{number(term.c), {}};
-      const taylor::Monomial& m = monomials[term.monomial];
+      const formula::Monomial& m = monomials[term.monomial];
       for (int i = 0; i < m.count; ++i) collect_factors(m.factor[i].atom, m.factor[i].exponent, t);
       for (const int v : {term.a, term.b})
         if (v >= 0) collect_factors(velocity(v), 1.0, t);
@@ -78,7 +78,7 @@ class FlatTerms {
       if (all_sums && all.size() + open.size() > too_long) return collected(sum, false);
       FlatTerm t = std::move(open.back());
       open.pop_back();
-      const auto parameter_sum = std::find_if(t.factors.begin(), t.factors.end(), [&](const auto& f) { return f.second == 1.0 && (is_sum_of_parameters(f.first) || (all_sums && graph_[f.first].kind == taylor::Kind::affine)); });
+      const auto parameter_sum = std::find_if(t.factors.begin(), t.factors.end(), [&](const auto& f) { return f.second == 1.0 && (is_sum_of_parameters(f.first) || (all_sums && graph_[f.first].kind == formula::Kind::affine)); });
       if (parameter_sum == t.factors.end()) {
         all[t.factors] += t.number;
         continue;
@@ -128,24 +128,24 @@ class FlatTerms {
 
   int velocity(int i) const { return graph_.variable(n_ + i); }
   int acceleration(int i) const { return graph_.variable(2 * n_ + 1 + i); }
-  bool is_parameter(int node) const { return graph_[node].kind == taylor::Kind::variable && graph_[node].a > 3 * n_; }
+  bool is_parameter(int node) const { return graph_[node].kind == formula::Kind::variable && graph_[node].a > 3 * n_; }
 
  protected:
-  static double number(const taylor::Coefficient& c) { return c.shadow; }
+  static double number(const formula::Coefficient& c) { return c.shadow; }
 
   bool is_velocity(int node) const {
     const auto& w = graph_[node];
-    return w.kind == taylor::Kind::variable && is_rate(w.a);
+    return w.kind == formula::Kind::variable && is_rate(w.a);
   }
   bool is_rate(int variable) const { return variable >= n_ && variable <= 3 * n_ && variable != 2 * n_; }
   bool is_sum_of_parameters(int node) const {
     const auto& w = graph_[node];
-    return w.kind == taylor::Kind::affine && is_made_of_parameters(node);
+    return w.kind == formula::Kind::affine && is_made_of_parameters(node);
   }
   bool is_made_of_parameters(int node) const {
     const auto& w = graph_[node];
-    if (w.kind == taylor::Kind::constant) return true;
-    if (w.kind == taylor::Kind::variable) return is_parameter(node);
+    if (w.kind == formula::Kind::constant) return true;
+    if (w.kind == formula::Kind::variable) return is_parameter(node);
     return is_made_of_parameters(w.a) && (w.b < 0 || is_made_of_parameters(w.b));
   }
 
@@ -153,19 +153,19 @@ class FlatTerms {
     const auto& w = graph_[node];
     const bool whole = exponent == std::round(exponent);
     switch (w.kind) {
-      case taylor::Kind::constant: t.number *= std::pow(number(w.c), exponent); return;
-      case taylor::Kind::product:
+      case formula::Kind::constant: t.number *= std::pow(number(w.c), exponent); return;
+      case formula::Kind::product:
         if (!whole) break;
         collect_factors(w.a, exponent, t);
         collect_factors(w.b, exponent, t);
         return;
-      case taylor::Kind::quotient:
+      case formula::Kind::quotient:
         if (!whole) break;
         collect_factors(w.a, exponent, t);
         collect_factors(w.b, -exponent, t);
         return;
-      case taylor::Kind::power: return whole || !whole_number(number(w.c)) ? collect_factors(w.a, exponent * number(w.c), t) : add_factor(node, exponent, t);
-      case taylor::Kind::affine:
+      case formula::Kind::power: return whole || !whole_number(number(w.c)) ? collect_factors(w.a, exponent * number(w.c), t) : add_factor(node, exponent, t);
+      case formula::Kind::affine:
         if (!whole || w.b >= 0 || number(w.c) != 0.0) break;
         t.number *= std::pow(number(w.ca), exponent);
         collect_factors(w.a, exponent, t);
@@ -186,12 +186,12 @@ class FlatTerms {
       for (std::size_t i = 0; i < sum.size() && !again; ++i)
         for (const auto& [node, e] : sum[i].factors) {
           const auto& w = graph_[node];
-          if (e < 2.0 || w.kind != taylor::Kind::function || (w.function != taylor::Function::sin && w.function != taylor::Function::cos)) continue;
+          if (e < 2.0 || w.kind != formula::Kind::function || (w.function != formula::Function::sin && w.function != formula::Function::cos)) continue;
           FlatTerm rest = sum[i];
           if ((rest.factors[node] -= 2.0) == 0.0) rest.factors.erase(node);
           const auto other = std::find_if(sum.begin(), sum.end(), [&](const FlatTerm& t) { return t.factors == rest.factors && std::abs(t.number + rest.number) <= 1e-14 * std::abs(rest.number); });
           if (other == sum.end()) continue;
-          other->factors[graph_.function(w.function == taylor::Function::sin ? taylor::Function::cos : taylor::Function::sin, w.a)] += 2.0;
+          other->factors[graph_.function(w.function == formula::Function::sin ? formula::Function::cos : formula::Function::sin, w.a)] += 2.0;
           sum.erase(sum.begin() + static_cast<std::ptrdiff_t>(i));
           again = true;
           break;
@@ -201,12 +201,12 @@ class FlatTerms {
 
   // sin u sin v + cos u cos v is cos(u − v), and three more like it.
   void angles_in_place(FlatSum& sum) const {
-    const auto angle = [&](int node) { return graph_[node].kind == taylor::Kind::function && graph_[node].b < 0 ? graph_[node].a : -1; };
+    const auto angle = [&](int node) { return graph_[node].kind == formula::Kind::function && graph_[node].b < 0 ? graph_[node].a : -1; };
     for (std::size_t i = 0; i < sum.size(); ++i) {
       std::vector<std::pair<int, bool>> circular;  // node, and whether it is a sine
       for (const auto& [node, e] : sum[i].factors)
-        if (e >= 1.0 && whole_number(e) && angle(node) >= 0 && (graph_[node].function == taylor::Function::sin || graph_[node].function == taylor::Function::cos))
-          circular.push_back({node, graph_[node].function == taylor::Function::sin});
+        if (e >= 1.0 && whole_number(e) && angle(node) >= 0 && (graph_[node].function == formula::Function::sin || graph_[node].function == formula::Function::cos))
+          circular.push_back({node, graph_[node].function == formula::Function::sin});
       bool replaced = false;
       for (std::size_t x = 0; x < circular.size() && !replaced; ++x)
         for (std::size_t y = x + 1; y < circular.size() && !replaced; ++y) {
@@ -215,7 +215,7 @@ class FlatTerms {
           int u = angle(first), v = angle(second);
           if (u == v) continue;
           if (u > v) std::swap(u, v), std::swap(first, second), std::swap(first_is_sine, second_is_sine);
-          const auto other_of = [&](int a, bool is_sine) { return graph_.function(is_sine ? taylor::Function::cos : taylor::Function::sin, a); };
+          const auto other_of = [&](int a, bool is_sine) { return graph_.function(is_sine ? formula::Function::cos : formula::Function::sin, a); };
           const FlatTerm pair{1.0, {{first, 1.0}, {second, 1.0}}}, partner{1.0, {{other_of(u, first_is_sine), 1.0}, {other_of(v, second_is_sine), 1.0}}};
           FlatTerm rest = product(sum[i], pair, -1.0);
           const FlatTerm wanted = product(rest, partner);
@@ -223,7 +223,7 @@ class FlatTerms {
           if (found == sum.end()) continue;
           const bool alike = (found->number < 0.0) == (sum[i].number < 0.0), both = first_is_sine == second_is_sine;
           const bool minus = both ? alike : !alike;  // the angle is u − v
-          const int node = graph_.function(both ? taylor::Function::cos : taylor::Function::sin, minus ? graph_.difference(u, v) : graph_.sum(u, v));
+          const int node = graph_.function(both ? formula::Function::cos : formula::Function::sin, minus ? graph_.difference(u, v) : graph_.sum(u, v));
           // cos cos ± sin sin has the sign of cos cos, sin u cos v ± cos u sin v that of sin u cos v.
           const bool own_sign = both ? !first_is_sine : first_is_sine;
           rest.number = own_sign ? sum[i].number : found->number;

@@ -212,8 +212,8 @@ class FormulaLayout : public FlatTerms {
       const bool inertia = letter == "m" || letter == "M" || letter == "mu" || letter == "I" || letter == "J" || letter == "Theta";
       return {inertia ? 0 : letter == "g" ? 1 : 2, w.a};
     }
-    if (w.kind == taylor::Kind::variable) return w.a < n_ ? std::pair(4, w.a) : w.a == 2 * n_ ? std::pair(5, 0) : w.a > 2 * n_ ? std::pair(6, w.a) : std::pair(7, w.a);
-    if (w.kind == taylor::Kind::function) return {8, w.function == taylor::Function::sin ? 0 : w.function == taylor::Function::cos ? 1 : 2};
+    if (w.kind == formula::Kind::variable) return w.a < n_ ? std::pair(4, w.a) : w.a == 2 * n_ ? std::pair(5, 0) : w.a > 2 * n_ ? std::pair(6, w.a) : std::pair(7, w.a);
+    if (w.kind == formula::Kind::function) return {8, w.function == formula::Function::sin ? 0 : w.function == formula::Function::cos ? 1 : 2};
     if (!is_sum_of_parameters(node)) return {3, node};
     std::pair<int, int> least{3, 0};
     for (const FlatTerm& t : summands(node))
@@ -236,7 +236,7 @@ class FormulaLayout : public FlatTerms {
       if (moves) {
         degree += inside.size() > 1 || e >= 2.0 ? 2 : 1;
         different += inside.size() == 1 && e < 2.0;
-      } else if (graph_[node].kind == taylor::Kind::function) {
+      } else if (graph_[node].kind == formula::Kind::function) {
         kind = 3;
       } else if (!inside.empty() && kind != 3) {
         kind = 1;
@@ -248,8 +248,8 @@ class FormulaLayout : public FlatTerms {
   // Coordinates, velocities and the time in a node, in order.
   std::vector<int> variables_in(int node) const {
     const auto& w = graph_[node];
-    if (w.kind == taylor::Kind::constant) return {};
-    if (w.kind == taylor::Kind::variable) return w.a <= 3 * n_ ? std::vector<int>{w.a} : std::vector<int>{};
+    if (w.kind == formula::Kind::constant) return {};
+    if (w.kind == formula::Kind::variable) return w.a <= 3 * n_ ? std::vector<int>{w.a} : std::vector<int>{};
     std::vector<int> all = variables_in(w.a);
     if (w.b >= 0)
       for (const int v : variables_in(w.b)) all.push_back(v);
@@ -277,20 +277,20 @@ class FormulaLayout : public FlatTerms {
   Expression of_atom(int node) const {
     const auto& w = graph_[node];
     switch (w.kind) {
-      case taylor::Kind::variable: {
+      case formula::Kind::variable: {
         if (w.a == 2 * n_) return symbol_expression("t");
         if (w.a > 3 * n_) return {.kind = Expression::Kind::symbol, .name = p_[static_cast<std::size_t>(w.a - 3 * n_ - 1)], .is_constant = true};
         const int dots = w.a < n_ ? 0 : w.a < 2 * n_ ? 1 : 2;
         return symbol_expression(q_[static_cast<std::size_t>(dots == 0 ? w.a : dots == 1 ? w.a - n_ : w.a - 2 * n_ - 1)], dots);
       }
-      case taylor::Kind::function: {
+      case formula::Kind::function: {
         static constexpr const char* names[] = {"", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "hypot", "exp", "expm1", "ln", "log1p", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "cbrt", "erf", "erfc"};
         Expression f{.kind = Expression::Kind::function, .name = names[static_cast<std::size_t>(w.function)]};
         f.parts.push_back(of_node(w.a));
         if (w.b >= 0) f.parts.push_back(of_node(w.b));
         return f;
       }
-      case taylor::Kind::affine: return of_node(node);
+      case formula::Kind::affine: return of_node(node);
       default: {  // a power that is no product of others
         Expression e{.kind = Expression::Kind::power, .number = number(w.c), .parts = {of_node(w.a)}};
         return e;

@@ -23,11 +23,11 @@ namespace qdot::report::detail {
 
 /// p^exponent, sin p or cos p.
 struct ParameterFactor {
-  taylor::Function function = taylor::Function::none;
+  formula::Function function = formula::Function::none;
   double exponent = 0.0;
 
-  double value(double p) const { return function == taylor::Function::none ? std::pow(p, exponent) : taylor::value_of(function, p); }
-  bool is_one() const { return function == taylor::Function::none && exponent == 0.0; }
+  double value(double p) const { return function == formula::Function::none ? std::pow(p, exponent) : formula::value_of(function, p); }
+  bool is_one() const { return function == formula::Function::none && exponent == 0.0; }
 };
 
 struct ParameterTerm {
@@ -130,9 +130,9 @@ class ParameterFit {
   bool find_factors(std::size_t j, ParameterRoot root, std::vector<ParameterFactor>& factors) const {
     static const std::vector<ParameterFactor> all = [] {
       std::vector<ParameterFactor> list;
-      for (const double e : {0.0, 1.0, 2.0, -1.0, 3.0, -2.0, 0.5, -0.5, 4.0, -3.0, 1.5, -1.5, 5.0}) list.push_back({taylor::Function::none, e});
-      list.push_back({taylor::Function::sin, 0.0});
-      list.push_back({taylor::Function::cos, 0.0});
+      for (const double e : {0.0, 1.0, 2.0, -1.0, 3.0, -2.0, 0.5, -0.5, 4.0, -3.0, 1.5, -1.5, 5.0}) list.push_back({formula::Function::none, e});
+      list.push_back({formula::Function::sin, 0.0});
+      list.push_back({formula::Function::cos, 0.0});
       return list;
     }();
     ParameterNodes at = middle_;

@@ -22,8 +22,8 @@
 #include "qdot/ad/formula/coefficient.hpp"
 #include "qdot/ad/formula/graph.hpp"
 #include "qdot/error.hpp"
-#include "qdot/report/equations/source.hpp"
 #include "qdot/report/equations/parameter_formula.hpp"
+#include "qdot/report/equations/source.hpp"
 
 namespace qdot {
 
@@ -36,23 +36,23 @@ class NotOneFormula : public Error {
 namespace report {
 namespace detail {
 
-using LetteredGraph = taylor::BasicGraph<taylor::Coefficient>;
+using LetteredGraph = formula::BasicGraph<formula::Coefficient>;
 
 /// The values of all nodes.
 template <class Coefficient>
-std::vector<double> values_of(const taylor::BasicGraph<Coefficient>& graph, const std::vector<double>& variables) {
+std::vector<double> values_of(const formula::BasicGraph<Coefficient>& graph, const std::vector<double>& variables) {
   std::vector<double> x;
   for (const auto& node : graph.nodes()) {
     const auto at = [&x](int i) { return i < 0 ? 0.0 : x[static_cast<std::size_t>(i)]; };
-    const double ca = taylor::actual(node.ca), cb = taylor::actual(node.cb), c = taylor::actual(node.c);
+    const double ca = formula::actual(node.ca), cb = formula::actual(node.cb), c = formula::actual(node.c);
     switch (node.kind) {
-      case taylor::Kind::constant: x.push_back(c); break;
-      case taylor::Kind::variable: x.push_back(variables[static_cast<std::size_t>(node.a)]); break;
-      case taylor::Kind::affine: x.push_back(ca * at(node.a) + (node.b < 0 ? 0.0 : cb * at(node.b)) + c); break;
-      case taylor::Kind::product: x.push_back(at(node.a) * at(node.b)); break;
-      case taylor::Kind::quotient: x.push_back(at(node.a) / at(node.b)); break;
-      case taylor::Kind::power: x.push_back(std::pow(at(node.a), c)); break;
-      case taylor::Kind::function: x.push_back(taylor::value_of(node.function, at(node.a), at(node.b))); break;
+      case formula::Kind::constant: x.push_back(c); break;
+      case formula::Kind::variable: x.push_back(variables[static_cast<std::size_t>(node.a)]); break;
+      case formula::Kind::affine: x.push_back(ca * at(node.a) + (node.b < 0 ? 0.0 : cb * at(node.b)) + c); break;
+      case formula::Kind::product: x.push_back(at(node.a) * at(node.b)); break;
+      case formula::Kind::quotient: x.push_back(at(node.a) / at(node.b)); break;
+      case formula::Kind::power: x.push_back(std::pow(at(node.a), c)); break;
+      case formula::Kind::function: x.push_back(formula::value_of(node.function, at(node.a), at(node.b))); break;
     }
   }
   return x;
@@ -80,9 +80,9 @@ class ParameterLetters {
     for (const auto& node : sample_.recording.graph.nodes()) {
       const auto at = [&made](int i) { return i < 0 ? -1 : made[static_cast<std::size_t>(i)]; };
       switch (node.kind) {
-        case taylor::Kind::variable: made.push_back(graph.variable(node.a)); break;
-        case taylor::Kind::constant: made.push_back(sum_of(graph, first, {{next, graph.constant(1.0)}})); break;
-        case taylor::Kind::affine:
+        case formula::Kind::variable: made.push_back(graph.variable(node.a)); break;
+        case formula::Kind::constant: made.push_back(sum_of(graph, first, {{next, graph.constant(1.0)}})); break;
+        case formula::Kind::affine:
           if (node.b < 0) {
             made.push_back(sum_of(graph, first, {{next, at(node.a)}, {next + 2, graph.constant(1.0)}}));
           } else {
@@ -91,10 +91,10 @@ class ParameterLetters {
             made.push_back(graph.sum(graph.sum(a, b), c));
           }
           break;
-        case taylor::Kind::product: made.push_back(graph.product(at(node.a), at(node.b))); break;
-        case taylor::Kind::quotient: made.push_back(graph.quotient(at(node.a), at(node.b))); break;
-        case taylor::Kind::power: made.push_back(graph.power(at(node.a), node.c)); break;
-        case taylor::Kind::function: made.push_back(graph.function(node.function, at(node.a), at(node.b))); break;
+        case formula::Kind::product: made.push_back(graph.product(at(node.a), at(node.b))); break;
+        case formula::Kind::quotient: made.push_back(graph.quotient(at(node.a), at(node.b))); break;
+        case formula::Kind::power: made.push_back(graph.power(at(node.a), node.c)); break;
+        case formula::Kind::function: made.push_back(graph.function(node.function, at(node.a), at(node.b))); break;
       }
       next += numbers_in(node.kind);
     }
@@ -110,8 +110,8 @@ class ParameterLetters {
     const double x = std::sin(12.9898 * (i + 20) + 78.233 * (j + 1)) * 43758.5453;
     return x - std::floor(x);
   }
-  static std::size_t numbers_in(taylor::Kind kind) {
-    return kind == taylor::Kind::affine ? 3 : kind == taylor::Kind::constant || kind == taylor::Kind::power ? 1 : 0;
+  static std::size_t numbers_in(formula::Kind kind) {
+    return kind == formula::Kind::affine ? 3 : kind == formula::Kind::constant || kind == formula::Kind::power ? 1 : 0;
   }
 
   double value(std::size_t j, int k) const {
@@ -135,7 +135,7 @@ class ParameterLetters {
     for (std::size_t w = 0; same && w < nodes.size(); ++w) {
       const auto &x = nodes[w], &y = like[w];
       same = x.kind == y.kind && x.function == y.function && x.a == y.a && x.b == y.b;
-      if (x.kind == taylor::Kind::affine) all.insert(all.end(), {x.ca, x.b < 0 ? 0.0 : x.cb, x.c});
+      if (x.kind == formula::Kind::affine) all.insert(all.end(), {x.ca, x.b < 0 ? 0.0 : x.cb, x.c});
       if (numbers_in(x.kind) == 1) all.push_back(x.c);
     }
     if (!same)
@@ -150,7 +150,7 @@ class ParameterLetters {
     const ParameterNodes middle(values_.size(), -1);
     const std::size_t count = numbers(middle).size();
     std::vector<bool> is_exponent;
-    for (const auto& node : sample_.recording.graph.nodes()) is_exponent.insert(is_exponent.end(), numbers_in(node.kind), node.kind == taylor::Kind::power);
+    for (const auto& node : sample_.recording.graph.nodes()) is_exponent.insert(is_exponent.end(), numbers_in(node.kind), node.kind == formula::Kind::power);
     for (std::size_t i = 0; i < count; ++i) {
       ParameterFormula f;
       ParameterFit fit([&](const ParameterNodes& at) { return numbers(at)[i]; }, [this](std::size_t j, int k) { return value(j, k); }, named_);
@@ -173,7 +173,7 @@ class ParameterLetters {
   }
 
   static int node_of(LetteredGraph& graph, int variable, const ParameterFactor& f) {
-    return f.function != taylor::Function::none ? graph.function(f.function, variable) : graph.power(variable, f.exponent);
+    return f.function != formula::Function::none ? graph.function(f.function, variable) : graph.power(variable, f.exponent);
   }
 
   // Σ number · node, with the parameters that all numbers have in common outside.
@@ -188,7 +188,7 @@ class ParameterLetters {
         all_negative = all_negative && t.k < 0.0;
         common.resize(values_.size(), 0.0);
         for (std::size_t j = 0; j < values_.size(); ++j) {
-          const double e = formulas_[number].root == ParameterRoot::none && t.factors[j].function == taylor::Function::none ? t.factors[j].exponent : 0.0;
+          const double e = formulas_[number].root == ParameterRoot::none && t.factors[j].function == formula::Function::none ? t.factors[j].exponent : 0.0;
           common[j] = is_first ? e : e > 0.0 && common[j] > 0.0 ? std::min(e, common[j]) : e < 0.0 && common[j] < 0.0 ? std::max(e, common[j]) : 0.0;
         }
       }
@@ -204,7 +204,7 @@ class ParameterLetters {
         int product = graph.constant(1.0);
         for (std::size_t j = 0; j < values_.size(); ++j) {
           ParameterFactor rest = t.factors[j];
-          if (rest.function == taylor::Function::none) rest.exponent -= common[j];
+          if (rest.function == formula::Function::none) rest.exponent -= common[j];
           product = graph.product(product, node_of(graph, graph.variable(variable(j)), rest));
         }
         factor = graph.sum(factor, graph.scaled(product, t.k / (inside * scale)));
@@ -214,7 +214,7 @@ class ParameterLetters {
       sum = graph.sum(sum, graph.product(factor, node));
     }
     for (std::size_t j = 0; j < common.size(); ++j)
-      outside = graph.product(outside, node_of(graph, graph.variable(variable(j)), {taylor::Function::none, common[j]}));
+      outside = graph.product(outside, node_of(graph, graph.variable(variable(j)), {formula::Function::none, common[j]}));
     return graph.scaled(graph.product(outside, sum), scale);
   }
 

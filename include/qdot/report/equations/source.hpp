@@ -22,7 +22,7 @@ namespace qdot::report {
 
 /// What functors return, recorded once. Variables are q, q̇ and t.
 struct RecordedFormulas {
-  taylor::Recording recording = {};
+  formula::Recording recording = {};
   std::vector<int> outputs = {};
 };
 
@@ -51,13 +51,13 @@ template <int n, class Run>
 RecordedFormulas recorded(Eigen::Index dof, const Run& run) {
   RecordedFormulas f;
   const auto variables = [&](Eigen::Index first) {
-    Vector<taylor::Recorded, n> x(dof);
-    for (Eigen::Index i = 0; i < dof; ++i) x[i] = taylor::Recorded(f.recording, f.recording.graph.variable(static_cast<int>(first + i)));
+    Vector<formula::Recorded, n> x(dof);
+    for (Eigen::Index i = 0; i < dof; ++i) x[i] = formula::Recorded(f.recording, f.recording.graph.variable(static_cast<int>(first + i)));
     return x;
   };
-  const Vector<taylor::Recorded, n> q = variables(0), v = variables(dof);
-  const taylor::Recorded t(f.recording, f.recording.graph.variable(static_cast<int>(2 * dof)));
-  const auto add = [&](const taylor::Recorded& x) { f.outputs.push_back(x.node_in(f.recording)); };
+  const Vector<formula::Recorded, n> q = variables(0), v = variables(dof);
+  const formula::Recorded t(f.recording, f.recording.graph.variable(static_cast<int>(2 * dof)));
+  const auto add = [&](const formula::Recorded& x) { f.outputs.push_back(x.node_in(f.recording)); };
   run(q, v, t, add);
   return f;
 }
