@@ -1,43 +1,103 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// qdot: motion from a Lagrangian. This list is the table of contents, in the order of the theory.
-// Steppers that need SUNDIALS are apart: include <qdot/integrate/cvode.hpp> and link qdot::cvode.
+// qdot: motion from a Lagrangian. This list is the table of contents, in the order of the theory: every header that a user includes. What
+// most programs want is included here; what stands behind // #include is asked for by name, since it costs time to compile.
+// Folders below a layer (mechanics/equations/, …) are the library's own.
 
-#include "qdot/error.hpp"
+#include "qdot/error.hpp"  // what is thrown
 
 #include "qdot/ad/dual.hpp"         // numbers that carry their derivatives
 #include "qdot/ad/dual_math.hpp"    // their sine, root, power …
+#include "qdot/ad/dual_eigen.hpp"   // vectors of them
 #include "qdot/ad/derivatives.hpp"  // gradient, jacobian, hessian
+#include "qdot/ad/vector.hpp"       // vectors of n numbers, n known or not
+#include "qdot/ad/unroll.hpp"       // loops that the compiler sees through
+// #include "qdot/ad/pack.hpp"       // four or eight numbers at once
+// #include "qdot/ad/pack_math.hpp"  // their sine, root, power …
 
-#include "qdot/mechanics/velocity.hpp"             // ẋ from x(q), so that nobody writes it by hand
-#include "qdot/mechanics/rotation.hpp"             // R(q) and its angular velocity
-#include "qdot/mechanics/inertia.hpp"              // inertia tensors of standard bodies, parallel axes
-#include "qdot/mechanics/rigid_body.hpp"           // T of a rigid body about G and about any point A
-#include "qdot/mechanics/system.hpp"               // T and V, notation and signs
-#include "qdot/mechanics/energy.hpp"               // L, E, p, Jacobi's energy function
-#include "qdot/mechanics/mass_and_rhs.hpp"         // M and r of M q̈ = r, by the shortest way
-#include "qdot/mechanics/mass_matrix.hpp"          // M alone
-#include "qdot/mechanics/equations_of_motion.hpp"  // M q̈ = rhs
-#include "qdot/mechanics/written_out.hpp"          // loops in T and V, run while compiling
-#include "qdot/mechanics/degrees_of_freedom.hpp"   // how many coordinates, by the rank of the constraints
-#include "qdot/mechanics/integrability.hpp"        // is a velocity constraint holonomic?
-#include "qdot/mechanics/first_order_form.hpp"     // ẏ = f(t, y) for steppers
+#include "qdot/mechanics/velocity.hpp"               // ẋ from x(q), so that nobody writes it by hand
+#include "qdot/mechanics/rotation.hpp"               // R(q) and its angular velocity
+#include "qdot/mechanics/inertia.hpp"                // inertia tensors of standard bodies, parallel axes
+#include "qdot/mechanics/rigid_body.hpp"             // T of a rigid body about G and about any point A
+#include "qdot/mechanics/system.hpp"                 // T and V, notation and signs
+#include "qdot/mechanics/energy.hpp"                 // L, E, p, Jacobi's energy function
+#include "qdot/mechanics/mass_and_rhs.hpp"           // M and r of M q̈ = r, by the shortest way
+#include "qdot/mechanics/mass_matrix.hpp"            // M alone
+#include "qdot/mechanics/equations_of_motion.hpp"    // M q̈ = rhs
+#include "qdot/mechanics/acceleration_jacobian.hpp"  // ∂q̈/∂(q, q̇)
+#include "qdot/mechanics/written_out.hpp"            // loops in T and V, run while compiling
+#include "qdot/mechanics/degrees_of_freedom.hpp"     // how many coordinates, by the rank of the constraints
+#include "qdot/mechanics/integrability.hpp"          // is a velocity constraint holonomic?
+#include "qdot/mechanics/first_order_form.hpp"       // ẏ = f(t, y) for steppers
+// #include "qdot/mechanics/derived.hpp"                 // loops in T and V, derived when the object is made
+// #include "qdot/mechanics/kinematic_system.hpp"        // T from the positions of masses and bodies
+// #include "qdot/mechanics/written_out_kinematics.hpp"  // the same, run while compiling
+// #include "qdot/mechanics/parameter_jacobian.hpp"      // ∂q̈/∂p
+// #include "qdot/mechanics/ensemble.hpp"                // q̈ of many states at once
 
-#include "qdot/effects/scene.hpp"         // a system and the effects that it names
-#include "qdot/effects/forces.hpp"        // applied forces and torques, frames, controllers
-#include "qdot/effects/dissipation.hpp"   // Rayleigh functions, springs and dampers, friction
-#include "qdot/effects/constraints.hpp"   // φ(q, t) = 0, drives, rolling
-#include "qdot/effects/contact.hpp"       // impacts, contacts, stops, ropes
-#include "qdot/effects/dry_friction.hpp"  // friction that sticks
-#include "qdot/effects/scene_motion.hpp"  // accelerations, multipliers, power
-#include "qdot/effects/projection.hpp"    // consistent states
-#include "qdot/effects/scene_form.hpp"    // a scene for steppers
+#include "qdot/effects/effect.hpp"             // what an effect is, and how to write one
+#include "qdot/effects/scene.hpp"              // a system and the effects that it names
+#include "qdot/effects/forces.hpp"             // applied forces and torques, frames, controllers
+#include "qdot/effects/dissipation.hpp"        // Rayleigh functions, springs and dampers, friction
+#include "qdot/effects/constraints.hpp"        // φ(q, t) = 0, drives, rolling
+#include "qdot/effects/contact.hpp"            // impacts, contacts, stops, ropes
+#include "qdot/effects/dry_friction.hpp"       // friction that sticks
+#include "qdot/effects/choice.hpp"             // effects that are on or off at compile time
+#include "qdot/effects/fit.hpp"                // which effects a system can take
+#include "qdot/effects/scene_motion.hpp"       // accelerations, multipliers, power
+#include "qdot/effects/projection.hpp"         // consistent states
+#include "qdot/effects/projection_report.hpp"  // how far a state was moved
+#include "qdot/effects/impact.hpp"             // velocities after a blow
+#include "qdot/effects/scene_form.hpp"         // a scene for steppers
 
 #include "qdot/integrate/simulate.hpp"     // from t to t, with any method
+#include "qdot/integrate/options.hpp"      // tolerances, budgets, what is kept
+#include "qdot/integrate/outcome.hpp"      // why a run ended
+#include "qdot/integrate/run.hpp"          // what a run returns
+#include "qdot/integrate/trajectory.hpp"   // states between steps
+#include "qdot/integrate/statistics.hpp"   // what it cost
 #include "qdot/integrate/event.hpp"        // zero crossings: recorded, stopped at, or changing the state
+#include "qdot/integrate/stepper.hpp"      // what a method is
+#include "qdot/integrate/moment.hpp"       // times with all their digits
 #include "qdot/integrate/runge_kutta.hpp"  // explicit Runge–Kutta of order 8 and 5
 #include "qdot/integrate/symplectic.hpp"   // splitting methods of orders 2 to 8
+// #include "qdot/integrate/taylor.hpp"               // power series, for small smooth systems
+// #include "qdot/integrate/gauss.hpp"                // implicit and symplectic, of orders 4 to 8
+// #include "qdot/integrate/rattle.hpp"               // symplectic on constraints
+// #include "qdot/integrate/projecting_stepper.hpp"   // any method, put back onto constraints
+// #include "qdot/integrate/rotation_chart.hpp"       // attitudes without gimbal lock
+// #include "qdot/integrate/energy_balance.hpp"       // an account of the energy
+// #include "qdot/integrate/accurate_simulation.hpp"  // the whole motion to an accuracy
+// #include "qdot/integrate/any_stepper.hpp"          // a method that is chosen at run time
+// #include "qdot/integrate/automatic.hpp"            // the method is chosen for you
+// With SUNDIALS, linked by qdot::cvode:
+// #include "qdot/integrate/cvode.hpp"            // Adams and BDF methods
+// #include "qdot/integrate/cvode_stepper.hpp"    // one of their steps at a time
+// #include "qdot/integrate/cvode_automatic.hpp"  // the method is chosen for you, CVODE among them
 
 #include "qdot/analysis/equilibrium.hpp"  // where ∂V/∂q = 0
 #include "qdot/analysis/modes.hpp"        // small vibrations about it
+// #include "qdot/analysis/accuracy.hpp"        // what accuracy costs
+// #include "qdot/analysis/accuracy_study.hpp"  // the same for many methods
+// #include "qdot/analysis/reference.hpp"       // a motion in higher precision
+// #include "qdot/analysis/reference_equations.hpp"  // its equations
+
+// Text from numbers: plots, pages, files. Nothing of it is included here.
+// #include "qdot/report/table.hpp"        // columns of numbers with names and units
+// #include "qdot/report/number.hpp"       // numbers as text
+// #include "qdot/report/symbol.hpp"       // theta1 as θ₁
+// #include "qdot/report/equations.hpp"      // L, p, M, r and q̈ as formulas
+// #include "qdot/report/equation_text.hpp"  // for a terminal, for LaTeX, for a page
+// #include "qdot/report/c_code.hpp"         // q̈ and its Jacobian as a C file
+// #include "qdot/report/csv.hpp"          // comma-separated values
+// #include "qdot/report/npy.hpp"          // NumPy's arrays
+// #include "qdot/report/file.hpp"         // files that are there completely or not at all
+// #include "qdot/report/theme.hpp"        // colours, light and dark
+// #include "qdot/report/plot.hpp"         // a line plot as data
+// #include "qdot/report/svg.hpp"          // and as SVG
+// #include "qdot/report/loglog.hpp"       // measurements over decades
+// #include "qdot/report/animation.hpp"    // a moving picture as data
+// #include "qdot/report/still.hpp"        // one moment of it
+// #include "qdot/report/html.hpp"         // one page of all that
+// #include "qdot/report/html_player.hpp"  // its script

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: MIT
 #
-# Includes go one way only, and SUNDIALS is named in integrate/cvode*.hpp alone.
+# Includes go one way only, from layer to layer and from room to room, and SUNDIALS is named in integrate/cvode*.hpp and the room
+# integrate/cvode/ alone.
 set(layers error ad mechanics effects integrate analysis report qdot)
+# Folders below a layer, each of which may include those before it. What users include is not in them (rooms.cmake).
+set(rooms ad/forward ad/records ad/lagrange ad/places ad/formula ad/series mechanics/equations mechanics/derive mechanics/places
+  effects/rows effects/equations integrate/steps integrate/watch integrate/driver integrate/accurate integrate/cvode report/equations)
 set(sundials_folders "(cvodes?|sundials|nvector|sunmatrix|sunlinsol|sunnonlinsol|arkode|idas?|kinsol)")
 
 set(violations)
@@ -12,6 +16,11 @@ foreach(header IN LISTS headers)
   if(height EQUAL -1)
     list(APPEND violations "${header}: ${layer} is not one of the layers ${layers}")
   endif()
+  get_filename_component(room ${header} DIRECTORY)
+  list(FIND rooms "${room}" place)
+  if(place EQUAL -1 AND room MATCHES "/")
+    list(APPEND violations "${header}: ${room} is not one of the rooms ${rooms}")
+  endif()
   file(STRINGS ${INCLUDE_DIR}/${header} includes REGEX "^ *# *include")
   foreach(line IN LISTS includes)
     if(line MATCHES "[<\"]qdot/([^/.>\"]+)(/[^>\"]*|\\.hpp)[>\"]")
@@ -20,12 +29,17 @@ foreach(header IN LISTS headers)
       if(included_height GREATER height OR included_height EQUAL -1)
         list(APPEND violations "${header} includes ${included}, which is above it")
       endif()
+      get_filename_component(included_room ${included} DIRECTORY)
+      list(FIND rooms "${included_room}" included_place)
+      if(place GREATER -1 AND included_place GREATER place)
+        list(APPEND violations "${header} includes ${included}, a room that comes after its own: ${rooms}")
+      endif()
       if(included MATCHES "^integrate/cvode" AND NOT header MATCHES "^integrate/cvode")
         list(APPEND violations "${header} includes ${included}, which needs SUNDIALS")
       endif()
     elseif(line MATCHES "include *\"")
       list(APPEND violations "${header}: write our headers as \"qdot/…\": ${line}")
-    elseif(line MATCHES "<${sundials_folders}/" AND NOT header MATCHES "^integrate/cvode[^/]*$")
+    elseif(line MATCHES "<${sundials_folders}/" AND NOT header MATCHES "^integrate/cvode")
       list(APPEND violations "${header} names SUNDIALS: ${line}")
     endif()
   endforeach()
