@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Plain loops in T and V at half the cost, with exact Jacobians at a fifth of it.
+// Plain loops in T and V at a third to a half of the cost, and their exact Jacobians as well.
 //
 //     struct Chain {
 //       double m = 1.0, l = 1.0, g = 9.81;
@@ -102,8 +102,8 @@ Derived<n, E> derived_of(E energies) {
   static_assert(require_energies<E, n>());
   static_assert(n >= 1 && n <= by_terms_limit, "qdot: derived is for up to 8 coordinates: leave it away, or take written_out, which goes up to 32");
   static_assert(HoldsItsParameters<E>,
-                "qdot: derived reads the parameters of T and V once, so they must be numbers in the object itself and not behind a pointer, in a "
-                "std::vector or captured by reference, where they may change unseen: leave derived away for such a class");
+                "qdot: derived reads the parameters of T and V once, so they must be numbers in the object itself (of a lambda: doubles) and not behind "
+                "a pointer, in a std::vector or captured by reference, where they may change unseen: leave derived away for such a class");
   return Derived<n, E>(std::move(energies));
 }
 

@@ -39,7 +39,7 @@ td small{color:var(--muted);font-size:12.5px}
 .formulas h2{grid-column:span 2}
 .formulas h3{grid-column:1;font-size:13px;font-weight:400;color:var(--muted);margin:4px 0}
 .formulas div{grid-column:2}
-.formulas p{margin:6px 0}.formulas math{font-size:17px;font-family:'STIX Two Math','Latin Modern Math','Cambria Math',math}
+.formulas p{margin:6px 0}.formulas math{font-size:17px;font-family:'STIX Two Math','STIX Math','Latin Modern Math','Cambria Math','Libertinus Math','DejaVu Math TeX Gyre',math}
 svg.plot{display:block;width:100%;height:auto}
 svg[data-time]{cursor:crosshair}
 footer{color:var(--muted);font-size:13px;margin-top:20px}
