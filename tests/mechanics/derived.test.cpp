@@ -17,6 +17,7 @@
 #include "qdot/effects/scene_motion.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
+#include "qdot/mechanics/velocity.hpp"
 
 namespace {
 
@@ -76,6 +77,22 @@ struct ManyFunctions {
   }
 };
 
+// The lecture's way: a place, and T from its velocity.
+struct PendulumByItsPlace {
+  double m = 2.0, l = 0.5, g = 9.81;
+  auto place(const auto& q) const {
+    using std::cos, std::sin;
+    return vector(l * sin(q[0]), -l * cos(q[0]));
+  }
+  auto T(const auto& q, const auto& qdot) const {
+    return 0.5 * m * velocity_of([this](const auto& x) { return place(x); }, q, qdot).squaredNorm();
+  }
+  auto V(const auto& q) const {
+    const Vector<std::decay_t<decltype(q[0])>, 2> r = place(q);
+    return m * g * r[1];
+  }
+};
+
 // A bead on a wire that is straight for x < 0: no formula.
 struct Branching {
   double m = 2.0;
@@ -119,6 +136,13 @@ TEST_CASE("derived equations of looped chains equal those derived by hand") {
   check(std::integral_constant<int, 1>());
   check(std::integral_constant<int, 3>());
   check(std::integral_constant<int, 8>());
+}
+
+TEST_CASE("derived equations take velocities of places") {
+  const auto pendulum = mechanical_system<1>(derived<1>(PendulumByItsPlace{}));
+  REQUIRE(pendulum.energies().has_lines());
+  const double a = acceleration(pendulum, State<1>{0.0, Vector<double, 1>(0.4), Vector<double, 1>(1.3)})[0];
+  CHECK(std::abs(a + 9.81 / 0.5 * std::sin(0.4)) <= rounding);
 }
 
 TEST_CASE("derived M, r and Jacobians equal those of nested duals") {

@@ -50,10 +50,7 @@ class Derived : public E {
   /// M and r, handed to `use` (mass_and_rhs.hpp); false where T or V has no value, and where `use` says so.
   template <class Use>
   bool equations(const double* q, const double* qdot, Eigen::Index, double t, const Use& use) const {
-    if (!has_lines()) {
-      using Numbers = Vector<double, n>;
-      return detail::with_mass_and_rhs<n>(energies(), Numbers(Eigen::Map<const Numbers>(q)), Numbers(Eigen::Map<const Numbers>(qdot)), t, use);
-    }
+    if (!has_lines()) return detail::with_mass_and_rhs<n>(energies(), vector_of(q), vector_of(qdot), t, use);
     double x[detail::DerivedLines::most];
     write_inputs(q, qdot, t, x);
     detail::carry_out(lines_->equations.data(), x);
@@ -67,7 +64,7 @@ class Derived : public E {
   /// M, and the derivatives of r − M a at accelerations a (mechanics/equations/equation_slopes.hpp).
   template <class Row>
   bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {
-    if (!has_lines()) return false;
+    if (!has_lines()) return detail::slopes_written<n>(energies(), vector_of(q), vector_of(qdot), vector_of(a), t, M, rows);
     double x[detail::DerivedLines::most];
     write_inputs(q, qdot, t, x);
     for (int i = 0; i < n; ++i) x[2 * n + 1 + i] = a[i];
@@ -81,6 +78,7 @@ class Derived : public E {
   }
 
  private:
+  static Vector<double, n> vector_of(const double* numbers) { return Eigen::Map<const Vector<double, n>>(numbers); }
   static void write_inputs(const double* q, const double* qdot, double t, double* x) {
     for (int i = 0; i < n; ++i) {
       x[i] = q[i];

@@ -140,12 +140,12 @@ template <int n, class Run>
 std::unique_ptr<trace::Recording> recorded(const Run& run) {
   auto all = std::make_unique<trace::Recording>();
   all->inputs = 2 * n + 1;
-  Vector<trace::Traced, n> q, qdot;
+  Vector<trace::Listed, n> q, qdot;
   for (int i = 0; i < n; ++i) {
-    q[i] = trace::Traced(*all, i);
-    qdot[i] = trace::Traced(*all, n + i);
+    q[i] = trace::Listed(*all, i);
+    qdot[i] = trace::Listed(*all, n + i);
   }
-  const trace::Traced result = run(q, qdot, trace::Traced(*all, 2 * n));
+  const trace::Listed result = run(q, qdot, trace::Listed(*all, 2 * n));
   all->result = result.operand_in(*all);
   auto ordered = std::make_unique<trace::Recording>();
   all->put_in_order(*ordered);
@@ -257,8 +257,8 @@ inline DerivedLines lines_of_recordings(int n, const trace::Recording& T, const 
 
 template <int n, class E>
 DerivedLines derived_lines(const E& e) {
-  using V = Vector<trace::Traced, n>;
-  using S = trace::Traced;
+  using V = Vector<trace::Listed, n>;
+  using S = trace::Listed;
   return lines_of_recordings(n, *recorded<n>([&](const V& q, const V& qdot, const S& t) { return kinetic<n>(e, q, qdot, t); }),
                              *recorded<n>([&](const V& q, const V&, const S& t) { return potential<n>(e, q, t); }));
 }
