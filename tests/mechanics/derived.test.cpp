@@ -85,7 +85,7 @@ struct PendulumByItsPlace {
     return vector(l * sin(q[0]), -l * cos(q[0]));
   }
   auto T(const auto& q, const auto& qdot) const {
-    return 0.5 * m * velocity_of([this](const auto& x) { return place(x); }, q, qdot).squaredNorm();
+    return 0.5 * m * velocity_of([this](const auto& x) { return this->place(x); }, q, qdot).squaredNorm();
   }
   auto V(const auto& q) const {
     const Vector<std::decay_t<decltype(q[0])>, 2> r = place(q);
