@@ -10,6 +10,7 @@
 #include "catch2_bridge.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/contact.hpp"
+#include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/any_stepper.hpp"
@@ -18,6 +19,7 @@
 #include "qdot/integrate/rattle.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/symplectic.hpp"
+#include "qdot/mechanics/derived.hpp"
 
 using namespace qdot;
 using Eigen::Vector2d;
@@ -295,4 +297,27 @@ TEST_CASE("a level that the observer moves between stop times ends the run by na
   CHECK(run.outcome == Outcome::model_changed);
   CHECK(contains(run.message, "that of 'level' at t = "));
   CHECK(run.events.empty());
+}
+
+namespace {
+double global_stiffness = 1.0;
+}
+
+TEST_CASE("derived equations whose numbers change elsewhere end the run by name") {
+  const auto system = mechanical_system<1>(derived<1>([](const auto& v) { return 0.5 * v[0] * v[0]; },
+                                                      [](const auto& q) { return 0.5 * global_stiffness * q[0] * q[0]; }));
+  const auto damped = scene(system, viscous_damping(V1(0.0)));
+  const auto stiffen = [](const StepView& step) {
+    if (step.t() >= 1.0) global_stiffness = 4.0;
+  };
+  const auto check = [&](const auto& model, const AnyMethod<std::decay_t<decltype(model)>>& method) {
+    global_stiffness = 1.0;
+    const auto run = simulate(model, released, 8.0, method, {}, stiffen);
+    CHECK(run.outcome == Outcome::model_changed);
+    CHECK(contains(run.message, "call derived() again"));
+  };
+  check(system, Dop853{});
+  check(system, CvodeBdf{});
+  check(damped, Dop853{});
+  global_stiffness = 1.0;
 }

@@ -17,7 +17,8 @@
 //
 // What is no formula (T or V that branch on the state or use abs, max or a power that varies) or is no quadratic form of the velocities is evaluated as
 // without the word. Parameters are read when the object is made, so they must be numbers in it, not behind a pointer, in a std::vector or captured by
-// reference.
+// reference. What T and V read elsewhere, a global variable, must stay as it was: a run lists them again at its looks and ends by the name of
+// model_changed where the list has become another (integrate/watch/change_watch.hpp).
 
 #include <Eigen/Core>
 #include <memory>
@@ -46,6 +47,11 @@ class Derived : public E {
 
   /// False when T and V are no formulas; then they are evaluated as they are.
   bool has_lines() const noexcept { return lines_->exist(); }
+
+  /// Whether T and V, listed anew, are what was derived: false when they read something that has changed since.
+  [[gnu::noinline]] bool still_holds() const {
+    return !has_lines() || (lines_->T.is(*detail::recorded_kinetic<n>(energies())) && lines_->V.is(*detail::recorded_potential<n>(energies())));
+  }
 
   /// M and r, handed to `use` (mass_and_rhs.hpp); false where T or V has no value, and where `use` says so.
   template <class Use>

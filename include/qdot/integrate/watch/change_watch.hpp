@@ -66,6 +66,12 @@ class ModelValues {
   }
 
   Eigen::Index rates() const { return system_.size(); }
+  /// Whether equations that were derived once (mechanics/derived.hpp) are those of T and V still.
+  bool derivation_holds() const {
+    if constexpr (requires { system_.system().energies().still_holds(); }) return system_.system().energies().still_holds();
+    else if constexpr (requires { system_.scene().system().energies().still_holds(); }) return system_.scene().system().energies().still_holds();
+    else return true;
+  }
 
   /// In words.
   std::string name(Eigen::Index i) const {
@@ -115,6 +121,10 @@ inline Failure other_formula() {
   return {Outcome::model_changed, "between events and stop times functors must depend on nothing but their arguments, but T, V or an effect has "
                                   "become another formula, or the same with another constant"};
 }
+inline Failure other_derivation() {
+  return {Outcome::model_changed, "equations were derived when derived(T, V) was called, but what T or V reads has changed since; make such numbers members "
+                                  "of the object and call derived() again, or leave it away"};
+}
 
 /// Compares a run's right-hand side with what it was.
 template <FirstOrderSystem F>
@@ -136,6 +146,7 @@ class ChangeWatch {
 
   /// What is not as it was, if something is.
   std::optional<Failure> look(double t) {
+    if (!values_.derivation_holds()) return other_derivation();
     const bool both = ++looks_ % thinned == 0 || !latest_.is_known;
     for (const Seen* seen : {&latest_, &first_})
       if (seen->is_known && (seen == &latest_ || both) && values_.at(seen->t, seen->y, now_) && !is_same(*seen))

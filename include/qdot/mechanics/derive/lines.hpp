@@ -12,9 +12,11 @@
 // first those of M and r, then those of ∂(r − M a)/∂(q, q̇), and an evaluation goes through it from operation to operation. A line costs one or
 // two nanoseconds beside what it computes, and there are as few of them as in formulas that one derives by hand.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -95,6 +97,22 @@ end:;
 }
 #pragma GCC diagnostic pop
 
+// An energy as it was listed, for the question whether it is the same still.
+struct ListedEnergy {
+  std::vector<trace::Step> steps;
+  std::vector<double> constants;
+  int result = 0;
+
+  ListedEnergy() = default;
+  explicit ListedEnergy(const trace::Recording& run)
+      : steps(run.step, run.step + run.steps), constants(run.constant, run.constant + run.constants), result(run.result) {}
+
+  bool is(const trace::Recording& run) const {
+    return run.steps == static_cast<int>(steps.size()) && run.constants == static_cast<int>(constants.size()) && run.result == result &&
+           std::equal(steps.begin(), steps.end(), run.step) && (constants.empty() || std::memcmp(constants.data(), run.constant, constants.size() * sizeof(double)) == 0);
+  }
+};
+
 /// The equations of one object. Inputs are q, q̇, t and accelerations, 3n + 1 numbers; lines come after them. −1 is zero.
 struct DerivedLines {
   static constexpr int most = 4000;  // numbers: a vector of them lies on the stack
@@ -106,6 +124,7 @@ struct DerivedLines {
     formula::Domain domain;
   };
   std::vector<Checked> checked;  // outside of which T or V has no value
+  ListedEnergy T, V;             // what was derived
 
   bool exist() const { return !right.empty(); }
 
@@ -138,7 +157,7 @@ struct ListOfObject {
 // A run of T or V on vectors like all others.
 template <int n, class Run>
 std::unique_ptr<trace::Recording> recorded(const Run& run) {
-  auto all = std::make_unique<trace::Recording>();
+  auto all = std::make_unique_for_overwrite<trace::Recording>();
   all->inputs = 2 * n + 1;
   Vector<trace::Listed, n> q, qdot;
   for (int i = 0; i < n; ++i) {
@@ -147,7 +166,7 @@ std::unique_ptr<trace::Recording> recorded(const Run& run) {
   }
   const trace::Listed result = run(q, qdot, trace::Listed(*all, 2 * n));
   all->result = result.operand_in(*all);
-  auto ordered = std::make_unique<trace::Recording>();
+  auto ordered = std::make_unique_for_overwrite<trace::Recording>();
   all->put_in_order(*ordered);
   return ordered;
 }
@@ -247,6 +266,8 @@ inline DerivedLines lines_of_recordings(int n, const trace::Recording& T, const 
   lines.equations.emplace_back();
   lines.all.emplace_back();
   if (writer.count() > DerivedLines::most) return {};
+  lines.T = ListedEnergy(T);
+  lines.V = ListedEnergy(V);
   lines.mass = writer.numbers(derived.mass);
   lines.right = writer.numbers(derived.right);
   lines.slopes = writer.numbers(derived.slopes);
@@ -256,11 +277,19 @@ inline DerivedLines lines_of_recordings(int n, const trace::Recording& T, const 
 }
 
 template <int n, class E>
-DerivedLines derived_lines(const E& e) {
+auto recorded_kinetic(const E& e) {
   using V = Vector<trace::Listed, n>;
-  using S = trace::Listed;
-  return lines_of_recordings(n, *recorded<n>([&](const V& q, const V& qdot, const S& t) { return kinetic<n>(e, q, qdot, t); }),
-                             *recorded<n>([&](const V& q, const V&, const S& t) { return potential<n>(e, q, t); }));
+  return recorded<n>([&](const V& q, const V& qdot, const trace::Listed& t) { return kinetic<n>(e, q, qdot, t); });
+}
+template <int n, class E>
+auto recorded_potential(const E& e) {
+  using V = Vector<trace::Listed, n>;
+  return recorded<n>([&](const V& q, const V&, const trace::Listed& t) { return potential<n>(e, q, t); });
+}
+
+template <int n, class E>
+DerivedLines derived_lines(const E& e) {
+  return lines_of_recordings(n, *recorded_kinetic<n>(e), *recorded_potential<n>(e));
 }
 
 }  // namespace qdot::detail
