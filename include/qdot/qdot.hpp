@@ -43,6 +43,7 @@
 #include "qdot/effects/constraints.hpp"        // φ(q, t) = 0, drives, rolling
 #include "qdot/effects/contact.hpp"            // impacts, contacts, stops, ropes
 #include "qdot/effects/dry_friction.hpp"       // friction that sticks
+#include "qdot/effects/input.hpp"              // forces that are left open, for linearization and control
 #include "qdot/effects/choice.hpp"             // effects that are on or off at compile time
 #include "qdot/effects/fit.hpp"                // which effects a system can take
 #include "qdot/effects/scene_motion.hpp"       // accelerations, multipliers, power
@@ -78,6 +79,10 @@
 
 #include "qdot/analysis/equilibrium.hpp"  // where ∂V/∂q = 0
 #include "qdot/analysis/modes.hpp"        // small vibrations about it
+// #include "qdot/analysis/steady_state.hpp"    // where a scene rests, or moves steadily
+// #include "qdot/analysis/linearization.hpp"   // A, B, C, D about such a state
+// #include "qdot/analysis/damped_modes.hpp"    // frequencies, damping, stability, frequency response
+// #include "qdot/analysis/regulator.hpp"       // feedback by linear-quadratic regulation
 // #include "qdot/analysis/accuracy.hpp"        // what accuracy costs
 // #include "qdot/analysis/accuracy_study.hpp"  // the same for many methods
 // #include "qdot/analysis/reference.hpp"       // a motion in higher precision

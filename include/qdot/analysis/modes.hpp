@@ -36,6 +36,7 @@
 #include <Eigen/LU>
 
 #include "qdot/analysis/equilibrium.hpp"
+#include "qdot/effects/scene.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 
 namespace qdot {
@@ -158,6 +159,33 @@ template <class E, int n, Inertia I, class Q>
 Eigen::VectorXcd characteristic_exponents(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q) {
   const SmallMotion<n> motion = small_motion(system, q);
   return detail::solved_exponents(motion.K, motion.G, motion.M);
+}
+
+namespace detail {
+
+// The system of a scene whose effects are all in its energies.
+template <class Sc>
+const auto& conservative_system(const Sc& scene) {
+  static_assert(!Sc::has_forces && !Sc::has_constraints && !Sc::has_states,
+                "qdot: M, G and K alone describe small motions of systems and of scenes that add potentials or terms of L to them; with forces, dampers, controllers or "
+                "constraints ask damped_modes(linearization(scene, equilibrium_near(scene, q))), from analysis/damped_modes.hpp");
+  return scene.system();
+}
+
+}  // namespace detail
+
+/// The same for a scene whose effects are potentials and terms of L; with forces or constraints see analysis/damped_modes.hpp.
+template <class Sys, class... Effects, class Q>
+auto small_motion(const Scene<Sys, Effects...>& scene, const Eigen::MatrixBase<Q>& q) {
+  return small_motion(detail::conservative_system(scene), q);
+}
+template <class Sys, class... Effects, class Q>
+auto normal_modes(const Scene<Sys, Effects...>& scene, const Eigen::MatrixBase<Q>& q) {
+  return normal_modes(detail::conservative_system(scene), q);
+}
+template <class Sys, class... Effects, class Q>
+Eigen::VectorXcd characteristic_exponents(const Scene<Sys, Effects...>& scene, const Eigen::MatrixBase<Q>& q) {
+  return characteristic_exponents(detail::conservative_system(scene), q);
 }
 
 }  // namespace qdot

@@ -39,16 +39,21 @@ template <class Sys, class... Effects>
 constexpr bool has_energy_terms = ((LagrangianEffect<Effects, Sys::dof_at_compile_time> ||
                                     PotentialEffect<Effects, Sys::dof_at_compile_time>) || ...);
 
+// The energies of a system, or of what was made of it, with its names.
+template <class Sys, class Energies, class Named>
+Sys named_system(const Energies& energies, const Named& named) {
+  std::vector<std::string> names;
+  for (Eigen::Index i = 0; i < named.dof(); ++i) names.push_back(named.coordinate_name(i));
+  return Sys(energies, named.dof()).with_names(names);
+}
+
 // The system that Lagrange's equations are written for.
 template <class Sys, class... Effects>
 auto effective_system(const Sys& system, const std::tuple<Effects...>& effects) {
   if constexpr (has_energy_terms<Sys, Effects...>) {
     constexpr int n = Sys::dof_at_compile_time;
     using Energies = EnergiesWithTerms<typename Sys::EnergiesType, n, Effects...>;
-    System<Energies, n, Sys::inertia> combined(Energies{system.energies(), {effects}}, system.dof());
-    std::vector<std::string> names;
-    for (Eigen::Index i = 0; i < system.dof(); ++i) names.push_back(system.coordinate_name(i));
-    return combined.with_names(names);
+    return named_system<System<Energies, n, Sys::inertia>>(Energies{system.energies(), {effects}}, system);
   } else {
     return system;
   }
@@ -139,6 +144,20 @@ using EffectStates = Vector<double, Sc::states_at_compile_time>;
 template <class E, int n, Inertia I, class... Effects>
 Scene<System<E, n, I>, Effects...> scene(System<E, n, I> system, Effects... effects) {
   return Scene<System<E, n, I>, Effects...>(std::move(system), std::move(effects)...);
+}
+
+/// A scene with more effects than it had.
+///
+/// @throws as above
+template <class Sys, class... Effects, class... More>
+Scene<Sys, Effects..., More...> scene(const Scene<Sys, Effects...>& given, More... more) {
+  return std::apply([&](const auto&... effects) {
+    if constexpr (detail::has_energy_terms<Sys, Effects...>) {
+      return Scene<Sys, Effects..., More...>(detail::named_system<Sys>(given.system().energies().without_terms(), given), effects..., std::move(more)...);
+    } else {
+      return Scene<Sys, Effects..., More...>(given.system(), effects..., std::move(more)...);
+    }
+  }, given.effects());
 }
 
 }  // namespace qdot

@@ -186,6 +186,16 @@ double energy(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, co
   return energy(scene.system(), q, qdot, t);
 }
 
+/// p = ∂L/∂q̇ of a scene, n; the terms that its effects add to L included.
+template <class Sys, class... Effects>
+Coordinates<Sys> conjugate_momenta(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
+  return conjugate_momenta(scene.system(), q, qdot, t);
+}
+template <class Sys, class... Effects>
+Coordinates<Sys> conjugate_momenta(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
+  return conjugate_momenta(scene.system(), state);
+}
+
 /// Power of the non-conservative effects and constraints: q̇·(ΣQ + Jᵀλ).
 template <class Sys, class... Effects>
 double power(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0,

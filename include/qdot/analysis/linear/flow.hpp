@@ -1,0 +1,121 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What the analysis of small motions asks of a system, whatever T, V and effects are behind it:
+//
+//     ẏ = f(t, y) ,   F = ∂f/∂y ,   y = [q; q̇; z]                       of every system
+//     φ(q, t) = 0 ,   J q̇ + ∂φ/∂t = 0 ,   a(q, q̇, t) = 0                of one with constraints, and slopes of these
+//
+// f and F are those that a stepper sees, so the multipliers are eliminated already and F is exact. Behind this interface searches for equilibria and
+// linearizations are compiled once, with matrices of run-time size, and not for each scene.
+
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "qdot/analysis/linear/constraints_at.hpp"
+#include "qdot/effects/rows/constraint_rows.hpp"
+#include "qdot/effects/scene_form.hpp"
+
+namespace qdot::detail {
+
+class Flow {
+ public:
+  virtual ~Flow() = default;
+  virtual Eigen::Index dof() const = 0;
+  virtual Eigen::Index size() const = 0;
+  virtual Eigen::VectorXd rates(double t, const Eigen::VectorXd& y) const = 0;
+  virtual Eigen::MatrixXd slopes(double t, const Eigen::VectorXd& y) const = 0;
+  virtual ConstraintsAt constraints(double t, const Eigen::VectorXd& y) const = 0;
+  virtual std::string name(Eigen::Index i) const = 0;  // of a component of y
+  virtual std::vector<std::string> constraint_names() const = 0;
+  virtual std::vector<Eigen::Index> inputs() const { return {}; }  // their places in y
+  virtual std::vector<std::string> input_names() const { return {}; }
+
+  std::string acceleration_name(Eigen::Index i) const {
+    return (i < dof() ? "the acceleration of " : "the rate of ") + name(i < dof() ? i : i + dof());
+  }
+};
+
+// The constraints of a scene at a state; empty where it has none.
+template <class Sc>
+ConstraintsAt constraints_at([[maybe_unused]] const Sc& scene, [[maybe_unused]] double t, [[maybe_unused]] const Eigen::Ref<const Eigen::VectorXd>& y) {
+  ConstraintsAt all;
+  if constexpr (Sc::has_constraints) {
+    constexpr int n = Sc::dof_at_compile_time, both = n == Dynamic ? Dynamic : 2 * n;
+    const Eigen::Index k = scene.dof();
+    const EffectStates<Sc> z = y.template tail<Sc::states_at_compile_time>();
+    all.phi = constraint_residual(scene, Vector<double, n>(y.head(k)), t, z);
+    const Vector<double, both> state = y.head(2 * k);
+    const auto rows = value_and_jacobian([&](const auto& x) {
+      using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
+      return constraint_velocity(scene, Vector<D, n>(x.head(k)), Vector<D, n>(x.tail(k)), D(t), z);
+    }, state);
+    all.velocity = rows.value;
+    all.slopes = rows.jacobian;
+    std::size_t effect = 0;
+    for_each_constraint(scene, z, [&](const auto& e, bool) {
+      using E = std::remove_cvref_t<decltype(e)>;
+      all.holonomic.insert(all.holonomic.end(), static_cast<std::size_t>(rows_of_constraint<E>(scene, effect++)), HolonomicEffect<E, n>);
+    });
+  }
+  return all;
+}
+
+template <class Sc>
+class FlowOf final : public Flow {
+  static_assert(!Sc::has_phases, "qdot: equilibria and linearizations need constraints that last: put a holonomic constraint in place of a contact that is "
+                                 "closed or of friction that sticks, and leave it out where it is open or slips");
+
+ public:
+  explicit FlowOf(const Sc& scene) : scene_(scene), form_(first_order_form(scene)) {}
+
+  Eigen::Index dof() const override { return scene_.dof(); }
+  Eigen::Index size() const override { return form_.size(); }
+  Eigen::VectorXd rates(double t, const Eigen::VectorXd& y) const override {
+    Eigen::VectorXd f(y.size());
+    form_.derivative(t, y, f);
+    return f;
+  }
+  Eigen::MatrixXd slopes(double t, const Eigen::VectorXd& y) const override {
+    Eigen::MatrixXd F(y.size(), y.size());
+    form_.jacobian(t, y, F);
+    return F;
+  }
+  ConstraintsAt constraints(double t, const Eigen::VectorXd& y) const override { return constraints_at(scene_, t, y); }
+  std::string name(Eigen::Index i) const override { return form_.component_name(i); }
+  std::vector<std::string> constraint_names() const override {
+    if constexpr (Sc::has_constraints) return qdot::constraint_names(scene_);
+    else return {};
+  }
+  std::vector<Eigen::Index> inputs() const override {
+    std::vector<Eigen::Index> places;
+    for_each_input([&](const auto&, Eigen::Index place, int) { places.push_back(place); });
+    return places;
+  }
+  std::vector<std::string> input_names() const override {
+    std::vector<std::string> names;
+    for_each_input([&](const auto& e, Eigen::Index, int i) { names.push_back(e.u.size() == 1 ? e.name : e.name + "[" + std::to_string(i) + "]"); });
+    return names;
+  }
+
+ private:
+  template <class Visit>
+  void for_each_input([[maybe_unused]] const Visit& visit) const {
+    Eigen::Index place = 2 * scene_.dof();
+    for_each(scene_.effects(), [&](const auto& e) {
+      using E = std::remove_cvref_t<decltype(e)>;
+      if constexpr (requires { E::is_input; })
+        for (int i = 0; i < states_of<E>(); ++i) visit(e, place + i, i);
+      place += states_of<E>();
+    });
+  }
+
+  const Sc& scene_;
+  decltype(first_order_form(std::declval<const Sc&>())) form_;
+};
+
+}  // namespace qdot::detail

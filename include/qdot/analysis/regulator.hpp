@@ -1,0 +1,221 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The linear-quadratic regulator
+// ==============================
+//
+// Of all controls u(t) that bring ẋ = A x + B u to rest, the one that costs least,
+//
+//     ∫ (xᵀQ x + uᵀR u) dt   minimal,
+//
+// is a feedback u = −K x with constant K = R⁻¹BᵀP, and P ≥ 0 solves Riccati's equation
+//
+//     AᵀP + P A − P B R⁻¹Bᵀ P + Q = 0 .
+//
+// P is read off the invariant subspace of
+//
+//     H = [  A   −B R⁻¹Bᵀ ]
+//         [ −Q   −Aᵀ      ]
+//
+// that belongs to its N exponents with negative real part (Laub, IEEE Trans. Autom. Control 24, 1979): with a Schur form H = U T Uᴴ ordered so that they come
+// first, and U's left half [U₁; U₂], P = U₂ U₁⁻¹. These exponents are those of the closed loop, A − B K.
+//
+// Such a P exists if every mode that does not decay by itself can be reached by some input, and shows in Q unless it grows. What cannot is refused by name.
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <type_traits>
+
+#include <Eigen/Core>
+#include <Eigen/Jacobi>
+#include <Eigen/LU>
+
+#include "qdot/analysis/damped_modes.hpp"
+#include "qdot/analysis/linear/exponents.hpp"
+#include "qdot/error.hpp"
+
+namespace qdot {
+
+/// The feedback u = −K x and what it does.
+struct Regulator {
+  Eigen::MatrixXd K;           ///< inputs×N
+  Eigen::MatrixXd P;           ///< N×N, symmetric: xᵀP x is the cost of bringing x to rest
+  Eigen::VectorXcd exponents;  ///< closed-loop poles, the exponents of A − B K, sorted by imaginary, then by real part
+  double residual = 0.0;       ///< of Riccati's equation, relative to its largest term
+};
+
+namespace detail {
+
+template <class Matrix>
+void require_shape(const char* name, const Matrix& matrix, Eigen::Index rows, Eigen::Index columns) {
+  if (matrix.rows() != rows || matrix.cols() != columns)
+    throw DimensionError(sentence({"regulator: ", name, ", ", rows, " by ", columns, ","}), static_cast<long>(rows * columns), static_cast<long>(matrix.size()),
+                         sentence({"it is ", matrix.rows(), " by ", matrix.cols()}));
+  if (!matrix.allFinite()) throw_invalid_value({"regulator: ", name, " must be finite, but it has NaN or infinity in it; give every entry a number"});
+}
+
+// Lowest eigenvalue of a weight that must be symmetric.
+template <class Matrix>
+double lowest_weight(const char* name, const Matrix& weight) {
+  double off = 0.0, lowest = std::numeric_limits<double>::infinity();
+  for (Eigen::Index i = 0; i < weight.rows(); ++i)
+    for (Eigen::Index j = 0; j < i; ++j) off = std::max(off, std::abs(weight(i, j) - weight(j, i)));
+  if (off > 1e-12 * weight.norm())
+    throw_invalid_value({"regulator: ", name, " must be symmetric, but it differs from its transpose by ", {off, 6}, "; give half the sum of both"});
+  const Exponents all = exponents_of(weight);
+  for (Eigen::Index i = 0; i < weight.rows(); ++i) lowest = std::min(lowest, all.lambda[i].real());
+  return lowest;
+}
+
+template <class Matrix>
+Matrix real_solution(const Matrix& A, const Matrix& B) {
+  const Eigen::MatrixXcd X = Eigen::FullPivLU<Eigen::MatrixXcd>(Eigen::MatrixXcd(A.template cast<Complex>())).solve(Eigen::MatrixXcd(B.template cast<Complex>()));
+  return X.real();
+}
+
+// Hautus' test: every mode that does not decay is reached by an input.
+template <class Matrix, class Name>
+void require_stabilizable(const Matrix& A, const Matrix& B, const Name& name) {
+  const Exponents all = exponents_of(A);
+  const Eigen::Index n = A.rows(), inputs = B.cols();
+  double reach = 0.0;
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < inputs; ++j) reach = std::max(reach, std::abs(B(i, j)) / all.scale[i]);
+  if (reach == 0.0) reach = 1.0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Complex lambda = all.lambda[k];
+    if (lambda.real() < -all.radius[k]) continue;
+    Eigen::MatrixXcd both(n + inputs, n);  // [A − λ, B]ᴴ
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index j = 0; j < n; ++j) both(j, i) = all.balanced(i, j);
+      for (Eigen::Index j = 0; j < inputs; ++j) both(n + j, i) = B(i, j) / all.scale[i] * (std::max(all.size, 1e-300) / reach);
+      both(i, i) -= std::conj(lambda);
+    }
+    Eigen::FullPivLU<Eigen::MatrixXcd> factors(both);
+    factors.setThreshold(1e-10);
+    if (factors.rank() == n) continue;
+    const Eigen::MatrixXcd unreached = factors.kernel();
+    Eigen::Index most = 0;
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (std::abs(unreached(i, 0)) > std::abs(unreached(most, 0))) most = i;
+    throw_invalid_value({"regulator: every mode that does not decay by itself must be reached by an input, but that with the exponent ", {lambda.real(), 6},
+                         lambda.imag() < 0.0 ? " - " : " + ", {std::abs(lambda.imag()), 6}, "i is not, most of it in ", name(most),
+                         "; add an input that moves it, or take it out of the model"});
+  }
+}
+
+// Brings the eigenvalues with negative real part to the front of a Schur form U T Uᴴ, one exchange of neighbours after the other.
+template <class Matrix>
+Eigen::Index stable_first(Matrix& T, Matrix& U) {
+  Eigen::Index stable = 0;
+  for (Eigen::Index i = 0; i < T.rows(); ++i) {
+    if (!(T(i, i).real() < 0.0)) continue;
+    for (Eigen::Index k = i; k > stable; --k) {
+      Eigen::JacobiRotation<Complex> rotation;
+      rotation.makeGivens(T(k - 1, k), T(k, k) - T(k - 1, k - 1));
+      T.applyOnTheLeft(k - 1, k, rotation.adjoint());
+      T.applyOnTheRight(k - 1, k, rotation);
+      U.applyOnTheRight(k - 1, k, rotation);
+      T(k, k - 1) = 0.0;
+    }
+    ++stable;
+  }
+  return stable;
+}
+
+template <class Matrix, class Name>
+Regulator regulator_of(const Matrix& A, const Matrix& B, const Matrix& Q, const Matrix& R, const Name& name) {
+  const Eigen::Index n = A.rows();
+  require_shape("A", A, n, n);
+  require_shape("B", B, n, B.cols());
+  require_shape("Q", Q, n, n);
+  require_shape("R", R, B.cols(), B.cols());
+  if (n == 0 || B.cols() == 0) throw InvalidValue("regulator: there must be a state and an input, but one of them is missing; give the linearization an input");
+  const double lowest_Q = lowest_weight("Q", Q), lowest_R = lowest_weight("R", R);
+  if (!(lowest_R > 1e-14 * R.norm()))
+    throw_invalid_value({"regulator: R must be positive definite, but its lowest eigenvalue is ", {lowest_R, 6}, "; give every input a cost"});
+  if (!(lowest_Q >= -1e-12 * Q.norm()))
+    throw_invalid_value({"regulator: Q must not be negative, but its lowest eigenvalue is ", {lowest_Q, 6}, "; give no deviation a negative cost"});
+  require_stabilizable(A, B, name);
+
+  const Matrix Bt = B.transpose(), At = A.transpose(), RinvBt = real_solution(R, Bt), spread = B * RinvBt;
+  // One number makes both blocks beside the diagonal alike: (x, μ) → (x, sμ).
+  const double above = spread.norm(), below = Q.norm();
+  const double s = below > 0.0 && above > 0.0 ? std::exp2(std::round(0.5 * std::log2(below / above))) : 1.0;
+  Eigen::MatrixXcd H(2 * n, 2 * n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) {
+      H(i, j) = A(i, j);
+      H(n + i, n + j) = -A(j, i);
+      H(i, n + j) = -s * spread(i, j);
+      H(n + i, j) = -Q(i, j) / s;
+    }
+  SchurForm<Eigen::MatrixXcd> schur(H);
+  const double size = H.norm();
+  double nearest = size;
+  for (Eigen::Index i = 0; i < 2 * n; ++i) nearest = std::min(nearest, std::abs(schur.T(i, i).real()));
+  Regulator result;
+  if (stable_first(schur.T, schur.U) == n && nearest > 1e-9 * size) {
+    Eigen::MatrixXcd U1t(n, n), U2t(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < n; ++j) {
+        U1t(j, i) = schur.U(i, j);
+        U2t(j, i) = schur.U(n + i, j);
+      }
+    const Eigen::MatrixXcd Pt = Eigen::FullPivLU<Eigen::MatrixXcd>(U1t).solve(U2t);
+    result.P.resize(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < n; ++j) result.P(i, j) = 0.5 * s * (Pt(i, j).real() + Pt(j, i).real());
+    result.K = RinvBt * result.P;
+    const Matrix feedback = B * result.K, quadratic = result.P * feedback, linear = result.P * A, other = At * result.P;
+    Matrix left = linear;
+    left += other;
+    left -= quadratic;
+    left += Q;
+    result.residual = left.norm() / std::max({2.0 * linear.norm(), quadratic.norm(), Q.norm(), 1e-300});
+    Matrix closed = A;
+    closed -= feedback;
+    result.exponents = sorted_exponents(exponents_of(closed).lambda);
+    double slowest = -size;
+    for (Eigen::Index i = 0; i < n; ++i) slowest = std::max(slowest, result.exponents[i].real());
+    if (result.residual <= 1e-8 && slowest < 0.0) return result;
+    throw_invalid_value({"regulator: Riccati's equation must be solved to 1e-8, but its residual is ", {result.residual, 6}, " and the slowest closed-loop exponent ",
+                         {slowest, 6}, "; scale x, u, Q and R so that they are of like size"});
+  }
+  throw_invalid_value({"regulator: every mode that lasts must show in Q, but the optimal loop would leave an exponent ", {nearest, 6},
+                       " from the imaginary axis; give its coordinate a cost in Q"});
+}
+
+}  // namespace detail
+
+/// The linear-quadratic regulator of ẋ = A x + B u.
+///
+/// O(N³).
+///
+/// @param A, B  N×N and N×inputs
+/// @param Q     cost of deviations, N×N, symmetric, no negative eigenvalue
+/// @param R     cost of inputs, symmetric, positive definite
+/// @throws InvalidValue    when R is not positive definite, Q has a negative eigenvalue, a mode that lasts is not reached by an input or not seen by Q, or the
+///                         solution has fewer than eight digits
+/// @throws DimensionError  when sizes disagree
+template <class MatrixXd = Eigen::MatrixXd>  // compiled only where it is called
+Regulator regulator(const std::type_identity_t<MatrixXd>& A, const std::type_identity_t<MatrixXd>& B, const std::type_identity_t<MatrixXd>& Q,
+                    const std::type_identity_t<MatrixXd>& R) {
+  return detail::regulator_of(A, B, Q, R, [](Eigen::Index i) { return "x" + std::to_string(i); });
+}
+
+/// The same for a linearization at an equilibrium or a steady motion: u − u₀ = −K x.
+///
+/// @throws as above; and InvalidValue when the state does not stay
+template <class L, class MatrixXd = Eigen::MatrixXd>
+  requires std::is_same_v<L, Linearization>
+Regulator regulator(const L& linear, const std::type_identity_t<MatrixXd>& Q, const std::type_identity_t<MatrixXd>& R) {
+  detail::require_staying(linear, "regulator");
+  return detail::regulator_of(linear.A, linear.B, Q, R, [&](Eigen::Index i) { return linear.states[static_cast<std::size_t>(i)]; });
+}
+
+}  // namespace qdot

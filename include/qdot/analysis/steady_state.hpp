@@ -1,0 +1,88 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Equilibria of scenes, and steady motions
+// ========================================
+//
+// A scene can rest where all its forces balance, those of the effects and of the constraints among them:
+//
+//     ∂L/∂q + Q + Jᵀλ = 0 ,    φ(q) = 0           (q̇ = 0; and ż = 0 for the effects' own states)
+//
+// A *steady motion*, or relative equilibrium, is what looks the same at all times: coordinates that nothing depends on turn at constant rates, and the others
+// keep their values. A conical pendulum is one, a top that precesses regularly, a hoop that rolls straight on. In the equations above q̇ then is the
+// given vector of rates, and all of q̈ must vanish.
+//
+// Newton's method solves all the equations at once with exact slopes (analysis/linear/rest_search.hpp). It goes to what is near, stable or not. What
+// nothing depends on (the place of a cart) keeps the value that it started with.
+
+#include <type_traits>
+
+#include "qdot/analysis/equilibrium.hpp"
+#include "qdot/analysis/linear/flow.hpp"
+#include "qdot/analysis/linear/rest_search.hpp"
+#include "qdot/effects/scene_motion.hpp"
+
+namespace qdot {
+
+/// A state of a scene at which nothing changes but cyclic coordinates.
+template <class Sc>
+struct SteadyState {
+  State<Sc::dof_at_compile_time> state;                  ///< q, the rates q̇, and the time that was fixed
+  EffectStates<Sc> z;                                    ///< of effects with states of their own
+  Vector<double, Sc::constraints_at_compile_time> lambda;  ///< multipliers; the shortest ones where constraints are redundant
+  Eigen::Index redundant = 0;                            ///< rows of constraints that repeat others
+};
+
+namespace detail {
+
+template <class Sc>
+SteadyState<Sc> steady_state_of(const Sc& scene, const Eigen::Ref<const Eigen::VectorXd>& q, const Eigen::Ref<const Eigen::VectorXd>& qdot, const SteadySearch& search) {
+  require_sizes(scene, q, qdot);
+  const FlowOf<Sc> flow(scene);
+  const Eigen::Index n = scene.dof();
+  Eigen::VectorXd y(flow.size());
+  y << q, qdot, scene.initial_states();
+  y = steady_state_near(static_cast<const Flow&>(flow), search, 0.0, y);
+  SteadyState<Sc> found{{0.0, y.head(n), y.segment(n, n)}, y.tail(Sc::states_at_compile_time), {}};
+  if constexpr (Sc::has_constraints) {
+    const auto solution = constrained_acceleration(scene, found.state.q, found.state.qdot, 0.0, found.z);
+    found.lambda = solution.lambda;
+    found.redundant = solution.lambda.size() - solution.rank;
+  }
+  return found;
+}
+
+}  // namespace detail
+
+/// The equilibrium of a scene close to `start`; forces, constraints and controllers included.
+///
+/// @param start  q where to begin, n; it need not satisfy the constraints
+/// @return       q with all accelerations zero to rounding, and the multipliers λ there
+/// @throws       InvalidValue when there is none near, with the acceleration or constraint that is worst off; when something depends on the time
+/// @throws       as acceleration() of the scene on the way: MassMatrixError, ConstraintError, NonFinite
+template <class Sys, class... Effects, class Q>
+SteadyState<Scene<Sys, Effects...>> equilibrium_near(const Scene<Sys, Effects...>& scene, const Eigen::MatrixBase<Q>& start,
+                                                     const EquilibriumOptions& options = {}) {
+  return detail::steady_state_of(scene, start, Eigen::VectorXd::Zero(start.size()), {"equilibrium_near", options.max_iterations, options.tolerance});
+}
+
+/// The steady motion of a scene close to `start` in which coordinates turn at given rates.
+///
+/// @param start  q where to begin, n
+/// @param rates  q̇, n: zero for each coordinate that keeps its value, the rate for each cyclic one that turns
+/// @return       q with q̈ = 0, and the multipliers λ there
+/// @throws       as equilibrium_near; and InvalidValue when something depends on a coordinate that turns
+template <class Sys, class... Effects, class Q, class Rates>
+SteadyState<Scene<Sys, Effects...>> steady_motion_near(const Scene<Sys, Effects...>& scene, const Eigen::MatrixBase<Q>& start, const Eigen::MatrixBase<Rates>& rates,
+                                                       const EquilibriumOptions& options = {}) {
+  return detail::steady_state_of(scene, start, rates, {"steady_motion_near", options.max_iterations, options.tolerance});
+}
+
+/// The same of a system without effects.
+template <class E, int n, Inertia I, class Q, class Rates>
+SteadyState<Scene<System<E, n, I>>> steady_motion_near(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& start, const Eigen::MatrixBase<Rates>& rates,
+                                                       const EquilibriumOptions& options = {}) {
+  return steady_motion_near(scene(system), start, rates, options);
+}
+
+}  // namespace qdot

@@ -1,0 +1,76 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A force that is left open: a motor, a hand, whatever a controller will have at its disposal.
+//
+//     M q̈ = rhs + Q(q, q̇, u)
+//
+// The inputs u are states of the effect that nobody changes, u̇ = 0: in a run they keep the values that they were given, and derivatives with respect to
+// them come with those of all states, exact. A linearization (analysis/linearization.hpp) takes them out again and calls their columns B.
+
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/effects/fit.hpp"
+#include "qdot/effects/forces.hpp"
+
+namespace qdot {
+
+/// Generalized forces of `count` inputs.
+template <int count, class F>
+struct Input {
+  static constexpr bool is_input = true;
+  std::string name;
+  F Q;
+  Vector<double, count> u;
+
+  template <int>
+  static constexpr bool takes_time = false;
+
+  Vector<double, count> initial_state() const { return u; }
+  template <int n>
+  void require_fit([[maybe_unused]] const Vector<double, n>& q) const {
+    if constexpr (requires { Q.coordinate; }) detail::require_coordinate("the input '" + name + "'", Q.coordinate, q.size());
+  }
+  template <class S, int n>
+  Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, count>& inputs, const S&) const {
+    return detail::force_vector<S, n>(Q(q, qdot, inputs), q.size(), "the force of an input");
+  }
+  template <class S, int n>
+  Vector<S, count> state_rate(const Vector<S, n>&, const Vector<S, n>&, const Vector<S, count>&, const S&) const {
+    return Vector<S, count>::Zero();
+  }
+};
+
+/// The generalized force Q(q, qdot, u) of `count` inputs; u is a vector of them.
+///
+/// @param u  their values   [whatever Q takes them for]
+template <int count, class F>
+Input<count, F> input(std::string name, F Q, const std::type_identity_t<Vector<double, count>>& u = Vector<double, count>::Zero()) {
+  return {std::move(name), std::move(Q), u};
+}
+
+namespace detail {
+
+struct ForceOnCoordinate {
+  Eigen::Index coordinate;
+
+  template <class S, int n>
+  Vector<S, n> operator()(const Vector<S, n>& q, const Vector<S, n>&, const Vector<S, 1>& u) const {
+    Vector<S, n> Q = Vector<S, n>::Zero(q.size());
+    Q[coordinate] = u[0];
+    return Q;
+  }
+};
+
+}  // namespace detail
+
+/// One input, the generalized force on one coordinate: a motor at a hinge, a push on a cart.
+///
+/// @throws InvalidValue  from scene(), when there is no such coordinate
+inline Input<1, detail::ForceOnCoordinate> input(std::string name, Eigen::Index coordinate, double u = 0.0) {
+  return {std::move(name), {coordinate}, Vector<double, 1>(u)};
+}
+
+}  // namespace qdot

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+#include "catch2_bridge.hpp"
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "qdot/analysis/damped_modes.hpp"
+#include "qdot/analysis/linearization.hpp"
+#include "qdot/analysis/regulator.hpp"
+#include "qdot/effects/constraints.hpp"
+#include "qdot/effects/dissipation.hpp"
+#include "scenes/cartpole.hpp"
+
+using namespace qdot;
+using Eigen::Vector2d;
+
+namespace {
+
+// Exact slopes and the solution of small systems.
+constexpr double rounding = 1e-12;
+
+constexpr double g = 9.81, l = 1.3, c = 0.4, omega_0 = 2.7470263;  // √(g/l) to eight digits
+
+struct Mass {
+  auto T(const auto& v) const { return 0.5 * v.squaredNorm(); }
+  auto V(const auto& q) const { return g * q[1]; }
+};
+struct Rod {
+  auto operator()(const auto& q) const { return 0.5 * (q[0] * q[0] + q[1] * q[1] - l * l); }
+};
+
+// A pendulum in Cartesian coordinates, its rod written down twice, drag, and a push along x.
+auto cartesian_pendulum() {
+  return scene(mechanical_system<2>(Mass{}).with_names({"x", "y"}), holonomic("rod", Rod{}), viscous_damping(Vector2d(c, c)), holonomic("again", Rod{}),
+               input("push", 0));
+}
+
+// A thin disk that rolls without slip: contact point, heading, lean, rolling angle. J. Neimark, N. Fufaev, Dynamics of Nonholonomic Systems, 1972.
+struct Disk {
+  double m = 1.0, r = 0.5;
+
+  auto T(const auto& q, const auto& v) const {
+    using std::cos, std::sin;
+    const double I = m * r * r / 4, J = m * r * r / 2;
+    const auto sp = sin(q[2]), cp = cos(q[2]), sd = sin(q[3]), cd = cos(q[3]);
+    const auto vx = v[0] + r * (cd * sp * v[3] + sd * cp * v[2]), vy = v[1] - r * (cd * cp * v[3] - sd * sp * v[2]);
+    const auto vz = -r * sd * v[3], spin = v[4] + sd * v[2];
+    return 0.5 * m * (vx * vx + vy * vy + vz * vz) + 0.5 * I * (v[3] * v[3] + cd * cd * v[2] * v[2]) + 0.5 * J * spin * spin;
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    return m * g * r * cos(q[3]);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a pendulum in Cartesian coordinates has one position and one velocity, and x'' = -g/l x - c x' + u") {
+  const auto s = cartesian_pendulum();
+  const Linearization at = linearization(s, equilibrium_near(s, Vector2d(0.1, -1.0)));
+  CHECK(at.states == std::vector<std::string>{"x", "xdot"});
+  CHECK(at.inputs == std::vector<std::string>{"push"});
+  CHECK((at.positions == 1 && at.velocities == 1));
+  CHECK_THAT(at.A(0, 0), WithinAbs(0.0, rounding));
+  CHECK_THAT(at.A(0, 1), WithinRel(1.0, rounding));
+  CHECK_THAT(at.A(1, 0), WithinRel(-g / l, rounding));
+  CHECK_THAT(at.A(1, 1), WithinRel(-c, rounding));
+  CHECK_THAT(at.B(0, 0), WithinAbs(0.0, rounding));
+  CHECK_THAT(at.B(1, 0), WithinRel(1.0, rounding));
+  CHECK(at.drift.norm() < rounding);
+
+  const DampedModes modes = damped_modes(at);
+  REQUIRE(modes.modes.size() == 1);
+  const DampedMode& mode = modes.modes[0];
+  CHECK_THAT(mode.natural_frequency, WithinRel(std::sqrt(g / l), rounding));
+  CHECK_THAT(mode.natural_frequency, WithinAbs(omega_0, 1e-7));
+  CHECK_THAT(mode.damping_ratio, WithinRel(0.5 * c / std::sqrt(g / l), rounding));
+  CHECK_THAT(mode.frequency(), WithinRel(std::sqrt(g / l - 0.25 * c * c), rounding));
+  CHECK(std::abs(mode.shape[0] - 1.0) < rounding);
+  CHECK(std::abs(mode.shape[1]) < rounding);
+  CHECK(modes.stability == Stability::asymptotically_stable);
+}
+
+TEST_CASE("the frequency response of a pushed pendulum is 1/(w0^2 - w^2 + i c w), whatever is observed") {
+  const auto s = cartesian_pendulum();
+  const Linearization at = linearization(s, equilibrium_near(s, Vector2d(0.1, -1.0)));
+  const auto x_and_more = observed(at, [](const auto& q, const auto& qdot, const auto& u) {
+    using S = typename std::decay_t<decltype(q)>::Scalar;
+    return Vector<S, 2>(q[0], 3.0 * qdot[0] + q[1] * q[1] + 2.0 * u[0]);
+  });
+  for (const double omega : {0.0, 1.0, 2.7, 50.0}) {
+    const std::complex<double> G = 1.0 / std::complex<double>(g / l - omega * omega, c * omega);
+    const Eigen::MatrixXcd response = frequency_response(x_and_more, omega);
+    CHECK(std::abs(response(0, 0) - G) < rounding);
+    CHECK(std::abs(response(1, 0) - (std::complex<double>(0.0, 3.0 * omega) * G + 2.0)) < 10.0 * rounding);
+  }
+}
+
+TEST_CASE("at the top the same pendulum is unstable with the exponents of x'' = g/l x - c x'") {
+  const auto s = cartesian_pendulum();
+  const DampedModes modes = damped_modes(linearization(s, equilibrium_near(s, Vector2d(0.1, 1.2))));
+  CHECK(modes.stability == Stability::unstable);
+  CHECK_THAT(modes.growth, WithinRel(-0.5 * c + std::sqrt(0.25 * c * c + g / l), rounding));
+  CHECK(std::string(description(modes.stability)) == "unstable");
+}
+
+TEST_CASE("a state off its constraints, or one that does not stay, is refused by name") {
+  const auto s = cartesian_pendulum();
+  CHECK_THROWS_WITH(linearization(s, State<2>{0.0, {0.0, -1.4}, {0.0, 0.0}}),
+                    "linearization: the state must satisfy its constraints, but 'rod' is off by 0.135 at t = 0; take it from consistent_state() or equilibrium_near()");
+  CHECK_THROWS_WITH(linearization(s, State<2>{0.0, {0.0, -l}, {0.0, 0.5}}),
+                    "linearization: the state must satisfy its constraints, but the velocity of 'rod' is off by -0.65 at t = 0; take it from consistent_state() or "
+                    "equilibrium_near()");
+  CHECK_THROWS_WITH(linearization(s, State<2>{0.0, {0.0, NAN}, {0.0, 0.5}}), "linearization: the state must be finite, but y is not; give every entry a number");
+  const Linearization aside = linearization(s, State<2>{0.0, {l * 0.6, -l * 0.8}, {0.0, 0.0}});
+  CHECK_THAT(aside.drift.norm(), WithinRel(g * 0.6, rounding) || WithinRel(g * 0.6 * 0.8, rounding));  // along the tangent, seen in x
+  CHECK_THROWS_AS(damped_modes(aside), InvalidValue);
+  const Eigen::MatrixXd Q = Eigen::MatrixXd::Identity(2, 2), R = Eigen::MatrixXd::Identity(1, 1);
+  CHECK_THROWS_AS(regulator(aside, Q, R), InvalidValue);
+}
+
+TEST_CASE("a cart under an inverted pendulum: A and B of the textbook, and a regulator that holds it up") {
+  const scenes::Cartpole p{};
+  const auto system = mechanical_system<2>(p).with_names({"x", "theta"});
+  const State<2> up{0.0, {0.0, std::numbers::pi}, {0.0, 0.0}};
+  const Linearization at = linearization(system, up, input("push", 0));
+  CHECK_THAT(at.A(2, 1), WithinRel(p.m / p.M * p.g, rounding));
+  CHECK_THAT(at.A(3, 1), WithinRel((p.M + p.m) * p.g / (p.M * p.l), rounding));
+  CHECK_THAT(at.B(2, 0), WithinRel(1.0 / p.M, rounding));
+  CHECK_THAT(at.B(3, 0), WithinRel(1.0 / (p.M * p.l), rounding));
+  CHECK(damped_modes(at).stability == Stability::unstable);
+  const Eigen::MatrixXd Q = Eigen::MatrixXd::Identity(4, 4), R = Eigen::MatrixXd::Identity(1, 1);
+  const Regulator held = regulator(at, Q, R);
+  CHECK(held.exponents.real().maxCoeff() < -0.1);
+  CHECK(held.residual < 1e-12);
+  Linearization closed = at;
+  closed.A -= at.B * held.K;
+  CHECK(damped_modes(closed).stability == Stability::asymptotically_stable);
+  // hanging down without a regulator, the pendulum swings for ever and the cart rolls away
+  const DampedModes down = damped_modes(linearization(system, State<2>{0.0, {1.0, 0.0}, {0.0, 0.0}}, input("push", 0)));
+  CHECK(down.stability == Stability::drifting);
+  CHECK_THAT(down.modes.back().frequency(), WithinRel(std::sqrt((p.M + p.m) * p.g / (p.M * p.l)), rounding));
+  CHECK_THROWS_AS(linearization(system, up, input("push", 2)), InvalidValue);
+}
+
+TEST_CASE("an upright disk rolls straight on if v^2 > g r/3, with five positions and three velocities") {
+  const Disk disk;
+  const auto rolling = scene(mechanical_system<5>(disk).with_names({"x", "y", "phi", "delta", "psi"}), nonholonomic("no slip", [r = disk.r](const auto& q, const auto& v) {
+    using std::cos, std::sin;
+    using S = std::decay_t<decltype(v[0] * cos(q[2]))>;
+    return Vector<S, 2>(v[0] - r * cos(q[2]) * v[4], v[1] - r * sin(q[2]) * v[4]);
+  }));
+  for (const double part : {0.99, 1.01}) {
+    const double v = std::sqrt(part * g * disk.r / 3.0);
+    const Linearization at = linearization(rolling, State<5>{0.0, Vector<double, 5>::Zero(), (Vector<double, 5>() << v, 0, 0, 0, v / disk.r).finished()});
+    CHECK((at.positions == 5 && at.velocities == 3 && at.A.rows() == 8));
+    const DampedModes modes = damped_modes(at);
+    // a heading that is a little different leads ever farther away, stable or not
+    CHECK(modes.stability == (part < 1.0 ? Stability::unstable : Stability::drifting));
+    // lean: δ'' = (4/5)(g/r − 3 v²/r²) δ for the thin disk
+    const double squared = 0.8 * (g / disk.r - 3.0 * v * v / (disk.r * disk.r));
+    const std::complex<double> lean = modes.modes.back().exponent;
+    CHECK(std::abs(lean * lean - squared) < 1e-9);
+  }
+}
