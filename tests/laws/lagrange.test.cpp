@@ -32,8 +32,9 @@ double distance(const MatrixXd& a, const MatrixXd& b) { return (a - b).cwiseAbs(
 // The worst value of a law over random states of each system, with the system's name in the report.
 template <class Law>
 void for_all_systems(double tolerance, const Law& law, int states = samples) {
-  static const std::vector<systems::LawSystem> all = systems::catalogue();
-  for (const systems::LawSystem& system : all) {
+  static const auto all = systems::catalogue();
+  for (const auto& entry : all) {
+    const systems::LawSystem& system = *entry;
     std::mt19937 random(20);
     double worst = 0.0;
     for (int sample = 0; sample < states; ++sample) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -45,10 +46,10 @@ inline MatrixXd symmetric(double a, double b, double c) {
   return M;
 }
 
-inline std::vector<LawSystem> catalogue() {
+inline std::vector<std::unique_ptr<const LawSystem>> catalogue() {
   using std::cos, std::sin, std::exp, std::sqrt;
   using V = const VectorXd&;
-  std::vector<LawSystem> all;
+  std::vector<std::unique_ptr<const LawSystem>> all;
 
   const scenes::Projectile p{.m = 1.7, .g = 9.81};
   all.push_back(law_system("projectile", mechanical_system<3>(p),

@@ -6,9 +6,11 @@
 //     T = ½ q̇ᵀM q̇ + a·q̇ + T₀ .
 //
 // `LawSystem` is one system as the laws see it: the library's answers on one side, these on the other, both as functions
-// of (q, q̇, t) without templates, so that every system is instantiated once for all laws.
+// of (q, q̇, t) without templates, so that every system is instantiated once for all laws. The library's are virtual functions: a
+// std::function makes the compiler write fifteen functions for each.
 
 #include <functional>
+#include <memory>
 #include <random>
 #include <string>
 #include <utility>
@@ -38,11 +40,20 @@ struct LawSystem {
   bool autonomous;
   HandDerived hand;
 
-  std::function<MatrixXd(const VectorXd&, const VectorXd&, double)> M;
-  std::function<VectorXd(const VectorXd&, const VectorXd&, double)> rhs, acceleration, momenta;
-  std::function<double(const VectorXd&, const VectorXd&, double)> T, V, energy, jacobi_energy;
-  std::function<double(const VectorXd&, const VectorXd&, double)> energy_balance;  // dh/dt + ∂L/∂t along the motion
-  std::function<void(double, const VectorXd&, MatrixXd&)> jacobian;
+  LawSystem(std::string name_, Eigen::Index n_, bool autonomous_, HandDerived hand_)
+      : name(std::move(name_)), n(n_), autonomous(autonomous_), hand(std::move(hand_)) {}
+  virtual ~LawSystem() = default;
+
+  virtual MatrixXd M(const VectorXd& q, const VectorXd& v, double t) const = 0;
+  virtual VectorXd rhs(const VectorXd& q, const VectorXd& v, double t) const = 0;
+  virtual VectorXd acceleration(const VectorXd& q, const VectorXd& v, double t) const = 0;
+  virtual VectorXd momenta(const VectorXd& q, const VectorXd& v, double t) const = 0;
+  virtual double T(const VectorXd& q, const VectorXd& v, double t) const = 0;
+  virtual double V(const VectorXd& q, const VectorXd& v, double t) const = 0;
+  virtual double energy(const VectorXd& q, const VectorXd& v, double t) const = 0;
+  virtual double jacobi_energy(const VectorXd& q, const VectorXd& v, double t) const = 0;
+  virtual double energy_balance(const VectorXd& q, const VectorXd& v, double t) const = 0;  // dh/dt + ∂L/∂t along the motion
+  virtual void jacobian(double t, const VectorXd& y, MatrixXd& J) const = 0;
 
   VectorXd hand_a(const VectorXd& q, double t) const { return hand.a ? hand.a(q, t) : VectorXd::Zero(n); }
   double hand_T0(const VectorXd& q, double t) const { return hand.T0 ? hand.T0(q, t) : 0.0; }
@@ -60,28 +71,30 @@ struct LawSystem {
   }
 };
 
-template <class E, int n, Inertia I>
-LawSystem law_system(std::string name, const System<E, n, I>& system, HandDerived hand) {
-  using Fixed = Vector<double, n>;
-  LawSystem law{std::move(name), system.dof(), System<E, n, I>::autonomous, std::move(hand), {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
-  law.M = [system](const VectorXd& q, const VectorXd& v, double t) -> MatrixXd { return mass_matrix(system, Fixed(q), Fixed(v), t); };
-  law.rhs = [system](const VectorXd& q, const VectorXd& v, double t) -> VectorXd { return qdot::rhs(system, Fixed(q), Fixed(v), t); };
-  law.acceleration = [system](const VectorXd& q, const VectorXd& v, double t) -> VectorXd {
-    return qdot::acceleration(system, Fixed(q), Fixed(v), t);
-  };
-  law.momenta = [system](const VectorXd& q, const VectorXd& v, double t) -> VectorXd {
-    return conjugate_momenta(system, Fixed(q), Fixed(v), t);
-  };
-  law.T = [system](const VectorXd& q, const VectorXd& v, double t) { return kinetic_energy(system, Fixed(q), Fixed(v), t); };
-  law.V = [system](const VectorXd& q, const VectorXd&, double t) { return potential_energy(system, Fixed(q), t); };
-  law.energy = [system](const VectorXd& q, const VectorXd& v, double t) { return qdot::energy(system, Fixed(q), Fixed(v), t); };
-  law.jacobi_energy = [system](const VectorXd& q, const VectorXd& v, double t) {
-    return qdot::jacobi_energy(system, Fixed(q), Fixed(v), t);
-  };
-  law.energy_balance = [system](const VectorXd& q, const VectorXd& v, double t) {
+template <class E, int dof, Inertia I>
+class LawSystemOf final : public LawSystem {
+ public:
+  LawSystemOf(std::string name_, const System<E, dof, I>& system, HandDerived hand_)
+      : LawSystem(std::move(name_), system.dof(), System<E, dof, I>::autonomous, std::move(hand_)), system_(system) {}
+
+  MatrixXd M(const VectorXd& q, const VectorXd& v, double t) const override { return mass_matrix(system_, Fixed(q), Fixed(v), t); }
+  VectorXd rhs(const VectorXd& q, const VectorXd& v, double t) const override { return qdot::rhs(system_, Fixed(q), Fixed(v), t); }
+  VectorXd acceleration(const VectorXd& q, const VectorXd& v, double t) const override {
+    return qdot::acceleration(system_, Fixed(q), Fixed(v), t);
+  }
+  VectorXd momenta(const VectorXd& q, const VectorXd& v, double t) const override {
+    return conjugate_momenta(system_, Fixed(q), Fixed(v), t);
+  }
+  double T(const VectorXd& q, const VectorXd& v, double t) const override { return kinetic_energy(system_, Fixed(q), Fixed(v), t); }
+  double V(const VectorXd& q, const VectorXd&, double t) const override { return potential_energy(system_, Fixed(q), t); }
+  double energy(const VectorXd& q, const VectorXd& v, double t) const override { return qdot::energy(system_, Fixed(q), Fixed(v), t); }
+  double jacobi_energy(const VectorXd& q, const VectorXd& v, double t) const override {
+    return qdot::jacobi_energy(system_, Fixed(q), Fixed(v), t);
+  }
+  double energy_balance(const VectorXd& q, const VectorXd& v, double t) const override {
     using D = Dual<double, 1>;
-    const Fixed a = qdot::acceleration(system, Fixed(q), Fixed(v), t);
-    Vector<D, n> moving_q(q.size()), moving_v(q.size()), still_q(q.size()), still_v(q.size());
+    const Fixed a = qdot::acceleration(system_, Fixed(q), Fixed(v), t);
+    Vector<D, dof> moving_q(q.size()), moving_v(q.size()), still_q(q.size()), still_v(q.size());
     for (Eigen::Index i = 0; i < q.size(); ++i) {
       moving_q[i] = D{q[i]};
       moving_q[i].tangent[0] = v[i];
@@ -91,10 +104,18 @@ LawSystem law_system(std::string name, const System<E, n, I>& system, HandDerive
       still_v[i] = v[i];
     }
     const D time = D::variable(t, 0);
-    return qdot::jacobi_energy(system, moving_q, moving_v, time).tangent[0] + lagrangian(system, still_q, still_v, time).tangent[0];
-  };
-  law.jacobian = [system](double t, const VectorXd& y, MatrixXd& J) { first_order_form(system).jacobian(t, y, J); };
-  return law;
+    return qdot::jacobi_energy(system_, moving_q, moving_v, time).tangent[0] + lagrangian(system_, still_q, still_v, time).tangent[0];
+  }
+  void jacobian(double t, const VectorXd& y, MatrixXd& J) const override { first_order_form(system_).jacobian(t, y, J); }
+
+ private:
+  using Fixed = Vector<double, dof>;
+  System<E, dof, I> system_;
+};
+
+template <class E, int n, Inertia I>
+std::unique_ptr<const LawSystem> law_system(std::string name, const System<E, n, I>& system, HandDerived hand) {
+  return std::make_unique<LawSystemOf<E, n, I>>(std::move(name), system, std::move(hand));
 }
 
 }  // namespace qdot::systems
