@@ -83,6 +83,7 @@
 // #include "qdot/analysis/linearization.hpp"   // A, B, C, D about such a state
 // #include "qdot/analysis/damped_modes.hpp"    // frequencies, damping, stability, frequency response
 // #include "qdot/analysis/regulator.hpp"       // feedback by linear-quadratic regulation
+// #include "qdot/analysis/sensitivity.hpp"     // ∂y/∂(y₀, t₀, p), through events and on constraints
 // #include "qdot/analysis/accuracy.hpp"        // what accuracy costs
 // #include "qdot/analysis/accuracy_study.hpp"  // the same for many methods
 // #include "qdot/analysis/reference.hpp"       // a motion in higher precision

@@ -20,6 +20,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "qdot/error.hpp"
 
@@ -47,6 +48,7 @@ enum class Outcome {
   linear_solver_failure,  ///< the linear equations of a step could not be solved
   accuracy_not_reached,   ///< what was asked for needs more digits than double has
   model_changed,          ///< a functor gives another value than before at the same time and state
+  not_differentiable,     ///< derivatives of the motion were asked for (analysis/sensitivity.hpp), and at an event there are none
   energy_drift,           ///< T and V conserve an energy, but it changed far more than the tolerances allow
   solver_error            ///< the method reports a fault of its own; please report it
 };
@@ -74,6 +76,7 @@ constexpr std::string_view name(Outcome outcome) noexcept {
     case Outcome::linear_solver_failure: return "linear_solver_failure";
     case Outcome::accuracy_not_reached: return "accuracy_not_reached";
     case Outcome::model_changed: return "model_changed";
+    case Outcome::not_differentiable: return "not_differentiable";
     case Outcome::energy_drift: return "energy_drift";
     case Outcome::solver_error: return "solver_error";
   }
@@ -117,6 +120,8 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
     case Outcome::model_changed:
       return "change what functors read in the action of an event or at a stop time (stop_times), or make it the state of a "
              "controller(Q, zdot, z0).";
+    case Outcome::not_differentiable:
+      return "choose a start or parameters whose motion meets its events one at a time and not at a tangent, or end the run before.";
     case Outcome::energy_drift:
       return "let T and V be smooth and depend on nothing but their arguments: T(q, qdot, t) or V(q, t) where the time matters, "
              "an event where V jumps; or raise energy_drift_limit.";
@@ -148,4 +153,13 @@ struct Failure {
   std::string message;
 };
 
+namespace detail {
+
+// Thrown where an action or a system itself finds that the run cannot go on, with the outcome it ends with.
+struct EndOfRun : Error {
+  explicit EndOfRun(Failure why) : Error(why.message), failure(std::move(why)) {}
+  Failure failure;
+};
+
+}  // namespace detail
 }  // namespace qdot

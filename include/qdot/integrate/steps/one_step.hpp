@@ -66,6 +66,8 @@ struct Replaceable {
 [[gnu::cold, gnu::noinline]] inline Failure refusal() {
   try {
     throw;
+  } catch (const EndOfRun& end) {
+    return end.failure;
   } catch (const NonFinite& error) {
     return {Outcome::non_finite, error.what()};
   } catch (const MassMatrixError& error) {

@@ -1,0 +1,338 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// How a motion depends on where it begins, when it begins, and on what it is made of:
+//
+//     Φ(t) = ∂y(t) / ∂(y₀, t₀, p) ,      y = [q; q̇; …] .
+//
+//     const auto s = sensitivities(system, State<2>{0.0, q, qdot}, 3.0, Dop853{}, {.rtol = 1e-12});
+//     s.Phi            at the end, a column for each entry of q₀ and q̇₀
+//     s.Phi_at(1.5)    on the way
+//
+// Φ is integrated together with y by the same steps, from exact ∂f/∂y and ∂f/∂p, both within the tolerances (analysis/variations/equations.hpp).
+// It goes on through events: a jump of the state or of the equations multiplies Φ by its saltation matrix, and each event has the derivative
+// of its own time. On constraints Φ maps tangent vectors to tangent vectors. Its variables are q and q̇, not momenta.
+//
+// Parameters come in one of two ways.
+//
+//     p ↦ (T, V)       sensitivities([](const auto& p) { return Pendulum{p[0], p[1]}; }, p, start, t_end, …): a struct of the scalar of p with
+//                      members T and V, as acceleration_jacobian_wrt_parameters() has it. ∂q̈/∂p is exact and cheap.
+//     p ↦ problem      sensitivities([](const Eigen::VectorXd& p) { return problem(scene(…), State{…}, events(…)); }, p, t_end, …): a family
+//                      whose members may differ in everything, numbers only: masses in T, springs, restitution, where an event lies and what
+//                      it does, where and when the motion begins. What of this has no formula in duals is differenced, with order six and from
+//                      values that are exact to rounding: some twelve digits. Six evaluations of f more for each parameter.
+//
+// What there is no derivative of is not made up. A motion that only grazes an event, two events that fall together, an action with a kink or with
+// another result at each call end the run as not_differentiable; what was found before is returned.
+//
+// Errors are controlled for y and Φ alike: options.atol holds for y, and for Φ per unit of what it is differentiated by. A parameter of size 1e9 (a
+// stiffness in N/m) has derivatives of size 1e-9: take its logarithm, or a unit in which it is no giant. State limits of the options hold for Φ, too.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/analysis/variations/variations.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/driver/consistent_start.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/simulate.hpp"
+
+namespace qdot {
+
+/// A motion before it is run: what moves, from where, and its events. Made by problem().
+template <class System, class Start, class List = EventList<>>
+struct Problem {
+  System system;
+  Start start;
+  List events = {};
+};
+
+/// A system or scene, its start, and the events of its run.
+template <class System, class Start, class... Events>
+Problem<System, Start, EventList<Events...>> problem(System system, Start start, EventList<Events...> events = {}) {
+  return {std::move(system), std::move(start), std::move(events)};
+}
+
+/// Which columns Φ has besides those of the parameters.
+struct WithRespectTo {
+  bool start = true;        ///< q and q̇ at the start, 2n columns (all of y, for a first-order system)
+  bool start_time = false;  ///< the time of the start, one column behind them
+};
+
+/// An event of a run and the derivative of its time.
+struct EventSensitivity {
+  double t = 0.0;
+  std::string name;
+  Eigen::VectorXd time;  ///< ∂t/∂x, an entry for each column of Φ; empty for one that was recorded while no trajectory was kept
+};
+
+/// A run and its derivatives. Columns of Φ: those of the start, of its time, of the parameters, as far as they were asked for.
+///
+/// @tparam n  number of coordinates, or Dynamic
+template <int n = Dynamic>
+struct Sensitivities {
+  Outcome outcome = Outcome::completed;
+  std::string message;                   ///< how the run ended, with the numbers and what to do
+  double t = 0.0;                        ///< time of the last good state
+  Eigen::VectorXd y;                     ///< the last good state, [q; q̇; …]
+  Eigen::VectorXd ydot;                  ///< ẏ there, which is ∂y/∂t_end
+  Eigen::MatrixXd Phi;                   ///< ∂y/∂x at the fixed time t
+  Eigen::MatrixXd Phi_of_event;          ///< where an event stopped the run: ∂y/∂x at the event, wherever it moves; otherwise Φ
+  std::vector<EventSensitivity> events;  ///< in the order of time
+  Eigen::Index start_columns = 0, time_columns = 0;
+  Run<Dynamic> run;                      ///< of [y; columns of Φ] as one system
+
+  bool completed() const noexcept { return outcome == Outcome::completed; }
+
+  /// ∂y/∂(q₀, q̇₀), ∂y/∂t₀ and ∂y/∂p at the end, the columns of Φ that were asked for.
+  Eigen::MatrixXd d_start() const { return Phi.leftCols(start_columns); }
+  Eigen::MatrixXd d_start_time() const { return Phi.middleCols(start_columns, time_columns); }
+  Eigen::MatrixXd d_parameters() const { return Phi.rightCols(Phi.cols() - start_columns - time_columns); }
+
+  /// The last good state.
+  State<n> state() const { return state_of(t, y); }
+
+  /// The state at a time, behind a jump if there is one.
+  ///
+  /// @throws InvalidValue  when t is not within the run, or no trajectory was kept
+  State<n> at(double time) const { return state_of(time, run.trajectory.y(time)); }
+
+  /// Φ at a time, behind a jump if there is one; within the tolerances between steps, and so are J(q) Φ = 0 and the like.
+  Eigen::MatrixXd Phi_at(double time) const { return columns_of(run.trajectory.y(time)); }
+
+  /// Φ just in front of a jump.
+  Eigen::MatrixXd Phi_before(double time) const { return columns_of(run.trajectory.y_before(time)); }
+
+ private:
+  State<n> state_of(double time, const Eigen::VectorXd& of) const {
+    const Eigen::Index dof = run.trajectory.dof();
+    if (dof < 1) throw InvalidValue("a state needs coordinates, but this first-order system has none; use y");
+    return State<n>{time, of.head(dof), of.segment(dof, dof)};
+  }
+  Eigen::MatrixXd columns_of(const Eigen::VectorXd& both) const {
+    return Eigen::Map<const Eigen::MatrixXd>(both.data() + y.size(), y.size(), Phi.cols());
+  }
+};
+
+namespace detail {
+
+template <class M>
+inline constexpr bool is_explicit_method = false;
+template <>
+inline constexpr bool is_explicit_method<Dop853> = true;
+template <>
+inline constexpr bool is_explicit_method<Dopri5> = true;
+
+// The function of an event, and its change, on [y; columns of Φ].
+struct ErasedFunction {
+  const VariationalEquations* equations;
+  std::function<double(double, const Eigen::VectorXd&, Eigen::Index, double)> h;
+
+  double operator()(const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const double& t) const {
+    if (equations->dof() == 0) return h(t, q.head(equations->state_size()), -1, 0.0);
+    Eigen::VectorXd y(2 * q.size());
+    y << q, qdot;
+    return h(t, y, -1, 0.0);
+  }
+};
+template <bool barrier>
+struct ErasedChange {
+  static constexpr bool is_barrier = barrier;
+  VariationalEquations* equations;
+  std::string name;
+  Surface surface;
+
+  void operator()(double t, Eigen::VectorXd& both) const { equations->pass(name, t, both, surface); }
+};
+
+template <class G, class Action>
+auto erased_event(const Event<G, Action>& event, VariationalEquations& equations, Surface surface) {
+  using E = Event<G, Action>;
+  const auto with_function = [&](auto g) {
+    if constexpr (E::stops || E::records) return Event<decltype(g), Action>{event.name, std::move(g), event.direction, {}};
+    else
+      return Event<decltype(g), ErasedChange<E::is_barrier>>{event.name, std::move(g), event.direction, {&equations, event.name, std::move(surface)}};
+  };
+  if constexpr (E::is_formula) return with_function(event.g);
+  else return with_function(ErasedFunction{&equations, surface.h});
+}
+
+struct NamedSurface {
+  std::string name;
+  Surface surface;
+  bool stops;
+};
+
+// An event with the derivative of its time: known where it has changed the state, asked of the trajectory where it was recorded. Where it stopped the run,
+// the end moves with it.
+template <int n>
+EventSensitivity differentiated(const RecordedEvent& event, const std::vector<NamedSurface>& surfaces, const VariationalEquations& equations, bool kept,
+                                Sensitivities<n>& result) {
+  EventSensitivity found{event.t, event.name, {}};
+  for (const EventSlope& passed : equations.passed())
+    if (passed.t == event.t) found.time = passed.time;
+  if (found.time.size() > 0) return found;
+  for (const NamedSurface& each : surfaces) {
+    if (each.name != event.name) continue;
+    const bool ends = each.stops && result.outcome == Outcome::stopped_by_event && event.t == result.t;
+    if (!ends && !kept) continue;
+    found.time = equations.time_slope(event.name, event.t, ends ? result.run.y : result.run.trajectory.y_before(event.t), each.surface);
+    if (ends) result.Phi_of_event = result.Phi + result.ydot * found.time.transpose();
+  }
+  return found;
+}
+
+// The derivatives of the run of a model from its start.
+template <class Model, class Start, class List, class StartSlope>
+auto sensitivities_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options, const WithRespectTo& wanted,
+                      const StartSlope& slope_of_start) {
+  static_assert(is_explicit_method<std::remove_cvref_t<decltype(method)>>, "qdot: sensitivities are integrated by Dop853 or Dopri5");
+  using Form = typename Model::Form;
+  constexpr bool jumps = ProjectableSystem<Form> || SwitchingSystem<Form>;
+  require_valid(options, model.form.size());
+  Variations<Model> equations(std::move(model), wanted.start, wanted.start_time);
+  const Eigen::Index size = equations.state_size(), columns = equations.columns();
+  if (columns == 0) throw InvalidValue("sensitivities must be with respect to something; ask for the start, for its time, or give parameters");
+
+  Eigen::VectorXd y0 = packed(equations.form(), start);
+  if (y0.size() != size) throw DimensionError("y", static_cast<long>(size), static_cast<long>(y0.size()), "pass one entry for each component of the system");
+  for (Eigen::Index i = 0; i < size; ++i)
+    if (!std::isfinite(y0[i])) throw InvalidValue(sentence({equations.state_name(i), " must be finite at the start, but is ", y0[i], "; give it a number"}));
+  if constexpr (requires { require_existing_entries(equations.form().system(), y0.data(), start.t); })
+    require_existing_entries(equations.form().system(), y0.data(), start.t);
+  else if constexpr (requires { require_existing_entries(equations.form().scene().system(), y0.data(), start.t); })
+    require_existing_entries(equations.form().scene().system(), y0.data(), start.t);
+  equations.tolerance.push_back(options.rtol);
+  for (Eigen::Index i = 0; i < size; ++i) equations.tolerance.push_back(options.atol[i]);
+  if (options.atol.size() > 1) {
+    Eigen::VectorXd each(size * (1 + columns));
+    for (Eigen::Index i = 0; i < each.size(); ++i) each[i] = options.atol[i % size];
+    options.atol = each;
+  }
+
+  // Φ at the start.
+  Eigen::VectorXd both = Eigen::VectorXd::Zero(size * (1 + columns)), settled = y0;
+  if constexpr (SwitchingSystem<Form>) {
+    Eigen::VectorXd resolution(size);
+    for (Eigen::Index i = 0; i < size; ++i) resolution[i] = options.rtol * std::abs(y0[i]) + options.atol[i];
+    equations.form().switched(start.t, settled, std::vector<bool>(static_cast<std::size_t>(equations.form().guard_count())), resolution);
+    settled.head(2 * equations.dof()) = y0.head(2 * equations.dof());
+  }
+  if constexpr (ProjectableSystem<Form>) require_consistent(equations.form(), start.t, settled);
+  both.head(size) = settled;
+  Eigen::Map<Eigen::MatrixXd> Phi(both.data() + size, size, columns);
+  const Eigen::VectorXd f = equations.state_rate(start.t, settled);
+  for (Eigen::Index j = 0; j < equations.start_columns(); ++j) Phi(j, j) = 1.0;
+  if (wanted.start_time) Phi.col(equations.start_columns()) = -f;
+  for (Eigen::Index j = columns - equations.model().parameters(), p = 0; j < columns; ++j, ++p) {
+    const Eigen::VectorXd slope = slope_of_start(equations.model(), p);
+    if (slope.size() > 0) Phi.col(j) = slope.head(size) - f * slope[size];
+  }
+  if constexpr (jumps) equations.project(start.t, both);
+  both.head(2 * equations.dof()) = y0.head(2 * equations.dof());
+
+  VariationalForm<jumps> form(equations);
+  const auto erased = [&]<std::size_t... i>(std::index_sequence<i...>) {
+    return events(erased_event(std::get<i>(list.list), equations, equations.template surface<i>())...);
+  }(std::make_index_sequence<Model::event_count>{});
+  std::vector<NamedSurface> surfaces;
+  [&]<std::size_t... i>(std::index_sequence<i...>) {
+    (surfaces.push_back({std::get<i>(list.list).name, equations.template surface<i>(), std::get<i>(list.list).stops}), ...);
+  }(std::make_index_sequence<Model::event_count>{});
+  for (Eigen::Index k = 0; k < equations.guard_count(); ++k)
+    if (const std::string name = equations.ending(k); !name.empty()) surfaces.push_back({name, equations.guard_surface(k), true});
+  for (std::size_t i = 0; i < surfaces.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (surfaces[i].name == surfaces[k].name)
+        throw InvalidValue(sentence({"events must have names of their own where their times are differentiated, but two are called '", surfaces[i].name,
+                                     "'; rename one"}));
+
+  Sensitivities<Variations<Model>::n> result;
+  result.run = simulate(form, FirstOrderState{start.t, both}, t_end, method, options, erased);
+  Run<Dynamic>& run = result.run;
+  result.start_columns = equations.start_columns();
+  result.time_columns = equations.time_columns();
+  result.outcome = run.outcome;
+  result.message = run.message;
+  result.t = run.t;
+  result.y = run.y.head(size);
+  result.Phi = result.Phi_of_event = Eigen::Map<const Eigen::MatrixXd>(run.y.data() + size, size, columns);
+  result.ydot = equations.state_rate(run.t, result.y);
+  try {
+    for (const RecordedEvent& event : run.events) result.events.push_back(differentiated(event, surfaces, equations, options.keep_trajectory, result));
+  } catch (const EndOfRun& end) {
+    result.outcome = end.failure.outcome;
+    result.message = sentence({name(result.outcome), ": ", end.failure.message, "; ", advice(result.outcome)});
+  }
+  return result;
+}
+
+}  // namespace detail
+
+/// The motion of a system or scene and its derivatives with respect to its start.
+///
+/// One run of size (2n)(1 + columns); one ∂f/∂y for each evaluation of f.
+///
+/// @param system   as simulate() has it
+/// @param start    State{t, q, qdot}, or FirstOrderState{t, y}; on the constraints, if there are any
+/// @param method   Dop853{} or Dopri5{}
+/// @param events   events(…), whose actions may be called several times at one moment
+/// @param wanted   which columns Φ has
+/// @return         outcome, last good state, Φ there and on the way, events with the derivatives of their times
+/// @throws         as simulate(); InvalidValue for events of the same name
+template <class System, class Start, class Method, class... Events>
+  requires(!std::is_invocable_v<const System&, const Start&>)
+auto sensitivities(const System& system, const Start& start, double t_end, const Method& method, const Options& options = {},
+                   const EventList<Events...>& events = {}, const WithRespectTo& wanted = {}) {
+  using Form = detail::FormOf<System>;
+  return detail::sensitivities_of(detail::FixedModel<Form, EventList<Events...>>{first_order_form(system), events}, start, events, t_end, method, options,
+                                  wanted, [](const auto&, Eigen::Index) { return Eigen::VectorXd(); });
+}
+
+/// The same, and with respect to parameters of which T and V are made, exactly.
+///
+/// @param energies_of  p ↦ an object with members T and V, for a vector p of double and of duals; it computes with the scalar of p
+/// @param p            parameters
+template <class EnergiesOf, class P, int n, class Method, class... Events>
+  requires std::is_invocable_v<const EnergiesOf&, const P&>
+auto sensitivities(const EnergiesOf& energies_of, const P& p, const State<n>& start, double t_end, const Method& method, const Options& options = {},
+                   const EventList<Events...>& events = {}, const WithRespectTo& wanted = {}) {
+  static_assert(n != Dynamic, "qdot: parameters of energies need the number of coordinates in the type of the start, State<2>{…}");
+  const auto system = mechanical_system<n>(energies_of(p));
+  using Form = detail::FormOf<decltype(system)>;
+  using Model = detail::EnergiesModel<Form, EventList<Events...>, EnergiesOf, P::SizeAtCompileTime>;
+  return detail::sensitivities_of(Model{{first_order_form(system), events}, energies_of, p}, start, events, t_end, method, options, wanted,
+                                  [](const auto&, Eigen::Index) { return Eigen::VectorXd(); });
+}
+
+/// The same for a family of problems, which may differ in everything.
+///
+/// @param family  p ↦ problem(system or scene, start, events(…)) for a vector p of double
+/// @param wanted  which columns Φ has besides those of p; none, unless asked for
+/// @throws        InvalidValue where the family has no members on either side of p
+template <class Family, class P, class Method>
+  requires std::is_invocable_v<const Family&, const P&>
+auto sensitivities(const Family& family, const P& p, double t_end, const Method& method, const Options& options = {},
+                   const WithRespectTo& wanted = {.start = false}) {
+  detail::FamilyModel<Family, P> model(family, p);
+  const auto nominal = model.nominal;
+  const auto slope_of_start = [](const auto& of, Eigen::Index j) {
+    const auto begins = [&](double s) {
+      const auto near = of.member(j, s);
+      const Eigen::VectorXd y = detail::packed(first_order_form(near.system), near.start);
+      Eigen::VectorXd both(y.size() + 1);
+      both << y, near.start.t;
+      return both;
+    };
+    const auto slope = detail::slope_at_zero(begins, std::ldexp(detail::parameter_step(of.parameter(j)), 8));
+    if (!slope) detail::throw_invalid_value({"the start of a family must have a derivative with respect to parameter ", j, "; let it depend smoothly on it"});
+    return *slope;
+  };
+  return detail::sensitivities_of(std::move(model), nominal.start, nominal.events, t_end, method, options, wanted, slope_of_start);
+}
+
+}  // namespace qdot

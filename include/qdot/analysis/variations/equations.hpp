@@ -1,0 +1,264 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The variational equations, and what jumps and constraints make of them.
+//
+//     ẏ = f(t, y, p) ,     Φ̇ = (∂f/∂y) Φ + ∂f/∂p       a column of Φ for each direction x in (y₀, t₀, p)
+//
+// [y; columns of Φ] is one first-order system, so that a method takes the same steps for both, controls the error of both, and has dense output
+// of both. The methods, the loop of a run and its search for events do not know more of it than of any other system: they are compiled once for
+// all models (VariationalForm below, which asks VariationalEquations by calls).
+//
+// An event at t_e, where h(y, t, p) = 0 and the state becomes g(y, t, p): a displaced motion is there earlier or later by
+//
+//     ∂t_e/∂x = −(∇h·Φ⁻ + ∂h/∂p) / (∇h·f⁻ + ∂h/∂t) ,
+//
+// it arrives at y⁻ + w with w = Φ⁻ + f⁻ ∂t_e/∂x, leaves from g there, and at the time t_e, to which all columns belong, it is ahead or behind by f⁺:
+//
+//     Φ⁺ = ∂g·w + ∂g/∂t ∂t_e/∂x + ∂g/∂p − f⁺ ∂t_e/∂x .
+//
+// That is the saltation matrix, a column at a time: ∂g is asked along w only, which is tangent to h = 0. M. Kunze, Non-Smooth Dynamical Systems, 2000.
+// Where h only grazes zero, ∇h·f⁻ ≈ 0, or two events fall together, there is no Φ⁺, and the run ends with that outcome.
+//
+// Constraints: what a projection does to a state near the manifold is, to first order, the nearest tangent vector in the metric of M,
+//
+//     J δq + ∂φ/∂p = 0 ,     d(J q̇ + ∂φ/∂t) = 0   along (δq, δq̇).
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "qdot/analysis/variations/slope.hpp"
+#include "qdot/effects/projection_report.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/outcome.hpp"
+
+namespace qdot::detail {
+
+// A moment at which a run's events were differentiated.
+struct EventSlope {
+  double t = 0.0;
+  Eigen::VectorXd time;  // ∂t_e/∂x
+};
+
+// What an event is where parameter `column` is displaced by s.
+struct Surface {
+  std::function<double(double t, const Eigen::VectorXd& y, Eigen::Index column, double s)> h;
+  std::function<void(double t, Eigen::VectorXd& y, Eigen::Index column, double s)> jump;  // none where nothing changes
+};
+
+// y, f and Φ of a model without its type; every y is [y; columns of Φ].
+class VariationalEquations {
+ public:
+  virtual ~VariationalEquations() = default;
+
+  Eigen::Index state_size() const noexcept { return size_; }
+  Eigen::Index columns() const noexcept { return columns_; }
+  Eigen::Index size() const noexcept { return size_ * (1 + columns_); }
+  Eigen::Index dof() const noexcept { return dof_; }
+
+  virtual void write_rates(double t, const double* y, double* ydot) const = 0;
+  virtual Eigen::VectorXd state_rate(double t, const Eigen::VectorXd& y) const = 0;
+  virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;
+  virtual Eigen::Index guard_count() const = 0;
+  virtual std::string ending(Eigen::Index k) const = 0;
+  virtual void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const = 0;
+  virtual void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> g) const = 0;
+  virtual std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) = 0;
+  virtual std::string state_name(Eigen::Index i) const = 0;
+  virtual std::string column_name(Eigen::Index j) const = 0;
+  virtual void renew() = 0;
+  virtual double parameter_size(Eigen::Index column) const = 0;  // infinite for a column of another kind
+
+  // ∂t_e/∂x at y in front of an event.
+  //
+  // @throws EndOfRun  not_differentiable, where the event grazes or h has no derivative
+  Eigen::VectorXd time_slope(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both, const Surface& surface) const;
+
+  // y ← the state behind an event, with Φ⁺; nominal(y) is the jump itself, taken once more at the end.
+  void pass(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface);
+
+  // Of all moments that changed the state, in their order.
+  const std::vector<EventSlope>& passed() const noexcept { return passed_; }
+
+  std::vector<double> tolerance;  // of the method: rtol, then atol of each component of the state
+
+ protected:
+  VariationalEquations() = default;
+  VariationalEquations(const VariationalEquations&) = default;
+  VariationalEquations& operator=(const VariationalEquations&) = default;
+
+  Eigen::Index size_ = 0, dof_ = 0, columns_ = 0;
+  mutable Eigen::VectorXd largest_;  // |yᵢ| of all states at which f was asked for
+
+ private:
+  double scale(const Eigen::VectorXd& y, const Eigen::VectorXd& along) const;
+  double reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const;
+  double resolved(const Eigen::VectorXd& y, Eigen::Index i) const { return tolerance[0] * std::abs(y[i]) + tolerance[static_cast<std::size_t>(i) + 1]; }
+
+  std::vector<EventSlope> passed_;
+};
+
+[[noreturn, gnu::cold, gnu::noinline]] inline void end_undifferentiable(const std::string& name, double t, std::initializer_list<Phrase> why) {
+  throw EndOfRun({Outcome::not_differentiable, sentence({"at t = ", t, " '", name, "' ", sentence(why)})});
+}
+
+// How far along a direction y goes before it has changed by as much as it is large in this run, positions and velocities apart.
+inline double VariationalEquations::scale(const Eigen::VectorXd& y, const Eigen::VectorXd& along) const {
+  double far = std::numeric_limits<double>::infinity();
+  const auto limit = [&](Eigen::Index first, Eigen::Index count) {
+    double most = 0.0, size = 0.0;
+    for (Eigen::Index i = first; i < first + count; ++i) {
+      most = std::max(most, std::abs(along[i]));
+      size = std::max({size, std::abs(y[i]), largest_[i]});
+    }
+    if (most > 0) far = std::min(far, (size > 0 ? size : 1.0) / most);
+  };
+  limit(0, dof_);
+  limit(dof_, dof_);
+  limit(2 * dof_, y.size() - 2 * dof_);
+  return far;  // infinite where nothing moves
+}
+
+// The same, and not farther than a parameter's size; 1 where nothing says how far.
+inline double VariationalEquations::reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const {
+  const double far = std::min(scale(y, along), column < 0 ? std::numeric_limits<double>::infinity() : parameter_size(column));
+  return std::isfinite(far) ? far : 1.0;
+}
+
+inline Eigen::VectorXd VariationalEquations::time_slope(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both,
+                                                        const Surface& surface) const {
+  const Eigen::VectorXd y = both.head(size_), f = state_rate(t, y);
+  const auto along = [&](const Eigen::VectorXd& direction, double rate, Eigen::Index column) {
+    const auto slope = slope_at_zero(
+        [&](double s) { return Eigen::VectorXd(Eigen::VectorXd::Constant(1, surface.h(t + s * rate, y + s * direction, column, s))); },
+        reach(y, direction, column));
+    if (!slope) end_undifferentiable(name, t, {"has a function without a derivative; let it be smooth where it crosses zero"});
+    return (*slope)[0];
+  };
+  const double speed = along(f, 1.0, -1), way = reach(y, f, -1);
+  // Second order along the motion, and what the method cannot tell from zero.
+  const double d = 1e-3 * way, step = 1e-5 * way;
+  const Eigen::VectorXd bend = (state_rate(t + step, y + step * f) - state_rate(t - step, y - step * f)) / (2 * step);
+  const auto on_motion = [&](double s) { return surface.h(t + s, y + s * f + 0.5 * s * s * bend, -1, 0.0); };
+  const double curvature = (on_motion(d) + on_motion(-d) - 2 * on_motion(0.0)) / (d * d);
+  double dark = 0.0;
+  const double here = surface.h(t, y, -1, 0.0);
+  for (Eigen::Index i = 0; i < size_; ++i) {
+    Eigen::VectorXd near = y;
+    near[i] += resolved(y, i);
+    dark += std::abs(surface.h(t, near, -1, 0.0) - here);
+  }
+  constexpr double hidden = 10;
+  if (!(speed * speed > 2 * hidden * dark * std::abs(curvature)) || !(std::abs(speed) * way > hidden * dark))
+    end_undifferentiable(name, t,
+                         {"only grazes zero: its function goes through it at a rate of ", {speed, 4}, " and would turn at a depth of ",
+                          {curvature != 0.0 ? 0.5 * speed * speed / std::abs(curvature) : 0.0, 4}, ", of which the tolerances cannot tell ", {dark, 4},
+                          "; the motion on either side of a grazing differs, so there is no derivative: choose a start or parameters that hit or miss clearly"});
+  Eigen::VectorXd time(columns_);
+  for (Eigen::Index j = 0; j < columns_; ++j) {
+    time[j] = -along(both.segment(size_ * (j + 1), size_), 0.0, j) / speed;
+  }
+  return time;
+}
+
+inline void VariationalEquations::pass(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface) {
+  if (!passed_.empty() && passed_.back().t == t)
+    end_undifferentiable(name, t, {"coincides with another event: which of them comes first decides what follows, so there is no derivative; choose a start or "
+                                   "parameters that separate them"});
+  const Eigen::VectorXd y = both.head(size_), f_before = state_rate(t, y), time = time_slope(name, t, both, surface);
+  Eigen::VectorXd after = y, again = y;
+  surface.jump(t, after, -1, 0.0);
+  if (!after.allFinite()) {
+    both.head(size_) = after;  // the driver names it
+    return;
+  }
+  const Eigen::VectorXd f_after = state_rate(t, after);
+  for (Eigen::Index j = 0; j < columns_; ++j) {
+    const Eigen::VectorXd w = both.segment(size_ * (j + 1), size_) + f_before * time[j];
+    const auto slope = slope_at_zero(
+        [&](double s) {
+          Eigen::VectorXd displaced = y + s * w;
+          surface.jump(t + s * time[j], displaced, j, s);
+          return displaced;
+        },
+        reach(y, w, j));
+    if (!slope) end_undifferentiable(name, t, {"changes the state in a way that has no derivative with respect to ", column_name(j), "; let its action be smooth"});
+    both.segment(size_ * (j + 1), size_) = *slope - f_after * time[j];
+  }
+  surface.jump(t, again, -1, 0.0);
+  if (!(again.array() == after.array()).all() || !(state_rate(t, again).array() == f_after.array()).all())
+    end_undifferentiable(name, t, {"has an action that does something else each time it is called; let it set what it changes, for it is called several times"});
+  both.head(size_) = after;
+  passed_.push_back({t, time});
+}
+
+// [y; columns of Φ] as a first-order system. Models FirstOrderSystem; where it may, ProjectableSystem and SwitchingSystem, too.
+template <bool jumps>
+class VariationalForm {
+ public:
+  static constexpr int size_at_compile_time = Eigen::Dynamic;
+  static constexpr int dof_at_compile_time = Eigen::Dynamic;
+
+  explicit VariationalForm(VariationalEquations& equations) : equations_(&equations) {}
+
+  Eigen::Index size() const noexcept { return equations_->size(); }
+  Eigen::Index dof() const noexcept { return equations_->dof(); }
+  void renew() { equations_->renew(); }
+
+  void write_derivative(double t, const double* y, double* ydot) const { equations_->write_rates(t, y, ydot); }
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
+    equations_->write_rates(t, y.data(), ydot.data());
+  }
+  // The explicit methods, which alone are admitted, never ask.
+  void jacobian(double, const Eigen::Ref<const Eigen::VectorXd>&, Eigen::Ref<Eigen::MatrixXd> J) const {
+    J.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+
+  std::string component_name(Eigen::Index i) const {
+    const Eigen::Index n = equations_->state_size();
+    if (i < n) return equations_->state_name(i);
+    return sentence({"the derivative of ", equations_->state_name(i % n), " with respect to ", equations_->column_name(i / n - 1)});
+  }
+
+  ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const
+    requires jumps
+  {
+    return equations_->project(t, y);
+  }
+  Eigen::Index guard_count() const
+    requires jumps
+  {
+    return equations_->guard_count();
+  }
+  std::string ending(Eigen::Index k) const
+    requires jumps
+  {
+    return equations_->ending(k);
+  }
+  void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const
+    requires jumps
+  {
+    equations_->guards(t, y, g);
+  }
+  void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> g) const
+    requires jumps
+  {
+    equations_->guard_bands(t, y, tolerance, g);
+  }
+  std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const
+    requires jumps
+  {
+    return equations_->switched(t, y, fired, tolerance);
+  }
+
+ private:
+  VariationalEquations* equations_;
+};
+
+}  // namespace qdot::detail

@@ -1,0 +1,174 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What depends on parameters, and how.
+//
+//     FixedModel       equations without parameters
+//     EnergiesModel    p ↦ (T, V) that takes duals: ∂q̈/∂p exactly (mechanics/parameter_jacobian.hpp)
+//     FamilyModel      p ↦ (system or scene, start, events), numbers only: ∂f/∂p from the equations of seven members of the family,
+//                      made beforehand, by the formula of order six (slope.hpp)
+//
+// A family may change everything: masses, stiffnesses, restitution, where events lie, what they do, where the run begins. What does not depend on a
+// parameter has equal members, whose differences are exactly zero.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/analysis/variations/slope.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/event.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+#include "qdot/mechanics/parameter_jacobian.hpp"
+
+namespace qdot::detail {
+
+template <class System>
+using FormOf = std::remove_cvref_t<decltype(first_order_form(std::declval<const System&>()))>;
+
+// Of all models: the equations, and events that do not depend on parameters.
+template <class Form_, class List>
+struct FixedModel {
+  using Form = Form_;
+  static constexpr std::size_t event_count = std::tuple_size_v<decltype(List::list)>;
+  Form form;
+  List events;
+
+  Eigen::Index parameters() const { return 0; }
+  void write_parameter_rates(double, const double*, const double*, Eigen::Ref<Eigen::MatrixXd>) const {}
+  template <class Rows>
+  void add_parameter_slope(Eigen::Index, const Rows&, Eigen::VectorXd&) const {}
+  // use(event) for number i, with parameter j displaced by s; j < 0 for none.
+  template <std::size_t i, class Use>
+  auto with_event(Eigen::Index, double, const Use& use) const {
+    return use(std::get<i>(events.list));
+  }
+  // use(form), likewise.
+  template <class Use>
+  auto with_form(Eigen::Index, double, const Use& use) const {
+    return use(form);
+  }
+  double parameter(Eigen::Index) const { return 0.0; }
+};
+
+template <class Form_, class List, class EnergiesOf, int m>
+struct EnergiesModel : FixedModel<Form_, List> {
+  static constexpr int n = Form_::size_at_compile_time == Dynamic ? Dynamic : Form_::size_at_compile_time / 2;
+  EnergiesOf energies_of;
+  Vector<double, m> p;
+
+  Eigen::Index parameters() const { return p.size(); }
+  double parameter(Eigen::Index j) const { return p[j]; }
+  void write_parameter_rates(double t, const double* y, const double*, Eigen::Ref<Eigen::MatrixXd> out) const {
+    const Eigen::Index dof = this->form.size() / 2;
+    const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof), qdot = Eigen::Map<const Vector<double, n>>(y + dof, dof);
+    const auto jacobian = acceleration_jacobian_wrt_parameters(energies_of, p, q, qdot, t);
+    for (Eigen::Index j = 0; j < p.size(); ++j)
+      for (Eigen::Index i = 0; i < dof; ++i) {
+        out(i, j) = 0.0;
+        out(dof + i, j) = jacobian.d_p(i, j);
+      }
+  }
+};
+
+template <class Family, class P>
+class FamilyModel {
+  using Member = std::remove_cvref_t<std::invoke_result_t<const Family&, const P&>>;
+
+ public:
+  using Form = FormOf<decltype(Member::system)>;
+  static constexpr std::size_t event_count = std::tuple_size_v<decltype(Member::events.list)>;
+
+  FamilyModel(Family family, P p) : nominal(family(p)), form(first_order_form(nominal.system)), family_(std::move(family)), p_(std::move(p)) {
+    for (Eigen::Index j = 0; j < p_.size(); ++j) {
+      if (!std::isfinite(p_[j])) throw_invalid_value({"parameter ", j, " must be finite, but is ", p_[j], "; give it a number"});
+      neighbours_.push_back(neighbours_of(j));
+    }
+    rate_.resize(form.size());
+  }
+
+  Member nominal;
+  Form form;
+
+  Eigen::Index parameters() const { return p_.size(); }
+  double parameter(Eigen::Index j) const { return p_[j]; }
+
+  // The member with parameter j displaced by s.
+  Member member(Eigen::Index j, double s) const {
+    P p = p_;
+    if (j >= 0) p[j] += s;
+    return family_(p);
+  }
+
+  // out ← ∂f/∂p where f(t, y) is known to be ydot.
+  void write_parameter_rates(double t, const double* y, const double* ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
+    const Eigen::Map<const Eigen::VectorXd> state(y, form.size()), f(ydot, form.size());
+    for (Eigen::Index j = 0; j < p_.size(); ++j) {
+      out.col(j).setZero();
+      for_each_neighbour(j, [&](const Form& near, double weight) {
+        near.derivative(t, state, rate_);
+        out.col(j) += weight * (rate_ - f);
+      });
+    }
+  }
+
+  // slope += ∂rows/∂p_j for rows_of(form).
+  template <class Rows>
+  void add_parameter_slope(Eigen::Index j, const Rows& rows_of, Eigen::VectorXd& slope) const {
+    const Eigen::VectorXd here = rows_of(form);
+    for_each_neighbour(j, [&](const Form& near, double weight) { slope += weight * (rows_of(near) - here); });
+  }
+
+  template <std::size_t i, class Use>
+  auto with_event(Eigen::Index j, double s, const Use& use) const {
+    if (j < 0 || s == 0.0) return use(std::get<i>(nominal.events.list));
+    return use(std::get<i>(member(j, s).events.list));
+  }
+  template <class Use>
+  auto with_form(Eigen::Index j, double s, const Use& use) const {
+    if (j < 0 || s == 0.0) return use(form);
+    return use(Form(first_order_form(member(j, s).system)));
+  }
+
+ private:
+  struct Neighbours {
+    double h = 0.0;
+    const SlopePoints* points = nullptr;
+    std::vector<Form> forms;  // the first is `form` itself
+  };
+
+  // Of two formulas for the same slope, that whose members there are.
+  Neighbours neighbours_of(Eigen::Index j) const {
+    std::string trouble;
+    for (const SlopePoints& points : slope_points) {
+      Neighbours near{parameter_step(p_[j]), &points, {}};
+      try {
+        for (const double at : points.at) near.forms.emplace_back(first_order_form(member(j, at * near.h).system));
+        return near;
+      } catch (const Error& error) {
+        trouble = error.what();
+      }
+    }
+    throw InvalidValue(sentence({"a family must have members beside parameter ", j, " = ", p_[j], ", on one side at least, but: ", trouble}));
+  }
+
+  // use(form, weight) such that Σ weight F(form) is ∂F/∂p_j.
+  template <class Use>
+  void for_each_neighbour(Eigen::Index j, const Use& use) const {
+    const Neighbours& near = neighbours_[static_cast<std::size_t>(j)];
+    for (std::size_t i = 0; i < near.forms.size(); ++i)
+      if (near.points->weight[i] != 0.0) use(near.forms[i], near.points->weight[i] / near.h);
+  }
+
+  Family family_;
+  P p_;
+  std::vector<Neighbours> neighbours_;
+  mutable Eigen::VectorXd rate_;
+};
+
+}  // namespace qdot::detail

@@ -1,0 +1,81 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Derivatives of what takes numbers only: a user's jump, an event's function, a model made from its parameters.
+//
+// Where duals cannot go, F(s) is evaluated at seven points, s = −3h … 3h, or 0 … 6h where one side has no model (a coefficient of
+// restitution beyond 1). Such an F is computed to rounding, not integrated, so the formula of order six is good to some 1e-12 of the slope:
+//
+//     F′(0) ≈ (45 (F₁ − F₋₁) − 9 (F₂ − F₋₂) + (F₃ − F₋₃)) / 60h .
+//
+// Two doubts are looked into, and h made smaller while one of them stands:
+//
+//     order    the formula of order four says the same
+//     kink     F₁ + F₋₁ − 2F₀ grows as h² and not as h:   9 (F₁ + F₋₁ − 2F₀) − (F₃ + F₋₃ − 2F₀) = O(h⁴)
+//
+// If one stands at the smallest h too, F has no derivative, and none is made up.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "qdot/error.hpp"
+
+namespace qdot::detail {
+
+// Where F is evaluated, in units of h, and the weights of two formulas for h F′(0).
+struct SlopePoints {
+  std::array<double, 7> at, weight, lower_weight;
+  bool central;
+};
+inline constexpr std::array<SlopePoints, 3> slope_points{{
+    {{0, 1, -1, 2, -2, 3, -3}, {0, 0.75, -0.75, -0.15, 0.15, 1 / 60.0, -1 / 60.0}, {0, 2 / 3.0, -2 / 3.0, -1 / 12.0, 1 / 12.0, 0, 0}, true},
+    {{0, 1, 2, 3, 4, 5, 6}, {-2.45, 6, -7.5, 20 / 3.0, -3.75, 1.2, -1 / 6.0}, {-137 / 60.0, 5, -5, 10 / 3.0, -1.25, 0.2, 0}, false},
+    {{0, -1, -2, -3, -4, -5, -6}, {2.45, -6, 7.5, -20 / 3.0, 3.75, -1.2, 1 / 6.0}, {137 / 60.0, -5, 5, -10 / 3.0, 1.25, -0.2, 0}, false},
+}};
+
+// h for parameters of size x: far enough for rounding, near enough for order six.
+inline double parameter_step(double x) { return std::ldexp(x != 0.0 ? std::abs(x) : 1.0, -8); }
+
+// F′(0) of a vector function that is known at s of about `reach` and below; nothing where it has none.
+template <class F>
+std::optional<Eigen::VectorXd> slope_at_zero(const F& f, double reach) {
+  constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  double h = std::ldexp(reach, -7);
+  for (int attempt = 0; attempt < 8; ++attempt, h /= 8) {
+    for (const SlopePoints& points : slope_points) {
+      std::array<Eigen::VectorXd, 7> F_at;
+      try {
+        for (std::size_t i = 0; i < 7; ++i) F_at[i] = f(points.at[i] * h);
+      } catch (const Error&) {
+        continue;  // no model there; perhaps on the other side
+      }
+      Eigen::VectorXd slope = Eigen::VectorXd::Zero(F_at[0].size());
+      bool doubtful = false;
+      for (Eigen::Index k = 0; k < slope.size() && !doubtful; ++k) {
+        double lower = 0.0, most = 0.0, size = 0.0;
+        for (std::size_t i = 0; i < 7; ++i) {
+          const double change = F_at[i][k] - F_at[0][k];
+          slope[k] += points.weight[i] * change / h;
+          lower += points.lower_weight[i] * change / h;
+          most = std::max(most, std::abs(change) / h);
+          size = std::max(size, std::abs(F_at[i][k]));
+        }
+        const double rounding = 64 * epsilon * size / h;
+        doubtful = !(std::abs(slope[k] - lower) <= 1e-6 * most + rounding);
+        if (points.central) {
+          const double bend = 9 * (F_at[1][k] + F_at[2][k] - 2 * F_at[0][k]) - (F_at[5][k] + F_at[6][k] - 2 * F_at[0][k]);
+          doubtful = doubtful || !(std::abs(bend) / h <= 1e-4 * most + rounding);
+        }
+      }
+      if (!doubtful) return slope;
+      break;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace qdot::detail

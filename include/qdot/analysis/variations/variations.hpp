@@ -1,0 +1,253 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The variational equations of one model: where its type is known.
+//
+// A bare system gives q̈ and its Jacobian in one evaluation; everything else gives f and ∂f/∂y one after the other. The upper rows of
+// ∂f/∂y, [0 1 0], are not multiplied.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/analysis/variations/equations.hpp"
+#include "qdot/analysis/variations/model.hpp"
+#include "qdot/effects/scene_form.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/event.hpp"
+#include "qdot/integrate/run.hpp"
+#include "qdot/integrate/steps/one_step.hpp"
+
+namespace qdot::detail {
+
+struct AlongColumn {};  // the tag of perturbations of a state along a column of Φ
+
+template <class Model>
+class Variations final : public VariationalEquations {
+  using Form = typename Model::Form;
+  static constexpr int N = Form::size_at_compile_time;
+  static constexpr bool projects = ProjectableSystem<Form>, switches = SwitchingSystem<Form>;
+
+ public:
+  static constexpr int n = detail::dof_at_compile_time<Form>();
+
+  // Columns for the state at the start, for its time, and for parameters, in this order.
+  Variations(Model model, bool with_start, bool with_time)
+      : model_(std::move(model)), starts_(with_start ? (detail::dof(form()) > 0 ? 2 * detail::dof(form()) : form().size()) : 0), times_(with_time ? 1 : 0) {
+    size_ = form().size();
+    dof_ = detail::dof(form());
+    columns_ = starts_ + times_ + model_.parameters();
+    J_.resize(size_, size_);
+    head_.resize(size_);
+    largest_.setZero(size_);
+  }
+
+  const Model& model() const noexcept { return model_; }
+  const Form& form() const noexcept { return model_.form; }
+  Eigen::Index start_columns() const noexcept { return starts_; }
+  Eigen::Index time_columns() const noexcept { return times_; }
+
+  void write_rates(double t, const double* y, double* ydot) const override {
+    const Eigen::Map<const Eigen::MatrixXd> Phi(y + size_, size_, columns_);
+    Eigen::Map<Eigen::MatrixXd> rate(ydot + size_, size_, columns_);
+    for (Eigen::Index i = 0; i < size_; ++i) largest_[i] = std::max(largest_[i], std::abs(y[i]));
+    if constexpr (mechanical_form<Form>::value) {
+      const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof_), qdot = Eigen::Map<const Vector<double, n>>(y + dof_, dof_);
+      const AccelerationJacobian<n> a = acceleration_jacobian(form().system(), q, qdot, t);
+      std::copy_n(a.qddot.data(), dof_, std::copy_n(y + dof_, dof_, ydot));
+      for (Eigen::Index j = 0; j < columns_; ++j) {
+        const double* const from = y + size_ * (j + 1);
+        double* const to = ydot + size_ * (j + 1);
+        std::copy_n(from + dof_, dof_, to);
+        const Eigen::Map<const Vector<double, n>> dq(from, dof_), dv(from + dof_, dof_);
+        Eigen::Map<Vector<double, n>> da(to + dof_, dof_);
+        da.noalias() = a.d_q.lazyProduct(dq);
+        da.noalias() += a.d_qdot.lazyProduct(dv);
+      }
+    } else {
+      const Eigen::Map<const Eigen::VectorXd> state(y, size_);
+      Eigen::Map<Eigen::VectorXd> f(ydot, size_);
+      form().derivative(t, state, f);
+      form().jacobian(t, state, J_);
+      const Eigen::Index known = requires { form().scene(); } ? dof_ : 0;
+      rate.topRows(known) = Phi.middleRows(known, known);
+      rate.bottomRows(size_ - known).noalias() = J_.bottomRows(size_ - known).lazyProduct(Phi);
+    }
+    if (const Eigen::Index m = model_.parameters(); m > 0) {
+      slopes_.resize(size_, m);
+      model_.write_parameter_rates(t, y, ydot, slopes_);
+      rate.rightCols(m) += slopes_;
+    }
+  }
+
+  Eigen::VectorXd state_rate(double t, const Eigen::VectorXd& y) const override {
+    Eigen::VectorXd f(size_);
+    form().derivative(t, y, f);
+    return f;
+  }
+
+  ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> both) const override {
+    if constexpr (projects) {
+      const ProjectionReport report = form().project(t, both.head(size_));
+      project_columns(t, both);
+      return report;
+    } else {
+      return (void)t, (void)both, ProjectionReport{};
+    }
+  }
+
+  Eigen::Index guard_count() const override {
+    if constexpr (switches) return form().guard_count();
+    return 0;
+  }
+  std::string ending(Eigen::Index k) const override {
+    if constexpr (switches) return form().ending(k);
+    return (void)k, std::string();
+  }
+  void guards(double t, const Eigen::VectorXd& both, Eigen::Ref<Eigen::VectorXd> g) const override {
+    if constexpr (switches) form().guards(t, head_ = both.head(size_), g);
+    (void)t, (void)both, (void)g;
+  }
+  void guard_bands(double t, const Eigen::VectorXd& both, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> g) const override {
+    if constexpr (switches) form().guard_bands(t, Eigen::VectorXd(both.head(size_)), Eigen::VectorXd(tolerance.head(size_)), g);
+    (void)t, (void)both, (void)tolerance, (void)g;
+  }
+
+  // Phases and velocities behind the guards that fired, with Φ⁺.
+  std::vector<std::string> switched(double t, Eigen::VectorXd& both, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) override {
+    std::vector<std::string> names = std::exchange(pending_, {});
+    if constexpr (switches) {
+      const Eigen::VectorXd resolution = tolerance.head(size_);
+      const auto settle = [&](const Form& form, double at, Eigen::VectorXd& y) { return form.switched(at, y, fired, resolution); };
+      const auto count = std::count(fired.begin(), fired.end(), true);
+      Eigen::VectorXd y = both.head(size_);
+      if (count == 0) {
+        for (std::string& name : settle(form(), t, y)) names.push_back(std::move(name));
+        for (Eigen::Index i = 0; i < 2 * dof_; ++i)
+          if (std::abs(y[i] - both[i]) > 1e-9 * std::abs(both[i]) + 100 * resolution[i])
+            throw InvalidValue(sentence({"a motion must not begin in the moment of an impact, but at t = ", t, " ", state_name(i), " = ", both[i],
+                                         " becomes ", y[i], " at once; begin before the impact, or behind it"}));
+        both.head(size_) = y;
+      } else {
+        const auto k = static_cast<Eigen::Index>(std::find(fired.begin(), fired.end(), true) - fired.begin());
+        if (count > 1)
+          end_undifferentiable(guard_name(k), t, {"coincides with another: which of them comes first decides what follows, so there is no derivative; "
+                                                  "choose a start or parameters that separate them"});
+        const std::vector<std::string> happened = settle(form(), t, y);
+        Surface surface = guard_surface(k);
+        surface.jump = [&](double at, Eigen::VectorXd& x, Eigen::Index column, double s) {
+          model_.with_form(parameter_of(column), s, [&](const Form& form) { settle(form, at, x); });
+        };
+        pass(happened.empty() ? guard_name(k) : happened.front(), t, both, surface);
+        names.insert(names.end(), happened.begin(), happened.end());
+      }
+      if constexpr (projects) project_columns(t, both);
+    }
+    return (void)t, (void)both, (void)fired, (void)tolerance, names;
+  }
+
+  std::string state_name(Eigen::Index i) const override { return form().component_name(i); }
+  std::string column_name(Eigen::Index j) const override {
+    if (j < starts_) return sentence({state_name(j), " at the start"});
+    if (j < starts_ + times_) return "the time of the start";
+    return sentence({"parameter ", j - starts_ - times_});
+  }
+  double parameter_size(Eigen::Index column) const override {
+    const Eigen::Index j = parameter_of(column);
+    const double p = j < 0 ? std::numeric_limits<double>::infinity() : std::abs(model_.parameter(j));
+    return p == 0.0 ? 1.0 : p;
+  }
+  void renew() override { detail::renew(model_.form); }
+
+  // Guard k of a scene that switches.
+  Surface guard_surface(Eigen::Index k) const {
+    const auto h = [this, k](double t, const Eigen::VectorXd& y, Eigen::Index column, double s) {
+      Eigen::VectorXd g = Eigen::VectorXd::Zero(guard_count());
+      if constexpr (switches) model_.with_form(parameter_of(column), s, [&](const Form& form) { form.guards(t, y, g); });
+      return g[k];
+    };
+    return {h, {}};
+  }
+
+  // Event number i of the model, as pass() and time_slope() ask for it.
+  template <std::size_t i>
+  Surface surface() const {
+    Surface surface;
+    surface.h = [this](double t, const Eigen::VectorXd& y, Eigen::Index column, double s) {
+      return model_.template with_event<i>(parameter_of(column), s, [&](const auto& event) { return event_value<n>(event.g, t, y, dof_); });
+    };
+    surface.jump = [this](double t, Eigen::VectorXd& y, Eigen::Index column, double s) {
+      model_.template with_event<i>(parameter_of(column), s, [&](const auto& event) {
+        using E = std::remove_cvref_t<decltype(event)>;
+        if constexpr (!E::stops && !E::records)
+          if (std::optional<Failure> failure = change_state<n>(event.name, event.action, t, y, dof_)) throw EndOfRun(std::move(*failure));
+      });
+      if (!y.allFinite()) return;
+      model_.with_form(parameter_of(column), s, [&](const Form& form) {
+        if constexpr (projects) form.project(t, y);
+        if constexpr (switches) {
+          Eigen::VectorXd resolution(size_);
+          for (Eigen::Index k = 0; k < size_; ++k) resolution[k] = tolerance[0] * std::abs(y[k]) + tolerance[static_cast<std::size_t>(k) + 1];
+          pending_ = form.switched(t, y, std::vector<bool>(static_cast<std::size_t>(form.guard_count())), resolution);
+        }
+      });
+    };
+    return surface;
+  }
+
+ private:
+  // Which parameter a column belongs to; −1 for one of another kind.
+  Eigen::Index parameter_of(Eigen::Index column) const { return column < starts_ + times_ ? -1 : column - starts_ - times_; }
+
+  std::string guard_name(Eigen::Index k) const { return ending(k).empty() ? std::string("a contact or friction") : ending(k); }
+
+  // Columns of Φ, put onto the tangent space at y.
+  void project_columns(double t, Eigen::Ref<Eigen::VectorXd> both) const {
+    if constexpr (projects) {
+      static_assert(requires { form().scene(); }, "qdot: sensitivities of a system with constraints need it as a scene, scene(system, constraint(…))");
+      using Sc = std::remove_cvref_t<decltype(form().scene())>;
+      using D = Dual<double, 1, AlongColumn>;
+      const Vector<double, n> q = both.head(dof_), qdot = both.segment(dof_, dof_);
+      const Vector<double, Sc::states_at_compile_time> z = both.segment(2 * dof_, size_ - 2 * dof_);
+      if (is_free(form().scene(), z)) return;
+      ConstraintGeometry<Sc> geometry(form().scene(), t, default_rank_cutoff);
+      geometry.move_to(q, qdot, z);
+      const auto along = [&](const Vector<double, n>& at, const double* direction) {
+        Vector<D, n> x(dof_);
+        for (Eigen::Index i = 0; i < dof_; ++i) {
+          x[i] = D(at[i]);
+          x[i].tangent[0] = direction[i];
+        }
+        return x;
+      };
+      const auto take_away = [&](const auto& rows, Eigen::Index parameter, const auto& rows_of, double* column) {
+        Eigen::VectorXd residual(rows.size());
+        for (Eigen::Index i = 0; i < rows.size(); ++i) residual[i] = rows[i].tangent[0];
+        if (parameter >= 0) model_.add_parameter_slope(parameter, rows_of, residual);
+        const Vector<double, n> step = geometry.displacement(Vector<double, Sc::constraints_at_compile_time>(-residual));
+        for (Eigen::Index i = 0; i < dof_; ++i) column[i] += step[i];
+      };
+      for (Eigen::Index j = 0; j < columns_; ++j) {
+        double* const dq = both.data() + size_ * (j + 1);
+        take_away(constraint_residual(form().scene(), along(q, dq), D(t), z), parameter_of(j),
+                  [&](const Form& near) { return Eigen::VectorXd(constraint_residual(near.scene(), q, t, z)); }, dq);
+        take_away(constraint_velocity(form().scene(), along(q, dq), along(qdot, dq + dof_), D(t), z), parameter_of(j),
+                  [&](const Form& near) { return Eigen::VectorXd(constraint_velocity(near.scene(), q, qdot, t, z)); }, dq + dof_);
+      }
+    }
+    (void)t, (void)both;
+  }
+
+  Model model_;
+  Eigen::Index starts_, times_;
+  mutable Eigen::MatrixXd J_, slopes_;
+  mutable Eigen::VectorXd head_;
+  mutable std::vector<std::string> pending_;  // names of what a user's jump led to
+};
+
+}  // namespace qdot::detail
