@@ -10,6 +10,7 @@ std::vector<Benchmark> all_benchmarks() {
       ensemble_benchmark(),
       steppers_benchmark(),
       energy_benchmark(),
+      sensitivities_benchmark(),
       hard_benchmark(),
       compile_benchmark(),
   };

@@ -62,6 +62,9 @@ Benchmark steppers_benchmark();
 /// Energy error over ten thousand periods of a planet (src/bench/steppers_energy.cpp).
 Benchmark energy_benchmark();
 
+/// Time of a run with its derivatives against the run alone (src/bench/sensitivities.cpp).
+Benchmark sensitivities_benchmark();
+
 /// Digits reached on published hard cases (src/bench/hard.cpp).
 Benchmark hard_benchmark();
 

@@ -5,13 +5,19 @@
 #include <numbers>
 
 #include "catch2_bridge.hpp"
+#include "qdot/effects/constraints.hpp"
 #include "qdot/effects/contact.hpp"
+#include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/dry_friction.hpp"
 #include "scenes/double_pendulum.hpp"
 
 using qdot::Dop853;
 using qdot::event;
 using qdot::events;
 using qdot::Options;
+using qdot::Outcome;
+using qdot::problem;
+using qdot::scene;
 using qdot::sensitivities;
 using qdot::State;
 
@@ -32,6 +38,21 @@ struct DoublePendulum {
   }
 };
 
+const auto energies_of = [](const auto& p) {
+  using S = std::remove_cvref_t<decltype(p[0])>;
+  return DoublePendulum<S>{p[0], p[1], p[2], p[3], p[4]};
+};
+
+// One coordinate of unit mass in a potential.
+auto particle(auto V) {
+  return qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, V);
+}
+auto falling(double g) {
+  return particle([g](const auto& q) { return g * q[0]; });
+}
+const auto height = [](const auto& q) { return q[0]; };
+const auto velocity = [](const auto&, const auto& qdot) { return qdot[0]; };
+
 }  // namespace
 
 // Computed with heyoka's variational equations in long double; all digits shown there agree between 1e-18 and 1e-20 as tolerance.
@@ -45,7 +66,6 @@ TEST_CASE("the double pendulum's tangent at t = 3 has the digits of a computatio
   const auto system = qdot::mechanical_system<2>(qdot::scenes::DoublePendulum{});
   const auto s = sensitivities(system, State<2>{0.0, {1.7, 1.7}, {0, 0}}, 3.0, Dop853{}, fine);
   REQUIRE(s.completed());
-  INFO((s.Phi - expected).cwiseAbs().maxCoeff());
   CHECK((s.Phi - expected).cwiseAbs().maxCoeff() < error);
   CHECK(s.Phi_at(0.0).isIdentity(0.0));
 }
@@ -54,19 +74,17 @@ TEST_CASE("a ball that bounces three times depends on g, e, h and the end as the
   constexpr double error = 1e-10;
   const Eigen::Vector3d p(9.8, 0.8, 50.0);
   const auto by_action = [](const Eigen::VectorXd& p) {
-    const auto ball = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [g = p[0]](const auto& q) { return g * q[0]; });
-    const auto gap = [](const auto& q) { return q[0]; };
-    return qdot::problem(ball, State<1>{0.0, {p[2]}, {0.0}}, events(event("floor", gap).falling().then(qdot::impact(ball, gap, qdot::restitution(p[1])))));
+    const auto ball = falling(p[0]);
+    const auto bounce = qdot::impact(ball, height, qdot::restitution(p[1]));
+    return problem(ball, State<1>{0.0, {p[2]}, {0.0}}, events(event("floor", height).falling().then(bounce)));
   };
   const auto by_contact = [](const Eigen::VectorXd& p) {
-    const auto ball = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [g = p[0]](const auto& q) { return g * q[0]; });
-    return qdot::problem(scene(ball, qdot::contact("floor", [](const auto& q) { return q[0]; }, qdot::restitution(p[1]))), State<1>{0.0, {p[2]}, {0.0}});
+    return problem(scene(falling(p[0]), qdot::contact("floor", height, qdot::restitution(p[1]))), State<1>{0.0, {p[2]}, {0.0}});
   };
   const auto check = [&](const auto& s) {
     INFO(s.message);
     REQUIRE(s.completed());
     REQUIRE(s.events.size() == 3);
-    INFO(s.Phi);
     CHECK_THAT(s.y[0], WithinAbs(8.494217007606032792, error));
     CHECK_THAT(s.Phi(0, 0), WithinAbs(-7.277029744509896286, error));
     CHECK_THAT(s.Phi(0, 1), WithinAbs(314.568839957685554, 100 * error));
@@ -79,4 +97,303 @@ TEST_CASE("a ball that bounces three times depends on g, e, h and the end as the
   };
   check(sensitivities(by_action, p, 15.0, Dop853{}, fine));
   check(sensitivities(by_contact, p, 15.0, Dop853{}, fine));
+}
+
+TEST_CASE("parameters of T and V have the same derivatives exactly and by a family") {
+  constexpr double error = 1e-9;  // the family's, 1e-12 of ∂f/∂p, grown a hundredfold by the motion
+  qdot::Vector<double, 5> p;
+  p << 1.0, 0.7, 1.1, 0.9, 9.81;
+  const State<2> start{0.0, {1.7, 1.2}, {0.3, -0.2}};
+  const auto exactly = sensitivities(energies_of, p, start, 3.0, Dop853{}, fine);
+  const auto by_family = sensitivities(
+      [&](const qdot::Vector<double, 5>& p) { return problem(qdot::mechanical_system<2>(DoublePendulum<double>{p[0], p[1], p[2], p[3], p[4]}), start); }, p, 3.0,
+      Dop853{}, fine);
+  REQUIRE(exactly.completed());
+  REQUIRE(by_family.completed());
+  REQUIRE(exactly.d_parameters().cols() == 5);
+  REQUIRE(by_family.Phi.cols() == 5);
+  CHECK((exactly.d_parameters() - by_family.Phi).cwiseAbs().maxCoeff() < error);
+  // Masses alone cannot be told apart from forces: m ∂/∂m summed over both is zero.
+  CHECK((exactly.d_parameters().col(0) * p[0] + exactly.d_parameters().col(1) * p[1]).norm() < error);
+  // Time in units of √(l/g): l ∂/∂l over both lengths and g ∂/∂g together change the unit of length only, but of angles.
+  CHECK((exactly.d_parameters().rightCols(3) * p.tail(3)).norm() < error);
+}
+
+TEST_CASE("in coordinates and momenta the tangent of a free motion is symplectic") {
+  const auto system = qdot::mechanical_system<2>(qdot::scenes::DoublePendulum{});
+  const State<2> start{0.0, {1.7, 1.7}, {0.4, -0.3}};
+  const auto s = sensitivities(system, start, 3.0, Dop853{}, fine);
+  // ∂(q, p)/∂(q, q̇), the lower left block by a formula: p = M(q₀ − q₁) q̇.
+  const auto momenta = [](const State<2>& at) {
+    const double c = std::cos(at.q[0] - at.q[1]), d = std::sin(at.q[0] - at.q[1]);
+    Eigen::Matrix4d P = Eigen::Matrix4d::Identity();
+    P.bottomRightCorner<2, 2>() << 2, c, c, 1;
+    P.bottomLeftCorner<2, 2>() << -d * at.qdot[1], d * at.qdot[1], -d * at.qdot[0], d * at.qdot[0];
+    return P;
+  };
+  Eigen::Matrix4d J = Eigen::Matrix4d::Zero();
+  J.topRightCorner<2, 2>().setIdentity();
+  J.bottomLeftCorner<2, 2>() = -Eigen::Matrix2d::Identity();
+  for (const double t : {1.0, 2.2, 3.0}) {
+    const Eigen::Matrix4d A = momenta(s.at(t)) * s.Phi_at(t) * momenta(start).inverse();
+    CHECK((A.transpose() * J * A - J).cwiseAbs().maxCoeff() < 1e-10);
+  }
+}
+
+// x'' + (a − 2q cos 2t) x = 0: traces by mpmath with 30 digits.
+TEST_CASE("the monodromy matrix of Mathieu's equation has the trace that is known") {
+  struct {
+    double a, q, trace;
+  } const known[] = {{1, 1, -4.396667734798867851}, {2, 1, -1.554649354176467812}, {-0.2, 1, -1.175676878379037784}, {0.5, 2, -14.00643323264104821}, {10, 5, -2.523257698715790277}};
+  for (const auto& [a, q, trace] : known) {
+    const auto system = particle([a = a, q = q](const auto& x, const auto& t) {
+      using std::cos;
+      return 0.5 * (a - 2 * q * cos(2.0 * t)) * x[0] * x[0];
+    });
+    const auto s = sensitivities(system, State<1>{0.0, {0.3}, {0.1}}, std::numbers::pi, Dop853{}, fine);
+    CHECK_THAT(s.Phi.trace(), WithinAbs(trace, 1e-11));
+  }
+}
+
+// t_M = π/(2√k), and the amplitude 1/√k.
+TEST_CASE("the time and the place of an oscillator's first turn depend on its stiffness as the closed form says") {
+  const auto oscillator = [](const auto& p) {
+    return qdot::KineticAndPotential{[](const auto& v) { return 0.5 * v[0] * v[0]; }, [k = p[0]](const auto& q) { return 0.5 * k * q[0] * q[0]; }};
+  };
+  const double k = 0.456;
+  const auto s = sensitivities(oscillator, qdot::Vector<double, 1>(k), State<1>{0.0, {0.0}, {1.0}}, 100.0, Dop853{}, fine, events(event("turn", velocity).stop()),
+                               {.start = false});
+  REQUIRE(s.outcome == Outcome::stopped_by_event);
+  REQUIRE(s.events.size() == 1);
+  CHECK_THAT(s.events[0].time[0], WithinAbs(-2.550601538829664222, 1e-11));
+  CHECK_THAT(s.Phi_of_event(0, 0), WithinAbs(-0.5 * std::pow(k, -1.5), 1e-11));
+  CHECK_THAT(s.Phi_of_event(1, 0), WithinAbs(0.0, 1e-11));
+}
+
+// T = 4 K(sin(A/2)) for g = l: digits by the arithmetic-geometric mean and its derivative.
+TEST_CASE("a pendulum's period depends on its amplitude as the elliptic integral says") {
+  const auto pendulum = particle([](const auto& q) {
+    using std::cos;
+    return -cos(q[0]);
+  });
+  const auto s = sensitivities(pendulum, State<1>{0.0, {1.3}, {0.0}}, 9.0, Dop853{}, fine, events(event("half a period", velocity).rising()));
+  REQUIRE(s.events.size() == 1);
+  CHECK_THAT(2 * s.events[0].t, WithinAbs(7.019250311844546549770542, 1e-11));
+  CHECK_THAT(2 * s.events[0].time[0], WithinAbs(1.258165472401305335, 1e-10));
+}
+
+TEST_CASE("an impact on a moving floor depends on everything as the closed form says") {
+  // y = y₀ + v₀ t − g t²/2 meets the floor a t once before T = 1.
+  const auto closed_form = [](const auto& p) {
+    using std::sqrt;
+    const auto &g = p[0], &e = p[1], &a = p[2], &y0 = p[3], &v0 = p[4];
+    const double T = 1.0;
+    const auto t1 = ((v0 - a) + sqrt((v0 - a) * (v0 - a) + 2.0 * g * y0)) / g;
+    const auto v = a - e * (v0 - g * t1 - a);
+    qdot::Vector<std::remove_cvref_t<decltype(t1)>, 3> y;
+    y << a * t1 + v * (T - t1) - 0.5 * g * (T - t1) * (T - t1), v - g * (T - t1), t1;
+    return y;
+  };
+  qdot::Vector<double, 5> p;
+  p << 9.81, 0.7, 0.4, 1.0, 0.5;
+  const auto family = [](const qdot::Vector<double, 5>& p) {
+    const auto gap = [a = p[2]](const auto& q, const auto& t) { return q[0] - a * t; };
+    return problem(scene(falling(p[0]), qdot::contact("floor", gap, qdot::restitution(p[1]))), State<1>{0.0, {p[3]}, {p[4]}});
+  };
+  const auto s = sensitivities(family, p, 1.0, Dop853{}, fine);
+  const auto expected = qdot::value_and_jacobian(closed_form, p);
+  REQUIRE(s.completed());
+  REQUIRE(s.events.size() == 1);
+  CHECK((s.y.head(2) - expected.value.head<2>()).norm() < 1e-12);
+  CHECK((s.Phi.topRows(2) - expected.jacobian.topRows<2>()).cwiseAbs().maxCoeff() < 1e-10);
+  CHECK((s.events[0].time - expected.jacobian.row(2).transpose()).cwiseAbs().maxCoeff() < 1e-11);
+}
+
+TEST_CASE("a block that friction brings to rest keeps the derivatives of where it stopped") {
+  const double v0 = 2.0, F = 1.5;
+  const auto family = [=](const Eigen::VectorXd& p) {
+    return problem(scene(particle([](const auto& q) { return 0.0 * q[0]; }), qdot::dry_friction("floor", 0, p[0])), State<1>{0.0, {0.0}, {p[1]}});
+  };
+  const auto s = sensitivities(family, Eigen::VectorXd(Eigen::Vector2d(F, v0)), 5.0, Dop853{}, fine);
+  REQUIRE(s.completed());
+  REQUIRE(s.events.size() == 1);
+  CHECK_THAT(s.y[0], WithinAbs(v0 * v0 / (2 * F), 1e-12));
+  CHECK_THAT(s.Phi(0, 0), WithinAbs(-v0 * v0 / (2 * F * F), 1e-11));
+  CHECK_THAT(s.Phi(0, 1), WithinAbs(v0 / F, 1e-11));
+  CHECK(s.Phi.row(1).norm() < 1e-12);
+  CHECK_THAT(s.events[0].time[1], WithinAbs(1 / F, 1e-11));
+}
+
+TEST_CASE("equations that an event switches have continuous states and a jump of Φ") {
+  double gravity = 0.0;  // begins at x = 1
+  const auto system = particle([&gravity](const auto& q) { return -gravity * q[0]; });
+  const double v0 = 0.8, x0 = 0.1, T = 3.0, t1 = (1 - x0) / v0;
+  const auto s = sensitivities(system, State<1>{0.0, {x0}, {v0}}, T, Dop853{}, fine,
+                               events(event("field", [](const auto& q) { return q[0] - 1.0; }).rising().then([&gravity](State<1>&) { gravity = 2.0; }),
+                                      event("half way", [](const auto& q) { return q[0] - 0.5; })));
+  REQUIRE(s.completed());
+  REQUIRE(s.events.size() == 2);
+  CHECK(s.events[0].time.size() == 0);  // the equations of then are gone
+  CHECK_THAT(s.events[1].time[0], WithinAbs(-1 / v0, 1e-11));
+  // x = 1 + v₀ (T − t₁) + (T − t₁)², v = v₀ + 2 (T − t₁)
+  const double dt_dx = -1 / v0, dt_dv = -(1 - x0) / (v0 * v0), late = T - t1;
+  Eigen::Matrix2d expected;
+  expected << -(v0 + 2 * late) * dt_dx, late - (v0 + 2 * late) * dt_dv, -2 * dt_dx, 1 - 2 * dt_dv;
+  CHECK((s.Phi - expected).cwiseAbs().maxCoeff() < 1e-11);
+  CHECK((s.Phi_before(s.events[1].t) - (Eigen::Matrix2d() << 1, t1, 0, 1).finished()).cwiseAbs().maxCoeff() < 1e-11);
+}
+
+TEST_CASE("the time at which a motion begins has a column of its own") {
+  const auto driven = particle([](const auto& q, const auto& t) {
+    using std::cos;
+    return -q[0] * cos(t);
+  });
+  const double t0 = 0.4, T = 2.0;  // x = cos t₀ − cos t − sin t₀ (t − t₀)
+  const auto s = sensitivities(driven, State<1>{t0, {0.0}, {0.0}}, T, Dop853{}, fine, {}, {.start = true, .start_time = true});
+  REQUIRE(s.Phi.cols() == 3);
+  CHECK_THAT(s.d_start_time()(0, 0), WithinAbs(-std::cos(t0) * (T - t0), 1e-12));
+  CHECK_THAT(s.d_start_time()(1, 0), WithinAbs(-std::cos(t0), 1e-12));
+}
+
+TEST_CASE("on a constraint Φ maps tangent vectors to tangent vectors, as the motion in an angle does") {
+  const double g = 9.81, l = 0.8, angle = 0.9, rate = 1.1, T = 2.0;
+  const auto constrained = [=](const qdot::Vector<double, 1>& p) {
+    const auto plane = qdot::mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); }, [=](const auto& q) { return g * q[1]; });
+    const auto length = [r = p[0]](const auto& q) { return q[0] * q[0] + q[1] * q[1] - r * r; };
+    return problem(scene(plane, qdot::holonomic("rod", length)),
+                   State<2>{0.0, {p[0] * std::sin(angle), -p[0] * std::cos(angle)}, {p[0] * rate * std::cos(angle), p[0] * rate * std::sin(angle)}});
+  };
+  const auto polar = [=](const auto& p) {
+    return qdot::KineticAndPotential{[l = p[0]](const auto& v) { return 0.5 * l * l * v[0] * v[0]; }, [l = p[0], g](const auto& q) {
+                                       using std::cos;
+                                       return -g * l * cos(q[0]);
+                                     }};
+  };
+  const qdot::Vector<double, 1> p(l);
+  const auto s = sensitivities(constrained, p, T, Dop853{}, fine, {.start = true});
+  const auto expected = sensitivities(polar, p, State<1>{0.0, {angle}, {rate}}, T, Dop853{}, fine);
+  REQUIRE(s.completed());
+  // (x, y, ẋ, ẏ) of (θ, θ̇, l), and its derivatives.
+  const auto plane_of = [](const auto& a) {
+    using std::cos, std::sin;
+    qdot::Vector<std::remove_cvref_t<decltype(a[0])>, 4> y;
+    y << a[2] * sin(a[0]), -a[2] * cos(a[0]), a[2] * a[1] * cos(a[0]), a[2] * a[1] * sin(a[0]);
+    return y;
+  };
+  const auto at_start = qdot::jacobian(plane_of, Eigen::Vector3d(angle, rate, l)), at_end = qdot::jacobian(plane_of, Eigen::Vector3d(expected.y[0], expected.y[1], l));
+  const Eigen::Matrix<double, 4, 3> along = (Eigen::Matrix<double, 4, 3>() << s.d_start() * at_start.leftCols<2>(), s.d_parameters()).finished();
+  CHECK((along.leftCols(2) - at_end.leftCols<2>() * expected.d_start()).cwiseAbs().maxCoeff() < 1e-9);
+  CHECK((along.col(2) - at_end.leftCols<2>() * expected.d_parameters() - at_end.col(2)).cwiseAbs().maxCoeff() < 1e-9);
+  // x δx + y δy = 0, and its rate
+  const auto tangent = [](const Eigen::VectorXd& y, const Eigen::MatrixXd& Phi) {
+    const double first = (y.head(2).transpose() * Phi.topLeftCorner(2, 4)).cwiseAbs().maxCoeff();
+    const double second = (y.head(2).transpose() * Phi.bottomLeftCorner(2, 4) + y.segment(2, 2).transpose() * Phi.topLeftCorner(2, 4)).cwiseAbs().maxCoeff();
+    return std::max(first, second);
+  };
+  CHECK(tangent(s.y, s.Phi) < 1e-14);
+  CHECK(tangent(s.run.trajectory.y(1.234), s.Phi_at(1.234)) < 1e-10);
+}
+
+// Example idasSlCrank_FSA_dns of SUNDIALS' IDAS; digits by the reduced equations of one coordinate in extended precision, with which the six digits that
+// IDAS prints agree.
+TEST_CASE("a slider-crank's mean kinetic energy depends on spring and damper as IDAS's example says") {
+  const double a = 0.5;
+  const auto family = [=](const Eigen::Vector2d& p) {
+    const auto bodies = qdot::mechanical_system<3>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1] + 2.0 * v[2] * v[2]); });  // q, x, p
+    const auto loop = [=](const auto& q) {
+      using std::cos, std::sin;
+      qdot::Vector<std::remove_cvref_t<decltype(q[0])>, 2> phi;
+      phi << q[1] - cos(q[2]) - a * cos(q[0]), -sin(q[2]) - a * sin(q[0]);
+      return phi;
+    };
+    const auto force = [=](const auto& q, const auto& v, const auto& z, const auto&) {
+      using std::cos, std::sin, std::sqrt;
+      using S = std::remove_cvref_t<decltype(q[0] + z[0])>;
+      const auto s21 = sin(q[2] - q[0]), reach = cos(q[2]) + a * cos(q[0]);
+      const auto length = sqrt(q[1] * q[1] - q[1] * reach + (1.0 + a * a) / 4.0 + a * cos(q[2] - q[0]) / 2.0);
+      qdot::Vector<S, 3> slope, Q;  // of the length
+      slope << (q[1] * a * sin(q[0]) + 0.5 * a * s21) / (2.0 * length), (2.0 * q[1] - reach) / (2.0 * length), (q[1] * sin(q[2]) - 0.5 * a * s21) / (2.0 * length);
+      const auto tension = p[0] * (length - 1.0) + p[1] * (slope[0] * v[0] + slope[1] * v[1] + slope[2] * v[2]);
+      for (int i = 0; i < 3; ++i) Q[i] = -tension * slope[i];
+      Q[1] = Q[1] + 1.0;
+      Q[2] = Q[2] - sin(q[2]);
+      return Q;
+    };
+    const auto energy = [](const auto&, const auto& v, const auto& z, const auto&) {
+      std::remove_cvref_t<decltype(z)> rate = z;
+      rate[0] = 0.5 * (v[0] * v[0] + v[1] * v[1] + 2.0 * v[2] * v[2]);
+      return rate;
+    };
+    const double rod = std::asin(-a);
+    return problem(scene(bodies, qdot::holonomic("loop", loop), qdot::controller(force, energy, qdot::Vector<double, 1>(0.0))),
+                   State<3>{0.0, {std::numbers::pi / 2, std::cos(rod), rod}, {0, 0, 0}});
+  };
+  const auto s = sensitivities(family, Eigen::Vector2d(1.0, 1.0), 10.0, Dop853{}, fine);
+  INFO(s.message);
+  REQUIRE(s.completed());
+  constexpr double error = 1e-10;
+  CHECK_THAT(s.y[0], WithinAbs(1.2756758486502394, error));
+  CHECK_THAT(s.y[3], WithinAbs(-0.2399149971960007, error));
+  CHECK_THAT(s.y[6], WithinAbs(3.3366067994827844, error));
+  CHECK_THAT(s.Phi(6, 0), WithinAbs(0.3334481061284379, error));
+  CHECK_THAT(s.Phi(6, 1), WithinAbs(-0.3637540339709498, error));
+  CHECK_THAT(s.Phi(0, 0), WithinAbs(-0.1739779292603175, error));
+  CHECK_THAT(s.Phi(0, 1), WithinAbs(-0.2687606670918820, error));
+}
+
+TEST_CASE("where there is no derivative none is made up, and what was found before is returned") {
+  const auto ball = falling(9.81);
+  const State<1> start{0.0, {1.0}, {0.0}};
+  const auto refused = [](const auto& s, const char* why) {
+    INFO(s.message);
+    CHECK(s.outcome == Outcome::not_differentiable);
+    CHECK(s.message.find(why) != std::string::npos);
+    CHECK(s.t > 0.4);
+    CHECK_THAT(s.Phi(0, 1), WithinAbs(s.t, 1e-9));  // of the free fall up to there
+  };
+  const auto push = [](State<1>& s) { s.qdot[0] = 1.0; };
+  // The top of a throw, 0.1 v₀²/g below: touched, or missed.
+  const State<1> up{0.0, {0.0}, {9.81}};
+  refused(sensitivities(ball, up, 2.0, Dop853{}, {}, events(event("lid", [](const auto& q) { return q[0] - 4.905 + 1e-13; }).then(push))), "'lid' only grazes zero");
+  refused(sensitivities(ball, start, 2.0, Dop853{}, {}, events(event("floor", height).then(push), event("time", [](const auto& q) { return 2.0 * q[0]; }).then(push))),
+          "'time' coincides with another event");
+  refused(sensitivities(ball, start, 2.0, Dop853{}, {},
+                        events(event("floor", height).then([](State<1>& s) { s.qdot[0] = s.qdot[0] < -4.42944691807002 ? 1.0 : 2.0; }))),
+          "has no derivative with respect to");
+  int count = 0;
+  refused(sensitivities(ball, start, 2.0, Dop853{}, {}, events(event("floor", height).then([&count](State<1>& s) { s.qdot[0] = 1.0 + (count++ % 2); }))),
+          "something else each time");
+}
+
+TEST_CASE("a parameter that nothing depends on has a column of zeros") {
+  const auto family = [](const Eigen::VectorXd& p) { return problem(scene(falling(p[0]), qdot::contact("floor", height, qdot::restitution(1.0))), State<1>{0.0, {1.0}, {0.0}}); };
+  const auto s = sensitivities(family, Eigen::VectorXd(Eigen::Vector2d(9.81, 3.0)), 1.0, Dop853{}, fine);
+  REQUIRE(s.completed());
+  REQUIRE(s.events.size() == 1);
+  CHECK(s.Phi.col(1).isZero(0.0));
+  CHECK(s.Phi(0, 0) != 0.0);
+}
+
+TEST_CASE("what is wrong with a question about sensitivities is said before the first step") {
+  const auto ball = falling(9.81);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto message = [](const auto& ask) -> std::string {
+    try {
+      ask();
+    } catch (const qdot::Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  CHECK(message([&] { sensitivities(ball, State<1>{0.0, {nan}, {0.0}}, 1.0, Dop853{}); }) == "q0 must be finite at the start, but is nan; give it a number");
+  CHECK(message([&] { sensitivities(ball, State<1>{0.0, {1.0}, {0.0}}, 1.0, Dop853{}, {}, {}, {.start = false}); }).find("must be with respect to something") !=
+        std::string::npos);
+  CHECK(message([&] { sensitivities(ball, State<1>{0.0, {1.0}, {0.0}}, 1.0, Dop853{}, {}, events(event("a", height), event("a", velocity))); })
+            .find("two are called 'a'") != std::string::npos);
+  const auto family = [](const Eigen::VectorXd& p) {
+    if (p[0] != 1.0) throw qdot::InvalidValue("only one will do");
+    return problem(falling(p[0]), State<1>{0.0, {1.0}, {0.0}});
+  };
+  CHECK(message([&] { sensitivities(family, Eigen::VectorXd(Eigen::VectorXd::Constant(1, 1.0)), 1.0, Dop853{}); }).find("members beside parameter 0 = 1") !=
+        std::string::npos);
 }

@@ -30,6 +30,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -67,7 +68,9 @@ struct WithRespectTo {
 struct EventSensitivity {
   double t = 0.0;
   std::string name;
-  Eigen::VectorXd time;  ///< ∂t/∂x, an entry for each column of Φ; empty for one that was recorded while no trajectory was kept
+  /// ∂t/∂x, an entry for each column of Φ. Empty for an event that was only recorded, if no trajectory was kept, or if an action has changed the
+  /// equations since.
+  Eigen::VectorXd time;
 };
 
 /// A run and its derivatives. Columns of Φ: those of the start, of its time, of the parameters, as far as they were asked for.
@@ -179,7 +182,8 @@ EventSensitivity differentiated(const RecordedEvent& event, const std::vector<Na
   for (const NamedSurface& each : surfaces) {
     if (each.name != event.name) continue;
     const bool ends = each.stops && result.outcome == Outcome::stopped_by_event && event.t == result.t;
-    if (!ends && !kept) continue;
+    const bool has_changed = equations.changed() && std::abs(*equations.changed() - result.t) <= std::abs(event.t - result.t);
+    if (!ends && (!kept || has_changed)) continue;
     found.time = equations.time_slope(event.name, event.t, ends ? result.run.y : result.run.trajectory.y_before(event.t), each.surface);
     if (ends) result.Phi_of_event = result.Phi + result.ydot * found.time.transpose();
   }
@@ -206,8 +210,8 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
     require_existing_entries(equations.form().system(), y0.data(), start.t);
   else if constexpr (requires { require_existing_entries(equations.form().scene().system(), y0.data(), start.t); })
     require_existing_entries(equations.form().scene().system(), y0.data(), start.t);
-  equations.tolerance.push_back(options.rtol);
-  for (Eigen::Index i = 0; i < size; ++i) equations.tolerance.push_back(options.atol[i]);
+  equations.tolerances.push_back(options.rtol);
+  for (Eigen::Index i = 0; i < size; ++i) equations.tolerances.push_back(options.atol[i]);
   if (options.atol.size() > 1) {
     Eigen::VectorXd each(size * (1 + columns));
     for (Eigen::Index i = 0; i < each.size(); ++i) each[i] = options.atol[i % size];

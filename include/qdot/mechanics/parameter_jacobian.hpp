@@ -21,6 +21,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "qdot/mechanics/equations/straight_line_parameters.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
 namespace qdot {
@@ -29,9 +30,9 @@ namespace detail {
 
 // Energies of duals with the signatures of the same energies of numbers: theirs are asked with vectors of double, which energies of
 // duals need not take.
-template <class OfDuals, class OfNumbers, int n>
+template <class OfDuals, class OfNumbers, int n, class Held = const OfDuals&>
 struct WithSignatureOf {
-  const OfDuals& energies;
+  Held energies;
 
   template <class X>
     requires(kinetic_signature<OfNumbers, n>() == KineticSignature::velocity)
@@ -96,8 +97,17 @@ ParameterJacobian<n, m> acceleration_jacobian_wrt_parameters(const F& energies_o
   const System<Energies, n> system(plain, q.size());
   detail::require_sizes(system, q, qdot);
   ParameterJacobian<n, m> result;
-  result.qddot = acceleration(system, q, qdot, t);
+  result.qddot.resize(q.size());
   result.d_p.resize(q.size(), p.size());
+  if constexpr (detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit && m >= 1 &&
+                m <= detail::straight_line_parameters_limit && !detail::HasOwnEquations<Energies>) {
+    const auto seen = [&](const auto& parameters) __attribute__((always_inline)) {
+      const auto made = energies_of(parameters);
+      return detail::WithSignatureOf<std::remove_cvref_t<decltype(made)>, Energies, n, std::remove_cvref_t<decltype(made)>>{made};
+    };
+    if (detail::straight_line_parameters<n, m>(plain, seen, p, q.data(), qdot.data(), t, result.qddot.data(), result.d_p.data())) return result;
+  }
+  result.qddot = acceleration(system, q, qdot, t);
 
   using D = Dual<double, detail::directions_for<m>, detail::WithRespectToParameters>;
   const Vector<D, n> x = q.template cast<D>();

@@ -29,6 +29,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -80,13 +81,16 @@ class VariationalEquations {
   // @throws EndOfRun  not_differentiable, where the event grazes or h has no derivative
   Eigen::VectorXd time_slope(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both, const Surface& surface) const;
 
-  // y ← the state behind an event, with Φ⁺; nominal(y) is the jump itself, taken once more at the end.
+  // y ← the state behind an event, with Φ⁺.
   void pass(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface);
 
   // Of all moments that changed the state, in their order.
   const std::vector<EventSlope>& passed() const noexcept { return passed_; }
 
-  std::vector<double> tolerance;  // of the method: rtol, then atol of each component of the state
+  // When an action last changed what f itself is, not only its state: in front of this, f is not known any more.
+  std::optional<double> changed() const noexcept { return changed_; }
+
+  std::vector<double> tolerances;  // of the method: rtol, then atol of each component of the state
 
  protected:
   VariationalEquations() = default;
@@ -99,9 +103,10 @@ class VariationalEquations {
  private:
   double scale(const Eigen::VectorXd& y, const Eigen::VectorXd& along) const;
   double reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const;
-  double resolved(const Eigen::VectorXd& y, Eigen::Index i) const { return tolerance[0] * std::abs(y[i]) + tolerance[static_cast<std::size_t>(i) + 1]; }
+  double resolved(const Eigen::VectorXd& y, Eigen::Index i) const { return tolerances[0] * std::abs(y[i]) + tolerances[static_cast<std::size_t>(i) + 1]; }
 
   std::vector<EventSlope> passed_;
+  std::optional<double> changed_;
 };
 
 [[noreturn, gnu::cold, gnu::noinline]] inline void end_undifferentiable(const std::string& name, double t, std::initializer_list<Phrase> why) {
@@ -179,6 +184,9 @@ inline void VariationalEquations::pass(const std::string& name, double t, Eigen:
     return;
   }
   const Eigen::VectorXd f_after = state_rate(t, after);
+  surface.jump(t, again, -1, 0.0);
+  if (!(again.array() == after.array()).all() || !(state_rate(t, again).array() == f_after.array()).all())
+    end_undifferentiable(name, t, {"has an action that does something else each time it is called; let it set what it changes, for it is called several times"});
   for (Eigen::Index j = 0; j < columns_; ++j) {
     const Eigen::VectorXd w = both.segment(size_ * (j + 1), size_) + f_before * time[j];
     const auto slope = slope_at_zero(
@@ -191,9 +199,8 @@ inline void VariationalEquations::pass(const std::string& name, double t, Eigen:
     if (!slope) end_undifferentiable(name, t, {"changes the state in a way that has no derivative with respect to ", column_name(j), "; let its action be smooth"});
     both.segment(size_ * (j + 1), size_) = *slope - f_after * time[j];
   }
-  surface.jump(t, again, -1, 0.0);
-  if (!(again.array() == after.array()).all() || !(state_rate(t, again).array() == f_after.array()).all())
-    end_undifferentiable(name, t, {"has an action that does something else each time it is called; let it set what it changes, for it is called several times"});
+  surface.jump(t, again = y, -1, 0.0);  // what it sets besides the state is now as it belongs to y
+  if (!(state_rate(t, y).array() == f_before.array()).all()) changed_ = t;
   both.head(size_) = after;
   passed_.push_back({t, time});
 }

@@ -109,11 +109,17 @@ class FamilyModel {
   void write_parameter_rates(double t, const double* y, const double* ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
     const Eigen::Map<const Eigen::VectorXd> state(y, form.size()), f(ydot, form.size());
     for (Eigen::Index j = 0; j < p_.size(); ++j) {
+      const Neighbours& near = neighbours_[static_cast<std::size_t>(j)];
       out.col(j).setZero();
-      for_each_neighbour(j, [&](const Form& near, double weight) {
-        near.derivative(t, state, rate_);
-        out.col(j) += weight * (rate_ - f);
-      });
+      for (std::size_t i = 1; i < near.forms.size(); ++i) {
+        near.forms[i].derivative(t, state, rate_);
+        if (i == 1) first_ = rate_;
+        if (i == 2 && near.points->central && rate_ == first_) {  // f does not ask for this parameter
+          out.col(j).setZero();
+          break;
+        }
+        out.col(j) += near.points->weight[i] / near.h * (rate_ - f);
+      }
     }
   }
 
@@ -168,7 +174,7 @@ class FamilyModel {
   Family family_;
   P p_;
   std::vector<Neighbours> neighbours_;
-  mutable Eigen::VectorXd rate_;
+  mutable Eigen::VectorXd rate_, first_;
 };
 
 }  // namespace qdot::detail

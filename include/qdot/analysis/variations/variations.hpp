@@ -192,7 +192,7 @@ class Variations final : public VariationalEquations {
         if constexpr (projects) form.project(t, y);
         if constexpr (switches) {
           Eigen::VectorXd resolution(size_);
-          for (Eigen::Index k = 0; k < size_; ++k) resolution[k] = tolerance[0] * std::abs(y[k]) + tolerance[static_cast<std::size_t>(k) + 1];
+          for (Eigen::Index k = 0; k < size_; ++k) resolution[k] = tolerances[0] * std::abs(y[k]) + tolerances[static_cast<std::size_t>(k) + 1];
           pending_ = form.switched(t, y, std::vector<bool>(static_cast<std::size_t>(form.guard_count())), resolution);
         }
       });
@@ -209,7 +209,7 @@ class Variations final : public VariationalEquations {
   // Columns of Φ, put onto the tangent space at y.
   void project_columns(double t, Eigen::Ref<Eigen::VectorXd> both) const {
     if constexpr (projects) {
-      static_assert(requires { form().scene(); }, "qdot: sensitivities of a system with constraints need it as a scene, scene(system, constraint(…))");
+      static_assert(requires { form().scene(); }, "qdot: sensitivities of a system with constraints need it as a scene, scene(system, holonomic(…))");
       using Sc = std::remove_cvref_t<decltype(form().scene())>;
       using D = Dual<double, 1, AlongColumn>;
       const Vector<double, n> q = both.head(dof_), qdot = both.segment(dof_, dof_);
