@@ -9,7 +9,7 @@
 //     s.Phi            at the end, a column for each entry of q₀ and q̇₀
 //     s.Phi_at(1.5)    on the way
 //
-// Φ is integrated together with y by the same steps, from exact ∂f/∂y and ∂f/∂p, both within the tolerances (analysis/variations/equations.hpp).
+// Φ is integrated together with y by the same steps, from exact ∂f/∂y and ∂f/∂p (analysis/variations/equations.hpp).
 // It goes on through events: a jump of the state or of the equations multiplies Φ by its saltation matrix, and each event has the derivative
 // of its own time. On constraints Φ maps tangent vectors to tangent vectors. Its variables are q and q̇, not momenta.
 //
@@ -17,16 +17,17 @@
 //
 //     p ↦ (T, V)       sensitivities([](const auto& p) { return Pendulum{p[0], p[1]}; }, p, start, t_end, …): a struct of the scalar of p with
 //                      members T and V, as acceleration_jacobian_wrt_parameters() has it. ∂q̈/∂p is exact and cheap.
-//     p ↦ problem      sensitivities([](const Eigen::VectorXd& p) { return problem(scene(…), State{…}, events(…)); }, p, t_end, …): a family
+//     p ↦ problem      sensitivities([](const Eigen::VectorXd& p) { return problem(scene(…), start, events(…)); }, p, t_end, …): a family
 //                      whose members may differ in everything, numbers only: masses in T, springs, restitution, where an event lies and what
 //                      it does, where and when the motion begins. What of this has no formula in duals is differenced, with order six and from
-//                      values that are exact to rounding: some twelve digits. Six evaluations of f more for each parameter.
+//                      values that are exact to rounding: some twelve digits. Six evaluations of f more for each parameter that f depends on,
+//                      two for one that only events or the start ask for.
 //
 // What there is no derivative of is not made up. A motion that only grazes an event, two events that fall together, an action with a kink or with
 // another result at each call end the run as not_differentiable; what was found before is returned.
 //
-// Errors are controlled for y and Φ alike: options.atol holds for y, and for Φ per unit of what it is differentiated by. A parameter of size 1e9 (a
-// stiffness in N/m) has derivatives of size 1e-9: take its logarithm, or a unit in which it is no giant. State limits of the options hold for Φ, too.
+// Errors are controlled for y and Φ alike: options.atol holds for y, and for Φ per unit of what it is differentiated by. A parameter of size 1e9
+// (a stiffness in N/m) has derivatives of size 1e-9: take its logarithm, or a unit in which it is no giant. state_norm_limit holds for Φ, too.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -170,11 +171,11 @@ struct NamedSurface {
   bool stops;
 };
 
-// An event with the derivative of its time: known where it has changed the state, asked of the trajectory where it was recorded. Where it stopped the run,
-// the end moves with it.
+// An event with the derivative of its time: known where it has changed the state, asked of the trajectory where it was recorded. Where it stopped
+// the run, the end moves with it.
 template <int n>
-EventSensitivity differentiated(const RecordedEvent& event, const std::vector<NamedSurface>& surfaces, const VariationalEquations& equations, bool kept,
-                                Sensitivities<n>& result) {
+EventSensitivity differentiated(const RecordedEvent& event, const std::vector<NamedSurface>& surfaces, const VariationalEquations& equations,
+                                bool kept, Sensitivities<n>& result) {
   EventSensitivity found{event.t, event.name, {}};
   for (const EventSlope& passed : equations.passed())
     if (passed.t == event.t) found.time = passed.time;
@@ -192,8 +193,8 @@ EventSensitivity differentiated(const RecordedEvent& event, const std::vector<Na
 
 // The derivatives of the run of a model from its start.
 template <class Model, class Start, class List, class StartSlope>
-auto sensitivities_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options, const WithRespectTo& wanted,
-                      const StartSlope& slope_of_start) {
+auto sensitivities_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options,
+                      const WithRespectTo& wanted, const StartSlope& slope_of_start) {
   static_assert(is_explicit_method<std::remove_cvref_t<decltype(method)>>, "qdot: sensitivities are integrated by Dop853 or Dopri5");
   using Form = typename Model::Form;
   constexpr bool jumps = ProjectableSystem<Form> || SwitchingSystem<Form>;
@@ -203,9 +204,11 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
   if (columns == 0) throw InvalidValue("sensitivities must be with respect to something; ask for the start, for its time, or give parameters");
 
   Eigen::VectorXd y0 = packed(equations.form(), start);
-  if (y0.size() != size) throw DimensionError("y", static_cast<long>(size), static_cast<long>(y0.size()), "pass one entry for each component of the system");
+  if (y0.size() != size)
+    throw DimensionError("y", static_cast<long>(size), static_cast<long>(y0.size()), "pass one entry for each component of the system");
   for (Eigen::Index i = 0; i < size; ++i)
-    if (!std::isfinite(y0[i])) throw InvalidValue(sentence({equations.state_name(i), " must be finite at the start, but is ", y0[i], "; give it a number"}));
+    if (!std::isfinite(y0[i]))
+      throw_invalid_value({equations.state_name(i), " must be finite at the start, but is ", y0[i], "; give it a number"});
   if constexpr (requires { require_existing_entries(equations.form().system(), y0.data(), start.t); })
     require_existing_entries(equations.form().system(), y0.data(), start.t);
   else if constexpr (requires { require_existing_entries(equations.form().scene().system(), y0.data(), start.t); })
@@ -252,8 +255,8 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
   for (std::size_t i = 0; i < surfaces.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
       if (surfaces[i].name == surfaces[k].name)
-        throw InvalidValue(sentence({"events must have names of their own where their times are differentiated, but two are called '", surfaces[i].name,
-                                     "'; rename one"}));
+        throw_invalid_value({"events must have names of their own where their times are differentiated, but two are called '",
+                             surfaces[i].name, "'; rename one"});
 
   Sensitivities<Variations<Model>::n> result;
   result.run = simulate(form, FirstOrderState{start.t, both}, t_end, method, options, erased);
@@ -267,7 +270,8 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
   result.Phi = result.Phi_of_event = Eigen::Map<const Eigen::MatrixXd>(run.y.data() + size, size, columns);
   result.ydot = equations.state_rate(run.t, result.y);
   try {
-    for (const RecordedEvent& event : run.events) result.events.push_back(differentiated(event, surfaces, equations, options.keep_trajectory, result));
+    for (const RecordedEvent& event : run.events)
+      result.events.push_back(differentiated(event, surfaces, equations, options.keep_trajectory, result));
   } catch (const EndOfRun& end) {
     result.outcome = end.failure.outcome;
     result.message = sentence({name(result.outcome), ": ", end.failure.message, "; ", advice(result.outcome)});

@@ -61,12 +61,20 @@ class SceneForm {
   ///
   /// @throws as acceleration() of the scene, and NonFinite where a derivative is not finite
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const {
+    write_jacobian(detail::SceneJacobian<Sc>(scene_, t, y), t, out);
+  }
+
+  /// ydot ← f(t, y) and J ← ∂ẏ/∂y, for little more than J alone.
+  ///
+  /// @throws as jacobian()
+  void derivative_and_jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
     const detail::SceneJacobian<Sc> jacobian(scene_, t, y);
-    jacobian.write(out);
-    if (detail::all_finite(out.data(), out.size())) return;
-    jacobian.write_by_duals(out);
-    detail::require_finite_derivatives(
-        out, t, [this](Eigen::Index i) { return "the rate of " + component_name(i); }, [this](Eigen::Index j) { return component_name(j); });
+    const Eigen::Index k = dof();
+    ydot.head(k) = y.segment(k, k);
+    ydot.segment(k, k) = jacobian.acceleration();
+    if constexpr (Sc::has_states)
+      ydot.tail(states) = state_rates(scene_, Vector<double, n>(y.head(k)), Vector<double, n>(y.segment(k, k)), Vector<double, states>(y.tail(states)), t);
+    write_jacobian(jacobian, t, out);
   }
 
   /// Puts y back onto the constraints; nothing where there are none.
@@ -146,6 +154,14 @@ class SceneForm {
   }
 
  private:
+  void write_jacobian(const detail::SceneJacobian<Sc>& jacobian, double t, Eigen::Ref<Eigen::MatrixXd> out) const {
+    jacobian.write(out);
+    if (detail::all_finite(out.data(), out.size())) return;
+    jacobian.write_by_duals(out);
+    detail::require_finite_derivatives(
+        out, t, [this](Eigen::Index i) { return "the rate of " + component_name(i); }, [this](Eigen::Index j) { return component_name(j); });
+  }
+
   Sc scene_;
 };
 

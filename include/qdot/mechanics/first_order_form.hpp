@@ -152,7 +152,9 @@ class FirstOrderForm {
   // q and q̇ of y, a vector each.
   std::pair<Vector<double, n>, Vector<double, n>> parts(const Eigen::Ref<const Eigen::VectorXd>& y) const {
     const Eigen::Index dof = system_.dof();
-    std::pair<Vector<double, n>, Vector<double, n>> parts{Vector<double, n>(dof), Vector<double, n>(dof)};
+    std::pair<Vector<double, n>, Vector<double, n>> parts;
+    parts.first.resize(dof);
+    parts.second.resize(dof);
     std::copy_n(y.data(), dof, parts.first.data());
     std::copy_n(y.data() + dof, dof, parts.second.data());
     return parts;

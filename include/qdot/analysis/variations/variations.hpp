@@ -3,8 +3,7 @@
 //
 // The variational equations of one model: where its type is known.
 //
-// A bare system gives q̈ and its Jacobian in one evaluation; everything else gives f and ∂f/∂y one after the other. The upper rows of
-// ∂f/∂y, [0 1 0], are not multiplied.
+// Systems and scenes give q̈ and its Jacobian in one evaluation. The upper rows of ∂f/∂y, [0 1 0], are not multiplied.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -72,8 +71,12 @@ class Variations final : public VariationalEquations {
     } else {
       const Eigen::Map<const Eigen::VectorXd> state(y, size_);
       Eigen::Map<Eigen::VectorXd> f(ydot, size_);
-      form().derivative(t, state, f);
-      form().jacobian(t, state, J_);
+      if constexpr (requires { form().derivative_and_jacobian(t, state, f, J_); }) {
+        form().derivative_and_jacobian(t, state, f, J_);
+      } else {
+        form().derivative(t, state, f);
+        form().jacobian(t, state, J_);
+      }
       const Eigen::Index known = requires { form().scene(); } ? dof_ : 0;
       rate.topRows(known) = Phi.middleRows(known, known);
       rate.bottomRows(size_ - known).noalias() = J_.bottomRows(size_ - known).lazyProduct(Phi);

@@ -110,9 +110,12 @@ class SceneJacobian {
       a_ = std::move(solution.qddot);
       lambda_ = std::move(solution.lambda);
     } else {
-      a_ = acceleration(scene_, q_, qdot_, t_, z);
+      a_ = qdot::acceleration(scene_, q_, qdot_, t_, z);
     }
   }
+
+  /// q̈ there.
+  const Vector<double, n>& acceleration() const noexcept { return a_; }
 
   /// J ← ∂ẏ/∂y; some of it may not be finite.
   void write(Out J) const {
