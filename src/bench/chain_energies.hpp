@@ -39,6 +39,30 @@ struct LoopedChain {
   }
 };
 
+/// The same as a sum over pairs of links, as books have it: n² terms.
+struct PairedChain {
+  double g = 9.81;
+
+  auto T(const auto& q, const auto& qdot) const {
+    using std::cos;
+    using S = typename std::decay_t<decltype(q)>::Scalar;
+    S sum(0.0);
+    for (Eigen::Index i = 0; i < q.size(); ++i)
+      for (Eigen::Index k = 0; k < q.size(); ++k) sum += 0.5 * links_beyond(q, i, k) * qdot[i] * qdot[k] * cos(q[i] - q[k]);
+    return sum;
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    using S = typename std::decay_t<decltype(q)>::Scalar;
+    S sum(0.0);
+    for (Eigen::Index k = 0; k < q.size(); ++k) sum -= g * links_beyond(q, k, k) * cos(q[k]);
+    return sum;
+  }
+
+ private:
+  static double links_beyond(const auto& q, Eigen::Index i, Eigen::Index k) { return static_cast<double>(q.size() - (i > k ? i : k)); }
+};
+
 /// T and V of the chain with qdot::unroll.
 template <int n>
 struct UnrolledChain {

@@ -32,6 +32,10 @@ std::vector<EquationsRow> derived_rows() {
 std::vector<EquationsRow> looped_chain_rows() {
   std::vector<EquationsRow> rows = rows_as_they_are<1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>();
   for (EquationsRow& derived : derived_rows<1, 2, 3, 4, 5, 6, 7, 8>()) rows.push_back(std::move(derived));
+  rows.push_back(row<8, PairedChain>("general, for over pairs"));
+  rows.push_back(row<8, Derived<8, PairedChain>>("general, for over pairs, derived"));
+  rows.push_back(row<16, PairedChain>("general, for over pairs"));
+  rows.push_back(row<16, Derived<16, PairedChain>>("general, for over pairs, derived"));
   return rows;
 }
 

@@ -150,6 +150,19 @@ TEST_CASE("derived M, r and Jacobians equal those of nested duals") {
   check_equal<3>(ManyFunctions{});
 }
 
+TEST_CASE("a sum over pairs of links that is too long to be multiplied out is differentiated as it is written") {
+  constexpr int n = 12;
+  const auto pairs = mechanical_system<n>(derived<n>(bench::PairedChain{}));
+  REQUIRE(pairs.energies().has_lines());
+  std::mt19937 random(11);
+  for (int k = 0; k < 3; ++k) {
+    const State<n> s = random_state<n>(random);
+    Vector<double, n> by_hand;
+    bench::chain_by_hand<n>(s.q.data(), s.qdot.data(), by_hand.data());
+    CHECK((acceleration(pairs, s) - by_hand).cwiseAbs().maxCoeff() <= rounding * (1.0 + by_hand.cwiseAbs().maxCoeff()));
+  }
+}
+
 TEST_CASE("T and V that are no formulas are evaluated as they are") {
   check_equal<1>(Branching{}, false);
   check_equal<1>(WithAbs{}, false);

@@ -15,8 +15,8 @@
 // written_out() wants them (mechanics/written_out.hpp), and may use Eigen. It pays where T and V are loops. Straight-line code of up to four
 // coordinates is faster as it is, and written_out() is two to three times as fast again, for seconds of compile time.
 //
-// What is no formula (T or V that branch on the state or use abs, max or a power that varies) or is no quadratic form of the velocities is evaluated as
-// without the word. Parameters are read when the object is made, so they must be numbers in it, not behind a pointer, in a std::vector or captured by
+// What is no formula (T or V that branch on the state or use abs, max or a power that varies), and what would need more lines than it saves (chains of
+// more than a dozen links as running sums, rotations), is evaluated as without the word. Parameters are read when the object is made, so they must be numbers in it, not behind a pointer, in a std::vector or captured by
 // reference. What T and V read elsewhere, a global variable, must stay as it was: a run lists them again at its looks and ends by the name of
 // model_changed where the list has become another (integrate/watch/change_watch.hpp).
 
@@ -44,6 +44,7 @@ class Derived : public E {
   explicit Derived(E energies) : E(std::move(energies)), lines_(std::make_shared<const detail::DerivedLines>(detail::derived_lines<n>(static_cast<const E&>(*this)))) {}
 
   const E& energies() const noexcept { return *this; }
+  const detail::DerivedLines& lines() const noexcept { return *lines_; }
 
   /// False when T and V are no formulas; then they are evaluated as they are.
   bool has_lines() const noexcept { return lines_->exist(); }
@@ -70,7 +71,7 @@ class Derived : public E {
   /// M, and the derivatives of r − M a at accelerations a (mechanics/equations/equation_slopes.hpp).
   template <class Row>
   bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {
-    if (!has_lines()) return detail::slopes_written<n>(energies(), vector_of(q), vector_of(qdot), vector_of(a), t, M, rows);
+    if (!lines_->have_slopes()) return detail::slopes_written<n>(energies(), vector_of(q), vector_of(qdot), vector_of(a), t, M, rows);
     double x[detail::DerivedLines::most];
     write_inputs(q, qdot, t, x);
     for (int i = 0; i < n; ++i) x[2 * n + 1 + i] = a[i];
@@ -104,7 +105,7 @@ namespace detail {
 template <int n, class E>
 Derived<n, E> derived_of(E energies) {
   static_assert(require_energies<E, n>());
-  static_assert(n >= 1 && n <= by_terms_limit, "qdot: derived is for up to 8 coordinates: leave it away, or take written_out, which goes up to 32");
+  static_assert(n >= 1 && n <= 16, "qdot: derived is for up to 16 coordinates: leave it away, or take written_out, which goes up to 32");
   static_assert(HoldsItsParameters<E>,
                 "qdot: derived reads the parameters of T and V once, so they must be numbers in the object itself (of a lambda: doubles) and not behind "
                 "a pointer, in a std::vector or captured by reference, where they may change unseen: leave derived away for such a class");
@@ -115,7 +116,8 @@ Derived<n, E> derived_of(E energies) {
 
 /// Energies whose equations of motion are derived when the object is made, for mechanical_system<n>(): an object with members T and V, or T alone.
 ///
-/// See the head of this file. Up to 8 coordinates. Making the object takes 0.1 to 1 ms; an evaluation of it allocates nothing and uses 32 kB of stack.
+/// See the head of this file. Up to 16 coordinates; Jacobians come from lines up to 8. Making the object takes 0.1 to 1 ms, above 8 coordinates some
+/// 10 ms; an evaluation of it allocates nothing and uses 32 kB of stack.
 template <int n, class Energies>
 auto derived(Energies energies) {
   if constexpr (detail::EnergiesObject<Energies, n>) {

@@ -78,15 +78,9 @@ class CCode {
   // What the derivation by terms can't multiply out.
   void derive_by_graph(int T, int V) {
     auto& g = d_.graph;
-    const GraphEquations e = equations_by_graph(g, n_, T, V);
+    const qdot::detail::GraphEquations e = qdot::detail::equations_by_graph(g, n_, T, V);
     equations_ = {.mass = e.mass, .right = e.right, .slopes = {}};
-    std::vector<int> state;
-    for (int i = 0; i < 2 * n_; ++i) state.push_back(g.variable(i));
-    for (int i = 0; i < n_; ++i) {
-      int residual = e.right[static_cast<std::size_t>(i)];
-      for (int j = 0; j < n_; ++j) residual = g.difference(residual, g.product(e.mass[entry(i, j)], g.variable(2 * n_ + 1 + j)));
-      for (const int slope : g.gradient(residual, state)) equations_.slopes.push_back(slope);
-    }
+    differentiate(g, n_, equations_);
   }
   static std::size_t entry(int i, int j) { return static_cast<std::size_t>(i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i); }
 

@@ -3,11 +3,7 @@
 //
 // Lagrange's equations of many coordinates, derived by the compiler.
 //
-// Multiplied out (mechanics/derive/by_terms.hpp), the kinetic energy of a chain of 32 links has thousands of terms. But the user's own T has few
-// operations, because what links have in common is computed once: v_k = v_{k−1} + …. Derivatives of graphs keep that:
-//
-//     p = ∂T/∂q̇   (one walk back),     M_ij = ∂p_i/∂q̇_j   (one walk back for each row),     r = ∂L/∂q − ṗ at q̈ = 0   (one walk forwards).
-//
+// They are derivatives of the graph (mechanics/derive/derivatives_of_graph.hpp), and a graph of many coordinates is long.
 // A compiler stops after a number of operations in one constant (g++ after 3.3·10⁷, clang after 10⁶ steps). So the work is cut into
 // stages, each of which is a constant of its own and begins where the one before has ended.
 
@@ -18,7 +14,7 @@
 
 #include "qdot/ad/formula/coefficient.hpp"
 #include "qdot/ad/formula/graph.hpp"
-#include "qdot/mechanics/derive/derived_equations.hpp"
+#include "qdot/mechanics/derive/derivatives_of_graph.hpp"
 
 namespace qdot::detail {
 
@@ -71,7 +67,7 @@ class DerivationByGraph {
     for (int w = 0; w < from.nodes; ++w) {
       const StoredNode& x = from.node[w];
       graph.copy_of({x.kind, x.function, x.a, x.b, opened(x.ca, x.line_of_ca), opened(x.cb, x.line_of_cb), opened(x.c, x.line_of_c), x.domain});
-      if (from.next > 3 || from.next_rate > 0) rates_.push_back(from.rate[w] - 1);
+      if (from.next > 3 || from.next_rate > 0) rates_.append_known(from.rate[w]);
     }
     if (from.nodes == 0)
       for (int i = 0; i < 2 * n + 1; ++i) graph.variable(i);
@@ -80,9 +76,7 @@ class DerivationByGraph {
   /// Does what is next as long as that is not too much for one constant.
   template <class Stage, class NodeOfT, class NodeOfV>
   constexpr void advance(Stage& s, int most_effort, const NodeOfT& node_of_T, const NodeOfV& node_of_V) {
-    std::vector<int> q, qdot;
-    for (int i = 0; i < n; ++i) q.push_back(graph.variable(i));
-    for (int i = 0; i < n; ++i) qdot.push_back(graph.variable(n + i));
+    const std::vector<int> q = variables_of(graph, 0, n), qdot = variables_of(graph, n, n);
     const int begin = graph.effort();
     const auto has_time = [&] { return graph.effort() - begin < most_effort; };
     for (; s.is_possible && s.next < Stage::last && has_time(); ++s.next) {
@@ -103,7 +97,7 @@ class DerivationByGraph {
         if (!make_rates(s, has_time)) break;
       } else if (s.next < Stage::first_row) {
         const int i = s.next - Stage::first_right;
-        const int rate = rate_of(s.p[i]);
+        const int rate = rates_.of(s.p[i]);
         s.right[i] = graph.difference(s.force[i], rate);
       } else {
         const int i = s.next - Stage::first_row;
@@ -118,7 +112,7 @@ class DerivationByGraph {
     for (int w = 0; w < s.nodes; ++w) {
       const Node& x = graph[w];
       s.node[w] = {x.kind, x.function, x.a, x.b, x.ca.shadow, x.cb.shadow, x.c.shadow, x.ca.line, x.cb.line, x.c.line, x.domain};
-      s.rate[w] = static_cast<std::size_t>(w) < rates_.size() ? rates_[static_cast<std::size_t>(w)] + 1 : 0;
+      s.rate[w] = rates_.known(w);
     }
     for (int k = 0; k < s.lines; ++k) {
       s.line[k] = book.steps()[static_cast<std::size_t>(k)];
@@ -160,10 +154,10 @@ class DerivationByGraph {
   constexpr bool make_rates(Stage& s, const HasTime& has_time) {
     const int last = *std::max_element(s.p, s.p + n);
     const std::vector<char> needed = graph.needed_for(s.p);
-    rates_.resize(at(last) + 1, -1);
+    rates_.remember_to(last);
     for (; s.next_rate <= last; ++s.next_rate) {
       if (!has_time()) return false;
-      if (needed[at(s.next_rate)] != 0) rate_of(s.next_rate);
+      if (needed[at(s.next_rate)] != 0) rates_.of(s.next_rate);
     }
     return true;
   }
@@ -182,49 +176,7 @@ class DerivationByGraph {
     return x;
   }
 
-  // d/dt of a node at q̈ = 0.
-  constexpr int rate_of(int x) {
-    if (at(x) < rates_.size() && rates_[at(x)] >= 0) return rates_[at(x)];
-    const Node w = graph[x];
-    int rate = graph.constant(0.0);
-    const auto add = [&](int slope, int of) {
-      const int part = graph.product(slope, of);
-      rate = graph.sum(rate, part);
-    };
-    switch (w.kind) {
-      case formula::Kind::constant: break;
-      case formula::Kind::variable:
-        if (w.a < n) rate = graph.variable(n + w.a);
-        if (w.a == 2 * n) rate = graph.constant(1.0);
-        break;
-      case formula::Kind::affine:
-        rate = graph.scaled(rate_of(w.a), w.ca);
-        if (w.b >= 0) rate = graph.sum(rate, graph.scaled(rate_of(w.b), w.cb));
-        break;
-      case formula::Kind::product:
-        add(rate_of(w.a), w.b);
-        add(rate_of(w.b), w.a);
-        break;
-      case formula::Kind::quotient: {
-        const int below = graph.product(x, rate_of(w.b));
-        rate = graph.quotient(graph.difference(rate_of(w.a), below), w.b);
-        break;
-      }
-      case formula::Kind::power: {
-        const int slope = graph.scaled(graph.power(w.a, decisive(w.c) - 1.0), w.c);
-        add(rate_of(w.a), slope);
-        break;
-      }
-      case formula::Kind::function:
-        add(rate_of(w.a), graph.slope(x));
-        if (w.b >= 0) add(rate_of(w.b), graph.second_slope(x));
-        break;
-    }
-    if (at(x) < rates_.size()) rates_[at(x)] = rate;
-    return rate;
-  }
-
-  std::vector<int> rates_;
+  RatesOfNodes rates_{graph, n};
 };
 
 // What a compiler can be asked to do in one constant, in nodes that are made or found.

@@ -85,18 +85,9 @@ class DerivationByTerms {
     std::vector<Polynomial> M(at(n_ * (n_ + 1) / 2)), r(at(n_));
     if (is_possible) derive(T, V, M, r);
     if (!is_possible) return jacobian;
-    std::vector<int> state;
-    for (int i = 0; i < 2 * n_; ++i) state.push_back(graph.variable(i));
     for (const Polynomial& p : M) jacobian.mass.push_back(p.empty() ? -1 : node_of(p));
     for (const Polynomial& p : r) jacobian.right.push_back(node_of(p));
-    for (int i = 0; i < n_; ++i) {
-      int residual = jacobian.right[at(i)];
-      for (int j = 0; j < n_; ++j) {
-        const int mass = jacobian.mass[entry(i, j)];
-        if (mass >= 0) residual = graph.difference(residual, graph.product(mass, graph.variable(2 * n_ + 1 + j)));
-      }
-      for (const int slope : graph.gradient(residual, state)) jacobian.slopes.push_back(graph.is_constant(slope, 0.0) ? -1 : slope);
-    }
+    differentiate(graph, n_, jacobian);
     is_possible = monomials_.is_complete();
     return jacobian;
   }

@@ -6,6 +6,7 @@
 // Two ways lead there: mechanics/derive/by_terms.hpp multiplies the kinetic energy out and simplifies what comes, as one does on paper;
 // mechanics/derive/by_graph.hpp differentiates T as it is written, which suits many coordinates. Both are run by the compiler.
 
+#include <cstddef>
 #include <vector>
 
 #include "qdot/ad/formula/coefficient.hpp"
@@ -37,5 +38,26 @@ struct DerivedJacobian {
   std::vector<int> right;
   std::vector<int> slopes;  // of each row along q, then along q̇
 };
+
+/// q or q̇ as nodes.
+constexpr std::vector<int> variables_of(DerivedEquations::Graph& graph, int first, int count) {
+  std::vector<int> all;
+  for (int i = 0; i < count; ++i) all.push_back(graph.variable(first + i));
+  return all;
+}
+
+/// Adds the slopes to M and r; accelerations are the variables after q, q̇ and t.
+constexpr void differentiate(DerivedEquations::Graph& graph, int n, DerivedJacobian& jacobian) {
+  const std::vector<int> state = variables_of(graph, 0, 2 * n), accelerations = variables_of(graph, 2 * n + 1, n);
+  for (int i = 0; i < n; ++i) {
+    int residual = jacobian.right[static_cast<std::size_t>(i)];
+    for (int j = 0; j < n; ++j) {
+      const int mass = jacobian.mass[static_cast<std::size_t>(i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i)];
+      if (mass >= 0) residual = graph.difference(residual, graph.product(mass, accelerations[static_cast<std::size_t>(j)]));
+    }
+    for (const int slope : graph.gradient(residual, state, graph.dependence(residual, state)))
+      jacobian.slopes.push_back(graph.is_constant(slope, 0.0) ? -1 : slope);
+  }
+}
 
 }  // namespace qdot::detail

@@ -10,7 +10,9 @@
 //     x₇ = x₃ x₅,     x₈ = sin x₀, x₉ = cos x₀,     x₁₀ = 2 x₇ − x₈,   …
 //
 // first those of M and r, then those of ∂(r − M a)/∂(q, q̇), and an evaluation goes through it from operation to operation. A line costs one or
-// two nanoseconds beside what it computes, and there are as few of them as in formulas that one derives by hand.
+// two nanoseconds beside what it computes, and there are as few of them as in formulas that one derives by hand. A T that is too long to be multiplied
+// out, the double sum over pairs of twelve links, is differentiated as it is written (mechanics/derive/derivatives_of_graph.hpp); of such a T there are
+// lines of M and r only.
 
 #include <algorithm>
 #include <cmath>
@@ -18,12 +20,14 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "qdot/ad/formula/list_graph.hpp"
 #include "qdot/ad/formula/trace.hpp"
 #include "qdot/mechanics/derive/by_terms.hpp"
 #include "qdot/mechanics/derive/closed_form.hpp"
+#include "qdot/mechanics/derive/derivatives_of_graph.hpp"
 #include "qdot/mechanics/equations/energy_functors.hpp"
 
 namespace qdot::detail {
@@ -127,6 +131,7 @@ struct DerivedLines {
   ListedEnergy T, V;             // what was derived
 
   bool exist() const { return !right.empty(); }
+  bool have_slopes() const { return !slopes.empty(); }  // differentiated graphs have none: they would be ten times as many lines
 
   /// Whether T and V have values where these numbers are.
   bool have_values(const double* x) const {
@@ -245,35 +250,56 @@ class LineWriter {
   int count_;
 };
 
-/// The lines of T and V that were recorded; none where these are no formulas, or T is no quadratic form that can be multiplied out.
-inline DerivedLines lines_of_recordings(int n, const trace::Recording& T, const trace::Recording& V) {
+// The lines of a derivation: those of M and r, and of the slopes where these were derived.
+inline DerivedLines lines_of(const DerivedEquations::Graph& graph, int n, const DerivedJacobian& derived) {
   DerivedLines lines;
-  if (T.branches || V.branches || T.too_long || V.too_long) return lines;
-  DerivationByTerms d(n);
-  const auto node = [&](const ListOfObject& list) {
-    return formula::node_of_list(d.graph, list, 2 * n + 1, d.is_possible, [&](int k) -> formula::Coefficient { return list.value[k]; });
-  };
-  const int node_of_T = node(ListOfObject(T)), node_of_V = node(ListOfObject(V));
-  const DerivedJacobian derived = d.jacobian_by_terms(node_of_T, node_of_V);
-  if (!d.is_possible) return lines;
   std::vector<int> equations = derived.mass;
-  for (const int r : derived.right) equations.push_back(r);
-  const std::vector<formula::Domain> domains = domains_to_check(d.graph, equations);
-  LineWriter writer(d.graph, 3 * n + 1);
-  writer.write(with_checked(equations, domains), lines.all);
-  lines.equations = lines.all;
+  equations.insert(equations.end(), derived.right.begin(), derived.right.end());
+  const std::vector<formula::Domain> domains = domains_to_check(graph, equations);
+  LineWriter writer(graph, 3 * n + 1);
+  writer.write(with_checked(equations, domains), lines.equations);
+  lines.all = lines.equations;
   writer.write(derived.slopes, lines.all);
-  lines.equations.emplace_back();
-  lines.all.emplace_back();
   if (writer.count() > DerivedLines::most) return {};
-  lines.T = ListedEnergy(T);
-  lines.V = ListedEnergy(V);
   lines.mass = writer.numbers(derived.mass);
   lines.right = writer.numbers(derived.right);
-  lines.slopes = writer.numbers(derived.slopes);
   for (std::size_t w = 0; w < domains.size(); ++w)
     if (domains[w] != formula::Domain::everything) lines.checked.push_back({writer.number(static_cast<int>(w)), domains[w]});
+  lines.slopes = writer.numbers(derived.slopes);
+  lines.equations.emplace_back();
+  lines.all.emplace_back();
   return lines;
+}
+
+/// The lines of T and V that were recorded; none where these are no formulas, or too long.
+inline DerivedLines lines_of_recordings(int n, const trace::Recording& T, const trace::Recording& V) {
+  if (T.branches || V.branches || T.too_long || V.too_long) return {};
+  const auto node = [n](auto& d, const trace::Recording& run) {
+    const ListOfObject list(run);
+    return formula::node_of_list(d.graph, list, 2 * n + 1, d.is_possible, [&](int k) -> formula::Coefficient { return list.value[k]; });
+  };
+  const auto derived = [&](const auto& derivation) -> DerivedLines {
+    DerivationByTerms d(n);
+    const int node_of_T = node(d, T), node_of_V = node(d, V);
+    if (!d.is_possible) return {};
+    const DerivedJacobian equations = derivation(d, node_of_T, node_of_V);
+    if (!d.is_possible) return {};
+    DerivedLines lines = lines_of(d.graph, n, equations);
+    lines.T = ListedEnergy(T);
+    lines.V = ListedEnergy(V);
+    return lines;
+  };
+  if (n <= by_terms_limit) {
+    DerivedLines lines = derived([](DerivationByTerms& d, int t, int v) { return d.jacobian_by_terms(t, v); });
+    if (lines.exist()) return lines;
+  }
+  DerivedLines lines = derived([n](DerivationByTerms& d, int t, int v) {
+    GraphEquations e = equations_by_graph(d.graph, n, t, v);
+    return DerivedJacobian{std::move(e.mass), std::move(e.right), {}};
+  });
+  // A line takes a third of the time that an operation of T takes on numbers with derivatives. Of rotations the library knows more than their formulas.
+  const bool pays = lines.equations.size() <= 3 * static_cast<std::size_t>(T.steps + V.steps);
+  return pays ? lines : DerivedLines{};
 }
 
 template <int n, class E>

@@ -7,7 +7,7 @@
 // (mechanics/derive/by_terms.hpp): parameters are variables that nothing is differentiated by. Where T is no quadratic form that can be multiplied
 // out, p, M and r are derivatives of the graph, as they come:
 //
-//     p = ∂L/∂q̇ ,   M = ∂p/∂q̇ ,   r = ∂L/∂q − (∂p/∂q) q̇ − ∂p/∂t .
+//     p = ∂L/∂q̇ ,   M = ∂p/∂q̇ ,   r = ∂L/∂q − (∂p/∂q) q̇ − ∂p/∂t       (mechanics/derive/derivatives_of_graph.hpp).
 //
 // q̈ is given for what can be solved as one would by hand: a coordinate that is coupled to no other, one whose diagonal entry is a single term and is
 // eliminated, and two that are left by Cramer's rule. An eliminated q̈ is given by those that are solved for. With constraints φ = 0 the rows have
@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "qdot/mechanics/derive/by_terms.hpp"
+#include "qdot/mechanics/derive/derivatives_of_graph.hpp"
 #include "qdot/report/equations/expression.hpp"
 #include "qdot/report/equations/layout.hpp"
 #include "qdot/report/equations/parameter_letters.hpp"
@@ -43,31 +44,6 @@ struct EquationsOfMotion {
 };
 
 namespace detail {
-
-/// p, M (lower triangle, row by row) and r as derivatives of a graph, as they come.
-struct GraphEquations {
-  std::vector<int> p, mass, right;
-};
-inline GraphEquations equations_by_graph(LetteredGraph& g, int n, int T, int V) {
-  std::vector<int> q, v;
-  for (int i = 0; i < n; ++i) {
-    q.push_back(g.variable(i));
-    v.push_back(g.variable(n + i));
-  }
-  std::vector<int> all = q;
-  all.insert(all.end(), v.begin(), v.end());
-  all.push_back(g.variable(2 * n));
-  const std::vector<int> force = g.gradient(g.difference(T, V), q);
-  GraphEquations e{.p = g.gradient(T, v), .mass = {}, .right = {}};
-  for (std::size_t i = 0; i < q.size(); ++i) {
-    const std::vector<int> slopes = g.gradient(e.p[i], all);
-    int r = g.difference(force[i], slopes.back());
-    for (std::size_t j = 0; j < q.size(); ++j) r = g.difference(r, g.product(slopes[j], v[j]));
-    e.right.push_back(r);
-    for (std::size_t j = 0; j <= i; ++j) e.mass.push_back(slopes[q.size() + j]);
-  }
-  return e;
-}
 
 class EquationDerivation {
   using Polynomial = formula::Polynomial;
@@ -135,9 +111,9 @@ class EquationDerivation {
         }
       return;
     }
-    const GraphEquations e = equations_by_graph(d_.graph, n_, T, V);
+    const qdot::detail::GraphEquations e = qdot::detail::equations_by_graph(d_.graph, n_, T, V);
     for (int i = 0; i < n_; ++i) p_[at(i)] = layout_.summands(e.p[at(i)]);
-    for (const int node : e.mass) M_.push_back(layout_.summands(node));
+    for (const int node : e.mass) M_.push_back(node < 0 ? FlatSum{} : layout_.summands(node));
     for (const int node : e.right) r_.push_back(layout_.summands(node));
   }
 
