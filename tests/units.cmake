@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 #
-# qdot_test_units(result bytes sources...): units of compilation that hold the test files, several in each, up to so many bytes of source.
+# qdot_test_units(result bytes sources...): units of compilation that hold the test files, several in each, about so many bytes of source
+# at most.
 # At 80 000 the largest units take three minutes and 5 GB.
 #
 # More than half of what a test file makes the compiler write is what others make it write, too: the standard library's, Eigen's and
@@ -10,27 +11,33 @@
 function(qdot_test_units result most)
   set(units)
   set(files)
-  set(bytes 0)
+  set(total 0)
   foreach(source IN LISTS ARGN)
     file(STRINGS ${source} not_in_a_namespace REGEX "^#include .*\\.cpp[>\"]|^template <>|operator (new|delete)\\(")
     if(not_in_a_namespace) # sources of the program, specializations of others' templates, allocation
       list(APPEND units ${source})
       continue()
     endif()
-    file(SIZE ${CMAKE_CURRENT_SOURCE_DIR}/${source} size)
-    math(EXPR bytes "${bytes} + ${size}")
-    if(files AND bytes GREATER most)
-      qdot_write_test_unit(unit ${files})
-      list(APPEND units ${unit})
-      set(files)
-      set(bytes ${size})
-    endif()
+    file(SIZE ${CMAKE_CURRENT_SOURCE_DIR}/${source} size_${source})
+    math(EXPR total "${total} + ${size_${source}}")
     list(APPEND files ${source})
   endforeach()
-  if(files)
-    qdot_write_test_unit(unit ${files})
-    list(APPEND units ${unit})
-  endif()
+  # As few units as there can be, of about the same size: a file is in the unit in whose share of the bytes its middle lies.
+  math(EXPR count "(${total} + ${most} - 1) / ${most}")
+  set(bytes 0)
+  foreach(source IN LISTS files)
+    math(EXPR number "(2 * ${bytes} + ${size_${source}}) * ${count} / (2 * ${total})")
+    math(EXPR bytes "${bytes} + ${size_${source}}")
+    list(APPEND files_of_${number} ${source})
+  endforeach()
+  set(number 0)
+  while(number LESS count)
+    if(files_of_${number})
+      qdot_write_test_unit(unit ${files_of_${number}})
+      list(APPEND units ${unit})
+    endif()
+    math(EXPR number "${number} + 1")
+  endwhile()
   set(${result} ${units} PARENT_SCOPE)
 endfunction()
 
