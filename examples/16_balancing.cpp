@@ -26,11 +26,13 @@ struct CartAndMass {
 void show(const DampedModes& modes) {
   std::printf("  %s\n", description(modes.stability));
   for (const DampedMode& mode : modes.modes)
-    std::printf("  exponent %7.4f %+7.4fi   damping ratio %7.4f\n", mode.exponent.real() + 0.0, mode.exponent.imag() + 0.0, mode.damping_ratio);
+    std::printf("  exponent %7.4f %+7.4fi   damping ratio %7.4f\n", mode.exponent.real() + 0.0,
+                mode.exponent.imag() + 0.0, mode.damping_ratio);
 }
 
 int main() {
-  const auto rod = holonomic("rod", [](const auto& q) { return 0.5 * ((q[1] - q[0]) * (q[1] - q[0]) + q[2] * q[2] - 1.0); });
+  const auto rod =
+      holonomic("rod", [](const auto& q) { return 0.5 * ((q[1] - q[0]) * (q[1] - q[0]) + q[2] * q[2] - 1.0); });
   const auto system = mechanical_system<3>(CartAndMass{}).with_names({"s", "x", "y"});
   const auto plant = scene(system, rod, viscous_damping(Vector3d(0.5, 0.0, 0.0)));
 
@@ -61,5 +63,6 @@ int main() {
   const State<3> aside{0.0, Vector3d(0.0, 0.3, std::sqrt(0.91)), Vector3d::Zero()};
   const auto run = simulate(scene(plant, feedback), aside, 20.0, Dop853{});
   const State<3> at_end = run.state();
-  std::printf("after 20 s: s = %.3f m, x = %.3f m, y = %.6f m\n", std::abs(at_end.q[0]), std::abs(at_end.q[1]), at_end.q[2]);
+  std::printf("after 20 s: s = %.3f m, x = %.3f m, y = %.6f m\n", std::abs(at_end.q[0]), std::abs(at_end.q[1]),
+              at_end.q[2]);
 }

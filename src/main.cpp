@@ -104,6 +104,21 @@ int execute(int argc, char** argv, std::string& command_name) {
   equations_command->add_flag("--mathml", equations_options.mathml, "for a page");
   add_text(equations_command, "--c", equations_options.c, "write q̈ and its Jacobian as a C99 file", "FILE");
 
+  ModesOptions modes_options, equilibria_options;
+  const auto add_small_motions = [&](const char* name, const char* what, ModesOptions& options) {
+    CLI::App* command = app.add_subcommand(name, what);
+    command->add_option("SCENE", options.scene, "a name from qdot list")->required();
+    add_repeatable(command, "--set", options.set, "parameter or where to start (q0, …, qdot0, …), NAME=VALUE");
+    add_repeatable(command, "--with", options.with, "switch an effect on, EFFECT[=VALUE]");
+    add_repeatable(command, "--without", options.without, "switch an effect off");
+    command->add_flag("--steady", options.steady, "coordinates turn at the velocities of the start, which nothing may depend on");
+    add_text(command, "--out", options.out, "write PATH.csv and PATH.html", "PATH");
+    command->add_flag("--json", options.json, "one JSON object on stdout");
+    return command;
+  };
+  CLI::App* modes_command = add_small_motions("modes", "the equilibrium near the start, its stability, frequencies and damping", modes_options);
+  CLI::App* equilibria_command = add_small_motions("equilibria", "the equilibria of a scene and their stability", equilibria_options);
+
   BenchOptions bench_options;
   CLI::App* bench_command = app.add_subcommand("bench", "the project's own benchmarks");
   bench_command->add_option_function<std::string>(
@@ -131,7 +146,7 @@ int execute(int argc, char** argv, std::string& command_name) {
     const std::string message = error.what();
     throw UsageError(message.substr(0, message.find(':')) + ": must be followed by one value, given none");
   } catch (const CLI::ParseError& error) {
-    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, accuracy, effects, equations, bench; see qdot --help");
+    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, accuracy, effects, equations, modes, equilibria, bench; see qdot --help");
   }
   refuse_extras(app.get_subcommands().front());
 
@@ -140,6 +155,8 @@ int execute(int argc, char** argv, std::string& command_name) {
   if (accuracy_command->parsed()) return accuracy(accuracy_options);
   if (effects_command->parsed()) return effects(effects_options);
   if (equations_command->parsed()) return equations(equations_options);
+  if (modes_command->parsed()) return modes(modes_options);
+  if (equilibria_command->parsed()) return equilibria(equilibria_options);
   return bench(bench_options);
 }
 

@@ -63,6 +63,16 @@ struct EquationsOptions {
   bool latex = false, mathml = false;
 };
 
+struct ModesOptions {
+  std::string scene;
+  std::vector<std::string> set;
+  std::vector<std::string> with;
+  std::vector<std::string> without;
+  std::optional<std::string> out;
+  bool steady = false;  // coordinates turn at the velocities of the start
+  bool json = false;
+};
+
 struct BenchOptions {
   std::optional<std::string> name, page;
   bool json = false;
@@ -73,6 +83,8 @@ int run(const RunOptions& options);
 int accuracy(const AccuracyOptions& options);
 int effects(const EffectsOptions& options);
 int equations(const EquationsOptions& options);
+int modes(const ModesOptions& options);
+int equilibria(const ModesOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace qdot::program

@@ -17,6 +17,7 @@
 
 #include "program/model_watch.hpp"
 #include "program/scene_runner.hpp"
+#include "qdot/analysis/linear/flow.hpp"
 #include "qdot/analysis/reference_equations.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/rattle.hpp"
@@ -70,7 +71,7 @@ class SceneModel final : public Model {
     if constexpr (Sc::has_constraints) {
       const auto state = form_.state(t, y);
       const auto lambda = constrained_acceleration(form_.scene(), state.q, state.qdot, t, states(y)).lambda;
-      const std::vector<std::string> names = constraint_names(form_.scene());
+      const std::vector<std::string> names = qdot::constraint_names(form_.scene());
       for (std::size_t i = 0; i < names.size(); ++i) all.push_back({names[i], lambda[static_cast<Eigen::Index>(i)]});
     }
     return all;
@@ -148,6 +149,15 @@ class SceneModel final : public Model {
       sum += acceleration(form_.scene(), state.q, state.qdot, t, z)[0];
     }
     return sum;
+  }
+
+  qdot::detail::ConstraintsAt constraints_at([[maybe_unused]] double t, [[maybe_unused]] const Eigen::Ref<const Eigen::VectorXd>& y) const override {
+    if constexpr (Sc::has_constraints && !Sc::has_phases) return qdot::detail::constraints_at(form_.scene(), t, y);
+    return {};
+  }
+  std::vector<std::string> constraint_names() const override {
+    if constexpr (Sc::has_constraints) return qdot::constraint_names(form_.scene());
+    return {};
   }
 
  private:

@@ -2,8 +2,11 @@
 #include "program/json.hpp"
 
 #include <cmath>
+#include <complex>
 #include <nlohmann/json.hpp>
 #include <utility>
+
+#include "program/steady_points.hpp"
 
 namespace qdot::program {
 
@@ -116,6 +119,48 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
   for (const RecordedEvent& e : result.events) events.push_back({{"t", e.t}, {"name", e.name}});
   json["events"] = events;
   json["files"] = files;
+  return json.dump(2);
+}
+
+std::string steady_states_json(const RunnableScene& scene, const std::vector<SteadyPoint>& points, SteadyList list) {
+  const auto complex = [](const std::complex<double>& z) { return Json::array({z.real(), z.imag()}); };
+  Json all = Json::array();
+  for (const SteadyPoint& point : points) {
+    Json json;
+    json["q"] = numbers(point.linear.q);
+    json["qdot"] = numbers(point.linear.qdot);
+    json["stability"] = description(point.modes.stability);
+    json["growth"] = point.modes.growth;
+    json["states"] = point.linear.states;
+    json["exponents"] = Json::array();
+    for (const std::complex<double>& lambda : point.modes.exponents) json["exponents"].push_back(complex(lambda));
+    json["modes"] = Json::array();
+    for (const DampedMode& mode : point.modes.modes) {
+      Json shape = Json::array();
+      for (const std::complex<double>& entry : mode.shape) shape.push_back(complex(entry));
+      json["modes"].push_back({{"exponent", complex(mode.exponent)}, {"frequency", mode.frequency()}, {"natural_frequency", mode.natural_frequency},
+                               {"damping_ratio", mode.damping_ratio}, {"shape", shape}});
+    }
+    json["A"] = Json::array();
+    for (Eigen::Index i = 0; i < point.linear.A.rows(); ++i) json["A"].push_back(numbers(point.linear.A.row(i).transpose()));
+    json["reactions"] = Json::array();
+    for (const Reaction& r : point.reactions) json["reactions"].push_back({{"name", r.name}, {"lambda", r.lambda}});
+    all.push_back(json);
+  }
+  Json json;
+  json["scene"] = scene.name();
+  json["parameters"] = parameter_values(scene);
+  json["effects"] = Json::array();
+  for (const EffectInfo& effect : scene.effects())
+    if (effect.on) json["effects"].push_back({{"name", effect.name}, {"value", effect.value}});
+  json["coordinates"] = Json::array();
+  for (const auto& c : scene.coordinates()) json["coordinates"].push_back(c.name);
+  if (list == SteadyList::the_only_one) {
+    json.update(all.front());
+  } else {
+    json["family"] = list == SteadyList::some_of_a_family;
+    json["equilibria"] = all;
+  }
   return json.dump(2);
 }
 

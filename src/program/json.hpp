@@ -13,6 +13,8 @@
 
 namespace qdot::program {
 
+struct SteadyPoint;  // steady_points.hpp
+
 /// The keys of the command-line contract, and a few more behind them.
 ///
 /// energy_initial, energy_final are T + V; energy_drift_max is the largest |E − E(0)| over all accepted steps.
@@ -22,6 +24,12 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
                      const std::vector<std::string>& files);
 
 std::string list_json(const std::vector<std::unique_ptr<RunnableScene>>& scenes);
+
+/// How a list of steady states came about.
+enum class SteadyList { the_only_one, all_found, some_of_a_family };
+
+/// Steady states with their modes; the only one without an array around it.
+std::string steady_states_json(const RunnableScene& scene, const std::vector<SteadyPoint>& points, SteadyList list);
 
 /// Findings by the name of their benchmark; of `bench eom` alone, the array of its rows {system, n, door, …_ns, ratio}, of
 /// `bench scenes` alone that of {scene, n, constraints, effect, …_ns, ratio}.

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "qdot/analysis/linear/constraints_at.hpp"
 #include "qdot/effects/projection_report.hpp"
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/options.hpp"
@@ -133,6 +134,10 @@ class Model {
 
   /// Evaluates q̈ at y `count` times, and returns a number that depends on all of them.
   virtual double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const = 0;
+
+  /// Constraints that last and their slopes, for linearizations; empty where there are none.
+  virtual qdot::detail::ConstraintsAt constraints_at(double, const Eigen::Ref<const Eigen::VectorXd>&) const { return {}; }
+  virtual std::vector<std::string> constraint_names() const { return {}; }
 };
 
 /// A scene of the catalogue with values for its parameters.

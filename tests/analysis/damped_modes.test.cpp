@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "catch2_bridge.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 
@@ -87,14 +88,18 @@ TEST_CASE("a sleeping top is stable if and only if (I3 w3)^2 > 4 I1 m g l") {
     CHECK(modes.stability == (part < 1.0 ? Stability::unstable : Stability::drifting));
     // I1 λ² ∓ i I3 w λ − m g l = 0
     const double half = 0.5 * top.I3 * spin / top.I1, root = half * half - top.mgl / top.I1;
-    const std::complex<double> fast = std::complex<double>(0.0, half) + (root > 0.0 ? std::complex<double>(0.0, std::sqrt(root)) : std::complex<double>(std::sqrt(-root), 0.0));
+    const std::complex<double> fast =
+        std::complex<double>(0.0, half) +
+        (root > 0.0 ? std::complex<double>(0.0, std::sqrt(root)) : std::complex<double>(std::sqrt(-root), 0.0));
     double nearest = 1.0;
     for (const auto& lambda : modes.exponents) nearest = std::min(nearest, std::abs(lambda - fast));
     CHECK(nearest < rounding);
   }
 }
 
-TEST_CASE("the bottom of a turning hoop loses its stability at W^2 = g/R, and the bead then swings about cos theta = g/(W^2 R) with W sin theta") {
+TEST_CASE(
+    "the bottom of a turning hoop loses its stability at W^2 = g/R, and the bead then swings about cos theta = g/(W^2 "
+    "R) with W sin theta") {
   const auto at_bottom = [](double part) {
     scenes::BeadOnHoop hoop{};
     hoop.Omega = std::sqrt(part * hoop.g / hoop.R);
@@ -153,4 +158,6 @@ TEST_CASE("exponents are told from the axis as far as rounding allows, whatever 
     CHECK(with((M(2, 2) << -1.0, unit, 0, -1.0).finished()) == Stability::asymptotically_stable);
   }
   CHECK_THROWS_AS(frequency_response(linear, 1.0), InvalidValue);
+  linear.autonomous = false;
+  CHECK_THROWS_WITH(damped_modes(linear), Catch::Matchers::StartsWith("damped_modes: A must be the same at all times, but it changes with t"));
 }

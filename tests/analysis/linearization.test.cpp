@@ -35,8 +35,8 @@ struct Rod {
 
 // A pendulum in Cartesian coordinates, its rod written down twice, drag, and a push along x.
 auto cartesian_pendulum() {
-  return scene(mechanical_system<2>(Mass{}).with_names({"x", "y"}), holonomic("rod", Rod{}), viscous_damping(Vector2d(c, c)), holonomic("again", Rod{}),
-               input("push", 0));
+  return scene(mechanical_system<2>(Mass{}).with_names({"x", "y"}), holonomic("rod", Rod{}),
+               viscous_damping(Vector2d(c, c)), holonomic("again", Rod{}), input("push", 0));
 }
 
 // A thin disk that rolls without slip: contact point, heading, lean, rolling angle. J. Neimark, N. Fufaev, Dynamics of Nonholonomic Systems, 1972.
@@ -49,12 +49,18 @@ struct Disk {
     const auto sp = sin(q[2]), cp = cos(q[2]), sd = sin(q[3]), cd = cos(q[3]);
     const auto vx = v[0] + r * (cd * sp * v[3] + sd * cp * v[2]), vy = v[1] - r * (cd * cp * v[3] - sd * sp * v[2]);
     const auto vz = -r * sd * v[3], spin = v[4] + sd * v[2];
-    return 0.5 * m * (vx * vx + vy * vy + vz * vz) + 0.5 * I * (v[3] * v[3] + cd * cd * v[2] * v[2]) + 0.5 * J * spin * spin;
+    return 0.5 * m * (vx * vx + vy * vy + vz * vz) + 0.5 * I * (v[3] * v[3] + cd * cd * v[2] * v[2]) +
+           0.5 * J * spin * spin;
   }
   auto V(const auto& q) const {
     using std::cos;
     return m * g * r * cos(q[3]);
   }
+};
+
+struct Spring {
+  double kappa;
+  auto potential_term(const auto& q, const auto&) const { return 0.5 * kappa * q[0] * q[0]; }
 };
 
 }  // namespace
@@ -111,13 +117,17 @@ TEST_CASE("at the top the same pendulum is unstable with the exponents of x'' = 
 TEST_CASE("a state off its constraints, or one that does not stay, is refused by name") {
   const auto s = cartesian_pendulum();
   CHECK_THROWS_WITH(linearization(s, State<2>{0.0, {0.0, -1.4}, {0.0, 0.0}}),
-                    "linearization: the state must satisfy its constraints, but 'rod' is off by 0.135 at t = 0; take it from consistent_state() or equilibrium_near()");
+                    "linearization: the state must satisfy its constraints, but 'rod' is off by 0.135 at t = 0; take "
+                    "it from consistent_state() or equilibrium_near()");
   CHECK_THROWS_WITH(linearization(s, State<2>{0.0, {0.0, -l}, {0.0, 0.5}}),
-                    "linearization: the state must satisfy its constraints, but the velocity of 'rod' is off by -0.65 at t = 0; take it from consistent_state() or "
+                    "linearization: the state must satisfy its constraints, but the velocity of 'rod' is off by -0.65 "
+                    "at t = 0; take it from consistent_state() or "
                     "equilibrium_near()");
-  CHECK_THROWS_WITH(linearization(s, State<2>{0.0, {0.0, NAN}, {0.0, 0.5}}), "linearization: the state must be finite, but y is not; give every entry a number");
+  CHECK_THROWS_WITH(linearization(s, State<2>{0.0, {0.0, NAN}, {0.0, 0.5}}),
+                    "linearization: the state must be finite, but y is not; give every entry a number");
   const Linearization aside = linearization(s, State<2>{0.0, {l * 0.6, -l * 0.8}, {0.0, 0.0}});
-  CHECK_THAT(aside.drift.norm(), WithinRel(g * 0.6, rounding) || WithinRel(g * 0.6 * 0.8, rounding));  // along the tangent, seen in x
+  CHECK_THAT(aside.drift.norm(),
+             WithinRel(g * 0.6, rounding) || WithinRel(g * 0.6 * 0.8, rounding));  // along the tangent, seen in x
   CHECK_THROWS_AS(damped_modes(aside), InvalidValue);
   const Eigen::MatrixXd Q = Eigen::MatrixXd::Identity(2, 2), R = Eigen::MatrixXd::Identity(1, 1);
   CHECK_THROWS_AS(regulator(aside, Q, R), InvalidValue);
@@ -149,14 +159,16 @@ TEST_CASE("a cart under an inverted pendulum: A and B of the textbook, and a reg
 
 TEST_CASE("an upright disk rolls straight on if v^2 > g r/3, with five positions and three velocities") {
   const Disk disk;
-  const auto rolling = scene(mechanical_system<5>(disk).with_names({"x", "y", "phi", "delta", "psi"}), nonholonomic("no slip", [r = disk.r](const auto& q, const auto& v) {
-    using std::cos, std::sin;
-    using S = std::decay_t<decltype(v[0] * cos(q[2]))>;
-    return Vector<S, 2>(v[0] - r * cos(q[2]) * v[4], v[1] - r * sin(q[2]) * v[4]);
-  }));
+  const auto rolling = scene(mechanical_system<5>(disk).with_names({"x", "y", "phi", "delta", "psi"}),
+                             nonholonomic("no slip", [r = disk.r](const auto& q, const auto& v) {
+                               using std::cos, std::sin;
+                               using S = std::decay_t<decltype(v[0] * cos(q[2]))>;
+                               return Vector<S, 2>(v[0] - r * cos(q[2]) * v[4], v[1] - r * sin(q[2]) * v[4]);
+                             }));
   for (const double part : {0.99, 1.01}) {
     const double v = std::sqrt(part * g * disk.r / 3.0);
-    const Linearization at = linearization(rolling, State<5>{0.0, Vector<double, 5>::Zero(), (Vector<double, 5>() << v, 0, 0, 0, v / disk.r).finished()});
+    const Linearization at = linearization(
+        rolling, State<5>{0.0, Vector<double, 5>::Zero(), (Vector<double, 5>() << v, 0, 0, 0, v / disk.r).finished()});
     CHECK((at.positions == 5 && at.velocities == 3 && at.A.rows() == 8));
     const DampedModes modes = damped_modes(at);
     // a heading that is a little different leads ever farther away, stable or not
@@ -166,4 +178,15 @@ TEST_CASE("an upright disk rolls straight on if v^2 > g r/3, with five positions
     const std::complex<double> lean = modes.modes.back().exponent;
     CHECK(std::abs(lean * lean - squared) < 1e-9);
   }
+}
+
+TEST_CASE("an input that is given later leaves the scene's potentials as they were: x'' = -(k + kappa) x + u") {
+  const auto s = scene(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; },
+                                            [](const auto& q) { return 2.0 * q[0] * q[0]; })
+                           .with_names({"x"}),
+                       Spring{5.0});
+  const Linearization at = linearization(s, equilibrium_near(s, Vector<double, 1>(0.3)), input("push", 0));
+  CHECK_THAT(at.A(1, 0), WithinRel(-9.0, rounding));
+  CHECK_THAT(at.B(1, 0), WithinRel(1.0, rounding));
+  CHECK(at.states[0] == "x");
 }

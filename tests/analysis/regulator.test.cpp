@@ -20,7 +20,8 @@ MatrixXd E(Eigen::Index n) { return MatrixXd::Identity(n, n); }
 
 }  // namespace
 
-TEST_CASE("the double integrator with unit costs has K = (1, sqrt 3) and poles on the circle of radius 1 at 30 degrees") {
+TEST_CASE(
+    "the double integrator with unit costs has K = (1, sqrt 3) and poles on the circle of radius 1 at 30 degrees") {
   const MatrixXd A = (MatrixXd(2, 2) << 0, 1, 0, 0).finished(), B = (MatrixXd(2, 1) << 0, 1).finished();
   const Regulator r = regulator(A, B, E(2), E(1));
   CHECK_THAT(r.K(0, 0), WithinRel(1.0, rounding));
@@ -53,7 +54,8 @@ TEST_CASE("Riccati's equation is solved, and the loop decays, whatever the syste
       for (Eigen::Index i = 0; i < m->size(); ++i) m->data()[i] = normal(random);
     const MatrixXd Q = G.transpose() * G, R = (MatrixXd(2, 2) << 2, 1, 1, 3).finished();
     const Regulator r = regulator(A, B, Q, R);
-    const MatrixXd PA = r.P * A, quadratic = r.K.transpose() * MatrixXd(R * r.K), K = MatrixXd(R * r.K) - MatrixXd(B.transpose() * r.P);
+    const MatrixXd PA = r.P * A, quadratic = r.K.transpose() * MatrixXd(R * r.K),
+                   K = MatrixXd(R * r.K) - MatrixXd(B.transpose() * r.P);
     const MatrixXd left = PA + PA.transpose() - quadratic + Q;
     CHECK(K.norm() < 1e-12 * r.P.norm() * B.norm());
     CHECK(left.norm() < 1e-10 * (Q.norm() + r.P.norm() * A.norm()));
@@ -65,15 +67,22 @@ TEST_CASE("Riccati's equation is solved, and the loop decays, whatever the syste
 TEST_CASE("what has no regulator is refused with the reason") {
   const MatrixXd A = (MatrixXd(2, 2) << 1, 0, 0, -2).finished(), B = (MatrixXd(2, 1) << 0, 1).finished(), one = E(1);
   CHECK_THROWS_WITH(regulator(A, B, E(2), one),
-                    "regulator: every mode that does not decay by itself must be reached by an input, but that with the exponent 1 + 0i is not, most of it in x0; "
+                    "regulator: every mode that does not decay by itself must be reached by an input, but that with "
+                    "the exponent 1 + 0i is not, most of it in x0; "
                     "add an input that moves it, or take it out of the model");
   CHECK_NOTHROW(regulator(-A, B, E(2), one).K);
-  CHECK_THROWS_WITH(regulator(A, E(2), E(2), -E(2)), "regulator: R must be positive definite, but its lowest eigenvalue is -1; give every input a cost");
-  CHECK_THROWS_WITH(regulator(A, E(2), -E(2), E(2)), "regulator: Q must not be negative, but its lowest eigenvalue is -1; give no deviation a negative cost");
+  CHECK_THROWS_WITH(regulator(A, E(2), E(2), -E(2)),
+                    "regulator: R must be positive definite, but its lowest eigenvalue is -1; give every input a cost");
+  CHECK_THROWS_WITH(
+      regulator(A, E(2), -E(2), E(2)),
+      "regulator: Q must not be negative, but its lowest eigenvalue is -1; give no deviation a negative cost");
   CHECK_THROWS_WITH(regulator(one * 0.0, one, one * 0.0, one),
-                    "regulator: every mode that lasts must show in Q, but the optimal loop would leave an exponent 0 from the imaginary axis; give its coordinate a "
+                    "regulator: every mode that lasts must show in Q, but the optimal loop would leave an exponent 0 "
+                    "from the imaginary axis; give its coordinate a "
                     "cost in Q");
-  CHECK_THROWS_WITH(regulator(A, E(2), E(3), E(2)), "regulator: Q, 2 by 2, must have 4 entries, but has 9; it is 3 by 3");
-  CHECK_THROWS_WITH(regulator(A * NAN, E(2), E(2), E(2)), "regulator: A must be finite, but it has NaN or infinity in it; give every entry a number");
+  CHECK_THROWS_WITH(regulator(A, E(2), E(3), E(2)),
+                    "regulator: Q, 2 by 2, must have 4 entries, but has 9; it is 3 by 3");
+  CHECK_THROWS_WITH(regulator(A * NAN, E(2), E(2), E(2)),
+                    "regulator: A must be finite, but it has NaN or infinity in it; give every entry a number");
   CHECK_THROWS_AS(regulator(A, E(2), (MatrixXd(2, 2) << 1, 0.5, 0, 1).finished(), E(2)), InvalidValue);
 }

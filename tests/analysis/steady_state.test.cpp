@@ -45,7 +45,8 @@ struct Rod {
   }
 };
 auto on_rods(double F, double l, double other) {
-  return scene(mechanical_system<2>(Mass{}), holonomic("rod", Rod{l}), holonomic("other", Rod{other}), generalized_force(Wind{.F = F}));
+  return scene(mechanical_system<2>(Mass{}), holonomic("rod", Rod{l}), holonomic("other", Rod{other}),
+               generalized_force(Wind{.F = F}));
 }
 auto in_the_wind(Mass mass, Wind wind) { return scene(mechanical_system<2>(mass), generalized_force(wind)); }
 
@@ -64,7 +65,9 @@ struct Integrating {
 
 }  // namespace
 
-TEST_CASE("a pendulum in the wind rests at tan theta = F/mg, and its rod carries the resultant, however often it is written down") {
+TEST_CASE(
+    "a pendulum in the wind rests at tan theta = F/mg, and its rod carries the resultant, however often it is written "
+    "down") {
   const double F = 4.0, l = 1.3;
   const auto s = on_rods(F, l, l);
   const auto found = equilibrium_near(s, Vector2d(0.3, -1.0));
@@ -78,7 +81,9 @@ TEST_CASE("a pendulum in the wind rests at tan theta = F/mg, and its rod carries
 }
 
 TEST_CASE("a controller's own state comes to rest, too: an integrator holds a weight without error") {
-  const auto s = scene(mechanical_system<1>([](const auto& v) { return 1.5 * v[0] * v[0]; }, [](const auto& q) { return 3.0 * 9.81 * q[0]; }), Integrating{});
+  const auto s = scene(mechanical_system<1>([](const auto& v) { return 1.5 * v[0] * v[0]; },
+                                            [](const auto& q) { return 3.0 * 9.81 * q[0]; }),
+                       Integrating{});
   const auto found = equilibrium_near(s, Vector<double, 1>(0.0));
   CHECK_THAT(found.state.q[0], WithinRel(0.4, rounding));
   CHECK_THAT(found.z[0], WithinRel(3.0 * 9.81, rounding));
@@ -93,7 +98,8 @@ TEST_CASE("a cyclic coordinate keeps the value that it started with") {
 TEST_CASE("what falls freely drifts steadily in the wind at F/c only if something holds it up") {
   const auto found = steady_motion_near(in_the_wind({.k = 20.0}, {.F = 1.2}), Vector2d(7.0, 0.4), Vector2d(4.0, 0.0));
   CHECK_THAT(found.state.q[1], WithinRel(-9.81 / 20.0, rounding));
-  CHECK_THROWS_AS(steady_motion_near(in_the_wind({}, {.F = 1.2}), Vector2d(7.0, 0.4), Vector2d(4.0, 0.0)), InvalidValue);
+  CHECK_THROWS_AS(steady_motion_near(in_the_wind({}, {.F = 1.2}), Vector2d(7.0, 0.4), Vector2d(4.0, 0.0)),
+                  InvalidValue);
 }
 
 TEST_CASE("a top precesses steadily where I1 cos theta phi'^2 - I3 w phi' + m g l = 0") {
@@ -112,7 +118,8 @@ TEST_CASE("a top precesses steadily where I1 cos theta phi'^2 - I3 w phi' + m g 
 TEST_CASE("what cannot rest is told so, with what is left and of which coordinate") {
   const auto falling = in_the_wind({}, {});
   CHECK_THROWS_WITH(equilibrium_near(falling, Vector2d(0.0, 1.0)),
-                    "equilibrium_near: all accelerations must vanish somewhere near the start, but where the search ended, at (q0 = 0, q1 = 1), the "
+                    "equilibrium_near: all accelerations must vanish somewhere near the start, but where the search "
+                    "ended, at (q0 = 0, q1 = 1), the "
                     "acceleration of q1 is -9.81; start closer, or ask whether this scene can rest at all");
   CHECK_THROWS_AS(equilibrium_near(on_rods(0.0, 1.0, 0.0), Vector2d(0.9, 0.1)), Error);
   CHECK_THROWS_WITH(equilibrium_near(falling, Vector2d(0.0, std::numeric_limits<double>::quiet_NaN())),
@@ -122,9 +129,11 @@ TEST_CASE("what cannot rest is told so, with what is left and of which coordinat
 
 TEST_CASE("what depends on the time, or on a coordinate that turns, is no steady motion") {
   CHECK_THROWS_WITH(equilibrium_near(in_the_wind({.k = 1.0}, {.shake = 1.0}), Vector2d(0.0, 0.1)),
-                    "equilibrium_near: nothing may depend on the time, but the acceleration of q1 changes by 0.841471 within a time of 1; fix the time in what "
+                    "equilibrium_near: nothing may depend on the time, but the acceleration of q1 changes by 0.841471 "
+                    "within a time of 1; fix the time in what "
                     "takes it, or choose coordinates that move along");
   CHECK_THROWS_WITH(steady_motion_near(in_the_wind({.k = 20.0}, {}), Vector2d(0.0, 0.1), Vector2d(0.0, 0.5)),
-                    "steady_motion_near: a coordinate that turns must be cyclic, but the acceleration of q1 changes with q1 by -20 per unit; give q1 the rate 0, or "
+                    "steady_motion_near: a coordinate that turns must be cyclic, but the acceleration of q1 changes "
+                    "with q1 by -20 per unit; give q1 the rate 0, or "
                     "choose coordinates in which the motion looks the same at all times");
 }

@@ -15,10 +15,11 @@
 //     some Re λ = 0, none is positive    stable in the linear approximation, which decides nothing (a centre, or a zero of a constraint's family)
 //     the same, with a Jordan block      deviations grow like a power of t: a cart that was pushed is not where it was
 //
-// No computed λ is exactly on the axis. Each is known to about ε ‖A‖ times its condition number; what is nearer to the axis than that, counts as on it.
-// A is balanced first, so that units do not decide what is small.
+// No computed λ is exactly on the axis. Each is known to about ε ‖A‖ times its condition number; what is nearer to the
+// axis than that, counts as on it. A is balanced first, so that units do not decide what is small.
 //
-// The frequency response is what is left of y when u = û e^{iωt} has been on for long: ŷ = G(iω) û, G(iω) = C (iω − A)⁻¹ B + D.
+// The frequency response is what is left of y when u = û e^{iωt} has been on for long: ŷ = G(iω) û,
+// G(iω) = C (iω − A)⁻¹ B + D.
 
 #include <algorithm>
 #include <cmath>
@@ -47,19 +48,23 @@ enum class Stability {
 /// The outcome in words, "asymptotically stable".
 constexpr const char* description(Stability stability) {
   switch (stability) {
-    case Stability::asymptotically_stable: return "asymptotically stable";
-    case Stability::stable_in_linear_approximation: return "stable in the linear approximation";
-    case Stability::drifting: return "drifting";
-    default: return "unstable";
+    case Stability::asymptotically_stable:
+      return "asymptotically stable";
+    case Stability::stable_in_linear_approximation:
+      return "stable in the linear approximation";
+    case Stability::drifting:
+      return "drifting";
+    default:
+      return "unstable";
   }
 }
 
 /// One mode, x = a e^{λt}; a pair of conjugate exponents is one mode, with ω ≥ 0.
 struct DampedMode {
-  std::complex<double> exponent;     ///< λ = −δ + iω
-  double natural_frequency = 0.0;    ///< |λ|   [rad per unit of time]
-  double damping_ratio = 0.0;        ///< δ/|λ|: 0 undamped, 1 and −1 without oscillation, negative when it grows; 0 for λ = 0
-  Eigen::VectorXcd shape;            ///< of q, n; its largest entry is 1; zero where only an effect's own states move
+  std::complex<double> exponent;   ///< λ = −δ + iω
+  double natural_frequency = 0.0;  ///< |λ|   [rad per unit of time]
+  double damping_ratio = 0.0;  ///< δ/|λ|: 0 undamped, 1 and −1 without oscillation, negative when it grows; 0 for λ = 0
+  Eigen::VectorXcd shape;  ///< of q, n; its largest entry is 1; zero where only an effect's own states move
 
   double frequency() const { return exponent.imag(); }  ///< ω
   bool oscillates() const { return exponent.imag() > 0.0; }
@@ -70,7 +75,7 @@ struct DampedModes {
   std::vector<DampedMode> modes;  ///< slowest first: by |λ|
   Eigen::VectorXcd exponents;     ///< all λ, N; sorted by imaginary, then by real part
   Stability stability = Stability::stable_in_linear_approximation;
-  double growth = 0.0;            ///< max Re λ
+  double growth = 0.0;  ///< max Re λ
 };
 
 namespace detail {
@@ -78,8 +83,14 @@ namespace detail {
 // Refuses a state that does not stay: only positions that A does not depend on may change.
 template <class L>
 void require_staying(const L& linear, const char* who) {
+  if (!linear.autonomous)
+    throw_invalid_value({who,
+                         ": A must be the same at all times, but it changes with t; the exponents of one moment say "
+                         "nothing about a motion that is excited "
+                         "through its parameters, so simulate it, or fix the time"});
   double size = 1.0, most = 0.0;
-  for (Eigen::Index i = 0; i < linear.q.size(); ++i) size = std::max({size, std::abs(linear.q[i]), std::abs(linear.qdot[i])});
+  for (Eigen::Index i = 0; i < linear.q.size(); ++i)
+    size = std::max({size, std::abs(linear.q[i]), std::abs(linear.qdot[i])});
   for (Eigen::Index i = 0; i < linear.A.size(); ++i) most = std::max(most, std::abs(linear.A.data()[i]));
   for (Eigen::Index i = 0; i < linear.drift.size(); ++i) {
     double of_it = 0.0, on_it = 1.0;
@@ -89,8 +100,12 @@ void require_staying(const L& linear, const char* who) {
     }
     if (i < linear.positions && of_it <= 1e-9 * most) continue;  // cyclic
     if (std::abs(linear.drift[i]) <= 1e-7 * size * on_it) continue;
-    throw_invalid_value({who, ": the state must be an equilibrium or a steady motion, but there ", linear.states[static_cast<std::size_t>(i)], " changes at the rate ",
-                         {linear.drift[i], 6}, "; take it from equilibrium_near() or steady_motion_near()"});
+    throw_invalid_value({who,
+                         ": the state must be an equilibrium or a steady motion, but there ",
+                         linear.states[static_cast<std::size_t>(i)],
+                         " changes at the rate ",
+                         {linear.drift[i], 6},
+                         "; take it from equilibrium_near() or steady_motion_near()"});
   }
 }
 
@@ -100,7 +115,7 @@ void require_staying(const L& linear, const char* who) {
 ///
 /// O(N³).
 ///
-/// @throws InvalidValue  when the state does not stay, with what changes there and how fast
+/// @throws InvalidValue  when the state does not stay, with what changes there and how fast; when A depends on the time
 template <class L>
   requires std::is_same_v<L, Linearization>
 DampedModes damped_modes(const L& linear) {
@@ -118,7 +133,7 @@ DampedModes damped_modes(const L& linear) {
     result.growth = std::max(result.growth, lambda.real());
     if (lambda.imag() < 0.0) continue;
     DampedMode mode{lambda, std::abs(lambda), 0.0, Eigen::VectorXcd::Zero(n)};
-    if (mode.natural_frequency > 0.0) mode.damping_ratio = -lambda.real() / mode.natural_frequency;
+    if (mode.natural_frequency > 0.0) mode.damping_ratio = (0.0 - lambda.real()) / mode.natural_frequency;
     Eigen::Index largest = 0;
     double size = 0.0;
     for (Eigen::Index j = 0; j < n; ++j) {
@@ -132,10 +147,10 @@ DampedModes damped_modes(const L& linear) {
   }
   std::stable_sort(result.modes.begin(), result.modes.end(),
                    [](const DampedMode& a, const DampedMode& b) { return a.natural_frequency < b.natural_frequency; });
-  result.stability = grows                       ? Stability::unstable
+  result.stability = grows                     ? Stability::unstable
                      : detail::any_drifts(all) ? Stability::drifting
-                     : lasts                     ? Stability::stable_in_linear_approximation
-                                                 : Stability::asymptotically_stable;
+                     : lasts                   ? Stability::stable_in_linear_approximation
+                                               : Stability::asymptotically_stable;
   return result;
 }
 
@@ -147,9 +162,14 @@ template <class L>
   requires std::is_same_v<L, Linearization>
 Eigen::MatrixXcd frequency_response(const L& linear, double omega) {
   using Matrix = Eigen::MatrixXcd;
-  if (!std::isfinite(omega)) detail::throw_invalid_value({"frequency_response: the frequency must be finite, but it is ", omega, "; give an angular frequency"});
+  if (!std::isfinite(omega))
+    detail::throw_invalid_value(
+        {"frequency_response: the frequency must be finite, but it is ", omega, "; give an angular frequency"});
   if (linear.inputs.empty())
-    throw InvalidValue("frequency_response: there must be an input, but the linearization has none; give it one, as in linearization(scene, state, input(\"push\", 0))");
+    throw InvalidValue(
+        "frequency_response: there must be an input, but the linearization has none; give it one, as in "
+        "linearization(scene, state, input(\"push\", 0))");
+  detail::require_staying(linear, "frequency_response");
   const Eigen::Index n = linear.A.rows();
   const auto complex = [](const Eigen::MatrixXd& real) { return Matrix(real.cast<std::complex<double>>()); };
   Matrix shifted = complex(-linear.A);
@@ -157,8 +177,8 @@ Eigen::MatrixXcd frequency_response(const L& linear, double omega) {
   Eigen::FullPivLU<Matrix> factors(shifted);
   factors.setThreshold(1e-13);
   if (factors.rank() < n)
-    detail::throw_invalid_value({"frequency_response: i omega must be no exponent of A, but there is one at omega = ", omega,
-                                 "; add damping, or ask beside the resonance"});
+    detail::throw_invalid_value({"frequency_response: i omega must be no exponent of A, but there is one at omega = ",
+                                 omega, "; add damping, or ask beside the resonance"});
   const Matrix x = factors.solve(complex(linear.B)), through = complex(linear.C) * x;
   return through + complex(linear.D);
 }

@@ -6,23 +6,26 @@
 //
 //     ẋ = A x + B u ,    y = C x + D u
 //
-// x holds deviations of *minimal coordinates* from a state, of their velocities, and of the effects' own states; u deviations of the inputs
-// (effects/input.hpp). Without constraints x is (q, q̇, z), and A is the Jacobian that implicit methods use.
+// x holds deviations of *minimal coordinates* from a state, of their velocities, and of the effects' own states; u
+// deviations of the inputs (effects/input.hpp). Without constraints x is (q, q̇, z), and A is the Jacobian that
+// implicit methods use.
 //
 // On constraints only some deviations are possible,
 //
 //     J δq = 0  (holonomic rows) ,      J δq̇ + ∂(J q̇)/∂q δq = 0  (all rows),
 //
-// the tangent space δy = W x. Solved for coordinates that are free to choose, it makes these the entries of x: the x of a pendulum in Cartesian coordinates, say.
-// With n coordinates, h independent holonomic and m − h velocity constraints there are n − h positions and n − m velocities: a skate reaches every place,
-// but not in every direction. With F = ∂f/∂y, exact, and the rows of x picked from y by P,
+// the tangent space δy = W x. Solved for coordinates that are free to choose, it makes these the entries of x: the x of
+// a pendulum in Cartesian coordinates, say. With n coordinates, h independent holonomic and m − h velocity constraints
+// there are n − h positions and n − m velocities: a skate reaches every place, but not in every direction. With F =
+// ∂f/∂y, exact, and the rows of x picked from y by P,
 //
 //     A = P F W ,
 //
-// since x = P δy are coordinates of the motion on its constraints, ẋ = P f(y(x)). No multiplier has to be differentiated by hand.
+// since x = P δy are coordinates of the motion on its constraints, ẋ = P f(y(x)). No multiplier has to be
+// differentiated by hand.
 //
-// The state need not rest: `drift` is P f, what x does by itself. Stability, modes and regulators (damped_modes.hpp, regulator.hpp) ask that it is zero
-// but for cyclic coordinates that turn.
+// The state need not rest: `drift` is P f, what x does by itself. Stability, modes and regulators (damped_modes.hpp,
+// regulator.hpp) ask that it is zero but for cyclic coordinates that turn.
 
 #include <cmath>
 #include <cstddef>
@@ -40,18 +43,19 @@ namespace qdot {
 
 /// ẋ = drift + A x + B u, y = C x + D u in minimal coordinates, at a state.
 struct Linearization {
-  Eigen::MatrixXd A;      ///< N×N for N = positions + velocities + own states
-  Eigen::MatrixXd B;      ///< N×inputs
-  Eigen::MatrixXd C;      ///< outputs×N; the identity until observed() says otherwise
-  Eigen::MatrixXd D;      ///< outputs×inputs
-  Eigen::VectorXd drift;  ///< ẋ at the state itself, N
-  Eigen::MatrixXd W;      ///< 2n×N: how q and q̇ deviate, δ(q, q̇) = W x
-  Eigen::VectorXd q, qdot, u;      ///< where it was taken
-  Eigen::Index positions = 0;      ///< the first entries of x
-  Eigen::Index velocities = 0;     ///< those behind them
+  Eigen::MatrixXd A;                     ///< N×N for N = positions + velocities + own states
+  Eigen::MatrixXd B;                     ///< N×inputs
+  Eigen::MatrixXd C;                     ///< outputs×N; the identity until observed() says otherwise
+  Eigen::MatrixXd D;                     ///< outputs×inputs
+  Eigen::VectorXd drift;                 ///< ẋ at the state itself, N
+  Eigen::MatrixXd W;                     ///< 2n×N: how q and q̇ deviate, δ(q, q̇) = W x
+  Eigen::VectorXd q, qdot, u;            ///< where it was taken
+  Eigen::Index positions = 0;            ///< the first entries of x
+  Eigen::Index velocities = 0;           ///< those behind them
   std::vector<std::string> coordinates;  ///< names of q, n
   std::vector<std::string> states;       ///< names of x, N
   std::vector<std::string> inputs;       ///< names of u
+  bool autonomous = true;  ///< whether A is the same at other times; only then do its exponents say something
 };
 
 namespace detail {
@@ -64,8 +68,14 @@ void require_on_constraints(const F& flow, double t, const Eigen::VectorXd& y, c
     for (const bool position : {true, false}) {
       const double off = position ? rows.phi[i] : rows.velocity[i];
       if (std::abs(off) <= 1e-8 * (length > 0.0 ? length : 1.0) * size) continue;
-      throw_invalid_value({"linearization: the state must satisfy its constraints, but ", position ? "" : "the velocity of ", "'",
-                           flow.constraint_names()[static_cast<std::size_t>(i)], "' is off by ", {off, 6}, " at t = ", {t, 6},
+      throw_invalid_value({"linearization: the state must satisfy its constraints, but ",
+                           position ? "" : "the velocity of ",
+                           "'",
+                           flow.constraint_names()[static_cast<std::size_t>(i)],
+                           "' is off by ",
+                           {off, 6},
+                           " at t = ",
+                           {t, 6},
                            "; take it from consistent_state() or equilibrium_near()"});
     }
   }
@@ -77,7 +87,9 @@ Linearization linearized(const F& flow, double t, const Eigen::VectorXd& y) {
   using Matrix = Eigen::MatrixXd;
   const Eigen::Index n = flow.dof(), others = flow.size() - 2 * n;
   for (Eigen::Index i = 0; i < y.size(); ++i)
-    if (!std::isfinite(y[i])) throw_invalid_value({"linearization: the state must be finite, but ", flow.name(i), " is not; give every entry a number"});
+    if (!std::isfinite(y[i]))
+      throw_invalid_value(
+          {"linearization: the state must be finite, but ", flow.name(i), " is not; give every entry a number"});
   const ConstraintsAt rows = flow.constraints(t, y);
   require_on_constraints(flow, t, y, rows);
   const Eigen::Index m = rows.phi.size();
@@ -110,6 +122,10 @@ Linearization linearized(const F& flow, double t, const Eigen::VectorXd& y) {
 
   const Matrix slopes = flow.slopes(t, y), moved = slopes * W;
   const Eigen::VectorXd rates = flow.rates(t, y);
+  for (const double later : {1.0, 3.7}) {
+    const Matrix change = flow.slopes(t + later, y) - slopes;
+    result.autonomous = result.autonomous && change.norm() <= 1e-9 * slopes.norm();
+  }
   result.A.resize(N, N);
   result.B.resize(N, static_cast<Eigen::Index>(inputs.size()));
   result.drift.resize(N);
@@ -119,7 +135,8 @@ Linearization linearized(const F& flow, double t, const Eigen::VectorXd& y) {
     result.A.row(k) = moved.row(row);
     result.drift[k] = rates[row];
     result.states.push_back(flow.name(row));
-    for (Eigen::Index j = 0; j < result.B.cols(); ++j) result.B(k, j) = slopes(row, inputs[static_cast<std::size_t>(j)]);
+    for (Eigen::Index j = 0; j < result.B.cols(); ++j)
+      result.B(k, j) = slopes(row, inputs[static_cast<std::size_t>(j)]);
   }
   for (Eigen::Index j = 0; j < result.u.size(); ++j) result.u[j] = y[inputs[static_cast<std::size_t>(j)]];
   result.C = Matrix::Identity(N, N);
@@ -133,8 +150,8 @@ Linearization linearized(const F& flow, double t, const Eigen::VectorXd& y) {
 }
 
 template <class Sc>
-Linearization linearization_of(const Sc& scene, double t, const Eigen::Ref<const Eigen::VectorXd>& q, const Eigen::Ref<const Eigen::VectorXd>& qdot,
-                               const EffectStates<Sc>& z) {
+Linearization linearization_of(const Sc& scene, double t, const Eigen::Ref<const Eigen::VectorXd>& q,
+                               const Eigen::Ref<const Eigen::VectorXd>& qdot, const EffectStates<Sc>& z) {
   require_sizes(scene, q, qdot);
   const FlowOf<Sc> flow(scene);
   Eigen::VectorXd y(flow.size());
@@ -152,7 +169,8 @@ Linearization linearization_of(const Sc& scene, double t, const Eigen::Ref<const
 /// @param inputs  from input()
 /// @throws        InvalidValue when the state is not finite or not on its constraints; as acceleration() where M is singular or constraints contradict each other
 template <class Sys, class... Effects, class... Inputs>
-Linearization linearization(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const Inputs&... inputs) {
+Linearization linearization(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
+                            const Inputs&... inputs) {
   if constexpr (sizeof...(Inputs) > 0) {
     return linearization(qdot::scene(scene, inputs...), state);
   } else {
@@ -168,7 +186,8 @@ Linearization linearization(const System<E, n, I>& system, const State<n>& state
 
 /// The same at a steady state of the scene, from equilibrium_near() or steady_motion_near().
 template <class Sys, class... Effects, class... Inputs>
-Linearization linearization(const Scene<Sys, Effects...>& scene, const SteadyState<Scene<Sys, Effects...>>& found, const Inputs&... inputs) {
+Linearization linearization(const Scene<Sys, Effects...>& scene, const SteadyState<Scene<Sys, Effects...>>& found,
+                            const Inputs&... inputs) {
   const auto whole = qdot::scene(scene, inputs...);
   auto z = whole.initial_states();
   for (Eigen::Index i = 0; i < found.z.size(); ++i) z[i] = found.z[i];
@@ -183,15 +202,17 @@ Linearization observed(Linearization linear, const Output& g) {
   const Eigen::Index n = linear.q.size(), inputs = linear.u.size();
   Eigen::VectorXd all(2 * n + inputs);
   all << linear.q, linear.qdot, linear.u;
-  const Eigen::MatrixXd slopes = jacobian([&](const auto& x) {
-    using S = typename std::remove_cvref_t<decltype(x)>::Scalar;
-    const Vector<S, Dynamic> q = x.head(n), qdot = x.segment(n, n), u = x.tail(inputs);
-    if constexpr (std::is_invocable_v<const Output&, decltype(q), decltype(q), decltype(q)>) {
-      return detail::as_rows(g(q, qdot, u));
-    } else {
-      return detail::as_rows(g(q, qdot));
-    }
-  }, all);
+  const Eigen::MatrixXd slopes = jacobian(
+      [&](const auto& x) {
+        using S = typename std::remove_cvref_t<decltype(x)>::Scalar;
+        const Vector<S, Dynamic> q = x.head(n), qdot = x.segment(n, n), u = x.tail(inputs);
+        if constexpr (std::is_invocable_v<const Output&, decltype(q), decltype(q), decltype(q)>) {
+          return detail::as_rows(g(q, qdot, u));
+        } else {
+          return detail::as_rows(g(q, qdot));
+        }
+      },
+      all);
   linear.C = slopes.leftCols(2 * n) * linear.W;
   linear.D = slopes.rightCols(inputs);
   return linear;

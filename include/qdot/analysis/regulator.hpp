@@ -17,10 +17,12 @@
 //     H = [  A   −B R⁻¹Bᵀ ]
 //         [ −Q   −Aᵀ      ]
 //
-// that belongs to its N exponents with negative real part (Laub, IEEE Trans. Autom. Control 24, 1979): with a Schur form H = U T Uᴴ ordered so that they come
-// first, and U's left half [U₁; U₂], P = U₂ U₁⁻¹. These exponents are those of the closed loop, A − B K.
+// that belongs to its N exponents with negative real part (Laub, IEEE Trans. Autom. Control 24, 1979): with a Schur
+// form H = U T Uᴴ ordered so that they come first, and U's left half [U₁; U₂], P = U₂ U₁⁻¹. These exponents are those
+// of the closed loop, A − B K.
 //
-// Such a P exists if every mode that does not decay by itself can be reached by some input, and shows in Q unless it grows. What cannot is refused by name.
+// Such a P exists if every mode that does not decay by itself can be reached by some input, and shows in Q unless it
+// grows. What cannot is refused by name.
 
 #include <algorithm>
 #include <cmath>
@@ -53,9 +55,12 @@ namespace detail {
 template <class Matrix>
 void require_shape(const char* name, const Matrix& matrix, Eigen::Index rows, Eigen::Index columns) {
   if (matrix.rows() != rows || matrix.cols() != columns)
-    throw DimensionError(sentence({"regulator: ", name, ", ", rows, " by ", columns, ","}), static_cast<long>(rows * columns), static_cast<long>(matrix.size()),
+    throw DimensionError(sentence({"regulator: ", name, ", ", rows, " by ", columns, ","}),
+                         static_cast<long>(rows * columns), static_cast<long>(matrix.size()),
                          sentence({"it is ", matrix.rows(), " by ", matrix.cols()}));
-  if (!matrix.allFinite()) throw_invalid_value({"regulator: ", name, " must be finite, but it has NaN or infinity in it; give every entry a number"});
+  if (!matrix.allFinite())
+    throw_invalid_value(
+        {"regulator: ", name, " must be finite, but it has NaN or infinity in it; give every entry a number"});
 }
 
 // Lowest eigenvalue of a weight that must be symmetric.
@@ -65,7 +70,11 @@ double lowest_weight(const char* name, const Matrix& weight) {
   for (Eigen::Index i = 0; i < weight.rows(); ++i)
     for (Eigen::Index j = 0; j < i; ++j) off = std::max(off, std::abs(weight(i, j) - weight(j, i)));
   if (off > 1e-12 * weight.norm())
-    throw_invalid_value({"regulator: ", name, " must be symmetric, but it differs from its transpose by ", {off, 6}, "; give half the sum of both"});
+    throw_invalid_value({"regulator: ",
+                         name,
+                         " must be symmetric, but it differs from its transpose by ",
+                         {off, 6},
+                         "; give half the sum of both"});
   const Exponents all = exponents_of(weight);
   for (Eigen::Index i = 0; i < weight.rows(); ++i) lowest = std::min(lowest, all.lambda[i].real());
   return lowest;
@@ -73,7 +82,8 @@ double lowest_weight(const char* name, const Matrix& weight) {
 
 template <class Matrix>
 Matrix real_solution(const Matrix& A, const Matrix& B) {
-  const Eigen::MatrixXcd X = Eigen::FullPivLU<Eigen::MatrixXcd>(Eigen::MatrixXcd(A.template cast<Complex>())).solve(Eigen::MatrixXcd(B.template cast<Complex>()));
+  const Eigen::MatrixXcd X = Eigen::FullPivLU<Eigen::MatrixXcd>(Eigen::MatrixXcd(A.template cast<Complex>()))
+                                 .solve(Eigen::MatrixXcd(B.template cast<Complex>()));
   return X.real();
 }
 
@@ -92,7 +102,8 @@ void require_stabilizable(const Matrix& A, const Matrix& B, const Name& name) {
     Eigen::MatrixXcd both(n + inputs, n);  // [A − λ, B]ᴴ
     for (Eigen::Index i = 0; i < n; ++i) {
       for (Eigen::Index j = 0; j < n; ++j) both(j, i) = all.balanced(i, j);
-      for (Eigen::Index j = 0; j < inputs; ++j) both(n + j, i) = B(i, j) / all.scale[i] * (std::max(all.size, 1e-300) / reach);
+      for (Eigen::Index j = 0; j < inputs; ++j)
+        both(n + j, i) = B(i, j) / all.scale[i] * (std::max(all.size, 1e-300) / reach);
       both(i, i) -= std::conj(lambda);
     }
     Eigen::FullPivLU<Eigen::MatrixXcd> factors(both);
@@ -102,13 +113,19 @@ void require_stabilizable(const Matrix& A, const Matrix& B, const Name& name) {
     Eigen::Index most = 0;
     for (Eigen::Index i = 0; i < n; ++i)
       if (std::abs(unreached(i, 0)) > std::abs(unreached(most, 0))) most = i;
-    throw_invalid_value({"regulator: every mode that does not decay by itself must be reached by an input, but that with the exponent ", {lambda.real(), 6},
-                         lambda.imag() < 0.0 ? " - " : " + ", {std::abs(lambda.imag()), 6}, "i is not, most of it in ", name(most),
-                         "; add an input that moves it, or take it out of the model"});
+    throw_invalid_value(
+        {"regulator: every mode that does not decay by itself must be reached by an input, but that with the exponent ",
+         {lambda.real(), 6},
+         lambda.imag() < 0.0 ? " - " : " + ",
+         {std::abs(lambda.imag()), 6},
+         "i is not, most of it in ",
+         name(most),
+         "; add an input that moves it, or take it out of the model"});
   }
 }
 
-// Brings the eigenvalues with negative real part to the front of a Schur form U T Uᴴ, one exchange of neighbours after the other.
+// Brings the eigenvalues with negative real part to the front of a Schur form U T Uᴴ, one exchange of neighbours after
+// the other.
 template <class Matrix>
 Eigen::Index stable_first(Matrix& T, Matrix& U) {
   Eigen::Index stable = 0;
@@ -134,12 +151,18 @@ Regulator regulator_of(const Matrix& A, const Matrix& B, const Matrix& Q, const 
   require_shape("B", B, n, B.cols());
   require_shape("Q", Q, n, n);
   require_shape("R", R, B.cols(), B.cols());
-  if (n == 0 || B.cols() == 0) throw InvalidValue("regulator: there must be a state and an input, but one of them is missing; give the linearization an input");
+  if (n == 0 || B.cols() == 0)
+    throw InvalidValue(
+        "regulator: there must be a state and an input, but one of them is missing; give the linearization an input");
   const double lowest_Q = lowest_weight("Q", Q), lowest_R = lowest_weight("R", R);
   if (!(lowest_R > 1e-14 * R.norm()))
-    throw_invalid_value({"regulator: R must be positive definite, but its lowest eigenvalue is ", {lowest_R, 6}, "; give every input a cost"});
+    throw_invalid_value({"regulator: R must be positive definite, but its lowest eigenvalue is ",
+                         {lowest_R, 6},
+                         "; give every input a cost"});
   if (!(lowest_Q >= -1e-12 * Q.norm()))
-    throw_invalid_value({"regulator: Q must not be negative, but its lowest eigenvalue is ", {lowest_Q, 6}, "; give no deviation a negative cost"});
+    throw_invalid_value({"regulator: Q must not be negative, but its lowest eigenvalue is ",
+                         {lowest_Q, 6},
+                         "; give no deviation a negative cost"});
   require_stabilizable(A, B, name);
 
   const Matrix Bt = B.transpose(), At = A.transpose(), RinvBt = real_solution(R, Bt), spread = B * RinvBt;
@@ -183,10 +206,14 @@ Regulator regulator_of(const Matrix& A, const Matrix& B, const Matrix& Q, const 
     double slowest = -size;
     for (Eigen::Index i = 0; i < n; ++i) slowest = std::max(slowest, result.exponents[i].real());
     if (result.residual <= 1e-8 && slowest < 0.0) return result;
-    throw_invalid_value({"regulator: Riccati's equation must be solved to 1e-8, but its residual is ", {result.residual, 6}, " and the slowest closed-loop exponent ",
-                         {slowest, 6}, "; scale x, u, Q and R so that they are of like size"});
+    throw_invalid_value({"regulator: Riccati's equation must be solved to 1e-8, but its residual is ",
+                         {result.residual, 6},
+                         " and the slowest closed-loop exponent ",
+                         {slowest, 6},
+                         "; scale x, u, Q and R so that they are of like size"});
   }
-  throw_invalid_value({"regulator: every mode that lasts must show in Q, but the optimal loop would leave an exponent ", {nearest, 6},
+  throw_invalid_value({"regulator: every mode that lasts must show in Q, but the optimal loop would leave an exponent ",
+                       {nearest, 6},
                        " from the imaginary axis; give its coordinate a cost in Q"});
 }
 
@@ -203,8 +230,8 @@ Regulator regulator_of(const Matrix& A, const Matrix& B, const Matrix& Q, const 
 ///                         solution has fewer than eight digits
 /// @throws DimensionError  when sizes disagree
 template <class MatrixXd = Eigen::MatrixXd>  // compiled only where it is called
-Regulator regulator(const std::type_identity_t<MatrixXd>& A, const std::type_identity_t<MatrixXd>& B, const std::type_identity_t<MatrixXd>& Q,
-                    const std::type_identity_t<MatrixXd>& R) {
+Regulator regulator(const std::type_identity_t<MatrixXd>& A, const std::type_identity_t<MatrixXd>& B,
+                    const std::type_identity_t<MatrixXd>& Q, const std::type_identity_t<MatrixXd>& R) {
   return detail::regulator_of(A, B, Q, R, [](Eigen::Index i) { return "x" + std::to_string(i); });
 }
 
@@ -215,7 +242,8 @@ template <class L, class MatrixXd = Eigen::MatrixXd>
   requires std::is_same_v<L, Linearization>
 Regulator regulator(const L& linear, const std::type_identity_t<MatrixXd>& Q, const std::type_identity_t<MatrixXd>& R) {
   detail::require_staying(linear, "regulator");
-  return detail::regulator_of(linear.A, linear.B, Q, R, [&](Eigen::Index i) { return linear.states[static_cast<std::size_t>(i)]; });
+  return detail::regulator_of(linear.A, linear.B, Q, R,
+                              [&](Eigen::Index i) { return linear.states[static_cast<std::size_t>(i)]; });
 }
 
 }  // namespace qdot

@@ -8,12 +8,13 @@
 //
 //     ∂L/∂q + Q + Jᵀλ = 0 ,    φ(q) = 0           (q̇ = 0; and ż = 0 for the effects' own states)
 //
-// A *steady motion*, or relative equilibrium, is what looks the same at all times: coordinates that nothing depends on turn at constant rates, and the others
-// keep their values. A conical pendulum is one, a top that precesses regularly, a hoop that rolls straight on. In the equations above q̇ then is the
-// given vector of rates, and all of q̈ must vanish.
+// A *steady motion*, or relative equilibrium, is what looks the same at all times: coordinates that nothing depends on
+// turn at constant rates, and the others keep their values. A conical pendulum is one, a top that precesses regularly,
+// a hoop that rolls straight on. In the equations above q̇ then is the given vector of rates, and all of q̈ must
+// vanish.
 //
-// Newton's method solves all the equations at once with exact slopes (analysis/linear/rest_search.hpp). It goes to what is near, stable or not. What
-// nothing depends on (the place of a cart) keeps the value that it started with.
+// Newton's method solves all the equations at once with exact slopes (analysis/linear/rest_search.hpp). It goes to what
+// is near, stable or not. What nothing depends on (the place of a cart) keeps the value that it started with.
 
 #include <type_traits>
 
@@ -27,16 +28,18 @@ namespace qdot {
 /// A state of a scene at which nothing changes but cyclic coordinates.
 template <class Sc>
 struct SteadyState {
-  State<Sc::dof_at_compile_time> state;                  ///< q, the rates q̇, and the time that was fixed
-  EffectStates<Sc> z;                                    ///< of effects with states of their own
-  Vector<double, Sc::constraints_at_compile_time> lambda;  ///< multipliers; the shortest ones where constraints are redundant
-  Eigen::Index redundant = 0;                            ///< rows of constraints that repeat others
+  State<Sc::dof_at_compile_time> state;  ///< q, the rates q̇, and the time that was fixed
+  EffectStates<Sc> z;                    ///< of effects with states of their own
+  Vector<double, Sc::constraints_at_compile_time>
+      lambda;                  ///< multipliers; the shortest ones where constraints are redundant
+  Eigen::Index redundant = 0;  ///< rows of constraints that repeat others
 };
 
 namespace detail {
 
 template <class Sc>
-SteadyState<Sc> steady_state_of(const Sc& scene, const Eigen::Ref<const Eigen::VectorXd>& q, const Eigen::Ref<const Eigen::VectorXd>& qdot, const SteadySearch& search) {
+SteadyState<Sc> steady_state_of(const Sc& scene, const Eigen::Ref<const Eigen::VectorXd>& q,
+                                const Eigen::Ref<const Eigen::VectorXd>& qdot, const SteadySearch& search) {
   require_sizes(scene, q, qdot);
   const FlowOf<Sc> flow(scene);
   const Eigen::Index n = scene.dof();
@@ -61,9 +64,11 @@ SteadyState<Sc> steady_state_of(const Sc& scene, const Eigen::Ref<const Eigen::V
 /// @throws       InvalidValue when there is none near, with the acceleration or constraint that is worst off; when something depends on the time
 /// @throws       as acceleration() of the scene on the way: MassMatrixError, ConstraintError, NonFinite
 template <class Sys, class... Effects, class Q>
-SteadyState<Scene<Sys, Effects...>> equilibrium_near(const Scene<Sys, Effects...>& scene, const Eigen::MatrixBase<Q>& start,
+SteadyState<Scene<Sys, Effects...>> equilibrium_near(const Scene<Sys, Effects...>& scene,
+                                                     const Eigen::MatrixBase<Q>& start,
                                                      const EquilibriumOptions& options = {}) {
-  return detail::steady_state_of(scene, start, Eigen::VectorXd::Zero(start.size()), {"equilibrium_near", options.max_iterations, options.tolerance});
+  return detail::steady_state_of(scene, start, Eigen::VectorXd::Zero(start.size()),
+                                 {"equilibrium_near", options.max_iterations, options.tolerance});
 }
 
 /// The steady motion of a scene close to `start` in which coordinates turn at given rates.
@@ -73,14 +78,18 @@ SteadyState<Scene<Sys, Effects...>> equilibrium_near(const Scene<Sys, Effects...
 /// @return       q with q̈ = 0, and the multipliers λ there
 /// @throws       as equilibrium_near; and InvalidValue when something depends on a coordinate that turns
 template <class Sys, class... Effects, class Q, class Rates>
-SteadyState<Scene<Sys, Effects...>> steady_motion_near(const Scene<Sys, Effects...>& scene, const Eigen::MatrixBase<Q>& start, const Eigen::MatrixBase<Rates>& rates,
+SteadyState<Scene<Sys, Effects...>> steady_motion_near(const Scene<Sys, Effects...>& scene,
+                                                       const Eigen::MatrixBase<Q>& start,
+                                                       const Eigen::MatrixBase<Rates>& rates,
                                                        const EquilibriumOptions& options = {}) {
-  return detail::steady_state_of(scene, start, rates, {"steady_motion_near", options.max_iterations, options.tolerance});
+  return detail::steady_state_of(scene, start, rates,
+                                 {"steady_motion_near", options.max_iterations, options.tolerance});
 }
 
 /// The same of a system without effects.
 template <class E, int n, Inertia I, class Q, class Rates>
-SteadyState<Scene<System<E, n, I>>> steady_motion_near(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& start, const Eigen::MatrixBase<Rates>& rates,
+SteadyState<Scene<System<E, n, I>>> steady_motion_near(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& start,
+                                                       const Eigen::MatrixBase<Rates>& rates,
                                                        const EquilibriumOptions& options = {}) {
   return steady_motion_near(scene(system), start, rates, options);
 }

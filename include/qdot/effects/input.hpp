@@ -5,8 +5,9 @@
 //
 //     M q̈ = rhs + Q(q, q̇, u)
 //
-// The inputs u are states of the effect that nobody changes, u̇ = 0: in a run they keep the values that they were given, and derivatives with respect to
-// them come with those of all states, exact. A linearization (analysis/linearization.hpp) takes them out again and calls their columns B.
+// The inputs u are states of the effect that nobody changes, u̇ = 0: in a run they keep the values that they were
+// given, and derivatives with respect to them come with those of all states, exact. A linearization
+// (analysis/linearization.hpp) takes them out again and calls their columns B.
 
 #include <string>
 #include <type_traits>
@@ -31,7 +32,8 @@ struct Input {
   Vector<double, count> initial_state() const { return u; }
   template <int n>
   void require_fit([[maybe_unused]] const Vector<double, n>& q) const {
-    if constexpr (requires { Q.coordinate; }) detail::require_coordinate("the input '" + name + "'", Q.coordinate, q.size());
+    if constexpr (requires { Q.coordinate; })
+      detail::require_coordinate("the input '" + name + "'", Q.coordinate, q.size());
   }
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, count>& inputs, const S&) const {
@@ -47,7 +49,8 @@ struct Input {
 ///
 /// @param u  their values   [whatever Q takes them for]
 template <int count, class F>
-Input<count, F> input(std::string name, F Q, const std::type_identity_t<Vector<double, count>>& u = Vector<double, count>::Zero()) {
+Input<count, F> input(std::string name, F Q,
+                      const std::type_identity_t<Vector<double, count>>& u = Vector<double, count>::Zero()) {
   return {std::move(name), std::move(Q), u};
 }
 

@@ -3,11 +3,13 @@
 //
 // Eigenvalues of a real matrix, and how far each is known.
 //
-// A is balanced by a diagonal matrix of powers of 2 (Osborne; Parlett and Reinsch, Numer. Math. 13, 1969), which changes no digit. From the Schur form
-// A = U T Uᴴ the vectors x to the right and y to the left of each eigenvalue follow by substitution. It moves by ‖E‖ ‖x‖‖y‖/|y·x| when A changes by E, and
-// rounding changes A by some ε‖A‖. A double eigenvalue with one vector has y·x = 0, and moves by √(ε‖A‖ …): there the bound is cut.
+// A is balanced by a diagonal matrix of powers of 2 (Osborne; Parlett and Reinsch, Numer. Math. 13, 1969), which
+// changes no digit. From the Schur form A = U T Uᴴ the vectors x to the right and y to the left of each eigenvalue
+// follow by substitution. It moves by ‖E‖ ‖x‖‖y‖/|y·x| when A changes by E, and rounding changes A by some ε‖A‖. A
+// double eigenvalue with one vector has y·x = 0, and moves by √(ε‖A‖ …): there the bound is cut.
 //
-// One decomposition does for all that is asked here and by the regulator, since each of Eigen's costs the compiler many seconds.
+// One decomposition does for all that is asked here and by the regulator, since each of Eigen's costs the compiler many
+// seconds.
 
 #include <algorithm>
 #include <cmath>
@@ -73,13 +75,17 @@ struct SchurForm {
 
   explicit SchurForm(const Matrix& A) {
     const Eigen::ComplexSchur<Matrix> schur(A);
-    if (schur.info() != Eigen::Success) throw InvalidValue("the exponents of a matrix must be finite, but the QR iteration found none; look for entries that are NaN or huge");
+    if (schur.info() != Eigen::Success)
+      throw InvalidValue(
+          "the exponents of a matrix must be finite, but the QR iteration found none; look for entries that are NaN or "
+          "huge");
     T = schur.matrixT();
     U = schur.matrixU();
   }
 };
 
-// Vectors of the k-th eigenvalue of an upper triangle, to the right (upwards from k) or to the left (downwards); equal eigenvalues are parted by rounding.
+// Vectors of the k-th eigenvalue of an upper triangle, to the right (upwards from k) or to the left (downwards); equal
+// eigenvalues are parted by rounding.
 template <class Matrix>
 Eigen::VectorXcd vector_of_triangle(const Matrix& T, Eigen::Index k, bool right, double smallest) {
   const Eigen::Index n = T.rows();
@@ -115,7 +121,8 @@ Exponents exponents_of(const Matrix& A) {
   Eigen::MatrixXcd vectors(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const double smallest = std::max(epsilon * result.size, std::numeric_limits<double>::min());
-    const Eigen::VectorXcd x = vector_of_triangle(schur.T, i, true, smallest), y = vector_of_triangle(schur.T, i, false, smallest);
+    const Eigen::VectorXcd x = vector_of_triangle(schur.T, i, true, smallest),
+                           y = vector_of_triangle(schur.T, i, false, smallest);
     const double condition = x.norm() * y.norm() / std::abs(x[i] * y[i]);  // they share entry i alone
     const double bound = 32.0 * epsilon * result.size * condition;
     result.radius[i] = bound <= 1e-7 * result.size ? bound : 1e-7 * result.size;  // NaN included
@@ -128,15 +135,18 @@ Exponents exponents_of(const Matrix& A) {
   result.vectors = schur.U * vectors;
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < n; ++j) result.vectors(j, i) *= result.scale[j];
-  // Exponents of a real matrix come in pairs: each below the real axis is made the mirror image of the nearest one above it.
+  // Exponents of a real matrix come in pairs: each below the real axis is made the mirror image of the nearest one
+  // above it.
   for (Eigen::Index i = 0; i < n; ++i) {
     if (!(result.lambda[i].imag() < 0.0)) continue;
     Eigen::Index mirror = -1;
     for (Eigen::Index j = 0; j < n; ++j)
-      if (result.lambda[j].imag() > 0.0 && (mirror < 0 || std::abs(result.lambda[i] - std::conj(result.lambda[j])) <
-                                                             std::abs(result.lambda[i] - std::conj(result.lambda[mirror]))))
+      if (result.lambda[j].imag() > 0.0 &&
+          (mirror < 0 || std::abs(result.lambda[i] - std::conj(result.lambda[j])) <
+                             std::abs(result.lambda[i] - std::conj(result.lambda[mirror]))))
         mirror = j;
-    if (mirror >= 0 && std::abs(result.lambda[i] - std::conj(result.lambda[mirror])) <= 2.0 * (result.radius[i] + result.radius[mirror]))
+    if (mirror >= 0 && std::abs(result.lambda[i] - std::conj(result.lambda[mirror])) <=
+                           2.0 * (result.radius[i] + result.radius[mirror]))
       result.lambda[i] = std::conj(result.lambda[mirror]);
   }
   return result;

@@ -6,8 +6,9 @@
 //     ẏ = f(t, y) ,   F = ∂f/∂y ,   y = [q; q̇; z]                       of every system
 //     φ(q, t) = 0 ,   J q̇ + ∂φ/∂t = 0 ,   a(q, q̇, t) = 0                of one with constraints, and slopes of these
 //
-// f and F are those that a stepper sees, so the multipliers are eliminated already and F is exact. Behind this interface searches for equilibria and
-// linearizations are compiled once, with matrices of run-time size, and not for each scene.
+// f and F are those that a stepper sees, so the multipliers are eliminated already and F is exact. Behind this
+// interface searches for equilibria and linearizations are compiled once, with matrices of run-time size, and not for
+// each scene.
 
 #include <string>
 #include <type_traits>
@@ -42,24 +43,37 @@ class Flow {
 
 // The constraints of a scene at a state; empty where it has none.
 template <class Sc>
-ConstraintsAt constraints_at([[maybe_unused]] const Sc& scene, [[maybe_unused]] double t, [[maybe_unused]] const Eigen::Ref<const Eigen::VectorXd>& y) {
+ConstraintsAt constraints_at([[maybe_unused]] const Sc& scene, [[maybe_unused]] double t,
+                             [[maybe_unused]] const Eigen::Ref<const Eigen::VectorXd>& y) {
   ConstraintsAt all;
   if constexpr (Sc::has_constraints) {
-    constexpr int n = Sc::dof_at_compile_time, both = n == Dynamic ? Dynamic : 2 * n;
+    constexpr int n = Sc::dof_at_compile_time;
+    using D = Dual<double, 1, RateOfRows>;  // which the accelerations of constraints use, too: nothing more to compile
     const Eigen::Index k = scene.dof();
     const EffectStates<Sc> z = y.template tail<Sc::states_at_compile_time>();
     all.phi = constraint_residual(scene, Vector<double, n>(y.head(k)), t, z);
-    const Vector<double, both> state = y.head(2 * k);
-    const auto rows = value_and_jacobian([&](const auto& x) {
-      using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
-      return constraint_velocity(scene, Vector<D, n>(x.head(k)), Vector<D, n>(x.tail(k)), D(t), z);
-    }, state);
-    all.velocity = rows.value;
-    all.slopes = rows.jacobian;
+    all.velocity.resize(all.phi.size());
+    all.slopes.resize(all.phi.size(), 2 * k);
+    Vector<D, n> q(k), qdot(k);
+    for (Eigen::Index i = 0; i < k; ++i) {
+      q[i] = D(y[i]);
+      qdot[i] = D(y[k + i]);
+    }
+    for (Eigen::Index j = 0; j < 2 * k; ++j) {
+      D& seed = j < k ? q[j] : qdot[j - k];
+      seed.tangent[0] = 1.0;
+      const auto rows = constraint_velocity(scene, q, qdot, D(t), z);
+      seed.tangent[0] = 0.0;
+      for (Eigen::Index i = 0; i < rows.size(); ++i) {
+        all.velocity[i] = rows[i].value;
+        all.slopes(i, j) = rows[i].tangent[0];
+      }
+    }
     std::size_t effect = 0;
     for_each_constraint(scene, z, [&](const auto& e, bool) {
       using E = std::remove_cvref_t<decltype(e)>;
-      all.holonomic.insert(all.holonomic.end(), static_cast<std::size_t>(rows_of_constraint<E>(scene, effect++)), HolonomicEffect<E, n>);
+      all.holonomic.insert(all.holonomic.end(), static_cast<std::size_t>(rows_of_constraint<E>(scene, effect++)),
+                           HolonomicEffect<E, n>);
     });
   }
   return all;
@@ -67,8 +81,10 @@ ConstraintsAt constraints_at([[maybe_unused]] const Sc& scene, [[maybe_unused]] 
 
 template <class Sc>
 class FlowOf final : public Flow {
-  static_assert(!Sc::has_phases, "qdot: equilibria and linearizations need constraints that last: put a holonomic constraint in place of a contact that is "
-                                 "closed or of friction that sticks, and leave it out where it is open or slips");
+  static_assert(!Sc::has_phases,
+                "qdot: equilibria and linearizations need constraints that last: put a holonomic constraint in place "
+                "of a contact that is "
+                "closed or of friction that sticks, and leave it out where it is open or slips");
 
  public:
   explicit FlowOf(const Sc& scene) : scene_(scene), form_(first_order_form(scene)) {}
@@ -88,8 +104,10 @@ class FlowOf final : public Flow {
   ConstraintsAt constraints(double t, const Eigen::VectorXd& y) const override { return constraints_at(scene_, t, y); }
   std::string name(Eigen::Index i) const override { return form_.component_name(i); }
   std::vector<std::string> constraint_names() const override {
-    if constexpr (Sc::has_constraints) return qdot::constraint_names(scene_);
-    else return {};
+    if constexpr (Sc::has_constraints)
+      return qdot::constraint_names(scene_);
+    else
+      return {};
   }
   std::vector<Eigen::Index> inputs() const override {
     std::vector<Eigen::Index> places;
@@ -98,7 +116,9 @@ class FlowOf final : public Flow {
   }
   std::vector<std::string> input_names() const override {
     std::vector<std::string> names;
-    for_each_input([&](const auto& e, Eigen::Index, int i) { names.push_back(e.u.size() == 1 ? e.name : e.name + "[" + std::to_string(i) + "]"); });
+    for_each_input([&](const auto& e, Eigen::Index, int i) {
+      names.push_back(e.u.size() == 1 ? e.name : e.name + "[" + std::to_string(i) + "]");
+    });
     return names;
   }
 

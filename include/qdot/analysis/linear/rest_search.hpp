@@ -7,9 +7,10 @@
 //
 //     q̈ (q, q̇, z) = 0 ,   ż (q, q̇, z) = 0 ,   φ(q) = 0 ,   J q̇ = 0   (and a = 0).
 //
-// On constraints these equations are more than the unknowns, and agree all the same: at rest J q̈ = 0 whatever q is. Each row of their Jacobian is
-// scaled to length 1, which makes of every residual a distance in the unknowns, and a step is the shortest one that takes most of the residual away; so
-// directions of which nothing depends keep their values. A step that does not shorten the next one (with the same factors) is halved.
+// On constraints these equations are more than the unknowns, and agree all the same: at rest J q̈ = 0 whatever q is.
+// Each row of their Jacobian is scaled to length 1, which makes of every residual a distance in the unknowns, and a
+// step is the shortest one that takes most of the residual away; so directions of which nothing depends keep their
+// values. A step that does not shorten the next one (with the same factors) is halved.
 
 #include <algorithm>
 #include <cmath>
@@ -41,9 +42,11 @@ struct SteadyEquations {
     equations.slopes = Eigen::MatrixXd::Zero(n + states + 2 * m, n + states);
     equations.slopes.topLeftCorner(n + states, n) = slopes.bottomLeftCorner(n + states, n);
     equations.slopes.topRightCorner(n + states, states) = slopes.bottomRightCorner(n + states, states);
-    for (const Eigen::Index i : flow.inputs()) equations.slopes.col(i - n).setZero();  // which keep the values that they were given
+    for (const Eigen::Index i : flow.inputs())
+      equations.slopes.col(i - n).setZero();  // which keep the values that they were given
     for (Eigen::Index k = 0; k < m; ++k) {
-      if (rows.holonomic[static_cast<std::size_t>(k)]) equations.slopes.row(n + states + k).head(n) = rows.slopes.row(k).tail(n);
+      if (rows.holonomic[static_cast<std::size_t>(k)])
+        equations.slopes.row(n + states + k).head(n) = rows.slopes.row(k).tail(n);
       equations.slopes.row(n + states + m + k).head(n) = rows.slopes.row(k).head(n);
     }
     return equations;
@@ -68,35 +71,56 @@ struct SteadySearch {
 };
 
 template <class F>
-[[noreturn, gnu::cold]] void report_no_steady_state(const F& flow, const SteadySearch& search, const Eigen::VectorXd& y, const Eigen::VectorXd& residual,
-                                                    const Eigen::VectorXd& scaled) {
+[[noreturn, gnu::cold]] void report_no_steady_state(const F& flow, const SteadySearch& search, const Eigen::VectorXd& y,
+                                                    const Eigen::VectorXd& residual, const Eigen::VectorXd& scaled) {
   Eigen::Index worst = 0;
   scaled.cwiseAbs().maxCoeff(&worst);
   const Eigen::Index n = flow.dof();
   std::string where = "(";
   for (Eigen::Index i = 0; i < n; ++i) where += sentence({i > 0 ? ", " : "", flow.name(i), " = ", {y[i], 6}});
-  throw_invalid_value({search.who, ": all accelerations must vanish somewhere near the start, but where the search ended, at ", where, "), ",
-                       SteadyEquations::name(flow, worst), " is ", {residual[worst], 6}, "; start closer, or ask whether this scene can ",
+  throw_invalid_value({search.who,
+                       ": all accelerations must vanish somewhere near the start, but where the search ended, at ",
+                       where,
+                       "), ",
+                       SteadyEquations::name(flow, worst),
+                       " is ",
+                       {residual[worst], 6},
+                       "; start closer, or ask whether this scene can ",
                        y.segment(n, n).isZero(0.0) ? "rest at all" : "move like this at all"});
 }
 
 // Refuses what is no steady state because it mentions the time, or because a coordinate that turns is not cyclic.
 template <class F>
-void require_steady(const F& flow, const SteadySearch& search, double t, const Eigen::VectorXd& y, const SteadyEquations& here, const Eigen::VectorXd& scale) {
+void require_steady(const F& flow, const SteadySearch& search, double t, const Eigen::VectorXd& y,
+                    const SteadyEquations& here, const Eigen::VectorXd& scale) {
   for (const double later : {1.0, 3.7}) {
     const Eigen::VectorXd change = SteadyEquations::at(flow, t + later, y, false).residual - here.residual;
     Eigen::Index i = 0;
     if ((change.array() * scale.array()).abs().maxCoeff(&i) > 1e-7 * std::max(1.0, y.cwiseAbs().maxCoeff()))
-      throw_invalid_value({search.who, ": nothing may depend on the time, but ", SteadyEquations::name(flow, i), " changes by ", {change[i], 6}, " within a time of ",
-                           later, "; fix the time in what takes it, or choose coordinates that move along"});
+      throw_invalid_value({search.who,
+                           ": nothing may depend on the time, but ",
+                           SteadyEquations::name(flow, i),
+                           " changes by ",
+                           {change[i], 6},
+                           " within a time of ",
+                           later,
+                           "; fix the time in what takes it, or choose coordinates that move along"});
   }
   const Eigen::Index n = flow.dof();
   for (Eigen::Index j = 0; j < n; ++j) {
     if (y[n + j] == 0.0) continue;
     Eigen::Index i = 0;
     if ((here.slopes.col(j).array() * scale.array()).abs().maxCoeff(&i) > 1e-7)
-      throw_invalid_value({search.who, ": a coordinate that turns must be cyclic, but ", SteadyEquations::name(flow, i), " changes with ", flow.name(j), " by ",
-                           {here.slopes(i, j), 6}, " per unit; give ", flow.name(j), " the rate 0, or choose coordinates in which the motion looks the same at all times"});
+      throw_invalid_value({search.who,
+                           ": a coordinate that turns must be cyclic, but ",
+                           SteadyEquations::name(flow, i),
+                           " changes with ",
+                           flow.name(j),
+                           " by ",
+                           {here.slopes(i, j), 6},
+                           " per unit; give ",
+                           flow.name(j),
+                           " the rate 0, or choose coordinates in which the motion looks the same at all times"});
   }
 }
 
@@ -105,7 +129,9 @@ template <class F>
 Eigen::VectorXd steady_state_near(const F& flow, const SteadySearch& search, double t, Eigen::VectorXd y) {
   const Eigen::Index n = flow.dof(), states = flow.size() - 2 * n;
   for (Eigen::Index i = 0; i < y.size(); ++i)
-    if (!std::isfinite(y[i])) throw_invalid_value({search.who, ": the start must be finite, but ", flow.name(i), " is not; give every entry a number"});
+    if (!std::isfinite(y[i]))
+      throw_invalid_value(
+          {search.who, ": the start must be finite, but ", flow.name(i), " is not; give every entry a number"});
   const auto moved = [&](const Eigen::VectorXd& step, double fraction) {
     Eigen::VectorXd next = y;
     next.head(n) += fraction * step.head(n);
@@ -124,17 +150,20 @@ Eigen::VectorXd steady_state_near(const F& flow, const SteadySearch& search, dou
       scale[i] = length > 0.0 ? 1.0 / length : 1.0;
     }
     const Eigen::VectorXd scaled = scale.cwiseProduct(here.residual);
-    if (iteration == search.max_iterations || !scaled.allFinite()) report_no_steady_state(flow, search, y, here.residual, scaled);
+    if (iteration == search.max_iterations || !scaled.allFinite())
+      report_no_steady_state(flow, search, y, here.residual, scaled);
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors;
     factors.setThreshold(1e-13);
     factors.compute(scale.asDiagonal() * here.slopes);
     const Eigen::VectorXd step = -factors.solve(scaled);
     const Eigen::VectorXd unknowns = (Eigen::VectorXd(n + states) << y.head(n), y.tail(states)).finished();
     if ((step.array().abs() / unknowns.array().abs().max(1.0)).maxCoeff() <= search.tolerance) {
-      // A short step is not enough: where nothing can rest, none takes the residual away. What is left of rounding is harmless.
+      // A short step is not enough: where nothing can rest, none takes the residual away. What is left of rounding is
+      // harmless.
       const Eigen::VectorXd left = scaled + (scale.asDiagonal() * here.slopes) * step;
       if (left.norm() > 1e-8 * scaled.norm() && scaled.norm() > 1e-9 * std::max(1.0, unknowns.cwiseAbs().maxCoeff()))
         report_no_steady_state(flow, search, y, here.residual, scaled);
+      y = moved(step, 1.0);
       break;
     }
     double fraction = 1.0;

@@ -5,8 +5,9 @@
 //
 //     x = N x_free + (a solution whose free entries are 0) .
 //
-// The free entries are coordinates themselves, chosen by pivoting so that the others depend on them in a well-conditioned way, and N has a unit row for
-// each. So minimal coordinates keep the names of those that they were taken from.
+// The free entries are coordinates themselves, chosen by pivoting so that the others depend on them in a
+// well-conditioned way, and N has a unit row for each. So minimal coordinates keep the names of those that they were
+// taken from.
 
 #include <algorithm>
 #include <vector>
@@ -32,7 +33,8 @@ class TangentSpace {
       factors_.compute(scale_.asDiagonal() * J);
       rank_ = factors_.rank();
     }
-    for (Eigen::Index k = rank_; k < columns_; ++k) free_.push_back(J.rows() > 0 ? factors_.colsPermutation().indices()[k] : k);
+    for (Eigen::Index k = rank_; k < columns_; ++k)
+      free_.push_back(J.rows() > 0 ? factors_.colsPermutation().indices()[k] : k);
     std::sort(free_.begin(), free_.end());
     basis_ = Matrix::Zero(columns_, columns_ - rank_);
     Matrix image(J.rows(), columns_ - rank_);

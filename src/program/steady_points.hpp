@@ -1,0 +1,48 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Where a scene of the catalogue rests or moves steadily, and its modes there.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "program/commands.hpp"
+#include "program/runnable_scene.hpp"
+#include "qdot/analysis/damped_modes.hpp"
+
+namespace qdot::program {
+
+struct SteadyPoint {
+  Linearization linear;
+  DampedModes modes;
+  std::vector<Reaction> reactions;
+};
+
+/// A scene with its parameters and effects as the options say, and where the search starts.
+struct SteadyRequest {
+  std::unique_ptr<RunnableScene> scene;
+  State<Dynamic> start;
+  std::shared_ptr<const Model> model;
+  bool steady = false;
+  std::vector<std::string> paths;  // to write to
+};
+
+/// @throws UsageError
+SteadyRequest steady_request(const ModesOptions& options);
+
+/// The steady state near q with the velocities of the request, or at rest.
+///
+/// @throws Error  where there is none
+SteadyPoint steady_point(const SteadyRequest& request, const Eigen::VectorXd& q);
+
+/// Which coordinates nothing depends on, at the start.
+std::vector<bool> cyclic_coordinates(const SteadyRequest& request);
+
+/// Writes a table of modes and a page with their exponents in the complex plane.
+void write_steady_points(const SteadyRequest& request, const std::vector<SteadyPoint>& points);
+
+/// The modes as a table for a terminal.
+void print_modes(const SteadyRequest& request, const SteadyPoint& point);
+
+}  // namespace qdot::program
