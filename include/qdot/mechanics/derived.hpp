@@ -15,10 +15,11 @@
 // written_out() wants them (mechanics/written_out.hpp), and may use Eigen. It pays where T and V are loops. Straight-line code of up to four
 // coordinates is faster as it is, and written_out() is two to three times as fast again, for seconds of compile time.
 //
-// What is no formula (T or V that branch on the state or use abs, max or a power that varies), and what would need more lines than it saves (chains of
-// more than a dozen links as running sums, rotations), is evaluated as without the word. Parameters are read when the object is made, so they must be numbers in it, not behind a pointer, in a std::vector or captured by
-// reference. What T and V read elsewhere, a global variable, must stay as it was: a run lists them again at its looks and ends by the name of
-// model_changed where the list has become another (integrate/watch/change_watch.hpp).
+// What is no formula (T or V that branch on the state or use abs, max or a power that varies), and what would need more lines than it saves (chains
+// of more than a dozen links as running sums, rotations), is evaluated as without the word. Parameters are read when the object is made, so they must
+// be numbers in it, not behind a pointer, in a std::vector or captured by reference. What T and V read elsewhere, a global variable, must stay as it
+// was: a run lists them again at its looks and ends by the name of model_changed where the list has become another
+// (integrate/watch/change_watch.hpp).
 
 #include <Eigen/Core>
 #include <memory>
