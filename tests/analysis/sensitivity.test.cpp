@@ -224,6 +224,38 @@ TEST_CASE("a block that friction brings to rest keeps the derivatives of where i
   CHECK_THAT(s.events[0].time[1], WithinAbs(1 / F, 1e-11));
 }
 
+TEST_CASE("a block on a moving belt that slips, sticks and slips depends on everything as the closed form says") {
+  constexpr double error = 1e-10;
+  using D = qdot::Dual<double, 4>;
+  const Eigen::Vector4d nominal(4.0, 1.3, 0.35, 1.7);  // stiffness, friction, speed of the belt, start
+  const auto family = [](const Eigen::VectorXd& p) {
+    const double k = p[0], belt = p[2];
+    return problem(scene(particle([k](const auto& q) { return 0.5 * k * q[0] * q[0]; }),
+                         qdot::dry_friction("belt", [belt](const auto&, const auto& v) { return v[0] - belt; }, p[1])),
+                   State<1>{0.0, {p[3]}, {0.0}});
+  };
+  const double T = 9.0;
+  const auto s = sensitivities(family, Eigen::VectorXd(nominal), T, Dop853{}, fine);
+  REQUIRE(s.completed());
+  REQUIRE(s.events.size() == 4);
+
+  // Arcs of circles about ±F/k while it slips; it is as fast as the belt at t₁ and t₂, sticks at t₃ and slips at t₄.
+  const auto x = [&nominal](int j) { return D::variable(nominal[j], j); };
+  const D k = x(0), F = x(1), belt = x(2), w = sqrt(k), centre = F / k, A = x(3) - centre;
+  const D t1 = (std::numbers::pi + asin(belt / (w * A))) / w;
+  const D a = centre + A * cos(w * t1) + centre, t2 = t1 - 2.0 * atan2(a * w, belt) / w;
+  const D b = -centre - a - centre, t3 = t2 + (2 * std::numbers::pi - 2.0 * atan2(b * w, belt)) / w;
+  const D t4 = t3 + b / belt;
+  const D q = centre + belt / w * sin(w * (T - t4)), v = belt * cos(w * (T - t4));
+  CHECK_THAT(s.y[0], WithinAbs(q.value, error));
+  CHECK_THAT(s.y[1], WithinAbs(v.value, error));
+  for (int j = 0; j < 4; ++j) {
+    CHECK_THAT(s.Phi(0, j), WithinAbs(q.tangent[j], error));
+    CHECK_THAT(s.Phi(1, j), WithinAbs(v.tangent[j], error));
+    CHECK_THAT(s.events[3].time[j], WithinAbs(t4.tangent[j], error));
+  }
+}
+
 TEST_CASE("equations that an event switches have continuous states and a jump of Φ") {
   double gravity = 0.0;  // begins at x = 1
   const auto system = particle([&gravity](const auto& q) { return -gravity * q[0]; });

@@ -188,15 +188,23 @@ inline void VariationalEquations::pass(const std::string& name, double t, Eigen:
   surface.jump(t, again, -1, 0.0);
   if (!(again.array() == after.array()).all() || !(state_rate(t, again).array() == f_after.array()).all())
     end_undifferentiable(name, t, {"has an action that does something else each time it is called; let it set what it changes, for it is called several times"});
+  const double step = 1e-5 * reach(y, f_before, -1);
+  const double speed = (surface.h(t + step, y + step * f_before, -1, 0.0) - surface.h(t - step, y - step * f_before, -1, 0.0)) / (2 * step);
   for (Eigen::Index j = 0; j < columns_; ++j) {
     const Eigen::VectorXd w = both.segment(size_ * (j + 1), size_) + f_before * time[j];
     const auto slope = slope_at_zero(
         [&](double s) {
           Eigen::VectorXd displaced = y + s * w;
-          surface.jump(t + s * time[j], displaced, j, s);
+          double at = t + s * time[j];
+          for (int k = 0; k < 3; ++k) {  // onto h = 0 along the motion: a way of order s², on one side of which friction would still stick
+            const double wait = -surface.h(at, displaced, j, s) / speed;
+            displaced += wait * f_before;
+            at += wait;
+          }
+          surface.jump(at, displaced, j, s);
           return displaced;
         },
-        reach(y, w, j));
+        reach(y, w, j), largest_);
     if (!slope) end_undifferentiable(name, t, {"changes the state in a way that has no derivative with respect to ", column_name(j), "; let its action be smooth"});
     both.segment(size_ * (j + 1), size_) = *slope - f_after * time[j];
   }

@@ -41,8 +41,10 @@ inline constexpr std::array<SlopePoints, 3> slope_points{{
 inline double parameter_step(double x) { return std::ldexp(x != 0.0 ? std::abs(x) : 1.0, -8); }
 
 // F′(0) of a vector function that is known at s of about `reach` and below; nothing where it has none.
+//
+// @param largest  sizes of entries to whose rounding they are known, where they are larger than the entries; or empty
 template <class F>
-std::optional<Eigen::VectorXd> slope_at_zero(const F& f, double reach) {
+std::optional<Eigen::VectorXd> slope_at_zero(const F& f, double reach, const Eigen::VectorXd& largest = {}) {
   constexpr double epsilon = std::numeric_limits<double>::epsilon();
   double h = std::ldexp(reach, -7);
   for (int attempt = 0; attempt < 8; ++attempt, h /= 8) {
@@ -56,7 +58,7 @@ std::optional<Eigen::VectorXd> slope_at_zero(const F& f, double reach) {
       Eigen::VectorXd slope = Eigen::VectorXd::Zero(F_at[0].size());
       bool doubtful = false;
       for (Eigen::Index k = 0; k < slope.size() && !doubtful; ++k) {
-        double lower = 0.0, most = 0.0, size = 0.0;
+        double lower = 0.0, most = 0.0, size = largest.size() > 0 ? largest[k] : 0.0;
         for (std::size_t i = 0; i < 7; ++i) {
           const double change = F_at[i][k] - F_at[0][k];
           slope[k] += points.weight[i] * change / h;
