@@ -237,19 +237,33 @@ TEST_CASE("an impact on a moving floor depends on everything as the closed form 
   CHECK((s.events[0].time - expected.jacobian.row(2).transpose()).cwiseAbs().maxCoeff() < 1e-11);
 }
 
-TEST_CASE("a block that friction brings to rest keeps the derivatives of where it stopped") {
-  const double v0 = 2.0, F = 1.5;
-  const auto family = [=](const Eigen::VectorXd& p) {
-    return problem(scene(particle({}), qdot::dry_friction("floor", 0, p[0])), State<1>{0.0, {0.0}, {p[1]}});
+TEST_CASE("a block that friction brings to rest keeps the derivatives of where it stopped, and one that sticks and slips has those of differences") {
+  const auto family = [](const Eigen::Vector4d& p) {  // stiffness, friction, drive, and velocity at the start
+    return problem(scene(particle({.k = p[0], .drive = p[2]}), qdot::dry_friction("floor", 0, p[1], 1.3 * p[1])), State<1>{0.0, {0.0}, {p[3]}});
   };
-  const auto s = sensitivities(family, Eigen::VectorXd(Eigen::Vector2d(F, v0)), 5.0, Dop853{}, fine);
+  const double v0 = 2.0, F = 1.5;
+  const auto stops = sensitivities(family, Eigen::Vector4d(0.0, F, 0.0, v0), 5.0, Dop853{}, fine);
+  REQUIRE(stops.completed());
+  REQUIRE(stops.events.size() == 1);
+  CHECK_THAT(stops.y[0], WithinAbs(v0 * v0 / (2 * F), 1e-12));
+  CHECK_THAT(stops.Phi(0, 1), WithinAbs(-v0 * v0 / (2 * F * F), 1e-11));
+  CHECK_THAT(stops.Phi(0, 3), WithinAbs(v0 / F, 1e-11));
+  CHECK(stops.Phi.row(1).norm() < 1e-12);
+  CHECK_THAT(stops.events[0].time[3], WithinAbs(1 / F, 1e-11));
+
+  const Eigen::Vector4d p(4.0, 0.9, 3.5, 0.2);
+  const auto s = sensitivities(family, p, 12.0, Dop853{}, fine);
   REQUIRE(s.completed());
-  REQUIRE(s.events.size() == 1);
-  CHECK_THAT(s.y[0], WithinAbs(v0 * v0 / (2 * F), 1e-12));
-  CHECK_THAT(s.Phi(0, 0), WithinAbs(-v0 * v0 / (2 * F * F), 1e-11));
-  CHECK_THAT(s.Phi(0, 1), WithinAbs(v0 / F, 1e-11));
-  CHECK(s.Phi.row(1).norm() < 1e-12);
-  CHECK_THAT(s.events[0].time[1], WithinAbs(1 / F, 1e-11));
+  REQUIRE(s.events.size() >= 4);
+  for (int j = 0; j < 4; ++j) {
+    constexpr double h = 2e-4;
+    const auto sum = [&](int k) {
+      const auto end = [&](double d) { return Eigen::Vector2d(sensitivities(family, Eigen::Vector4d(p + d * Eigen::Vector4d::Unit(j)), 12.0, Dop853{}, fine).y.head(2)); };
+      return Eigen::Vector2d(end(k * h) - end(-k * h));
+    };
+    const Eigen::Vector2d slope = (45 * sum(1) - 9 * sum(2) + sum(3)) / (60 * h);
+    CHECK((s.Phi.col(j).head(2) - slope).norm() < 1e-7);  // noise of 1e-12 over h, grown by the motion
+  }
 }
 
 TEST_CASE("a block on a moving belt that slips, sticks and slips depends on everything as the closed form says") {
