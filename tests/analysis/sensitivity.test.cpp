@@ -149,16 +149,16 @@ TEST_CASE("parameters of T and V have the same derivatives exactly and by a fami
   const State<2> start{0.0, {1.7, 1.2}, {0.3, -0.2}};
   const auto exactly = sensitivities(energies_of, p, start, 3.0, Dop853{}, fine);
   const auto by_family = sensitivities(
-      [&](const qdot::Vector<double, 5>& p) { return problem(qdot::mechanical_system<2>(DoublePendulum<double>{p[0], p[1], p[2], p[3], p[4]}), start); }, p, 3.0,
+      [&](const qdot::Vector<double, 5>& x) { return problem(qdot::mechanical_system<2>(DoublePendulum<double>{x[0], x[1], x[2], x[3], x[4]}), start); }, p, 3.0,
       Dop853{}, fine);
   REQUIRE(exactly.completed());
   REQUIRE(by_family.completed());
   REQUIRE(exactly.d_parameters().cols() == 5);
   REQUIRE(by_family.Phi.cols() == 5);
   CHECK((exactly.d_parameters() - by_family.Phi).cwiseAbs().maxCoeff() < error);
-  // Masses alone cannot be told apart from forces: m ∂/∂m summed over both is zero.
+  // Masses that all grow alike change nothing,
   CHECK((exactly.d_parameters().col(0) * p[0] + exactly.d_parameters().col(1) * p[1]).norm() < error);
-  // Time in units of √(l/g): l ∂/∂l over both lengths and g ∂/∂g together change the unit of length only, but of angles.
+  // nor does another unit of length, in which lengths and g grow alike.
   CHECK((exactly.d_parameters().rightCols(3) * p.tail(3)).norm() < error);
 }
 
