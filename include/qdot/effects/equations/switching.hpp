@@ -234,7 +234,8 @@ class Switching {
     Eigen::VectorXd u(size), still(size);
     for (Eigen::Index i = 0; i < size; ++i) {
       const Q direction = J.row(rows[static_cast<std::size_t>(i)]).transpose();
-      W.col(i) = factors.solution(direction, Rows::Zero(), t, SceneNames<Sc>{scene_}).qddot;
+      const Q change = factors.solution(direction, Rows::Zero(), t, SceneNames<Sc>{scene_}).qddot;
+      for (Eigen::Index k = 0; k < q.size(); ++k) W(k, i) = change[k];
       u[i] = all[static_cast<std::size_t>(effects[static_cast<std::size_t>(i)])].u;
       still[i] = all[static_cast<std::size_t>(effects[static_cast<std::size_t>(i)])].still;
     }
