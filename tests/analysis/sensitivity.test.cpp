@@ -270,8 +270,8 @@ TEST_CASE("a block on a moving belt that slips, sticks and slips depends on ever
   using D = qdot::Dual<double, 4>;
   const Eigen::Vector4d nominal(4.0, 1.3, 0.35, 1.7);  // stiffness, friction, speed of the belt, start
   const auto family = [](const Eigen::VectorXd& p) {
-    const double k = p[0], belt = p[2];
-    return problem(scene(particle([k](const auto& q) { return 0.5 * k * q[0] * q[0]; }),
+    const double belt = p[2];
+    return problem(scene(particle({.k = p[0]}),
                          qdot::dry_friction("belt", [belt](const auto&, const auto& v) { return v[0] - belt; }, p[1])),
                    State<1>{0.0, {p[3]}, {0.0}});
   };
