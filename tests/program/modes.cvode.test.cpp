@@ -71,7 +71,7 @@ TEST_CASE("a sleigh goes straight on, and its turning dies out at the rate m a u
   CHECK(straight["states"].size() == 5);
 }
 
-TEST_CASE("--out writes a table and a page, and stdout says where the scene rests") {
+TEST_CASE("the option --out of modes writes a table and a page, and stdout says where the scene rests") {
   const program_test::Directory directory;
   const auto ended = qdot("modes pendulum --set q0=0.3 --out '" + directory.file("x") + "'");
   REQUIRE(ended.status == 0);
