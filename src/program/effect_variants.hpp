@@ -15,7 +15,6 @@
 #include <utility>
 #include <vector>
 
-#include "program/model_watch.hpp"
 #include "program/scene_runner.hpp"
 #include "qdot/analysis/linear/flow.hpp"
 #include "qdot/analysis/reference_equations.hpp"
@@ -23,6 +22,7 @@
 #include "qdot/integrate/rattle.hpp"
 #include "qdot/integrate/steps/form_mechanics.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
+#include "qdot/integrate/watch/held_watch.hpp"
 
 namespace qdot::program {
 
@@ -139,7 +139,7 @@ class SceneModel final : public Model {
       if (method.starts_with("rattle")) return any_stepper(Rattle{.step = step, .order = method.back() - '0'}, form_, options);
     return std::nullopt;
   }
-  std::unique_ptr<ModelWatch> watch(const Options& options) const override { return std::make_unique<WatchOf<SceneForm<Sc>>>(form_, options); }
+  std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const override { return std::make_unique<qdot::detail::WatchOf<SceneForm<Sc>>>(form_, options); }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
     const auto state = form_.state(t, y);
     const auto z = states(y);

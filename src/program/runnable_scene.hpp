@@ -27,9 +27,11 @@ namespace qdot::report {
 struct EquationSource;  // report/equations/source.hpp
 }
 
-namespace qdot::program {
+namespace qdot::detail {
+class AnyWatch;  // integrate/watch/held_watch.hpp
+}
 
-class ModelWatch;  // model_watch.hpp
+namespace qdot::program {
 
 /// A parameter as a table shows it.
 struct ParameterInfo {
@@ -130,7 +132,7 @@ class Model {
   virtual std::optional<AnyStepper> own_stepper(const std::string&, double, const Options&) const { return std::nullopt; }
 
   /// What looks at M, the constraints and the energy while a run goes on; the model and the options outlive it.
-  virtual std::unique_ptr<ModelWatch> watch(const Options& options) const = 0;
+  virtual std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const = 0;
 
   /// Evaluates q̈ at y `count` times, and returns a number that depends on all of them.
   virtual double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const = 0;

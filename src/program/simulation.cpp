@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "program/methods.hpp"
-#include "program/model_watch.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/cvode_automatic.hpp"
@@ -22,6 +21,7 @@
 #include "qdot/integrate/steps/form_mechanics.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/taylor.hpp"
+#include "qdot/integrate/watch/held_watch.hpp"
 
 namespace qdot::program {
 
@@ -30,8 +30,10 @@ namespace {
 /// A model as the steppers want it: a value with the members of FirstOrderSystem.
 struct FirstOrderModel {
   static constexpr int size_at_compile_time = Dynamic;
-  using Watchdog = HeldWatch;
+  using Watchdog = qdot::detail::HeldWatch;
   std::shared_ptr<const Model> model;
+
+  std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const { return model->watch(options); }
 
   Eigen::Index dof() const { return model->dof(); }
   Eigen::Index size() const { return model->size(); }

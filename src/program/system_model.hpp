@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "program/model_steppers.hpp"
-#include "program/model_watch.hpp"
 #include "program/runnable_scene.hpp"
 #include "qdot/analysis/reference_equations.hpp"
 #include "qdot/integrate/energy_balance.hpp"
+#include "qdot/integrate/watch/held_watch.hpp"
 #include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -67,7 +67,7 @@ class SystemModel final : public Model {
   std::optional<AnyStepper> own_stepper(const std::string& method, double step, const Options& options) const override {
     return own_stepper_of(form_, method, step, options);
   }
-  std::unique_ptr<ModelWatch> watch(const Options& options) const override { return std::make_unique<WatchOf<FirstOrderForm<Sys>>>(form_, options); }
+  std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const override { return std::make_unique<qdot::detail::WatchOf<FirstOrderForm<Sys>>>(form_, options); }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
     const auto state = form_.state(t, y);
     double sum = 0;

@@ -54,12 +54,14 @@ struct Particle {
   double k = 0.0, s = 0.0;          // ½ (k − 2s cos 2t) q²
   double pull = 0.0;                // −pull cos q
   double drive = 0.0;               // −drive q cos t
+  double push = 0.0;                // −push q exp(−200 (t − 50)²)
   const double* switched = nullptr;  // −switched q
 
   auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
   auto V(const auto& q, const auto& t) const {
-    using std::cos;
-    return (g - (switched != nullptr ? *switched : 0.0)) * q[0] + 0.5 * (k - 2 * s * cos(2.0 * t)) * q[0] * q[0] - pull * cos(q[0]) - drive * q[0] * cos(t);
+    using std::cos, std::exp;
+    return (g - (switched != nullptr ? *switched : 0.0) - push * exp(-200.0 * (t - 50.0) * (t - 50.0))) * q[0] +
+           0.5 * (k - 2 * s * cos(2.0 * t)) * q[0] * q[0] - pull * cos(q[0]) - drive * q[0] * cos(t);
   }
 };
 auto particle(Particle p) { return qdot::mechanical_system<1>(p); }
@@ -72,14 +74,18 @@ const Function height = [](const V1& q, const V1&) { return q[0]; }, velocity = 
 
 // A floor that moves at the speed a.
 struct Gap {
-  double a = 0.0;
-  auto operator()(const auto& q, const auto& t) const { return q[0] - a * t; }
+  double a = 0.0, t0 = 0.0;
+  auto operator()(const auto& q, const auto& t) const { return q[0] - a * (t - t0); }
 };
 // A ball above it, p = (g, e, a, y₀, v₀, and something that nothing depends on).
-const auto over_floor = [](const qdot::Vector<double, 6>& p) {
-  return problem(scene(particle({.g = p[0]}), qdot::contact("floor", Gap{p[2]}, qdot::restitution(p[1]))), State<1>{0.0, {p[3]}, {p[4]}});
-};
 using SixNumbers = qdot::Vector<double, 6>;
+struct OverFloor {
+  double t0 = 0.0;
+  auto operator()(const SixNumbers& p) const {
+    return problem(scene(particle({.g = p[0]}), qdot::contact("floor", Gap{p[2], t0}, qdot::restitution(p[1]))), State<1>{t0, {p[3]}, {p[4]}});
+  }
+};
+const OverFloor over_floor;
 
 // A rotor on a spring in gravity, T = ½ l² v², V = ½ k q² − g l cos q, with parameters l and k.
 template <class S>
@@ -235,6 +241,19 @@ TEST_CASE("an impact on a moving floor depends on everything as the closed form 
   CHECK((s.y.head(2) - expected.value.head<2>()).norm() < 1e-12);
   CHECK((s.Phi.topRows(2) - expected.jacobian.topRows<2>()).cwiseAbs().maxCoeff() < 1e-10);
   CHECK((s.events[0].time - expected.jacobian.row(2).transpose()).cwiseAbs().maxCoeff() < 1e-11);
+
+  const double t0 = 1.7e9, grain = 2.4e-7;  // of the time there: when it hits is not known better
+  const auto late = sensitivities(OverFloor{t0}, p, t0 + 1.0, Dop853{}, fine);
+  REQUIRE(late.completed());
+  CHECK((late.Phi.topRows(2) - expected.jacobian.topRows<2>()).cwiseAbs().maxCoeff() < 10 * grain);
+}
+
+TEST_CASE("no step passes over a push that comes when nothing has moved for long") {
+  const auto s = sensitivities(particle({.push = 1.0}), State<1>{0.0, {0.0}, {0.0}}, 100.0, Dop853{}, fine);
+  REQUIRE(s.completed());
+  const double velocity = std::sqrt(std::numbers::pi / 200);
+  CHECK_THAT(s.y[1], WithinAbs(velocity, 1e-11));
+  CHECK_THAT(s.y[0], WithinAbs(50 * velocity, 1e-9));
 }
 
 TEST_CASE("a block that friction brings to rest keeps the derivatives of where it stopped, and one that sticks and slips has those of differences") {

@@ -185,7 +185,7 @@ EventSensitivity differentiated(const RecordedEvent& event, const std::vector<Na
     const bool ends = each.stops && result.outcome == Outcome::stopped_by_event && event.t == result.t;
     const bool has_changed = equations.changed() && std::abs(*equations.changed() - result.t) <= std::abs(event.t - result.t);
     if (!ends && (!kept || has_changed)) continue;
-    found.time = equations.time_slope(event.name, event.t, ends ? result.run.y : result.run.trajectory.y_before(event.t), each.surface);
+    found.time = equations.crossing(event.name, event.t, ends ? result.run.y : result.run.trajectory.y_before(event.t), each.surface).time;
     if (ends) result.Phi_of_event = result.Phi + result.ydot * found.time.transpose();
   }
   return found;
@@ -310,6 +310,7 @@ template <class EnergiesOf, class P, int n, class Method, class... Events>
 auto sensitivities(const EnergiesOf& energies_of, const P& p, const State<n>& start, double t_end, const Method& method, const Options& options = {},
                    const EventList<Events...>& events = {}, const WithRespectTo& wanted = {}) {
   static_assert(n != Dynamic, "qdot: parameters of energies need the number of coordinates in the type of the start, State<2>{…}");
+  detail::require_finite_parameters(p);
   const auto system = mechanical_system<n>(energies_of(p));
   using Form = detail::FormOf<decltype(system)>;
   using Model = detail::EnergiesModel<Form, EventList<Events...>, EnergiesOf, P::SizeAtCompileTime>;

@@ -7,7 +7,8 @@
 //
 // [y; columns of Φ] is one first-order system, so that a method takes the same steps for both, controls the error of both, and has dense output
 // of both. The methods, the loop of a run and its search for events do not know more of it than of any other system: they are compiled once for
-// all models (VariationalForm below, which asks VariationalEquations by calls).
+// all models (VariationalForm below, which asks VariationalEquations by calls). The watchdog of the run is that of y's own equations, so that no
+// step passes over a push.
 //
 // An event at t_e, where h(y, t, p) = 0 and the state becomes g(y, t, p): a displaced motion is there earlier or later by
 //
@@ -30,6 +31,7 @@
 #include <functional>
 #include <initializer_list>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -38,7 +40,9 @@
 #include "qdot/analysis/variations/slope.hpp"
 #include "qdot/effects/projection_report.hpp"
 #include "qdot/error.hpp"
+#include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/watch/held_watch.hpp"
 
 namespace qdot::detail {
 
@@ -46,6 +50,12 @@ namespace qdot::detail {
 struct EventSlope {
   double t = 0.0;
   Eigen::VectorXd time;  // ∂t_e/∂x
+};
+
+// How a motion goes through h = 0.
+struct Crossing {
+  Eigen::VectorXd time;  // ∂t_e/∂x
+  double speed = 0.0;    // dh/dt along the motion
 };
 
 // What an event is where parameter `column` is displaced by s.
@@ -75,12 +85,13 @@ class VariationalEquations {
   virtual std::string state_name(Eigen::Index i) const = 0;
   virtual std::string column_name(Eigen::Index j) const = 0;
   virtual void renew() = 0;
+  virtual std::unique_ptr<AnyWatch> watch(const Options& options) const = 0;  // of y
   virtual double parameter_size(Eigen::Index column) const = 0;  // infinite for a column of another kind
 
-  // ∂t_e/∂x at y in front of an event.
+  // At y in front of an event.
   //
   // @throws EndOfRun  not_differentiable, where the event grazes or h has no derivative
-  Eigen::VectorXd time_slope(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both, const Surface& surface) const;
+  Crossing crossing(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both, const Surface& surface) const;
 
   // y ← the state behind an event, with Φ⁺.
   void pass(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface);
@@ -137,8 +148,8 @@ inline double VariationalEquations::reach(const Eigen::VectorXd& y, const Eigen:
   return std::isfinite(far) ? far : 1.0;
 }
 
-inline Eigen::VectorXd VariationalEquations::time_slope(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both,
-                                                        const Surface& surface) const {
+inline Crossing VariationalEquations::crossing(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both,
+                                               const Surface& surface) const {
   const Eigen::VectorXd y = both.head(size_), f = state_rate(t, y);
   const auto along = [&](const Eigen::VectorXd& direction, double rate, Eigen::Index column) {
     const auto slope = slope_at_zero(
@@ -166,18 +177,17 @@ inline Eigen::VectorXd VariationalEquations::time_slope(const std::string& name,
                          {"only grazes zero: its function goes through it at a rate of ", {speed, 4}, " and would turn at a depth of ",
                           {curvature != 0.0 ? 0.5 * speed * speed / std::abs(curvature) : 0.0, 4}, ", of which the tolerances cannot tell ", {dark, 4},
                           "; the motion on either side of a grazing differs, so there is no derivative: choose a start or parameters that hit or miss clearly"});
-  Eigen::VectorXd time(columns_);
-  for (Eigen::Index j = 0; j < columns_; ++j) {
-    time[j] = -along(both.segment(size_ * (j + 1), size_), 0.0, j) / speed;
-  }
-  return time;
+  Crossing found{Eigen::VectorXd(columns_), speed};
+  for (Eigen::Index j = 0; j < columns_; ++j) found.time[j] = -along(both.segment(size_ * (j + 1), size_), 0.0, j) / speed;
+  return found;
 }
 
 inline void VariationalEquations::pass(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface) {
   if (!passed_.empty() && passed_.back().t == t)
     end_undifferentiable(name, t, {"coincides with another event: which of them comes first decides what follows, so there is no derivative; choose a start or "
                                    "parameters that separate them"});
-  const Eigen::VectorXd y = both.head(size_), f_before = state_rate(t, y), time = time_slope(name, t, both, surface);
+  const Eigen::VectorXd y = both.head(size_), f_before = state_rate(t, y);
+  const auto [time, speed] = crossing(name, t, both, surface);
   Eigen::VectorXd after = y, again = y;
   surface.jump(t, after, -1, 0.0);
   if (!after.allFinite()) {
@@ -188,25 +198,26 @@ inline void VariationalEquations::pass(const std::string& name, double t, Eigen:
   surface.jump(t, again, -1, 0.0);
   if (!(again.array() == after.array()).all() || !(state_rate(t, again).array() == f_after.array()).all())
     end_undifferentiable(name, t, {"has an action that does something else each time it is called; let it set what it changes, for it is called several times"});
-  const double step = 1e-5 * reach(y, f_before, -1);
-  const double speed = (surface.h(t + step, y + step * f_before, -1, 0.0) - surface.h(t - step, y - step * f_before, -1, 0.0)) / (2 * step);
+  const double step = 1e-3 * reach(y, f_before, -1);
+  const double h_by_t = (surface.h(t + step, y, -1, 0.0) - surface.h(t - step, y, -1, 0.0)) / (2 * step);
   for (Eigen::Index j = 0; j < columns_; ++j) {
-    const Eigen::VectorXd w = both.segment(size_ * (j + 1), size_) + f_before * time[j];
-    const auto slope = slope_at_zero(
-        [&](double s) {
-          Eigen::VectorXd displaced = y + s * w;
-          double at = t + s * time[j];
-          for (int k = 0; k < 3; ++k) {  // onto h = 0 along the motion: a way of order s², on one side of which friction would still stick
-            const double wait = -surface.h(at, displaced, j, s) / speed;
-            displaced += wait * f_before;
-            at += wait;
-          }
-          surface.jump(at, displaced, j, s);
-          return displaced;
-        },
-        reach(y, w, j), largest_);
+    const Eigen::VectorXd Phi = both.segment(size_ * (j + 1), size_);
+    const auto behind = [&, speed = speed, &time = time](double s) {
+      // The moment t + later at which the displaced motion is at h = 0: beyond s ∂t_e/∂x by a way of order s², on one side of which friction would
+      // still stick. What rounding takes from a late t is made good.
+      double later = s * time[j];
+      Eigen::VectorXd displaced;
+      for (int k = 0; k < 3; ++k) {
+        displaced = y + s * Phi + later * f_before;
+        later -= (surface.h(t + later, displaced, j, s) + h_by_t * (later - ((t + later) - t))) / speed;
+      }
+      displaced = y + s * Phi + later * f_before;
+      surface.jump(t + later, displaced, j, s);
+      return Eigen::VectorXd(displaced - later * f_after);
+    };
+    const auto slope = slope_at_zero(behind, reach(y, Phi + f_before * time[j], j), largest_);
     if (!slope) end_undifferentiable(name, t, {"changes the state in a way that has no derivative with respect to ", column_name(j), "; let its action be smooth"});
-    both.segment(size_ * (j + 1), size_) = *slope - f_after * time[j];
+    both.segment(size_ * (j + 1), size_) = *slope;
   }
   surface.jump(t, again = y, -1, 0.0);  // what it sets besides the state is now as it belongs to y
   if (!(state_rate(t, y).array() == f_before.array()).all()) changed_ = t;
@@ -226,6 +237,9 @@ class VariationalForm {
   Eigen::Index size() const noexcept { return equations_->size(); }
   Eigen::Index dof() const noexcept { return equations_->dof(); }
   void renew() { equations_->renew(); }
+
+  using Watchdog = HeldWatch;
+  std::unique_ptr<AnyWatch> watch(const Options& options) const { return equations_->watch(options); }
 
   void write_derivative(double t, const double* y, double* ydot) const { equations_->write_rates(t, y, ydot); }
   void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {

@@ -31,6 +31,12 @@ namespace qdot::detail {
 template <class System>
 using FormOf = std::remove_cvref_t<decltype(first_order_form(std::declval<const System&>()))>;
 
+template <class P>
+void require_finite_parameters(const P& p) {
+  for (Eigen::Index j = 0; j < p.size(); ++j)
+    if (!std::isfinite(p[j])) throw_invalid_value({"parameter ", j, " must be finite, but is ", p[j], "; give it a number"});
+}
+
 // Of all models: the equations, and events that do not depend on parameters.
 template <class Form_, class List>
 struct FixedModel {
@@ -85,10 +91,8 @@ class FamilyModel {
   static constexpr std::size_t event_count = std::tuple_size_v<decltype(Member::events.list)>;
 
   FamilyModel(Family family, P p) : nominal(family(p)), form(first_order_form(nominal.system)), family_(std::move(family)), p_(std::move(p)) {
-    for (Eigen::Index j = 0; j < p_.size(); ++j) {
-      if (!std::isfinite(p_[j])) throw_invalid_value({"parameter ", j, " must be finite, but is ", p_[j], "; give it a number"});
-      neighbours_.push_back(neighbours_of(j));
-    }
+    require_finite_parameters(p_);
+    for (Eigen::Index j = 0; j < p_.size(); ++j) neighbours_.push_back(neighbours_of(j));
     rate_.resize(form.size());
   }
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -167,6 +168,7 @@ class Variations final : public VariationalEquations {
     return p == 0.0 ? 1.0 : p;
   }
   void renew() override { detail::renew(model_.form); }
+  std::unique_ptr<AnyWatch> watch(const Options& options) const override { return std::make_unique<WatchOf<Form>>(form(), options); }
 
   // Guard k of a scene that switches.
   Surface guard_surface(Eigen::Index k) const {
@@ -178,7 +180,7 @@ class Variations final : public VariationalEquations {
     return {h, {}};
   }
 
-  // Event number i of the model, as pass() and time_slope() ask for it.
+  // Event number i of the model, as pass() and crossing() ask for it.
   template <std::size_t i>
   Surface surface() const {
     Surface surface;

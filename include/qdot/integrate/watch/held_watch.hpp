@@ -1,7 +1,11 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The library's watchdog (integrate/watch/watch.hpp) for a model: it wants to know T and V, which only the scene's own .cpp does.
+// A watchdog (integrate/watch/watch.hpp) without the type of what it looks at.
+//
+// A watchdog wants to know T, V and effects: which numbers they must have, what they ask of the time, whether M loses its inertia. A form that hides
+// them, because a run is to be compiled once for many systems, has `using Watchdog = HeldWatch` and watch(options), which gives the watchdog of
+// the form behind it. If the hiding form has more components, they stand behind those of the hidden one and are not looked at.
 
 #include <Eigen/Core>
 #include <memory>
@@ -12,12 +16,12 @@
 #include "qdot/integrate/statistics.hpp"
 #include "qdot/integrate/watch/watch.hpp"
 
-namespace qdot::program {
+namespace qdot::detail {
 
-/// A watchdog without the type of what it looks at. The members are those of qdot::detail::Watchdog.
-class ModelWatch {
+/// The members are those of Watchdog.
+class AnyWatch {
  public:
-  virtual ~ModelWatch() = default;
+  virtual ~AnyWatch() = default;
   virtual bool is_due(double h) = 0;
   virtual void begin(double t, const Eigen::VectorXd& y, long steps) = 0;
   virtual double reach(double t, const Eigen::VectorXd& y, double landing) = 0;
@@ -29,39 +33,46 @@ class ModelWatch {
   virtual void report(Statistics& statistics) const = 0;
 };
 
-/// The watchdog of a model's first-order form.
+/// The watchdog of a first-order form, whose components are the first of y.
 template <class Form>
-class WatchOf final : public ModelWatch {
+class WatchOf final : public AnyWatch {
  public:
-  WatchOf(const Form& form, const Options& options) : dog_(form, options) {}
+  WatchOf(const Form& form, const Options& options) : dog_(form, options), own_(form.size()) {}
 
   bool is_due(double h) override { return dog_.is_due(h); }
-  void begin(double t, const Eigen::VectorXd& y, long steps) override { dog_.begin(t, y, steps); }
-  double reach(double t, const Eigen::VectorXd& y, double landing) override { return dog_.reach(t, y, landing); }
+  void begin(double t, const Eigen::VectorXd& y, long steps) override { dog_.begin(t, own(y), steps); }
+  double reach(double t, const Eigen::VectorXd& y, double landing) override { return dog_.reach(t, own(y), landing); }
   std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) override {
-    return dog_.look(t, y, steps, controlled);
+    return dog_.look(t, own(y), steps, controlled);
   }
-  std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) override { return dog_.look_at_values_and_mass(t, y); }
+  std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) override { return dog_.look_at_values_and_mass(t, own(y)); }
   std::optional<Failure> change(double t) override { return dog_.change(t); }
-  void remember(double t, const Eigen::VectorXd& y) override { dog_.remember(t, y); }
+  void remember(double t, const Eigen::VectorXd& y) override { dog_.remember(t, own(y)); }
   double mass_rcond() const override { return dog_.mass_rcond(); }
   void report(Statistics& statistics) const override { dog_.report(statistics); }
 
  private:
-  qdot::detail::Watchdog<Form> dog_;
+  const Eigen::VectorXd& own(const Eigen::VectorXd& y) {
+    if (y.size() == own_.size()) return y;
+    for (Eigen::Index i = 0; i < own_.size(); ++i) own_[i] = y[i];
+    return own_;
+  }
+
+  Watchdog<Form> dog_;
+  Eigen::VectorXd own_;
 };
 
-/// What a run holds: the model's own watchdog.
+/// What a run holds.
 class HeldWatch {
  public:
   template <class System>
-  HeldWatch(const System& system, const Options& options) : watch_(system.model->watch(options)) {}
+  HeldWatch(const System& system, const Options& options) : watch_(system.watch(options)) {}
 
   bool is_due(double h) { return watch_->is_due(h); }
   void begin(double t, const Eigen::VectorXd& y, long steps) { watch_->begin(t, y, steps); }
   template <Stepper S>
   double reach(const S& stepper, double landing) {
-    return qdot::detail::has_fixed_step(stepper) ? landing : watch_->reach(stepper.t(), stepper.y(), landing);
+    return has_fixed_step(stepper) ? landing : watch_->reach(stepper.t(), stepper.y(), landing);
   }
   std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) {
     return watch_->look(t, y, steps, controlled);
@@ -73,7 +84,7 @@ class HeldWatch {
   void report(Statistics& statistics) const { watch_->report(statistics); }
 
  private:
-  std::unique_ptr<ModelWatch> watch_;
+  std::unique_ptr<AnyWatch> watch_;
 };
 
-}  // namespace qdot::program
+}  // namespace qdot::detail
