@@ -20,30 +20,15 @@ namespace qdot::program {
 namespace {
 
 /// A model as the analysis of small motions asks for it.
-class ModelFlow final : public qdot::detail::Flow {
+class ModelFlow final : public qdot::detail::FlowOfForm<const Model&> {
  public:
-  explicit ModelFlow(const Model& model) : model_(model) {}
+  explicit ModelFlow(const Model& model) : FlowOfForm(model) {}
 
-  Eigen::Index dof() const override { return model_.dof(); }
-  Eigen::Index size() const override { return model_.size(); }
-  Eigen::VectorXd rates(double t, const Eigen::VectorXd& y) const override {
-    Eigen::VectorXd f(y.size());
-    model_.derivative(t, y, f);
-    return f;
-  }
-  Eigen::MatrixXd slopes(double t, const Eigen::VectorXd& y) const override {
-    Eigen::MatrixXd F(y.size(), y.size());
-    model_.jacobian(t, y, F);
-    return F;
-  }
+  Eigen::Index dof() const override { return form_.dof(); }
   qdot::detail::ConstraintsAt constraints(double t, const Eigen::VectorXd& y) const override {
-    return model_.constraints_at(t, y);
+    return form_.constraints_at(t, y);
   }
-  std::string name(Eigen::Index i) const override { return model_.component_name(i); }
-  std::vector<std::string> constraint_names() const override { return model_.constraint_names(); }
-
- private:
-  const Model& model_;
+  std::vector<std::string> constraint_names() const override { return form_.constraint_names(); }
 };
 
 using report::rounded_text;
@@ -66,8 +51,9 @@ std::string shape_text(const DampedMode& mode, const std::vector<scenes::Coordin
   return text + (mode.shape.size() > most ? ", …" : "");
 }
 
-report::Plot pole_map(const std::vector<SteadyPoint>& points) {
-  report::Plot plot{.title = "Exponents", .x = {.label = "Re λ"}, .y = {.label = "Im λ"}, .height = 420};
+report::Plot pole_map(const std::vector<SteadyPoint>& points, const std::string& rate) {
+  const std::string unit = rate.empty() ? "" : " [" + rate + "]";
+  report::Plot plot{.title = "Exponents", .x = {.label = "Re λ" + unit}, .y = {.label = "Im λ" + unit}, .height = 420};
   int number = 0;
   for (const SteadyPoint& point : points) {
     report::Series series{.label = points.size() == 1
@@ -182,6 +168,10 @@ void write_steady_points(const SteadyRequest& request, const std::vector<SteadyP
     for (std::size_t i = 0; i < coordinates.size(); ++i)
       place.rows.push_back({coordinates[i].name,
                             rounded_text(point.linear.q[static_cast<Eigen::Index>(i)], 8) + " " + coordinates[i].unit});
+    for (std::size_t i = 0; i < coordinates.size(); ++i)
+      if (const double turns = point.linear.qdot[static_cast<Eigen::Index>(i)]; turns != 0.0)
+        place.rows.push_back({"rate of " + coordinates[i].name,
+                              rounded_text(turns, 8) + " " + coordinates[i].unit + (unit.empty() ? "" : "/" + unit)});
     place.rows.push_back({"stability", description(point.modes.stability)});
     report::Facts modes{.heading = "Modes", .rows = {}};
     for (const DampedMode& mode : point.modes.modes) {
@@ -196,7 +186,7 @@ void write_steady_points(const SteadyRequest& request, const std::vector<SteadyP
     page.tables.push_back(std::move(place));
     page.tables.push_back(std::move(modes));
   }
-  page.plots.push_back(pole_map(points));
+  page.plots.push_back(pole_map(points, rate));
   report::write_files({{request.paths[0], report::csv(table)}, {request.paths[1], report::html(page)}});
 }
 

@@ -7,6 +7,7 @@
 
 #include "qdot/analysis/damped_modes.hpp"
 #include "scenes/bead_on_hoop.hpp"
+#include "systems/three_bodies.hpp"
 
 using namespace qdot;
 using Eigen::Vector2d;
@@ -119,16 +120,7 @@ TEST_CASE(
 TEST_CASE("L4 of the restricted three-body problem is stable up to Routh's mass ratio") {
   constexpr double routh = 0.03852089650455139708;  // (1 − √(23/27))/2
   const auto at_L4 = [](double mu) {
-    const auto system = mechanical_system<2>(
-        [](const auto& q, const auto& v) {
-          const auto u = v[0] - q[1], w = v[1] + q[0];
-          return 0.5 * (u * u + w * w);
-        },
-        [mu](const auto& q) {
-          using std::sqrt;
-          const auto x1 = q[0] + mu, x2 = q[0] - (1.0 - mu);
-          return -(1.0 - mu) / sqrt(x1 * x1 + q[1] * q[1]) - mu / sqrt(x2 * x2 + q[1] * q[1]);
-        });
+    const auto system = mechanical_system<2>(qdot::systems::ThreeBodies{mu});
     return damped_modes(linearization(system, State<2>{0.0, {0.5 - mu, std::sqrt(3.0) / 2.0}, {0.0, 0.0}})).stability;
   };
   CHECK(at_L4(routh * (1.0 - 1e-8)) == Stability::stable_in_linear_approximation);

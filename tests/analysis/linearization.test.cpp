@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "hard/rolling_disk.hpp"
 #include "qdot/analysis/damped_modes.hpp"
 #include "qdot/analysis/linearization.hpp"
 #include "qdot/analysis/regulator.hpp"
@@ -38,25 +39,6 @@ auto cartesian_pendulum() {
   return scene(mechanical_system<2>(Mass{}).with_names({"x", "y"}), holonomic("rod", Rod{}),
                viscous_damping(Vector2d(c, c)), holonomic("again", Rod{}), input("push", 0));
 }
-
-// A thin disk that rolls without slip: contact point, heading, lean, rolling angle. J. Neimark, N. Fufaev, Dynamics of Nonholonomic Systems, 1972.
-struct Disk {
-  double m = 1.0, r = 0.5;
-
-  auto T(const auto& q, const auto& v) const {
-    using std::cos, std::sin;
-    const double I = m * r * r / 4, J = m * r * r / 2;
-    const auto sp = sin(q[2]), cp = cos(q[2]), sd = sin(q[3]), cd = cos(q[3]);
-    const auto vx = v[0] + r * (cd * sp * v[3] + sd * cp * v[2]), vy = v[1] - r * (cd * cp * v[3] - sd * sp * v[2]);
-    const auto vz = -r * sd * v[3], spin = v[4] + sd * v[2];
-    return 0.5 * m * (vx * vx + vy * vy + vz * vz) + 0.5 * I * (v[3] * v[3] + cd * cd * v[2] * v[2]) +
-           0.5 * J * spin * spin;
-  }
-  auto V(const auto& q) const {
-    using std::cos;
-    return m * g * r * cos(q[3]);
-  }
-};
 
 struct Spring {
   double kappa;
@@ -158,7 +140,7 @@ TEST_CASE("a cart under an inverted pendulum: A and B of the textbook, and a reg
 }
 
 TEST_CASE("an upright disk rolls straight on if v^2 > g r/3, with five positions and three velocities") {
-  const Disk disk;
+  const hard::RollingDisk disk;  // J. Neimark, N. Fufaev, Dynamics of Nonholonomic Systems, 1972
   const auto rolling = scene(mechanical_system<5>(disk).with_names({"x", "y", "phi", "delta", "psi"}),
                              nonholonomic("no slip", [r = disk.r](const auto& q, const auto& v) {
                                using std::cos, std::sin;

@@ -12,6 +12,7 @@
 #include "scenes/double_pendulum.hpp"
 #include "scenes/elastic_pendulum.hpp"
 #include "scenes/rod_and_ring.hpp"
+#include "systems/three_bodies.hpp"
 
 using namespace qdot;
 using Eigen::Vector2d;
@@ -139,19 +140,7 @@ TEST_CASE("the bead on a turning hoop leaves the bottom for cos theta = g/(Omega
 }
 
 TEST_CASE("Lagrange's point L4 has the two frequencies of celestial mechanics, and loses them above Routh's mass ratio") {
-  // the circular restricted three-body problem in the frame that turns along
-  const auto three_bodies = [](double mu) {
-    return mechanical_system<2>(
-        [](const auto& q, const auto& v) {
-          const auto u = v[0] - q[1], w = v[1] + q[0];
-          return 0.5 * (u * u + w * w);
-        },
-        [mu](const auto& q) {
-          using std::sqrt;
-          const auto x1 = q[0] + mu, x2 = q[0] - (1.0 - mu);
-          return -(1.0 - mu) / sqrt(x1 * x1 + q[1] * q[1]) - mu / sqrt(x2 * x2 + q[1] * q[1]);
-        });
-  };
+  const auto three_bodies = [](double mu) { return mechanical_system<2>(qdot::systems::ThreeBodies{mu}); };
   const double mu = 0.012150585;
   const auto system = three_bodies(mu);
   const Vector2d L4 = equilibrium_near(system, Vector2d(0.45, 0.9));

@@ -26,7 +26,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <sstream>
 #include <type_traits>
 
@@ -36,6 +35,7 @@
 #include <Eigen/LU>
 
 #include "qdot/analysis/equilibrium.hpp"
+#include "qdot/analysis/linear/exponents.hpp"
 #include "qdot/effects/scene.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 
@@ -124,11 +124,7 @@ Eigen::VectorXcd solved_exponents(const std::type_identity_t<MatrixXd>& K, const
   first_order.topRightCorner(size, size).setIdentity();
   first_order.bottomLeftCorner(size, size) = -factor.solve(K);
   first_order.bottomRightCorner(size, size) = -factor.solve(G);
-  Eigen::VectorXcd exponents = Eigen::EigenSolver<MatrixXd>(first_order, false).eigenvalues();
-  std::sort(exponents.data(), exponents.data() + exponents.size(), [](const std::complex<double>& a, const std::complex<double>& b) {
-    return a.imag() != b.imag() ? a.imag() < b.imag() : a.real() < b.real();
-  });
-  return exponents;
+  return sorted_exponents(exponents_of(first_order).lambda);
 }
 
 }  // namespace detail

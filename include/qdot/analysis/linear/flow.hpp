@@ -41,6 +41,29 @@ class Flow {
   }
 };
 
+// Of what has the members of a first-order form.
+template <class Form>
+class FlowOfForm : public Flow {
+ public:
+  explicit FlowOfForm(Form form) : form_(std::forward<Form>(form)) {}
+
+  Eigen::Index size() const override { return form_.size(); }
+  Eigen::VectorXd rates(double t, const Eigen::VectorXd& y) const override {
+    Eigen::VectorXd f(y.size());
+    form_.derivative(t, y, f);
+    return f;
+  }
+  Eigen::MatrixXd slopes(double t, const Eigen::VectorXd& y) const override {
+    Eigen::MatrixXd F(y.size(), y.size());
+    form_.jacobian(t, y, F);
+    return F;
+  }
+  std::string name(Eigen::Index i) const override { return form_.component_name(i); }
+
+ protected:
+  Form form_;  // or a reference to one
+};
+
 // The constraints of a scene at a state; empty where it has none.
 template <class Sc>
 ConstraintsAt constraints_at([[maybe_unused]] const Sc& scene, [[maybe_unused]] double t,
@@ -80,29 +103,17 @@ ConstraintsAt constraints_at([[maybe_unused]] const Sc& scene, [[maybe_unused]] 
 }
 
 template <class Sc>
-class FlowOf final : public Flow {
+class FlowOf final : public FlowOfForm<decltype(first_order_form(std::declval<const Sc&>()))> {
   static_assert(!Sc::has_phases,
                 "qdot: equilibria and linearizations need constraints that last: put a holonomic constraint in place "
                 "of a contact that is "
                 "closed or of friction that sticks, and leave it out where it is open or slips");
 
  public:
-  explicit FlowOf(const Sc& scene) : scene_(scene), form_(first_order_form(scene)) {}
+  explicit FlowOf(const Sc& scene) : FlowOf::FlowOfForm(first_order_form(scene)), scene_(scene) {}
 
   Eigen::Index dof() const override { return scene_.dof(); }
-  Eigen::Index size() const override { return form_.size(); }
-  Eigen::VectorXd rates(double t, const Eigen::VectorXd& y) const override {
-    Eigen::VectorXd f(y.size());
-    form_.derivative(t, y, f);
-    return f;
-  }
-  Eigen::MatrixXd slopes(double t, const Eigen::VectorXd& y) const override {
-    Eigen::MatrixXd F(y.size(), y.size());
-    form_.jacobian(t, y, F);
-    return F;
-  }
   ConstraintsAt constraints(double t, const Eigen::VectorXd& y) const override { return constraints_at(scene_, t, y); }
-  std::string name(Eigen::Index i) const override { return form_.component_name(i); }
   std::vector<std::string> constraint_names() const override {
     if constexpr (Sc::has_constraints)
       return qdot::constraint_names(scene_);
@@ -135,7 +146,6 @@ class FlowOf final : public Flow {
   }
 
   const Sc& scene_;
-  decltype(first_order_form(std::declval<const Sc&>())) form_;
 };
 
 }  // namespace qdot::detail
