@@ -84,6 +84,8 @@
 // #include "qdot/analysis/damped_modes.hpp"    // frequencies, damping, stability, frequency response
 // #include "qdot/analysis/regulator.hpp"       // feedback by linear-quadratic regulation
 // #include "qdot/analysis/sensitivity.hpp"     // ∂y/∂(y₀, t₀, p), through events and on constraints
+// #include "qdot/analysis/periodic_orbit.hpp"  // motions that repeat, by Newton's method
+// #include "qdot/analysis/orbit.hpp"           // their multipliers and stability
 // #include "qdot/analysis/accuracy.hpp"        // what accuracy costs
 // #include "qdot/analysis/accuracy_study.hpp"  // the same for many methods
 // #include "qdot/analysis/reference.hpp"       // a motion in higher precision

@@ -1,0 +1,117 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What is known of a periodic orbit
+// =================================
+//
+//     x(t₀ + T) = x(t₀) ,    M = ∂x(t₀ + T)/∂x(t₀) ,    x = [q; q̇]
+//
+// The eigenvalues μ of the monodromy matrix M are the orbit's multipliers (Floquet): a small deviation is multiplied by μ
+// in each period. Some of them are 1 for reasons that have nothing to do with stability, and are called trivial:
+//
+//     M ẋ = ẋ          a deviation along the orbit only begins elsewhere on it       (nothing depends on the time)
+//     ∇h M = ∇h        orbits come in families, one for each energy                  (h is conserved)
+//
+// Together they make a Jordan block, which rounding would split into 1 ± √ε. So ẋ and ∇h are taken out of M before its
+// eigenvalues are computed, and both ones are known exactly. The others decide (Lyapunov's first method, for orbits):
+//
+//     all |μ| < 1                            deviations die out
+//     some |μ| > 1                           unstable
+//     none outside the circle, some on it    stable to first order, if each of these is simple: two that meet may leave it
+//
+// No computed μ is exactly on the circle. Each comes with a radius to which it is known: rounding and the error of the run,
+// which a second run with looser tolerances shows, times the condition of μ.
+
+#include <complex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace qdot {
+
+/// How a search for a periodic orbit ended.
+enum class OrbitOutcome {
+  found,        ///< it closes to the tolerance
+  not_closed,   ///< no step of Newton's method closes it any further
+  equilibrium,  ///< the search led to a place of rest, which has no period
+  run_failed    ///< a run did not come to its end; Orbit::run_outcome says why
+};
+
+/// The outcome's name, "not_closed".
+constexpr std::string_view name(OrbitOutcome outcome) noexcept {
+  switch (outcome) {
+    case OrbitOutcome::found: return "found";
+    case OrbitOutcome::not_closed: return "not_closed";
+    case OrbitOutcome::equilibrium: return "equilibrium";
+    default: return "run_failed";
+  }
+}
+
+/// What the multipliers that are not trivial say of an orbit.
+enum class OrbitStability {
+  asymptotically_stable,  ///< all inside the unit circle
+  stable_to_first_order,  ///< none outside, those on the circle simple and away from 1 and −1; or there are none but trivial ones
+  not_decided,            ///< none outside, but one on the circle is multiple, 1 or −1 as far as it is known
+  unstable                ///< one outside
+};
+
+/// The stability in words, "stable to first order".
+constexpr std::string_view description(OrbitStability stability) noexcept {
+  switch (stability) {
+    case OrbitStability::asymptotically_stable: return "asymptotically stable";
+    case OrbitStability::stable_to_first_order: return "stable to first order";
+    case OrbitStability::not_decided: return "not decided to first order";
+    default: return "unstable";
+  }
+}
+
+/// An eigenvalue of the monodromy matrix.
+struct Multiplier {
+  std::complex<double> value;
+  double radius = 0.0;   ///< it is known to that
+  bool trivial = false;  ///< 1 for a reason that says nothing about stability
+};
+
+/// One step of Newton's method.
+struct OrbitIteration {
+  double residual = 0.0;  ///< largest entry of x(t₀ + T) − x(t₀), each beside the extent of its component
+  double step = 0.0;      ///< length of the step from here, in the same measure; 0 behind the last
+  double fraction = 1.0;  ///< of it that was taken
+  double period = 0.0;
+};
+
+/// A periodic orbit, or how far the search for it came. x = [q; q̇].
+struct Orbit {
+  OrbitOutcome outcome = OrbitOutcome::not_closed;
+  std::string message;                       ///< what was found or missed, with the numbers
+  Outcome run_outcome = Outcome::completed;  ///< of the last run, "not_differentiable" where an event is only grazed
+  double t = 0.0;                            ///< time of the start
+  Eigen::VectorXd x;                         ///< the start, 2n
+  double period = 0.0;                       ///< T
+  double parameter = 0.0;                    ///< of a family in a parameter
+  double energy = 0.0;                       ///< h = q̇·p − L at the start, whether it is conserved or not
+  bool conserves_energy = false;             ///< whether neighbours of the orbit keep theirs over a period
+  Eigen::VectorXd residual;                  ///< x(t₀ + T) − x(t₀), less the advance that was asked for
+  std::string worst;                         ///< the component that closes worst, measured by its extent
+  Eigen::VectorXd extent;                    ///< largest less smallest value of each component in 24 parts of the period
+  std::vector<OrbitIteration> history;
+  Eigen::MatrixXd monodromy;             ///< M, 2n×2n
+  std::vector<Multiplier> multipliers;   ///< largest first
+  OrbitStability stability = OrbitStability::not_decided;
+  std::vector<std::string> undetermined;  ///< what the orbit leaves open, each by its largest component: "x" for the place of a cart
+
+  bool found() const noexcept { return outcome == OrbitOutcome::found; }
+};
+
+/// The same with its start as a state of the system.
+template <int n>
+struct PeriodicOrbit : Orbit {
+  State<n> start() const { return State<n>{t, x.head(x.size() / 2), x.tail(x.size() / 2)}; }
+};
+
+}  // namespace qdot

@@ -1,0 +1,94 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Multipliers of an orbit, the trivial ones taken out.
+//
+// With a unit vector a along ẋ, b along ∇h, and U orthonormal and normal to both, M is a block triangle in the basis
+// [a, U, b], since M a = a and bᵀM = bᵀ:
+//
+//     ⎡ 1  *     * ⎤
+//     ⎢ 0  UᵀMU  * ⎥        UᵀMU has the multipliers that are not trivial
+//     ⎣ 0  0     1 ⎦
+//
+// All in units of the extents of the orbit, so that metres and radians do not decide what is normal.
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "qdot/analysis/linear/exponents.hpp"
+#include "qdot/analysis/orbit.hpp"
+
+namespace qdot::detail {
+
+// Orthonormal columns normal to the given unit vectors, which are normal to each other.
+inline Eigen::MatrixXd normal_to(Eigen::Index size, std::vector<Eigen::VectorXd> taken) {
+  const auto first = static_cast<Eigen::Index>(taken.size());
+  Eigen::MatrixXd U(size, size - first);
+  for (Eigen::Index k = 0; k < U.cols(); ++k) {
+    Eigen::VectorXd best = Eigen::VectorXd::Zero(size);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      Eigen::VectorXd e = Eigen::VectorXd::Unit(size, i);
+      for (int twice = 0; twice < 2; ++twice)
+        for (const Eigen::VectorXd& v : taken) e -= v.dot(e) * v;
+      if (e.norm() > 1.01 * best.norm()) best = e;
+    }
+    best /= best.norm();
+    U.col(k) = best;
+    taken.push_back(best);
+  }
+  return U;
+}
+
+// UᵀMU in units of `scale`; `trivial` holds ẋ and ∇h, as far as they are to be taken out.
+inline Eigen::MatrixXd without_trivial(const Eigen::MatrixXd& M, const Eigen::VectorXd& scale, const std::vector<Eigen::VectorXd>& trivial) {
+  const Eigen::MatrixXd U = normal_to(M.rows(), trivial);
+  Eigen::MatrixXd scaled = M;
+  for (Eigen::Index j = 0; j < M.cols(); ++j)
+    for (Eigen::Index i = 0; i < M.rows(); ++i) scaled(i, j) *= scale[j] / scale[i];
+  const Eigen::MatrixXd right = scaled.lazyProduct(U);
+  return U.transpose().lazyProduct(right);
+}
+
+// Multipliers of B, whose entries are as wrong as their difference from those of `coarser`.
+inline std::vector<Multiplier> multipliers_of(const Eigen::MatrixXd& B, const Eigen::MatrixXd& coarser, std::size_t trivial) {
+  const Exponents all = exponents_of(B);
+  Eigen::MatrixXd change = B - coarser;
+  for (Eigen::Index j = 0; j < B.cols(); ++j)
+    for (Eigen::Index i = 0; i < B.rows(); ++i) change(i, j) *= all.scale[j] / all.scale[i];
+  const double wrong = change.norm();
+  std::vector<Multiplier> multipliers(trivial, Multiplier{1.0, 0.0, true});
+  for (Eigen::Index i = 0; i < B.rows(); ++i) {
+    const double condition = all.radius[i] / (32.0 * std::numeric_limits<double>::epsilon() * all.size);
+    const double moved = std::min(condition * wrong, std::sqrt(wrong * all.size));  // a double one moves by the root
+    multipliers.push_back({all.lambda[i], all.radius[i] + (std::isfinite(moved) ? moved : 0.0), false});
+  }
+  std::sort(multipliers.begin(), multipliers.end(), [](const Multiplier& a, const Multiplier& b) {
+    const double larger = std::abs(a.value), smaller = std::abs(b.value);
+    return larger != smaller ? larger > smaller : a.value.imag() > b.value.imag();
+  });
+  return multipliers;
+}
+
+inline OrbitStability stability_of(const std::vector<Multiplier>& multipliers) {
+  bool on_circle = false, doubtful = false, others = false;
+  for (const Multiplier& m : multipliers) {
+    if (m.trivial) continue;
+    others = true;
+    const double size = std::abs(m.value);
+    if (size > 1.0 + m.radius) return OrbitStability::unstable;
+    if (size < 1.0 - m.radius) continue;
+    on_circle = true;
+    doubtful = doubtful || std::abs(m.value - 1.0) <= m.radius || std::abs(m.value + 1.0) <= m.radius;
+    for (const Multiplier& other : multipliers)
+      doubtful = doubtful || (&other != &m && !other.trivial && std::abs(m.value - other.value) <= m.radius + other.radius);
+  }
+  if (doubtful) return OrbitStability::not_decided;
+  return on_circle || !others ? OrbitStability::stable_to_first_order : OrbitStability::asymptotically_stable;
+}
+
+}  // namespace qdot::detail

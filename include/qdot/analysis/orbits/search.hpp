@@ -1,0 +1,294 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Newton's method for orbits that close
+// =====================================
+//
+// Unknown are the start x, the period T and a parameter p, or some of them. Asked for is
+//
+//     φ_T(x; p) − x − advance = 0                    the motion closes; an angle may have gone round
+//     ẋ(x)·δx = 0                                    the start does not slide along the orbit          (autonomous)
+//     h(x; p) − E = 0                                of the family of orbits, that of this energy      (if held)
+//     τ·(X − X₀) = 0                                 a step along a branch of orbits                   (family.hpp)
+//
+// and with exact derivatives a step solves
+//
+//     ⎡ Φ − 1   φ̇   ∂φ/∂p ⎤ ⎡ δx ⎤
+//     ⎢ ẋᵀ      0    0     ⎥ ⎢ δT ⎥ = −residual .
+//     ⎣ ∇h      0    ∂h/∂p ⎦ ⎣ δp ⎦
+//
+// These are more equations than unknowns where energy is conserved, and agree all the same, for ∇h (Φ − 1) = 0. A step is the
+// shortest one that takes most of the residual away; what the equations leave open stays where it is, and is named. All is
+// measured in extents of the orbit. A step that does not shorten the residual is halved.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "qdot/analysis/orbit.hpp"
+#include "qdot/analysis/orbits/multipliers.hpp"
+#include "qdot/analysis/orbits/shooting.hpp"
+#include "qdot/analysis/orbits/shortest_step.hpp"
+#include "qdot/analysis/variations/slope.hpp"
+#include "qdot/error.hpp"
+
+namespace qdot::detail {
+
+// X = [x; T; p], and a run from there; rows of residual and slopes are in units of `scale`.
+struct ClosingPoint {
+  Eigen::VectorXd X;
+  Shot shot;
+  Eigen::VectorXd closing;   // x(t₀ + T) − x − advance
+  Eigen::VectorXd residual;  // rows; the first of them close
+  Eigen::MatrixXd slopes;    // of the rows in X/scale
+  double size = std::numeric_limits<double>::infinity();
+};
+
+struct ClosingEquations {
+  const char* who;
+  const Shooting& of;
+  Eigen::VectorXd scale{};           // of X
+  std::vector<Eigen::Index> free{};  // entries of X that are sought
+  bool driven = false;
+  std::optional<double> energy{};  // that is held
+  Eigen::VectorXd advance{};
+  Eigen::VectorXd along{}, from{};  // τ in units of scale, and X₀; or empty
+
+  Eigen::Index states() const { return of.size(); }
+  static double period(const Eigen::VectorXd& X) { return X[X.size() - 2]; }
+  static double parameter(const Eigen::VectorXd& X) { return X[X.size() - 1]; }
+  Eigen::VectorXd x(const Eigen::VectorXd& X) const { return X.head(states()); }
+  Eigen::VectorXd rate(const Eigen::VectorXd& X) const { return of.rate(x(X), parameter(X)); }
+  double energy_at(const Eigen::VectorXd& X) const { return of.energy(of.settled(x(X), parameter(X)), parameter(X)); }
+
+  // ∂h/∂X in units of scale, on the constraints.
+  Eigen::VectorXd energy_slope(const Eigen::VectorXd& X) const {
+    Eigen::VectorXd slope = Eigen::VectorXd::Zero(X.size());
+    for (Eigen::Index i = 0; i < X.size(); ++i) {
+      if (i == states() || (i > states() && !of.has_parameter())) continue;
+      const auto along_it = slope_at_zero([&](double s) {
+        Eigen::VectorXd near = X;
+        near[i] += s * scale[i];
+        return Eigen::VectorXd(Eigen::VectorXd::Constant(1, energy_at(near)));
+      }, 1.0);
+      if (along_it) slope[i] = (*along_it)[0];
+    }
+    return slope;
+  }
+
+  ClosingPoint at(const Eigen::VectorXd& X) const {
+    const Eigen::Index N = states();
+    ClosingPoint point;
+    point.X = X;
+    point.shot = of.shot(x(X), period(X), parameter(X), 1.0);
+    if (point.shot.outcome != Outcome::completed) return point;
+    point.closing = point.shot.x - X.head(N) - advance;
+    const Eigen::Index rows = N + (driven ? 0 : 1) + (energy ? 1 : 0) + (along.size() > 0 ? 1 : 0);
+    point.residual = Eigen::VectorXd::Zero(rows);
+    point.slopes = Eigen::MatrixXd::Zero(rows, N + 2);
+    for (Eigen::Index i = 0; i < N; ++i) {
+      point.residual[i] = point.closing[i] / scale[i];
+      for (Eigen::Index j = 0; j < N; ++j) point.slopes(i, j) = (point.shot.Phi(i, j) - (i == j ? 1.0 : 0.0)) * scale[j] / scale[i];
+      point.slopes(i, N) = point.shot.xdot[i] * scale[N] / scale[i];
+      if (of.has_parameter()) point.slopes(i, N + 1) = point.shot.by_parameter[i] * scale[N + 1] / scale[i];
+    }
+    Eigen::Index row = N;
+    if (!driven) {
+      const Eigen::VectorXd f = rate(X);
+      for (Eigen::Index j = 0; j < N; ++j) point.slopes(row, j) = f[j] / scale[j];
+      const double length = point.slopes.row(row).norm();
+      if (length > 0.0) point.slopes.row(row) /= length;
+      ++row;
+    }
+    if (energy) {
+      const Eigen::VectorXd slope = energy_slope(X);
+      const double length = slope.norm() > 0.0 ? slope.norm() : 1.0;
+      point.residual[row] = (energy_at(X) - *energy) / length;
+      point.slopes.row(row) = slope.transpose() / length;
+      ++row;
+    }
+    if (along.size() > 0) {
+      for (Eigen::Index j = 0; j < N + 2; ++j) {
+        point.residual[row] += along[j] * (X[j] - from[j]) / scale[j];
+        point.slopes(row, j) = along[j];
+      }
+    }
+    point.size = 0.0;
+    for (Eigen::Index i = 0; i < rows; ++i) point.size = std::isnan(point.residual[i]) ? point.residual[i] : std::max(point.size, std::abs(point.residual[i]));
+    return point;
+  }
+};
+
+// The shortest step in X/scale that takes away most of the residual, and orthonormal directions that change nothing.
+inline ShortestStep closing_step(const ClosingEquations& equations, const ClosingPoint& point) {
+  constexpr double negligible = 1e-9;  // Φ is known to some 1e-12
+  const auto count = static_cast<Eigen::Index>(equations.free.size());
+  Eigen::MatrixXd slopes(point.slopes.rows(), count);
+  for (Eigen::Index j = 0; j < count; ++j) slopes.col(j) = point.slopes.col(equations.free[static_cast<std::size_t>(j)]);
+  const ShortestStep part = shortest_step(slopes, -point.residual, negligible);
+  ShortestStep all{Eigen::VectorXd::Zero(point.X.size()), Eigen::MatrixXd::Zero(point.X.size(), part.open.cols())};
+  for (Eigen::Index j = 0; j < count; ++j) {
+    const Eigen::Index place = equations.free[static_cast<std::size_t>(j)];
+    all.x[place] = part.x[j];
+    all.open.row(place) = part.open.row(j);
+  }
+  return all;
+}
+
+struct ClosingSearch {
+  int max_iterations;
+  double tolerance;
+};
+
+struct ClosingEnd {
+  OrbitOutcome outcome = OrbitOutcome::not_closed;
+  ClosingPoint point;
+  std::vector<OrbitIteration> history;
+  std::string message;                       // of a run that failed
+  Outcome run_outcome = Outcome::completed;  // of it
+};
+
+// How small a motion is beside what was expected of it: zero at rest.
+inline double liveliness(const ClosingEquations& equations, const Eigen::VectorXd& X) {
+  if (equations.driven) return 1.0;
+  const Eigen::VectorXd f = equations.rate(X);
+  double most = 0.0;
+  for (Eigen::Index i = 0; i < f.size(); ++i) most = std::max(most, std::abs(f[i]) / equations.scale[i]);
+  return most * equations.period(X);
+}
+
+inline ClosingEnd closed(const ClosingEquations& equations, const Eigen::VectorXd& X0, const ClosingSearch& search) {
+  constexpr double at_rest = 1e-6, longest_step = 0.5, least_fraction = 1e-3;
+  ClosingEnd end;
+  end.point = equations.at(X0);
+  const auto failed = [&](const Outcome outcome, std::string message) {
+    end.outcome = OrbitOutcome::run_failed;
+    end.run_outcome = outcome;
+    end.message = std::move(message);
+    return end;
+  };
+  if (end.point.shot.outcome != Outcome::completed) return failed(end.point.shot.outcome, end.point.shot.message);
+  const double first_period = equations.period(X0);
+  for (int iteration = 0;; ++iteration) {
+    ClosingPoint& here = end.point;
+    OrbitIteration entry{here.size, 0.0, 1.0, equations.period(here.X)};
+    if (liveliness(equations, here.X) <= at_rest) {
+      end.history.push_back(entry);
+      end.outcome = OrbitOutcome::equilibrium;
+      return end;
+    }
+    const bool close = here.size <= search.tolerance;
+    if (close) end.outcome = OrbitOutcome::found;
+    if (iteration == search.max_iterations || here.size == 0.0 || !std::isfinite(here.size)) {
+      end.history.push_back(entry);
+      return end;
+    }
+    const Eigen::VectorXd step = closing_step(equations, here).x;
+    entry.step = step.norm();
+    double fraction = std::min(1.0, longest_step / std::max(entry.step, 1e-300));
+    ClosingPoint next;
+    std::string trouble;
+    Outcome trouble_outcome = Outcome::completed;
+    bool shorter = false;
+    for (; fraction >= least_fraction && !shorter; fraction *= 0.5) {
+      Eigen::VectorXd X = here.X;
+      for (Eigen::Index i = 0; i < X.size(); ++i) X[i] += fraction * step[i] * equations.scale[i];
+      if (!(equations.period(X) > 0.05 * first_period)) continue;
+      try {
+        X.head(equations.states()) = equations.of.settled(equations.x(X), equations.parameter(X));
+        next = equations.at(X);
+        trouble_outcome = next.shot.outcome;
+        trouble = next.shot.message;
+      } catch (const Error& error) {
+        next.size = std::numeric_limits<double>::infinity();
+        trouble_outcome = Outcome::solver_error;
+        trouble = error.what();
+      }
+      shorter = next.size <= (close ? 0.9 : 1.0 - 0.25 * fraction) * here.size;
+      entry.fraction = fraction;
+      if (close) break;  // one more step, as a polish
+    }
+    if (!shorter) entry.step = entry.fraction = 0.0;
+    end.history.push_back(entry);
+    if (!shorter && !close && trouble_outcome != Outcome::completed) return failed(trouble_outcome, trouble);
+    if (shorter) here = std::move(next);
+    if (close) {
+      if (shorter) end.history.push_back({here.size, 0.0, 1.0, equations.period(here.X)});
+      return end;
+    }
+    if (!shorter) return end;
+  }
+}
+
+// What the search found or missed, in full.
+inline Orbit orbit_of(const ClosingEquations& equations, const ClosingEnd& end) {
+  const Eigen::Index N = equations.states();
+  const ClosingPoint& point = end.point;
+  Orbit orbit;
+  orbit.outcome = end.outcome;
+  orbit.run_outcome = end.run_outcome;
+  orbit.t = equations.of.time();
+  orbit.x = equations.x(point.X);
+  orbit.period = equations.period(point.X);
+  orbit.parameter = equations.parameter(point.X);
+  orbit.energy = equations.of.energy(orbit.x, orbit.parameter);
+  orbit.history = end.history;
+  if (point.closing.size() > 0) {
+    orbit.residual = point.closing;
+    orbit.extent = point.shot.extent;
+    orbit.monodromy = point.shot.Phi;
+    Eigen::Index worst = 0;
+    for (Eigen::Index i = 1; i < N; ++i)
+      if (std::abs(point.residual[i]) > std::abs(point.residual[worst])) worst = i;
+    orbit.worst = equations.of.name(worst);
+    const std::string off = sentence({"after a period of ", {orbit.period, 8}, " it is off by ", {point.closing[worst], 3}, " in ", orbit.worst});
+    if (end.outcome == OrbitOutcome::found) orbit.message = sentence({"found: ", off});
+    if (end.outcome == OrbitOutcome::not_closed)
+      orbit.message = sentence({equations.who, ": the motion must close, but where the search ended, ", off,
+                                "; start closer, or ask whether what is held leaves a periodic orbit"});
+  }
+  if (end.outcome == OrbitOutcome::equilibrium)
+    orbit.message = sentence({equations.who, ": a periodic orbit must move, but where the search ended, everything is at rest (", equations.of.name(0), " = ",
+                              {orbit.x[0], 6}, "), which has no period; start farther from the equilibrium, or hold the energy of the orbit"});
+  if (end.outcome == OrbitOutcome::run_failed)
+    orbit.message = sentence({equations.who, ": a run must last for the period of ", {orbit.period, 8}, ", but it ended early, ", end.message});
+  if (end.outcome != OrbitOutcome::found) return orbit;
+
+  std::vector<Eigen::VectorXd> trivial;
+  if (!equations.driven) {
+    constexpr double conserved = 1e-6;
+    Eigen::VectorXd f = equations.rate(point.X), g = equations.energy_slope(point.X).head(N);
+    for (Eigen::Index i = 0; i < N; ++i) f[i] /= equations.scale[i];
+    trivial.push_back(f / f.norm());
+    Eigen::VectorXd behind = Eigen::VectorXd::Zero(N);
+    for (Eigen::Index i = 0; i < N; ++i)
+      for (Eigen::Index j = 0; j < N; ++j) behind[j] += g[i] * point.shot.Phi(i, j) * equations.scale[j] / equations.scale[i];
+    orbit.conserves_energy = g.norm() > 0.0 && (behind - g).norm() <= conserved * g.norm();
+    if (orbit.conserves_energy) {
+      g -= trivial[0].dot(g) * trivial[0];
+      trivial.push_back(g / g.norm());
+    }
+  }
+  constexpr double coarser = 10.0;  // the error of this run is all but the difference
+  const Shot again = equations.of.shot(orbit.x, orbit.period, orbit.parameter, coarser);
+  const Eigen::MatrixXd B = without_trivial(orbit.monodromy, equations.scale, trivial);
+  orbit.multipliers = multipliers_of(B, again.outcome == Outcome::completed ? without_trivial(again.Phi, equations.scale, trivial) : Eigen::MatrixXd(2.0 * B),
+                                     trivial.size());
+  orbit.stability = stability_of(orbit.multipliers);
+  const Eigen::MatrixXd open = closing_step(equations, point).open;
+  for (Eigen::Index k = 0; k < open.cols(); ++k) {
+    Eigen::Index largest = 0;
+    open.col(k).cwiseAbs().maxCoeff(&largest);
+    orbit.undetermined.push_back(largest < N ? equations.of.name(largest) : largest == N ? "the period" : "the parameter");
+  }
+  return orbit;
+}
+
+}  // namespace qdot::detail

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: MIT
+#include "qdot/analysis/periodic_orbit.hpp"
+
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "catch2_bridge.hpp"
+#include "qdot/effects/contact.hpp"
+#include "qdot/effects/forces.hpp"
+
+using namespace qdot;
+
+namespace {
+
+// Runs with rtol = 1e-13 over a few periods keep eleven digits, Newton's method loses none.
+constexpr double error = 1e-11;
+
+// One coordinate of unit mass: weight, a spring that may be shaken, a pendulum whose gravity may be.
+struct Particle {
+  double g = 0.0;                              // g q
+  double a = 0.0, s = 0.0;                     // ½ (a − 2s cos 2t) q²
+  double pull = 0.0, shake = 0.0, omega = 0.0;  // −(pull + shake cos ωt) cos q
+
+  auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  auto V(const auto& q, const auto& t) const {
+    using std::cos;
+    return g * q[0] + 0.5 * (a - 2 * s * cos(2.0 * t)) * q[0] * q[0] - (pull + shake * cos(omega * t)) * cos(q[0]);
+  }
+};
+// Van der Pol's force μ (1 − q²) q̇, and a floor.
+struct Feed {
+  double mu = 0.0;
+  auto operator()(const auto& q, const auto& v) const {
+    auto Q = q;
+    Q[0] = mu * (1.0 - q[0] * q[0]) * v[0];
+    return Q;
+  }
+};
+struct Height {
+  double floor = -100.0;
+  auto operator()(const auto& q) const { return q[0] - floor; }
+};
+auto over_floor(Particle p, double mu, double floor) {
+  return scene(mechanical_system<1>(p), generalized_force(Feed{mu}), contact("floor", Height{floor}, restitution(1.0)));
+}
+
+auto particle(Particle p) { return over_floor(p, 0.0, -100.0); }
+
+// A pendulum and, apart from it, an oscillator.
+struct Pair {
+  double k = 0.0;
+  auto T(const auto& v) const { return 0.5 * (v[0] * v[0] + v[1] * v[1]); }
+  auto V(const auto& q) const {
+    using std::cos;
+    return -cos(q[0]) + 0.5 * k * q[1] * q[1];
+  }
+};
+auto pair(double k) { return mechanical_system<2>(Pair{k}).with_names({"theta", "x"}); }
+
+bool says(const std::string& message, const char* part) { return message.find(part) != std::string::npos; }
+
+// Of a pendulum with unit frequency at 1.3 rad: 4 K(sin 0.65), and its derivative by the amplitude.
+constexpr double T_at_1_3 = 7.019250311844546549770542, dT_by_amplitude = 1.258165472401305335;
+
+}  // namespace
+
+TEST_CASE("a pendulum's orbit has the period of the elliptic integral, whichever is held") {
+  const auto pendulum = particle({.pull = 1.0});
+  const double h = -std::cos(1.3);
+  for (const Held& held : {hold_energy(), hold_coordinate(0), hold_energy(h)}) {
+    const auto orbit = periodic_orbit_near(pendulum, State<1>{0.0, {1.3}, {0.0}}, 6.5, held);
+    INFO(orbit.message);
+    REQUIRE(orbit.found());
+    CHECK_THAT(orbit.period, WithinAbs(T_at_1_3, error));
+    CHECK_THAT(orbit.energy, WithinAbs(h, error));
+    CHECK(orbit.conserves_energy);
+    CHECK(orbit.undetermined.empty());
+    CHECK(orbit.history.size() < 8);
+    CHECK(orbit.multipliers.size() == 2);
+    for (const Multiplier& m : orbit.multipliers) CHECK((m.trivial && m.value == 1.0));
+    CHECK(orbit.stability == OrbitStability::stable_to_first_order);
+    // From a turning point farther up it comes back later, by ∂T/∂amplitude.
+    if (held.what == Held::What::coordinate) CHECK_THAT(orbit.monodromy(1, 0), WithinAbs(std::sin(1.3) * dT_by_amplitude, 10 * error));
+  }
+  const auto orbit = periodic_orbit_near(pendulum, State<1>{0.0, {1.0}, {0.0}}, T_at_1_3, hold_period());
+  REQUIRE(orbit.found());
+  CHECK(orbit.period == T_at_1_3);
+  CHECK_THAT(std::acos(-orbit.energy), WithinAbs(1.3, 10 * error));
+}
+
+TEST_CASE("a pendulum that goes round advances by a turn in each period") {
+  // h = 3 with unit gravity: θ̇² = 2 (3 + cos θ), and T = 2 k K(k), k² = 2/(h + 1) = ½.
+  constexpr double K_of_half = 1.854074677301371918;  // Γ(¼)²/(4√π)
+  const auto orbit =
+      periodic_orbit_near(particle({.pull = 1.0}), State<1>{0.0, {0.0}, {2.7}}, 2.5, hold_energy(3.0), {.advance = Eigen::VectorXd::Constant(1, 2 * std::numbers::pi)});
+  INFO(orbit.message);
+  REQUIRE(orbit.found());
+  CHECK_THAT(orbit.period, WithinAbs(std::numbers::sqrt2 * K_of_half, error));
+}
+
+TEST_CASE("Mathieu's equation has the traces that are known") {
+  struct Known {
+    double a, q, trace;
+  };
+  for (const Known& known : {Known{1, 1, -4.396667734798867851}, Known{2, 1, -1.554649354176467812}, Known{-0.2, 1, -1.175676878379037784},
+                             Known{0.5, 2, -14.00643323264104821}, Known{10, 5, -2.523257698715790277}}) {
+    const auto orbit = periodic_orbit_near(particle({.a = known.a, .s = known.q}), State<1>{0.0, {0.0}, {0.0}}, std::numbers::pi, driven());
+    INFO(orbit.message << " a = " << known.a << ", q = " << known.q);
+    REQUIRE(orbit.found());
+    CHECK_THAT(orbit.monodromy.trace(), WithinAbs(known.trace, 1e-10));
+    // μ² − trace μ + 1 = 0
+    REQUIRE(orbit.multipliers.size() == 2);
+    for (const Multiplier& m : orbit.multipliers) {
+      const std::complex<double> left = m.value * (m.value - known.trace) + 1.0;
+      CHECK(std::abs(left) <= 1e-11 * std::norm(m.value) + m.radius * std::abs(2.0 * m.value - known.trace));
+      CHECK(m.radius < 1e-8);
+      CHECK_FALSE(m.trivial);
+    }
+    CHECK(orbit.stability == (std::abs(known.trace) > 2.0 ? OrbitStability::unstable : OrbitStability::stable_to_first_order));
+  }
+}
+
+TEST_CASE("a pendulum stands on its head where its pivot shakes fast enough") {
+  // A pivot that moves by A cos ωt under a pendulum of length 1 with g = 1 changes gravity by −A ω² cos ωt. For small A it
+  // stands if A²ω² > 2; Mathieu's a₀(q) = −q²/2 + 7q⁴/128 with q = 2A makes it 0.44 % more at A = 0.1. 2 % leave room for that.
+  constexpr double A = 0.1, margin = 0.02;
+  for (const bool stands : {true, false}) {
+    const double omega = std::sqrt(2.0 * (1.0 + (stands ? margin : -margin))) / A;
+    const auto orbit =
+        periodic_orbit_near(particle({.pull = 1.0, .shake = -A * omega * omega, .omega = omega}), State<1>{0.0, {std::numbers::pi}, {0.0}}, 2 * std::numbers::pi / omega, driven());
+    INFO(orbit.message);
+    REQUIRE(orbit.found());
+    CHECK(orbit.stability == (stands ? OrbitStability::stable_to_first_order : OrbitStability::unstable));
+  }
+}
+
+TEST_CASE("a ball that bounces without loss has the period and the monodromy matrix of the closed form") {
+  constexpr double g = 9.81, h = 1.7;
+  const auto ball = over_floor({.g = g}, 0.0, 0.0);
+  for (const Held& held : {hold_energy(), hold_coordinate(0)}) {
+    const auto orbit = periodic_orbit_near(ball, State<1>{0.0, {h}, {0.0}}, 1.1, held);
+    INFO(orbit.message);
+    REQUIRE(orbit.found());
+    CHECK_THAT(orbit.period, WithinAbs(2 * std::sqrt(2 * h / g), error));
+    // From higher up it comes back later, by ∂T/∂h = √(2/(g h)), and then falls with g.
+    Eigen::Matrix2d expected;
+    expected << 1, 0, std::sqrt(2 * g / h), 1;
+    if (held.what == Held::What::coordinate) CHECK((orbit.monodromy - expected).cwiseAbs().maxCoeff() < 10 * error);
+    CHECK(orbit.conserves_energy);
+  }
+}
+
+TEST_CASE("van der Pol's cycle has its known period, and its multiplier is the exponential of the mean divergence") {
+  // By Taylor series of order 40 in 30 digits.
+  constexpr double T = 6.66328685932313018970, amplitude = 2.00861986087484313651;
+  const auto oscillator = over_floor({.a = 1.0}, 1.0, -100.0);
+  const auto orbit = periodic_orbit_near(oscillator, State<1>{0.0, {2.0}, {0.0}}, 6.5, hold_nothing());
+  INFO(orbit.message);
+  REQUIRE(orbit.found());
+  CHECK_THAT(orbit.period, WithinAbs(T, error));
+  CHECK_FALSE(orbit.conserves_energy);
+  CHECK(orbit.stability == OrbitStability::asymptotically_stable);
+  REQUIRE(orbit.multipliers.size() == 2);
+  CHECK(orbit.multipliers[0].trivial);
+
+  // Equal weights integrate what is periodic with an error below any power of the spacing.
+  constexpr int points = 400;
+  Options options{.rtol = 1e-13, .atol = 1e-14};
+  for (int k = 1; k <= points; ++k) options.output_times.push_back(k == points ? orbit.period : orbit.period * k / points);
+  const auto run = simulate(oscillator, orbit.start(), orbit.period, Dop853{}, options);
+  double divergence = 0.0, largest = 0.0;
+  for (Eigen::Index k = 0; k < run.samples.y.cols(); ++k) {
+    const double q = run.samples.y(0, k);
+    divergence += (1.0 - q * q) * orbit.period / points;
+    largest = std::max(largest, q);
+  }
+  const Multiplier& mu = orbit.multipliers[1];
+  CHECK_THAT(mu.value.real(), WithinAbs(std::exp(divergence), error));
+  CHECK(std::abs(mu.value.real() - std::exp(divergence)) <= mu.radius + 1e-13);
+  CHECK(mu.radius < 1e-10);
+
+  const auto from_the_top = periodic_orbit_near(oscillator, State<1>{0.0, {2.01}, {0.0}}, 6.6, hold_nothing());
+  REQUIRE(from_the_top.found());
+  CHECK_THAT(largest, WithinAbs(amplitude, 1e-3));  // as fine as the 400 points are
+}
+
+TEST_CASE("beside a pendulum, an oscillator's multipliers are those of its phase") {
+  constexpr double k = 2.3;
+  const auto orbit = periodic_orbit_near(pair(k), State<2>{0.0, {1.3, 0.0}, {0.0, 0.0}}, 6.5, hold_coordinate(0));
+  INFO(orbit.message);
+  REQUIRE(orbit.found());
+  CHECK_THAT(orbit.period, WithinAbs(T_at_1_3, error));
+  const std::complex<double> expected = std::polar(1.0, std::sqrt(k) * T_at_1_3);
+  int others = 0;
+  for (const Multiplier& m : orbit.multipliers) {
+    if (m.trivial) continue;
+    ++others;
+    const double off = std::min(std::abs(m.value - expected), std::abs(m.value - std::conj(expected)));
+    CHECK(off < error);
+    CHECK(off <= m.radius);
+    CHECK(m.radius < 1e-9);
+  }
+  CHECK(others == 2);
+  CHECK(orbit.stability == OrbitStability::stable_to_first_order);
+}
+
+TEST_CASE("what an orbit leaves open is named, and decides nothing") {
+  const auto orbit = periodic_orbit_near(pair(0.0), State<2>{0.0, {1.3, 4.0}, {0.0, 0.0}}, 6.5, hold_coordinate(0));
+  INFO(orbit.message);
+  REQUIRE(orbit.found());
+  REQUIRE(orbit.undetermined == std::vector<std::string>{"x"});
+  CHECK(orbit.x[1] == 4.0);
+  CHECK(orbit.stability == OrbitStability::not_decided);
+}
+
+TEST_CASE("an oscillator off its frame is unstable where its stiffness is negative") {
+  const auto orbit = periodic_orbit_near(pair(-0.25), State<2>{0.0, {1.3, 0.0}, {0.0, 0.0}}, 6.5, hold_energy());
+  REQUIRE(orbit.found());
+  CHECK(orbit.stability == OrbitStability::unstable);
+  CHECK_THAT(orbit.multipliers.front().value.real(), WithinRel(std::exp(0.5 * T_at_1_3), error));
+}
+
+TEST_CASE("a search that finds no orbit says what it found") {
+  const auto pendulum = particle({.pull = 1.0});
+  const auto rest = periodic_orbit_near(pendulum, State<1>{0.0, {1.0}, {0.0}}, 6.1, hold_period());  // shorter than any period
+  CHECK(rest.outcome == OrbitOutcome::equilibrium);
+  CHECK(says(rest.message, "a periodic orbit must move"));
+
+  const auto falls = periodic_orbit_near(particle({.g = 1.0}), State<1>{0.0, {1.0}, {0.0}}, 2.0, hold_energy());
+  CHECK(falls.outcome == OrbitOutcome::not_closed);
+  CHECK(says(falls.message, "the motion must close, but where the search ended, after a period of "));
+  CHECK(falls.residual.size() == 2);
+  CHECK_FALSE(falls.worst.empty());
+
+  const auto grazes = periodic_orbit_near(over_floor({.a = 1.0}, 0.0, -1.0 + 3e-13), State<1>{0.0, {1.0}, {0.0}}, 6.0, hold_energy());
+  CHECK(grazes.outcome == OrbitOutcome::run_failed);
+  CHECK(grazes.run_outcome == Outcome::not_differentiable);
+}
+
+TEST_CASE("what cannot be a periodic orbit is refused with the remedy") {
+  const auto pendulum = particle({.pull = 1.0});
+  const State<1> start{0.0, {1.0}, {0.0}};
+  CHECK_THROWS_WITH(periodic_orbit_near(pendulum, start, -1.0, hold_energy()),
+                    "periodic_orbit_near: the period must be positive and finite, but is -1; give a guess of it");
+  CHECK_THROWS_WITH(periodic_orbit_near(pendulum, start, 6.0, hold_coordinate(1)),
+                    "periodic_orbit_near: the coordinate that is held must be one of 0 to 0, but is 1; give its index");
+  CHECK_THROWS_WITH(periodic_orbit_near(particle({.a = 1.0, .s = 1.0}), start, 3.0, hold_energy()),
+                    "periodic_orbit_near: nothing may depend on the time, but the rate of qdot0 changes by -2.57038 within 0.93; pass driven(), with the period "
+                    "of what drives it");
+  const State<1> nowhere{0.0, {std::numeric_limits<double>::quiet_NaN()}, {0.0}};
+  CHECK_THROWS_AS(periodic_orbit_near(pendulum, nowhere, 6.0, hold_energy()), InvalidValue);
+}
