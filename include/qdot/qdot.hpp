@@ -83,6 +83,10 @@
 // #include "qdot/analysis/linearization.hpp"   // A, B, C, D about such a state
 // #include "qdot/analysis/damped_modes.hpp"    // frequencies, damping, stability, frequency response
 // #include "qdot/analysis/regulator.hpp"       // feedback by linear-quadratic regulation
+// #include "qdot/analysis/conserved.hpp"      // which momenta and energies a motion keeps
+// #include "qdot/analysis/noether.hpp"        // and what a symmetry keeps
+// #include "qdot/analysis/routh.hpp"          // a system without its cyclic coordinates
+// #include "qdot/analysis/hamiltonian.hpp"    // H, q̇ from p, Hamilton's equations, Poisson brackets
 // #include "qdot/analysis/sensitivity.hpp"     // ∂y/∂(y₀, t₀, p), through events and on constraints
 // #include "qdot/analysis/periodic_orbit.hpp"  // motions that repeat, by Newton's method
 // #include "qdot/analysis/orbit.hpp"           // their multipliers and stability

@@ -1,0 +1,176 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What is conserved
+// =================
+//
+// Lagrange's equations say when a momentum stays, and the energy:
+//
+//     d/dt ∂L/∂q̇_k = ∂L/∂q_k + Q_k + (Jᵀλ)_k          p_k is conserved where q_k is cyclic: it does not occur in L,
+//                                                        and no effect pushes along it;
+//     d/dt h = −∂L/∂t + q̇·Q − λ·∂φ/∂t                   h = q̇·p − L is conserved where t does not occur in L, no force does
+//                                                        work, and no constraint is moved by something outside.
+//
+// h is the energy T + V where T is a quadratic form of the velocities, for then q̇·p = 2T. On a hoop that a motor turns
+// T has a term without velocities; Jacobi's integral h is conserved and T + V is not.
+//
+// All this is read off the formulas. T, V and effects are run once on a scalar that writes down what is done to it, and what does
+// not occur in what was written does not occur. Something may occur and cancel all the same: an angle, where T is made from
+// r cos φ and r sin φ; then its slope is evaluated at scattered points (analysis/symmetry/vanishing.hpp), and the answer says so.
+//
+// The answers are "found", with the reason, and "not found", with what is in the way. That something is not found does not say
+// that it is not conserved: a symmetry that moves several coordinates, such as a rotation in Cartesian ones, is none of
+// the coordinates' own (noether_integral() tests it), and a T that branches on the state has no formula. What the actions of events do is not
+// seen, either.
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "qdot/analysis/symmetry/recorded_scene.hpp"
+#include "qdot/analysis/symmetry/vanishing.hpp"
+#include "qdot/error.hpp"
+
+namespace qdot {
+
+/// A quantity, and whether it was found to be conserved.
+struct Conservation {
+  std::string name;    ///< "p_phi", "h", "T + V"
+  bool found = false;  ///< false: not found, which is not the same as not conserved
+  std::string reason;  ///< why, or what is in the way
+};
+
+/// What conserved_quantities() has found.
+struct ConservedQuantities {
+  std::vector<Conservation> momenta;  ///< of each coordinate, in their order; their values are conjugate_momenta()
+  Conservation jacobi;                ///< h = q̇·p − L, which is jacobi_energy()
+  Conservation energy;                ///< T + V, which is energy(); the same as h where T is a quadratic form of the velocities
+
+  /// Numbers of the coordinates whose momenta are conserved: what routh_reduction() can leave out.
+  std::vector<int> cyclic() const {
+    std::vector<int> numbers;
+    for (std::size_t i = 0; i < momenta.size(); ++i)
+      if (momenta[i].found) numbers.push_back(static_cast<int>(i));
+    return numbers;
+  }
+};
+
+namespace detail {
+
+class ConservedSearch {
+ public:
+  explicit ConservedSearch(RecordedScene scene) : scene_(std::move(scene)), graph_(scene_.motion.recording.graph) {
+    if (scene_.unreadable.empty()) L_ = graph_.difference(scene_.T, scene_.V);
+  }
+
+  ConservedQuantities quantities() {
+    ConservedQuantities all;
+    for (std::size_t k = 0; k < scene_.names.size(); ++k) all.momenta.push_back(momentum(k));
+    all.jacobi = jacobi();
+    all.energy = {"T + V", false, all.jacobi.reason};
+    if (!all.jacobi.found) return all;
+    if (!scene_.unreadable.empty()) {
+      all.energy.reason = scene_.unreadable + ", so that nobody sees whether T is a quadratic form of the velocities";
+      return all;
+    }
+    int excess = graph_.scaled(scene_.T, 2.0);  // 2T − q̇·p
+    const std::vector<int> p = graph_.gradient(scene_.T, scene_.motion.qdot);
+    for (std::size_t i = 0; i < p.size(); ++i) excess = graph_.difference(excess, graph_.product(p[i], scene_.motion.qdot[i]));
+    all.energy.found = vanishes(graph_, excess, scene_.variables);
+    all.energy.reason = all.energy.found ? all.jacobi.reason + ", and T is a quadratic form of the velocities"
+                                         : "T is no quadratic form of the velocities, so that h is another quantity than T + V";
+    return all;
+  }
+
+ private:
+  bool occurs(int variable, int node) const { return node >= variable && graph_.dependence(node, std::vector<int>{variable})[static_cast<std::size_t>(node)] != 0; }
+  bool is_zero(int node) const { return vanishes(graph_, node, scene_.variables); }
+
+  // Whether L does not depend on a variable, and why; `found` and `reason` are set.
+  void ask_lagrangian(Conservation& c, int variable, const std::string& name) {
+    const bool in_T = occurs(variable, scene_.T), in_V = occurs(variable, scene_.V);
+    c.found = true;
+    if (!in_T && !in_V) {
+      c.reason = name + " does not occur in L";
+    } else if (is_zero(graph_.gradient(L_, std::vector<int>{variable})[0])) {
+      c.reason = name + " cancels in L: dL/d" + name + " is zero to rounding at scattered points";
+    } else {
+      c.found = false;
+      c.reason = name + " occurs in " + (in_T && in_V ? "T and V" : in_T ? "T" : "V");
+    }
+  }
+
+  Conservation momentum(std::size_t k) {
+    Conservation c{"p_" + scene_.names[k], false, scene_.unreadable};
+    if (!scene_.unreadable.empty()) return c;
+    ask_lagrangian(c, scene_.motion.q[k], scene_.names[k]);
+    const std::size_t n = scene_.names.size();
+    for (const RecordedEffect& e : scene_.effects) {
+      if (!c.found) break;
+      if (!e.unreadable.empty()) {
+        c = {c.name, false, e.name + " " + e.unreadable + ", so that nobody sees whether it acts on " + scene_.names[k]};
+        break;
+      }
+      for (std::size_t i = k; i < e.force.size(); i += n)
+        if (c.found && !is_zero(e.force[i])) c = {c.name, false, "the force of " + e.name + " acts on " + scene_.names[k]};
+      for (std::size_t i = k; i < e.J.size(); i += n)
+        if (c.found && !is_zero(e.J[i])) c = {c.name, false, "the constraint " + e.name + " acts on " + scene_.names[k]};
+    }
+    if (c.found && !scene_.effects.empty()) c.reason += ", and no effect acts on it";
+    return c;
+  }
+
+  Conservation jacobi() {
+    Conservation c{"h", false, ""};
+    if (scene_.unreadable.empty()) {
+      ask_lagrangian(c, scene_.motion.t, "t");
+    } else {
+      c.found = scene_.autonomous;
+      c.reason = scene_.autonomous ? "neither T nor V takes the time" : scene_.unreadable + ", so that nobody sees whether t occurs in L";
+    }
+    const std::size_t n = scene_.names.size();
+    for (const RecordedEffect& e : scene_.effects) {
+      if (!c.found) break;
+      if (!e.unreadable.empty()) {
+        c = {c.name, false, e.name + " " + e.unreadable + ", so that nobody sees whether it does work"};
+        break;
+      }
+      if (*e.takes != 0) c = {c.name, false, e.name + ": " + e.takes};
+      for (std::size_t first = 0; first + n <= e.force.size(); first += n) {
+        int power = graph_.constant(0.0);
+        for (std::size_t i = 0; i < n; ++i) power = graph_.sum(power, graph_.product(e.force[first + i], scene_.motion.qdot[i]));
+        if (c.found && !is_zero(power)) c = {c.name, false, "the force of " + e.name + " does work"};
+      }
+      for (const int drift : e.drift)
+        if (c.found && !is_zero(drift)) c = {c.name, false, "the constraint " + e.name + " is moved from outside, which does work"};
+    }
+    if (c.found && !scene_.effects.empty()) c.reason += ", and no effect does work";
+    return c;
+  }
+
+  RecordedScene scene_;
+  formula::Graph& graph_;
+  int L_ = -1;
+};
+
+}  // namespace detail
+
+/// Which momenta are conserved, whether h = q̇·p − L is, and whether it is the energy T + V; with the reasons.
+///
+/// Runs T and V once on a scalar that records, and derives what is asked for as formulas: some 0.1 ms for a few coordinates.
+/// What is not seen is "not found" with what is in the way; nothing is thrown for it.
+template <class E, int n, Inertia I>
+ConservedQuantities conserved_quantities(const System<E, n, I>& system) {
+  return detail::ConservedSearch(detail::recorded_scene(system)).quantities();
+}
+
+/// The same of a scene: terms of effects in T and V are in L, and a force or a constraint takes away what it acts on.
+template <class Sys, class... Effects>
+ConservedQuantities conserved_quantities(const Scene<Sys, Effects...>& scene) {
+  return detail::ConservedSearch(detail::recorded_scene(scene)).quantities();
+}
+
+}  // namespace qdot

@@ -1,0 +1,173 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// T, V and effects as formulas, each effect by itself, so that one can say what it does to a momentum or to the energy.
+//
+// This is all of the search for conserved quantities that depends on the user's types; what is asked of the formulas is compiled once
+// (analysis/conserved.hpp). Phases of contacts and friction are all recorded: what acts in one of them acts.
+
+#include <cstddef>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "qdot/ad/formula/recording.hpp"
+#include "qdot/effects/effect.hpp"
+#include "qdot/effects/scene.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/steps/recorded_motion.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace qdot::detail {
+
+// What one effect does; nodes of the recording.
+struct RecordedEffect {
+  std::string name;
+  std::string unreadable;    // why it is no formula, or nothing
+  std::vector<int> force;    // n after n, for each of its phases
+  std::vector<int> J;        // n after n, for each row of a constraint
+  std::vector<int> drift;    // what a row demands of velocities when all are zero
+  const char* takes = "";    // what takes energy away without doing work along the motion
+};
+
+struct RecordedScene {
+  RecordedMotion motion;  // variables, T and V only
+  int T = -1, V = -1;
+  std::string unreadable;  // why T or V is no formula, or nothing
+  bool autonomous = false;
+  std::vector<std::string> names;
+  std::vector<RecordedEffect> effects;
+  std::size_t variables = 0;
+};
+
+template <class E>
+bool ends_run(const E& e) {
+  if constexpr (requires { e.ends_run; }) {
+    return e.ends_run;
+  } else {
+    return false;
+  }
+}
+
+// One effect that may do something besides adding to T and V.
+template <int n, class E>
+void record_effect(RecordedScene& r, const E& e, std::size_t number, std::size_t first_state) {
+  using S = formula::Recorded;
+  constexpr int states = states_of<E>();
+  constexpr bool pushes = (ForceEffect<E, n> || StateEffect<E>) && !UnilateralEffect<E, n>;
+  if constexpr (pushes || ConstraintEffect<E, n>) {
+    if (ends_run(e)) return;
+    RecordedEffect act;
+    if constexpr (requires { e.name; }) {
+      act.name = std::string("'").append(e.name).append("'");
+    } else {
+      act.name = "effect " + std::to_string(number + 1);
+    }
+    if constexpr (UnilateralEffect<E, n>) {
+      act.takes = "an impact can take energy";
+    } else if constexpr (FrictionEffect<E, n>) {
+      act.takes = "friction takes energy";
+    }
+    RecordedMotion& m = r.motion;
+    formula::Graph& graph = m.recording.graph;
+    m.recording.source = act.name;
+    const S t(m.recording, m.t);
+    const Vector<S, n> q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
+    const auto add_force = [&](const Vector<S, n>& Q) {
+      for (Eigen::Index i = 0; i < Q.size(); ++i) act.force.push_back(Q[i].node_in(m.recording));
+    };
+    try {
+      if constexpr (pushes) {
+        if constexpr (FrictionEffect<E, n>) {
+          if constexpr (requires { e.force(q, v, Vector<S, 1>(S(1.0)), t); })
+            for (const double phase : {1.0, -1.0}) add_force(e.force(q, v, Vector<S, 1>(S(phase)), t));
+          else
+            act.unreadable = "does not take every scalar";
+        } else if constexpr (StateEffect<E>) {
+          Vector<S, states> z;
+          for (int i = 0; i < states; ++i) z[i] = S(m.recording, m.z[first_state + static_cast<std::size_t>(i)]);
+          if constexpr (requires { e.force(q, v, z, t); })
+            add_force(e.force(q, v, z, t));
+          else
+            act.unreadable = "does not take every scalar";
+        } else {
+          if constexpr (requires { e.force(q, v, t); })
+            add_force(e.force(q, v, t));
+          else
+            act.unreadable = "does not take every scalar";
+        }
+      }
+      if constexpr (HolonomicEffect<E, n>) {
+        const auto rows = as_rows(e.phi(q, t));
+        for (Eigen::Index i = 0; i < rows.size(); ++i) {
+          const int row = rows[i].node_in(m.recording);
+          const std::vector<int> slopes = graph.gradient(row, m.q);
+          act.J.insert(act.J.end(), slopes.begin(), slopes.end());
+          act.drift.push_back(graph.gradient(row, std::vector<int>{m.t})[0]);
+        }
+      } else if constexpr (NonholonomicEffect<E, n>) {
+        const auto rows = as_rows(e.velocity_constraint(q, v, t));
+        for (Eigen::Index i = 0; i < rows.size(); ++i) {
+          const std::vector<int> slopes = graph.gradient(rows[i].node_in(m.recording), m.qdot);
+          act.J.insert(act.J.end(), slopes.begin(), slopes.end());
+        }
+        Vector<S, n> still(q.size());
+        for (Eigen::Index i = 0; i < q.size(); ++i) still[i] = S(0.0);
+        const auto drift = as_rows(e.velocity_constraint(q, still, t));
+        for (Eigen::Index i = 0; i < drift.size(); ++i) act.drift.push_back(drift[i].node_in(m.recording));
+      }
+    } catch (const NotAnalytic&) {
+      act.unreadable = "asks for signs or sizes of its arguments";
+    }
+    r.effects.push_back(act);
+  }
+}
+
+template <class Sys>
+RecordedScene recorded_scene_of(const Sys& system, std::size_t states) {
+  constexpr int n = Sys::dof_at_compile_time;
+  using Energies = typename Sys::EnergiesType;
+  RecordedScene r;
+  const Eigen::Index dof = system.dof();
+  for (Eigen::Index i = 0; i < dof; ++i) r.names.push_back(system.coordinate_name(i));
+  r.autonomous = Sys::autonomous;
+  RecordedMotion& m = r.motion;
+  m.q = new_variables(m.recording, 0, dof);
+  m.qdot = new_variables(m.recording, dof, dof);
+  m.t = m.recording.graph.variable(static_cast<int>(2 * dof));
+  m.z = new_variables(m.recording, 2 * dof + 1, static_cast<Eigen::Index>(states));
+  r.variables = static_cast<std::size_t>(2 * dof + 1) + states;
+  if constexpr (RecordableEnergies<Energies, n>) {
+    try {
+      run_energies<n>(m, system.energies());
+      r.T = m.returned[0];
+      r.V = m.returned[1];
+    } catch (const NotAnalytic&) {
+      r.unreadable = "T or V asks for signs or sizes of its arguments";
+    }
+  } else {
+    r.unreadable = "T or V does not take every scalar";
+  }
+  return r;
+}
+
+template <class E, int n, Inertia I>
+RecordedScene recorded_scene(const System<E, n, I>& system) {
+  return recorded_scene_of(system, 0);
+}
+template <class Sys, class... Effects>
+RecordedScene recorded_scene(const Scene<Sys, Effects...>& scene) {
+  using Sc = Scene<Sys, Effects...>;
+  RecordedScene r = recorded_scene_of(scene.system(), static_cast<std::size_t>(Sc::states_at_compile_time));
+  std::size_t number = 0, state = 0;
+  for_each(scene.effects(), [&](const auto& e) {
+    record_effect<Sc::dof_at_compile_time>(r, e, number++, state);
+    state += static_cast<std::size_t>(states_of<std::remove_cvref_t<decltype(e)>>());
+  });
+  return r;
+}
+
+}  // namespace qdot::detail
