@@ -119,6 +119,14 @@ int execute(int argc, char** argv, std::string& command_name) {
   CLI::App* modes_command = add_small_motions("modes", "the equilibrium near the start, its stability, frequencies and damping", modes_options);
   CLI::App* equilibria_command = add_small_motions("equilibria", "the equilibria of a scene and their stability", equilibria_options);
 
+  ConservedOptions conserved_options;
+  CLI::App* conserved_command = app.add_subcommand("conserved", "which momenta and energies a scene conserves, and why");
+  conserved_command->add_option("SCENE", conserved_options.scene, "a name from qdot list")->required();
+  add_repeatable(conserved_command, "--set", conserved_options.set, "parameter or initial value (q0, …, qdot0, …), NAME=VALUE");
+  add_repeatable(conserved_command, "--with", conserved_options.with, "switch an effect on, EFFECT[=VALUE]");
+  add_repeatable(conserved_command, "--without", conserved_options.without, "switch an effect off");
+  conserved_command->add_flag("--json", conserved_options.json, "one JSON object on stdout");
+
   BenchOptions bench_options;
   CLI::App* bench_command = app.add_subcommand("bench", "the project's own benchmarks");
   bench_command->add_option_function<std::string>(
@@ -146,7 +154,7 @@ int execute(int argc, char** argv, std::string& command_name) {
     const std::string message = error.what();
     throw UsageError(message.substr(0, message.find(':')) + ": must be followed by one value, given none");
   } catch (const CLI::ParseError& error) {
-    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, accuracy, effects, equations, modes, equilibria, bench; see qdot --help");
+    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, accuracy, effects, equations, modes, equilibria, conserved, bench; see qdot --help");
   }
   refuse_extras(app.get_subcommands().front());
 
@@ -157,6 +165,7 @@ int execute(int argc, char** argv, std::string& command_name) {
   if (equations_command->parsed()) return equations(equations_options);
   if (modes_command->parsed()) return modes(modes_options);
   if (equilibria_command->parsed()) return equilibria(equilibria_options);
+  if (conserved_command->parsed()) return conserved(conserved_options);
   return bench(bench_options);
 }
 

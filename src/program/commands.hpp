@@ -73,6 +73,14 @@ struct ModesOptions {
   bool json = false;
 };
 
+struct ConservedOptions {
+  std::string scene;
+  std::vector<std::string> set;
+  std::vector<std::string> with;
+  std::vector<std::string> without;
+  bool json = false;
+};
+
 struct BenchOptions {
   std::optional<std::string> name, page;
   bool json = false;
@@ -85,6 +93,7 @@ int effects(const EffectsOptions& options);
 int equations(const EquationsOptions& options);
 int modes(const ModesOptions& options);
 int equilibria(const ModesOptions& options);
+int conserved(const ConservedOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace qdot::program

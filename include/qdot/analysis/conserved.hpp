@@ -86,7 +86,9 @@ class ConservedSearch {
   }
 
  private:
-  bool occurs(int variable, int node) const { return node >= variable && graph_.dependence(node, std::vector<int>{variable})[static_cast<std::size_t>(node)] != 0; }
+  bool occurs(int variable, int node) const {
+    return node >= variable && graph_.dependence(node, std::vector<int>{variable})[static_cast<std::size_t>(node)] != 0;
+  }
   bool is_zero(int node) const { return vanishes(graph_, node, scene_.variables); }
 
   // Whether L does not depend on a variable, and why; `found` and `reason` are set.

@@ -196,8 +196,8 @@ SymmetryViolation<n> symmetry_violation(const Model& model, const Family& family
     const Vector<double, n> same = detail::transformed<double, n>(family, 0.0, q, state.t);
     for (Eigen::Index i = 0; i < k; ++i)
       if (std::abs(same[i] - q[i]) > 1e-12 * (1.0 + std::abs(q[i])))
-        detail::throw_invalid_value({"noether_integral: the transformation must leave everything as it is at s = 0, but there it takes ", system.coordinate_name(i), " = ",
-                                     {q[i], 6}, " to ", {same[i], 6}, "; let s = 0 be the identity"});
+        detail::throw_invalid_value({"noether_integral: the transformation must leave everything as it is at s = 0, but there it takes ",
+                                     system.coordinate_name(i), " = ", {q[i], 6}, " to ", {same[i], 6}, "; let s = 0 be the identity"});
     const auto xi = value_and_velocity_of([&](const auto& x, const auto& time) {
       using S = std::remove_cvref_t<decltype(time)>;
       return detail::generator<S, n>(family, x, time);
@@ -273,9 +273,10 @@ auto noether_integral(const Model& model, Family family, Gauge gauge = {}, const
   if (!violation.is_symmetry()) {
     std::string where;
     for (Eigen::Index i = 0; i < system.dof(); ++i)
-      where += detail::sentence({i > 0 ? ", " : "", system.coordinate_name(i), " = ", {violation.where.q[i], 6}, ", ", system.velocity_name(i), " = ", {violation.where.qdot[i], 6}});
-    detail::throw_invalid_value({"noether_integral: the motion must not change under the transformation, but p.dq'/ds - F changes at the rate ", {violation.rate, 6},
-                                 ", a sum of terms of size ", {violation.size, 6}, ", at ", where,
+      where += detail::sentence({i > 0 ? ", " : "", system.coordinate_name(i), " = ", {violation.where.q[i], 6}, ", ", system.velocity_name(i), " = ",
+                                 {violation.where.qdot[i], 6}});
+    detail::throw_invalid_value({"noether_integral: the motion must not change under the transformation, but p.dq'/ds - F changes at the rate ",
+                                 {violation.rate, 6}, ", a sum of terms of size ", {violation.size, 6}, ", at ", where,
                                  "; choose a symmetry, or give the gauge term F(q, t) whose rate this is"});
   }
   return NoetherIntegral<std::remove_cvref_t<decltype(system)>, Family, Gauge>(system, std::move(family), std::move(gauge), std::move(violation));

@@ -88,6 +88,8 @@ Vector<S, k> solved_symmetric(Matrix<S, k> A, Vector<S, k> b) {
 }  // namespace detail
 
 /// T_R and V_R of a reduction: energies of the coordinates that are left.
+///
+/// What they call is not inlined: straight-line code of derivatives of derivatives would take the compiler minutes.
 template <class E, int n, int... ignored>
 class RouthEnergies {
   static constexpr int k = static_cast<int>(sizeof...(ignored)), m = n - k;
@@ -262,8 +264,8 @@ void require_cyclic(const Sys& system, const State& start, const int* ignored, i
     for (int i = 0; i < k; ++i) {
       const double g = slope[ignored[i]];
       if (!(std::abs(g) > 1e-11 * (size + slope.cwiseAbs().maxCoeff())) || !std::isfinite(size)) continue;
-      throw_invalid_value({"routh_reduction: L must not depend on a coordinate that is to be ignored, but dL/d", system.coordinate_name(ignored[i]), " is ", {g, 6},
-                           " at ", system.coordinate_name(ignored[i]), " = ", {q[ignored[i]], 6}, sample == 0 ? ", the start" : ", near the start",
+      throw_invalid_value({"routh_reduction: L must not depend on a coordinate that is to be ignored, but dL/d", system.coordinate_name(ignored[i]),
+                           " is ", {g, 6}, " at ", system.coordinate_name(ignored[i]), " = ", {q[ignored[i]], 6}, sample == 0 ? ", the start" : ", near the start",
                            "; keep this coordinate, or choose one that L depends on only through its velocity"});
     }
   }
@@ -314,9 +316,9 @@ RouthReduction<E, n, I, ignored...> routh_reduction(const System<E, n, I>& syste
   const Vector<double, k> found = reduction.ignored_velocities(reduced);
   for (int i = 0; i < k; ++i)
     if (!(std::abs(found[i] - xdot[i]) <= 1e-9 * (xdot.cwiseAbs().maxCoeff() + start.qdot.cwiseAbs().maxCoeff())))
-      detail::throw_invalid_value({"routh_reduction: T must be quadratic in the velocities and have inertia along the ignored coordinates, but the momentum of ",
-                                   system.coordinate_name(left_out[static_cast<std::size_t>(i)]), " gives the velocity ", {found[i], 6}, " where it is ", {xdot[i], 6},
-                                   "; keep this coordinate"});
+      detail::throw_invalid_value({"routh_reduction: T must be quadratic in the velocities and have inertia along the ignored coordinates, but the ",
+                                   "momentum of ", system.coordinate_name(left_out[static_cast<std::size_t>(i)]), " gives the velocity ", {found[i], 6},
+                                   " where it is ", {xdot[i], 6}, "; keep this coordinate"});
   return reduction;
 }
 

@@ -37,7 +37,8 @@ inline std::vector<ValueAndMagnitude> values_of_graph(const formula::Graph& grap
       case Kind::variable: r.value = variables[static_cast<std::size_t>(node.a)]; break;
       case Kind::affine: {
         const double second = node.b < 0 ? 0.0 : node.cb * b.value;
-        r = {node.ca * a.value + second + node.c, std::abs(node.ca) * a.magnitude + (node.b < 0 ? 0.0 : std::abs(node.cb) * b.magnitude) + std::abs(node.c)};
+        const double of_second = node.b < 0 ? 0.0 : std::abs(node.cb) * b.magnitude;
+        r = {node.ca * a.value + second + node.c, std::abs(node.ca) * a.magnitude + of_second + std::abs(node.c)};
         break;
       }
       case Kind::product: r = {a.value * b.value, a.magnitude * b.magnitude}; break;
