@@ -70,6 +70,16 @@ TEST_CASE("the potential of a reduced heavy top is the effective potential of th
   }
 }
 
+TEST_CASE("a steady precession, I1 cos(theta) phidot^2 - p_psi phidot + m g l = 0, rests in the effective potential") {
+  const scenes::HeavyTop top;
+  const double theta = 0.6, spin = 7.0, c = std::cos(theta), weight = top.m * top.g * top.l;
+  for (const double sign : {-1.0, 1.0}) {  // slow and fast
+    const double phidot = (spin + sign * std::sqrt(spin * spin - 4.0 * top.I1 * c * weight)) / (2.0 * top.I1 * c);
+    const auto reduced = routh_reduction<1, 2>(mechanical_system<3>(top), State<3>{0.0, {theta, 0.2, -0.4}, {0.0, phidot, spin / top.I3 - phidot * c}});
+    CHECK_THAT(acceleration(reduced.system, reduced.start.q, reduced.start.qdot)[0], WithinAbs(0.0, 1e-12));
+  }
+}
+
 TEST_CASE("where velocities are coupled, a reduced system has the inertia that is left and the accelerations of the full one") {
   for (const double belt : {0.0, 0.7}) {
     const Cart given{.c = belt};
