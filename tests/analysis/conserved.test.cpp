@@ -26,6 +26,8 @@ namespace {
 struct Planet {
   bool by_positions = false;
   double push = 0.0;  // F(t) along r, as a potential
+  double mu = 1.0;
+  double field = 0.0;  // homogeneous, along x
 
   template <class S>
   S T(const Vector<S, 2>& q, const Vector<S, 2>& v) const {
@@ -36,8 +38,10 @@ struct Planet {
   }
   template <class S>
   S V(const Vector<S, 2>& q, const S& t) const {
-    using std::cos;
-    S V = S(-1.0 / q[0]);
+    using std::cos, std::sin, std::sqrt;
+    S V = S(-mu / q[0]);
+    if (by_positions) V = S(-mu / sqrt(q[0] * cos(q[1]) * q[0] * cos(q[1]) + q[0] * sin(q[1]) * q[0] * sin(q[1])));
+    if (field != 0.0) V = S(V - field * q[0] * cos(q[1]));
     if (push != 0.0) V = S(V - push * q[0] * cos(t));
     return V;
   }
@@ -69,6 +73,13 @@ TEST_CASE("an angle that occurs in positions and cancels in T is cyclic") {
   const auto c = conserved_quantities(planet({.by_positions = true}));
   CHECK(found(c) == Names{"p_phi", "h", "T + V"});
   CHECK(c.momenta[1].reason == "phi cancels in L: dL/dphi is zero to rounding at scattered points");
+}
+
+TEST_CASE("a term that rounding would hide beside others is not overlooked") {
+  for (const double field : {1.0, 1e-10, 1e-19}) {
+    const auto c = conserved_quantities(planet({.by_positions = true, .mu = 1e44, .field = 1e44 * field}));
+    CHECK(found(c) == Names{"h", "T + V"});
+  }
 }
 
 TEST_CASE("a push that depends on the time takes the energy and leaves the angular momentum") {

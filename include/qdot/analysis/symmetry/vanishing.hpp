@@ -6,12 +6,13 @@
 // sin²φ + cos²φ depends on φ as a graph and not as a function. Who wants to know evaluates the formula at scattered points,
 // and beside each value its *magnitude*: what the value would be if nothing were subtracted. A formula of analytic functions
 // that is zero to the rounding of its magnitude at all of them cancels identically, but for coincidences that scattered
-// numbers do not meet. Where a point proves nothing it is not counted: no value, or a magnitude that has underflown. Functions that
-// become constant in floating point (tanh, erf) prove nothing at all.
+// numbers do not meet. Where a point proves nothing it is not counted: no value, a magnitude that has underflown, or a term of a sum so much smaller than
+// another that it would be lost in that one's rounding. Functions that become constant in floating point (tanh, erf) prove nothing at all.
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "qdot/ad/formula/graph.hpp"
@@ -65,22 +66,50 @@ inline std::vector<double> scattered_point(std::size_t count, int sample) {
 }
 inline constexpr int scattered_points = 16;
 
-// Whether a node is zero at all scattered points, of which half at least must say something.
-inline bool vanishes(const formula::Graph& graph, int node, std::size_t variables) {
-  if (graph.is_constant(node, 0.0)) return true;
-  const std::vector<char> needed = graph.needed_for(std::vector<int>{node});
+// Whether a sum of nodes is zero at all scattered points, of which half at least must say something.
+inline bool sum_vanishes(const formula::Graph& graph, const std::vector<int>& terms, std::size_t variables) {
+  int last = -1;
+  for (const int term : terms)
+    if (!graph.is_constant(term, 0.0)) last = std::max(last, term);
+  if (last < 0) return true;
+  const std::vector<char> needed = graph.needed_for(terms);
   for (std::size_t w = 0; w < needed.size(); ++w) {
     const formula::Function f = graph.nodes()[w].function;
     if (needed[w] != 0 && (f == formula::Function::tanh || f == formula::Function::erf || f == formula::Function::erfc)) return false;
   }
   int said = 0;
   for (int sample = 0; sample < scattered_points; ++sample) {
-    const ValueAndMagnitude x = values_of_graph(graph, node, scattered_point(variables, sample)).back();
-    if (!std::isfinite(x.value) || !std::isfinite(x.magnitude) || x.magnitude < 1e-200) continue;
-    if (std::abs(x.value) > 1e-12 * x.magnitude) return false;
-    ++said;
+    const std::vector<ValueAndMagnitude> all = values_of_graph(graph, last, scattered_point(variables, sample));
+    ValueAndMagnitude sum;
+    double least = std::numeric_limits<double>::infinity(), most = 0.0;
+    for (const int term : terms) {
+      if (graph.is_constant(term, 0.0)) continue;
+      const ValueAndMagnitude x = all[static_cast<std::size_t>(term)];
+      sum = {sum.value + x.value, sum.magnitude + x.magnitude};
+      if (x.magnitude < 1e-200) least = 0.0;
+      if (std::abs(x.value) <= 1e-12 * x.magnitude) continue;  // zero by itself
+      least = std::min(least, std::abs(x.value));
+      most = std::max(most, std::abs(x.value));
+    }
+    if (!std::isfinite(sum.value) || !std::isfinite(sum.magnitude)) continue;
+    if (std::abs(sum.value) > 1e-12 * sum.magnitude) return false;
+    if (least > 1e-8 * most) ++said;
   }
   return 2 * said >= scattered_points;
+}
+inline bool vanishes(const formula::Graph& graph, int node, std::size_t variables) { return sum_vanishes(graph, {node}, variables); }
+
+// What a node is the sum of, but for constants.
+inline std::vector<int> summands(formula::Graph& graph, int node, double factor = 1.0) {
+  const auto made = graph[node];  // a copy: the graph grows
+  if (made.kind == formula::Kind::constant) return {};
+  if (made.kind != formula::Kind::affine) return {graph.scaled(node, factor)};
+  std::vector<int> all = summands(graph, made.a, factor * made.ca);
+  if (made.b >= 0) {
+    const std::vector<int> more = summands(graph, made.b, factor * made.cb);
+    all.insert(all.end(), more.begin(), more.end());
+  }
+  return all;
 }
 
 }  // namespace qdot::detail
