@@ -4,6 +4,7 @@
 // the start.
 #include "qdot/analysis/conserved.hpp"
 
+#include <cstddef>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -47,10 +48,12 @@ void record_effects(RecordedScene& recorded) {
   RecordedMotion& m = recorded.motion;
   formula::Graph& graph = m.recording.graph;
   const std::size_t n = m.q.size();
-  const std::vector<int> slopes = graph.gradient(graph.difference(recorded.T, recorded.V), m.q);
-  RecordedEffect forces{.name = "the effects", .unreadable = "", .force = {}, .J = {}, .drift = {}};
-  for (std::size_t i = 0; i < n; ++i) forces.force.push_back(graph.difference(m.force[i], slopes[i]));
-  recorded.effects.push_back(forces);
+  const auto first_force = m.returned.begin() + 2;  // behind T and V, where there are forces
+  if (m.returned.size() >= 2 + n + m.rows.size()) {
+    RecordedEffect forces{.name = "the effects", .unreadable = "", .force = {}, .J = {}, .drift = {}};
+    forces.force.assign(first_force, first_force + static_cast<std::ptrdiff_t>(n));
+    recorded.effects.push_back(forces);
+  }
   for (std::size_t row = 0; row < m.rows.size(); ++row) {
     RecordedEffect constraint{.name = "'" + m.row_names[row] + "'", .unreadable = "", .force = {}, .J = {}, .drift = {}};
     int drift = m.rows[row];

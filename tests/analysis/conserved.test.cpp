@@ -112,6 +112,15 @@ TEST_CASE("an effect takes away what it acts on, and nothing else") {
   CHECK(found(bent) == Names{"h", "T + V"});
   CHECK(bent.momenta[1].reason == "the force of effect 1 acts on phi");
 
+  // the same with a drag that rounding would hide
+  const auto dragged = generalized_force([](const auto& q, const auto& v) {
+    auto Q = q;
+    Q[0] = 3e20 * q[0] * v[1];
+    Q[1] = -3e20 * q[0] * v[0] - v[1];
+    return Q;
+  });
+  CHECK(found(conserved_quantities(scene(planet(), dragged))).empty());
+
   // a ring of radius 2, and the same with a stop in phi and with friction
   const auto ring = holonomic("ring", [](const auto& q) { return q[0] - 2.0; });
   CHECK(found(conserved_quantities(scene(planet(), ring))) == Names{"p_phi", "h", "T + V"});
@@ -167,4 +176,9 @@ TEST_CASE("a potential that is flat in floating point is not taken for a constan
                                            return tanh(q[0] * 1e9);
                                          });
   CHECK_FALSE(conserved_quantities(step).momenta[0].found);
+}
+
+TEST_CASE("a weak term of T that is linear in the velocities is not overlooked beside a strong one") {
+  const auto turning = mechanical_system<2>([](const auto& q, const auto& v) { return 5e43 * (v[0] * v[0] + v[1] * v[1]) + 1e20 * q[0] * v[1]; });
+  CHECK(found(conserved_quantities(turning)) == Names{"p_q1", "h"});
 }

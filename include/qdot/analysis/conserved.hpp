@@ -76,10 +76,14 @@ class ConservedSearch {
       all.energy.reason = scene_.unreadable + ", so that nobody sees whether T is a quadratic form of the velocities";
       return all;
     }
-    int excess = graph_.scaled(scene_.T, 2.0);  // 2T − q̇·p
-    const std::vector<int> p = graph_.gradient(scene_.T, scene_.motion.qdot);
-    for (std::size_t i = 0; i < p.size(); ++i) excess = graph_.difference(excess, graph_.product(p[i], scene_.motion.qdot[i]));
-    all.energy.found = vanishes(graph_, excess, scene_.variables);
+    std::vector<int> excess;  // 2T − q̇·p
+    for (const int term : summands(graph_, scene_.T)) {
+      const std::vector<int> p = graph_.gradient(term, scene_.motion.qdot);
+      int of_term = graph_.scaled(term, 2.0);
+      for (std::size_t i = 0; i < p.size(); ++i) of_term = graph_.difference(of_term, graph_.product(p[i], scene_.motion.qdot[i]));
+      excess.push_back(of_term);
+    }
+    all.energy.found = sum_vanishes(graph_, excess, scene_.variables);
     all.energy.reason = all.energy.found ? all.jacobi.reason + ", and T is a quadratic form of the velocities"
                                          : "T is no quadratic form of the velocities, so that h is another quantity than T + V";
     return all;
@@ -89,7 +93,7 @@ class ConservedSearch {
   bool occurs(int variable, int node) const {
     return node >= variable && graph_.dependence(node, std::vector<int>{variable})[static_cast<std::size_t>(node)] != 0;
   }
-  bool is_zero(int node) const { return vanishes(graph_, node, scene_.variables); }
+  bool is_zero(int node) { return sum_vanishes(graph_, summands(graph_, node), scene_.variables); }
 
   // Whether ∂L/∂x is zero though x occurs, term by term of L.
   bool cancels(int variable) {
@@ -151,9 +155,10 @@ class ConservedSearch {
       }
       if (*e.takes != 0) c = {c.name, false, e.name + ": " + e.takes};
       for (std::size_t first = 0; first + n <= e.force.size(); first += n) {
-        int power = graph_.constant(0.0);
-        for (std::size_t i = 0; i < n; ++i) power = graph_.sum(power, graph_.product(e.force[first + i], scene_.motion.qdot[i]));
-        if (c.found && !is_zero(power)) c = {c.name, false, "the force of " + e.name + " does work"};
+        std::vector<int> power;
+        for (std::size_t i = 0; i < n; ++i)
+          for (const int term : summands(graph_, e.force[first + i])) power.push_back(graph_.product(term, scene_.motion.qdot[i]));
+        if (c.found && !sum_vanishes(graph_, power, scene_.variables)) c = {c.name, false, "the force of " + e.name + " does work"};
       }
       for (const int drift : e.drift)
         if (c.found && !is_zero(drift)) c = {c.name, false, "the constraint " + e.name + " is moved from outside, which does work"};

@@ -85,9 +85,9 @@ inline bool sum_vanishes(const formula::Graph& graph, const std::vector<int>& te
     for (const int term : terms) {
       if (graph.is_constant(term, 0.0)) continue;
       const ValueAndMagnitude x = all[static_cast<std::size_t>(term)];
-      sum = {sum.value + x.value, sum.magnitude + x.magnitude};
-      if (x.magnitude < 1e-200) least = 0.0;
+      if (!std::isfinite(x.value) || !std::isfinite(x.magnitude) || x.magnitude < 1e-200) least = 0.0;
       if (std::abs(x.value) <= 1e-12 * x.magnitude) continue;  // zero by itself
+      sum = {sum.value + x.value, sum.magnitude + x.magnitude};
       least = std::min(least, std::abs(x.value));
       most = std::max(most, std::abs(x.value));
     }
@@ -97,14 +97,13 @@ inline bool sum_vanishes(const formula::Graph& graph, const std::vector<int>& te
   }
   return 2 * said >= scattered_points;
 }
-inline bool vanishes(const formula::Graph& graph, int node, std::size_t variables) { return sum_vanishes(graph, {node}, variables); }
 
-// What a node is the sum of, but for constants.
+// What a node is the sum of.
 inline std::vector<int> summands(formula::Graph& graph, int node, double factor = 1.0) {
   const auto made = graph[node];  // a copy: the graph grows
-  if (made.kind == formula::Kind::constant) return {};
   if (made.kind != formula::Kind::affine) return {graph.scaled(node, factor)};
   std::vector<int> all = summands(graph, made.a, factor * made.ca);
+  if (made.c != 0.0) all.push_back(graph.constant(factor * made.c));
   if (made.b >= 0) {
     const std::vector<int> more = summands(graph, made.b, factor * made.cb);
     all.insert(all.end(), more.begin(), more.end());
