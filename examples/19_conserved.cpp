@@ -20,8 +20,9 @@ using namespace qdot;
 
 void show(const char* title, const ConservedQuantities& all) {
   std::printf("%s\n", title);
-  for (const auto& p : all.momenta) std::printf("  %-8s %-10s %s\n", p.name.c_str(), p.found ? "conserved" : "not found", p.reason.c_str());
-  for (const auto& e : {all.jacobi, all.energy}) std::printf("  %-8s %-10s %s\n", e.name.c_str(), e.found ? "conserved" : "not found", e.reason.c_str());
+  for (const auto& p : all.momenta) std::printf("  %-12s %-10s %s\n", p.name.c_str(), p.found ? "conserved" : "not found", p.reason.c_str());
+  for (const auto& s : all.sums) std::printf("  %-12s %-10s %s\n", s.name.c_str(), "conserved", s.reason.c_str());
+  for (const auto& e : {all.jacobi, all.energy}) std::printf("  %-12s %-10s %s\n", e.name.c_str(), e.found ? "conserved" : "not found", e.reason.c_str());
 }
 
 // Two particles in the plane that attract each other, and a third body that may stand at the origin.
@@ -60,9 +61,11 @@ int main() {
     return vector(q[0] * cos(s) - q[1] * sin(s), q[0] * sin(s) + q[1] * cos(s), q[2] * cos(s) - q[3] * sin(s), q[2] * sin(s) + q[3] * cos(s));
   };
   const auto boost = [](const auto& s, const auto& q, const auto& t) { return vector(q[0] + s * t, q[1], q[2] + s * t, q[3]); };
-  const auto pair = mechanical_system<4>(Pair{});
+  const auto pair = mechanical_system<4>(Pair{}).with_names({"x1", "y1", "x2", "y2"});
   const State<4> now{2.0, {1.0, 0.0, -0.5, 0.2}, {0.0, 0.7, 0.3, -0.2}};
-  std::printf("\ntwo particles: momentum %.3f, angular momentum %.3f, m x - p t %.3f\n", noether_integral(pair, shift)(now),
+  std::printf("\n");
+  show("two particles that attract each other", conserved_quantities(pair));
+  std::printf("momentum %.3f, angular momentum %.3f, m x - p t %.3f\n", noether_integral(pair, shift)(now),
               noether_integral(pair, turn)(now), -noether_integral(pair, boost, [](const auto& q) { return q[0] + 3.0 * q[2]; })(now));
   try {
     noether_integral(mechanical_system<4>(Pair{.sun = 5.0}), shift);

@@ -143,6 +143,11 @@ int conserved(const ConservedOptions& options) {
   const ConservedQuantities all = qdot::detail::ConservedSearch(recorded).quantities();
   std::vector<ConservedValue> values;
   for (std::size_t i = 0; i < all.momenta.size(); ++i) values.push_back({all.momenta[i], i < momenta.size() ? std::optional(momenta[i]) : std::nullopt});
+  for (const ConservedSum& sum : all.sums) {
+    double value = 0.0;
+    for (std::size_t i = 0; i < momenta.size(); ++i) value += sum.coefficients[static_cast<Eigen::Index>(i)] * momenta[i];
+    values.push_back({{sum.name, true, sum.reason}, value});
+  }
   values.push_back({all.jacobi, energies.jacobi});
   values.push_back({all.energy, energies.total()});
   if (options.json) {

@@ -182,3 +182,23 @@ TEST_CASE("a weak term of T that is linear in the velocities is not overlooked b
   const auto turning = mechanical_system<2>([](const auto& q, const auto& v) { return 5e43 * (v[0] * v[0] + v[1] * v[1]) + 1e20 * q[0] * v[1]; });
   CHECK(found(conserved_quantities(turning)) == Names{"p_q1", "h"});
 }
+
+TEST_CASE("the total momentum of three masses on springs is conserved, unless one of them is held") {
+  for (const double held : {0.0, 1e-3, 1e-20}) {
+    const auto springs = mechanical_system<3>([](const auto& v) { return 0.5 * (v[0] * v[0] + 2.0 * v[1] * v[1] + 3.0 * v[2] * v[2]); },
+                                              [held](const auto& q) {
+                                                auto V = 0.5 * (q[0] - q[1]) * (q[0] - q[1]) + 0.8 * (q[1] - q[2]) * (q[1] - q[2]);
+                                                if (held != 0.0) V += 0.5 * held * q[2] * q[2];
+                                                return V;
+                                              });
+    const auto c = conserved_quantities(springs);
+    REQUIRE(c.sums.size() == (held == 0.0 ? 1 : 0));
+    if (held == 0.0) CHECK(c.sums[0].name == "p_q0 + p_q1 + p_q2");
+    CHECK(conserved_quantities(scene(springs, viscous_damping(Eigen::Vector3d(0.0, 0.1, 0.0)))).sums.empty());
+  }
+  // a belt without slip between two wheels, as a constraint: q0 - 2 q1 = 0 takes all but p_q0 + p_q1 / 2
+  const auto wheels = mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); });
+  const auto geared = conserved_quantities(scene(wheels, holonomic("belt", [](const auto& q) { return q[0] - 2.0 * q[1]; })));
+  REQUIRE(geared.sums.size() == 1);
+  CHECK(geared.sums[0].name == "p_q0 + 0.5 p_q1");
+}

@@ -18,11 +18,15 @@
 // not occur in what was written does not occur. Something may occur and cancel all the same: an angle, where T is made from
 // r cos φ and r sin φ; then its slope is evaluated at scattered points (analysis/symmetry/vanishing.hpp), and the answer says so.
 //
+// Where coordinates are cyclic only together, such as those of two particles that attract each other, a sum of their momenta is conserved
+// (analysis/symmetry/common_shifts.hpp).
+//
 // The answers are "found", with the reason, and "not found", with what is in the way. That something is not found does not say
-// that it is not conserved: a symmetry that moves several coordinates, such as a rotation in Cartesian ones, is none of
-// the coordinates' own (noether_integral() tests it), and a T that branches on the state has no formula. What the actions of events do is not
+// that it is not conserved: a rotation in Cartesian coordinates is no shift of theirs
+// (noether_integral() tests it), and a T that branches on the state has no formula. What the actions of events do is not
 // seen, either.
 
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -30,6 +34,7 @@
 
 #include <Eigen/Core>
 
+#include "qdot/analysis/symmetry/common_shifts.hpp"
 #include "qdot/analysis/symmetry/recorded_scene.hpp"
 #include "qdot/analysis/symmetry/vanishing.hpp"
 #include "qdot/error.hpp"
@@ -43,9 +48,17 @@ struct Conservation {
   std::string reason;  ///< why, or what is in the way
 };
 
+/// A sum of momenta that is conserved though they are not, such as the total momentum: Σ coefficients_k p_k.
+struct ConservedSum {
+  std::string name;              ///< "p_x1 + p_x2"
+  std::string reason;            ///< why
+  Eigen::VectorXd coefficients;  ///< n, zero for momenta that are conserved themselves
+};
+
 /// What conserved_quantities() has found.
 struct ConservedQuantities {
   std::vector<Conservation> momenta;  ///< of each coordinate, in their order; their values are conjugate_momenta()
+  std::vector<ConservedSum> sums;     ///< of momenta that are not conserved one by one
   Conservation jacobi;                ///< h = q̇·p − L, which is jacobi_energy()
   Conservation energy;                ///< T + V, which is energy(); the same as h where T is a quadratic form of the velocities
 
@@ -69,6 +82,7 @@ class ConservedSearch {
   ConservedQuantities quantities() {
     ConservedQuantities all;
     for (std::size_t k = 0; k < scene_.names.size(); ++k) all.momenta.push_back(momentum(k));
+    all.sums = sums(all);
     all.jacobi = jacobi();
     all.energy = {"T + V", false, all.jacobi.reason};
     if (!all.jacobi.found) return all;
@@ -138,6 +152,53 @@ class ConservedSearch {
     return c;
   }
 
+  // The entries of a vector of n that belong to coordinates `open`.
+  static std::vector<int> entries(const std::vector<int>& vector, std::size_t first, const std::vector<std::size_t>& open) {
+    std::vector<int> chosen;
+    for (const std::size_t k : open) chosen.push_back(vector[first + k]);
+    return chosen;
+  }
+
+  std::vector<ConservedSum> sums(const ConservedQuantities& all) {
+    std::vector<std::size_t> open;
+    for (std::size_t k = 0; k < all.momenta.size(); ++k)
+      if (!all.momenta[k].found) open.push_back(k);
+    bool is_readable = scene_.unreadable.empty();
+    for (const RecordedEffect& e : scene_.effects) is_readable = is_readable && e.unreadable.empty();
+    if (!is_readable || open.size() < 2) return {};
+    const std::size_t n = scene_.names.size();
+    std::vector<std::vector<int>> pushes, slopes{entries(graph_.gradient(L_, scene_.motion.q), 0, open)};
+    for (const RecordedEffect& e : scene_.effects)
+      for (const std::vector<int>* list : {&e.force, &e.J})
+        for (std::size_t first = 0; first + n <= list->size(); first += n) pushes.push_back(entries(*list, first, open));
+    slopes.insert(slopes.end(), pushes.begin(), pushes.end());
+    const Eigen::MatrixXd shifts = common_shifts(graph_, slopes, scene_.variables);
+    std::vector<ConservedSum> found;
+    for (Eigen::Index row = 0; row < shifts.rows(); ++row) {
+      const auto along = [&](const std::vector<int>& g) {  // d·g
+        int sum = graph_.constant(0.0);
+        for (std::size_t i = 0; i < g.size(); ++i) sum = graph_.sum(sum, graph_.scaled(g[i], shifts(row, static_cast<Eigen::Index>(i))));
+        return sum;
+      };
+      std::vector<int> terms;
+      for (const int term : summands(graph_, L_)) terms.push_back(along(entries(graph_.gradient(term, scene_.motion.q), 0, open)));
+      bool is_right = sum_vanishes(graph_, terms, scene_.variables);
+      for (const std::vector<int>& g : pushes) is_right = is_right && is_zero(along(g));
+      if (!is_right) continue;
+      ConservedSum sum{"", std::string("L stays the same where these are shifted together") + (pushes.empty() ? "" : ", and no effect acts along that"), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n))};
+      for (std::size_t i = 0; i < open.size(); ++i) {
+        const double c = shifts(row, static_cast<Eigen::Index>(i));
+        if (c == 0.0) continue;
+        sum.coefficients[static_cast<Eigen::Index>(open[i])] = c;
+        sum.name += sum.name.empty() ? (c < 0.0 ? "-" : "") : (c < 0.0 ? " - " : " + ");
+        if (std::abs(c) != 1.0) sum.name += sentence({{std::abs(c), 6}, " "});
+        sum.name += "p_" + scene_.names[open[i]];
+      }
+      found.push_back(sum);
+    }
+    return found;
+  }
+
   Conservation jacobi() {
     Conservation c{"h", false, ""};
     if (scene_.unreadable.empty()) {
@@ -176,7 +237,7 @@ class ConservedSearch {
 
 /// Which momenta are conserved, whether h = q̇·p − L is, and whether it is the energy T + V; with the reasons.
 ///
-/// Runs T and V once on a scalar that records, and derives what is asked for as formulas: 0.1 ms for a few coordinates, 10 ms for a
+/// Runs T and V once on a scalar that records, and derives what is asked for as formulas: 0.1 ms for a few coordinates, 50 ms for a
 /// hundred.
 /// What is not seen is "not found" with what is in the way; nothing is thrown for it.
 template <class E, int n, Inertia I>
