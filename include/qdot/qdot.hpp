@@ -89,6 +89,7 @@
 // #include "qdot/analysis/hamiltonian.hpp"    // H, q̇ from p, Hamilton's equations, Poisson brackets
 // #include "qdot/analysis/sensitivity.hpp"     // ∂y/∂(y₀, t₀, p), through events and on constraints
 // #include "qdot/analysis/periodic_orbit.hpp"  // motions that repeat, by Newton's method
+// #include "qdot/analysis/orbit_family.hpp"    // families of them, with folds, period doublings and branch points
 // #include "qdot/analysis/orbit.hpp"           // their multipliers and stability
 // #include "qdot/analysis/accuracy.hpp"        // what accuracy costs
 // #include "qdot/analysis/accuracy_study.hpp"  // the same for many methods

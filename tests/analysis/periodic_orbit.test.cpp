@@ -8,47 +8,16 @@
 #include <string>
 #include <vector>
 
+#include "analysis/repeating.hpp"
 #include "catch2_bridge.hpp"
-#include "qdot/effects/contact.hpp"
-#include "qdot/effects/forces.hpp"
 
 using namespace qdot;
+using repeating::over_floor;
 
 namespace {
 
 // Runs with rtol = 1e-13 over a few periods keep eleven digits, Newton's method loses none.
 constexpr double error = 1e-11;
-
-// One coordinate of unit mass: weight, a spring that may be shaken, a pendulum whose gravity may be.
-struct Particle {
-  double g = 0.0;                              // g q
-  double a = 0.0, s = 0.0;                     // ½ (a − 2s cos 2t) q²
-  double pull = 0.0, shake = 0.0, omega = 0.0;  // −(pull + shake cos ωt) cos q
-
-  auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
-  auto V(const auto& q, const auto& t) const {
-    using std::cos;
-    return g * q[0] + 0.5 * (a - 2 * s * cos(2.0 * t)) * q[0] * q[0] - (pull + shake * cos(omega * t)) * cos(q[0]);
-  }
-};
-// Van der Pol's force μ (1 − q²) q̇, and a floor.
-struct Feed {
-  double mu = 0.0;
-  auto operator()(const auto& q, const auto& v) const {
-    auto Q = q;
-    Q[0] = mu * (1.0 - q[0] * q[0]) * v[0];
-    return Q;
-  }
-};
-struct Height {
-  double floor = -100.0;
-  auto operator()(const auto& q) const { return q[0] - floor; }
-};
-auto over_floor(Particle p, double mu, double floor) {
-  return scene(mechanical_system<1>(p), generalized_force(Feed{mu}), contact("floor", Height{floor}, restitution(1.0)));
-}
-
-auto particle(Particle p) { return over_floor(p, 0.0, -100.0); }
 
 // A pendulum and, apart from it, an oscillator.
 struct Pair {
@@ -69,7 +38,7 @@ constexpr double T_at_1_3 = 7.019250311844546549770542, dT_by_amplitude = 1.2581
 }  // namespace
 
 TEST_CASE("a pendulum's orbit has the period of the elliptic integral, whichever is held") {
-  const auto pendulum = particle({.pull = 1.0});
+  const auto pendulum = over_floor({.pull = 1.0});
   const double h = -std::cos(1.3);
   for (const Held& held : {hold_energy(), hold_coordinate(0), hold_energy(h)}) {
     const auto orbit = periodic_orbit_near(pendulum, State<1>{0.0, {1.3}, {0.0}}, 6.5, held);
@@ -95,8 +64,8 @@ TEST_CASE("a pendulum's orbit has the period of the elliptic integral, whichever
 TEST_CASE("a pendulum that goes round advances by a turn in each period") {
   // h = 3 with unit gravity: θ̇² = 2 (3 + cos θ), and T = 2 k K(k), k² = 2/(h + 1) = ½.
   constexpr double K_of_half = 1.854074677301371918;  // Γ(¼)²/(4√π)
-  const auto orbit =
-      periodic_orbit_near(particle({.pull = 1.0}), State<1>{0.0, {0.0}, {2.7}}, 2.5, hold_energy(3.0), {.advance = Eigen::VectorXd::Constant(1, 2 * std::numbers::pi)});
+  const auto orbit = periodic_orbit_near(over_floor({.pull = 1.0}), State<1>{0.0, {0.0}, {2.7}}, 2.5, hold_energy(3.0),
+                                         {.advance = Eigen::VectorXd::Constant(1, 2 * std::numbers::pi)});
   INFO(orbit.message);
   REQUIRE(orbit.found());
   CHECK_THAT(orbit.period, WithinAbs(std::numbers::sqrt2 * K_of_half, error));
@@ -108,7 +77,7 @@ TEST_CASE("Mathieu's equation has the traces that are known") {
   };
   for (const Known& known : {Known{1, 1, -4.396667734798867851}, Known{2, 1, -1.554649354176467812}, Known{-0.2, 1, -1.175676878379037784},
                              Known{0.5, 2, -14.00643323264104821}, Known{10, 5, -2.523257698715790277}}) {
-    const auto orbit = periodic_orbit_near(particle({.a = known.a, .s = known.q}), State<1>{0.0, {0.0}, {0.0}}, std::numbers::pi, driven());
+    const auto orbit = periodic_orbit_near(over_floor({.a = known.a, .s = known.q}), State<1>{0.0, {0.0}, {0.0}}, std::numbers::pi, driven());
     INFO(orbit.message << " a = " << known.a << ", q = " << known.q);
     REQUIRE(orbit.found());
     CHECK_THAT(orbit.monodromy.trace(), WithinAbs(known.trace, 1e-10));
@@ -130,8 +99,8 @@ TEST_CASE("a pendulum stands on its head where its pivot shakes fast enough") {
   constexpr double A = 0.1, margin = 0.02;
   for (const bool stands : {true, false}) {
     const double omega = std::sqrt(2.0 * (1.0 + (stands ? margin : -margin))) / A;
-    const auto orbit =
-        periodic_orbit_near(particle({.pull = 1.0, .shake = -A * omega * omega, .omega = omega}), State<1>{0.0, {std::numbers::pi}, {0.0}}, 2 * std::numbers::pi / omega, driven());
+    const auto pendulum = over_floor({.pull = 1.0, .shake = -A * omega * omega, .omega = omega});
+    const auto orbit = periodic_orbit_near(pendulum, State<1>{0.0, {std::numbers::pi}, {0.0}}, 2 * std::numbers::pi / omega, driven());
     INFO(orbit.message);
     REQUIRE(orbit.found());
     CHECK(orbit.stability == (stands ? OrbitStability::stable_to_first_order : OrbitStability::unstable));
@@ -140,7 +109,7 @@ TEST_CASE("a pendulum stands on its head where its pivot shakes fast enough") {
 
 TEST_CASE("a ball that bounces without loss has the period and the monodromy matrix of the closed form") {
   constexpr double g = 9.81, h = 1.7;
-  const auto ball = over_floor({.g = g}, 0.0, 0.0);
+  const auto ball = over_floor({.g = g}, {}, 0.0);
   for (const Held& held : {hold_energy(), hold_coordinate(0)}) {
     const auto orbit = periodic_orbit_near(ball, State<1>{0.0, {h}, {0.0}}, 1.1, held);
     INFO(orbit.message);
@@ -157,7 +126,7 @@ TEST_CASE("a ball that bounces without loss has the period and the monodromy mat
 TEST_CASE("van der Pol's cycle has its known period, and its multiplier is the exponential of the mean divergence") {
   // By Taylor series of order 40 in 30 digits.
   constexpr double T = 6.66328685932313018970, amplitude = 2.00861986087484313651;
-  const auto oscillator = over_floor({.a = 1.0}, 1.0, -100.0);
+  const auto oscillator = over_floor({.a = 1.0}, {.mu = 1.0});
   const auto orbit = periodic_orbit_near(oscillator, State<1>{0.0, {2.0}, {0.0}}, 6.5, hold_nothing());
   INFO(orbit.message);
   REQUIRE(orbit.found());
@@ -225,30 +194,30 @@ TEST_CASE("an oscillator off its frame is unstable where its stiffness is negati
 }
 
 TEST_CASE("a search that finds no orbit says what it found") {
-  const auto pendulum = particle({.pull = 1.0});
+  const auto pendulum = over_floor({.pull = 1.0});
   const auto rest = periodic_orbit_near(pendulum, State<1>{0.0, {1.0}, {0.0}}, 6.1, hold_period());  // shorter than any period
   CHECK(rest.outcome == OrbitOutcome::equilibrium);
   CHECK(says(rest.message, "a periodic orbit must move"));
 
-  const auto falls = periodic_orbit_near(particle({.g = 1.0}), State<1>{0.0, {1.0}, {0.0}}, 2.0, hold_energy());
+  const auto falls = periodic_orbit_near(over_floor({.g = 1.0}), State<1>{0.0, {1.0}, {0.0}}, 2.0, hold_energy());
   CHECK(falls.outcome == OrbitOutcome::not_closed);
   CHECK(says(falls.message, "the motion must close, but where the search ended, after a period of "));
   CHECK(falls.residual.size() == 2);
   CHECK_FALSE(falls.worst.empty());
 
-  const auto grazes = periodic_orbit_near(over_floor({.a = 1.0}, 0.0, -1.0 + 3e-13), State<1>{0.0, {1.0}, {0.0}}, 6.0, hold_energy());
+  const auto grazes = periodic_orbit_near(over_floor({.a = 1.0}, {}, -1.0 + 3e-13), State<1>{0.0, {1.0}, {0.0}}, 6.0, hold_energy());
   CHECK(grazes.outcome == OrbitOutcome::run_failed);
   CHECK(grazes.run_outcome == Outcome::not_differentiable);
 }
 
 TEST_CASE("what cannot be a periodic orbit is refused with the remedy") {
-  const auto pendulum = particle({.pull = 1.0});
+  const auto pendulum = over_floor({.pull = 1.0});
   const State<1> start{0.0, {1.0}, {0.0}};
   CHECK_THROWS_WITH(periodic_orbit_near(pendulum, start, -1.0, hold_energy()),
                     "periodic_orbit_near: the period must be positive and finite, but is -1; give a guess of it");
   CHECK_THROWS_WITH(periodic_orbit_near(pendulum, start, 6.0, hold_coordinate(1)),
                     "periodic_orbit_near: the coordinate that is held must be one of 0 to 0, but is 1; give its index");
-  CHECK_THROWS_WITH(periodic_orbit_near(particle({.a = 1.0, .s = 1.0}), start, 3.0, hold_energy()),
+  CHECK_THROWS_WITH(periodic_orbit_near(over_floor({.a = 1.0, .s = 1.0}), start, 3.0, hold_energy()),
                     "periodic_orbit_near: nothing may depend on the time, but the rate of qdot0 changes by -2.57038 within 0.93; pass driven(), with the period "
                     "of what drives it");
   const State<1> nowhere{0.0, {std::numeric_limits<double>::quiet_NaN()}, {0.0}};

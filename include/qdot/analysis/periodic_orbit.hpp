@@ -21,8 +21,8 @@
 // The energy that is held is Jacobi's, h = q̇·p − L. An angle that goes round in each period has an advance of 2π. The orbit
 // comes with its multipliers and what they say of its stability (orbit.hpp); a family of orbits is in orbit_family.hpp.
 //
-// Single shooting takes as many digits as an orbit's largest multiplier has: with 1e8, an orbit closes to 1e-5 or so, which
-// is not enough for the tolerance, and the outcome is not_closed.
+// This is single shooting: an orbit closes with as many digits less as its largest multiplier has. Where that is not enough for
+// the tolerance, the outcome is not_closed.
 
 #include <algorithm>
 #include <cmath>
@@ -81,7 +81,7 @@ inline ClosingEquations closing_equations(const char* who, const Shooting& of, c
   if (!(options.tolerance > 0.0) || options.max_iterations < 1)
     throw_invalid_value({who, ": the tolerance must be positive and there must be iterations, but they are ", options.tolerance, " and ",
                          options.max_iterations, "; leave them out for 1e-10 and 30"});
-  ClosingEquations equations{who, of};
+  ClosingEquations equations{who, &of};
   equations.advance = Eigen::VectorXd::Zero(N);
   if (options.advance.size() > 0) {
     if (options.advance.size() != N / 2)
@@ -102,9 +102,7 @@ inline ClosingEquations closing_equations(const char* who, const Shooting& of, c
   const Shot first = of.shot(x, period, p, 1e3);
   equations.scale = Eigen::VectorXd::Ones(N + 2);
   if (first.extent.size() == N) {
-    constexpr double negligible = 1e-9;
-    const double size = x.cwiseAbs().maxCoeff(), most = std::max(first.extent.maxCoeff(), size);
-    for (Eigen::Index i = 0; i < N; ++i) equations.scale[i] = first.extent[i] > negligible * most ? first.extent[i] : most > 0.0 ? most : 1.0;
+    equations.measure(x, first.extent);
   }
   equations.scale[N] = period;
   equations.scale[N + 1] = std::max(std::abs(p), 1.0);
@@ -157,8 +155,8 @@ Eigen::VectorXd closing_guess(const System& system, const Start& start, double p
 template <class System, int n, class Method = Dop853, class... Events>
 PeriodicOrbit<n> periodic_orbit_near(const System& system, const State<n>& start, double period, const Held& held, const OrbitOptions& options = {},
                                      const EventList<Events...>& events = {}, const Method& method = {}) {
-  const auto always = [given = problem(system, start, events)](const auto&) { return given; };
-  const detail::ShootingOf<decltype(always), Method, false> shooting(always, start.t, 0.0, method, options.integration);
+  using Family = detail::OneProblem<decltype(problem(system, start, events))>;
+  const detail::ShootingOf<Family, Method, false> shooting({problem(system, start, events)}, start.t, 0.0, method, options.integration);
   return {detail::orbit_near(shooting, detail::closing_guess(system, start, period, 0.0), held, options)};
 }
 

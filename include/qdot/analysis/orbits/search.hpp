@@ -53,7 +53,7 @@ struct ClosingPoint {
 
 struct ClosingEquations {
   const char* who;
-  const Shooting& of;
+  const Shooting* of;
   Eigen::VectorXd scale{};           // of X
   std::vector<Eigen::Index> free{};  // entries of X that are sought
   bool driven = false;
@@ -61,18 +61,25 @@ struct ClosingEquations {
   Eigen::VectorXd advance{};
   Eigen::VectorXd along{}, from{};  // τ in units of scale, and X₀; or empty
 
-  Eigen::Index states() const { return of.size(); }
+  Eigen::Index states() const { return of->size(); }
+
+  // Components are measured by their extents, those that hardly move by the largest.
+  void measure(const Eigen::VectorXd& x, const Eigen::VectorXd& extent) {
+    constexpr double negligible = 1e-9;
+    const double most = std::max(extent.maxCoeff(), x.cwiseAbs().maxCoeff());
+    for (Eigen::Index i = 0; i < x.size(); ++i) scale[i] = extent[i] > negligible * most ? extent[i] : most > 0.0 ? most : 1.0;
+  }
   static double period(const Eigen::VectorXd& X) { return X[X.size() - 2]; }
   static double parameter(const Eigen::VectorXd& X) { return X[X.size() - 1]; }
   Eigen::VectorXd x(const Eigen::VectorXd& X) const { return X.head(states()); }
-  Eigen::VectorXd rate(const Eigen::VectorXd& X) const { return of.rate(x(X), parameter(X)); }
-  double energy_at(const Eigen::VectorXd& X) const { return of.energy(of.settled(x(X), parameter(X)), parameter(X)); }
+  Eigen::VectorXd rate(const Eigen::VectorXd& X) const { return of->rate(x(X), parameter(X)); }
+  double energy_at(const Eigen::VectorXd& X) const { return of->energy(of->settled(x(X), parameter(X)), parameter(X)); }
 
   // ∂h/∂X in units of scale, on the constraints.
   Eigen::VectorXd energy_slope(const Eigen::VectorXd& X) const {
     Eigen::VectorXd slope = Eigen::VectorXd::Zero(X.size());
     for (Eigen::Index i = 0; i < X.size(); ++i) {
-      if (i == states() || (i > states() && !of.has_parameter())) continue;
+      if (i == states() || (i > states() && !of->has_parameter())) continue;
       const auto along_it = slope_at_zero([&](double s) {
         Eigen::VectorXd near = X;
         near[i] += s * scale[i];
@@ -83,11 +90,13 @@ struct ClosingEquations {
     return slope;
   }
 
-  ClosingPoint at(const Eigen::VectorXd& X) const {
+  ClosingPoint at(const Eigen::VectorXd& X) const { return rows_of(X, of->shot(x(X), period(X), parameter(X), 1.0)); }
+
+  ClosingPoint rows_of(const Eigen::VectorXd& X, Shot shot) const {
     const Eigen::Index N = states();
     ClosingPoint point;
     point.X = X;
-    point.shot = of.shot(x(X), period(X), parameter(X), 1.0);
+    point.shot = std::move(shot);
     if (point.shot.outcome != Outcome::completed) return point;
     point.closing = point.shot.x - X.head(N) - advance;
     const Eigen::Index rows = N + (driven ? 0 : 1) + (energy ? 1 : 0) + (along.size() > 0 ? 1 : 0);
@@ -97,7 +106,7 @@ struct ClosingEquations {
       point.residual[i] = point.closing[i] / scale[i];
       for (Eigen::Index j = 0; j < N; ++j) point.slopes(i, j) = (point.shot.Phi(i, j) - (i == j ? 1.0 : 0.0)) * scale[j] / scale[i];
       point.slopes(i, N) = point.shot.xdot[i] * scale[N] / scale[i];
-      if (of.has_parameter()) point.slopes(i, N + 1) = point.shot.by_parameter[i] * scale[N + 1] / scale[i];
+      if (of->has_parameter()) point.slopes(i, N + 1) = point.shot.by_parameter[i] * scale[N + 1] / scale[i];
     }
     Eigen::Index row = N;
     if (!driven) {
@@ -145,6 +154,7 @@ inline ShortestStep closing_step(const ClosingEquations& equations, const Closin
 struct ClosingSearch {
   int max_iterations;
   double tolerance;
+  double least_fraction = 1e-3;  // of a step of Newton's method
 };
 
 struct ClosingEnd {
@@ -165,7 +175,7 @@ inline double liveliness(const ClosingEquations& equations, const Eigen::VectorX
 }
 
 inline ClosingEnd closed(const ClosingEquations& equations, const Eigen::VectorXd& X0, const ClosingSearch& search) {
-  constexpr double at_rest = 1e-6, longest_step = 0.5, least_fraction = 1e-3;
+  constexpr double at_rest = 1e-6, longest_step = 0.5;
   ClosingEnd end;
   end.point = equations.at(X0);
   const auto failed = [&](const Outcome outcome, std::string message) {
@@ -197,12 +207,12 @@ inline ClosingEnd closed(const ClosingEquations& equations, const Eigen::VectorX
     std::string trouble;
     Outcome trouble_outcome = Outcome::completed;
     bool shorter = false;
-    for (; fraction >= least_fraction && !shorter; fraction *= 0.5) {
+    for (; fraction >= search.least_fraction && !shorter; fraction *= 0.5) {
       Eigen::VectorXd X = here.X;
       for (Eigen::Index i = 0; i < X.size(); ++i) X[i] += fraction * step[i] * equations.scale[i];
       if (!(equations.period(X) > 0.05 * first_period)) continue;
       try {
-        X.head(equations.states()) = equations.of.settled(equations.x(X), equations.parameter(X));
+        X.head(equations.states()) = equations.of->settled(equations.x(X), equations.parameter(X));
         next = equations.at(X);
         trouble_outcome = next.shot.outcome;
         trouble = next.shot.message;
@@ -227,6 +237,44 @@ inline ClosingEnd closed(const ClosingEquations& equations, const Eigen::VectorX
   }
 }
 
+// Whether h keeps still beside the orbit, too: where a cycle appears or vanishes, it does so on the cycle itself and to first order.
+inline bool energy_lasts(const ClosingEquations& equations, const Eigen::VectorXd& X) {
+  constexpr double beside = 0.1, negligible = 1e-7;
+  for (const double side : {beside, -beside}) {
+    Eigen::VectorXd near = X;
+    for (Eigen::Index i = 0; i < equations.states(); ++i) near[i] += (i % 2 == 0 ? side : 0.7 * beside) * equations.scale[i];
+    try {
+      near.head(equations.states()) = equations.of->settled(equations.x(near), ClosingEquations::parameter(near));
+      const Eigen::VectorXd f = equations.rate(near), g = equations.energy_slope(near);
+      double change = 0.0, most = 0.0;
+      for (Eigen::Index i = 0; i < f.size(); ++i) {
+        change += g[i] * f[i] / equations.scale[i];
+        most = std::max(most, std::abs(g[i] * f[i] / equations.scale[i]));
+      }
+      if (std::abs(change) > negligible * most) return false;
+    } catch (const Error&) {  // no model there: nothing to say
+    }
+  }
+  return true;
+}
+
+// Unit vectors along ẋ and ∇h in units of scale, as far as M keeps them.
+using TrivialDirections = std::vector<Eigen::VectorXd>;
+inline TrivialDirections trivial_directions(const ClosingEquations& equations, const ClosingPoint& point) {
+  constexpr double conserved = 1e-6;
+  if (equations.driven) return {};
+  const Eigen::Index N = equations.states();
+  Eigen::VectorXd f = equations.rate(point.X), g = equations.energy_slope(point.X).head(N);
+  for (Eigen::Index i = 0; i < N; ++i) f[i] /= equations.scale[i];
+  f /= f.norm();
+  Eigen::VectorXd behind = Eigen::VectorXd::Zero(N);
+  for (Eigen::Index i = 0; i < N; ++i)
+    for (Eigen::Index j = 0; j < N; ++j) behind[j] += g[i] * point.shot.Phi(i, j) * equations.scale[j] / equations.scale[i];
+  if (!(g.norm() > 0.0 && (behind - g).norm() <= conserved * g.norm() && energy_lasts(equations, point.X))) return {f};
+  g -= f.dot(g) * f;
+  return {f, g / g.norm()};
+}
+
 // What the search found or missed, in full.
 inline Orbit orbit_of(const ClosingEquations& equations, const ClosingEnd& end) {
   const Eigen::Index N = equations.states();
@@ -234,11 +282,11 @@ inline Orbit orbit_of(const ClosingEquations& equations, const ClosingEnd& end) 
   Orbit orbit;
   orbit.outcome = end.outcome;
   orbit.run_outcome = end.run_outcome;
-  orbit.t = equations.of.time();
+  orbit.t = equations.of->time();
   orbit.x = equations.x(point.X);
   orbit.period = equations.period(point.X);
   orbit.parameter = equations.parameter(point.X);
-  orbit.energy = equations.of.energy(orbit.x, orbit.parameter);
+  orbit.energy = equations.of->energy(orbit.x, orbit.parameter);
   orbit.history = end.history;
   if (point.closing.size() > 0) {
     orbit.residual = point.closing;
@@ -247,7 +295,7 @@ inline Orbit orbit_of(const ClosingEquations& equations, const ClosingEnd& end) 
     Eigen::Index worst = 0;
     for (Eigen::Index i = 1; i < N; ++i)
       if (std::abs(point.residual[i]) > std::abs(point.residual[worst])) worst = i;
-    orbit.worst = equations.of.name(worst);
+    orbit.worst = equations.of->name(worst);
     const std::string off = sentence({"after a period of ", {orbit.period, 8}, " it is off by ", {point.closing[worst], 3}, " in ", orbit.worst});
     if (end.outcome == OrbitOutcome::found) orbit.message = sentence({"found: ", off});
     if (end.outcome == OrbitOutcome::not_closed)
@@ -255,29 +303,16 @@ inline Orbit orbit_of(const ClosingEquations& equations, const ClosingEnd& end) 
                                 "; start closer, or ask whether what is held leaves a periodic orbit"});
   }
   if (end.outcome == OrbitOutcome::equilibrium)
-    orbit.message = sentence({equations.who, ": a periodic orbit must move, but where the search ended, everything is at rest (", equations.of.name(0), " = ",
+    orbit.message = sentence({equations.who, ": a periodic orbit must move, but where the search ended, everything is at rest (", equations.of->name(0), " = ",
                               {orbit.x[0], 6}, "), which has no period; start farther from the equilibrium, or hold the energy of the orbit"});
   if (end.outcome == OrbitOutcome::run_failed)
     orbit.message = sentence({equations.who, ": a run must last for the period of ", {orbit.period, 8}, ", but it ended early, ", end.message});
   if (end.outcome != OrbitOutcome::found) return orbit;
 
-  std::vector<Eigen::VectorXd> trivial;
-  if (!equations.driven) {
-    constexpr double conserved = 1e-6;
-    Eigen::VectorXd f = equations.rate(point.X), g = equations.energy_slope(point.X).head(N);
-    for (Eigen::Index i = 0; i < N; ++i) f[i] /= equations.scale[i];
-    trivial.push_back(f / f.norm());
-    Eigen::VectorXd behind = Eigen::VectorXd::Zero(N);
-    for (Eigen::Index i = 0; i < N; ++i)
-      for (Eigen::Index j = 0; j < N; ++j) behind[j] += g[i] * point.shot.Phi(i, j) * equations.scale[j] / equations.scale[i];
-    orbit.conserves_energy = g.norm() > 0.0 && (behind - g).norm() <= conserved * g.norm();
-    if (orbit.conserves_energy) {
-      g -= trivial[0].dot(g) * trivial[0];
-      trivial.push_back(g / g.norm());
-    }
-  }
+  const TrivialDirections trivial = trivial_directions(equations, point);
+  orbit.conserves_energy = trivial.size() > 1;
   constexpr double coarser = 10.0;  // the error of this run is all but the difference
-  const Shot again = equations.of.shot(orbit.x, orbit.period, orbit.parameter, coarser);
+  const Shot again = equations.of->shot(orbit.x, orbit.period, orbit.parameter, coarser);
   const Eigen::MatrixXd B = without_trivial(orbit.monodromy, equations.scale, trivial);
   orbit.multipliers = multipliers_of(B, again.outcome == Outcome::completed ? without_trivial(again.Phi, equations.scale, trivial) : Eigen::MatrixXd(2.0 * B),
                                      trivial.size());
@@ -286,7 +321,7 @@ inline Orbit orbit_of(const ClosingEquations& equations, const ClosingEnd& end) 
   for (Eigen::Index k = 0; k < open.cols(); ++k) {
     Eigen::Index largest = 0;
     open.col(k).cwiseAbs().maxCoeff(&largest);
-    orbit.undetermined.push_back(largest < N ? equations.of.name(largest) : largest == N ? "the period" : "the parameter");
+    orbit.undetermined.push_back(largest < N ? equations.of->name(largest) : largest == N ? "the period" : "the parameter");
   }
   return orbit;
 }

@@ -57,6 +57,13 @@ template <class Sys, class... Effects>
 inline constexpr bool remembers<Scene<Sys, Effects...>> =
     ((StateEffect<Effects> && !SwitchingEffect<Effects, Sys::dof_at_compile_time> && !requires { Effects::is_input; }) || ...);
 
+// The same for all p.
+template <class P>
+struct OneProblem {
+  P given;
+  P operator()(const Eigen::Matrix<double, 1, 1>&) const { return given; }
+};
+
 // Of p ↦ problem(system or scene, any start, events), or of one problem for all p.
 template <class Family, class Method, bool with_parameter>
 class ShootingOf final : public Shooting {

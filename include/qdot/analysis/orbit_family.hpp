@@ -1,0 +1,296 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Families of periodic orbits
+// ===========================
+//
+//     const auto swings = family_of_orbits(pendulum, State<1>{0.0, {0.3}, {0.0}}, 6.3, in_energy(0.9));
+//     for (const auto& orbit : swings.orbits) … orbit.energy, orbit.period, orbit.stability
+//
+// A periodic orbit is seldom alone. Where energy is conserved there is one for each energy, and the family is followed in the
+// energy or in the period. A limit cycle, or the answer to a drive, changes with a parameter; then the problem is given as
+// p ↦ problem(scene, start, events), and the family is followed in p:
+//
+//     family_of_orbits([](const auto& p) { return problem(oscillator(p[0]), start); }, 0.2, 6.3, in_parameter(3.0), hold_nothing())
+//
+// The curve of orbits is followed by its arc length (orbits/branch.hpp), so it may turn back. It ends at the value that was
+// asked for, or where it comes back to the value that it began with. On the way special points are located:
+//
+//     fold               the family turns back; a cycle that was stable is not any more
+//     period doubling    a multiplier passes −1: an orbit of twice the period branches off
+//     branch point       a multiplier passes 1, and it is no fold: another family crosses
+//     torus              two complex multipliers leave the unit circle: motions on a torus, or (with energy) a collision of pairs
+//
+// Two special points of one kind within one step cancel each other's signs and are missed; shorten longest_step where they lie dense.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "qdot/analysis/orbits/branch.hpp"
+#include "qdot/analysis/periodic_orbit.hpp"
+#include "qdot/error.hpp"
+
+namespace qdot {
+
+/// What an orbit of a family is.
+enum class OrbitKind { start, regular, fold, period_doubling, branch, torus, end };
+
+/// The kind's name, "period_doubling".
+constexpr std::string_view name(OrbitKind kind) noexcept {
+  switch (kind) {
+    case OrbitKind::start: return "start";
+    case OrbitKind::regular: return "regular";
+    case OrbitKind::fold: return "fold";
+    case OrbitKind::period_doubling: return "period_doubling";
+    case OrbitKind::branch: return "branch";
+    case OrbitKind::torus: return "torus";
+    default: return "end";
+  }
+}
+
+/// How a family ended.
+enum class FamilyOutcome {
+  reached,      ///< the value that was asked for
+  returned,     ///< back at the value that it began with, behind a fold
+  most_orbits,  ///< as many as were allowed
+  lost,         ///< no orbit was found however short the step
+  no_family     ///< the first orbit was not found, or stands alone, or belongs to a family of more dimensions
+};
+
+/// The outcome's name, "most_orbits".
+constexpr std::string_view name(FamilyOutcome outcome) noexcept {
+  switch (outcome) {
+    case FamilyOutcome::reached: return "reached";
+    case FamilyOutcome::returned: return "returned";
+    case FamilyOutcome::most_orbits: return "most_orbits";
+    case FamilyOutcome::lost: return "lost";
+    default: return "no_family";
+  }
+}
+
+/// What a family is followed in, and how far. Made by in_energy(), in_period() and in_parameter().
+struct FamilyIn {
+  detail::BranchQuantity::What what;
+  double until;
+};
+/// In Jacobi's energy h, from that of the start.
+constexpr FamilyIn in_energy(double until) { return {detail::BranchQuantity::What::energy, until}; }
+/// In the period.
+constexpr FamilyIn in_period(double until) { return {detail::BranchQuantity::What::period, until}; }
+/// In the parameter.
+constexpr FamilyIn in_parameter(double until) { return {detail::BranchQuantity::What::parameter, until}; }
+
+/// How a family is followed; lengths are in extents of the orbit.
+struct FamilyOptions {
+  OrbitOptions orbit{};
+  double first_step = 0.05;
+  double longest_step = 0.3;
+  int most_orbits = 500;
+  double location = 1e-8;  ///< of special points, as a part of the step in which they lie
+};
+
+/// One orbit of a family.
+struct FamilyOrbit : Orbit {
+  OrbitKind kind = OrbitKind::regular;
+  double value = 0.0;  ///< of what the family is followed in
+};
+
+/// Orbits in the order of their arc length, special points among them.
+template <int n>
+struct OrbitFamily {
+  FamilyOutcome outcome = FamilyOutcome::no_family;
+  std::string message;
+  std::vector<FamilyOrbit> orbits;
+
+  /// The start of orbit number i.
+  State<n> start(std::size_t i) const {
+    const Orbit& orbit = orbits.at(i);
+    return State<n>{orbit.t, orbit.x.head(orbit.x.size() / 2), orbit.x.tail(orbit.x.size() / 2)};
+  }
+};
+
+namespace detail {
+
+struct FamilyFound {
+  FamilyOutcome outcome = FamilyOutcome::no_family;
+  std::string message{};
+  std::vector<FamilyOrbit> orbits{};
+};
+
+// The first orbit is sought with everything held; then all is free but what `held` says.
+inline FamilyFound family_from(const Shooting& of, Eigen::VectorXd X, const FamilyIn& in, Held held, const FamilyOptions& options) {
+  constexpr const char* who = "family_of_orbits";
+  constexpr double least_step = 1e-6, least_cosine = 0.9;
+  using What = BranchQuantity::What;
+  const Eigen::Index N = of.size();
+  const BranchQuantity quantity{in.what};
+  if (!std::isfinite(in.until)) throw_invalid_value({who, ": the value to reach must be finite, but is ", in.until, "; give it a number"});
+  if (!(options.first_step > 0.0 && options.longest_step >= options.first_step && options.location > 0.0) || options.most_orbits < 2)
+    throw_invalid_value({who, ": steps and the tolerance of special points must be positive, the longest step not below the first, and two orbits allowed; "
+                              "leave them out for the defaults"});
+  for (Eigen::Index i = 0; i < X.size(); ++i)
+    if (!std::isfinite(X[i]))
+      throw_invalid_value({who, ": the start must be finite, but ", i < N ? of.name(i) : "the parameter", " is not; give every entry a number"});
+  X.head(N) = of.settled(X.head(N), X[N + 1]);
+  if (in.what == What::energy) held = hold_energy();
+  if (in.what == What::period) held = hold_period();
+  ClosingEquations equations = closing_equations(who, of, X, held, options.orbit);
+  if (in.what == What::parameter && in.until != X[N + 1]) equations.scale[N + 1] = std::abs(in.until - X[N + 1]);
+  const ClosingSearch search{options.orbit.max_iterations, options.orbit.tolerance};
+  const ClosingSearch nearby{std::min(8, search.max_iterations), search.tolerance, 0.2};  // a shorter step along the branch is cheaper than a long search
+
+  FamilyFound found;
+  ClosingEnd end = closed(equations, X, search);
+  const auto orbit_on = [&](const BranchPoint& b, OrbitKind kind) {
+    const ClosingEnd here{OrbitOutcome::found, b.equations.rows_of(b.point.X, b.point.shot), b.history, {}, {}};
+    FamilyOrbit orbit{orbit_of(b.equations, here), kind, b.quantity};
+    constexpr double apart = 1e-4;  // of multipliers that pass the circle here, as far as the place is known
+    if (kind != OrbitKind::start && kind != OrbitKind::regular && kind != OrbitKind::end && std::abs(orbit.multipliers[0].value) <= 1.0 + apart)
+      orbit.stability = OrbitStability::not_decided;
+    return orbit;
+  };
+  if (end.outcome != OrbitOutcome::found) {
+    found.orbits.push_back({orbit_of(equations, end), OrbitKind::start, quantity.value(equations, end.point.X)});
+    found.message = found.orbits[0].message;
+    return found;
+  }
+  if (in.what == What::energy) equations.energy.reset();
+  if (in.what == What::period) equations.free.push_back(N);
+  if (in.what == What::parameter) equations.free.push_back(N + 1);
+  BranchPoint at = branch_point(equations, end, quantity, nullptr);
+  found.orbits.push_back(orbit_on(at, OrbitKind::start));
+  const double begin = at.quantity, towards = in.until >= begin ? 1.0 : -1.0;
+  if (at.open != 1) {
+    found.message = at.open == 0 ? sentence({who, ": orbits must come in families, but the first one stands alone in ", quantity.name(),
+                                             "; follow it in a parameter, or hold less"})
+                                 : sentence({who, ": one thing must decide which orbit of the family it is, but ", at.open,
+                                             " do; hold the energy, the period or a coordinate, or make the parts of the system that do not meet one"});
+    return found;
+  }
+  if (at.slope * towards < 0.0) {
+    at.tangent = -at.tangent;
+    at.slope = -at.slope;
+  }
+  double step = options.first_step;
+  const auto ended = [&](FamilyOutcome outcome) {
+    found.outcome = outcome;
+    const double last = found.orbits.back().value;
+    found.message = sentence({name(outcome), ": ", static_cast<long>(found.orbits.size()), " orbits, ", quantity.name(), " from ", {begin, 8}, " to ", {last, 8}});
+    return found;
+  };
+  bool turned = false;
+  while (static_cast<int>(found.orbits.size()) < options.most_orbits) {
+    end = stepped(at, step, nearby);
+    BranchPoint next = at;
+    bool good = end.outcome == OrbitOutcome::found;
+    if (good) {
+      next = branch_point(equations, end, quantity, &at);
+      good = next.open == 1;
+      double cosine = 0.0, length = 0.0;
+      for (Eigen::Index i = 0; good && i < X.size(); ++i) {
+        const double along = next.tangent[i] * next.equations.scale[i] / at.equations.scale[i];
+        cosine += along * at.tangent[i];
+        length += along * along;
+      }
+      good = good && cosine > least_cosine * std::sqrt(length);
+    }
+    if (!good) {
+      step *= 0.5;
+      if (step < least_step * options.first_step) {
+        ended(FamilyOutcome::lost);
+        found.message += "; where it was lost, " +
+                         (end.message.empty() ? sentence({"the motion did not close within ", nearby.max_iterations, " iterations"}) : end.message);
+        return found;
+      }
+      continue;
+    }
+    const auto sign_changes = [](double before, double after) { return (before < 0.0) != (after < 0.0); };
+    const auto beyond = [&](const BranchPoint& b) { return towards * (b.quantity - in.until); };
+    const auto behind = [&](const BranchPoint& b) { return towards * (begin - b.quantity); };
+    turned = turned || sign_changes(at.slope, next.slope);
+    const bool reaches = beyond(next) >= 0.0, returns = turned && behind(next) >= 0.0;
+    const auto distance_of = [&](const BranchPoint& b) {
+      double distance = 0.0;
+      for (Eigen::Index i = 0; i < X.size(); ++i) distance += at.tangent[i] * (b.point.X[i] - at.point.X[i]) / at.equations.scale[i];
+      return distance;
+    };
+    double length = step;
+    if (reaches || returns) {
+      next = located(at, next, step, reaches ? BranchTest(beyond) : BranchTest(behind), quantity, nearby, options.location);
+      length = distance_of(next);
+    }
+    std::vector<std::pair<OrbitKind, BranchTest>> tests;
+    const bool folds = sign_changes(at.slope, next.slope);
+    if (folds) tests.push_back({OrbitKind::fold, [](const BranchPoint& b) { return b.slope; }});
+    if (sign_changes(at.at_minus_one, next.at_minus_one)) tests.push_back({OrbitKind::period_doubling, [](const BranchPoint& b) { return b.at_minus_one; }});
+    if (!folds && sign_changes(at.at_one, next.at_one)) tests.push_back({OrbitKind::branch, [](const BranchPoint& b) { return b.at_one; }});
+    if ((at.outside > 0) != (next.outside > 0)) tests.push_back({OrbitKind::torus, [](const BranchPoint& b) { return b.outside > 0 ? 1.0 : -1.0; }});
+    std::vector<std::pair<double, FamilyOrbit>> special;
+    for (const auto& [kind, test] : tests) {
+      const BranchPoint point = located(at, next, length, test, quantity, nearby, options.location);
+      special.push_back({distance_of(point), orbit_on(point, kind)});
+    }
+    std::stable_sort(special.begin(), special.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (auto& [distance, orbit] : special) found.orbits.push_back(std::move(orbit));
+    if (reaches || returns) {
+      found.orbits.push_back(orbit_on(next, OrbitKind::end));
+      return ended(reaches ? FamilyOutcome::reached : FamilyOutcome::returned);
+    }
+    const auto iterations = static_cast<int>(end.history.size());
+    at = std::move(next);
+    found.orbits.push_back(orbit_on(at, OrbitKind::regular));
+    if (iterations <= 4) step = std::min(1.5 * step, options.longest_step);
+    if (iterations > 6) step *= 0.5;
+  }
+  return ended(FamilyOutcome::most_orbits);
+}
+
+}  // namespace detail
+
+/// The orbits of a system or scene from the one near a start, in energy or period.
+///
+/// Some four runs with derivatives for each orbit, ten for each special point.
+///
+/// @param period  a guess of the first one; with in_period(), what it is
+/// @return        the orbits in their order, special points among them, and how the family ended
+/// @throws        as periodic_orbit_near(); InvalidValue for steps that are not positive
+template <class System, int n, class Method = Dop853, class... Events>
+OrbitFamily<n> family_of_orbits(const System& system, const State<n>& start, double period, const FamilyIn& in, const FamilyOptions& options = {},
+                                const EventList<Events...>& events = {}, const Method& method = {}) {
+  if (in.what == detail::BranchQuantity::What::parameter)
+    throw InvalidValue("family_of_orbits: a family in a parameter needs p -> problem(system, start, events), but a system was given; pass such a function");
+  using Family = detail::OneProblem<decltype(problem(system, start, events))>;
+  const detail::ShootingOf<Family, Method, false> shooting({problem(system, start, events)}, start.t, 0.0, method, options.orbit.integration);
+  auto found = detail::family_from(shooting, detail::closing_guess(system, start, period, 0.0), in, hold_nothing(), options);
+  return {found.outcome, std::move(found.message), std::move(found.orbits)};
+}
+
+/// The orbits of a family of problems, in its parameter.
+///
+/// What depends on the parameter is differenced (analysis/sensitivity.hpp): six evaluations of f more for each of f.
+///
+/// @param family  p ↦ problem(system or scene, start, events(…)) for a Vector<double, 1>; its start is read at the first p only
+/// @param p       where the family begins
+/// @param held    hold_nothing() for a limit cycle, driven(), or what is held along the family where energy is conserved
+/// @throws        as above, and as sensitivities() of a family
+template <class Family, class Method = Dop853>
+  requires std::is_invocable_v<const Family&, const Vector<double, 1>&>
+auto family_of_orbits(const Family& family, double p, double period, const FamilyIn& in, const Held& held, const FamilyOptions& options = {},
+                      const Method& method = {}) {
+  const auto first = family(Vector<double, 1>(p));
+  constexpr int n = std::remove_cvref_t<decltype(first.system)>::dof_at_compile_time;
+  const detail::ShootingOf<Family, Method, true> shooting(family, first.start.t, p, method, options.orbit.integration);
+  auto found = detail::family_from(shooting, detail::closing_guess(first.system, first.start, period, p), in, held, options);
+  return OrbitFamily<n>{found.outcome, std::move(found.message), std::move(found.orbits)};
+}
+
+}  // namespace qdot
