@@ -101,7 +101,7 @@ struct Orbit {
   Eigen::VectorXd extent;                    ///< largest less smallest value of each component in 24 parts of the period
   std::vector<OrbitIteration> history;
   Eigen::MatrixXd monodromy;             ///< M, 2n×2n
-  std::vector<Multiplier> multipliers;   ///< largest first
+  std::vector<Multiplier> multipliers;   ///< largest first; on constraints, of what they allow
   OrbitStability stability = OrbitStability::not_decided;
   std::vector<std::string> undetermined;  ///< what the orbit leaves open, each by its largest component: "x" for the place of a cart
 

@@ -88,7 +88,7 @@ inline BranchPoint branch_point(ClosingEquations equations, const ClosingEnd& en
     if (along < 0.0) result.tangent = -result.tangent;
   }
   result.slope = quantity.slope(equations, X, result.tangent);
-  const Eigen::MatrixXd B = without_trivial(here.shot.Phi, equations.scale, trivial_directions(equations, here));
+  const Eigen::MatrixXd B = without_trivial(here.shot.Phi, equations.scale, trivial_directions(equations, here).taken);
   const Exponents all = exponents_of(B);
   std::complex<double> minus = 1.0, plus = 1.0;
   constexpr double doubt = 1e-7;

@@ -10,6 +10,8 @@
 //     ⎢ 0  UᵀMU  * ⎥        UᵀMU has the multipliers that are not trivial
 //     ⎣ 0  0     1 ⎦
 //
+// On constraints M is that of the tangent space: what they forbid is taken out as well.
+//
 // All in units of the extents of the orbit, so that metres and radians do not decide what is normal.
 
 #include <algorithm>
@@ -44,9 +46,9 @@ inline Eigen::MatrixXd normal_to(Eigen::Index size, std::vector<Eigen::VectorXd>
   return U;
 }
 
-// UᵀMU in units of `scale`; `trivial` holds ẋ and ∇h, as far as they are to be taken out.
-inline Eigen::MatrixXd without_trivial(const Eigen::MatrixXd& M, const Eigen::VectorXd& scale, const std::vector<Eigen::VectorXd>& trivial) {
-  const Eigen::MatrixXd U = normal_to(M.rows(), trivial);
+// UᵀMU in units of `scale`; `taken` is orthonormal: what is forbidden, along ẋ, along ∇h.
+inline Eigen::MatrixXd without_trivial(const Eigen::MatrixXd& M, const Eigen::VectorXd& scale, const std::vector<Eigen::VectorXd>& taken) {
+  const Eigen::MatrixXd U = normal_to(M.rows(), taken);
   Eigen::MatrixXd scaled = M;
   for (Eigen::Index j = 0; j < M.cols(); ++j)
     for (Eigen::Index i = 0; i < M.rows(); ++i) scaled(i, j) *= scale[j] / scale[i];

@@ -258,21 +258,48 @@ inline bool energy_lasts(const ClosingEquations& equations, const Eigen::VectorX
   return true;
 }
 
-// Unit vectors along ẋ and ∇h in units of scale, as far as M keeps them.
-using TrivialDirections = std::vector<Eigen::VectorXd>;
+// Unit vectors normal to what constraints allow, in units of scale; none without constraints.
+inline std::vector<Eigen::VectorXd> forbidden_directions(const ClosingEquations& equations, const Eigen::VectorXd& X) {
+  std::vector<Eigen::VectorXd> forbidden;
+  if (!equations.of->projects()) return forbidden;
+  const Eigen::Index N = equations.states();
+  Eigen::MatrixXd transposed = Eigen::MatrixXd::Identity(N, N);  // of the slope of the projection
+  for (Eigen::Index j = 0; j < N; ++j) {
+    const auto slope = slope_at_zero([&](double s) {
+      Eigen::VectorXd near = equations.x(X);
+      near[j] += s * equations.scale[j];
+      return equations.of->settled(near, ClosingEquations::parameter(X));
+    }, 1.0);
+    for (Eigen::Index i = 0; slope && i < N; ++i) transposed(j, i) = (*slope)[i] / equations.scale[i];
+  }
+  const ShortestStep normal = shortest_step(transposed, Eigen::VectorXd::Zero(N), 1e-6);
+  for (Eigen::Index k = 0; k < normal.open.cols(); ++k) forbidden.push_back(normal.open.col(k));
+  return forbidden;
+}
+
+// What is taken out of M, orthonormal in units of scale: what constraints forbid, then ẋ and ∇h, as far as M keeps them.
+struct TrivialDirections {
+  std::vector<Eigen::VectorXd> taken{};
+  std::size_t ones = 0;  // the last of them, with the multiplier 1
+};
 inline TrivialDirections trivial_directions(const ClosingEquations& equations, const ClosingPoint& point) {
   constexpr double conserved = 1e-6;
-  if (equations.driven) return {};
+  TrivialDirections result{forbidden_directions(equations, point.X)};
+  if (equations.driven) return result;
   const Eigen::Index N = equations.states();
   Eigen::VectorXd f = equations.rate(point.X), g = equations.energy_slope(point.X).head(N);
   for (Eigen::Index i = 0; i < N; ++i) f[i] /= equations.scale[i];
-  f /= f.norm();
   Eigen::VectorXd behind = Eigen::VectorXd::Zero(N);
   for (Eigen::Index i = 0; i < N; ++i)
     for (Eigen::Index j = 0; j < N; ++j) behind[j] += g[i] * point.shot.Phi(i, j) * equations.scale[j] / equations.scale[i];
-  if (!(g.norm() > 0.0 && (behind - g).norm() <= conserved * g.norm() && energy_lasts(equations, point.X))) return {f};
-  g -= f.dot(g) * f;
-  return {f, g / g.norm()};
+  const bool lasts = g.norm() > 0.0 && (behind - g).norm() <= conserved * g.norm() && energy_lasts(equations, point.X);
+  for (Eigen::VectorXd* each : {&f, &g}) {
+    if (each == &g && !lasts) break;
+    for (const Eigen::VectorXd& v : result.taken) *each -= v.dot(*each) * v;
+    result.taken.push_back(*each / each->norm());
+    ++result.ones;
+  }
+  return result;
 }
 
 // What the search found or missed, in full.
@@ -310,12 +337,12 @@ inline Orbit orbit_of(const ClosingEquations& equations, const ClosingEnd& end) 
   if (end.outcome != OrbitOutcome::found) return orbit;
 
   const TrivialDirections trivial = trivial_directions(equations, point);
-  orbit.conserves_energy = trivial.size() > 1;
+  orbit.conserves_energy = trivial.ones > 1;
   constexpr double coarser = 10.0;  // the error of this run is all but the difference
   const Shot again = equations.of->shot(orbit.x, orbit.period, orbit.parameter, coarser);
-  const Eigen::MatrixXd B = without_trivial(orbit.monodromy, equations.scale, trivial);
-  orbit.multipliers = multipliers_of(B, again.outcome == Outcome::completed ? without_trivial(again.Phi, equations.scale, trivial) : Eigen::MatrixXd(2.0 * B),
-                                     trivial.size());
+  const Eigen::MatrixXd B = without_trivial(orbit.monodromy, equations.scale, trivial.taken);
+  const Eigen::MatrixXd coarse = again.outcome == Outcome::completed ? without_trivial(again.Phi, equations.scale, trivial.taken) : Eigen::MatrixXd(2.0 * B);
+  orbit.multipliers = multipliers_of(B, coarse, trivial.ones);
   orbit.stability = stability_of(orbit.multipliers);
   const Eigen::MatrixXd open = closing_step(equations, point).open;
   for (Eigen::Index k = 0; k < open.cols(); ++k) {

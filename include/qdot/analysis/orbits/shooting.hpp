@@ -43,6 +43,7 @@ class Shooting {
   virtual Eigen::Index size() const = 0;  // 2n
   virtual double time() const = 0;        // of the start
   virtual bool has_parameter() const = 0;
+  virtual bool projects() const = 0;  // onto constraints
   virtual std::string name(Eigen::Index i) const = 0;
   // Tolerances are taken `coarser` times as large as they are.
   virtual Shot shot(const Eigen::VectorXd& x, double period, double p, double coarser) const = 0;
@@ -86,6 +87,7 @@ class ShootingOf final : public Shooting {
   Eigen::Index size() const override { return 2 * dof_; }
   double time() const override { return t_; }
   bool has_parameter() const override { return with_parameter; }
+  bool projects() const override { return ProjectableSystem<FormOf<System>>; }
   std::string name(Eigen::Index i) const override { return names_[static_cast<std::size_t>(i)]; }
 
   Shot shot(const Eigen::VectorXd& x, double period, double p, double coarser) const override {
