@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "qdot/analysis/hamiltonian.hpp"
 #include "qdot/analysis/noether.hpp"
+#include "qdot/effects/constraints.hpp"
 #include "qdot/effects/forces.hpp"
 
 using namespace qdot;
@@ -78,6 +78,12 @@ TEST_CASE("a force takes a symmetry away, unless it is one that the symmetry doe
   const auto shift_y = [](const auto& s1, const auto& q) { return vector(q[0], q[1] + s1); };
   CHECK_THAT(noether_integral(s, shift_x)(State<2>{0.0, {1.0, 2.0}, {0.6, 0.7}}), WithinRel(0.6, rounding));
   CHECK_THROWS_WITH(noether_integral(s, shift_y), StartsWith("noether_integral: the motion must not change under the transformation"));
+}
+
+TEST_CASE("a transformation keeps to the constraints, or is refused") {
+  const auto bob = scene(particle({}), holonomic("rod", [](const auto& q) { return 0.5 * (q.squaredNorm() - 1.0); }));
+  CHECK_THAT(noether_integral(bob, Rotation{})(State<2>{0.0, {0.6, -0.8}, {0.4, 0.3}}), WithinRel(0.5, rounding));
+  CHECK_THROWS_WITH(noether_integral(bob, Boost{}), StartsWith("noether_integral: a transformation must keep to the constraints, but at x = "));
 }
 
 TEST_CASE("what is the identity at s = 0 nowhere, or moves nothing, is refused") {
