@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// How a motion depends on its start and its parameters: how fast small errors grow, what a length is worth, and how to throw a ball at a
-// wall by way of the floor.
+// How a motion depends on its start and its parameters: how fast small errors grow, what a length is worth, which swings are chaotic, and how
+// to throw a ball at a wall by way of the floor.
 
 #include <cmath>
 #include <cstdio>
 #include <type_traits>
 
+#include <qdot/analysis/lyapunov.hpp>
 #include <qdot/analysis/sensitivity.hpp>
 #include <qdot/effects/contact.hpp>
 #include <qdot/qdot.hpp>
@@ -36,6 +37,13 @@ int main() {
   for (const double t : {1.0, 3.0, 10.0}) {
     const Eigen::MatrixXd Phi = swings.Phi_at(t);
     std::printf("t = %4.1f   theta2 = %8.5f   by theta1(0): %12.5f   by l2: %12.5f   by g: %11.5f\n", t, swings.at(t).q[1], Phi(1, 0), Phi(1, 5), Phi(1, 6));
+  }
+
+  std::printf("\nboth rods released at rest from\n");
+  for (const double angle : {0.5, 1.0, 2.0, 2.5}) {
+    const auto system = mechanical_system<2>(energies_of(Eigen::Vector3d(1.0, 1.0, 9.81)));
+    const auto parted = lyapunov_spectrum(system, State<2>{0.0, {angle, angle}, {0.0, 0.0}}, 500.0, Dop853{}, {.rtol = 1e-10, .atol = 1e-10});
+    std::printf("%.1f rad: %s\n", angle, parted.lambda[0] > 0.1 + 5.0 * parted.standard_error[0] ? "chaotic" : "regular, as far as 500 s tell");
   }
 
   // A ball is thrown at the floor, e = 0.7, and is to hit a wall 3 m away at a height of 0.5 m. The run ends at the wall.

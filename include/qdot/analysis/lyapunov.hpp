@@ -1,0 +1,251 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// How fast motions part that begin close together
+// ===============================================
+//
+// Φ = ∂y(t)/∂y₀ makes an ellipsoid of a sphere of small deviations. Its axes σ₁ ≥ σ₂ ≥ … are the singular values of Φ,
+//
+//     Φ = U diag(σ) Vᵀ :       the deviation V_i at the start is σ_i U_i at the end,
+//
+// and in the limit of long times Lyapunov's exponents are λ_i = (1/t) ln σ_i. One positive exponent and a motion that stays
+// where it is are what is called chaos.
+//
+// Over a long time Φ itself is of no use: it overflows, and its columns all become the first axis. So it is made in pieces
+// and orthonormalized along the way,
+//
+//     Φ_k Q_{k−1} = Q_k R_k ,       λ_i = Σ ln (R_k)_ii / Σ t_k ,
+//
+// where deviations turn into their directions first: what is passed before `settle` is not counted. Known of the result:
+//
+//     Σ λ_i is the mean of div f along the motion: 0 where energy is conserved, −c/m for a damper
+//     without dissipation exponents come in pairs ±λ, and two are 0 for each conserved quantity that flows
+//
+// The limit is reached slowly, like 1/t for zeros and like 1/√t for chaos, whatever the tolerance. So beside each exponent
+// stands its standard error, from ten parts of the time as if they knew nothing of each other. Motions that stay near an
+// island of regular motion for a long time are off by more than that.
+//
+// Deviations are of y = [q; q̇; …], not of momenta; exponents are the same in both while M stays bounded. On m constraints
+// 2m directions lead out and have no exponent: there are so many fewer. Events and impacts are in Φ.
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include "qdot/analysis/sensitivity.hpp"
+#include "qdot/error.hpp"
+
+namespace qdot {
+
+/// The axes of the ellipsoid that a sphere of small deviations becomes.
+struct Stretching {
+  Eigen::VectorXd sigma;  ///< lengths, falling
+  Eigen::MatrixXd start;  ///< in columns, what is stretched so: at the start
+  Eigen::MatrixXd end;    ///< and what becomes of it, both of length 1
+};
+
+/// The singular values of Φ and their directions.
+///
+/// Small ones are good to some ε σ₁, not to their own size.
+///
+/// @param Phi  square or not, finite
+/// @throws InvalidValue  when Φ is not finite
+template <class MatrixXd = Eigen::MatrixXd>  // compiled only where it is called
+Stretching stretching(const std::type_identity_t<MatrixXd>& Phi) {
+  if (!Phi.allFinite())
+    throw InvalidValue("the matrix of a stretching must be finite, but it has NaN or infinity in it; end the run earlier, or ask for lyapunov_spectrum()");
+  const Eigen::JacobiSVD<MatrixXd> svd(Phi, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  return {svd.singularValues(), svd.matrixV(), svd.matrixU()};
+}
+
+/// How exponents are measured.
+struct LyapunovOptions {
+  double interval = 1.0;            ///< between two orthonormalizations; halved where directions part too far for it
+  std::optional<double> settle = {};  ///< from the start, not counted; a tenth of the time unless given
+  Eigen::Index directions = -1;     ///< the first so many exponents; all, unless given. Φ has all its columns in any case
+};
+
+/// Lyapunov's exponents of a motion.
+struct LyapunovSpectrum {
+  Outcome outcome = Outcome::completed;
+  std::string message;
+  Eigen::VectorXd lambda;         ///< 1/time, falling as far as the time was long enough; empty if the run ended before anything was counted
+  Eigen::VectorXd standard_error; ///< of each, from ten parts of the time; infinite where fewer than ten intervals were counted
+  std::vector<double> times;      ///< ends of the intervals that were counted
+  std::vector<Eigen::VectorXd> running;  ///< the exponents from `settle` to these times
+  double t = 0.0;                 ///< time of the last good state
+  Eigen::VectorXd y;              ///< the last good state
+
+  bool completed() const noexcept { return outcome == Outcome::completed; }
+};
+
+namespace detail {
+
+struct PieceOfFlow {
+  Outcome outcome;
+  std::string message;
+  double t;
+  Eigen::VectorXd y;
+  Eigen::MatrixXd Phi;
+};
+
+// The flow from y at t to t_end.
+using FlowInPieces = std::function<PieceOfFlow(double t, const Eigen::VectorXd& y, double t_end)>;
+
+// Directions that part further than this within one interval have lost half of their digits.
+inline constexpr double parts_too_far = 1e8;
+
+// Gram's and Schmidt's columns in place of those given, whose order they keep; R_ii of each.
+template <class MatrixXd>
+Eigen::VectorXd lengths_of_orthonormalized(MatrixXd& A) {
+  Eigen::VectorXd length = Eigen::VectorXd::Zero(A.cols());
+  for (Eigen::Index i = 0; i < A.cols(); ++i) {
+    for (int twice = 0; twice < 2; ++twice)  // the second time for what rounding left
+      for (Eigen::Index j = 0; j < i; ++j) {
+        double shared = 0.0;
+        for (Eigen::Index k = 0; k < A.rows(); ++k) shared += A(k, j) * A(k, i);
+        for (Eigen::Index k = 0; k < A.rows(); ++k) A(k, i) -= shared * A(k, j);
+      }
+    for (Eigen::Index k = 0; k < A.rows(); ++k) length[i] = std::hypot(length[i], A(k, i));
+    for (Eigen::Index k = 0; k < A.rows(); ++k) A(k, i) /= length[i];
+  }
+  return length;
+}
+
+inline constexpr int parts_of_time = 10;
+
+inline Eigen::VectorXd standard_errors(const LyapunovSpectrum& found, double begun) {
+  const Eigen::Index count = found.lambda.size();
+  Eigen::VectorXd error = Eigen::VectorXd::Constant(count, std::numeric_limits<double>::infinity());
+  if (found.times.size() < parts_of_time) return error;
+  error.setZero();
+  const double duration = std::abs(found.times.back() - begun);
+  std::size_t k = 0;
+  Eigen::VectorXd passed = Eigen::VectorXd::Zero(count);  // λ t up to the last part
+  for (int part = 1; part <= parts_of_time; ++part) {
+    const double from = k == 0 ? 0.0 : std::abs(found.times[k - 1] - begun);
+    while (k < found.times.size() && (part == parts_of_time || std::abs(found.times[k] - begun) <= part * duration / parts_of_time)) ++k;
+    const double to = k == 0 ? 0.0 : std::abs(found.times[k - 1] - begun);
+    for (Eigen::Index i = 0; i < count && to > from; ++i) {
+      const double until = found.running[k - 1][i] * to, difference = (until - passed[i]) / (to - from) - found.lambda[i];
+      error[i] += difference * difference;
+      passed[i] = until;
+    }
+  }
+  for (double& e : error) e = std::sqrt(e / (parts_of_time * (parts_of_time - 1)));
+  return error;
+}
+
+template <class MatrixXd>
+LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const Eigen::VectorXd& y0, double t_end, const LyapunovOptions& options) {
+  const double duration = std::abs(t_end - t0), forward = t_end < t0 ? -1.0 : 1.0;
+  const double settle = options.settle.value_or(0.1 * duration);
+  if (!(options.interval > 0.0) || !std::isfinite(options.interval))
+    throw_invalid_value({"the interval between orthonormalizations must be positive, but is ", options.interval,
+                         "; give it some fraction of the time in which deviations grow tenfold"});
+  if (!(settle >= 0.0) || !(settle < duration))
+    throw_invalid_value({"the time to settle must lie within the run, but is ", settle, " of ", duration, "; give it less, or run longer"});
+  LyapunovSpectrum result;
+  result.t = t0;
+  result.y = y0;
+
+  // The space of deviations: all, or those along the constraints.
+  const PieceOfFlow first = flow(t0, y0, t0);
+  Eigen::ColPivHouseholderQR<MatrixXd> basis(first.Phi);
+  basis.setThreshold(1e-9);
+  const Eigen::Index most = basis.rank(), count = options.directions < 0 ? most : options.directions;
+  if (count < 1 || count > most)
+    throw_invalid_value({"there must be from 1 to ", most, " directions, one for each deviation that the motion allows, but ", count, " were asked for"});
+  // They begin in directions that are nobody's own: one that is, is never left.
+  MatrixXd Q(y0.size(), count);
+  for (Eigen::Index j = 0; j < count; ++j)
+    for (Eigen::Index i = 0; i < Q.rows(); ++i) Q(i, j) = std::cos(1.0 + 2.3 * static_cast<double>(i * i) + 1.7 * static_cast<double>((i + 1) * j));
+  Q = MatrixXd(first.Phi * Q);
+  lengths_of_orthonormalized(Q);
+
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
+  double begun = t0, interval = options.interval;
+  bool counts = settle == 0.0;
+  const double smallest = 1e-9 * std::min(options.interval, duration);
+  while (forward * (t_end - result.t) > 0.0) {
+    double next = result.t + forward * interval;
+    if (!counts && forward * (next - t0) > settle) next = t0 + forward * settle;
+    if (forward * (t_end - next) < 1e-3 * interval) next = t_end;
+    const PieceOfFlow piece = flow(result.t, result.y, next);
+    if (piece.outcome != Outcome::completed) {
+      result.outcome = piece.outcome;
+      result.message = piece.message;
+      result.t = piece.t;
+      result.y = piece.y;
+      break;
+    }
+    MatrixXd along = piece.Phi * Q;
+    const Eigen::VectorXd length = lengths_of_orthonormalized(along);
+    double longest = 0.0, shortest = std::numeric_limits<double>::infinity();
+    for (Eigen::Index i = 0; i < count; ++i) {
+      longest = std::max(longest, length[i]);
+      shortest = std::min(shortest, length[i]);
+    }
+    if (!(longest <= parts_too_far * shortest)) {
+      if (interval > smallest) {
+        interval *= 0.5;
+        continue;
+      }
+      result.outcome = Outcome::not_differentiable;
+      result.message = sentence({name(result.outcome), ": ", count, " deviations must remain different, but at t = ", piece.t,
+                                 " one has shrunk to ", shortest, " of its length at once; ask for fewer directions"});
+      break;
+    }
+    if (counts)
+      for (Eigen::Index i = 0; i < count; ++i) sum[i] += std::log(length[i]);
+    Q = along;
+    result.t = piece.t;
+    result.y = piece.y;
+    if (counts) {
+      result.times.push_back(result.t);
+      result.running.push_back(sum / std::abs(result.t - begun));
+    } else if (forward * (result.t - t0) >= settle) {
+      counts = true;
+      begun = result.t;
+    }
+  }
+  if (result.message.empty()) result.message = sentence({name(result.outcome), " at t = ", result.t});
+  if (result.running.empty()) return result;
+  result.lambda = result.running.back();
+  result.standard_error = standard_errors(result, begun);
+  return result;
+}
+
+}  // namespace detail
+
+/// Lyapunov's exponents of the motion of a system or scene from a start.
+///
+/// One run of the motion with its derivatives, begun anew after each interval.
+///
+/// @param start   State{t, q, qdot}, or FirstOrderState{t, y}; on the constraints, if there are any
+/// @param method  Dop853{} or Dopri5{}
+/// @param events  events(…)
+/// @return        exponents, their running values, and how the run ended; what was counted before a failure stays
+/// @throws        as sensitivities(); InvalidValue for an interval, a time to settle or a number of directions that cannot be
+template <class System, class Start, class Method, class... Events>
+LyapunovSpectrum lyapunov_spectrum(const System& system, const Start& start, double t_end, const Method& method, Options options = {},
+                                   const LyapunovOptions& wanted = {}, const EventList<Events...>& events = {}) {
+  options.keep_trajectory = false;
+  const detail::FlowInPieces flow = [&](double t, const Eigen::VectorXd& y, double until) {
+    const auto s = sensitivities(system, FirstOrderState{t, y}, until, method, options, events);
+    return detail::PieceOfFlow{s.outcome, s.message, s.t, s.y, s.Phi};
+  };
+  return detail::lyapunov_spectrum_of<Eigen::MatrixXd>(flow, start.t, detail::packed(first_order_form(system), start), t_end, wanted);
+}
+
+}  // namespace qdot
