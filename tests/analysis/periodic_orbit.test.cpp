@@ -10,6 +10,7 @@
 
 #include "analysis/repeating.hpp"
 #include "catch2_bridge.hpp"
+#include "qdot/effects/constraints.hpp"
 
 using namespace qdot;
 using repeating::over_floor;
@@ -19,16 +20,17 @@ namespace {
 // Runs with rtol = 1e-13 over a few periods keep eleven digits, Newton's method loses none.
 constexpr double error = 1e-11;
 
-// A pendulum and, apart from it, an oscillator.
-struct Pair {
+// A mass at (x, y) on a rod of length 1, in unit gravity, and apart from it an oscillator z.
+struct RodAndSpring {
   double k = 0.0;
-  auto T(const auto& v) const { return 0.5 * (v[0] * v[0] + v[1] * v[1]); }
-  auto V(const auto& q) const {
-    using std::cos;
-    return -cos(q[0]) + 0.5 * k * q[1] * q[1];
-  }
+  auto T(const auto& v) const { return 0.5 * v.squaredNorm(); }
+  auto V(const auto& q) const { return q[1] + 0.5 * k * q[2] * q[2]; }
 };
-auto pair(double k) { return mechanical_system<2>(Pair{k}).with_names({"theta", "x"}); }
+struct Rod {
+  auto operator()(const auto& q) const { return q[0] * q[0] + q[1] * q[1] - 1.0; }
+};
+auto beside_rod(double k) { return scene(mechanical_system<3>(RodAndSpring{k}).with_names({"x", "y", "z"}), holonomic("rod", Rod{})); }
+State<3> at_1_3(double z) { return {0.0, Eigen::Vector3d(std::sin(1.3), -std::cos(1.3), z), Eigen::Vector3d::Zero()}; }
 
 bool says(const std::string& message, const char* part) { return message.find(part) != std::string::npos; }
 
@@ -157,9 +159,9 @@ TEST_CASE("van der Pol's cycle has its known period, and its multiplier is the e
   CHECK_THAT(largest, WithinAbs(amplitude, 1e-3));  // as fine as the 400 points are
 }
 
-TEST_CASE("beside a pendulum, an oscillator's multipliers are those of its phase") {
+TEST_CASE("beside a pendulum on a rod, an oscillator's multipliers are those of its phase") {
   constexpr double k = 2.3;
-  const auto orbit = periodic_orbit_near(pair(k), State<2>{0.0, {1.3, 0.0}, {0.0, 0.0}}, 6.5, hold_coordinate(0));
+  const auto orbit = periodic_orbit_near(beside_rod(k), at_1_3(0.0), 6.5, hold_energy());
   INFO(orbit.message);
   REQUIRE(orbit.found());
   CHECK_THAT(orbit.period, WithinAbs(T_at_1_3, error));
@@ -178,16 +180,16 @@ TEST_CASE("beside a pendulum, an oscillator's multipliers are those of its phase
 }
 
 TEST_CASE("what an orbit leaves open is named, and decides nothing") {
-  const auto orbit = periodic_orbit_near(pair(0.0), State<2>{0.0, {1.3, 4.0}, {0.0, 0.0}}, 6.5, hold_coordinate(0));
+  const auto orbit = periodic_orbit_near(beside_rod(0.0), at_1_3(4.0), 6.5, hold_energy());
   INFO(orbit.message);
   REQUIRE(orbit.found());
-  REQUIRE(orbit.undetermined == std::vector<std::string>{"x"});
-  CHECK(orbit.x[1] == 4.0);
+  REQUIRE(orbit.undetermined == std::vector<std::string>{"z"});
+  CHECK(orbit.x[2] == 4.0);
   CHECK(orbit.stability == OrbitStability::not_decided);
 }
 
-TEST_CASE("an oscillator off its frame is unstable where its stiffness is negative") {
-  const auto orbit = periodic_orbit_near(pair(-0.25), State<2>{0.0, {1.3, 0.0}, {0.0, 0.0}}, 6.5, hold_energy());
+TEST_CASE("a pendulum with an unstable neighbour is unstable") {
+  const auto orbit = periodic_orbit_near(beside_rod(-0.25), at_1_3(0.0), 6.5, hold_energy());
   REQUIRE(orbit.found());
   CHECK(orbit.stability == OrbitStability::unstable);
   CHECK_THAT(orbit.multipliers.front().value.real(), WithinRel(std::exp(0.5 * T_at_1_3), error));
