@@ -127,6 +127,20 @@ int execute(int argc, char** argv, std::string& command_name) {
   add_repeatable(conserved_command, "--without", conserved_options.without, "switch an effect off");
   conserved_command->add_flag("--json", conserved_options.json, "one JSON object on stdout");
 
+  LyapunovCommandOptions lyapunov_options;
+  CLI::App* lyapunov_command = app.add_subcommand("lyapunov", "how fast motions part that begin close to the start");
+  lyapunov_command->add_option("SCENE", lyapunov_options.scene, "a name from qdot list")->required();
+  add_repeatable(lyapunov_command, "--set", lyapunov_options.set, "parameter or initial value (q0, …, qdot0, …), NAME=VALUE");
+  add_repeatable(lyapunov_command, "--with", lyapunov_options.with, "switch an effect on, EFFECT[=VALUE]");
+  add_repeatable(lyapunov_command, "--without", lyapunov_options.without, "switch an effect off");
+  add_text(lyapunov_command, "--t-end", lyapunov_options.t_end, "time to end at (default: fifty times that of run)", "T");
+  add_text(lyapunov_command, "--interval", lyapunov_options.interval, "time between orthonormalizations", "T");
+  add_text(lyapunov_command, "--settle", lyapunov_options.settle, "time that is not counted (default: a tenth)", "T");
+  add_text(lyapunov_command, "--rtol", lyapunov_options.rtol, "tolerance of the local error, relative and absolute (default 1e-9)", "R");
+  add_text(lyapunov_command, "--out", lyapunov_options.out, "write PATH.csv and PATH.html", "PATH");
+  lyapunov_command->add_flag("--json", lyapunov_options.json, "one JSON object on stdout");
+  lyapunov_command->add_flag("--quiet", lyapunov_options.quiet, "no progress bar");
+
   BenchOptions bench_options;
   CLI::App* bench_command = app.add_subcommand("bench", "the project's own benchmarks");
   bench_command->add_option_function<std::string>(
@@ -154,7 +168,7 @@ int execute(int argc, char** argv, std::string& command_name) {
     const std::string message = error.what();
     throw UsageError(message.substr(0, message.find(':')) + ": must be followed by one value, given none");
   } catch (const CLI::ParseError& error) {
-    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, accuracy, effects, equations, modes, equilibria, conserved, bench; see qdot --help");
+    throw UsageError(argc > 1 ? error.what() : "command: must be one of list, run, accuracy, effects, equations, modes, equilibria, conserved, lyapunov, bench; see qdot --help");
   }
   refuse_extras(app.get_subcommands().front());
 
@@ -166,6 +180,7 @@ int execute(int argc, char** argv, std::string& command_name) {
   if (modes_command->parsed()) return modes(modes_options);
   if (equilibria_command->parsed()) return equilibria(equilibria_options);
   if (conserved_command->parsed()) return conserved(conserved_options);
+  if (lyapunov_command->parsed()) return lyapunov(lyapunov_options);
   return bench(bench_options);
 }
 

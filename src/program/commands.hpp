@@ -81,6 +81,16 @@ struct ConservedOptions {
   bool json = false;
 };
 
+struct LyapunovCommandOptions {
+  std::string scene;
+  std::vector<std::string> set;
+  std::vector<std::string> with;
+  std::vector<std::string> without;
+  std::optional<std::string> t_end, interval, settle, rtol, out;
+  bool json = false;
+  bool quiet = false;
+};
+
 struct BenchOptions {
   std::optional<std::string> name, page;
   bool json = false;
@@ -94,6 +104,7 @@ int equations(const EquationsOptions& options);
 int modes(const ModesOptions& options);
 int equilibria(const ModesOptions& options);
 int conserved(const ConservedOptions& options);
+int lyapunov(const LyapunovCommandOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace qdot::program

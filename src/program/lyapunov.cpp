@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+//
+// qdot lyapunov SCENE: how fast motions part that begin close to the start, as exponents with their standard errors and how they came about.
+#include "qdot/analysis/lyapunov.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "program/arguments.hpp"
+#include "program/catalogue.hpp"
+#include "program/commands.hpp"
+#include "program/progress.hpp"
+#include "qdot/integrate/watch/held_watch.hpp"
+#include "qdot/report/csv.hpp"
+#include "qdot/report/file.hpp"
+#include "qdot/report/html.hpp"
+#include "qdot/report/number.hpp"
+#include "qdot/report/table.hpp"
+
+namespace qdot::program {
+
+namespace {
+
+// A model as sensitivities() wants it.
+struct SmoothModel {
+  static constexpr int size_at_compile_time = Dynamic;
+  using Watchdog = qdot::detail::HeldWatch;
+  std::shared_ptr<const Model> model;
+
+  std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const { return model->watch(options); }
+  Eigen::Index dof() const { return model->dof(); }
+  Eigen::Index size() const { return model->size(); }
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const { model->derivative(t, y, ydot); }
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const { model->jacobian(t, y, J); }
+  std::string component_name(Eigen::Index i) const { return model->component_name(i); }
+};
+
+struct LyapunovRequest {
+  std::unique_ptr<RunnableScene> scene;
+  State<Dynamic> start;
+  std::shared_ptr<const Model> model;
+  double t_end = 0.0;
+  Options options;
+  qdot::LyapunovOptions measured;
+  std::vector<std::string> paths;
+  std::string rate;  // unit of an exponent
+};
+
+double positive(const char* argument, const std::string& text) {
+  const double x = finite_number(argument, text);
+  if (!(x > 0.0)) throw UsageError(std::string(argument) + ": must be positive, given " + text);
+  return x;
+}
+
+LyapunovRequest request_of(const LyapunovCommandOptions& options) {
+  LyapunovRequest request;
+  request.scene = make_scene(options.scene);
+  request.start = configured(*request.scene, options.set);
+  RunOptions effects;
+  effects.with = options.with;
+  effects.without = options.without;
+  choose_effects(*request.scene, effects);
+  try {
+    request.model = request.scene->model();
+  } catch (const InvalidValue& error) {  // a parameter that an effect does not take
+    throw UsageError(std::string("--set: ") + error.what());
+  }
+  if (request.model->guard_count() > 0 || request.model->constrained())
+    throw UsageError("SCENE: must have no constraints and nothing that switches, for exponents, but " + request.scene->name() +
+                     " has (try --without, or lyapunov_spectrum() of the library, which takes them)");
+  const double t0 = request.start.t, usual = request.scene->t_end() - t0;
+  request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : t0 + 50.0 * usual;
+  if (request.t_end == t0) throw UsageError("--t-end: must differ from the time of the start, given " + *options.t_end);
+  const double duration = std::abs(request.t_end - t0);
+  request.measured.interval = options.interval ? positive("--interval", *options.interval) : std::min(0.1 * usual, 0.01 * duration);
+  if (options.settle) {
+    request.measured.settle = finite_number("--settle", *options.settle);
+    if (!(*request.measured.settle >= 0.0 && *request.measured.settle < duration))
+      throw UsageError("--settle: must lie from 0 to the duration of the run, " + report::exact_text(duration) + ", given " + *options.settle);
+  }
+  request.options.rtol = options.rtol ? positive("--rtol", *options.rtol) : 1e-9;
+  request.options.atol = request.options.rtol;
+  request.options.keep_trajectory = false;
+  if (options.out) {
+    request.paths = {*options.out + ".csv", *options.out + ".html"};
+    try {
+      report::require_writable(request.paths);
+    } catch (const report::UnwritableFile& error) {
+      throw UsageError(std::string("--out: ") + error.what());
+    }
+  }
+  request.rate = request.scene->time_unit().empty() ? "" : "1/" + request.scene->time_unit();
+  return request;
+}
+
+void write(const LyapunovRequest& request, const LyapunovSpectrum& found) {
+  if (request.paths.empty()) return;
+  report::Table table;
+  table.columns = {{"t", request.scene->time_unit(), found.times}};
+  report::Plot plot{.title = "Exponents, from when they are counted to t"};
+  plot.x.label = request.scene->time_unit().empty() ? "t" : "t [" + request.scene->time_unit() + "]";
+  plot.y.label = request.rate.empty() ? "λ" : "λ [" + request.rate + "]";
+  report::Facts facts{.heading = "At the end", .rows = {}};
+  for (Eigen::Index i = 0; i < found.lambda.size(); ++i) {
+    const std::string number = std::to_string(i + 1);
+    std::vector<double> values;
+    for (const Eigen::VectorXd& running : found.running) values.push_back(running[i]);
+    table.columns.push_back({"lambda_" + number, request.rate, values});
+    plot.series.push_back({.label = "λ" + number, .x = found.times, .y = std::move(values)});
+    facts.rows.push_back({"λ" + number, report::rounded_text(found.lambda[i], 6) + " ± " + report::rounded_text(found.standard_error[i], 2) + " " + request.rate});
+  }
+  report::Page page{.title = request.scene->title(), .lead = request.scene->summary()};
+  page.tables.push_back(std::move(facts));
+  page.plots.push_back(std::move(plot));
+  report::write_files({{request.paths[0], report::csv(table)}, {request.paths[1], report::html(page)}});
+}
+
+std::string json_of(const LyapunovRequest& request, const LyapunovSpectrum& found) {
+  using Json = nlohmann::ordered_json;
+  const auto list = [](const Eigen::VectorXd& x) {
+    Json numbers = Json::array();
+    for (const double value : x) numbers.push_back(std::isfinite(value) ? Json(value) : Json(nullptr));
+    return numbers;
+  };
+  Json json;
+  json["scene"] = request.scene->name();
+  json["outcome"] = name(found.outcome);
+  json["message"] = found.message;
+  json["t"] = found.t;
+  json["lambda"] = list(found.lambda);
+  json["standard_error"] = list(found.standard_error);
+  json["intervals"] = found.times.size();
+  return json.dump(2);
+}
+
+}  // namespace
+
+int lyapunov(const LyapunovCommandOptions& options) {
+  const LyapunovRequest request = request_of(options);
+  const SmoothModel form{request.model};
+  LyapunovSpectrum found;
+  {
+    ProgressBar progress(request.start.t, request.t_end, !options.quiet);
+    const qdot::detail::FlowInPieces flow = [&](double t, const Eigen::VectorXd& y, double until) {
+      progress.reached(t);
+      const auto piece = sensitivities(form, FirstOrderState{t, y}, until, Dop853{}, request.options);
+      return qdot::detail::PieceOfFlow{piece.outcome, piece.message, piece.t, piece.y, piece.Phi};
+    };
+    found = qdot::detail::lyapunov_spectrum_of<Eigen::MatrixXd>(flow, request.start.t, request.model->packed(request.start), request.t_end, request.measured);
+  }
+  write(request, found);
+  if (options.json) {
+    std::printf("%s\n", json_of(request, found).c_str());
+  } else {
+    std::printf("%s: %s\n", request.scene->name().c_str(), found.message.c_str());
+    std::printf("  %-10s %-14s %s\n", "", request.rate.empty() ? "lambda" : ("lambda [" + request.rate + "]").c_str(), "standard error");
+    for (Eigen::Index i = 0; i < found.lambda.size(); ++i)
+      std::printf("  lambda_%-3ld %-14s %s\n", static_cast<long>(i + 1), report::rounded_text(found.lambda[i], 6).c_str(),
+                  report::rounded_text(found.standard_error[i], 2).c_str());
+  }
+  return found.completed() ? 0 : 1;
+}
+
+}  // namespace qdot::program
