@@ -80,6 +80,7 @@
 #include "qdot/analysis/equilibrium.hpp"  // where ∂V/∂q = 0
 #include "qdot/analysis/modes.hpp"        // small vibrations about it
 // #include "qdot/analysis/steady_state.hpp"    // where a scene rests, or moves steadily
+// #include "qdot/analysis/equilibrium_branch.hpp"  // the same along a parameter
 // #include "qdot/analysis/linearization.hpp"   // A, B, C, D about such a state
 // #include "qdot/analysis/damped_modes.hpp"    // frequencies, damping, stability, frequency response
 // #include "qdot/analysis/regulator.hpp"       // feedback by linear-quadratic regulation

@@ -1,0 +1,218 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Steady states as a curve in (q, z, p)
+// =====================================
+//
+// The equations of a steady state, R(q, z; p) = 0 (linear/rest_search.hpp), leave one direction open when p may change as well:
+// the tangent τ of the curve, ∂R τ = 0. A point of the curve near a guess X₀ is found by Newton's method from
+//
+//     R(X) = 0 ,     τ·(X − X₀) = 0 ,
+//
+// which goes round folds, where p turns back. Rows are scaled to the length that they have at the start, unknowns by their sizes, p by the range that is followed.
+// Constraints give more rows than unknowns, which agree all the same; a step is the one of least squares. Coordinates of which
+// nothing depends keep their values.
+//
+// Along the curve det [∂R; τ] changes its sign where another curve crosses it. With more rows than unknowns ∂R is taken in an
+// orthonormal basis of its columns, which is carried along so that it does not flip.
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "qdot/analysis/linear/flow.hpp"
+#include "qdot/analysis/linear/rest_search.hpp"
+#include "qdot/analysis/orbits/shortest_step.hpp"
+#include "qdot/analysis/variations/slope.hpp"
+#include "qdot/error.hpp"
+
+namespace qdot::detail {
+
+using FlowAt = std::function<std::shared_ptr<const Flow>(double p)>;
+
+// The flow of a scene that it owns.
+template <class Sc>
+std::shared_ptr<const Flow> owned_flow(const Sc& scene) {
+  struct SceneAndFlow {
+    explicit SceneAndFlow(const Sc& given) : scene(given), flow(scene) {}
+    Sc scene;
+    FlowOf<Sc> flow;
+  };
+  const auto both = std::make_shared<const SceneAndFlow>(scene);
+  return {both, static_cast<const Flow*>(&both->flow)};
+}
+
+// A point of the curve in units of `scale`, X = [q; z; p].
+struct CurvePoint {
+  Eigen::VectorXd X, tangent;
+  Eigen::MatrixXd slopes;    // ∂R, columns of what is sought
+  Eigen::MatrixXd image;     // an orthonormal basis of its columns
+  double orientation = 1.0;  // of that basis
+  double crossing = 0.0;     // det [∂R; τ]
+};
+
+class SteadyCurve {
+ public:
+  SteadyCurve(FlowAt flow_at, double t, Eigen::VectorXd qdot, const Eigen::VectorXd& X, double range)
+      : flow_at_(std::move(flow_at)), t_(t), qdot_(std::move(qdot)) {
+    scale_ = X.cwiseAbs().cwiseMax(1.0);
+    scale_[X.size() - 1] = range;
+    const Eigen::VectorXd start = X.cwiseQuotient(scale_);
+    // Cyclic is what nothing depends on here, and beside this. Rows keep their scale, so that one that vanishes is seen to.
+    Eigen::VectorXd most = Eigen::VectorXd::Zero(X.size()), longest;
+    for (const double beside : {0.0, 0.01, -0.017}) {
+      Eigen::VectorXd at = start;
+      for (Eigen::Index i = 0; i < at.size(); ++i) at[i] += beside * (1.0 + 0.3 * static_cast<double>(i % 3));
+      const Eigen::MatrixXd A = equations(at).second;
+      if (longest.size() == 0) longest = Eigen::VectorXd::Zero(A.rows());
+      for (Eigen::Index i = 0; i < at.size(); ++i) most[i] = std::max(most[i], A.col(i).cwiseAbs().maxCoeff());
+      for (Eigen::Index i = 0; i < A.rows(); ++i) longest[i] = std::max(longest[i], A.row(i).norm());
+    }
+    most /= std::max(longest.maxCoeff(), std::numeric_limits<double>::min());
+    row_scale_.resize(longest.size());
+    for (Eigen::Index i = 0; i < longest.size(); ++i) row_scale_[i] = 1.0 / std::max({longest[i], 1e-10 * longest.maxCoeff(), std::numeric_limits<double>::min()});
+    for (Eigen::Index i = 0; i < X.size(); ++i)
+      if (i + 1 == X.size() || most[i] > 1e-10) free_.push_back(i);
+  }
+
+  Eigen::Index parameter() const { return static_cast<Eigen::Index>(free_.size()) - 1; }  // its place in a tangent
+  double p(const Eigen::VectorXd& X) const { return X[X.size() - 1] * scale_[X.size() - 1]; }
+  double scaled_parameter(double value) const { return value / scale_[scale_.size() - 1]; }
+  Eigen::VectorXd values(const Eigen::VectorXd& X) const { return X.cwiseProduct(scale_); }
+  Eigen::VectorXd scaled(const Eigen::VectorXd& values) const { return values.cwiseQuotient(scale_); }
+  Eigen::VectorXd y(const Eigen::VectorXd& X) const {
+    const Eigen::VectorXd x = values(X);
+    const Eigen::Index n = qdot_.size();
+    Eigen::VectorXd all(2 * n + x.size() - 1 - n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      all[i] = x[i];
+      all[n + i] = qdot_[i];
+    }
+    for (Eigen::Index i = n; i + 1 < x.size(); ++i) all[n + i] = x[i];
+    return all;
+  }
+  std::shared_ptr<const Flow> flow(const Eigen::VectorXd& X) const { return flow_at_(p(X)); }
+
+  Eigen::VectorXd moved(const Eigen::VectorXd& X, const Eigen::VectorXd& direction, double s) const {
+    Eigen::VectorXd next = X;
+    for (std::size_t k = 0; k < free_.size(); ++k) next[free_[k]] += s * direction[static_cast<Eigen::Index>(k)];
+    return next;
+  }
+
+  // The point on the plane through X0 normal to a direction; nothing where Newton's method does not get there.
+  std::optional<Eigen::VectorXd> on_plane(const Eigen::VectorXd& X0, const Eigen::VectorXd& normal) const {
+    constexpr int most_steps = 12;
+    constexpr double short_step = 1e-11, small_residual = 1e-8;
+    Eigen::VectorXd X = X0;
+    double before = std::numeric_limits<double>::infinity();
+    try {
+      for (int step = 0; step < most_steps; ++step) {
+        const auto [residual, A] = equations(X);
+        const Eigen::Index rows = residual.size(), columns = static_cast<Eigen::Index>(free_.size());
+        Eigen::VectorXd right(rows + 1);
+        right[rows] = 0.0;
+        for (Eigen::Index k = 0; k < columns; ++k) {
+          const Eigen::Index place = free_[static_cast<std::size_t>(k)];
+          right[rows] -= normal[k] * (X[place] - X0[place]);
+        }
+        for (Eigen::Index i = 0; i < rows; ++i) right[i] = -residual[i];
+        const Eigen::VectorXd change = shortest_step(bordered(free_columns(A), normal), right, 1e-12).x;
+        const double length = change.norm();
+        if (!std::isfinite(length)) return std::nullopt;
+        X = moved(X, change, 1.0);
+        if (length <= short_step * (1.0 + X.norm())) {
+          if (right.cwiseAbs().maxCoeff() > small_residual) return std::nullopt;
+          return X;
+        }
+        if (step > 1 && length > 0.5 * before) {  // no longer quadratic: rounding, or nothing near
+          if (length > 1e-8 * (1.0 + X.norm())) return std::nullopt;
+          return X;
+        }
+        before = length;
+      }
+    } catch (const Error&) {  // no model there
+    }
+    return std::nullopt;
+  }
+
+  // What belongs to a point, in the direction of `along`; `before` is its neighbour.
+  CurvePoint point(const Eigen::VectorXd& X, const Eigen::VectorXd& along, const CurvePoint* before) const {
+    const auto [residual, A] = equations(X);
+    const Eigen::Index columns = static_cast<Eigen::Index>(free_.size());
+    CurvePoint here;
+    here.X = X;
+    here.slopes = free_columns(A);
+    Eigen::VectorXd ahead = Eigen::VectorXd::Zero(residual.size() + 1);
+    ahead[residual.size()] = 1.0;
+    here.tangent = shortest_step(bordered(here.slopes, along), ahead, 1e-9).x;
+    here.tangent /= here.tangent.norm();
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors(here.slopes);
+    here.image = Eigen::MatrixXd(factors.householderQ()).leftCols(columns - 1);
+    if (before != nullptr)
+      here.orientation = before->orientation * (determinant(Eigen::MatrixXd(before->image.transpose() * here.image)) < 0.0 ? -1.0 : 1.0);
+    Eigen::MatrixXd square(columns, columns);
+    square.topRows(columns - 1) = here.image.transpose() * here.slopes;
+    square.row(columns - 1) = here.tangent.transpose();
+    here.crossing = here.orientation * determinant(square);
+    return here;
+  }
+
+  // Orthonormal columns v with ∂R v = 0 and τ·v = 0: tangents of other curves that cross this one here.
+  static Eigen::MatrixXd crossing_directions(const CurvePoint& here) {
+    return shortest_step(bordered(here.slopes, here.tangent), Eigen::VectorXd::Zero(here.slopes.rows() + 1), 1e-6).open;
+  }
+
+ private:
+  static Eigen::MatrixXd bordered(const Eigen::MatrixXd& slopes, const Eigen::VectorXd& row) {
+    Eigen::MatrixXd A(slopes.rows() + 1, slopes.cols());
+    for (Eigen::Index j = 0; j < A.cols(); ++j) {
+      for (Eigen::Index i = 0; i < slopes.rows(); ++i) A(i, j) = slopes(i, j);
+      A(slopes.rows(), j) = row[j];
+    }
+    return A;
+  }
+  Eigen::MatrixXd free_columns(const Eigen::MatrixXd& A) const {
+    Eigen::MatrixXd chosen(A.rows(), static_cast<Eigen::Index>(free_.size()));
+    for (Eigen::Index k = 0; k < chosen.cols(); ++k)
+      for (Eigen::Index i = 0; i < A.rows(); ++i) chosen(i, k) = A(i, free_[static_cast<std::size_t>(k)]);
+    return chosen;
+  }
+  static double determinant(const Eigen::MatrixXd& square) { return Eigen::FullPivLU<Eigen::MatrixXd>(square).determinant(); }
+
+  // Scaled rows, and their slopes in units of scale.
+  std::pair<Eigen::VectorXd, Eigen::MatrixXd> equations(const Eigen::VectorXd& X) const {
+    const Eigen::VectorXd state = y(X);
+    const double value = p(X);
+    SteadyEquations here = SteadyEquations::at(*flow_at_(value), t_, state, true);
+    const Eigen::Index rows = here.residual.size(), unknowns = here.slopes.cols();
+    const auto slope = slope_at_zero([&](double s) { return SteadyEquations::at(*flow_at_(value + s), t_, state, false).residual; },
+                                     std::max(std::abs(value), 0.01 * scale_[unknowns]));
+    if (!slope)
+      throw_invalid_value({"the equations of a family must have a derivative with respect to its parameter, but at ", {value, 8},
+                           " they have none; let the scene depend smoothly on it"});
+    Eigen::MatrixXd A(rows, unknowns + 1);
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      const double scale = row_scale_.size() > 0 ? row_scale_[i] : 1.0;
+      for (Eigen::Index j = 0; j < unknowns; ++j) A(i, j) = here.slopes(i, j) * scale_[j] * scale;
+      A(i, unknowns) = (*slope)[i] * scale_[unknowns] * scale;
+      here.residual[i] *= scale;
+    }
+    return {here.residual, A};
+  }
+
+  FlowAt flow_at_;
+  double t_;
+  Eigen::VectorXd qdot_, scale_, row_scale_;
+  std::vector<Eigen::Index> free_;  // entries of X that are not cyclic
+};
+
+}  // namespace qdot::detail

@@ -1,0 +1,322 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Equilibria along a parameter
+// ============================
+//
+//     const auto found = equilibrium_branches([](double Omega) { return mechanical_system<1>(Bead{.Omega = Omega}); }, q, 1.0, 6.0);
+//     for (const auto& branch : found) for (const auto& point : branch.points) … point.p, point.q, point.stability, point.kind
+//
+// Where a scene rests depends on what it is made of, and so does whether it stays there. The equilibrium near a start is followed
+// along its curve (branches/curve.hpp) while a parameter p goes from one value to another, round folds where p turns back, and steady
+// motions are followed in the same way, with the rates of cyclic coordinates held. On the way special points are located:
+//
+//     fold      the curve turns back: two equilibria meet, and beyond there is none
+//     branch    another curve crosses (a pitchfork, where there is symmetry); it is followed as well, to both sides
+//     hopf      two complex exponents begin to grow: oscillations, or, without damping, flutter
+//
+// What happens at them is seen from the exponents beside them: an exponent that passes 0 at folds and branches (divergence, buckling),
+// a pair that leaves the imaginary axis at Hopf points. Without damping exponents lie on the axis until two of them meet.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "qdot/analysis/branches/curve.hpp"
+#include "qdot/analysis/damped_modes.hpp"
+#include "qdot/analysis/linearization.hpp"
+#include "qdot/effects/scene.hpp"
+#include "qdot/error.hpp"
+
+namespace qdot {
+
+/// What a point of a branch of equilibria is.
+enum class BranchKind { start, regular, fold, branch, hopf, end };
+
+/// The kind's name, "fold".
+constexpr std::string_view name(BranchKind kind) noexcept {
+  switch (kind) {
+    case BranchKind::start: return "start";
+    case BranchKind::regular: return "regular";
+    case BranchKind::fold: return "fold";
+    case BranchKind::branch: return "branch";
+    case BranchKind::hopf: return "hopf";
+    default: return "end";
+  }
+}
+
+/// An equilibrium, or a steady motion, of a family.
+struct BranchPoint {
+  BranchKind kind = BranchKind::regular;
+  double p = 0.0;
+  Eigen::VectorXd q, z;         ///< and the effects' own states
+  Eigen::VectorXcd exponents;   ///< of small motions beside it
+  int growing = 0;              ///< how many of them grow
+  Stability stability = Stability::unstable;  ///< at special points decided by rounding
+};
+
+/// One curve of equilibria, in order.
+struct EquilibriumBranch {
+  std::vector<BranchPoint> points;
+  std::string message;  ///< how it ended: at the end of the range, or why not there
+  std::optional<std::pair<std::size_t, std::size_t>> from{};  ///< the branch and its point that this one begins at; none for the first
+
+  /// Points of one kind.
+  std::vector<BranchPoint> all(BranchKind kind) const {
+    std::vector<BranchPoint> chosen;
+    for (const BranchPoint& point : points)
+      if (point.kind == kind) chosen.push_back(point);
+    return chosen;
+  }
+};
+
+/// How branches are followed.
+struct BranchOptions {
+  Eigen::VectorXd qdot{};       ///< rates of cyclic coordinates, n, for steady motions; empty for rest
+  double longest_step = 0.05;   ///< along the curve; p counts in parts of its range, q and z in their sizes at the start, at least 1
+  int most_points = 1000;       ///< of a branch
+  std::size_t most_branches = 16;
+};
+
+namespace detail {
+
+class BranchSearch {
+ public:
+  BranchSearch(const FlowAt& flow_at, const Eigen::VectorXd& q, double from, double to, const BranchOptions& options) : options_(options) {
+    constexpr const char* who = "equilibrium_branches";
+    if (!std::isfinite(from) || !std::isfinite(to) || from == to)
+      throw_invalid_value({who, ": the range of the parameter must be finite and not empty, but goes from ", from, " to ", to, "; give it two values"});
+    if (!(options.longest_step > 0.0 && options.longest_step <= 1.0) || options.most_points < 2 || options.most_branches < 1)
+      throw_invalid_value({who, ": the longest step must lie between 0 and 1, and there must be points and branches, but they are ", options.longest_step, ", ",
+                           options.most_points, " and ", options.most_branches, "; leave them out for 0.05, 1000 and 16"});
+    const auto flow = flow_at(from);
+    const Eigen::Index n = flow->dof();
+    if (q.size() != n) throw DimensionError("q", static_cast<long>(n), static_cast<long>(q.size()), "pass one entry for each coordinate");
+    Eigen::VectorXd qdot = options.qdot.size() > 0 ? options.qdot : Eigen::VectorXd(Eigen::VectorXd::Zero(n));
+    if (qdot.size() != n) throw DimensionError("qdot", static_cast<long>(n), static_cast<long>(qdot.size()), "pass one rate for each coordinate, or none at all");
+    Eigen::VectorXd y = Eigen::VectorXd::Zero(flow->size());
+    for (Eigen::Index i = 0; i < n; ++i) {
+      y[i] = q[i];
+      y[n + i] = qdot[i];
+    }
+    y = steady_state_near(*flow, {who, 100, 1e-12}, 0.0, y);
+    Eigen::VectorXd X(flow->size() - n + 1);
+    for (Eigen::Index i = 0; i < n; ++i) X[i] = y[i];
+    for (Eigen::Index i = 2 * n; i < y.size(); ++i) X[i - n] = y[i];
+    X[X.size() - 1] = from;
+    curve_.emplace(flow_at, 0.0, qdot, X, std::abs(to - from));
+    low_ = curve_->scaled_parameter(std::min(from, to));
+    high_ = curve_->scaled_parameter(std::max(from, to));
+    dof_ = n;
+    Eigen::VectorXd ahead = Eigen::VectorXd::Zero(curve_->parameter() + 1);
+    ahead[curve_->parameter()] = to > from ? 1.0 : -1.0;
+    const CurvePoint start = curve_->point(curve_->scaled(X), ahead, nullptr);
+    if (start.tangent.dot(ahead) < 0.0) throw InvalidValue("equilibrium_branches: the curve must go on from the start, but there it has no direction; begin beside this value");
+    waiting_.push_back({start, {}});
+  }
+
+  std::vector<EquilibriumBranch> branches() {
+    for (std::size_t next = 0; next < waiting_.size() && found_.size() < options_.most_branches; ++next) {
+      const Waiting begin = waiting_[next];
+      found_.push_back(followed(begin));
+    }
+    return std::move(found_);
+  }
+
+ private:
+  struct Waiting {
+    CurvePoint start;
+    std::optional<std::pair<std::size_t, std::size_t>> from;
+  };
+  struct Special {
+    double s;
+    BranchKind kind;
+    CurvePoint point;
+  };
+
+  BranchPoint described(const CurvePoint& here, BranchKind kind) const {
+    BranchPoint point;
+    point.kind = kind;
+    point.p = curve_->p(here.X);
+    const Eigen::VectorXd x = curve_->values(here.X);
+    point.q = x.head(dof_);
+    point.z = x.segment(dof_, x.size() - 1 - dof_);
+    const auto flow = curve_->flow(here.X);
+    const Linearization linear = linearized(*flow, 0.0, curve_->y(here.X));
+    const Exponents all = exponents_of(linear.A);
+    bool lasts = false;
+    for (Eigen::Index i = 0; i < all.lambda.size(); ++i) {
+      point.growing += all.grows(i) ? 1 : 0;
+      lasts = lasts || all.on_axis(i);
+    }
+    point.exponents = sorted_exponents(all.lambda);
+    point.stability = point.growing > 0     ? Stability::unstable
+                      : any_drifts(all)     ? Stability::drifting
+                      : lasts               ? Stability::stable_in_linear_approximation
+                                            : Stability::asymptotically_stable;
+    return point;
+  }
+  int growing(const CurvePoint& here) const { return described(here, BranchKind::regular).growing; }
+
+  // The point at a distance s from another one.
+  std::optional<CurvePoint> ahead(const CurvePoint& from, double s) const {
+    const auto X = curve_->on_plane(curve_->moved(from.X, from.tangent, s), from.tangent);
+    if (!X) return std::nullopt;
+    return curve_->point(*X, from.tangent, &from);
+  }
+
+  // Where a test changes its sign between 0 and s, by bisection to rounding.
+  template <class Test>
+  std::optional<Special> located(const CurvePoint& from, double s, BranchKind kind, const Test& has_changed) const {
+    double low = 0.0, high = s;
+    std::optional<CurvePoint> at = ahead(from, s);
+    for (int halving = 0; halving < 60 && high - low > 1e-13 * (s + 1e-3); ++halving) {
+      const double middle = 0.5 * (low + high);
+      const auto here = ahead(from, middle);
+      if (!here) {  // next to a crossing, where two curves are near
+        low = middle;
+        continue;
+      }
+      if (has_changed(*here)) {
+        high = middle;
+        at = here;
+      } else {
+        low = middle;
+      }
+    }
+    if (!at) return std::nullopt;
+    return Special{high, kind, *at};
+  }
+
+  EquilibriumBranch followed(const Waiting& begin) {
+    constexpr double least_step = 1e-6, straight = 0.9;
+    EquilibriumBranch branch;
+    branch.from = begin.from;
+    CurvePoint here = begin.start;
+    branch.points.push_back(described(here, begin.from ? BranchKind::branch : BranchKind::start));
+    double step = 0.25 * options_.longest_step;
+    bool fresh = begin.from.has_value();  // next to a crossing nothing has a sign yet
+    int count = branch.points[0].growing;
+    const Eigen::Index last = curve_->parameter();
+    while (static_cast<int>(branch.points.size()) < options_.most_points) {
+      const auto next = ahead(here, step);
+      if (!next || next->tangent.dot(here.tangent) < straight) {
+        step *= 0.5;
+        if (step < least_step) {
+          branch.message = sentence({"lost at p = ", {curve_->p(here.X), 8}, ": no equilibrium was found ahead however short the step"});
+          return branch;
+        }
+        continue;
+      }
+      const double at = next->X[next->X.size() - 1];
+      if (at > high_ || at < low_) {
+        Eigen::VectorXd normal = Eigen::VectorXd::Zero(last + 1);
+        normal[last] = 1.0;
+        const double part = ((at > high_ ? high_ : low_) - here.X[here.X.size() - 1]) / (at - here.X[here.X.size() - 1]);
+        Eigen::VectorXd guess = here.X + part * (next->X - here.X);
+        guess[guess.size() - 1] = at > high_ ? high_ : low_;
+        const auto X = curve_->on_plane(guess, normal);
+        if (X && part > 1e-9) {
+          const CurvePoint end = curve_->point(*X, here.tangent, &here);
+          add_specials(branch, here, end, step, fresh, count, begin);
+          branch.points.push_back(described(end, BranchKind::end));
+        }
+        branch.message = "reached the end of the range";
+        return branch;
+      }
+      add_specials(branch, here, *next, step, fresh, count, begin);
+      branch.points.push_back(described(*next, BranchKind::regular));
+      count = branch.points.back().growing;
+      here = *next;
+      fresh = false;
+      step = std::min(1.4 * step, options_.longest_step);
+    }
+    branch.message = sentence({"ended at p = ", {curve_->p(here.X), 8}, " with as many points as were allowed; allow more"});
+    return branch;
+  }
+
+  // The special points between two neighbours.
+  void add_specials(EquilibriumBranch& branch, const CurvePoint& here, const CurvePoint& next, double step, bool fresh, int count, const Waiting& begin) {
+    if (fresh) return;
+    const Eigen::Index last = curve_->parameter();
+    std::vector<Special> specials;
+    if (here.crossing * next.crossing < 0.0) {
+      const auto found = located(here, step, BranchKind::branch, [&](const CurvePoint& x) { return here.crossing * x.crossing < 0.0; });
+      if (found) specials.push_back(*found);
+    }
+    if (here.tangent[last] * next.tangent[last] < 0.0) {
+      const auto found = located(here, step, BranchKind::fold, [&](const CurvePoint& x) { return here.tangent[last] * x.tangent[last] < 0.0; });
+      const bool is_crossing = found && !specials.empty() && std::abs(specials[0].s - found->s) < 1e-5;
+      if (found && !is_crossing) specials.push_back(*found);
+    }
+    if (specials.empty()) {
+      const int after = growing(next);
+      if (std::abs(after - count) > 1) {
+        const auto found = located(here, step, BranchKind::hopf, [&](const CurvePoint& x) { return std::abs(growing(x) - after) < std::abs(growing(x) - count); });
+        if (found) specials.push_back(*found);
+      }
+    }
+    std::sort(specials.begin(), specials.end(), [](const Special& a, const Special& b) { return a.s < b.s; });
+    for (const Special& special : specials) {
+      branch.points.push_back(described(special.point, special.kind));
+      if (special.kind == BranchKind::branch) begin_others(special.point, {found_.size(), branch.points.size() - 1}, begin);
+    }
+  }
+
+  // The other curve through a crossing, to both sides, unless it is known.
+  void begin_others(const CurvePoint& at, std::pair<std::size_t, std::size_t> from, const Waiting& begin) {
+    constexpr double same = 1e-5;
+    for (const Eigen::VectorXd& known : crossings_)
+      if ((known - at.X).norm() < same) return;
+    if (begin.from && (begin.start.X - at.X).norm() < same) return;
+    crossings_.push_back(at.X);
+    const Eigen::MatrixXd others = SteadyCurve::crossing_directions(at);
+    for (Eigen::Index k = 0; k < others.cols(); ++k) {
+      Eigen::Index largest = 0;
+      for (Eigen::Index i = 0; i < others.rows(); ++i)
+        if (std::abs(others(i, k)) > std::abs(others(largest, k)) + 1e-6) largest = i;
+      for (const double side : {1.0, -1.0}) {  // first to where the coordinate that changes most grows
+        CurvePoint start = at;
+        start.tangent = others(largest, k) < 0.0 ? Eigen::VectorXd(-side * others.col(k)) : Eigen::VectorXd(side * others.col(k));
+        waiting_.push_back({start, from});
+      }
+    }
+  }
+
+  BranchOptions options_;
+  std::optional<SteadyCurve> curve_;
+  double low_ = 0.0, high_ = 0.0;
+  Eigen::Index dof_ = 0;
+  std::vector<EquilibriumBranch> found_;
+  std::vector<Waiting> waiting_;
+  std::vector<Eigen::VectorXd> crossings_;
+};
+
+}  // namespace detail
+
+/// The equilibria of a family of scenes from one value of a parameter to another, and those that branch off.
+///
+/// Some ten evaluations of the accelerations and one Jacobian for each step of Newton's method, three of which make a point. Special points are located to
+/// some 1e-10 of the range.
+///
+/// @param family  p ↦ a system or scene, for a double p; smooth in p
+/// @param q       where to begin, n: near an equilibrium of family(from)
+/// @param from, to  range of p
+/// @return        the branch that begins at q first; then those that cross, to both sides
+/// @throws        as equilibrium_near() at the start; InvalidValue for a range, steps or rates that cannot be, and where the family has no slope in p
+template <class Family>
+  requires std::is_invocable_v<const Family&, double>
+std::vector<EquilibriumBranch> equilibrium_branches(const Family& family, const Eigen::VectorXd& q, double from, double to, const BranchOptions& options = {}) {
+  const detail::FlowAt flow_at = [&family](double p) { return detail::owned_flow(scene(family(p))); };
+  return detail::BranchSearch(flow_at, q, from, to, options).branches();
+}
+
+}  // namespace qdot

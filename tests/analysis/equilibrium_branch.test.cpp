@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+#include "qdot/analysis/equilibrium_branch.hpp"
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "catch2_bridge.hpp"
+#include "qdot/effects/constraints.hpp"
+#include "qdot/effects/forces.hpp"
+
+using qdot::BranchKind;
+using qdot::equilibrium_branches;
+using qdot::mechanical_system;
+using qdot::Stability;
+
+namespace {
+
+// Special points are located by bisection, of equations that are known to rounding.
+constexpr double located = 1e-10;
+// Regular points: Newton's method to rounding.
+constexpr double rounding = 1e-10;
+
+using V1 = Eigen::Matrix<double, 1, 1>;
+
+// One coordinate, for the compiler's sake one type for both: a valley, where q² = p at rest, and a bead on a hoop, R = 1.
+struct Bead {
+  double g = 9.81, Omega = 0.0;
+  double valley = 0.0, p = 0.0;
+  auto T(const auto& q, const auto& v) const {
+    using std::sin;
+    const auto s = sin(q[0]);
+    return 0.5 * (v[0] * v[0] + Omega * Omega * s * s);
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    return -g * cos(q[0]) + valley * (q[0] * q[0] * q[0] / 3.0 - p * q[0]);
+  }
+};
+auto valley(double p) { return mechanical_system<1>(Bead{.g = 0.0, .valley = 1.0, .p = p}); }
+
+// Two links of unit length and stiffness on a hinge, masses 2 and 1 at their ends, pressed by a force P on the tip. It follows the second link
+// or keeps its direction. Small motions: 2 s⁴ + 7 c s³ + (7 + c² − 2P) s² + 2 c s + 1 = 0 where it follows.
+struct Column {
+  auto T(const auto& q, const auto& v) const {
+    using std::cos;
+    return 1.5 * v[0] * v[0] + 0.5 * v[1] * v[1] + v[0] * v[1] * cos(q[0] - q[1]);
+  }
+  auto V(const auto& q) const { return 0.5 * q[0] * q[0] + 0.5 * (q[1] - q[0]) * (q[1] - q[0]); }
+};
+struct Push {
+  double P, c;
+  bool follows;
+  auto operator()(const auto& q, const auto& v, const auto&) const {
+    using std::sin;
+    auto Q = q;
+    const auto damping = c * (v[1] - v[0]);
+    Q[0] = P * sin(follows ? q[0] - q[1] : q[0]) - c * v[0] + damping;
+    Q[1] = (follows ? 0.0 : P) * sin(q[1]) - damping;
+    return Q;
+  }
+};
+auto column(double P, double c, bool follows) { return scene(mechanical_system<2>(Column{}), qdot::generalized_force(Push{P, c, follows})); }
+
+// The plane problem of three bodies, the third without mass, in coordinates that turn with the others.
+struct ThirdBody {
+  double mu;
+  auto T(const auto& q, const auto& v) const {
+    const auto vx = v[0] - q[1], vy = v[1] + q[0];
+    return 0.5 * (vx * vx + vy * vy);
+  }
+  auto V(const auto& q) const {
+    using std::sqrt;
+    const auto a = q[0] + mu, b = q[0] - (1.0 - mu);
+    return -(1.0 - mu) / sqrt(a * a + q[1] * q[1]) - mu / sqrt(b * b + q[1] * q[1]);
+  }
+};
+
+// The bead in the plane that turns with the hoop, R = 1, g = 9.
+struct PlaneBead {
+  double Omega;
+  auto T(const auto& q, const auto& v) const { return 0.5 * (v[0] * v[0] + v[1] * v[1] + Omega * Omega * q[0] * q[0]); }
+  auto V(const auto& q) const { return 9.0 * q[1]; }
+};
+struct Hoop {
+  auto operator()(const auto& q) const { return q[0] * q[0] + q[1] * q[1] - 1.0; }
+};
+
+std::string message(const auto& call) {
+  try {
+    call();
+  } catch (const qdot::Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("two equilibria meet in a fold, and the curve comes back on the other side") {
+  const auto found = equilibrium_branches(valley, V1(1.0), 1.0, -1.0);
+  REQUIRE(found.size() == 1);
+  const auto folds = found[0].all(BranchKind::fold);
+  REQUIRE(folds.size() == 1);
+  CHECK(std::abs(folds[0].p) < located);
+  for (const auto& point : found[0].points) CHECK(std::abs(point.q[0] * point.q[0] - point.p) < rounding);
+  CHECK(found[0].points.front().stability == Stability::stable_in_linear_approximation);
+  CHECK(found[0].points.back().stability == Stability::unstable);
+  CHECK(found[0].points.back().kind == BranchKind::end);
+  CHECK_THAT(found[0].points.back().p, WithinAbs(1.0, rounding));
+  CHECK_THAT(found[0].points.back().q[0], WithinAbs(-1.0, rounding));
+}
+
+TEST_CASE("on a turning hoop the lowest place branches at Omega^2 = g/R into two, cos theta = g/(Omega^2 R), with frequency Omega sin theta") {
+  const double g = Bead{}.g;
+  const auto found = equilibrium_branches([](double Omega) { return mechanical_system<1>(Bead{.Omega = Omega}); }, V1(0.0), 1.0, 6.0);
+  REQUIRE(found.size() == 3);
+  const auto crossings = found[0].all(BranchKind::branch);
+  REQUIRE(crossings.size() == 1);
+  CHECK_THAT(crossings[0].p, WithinAbs(std::sqrt(g), located));
+  CHECK(found[0].points.back().growing == 1);
+  for (std::size_t k : {1u, 2u}) {
+    CHECK(found[k].message == "reached the end of the range");
+    REQUIRE(found[k].points.size() > 5);
+    for (std::size_t i = 1; i < found[k].points.size(); ++i) {
+      const auto& point = found[k].points[i];
+      CHECK_THAT(std::cos(point.q[0]), WithinAbs(g / (point.p * point.p), rounding));
+      CHECK(point.stability == Stability::stable_in_linear_approximation);
+    }
+    const auto& end = found[k].points.back();
+    CHECK_THAT(end.exponents[1].imag(), WithinAbs(6.0 * std::abs(std::sin(end.q[0])), rounding));
+  }
+  CHECK(found[1].points.back().q[0] * found[2].points.back().q[0] < 0.0);
+}
+
+TEST_CASE("a curve of equilibria on a constraint branches where it does in coordinates without one") {
+  const auto found = equilibrium_branches([](double Omega) { return scene(mechanical_system<2>(PlaneBead{Omega}), qdot::holonomic("hoop", Hoop{})); },
+                                          Eigen::Vector2d(0.0, -1.0), 1.0, 5.0);
+  REQUIRE(found.size() == 3);
+  REQUIRE(found[0].all(BranchKind::branch).size() == 1);
+  CHECK_THAT(found[0].all(BranchKind::branch)[0].p, WithinAbs(3.0, located));
+  CHECK_THAT(found[1].points.back().q[1], WithinAbs(-9.0 / 25.0, rounding));
+}
+
+TEST_CASE("Ziegler's column flutters at 7/2 - sqrt 2, with equal damping at 41/28 + c^2/2, and Euler's buckles at (3 -+ sqrt 5)/2") {
+  const auto first = [](BranchKind kind, double c, bool follows) {
+    const auto found = equilibrium_branches([=](double P) { return column(P, c, follows); }, Eigen::Vector2d(0.0, 0.0), 0.1, 2.9, {.most_branches = 1});
+    const auto points = found[0].all(kind);
+    return points;
+  };
+  REQUIRE(first(BranchKind::hopf, 0.0, true).size() == 1);
+  CHECK_THAT(first(BranchKind::hopf, 0.0, true)[0].p, WithinAbs(3.5 - std::sqrt(2.0), located));
+  const auto damped = first(BranchKind::hopf, 0.1, true);
+  REQUIRE(!damped.empty());
+  CHECK_THAT(damped[0].p, WithinAbs(41.0 / 28.0 + 0.005, located));
+  const auto buckled = first(BranchKind::branch, 0.0, false);
+  REQUIRE(buckled.size() == 2);
+  CHECK_THAT(buckled[0].p, WithinAbs((3.0 - std::sqrt(5.0)) / 2.0, located));
+  CHECK_THAT(buckled[1].p, WithinAbs((3.0 + std::sqrt(5.0)) / 2.0, located));
+}
+
+TEST_CASE("L4 is stable up to Routh's mass ratio") {
+  const auto found = equilibrium_branches([](double mu) { return mechanical_system<2>(ThirdBody{mu}); }, Eigen::Vector2d(0.49, std::sqrt(0.75)), 0.01, 0.06);
+  REQUIRE(found[0].all(BranchKind::hopf).size() == 1);
+  CHECK_THAT(found[0].all(BranchKind::hopf)[0].p, WithinAbs(0.03852089650455139708, located));
+  for (const auto& point : found[0].points) CHECK_THAT(point.q[0], WithinAbs(0.5 - point.p, rounding));
+}
+
+TEST_CASE("what cannot be followed is refused with the reason") {
+  CHECK(message([&] { equilibrium_branches(valley, V1(1.0), 1.0, 1.0); }).find("must be finite and not empty, but goes from 1 to 1") != std::string::npos);
+  CHECK(message([&] { equilibrium_branches(valley, V1(1.0), 1.0, 0.0, {.longest_step = 0.0}); }).find("the longest step must lie between 0 and 1") != std::string::npos);
+  CHECK(message([&] { equilibrium_branches(valley, Eigen::Vector2d(1.0, 0.0), 1.0, 0.0); }).starts_with("q must have 1 entry, but has 2"));
+  CHECK(message([&] { equilibrium_branches(valley, V1(1.0), -1.0, 1.0); }).find("all accelerations must vanish somewhere near the start") != std::string::npos);
+  const auto kinked = [](double p) { return valley(std::abs(p - 0.5) + 0.5); };
+  CHECK(message([&] { equilibrium_branches(kinked, V1(1.0), 0.5, 1.0); }).find("must have a derivative with respect to its parameter, but at 0.5") != std::string::npos);
+}
