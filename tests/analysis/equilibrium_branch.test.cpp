@@ -26,7 +26,7 @@ using V1 = Eigen::Matrix<double, 1, 1>;
 // One coordinate, for the compiler's sake one type for both: a valley, where q² = p at rest, and a bead on a hoop, R = 1.
 struct Bead {
   double g = 9.81, Omega = 0.0;
-  double valley = 0.0, p = 0.0;
+  double valley = 0.0, p = 0.0, slope = 0.0;
   auto T(const auto& q, const auto& v) const {
     using std::sin;
     const auto s = sin(q[0]);
@@ -34,7 +34,7 @@ struct Bead {
   }
   auto V(const auto& q) const {
     using std::cos;
-    return -g * cos(q[0]) + valley * (q[0] * q[0] * q[0] / 3.0 - p * q[0]);
+    return -g * cos(q[0]) + valley * (q[0] * q[0] * q[0] / 3.0 - p * q[0]) + 0.5 * slope * q[0] * q[0];
   }
 };
 auto valley(double p) { return mechanical_system<1>(Bead{.g = 0.0, .valley = 1.0, .p = p}); }
@@ -131,6 +131,28 @@ TEST_CASE("on a turning hoop the lowest place branches at Omega^2 = g/R into two
     CHECK_THAT(end.exponents[1].imag(), WithinAbs(6.0 * std::abs(std::sin(end.q[0])), rounding));
   }
   CHECK(found[1].points.back().q[0] * found[2].points.back().q[0] < 0.0);
+}
+
+TEST_CASE("where two curves cross at an angle the other one is followed, too: q = 0 and q = -p") {
+  const auto found = equilibrium_branches([](double p) { return mechanical_system<1>(Bead{.g = 0.0, .valley = 1.0, .slope = p}); }, V1(0.0), 1.0, -1.0);
+  REQUIRE(found.size() == 3);
+  REQUIRE(found[0].all(BranchKind::branch).size() == 1);
+  CHECK(std::abs(found[0].all(BranchKind::branch)[0].p) < located);
+  for (std::size_t k : {1u, 2u}) {
+    CHECK(found[k].message == "reached the end of the range");
+    for (const auto& point : found[k].points) CHECK_THAT(point.q[0], WithinAbs(-point.p, rounding));
+  }
+}
+
+TEST_CASE("where the family ends, what was found stays, and its error is told") {
+  const auto family = [](double p) {
+    if (p < 0.2) throw qdot::InvalidValue("p must be at least 0.2");
+    return valley(p);
+  };
+  const auto found = equilibrium_branches(family, V1(1.0), 1.0, -1.0);
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].points.size() > 5);
+  CHECK(found[0].message.find("; p must be at least 0.2") != std::string::npos);
 }
 
 TEST_CASE("a curve of equilibria on a constraint branches where it does in coordinates without one") {

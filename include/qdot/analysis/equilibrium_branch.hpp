@@ -168,9 +168,13 @@ class BranchSearch {
 
   // The point at a distance s from another one.
   std::optional<CurvePoint> ahead(const CurvePoint& from, double s) const {
-    const auto X = curve_->on_plane(curve_->moved(from.X, from.tangent, s), from.tangent);
-    if (!X) return std::nullopt;
-    return curve_->point(*X, from.tangent, &from);
+    try {
+      const auto X = curve_->on_plane(curve_->moved(from.X, from.tangent, s), from.tangent);
+      if (X) return curve_->point(*X, from.tangent, &from);
+    } catch (const Error& error) {  // no model there
+      trouble_ = error.what();
+    }
+    return std::nullopt;
   }
 
   // Where a test changes its sign between 0 and s, by bisection to rounding.
@@ -197,9 +201,10 @@ class BranchSearch {
   }
 
   EquilibriumBranch followed(const Waiting& begin) {
-    constexpr double least_step = 1e-6, straight = 0.9;
+    constexpr double least_step = 1e-6, straight = 0.9, aside = 0.1;  // another curve need not cross at a right angle
     EquilibriumBranch branch;
     branch.from = begin.from;
+    trouble_.clear();
     CurvePoint here = begin.start;
     branch.points.push_back(described(here, begin.from ? BranchKind::branch : BranchKind::start));
     double step = 0.25 * options_.longest_step;
@@ -208,10 +213,10 @@ class BranchSearch {
     const Eigen::Index last = curve_->parameter();
     while (static_cast<int>(branch.points.size()) < options_.most_points) {
       const auto next = ahead(here, step);
-      if (!next || next->tangent.dot(here.tangent) < straight) {
+      if (!next || next->tangent.dot(here.tangent) < (fresh ? aside : straight)) {
         step *= 0.5;
         if (step < least_step) {
-          branch.message = sentence({"lost at p = ", {curve_->p(here.X), 8}, ": no equilibrium was found ahead however short the step"});
+          branch.message = sentence({"lost at p = ", {curve_->p(here.X), 8}, ": no equilibrium was found ahead however short the step", trouble_.empty() ? "" : "; ", trouble_});
           return branch;
         }
         continue;
@@ -294,6 +299,7 @@ class BranchSearch {
   BranchOptions options_;
   std::optional<SteadyCurve> curve_;
   double low_ = 0.0, high_ = 0.0;
+  mutable std::string trouble_;  // the last error on the way
   Eigen::Index dof_ = 0;
   std::vector<EquilibriumBranch> found_;
   std::vector<Waiting> waiting_;

@@ -114,32 +114,29 @@ class SteadyCurve {
     constexpr double short_step = 1e-11, small_residual = 1e-8;
     Eigen::VectorXd X = X0;
     double before = std::numeric_limits<double>::infinity();
-    try {
-      for (int step = 0; step < most_steps; ++step) {
-        const auto [residual, A] = equations(X);
-        const Eigen::Index rows = residual.size(), columns = static_cast<Eigen::Index>(free_.size());
-        Eigen::VectorXd right(rows + 1);
-        right[rows] = 0.0;
-        for (Eigen::Index k = 0; k < columns; ++k) {
-          const Eigen::Index place = free_[static_cast<std::size_t>(k)];
-          right[rows] -= normal[k] * (X[place] - X0[place]);
-        }
-        for (Eigen::Index i = 0; i < rows; ++i) right[i] = -residual[i];
-        const Eigen::VectorXd change = shortest_step(bordered(free_columns(A), normal), right, 1e-12).x;
-        const double length = change.norm();
-        if (!std::isfinite(length)) return std::nullopt;
-        X = moved(X, change, 1.0);
-        if (length <= short_step * (1.0 + X.norm())) {
-          if (right.cwiseAbs().maxCoeff() > small_residual) return std::nullopt;
-          return X;
-        }
-        if (step > 1 && length > 0.5 * before) {  // no longer quadratic: rounding, or nothing near
-          if (length > 1e-8 * (1.0 + X.norm())) return std::nullopt;
-          return X;
-        }
-        before = length;
+    for (int step = 0; step < most_steps; ++step) {
+      const auto [residual, A] = equations(X);
+      const Eigen::Index rows = residual.size(), columns = static_cast<Eigen::Index>(free_.size());
+      Eigen::VectorXd right(rows + 1);
+      right[rows] = 0.0;
+      for (Eigen::Index k = 0; k < columns; ++k) {
+        const Eigen::Index place = free_[static_cast<std::size_t>(k)];
+        right[rows] -= normal[k] * (X[place] - X0[place]);
       }
-    } catch (const Error&) {  // no model there
+      for (Eigen::Index i = 0; i < rows; ++i) right[i] = -residual[i];
+      const Eigen::VectorXd change = shortest_step(bordered(free_columns(A), normal), right, 1e-12).x;
+      const double length = change.norm();
+      if (!std::isfinite(length)) return std::nullopt;
+      X = moved(X, change, 1.0);
+      if (length <= short_step * (1.0 + X.norm())) {
+        if (right.cwiseAbs().maxCoeff() > small_residual) return std::nullopt;
+        return X;
+      }
+      if (step > 1 && length > 0.5 * before) {  // no longer quadratic: rounding, or nothing near
+        if (length > 1e-8 * (1.0 + X.norm())) return std::nullopt;
+        return X;
+      }
+      before = length;
     }
     return std::nullopt;
   }
