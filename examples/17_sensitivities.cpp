@@ -40,10 +40,10 @@ int main() {
   }
 
   std::printf("\nboth rods released at rest from\n");
-  for (const double angle : {0.5, 1.0, 2.0, 2.5}) {
+  for (const double angle : {0.5, 2.0}) {
     const auto system = mechanical_system<2>(energies_of(Eigen::Vector3d(1.0, 1.0, 9.81)));
-    const auto parted = lyapunov_spectrum(system, State<2>{0.0, {angle, angle}, {0.0, 0.0}}, 500.0, Dop853{}, {.rtol = 1e-10, .atol = 1e-10});
-    std::printf("%.1f rad: %s\n", angle, parted.lambda[0] > 0.1 + 5.0 * parted.standard_error[0] ? "chaotic" : "regular, as far as 500 s tell");
+    const auto parted = lyapunov_spectrum(system, State<2>{0.0, {angle, angle}, {0.0, 0.0}}, 200.0, Dop853{}, {.rtol = 1e-9, .atol = 1e-9});
+    std::printf("%.1f rad: %s\n", angle, parted.lambda[0] > 0.1 + 5.0 * parted.standard_error[0] ? "chaotic" : "regular, as far as 200 s tell");
   }
 
   // A ball is thrown at the floor, e = 0.7, and is to hit a wall 3 m away at a height of 0.5 m. The run ends at the wall.

@@ -106,7 +106,7 @@ ReferenceMotion agreed_reference(const Shared& model, const Request& request, co
       reference.scale = model->packed(request.start).cwiseAbs().cwiseMax(states.cwiseAbs().rowwise().maxCoeff());
       const double largest = std::max(reference.scale.maxCoeff(), std::numeric_limits<double>::min());
       for (double& s : reference.scale)
-        if (!(s > qdot::detail::negligible * largest)) s = largest;
+        if (!(s > qdot::detail::negligible_error * largest)) s = largest;
       continue;
     }
     const double difference = ((other - states).array().colwise() / reference.scale.array()).abs().maxCoeff();

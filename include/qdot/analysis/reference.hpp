@@ -93,7 +93,7 @@ struct ReferenceOptions {
 namespace detail {
 
 // A component that stays below this part of the largest one is zero, and is measured beside the largest.
-inline constexpr double negligible = 1e-12;
+inline constexpr double negligible_error = 1e-12;
 
 /// How one of the two computations is done.
 template <class S>
@@ -206,7 +206,7 @@ class Extrapolation {
     }
     step_ = rows_[K - 1];
     S error(0);
-    const S least = max(S(seen_.maxCoeff() * S(negligible)), S(std::numeric_limits<double>::min()));
+    const S least = max(S(seen_.maxCoeff() * S(negligible_error)), S(std::numeric_limits<double>::min()));
     for (Eigen::Index i = 0; i < y_.size(); ++i) {
       const S scale = given_scale_.size() > 0 ? given_scale_[i] : max(seen_[i], max(S(abs(step_[i])), least));
       const S e = abs(step_[i] - rows_[K - 2][i]) / scale;
@@ -274,7 +274,7 @@ ReferenceMotion extrapolated_reference(const F& f, double t0, const Eigen::Vecto
   result.rate = look.largest_rates().template cast<double>();
   const double largest = std::max(result.scale.maxCoeff(), std::numeric_limits<double>::min());
   for (double& s : result.scale)
-    if (!(s > negligible * largest)) s = largest;
+    if (!(s > negligible_error * largest)) s = largest;
   const Y scale = result.scale.template cast<S>();
 
   Extrapolation<S, F> first(f, {{2, 4, 6, 8, 10, 14, 18, 24, 32}, S(5) * epsilon}, deadline, scale);
