@@ -32,6 +32,14 @@ void add_text(CLI::App* command, const std::string& name, std::optional<std::str
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
 }
 
+/// Takes what all commands about one scene take.
+void add_scene(CLI::App* command, SceneOptions& options) {
+  command->add_option("SCENE", options.scene, "a name from qdot list")->required();
+  add_repeatable(command, "--set", options.set, "parameter or initial value (q0, …, qdot0, …), NAME=VALUE");
+  add_repeatable(command, "--with", options.with, "switch an effect on, EFFECT[=VALUE]");
+  add_repeatable(command, "--without", options.without, "switch an effect off");
+}
+
 /// What CLI11 did not recognize, as an error of ours.
 void refuse_extras(const CLI::App* command) {
   const std::vector<std::string> extras = command->remaining();
@@ -61,10 +69,7 @@ int execute(int argc, char** argv, std::string& command_name) {
 
   RunOptions run_options;
   CLI::App* run_command = app.add_subcommand("run", "simulate a scene");
-  run_command->add_option("SCENE", run_options.scene, "a name from qdot list")->required();
-  add_repeatable(run_command, "--set", run_options.set, "parameter or initial value (q0, …, qdot0, …), NAME=VALUE");
-  add_repeatable(run_command, "--with", run_options.with, "switch an effect on, EFFECT[=VALUE]");
-  add_repeatable(run_command, "--without", run_options.without, "switch an effect off");
+  add_scene(run_command, run_options);
   add_text(run_command, "--t-end", run_options.t_end, "time to end at", "T");
   add_text(run_command, "--method", run_options.method, "auto (default: chooses and says why), taylor, dop853, dopri5, adams, bdf (stiff), or symplectic with a fixed step: gauss2 … gauss8, verlet, yoshida_4, blanes_moan_6 …; all in qdot list", "NAME");
   add_text(run_command, "--step", run_options.step, "step of a method with a fixed one (default: from --rtol, by a short pilot run)", "H");
@@ -78,10 +83,7 @@ int execute(int argc, char** argv, std::string& command_name) {
 
   AccuracyOptions accuracy_options;
   CLI::App* accuracy_command = app.add_subcommand("accuracy", "what accuracy costs in time, with each method");
-  accuracy_command->add_option("SCENE", accuracy_options.scene, "a name from qdot list")->required();
-  add_repeatable(accuracy_command, "--set", accuracy_options.set, "parameter or initial value (q0, …, qdot0, …), NAME=VALUE");
-  add_repeatable(accuracy_command, "--with", accuracy_options.with, "switch an effect on, EFFECT[=VALUE]");
-  add_repeatable(accuracy_command, "--without", accuracy_options.without, "switch an effect off");
+  add_scene(accuracy_command, accuracy_options);
   add_text(accuracy_command, "--t-end", accuracy_options.t_end, "time to end at", "T");
   add_repeatable(accuracy_command, "--method", accuracy_options.methods, "a method to compare; all that fit without it");
   add_text(accuracy_command, "--samples", accuracy_options.samples, "times at which errors are measured (default 32)", "N");
@@ -107,10 +109,7 @@ int execute(int argc, char** argv, std::string& command_name) {
   ModesOptions modes_options, equilibria_options;
   const auto add_small_motions = [&](const char* name, const char* what, ModesOptions& options) {
     CLI::App* command = app.add_subcommand(name, what);
-    command->add_option("SCENE", options.scene, "a name from qdot list")->required();
-    add_repeatable(command, "--set", options.set, "parameter or where to start (q0, …, qdot0, …), NAME=VALUE");
-    add_repeatable(command, "--with", options.with, "switch an effect on, EFFECT[=VALUE]");
-    add_repeatable(command, "--without", options.without, "switch an effect off");
+    add_scene(command, options);
     command->add_flag("--steady", options.steady, "coordinates turn at the velocities of the start, which nothing may depend on");
     add_text(command, "--out", options.out, "write PATH.csv and PATH.html", "PATH");
     command->add_flag("--json", options.json, "one JSON object on stdout");
@@ -121,18 +120,12 @@ int execute(int argc, char** argv, std::string& command_name) {
 
   ConservedOptions conserved_options;
   CLI::App* conserved_command = app.add_subcommand("conserved", "which momenta and energies a scene conserves, and why");
-  conserved_command->add_option("SCENE", conserved_options.scene, "a name from qdot list")->required();
-  add_repeatable(conserved_command, "--set", conserved_options.set, "parameter or initial value (q0, …, qdot0, …), NAME=VALUE");
-  add_repeatable(conserved_command, "--with", conserved_options.with, "switch an effect on, EFFECT[=VALUE]");
-  add_repeatable(conserved_command, "--without", conserved_options.without, "switch an effect off");
+  add_scene(conserved_command, conserved_options);
   conserved_command->add_flag("--json", conserved_options.json, "one JSON object on stdout");
 
   LyapunovCommandOptions lyapunov_options;
   CLI::App* lyapunov_command = app.add_subcommand("lyapunov", "how fast motions part that begin close to the start");
-  lyapunov_command->add_option("SCENE", lyapunov_options.scene, "a name from qdot list")->required();
-  add_repeatable(lyapunov_command, "--set", lyapunov_options.set, "parameter or initial value (q0, …, qdot0, …), NAME=VALUE");
-  add_repeatable(lyapunov_command, "--with", lyapunov_options.with, "switch an effect on, EFFECT[=VALUE]");
-  add_repeatable(lyapunov_command, "--without", lyapunov_options.without, "switch an effect off");
+  add_scene(lyapunov_command, lyapunov_options);
   add_text(lyapunov_command, "--t-end", lyapunov_options.t_end, "time to end at (default: fifty times that of run)", "T");
   add_text(lyapunov_command, "--interval", lyapunov_options.interval, "time between orthonormalizations", "T");
   add_text(lyapunov_command, "--settle", lyapunov_options.settle, "time that is not counted (default: a tenth)", "T");

@@ -187,10 +187,7 @@ int accuracy(const AccuracyOptions& options) {
   const std::unique_ptr<RunnableScene> scene = make_scene(options.scene);
   Request request;
   request.start = configured(*scene, options.set);
-  RunOptions effects;
-  effects.with = options.with;
-  effects.without = options.without;
-  choose_effects(*scene, effects);
+  choose_effects(*scene, options);
   request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : scene->t_end();
   if (!(request.t_end > request.start.t)) {
     throw UsageError("--t-end: must be after the start, t = " + report::exact_text(request.start.t) + ", given " + *options.t_end);

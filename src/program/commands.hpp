@@ -9,40 +9,22 @@
 #include <string>
 #include <vector>
 
-#include "program/runnable_scene.hpp"
+#include "program/chosen_scene.hpp"
 
 namespace qdot::program {
-
-/// Applies --set: parameters first, because they decide how many coordinates there are, then initial values.
-///
-/// @throws UsageError
-State<Dynamic> configured(RunnableScene& scene, const std::vector<std::string>& settings);
 
 struct ListOptions {
   std::optional<std::string> scene;  // all of them without one
   bool json = false;
 };
 
-struct RunOptions {
-  std::string scene;
-  std::vector<std::string> set;
-  std::vector<std::string> with;
-  std::vector<std::string> without;
+struct RunOptions : SceneOptions {
   std::optional<std::string> t_end, method, step, rtol, atol, accuracy, samples, out;
   bool json = false;
   bool quiet = false;
 };
 
-/// Applies --with and --without, in this order.
-///
-/// @throws UsageError
-void choose_effects(RunnableScene& scene, const RunOptions& options);
-
-struct AccuracyOptions {
-  std::string scene;
-  std::vector<std::string> set;
-  std::vector<std::string> with;
-  std::vector<std::string> without;
+struct AccuracyOptions : SceneOptions {
   std::vector<std::string> methods;
   std::optional<std::string> t_end, samples, out;
   bool quick = false;
@@ -63,29 +45,17 @@ struct EquationsOptions {
   bool latex = false, mathml = false;
 };
 
-struct ModesOptions {
-  std::string scene;
-  std::vector<std::string> set;
-  std::vector<std::string> with;
-  std::vector<std::string> without;
+struct ModesOptions : SceneOptions {
   std::optional<std::string> out;
   bool steady = false;  // coordinates turn at the velocities of the start
   bool json = false;
 };
 
-struct ConservedOptions {
-  std::string scene;
-  std::vector<std::string> set;
-  std::vector<std::string> with;
-  std::vector<std::string> without;
+struct ConservedOptions : SceneOptions {
   bool json = false;
 };
 
-struct LyapunovCommandOptions {
-  std::string scene;
-  std::vector<std::string> set;
-  std::vector<std::string> with;
-  std::vector<std::string> without;
+struct LyapunovCommandOptions : SceneOptions {
   std::optional<std::string> t_end, interval, settle, rtol, out;
   bool json = false;
   bool quiet = false;

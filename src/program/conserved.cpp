@@ -115,18 +115,7 @@ std::string json_of(const RunnableScene& scene, const std::vector<ConservedValue
 }  // namespace
 
 int conserved(const ConservedOptions& options) {
-  const std::unique_ptr<RunnableScene> scene = make_scene(options.scene);
-  const State<Dynamic> start = configured(*scene, options.set);
-  RunOptions effects;
-  effects.with = options.with;
-  effects.without = options.without;
-  choose_effects(*scene, effects);
-  std::shared_ptr<const Model> model;
-  try {
-    model = scene->model();
-  } catch (const InvalidValue& error) {  // a parameter that an effect does not take
-    throw UsageError(std::string("--set: ") + error.what());
-  }
+  const auto [scene, start, model] = chosen_scene(options);
   const RecordedScene recorded = recorded_scene(*scene, *model);
   std::vector<double> momenta;
   if (recorded.unreadable.empty()) {

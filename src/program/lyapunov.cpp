@@ -8,13 +8,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "program/arguments.hpp"
-#include "program/catalogue.hpp"
 #include "program/commands.hpp"
+#include "program/first_order_model.hpp"
 #include "program/progress.hpp"
-#include "qdot/integrate/watch/held_watch.hpp"
 #include "qdot/report/csv.hpp"
 #include "qdot/report/file.hpp"
 #include "qdot/report/html.hpp"
@@ -24,20 +24,6 @@
 namespace qdot::program {
 
 namespace {
-
-// A model as sensitivities() wants it.
-struct SmoothModel {
-  static constexpr int size_at_compile_time = Dynamic;
-  using Watchdog = qdot::detail::HeldWatch;
-  std::shared_ptr<const Model> model;
-
-  std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const { return model->watch(options); }
-  Eigen::Index dof() const { return model->dof(); }
-  Eigen::Index size() const { return model->size(); }
-  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const { model->derivative(t, y, ydot); }
-  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const { model->jacobian(t, y, J); }
-  std::string component_name(Eigen::Index i) const { return model->component_name(i); }
-};
 
 struct LyapunovRequest {
   std::unique_ptr<RunnableScene> scene;
@@ -58,17 +44,10 @@ double positive(const char* argument, const std::string& text) {
 
 LyapunovRequest request_of(const LyapunovCommandOptions& options) {
   LyapunovRequest request;
-  request.scene = make_scene(options.scene);
-  request.start = configured(*request.scene, options.set);
-  RunOptions effects;
-  effects.with = options.with;
-  effects.without = options.without;
-  choose_effects(*request.scene, effects);
-  try {
-    request.model = request.scene->model();
-  } catch (const InvalidValue& error) {  // a parameter that an effect does not take
-    throw UsageError(std::string("--set: ") + error.what());
-  }
+  ChosenScene chosen = chosen_scene(options);
+  request.scene = std::move(chosen.scene);
+  request.start = chosen.start;
+  request.model = chosen.model;
   if (request.model->guard_count() > 0 || request.model->constrained())
     throw UsageError("SCENE: must have no constraints and nothing that switches, for exponents, but " + request.scene->name() +
                      " has (try --without, or lyapunov_spectrum() of the library, which takes them)");
@@ -141,7 +120,7 @@ std::string json_of(const LyapunovRequest& request, const LyapunovSpectrum& foun
 
 int lyapunov(const LyapunovCommandOptions& options) {
   const LyapunovRequest request = request_of(options);
-  const SmoothModel form{request.model};
+  const FirstOrderModel form{request.model};
   LyapunovSpectrum found;
   {
     ProgressBar progress(request.start.t, request.t_end, !options.quiet);

@@ -11,6 +11,7 @@
 #include <memory>
 #include <utility>
 
+#include "program/first_order_model.hpp"
 #include "program/methods.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/integrate/any_stepper.hpp"
@@ -27,26 +28,7 @@ namespace qdot::program {
 
 namespace {
 
-/// A model as the steppers want it: a value with the members of FirstOrderSystem.
-struct FirstOrderModel {
-  static constexpr int size_at_compile_time = Dynamic;
-  using Watchdog = qdot::detail::HeldWatch;
-  std::shared_ptr<const Model> model;
-
-  std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const { return model->watch(options); }
-
-  Eigen::Index dof() const { return model->dof(); }
-  Eigen::Index size() const { return model->size(); }
-  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
-    model->derivative(t, y, ydot);
-  }
-  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const {
-    model->jacobian(t, y, J);
-  }
-  std::string component_name(Eigen::Index i) const { return model->component_name(i); }
-};
-
-/// The same for a model with constraints, which the steppers then keep.
+/// A model with constraints, which the steppers then keep.
 struct ConstrainedModel : FirstOrderModel {
   ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const { return model->project(t, y); }
 };
@@ -64,14 +46,15 @@ struct SwitchingModel : ConstrainedModel {
   }
 };
 
+}  // namespace
+
 /// The graph of a scene with effects, constraints among them, for Taylor.
-qdot::detail::RecordedMotion recorded_motion(const FirstOrderModel& system) {
+static qdot::detail::RecordedMotion recorded_motion(const FirstOrderModel& system) {
   const auto recorded = system.model->recorded_motion();
   if (!recorded) throw NotAnalytic("the effects of this scene do not take the scalar that records a series; use dop853", "an effect");
   return std::move(*recorded);
 }
 
-}  // namespace
 }  // namespace qdot::program
 
 namespace qdot::detail {

@@ -78,17 +78,10 @@ report::Plot pole_map(const std::vector<SteadyPoint>& points, const std::string&
 
 SteadyRequest steady_request(const ModesOptions& options) {
   SteadyRequest request;
-  request.scene = make_scene(options.scene);
-  request.start = configured(*request.scene, options.set);
-  RunOptions effects;
-  effects.with = options.with;
-  effects.without = options.without;
-  choose_effects(*request.scene, effects);
-  try {
-    request.model = request.scene->model();
-  } catch (const InvalidValue& error) {  // a parameter that an effect does not take
-    throw UsageError(std::string("--set: ") + error.what());
-  }
+  ChosenScene chosen = chosen_scene(options);
+  request.scene = std::move(chosen.scene);
+  request.start = chosen.start;
+  request.model = chosen.model;
   if (request.model->guard_count() > 0) {
     throw UsageError("SCENE: must have constraints that last, for small motions beside a state, but " +
                      request.scene->name() + " has contacts or friction that switch (try --without, or another scene)");

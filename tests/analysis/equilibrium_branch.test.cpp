@@ -8,6 +8,7 @@
 #include "catch2_bridge.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/forces.hpp"
+#include "systems/three_bodies.hpp"
 
 using qdot::BranchKind;
 using qdot::equilibrium_branches;
@@ -61,20 +62,6 @@ struct Push {
   }
 };
 auto column(double P, double c, bool follows) { return scene(mechanical_system<2>(Column{}), qdot::generalized_force(Push{P, c, follows})); }
-
-// The plane problem of three bodies, the third without mass, in coordinates that turn with the others.
-struct ThirdBody {
-  double mu;
-  auto T(const auto& q, const auto& v) const {
-    const auto vx = v[0] - q[1], vy = v[1] + q[0];
-    return 0.5 * (vx * vx + vy * vy);
-  }
-  auto V(const auto& q) const {
-    using std::sqrt;
-    const auto a = q[0] + mu, b = q[0] - (1.0 - mu);
-    return -(1.0 - mu) / sqrt(a * a + q[1] * q[1]) - mu / sqrt(b * b + q[1] * q[1]);
-  }
-};
 
 // The bead in the plane that turns with the hoop, R = 1, g = 9.
 struct PlaneBead {
@@ -182,7 +169,7 @@ TEST_CASE("Ziegler's column flutters at 7/2 - sqrt 2, with equal damping at 41/2
 }
 
 TEST_CASE("L4 is stable up to Routh's mass ratio") {
-  const auto found = equilibrium_branches([](double mu) { return mechanical_system<2>(ThirdBody{mu}); }, Eigen::Vector2d(0.49, std::sqrt(0.75)), 0.01, 0.06);
+  const auto found = equilibrium_branches([](double mu) { return mechanical_system<2>(qdot::systems::ThreeBodies{mu}); }, Eigen::Vector2d(0.49, std::sqrt(0.75)), 0.01, 0.06);
   REQUIRE(found[0].all(BranchKind::hopf).size() == 1);
   CHECK_THAT(found[0].all(BranchKind::hopf)[0].p, WithinAbs(0.03852089650455139708, located));
   for (const auto& point : found[0].points) CHECK_THAT(point.q[0], WithinAbs(0.5 - point.p, rounding));
