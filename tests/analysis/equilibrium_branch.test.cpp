@@ -118,6 +118,8 @@ TEST_CASE("on a turning hoop the lowest place branches at Omega^2 = g/R into two
     CHECK_THAT(end.exponents[1].imag(), WithinAbs(6.0 * std::abs(std::sin(end.q[0])), rounding));
   }
   CHECK(found[1].points.back().q[0] * found[2].points.back().q[0] < 0.0);
+  const auto alone = equilibrium_branches([](double Omega) { return mechanical_system<1>(Bead{.Omega = Omega}); }, V1(0.0), 1.0, 6.0, {.most_branches = 1});
+  CHECK(alone.back().message == "reached the end of the range; 2 branches that cross were not followed: as many as were allowed");
 }
 
 TEST_CASE("where two curves cross at an angle the other one is followed, too: q = 0 and q = -p") {

@@ -128,6 +128,8 @@ class BranchSearch {
       const Waiting begin = waiting_[next];
       found_.push_back(followed(begin));
     }
+    if (const std::size_t left = waiting_.size() - found_.size(); left > 0)
+      found_.back().message += sentence({"; ", left, left == 1 ? " branch that crosses was" : " branches that cross were", " not followed: as many as were allowed"});
     return std::move(found_);
   }
 
