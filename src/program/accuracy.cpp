@@ -202,15 +202,8 @@ int accuracy(const AccuracyOptions& options) {
   request.samples = limits.outputs + 1;
   std::vector<std::string> files;
   if (options.out) {
-    if (options.out->empty() || options.out->back() == '/') {
-      throw UsageError("--out: must be a path whose last part is a file's name, given \"" + *options.out + "\"");
-    }
     files = accuracy_paths(*options.out);
-    try {
-      report::require_writable(files);
-    } catch (const report::UnwritableFile& error) {
-      throw UsageError(std::string("--out: ") + error.what());
-    }
+    require_files(*options.out, files);
   }
 
   Shared model;

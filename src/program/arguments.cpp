@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <limits>
 
+#include "qdot/report/file.hpp"
+
 namespace qdot::program {
 
 namespace {
@@ -96,6 +98,17 @@ Assignment assignment(const std::string& argument, const std::string& text) {
   }
   const std::string name = text.substr(0, equals);
   return {name, finite_number(argument + " " + one_line(name), text.substr(equals + 1))};
+}
+
+void require_files(const std::string& out, const std::vector<std::string>& files) {
+  if (out.empty() || out.back() == '/') {
+    throw UsageError("--out: must be a path whose last part is a file's name, given \"" + out + "\"");
+  }
+  try {
+    report::require_writable(files);
+  } catch (const report::UnwritableFile& error) {
+    throw UsageError(std::string("--out: ") + error.what());
+  }
 }
 
 }  // namespace qdot::program

@@ -34,6 +34,11 @@ double finite_number(const std::string& argument, const std::string& text);
 /// The same for a whole number between two bounds.
 long whole_number(const std::string& argument, const std::string& text, long least, long most);
 
+/// Refuses an --out whose files could not be written.
+///
+/// @throws UsageError
+void require_files(const std::string& out, const std::vector<std::string>& files);
+
 /// NAME=VALUE, taken apart.
 struct Assignment {
   std::string name;

@@ -25,15 +25,12 @@ namespace qdot::program {
 
 namespace {
 
-struct LyapunovRequest {
-  std::unique_ptr<RunnableScene> scene;
-  State<Dynamic> start;
-  std::shared_ptr<const Model> model;
+struct LyapunovRequest : ChosenScene {
   double t_end = 0.0;
-  Options options;
-  qdot::LyapunovOptions measured;
-  std::vector<std::string> paths;
-  std::string rate;  // unit of an exponent
+  Options options = {};
+  qdot::LyapunovOptions measured = {};
+  std::vector<std::string> paths = {};
+  std::string rate = {};  // unit of an exponent
 };
 
 double positive(const char* argument, const std::string& text) {
@@ -43,11 +40,7 @@ double positive(const char* argument, const std::string& text) {
 }
 
 LyapunovRequest request_of(const LyapunovCommandOptions& options) {
-  LyapunovRequest request;
-  ChosenScene chosen = chosen_scene(options);
-  request.scene = std::move(chosen.scene);
-  request.start = chosen.start;
-  request.model = chosen.model;
+  LyapunovRequest request{chosen_scene(options)};
   if (request.model->guard_count() > 0 || request.model->constrained())
     throw UsageError("SCENE: must have no constraints and nothing that switches, for exponents, but " + request.scene->name() +
                      " has (try --without, or lyapunov_spectrum() of the library, which takes them)");
@@ -66,11 +59,7 @@ LyapunovRequest request_of(const LyapunovCommandOptions& options) {
   request.options.keep_trajectory = false;
   if (options.out) {
     request.paths = {*options.out + ".csv", *options.out + ".html"};
-    try {
-      report::require_writable(request.paths);
-    } catch (const report::UnwritableFile& error) {
-      throw UsageError(std::string("--out: ") + error.what());
-    }
+    require_files(*options.out, request.paths);
   }
   request.rate = request.scene->time_unit().empty() ? "" : "1/" + request.scene->time_unit();
   return request;

@@ -136,15 +136,8 @@ int run(const RunOptions& options) {
   Request request = request_of(*scene, options);
   std::vector<std::string> files;
   if (options.out) {
-    if (options.out->empty() || options.out->back() == '/') {
-      throw UsageError("--out: must be a path whose last part is a file's name, given \"" + *options.out + "\"");
-    }
     files = output_paths(*options.out);
-    try {
-      report::require_writable(files);
-    } catch (const report::UnwritableFile& error) {
-      throw UsageError(std::string("--out: ") + error.what());
-    }
+    require_files(*options.out, files);
     request.most_frames = frame_count(*scene, request.start, request.t_end);
   }
 

@@ -77,11 +77,7 @@ report::Plot pole_map(const std::vector<SteadyPoint>& points, const std::string&
 }  // namespace
 
 SteadyRequest steady_request(const ModesOptions& options) {
-  SteadyRequest request;
-  ChosenScene chosen = chosen_scene(options);
-  request.scene = std::move(chosen.scene);
-  request.start = chosen.start;
-  request.model = chosen.model;
+  SteadyRequest request{chosen_scene(options)};
   if (request.model->guard_count() > 0) {
     throw UsageError("SCENE: must have constraints that last, for small motions beside a state, but " +
                      request.scene->name() + " has contacts or friction that switch (try --without, or another scene)");
@@ -89,11 +85,7 @@ SteadyRequest steady_request(const ModesOptions& options) {
   request.steady = options.steady;
   if (options.out) {
     request.paths = {*options.out + ".csv", *options.out + ".html"};
-    try {
-      report::require_writable(request.paths);
-    } catch (const report::UnwritableFile& error) {
-      throw UsageError(std::string("--out: ") + error.what());
-    }
+    require_files(*options.out, request.paths);
   }
   return request;
 }

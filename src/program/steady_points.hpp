@@ -20,12 +20,9 @@ struct SteadyPoint {
 };
 
 /// A scene with its parameters and effects as the options say, and where the search starts.
-struct SteadyRequest {
-  std::unique_ptr<RunnableScene> scene;
-  State<Dynamic> start;
-  std::shared_ptr<const Model> model;
+struct SteadyRequest : ChosenScene {
   bool steady = false;
-  std::vector<std::string> paths;  // to write to
+  std::vector<std::string> paths = {};  // to write to
 };
 
 /// @throws UsageError

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "catch2_bridge.hpp"
+#include "error_message.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/forces.hpp"
 #include "systems/three_bodies.hpp"
@@ -52,11 +53,12 @@ struct Column {
 struct Push {
   double P, c;
   bool follows;
-  auto operator()(const auto& q, const auto& v, const auto&) const {
+  double shake = 0.0;
+  auto operator()(const auto& q, const auto& v, const auto& t) const {
     using std::sin;
     auto Q = q;
     const auto damping = c * (v[1] - v[0]);
-    Q[0] = P * sin(follows ? q[0] - q[1] : q[0]) - c * v[0] + damping;
+    Q[0] = P * sin(follows ? q[0] - q[1] : q[0]) - c * v[0] + damping + shake * sin(t);
     Q[1] = (follows ? 0.0 : P) * sin(q[1]) - damping;
     return Q;
   }
@@ -72,15 +74,6 @@ struct PlaneBead {
 struct Hoop {
   auto operator()(const auto& q) const { return q[0] * q[0] + q[1] * q[1] - 1.0; }
 };
-
-std::string message(const auto& call) {
-  try {
-    call();
-  } catch (const qdot::Error& error) {
-    return error.what();
-  }
-  return "";
-}
 
 }  // namespace
 
@@ -144,6 +137,13 @@ TEST_CASE("where the family ends, what was found stays, and its error is told") 
   CHECK(found[0].message.find("; p must be at least 0.2") != std::string::npos);
 }
 
+TEST_CASE("what depends on the time at other values of the parameter only is no equilibrium there") {
+  const auto family = [](double P) { return scene(mechanical_system<2>(Column{}), qdot::generalized_force(Push{P, 0.0, true, P - 0.1})); };
+  const auto found = equilibrium_branches(family, Eigen::Vector2d(0.0, 0.0), 0.1, 0.5);
+  CHECK(found[0].points.size() == 1);
+  CHECK(found[0].message.starts_with("lost behind p = 0.1: equilibrium_branches: nothing may depend on the time, but the acceleration of q0 changes by"));
+}
+
 TEST_CASE("a curve of equilibria on a constraint branches where it does in coordinates without one") {
   const auto found = equilibrium_branches([](double Omega) { return scene(mechanical_system<2>(PlaneBead{Omega}), qdot::holonomic("hoop", Hoop{})); },
                                           Eigen::Vector2d(0.0, -1.0), 1.0, 5.0);
@@ -178,10 +178,10 @@ TEST_CASE("L4 is stable up to Routh's mass ratio") {
 }
 
 TEST_CASE("what cannot be followed is refused with the reason") {
-  CHECK(message([&] { equilibrium_branches(valley, V1(1.0), 1.0, 1.0); }).find("must be finite and not empty, but goes from 1 to 1") != std::string::npos);
-  CHECK(message([&] { equilibrium_branches(valley, V1(1.0), 1.0, 0.0, {.longest_step = 0.0}); }).find("the longest step must lie between 0 and 1") != std::string::npos);
-  CHECK(message([&] { equilibrium_branches(valley, Eigen::Vector2d(1.0, 0.0), 1.0, 0.0); }).starts_with("q must have 1 entry, but has 2"));
-  CHECK(message([&] { equilibrium_branches(valley, V1(1.0), -1.0, 1.0); }).find("all accelerations must vanish somewhere near the start") != std::string::npos);
+  CHECK(qdot::error_message([&] { equilibrium_branches(valley, V1(1.0), 1.0, 1.0); }).find("must be finite and not empty, but goes from 1 to 1") != std::string::npos);
+  CHECK(qdot::error_message([&] { equilibrium_branches(valley, V1(1.0), 1.0, 0.0, {.longest_step = 0.0}); }).find("the longest step must lie between 0 and 1") != std::string::npos);
+  CHECK(qdot::error_message([&] { equilibrium_branches(valley, Eigen::Vector2d(1.0, 0.0), 1.0, 0.0); }).starts_with("q must have 1 entry, but has 2"));
+  CHECK(qdot::error_message([&] { equilibrium_branches(valley, V1(1.0), -1.0, 1.0); }).find("all accelerations must vanish somewhere near the start") != std::string::npos);
   const auto kinked = [](double p) { return valley(std::abs(p - 0.5) + 0.5); };
-  CHECK(message([&] { equilibrium_branches(kinked, V1(1.0), 0.5, 1.0); }).find("must have a derivative with respect to its parameter, but at 0.5") != std::string::npos);
+  CHECK(qdot::error_message([&] { equilibrium_branches(kinked, V1(1.0), 0.5, 1.0); }).find("must have a derivative with respect to its parameter, but at 0.5") != std::string::npos);
 }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "catch2_bridge.hpp"
+#include "error_message.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/dissipation.hpp"
 #include "scenes/double_pendulum.hpp"
@@ -30,15 +31,6 @@ struct Hill {
 const auto top = qdot::mechanical_system<1>(Hill{});
 const State<1> at_rest{0.0, {0.0}, {0.0}};
 
-std::string message(const auto& call) {
-  try {
-    call();
-  } catch (const qdot::Error& error) {
-    return error.what();
-  }
-  return "";
-}
-
 }  // namespace
 
 TEST_CASE("the exponents at the top of a hill are its rates of growth and decay, and the run may be long or backward") {
@@ -57,6 +49,16 @@ TEST_CASE("an interval in which directions part too far is halved") {
   const auto found = lyapunov_spectrum(top, at_rest, 100.0, Dop853{}, fine, {.interval = 30.0});
   CHECK(std::abs(found.lambda[0] - 2.0) < settled);
   CHECK(std::abs(found.lambda[1] + 2.0) < settled);
+}
+
+TEST_CASE("an interval longer than the run, and a time to settle that is no number beside the start, are counted from where they are met") {
+  const auto once = lyapunov_spectrum(top, at_rest, 20.0, Dop853{}, fine, {.interval = 1e9});
+  REQUIRE(once.lambda.size() == 2);
+  CHECK(std::abs(once.lambda[0] - 2.0) < 1e-3);  // settled as far as exp(-8)
+  constexpr double t0 = 1.7e9;
+  const auto late = lyapunov_spectrum(top, State<1>{t0, {0.0}, {0.0}}, t0 + 40.0, Dop853{}, fine, {.settle = 10.1234567891});
+  REQUIRE(late.completed());
+  CHECK(std::abs(late.lambda[0] - 2.0) < 1e-8);  // a time of 40 is known to 1e-8 there
 }
 
 TEST_CASE("with a damper the exponents solve s^2 + c s - k = 0") {
@@ -114,10 +116,14 @@ TEST_CASE("the double pendulum stretches a deviation as a computation in extende
 }
 
 TEST_CASE("what cannot be asked of a spectrum is refused, and a run that fails keeps what was counted") {
-  CHECK(message([] { lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.interval = 0.0}); }).starts_with("the interval between orthonormalizations must be positive, but is 0;"));
-  CHECK(message([] { lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.settle = 10.0}); }).starts_with("the time to settle must lie within the run, but is 10 of 10;"));
-  CHECK(message([] { lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.directions = 3}); }).find("but 3 were asked for") != std::string::npos);
-  CHECK(message([] { qdot::stretching(Eigen::MatrixXd::Constant(2, 2, std::numeric_limits<double>::quiet_NaN())); }).find("must be finite") != std::string::npos);
+  CHECK(qdot::error_message([] { lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.interval = 0.0}); }).starts_with("the interval between orthonormalizations must be positive, but is 0;"));
+  CHECK(qdot::error_message([] { lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.settle = 10.0}); }).starts_with("the time to settle must lie within the run, but is 10 of 10;"));
+  CHECK(qdot::error_message([] { lyapunov_spectrum(top, at_rest, std::numeric_limits<double>::quiet_NaN(), Dop853{}, fine); }) ==
+        "the end of the run must be finite and not its start, but it is nan from 0; give it a time");
+  CHECK(qdot::error_message([] { lyapunov_spectrum(top, State<1>{1.7e9, {0.0}, {0.0}}, 1.7e9 + 1.0, Dop853{}, fine, {.interval = 1e-8}); })
+            .starts_with("the interval between orthonormalizations must be longer than the times resolve, but 1e-08 is below 3.02e-06;"));
+  CHECK(qdot::error_message([] { lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.directions = 3}); }).find("but 3 were asked for") != std::string::npos);
+  CHECK(qdot::error_message([] { qdot::stretching(Eigen::MatrixXd::Constant(2, 2, std::numeric_limits<double>::quiet_NaN())); }).find("must be finite") != std::string::npos);
   const auto away = lyapunov_spectrum(top, State<1>{0.0, {1e-3}, {0.0}}, 100.0, Dop853{}, {.rtol = 1e-12, .atol = 1e-12, .state_norm_limit = 1e9}, {.settle = 2.0});
   CHECK(away.outcome == Outcome::state_limit);
   CHECK(away.t > 10.0);

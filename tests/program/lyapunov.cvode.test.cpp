@@ -33,5 +33,6 @@ TEST_CASE("what has constraints or cannot be measured so is refused in words") {
   CHECK(err("cartesian_pendulum").find("must have no constraints and nothing that switches, for exponents") != std::string::npos);
   CHECK(err("pendulum --interval 0") == "qdot lyapunov: --interval: must be positive, given 0\n");
   CHECK(err("pendulum --settle 7 --t-end 7") == "qdot lyapunov: --settle: must lie from 0 to the duration of the run, 7, given 7\n");
+  CHECK(err("pendulum --out nowhere/") == "qdot lyapunov: --out: must be a path whose last part is a file's name, given \"nowhere/\"\n");
   CHECK(err("pendulum --t-end 0") == "qdot lyapunov: --t-end: must differ from the time of the start, given 0\n");
 }

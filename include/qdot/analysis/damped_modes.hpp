@@ -109,6 +109,20 @@ void require_staying(const L& linear, const char* who) {
   }
 }
 
+// What the exponents of a linearization say.
+template <class E>
+Stability stability_of_exponents(const E& all) {
+  bool grows = false, lasts = false;
+  for (Eigen::Index i = 0; i < all.lambda.size(); ++i) {
+    grows = grows || all.grows(i);
+    lasts = lasts || all.on_axis(i);
+  }
+  return grows             ? Stability::unstable
+         : any_drifts(all) ? Stability::drifting
+         : lasts           ? Stability::stable_in_linear_approximation
+                           : Stability::asymptotically_stable;
+}
+
 }  // namespace detail
 
 /// The modes about an equilibrium or a steady motion, and its stability.
@@ -125,11 +139,8 @@ DampedModes damped_modes(const L& linear) {
   DampedModes result;
   result.exponents = detail::sorted_exponents(all.lambda);
   result.growth = -std::numeric_limits<double>::infinity();
-  bool grows = false, lasts = false;
   for (Eigen::Index i = 0; i < count; ++i) {
     const std::complex<double> lambda = all.lambda[i];
-    grows = grows || all.grows(i);
-    lasts = lasts || all.on_axis(i);
     result.growth = std::max(result.growth, lambda.real());
     if (lambda.imag() < 0.0) continue;
     DampedMode mode{lambda, std::abs(lambda), 0.0, Eigen::VectorXcd::Zero(n)};
@@ -147,10 +158,7 @@ DampedModes damped_modes(const L& linear) {
   }
   std::stable_sort(result.modes.begin(), result.modes.end(),
                    [](const DampedMode& a, const DampedMode& b) { return a.natural_frequency < b.natural_frequency; });
-  result.stability = grows                     ? Stability::unstable
-                     : detail::any_drifts(all) ? Stability::drifting
-                     : lasts                   ? Stability::stable_in_linear_approximation
-                                               : Stability::asymptotically_stable;
+  result.stability = detail::stability_of_exponents(all);
   return result;
 }
 

@@ -89,9 +89,10 @@ struct BranchOptions {
 namespace detail {
 
 class BranchSearch {
+  static constexpr const char* who = "equilibrium_branches";
+
  public:
   BranchSearch(const FlowAt& flow_at, const Eigen::VectorXd& q, double from, double to, const BranchOptions& options) : options_(options) {
-    constexpr const char* who = "equilibrium_branches";
     if (!std::isfinite(from) || !std::isfinite(to) || from == to)
       throw_invalid_value({who, ": the range of the parameter must be finite and not empty, but goes from ", from, " to ", to, "; give it two values"});
     if (!(options.longest_step > 0.0 && options.longest_step <= 1.0) || options.most_points < 2 || options.most_branches < 1)
@@ -126,7 +127,14 @@ class BranchSearch {
   std::vector<EquilibriumBranch> branches() {
     for (std::size_t next = 0; next < waiting_.size() && found_.size() < options_.most_branches; ++next) {
       const Waiting begin = waiting_[next];
-      found_.push_back(followed(begin));
+      EquilibriumBranch branch;
+      branch.from = begin.from;
+      try {
+        follow(branch, begin);
+      } catch (const Error& error) {
+        branch.message = branch.points.empty() ? error.what() : sentence({"lost behind p = ", {branch.points.back().p, 8}, ": ", error.what()});
+      }
+      found_.push_back(std::move(branch));
     }
     if (const std::size_t left = waiting_.size() - found_.size(); left > 0)
       found_.back().message += sentence({"; ", left, left == 1 ? " branch that crosses was" : " branches that cross were", " not followed: as many as were allowed"});
@@ -151,19 +159,13 @@ class BranchSearch {
     const Eigen::VectorXd x = curve_->values(here.X);
     point.q = x.head(dof_);
     point.z = x.segment(dof_, x.size() - 1 - dof_);
+    curve_->require_steady_at(who, here.X);
     const auto flow = curve_->flow(here.X);
     const Linearization linear = linearized(*flow, 0.0, curve_->y(here.X));
     const Exponents all = exponents_of(linear.A);
-    bool lasts = false;
-    for (Eigen::Index i = 0; i < all.lambda.size(); ++i) {
-      point.growing += all.grows(i) ? 1 : 0;
-      lasts = lasts || all.on_axis(i);
-    }
+    for (Eigen::Index i = 0; i < all.lambda.size(); ++i) point.growing += all.grows(i) ? 1 : 0;
     point.exponents = sorted_exponents(all.lambda);
-    point.stability = point.growing > 0     ? Stability::unstable
-                      : any_drifts(all)     ? Stability::drifting
-                      : lasts               ? Stability::stable_in_linear_approximation
-                                            : Stability::asymptotically_stable;
+    point.stability = stability_of_exponents(all);
     return point;
   }
   int growing(const CurvePoint& here) const { return described(here, BranchKind::regular).growing; }
@@ -202,10 +204,9 @@ class BranchSearch {
     return Special{high, kind, *at};
   }
 
-  EquilibriumBranch followed(const Waiting& begin) {
+  // Adds its points to a branch, and says how it ended.
+  void follow(EquilibriumBranch& branch, const Waiting& begin) {
     constexpr double least_step = 1e-6, straight = 0.9, aside = 0.1;  // another curve need not cross at a right angle
-    EquilibriumBranch branch;
-    branch.from = begin.from;
     trouble_.clear();
     CurvePoint here = begin.start;
     branch.points.push_back(described(here, begin.from ? BranchKind::branch : BranchKind::start));
@@ -219,7 +220,7 @@ class BranchSearch {
         step *= 0.5;
         if (step < least_step) {
           branch.message = sentence({"lost at p = ", {curve_->p(here.X), 8}, ": no equilibrium was found ahead however short the step", trouble_.empty() ? "" : "; ", trouble_});
-          return branch;
+          return;
         }
         continue;
       }
@@ -237,7 +238,7 @@ class BranchSearch {
           branch.points.push_back(described(end, BranchKind::end));
         }
         branch.message = "reached the end of the range";
-        return branch;
+        return;
       }
       add_specials(branch, here, *next, step, fresh, count, begin);
       branch.points.push_back(described(*next, BranchKind::regular));
@@ -247,7 +248,6 @@ class BranchSearch {
       step = std::min(1.4 * step, options_.longest_step);
     }
     branch.message = sentence({"ended at p = ", {curve_->p(here.X), 8}, " with as many points as were allowed; allow more"});
-    return branch;
   }
 
   // The special points between two neighbours.

@@ -150,10 +150,17 @@ template <class MatrixXd>
 LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const Eigen::VectorXd& y0, double t_end, const LyapunovOptions& options) {
   const double duration = std::abs(t_end - t0), forward = t_end < t0 ? -1.0 : 1.0;
   const double settle = options.settle.value_or(0.1 * duration);
+  if (!std::isfinite(t_end) || t_end == t0)
+    throw_invalid_value({"the end of the run must be finite and not its start, but it is ", t_end, " from ", t0, "; give it a time"});
+  const double resolved = 8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t_end));
+  if (options.interval > 0.0 && options.interval <= resolved)
+    throw_invalid_value({"the interval between orthonormalizations must be longer than the times resolve, but ", options.interval, " is below ", {resolved, 3},
+                         "; make it longer, or count the time from a moment that is near"});
   if (!(options.interval > 0.0) || !std::isfinite(options.interval))
     throw_invalid_value({"the interval between orthonormalizations must be positive, but is ", options.interval,
                          "; give it some fraction of the time in which deviations grow tenfold"});
-  if (!(settle >= 0.0) || !(settle < duration))
+  const double settled = t0 + forward * settle;
+  if (!(settle >= 0.0) || !(forward * (t_end - settled) > 0.0))
     throw_invalid_value({"the time to settle must lie within the run, but is ", settle, " of ", duration, "; give it less, or run longer"});
   LyapunovSpectrum result;
   result.t = t0;
@@ -174,12 +181,12 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
   lengths_of_orthonormalized(Q);
 
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
-  double begun = t0, interval = options.interval;
-  bool counts = settle == 0.0;
-  const double smallest = 1e-9 * std::min(options.interval, duration);
+  double begun = t0, interval = std::max(std::min(options.interval, duration - settle), resolved);
+  bool counts = settled == t0;
+  const double smallest = std::max(1e-9 * interval, resolved);
   while (forward * (t_end - result.t) > 0.0) {
     double next = result.t + forward * interval;
-    if (!counts && forward * (next - t0) > settle) next = t0 + forward * settle;
+    if (!counts && forward * (next - settled) > 0.0) next = settled;
     if (forward * (t_end - next) < 1e-3 * interval) next = t_end;
     const PieceOfFlow piece = flow(result.t, result.y, next);
     if (piece.outcome != Outcome::completed) {
@@ -214,7 +221,7 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
     if (counts) {
       result.times.push_back(result.t);
       result.running.push_back(sum / std::abs(result.t - begun));
-    } else if (forward * (result.t - t0) >= settle) {
+    } else if (result.t == settled) {
       counts = true;
       begun = result.t;
     }

@@ -150,7 +150,7 @@ inline FamilyFound family_from(const Shooting& of, Eigen::VectorXd X, const Fami
 
   FamilyFound found;
   ClosingEnd end = closed(equations, X, search);
-  const auto orbit_on = [&](const BranchPoint& b, OrbitKind kind) {
+  const auto orbit_on = [&](const PointOfFamily& b, OrbitKind kind) {
     const ClosingEnd here{OrbitOutcome::found, b.equations.rows_of(b.point.X, b.point.shot), b.history, {}, {}};
     FamilyOrbit orbit{orbit_of(b.equations, here), kind, b.quantity};
     constexpr double apart = 1e-4;  // of multipliers that pass the circle here, as far as the place is known
@@ -166,7 +166,7 @@ inline FamilyFound family_from(const Shooting& of, Eigen::VectorXd X, const Fami
   if (in.what == What::energy) equations.energy.reset();
   if (in.what == What::period) equations.free.push_back(N);
   if (in.what == What::parameter) equations.free.push_back(N + 1);
-  BranchPoint at = branch_point(equations, end, quantity, nullptr);
+  PointOfFamily at = point_of_family(equations, end, quantity, nullptr);
   found.orbits.push_back(orbit_on(at, OrbitKind::start));
   const double begin = at.quantity, towards = in.until >= begin ? 1.0 : -1.0;
   if (at.open != 1) {
@@ -190,10 +190,10 @@ inline FamilyFound family_from(const Shooting& of, Eigen::VectorXd X, const Fami
   bool turned = false;
   while (static_cast<int>(found.orbits.size()) < options.most_orbits) {
     end = stepped(at, step, nearby);
-    BranchPoint next = at;
+    PointOfFamily next = at;
     bool good = end.outcome == OrbitOutcome::found;
     if (good) {
-      next = branch_point(equations, end, quantity, &at);
+      next = point_of_family(equations, end, quantity, &at);
       good = next.open == 1;
       double cosine = 0.0, length = 0.0;
       for (Eigen::Index i = 0; good && i < X.size(); ++i) {
@@ -214,11 +214,11 @@ inline FamilyFound family_from(const Shooting& of, Eigen::VectorXd X, const Fami
       continue;
     }
     const auto sign_changes = [](double before, double after) { return (before < 0.0) != (after < 0.0); };
-    const auto beyond = [&](const BranchPoint& b) { return towards * (b.quantity - in.until); };
-    const auto behind = [&](const BranchPoint& b) { return towards * (begin - b.quantity); };
+    const auto beyond = [&](const PointOfFamily& b) { return towards * (b.quantity - in.until); };
+    const auto behind = [&](const PointOfFamily& b) { return towards * (begin - b.quantity); };
     turned = turned || sign_changes(at.slope, next.slope);
     const bool reaches = beyond(next) >= 0.0, returns = turned && behind(next) >= 0.0;
-    const auto distance_of = [&](const BranchPoint& b) {
+    const auto distance_of = [&](const PointOfFamily& b) {
       double distance = 0.0;
       for (Eigen::Index i = 0; i < X.size(); ++i) distance += at.tangent[i] * (b.point.X[i] - at.point.X[i]) / at.equations.scale[i];
       return distance;
@@ -230,13 +230,13 @@ inline FamilyFound family_from(const Shooting& of, Eigen::VectorXd X, const Fami
     }
     std::vector<std::pair<OrbitKind, BranchTest>> tests;
     const bool folds = sign_changes(at.slope, next.slope);
-    if (folds) tests.push_back({OrbitKind::fold, [](const BranchPoint& b) { return b.slope; }});
-    if (sign_changes(at.at_minus_one, next.at_minus_one)) tests.push_back({OrbitKind::period_doubling, [](const BranchPoint& b) { return b.at_minus_one; }});
-    if (!folds && sign_changes(at.at_one, next.at_one)) tests.push_back({OrbitKind::branch, [](const BranchPoint& b) { return b.at_one; }});
-    if ((at.outside > 0) != (next.outside > 0)) tests.push_back({OrbitKind::torus, [](const BranchPoint& b) { return b.outside > 0 ? 1.0 : -1.0; }});
+    if (folds) tests.push_back({OrbitKind::fold, [](const PointOfFamily& b) { return b.slope; }});
+    if (sign_changes(at.at_minus_one, next.at_minus_one)) tests.push_back({OrbitKind::period_doubling, [](const PointOfFamily& b) { return b.at_minus_one; }});
+    if (!folds && sign_changes(at.at_one, next.at_one)) tests.push_back({OrbitKind::branch, [](const PointOfFamily& b) { return b.at_one; }});
+    if ((at.outside > 0) != (next.outside > 0)) tests.push_back({OrbitKind::torus, [](const PointOfFamily& b) { return b.outside > 0 ? 1.0 : -1.0; }});
     std::vector<std::pair<double, FamilyOrbit>> special;
     for (const auto& [kind, test] : tests) {
-      const BranchPoint point = located(at, next, length, test, quantity, nearby, options.location);
+      const PointOfFamily point = located(at, next, length, test, quantity, nearby, options.location);
       special.push_back({distance_of(point), orbit_on(point, kind)});
     }
     std::stable_sort(special.begin(), special.end(), [](const auto& a, const auto& b) { return a.first < b.first; });

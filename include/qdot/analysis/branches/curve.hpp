@@ -31,7 +31,7 @@
 
 #include "qdot/analysis/linear/flow.hpp"
 #include "qdot/analysis/linear/rest_search.hpp"
-#include "qdot/analysis/orbits/shortest_step.hpp"
+#include "qdot/analysis/linear/shortest_step.hpp"
 #include "qdot/analysis/variations/slope.hpp"
 #include "qdot/error.hpp"
 
@@ -101,6 +101,13 @@ class SteadyCurve {
     return all;
   }
   std::shared_ptr<const Flow> flow(const Eigen::VectorXd& X) const { return flow_at_(p(X)); }
+
+  // Refuses what depends on the time, or on a coordinate that turns, at this p.
+  void require_steady_at(const char* who, const Eigen::VectorXd& X) const {
+    const Eigen::VectorXd state = y(X);
+    const auto here = flow(X);
+    require_steady(*here, {who, 0, 0.0}, t_, state, SteadyEquations::at(*here, t_, state, true), row_scale_);
+  }
 
   Eigen::VectorXd moved(const Eigen::VectorXd& X, const Eigen::VectorXd& direction, double s) const {
     Eigen::VectorXd next = X;

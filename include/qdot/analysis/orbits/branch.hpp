@@ -38,7 +38,7 @@
 namespace qdot::detail {
 
 // A point of a branch: X, τ, and the functions that vanish at special points.
-struct BranchPoint {
+struct PointOfFamily {
   ClosingEquations equations;  // with the units that hold here
   ClosingPoint point;
   std::vector<OrbitIteration> history;
@@ -68,12 +68,12 @@ struct BranchQuantity {
 };
 
 // The point of the branch where an orbit was found; `before` orients its tangent.
-inline BranchPoint branch_point(ClosingEquations equations, const ClosingEnd& end, const BranchQuantity& quantity, const BranchPoint* before) {
+inline PointOfFamily point_of_family(ClosingEquations equations, const ClosingEnd& end, const BranchQuantity& quantity, const PointOfFamily* before) {
   equations.along.resize(0);
   const Eigen::Index N = equations.states();
   if (end.point.shot.extent.size() == N) equations.measure(equations.x(end.point.X), end.point.shot.extent);
   equations.scale[N] = ClosingEquations::period(end.point.X);
-  BranchPoint result{equations, end.point, end.history, {}};
+  PointOfFamily result{equations, end.point, end.history, {}};
   const Eigen::VectorXd& X = end.point.X;
   ClosingPoint here = equations.rows_of(end.point.X, end.point.shot);
   const ShortestStep step = closing_step(equations, here);
@@ -103,7 +103,7 @@ inline BranchPoint branch_point(ClosingEquations equations, const ClosingEnd& en
 }
 
 // The orbit at a distance along the tangent, by Newton's method across it.
-inline ClosingEnd stepped(const BranchPoint& from, double distance, const ClosingSearch& search) {
+inline ClosingEnd stepped(const PointOfFamily& from, double distance, const ClosingSearch& search) {
   ClosingEquations equations = from.equations;
   equations.along = from.tangent;
   Eigen::VectorXd X = from.point.X;
@@ -120,14 +120,14 @@ inline ClosingEnd stepped(const BranchPoint& from, double distance, const Closin
   return end;
 }
 
-using BranchTest = std::function<double(const BranchPoint&)>;
+using BranchTest = std::function<double(const PointOfFamily&)>;
 
 // Where a function of the branch changes its sign between `from` and a distance from there, to a part of that distance.
-inline BranchPoint located(const BranchPoint& from, const BranchPoint& to, double distance, const BranchTest& test, const BranchQuantity& quantity,
+inline PointOfFamily located(const PointOfFamily& from, const PointOfFamily& to, double distance, const BranchTest& test, const BranchQuantity& quantity,
                            const ClosingSearch& search, double tolerance) {
   constexpr int most_steps = 60;
   double low = 0.0, high = distance, f_low = test(from), f_high = test(to);
-  BranchPoint best = std::abs(f_low) < std::abs(f_high) ? from : to;
+  PointOfFamily best = std::abs(f_low) < std::abs(f_high) ? from : to;
   int side = 0;
   double previous = -1.0;
   for (int k = 0; k < most_steps && high - low > tolerance * distance; ++k) {
@@ -135,7 +135,7 @@ inline BranchPoint located(const BranchPoint& from, const BranchPoint& to, doubl
     if (!(s > low && s < high)) s = 0.5 * (low + high);
     const ClosingEnd end = stepped(from, s, search);
     if (end.outcome != OrbitOutcome::found) break;
-    BranchPoint middle = branch_point(from.equations, end, quantity, &from);
+    PointOfFamily middle = point_of_family(from.equations, end, quantity, &from);
     if (middle.open != 1) return middle;  // on it, as far as can be told
     const double f = test(middle);
     best = std::move(middle);

@@ -35,7 +35,7 @@
 #include "qdot/analysis/orbit.hpp"
 #include "qdot/analysis/orbits/multipliers.hpp"
 #include "qdot/analysis/orbits/shooting.hpp"
-#include "qdot/analysis/orbits/shortest_step.hpp"
+#include "qdot/analysis/linear/shortest_step.hpp"
 #include "qdot/analysis/variations/slope.hpp"
 #include "qdot/error.hpp"
 
