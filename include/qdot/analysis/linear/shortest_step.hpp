@@ -5,7 +5,7 @@
 //
 // Rotations of two columns at a time make the columns of A V normal to each other (Hestenes, 1958): A V = U Σ. Then
 //
-//     x = V Σ⁺ Uᵀ b ,       A v = 0 for each column v of V whose σ is negligible .
+//     x = V Σ⁺ Uᵀ b ,       A v = 0 for each column v of V whose σ is negligible ,       (AᵀA)⁺ = V Σ⁺² Vᵀ .
 //
 // The singular values of so small a matrix come out to rounding, and plain loops cost the compiler nothing.
 
@@ -20,7 +20,8 @@ namespace qdot::detail {
 
 struct ShortestStep {
   Eigen::VectorXd x;
-  Eigen::MatrixXd open;  // orthonormal columns
+  Eigen::MatrixXd open;          // orthonormal columns
+  Eigen::MatrixXd determined{};  // columns v/σ of the others
 };
 
 // @param negligible  singular values below that part of the largest count as zero
@@ -62,7 +63,7 @@ inline ShortestStep shortest_step(Eigen::MatrixXd A, const Eigen::VectorXd& b, d
     square[j] = product(A.data() + m * j, A.data() + m * j);
     largest = std::max(largest, square[j]);
   }
-  ShortestStep result{Eigen::VectorXd::Zero(n), Eigen::MatrixXd(n, n)};
+  ShortestStep result{Eigen::VectorXd::Zero(n), Eigen::MatrixXd(n, n), Eigen::MatrixXd(n, n)};
   Eigen::Index open = 0;
   for (Eigen::Index j = 0; j < n; ++j) {
     if (!(square[j] > negligible * negligible * largest)) {
@@ -71,9 +72,13 @@ inline ShortestStep shortest_step(Eigen::MatrixXd A, const Eigen::VectorXd& b, d
       continue;
     }
     const double weight = product(A.data() + m * j, b.data()) / square[j];
-    for (Eigen::Index i = 0; i < n; ++i) result.x[i] += weight * V(i, j);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      result.x[i] += weight * V(i, j);
+      result.determined(i, j - open) = V(i, j) / std::sqrt(square[j]);
+    }
   }
   result.open.conservativeResize(n, open);
+  result.determined.conservativeResize(n, n - open);
   return result;
 }
 
