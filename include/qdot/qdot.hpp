@@ -89,6 +89,7 @@
 // #include "qdot/analysis/routh.hpp"          // a system without its cyclic coordinates
 // #include "qdot/analysis/hamiltonian.hpp"    // H, q̇ from p, Hamilton's equations, Poisson brackets
 // #include "qdot/analysis/sensitivity.hpp"     // ∂y/∂(y₀, t₀, p), through events and on constraints
+// #include "qdot/analysis/adjoint.hpp"         // one number's gradient in many parameters, backwards
 // #include "qdot/analysis/parameter_fit.hpp"   // parameters from measurements of motions
 // #include "qdot/analysis/lyapunov.hpp"        // how fast motions part: exponents, singular values of Φ
 // #include "qdot/analysis/periodic_orbit.hpp"  // motions that repeat, by Newton's method

@@ -73,9 +73,13 @@ struct Ball {
   auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
   auto V(const auto& q) const { return g * q[0] + 0.5 * k * (q[0] - 5.0) * (q[0] - 5.0); }
 };
+struct Bounce {
+  double e = 1.0;
+  void operator()(State<1>& s) const { s.qdot *= -e; }
+};
 struct BallOf {
   auto operator()(const Five& p) const {
-    const auto floor = qdot::event("floor", [](const auto& q) { return q[0]; }).falling().then([e = p[1]](State<1>& s) { s.qdot *= -e; });
+    const auto floor = qdot::event("floor", [](const auto& q) { return q[0]; }).falling().then(Bounce{p[1]});
     return qdot::problem(qdot::mechanical_system<1>(Ball{p[0], p[4]}), State<1>{0.0, {p[2]}, {p[3]}}, qdot::events(floor));
   }
 };

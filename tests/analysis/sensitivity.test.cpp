@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "catch2_bridge.hpp"
+#include "qdot/analysis/adjoint.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/contact.hpp"
 #include "qdot/effects/dissipation.hpp"
@@ -19,6 +20,7 @@
 using qdot::Dop853;
 using qdot::event;
 using qdot::events;
+using qdot::functional_gradient;
 using qdot::Options;
 using qdot::Outcome;
 using qdot::problem;
@@ -70,6 +72,7 @@ using V1 = qdot::Vector<double, 1>;
 using Function = std::function<double(const V1&, const V1&)>;
 using Action = std::function<void(State<1>&)>;
 auto crossing(std::string name, Function g) { return event(std::move(name), std::move(g)); }
+const auto place = [](const auto& q) { return q[0]; };
 const Function height = [](const V1& q, const V1&) { return q[0]; }, velocity = [](const V1&, const V1& v) { return v[0]; };
 
 // A floor that moves at the speed a.
@@ -145,7 +148,14 @@ TEST_CASE("a ball that bounces three times depends on g, e, h and the end as the
     CHECK_THAT(s.events[0].time[3], WithinAbs(0.5 * std::sqrt(2 / (9.8 * 50)), error));
   };
   check(sensitivities(by_action, p, 15.0, Dop853{}, fine));
-  check(sensitivities(over_floor, p, 15.0, Dop853{}, fine));
+  const auto s = sensitivities(over_floor, p, 15.0, Dop853{}, fine);
+  check(s);
+  const auto backwards = functional_gradient(over_floor, p, 15.0, qdot::end_value(place), Dop853{}, fine);
+  REQUIRE(backwards.completed());
+  CHECK_THAT(backwards.by_parameters[0], WithinAbs(-7.277029744509896286, error));
+  CHECK_THAT(backwards.by_parameters[1], WithinAbs(314.568839957685554, 100 * error));
+  CHECK_THAT(backwards.by_parameters[3], WithinAbs(1.596182170076060328, error));
+  CHECK(backwards.by_parameters[5] == 0.0);
 }
 
 TEST_CASE("parameters of T and V have the same derivatives exactly and by a family") {
@@ -241,6 +251,9 @@ TEST_CASE("an impact on a moving floor depends on everything as the closed form 
   CHECK((s.y.head(2) - expected.value.head<2>()).norm() < 1e-12);
   CHECK((s.Phi.topRows(2) - expected.jacobian.topRows<2>()).cwiseAbs().maxCoeff() < 1e-10);
   CHECK((s.events[0].time - expected.jacobian.row(2).transpose()).cwiseAbs().maxCoeff() < 1e-11);
+  const auto backwards = functional_gradient(over_floor, p, 1.0, qdot::end_value(place), Dop853{}, fine);
+  REQUIRE(backwards.completed());
+  CHECK((backwards.by_parameters - expected.jacobian.row(0).transpose()).cwiseAbs().maxCoeff() < 1e-10);
 
   const double t0 = 1.7e9, grain = 2.4e-7;  // of the time there: when it hits is not known better
   const auto late = sensitivities(OverFloor{t0}, p, t0 + 1.0, Dop853{}, fine);
@@ -333,6 +346,12 @@ TEST_CASE("equations that an event switches have continuous states and a jump of
   expected << -(v0 + 2 * late) * dt_dx, late - (v0 + 2 * late) * dt_dv, -2 * dt_dx, 1 - 2 * dt_dv;
   CHECK((s.Phi - expected).cwiseAbs().maxCoeff() < 1e-11);
   CHECK((s.Phi_before(s.events[1].t) - (Eigen::Matrix2d() << 1, t1, 0, 1).finished()).cwiseAbs().maxCoeff() < 1e-11);
+  gravity = 0.0;
+  const auto backwards = functional_gradient(system, State<1>{0.0, {x0}, {v0}}, T, qdot::end_value(place), Dop853{}, fine,
+                                             events(crossing("field", [](const V1& q, const V1&) { return q[0] - 1.0; }).rising().then(Action([&gravity](State<1>&) { gravity = 2.0; })),
+                                                    crossing("half way", [](const V1& q, const V1&) { return q[0] - 0.5; })));
+  CHECK(backwards.outcome == Outcome::not_differentiable);
+  CHECK(backwards.message.find("an action changes what functors read") != std::string::npos);
 }
 
 TEST_CASE("the time at which a motion begins has a column of its own") {
@@ -422,6 +441,13 @@ TEST_CASE("a slider-crank's mean kinetic energy depends on spring and damper as 
   CHECK_THAT(s.Phi(6, 1), WithinAbs(-0.3637540339709498, error));
   CHECK_THAT(s.Phi(0, 0), WithinAbs(-0.1739779292603175, error));
   CHECK_THAT(s.Phi(0, 1), WithinAbs(-0.2687606670918820, error));
+  const auto mean = qdot::integral([](const auto&, const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1] + 2.0 * v[2] * v[2]); });
+  const auto backwards = functional_gradient(family, Eigen::Vector2d(1.0, 1.0), 10.0, mean, Dop853{}, fine);
+  INFO(backwards.message);
+  REQUIRE(backwards.completed());
+  CHECK_THAT(backwards.value, WithinAbs(3.3366067994827844, error));
+  CHECK_THAT(backwards.by_parameters[0], WithinAbs(0.3334481061284379, error));
+  CHECK_THAT(backwards.by_parameters[1], WithinAbs(-0.3637540339709498, error));
 }
 
 TEST_CASE("where there is no derivative none is made up, and what was found before is returned") {

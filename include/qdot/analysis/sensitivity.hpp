@@ -37,6 +37,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/analysis/variations/beginning.hpp"
 #include "qdot/analysis/variations/variations.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/driver/consistent_start.hpp"
@@ -124,53 +125,6 @@ struct Sensitivities {
 
 namespace detail {
 
-template <class M>
-inline constexpr bool is_explicit_method = false;
-template <>
-inline constexpr bool is_explicit_method<Dop853> = true;
-template <>
-inline constexpr bool is_explicit_method<Dopri5> = true;
-
-// The function of an event, and its change, on [y; columns of Φ].
-struct ErasedFunction {
-  const VariationalEquations* equations;
-  std::function<double(double, const Eigen::VectorXd&, Eigen::Index, double)> h;
-
-  double operator()(const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const double& t) const {
-    if (equations->dof() == 0) return h(t, q.head(equations->state_size()), -1, 0.0);
-    Eigen::VectorXd y(2 * q.size());
-    y << q, qdot;
-    return h(t, y, -1, 0.0);
-  }
-};
-template <bool barrier>
-struct ErasedChange {
-  static constexpr bool is_barrier = barrier;
-  VariationalEquations* equations;
-  std::string name;
-  Surface surface;
-
-  void operator()(double t, Eigen::VectorXd& both) const { equations->pass(name, t, both, surface); }
-};
-
-template <class G, class Action>
-auto erased_event(const Event<G, Action>& event, VariationalEquations& equations, Surface surface) {
-  using E = Event<G, Action>;
-  const auto with_function = [&](auto g) {
-    if constexpr (E::stops || E::records) return Event<decltype(g), Action>{event.name, std::move(g), event.direction, {}};
-    else
-      return Event<decltype(g), ErasedChange<E::is_barrier>>{event.name, std::move(g), event.direction, {&equations, event.name, std::move(surface)}};
-  };
-  if constexpr (E::is_formula) return with_function(event.g);
-  else return with_function(ErasedFunction{&equations, surface.h});
-}
-
-struct NamedSurface {
-  std::string name;
-  Surface surface;
-  bool stops;
-};
-
 // An event with the derivative of its time: known where it has changed the state, asked of the trajectory where it was recorded. Where it stopped
 // the run, the end moves with it.
 template <int n>
@@ -196,67 +150,19 @@ template <class Model, class Start, class List, class StartSlope>
 auto sensitivities_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options,
                       const WithRespectTo& wanted, const StartSlope& slope_of_start) {
   static_assert(is_explicit_method<std::remove_cvref_t<decltype(method)>>, "qdot: sensitivities are integrated by Dop853 or Dopri5");
-  using Form = typename Model::Form;
-  constexpr bool jumps = ProjectableSystem<Form> || SwitchingSystem<Form>;
   require_valid(options, model.form.size());
   Variations<Model> equations(std::move(model), wanted.start, wanted.start_time);
   const Eigen::Index size = equations.state_size(), columns = equations.columns();
   if (columns == 0) throw InvalidValue("sensitivities must be with respect to something; ask for the start, for its time, or give parameters");
-
-  Eigen::VectorXd y0 = packed(equations.form(), start);
-  if (y0.size() != size)
-    throw DimensionError("y", static_cast<long>(size), static_cast<long>(y0.size()), "pass one entry for each component of the system");
-  for (Eigen::Index i = 0; i < size; ++i)
-    if (!std::isfinite(y0[i]))
-      throw_invalid_value({equations.state_name(i), " must be finite at the start, but is ", y0[i], "; give it a number"});
-  if constexpr (requires { require_existing_entries(equations.form().system(), y0.data(), start.t); })
-    require_existing_entries(equations.form().system(), y0.data(), start.t);
-  else if constexpr (requires { require_existing_entries(equations.form().scene().system(), y0.data(), start.t); })
-    require_existing_entries(equations.form().scene().system(), y0.data(), start.t);
-  equations.tolerances.push_back(options.rtol);
-  for (Eigen::Index i = 0; i < size; ++i) equations.tolerances.push_back(options.atol[i]);
+  const Eigen::VectorXd both = begun(equations, start, options, slope_of_start);
   if (options.atol.size() > 1) {
     Eigen::VectorXd each(size * (1 + columns));
     for (Eigen::Index i = 0; i < each.size(); ++i) each[i] = options.atol[i % size];
     options.atol = each;
   }
-
-  // Φ at the start.
-  Eigen::VectorXd both = Eigen::VectorXd::Zero(size * (1 + columns)), settled = y0;
-  if constexpr (SwitchingSystem<Form>) {
-    Eigen::VectorXd resolution(size);
-    for (Eigen::Index i = 0; i < size; ++i) resolution[i] = options.rtol * std::abs(y0[i]) + options.atol[i];
-    equations.form().switched(start.t, settled, std::vector<bool>(static_cast<std::size_t>(equations.form().guard_count())), resolution);
-    settled.head(2 * equations.dof()) = y0.head(2 * equations.dof());
-  }
-  if constexpr (ProjectableSystem<Form>) require_consistent(equations.form(), start.t, settled);
-  both.head(size) = settled;
-  Eigen::Map<Eigen::MatrixXd> Phi(both.data() + size, size, columns);
-  const Eigen::VectorXd f = equations.state_rate(start.t, settled);
-  for (Eigen::Index j = 0; j < equations.start_columns(); ++j) Phi(j, j) = 1.0;
-  if (wanted.start_time) Phi.col(equations.start_columns()) = -f;
-  for (Eigen::Index j = columns - equations.model().parameters(), p = 0; j < columns; ++j, ++p) {
-    const Eigen::VectorXd slope = slope_of_start(equations.model(), p);
-    if (slope.size() > 0) Phi.col(j) = slope.head(size) - f * slope[size];
-  }
-  if constexpr (jumps) equations.project(start.t, both);
-  both.head(2 * equations.dof()) = y0.head(2 * equations.dof());
-
-  VariationalForm<jumps> form(equations);
-  const auto erased = [&]<std::size_t... i>(std::index_sequence<i...>) {
-    return events(erased_event(std::get<i>(list.list), equations, equations.template surface<i>())...);
-  }(std::make_index_sequence<Model::event_count>{});
-  std::vector<NamedSurface> surfaces;
-  [&]<std::size_t... i>(std::index_sequence<i...>) {
-    (surfaces.push_back({std::get<i>(list.list).name, equations.template surface<i>(), std::get<i>(list.list).stops}), ...);
-  }(std::make_index_sequence<Model::event_count>{});
-  for (Eigen::Index k = 0; k < equations.guard_count(); ++k)
-    if (const std::string name = equations.ending(k); !name.empty()) surfaces.push_back({name, equations.guard_surface(k), true});
-  for (std::size_t i = 0; i < surfaces.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k)
-      if (surfaces[i].name == surfaces[k].name)
-        throw_invalid_value({"events must have names of their own where their times are differentiated, but two are called '",
-                             surfaces[i].name, "'; rename one"});
+  VariationalForm<can_jump<Model>> form(equations);
+  const auto erased = erased_events(list, equations, equations);
+  const std::vector<NamedSurface> surfaces = surfaces_of(list, equations);
 
   Sensitivities<Variations<Model>::n> result;
   result.run = simulate(form, FirstOrderState{start.t, both}, t_end, method, options, erased);
@@ -298,7 +204,7 @@ auto sensitivities(const System& system, const Start& start, double t_end, const
                    const EventList<Events...>& events = {}, const WithRespectTo& wanted = {}) {
   using Form = detail::FormOf<System>;
   return detail::sensitivities_of(detail::FixedModel<Form, EventList<Events...>>{first_order_form(system), events}, start, events, t_end, method, options,
-                                  wanted, [](const auto&, Eigen::Index) { return Eigen::VectorXd(); });
+                                  wanted, detail::FixedStart{});
 }
 
 /// The same, and with respect to parameters of which T and V are made, exactly.
@@ -315,7 +221,7 @@ auto sensitivities(const EnergiesOf& energies_of, const P& p, const State<n>& st
   using Form = detail::FormOf<decltype(system)>;
   using Model = detail::EnergiesModel<Form, EventList<Events...>, EnergiesOf, P::SizeAtCompileTime>;
   return detail::sensitivities_of(Model{{first_order_form(system), events}, energies_of, p}, start, events, t_end, method, options, wanted,
-                                  [](const auto&, Eigen::Index) { return Eigen::VectorXd(); });
+                                  detail::FixedStart{});
 }
 
 /// The same for a family of problems, which may differ in everything.
@@ -329,19 +235,7 @@ auto sensitivities(const Family& family, const P& p, double t_end, const Method&
                    const WithRespectTo& wanted = {.start = false}) {
   detail::FamilyModel<Family, P> model(family, p);
   const auto nominal = model.nominal;
-  const auto slope_of_start = [](const auto& of, Eigen::Index j) {
-    const auto begins = [&](double s) {
-      const auto near = of.member(j, s);
-      const Eigen::VectorXd y = detail::packed(first_order_form(near.system), near.start);
-      Eigen::VectorXd both(y.size() + 1);
-      both << y, near.start.t;
-      return both;
-    };
-    const auto slope = detail::slope_at_zero(begins, std::ldexp(detail::parameter_step(of.parameter(j)), 8));
-    if (!slope) detail::throw_invalid_value({"the start of a family must have a derivative with respect to parameter ", j, "; let it depend smoothly on it"});
-    return *slope;
-  };
-  return detail::sensitivities_of(std::move(model), nominal.start, nominal.events, t_end, method, options, wanted, slope_of_start);
+  return detail::sensitivities_of(std::move(model), nominal.start, nominal.events, t_end, method, options, wanted, detail::SlopeOfFamilyStart{});
 }
 
 }  // namespace qdot

@@ -74,9 +74,21 @@ class VariationalEquations {
   Eigen::Index size() const noexcept { return size_ * (1 + columns_); }
   Eigen::Index dof() const noexcept { return dof_; }
 
+  // Of the columns of Φ for the state at the start, which entry of y each of them displaces.
+  const std::vector<Eigen::Index>& start_entries() const noexcept { return entries_; }
+
+  // [y; Φ] with Φ as it would be had the motion begun at y.
+  Eigen::VectorXd seeded(const Eigen::VectorXd& y) const {
+    Eigen::VectorXd both = Eigen::VectorXd::Zero(size());
+    both.head(size_) = y;
+    for (std::size_t j = 0; j < entries_.size(); ++j) both[size_ * (static_cast<Eigen::Index>(j) + 1) + entries_[j]] = 1.0;
+    return both;
+  }
+
   virtual void write_rates(double t, const double* y, double* ydot) const = 0;
+  virtual void write_state_rates(double t, const double* y, double* ydot) const = 0;  // of y alone
   virtual Eigen::VectorXd state_rate(double t, const Eigen::VectorXd& y) const = 0;
-  virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;
+  virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;  // or of y alone
   virtual Eigen::Index guard_count() const = 0;
   virtual std::string ending(Eigen::Index k) const = 0;
   virtual void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const = 0;
@@ -94,7 +106,7 @@ class VariationalEquations {
   Crossing crossing(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both, const Surface& surface) const;
 
   // y ← the state behind an event, with Φ⁺.
-  void pass(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface);
+  virtual void pass(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface);
 
   // Of all moments that changed the state, in their order.
   const std::vector<EventSlope>& passed() const noexcept { return passed_; }
@@ -110,6 +122,7 @@ class VariationalEquations {
   VariationalEquations& operator=(const VariationalEquations&) = default;
 
   Eigen::Index size_ = 0, dof_ = 0, columns_ = 0;
+  std::vector<Eigen::Index> entries_;
   mutable Eigen::VectorXd largest_;  // |yᵢ| of all states at which f was asked for
 
  private:

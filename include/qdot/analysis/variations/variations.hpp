@@ -37,11 +37,14 @@ class Variations final : public VariationalEquations {
  public:
   static constexpr int n = detail::dof_at_compile_time<Form>();
 
-  // Columns for the state at the start, for its time, and for parameters, in this order.
-  Variations(Model model, bool with_start, bool with_time)
-      : model_(std::move(model)), starts_(with_start ? (detail::dof(form()) > 0 ? 2 * detail::dof(form()) : form().size()) : 0), times_(with_time ? 1 : 0) {
+  // Columns for the state at the start, or for all that varies continuously in it, for its time, and for parameters, in this order.
+  Variations(Model model, bool with_start, bool with_time, bool with_all = false) : model_(std::move(model)), times_(with_time ? 1 : 0) {
     size_ = form().size();
     dof_ = detail::dof(form());
+    if (with_start)
+      for (Eigen::Index i = 0; i < (dof_ > 0 ? 2 * dof_ : size_); ++i) entries_.push_back(i);
+    if (with_all) add_effect_states();
+    starts_ = static_cast<Eigen::Index>(entries_.size());
     columns_ = starts_ + times_ + model_.parameters();
     J_.resize(size_, size_);
     head_.resize(size_);
@@ -90,6 +93,10 @@ class Variations final : public VariationalEquations {
     }
   }
 
+  void write_state_rates(double t, const double* y, double* ydot) const override {
+    for (Eigen::Index i = 0; i < size_; ++i) largest_[i] = std::max(largest_[i], std::abs(y[i]));
+    form().derivative(t, Eigen::Map<const Eigen::VectorXd>(y, size_), Eigen::Map<Eigen::VectorXd>(ydot, size_));
+  }
   Eigen::VectorXd state_rate(double t, const Eigen::VectorXd& y) const override {
     Eigen::VectorXd f(size_);
     form().derivative(t, y, f);
@@ -99,7 +106,7 @@ class Variations final : public VariationalEquations {
   ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> both) const override {
     if constexpr (projects) {
       const ProjectionReport report = form().project(t, both.head(size_));
-      project_columns(t, both);
+      if (both.size() > size_) project_columns(t, both);
       return report;
     } else {
       return (void)t, (void)both, ProjectionReport{};
@@ -158,7 +165,7 @@ class Variations final : public VariationalEquations {
 
   std::string state_name(Eigen::Index i) const override { return form().component_name(i); }
   std::string column_name(Eigen::Index j) const override {
-    if (j < starts_) return sentence({state_name(j), " at the start"});
+    if (j < starts_) return sentence({state_name(entries_[static_cast<std::size_t>(j)]), " at the start"});
     if (j < starts_ + times_) return "the time of the start";
     return sentence({"parameter ", j - starts_ - times_});
   }
@@ -210,6 +217,18 @@ class Variations final : public VariationalEquations {
   // Which parameter a column belongs to; −1 for one of another kind.
   Eigen::Index parameter_of(Eigen::Index column) const { return column < starts_ + times_ ? -1 : column - starts_ - times_; }
 
+  // Effects' own states, but phases of contacts and friction.
+  void add_effect_states() {
+    if constexpr (requires { form().scene().effects(); }) {
+      Eigen::Index place = 2 * dof_;
+      for_each(form().scene().effects(), [&](const auto& e) {
+        using E = std::remove_cvref_t<decltype(e)>;
+        for (int i = 0; i < states_of<E>(); ++i, ++place)
+          if constexpr (!SwitchingEffect<E, n>) entries_.push_back(place);
+      });
+    }
+  }
+
   std::string guard_name(Eigen::Index k) const { return ending(k).empty() ? std::string("a contact or friction") : ending(k); }
 
   // Columns of Φ, put onto the tangent space at y.
@@ -250,7 +269,7 @@ class Variations final : public VariationalEquations {
   }
 
   Model model_;
-  Eigen::Index starts_, times_;
+  Eigen::Index starts_ = 0, times_;
   mutable Eigen::MatrixXd J_, slopes_;
   mutable Eigen::VectorXd head_;
   mutable std::vector<std::string> pending_;  // names of what a user's jump led to

@@ -1,0 +1,308 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The adjoint equations, along a motion that is known: what a number F that a run ends with depends on, backwards.
+//
+//     F = ∫ g(t, y, p) dt + h(y(T), p) ,        dF = λᵀ δy + … at any time,
+//     λ(T) = ∂h/∂y ,    λ̇ = −Aᵀ λ − ∂g/∂y ,    dF/dp = ∂h/∂p + ∫ (Bᵀλ + ∂g/∂p) dt ,     A = ∂f/∂y ,  B = ∂f/∂p
+//
+// One λ, however many parameters. At an event the run forwards notes what becomes of small differences, Φ⁺ = S and P for those of y⁻ and p, and when
+// the event is, ∂t_e = τ·δy⁻ + π·δp (equations.hpp). Backwards
+//
+//     λ⁻ = Sᵀλ⁺ + (g⁻ − g⁺) τ ,      dF/dp += Pᵀλ⁺ + (g⁻ − g⁺) π .
+//
+// Each step of the run is gone back by Gauss' collocation of order 12 on its polynomial y(t): smooth there, linear in λ, and solved by iteration, since the run's
+// own steps are short in units of A. Legendre coefficients of what is integrated say if the step must be halved: that of the highest degree, squared, is about
+// the error.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "qdot/analysis/variations/equations.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/trajectory.hpp"
+
+namespace qdot::detail {
+
+// What a jump makes of small differences.
+struct Transfer {
+  double t = 0.0;
+  Eigen::VectorXd before{}, after{};  // y
+  Eigen::MatrixXd Phi{};              // [S P]
+  Eigen::VectorXd time{};             // [τ π]
+};
+
+// y of a model alone, which notes what its jumps do to the columns of Φ.
+class JumpRecorder final : public VariationalEquations {
+ public:
+  explicit JumpRecorder(VariationalEquations& of) : of_(of) {
+    size_ = of.state_size();
+    dof_ = of.dof();
+  }
+
+  const std::vector<Transfer>& transfers() const noexcept { return transfers_; }
+
+  void write_rates(double t, const double* y, double* ydot) const override { of_.write_state_rates(t, y, ydot); }
+  void write_state_rates(double t, const double* y, double* ydot) const override { of_.write_state_rates(t, y, ydot); }
+  Eigen::VectorXd state_rate(double t, const Eigen::VectorXd& y) const override { return of_.state_rate(t, y); }
+  ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const override { return of_.project(t, y); }
+  Eigen::Index guard_count() const override { return of_.guard_count(); }
+  std::string ending(Eigen::Index k) const override { return of_.ending(k); }
+  void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const override { of_.guards(t, y, g); }
+  void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> g) const override {
+    of_.guard_bands(t, y, tolerance, g);
+  }
+  std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) override {
+    std::vector<std::string> happened;
+    through(t, y, [&](Eigen::VectorXd& both) { happened = of_.switched(t, both, fired, tolerance); });
+    return happened;
+  }
+  void pass(const std::string& name, double t, Eigen::VectorXd& y, const Surface& surface) override {
+    through(t, y, [&](Eigen::VectorXd& both) { of_.pass(name, t, both, surface); });
+  }
+  std::string state_name(Eigen::Index i) const override { return of_.state_name(i); }
+  std::string column_name(Eigen::Index j) const override { return of_.column_name(j); }
+  void renew() override { of_.renew(); }
+  std::unique_ptr<AnyWatch> watch(const Options& options) const override { return of_.watch(options); }
+  double parameter_size(Eigen::Index column) const override { return of_.parameter_size(column); }
+
+  // [y; tangent Φ] in front of a jump.
+  Eigen::VectorXd tangents(double t, const Eigen::VectorXd& y) const {
+    Eigen::VectorXd both = of_.seeded(y);
+    of_.project(t, both);
+    both.head(size_) = y;
+    return both;
+  }
+
+ private:
+  void through(double t, Eigen::VectorXd& y, const auto& jump) {
+    const std::size_t before = of_.passed().size();
+    Eigen::VectorXd both = tangents(t, y);
+    jump(both);
+    const Eigen::VectorXd after = both.head(size_);
+    if (of_.passed().size() > before)
+      transfers_.push_back({t, y, after, Eigen::Map<const Eigen::MatrixXd>(both.data() + size_, size_, of_.columns()), of_.passed().back().time});
+    y = after;
+  }
+
+  VariationalEquations& of_;
+  std::vector<Transfer> transfers_;
+};
+
+// A number and its slopes at a moment.
+struct TermAt {
+  double value = 0.0, by_t = 0.0;
+  double size = 0.0;  // of what the value may be a difference of
+  Eigen::VectorXd by_y{}, by_p{};
+};
+using Term = std::function<void(double t, const Eigen::VectorXd& y, TermAt& at)>;  // none for zero
+
+// Gauss' method of `stages` stages on 0 … 1.
+template <int stages>
+struct GaussNodes {
+  std::array<double, stages> c{}, b{}, highest{};    // nodes, weights, P_{stages−1} there
+  std::array<std::array<double, stages>, stages> a{};  // ∫₀^{c_i} of Lagrange's polynomials
+
+  GaussNodes() {
+    const auto legendre = [](int degree, double x, double* slope) {
+      double before = 1.0, here = x;
+      if (degree == 0) return before;
+      for (int k = 1; k < degree; ++k) {
+        const double next = ((2 * k + 1) * x * here - k * before) / (k + 1);
+        before = here;
+        here = next;
+      }
+      if (slope != nullptr) *slope = degree * (x * here - before) / (x * x - 1.0);
+      return here;
+    };
+    std::array<double, stages> x{};
+    for (std::size_t i = 0; i < stages; ++i) {
+      double root = -std::cos(3.14159265358979 * (static_cast<double>(i) + 0.75) / (stages + 0.5)), slope = 1.0;
+      for (int k = 0; k < 20; ++k) root -= legendre(stages, root, &slope) / slope;
+      legendre(stages, root, &slope);
+      x[i] = root;
+      c[i] = 0.5 * (1.0 + root);
+      b[i] = 1.0 / ((1.0 - root * root) * slope * slope);
+      highest[i] = legendre(stages - 1, root, nullptr);
+    }
+    // Lagrange's polynomial is Σ_k (2k+1) b_j P_k(x_j) P_k, and (2k+1) ∫P_k = P_{k+1} − P_{k−1}.
+    for (std::size_t i = 0; i < stages; ++i)
+      for (std::size_t j = 0; j < stages; ++j) {
+        double sum = b[j] * (1.0 + x[i]);
+        for (int k = 1; k < stages; ++k) sum += b[j] * legendre(k, x[j], nullptr) * (legendre(k + 1, x[i], nullptr) - legendre(k - 1, x[i], nullptr));
+        a[i][j] = 0.5 * sum;
+      }
+  }
+};
+
+class AdjointEquations {
+  static constexpr int stages = 6;
+
+ public:
+  AdjointEquations(const VariationalEquations& equations, const DenseOutput& motion, Term g, double rtol)
+      : equations_(equations), motion_(motion), g_(std::move(g)), fine_(std::sqrt(rtol)), starts_(static_cast<Eigen::Index>(equations.start_entries().size())),
+        parameters_(equations.columns() - starts_), rates_(equations.size()) {
+    lambda = Eigen::VectorXd::Zero(starts_);
+    by_p = Eigen::VectorXd::Zero(parameters_);
+    total_ = Eigen::VectorXd::Zero(parameters_ + 1);
+  }
+
+  Eigen::VectorXd lambda;  // of the entries that Φ has columns for
+  Eigen::VectorXd by_p;
+  double integral = 0.0;
+  bool exact = true;  // no part of a step was left too long
+
+  // From the end of the motion to its start.
+  void go_back(const std::vector<Transfer>& transfers) {
+    const std::vector<double> times = motion_.times();
+    std::size_t left = transfers.size();
+    const bool forwards = times.back() >= times.front();
+    halvings_left_ = 1000 + 10 * static_cast<long>(times.size());
+    for (std::size_t k = times.size(); k-- > 0;) {
+      while (left > 0 && (k == 0 || (forwards ? transfers[left - 1].t > times[k - 1] : transfers[left - 1].t < times[k - 1]))) pass(transfers[--left]);
+      if (k > 0) over(times[k], times[k - 1]);
+    }
+  }
+
+  double g(double t, const Eigen::VectorXd& y) const {
+    if (!g_) return 0.0;
+    TermAt at;
+    g_(t, y, at);
+    return at.value;
+  }
+
+ private:
+  struct Node {
+    Eigen::MatrixXd A, B;  // of what varies
+    TermAt g;
+    Eigen::VectorXd K, lambda;
+  };
+
+  void pass(const Transfer& jump) {
+    Eigen::VectorXd behind = Eigen::VectorXd::Zero(jump.Phi.rows());
+    for (Eigen::Index i = 0; i < starts_; ++i) behind[entry(i)] = lambda[i];
+    const double less = g_ ? g(jump.t, jump.before) - g(jump.t, jump.after) : 0.0;
+    for (Eigen::Index j = 0; j < jump.Phi.cols(); ++j) {
+      double& to = j < starts_ ? lambda[j] : by_p[j - starts_];
+      const double change = jump.Phi.col(j).dot(behind) + less * jump.time[j];
+      to = j < starts_ ? change : to + change;
+    }
+  }
+
+  Eigen::Index entry(Eigen::Index i) const { return equations_.start_entries()[static_cast<std::size_t>(i)]; }
+
+  void look(double t, Node& node) {
+    Eigen::VectorXd y(motion_.size());
+    motion_.evaluate(t, y);
+    if (both_.size() == 0) both_ = equations_.seeded(y);
+    both_.head(y.size()) = y;
+    equations_.write_rates(t, both_.data(), rates_.data());
+    node.A.resize(starts_, starts_);
+    node.B.resize(starts_, parameters_);
+    for (Eigen::Index j = 0; j < starts_ + parameters_; ++j)
+      for (Eigen::Index i = 0; i < starts_; ++i) (j < starts_ ? node.A(i, j) : node.B(i, j - starts_)) = rates_[y.size() * (j + 1) + entry(i)];
+    if (g_) g_(t, y, node.g);
+  }
+
+  // λ and the integrals over a part of a step, from its later end to its earlier one.
+  void over(double from, double to) {
+    static const GaussNodes<stages> gauss;
+    constexpr int most_sweeps = 60;
+    constexpr double epsilon = std::numeric_limits<double>::epsilon();
+    const double H = to - from;
+    for (std::size_t i = 0; i < stages; ++i) {
+      look(from + gauss.c[i] * H, nodes_[i]);
+      nodes_[i].lambda = lambda;
+    }
+    Eigen::VectorXd rough = Eigen::VectorXd::Zero(starts_);  // sizes of what is added
+    const auto slope = [&](const Node& node, Eigen::Index j, bool sizes) {
+      double sum = node.g.by_y.size() > 0 ? node.g.by_y[entry(j)] : 0.0;
+      if (sizes) sum = std::abs(sum);
+      for (Eigen::Index i = 0; i < starts_; ++i) sum += sizes ? std::abs(node.A(i, j) * node.lambda[i]) : node.A(i, j) * node.lambda[i];
+      return -sum;
+    };
+    for (Node& node : nodes_) {
+      node.K.resize(starts_);
+      for (Eigen::Index j = 0; j < starts_; ++j) {
+        node.K[j] = slope(node, j, false);
+        rough[j] = std::max(rough[j], std::abs(lambda[j]) - std::abs(H) * slope(node, j, true));
+      }
+    }
+    bool settled = false;
+    for (int sweep = 0; sweep < most_sweeps && !settled; ++sweep) {
+      settled = true;
+      for (std::size_t i = 0; i < stages; ++i) {
+        Node& node = nodes_[i];
+        for (Eigen::Index j = 0; j < starts_; ++j) {
+          double sum = 0.0;
+          for (std::size_t k = 0; k < stages; ++k) sum += gauss.a[i][k] * nodes_[k].K[j];
+          node.lambda[j] = lambda[j] + H * sum;
+          rough[j] = std::max(rough[j], std::abs(node.lambda[j]));
+        }
+        for (Eigen::Index j = 0; j < starts_; ++j) {
+          const double K = slope(node, j, false);
+          settled = settled && std::abs(H * (K - node.K[j])) <= 4 * epsilon * rough[j];
+          node.K[j] = K;
+        }
+      }
+    }
+    // What is integrated, by rows: K, then Bᵀλ + ∂g/∂p, then g.
+    bool smooth = settled;
+    const auto summed = [&](const auto& row, double size) {
+      double sum = 0.0, highest = 0.0, most = 0.0;
+      for (std::size_t i = 0; i < stages; ++i) {
+        const auto [value, of] = row(nodes_[i]);  // and the size of its terms, to whose rounding it is known
+        sum += gauss.b[i] * value;
+        highest += gauss.b[i] * gauss.highest[i] * value;
+        most = std::max(most, of);
+      }
+      smooth = smooth && std::abs(H * highest) * (2 * stages - 1) <= fine_ * (size + std::abs(H) * most);
+      return H * sum;
+    };
+    const auto parameter_row = [&](const Node& node, Eigen::Index j) {
+      std::pair<double, double> row{node.g.by_p.size() > 0 ? node.g.by_p[j] : 0.0, 0.0};
+      row.second = std::abs(row.first);
+      for (Eigen::Index i = 0; i < starts_; ++i) {
+        row.first += node.B(i, j) * node.lambda[i];
+        row.second += std::abs(node.B(i, j) * node.lambda[i]);
+      }
+      return row;
+    };
+    Eigen::VectorXd next = lambda, part(parameters_ + 1);
+    for (Eigen::Index j = 0; j < starts_; ++j) next[j] += summed([&](const Node& node) { return std::pair(node.K[j], -slope(node, j, true)); }, std::abs(lambda[j]));
+    for (Eigen::Index j = 0; j < parameters_; ++j) part[j] = -summed([&](const Node& node) { return parameter_row(node, j); }, total_[j]);
+    part[parameters_] = -summed([&](const Node& node) { return std::pair(node.g.value, node.g.size); }, total_[parameters_]);
+    if (!smooth && halvings_left_ > 0) {
+      --halvings_left_;
+      const double middle = from + 0.5 * H;
+      over(from, middle);
+      over(middle, to);
+      return;
+    }
+    exact = exact && smooth;
+    lambda = next;
+    by_p += part.head(parameters_);
+    integral += part[parameters_];
+    for (Eigen::Index j = 0; j <= parameters_; ++j) total_[j] += std::abs(part[j]);
+  }
+
+  const VariationalEquations& equations_;
+  const DenseOutput& motion_;
+  Term g_;
+  double fine_;
+  Eigen::Index starts_, parameters_;
+  Eigen::VectorXd rates_, both_, total_;
+  std::array<Node, stages> nodes_;
+  long halvings_left_ = 0;
+};
+
+}  // namespace qdot::detail
