@@ -52,14 +52,14 @@ TEST_CASE("what is zero or one for all parameters is a literal") {
 }
 
 TEST_CASE("formulas of parameters that are not equal are not one: sums and differences of any four") {
-  constexpr int count = 24;
+  constexpr std::size_t count = 24;
   CoefficientBook book;
   const auto p = parameters_of(book, count);
   int confused = 0;
-  for (int i = 0; i < count; ++i)
-    for (int j = 0; j <= i; ++j)
-      for (int k = 0; k < i; ++k)
-        for (int l = 0; l <= k; ++l) {
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = 0; j <= i; ++j)
+      for (std::size_t k = 0; k < i; ++k)
+        for (std::size_t l = 0; l <= k; ++l) {
           if (k == j) continue;
           confused += are_alike(p[i] + p[j], p[k] + p[l]);
           if (i != j && k != l) confused += are_alike(p[i] - p[j], p[k] - p[l]);

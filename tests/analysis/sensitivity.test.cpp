@@ -264,9 +264,9 @@ TEST_CASE("an impact on a moving floor depends on everything as the closed form 
 TEST_CASE("no step passes over a push that comes when nothing has moved for long") {
   const auto s = sensitivities(particle({.push = 1.0}), State<1>{0.0, {0.0}, {0.0}}, 100.0, Dop853{}, fine);
   REQUIRE(s.completed());
-  const double velocity = std::sqrt(std::numbers::pi / 200);
-  CHECK_THAT(s.y[1], WithinAbs(velocity, 1e-11));
-  CHECK_THAT(s.y[0], WithinAbs(50 * velocity, 1e-9));
+  const double reached = std::sqrt(std::numbers::pi / 200);
+  CHECK_THAT(s.y[1], WithinAbs(reached, 1e-11));
+  CHECK_THAT(s.y[0], WithinAbs(50 * reached, 1e-9));
 }
 
 TEST_CASE("a block that friction brings to rest keeps the derivatives of where it stopped, and one that sticks and slips has those of differences") {
@@ -322,10 +322,11 @@ TEST_CASE("a block on a moving belt that slips, sticks and slips depends on ever
   const D q = centre + belt / w * sin(w * (T - t4)), v = belt * cos(w * (T - t4));
   CHECK_THAT(s.y[0], WithinAbs(q.value, error));
   CHECK_THAT(s.y[1], WithinAbs(v.value, error));
-  for (int j = 0; j < 4; ++j) {
-    CHECK_THAT(s.Phi(0, j), WithinAbs(q.tangent[j], error));
-    CHECK_THAT(s.Phi(1, j), WithinAbs(v.tangent[j], error));
-    CHECK_THAT(s.events[3].time[j], WithinAbs(t4.tangent[j], error));
+  for (std::size_t j = 0; j < 4; ++j) {
+    const auto column = static_cast<Eigen::Index>(j);
+    CHECK_THAT(s.Phi(0, column), WithinAbs(q.tangent[j], error));
+    CHECK_THAT(s.Phi(1, column), WithinAbs(v.tangent[j], error));
+    CHECK_THAT(s.events[3].time[column], WithinAbs(t4.tangent[j], error));
   }
 }
 

@@ -56,9 +56,9 @@ TEST_CASE("coordinates of equal size share a residual of rounding size as their 
                          holonomic("rod", [](const auto& u) { return 0.5 * (u[0] * u[0] + u[1] * u[1] - 1.0); }));
   Vector<double, 2> q(0.6, 0.8 + 16 * 1.1e-16), v = Vector<double, 2>::Zero();
   project(bob, q, v, 0.0);
-  const double radius = 16 * 1.1e-16 * 0.8;
-  CHECK(std::abs(q[0] - (0.6 - 0.6 * radius)) <= 2.3e-16);
-  CHECK(std::abs(q[1] - (0.8 + 16 * 1.1e-16 - 0.8 * radius)) <= 2.3e-16);
+  const double outward = 16 * 1.1e-16 * 0.8;
+  CHECK(std::abs(q[0] - (0.6 - 0.6 * outward)) <= 2.3e-16);
+  CHECK(std::abs(q[1] - (0.8 + 16 * 1.1e-16 - 0.8 * outward)) <= 2.3e-16);
 }
 
 TEST_CASE("a circle that is far smaller than its coordinates is met as exactly as these can say, and so are its velocities") {

@@ -145,8 +145,8 @@ TEST_CASE("the mass matrix of any T of velocities alone is its Hessian, quadrati
     const Eigen::MatrixXd expected = detail::kinetic_hessian<Dynamic>(system.energies(), v, v, 0.0);
     CHECK((M - expected).cwiseAbs().maxCoeff() < rounded * expected.cwiseAbs().maxCoeff());
   };
-  const auto sum_of = [n](const auto& term) {
-    return [n, term](const auto& qdot) {
+  const auto sum_of = [](const auto& term) {
+    return [term](const auto& qdot) {
       typename std::decay_t<decltype(qdot)>::Scalar sum(0.0);
       for (Eigen::Index i = 0; i < n; ++i) sum += term(qdot, i);
       return sum;

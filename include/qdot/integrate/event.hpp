@@ -85,7 +85,7 @@ struct Event {
   std::string name;
   G g;
   Direction direction = Direction::either;
-  Action action = {};
+  Action action;  // without an initializer: an action may have no default, and clang asks for it when it copies a list of events
 
   static constexpr bool records = std::is_same_v<Action, detail::RecordOnly>;
   static constexpr bool stops = std::is_same_v<Action, detail::StopThere>;

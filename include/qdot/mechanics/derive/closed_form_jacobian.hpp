@@ -150,7 +150,8 @@ template <int n, class Form>
   double M[n * (n + 1) / 2];
   SlopeRow<2 * n> rows[n];
   closed_form_slopes<n, Form>(c, q, qdot, t, a, M, rows);
-  return solved_in_place<n>(M, rows, singular_pivot<double>(n)) & columns_written<n>(rows, d_q, d_qdot);
+  const bool solved = solved_in_place<n>(M, rows, singular_pivot<double>(n)), written = columns_written<n>(rows, d_q, d_qdot);
+  return solved && written;
 }
 
 }  // namespace qdot::detail
