@@ -70,6 +70,8 @@
 // #include "qdot/integrate/rotation_chart.hpp"       // attitudes without gimbal lock
 // #include "qdot/integrate/energy_balance.hpp"       // an account of the energy
 // #include "qdot/integrate/accurate_simulation.hpp"  // the whole motion to an accuracy
+// #include "qdot/integrate/simulator.hpp"            // a motion that another program advances
+// #include "qdot/integrate/simulator_state.hpp"      // where it is, as bytes
 // #include "qdot/integrate/any_stepper.hpp"          // a method that is chosen at run time
 // #include "qdot/integrate/automatic.hpp"            // the method is chosen for you
 // With SUNDIALS, linked by qdot::cvode:

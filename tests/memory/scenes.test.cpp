@@ -13,6 +13,7 @@
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/simulator.hpp"
 
 #if defined(QDOT_TEST_COUNTS_ALLOCATIONS)
 
@@ -46,6 +47,30 @@ TEMPLATE_TEST_CASE("what a run on constraints with watched events allocates does
   const long once = allocated_by(TestType{}, 0.5);  // the first run may set up what stays
   (void)once;
   CHECK(allocated_by(TestType{}, 5.0) == allocated_by(TestType{}, 0.5));
+}
+
+// Advances of a simulator from the hundredth on: by then the watch over the model has looked as often as it ever keeps.
+template <class System, class Start>
+long allocated_in_advances(const System& system, const Start& begin) {
+  Simulator plant(system, begin, Dop853{}, {.rtol = 1e-8});
+  for (int k = 1; k <= 100; ++k) REQUIRE(plant.advance_to(1e-3 * k));
+  const long before = memory::allocations;
+  bool completed = true;
+  for (int k = 101; k <= 1000; ++k) {
+    if (!plant.input_names().empty()) plant.set_input(0, -plant.q()[0]);
+    completed = plant.advance_to(1e-3 * k) && completed;
+  }
+  const long during = memory::allocations - before;
+  REQUIRE(completed);
+  return during;
+}
+
+TEST_CASE("a simulator's advances allocate nothing, on constraints and with inputs") {
+  const auto rod = holonomic("rod", [](const auto& q) { return q.squaredNorm() - 1.0; });
+  const auto free = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return 9.81 * q[1]; });
+  CHECK(allocated_in_advances(scene(free, rod), start) == 0);
+  CHECK(allocated_in_advances(scene(free, input("wind", 0)), start) == 0);
+  CHECK(allocated_in_advances(free, start) == 0);
 }
 
 #endif

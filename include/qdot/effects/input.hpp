@@ -67,6 +67,24 @@ struct ForceOnCoordinate {
   }
 };
 
+// visit(effect, place in y = [q; q̇; z], i) for each input of a scene, the i-th of its effect.
+template <class Sc, class Visit>
+void for_each_input(const Sc& scene, [[maybe_unused]] const Visit& visit) {
+  Eigen::Index place = 2 * scene.dof();
+  for_each(scene.effects(), [&](const auto& effect) {
+    using E = std::remove_cvref_t<decltype(effect)>;
+    if constexpr (requires { E::is_input; })
+      for (int i = 0; i < states_of<E>(); ++i) visit(effect, place + i, i);
+    place += states_of<E>();
+  });
+}
+
+// As a linearization and a simulator call the i-th input of an effect.
+template <class E>
+std::string input_name(const E& effect, int i) {
+  return effect.u.size() == 1 ? effect.name : effect.name + "[" + std::to_string(i) + "]";
+}
+
 }  // namespace detail
 
 /// One input, the generalized force on one coordinate: a motor at a hinge, a push on a cart.

@@ -122,29 +122,16 @@ class FlowOf final : public FlowOfForm<decltype(first_order_form(std::declval<co
   }
   std::vector<Eigen::Index> inputs() const override {
     std::vector<Eigen::Index> places;
-    for_each_input([&](const auto&, Eigen::Index place, int) { places.push_back(place); });
+    for_each_input(scene_, [&](const auto&, Eigen::Index place, int) { places.push_back(place); });
     return places;
   }
   std::vector<std::string> input_names() const override {
     std::vector<std::string> names;
-    for_each_input([&](const auto& e, Eigen::Index, int i) {
-      names.push_back(e.u.size() == 1 ? e.name : e.name + "[" + std::to_string(i) + "]");
-    });
+    for_each_input(scene_, [&](const auto& effect, Eigen::Index, int i) { names.push_back(input_name(effect, i)); });
     return names;
   }
 
  private:
-  template <class Visit>
-  void for_each_input([[maybe_unused]] const Visit& visit) const {
-    Eigen::Index place = 2 * scene_.dof();
-    for_each(scene_.effects(), [&](const auto& e) {
-      using E = std::remove_cvref_t<decltype(e)>;
-      if constexpr (requires { E::is_input; })
-        for (int i = 0; i < states_of<E>(); ++i) visit(e, place + i, i);
-      place += states_of<E>();
-    });
-  }
-
   const Sc& scene_;
 };
 

@@ -146,7 +146,8 @@ Eigen::VectorXd begun(Variations<Model>& equations, const Start& start, const Op
     equations.form().switched(start.t, settled, std::vector<bool>(static_cast<std::size_t>(equations.form().guard_count())), resolution);
     settled.head(2 * equations.dof()) = y0.head(2 * equations.dof());
   }
-  if constexpr (ProjectableSystem<Form>) require_consistent(equations.form(), start.t, settled);
+  Eigen::VectorXd projected;
+  if constexpr (ProjectableSystem<Form>) require_consistent(equations.form(), start.t, settled, projected);
   both.head(size) = settled;
   Eigen::Map<Eigen::MatrixXd> Phi(both.data() + size, size, columns);
   const Eigen::VectorXd f = equations.state_rate(start.t, settled);

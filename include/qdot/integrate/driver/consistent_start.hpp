@@ -14,12 +14,12 @@
 
 namespace qdot::detail {
 
-// y0 ← the nearest state on the constraints.
+// y0 ← the nearest state on the constraints; `projected` is room to work in.
 //
 // @throws InvalidValue  when that is farther away than rounding
 template <ProjectableSystem F>
-void require_consistent(const F& system, double t0, Eigen::VectorXd& y0) {
-  Eigen::VectorXd projected = y0;
+void require_consistent(const F& system, double t0, Eigen::VectorXd& y0, Eigen::VectorXd& projected) {
+  projected = y0;
   system.project(t0, projected);
   double moved = 0.0;
   Eigen::Index worst = 0;

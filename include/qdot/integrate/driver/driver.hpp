@@ -17,6 +17,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -26,9 +27,11 @@
 #include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/driver/consistent_start.hpp"
+#include "qdot/integrate/driver/ending.hpp"
 #include "qdot/integrate/driver/event_watch.hpp"
 #include "qdot/integrate/driver/landing_points.hpp"
 #include "qdot/integrate/driver/listed_event.hpp"
+#include "qdot/integrate/driver/output_samples.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/options.hpp"
@@ -48,7 +51,6 @@ template <FirstOrderSystem F, Stepper S, bool is_observed, bool has_events>
 class Driver {
   static constexpr bool watches = has_events || SwitchingSystem<F>;
   using Watch = std::conditional_t<watches, EventWatch<F>, NothingToWatch>;
-  using WatchdogOf = typename WatchdogFor<F>::type;
   static constexpr int n = dof_at_compile_time<F>();
   static constexpr long stall_window = 10'000, most_firings = 50'000;  // steps; events in one step
 
@@ -58,10 +60,35 @@ class Driver {
       : system_(system), stepper_(make_stepper()), options_(options), onlooker_(onlooker), watch_(system, std::move(events)),
         dog_(system, options), budget_(budget) {}
 
+  // The same once more and without anything kept but the end: a stretch of a motion that somebody else cuts into stretches, for whom
+  // steps, evaluations and seconds are counted afresh. Events that stopped the one before are given as it left them in stopped_by(), and do
+  // so again only when they come again. Allocates nothing where it completes.
+  const Run<n>& stretch(double t0, const Eigen::VectorXd& y0, double t_end, [[maybe_unused]] std::uint64_t stopped_by) {
+    if constexpr (watches) watch_.forget(stopped_by);
+    budget_ = Budget(options_);
+    steps_before_ = stepper_.statistics().steps;
+    evaluations_before_ = stepper_.statistics().evaluations;
+    run_.outcome = Outcome::completed;
+    run_.events.clear();
+    stall_mark_ = 0.0;
+    t_end_ = t_end;
+    if (start(t0, y0) && t_end != t0) leg(t_end);
+    run_.message = run_.completed() ? std::string() : how_it_ended(run_.outcome, run_.message, run_.t, stepper_.statistics().steps - steps_before_);
+    return run_;
+  }
+
+  const Run<n>& last() const noexcept { return run_; }
+  std::uint64_t stopped_by() const {
+    if constexpr (watches)
+      if (run_.outcome == Outcome::stopped_by_event) return watch_.fired();
+    return 0;
+  }
+  const Statistics& statistics() const noexcept { return stepper_.statistics(); }
+
   Run<n> run(double t0, const Eigen::VectorXd& y0, double t_end) {
     const auto landings = landing_points(options_.stop_times, t0, t_end);
     t_end_ = t_end;
-    prepare_outputs(t0, t_end);
+    outputs_.prepare(options_.output_times, t0, t_end, system_.size());
     run_.trajectory = Trajectory<n>(dof(system_));
     if (start(t0, y0)) {
       for (std::size_t i = 0; i < landings.size(); ++i)
@@ -73,12 +100,13 @@ class Driver {
 
  private:
   // The first evaluation. Its errors are the caller's, for there is nothing yet to keep.
-  [[gnu::cold]] bool start(double t0, Eigen::VectorXd y0) {
-    if constexpr (watches) watch_.settle(t0, y0, tolerance(y0), run_.events);
-    if constexpr (ProjectableSystem<F>) require_consistent(system_, t0, y0);
-    run_.trajectory.start(t0, y0);
+  [[gnu::cold]] bool start(double t0, const Eigen::VectorXd& y_given) {
     run_.t = t0;
-    run_.y = y0;
+    run_.y = y_given;
+    Eigen::VectorXd& y0 = run_.y;
+    if constexpr (watches) watch_.settle(t0, y0, tolerance(y0), run_.events);
+    if constexpr (ProjectableSystem<F>) require_consistent(system_, t0, y0, projected_);
+    run_.trajectory.start(t0, y0);
     try {
       stepper_.reset(t0, y0);
     } catch (const StopRequest& request) {
@@ -86,7 +114,7 @@ class Driver {
     }
     count_from_here();
     fill_outputs_here();
-    dog_.begin(t0, y0, 0);
+    dog_.begin(t0, y0, stepper_.statistics().steps);
     if (const std::optional<Failure> trouble = dog_.look_at_values_and_mass(t0, y0)) return end(*trouble);
     if constexpr (watches) watch_.begin(t0, y0, tolerance(y0), true);
     return true;
@@ -191,10 +219,10 @@ class Driver {
   }
 
   // What the method cannot tell from zero in each component of y.
-  Eigen::VectorXd tolerance(const Eigen::VectorXd& y) const {
-    Eigen::VectorXd each(y.size());
-    for (Eigen::Index i = 0; i < y.size(); ++i) each[i] = options_.rtol * std::abs(y[i]) + options_.atol[i];
-    return each;
+  const Eigen::VectorXd& tolerance(const Eigen::VectorXd& y) const {
+    tolerance_.resize(y.size());
+    for (Eigen::Index i = 0; i < y.size(); ++i) tolerance_[i] = options_.rtol * std::abs(y[i]) + options_.atol[i];
+    return tolerance_;
   }
 
   // A fresh start of the method from where it is, one rounding unit of t behind the switch, whichever side the model
@@ -221,31 +249,24 @@ class Driver {
   }
 
   bool state_is_sound() {
-    const Eigen::Ref<const Eigen::VectorXd> y = stepper_.y();
-    const Eigen::Index worst = place_of_largest(y.data(), y.size());
-    if (std::abs(y[worst]) <= options_.state_norm_limit && all_finite(y.data(), y.size())) return true;
-    for (Eigen::Index i = 0; i < y.size(); ++i)
-      if (!std::isfinite(y[i]))
-        return end(Outcome::non_finite, sentence({system_.component_name(i), " became ", y[i], " in the step to t = ", stepper_.t(),
-                                                  why(Outcome::non_finite)}));
+    const std::optional<Failure> trouble = unsound_state(system_, stepper_.y(), stepper_.t(), options_.state_norm_limit);
+    if (!trouble) return true;
+    if (trouble->outcome == Outcome::non_finite) return end(trouble->outcome, trouble->message + why(trouble->outcome));
     keep();
-    return end(Outcome::state_limit,
-               sentence({system_.component_name(worst), " = ", y[worst], " exceeds state_norm_limit = ", options_.state_norm_limit}));
+    return end(*trouble);
   }
 
   // Puts the step's end back onto the constraints, where the system has any.
   bool projected() {
     if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
-      static_assert(CorrectableStepper<S>,
-                    "qdot: this method cannot keep a system on its constraints; use Dop853, Dopri5 or CvodeBdf");
+      static_assert(CorrectableStepper<S>, "qdot: this method cannot keep a system on its constraints; use Dop853, Dopri5 or CvodeBdf");
       return guarded([&] {
         projected_ = stepper_.y();
         count_projection(system_.project(stepper_.t(), projected_));
         stepper_.correct(projected_);
       });
-    } else {
-      return true;
     }
+    return true;
   }
 
   template <class Report>
@@ -268,23 +289,14 @@ class Driver {
     elapsed_ = elapsed;
     run_.t = t;
     run_.y = y;
-    while (next_output_ < outputs_.size() && (elapsed - (outputs_[next_output_] - clock_.origin())) * sign > 0) {
-      const double at = outputs_[next_output_];
-      stepper_.interpolate(at, scratch_);
+    outputs_.fill_before(elapsed, sign, clock_.origin(), [&](double at, Eigen::VectorXd& out) {
+      stepper_.interpolate(at, out);
       if constexpr (ProjectableSystem<F>)
-        guarded([&] { system_.project(at, scratch_); });  // between steps the polynomial leaves the constraints
-      keep_sample(at, scratch_);
-    }
+        guarded([&] { system_.project(at, out); });  // between steps the polynomial leaves the constraints
+    });
   }
 
-  void fill_outputs_here() {
-    while (next_output_ < outputs_.size() && outputs_[next_output_] - clock_.origin() == elapsed_) keep_sample(outputs_[next_output_], run_.y);
-  }
-
-  void keep_sample(double t, const Eigen::VectorXd& y) {
-    run_.samples.t.push_back(t);
-    std::copy_n(y.data(), y.size(), run_.samples.y.data() + static_cast<Eigen::Index>(next_output_++) * y.size());
-  }
+  void fill_outputs_here() { outputs_.fill_here(elapsed_, clock_.origin(), run_.y); }
 
   // Shows the state to the observer, who may change what functors read only where the method begins afresh behind it.
   bool observed(bool begins_afresh) {
@@ -319,9 +331,10 @@ class Driver {
   bool within_budget(double landing) {
     if (stepper_.t() == landing) return true;
     const Statistics& spent = stepper_.statistics();
-    if (spent.steps >= options_.max_steps)
+    if (spent.steps - steps_before_ >= options_.max_steps)
       return end(Outcome::step_limit, sentence({"max_steps = ", options_.max_steps, " were taken", why(Outcome::step_limit)}));
-    if (budget_.is_spent(spent.evaluations)) return end(budget_.failure(spent.evaluations));
+    const long evaluations = spent.evaluations - evaluations_before_;
+    if (budget_.is_spent(evaluations)) return end(budget_.failure(evaluations));
     return spent.steps % stall_window != 0 || advances();
   }
 
@@ -359,20 +372,9 @@ class Driver {
     dog_.report(run_.statistics);
     if constexpr (watches) watch_.report(run_.statistics);
     run_.statistics.wall_seconds = budget_.seconds();
-    if (next_output_ < outputs_.size()) run_.samples.y = Eigen::MatrixXd(run_.samples.y.leftCols(static_cast<Eigen::Index>(next_output_)));
-    const std::string where = sentence({"t = ", run_.t, " after ", run_.statistics.steps, " steps"});
-    const bool advised = run_.message.find(advice(run_.outcome)) != std::string::npos;
-    run_.message = run_.completed() ? sentence({"reached ", where,
-                                                run_.statistics.rough_events > 0 ? "; an event's function could not be followed" : ""})
-                                    : sentence({name(run_.outcome), " at ", where, ": ", run_.message, advised ? "" : "; ",
-                                                advised ? "" : advice(run_.outcome)});
-  }
-
-  [[gnu::cold]] void prepare_outputs(double t0, double t_end) {
-    outputs_ = output_points(options_.output_times, t0, t_end);
-    run_.samples.t.reserve(outputs_.size());
-    run_.samples.y.resize(system_.size(), static_cast<Eigen::Index>(outputs_.size()));
-    scratch_.resize(system_.size());
+    run_.samples = outputs_.taken();
+    run_.message = how_it_ended(run_.outcome, run_.message, run_.t, run_.statistics.steps);
+    if (run_.completed() && run_.statistics.rough_events > 0) run_.message += "; an event's function could not be followed";
   }
 
   const F& system_;
@@ -380,13 +382,14 @@ class Driver {
   const Options& options_;
   Onlooker onlooker_;
   Watch watch_;
-  WatchdogOf dog_;
+  typename WatchdogFor<F>::type dog_;
   Budget budget_;
   Run<n> run_;
-  std::vector<double> outputs_;
-  std::size_t next_output_ = 0;
-  Eigen::VectorXd scratch_, projected_;
+  OutputSamples outputs_;
+  Eigen::VectorXd projected_;
+  mutable Eigen::VectorXd tolerance_;  // as last asked for
   long restarts_ = 0, projections_ = 0;
+  long steps_before_ = 0, evaluations_before_ = 0;  // those of stretches before
   long steps_mark_ = 0, restarts_mark_ = 0;  // when the stall was last looked for
   double constraint_residual_ = 0.0, constraint_velocity_ = 0.0;
   Clock clock_;           // of this leg

@@ -71,14 +71,14 @@ struct Watch {
   std::optional<double> root;
 
   // Sets the value at the beginning of a step from scratch: at the start, and after the state has changed. A function
-  // that is `at_zero` is muted until it leaves zero, unless this is the start of the run.
+  // that is `at_zero` is muted until it leaves zero, unless this is the start of the run; there only if it had stopped the run before.
   // Rounding may have left a barrier that fired at g_before; that far below zero counts as zero. An unfired function that was off zero and
   // has been put there begins as at the start.
   void begin(double g, double zero_band, bool fired, double g_before, bool at_start) {
     band = zero_band + (fired ? 4 * std::abs(g_before - level) : 0.0);
     level = barrier ? std::clamp(g, -std::max(band, fired ? 2 * std::abs(g_before) : 0.0), 0.0) : 0.0;
     value = g;
-    muted = !at_start && (fired || std::abs(g_before - level) <= zero_band);
+    muted = (!at_start || fired) && (fired || std::abs(g_before - level) <= zero_band);
     passed = false;
     home = 0;
     const double distance = g - level;

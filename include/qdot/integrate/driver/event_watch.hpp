@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -88,10 +89,26 @@ class EventWatch {
     for (std::size_t i = 0; i < watches_.size(); ++i) {
       const double g = value(i, t, y);
       const double band = i >= listed_ ? bands_[static_cast<Eigen::Index>(i - listed_)] : rounding_of(i, t, y, g);
-      watches_[i].begin(g, band, fired_[i], watches_[i].value, at_start);
+      watches_[i].begin(g, band, fired_[i], at_start ? g : watches_[i].value, at_start);
       watches_[i].rounding = band;
       if (i < listed_ && !at_start && fired_[i] && watches_[i].side == 0) watches_[i].home = home_of(i, t, y);
     }
+  }
+
+  // Forgets all that was, but for the listed events that stopped the run here, whose bits are set: they have to leave zero first.
+  void forget(std::uint64_t stopped) {
+    for (std::size_t i = 0; i < watches_.size(); ++i) {
+      fired_[i] = i < listed_ && i < 64 && (stopped >> i & 1u) != 0;
+      watches_[i].level = 0.0;
+      last_time_[i] = std::numeric_limits<double>::quiet_NaN();
+      standing_[i] = 0;
+    }
+    fired_guards_.assign(fired_guards_.size(), false);
+  }
+  std::uint64_t fired() const {
+    std::uint64_t bits = 0;
+    for (std::size_t i = 0; i < listed_ && i < 64; ++i) bits |= std::uint64_t{fired_[i]} << i;
+    return bits;
   }
 
   // Before the observer, who may change what a listed function reads.

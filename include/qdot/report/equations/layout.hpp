@@ -226,12 +226,15 @@ class FormulaLayout : public FlatTerms {
     std::sort(all.begin(), all.end());
     return all;
   }
-  // Of terms as they were written: those with velocities, then a number, coordinates, parameters, functions.
-  std::pair<int, int> reading_order(const FlatTerm& t) const {
+  // Of terms as they were written: those with velocities, then a number, coordinates, parameters, functions; of the last, high powers first,
+  // whatever the order in which a compiler evaluated them.
+  std::tuple<int, int, double> reading_order(const FlatTerm& t) const {
+    double power = 0.0;
     int degree = 0, different = 0, kind = t.factors.empty() ? 0 : 2, velocity = 1000, coordinate = 1000;
     for (const auto& [node, e] : t.factors) {
       const std::vector<int> inside = variables_in(node);
       const bool moves = std::any_of(inside.begin(), inside.end(), [&](int x) { return is_rate(x); });
+      if (graph_[node].kind == formula::Kind::variable && !inside.empty()) power += e;
       for (const int x : inside) (is_rate(x) ? velocity : coordinate) = std::min(is_rate(x) ? velocity : coordinate, x);
       if (moves) {
         degree += inside.size() > 1 || e >= 2.0 ? 2 : 1;
@@ -242,8 +245,8 @@ class FormulaLayout : public FlatTerms {
         kind = 1;
       }
     }
-    if (degree == 0) return {10 + kind, coordinate};
-    return {degree == 1 ? 2 : different > 1 ? 1 : 0, velocity};
+    if (degree == 0) return {10 + kind, coordinate, -power};
+    return {degree == 1 ? 2 : different > 1 ? 1 : 0, velocity, 0.0};
   }
   // Coordinates, velocities and the time in a node, in order.
   std::vector<int> variables_in(int node) const {

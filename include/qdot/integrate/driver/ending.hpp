@@ -1,0 +1,37 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The end of a run in words: states with which none goes on, and the sentence that a run ends with.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "qdot/ad/vector.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail {
+
+// What is wrong with a state after a step, if something is: a component is not finite, or above the limit of all.
+template <FirstOrderSystem F>
+std::optional<Failure> unsound_state(const F& system, const Eigen::Ref<const Eigen::VectorXd>& y, double t, double limit) {
+  const Eigen::Index worst = place_of_largest(y.data(), y.size());
+  if (std::abs(y[worst]) <= limit && all_finite(y.data(), y.size())) return std::nullopt;
+  for (Eigen::Index i = 0; i < y.size(); ++i)
+    if (!std::isfinite(y[i]))
+      return Failure{Outcome::non_finite, sentence({system.component_name(i), " became ", y[i], " in the step to t = ", t})};
+  return Failure{Outcome::state_limit, sentence({system.component_name(worst), " = ", y[worst], " exceeds state_norm_limit = ", limit})};
+}
+
+// Outcome, place, what is known about it, and advice where that is not advice already.
+inline std::string how_it_ended(Outcome outcome, const std::string& message, double t, long steps) {
+  const std::string where = sentence({"t = ", t, " after ", steps, " steps"});
+  if (outcome == Outcome::completed) return "reached " + where;
+  const bool advised = message.find(advice(outcome)) != std::string::npos;
+  return sentence({name(outcome), " at ", where, ": ", message, advised ? "" : "; ", advised ? "" : advice(outcome)});
+}
+
+}  // namespace qdot::detail

@@ -1,0 +1,60 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The states at a run's output times, filled as steps cover them. Times are compared as what has elapsed on the leg's clock (moment.hpp):
+// at a large t two doubles t may be the same where the steps between them are not.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "qdot/integrate/driver/landing_points.hpp"
+#include "qdot/integrate/run.hpp"
+
+namespace qdot::detail {
+
+class OutputSamples {
+ public:
+  // @throws InvalidValue  a time outside the run
+  [[gnu::cold]] void prepare(const std::vector<double>& asked, double t0, double t_end, Eigen::Index size) {
+    times_ = output_points(asked, t0, t_end);
+    samples_.t.reserve(times_.size());
+    samples_.y.resize(size, static_cast<Eigen::Index>(times_.size()));
+    at_.resize(size);
+  }
+
+  // Those in front of what has elapsed since origin; write(t, y) gives the state.
+  template <class Write>
+  void fill_before(double elapsed, double direction, double origin, const Write& write) {
+    while (next_ < times_.size() && (elapsed - (times_[next_] - origin)) * direction > 0) {
+      write(times_[next_], at_);
+      keep(at_);
+    }
+  }
+
+  // Those exactly here.
+  void fill_here(double elapsed, double origin, const Eigen::VectorXd& y) {
+    while (next_ < times_.size() && times_[next_] - origin == elapsed) keep(y);
+  }
+
+  // As far as the run came.
+  Samples taken() {
+    if (next_ < times_.size()) samples_.y = Eigen::MatrixXd(samples_.y.leftCols(static_cast<Eigen::Index>(next_)));
+    return std::move(samples_);
+  }
+
+ private:
+  void keep(const Eigen::VectorXd& y) {
+    samples_.t.push_back(times_[next_]);
+    std::copy_n(y.data(), y.size(), samples_.y.data() + static_cast<Eigen::Index>(next_++) * y.size());
+  }
+
+  std::vector<double> times_;
+  std::size_t next_ = 0;
+  Samples samples_;
+  Eigen::VectorXd at_;
+};
+
+}  // namespace qdot::detail

@@ -1,0 +1,282 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The simulator: for programs that own the clock.
+//
+// simulate() goes from t₀ to t_end and returns the whole motion. A controller in the loop, a game, a co-simulation asks the other way
+// round: here are my inputs, go on for a millisecond, what do you see; and sometimes: go back, that was too far.
+//
+//     Simulator plant(scene(system, input("motor", 0)), start, Dop853{});
+//     for (long k = 1; k <= 10'000; ++k) {
+//       plant.set_input("motor", controller(plant.q(), plant.qdot()));
+//       if (!plant.advance_to(1e-3 * k)) return complain(plant.message());
+//     }
+//
+// Each advance is a run of its own, from (t, y) to where it was told to go, with inputs held; y = [q; q̇; z] holds the inputs u and all other
+// states of effects as well (effects/input.hpp). The method begins afresh at each, so the future depends on (t, y) alone (and on which event
+// stopped the last advance, if one did: it has to leave zero before it counts again):
+//
+//     save, go on, restore, go on     gives the same bits, here and in another process on such a machine;
+//     the same calls                  give the same bits, however many simulators run beside.
+//
+// That is what a fresh start costs: some evaluations to choose the first step. A one-step method (Dop853, Dopri5, Taylor, Gauss) does not
+// mind; a multistep method begins at order one each time and is worth it only where an advance is long against its steps.
+//
+// Of what simulate() keeps, only the state and the last advance's events remain, in memory that the constructor took: an advance that completes
+// allocates nothing, for sizes fixed while compiling, but where an event or a contact does something. Options are those of a run and count for
+// each advance: max_steps, max_evaluations and max_wall_seconds bound the work of one call (asked for after each step), and its outcome has a name.
+//
+// To go on by dt a million times adds a million roundings to t; advance_to(k dt) does not.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/effects/input.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/simulator_state.hpp"
+
+namespace qdot {
+
+/// How an advance ended; true if it came where it was told to go.
+struct Advance {
+  Outcome outcome = Outcome::completed;
+  double t = 0.0;  ///< as far as it came
+  bool completed() const noexcept { return outcome == Outcome::completed; }
+  explicit operator bool() const noexcept { return completed(); }
+};
+
+namespace detail {
+
+// What a simulator asks of a system with a method; the types behind it are EngineOf's business.
+struct Engine {
+  double t = 0.0;
+  Eigen::VectorXd y;
+  std::uint64_t stopped_by = 0;  // events that ended the last stretch, bit by bit
+  Eigen::Index dof = 0;
+  std::vector<std::string> components, input_names;
+  std::vector<Eigen::Index> input_places;
+
+  virtual ~Engine() = default;
+  virtual Outcome stretch(double t_end) = 0;  // may throw what the user's functors throw
+  virtual const std::string& message() const = 0;
+  virtual const std::vector<RecordedEvent>& events() const = 0;
+  virtual const Statistics& statistics() const = 0;
+};
+
+template <class Form, class Method, class... Events>
+class EngineOf final : public Engine {
+ public:
+  template <class System, class Start>
+  EngineOf(const System& system, const Start& start, Method method, const Options& options, EventList<Events...> events)
+      : form_(first_order_form(system)), method_(std::move(method)), options_(checked(options, form_.size())), events_(std::move(events)),
+        driver_(form_, [this] { return method_.stepper(form_, unlimited(options_)); }, options_, Budget(options_), Onlooker{},
+                listed_events<dof_at_compile_time<Form>()>(events_)) {
+    t = start.t;
+    y = packed(form_, start);
+    dof = qdot::detail::dof(form_);
+    for (Eigen::Index i = 0; i < form_.size(); ++i) components.push_back(form_.component_name(i));
+    if constexpr (requires { form_.scene().effects(); })
+      for_each_input(form_.scene(), [&](const auto& effect, Eigen::Index place, int i) {
+        input_places.push_back(place);
+        input_names.push_back(components[static_cast<std::size_t>(place)] = input_name(effect, i));
+      });
+    const auto& run = driver_.stretch(t, y, t, 0);  // what is wrong with the start is said here
+    if (!run.completed()) throw InvalidValue("a simulator cannot begin here: " + run.message);
+    y = run.y;
+  }
+
+  Outcome stretch(double t_end) override {
+    const auto& run = driver_.stretch(t, y, t_end, stopped_by);
+    t = run.t;
+    y = run.y;
+    stopped_by = driver_.stopped_by();
+    return run.outcome;
+  }
+  const std::string& message() const override { return driver_.last().message; }
+  const std::vector<RecordedEvent>& events() const override { return driver_.last().events; }
+  const Statistics& statistics() const override { return driver_.statistics(); }
+
+ private:
+  static Options checked(Options options, Eigen::Index size) {
+    require_valid(options, size);
+    if (!options.stop_times.empty() || !options.output_times.empty())
+      throw InvalidValue("a simulator keeps no samples and has no times of its own to land on; leave output_times and stop_times out and advance to them");
+    options.keep_trajectory = false;
+    return options;
+  }
+  // A stepper counts what it spends over its life, a simulator in each advance.
+  static Options unlimited(Options options) {
+    options.max_evaluations = std::numeric_limits<long>::max();
+    options.max_wall_seconds = std::numeric_limits<double>::infinity();
+    return options;
+  }
+
+  Form form_;
+  Method method_;
+  Options options_;
+  EventList<Events...> events_;
+  Driver<Form, decltype(std::declval<const Method&>().stepper(std::declval<const Form&>(), std::declval<const Options&>())), false, (sizeof...(Events) > 0)>
+      driver_;
+};
+
+}  // namespace detail
+
+/// A motion that somebody else advances. Movable; two simulators share nothing.
+class Simulator {
+ public:
+  /// @param system   a mechanical system or a scene, or anything that models FirstOrderSystem; copied
+  /// @param start    State{t, q, qdot} or FirstOrderState{t, y}
+  /// @param method   as for simulate(); best a one-step method
+  /// @param options  tolerances, and limits of each advance
+  /// @param events   one event(…) or events(…): reported in events(); one that stops ends the advance in which it happens
+  /// @throws         as simulate() before its first step
+  template <class System, class Start, class Method, class... Events>
+  Simulator(const System& system, const Start& start, const Method& method, const Options& options, const EventList<Events...>& events) {
+    using Form = std::remove_cvref_t<decltype(first_order_form(system))>;
+    static_assert(SteppingMethod<Method, Form>, "qdot: the method cannot make a stepper for this system");
+    engine_ = std::make_unique<detail::EngineOf<Form, Method, Events...>>(system, start, method, options, events);
+    for (const std::string& name : engine_->components) names_ = detail::checksum(names_, name.c_str(), name.size() + 1);
+    start_ = save();
+  }
+  template <class System, class Start, class Method>
+  Simulator(const System& system, const Start& start, const Method& method, const Options& options = {})
+      : Simulator(system, start, method, options, EventList<>{}) {}
+  template <class System, class Start, class Method, class G, class Action>
+  Simulator(const System& system, const Start& start, const Method& method, const Options& options, const Event<G, Action>& event)
+      : Simulator(system, start, method, options, qdot::events(event)) {}
+
+  /// Goes on to t, landing on it exactly, with inputs held.
+  ///
+  /// Throws nothing: what goes wrong, the user's own exceptions included, is an outcome with a message(), and t(), y() are the last good
+  /// state, from which one may go on, perhaps with other inputs. An event that stops leaves the state of its moment.
+  Advance advance_to(double t) noexcept {
+    if (!std::isfinite(t)) return refused("must go to a finite t");
+    if (t < engine_->t) return refused("must go forward");
+    own_message_.clear();
+    Advance result;
+    try {
+      result.outcome = engine_->stretch(t);
+    } catch (const std::exception& error) {
+      result.outcome = Outcome::refused_by_model;
+      own_message_ = error.what();
+    } catch (...) {
+      result.outcome = Outcome::refused_by_model;
+      own_message_ = "a functor threw what is no std::exception";
+    }
+    result.t = engine_->t;
+    return result;
+  }
+
+  /// Goes on by dt ≥ 0.
+  Advance advance(double dt) noexcept { return advance_to(engine_->t + dt); }
+
+  double t() const noexcept { return engine_->t; }
+  Eigen::Index dof() const noexcept { return engine_->dof; }
+
+  /// Coordinates, velocities, and all of y; they show the state as it is, also after the next advance.
+  Eigen::Map<const Eigen::VectorXd> q() const noexcept { return {engine_->y.data(), engine_->dof}; }
+  Eigen::Map<const Eigen::VectorXd> qdot() const noexcept { return {engine_->y.data() + engine_->dof, engine_->dof}; }
+  const Eigen::VectorXd& y() const noexcept { return engine_->y; }
+
+  /// A copy of t, q and q̇, for energy(), reactions() and whatever takes a state.
+  ///
+  /// @throws DimensionError  when there are not n coordinates
+  template <int n = Dynamic>
+  State<n> state() const {
+    if (n != Dynamic && n != engine_->dof) throw DimensionError("state<n>", static_cast<long>(engine_->dof), n, "give the number of coordinates");
+    return State<n>{t(), q(), qdot()};
+  }
+
+  /// Names of y's components: coordinates, velocities, inputs and other states.
+  const std::vector<std::string>& component_names() const noexcept { return engine_->components; }
+
+  /// Names of the inputs, in the order of the scene's effects; their places are the indices below.
+  const std::vector<std::string>& input_names() const noexcept { return engine_->input_names; }
+
+  /// The input that all advances from here on hold, until it is set again.
+  ///
+  /// @throws InvalidValue  no such input, or a value that is no finite number; nothing is changed
+  void set_input(std::size_t i, double value) { engine_->y[place_of(i, value)] = value; }
+  void set_input(std::string_view name, double value) { set_input(index_of(name), value); }
+  double input(std::size_t i) const { return engine_->y[place_of(i, 0.0)]; }
+  double input(std::string_view name) const { return input(index_of(name)); }
+
+  /// All inputs at once.
+  ///
+  /// @throws DimensionError, InvalidValue  nothing is changed
+  void set_inputs(std::span<const double> values) {
+    if (values.size() != engine_->input_places.size())
+      throw DimensionError("the inputs", static_cast<long>(engine_->input_places.size()), static_cast<long>(values.size()), "give one value for each of input_names()");
+    for (std::size_t i = 0; i < values.size(); ++i) (void)place_of(i, values[i]);
+    for (std::size_t i = 0; i < values.size(); ++i) set_input(i, values[i]);
+  }
+
+  /// What happened during the last advance, with its times.
+  const std::vector<RecordedEvent>& events() const noexcept { return engine_->events(); }
+
+  /// How the last advance ended, in words; empty where it came to its end.
+  const std::string& message() const noexcept { return own_message_.empty() ? engine_->message() : own_message_; }
+
+  /// Steps and evaluations since construction.
+  const Statistics& statistics() const noexcept { return engine_->statistics(); }
+
+  /// A copy of where it is.
+  SimulatorState save() const { return {engine_->t, engine_->y, engine_->stopped_by, names_}; }
+
+  /// Goes (back) to a saved state, of this simulator or of another one of the same system.
+  ///
+  /// @throws InvalidValue  a state of another system, or with entries that are not finite or off the constraints; nothing is changed
+  void restore(const SimulatorState& saved) {
+    if (saved.simulator != names_ || saved.y.size() != engine_->y.size())
+      throw InvalidValue(detail::sentence({"a saved state belongs to the system that it was saved from: this one has ", static_cast<long>(engine_->y.size()),
+                                           " components, the state ", static_cast<long>(saved.y.size()), ", or they are called otherwise"}));
+    if (!std::isfinite(saved.t) || !saved.y.allFinite()) throw InvalidValue("a saved state must be finite, but this one is not; save it anew");
+    engine_->y = saved.y;
+    engine_->t = saved.t;
+    engine_->stopped_by = saved.stopped_by;
+  }
+
+  /// Back to the start that the constructor was given, inputs included.
+  void reset() { restore(start_); }
+
+ private:
+  Advance refused(const char* rule) noexcept {
+    own_message_ = rule;
+    return {Outcome::invalid_change, engine_->t};
+  }
+
+  std::size_t index_of(std::string_view name) const {
+    for (std::size_t i = 0; i < engine_->input_names.size(); ++i)
+      if (engine_->input_names[i] == name) return i;
+    std::string known;
+    for (const std::string& each : engine_->input_names) known += (known.empty() ? "" : ", ") + each;
+    throw InvalidValue("an input must be one of the scene's, but '" + std::string(name) + "' is none; " +
+                       (known.empty() ? "add an effect input(name, coordinate)" : "it has " + known));
+  }
+  Eigen::Index place_of(std::size_t i, double value) const {
+    if (i >= engine_->input_places.size())
+      throw InvalidValue(detail::sentence({"there are ", static_cast<long>(engine_->input_places.size()), " inputs, but number ", static_cast<long>(i), " was asked for"}));
+    if (!std::isfinite(value))
+      throw InvalidValue(detail::sentence({"an input must be a finite number, but '", engine_->input_names[i], "' was given ", value, "; it keeps what it had"}));
+    return engine_->input_places[i];
+  }
+
+  std::unique_ptr<detail::Engine> engine_;
+  std::uint64_t names_ = detail::empty_checksum;
+  SimulatorState start_;
+  std::string own_message_;
+};
+
+}  // namespace qdot

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+#include "qdot/integrate/simulator.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include "catch2_bridge.hpp"
+#include "error_message.hpp"
+#include "qdot/effects/constraints.hpp"
+#include "qdot/effects/scene_form.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+
+using namespace qdot;
+
+namespace {
+
+// A mass of 1 kg on a line, pushed by a motor; by a spring, if it has one.
+struct Mass {
+  double k = 0.0;
+  auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  auto V(const auto& q) const { return 0.5 * k * q[0] * q[0]; }
+};
+auto pushed(double k = 0.0) { return scene(mechanical_system<1>(Mass{k}), input("motor", 0)); }
+const State<1> at_rest{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)};
+const Options fine{.rtol = 1e-12, .atol = 1e-14};
+constexpr double rounded = 1e-13;     // of polynomials that the method integrates exactly
+constexpr double integrated = 1e-10;  // of what it integrates to rtol, over some seconds
+
+bool same(const SimulatorState& a, const SimulatorState& b) { return a.t == b.t && a.y == b.y; }
+
+}  // namespace
+
+TEST_CASE("a mass that is pushed moves as Newton says, with every push held from one advance to the next") {
+  Simulator plant(pushed(), at_rest, Dop853{}, fine);
+  double x = 1.0, v = 0.0;
+  for (int k = 1; k <= 20; ++k) {
+    const double push = k % 3 - 1.0;
+    plant.set_input("motor", push);
+    REQUIRE(plant.advance_to(0.1 * k));
+    x += 0.1 * v + 0.005 * push;
+    v += 0.1 * push;
+    CHECK(std::abs(plant.q()[0] - x) < rounded);
+    CHECK(std::abs(plant.qdot()[0] - v) < rounded);
+    CHECK(plant.t() == 0.1 * k);
+    CHECK(plant.input("motor") == push);
+  }
+  CHECK(plant.input_names() == std::vector<std::string>{"motor"});
+  CHECK(plant.state<1>().q[0] == plant.q()[0]);
+  plant.reset();
+  CHECK(plant.t() == 0.0);
+  CHECK(plant.q()[0] == 1.0);
+  CHECK(plant.input("motor") == 0.0);
+}
+
+TEST_CASE("the same bits come after save and restore, in the same simulator, in another, and through bytes") {
+  const auto system = pushed(4.0);
+  Simulator first(system, at_rest, Dop853{}, fine), second(system, at_rest, Dop853{}, fine);
+  first.set_input(0, 0.3);
+  REQUIRE(first.advance(1.7));
+  const SimulatorState saved = first.save();
+  const auto go_on = [](Simulator& plant) {
+    for (int k = 0; k < 50; ++k) {
+      plant.set_input(0, std::sin(plant.q()[0]));
+      REQUIRE(plant.advance(0.013));
+    }
+    return plant.save();
+  };
+  const SimulatorState expected = go_on(first);
+  first.restore(saved);
+  CHECK(same(go_on(first), expected));
+  second.restore(deserialized(serialized(saved)));
+  CHECK(same(go_on(second), expected));
+}
+
+TEST_CASE("a harmonic oscillator in advances of a millisecond swings as its closed form") {
+  Simulator plant(pushed(4.0), at_rest, Dop853{}, fine);
+  for (int k = 1; k <= 1000; ++k) REQUIRE(plant.advance_to(1e-3 * k));
+  CHECK(std::abs(plant.q()[0] - std::cos(2.0)) < integrated);
+  CHECK(std::abs(plant.qdot()[0] + 2.0 * std::sin(2.0)) < integrated);
+}
+
+TEST_CASE("events of an advance are reported with their times, and one that stops leaves the state of its moment") {
+  const auto half = event("through the middle", [](const auto& q) { return q[0]; });
+  Simulator seen(pushed(4.0), at_rest, Dop853{}, fine, half);
+  REQUIRE(seen.advance_to(3.0));
+  REQUIRE(seen.events().size() == 2);
+  CHECK(std::abs(seen.events()[0].t - std::numbers::pi / 4) < integrated);
+  CHECK(std::abs(seen.events()[1].t - 3 * std::numbers::pi / 4) < integrated);
+  REQUIRE(seen.advance(0.01));
+  CHECK(seen.events().empty());
+
+  Simulator stopped(pushed(4.0), at_rest, Dop853{}, fine, half.stop());
+  const Advance cut = stopped.advance_to(3.0);
+  CHECK(cut.outcome == Outcome::stopped_by_event);
+  CHECK(std::abs(cut.t - std::numbers::pi / 4) < integrated);
+  CHECK(std::abs(stopped.q()[0]) < integrated);
+  const SimulatorState there = stopped.save();
+  REQUIRE(stopped.advance_to(1.0));  // and it may go on
+  CHECK(std::abs(stopped.q()[0] - std::cos(2.0)) < integrated);
+  const SimulatorState later = stopped.save();
+  stopped.restore(deserialized(serialized(there)));  // also after a restore
+  REQUIRE(stopped.advance_to(1.0));
+  CHECK(same(stopped.save(), later));
+  CHECK(stopped.advance_to(3.0).outcome == Outcome::stopped_by_event);  // and stops when it comes again
+  CHECK(std::abs(stopped.t() - 3 * std::numbers::pi / 4) < integrated);
+}
+
+TEST_CASE("a pendulum in Cartesian coordinates stays on its rod through ten thousand advances") {
+  const auto pendulum = scene(mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return 9.81 * q[1]; }),
+                              holonomic("rod", [](const auto& q) { return q.squaredNorm() - 1.0; }));
+  Simulator plant(pendulum, State<2>{0.0, Vector<double, 2>(0.6, -0.8), Vector<double, 2>(0.0, 0.0)}, Dop853{}, fine);
+  double farthest = 0.0;
+  for (int k = 1; k <= 1000; ++k) {
+    REQUIRE(plant.advance_to(1e-3 * k));
+    farthest = std::max(farthest, std::abs(plant.q().squaredNorm() - 1.0));
+  }
+  CHECK(farthest < 1e-14);  // a few rounding units
+  const double energy = 0.5 * plant.qdot().squaredNorm() + 9.81 * plant.q()[1];
+  CHECK(std::abs(energy + 9.81 * 0.8) < integrated);
+}
+
+TEST_CASE("limits of work are those of each advance, and what was reached stays") {
+  Options few = fine;
+  few.max_steps = 3;
+  Simulator plant(pushed(400.0), at_rest, Dop853{}, few);
+  double before = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    const Advance part = plant.advance_to(100.0);
+    CHECK(part.outcome == Outcome::step_limit);
+    CHECK(part.t > before);
+    CHECK(plant.t() == part.t);
+    before = part.t;
+  }
+  CHECK(plant.message().find("max_steps = 3") != std::string::npos);
+  CHECK(std::abs(plant.q()[0] - std::cos(20.0 * plant.t())) < integrated);
+  REQUIRE(plant.advance(1e-3));
+  CHECK(plant.message().empty());
+}
+
+TEST_CASE("what functors throw is an outcome with their words, and the last good state stays") {
+  const auto fragile = scene(mechanical_system<1>(Mass{}), input("motor", 0), generalized_force([](const auto& q, const auto&) {
+                               if (innermost_value(q[0]) > 1.5) throw std::runtime_error("the rope is too short");
+                               auto Q = q;
+                               Q[0] = 0.0;
+                               return Q;
+                             }));
+  Simulator plant(fragile, at_rest, Dop853{}, fine);
+  plant.set_input("motor", 1.0);
+  REQUIRE(plant.advance_to(0.5));
+  const Advance end = plant.advance_to(5.0);
+  CHECK(end.outcome == Outcome::refused_by_model);
+  CHECK(plant.message().find("the rope is too short") != std::string::npos);
+  CHECK(end.t >= 0.5);
+  CHECK(std::abs(plant.q()[0] - (1.0 + 0.5 * end.t * end.t)) < rounded);
+  plant.set_input("motor", -10.0);  // there is a way back
+  CHECK(plant.advance(0.01));
+}
+
+TEST_CASE("a simulator refuses what it cannot do by rule, value and remedy, and keeps what it had") {
+  Simulator plant(pushed(), at_rest, Dop853{}, fine);
+  REQUIRE(plant.advance_to(1.0));
+  const SimulatorState before = plant.save();
+  CHECK(plant.advance(-0.5).outcome == Outcome::invalid_change);
+  CHECK(plant.message() == "must go forward");
+  CHECK(plant.advance_to(std::numeric_limits<double>::quiet_NaN()).outcome == Outcome::invalid_change);
+  CHECK(error_message([&] { plant.set_input("motor", std::numeric_limits<double>::infinity()); }).find("'motor' was given inf") != std::string::npos);
+  CHECK(error_message([&] { plant.set_input("rudder", 1.0); }).find("'rudder' is none; it has motor") != std::string::npos);
+  CHECK_THROWS_AS(plant.set_inputs(std::vector<double>{1.0, 2.0}), DimensionError);
+  CHECK_THROWS_AS(plant.state<2>(), DimensionError);
+  CHECK(same(plant.save(), before));
+
+  std::vector<std::byte> bytes = serialized(before);
+  for (const std::size_t i : {std::size_t(0), std::size_t(9), std::size_t(33), bytes.size() - 1}) {
+    std::vector<std::byte> broken = bytes;
+    broken[i] ^= std::byte(4);
+    CHECK_THROWS_AS(deserialized(broken), InvalidValue);
+  }
+  bytes.pop_back();
+  CHECK(error_message([&] { deserialized(bytes); }).find("another length") != std::string::npos);
+  const Simulator other(mechanical_system<1>(Mass{}), at_rest, Dop853{});
+  CHECK_THROWS_AS(plant.restore(other.save()), InvalidValue);
+  CHECK(same(plant.save(), before));
+  CHECK_THROWS_AS(Simulator(pushed(), at_rest, Dop853{}, {.stop_times = {0.5}}), InvalidValue);
+  CHECK_THROWS_AS(Simulator(pushed(), State<1>{0.0, Vector<double, 1>(std::nan("")), Vector<double, 1>(0.0)}, Dop853{}), InvalidValue);
+}
