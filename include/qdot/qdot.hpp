@@ -70,6 +70,8 @@
 // #include "qdot/integrate/rotation_chart.hpp"       // attitudes without gimbal lock
 // #include "qdot/integrate/energy_balance.hpp"       // an account of the energy
 // #include "qdot/integrate/accurate_simulation.hpp"  // the whole motion to an accuracy
+// #include "qdot/integrate/simulate_many.hpp"        // many motions in threads, by their numbers
+// #include "qdot/integrate/counter_random.hpp"       // random numbers that belong to a number
 // #include "qdot/integrate/simulator.hpp"            // a motion that another program advances
 // #include "qdot/integrate/simulator_state.hpp"      // where it is, as bytes
 // #include "qdot/integrate/any_stepper.hpp"          // a method that is chosen at run time
