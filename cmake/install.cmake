@@ -17,10 +17,18 @@ endif()
 install(EXPORT qdot-targets NAMESPACE qdot:: DESTINATION ${package_dir})
 install(EXPORT qdot-cvode-targets NAMESPACE qdot:: DESTINATION ${package_dir})
 
-configure_package_config_file(cmake/qdot-config.cmake.in qdot-config.cmake INSTALL_DESTINATION ${package_dir})
+# qdot_add_scene compiles the commands of the program where they are used, with the user's compiler and options.
+set(qdot_program_folder ${CMAKE_INSTALL_DATADIR}/qdot/src)
+set(own_scene_headers ${PROJECT_SOURCE_DIR}/src/scenes/scene.hpp ${PROJECT_SOURCE_DIR}/src/scenes/own_scene.hpp ${PROJECT_SOURCE_DIR}/src/scenes/view.hpp)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/program ${PROJECT_SOURCE_DIR}/src/own DESTINATION ${qdot_program_folder}
+  FILES_MATCHING PATTERN *.hpp PATTERN *.cpp PATTERN CMakeLists.txt)
+install(FILES ${own_scene_headers} DESTINATION ${qdot_program_folder}/scenes)
+
+configure_package_config_file(cmake/qdot-config.cmake.in qdot-config.cmake INSTALL_DESTINATION ${package_dir} PATH_VARS qdot_program_folder)
 write_basic_package_version_file(qdot-config-version.cmake COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES
   ${PROJECT_BINARY_DIR}/qdot-config.cmake
   ${PROJECT_BINARY_DIR}/qdot-config-version.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_sundials.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/qdot_add_scene.cmake
   DESTINATION ${package_dir})

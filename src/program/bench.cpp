@@ -5,18 +5,20 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "program/arguments.hpp"
 #include "program/commands.hpp"
-#include "program/json.hpp"
 #include "qdot/report/file.hpp"
 
 namespace qdot::program {
 
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 void print(const bench::Benchmark& benchmark, const bench::Findings& findings) {
   std::printf("%s: %s\n", benchmark.name.c_str(), benchmark.summary.c_str());
@@ -36,6 +38,43 @@ void print(const bench::Benchmark& benchmark, const bench::Findings& findings) {
   }
   if (!findings.note.empty()) std::printf("  %s\n", findings.note.c_str());
   std::printf("\n");
+}
+
+// Rows of evaluations, the way `qdot bench eom --json` and `qdot bench scenes --json` print them.
+Json evaluations_json(const bench::Findings& found, bool of_scenes) {
+  Json rows = Json::array();
+  for (const bench::Row& row : found.rows) {
+    Json entry = {{of_scenes ? "scene" : "system", row.system}, {"n", row.n}};
+    entry.update(of_scenes ? Json{{"constraints", row.constraints}, {"effect", row.effect}} : Json{{"door", row.door}});
+    entry.update({{"baseline", row.baseline_name}, {"baseline_ns", row.baseline}, {"qdot_ns", row.value}, {"ratio", row.ratio()}});
+    rows.push_back(entry);
+  }
+  return rows;
+}
+
+// Findings by the name of their benchmark; of `bench eom` alone, the array of its rows {system, n, door, …_ns, ratio}, of
+// `bench scenes` alone that of {scene, n, constraints, effect, …_ns, ratio}.
+std::string bench_json(const std::vector<std::pair<std::string, bench::Findings>>& findings) {
+  if (findings.size() == 1 && (findings[0].first == "eom" || findings[0].first == "scenes"))
+    return evaluations_json(findings[0].second, findings[0].first == "scenes").dump(2);
+  if (findings.size() == 1 && !findings[0].second.json.empty()) return findings[0].second.json;
+  Json object = Json::object();
+  for (const auto& [name, found] : findings) {
+    Json rows = Json::array();
+    for (const bench::Row& row : found.rows) {
+      Json entry = {{"name", row.name}, {"value", row.value}, {"unit", row.unit}};
+      if (row.baseline > 0) {
+        entry["baseline"] = row.baseline;
+        entry["baseline_name"] = row.baseline_name;
+        entry["ratio"] = row.ratio();
+      }
+      rows.push_back(entry);
+    }
+    if (!found.json.empty()) rows = Json::parse(found.json);
+    object[name] = {{"rows", rows}, {"note", found.note}};
+    if (!found.cannot_run.empty()) object[name]["cannot_run"] = found.cannot_run;
+  }
+  return object.dump(2);
 }
 
 }  // namespace

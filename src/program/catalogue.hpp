@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// All scenes, by name.
+// Scenes by name: those that are linked in, and those in a file of C++ (scene_file.hpp).
 
 #include <memory>
 #include <string>
@@ -11,12 +11,20 @@
 
 namespace qdot::program {
 
-/// Names of all scenes, in the order of the list.
+struct NamedScene {
+  std::string name;
+  std::unique_ptr<RunnableScene> (*make)();
+};
+
+/// The scenes that are linked in, in the order of the list: the catalogue (scenes/catalogue.cpp), or a user's own (own/main.cpp).
+const std::vector<NamedScene>& named_scenes();
+
+/// Their names.
 std::vector<std::string> scene_names();
 
-/// A fresh scene with default parameters.
+/// A fresh scene with default parameters. A name that ends as files of C++ do is that of a file, which is compiled if it has to be.
 ///
-/// @throws UsageError  for an unknown name, with the nearest one
+/// @throws UsageError  for an unknown name, with the nearest one; for a file that cannot be read or does not compile
 std::unique_ptr<RunnableScene> make_scene(const std::string& name);
 
 }  // namespace qdot::program

@@ -61,6 +61,10 @@ struct LyapunovCommandOptions : SceneOptions {
   bool quiet = false;
 };
 
+struct NewOptions {
+  std::string name;
+};
+
 struct BenchOptions {
   std::optional<std::string> name, page;
   bool json = false;
@@ -75,6 +79,7 @@ int modes(const ModesOptions& options);
 int equilibria(const ModesOptions& options);
 int conserved(const ConservedOptions& options);
 int lyapunov(const LyapunovCommandOptions& options);
+int new_scene(const NewOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace qdot::program

@@ -178,10 +178,22 @@ struct NoEffects {
 
 namespace detail {
 
+// Whether an effect is a constraint that lasts, as a formula.
+template <int n, class Effect>
+constexpr bool has_rows() {
+  if constexpr (ConstraintEffect<Effect, n>) return qdot::detail::effect_is_recordable<Effect, n>();
+  return false;
+}
+
+template <int n, class Effects>
+inline constexpr bool any_has_rows = false;
+template <int n, class... Effects>
+inline constexpr bool any_has_rows<n, std::tuple<Effects...>> = (has_rows<n, Effects>() || ...);
+
 // What a constraint demands to be zero, if an effect is one that lasts.
 template <int n, class Effect, class Q, class S, class Add>
 void add_rows([[maybe_unused]] const Effect& effect, [[maybe_unused]] const Q& q, [[maybe_unused]] const Q& v, [[maybe_unused]] const S& t, [[maybe_unused]] const Add& add) {
-  if constexpr (ConstraintEffect<Effect, n> && qdot::detail::effect_is_recordable<Effect, n>()) {
+  if constexpr (has_rows<n, Effect>()) {
     const auto rows = [&] {
       if constexpr (HolonomicEffect<Effect, n>) {
         return qdot::detail::as_rows(effect.phi(q, t));
@@ -211,7 +223,7 @@ class EffectScene final : public SceneRunner<E, n> {
     for (EffectInfo& info : infos_) {
       if (info.name != name) continue;
       if (value) {
-        require_physical(info.name + " (" + info.meaning + ")", info.range, *value);
+        require_physical(info.name, info.meaning, info.range, *value);
         info.value = *value;
       }
       info.on = on;
@@ -223,9 +235,14 @@ class EffectScene final : public SceneRunner<E, n> {
   std::shared_ptr<const Model> model() const override { return variant<0>(always_(this->energies())); }
 
   report::EquationSource equation_source() const override {
-    return this->equation_source_with([always = always_](const E& e, const auto& q, const auto& v, const auto& t, const auto& add) {
-      std::apply([&](const auto&... effect) { (detail::add_rows<n>(effect, q, v, t, add), ...); }, always(e));
-    });
+    // Effects are made with other parameters than the user's, to see where these go, and not all take them (a restitution of 1.01).
+    if constexpr (!detail::any_has_rows<n, std::decay_t<std::invoke_result_t<const Always&, const E&>>>) {
+      return SceneRunner<E, n>::equation_source();
+    } else {
+      return this->equation_source_with([always = always_](const E& e, const auto& q, const auto& v, const auto& t, const auto& add) {
+        std::apply([&](const auto&... effect) { (detail::add_rows<n>(effect, q, v, t, add), ...); }, always(e));
+      });
+    }
   }
 
  private:

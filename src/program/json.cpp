@@ -32,14 +32,7 @@ Json parameter_values(const RunnableScene& scene) {
   return object;
 }
 
-const char* range_text(const ParameterInfo& p) {
-  if (p.whole) return "whole number, at least 1";
-  switch (p.range) {
-    case scenes::Range::positive: return "positive";
-    case scenes::Range::non_negative: return "zero or positive";
-    default: return "any";
-  }
-}
+std::string range_text(const ParameterInfo& p) { return p.whole ? "whole number, at least 1" : p.range.text(); }
 
 }  // namespace
 
@@ -192,45 +185,6 @@ std::string list_json(const std::vector<std::unique_ptr<RunnableScene>>& scenes)
                     {"effects", effects}});
   }
   return Json{{"scenes", list}, {"methods", method_names()}}.dump(2);
-}
-
-namespace {
-
-// Rows of evaluations, the way `qdot bench eom --json` and `qdot bench scenes --json` print them.
-Json evaluations_json(const bench::Findings& found, bool of_scenes) {
-  Json rows = Json::array();
-  for (const bench::Row& row : found.rows) {
-    Json entry = {{of_scenes ? "scene" : "system", row.system}, {"n", row.n}};
-    entry.update(of_scenes ? Json{{"constraints", row.constraints}, {"effect", row.effect}} : Json{{"door", row.door}});
-    entry.update({{"baseline", row.baseline_name}, {"baseline_ns", row.baseline}, {"qdot_ns", row.value}, {"ratio", row.ratio()}});
-    rows.push_back(entry);
-  }
-  return rows;
-}
-
-}  // namespace
-
-std::string bench_json(const std::vector<std::pair<std::string, bench::Findings>>& findings) {
-  if (findings.size() == 1 && (findings[0].first == "eom" || findings[0].first == "scenes"))
-    return evaluations_json(findings[0].second, findings[0].first == "scenes").dump(2);
-  if (findings.size() == 1 && !findings[0].second.json.empty()) return findings[0].second.json;
-  Json object = Json::object();
-  for (const auto& [name, found] : findings) {
-    Json rows = Json::array();
-    for (const bench::Row& row : found.rows) {
-      Json entry = {{"name", row.name}, {"value", row.value}, {"unit", row.unit}};
-      if (row.baseline > 0) {
-        entry["baseline"] = row.baseline;
-        entry["baseline_name"] = row.baseline_name;
-        entry["ratio"] = row.ratio();
-      }
-      rows.push_back(entry);
-    }
-    if (!found.json.empty()) rows = Json::parse(found.json);
-    object[name] = {{"rows", rows}, {"note", found.note}};
-    if (!found.cannot_run.empty()) object[name]["cannot_run"] = found.cannot_run;
-  }
-  return object.dump(2);
 }
 
 }  // namespace qdot::program

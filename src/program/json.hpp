@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench.hpp"
 #include "program/runnable_scene.hpp"
 #include "program/simulation.hpp"
 
@@ -30,9 +29,5 @@ enum class SteadyList { the_only_one, all_found, some_of_a_family };
 
 /// Steady states with their modes; the only one without an array around it.
 std::string steady_states_json(const RunnableScene& scene, const std::vector<SteadyPoint>& points, SteadyList list);
-
-/// Findings by the name of their benchmark; of `bench eom` alone, the array of its rows {system, n, door, …_ns, ratio}, of
-/// `bench scenes` alone that of {scene, n, constraints, effect, …_ns, ratio}.
-std::string bench_json(const std::vector<std::pair<std::string, bench::Findings>>& findings);
 
 }  // namespace qdot::program

@@ -185,6 +185,7 @@ std::vector<std::string> output_paths(const std::string& path) {
 
 int frame_count(const RunnableScene& scene, const State<Dynamic>& start, double t_end) {
   const double points = static_cast<double>(scene.positions(start.q, start.t).size());
+  if (points == 0) return 0;
   const double wanted = 100 * playing_seconds(t_end - start.t);
   return static_cast<int>(std::max(300.0, std::min(wanted, 30000 / points))) + 1;
 }
@@ -227,12 +228,14 @@ std::vector<report::Array> arrays(const Result& result, Eigen::Index dof) {
 
 report::Page page(const RunnableScene& scene, const Request& request, const Result& result) {
   report::Page page{.title = scene.title(), .lead = scene.summary()};
-  report::Animation animation{.drawing = scene.drawing(), .time_unit = scene.time_unit()};
-  for (const Sample& frame : result.frames) {
-    animation.times.push_back(frame.t);
-    animation.frames.push_back(scene.positions(frame.y.head(request.start.q.size()), frame.t));
+  if (!scene.positions(request.start.q, request.start.t).empty()) {  // otherwise there are plots only
+    report::Animation animation{.drawing = scene.drawing(), .time_unit = scene.time_unit()};
+    for (const Sample& frame : result.frames) {
+      animation.times.push_back(frame.t);
+      animation.frames.push_back(scene.positions(frame.y.head(request.start.q.size()), frame.t));
+    }
+    page.animation = std::move(animation);
   }
-  page.animation = std::move(animation);
   page.tables = {parameter_facts(scene, request), run_facts(scene, request, result)};
   page.formulas = formulas(scene);
   add_motion_plots(page.plots, scene, result, false);
@@ -251,7 +254,7 @@ void write_outputs(const std::string& path, const RunnableScene& scene, const Re
   const report::Page shown = page(scene, request, result);
   report::Plot plot = shown.plots.front();
   plot.title = shown.title;
-  const std::string picture = shown.animation->frames.empty() ? report::svg(plot)
+  const std::string picture = !shown.animation || shown.animation->frames.empty() ? report::svg(plot)
                                                               : report::still_svg(*shown.animation, result.end.t, plot);
   report::write_files({{paths[0], report::csv(table(scene, result))},
                        {paths[1], report::npz(arrays(result, request.start.q.size()))},

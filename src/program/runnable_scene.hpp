@@ -142,12 +142,13 @@ class Model {
   virtual std::vector<std::string> constraint_names() const { return {}; }
 };
 
-/// A scene of the catalogue with values for its parameters.
+/// A scene with values for its parameters.
 class RunnableScene {
  public:
   virtual ~RunnableScene() = default;
 
   virtual std::string name() const = 0;
+  virtual void set_name(const std::string& name) = 0;
   virtual std::string title() const = 0;
   virtual std::string summary() const = 0;
   virtual std::string time_unit() const = 0;
@@ -176,6 +177,8 @@ class RunnableScene {
   /// T, V and the constraints that the scene always has, for formulas of them.
   virtual report::EquationSource equation_source() const = 0;
   virtual report::Drawing drawing() const = 0;
+
+  /// Where the points of the drawing are; none for a scene without a view.
   virtual std::vector<report::Point> positions(const Eigen::Ref<const Eigen::VectorXd>& q, double t) const = 0;
 };
 

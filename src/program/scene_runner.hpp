@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <variant>
@@ -25,21 +26,30 @@ namespace qdot::program {
 /// The largest count that a whole-numbered parameter may have; beyond it one evaluation takes seconds.
 inline constexpr int largest_count = 500;
 
-inline void require_physical(const std::string& what, scenes::Range range, double value) {
-  using scenes::Range;
-  if (std::isfinite(value) && (range == Range::any || (range == Range::positive ? value > 0 : value >= 0))) return;
-  const char* rule = range == Range::any ? "finite" : range == Range::positive ? "positive" : "zero or positive";
-  throw InvalidValue(what + " must be " + rule + ", given " + report::exact_text(value));
+inline void require_physical(const std::string& name, const std::string& meaning, const scenes::Range& range, double value) {
+  if (range.holds(value)) return;
+  const std::string rule = range.text();
+  throw InvalidValue(name + (meaning.empty() ? "" : " (" + meaning + ")") + " must be " + (rule == "any" ? "finite" : rule) + ", given " +
+                     report::exact_text(value));
 }
 
 /// A scene of the catalogue with its own copy of the energies, whose members are the parameters.
 template <class E, int n>
 class SceneRunner : public RunnableScene {
  public:
-  explicit SceneRunner(scenes::Scene<E, n> scene) : scene_(std::move(scene)) {}
+  /// @throws InvalidValue  the scene contradicts itself: a default out of its range, a start of another length than the coordinates
+  explicit SceneRunner(scenes::Scene<E, n> scene) : scene_(std::move(scene)) {
+    for (const ParameterInfo& p : parameters()) {
+      if (p.whole || p.name.empty()) continue;
+      require_physical("the default of " + p.name, p.meaning, p.range, p.value);
+    }
+    start();
+    if (scene_.drawing && !scene_.positions) throw InvalidValue("a drawing must have positions to hang on, but there are none: give .positions");
+  }
 
   std::string name() const override { return scene_.name; }
-  std::string title() const override { return scene_.title; }
+  void set_name(const std::string& name) override { scene_.name = name; }
+  std::string title() const override { return scene_.title.empty() ? scene_.name : scene_.title; }
   std::string summary() const override { return scene_.summary; }
   std::string time_unit() const override { return scene_.time_unit; }
   std::string energy_unit() const override { return scene_.energy_unit; }
@@ -59,23 +69,40 @@ class SceneRunner : public RunnableScene {
       if (p.name != name) continue;
       if (const auto* whole = std::get_if<int E::*>(&p.member)) {
         if (!(value >= 1 && value <= largest_count) || value != std::floor(value)) {
-          throw InvalidValue(p.name + " (" + p.meaning + ") must be a whole number from 1 to " +
+          throw InvalidValue(p.name + (p.meaning.empty() ? "" : " (" + p.meaning + ")") + " must be a whole number from 1 to " +
                              std::to_string(largest_count) + ", given " + report::exact_text(value));
         }
         energies_.**whole = static_cast<int>(value);
         return;
       }
-      require_physical(p.name + " (" + p.meaning + ")", p.range, value);
+      require_physical(p.name, p.meaning, p.range, value);
       energies_.*std::get<double E::*>(p.member) = value;
       return;
     }
     throw InvalidValue(scene_.name + " has no parameter named " + name);
   }
 
-  std::vector<scenes::Coordinate> coordinates() const override { return scene_.coordinates(energies_); }
+  std::vector<scenes::Coordinate> coordinates() const override {
+    std::vector<scenes::Coordinate> named;
+    if (scene_.coordinates) {
+      named = scene_.coordinates(energies_);
+      if (named.empty() || (n != Dynamic && named.size() != static_cast<std::size_t>(n)))
+        throw InvalidValue("coordinates must name each of " + (n == Dynamic ? std::string("them") : std::to_string(n)) + ", but name " + std::to_string(named.size()));
+    } else if constexpr (n == Dynamic) {
+      throw InvalidValue("coordinates must be given where their number is not known to the compiler: .coordinates is a function of the parameters");
+    } else {
+      for (int i = 0; i < n; ++i) named.push_back({"q" + std::to_string(i), ""});
+    }
+    return named;
+  }
 
   State<Dynamic> start() const override {
+    const auto count = static_cast<Eigen::Index>(coordinates().size());
+    if (!scene_.start) return {0.0, Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count)};
     const State<n> start = scene_.start(energies_);
+    if (start.q.size() != count || start.qdot.size() != count)
+      throw InvalidValue("start must have " + std::to_string(count) + " coordinates and as many velocities, but has " + std::to_string(start.q.size()) + " and " +
+                         std::to_string(start.qdot.size()));
     return {start.t, start.q, start.qdot};
   }
 
@@ -85,9 +112,18 @@ class SceneRunner : public RunnableScene {
 
   report::EquationSource equation_source() const override { return equation_source_with(report::detail::NoRows{}); }
 
-  report::Drawing drawing() const override { return scene_.drawing(energies_); }
+  report::Drawing drawing() const override {
+    if (scene_.drawing) return scene_.drawing(energies_);
+    const State<Dynamic> at = start();
+    std::vector<int> points(positions(at.q, at.t).size());
+    if (points.empty()) return {};
+    std::iota(points.begin(), points.end(), 0);
+    const int last = points.back();
+    return {.shapes = {report::line(std::move(points)), report::disk(last)}};
+  }
 
   std::vector<report::Point> positions(const Eigen::Ref<const Eigen::VectorXd>& q, double t) const override {
+    if (!scene_.positions) return {};
     return scene_.positions(energies_, Vector<double, n>(q), t);
   }
 

@@ -43,12 +43,10 @@ inline Scene<BeadOnHoop, 1> bead_on_hoop() {
                      {"R", &BeadOnHoop::R, "m", Range::positive, "radius of the hoop"},
                      {"g", &BeadOnHoop::g, "m/s^2", Range::non_negative, "gravity"},
                      {"Omega", &BeadOnHoop::Omega, "rad/s", Range::any, "angular velocity of the hoop"}},
-      .coordinates = [](const BeadOnHoop&) -> std::vector<Coordinate> { return {{"theta", "rad"}}; },
-      .start = [](const BeadOnHoop&) { return State<1>{0.0, Vector<double, 1>(0.3), Vector<double, 1>(0.0)}; },
+      .coordinates = {{"theta", "rad"}},
+      .start = {0.3},
       .t_end = 10.0,
-      .drawing = [](const BeadOnHoop&) -> Drawing {
-        return {.shapes = {report::line({3, 4}, 6), report::ellipse(0, 2, 3), report::trail(1, 0, 1.5), report::disk(1)}};
-      },
+      .drawing = {report::line({3, 4}, 6), report::ellipse(0, 2, 3), report::trail(1, 0, 1.5), report::disk(1)},
       .positions = [](const BeadOnHoop& s, const Vector<double, 1>& q, double t) -> std::vector<Point> {
         const double c = s.R * std::cos(s.Omega * t), sn = s.R * std::sin(s.Omega * t);
         return {{0.0, 0.0}, seen(c * std::sin(q[0]), sn * std::sin(q[0]), -s.R * std::cos(q[0])), seen(c, sn, 0.0),

@@ -32,8 +32,8 @@ inline Scene<BouncingBall, 1> bouncing_ball() {
       .parameters = {{"m", &BouncingBall::m, "kg", Range::positive, "mass"},
                      {"g", &BouncingBall::g, "m/s^2", Range::positive, "gravity"},
                      {"e", &BouncingBall::e, "", Range::non_negative, "restitution, the part of the velocity that an impact leaves"}},
-      .coordinates = [](const BouncingBall&) -> std::vector<Coordinate> { return {{"y", "m"}}; },
-      .start = [](const BouncingBall&) { return State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}; },
+      .coordinates = {{"y", "m"}},
+      .start = {1.0},
       .t_end = 5.0,
       .drawing = [](const BouncingBall&) -> Drawing {
         return {.shapes = {report::disk(0)}, .backdrop = {{{-0.5, 0.0}, {0.5, 0.0}}}};

@@ -31,12 +31,10 @@ inline Scene<CartesianPendulum, 2> cartesian_pendulum() {
       .parameters = {{"m", &CartesianPendulum::m, "kg", Range::positive, "mass of the bob"},
                      {"l", &CartesianPendulum::l, "m", Range::positive, "length of the rod"},
                      {"g", &CartesianPendulum::g, "m/s^2", Range::non_negative, "gravity"}},
-      .coordinates = [](const CartesianPendulum&) -> std::vector<Coordinate> { return {{"x", "m"}, {"y", "m"}}; },
+      .coordinates = {{"x", "m"}, {"y", "m"}},
       .start = [](const CartesianPendulum& s) { return State<2>{0.0, {s.l * std::sin(1.0), -s.l * std::cos(1.0)}, {0.0, 0.0}}; },
       .t_end = 10.0,
-      .drawing = [](const CartesianPendulum&) -> Drawing {
-        return {.shapes = {report::trail(1, 0, 1.0), report::line({0, 1}), report::pivot(0), report::disk(1)}};
-      },
+      .drawing = {report::trail(1, 0, 1.0), report::line({0, 1}), report::pivot(0), report::disk(1)},
       .positions = [](const CartesianPendulum&, const Vector<double, 2>& q, double) -> std::vector<Point> {
         return {{0.0, 0.0}, {q[0], q[1]}};
       },

@@ -41,8 +41,8 @@ inline Scene<Cartpole, 2> cartpole() {
                      {"m", &Cartpole::m, "kg", Range::positive, "mass of the bob"},
                      {"l", &Cartpole::l, "m", Range::positive, "length of the pole"},
                      {"g", &Cartpole::g, "m/s^2", Range::non_negative, "gravity"}},
-      .coordinates = [](const Cartpole&) -> std::vector<Coordinate> { return {{"x", "m"}, {"theta", "rad"}}; },
-      .start = [](const Cartpole&) { return State<2>{0.0, {0.0, 2.8}, {0.0, 0.0}}; },
+      .coordinates = {{"x", "m"}, {"theta", "rad"}},
+      .start = {0.0, 2.8},
       .t_end = 10.0,
       .drawing = [](const Cartpole& s) -> Drawing {
         return {.shapes = {report::box(0, 0.6 * s.l, 0.3 * s.l), report::trail(1, 0, 1.5), report::line({0, 1}),

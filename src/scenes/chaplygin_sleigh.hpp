@@ -37,12 +37,10 @@ inline Scene<ChaplyginSleigh, 3> chaplygin_sleigh() {
       .parameters = {{"m", &ChaplyginSleigh::m, "kg", Range::positive, "mass"},
                      {"I", &ChaplyginSleigh::I, "kg m^2", Range::positive, "moment of inertia about the centre of mass"},
                      {"a", &ChaplyginSleigh::a, "m", Range::any, "from the blade to the centre of mass"}},
-      .coordinates = [](const ChaplyginSleigh&) -> std::vector<Coordinate> { return {{"x", "m"}, {"y", "m"}, {"theta", "rad"}}; },
-      .start = [](const ChaplyginSleigh&) { return State<3>{0.0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.3}}; },
+      .coordinates = {{"x", "m"}, {"y", "m"}, {"theta", "rad"}},
+      .start = {0.0, 0.0, 0.0, 0.0, 0.0, 1.3},
       .t_end = 6.0,
-      .drawing = [](const ChaplyginSleigh&) -> Drawing {
-        return {.shapes = {report::trail(0), report::line({1, 2}), report::disk(3, 1, 7)}};
-      },
+      .drawing = {report::trail(0), report::line({1, 2}), report::disk(3, 1, 7)},
       .positions = [](const ChaplyginSleigh& s, const Vector<double, 3>& q, double) -> std::vector<Point> {
         const double c = s.a * std::cos(q[2]), d = s.a * std::sin(q[2]);
         return {{q[0], q[1]}, {q[0] - 0.4 * c, q[1] - 0.4 * d}, {q[0] + 1.4 * c, q[1] + 1.4 * d}, {q[0] + c, q[1] + d}};

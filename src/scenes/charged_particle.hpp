@@ -42,10 +42,10 @@ inline Scene<ChargedParticle, 2> charged_particle() {
                      {"B", &ChargedParticle::B, "T", Range::any, "magnetic field, across the plane"},
                      {"E", &ChargedParticle::E, "V/m", Range::any, "amplitude of the electric field, along x"},
                      {"omega", &ChargedParticle::omega, "rad/s", Range::any, "angular frequency of the electric field"}},
-      .coordinates = [](const ChargedParticle&) -> std::vector<Coordinate> { return {{"x", "m"}, {"y", "m"}}; },
-      .start = [](const ChargedParticle&) { return State<2>{0.0, {0.0, 0.0}, {0.1, 0.0}}; },
+      .coordinates = {{"x", "m"}, {"y", "m"}},
+      .start = {0.0, 0.0, 0.1, 0.0},
       .t_end = 20.0,
-      .drawing = [](const ChargedParticle&) -> Drawing { return {.shapes = {report::trail(0), report::disk(0, 1, 7)}}; },
+      .drawing = {report::trail(0), report::disk(0, 1, 7)},
       .positions = [](const ChargedParticle&, const Vector<double, 2>& q, double) -> std::vector<Point> {
         return {{q[0], q[1]}};
       },

@@ -35,8 +35,8 @@ inline Scene<CoupledOscillators, 2> coupled_oscillators() {
       .parameters = {{"m", &CoupledOscillators::m, "kg", Range::positive, "each mass"},
                      {"k", &CoupledOscillators::k, "N/m", Range::positive, "springs at the walls"},
                      {"kappa", &CoupledOscillators::kappa, "N/m", Range::non_negative, "spring between the masses"}},
-      .coordinates = [](const CoupledOscillators&) -> std::vector<Coordinate> { return {{"x", "m"}, {"y", "m"}}; },
-      .start = [](const CoupledOscillators&) { return State<2>{0.0, {1.0, 0.0}, {0.0, 0.0}}; },
+      .coordinates = {{"x", "m"}, {"y", "m"}},
+      .start = {1.0, 0.0},
       .t_end = 35.0,
       .drawing = [](const CoupledOscillators&) -> Drawing {
         return {.shapes = {report::spring(0, 1), report::spring(1, 2), report::spring(2, 3), report::box(1, 0.5, 0.5, 0),

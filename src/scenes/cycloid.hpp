@@ -36,8 +36,8 @@ inline Scene<Cycloid, 1> cycloid() {
       .parameters = {{"m", &Cycloid::m, "kg", Range::positive, "mass"},
                      {"R", &Cycloid::R, "m", Range::positive, "radius of the rolling circle"},
                      {"g", &Cycloid::g, "m/s^2", Range::non_negative, "gravity"}},
-      .coordinates = [](const Cycloid&) -> std::vector<Coordinate> { return {{"theta", "rad"}}; },
-      .start = [](const Cycloid&) { return State<1>{0.0, Vector<double, 1>(2.2), Vector<double, 1>(0.0)}; },
+      .coordinates = {{"theta", "rad"}},
+      .start = {2.2},
       .t_end = 8.0,
       .drawing = [](const Cycloid& s) -> Drawing {
         Drawing drawing{.shapes = {report::disk(0)}, .backdrop = {{}}};

@@ -44,13 +44,11 @@ inline Scene<DoublePendulum, 2> double_pendulum() {
                      {"l1", &DoublePendulum::l1, "m", Range::positive, "length of the inner rod"},
                      {"l2", &DoublePendulum::l2, "m", Range::positive, "length of the outer rod"},
                      {"g", &DoublePendulum::g, "m/s^2", Range::non_negative, "gravity"}},
-      .coordinates = [](const DoublePendulum&) -> std::vector<Coordinate> { return {{"theta1", "rad"}, {"theta2", "rad"}}; },
-      .start = [](const DoublePendulum&) { return State<2>{0.0, {1.7, 1.7}, {0.0, 0.0}}; },
+      .coordinates = {{"theta1", "rad"}, {"theta2", "rad"}},
+      .start = {1.7, 1.7},
       .t_end = 20.0,
-      .drawing = [](const DoublePendulum&) -> Drawing {
-        return {.shapes = {report::trail(2, 1, 2.5), report::line({0, 1, 2}), report::pivot(0), report::disk(1, 0),
-                           report::disk(2, 1)}};
-      },
+      .drawing = {report::trail(2, 1, 2.5), report::line({0, 1, 2}), report::pivot(0), report::disk(1, 0),
+                           report::disk(2, 1)},
       .positions = [](const DoublePendulum& s, const Vector<double, 2>& q, double) -> std::vector<Point> {
         const Point inner{s.l1 * std::sin(q[0]), -s.l1 * std::cos(q[0])};
         return {{0.0, 0.0}, inner, {inner.x + s.l2 * std::sin(q[1]), inner.y - s.l2 * std::cos(q[1])}};

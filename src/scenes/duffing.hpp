@@ -32,8 +32,8 @@ inline Scene<Duffing, 1> duffing() {
       .parameters = {{"m", &Duffing::m, "kg", Range::positive, "mass"},
                      {"alpha", &Duffing::alpha, "N/m", Range::any, "linear stiffness"},
                      {"beta", &Duffing::beta, "N/m^3", Range::any, "cubic stiffness"}},
-      .coordinates = [](const Duffing&) -> std::vector<Coordinate> { return {{"x", "m"}}; },
-      .start = [](const Duffing&) { return State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}; },
+      .coordinates = {{"x", "m"}},
+      .start = {1.0},
       .t_end = 20.0,
       .drawing = [](const Duffing&) -> Drawing {
         return {.shapes = {report::spring(0, 1), report::box(1, 0.5, 0.5, 0)},

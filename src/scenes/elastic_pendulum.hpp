@@ -40,12 +40,10 @@ inline Scene<ElasticPendulum, 2> elastic_pendulum() {
                      {"k", &ElasticPendulum::k, "N/m", Range::positive, "stiffness of the spring"},
                      {"l0", &ElasticPendulum::l0, "m", Range::non_negative, "length of the spring at rest"},
                      {"g", &ElasticPendulum::g, "m/s^2", Range::non_negative, "gravity"}},
-      .coordinates = [](const ElasticPendulum&) -> std::vector<Coordinate> { return {{"r", "m"}, {"theta", "rad"}}; },
-      .start = [](const ElasticPendulum&) { return State<2>{0.0, {1.7, 0.08}, {0.0, 0.0}}; },
+      .coordinates = {{"r", "m"}, {"theta", "rad"}},
+      .start = {1.7, 0.08},
       .t_end = 30.0,
-      .drawing = [](const ElasticPendulum&) -> Drawing {
-        return {.shapes = {report::trail(1, 0, 3.0), report::spring(0, 1), report::pivot(0), report::disk(1)}};
-      },
+      .drawing = {report::trail(1, 0, 3.0), report::spring(0, 1), report::pivot(0), report::disk(1)},
       .positions = [](const ElasticPendulum&, const Vector<double, 2>& q, double) -> std::vector<Point> {
         return {{0.0, 0.0}, {q[0] * std::sin(q[1]), -q[0] * std::cos(q[1])}};
       },

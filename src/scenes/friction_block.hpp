@@ -32,8 +32,8 @@ inline Scene<FrictionBlock, 1> friction_block() {
       .parameters = {{"m", &FrictionBlock::m, "kg", Range::positive, "mass"},
                      {"k", &FrictionBlock::k, "N/m", Range::positive, "stiffness of the spring"},
                      {"F", &FrictionBlock::F, "N", Range::non_negative, "friction"}},
-      .coordinates = [](const FrictionBlock&) -> std::vector<Coordinate> { return {{"x", "m"}}; },
-      .start = [](const FrictionBlock&) { return State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}; },
+      .coordinates = {{"x", "m"}},
+      .start = {1.0},
       .t_end = 12.0,
       .drawing = [](const FrictionBlock&) -> Drawing {
         return {.shapes = {report::spring(0, 1), report::box(1, 0.5, 0.5, 0)},

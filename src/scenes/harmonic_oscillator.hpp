@@ -25,8 +25,8 @@ inline Scene<HarmonicOscillator, 1> harmonic_oscillator() {
       .summary = "A mass on a linear spring: a sine of the same period at every amplitude.",
       .parameters = {{"m", &HarmonicOscillator::m, "kg", Range::positive, "mass"},
                      {"k", &HarmonicOscillator::k, "N/m", Range::positive, "stiffness of the spring"}},
-      .coordinates = [](const HarmonicOscillator&) -> std::vector<Coordinate> { return {{"x", "m"}}; },
-      .start = [](const HarmonicOscillator&) { return State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}; },
+      .coordinates = {{"x", "m"}},
+      .start = {1.0},
       .t_end = 10.0,
       .drawing = [](const HarmonicOscillator&) -> Drawing {
         return {.shapes = {report::spring(0, 1), report::box(1, 0.5, 0.5, 0)},

@@ -29,12 +29,12 @@ inline Scene<HenonHeiles, 2> henon_heiles() {
       .title = "Hénon and Heiles",
       .summary = "A star in a galaxy's plane; regular and chaotic orbits of the same energy lie side by side.",
       .parameters = {{"lambda", &HenonHeiles::lambda, "", Range::any, "strength of the cubic terms"}},
-      .coordinates = [](const HenonHeiles&) -> std::vector<Coordinate> { return {{"x", ""}, {"y", ""}}; },
-      .start = [](const HenonHeiles&) { return State<2>{0.0, {0.0, 0.1}, {0.49, 0.0}}; },
+      .coordinates = {{"x", ""}, {"y", ""}},
+      .start = {0.0, 0.1, 0.49, 0.0},
       .t_end = 100.0,
       .time_unit = "",
       .energy_unit = "",
-      .drawing = [](const HenonHeiles&) -> Drawing { return {.shapes = {report::trail(0, 0, 40.0), report::disk(0, 0, 6)}}; },
+      .drawing = {report::trail(0, 0, 40.0), report::disk(0, 0, 6)},
       .positions = [](const HenonHeiles&, const Vector<double, 2>& q, double) -> std::vector<Point> {
         return {{q[0], q[1]}};
       },

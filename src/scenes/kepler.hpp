@@ -31,14 +31,12 @@ inline Scene<Kepler, 2> kepler() {
       .title = "Kepler's problem",
       .summary = "A planet in the field of a fixed sun, from the perihelion of an ellipse with semi-major axis 1 and eccentricity 0.6.",
       .parameters = {{"mu", &Kepler::mu, "", Range::positive, "gravitational parameter"}},
-      .coordinates = [](const Kepler&) -> std::vector<Coordinate> { return {{"x", ""}, {"y", ""}}; },
+      .coordinates = {{"x", ""}, {"y", ""}},
       .start = [](const Kepler& s) { return State<2>{0.0, {0.4, 0.0}, {0.0, 2.0 * std::sqrt(s.mu)}}; },
       .t_end = 12.566370614359172,
       .time_unit = "",
       .energy_unit = "",
-      .drawing = [](const Kepler&) -> Drawing {
-        return {.shapes = {report::trail(1), report::disk(0, 4, 12), report::disk(1, 0, 7)}};
-      },
+      .drawing = {report::trail(1), report::disk(0, 4, 12), report::disk(1, 0, 7)},
       .positions = [](const Kepler&, const Vector<double, 2>& q, double) -> std::vector<Point> {
         return {{0.0, 0.0}, {q[0], q[1]}};
       },

@@ -30,12 +30,12 @@ inline Scene<Mathieu, 1> mathieu() {
       .summary = "A spring whose stiffness is modulated at twice its frequency: the smallest motion grows without bound.",
       .parameters = {{"a", &Mathieu::a, "", Range::any, "mean stiffness"},
                      {"q", &Mathieu::q, "", Range::any, "depth of the modulation"}},
-      .coordinates = [](const Mathieu&) -> std::vector<Coordinate> { return {{"x", ""}}; },
-      .start = [](const Mathieu&) { return State<1>{0.0, Vector<double, 1>(0.1), Vector<double, 1>(0.0)}; },
+      .coordinates = {{"x", ""}},
+      .start = {0.1},
       .t_end = 30.0,
       .time_unit = "",
       .energy_unit = "",
-      .drawing = [](const Mathieu&) -> Drawing { return {.shapes = {report::spring(0, 1), report::disk(1)}}; },
+      .drawing = {report::spring(0, 1), report::disk(1)},
       .positions = [](const Mathieu&, const Vector<double, 1>& q, double) -> std::vector<Point> {
         return {{-3.0, 0.0}, {q[0], 0.0}};
       },

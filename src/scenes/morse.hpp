@@ -32,14 +32,12 @@ inline Scene<Morse, 1> morse() {
       .parameters = {{"m", &Morse::m, "", Range::positive, "reduced mass"},
                      {"D", &Morse::D, "", Range::positive, "dissociation energy"},
                      {"a", &Morse::a, "", Range::positive, "inverse width of the well"}},
-      .coordinates = [](const Morse&) -> std::vector<Coordinate> { return {{"x", ""}}; },
-      .start = [](const Morse&) { return State<1>{0.0, Vector<double, 1>(0.0), Vector<double, 1>(1.2)}; },
+      .coordinates = {{"x", ""}},
+      .start = {0.0, 1.2},
       .t_end = 30.0,
       .time_unit = "",
       .energy_unit = "",
-      .drawing = [](const Morse&) -> Drawing {
-        return {.shapes = {report::spring(0, 1), report::disk(0, 6, 12), report::disk(1, 0, 12)}};
-      },
+      .drawing = {report::spring(0, 1), report::disk(0, 6, 12), report::disk(1, 0, 12)},
       .positions = [](const Morse&, const Vector<double, 1>& q, double) -> std::vector<Point> {
         return {{-2.0, 0.0}, {q[0], 0.0}};
       },

@@ -35,12 +35,10 @@ inline Scene<Pendulum, 1> pendulum() {
       .parameters = {{"m", &Pendulum::m, "kg", Range::positive, "mass of the bob"},
                      {"l", &Pendulum::l, "m", Range::positive, "length of the rod"},
                      {"g", &Pendulum::g, "m/s^2", Range::non_negative, "gravity"}},
-      .coordinates = [](const Pendulum&) -> std::vector<Coordinate> { return {{"theta", "rad"}}; },
-      .start = [](const Pendulum&) { return State<1>{0.0, Vector<double, 1>(2.5), Vector<double, 1>(0.0)}; },
+      .coordinates = {{"theta", "rad"}},
+      .start = {2.5},
       .t_end = 10.0,
-      .drawing = [](const Pendulum&) -> Drawing {
-        return {.shapes = {report::trail(1, 0, 1.0), report::line({0, 1}), report::pivot(0), report::disk(1)}};
-      },
+      .drawing = {report::trail(1, 0, 1.0), report::line({0, 1}), report::pivot(0), report::disk(1)},
       .positions = [](const Pendulum& s, const Vector<double, 1>& q, double) -> std::vector<Point> {
         return {{0.0, 0.0}, {s.l * std::sin(q[0]), -s.l * std::cos(q[0])}};
       },

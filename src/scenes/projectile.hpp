@@ -30,12 +30,10 @@ inline Scene<Projectile, 3> projectile() {
       .summary = "A material point thrown in a uniform gravity field; its path is a parabola.",
       .parameters = {{"m", &Projectile::m, "kg", Range::positive, "mass"},
                      {"g", &Projectile::g, "m/s^2", Range::non_negative, "gravity"}},
-      .coordinates = [](const Projectile&) -> std::vector<Coordinate> { return {{"x", "m"}, {"y", "m"}, {"z", "m"}}; },
-      .start = [](const Projectile&) { return State<3>{0.0, {0.0, 0.0, 0.0}, {10.0, 4.0, 14.0}}; },
+      .coordinates = {{"x", "m"}, {"y", "m"}, {"z", "m"}},
+      .start = {0.0, 0.0, 0.0, 10.0, 4.0, 14.0},
       .t_end = 2.8,
-      .drawing = [](const Projectile&) -> Drawing {
-        return {.shapes = {report::trail(0), report::trail(1, 6), report::disk(1, 6, 4), report::disk(0)}};
-      },
+      .drawing = {report::trail(0), report::trail(1, 6), report::disk(1, 6, 4), report::disk(0)},
       .positions = [](const Projectile&, const Vector<double, 3>& q, double) -> std::vector<Point> {
         return {seen(q[0], q[1], q[2]), seen(q[0], q[1], 0.0)};  // the point, and its shadow on the ground
       },

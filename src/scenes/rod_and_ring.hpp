@@ -42,13 +42,11 @@ inline Scene<RodAndRing, 2> rod_and_ring() {
                      {"L", &RodAndRing::L, "m", Range::positive, "length of the rod"},
                      {"m", &RodAndRing::m, "kg", Range::positive, "mass of the ring"},
                      {"g", &RodAndRing::g, "m/s^2", Range::non_negative, "gravity"}},
-      .coordinates = [](const RodAndRing&) -> std::vector<Coordinate> { return {{"r", "m"}, {"phi", "rad"}}; },
-      .start = [](const RodAndRing&) { return State<2>{0.0, {0.4, 0.2}, {0.1, 1.0}}; },
+      .coordinates = {{"r", "m"}, {"phi", "rad"}},
+      .start = {0.4, 0.2, 0.1, 1.0},
       .t_end = 1.0,
-      .drawing = [](const RodAndRing&) -> Drawing {
-        return {.shapes = {report::trail(2, 1), report::line({1, 2}, 6), report::line({0, 1}), report::pivot(0),
-                           report::disk(2, 1)}};
-      },
+      .drawing = {report::trail(2, 1), report::line({1, 2}, 6), report::line({0, 1}), report::pivot(0),
+                           report::disk(2, 1)},
       .positions = [](const RodAndRing& s, const Vector<double, 2>& q, double) -> std::vector<Point> {
         const double c = std::cos(q[1]), sn = std::sin(q[1]);
         return {{0.0, 0.0}, {s.L * c, s.L * sn}, {q[0] * c, q[0] * sn}};

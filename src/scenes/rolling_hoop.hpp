@@ -35,8 +35,8 @@ inline Scene<RollingHoop, 2> rolling_hoop() {
                      {"kappa", &RollingHoop::kappa, "", Range::positive, "moment of inertia over m R^2"},
                      {"alpha", &RollingHoop::alpha, "rad", Range::any, "angle of the incline"},
                      {"g", &RollingHoop::g, "m/s^2", Range::non_negative, "gravity"}},
-      .coordinates = [](const RollingHoop&) -> std::vector<Coordinate> { return {{"s", "m"}, {"theta", "rad"}}; },
-      .start = [](const RollingHoop&) { return State<2>{0.0, {0.0, 0.0}, {0.0, 0.0}}; },
+      .coordinates = {{"s", "m"}, {"theta", "rad"}},
+      .start = {0.0, 0.0},
       .t_end = 2.0,
       .drawing = [](const RollingHoop& p) -> Drawing {
         const double reach = 4.0;

@@ -34,12 +34,10 @@ inline Scene<RopePendulum, 2> rope_pendulum() {
                      {"l", &RopePendulum::l, "m", Range::positive, "length of the rope"},
                      {"g", &RopePendulum::g, "m/s^2", Range::non_negative, "gravity"},
                      {"e", &RopePendulum::e, "", Range::non_negative, "restitution of the rope when it jerks"}},
-      .coordinates = [](const RopePendulum&) -> std::vector<Coordinate> { return {{"x", "m"}, {"y", "m"}}; },
+      .coordinates = {{"x", "m"}, {"y", "m"}},
       .start = [](const RopePendulum& s) { return State<2>{0.0, {0.0, -s.l}, {5.5, 0.0}}; },
       .t_end = 5.0,
-      .drawing = [](const RopePendulum&) -> Drawing {
-        return {.shapes = {report::trail(1, 0, 1.0), report::line({0, 1}), report::pivot(0), report::disk(1)}};
-      },
+      .drawing = {report::trail(1, 0, 1.0), report::line({0, 1}), report::pivot(0), report::disk(1)},
       .positions = [](const RopePendulum&, const Vector<double, 2>& q, double) -> std::vector<Point> {
         return {{0.0, 0.0}, {q[0], q[1]}};
       },

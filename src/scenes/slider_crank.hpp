@@ -43,7 +43,7 @@ inline Scene<SliderCrank, 3> slider_crank() {
                      {"m1", &SliderCrank::m1, "kg", Range::non_negative, "mass of the crank"},
                      {"m2", &SliderCrank::m2, "kg", Range::non_negative, "mass of the connecting rod"},
                      {"m3", &SliderCrank::m3, "kg", Range::positive, "mass of the slider"}},
-      .coordinates = [](const SliderCrank&) -> std::vector<Coordinate> { return {{"theta", "rad"}, {"beta", "rad"}, {"x", "m"}}; },
+      .coordinates = {{"theta", "rad"}, {"beta", "rad"}, {"x", "m"}},
       .start = [](const SliderCrank& s) { return State<3>{0.0, {0.0, 0.0, s.r + s.l}, {10.0, 10.0 * s.r / s.l, 0.0}}; },
       .t_end = 5.0,
       .drawing = [](const SliderCrank& s) -> Drawing {

@@ -40,13 +40,11 @@ inline Scene<SphericalPendulum, 2> spherical_pendulum() {
       .parameters = {{"m", &SphericalPendulum::m, "kg", Range::positive, "mass of the bob"},
                      {"l", &SphericalPendulum::l, "m", Range::positive, "length of the rod"},
                      {"g", &SphericalPendulum::g, "m/s^2", Range::non_negative, "gravity"}},
-      .coordinates = [](const SphericalPendulum&) -> std::vector<Coordinate> { return {{"theta", "rad"}, {"phi", "rad"}}; },
-      .start = [](const SphericalPendulum&) { return State<2>{0.0, {1.2, 0.0}, {0.0, 1.0}}; },
+      .coordinates = {{"theta", "rad"}, {"phi", "rad"}},
+      .start = {1.2, 0.0, 0.0, 1.0},
       .t_end = 20.0,
-      .drawing = [](const SphericalPendulum&) -> Drawing {
-        return {.shapes = {report::ellipse(0, 2, 3), report::ellipse(0, 2, 4), report::trail(1, 0, 4.0),
-                           report::line({0, 1}), report::pivot(0), report::disk(1)}};
-      },
+      .drawing = {report::ellipse(0, 2, 3), report::ellipse(0, 2, 4), report::trail(1, 0, 4.0),
+                           report::line({0, 1}), report::pivot(0), report::disk(1)},
       .positions = [](const SphericalPendulum& s, const Vector<double, 2>& q, double) -> std::vector<Point> {
         const double rho = s.l * std::sin(q[0]);
         return {{0.0, 0.0}, seen(rho * std::cos(q[1]), rho * std::sin(q[1]), -s.l * std::cos(q[0])),

@@ -23,8 +23,8 @@ struct Refusal {
 
 TEST_CASE("a bad argument gets one line that says what is wrong") {
   const Refusal refusal = GENERATE(values<Refusal>({
-      {"", "qdot: command: must be one of list, run, accuracy, effects, equations, modes, equilibria, conserved, lyapunov, bench; see qdot --help\n"},
-      {"rnu", "qdot: command: must be a command, given \"rnu\"; the nearest is \"run\" (of list, run, accuracy, effects, equations, modes, equilibria, conserved, lyapunov, bench)\n"},
+      {"", "qdot: command: must be one of list, new, run, accuracy, effects, equations, modes, equilibria, conserved, lyapunov, bench; see qdot --help\n"},
+      {"rnu", "qdot: command: must be a command, given \"rnu\"; the nearest is \"run\" (of list, new, run, accuracy, effects, equations, modes, equilibria, conserved, lyapunov, bench)\n"},
       {"run pendulum --set lenght=2",
        "qdot run: --set: must be a parameter or initial value of pendulum, given \"lenght\"; the nearest is \"l\" (of m, l, g, "
        "q0, qdot0)\n"},
@@ -105,10 +105,13 @@ TEST_CASE("a scene can be listed alone, with the units and meanings of its param
   CHECK(listed.status == 0);
   CHECK(listed.err.empty());
   CHECK(listed.out.starts_with("cartpole: Cart and pole\n"));
-  for (const char* row : {"  M                           2  kg         mass of the cart\n", "  q1                        2.8  rad        theta\n",
+  for (const char* row : {"  M                           2  kg         mass of the cart; positive\n", "  q1                        2.8  rad        theta\n",
                           "  qdot1                       0  rad/s      thetadot\n", "  joint_damping "})
     CHECK(listed.out.find(row) != std::string::npos);
   CHECK(listed.out.find("pendulum hung") != std::string::npos);
+  CHECK(listed.out.find("\n  T = ½ ") != std::string::npos);
+  CHECK(listed.out.find("\n  V = ") != std::string::npos);
+  CHECK(listed.out.ends_with("\nfor example: qdot run cartpole --set M=4 --with motor=12 --out out/cartpole\n"));
   CHECK(listed.out.find("kepler") == std::string::npos);
   const auto json = qdot("list cartpole --json");
   CHECK(json.status == 0);

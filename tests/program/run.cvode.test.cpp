@@ -107,6 +107,11 @@ TEST_CASE("the condition of M is looked at, and a double pendulum's is worst whe
   CHECK_THAT(run["mass_rcond_min"].get<double>(), WithinAbs(0.5, 1e-12));
 }
 
+TEST_CASE("T and V of a scene are formulas, whatever values its effects take") {
+  CHECK(qdot("equations bouncing_ball").out.find("Accelerations\n") != std::string::npos);
+  CHECK(qdot("list rope_pendulum").out.find("\n  V = m g y\n") != std::string::npos);
+}
+
 TEST_CASE("every scene of the list runs with its defaults") {
   const auto listed = qdot("list --json");
   REQUIRE(listed.status == 0);

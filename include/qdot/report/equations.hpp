@@ -57,11 +57,28 @@ struct Equations : EquationsOfMotion {
 
 inline constexpr std::size_t most_coordinates_to_read = 16;
 
-/// @throws NotOneFormula, NotAnalytic, InvalidValue
-inline Equations equations_of(const EquationSource& source) {
+namespace detail {
+
+inline void require_readable(const EquationSource& source) {
   if (source.coordinates.size() > most_coordinates_to_read)
     qdot::detail::throw_invalid_value({"equations to be read must have at most ", static_cast<long>(most_coordinates_to_read), " coordinates, but there are ",
                                        static_cast<long>(source.coordinates.size()), "; take a smaller system of the same kind"});
+}
+
+}  // namespace detail
+
+/// T = … and V = … as formulas, for a fraction of the cost of all equations.
+///
+/// @throws NotOneFormula, NotAnalytic, InvalidValue
+inline std::vector<Equation> energies_of(const EquationSource& source) {
+  detail::require_readable(source);
+  const detail::ParameterLetters letters(source.record, source.values);
+  return detail::EquationDerivation(letters, source.coordinates, source.parameters).energies();
+}
+
+/// @throws NotOneFormula, NotAnalytic, InvalidValue
+inline Equations equations_of(const EquationSource& source) {
+  detail::require_readable(source);
   const detail::ParameterLetters letters(source.record, source.values);
   Equations e;
   static_cast<EquationsOfMotion&>(e) = detail::EquationDerivation(letters, source.coordinates, source.parameters).equations();

@@ -63,16 +63,16 @@ class EquationDerivation {
     }
   }
 
+  /// T = … and V = …
+  std::vector<Equation> energies() {
+    const FlatSum T = kinetic_summands();
+    return {{symbol_expression("T"), layout_.of_sum(layout_.in_order(T))}, {symbol_expression("V"), layout_.of_sum(layout_.in_order(layout_.summands(outputs_[1])))}};
+  }
+
   EquationsOfMotion equations() {
     EquationsOfMotion e;
     const int T = outputs_[0], V = outputs_[1];
-    by_terms_ = d_.terms(T, V);
-    has_terms_ = d_.is_possible;
-    FlatSum L = layout_.summands(T);
-    if (has_terms_) {  // multiplied out where that is much shorter, as of a chain's sum of squares
-      const FlatSum out = layout_.collected(flat(by_terms_.kinetic));
-      if (3 * size_of(layout_.of_sum(out)) < 2 * size_of(layout_.of_sum(L))) L = out;
-    }
+    FlatSum L = kinetic_summands();
     for (FlatTerm& t : layout_.summands(V, -1.0)) L.push_back(std::move(t));
     e.L = layout_.of_sum(layout_.in_order(L));
     write_flat(T, V);
@@ -92,6 +92,15 @@ class EquationDerivation {
   }
 
  private:
+  FlatSum kinetic_summands() {
+    by_terms_ = d_.terms(outputs_[0], outputs_[1]);
+    has_terms_ = d_.is_possible;
+    FlatSum T = layout_.summands(outputs_[0]);
+    if (!has_terms_) return T;  // multiplied out where that is much shorter, as of a chain's sum of squares
+    const FlatSum out = layout_.collected(flat(by_terms_.kinetic));
+    return 3 * size_of(layout_.of_sum(out)) < 2 * size_of(layout_.of_sum(T)) ? out : T;
+  }
+
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   static std::size_t entry(int i, int j) { return at(i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i); }
   FlatSum flat(const Polynomial& p) const { return layout_.terms(p, d_.monomials()); }

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT
+//
+#include "program/command_line.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "program/arguments.hpp"
+#include "program/catalogue.hpp"
+#include "program/scene_file.hpp"
+
+namespace qdot::program {
+
+namespace {
+
+constexpr int bad_arguments = 2;
+
+/// Takes an option that may be given several times, one value each.
+void add_repeatable(CLI::App* command, const std::string& name, std::vector<std::string>& values, const std::string& help) {
+  command->add_option(name, values, help)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+/// Takes an option with one value; CLI11's own conversions are not used, so that our messages name rule and value.
+void add_text(CLI::App* command, const std::string& name, std::optional<std::string>& value, const std::string& help,
+              const std::string& type) {
+  command->add_option_function<std::string>(name, [&value](const std::string& text) { value = text; }, help)
+      ->type_name(type)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+}
+
+/// Takes the name of a scene, which may be left away where there is only one.
+void add_scene_name(CLI::App* command, std::string& name) {
+  const bool only = named_scenes().size() == 1;
+  if (only) name = named_scenes().front().name;
+  command->add_option("SCENE", name, "a name from qdot list, or a file of C++ (qdot new)")->required(!only);
+}
+
+/// Takes what all commands about one scene take.
+void add_scene(CLI::App* command, SceneOptions& options) {
+  add_scene_name(command, options.scene);
+  add_repeatable(command, "--set", options.set, "parameter or initial value (q0, …, qdot0, …), NAME=VALUE");
+  add_repeatable(command, "--with", options.with, "switch an effect on, EFFECT[=VALUE]");
+  add_repeatable(command, "--without", options.without, "switch an effect off");
+}
+
+/// What CLI11 did not recognize, as an error of ours.
+void refuse_extras(const CLI::App* command) {
+  const std::vector<std::string> extras = command->remaining();
+  if (extras.empty()) return;
+  const std::string name = extras.front().substr(0, extras.front().find('='));
+  if (!name.starts_with("-")) {
+    throw UsageError("arguments: must be options after the first, given \"" + name + "\"");
+  }
+  std::vector<std::string> valid;
+  for (const CLI::Option* option : command->get_options()) {
+    for (const std::string& long_name : option->get_lnames()) valid.push_back("--" + long_name);
+  }
+  throw unknown_name(name, "an option of qdot " + command->get_name(), name, valid);
+}
+
+int execute(int argc, char** argv, std::string& command_name, int (*bench)(const BenchOptions&)) {
+  CLI::App app("qdot: from kinetic and potential energy to motion", "qdot");
+  app.set_version_flag("--version", "qdot " QDOT_VERSION);
+  app.require_subcommand(1);
+  app.footer("Exit status: 0 completed, 1 the run failed, 2 bad arguments.");
+
+  ListOptions list_options;
+  CLI::App* list_command = app.add_subcommand("list", "scenes with their parameters, or one of them in detail");
+  list_command->add_option_function<std::string>(
+      "SCENE", [&](const std::string& text) { list_options.scene = text; }, "one of them, or a file of C++, with units and meanings; all of them without a name");
+  list_command->add_flag("--json", list_options.json, "one JSON object on stdout");
+
+  NewOptions new_options;
+  CLI::App* new_command = app.add_subcommand("new", "write a file with a scene of your own, to begin with");
+  new_command->add_option("NAME", new_options.name, "of the scene; the file is NAME.cpp")->required();
+
+  RunOptions run_options;
+  CLI::App* run_command = app.add_subcommand("run", "simulate a scene");
+  add_scene(run_command, run_options);
+  add_text(run_command, "--t-end", run_options.t_end, "time to end at", "T");
+  add_text(run_command, "--method", run_options.method, "auto (default: chooses and says why), taylor, dop853, dopri5, adams, bdf (stiff), or symplectic with a fixed step: gauss2 … gauss8, verlet, yoshida_4, blanes_moan_6 …; all in qdot list", "NAME");
+  add_text(run_command, "--step", run_options.step, "step of a method with a fixed one (default: from --rtol, by a short pilot run)", "H");
+  add_text(run_command, "--rtol", run_options.rtol, "relative tolerance of the local error (default 1e-10)", "R");
+  add_text(run_command, "--atol", run_options.atol, "absolute tolerance of the local error (default 1e-10)", "A");
+  add_text(run_command, "--accuracy", run_options.accuracy, "error of the whole motion; chooses both tolerances", "E");
+  add_text(run_command, "--samples", run_options.samples, "rows of the table (default 500)", "N");
+  add_text(run_command, "--out", run_options.out, "write PATH.csv, PATH.npz, PATH.html and PATH.svg", "PATH");
+  run_command->add_flag("--json", run_options.json, "one JSON object on stdout");
+  run_command->add_flag("--quiet", run_options.quiet, "no progress bar");
+
+  AccuracyOptions accuracy_options;
+  CLI::App* accuracy_command = app.add_subcommand("accuracy", "what accuracy costs in time, with each method");
+  add_scene(accuracy_command, accuracy_options);
+  add_text(accuracy_command, "--t-end", accuracy_options.t_end, "time to end at", "T");
+  add_repeatable(accuracy_command, "--method", accuracy_options.methods, "a method to compare; all that fit without it");
+  add_text(accuracy_command, "--samples", accuracy_options.samples, "times at which errors are measured (default 32)", "N");
+  add_text(accuracy_command, "--out", accuracy_options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
+  accuracy_command->add_flag("--quick", accuracy_options.quick, "fewer tolerances and shorter measurements");
+  accuracy_command->add_flag("--json", accuracy_options.json, "one JSON object on stdout");
+  accuracy_command->add_flag("--quiet", accuracy_options.quiet, "no progress line");
+
+  EffectsOptions effects_options;
+  CLI::App* effects_command = app.add_subcommand("effects", "what each effect of a scene costs");
+  add_scene_name(effects_command, effects_options.scene);
+  add_repeatable(effects_command, "--set", effects_options.set, "parameter or state (q0, …, qdot0, …), NAME=VALUE");
+  effects_command->add_flag("--json", effects_options.json, "one JSON object on stdout");
+
+  EquationsOptions equations_options;
+  CLI::App* equations_command = app.add_subcommand("equations", "Lagrange's equations of a scene as formulas");
+  add_scene_name(equations_command, equations_options.scene);
+  add_repeatable(equations_command, "--set", equations_options.set, "parameter, NAME=VALUE; what a formula does not depend on does not show");
+  equations_command->add_flag("--latex", equations_options.latex, "for LaTeX, with amsmath");
+  equations_command->add_flag("--mathml", equations_options.mathml, "for a page");
+  add_text(equations_command, "--c", equations_options.c, "write q̈ and its Jacobian as a C99 file", "FILE");
+
+  ModesOptions modes_options, equilibria_options;
+  const auto add_small_motions = [&](const char* name, const char* what, ModesOptions& options) {
+    CLI::App* command = app.add_subcommand(name, what);
+    add_scene(command, options);
+    command->add_flag("--steady", options.steady, "coordinates turn at the velocities of the start, which nothing may depend on");
+    add_text(command, "--out", options.out, "write PATH.csv and PATH.html", "PATH");
+    command->add_flag("--json", options.json, "one JSON object on stdout");
+    return command;
+  };
+  CLI::App* modes_command = add_small_motions("modes", "the equilibrium near the start, its stability, frequencies and damping", modes_options);
+  CLI::App* equilibria_command = add_small_motions("equilibria", "the equilibria of a scene and their stability", equilibria_options);
+
+  ConservedOptions conserved_options;
+  CLI::App* conserved_command = app.add_subcommand("conserved", "which momenta and energies a scene conserves, and why");
+  add_scene(conserved_command, conserved_options);
+  conserved_command->add_flag("--json", conserved_options.json, "one JSON object on stdout");
+
+  LyapunovCommandOptions lyapunov_options;
+  CLI::App* lyapunov_command = app.add_subcommand("lyapunov", "how fast motions part that begin close to the start");
+  add_scene(lyapunov_command, lyapunov_options);
+  add_text(lyapunov_command, "--t-end", lyapunov_options.t_end, "time to end at (default: fifty times that of run)", "T");
+  add_text(lyapunov_command, "--interval", lyapunov_options.interval, "time between orthonormalizations", "T");
+  add_text(lyapunov_command, "--settle", lyapunov_options.settle, "time that is not counted (default: a tenth)", "T");
+  add_text(lyapunov_command, "--rtol", lyapunov_options.rtol, "tolerance of the local error, relative and absolute (default 1e-9)", "R");
+  add_text(lyapunov_command, "--out", lyapunov_options.out, "write PATH.csv and PATH.html", "PATH");
+  lyapunov_command->add_flag("--json", lyapunov_options.json, "one JSON object on stdout");
+  lyapunov_command->add_flag("--quiet", lyapunov_options.quiet, "no progress bar");
+
+  BenchOptions bench_options;
+  CLI::App* bench_command = nullptr;
+  if (bench != nullptr) {
+    bench_command = app.add_subcommand("bench", "the project's own benchmarks");
+    bench_command->add_option_function<std::string>(
+        "NAME", [&](const std::string& text) { bench_options.name = text; }, "all of them without a name");
+    bench_command->add_flag("--json", bench_options.json, "one JSON object on stdout");
+    add_text(bench_command, "--page", bench_options.page, "write the benchmark's page of the documentation (hard)", "FILE");
+  }
+
+  std::vector<std::string> names;
+  for (CLI::App* command : app.get_subcommands({})) {
+    names.push_back(command->get_name());
+    command->allow_extras();
+  }
+  if (argc > 1 && argv[1][0] != '-') {
+    command_name = argv[1];
+    if (std::find(names.begin(), names.end(), command_name) == names.end()) {
+      command_name.clear();
+      throw unknown_name("command", "a command", argv[1], names);
+    }
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {  // --help, --version
+    return app.exit(success);
+  } catch (const CLI::ArgumentMismatch& error) {  // "--t-end: 1 required T missing"
+    const std::string message = error.what();
+    throw UsageError(message.substr(0, message.find(':')) + ": must be followed by one value, given none");
+  } catch (const CLI::ParseError& error) {
+    std::string all;
+    for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
+    throw UsageError(argc > 1 ? error.what() : "command: must be one of " + all + "; see qdot --help");
+  }
+  refuse_extras(app.get_subcommands().front());
+
+  if (list_command->parsed()) return list(list_options);
+  if (run_command->parsed()) return run(run_options);
+  if (accuracy_command->parsed()) return accuracy(accuracy_options);
+  if (effects_command->parsed()) return effects(effects_options);
+  if (equations_command->parsed()) return equations(equations_options);
+  if (modes_command->parsed()) return modes(modes_options);
+  if (equilibria_command->parsed()) return equilibria(equilibria_options);
+  if (conserved_command->parsed()) return conserved(conserved_options);
+  if (lyapunov_command->parsed()) return lyapunov(lyapunov_options);
+  if (new_command->parsed()) return new_scene(new_options);
+  return bench(bench_options);
+}
+
+}  // namespace
+
+int command_line(int argc, char** argv, int (*bench)(const BenchOptions&)) {
+  std::string command;
+  const auto complain = [&](std::string message) {  // on one line, and without what a terminal would obey, whatever was typed
+    std::replace_if(message.begin(), message.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, '?');
+    std::fprintf(stderr, "qdot%s%s: %s\n", command.empty() ? "" : " ", command.c_str(), message.c_str());
+  };
+  try {
+    return execute(argc, argv, command, bench);
+  } catch (const SceneFileError& error) {
+    complain(error.what());
+    std::fputs(error.details().c_str(), stderr);
+    return bad_arguments;
+  } catch (const UsageError& error) {
+    complain(error.what());
+    return bad_arguments;
+  } catch (const std::bad_alloc&) {
+    complain("out of memory; ask for fewer samples or coordinates");
+  } catch (const std::exception& error) {
+    complain(error.what());
+  }
+  return 1;
+}
+
+}  // namespace qdot::program
