@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// What derivatives of a motion cost: a run with k columns of Φ beside the same run without. Central differences would take 2k runs more.
+// What derivatives of a motion cost: a run with k columns of Φ beside the same run without, and one with the adjoint behind it. Central differences would
+// take 2k runs more.
+#include "qdot/analysis/adjoint.hpp"
 #include "qdot/analysis/sensitivity.hpp"
 
 #include <algorithm>
@@ -36,6 +38,20 @@ constexpr auto energies_of = [](const auto& p) {
   if constexpr (std::remove_cvref_t<decltype(p)>::RowsAtCompileTime == 1) return DoublePendulum<S>{S(1.0), S(1.0), S(1.0), p[0]};
   else return DoublePendulum<S>{p[0], p[1], p[2], p[3]};
 };
+
+// A point of unit mass in a plane, in a landscape of m − 1 waves about a hollow.
+template <class P>
+struct Waves {
+  P p;
+  auto T(const auto& v) const { return 0.5 * (v[0] * v[0] + v[1] * v[1]); }
+  auto V(const auto& q) const {
+    using std::cos;
+    auto sum = p[0] * (0.5 * (q[0] * q[0] + q[1] * q[1]));
+    for (Eigen::Index k = 1; k < p.size(); ++k) sum = sum + p[k] * cos(0.3 * static_cast<double>(k) * q[0] + 0.2 * static_cast<double>(k) * q[1]);
+    return sum;
+  }
+};
+constexpr auto waves_of = [](const auto& p) { return Waves<std::remove_cvref_t<decltype(p)>>{p}; };
 
 // Seconds of the shortest of many runs, with and without derivatives in turn.
 void add_row(std::vector<Row>& rows, const std::string& name, const auto& plain, const auto& derived) {
@@ -73,6 +89,17 @@ Findings measured() {
   const auto damped = scene(pendulum, viscous_damping(Eigen::Vector2d(0.1, 0.1)));
   add_row(found.rows, "damped double pendulum, k = 4: the start", [&] { return simulate(damped, start, t_end, Dop853{}, options).completed(); },
           [&] { return sensitivities(damped, start, t_end, Dop853{}, options).completed(); });
+  const auto mean = integral([](const auto& q) { return q[0] * q[0]; });
+  add_row(found.rows, "double pendulum, the gradient of one integral in 4 parameters, by the adjoint", plain,
+          [&] { return functional_gradient(energies_of, p, start, t_end, mean, Dop853{}, options).completed(); });
+  const auto add_waves = [&](const auto& heights, const std::string& name) {
+    const auto landscape = mechanical_system<2>(waves_of(heights));
+    add_row(found.rows, name, [&] { return simulate(landscape, start, t_end, Dop853{}, options).completed(); },
+            [&] { return functional_gradient(waves_of, heights, start, t_end, mean, Dop853{}, options).completed(); });
+  };
+  add_waves(Vector<double, 2>(Vector<double, 2>::Constant(0.4)), "waves, the same in 2 parameters");
+  add_waves(Vector<double, 8>(Vector<double, 8>::Constant(0.3)), "waves, the same in 8 parameters");
+  add_waves(Vector<double, 32>(Vector<double, 32>::Constant(0.1)), "waves, the same in 32 parameters");
   found.note = "seconds of a run with k columns of Φ, the least of 60 in turn with the run alone; rtol 1e-10, Dop853, dense output kept; central differences "
                "take 1 + 2k runs";
   return found;

@@ -64,6 +64,21 @@ struct BallOf {
 };
 const auto height = [](const auto& q) { return q[0]; };
 
+// Springs side by side on a unit of mass, p₁ … p₁₁, all energies times p₀.
+template <class P>
+struct Springs {
+  P p;
+  auto T(const auto& v) const { return 0.5 * p[0] * v[0] * v[0]; }
+  auto V(const auto& q) const {
+    auto sum = p[1];
+    for (int k = 2; k < 12; ++k) sum = sum + p[k];
+    return 0.5 * p[0] * sum * q[0] * q[0];
+  }
+};
+struct SpringsOf {
+  auto operator()(const auto& p) const { return Springs<std::remove_cvref_t<decltype(p)>>{p}; }
+};
+
 }  // namespace
 
 TEST_CASE("the gradient of a number at the end of a double pendulum's motion is that of its sensitivities") {
@@ -104,6 +119,20 @@ TEST_CASE("an oscillator's mean square depends on its stiffness as the closed fo
   CHECK_THAT(found.by_parameters[2], WithinAbs(2 * found.value, error));  // of the square of the amplitude 1
   CHECK((found.by_parameters.segment(2, 2) - found.by_start).norm() < error);
   CHECK_THAT(found.by_end, WithinAbs(std::pow(std::cos(omega * T), 2), error));
+}
+
+// As above; nothing depends on p₀, whose slope is what rounding leaves.
+TEST_CASE("of many parameters the gradient is the closed form's as well, and that of one that cancels is zero") {
+  constexpr double omega = 1.3, T = 7.0, error = 1e-11;
+  using Twelve = qdot::Vector<double, 12>;
+  Twelve p = Twelve::Constant(omega * omega / 11);
+  p[0] = 1.7;
+  const auto found = functional_gradient(SpringsOf{}, p, State<1>{0.0, {1.0}, {0.0}}, T, qdot::integral([](const auto& q) { return q[0] * q[0]; }), Dop853{}, fine);
+  INFO(found.message);
+  REQUIRE(found.completed());
+  const double by_k = (T * std::cos(2 * omega * T) / (2 * omega) - std::sin(2 * omega * T) / (4 * omega * omega)) / (2 * omega);
+  CHECK_THAT(found.by_parameters[0], WithinAbs(0.0, 1e-14));
+  for (int k = 1; k < 12; ++k) CHECK_THAT(found.by_parameters[k], WithinAbs(by_k, error));
 }
 
 TEST_CASE("at rest, where a run takes steps as long as it likes, what the adjoint does is followed all the same") {

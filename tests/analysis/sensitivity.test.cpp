@@ -328,6 +328,10 @@ TEST_CASE("a block on a moving belt that slips, sticks and slips depends on ever
     CHECK_THAT(s.Phi(1, column), WithinAbs(v.tangent[j], error));
     CHECK_THAT(s.events[3].time[column], WithinAbs(t4.tangent[j], error));
   }
+  const auto backwards = functional_gradient(family, Eigen::VectorXd(nominal), T, qdot::end_value(place), Dop853{}, fine);
+  INFO(backwards.message);
+  REQUIRE(backwards.completed());
+  for (int j = 0; j < 4; ++j) CHECK_THAT(backwards.by_parameters[j], WithinAbs(q.tangent[j], error));
 }
 
 TEST_CASE("equations that an event switches have continuous states and a jump of Φ") {

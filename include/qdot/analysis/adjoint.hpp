@@ -17,7 +17,7 @@
 // Events, impacts, contacts and friction are gone through backwards by the transposes of what they do to small differences; where an event stops the run, T moves
 // with it. On constraints λ belongs to tangent vectors, and the start is understood as put onto them first.
 //
-// Which to take: up to some ten parameters, or for all of y(T) or many times, sensitivities; for one number and more parameters this.
+// Which to take: for up to some four parameters, or for all of y(T), or for many times, sensitivities; for one number and more parameters this.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -127,7 +127,7 @@ Term term_of(const G& g, Eigen::Index dof, const Eigen::VectorXd& p) {
 //
 // @param end   the surface of an event that stopped the run, or nothing
 // @param late  ∂t₀/∂p
-inline void gather(const VariationalEquations& equations, const JumpRecorder& recorder, const Eigen::MatrixXd& Phi, const Eigen::VectorXd& late, const NamedSurface* end,
+inline void gather(VariationalEquations& equations, const JumpRecorder& recorder, const Eigen::MatrixXd& Phi, const Eigen::VectorXd& late, const NamedSurface* end,
                    const Term& g, const Term& h, double rtol, FunctionalGradient& result) {
   const Run<Dynamic>& run = result.run;
   AdjointEquations adjoint(equations, run.trajectory, g, rtol);
@@ -212,7 +212,7 @@ auto functional_gradient_of(Model model, const Start& start, const List& list, d
 
 /// A functional of the motion of a system or scene, and its gradient with respect to its start.
 ///
-/// One run of y, and one back of the adjoint: six evaluations of ∂f/∂y and ∂f/∂p for each step.
+/// One run of y, and one back of the adjoint: some seven evaluations of ∂f/∂y for each step, and of ∂f/∂p, or, from nine parameters of T and V on, of λ·∂f/∂p by one sweep backwards.
 ///
 /// @param system   as simulate() has it
 /// @param start    State{t, q, qdot}; on the constraints, if there are any

@@ -11,7 +11,7 @@
 //
 //     λ⁻ = Sᵀλ⁺ + (g⁻ − g⁺) τ ,      dF/dp += Pᵀλ⁺ + (g⁻ − g⁺) π .
 //
-// Each step of the run is gone back by Gauss' collocation of order 12 on its polynomial y(t): smooth there, linear in λ, and solved by iteration, since the run's
+// Each step of the run is gone back by Gauss' collocation of order 14 on its polynomial y(t): smooth there, linear in λ, and solved by iteration, since the run's
 // own steps are short in units of A. Legendre coefficients of what is integrated say if the step must be halved: that of the highest degree, squared, is about
 // the error.
 
@@ -145,16 +145,21 @@ struct GaussNodes {
 };
 
 class AdjointEquations {
-  static constexpr int stages = 6;
+  static constexpr int stages = 7;
 
  public:
-  AdjointEquations(const VariationalEquations& equations, const DenseOutput& motion, Term g, double rtol)
+  AdjointEquations(VariationalEquations& equations, const DenseOutput& motion, Term g, double rtol)
       : equations_(equations), motion_(motion), g_(std::move(g)), fine_(std::sqrt(rtol)), starts_(static_cast<Eigen::Index>(equations.start_entries().size())),
         parameters_(equations.columns() - starts_), rates_(equations.size()) {
     lambda = Eigen::VectorXd::Zero(starts_);
     by_p = Eigen::VectorXd::Zero(parameters_);
     total_ = Eigen::VectorXd::Zero(parameters_ + 1);
+    whole_ = Eigen::VectorXd::Zero(equations.state_size());
+    K_.resize(stages, starts_);
+    equations_.leaves_parameters_out = equations_.goes_backwards() && parameters_ > 0;
   }
+  AdjointEquations(const AdjointEquations&) = delete;
+  ~AdjointEquations() { equations_.leaves_parameters_out = false; }
 
   Eigen::VectorXd lambda;  // of the entries that Φ has columns for
   Eigen::VectorXd by_p;
@@ -183,8 +188,10 @@ class AdjointEquations {
  private:
   struct Node {
     Eigen::MatrixXd A, B;  // of what varies
+    Eigen::VectorXd y, f, by_p;
+    double t = 0.0;
     TermAt g;
-    Eigen::VectorXd K, lambda;
+    Eigen::VectorXd lambda;
   };
 
   void pass(const Transfer& jump) {
@@ -201,61 +208,81 @@ class AdjointEquations {
   Eigen::Index entry(Eigen::Index i) const { return equations_.start_entries()[static_cast<std::size_t>(i)]; }
 
   void look(double t, Node& node) {
-    Eigen::VectorXd y(motion_.size());
-    motion_.evaluate(t, y);
-    if (both_.size() == 0) both_ = equations_.seeded(y);
-    both_.head(y.size()) = y;
+    node.t = t;
+    node.y.resize(motion_.size());
+    motion_.evaluate(t, node.y);
+    const Eigen::Index size = node.y.size();
+    if (both_.size() == 0) both_ = equations_.seeded(node.y);
+    both_.head(size) = node.y;
     equations_.write_rates(t, both_.data(), rates_.data());
+    node.f = rates_.head(size);
     node.A.resize(starts_, starts_);
     node.B.resize(starts_, parameters_);
     for (Eigen::Index j = 0; j < starts_ + parameters_; ++j)
-      for (Eigen::Index i = 0; i < starts_; ++i) (j < starts_ ? node.A(i, j) : node.B(i, j - starts_)) = rates_[y.size() * (j + 1) + entry(i)];
-    if (g_) g_(t, y, node.g);
+      for (Eigen::Index i = 0; i < starts_; ++i) (j < starts_ ? node.A(i, j) : node.B(i, j - starts_)) = rates_[size * (j + 1) + entry(i)];
+    if (g_) g_(t, node.y, node.g);
+  }
+
+  // Bᵀλ + ∂g/∂p, where λ is known, and how fast λ·f is: p ∂F/∂p is made of that.
+  double weigh(Node& node) {
+    double fast = 0.0;
+    for (Eigen::Index i = 0; i < starts_; ++i) {
+      whole_[entry(i)] = node.lambda[i];
+      fast += std::abs(node.lambda[i] * node.f[entry(i)]);
+    }
+    if (equations_.leaves_parameters_out) {
+      node.by_p = equations_.parameter_gradient(node.t, node.y.data(), node.f.data(), whole_);
+    } else {
+      node.by_p.resize(parameters_);
+      for (Eigen::Index j = 0; j < parameters_; ++j) node.by_p[j] = node.B.col(j).dot(node.lambda);
+    }
+    if (node.g.by_p.size() > 0) node.by_p += node.g.by_p;
+    return fast;
   }
 
   // λ and the integrals over a part of a step, from its later end to its earlier one.
   void over(double from, double to) {
     static const GaussNodes<stages> gauss;
     constexpr int most_sweeps = 60;
-    constexpr double epsilon = std::numeric_limits<double>::epsilon();
-    const double H = to - from;
+    const double H = to - from, exact_to = std::max(4 * std::numeric_limits<double>::epsilon(), 1e-3 * fine_ * fine_);
     for (std::size_t i = 0; i < stages; ++i) {
       look(from + gauss.c[i] * H, nodes_[i]);
       nodes_[i].lambda = lambda;
     }
     Eigen::VectorXd rough = Eigen::VectorXd::Zero(starts_);  // sizes of what is added
     const auto slope = [&](const Node& node, Eigen::Index j, bool sizes) {
+      const double *const A = node.A.data() + starts_ * j, *const l = node.lambda.data();
       double sum = node.g.by_y.size() > 0 ? node.g.by_y[entry(j)] : 0.0;
       if (sizes) sum = std::abs(sum);
-      for (Eigen::Index i = 0; i < starts_; ++i) sum += sizes ? std::abs(node.A(i, j) * node.lambda[i]) : node.A(i, j) * node.lambda[i];
+      for (Eigen::Index i = 0; i < starts_; ++i) sum += sizes ? std::abs(A[i] * l[i]) : A[i] * l[i];
       return -sum;
     };
-    for (Node& node : nodes_) {
-      node.K.resize(starts_);
+    for (std::size_t i = 0; i < stages; ++i)
       for (Eigen::Index j = 0; j < starts_; ++j) {
-        node.K[j] = slope(node, j, false);
-        rough[j] = std::max(rough[j], std::abs(lambda[j]) - std::abs(H) * slope(node, j, true));
+        K_(static_cast<Eigen::Index>(i), j) = slope(nodes_[i], j, false);
+        rough[j] = std::max(rough[j], std::abs(lambda[j]) - std::abs(H) * slope(nodes_[i], j, true));
       }
-    }
     bool settled = false;
     for (int sweep = 0; sweep < most_sweeps && !settled; ++sweep) {
       settled = true;
       for (std::size_t i = 0; i < stages; ++i) {
         Node& node = nodes_[i];
         for (Eigen::Index j = 0; j < starts_; ++j) {
+          const double* const K = K_.data() + stages * j;
           double sum = 0.0;
-          for (std::size_t k = 0; k < stages; ++k) sum += gauss.a[i][k] * nodes_[k].K[j];
+          for (std::size_t k = 0; k < stages; ++k) sum += gauss.a[i][k] * K[k];
           node.lambda[j] = lambda[j] + H * sum;
           rough[j] = std::max(rough[j], std::abs(node.lambda[j]));
         }
         for (Eigen::Index j = 0; j < starts_; ++j) {
-          const double K = slope(node, j, false);
-          settled = settled && std::abs(H * (K - node.K[j])) <= 4 * epsilon * rough[j];
-          node.K[j] = K;
+          const double now = slope(node, j, false);
+          double& K = K_(static_cast<Eigen::Index>(i), j);
+          settled = settled && std::abs(H * (now - K)) <= exact_to * rough[j];
+          K = now;
         }
       }
     }
-    // What is integrated, by rows: K, then Bᵀλ + ∂g/∂p, then g.
+    // What is integrated, by rows: K, then g, then Bᵀλ + ∂g/∂p.
     bool smooth = settled;
     const auto summed = [&](const auto& row, double size) {
       double sum = 0.0, highest = 0.0, most = 0.0;
@@ -268,19 +295,18 @@ class AdjointEquations {
       smooth = smooth && std::abs(H * highest) * (2 * stages - 1) <= fine_ * (size + std::abs(H) * most);
       return H * sum;
     };
-    const auto parameter_row = [&](const Node& node, Eigen::Index j) {
-      std::pair<double, double> row{node.g.by_p.size() > 0 ? node.g.by_p[j] : 0.0, 0.0};
-      row.second = std::abs(row.first);
-      for (Eigen::Index i = 0; i < starts_; ++i) {
-        row.first += node.B(i, j) * node.lambda[i];
-        row.second += std::abs(node.B(i, j) * node.lambda[i]);
-      }
-      return row;
-    };
     Eigen::VectorXd next = lambda, part(parameters_ + 1);
-    for (Eigen::Index j = 0; j < starts_; ++j) next[j] += summed([&](const Node& node) { return std::pair(node.K[j], -slope(node, j, true)); }, std::abs(lambda[j]));
-    for (Eigen::Index j = 0; j < parameters_; ++j) part[j] = -summed([&](const Node& node) { return parameter_row(node, j); }, total_[j]);
+    for (Eigen::Index j = 0; j < starts_; ++j)
+      next[j] += summed([&](const Node& node) { return std::pair(K_(&node - nodes_.data(), j), -slope(node, j, true)); }, std::abs(lambda[j]));
     part[parameters_] = -summed([&](const Node& node) { return std::pair(node.g.value, node.g.size); }, total_[parameters_]);
+    const bool last = smooth || halvings_left_ <= 0;  // what depends on parameters is not asked for in vain
+    double fast = 0.0;
+    if (last && parameters_ > 0)
+      for (Node& node : nodes_) fast = std::max(fast, weigh(node));
+    for (Eigen::Index j = 0; last && j < parameters_; ++j) {
+      const double rounded = fast / equations_.parameter_size(starts_ + j);
+      part[j] = -summed([&](const Node& node) { return std::pair(node.by_p[j], std::abs(node.by_p[j]) + rounded); }, total_[j]);
+    }
     if (!smooth && halvings_left_ > 0) {
       --halvings_left_;
       const double middle = from + 0.5 * H;
@@ -295,13 +321,14 @@ class AdjointEquations {
     for (Eigen::Index j = 0; j <= parameters_; ++j) total_[j] += std::abs(part[j]);
   }
 
-  const VariationalEquations& equations_;
+  VariationalEquations& equations_;
   const DenseOutput& motion_;
   Term g_;
   double fine_;
   Eigen::Index starts_, parameters_;
-  Eigen::VectorXd rates_, both_, total_;
+  Eigen::VectorXd rates_, both_, total_, whole_;
   std::array<Node, stages> nodes_;
+  Eigen::MatrixXd K_;  // λ̇ at the nodes, a column for each entry
   long halvings_left_ = 0;
 };
 

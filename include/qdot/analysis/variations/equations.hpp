@@ -87,6 +87,10 @@ class VariationalEquations {
 
   virtual void write_rates(double t, const double* y, double* ydot) const = 0;
   virtual void write_state_rates(double t, const double* y, double* ydot) const = 0;  // of y alone
+  // ∂(λ·f)/∂p at fixed y, for less than ∂f/∂p costs; asked of models that go backwards.
+  virtual bool goes_backwards() const { return false; }
+  virtual Eigen::VectorXd parameter_gradient(double, const double*, const double*, const Eigen::VectorXd&) const { return {}; }
+  bool leaves_parameters_out = false;  // the ∂f/∂p of write_rates()
   virtual Eigen::VectorXd state_rate(double t, const Eigen::VectorXd& y) const = 0;
   virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;  // or of y alone
   virtual Eigen::Index guard_count() const = 0;
@@ -228,7 +232,11 @@ inline void VariationalEquations::pass(const std::string& name, double t, Eigen:
       surface.jump(t + later, displaced, j, s);
       return Eigen::VectorXd(displaced - later * f_after);
     };
-    const auto slope = slope_at_zero(behind, reach(y, Phi + f_before * time[j], j), largest_);
+    Eigen::VectorXd arrives = Phi + f_before * time[j];  // at the event displaced by this; to rounding nothing, where it stays in one place
+    constexpr double rounding = 1e-12;
+    for (Eigen::Index i = 0; i < size_; ++i)
+      if (std::abs(arrives[i]) <= rounding * std::abs(Phi[i])) arrives[i] = 0.0;
+    const auto slope = slope_at_zero(behind, reach(y, arrives, j), largest_);
     if (!slope) end_undifferentiable(name, t, {"changes the state in a way that has no derivative with respect to ", column_name(j), "; let its action be smooth"});
     both.segment(size_ * (j + 1), size_) = *slope;
   }

@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/analysis/variations/parameter_gradient.hpp"
 #include "qdot/analysis/variations/slope.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/event.hpp"
@@ -47,6 +48,7 @@ struct FixedModel {
 
   Eigen::Index parameters() const { return 0; }
   void write_parameter_rates(double, const double*, const double*, Eigen::Ref<Eigen::MatrixXd>) const {}
+  static constexpr bool goes_backwards = false;  // whether it has a gradient of λ·f in p that costs less than ∂f/∂p
   template <class Rows>
   void add_parameter_slope(Eigen::Index, const Rows&, Eigen::VectorXd&) const {}
   // use(event) for number i, with parameter j displaced by s; j < 0 for none.
@@ -67,6 +69,17 @@ struct EnergiesModel : FixedModel<Form_, List> {
   static constexpr int n = Form_::size_at_compile_time == Dynamic ? Dynamic : Form_::size_at_compile_time / 2;
   EnergiesOf energies_of;
   Vector<double, m> p;
+
+  static constexpr bool goes_backwards = n != Dynamic && (m == Dynamic || m > 8);
+  Eigen::VectorXd gradient(double t, const double* y, const double* ydot, const double* lambda) const {
+    const Eigen::Index dof = this->form.size() / 2;
+    using X = Vector<double, n>;
+    const auto part = [&](const double* of) { return X(Eigen::Map<const X>(of, dof)); };
+    const X q = part(y), qdot = part(y + dof);
+    const auto& system = this->form.system();
+    const X u = solved_with_mass_matrix(system, kinetic_hessian<n>(system.energies(), q, qdot, t), part(lambda + dof), t);
+    return parameter_gradient(energies_of, p, q, qdot, part(ydot + dof), u, t);
+  }
 
   Eigen::Index parameters() const { return p.size(); }
   double parameter(Eigen::Index j) const { return p[j]; }
@@ -101,6 +114,7 @@ class FamilyModel {
 
   Eigen::Index parameters() const { return p_.size(); }
   double parameter(Eigen::Index j) const { return p_[j]; }
+  static constexpr bool goes_backwards = false;
 
   // The member with parameter j displaced by s.
   Member member(Eigen::Index j, double s) const {

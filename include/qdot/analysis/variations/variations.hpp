@@ -86,7 +86,7 @@ class Variations final : public VariationalEquations {
       rate.topRows(known) = Phi.middleRows(known, known);
       rate.bottomRows(size_ - known).noalias() = J_.bottomRows(size_ - known).lazyProduct(Phi);
     }
-    if (const Eigen::Index m = model_.parameters(); m > 0) {
+    if (const Eigen::Index m = model_.parameters(); m > 0 && !leaves_parameters_out) {
       slopes_.resize(size_, m);
       model_.write_parameter_rates(t, y, ydot, slopes_);
       rate.rightCols(m) += slopes_;
@@ -96,6 +96,11 @@ class Variations final : public VariationalEquations {
   void write_state_rates(double t, const double* y, double* ydot) const override {
     for (Eigen::Index i = 0; i < size_; ++i) largest_[i] = std::max(largest_[i], std::abs(y[i]));
     form().derivative(t, Eigen::Map<const Eigen::VectorXd>(y, size_), Eigen::Map<Eigen::VectorXd>(ydot, size_));
+  }
+  bool goes_backwards() const override { return Model::goes_backwards; }
+  Eigen::VectorXd parameter_gradient(double t, const double* y, const double* ydot, const Eigen::VectorXd& lambda) const override {
+    if constexpr (Model::goes_backwards) return model_.gradient(t, y, ydot, lambda.data());
+    return (void)t, (void)y, (void)ydot, (void)lambda, Eigen::VectorXd();
   }
   Eigen::VectorXd state_rate(double t, const Eigen::VectorXd& y) const override {
     Eigen::VectorXd f(size_);
