@@ -71,6 +71,16 @@ TEST_CASE("the rod with the ring has the lecture's equations") {
   CHECK(plain_text(equations_of_scene(scenes::rod_and_ring())) == rod_and_ring_text);
 }
 
+TEST_CASE("T and V alone are what one wrote") {
+  const auto energies = report::energies_of(report::equation_source(mechanical_system<1>(Pendulum{}).with_names({"theta"}),
+                                                                    {{"m", &Pendulum::m}, {"l", &Pendulum::l}, {"g", &Pendulum::g}}));
+  REQUIRE(energies.size() == 2);
+  CHECK(plain(energies[0].left) == "T");
+  CHECK(plain(energies[0].right) == "½ m l² θ̇²");
+  CHECK(plain(energies[1].left) == "V");
+  CHECK(plain(energies[1].right) == "−m g l cos θ");
+}
+
 TEST_CASE("formulas do not depend on the values of parameters") {
   for (const scenes::RodAndRing values : {scenes::RodAndRing{1.0, 1.0, 1.0, 1.0}, scenes::RodAndRing{2.0, 2.0, 0.5, 4.0}, scenes::RodAndRing{1e-3, 700.0, 3e5, 0.0},
                                           scenes::RodAndRing{0.0, 1.0, 1.0, 9.81}})
