@@ -61,8 +61,8 @@ using Five = qdot::Vector<double, 5>;
 // Angles of a double pendulum with errors of size sigma.
 Experiment<2> swing(const Five& p, const State<2>& start, double sigma, std::uint64_t noise) {
   Experiment<2> data{.start = start, .times = times_to(3.0, 60), .measured = Eigen::MatrixXd(2, 60), .sigma = Eigen::Vector2d(sigma, sigma)};
-  const auto run = simulate(qdot::mechanical_system<2>(double_pendulum(p)), start, 3.0, Dop853{}, fine);
-  for (Eigen::Index k = 0; k < 60; ++k) data.measured.col(k) = run.trajectory.at(data.times[static_cast<std::size_t>(k)]).q;
+  const auto run = sensitivities(double_pendulum, p, start, 3.0, Dop853{}, fine);  // whose code is there
+  for (Eigen::Index k = 0; k < 60; ++k) data.measured.col(k) = run.at(data.times[static_cast<std::size_t>(k)]).q;
   for (Eigen::Index k = 0; k < 120; ++k) data.measured.data()[k] += sigma * normal(noise + static_cast<std::uint64_t>(k));
   return data;
 }
@@ -251,6 +251,13 @@ TEST_CASE("a fit that ends early returns what it has, and says why") {
   CHECK(failed.outcome == FitOutcome::motion_failed);
   CHECK(failed.message.find("no motion at the guess: experiment 0: step_limit") == 0);
   CHECK(failed.p[0] == 8.5);
+  const auto nothing = [](const auto& q) {
+    using std::sqrt;
+    return sqrt(q[0] - 100.0);
+  };
+  const auto blind = parameter_fit(BallOf{}, asked, bounces, Dop853{}, {}, nothing);
+  CHECK(blind.outcome == FitOutcome::motion_failed);
+  CHECK(blind.message.find("is not finite") != std::string::npos);
 }
 
 TEST_CASE("a search for least squares stays within bounds, leaves a bound where it began, and turns back from where there is nothing") {

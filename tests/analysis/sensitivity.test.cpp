@@ -295,6 +295,10 @@ TEST_CASE("a block that friction brings to rest keeps the derivatives of where i
   };
   const Eigen::Vector2d slope = (45 * sum(1) - 9 * sum(2) + sum(3)) / (60 * h);
   CHECK((s.Phi.topRows(2) * along - slope).norm() < 1e-7);  // noise of 1e-12 over h, grown by the motion
+  const auto backwards = functional_gradient(family, p, 12.0, qdot::end_value(place), Dop853{}, fine);
+  INFO(backwards.message);
+  REQUIRE(backwards.completed());
+  CHECK((backwards.by_parameters - s.Phi.row(0).transpose()).norm() < 1e-10);
 }
 
 TEST_CASE("a block on a moving belt that slips, sticks and slips depends on everything as the closed form says") {

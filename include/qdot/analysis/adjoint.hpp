@@ -11,8 +11,8 @@
 //     found.value, found.by_parameters, found.by_start, found.by_end
 //
 // Sensitivities (sensitivity.hpp) carry a column for each parameter through the run. Where one number is asked for, its slope in all of them costs one run
-// forwards and one backwards: λ = ∂F/∂y(t) goes from the end to the start (variations/adjoint_equations.hpp), and gathers on the way what each parameter does. The run is kept as
-// polynomials of t, so nothing has to be stored, repeated or interpolated by the caller.
+// forwards and one backwards: λ = ∂F/∂y(t) goes from the end to the start (variations/adjoint_equations.hpp), and gathers on the way what each
+// parameter does. The run is kept as polynomials of t, so nothing has to be stored, repeated or interpolated by the caller.
 //
 // Events, impacts, contacts and friction are gone through backwards by the transposes of what they do to small differences; where an event stops the run, T moves
 // with it. On constraints λ belongs to tangent vectors, and the start is understood as put onto them first.
@@ -127,8 +127,8 @@ Term term_of(const G& g, Eigen::Index dof, const Eigen::VectorXd& p) {
 //
 // @param end   the surface of an event that stopped the run, or nothing
 // @param late  ∂t₀/∂p
-inline void gather(VariationalEquations& equations, const JumpRecorder& recorder, const Eigen::MatrixXd& Phi, const Eigen::VectorXd& late, const NamedSurface* end,
-                   const Term& g, const Term& h, double rtol, FunctionalGradient& result) {
+inline void gather(VariationalEquations& equations, const JumpRecorder& recorder, const Eigen::MatrixXd& Phi, const Eigen::VectorXd& late,
+                   const NamedSurface* end, const Term& g, const Term& h, double rtol, FunctionalGradient& result) {
   const Run<Dynamic>& run = result.run;
   AdjointEquations adjoint(equations, run.trajectory, g, rtol);
   const std::vector<Eigen::Index>& entries = equations.start_entries();
@@ -197,10 +197,11 @@ auto functional_gradient_of(Model model, const Start& start, const List& list, d
     for (const NamedSurface& each : surfaces)
       if (result.outcome == Outcome::stopped_by_event && each.stops && !result.run.events.empty() && each.name == result.run.events.back().name) end = &each;
     if (equations.changed())
-      throw EndOfRun({Outcome::not_differentiable, sentence({"at t = ", *equations.changed(), " an action changes what functors read, and backwards nobody can take that back: "
-                                                             "make it a state of a controller, or ask sensitivities()"})});
-    gather(equations, recorder, Eigen::Map<const Eigen::MatrixXd>(both.data() + size, size, equations.columns()), late, end, term_of<V::n>(of.g, equations.dof(), p), term_of<V::n>(of.h, equations.dof(), p),
-           options.rtol, result);
+      throw EndOfRun({Outcome::not_differentiable,
+                      sentence({"at t = ", *equations.changed(), " an action changes what functors read, and backwards nobody can take that back: "
+                                "make it a state of a controller, or ask sensitivities()"})});
+    const Eigen::Map<const Eigen::MatrixXd> Phi(both.data() + size, size, equations.columns());
+    gather(equations, recorder, Phi, late, end, term_of<V::n>(of.g, equations.dof(), p), term_of<V::n>(of.h, equations.dof(), p), options.rtol, result);
   } catch (const EndOfRun& end) {
     result.outcome = end.failure.outcome;
     result.message = sentence({name(result.outcome), ": ", end.failure.message, "; ", advice(result.outcome)});
@@ -212,7 +213,8 @@ auto functional_gradient_of(Model model, const Start& start, const List& list, d
 
 /// A functional of the motion of a system or scene, and its gradient with respect to its start.
 ///
-/// One run of y, and one back of the adjoint: some seven evaluations of ∂f/∂y for each step, and of ∂f/∂p, or, from nine parameters of T and V on, of λ·∂f/∂p by one sweep backwards.
+/// One run of y, and one back of the adjoint: some seven evaluations of ∂f/∂y for each step, and of ∂f/∂p, or, from nine parameters of T and V on,
+/// of λ·∂f/∂p by one sweep backwards through them.
 ///
 /// @param system   as simulate() has it
 /// @param start    State{t, q, qdot}; on the constraints, if there are any
@@ -223,11 +225,11 @@ auto functional_gradient_of(Model model, const Start& start, const List& list, d
 /// @throws         as sensitivities()
 template <class System, class Start, class G, class H, class Method, class... Events>
   requires(!std::is_invocable_v<const System&, const Start&>)
-auto functional_gradient(const System& system, const Start& start, double t_end, const Functional<G, H>& of, const Method& method, const Options& options = {},
-                         const EventList<Events...>& events = {}) {
+auto functional_gradient(const System& system, const Start& start, double t_end, const Functional<G, H>& of, const Method& method,
+                         const Options& options = {}, const EventList<Events...>& events = {}) {
   using Form = detail::FormOf<System>;
-  return detail::functional_gradient_of(detail::FixedModel<Form, EventList<Events...>>{first_order_form(system), events}, start, events, t_end, method, options, of,
-                                        Eigen::VectorXd(), detail::FixedStart{});
+  return detail::functional_gradient_of(detail::FixedModel<Form, EventList<Events...>>{first_order_form(system), events}, start, events, t_end, method,
+                                        options, of, Eigen::VectorXd(), detail::FixedStart{});
 }
 
 /// The same, and with respect to parameters of which T and V are made, exactly.
@@ -243,8 +245,8 @@ auto functional_gradient(const EnergiesOf& energies_of, const P& p, const State<
   const auto system = mechanical_system<n>(energies_of(p));
   using Form = detail::FormOf<decltype(system)>;
   using Model = detail::EnergiesModel<Form, EventList<Events...>, EnergiesOf, P::SizeAtCompileTime>;
-  return detail::functional_gradient_of(Model{{first_order_form(system), events}, energies_of, p}, start, events, t_end, method, options, of, Eigen::VectorXd(p),
-                                        detail::FixedStart{});
+  return detail::functional_gradient_of(Model{{first_order_form(system), events}, energies_of, p}, start, events, t_end, method, options, of,
+                                        Eigen::VectorXd(p), detail::FixedStart{});
 }
 
 /// The same for a family of problems, which may differ in everything.
@@ -255,7 +257,8 @@ template <class Family, class P, class G, class H, class Method>
 auto functional_gradient(const Family& family, const P& p, double t_end, const Functional<G, H>& of, const Method& method, const Options& options = {}) {
   detail::FamilyModel<Family, P> model(family, p);
   const auto nominal = model.nominal;
-  return detail::functional_gradient_of(std::move(model), nominal.start, nominal.events, t_end, method, options, of, Eigen::VectorXd(p), detail::SlopeOfFamilyStart{});
+  return detail::functional_gradient_of(std::move(model), nominal.start, nominal.events, t_end, method, options, of, Eigen::VectorXd(p),
+                                        detail::SlopeOfFamilyStart{});
 }
 
 }  // namespace qdot

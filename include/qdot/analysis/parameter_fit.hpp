@@ -20,17 +20,11 @@
 // and Σ r² is about the number of residuals less that of parameters, if the model is right and σ is known. If σ is not given, it is estimated from just this.
 //
 // Data may leave parameters open. Where J v = 0, nothing that was measured changes along v: masses of a free motion may all be twice as large, so v = (m₁, m₂).
-// J's columns are brought to length 1, and what is then left of a combination of them is compared with the accuracy of the runs. Such combinations are named, and a
-// parameter in one of them has the standard deviation ∞.
+// J's columns are brought to length 1, and what is then left of a combination of them is compared with the accuracy of the runs. Such combinations
+// are named, and a parameter in one of them has the standard deviation ∞.
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -66,8 +60,8 @@ struct AllCoordinates {
 ///
 /// A run with its sensitivities for each experiment and each step, some ten of them from a fair guess.
 ///
-/// @param family       p ↦ an object with members T and V, which takes duals as sensitivities() has it: ∂q̈/∂p is exact; or, for numbers, p ↦ a system or scene, or
-///                     p ↦ problem(scene, start, events(…)), whose start holds where an experiment has none
+/// @param family       p ↦ an object with members T and V, which takes duals as sensitivities() has it: ∂q̈/∂p is exact; or, for numbers,
+///                     p ↦ a system or scene, or p ↦ problem(scene, start, events(…)), whose start holds where an experiment has none
 /// @param parameters   {{"name", guess, lower, upper}, …}, bounds if there are any
 /// @param experiments  a vector of them, to all of which the parameters are common
 /// @param method       Dop853{} or Dopri5{}
@@ -91,7 +85,8 @@ ParameterFit parameter_fit(const Family& family, const FitParameter (&parameters
       erased.start.resize(each.start->q.size() + each.start->qdot.size());
       erased.start << each.start->q, each.start->qdot;
     } else if (!is_problem || !each.unknown.empty()) {
-      throw InvalidValue("parameter_fit: an experiment must have a start, unless the family has problems with starts of their own and none of it is unknown; give it a start");
+      throw InvalidValue("parameter_fit: an experiment must have a start, unless the family has problems with starts of their own and none of it is "
+                         "unknown; give it a start");
     }
     erased.predict = [&, t = erased.begins](const Eigen::VectorXd& p, const Eigen::VectorXd& y0, bool by_start) {
       Options run = options;

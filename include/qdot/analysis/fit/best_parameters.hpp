@@ -34,7 +34,7 @@ struct FitParameter {
 
 /// How parameters are sought.
 struct FitOptions {
-  int most_runs = 200;        ///< runs of each experiment
+  int most_runs = 200;       ///< runs of each experiment
   double tolerance = 1e-10;  ///< what a last step may take from Σr², as part of it; with data that fit exactly, a step as part of p
 };
 
@@ -99,11 +99,12 @@ inline void require_fit(const FitTask& task) {
   };
   require(!task.experiments.empty(), {who, ": there must be experiments, but there are none; give one at least"});
   require(task.options.most_runs >= 1 && task.options.tolerance > 0.0 && task.options.tolerance < 1.0,
-          {who, ": there must be runs, and a tolerance between 0 and 1, but they are ", task.options.most_runs, " and ", task.options.tolerance, "; leave them out for 200 and 1e-10"});
+          {who, ": there must be runs, and a tolerance between 0 and 1, but they are ", task.options.most_runs, " and ", task.options.tolerance,
+           "; leave them out for 200 and 1e-10"});
   for (const FitParameter& each : task.parameters)
     require(std::isfinite(each.guess) && each.lower <= each.guess && each.guess <= each.upper,
-            {who, ": the guess of '", each.name, "' must be finite and lie within its bounds, but is ", each.guess, " with bounds ", each.lower, " and ", each.upper,
-             "; choose another guess or other bounds"});
+            {who, ": the guess of '", each.name, "' must be finite and lie within its bounds, but is ", each.guess, " with bounds ", each.lower,
+             " and ", each.upper, "; choose another guess or other bounds"});
   for (std::size_t e = 0; e < task.experiments.size(); ++e) {
     const FitExperiment& each = task.experiments[e];
     require(!each.times.empty(), {who, ": experiment ", e, " must have times, but has none; give the times of its measurements"});
@@ -120,15 +121,19 @@ inline void require_fit(const FitTask& task) {
                            static_cast<long>(each.measured.cols()), "give outputs × times");
     require(each.measured.allFinite(), {who, ": the measurements of experiment ", e, " must be finite, but one is not; leave its time out"});
     require((each.sigma.size() == 0) == (task.experiments[0].sigma.size() == 0),
-            {who, ": standard deviations must be known in all experiments or in none, but in experiment ", e, " it is otherwise than in the first; give sigma to both"});
+            {who, ": standard deviations must be known in all experiments or in none, but in experiment ", e,
+             " it is otherwise than in the first; give sigma to both"});
     if (each.sigma.size() > 0 && each.sigma.size() != each.measured.rows())
-      throw DimensionError(sentence({who, ": sigma of experiment ", e}), static_cast<long>(each.measured.rows()), static_cast<long>(each.sigma.size()), "give one for each output");
+      throw DimensionError(sentence({who, ": sigma of experiment ", e}), static_cast<long>(each.measured.rows()), static_cast<long>(each.sigma.size()),
+                           "give one for each output");
     for (Eigen::Index i = 0; i < each.sigma.size(); ++i)
       require(each.sigma[i] > 0.0 && std::isfinite(each.sigma[i]),
-              {who, ": a standard deviation must be positive and finite, but sigma[", i, "] of experiment ", e, " is ", each.sigma[i], "; leave sigma out where it is unknown"});
+              {who, ": a standard deviation must be positive and finite, but sigma[", i, "] of experiment ", e, " is ", each.sigma[i],
+               "; leave sigma out where it is unknown"});
     for (const Eigen::Index i : each.unknown)
       require(i >= 0 && i < each.start.size(),
-              {who, ": unknown entries of a start must be those of [q; qdot], 0 to ", each.start.size() - 1, ", but one of experiment ", e, " is ", i, "; count from 0"});
+              {who, ": unknown entries of a start must be those of [q; qdot], 0 to ", each.start.size() - 1, ", but one of experiment ", e, " is ", i,
+               "; count from 0"});
   }
 }
 
@@ -162,8 +167,8 @@ class FitResiduals {
       }
       const Eigen::Index outputs = each.measured.rows(), starts = each.unknown.empty() ? 0 : start.size();
       if (found.values.rows() != outputs)
-        throw DimensionError(sentence({"parameter_fit: a measurement of experiment ", e}), static_cast<long>(found.values.rows()), static_cast<long>(outputs),
-                             "give a row for each output; without outputs these are the coordinates");
+        throw DimensionError(sentence({"parameter_fit: a measurement of experiment ", e}), static_cast<long>(found.values.rows()),
+                             static_cast<long>(outputs), "give a row for each output; without outputs these are the coordinates");
       for (Eigen::Index k = 0; k < each.measured.cols(); ++k)
         for (Eigen::Index i = 0; i < outputs; ++i, ++row) {
           const double weight = each.sigma.size() > 0 ? 1.0 / each.sigma[i] : 1.0;
@@ -174,6 +179,7 @@ class FitResiduals {
         }
       column += static_cast<Eigen::Index>(each.unknown.size());
     }
+    if (at.trouble.empty() && !(at.r.allFinite() && at.J.allFinite())) at.trouble = "what is predicted of a measurement, or its slope, is not finite";
     first_ = false;
     return at;
   }
@@ -240,9 +246,11 @@ inline ParameterFit best_parameters(const FitTask& task) {
   data = std::sqrt(data);
   const auto count = static_cast<Eigen::Index>(guesses.size());
   const FitResiduals residuals(task);
-  const auto listed = [](const std::vector<double>& x) { return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()))); };
-  const LeastSquaresSearch search{[&](const Eigen::VectorXd& x) { return residuals(x); }, listed(lowest), listed(highest), task.options.most_runs, task.options.tolerance,
-                                  10 * task.rtol * data};
+  const auto listed = [](const std::vector<double>& x) {
+    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size())));
+  };
+  const LeastSquaresSearch search{[&](const Eigen::VectorXd& x) { return residuals(x); }, listed(lowest), listed(highest), task.options.most_runs,
+                                  task.options.tolerance, 10 * task.rtol * data};
   const LeastSquaresEnd end = BoundedLeastSquares(search).end(listed(guesses));
   const ResidualsAt& best = end.best;
   fit.p = best.x;
@@ -304,7 +312,8 @@ inline ParameterFit best_parameters(const FitTask& task) {
   const bool at_minimum = ahead <= close || best.r.norm() <= search.negligible;
   const auto says = [&](FitOutcome outcome, std::initializer_list<Phrase> why) {
     fit.outcome = outcome;
-    fit.message = sentence({name(outcome), " after ", fit.runs, " runs, the sum of squares is ", {fit.chi_squared, 6}, " for ", fit.degrees_of_freedom, " degrees of freedom: ", sentence(why)});
+    fit.message = sentence({name(outcome), " after ", fit.runs, " runs, the sum of squares is ", {fit.chi_squared, 6}, " for ", fit.degrees_of_freedom,
+                            " degrees of freedom: ", sentence(why)});
     return fit;
   };
   if (!at_minimum && end.exhausted)

@@ -232,11 +232,10 @@ inline void VariationalEquations::pass(const std::string& name, double t, Eigen:
       surface.jump(t + later, displaced, j, s);
       return Eigen::VectorXd(displaced - later * f_after);
     };
-    Eigen::VectorXd arrives = Phi + f_before * time[j];  // at the event displaced by this; to rounding nothing, where it stays in one place
-    constexpr double rounding = 1e-12;
-    for (Eigen::Index i = 0; i < size_; ++i)
-      if (std::abs(arrives[i]) <= rounding * std::abs(Phi[i])) arrives[i] = 0.0;
-    const auto slope = slope_at_zero(behind, reach(y, arrives, j), largest_);
+    // How far it arrives from y may be nothing but rounding, which says nothing; what it is the difference of does.
+    constexpr double parts = 16;
+    const double far = parts * std::min(scale(y, Phi), scale(y, f_before * time[j]));
+    const auto slope = slope_at_zero(behind, std::min(far, reach(y, Phi + f_before * time[j], j)), largest_);
     if (!slope) end_undifferentiable(name, t, {"changes the state in a way that has no derivative with respect to ", column_name(j), "; let its action be smooth"});
     both.segment(size_ * (j + 1), size_) = *slope;
   }

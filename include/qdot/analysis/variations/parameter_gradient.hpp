@@ -1,14 +1,14 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// ∂(u·M q̈)/∂p at fixed q, q̇, q̈ of energies that are made from many parameters, at the cost of a few evaluations of T and V.
+// ∂(u·(rhs − M q̈))/∂p at fixed q, q̇, q̈ of energies that are made from many parameters, at the cost of a few evaluations of T and V.
 //
 // Along a displacement u of the coordinates Lagrange's equations are one number,
 //
 //     u·(rhs − M q̈) = ∂L/∂q·u − d/dt (∂L/∂q̇·u) ,
 //
-// whose second term is the mixed coefficient ε₁ε₂ of L(q + ε₁q̇, q̇ + ε₁q̈ + ε₂u, t + ε₁), the first that of ε in L(q + εu, q̇, t). With a tape (ad/records/tape.hpp)
-// of such dual numbers over p, one sweep backwards has its slopes in all parameters.
+// whose second term is the mixed coefficient ε₁ε₂ of L(q + ε₁q̇, q̇ + ε₁q̈ + ε₂u, t + ε₁), and whose first is that of ε in L(q + εu, q̇, t). With a
+// tape (ad/records/tape.hpp) of such dual numbers over p, one sweep backwards has its slopes in all parameters.
 
 #include <Eigen/Core>
 #include <type_traits>
