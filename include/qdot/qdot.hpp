@@ -114,6 +114,7 @@
 // #include "qdot/report/csv.hpp"          // comma-separated values
 // #include "qdot/report/npy.hpp"          // NumPy's arrays
 // #include "qdot/report/file.hpp"         // files that are there completely or not at all
+// #include "qdot/report/heat_map.hpp"     // a quantity over a plane, as colours
 // #include "qdot/report/theme.hpp"        // colours, light and dark
 // #include "qdot/report/plot.hpp"         // a line plot as data
 // #include "qdot/report/svg.hpp"          // and as SVG

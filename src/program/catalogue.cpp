@@ -31,15 +31,18 @@ std::unique_ptr<RunnableScene> drawable(std::unique_ptr<RunnableScene> scene, co
 
 }  // namespace
 
-std::unique_ptr<RunnableScene> make_scene(const std::string& wanted) {
-  if (is_scene_file(wanted)) return drawable(scene_of_file(wanted), wanted);
-  for (const auto& [name, make] : named_scenes()) {
-    if (name != wanted) continue;
-    std::unique_ptr<RunnableScene> scene = make();
-    if (scene->name().empty()) scene->set_name(name);
-    return drawable(std::move(scene), wanted);
-  }
+std::function<std::unique_ptr<RunnableScene>()> scene_maker(const std::string& wanted) {
+  if (is_scene_file(wanted)) return scene_maker_of_file(wanted);
+  for (const NamedScene& entry : named_scenes())
+    if (entry.name == wanted)
+      return [entry] {
+        std::unique_ptr<RunnableScene> scene = entry.make();
+        if (scene->name().empty()) scene->set_name(entry.name);
+        return scene;
+      };
   throw unknown_name("SCENE", "a scene", wanted, scene_names());
 }
+
+std::unique_ptr<RunnableScene> make_scene(const std::string& wanted) { return drawable(scene_maker(wanted)(), wanted); }
 
 }  // namespace qdot::program

@@ -3,6 +3,7 @@
 //
 // Scenes by name: those that are linked in, and those in a file of C++ (scene_file.hpp).
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,5 +27,10 @@ std::vector<std::string> scene_names();
 ///
 /// @throws UsageError  for an unknown name, with the nearest one; for a file that cannot be read or does not compile
 std::unique_ptr<RunnableScene> make_scene(const std::string& name);
+
+/// What makes fresh scenes of this name again and again; a file is looked at once.
+///
+/// @throws UsageError  as make_scene()
+std::function<std::unique_ptr<RunnableScene>()> scene_maker(const std::string& name);
 
 }  // namespace qdot::program

@@ -74,9 +74,11 @@ std::shared_ptr<const Model> model_of(const RunnableScene& scene) {
   }
 }
 
-ChosenScene chosen_scene(const SceneOptions& options) {
+ChosenScene chosen_scene(const SceneOptions& options) { return chosen_scene(options, make_scene(options.scene)); }
+
+ChosenScene chosen_scene(const SceneOptions& options, std::unique_ptr<RunnableScene> scene) {
   ChosenScene chosen;
-  chosen.scene = make_scene(options.scene);
+  chosen.scene = std::move(scene);
   chosen.start = configured(*chosen.scene, options.set);
   choose_effects(*chosen.scene, options);
   chosen.model = model_of(*chosen.scene);

@@ -28,6 +28,9 @@ struct ChosenScene {
 /// @throws UsageError
 ChosenScene chosen_scene(const SceneOptions& options);
 
+/// The same for a scene that is made already; the name is not looked at.
+ChosenScene chosen_scene(const SceneOptions& options, std::unique_ptr<RunnableScene> scene);
+
 /// Applies --set: parameters first, because they decide how many coordinates there are, then initial values.
 ///
 /// @throws UsageError

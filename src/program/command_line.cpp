@@ -147,6 +147,24 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   lyapunov_command->add_flag("--json", lyapunov_options.json, "one JSON object on stdout");
   lyapunov_command->add_flag("--quiet", lyapunov_options.quiet, "no progress bar");
 
+  SweepOptions sweep_options;
+  CLI::App* sweep_command = app.add_subcommand("sweep", "many motions of a scene: over a grid of parameters and starts, or a random sample");
+  add_scene(sweep_command, sweep_options);
+  add_repeatable(sweep_command, "--over", sweep_options.over,
+                 "what varies: NAME=FROM:TO:COUNT[:log], NAME=A,B,C, or with --random NAME~uniform(A,B), NAME~normal(MEAN,SIGMA); NAME is a parameter, an effect, q0 … or qdot0 …");
+  add_repeatable(sweep_command, "--record", sweep_options.record,
+                 "what to keep: NAME at the end, max(NAME), min(NAME), t(NAME=VALUE) and t(|NAME|=VALUE) when first passed, t(event EVENT), energy, energy_drift_max, steps, t (default: all coordinates at the end)");
+  add_text(sweep_command, "--random", sweep_options.random, "a sample of so many motions in place of a grid", "N");
+  add_text(sweep_command, "--seed", sweep_options.seed, "of the sample (default 1)", "S");
+  add_text(sweep_command, "--threads", sweep_options.threads, "default: one for each core; the results are the same", "N");
+  add_text(sweep_command, "--t-end", sweep_options.t_end, "time to end at", "T");
+  add_text(sweep_command, "--method", sweep_options.method, "as for run (default auto)", "NAME");
+  add_text(sweep_command, "--rtol", sweep_options.rtol, "relative tolerance of the local error (default 1e-8)", "R");
+  add_text(sweep_command, "--atol", sweep_options.atol, "absolute tolerance of the local error (default that of --rtol)", "A");
+  add_text(sweep_command, "--out", sweep_options.out, "write PATH.csv, PATH.npz and PATH.html", "PATH");
+  sweep_command->add_flag("--json", sweep_options.json, "one JSON object on stdout");
+  sweep_command->add_flag("--quiet", sweep_options.quiet, "no progress bar");
+
   BenchOptions bench_options;
   CLI::App* bench_command = nullptr;
   if (bench != nullptr) {
@@ -193,6 +211,7 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   if (conserved_command->parsed()) return conserved(conserved_options);
   if (lyapunov_command->parsed()) return lyapunov(lyapunov_options);
   if (new_command->parsed()) return new_scene(new_options);
+  if (sweep_command->parsed()) return sweep(sweep_options);
   return bench(bench_options);
 }
 

@@ -65,6 +65,13 @@ struct NewOptions {
   std::string name;
 };
 
+struct SweepOptions : SceneOptions {
+  std::vector<std::string> over, record;
+  std::optional<std::string> random, seed, threads, t_end, method, rtol, atol, out;
+  bool json = false;
+  bool quiet = false;
+};
+
 struct BenchOptions {
   std::optional<std::string> name, page;
   bool json = false;
@@ -80,6 +87,7 @@ int equilibria(const ModesOptions& options);
 int conserved(const ConservedOptions& options);
 int lyapunov(const LyapunovCommandOptions& options);
 int new_scene(const NewOptions& options);
+int sweep(const SweepOptions& options);
 int bench(const BenchOptions& options);
 
 }  // namespace qdot::program

@@ -252,7 +252,7 @@ bool is_scene_file(const std::string& name) {
 
 std::string scene_name_of(const std::string& path) { return fs::path(path).stem().string(); }
 
-std::unique_ptr<RunnableScene> scene_of_file(const std::string& path) {
+std::function<std::unique_ptr<RunnableScene>()> scene_maker_of_file(const std::string& path) {
   std::error_code unknown;
   const fs::path source = fs::weakly_canonical(path, unknown);
   if (!fs::is_regular_file(source, unknown) || access(source.c_str(), R_OK) != 0) {
@@ -263,14 +263,16 @@ std::unique_ptr<RunnableScene> scene_of_file(const std::string& path) {
   std::optional<fs::path> library = entries.library(entries.rule);
   if (!library || !fs::exists(*library, unknown)) library = compiled(path, source, command, entries);
   Make* const make = made_by(path, *library);
-  try {
-    std::unique_ptr<RunnableScene> scene = make();
-    if (!scene) throw InvalidValue("qdot_scene() must return a scene, but returns none");
-    if (scene->name().empty()) scene->set_name(scene_name_of(path));
-    return scene;
-  } catch (const std::exception& error) {
-    throw UsageError("SCENE: " + path + ": " + error.what());
-  }
+  return [path, make] {
+    try {
+      std::unique_ptr<RunnableScene> scene = make();
+      if (!scene) throw InvalidValue("qdot_scene() must return a scene, but returns none");
+      if (scene->name().empty()) scene->set_name(scene_name_of(path));
+      return scene;
+    } catch (const std::exception& error) {
+      throw UsageError("SCENE: " + path + ": " + error.what());
+    }
+  };
 }
 
 }  // namespace qdot::program

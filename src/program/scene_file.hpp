@@ -8,6 +8,7 @@
 // the file and in all headers that it includes. Files are made under other names and renamed, so that programs that run at the same time
 // find a whole one or none. The cache is $XDG_CACHE_HOME/qdot, or ~/.cache/qdot, and may be deleted at any time.
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -32,9 +33,9 @@ bool is_scene_file(const std::string& name);
 /// The name of the scene in a file: that of the file without its ending.
 std::string scene_name_of(const std::string& path);
 
-/// The scene in a file, compiled if it has to be.
+/// What makes the scene in a file, which is compiled here if it has to be; what is made throws UsageError when the scene does not agree with itself.
 ///
-/// @throws UsageError  the file cannot be read, does not compile (SceneFileError), or has no scene that agrees with itself
-std::unique_ptr<RunnableScene> scene_of_file(const std::string& path);
+/// @throws UsageError  the file cannot be read, does not compile (SceneFileError), or has no scene
+std::function<std::unique_ptr<RunnableScene>()> scene_maker_of_file(const std::string& path);
 
 }  // namespace qdot::program

@@ -252,13 +252,13 @@ void run_with(const Method& method, const System& system, const Request& request
   }
 }
 
-template <class Method, class System>
-BareResult bare(const Method& method, const System& system, const FirstOrderState& start, const Request& request) {
+template <class Method, class System, class O>
+BareResult bare(const Method& method, const System& system, const FirstOrderState& start, const Request& request, const O& observer) {
   Options options{.rtol = request.rtol, .atol = request.atol, .keep_trajectory = false};
   if (request.atol_each.size() > 0) options.atol = request.atol_each;
   if (request.samples > 1) options.output_times = equal_times(start.t, request.t_end, request.samples);
-  auto run = simulate(system, start, request.t_end, method, options);
-  return {run.outcome, run.message, run.t, run.y, std::move(run.samples.t), std::move(run.samples.y), run.statistics};
+  auto run = simulate(system, start, request.t_end, method, options, observer);
+  return {run.outcome, run.message, run.t, run.y, std::move(run.samples.t), std::move(run.samples.y), std::move(run.events), run.statistics};
 }
 
 /// Calls `go` with the model as the steppers want it.
@@ -316,11 +316,18 @@ std::vector<std::string> fitting_methods(const Model& model) {
   return names;
 }
 
-BareResult bare_run(const std::shared_ptr<const Model>& model, const Request& request) {
+template <class O>
+static BareResult bare_run_with(const std::shared_ptr<const Model>& model, const Request& request, const O& observer) {
   FirstOrderState start{request.start.t, model->packed(request.start)};
   if (model->constrained()) model->project(start.t, start.y);
   const NamedMethod method = method_of(model, request);
-  return with_system(model, [&](const auto& system) { return bare(method, system, start, request); });
+  return with_system(model, [&](const auto& system) { return bare(method, system, start, request, observer); });
+}
+
+BareResult bare_run(const std::shared_ptr<const Model>& model, const Request& request) { return bare_run_with(model, request, NoObserver{}); }
+
+BareResult followed_run(const std::shared_ptr<const Model>& model, const Request& request, const std::function<bool(const StepView&)>& observer) {
+  return bare_run_with(model, request, observer);
 }
 
 Result simulated(const std::shared_ptr<const Model>& model, const Request& request, const Watcher& watcher) {

@@ -15,6 +15,7 @@
 #include "qdot/integrate/energy_balance.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/run.hpp"
 #include "qdot/integrate/statistics.hpp"
 
 namespace qdot::program {
@@ -88,6 +89,7 @@ struct BareResult {
   Eigen::VectorXd y;          // the last good state
   std::vector<double> times;  // of the samples, as far as the run came
   Eigen::MatrixXd samples;    // a column for each
+  std::vector<RecordedEvent> events;
   Statistics statistics;
 };
 
@@ -97,6 +99,9 @@ struct BareResult {
 /// @throws InvalidValue  options outside their range; the method does not fit the model
 /// @throws NonFinite, MassMatrixError, ConstraintError  the model has no value at its start
 BareResult bare_run(const std::shared_ptr<const Model>& model, const Request& request);
+
+/// The same with an observer, which is shown every accepted step and may answer false to end the run.
+BareResult followed_run(const std::shared_ptr<const Model>& model, const Request& request, const std::function<bool(const StepView&)>& observer);
 
 /// Called after accepted steps with the time reached.
 using Watcher = std::function<void(double t)>;

@@ -131,7 +131,9 @@ class SceneForm {
     Vector<double, n> qdot = y.segment(dof(), dof());
     Vector<double, states> z = y.tail(states);
     std::vector<std::string> happened = detail::Switching<Sc>(scene_).settle(t, q, qdot, z, fired, tolerance);
-    y << q, qdot, z;
+    y.head(dof()) = q;  // piece by piece: at -O3 g++ 12 takes two numbers at once for two where there is one
+    y.segment(dof(), dof()) = qdot;
+    y.tail(states) = z;
     return happened;
   }
 

@@ -46,6 +46,7 @@ struct Page {
   std::optional<Animation> animation{};
   std::vector<Facts> tables{};
   std::string formulas{};  // markup, as of report/equation_text.hpp
+  std::vector<std::string> figures{};  // markup of the whole width, as of report/heat_map.hpp
   std::vector<Plot> plots{};
   std::string footer{};
 };
@@ -151,6 +152,7 @@ inline std::string html(const Page& page) {
     for (const Facts& facts : page.tables) text += "<div class=\"half\">" + detail::facts_table(facts) + "</div>\n";
   }
   if (!page.formulas.empty()) text += "<section class=\"card wide formulas\">" + page.formulas + "</section>\n";
+  for (const std::string& figure : page.figures) text += "<section class=\"card wide\">" + figure + "</section>\n";
   for (std::size_t i = 0; i < page.plots.size(); ++i) {
     const bool alone = i + 1 == page.plots.size() && i % 2 == 0;  // the last of an odd number takes the whole width
     text += std::string("<section class=\"card ") + (alone ? "wide" : "half") + "\">";

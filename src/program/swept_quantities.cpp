@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include "program/swept_quantities.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "program/arguments.hpp"
+
+namespace qdot::program {
+
+namespace {
+
+using Kind = Quantity::Kind;
+constexpr int places = 8;  // in a step
+
+}  // namespace
+
+std::vector<Quantity> quantities_of(const std::vector<std::string>& records, const RunnableScene& scene) {
+  const auto coordinates = scene.coordinates();
+  const std::string time = scene.time_unit();
+  std::vector<std::string> names, units, valid;
+  for (const bool rate : {false, true})
+    for (std::size_t i = 0; i < coordinates.size(); ++i) {
+      names.push_back(coordinates[i].name + (rate ? "dot" : ""));
+      units.push_back(rate && !time.empty() ? (coordinates[i].unit.empty() ? "1" : coordinates[i].unit) + "/" + time : coordinates[i].unit);
+      valid.push_back((rate ? "qdot" : "q") + std::to_string(i));
+    }
+  const auto component = [&](const std::string& name) {
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (name == names[i] || name == valid[i]) return static_cast<Eigen::Index>(i);
+    std::vector<std::string> all = names;
+    all.insert(all.end(), valid.begin(), valid.end());
+    for (const char* other : {"t", "energy", "energy_drift_max", "steps"}) all.emplace_back(other);
+    throw unknown_name("--record", "a coordinate, a velocity or a quantity of " + scene.name(), name, all);
+  };
+  std::vector<std::string> wanted = records;
+  if (wanted.empty())
+    for (const auto& coordinate : coordinates) wanted.push_back(coordinate.name);
+  std::vector<Quantity> quantities;
+  for (const std::string& text : wanted) {
+    Quantity quantity{.text = text};
+    const auto inside = [&](const std::string& head) {  // of head(…)
+      return text.size() > head.size() + 2 && text.starts_with(head + "(") && text.back() == ')' ? text.substr(head.size() + 1, text.size() - head.size() - 2) : std::string();
+    };
+    if (text == "energy" || text == "energy_drift_max") {
+      quantity.kind = text == "energy" ? Kind::energy : Kind::energy_drift;
+      quantity.unit = scene.energy_unit();
+    } else if (text == "steps") {
+      quantity.kind = Kind::steps;
+    } else if (text == "t") {
+      quantity.kind = Kind::time;
+      quantity.unit = time;
+    } else if (const std::string least = inside("min"); !least.empty()) {
+      quantity.kind = Kind::least;
+      quantity.component = component(least);
+    } else if (const std::string most = inside("max"); !most.empty()) {
+      quantity.kind = Kind::greatest;
+      quantity.component = component(most);
+    } else if (const std::string when = inside("t"); !when.empty()) {
+      quantity.unit = time;
+      if (when.starts_with("event ")) {
+        quantity.kind = Kind::event;
+        quantity.event = when.substr(6);
+      } else {
+        const std::size_t equals = when.find('=');
+        if (equals == std::string::npos) throw UsageError("--record: must be t(NAME=VALUE), t(|NAME|=VALUE) or t(event NAME), given " + text);
+        std::string name = when.substr(0, equals);
+        quantity.absolute = name.size() > 2 && name.front() == '|' && name.back() == '|';
+        if (quantity.absolute) name = name.substr(1, name.size() - 2);
+        quantity.kind = Kind::passage;
+        quantity.component = component(name);
+        quantity.value = finite_number("--record", when.substr(equals + 1));
+      }
+    } else {
+      quantity.component = component(text);
+    }
+    if (quantity.kind == Kind::at_end || quantity.kind == Kind::greatest || quantity.kind == Kind::least) quantity.unit = units[static_cast<std::size_t>(quantity.component)];
+    quantities.push_back(std::move(quantity));
+  }
+  return quantities;
+}
+
+QuantityWatch::QuantityWatch(const std::vector<Quantity>& quantities, const Model& model)
+    : quantities_(quantities), model_(model), found_(quantities.size(), std::numeric_limits<double>::quiet_NaN()), before_(quantities.size(), 0.0) {
+  for (const Quantity& quantity : quantities) {
+    wants_steps_ = wants_steps_ || quantity.kind == Kind::greatest || quantity.kind == Kind::least || quantity.kind == Kind::passage || quantity.kind == Kind::energy_drift;
+    only_passages_ = only_passages_ && quantity.kind == Kind::passage;
+  }
+}
+
+double QuantityWatch::off(const Quantity& quantity, const Eigen::Ref<const Eigen::VectorXd>& y) const {
+  const double x = y[quantity.component];
+  return (quantity.absolute ? std::abs(x) : x) - quantity.value;
+}
+
+bool QuantityWatch::see(const StepView& step) {
+  const double from = step.t_previous(), to = step.t();
+  const auto time = [&](int k) { return k == places ? to : from + (to - from) * k / places; };
+  bool all_found = true;
+  for (int k = begun_ ? 1 : 0; k <= places; ++k) {
+    const Eigen::VectorXd y = k == places ? Eigen::VectorXd(step.y()) : step.y_at(time(k));
+    for (std::size_t i = 0; i < quantities_.size(); ++i) {
+      const Quantity& quantity = quantities_[i];
+      double& found = found_[i];
+      if (quantity.kind == Kind::greatest) found = std::isnan(found) ? y[quantity.component] : std::max(found, y[quantity.component]);
+      if (quantity.kind == Kind::least) found = std::isnan(found) ? y[quantity.component] : std::min(found, y[quantity.component]);
+      if (quantity.kind == Kind::passage && std::isnan(found)) {
+        const double now = off(quantity, y);
+        if (k > 0 && before_[i] * now <= 0.0 && before_[i] != now && before_[i] != 0.0) {
+          double a = time(k - 1), b = time(k);
+          for (int halving = 0; halving < 60 && b - a > 4e-16 * std::abs(b); ++halving) {
+            const double middle = 0.5 * (a + b);
+            (off(quantity, step.y_at(middle)) * before_[i] > 0.0 ? a : b) = middle;
+          }
+          found = b;
+        }
+        before_[i] = now;
+      }
+      if (quantity.kind == Kind::energy_drift && (k == 0 || k == places)) {
+        const double energy = model_.energies(time(k), y).jacobi;
+        if (!begun_ && k == 0) energy_ = energy, found = 0.0;
+        found = std::max(found, std::abs(energy - energy_));
+      }
+      all_found = all_found && !std::isnan(found);
+    }
+  }
+  begun_ = true;
+  return !(only_passages_ && all_found);
+}
+
+std::vector<double> QuantityWatch::values(const BareResult& run) const {
+  std::vector<double> values = found_;
+  for (std::size_t i = 0; i < quantities_.size(); ++i) {
+    const Quantity& quantity = quantities_[i];
+    switch (quantity.kind) {
+      case Kind::at_end: values[i] = run.y[quantity.component]; break;
+      case Kind::energy: values[i] = model_.energies(run.t, run.y).total(); break;
+      case Kind::steps: values[i] = static_cast<double>(run.statistics.steps); break;
+      case Kind::time: values[i] = run.t; break;
+      case Kind::event:
+        for (auto e = run.events.rbegin(); e != run.events.rend(); ++e)
+          if (e->name == quantity.event) values[i] = e->t;
+        break;
+      default: break;
+    }
+  }
+  return values;
+}
+
+}  // namespace qdot::program
