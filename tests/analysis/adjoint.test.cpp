@@ -7,6 +7,7 @@
 
 #include "catch2_bridge.hpp"
 #include "error_message.hpp"
+#include "systems/double_pendulum_of_parameters.hpp"
 
 using qdot::Dop853;
 using qdot::functional_gradient;
@@ -20,24 +21,6 @@ namespace {
 const Options fine{.rtol = 1e-13, .atol = 1e-14};
 using Five = qdot::Vector<double, 5>;
 
-template <class S>
-struct DoublePendulum {
-  S m1, m2, l1, l2, g;
-  auto T(const auto& q, const auto& v) const {
-    using std::cos;
-    return 0.5 * (m1 + m2) * l1 * l1 * v[0] * v[0] + 0.5 * m2 * l2 * l2 * v[1] * v[1] + m2 * l1 * l2 * v[0] * v[1] * cos(q[0] - q[1]);
-  }
-  auto V(const auto& q) const {
-    using std::cos;
-    return -(m1 + m2) * g * l1 * cos(q[0]) - m2 * g * l2 * cos(q[1]);
-  }
-};
-struct DoublePendulumOf {
-  auto operator()(const auto& p) const {
-    using S = std::remove_cvref_t<decltype(p[0])>;
-    return DoublePendulum<S>{p[0], p[1], p[2], p[3], p[4]};
-  }
-};
 
 // A ball above a floor, tied to the height 5 by a spring, p = (g, e, height, velocity, k), until it falls below a level.
 struct Ball {
@@ -85,8 +68,8 @@ TEST_CASE("the gradient of a number at the end of a double pendulum's motion is 
   constexpr double error = 1e-10;
   const Five p{{1.0, 0.7, 1.1, 0.9, 9.81}};
   const State<2> start{0.0, {1.7, 1.2}, {0.3, -0.2}};
-  const auto forwards = sensitivities(DoublePendulumOf{}, p, start, 3.0, Dop853{}, fine);
-  const auto backwards = functional_gradient(DoublePendulumOf{}, p, start, 3.0, qdot::end_value([](const auto& q, const auto& v) { return q[0] * q[0] + 0.3 * q[1] - v[0] * v[1]; }),
+  const auto forwards = sensitivities(systems::DoublePendulumFamily{}, p, start, 3.0, Dop853{}, fine);
+  const auto backwards = functional_gradient(systems::DoublePendulumFamily{}, p, start, 3.0, qdot::end_value([](const auto& q, const auto& v) { return q[0] * q[0] + 0.3 * q[1] - v[0] * v[1]; }),
                                              Dop853{}, fine);
   REQUIRE(backwards.completed());
   const Eigen::Vector4d y = forwards.y, slope(2 * y[0], 0.3, -y[3], -y[2]);
@@ -101,8 +84,8 @@ TEST_CASE("the integral of what a rate changes has the gradient of the change") 
   constexpr double error = 1e-10;
   const Five p{{1.0, 0.7, 1.1, 0.9, 9.81}};
   const State<2> start{0.0, {1.7, 1.2}, {0.3, -0.2}};
-  const auto at_end = functional_gradient(DoublePendulumOf{}, p, start, 3.0, qdot::end_value([](const auto& q) { return q[0] * q[1]; }), Dop853{}, fine);
-  const auto on_the_way = functional_gradient(DoublePendulumOf{}, p, start, 3.0, qdot::integral([](const auto& q, const auto& v) { return v[0] * q[1] + q[0] * v[1]; }), Dop853{}, fine);
+  const auto at_end = functional_gradient(systems::DoublePendulumFamily{}, p, start, 3.0, qdot::end_value([](const auto& q) { return q[0] * q[1]; }), Dop853{}, fine);
+  const auto on_the_way = functional_gradient(systems::DoublePendulumFamily{}, p, start, 3.0, qdot::integral([](const auto& q, const auto& v) { return v[0] * q[1] + q[0] * v[1]; }), Dop853{}, fine);
   CHECK_THAT(on_the_way.value, WithinAbs(at_end.value - 1.7 * 1.2, error));
   CHECK((on_the_way.by_parameters - at_end.by_parameters).norm() < error);
   CHECK((on_the_way.by_start + Eigen::Vector4d(1.2, 1.7, 0, 0) - at_end.by_start).norm() < error);

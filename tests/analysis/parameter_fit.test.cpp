@@ -11,6 +11,7 @@
 
 #include "catch2_bridge.hpp"
 #include "error_message.hpp"
+#include "systems/double_pendulum_of_parameters.hpp"
 
 using qdot::Dop853;
 using qdot::Experiment;
@@ -40,22 +41,7 @@ std::vector<double> times_to(double end, int count) {
   return times;
 }
 
-template <class S>
-struct DoublePendulum {
-  S m1, m2, l1, l2, g;
-  auto T(const auto& q, const auto& v) const {
-    using std::cos;
-    return 0.5 * (m1 + m2) * l1 * l1 * v[0] * v[0] + 0.5 * m2 * l2 * l2 * v[1] * v[1] + m2 * l1 * l2 * v[0] * v[1] * cos(q[0] - q[1]);
-  }
-  auto V(const auto& q) const {
-    using std::cos;
-    return -(m1 + m2) * g * l1 * cos(q[0]) - m2 * g * l2 * cos(q[1]);
-  }
-};
-const auto double_pendulum = [](const auto& p) {
-  using S = std::remove_cvref_t<decltype(p[0])>;
-  return DoublePendulum<S>{p[0], p[1], p[2], p[3], p[4]};
-};
+const systems::DoublePendulumFamily double_pendulum;
 using Five = qdot::Vector<double, 5>;
 
 // Angles of a double pendulum with errors of size sigma.

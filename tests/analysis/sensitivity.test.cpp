@@ -16,6 +16,7 @@
 #include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/dry_friction.hpp"
 #include "scenes/double_pendulum.hpp"
+#include "systems/double_pendulum_of_parameters.hpp"
 
 using qdot::Dop853;
 using qdot::event;
@@ -30,25 +31,9 @@ using qdot::State;
 
 namespace {
 
+const systems::DoublePendulumFamily energies_of;
 const Options fine{.rtol = 1e-13, .atol = 1e-14};
 
-template <class S>
-struct DoublePendulum {
-  S m1, m2, l1, l2, g;
-  auto T(const auto& q, const auto& v) const {
-    using std::cos;
-    return 0.5 * (m1 + m2) * l1 * l1 * v[0] * v[0] + 0.5 * m2 * l2 * l2 * v[1] * v[1] + m2 * l1 * l2 * v[0] * v[1] * cos(q[0] - q[1]);
-  }
-  auto V(const auto& q) const {
-    using std::cos;
-    return -(m1 + m2) * g * l1 * cos(q[0]) - m2 * g * l2 * cos(q[1]);
-  }
-};
-
-const auto energies_of = [](const auto& p) {
-  using S = std::remove_cvref_t<decltype(p[0])>;
-  return DoublePendulum<S>{p[0], p[1], p[2], p[3], p[4]};
-};
 
 // One coordinate of unit mass; one type for all potentials, and one for all events and actions, for the compiler's sake.
 struct Particle {
@@ -165,7 +150,7 @@ TEST_CASE("parameters of T and V have the same derivatives exactly and by a fami
   const State<2> start{0.0, {1.7, 1.2}, {0.3, -0.2}};
   const auto exactly = sensitivities(energies_of, p, start, 3.0, Dop853{}, fine);
   const auto by_family = sensitivities(
-      [&](const qdot::Vector<double, 5>& x) { return problem(qdot::mechanical_system<2>(DoublePendulum<double>{x[0], x[1], x[2], x[3], x[4]}), start); }, p, 3.0,
+      [&](const qdot::Vector<double, 5>& x) { return problem(qdot::mechanical_system<2>(systems::DoublePendulumOf<double>{x[0], x[1], x[2], x[3], x[4]}), start); }, p, 3.0,
       Dop853{}, fine);
   REQUIRE(exactly.completed());
   REQUIRE(by_family.completed());
@@ -335,7 +320,7 @@ TEST_CASE("a block on a moving belt that slips, sticks and slips depends on ever
   const auto backwards = functional_gradient(family, Eigen::VectorXd(nominal), T, qdot::end_value(place), Dop853{}, fine);
   INFO(backwards.message);
   REQUIRE(backwards.completed());
-  for (int j = 0; j < 4; ++j) CHECK_THAT(backwards.by_parameters[j], WithinAbs(q.tangent[j], error));
+  for (int j = 0; j < 4; ++j) CHECK_THAT(backwards.by_parameters[j], WithinAbs(q.tangent[static_cast<std::size_t>(j)], error));
 }
 
 TEST_CASE("equations that an event switches have continuous states and a jump of Φ") {
