@@ -103,7 +103,7 @@ TEST_CASE("T and V are enough for a scene, and it is compiled once") {
   CHECK(qdot(arguments).status == 0);
   CHECK(entries() == 3);
   const auto shown = qdot("list " + scenes + "/least.cpp");
-  CHECK(shown.out.find("  V = ½ q₀² + 2 q₁² − q₀\n") != std::string::npos);
+  CHECK(shown.out.find("  V = ½ q₀² − q₀ + 2 q₁²\n") != std::string::npos);
   CHECK(shown.out.find("for example: qdot run " + scenes + "/least.cpp --out out/least") != std::string::npos);
 }
 
