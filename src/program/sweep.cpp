@@ -69,8 +69,18 @@ SceneOptions options_of(const Sweep& sweep, std::size_t i) {
   return options;
 }
 
+/// @throws UsageError  a value that the scene does not take
+ChosenScene chosen_for(const Sweep& sweep, std::size_t i) {
+  try {
+    return chosen_scene(options_of(sweep, i), sweep.make());
+  } catch (const UsageError& error) {  // of --set or --with, as which values are handed on
+    const std::string message = error.what();
+    throw UsageError("--over" + message.substr(std::min(message.find(':'), message.size())));
+  }
+}
+
 Row motion(const Sweep& sweep, std::size_t i) {
-  const ChosenScene chosen = chosen_scene(options_of(sweep, i), sweep.make());
+  const ChosenScene chosen = chosen_for(sweep, i);
   Request request = sweep.request;
   request.start = chosen.start;
   QuantityWatch watch(sweep.quantities, *chosen.model);
@@ -81,7 +91,8 @@ Row motion(const Sweep& sweep, std::size_t i) {
 }
 
 Sweep sweep_of(const SweepOptions& options) {
-  Sweep sweep{.nominal = chosen_scene(options), .make = scene_maker(options.scene), .base = options, .values = swept_values(options.over, options.random, options.seed)};
+  const auto make = scene_maker(options.scene);
+  Sweep sweep{.nominal = chosen_scene(options, make()), .make = make, .base = options, .values = swept_values(options.over, options.random, options.seed)};
   if (sweep.values.count() > 100'000'000) throw UsageError("--over: must not ask for more than 100000000 motions, given " + std::to_string(sweep.values.count()));
   const auto effects = sweep.nominal.scene->effects();
   for (SweptAxis& axis : sweep.values.axes())
@@ -101,13 +112,7 @@ Sweep sweep_of(const SweepOptions& options) {
     sweep.paths = {*options.out + ".csv", *options.out + ".npz", *options.out + ".html"};
     require_files(*options.out, sweep.paths);
   }
-  // What is wrong with a name or with the first value is said before anything is simulated; with a later one, in its cell.
-  try {
-    (void)chosen_scene(options_of(sweep, 0), sweep.make());
-  } catch (const UsageError& error) {  // of --set or --with, as which values are handed on
-    const std::string message = error.what();
-    throw UsageError("--over" + message.substr(std::min(message.find(':'), message.size())));
-  }
+  (void)chosen_for(sweep, 0);  // what is wrong with a name or the first value is said before anything is simulated; with a later one, in its cell
   return sweep;
 }
 

@@ -153,7 +153,7 @@ TEST_CASE("what functors throw is an outcome with their words, and the last good
   const Advance end = plant.advance_to(5.0);
   CHECK(end.outcome == Outcome::refused_by_model);
   CHECK(plant.message().find("the rope is too short") != std::string::npos);
-  CHECK(end.t >= 0.5);
+  CHECK(end.t > 0.6);  // the steps before it count: x = 1.5 at t = 1
   CHECK(std::abs(plant.q()[0] - (1.0 + 0.5 * end.t * end.t)) < rounded);
   plant.set_input("motor", -10.0);  // there is a way back
   CHECK(plant.advance(0.01));
@@ -164,7 +164,7 @@ TEST_CASE("a simulator refuses what it cannot do by rule, value and remedy, and 
   REQUIRE(plant.advance_to(1.0));
   const SimulatorState before = plant.save();
   CHECK(plant.advance(-0.5).outcome == Outcome::invalid_change);
-  CHECK(plant.message() == "must go forward");
+  CHECK(plant.message() == "an advance must go forward to a finite t, but from t = 1 was sent to 0.5; go back by restore() of a state that was saved there");
   CHECK(plant.advance_to(std::numeric_limits<double>::quiet_NaN()).outcome == Outcome::invalid_change);
   CHECK(error_message([&] { plant.set_input("motor", std::numeric_limits<double>::infinity()); }).find("'motor' was given inf") != std::string::npos);
   CHECK(error_message([&] { plant.set_input("rudder", 1.0); }).find("'rudder' is none; it has motor") != std::string::npos);

@@ -19,6 +19,8 @@
 //     save, go on, restore, go on     gives the same bits, here and in another process on such a machine;
 //     the same calls                  give the same bits, however many simulators run beside.
 //
+// What functors read of outside themselves is no part of it: a captured variable that the caller or an event changes is the caller's to keep.
+//
 // That is what a fresh start costs: some evaluations to choose the first step. A one-step method (Dop853, Dopri5, Taylor, Gauss) does not
 // mind; a multistep method begins at order one each time and is worth it only where an advance is long against its steps.
 //
@@ -92,23 +94,31 @@ class EngineOf final : public Engine {
         input_places.push_back(place);
         input_names.push_back(components[static_cast<std::size_t>(place)] = input_name(effect, i));
       });
-    const auto& run = driver_.stretch(t, y, t, 0);  // what is wrong with the start is said here
-    if (!run.completed()) throw InvalidValue("a simulator cannot begin here: " + run.message);
-    y = run.y;
+    driver_.stretch(t, y, t, 0);  // what is wrong with the start is said here
+    if (!driver_.last().completed()) throw InvalidValue("a simulator cannot begin here: " + message());
+    arrive();
   }
 
   Outcome stretch(double t_end) override {
-    const auto& run = driver_.stretch(t, y, t_end, stopped_by);
-    t = run.t;
-    y = run.y;
-    stopped_by = driver_.stopped_by();
-    return run.outcome;
+    try {
+      driver_.stretch(t, y, t_end, stopped_by);
+    } catch (...) {  // the user's own: what was reached before it is good
+      arrive();
+      throw;
+    }
+    arrive();
+    return driver_.last().outcome;
   }
   const std::string& message() const override { return driver_.last().message; }
   const std::vector<RecordedEvent>& events() const override { return driver_.last().events; }
   const Statistics& statistics() const override { return driver_.statistics(); }
 
  private:
+  void arrive() {
+    t = driver_.last().t;
+    y = driver_.last().y;
+    stopped_by = driver_.stopped_by();
+  }
   static Options checked(Options options, Eigen::Index size) {
     require_valid(options, size);
     if (!options.stop_times.empty() || !options.output_times.empty())
@@ -162,8 +172,7 @@ class Simulator {
   /// Throws nothing: what goes wrong, the user's own exceptions included, is an outcome with a message(), and t(), y() are the last good
   /// state, from which one may go on, perhaps with other inputs. An event that stops leaves the state of its moment.
   Advance advance_to(double t) noexcept {
-    if (!std::isfinite(t)) return refused("must go to a finite t");
-    if (t < engine_->t) return refused("must go forward");
+    if (!(t >= engine_->t && t < std::numeric_limits<double>::infinity())) return refused(t);
     own_message_.clear();
     Advance result;
     try {
@@ -237,11 +246,13 @@ class Simulator {
 
   /// Goes (back) to a saved state, of this simulator or of another one of the same system.
   ///
-  /// @throws InvalidValue  a state of another system, or with entries that are not finite or off the constraints; nothing is changed
+  /// A state off its constraints is refused by the advance that begins there.
+  ///
+  /// @throws InvalidValue  a state of another system, or with entries that are not finite; nothing is changed
   void restore(const SimulatorState& saved) {
     if (saved.simulator != names_ || saved.y.size() != engine_->y.size())
       throw InvalidValue(detail::sentence({"a saved state belongs to the system that it was saved from: this one has ", static_cast<long>(engine_->y.size()),
-                                           " components, the state ", static_cast<long>(saved.y.size()), ", or they are called otherwise"}));
+                                           " components, the state ", static_cast<long>(saved.y.size()), ", or they are called otherwise; save() one here"}));
     if (!std::isfinite(saved.t) || !saved.y.allFinite()) throw InvalidValue("a saved state must be finite, but this one is not; save it anew");
     engine_->y = saved.y;
     engine_->t = saved.t;
@@ -252,8 +263,9 @@ class Simulator {
   void reset() { restore(start_); }
 
  private:
-  Advance refused(const char* rule) noexcept {
-    own_message_ = rule;
+  Advance refused(double t) noexcept {
+    own_message_ = detail::sentence({"an advance must go forward to a finite t, but from t = ", engine_->t, " was sent to ", t,
+                                     "; go back by restore() of a state that was saved there"});
     return {Outcome::invalid_change, engine_->t};
   }
 
@@ -267,9 +279,9 @@ class Simulator {
   }
   Eigen::Index place_of(std::size_t i, double value) const {
     if (i >= engine_->input_places.size())
-      throw InvalidValue(detail::sentence({"there are ", static_cast<long>(engine_->input_places.size()), " inputs, but number ", static_cast<long>(i), " was asked for"}));
+      throw InvalidValue(detail::sentence({"there are ", static_cast<long>(engine_->input_places.size()), " inputs, but number ", static_cast<long>(i), " was asked for; they are counted from 0, and input_names() has their names"}));
     if (!std::isfinite(value))
-      throw InvalidValue(detail::sentence({"an input must be a finite number, but '", engine_->input_names[i], "' was given ", value, "; it keeps what it had"}));
+      throw InvalidValue(detail::sentence({"an input must be a finite number, but '", engine_->input_names[i], "' was given ", value, "; it keeps what it had, look at what computed this one"}));
     return engine_->input_places[i];
   }
 
