@@ -17,10 +17,10 @@ endif()
 install(EXPORT qdot-targets NAMESPACE qdot:: DESTINATION ${package_dir})
 install(EXPORT qdot-cvode-targets NAMESPACE qdot:: DESTINATION ${package_dir})
 
-# qdot_add_scene compiles the commands of the program where they are used, with the user's compiler and options.
+# qdot_add_scene compiles the commands of the program where they are used, with the user's compiler and options; qdot_add_fmu the functions of FMI.
 set(qdot_program_folder ${CMAKE_INSTALL_DATADIR}/qdot/src)
 set(own_scene_headers ${PROJECT_SOURCE_DIR}/src/scenes/scene.hpp ${PROJECT_SOURCE_DIR}/src/scenes/own_scene.hpp ${PROJECT_SOURCE_DIR}/src/scenes/view.hpp)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/program ${PROJECT_SOURCE_DIR}/src/own DESTINATION ${qdot_program_folder}
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/program ${PROJECT_SOURCE_DIR}/src/own ${PROJECT_SOURCE_DIR}/src/fmi DESTINATION ${qdot_program_folder}
   FILES_MATCHING PATTERN *.hpp PATTERN *.cpp PATTERN CMakeLists.txt)
 install(FILES ${own_scene_headers} DESTINATION ${qdot_program_folder}/scenes)
 
@@ -31,4 +31,5 @@ install(FILES
   ${PROJECT_BINARY_DIR}/qdot-config-version.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_sundials.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_add_scene.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/qdot_add_fmu.cmake
   DESTINATION ${package_dir})

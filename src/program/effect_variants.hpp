@@ -18,6 +18,7 @@
 #include "program/scene_runner.hpp"
 #include "qdot/analysis/linear/flow.hpp"
 #include "qdot/analysis/reference_equations.hpp"
+#include "qdot/effects/input.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/rattle.hpp"
 #include "qdot/integrate/steps/form_mechanics.hpp"
@@ -47,6 +48,21 @@ class SceneModel final : public Model {
     return detail::energies_of(form_.scene().system(), form_.state(t, y));
   }
   bool autonomous() const override { return false; }
+  std::vector<OwnState> own_states() const override {
+    std::vector<OwnState> all;
+    if constexpr (Sc::has_states) qdot::detail::for_each(form_.scene().effects(), [&]<class E>(const E& effect) {
+      for (int i = 0; i < qdot::detail::states_of<E>(); ++i) {
+        if constexpr (requires { E::is_input; }) {
+          all.push_back({OwnState::input, qdot::detail::input_name(effect, i)});
+        } else if constexpr (SwitchingEffect<E, n>) {
+          all.push_back({OwnState::phase, effect.name});
+        } else {
+          all.push_back({OwnState::state, "z" + std::to_string(all.size())});
+        }
+      }
+    });
+    return all;
+  }
   Eigen::VectorXd packed(const State<Dynamic>& start) const override {
     return form_.packed(State<n>{start.t, start.q, start.qdot});
   }

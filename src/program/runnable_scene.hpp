@@ -68,6 +68,13 @@ struct Reaction {
   double lambda = 0;
 };
 
+/// One of the effects' own states, a component of y behind q and q̇.
+struct OwnState {
+  enum Kind { state, input, phase };
+  Kind kind = state;
+  std::string name;  // of an input; of the contact or friction whose phase it is; "z0", "z1", … of others
+};
+
 using LongVector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 
 /// The equations of motion for fixed parameters, y = [q; q̇; z] with the states z of effects that have some.
@@ -81,6 +88,9 @@ class Model {
   virtual std::string component_name(Eigen::Index i) const = 0;
   virtual Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const = 0;
   virtual bool autonomous() const = 0;
+
+  /// What z is made of.
+  virtual std::vector<OwnState> own_states() const { return {}; }
 
   /// y = [q; q̇; z(0)].
   virtual Eigen::VectorXd packed(const State<Dynamic>& start) const = 0;

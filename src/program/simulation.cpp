@@ -26,28 +26,6 @@
 
 namespace qdot::program {
 
-namespace {
-
-/// A model with constraints, which the steppers then keep.
-struct ConstrainedModel : FirstOrderModel {
-  ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const { return model->project(t, y); }
-};
-
-/// The same for a model whose constraints switch on and off at events.
-struct SwitchingModel : ConstrainedModel {
-  Eigen::Index guard_count() const { return model->guard_count(); }
-  void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const { model->guards(t, y, g); }
-  void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> out) const {
-    model->guard_bands(t, y, tolerance, out);
-  }
-  std::string ending(Eigen::Index k) const { return model->ending(k); }
-  std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const {
-    return model->switched(t, y, fired, tolerance);
-  }
-};
-
-}  // namespace
-
 /// The graph of a scene with effects, constraints among them, for Taylor.
 static qdot::detail::RecordedMotion recorded_motion(const FirstOrderModel& system) {
   const auto recorded = system.model->recorded_motion();
