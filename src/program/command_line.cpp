@@ -156,12 +156,15 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
                  "what to keep: NAME at the end, max(NAME), min(NAME), t(NAME=VALUE) and t(|NAME|=VALUE) when first passed, t(event EVENT), energy, energy_drift_max, steps, t (default: all coordinates at the end)");
   add_text(sweep_command, "--random", sweep_options.random, "a sample of so many motions in place of a grid", "N");
   add_text(sweep_command, "--seed", sweep_options.seed, "of the sample (default 1)", "S");
-  add_text(sweep_command, "--threads", sweep_options.threads, "default: one for each core; the results are the same", "N");
+  add_text(sweep_command, "--threads", sweep_options.threads, "default: one for each core, and one with --processes or --shard; the results are the same", "N");
+  add_text(sweep_command, "--processes", sweep_options.processes, "so many worker processes; implies --resume", "N");
+  add_text(sweep_command, "--shard", sweep_options.shard, "K/N: only the K-th of N shares; auto: one of several processes that MPI or Slurm has started; implies --resume", "K/N");
   add_text(sweep_command, "--t-end", sweep_options.t_end, "time to end at", "T");
   add_text(sweep_command, "--method", sweep_options.method, "as for run (default auto)", "NAME");
   add_text(sweep_command, "--rtol", sweep_options.rtol, "relative tolerance of the local error (default 1e-8)", "R");
   add_text(sweep_command, "--atol", sweep_options.atol, "absolute tolerance of the local error (default that of --rtol)", "A");
   add_text(sweep_command, "--out", sweep_options.out, "write PATH.csv, PATH.npz and PATH.html", "PATH");
+  sweep_command->add_flag("--resume", sweep_options.resume, "record each motion in the directory PATH.sweep, and go on with what is there; to be given from the beginning");
   sweep_command->add_flag("--json", sweep_options.json, "one JSON object on stdout");
   sweep_command->add_flag("--quiet", sweep_options.quiet, "no progress bar");
 

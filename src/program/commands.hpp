@@ -67,7 +67,8 @@ struct NewOptions {
 
 struct SweepOptions : SceneOptions {
   std::vector<std::string> over, record;
-  std::optional<std::string> random, seed, threads, t_end, method, rtol, atol, out;
+  std::optional<std::string> random, seed, threads, processes, shard, t_end, method, rtol, atol, out;
+  bool resume = false;
   bool json = false;
   bool quiet = false;
 };

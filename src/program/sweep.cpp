@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT
 //
-// qdot sweep SCENE: many motions of one scene, over a grid or a random sample, and what was asked of each.
+// qdot sweep SCENE: many motions of one scene, over a grid or a random sample, and what was asked of each. With --resume each motion is recorded when
+// it is done (sweep_directory.hpp), by this process or by several, and what is written in the end is made of the records.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <memory>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -19,7 +24,10 @@
 #include "program/commands.hpp"
 #include "program/methods.hpp"
 #include "program/progress.hpp"
+#include "program/scene_file.hpp"
 #include "program/simulation.hpp"
+#include "program/sweep_directory.hpp"
+#include "program/sweep_workers.hpp"
 #include "program/swept_quantities.hpp"
 #include "program/swept_values.hpp"
 #include "qdot/integrate/simulate_many.hpp"
@@ -43,13 +51,8 @@ struct Sweep {
   Request request = {};
   ManyOptions many = {};
   std::vector<std::string> paths = {};
-};
-
-/// What came of one motion.
-struct Row {
-  std::vector<double> values;
-  Outcome outcome = Outcome::completed;
-  std::string message = {};
+  bool is_recorded = false;
+  SweepWorkers workers = {};
 };
 
 double positive(const char* argument, const std::string& text) {
@@ -90,6 +93,29 @@ Row motion(const Sweep& sweep, std::size_t i) {
   return {watch.values(run), complete ? Outcome::completed : run.outcome, complete ? "" : run.message};
 }
 
+/// The same where the motion cannot begin; the reason is kept as its message.
+Row row_of(const Sweep& sweep, Kept<Row>&& kept) {
+  if (kept.completed()) return std::move(*kept.value);
+  return {std::vector<double>(sweep.quantities.size(), std::numeric_limits<double>::quiet_NaN()), Outcome::refused_by_model, kept.message()};
+}
+
+/// What is done with what was done, and by whom.
+void choose_workers(Sweep& sweep, const SweepOptions& options) {
+  sweep.is_recorded = options.resume || options.processes || options.shard;
+  if (!sweep.is_recorded) return;
+  const char* asked = options.resume ? "--resume" : options.processes ? "--processes" : "--shard";
+  if (!options.out || options.out->empty() || options.out->back() == '/')
+    throw UsageError(std::string(asked) + ": must stand with --out PATH, as records are kept in PATH.sweep, given " +
+                     (options.out ? "\"" + *options.out + "\"" : "without"));
+  if (options.processes) sweep.workers.processes = static_cast<int>(whole_number("--processes", *options.processes, 1, 1024));
+  if (options.shard) sweep.workers.share = sweep_share(*options.shard);
+  if (options.processes || options.shard) sweep.many.threads = std::max(1, sweep.many.threads);
+  sweep.workers.threads = qdot::detail::threads_of(sweep.many);
+  for (const std::string& path : sweep.paths)  // others may be writing them just now
+    if (std::filesystem::is_directory(path))
+      throw UsageError("--out: must be a path at which a file can be written, but " + path + " is a directory");
+}
+
 Sweep sweep_of(const SweepOptions& options) {
   const auto make = scene_maker(options.scene);
   Sweep sweep{.nominal = chosen_scene(options, make()), .make = make, .base = options, .values = swept_values(options.over, options.random, options.seed)};
@@ -108,10 +134,9 @@ Sweep sweep_of(const SweepOptions& options) {
   sweep.request.atol = options.atol ? positive("--atol", *options.atol) : sweep.request.rtol;
   sweep.request.samples = 0;
   if (options.threads) sweep.many.threads = static_cast<int>(whole_number("--threads", *options.threads, 1, 1024));
-  if (options.out) {
-    sweep.paths = {*options.out + ".csv", *options.out + ".npz", *options.out + ".html"};
-    require_files(*options.out, sweep.paths);
-  }
+  if (options.out) sweep.paths = {*options.out + ".csv", *options.out + ".npz", *options.out + ".html"};
+  choose_workers(sweep, options);
+  if (options.out && !sweep.is_recorded) require_files(*options.out, sweep.paths);
   (void)chosen_for(sweep, 0);  // what is wrong with a name or the first value is said before anything is simulated; with a later one, in its cell
   return sweep;
 }
@@ -249,25 +274,105 @@ std::string json_of(const Sweep& sweep, const std::vector<Row>& rows) {
   return json.dump();
 }
 
-}  // namespace
-
-int sweep(const SweepOptions& options) {
-  const Sweep sweep = sweep_of(options);
+/// The motions one after another, kept in memory.
+std::vector<Row> rows_at_once(const Sweep& sweep, bool quiet) {
   const std::size_t count = sweep.values.count();
   std::vector<Row> rows;
   rows.reserve(count);
-  const auto began = std::chrono::steady_clock::now();
+  ProgressBar progress(0.0, static_cast<double>(count), !quiet);
+  simulate_many(count, [&](std::size_t i) { return motion(sweep, i); }, 0,
+                [&](int&, std::size_t i, Kept<Row>&& kept) {
+                  rows.push_back(row_of(sweep, std::move(kept)));
+                  progress.reached(static_cast<double>(i + 1));
+                },
+                sweep.many);
+  return rows;
+}
+
+/// All that the results depend on.
+std::string manifest_of(const Sweep& sweep, const SweepOptions& options, std::size_t chunk) {
+  nlohmann::ordered_json manifest;
+  const auto numbers = [](std::vector<std::string> texts) {  // l=1.0 is l=1
+    for (std::string& text : texts)
+      if (const std::size_t begin = text.find('=') + 1; begin > 0)
+        text = text.substr(0, begin) + report::exact_text(finite_number("--set", text.substr(begin)));
+    return texts;
+  };
+  std::vector<std::string> record;
+  for (const Quantity& quantity : sweep.quantities) record.push_back(quantity.text);
+  manifest["qdot"] = QDOT_VERSION;
+  manifest["format"] = 1;
+  manifest["scene"] = sweep.nominal.scene->name();
+  if (is_scene_file(options.scene)) {
+    std::ifstream in(options.scene, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    manifest["scene file"] = qdot::detail::checksum(qdot::detail::empty_checksum, text.data(), text.size());
+  }
+  manifest["set"] = numbers(options.set);
+  manifest["with"] = numbers(options.with);
+  manifest["without"] = options.without;
+  manifest["over"] = options.over;
+  manifest["random"] = sweep.values.is_random() ? sweep.values.count() : 0;
+  manifest["seed"] = sweep.values.is_random() ? options.seed.value_or("1") : "none";
+  manifest["record"] = record;
+  manifest["t_end"] = sweep.request.t_end;
+  manifest["method"] = sweep.request.method;
+  manifest["rtol"] = sweep.request.rtol;
+  manifest["atol"] = sweep.request.atol;
+  manifest["motions"] = sweep.values.count();
+  manifest["chunk"] = chunk;
+  return manifest.dump(1) + "\n";
+}
+
+std::string file_name(const Sweep& sweep) { return sweep.paths.front().substr(0, sweep.paths.front().size() - 4); }
+
+SweepDirectory directory_of(const Sweep& sweep, const SweepOptions& options) {
+  const std::size_t count = sweep.values.count(), chunk = std::clamp<std::size_t>(count / 4096, 1, 64);
+  return {file_name(sweep) + ".sweep", manifest_of(sweep, options, chunk), count, chunk, sweep.quantities.size()};
+}
+
+/// "number 7, l=1.5, q0=0.1"
+std::string numbered(const Sweep& sweep, std::size_t i) {
+  std::string text = "number " + std::to_string(i);
+  const std::vector<double> values = sweep.values.of(i);
+  for (std::size_t k = 0; k < values.size(); ++k) text += ", " + sweep.values.axes()[k].name + "=" + report::exact_text(values[k]);
+  return text;
+}
+
+/// Does what is missing; whether all is there then.
+bool all_recorded(const Sweep& sweep, SweepDirectory& directory, const SweepOptions& options) {
+  const std::size_t count = sweep.values.count();
+  std::vector<std::string> early;
   {
     ProgressBar progress(0.0, static_cast<double>(count), !options.quiet);
-    simulate_many(count, [&](std::size_t i) { return motion(sweep, i); }, 0,
-                  [&](int&, std::size_t i, Kept<Row>&& kept) {
-                    if (kept.completed()) rows.push_back(std::move(*kept.value));
-                    else rows.push_back({std::vector<double>(sweep.quantities.size(), std::numeric_limits<double>::quiet_NaN()), Outcome::refused_by_model, kept.message()});
-                    progress.reached(static_cast<double>(i + 1));
-                  },
-                  sweep.many);
+    const auto row_at = [&](std::size_t i) {
+      Kept<Row> kept;
+      try {
+        kept.value = motion(sweep, i);
+      } catch (const std::bad_alloc&) {
+        throw;  // which may come of what else is done on the machine, and not of the motion
+      } catch (...) {
+        kept.error = std::current_exception();
+      }
+      return row_of(sweep, std::move(kept));
+    };
+    early = work_on(directory, row_at, sweep.workers, [&](std::size_t known) { progress.reached(static_cast<double>(known)); });
   }
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  const std::size_t known = directory.known_now();
+  for (const std::string& how : early) std::fprintf(stderr, "qdot sweep: a worker process ended early (%s)\n", how.c_str());
+  if (known == count) return true;
+  const std::string there = std::to_string(known) + " of " + std::to_string(count) + " motions are recorded in " + directory.path();
+  if (!early.empty() || !sweep.workers.share.only)
+    throw Error(there + "; the same command does the other " + std::to_string(count - known) + ", the first of which is " +
+                numbered(sweep, directory.first_missing()));
+  if (!options.json)
+    std::printf("%s: the share %s is done; %s, and the others are not this share's\n", options.scene.c_str(), options.shard->c_str(), there.c_str());
+  return false;
+}
+
+/// Writes the files and says what came of it; the exit status.
+int shown(const Sweep& sweep, const SweepOptions& options, const std::vector<Row>& rows, const std::string& how) {
+  const std::size_t count = rows.size();
   const auto failed = static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [](const Row& row) { return row.outcome != Outcome::completed; }));
   std::string over;
   for (const SweptAxis& axis : sweep.values.axes()) over += (over.empty() ? "" : ", ") + axis.name;
@@ -278,7 +383,7 @@ int sweep(const SweepOptions& options) {
   if (options.json) {
     std::printf("%s\n", json_of(sweep, rows).c_str());
   } else {
-    std::printf("%s: %s, in %s s\n", options.scene.c_str(), summary.c_str(), report::rounded_text(seconds, 3).c_str());
+    std::printf("%s: %s, %s\n", options.scene.c_str(), summary.c_str(), how.c_str());
     for (std::size_t k = 0; k < sweep.quantities.size(); ++k) {
       double low = HUGE_VAL, high = -HUGE_VAL;
       std::size_t known = 0;
@@ -294,6 +399,35 @@ int sweep(const SweepOptions& options) {
     for (const std::string& path : sweep.paths) std::printf("  wrote %s\n", path.c_str());
   }
   return failed == 0 ? 0 : 1;
+}
+
+}  // namespace
+
+int sweep(const SweepOptions& options) {
+  const Sweep sweep = sweep_of(options);
+  const auto began = std::chrono::steady_clock::now();
+  const auto seconds = [&] {
+    return "in " + report::rounded_text(std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count(), 3) + " s";
+  };
+  if (!sweep.is_recorded) {
+    if (options.out && std::filesystem::is_directory(*options.out + ".sweep"))
+      std::fprintf(stderr, "qdot sweep: %s.sweep keeps records of a sweep, which are left alone; --resume goes on with them\n", options.out->c_str());
+    const std::vector<Row> rows = rows_at_once(sweep, options.quiet);
+    return shown(sweep, options, rows, seconds());
+  }
+  SweepDirectory directory = directory_of(sweep, options);
+  const std::size_t before = directory.known();
+  if (!all_recorded(sweep, directory, options)) return 0;
+  if (!directory.begin_merge()) {
+    if (!options.json) std::printf("%s: done, and another process has written the results\n", options.scene.c_str());
+    return 0;
+  }
+  std::vector<std::string> remarks;
+  const std::vector<Row> rows = directory.rows(remarks);
+  for (const std::string& remark : remarks) std::fprintf(stderr, "qdot sweep: %s\n", remark.c_str());
+  const int status = shown(sweep, options, rows, seconds() + (before == 0 ? "" : ", " + std::to_string(before) + " of them recorded before"));
+  directory.end_merge();
+  return status;
 }
 
 }  // namespace qdot::program

@@ -2,11 +2,13 @@
 //
 // qdot sweep: its values from closed forms, the same bits for any number of threads, and what it refuses.
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "catch2_bridge.hpp"
 #include "command.hpp"
@@ -96,4 +98,142 @@ TEST_CASE("a sweep that means nothing is refused by argument, rule and value") {
   CHECK(err("pendulum --random 5 --over l=1,2").find("must be NAME~uniform(A,B) or NAME~normal(MEAN,SIGMA) with --random") != std::string::npos);
   CHECK(err("pendulum --over l=1,2 --seed 3") == "qdot sweep: --seed: must stand with --random, given without\n");
   CHECK(err("pendulum --over l=1,2 --threads 0").find("--threads: must be") != std::string::npos);
+}
+
+namespace {
+
+const std::string oscillators = "harmonic_oscillator --over k=1:4:10 --over q0=0.5:1.5:20 --record q0 --t-end 2 --quiet --out ";
+
+/// Whether a sweep wrote what one without records writes.
+void check_same(const program_test::Directory& directory, const std::string& name) {
+  if (program_test::content(directory.file("plain.csv")).empty()) REQUIRE(qdot("sweep " + oscillators + directory.file("plain")).status == 0);
+  for (const std::string ending : {".csv", ".npz", ".html"}) CHECK(program_test::content(directory.file(name + ending)) == program_test::content(directory.file("plain" + ending)));
+}
+
+/// The files with records of a sweep.
+std::vector<std::filesystem::path> records(const program_test::Directory& directory, const std::string& name) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(directory.file(name + ".sweep")))
+    if (entry.path().extension() == ".records") files.push_back(entry.path());
+  return files;
+}
+
+}  // namespace
+
+TEST_CASE("a recorded sweep is the bytes of one that is kept in memory, by threads, processes and shares, and once more from its records") {
+  const program_test::Directory directory;
+  for (const std::string how : {"--resume --threads 1", "--resume --threads 3", "--processes 2", "--processes 3 --threads 2"}) {
+    CHECK(qdot("sweep " + oscillators + directory.file("kept") + " " + how).status == 0);
+    check_same(directory, "kept");
+    std::filesystem::remove(directory.file("kept.csv"));
+    const auto again = qdot("sweep " + oscillators + directory.file("kept") + " " + how);
+    CHECK(again.out.find("200 of them recorded before") != std::string::npos);
+    check_same(directory, "kept");
+    std::filesystem::remove_all(directory.file("kept.sweep"));
+  }
+  for (const std::string share : {"3/3", "1/3"}) {
+    const auto part = qdot("sweep " + oscillators + directory.file("shared") + " --shard " + share);
+    CHECK(part.status == 0);
+    CHECK(part.out.find("the share " + share + " is done; ") != std::string::npos);
+    CHECK(!std::filesystem::exists(directory.file("shared.csv")));
+  }
+  CHECK(qdot("sweep " + oscillators + directory.file("shared") + " --shard 2/3").status == 0);
+  check_same(directory, "shared");
+}
+
+TEST_CASE("a process of MPI or Slurm begins with its share and does what nobody else does") {
+  const program_test::Directory directory;
+  int k = 0;
+  for (const std::string variables : {"OMPI_COMM_WORLD_RANK=1 OMPI_COMM_WORLD_SIZE=4", "PMI_RANK=0 PMI_SIZE=2", "SLURM_PROCID=2 SLURM_NTASKS=3",
+                                      "SLURM_ARRAY_TASK_ID=17 SLURM_ARRAY_TASK_COUNT=3 SLURM_ARRAY_TASK_MIN=7 SLURM_ARRAY_TASK_STEP=5"}) {
+    const std::string name = "by" + std::to_string(k++);
+    CHECK(program_test::ended("/usr/bin/env", variables + " " QDOT_PROGRAM " sweep " + oscillators + directory.file(name) + " --shard auto").status == 0);
+    check_same(directory, name);
+  }
+}
+
+TEST_CASE("records that were changed, cut short or lost are done again, and it is said") {
+  const program_test::Directory directory;
+  const std::string command = "sweep " + oscillators + directory.file("x") + " --resume";
+  REQUIRE(qdot(command).status == 0);
+  const auto file = records(directory, "x").at(0);
+  std::string bytes = program_test::content(file.string());
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
+  std::ofstream(file, std::ios::binary) << bytes.substr(0, bytes.size() - 7);
+  const auto again = qdot(command);
+  CHECK(again.status == 0);
+  CHECK(again.err == "qdot sweep: " + file.string() + " was cut short or changed in 2 places; what stood there was left out and done again\n");
+  CHECK(again.out.find("198 of them recorded before") != std::string::npos);
+  check_same(directory, "x");
+  for (const auto& lost : records(directory, "x")) std::filesystem::remove(lost);
+  CHECK(qdot(command).err.empty());
+  check_same(directory, "x");
+}
+
+TEST_CASE("a sweep that finds no room keeps what it has, and goes on when there is some") {
+  const program_test::Directory directory;
+  const std::string arguments = " sweep " + oscillators + directory.file("x");
+  for (const std::string how : {" --resume", " --processes 2"}) {
+    const auto full = program_test::ended("/bin/sh", "-c \"ulimit -f 4; " QDOT_PROGRAM + arguments + how + "\"");  // 2 or 4 kB
+    CHECK(full.status == 1);
+    CHECK(full.err.find("the records of a sweep must be written, but ") != std::string::npos);
+    CHECK(full.err.find("the same command ") != std::string::npos);
+    REQUIRE(records(directory, "x").size() >= 1);
+    const auto after = qdot(arguments + how);
+    CHECK(after.status == 0);
+    CHECK(after.out.find(" of them recorded before") != std::string::npos);
+    CHECK(after.err.empty());
+    check_same(directory, "x");
+    std::filesystem::remove_all(directory.file("x.sweep"));
+  }
+}
+
+TEST_CASE("records of another sweep are refused by what is another, and left alone") {
+  const program_test::Directory directory;
+  const std::string path = directory.file("x"), records_of_it = path + ".sweep";
+  const auto err = [&](const std::string& arguments) {
+    const auto ended = qdot("sweep " + arguments + " --quiet --out " + path);
+    CHECK(ended.status == 2);
+    return ended.err;
+  };
+  const std::string sample = "pendulum --random 20 --over 'l~normal(1,0.05)' --t-end 1 --resume";
+  REQUIRE(qdot("sweep " + sample + " --set g=9.81 --quiet --out " + path).status == 0);
+  CHECK(qdot("sweep " + sample + " --set g=9.810 --threads 1 --out " + path).status == 0);
+  const std::string begin = "qdot sweep: --out: must go on with the sweep that is in " + records_of_it + ", but ", end = "; repeat its options, or choose another --out\n";
+  CHECK(err(sample + " --set g=9.81 --seed 2") == begin + "--seed was 1 and is 2" + end);
+  CHECK(err(sample + " --record q0 --record t") == begin + "--set was g=9.81 and is nothing; --record was theta and is q0 t" + end);
+  CHECK(err("pendulum --random 30 --over 'l~normal(1,0.06)' --set g=9.81 --t-end 2 --rtol 1e-6 --resume") ==
+        begin + "--over was l~normal(1,0.05) and is l~normal(1,0.06); --random was 20 and is 30; --t-end was 1.0 and is 2.0; --rtol was 1e-08 and is 1e-06; --atol was 1e-08 and is 1e-06" + end);
+  const auto plain = qdot("sweep pendulum --over l=1,2 --t-end 1 --out " + path);
+  CHECK(plain.status == 0);
+  CHECK(plain.err == "qdot sweep: " + records_of_it + " keeps records of a sweep, which are left alone; --resume goes on with them\n");
+  std::filesystem::create_directory(directory.file("y.sweep"));
+  std::filesystem::copy(records(directory, "x").at(0), directory.file("y.sweep") + "/other.records");
+  CHECK(qdot("sweep pendulum --over l=1,2 --resume --out " + directory.file("y")).err ==
+        "qdot sweep: --out: must go on with the sweep that is in " + directory.file("y.sweep") + ", but other.records there is of another; move it away\n");
+  std::ofstream(records_of_it + "/manifest.json") << "{";
+  CHECK(err(sample).find("/manifest.json cannot be read; choose another --out, or move ") != std::string::npos);
+  std::filesystem::remove(records_of_it + "/manifest.json");
+  std::ofstream(records_of_it + "/letter.txt") << "mine";
+  CHECK(err(sample).find("must leave " + records_of_it + " to qdot, but it holds letter.txt; choose another --out") != std::string::npos);
+}
+
+TEST_CASE("a recorded sweep that means nothing is refused by argument, rule and value") {
+  const program_test::Directory directory;
+  const auto err = [&](const std::string& arguments) {
+    const auto ended = program_test::ended("/usr/bin/env", "-u OMPI_COMM_WORLD_RANK -u PMI_RANK -u SLURM_PROCID -u SLURM_ARRAY_TASK_ID " QDOT_PROGRAM " sweep pendulum --over l=1,2 --out " + directory.file("x") + " " + arguments);
+    CHECK(ended.status == 2);
+    return ended.err;
+  };
+  const auto without = qdot("sweep pendulum --over l=1,2 --resume");
+  CHECK(without.err == "qdot sweep: --resume: must stand with --out PATH, as records are kept in PATH.sweep, given without\n");
+  CHECK(err("--processes 0").find("--processes: must be a whole number from 1 to 1024, given \"0\"") != std::string::npos);
+  CHECK(err("--shard 5/4").find("--shard: must be a whole number from 1 to 4, given \"5\"") != std::string::npos);
+  CHECK(err("--shard some").find("--shard: must be K/N, the K-th of N shares, or auto, given \"some\"") != std::string::npos);
+  CHECK(err("--shard auto").find("--shard: auto must be started by MPI or Slurm, but of OMPI_COMM_WORLD_RANK and _SIZE") != std::string::npos);
+  const auto beyond = program_test::ended("/usr/bin/env", "PMI_RANK=4 PMI_SIZE=4 " QDOT_PROGRAM " sweep pendulum --over l=1,2 --out " + directory.file("x") + " --shard auto");
+  CHECK(beyond.err == "qdot sweep: --shard: auto: PMI_RANK must be below PMI_SIZE, but they are 4 and 4\n");
+  CHECK(err("--resume --out " + directory.file("none/x")).find("none/x.sweep cannot (No such file or directory)") != std::string::npos);
+  std::ofstream(directory.file("file.sweep")) << "";
+  CHECK(err("--resume --out " + directory.file("file")).find("must be a path at which a directory can be made") != std::string::npos);
 }

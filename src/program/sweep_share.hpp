@@ -1,0 +1,27 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Who does what where several processes work on one sweep.
+//
+// --shard K/N is a fixed share, every N-th chunk from the K-th on, and nothing else: for machines that have no file system in common, whose records
+// are brought together later. --shard auto is one process of several that work on the same directory: it begins with its share, and then does what is
+// left of the others'. Which one it is stands in the environment, where MPI or Slurm has put it; nobody is asked unless the command line says so, and
+// where nothing stands there that is an error, and not a guess.
+
+#include <cstddef>
+#include <string>
+
+namespace qdot::program {
+
+/// Which chunks a process takes: first, first + of, first + 2 of, … and then the others; or only these.
+struct SweepShare {
+  std::size_t first = 0, of = 1;
+  bool only = false;
+};
+
+/// The share that --shard asks for, K/N or auto.
+///
+/// @throws UsageError
+SweepShare sweep_share(const std::string& text);
+
+}  // namespace qdot::program
