@@ -134,6 +134,18 @@ provide_clang() {
   printf '%s' "$clang"
 }
 
+# FMPy looks at what qdot_add_fmu makes; without it the test that needs it is skipped.
+provide_fmpy() {
+  local place=$root/build/fmpy
+  if command -v python3 > /dev/null && [ ! -x "$place/bin/fmpy" ]; then
+    mkdir -p "$root/build"
+    say "Installing FMPy in build/fmpy, where it takes 230 MB"
+    { python3 -m venv "$place" && "$place/bin/pip" install fmpy; } > "$root/build/install_fmpy.log" 2>&1 < /dev/null ||
+      say "Not installed (why: build/install_fmpy.log); one test is skipped"
+  fi
+  export QDOT_FMPY_PYTHON=$place/bin/python
+}
+
 refuse_old_tools() {
   # A compiler or a CMake that is there but too old is for the user to replace.
   local compiler version

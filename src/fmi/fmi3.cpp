@@ -5,6 +5,7 @@
 #include "fmi/fmi3.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <exception>
 #include <initializer_list>
@@ -243,6 +244,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {
 fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
   return answer(instance, "fmi3EnterEventMode", [&](Handle& handle) {
     require_mode(handle, {Mode::continuous_time, Mode::step});
+    if (!handle.instance.has_event_mode()) forbid("the instance was made without event mode (eventModeUsed)");
     handle.instance.enter(Mode::event);
   });
 }
@@ -439,6 +441,12 @@ void store(fmi3FMUState* state, SavedState value) {
     *state = new SavedState(std::move(value));
 }
 
+std::span<const double> finite(std::span<const double> seeds) {
+  for (const double seed : seeds)
+    if (!std::isfinite(seed)) discard("seeds must be finite, but one is " + std::to_string(seed));
+  return seeds;
+}
+
 Eigen::MatrixXd derivatives(Handle& handle, const fmi3ValueReference* unknowns, std::size_t unknown_count, const fmi3ValueReference* knowns,
                             std::size_t known_count) {
   require_mode(handle, initialized);
@@ -493,7 +501,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
   return answer(instance, "fmi3GetDirectionalDerivative", [&](Handle& handle) {
     require_count("seeds, as many as knowns,", known_count, seed_count);
     require_count("sensitivities, as many as unknowns,", unknown_count, sensitivity_count);
-    const auto in = list(seed, seed_count, "the seeds");
+    const auto in = finite(list(seed, seed_count, "the seeds"));
     const auto out = list(sensitivity, sensitivity_count, "the sensitivities");
     const Eigen::MatrixXd J = derivatives(handle, unknowns, unknown_count, knowns, known_count);
     for (Eigen::Index i = 0; i < J.rows(); ++i) {
@@ -508,7 +516,7 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
   return answer(instance, "fmi3GetAdjointDerivative", [&](Handle& handle) {
     require_count("seeds, as many as unknowns,", unknown_count, seed_count);
     require_count("sensitivities, as many as knowns,", known_count, sensitivity_count);
-    const auto in = list(seed, seed_count, "the seeds");
+    const auto in = finite(list(seed, seed_count, "the seeds"));
     const auto out = list(sensitivity, sensitivity_count, "the sensitivities");
     const Eigen::MatrixXd J = derivatives(handle, unknowns, unknown_count, knowns, known_count);
     for (Eigen::Index j = 0; j < J.cols(); ++j) {

@@ -401,10 +401,19 @@ Instance::Step Instance::step(double from, double length) {
 
 // --- The whole state -------------------------------------------------------------------------------------------------
 
+// Whether the scene behind two snapshots is the same: its parameters and effects, not its inputs and starts.
+bool Instance::has_scene_of(const Snapshot& other) const {
+  if (behind_ == nullptr || now_.tolerance != other.tolerance) return false;
+  for (std::size_t i = 0; i < variables_.all.size(); ++i) {
+    const Role role = variables_.all[i].role;
+    if (role != Role::parameter && role != Role::effect_value && role != Role::effect_on) continue;
+    if (now_.set[i] != other.set[i] && !(std::isnan(now_.set[i]) && std::isnan(other.set[i]))) return false;
+  }
+  return true;
+}
+
 void Instance::restore(const Snapshot& snapshot) {
-  const bool same = behind_ != nullptr &&
-                    std::ranges::equal(now_.set, snapshot.set, [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }) &&
-                    now_.tolerance == snapshot.tolerance;
+  const bool same = is_ready_ && has_scene_of(snapshot);
   std::unique_ptr<Behind> made;
   const bool runs = snapshot.mode != Mode::instantiated && snapshot.mode != Mode::initialization && snapshot.y.size() > 0;
   if (runs) {

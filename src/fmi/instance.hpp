@@ -80,6 +80,7 @@ class Instance {
   std::vector<std::pair<const char*, std::string>> news() { return std::exchange(news_, {}); }
 
   Interface interface() const { return interface_; }
+  bool has_event_mode() const { return event_mode_used_; }
   Mode mode() const { return now_.mode; }
   const Variables& variables() const { return variables_; }
   void end() { now_.mode = Mode::terminated; }
@@ -128,6 +129,7 @@ class Instance {
   std::unique_ptr<Behind> behind(const Snapshot& at) const;
   Eigen::VectorXd start(const Behind& behind, const Snapshot& at);
   void make_plant(Behind& behind, const Snapshot& at) const;
+  bool has_scene_of(const Snapshot& other) const;
   void ready();
   void moved() { rates_known_ = jacobian_known_ = false; }
   const Eigen::VectorXd& rates();

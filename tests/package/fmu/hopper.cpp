@@ -7,7 +7,7 @@
 using namespace qdot::scenes;
 
 struct Hopper {
-  double m = 2.0, g = 10.0, e = 0.5, k = 3.0;
+  double m = 2.0, g = 9.81, e = 0.5, k = 3.0;
   auto T(const auto& qdot) const { return 0.5 * m * (qdot[0] * qdot[0] + qdot[1] * qdot[1]); }
   auto V(const auto& q) const { return m * g * q[0] + 0.25 * k * q[1] * q[1] * q[1] * q[1]; }
 };

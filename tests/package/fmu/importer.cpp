@@ -14,6 +14,7 @@
 #include <iterator>
 #include <limits>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "fmi/fmi3.hpp"
@@ -152,7 +153,7 @@ struct Plant {
 
 // The ball: dropped from 1.25 m, mass 2, pushed up by 4 N, so that it falls with 8 m/s²; half of the velocity is left by an impact.
 constexpr double fall = 8.0, height = 1.25, left = 0.5;
-const double first = std::sqrt(2 * height / fall), second = first + 2 * left * first;
+const double first = std::sqrt(2 * height / fall);
 double ball(double t) {
   const double v = left * fall * first, s = t - first;
   return t <= first ? height - 0.5 * fall * t * t : v * s - 0.5 * fall * s * s;  // up to the second impact
@@ -252,6 +253,7 @@ void model_exchange() {
   check(plant.derivative("fmi3GetAdjointDerivative", unknowns, knowns, {1.0, 10.0, 100.0, 1000.0}, a) == fmi3OK && std::abs(a[0] - (xx + 1000)) < 1e-12 &&
             std::abs(a[1] - (xv + 100)) < 1e-12 && std::abs(a[2] - 10 / m) < 1e-13,
         "and so are adjoint ones");
+  check(plant.derivative("fmi3GetDirectionalDerivative", unknowns, knowns, {1.0, nan, 0.0}, s) == fmi3Discard, "seeds that are not finite are refused");
   check(plant.states({1.0, nan, 0.0, 0.0}) == fmi3Discard && heard("states must be finite") && near(plant.states()[1], x),
         "states that are not finite are refused, and nothing is changed");
   check(plant.states({1.0, 1e200, 0.0, 0.0}) == fmi3OK && std::isnan(plant.get("der(xdot)")) && plant.states({1.0, 0.0, 0.0, 0.0}) == fmi3OK,
@@ -340,6 +342,7 @@ void mistakes() {
   check(is_error(plant.set("m", 1.0), "before the end of initialization"), "parameters cannot be set later");
   check(is_error(plant.set("der(h)", 1.0), "cannot be set"), "outputs cannot be set");
   check(is_error(plant.call("fmi3EnterContinuousTimeMode"), "one of Model Exchange"), "the other interface's functions are errors");
+  check(is_error(plant.call("fmi3EnterEventMode"), "eventModeUsed"), "there is no event mode for who does not use it");
   check(is_error(plant.call("fmi3EnterConfigurationMode"), "structural parameters"), "what is lacking is refused by name");
   const fmi3ValueReference nowhere = 1000;
   double value = 7.0;
@@ -359,14 +362,29 @@ void mistakes() {
 void many() {
   const auto motion = [](double push) {
     const Plant plant = Plant::co_simulation(false, false);
-    plant.enter(), plant.set("push", push), plant.call("fmi3ExitInitializationMode");
+    plant.enter();
+    plant.set("push", push);
+    plant.call("fmi3ExitInitializationMode");
     return plant;
   };
-  const Plant a = motion(0.0), b = motion(4.0), alone = motion(4.0);
+  const auto go = [](const Plant& plant) {
+    for (int i = 0; i < 20; ++i) plant.step(0.1 * i, 0.1);
+  };
+  const Plant a = motion(0.0), b = motion(4.0), c = motion(4.0), alone = motion(4.0);
   for (int i = 0; i < 20; ++i) a.step(0.1 * i, 0.1), b.step(0.1 * i, 0.1);
-  for (int i = 0; i < 20; ++i) alone.step(0.1 * i, 0.1);
+  go(alone);
   check(b.get("h") == alone.get("h") && b.get("x") == alone.get("x"), "instances know nothing of each other");
-  for (const Plant& p : {a, b, alone}) p.free();
+
+  const Plant d = motion(4.0);
+  for (const Plant& p : {c, d})
+    found<decltype(fmi3SetDebugLogging)>("fmi3SetDebugLogging")(p.instance, false, 0, nullptr);  // what is heard is one string for all
+  said.clear();
+  std::thread other([&] { go(c); });
+  go(d);
+  other.join();
+  check(c.get("h") == alone.get("h") && d.get("h") == alone.get("h") && c.get("x") == d.get("x"), "two in two threads go the same way");
+  check(said.empty(), "nothing is said where logging is off");
+  for (const Plant& p : {a, b, c, d, alone}) p.free();
 }
 
 }  // namespace
