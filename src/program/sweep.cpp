@@ -2,6 +2,8 @@
 //
 // qdot sweep SCENE: many motions of one scene, over a grid or a random sample, and what was asked of each. With --resume each motion is recorded when
 // it is done (sweep_directory.hpp), by this process or by several, and what is written in the end is made of the records.
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -356,7 +358,9 @@ bool all_recorded(const Sweep& sweep, SweepDirectory& directory, const SweepOpti
       }
       return row_of(sweep, std::move(kept));
     };
-    early = work_on(directory, row_at, sweep.workers, [&](std::size_t known) { progress.reached(static_cast<double>(known)); });
+    const bool is_watched = !options.quiet && isatty(STDERR_FILENO) != 0;
+    const RecordedCount reached = [&](std::size_t known) { progress.reached(static_cast<double>(known)); };
+    early = work_on(directory, row_at, sweep.workers, is_watched ? reached : nullptr);
   }
   const std::size_t known = directory.known_now();
   for (const std::string& how : early) std::fprintf(stderr, "qdot sweep: a worker process ended early (%s)\n", how.c_str());

@@ -30,6 +30,7 @@ void work_here(SweepDirectory& directory, const MotionRow& motion, std::size_t t
           if (!directory.has(i)) directory.record(i, motion(i), began);
         }
         directory.finish(*chunk);
+        if (!reached) continue;
         const std::lock_guard lock(one);
         reached(directory.known());
       }
@@ -88,19 +89,18 @@ std::vector<std::string> work_on(SweepDirectory& directory, const MotionRow& mot
     if (child > 0) children.push_back(child);
     else early.push_back(std::string("could not be started: ") + std::strerror(errno));
   }
-  using Clock = std::chrono::steady_clock;
-  for (auto next = Clock::now(); !children.empty(); std::this_thread::sleep_for(std::chrono::milliseconds(5))) {
+  while (!children.empty()) {
     std::erase_if(children, [&](pid_t child) {
       int status = 0;
-      const pid_t ended = waitpid(child, &status, WNOHANG);
+      const pid_t ended = waitpid(child, &status, reached ? WNOHANG : 0);
       if (ended == 0 || (ended < 0 && errno == EINTR)) return false;
       if (ended > 0 && WIFSIGNALED(status)) early.push_back("signal " + std::to_string(WTERMSIG(status)) + ", " + strsignal(WTERMSIG(status)));
       else if (ended < 0 || WEXITSTATUS(status) != 0) early.push_back("what it said above");
       return true;
     });
-    if (Clock::now() < next) continue;
-    next = Clock::now() + std::chrono::milliseconds(100);
+    if (!reached) continue;
     reached(directory.known_now());
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
   return early;
 }

@@ -27,7 +27,7 @@ struct SweepWorkers {
 /// Does what is missing of a sweep, as far as it is this process's share and not in the hands of others.
 ///
 /// @param motion    what it throws is no result, and ends the work
-/// @param reached   called by one thread at a time
+/// @param reached   called by one thread at a time; may be empty
 /// @return          how processes came to their ends that ended before their work
 /// @throws          what motion throws, or the directory; what was recorded stays
 std::vector<std::string> work_on(SweepDirectory& directory, const MotionRow& motion, const SweepWorkers& workers, const RecordedCount& reached);
