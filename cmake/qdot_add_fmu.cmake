@@ -35,7 +35,7 @@ function(qdot_add_fmu name file)
   # Hidden names and position-independent code: an importer loads many such libraries at the same time.
   if(NOT TARGET qdot_fmi_parts)
     add_library(qdot_fmi_parts OBJECT EXCLUDE_FROM_ALL
-      ${folder}/fmi/fmi3.cpp ${folder}/fmi/instance.cpp ${folder}/fmi/variables.cpp ${folder}/fmi/description.cpp)
+      ${folder}/fmi/answer.cpp ${folder}/fmi/description.cpp ${folder}/fmi/fmi3.cpp ${folder}/fmi/instance.cpp ${folder}/fmi/lacking.cpp ${folder}/fmi/variables.cpp)
     qdot_fmu_target(qdot_fmi_parts ${folder})
     set_target_properties(qdot_fmi_parts PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
   endif()

@@ -1,162 +1,23 @@
 // SPDX-License-Identifier: MIT
 //
-// The C functions of FMI 3.0 (fmi3.hpp) on instances (instance.hpp). Here it is checked which of them may be called when, and here every exception ends: as a
-// status, with a message that names the function, the rule and what was given.
+// The C functions of FMI 3.0 (fmi3.hpp) on instances (instance.hpp): here it is checked which of them may be called when, and with what. Those that are not
+// offered are in lacking.cpp.
 #include "fmi/fmi3.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <cstddef>
 #include <exception>
 #include <initializer_list>
-#include <new>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "fmi/description.hpp"
-#include "fmi/instance.hpp"
-#include "qdot/error.hpp"
-#include "qdot/integrate/simulator_state.hpp"
+#include "fmi/answer.hpp"
 
 namespace {
 
 using namespace qdot::fmi;
-using Interface = Instance::Interface;
-
-/// What all instances share: it never changes.
-struct Library {
-  Variables variables = variables_of(choice());
-  Description description = description_of(choice(), variables);
-
-  std::uint64_t owner(Interface interface) const {
-    const std::string words = description.token + (interface == Interface::model_exchange ? "me" : "cs");
-    return qdot::detail::checksum(qdot::detail::empty_checksum, words.data(), words.size());
-  }
-};
-
-const Library& library() {
-  static const Library one;
-  return one;
-}
-
-/// What stands behind fmi3Instance.
-struct Handle {
-  Instance instance;
-  std::string name;
-  fmi3InstanceEnvironment environment;
-  fmi3LogMessageCallback log;
-  std::vector<bool> logged;  // of each category
-
-  void say(fmi3Status status, const char* category, const std::string& message) const {
-    if (log == nullptr) return;
-    const auto found =
-        std::find_if(log_categories.begin(), log_categories.end(), [&](const LogCategory& c) { return std::strcmp(c.name, category) == 0; });
-    if (status < fmi3Error && !logged[static_cast<std::size_t>(found - log_categories.begin())]) return;
-    log(environment, status, category, (name + ": " + message).c_str());
-  }
-};
-
-const char* words(Mode mode) {
-  switch (mode) {
-    case Mode::instantiated:
-      return "instantiated";
-    case Mode::initialization:
-      return "in initialization mode";
-    case Mode::event:
-      return "in event mode";
-    case Mode::continuous_time:
-      return "in continuous-time mode";
-    case Mode::step:
-      return "in step mode";
-    case Mode::terminated:
-      return "terminated";
-  }
-  return "";
-}
-
-void require_mode(const Handle& handle, std::initializer_list<Mode> modes) {
-  if (std::find(modes.begin(), modes.end(), handle.instance.mode()) != modes.end()) return;
-  std::string allowed;
-  for (const Mode mode : modes) allowed += (allowed.empty() ? "" : " or ") + std::string(words(mode));
-  forbid("the instance must be " + allowed + ", but is " + words(handle.instance.mode()));
-}
-
-constexpr auto initialized = {Mode::initialization, Mode::event, Mode::continuous_time, Mode::step, Mode::terminated};
-
-void require_interface(const Handle& handle, Interface interface) {
-  if (handle.instance.interface() == interface) return;
-  forbid(interface == Interface::model_exchange ? "the function is one of Model Exchange, but the instance is one of Co-Simulation"
-                                                : "the function is one of Co-Simulation, but the instance is one of Model Exchange");
-}
-
-void require_pointer(const void* pointer, const char* what) {
-  if (pointer == nullptr) forbid(std::string(what) + " must not be a null pointer");
-}
-
-template <class T>
-std::span<T> list(T* first, std::size_t count, const char* what) {
-  if (count > 0) require_pointer(first, what);
-  return {first, count};
-}
-
-void require_count(const char* what, std::size_t wanted, std::size_t given) {
-  if (wanted != given) forbid(std::string(what) + " must be " + std::to_string(wanted) + ", but there are " + std::to_string(given));
-}
-
-/// Runs body(handle) and makes a status of what it throws.
-template <class Body>
-fmi3Status answer(fmi3Instance instance, const char* function, const Body& body) noexcept {
-  if (instance == nullptr) return fmi3Error;
-  Handle& handle = *static_cast<Handle*>(instance);
-  fmi3Status status = fmi3OK;
-  try {
-    std::string message;
-    try {
-      body(handle);
-    } catch (const Refusal& refusal) {
-      status = refusal.status;
-      message = refusal.message;
-    } catch (const qdot::Error& error) {  // of the model, at this state or these parameters
-      status = fmi3Discard;
-      message = error.what();
-    } catch (const std::bad_alloc&) {
-      status = fmi3Error;
-      message = "there is no memory left";
-    } catch (const std::exception& error) {
-      status = fmi3Error;
-      message = error.what();
-    } catch (...) {
-      status = fmi3Error;
-      message = "a functor threw what is no std::exception";
-    }
-    for (const auto& [category, text] : handle.instance.news()) {
-      const bool warns = std::strcmp(category, "logStatusWarning") == 0;
-      handle.say(warns ? fmi3Warning : fmi3OK, category, text);
-      if (warns && status == fmi3OK) status = fmi3Warning;
-    }
-    if (status == fmi3Discard) handle.say(status, "logStatusDiscard", std::string(function) + ": " + message);
-    if (status == fmi3Error) {
-      handle.say(status, "logStatusError", std::string(function) + ": " + message);
-      if (handle.instance.mode() != Mode::instantiated) handle.instance.end();
-    }
-  } catch (...) {  // no memory for the message
-    return fmi3Error;
-  }
-  return status;
-}
-
-fmi3Status lacking(fmi3Instance instance, const char* function, const char* what) noexcept {
-  return answer(instance, function, [&](Handle&) { forbid(what); });
-}
-
-fmi3Status lacking_type(fmi3Instance instance, const char* function, const char* type, std::size_t count) noexcept {
-  return answer(instance, function, [&](Handle&) {
-    if (count > 0) forbid(std::string("there are no variables of type ") + type + "; see modelDescription.xml");
-  });
-}
-
-constexpr const char* no_clocks = "there are no clocks";
 
 fmi3Instance instantiated(Interface interface, fmi3String name, fmi3String token, bool logging_on, bool event_mode_used, bool early_return_allowed,
                           std::size_t intermediate_count, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log) noexcept {
@@ -197,10 +58,9 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean on, size_t cat
     if (category_count == 0) logged.assign(logged.size(), on);
     for (const fmi3String category : list(categories, category_count, "the categories")) {
       require_pointer(category, "a category");
-      const auto found =
-          std::find_if(log_categories.begin(), log_categories.end(), [&](const LogCategory& c) { return std::strcmp(c.name, category) == 0; });
-      if (found == log_categories.end()) forbid(std::string("a log category must be one of modelDescription.xml, but '") + category + "' is not");
-      logged[static_cast<std::size_t>(found - log_categories.begin())] = on;
+      const std::size_t place = log_category(category);
+      if (place == logged.size()) forbid(std::string("a log category must be one of modelDescription.xml, but '") + category + "' is not");
+      logged[place] = on;
     }
     handle.logged = logged;
   });
@@ -215,13 +75,6 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3Boolean early_return_allowed, const fmi3ValueReference*, size_t intermediate_count,
                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback) {
   return instantiated(Interface::co_simulation, name, token, logging_on, event_mode_used, early_return_allowed, intermediate_count, environment, log);
-}
-
-fmi3Instance fmi3InstantiateScheduledExecution(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean, fmi3InstanceEnvironment environment,
-                                               fmi3LogMessageCallback log, fmi3ClockUpdateCallback, fmi3LockPreemptionCallback,
-                                               fmi3UnlockPreemptionCallback) {
-  if (log != nullptr) log(environment, fmi3Error, log_categories[0].name, "Scheduled Execution is not offered; Model Exchange and Co-Simulation are");
-  return nullptr;
 }
 
 void fmi3FreeInstance(fmi3Instance instance) { delete static_cast<Handle*>(instance); }
@@ -258,13 +111,6 @@ fmi3Status fmi3Terminate(fmi3Instance instance) {
 
 fmi3Status fmi3Reset(fmi3Instance instance) {
   return answer(instance, "fmi3Reset", [&](Handle& handle) { handle.instance.reset(); });
-}
-
-fmi3Status fmi3EnterConfigurationMode(fmi3Instance instance) {
-  return lacking(instance, "fmi3EnterConfigurationMode", "there are no structural parameters");
-}
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance) {
-  return lacking(instance, "fmi3ExitConfigurationMode", "there are no structural parameters");
 }
 
 }  // extern "C"
@@ -336,81 +182,6 @@ fmi3Status fmi3SetInt32(fmi3Instance instance, const fmi3ValueReference referenc
 }
 fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference references[], size_t count, const fmi3Boolean values[], size_t value_count) {
   return set(instance, "fmi3SetBoolean", Type::boolean, references, count, values, value_count);
-}
-
-// What no variable is of.
-fmi3Status fmi3GetFloat32(fmi3Instance instance, const fmi3ValueReference*, size_t count, fmi3Float32*, size_t) {
-  return lacking_type(instance, "fmi3GetFloat32", "Float32", count);
-}
-fmi3Status fmi3SetFloat32(fmi3Instance instance, const fmi3ValueReference*, size_t count, const fmi3Float32*, size_t) {
-  return lacking_type(instance, "fmi3SetFloat32", "Float32", count);
-}
-fmi3Status fmi3GetInt8(fmi3Instance instance, const fmi3ValueReference*, size_t count, fmi3Int8*, size_t) {
-  return lacking_type(instance, "fmi3GetInt8", "Int8", count);
-}
-fmi3Status fmi3SetInt8(fmi3Instance instance, const fmi3ValueReference*, size_t count, const fmi3Int8*, size_t) {
-  return lacking_type(instance, "fmi3SetInt8", "Int8", count);
-}
-fmi3Status fmi3GetUInt8(fmi3Instance instance, const fmi3ValueReference*, size_t count, fmi3UInt8*, size_t) {
-  return lacking_type(instance, "fmi3GetUInt8", "UInt8", count);
-}
-fmi3Status fmi3SetUInt8(fmi3Instance instance, const fmi3ValueReference*, size_t count, const fmi3UInt8*, size_t) {
-  return lacking_type(instance, "fmi3SetUInt8", "UInt8", count);
-}
-fmi3Status fmi3GetInt16(fmi3Instance instance, const fmi3ValueReference*, size_t count, fmi3Int16*, size_t) {
-  return lacking_type(instance, "fmi3GetInt16", "Int16", count);
-}
-fmi3Status fmi3SetInt16(fmi3Instance instance, const fmi3ValueReference*, size_t count, const fmi3Int16*, size_t) {
-  return lacking_type(instance, "fmi3SetInt16", "Int16", count);
-}
-fmi3Status fmi3GetUInt16(fmi3Instance instance, const fmi3ValueReference*, size_t count, fmi3UInt16*, size_t) {
-  return lacking_type(instance, "fmi3GetUInt16", "UInt16", count);
-}
-fmi3Status fmi3SetUInt16(fmi3Instance instance, const fmi3ValueReference*, size_t count, const fmi3UInt16*, size_t) {
-  return lacking_type(instance, "fmi3SetUInt16", "UInt16", count);
-}
-fmi3Status fmi3GetUInt32(fmi3Instance instance, const fmi3ValueReference*, size_t count, fmi3UInt32*, size_t) {
-  return lacking_type(instance, "fmi3GetUInt32", "UInt32", count);
-}
-fmi3Status fmi3SetUInt32(fmi3Instance instance, const fmi3ValueReference*, size_t count, const fmi3UInt32*, size_t) {
-  return lacking_type(instance, "fmi3SetUInt32", "UInt32", count);
-}
-fmi3Status fmi3GetInt64(fmi3Instance instance, const fmi3ValueReference*, size_t count, fmi3Int64*, size_t) {
-  return lacking_type(instance, "fmi3GetInt64", "Int64", count);
-}
-fmi3Status fmi3SetInt64(fmi3Instance instance, const fmi3ValueReference*, size_t count, const fmi3Int64*, size_t) {
-  return lacking_type(instance, "fmi3SetInt64", "Int64", count);
-}
-fmi3Status fmi3GetUInt64(fmi3Instance instance, const fmi3ValueReference*, size_t count, fmi3UInt64*, size_t) {
-  return lacking_type(instance, "fmi3GetUInt64", "UInt64", count);
-}
-fmi3Status fmi3SetUInt64(fmi3Instance instance, const fmi3ValueReference*, size_t count, const fmi3UInt64*, size_t) {
-  return lacking_type(instance, "fmi3SetUInt64", "UInt64", count);
-}
-fmi3Status fmi3GetString(fmi3Instance instance, const fmi3ValueReference*, size_t count, fmi3String*, size_t) {
-  return lacking_type(instance, "fmi3GetString", "String", count);
-}
-fmi3Status fmi3SetString(fmi3Instance instance, const fmi3ValueReference*, size_t count, const fmi3String*, size_t) {
-  return lacking_type(instance, "fmi3SetString", "String", count);
-}
-fmi3Status fmi3GetBinary(fmi3Instance instance, const fmi3ValueReference*, size_t count, size_t*, fmi3Binary*, size_t) {
-  return lacking_type(instance, "fmi3GetBinary", "Binary", count);
-}
-fmi3Status fmi3SetBinary(fmi3Instance instance, const fmi3ValueReference*, size_t count, const size_t*, const fmi3Binary*, size_t) {
-  return lacking_type(instance, "fmi3SetBinary", "Binary", count);
-}
-fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference*, size_t count, fmi3Clock*) {
-  return lacking_type(instance, "fmi3GetClock", "Clock", count);
-}
-fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference*, size_t count, const fmi3Clock*) {
-  return lacking_type(instance, "fmi3SetClock", "Clock", count);
-}
-
-fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance instance, fmi3ValueReference, size_t*) {
-  return lacking(instance, "fmi3GetNumberOfVariableDependencies", "dependencies are not listed; each rate may depend on all states and inputs");
-}
-fmi3Status fmi3GetVariableDependencies(fmi3Instance instance, fmi3ValueReference, size_t*, fmi3ValueReference*, size_t*, fmi3DependencyKind*, size_t) {
-  return lacking(instance, "fmi3GetVariableDependencies", "dependencies are not listed; each rate may depend on all states and inputs");
 }
 
 // --- The whole state, and derivatives --------------------------------------------------------------------------------
@@ -529,10 +300,6 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
 
 // --- Events, and clocks, of which there are none ---------------------------------------------------------------------
 
-fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance) {
-  return lacking(instance, "fmi3EvaluateDiscreteStates", "it is not offered; fmi3UpdateDiscreteStates does all of it");
-}
-
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean* need_update, fmi3Boolean* terminate, fmi3Boolean* nominals_changed,
                                     fmi3Boolean* values_changed, fmi3Boolean* next_time_defined, fmi3Float64* next_time) {
   return answer(instance, "fmi3UpdateDiscreteStates", [&](Handle& handle) {
@@ -545,34 +312,6 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean* need_upd
     *terminate = update.terminate;
     *values_changed = update.states_changed;
   });
-}
-
-fmi3Status fmi3GetIntervalDecimal(fmi3Instance instance, const fmi3ValueReference*, size_t, fmi3Float64*, fmi3IntervalQualifier*) {
-  return lacking(instance, "fmi3GetIntervalDecimal", no_clocks);
-}
-fmi3Status fmi3GetIntervalFraction(fmi3Instance instance, const fmi3ValueReference*, size_t, fmi3UInt64*, fmi3UInt64*, fmi3IntervalQualifier*) {
-  return lacking(instance, "fmi3GetIntervalFraction", no_clocks);
-}
-fmi3Status fmi3GetShiftDecimal(fmi3Instance instance, const fmi3ValueReference*, size_t, fmi3Float64*) {
-  return lacking(instance, "fmi3GetShiftDecimal", no_clocks);
-}
-fmi3Status fmi3GetShiftFraction(fmi3Instance instance, const fmi3ValueReference*, size_t, fmi3UInt64*, fmi3UInt64*) {
-  return lacking(instance, "fmi3GetShiftFraction", no_clocks);
-}
-fmi3Status fmi3SetIntervalDecimal(fmi3Instance instance, const fmi3ValueReference*, size_t, const fmi3Float64*) {
-  return lacking(instance, "fmi3SetIntervalDecimal", no_clocks);
-}
-fmi3Status fmi3SetIntervalFraction(fmi3Instance instance, const fmi3ValueReference*, size_t, const fmi3UInt64*, const fmi3UInt64*) {
-  return lacking(instance, "fmi3SetIntervalFraction", no_clocks);
-}
-fmi3Status fmi3SetShiftDecimal(fmi3Instance instance, const fmi3ValueReference*, size_t, const fmi3Float64*) {
-  return lacking(instance, "fmi3SetShiftDecimal", no_clocks);
-}
-fmi3Status fmi3SetShiftFraction(fmi3Instance instance, const fmi3ValueReference*, size_t, const fmi3UInt64*, const fmi3UInt64*) {
-  return lacking(instance, "fmi3SetShiftFraction", no_clocks);
-}
-fmi3Status fmi3ActivateModelPartition(fmi3Instance instance, fmi3ValueReference, fmi3Float64) {
-  return lacking(instance, "fmi3ActivateModelPartition", no_clocks);
 }
 
 // --- Model Exchange --------------------------------------------------------------------------------------------------

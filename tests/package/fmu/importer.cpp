@@ -13,6 +13,7 @@
 #include <initializer_list>
 #include <iterator>
 #include <limits>
+#include <random>
 #include <string>
 #include <thread>
 #include <vector>
@@ -359,6 +360,58 @@ void mistakes() {
   plant.free();
 }
 
+// Calls in any order, with values that nobody means.
+void anything() {
+  std::mt19937 random(1);
+  const auto below = [&](unsigned n) { return static_cast<unsigned>(random() % n); };
+  const std::array<double, 8> odd = {0.0, -1.0, nan, std::numeric_limits<double>::infinity(), 1e300, -1e300, 1e-300, 0.5};
+  const auto any = [&] { return below(3) > 0 ? 0.01 * below(300) - 1.0 : odd[below(odd.size())]; };
+  const std::array<const char*, 8> names = {"push", "h", "xdot", "m", "e", "der(hdot)", "floor.guard", "kinetic_energy"};
+  const std::array<const char*, 7> modes = {"fmi3ExitInitializationMode",  "fmi3EnterEventMode", "fmi3EnterStepMode",         "fmi3Terminate",
+                                            "fmi3EnterContinuousTimeMode", "fmi3Reset",          "fmi3EnterConfigurationMode"};
+  bool finite = true, bounded = true;
+  for (int run = 0; run < 200; ++run) {
+    const bool steps = below(2) == 0;
+    const Plant plant = pushed(steps ? Plant::co_simulation(below(2) == 0, below(2) == 0) : Plant::model_exchange());
+    bool changed;
+    plant.update(changed);
+    plant.call(steps ? "fmi3EnterStepMode" : "fmi3EnterContinuousTimeMode");
+    fmi3FMUState good = plant.saved();
+    for (int k = 0; k < 20; ++k) {
+      fmi3Status status = fmi3OK;
+      switch (below(6)) {
+        case 0:
+          status = plant.set(names[below(names.size())], any());
+          break;
+        case 1:
+          status = plant.states({any(), any(), any(), any()});
+          break;
+        case 2:
+          status = plant.call(modes[below(modes.size())]);
+          break;
+        case 3:
+          status = plant.update(changed);
+          break;
+        default:
+          status = plant.step(plant.get("time"), below(5) > 0 ? 0.3 : std::min(any(), 3.0));
+          break;
+      }
+      bounded = bounded && status >= fmi3OK && status <= fmi3Error;
+      for (const char* name : names) {
+        const fmi3ValueReference r = reference(name);
+        double value = 0.0;
+        if (found<decltype(fmi3GetFloat64)>("fmi3GetFloat64")(plant.instance, &r, 1, &value, 1) == fmi3OK) finite = finite && std::isfinite(value);
+      }
+      if (status == fmi3Error) plant.restore(good);
+    }
+    plant.forget(good);
+    plant.free();
+  }
+  check(bounded, "every call has one of the named statuses");
+  check(finite, "no value that is not finite is handed out as a success");
+  said.clear();
+}
+
 void many() {
   const auto motion = [](double push) {
     const Plant plant = Plant::co_simulation(false, false);
@@ -399,6 +452,7 @@ int main() {
   model_exchange();
   whole_state();
   mistakes();
+  anything();
   many();
   if (failures > 0) std::printf("all that was said:\n%s", said.c_str());
   return failures == 0 ? 0 : 1;
