@@ -20,6 +20,7 @@ function(qdot_add_fmu name file)
   string(TOLOWER "${CMAKE_SYSTEM_PROCESSOR}" processor)
   string(REPLACE "amd64" "x86_64" processor "${processor}")
   string(REPLACE "arm64" "aarch64" processor "${processor}")
+  string(REGEX REPLACE "^i[3-6]86$" "x86" processor "${processor}")
   if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
     set(platform ${processor}-linux)
     set(suffix .so)
@@ -60,14 +61,14 @@ const qdot::fmi::Choice& qdot::fmi::choice() {
 
   add_library(${name}_fmu_library MODULE $<TARGET_OBJECTS:${name}_fmu_scene> $<TARGET_OBJECTS:qdot_fmi_parts>)
   set_target_properties(${name}_fmu_library PROPERTIES PREFIX "" OUTPUT_NAME ${name} SUFFIX ${suffix} LINKER_LANGUAGE CXX
-    LIBRARY_OUTPUT_DIRECTORY ${directory}/fmu/binaries/${platform})
+    LIBRARY_OUTPUT_DIRECTORY "$<1:${directory}/fmu/binaries/${platform}>") # without a folder for each configuration
   if(CMAKE_SYSTEM_NAME STREQUAL "Linux") # nothing else to be seen, not even what the standard library instantiates
     file(CONFIGURE OUTPUT ${directory}/shown.map CONTENT "{ global: fmi3*; local: *; };\n")
     target_link_options(${name}_fmu_library PRIVATE -Wl,--version-script=${directory}/shown.map)
   endif()
   add_executable(${name}_fmu_describe ${folder}/fmi/describe.cpp $<TARGET_OBJECTS:${name}_fmu_scene> $<TARGET_OBJECTS:qdot_fmi_parts>)
   qdot_fmu_target(${name}_fmu_describe ${folder})
-  set_target_properties(${name}_fmu_describe PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${directory})
+  set_target_properties(${name}_fmu_describe PROPERTIES RUNTIME_OUTPUT_DIRECTORY "$<1:${directory}>")
 
   set(fmu ${CMAKE_CURRENT_BINARY_DIR}/${name}.fmu)
   add_custom_command(OUTPUT ${fmu}
