@@ -51,6 +51,7 @@
 #include "qdot/effects/projection_report.hpp"  // how far a state was moved
 #include "qdot/effects/impact.hpp"             // velocities after a blow
 #include "qdot/effects/scene_form.hpp"         // a scene for steppers
+#include "qdot/effects/scene_at_state.hpp"     // what one asks a scene at a State; inverse dynamics
 
 #include "qdot/integrate/simulate.hpp"     // from t to t, with any method
 #include "qdot/integrate/options.hpp"      // tolerances, budgets, what is kept
@@ -106,6 +107,7 @@
 
 // Text from numbers: plots, pages, files. Nothing of it is included here.
 // #include "qdot/report/table.hpp"        // columns of numbers with names and units
+// #include "qdot/report/motion_table.hpp" // a run as such a table
 // #include "qdot/report/number.hpp"       // numbers as text
 // #include "qdot/report/symbol.hpp"       // theta1 as θ₁
 // #include "qdot/report/equations.hpp"      // L, p, M, r and q̈ as formulas

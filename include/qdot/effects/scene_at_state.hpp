@@ -1,0 +1,131 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What one asks a scene at a State, the three things (t, q, q̇) that a run hands out as one:
+//
+//     const State<2> s = run.trajectory.at(1.5);
+//     energy(scene, s), power(scene, s), reactions(scene, s), acceleration_jacobian(scene, s)
+//
+// Systems have the same words (mechanics/energy.hpp, mechanics/equations_of_motion.hpp). The effects' own states z are no part of a State:
+// they are at their initial values unless they are given behind it.
+//
+// And the question turned round, inverse dynamics: which forces does a wanted motion q(t) need beyond those that the scene has by itself?
+//
+//     F = M q̈ − rhs − Σ Q ,
+//
+// zero on a motion that is free. Where there are constraints, F is what they and the drives must give together; of that, JᵀΛ with any Λ is
+// the constraints' to bear.
+
+#include <Eigen/Core>
+
+#include "qdot/effects/equations/scene_jacobian.hpp"
+#include "qdot/effects/scene_form.hpp"
+#include "qdot/effects/scene_motion.hpp"
+#include "qdot/mechanics/acceleration_jacobian.hpp"
+#include "qdot/mechanics/energy.hpp"
+#include "qdot/mechanics/equations_of_motion.hpp"
+
+namespace qdot {
+
+/// q̈ of a scene at a state, n; constraints and effects included.
+///
+/// @param z  the effects' own states
+/// @throws as acceleration(scene, q, qdot, t, z)
+template <class Sys, class... Effects>
+Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
+  detail::require_sizes(scene, state.q, state.qdot);
+  return acceleration(scene, Coordinates<Sys>(state.q), Coordinates<Sys>(state.qdot), state.t, z);
+}
+template <class Sys, class... Effects>
+Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
+  return acceleration(scene, state, scene.initial_states());
+}
+
+/// Generalized reaction forces Jᵀλ of the constraints at a state, n.
+template <class Sys, class... Effects>
+Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
+  detail::require_sizes(scene, state.q, state.qdot);
+  return reactions(scene, Coordinates<Sys>(state.q), Coordinates<Sys>(state.qdot), state.t, z);
+}
+template <class Sys, class... Effects>
+Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
+  return reactions(scene, state, scene.initial_states());
+}
+
+/// Power q̇·(ΣQ + Jᵀλ) of the non-conservative effects and constraints at a state.
+template <class Sys, class... Effects>
+double power(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
+  detail::require_sizes(scene, state.q, state.qdot);
+  return power(scene, Coordinates<Sys>(state.q), Coordinates<Sys>(state.qdot), state.t, z);
+}
+template <class Sys, class... Effects>
+double power(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
+  return power(scene, state, scene.initial_states());
+}
+
+/// E = T + V of a scene at a state, the potential terms of its effects included.
+template <class Sys, class... Effects>
+double energy(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
+  return energy(scene.system(), state);
+}
+
+/// L = T − V of a scene at a state, the potential terms of its effects included.
+template <class Sys, class... Effects>
+double lagrangian(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
+  return lagrangian(scene.system(), state.q, state.qdot, state.t);
+}
+
+/// h = q̇·p − L of a scene at a state.
+template <class Sys, class... Effects>
+double jacobi_energy(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
+  return jacobi_energy(scene.system(), state);
+}
+
+/// q̈ of a scene and its exact derivatives with respect to q and q̇ (n×n each), the effects' own states held.
+///
+/// On constraints: of q̈ as J q̈ = γ and M q̈ = rhs + ΣQ + Jᵀλ give it for any q and q̇, also for such as leave the constraints.
+/// Allocates. Cost: that of the Jacobian that the stiff methods use.
+///
+/// @throws NonFinite  when a derivative is not finite there
+template <class Sys, class... Effects>
+AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
+                                                                     const EffectStates<Scene<Sys, Effects...>>& z) {
+  detail::require_sizes(scene, state.q, state.qdot);
+  if constexpr (sizeof...(Effects) == 0) {
+    return acceleration_jacobian(scene.system(), Coordinates<Sys>(state.q), Coordinates<Sys>(state.qdot), state.t);
+  } else {
+    const SceneForm<Scene<Sys, Effects...>> form(scene);
+    const Eigen::Index n = state.q.size();
+    Eigen::VectorXd y(form.size());
+    y << state.q, state.qdot, z;
+    Eigen::MatrixXd J(form.size(), form.size());
+    form.jacobian(state.t, y, J);
+    return {acceleration(scene, state, z), J.block(n, 0, n, n), J.block(n, n, n, n)};
+  }
+}
+template <class Sys, class... Effects>
+AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
+  return acceleration_jacobian(scene, state, scene.initial_states());
+}
+
+/// The forces M q̈ − rhs − ΣQ that a motion needs beyond those of the scene, n (inverse dynamics); what its constraints bear is in them.
+///
+/// First derivatives only: no mass matrix is formed.
+///
+/// @param qddot  the wanted accelerations, n
+/// @throws DimensionError  when n is known at run time and a size disagrees
+template <class Sys, class... Effects>
+Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const Coordinates<Sys>& qddot,
+                                 const EffectStates<Scene<Sys, Effects...>>& z) {
+  detail::require_sizes(scene, state.q, state.qdot);
+  const Coordinates<Sys> q = state.q, qdot = state.qdot;
+  Coordinates<Sys> F = motion_residual(scene.system(), q, qdot, qddot, state.t);
+  if constexpr (Scene<Sys, Effects...>::has_forces) F -= effect_forces(scene, q, qdot, z, state.t);
+  return F;
+}
+template <class Sys, class... Effects>
+Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const Coordinates<Sys>& qddot) {
+  return motion_residual(scene, state, qddot, scene.initial_states());
+}
+
+}  // namespace qdot
