@@ -234,7 +234,7 @@ TEST_CASE("what is not finite is named where it moves nothing, too") {
     return Vector<S, 2>(S(1.0), S(2.0));
   };
   const auto of_time = [](const auto&, const auto& t) { return rotation_z(t); };
-  const auto push = [none](const auto&, const auto&) { return Eigen::Vector2d(none, 0.0); };
+  const auto push_by_none = [none](const auto&, const auto&) { return Eigen::Vector2d(none, 0.0); };
   const auto system = mechanical_system<2>(bench::UnrolledChain<2>{});
   const auto named = [](const auto& s, double t) {
     try {
@@ -244,7 +244,7 @@ TEST_CASE("what is not finite is named where it moves nothing, too") {
       return e.component();
     }
   };
-  CHECK(named(scene(system, force_at_point(fixed, push)), 0.0) == "the force of effect 1 of 1");
+  CHECK(named(scene(system, force_at_point(fixed, push_by_none)), 0.0) == "the force of effect 1 of 1");
   CHECK(named(scene(system, torque_on_body(of_time, Eigen::Vector3d(1.0, 1.0, 1.0))), none) == "the force of effect 1 of 1");
   CHECK(named(scene(system, torque_on_body([](const auto& q) { return rotation_z(q[0]); }, Eigen::Vector3d(none, 0.0, 1.0))), 0.0) == "the force of effect 1 of 1");
   CHECK(named(scene(system, rayleigh([](const auto& q, const auto&, const auto& t) { return q[0] * t; })), none) == "the force of effect 1 of 1");
