@@ -7,7 +7,7 @@
 //              events(event("apex", [](const auto& q, const auto& qdot) { return qdot[1]; }).falling(),
 //                     event("floor", [](const auto& q) { return q[1]; }).falling().stop()));
 //
-// g(q), g(q, q̇) or g(q, q̇, t) is watched on the dense output of every step, so all methods have events
+// g(q), g(q, q̇), g(q, q̇, t), or g(q, q̇, z, t) with the effects' own states z, is watched on the dense output of every step, so all methods have events
 // and none of them knows. Of an event the run keeps its time and name (Run::events), and then it
 //
 //     records     goes on in the same step: an event that only looks costs nothing but the looking;
@@ -17,6 +17,13 @@
 //                 forbid of a change is taken back by projection: a push on a constrained body is felt along its freedom.
 //                 What leaves NaN or infinity behind ends the run as non_finite, and what sets the time or another
 //                 size of the state as invalid_change; the motion up to there is kept.
+//
+// Events of a clock need no function: every("sample", 0.01) happens at the start of the run, 0.01 later, and so on while t < t_end, and takes
+// .stop() and .then(f) like any other. The run lands on these times (the k-th is t₀ + 0.01 k, not a sum), so a digital controller is
+//
+//     every("controller", 0.01).then([&](State<2>& s) { force = -K * s.q; })      what functors read may change there,
+//
+// or one that keeps its output among the effects' own states, .then([](double t, Eigen::VectorXd& y) { y[4] = …; }).
 //
 // An event whose function takes every scalar, `[](const auto& q, const auto& qdot, const auto& t) { using std::sin; return … }`, may say so:
 // .formula(). Then g is called with intervals as well, which proves of every step that no zero was passed over (integrate/driver/event_proof.hpp).
@@ -43,6 +50,8 @@
 //   Zeno        Infinitely many events before a finite time end the run as event_accumulation, when they follow each
 //               other as closely as t can tell. A contact (effects/contact.hpp) comes to rest instead.
 
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -71,6 +80,14 @@ namespace detail {
 struct RecordOnly {};
 struct StopThere {};
 
+// The times of an event of a clock; in place of a function, which as such has no zeros.
+struct Timetable {
+  double period = 1.0;
+  double first = std::numeric_limits<double>::quiet_NaN();  // NaN: the start of the run
+
+  double operator()(const auto&) const { return 1.0; }
+};
+
 // A function that takes every scalar, by the word of its user.
 template <class G>
 struct ForEveryScalar : G {
@@ -94,11 +111,20 @@ struct Event {
   /// True when zeros of g are proved.
   static constexpr bool is_formula = requires { requires G::is_formula; };
 
+  /// True when it happens by the clock.
+  static constexpr bool is_timed = std::is_same_v<G, detail::Timetable>;
+
   /// Counts only where g becomes negative.
-  Event falling() const { return {name, g, Direction::falling, action}; }
+  Event falling() const {
+    static_assert(!is_timed, "qdot: an event of a clock, every(), has no direction");
+    return {name, g, Direction::falling, action};
+  }
 
   /// Counts only where g becomes positive.
-  Event rising() const { return {name, g, Direction::rising, action}; }
+  Event rising() const {
+    static_assert(!is_timed, "qdot: an event of a clock, every(), has no direction");
+    return {name, g, Direction::rising, action};
+  }
 
   /// Says that g is a formula that takes every scalar: it is then called with intervals too, which prove that no zero is passed over,
   /// however short the excursion.
@@ -106,6 +132,7 @@ struct Event {
   /// One or two evaluations in intervals for a step in which g is slow. A comparison in g is allowed; what it leaves undecided, and what
   /// touches zero to within rounding, is counted in Statistics::rough_events.
   Event<detail::ForEveryScalar<G>, Action> formula() const {
+    static_assert(!is_timed, "qdot: an event of a clock, every(), needs no formula: its times are known");
     static_assert(std::is_class_v<G>, "qdot: a formula must take every scalar, and a plain function takes one: write a lambda with const auto&");
     return {name, {g}, direction, action};
   }
@@ -120,13 +147,34 @@ struct Event {
   }
 };
 
-/// The event that g(q), g(q, qdot) or g(q, qdot, t) is zero; by itself it is recorded, in either direction.
+/// The event that g(q), g(q, qdot), g(q, qdot, t) or g(q, qdot, z, t) is zero, z the effects' own states; by itself it is recorded, in either direction.
 ///
 /// @param name  as it appears in Run::events
 /// @param g     real and continuous; called some ten times for each step, and for each of its own fast turns
 template <class G>
 Event<G> event(std::string name, G g) {
   return {std::move(name), std::move(g), Direction::either, {}};
+}
+
+/// The event that happens each time a period has passed; by itself it is recorded.
+///
+/// Each time costs a landing, and with an action a fresh start of the method: for many times a second a one-step method is the right one.
+/// Forward runs only.
+///
+/// @param period  positive, in units of t
+/// @param first   when it happens first; left out, at the start of the run. Times before the start are passed over
+/// @throws InvalidValue  a period that is not positive and finite, a first time that is not finite
+inline Event<detail::Timetable> every(std::string name, double period) {
+  if (!(period > 0.0) || !std::isfinite(period))
+    detail::throw_invalid_value({"the period of event '", name, "' must be positive and finite, but is ", period, "; give the time between two of them"});
+  return {std::move(name), {period}, Direction::either, {}};
+}
+inline Event<detail::Timetable> every(std::string name, double period, double first) {
+  if (!std::isfinite(first))
+    detail::throw_invalid_value({"the first time of event '", name, "' must be finite, but is ", first, "; leave it out for the start of the run"});
+  Event<detail::Timetable> result = every(std::move(name), period);
+  result.g.first = first;
+  return result;
 }
 
 /// The events of a run. Made by events().
@@ -151,7 +199,9 @@ inline constexpr bool is_event<Event<G, Action>> = true;
 template <class... Events>
 inline constexpr bool is_event<EventList<Events...>> = true;
 
-// g at y = [q; q̇; …] in whichever form the user wrote it; n coordinates.
+using OwnStates = Eigen::Map<const Eigen::VectorXd>;  // z in y = [q; q̇; z]
+
+// g at y in whichever form the user wrote it; n coordinates.
 template <int n, class G>
 double event_value(const G& g, double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Index dof) {
   using Q = Vector<double, n>;
@@ -161,9 +211,11 @@ double event_value(const G& g, double t, const Eigen::Ref<const Eigen::VectorXd>
     return static_cast<double>(result_of(g, q, qdot, t));
   } else if constexpr (std::is_invocable_v<const G&, const Q&, const Q&>) {
     return static_cast<double>(result_of(g, q, qdot));
+  } else if constexpr (std::is_invocable_v<const G&, const Q&, const Q&, const OwnStates&, const double&>) {
+    return static_cast<double>(result_of(g, q, qdot, OwnStates(y.data() + 2 * dof, dof > 0 ? y.size() - 2 * dof : 0), t));
   } else {
     static_assert(std::is_invocable_v<const G&, const Q&>,
-                  "qdot: the function of an event must be callable as g(q), g(q, qdot) or g(q, qdot, t)");
+                  "qdot: the function of an event must be callable as g(q), g(q, qdot), g(q, qdot, t) or g(q, qdot, z, t), z the effects' own states");
     return static_cast<double>(result_of(g, q));
   }
 }

@@ -156,6 +156,7 @@ class Simulator {
   Simulator(const System& system, const Start& start, const Method& method, const Options& options, const EventList<Events...>& events) {
     using Form = std::remove_cvref_t<decltype(first_order_form(system))>;
     static_assert(SteppingMethod<Method, Form>, "qdot: the method cannot make a stepper for this system");
+    static_assert(!(Events::is_timed || ...), "qdot: whoever owns a simulator owns its clock: advance to the times of every(), and act there");
     engine_ = std::make_unique<detail::EngineOf<Form, Method, Events...>>(system, start, method, options, events);
     for (const std::string& name : engine_->components) names_ = detail::checksum(names_, name.c_str(), name.size() + 1);
     start_ = save();

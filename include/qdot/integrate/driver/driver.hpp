@@ -32,6 +32,7 @@
 #include "qdot/integrate/driver/landing_points.hpp"
 #include "qdot/integrate/driver/listed_event.hpp"
 #include "qdot/integrate/driver/output_samples.hpp"
+#include "qdot/integrate/driver/run_limits.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/options.hpp"
@@ -52,28 +53,25 @@ class Driver {
   static constexpr bool watches = has_events || SwitchingSystem<F>;
   using Watch = std::conditional_t<watches, EventWatch<F>, NothingToWatch>;
   static constexpr int n = dof_at_compile_time<F>();
-  static constexpr long stall_window = 10'000, most_firings = 50'000;  // steps; events in one step
+  static constexpr long most_firings = 50'000;  // in one step
 
  public:
   template <class Make>
   Driver(const F& system, const Make& make_stepper, const Options& options, const Budget& budget, Onlooker onlooker, std::vector<ListedEvent> events)
       : system_(system), stepper_(make_stepper()), options_(options), onlooker_(onlooker), watch_(system, std::move(events)),
-        dog_(system, options), budget_(budget) {}
+        dog_(system, options), limits_(budget) {}
 
   // The same once more and without anything kept but the end: a stretch of a motion that somebody else cuts into stretches, for whom
   // steps, evaluations and seconds are counted afresh. Events that stopped the one before are given as it left them in stopped_by(), and do
   // so again only when they come again. Allocates nothing where it completes.
   const Run<n>& stretch(double t0, const Eigen::VectorXd& y0, double t_end, [[maybe_unused]] std::uint64_t stopped_by) {
     if constexpr (watches) watch_.forget(stopped_by);
-    budget_ = Budget(options_);
-    steps_before_ = stepper_.statistics().steps;
-    evaluations_before_ = stepper_.statistics().evaluations;
+    limits_.begin_again(options_, stepper_.statistics());
     run_.outcome = Outcome::completed;
     run_.events.clear();
-    stall_mark_ = 0.0;
     t_end_ = t_end;
     if (start(t0, y0) && t_end != t0) leg(t_end);
-    run_.message = run_.completed() ? std::string() : how_it_ended(run_.outcome, run_.message, run_.t, stepper_.statistics().steps - steps_before_);
+    run_.message = run_.completed() ? std::string() : how_it_ended(run_.outcome, run_.message, run_.t, limits_.steps_of_stretch(stepper_.statistics()));
     return run_;
   }
 
@@ -92,7 +90,7 @@ class Driver {
     run_.trajectory = Trajectory<n>(dof(system_));
     if (start(t0, y0)) {
       for (std::size_t i = 0; i < landings.size(); ++i)
-        if ((i > 0 && !restart(landings[i])) || !leg(landings[i])) break;
+        if ((i > 0 && !restart(landings[i])) || !legs(landings[i], i == 0)) break;
     }
     finish();
     return std::move(run_);
@@ -104,6 +102,7 @@ class Driver {
     run_.t = t0;
     run_.y = y_given;
     Eigen::VectorXd& y0 = run_.y;
+    if constexpr (has_events) watch_.set_clocks(t0, t_end_);
     if constexpr (watches) watch_.settle(t0, y0, tolerance(y0), run_.events);
     if constexpr (ProjectableSystem<F>) require_consistent(system_, t0, y0, projected_);
     run_.trajectory.start(t0, y0);
@@ -118,6 +117,24 @@ class Driver {
     if (const std::optional<Failure> trouble = dog_.look_at_values_and_mass(t0, y0)) return end(*trouble);
     if constexpr (watches) watch_.begin(t0, y0, tolerance(y0), true);
     return true;
+  }
+
+  // From here to `landing`, with a landing at each time of a clock (integrate/driver/event_clocks.hpp).
+  bool legs(double landing, [[maybe_unused]] bool at_start) {
+    if constexpr (has_events) {
+      if (at_start && watch_.clocks().next(run_.t, true, landing) == run_.t && !begins_by_clocks()) return false;
+      while (watch_.clocks().any() && watch_.clocks().next(run_.t, false, landing) < landing)
+        if (!leg(watch_.clocks().due())) return false;
+    }
+    return leg(landing);
+  }
+
+  // What clocks ask for at t₀.
+  [[gnu::cold]] bool begins_by_clocks() {
+    const Firing firing = watch_.firing_of_clocks(elapsed_);
+    bool proceed = true;
+    if (!firing.stops && !firing.changes) return watch_.record(firing, run_.events), true;
+    return guarded([&] { proceed = cut(firing, true), outputs_.amend_here(elapsed_, clock_.origin(), run_.y); }) && proceed;
   }
 
   // From here to `landing`; false when the run is over before it.
@@ -190,7 +207,7 @@ class Driver {
   }
 
   // Ends the step at a firing, and goes on from the state that it leaves behind.
-  bool cut(const Firing& firing) {
+  bool cut(const Firing& firing, bool at_start = false) {
     Eigen::VectorXd y(system_.size());
     if (firing.elapsed == reached()) {
       y = stepper_.y();
@@ -212,7 +229,7 @@ class Driver {
       return end(Outcome::event_accumulation, sentence({"events of ", *name, " follow each other without letting t go on"}));
     ++restarts_;
     reset_at(stepper_, clock_.moment(firing.elapsed), y);
-    watch_.begin(firing.t, y, tolerance(y), false);
+    watch_.begin(firing.t, y, tolerance(y), at_start);
     dog_.begin(firing.t, y, stepper_.statistics().steps);
     fill_outputs_here();
     return observed(false);
@@ -319,7 +336,7 @@ class Driver {
     const Statistics& s = stepper_.statistics();
     const auto [done, left] = ways();
     return explanation(probe_of(system_), outcome,
-                       {run_.t, run_.y, tolerance(run_.y), t_end_ < run_.t ? -1.0 : 1.0, s.last_step, done, left, s.steps - steps_mark_, restarts_ - restarts_mark_, dog_.mass_rcond()});
+                       {run_.t, run_.y, tolerance(run_.y), t_end_ < run_.t ? -1.0 : 1.0, s.last_step, done, left, limits_.steps_since_look(s), limits_.restarts_since_look(restarts_), dog_.mass_rcond()});
   }
 
   // From the start to here, and from here to the end.
@@ -329,27 +346,11 @@ class Driver {
 
   // Asked between steps, and not when there is nothing left to do on this leg.
   bool within_budget(double landing) {
-    if (stepper_.t() == landing) return true;
-    const Statistics& spent = stepper_.statistics();
-    if (spent.steps - steps_before_ >= options_.max_steps)
-      return end(Outcome::step_limit, sentence({"max_steps = ", options_.max_steps, " were taken", why(Outcome::step_limit)}));
-    const long evaluations = spent.evaluations - evaluations_before_;
-    if (budget_.is_spent(evaluations)) return end(budget_.failure(evaluations));
-    return spent.steps % stall_window != 0 || advances();
-  }
-
-  // Looks at the last ten thousand steps. A method that chatters about a jump of the right-hand side accepts steps of
-  // some rounding units of t for ever; ordinary small steps cover at least a small part of the way done or to do.
-  [[gnu::cold]] bool advances() {
-    const auto [done, left] = ways();
-    const double advanced = done - std::exchange(stall_mark_, done);
-    if (advanced > 1e-8 * std::min(done, left)) {
-      steps_mark_ = stepper_.statistics().steps;
-      restarts_mark_ = restarts_;
-      return true;
-    }
-    return end(Outcome::step_collapse, sentence({"the last ", stall_window, " steps advanced t by no more than ", advanced,
-                                                 ", and t_end = ", t_end_, " is far", why(Outcome::step_collapse)}));
+    if (stepper_.t() == landing || !limits_.are_near(options_, stepper_.statistics())) return true;
+    const std::optional<Failure> spent = limits_.exceeded(options_, stepper_.statistics(), restarts_, t_end_, [this] { return ways(); });
+    if (!spent) return true;
+    const bool asks_why = spent->outcome == Outcome::step_limit || spent->outcome == Outcome::step_collapse;
+    return end(spent->outcome, spent->message + (asks_why ? why(spent->outcome) : ""));
   }
 
   bool end(const Failure& failure) { return end(failure.outcome, failure.message); }
@@ -371,7 +372,7 @@ class Driver {
     }
     dog_.report(run_.statistics);
     if constexpr (watches) watch_.report(run_.statistics);
-    run_.statistics.wall_seconds = budget_.seconds();
+    run_.statistics.wall_seconds = limits_.seconds();
     run_.samples = outputs_.taken();
     run_.message = how_it_ended(run_.outcome, run_.message, run_.t, run_.statistics.steps);
     if (run_.completed() && run_.statistics.rough_events > 0) run_.message += "; an event's function could not be followed";
@@ -383,18 +384,16 @@ class Driver {
   Onlooker onlooker_;
   Watch watch_;
   typename WatchdogFor<F>::type dog_;
-  Budget budget_;
+  RunLimits limits_;
   Run<n> run_;
   OutputSamples outputs_;
   Eigen::VectorXd projected_;
   mutable Eigen::VectorXd tolerance_;  // as last asked for
   long restarts_ = 0, projections_ = 0;
-  long steps_before_ = 0, evaluations_before_ = 0;  // those of stretches before
-  long steps_mark_ = 0, restarts_mark_ = 0;  // when the stall was last looked for
   double constraint_residual_ = 0.0, constraint_velocity_ = 0.0;
   Clock clock_;           // of this leg
   double elapsed_ = 0.0;  // on it, at run_.t
-  double t_end_ = 0.0, stall_mark_ = 0.0;
+  double t_end_ = 0.0;
 };
 
 }  // namespace qdot::detail

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "qdot/error.hpp"
+#include "qdot/integrate/driver/event_clocks.hpp"
 #include "qdot/integrate/driver/event_finder.hpp"
 #include "qdot/integrate/driver/event_proof.hpp"
 #include "qdot/integrate/driver/listed_event.hpp"
@@ -34,15 +35,6 @@
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail {
-
-// Everything that happens at one moment.
-struct Firing {
-  double elapsed = 0.0;  // on the clock of the step
-  double t = 0.0;        // the same for readers
-  bool stops = false;
-  bool changes = false;  // the state, or a phase of the system
-  std::size_t first = 0; // index of the first function in it
-};
 
 // Of runs that have neither events nor switches.
 struct NothingToWatch {
@@ -75,13 +67,18 @@ class EventWatch {
       watches_[i].direction = events_[i].is_barrier ? Direction::falling : events_[i].direction;
       watches_[i].barrier = events_[i].is_barrier;
       watches_[i].is_formula = events_[i].decide != nullptr;
-      (watches_[i].is_formula ? has_formulas_ : has_others_) = true;
+      if (events_[i].times == nullptr) (watches_[i].is_formula ? has_formulas_ : has_others_) = true;
     }
     for (std::size_t i = listed_; i < count; ++i) {
       watches_[i].direction = Direction::falling;
       watches_[i].barrier = true;
     }
   }
+
+  EventClocks& clocks() { return clocks_; }
+  void set_clocks(double t0, double t_end) { clocks_.set(events_, t0, t_end); }
+
+  Firing firing_of_clocks(double elapsed) { return clocks_.firing(events_, elapsed, fired_); }
 
   // Begins at a state: the start of the run, or the one after a firing that changed it.
   void begin(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, bool at_start) {
@@ -149,6 +146,10 @@ class EventWatch {
     for (std::size_t i = 0; i < watches_.size(); ++i) {
       watches_[i].panels = 0;
       watches_[i].rough = watches_[i].unproven = false;
+      if (i < listed_ && events_[i].times != nullptr) {
+        if (clock_.t(to) == clocks_.due() && clocks_.is_due(i)) watches_[i].root = to;
+        continue;
+      }
       search_one(i, from, watches_[i].is_formula ? nullptr : samples_.data() + i * points);
     }
   }
@@ -381,6 +382,7 @@ class EventWatch {
   PolynomialView step_;
   StepBounds<n> bounds_;
   double to_ = 0.0, length_ = 0.0;
+  EventClocks clocks_;
   bool backward_ = false;
   long rough_steps_ = 0;
   double rough_time_ = 0.0;

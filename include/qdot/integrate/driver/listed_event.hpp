@@ -7,6 +7,7 @@
 // roots need not know these types: an event is called some ten times in a step, and a call costs a nanosecond.
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -27,12 +28,23 @@ struct ListedEvent {
   double (*value)(const void* event, double t, const Eigen::VectorXd& y, Eigen::Index dof);
   std::optional<Failure> (*change)(const void* event, double t, Eigen::VectorXd& y, Eigen::Index dof);  // null where it has no action
   bool (*decide)(const void* event, void* bounds, double level, double a, double b);                    // null where g is no formula
+  const Timetable* times;                                                                               // null where g is a function
+};
+
+// Everything that happens at one moment.
+struct Firing {
+  double elapsed = 0.0;  // on the clock of the step
+  double t = 0.0;        // the same for readers
+  bool stops = false;
+  bool changes = false;  // the state, or a phase of the system
+  std::size_t first = 0; // index of the first function in it
 };
 
 template <int n, class G, class Action>
 ListedEvent listed_event(const Event<G, Action>& event) {
   using E = Event<G, Action>;
-  ListedEvent result{&event, &event.name, event.direction, E::is_barrier, E::stops, nullptr, nullptr, nullptr};
+  ListedEvent result{&event, &event.name, event.direction, E::is_barrier, E::stops, nullptr, nullptr, nullptr, nullptr};
+  if constexpr (E::is_timed) result.times = &event.g;
   result.value = [](const void* e, double t, const Eigen::VectorXd& y, Eigen::Index dof) {
     return event_value<n>(static_cast<const E*>(e)->g, t, y, dof);
   };

@@ -39,6 +39,12 @@ class OutputSamples {
     while (next_ < times_.size() && times_[next_] - origin == elapsed) keep(y);
   }
 
+  // Those exactly here once more, where the state has changed since.
+  void amend_here(double elapsed, double origin, const Eigen::VectorXd& y) {
+    for (std::size_t k = next_; k > 0 && times_[k - 1] - origin == elapsed; --k)
+      std::copy_n(y.data(), y.size(), samples_.y.data() + static_cast<Eigen::Index>(k - 1) * y.size());
+  }
+
   // As far as the run came.
   Samples taken() {
     if (next_ < times_.size()) samples_.y = Eigen::MatrixXd(samples_.y.leftCols(static_cast<Eigen::Index>(next_)));

@@ -4,7 +4,7 @@
 // The budget of a run: no run goes on for ever.
 //
 //     max_steps             10⁷ unless another number is given: the guard that holds by default
-//     stall                 10⁴ steps that advance t by less than 1e-8 of the way done or to do end the run (integrate/driver/driver.hpp)
+//     stall                 10⁴ steps that advance t by less than 1e-8 of the way done or to do end the run (integrate/driver/run_limits.hpp)
 //     max_evaluations       asked for after each attempt at a step
 //     max_wall_seconds      the same
 //
