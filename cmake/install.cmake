@@ -33,3 +33,9 @@ install(FILES
   ${PROJECT_SOURCE_DIR}/cmake/qdot_add_scene.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_add_fmu.cmake
   DESTINATION ${package_dir})
+
+# Without CMake: pkg-config --cflags qdot, the core alone (SUNDIALS has no such file). What there is to read and to try.
+configure_file(${PROJECT_SOURCE_DIR}/cmake/qdot.pc.in qdot.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/qdot.pc DESTINATION ${CMAKE_INSTALL_DATADIR}/pkgconfig)
+install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DOCDIR})

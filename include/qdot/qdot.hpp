@@ -5,7 +5,8 @@
 // most programs want is included here; what stands behind // #include is asked for by name, since it costs time to compile.
 // Folders below a layer (mechanics/equations/, …) are the library's own.
 
-#include "qdot/error.hpp"  // what is thrown
+#include "qdot/error.hpp"    // what is thrown
+#include "qdot/version.hpp"  // which qdot this is
 
 #include "qdot/ad/dual.hpp"         // numbers that carry their derivatives
 #include "qdot/ad/dual_math.hpp"    // their sine, root, power …

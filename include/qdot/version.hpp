@@ -1,0 +1,16 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Which qdot this is. While the first number is 0 a new second one may change the interface; CHANGELOG.md says what. A program that needs to know:
+//
+//     static_assert(qdot::version_minor >= 1, "…");
+//
+// find_package(qdot 0.1) asks the same of an installation. CMake reads the numbers here; there is no other place for them.
+
+namespace qdot {
+
+inline constexpr int version_major = 0;
+inline constexpr int version_minor = 1;
+inline constexpr int version_patch = 0;
+
+}  // namespace qdot
