@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Motions that repeat: the backbone curve of a pendulum, a limit cycle and its fold, a pendulum that stands on its head, and where Mathieu's
-// equation becomes unstable.
+// Motions that repeat: the backbone curve of a pendulum, a limit cycle and its fold, a pendulum that stands on its head and its return map, and where
+// Mathieu's equation becomes unstable.
 
 #include <cmath>
 #include <cstdio>
@@ -9,6 +9,7 @@
 #include <string>
 
 #include <qdot/analysis/orbit_family.hpp>
+#include <qdot/analysis/return_map.hpp>
 #include <qdot/qdot.hpp>
 
 using namespace qdot;
@@ -51,6 +52,15 @@ int main() {
     const auto shaken = mechanical_system<1>(Swinger{.g = 1.0, .A = 0.1, .omega = omega});
     print(periodic_orbit_near(shaken, State<1>{0.0, {pi}, {0.0}}, 2 * pi / omega, driven()));
   }
+
+  std::printf("the second of them, seen once in each period, from a start beside it\n");
+  const auto shaken = mechanical_system<1>(Swinger{.g = 1.0, .A = 0.1, .omega = 14.5});
+  const auto flash = event("flash", [](const auto&, const auto&, double t) { return std::sin(14.5 * t); }).rising();
+  const auto seen = poincare_section(shaken, State<1>{0.0, {pi + 0.1}, {0.0}}, flash, 5, 100.0, Dop853{}, {.rtol = 1e-12});
+  for (std::size_t k = 0; k < seen.size(); ++k)
+    std::printf("  t = %.6f   %.6f rad beside, %9.6f rad/s\n", seen.t[k], seen.state(k).q[0] - pi, seen.state(k).qdot[0]);
+  const auto P = return_map(shaken, State<1>{0.0, {pi}, {0.0}}, flash, 100.0, Dop853{}, {.rtol = 1e-12});
+  std::printf("  half the trace of DP on its head: %.6f\n", 0.5 * P.derivative.trace());
 
   std::printf("x'' + (a - 2 cos 2t) x = 0, where it changes between stable and unstable\n");
   const auto mathieu = [](const Vector<double, 1>& p) { return problem(mechanical_system<1>(Swinger{.a = p[0], .s = 1.0}), State<1>{0.0, {0.0}, {0.0}}); };

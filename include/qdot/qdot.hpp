@@ -101,6 +101,8 @@
 // #include "qdot/analysis/periodic_orbit.hpp"  // motions that repeat, by Newton's method
 // #include "qdot/analysis/orbit_family.hpp"    // families of them, with folds, period doublings and branch points
 // #include "qdot/analysis/orbit.hpp"           // their multipliers and stability
+// #include "qdot/analysis/section.hpp"         // where a motion passes a surface (Poincaré)
+// #include "qdot/analysis/return_map.hpp"      // from there to where it passes again, with its derivative
 // #include "qdot/analysis/accuracy.hpp"        // what accuracy costs
 // #include "qdot/analysis/accuracy_study.hpp"  // the same for many methods
 // #include "qdot/analysis/reference.hpp"       // a motion in higher precision

@@ -147,6 +147,22 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   lyapunov_command->add_flag("--json", lyapunov_options.json, "one JSON object on stdout");
   lyapunov_command->add_flag("--quiet", lyapunov_options.quiet, "no progress bar");
 
+  SectionCommandOptions section_options;
+  CLI::App* section_command = app.add_subcommand("section", "where motions pass a plane, as points (Poincaré)");
+  add_scene(section_command, section_options);
+  add_text(section_command, "--plane", section_options.plane, "the surface: a coordinate or velocity has a value, NAME=VALUE", "NAME=VALUE");
+  add_text(section_command, "--every", section_options.every, "in place of a plane: once in each period T", "T");
+  add_text(section_command, "--direction", section_options.direction, "in which the plane is passed: rising (default), falling, either", "D");
+  add_text(section_command, "--count", section_options.count, "points of each motion (default 200)", "N");
+  add_repeatable(section_command, "--over", section_options.over, "several starts: q0 … or qdot0 … go through values, NAME=FROM:TO:COUNT or NAME=A,B,C");
+  add_text(section_command, "--keep-energy", section_options.keep_energy, "the velocity that is chosen such that all starts have the energy of the first", "NAME");
+  add_text(section_command, "--show", section_options.show, "which two of coordinates and velocities are drawn, NAME,NAME", "X,Y");
+  add_text(section_command, "--t-end", section_options.t_end, "time to end at, whether there are N points or not (default: N times that of run)", "T");
+  add_text(section_command, "--rtol", section_options.rtol, "tolerance of the local error, relative and absolute (default 1e-10)", "R");
+  add_text(section_command, "--out", section_options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
+  section_command->add_flag("--json", section_options.json, "one JSON object on stdout");
+  section_command->add_flag("--quiet", section_options.quiet, "no progress bar");
+
   SweepOptions sweep_options;
   CLI::App* sweep_command = app.add_subcommand("sweep", "many motions of a scene: over a grid of parameters and starts, or a random sample");
   add_scene(sweep_command, sweep_options);
@@ -213,6 +229,7 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   if (equilibria_command->parsed()) return equilibria(equilibria_options);
   if (conserved_command->parsed()) return conserved(conserved_options);
   if (lyapunov_command->parsed()) return lyapunov(lyapunov_options);
+  if (section_command->parsed()) return section(section_options);
   if (new_command->parsed()) return new_scene(new_options);
   if (sweep_command->parsed()) return sweep(sweep_options);
   return bench(bench_options);

@@ -61,6 +61,13 @@ struct LyapunovCommandOptions : SceneOptions {
   bool quiet = false;
 };
 
+struct SectionCommandOptions : SceneOptions {
+  std::optional<std::string> plane, every, direction, count, keep_energy, show, t_end, rtol, out;
+  std::vector<std::string> over;
+  bool json = false;
+  bool quiet = false;
+};
+
 struct NewOptions {
   std::string name;
 };
@@ -87,6 +94,7 @@ int modes(const ModesOptions& options);
 int equilibria(const ModesOptions& options);
 int conserved(const ConservedOptions& options);
 int lyapunov(const LyapunovCommandOptions& options);
+int section(const SectionCommandOptions& options);
 int new_scene(const NewOptions& options);
 int sweep(const SweepOptions& options);
 int bench(const BenchOptions& options);

@@ -453,6 +453,25 @@ TEST_CASE("output times at a jump show the state behind it, and the observer see
   CHECK(seen[1] == -0.5 * seen[0]);
 }
 
+TEST_CASE("an observer is told each event once, with the first state that it sees behind it") {
+  std::vector<qdot::RecordedEvent> told;
+  bool in_step = true;
+  const auto run = simulate(
+      falling_ball, released, 1.2, Dop853{}, {},
+      [&](const qdot::StepView& step) {
+        for (const qdot::RecordedEvent& each : step.events()) {
+          told.push_back(each);
+          in_step = in_step && step.t_previous() <= each.t && each.t <= step.t();
+          if (each.name == "turn") in_step = in_step && std::abs(step.y_at(each.t)[1]) < 1e-12;
+        }
+      },
+      events(event("floor", x).falling().then(Bounce{0.5}), event("turn", speed)));
+  REQUIRE(run.events.size() >= 3);
+  REQUIRE(told.size() == run.events.size());
+  for (std::size_t i = 0; i < told.size(); ++i) CHECK((told[i].t == run.events[i].t && told[i].name == run.events[i].name));
+  CHECK(in_step);
+}
+
 TEST_CASE("a first-order system may be changed as a whole, and a function without a value is named") {
   const auto run = simulate(oscillator, released, 2.0, Dop853{}, fine,
                             events(event("reset", x).then([](double, Eigen::VectorXd& y) { y << 1.0, 0.0; })));

@@ -111,6 +111,16 @@ TEST_CASE("a curve with far more points than pixels is thinned without losing it
   CHECK(kept.back().x == pixels.back().x);
 }
 
+TEST_CASE("dots are lines of no length, without a line between them, and one for all that fall together") {
+  Plot plot = line_plot({0, 1, 1, 2}, {0, 1, 1, std::nan("")});
+  plot.series[0].dots = true;
+  const std::string text = svg_element(plot);
+  CHECK(count(text, "h0") == 2);
+  CHECK(count(text, "<circle") == 0);
+  CHECK(text.find("NaN") == std::string::npos);
+  CHECK(text.find("nan") == std::string::npos);
+}
+
 TEST_CASE("a plot without data is drawn with empty axes") {
   const std::string text = svg(Plot{});
   CHECK(text.find("nan") == std::string::npos);

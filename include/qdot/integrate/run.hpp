@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <concepts>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -69,10 +70,11 @@ class StepView {
 
   /// The step as far as (t, y), where an event cut it off.
   template <Stepper S>
-  StepView(S& stepper, Eigen::Index dof, double t, const Eigen::Ref<const Eigen::VectorXd>& y)
+  StepView(S& stepper, Eigen::Index dof, double t, const Eigen::Ref<const Eigen::VectorXd>& y, std::span<const RecordedEvent> events = {})
       : t_(t),
         t_previous_(stepper.t_previous()),
         y_(y),
+        events_(events),
         statistics_(stepper.statistics()),
         dof_(dof),
         stepper_(&stepper),
@@ -93,12 +95,16 @@ class StepView {
     return result;
   }
 
+  /// What has happened since the observer was shown a state before; y_at() has the states of those that only look.
+  std::span<const RecordedEvent> events() const noexcept { return events_; }
+
   /// Counts so far; wall_seconds is filled at the end of the run only.
   const Statistics& statistics() const noexcept { return statistics_; }
 
  private:
   double t_, t_previous_;
   Eigen::Ref<const Eigen::VectorXd> y_;
+  std::span<const RecordedEvent> events_;
   const Statistics& statistics_;
   Eigen::Index dof_;
   void* stepper_;

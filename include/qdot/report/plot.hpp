@@ -26,6 +26,7 @@ struct Series {
   std::vector<double> x;
   std::vector<double> y;
   bool markers = false;  // a dot on every point, for measurements rather than trajectories
+  bool dots = false;     // small dots and no line, for the points of a section
 };
 
 enum class Scale { linear, logarithmic };

@@ -14,7 +14,7 @@
 //        0    1    2          t [s]
 //
 // Curves with far more points than pixels are thinned so that nothing visible is lost: within each quarter of a pixel the
-// first, lowest, highest and last point stay. Colours are CSS variables (theme.hpp), so one file serves light and dark.
+// first, lowest, highest and last point stay; of dots (Series::dots) one in each tenth of a pixel. Colours are CSS variables (theme.hpp), so one file serves light and dark.
 
 #include <algorithm>
 #include <cmath>
@@ -133,6 +133,18 @@ inline std::string path_data(const Series& series, const Axis& x_axis, const Axi
   return data;
 }
 
+/// Lines of no length, whose round ends are dots; a dot upon another one is left out.
+inline std::string dots_data(const Series& series, const Axis& x_axis, const Axis& y_axis, const AxisMap& x, const AxisMap& y) {
+  std::vector<std::string> dots;
+  for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i)
+    if (can_show(x_axis, series.x[i]) && can_show(y_axis, series.y[i])) dots.push_back("M" + fixed_text(x(series.x[i]), 1) + " " + fixed_text(y(series.y[i]), 1) + "h0");
+  std::sort(dots.begin(), dots.end());
+  dots.erase(std::unique(dots.begin(), dots.end()), dots.end());
+  std::string data;
+  for (const std::string& dot : dots) data += dot;
+  return data;
+}
+
 struct LegendEntry {
   double x, y;
   std::size_t series;
@@ -248,6 +260,10 @@ inline std::string svg_element(const Plot& plot, const std::string& style = "") 
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
     const Series& series = plot.series[i];
     const std::string colour = series_colour(i, plot.series.size());
+    if (series.dots) {
+      svg += "<path class=\"curve\" style=\"stroke:" + colour + ";stroke-width:2.4\" d=\"" + dots_data(series, plot.x, plot.y, x, y) + "\"/>\n";
+      continue;
+    }
     svg += "<path class=\"curve\" style=\"stroke:" + colour + "\" d=\"" +
            path_data(series, plot.x, plot.y, x, y, !series.markers && !plot.equal_units) + "\"/>\n";
     if (!series.markers) continue;

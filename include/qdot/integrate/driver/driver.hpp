@@ -320,7 +320,7 @@ class Driver {
     if constexpr (!is_observed) {
       return (void)begins_afresh, true;
     } else {
-      const StepView view(stepper_, run_.trajectory.dof(), run_.t, run_.y);
+      const StepView view(stepper_, run_.trajectory.dof(), run_.t, run_.y, {run_.events.data() + shown_, run_.events.size() - std::exchange(shown_, run_.events.size())});
       if constexpr (watches) watch_.remember(run_.t, run_.y);
       const bool proceed = onlooker_.show(onlooker_.observer, view);
       if constexpr (watches) {
@@ -387,13 +387,13 @@ class Driver {
   RunLimits limits_;
   Run<n> run_;
   OutputSamples outputs_;
+  std::size_t shown_ = 0;  // events that the observer has seen
   Eigen::VectorXd projected_;
   mutable Eigen::VectorXd tolerance_;  // as last asked for
   long restarts_ = 0, projections_ = 0;
   double constraint_residual_ = 0.0, constraint_velocity_ = 0.0;
   Clock clock_;           // of this leg
-  double elapsed_ = 0.0;  // on it, at run_.t
-  double t_end_ = 0.0;
+  double elapsed_ = 0.0, t_end_ = 0.0;  // elapsed on it, at run_.t
 };
 
 }  // namespace qdot::detail
