@@ -59,11 +59,15 @@ TEST_CASE("a run backward rises where it comes from below, and a stroboscope sho
   REQUIRE(backward.complete());
   const auto flashes = poincare_section(stars::oscillators, start, event("flash", stars::Plane{.omega = 2.0}).rising(), 3, 100.0, Dop853{}, fine);
   REQUIRE(flashes.complete());
+  const auto clock = poincare_section(stars::oscillators, start, qdot::every("flash", pi), 3, 100.0, Dop853{}, fine);
+  REQUIRE(clock.complete());
   for (std::size_t k = 0; k < 3; ++k) {
     const double t = -pi * static_cast<double>(2 * k + 1), flash = pi * static_cast<double>(k + 1);
     CHECK(std::abs(backward.t[k] - t) < settled);
     CHECK(std::abs(backward.state(k).q[1] - y_at(t)) < settled);
     CHECK(std::abs(flashes.t[k] - flash) < 1e-14);
+    CHECK(std::abs(clock.t[k] - flash) < 1e-14);
+    CHECK(std::abs(clock.state(k).qdot[1] - ydot_at(flash)) < settled);
     CHECK(std::abs(flashes.state(k).qdot[1] - ydot_at(flash)) < settled);
   }
 }
