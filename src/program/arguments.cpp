@@ -81,6 +81,12 @@ double finite_number(const std::string& argument, const std::string& text) {
   return value;
 }
 
+double positive_number(const std::string& argument, const std::string& text) {
+  const double x = finite_number(argument, text);
+  if (!(x > 0.0)) throw UsageError(argument + ": must be positive, given " + text);
+  return x;
+}
+
 long whole_number(const std::string& argument, const std::string& text, long least, long most) {
   long value = 0;
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -31,6 +31,9 @@ UsageError unknown_name(const std::string& argument, const std::string& what, co
 /// @throws UsageError  unless it is one finite number
 double finite_number(const std::string& argument, const std::string& text);
 
+/// The same for a number above zero.
+double positive_number(const std::string& argument, const std::string& text);
+
 /// The same for a whole number between two bounds.
 long whole_number(const std::string& argument, const std::string& text, long least, long most);
 

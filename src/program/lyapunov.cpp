@@ -33,12 +33,6 @@ struct LyapunovRequest : ChosenScene {
   std::string rate = {};  // unit of an exponent
 };
 
-double positive(const char* argument, const std::string& text) {
-  const double x = finite_number(argument, text);
-  if (!(x > 0.0)) throw UsageError(std::string(argument) + ": must be positive, given " + text);
-  return x;
-}
-
 LyapunovRequest request_of(const LyapunovCommandOptions& options) {
   LyapunovRequest request{chosen_scene(options)};
   if (request.model->guard_count() > 0 || request.model->constrained())
@@ -48,13 +42,13 @@ LyapunovRequest request_of(const LyapunovCommandOptions& options) {
   request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : t0 + 50.0 * usual;
   if (request.t_end == t0) throw UsageError("--t-end: must differ from the time of the start, given " + *options.t_end);
   const double duration = std::abs(request.t_end - t0);
-  request.measured.interval = options.interval ? positive("--interval", *options.interval) : std::min(0.1 * usual, 0.01 * duration);
+  request.measured.interval = options.interval ? positive_number("--interval", *options.interval) : std::min(0.1 * usual, 0.01 * duration);
   if (options.settle) {
     request.measured.settle = finite_number("--settle", *options.settle);
     if (!(*request.measured.settle >= 0.0 && *request.measured.settle < duration))
       throw UsageError("--settle: must lie from 0 to the duration of the run, " + report::exact_text(duration) + ", given " + *options.settle);
   }
-  request.options.rtol = options.rtol ? positive("--rtol", *options.rtol) : 1e-9;
+  request.options.rtol = options.rtol ? positive_number("--rtol", *options.rtol) : 1e-9;
   request.options.atol = request.options.rtol;
   request.options.keep_trajectory = false;
   if (options.out) {

@@ -162,12 +162,6 @@ void choose_starts(SectionRequest& request, const SectionCommandOptions& options
                      ", given none; choose smaller values, or --set a faster start");
 }
 
-double positive(const char* argument, const std::string& text) {
-  const double x = finite_number(argument, text);
-  if (!(x > 0.0)) throw UsageError(std::string(argument) + ": must be positive, given " + text);
-  return x;
-}
-
 SectionRequest request_of(const SectionCommandOptions& options) {
   SectionRequest request(chosen_scene(options));
   const std::string scene = request.scene->name();
@@ -183,7 +177,7 @@ SectionRequest request_of(const SectionCommandOptions& options) {
     request.surface_text = request.components.names[static_cast<std::size_t>(*request.surface.place)] + " = " + report::rounded_text(plane.value, 6);
   } else {
     if (options.direction) throw UsageError("--direction: must stand with --plane, given with --every");
-    request.surface.period = positive("--every", *options.every);
+    request.surface.period = positive_number("--every", *options.every);
     const std::string unit = request.scene->time_unit();
     request.surface_text = "every " + report::rounded_text(request.surface.period, 6) + (unit.empty() ? "" : " " + unit);
   }
@@ -211,7 +205,7 @@ SectionRequest request_of(const SectionCommandOptions& options) {
                   : options.every ? t0 + request.surface.period * (static_cast<double>(request.count) + 0.5)
                                   : t0 + usual * static_cast<double>(request.count);
   if (request.t_end == t0) throw UsageError("--t-end: must differ from the time of the start, given " + *options.t_end);
-  request.options.rtol = options.rtol ? positive("--rtol", *options.rtol) : 1e-10;
+  request.options.rtol = options.rtol ? positive_number("--rtol", *options.rtol) : 1e-10;
   request.options.atol = request.options.rtol;
   choose_starts(request, options);
   if (options.out) {

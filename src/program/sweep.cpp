@@ -57,12 +57,6 @@ struct Sweep {
   SweepWorkers workers = {};
 };
 
-double positive(const char* argument, const std::string& text) {
-  const double x = finite_number(argument, text);
-  if (!(x > 0.0)) throw UsageError(std::string(argument) + ": must be positive, given " + text);
-  return x;
-}
-
 /// The scene's options with the values of motion i put in.
 SceneOptions options_of(const Sweep& sweep, std::size_t i) {
   SceneOptions options = sweep.base;
@@ -132,8 +126,8 @@ Sweep sweep_of(const SweepOptions& options) {
   if (options.method) sweep.request.method = method_named(*options.method).name;
   if (const std::string why = misfit(*sweep.nominal.model, sweep.request.method); !why.empty())
     throw UsageError("--method: must fit " + options.scene + ", but " + sweep.request.method + " " + why);
-  sweep.request.rtol = options.rtol ? positive("--rtol", *options.rtol) : 1e-8;
-  sweep.request.atol = options.atol ? positive("--atol", *options.atol) : sweep.request.rtol;
+  sweep.request.rtol = options.rtol ? positive_number("--rtol", *options.rtol) : 1e-8;
+  sweep.request.atol = options.atol ? positive_number("--atol", *options.atol) : sweep.request.rtol;
   sweep.request.samples = 0;
   if (options.threads) sweep.many.threads = static_cast<int>(whole_number("--threads", *options.threads, 1, 1024));
   if (options.out) sweep.paths = {*options.out + ".csv", *options.out + ".npz", *options.out + ".html"};
