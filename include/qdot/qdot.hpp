@@ -103,6 +103,8 @@
 // #include "qdot/analysis/orbit.hpp"           // their multipliers and stability
 // #include "qdot/analysis/section.hpp"         // where a motion passes a surface (Poincaré)
 // #include "qdot/analysis/return_map.hpp"      // from there to where it passes again, with its derivative
+// #include "qdot/analysis/action.hpp"          // ∫ L dt along any path
+// #include "qdot/analysis/motion_between.hpp"  // the motion between two places in a given time, and its conjugate points
 // #include "qdot/analysis/accuracy.hpp"        // what accuracy costs
 // #include "qdot/analysis/accuracy_study.hpp"  // the same for many methods
 // #include "qdot/analysis/reference.hpp"       // a motion in higher precision
