@@ -47,6 +47,8 @@ missing_things() { # missing_things THING…
       compiler) [ -n "$compiler" ] ;;
       cmake) command -v cmake > /dev/null ;;
       ninja) command -v ninja > /dev/null || command -v make > /dev/null ;;
+      # What apt-get installs is that Python's which lies in /usr/bin, and need not be the first one.
+      sphinx) python3 -c 'import sphinx, myst_parser, furo' 2> /dev/null || /usr/bin/python3 -c 'import sphinx, myst_parser, furo' 2> /dev/null ;;
       # A user who says where the libraries are is believed; CMake will tell.
       *) [ -n "${CMAKE_PREFIX_PATH:-}" ] || case $thing in
            eigen) [ -n "$compiler" ] && has_header "$compiler" Eigen/Core ;;
@@ -70,6 +72,7 @@ package_names() { # package_names SYSTEM THING…
       apt:sundials) printf 'libsundials-dev ' ;;      dnf:sundials) printf 'sundials-devel ' ;;
       apt:cli11) printf 'libcli11-dev ' ;;            dnf:cli11) printf 'cli11-devel ' ;;
       apt:json) printf 'nlohmann-json3-dev ' ;;       dnf:json) printf 'json-devel ' ;;
+      apt:sphinx) printf 'python3-sphinx python3-myst-parser furo ' ;; *:sphinx) printf 'sphinx myst-parser furo ' ;;
       dnf:catch2) printf 'catch2-devel ' ;;           conda:compiler) printf 'cxx-compiler ' ;;
       brew:compiler) printf 'llvm ' ;;                brew:json | conda:json) printf 'nlohmann_json ' ;;
       brew:json) printf 'nlohmann-json ' ;;           *) printf '%s ' "$thing" ;;
@@ -144,6 +147,19 @@ provide_fmpy() {
       say "Not installed (why: build/install_fmpy.log); one test is skipped"
   fi
   export QDOT_FMPY_PYTHON=$place/bin/python
+}
+
+# The site is a test of ./check --long where its tools can be installed without a question.
+provide_sphinx() {
+  local as_root=""
+  if [ -n "$(missing_things sphinx)" ] && command -v apt-get > /dev/null; then
+    [ "$(id -u)" = 0 ] || as_root="sudo -n"
+    mkdir -p "$root/build"
+    {
+      $as_root env DEBIAN_FRONTEND=noninteractive apt-get update || true
+      $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends $(package_names apt sphinx)
+    } > "$root/build/install_sphinx.log" 2>&1 < /dev/null || say "Sphinx is not installed (why: build/install_sphinx.log); one test is skipped"
+  fi
 }
 
 refuse_old_tools() {
