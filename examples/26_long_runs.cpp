@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A planet for a thousand turns. A method that is merely accurate lets the energy go, a little with each turn; a symplectic one makes a larger error
-// that does not grow. Here: the largest error of the energy in the first ten and in the last ten of a thousand turns.
+// A planet for two hundred turns. A method that is merely accurate lets the energy go, a little with each turn; a symplectic one makes a larger error
+// that does not grow. Here: the largest error of the energy in the first ten and in the last ten turns.
 
 #include <algorithm>
 #include <cmath>
@@ -29,17 +29,17 @@ int main() {
     const auto watch = [&](const StepView& step) {  // all steps are looked at, and none is kept
       const double error = std::abs(energy(kepler, State<2>{step.t(), step.q(), step.qdot()}) / E - 1.0);
       if (step.t() < 10.0 * turn) first = std::max(first, error);
-      if (step.t() > 990.0 * turn) last = std::max(last, error);
+      if (step.t() > 190.0 * turn) last = std::max(last, error);
     };
     Options lean = options;
     lean.keep_trajectory = false;
-    const auto run = simulate(kepler, start, 1000.0 * turn, with, lean, watch);
+    const auto run = simulate(kepler, start, 200.0 * turn, with, lean, watch);
     if (!run.completed()) return std::printf("%s\n", run.message.c_str()), void();
-    std::printf("%-24s %.0e     %.0e     %s\n", method, first, last, last < 1.5 * first ? "stays" : last < 30.0 * first ? "grows" : "grows with the time");
+    std::printf("%-24s %.0e     %.0e     %s\n", method, first, last, last < 1.5 * first ? "stays" : "grows with the time");
   };
   std::printf("method                   first     last      energy\n");
   report("dop853, rtol 1e-8", Dop853{}, {.rtol = 1e-8, .atol = 1e-10});
-  report("verlet, h = 0.02", Splitting{.step = 0.02, .scheme = SplittingScheme::verlet}, {});
+  report("verlet, h = 0.04", Splitting{.step = 0.04, .scheme = SplittingScheme::verlet}, {});
   report("blanes_moan_6, h = 0.1", Splitting{.step = 0.1, .scheme = SplittingScheme::blanes_moan_6}, {});
   report("gauss, order 6, h = 0.1", Gauss{.step = 0.1, .stages = 3}, {});
 }

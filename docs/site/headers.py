@@ -423,6 +423,11 @@ STEPPER_ROLES = {"reset", "step", "failure", "t", "t_previous", "moment", "y", "
 ARITHMETIC = re.compile(r"operator(?:[-+*/]=?|[=!<>]=|[<>]|&&|\|\||!)")
 
 
+# So do functions of <cmath>.
+CMATH = set("""abs fabs sqrt cbrt exp exp2 expm1 log log2 log10 log1p erf erfc sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh floor ceil pow atan2 hypot
+copysign fmax fmin max min fma isnan isfinite isinf signbit""".split())
+
+
 def role_of(name, of_class=""):
     if name in EFFECT_ROLES and not of_class.endswith("Stepper"):
         return "A role of an effect: [`effects/effect.hpp`](api-effects-effect)."
@@ -430,6 +435,8 @@ def role_of(name, of_class=""):
         return "As every stepper has it: [`integrate/stepper.hpp`](api-integrate-stepper)."
     if ARITHMETIC.fullmatch(name):
         return "As for plain numbers."
+    if not of_class and name in CMATH:
+        return "As in `<cmath>`."
     return None
 
 
@@ -443,6 +450,4 @@ def undocumented(declarations, inside=""):
             continue
         if not any(d.doc for d in group) and not role_of(name.rpartition("::")[2], inside.removesuffix("::").rpartition("::")[2]):
             yield inside + name, group[0].line
-        for declaration in group:
-            if declaration.members:
-                yield from undocumented(declaration.members, inside + name + "::")
+        yield from undocumented([member for d in group for member in d.members], inside + name + "::")

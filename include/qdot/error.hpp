@@ -87,7 +87,9 @@ class DimensionError : public Error {
         expected_(expected),
         actual_(actual) {}
 
+  /// The size that the rule asks for.
   long expected() const noexcept { return expected_; }
+  /// The size that was given.
   long actual() const noexcept { return actual_; }
 
  private:
@@ -117,7 +119,9 @@ class NonFinite : public Error {
   NonFinite(std::string component, double t, const std::string& message)
       : Error(message), component_(std::move(component)), t_(t) {}
 
+  /// Its name.
   const std::string& component() const noexcept { return component_; }
+  /// Where it happened.
   double t() const noexcept { return t_; }
 
  private:
@@ -133,8 +137,11 @@ class MassMatrixError : public Error {
   MassMatrixError(const std::string& message, double t, std::vector<double> direction, double inertia)
       : Error(message), t_(t), direction_(std::move(direction)), inertia_(inertia) {}
 
+  /// Where it happened.
   double t() const noexcept { return t_; }
+  /// Coordinate weights of the offending direction, n, the largest of them 1.
   const std::vector<double>& direction() const noexcept { return direction_; }
+  /// Relative inertia of that direction: 0 for none, negative where T is no kinetic energy.
   double inertia() const noexcept { return inertia_; }
 
  private:
@@ -163,8 +170,11 @@ class ConstraintError : public Error {
   ConstraintError(std::string constraint, double t, double residual, const std::string& message)
       : Error(message), constraint_(std::move(constraint)), t_(t), residual_(residual) {}
 
+  /// Name of the row that is worst off.
   const std::string& constraint() const noexcept { return constraint_; }
+  /// Where it happened.
   double t() const noexcept { return t_; }
+  /// By how much that row is missed.
   double residual() const noexcept { return residual_; }
 
  private:

@@ -9,8 +9,11 @@
 
 namespace qdot {
 
+/// 0 while the interface may change.
 inline constexpr int version_major = 0;
+/// Rises where the interface changes, as long as the first is 0.
 inline constexpr int version_minor = 1;
+/// Rises with what changes no interface.
 inline constexpr int version_patch = 0;
 
 }  // namespace qdot

@@ -75,8 +75,8 @@ using PlainVector = Vector<typename Derived::Scalar, Derived::RowsAtCompileTime>
 /// f(x) and ∇f(x) of a scalar function.
 template <class S, int n>
 struct ValueAndGradient {
-  S value;
-  Vector<S, n> gradient;
+  S value;                ///< f(x)
+  Vector<S, n> gradient;  ///< ∂f/∂x, n
 };
 
 /// f(x) and ∇f(x); one evaluation of f for fixed n, ⌈n/chunk⌉ for run-time n.
@@ -115,8 +115,8 @@ auto gradient(F&& f, const Eigen::MatrixBase<Derived>& x) {
 /// f(x) and ∂f/∂x of a vector function.
 template <class S, int m, int n>
 struct ValueAndJacobian {
-  Vector<S, m> value;
-  Matrix<S, m, n> jacobian;
+  Vector<S, m> value;        ///< f(x), m
+  Matrix<S, m, n> jacobian;  ///< ∂f/∂x, m×n
 };
 
 /// f(x), m entries, and ∂f/∂x, m×n; one evaluation of f for fixed n, ⌈n/chunk⌉ for run-time n.

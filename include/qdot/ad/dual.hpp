@@ -84,11 +84,11 @@ template <class S, int N, class Tag>
 struct Dual {
   static_assert(N >= 1, "qdot::Dual: N, the number of derivative directions, must be at least 1");
 
-  using Scalar = S;
-  static constexpr int directions = N;
+  using Scalar = S;                     ///< the scalar inside
+  static constexpr int directions = N;  ///< how many derivatives it carries
 
-  S value{};
-  std::array<S, static_cast<std::size_t>(N)> tangent{};
+  S value{};                                             ///< a
+  std::array<S, static_cast<std::size_t>(N)> tangent{};  ///< b₁ … b_N
 
   constexpr Dual() = default;
 

@@ -60,19 +60,22 @@ struct Eigen::ScalarBinaryOpTraits<Number, qdot::Dual<S, N, Tag>, Operation> {
 
 namespace qdot {
 
-// Names that Eigen looks up for a real scalar.
+/// x itself: duals are real. One of the names that Eigen looks up.
 template <class S, int N, class Tag>
 const Dual<S, N, Tag>& conj(const Dual<S, N, Tag>& x) {
   return x;
 }
+/// x itself.
 template <class S, int N, class Tag>
 const Dual<S, N, Tag>& real(const Dual<S, N, Tag>& x) {
   return x;
 }
+/// Zero.
 template <class S, int N, class Tag>
 Dual<S, N, Tag> imag(const Dual<S, N, Tag>&) {
   return Dual<S, N, Tag>{};
 }
+/// x².
 template <class S, int N, class Tag>
 Dual<S, N, Tag> abs2(const Dual<S, N, Tag>& x) {
   return x * x;

@@ -144,12 +144,12 @@ template <int lanes, class F, int... i>
 template <int lanes, int width>
 struct Pack : detail::PackOperators<PackMask<lanes, width>, Pack<lanes, width>> {
   static_assert(lanes >= 2 && (lanes & (lanes - 1)) == 0, "qdot: a pack has 2, 4, 8, … lanes");
-  using Mask = PackMask<lanes, width>;
-  using Half = Pack<lanes / 2, width>;
-  static constexpr int size = lanes;
-  static constexpr bool is_register = false;
+  using Mask = PackMask<lanes, width>;        ///< what comparisons of packs give
+  using Half = Pack<lanes / 2, width>;        ///< a pack of half as many lanes
+  static constexpr int size = lanes;          ///< how many lanes
+  static constexpr bool is_register = false;  ///< whether it is one register, or two halves
 
-  Half low, high;
+  Half low, high;  ///< the two halves
 
   Pack() = default;
   /// The same number in every lane.
@@ -165,6 +165,7 @@ struct Pack : detail::PackOperators<PackMask<lanes, width>, Pack<lanes, width>> 
   }
   /// `lanes` numbers from memory, at any alignment.
   [[gnu::always_inline]] static Pack load(const double* from) { return Pack(Half::load(from), Half::load(from + lanes / 2)); }
+  /// Writes all lanes to memory, at any alignment.
   [[gnu::always_inline]] void store(double* to) const {
     low.store(to);
     high.store(to + lanes / 2);
@@ -181,7 +182,7 @@ struct Pack<lanes, width> : detail::PackOperators<PackMask<lanes, width>, Pack<l
   static constexpr int size = lanes;
   static constexpr bool is_register = true;
 
-  detail::Register<double, lanes> lanes_of_register;
+  detail::Register<double, lanes> lanes_of_register;  ///< the register
 
   Pack() = default;
   template <class Number>
@@ -204,21 +205,23 @@ struct Pack<lanes, width> : detail::PackOperators<PackMask<lanes, width>, Pack<l
 
 template <int lanes, int width>
 struct PackMask : detail::MaskOperators<PackMask<lanes, width>> {
-  using Half = PackMask<lanes / 2, width>;
-  static constexpr bool is_register = false;
+  using Half = PackMask<lanes / 2, width>;    ///< a mask of half as many lanes
+  static constexpr bool is_register = false;  ///< whether it is one register, or two halves
 
-  Half low, high;
+  Half low, high;  ///< the two halves
 
   PackMask() = default;
   [[gnu::always_inline]] PackMask(bool truth) : low(truth), high(truth) {}
   [[gnu::always_inline]] PackMask(const Half& first, const Half& second) : low(first), high(second) {}
 
+  /// The truth in a lane.
   [[gnu::always_inline]] bool operator[](int lane) const { return lane < lanes / 2 ? low[lane] : high[lane - lanes / 2]; }
   /// Whether it is true in at least one lane.
   [[gnu::always_inline]] bool any() const { return (low | high).any(); }
   /// Whether it is true in every lane.
   [[gnu::always_inline]] bool all() const { return (low & high).all(); }
 
+  /// Does not compile: lanes cannot branch apart; write select(x < y, a, b).
   template <class Truth>
     requires std::is_same_v<Truth, bool>
   explicit operator Truth() const {
@@ -234,7 +237,7 @@ template <int lanes, int width>
 struct PackMask<lanes, width> : detail::MaskOperators<PackMask<lanes, width>> {
   static constexpr bool is_register = true;
 
-  detail::Register<detail::Bits, lanes> lanes_of_register;  // all bits set, or none
+  detail::Register<detail::Bits, lanes> lanes_of_register;  ///< all bits set, or none
 
   PackMask() = default;
   [[gnu::always_inline]] PackMask(bool truth) : lanes_of_register(detail::Register<detail::Bits, lanes>{} - (truth ? 1LL : 0LL)) {}

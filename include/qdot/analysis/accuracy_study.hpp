@@ -40,37 +40,38 @@ struct StudyOptions {
   int outputs = 32;                ///< equal distances at whose ends errors are measured
   double seconds_per_cell = 0.05;  ///< of repeated runs, for one method at one setting
   double longest_run = 2.0;        ///< seconds; settings that are likely to take longer are left out
-  ReferenceOptions reference = {};
+  ReferenceOptions reference = {};  ///< of the reference motion
 };
 
 /// One method at one tolerance or step.
 struct Measurement {
-  std::string method;
-  double setting = 0.0;     ///< tolerance, or length of a step
-  bool fixed_step = false;  ///< which of the two
-  Outcome outcome = Outcome::completed;
-  std::string message;      ///< how the run ended, with numbers
-  double t = 0.0;           ///< time reached
-  double end_error = std::numeric_limits<double>::quiet_NaN();      ///< relative; NaN where the end was not reached
-  double largest_error = std::numeric_limits<double>::quiet_NaN();  ///< at the output times; NaN where the end was not reached
-  double energy_error = std::numeric_limits<double>::quiet_NaN();   ///< relative to the largest kinetic energy
+  std::string method;                                                     ///< its name
+  double setting = 0.0;                                                   ///< tolerance, or length of a step
+  bool fixed_step = false;                                                ///< which of the two
+  Outcome outcome = Outcome::completed;                                   ///< how the run ended
+  std::string message;                                                    ///< how the run ended, with numbers
+  double t = 0.0;                                                         ///< time reached
+  double end_error = std::numeric_limits<double>::quiet_NaN();            ///< relative; NaN where the end was not reached
+  double largest_error = std::numeric_limits<double>::quiet_NaN();        ///< at the output times; NaN where the end was not reached
+  double energy_error = std::numeric_limits<double>::quiet_NaN();         ///< relative to the largest kinetic energy
   double constraint_residual = std::numeric_limits<double>::quiet_NaN();  ///< largest |φ| after a step; NaN without constraints
-  std::vector<double> energy_times;   ///< times of (some of) the steps
-  std::vector<double> energy_change;  ///< h − h(0) there, relative to the largest kinetic energy
-  long steps = 0, rejected = 0, evaluations = 0, jacobians = 0;  ///< of a run without output
-  double cpu_median = std::numeric_limits<double>::quiet_NaN();  ///< seconds
-  double cpu_minimum = std::numeric_limits<double>::quiet_NaN();
-  int runs = 0;  ///< behind these two
+  std::vector<double> energy_times;                                       ///< times of (some of) the steps
+  std::vector<double> energy_change;                                      ///< h − h(0) there, relative to the largest kinetic energy
+  long steps = 0, rejected = 0, evaluations = 0, jacobians = 0;           ///< of a run without output
+  double cpu_median = std::numeric_limits<double>::quiet_NaN();           ///< seconds
+  double cpu_minimum = std::numeric_limits<double>::quiet_NaN();          ///< seconds
+  int runs = 0;                                                           ///< behind these two
 
+  /// Whether t_end was reached.
   bool completed() const noexcept { return outcome == Outcome::completed; }
 };
 
 /// A reference, and how close the methods came at what price.
 struct AccuracyStudy {
-  ReferenceMotion reference;
-  double energy_scale = 1.0;     ///< largest kinetic energy at the output times
-  bool energy_conserved = true;  ///< the reference keeps its energy
-  std::vector<Measurement> measurements;
+  ReferenceMotion reference;              ///< against which errors are measured
+  double energy_scale = 1.0;              ///< largest kinetic energy at the output times
+  bool energy_conserved = true;           ///< the reference keeps its energy
+  std::vector<Measurement> measurements;  ///< of all methods at all settings
 
   /// The smallest error that the reference can show.
   double visible_error() const noexcept { return 10 * reference.uncertainty; }
@@ -101,26 +102,26 @@ inline std::vector<double> output_times(double t0, double t_end, int count) {
 
 /// Counts of one run of steps alone.
 struct RunCounts {
-  long steps = 0, rejected = 0, evaluations = 0, jacobians = 0;
+  long steps = 0, rejected = 0, evaluations = 0, jacobians = 0;  ///< as Statistics has them
 };
 
 /// A run whose states and energies are looked at.
 struct ObservedRun {
-  Outcome outcome = Outcome::completed;
-  std::string message{};
-  double t = 0.0;
-  Eigen::MatrixXd states{};  ///< at the output times that were reached, a column each
-  RunCounts counts{};
-  double constraint_residual = std::numeric_limits<double>::quiet_NaN();
-  std::vector<double> energy_times{}, energy_change{};  ///< of Jacobi's energy function since the start
+  Outcome outcome = Outcome::completed;                                   ///< how it ended
+  std::string message{};                                                  ///< with the numbers
+  double t = 0.0;                                                         ///< time reached
+  Eigen::MatrixXd states{};                                               ///< at the output times that were reached, a column each
+  RunCounts counts{};                                                     ///< what it cost
+  double constraint_residual = std::numeric_limits<double>::quiet_NaN();  ///< largest |φ| after a step; NaN without constraints
+  std::vector<double> energy_times{}, energy_change{};                    ///< of Jacobi's energy function since the start
 };
 
 /// A method as the study sees it, its type and that of the system hidden.
 struct Contender {
-  std::string name;
-  bool fixed_step = false;
-  std::function<ObservedRun(double setting)> observed;                       ///< one run with outputs
-  std::function<std::function<RunCounts()>(double setting)> ready_to_run;    ///< makes a run of steps alone, to be repeated
+  std::string name;                                                        ///< of the method
+  bool fixed_step = false;                                                 ///< whether its setting is a step, or a tolerance
+  std::function<ObservedRun(double setting)> observed;                     ///< one run with outputs
+  std::function<std::function<RunCounts()>(double setting)> ready_to_run;  ///< makes a run of steps alone, to be repeated
 };
 
 /// Energies of a state, for the study.

@@ -41,8 +41,8 @@ struct NoTerm {};
 /// ∫ g dt + h at the end; each a functor of (q), (q, qdot), (q, qdot, p) or (q, qdot, p, t) for duals that returns a number.
 template <class G, class H>
 struct Functional {
-  G g;
-  H h;
+  G g;  ///< what is integrated
+  H h;  ///< what is added at the end
 };
 
 /// ∫ g dt.
@@ -65,15 +65,16 @@ Functional<G, H> functional(G g, H h) {
 
 /// A functional of a run and its gradient.
 struct FunctionalGradient {
-  Outcome outcome = Outcome::completed;
-  std::string message;            ///< how the run ended, with the numbers and what to do
-  double value = 0.0;             ///< F, up to where the run came
-  Eigen::VectorXd by_parameters;  ///< ∂F/∂p; where an event stopped the run, with what p does to its time
-  Eigen::VectorXd by_start;       ///< ∂F/∂(q₀, q̇₀), 2n
-  double by_start_time = 0.0;     ///< ∂F/∂t₀
-  double by_end = 0.0;            ///< ∂F/∂T = g + ∂h/∂y ẏ + ∂h/∂t at the end
-  Run<Dynamic> run;               ///< of y, dense
+  Outcome outcome = Outcome::completed;  ///< how the run ended
+  std::string message;                   ///< how the run ended, with the numbers and what to do
+  double value = 0.0;                    ///< F, up to where the run came
+  Eigen::VectorXd by_parameters;         ///< ∂F/∂p; where an event stopped the run, with what p does to its time
+  Eigen::VectorXd by_start;              ///< ∂F/∂(q₀, q̇₀), 2n
+  double by_start_time = 0.0;            ///< ∂F/∂t₀
+  double by_end = 0.0;                   ///< ∂F/∂T = g + ∂h/∂y ẏ + ∂h/∂t at the end
+  Run<Dynamic> run;                      ///< of y, dense
 
+  /// Whether there is a gradient: the run reached t_end, and the way back its start.
   bool completed() const noexcept { return outcome == Outcome::completed; }
 };
 

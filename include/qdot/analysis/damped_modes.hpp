@@ -67,15 +67,16 @@ struct DampedMode {
   Eigen::VectorXcd shape;  ///< of q, n; its largest entry is 1; zero where only an effect's own states move
 
   double frequency() const { return exponent.imag(); }  ///< ω
+  /// Whether ω > 0.
   bool oscillates() const { return exponent.imag() > 0.0; }
 };
 
 /// All modes of a linearization.
 struct DampedModes {
-  std::vector<DampedMode> modes;  ///< slowest first: by |λ|
-  Eigen::VectorXcd exponents;     ///< all λ, N; sorted by imaginary, then by real part
-  Stability stability = Stability::stable_in_linear_approximation;
-  double growth = 0.0;  ///< max Re λ
+  std::vector<DampedMode> modes;                                    ///< slowest first: by |λ|
+  Eigen::VectorXcd exponents;                                       ///< all λ, N; sorted by imaginary, then by real part
+  Stability stability = Stability::stable_in_linear_approximation;  ///< by all of the exponents
+  double growth = 0.0;                                              ///< max Re λ
 };
 
 namespace detail {

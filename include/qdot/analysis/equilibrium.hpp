@@ -79,7 +79,7 @@ template <class VectorXd = Eigen::VectorXd>
 
 /// How `equilibrium_near` searches.
 struct EquilibriumOptions {
-  int max_iterations = 50;
+  int max_iterations = 50;   ///< steps of Newton's method
   double tolerance = 1e-12;  ///< stop when a Newton step moves no coordinate by more than tolerance · max(1, |q_i|)
 };
 

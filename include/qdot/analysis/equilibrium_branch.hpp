@@ -39,7 +39,14 @@
 namespace qdot {
 
 /// What a point of a branch of equilibria is.
-enum class BranchKind { start, regular, fold, branch, hopf, end };
+enum class BranchKind {
+  start,    ///< where it was begun
+  regular,  ///< nothing special
+  fold,     ///< the parameter turns back
+  branch,   ///< another branch crosses
+  hopf,     ///< a pair of exponents crosses the imaginary axis
+  end       ///< the last one
+};
 
 /// The kind's name, "fold".
 constexpr std::string_view name(BranchKind kind) noexcept {
@@ -55,18 +62,18 @@ constexpr std::string_view name(BranchKind kind) noexcept {
 
 /// An equilibrium, or a steady motion, of a family.
 struct BranchPoint {
-  BranchKind kind = BranchKind::regular;
-  double p = 0.0;
-  Eigen::VectorXd q, z;         ///< and the effects' own states
-  Eigen::VectorXcd exponents;   ///< of small motions beside it
-  int growing = 0;              ///< how many of them grow
+  BranchKind kind = BranchKind::regular;      ///< what is special about it
+  double p = 0.0;                             ///< the parameter
+  Eigen::VectorXd q, z;                       ///< and the effects' own states
+  Eigen::VectorXcd exponents;                 ///< of small motions beside it
+  int growing = 0;                            ///< how many of them grow
   Stability stability = Stability::unstable;  ///< at special points decided by rounding
 };
 
 /// One curve of equilibria, in order.
 struct EquilibriumBranch {
-  std::vector<BranchPoint> points;
-  std::string message;  ///< how it ended: at the end of the range, or why not there
+  std::vector<BranchPoint> points;                            ///< in order
+  std::string message;                                        ///< how it ended: at the end of the range, or why not there
   std::optional<std::pair<std::size_t, std::size_t>> from{};  ///< the branch and its point that this one begins at; none for the first
 
   /// Points of one kind.
@@ -80,10 +87,10 @@ struct EquilibriumBranch {
 
 /// How branches are followed.
 struct BranchOptions {
-  Eigen::VectorXd qdot{};       ///< rates of cyclic coordinates, n, for steady motions; empty for rest
-  double longest_step = 0.05;   ///< along the curve; p counts in parts of its range, q and z in their sizes at the start, at least 1
-  int most_points = 1000;       ///< of a branch
-  std::size_t most_branches = 16;
+  Eigen::VectorXd qdot{};          ///< rates of cyclic coordinates, n, for steady motions; empty for rest
+  double longest_step = 0.05;      ///< along the curve; p counts in parts of its range, q and z in their sizes at the start, at least 1
+  int most_points = 1000;          ///< of a branch
+  std::size_t most_branches = 16;  ///< in all
 };
 
 namespace detail {

@@ -170,8 +170,9 @@ PhaseVelocity<n> phase_velocity(const System<E, n, I>& system, const Eigen::Matr
 /// H of a system as a function of (q, p, t), for brackets; made by hamiltonian_of().
 template <class Sys>
 struct Hamiltonian {
-  Sys system;
+  Sys system;  ///< whose H it is
 
+  /// H(q, p, t).
   template <class S>
   S operator()(const Vector<S, Sys::dof_at_compile_time>& q, const Vector<S, Sys::dof_at_compile_time>& p, const S& t) const {
     return hamiltonian(system, q, p, t);

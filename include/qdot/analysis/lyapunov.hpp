@@ -77,15 +77,16 @@ struct LyapunovOptions {
 
 /// Lyapunov's exponents of a motion.
 struct LyapunovSpectrum {
-  Outcome outcome = Outcome::completed;
-  std::string message;
-  Eigen::VectorXd lambda;         ///< 1/time, falling as far as the time was long enough; empty if the run ended before anything was counted
-  Eigen::VectorXd standard_error; ///< of each, from ten parts of the time; infinite where fewer than ten intervals were counted
-  std::vector<double> times;      ///< ends of the intervals that were counted
+  Outcome outcome = Outcome::completed;  ///< how the run ended
+  std::string message;                   ///< with the numbers
+  Eigen::VectorXd lambda;                ///< 1/time, falling as far as the time was long enough; empty if the run ended before anything was counted
+  Eigen::VectorXd standard_error;        ///< of each, from ten parts of the time; infinite where fewer than ten intervals were counted
+  std::vector<double> times;             ///< ends of the intervals that were counted
   std::vector<Eigen::VectorXd> running;  ///< the exponents from `settle` to these times
-  double t = 0.0;                 ///< time of the last good state
-  Eigen::VectorXd y;              ///< the last good state
+  double t = 0.0;                        ///< time of the last good state
+  Eigen::VectorXd y;                     ///< the last good state
 
+  /// Whether all of the time was run through.
   bool completed() const noexcept { return outcome == Outcome::completed; }
 };
 

@@ -58,7 +58,7 @@ struct BetweenOptions {
 
 /// A time at which neighbours of a motion meet it again that left its start with other velocities.
 struct ConjugatePoint {
-  double t = 0.0;
+  double t = 0.0;        ///< when
   int multiplicity = 1;  ///< dimension of the kernel of ∂q(t)/∂q̇_a
 };
 
@@ -67,19 +67,20 @@ struct ConjugatePoint {
 /// @tparam n  number of coordinates, or Dynamic
 template <int n = Dynamic>
 struct MotionBetween {
-  BetweenOutcome outcome = BetweenOutcome::not_found;
-  std::string message;                       ///< what was found or missed, with the numbers
-  Outcome run_outcome = Outcome::completed;  ///< of the run that failed, if one did
-  State<n> start;                            ///< q_a and q̇_a
-  Vector<double, n> residual;                ///< q(t_b) − q_b of the run from there; empty where it did not arrive
+  BetweenOutcome outcome = BetweenOutcome::not_found;   ///< how the search ended
+  std::string message;                                  ///< what was found or missed, with the numbers
+  Outcome run_outcome = Outcome::completed;             ///< of the run that failed, if one did
+  State<n> start;                                       ///< q_a and q̇_a
+  Vector<double, n> residual;                           ///< q(t_b) − q_b of the run from there; empty where it did not arrive
   double S = std::numeric_limits<double>::quiet_NaN();  ///< ∫ L dt of that run; NaN where it did not arrive
-  double S_error = 0.0;                      ///< of the quadrature
-  std::vector<ConjugatePoint> conjugate_points;  ///< between the ends, in the order of time
-  int index = 0;                             ///< Morse's index, the sum of their multiplicities
-  Eigen::MatrixXd end_slope;                 ///< ∂q(t_b)/∂q̇_a, n×n
-  int iterations = 0;
-  Sensitivities<n> motion;  ///< the run and its derivatives, dense in t
+  double S_error = 0.0;                                 ///< of the quadrature
+  std::vector<ConjugatePoint> conjugate_points;         ///< between the ends, in the order of time
+  int index = 0;                                        ///< Morse's index, the sum of their multiplicities
+  Eigen::MatrixXd end_slope;                            ///< ∂q(t_b)/∂q̇_a, n×n
+  int iterations = 0;                                   ///< steps of Newton's method
+  Sensitivities<n> motion;                              ///< the run and its derivatives, dense in t
 
+  /// Whether the motion arrives.
   bool found() const noexcept { return outcome == BetweenOutcome::found; }
 
   /// The state at a time between the ends.

@@ -46,6 +46,7 @@ namespace qdot {
 
 /// No gauge term: L itself is the same.
 struct NoGauge {
+  /// Zero.
   template <class Q, class S>
   S operator()(const Q&, const S&) const {
     return S(0.0);

@@ -72,9 +72,9 @@ constexpr std::string_view description(OrbitStability stability) noexcept {
 
 /// An eigenvalue of the monodromy matrix.
 struct Multiplier {
-  std::complex<double> value;
-  double radius = 0.0;   ///< it is known to that
-  bool trivial = false;  ///< 1 for a reason that says nothing about stability
+  std::complex<double> value;  ///< eigenvalue of ∂x(T)/∂x(0)
+  double radius = 0.0;         ///< it is known to that
+  bool trivial = false;        ///< 1 for a reason that says nothing about stability
 };
 
 /// One step of Newton's method.
@@ -82,35 +82,37 @@ struct OrbitIteration {
   double residual = 0.0;  ///< largest entry of x(t₀ + T) − x(t₀), each beside the extent of its component
   double step = 0.0;      ///< length of the step from here, in the same measure; 0 behind the last
   double fraction = 1.0;  ///< of it that was taken
-  double period = 0.0;
+  double period = 0.0;    ///< T of the guess
 };
 
 /// A periodic orbit, or how far the search for it came. x = [q; q̇].
 struct Orbit {
-  OrbitOutcome outcome = OrbitOutcome::not_closed;
-  std::string message;                       ///< what was found or missed, with the numbers
-  Outcome run_outcome = Outcome::completed;  ///< of the last run, "not_differentiable" where an event is only grazed
-  double t = 0.0;                            ///< time of the start
-  Eigen::VectorXd x;                         ///< the start, 2n
-  double period = 0.0;                       ///< T
-  double parameter = 0.0;                    ///< of a family in a parameter
-  double energy = 0.0;                       ///< h = q̇·p − L at the start, whether it is conserved or not
-  bool conserves_energy = false;             ///< whether neighbours of the orbit keep theirs over a period
-  Eigen::VectorXd residual;                  ///< x(t₀ + T) − x(t₀), less the advance that was asked for
-  std::string worst;                         ///< the component that closes worst, measured by its extent
-  Eigen::VectorXd extent;                    ///< largest less smallest value of each component in 24 parts of the period
-  std::vector<OrbitIteration> history;
-  Eigen::MatrixXd monodromy;             ///< M, 2n×2n
-  std::vector<Multiplier> multipliers;   ///< largest first; on constraints, of what they allow
-  OrbitStability stability = OrbitStability::not_decided;
-  std::vector<std::string> undetermined;  ///< what the orbit leaves open, each by its largest component: "x" for the place of a cart
+  OrbitOutcome outcome = OrbitOutcome::not_closed;         ///< whether it was found
+  std::string message;                                     ///< what was found or missed, with the numbers
+  Outcome run_outcome = Outcome::completed;                ///< of the last run, "not_differentiable" where an event is only grazed
+  double t = 0.0;                                          ///< time of the start
+  Eigen::VectorXd x;                                       ///< the start, 2n
+  double period = 0.0;                                     ///< T
+  double parameter = 0.0;                                  ///< of a family in a parameter
+  double energy = 0.0;                                     ///< h = q̇·p − L at the start, whether it is conserved or not
+  bool conserves_energy = false;                           ///< whether neighbours of the orbit keep theirs over a period
+  Eigen::VectorXd residual;                                ///< x(t₀ + T) − x(t₀), less the advance that was asked for
+  std::string worst;                                       ///< the component that closes worst, measured by its extent
+  Eigen::VectorXd extent;                                  ///< largest less smallest value of each component in 24 parts of the period
+  std::vector<OrbitIteration> history;                     ///< steps of Newton's method
+  Eigen::MatrixXd monodromy;                               ///< M, 2n×2n
+  std::vector<Multiplier> multipliers;                     ///< largest first; on constraints, of what they allow
+  OrbitStability stability = OrbitStability::not_decided;  ///< by the multipliers
+  std::vector<std::string> undetermined;                   ///< what the orbit leaves open, each by its largest component: "x" for the place of a cart
 
+  /// Whether it closes within the tolerance.
   bool found() const noexcept { return outcome == OrbitOutcome::found; }
 };
 
 /// The same with its start as a state of the system.
 template <int n>
 struct PeriodicOrbit : Orbit {
+  /// A point of it, as a time, coordinates and velocities.
   State<n> start() const { return State<n>{t, x.head(x.size() / 2), x.tail(x.size() / 2)}; }
 };
 

@@ -42,7 +42,15 @@
 namespace qdot {
 
 /// What an orbit of a family is.
-enum class OrbitKind { start, regular, fold, period_doubling, branch, torus, end };
+enum class OrbitKind {
+  start,            ///< where it was begun
+  regular,          ///< nothing special
+  fold,             ///< what the family is followed in turns back
+  period_doubling,  ///< a multiplier passes −1
+  branch,           ///< another family crosses
+  torus,            ///< a pair of multipliers leaves the unit circle elsewhere
+  end               ///< the last one
+};
 
 /// The kind's name, "period_doubling".
 constexpr std::string_view name(OrbitKind kind) noexcept {
@@ -79,8 +87,8 @@ constexpr std::string_view name(FamilyOutcome outcome) noexcept {
 
 /// What a family is followed in, and how far. Made by in_energy(), in_period() and in_parameter().
 struct FamilyIn {
-  detail::BranchQuantity::What what;
-  double until;
+  detail::BranchQuantity::What what;  ///< energy, period or parameter
+  double until;                       ///< its value where the family ends
 };
 /// In Jacobi's energy h, from that of the start.
 constexpr FamilyIn in_energy(double until) { return {detail::BranchQuantity::What::energy, until}; }
@@ -91,25 +99,25 @@ constexpr FamilyIn in_parameter(double until) { return {detail::BranchQuantity::
 
 /// How a family is followed; lengths are in extents of the orbit.
 struct FamilyOptions {
-  OrbitOptions orbit{};
-  double first_step = 0.05;
-  double longest_step = 0.3;
-  int most_orbits = 500;
-  double location = 1e-8;  ///< of special points, as a part of the step in which they lie
+  OrbitOptions orbit{};       ///< how each orbit is sought
+  double first_step = 0.05;   ///< along the family
+  double longest_step = 0.3;  ///< along the family
+  int most_orbits = 500;      ///< of the family
+  double location = 1e-8;     ///< of special points, as a part of the step in which they lie
 };
 
 /// One orbit of a family.
 struct FamilyOrbit : Orbit {
-  OrbitKind kind = OrbitKind::regular;
-  double value = 0.0;  ///< of what the family is followed in
+  OrbitKind kind = OrbitKind::regular;  ///< what is special about it
+  double value = 0.0;                   ///< of what the family is followed in
 };
 
 /// Orbits in the order of their arc length, special points among them.
 template <int n>
 struct OrbitFamily {
-  FamilyOutcome outcome = FamilyOutcome::no_family;
-  std::string message;
-  std::vector<FamilyOrbit> orbits;
+  FamilyOutcome outcome = FamilyOutcome::no_family;  ///< how it ended
+  std::string message;                               ///< with the numbers
+  std::vector<FamilyOrbit> orbits;                   ///< in the order of arc length
 
   /// The start of orbit number i.
   State<n> start(std::size_t i) const {

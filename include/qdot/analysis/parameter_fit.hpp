@@ -50,6 +50,7 @@ struct Experiment {
 
 /// What is measured unless something else is said: the coordinates.
 struct AllCoordinates {
+  /// q itself.
   template <class X>
   X operator()(const X& q) const {
     return q;

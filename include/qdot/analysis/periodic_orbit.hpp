@@ -42,10 +42,17 @@ namespace qdot {
 
 /// What is held while an orbit is sought. Made by hold_nothing(), hold_energy(), hold_period(), hold_coordinate() and driven().
 struct Held {
-  enum class What { nothing, energy, period, coordinate, drive };
-  What what = What::nothing;
+  /// Kinds of what is held.
+  enum class What {
+    nothing,     ///< the nearest orbit of any energy and period
+    energy,      ///< Jacobi's energy h
+    period,      ///< T
+    coordinate,  ///< one coordinate of the start
+    drive        ///< T is that of what drives the system, or a multiple of it
+  };
+  What what = What::nothing;         ///< which of them
   std::optional<double> value = {};  ///< of the energy; that of the start, if it is not given
-  Eigen::Index coordinate = 0;
+  Eigen::Index coordinate = 0;       ///< which one, from 0, where it is a coordinate
 };
 
 /// Nothing: of a limit cycle, which stands alone.
@@ -63,9 +70,9 @@ constexpr Held driven() { return {Held::What::drive}; }
 
 /// How a periodic orbit is sought.
 struct OrbitOptions {
-  int max_iterations = 30;
-  double tolerance = 1e-10;    ///< of x(t₀ + T) − x(t₀), each component beside its extent on the orbit
-  Eigen::VectorXd advance{};  ///< of q in a period, n: 2π for an angle that goes round; empty for none
+  int max_iterations = 30;                            ///< steps of Newton's method
+  double tolerance = 1e-10;                           ///< of x(t₀ + T) − x(t₀), each component beside its extent on the orbit
+  Eigen::VectorXd advance{};                          ///< of q in a period, n: 2π for an angle that goes round; empty for none
   Options integration{.rtol = 1e-13, .atol = 1e-14};  ///< of the runs and their derivatives
 };
 

@@ -52,18 +52,19 @@ namespace qdot {
 /// @tparam n  number of coordinates, or Dynamic
 template <int n = Dynamic>
 struct ReturnMap {
-  SectionOutcome outcome = SectionOutcome::complete;
-  Outcome run_outcome = Outcome::completed;  ///< why the run ended, or not_differentiable
-  std::string message;         ///< how it ended, with the numbers and what to do
-  double t = 0.0;              ///< of the return; of the end of the run, if there was none
-  Eigen::VectorXd y;           ///< at the return, [q; q̇; …]; empty without one
-  Eigen::MatrixXd derivative;  ///< ∂y/∂(q, q̇ at the start) at the return, wherever it moves; empty unless complete
-  Eigen::VectorXd time;        ///< ∂t/∂(q, q̇ at the start)
-  Eigen::VectorXd surface_slope, energy_slope;  ///< ∇g and ∇h at the start, 2n; empty where there is none
-  bool keeps_energy = false;   ///< h is the same at the return, as far as the tolerances tell
-  bool is_constrained = false;
-  Eigen::Index dof = 0;
+  SectionOutcome outcome = SectionOutcome::complete;  ///< how it ended
+  Outcome run_outcome = Outcome::completed;           ///< why the run ended, or not_differentiable
+  std::string message;                                ///< how it ended, with the numbers and what to do
+  double t = 0.0;                                     ///< of the return; of the end of the run, if there was none
+  Eigen::VectorXd y;                                  ///< at the return, [q; q̇; …]; empty without one
+  Eigen::MatrixXd derivative;                         ///< ∂y/∂(q, q̇ at the start) at the return, wherever it moves; empty unless complete
+  Eigen::VectorXd time;                               ///< ∂t/∂(q, q̇ at the start)
+  Eigen::VectorXd surface_slope, energy_slope;        ///< ∇g and ∇h at the start, 2n; empty where there is none
+  bool keeps_energy = false;                          ///< h is the same at the return, as far as the tolerances tell
+  bool is_constrained = false;                        ///< whether the system has constraints
+  Eigen::Index dof = 0;                               ///< number of coordinates
 
+  /// Whether it came back, with a derivative.
   bool complete() const noexcept { return outcome == SectionOutcome::complete; }
 
   /// The return as a time, coordinates and velocities.

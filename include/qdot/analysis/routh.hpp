@@ -102,6 +102,7 @@ class RouthEnergies {
   RouthEnergies(E energies, const Vector<double, k>& x, const Vector<double, k>& beta)
       : energies_(std::move(energies)), x_(x), beta_(beta) {}
 
+  /// T_R: what velocities have a part in.
   template <class S>
     requires(!time_in_T)
   S T(const Vector<S, m>& q, const Vector<S, m>& qdot) const {
@@ -112,6 +113,7 @@ class RouthEnergies {
   S T(const Vector<S, m>& q, const Vector<S, m>& qdot, const S& t) const {
     return kinetic(q, qdot, t);
   }
+  /// V_R, the effective potential.
   template <class S>
     requires(!time_in_V)
   S V(const Vector<S, m>& q) const {
@@ -202,8 +204,8 @@ class RouthEnergies {
 /// The effect that carries ignored coordinates along as its states: no force, ż = ẋ.
 template <class Energies, int m, int k>
 struct IgnoredCoordinates {
-  Energies energies;
-  Vector<double, k> x0;
+  Energies energies;     ///< T_R and V_R, which know ẋ
+  Vector<double, k> x0;  ///< x at the start, k
 
   Vector<double, k> initial_state() const { return x0; }
   template <class S>
@@ -219,8 +221,8 @@ struct IgnoredCoordinates {
 /// A system without its cyclic coordinates, made by routh_reduction().
 template <class E, int n, Inertia inertia, int... ignored>
 struct RouthReduction {
-  static constexpr int k = static_cast<int>(sizeof...(ignored)), m = n - k;
-  using Energies = RouthEnergies<E, n, ignored...>;
+  static constexpr int k = static_cast<int>(sizeof...(ignored)), m = n - k;  ///< how many coordinates are ignored, and left
+  using Energies = RouthEnergies<E, n, ignored...>;                          ///< T_R and V_R
 
   System<Energies, m, inertia> system;  ///< T_R and V_R of the coordinates that are left; its V is the effective potential
   State<m> start;                       ///< of these

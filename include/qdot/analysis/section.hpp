@@ -71,16 +71,18 @@ constexpr std::string_view name(SectionOutcome outcome) noexcept {
 /// @tparam n  number of coordinates, or Dynamic
 template <int n = Dynamic>
 struct PoincareSection {
-  SectionOutcome outcome = SectionOutcome::complete;
-  Outcome run_outcome = Outcome::completed;  ///< stopped_by_observer where all crossings were found
-  std::string message;                       ///< how it ended, with the numbers and what to do
-  std::vector<double> t;                     ///< of the crossings, in their order
-  Eigen::MatrixXd y;                         ///< a column for each, [q; q̇; …], in front of a jump if there is one
-  double t_reached = 0.0;                    ///< as far as the run went
-  Eigen::Index dof = 0;
-  Statistics statistics;
+  SectionOutcome outcome = SectionOutcome::complete;  ///< how it ended
+  Outcome run_outcome = Outcome::completed;           ///< stopped_by_observer where all crossings were found
+  std::string message;                                ///< how it ended, with the numbers and what to do
+  std::vector<double> t;                              ///< of the crossings, in their order
+  Eigen::MatrixXd y;                                  ///< a column for each, [q; q̇; …], in front of a jump if there is one
+  double t_reached = 0.0;                             ///< as far as the run went
+  Eigen::Index dof = 0;                               ///< number of coordinates
+  Statistics statistics;                              ///< what the run cost
 
+  /// Whether all crossings were found.
   bool complete() const noexcept { return outcome == SectionOutcome::complete; }
+  /// How many were found.
   std::size_t size() const noexcept { return t.size(); }
 
   /// Crossing k as a time, coordinates and velocities.

@@ -49,9 +49,9 @@ namespace qdot {
 /// A motion before it is run: what moves, from where, and its events. Made by problem().
 template <class System, class Start, class List = EventList<>>
 struct Problem {
-  System system;
-  Start start;
-  List events = {};
+  System system;     ///< of a given value of the parameters
+  Start start;       ///< and its start
+  List events = {};  ///< and its events
 };
 
 /// A system or scene, its start, and the events of its run.
@@ -68,8 +68,8 @@ struct WithRespectTo {
 
 /// An event of a run and the derivative of its time.
 struct EventSensitivity {
-  double t = 0.0;
-  std::string name;
+  double t = 0.0;    ///< when
+  std::string name;  ///< of the event
   /// ∂t/∂x, an entry for each column of Φ. Empty for an event that was only recorded, if no trajectory was kept, or if an action has changed the
   /// equations since.
   Eigen::VectorXd time;
@@ -80,22 +80,25 @@ struct EventSensitivity {
 /// @tparam n  number of coordinates, or Dynamic
 template <int n = Dynamic>
 struct Sensitivities {
-  Outcome outcome = Outcome::completed;
-  std::string message;                   ///< how the run ended, with the numbers and what to do
-  double t = 0.0;                        ///< time of the last good state
-  Eigen::VectorXd y;                     ///< the last good state, [q; q̇; …]
-  Eigen::VectorXd ydot;                  ///< ẏ there, which is ∂y/∂t_end
-  Eigen::MatrixXd Phi;                   ///< ∂y/∂x at the fixed time t
-  Eigen::MatrixXd Phi_of_event;          ///< where an event stopped the run: ∂y/∂x at the event, wherever it moves; otherwise Φ
-  std::vector<EventSensitivity> events;  ///< in the order of time
-  Eigen::Index start_columns = 0, time_columns = 0;
-  Run<Dynamic> run;                      ///< of [y; columns of Φ] as one system
+  Outcome outcome = Outcome::completed;              ///< how the run ended
+  std::string message;                               ///< how the run ended, with the numbers and what to do
+  double t = 0.0;                                    ///< time of the last good state
+  Eigen::VectorXd y;                                 ///< the last good state, [q; q̇; …]
+  Eigen::VectorXd ydot;                              ///< ẏ there, which is ∂y/∂t_end
+  Eigen::MatrixXd Phi;                               ///< ∂y/∂x at the fixed time t
+  Eigen::MatrixXd Phi_of_event;                      ///< where an event stopped the run: ∂y/∂x at the event, wherever it moves; otherwise Φ
+  std::vector<EventSensitivity> events;              ///< in the order of time
+  Eigen::Index start_columns = 0, time_columns = 0;  ///< columns of Φ for the start and for its time; parameters have the rest
+  Run<Dynamic> run;                                  ///< of [y; columns of Φ] as one system
 
+  /// Whether t_end was reached.
   bool completed() const noexcept { return outcome == Outcome::completed; }
 
   /// ∂y/∂(q₀, q̇₀), ∂y/∂t₀ and ∂y/∂p at the end, the columns of Φ that were asked for.
   Eigen::MatrixXd d_start() const { return Phi.leftCols(start_columns); }
+  /// ∂y/∂t₀.
   Eigen::MatrixXd d_start_time() const { return Phi.middleCols(start_columns, time_columns); }
+  /// ∂y/∂p.
   Eigen::MatrixXd d_parameters() const { return Phi.rightCols(Phi.cols() - start_columns - time_columns); }
 
   /// The last good state.

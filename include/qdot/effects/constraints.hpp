@@ -23,8 +23,8 @@ namespace qdot {
 /// φ(q, t) = 0 with a name.
 template <class F, int rows = rows_as_returned>
 struct HolonomicConstraint {
-  std::string name;
-  F phi_of;
+  std::string name;  ///< for messages
+  F phi_of;          ///< φ, of q or (q, t)
 
   template <int n>
   static constexpr bool takes_time = detail::functor_takes_time<n, F, 1>();
@@ -52,8 +52,8 @@ HolonomicConstraint<F, rows> holonomic(std::string name, F phi) {
 /// a(q, q̇, t) = 0 with a name.
 template <class F, int rows = rows_as_returned>
 struct NonholonomicConstraint {
-  std::string name;
-  F a;
+  std::string name;  ///< for messages
+  F a;               ///< of (q, q̇) or (q, q̇, t), linear in q̇
 
   template <int n>
   static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
@@ -81,9 +81,9 @@ NonholonomicConstraint<F, rows> nonholonomic(std::string name, F a) {
 /// q_k = s(t), by a drive.
 template <class F, int known = Dynamic>
 struct PrescribedCoordinate {
-  std::string name;
-  Eigen::Index coordinate;
-  F s;
+  std::string name;         ///< for messages
+  Eigen::Index coordinate;  ///< k, from 0
+  F s;                      ///< where it is to be, of t
 
   template <class S, int n>
   void require_fit(const Vector<S, n>& q) const {

@@ -32,21 +32,25 @@
 namespace qdot {
 
 /// Phases of a contact, as they stand in z.
-enum class ContactPhase { apart = 0, closed = 1, undecided = 2 };
+enum class ContactPhase {
+  apart = 0,     ///< φ > 0: no force
+  closed = 1,    ///< φ = 0, kept by a force
+  undecided = 2  ///< at the start, until the state has been looked at
+};
 
 /// What a contact's events are called.
 struct ContactEvents {
-  std::string hits, rests, opens;
+  std::string hits, rests, opens;  ///< at an impact, where it comes to rest, and where it opens again
 };
 
 /// φ(q, t) ≥ 0.
 template <class Gap>
 struct Contact {
-  std::string name;
-  Gap gap;
-  ImpactLaw law;
-  ContactEvents events;
-  bool ends_run = false;
+  std::string name;       ///< for messages
+  Gap gap;                ///< φ, of q or (q, t)
+  ImpactLaw law;          ///< what an impact does
+  ContactEvents events;   ///< what its events are called
+  bool ends_run = false;  ///< whether the run ends where the gap closes
 
   template <int n>
   static constexpr bool takes_time = detail::functor_takes_time<n, Gap, 1>();
@@ -83,13 +87,14 @@ Contact<Gap> boundary(std::string name, Gap gap) {
 /// The room that a rope of given length leaves between a point and its anchor.
 template <class P, class A>
 struct RopeSlack {
-  P point;
-  A anchor;
-  double length;
+  P point;        ///< one end, of q or (q, t), or fixed
+  A anchor;       ///< the other
+  double length;  ///< of the rope
 
   template <int n>
   static constexpr bool takes_time = detail::functor_takes_time<n, P, 1>() || detail::functor_takes_time<n, A, 1>();
 
+  /// Length − |point − anchor|.
   template <class S, int n>
   S operator()(const Vector<S, n>& q, const S& t) const {
     using std::sqrt;

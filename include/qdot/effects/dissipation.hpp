@@ -23,7 +23,7 @@ namespace qdot {
 /// Forces −∂R/∂q̇ of a Rayleigh function.
 template <class F>
 struct RayleighFunction {
-  F R;
+  F R;  ///< of (q, q̇) or (q, q̇, t); half the power lost, where it is quadratic
 
   template <int n>
   static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
@@ -68,7 +68,7 @@ RayleighFunction<F> rayleigh(F R) {
 /// Viscous damping of single coordinates: Qᵢ = −cᵢ q̇ᵢ.
 template <int n>
 struct ViscousDamping {
-  Vector<double, n> c;
+  Vector<double, n> c;  ///< force per velocity of each coordinate, n
 
   template <int>
   static constexpr bool takes_time = false;
@@ -103,9 +103,9 @@ ViscousDamping<Derived::RowsAtCompileTime> viscous_damping(const Eigen::MatrixBa
 
 /// Dry friction of one coordinate, made smooth: Q = −F tanh(q̇/v₀).
 struct RegularizedFriction {
-  Eigen::Index coordinate;
-  double F;
-  double v0;
+  Eigen::Index coordinate;  ///< which one, from 0
+  double F;                 ///< force at speeds well above v₀
+  double v0;                ///< the speed below which it fades
 
   template <int>
   static constexpr bool takes_time = false;
@@ -151,9 +151,9 @@ auto quadratic_drag(Position r, double b) {
 /// A spring and a damper in parallel between two points of the system.
 template <class P1, class P2>
 struct SpringDamper {
-  P1 r1;
-  P2 r2;
-  double k, rest_length, c;
+  P1 r1;                     ///< one end, of q or (q, t), or fixed
+  P2 r2;                     ///< the other
+  double k, rest_length, c;  ///< stiffness, length without tension, and damping along the line
 
   template <int n>
   static constexpr bool takes_time = detail::functor_takes_time<n, P1, 1>() || detail::functor_takes_time<n, P2, 1>();
@@ -207,6 +207,7 @@ struct SpringDamper {
     if constexpr (detail::moves_by_jets<S, n>) return pull_by_jets<n>(f, q, qdot, t);
     else return pull_by_duals(f, q, qdot, t);
   }
+  /// The same for scalars that have no shorter way.
   template <class Law, class S, int n>
   Vector<S, n> pull_by_duals(const Law& f, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     const auto moving = value_and_velocity_of([&](const auto& x, const auto& s) { return length(x, s); }, q, qdot, t);
@@ -249,8 +250,8 @@ SpringDamper<P1, P2> spring_damper(P1 r1, P2 r2, double k, double rest_length, d
 /// Any law of tension between two points.
 template <class P1, class P2, class Law>
 struct TensionBetween {
-  SpringDamper<P1, P2> line;
-  Law f;
+  SpringDamper<P1, P2> line;  ///< where it pulls
+  Law f;                      ///< tension, of length and rate
 
   template <int n>
   static constexpr bool takes_time = SpringDamper<P1, P2>::template takes_time<n>;

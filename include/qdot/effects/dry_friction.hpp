@@ -27,7 +27,12 @@
 namespace qdot {
 
 /// Phases of dry friction, as they stand in z.
-enum class FrictionPhase { backward = -1, sticks = 0, forward = 1, undecided = 2 };
+enum class FrictionPhase {
+  backward = -1,  ///< v < 0
+  sticks = 0,     ///< v = 0, kept by a force within its bound
+  forward = 1,    ///< v > 0
+  undecided = 2   ///< at the start, until the state has been looked at
+};
 
 namespace detail {
 
@@ -48,10 +53,10 @@ struct CoordinateVelocity {
 /// Dry friction against a velocity v(q, q̇, t), linear in q̇.
 template <class Velocity, class Sliding, class Sticking>
 struct DryFriction {
-  std::string name;
-  Velocity v;
-  Sliding F_k;
-  Sticking F_s;
+  std::string name;  ///< for messages
+  Velocity v;        ///< the velocity that it acts against
+  Sliding F_k;       ///< force while it slides, a number or of the state
+  Sticking F_s;      ///< largest force while it sticks, the same
 
   template <int n>
   static constexpr bool takes_time = detail::functor_takes_time<n, Velocity, 2>() || detail::functor_takes_time<n, Sliding, 2>() ||

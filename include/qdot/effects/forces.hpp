@@ -115,7 +115,7 @@ Vector<S, n> force_vector(const Result& result, [[maybe_unused]] Eigen::Index en
 /// A generalized force Q(q, q̇, t), given as it is.
 template <class F>
 struct GeneralizedForce {
-  F Q;
+  F Q;  ///< of (q, q̇) or (q, q̇, t), n
 
   template <int n>
   static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
@@ -135,9 +135,10 @@ GeneralizedForce<F> generalized_force(F Q) {
 /// A force F on the point r of the system.
 template <class Position, class F>
 struct ForceAtPoint {
-  Position r;
-  F F_of;
+  Position r;  ///< the point, of q or (q, t)
+  F F_of;      ///< the force there
 
+  /// The point as a vector of numbers.
   template <int n>
   using Point = decltype(detail::of_position(std::declval<const Position&>(), std::declval<const Vector<double, n>&>(), 0.0));
   template <int n>
@@ -217,8 +218,8 @@ ForceAtPoint<Position, F> force_at_point(Position r, F force) {
 /// A torque on the body whose orientation is the rotation matrix R.
 template <class Pose, class F>
 struct TorqueOnBody {
-  Pose R;
-  F torque;
+  Pose R;    ///< attitude of the body, of q or (q, t), 3×3
+  F torque;  ///< the torque
 
   template <int n>
   static constexpr bool takes_time = detail::functor_takes_time<n, Pose, 1>() || detail::functor_takes_time<n, F, 0>();
@@ -275,7 +276,7 @@ TorqueOnBody<Pose, F> torque_on_body(Pose R, F torque) {
 /// A term in the Lagrangian: −U for a velocity-dependent potential U(q, q̇, t).
 template <class F>
 struct VelocityPotential {
-  F U;
+  F U;  ///< of (q, q̇) or (q, q̇, t); L − U
 
   template <int n>
   static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
@@ -295,10 +296,10 @@ VelocityPotential<F> velocity_potential(F U) {
 /// The inertial forces on a mass point in a frame that turns and accelerates.
 template <class Position, class Omega, class Acceleration>
 struct NonInertialFrame {
-  double m;
-  Position r;
-  Omega Omega_of;
-  Acceleration a_of;
+  double m;           ///< mass of the point
+  Position r;         ///< where it is in the frame
+  Omega Omega_of;     ///< angular velocity of the frame, of t
+  Acceleration a_of;  ///< acceleration of its origin, of t
 
   template <class S, int n>
   S lagrangian_term(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
@@ -328,9 +329,9 @@ NonInertialFrame<Position, Omega, Acceleration> non_inertial_frame(double m, Pos
 /// A controller or actuator with a state of its own.
 template <class Force, class Rate, int states>
 struct Controller {
-  Force Q;
-  Rate zdot;
-  Vector<double, states> z0;
+  Force Q;                    ///< its force, of (q, q̇, z, t), n
+  Rate zdot;                  ///< the rate of its states, of the same
+  Vector<double, states> z0;  ///< its states at the start
 
   Vector<double, states> initial_state() const { return z0; }
 

@@ -169,11 +169,12 @@ VectorXd impulses(const std::type_identity_t<MatrixXd>& A, std::type_identity_t<
 /// The change of state of a system without constraints that hits one gap; for event(…).then(…).
 template <class Sys, class Gap>
 struct Impact {
-  static constexpr bool is_barrier = true;
-  Sys system;
-  Gap gap;
-  ImpactLaw law;
+  static constexpr bool is_barrier = true;  ///< the velocity turns: the motion does not pass g = 0
+  Sys system;                               ///< the system that hits
+  Gap gap;                                  ///< φ, of q or (q, t)
+  ImpactLaw law;                            ///< what becomes of the velocity
 
+  /// Velocities after the blow; nothing where the gap is opening.
   template <int n>
   void operator()(State<n>& s) const {
     const double approach =

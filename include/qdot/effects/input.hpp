@@ -21,10 +21,10 @@ namespace qdot {
 /// Generalized forces of `count` inputs.
 template <int count, class F>
 struct Input {
-  static constexpr bool is_input = true;
-  std::string name;
-  F Q;
-  Vector<double, count> u;
+  static constexpr bool is_input = true;  ///< by which others find it in a scene
+  std::string name;                       ///< for messages
+  F Q;                                    ///< generalized force, of (q, q̇, u), n
+  Vector<double, count> u;                ///< values until others are set
 
   template <int>
   static constexpr bool takes_time = false;

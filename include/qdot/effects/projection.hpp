@@ -163,8 +163,8 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
 /// A state on the constraints and what it took to get there.
 template <int n>
 struct ConsistentState {
-  State<n> state;
-  ProjectionReport report;
+  State<n> state;           ///< nearest one that satisfies the constraints
+  ProjectionReport report;  ///< how far that is from what was given
 };
 
 /// The consistent state nearest to a rough one, as by project().

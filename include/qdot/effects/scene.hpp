@@ -65,17 +65,22 @@ auto effective_system(const Sys& system, const std::tuple<Effects...>& effects) 
 template <class Sys, class... Effects>
 class Scene {
  public:
-  static constexpr int dof_at_compile_time = Sys::dof_at_compile_time;
+  static constexpr int dof_at_compile_time = Sys::dof_at_compile_time;  ///< n, or Dynamic
+  /// Whether any effect has a force, or a state of its own other than the phase of a contact.
   static constexpr bool has_forces = (ForceEffect<Effects, dof_at_compile_time> || ...) ||
                                      ((StateEffect<Effects> && !UnilateralEffect<Effects, dof_at_compile_time>) || ...);
+  /// Whether effects add potentials to V and no other terms to L.
   static constexpr bool adds_potentials_only = (PotentialEffect<Effects, dof_at_compile_time> || ...) &&
                                                !(LagrangianEffect<Effects, dof_at_compile_time> || ...);
-  static constexpr bool has_states = (StateEffect<Effects> || ...);
+  static constexpr bool has_states = (StateEffect<Effects> || ...);  ///< whether any effect has states of its own
+  /// Whether any effect constrains the motion, at least in some phases.
   static constexpr bool has_constraints = (ConstraintEffect<Effects, dof_at_compile_time> || ...);
-  static constexpr bool has_phases = (SwitchingEffect<Effects, dof_at_compile_time> || ...);
+  static constexpr bool has_phases = (SwitchingEffect<Effects, dof_at_compile_time> || ...);  ///< whether any effect switches
+  /// Whether any constraint holds all the time.
   static constexpr bool has_lasting_constraints =
       ((ConstraintEffect<Effects, dof_at_compile_time> && !SwitchingEffect<Effects, dof_at_compile_time>) || ...);
-  static constexpr int states_at_compile_time = detail::total<detail::states_of<Effects>()...>();
+  static constexpr int states_at_compile_time = detail::total<detail::states_of<Effects>()...>();  ///< length of z
+  /// Rows of all constraints, or Dynamic.
   static constexpr int constraints_at_compile_time =
       detail::total<detail::constraint_rows_of<Effects, dof_at_compile_time>()...>();
   static_assert((AnyEffect<Effects, dof_at_compile_time> && ...),
@@ -84,6 +89,7 @@ class Scene {
                 "for vectors with as many entries as the system has coordinates");
   static_assert(states_at_compile_time != Dynamic, "qdot: an effect's own state must have a size known at compile time");
 
+  /// The system with terms of effects in T and V.
   using SystemType = decltype(detail::effective_system(std::declval<const Sys&>(), std::declval<const std::tuple<Effects...>&>()));
 
   Scene(Sys system, Effects... effects)
@@ -93,10 +99,14 @@ class Scene {
 
   /// The system whose T and V hold the terms of the effects.
   const SystemType& system() const noexcept { return system_; }
+  /// The effects in their order.
   const std::tuple<Effects...>& effects() const noexcept { return effects_; }
 
+  /// Number of coordinates.
   Eigen::Index dof() const noexcept { return system_.dof(); }
+  /// As the system has it.
   std::string coordinate_name(Eigen::Index i) const { return system_.coordinate_name(i); }
+  /// As the system has it.
   std::string velocity_name(Eigen::Index i) const { return system_.velocity_name(i); }
 
   /// Rows of each constraint effect, in their order, and of all together; where their types do not say.

@@ -29,14 +29,17 @@ class SceneForm {
   static constexpr int m = Sc::constraints_at_compile_time;
 
  public:
-  static constexpr int dof_at_compile_time = n;
-  static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n + states;
-  static constexpr bool has_constraints = Sc::has_constraints;
+  static constexpr int dof_at_compile_time = n;                                         ///< n, or Dynamic
+  static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n + states;  ///< 2n and the states of effects, or Dynamic
+  static constexpr bool has_constraints = Sc::has_constraints;                          ///< as the scene has it
 
   explicit SceneForm(Sc scene) : scene_(std::move(scene)) {}
 
+  /// The scene behind it.
   const Sc& scene() const noexcept { return scene_; }
+  /// Number of coordinates.
   Eigen::Index dof() const noexcept { return scene_.dof(); }
+  /// Number of components of y = [q; q̇; z].
   Eigen::Index size() const noexcept { return 2 * scene_.dof() + states; }
 
   /// ydot ← [q̇; q̈; ż].
@@ -137,6 +140,7 @@ class SceneForm {
     return happened;
   }
 
+  /// A coordinate's name, a velocity's, or that of an effect's state.
   std::string component_name(Eigen::Index i) const {
     if (i < dof()) return scene_.coordinate_name(i);
     if (i < 2 * dof()) return scene_.velocity_name(i - dof());
@@ -151,6 +155,7 @@ class SceneForm {
     return y;
   }
 
+  /// The time, q and q̇ of y.
   State<n> state(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const {
     return State<n>{t, y.head(dof()), y.segment(dof(), dof())};
   }

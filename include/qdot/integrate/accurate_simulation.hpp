@@ -51,7 +51,7 @@ namespace qdot {
 /// A run, and how accurate it is.
 template <int n = Dynamic>
 struct AccurateRun : AccuracyReport {
-  Run<n> run;
+  Run<n> run;  ///< the most accurate of all
 };
 
 namespace detail {

@@ -134,7 +134,7 @@ AnyStepper any_stepper(const M& method, const F& system, const Options& options)
 template <class System>
 class AnyMethod {
  public:
-  using Form = std::remove_cvref_t<decltype(first_order_form(std::declval<const System&>()))>;
+  using Form = std::remove_cvref_t<decltype(first_order_form(std::declval<const System&>()))>;  ///< the system as steppers see it
 
   template <class M>
     requires(!std::is_same_v<M, AnyMethod>) && SteppingMethod<M, Form>

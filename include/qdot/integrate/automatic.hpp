@@ -371,9 +371,9 @@ void choose_first(AutomaticChoice& choice, Eigen::Index size, const Options& opt
 /// Taylor or Dop853 while the motion is smooth, the stiff method `Stiff` where it is not.
 template <class Stiff>
 struct AutomaticWith {
-  static constexpr std::string_view name = "automatic";
+  static constexpr std::string_view name = "automatic";  ///< as statistics call it until it has chosen
 
-  Stiff stiff = {};
+  Stiff stiff = {};  ///< settings of the stiff method
 
   /// A stepper for `system`, which it copies. The stiff method's is made when it is needed.
   template <FirstOrderSystem F>

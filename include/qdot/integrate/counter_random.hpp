@@ -32,13 +32,15 @@ constexpr std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> count
 /// The random numbers of one motion; also a generator for the distributions of <random>, whose results are the standard library's own.
 class CounterRandom {
  public:
-  using result_type = std::uint64_t;
+  using result_type = std::uint64_t;  ///< 64 random bits
 
   /// @param seed   of the study
   /// @param index  of the motion in it
   constexpr CounterRandom(std::uint64_t seed, std::uint64_t index) noexcept : seed_(seed), index_(index) {}
 
+  /// The least result.
   static constexpr result_type min() noexcept { return 0; }
+  /// The largest.
   static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
 
   /// 64 random bits.

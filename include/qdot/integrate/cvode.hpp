@@ -34,7 +34,7 @@ namespace qdot {
 
 /// Backward differentiation formulas with Newton's method and the exact Jacobian; for stiff systems.
 struct CvodeBdf {
-  static constexpr std::string_view name = "cvode_bdf";
+  static constexpr std::string_view name = "cvode_bdf";  ///< as statistics call it
 
   int max_order = 5;                                      ///< 1 … 5
   std::function<void(std::string_view)> on_message = {};  ///< sink for SUNDIALS' own messages
@@ -48,7 +48,7 @@ struct CvodeBdf {
 
 /// Adams–Moulton formulas of variable order; for smooth motion that is not stiff.
 struct CvodeAdams {
-  static constexpr std::string_view name = "cvode_adams";
+  static constexpr std::string_view name = "cvode_adams";  ///< as statistics call it
 
   int max_order = 12;                                     ///< 1 … 12
   Corrector corrector = Corrector::newton;                ///< Newton also where the motion turns stiff for a while

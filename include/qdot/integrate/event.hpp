@@ -67,12 +67,16 @@
 namespace qdot {
 
 /// Which crossings of zero count.
-enum class Direction { either, falling, rising };
+enum class Direction {
+  either,   ///< all
+  falling,  ///< g goes from positive to negative along the run
+  rising    ///< from negative to positive
+};
 
 /// What was found: when, and which.
 struct RecordedEvent {
-  double t = 0.0;
-  std::string name;
+  double t = 0.0;    ///< when
+  std::string name;  ///< of the event
 };
 
 namespace detail {
@@ -99,13 +103,13 @@ struct ForEveryScalar : G {
 /// A function to watch and what to do when it crosses zero. Made by event().
 template <class G, class Action = detail::RecordOnly>
 struct Event {
-  std::string name;
-  G g;
-  Direction direction = Direction::either;
-  Action action;  // without an initializer: an action may have no default, and clang asks for it when it copies a list of events
+  std::string name;  ///< as it is recorded
+  G g;  ///< zero where it happens; of q, (q, q̇) or (q, q̇, t)
+  Direction direction = Direction::either;  ///< which crossings count
+  Action action;  ///< what it does to the state; without an initializer, for it may have no default, which clang asks for
 
-  static constexpr bool records = std::is_same_v<Action, detail::RecordOnly>;
-  static constexpr bool stops = std::is_same_v<Action, detail::StopThere>;
+  static constexpr bool records = std::is_same_v<Action, detail::RecordOnly>;  ///< whether it only looks
+  static constexpr bool stops = std::is_same_v<Action, detail::StopThere>;     ///< whether it ends the run
   /// True when the action turns g back to g ≥ 0, as an impact does.
   static constexpr bool is_barrier = requires { requires Action::is_barrier; };
   /// True when zeros of g are proved.
@@ -180,7 +184,7 @@ inline Event<detail::Timetable> every(std::string name, double period, double fi
 /// The events of a run. Made by events().
 template <class... Events>
 struct EventList {
-  std::tuple<Events...> list;
+  std::tuple<Events...> list;  ///< in the order given
 };
 
 /// A list of events for simulate(), in any order.

@@ -324,7 +324,7 @@ class GaussStepper : public detail::FixedStep<F> {
 /// Gauss collocation of order 2·stages with a fixed step, for any T and V and for scenes; symplectic where there are neither
 /// forces nor constraints.
 struct Gauss {
-  static constexpr std::string_view name = "gauss";
+  static constexpr std::string_view name = "gauss";  ///< as statistics call it
 
   double step = 0.01;  ///< longest |h|; the way to t_end is divided equally
   int stages = 3;      ///< 1 … 8, order 2, 4, 6, 8 …

@@ -26,13 +26,14 @@ namespace qdot {
 
 /// A time as `elapsed` since `origin`; a plain t is its own origin.
 struct Moment {
-  double origin = 0.0;
-  double elapsed = 0.0;
-  double first = 0.0;  ///< what functors are shown for `origin`: itself, or its neighbour behind a switch
+  double origin = 0.0;   ///< a time
+  double elapsed = 0.0;  ///< since then
+  double first = 0.0;    ///< what functors are shown for `origin`: itself, or its neighbour behind a switch
 
   Moment(double t = 0.0) : origin(t), first(t) {}
   Moment(double from, double since, double shown_first) : origin(from), elapsed(since), first(shown_first) {}
 
+  /// The double nearest to it.
   double t() const noexcept { return origin + elapsed; }
 };
 

@@ -149,8 +149,8 @@ class StopRequest : public Error {
 
 /// Why a step could not be taken: the outcome, and a sentence with the numbers.
 struct Failure {
-  Outcome outcome = Outcome::solver_error;
-  std::string message;
+  Outcome outcome = Outcome::solver_error;  ///< what kind of failure
+  std::string message;                      ///< with the numbers
 };
 
 namespace detail {

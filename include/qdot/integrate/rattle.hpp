@@ -203,7 +203,7 @@ class RattleStepper : public detail::FixedStep<F> {
 
 /// Symplectic steps on holonomic constraints, for T(qdot) quadratic and V(q).
 struct Rattle {
-  static constexpr std::string_view name = "rattle";
+  static constexpr std::string_view name = "rattle";  ///< as statistics call it
 
   double step = 0.01;  ///< longest |h|; the way to t_end is divided equally
   int order = 4;       ///< 2, 4, 6 or 8

@@ -25,14 +25,14 @@ namespace qdot {
 
 /// Start of a first-order system: a time and the whole vector y.
 struct FirstOrderState {
-  double t = 0.0;
-  Eigen::VectorXd y;
+  double t = 0.0;     ///< time
+  Eigen::VectorXd y;  ///< all components
 };
 
 /// States at the times of Options::output_times, as far as the run came.
 struct Samples {
-  std::vector<double> t;
-  Eigen::MatrixXd y;  ///< one column for each time
+  std::vector<double> t;  ///< in the order of the run
+  Eigen::MatrixXd y;      ///< one column for each time
 };
 
 /// The result of a run.
@@ -40,15 +40,16 @@ struct Samples {
 /// @tparam n  number of coordinates, or Dynamic
 template <int n = Dynamic>
 struct Run {
-  Outcome outcome = Outcome::completed;
-  std::string message;       ///< how it ended, with the numbers and what to do
-  double t = 0.0;            ///< time of the last good state
-  Eigen::VectorXd y;         ///< the last good state, [q; q̇; …]
-  Trajectory<n> trajectory;  ///< dense output from the start to t; only its start if keep_trajectory is off
-  Samples samples;
-  std::vector<RecordedEvent> events;  ///< in the order of time; trajectory.before(t) and at(t) are the two sides of a jump
-  Statistics statistics;
+  Outcome outcome = Outcome::completed;  ///< how it ended
+  std::string message;                   ///< how it ended, with the numbers and what to do
+  double t = 0.0;                        ///< time of the last good state
+  Eigen::VectorXd y;                     ///< the last good state, [q; q̇; …]
+  Trajectory<n> trajectory;              ///< dense output from the start to t; only its start if keep_trajectory is off
+  Samples samples;                       ///< at options.output_times
+  std::vector<RecordedEvent> events;     ///< in the order of time; trajectory.before(t) and at(t) are the two sides of a jump
+  Statistics statistics;                 ///< what it cost
 
+  /// Whether t_end was reached.
   bool completed() const noexcept { return outcome == Outcome::completed; }
 
   /// The last good state as coordinates and velocities.
@@ -60,7 +61,10 @@ struct Run {
 };
 
 /// What an observer answers.
-enum class Control { proceed, stop };
+enum class Control {
+  proceed,  ///< go on
+  stop      ///< end here, as stopped_by_observer
+};
 
 /// An accepted step as an observer sees it; valid during the call only.
 class StepView {
@@ -80,12 +84,16 @@ class StepView {
         stepper_(&stepper),
         interpolate_([](void* s, double at, Eigen::Ref<Eigen::VectorXd> out) { static_cast<S*>(s)->interpolate(at, out); }) {}
 
+  /// End of the step.
   double t() const noexcept { return t_; }
+  /// Its beginning.
   double t_previous() const noexcept { return t_previous_; }
 
   /// State at t(); both sides of a jump are shown, one after the other.
   Eigen::Ref<const Eigen::VectorXd> y() const { return y_; }
+  /// Coordinates at its end.
   Eigen::Ref<const Eigen::VectorXd> q() const { return y_.head(dof_); }
+  /// Velocities at its end.
   Eigen::Ref<const Eigen::VectorXd> qdot() const { return y_.segment(dof_, dof_); }
 
   /// State at a time between t_previous() and t(), from the step's dense output.
@@ -120,6 +128,7 @@ concept Observer =
 
 /// The observer that watches nothing and costs nothing.
 struct NoObserver {
+  /// Does nothing.
   void operator()(const StepView&) const noexcept {}
 };
 

@@ -359,7 +359,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
 
 /// Explicit Runge–Kutta of order 8 with dense output of order 7: smooth motion, 1e-5 to 1e-13.
 struct Dop853 {
-  static constexpr std::string_view name = "dop853";
+  static constexpr std::string_view name = "dop853";  ///< as statistics call it
 
   /// A stepper for `system`, which it copies. Allocates all its memory here.
   template <FirstOrderSystem F>
@@ -370,7 +370,7 @@ struct Dop853 {
 
 /// Explicit Runge–Kutta of order 5 with dense output of order 4: smooth motion, few digits.
 struct Dopri5 {
-  static constexpr std::string_view name = "dopri5";
+  static constexpr std::string_view name = "dopri5";  ///< as statistics call it
 
   /// A stepper for `system`, which it copies. Allocates all its memory here.
   template <FirstOrderSystem F>

@@ -50,6 +50,7 @@ struct Kept {
   std::optional<R> value;    ///< nothing where the motion's function threw
   std::exception_ptr error;  ///< what it threw
 
+  /// Whether there is a value: the motion threw nothing.
   bool completed() const noexcept { return value.has_value(); }
 
   /// What went wrong, in words; empty where nothing did.

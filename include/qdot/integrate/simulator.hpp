@@ -53,9 +53,11 @@ namespace qdot {
 
 /// How an advance ended; true if it came where it was told to go.
 struct Advance {
-  Outcome outcome = Outcome::completed;
-  double t = 0.0;  ///< as far as it came
+  Outcome outcome = Outcome::completed;  ///< why it ended there
+  double t = 0.0;                        ///< as far as it came
+  /// Whether it came where it was told to go.
   bool completed() const noexcept { return outcome == Outcome::completed; }
+  /// The same.
   explicit operator bool() const noexcept { return completed(); }
 };
 
@@ -192,12 +194,16 @@ class Simulator {
   /// Goes on by dt ≥ 0.
   Advance advance(double dt) noexcept { return advance_to(engine_->t + dt); }
 
+  /// Time.
   double t() const noexcept { return engine_->t; }
+  /// Number of coordinates.
   Eigen::Index dof() const noexcept { return engine_->dof; }
 
   /// Coordinates, velocities, and all of y; they show the state as it is, also after the next advance.
   Eigen::Map<const Eigen::VectorXd> q() const noexcept { return {engine_->y.data(), engine_->dof}; }
+  /// Velocities.
   Eigen::Map<const Eigen::VectorXd> qdot() const noexcept { return {engine_->y.data() + engine_->dof, engine_->dof}; }
+  /// [q; q̇; z], with inputs among z.
   const Eigen::VectorXd& y() const noexcept { return engine_->y; }
 
   /// A copy of t, q and q̇, for energy(), reactions() and whatever takes a state.
@@ -220,6 +226,7 @@ class Simulator {
   /// @throws InvalidValue  no such input, or a value that is no finite number; nothing is changed
   void set_input(std::size_t i, double value) { engine_->y[place_of(i, value)] = value; }
   void set_input(std::string_view name, double value) { set_input(index_of(name), value); }
+  /// What input number i is held at.
   double input(std::size_t i) const { return engine_->y[place_of(i, 0.0)]; }
   double input(std::string_view name) const { return input(index_of(name)); }
 

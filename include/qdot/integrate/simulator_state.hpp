@@ -24,10 +24,10 @@ namespace qdot {
 
 /// Where a Simulator is, all that its future depends on.
 struct SimulatorState {
-  double t = 0.0;
-  Eigen::VectorXd y;            ///< [q; q̇; z]
-  std::uint64_t stopped_by = 0; ///< events that stopped the last advance, a bit for each of the first 64
-  std::uint64_t simulator = 0;  ///< a number for what the components are called, by which the state of another system is known
+  double t = 0.0;                ///< time
+  Eigen::VectorXd y;             ///< [q; q̇; z]
+  std::uint64_t stopped_by = 0;  ///< events that stopped the last advance, a bit for each of the first 64
+  std::uint64_t simulator = 0;   ///< a number for what the components are called, by which the state of another system is known
 };
 
 namespace detail {

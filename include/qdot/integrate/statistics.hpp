@@ -38,7 +38,7 @@ struct Statistics {
   double mass_rcond = 1.0;          ///< least rcond(M) that was seen (integrate/watch/watch.hpp); 1 where nobody looked
   double mass_rcond_time = 0.0;     ///< when
   double constraint_rcond = 1.0;    ///< least rcond of J M⁻¹ Jᵀ that was seen; below 1e-10 constraints depend on each other
-  double constraint_rcond_time = 0.0;
+  double constraint_rcond_time = 0.0;  ///< when
   double energy_drift = 0.0;        ///< largest |h − h(t₀)| that was seen, where T and V conserve h; restarts begin anew
   double energy_allowed = 0.0;      ///< what the tolerances allowed for it; 0 where nobody looked
   double time_resolution = 0.0;     ///< what time brings within less may have been missed (integrate/watch/time_watch.hpp); 0: formulas, all looked at

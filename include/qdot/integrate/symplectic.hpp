@@ -130,7 +130,7 @@ class SplittingStepper : public detail::FixedStep<F> {
 
 /// Symplectic splitting with a fixed step, for T(qdot) quadratic and V(q) or V(q, t).
 struct Splitting {
-  static constexpr std::string_view name = "splitting";
+  static constexpr std::string_view name = "splitting";  ///< as statistics call it
 
   double step = 0.01;                                      ///< longest |h|; the way to t_end is divided equally
   SplittingScheme scheme = SplittingScheme::blanes_moan_6; ///< the recipe

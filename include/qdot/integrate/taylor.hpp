@@ -309,7 +309,7 @@ class TaylorStepper : public detail::OneStep<F> {
 
 /// Taylor series of the motion: smooth energies and forces, 1e-9 to 1e-15, long runs at full accuracy.
 struct Taylor {
-  static constexpr std::string_view name = "taylor";
+  static constexpr std::string_view name = "taylor";  ///< as statistics call it
 
   int order = 0;  ///< 4 … 60; 0: chosen from rtol
 

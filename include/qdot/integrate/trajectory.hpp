@@ -70,9 +70,13 @@ class DenseOutput {
     pieces_.push_back({t, elapsed, base, elapsed, 1.0, block, offset, 0});
   }
 
+  /// Components of y.
   Eigen::Index size() const noexcept { return size_; }
+  /// Steps that are kept.
   std::size_t steps() const noexcept { return pieces_.size() - jumps_.size(); }
+  /// Where it begins.
   double front_time() const noexcept { return start_time_; }
+  /// Where it ends.
   double back_time() const noexcept { return pieces_.empty() ? start_time_ : pieces_.back().t_end; }
 
   /// True when t lies between front_time() and back_time(), both included.
@@ -213,7 +217,9 @@ class Trajectory : public DenseOutput {
   /// The state just in front of a jump at t; at(t) where there is none.
   State<n> before(double t) const { return state(t, y_before(t)); }
 
+  /// The state at its beginning.
   State<n> front() const { return state(front_time(), y_front()); }
+  /// The state at its end.
   State<n> back() const { return at(back_time()); }
 
   /// `count` states at equal distances in time, both ends included.

@@ -24,9 +24,9 @@ namespace qdot {
 /// q̈ and its derivatives with respect to q (n×n) and q̇ (n×n).
 template <int n>
 struct AccelerationJacobian {
-  Vector<double, n> qddot;
-  Matrix<double, n> d_q;
-  Matrix<double, n> d_qdot;
+  Vector<double, n> qddot;   ///< q̈, n
+  Matrix<double, n> d_q;     ///< ∂q̈/∂q, n×n
+  Matrix<double, n> d_qdot;  ///< ∂q̈/∂q̇, n×n
 };
 
 namespace detail {

@@ -37,14 +37,16 @@ namespace qdot {
 template <int n, class E>
 class Derived : public E {
  public:
-  static constexpr bool has_own_equations = true;
+  static constexpr bool has_own_equations = true;  ///< evaluations ask it for q̈ in place of T and V
 
   Derived()
     requires std::is_default_constructible_v<E>
       : Derived(E{}) {}
   explicit Derived(E energies) : E(std::move(energies)), lines_(std::make_shared<const detail::DerivedLines>(detail::derived_lines<n>(static_cast<const E&>(*this)))) {}
 
+  /// T and V as they were given.
   const E& energies() const noexcept { return *this; }
+  /// The derived equations, line by line.
   const detail::DerivedLines& lines() const noexcept { return *lines_; }
 
   /// False when T and V are no formulas; then they are evaluated as they are.

@@ -29,8 +29,8 @@ namespace qdot {
 /// Accelerations of the members in a pack, and which of them are good.
 template <int n, int lanes>
 struct PackAccelerations {
-  Vector<Pack<lanes>, n> qddot;
-  PackMask<lanes> good;  ///< false: no acceleration stands in this lane
+  Vector<Pack<lanes>, n> qddot;  ///< q̈, n packs
+  PackMask<lanes> good;          ///< false: no acceleration stands in this lane
 };
 
 /// A member of an ensemble that has no acceleration, and why.

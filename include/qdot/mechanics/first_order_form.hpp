@@ -64,10 +64,11 @@ class FirstOrderForm {
   static constexpr int n = Sys::dof_at_compile_time;
 
  public:
-  static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;
+  static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;  ///< 2n, or Dynamic
 
   explicit FirstOrderForm(Sys system) : system_(std::move(system)), inertia_(system_) {}
 
+  /// The system behind it.
   const Sys& system() const noexcept { return system_; }
 
   /// Factors a constant M again, for T may read what has changed meanwhile.

@@ -68,8 +68,8 @@ inline std::string number_text(double x) { return sentence({Phrase(x, 6)}); }
 
 /// A point with a mass: the atom of mechanics.
 struct PointMass {
-  double mass;
-  Eigen::Vector3d position;
+  double mass;               ///< m
+  Eigen::Vector3d position;  ///< r
 };
 
 /// Σ m.
@@ -161,8 +161,8 @@ Eigen::Matrix<typename Rotation::Scalar, 3, 3> turned_inertia(const Eigen::Matri
 
 /// Principal moments I₁ ≤ I₂ ≤ I₃ and a right-handed set of principal axes (columns): I = axes·diag(moments)·axesᵀ.
 struct PrincipalInertia {
-  Eigen::Vector3d moments;
-  Eigen::Matrix3d axes;
+  Eigen::Vector3d moments;  ///< I₁ ≤ I₂ ≤ I₃
+  Eigen::Matrix3d axes;     ///< their directions, a column each
 };
 
 namespace detail {

@@ -73,7 +73,7 @@ struct WithRespectToParameters {};  // the tag of their perturbations
 /// q̈ and its derivatives with respect to the parameters of the model.
 template <int n, int m>
 struct ParameterJacobian {
-  Vector<double, n> qddot;
+  Vector<double, n> qddot;   ///< q̈, n
   Matrix<double, n, m> d_p;  ///< column j: ∂q̈/∂p_j
 };
 

@@ -108,7 +108,7 @@ auto planar_kinetic_energy(double M, const Eigen::MatrixBase<Arm>& AG, double I_
 
 /// What mechanics needs to know of a rigid body, in axes fixed to it, seen from its reference point A.
 struct RigidBody {
-  double mass;
+  double mass;              ///< M
   Eigen::Vector3d centre;   ///< AG
   Eigen::Matrix3d inertia;  ///< I_A, about the reference point (not about G)
 };

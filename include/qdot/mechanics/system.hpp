@@ -69,9 +69,9 @@ using StateVector = std::conditional_t<n == 1 || n == Dynamic, ListedVector<n>, 
 /// A time, a configuration and its velocity: State<1>{0.0, {1.0}, {0.0}}.
 template <int n>
 struct State {
-  double t = 0.0;
-  detail::StateVector<n> q;
-  detail::StateVector<n> qdot;
+  double t = 0.0;               ///< time
+  detail::StateVector<n> q;     ///< coordinates, n
+  detail::StateVector<n> qdot;  ///< velocities, n
 };
 
 /// Two energies and their coordinates.
@@ -86,16 +86,16 @@ class System {
   static_assert(n == Dynamic || n >= 1, "qdot: a system needs at least one coordinate");
 
  public:
-  static constexpr int dof_at_compile_time = n;
-  static constexpr Inertia inertia = inertia_;
-  static constexpr KineticSignature kinetic_signature = detail::kinetic_signature<Energies, n>();
-  static constexpr PotentialSignature potential_signature = detail::potential_signature<Energies, n>();
+  static constexpr int dof_at_compile_time = n;                                                          ///< n, or Dynamic
+  static constexpr Inertia inertia = inertia_;                                                           ///< what M is promised to be
+  static constexpr KineticSignature kinetic_signature = detail::kinetic_signature<Energies, n>();        ///< what T is a function of
+  static constexpr PotentialSignature potential_signature = detail::potential_signature<Energies, n>();  ///< what V is a function of
 
   /// True when neither energy mentions the time, so that Jacobi's energy function is conserved.
   static constexpr bool autonomous = kinetic_signature != KineticSignature::state_and_time &&
                                      potential_signature == PotentialSignature::position;
 
-  using EnergiesType = Energies;
+  using EnergiesType = Energies;  ///< the object with T and V
 
   System(Energies energies, Eigen::Index dof) : energies_(std::move(energies)), dof_(dof) {
     if (dof_ < 1)
@@ -112,6 +112,7 @@ class System {
     }
   }
 
+  /// The object with T and V.
   const Energies& energies() const noexcept { return energies_; }
 
   /// The same system whose coordinates bear the user's names, for messages and tables.

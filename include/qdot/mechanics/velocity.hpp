@@ -72,8 +72,8 @@ constexpr auto vector(const First& first, const Rest&... rest) {
 /// A quantity and its rate of change.
 template <class Value>
 struct ValueAndRate {
-  Value value;
-  Value rate;
+  Value value;  ///< x
+  Value rate;   ///< ẋ
 };
 
 namespace detail {

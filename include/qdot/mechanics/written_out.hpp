@@ -149,7 +149,7 @@ class WrittenOut {
  public:
   /// Their equations, derived by the compiler; `exists` is false where it can't.
   using ClosedForm = detail::ClosedFormOfLists<n, list_T, list_V>;
-  using ClosedJacobian = detail::ClosedJacobianOf<n, typename ClosedForm::Energies>;
+  using ClosedJacobian = detail::ClosedJacobianOf<n, typename ClosedForm::Energies>;  ///< Their derivatives, in the same way.
 
   WrittenOut()
     requires std::is_default_constructible_v<E>
@@ -160,12 +160,16 @@ class WrittenOut {
     if constexpr (ClosedJacobian::exists) detail::write_values<ClosedJacobian>(parameters_T_, parameters_V_, coefficients_of_jacobian_);
   }
 
+  /// T and V as they were given.
   const E& energies() const noexcept { return energies_; }
 
-  // The lists, for those who make something else of them (integrate/steps/motion_plan.hpp), and this object's parameters.
+  /// The list of T, for those who make something else of them (integrate/steps/motion_plan.hpp).
   static constexpr const auto& operations_of_T() { return list_T; }
+  /// The same of V.
   static constexpr const auto& operations_of_V() { return list_V; }
+  /// Numbers that T reads of this object, in the order of its list.
   const auto& parameters_of_T() const noexcept { return parameters_T_; }
+  /// The same of V.
   const auto& parameters_of_V() const noexcept { return parameters_V_; }
 
   /// False when the parameters lead to other operations than the compiler met; the evaluation then goes the general way.
@@ -173,35 +177,36 @@ class WrittenOut {
 
   /// False when the derived equations are not this object's, or need a mass that is not positive.
   bool has_closed_form() const noexcept { return has_closed_form_; }
+  /// Numbers of this object that the derived equations read.
   const double* closed_form_coefficients() const noexcept { return coefficients_.data(); }
 
-  // q̈ by the derived equations; false where they are not the way.
+  /// q̈ by the derived equations; false where they are not the way.
   [[gnu::always_inline]] bool acceleration_in_closed_form(const double* q, const double* qdot, double t, double* qddot) const
     requires(ClosedForm::exists)
   {
     return detail::closed_form_acceleration<n>(*this, q, qdot, t, qddot);
   }
-  // With forces that are found where they are needed: forces(q, qdot, Q) writes them.
+  /// With forces that are found where they are needed: forces(q, qdot, Q) writes them.
   template <class Forces>
   [[gnu::always_inline]] bool acceleration_in_closed_form_with(const Forces& forces, const double* q, const double* qdot, double t, double* qddot) const
     requires(ClosedForm::exists)
   {
     return detail::closed_form_acceleration<n>(*this, q, qdot, t, qddot, forces);
   }
-  // Its derivatives, by columns, at accelerations that are known.
+  /// Its derivatives, by columns, at accelerations that are known.
   bool jacobian_in_closed_form(const double* q, const double* qdot, double t, const double* qddot, double* d_q, double* d_qdot) const
     requires(ClosedJacobian::exists)
   {
     return replays_ && detail::closed_form_jacobian<n, ClosedJacobian>(coefficients_of_jacobian_.data(), q, qdot, t, qddot, d_q, d_qdot);
   }
-  // M and r, handed to `use` (mechanics/derive/closed_form_jacobian.hpp); false where this is not the way.
+  /// M and r, handed to `use` (mechanics/derive/closed_form_jacobian.hpp); false where this is not the way.
   template <class Use>
   [[gnu::always_inline]] bool equations_in_closed_form(const detail::AtState& at, const Use& use) const
     requires(ClosedJacobian::exists)
   {
     return replays_ && detail::closed_form_equations<n, ClosedJacobian>(coefficients_of_jacobian_.data(), at, use);
   }
-  // M and the derivatives of r − M a.
+  /// M and the derivatives of r − M a.
   template <class Row>
   [[gnu::noinline]] bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const
     requires(ClosedJacobian::exists)
@@ -210,12 +215,13 @@ class WrittenOut {
     detail::closed_form_slopes<n, ClosedJacobian>(coefficients_of_jacobian_.data(), q, qdot, t, a, M, rows);
     return true;
   }
-  // Of packs: a mask. has_closed_form() is asked before.
+  /// Of packs: a mask. has_closed_form() is asked before.
   template <class Number>
   [[gnu::always_inline]] auto accelerations_in_closed_form(const Number* q, const Number* qdot, const Number& t, Number* qddot) const {
     return detail::closed_form_of_acceleration<n, ClosedForm>(coefficients_.data(), q, qdot, t, detail::NoForces{}, qddot);
   }
 
+  /// T as a list of operations, or as it was given where that is faster or the only way.
   template <class Qdot>
     requires(kinetic == KineticSignature::velocity)
   [[gnu::always_inline]] auto T(const Qdot& qdot) const {
@@ -245,6 +251,7 @@ class WrittenOut {
       return energies_.T(q, qdot, t);
     }
   }
+  /// V in the same way.
   template <class Q>
     requires(potential == PotentialSignature::position)
   [[gnu::always_inline]] auto V(const Q& q) const {

@@ -17,56 +17,64 @@ namespace qdot::report {
 
 /// A point of the picture, in the units of the model; y is upwards.
 struct Point {
-  double x = 0;
-  double y = 0;
+  double x = 0;  ///< to the right
+  double y = 0;  ///< upwards
 };
 
 /// Something to draw; what `points` and `size` mean depends on the kind.
 struct Shape {
+  /// What it looks like.
   enum class Kind {
-    line,     // through the points: a rod, a string, a chain
-    spring,   // a coil between two points
-    disk,     // a bob at one point; size is its radius in pixels
-    trail,    // the path of one point so far; size is how long it lasts, in units of time (0: for ever)
-    pivot,    // a small fixed bearing at one point
-    box,      // an upright rectangle around one point; size is its width, size2 its height, in the units of the model
-    ellipse,  // the image of a circle: centre and the ends of two conjugate radii
+    line,     ///< through the points: a rod, a string, a chain
+    spring,   ///< a coil between two points
+    disk,     ///< a bob at one point; size is its radius in pixels
+    trail,    ///< the path of one point so far; size is how long it lasts, in units of time (0: for ever)
+    pivot,    ///< a small fixed bearing at one point
+    box,      ///< an upright rectangle around one point; size is its width, size2 its height, in the units of the model
+    ellipse,  ///< the image of a circle: centre and the ends of two conjugate radii
   };
-  Kind kind = Kind::line;
-  std::vector<int> points;
-  double size = 0;
-  double size2 = 0;
-  int colour = -1;  // a series colour, or −1 for ink
+  Kind kind = Kind::line;   ///< what it looks like
+  std::vector<int> points;  ///< their numbers among the points of a frame
+  double size = 0;          ///< as the kind has it
+  double size2 = 0;         ///< as the kind has it
+  int colour = -1;          ///< a series colour, or −1 for ink
 };
 
+/// A line through points: a rod, a string, a chain.
 inline Shape line(std::vector<int> points, int colour = -1) { return {Shape::Kind::line, std::move(points), 0, 0, colour}; }
+/// A coil between two points.
 inline Shape spring(int from, int to) { return {Shape::Kind::spring, {from, to}, 0, 0, -1}; }
+/// A bob.
 inline Shape disk(int point, int colour = 0, double radius_px = 9) {
   return {Shape::Kind::disk, {point}, radius_px, 0, colour};
 }
+/// The path of a point so far.
 inline Shape trail(int point, int colour = 0, double lasts = 0) {
   return {Shape::Kind::trail, {point}, lasts, 0, colour};
 }
+/// A fixed bearing.
 inline Shape pivot(int point) { return {Shape::Kind::pivot, {point}, 0, 0, -1}; }
+/// An upright rectangle around a point, in the units of the model.
 inline Shape box(int point, double width, double height, int colour = -1) {
   return {Shape::Kind::box, {point}, width, height, colour};
 }
+/// The image of a circle.
 inline Shape ellipse(int centre, int end_of_first_radius, int end_of_second_radius, int colour = -1) {
   return {Shape::Kind::ellipse, {centre, end_of_first_radius, end_of_second_radius}, 0, 0, colour};
 }
 
 /// What is drawn of a scene: shapes on its moving points, and lines that never move (ground, rail, wall).
 struct Drawing {
-  std::vector<Shape> shapes{};
-  std::vector<std::vector<Point>> backdrop{};
+  std::vector<Shape> shapes{};                 ///< one over the other
+  std::vector<std::vector<Point>> backdrop{};  ///< lines behind them
 };
 
 /// A drawing with its frames: `frames[i]` are the points at `times[i]`.
 struct Animation {
-  Drawing drawing{};
-  std::vector<double> times{};
-  std::vector<std::vector<Point>> frames{};
-  std::string time_unit = "s";
+  Drawing drawing{};                         ///< what is drawn
+  std::vector<double> times{};               ///< of the frames
+  std::vector<std::vector<Point>> frames{};  ///< points at each time
+  std::string time_unit = "s";               ///< as the page shows it
 };
 
 }  // namespace qdot::report

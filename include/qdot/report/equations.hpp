@@ -31,13 +31,13 @@ namespace report {
 
 /// Equations under a heading.
 struct EquationSection {
-  std::string heading;
-  std::vector<Equation> equations;
+  std::string heading;              ///< "Momenta", …
+  std::vector<Equation> equations;  ///< one under the other
 };
 
 /// The equations of a system as formulas; text of them by report/equation_text.hpp.
 struct Equations : EquationsOfMotion {
-  std::vector<std::string> coordinates = {};
+  std::vector<std::string> coordinates = {};  ///< their letters
 
   /// All of it in the order of theory.
   std::vector<EquationSection> sections() const {
@@ -55,6 +55,7 @@ struct Equations : EquationsOfMotion {
   }
 };
 
+/// Beyond this nobody reads formulas, and none are made.
 inline constexpr std::size_t most_coordinates_to_read = 16;
 
 namespace detail {

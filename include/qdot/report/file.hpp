@@ -29,8 +29,8 @@ class UnwritableFile : public Error {
 
 /// What to write, and where.
 struct File {
-  std::string path;
-  std::string bytes;
+  std::string path;   ///< where
+  std::string bytes;  ///< what
 };
 
 namespace detail {

@@ -22,11 +22,11 @@ namespace qdot::report {
 
 /// One value for each pair of an x and a y.
 struct HeatMap {
-  std::string title{};
-  std::string x_label{}, y_label{};      // with units
-  std::vector<double> x{}, y{};          // of the centres of columns and rows
-  std::vector<double> values{};          // row by row from the first y; what is not finite has no colour
-  std::vector<std::string> remarks{};    // of cells without a value, by cell; empty for none
+  std::string title{};                 ///< above it
+  std::string x_label{}, y_label{};    ///< with units
+  std::vector<double> x{}, y{};        ///< of the centres of columns and rows
+  std::vector<double> values{};        ///< row by row from the first y; what is not finite has no colour
+  std::vector<std::string> remarks{};  ///< of cells without a value, by cell; empty for none
 };
 
 namespace detail {

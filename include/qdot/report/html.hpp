@@ -28,27 +28,27 @@ namespace qdot::report {
 
 /// One line of a table of facts: "m1", "1.5 kg", "mass of the inner bob".
 struct Fact {
-  std::string name;
-  std::string value;
-  std::string remark{};
+  std::string name;      ///< "m1"
+  std::string value;     ///< "1.5 kg"
+  std::string remark{};  ///< what it is
 };
 
 /// A table of facts with a heading.
 struct Facts {
-  std::string heading;
-  std::vector<Fact> rows;
+  std::string heading;     ///< above it
+  std::vector<Fact> rows;  ///< from top to bottom
 };
 
 /// What a page shows, from top to bottom.
 struct Page {
-  std::string title{};
-  std::string lead{};  // one or two sentences
-  std::optional<Animation> animation{};
-  std::vector<Facts> tables{};
-  std::string formulas{};  // markup, as of report/equation_text.hpp
-  std::vector<std::string> figures{};  // markup of the whole width, as of report/heat_map.hpp
-  std::vector<Plot> plots{};
-  std::string footer{};
+  std::string title{};                   ///< above all
+  std::string lead{};                    ///< one or two sentences
+  std::optional<Animation> animation{};  ///< if there is one
+  std::vector<Facts> tables{};           ///< beside it
+  std::string formulas{};                ///< markup, as of report/equation_text.hpp
+  std::vector<std::string> figures{};    ///< markup of the whole width, as of report/heat_map.hpp
+  std::vector<Plot> plots{};             ///< two in a row
+  std::string footer{};                  ///< a last line
 };
 
 namespace detail {

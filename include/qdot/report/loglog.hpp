@@ -31,45 +31,46 @@ namespace qdot::report {
 
 /// One measurement. A failed one has no y that counts.
 struct Marker {
-  double x = 0;
-  double y = 0;
-  std::string label{};
-  bool failed = false;
+  double x = 0;         ///< where
+  double y = 0;         ///< where
+  std::string label{};  ///< what it says when pointed at
+  bool failed = false;  ///< whether the measurement failed
 };
 
 /// The measurements of one method, in their order.
 struct MarkedCurve {
-  std::string name;
-  std::size_t style = 0;  // colour and shape
-  std::vector<Marker> points;
-  bool marked = true;     // false: a line alone
+  std::string name;            ///< in the legend
+  std::size_t style = 0;       ///< colour and shape
+  std::vector<Marker> points;  ///< in their order
+  bool marked = true;          ///< false: a line alone
 };
 
 /// A horizontal line with its name.
 struct Level {
-  double y = 0;
-  std::string label;
+  double y = 0;       ///< where
+  std::string label;  ///< what it says
 };
 
 /// A straight line y ∝ x^slope through a point, with its name.
 struct SlopeGuide {
-  double slope = 1;
-  double x = 1;
-  double y = 1;
-  std::string label;
+  double slope = 1;   ///< of the line
+  double x = 1;       ///< a point of it
+  double y = 1;       ///< a point of it
+  std::string label;  ///< what it says
 };
 
+/// Measurements over decades, with their axes.
 struct LogLogPlot {
-  std::string title{};
-  std::string x_label{};
-  std::string y_label{};
-  std::vector<MarkedCurve> curves{};
-  std::vector<Level> levels{};
-  std::vector<SlopeGuide> slopes{};
-  double width = 720;
-  double height = 430;
-  double least_y = 0;       // smaller values are drawn here: an error of exactly zero has no logarithm
-  bool with_legend = true;
+  std::string title{};                ///< above it
+  std::string x_label{};              ///< with its unit
+  std::string y_label{};              ///< with its unit
+  std::vector<MarkedCurve> curves{};  ///< of all methods
+  std::vector<Level> levels{};        ///< horizontal lines
+  std::vector<SlopeGuide> slopes{};   ///< straight lines to compare with
+  double width = 720;                 ///< px
+  double height = 430;                ///< px
+  double least_y = 0;                 ///< smaller values are drawn here: an error of exactly zero has no logarithm
+  bool with_legend = true;            ///< whether curves are named beside it
 };
 
 namespace detail {

@@ -23,9 +23,9 @@ namespace qdot::report {
 
 /// A named array of doubles in row-major order; shape {rows} or {rows, columns}.
 struct Array {
-  std::string name;
-  std::vector<std::size_t> shape;
-  std::vector<double> values;
+  std::string name;                ///< in the archive
+  std::vector<std::size_t> shape;  ///< rows, or rows and columns
+  std::vector<double> values;      ///< row by row
 };
 
 namespace detail {

@@ -22,40 +22,48 @@ namespace qdot::report {
 
 /// One curve; points with a coordinate that is not finite interrupt it.
 struct Series {
-  std::string label;
-  std::vector<double> x;
-  std::vector<double> y;
-  bool markers = false;  // a dot on every point, for measurements rather than trajectories
-  bool dots = false;     // small dots and no line, for the points of a section
+  std::string label;      ///< in the legend
+  std::vector<double> x;  ///< of the points
+  std::vector<double> y;  ///< of the points
+  bool markers = false;   ///< a dot on every point, for measurements rather than trajectories
+  bool dots = false;      ///< small dots and no line, for the points of a section
 };
 
-enum class Scale { linear, logarithmic };
+/// How numbers lie along an axis.
+enum class Scale {
+  linear,      ///< equal distances for equal differences
+  logarithmic  ///< equal distances for equal factors
+};
 
+/// One axis of a plot.
 struct Axis {
-  std::string label{};                                // with its unit: "t [s]"
-  Scale scale = Scale::linear;
-  std::optional<std::pair<double, double>> range{};  // from the data where it is not given
+  std::string label{};                               ///< with its unit: "t [s]"
+  Scale scale = Scale::linear;                       ///< linear or logarithmic
+  std::optional<std::pair<double, double>> range{};  ///< from the data where it is not given
 };
 
+/// Curves with their axes.
 struct Plot {
-  std::string title{};
-  Axis x{};
-  Axis y{};
-  std::vector<Series> series{};
-  double width = 720;   // px
-  double height = 270;  // px
-  bool equal_units = false;  // one unit is equally long on both axes (orbits, trails)
-  bool time_axis = false;    // x is the time of the animation: a page moves a cursor along it
+  std::string title{};           ///< above it
+  Axis x{};                      ///< the axes
+  Axis y{};                      ///< the axes
+  std::vector<Series> series{};  ///< one over the other
+  double width = 720;            ///< px
+  double height = 270;           ///< px
+  bool equal_units = false;      ///< one unit is equally long on both axes (orbits, trails)
+  bool time_axis = false;        ///< x is the time of the animation: a page moves a cursor along it
 };
 
+/// A mark of an axis.
 struct Tick {
-  double value = 0;
-  std::string label;
+  double value = 0;   ///< where
+  std::string label;  ///< what it says
 };
 
+/// The marks of an axis.
 struct Ticks {
-  std::vector<Tick> ticks;
-  int exponent = 0;  // labels are to be read as label × 10^exponent
+  std::vector<Tick> ticks;  ///< in order
+  int exponent = 0;         ///< labels are to be read as label × 10^exponent
 };
 
 /// Ticks of a linear axis from lo to hi, about `wanted` of them.

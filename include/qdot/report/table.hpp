@@ -17,9 +17,9 @@ namespace qdot::report {
 
 /// One named quantity with its unit, one value per row; an empty unit means dimensionless.
 struct Column {
-  std::string name;
-  std::string unit;
-  std::vector<double> values;
+  std::string name;            ///< of the quantity
+  std::string unit;            ///< empty for none
+  std::vector<double> values;  ///< a number for each row
 
   /// Name and unit as a heading: "theta [rad]", or the bare name where there is no unit.
   std::string heading() const { return unit.empty() ? name : name + " [" + unit + "]"; }
@@ -27,8 +27,9 @@ struct Column {
 
 /// Columns of equal length.
 struct Table {
-  std::vector<Column> columns;
+  std::vector<Column> columns;  ///< from left to right
 
+  /// Length of the columns.
   std::size_t rows() const { return columns.empty() ? 0 : columns.front().values.size(); }
 
   /// The column of that name.

@@ -15,21 +15,25 @@
 
 namespace qdot::report {
 
+/// How many colours curves have, one after the other.
 inline constexpr std::size_t series_colours = 8;
 
+/// Colours as CSS has them.
 struct Theme {
-  const char* paper;
-  const char* card;
-  const char* ink;
-  const char* muted;
-  const char* rule;
-  std::array<const char*, series_colours> series;
+  const char* paper;                               ///< of the page
+  const char* card;                                ///< of what lies on it
+  const char* ink;                                 ///< of words and lines
+  const char* muted;                               ///< of remarks
+  const char* rule;                                ///< of thin lines
+  std::array<const char*, series_colours> series;  ///< of curves
 };
 
+/// For daylight.
 inline constexpr Theme light_theme = {
     "#fbfaf8", "#ffffff", "#1d2430", "#646d7a", "#e3e2de",
     {"#0a66b0", "#cf4a12", "#0b7a58", "#8f45a8", "#a97800", "#c2376f", "#4d6a80", "#7b5a34"}};
 
+/// For the night.
 inline constexpr Theme dark_theme = {
     "#14171c", "#1b1f26", "#e6e8ec", "#98a1ae", "#30363f",
     {"#62b0f2", "#ff8a5c", "#45c49a", "#c794e0", "#e0b341", "#f07fae", "#9db8cc", "#c9a77a"}};
