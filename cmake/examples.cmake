@@ -2,9 +2,10 @@
 #
 # Every examples/NN_name.cpp is a program of its own, example_NN_name.
 file(GLOB examples CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/examples/*.cpp)
-# Eigen is read once for all of them, and once for those with SUNDIALS, whose flags are others; what else they use they include themselves.
+# Eigen is read once for all of them, and once for those with SUNDIALS or Ipopt, whose flags are others; what else they use they include themselves.
 set(shares_eigen_with_qdot::qdot)
 set(shares_eigen_with_qdot::cvode)
+set(shares_eigen_with_qdot::optimal)
 foreach(source IN LISTS examples)
   get_filename_component(name ${source} NAME_WE)
   set(library qdot::qdot)
@@ -12,8 +13,12 @@ foreach(source IN LISTS examples)
   if(names_cvode)
     set(library qdot::cvode)
   endif()
+  file(STRINGS ${source} names_optimal REGEX "#include [<\"]qdot/analysis/optimal")
+  if(names_optimal)
+    set(library qdot::optimal)
+  endif()
   if(NOT TARGET ${library})
-    message(STATUS "Example ${name}: no, it needs SUNDIALS")
+    message(STATUS "Example ${name}: no, it needs what ${library} does")
     continue()
   endif()
   add_executable(example_${name} ${source})

@@ -53,6 +53,7 @@ missing_things() { # missing_things THING…
       *) [ -n "${CMAKE_PREFIX_PATH:-}" ] || case $thing in
            eigen) [ -n "$compiler" ] && has_header "$compiler" Eigen/Core ;;
            sundials) [ -n "${SUNDIALS_ROOT:-}" ] || { [ -n "$compiler" ] && has_header "$compiler" cvode/cvode.h; } ;;
+           ipopt) [ -n "${IPOPT_ROOT:-}" ] || { [ -n "$compiler" ] && { has_header "$compiler" coin/IpTNLP.hpp || has_header "$compiler" coin-or/IpTNLP.hpp; }; } ;;
            cli11) [ -n "$compiler" ] && has_header "$compiler" CLI/CLI.hpp ;;
            json) [ -n "$compiler" ] && has_header "$compiler" nlohmann/json.hpp ;;
            catch2) [ -n "$compiler" ] && { has_header "$compiler" catch2/catch.hpp || has_header "$compiler" catch2/catch_all.hpp; } ;;
@@ -70,6 +71,7 @@ package_names() { # package_names SYSTEM THING…
       apt:ninja | dnf:ninja) printf 'ninja-build ' ;; *:ninja) printf 'ninja ' ;;
       apt:eigen) printf 'libeigen3-dev ' ;;           dnf:eigen) printf 'eigen3-devel ' ;;
       apt:sundials) printf 'libsundials-dev ' ;;      dnf:sundials) printf 'sundials-devel ' ;;
+      apt:ipopt) printf 'coinor-libipopt-dev ' ;;     dnf:ipopt) printf 'coin-or-Ipopt-devel ' ;;
       apt:cli11) printf 'libcli11-dev ' ;;            dnf:cli11) printf 'cli11-devel ' ;;
       apt:json) printf 'nlohmann-json3-dev ' ;;       dnf:json) printf 'json-devel ' ;;
       apt:sphinx) printf 'python3-sphinx python3-myst-parser furo ' ;; *:sphinx) printf 'sphinx myst-parser furo ' ;;
@@ -202,7 +204,7 @@ lock() { # lock DIRECTORY
 configure() { # configure DIRECTORY OPTION…
   local directory=$1 wanted generator=""
   shift
-  wanted="$root $(find_compiler) ${CXXFLAGS:-} ${CMAKE_PREFIX_PATH:-} ${SUNDIALS_ROOT:-} $*"
+  wanted="$root $(find_compiler) ${CXXFLAGS:-} ${CMAKE_PREFIX_PATH:-} ${SUNDIALS_ROOT:-} ${IPOPT_ROOT:-} $*"
   if [ -f "$directory/configured" ] && [ "$(cat "$directory/configured")" = "$wanted" ]; then return; fi
   rm -rf "$directory/CMakeCache.txt" "$directory/CMakeFiles" "$directory/configured"
   ! command -v ninja > /dev/null || generator=Ninja

@@ -109,6 +109,8 @@
 // #include "qdot/analysis/accuracy_study.hpp"  // the same for many methods
 // #include "qdot/analysis/reference.hpp"       // a motion in higher precision
 // #include "qdot/analysis/reference_equations.hpp"  // its equations
+// With Ipopt, linked by qdot::optimal:
+// #include "qdot/analysis/optimal_motion.hpp"  // the cheapest way from one state to another with inputs
 
 // Text from numbers: plots, pages, files. Nothing of it is included here.
 // #include "qdot/report/table.hpp"        // columns of numbers with names and units

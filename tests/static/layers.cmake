@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 #
 # Includes go one way only, from layer to layer and from room to room, and SUNDIALS is named in integrate/cvode*.hpp and the room
-# integrate/cvode/ alone.
+# integrate/cvode/ alone, Ipopt in analysis/optimal/ipopt.hpp.
 set(layers version error ad mechanics effects integrate analysis report qdot)
 # Folders below a layer, each of which may include those before it. What users include is not in them (rooms.cmake).
 set(rooms ad/forward ad/records ad/lagrange ad/places ad/formula ad/series mechanics/equations mechanics/derive mechanics/places
-  effects/rows effects/equations integrate/steps integrate/watch integrate/driver integrate/accurate integrate/cvode analysis/linear analysis/symmetry analysis/variations analysis/orbits analysis/branches analysis/fit analysis/paths report/equations)
+  effects/rows effects/equations integrate/steps integrate/watch integrate/driver integrate/accurate integrate/cvode analysis/linear analysis/symmetry analysis/variations analysis/orbits analysis/branches analysis/fit analysis/paths analysis/optimal report/equations)
 set(sundials_folders "(cvodes?|sundials|nvector|sunmatrix|sunlinsol|sunnonlinsol|arkode|idas?|kinsol)")
 
 set(violations)
@@ -37,10 +37,15 @@ foreach(header IN LISTS headers)
       if(included MATCHES "^integrate/cvode" AND NOT header MATCHES "^integrate/cvode")
         list(APPEND violations "${header} includes ${included}, which needs SUNDIALS")
       endif()
+      if(included MATCHES "^analysis/optimal" AND NOT header MATCHES "^analysis/optimal")
+        list(APPEND violations "${header} includes ${included}, which belongs to the component optimal")
+      endif()
     elseif(line MATCHES "include *\"")
       list(APPEND violations "${header}: write our headers as \"qdot/…\": ${line}")
     elseif(line MATCHES "<${sundials_folders}/" AND NOT header MATCHES "^integrate/cvode")
       list(APPEND violations "${header} names SUNDIALS: ${line}")
+    elseif(line MATCHES "<coin(-or)?/" AND NOT header STREQUAL "analysis/optimal/ipopt.hpp")
+      list(APPEND violations "${header} names Ipopt: ${line}")
     endif()
   endforeach()
 endforeach()
