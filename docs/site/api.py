@@ -53,14 +53,19 @@ class Reference:
 
         return link
 
+    # Overloads one under the other; the first docstring is that of all which have none.
     def member(self, members, link):
-        first = members[0]
-        terms = "\n".join(f"`` {line_of(m.signature)} ``" for m in members)
+        first, entries = members[0], []
         doc = next((m.doc for m in members if m.doc), "")
-        said = markdown.docstring(doc, link) if doc else headers.role_of(first.name, first.in_class) or "…"
-        said = said.replace("\n", "\n    ")
-        # deflist: every term on a line of its own
-        return f"{terms}\n\n:   {said}\n"
+        for member in members:
+            if member.doc or (doc and member is first):
+                said = markdown.docstring(member.doc or doc, link)
+            elif doc:
+                said = "The same."
+            else:
+                said = headers.role_of(first.name, first.in_class) or ("Constructor." if first.is_special else "…")
+            entries.append(f"`` {line_of(member.signature)} ``\n\n:   " + said.replace("\n", "\n    ") + "\n")
+        return "\n".join(entries)
 
     def group(self, path, declarations, link):
         first = declarations[0]
@@ -114,7 +119,7 @@ def add_to(pages):
         for path, title, names in rows:
             table.append(f"| [`{path.rpartition('/')[2]}`]({path.rpartition('/')[2][:-4]}.md) | {markdown.prose(title)} |")
         folder = f"api/{layer}/" if layer else "api/"
-        entries = [path.rpartition("/")[2][:-4] for path, _, _ in rows]
+        entries = [f"{path.rpartition('/')[2]} <{path.rpartition('/')[2][:-4]}>" for path, _, _ in rows]
         if layer:
             pages.write(f"{folder}index.md", f"# {LAYERS[layer]}: {layer}/\n\n" + "\n".join(table) + "\n\n```{toctree}\n:hidden:\n\n" + "\n".join(entries) + "\n```\n")
     essay = [line for line in headers.essay_of((headers.INCLUDE / "qdot.hpp").read_text(encoding="utf-8"))]

@@ -237,6 +237,15 @@ def version():
     return ".".join(numbers)
 
 
+# Debian's furo comes with its scripts as they were written, not as they are bundled: a page's script cannot import another.
+def bundle_theme(out):
+    script, imported = out / "_static/scripts/furo.js", out / "_static/scripts/gumshoe-patched.js"
+    if script.exists() and imported.exists():
+        text = script.read_text(encoding="utf-8")
+        bundled = re.sub(r'^import Gumshoe from "\./gumshoe-patched\.js";\n', lambda _: imported.read_text(encoding="utf-8"), text)
+        script.write_text(bundled, encoding="utf-8")
+
+
 # What is read without a network may ask for nothing from one.
 def foreign(out):
     for file in [*out.rglob("*.html"), *out.rglob("*.css")]:
@@ -270,6 +279,7 @@ def main():
     if result.returncode != 0:
         sys.exit("The site has warnings, which are errors.")
     shutil.rmtree(pages.folder / "doctrees", ignore_errors=True)
+    bundle_theme(out)
     needs = list(foreign(out))
     if needs:
         sys.exit("Pages need a network:\n  " + "\n  ".join(needs[:20]))

@@ -9,7 +9,7 @@ CODE = re.compile(r"""
   | \b(?:qdot/)?(?:[a-z]\w*/)*[a-z]\w*\.hpp\b
   | \b[A-Za-z]\w{2,}(?:::\w+)*(?:<\w*>)?\([^()\s]*\)
   | \b(?:\w+::)+\w+\b(?:\(\))?
-  | \b[a-z]\w*[a-z0-9]_[a-z0-9]\w+\b(?:\(\))?
+  | \b[a-z]\w*[a-z0-9]_[a-z0-9]\w+\b(?:\(\))? | \b[a-z]_[a-z]{3,}\b
   | \b[A-Z][a-z0-9]+(?:[A-Z][a-z0-9]*)+\b(?:\{[^{}\n]*\})?
   | \b[A-Z][a-z]\w+\{[^{}\n]*\}
   | \b[a-z]\w*\.[a-z]\w*_\w+\b
@@ -17,7 +17,7 @@ CODE = re.compile(r"""
 """, re.X)
 EMPHASIS = re.compile(r"(?<![\w*])\*[^\s*][^*\n]*\*(?![\w*])")
 SPECIAL = re.compile(r"([\\`*_{}\[\]<>|&#$])")
-LOOKS_LIKE_CODE = re.compile(r"::|;\s*(//.*)?$|\bconst auto\b|^\s*auto |^\s*#include|\bstruct \w|\breturn |\{\.\w+ =|^\s*//", re.M)
+CODE_LINE = re.compile(r"^\s*(?://|const |auto |#include|struct |return |template |\}|\w+\(.*\);?$)|[;{]\s*(?://.*)?$|::\w+[({]|\{\.\w+ =|\bconst auto\b")
 
 
 def escaped(text):
@@ -47,7 +47,9 @@ def block(lines):
     indent = min(len(line) - len(line.lstrip()) for line in lines if line.strip())
     text = "\n".join(line[indent:] for line in lines).strip("\n")
     fence = "`" * (3 + text.count("```"))
-    return f"{fence}{{code-block}} {'cpp' if LOOKS_LIKE_CODE.search(text) else 'text'}\n{text}\n{fence}"
+    said = [line for line in text.split("\n") if line.strip()]
+    is_code = 2 * sum(1 for line in said if CODE_LINE.search(line)) > len(said)
+    return f"{fence}{{code-block}} {'cpp' if is_code else 'text'}\n{text}\n{fence}"
 
 
 def essay(lines, link=lambda word: None, level=2):
