@@ -47,13 +47,14 @@ namespace qdot {
 
 /// Bounds on an input, a coordinate or a velocity, by its name.
 struct Bound {
-  std::string name;
+  std::string name;  ///< as the system has it, or the input
+  /// In the units of what is bounded.
   double least = -std::numeric_limits<double>::infinity(), most = std::numeric_limits<double>::infinity();
 };
 
 /// When a motion may end.
 struct EndTimes {
-  double earliest = 0.0, latest = 0.0;
+  double earliest = 0.0, latest = 0.0;  ///< both after the start
 };
 
 /// What is asked of a motion.
@@ -63,7 +64,7 @@ struct OptimalTask {
   State<n> end;                               ///< where and when it ends; with `times`, when it may be expected to
   std::vector<std::string> free_at_end = {};  ///< coordinates and velocities that may be anything there
   std::optional<EndTimes> times = {};         ///< the end is free within them
-  std::vector<Bound> bounds = {};
+  std::vector<Bound> bounds = {};             ///< all along the way
 };
 
 /// An optimal motion, or how far the search for it came.
@@ -71,20 +72,21 @@ struct OptimalTask {
 /// @tparam n  number of coordinates, or Dynamic
 template <int n = Dynamic>
 struct OptimalMotion {
-  OptimalOutcome outcome = OptimalOutcome::failed;
+  OptimalOutcome outcome = OptimalOutcome::failed;  ///< how the search ended
   std::string message;   ///< what was found or missed, with the numbers
   double cost = std::numeric_limits<double>::quiet_NaN();  ///< of the motion on its mesh; NaN where none was found
-  double t_end = 0.0;
+  double t_end = 0.0;       ///< when it ends
   std::vector<double> t;    ///< the mesh
   Eigen::VectorXd error;    ///< of each interval: what a run of it differs by, in extents of the motion
   Eigen::VectorXd miss;     ///< of each condition at the end: what the run of the whole motion differs by
   std::vector<MissedCondition> missed;  ///< conditions that cannot be met, with what comes nearest
   std::vector<std::string> at_bounds;   ///< what is at a bound on the way there
-  int iterations = 0, refinements = 0;
+  int iterations = 0, refinements = 0;  ///< of the optimizer on all meshes, and of the mesh
   std::vector<Run<Dynamic>> legs;              ///< runs of the intervals, one after the other
   std::vector<Eigen::MatrixXd> stage_inputs;   ///< of each interval, a column for each stage
   Eigen::VectorXd least_input, most_input, c;  ///< bounds, and places of the stages within an interval
 
+  /// Whether it is optimal on its mesh and a run of it agrees.
   bool solved() const noexcept { return outcome == OptimalOutcome::solved; }
 
   /// The inputs at a time, in the order of the scene.
@@ -118,14 +120,16 @@ struct OptimalMotion {
 /// The cost ∫ ℓ dt + Φ. Made by least_integral().
 template <class Running, class Final>
 struct IntegralCost {
-  Running l;
-  Final phi;
+  Running l;  ///< of (q, q̇, u) or (q, q̇, u, t)
+  Final phi;  ///< of (q, q̇) or (q, q̇, t), at the end
 
+  /// ℓ.
   template <int n, class S, int m>
   S running(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, m>& u, const S& t) const {
     if constexpr (std::is_invocable_v<const Running&, const Vector<S, n>&, const Vector<S, n>&, const Vector<S, m>&, const S&>) return S(l(q, qdot, u, t));
     else return S(l(q, qdot, u));
   }
+  /// Φ.
   template <int n, class S>
   S at_end(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     if constexpr (std::is_invocable_v<const Final&, const Vector<S, n>&, const Vector<S, n>&, const S&>) return S(phi(q, qdot, t));
@@ -158,15 +162,18 @@ IntegralCost<Running, detail::NoCost> least_integral(Running l) {
 
 /// The time of the end as the cost.
 struct LeastTime {
+  /// Zero.
   template <int n, class S, int m>
   S running(const Vector<S, n>&, const Vector<S, n>&, const Vector<S, m>&, const S&) const {
     return S(0.0);
   }
+  /// t.
   template <int n, class S>
   S at_end(const Vector<S, n>&, const Vector<S, n>&, const S& t) const {
     return t;
   }
 };
+/// The least time as the aim.
 inline LeastTime least_time() { return {}; }
 
 namespace detail {
