@@ -8,6 +8,7 @@
 #include <string>
 
 #include <qdot/integrate/counter_random.hpp>
+#include <qdot/integrate/many_in_lanes.hpp>
 #include <qdot/integrate/runge_kutta.hpp>
 #include <qdot/integrate/simulate.hpp>
 #include <qdot/integrate/simulate_many.hpp>
@@ -27,25 +28,25 @@ struct DoublePendulum {
   }
 };
 
-// The time at which an angle first passes π, if that is within 4 s.
-double turns_over(double first, double second) {
-  const auto over = events(event("inner", [](const auto& q) { return std::numbers::pi - std::abs(q[0]); }).stop(),
-                           event("outer", [](const auto& q) { return std::numbers::pi - std::abs(q[1]); }).stop());
-  const auto run = simulate(mechanical_system<2>(DoublePendulum{}), State<2>{0.0, {first, second}, {0.0, 0.0}}, 4.0, Dop853{},
-                            {.rtol = 1e-7, .keep_trajectory = false}, over);
-  return run.outcome == Outcome::stopped_by_event ? run.t : HUGE_VAL;
-}
+const auto pendulum = mechanical_system<2>(DoublePendulum{});
+const Options options{.rtol = 1e-7, .keep_trajectory = false};
+
+// An angle passes π.
+const auto over = events(event("inner", [](const auto& q) { using std::abs; return std::numbers::pi - abs(q[0]); }).stop(),
+                         event("outer", [](const auto& q) { using std::abs; return std::numbers::pi - abs(q[1]); }).stop());
 
 int main() {
-  // Angles from −3 to 3 rad, the outer one to the right, the inner one upward.
+  // Angles from −3 to 3 rad, the outer one to the right, the inner one upward. They differ in their starts alone, and go side by side.
   constexpr std::size_t wide = 51, high = 13;
-  const auto map = simulate_many(wide * high, [](std::size_t i) {
-    return turns_over(3.0 - 6.0 * static_cast<double>(i / wide) / (high - 1), -3.0 + 6.0 * static_cast<double>(i % wide) / (wide - 1));
-  });
+  const auto corner = [](std::size_t i) {
+    return State<2>{0.0, {3.0 - 6.0 * static_cast<double>(i / wide) / (high - 1), -3.0 + 6.0 * static_cast<double>(i % wide) / (wide - 1)}, {0.0, 0.0}};
+  };
+  const auto map = simulate_many(pendulum, wide * high, corner, 4.0, Dop853{}, options, over);
   for (std::size_t row = 0; row < high; ++row) {
     std::string line;
     for (std::size_t column = 0; column < wide; ++column) {
-      const double t = *map[row * wide + column].value;
+      const auto& end = *map[row * wide + column].value;
+      const double t = end.completed() ? 4.0 : end.state.t;
       line += t < 1.0 ? '#' : t < 2.0 ? '+' : t < 4.0 ? '.' : ' ';
     }
     std::printf("%s\n", line.c_str());
@@ -58,8 +59,9 @@ int main() {
   };
   const auto uncertain = [](std::size_t i) {
     CounterRandom random(2026, i);
-    const double first = 2.6 + 0.01 * random.normal();
-    return turns_over(first, 0.5 + 0.01 * random.normal());
+    const double first = 2.6 + 0.01 * random.normal(), second = 0.5 + 0.01 * random.normal();
+    const auto run = simulate(pendulum, State<2>{0.0, {first, second}, {0.0, 0.0}}, 4.0, Dop853{}, options, over);
+    return run.outcome == Outcome::stopped_by_event ? run.t : HUGE_VAL;
   };
   const Sums sums = simulate_many(200, uncertain, Sums{}, [](Sums& sum, std::size_t, Kept<double>&& kept) {
     if (!std::isfinite(*kept.value)) return;

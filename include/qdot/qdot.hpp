@@ -73,6 +73,7 @@
 // #include "qdot/integrate/energy_balance.hpp"       // an account of the energy
 // #include "qdot/integrate/accurate_simulation.hpp"  // the whole motion to an accuracy
 // #include "qdot/integrate/simulate_many.hpp"        // many motions in threads, by their numbers
+// #include "qdot/integrate/many_in_lanes.hpp"        // the same side by side in the lanes of a processor
 // #include "qdot/integrate/counter_random.hpp"       // random numbers that belong to a number
 // #include "qdot/integrate/simulator.hpp"            // a motion that another program advances
 // #include "qdot/integrate/simulator_state.hpp"      // where it is, as bytes

@@ -8,6 +8,7 @@ std::vector<Benchmark> all_benchmarks() {
       eom_benchmark(),
       scenes_benchmark(),
       ensemble_benchmark(),
+      many_benchmark(),
       steppers_benchmark(),
       energy_benchmark(),
       sensitivities_benchmark(),

@@ -56,6 +56,9 @@ Benchmark scenes_benchmark();
 /// Time to evaluate many states at once against one after the other (src/bench/ensemble.cpp).
 Benchmark ensemble_benchmark();
 
+/// Time of many motions side by side against one after the other (src/bench/many.cpp).
+Benchmark many_benchmark();
+
 /// Time to reach an error with each method, beside Dop853 (src/bench/steppers.cpp).
 Benchmark steppers_benchmark();
 

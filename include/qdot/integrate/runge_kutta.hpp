@@ -55,6 +55,7 @@
 #include <utility>
 
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/steps/first_step.hpp"
 #include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
 #include "qdot/integrate/steps/runge_kutta_coefficients.hpp"
@@ -254,32 +255,18 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     error_before_ = std::max(error, 1e-4);
   }
 
-  // A first |h| from the sizes of y, f and of f's change over a small explicit step (Hairer, II.4).
+  // A first |h|, unless one is given.
   double first_step() {
     const double distance = std::abs(this->distance_left());
     if (initial_step_ > 0.0) return std::min(initial_step_, distance);
-    double y_norm = 0.0, f_norm = 0.0;
-    for (Eigen::Index i = 0; i < size(); ++i) {
-      const double scale = 1.0 / this->weight(i, this->y_[i], this->y_[i]);
-      y_norm += this->y_[i] * scale * this->y_[i] * scale;
-      f_norm += k_(i, 0) * scale * k_(i, 0) * scale;
-    }
-    double h = f_norm <= 1e-10 || y_norm <= 1e-10 ? 1e-6 : 0.01 * std::sqrt(y_norm / f_norm);
-    if (!(h > 0.0)) h = 1e-6;  // sizes whose squares are no numbers
-    h = std::min({h, this->max_step_, distance});
-    double change = 0.0;
-    const bool evaluated = this->attempt([&] {
-      for (Eigen::Index i = 0; i < size(); ++i) stage_[i] = this->y_[i] + this->direction_ * h * k_(i, 0);
-      this->evaluate(this->elapsed_ + this->direction_ * h, stage_, f_);
-      for (Eigen::Index i = 0; i < size(); ++i) {
-        const double d = (f_[i] - k_(i, 0)) / this->weight(i, this->y_[i], this->y_[i]);
-        change += d * d;
-      }
+    const auto weight = [&](Eigen::Index i) { return this->weight(i, this->y_[i], this->y_[i]); };
+    return detail::first_step(C::order, size(), this->y_.data(), k_.data(), weight, std::min(this->max_step_, distance), [&](double h) -> const double* {
+      const auto probe = [&] {
+        for (Eigen::Index i = 0; i < size(); ++i) stage_[i] = this->y_[i] + this->direction_ * h * k_(i, 0);
+        this->evaluate(this->elapsed_ + this->direction_ * h, stage_, f_);
+      };
+      return this->attempt(probe) ? f_.data() : nullptr;
     });
-    if (!evaluated || !std::isfinite(change + f_norm)) return 0.1 * h;
-    const double curvature = std::max(std::sqrt(change) / h, std::sqrt(f_norm));
-    const double wanted = curvature <= 1e-15 ? std::max(1e-6, h * 1e-3) : std::pow(0.01 / curvature, 1.0 / C::order);
-    return std::min({100.0 * h, wanted, this->max_step_, distance});
   }
 
   void make_dense() {

@@ -1,0 +1,243 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Explicit Runge–Kutta steps of several motions at once, one in each lane of a pack.
+//
+// The motions share their equations and the table of coefficients and nothing else: each lane has its own time, its own step, its own
+// error test and its own end. A step of the pack is an attempt in all of its lanes; where the error is too large the lane keeps its state and
+// tries again with a shorter step, while the others go on:
+//
+//     lane 0   ├────┼──────┼─────────┼────┤  done: the lane takes the next motion
+//     lane 1   ├──┼─╳┼─┼──┼───┼────┼──────     ╳ an attempt that failed
+//
+// Lengths of steps are those of integrate/runge_kutta.hpp, with the compensated sums and the differences that are explained there; only exp and ln of the
+// controller, and sine and cosine of the equations, are those of ad/pack_math.hpp, which may differ in the last bit. What a lane computes
+// does not depend on its neighbours, so that a motion has the same bits in whatever lane, beside whomever.
+//
+// What lanes cannot do together they leave to the caller, lane by lane: a lane in which M is singular or something is not finite *leaves*, in the
+// state from before the step, and so does one in which the caller sees something on the step that asks for more, such as an event.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <utility>
+
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/steps/runge_kutta_coefficients.hpp"
+#include "qdot/integrate/steps/runge_kutta_sums.hpp"
+#include "qdot/mechanics/ensemble.hpp"
+
+namespace qdot::detail {
+
+template <class C, int n, int lanes>
+class LaneSteps {
+  using P = Pack<lanes>;
+  using Mask = PackMask<lanes>;
+  static constexpr int N = 2 * n;
+
+ public:
+  explicit LaneSteps(const Options& options) : rtol_(options.rtol), max_step_(options.max_step), share_(options.rtol < 1e-14 ? 64.0 : 1.0) {
+    for (int i = 0; i < N; ++i) {
+      atol_[i] = options.atol[i];
+      y_[i] = y_new_[i] = lost_[i] = lost_new_[i] = 0.0;
+      for (auto& row : k_) row[i] = 0.0;
+    }
+    origin_ = length_ = elapsed_ = h_ = 0.0;
+    error_before_ = 1e-4;
+    active_ = rejected_ = false;
+  }
+
+  // Gives a lane a motion: y and ẏ at t0, the way to go with its sign, and the first step with it.
+  void load(int lane, double t0, double way, double h, const double* y, const double* ydot) {
+    set(origin_, lane, t0);
+    set(length_, lane, way);
+    set(elapsed_, lane, 0.0);
+    set(h_, lane, h);
+    set(error_before_, lane, 1e-4);
+    for (int i = 0; i < N; ++i) {
+      set(y_[i], lane, y[i]);
+      set(lost_[i], lane, 0.0);
+      set(k_[0][i], lane, ydot[i]);
+    }
+    put(active_, lane, true);
+    put(rejected_, lane, false);
+    steps_[lane] = evaluations_[lane] = 0;
+  }
+
+  void unload(int lane) {
+    set(length_, lane, 0.0);
+    set(elapsed_, lane, 0.0);
+    set(h_, lane, 0.0);
+    put(active_, lane, false);
+  }
+
+  bool is_active(int lane) const { return active_[lane]; }
+  long steps(int lane) const { return steps_[lane]; }
+  long evaluations(int lane) const { return evaluations_[lane]; }
+  double t(int lane) const { return origin_[lane] + elapsed_[lane]; }
+  double y(int i, int lane) const { return y_[i][lane]; }
+
+  // The step that was just made and is not taken yet, for who looks at it: both ends, and lanes in which it was accepted.
+  const P* before() const { return y_; }
+  const P* after() const { return y_new_; }
+  const P* rate_before() const { return k_[0]; }
+  const P* rate_after() const { return f_; }
+  P h() const { return taken_; }
+  P t_before() const { return origin_ + elapsed_; }
+
+  // One attempt in every lane. accelerations(q, q̇, t, q̈) → mask of good lanes; seen() → mask of lanes that the caller wants to leave.
+  // Returns which lanes have something to tell: they arrived, or leave.
+  template <class Accelerations, class Seen>
+  Mask step(const Accelerations& accelerations, const Seen& seen) {
+    const P distance = length_ - elapsed_;
+    const Mask lands = abs(h_) * (1 + 1e-3) >= abs(distance);
+    P end = elapsed_ + h_;
+    const P on_the_clock = (origin_ + end) - origin_;
+    end = select(abs(on_the_clock - end) <= 1e-3 * abs(h_), on_the_clock, end);
+    end = select(lands, length_, end);
+    taken_ = end - elapsed_;
+    const Mask good = attempted(accelerations);
+    const P error = weighted_error();
+    const Mask accepted = good & active_ & (error <= 1.0);
+    leaves_ = active_ & !good;
+    seen_ = false;
+    Mask takes = accepted;
+    if (accepted.any()) {
+      const Mask good_end = evaluated(accelerations, end, y_new_, f_);
+      leaves_ |= accepted & !good_end;
+      takes &= good_end;
+      seen_ = takes & seen();
+      leaves_ |= seen_;
+      takes &= !seen_;
+    }
+    plan(select(lands, abs(distance), abs(h_)), error, takes, good);
+    const Mask short_of = active_ & !takes & (abs(h_) <= least_step());
+    leaves_ |= short_of;
+    count(takes);
+    elapsed_ = select(takes, end, elapsed_);
+    for (int i = 0; i < N; ++i) {
+      y_[i] = select(takes, y_new_[i], y_[i]);
+      lost_[i] = select(takes, lost_new_[i], lost_[i]);
+      k_[0][i] = select(takes, f_[i], k_[0][i]);
+    }
+    arrived_ = takes & (elapsed_ == length_);
+    return arrived_ | leaves_;
+  }
+
+  bool has_arrived(int lane) const { return arrived_[lane]; }
+  bool was_seen(int lane) const { return seen_[lane]; }
+  double last_step(int lane) const { return taken_[lane]; }
+
+ private:
+  static constexpr double beta = 0.2 / C::order;
+  static constexpr double exponent = 1.0 / C::order - 0.75 * beta;
+
+  static void set(P& pack, int lane, double x) {
+    double all[lanes];
+    pack.store(all);
+    all[lane] = x;
+    pack = P::load(all);
+  }
+  static void put(Mask& mask, int lane, bool truth) {
+    mask = P::of([&](int l) { return (l == lane ? truth : mask[l]) ? 1.0 : 0.0; }) > 0.5;
+  }
+
+  // Σ wⱼ (kⱼ − k₁) of component i over the first `count` stages after k₁.
+  template <class Row, int count>
+  [[gnu::always_inline]] P sum_of(int i) const {
+    P sum = 0.0;
+    unroll<count>([&](auto j) __attribute__((always_inline)) {
+      if constexpr (Row::weights[j + 1] != 0.0) sum += Row::weights[j + 1] * k_[j + 1][i];
+    });
+    return sum;
+  }
+
+  template <class A>
+  Mask evaluated(const A& accelerations, const P& elapsed, const P* y, P* f) {
+    for (int i = 0; i < n; ++i) f[i] = y[n + i];
+    return accelerations(y, y + n, origin_ + elapsed, f + n);
+  }
+
+  template <int row, class A>
+  [[gnu::always_inline]] Mask stage(const A& accelerations) {
+    constexpr double c = C::c[static_cast<std::size_t>(row)];
+    for (int i = 0; i < N; ++i)
+      stage_[i] = y_[i] + (taken_ * (c * k_[0][i] + sum_of<StageRow<C, row>, row - 1>(i)) + lost_[i]);
+    const Mask good = evaluated(accelerations, elapsed_ + c * taken_, stage_, f_);
+    for (int i = 0; i < N; ++i) k_[row][i] = f_[i] - k_[0][i];
+    return good;
+  }
+
+  // The stages and the new state; false in lanes where an evaluation was none.
+  template <class A>
+  Mask attempted(const A& accelerations) {
+    Mask good = true;
+    [&]<std::size_t... i>(std::index_sequence<i...>) {
+      ((good &= stage<static_cast<int>(i) + 1>(accelerations)), ...);
+    }(std::make_index_sequence<static_cast<std::size_t>(C::stages - 1)>{});
+    for (int i = 0; i < N; ++i) {
+      const P sum = sum_of<StageRow<C, C::stages>, C::stages - 1>(i);
+      const P bend = sum + C::half_defect * k_[C::stages - 1][i];
+      const P delta = taken_ * (k_[0][i] + bend) + lost_[i];
+      const P s = y_[i] + delta;
+      const P z = s - y_[i];
+      lost_new_[i] = (y_[i] - (s - z)) + (delta - z);
+      y_new_[i] = s;
+    }
+    return good;
+  }
+
+  P weighted_error() const {
+    P sum = 0.0, low = 0.0;
+    for (int i = 0; i < N; ++i) {
+      const P scale = 1.0 / (atol_[i] + rtol_ * max(abs(y_[i]), abs(y_new_[i])));
+      const P e = sum_of<ErrorRow<C>, C::stages - 1>(i) * scale;
+      const P e_low = sum_of<LowErrorRow<C>, C::stages - 1>(i) * scale;
+      sum += e * e;
+      low += e_low * e_low;
+    }
+    const P both = sum + 0.01 * low;
+    return select(both == P(0.0), P(0.0), share_ * abs(taken_) * sum / sqrt(static_cast<double>(N) * both));
+  }
+
+  // The next h of each lane, after an attempt of length `size`.
+  void plan(const P& size, const P& error, const Mask& takes, const Mask& good) {
+    const P known = max(error, P(1e-10));
+    const P power = fast_exp(-exponent * fast_log(known));  // NaN where the error is none
+    const P before = fast_exp(beta * fast_log(error_before_));
+    P factor = 0.9 * power * before;
+    factor = max(P(1.0 / 3.0), min(factor, select(rejected_, P(1.0), P(6.0))));
+    const P planned = abs(h_);
+    P next = select(size < planned, max(planned, size * factor), size * factor);
+    next = min(next, P(max_step_));
+    const P shorter = select(good & (error == error), size * max(P(0.2), 0.9 * power), 0.25 * size);
+    const P sign = select(h_ < P(0.0), P(-1.0), P(1.0));
+    h_ = select(active_, sign * select(takes, next, shorter), P(0.0));
+    error_before_ = select(takes, max(error, P(1e-4)), error_before_);
+    rejected_ = active_ & !takes;
+  }
+
+  P least_step() const {
+    return 16 * std::numeric_limits<double>::epsilon() * max(abs(elapsed_), min(abs(origin_ + elapsed_), abs(length_ - elapsed_)));
+  }
+
+  void count(const Mask& takes) {
+    for (int lane = 0; lane < lanes; ++lane) {
+      if (!active_[lane]) continue;
+      evaluations_[lane] += C::stages - 1;
+      if (takes[lane]) ++steps_[lane], ++evaluations_[lane];
+    }
+  }
+
+  double rtol_, max_step_, share_;
+  double atol_[N];
+  P origin_, length_, elapsed_, h_, error_before_, taken_;
+  Mask active_, rejected_, leaves_, arrived_, seen_;
+  P y_[N], y_new_[N], lost_[N], lost_new_[N], stage_[N], f_[N];
+  P k_[C::stages][N];  // k₁; less k₁: k₂ … k_s
+  long steps_[lanes] = {}, evaluations_[lanes] = {};
+};
+
+}  // namespace qdot::detail
