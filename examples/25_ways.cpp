@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Ways between two places: the action of paths that are no motions, a throw, three ways of a pendulum from its lowest point back to it, and a great circle that is
-// not the shortest.
+// Ways between two places: the action of paths that are no motions, a throw, three ways of a pendulum from its lowest point back to it, and a great
+// circle that is not the shortest.
 
 #include <cmath>
 #include <cstdio>
@@ -68,5 +68,6 @@ int main() {
   }
   const auto too_exact = motion_between(mechanical_system<2>(OnSphere{}), vector(0.5 * pi, 0.0), 0.0, vector(0.5 * pi, pi), 1.0);
   print("to the antipode", too_exact);
-  print("along the equator by 5 rad, the long way round", motion_between(mechanical_system<2>(OnSphere{}), vector(0.5 * pi, 0.0), 0.0, vector(0.5 * pi, 5.0), 1.0));
+  print("along the equator by 5 rad, the long way round", motion_between(mechanical_system<2>(OnSphere{}), vector(0.5 * pi, 0.0), 0.0,
+                                                                         vector(0.5 * pi, 5.0), 1.0));
 }

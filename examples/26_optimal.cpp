@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The best way from one state to another: a pole swung up by a cart with a bounded force, the fastest wire for a bead, and a task that no motion meets.
+// The best way from one state to another: a pole swung up by a cart with a bounded force, the fastest wire for a bead, and a task that no motion
+// meets.
 
 #include <cmath>
 #include <cstdio>
@@ -34,10 +35,12 @@ struct Bead {
 int main() {
   const double pi = std::numbers::pi;
   const auto cart = scene(mechanical_system<2>(CartPole{}).with_names({"x", "theta"}), input("motor", 0));
-  OptimalTask<2> task{.start = {0.0, {0.0, 0.0}, {0.0, 0.0}}, .end = {2.0, {1.0, pi}, {0.0, 0.0}}, .bounds = {{"motor", -20.0, 20.0}, {"x", -2.0, 2.0}}};
+  OptimalTask<2> task{.start = {0.0, {0.0, 0.0}, {0.0, 0.0}}, .end = {2.0, {1.0, pi}, {0.0, 0.0}},
+                      .bounds = {{"motor", -20.0, 20.0}, {"x", -2.0, 2.0}}};
   const auto effort = least_integral([](const auto&, const auto&, const auto& u) { return u[0] * u[0]; });
   const auto swing = optimal_motion(cart, task, effort, OptimalOptions{.tolerance = 1e-9});
-  std::printf("swing-up: %s, %.5f N^2 s, off by less than 1e-6 at the end: %s\n", name(swing.outcome), swing.cost, swing.miss.cwiseAbs().maxCoeff() < 1e-6 ? "yes" : "no");
+  std::printf("swing-up: %s, %.5f N^2 s, off by less than 1e-6 at the end: %s\n", name(swing.outcome), swing.cost,
+              swing.miss.cwiseAbs().maxCoeff() < 1e-6 ? "yes" : "no");
   for (double t = 0.0; t < 2.1; t += 0.5) {
     const auto state = swing.at(t);
     std::printf("  t = %.1f   x = %6.3f   theta = %6.3f   force %7.3f N\n", t, state.q[0] + 0.0, state.q[1] + 0.0, swing.input(t)[0]);
@@ -47,7 +50,8 @@ int main() {
   const auto wire = input<1>("wire", [](const auto&, const auto& v, const auto& u) { return vector(-u[0] * v[1], u[0] * v[0]); });
   const auto bead = scene(mechanical_system<2>(Bead{}).with_names({"x", "y"}), wire);
   const auto fastest = optimal_motion(bead,
-                                      {.start = {0.0, {0.0, 10.0}, {0.0, 0.0}}, .end = {2.0, {10.0, 5.0}, {5.0, 0.0}}, .free_at_end = {"xdot", "ydot"}, .times = {{0.5, 5.0}}},
+                                      {.start = {0.0, {0.0, 10.0}, {0.0, 0.0}}, .end = {2.0, {10.0, 5.0}, {5.0, 0.0}},
+                                       .free_at_end = {"xdot", "ydot"}, .times = {{0.5, 5.0}}},
                                       least_time(), OptimalOptions{.intervals = 10, .stages = 5});
   std::printf("brachistochrone: %s, T = %.7f s\n", name(fastest.outcome), fastest.t_end);
 

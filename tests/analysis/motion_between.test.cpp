@@ -57,7 +57,8 @@ using V2 = qdot::Vector<double, 2>;
 
 }  // namespace
 
-// G. J. Sussman, J. Wisdom, Structure and Interpretation of Classical Mechanics, section 1.4: 435, and 436.2912142857 with η = (t − t_a)(t − t_b)(sin t, cos t, t²).
+// G. J. Sussman, J. Wisdom, Structure and Interpretation of Classical Mechanics, section 1.4: 435, and 436.2912142857 with η = (t − t_a)(t −
+// t_b)(sin t, cos t, t²).
 TEST_CASE("the action of a straight path and of a varied one are those of the book") {
   const auto system = qdot::mechanical_system<3>(Free{});
   const auto varied = [](double eps) {
@@ -84,7 +85,8 @@ TEST_CASE("the action of a straight path and of a varied one are those of the bo
   CHECK(error_message([&] { return action(system, varied(0.0), 1.0, 1.0); }) ==
         "action: the end must be later than the start, but they are t = 1 and 1; give them in order");
   CHECK_THROWS_AS(action(system, [](const auto& t) { return vector(t, t); }, 0.0, 1.0), qdot::DimensionError);
-  CHECK(error_message([&] { return action(system, [](const auto& t) { return vector(1.0 / (t - t), t, t); }, 0.0, 1.0); }).find("L must be finite all along the path") !=
+  const auto nowhere = [](const auto& t) { return vector(1.0 / (t - t), t, t); };
+  CHECK(error_message([&] { return action(system, nowhere, 0.0, 1.0); }).find("L must be finite all along the path") !=
         std::string::npos);
 }
 
@@ -122,7 +124,8 @@ TEST_CASE("an oscillator has a conjugate point each half period, in every direct
   }
 }
 
-// From θ = 0 to θ = 0 in half of the period of 1.3 rad (../refdata of the pendulum: T = 7.019250311844546): rest, and a swing to either side with θ̇ = 2 sin 0.65.
+// From θ = 0 to θ = 0 in half of the period of 1.3 rad (that is 7.019250311844546): rest, and a swing to either side with θ̇
+// = 2 sin 0.65.
 TEST_CASE("a pendulum goes between two places in several ways, of which rest is not the least") {
   const double T = 0.5 * 7.019250311844546549770542;
   const auto pendulum = line({.pull = 1.0});
@@ -194,6 +197,6 @@ TEST_CASE("ends that are conjugate, and a search that ends early, are outcomes w
   CHECK(early.message.find("the legs must meet, but where the search ended, it is off by") != std::string::npos);
   CHECK(error_message([&] { return motion_between(oscillator, V1(0.0), 2.0, V1(1.0), 1.0); }) ==
         "motion_between: the end must be later than the start, but they are t = 2 and 1; give them in order");
-  CHECK(error_message([&] { return motion_between(oscillator, V1(0.0), 0.0, V1(NAN), 1.0); }).find("both ends must be finite, but q0 goes from 0 to nan") !=
-        std::string::npos);
+  CHECK(error_message([&] { return motion_between(oscillator, V1(0.0), 0.0, V1(NAN), 1.0); })
+            .find("both ends must be finite, but q0 goes from 0 to nan") != std::string::npos);
 }

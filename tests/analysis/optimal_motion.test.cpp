@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 
@@ -40,7 +41,11 @@ auto mover(Mover of) { return qdot::mechanical_system<2>(of); }
 
 struct Price {
   double effort = 0.0, time = 0.0;
-  auto operator()(const auto&, const auto&, const auto& u) const { return effort * u[0] * u[0] + time; }
+  bool fails = false;
+  auto operator()(const auto&, const auto&, const auto& u) const {
+    if (fails) throw std::runtime_error("a price of the user's own");
+    return effort * u[0] * u[0] + time;
+  }
 };
 
 // A force that does no work: what guides a bead along a wire.
@@ -66,10 +71,14 @@ TEST_CASE("the least effort over a distance is a straight line in time") {
   for (const double t : {0.0, 0.7, 1.9, 2.0}) CHECK(std::abs(found.input(t)[0] - (4.5 - 4.5 * t)) < 1e-7);
   CHECK(std::abs(found.at(1.0).q[0] - 1.5) < 1e-8);
   CHECK(found.miss.cwiseAbs().maxCoeff() < 1e-8);
+  const auto bent = optimal_motion(pushed, way(2.0, 3.0), least_integral(Price{.effort = 1.0}), [](const auto& t) { return qdot::vector(t * t, t); },
+                                   OptimalOptions{.intervals = 3});
+  CHECK(std::abs(bent.cost - found.cost) < 1e-8);
   CHECK(error_message([&] { return found.input(2.5); }) == "an optimal motion is asked between its start and its end, but t = 2.5 is not; look at its t and t_end");
 }
 
-// Full force to the middle and back: T = 2 √(d/u). The input jumps in the middle of the motion, where a mesh of an even number of intervals has a point.
+// Full force to the middle and back: T = 2 √(d/u). The input jumps in the middle of the motion, where a mesh of an even number of intervals has a
+// point.
 TEST_CASE("the least time over a distance takes all the force there is") {
   auto task = way(3.0, 2.0);
   task.times = {0.5, 10.0};
@@ -82,11 +91,13 @@ TEST_CASE("the least time over a distance takes all the force there is") {
   CHECK(std::abs(found.input(1.6)[0] + 2.0) < 1e-4);
 }
 
-// From (0, 10) to (10, 5), g = 9.80665: T = 1.801603122453081, a cycloid of radius r = 2.58599960843, along which the guide turns the velocity by √(g/r) more than gravity.
+// From (0, 10) to (10, 5), g = 9.80665: T = 1.801603122453081, a cycloid of radius r = 2.58599960843, along which the guide turns the velocity by
+// √(g/r) more than gravity.
 TEST_CASE("the brachistochrone is the cycloid") {
   const double g = 9.80665;
   const auto bead = scene(mover({.g = g}), qdot::input<1>("guide", Guide{}));
-  const auto found = optimal_motion(bead, {.start = {0.0, {0.0, 10.0}, {0.0, 0.0}}, .end = {2.0, {10.0, 5.0}, {5.0, 0.0}}, .free_at_end = {"qdot0", "qdot1"}, .times = {{0.5, 5.0}}},
+  const auto found = optimal_motion(bead, {.start = {0.0, {0.0, 10.0}, {0.0, 0.0}}, .end = {2.0, {10.0, 5.0}, {5.0, 0.0}},
+                                           .free_at_end = {"qdot0", "qdot1"}, .times = {{0.5, 5.0}}},
                                     least_time(), OptimalOptions{.intervals = 10, .stages = 5});
   INFO(found.message);
   REQUIRE(found.solved());
@@ -96,10 +107,11 @@ TEST_CASE("the brachistochrone is the cycloid") {
   for (const double t : {0.5, 1.0, 1.5}) CHECK(std::abs(found.input(t)[0] - std::sqrt(g / 2.5859996084327469)) < 1e-4);
 }
 
-// M. Kelly, SIAM Review 59 (2017), section 6: 1 kg, 0.3 kg on 0.5 m, 1 m in 2 s, at most 20 N. A test of dymos has 58.8839489745 N² s for it, on 40 intervals of order 4, and
-// with no force at the end, which can only be dearer.
+// M. Kelly, SIAM Review 59 (2017), section 6: 1 kg, 0.3 kg on 0.5 m, 1 m in 2 s, at most 20 N. A test of dymos has 58.8839489745 N² s for it, on 40
+// intervals of order 4, and with no force at the end, which can only be dearer.
 TEST_CASE("the swing-up of a pole with a bounded force is the published one, and runs to its end") {
-  const OptimalTask<2> task{.start = {0.0, {0.0, 0.0}, {0.0, 0.0}}, .end = {2.0, {1.0, pi}, {0.0, 0.0}}, .bounds = {{"motor", -20.0, 20.0}, {"x", -2.0, 2.0}}};
+  const OptimalTask<2> task{.start = {0.0, {0.0, 0.0}, {0.0, 0.0}}, .end = {2.0, {1.0, pi}, {0.0, 0.0}},
+                            .bounds = {{"motor", -20.0, 20.0}, {"x", -2.0, 2.0}}};
   const auto found = optimal_motion(cart, task, least_integral(Price{.effort = 1.0}), OptimalOptions{.tolerance = 1e-9});
   INFO(found.message);
   REQUIRE(found.solved());
@@ -110,11 +122,16 @@ TEST_CASE("the swing-up of a pole with a bounded force is the published one, and
   // Without the jumps of an active bound the cost converges as the order of the stages says: 2s = 4.
   double off[2];
   for (int k = 0; k < 2; ++k) {
-    const auto coarse = optimal_motion(cart, task, least_integral(Price{.effort = 1.0}), OptimalOptions{.intervals = 20 << k, .stages = 2, .most_refinements = 0});
+    const auto coarse = optimal_motion(cart, task, least_integral(Price{.effort = 1.0}),
+                                       OptimalOptions{.intervals = 20 << k, .stages = 2, .most_refinements = 0});
     CHECK(coarse.outcome == OptimalOutcome::not_accurate);
     off[k] = std::abs(coarse.cost - found.cost);
   }
   CHECK(std::log2(off[0] / off[1]) > 3.0);
+
+  const auto early = optimal_motion(cart, task, least_integral(Price{.effort = 1.0}), OptimalOptions{.most_iterations = 3});
+  CHECK(early.outcome == OptimalOutcome::iteration_limit);
+  CHECK(early.message.find("as many iterations as were allowed") != std::string::npos);
 }
 
 // At full force a unit mass comes ½ · 2 · 1² far.
@@ -141,7 +158,9 @@ TEST_CASE("the curvature of the equations of motion is the slope of their slopes
   const qdot::detail::ControlledScene<std::remove_const_t<decltype(pushed)>, std::remove_const_t<decltype(price)>> controlled(cart, price);
   const Eigen::VectorXd x = (Eigen::VectorXd(4) << 0.3, 1.1, -0.7, 2.0).finished(), u = Eigen::VectorXd::Constant(1, 3.0);
   const Eigen::VectorXd weights = (Eigen::VectorXd(5) << 0.4, -0.3, 1.2, 0.8, 0.6).finished();
-  const auto weighted = [&](const Eigen::VectorXd& z) { return Eigen::VectorXd(controlled.slopes(0.0, z.head(4), z.tail(1)).slopes.transpose() * weights); };
+  const auto weighted = [&](const Eigen::VectorXd& z) {
+    return Eigen::VectorXd(controlled.slopes(0.0, z.head(4), z.tail(1)).slopes.transpose() * weights);
+  };
   const Eigen::MatrixXd H = controlled.curvature(0.0, x, u, weights, controlled.slopes(0.0, x, u).slopes);
   for (Eigen::Index j = 0; j < 5; ++j) {
     Eigen::VectorXd more(5), less;
@@ -162,5 +181,6 @@ TEST_CASE("a task that contradicts itself is refused by name") {
   task.bounds = {{"motor", -1.0, 2.0}};
   CHECK(error_message([&] { return optimal_motion(pushed, task, cost); }) ==
         "optimal_motion: a bound or a free end must be that of something in the scene, but there is no 'motor'; there are q0, q1, qdot0, qdot1, push");
+  CHECK_THROWS_WITH(optimal_motion(pushed, way(1.0, 1.0), least_integral(Price{.fails = true})), "a price of the user's own");
   CHECK(error_message([&] { return optimal_motion(pushed, way(0.0, 1.0), cost); }).find("the end must be later than the start") != std::string::npos);
 }

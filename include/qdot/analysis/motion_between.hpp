@@ -19,8 +19,9 @@
 // that is asked for q and q̇; the straight line, if none is given.
 //
 // Is S the least of all paths near by? Only as far as the first point conjugate to t_a (Jacobi). Beyond, each conjugate point adds its multiplicity
-// to Morse's index, the number of independent directions of change in which S is largest instead (analysis/paths/conjugate_points.hpp). At a conjugate point itself
-// Newton's equations are singular: neighbours with other velocities arrive as well, or nobody does. That has a name, conjugate_ends.
+// to Morse's index, the number of independent directions of change in which S is largest instead (analysis/paths/conjugate_points.hpp). At a
+// conjugate point itself Newton's equations are singular: neighbours with other velocities arrive as well, or nobody does. That has a name,
+// conjugate_ends.
 //
 // Asked for are systems and scenes whose forces all come from T and V. Constraints and other forces are refused: what they do is not in L, and on
 // constraints not every q has neighbours on all sides.
@@ -149,13 +150,15 @@ std::vector<MeetingPoint> meeting_points(const Sys& system, const Sensitivities<
   switch (end.outcome) {
     case BetweenOutcome::found: return sentence({"found: ", off});
     case BetweenOutcome::conjugate_ends:
-      return sentence({"motion_between: the ends must not be conjugate, but neighbours that leave the start with different velocities meet at t = ", {t_b, 8},
+      return sentence({"motion_between: the ends must not be conjugate, but neighbours that leave the start with different velocities meet at t = ",
+                       {t_b, 8},
                        ", so there is no motion to other places, or one of many; where the search ended, ", off, "; move an end, or t_b"});
     case BetweenOutcome::not_found:
       return sentence({"motion_between: the legs must meet, but where the search ended, ", off,
                        "; give a path that is nearer to a motion, or ask whether there is one in this time"});
     default:
-      return sentence({"motion_between: each leg must be a run to its end, but one failed: ", end.failed.message, "; give a path that keeps away from there"});
+      return sentence({"motion_between: each leg must be a run to its end, but one failed: ", end.failed.message,
+                       "; give a path that keeps away from there"});
   }
 }
 
@@ -198,7 +201,8 @@ MotionBetween<n> motion_between(const System<E, n, Inertia::positive_definite>& 
   const detail::LegsOf<System<E, n, Inertia::positive_definite>> legs(system, options.integration);
   for (Eigen::Index i = 0; i < k; ++i)
     if (!std::isfinite(q_a[i]) || !std::isfinite(q_b[i]))
-      detail::throw_invalid_value({"motion_between: both ends must be finite, but ", legs.name(i), " goes from ", q_a[i], " to ", q_b[i], "; give every entry a number"});
+      detail::throw_invalid_value({"motion_between: both ends must be finite, but ", legs.name(i), " goes from ", q_a[i], " to ", q_b[i],
+                                   "; give every entry a number"});
   detail::BetweenSearch search{&legs};
   search.most_iterations = options.most_iterations;
   search.tolerance = options.tolerance;

@@ -14,9 +14,9 @@
 //     swing.input(0.3)            the force
 //     swing.at(0.3)               where the scene is then, by a run with error control
 //
-// The motion is sought on a mesh by collocation (analysis/optimal/collocation.hpp) with exact first and second derivatives of the scene, its inputs and costs, as a
-// sparse program that Ipopt solves. Then it is run, and the mesh refined until the run agrees (analysis/optimal/search.hpp). What is found is a local optimum near
-// the guess: of paths t ↦ q the straight line, if none is given.
+// The motion is sought on a mesh by collocation (analysis/optimal/collocation.hpp) with exact first and second derivatives of the scene, its inputs
+// and costs, as a sparse program that Ipopt solves. Then it is run, and the mesh refined until the run agrees (analysis/optimal/search.hpp). What is
+// found is a local optimum near the guess: of paths t ↦ q the straight line, if none is given.
 //
 // Where no motion meets all conditions, those that cannot be met are named, with what comes nearest.
 //
@@ -126,7 +126,8 @@ struct IntegralCost {
   /// ℓ.
   template <int n, class S, int m>
   S running(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, m>& u, const S& t) const {
-    if constexpr (std::is_invocable_v<const Running&, const Vector<S, n>&, const Vector<S, n>&, const Vector<S, m>&, const S&>) return S(l(q, qdot, u, t));
+    using V = Vector<S, n>;
+    if constexpr (std::is_invocable_v<const Running&, const V&, const V&, const Vector<S, m>&, const S&>) return S(l(q, qdot, u, t));
     else return S(l(q, qdot, u));
   }
   /// Φ.
@@ -185,7 +186,8 @@ namespace detail {
     if (each == name) return i;
     known += (known.empty() ? "" : ", ") + each;
   }
-  throw_invalid_value({"optimal_motion: a bound or a free end must be that of something in the scene, but there is no '", name, "'; there are ", known});
+  throw_invalid_value({"optimal_motion: a bound or a free end must be that of something in the scene, but there is no '", name, "'; there are ",
+                       known});
 }
 
 inline ControlTask control_task(const Controlled& of, double t_a, double t_b, const std::optional<EndTimes>& times, const Eigen::VectorXd& start,
@@ -194,10 +196,12 @@ inline ControlTask control_task(const Controlled& of, double t_a, double t_b, co
   require_duration("optimal_motion", t_a, t_b);
   if (options.intervals < 1 || options.stages < 1 || options.stages > 8 || !(options.tolerance > 0.0) || options.most_iterations < 1 || options.most_refinements < 0)
     throw_invalid_value({"optimal_motion: there must be at least 1 interval, 1 to 8 stages and 1 iteration, and a positive tolerance, but there are ",
-                         options.intervals, ", ", options.stages, ", ", options.most_iterations, " and ", options.tolerance, "; leave them out for the defaults"});
+                         options.intervals, ", ", options.stages, ", ", options.most_iterations, " and ", options.tolerance,
+                         "; leave them out for the defaults"});
   const EndTimes range = times.value_or(EndTimes{t_b, t_b});
   if (!(range.earliest > t_a && range.earliest <= t_b && t_b <= range.latest))
-    throw_invalid_value({"optimal_motion: the end must be expected within its times and behind the start, but it is t = ", t_b, ", between ", range.earliest, " and ",
+    throw_invalid_value({"optimal_motion: the end must be expected within its times and behind the start, but it is t = ", t_b, ", between ",
+                         range.earliest, " and ",
                          range.latest, "; give end.t a time between them"});
   const Eigen::Index N = of.states(), m = of.inputs();
   ControlTask task{&of, t_a, range.earliest, range.latest};
@@ -221,14 +225,16 @@ inline ControlTask control_task(const Controlled& of, double t_a, double t_b, co
   for (const Bound& bound : bounds) {
     const Eigen::Index i = place_of(of, bound.name, true);
     if (!(bound.least < bound.most))
-      throw_invalid_value({"optimal_motion: a bound must leave room, but that of ", bound.name, " goes from ", bound.least, " to ", bound.most, "; give the smaller one first"});
+      throw_invalid_value({"optimal_motion: a bound must leave room, but that of ", bound.name, " goes from ", bound.least, " to ", bound.most,
+                           "; give the smaller one first"});
     task.lower[i] = bound.least;
     task.upper[i] = bound.most;
     for (const bool at_start : {true, false}) {
       if (i >= N || (!at_start && is_free[static_cast<std::size_t>(i)])) continue;
       const double x = at_start ? start[i] : end[i];
       if (!(x >= bound.least && x <= bound.most))
-        throw_invalid_value({"optimal_motion: ", at_start ? "the start" : "the end", " must lie within the bounds, but ", bound.name, " is ", x, " there, not between ",
+        throw_invalid_value({"optimal_motion: ", at_start ? "the start" : "the end", " must lie within the bounds, but ", bound.name, " is ", x,
+                             " there, not between ",
                              bound.least, " and ", bound.most, "; move it, or widen the bound"});
     }
   }
@@ -236,7 +242,8 @@ inline ControlTask control_task(const Controlled& of, double t_a, double t_b, co
 }
 
 // @param on_path  x of the guess at a time
-inline ControlMesh control_guess(const ControlTask& task, double t_b, const OptimalOptions& options, const std::function<Eigen::VectorXd(double)>& on_path) {
+inline ControlMesh control_guess(const ControlTask& task, double t_b, const OptimalOptions& options,
+                                 const std::function<Eigen::VectorXd(double)>& on_path) {
   const Eigen::Index N = task.of->states(), m = task.of->inputs(), K = options.intervals;
   const GaussTable table(options.stages);
   ControlMesh mesh;
@@ -248,7 +255,8 @@ inline ControlMesh control_guess(const ControlTask& task, double t_b, const Opti
     mesh.part.push_back(1.0 / static_cast<double>(K));
     Eigen::MatrixXd stages(N + m, options.stages);
     for (Eigen::Index j = 0; j < stages.cols(); ++j) {
-      stages.col(j) << at((static_cast<double>(k) + table.c[j]) / static_cast<double>(K)), Eigen::VectorXd::Zero(m);
+      const Eigen::VectorXd x = at((static_cast<double>(k) + table.c[j]) / static_cast<double>(K));
+      stages.col(j) << x, Eigen::VectorXd::Zero(m);
       for (Eigen::Index i = 0; i < N + m; ++i) stages(i, j) = std::clamp(stages(i, j), task.lower[i], task.upper[i]);
     }
     mesh.stages.push_back(std::move(stages));
@@ -294,15 +302,16 @@ auto optimal_motion_of(const Sc& scene, const OptimalTask<Sc::dof_at_compile_tim
 
 /// The motion of a scene with inputs from a state to another at the least cost, near the straight line between them.
 ///
-/// For each iteration on a mesh of K intervals and s stages, K s times the slopes and the curvature of the scene: (2n + m + 1)(2n + m + 4)/2 evaluations of T, V and effects
-/// on duals of duals; and a sparse factorization.
+/// For each iteration on a mesh of K intervals and s stages, K s times the slopes and the curvature of the scene: (2n + m + 1)(2n + m + 4)/2
+/// evaluations of T, V and effects on duals of duals; and a sparse factorization.
 ///
 /// @param scene  whose effects have no states but inputs, and without constraints
 /// @param cost   least_time(), least_integral(ℓ) or least_integral(ℓ, Φ)
 /// @return       the motion, its inputs and errors, or how far the search came, with a named outcome
 /// @throws       InvalidValue for ends outside of bounds, unknown names, times in the wrong order; DimensionError
 template <class Sys, class... Effects, class Cost>
-OptimalMotion<Sys::dof_at_compile_time> optimal_motion(const Scene<Sys, Effects...>& scene, const OptimalTask<Sys::dof_at_compile_time>& task, const Cost& cost,
+OptimalMotion<Sys::dof_at_compile_time> optimal_motion(const Scene<Sys, Effects...>& scene, const OptimalTask<Sys::dof_at_compile_time>& task,
+                                                       const Cost& cost,
                                                        const OptimalOptions& options = {}) {
   return detail::optimal_motion_of(scene, task, cost, options, {});
 }
@@ -310,7 +319,8 @@ OptimalMotion<Sys::dof_at_compile_time> optimal_motion(const Scene<Sys, Effects.
 /// The same near a path t ↦ q, generic in t.
 template <class Sys, class... Effects, class Cost, class Path>
   requires(!std::is_same_v<Path, OptimalOptions>)
-OptimalMotion<Sys::dof_at_compile_time> optimal_motion(const Scene<Sys, Effects...>& scene, const OptimalTask<Sys::dof_at_compile_time>& task, const Cost& cost,
+OptimalMotion<Sys::dof_at_compile_time> optimal_motion(const Scene<Sys, Effects...>& scene, const OptimalTask<Sys::dof_at_compile_time>& task,
+                                                       const Cost& cost,
                                                        const Path& guess, const OptimalOptions& options = {}) {
   return detail::optimal_motion_of(scene, task, cost, options, [&](double t) {
     const auto state = detail::state_on_path<Sys::dof_at_compile_time>(guess, t, scene.dof());

@@ -4,21 +4,21 @@
 // A motion with inputs as a sparse program: collocation at Gauss' points
 // ======================================================================
 //
-// Within each interval of a mesh the motion is a polynomial that satisfies ẋ = f at s points. Unknown are the states x_k at the ends of intervals, X_j and inputs
-// u_j at the points, and the time of the end:
+// Within each interval of a mesh the motion is a polynomial that satisfies ẋ = f at s points. Unknown are the states x_k at the ends of intervals,
+// X_j and inputs u_j at the points, and the time of the end:
 //
 //     X_i − x_k − h Σ_j a_ij f(t_j, X_j, u_j) = 0 ,     x_{k+1} − x_k − h Σ_j b_j f(t_j, X_j, u_j) = 0 ,      h = τ_k (t_b − t_a) .
 //
-// These are s-stage steps of Gauss' method, of order 2s; inputs are polynomials of degree s − 1 in each interval, and may jump between. An input that has no
-// effect at rest (the direction of a push on what does not move) does no harm: no point lies at an end.
+// These are s-stage steps of Gauss' method, of order 2s; inputs are polynomials of degree s − 1 in each interval, and may jump between. An input
+// that has no effect at rest (the direction of a push on what does not move) does no harm: no point lies at an end.
 //
-// In H = Σ λ g + σ f each point has a block of its own in (X_j, u_j), the curvature of f with the weights ω = −h Σ_i a_ij λ_i, and a row for t_b. With
-// t_j = t_a + ρ_j (t_b − t_a) and G = ω·f/h, the entries with t_b are
+// In H = Σ λ g + σ f each point has a block of its own in (X_j, u_j), the curvature of f with the weights ω = −h Σ_i a_ij λ_i, and a row for t_b.
+// With t_j = t_a + ρ_j (t_b − t_a) and G = ω·f/h, the entries with t_b are
 //
 //     ∂²/∂y∂t_b = τ ∂G/∂y + h ρ ∂²G/∂y∂t ,      ∂²/∂t_b² = 2 τ ρ ∂G/∂t + h ρ² ∂²G/∂t² .
 //
-// Conditions at the end are rows x_K − target + p − n = 0 with p, n ≥ 0. p and n are held at zero, but where no motion meets all conditions: then Σ (p + n) is what is
-// made least, each in its extent, and says which conditions are missed, and by how much.
+// Conditions at the end are rows x_K − target + p − n = 0 with p, n ≥ 0. p and n are held at zero, but where no motion meets all conditions: then Σ
+// (p + n) is what is made least, each in its extent, and says which conditions are missed, and by how much.
 
 #include <algorithm>
 #include <cmath>
@@ -217,7 +217,8 @@ class Collocation final : public SparseProgram {
     seen_.resize(0);
     rates_.clear();
     for (Eigen::Index k = 0; k < K_; ++k)
-      for (Eigen::Index j = 0; j < s_; ++j) rates_.push_back(task_.of->slopes(time(w, k, j), w.segment(stage(k, j), N_), w.segment(stage(k, j) + N_, m_)));
+      for (Eigen::Index j = 0; j < s_; ++j)
+        rates_.push_back(task_.of->slopes(time(w, k, j), w.segment(stage(k, j), N_), w.segment(stage(k, j) + N_, m_)));
     seen_ = w;
   }
 
@@ -247,7 +248,8 @@ class Collocation final : public SparseProgram {
           jacobian_.push_back({row(k, i) + r, 0});
         }
     for (Eigen::Index e = 0; e < E_; ++e)
-      for (const Eigen::Index column : {node(K_) + task_.held[static_cast<std::size_t>(e)], slack(e), slack(e) + 1}) jacobian_.push_back({row(K_, 0) + e, column});
+      for (const Eigen::Index column : {node(K_) + task_.held[static_cast<std::size_t>(e)], slack(e), slack(e) + 1})
+        jacobian_.push_back({row(K_, 0) + e, column});
     const auto block = [&](Eigen::Index first, Eigen::Index count) {
       for (Eigen::Index a = 0; a < count; ++a) {
         for (Eigen::Index b = 0; b <= a; ++b) hessian_.push_back({first + a, first + b});

@@ -5,12 +5,13 @@
 //
 //     ẋ = f(t, x, u) ,   x = [q; q̇] ,   q̈ = a(t, x, u) ,      and a running cost ℓ(q, q̇, u, t)
 //
-// Nothing is differentiated through the solution of M q̈ = …. With the residual R(q, q̇, u, t, a) = M a − rhs − ΣQ = 0, of which M = ∂R/∂a, and y = (x, u, t),
+// Nothing is differentiated through the solution of M q̈ = …. With the residual R(q, q̇, u, t, a) = M a − rhs − ΣQ = 0, of which M = ∂R/∂a, and y =
+// (x, u, t),
 //
 //     J = ∂a/∂y = −M⁻¹ ∂R/∂y ,        λ·∂²a/∂y² = −[1; J]ᵀ ∂²(μ·R)/∂(y, a)² [1; J] ,     μ = M⁻¹ λ ,
 //
-// since R is linear in a. The second derivative along two directions is one evaluation of R on a dual of duals, seeded with [1; J] itself: (2n + m + 1)(2n + m + 2)/2
-// of them for all.
+// since R is linear in a. The second derivative along two directions is one evaluation of R on a dual of duals, seeded with [1; J] itself: (2n + m +
+// 1)(2n + m + 2)/2 of them for all.
 
 #include <string>
 #include <type_traits>
@@ -82,7 +83,8 @@ class ControlledScene final : public Controlled {
   Eigen::VectorXd rates(double t, const Eigen::VectorXd& x, const Eigen::VectorXd& u) const override {
     const Eigen::Index k = scene_.dof();
     Eigen::VectorXd f(2 * k);
-    f << x.tail(k), acceleration(scene_, Vector<double, n>(x.head(k)), Vector<double, n>(x.tail(k)), t, Vector<double, m>(u));
+    const Eigen::VectorXd a = acceleration(scene_, Vector<double, n>(x.head(k)), Vector<double, n>(x.tail(k)), t, Vector<double, m>(u));
+    f << x.tail(k), a;  // which what throws in between would leave half done
     return f;
   }
 
@@ -133,7 +135,8 @@ class ControlledScene final : public Controlled {
   }
 
   double end_cost(const Eigen::VectorXd& xt) const override {
-    return cost_.template at_end<n>(Vector<double, n>(xt.head(scene_.dof())), Vector<double, n>(xt.segment(scene_.dof(), scene_.dof())), xt[xt.size() - 1]);
+    return cost_.template at_end<n>(Vector<double, n>(xt.head(scene_.dof())), Vector<double, n>(xt.segment(scene_.dof(), scene_.dof())),
+                                    xt[xt.size() - 1]);
   }
   Eigen::VectorXd end_slope(const Eigen::VectorXd& xt) const override {
     Eigen::VectorXd slope(xt.size());
@@ -186,7 +189,8 @@ class ControlledScene final : public Controlled {
   }
   Eigen::FullPivLU<Eigen::MatrixXd> factors(double t, const Eigen::VectorXd& x) const {
     const Eigen::Index k = scene_.dof();
-    return Eigen::FullPivLU<Eigen::MatrixXd>(Eigen::MatrixXd(mass_matrix(scene_.system(), Vector<double, n>(x.head(k)), Vector<double, n>(x.tail(k)), t)));
+    const Vector<double, n> q = x.head(k), qdot = x.tail(k);
+    return Eigen::FullPivLU<Eigen::MatrixXd>(Eigen::MatrixXd(mass_matrix(scene_.system(), q, qdot, t)));
   }
 
   const Sc& scene_;

@@ -3,11 +3,12 @@
 //
 // The bridge to Ipopt, the only header that names it.
 //
-// Ipopt is an interior point method for large sparse programs (A. Wächter, L. T. Biegler, Math. Program. 106, 2006). It calls back for values and derivatives; an
-// exception must not pass through it, so a callback that fails says so, upon which a shorter step is tried. It prints nothing. Its linear solver (MUMPS in Debian's
-// package) is one per process: solve in one thread at a time.
+// Ipopt is an interior point method for large sparse programs (A. Wächter, L. T. Biegler, Math. Program. 106, 2006). It calls back for values and
+// derivatives; an exception must not pass through it, so a callback that fails says so, upon which a shorter step is tried. It prints nothing. Its
+// linear solver (MUMPS in Debian's package) is one per process: solve in one thread at a time.
 
 #include <algorithm>
+#include <exception>
 #include <string>
 #include <utility>
 #include <vector>
@@ -74,7 +75,8 @@ class IpoptProblem final : public Ipopt::TNLP {
       std::copy(found.begin(), found.end(), values);
     });
   }
-  bool eval_h(Index n, const Number* x, bool, Number sigma, Index m, const Number* lambda, bool, Index, Index* row, Index* column, Number* values) override {
+  bool eval_h(Index n, const Number* x, bool, Number sigma, Index m, const Number* lambda, bool, Index, Index* row, Index* column,
+              Number* values) override {
     if (values == nullptr) return placed(program_->hessian_places(), row, column);
     return answered([&] {
       const std::vector<double> found = program_->hessian(at(n, x), sigma, at(m, lambda));
@@ -88,6 +90,7 @@ class IpoptProblem final : public Ipopt::TNLP {
   }
 
   const std::string& trouble() const noexcept { return trouble_; }
+  const std::exception_ptr& thrown() const noexcept { return thrown_; }
 
  private:
   static Eigen::VectorXd at(Index n, const Number* x) { return Eigen::Map<const Eigen::VectorXd>(x, n); }
@@ -100,18 +103,22 @@ class IpoptProblem final : public Ipopt::TNLP {
   }
   template <class Ask>
   bool answered(const Ask& ask) {
+    if (thrown_) return false;
     try {
       ask();
       return true;
     } catch (const Error& error) {
       trouble_ = error.what();
-      return false;
+    } catch (...) {  // the user's own, which reaches the caller when Ipopt has ended
+      thrown_ = std::current_exception();
     }
+    return false;
   }
 
   SparseProgram* program_;
   Eigen::VectorXd start_;
   std::string trouble_;
+  std::exception_ptr thrown_;
 };
 
 inline ProgramSolution solved_by_ipopt(SparseProgram& program, const ProgramOptions& options) {
@@ -128,6 +135,7 @@ inline ProgramSolution solved_by_ipopt(SparseProgram& program, const ProgramOpti
     return found;
   }
   const Ipopt::ApplicationReturnStatus status = solver->OptimizeTNLP(Ipopt::SmartPtr<Ipopt::TNLP>(Ipopt::GetRawPtr(problem)));
+  if (problem->thrown()) std::rethrow_exception(problem->thrown());
   if (Ipopt::IsValid(solver->Statistics())) found.iterations = static_cast<int>(solver->Statistics()->IterationCount());
   const auto ended = [&](ProgramOutcome outcome, const char* words) {
     found.outcome = outcome;

@@ -4,10 +4,10 @@
 // From a task to a motion: solve on a mesh, run the result, refine where it disagrees
 // ===================================================================================
 //
-// A program on a mesh knows nothing of what happens between its points. So each interval is run again by an integrator with error control, from x_k with the
-// polynomial u(t), and the distance of its end from x_{k+1} is the error of the interval. Where it is larger than the tolerance, the interval is cut into pieces (as
-// many as the order 2s + 1 of the error of an interval asks for), and the program is solved again from what is known. At last the whole motion is run in one go: what it misses at the
-// end is the error that counts.
+// A program on a mesh knows nothing of what happens between its points. So each interval is run again by an integrator with error control, from x_k
+// with the polynomial u(t), and the distance of its end from x_{k+1} is the error of the interval. Where it is larger than the tolerance, the
+// interval is cut into pieces (as many as the order 2s + 1 of the error of an interval asks for), and the program is solved again from what is
+// known. At last the whole motion is run in one go: what it misses at the end is the error that counts.
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +33,7 @@ namespace qdot {
 /// How a search for an optimal motion ended.
 enum class OptimalOutcome {
   solved,           ///< optimal on its mesh, and a run of it agrees to the tolerance
-  not_accurate,     ///< optimal on its mesh, but a run of it does not agree: as many refinements as were allowed
+  not_accurate,     ///< optimal on its mesh, but a run of it does not agree: as many refinements or intervals as were allowed
   infeasible,       ///< no motion near by meets all conditions; OptimalMotion::missed says which, and by how much
   iteration_limit,  ///< the solver needed more iterations than were allowed
   failed            ///< the solver ended otherwise; the message has its words
@@ -62,6 +62,7 @@ struct OptimalOptions {
   int stages = 3;             ///< s of each interval: the order is 2s
   double tolerance = 1e-8;    ///< of the run of an interval, as part of the extents of the motion
   int most_refinements = 8;
+  int most_intervals = 1000;  ///< of the last mesh
   int most_iterations = 500;  ///< of the solver, on each mesh
   Options integration = {.rtol = 1e-11, .atol = 1e-12};  ///< of the runs
 };
@@ -106,9 +107,13 @@ class ControlledForm {
 
   Eigen::Index size() const noexcept { return task_->of->states(); }
   Eigen::Index dof() const noexcept { return task_->of->states() / 2; }
-  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const { ydot = task_->of->rates(t, y, input(t)); }
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
+    ydot = task_->of->rates(t, y, input(t));
+  }
   // The explicit methods, which alone are used, never ask.
-  void jacobian(double, const Eigen::Ref<const Eigen::VectorXd>&, Eigen::Ref<Eigen::MatrixXd> J) const { J.setConstant(std::numeric_limits<double>::quiet_NaN()); }
+  void jacobian(double, const Eigen::Ref<const Eigen::VectorXd>&, Eigen::Ref<Eigen::MatrixXd> J) const {
+    J.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
   std::string component_name(Eigen::Index i) const { return task_->of->state_name(i); }
 
   Eigen::VectorXd input(double t) const {
@@ -144,20 +149,31 @@ class OptimalSearch {
       end.cost = program.cost(solution.x);
       if (!run(end)) return end;
       if (end.error.maxCoeff() <= options_.tolerance || end.refinements == options_.most_refinements) break;
-      end.mesh = refined(end.mesh, end.error);
+      ControlMesh finer = refined(end.mesh, end.error);
+      if (static_cast<Eigen::Index>(finer.part.size()) > options_.most_intervals) break;
+      end.mesh = std::move(finer);
     }
     const bool accurate = end.error.maxCoeff() <= options_.tolerance;
     end.outcome = accurate ? OptimalOutcome::solved : OptimalOutcome::not_accurate;
     Eigen::Index worst = 0;
     end.error.maxCoeff(&worst);
-    end.message = sentence({accurate ? "solved: on " : "optimal_motion: the run must agree with the mesh, but on ", end.error.size(), " intervals it differs by ",
+    end.message = sentence({accurate ? "solved: on " : "optimal_motion: the run must agree with the mesh, but on ", end.error.size(),
+                            " intervals it differs by ",
                             {end.error[worst], 3}, " of its extents between t = ", {end.t[static_cast<std::size_t>(worst)], 6}, " and ",
                             {end.t[static_cast<std::size_t>(worst + 1)], 6},
+                            "; the run in one go misses the end", most_missed(end),
                             accurate ? "" : "; allow more refinements, or a larger tolerance where an input jumps"});
     return end;
   }
 
  private:
+  std::string most_missed(const OptimalSearchEnd& end) const {
+    Eigen::Index worst = 0;
+    if (end.miss.size() == 0) return " nowhere, for it is free";
+    const double most = end.miss.cwiseAbs().maxCoeff(&worst);
+    return sentence({" by at most ", {most, 2}, " in ", task_.of->state_name(task_.held[static_cast<std::size_t>(worst)])});
+  }
+
   ProgramOptions solver_options() const { return {1e-10, options_.most_iterations}; }
 
   // Runs each interval for its error, and the whole for what it misses.
@@ -170,8 +186,12 @@ class OptimalSearch {
     for (const double part : mesh.part) end.t.push_back(task_.t_a + (sum += part) * (mesh.t_b - task_.t_a));
     end.t.back() = mesh.t_b;
     Eigen::VectorXd extent = mesh.x.rowwise().maxCoeff() - mesh.x.rowwise().minCoeff();
-    for (Eigen::Index i = 0; i < N; ++i)
-      if (!(extent[i] > 0.0)) extent[i] = 1.0;
+    // Of the largest one among coordinates, or among velocities: what rounding makes of a place that stays is no extent.
+    constexpr double least_extent = 1e-6;
+    for (Eigen::Index half = 0; half < N; half += N / 2) {
+      const double largest = extent.segment(half, N / 2).maxCoeff();
+      for (Eigen::Index i = half; i < half + N / 2; ++i) extent[i] = largest > 0.0 ? std::max(extent[i], least_extent * largest) : 1.0;
+    }
     end.error.resize(K);
     end.legs.clear();
     Eigen::VectorXd x = task_.start;
@@ -244,7 +264,8 @@ class OptimalSearch {
       const double by = program.missed(nearest.x, e);
       if (std::abs(by) <= negligible * task_.scale[i]) continue;
       end.missed.push_back({task_.of->state_name(i), task_.target[e], task_.target[e] + by});
-      conditions += sentence({conditions.empty() ? "" : ", and ", task_.of->state_name(i), " must be ", {task_.target[e], 6}, " at the end, but comes no nearer than ",
+      conditions += sentence({conditions.empty() ? "" : ", and ", task_.of->state_name(i), " must be ", {task_.target[e], 6},
+                              " at the end, but comes no nearer than ",
                               {task_.target[e] + by, 6}, " (off by ", {by, 3}, ")"});
     }
     const Eigen::Index N = task_.of->states(), m = task_.of->inputs();
@@ -255,13 +276,15 @@ class OptimalSearch {
         if (!std::isfinite(bound)) continue;
         Eigen::Index there = 0, all = 0;
         for (const Eigen::MatrixXd& stages : end.mesh.stages)
-          for (Eigen::Index j = 0; j < stages.cols(); ++j, ++all) there += std::abs(stages(i, j) - bound) <= 1e-5 * std::max(1.0, std::abs(bound)) ? 1 : 0;
+          for (Eigen::Index j = 0; j < stages.cols(); ++j, ++all)
+            if (std::abs(stages(i, j) - bound) <= 1e-5 * std::max(1.0, std::abs(bound))) ++there;
         if (there == 0) continue;
         end.at_bounds.push_back(name);
         bounds += sentence({bounds.empty() ? "" : ", ", name, " at its bound ", {bound, 6}, " for ", (100 * there + all / 2) / all, " % of the time"});
       }
     }
-    end.message = sentence({"optimal_motion: no motion near by meets all conditions: ", conditions, bounds.empty() ? "" : "; the nearest one has ", bounds,
+    end.message = sentence({"optimal_motion: no motion near by meets all conditions: ", conditions, bounds.empty() ? "" : "; the nearest one has ",
+                            bounds,
                             "; widen a bound, give it more time, or free a condition"});
     return end;
   }

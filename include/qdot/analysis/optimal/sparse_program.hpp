@@ -3,8 +3,8 @@
 //
 // A nonlinear program as a solver asks for it: of all x within bounds with g(x) within bounds, the one with the least f(x).
 //
-// Solvers of large ones want ∇f, the entries of ∂g/∂x that are not always zero, and those of the Hessian of σ f + Σ λ g, lower triangle. Places of entries are
-// asked for once; entries at one place add up.
+// Solvers of large ones want ∇f, the entries of ∂g/∂x that are not always zero, and those of the Hessian of σ f + Σ λ g, lower triangle. Places of
+// entries are asked for once; entries at one place add up.
 
 #include <string>
 #include <vector>
