@@ -20,6 +20,7 @@ struct ListOptions {
 
 struct RunOptions : SceneOptions {
   std::optional<std::string> t_end, method, step, rtol, atol, accuracy, samples, out;
+  std::vector<std::string> compare;  // settings of further runs
   bool json = false;
   bool quiet = false;
 };

@@ -7,6 +7,7 @@
 #include <functional>
 #include <utility>
 
+#include "program/comparison.hpp"
 #include "qdot/report/csv.hpp"
 #include "qdot/report/equation_text.hpp"
 #include "qdot/report/equations.hpp"
@@ -249,17 +250,30 @@ report::Page page(const RunnableScene& scene, const Request& request, const Resu
   return page;
 }
 
-void write_outputs(const std::string& path, const RunnableScene& scene, const Request& request, const Result& result) {
-  const std::vector<std::string> paths = output_paths(path);
-  const report::Page shown = page(scene, request, result);
+std::vector<std::string> further_paths(const std::string& path, std::size_t runs) {
+  std::vector<std::string> paths;
+  for (std::size_t k = 2; k <= runs; ++k)
+    for (const char* end : {".csv", ".npz"}) paths.push_back(path + "_" + std::to_string(k) + end);
+  return paths;
+}
+
+void write_outputs(const std::string& path, const std::vector<ComparedRun>& runs) {
+  const ComparedRun& first = runs.front();
+  const report::Page shown = runs.size() > 1 ? comparison_page(runs) : page(*first.scene, first.request, first.result);
   report::Plot plot = shown.plots.front();
   plot.title = shown.title;
   const std::string picture = !shown.animation || shown.animation->frames.empty() ? report::svg(plot)
-                                                              : report::still_svg(*shown.animation, result.end.t, plot);
-  report::write_files({{paths[0], report::csv(table(scene, result))},
-                       {paths[1], report::npz(arrays(result, request.start.q.size()))},
-                       {paths[2], report::html(shown)},
-                       {paths[3], picture}});
+                                                              : report::still_svg(*shown.animation, first.result.end.t, plot);
+  const std::vector<std::string> paths = output_paths(path), further = further_paths(path, runs.size());
+  std::vector<report::File> files;
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const ComparedRun& run = runs[k];
+    files.push_back({k == 0 ? paths[0] : further[2 * k - 2], report::csv(table(*run.scene, run.result))});
+    files.push_back({k == 0 ? paths[1] : further[2 * k - 1], report::npz(arrays(run.result, run.request.start.q.size()))});
+  }
+  files.push_back({paths[2], report::html(shown)});
+  files.push_back({paths[3], picture});
+  report::write_files(files);
 }
 
 }  // namespace qdot::program

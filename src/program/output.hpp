@@ -32,9 +32,14 @@ std::vector<report::Array> arrays(const Result& result, Eigen::Index dof);
 /// Animation, parameters, summary and plots.
 report::Page page(const RunnableScene& scene, const Request& request, const Result& result);
 
-/// Writes all files of `output_paths`, or none.
+/// The files that further runs beside the first have, PATH_2.csv, PATH_2.npz, PATH_3.csv, …
+std::vector<std::string> further_paths(const std::string& path, std::size_t runs);
+
+struct ComparedRun;
+
+/// Writes all files of the runs, of which the first has a page and a picture that show all, or none.
 ///
 /// @throws UnwritableFile
-void write_outputs(const std::string& path, const RunnableScene& scene, const Request& request, const Result& result);
+void write_outputs(const std::string& path, const std::vector<ComparedRun>& runs);
 
 }  // namespace qdot::program

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "program/arguments.hpp"
 #include "program/catalogue.hpp"
 #include "program/commands.hpp"
+#include "program/comparison.hpp"
 #include "program/json.hpp"
 #include "program/methods.hpp"
 #include "program/output.hpp"
@@ -129,36 +131,62 @@ void print_summary(const RunnableScene& scene, const Request& request, const Res
   for (const std::string& file : files) std::printf("  wrote %s\n", file.c_str());
 }
 
+void print_differences(const ComparedRun& first, const ComparedRun& other) {
+  std::printf("%s: apart by", other.label.c_str());
+  constexpr std::size_t most = 8;
+  const std::vector<Difference> all = largest_differences(first, other);
+  for (std::size_t i = 0; i < std::min(most, all.size()); ++i)
+    std::printf("%s %s in %s at t = %s", i > 0 ? "," : "", report::rounded_text(all[i].size, 3).c_str(), all[i].coordinate.c_str(), report::rounded_text(all[i].t, 4).c_str());
+  std::printf("%s\n", all.size() > most ? ", …" : "");
+}
+
 }  // namespace
 
 int run(const RunOptions& options) {
-  const std::unique_ptr<RunnableScene> scene = make_scene(options.scene);
-  Request request = request_of(*scene, options);
+  std::vector<ComparedRun> runs;
+  std::vector<std::optional<double>> accuracies;
+  const auto prepare = [&](const std::string& label, const RunOptions& of_run) {
+    std::unique_ptr<RunnableScene> scene = make_scene(of_run.scene);
+    Request request = request_of(*scene, of_run);
+    accuracies.push_back(of_run.accuracy ? std::optional(tolerance("--accuracy", *of_run.accuracy)) : std::nullopt);
+    runs.push_back({label, std::move(scene), std::move(request), {}});
+  };
+  prepare("as asked for", options);
+  for (const std::string& settings : options.compare) prepare(settings, with_settings(options, settings));
+
   std::vector<std::string> files;
   if (options.out) {
     files = output_paths(*options.out);
+    for (std::string& path : further_paths(*options.out, runs.size())) files.push_back(std::move(path));
     require_files(*options.out, files);
-    request.most_frames = frame_count(*scene, request.start, request.t_end);
+    for (ComparedRun& run : runs) run.request.most_frames = frame_count(*run.scene, run.request.start, run.request.t_end);
+  }
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    ComparedRun& run = runs[k];
+    try {
+      ProgressBar progress(run.request.start.t, run.request.t_end, !options.quiet);
+      const Watcher watcher = [&](double t) { progress.reached(t); };
+      run.result = accuracies[k] ? simulated_to_accuracy(run.scene->model(), run.request, *accuracies[k], watcher) : simulated(run.scene->model(), run.request, watcher);
+    } catch (const InvalidValue& error) {  // a tolerance finer than double has digits
+      throw UsageError(error.what());
+    }
   }
 
-  Result result;
-  try {
-    ProgressBar progress(request.start.t, request.t_end, !options.quiet);
-    const Watcher watcher = [&](double t) { progress.reached(t); };
-    result = options.accuracy ? simulated_to_accuracy(scene->model(), request, tolerance("--accuracy", *options.accuracy), watcher)
-                              : simulated(scene->model(), request, watcher);
-  } catch (const InvalidValue& error) {  // a tolerance finer than double has digits
-    throw UsageError(error.what());
-  }
-
-  if (options.out) write_outputs(*options.out, *scene, request, result);
+  if (options.out) write_outputs(*options.out, runs);
+  const auto any_failed = std::find_if(runs.begin(), runs.end(), [](const ComparedRun& run) { return failed(run.result.outcome); });
   if (options.json) {
-    std::printf("%s\n", run_json(*scene, request, result, files).c_str());
+    std::string text;
+    for (const ComparedRun& run : runs) text += (text.empty() ? "" : ",\n") + run_json(*run.scene, run.request, run.result, files);
+    std::printf(runs.size() == 1 ? "%s\n" : "{\"runs\": [%s]}\n", text.c_str());
   } else {
-    print_summary(*scene, request, result, files);
+    for (const ComparedRun& run : runs) {
+      if (runs.size() > 1) std::printf("%s: ", run.label.c_str());
+      print_summary(*run.scene, run.request, run.result, &run == &runs.back() ? files : std::vector<std::string>());
+    }
+    for (std::size_t k = 1; k < runs.size(); ++k) print_differences(runs.front(), runs[k]);
   }
-  if (!failed(result.outcome)) return 0;
-  if (options.json) std::fprintf(stderr, "qdot run: %s\n", result.message.c_str());
+  if (any_failed == runs.end()) return 0;
+  if (options.json) std::fprintf(stderr, "qdot run: %s\n", any_failed->result.message.c_str());
   return 1;
 }
 
