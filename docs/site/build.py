@@ -65,7 +65,7 @@ class Pages:
             return f"examples/{match[1]}.md"
         if relative in ("CONTRIBUTING.md", "CHANGELOG.md"):
             return relative.lower()
-        if relative.endswith(".svg") and relative.startswith("docs/"):
+        if relative.endswith((".svg", ".png")) and relative.startswith("docs/"):
             shutil.copy(file, self.folder / "pictures")
             return "pictures/" + file.name
         self.files.add(file)
