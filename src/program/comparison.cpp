@@ -8,7 +8,7 @@
 
 #include "program/arguments.hpp"
 #include "program/output.hpp"
-#include "qdot/report/symbol.hpp"
+#include "qdot/report/number.hpp"
 
 namespace qdot::program {
 
@@ -29,10 +29,19 @@ void lay_over(report::Page& page, const report::Page& other, const std::string& 
       same->series.back().label = series.label.empty() ? label : series.label + ", " + label;
     }
   }
-  for (report::Facts facts : other.tables) {
-    facts.heading += ": " + label;
-    page.tables.push_back(std::move(facts));
+}
+
+// A line for each run beside the first.
+report::Facts beside(const std::vector<ComparedRun>& runs) {
+  report::Facts facts{"Beside it", {}};
+  for (std::size_t k = 1; k < runs.size(); ++k) {
+    const Result& result = runs[k].result;
+    const std::string unit = runs[k].scene->energy_unit();
+    facts.rows.push_back({runs[k].label, std::string(name(result.outcome)) + ", t = " + report::rounded_text(result.end.t, 6)});
+    facts.rows.push_back({"", std::to_string(result.statistics.steps) + " steps by " + result.statistics.method});
+    facts.rows.push_back({"", "|E − E(0)| up to " + report::readable_text(result.energy.largest, 3) + (unit.empty() ? "" : " " + unit)});
   }
+  return facts;
 }
 
 // Adds the points and shapes of another animation, in a colour of its own. One that ends earlier stays where it ended.
@@ -141,6 +150,7 @@ report::Page comparison_page(const std::vector<ComparedRun>& runs) {
     lay_over(shown, other, runs[k].label);
     if (shown.animation && other.animation) lay_over(*shown.animation, *other.animation, static_cast<int>(k));
   }
+  shown.tables.push_back(beside(runs));
   shown.plots.insert(shown.plots.begin() + 1, apart(runs));
   return shown;
 }
