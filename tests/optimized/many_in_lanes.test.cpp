@@ -31,6 +31,16 @@ struct Orbit {
   }
 };
 
+// The same, but at its `left`-th question V throws.
+struct Refusing {
+  int* left;
+  auto T(const auto& qdot) const { return Orbit<>{}.T(qdot); }
+  auto V(const auto& q) const {
+    if (--*left == 0) throw StopRequest("enough");
+    return Orbit<>{}.V(q);
+  }
+};
+
 constexpr double pi = std::numbers::pi;
 constexpr std::size_t count = 37;  // no multiple of the lanes, so that some have nothing to do at the end
 const auto orbit = mechanical_system<2>(Orbit<>{});
@@ -145,4 +155,19 @@ TEST_CASE("budgets, stop times and bad options are kept as one by one") {
   CHECK_THROWS_AS(simulate_many(orbit, 2, start_of, std::nan(""), Dop853{}, options), InvalidValue);
   CHECK_THROWS_AS(simulate_many(orbit, 2, start_of, 1.0, Dop853{}, options, {.threads = -1}), InvalidValue);
   CHECK(simulate_many(orbit, 0, start_of, 5.0, Dop853{}, options).empty());
+}
+
+TEST_CASE("a functor that throws in a pack is asked again by each motion alone") {
+  for (const int asked : {1, 60}) {
+    int left = asked;
+    const auto refusing = mechanical_system<2>(Refusing{&left});
+    const auto ends = simulate_many(refusing, 9, start_of, 5.0, Dop853{}, options, {.threads = 1});
+    const auto plain = simulate_many(orbit, 9, start_of, 5.0, Dop853{}, options, {.threads = 1});
+    CHECK(left < 0);
+    for (std::size_t i = 0; i < 9; ++i) {  // it refuses once, and not who asks again
+      REQUIRE(ends[i].completed());
+      CHECK(ends[i].value->completed());
+      CHECK((ends[i].value->state.q - plain[i].value->state.q).norm() < 1e-12);
+    }
+  }
 }

@@ -155,9 +155,14 @@ class LaneRun {
     for (int lane = 0; lane < lanes; ++lane) load(lane);
     const auto seen = [&] { return lanes_that_pass<n>(pack_, events_); };
     while (moving_ > 0) {
-      if constexpr (!Systems::is_common)
-        if (!energies_) energies_.emplace(systems_.family.energies_of(parameters_));
-      const Mask told = pack_.step([&](const P* q, const P* qdot, const P& t, P* qddot) { return accelerations(q, qdot, t, qddot); }, seen);
+      Mask told;
+      try {
+        if constexpr (!Systems::is_common)
+          if (!energies_) energies_.emplace(systems_.family.energies_of(parameters_));
+        told = pack_.step([&](const P* q, const P* qdot, const P& t, P* qddot) { return accelerations(q, qdot, t, qddot); }, seen);
+      } catch (...) {  // by T, V or an event for some lane, which will do so again alone
+        told = pack_.abandoned();
+      }
       for (int lane = 0; lane < lanes; ++lane)
         if (told[lane] || (pack_.is_active(lane) && is_over_budget(lane))) finish(lane);
     }
@@ -198,23 +203,32 @@ class LaneRun {
       l.start = start_of_(motion);
       l.dog.reset();
       l.form.emplace(systems_.of(motion));
-      if (!is_ordinary(l.start)) return kept(motion).value = alone(l, l.start, options_), false;
+      if (is_ordinary(l.start) && begin_at(lane, l)) return true;
+      kept(motion).value = alone(l, l.start, options_);
+    } catch (...) {
+      kept(motion).error = std::current_exception();
+    }
+    return false;
+  }
+
+  // False where there is something about the start that simulate() has a word for.
+  bool begin_at(int lane, Lane& l) {
+    try {
       l.dog.emplace(*l.form, options_);
       Eigen::VectorXd y(2 * n), f(2 * n);
       y << l.start.q, l.start.qdot;
       l.form->derivative(l.start.t, y, f);
       l.dog->begin(l.start.t, y, 0);
-      if (!f.allFinite() || l.dog->look_at_values_and_mass(l.start.t, y)) return kept(motion).value = alone(l, l.start, options_), false;
+      if (!f.allFinite() || l.dog->look_at_values_and_mass(l.start.t, y)) return false;
       const double way = t_end_ - l.start.t;
       pack_.load(lane, l.start.t, way, std::copysign(first_step(l, y, f, std::abs(way)), way), y.data(), f.data());
       if constexpr (!Systems::is_common) {
-        const auto p = systems_.family.parameters_of(motion);
+        const auto p = systems_.family.parameters_of(l.motion);
         for (int j = 0; j < Systems::k; ++j) parameters_[j] = P::of([&](int other) { return other == lane ? p[j] : parameters_[j][other]; });
         energies_.reset();
       }
       return true;
     } catch (...) {
-      kept(motion).error = std::current_exception();
       return false;
     }
   }

@@ -126,6 +126,12 @@ class LaneSteps {
     return arrived_ | leaves_;
   }
 
+  // Gives up the attempt in which something was thrown: every lane that moves leaves.
+  Mask abandoned() {
+    arrived_ = seen_ = false;
+    return leaves_ = active_;
+  }
+
   bool has_arrived(int lane) const { return arrived_[lane]; }
   bool was_seen(int lane) const { return seen_[lane]; }
   double last_step(int lane) const { return taken_[lane]; }
