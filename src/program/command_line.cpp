@@ -120,7 +120,8 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   equations_command->add_flag("--mathml", equations_options.mathml, "for a page");
   add_text(equations_command, "--c", equations_options.c, "write q̈ and its Jacobian as a C99 file", "FILE");
 
-  ModesOptions modes_options, equilibria_options;
+  ModesOptions modes_options;
+  EquilibriaOptions equilibria_options;
   const auto add_small_motions = [&](const char* name, const char* what, ModesOptions& options) {
     CLI::App* command = app.add_subcommand(name, what);
     add_scene(command, options);
@@ -131,6 +132,9 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   };
   CLI::App* modes_command = add_small_motions("modes", "the equilibrium near the start, its stability, frequencies and damping", modes_options);
   CLI::App* equilibria_command = add_small_motions("equilibria", "the equilibria of a scene and their stability", equilibria_options);
+  add_text(equilibria_command, "--along", equilibria_options.along,
+           "follow the one near the start along a parameter, or an effect that is on, with what branches off: NAME=FROM:TO; --out then writes PATH.svg, too", "NAME=FROM:TO");
+  add_text(equilibria_command, "--show", equilibria_options.show, "with --along: which coordinates are drawn, the first of them in PATH.svg", "NAME,…");
 
   ConservedOptions conserved_options;
   CLI::App* conserved_command = app.add_subcommand("conserved", "which momenta and energies a scene conserves, and why");

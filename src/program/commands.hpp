@@ -52,6 +52,10 @@ struct ModesOptions : SceneOptions {
   bool json = false;
 };
 
+struct EquilibriaOptions : ModesOptions {
+  std::optional<std::string> along, show;
+};
+
 struct ConservedOptions : SceneOptions {
   bool json = false;
 };
@@ -92,7 +96,8 @@ int accuracy(const AccuracyOptions& options);
 int effects(const EffectsOptions& options);
 int equations(const EquationsOptions& options);
 int modes(const ModesOptions& options);
-int equilibria(const ModesOptions& options);
+int equilibria(const EquilibriaOptions& options);
+int equilibria_along(const EquilibriaOptions& options);
 int conserved(const ConservedOptions& options);
 int lyapunov(const LyapunovCommandOptions& options);
 int section(const SectionCommandOptions& options);

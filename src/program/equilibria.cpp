@@ -36,7 +36,9 @@ double wrapped(double angle) { return angle - 2.0 * std::numbers::pi * std::roun
 
 }  // namespace
 
-int equilibria(const ModesOptions& options) {
+int equilibria(const EquilibriaOptions& options) {
+  if (options.along) return equilibria_along(options);
+  if (options.show) throw UsageError("--show: must stand with --along, given without");
   const SteadyRequest request = steady_request(options);
   const auto coordinates = request.scene->coordinates();
   const auto n = static_cast<Eigen::Index>(coordinates.size());

@@ -157,6 +157,29 @@ std::string steady_states_json(const RunnableScene& scene, const std::vector<Ste
   return json.dump(2);
 }
 
+std::string branches_json(const RunnableScene& scene, const std::string& name, double from, double to, const std::vector<PointsOfBranch>& branches) {
+  Json json;
+  json["scene"] = scene.name();
+  json["parameters"] = parameter_values(scene);
+  json["along"] = {{"name", name}, {"from", from}, {"to", to}};
+  json["coordinates"] = Json::array();
+  for (const auto& c : scene.coordinates()) json["coordinates"].push_back(c.name);
+  json["branches"] = Json::array();
+  for (const PointsOfBranch& branch : branches) {
+    Json points = Json::array();
+    for (const PointOfBranch& point : branch.points) {
+      Json exponents = Json::array();
+      for (const std::complex<double>& lambda : point.exponents) exponents.push_back({lambda.real(), lambda.imag()});
+      points.push_back({{"kind", point.kind}, {"p", point.p}, {"q", numbers(point.q)}, {"z", numbers(point.z)}, {"growing", point.growing},
+                        {"stability", description(point.stability)}, {"exponents", exponents}});
+    }
+    Json begins = nullptr;
+    if (branch.from) begins = {{"branch", branch.from->first}, {"point", branch.from->second}};
+    json["branches"].push_back({{"from", begins}, {"message", branch.message}, {"points", points}});
+  }
+  return json.dump(2);
+}
+
 std::string list_json(const std::vector<std::unique_ptr<RunnableScene>>& scenes) {
   Json list = Json::array();
   for (const auto& scene : scenes) {

@@ -12,7 +12,8 @@
 
 namespace qdot::program {
 
-struct SteadyPoint;  // steady_points.hpp
+struct SteadyPoint;     // steady_points.hpp
+struct PointsOfBranch;  // likewise
 
 /// The keys of the command-line contract, and a few more behind them.
 ///
@@ -29,5 +30,8 @@ enum class SteadyList { the_only_one, all_found, some_of_a_family };
 
 /// Steady states with their modes; the only one without an array around it.
 std::string steady_states_json(const RunnableScene& scene, const std::vector<SteadyPoint>& points, SteadyList list);
+
+/// Branches of equilibria along what is called `name`.
+std::string branches_json(const RunnableScene& scene, const std::string& name, double from, double to, const std::vector<PointsOfBranch>& branches);
 
 }  // namespace qdot::program

@@ -16,6 +16,7 @@
 
 #include "program/arguments.hpp"
 #include "program/commands.hpp"
+#include "program/components.hpp"
 #include "program/first_order_model.hpp"
 #include "program/progress.hpp"
 #include "program/swept_values.hpp"
@@ -29,41 +30,6 @@
 namespace qdot::program {
 
 namespace {
-
-// The components of y as one names them: q0 … or the scene's own names, and their units.
-struct Components {
-  std::vector<std::string> names, units;
-  Eigen::Index dof = 0;
-
-  explicit Components(const ChosenScene& chosen) : dof(chosen.model->dof()) {
-    const std::string time = chosen.scene->time_unit();
-    for (const bool rate : {false, true})
-      for (const auto& coordinate : chosen.scene->coordinates()) {
-        names.push_back(coordinate.name + (rate ? "dot" : ""));
-        units.push_back(rate && !time.empty() ? (coordinate.unit.empty() ? "1" : coordinate.unit) + "/" + time : coordinate.unit);
-      }
-    for (const OwnState& state : chosen.model->own_states()) {
-      names.push_back(state.name);
-      units.emplace_back();
-    }
-  }
-
-  /// @throws UsageError  unless it is one of q and q̇
-  Eigen::Index place(const char* argument, const std::string& name, const std::string& scene) const {
-    std::vector<std::string> valid;
-    for (Eigen::Index i = 0; i < 2 * dof; ++i) {
-      const std::string plain = i < dof ? "q" + std::to_string(i) : "qdot" + std::to_string(i - dof);
-      if (name == plain || name == names[static_cast<std::size_t>(i)]) return i;
-      valid.push_back(names[static_cast<std::size_t>(i)]);
-      if (plain != valid.back()) valid.push_back(plain);
-    }
-    throw unknown_name(argument, "a coordinate or velocity of " + scene, name, valid);
-  }
-  std::string label(Eigen::Index i) const {
-    const auto k = static_cast<std::size_t>(i);
-    return units[k].empty() ? names[k] : names[k] + " [" + units[k] + "]";
-  }
-};
 
 // x_i = value, or the phase of the time.
 struct Surface {

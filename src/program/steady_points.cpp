@@ -9,6 +9,7 @@
 
 #include "program/arguments.hpp"
 #include "program/catalogue.hpp"
+#include "qdot/analysis/equilibrium_branch.hpp"
 #include "qdot/report/csv.hpp"
 #include "qdot/report/file.hpp"
 #include "qdot/report/html.hpp"
@@ -22,13 +23,14 @@ namespace {
 /// A model as the analysis of small motions asks for it.
 class ModelFlow final : public qdot::detail::FlowOfForm<const Model&> {
  public:
-  explicit ModelFlow(const Model& model) : FlowOfForm(model) {}
+  explicit ModelFlow(std::shared_ptr<const Model> model) : FlowOfForm(*model), model_(std::move(model)) {}
 
   Eigen::Index dof() const override { return form_.dof(); }
-  qdot::detail::ConstraintsAt constraints(double t, const Eigen::VectorXd& y) const override {
-    return form_.constraints_at(t, y);
-  }
+  qdot::detail::ConstraintsAt constraints(double t, const Eigen::VectorXd& y) const override { return form_.constraints_at(t, y); }
   std::vector<std::string> constraint_names() const override { return form_.constraint_names(); }
+
+ private:
+  std::shared_ptr<const Model> model_;
 };
 
 using report::rounded_text;
@@ -91,7 +93,7 @@ SteadyRequest steady_request(const ModesOptions& options) {
 }
 
 SteadyPoint steady_point(const SteadyRequest& request, const Eigen::VectorXd& q) {
-  const ModelFlow model(*request.model);
+  const ModelFlow model(request.model);
   const qdot::detail::Flow& flow = model;
   State<Dynamic> start = request.start;
   start.q = q;
@@ -119,6 +121,19 @@ std::vector<bool> cyclic_coordinates(const SteadyRequest& request) {
     cyclic.push_back(!in_constraints && F.col(j).isZero(0.0));
   }
   return cyclic;
+}
+
+std::vector<PointsOfBranch> branches_along(const SteadyRequest& request, const ModelsAlong& models, double from, double to) {
+  const qdot::detail::FlowAt flow_at = [&](double p) { return std::make_shared<const ModelFlow>(models(p)); };
+  BranchOptions how;
+  if (request.steady) how.qdot = request.start.qdot;
+  std::vector<PointsOfBranch> all;
+  for (const EquilibriumBranch& branch : qdot::detail::BranchSearch(flow_at, request.start.q, from, to, how).branches()) {
+    all.push_back({{}, branch.message, branch.from});
+    for (const BranchPoint& point : branch.points)
+      all.back().points.push_back({std::string(name(point.kind)), point.p, point.q, point.z, point.exponents, point.growing, point.stability});
+  }
+  return all;
 }
 
 void print_modes(const SteadyRequest& request, const SteadyPoint& point) {

@@ -3,10 +3,14 @@
 //
 // Where a scene of the catalogue rests or moves steadily, and its modes there.
 
+#include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "program/along.hpp"
 #include "program/commands.hpp"
 #include "program/runnable_scene.hpp"
 #include "qdot/analysis/damped_modes.hpp"
@@ -35,6 +39,28 @@ SteadyPoint steady_point(const SteadyRequest& request, const Eigen::VectorXd& q)
 
 /// Which coordinates nothing depends on, at the start.
 std::vector<bool> cyclic_coordinates(const SteadyRequest& request);
+
+/// A point of a branch of equilibria, as analysis/equilibrium_branch.hpp has it.
+struct PointOfBranch {
+  std::string kind;  // "fold"
+  double p = 0.0;
+  Eigen::VectorXd q, z;
+  Eigen::VectorXcd exponents;
+  int growing = 0;
+  Stability stability = Stability::unstable;
+
+  bool is_special() const { return kind == "fold" || kind == "branch" || kind == "hopf"; }
+};
+struct PointsOfBranch {
+  std::vector<PointOfBranch> points;
+  std::string message;
+  std::optional<std::pair<std::size_t, std::size_t>> from;  // the branch and its point that this one begins at
+};
+
+/// The branch of steady states that begins near the start of the request, and those that cross.
+///
+/// @throws Error  where there is none to begin with
+std::vector<PointsOfBranch> branches_along(const SteadyRequest& request, const ModelsAlong& models, double from, double to);
 
 /// Writes a table of modes and a page with their exponents in the complex plane.
 void write_steady_points(const SteadyRequest& request, const std::vector<SteadyPoint>& points);

@@ -71,6 +71,64 @@ TEST_CASE("a sleigh goes straight on, and its turning dies out at the rate m a u
   CHECK(straight["states"].size() == 5);
 }
 
+TEST_CASE("along its angular velocity a hoop's bead leaves the lowest point at Omega^2 = g/R, and rests at cos theta = g/(Omega^2 R)") {
+  const program_test::Directory directory;
+  const std::string out = directory.file("bead");
+  const json found = answer("equilibria bead_on_hoop --along Omega=1:6 --set R=2 --out " + out);
+  constexpr double located = 1e-9;  // of the range
+  REQUIRE(found["branches"].size() == 3);
+  const json& below = found["branches"][0]["points"];
+  std::string kinds;
+  for (const json& point : below) kinds += point["kind"].get<std::string>()[0];
+  kinds.erase(std::remove(kinds.begin(), kinds.end(), 'r'), kinds.end());
+  CHECK(kinds == "sbe");
+  for (const json& point : below) {
+    const double Omega = number(point["p"]), pitchfork = std::sqrt(9.81 / 2.0);
+    CHECK_THAT(number(point["q"][0]), WithinAbs(0.0, rounding));
+    if (point["kind"] == "branch") CHECK_THAT(Omega, WithinAbs(pitchfork, located));
+    else CHECK(point["stability"] == (Omega < pitchfork ? "stable in the linear approximation" : "unstable"));
+  }
+  for (const std::size_t side : {1U, 2U}) {
+    CHECK(found["branches"][side]["from"]["branch"] == 0);
+    const json& end = found["branches"][side]["points"].back();
+    CHECK(number(end["p"]) == 6.0);
+    CHECK_THAT(number(end["q"][0]), WithinAbs((side == 1 ? 1.0 : -1.0) * std::acos(9.81 / 72.0), located));
+    CHECK(end["stability"] == "stable in the linear approximation");
+  }
+  CHECK(program_test::content(out + ".csv").starts_with("branch,kind,Omega [rad/s],theta [rad],growing,largest_re [1/s]\n1,0,1,0,0,"));
+  const std::string picture = program_test::content(out + ".svg");
+  for (const char* part : {"stroke-dasharray", ">unstable<", ">branch point<", ">Omega [rad/s]<"}) CHECK(picture.find(part) != std::string::npos);
+  CHECK(program_test::content(out + ".html").find("stable in the linear approximation, then unstable") != std::string::npos);
+}
+
+// The crank of a four-bar linkage carries the weight of all bars, and a torque; the largest torque that it can carry is the largest dV/dθ₁, the places of
+// the bars from two circles.
+TEST_CASE("what a branch is followed in may be an effect that is on, and it turns back where no more can be carried") {
+  const auto V = [](double crank) {
+    const double a = 0.3, b = 0.9, c = 0.7, d = 1.0, x = a * std::cos(crank) - d, y = a * std::sin(crank), e = std::hypot(x, y);
+    const double rocker = std::atan2(y, x) - std::acos((c * c + e * e - b * b) / (2.0 * c * e));
+    const double coupler = std::atan2(c * std::sin(rocker) - y, c * std::cos(rocker) - x);
+    return 9.81 * (0.5 * a * a * std::sin(crank) + b * (a * std::sin(crank) + 0.5 * b * std::sin(coupler)) + 0.5 * c * c * std::sin(rocker));
+  };
+  constexpr double h = 1e-4, differenced = 1e-6;
+  double most = 0.0, at = 0.0;
+  for (int i = 0; i < 4000; ++i) {
+    const double crank = 5.5 + 1e-4 * i, slope = (8.0 * (V(crank + h) - V(crank - h)) - (V(crank + 2.0 * h) - V(crank - 2.0 * h))) / (12.0 * h);
+    if (slope > most) most = slope, at = crank;
+  }
+  const json found = answer("equilibria four_bar --with torque=0 --along torque=:8");
+  REQUIRE(found["branches"].size() == 1);
+  int folds = 0;
+  for (const json& point : found["branches"][0]["points"]) {
+    if (point["kind"] != "fold") continue;
+    ++folds;
+    CHECK_THAT(number(point["p"]), WithinAbs(most, differenced));
+    CHECK_THAT(number(point["q"][0]), WithinAbs(at, 2e-4));  // twice the distance of the places above
+  }
+  CHECK(folds == 1);
+  CHECK_THAT(number(found["branches"][0]["points"].back()["p"]), WithinAbs(0.0, rounding));
+}
+
 TEST_CASE("the option --out of modes writes a table and a page, and stdout says where the scene rests") {
   const program_test::Directory directory;
   const auto ended = qdot("modes pendulum --set q0=0.3 --out '" + directory.file("x") + "'");
@@ -92,5 +150,18 @@ TEST_CASE("what has no equilibrium, and wrong arguments, end with status 2 and o
     CHECK(ended.out.empty());
     CHECK(ended.err.find('\n') == ended.err.size() - 1);
   }
+  for (const char* arguments : {"equilibria bead_on_hoop --along Omega", "equilibria bead_on_hoop --along Omega=5:", "equilibria bead_on_hoop --along nothing=1:2",
+                                "equilibria bead_on_hoop --along Omega=2:2", "equilibria bead_on_hoop --along Omega=:5", "equilibria chain --along n=2:5",
+                                "equilibria pendulum --along damping=0:1", "equilibria projectile --along g=1:2", "equilibria bead_on_hoop --show theta",
+                                "equilibria bead_on_hoop --along Omega=1:2 --show thetadot", "equilibria pendulum --with drive --along drive=1:2"}) {
+    INFO(arguments);
+    const auto ended = qdot(arguments);
+    CHECK(ended.status == 2);
+    CHECK(ended.out.empty());
+    CHECK(ended.err.find('\n') == ended.err.size() - 1);
+  }
+  const auto lost = qdot("equilibria pendulum --along g=1:-1 --set q0=0.1");
+  CHECK(lost.status == 1);
+  CHECK(lost.out.find("lost at p = ") != std::string::npos);
   CHECK(qdot("modes projectile").err.find("SCENE: must rest near its start") != std::string::npos);
 }

@@ -111,6 +111,15 @@ TEST_CASE("a curve with far more points than pixels is thinned without losing it
   CHECK(kept.back().x == pixels.back().x);
 }
 
+TEST_CASE("a dashed curve is dashed in the legend, too, and large dots have no line between them") {
+  Plot plot;
+  plot.series = {{.label = "above", .x = {0, 1}, .y = {0, 1}, .dashed = true}, {.label = "meet", .x = {0, 1}, .y = {1, 0}, .markers = true, .dots = true}};
+  const std::string text = svg_element(plot);
+  CHECK(count(text, "stroke-dasharray") == 2);
+  CHECK(count(text, "<circle") == 3);
+  CHECK(count(text, "class=\"curve\"") == 2);
+}
+
 TEST_CASE("dots are lines of no length, without a line between them, and one for all that fall together") {
   Plot plot = line_plot({0, 1, 1, 2}, {0, 1, 1, std::nan("")});
   plot.series[0].dots = true;

@@ -26,7 +26,8 @@ struct Series {
   std::vector<double> x;  ///< of the points
   std::vector<double> y;  ///< of the points
   bool markers = false;   ///< a dot on every point, for measurements rather than trajectories
-  bool dots = false;      ///< small dots and no line, for the points of a section
+  bool dots = false;      ///< small dots and no line, for the points of a section; with markers large ones
+  bool dashed = false;    ///< a broken line, as what is unstable has it
 };
 
 /// How numbers lie along an axis.

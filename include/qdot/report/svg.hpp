@@ -133,6 +133,8 @@ inline std::string path_data(const Series& series, const Axis& x_axis, const Axi
   return data;
 }
 
+inline std::string dashes(const Series& series) { return series.dashed ? ";stroke-dasharray:5 4.5" : ""; }
+
 /// Lines of no length, whose round ends are dots; a dot upon another one is left out.
 inline std::string dots_data(const Series& series, const Axis& x_axis, const Axis& y_axis, const AxisMap& x, const AxisMap& y) {
   std::vector<std::string> dots;
@@ -239,8 +241,11 @@ inline std::string svg_element(const Plot& plot, const std::string& style = "") 
   for (const LegendEntry& entry : entries) {
     const std::string colour = series_colour(entry.series, plot.series.size());
     const double line = label_line + entry.y;
-    svg += "<path class=\"curve\" style=\"stroke:" + colour + ";stroke-width:2.5\" d=\"M" + px(entry.x) + " " +
-           px(line - 4.5) + "h16\"/>" + text_element(entry.x + 22, line, "", plot.series[entry.series].label);
+    const Series& series = plot.series[entry.series];
+    svg += series.dots && series.markers
+               ? "<circle cx=\"" + px(entry.x + 8) + "\" cy=\"" + px(line - 4.5) + "\" r=\"4\" style=\"fill:" + colour + "\"/>"
+               : "<path class=\"curve\" style=\"stroke:" + colour + ";stroke-width:2.5" + dashes(series) + "\" d=\"M" + px(entry.x) + " " + px(line - 4.5) + "h16\"/>";
+    svg += text_element(entry.x + 22, line, "", series.label);
   }
 
   std::string grid;
@@ -260,16 +265,17 @@ inline std::string svg_element(const Plot& plot, const std::string& style = "") 
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
     const Series& series = plot.series[i];
     const std::string colour = series_colour(i, plot.series.size());
-    if (series.dots) {
+    if (series.dots && !series.markers) {
       svg += "<path class=\"curve\" style=\"stroke:" + colour + ";stroke-width:2.4\" d=\"" + dots_data(series, plot.x, plot.y, x, y) + "\"/>\n";
       continue;
     }
-    svg += "<path class=\"curve\" style=\"stroke:" + colour + "\" d=\"" +
-           path_data(series, plot.x, plot.y, x, y, !series.markers && !plot.equal_units) + "\"/>\n";
+    if (!series.dots)
+      svg += "<path class=\"curve\" style=\"stroke:" + colour + dashes(series) + "\" d=\"" +
+             path_data(series, plot.x, plot.y, x, y, !series.markers && !plot.equal_units) + "\"/>\n";
     if (!series.markers) continue;
     for (std::size_t k = 0; k < std::min(series.x.size(), series.y.size()); ++k) {
       if (!can_show(plot.x, series.x[k]) || !can_show(plot.y, series.y[k])) continue;
-      svg += "<circle cx=\"" + px(x(series.x[k])) + "\" cy=\"" + px(y(series.y[k])) + "\" r=\"3.2\" style=\"fill:" +
+      svg += "<circle cx=\"" + px(x(series.x[k])) + "\" cy=\"" + px(y(series.y[k])) + "\" r=\"" + (series.dots ? "4.5" : "3.2") + "\" style=\"fill:" +
              colour + "\"/>";
     }
   }

@@ -1,0 +1,75 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The components of y = [q; q̇; z] as one names them: q0 … or the scene's own names, with their units.
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "program/arguments.hpp"
+#include "program/chosen_scene.hpp"
+
+namespace qdot::program {
+
+struct Components {
+  std::vector<std::string> names, units;
+  Eigen::Index dof = 0;
+
+  explicit Components(const ChosenScene& chosen);
+
+  /// The place of a coordinate or velocity in y.
+  ///
+  /// @throws UsageError  unless it is one of q and q̇
+  Eigen::Index place(const char* argument, const std::string& name, const std::string& scene) const;
+
+  /// Those of several, NAME,NAME,….
+  std::vector<Eigen::Index> places(const char* argument, const std::string& text, const std::string& scene) const;
+
+  /// "theta [rad]".
+  std::string label(Eigen::Index i) const;
+};
+
+inline Components::Components(const ChosenScene& chosen) : dof(chosen.model->dof()) {
+  const std::string time = chosen.scene->time_unit();
+  for (const bool rate : {false, true})
+    for (const auto& coordinate : chosen.scene->coordinates()) {
+      names.push_back(coordinate.name + (rate ? "dot" : ""));
+      units.push_back(rate && !time.empty() ? (coordinate.unit.empty() ? "1" : coordinate.unit) + "/" + time : coordinate.unit);
+    }
+  for (const OwnState& state : chosen.model->own_states()) {
+    names.push_back(state.name);
+    units.emplace_back();
+  }
+}
+
+inline Eigen::Index Components::place(const char* argument, const std::string& name, const std::string& scene) const {
+  std::vector<std::string> valid;
+  for (Eigen::Index i = 0; i < 2 * dof; ++i) {
+    const std::string plain = i < dof ? "q" + std::to_string(i) : "qdot" + std::to_string(i - dof);
+    if (name == plain || name == names[static_cast<std::size_t>(i)]) return i;
+    valid.push_back(names[static_cast<std::size_t>(i)]);
+    if (plain != valid.back()) valid.push_back(plain);
+  }
+  throw unknown_name(argument, "a coordinate or velocity of " + scene, name, valid);
+}
+
+inline std::vector<Eigen::Index> Components::places(const char* argument, const std::string& text, const std::string& scene) const {
+  std::vector<Eigen::Index> all;
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t comma = std::min(text.find(',', from), text.size());
+    all.push_back(place(argument, text.substr(from, comma - from), scene));
+    from = comma + 1;
+  }
+  return all;
+}
+
+inline std::string Components::label(Eigen::Index i) const {
+  const auto k = static_cast<std::size_t>(i);
+  return units[k].empty() ? names[k] : names[k] + " [" + units[k] + "]";
+}
+
+}  // namespace qdot::program
