@@ -38,6 +38,22 @@ install(FILES
   ${PROJECT_SOURCE_DIR}/cmake/qdot_add_fmu.cmake
   DESTINATION ${package_dir})
 
+# The core for tools that read the Common Package Specification. Only where it is asked for: find_package of CMake 4.3 and newer takes this file before
+# qdot-config.cmake, and then knows neither components nor qdot_add_scene. The file has no place for options that depend on the compiler (clang's room for
+# constants), so it is made of a target without them.
+if(QDOT_INSTALL_CPS)
+  if(CMAKE_VERSION VERSION_LESS 4.3)
+    message(FATAL_ERROR "QDOT_INSTALL_CPS=ON needs CMake 4.3 or newer, this is ${CMAKE_VERSION}")
+  endif()
+  add_library(qdot_cps INTERFACE)
+  set_target_properties(qdot_cps PROPERTIES EXPORT_NAME qdot)
+  target_compile_features(qdot_cps INTERFACE cxx_std_20)
+  target_link_libraries(qdot_cps INTERFACE Eigen3::Eigen)
+  install(TARGETS qdot_cps EXPORT qdot-cps INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  install(PACKAGE_INFO qdot EXPORT qdot-cps LICENSE MIT VERSION ${PROJECT_VERSION} COMPAT_VERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}.0
+    DEFAULT_TARGETS qdot DESTINATION ${CMAKE_INSTALL_DATADIR}/cps/qdot)
+endif()
+
 # Without CMake: pkg-config --cflags qdot, the core alone (SUNDIALS has no such file). What there is to read and to try.
 configure_file(${PROJECT_SOURCE_DIR}/cmake/qdot.pc.in qdot.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/qdot.pc DESTINATION ${CMAKE_INSTALL_DATADIR}/pkgconfig)
