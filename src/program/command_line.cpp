@@ -168,6 +168,19 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   section_command->add_flag("--json", section_options.json, "one JSON object on stdout");
   section_command->add_flag("--quiet", section_options.quiet, "no progress bar");
 
+  OrbitCommandOptions orbit_options;
+  CLI::App* orbit_command = app.add_subcommand("orbit", "the periodic orbit near the start, its stability, and its family");
+  add_scene(orbit_command, orbit_options);
+  add_text(orbit_command, "--period", orbit_options.period, "what the period is: of a drive, or a multiple; or that of one of the orbits where energy is conserved", "T");
+  add_text(orbit_command, "--period-guess", orbit_options.period_guess, "where to begin (default: when the motion is nearest to its start again)", "T");
+  add_text(orbit_command, "--hold", orbit_options.hold,
+           "which orbit of a family is meant: energy (default, where it is conserved) of the start, energy=E, NAME of a coordinate, or nothing (default elsewhere)", "WHAT");
+  add_text(orbit_command, "--settle", orbit_options.settle, "let the motion go on for so long, and begin there", "T");
+  add_text(orbit_command, "--along", orbit_options.along, "follow the family: energy=FROM:TO, period=FROM:TO, or a parameter or an effect that is on; without FROM from what it is", "NAME=FROM:TO");
+  add_text(orbit_command, "--show", orbit_options.show, "which two of coordinates and velocities are drawn, NAME,NAME", "X,Y");
+  add_text(orbit_command, "--out", orbit_options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
+  orbit_command->add_flag("--json", orbit_options.json, "one JSON object on stdout");
+
   SweepOptions sweep_options;
   CLI::App* sweep_command = app.add_subcommand("sweep", "many motions of a scene: over a grid of parameters and starts, or a random sample");
   add_scene(sweep_command, sweep_options);
@@ -235,6 +248,7 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   if (conserved_command->parsed()) return conserved(conserved_options);
   if (lyapunov_command->parsed()) return lyapunov(lyapunov_options);
   if (section_command->parsed()) return section(section_options);
+  if (orbit_command->parsed()) return orbit(orbit_options);
   if (new_command->parsed()) return new_scene(new_options);
   if (sweep_command->parsed()) return sweep(sweep_options);
   return bench(bench_options);

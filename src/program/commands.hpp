@@ -73,6 +73,11 @@ struct SectionCommandOptions : SceneOptions {
   bool quiet = false;
 };
 
+struct OrbitCommandOptions : SceneOptions {
+  std::optional<std::string> period, period_guess, hold, settle, along, show, out;
+  bool json = false;
+};
+
 struct NewOptions {
   std::string name;
 };
@@ -100,6 +105,7 @@ int equilibria(const EquilibriaOptions& options);
 int equilibria_along(const EquilibriaOptions& options);
 int conserved(const ConservedOptions& options);
 int lyapunov(const LyapunovCommandOptions& options);
+int orbit(const OrbitCommandOptions& options);
 int section(const SectionCommandOptions& options);
 int new_scene(const NewOptions& options);
 int sweep(const SweepOptions& options);

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "program/orbit_search.hpp"
 #include "program/steady_points.hpp"
 
 namespace qdot::program {
@@ -176,6 +177,56 @@ std::string branches_json(const RunnableScene& scene, const std::string& name, d
     Json begins = nullptr;
     if (branch.from) begins = {{"branch", branch.from->first}, {"point", branch.from->second}};
     json["branches"].push_back({{"from", begins}, {"message", branch.message}, {"points", points}});
+  }
+  return json.dump(2);
+}
+
+namespace {
+
+Json json_of(const Orbit& orbit) {
+  Json json;
+  json["outcome"] = name(orbit.outcome);
+  json["message"] = orbit.message;
+  json["run_outcome"] = name(orbit.run_outcome);
+  json["t"] = orbit.t;
+  json["x"] = numbers(orbit.x);
+  json["period"] = orbit.period;
+  json["energy"] = orbit.energy;
+  json["conserves_energy"] = orbit.conserves_energy;
+  json["stability"] = orbit.found() ? Json(description(orbit.stability)) : Json(nullptr);
+  json["multipliers"] = Json::array();
+  for (const Multiplier& m : orbit.multipliers)
+    json["multipliers"].push_back({{"re", m.value.real()}, {"im", m.value.imag()}, {"radius", m.radius}, {"trivial", m.trivial}});
+  json["residual"] = numbers(orbit.residual);
+  json["extent"] = numbers(orbit.extent);
+  json["undetermined"] = orbit.undetermined;
+  return json;
+}
+
+}  // namespace
+
+std::string orbit_json(const RunnableScene& scene, const std::vector<std::string>& names, const Orbit& orbit) {
+  Json json;
+  json["scene"] = scene.name();
+  json["parameters"] = parameter_values(scene);
+  json["components"] = names;
+  json.update(json_of(orbit));
+  return json.dump(2);
+}
+
+std::string family_json(const RunnableScene& scene, const std::vector<std::string>& names, const std::string& along, const FamilyFound& family) {
+  Json json;
+  json["scene"] = scene.name();
+  json["parameters"] = parameter_values(scene);
+  json["components"] = names;
+  json["along"] = along;
+  json["outcome"] = family.outcome;
+  json["message"] = family.message;
+  json["orbits"] = Json::array();
+  for (const OrbitOfFamily& each : family.orbits) {
+    Json one = {{"kind", each.kind}, {"value", each.value}};
+    one.update(json_of(each.orbit));
+    json["orbits"].push_back(one);
   }
   return json.dump(2);
 }

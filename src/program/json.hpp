@@ -9,11 +9,13 @@
 
 #include "program/runnable_scene.hpp"
 #include "program/simulation.hpp"
+#include "qdot/analysis/orbit.hpp"
 
 namespace qdot::program {
 
 struct SteadyPoint;     // steady_points.hpp
 struct PointsOfBranch;  // likewise
+struct FamilyFound;     // orbit_search.hpp
 
 /// The keys of the command-line contract, and a few more behind them.
 ///
@@ -33,5 +35,10 @@ std::string steady_states_json(const RunnableScene& scene, const std::vector<Ste
 
 /// Branches of equilibria along what is called `name`.
 std::string branches_json(const RunnableScene& scene, const std::string& name, double from, double to, const std::vector<PointsOfBranch>& branches);
+
+/// A periodic orbit, or how far the search for it came; `names` are those of q and q̇.
+std::string orbit_json(const RunnableScene& scene, const std::vector<std::string>& names, const Orbit& orbit);
+
+std::string family_json(const RunnableScene& scene, const std::vector<std::string>& names, const std::string& along, const FamilyFound& family);
 
 }  // namespace qdot::program

@@ -13,8 +13,8 @@
 
 #include "program/arguments.hpp"
 #include "program/commands.hpp"
-#include "program/first_order_model.hpp"
 #include "program/progress.hpp"
+#include "program/varied_motion.hpp"
 #include "qdot/report/csv.hpp"
 #include "qdot/report/file.hpp"
 #include "qdot/report/html.hpp"
@@ -103,13 +103,12 @@ std::string json_of(const LyapunovRequest& request, const LyapunovSpectrum& foun
 
 int lyapunov(const LyapunovCommandOptions& options) {
   const LyapunovRequest request = request_of(options);
-  const FirstOrderModel form{request.model};
   LyapunovSpectrum found;
   {
     ProgressBar progress(request.start.t, request.t_end, !options.quiet);
     const qdot::detail::FlowInPieces flow = [&](double t, const Eigen::VectorXd& y, double until) {
       progress.reached(t);
-      const auto piece = sensitivities(form, FirstOrderState{t, y}, until, Dop853{}, request.options);
+      const VariedMotion piece = varied_motion({request.model}, t, y, until, request.options);
       return qdot::detail::PieceOfFlow{piece.outcome, piece.message, piece.t, piece.y, piece.Phi};
     };
     found = qdot::detail::lyapunov_spectrum_of<Eigen::MatrixXd>(flow, request.start.t, request.model->packed(request.start), request.t_end, request.measured);

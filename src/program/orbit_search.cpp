@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: MIT
+#include "program/orbit_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+
+#include "program/varied_motion.hpp"
+#include "qdot/analysis/orbit_family.hpp"
+
+namespace qdot::program {
+
+namespace {
+
+using qdot::detail::Shot;
+
+Options precise() { return Options{.rtol = 1e-13, .atol = 1e-14}; }
+
+VariedMotion plain_motion(const std::shared_ptr<const Model>& model, double t, const Eigen::VectorXd& x, double duration, int count, Options options) {
+  const Eigen::Index n = model->dof();
+  for (int k = 0; k <= count; ++k) options.output_times.push_back(k == count ? t + duration : t + duration * k / count);
+  const Eigen::VectorXd y = settled(*model, t, model->packed({t, x.head(n), x.tail(n)}));
+  return varied_motion({model, false}, t, y, t + duration, options);
+}
+
+Eigen::VectorXd x_of(const State<Dynamic>& state) {
+  Eigen::VectorXd x(2 * state.q.size());
+  x << state.q, state.qdot;
+  return x;
+}
+
+// What the search for orbits asks of a scene.
+class ModelShooting final : public qdot::detail::Shooting {
+ public:
+  explicit ModelShooting(const OrbitRequest& request) : request_(request), dof_(request.model->dof()) {}
+
+  Eigen::Index size() const override { return 2 * dof_; }
+  double time() const override { return request_.start.t; }
+  bool has_parameter() const override { return request_.models.has_value(); }
+  bool projects() const override { return request_.model->constrained(); }
+  std::string name(Eigen::Index i) const override { return request_.model->component_name(i); }
+
+  Shot shot(const Eigen::VectorXd& x, double period, double p, double coarser) const override {
+    constexpr int samples = 24;
+    Options options = precise();
+    options.rtol *= coarser;
+    options.atol = 1e-14 * coarser;
+    for (int k = 0; k <= samples; ++k) options.output_times.push_back(k == samples ? time() + period : time() + period * k / samples);
+    VariedModel varied{model(p)};
+    if (has_parameter()) {
+      varied.parameters = {p};
+      varied.with_parameter = [&](Eigen::Index, double value) { return (*request_.models)(value); };
+    }
+    const VariedMotion motion = varied_motion(varied, time(), packed(*varied.model, x), time() + period, options);
+    Shot shot{motion.outcome, motion.message, motion.y.head(size()), motion.ydot.head(size()), motion.Phi.topLeftCorner(size(), size())};
+    if (has_parameter()) shot.by_parameter = motion.Phi.col(size()).head(size());
+    Eigen::VectorXd least = x, most = x;
+    for (const Eigen::VectorXd& y : motion.samples) {
+      least = least.cwiseMin(y.head(size()));
+      most = most.cwiseMax(y.head(size()));
+    }
+    shot.extent = most - least;
+    return shot;
+  }
+  Eigen::VectorXd rate(const Eigen::VectorXd& x, double p, double later) const override {
+    const auto here = model(p);
+    const Eigen::VectorXd y = packed(*here, x);
+    Eigen::VectorXd f(y.size());
+    here->derivative(time() + later, y, f);
+    return f.head(size());
+  }
+  double energy(const Eigen::VectorXd& x, double p, double later) const override {
+    const auto here = model(p);
+    return here->energies(time() + later, here->packed({time(), x.head(dof_), x.tail(dof_)})).jacobi;
+  }
+  Eigen::VectorXd settled(const Eigen::VectorXd& x, double p) const override {
+    if (!projects()) return x;
+    return packed(*model(p), x).head(size());
+  }
+
+ private:
+  std::shared_ptr<const Model> model(double p) const {
+    if (!request_.models) return request_.model;
+    if (!last_ || p != at_) {
+      last_ = (*request_.models)(p);
+      at_ = p;
+    }
+    return last_;
+  }
+  Eigen::VectorXd packed(const Model& model, const Eigen::VectorXd& x) const {
+    return program::settled(model, time(), model.packed({time(), x.head(dof_), x.tail(dof_)}));
+  }
+
+  const OrbitRequest& request_;
+  Eigen::Index dof_;
+  mutable std::shared_ptr<const Model> last_;
+  mutable double at_ = 0.0;
+};
+
+Held held_of(const OrbitRequest& request) {
+  switch (request.held) {
+    case OrbitRequest::Held::energy: return request.energy ? hold_energy(*request.energy) : hold_energy();
+    case OrbitRequest::Held::period: return hold_period();
+    case OrbitRequest::Held::coordinate: return hold_coordinate(request.coordinate);
+    case OrbitRequest::Held::drive: return driven();
+    default: return hold_nothing();
+  }
+}
+
+Eigen::VectorXd guess_of(const OrbitRequest& request, const Eigen::VectorXd& x, double period) {
+  Eigen::VectorXd X(x.size() + 2);
+  X << x, period, request.models ? request.from : 0.0;
+  return X;
+}
+
+}  // namespace
+
+FirstReturn first_return(const ChosenScene& chosen, const Model& model, std::optional<double> period) {
+  constexpr int samples = 4000;
+  constexpr double near = 0.05, usual_windows = 4.0;
+  const State<Dynamic>& start = chosen.start;
+  const Eigen::Index n = model.dof();
+  const double usual = std::abs(chosen.scene->t_end() - start.t), window = period ? *period : usual_windows * usual;
+  const std::shared_ptr<const Model> borrowed(std::shared_ptr<const Model>(), &model);
+  FirstReturn found{.period = window, .advance = Eigen::VectorXd::Zero(n)};
+
+  const Eigen::VectorXd y0 = settled(model, start.t, model.packed(start));
+  Eigen::VectorXd f(y0.size()), later(y0.size());
+  for (const double beside : {0.0, 0.1}) {  // a drive may vanish where the motion begins
+    Eigen::VectorXd y = y0;
+    for (Eigen::Index i = 0; i < 2 * n; ++i) y[i] += beside * (1.0 + 0.3 * static_cast<double>(i % 3)) * std::max(1.0, std::abs(y0[i]));
+    try {
+      model.derivative(start.t, y, f);
+      for (const double part : {0.31, 0.77}) {
+        model.derivative(start.t + part * window, y, later);
+        found.driven = found.driven || (later - f).head(2 * n).cwiseAbs().maxCoeff() > 1e-9 * std::max(1.0, f.cwiseAbs().maxCoeff());
+      }
+    } catch (const Error&) {
+      if (beside == 0.0) throw;
+    }
+  }
+
+  Options options{.rtol = 1e-9, .atol = 1e-9};
+  const VariedMotion motion = plain_motion(borrowed, start.t, x_of(start), window, samples, options);
+  if (motion.samples.size() < 3) return found;
+  const auto coordinates = chosen.scene->coordinates();
+  const auto turns = [&](const Eigen::VectorXd& y, Eigen::Index i) {
+    constexpr double turn = 2.0 * std::numbers::pi;
+    return coordinates[static_cast<std::size_t>(i)].unit == "rad" ? turn * std::round((y[i] - y0[i]) / turn) : 0.0;
+  };
+  const double h = model.energies(start.t, y0).jacobi;
+  double drift = 0.0, scale = 0.0;
+  Eigen::VectorXd extent = Eigen::VectorXd::Zero(2 * n);
+  for (std::size_t k = 0; k < motion.samples.size(); ++k) {
+    const Energies energies = model.energies(motion.times[k], motion.samples[k]);
+    drift = std::max(drift, std::abs(energies.jacobi - h));
+    scale = std::max({scale, std::abs(energies.kinetic), std::abs(energies.potential)});
+    for (Eigen::Index i = 0; i < 2 * n; ++i) extent[i] = std::max(extent[i], std::abs(motion.samples[k][i] - y0[i] - (i < n ? turns(motion.samples[k], i) : 0.0)));
+  }
+  found.conserves_energy = drift <= 1e-6 * scale;
+  std::size_t best = motion.samples.size() - 1;
+  if (!period) {
+    std::vector<double> away;
+    for (const Eigen::VectorXd& y : motion.samples) {
+      double farthest = 0.0;
+      for (Eigen::Index i = 0; i < 2 * n; ++i)
+        if (extent[i] > 1e-9 * extent.maxCoeff()) farthest = std::max(farthest, std::abs(y[i] - y0[i] - (i < n ? turns(y, i) : 0.0)) / extent[i]);
+      away.push_back(farthest);
+    }
+    bool left = false;
+    double least = 2.0;
+    for (std::size_t k = 1; k + 1 < away.size(); ++k) {
+      left = left || away[k] > 0.5;
+      if (!left || away[k] > away[k - 1] || away[k] > away[k + 1] || away[k] >= least) continue;
+      least = away[k];
+      best = k;
+      if (least < near) break;
+    }
+  }
+  found.period = std::abs(motion.times[best] - start.t);
+  for (Eigen::Index i = 0; i < n; ++i) found.advance[i] = turns(motion.samples[best], i);
+  return found;
+}
+
+Orbit orbit_near(const OrbitRequest& request) {
+  const ModelShooting shooting(request);
+  return qdot::detail::orbit_near(shooting, guess_of(request, x_of(request.start), request.period), held_of(request), {.advance = request.advance});
+}
+
+FamilyFound family_from(const OrbitRequest& request, const Orbit& orbit) {
+  using In = OrbitRequest::In;
+  const ModelShooting shooting(request);
+  const FamilyIn in = request.in == In::energy ? in_energy(request.to) : request.in == In::period ? in_period(request.to) : in_parameter(request.to);
+  FamilyOptions options;
+  options.orbit.advance = request.advance;
+  options.longest_step = options.first_step;  // so that curves look like curves
+  const auto found = qdot::detail::family_from(shooting, guess_of(request, orbit.x, orbit.period), in, held_of(request), options);
+  FamilyFound family{std::string(name(found.outcome)), found.message, {}, found.outcome == FamilyOutcome::reached || found.outcome == FamilyOutcome::returned};
+  for (const FamilyOrbit& each : found.orbits) family.orbits.push_back({std::string(name(each.kind)), each.value, each});
+  return family;
+}
+
+std::vector<Eigen::VectorXd> points_of(const OrbitRequest& request, const Orbit& orbit, int count) {
+  const auto model = request.models ? (*request.models)(orbit.parameter) : request.model;
+  return plain_motion(model, orbit.t, orbit.x, orbit.period, count, Options{.rtol = 1e-11, .atol = 1e-12}).samples;
+}
+
+State<Dynamic> state_after(const ChosenScene& chosen, const Model& model, double time) {
+  const std::shared_ptr<const Model> borrowed(std::shared_ptr<const Model>(), &model);
+  const VariedMotion motion = plain_motion(borrowed, chosen.start.t, x_of(chosen.start), time, 1, Options{.rtol = 1e-10, .atol = 1e-10});
+  if (motion.outcome != Outcome::completed) throw Error(motion.message);
+  const Eigen::Index n = model.dof();
+  return {motion.t, motion.y.head(n), motion.y.segment(n, n)};
+}
+
+}  // namespace qdot::program

@@ -1,0 +1,48 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A run of any model with its derivatives, compiled once for all scenes.
+//
+// The variational equations of the library (analysis/variations/equations.hpp) on the Model that commands see: ∂f/∂y is exact; ∂f/∂p is differenced between
+// seven models, with order six and from values that are exact to rounding, some twelve digits; impacts, friction and constraints are those of the library.
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "program/runnable_scene.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/outcome.hpp"
+
+namespace qdot::program {
+
+/// What a motion is differentiated by: q and q̇ at the start, 2n columns, if wanted; then the parameters.
+struct VariedModel {
+  std::shared_ptr<const Model> model;
+  bool with_start = true;
+  std::vector<double> parameters = {};
+  std::function<std::shared_ptr<const Model>(Eigen::Index j, double value)> with_parameter = {};  // the model with another value of parameter j
+};
+
+struct VariedMotion {
+  Outcome outcome = Outcome::completed;
+  std::string message;
+  double t = 0.0;
+  Eigen::VectorXd y, ydot;                  // the last good state
+  Eigen::MatrixXd Phi;                      // ∂y/∂(start, parameters) there
+  std::vector<double> times;                // Options::output_times
+  std::vector<Eigen::VectorXd> samples;     // [y; columns of Φ] at them
+};
+
+/// The motion from y at t0 and its derivatives.
+///
+/// @throws Error  as sensitivities() of the library
+VariedMotion varied_motion(const VariedModel& of, double t0, const Eigen::VectorXd& y0, double t_end, Options options);
+
+/// y with the phases of contacts and friction that its q and q̇ have, and on the constraints.
+Eigen::VectorXd settled(const Model& model, double t, Eigen::VectorXd y);
+
+}  // namespace qdot::program
