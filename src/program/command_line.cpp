@@ -181,6 +181,17 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   add_text(orbit_command, "--out", orbit_options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
   orbit_command->add_flag("--json", orbit_options.json, "one JSON object on stdout");
 
+  SensitivityCommandOptions sensitivity_options;
+  CLI::App* sensitivity_command = app.add_subcommand("sensitivity", "what a motion depends on: derivatives by its start and by parameters");
+  add_scene(sensitivity_command, sensitivity_options);
+  add_text(sensitivity_command, "--of", sensitivity_options.of, "which coordinates and velocities (default: all)", "NAME,…");
+  add_text(sensitivity_command, "--to", sensitivity_options.to, "which parameters, effects that are on, and coordinates and velocities of the start (default: all)", "NAME,…");
+  add_text(sensitivity_command, "--t-end", sensitivity_options.t_end, "time to end at", "T");
+  add_text(sensitivity_command, "--rtol", sensitivity_options.rtol, "tolerance of the local error, relative and absolute (default 1e-11)", "R");
+  add_text(sensitivity_command, "--samples", sensitivity_options.samples, "rows of the table of the whole motion (default 400)", "N");
+  add_text(sensitivity_command, "--out", sensitivity_options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
+  sensitivity_command->add_flag("--json", sensitivity_options.json, "one JSON object on stdout");
+
   SweepOptions sweep_options;
   CLI::App* sweep_command = app.add_subcommand("sweep", "many motions of a scene: over a grid of parameters and starts, or a random sample");
   add_scene(sweep_command, sweep_options);
@@ -249,6 +260,7 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   if (lyapunov_command->parsed()) return lyapunov(lyapunov_options);
   if (section_command->parsed()) return section(section_options);
   if (orbit_command->parsed()) return orbit(orbit_options);
+  if (sensitivity_command->parsed()) return sensitivity(sensitivity_options);
   if (new_command->parsed()) return new_scene(new_options);
   if (sweep_command->parsed()) return sweep(sweep_options);
   return bench(bench_options);

@@ -78,6 +78,11 @@ struct OrbitCommandOptions : SceneOptions {
   bool json = false;
 };
 
+struct SensitivityCommandOptions : SceneOptions {
+  std::optional<std::string> of, to, t_end, rtol, samples, out;
+  bool json = false;
+};
+
 struct NewOptions {
   std::string name;
 };
@@ -107,6 +112,7 @@ int conserved(const ConservedOptions& options);
 int lyapunov(const LyapunovCommandOptions& options);
 int orbit(const OrbitCommandOptions& options);
 int section(const SectionCommandOptions& options);
+int sensitivity(const SensitivityCommandOptions& options);
 int new_scene(const NewOptions& options);
 int sweep(const SweepOptions& options);
 int bench(const BenchOptions& options);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "program/orbit_search.hpp"
+#include "program/sensitivity.hpp"
 #include "program/steady_points.hpp"
 
 namespace qdot::program {
@@ -227,6 +228,26 @@ std::string family_json(const RunnableScene& scene, const std::vector<std::strin
     Json one = {{"kind", each.kind}, {"value", each.value}};
     one.update(json_of(each.orbit));
     json["orbits"].push_back(one);
+  }
+  return json.dump(2);
+}
+
+std::string sensitivity_json(const RunnableScene& scene, const SensitivityTable& table) {
+  Json json;
+  json["scene"] = scene.name();
+  json["parameters"] = parameter_values(scene);
+  json["outcome"] = table.outcome;
+  json["message"] = table.message;
+  json["t"] = table.t;
+  json["of"] = table.of;
+  json["values"] = numbers(table.values);
+  json["to"] = Json::array();
+  for (const DependsOn& to : table.to) json["to"].push_back({{"name", to.name}, {"unit", to.unit}, {"value", to.value}});
+  json["derivative"] = Json::array();
+  json["error"] = Json::array();
+  for (Eigen::Index i = 0; i < table.derivative.rows(); ++i) {
+    json["derivative"].push_back(numbers(table.derivative.row(i).transpose()));
+    json["error"].push_back(numbers(table.error.row(i).transpose()));
   }
   return json.dump(2);
 }

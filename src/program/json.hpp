@@ -13,9 +13,10 @@
 
 namespace qdot::program {
 
-struct SteadyPoint;     // steady_points.hpp
-struct PointsOfBranch;  // likewise
-struct FamilyFound;     // orbit_search.hpp
+struct SteadyPoint;       // steady_points.hpp
+struct PointsOfBranch;    // likewise
+struct FamilyFound;       // orbit_search.hpp
+struct SensitivityTable;  // sensitivity.hpp
 
 /// The keys of the command-line contract, and a few more behind them.
 ///
@@ -40,5 +41,7 @@ std::string branches_json(const RunnableScene& scene, const std::string& name, d
 std::string orbit_json(const RunnableScene& scene, const std::vector<std::string>& names, const Orbit& orbit);
 
 std::string family_json(const RunnableScene& scene, const std::vector<std::string>& names, const std::string& along, const FamilyFound& family);
+
+std::string sensitivity_json(const RunnableScene& scene, const SensitivityTable& table);
 
 }  // namespace qdot::program

@@ -168,14 +168,14 @@ inline double VariationalEquations::reach(const Eigen::VectorXd& y, const Eigen:
 inline Crossing VariationalEquations::crossing(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both,
                                                const Surface& surface) const {
   const Eigen::VectorXd y = both.head(size_), f = state_rate(t, y);
-  const auto along = [&](const Eigen::VectorXd& direction, double rate, Eigen::Index column) {
+  const auto along = [&](const Eigen::VectorXd& direction, double rate, Eigen::Index column, double size) {
     const auto slope = slope_at_zero(
         [&](double s) { return Eigen::VectorXd(Eigen::VectorXd::Constant(1, surface.h(t + s * rate, y + s * direction, column, s))); },
-        reach(y, direction, column));
+        reach(y, direction, column), Eigen::VectorXd::Constant(1, size));
     if (!slope) end_undifferentiable(name, t, {"has a function without a derivative; let it be smooth where it crosses zero"});
     return (*slope)[0];
   };
-  const double speed = along(f, 1.0, -1), way = reach(y, f, -1);
+  const double speed = along(f, 1.0, -1, 0.0), way = reach(y, f, -1);
   // Second order along the motion, and what the method cannot tell from zero.
   const double d = 1e-3 * way, step = 1e-5 * way;
   const Eigen::VectorXd bend = (state_rate(t + step, y + step * f) - state_rate(t - step, y - step * f)) / (2 * step);
@@ -195,7 +195,8 @@ inline Crossing VariationalEquations::crossing(const std::string& name, double t
                           {curvature != 0.0 ? 0.5 * speed * speed / std::abs(curvature) : 0.0, 4}, ", of which the tolerances cannot tell ", {dark, 4},
                           "; the motion on either side of a grazing differs, so there is no derivative: choose a start or parameters that hit or miss clearly"});
   Crossing found{Eigen::VectorXd(columns_), speed};
-  for (Eigen::Index j = 0; j < columns_; ++j) found.time[j] = -along(both.segment(size_ * (j + 1), size_), 0.0, j) / speed;
+  // h is the difference of what is as large as it is elsewhere on the motion, and known to the rounding of that: a parameter that it does not feel moves it by nothing more.
+  for (Eigen::Index j = 0; j < columns_; ++j) found.time[j] = -along(both.segment(size_ * (j + 1), size_), 0.0, j, std::abs(speed) * way) / speed;
   return found;
 }
 
