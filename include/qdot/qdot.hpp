@@ -116,6 +116,8 @@
 // Text from numbers: plots, pages, files. Nothing of it is included here.
 // #include "qdot/report/table.hpp"        // columns of numbers with names and units
 // #include "qdot/report/motion_table.hpp" // a run as such a table
+// #include "qdot/report/run_report.hpp"   // a page of a run in one line: plots, events, a moving picture
+// #include "qdot/report/motion_plots.hpp" // the plots of such a table
 // #include "qdot/report/number.hpp"       // numbers as text
 // #include "qdot/report/symbol.hpp"       // theta1 as θ₁
 // #include "qdot/report/equations.hpp"      // L, p, M, r and q̈ as formulas

@@ -28,6 +28,8 @@ void lay_over(report::Page& page, const report::Page& other, const std::string& 
       same->series.push_back(series);
       same->series.back().label = series.label.empty() ? label : series.label + ", " + label;
     }
+    for (const report::Mark& mark : plot.marks) same->marks.push_back({mark.x, mark.name + ", " + label});
+    std::stable_sort(same->marks.begin(), same->marks.end(), [](const report::Mark& a, const report::Mark& b) { return a.x < b.x; });
   }
 }
 
@@ -143,8 +145,10 @@ std::vector<Difference> largest_differences(const ComparedRun& first, const Comp
 report::Page comparison_page(const std::vector<ComparedRun>& runs) {
   const ComparedRun& first = runs.front();
   report::Page shown = page(*first.scene, first.request, first.result);
-  for (report::Plot& plot : shown.plots)
+  for (report::Plot& plot : shown.plots) {
     for (report::Series& series : plot.series) series.label = series.label.empty() ? first.label : series.label + ", " + first.label;
+    for (report::Mark& mark : plot.marks) mark.name += ", " + first.label;
+  }
   for (std::size_t k = 1; k < runs.size(); ++k) {
     const report::Page other = page(*runs[k].scene, runs[k].request, runs[k].result);
     lay_over(shown, other, runs[k].label);

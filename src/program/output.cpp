@@ -12,6 +12,7 @@
 #include "qdot/report/equation_text.hpp"
 #include "qdot/report/equations.hpp"
 #include "qdot/report/file.hpp"
+#include "qdot/report/motion_plots.hpp"
 #include "qdot/report/still.hpp"
 #include "qdot/report/symbol.hpp"
 
@@ -22,20 +23,8 @@ namespace {
 using report::readable_text;
 using report::symbol;
 
-/// "m/s^2" as people write it; files for machines keep the plain spelling.
-std::string typeset(std::string unit) {
-  for (const auto& [plain, sign] : {std::pair<std::string, std::string>{"^2", "²"}, {"^3", "³"}}) {
-    for (std::size_t at = unit.find(plain); at != std::string::npos; at = unit.find(plain)) unit.replace(at, 2, sign);
-  }
-  return unit;
-}
-
 std::string with_unit(const std::string& text, const std::string& unit) {
-  return unit.empty() ? text : text + " " + typeset(unit);
-}
-
-std::string bracketed(const std::string& text, const std::string& unit) {
-  return unit.empty() ? text : text + " [" + typeset(unit) + "]";
+  return unit.empty() ? text : text + " " + report::unit_symbol(unit);
 }
 
 std::string rate_unit(const std::string& unit, const std::string& time_unit) {
@@ -49,62 +38,17 @@ std::vector<double> column(const Result& result, const std::function<double(cons
   return values;
 }
 
-/// "θ₁, θ₂, θ₃" or "θ₁ … θ₂₀"
-std::string listed(const std::vector<std::string>& symbols) {
-  if (symbols.size() > 4) return symbols.front() + " … " + symbols.back();
-  std::string text;
-  for (const std::string& s : symbols) text += (text.empty() ? "" : ", ") + s;
-  return text;
-}
-
-/// Plots of the coordinates (offset 0) or the velocities (offset n), one for each unit among them.
-void add_motion_plots(std::vector<report::Plot>& plots, const RunnableScene& scene, const Result& result, bool velocities) {
-  const auto coordinates = scene.coordinates();
-  const std::vector<double> times = column(result, [](const Sample& s) { return s.t; });
-  const auto offset = static_cast<Eigen::Index>(velocities ? coordinates.size() : 0);
-  std::vector<std::string> units;
-  for (const auto& c : coordinates) {
-    if (std::find(units.begin(), units.end(), c.unit) == units.end()) units.push_back(c.unit);
-  }
-  for (const std::string& unit : units) {
-    report::Plot plot{.x = {bracketed("t", scene.time_unit())}, .time_axis = true};
-    std::vector<std::string> symbols;
-    for (std::size_t i = 0; i < coordinates.size(); ++i) {
-      if (coordinates[i].unit != unit) continue;
-      symbols.push_back(symbol(coordinates[i].name + (velocities ? "dot" : "")));
-      const Eigen::Index k = offset + static_cast<Eigen::Index>(i);
-      plot.series.push_back({symbols.back(), times, column(result, [k](const Sample& s) { return s.y[k]; })});
-    }
-    plot.y.label = bracketed(listed(symbols), velocities ? rate_unit(unit, scene.time_unit()) : unit);
-    if (plot.series.size() == 1) plot.series[0].label.clear();
-    plots.push_back(std::move(plot));
-  }
-}
-
-report::Plot phase_plot(const RunnableScene& scene, const Result& result) {
-  const auto c = scene.coordinates().front();
-  report::Plot plot{.x = {bracketed(symbol(c.name), c.unit)},
-                    .y = {bracketed(symbol(c.name + "dot"), rate_unit(c.unit, scene.time_unit()))}};
-  plot.series.push_back({"", column(result, [](const Sample& s) { return s.y[0]; }),
-                         column(result, [](const Sample& s) { return s.y[1]; })});
-  return plot;
-}
-
-report::Plot energy_plot(const RunnableScene& scene, const Result& result) {
-  report::Plot plot{.x = {bracketed("t", scene.time_unit())},
-                    .y = {bracketed("energy", scene.energy_unit())},
-                    .time_axis = true};
-  const std::vector<double> times = column(result, [](const Sample& s) { return s.t; });
-  plot.series.push_back({"T", times, column(result, [](const Sample& s) { return s.energies.kinetic; })});
-  plot.series.push_back({"V", times, column(result, [](const Sample& s) { return s.energies.potential; })});
-  plot.series.push_back({"T + V", times, column(result, [](const Sample& s) { return s.energies.total(); })});
-  return plot;
+std::vector<report::Mark> marks(const Result& result) {
+  std::vector<report::Mark> marks;
+  for (const RecordedEvent& e : result.events) marks.push_back({e.t, e.name});
+  return marks;
 }
 
 report::Plot drift_plot(const RunnableScene& scene, const Result& result, bool jacobi) {
-  report::Plot plot{.x = {bracketed("t", scene.time_unit())},
-                    .y = {bracketed(jacobi ? "h − h(0), h = q̇·p − L" : "E − E(0), E = T + V", scene.energy_unit())},
-                    .time_axis = true};
+  report::Plot plot{.x = {report::with_unit_symbol("t", scene.time_unit())},
+                    .y = {report::with_unit_symbol(jacobi ? "h − h(0), h = q̇·p − L" : "E − E(0), E = T + V", scene.energy_unit())},
+                    .time_axis = true,
+                    .marks = marks(result)};
   plot.series.push_back({"", result.step_times, jacobi ? result.jacobi_change : result.energy_change});
   return plot;
 }
@@ -152,8 +96,6 @@ report::Facts run_facts(const RunnableScene& scene, const Request& request, cons
   return facts;
 }
 
-double playing_seconds(double duration) { return duration / report::detail::playing_rate(duration); }
-
 /// Lagrange's equations as markup; nothing where they are no formulas, or more than one wants to read.
 std::string formulas(const RunnableScene& scene) {
   constexpr std::size_t readable = 4;  // coordinates
@@ -185,10 +127,7 @@ std::vector<std::string> output_paths(const std::string& path) {
 }
 
 int frame_count(const RunnableScene& scene, const State<Dynamic>& start, double t_end) {
-  const double points = static_cast<double>(scene.positions(start.q, start.t).size());
-  if (points == 0) return 0;
-  const double wanted = 100 * playing_seconds(t_end - start.t);
-  return static_cast<int>(std::max(300.0, std::min(wanted, 30000 / points))) + 1;
+  return report::detail::frame_count(scene.positions(start.q, start.t).size(), t_end - start.t);
 }
 
 report::Table table(const RunnableScene& scene, const Result& result) {
@@ -238,11 +177,9 @@ report::Page page(const RunnableScene& scene, const Request& request, const Resu
     page.animation = std::move(animation);
   }
   page.tables = {parameter_facts(scene, request), run_facts(scene, request, result)};
+  if (!result.events.empty()) page.tables.push_back(report::detail::mark_facts(marks(result), scene.time_unit()));
   page.formulas = formulas(scene);
-  add_motion_plots(page.plots, scene, result, false);
-  add_motion_plots(page.plots, scene, result, true);
-  if (scene.coordinates().size() == 1) page.plots.push_back(phase_plot(scene, result));
-  page.plots.push_back(energy_plot(scene, result));
+  page.plots = report::motion_plots(table(scene, result), scene.coordinates().size(), marks(result));
   page.plots.push_back(drift_plot(scene, result, false));
   if (jacobi_differs(result)) page.plots.push_back(drift_plot(scene, result, true));
   page.footer = "Made by qdot " QDOT_VERSION ". Energy changes are shown at the accepted steps" +

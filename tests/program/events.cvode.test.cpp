@@ -71,3 +71,16 @@ TEST_CASE("a restitution that would create energy is a bad argument") {
   CHECK(run.status == 2);
   CHECK(run.err.find("must lie between 0 and 1, but is 1.5") != std::string::npos);
 }
+
+TEST_CASE("the page of a run has its events as marks in the plots against time, and counts them") {
+  const program_test::Directory directory;
+  const auto run = qdot("run bouncing_ball --t-end 3 --out '" + directory.file("ball") + "'");
+  REQUIRE(run.status == 0);
+  const std::string page = program_test::content(directory.file("ball.html"));
+  // Six impacts until t = 3; √(2/g) is the first. Plots of place, velocity, energies and their change have them, the phase plane has not.
+  const std::string title = "<title>floor, 0.451524</title>";
+  std::size_t plots = 0;
+  for (std::size_t at = page.find(title); at != std::string::npos; at = page.find(title, at + 1)) ++plots;
+  CHECK(plots >= 4);
+  CHECK(page.find("6×, t = 0.451524 to ") != std::string::npos);
+}

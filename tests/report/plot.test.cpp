@@ -135,3 +135,32 @@ TEST_CASE("a plot without data is drawn with empty axes") {
   CHECK(text.find("nan") == std::string::npos);
   CHECK(text.find("inf") == std::string::npos);
 }
+
+TEST_CASE("a mark is a line at its x, with its name where that is new or fits") {
+  Plot plot = line_plot({0, 10}, {0, 1});
+  plot.time_axis = true;
+  plot.width = 600;
+  plot.marks = {{5.0, "bounce"}, {5.001, "bounce"}, {5.01, "a < b"}, {7.5, "bounce"}, {11.0, "beyond"}, {std::nan(""), "never"}};
+  const std::string text = svg(plot);
+  CHECK(count(text, "class=\"mark\"") == 3);  // two bounces within one pixel are one line
+  CHECK(count(text, ">bounce</text>") == 2);
+  CHECK(count(text, ">a &lt; b</text>") == 1);
+  CHECK(text.find("<title>bounce, 7.5</title>") != std::string::npos);
+  CHECK(text.find("beyond") == std::string::npos);
+  CHECK(text.find("never") == std::string::npos);
+  const auto at = [&](const std::string& what, const std::string& before) {  // px behind the last `before` in front of `what`
+    return std::stod(text.substr(text.rfind(before, text.find(what)) + before.size()));
+  };
+  const double left = std::stod(text.substr(text.find("data-time=\"") + 11)), right = 600 - 18;
+  CHECK(at("<title>bounce, 5<", "d=\"M") == Approx(0.5 * (left + right)).margin(0.01));
+  CHECK(at("<title>bounce, 7.5", "d=\"M") == Approx(left + 0.75 * (right - left)).margin(0.01));
+}
+
+TEST_CASE("a crowd of marks is drawn once for each pixel and named where there is room") {
+  Plot plot = line_plot({0, 10}, {0, 1});
+  plot.time_axis = true;
+  for (int i = 0; i < 100000; ++i) plot.marks.push_back({1e-4 * i, "tick"});
+  const std::string text = svg(plot);
+  CHECK(count(text, "class=\"mark\"") < 720);
+  CHECK(count(text, ">tick</text>") == 1);
+}

@@ -28,3 +28,12 @@ TEST_CASE("a still shows the last frame that is not after its time, and the way 
 TEST_CASE("a still of an animation without frames is refused") {
   CHECK_THROWS_AS(still_svg(Animation{}, 0.0, Plot{}), qdot::InvalidValue);
 }
+
+TEST_CASE("an arrow of a still is a line with a head at its second point, and nothing where it has no length") {
+  Animation animation{.drawing = {.shapes = {arrow(0, 1, 3), arrow(0, 0, 4)}}, .times = {0.0}, .frames = {{{0, 0}, {1, 0}}}};
+  const std::string text = still_svg(animation, 0.0, Plot{});
+  // 332 px for the one unit between margins of 24 px, at half height; the head is 9 px long, the line ends inside of it.
+  CHECK(text.find("M24 190L348.8 190") != std::string::npos);
+  CHECK(text.find("M356 190L347 194.05L347 185.95z\" style=\"fill:var(--s3)\"") != std::string::npos);
+  CHECK(text.find("stroke:var(--s4)") == std::string::npos);
+}

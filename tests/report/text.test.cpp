@@ -34,8 +34,12 @@ TEST_CASE("a coordinate's name becomes its symbol") {
   CHECK(symbol("theta1") == "θ₁");
   CHECK(symbol("phidot") == "φ\u0307");
   CHECK(symbol("theta12dot") == "θ\u0307₁₂");
+  CHECK(symbol("qdot1") == "q\u0307₁");
   CHECK(symbol("r") == "r");
   CHECK(symbol("kinetic_energy") == "kinetic_energy");
+  CHECK(unit_symbol("kg m^2/s^2") == "kg m²/s²");
+  CHECK(with_unit_symbol("t", "s") == "t [s]");
+  CHECK(with_unit_symbol("t", "") == "t");
 }
 
 TEST_CASE("a CSV has one line of headings with units and one line per row") {

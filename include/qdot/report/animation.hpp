@@ -32,6 +32,7 @@ struct Shape {
     pivot,    ///< a small fixed bearing at one point
     box,      ///< an upright rectangle around one point; size is its width, size2 its height, in the units of the model
     ellipse,  ///< the image of a circle: centre and the ends of two conjugate radii
+    arrow,    ///< from one point to another: a force, a velocity; nothing where they are the same
   };
   Kind kind = Kind::line;   ///< what it looks like
   std::vector<int> points;  ///< their numbers among the points of a frame
@@ -62,6 +63,9 @@ inline Shape box(int point, double width, double height, int colour = -1) {
 inline Shape ellipse(int centre, int end_of_first_radius, int end_of_second_radius, int colour = -1) {
   return {Shape::Kind::ellipse, {centre, end_of_first_radius, end_of_second_radius}, 0, 0, colour};
 }
+
+/// An arrow between two points.
+inline Shape arrow(int from, int to, int colour = 1) { return {Shape::Kind::arrow, {from, to}, 0, 0, colour}; }
 
 /// What is drawn of a scene: shapes on its moving points, and lines that never move (ground, rail, wall).
 struct Drawing {

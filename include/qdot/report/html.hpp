@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "qdot/error.hpp"
@@ -75,6 +76,34 @@ inline std::string plain_json_text(const std::string& text) {
 /// Time units that pass per second of watching: 1 where that takes between 2 and 40 s, otherwise so that it takes 12 s.
 inline double playing_rate(double duration) { return duration >= 2 && duration <= 40 ? 1.0 : duration / 12; }
 
+/// How many frames an animation should have: a hundred a second of watching, at least 300, fewer for many points; none without points.
+inline int frame_count(std::size_t points, double duration) {
+  if (points == 0) return 0;
+  const double wanted = 100 * duration / playing_rate(duration);
+  return static_cast<int>(std::max(300.0, std::min(wanted, 30000 / static_cast<double>(points)))) + 1;
+}
+
+/// What happened, by name: how often, and when first and last.
+inline Facts mark_facts(const std::vector<Mark>& marks, const std::string& time_unit) {
+  constexpr std::size_t most_rows = 12;
+  std::vector<std::pair<std::string, std::vector<double>>> by_name;
+  for (const Mark& mark : marks) {
+    auto known = std::find_if(by_name.begin(), by_name.end(), [&](const auto& entry) { return entry.first == mark.name; });
+    if (known == by_name.end()) known = by_name.insert(known, {mark.name, {}});
+    known->second.push_back(mark.x);
+  }
+  Facts facts{"Events", {}};
+  for (const auto& [name, times] : by_name) {
+    if (facts.rows.size() == most_rows) {
+      facts.rows.push_back({"…", std::to_string(by_name.size() - most_rows) + " more names"});
+      break;
+    }
+    const std::string first = "t = " + rounded_text(times.front(), 6), unit = time_unit.empty() ? "" : " " + time_unit;
+    facts.rows.push_back({name, times.size() == 1 ? first + unit : std::to_string(times.size()) + "×, " + first + " to " + rounded_text(times.back(), 6) + unit});
+  }
+  return facts;
+}
+
 inline double picture_size(const Animation& animation) {
   double size = 0;
   for (const auto& frame : animation.frames) {
@@ -84,7 +113,7 @@ inline double picture_size(const Animation& animation) {
 }
 
 inline std::string animation_json(const Animation& animation) {
-  static constexpr std::array<std::string_view, 7> kinds = {"line", "spring", "disk", "trail", "pivot", "box", "ellipse"};
+  static constexpr std::array<std::string_view, 8> kinds = {"line", "spring", "disk", "trail", "pivot", "box", "ellipse", "arrow"};
   const int decimals = std::clamp(static_cast<int>(std::ceil(4 - std::log10(picture_size(animation)))), 0, 300);
   const auto joined = [](const auto& items, const auto& text_of) {
     std::string text = "[";

@@ -162,6 +162,13 @@ inline constexpr const char* player_script = R"js(
           pen.lineTo(px(c) + x * (px(u) - px(c)) + y * (px(v) - px(c)), py(c) + x * (py(u) - py(c)) + y * (py(v) - py(c)));
         }
         pen.stroke();
+      } else if (s.kind === 'arrow') {
+        const m = s.points[1], dx = px(m) - px(n), dy = py(m) - py(n), length = Math.hypot(dx, dy), head = Math.min(9, length);
+        if (length < 1) continue;
+        const ux = dx / length * head, uy = dy / length * head;
+        pen.strokeStyle = pen.fillStyle = colour(s); pen.lineWidth = 2.2;
+        pen.moveTo(px(n), py(n)); pen.lineTo(px(m) - 0.8 * ux, py(m) - 0.8 * uy); pen.stroke(); pen.beginPath();
+        pen.moveTo(px(m), py(m)); pen.lineTo(px(m) - ux - 0.45 * uy, py(m) - uy + 0.45 * ux); pen.lineTo(px(m) - ux + 0.45 * uy, py(m) - uy - 0.45 * ux); pen.fill();
       }
     }
     scrub.value = String((now - start) / (end - start));

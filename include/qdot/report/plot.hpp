@@ -43,6 +43,12 @@ struct Axis {
   std::optional<std::pair<double, double>> range{};  ///< from the data where it is not given
 };
 
+/// A value of x that deserves a vertical line with a name: an event.
+struct Mark {
+  double x = 0;      ///< where
+  std::string name;  ///< what happened there
+};
+
 /// Curves with their axes.
 struct Plot {
   std::string title{};           ///< above it
@@ -53,6 +59,7 @@ struct Plot {
   double height = 270;           ///< px
   bool equal_units = false;      ///< one unit is equally long on both axes (orbits, trails)
   bool time_axis = false;        ///< x is the time of the animation: a page moves a cursor along it
+  std::vector<Mark> marks{};     ///< vertical lines behind the curves, in the order of x
 };
 
 /// A mark of an axis.

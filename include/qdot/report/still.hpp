@@ -106,6 +106,15 @@ inline std::string still_shape(const Shape& shape, const Animation& animation, s
         points.push_back({p.x + c * (at(1).x - p.x) + s * (at(2).x - p.x), p.y + c * (at(1).y - p.y) + s * (at(2).y - p.y)});
       }
       return still_path(points, "stroke-width:1.6;stroke:" + colour("var(--muted)"));
+    case Shape::Kind::arrow: {
+      const Pixel tip = at(1);
+      const double length = std::hypot(tip.x - p.x, tip.y - p.y), head = std::min(9.0, length);
+      if (length < 1) return "";
+      const double ux = (tip.x - p.x) / length * head, uy = (tip.y - p.y) / length * head;
+      return still_path({p, {tip.x - 0.8 * ux, tip.y - 0.8 * uy}}, "stroke-width:2.2;stroke:" + colour("var(--muted)")) + "<path d=\"M" + px(tip.x) + " " +
+             px(tip.y) + "L" + px(tip.x - ux - 0.45 * uy) + " " + px(tip.y - uy + 0.45 * ux) + "L" + px(tip.x - ux + 0.45 * uy) + " " + px(tip.y - uy - 0.45 * ux) +
+             "z\" style=\"fill:" + colour("var(--muted)") + "\"/>\n";
+    }
   }
   return "";
 }

@@ -14,9 +14,10 @@
 //        0    1    2          t [s]
 //
 // Curves with far more points than pixels are thinned so that nothing visible is lost: within each quarter of a pixel the
-// first, lowest, highest and last point stay; of dots (Series::dots) one in each tenth of a pixel. Colours are CSS variables (theme.hpp), so one file serves light and dark.
+// first, lowest, highest and last point stay; of dots (Series::dots) one in each tenth of a pixel. Of marks one in each pixel is drawn. Colours are CSS variables (theme.hpp), so one file serves light and dark.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -194,6 +195,42 @@ inline void equalize(std::pair<double, double>& x, std::pair<double, double>& y,
   y = {y.first - dy, y.second + dy};
 }
 
+/// The marks of a plot as lines from top to bottom, to be drawn behind the curves, and their names, in front of them. A name stands where it is new, below others if it must, and again wherever it fits in front of the next
+/// mark; to a pointer, each of the first few hundred lines says its own.
+inline std::pair<std::string, std::string> drawn_marks(const Plot& plot, const AxisMap& x, double left, double right, double top, double bottom) {
+  constexpr std::size_t most_told = 200, most_rows = 3;
+  std::vector<std::pair<double, std::size_t>> shown;  // px, number of the mark
+  for (std::size_t k = 0; k < plot.marks.size(); ++k) {
+    if (!can_show(plot.x, plot.marks[k].x)) continue;
+    const double at = x(plot.marks[k].x);
+    const bool known = std::any_of(plot.marks.begin(), plot.marks.begin() + static_cast<std::ptrdiff_t>(k), [&](const Mark& m) { return m.name == plot.marks[k].name; });
+    if (at < left - 0.5 || at > right + 0.5 || (known && !shown.empty() && at - shown.back().first < 1)) continue;
+    shown.push_back({at, k});
+  }
+  std::string lines, names;
+  std::vector<std::string> known;
+  std::array<double, most_rows> named_to{};
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    const auto& [at, k] = shown[i];
+    const Mark& mark = plot.marks[k];
+    lines += "<path class=\"mark\" d=\"M" + px(at) + " " + px(top) + "V" + px(bottom) + "\">";
+    if (i < most_told) lines += "<title>" + escaped(mark.name + ", " + rounded_text(mark.x, 6)) + "</title>";
+    lines += "</path>";
+    const double width = text_width(mark.name) * 11 / 12.5, next = i + 1 < shown.size() ? shown[i + 1].first : right;
+    const bool is_new = std::find(known.begin(), known.end(), mark.name) == known.end(), to_the_left = at + 4 + width > right;
+    const double from = to_the_left ? at - 4 - width : at + 4;
+    if (!is_new && (to_the_left || from + width > next)) continue;
+    for (std::size_t row = 0; row < (is_new ? most_rows : 1); ++row) {
+      if (from < named_to[row] + 4) continue;
+      names += text_element(to_the_left ? at - 4 : from, top + 11 + 13 * static_cast<double>(row), to_the_left ? "end" : "", mark.name, "name");
+      named_to[row] = to_the_left ? at : from + width;
+      known.push_back(mark.name);
+      break;
+    }
+  }
+  return {lines, names};
+}
+
 }  // namespace detail
 
 /// The plot as an <svg> element for a page that carries `theme_css` and `plot_css`.
@@ -258,10 +295,11 @@ inline std::string svg_element(const Plot& plot, const std::string& style = "") 
   if (x_ticks.exponent != 0) x_label += "  ×10" + superscript(x_ticks.exponent);
   svg += text_element(0.5 * (left + right), plot.height - 6, "middle", x_label, "label");
 
+  const auto [mark_lines, mark_names] = drawn_marks(plot, x, left, right, top, bottom);
   // A nested viewport clips curves that leave a range the caller chose.
   svg += "<svg x=\"" + px(left) + "\" y=\"" + px(top - 2) + "\" width=\"" + px(right - left) + "\" height=\"" +
          px(bottom - top + 4) + "\" viewBox=\"" + px(left) + " " + px(top - 2) + " " + px(right - left) + " " +
-         px(bottom - top + 4) + "\">\n";
+         px(bottom - top + 4) + "\">\n" + mark_lines;
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
     const Series& series = plot.series[i];
     const std::string colour = series_colour(i, plot.series.size());
@@ -279,7 +317,7 @@ inline std::string svg_element(const Plot& plot, const std::string& style = "") 
              colour + "\"/>";
     }
   }
-  return svg + "</svg>\n<path class=\"frame\" d=\"M" + px(left) + " " + px(top) + "V" + px(bottom) + "H" + px(right) +
+  return svg + mark_names + "</svg>\n<path class=\"frame\" d=\"M" + px(left) + " " + px(top) + "V" + px(bottom) + "H" + px(right) +
          "\"/>\n</svg>\n";
 }
 

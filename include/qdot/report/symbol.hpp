@@ -1,10 +1,11 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Names of coordinates as people write them: "theta1" becomes θ₁, "phidot" becomes φ̇.
+// Names of coordinates as people write them: "theta1" becomes θ₁, "phidot" becomes φ̇. Units likewise: "m/s^2" becomes m/s².
 
 #include <array>
 #include <cctype>
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,7 +14,7 @@ namespace qdot::report {
 
 /// A coordinate's identifier in mathematical writing; text that is no such identifier comes back unchanged.
 ///
-/// Greek letters by name, a trailing number as a subscript, a trailing "dot" as a dot above.
+/// Greek letters by name, a trailing number as a subscript, a "dot" behind or in front of it as a dot above.
 inline std::string symbol(std::string_view name) {
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 21> greek = {{
       {"alpha", "α"}, {"beta", "β"}, {"gamma", "γ"}, {"delta", "δ"}, {"theta", "θ"}, {"lambda", "λ"},
@@ -23,11 +24,16 @@ inline std::string symbol(std::string_view name) {
   static constexpr std::array<std::string_view, 10> subscript = {"₀", "₁", "₂", "₃", "₄", "₅", "₆", "₇", "₈", "₉"};
 
   std::string_view stem = name;
-  const bool dotted = stem.size() > 3 && stem.substr(stem.size() - 3) == "dot";
-  if (dotted) stem.remove_suffix(3);
+  const auto loses_dot = [&stem] {
+    const bool ends_in_dot = stem.size() > 3 && stem.substr(stem.size() - 3) == "dot";
+    if (ends_in_dot) stem.remove_suffix(3);
+    return ends_in_dot;
+  };
+  bool dotted = loses_dot();
   std::string_view number = stem;
   while (!stem.empty() && std::isdigit(static_cast<unsigned char>(stem.back())) != 0) stem.remove_suffix(1);
   number.remove_prefix(stem.size());
+  if (!dotted) dotted = loses_dot();
 
   std::string_view letter = stem;
   for (const auto& [spelled, sign] : greek) {
@@ -41,5 +47,16 @@ inline std::string symbol(std::string_view name) {
   for (const char digit : number) text += subscript[static_cast<std::size_t>(digit - '0')];
   return text;
 }
+
+/// A unit with its powers raised, "m/s^2" as m/s²; files for machines keep the plain spelling.
+inline std::string unit_symbol(std::string unit) {
+  for (const auto& [plain, sign] : {std::pair<std::string_view, std::string_view>{"^2", "²"}, {"^3", "³"}}) {
+    for (std::size_t at = unit.find(plain); at != std::string::npos; at = unit.find(plain)) unit.replace(at, 2, sign);
+  }
+  return unit;
+}
+
+/// A quantity with its unit in brackets, as axes have it: "t [s]"; the bare quantity where there is none.
+inline std::string with_unit_symbol(const std::string& quantity, const std::string& unit) { return unit.empty() ? quantity : quantity + " [" + unit_symbol(unit) + "]"; }
 
 }  // namespace qdot::report

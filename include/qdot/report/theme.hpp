@@ -64,6 +64,7 @@ inline std::string plot_css() {
          ".plot .title{fill:var(--ink);font-weight:600;font-size:14px}.plot .label{fill:var(--ink)}\n"
          ".plot .grid{stroke:var(--rule);stroke-width:1;fill:none}.plot .frame{stroke:var(--muted);fill:none}\n"
          ".plot .curve{fill:none;stroke-width:1.7;stroke-linejoin:round;stroke-linecap:round}\n"
+         ".plot .mark{stroke:var(--muted);stroke-width:1;stroke-dasharray:2 3;fill:none}.plot .name{font-size:11px;paint-order:stroke;stroke:var(--card);stroke-width:3px}\n"
          ".plot .cursor{stroke:var(--ink);stroke-width:1;opacity:.55}\n";
 }
 
