@@ -98,6 +98,7 @@
 // #include "qdot/analysis/sensitivity.hpp"     // ∂y/∂(y₀, t₀, p), through events and on constraints
 // #include "qdot/analysis/adjoint.hpp"         // one number's gradient in many parameters, backwards
 // #include "qdot/analysis/parameter_fit.hpp"   // parameters from measurements of motions
+// #include "qdot/analysis/alignment.hpp"       // whether it is chaotic, found out soon
 // #include "qdot/analysis/lyapunov.hpp"        // how fast motions part: exponents, singular values of Φ
 // #include "qdot/analysis/periodic_orbit.hpp"  // motions that repeat, by Newton's method
 // #include "qdot/analysis/orbit_family.hpp"    // families of them, with folds, period doublings and branch points

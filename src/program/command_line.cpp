@@ -198,7 +198,7 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   add_repeatable(sweep_command, "--over", sweep_options.over,
                  "what varies: NAME=FROM:TO:COUNT[:log], NAME=A,B,C, or with --random NAME~uniform(A,B), NAME~normal(MEAN,SIGMA); NAME is a parameter, an effect, q0 … or qdot0 …");
   add_repeatable(sweep_command, "--record", sweep_options.record,
-                 "what to keep: NAME at the end, max(NAME), min(NAME), t(NAME=VALUE) and t(|NAME|=VALUE) when first passed, t(event EVENT), energy, energy_drift_max, steps, t (default: all coordinates at the end)");
+                 "what to keep: NAME at the end, max(NAME), min(NAME), t(NAME=VALUE) and t(|NAME|=VALUE) when first passed, t(event EVENT), energy, energy_drift_max, lyapunov (the greatest exponent), alignment (of two deviations, GALI: below 1e-8 in chaos), steps, t (default: all coordinates at the end)");
   add_text(sweep_command, "--random", sweep_options.random, "a sample of so many motions in place of a grid", "N");
   add_text(sweep_command, "--seed", sweep_options.seed, "of the sample (default 1)", "S");
   add_text(sweep_command, "--threads", sweep_options.threads, "default: one for each core, and one with --processes or --shard; the results are the same", "N");

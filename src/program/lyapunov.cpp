@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // qdot lyapunov SCENE: how fast motions part that begin close to the start, as exponents with their standard errors and how they came about.
-#include "qdot/analysis/lyapunov.hpp"
-
 #include <cmath>
 #include <cstdio>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -13,6 +10,7 @@
 
 #include "program/arguments.hpp"
 #include "program/commands.hpp"
+#include "program/exponents.hpp"
 #include "program/progress.hpp"
 #include "program/varied_motion.hpp"
 #include "qdot/report/csv.hpp"
@@ -26,8 +24,7 @@ namespace qdot::program {
 namespace {
 
 struct LyapunovRequest : ChosenScene {
-  double t_end = 0.0;
-  Options options = {};
+  Request run = {};
   qdot::LyapunovOptions measured = {};
   std::vector<std::string> paths = {};
   std::string rate = {};  // unit of an exponent
@@ -35,22 +32,21 @@ struct LyapunovRequest : ChosenScene {
 
 LyapunovRequest request_of(const LyapunovCommandOptions& options) {
   LyapunovRequest request{chosen_scene(options)};
-  if (request.model->guard_count() > 0 || request.model->constrained())
-    throw UsageError("SCENE: must have no constraints and nothing that switches, for exponents, but " + request.scene->name() +
-                     " has (try --without, or lyapunov_spectrum() of the library, which takes them)");
+  if (const std::string why = lacks_exponents(*request.model); !why.empty())
+    throw UsageError("SCENE: " + why + ", but " + request.scene->name() + " has (try --without, or lyapunov_spectrum() of the library, which takes them)");
   const double t0 = request.start.t, usual = request.scene->t_end() - t0;
-  request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : t0 + 50.0 * usual;
-  if (request.t_end == t0) throw UsageError("--t-end: must differ from the time of the start, given " + *options.t_end);
-  const double duration = std::abs(request.t_end - t0);
+  request.run.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : t0 + 50.0 * usual;
+  if (request.run.t_end == t0) throw UsageError("--t-end: must differ from the time of the start, given " + *options.t_end);
+  const double duration = std::abs(request.run.t_end - t0);
   request.measured.interval = options.interval ? positive_number("--interval", *options.interval) : std::min(0.1 * usual, 0.01 * duration);
   if (options.settle) {
     request.measured.settle = finite_number("--settle", *options.settle);
     if (!(*request.measured.settle >= 0.0 && *request.measured.settle < duration))
       throw UsageError("--settle: must lie from 0 to the duration of the run, " + report::exact_text(duration) + ", given " + *options.settle);
   }
-  request.options.rtol = options.rtol ? positive_number("--rtol", *options.rtol) : 1e-9;
-  request.options.atol = request.options.rtol;
-  request.options.keep_trajectory = false;
+  request.run.rtol = options.rtol ? positive_number("--rtol", *options.rtol) : 1e-9;
+  request.run.atol = request.run.rtol;
+  request.run.start = request.start;
   if (options.out) {
     request.paths = {*options.out + ".csv", *options.out + ".html"};
     require_files(*options.out, request.paths);
@@ -105,13 +101,8 @@ int lyapunov(const LyapunovCommandOptions& options) {
   const LyapunovRequest request = request_of(options);
   LyapunovSpectrum found;
   {
-    ProgressBar progress(request.start.t, request.t_end, !options.quiet);
-    const qdot::detail::FlowInPieces flow = [&](double t, const Eigen::VectorXd& y, double until) {
-      progress.reached(t);
-      const VariedMotion piece = varied_motion({request.model}, t, y, until, request.options);
-      return qdot::detail::PieceOfFlow{piece.outcome, piece.message, piece.t, piece.y, piece.Phi};
-    };
-    found = qdot::detail::lyapunov_spectrum_of<Eigen::MatrixXd>(flow, request.start.t, request.model->packed(request.start), request.t_end, request.measured);
+    ProgressBar progress(request.start.t, request.run.t_end, !options.quiet);
+    found = exponents_of(request.model, request.run, request.measured, [&](double t) { progress.reached(t); });
   }
   write(request, found);
   if (options.json) {

@@ -82,11 +82,11 @@ Row motion(const Sweep& sweep, std::size_t i) {
   const ChosenScene chosen = chosen_for(sweep, i);
   Request request = sweep.request;
   request.start = chosen.start;
-  QuantityWatch watch(sweep.quantities, *chosen.model);
+  QuantityWatch watch(sweep.quantities, chosen.model);
   const BareResult run = watch.wants_steps() ? followed_run(chosen.model, request, [&](const StepView& step) { return watch.see(step); })
                                              : bare_run(chosen.model, request);
   const bool complete = run.outcome == Outcome::completed || run.outcome == Outcome::stopped_by_observer;
-  return {watch.values(run), complete ? Outcome::completed : run.outcome, complete ? "" : run.message};
+  return {watch.values(request, run), complete ? Outcome::completed : run.outcome, complete ? "" : run.message};
 }
 
 /// The same where the motion cannot begin; the reason is kept as its message.
@@ -119,7 +119,7 @@ Sweep sweep_of(const SweepOptions& options) {
   const auto effects = sweep.nominal.scene->effects();
   for (SweptAxis& axis : sweep.values.axes())
     axis.is_effect = std::any_of(effects.begin(), effects.end(), [&](const EffectInfo& effect) { return effect.name == axis.name; });
-  sweep.quantities = quantities_of(options.record, *sweep.nominal.scene);
+  sweep.quantities = quantities_of(options.record, *sweep.nominal.scene, *sweep.nominal.model);
   sweep.request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : sweep.nominal.scene->t_end();
   if (!(sweep.request.t_end > sweep.nominal.start.t))
     throw UsageError("--t-end: must be after the start, t = " + report::exact_text(sweep.nominal.start.t) + ", given " + report::exact_text(sweep.request.t_end));

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "program/arguments.hpp"
+#include "program/exponents.hpp"
 
 namespace qdot::program {
 
@@ -16,7 +17,7 @@ constexpr int places = 8;  // in a step
 
 }  // namespace
 
-std::vector<Quantity> quantities_of(const std::vector<std::string>& records, const RunnableScene& scene) {
+std::vector<Quantity> quantities_of(const std::vector<std::string>& records, const RunnableScene& scene, const Model& model) {
   const auto coordinates = scene.coordinates();
   const std::string time = scene.time_unit();
   std::vector<std::string> names, units, valid;
@@ -31,7 +32,7 @@ std::vector<Quantity> quantities_of(const std::vector<std::string>& records, con
       if (name == names[i] || name == valid[i]) return static_cast<Eigen::Index>(i);
     std::vector<std::string> all = names;
     all.insert(all.end(), valid.begin(), valid.end());
-    for (const char* other : {"t", "energy", "energy_drift_max", "steps"}) all.emplace_back(other);
+    for (const char* other : {"t", "energy", "energy_drift_max", "steps", "lyapunov", "alignment"}) all.emplace_back(other);
     throw unknown_name("--record", "a coordinate, a velocity or a quantity of " + scene.name(), name, all);
   };
   std::vector<std::string> wanted = records;
@@ -48,6 +49,10 @@ std::vector<Quantity> quantities_of(const std::vector<std::string>& records, con
       quantity.unit = scene.energy_unit();
     } else if (text == "steps") {
       quantity.kind = Kind::steps;
+    } else if (text == "lyapunov" || text == "alignment") {
+      if (const std::string why = lacks_exponents(model); !why.empty()) throw UsageError("--record " + text + ": " + scene.name() + " " + why);
+      quantity.kind = text == "lyapunov" ? Kind::lyapunov : Kind::alignment;
+      if (text == "lyapunov" && !time.empty()) quantity.unit = "1/" + time;
     } else if (text == "t") {
       quantity.kind = Kind::time;
       quantity.unit = time;
@@ -81,8 +86,8 @@ std::vector<Quantity> quantities_of(const std::vector<std::string>& records, con
   return quantities;
 }
 
-QuantityWatch::QuantityWatch(const std::vector<Quantity>& quantities, const Model& model)
-    : quantities_(quantities), model_(model), found_(quantities.size(), std::numeric_limits<double>::quiet_NaN()), before_(quantities.size(), 0.0) {
+QuantityWatch::QuantityWatch(const std::vector<Quantity>& quantities, std::shared_ptr<const Model> model)
+    : quantities_(quantities), model_(std::move(model)), found_(quantities.size(), std::numeric_limits<double>::quiet_NaN()), before_(quantities.size(), 0.0) {
   for (const Quantity& quantity : quantities) {
     wants_steps_ = wants_steps_ || quantity.kind == Kind::greatest || quantity.kind == Kind::least || quantity.kind == Kind::passage || quantity.kind == Kind::energy_drift;
     only_passages_ = only_passages_ && quantity.kind == Kind::passage;
@@ -118,7 +123,7 @@ bool QuantityWatch::see(const StepView& step) {
         before_[i] = now;
       }
       if (quantity.kind == Kind::energy_drift && (k == 0 || k == places)) {
-        const double energy = model_.energies(time(k), y).jacobi;
+        const double energy = model_->energies(time(k), y).jacobi;
         if (!begun_ && k == 0) energy_ = energy, found = 0.0;
         found = std::max(found, std::abs(energy - energy_));
       }
@@ -129,19 +134,29 @@ bool QuantityWatch::see(const StepView& step) {
   return !(only_passages_ && all_found);
 }
 
-std::vector<double> QuantityWatch::values(const BareResult& run) const {
+std::vector<double> QuantityWatch::values(const Request& request, const BareResult& run) const {
   std::vector<double> values = found_;
   for (std::size_t i = 0; i < quantities_.size(); ++i) {
     const Quantity& quantity = quantities_[i];
     switch (quantity.kind) {
       case Kind::at_end: values[i] = run.y[quantity.component]; break;
-      case Kind::energy: values[i] = model_.energies(run.t, run.y).total(); break;
+      case Kind::energy: values[i] = model_->energies(run.t, run.y).total(); break;
       case Kind::steps: values[i] = static_cast<double>(run.statistics.steps); break;
       case Kind::time: values[i] = run.t; break;
       case Kind::event:
         for (auto e = run.events.rbegin(); e != run.events.rend(); ++e)
           if (e->name == quantity.event) values[i] = e->t;
         break;
+      case Kind::lyapunov: {
+        const auto spectrum = exponents_of(model_, request, {.interval = (run.t - request.start.t) / 100.0, .directions = 1});
+        if (spectrum.lambda.size() > 0) values[i] = spectrum.lambda[0];
+        break;
+      }
+      case Kind::alignment: {
+        const auto found = alignment_of(model_, request);
+        if (found.completed()) values[i] = found.index.back();
+        break;
+      }
       default: break;
     }
   }

@@ -53,6 +53,19 @@ TEST_CASE("a sweep is the same bytes for one thread and four, also of a sample")
   }
 }
 
+// Skokos, Bountis, Antonopoulos, Physica D 231 (2007) 30: of energy 1/8, x = 0, y = -0.25, xdot = 0.42081 is chaotic with an exponent of 0.047, y = 0.1,
+// xdot = 0.49057 is regular.
+TEST_CASE("a sweep knows a chaotic motion of Henon and Heiles from a regular one") {
+  const json found = swept("henon_heiles --set q0=0 --set q1=-0.25 --set qdot0=0.42081 --set qdot1=0 --over q1=-0.25,0.1 --over qdot0=0.42081,0.49057 "
+                           "--record alignment --record lyapunov --t-end 2000");
+  REQUIRE(found["motions"] == 4);
+  const json &chaotic = found["rows"][0], &regular = found["rows"][3];
+  CHECK(chaotic[2].get<double>() < 1e-8);
+  CHECK_THAT(chaotic[3].get<double>(), WithinAbs(0.047, 0.02));  // of a run that is short for an exponent
+  CHECK(regular[2].get<double>() > 1e-2);
+  CHECK(regular[3].get<double>() < 0.01);
+}
+
 TEST_CASE("what a motion meets stands in its cell, and the others are there") {
   const json found = swept("kepler --over qdot1=0,1 --record t --t-end 3", 1);  // without angular momentum it falls into the centre
   CHECK(found["completed"] == 1);
@@ -84,6 +97,7 @@ TEST_CASE("a sweep writes a table with a line for each motion, arrays and a page
 }
 
 TEST_CASE("a sweep that means nothing is refused by argument, rule and value") {
+  CHECK(qdot("sweep four_bar --over q0=0,1 --record lyapunov").err.find("--record lyapunov: four_bar must have no constraints") != std::string::npos);
   const auto err = [](const std::string& arguments) {
     const auto ended = qdot("sweep " + arguments);
     CHECK(ended.status == 2);

@@ -30,7 +30,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -39,10 +38,10 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/QR>
 #include <Eigen/SVD>
 
 #include "qdot/analysis/sensitivity.hpp"
+#include "qdot/analysis/variations/flow_in_pieces.hpp"
 #include "qdot/error.hpp"
 
 namespace qdot {
@@ -92,36 +91,8 @@ struct LyapunovSpectrum {
 
 namespace detail {
 
-struct PieceOfFlow {
-  Outcome outcome;
-  std::string message;
-  double t;
-  Eigen::VectorXd y;
-  Eigen::MatrixXd Phi;
-};
-
-// The flow from y at t to t_end.
-using FlowInPieces = std::function<PieceOfFlow(double t, const Eigen::VectorXd& y, double t_end)>;
-
 // Directions that part further than this within one interval have lost half of their digits.
 inline constexpr double parts_too_far = 1e8;
-
-// Gram's and Schmidt's columns in place of those given, whose order they keep; R_ii of each.
-template <class MatrixXd>
-Eigen::VectorXd lengths_of_orthonormalized(MatrixXd& A) {
-  Eigen::VectorXd length = Eigen::VectorXd::Zero(A.cols());
-  for (Eigen::Index i = 0; i < A.cols(); ++i) {
-    for (int twice = 0; twice < 2; ++twice)  // the second time for what rounding left
-      for (Eigen::Index j = 0; j < i; ++j) {
-        double shared = 0.0;
-        for (Eigen::Index k = 0; k < A.rows(); ++k) shared += A(k, j) * A(k, i);
-        for (Eigen::Index k = 0; k < A.rows(); ++k) A(k, i) -= shared * A(k, j);
-      }
-    for (Eigen::Index k = 0; k < A.rows(); ++k) length[i] = std::hypot(length[i], A(k, i));
-    for (Eigen::Index k = 0; k < A.rows(); ++k) A(k, i) /= length[i];
-  }
-  return length;
-}
 
 inline constexpr int parts_of_time = 10;
 
@@ -167,20 +138,8 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
   result.t = t0;
   result.y = y0;
 
-  // The space of deviations: all, or those along the constraints.
-  const PieceOfFlow first = flow(t0, y0, t0);
-  Eigen::ColPivHouseholderQR<MatrixXd> basis(first.Phi);
-  basis.setThreshold(1e-9);
-  const Eigen::Index most = basis.rank(), count = options.directions < 0 ? most : options.directions;
-  if (count < 1 || count > most)
-    throw_invalid_value({"there must be from 1 to ", most, " directions, one for each deviation that the motion allows, but ", count, " were asked for"});
-  // They begin in directions that are nobody's own: one that is, is never left.
-  MatrixXd Q(y0.size(), count);
-  for (Eigen::Index j = 0; j < count; ++j)
-    for (Eigen::Index i = 0; i < Q.rows(); ++i) Q(i, j) = std::cos(1.0 + 2.3 * static_cast<double>(i * i) + 1.7 * static_cast<double>((i + 1) * j));
-  Q = MatrixXd(first.Phi * Q);
-  lengths_of_orthonormalized(Q);
-
+  MatrixXd Q = first_deviations<MatrixXd>(flow, t0, y0, options.directions);
+  const Eigen::Index count = Q.cols();
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
   double begun = t0, interval = std::max(std::min(options.interval, duration - settle), resolved);
   bool counts = settled == t0;
@@ -246,13 +205,9 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
 /// @return        exponents, their running values, and how the run ended; what was counted before a failure stays
 /// @throws        as sensitivities(); InvalidValue for an interval, a time to settle or a number of directions that cannot be
 template <class System, class Start, class Method, class... Events>
-LyapunovSpectrum lyapunov_spectrum(const System& system, const Start& start, double t_end, const Method& method, Options options = {},
+LyapunovSpectrum lyapunov_spectrum(const System& system, const Start& start, double t_end, const Method& method, const Options& options = {},
                                    const LyapunovOptions& wanted = {}, const EventList<Events...>& events = {}) {
-  options.keep_trajectory = false;
-  const detail::FlowInPieces flow = [&](double t, const Eigen::VectorXd& y, double until) {
-    const auto s = sensitivities(system, FirstOrderState{t, y}, until, method, options, events);
-    return detail::PieceOfFlow{s.outcome, s.message, s.t, s.y, s.Phi};
-  };
+  const auto flow = detail::flow_in_pieces(system, method, options, events);
   return detail::lyapunov_spectrum_of<Eigen::MatrixXd>(flow, start.t, detail::packed(first_order_form(system), start), t_end, wanted);
 }
 

@@ -1,0 +1,142 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Whether a motion is regular or chaotic, found out soon
+// ======================================================
+//
+// An exponent needs a long run before it is known to be zero. Sooner known is what becomes of k deviations w_i that are linearly independent at the start:
+// in chaos all of them turn into the direction that grows fastest. The volume of the parallelepiped of their directions,
+//
+//     GALI_k(t) = | ŵ₁ ∧ ŵ₂ ∧ … ∧ ŵ_k | ,     ŵ_i = w_i / |w_i| ,     w_i(t) = Φ(t) w_i(0) ,
+//
+// is the generalized alignment index: 1 where they stand at right angles, 0 where one depends on the others. Known of a motion of N coordinates that
+// conserves its energy:
+//
+//     chaotic        ∝ exp(−[(λ₁ − λ₂) + … + (λ₁ − λ_k)] t)         below 10⁻⁸ after some 18/λ₁, for k = 2
+//     regular        about constant for 2 ≤ k ≤ N ,  ∝ t^(−2(k−N)) for N < k ≤ 2N
+//
+// so k = 2 tells one from the other for N ≥ 2; with one coordinate every motion that repeats is regular, and GALI₂ falls like 1/t². A motion with
+// dissipation falls onto what attracts it, and there two directions may align without chaos.
+//
+// Beside it stands growth = ln(|w₁(t)|/|w₁(0)|), the fast Lyapunov indicator: λ₁ t in chaos, ln t on regular motions.
+//
+// Skokos, Bountis, Antonopoulos, Physica D 231 (2007) 30.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "qdot/analysis/variations/flow_in_pieces.hpp"
+#include "qdot/error.hpp"
+
+namespace qdot {
+
+/// How an alignment is watched.
+struct AlignmentOptions {
+  Eigen::Index deviations = 2;  ///< k, at least two and at most as many as the motion allows
+  double interval = 0.0;        ///< time between two looks; a hundredth of the run for 0. Shorter where deviations part too far for it
+  double aligned = 1e-8;        ///< below this index the run ends, as chaotic; 0: goes on to its end
+};
+
+/// How k deviations have aligned.
+struct Alignment {
+  Outcome outcome = Outcome::completed;  ///< how the run ended; completed, too, where it was left early as chaotic
+  std::string message;                   ///< with the numbers
+  bool chaotic = false;                  ///< whether the index fell below `aligned`
+  std::vector<double> times;             ///< of the looks
+  std::vector<double> index;             ///< GALI_k at these times, from 1 at the start
+  std::vector<double> growth;            ///< ln of what the first deviation has grown by
+  double t = 0.0;                        ///< time of the last good state
+  Eigen::VectorXd y;                     ///< the last good state
+
+  /// Whether all of the time was run through, or enough of it.
+  bool completed() const noexcept { return outcome == Outcome::completed; }
+};
+
+namespace detail {
+
+// Deviations that grow by more than this within one interval cannot be told from each other at its end.
+inline constexpr double grows_too_far = 1e7;
+
+template <class MatrixXd>
+Alignment alignment_of(const FlowInPieces& flow, double t0, const Eigen::VectorXd& y0, double t_end, const AlignmentOptions& options) {
+  if (!std::isfinite(t_end) || t_end == t0)
+    throw_invalid_value({"the end of the run must be finite and not its start, but it is ", t_end, " from ", t0, "; give it a time"});
+  if (!(options.interval >= 0.0) || !std::isfinite(options.interval))
+    throw_invalid_value({"the time between two looks must be positive, or 0 for a hundredth of the run, but is ", options.interval});
+  if (!(options.aligned >= 0.0 && options.aligned < 1.0))
+    throw_invalid_value({"the index below which deviations are aligned must lie from 0 to 1, but is ", options.aligned, "; 1e-8 is usual"});
+  if (options.deviations < 2)
+    throw_invalid_value({"an alignment is of two deviations or more, but ", options.deviations, " were asked for; ask for 2"});
+  const double forward = t_end < t0 ? -1.0 : 1.0, duration = std::abs(t_end - t0);
+  const double resolved = 8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t_end));
+  double interval = std::max(options.interval > 0.0 ? std::min(options.interval, duration) : duration / 100.0, resolved);
+  Alignment result{.message = {}, .times = {}, .index = {}, .growth = {}, .t = t0, .y = y0};
+  MatrixXd W = first_deviations<MatrixXd>(flow, t0, y0, options.deviations);
+  double growth = 0.0;
+  while (forward * (t_end - result.t) > 0.0) {
+    double next = result.t + forward * interval;
+    if (forward * (t_end - next) < 1e-3 * interval) next = t_end;
+    const PieceOfFlow piece = flow(result.t, result.y, next);
+    if (piece.outcome != Outcome::completed) {
+      result.outcome = piece.outcome;
+      result.message = piece.message;
+      result.t = piece.t;
+      result.y = piece.y;
+      return result;
+    }
+    MatrixXd directions = piece.Phi * W;
+    const double longest = piece.Phi.cwiseAbs().maxCoeff();
+    if (!(longest <= grows_too_far) && interval > 1e3 * resolved) {
+      interval *= 0.5;
+      continue;
+    }
+    for (Eigen::Index j = 0; j < directions.cols(); ++j) {
+      double square = 0.0;
+      for (Eigen::Index i = 0; i < directions.rows(); ++i) square += directions(i, j) * directions(i, j);
+      const double length = std::sqrt(square);
+      for (Eigen::Index i = 0; i < directions.rows(); ++i) directions(i, j) /= length;
+      if (j == 0) growth += std::log(length);
+    }
+    W = directions;
+    double volume = 1.0;
+    for (const double height : lengths_of_orthonormalized(directions)) volume *= height;
+    if (!(volume > 0.0)) volume = 0.0;  // one depends on the others exactly
+    result.t = piece.t;
+    result.y = piece.y;
+    result.times.push_back(result.t);
+    result.index.push_back(volume);
+    result.growth.push_back(growth);
+    if (!(volume > options.aligned) && options.aligned > 0.0) {
+      result.chaotic = true;
+      result.message = sentence({"chaotic: ", options.deviations, " deviations have aligned to ", {volume, 3}, " at t = ", result.t, ", below ", {options.aligned, 3}});
+      return result;
+    }
+  }
+  result.message = sentence({name(result.outcome), " at t = ", result.t, " without a sign of chaos: the index of alignment is ", {result.index.back(), 3}});
+  return result;
+}
+
+}  // namespace detail
+
+/// Whether the motion of a system or scene from a start is chaotic, by the alignment of k deviations.
+///
+/// Costs a run with its derivatives, which ends early where there is chaos.
+///
+/// @param start   State{t, q, qdot}, or FirstOrderState{t, y}; on the constraints, if there are any
+/// @param method  Dop853{} or Dopri5{}
+/// @param events  events(…)
+/// @return        the index over the time and the verdict; what was seen before a failure stays
+/// @throws        as sensitivities(); InvalidValue for options that cannot be
+template <class System, class Start, class Method, class... Events>
+Alignment alignment(const System& system, const Start& start, double t_end, const Method& method, const Options& options = {},
+                    const AlignmentOptions& wanted = {}, const EventList<Events...>& events = {}) {
+  const auto flow = detail::flow_in_pieces(system, method, options, events);
+  return detail::alignment_of<Eigen::MatrixXd>(flow, start.t, detail::packed(first_order_form(system), start), t_end, wanted);
+}
+
+}  // namespace qdot
