@@ -112,7 +112,7 @@ report::Plot diagram(const ModelsAlong& models, const Components& components, co
       }
     if (!series.x.empty()) plot.series.push_back(std::move(series));
   }
-  for (const std::size_t kind : {2, 3, 4}) {
+  for (const std::size_t kind : {2U, 3U, 4U}) {
     report::Series series{.label = words_of_kinds[kind], .x = {}, .y = {}, .markers = true, .dots = true};
     for (const PointsOfBranch& branch : branches)
       for (const PointOfBranch& point : branch.points) {
