@@ -101,6 +101,20 @@ TEST_CASE("along a parameter Mathieu's rest changes where a periodic solution br
     if (orbit["kind"] == "regular") CHECK((orbit["stability"] == "unstable") == (number(orbit["value"]) > doublings[0] && number(orbit["value"]) < doublings[1]));
 }
 
+TEST_CASE("a driven pendulum folds twice, and where its swing ceases to be symmetric one multiplier is 1") {
+  const json family = answer("pendulum --with damping --with drive --period 3.009100021065971 --set q0=0 --along drive=1:6");
+  std::string kinds;
+  for (const json& orbit : family["orbits"]) {
+    const std::string kind = orbit["kind"];
+    if (kind == "regular") continue;
+    kinds += kind + " ";
+    if (kind != "fold" && kind != "branch") continue;
+    CHECK_THAT(number(orbit["multipliers"][0]["re"]), WithinAbs(1.0, 1e-5));  // places are located to 1e-8 of a step, along which multipliers go by some hundreds
+    CHECK(number(orbit["multipliers"][0]["im"]) == 0.0);
+  }
+  CHECK(kinds == "start fold fold branch end ");
+}
+
 TEST_CASE("the option --out of orbit writes one period, and stdout says what was found") {
   const program_test::Directory directory;
   const std::string out = directory.file("x");

@@ -102,12 +102,14 @@ inline PointOfFamily point_of_family(ClosingEquations equations, const ClosingEn
   return result;
 }
 
-// The orbit at a distance along the tangent, by Newton's method across it.
-inline ClosingEnd stepped(const PointOfFamily& from, double distance, const ClosingSearch& search) {
+// The orbit at a distance along the tangent at `from`, by Newton's method across it; predicted from a point near it that lies so much nearer or farther.
+inline ClosingEnd stepped(const PointOfFamily& from, const PointOfFamily& near, double distance, const ClosingSearch& search) {
   ClosingEquations equations = from.equations;
   equations.along = from.tangent;
-  Eigen::VectorXd X = from.point.X;
-  for (Eigen::Index i = 0; i < X.size(); ++i) X[i] += distance * from.tangent[i] * equations.scale[i];
+  double along = 0.0;
+  for (Eigen::Index i = 0; i < near.tangent.size(); ++i) along += from.tangent[i] * near.tangent[i] * near.equations.scale[i] / equations.scale[i];
+  Eigen::VectorXd X = near.point.X;
+  for (Eigen::Index i = 0; i < X.size(); ++i) X[i] += distance / along * near.tangent[i] * near.equations.scale[i];
   equations.from = X;
   ClosingEnd end;
   try {
@@ -120,20 +122,23 @@ inline ClosingEnd stepped(const PointOfFamily& from, double distance, const Clos
   return end;
 }
 
+inline ClosingEnd stepped(const PointOfFamily& from, double distance, const ClosingSearch& search) { return stepped(from, from, distance, search); }
+
 using BranchTest = std::function<double(const PointOfFamily&)>;
 
-// Where a function of the branch changes its sign between `from` and a distance from there, to a part of that distance.
+// Where a function of the branch changes its sign between `from` and a distance from there, to a part of that distance. Each point is predicted from the
+// nearer end of what is left: next to a crossing a prediction from afar ends on the other branch.
 inline PointOfFamily located(const PointOfFamily& from, const PointOfFamily& to, double distance, const BranchTest& test, const BranchQuantity& quantity,
                            const ClosingSearch& search, double tolerance) {
   constexpr int most_steps = 60;
   double low = 0.0, high = distance, f_low = test(from), f_high = test(to);
-  PointOfFamily best = std::abs(f_low) < std::abs(f_high) ? from : to;
+  PointOfFamily best = std::abs(f_low) < std::abs(f_high) ? from : to, lower = from, upper = to;
   int side = 0;
   double previous = -1.0;
   for (int k = 0; k < most_steps && high - low > tolerance * distance; ++k) {
     double s = (low * f_high - high * f_low) / (f_high - f_low);
     if (!(s > low && s < high)) s = 0.5 * (low + high);
-    const ClosingEnd end = stepped(from, s, search);
+    const ClosingEnd end = s - low <= high - s ? stepped(from, lower, s - low, search) : stepped(from, upper, s - high, search);
     if (end.outcome != OrbitOutcome::found) break;
     PointOfFamily middle = point_of_family(from.equations, end, quantity, &from);
     if (middle.open != 1) return middle;  // on it, as far as can be told
@@ -143,11 +148,13 @@ inline PointOfFamily located(const PointOfFamily& from, const PointOfFamily& to,
     if ((f < 0.0) == (f_low < 0.0)) {
       low = s;
       f_low = f;
+      lower = best;
       if (side < 0) f_high *= 0.5;
       side = -1;
     } else {
       high = s;
       f_high = f;
+      upper = best;
       if (side > 0) f_low *= 0.5;
       side = 1;
     }
