@@ -5,7 +5,9 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <filesystem>
 #include <limits>
+#include <system_error>
 
 #include "qdot/report/file.hpp"
 
@@ -106,10 +108,17 @@ Assignment assignment(const std::string& argument, const std::string& text) {
   return {name, finite_number(argument + " " + one_line(name), text.substr(equals + 1))};
 }
 
+void make_directory_of(const std::string& out) {
+  std::error_code refused;  // with a reason that whoever writes there gives
+  const std::filesystem::path directory = std::filesystem::path(out).parent_path();
+  if (!directory.empty()) std::filesystem::create_directories(directory, refused);
+}
+
 void require_files(const std::string& out, const std::vector<std::string>& files) {
   if (out.empty() || out.back() == '/') {
     throw UsageError("--out: must be a path whose last part is a file's name, given \"" + out + "\"");
   }
+  make_directory_of(out);
   try {
     report::require_writable(files);
   } catch (const report::UnwritableFile& error) {

@@ -37,7 +37,10 @@ double positive_number(const std::string& argument, const std::string& text);
 /// The same for a whole number between two bounds.
 long whole_number(const std::string& argument, const std::string& text, long least, long most);
 
-/// Refuses an --out whose files could not be written.
+/// Makes the directory that PATH of --out lies in, where it is missing and can be made.
+void make_directory_of(const std::string& out);
+
+/// Refuses an --out whose files could not be written; the directory that they lie in is made.
 ///
 /// @throws UsageError
 void require_files(const std::string& out, const std::vector<std::string>& files);

@@ -182,6 +182,7 @@ SweepDirectory::SweepDirectory(std::string path, const std::string& manifest, st
       done_(count),
       flushed_(Clock::now()),
       synchronized_(flushed_) {
+  make_directory_of(path_);
   if (mkdir(path_.c_str(), 0777) != 0 && (errno != EEXIST || !fs::is_directory(path_)))
     throw UsageError("--out: must be a path at which a directory can be made, but " + path_ + " cannot (" + std::strerror(errno) +
                      "); choose another path or create its directory");

@@ -98,5 +98,5 @@ TEST_CASE("a study refuses what it cannot do in one line") {
   CHECK(refused("pendulum --method dop835").find("the nearest is \"dop853\"") != std::string::npos);
   CHECK(refused("pendulum --t-end 0").starts_with("qdot accuracy: --t-end: must be after the start"));
   CHECK(refused("pendulum --samples 0").find("--samples") != std::string::npos);
-  CHECK(refused("pendulum --out /no/such/folder/x").starts_with("qdot accuracy: --out:"));
+  CHECK(refused("pendulum --out /dev/null/x").starts_with("qdot accuracy: --out:"));
 }

@@ -143,7 +143,7 @@ TEST_CASE("the option --out of modes writes a table and a page, and stdout says 
 TEST_CASE("what has no equilibrium, and wrong arguments, end with status 2 and one line") {
   for (const char* arguments :
        {"modes projectile", "modes nothing", "modes pendulum --set x=1", "modes bouncing_ball", "equilibria projectile",
-        "modes mathieu", "modes pendulum --out /nowhere/x", "modes pendulum --with wind"}) {
+        "modes mathieu", "modes pendulum --out /dev/null/x", "modes pendulum --with wind"}) {
     INFO(arguments);
     const auto ended = qdot(arguments);
     CHECK(ended.status == 2);

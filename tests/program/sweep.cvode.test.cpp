@@ -247,7 +247,7 @@ TEST_CASE("a recorded sweep that means nothing is refused by argument, rule and 
   CHECK(err("--shard auto").find("--shard: auto must be started by MPI or Slurm, but of OMPI_COMM_WORLD_RANK and _SIZE") != std::string::npos);
   const auto beyond = program_test::ended("/usr/bin/env", "PMI_RANK=4 PMI_SIZE=4 " QDOT_PROGRAM " sweep pendulum --over l=1,2 --out " + directory.file("x") + " --shard auto");
   CHECK(beyond.err == "qdot sweep: --shard: auto: PMI_RANK must be below PMI_SIZE, but they are 4 and 4\n");
-  CHECK(err("--resume --out " + directory.file("none/x")).find("none/x.sweep cannot (No such file or directory)") != std::string::npos);
   std::ofstream(directory.file("file.sweep")) << "";
+  CHECK(err("--resume --out " + directory.file("file.sweep/x")).find("file.sweep/x.sweep cannot (Not a directory)") != std::string::npos);
   CHECK(err("--resume --out " + directory.file("file")).find("must be a path at which a directory can be made") != std::string::npos);
 }
