@@ -97,7 +97,7 @@ foreach(folder IN LISTS folders)
     # Straight-line code against nested duals is the same question at -O1, where nested duals compile a fifth to a third faster. What is held
     # to code by hand, and to its instructions, keeps -O2.
     set_property(SOURCE optimized/constrained_equations.test.cpp optimized/forces.test.cpp optimized/acceleration_jacobian.test.cpp
-                 optimized/moving_positions.test.cpp PROPERTY COMPILE_OPTIONS "$<$<CONFIG:Check>:-O1>")
+                 optimized/moving_positions.test.cpp optimized/sensitivity_of_random_scenes.test.cpp PROPERTY COMPILE_OPTIONS "$<$<CONFIG:Check>:-O1>")
   elseif(folder STREQUAL "threads") # under the thread sanitizer, which goes with no other
     target_compile_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all;-fsanitize=thread>)
     target_link_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all;-fsanitize=thread>)
