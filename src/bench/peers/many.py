@@ -7,13 +7,12 @@
 Both go through tolerances in turn; for each error the time is interpolated between the two tolerances beside it, in logarithms, from the least of all rounds.
 heyoka is installed by pip into DIR (default build/peers). Ratios above 1 are in favour of qdot.
 """
-import argparse
 import math
 import os
 import sys
 
 import peers
-from motion import program
+from motion import options_from, parser_for, program
 from peers import Absent, package_python, ran, source
 
 
@@ -28,19 +27,9 @@ def at_error(points, error):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--work", default=os.path.join(os.path.dirname(peers.src), "build/peers"), help="where things are built")
-    parser.add_argument("--python", help="Python of an environment with heyoka, instead of DIR/venv")
-    parser.add_argument("--eigen", default="/usr/include/eigen3", help="include directory of Eigen")
-    parser.add_argument("--compiler", default="g++")
-    parser.add_argument("--flags", default="-O3 -march=native")
+    parser = parser_for(__doc__, "heyoka")
     parser.add_argument("--rounds", type=int, default=2)
-    parser.add_argument("--offline", action="store_true", help="use only what is installed")
-    parser.add_argument("--measure-only", action="store_true", help="take the program as it was built before")
-    options = parser.parse_args()
-    options.work = os.path.abspath(options.work)
-    os.makedirs(options.work, exist_ok=True)
-    options.python = os.path.abspath(options.python) if options.python else os.path.join(options.work, "venv/bin/python")
+    options = options_from(parser)
 
     own = program(options, "many_qdot")
     problems = os.path.join(options.work, "many_problems.jsonl")

@@ -53,23 +53,34 @@ def number(x):
     return f"{x:.0f}" if x >= 100 else f"{x:.1f}" if x >= 10 else f"{x:.2f}"
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def parser_for(description, packages):
+    """What all programs that measure peers are told."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--work", default=os.path.join(os.path.dirname(peers.src), "build/peers"), help="where things are built")
-    parser.add_argument("--python", help="Python of an environment with heyoka and scipy, instead of DIR/venv")
+    parser.add_argument("--python", help=f"Python of an environment with {packages}, instead of DIR/venv")
     parser.add_argument("--eigen", default="/usr/include/eigen3", help="include directory of Eigen")
     parser.add_argument("--compiler", default="g++")
     parser.add_argument("--flags", default="-O3 -march=native")
-    parser.add_argument("--only", default="", help="problems whose name begins so")
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--json", help="write the rows here")
     parser.add_argument("--offline", action="store_true", help="use only what is installed")
     parser.add_argument("--measure-only", action="store_true", help="take programs as they were built before")
-    parser.add_argument("--build-only", action="store_true", help="build, install and measure nothing")
+    return parser
+
+
+def options_from(parser):
     options = parser.parse_args()
     options.work = os.path.abspath(options.work)
     os.makedirs(options.work, exist_ok=True)
     options.python = os.path.abspath(options.python) if options.python else os.path.join(options.work, "venv/bin/python")
+    return options
+
+
+def main():
+    parser = parser_for(__doc__, "heyoka and scipy")
+    parser.add_argument("--only", default="", help="problems whose name begins so")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--json", help="write the rows here")
+    parser.add_argument("--build-only", action="store_true", help="build, install and measure nothing")
+    options = options_from(parser)
 
     commands, absent = [("qdot", [program(options, "motion_qdot")])], {}
     problems = os.path.join(options.work, "problems.jsonl")
