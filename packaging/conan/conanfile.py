@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 #
 # The core, qdot::qdot, headers with Eigen: conan create packaging/conan. The components cvode and optimal are installed along; whoever asks
-# find_package for them brings SUNDIALS 6 or 7 and Ipopt from elsewhere, for ConanCenter has neither (of SUNDIALS it has 5).
+# find_package for them brings SUNDIALS 6 or 7 and Ipopt along, from the system or by a requirement of their own.
 import os
 import re
 
