@@ -158,6 +158,7 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   add_text(section_command, "--plane", section_options.plane, "the surface: a coordinate or velocity has a value, NAME=VALUE", "NAME=VALUE");
   add_text(section_command, "--every", section_options.every, "in place of a plane: once in each period T", "T");
   add_text(section_command, "--direction", section_options.direction, "in which the plane is passed: rising (default), falling, either", "D");
+  add_repeatable(section_command, "--angle", section_options.angles, "a coordinate that is an angle: its plane is passed in each turn, and its values are from -pi to pi");
   add_text(section_command, "--count", section_options.count, "points of each motion (default 200)", "N");
   add_repeatable(section_command, "--over", section_options.over, "several starts: q0 … or qdot0 … go through values, NAME=FROM:TO:COUNT or NAME=A,B,C");
   add_text(section_command, "--keep-energy", section_options.keep_energy, "the velocity that is chosen such that all starts have the energy of the first", "NAME");

@@ -68,7 +68,7 @@ struct LyapunovCommandOptions : SceneOptions {
 
 struct SectionCommandOptions : SceneOptions {
   std::optional<std::string> plane, every, direction, count, keep_energy, show, t_end, rtol, out;
-  std::vector<std::string> over;
+  std::vector<std::string> angles, over;
   bool json = false;
   bool quiet = false;
 };

@@ -31,15 +31,17 @@ namespace qdot::program {
 
 namespace {
 
-// x_i = value, or the phase of the time.
+// x_i = value, where x_i is an angle in each turn, or the phase of the time.
 struct Surface {
   std::optional<Eigen::Index> place = {};
+  bool angle = false;
   double value = 0.0, t0 = 0.0, period = 1.0;
   Eigen::Index dof = 0;
 
   double operator()(const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t) const {
     if (!place) return std::sin(2.0 * std::numbers::pi * (t - t0) / period);
-    return (*place < dof ? q[*place] : qdot[*place - dof]) - value;
+    const double off = (*place < dof ? q[*place] : qdot[*place - dof]) - value;
+    return angle ? std::sin(0.5 * off) : off;
   }
 };
 
@@ -55,6 +57,7 @@ struct SectionRequest : ChosenScene {
   Surface surface = {};
   std::string surface_text = {};
   Direction direction = Direction::rising;
+  std::vector<Eigen::Index> angles = {};  // of which whole turns are left out
   Eigen::Index x = 0, y = 0;  // what is drawn
   long count = 200;
   double t_end = 0.0;
@@ -153,6 +156,16 @@ SectionRequest request_of(const SectionCommandOptions& options) {
   else if (direction == "either") request.direction = Direction::either;
   else throw unknown_name("--direction", "a direction", direction, {"rising", "falling", "either"});
   if (options.plane) request.surface_text += ", " + direction;
+
+  for (const std::string& angle : options.angles) {
+    const Eigen::Index place = request.components.place("--angle", angle, scene);
+    if (place >= dof) throw UsageError("--angle: must be a coordinate, given " + angle);
+    request.angles.push_back(place);
+    if (request.surface.place && *request.surface.place == place) {
+      request.surface.angle = true;
+      request.surface_text += ", in each turn";
+    }
+  }
 
   // The first coordinate that the plane leaves open, and its velocity.
   if (options.show) {
@@ -295,9 +308,16 @@ int section(const SectionCommandOptions& options) {
         return request.surface(q, qdot, t);
       };
       auto surface = event(request.surface_text, g);
-      surface.direction = request.direction;
+      surface.direction = request.surface.angle ? Direction::either : request.direction;
+      const auto counts = [&](const Eigen::VectorXd&, const Eigen::VectorXd& qdot) {
+        if (!request.surface.angle || request.direction == Direction::either) return true;
+        const bool rises = (qdot[*request.surface.place] > 0.0) == (request.t_end > request.start.t);
+        return rises == (request.direction == Direction::rising);
+      };
       const FirstOrderState start{motion.start.t, request.model->packed(motion.start)};
-      motion.section = poincare_section(form, start, surface, request.count, request.t_end, Dop853{}, request.options);
+      motion.section = poincare_section(form, start, surface, request.count, request.t_end, Dop853{}, request.options, EventList<>{}, counts);
+      for (const Eigen::Index angle : request.angles)
+        for (double& x : motion.section.y.row(angle)) x = std::remainder(x, 2.0 * std::numbers::pi);
       all = all && motion.section.complete();
       done += 1.0;
     }

@@ -91,6 +91,33 @@ TEST_CASE("the section of Hénon's and Heiles' star keeps its energy and goes ba
   CHECK(std::abs(back.state(0).q[1] - there.state(count - 2).q[1]) < settled);
 }
 
+// The second angle of a pair of pendula that know nothing of each other goes round: its turns take 4 K(k)/v with k = 2/v, where v is its speed below.
+TEST_CASE("an angle that goes round passes its plane once in each turn") {
+  const auto pendula = qdot::mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); },
+                                                  [](const auto& q) {
+                                                    using std::cos;
+                                                    return -cos(q[0]) - cos(q[1]);
+                                                  });
+  const double v = 3.0, turn = 4.0 * std::comp_ellint_1(2.0 / v) / v;
+  for (const double side : {1.0, -1.0}) {
+    const State<2> round{0.0, {0.5, 0.0}, {0.0, side * v}};
+    const auto below = event("below", [](const auto& q) {
+      using std::sin;
+      return sin(0.5 * q[1]);
+    });
+    const auto found = poincare_section(pendula, round, below, 10, 100.0, Dop853{}, fine, events(), [side](const auto&, const auto& qdot) { return side * qdot[1] > 0.0; });
+    REQUIRE(found.complete());
+    for (std::size_t k = 0; k < 10; ++k) {
+      CHECK(std::abs(found.t[k] - turn * static_cast<double>(k + 1)) < settled);
+      CHECK(std::abs(found.y(1, static_cast<Eigen::Index>(k)) - side * 2.0 * pi * static_cast<double>(k + 1)) < settled);
+      CHECK(std::abs(found.y(3, static_cast<Eigen::Index>(k)) - side * v) < settled);
+    }
+    const auto none = poincare_section(pendula, round, below, 10, 100.0, Dop853{}, fine, events(), [side](const auto&, const auto& qdot) { return side * qdot[1] < 0.0; });
+    CHECK(none.outcome == SectionOutcome::t_end_reached);
+    CHECK(none.size() == 0);
+  }
+}
+
 TEST_CASE("a surface that is not crossed, and a run that ends before, are told with what was found") {
   const auto far = poincare_section(stars::oscillators, start, plane(5.0), 3, 20.0, Dop853{}, fine);
   CHECK(far.outcome == SectionOutcome::t_end_reached);

@@ -12,7 +12,8 @@ import peers  # noqa: E402
 
 import motion  # noqa: E402
 
-for name in ("casadi_chain.py", "heyoka_chain.py", "motion_heyoka.py", "motion_scipy.py"):
+for name in ("casadi_chain.py", "heyoka_chain.py", "many.py", "many_heyoka.py", "motion_heyoka.py", "motion_scipy.py", "sensitivities.py",
+             "sensitivities_casadi.py", "sensitivities_heyoka.py", "sensitivities_known.py"):
     with open(peers.source(name), encoding="utf-8") as file:
         compile(file.read(), name, "exec")
 

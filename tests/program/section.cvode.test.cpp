@@ -66,12 +66,30 @@ TEST_CASE("a stroboscope shows a state once in each period, constraints are kept
   CHECK(missed.out.find("t_end_reached: 0 of 200 crossings of 'x = 5, rising' up to t = 20; its function went from -") != std::string::npos);
 }
 
+// Without gravity both arms of the double pendulum hang on together: m = l = 1, released stretched out, they turn as one at a constant rate.
+TEST_CASE("a plane of an angle is passed in each turn, and angles are shown without their turns") {
+  for (const std::string rate : {"2", "-2"}) {
+    const std::string direction = rate == "2" ? "rising" : "falling";
+    const auto turns = qdot("section double_pendulum --set g=0 --set q0=0.5 --set q1=0.5 --set qdot0=" + rate + " --set qdot1=" + rate +
+                            " --plane q0=0 --angle q0 --angle q1 --direction " + direction + " --count 5 --t-end 100 --json");
+    INFO(turns.err);
+    REQUIRE(turns.status == 0);
+    const json motion = json::parse(turns.out)["motions"][0];
+    for (std::size_t k = 0; k < 5; ++k) {
+      const double until = rate == "2" ? 2 * std::numbers::pi - 0.5 : 0.5;
+      CHECK_THAT(motion["t"][k].get<double>(), WithinAbs((until + 2 * std::numbers::pi * static_cast<double>(k)) / 2.0, settled));
+      for (const int angle : {0, 1}) CHECK_THAT(motion["y"][k][angle].get<double>(), WithinAbs(0.0, settled));
+    }
+  }
+}
+
 TEST_CASE("a section that cannot be is refused in words") {
   const auto err = [](const std::string& arguments) {
     const auto ended = qdot("section " + arguments);
     CHECK(ended.status == 2);
     return ended.err;
   };
+  CHECK(err("pendulum --plane q0=0 --angle qdot0") == "qdot section: --angle: must be a coordinate, given qdot0\n");
   CHECK(err("pendulum") == "qdot section: --plane: must be given, NAME=VALUE with a coordinate or velocity, or --every T in its place, given neither\n");
   CHECK(err("pendulum --plane q0=0 --every 1").ends_with("given both\n"));
   CHECK(err("pendulum --plane x=0").starts_with("qdot section: --plane: must be a coordinate or velocity of pendulum, given \"x\""));

@@ -18,6 +18,9 @@
 // (H. Poincaré, Les méthodes nouvelles de la mécanique céleste III, 1899; M. Hénon, C. Heiles, Astronomical Journal 69 (1964) 73.)
 // A drive of period T asks for its phase: the surface every("flash", T) is the stroboscope, as is sin(2π t/T), rising.
 //
+// An angle that goes round passes its plane once in each turn: sin((φ − φ₀)/2) is zero there and nowhere else, with a sign that changes from one turn to
+// the next, so it is passed in either direction and `where` says which crossings count, φ̇ > 0.
+//
 // The surface is an event that only looks (integrate/event.hpp): its crossings are found to rounding on the dense output of the method's steps, which
 // go on as if nobody looked, so a section costs what the motion costs, and its points have the motion's accuracy. Nothing is kept but the points.
 // What leads from one point to the next, and its derivative, is in return_map.hpp.
@@ -104,9 +107,10 @@ class CrossingRecord {
  public:
   using Value = std::function<double(double t, const Eigen::Ref<const Eigen::VectorXd>& y)>;
   using Settle = std::function<void(double t, Eigen::VectorXd& y)>;  // onto constraints, which dense output leaves; or none
+  using Where = std::function<bool(double t, const Eigen::VectorXd& y)>;  // whether a crossing counts
 
-  CrossingRecord(std::string name, long count, double t0, Value g, Settle settle)
-      : name_(std::move(name)), t0_(t0), g_(std::move(g)), settle_(std::move(settle)) {
+  CrossingRecord(std::string name, long count, double t0, Value g, Settle settle, Where where)
+      : name_(std::move(name)), t0_(t0), g_(std::move(g)), settle_(std::move(settle)), where_(std::move(where)) {
     if (count < 1) throw_invalid_value({"a section must have at least one crossing, but ", count, " were asked for; give a positive count"});
     wanted_ = static_cast<std::size_t>(count);
   }
@@ -123,6 +127,7 @@ class CrossingRecord {
       if (event.name != name_ || (t_.empty() && std::abs(event.t - t0_) <= start_)) continue;
       Eigen::VectorXd y = event.t == step.t() ? Eigen::VectorXd(step.y()) : step.y_at(event.t);
       if (settle_) settle_(event.t, y);
+      if (!where_(event.t, y)) continue;
       t_.push_back(event.t);
       numbers_.insert(numbers_.end(), y.data(), y.data() + y.size());
       if (t_.size() == wanted_) return false;
@@ -164,8 +169,13 @@ class CrossingRecord {
   double t0_, start_ = 0.0;
   Value g_;
   Settle settle_;
+  Where where_;
   std::vector<double> t_, numbers_;
   double least_ = std::numeric_limits<double>::infinity(), most_ = -least_;
+};
+
+struct Everywhere {
+  bool operator()(const auto&, const auto&) const { return true; }
 };
 
 }  // namespace detail
@@ -182,11 +192,12 @@ class CrossingRecord {
 /// @param method   any method that the system may be run with
 /// @param options  of the run; no trajectory and no samples are kept
 /// @param others   events(…) of the motion itself: impacts, ends
+/// @param where    functor of (q, qdot) or (q, qdot, t): which crossings count; all, unless given
 /// @return         the crossings that were found, and how it ended
 /// @throws         as simulate(); InvalidValue for a count below 1, and for another event with the name of the surface
-template <class System, class Start, class G, class Action, class Method = Dop853, class... Events>
+template <class System, class Start, class G, class Action, class Method = Dop853, class Where = detail::Everywhere, class... Events>
 auto poincare_section(const System& system, const Start& start, const Event<G, Action>& surface, long count, double t_end, const Method& method = {},
-                      Options options = {}, const EventList<Events...>& others = {}) {
+                      Options options = {}, const EventList<Events...>& others = {}, const Where& where = {}) {
   static_assert(Event<G, Action>::records, "qdot: the surface of a section is an event that only looks: leave .stop() and .then() out");
   using Form = std::remove_cvref_t<decltype(first_order_form(system))>;
   constexpr int n = detail::dof_at_compile_time<Form>();
@@ -200,7 +211,8 @@ auto poincare_section(const System& system, const Start& start, const Event<G, A
   detail::CrossingRecord::Settle settle;
   if constexpr (ProjectableSystem<Form>) settle = [&form](double t, Eigen::VectorXd& y) { form.project(t, y); };
   detail::CrossingRecord record(surface.name, count, start.t,
-                                [&](double t, const Eigen::Ref<const Eigen::VectorXd>& y) { return detail::event_value<n>(surface.g, t, y, dof); }, settle);
+                                [&](double t, const Eigen::Ref<const Eigen::VectorXd>& y) { return detail::event_value<n>(surface.g, t, y, dof); }, settle,
+                                [&](double t, const Eigen::VectorXd& y) { return detail::event_value<n>(where, t, y, dof) != 0.0; });
   options.keep_trajectory = false;
   options.output_times.clear();
   const auto run = std::apply([&](const auto&... each) {
