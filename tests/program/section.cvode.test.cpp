@@ -78,7 +78,7 @@ TEST_CASE("a plane of an angle is passed in each turn, and angles are shown with
     for (std::size_t k = 0; k < 5; ++k) {
       const double until = rate == "2" ? 2 * std::numbers::pi - 0.5 : 0.5;
       CHECK_THAT(motion["t"][k].get<double>(), WithinAbs((until + 2 * std::numbers::pi * static_cast<double>(k)) / 2.0, settled));
-      for (const int angle : {0, 1}) CHECK_THAT(motion["y"][k][angle].get<double>(), WithinAbs(0.0, settled));
+      for (const std::size_t angle : {0U, 1U}) CHECK_THAT(motion["y"][k][angle].get<double>(), WithinAbs(0.0, settled));
     }
   }
 }

@@ -26,6 +26,8 @@
 // What there is no derivative of is not made up. A motion that only grazes an event, two events that fall together, an action with a kink or with
 // another result at each call end the run as not_differentiable; what was found before is returned.
 //
+// Where the motion is stiff, CvodeBdf{} takes the steps: ∂f/∂y is the Jacobian of each column of Φ, too, and its matrix for y and k columns has 2n(k + 1) rows.
+//
 // Errors are controlled for y and Φ alike: options.atol holds for y, and for Φ per unit of what it is differentiated by. A parameter of size 1e9
 // (a stiffness in N/m) has derivatives of size 1e-9: take its logarithm, or a unit in which it is no giant. state_norm_limit holds for Φ, too.
 
@@ -152,7 +154,8 @@ EventSensitivity differentiated(const RecordedEvent& event, const std::vector<Na
 template <class Model, class Start, class List, class StartSlope>
 auto sensitivities_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options,
                       const WithRespectTo& wanted, const StartSlope& slope_of_start) {
-  static_assert(is_explicit_method<std::remove_cvref_t<decltype(method)>>, "qdot: sensitivities are integrated by Dop853 or Dopri5");
+  static_assert(SteppingMethod<std::remove_cvref_t<decltype(method)>, VariationalForm<can_jump<Model>>>,
+                "qdot: sensitivities are integrated by Dop853, Dopri5, CvodeBdf or CvodeAdams");
   require_valid(options, model.form.size());
   Variations<Model> equations(std::move(model), wanted.start, wanted.start_time);
   const Eigen::Index size = equations.state_size(), columns = equations.columns();
@@ -196,7 +199,7 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
 ///
 /// @param system   as simulate() has it
 /// @param start    State{t, q, qdot}, or FirstOrderState{t, y}; on the constraints, if there are any
-/// @param method   Dop853{} or Dopri5{}
+/// @param method   Dop853{} or Dopri5{}, and where the motion is stiff CvodeBdf{} (integrate/cvode.hpp)
 /// @param events   events(…), whose actions may be called several times at one moment
 /// @param wanted   which columns Φ has
 /// @return         outcome, last good state, Φ there and on the way, events with the derivatives of their times

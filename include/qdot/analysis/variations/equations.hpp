@@ -87,6 +87,9 @@ class VariationalEquations {
 
   virtual void write_rates(double t, const double* y, double* ydot) const = 0;
   virtual void write_state_rates(double t, const double* y, double* ydot) const = 0;  // of y alone
+  virtual void write_state_jacobian(double, const double*, Eigen::Ref<Eigen::MatrixXd> J) const {
+    J.setConstant(std::numeric_limits<double>::quiet_NaN());  // of equations that explicit methods alone are given
+  }
   // ∂(λ·f)/∂p at fixed y, for less than ∂f/∂p costs; asked of models that go backwards.
   virtual bool goes_backwards() const { return false; }
   virtual Eigen::VectorXd parameter_gradient(double, const double*, const double*, const Eigen::VectorXd&) const { return {}; }
@@ -266,9 +269,13 @@ class VariationalForm {
   void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
     equations_->write_rates(t, y.data(), ydot.data());
   }
-  // The explicit methods, which alone are admitted, never ask.
-  void jacobian(double, const Eigen::Ref<const Eigen::VectorXd>&, Eigen::Ref<Eigen::MatrixXd> J) const {
-    J.setConstant(std::numeric_limits<double>::quiet_NaN());
+  // ∂f/∂y for y and for each column of Φ. That ∂f/∂y changes with y is left out: an implicit method's iteration converges all the same, for y's own
+  // part is whole, and what it converges to is not asked of J.
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const {
+    const Eigen::Index n = equations_->state_size();
+    J.setZero();
+    equations_->write_state_jacobian(t, y.data(), J.topLeftCorner(n, n));
+    for (Eigen::Index j = 1; j <= equations_->columns(); ++j) J.block(n * j, n * j, n, n) = J.topLeftCorner(n, n);
   }
 
   std::string component_name(Eigen::Index i) const {

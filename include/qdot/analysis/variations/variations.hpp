@@ -97,6 +97,9 @@ class Variations final : public VariationalEquations {
     for (Eigen::Index i = 0; i < size_; ++i) largest_[i] = std::max(largest_[i], std::abs(y[i]));
     form().derivative(t, Eigen::Map<const Eigen::VectorXd>(y, size_), Eigen::Map<Eigen::VectorXd>(ydot, size_));
   }
+  void write_state_jacobian(double t, const double* y, Eigen::Ref<Eigen::MatrixXd> J) const override {
+    form().jacobian(t, Eigen::Map<const Eigen::VectorXd>(y, size_), J);
+  }
   bool goes_backwards() const override { return Model::goes_backwards; }
   Eigen::VectorXd parameter_gradient(double t, const double* y, const double* ydot, const Eigen::VectorXd& lambda) const override {
     if constexpr (Model::goes_backwards) return model_.gradient(t, y, ydot, lambda.data());
