@@ -3,6 +3,7 @@
 // Bad arguments: status 2, nothing on stdout, and one line on stderr with argument, rule, value, and nearest name.
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -82,12 +83,19 @@ TEST_CASE("a bad argument gets one line that says what is wrong") {
 
 TEST_CASE("an output that cannot be written is refused before the run and leaves nothing") {
   const Directory directory;
-  const auto ended = qdot("run pendulum --out " + directory.file("missing/x"));
+  { std::ofstream file(directory.file("file")); }
+  const auto ended = qdot("run pendulum --out " + directory.file("file/x"));
   CHECK(ended.status == 2);
   CHECK(ended.out.empty());
   CHECK(ended.err.find("--out: ") != std::string::npos);
-  CHECK(ended.err.find("missing/x.csv") != std::string::npos);
-  CHECK(directory.entries() == 0);
+  CHECK(ended.err.find("file/x.csv") != std::string::npos);
+  CHECK(directory.entries() == 1);
+}
+
+TEST_CASE("a directory to write to is made where it is missing") {
+  const Directory directory;
+  REQUIRE(qdot("run pendulum --t-end 1 --quiet --out " + directory.file("new/and/below/x")).status == 0);
+  CHECK_FALSE(program_test::content(directory.file("new/and/below/x.csv")).empty());
 }
 
 TEST_CASE("without the program of the benchmarks beside it qdot bench says how to build that") {
