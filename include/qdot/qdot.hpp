@@ -45,6 +45,7 @@
 #include "qdot/effects/contact.hpp"            // impacts, contacts, stops, ropes
 #include "qdot/effects/dry_friction.hpp"       // friction that sticks
 #include "qdot/effects/input.hpp"              // forces that are left open, for linearization and control
+#include "qdot/effects/interpolated_input.hpp"  // the same, linear from value to value
 #include "qdot/effects/choice.hpp"             // effects that are on or off at compile time
 #include "qdot/effects/fit.hpp"                // which effects a system can take
 #include "qdot/effects/scene_motion.hpp"       // accelerations, multipliers, power

@@ -186,3 +186,69 @@ TEST_CASE("a simulator refuses what it cannot do by rule, value and remedy, and 
   CHECK_THROWS_AS(Simulator(pushed(), at_rest, Dop853{}, {.stop_times = {0.5}}), InvalidValue);
   CHECK_THROWS_AS(Simulator(pushed(), State<1>{0.0, Vector<double, 1>(std::nan("")), Vector<double, 1>(0.0)}, Dop853{}), InvalidValue);
 }
+
+TEST_CASE("an oscillator under a force that is linear between instants moves as its closed form, however it is advanced") {
+  // x'' = -4 x + a + b s from (x0, v0): x = (a + b s)/4 + (x0 - a/4) cos 2s + (v0 - b/4)/2 sin 2s.
+  const auto driven = scene(mechanical_system<1>(Mass{4.0}), interpolated(input("motor", 0, 0.5)));
+  Simulator in_steps(driven, at_rest, Dop853{}, fine), past_the_end(driven, at_rest, Dop853{}, fine);
+  double x = 1.0, v = 0.0, u = 0.5;
+  const double targets[] = {2.0, -1.0, -1.0, 0.7}, T = 0.3;
+  for (int k = 0; k < 4; ++k) {
+    in_steps.ramp_input("motor", targets[k], T * (k + 1));
+    if (k == 2) past_the_end.set_input("motor", -1.0);
+    if (k != 2) past_the_end.ramp_input("motor", targets[k], T * (k + 1));
+    for (const double part : {0.4, 1.0}) REQUIRE(in_steps.advance_to(part < 1.0 ? T * (k + part) : T * (k + 1)));
+    REQUIRE(past_the_end.advance_to(T * (k + 1)));
+    const double b = (targets[k] - u) / T, xs = (u + b * T) / 4 + (x - u / 4) * std::cos(2 * T) + (v - b / 4) / 2 * std::sin(2 * T);
+    v = b / 4 - 2 * (x - u / 4) * std::sin(2 * T) + (v - b / 4) * std::cos(2 * T);
+    x = xs;
+    u = targets[k];
+    for (const Simulator* plant : {&in_steps, &past_the_end}) {
+      CHECK(plant->input("motor") == u);
+      CHECK(std::abs(plant->q()[0] - x) < integrated);
+      CHECK(std::abs(plant->qdot()[0] - v) < integrated);
+    }
+  }
+}
+
+TEST_CASE("an advance beyond the end of a ramp holds its value from there, reports what happened before and behind it, and restores to the bit") {
+  const auto crossing = event("through the middle", [](const auto& q) { return q[0] - 1.02; });
+  Simulator plant(scene(mechanical_system<1>(Mass{}), interpolated(input("motor", 0))), at_rest, Dop853{}, fine, crossing);
+  plant.ramp_input("motor", 1.0, 1.0);  // x = 1 + t^3/6 up to t = 1, and 7/6 + s/2 + s^2/2 behind it
+  REQUIRE(plant.advance_to(0.25));
+  CHECK(std::abs(plant.input("motor") - 0.25) < rounded);
+  const SimulatorState saved = plant.save();
+  REQUIRE(plant.advance_to(3.0));
+  CHECK(plant.input("motor") == 1.0);
+  CHECK(std::abs(plant.q()[0] - (7.0 / 6 + 1.0 + 2.0)) < integrated);
+  REQUIRE(plant.events().size() == 1);
+  CHECK(std::abs(plant.events()[0].t - std::cbrt(0.12)) < integrated);
+  const SimulatorState later = plant.save();
+  plant.restore(deserialized(serialized(saved)));
+  REQUIRE(plant.advance_to(3.0));
+  CHECK(same(plant.save(), later));
+
+  plant.restore(saved);
+  plant.set_input("motor", 0.0);  // ends the ramp
+  REQUIRE(plant.advance_to(2.0));
+  CHECK(plant.input("motor") == 0.0);
+  CHECK(std::abs(plant.qdot()[0] - 0.25 * 0.25 / 2) < rounded);
+  plant.reset();
+  CHECK(plant.component_names()[3] == "motor slope");
+}
+
+TEST_CASE("a ramp to nowhere is refused by rule, value and remedy, and nothing is changed") {
+  Simulator plant(scene(mechanical_system<1>(Mass{}), interpolated(input("motor", 0)), input("held", 0)), at_rest, Dop853{}, fine);
+  REQUIRE(plant.advance_to(1.0));
+  const SimulatorState before = plant.save();
+  const double nan = std::nan("");
+  CHECK(error_message([&] { plant.ramp_input("motor", 2.0, 1.0); }) ==
+        "a ramp must end at a finite time after now, but at t = 1 'motor' was sent to be there at 1; set_input() jumps");
+  CHECK_THROWS_AS(plant.ramp_input("motor", 2.0, nan), InvalidValue);
+  CHECK_THROWS_AS(plant.ramp_input("motor", 2.0, std::numeric_limits<double>::infinity()), InvalidValue);
+  CHECK_THROWS_AS(plant.ramp_input("motor", nan, 2.0), InvalidValue);
+  CHECK_THROWS_AS(plant.ramp_input(2, 1.0, 2.0), InvalidValue);
+  CHECK(error_message([&] { plant.ramp_input("motor", 1e300, std::nextafter(1.0, 2.0)); }).find("finite slope") != std::string::npos);
+  CHECK(error_message([&] { plant.ramp_input("held", 1.0, 2.0); }).find("'held' is held; make it interpolated(input(…))") != std::string::npos);
+  CHECK(same(plant.save(), before));
+}

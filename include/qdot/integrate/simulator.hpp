@@ -19,6 +19,13 @@
 //     save, go on, restore, go on     gives the same bits, here and in another process on such a machine;
 //     the same calls                  give the same bits, however many simulators run beside.
 //
+// An input may also go linearly to where it is sent, as signals do that are known at some instants only (effects/interpolated_input.hpp):
+//
+//     Simulator plant(scene(system, interpolated(input("motor", 0))), start, Dop853{});
+//     plant.ramp_input("motor", value, t_reached);
+//
+// Its slope and its end are states as u is. An advance that passes t_reached lands there, gives u its value, and goes on.
+//
 // What functors read of outside themselves is no part of it: a captured variable that the caller or an event changes is the caller's to keep.
 //
 // That is what a fresh start costs: some evaluations to choose the first step. A one-step method (Dop853, Dopri5, Taylor, Gauss) does not
@@ -31,6 +38,7 @@
 // To go on by dt a million times adds a million roundings to t; advance_to(k dt) does not.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -45,6 +53,7 @@
 #include <vector>
 
 #include "qdot/effects/input.hpp"
+#include "qdot/effects/interpolated_input.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/simulator_state.hpp"
@@ -71,6 +80,7 @@ struct Engine {
   Eigen::Index dof = 0;
   std::vector<std::string> components, input_names;
   std::vector<Eigen::Index> input_places;
+  std::vector<Eigen::Index> input_strides;  // from u to s, u_end and t_end where an input is interpolated, else 0
 
   virtual ~Engine() = default;
   virtual Outcome stretch(double t_end) = 0;  // may throw what the user's functors throw
@@ -91,11 +101,18 @@ class EngineOf final : public Engine {
     y = packed(form_, start);
     dof = qdot::detail::dof(form_);
     for (Eigen::Index i = 0; i < form_.size(); ++i) components.push_back(form_.component_name(i));
-    if constexpr (requires { form_.scene().effects(); })
-      for_each_input(form_.scene(), [&](const auto& effect, Eigen::Index place, int i) {
-        input_places.push_back(place);
-        input_names.push_back(components[static_cast<std::size_t>(place)] = input_name(effect, i));
+    if constexpr (requires { form_.scene().effects(); }) {
+      Eigen::Index place = 2 * form_.scene().dof();
+      for_each(form_.scene().effects(), [&](const auto& effect) {
+        using E = std::remove_cvref_t<decltype(effect)>;
+        if constexpr (requires { E::is_input; }) {
+          for (int i = 0; i < states_of<E>(); ++i) add_input(input_name(effect, i), place + i, 0);
+        } else if constexpr (requires { E::interpolated_inputs; }) {
+          for (int i = 0; i < E::interpolated_inputs; ++i) add_input(input_name(effect.input, i), place + i, E::interpolated_inputs);
+        }
+        place += states_of<E>();
       });
+    }
     driver_.stretch(t, y, t, 0);  // what is wrong with the start is said here
     if (!driver_.last().completed()) throw InvalidValue("a simulator cannot begin here: " + message());
     arrive();
@@ -116,6 +133,14 @@ class EngineOf final : public Engine {
   const Statistics& statistics() const override { return driver_.statistics(); }
 
  private:
+  void add_input(const std::string& name, Eigen::Index place, Eigen::Index stride) {
+    input_places.push_back(place);
+    input_strides.push_back(stride);
+    input_names.push_back(components[static_cast<std::size_t>(place)] = name);
+    if (stride == 0) return;
+    const char* const more[] = {" slope", " end", " end time"};
+    for (int k = 1; k <= 3; ++k) components[static_cast<std::size_t>(place + k * stride)] = name + more[k - 1];
+  }
   void arrive() {
     t = driver_.last().t;
     y = driver_.last().y;
@@ -170,8 +195,9 @@ class Simulator {
   Simulator(const System& system, const Start& start, const Method& method, const Options& options, const Event<G, Action>& event)
       : Simulator(system, start, method, options, qdot::events(event)) {}
 
-  /// Goes on to t, landing on it exactly, with inputs held.
+  /// Goes on to t, landing on it exactly, with inputs held, or on their ramps.
   ///
+  /// Where a ramp ends on the way, the options' limits count up to there and again from there.
   /// Throws nothing: what goes wrong, the user's own exceptions included, is an outcome with a message(), and t(), y() are the last good
   /// state, from which one may go on, perhaps with other inputs. An event that stops leaves the state of its moment.
   Advance advance_to(double t) noexcept {
@@ -179,7 +205,7 @@ class Simulator {
     own_message_.clear();
     Advance result;
     try {
-      result.outcome = engine_->stretch(t);
+      result.outcome = advanced_past_ramps(t);
     } catch (const std::exception& error) {
       result.outcome = Outcome::refused_by_model;
       own_message_ = error.what();
@@ -224,9 +250,30 @@ class Simulator {
   /// The input that all advances from here on hold, until it is set again.
   ///
   /// @throws InvalidValue  no such input, or a value that is no finite number; nothing is changed
-  void set_input(std::size_t i, double value) { engine_->y[place_of(i, value)] = value; }
+  void set_input(std::size_t i, double value) {
+    engine_->y[place_of(i, value)] = value;
+    if (engine_->input_strides[i] != 0) set_ramp(i, 0.0, value, 0.0);
+  }
   void set_input(std::string_view name, double value) { set_input(index_of(name), value); }
-  /// What input number i is held at.
+  /// The input goes linearly from what it is to `value`, which it has exactly at t_reached and holds from then on.
+  ///
+  /// Advances need not end there. To set or to ramp it again before that begins at what it is by then.
+  ///
+  /// @throws InvalidValue  no such input, one that is not interpolated(…), a value that is no finite number, a t_reached that is not after
+  ///                       t(), or so soon that the slope is no number; nothing is changed
+  void ramp_input(std::size_t i, double value, double t_reached) {
+    const double u = engine_->y[place_of(i, value)], slope = (value - u) / (t_reached - t());
+    const std::string& name = engine_->input_names[i];
+    if (engine_->input_strides[i] == 0)
+      throw InvalidValue("only an interpolated input has ramps, but '" + name + "' is held; make it interpolated(input(…)) in the scene");
+    if (!(t_reached > t() && std::isfinite(t_reached)))
+      throw InvalidValue(detail::sentence({"a ramp must end at a finite time after now, but at t = ", t(), " '", name, "' was sent to be there at ", t_reached, "; set_input() jumps"}));
+    if (!std::isfinite(slope))
+      throw InvalidValue(detail::sentence({"a ramp must have a finite slope, but '", name, "' was sent from ", u, " to ", value, " within ", t_reached - t(), "; give it more time, or set_input()"}));
+    set_ramp(i, slope, value, t_reached);
+  }
+  void ramp_input(std::string_view name, double value, double t_reached) { ramp_input(index_of(name), value, t_reached); }
+  /// What input number i is at now.
   double input(std::size_t i) const { return engine_->y[place_of(i, 0.0)]; }
   double input(std::string_view name) const { return input(index_of(name)); }
 
@@ -241,7 +288,7 @@ class Simulator {
   }
 
   /// What happened during the last advance, with its times.
-  const std::vector<RecordedEvent>& events() const noexcept { return engine_->events(); }
+  const std::vector<RecordedEvent>& events() const noexcept { return earlier_events_.empty() ? engine_->events() : earlier_events_; }
 
   /// How the last advance ended, in words; empty where it came to its end.
   const std::string& message() const noexcept { return own_message_.empty() ? engine_->message() : own_message_; }
@@ -277,6 +324,43 @@ class Simulator {
     return {Outcome::invalid_change, engine_->t};
   }
 
+  void set_ramp(std::size_t i, double slope, double end, double t_end) {
+    const Eigen::Index place = engine_->input_places[i], stride = engine_->input_strides[i];
+    engine_->y[place + stride] = slope;
+    engine_->y[place + 2 * stride] = end;
+    engine_->y[place + 3 * stride] = t_end;
+  }
+
+  // From the end of one ramp to the next and on to t; what happened meanwhile is that of all pieces.
+  Outcome advanced_past_ramps(double t) {
+    earlier_events_.clear();
+    for (;;) {
+      double next = t;
+      each_ramp([&](Eigen::Ref<Eigen::VectorXd>, Eigen::Index, Eigen::Index, double t_end) { next = std::min(next, t_end); });
+      const Outcome outcome = engine_->stretch(next);
+      each_ramp([&](Eigen::Ref<Eigen::VectorXd> y, Eigen::Index place, Eigen::Index stride, double t_end) {
+        if (engine_->t < t_end) return;
+        y[place] = y[place + 2 * stride];
+        y[place + stride] = y[place + 3 * stride] = 0.0;
+      });
+      const bool ends = outcome != Outcome::completed || next == t;
+      if (ends && earlier_events_.empty()) return outcome;
+      earlier_events_.insert(earlier_events_.end(), engine_->events().begin(), engine_->events().end());
+      if (ends) return outcome;
+    }
+  }
+
+  // visit(y, place of u, stride, t_end) for each input that is on its way.
+  template <class Visit>
+  void each_ramp(const Visit& visit) {
+    for (std::size_t i = 0; i < engine_->input_places.size(); ++i) {
+      const Eigen::Index place = engine_->input_places[i], stride = engine_->input_strides[i];
+      if (stride == 0) continue;
+      const bool moves = engine_->y[place + stride] != 0.0 || engine_->y[place] != engine_->y[place + 2 * stride];
+      if (moves) visit(engine_->y, place, stride, engine_->y[place + 3 * stride]);
+    }
+  }
+
   std::size_t index_of(std::string_view name) const {
     for (std::size_t i = 0; i < engine_->input_names.size(); ++i)
       if (engine_->input_names[i] == name) return i;
@@ -297,6 +381,7 @@ class Simulator {
   std::uint64_t names_ = detail::empty_checksum;
   SimulatorState start_;
   std::string own_message_;
+  std::vector<RecordedEvent> earlier_events_;  // of an advance in pieces, where there were any before its last
 };
 
 }  // namespace qdot
