@@ -229,6 +229,21 @@ TEST_CASE("an advance beyond the end of a ramp holds its value from there, repor
   CHECK(same(plant.save(), later));
 
   plant.restore(saved);
+  plant.ramp_input("motor", 1.0, 0.6);  // through 1.02 before the end of the ramp
+  REQUIRE(plant.advance_to(0.6));
+  plant.ramp_input("motor", -20.0, 0.7);  // and back behind the end of this one, in a call that passes it
+  REQUIRE(plant.advance_to(3.0));
+  CHECK(plant.input("motor") == -20.0);
+  REQUIRE(plant.events().size() == 1);
+  CHECK(plant.events()[0].t > 0.7);
+
+  SimulatorState late = saved;  // a clock that was set on, past the end of the ramp
+  late.t = 2.0;
+  plant.restore(late);
+  REQUIRE(plant.advance_to(2.5));
+  CHECK(plant.input("motor") == 1.0);
+
+  plant.restore(saved);
   plant.set_input("motor", 0.0);  // ends the ramp
   REQUIRE(plant.advance_to(2.0));
   CHECK(plant.input("motor") == 0.0);

@@ -336,8 +336,14 @@ class Simulator {
     earlier_events_.clear();
     for (;;) {
       double next = t;
-      each_ramp([&](Eigen::Ref<Eigen::VectorXd>, Eigen::Index, Eigen::Index, double t_end) { next = std::min(next, t_end); });
-      const Outcome outcome = engine_->stretch(next);
+      each_ramp([&](Eigen::Ref<Eigen::VectorXd>, Eigen::Index, Eigen::Index, double t_end) { next = std::min(next, std::max(t_end, engine_->t)); });
+      Outcome outcome;
+      try {
+        outcome = engine_->stretch(next);
+      } catch (...) {
+        if (!earlier_events_.empty()) add_events();
+        throw;
+      }
       each_ramp([&](Eigen::Ref<Eigen::VectorXd> y, Eigen::Index place, Eigen::Index stride, double t_end) {
         if (engine_->t < t_end) return;
         y[place] = y[place + 2 * stride];
@@ -345,10 +351,11 @@ class Simulator {
       });
       const bool ends = outcome != Outcome::completed || next == t;
       if (ends && earlier_events_.empty()) return outcome;
-      earlier_events_.insert(earlier_events_.end(), engine_->events().begin(), engine_->events().end());
+      add_events();
       if (ends) return outcome;
     }
   }
+  void add_events() { earlier_events_.insert(earlier_events_.end(), engine_->events().begin(), engine_->events().end()); }
 
   // visit(y, place of u, stride, t_end) for each input that is on its way.
   template <class Visit>
