@@ -89,6 +89,11 @@ struct ViscousDamping {
     }
     return Q;
   }
+  // rows[i][j] is to have ∂Qᵢ/∂(q, q̇)ⱼ added.
+  template <class Rows>
+  void add_slopes(Rows&& rows) const {
+    for (Eigen::Index i = 0; i < c.size(); ++i) rows[i][c.size() + i] -= c[i];
+  }
 };
 
 /// Viscous damping with one coefficient for each coordinate, n   [force per velocity].

@@ -43,8 +43,12 @@ template <class S, int n, class Force>
   }
 }
 
-// How to sum forces: as they are, without numbers that know how they move, or with those of potentials.
-enum class ForceSum { plain, by_duals, with_potentials };
+// How to sum forces: as they are, without numbers that know how they move, with those of potentials, or without those whose slopes are known.
+enum class ForceSum { plain, by_duals, with_potentials, unknown_slopes };
+
+// An effect that adds ∂Q/∂(q, q̇) to rows itself, add_slopes(rows), in place of duals.
+template <class E>
+concept KnowsSlopes = requires(const E& e, double (*rows)[2]) { e.add_slopes(rows); };
 
 template <ForceSum way, class Sys, class... Effects, class S, int n>
 Vector<S, n> summed_forces(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
@@ -53,7 +57,9 @@ Vector<S, n> summed_forces(const Scene<Sys, Effects...>& scene, const Vector<S, 
   Eigen::Index first = 0;
   for_each(scene.effects(), [&](const auto& e) {
     using E = std::remove_cvref_t<decltype(e)>;
-    if constexpr (StateEffect<E>) {
+    if constexpr (way == ForceSum::unknown_slopes && KnowsSlopes<E>) {
+      return;
+    } else if constexpr (StateEffect<E>) {
       constexpr int k = states_of<E>();
       if constexpr (!UnilateralEffect<E, n>) {
         static_assert(require_numbers<decltype(e.force(q, qdot, Vector<S, k>(), t))>());

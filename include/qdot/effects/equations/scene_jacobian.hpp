@@ -14,8 +14,9 @@
 //     φ(q, t) with q on its way               ∂J = H ,    ∂φ̈/∂q = J̈ ,   ∂φ̈/∂q̇ = 2 J̇
 //     a(q, q̇, t) with (q, q̇) on their way     ∂J = H ,    ∂ȧ/∂q = J̇ ,   ∂ȧ/∂q̇ = J̇ + ∂a/∂q       (J along q̇ as well as along q)
 //
-// and ∂Q from dual numbers, one sweep for up to 16 directions. The matrix is factored as for q̈ and λ, with all columns of the right side beside
-// it (effects/rows/constrained_equations.hpp); where that finds a pivot too small, and for singular M, effects/rows/constrained_solve.hpp solves column by column.
+// and ∂Q from dual numbers, one sweep for up to 16 directions, but of effects that know it themselves, as damping does. The matrix is factored as
+// for q̈ and λ, with all columns of the right side beside it (effects/rows/constrained_equations.hpp); where that finds a pivot too small, and for
+// singular M, effects/rows/constrained_solve.hpp solves column by column.
 
 #include <algorithm>
 #include <cstddef>
@@ -91,6 +92,13 @@ class ConstraintSlopes {
     }
   }
 };
+
+// Whether there are forces whose slopes duals have to find.
+template <class Sc>
+inline constexpr bool has_other_forces = false;
+template <class Sys, class... Effects>
+inline constexpr bool has_other_forces<Scene<Sys, Effects...>> =
+    (((StateEffect<Effects> || ForceEffect<Effects, Scene<Sys, Effects...>::dof_at_compile_time>)&&!KnowsSlopes<Effects>) || ...);
 
 template <class Sc>
 class SceneJacobian {
@@ -221,7 +229,10 @@ class SceneJacobian {
   // Adds ∂Q to rows, and writes ∂ż.
   template <class Rows>
   void add_forces(Rows&& rows, Out J) const {
-    if constexpr (Sc::has_forces || Sc::has_states) {
+    for_each(scene_.effects(), [&](const auto& e) {
+      if constexpr (KnowsSlopes<std::remove_cvref_t<decltype(e)>>) e.add_slopes(rows);
+    });
+    if constexpr (has_other_forces<Sc> || Sc::has_states) {
       using D = Dual<double, directions_for<columns>>;
       const Eigen::Index k = dof();
       for (Eigen::Index first = 0; first < y_.size(); first += D::directions) {
@@ -230,7 +241,7 @@ class SceneJacobian {
         const Vector<D, states> w = seeds.template tail<states>();
         Vector<D, n> Q = Vector<D, n>::Zero(k);
         Vector<D, states> rate;
-        if constexpr (Sc::has_forces) Q = effect_forces(scene_, x, v, w, D(t_));
+        if constexpr (has_other_forces<Sc>) Q = summed_forces<ForceSum::unknown_slopes>(scene_, x, v, w, D(t_));
         if constexpr (Sc::has_states) rate = state_rates(scene_, x, v, w, D(t_));
         const Eigen::Index end = std::min<Eigen::Index>(y_.size(), first + D::directions);
         for (Eigen::Index j = first; j < end; ++j) {
