@@ -82,9 +82,20 @@ class Variations final : public VariationalEquations {
         form().derivative(t, state, f);
         form().jacobian(t, state, J_);
       }
-      const Eigen::Index known = requires { form().scene(); } ? dof_ : 0;
-      rate.topRows(known) = Phi.middleRows(known, known);
-      rate.bottomRows(size_ - known).noalias() = J_.bottomRows(size_ - known).lazyProduct(Phi);
+      constexpr int unrolled = 16;
+      if constexpr (requires { form().scene(); } && n > 0 && N > 0 && N <= unrolled) {
+        const auto lower = Eigen::Map<const Eigen::Matrix<double, N, N>>(J_.data()).template bottomRows<N - n>();
+        for (Eigen::Index j = 0; j < columns_; ++j) {
+          const Eigen::Map<const Vector<double, N>> from(y + size_ * (j + 1));
+          Eigen::Map<Vector<double, N>> to(ydot + size_ * (j + 1));
+          to.template head<n>() = from.template segment<n>(n);
+          to.template tail<N - n>().noalias() = lower.lazyProduct(from);
+        }
+      } else {
+        const Eigen::Index known = requires { form().scene(); } ? dof_ : 0;
+        rate.topRows(known) = Phi.middleRows(known, known);
+        rate.bottomRows(size_ - known).noalias() = J_.bottomRows(size_ - known).lazyProduct(Phi);
+      }
     }
     if (const Eigen::Index m = model_.parameters(); m > 0 && !leaves_parameters_out) {
       slopes_.resize(size_, m);
