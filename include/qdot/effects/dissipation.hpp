@@ -89,7 +89,7 @@ struct ViscousDamping {
     }
     return Q;
   }
-  // rows[i][j] is to have ∂Qᵢ/∂(q, q̇)ⱼ added.
+  /// Adds ∂Q/∂(q, q̇) to n rows of 2n slopes: −c at each coordinate's own velocity, known without dual numbers.
   template <class Rows>
   void add_slopes(Rows&& rows) const {
     for (Eigen::Index i = 0; i < c.size(); ++i) rows[i][c.size() + i] -= c[i];
