@@ -58,6 +58,8 @@ struct Crossing {
   double speed = 0.0;    // dh/dt along the motion
 };
 
+struct VariationalRecorder;  // analysis/taylor_sensitivity.hpp
+
 // What an event is where parameter `column` is displaced by s.
 struct Surface {
   std::function<double(double t, const Eigen::VectorXd& y, Eigen::Index column, double s)> h;
@@ -121,6 +123,12 @@ class VariationalEquations {
   // When an action last changed what f itself is, not only its state: in front of this, f is not known any more.
   std::optional<double> changed() const noexcept { return changed_; }
 
+  // |yᵢ| at a state of the motion, for the scale of what is differenced.
+  void note_size(const double* y) const {
+    for (Eigen::Index i = 0; i < size_; ++i) largest_[i] = std::max(largest_[i], std::abs(y[i]));
+  }
+
+  std::shared_ptr<const VariationalRecorder> recorder;  // for Taylor series; otherwise none
   std::vector<double> tolerances;  // of the method: rtol, then atol of each component of the state
 
  protected:
@@ -258,6 +266,7 @@ class VariationalForm {
 
   explicit VariationalForm(VariationalEquations& equations) : equations_(&equations) {}
 
+  VariationalEquations& equations() const noexcept { return *equations_; }
   Eigen::Index size() const noexcept { return equations_->size(); }
   Eigen::Index dof() const noexcept { return equations_->dof(); }
   void renew() { equations_->renew(); }
