@@ -79,6 +79,7 @@
 // #include "qdot/integrate/simulator.hpp"            // a motion that another program advances
 // #include "qdot/integrate/simulator_state.hpp"      // where it is, as bytes
 // #include "qdot/integrate/any_stepper.hpp"          // a method that is chosen at run time
+// #include "qdot/integrate/any_system.hpp"           // a system that is chosen at run time
 // #include "qdot/integrate/automatic.hpp"            // the method is chosen for you
 // With SUNDIALS, linked by qdot::cvode:
 // #include "qdot/integrate/cvode.hpp"            // Adams and BDF methods

@@ -75,6 +75,9 @@ class EventWatch {
     }
   }
 
+  // Whether there is anything to look for within a step; a system whose type is hidden may have nothing that switches.
+  bool looks_at_steps() const { return !watches_.empty(); }
+
   EventClocks& clocks() { return clocks_; }
   void set_clocks(double t0, double t_end) { clocks_.set(events_, t0, t_end); }
 

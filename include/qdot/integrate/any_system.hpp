@@ -1,0 +1,203 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A system chosen at run time.
+//
+//     std::map<std::string, AnySystem> plants = {{"swing", pendulum}, {"crane", scene(cart, motor, rod)}};
+//     const auto run = simulate(plants.at(name), start, 10.0, Dop853{}, options);
+//
+// Every T and V, and every choice of effects, is a type of its own; that is what makes q̈ fast. A file or a user who chooses among systems
+// wants them in one list. AnySystem hides the type behind one indirect call per evaluation: the equations behind the call are those that
+// the compiler made for the type, so a motion has the same bits. What is hidden comes through, if it is there: constraints, contacts and dry
+// friction, the effects' own states, the watch over T, V and M; where they are not, nothing is asked of them.
+//
+// The price is the method's: its loops over y are not unrolled for a size that is known at run time only. A run of Dop853 with two coordinates
+// takes 1.3 to 1.5 times as long as with the type, less with more of them (./run bench steppers).
+//
+// What needs the functors themselves is asked where the type is known: derivatives with respect to parameters, Taylor, the
+// symplectic methods, band structure. Methods are Dop853, Dopri5 and CvodeBdf, which are compiled once for all systems.
+// A clock that somebody else owns has such a list already: Simulator (integrate/simulator.hpp) hides system and method together.
+
+#include <Eigen/Core>
+#include <concepts>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/effects/projection_report.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/run.hpp"
+#include "qdot/integrate/watch/held_watch.hpp"
+#include "qdot/mechanics/energy.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+// What a run and its user ask of a system, without its type.
+struct HiddenSystem {
+  virtual ~HiddenSystem() = default;
+  virtual Eigen::Index dof() const = 0;
+  virtual Eigen::Index size() const = 0;
+  virtual void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const = 0;
+  virtual void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const = 0;
+  virtual std::string component_name(Eigen::Index i) const = 0;
+  virtual Eigen::VectorXd packed(const State<Dynamic>& state) const = 0;
+  virtual double energy(const State<Dynamic>& state) const = 0;
+  virtual bool is_constrained() const = 0;
+  virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;
+  virtual Eigen::Index guard_count() const = 0;
+  virtual void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const = 0;
+  virtual void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> out) const = 0;
+  virtual std::string ending(Eigen::Index k) const = 0;
+  virtual std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const = 0;
+  virtual std::unique_ptr<AnyWatch> watch(const Options& options) const = 0;
+};
+
+template <FirstOrderSystem Form>
+class HiddenForm final : public HiddenSystem {
+  static constexpr int n = dof_at_compile_time<Form>();
+
+ public:
+  explicit HiddenForm(Form form) : form_(std::move(form)) {}
+
+  Eigen::Index dof() const override { return qdot::detail::dof(form_); }
+  Eigen::Index size() const override { return form_.size(); }
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const override { form_.derivative(t, y, ydot); }
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override { form_.jacobian(t, y, J); }
+  std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
+  Eigen::VectorXd packed(const State<Dynamic>& state) const override {
+    return qdot::detail::packed(form_, own(state));
+  }
+  double energy(const State<Dynamic>& state) const override {
+    const auto total = [&](const auto& system) {
+      const State<n> at = own(state);
+      return kinetic_energy(system, at.q, at.qdot, at.t) + potential_energy(system, at.q, at.t);
+    };
+    if constexpr (requires { form_.scene(); }) {
+      return total(form_.scene().system());
+    } else if constexpr (requires { form_.system(); }) {
+      return total(form_.system());
+    } else {
+      throw InvalidValue("an energy needs T and V, but this system was given as first-order equations without them; compute it from y");
+    }
+  }
+  bool is_constrained() const override { return ProjectableSystem<Form>; }
+  ProjectionReport project([[maybe_unused]] double t, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> y) const override {
+    if constexpr (ProjectableSystem<Form>) return form_.project(t, y);
+    return {};
+  }
+  Eigen::Index guard_count() const override {
+    if constexpr (SwitchingSystem<Form>) return form_.guard_count();
+    return 0;
+  }
+  void guards([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> g) const override {
+    if constexpr (SwitchingSystem<Form>) form_.guards(t, y, g);
+  }
+  void guard_bands([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y, [[maybe_unused]] const Eigen::VectorXd& tolerance,
+                   [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> out) const override {
+    if constexpr (SwitchingSystem<Form>) form_.guard_bands(t, y, tolerance, out);
+  }
+  std::string ending([[maybe_unused]] Eigen::Index k) const override {
+    if constexpr (SwitchingSystem<Form>) return form_.ending(k);
+    return {};
+  }
+  std::vector<std::string> switched([[maybe_unused]] double t, [[maybe_unused]] Eigen::VectorXd& y, [[maybe_unused]] const std::vector<bool>& fired,
+                                    [[maybe_unused]] const Eigen::VectorXd& tolerance) const override {
+    if constexpr (SwitchingSystem<Form>) return form_.switched(t, y, fired, tolerance);
+    return {};
+  }
+  std::unique_ptr<AnyWatch> watch(const Options& options) const override { return std::make_unique<WatchOf<Form>>(form_, options); }
+
+ private:
+  State<n> own(const State<Dynamic>& state) const {
+    const auto require_dof = [&](const char* what, Eigen::Index size) {
+      if (size != dof()) throw DimensionError(what, static_cast<long>(dof()), static_cast<long>(size), "pass one entry for each coordinate of the system");
+    };
+    require_dof("q", state.q.size());
+    require_dof("qdot", state.qdot.size());
+    return State<n>{state.t, state.q, state.qdot};
+  }
+
+  Form form_;
+};
+
+}  // namespace detail
+
+/// A mechanical system, a scene or a FirstOrderSystem of any type. Copies share the system, which nobody changes.
+///
+/// For methods it is a system that may have constraints and may switch, whatever is behind it: CvodeAdams, which keeps no constraints, does not take it.
+class AnySystem {
+ public:
+  static constexpr int size_at_compile_time = Dynamic;  ///< its size is known at run time only
+  using Watchdog = detail::HeldWatch;                   ///< which asks watch() below
+
+  /// Of a copy of the system or scene.
+  template <class System>
+    requires(!std::same_as<System, AnySystem>)
+  AnySystem(const System& system) {  // NOLINT: a list of systems is written without saying AnySystem for each
+    static_assert(requires { first_order_form(system); },
+                  "qdot: AnySystem takes a mechanical system, a scene (with <qdot/effects/scene_form.hpp>) or what models FirstOrderSystem");
+    using Form = std::remove_cvref_t<decltype(first_order_form(system))>;
+    hidden_ = std::make_shared<const detail::HiddenForm<Form>>(Form(first_order_form(system)));
+  }
+
+  /// Number of coordinates.
+  Eigen::Index dof() const { return hidden_->dof(); }
+  /// Number of components of y = [q; q̇; z].
+  Eigen::Index size() const { return hidden_->size(); }
+  /// ydot ← f(t, y).
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const { hidden_->derivative(t, y, ydot); }
+  /// J ← ∂f/∂y, exact.
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const { hidden_->jacobian(t, y, J); }
+  /// A coordinate's name, a velocity's, or that of an effect's state.
+  std::string component_name(Eigen::Index i) const { return hidden_->component_name(i); }
+  /// y of a state; the effects' own states are at their initial values.
+  ///
+  /// @throws DimensionError  a state of another number of coordinates
+  template <int n>
+  Eigen::VectorXd packed(const State<n>& state) const {
+    return hidden_->packed({state.t, state.q, state.qdot});
+  }
+
+  /// Whether there are constraints, which the driver has to keep.
+  bool is_constrained() const { return hidden_->is_constrained(); }
+  /// Puts y back onto the constraints; nothing where there are none.
+  ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const { return hidden_->project(t, y); }
+  /// Number of contacts and dry frictions.
+  Eigen::Index guard_count() const { return hidden_->guard_count(); }
+  /// g ← functions that stay ≥ 0 as long as the phases of y last.
+  void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const { hidden_->guards(t, y, g); }
+  /// out ← how large each guard may be and still be zero.
+  void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> out) const {
+    hidden_->guard_bands(t, y, tolerance, out);
+  }
+  /// Name of guard k if the run ends where it falls through zero; otherwise nothing.
+  std::string ending(Eigen::Index k) const { return hidden_->ending(k); }
+  /// Gives y the velocities and phases that follow when guards have reached zero; says what happened.
+  std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const {
+    return hidden_->switched(t, y, fired, tolerance);
+  }
+  /// What looks at M, the constraints and the time while a run goes on; the system outlives it.
+  std::unique_ptr<detail::AnyWatch> watch(const Options& options) const { return hidden_->watch(options); }
+
+ private:
+  template <int n>
+  friend double energy(const AnySystem& system, const State<n>& state);
+
+  std::shared_ptr<const detail::HiddenSystem> hidden_;
+};
+
+/// T + V at a state.
+///
+/// @throws InvalidValue    a FirstOrderSystem, which has neither
+/// @throws DimensionError  a state of another number of coordinates
+template <int n>
+double energy(const AnySystem& system, const State<n>& state) {
+  return system.hidden_->energy({state.t, state.q, state.qdot});
+}
+
+}  // namespace qdot
