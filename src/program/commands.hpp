@@ -21,6 +21,7 @@ struct ListOptions {
 struct RunOptions : SceneOptions {
   std::optional<std::string> t_end, method, step, rtol, atol, accuracy, samples, out;
   std::vector<std::string> compare;  // settings of further runs
+  bool forces = false;               // arrows in the animation
   bool json = false;
   bool quiet = false;
 };

@@ -92,6 +92,20 @@ class SceneModel final : public Model {
     }
     return all;
   }
+  Eigen::VectorXd constraint_forces([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) const override {
+    if constexpr (Sc::has_constraints) {
+      const auto state = form_.state(t, y);
+      return qdot::reactions(form_.scene(), state.q, state.qdot, t, states(y));
+    }
+    return {};
+  }
+  Eigen::VectorXd applied_forces([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) const override {
+    if constexpr (Sc::has_forces) {
+      const auto state = form_.state(t, y);
+      return effect_forces(form_.scene(), state.q, state.qdot, states(y), t);
+    }
+    return {};
+  }
   Eigen::Index guard_count() const override {
     if constexpr (Sc::has_phases) return form_.guard_count();
     return 0;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <numeric>
 #include <utility>
 
 #include "program/comparison.hpp"
@@ -13,6 +14,7 @@
 #include "qdot/report/equations.hpp"
 #include "qdot/report/file.hpp"
 #include "qdot/report/motion_plots.hpp"
+#include "qdot/report/run_report.hpp"
 #include "qdot/report/still.hpp"
 #include "qdot/report/symbol.hpp"
 
@@ -166,6 +168,26 @@ std::vector<report::Array> arrays(const Result& result, Eigen::Index dof) {
           {"jacobi_energy", {rows}, column(result, [](const Sample& s) { return s.energies.jacobi; })}};
 }
 
+// Arrows of forces at the points of an animation's frames; rows that say how long the longest is.
+static void add_forces(report::Facts& facts, report::Animation& animation, const RunnableScene& scene, const Result& result) {
+  if (animation.frames.empty()) return;
+  const auto model = scene.model();
+  const report::View view{.points = [&](const Eigen::VectorXd& q, double t) { return scene.positions(q, t); }};
+  std::vector<int> points(animation.frames.front().size());
+  std::iota(points.begin(), points.end(), 0);
+  const auto y = [&](double t) {
+    return std::lower_bound(result.frames.begin(), result.frames.end(), t, [](const Sample& frame, double at) { return frame.t < at; })->y;
+  };
+  const auto add = [&](const char* of, const auto& force, int colour) {
+    if (force(result.frames.front().t, result.frames.front().y).size() == 0) return;
+    constexpr double longest = 0.25;  // of the picture
+    const double largest = report::detail::add_arrows(animation, view, model->dof(), y, points, force, longest, colour);
+    facts.rows.push_back({"longest arrow", report::rounded_text(largest, 4), std::string("of ") + of});
+  };
+  add("constraint forces", [&](double t, const Eigen::VectorXd& at) { return model->constraint_forces(t, at); }, 1);
+  add("applied forces", [&](double t, const Eigen::VectorXd& at) { return model->applied_forces(t, at); }, 2);
+}
+
 report::Page page(const RunnableScene& scene, const Request& request, const Result& result) {
   report::Page page{.title = scene.title(), .lead = scene.summary()};
   if (!scene.positions(request.start.q, request.start.t).empty()) {  // otherwise there are plots only
@@ -177,6 +199,7 @@ report::Page page(const RunnableScene& scene, const Request& request, const Resu
     page.animation = std::move(animation);
   }
   page.tables = {parameter_facts(scene, request), run_facts(scene, request, result)};
+  if (request.forces && page.animation) add_forces(page.tables.back(), *page.animation, scene, result);
   if (!result.events.empty()) page.tables.push_back(report::detail::mark_facts(marks(result), scene.time_unit()));
   page.formulas = formulas(scene);
   page.plots = report::motion_plots(table(scene, result), scene.coordinates().size(), marks(result));

@@ -70,6 +70,15 @@ Request request_of(RunnableScene& scene, const RunOptions& options) {
   if (options.accuracy && options.step) {
     throw UsageError("--accuracy: must stand without --step, which it chooses, given together with it");
   }
+  if (options.forces) {
+    request.forces = true;
+    const auto refuse = [](const std::string& why) { throw UsageError("--forces: must stand " + why); };
+    if (!options.out) refuse("with --out PATH, whose page shows them");
+    if (scene.positions(request.start.q, request.start.t).empty()) refuse("with a scene that has a view, but " + scene.name() + " has plots only; give it .positions");
+    const Eigen::VectorXd y = model->packed(request.start);
+    if (!model->constrained() && model->applied_forces(request.start.t, y).size() == 0)
+      refuse("with constraints or effects, but " + scene.name() + " has T and V alone, whose forces have no arrows; --with EFFECT gives it one, qdot list " + scene.name() + " has their names");
+  }
   if (options.rtol) request.rtol = tolerance("--rtol", *options.rtol);
   if (options.atol) request.atol = tolerance("--atol", *options.atol);
   if (options.samples) request.samples = static_cast<int>(whole_number("--samples", *options.samples, 2, 10'000'000));

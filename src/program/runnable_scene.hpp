@@ -105,6 +105,10 @@ class Model {
   virtual ProjectionReport project(double, Eigen::Ref<Eigen::VectorXd>) const { return {}; }
   virtual std::vector<Reaction> reactions(double, const Eigen::Ref<const Eigen::VectorXd>&) const { return {}; }
 
+  /// Generalized forces of the constraints, Jᵀλ, and of the effects, ΣQ; empty where there are none.
+  virtual Eigen::VectorXd constraint_forces(double, const Eigen::VectorXd&) const { return {}; }
+  virtual Eigen::VectorXd applied_forces(double, const Eigen::VectorXd&) const { return {}; }
+
   // Contacts and dry friction, whose phases change at events; see SwitchingSystem.
   virtual Eigen::Index guard_count() const { return 0; }
   virtual void guards(double, const Eigen::VectorXd&, Eigen::Ref<Eigen::VectorXd>) const {}

@@ -30,6 +30,7 @@ struct Request {
   std::optional<double> step;  // of a method with a fixed step; where there is none, a short pilot run and rtol choose it
   int samples = 500;           // rows of the table, both ends included
   int most_frames = 0;         // of the animation; 0 for none
+  bool forces = false;         // whether the animation shows them as arrows
 };
 
 /// A state with its energies.

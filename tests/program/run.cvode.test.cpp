@@ -10,6 +10,7 @@
 #include "command.hpp"
 
 using nlohmann::json;
+using program_test::content;
 using program_test::Directory;
 using program_test::qdot;
 
@@ -173,4 +174,27 @@ TEST_CASE("equations are printed as formulas, and written as a C file") {
   const Directory directory;
   CHECK(qdot("equations rod_and_ring --c '" + directory.file("rod.c") + "'").status == 0);
   CHECK(program_test::content(directory.file("rod.c")).find("int rod_and_ring_jacobian(") != std::string::npos);
+}
+
+TEST_CASE("forces that are asked for are arrows in the picture, and the page says how large the largest is") {
+  const Directory directory;
+  const auto ended = qdot("run cartesian_pendulum --quiet --t-end 2 --forces --out '" + directory.file("rod") + "'");
+  INFO(ended.err);
+  REQUIRE(ended.status == 0);
+  const std::string page = content(directory.file("rod.html"));
+  CHECK(page.find("longest arrow") != std::string::npos);
+  CHECK(page.find("of constraint forces") != std::string::npos);
+  CHECK(page.find("of applied forces") == std::string::npos);
+  const auto pushed = qdot("run cartpole --quiet --t-end 1 --with motor=6 --forces --out '" + directory.file("push") + "'");
+  REQUIRE(pushed.status == 0);
+  CHECK(content(directory.file("push.html")).find("of applied forces") != std::string::npos);
+}
+
+TEST_CASE("arrows of forces that there are none of are refused before the run") {
+  const Directory directory;
+  const auto bare = qdot("run pendulum --forces --out '" + directory.file("x") + "'");
+  CHECK(bare.status == 2);
+  CHECK(bare.err.find("--forces: must stand with constraints or effects, but pendulum has T and V alone") != std::string::npos);
+  CHECK(directory.entries() == 0);
+  CHECK(qdot("run cartesian_pendulum --forces").err.find("--forces: must stand with --out PATH") != std::string::npos);
 }

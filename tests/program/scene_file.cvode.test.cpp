@@ -102,6 +102,7 @@ TEST_CASE("T and V are enough for a scene, and it is compiled once") {
   CHECK(entries() == 3);  // the library, what it depends on, and what the compiler said
   CHECK(qdot(arguments).status == 0);
   CHECK(entries() == 3);
+  CHECK(qdot("run " + scenes + "/least.cpp --forces --out " + directory.file("y")).err.find("with a scene that has a view, but least has plots only") != std::string::npos);
   const auto shown = qdot("list " + scenes + "/least.cpp");
   CHECK(shown.out.find("  V = ½ q₀² − q₀ + 2 q₁²\n") != std::string::npos);
   CHECK(shown.out.find("for example: qdot run " + scenes + "/least.cpp --out out/least") != std::string::npos);

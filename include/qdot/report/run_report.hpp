@@ -99,14 +99,13 @@ inline Facts run_facts(const ReportedRun& run, const ReportOptions& options) {
 }
 
 // Adds arrows of the forces at some points to the frames, all to one scale; the largest force is returned.
-inline double add_arrows(Animation& animation, const View& view, const ReportedRun& run, const std::vector<int>& at,
+inline double add_arrows(Animation& animation, const View& view, Eigen::Index dof, const std::function<Eigen::VectorXd(double)>& y_at, const std::vector<int>& at,
                          const std::function<Eigen::VectorXd(double, const Eigen::VectorXd&)>& force, double longest, int colour) {
-  const auto dof = static_cast<Eigen::Index>(run.dof);
   std::vector<std::vector<Point>> forces;
   double largest = 0, low_x = 0, high_x = 0, low_y = 0, high_y = 0;
   for (std::size_t k = 0; k < animation.times.size(); ++k) {
     const double t = animation.times[k];
-    const Eigen::VectorXd y = run.y(t);
+    const Eigen::VectorXd y = y_at(t);
     Eigen::VectorXd q = y.head(dof);
     Eigen::MatrixXd A(dof, 2 * static_cast<Eigen::Index>(at.size()));
     for (Eigen::Index j = 0; j < dof; ++j) {
@@ -176,7 +175,7 @@ inline Animation moving_picture(const ReportedRun& run, const ReportOptions& opt
   const auto arrows = [&](const char* of, const std::vector<int>& at, const auto& force, int colour) {
     if (at.empty()) return;
     if (!force) throw InvalidValue("arrows of " + std::string(of) + " were asked for, but the system has none; give the scene that the run is of, or leave them out");
-    facts.rows.push_back({"longest arrow", rounded_text(add_arrows(animation, options.view, run, at, force, options.longest_arrow, colour), 4), std::string("of ") + of});
+    facts.rows.push_back({"longest arrow", rounded_text(add_arrows(animation, options.view, dof, run.y, at, force, options.longest_arrow, colour), 4), std::string("of ") + of});
   };
   arrows("constraint forces", options.reactions_at, run.reactions, 1);
   arrows("applied forces", options.forces_at, run.forces, 2);
