@@ -51,13 +51,16 @@ TEMPLATE_TEST_CASE("what a run on constraints with watched events allocates does
 
 // Advances of a simulator from the hundredth on: by then the watch over the model has looked as often as it ever keeps.
 template <class System, class Start>
-long allocated_in_advances(const System& system, const Start& begin) {
+long allocated_in_advances(const System& system, const Start& begin, bool ramps = false) {
   Simulator plant(system, begin, Dop853{}, {.rtol = 1e-8});
   for (int k = 1; k <= 100; ++k) REQUIRE(plant.advance_to(1e-3 * k));
   const long before = memory::allocations;
   bool completed = true;
   for (int k = 101; k <= 1000; ++k) {
-    if (!plant.input_names().empty()) plant.set_input(0, -plant.q()[0]);
+    if (!plant.input_names().empty()) {
+      if (ramps) plant.ramp_input(0, -plant.q()[0], 1e-3 * (k + (k % 3 - 1) * 0.5));  // ends in this advance, with it, or in the next
+      if (!ramps) plant.set_input(0, -plant.q()[0]);
+    }
     completed = plant.advance_to(1e-3 * k) && completed;
   }
   const long during = memory::allocations - before;
@@ -70,6 +73,7 @@ TEST_CASE("a simulator's advances allocate nothing, on constraints and with inpu
   const auto free = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return 9.81 * q[1]; });
   CHECK(allocated_in_advances(scene(free, rod), start) == 0);
   CHECK(allocated_in_advances(scene(free, input("wind", 0)), start) == 0);
+  CHECK(allocated_in_advances(scene(free, interpolated(input("wind", 0))), start, true) == 0);
   CHECK(allocated_in_advances(free, start) == 0);
 }
 

@@ -67,15 +67,22 @@ struct ForceOnCoordinate {
   }
 };
 
-// visit(effect, place in y = [q; q̇; z], i) for each input of a scene, the i-th of its effect.
+// visit(effect, place in y = [q; q̇; z] of its first state) for each effect of a scene.
 template <class Sc, class Visit>
-void for_each_input(const Sc& scene, [[maybe_unused]] const Visit& visit) {
+void for_each_place(const Sc& scene, const Visit& visit) {
   Eigen::Index place = 2 * scene.dof();
   for_each(scene.effects(), [&](const auto& effect) {
-    using E = std::remove_cvref_t<decltype(effect)>;
+    visit(effect, place);
+    place += states_of<std::remove_cvref_t<decltype(effect)>>();
+  });
+}
+
+// visit(effect, place in y, i) for each input of a scene, the i-th of its effect.
+template <class Sc, class Visit>
+void for_each_input(const Sc& scene, [[maybe_unused]] const Visit& visit) {
+  for_each_place(scene, [&]<class E>(const E& effect, Eigen::Index place) {
     if constexpr (requires { E::is_input; })
       for (int i = 0; i < states_of<E>(); ++i) visit(effect, place + i, i);
-    place += states_of<E>();
   });
 }
 

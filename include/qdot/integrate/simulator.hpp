@@ -101,18 +101,14 @@ class EngineOf final : public Engine {
     y = packed(form_, start);
     dof = qdot::detail::dof(form_);
     for (Eigen::Index i = 0; i < form_.size(); ++i) components.push_back(form_.component_name(i));
-    if constexpr (requires { form_.scene().effects(); }) {
-      Eigen::Index place = 2 * form_.scene().dof();
-      for_each(form_.scene().effects(), [&](const auto& effect) {
-        using E = std::remove_cvref_t<decltype(effect)>;
+    if constexpr (requires { form_.scene().effects(); })
+      for_each_place(form_.scene(), [&]<class E>(const E& effect, Eigen::Index place) {
         if constexpr (requires { E::is_input; }) {
           for (int i = 0; i < states_of<E>(); ++i) add_input(input_name(effect, i), place + i, 0);
         } else if constexpr (requires { E::interpolated_inputs; }) {
           for (int i = 0; i < E::interpolated_inputs; ++i) add_input(input_name(effect.input, i), place + i, E::interpolated_inputs);
         }
-        place += states_of<E>();
       });
-    }
     driver_.stretch(t, y, t, 0);  // what is wrong with the start is said here
     if (!driver_.last().completed()) throw InvalidValue("a simulator cannot begin here: " + message());
     arrive();
@@ -257,7 +253,8 @@ class Simulator {
   void set_input(std::string_view name, double value) { set_input(index_of(name), value); }
   /// The input goes linearly from what it is to `value`, which it has exactly at t_reached and holds from then on.
   ///
-  /// Advances need not end there. To set or to ramp it again before that begins at what it is by then.
+  /// Advances need not end there. To set or to ramp it again before that begins at what it is by then. Slope, value and t_reached are states, too:
+  /// Options::state_norm_limit has to allow for them.
   ///
   /// @throws InvalidValue  no such input, one that is not interpolated(…), a value that is no finite number, a t_reached that is not after
   ///                       t(), or so soon that the slope is no number; nothing is changed

@@ -110,7 +110,11 @@ class FlowOf final : public FlowOfForm<decltype(first_order_form(std::declval<co
                 "closed or of friction that sticks, and leave it out where it is open or slips");
 
  public:
-  explicit FlowOf(const Sc& scene) : FlowOf::FlowOfForm(first_order_form(scene)), scene_(scene) {}
+  explicit FlowOf(const Sc& scene) : FlowOf::FlowOfForm(first_order_form(scene)), scene_(scene) {
+    for_each(scene.effects(), []<class E>(const E&) {
+      static_assert(!requires { E::interpolated_inputs; }, "qdot: equilibria and linearizations hold their inputs: put input(…) in place of interpolated(input(…))");
+    });
+  }
 
   Eigen::Index dof() const override { return scene_.dof(); }
   ConstraintsAt constraints(double t, const Eigen::VectorXd& y) const override { return constraints_at(scene_, t, y); }
