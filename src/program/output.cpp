@@ -172,7 +172,7 @@ std::vector<report::Array> arrays(const Result& result, Eigen::Index dof) {
 static void add_forces(report::Facts& facts, report::Animation& animation, const RunnableScene& scene, const Result& result) {
   if (animation.frames.empty()) return;
   const auto model = scene.model();
-  const report::View view{.points = [&](const Eigen::VectorXd& q, double t) { return scene.positions(q, t); }};
+  const report::View view{.drawing = animation.drawing, .points = [&](const Eigen::VectorXd& q, double t) { return scene.positions(q, t); }};
   std::vector<int> points(animation.frames.front().size());
   std::iota(points.begin(), points.end(), 0);
   const auto y = [&](double t) {

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "scenes/scene.hpp"
-#include "scenes/view.hpp"
 
 namespace qdot::scenes {
 
@@ -46,11 +45,10 @@ inline Scene<BeadOnHoop, 1> bead_on_hoop() {
       .coordinates = {{"theta", "rad"}},
       .start = {0.3},
       .t_end = 10.0,
-      .drawing = {report::line({3, 4}, 6), report::ellipse(0, 2, 3), report::trail(1, 0, 1.5), report::disk(1)},
+      .drawing = report::in_space({report::line({3, 4}, 6), report::ellipse(0, 2, 3), report::trail(1, 0, 1.5), report::disk(1)}),
       .positions = [](const BeadOnHoop& s, const Vector<double, 1>& q, double t) -> std::vector<Point> {
         const double c = s.R * std::cos(s.Omega * t), sn = s.R * std::sin(s.Omega * t);
-        return {{0.0, 0.0}, seen(c * std::sin(q[0]), sn * std::sin(q[0]), -s.R * std::cos(q[0])), seen(c, sn, 0.0),
-                seen(0.0, 0.0, s.R), seen(0.0, 0.0, -s.R)};
+        return {{0.0, 0.0, 0.0}, {c * std::sin(q[0]), sn * std::sin(q[0]), -s.R * std::cos(q[0])}, {c, sn, 0.0}, {0.0, 0.0, s.R}, {0.0, 0.0, -s.R}};
       },
   };
 }

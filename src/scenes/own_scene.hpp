@@ -34,7 +34,7 @@ namespace qdot::scenes {
 using OwnScene = std::unique_ptr<program::RunnableScene>;
 
 using program::runnable, program::runnable_with;
-using report::box, report::disk, report::ellipse, report::line, report::pivot, report::spring, report::trail;
+using report::box, report::disk, report::ellipse, report::in_space, report::line, report::pivot, report::spring, report::trail;
 
 }  // namespace qdot::scenes
 

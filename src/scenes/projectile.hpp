@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "scenes/scene.hpp"
-#include "scenes/view.hpp"
 
 namespace qdot::scenes {
 
@@ -33,9 +32,9 @@ inline Scene<Projectile, 3> projectile() {
       .coordinates = {{"x", "m"}, {"y", "m"}, {"z", "m"}},
       .start = {0.0, 0.0, 0.0, 10.0, 4.0, 14.0},
       .t_end = 2.8,
-      .drawing = {report::trail(0), report::trail(1, 6), report::disk(1, 6, 4), report::disk(0)},
+      .drawing = report::in_space({report::trail(0), report::trail(1, 6), report::disk(1, 6, 4), report::disk(0)}),
       .positions = [](const Projectile&, const Vector<double, 3>& q, double) -> std::vector<Point> {
-        return {seen(q[0], q[1], q[2]), seen(q[0], q[1], 0.0)};  // the point, and its shadow on the ground
+        return {{q[0], q[1], q[2]}, {q[0], q[1], 0.0}};  // the point, and its shadow on the ground
       },
   };
 }

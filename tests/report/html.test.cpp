@@ -38,6 +38,18 @@ TEST_CASE("a page contains its frames, its facts, and its title as text") {
   CHECK(text.find("id=\"scrub\"") != std::string::npos);
 }
 
+TEST_CASE("a picture in space has three numbers for each point, and a camera") {
+  Page page = page_with_animation();
+  CHECK(html(page).find("\"camera\"") == std::string::npos);
+  page.animation->drawing.camera = Camera{.side = 40, .above = 10};
+  page.animation->frames[1][1].z = 0.5;
+  page.animation->drawing.backdrop = {{{-1, 0, 0}, {1, 0, 2}}};
+  const std::string text = html(page);
+  CHECK(text.find("\"camera\":[40,10]") != std::string::npos);
+  CHECK(text.find("[0,0,0,0.25,-0.9682,0.5]") != std::string::npos);
+  CHECK(text.find("\"backdrop\":[[[-1,0,0],[1,0,2]]]") != std::string::npos);
+}
+
 TEST_CASE("a page without anything to play has no player") {
   Page page = page_with_animation();
   SECTION("no animation") { page.animation.reset(); }

@@ -58,6 +58,11 @@ TEST_CASE("the arrow of a rod's force on a mass that hangs on it is its weight, 
   CHECK_THAT(tip(page).x, WithinAbs(0.0, 1e-6));  // differences are good for so much
   CHECK_THAT(tip(page).y, WithinAbs(-1.0 + 0.25, 1e-6));  // a quarter of the picture
   CHECK(page.animation->drawing.shapes.back().points == std::vector<int>{1, 2});
+
+  const auto upright = [](const Eigen::VectorXd& q, double) { return std::vector<Point>{{0, 0, 0}, {q[0], 0, q[1]}}; };  // in space up is z
+  const Page space = run_page(hung, run, {.view = {in_space({line({0, 1}), disk(1)}), upright}, .reactions_at = {1}});
+  CHECK(fact(space, "longest arrow") == "20");
+  CHECK_THAT(tip(space).z, WithinAbs(-1.0 + 0.25, 1e-6));
 }
 
 TEST_CASE("the arrow at a point that stands for an angle is the torque over its lever, across it") {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "qdot/report/still.hpp"
 
+#include <cmath>
 #include <string>
 
 #include "catch2_bridge.hpp"
@@ -27,6 +28,18 @@ TEST_CASE("a still shows the last frame that is not after its time, and the way 
 
 TEST_CASE("a still of an animation without frames is refused") {
   CHECK_THROWS_AS(still_svg(Animation{}, 0.0, Plot{}), qdot::InvalidValue);
+}
+
+TEST_CASE("a still of a picture in space is that of the plane picture that its camera sees") {
+  // From 25° to the side and 20° above: x goes to (cos 25°, −sin 20° sin 25°), y to (sin 25°, sin 20° cos 25°), z to (0, cos 20°).
+  const Animation space{.drawing = in_space({line({0, 1, 2, 3})}), .times = {0.0}, .frames = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}};
+  const Animation plane{.drawing = {.shapes = {line({0, 1, 2, 3})}},
+                        .times = {0.0},
+                        .frames = {{{0, 0}, {0.90630778703665, -0.14454395845}, {0.42261826174070, 0.30997551921}, {0, 0.93969262078591}}}};
+  CHECK(still_svg(space, 0.0, Plot{}) == still_svg(plane, 0.0, Plot{}));
+  const Point above = seen_from({.side = 0, .above = 90}, {1, 2, 3});  // a map, north up
+  CHECK(above.x == 1);
+  CHECK(std::abs(above.y - 2) < 1e-15);
 }
 
 TEST_CASE("an arrow of a still is a line with a head at its second point, and nothing where it has no length") {

@@ -3,22 +3,35 @@
 //
 // A moving picture as plain data: points that move, and shapes that hang on them.
 //
-// Every frame is a list of points in the plane, always equally many; a shape names points by their index in the frame.
+// Every frame is a list of points in the plane or in space, always equally many; a shape names points by their index in the frame.
 // So a double pendulum is three points (pivot, two bobs), one line through them, two disks and the trail of the last:
 //
 //     Drawing{.shapes = {line({0, 1, 2}), pivot(0), disk(1), disk(2), trail(2)}}
+//
+// A drawing in space has a camera, in_space({line({0, 1}), disk(1)}), and z of its points is upwards. It is seen in parallel projection, in which
+// a circle is an ellipse and z stays upright; the reader of a page turns it.
 
+#include <cmath>
 #include <cstddef>
+#include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace qdot::report {
 
-/// A point of the picture, in the units of the model; y is upwards.
+/// A point of the picture, in the units of the model; y is upwards, or in space z.
 struct Point {
   double x = 0;  ///< to the right
-  double y = 0;  ///< upwards
+  double y = 0;  ///< upwards; in space away from who looks along y
+  double z = 0;  ///< of pictures in space: upwards
+};
+
+/// From where a picture in space is seen at first.
+struct Camera {
+  double side = 25;   ///< degrees to the right of the y axis' back
+  double above = 20;  ///< degrees above the plane of x and y
 };
 
 /// Something to draw; what `points` and `size` mean depends on the kind.
@@ -71,7 +84,17 @@ inline Shape arrow(int from, int to, int colour = 1) { return {Shape::Kind::arro
 struct Drawing {
   std::vector<Shape> shapes{};                 ///< one over the other
   std::vector<std::vector<Point>> backdrop{};  ///< lines behind them
+  std::optional<Camera> camera{};              ///< of a picture in space; none for one in the plane, where z is not looked at
 };
+
+/// A drawing whose points are in space.
+inline Drawing in_space(std::vector<Shape> shapes, Camera camera = {}) { return {std::move(shapes), {}, camera}; }
+
+/// Where a camera sees a point of space, in a plane picture.
+inline Point seen_from(const Camera& camera, const Point& p) {
+  const double side = camera.side * std::numbers::pi / 180, above = camera.above * std::numbers::pi / 180;
+  return {std::cos(side) * p.x + std::sin(side) * p.y, std::cos(above) * p.z + std::sin(above) * (std::cos(side) * p.y - std::sin(side) * p.x)};
+}
 
 /// A drawing with its frames: `frames[i]` are the points at `times[i]`.
 struct Animation {
@@ -80,5 +103,16 @@ struct Animation {
   std::vector<std::vector<Point>> frames{};  ///< points at each time
   std::string time_unit = "s";               ///< as the page shows it
 };
+
+/// The same as a plane picture, as its camera sees it; as it is where it has none.
+inline Animation as_seen(Animation animation) {
+  if (!animation.drawing.camera) return animation;
+  const Camera camera = *animation.drawing.camera;
+  animation.drawing.camera.reset();
+  for (auto* lines : {&animation.frames, &animation.drawing.backdrop})
+    for (auto& points : *lines)
+      for (Point& p : points) p = seen_from(camera, p);
+  return animation;
+}
 
 }  // namespace qdot::report

@@ -107,7 +107,7 @@ inline Facts mark_facts(const std::vector<Mark>& marks, const std::string& time_
 inline double picture_size(const Animation& animation) {
   double size = 0;
   for (const auto& frame : animation.frames) {
-    for (const Point& p : frame) size = std::max({size, std::abs(p.x), std::abs(p.y)});
+    for (const Point& p : frame) size = std::max({size, std::abs(p.x), std::abs(p.y), animation.drawing.camera ? std::abs(p.z) : 0.0});
   }
   return size > 0 ? size : 1.0;
 }
@@ -115,6 +115,7 @@ inline double picture_size(const Animation& animation) {
 inline std::string animation_json(const Animation& animation) {
   static constexpr std::array<std::string_view, 8> kinds = {"line", "spring", "disk", "trail", "pivot", "box", "ellipse", "arrow"};
   const int decimals = std::clamp(static_cast<int>(std::ceil(4 - std::log10(picture_size(animation)))), 0, 300);
+  const std::optional<Camera>& camera = animation.drawing.camera;
   const auto joined = [](const auto& items, const auto& text_of) {
     std::string text = "[";
     for (const auto& item : items) {
@@ -125,7 +126,7 @@ inline std::string animation_json(const Animation& animation) {
     return text;
   };
   const auto frame_json = [&](const std::vector<Point>& frame) {
-    return joined(frame, [&](const Point& p) { return fixed_text(p.x, decimals) + "," + fixed_text(p.y, decimals); });
+    return joined(frame, [&](const Point& p) { return fixed_text(p.x, decimals) + "," + fixed_text(p.y, decimals) + (camera ? "," + fixed_text(p.z, decimals) : ""); });
   };
   const auto shape_json = [&](const Shape& shape) {
     return "{\"kind\":\"" + std::string(kinds[static_cast<std::size_t>(shape.kind)]) + "\",\"points\":" +
@@ -133,11 +134,13 @@ inline std::string animation_json(const Animation& animation) {
            ",\"size2\":" + exact_text(shape.size2) + ",\"colour\":" + std::to_string(shape.colour) + "}";
   };
   const auto line_json = [&](const std::vector<Point>& points) {
-    return joined(points, [&](const Point& p) { return joined(std::array{p.x, p.y}, [](double x) { return rounded_text(x); }); });
+    return joined(points, [&](const Point& p) {
+      return joined(camera ? std::vector{p.x, p.y, p.z} : std::vector{p.x, p.y}, [](double x) { return rounded_text(x); });
+    });
   };
   const double duration = animation.times.back() - animation.times.front();
   return "{\"unit\":\"" + plain_json_text(animation.time_unit) + "\",\"rate\":" + exact_text(playing_rate(duration)) +
-         ",\n\"shapes\":" + joined(animation.drawing.shapes, shape_json) +
+         (camera ? ",\n\"camera\":[" + rounded_text(camera->side) + "," + rounded_text(camera->above) + "]" : "") + ",\n\"shapes\":" + joined(animation.drawing.shapes, shape_json) +
          ",\n\"backdrop\":" + joined(animation.drawing.backdrop, line_json) +
          ",\n\"times\":" + joined(animation.times, [](double t) { return rounded_text(t, 8); }) +
          ",\n\"frames\":" + joined(animation.frames, frame_json) + "}";
@@ -149,7 +152,7 @@ inline bool playable(const std::optional<Animation>& animation) {
   if (!(animation->times.back() > animation->times.front())) return false;
   return std::all_of(animation->frames.begin(), animation->frames.end(), [&](const std::vector<Point>& frame) {
     return frame.size() == animation->frames.front().size() &&
-           std::all_of(frame.begin(), frame.end(), [](Point p) { return std::isfinite(p.x) && std::isfinite(p.y); });
+           std::all_of(frame.begin(), frame.end(), [](Point p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); });
   });
 }
 

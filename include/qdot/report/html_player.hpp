@@ -5,7 +5,7 @@
 //
 // The player draws on a canvas: it scales the model's plane to fit with equal units on both axes, interpolates between
 // frames, and moves a cursor along every plot whose x axis is time. Space plays and pauses, the arrow keys step. It starts by
-// itself unless the reader asked the system for less motion.
+// itself unless the reader asked the system for less motion. A picture in space is turned by dragging it, or by shift and the arrow keys.
 
 namespace qdot::report::detail {
 
@@ -51,16 +51,16 @@ inline constexpr const char* player_script = R"js(
   const canvas = document.getElementById('stage'), pen = canvas.getContext('2d');
   const play = document.getElementById('play'), scrub = document.getElementById('scrub');
   const speed = document.getElementById('speed'), clock = document.getElementById('clock');
-  const times = data.times, frames = data.frames, last = times.length - 1;
+  const times = data.times, last = times.length - 1;
+  let frames = data.frames, backdrop = data.backdrop, box = [Infinity, Infinity, -Infinity, -Infinity];
   const start = times[0], end = times[last], decimals = Math.max(0, 2 - Math.floor(Math.log10((end - start) / 10)));
   let now = start, playing = false, before = 0, width = 0, height = 0, zoom = 1, shiftX = 0, shiftY = 0;
 
   // What must be visible: every point of every frame, the boxes around points, the backdrop.
-  let box = [Infinity, Infinity, -Infinity, -Infinity];
   const see = (x, y) => { box = [Math.min(box[0], x), Math.min(box[1], y), Math.max(box[2], x), Math.max(box[3], y)]; };
   const hidden = new Set(data.shapes.filter(s => s.kind === 'ellipse').flatMap(s => s.points));
   data.shapes.filter(s => s.kind !== 'ellipse').forEach(s => s.points.forEach(p => hidden.delete(p)));
-  for (const f of frames) {
+  const findBox = () => { for (const f of frames) {
     for (let i = 0; i < f.length; i += 2) if (!hidden.has(i / 2)) see(f[i], f[i + 1]);
     for (const s of data.shapes) {
       if (s.kind === 'box') {
@@ -73,7 +73,44 @@ inline constexpr const char* player_script = R"js(
       }
     }
   }
-  data.backdrop.forEach(l => l.forEach(p => see(p[0], p[1])));
+  backdrop.forEach(l => l.forEach(p => see(p[0], p[1]))); };
+
+  // Of a picture in space, what a camera sees from angles in degrees. Whatever these are, the ball around all that it can see has its place.
+  let side = 0, above = 0, ball = 0;
+  function look() {
+    const ca = Math.cos(side * Math.PI / 180), sa = Math.sin(side * Math.PI / 180), ce = Math.cos(above * Math.PI / 180), se = Math.sin(above * Math.PI / 180);
+    const eye = (x, y, z) => [ca * x + sa * y, ce * z + se * (ca * y - sa * x)];
+    frames = data.frames.map(f => { const g = []; for (let i = 0; i < f.length; i += 3) g.push(...eye(f[i], f[i + 1], f[i + 2])); return g; });
+    backdrop = data.backdrop.map(l => l.map(p => eye(...p)));
+    const c = eye(...centre);
+    box = [c[0] - ball, c[1] - ball, c[0] + ball, c[1] + ball];
+  }
+  const centre = [0, 0, 0];
+  if (data.camera) {
+    const lo = [Infinity, Infinity, Infinity], hi = [-Infinity, -Infinity, -Infinity], corners = [];
+    const reach = (f, i, sign, o) => [0, 1, 2].map(k => o === undefined ? f[3 * i + k] : f[3 * o + k] + sign * (f[3 * i + k] - f[3 * o + k]));
+    for (const f of data.frames) {
+      for (let i = 0; 3 * i < f.length; ++i) corners.push(reach(f, i));
+      for (const s of data.shapes) if (s.kind === 'ellipse') for (const end of [1, 2]) corners.push(reach(f, s.points[end], -1, s.points[0]));
+    }
+    data.backdrop.forEach(l => corners.push(...l));
+    for (const p of corners) for (const k of [0, 1, 2]) { lo[k] = Math.min(lo[k], p[k]); hi[k] = Math.max(hi[k], p[k]); }
+    for (const k of [0, 1, 2]) centre[k] = (lo[k] + hi[k]) / 2;
+    for (const p of corners) ball = Math.max(ball, Math.hypot(p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]));
+    [side, above] = data.camera;
+    const from = /[#&]view=([-+.\deE]+),([-+.\deE]+)/.exec(location.hash);  // page.html#view=40,10 opens with that camera
+    if (from) { side = Number(from[1]); above = Number(from[2]); }
+    look();
+    canvas.style.cursor = 'grab'; canvas.style.touchAction = 'none';
+    let grip = [0, 0];
+    canvas.addEventListener('pointerdown', e => { canvas.setPointerCapture(e.pointerId); grip = [e.clientX, e.clientY]; });
+    canvas.addEventListener('pointermove', e => {
+      if (!(e.buttons & 1)) return;
+      turn((grip[0] - e.clientX) / 2, (e.clientY - grip[1]) / 2);
+      grip = [e.clientX, e.clientY];
+    });
+  } else findBox();
+  function turn(right, up) { side = (side + right) % 360; above = Math.max(-90, Math.min(90, above + up)); look(); resize(); }
 
   const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   let ink, muted, rule, card, series;
@@ -135,7 +172,7 @@ inline constexpr const char* player_script = R"js(
     pen.clearRect(0, 0, width, height);
     pen.lineJoin = pen.lineCap = 'round';
     pen.strokeStyle = muted; pen.globalAlpha = 0.55; pen.lineWidth = 1.5;
-    for (const l of data.backdrop) { pen.beginPath(); l.forEach(q => pen.lineTo(X(q[0]), Y(q[1]))); pen.stroke(); }
+    for (const l of backdrop) { pen.beginPath(); l.forEach(q => pen.lineTo(X(q[0]), Y(q[1]))); pen.stroke(); }
     pen.globalAlpha = 1;
     for (const s of data.shapes) {
       const n = s.points[0];
@@ -214,7 +251,9 @@ inline constexpr const char* player_script = R"js(
   document.addEventListener('keydown', e => {
     if (e.target instanceof HTMLSelectElement || e.target === scrub) return;
     if (e.key === ' ') { if (e.target !== play) { e.preventDefault(); play.onclick(); } }
-    else if (e.key === 'ArrowRight' || e.key === 'ArrowLeft') {
+    else if (data.camera && e.shiftKey && e.key.startsWith('Arrow')) {
+      e.preventDefault(); turn(5 * ((e.key === 'ArrowRight') - (e.key === 'ArrowLeft')), 5 * ((e.key === 'ArrowUp') - (e.key === 'ArrowDown')));
+    } else if (e.key === 'ArrowRight' || e.key === 'ArrowLeft') {
       pause(); now += (e.key === 'ArrowRight' ? 1 : -1) * (end - start) / 200;
       now = Math.min(end, Math.max(start, now)); draw();
     }

@@ -102,12 +102,13 @@ inline Facts run_facts(const ReportedRun& run, const ReportOptions& options) {
 inline double add_arrows(Animation& animation, const View& view, Eigen::Index dof, const std::function<Eigen::VectorXd(double)>& y_at, const std::vector<int>& at,
                          const std::function<Eigen::VectorXd(double, const Eigen::VectorXd&)>& force, double longest, int colour) {
   std::vector<std::vector<Point>> forces;
-  double largest = 0, low_x = 0, high_x = 0, low_y = 0, high_y = 0;
+  Eigen::Array3d low, high;  // of all points
+  double largest = 0;
   for (std::size_t k = 0; k < animation.times.size(); ++k) {
     const double t = animation.times[k];
     const Eigen::VectorXd y = y_at(t);
     Eigen::VectorXd q = y.head(dof);
-    Eigen::MatrixXd A(dof, 2 * static_cast<Eigen::Index>(at.size()));
+    Eigen::MatrixXd A(dof, 3 * static_cast<Eigen::Index>(at.size()));
     for (Eigen::Index j = 0; j < dof; ++j) {
       const double h = 1e-5 * std::max(1.0, std::abs(q[j])), here = q[j];
       q[j] = here + h;
@@ -117,30 +118,34 @@ inline double add_arrows(Animation& animation, const View& view, Eigen::Index do
       q[j] = here;
       for (std::size_t i = 0; i < at.size(); ++i) {
         const auto p = static_cast<std::size_t>(at[i]);
-        A(j, 2 * static_cast<Eigen::Index>(i)) = (ahead[p].x - behind[p].x) / (2 * h);
-        A(j, 2 * static_cast<Eigen::Index>(i) + 1) = (ahead[p].y - behind[p].y) / (2 * h);
+        const auto column = 3 * static_cast<Eigen::Index>(i);
+        A(j, column) = (ahead[p].x - behind[p].x) / (2 * h);
+        A(j, column + 1) = (ahead[p].y - behind[p].y) / (2 * h);
+        A(j, column + 2) = view.drawing.camera ? (ahead[p].z - behind[p].z) / (2 * h) : 0.0;
       }
     }
     constexpr double no_motion = 1e-8;  // of differences, beside the largest slope
     const Eigen::VectorXd F = qdot::detail::shortest_step(A, force(t, y), no_motion).x;
     std::vector<Point> each;
     for (std::size_t i = 0; i < at.size(); ++i) {
-      each.push_back({F[2 * static_cast<Eigen::Index>(i)], F[2 * static_cast<Eigen::Index>(i) + 1]});
-      largest = std::max(largest, std::hypot(each.back().x, each.back().y));
+      const auto column = 3 * static_cast<Eigen::Index>(i);
+      each.push_back({F[column], F[column + 1], F[column + 2]});
+      largest = std::max(largest, std::hypot(each.back().x, each.back().y, each.back().z));
     }
     forces.push_back(std::move(each));
     for (const Point& p : animation.frames[k]) {
-      if (k == 0 && &p == animation.frames[0].data()) low_x = high_x = p.x, low_y = high_y = p.y;
-      low_x = std::min(low_x, p.x), high_x = std::max(high_x, p.x), low_y = std::min(low_y, p.y), high_y = std::max(high_y, p.y);
+      const Eigen::Array3d place(p.x, p.y, view.drawing.camera ? p.z : 0.0);
+      if (k == 0 && &p == animation.frames[0].data()) low = high = place;
+      low = low.min(place), high = high.max(place);
     }
   }
-  const double extent = std::max(high_x - low_x, high_y - low_y);
+  const double extent = (high - low).maxCoeff();
   const double scale = largest > 0 ? longest * (extent > 0 ? extent : 1.0) / largest : 0.0;
   const int before = static_cast<int>(animation.frames.front().size());
   for (std::size_t k = 0; k < forces.size(); ++k) {
     for (std::size_t i = 0; i < at.size(); ++i) {
       const Point from = animation.frames[k][static_cast<std::size_t>(at[i])];
-      animation.frames[k].push_back({from.x + scale * forces[k][i].x, from.y + scale * forces[k][i].y});
+      animation.frames[k].push_back({from.x + scale * forces[k][i].x, from.y + scale * forces[k][i].y, from.z + scale * forces[k][i].z});
     }
   }
   for (std::size_t i = 0; i < at.size(); ++i) animation.drawing.shapes.push_back(arrow(at[i], before + static_cast<int>(i), colour));
@@ -169,7 +174,7 @@ inline Animation moving_picture(const ReportedRun& run, const ReportOptions& opt
     animation.times.push_back(t);
     animation.frames.push_back(options.view.points(run.y(t).head(dof), t));
     const auto& points = animation.frames.back();
-    if (points.size() != count || std::any_of(points.begin(), points.end(), [](Point p) { return !std::isfinite(p.x) || !std::isfinite(p.y); }))
+    if (points.size() != count || std::any_of(points.begin(), points.end(), [](Point p) { return !std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z); }))
       throw InvalidValue("a view must give equally many points at all times (" + std::to_string(count) + " at the start), and finite ones; at t = " + rounded_text(t, 8) + " it does not");
   }
   const auto arrows = [&](const char* of, const std::vector<int>& at, const auto& force, int colour) {

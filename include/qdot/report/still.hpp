@@ -124,8 +124,9 @@ inline std::string still_shape(const Shape& shape, const Animation& animation, s
 /// The animation at the last frame that is not after t, beside a plot; an SVG file of its own.
 ///
 /// @throws InvalidValue  when the animation has no frames
-inline std::string still_svg(const Animation& animation, double t, Plot plot) {
+inline std::string still_svg(const Animation& given, double t, Plot plot) {
   using namespace detail;
+  const Animation animation = as_seen(given);
   if (animation.frames.empty()) throw InvalidValue("a still shows a frame of an animation; this one has none");
   std::size_t now = 0;
   while (now + 1 < animation.frames.size() && animation.times[now + 1] <= t) ++now;
