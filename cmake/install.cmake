@@ -22,7 +22,7 @@ install(EXPORT qdot-optimal-targets NAMESPACE qdot:: DESTINATION ${package_dir})
 
 # qdot_add_scene compiles the commands of the program where they are used, with the user's compiler and options; qdot_add_fmu the functions of FMI.
 set(qdot_program_folder ${CMAKE_INSTALL_DATADIR}/qdot/src)
-set(own_scene_headers ${PROJECT_SOURCE_DIR}/src/scenes/scene.hpp ${PROJECT_SOURCE_DIR}/src/scenes/own_scene.hpp)
+set(own_scene_headers ${PROJECT_SOURCE_DIR}/src/scenes/scene.hpp ${PROJECT_SOURCE_DIR}/src/scenes/own_scene.hpp ${PROJECT_SOURCE_DIR}/src/scenes/view.hpp)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/program ${PROJECT_SOURCE_DIR}/src/own ${PROJECT_SOURCE_DIR}/src/fmi DESTINATION ${qdot_program_folder}
   FILES_MATCHING PATTERN *.hpp PATTERN *.cpp PATTERN CMakeLists.txt)
 install(FILES ${own_scene_headers} DESTINATION ${qdot_program_folder}/scenes)

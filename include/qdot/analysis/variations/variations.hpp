@@ -59,7 +59,7 @@ class Variations final : public VariationalEquations {
   void write_rates(double t, const double* y, double* ydot) const override {
     const Eigen::Map<const Eigen::MatrixXd> Phi(y + size_, size_, columns_);
     Eigen::Map<Eigen::MatrixXd> rate(ydot + size_, size_, columns_);
-    for (Eigen::Index i = 0; i < size_; ++i) largest_[i] = std::max(largest_[i], std::abs(y[i]));
+    note_size(y);
     if constexpr (mechanical_form<Form>::value) {
       const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof_), qdot = Eigen::Map<const Vector<double, n>>(y + dof_, dof_);
       const AccelerationJacobian<n> a = acceleration_jacobian(form().system(), q, qdot, t);
@@ -105,7 +105,7 @@ class Variations final : public VariationalEquations {
   }
 
   void write_state_rates(double t, const double* y, double* ydot) const override {
-    for (Eigen::Index i = 0; i < size_; ++i) largest_[i] = std::max(largest_[i], std::abs(y[i]));
+    note_size(y);
     form().derivative(t, Eigen::Map<const Eigen::VectorXd>(y, size_), Eigen::Map<Eigen::VectorXd>(ydot, size_));
   }
   void write_state_jacobian(double t, const double* y, Eigen::Ref<Eigen::MatrixXd> J) const override {
