@@ -175,8 +175,7 @@ class Driver {
 
   // Appends the step to the run, as far as events let it.
   bool kept() {
-    if constexpr (watches)
-      if (watch_.looks_at_steps()) return passed_events();
+    if constexpr (watches) if (watch_.looks_at_steps()) return passed_events();
     return kept_whole();
   }
 
@@ -278,8 +277,7 @@ class Driver {
   bool projected() {
     if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
       static_assert(CorrectableStepper<S>, "qdot: this method cannot keep a system on its constraints; use Dop853, Dopri5 or CvodeBdf");
-      if constexpr (requires { system_.is_constrained(); })
-        if (!system_.is_constrained()) return true;
+      if constexpr (requires { system_.is_constrained(); }) if (!system_.is_constrained()) return true;
       return guarded([&] {
         projected_ = stepper_.y();
         count_projection(system_.project(stepper_.t(), projected_));
