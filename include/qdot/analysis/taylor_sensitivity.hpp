@@ -51,33 +51,17 @@ class RecorderOf final : public VariationalRecorder {
 
   RecordedMotion record(std::vector<int>& theta) const override {
     if constexpr (has_parameters) {
-      constexpr int n = Model::n;
-      RecordedMotion m;
-      formula::Graph& graph = m.recording.graph;
-      m.q = new_variables(m.recording, 0, n);
-      m.qdot = new_variables(m.recording, n, n);
-      m.t = graph.variable(2 * n);
-      theta = new_variables(m.recording, 2 * n + 1, model_->p.size());
-      run(m, theta);
-      m.p = graph.gradient(m.returned[0], m.qdot);
-      m.force = graph.gradient(graph.difference(m.returned[0], m.returned[1]), m.q);
-      for (std::size_t i = 0; i < m.p.size(); ++i) {
-        const std::vector<int> row = graph.gradient(m.p[i], m.qdot);
-        m.mass.insert(m.mass.end(), row.begin(), row.begin() + static_cast<std::ptrdiff_t>(i) + 1);
-      }
-      return m;
+      return recorded_energies(Model::n, [&](RecordedMotion& m) {
+        theta = new_variables(m.recording, 2 * Model::n + 1, model_->p.size());
+        run(m, theta);
+      });
     } else {
       return (void)theta, recorded_motion(model_->form);
     }
   }
   bool holds(RecordedMotion& m, const std::vector<int>& theta) const override {
     if constexpr (has_parameters) {
-      m.returned.swap(m.returned_before);
-      m.returned.clear();
-      m.recording.assumptions.swap(m.assumed_before);
-      m.recording.assumptions.clear();
-      run(m, theta);
-      return m.returned == m.returned_before && m.recording.assumptions == m.assumed_before;
+      return still_holds(m, [&](RecordedMotion& again) { run(again, theta); });
     } else {
       return (void)theta, still_holds(m, model_->form);
     }

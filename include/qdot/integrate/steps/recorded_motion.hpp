@@ -26,6 +26,7 @@
 // compares.
 
 #include <Eigen/Core>
+#include <concepts>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -163,15 +164,15 @@ void run_rows(RecordedMotion& m, const E& e) {
   }
 }
 
-// Of T and V alone.
-template <int n, class Energies>
-RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof) {
+// Of T and V alone, which run(m) runs.
+template <class Run>
+RecordedMotion recorded_energies(Eigen::Index dof, const Run& run) {
   RecordedMotion m;
   formula::Graph& graph = m.recording.graph;
   m.q = new_variables(m.recording, 0, dof);
   m.qdot = new_variables(m.recording, dof, dof);
   m.t = graph.variable(static_cast<int>(2 * dof));
-  run_energies<n>(m, energies);
+  run(m);
   const int T = m.returned[0], V = m.returned[1];
   m.p = graph.gradient(T, m.qdot);
   m.force = graph.gradient(graph.difference(T, V), m.q);
@@ -180,6 +181,11 @@ RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof) {
     m.mass.insert(m.mass.end(), row.begin(), row.begin() + static_cast<std::ptrdiff_t>(i) + 1);
   }
   return m;
+}
+
+template <int n, class Energies>
+RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof) {
+  return recorded_energies(dof, [&](RecordedMotion& m) { run_energies<n>(m, energies); });
 }
 
 // One effect, if it is a constraint.
@@ -241,20 +247,24 @@ void run_again(RecordedMotion& m, const SceneForm<Sc>& form) {
   if constexpr (Sc::has_constraints) std::apply([&](const auto&... effect) { (run_rows<n>(m, effect), ...); }, form.scene().effects());
 }
 
-/// Whether the functors of `form` are the formulas that were recorded, with the same constants.
+/// Whether functors are the formulas that were recorded, with the same constants: those that run(m) runs, or of a form.
 ///
 /// Runs them once more. A graph makes every node once, so the same formulas give the same nodes: a few hash look-ups for each
 /// operation, and no derivative.
 ///
 /// @throws NotAnalytic  one of them compares values or has a kink by now
-template <class Form>
-bool still_holds(RecordedMotion& m, const Form& form) {
+template <std::invocable<RecordedMotion&> Run>
+bool still_holds(RecordedMotion& m, const Run& run) {
   m.returned.swap(m.returned_before);
   m.returned.clear();
   m.recording.assumptions.swap(m.assumed_before);
   m.recording.assumptions.clear();
-  run_again(m, form);
+  run(m);
   return m.returned == m.returned_before && m.recording.assumptions == m.assumed_before;
+}
+template <class Form>
+bool still_holds(RecordedMotion& m, const Form& form) {
+  return still_holds(m, [&](RecordedMotion& again) { run_again(again, form); });
 }
 
 }  // namespace detail
