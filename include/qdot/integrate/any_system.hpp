@@ -55,6 +55,7 @@ struct HiddenSystem {
   virtual std::string ending(Eigen::Index k) const = 0;
   virtual std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const = 0;
   virtual std::unique_ptr<AnyWatch> watch(const Options& options) const = 0;
+  virtual std::shared_ptr<const HiddenSystem> renewed() const = 0;  // nothing where nothing of the functors is kept
 };
 
 template <FirstOrderSystem Form>
@@ -111,6 +112,15 @@ class HiddenForm final : public HiddenSystem {
     return {};
   }
   std::unique_ptr<AnyWatch> watch(const Options& options) const override { return std::make_unique<WatchOf<Form>>(form_, options); }
+  std::shared_ptr<const HiddenSystem> renewed() const override {
+    if constexpr (requires(Form& form) { form.renew(); }) {
+      auto fresh = std::make_shared<HiddenForm>(form_);
+      fresh->form_.renew();
+      return fresh;
+    } else {
+      return nullptr;
+    }
+  }
 
  private:
   State<n> own(const State<Dynamic>& state) const {
@@ -180,6 +190,10 @@ class AnySystem {
   /// Gives y the velocities and phases that follow when guards have reached zero; says what happened.
   std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const {
     return hidden_->switched(t, y, fired, tolerance);
+  }
+  /// Makes anew what is kept of the functors, a constant M: a method begins with the model as it is then. Copies keep what they have.
+  void renew() {
+    if (auto fresh = hidden_->renewed()) hidden_ = std::move(fresh);
   }
   /// What looks at M, the constraints and the time while a run goes on; the system outlives it.
   std::unique_ptr<detail::AnyWatch> watch(const Options& options) const { return hidden_->watch(options); }
