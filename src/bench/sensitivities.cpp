@@ -3,6 +3,7 @@
 // What derivatives of a motion cost: a run with k columns of Φ beside the same run without, and one with the adjoint behind it. Central differences would
 // take 2k runs more.
 #include "qdot/analysis/adjoint.hpp"
+#include "qdot/analysis/second_sensitivity.hpp"
 #include "qdot/analysis/sensitivity.hpp"
 #include "qdot/analysis/taylor_sensitivity.hpp"
 
@@ -90,6 +91,10 @@ Findings measured() {
   add_row(found.rows, "double pendulum by Taylor, k = 4: the start", by_series, [&] { return sensitivities(pendulum, start, t_end, Taylor{}, options).completed(); });
   add_row(found.rows, "double pendulum by Taylor, k = 8: the start and four parameters", by_series,
           [&] { return sensitivities(energies_of, p, start, t_end, Taylor{}, options).completed(); });
+  add_row(found.rows, "double pendulum by Taylor, second derivatives by a length", by_series,
+          [&] { return second_sensitivities(energies_of, one, start, t_end, Taylor{}, options, {}, {.start = false}).completed(); });
+  add_row(found.rows, "double pendulum by Taylor, second derivatives by the start", by_series,
+          [&] { return second_sensitivities(pendulum, start, t_end, Taylor{}, options).completed(); });
   const auto family = [&](const Vector<double, 1>& k) { return problem(mechanical_system<2>(DoublePendulum<double>{1.0, 1.0, 1.0, k[0]}), start); };
   add_row(found.rows, "double pendulum, k = 1: a length, by a family", plain,
           [&] { return sensitivities(family, one, t_end, Dop853{}, options).completed(); });

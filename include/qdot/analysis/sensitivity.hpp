@@ -152,16 +152,26 @@ EventSensitivity differentiated(const RecordedEvent& event, const std::vector<Na
   return found;
 }
 
+// The model of p ↦ (T, V) at p.
+template <int n, class EnergiesOf, class P, class List>
+auto energies_model(const EnergiesOf& energies_of, const P& p, const List& events) {
+  static_assert(n != Dynamic, "qdot: parameters of energies need the number of coordinates in the type of the start, State<2>{…}");
+  require_finite_parameters(p);
+  const auto system = mechanical_system<n>(energies_of(p));
+  using Form = FormOf<decltype(system)>;
+  return EnergiesModel<Form, List, EnergiesOf, P::SizeAtCompileTime>{{first_order_form(system), events}, energies_of, p};
+}
+
 // What a method needs of a model besides the variational equations.
 template <class Method, class Model>
 struct Preparation {
   static void prepare(Variations<Model>&) {}
 };
 
-// The derivatives of the run of a model from its start.
+// The derivatives of the run of a model from its start; of second order, too, they stand in its states behind Φ (analysis/second_sensitivity.hpp).
 template <class Model, class Start, class List, class StartSlope>
 auto sensitivities_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options,
-                      const WithRespectTo& wanted, const StartSlope& slope_of_start) {
+                      const WithRespectTo& wanted, const StartSlope& slope_of_start, int order = 1) {
   static_assert(SteppingMethod<std::remove_cvref_t<decltype(method)>, VariationalForm<can_jump<Model>>>,
                 "qdot: sensitivities are integrated by Dop853, Dopri5, CvodeBdf, CvodeAdams, and without constraints or contacts by Taylor "
                 "(analysis/taylor_sensitivity.hpp)");
@@ -170,9 +180,10 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
   Preparation<std::remove_cvref_t<decltype(method)>, Model>::prepare(equations);
   const Eigen::Index size = equations.state_size(), columns = equations.columns();
   if (columns == 0) throw InvalidValue("sensitivities must be with respect to something; ask for the start, for its time, or give parameters");
+  if (order == 2) equations.pairs = columns * (columns + 1) / 2;
   const Eigen::VectorXd both = begun(equations, start, options, slope_of_start);
   if (options.atol.size() > 1) {
-    Eigen::VectorXd each(size * (1 + columns));
+    Eigen::VectorXd each(equations.size());
     for (Eigen::Index i = 0; i < each.size(); ++i) each[i] = options.atol[i % size];
     options.atol = each;
   }
@@ -231,13 +242,7 @@ template <class EnergiesOf, class P, int n, class Method, class... Events>
   requires std::is_invocable_v<const EnergiesOf&, const P&>
 auto sensitivities(const EnergiesOf& energies_of, const P& p, const State<n>& start, double t_end, const Method& method, const Options& options = {},
                    const EventList<Events...>& events = {}, const WithRespectTo& wanted = {}) {
-  static_assert(n != Dynamic, "qdot: parameters of energies need the number of coordinates in the type of the start, State<2>{…}");
-  detail::require_finite_parameters(p);
-  const auto system = mechanical_system<n>(energies_of(p));
-  using Form = detail::FormOf<decltype(system)>;
-  using Model = detail::EnergiesModel<Form, EventList<Events...>, EnergiesOf, P::SizeAtCompileTime>;
-  return detail::sensitivities_of(Model{{first_order_form(system), events}, energies_of, p}, start, events, t_end, method, options, wanted,
-                                  detail::FixedStart{});
+  return detail::sensitivities_of(detail::energies_model<n>(energies_of, p, events), start, events, t_end, method, options, wanted, detail::FixedStart{});
 }
 
 /// The same for a family of problems, which may differ in everything.

@@ -140,7 +140,7 @@ Eigen::VectorXd begun(Variations<Model>& equations, const Start& start, const Op
     require_existing_entries(equations.form().scene().system(), y0.data(), start.t);
   equations.tolerances.push_back(options.rtol);
   for (Eigen::Index i = 0; i < size; ++i) equations.tolerances.push_back(options.atol[i]);
-  Eigen::VectorXd both = Eigen::VectorXd::Zero(size * (1 + columns)), settled = y0;
+  Eigen::VectorXd both = Eigen::VectorXd::Zero(equations.size()), settled = y0;
   if constexpr (SwitchingSystem<Form>) {
     Eigen::VectorXd resolution(size);
     for (Eigen::Index i = 0; i < size; ++i) resolution[i] = options.rtol * std::abs(y0[i]) + options.atol[i];

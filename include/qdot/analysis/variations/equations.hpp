@@ -58,7 +58,7 @@ struct Crossing {
   double speed = 0.0;    // dh/dt along the motion
 };
 
-struct VariationalRecorder;  // analysis/taylor_sensitivity.hpp
+struct VariationalRecorder;  // variation_series.hpp
 
 // What an event is where parameter `column` is displaced by s.
 struct Surface {
@@ -73,7 +73,7 @@ class VariationalEquations {
 
   Eigen::Index state_size() const noexcept { return size_; }
   Eigen::Index columns() const noexcept { return columns_; }
-  Eigen::Index size() const noexcept { return size_ * (1 + columns_); }
+  Eigen::Index size() const noexcept { return size_ * (1 + columns_ + pairs); }
   Eigen::Index dof() const noexcept { return dof_; }
 
   // Of the columns of Φ for the state at the start, which entry of y each of them displaces.
@@ -129,6 +129,7 @@ class VariationalEquations {
   }
 
   std::shared_ptr<const VariationalRecorder> recorder;  // for Taylor series; otherwise none
+  Eigen::Index pairs = 0;          // of columns of Φ whose second derivatives stand behind it, row by row of the upper triangle; of Taylor series only
   std::vector<double> tolerances;  // of the method: rtol, then atol of each component of the state
 
  protected:
@@ -275,7 +276,9 @@ class VariationalForm {
   std::unique_ptr<AnyWatch> watch(const Options& options) const { return equations_->watch(options); }
 
   void write_derivative(double t, const double* y, double* ydot) const { equations_->write_rates(t, y, ydot); }
+  // Rates of second derivatives are left out: series have their own, and events ask for those of y.
   void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
+    ydot.tail(equations_->state_size() * equations_->pairs).setZero();
     equations_->write_rates(t, y.data(), ydot.data());
   }
   // ∂f/∂y for y and for each column of Φ. That ∂f/∂y changes with y is left out: an implicit method's iteration converges all the same, for y's own
@@ -290,7 +293,12 @@ class VariationalForm {
   std::string component_name(Eigen::Index i) const {
     const Eigen::Index n = equations_->state_size();
     if (i < n) return equations_->state_name(i);
-    return sentence({"the derivative of ", equations_->state_name(i % n), " with respect to ", equations_->column_name(i / n - 1)});
+    Eigen::Index a = i / n - 1, b = 0;
+    const Eigen::Index columns = equations_->columns();
+    if (a < columns) return sentence({"the derivative of ", equations_->state_name(i % n), " with respect to ", equations_->column_name(a)});
+    for (b = a - columns, a = 0; b >= columns - a; ++a) b -= columns - a;
+    return sentence({"the second derivative of ", equations_->state_name(i % n), " with respect to ", equations_->column_name(a), " and ",
+                     equations_->column_name(a + b)});
   }
 
   ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const
