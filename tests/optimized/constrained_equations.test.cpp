@@ -292,6 +292,23 @@ TEST_CASE("the Jacobian of bodies by their positions is the one by nested duals"
   static_assert(detail::HasSlopes<std::decay_t<decltype(bodies.energies())>, detail::SlopeRow<6>>);
 }
 
+TEST_CASE("the Jacobian of a scene without constraints, in one pass with its accelerations, is the one by nested duals") {
+  const auto pull = generalized_force([](const auto& q, const auto& v) {
+    using std::sin;
+    return Vector<std::remove_cvref_t<decltype(q[0] * v[0])>, 2>(sin(q[1]) * v[0], q[0] * v[1] * v[1]);
+  });
+  const auto s = scene(mechanical_system<2>(DrivenPair{}), viscous_damping(some_damping<2>()), pull);
+  STATIC_REQUIRE(detail::has_forced_jacobian<std::remove_cvref_t<decltype(s)>>);
+  CHECK(difference_of_jacobians(s) < rounded_derivatives);
+  const auto form = first_order_form(s);
+  const Eigen::VectorXd y = Eigen::Vector4d(0.4, 0.9, 0.3, -1.2);
+  Eigen::VectorXd alone(4), beside(4);
+  Eigen::MatrixXd J(4, 4);
+  form.derivative(0.7, y, alone);
+  form.derivative_and_jacobian(0.7, y, beside, J);
+  CHECK((alone - beside).norm() < rounded * alone.norm());
+}
+
 TEST_CASE("a motor's current has its rows and columns in the Jacobian") {
   const auto motor = controller(
       [](const auto&, const auto&, const auto& z, const auto&) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// ∂q̈/∂p as straight-line code, which exists only with the optimizer on, against the differentiated solution by Cramer's rule, derived by hand.
+// ∂q̈/∂p and columns of the variational equations as straight-line code, which exists only with the optimizer on, against the differentiated solution by
+// Cramer's rule, derived by hand.
 #include "catch2_bridge.hpp"
 
 #include <cmath>
 #include <type_traits>
 
+#include "qdot/analysis/variations/model.hpp"
 #include "qdot/mechanics/parameter_jacobian.hpp"
 
 using namespace qdot;
@@ -30,26 +32,72 @@ struct DrivenDoublePendulum {
   }
 };
 
+// q̈ by Cramer's rule.
+template <class S>
+Vector<S, 2> acceleration_by_hand(const Vector<S, 7>& x, const Vector<S, 2>& q, const Vector<S, 2>& v, double t) {
+  using std::cos, std::sin;
+  const S c = cos(q[0] - q[1]), s = sin(q[0] - q[1]);
+  const S push = x[5] * x[6] * x[6] * sin(x[6] * t);  // minus the pivot's acceleration
+  const S A = (x[0] + x[1]) * x[2] * x[2], b = x[1] * x[2] * x[3] * c, d = x[1] * x[3] * x[3];
+  const S u = -x[1] * x[2] * x[3] * s * v[1] * v[1] + (x[0] + x[1]) * x[2] * (push * cos(q[0]) - x[4] * sin(q[0]));
+  const S w = x[1] * x[2] * x[3] * s * v[0] * v[0] + x[1] * x[3] * (push * cos(q[1]) - x[4] * sin(q[1]));
+  const S det = A * d - b * b;
+  return Vector<S, 2>((u * d - b * w) / det, (A * w - b * u) / det);
+}
+
+const Vector<double, 7> parameters{{1.3, 0.7, 0.9, 1.4, 9.81, 0.2, 3.0}};
+
+// The same pendulums by as many of their parameters as there are directions left beside those of the start.
+constexpr auto of_two_lengths = [](const auto& l) {
+  using S = std::remove_cvref_t<decltype(l[0])>;
+  return DrivenDoublePendulum<S>{S(1.3), S(0.7), l[0], l[1], S(9.81), S(0.2), S(3.0)};
+};
+
 }  // namespace
 
 TEST_CASE("with the optimizer on derivatives with respect to parameters equal those of the differentiated solution") {
-  const Vector<double, 7> p{{1.3, 0.7, 0.9, 1.4, 9.81, 0.2, 3.0}};
   for (const double t : {0.0, 0.4, 2.1}) {
     const Vector<double, 2> q(0.8 + t, -0.4), qdot(1.1, -2.3 * t);
-    const auto J = acceleration_jacobian_wrt_parameters<DrivenDoublePendulum>(p, q, qdot, t);
+    const auto J = acceleration_jacobian_wrt_parameters<DrivenDoublePendulum>(parameters, q, qdot, t);
     const auto by_hand = [&](const auto& x) {
       using S = typename std::remove_cvref_t<decltype(x)>::Scalar;
-      using std::sin;
-      const double c = std::cos(q[0] - q[1]), s = std::sin(q[0] - q[1]);
-      const S push = x[5] * x[6] * x[6] * sin(x[6] * t);  // minus the pivot's acceleration
-      const S A = (x[0] + x[1]) * x[2] * x[2], b = x[1] * x[2] * x[3] * c, d = x[1] * x[3] * x[3];
-      const S u = -x[1] * x[2] * x[3] * s * qdot[1] * qdot[1] + (x[0] + x[1]) * x[2] * (push * std::cos(q[0]) - x[4] * std::sin(q[0]));
-      const S w = x[1] * x[2] * x[3] * s * qdot[0] * qdot[0] + x[1] * x[3] * (push * std::cos(q[1]) - x[4] * std::sin(q[1]));
-      const S det = A * d - b * b;
-      return Vector<S, 2>((u * d - b * w) / det, (A * w - b * u) / det);
+      return acceleration_by_hand<S>(x, q.cast<S>(), qdot.cast<S>(), t);
     };
-    const auto expected = value_and_jacobian(by_hand, p);
+    const auto expected = value_and_jacobian(by_hand, parameters);
     CHECK((J.qddot - expected.value).norm() < rounded * expected.value.norm());
     CHECK((J.d_p - expected.jacobian).norm() < rounded * expected.jacobian.norm());
+  }
+}
+
+TEST_CASE("with the optimizer on the columns of the variational equations equal the hand-derived solution along them") {
+  using Model = detail::EnergiesModel<FirstOrderForm<System<DrivenDoublePendulum<double>, 2>>, EventList<>, decltype(of_two_lengths), 2>;
+  const Vector<double, 2> l(0.9, 1.4);
+  const Model model{{first_order_form(mechanical_system<2>(of_two_lengths(l))), {}}, of_two_lengths, l};
+  for (const Eigen::Index others : {0, 1, 4, 5}) {  // columns in front of those of the parameters: the time of the start, the start, both
+    const Eigen::Index columns = others + 2;
+    Eigen::VectorXd both(4 * (columns + 1)), rates = Eigen::VectorXd::Zero(both.size());
+    for (Eigen::Index i = 0; i < both.size(); ++i) both[i] = std::sin(1.0 + 2.0 * static_cast<double>(i));  // a state, and any columns
+    const double t = 0.4;
+    const bool written = model.columns_written(t, both.data(), rates.data(), columns);
+    CHECK(written == (others <= 4));  // for more there are not registers enough
+    if (!written) continue;
+    for (Eigen::Index j = 0; j <= columns; ++j) {
+      using D = Dual<double, 1>;
+      Vector<D, 7> x = parameters.cast<D>();
+      Vector<D, 2> q = both.head(2).cast<D>(), v = both.segment(2, 2).cast<D>();
+      if (j > 0)
+        for (int i = 0; i < 2; ++i) {
+          q[i].tangent[0] = both[4 * j + i];
+          v[i].tangent[0] = both[4 * j + 2 + i];
+        }
+      if (const Eigen::Index parameter = j - 1 - others; parameter >= 0) x[2 + parameter].tangent[0] = 1.0;
+      const Vector<D, 2> a = acceleration_by_hand<D>(x, q, v, t);
+      for (int i = 0; i < 2; ++i) {
+        INFO("column " << j << " of " << columns << ", entry " << i);
+        const double expected = j == 0 ? a[i].value : a[i].tangent[0];
+        CHECK(std::abs(rates[4 * j + 2 + i] - expected) < 10 * rounded * (1.0 + std::abs(expected)));
+        CHECK(rates[4 * j + i] == both[4 * j + 2 + i]);
+      }
+    }
   }
 }

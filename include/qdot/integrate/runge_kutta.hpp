@@ -182,8 +182,9 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     return needs;
   }();
 
-  // Stages, new state and f there; returns the weighted error, which is NaN where f was.
-  double attempted_step(double end, double h, Eigen::Index& worst) {
+  // Stages, new state and f there; returns the weighted error, which is NaN where f was. A function of its own: in large files GCC would put it into the loop of
+  // the run, where registers are short (a run of a double pendulum then takes 1.2 times as long).
+  [[gnu::noinline]] double attempted_step(double end, double h, Eigen::Index& worst) {
     take_stages(h, std::make_index_sequence<C::stages - 1>{});
     y_new_ = this->y_;
     lost_new_ = lost_;
@@ -196,7 +197,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     if constexpr (!needs_end) error = weighted_error(h, worst);
     if (!(error <= 1.0)) return error;
     this->evaluate(end, y_new_, f_);
-    k_.col(C::stages) = f_ - k_.col(0);
+    write_difference(C::stages);
     if constexpr (needs_end) error = weighted_error(h, worst);
     return detail::all_finite(f_) ? error : std::numeric_limits<double>::quiet_NaN();
   }
@@ -205,6 +206,9 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   void write_sums() {
     detail::write_weighted_sums<Row>(k_, sums_.data());
   }
+
+  // Column `row` of k ← f less k₁.
+  void write_difference(int row) { detail::write_difference<N>(f_.data(), k_.data(), k_.data() + row * size(), size()); }
 
   template <std::size_t... i>
   void take_stages(double h, std::index_sequence<i...>) {
@@ -216,7 +220,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     write_sums<detail::StageRow<C, row>>();
     for (Eigen::Index i = 0; i < size(); ++i) stage_[i] = base[i] + (h * (C::c[row] * k_(i, 0) + sums_[i]) + lost[i]);
     this->evaluate(elapsed + C::c[row] * h, stage_, f_);
-    k_.col(row) = f_ - k_.col(0);
+    write_difference(row);
   }
 
   // ‖h Σ eⱼ kⱼ / (rtol |yᵢ| + atolᵢ)‖, and the component with the largest share.

@@ -61,6 +61,15 @@ struct WithSignatureOf {
   }
 };
 
+// What makes energies of duals, with the signatures of those of numbers.
+template <class OfNumbers, int n, class EnergiesOf>
+auto made_like(const EnergiesOf& energies_of) {
+  return [&energies_of](const auto& parameters) __attribute__((always_inline)) {
+    const auto made = energies_of(parameters);
+    return WithSignatureOf<std::remove_cvref_t<decltype(made)>, OfNumbers, n, std::remove_cvref_t<decltype(made)>>{made};
+  };
+}
+
 template <template <class> class Model, class P, int... i>
 auto model_of(const P& p, std::integer_sequence<int, i...>) {
   return Model<typename P::Scalar>{p[i]...};
@@ -101,11 +110,9 @@ ParameterJacobian<n, m> acceleration_jacobian_wrt_parameters(const F& energies_o
   result.d_p.resize(q.size(), p.size());
   if constexpr (detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit && m >= 1 &&
                 m <= detail::straight_line_parameters_limit && !detail::HasOwnEquations<Energies>) {
-    const auto seen = [&](const auto& parameters) __attribute__((always_inline)) {
-      const auto made = energies_of(parameters);
-      return detail::WithSignatureOf<std::remove_cvref_t<decltype(made)>, Energies, n, std::remove_cvref_t<decltype(made)>>{made};
-    };
-    if (detail::straight_line_parameters<n, m>(plain, seen, p, q.data(), qdot.data(), t, result.qddot.data(), result.d_p.data())) return result;
+    if (detail::straight_line_directions<n, m, m>(plain, detail::made_like<Energies, n>(energies_of), p, detail::StateHeld{}, q.data(), qdot.data(), t,
+                                                  result.qddot.data(), result.d_p.data()))
+      return result;
   }
   result.qddot = acceleration(system, q, qdot, t);
 

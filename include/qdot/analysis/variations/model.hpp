@@ -83,6 +83,18 @@ struct EnergiesModel : FixedModel<Form_, List> {
 
   Eigen::Index parameters() const { return p.size(); }
   double parameter(Eigen::Index j) const { return p[j]; }
+
+  // ẏ and all columns of Φ̇ in one pass of T and V, columns of parameters last; false where there is no such way.
+  bool columns_written(double t, const double* y, double* ydot, Eigen::Index columns) const {
+    if constexpr (n >= 1 && m >= 1 && n <= straight_line_jacobian_limit && straight_line_pays && m + 2 * n <= straight_line_columns_limit &&
+                  requires(const Form_& form) { requires !HasOwnEquations<std::remove_cvref_t<decltype(form.system().energies())>>; }) {
+      constexpr int alone = m + m % 2, all = m + 2 * n;
+      if (columns == m) return lanes_written<alone>(t, y, ydot, columns);
+      if (columns <= all) return lanes_written<all + all % 2>(t, y, ydot, columns);
+    }
+    return (void)t, (void)y, (void)ydot, (void)columns, false;
+  }
+
   void write_parameter_rates(double t, const double* y, const double*, Eigen::Ref<Eigen::MatrixXd> out) const {
     const Eigen::Index dof = this->form.size() / 2;
     const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof), qdot = Eigen::Map<const Vector<double, n>>(y + dof, dof);
@@ -92,6 +104,35 @@ struct EnergiesModel : FixedModel<Form_, List> {
         out(i, j) = 0.0;
         out(dof + i, j) = jacobian.d_p(i, j);
       }
+  }
+
+ private:
+  // Lane j < m is the column of parameter j, and those of the start follow.
+  template <int lanes>
+  bool lanes_written(double t, const double* y, double* ydot, Eigen::Index columns) const {
+    constexpr int size = 2 * n;
+    double dq[n * lanes] = {}, dqdot[n * lanes] = {}, qddot[n], along[n * lanes];
+    const int others = static_cast<int>(columns) - m;
+    const auto lane = [others](int column) { return column < others ? m + column : column - others; };
+    for (int c = 0; c < columns; ++c)
+      for (int i = 0; i < n; ++i) {
+        dq[i * lanes + lane(c)] = y[size * (c + 1) + i];
+        dqdot[i * lanes + lane(c)] = y[size * (c + 1) + n + i];
+      }
+    const auto& energies = this->form.system().energies();
+    using Energies = std::remove_cvref_t<decltype(energies)>;
+    if (!straight_line_directions<n, m, lanes>(energies, made_like<Energies, n>(energies_of), p, StateDisplaced<lanes>{dq, dqdot}, y, y + n, t, qddot, along))
+      return false;
+    for (int i = 0; i < n; ++i) {
+      ydot[i] = y[n + i];
+      ydot[n + i] = qddot[i];
+    }
+    for (int c = 0; c < columns; ++c)
+      for (int i = 0; i < n; ++i) {
+        ydot[size * (c + 1) + i] = y[size * (c + 1) + n + i];
+        ydot[size * (c + 1) + n + i] = along[i + n * lane(c)];
+      }
+    return true;
   }
 };
 

@@ -3,7 +3,8 @@
 //
 // The variational equations of one model: where its type is known.
 //
-// Systems and scenes give q̈ and its Jacobian in one evaluation. The upper rows of ∂f/∂y, [0 1 0], are not multiplied.
+// Systems and scenes give q̈ and its Jacobian in one evaluation; few columns with parameters among them come without a Jacobian, as derivatives along
+// each of them (mechanics/equations/straight_line_parameters.hpp). The upper rows of ∂f/∂y, [0 1 0], are not multiplied.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -60,6 +61,9 @@ class Variations final : public VariationalEquations {
     const Eigen::Map<const Eigen::MatrixXd> Phi(y + size_, size_, columns_);
     Eigen::Map<Eigen::MatrixXd> rate(ydot + size_, size_, columns_);
     note_size(y);
+    if constexpr (requires { model_.columns_written(t, y, ydot, columns_); }) {
+      if (!leaves_parameters_out && model_.columns_written(t, y, ydot, columns_)) return;
+    }
     if constexpr (mechanical_form<Form>::value) {
       const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof_), qdot = Eigen::Map<const Vector<double, n>>(y + dof_, dof_);
       const AccelerationJacobian<n> a = acceleration_jacobian(form().system(), q, qdot, t);

@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "qdot/ad/places/curved_jet.hpp"
+#include "qdot/effects/equations/forced_jacobian.hpp"
 #include "qdot/effects/rows/constrained_equations.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
 #include "qdot/effects/scene_motion.hpp"
@@ -108,6 +109,7 @@ class SceneJacobian {
   static constexpr int columns = n == Dynamic ? Dynamic : 2 * n + states;
   static constexpr bool by_slopes = has_slopes<n> && m != Dynamic;
   using Out = Eigen::Ref<Eigen::MatrixXd>;
+  using Row = SlopeRow<columns>;
 
  public:
   SceneJacobian(const Sc& scene, double t, const Eigen::Ref<const Eigen::VectorXd>& y)
@@ -118,6 +120,14 @@ class SceneJacobian {
       a_ = std::move(solution.qddot);
       lambda_ = std::move(solution.lambda);
     } else {
+      if constexpr (has_forced_jacobian<Sc>) {
+        const Vector<double, n> Q = effect_forces(scene_, q_, qdot_, z, t_);
+        for (Row& row : rows_) row.setZero();
+        add_forces(rows_, nullptr);
+        a_.resize(n);
+        if (straight_line_jacobian_under_force<n>(scene_.system().energies(), q_.data(), qdot_.data(), t_, Q.data(), a_.data(), rows_)) return;
+        is_solved_ = false;
+      }
       a_ = qdot::acceleration(scene_, q_, qdot_, t_, z);
     }
   }
@@ -127,6 +137,9 @@ class SceneJacobian {
 
   /// J ← ∂ẏ/∂y; some of it may not be finite.
   void write(Out J) const {
+    if constexpr (has_forced_jacobian<Sc>) {
+      if (is_solved_) return write_whole(rows_, J);
+    }
     begin(J);
     if constexpr (by_slopes) {
       if (!write_slopes(J)) J(0, 0) = std::numeric_limits<double>::quiet_NaN();
@@ -152,12 +165,11 @@ class SceneJacobian {
   bool write_slopes(Out J) const
     requires by_slopes
   {
-    using Row = SlopeRow<columns>;
     double M[n * (n + 1) / 2];
     Row rows[n];
     for (Row& row : rows) row.setZero();
-    if (!slopes_written<n>(scene_.system().energies(), q_, qdot_, a_, t_, M, rows)) return false;
-    add_forces(rows, J);
+    if (!slopes_written<n, !has_forced_jacobian<Sc>>(scene_.system().energies(), q_, qdot_, a_, t_, M, rows)) return false;
+    add_forces(rows, &J);
     if constexpr (Sc::has_constraints) {
       ConstraintSlopes<Sc, Row> constraints(scene_, q_.data(), qdot_.data(), a_.data(), lambda_.data(), t_, z_, rows);
       if (!solved(M, constraints, rows)) return false;
@@ -172,8 +184,18 @@ class SceneJacobian {
     return true;
   }
 
+  // All of J, column by column, from rows of ∂q̈.
+  static void write_whole(const Row* rows, Out J) {
+    for (int j = 0; j < columns; ++j) {
+      double* const column = J.data() + j * J.outerStride();
+      for (int i = 0; i < n; ++i) {
+        column[i] = j == n + i ? 1.0 : 0.0;
+        column[n + i] = rows[i][j];
+      }
+    }
+  }
+
   // Rows of ∂q̈ from those of the right side.
-  template <class Row>
   bool solved(const double* M, ConstraintSlopes<Sc, Row>& constraints, Row* rows) const {
     if constexpr (has_constrained_equations<Sc>) {
       double factors[n * (n + 1) / 2], J[m][n], fraction[m];
@@ -201,7 +223,7 @@ class SceneJacobian {
     }
     return true;
   }
-  template <int count, int size, class Row>
+  template <int count, int size>
   [[gnu::noinline, gnu::flatten]] static bool straight_solution(double* M, double (&J)[count][size], const bool* asks, Row* rows, Row* below, double* fraction) {
     ComponentMask mask[count];
     std::fill_n(mask, count, ~ComponentMask(0));
@@ -219,16 +241,15 @@ class SceneJacobian {
       for (int j = 0; j <= i; ++j) all(i, j) = all(j, i) = M[triangle_index(i, j)];
     return all;
   }
-  template <class Row>
   static Matrix<double, n, columns> transposed(const Row* rows) {
     Matrix<double, n, columns> all;
     for (int i = 0; i < n; ++i) all.row(i) = rows[i].matrix().transpose();
     return all;
   }
 
-  // Adds ∂Q to rows, and writes ∂ż.
+  // Adds ∂Q to rows, and writes ∂ż to J, if there is a state.
   template <class Rows>
-  void add_forces(Rows&& rows, Out J) const {
+  void add_forces(Rows&& rows, [[maybe_unused]] Out* J) const {
     for_each(scene_.effects(), [&](const auto& e) {
       if constexpr (KnowsSlopes<std::remove_cvref_t<decltype(e)>>) e.add_slopes(rows);
     });
@@ -247,7 +268,8 @@ class SceneJacobian {
         for (Eigen::Index j = first; j < end; ++j) {
           const auto d = static_cast<std::size_t>(j - first);
           for (Eigen::Index i = 0; i < k; ++i) rows[i][j] += Q[i].tangent[d];
-          for (Eigen::Index i = 0; i < states; ++i) J(2 * k + i, j) = rate[i].tangent[d];
+          if constexpr (Sc::has_states)
+            for (Eigen::Index i = 0; i < states; ++i) (*J)(2 * k + i, j) = rate[i].tangent[d];
         }
       }
     }
@@ -282,7 +304,7 @@ class SceneJacobian {
       Matrix<double, n, columns>& all;
       auto operator[](Eigen::Index i) const { return all.row(i); }
     };
-    add_forces(Entries{dr}, out);
+    add_forces(Entries{dr}, &out);
     if constexpr (Sc::has_constraints) add_constraints(dr, dc);
     if constexpr (may_be_sparse<Sc>) {
       if (solved_sparsely(dr, dc, out)) return;
@@ -358,6 +380,8 @@ class SceneJacobian {
   Vector<double, n> q_, qdot_, a_;
   Vector<double, states> z_;
   Vector<double, m> lambda_;
+  Row rows_[has_forced_jacobian<Sc> ? n : 1];  // of ∂q̈, where q̈ came with them
+  bool is_solved_ = has_forced_jacobian<Sc>;
 };
 
 }  // namespace qdot::detail

@@ -57,6 +57,26 @@ template <class Row, class C, class K, std::size_t... j>
   __builtin_memcpy(sums + i, &sum, sizeof sum);
 }
 
+// difference ← f − first, in the registers in which sums will read it: what is stored number by number is read late as several.
+template <class C>
+[[gnu::always_inline]] inline void write_difference_at(const double* f, const double* first, double* difference) {
+  C a, b;
+  __builtin_memcpy(&a, f, sizeof a);
+  __builtin_memcpy(&b, first, sizeof b);
+  a -= b;
+  __builtin_memcpy(difference, &a, sizeof a);
+}
+template <int N>
+[[gnu::always_inline]] inline void write_difference(const double* f, const double* first, double* difference, Eigen::Index n) {
+  Eigen::Index i = 0;
+  if constexpr (N == Dynamic || N >= 4)
+    for (; i + 4 <= n; i += 4) write_difference_at<Components<4>>(f + i, first + i, difference + i);
+  if constexpr (N == Dynamic || N % 4 >= 2)
+    for (; i + 2 <= n; i += 2) write_difference_at<Components<2>>(f + i, first + i, difference + i);
+  if constexpr (N == Dynamic || N % 2 == 1)
+    for (; i < n; ++i) write_difference_at<double>(f + i, first + i, difference + i);
+}
+
 // Σ wⱼ (kⱼ − k₁) over j > 1 for all components, zeros left out.
 template <class Row, class K>
 inline void write_weighted_sums(const K& k, double* sums) {

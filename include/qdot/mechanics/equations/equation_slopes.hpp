@@ -56,8 +56,8 @@ concept HasFinalSlopes = is_written_out<E> || requires { requires E::slopes_are_
 template <int n>
 inline constexpr bool has_slopes = straight_line_pays && n >= 1 && n <= straight_line_limit;
 
-// M, the packed lower triangle, and the derivatives of r − M a, of which row i has its first 2n entries written.
-template <int n, class E, class Row>
+// M, the packed lower triangle, and the derivatives of r − M a, of which row i has its first 2n entries written. Straight-line code is left out where it has been tried.
+template <int n, bool try_straight = true, class E, class Row>
 bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, const Vector<double, n>& a, double t, double* M, Row* rows) {
   if constexpr (HasSlopes<E, Row>) {
     if (e.slopes(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
@@ -65,7 +65,7 @@ bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double,
   if constexpr (HasFinalSlopes<E>) {
     return false;
   } else {
-    if constexpr (!HasOwnEquations<E> && n <= straight_line_jacobian_limit) {
+    if constexpr (try_straight && !HasOwnEquations<E> && n <= straight_line_jacobian_limit) {
       if (straight_line_slopes<n>(e, q.data(), qdot.data(), a.data(), t, M, rows)) return true;
     }
     for_each_residual<n>(e, q, qdot, a, t, [&](int i, int, const double* residual) {
