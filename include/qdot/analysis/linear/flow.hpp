@@ -18,6 +18,7 @@
 #include <Eigen/Core>
 
 #include "qdot/analysis/linear/constraints_at.hpp"
+#include "qdot/effects/input.hpp"
 #include "qdot/effects/rows/constraint_rows.hpp"
 #include "qdot/effects/scene_form.hpp"
 
