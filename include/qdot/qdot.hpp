@@ -99,6 +99,7 @@
 // #include "qdot/analysis/hamiltonian.hpp"    // H, q̇ from p, Hamilton's equations, Poisson brackets
 // #include "qdot/analysis/sensitivity.hpp"     // ∂y/∂(y₀, t₀, p), through events and on constraints
 // #include "qdot/analysis/taylor_sensitivity.hpp"  // the same by power series, to rounding
+// #include "qdot/analysis/gauss_sensitivity.hpp"   // the same by a symplectic tangent map, over long times
 // #include "qdot/analysis/second_sensitivity.hpp"  // and ∂²y/∂x∂x
 // #include "qdot/analysis/adjoint.hpp"         // one number's gradient in many parameters, backwards
 // #include "qdot/analysis/parameter_fit.hpp"   // parameters from measurements of motions

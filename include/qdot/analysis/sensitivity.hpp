@@ -28,7 +28,8 @@
 //
 // Where the motion is stiff, CvodeBdf{} takes the steps: ∂f/∂y is the Jacobian of each column of Φ, too, and its matrix for y and k columns has 2n(k + 1) rows.
 //
-// To rounding, Taylor{} takes them (analysis/taylor_sensitivity.hpp): Φ is expanded in a power series with y.
+// To rounding, Taylor{} takes them (analysis/taylor_sensitivity.hpp): Φ is expanded in a power series with y. Over long times, Gauss{}
+// (analysis/gauss_sensitivity.hpp): the tangent map of a symplectic method is symplectic, too.
 //
 // Errors are controlled for y and Φ alike: options.atol holds for y, and for Φ per unit of what it is differentiated by. A parameter of size 1e9
 // (a stiffness in N/m) has derivatives of size 1e-9: take its logarithm, or a unit in which it is no giant. state_norm_limit holds for Φ, too.
@@ -174,7 +175,7 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
                       const WithRespectTo& wanted, const StartSlope& slope_of_start, int order = 1) {
   static_assert(SteppingMethod<std::remove_cvref_t<decltype(method)>, VariationalForm<can_jump<Model>>>,
                 "qdot: sensitivities are integrated by Dop853, Dopri5, CvodeBdf, CvodeAdams, and without constraints or contacts by Taylor "
-                "(analysis/taylor_sensitivity.hpp)");
+                "(analysis/taylor_sensitivity.hpp) and Gauss (analysis/gauss_sensitivity.hpp)");
   require_valid(options, model.form.size());
   Variations<Model> equations(std::move(model), wanted.start, wanted.start_time);
   Preparation<std::remove_cvref_t<decltype(method)>, Model>::prepare(equations);
@@ -220,7 +221,7 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
 ///
 /// @param system   as simulate() has it
 /// @param start    State{t, q, qdot}, or FirstOrderState{t, y}; on the constraints, if there are any
-/// @param method   Dop853{} or Dopri5{}, and where the motion is stiff CvodeBdf{} (integrate/cvode.hpp), or Taylor{} (analysis/taylor_sensitivity.hpp)
+/// @param method   Dop853{} or Dopri5{}, and where the motion is stiff CvodeBdf{} (integrate/cvode.hpp), Taylor{} (analysis/taylor_sensitivity.hpp) or Gauss{} (analysis/gauss_sensitivity.hpp)
 /// @param events   events(…), whose actions may be called several times at one moment
 /// @param wanted   which columns Φ has
 /// @return         outcome, last good state, Φ there and on the way, events with the derivatives of their times

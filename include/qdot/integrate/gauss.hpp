@@ -173,6 +173,15 @@ class GaussStepper : public detail::FixedStep<F> {
     return this->give_up(h);
   }
 
+  /// Nodes and weights of the collocation.
+  const detail::GaussTable& table() const noexcept { return table_; }
+
+  /// q at the stages of the last step.
+  const std::vector<Vec>& stage_positions() const noexcept { return Q_; }
+
+  /// q̇ there.
+  const std::vector<Vec>& stage_velocities() const noexcept { return V_; }
+
  private:
   static constexpr int most_iterations = 100;
   static constexpr bool has_effects = !detail::mechanical_form<F>::value;

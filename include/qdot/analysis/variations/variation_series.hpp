@@ -27,21 +27,12 @@
 
 #include "qdot/ad/series/sweep.hpp"
 #include "qdot/analysis/variations/bilinear_series.hpp"
-#include "qdot/analysis/variations/equations.hpp"
+#include "qdot/analysis/variations/recorder.hpp"
 #include "qdot/analysis/variations/series_columns.hpp"
 #include "qdot/error.hpp"
-#include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/steps/taylor_equations.hpp"
 
 namespace qdot::detail {
-
-// The graph of a model's motion; θ ← the variables of its parameters.
-struct VariationalRecorder {
-  virtual ~VariationalRecorder() = default;
-  virtual RecordedMotion record(std::vector<int>& theta) const = 0;
-  virtual bool holds(RecordedMotion& m, const std::vector<int>& theta) const = 0;
-  virtual double parameter(Eigen::Index j) const = 0;
-};
 
 class VariationSeries {
   using Index = Eigen::Index;

@@ -1,0 +1,360 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Sensitivities by Gauss' collocation: the tangent map of a symplectic method, which is symplectic itself.
+//
+//     const auto s = sensitivities(system, start, 1e4, Gauss{.step = 0.02, .stages = 3});
+//
+// Collocation and variation commute: what the method makes of the variational equations is the derivative of what it makes of the motion. With
+// P = ∂p/∂(q, q̇) and G = ∂F/∂(q, q̇) at the stages (Qᵢ, Vᵢ) of a step (integrate/gauss.hpp), for one column of Φ
+//
+//     δQᵢ = δq + h Σ aᵢⱼ δVⱼ ,     Pᵢ [δQᵢ; δVᵢ] + P_θ = δp + h Σ aᵢⱼ (Gⱼ [δQⱼ; δVⱼ] + F_θ) ,
+//     δq₁ = δq + h Σ bⱼ δVⱼ ,      δp₁ = δp + h Σ bⱼ (Gⱼ [δQⱼ; δVⱼ] + F_θ) ,
+//
+// with P_θ and F_θ in columns of parameters only. For δV that is a linear system of s·n rows, factored once in a step for all columns. Φ is the derivative of the
+// numbers that the run gives, not of those it approximates: of order 2s like them, and where there are no forces
+//
+//     Φᵀ J Φ = J      in (q, p),  to rounding, however long the run.
+//
+// δp is carried along; δq̇ = M⁻¹ (δp − ∂p/∂q δq − P_θ) is what is seen. The length of a step is the user's, and no error is estimated; rtol and atol
+// say how closely events are found. Dense output of the columns is of degree 5, as that of the motion.
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/series/sweep.hpp"
+#include "qdot/analysis/sensitivity.hpp"
+#include "qdot/analysis/variations/recorder.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/gauss.hpp"
+#include "qdot/integrate/steps/taylor_equations.hpp"
+
+namespace qdot {
+
+namespace detail {
+
+// p, F and M at a state, and with them the rows of (P P_θ) and (G F_θ), from the graph of a motion.
+class RecordedMechanics {
+ public:
+  /// @throws NotAnalytic  T, V or a force compares values or has a kink
+  explicit RecordedMechanics(VariationalEquations& equations) : equations_(&equations), m_(equations.recorder->record(theta_)) {
+    std::vector<int> x = m_.q;
+    x.insert(x.end(), m_.qdot.begin(), m_.qdot.end());
+    x.insert(x.end(), theta_.begin(), theta_.end());
+    for (const auto* list : {&m_.p, &m_.force})
+      for (const int node : *list) {
+        const std::vector<int> row = m_.recording.graph.gradient(node, x);
+        slopes_.insert(slopes_.end(), row.begin(), row.end());
+      }
+    taylor::SweepOutputs outputs{.early = {}, .series = x, .values = m_.p, .late = {}};
+    outputs.series.push_back(m_.t);
+    outputs.values.insert(outputs.values.end(), m_.force.begin(), m_.force.end());
+    outputs.values.insert(outputs.values.end(), m_.mass.begin(), m_.mass.end());
+    alone_ = taylor::Sweep(m_.recording.graph, outputs, 1);
+    outputs.values.insert(outputs.values.end(), slopes_.begin(), slopes_.end());
+    with_slopes_ = taylor::Sweep(m_.recording.graph, outputs, 1);
+  }
+
+  bool is_current() { return equations_->recorder->holds(m_, theta_); }
+  Eigen::Index dof() const { return equations_->dof(); }
+  Eigen::Index parameters() const { return static_cast<Eigen::Index>(theta_.size()); }
+  VariationalEquations& equations() const { return *equations_; }
+
+  Eigen::VectorXd momenta(const Eigen::VectorXd& q, const Eigen::VectorXd& v, double t) { return values(m_.p, q, v, t); }
+  Eigen::VectorXd force(const Eigen::VectorXd& q, const Eigen::VectorXd& v, double t) { return values(m_.force, q, v, t); }
+  Eigen::MatrixXd mass(const Eigen::VectorXd& q, const Eigen::VectorXd& v, double t) {
+    const Eigen::VectorXd lower = values(m_.mass, q, v, t);
+    Eigen::MatrixXd M(dof(), dof());
+    for (Eigen::Index i = 0, k = 0; i < dof(); ++i)
+      for (Eigen::Index j = 0; j <= i; ++j) M(i, j) = M(j, i) = lower[k++];
+    return M;
+  }
+  // (P P_θ) above (G F_θ), 2n × (2n + m).
+  void write_slopes(const Eigen::VectorXd& q, const Eigen::VectorXd& v, double t, Eigen::MatrixXd& out) {
+    set(with_slopes_, q, v, t);
+    const Eigen::Index width = 2 * dof() + parameters();
+    for (Eigen::Index i = 0; i < 2 * dof(); ++i)
+      for (Eigen::Index j = 0; j < width; ++j)
+        out(i, j) = with_slopes_.value(with_slopes_.slot(slopes_[static_cast<std::size_t>(i * width + j)]));
+  }
+
+ private:
+  void set(taylor::Sweep& sweep, const Eigen::VectorXd& q, const Eigen::VectorXd& v, double t) {
+    for (Eigen::Index i = 0; i < dof(); ++i) {
+      sweep.set(sweep.slot(m_.q[static_cast<std::size_t>(i)]), q[i]);
+      sweep.set(sweep.slot(m_.qdot[static_cast<std::size_t>(i)]), v[i]);
+    }
+    for (std::size_t j = 0; j < theta_.size(); ++j) sweep.set(sweep.slot(theta_[j]), equations_->recorder->parameter(static_cast<Eigen::Index>(j)));
+    sweep.set(sweep.slot(m_.t), t);
+    sweep.start();
+  }
+  Eigen::VectorXd values(const std::vector<int>& nodes, const Eigen::VectorXd& q, const Eigen::VectorXd& v, double t) {
+    set(alone_, q, v, t);
+    Eigen::VectorXd found(static_cast<Eigen::Index>(nodes.size()));
+    for (std::size_t i = 0; i < nodes.size(); ++i) found[static_cast<Eigen::Index>(i)] = alone_.value(alone_.slot(nodes[i]));
+    return found;
+  }
+
+  VariationalEquations* equations_;
+  std::vector<int> theta_;  // variables of the parameters
+  RecordedMotion m_;
+  std::vector<int> slopes_;  // nodes of (P P_θ), then of (G F_θ), row by row
+  taylor::Sweep alone_, with_slopes_;
+};
+
+// y alone, for GaussStepper, whose copies share one recording.
+class RecordedForm {
+ public:
+  static constexpr int size_at_compile_time = Dynamic;
+
+  explicit RecordedForm(VariationalEquations& equations) : mechanics_(std::make_shared<RecordedMechanics>(equations)) {}
+
+  RecordedMechanics& mechanics() const { return *mechanics_; }
+  Eigen::Index size() const { return 2 * mechanics_->dof(); }
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
+    mechanics_->equations().write_state_rates(t, y.data(), ydot.data());
+  }
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const {
+    mechanics_->equations().write_state_jacobian(t, y.data(), J);
+  }
+  std::string component_name(Eigen::Index i) const { return mechanics_->equations().state_name(i); }
+  void renew() {
+    if (!mechanics_->is_current()) *mechanics_ = RecordedMechanics(mechanics_->equations());
+  }
+
+ private:
+  std::shared_ptr<RecordedMechanics> mechanics_;
+};
+
+template <>
+struct Mechanics<RecordedForm> {
+  static constexpr int n = Dynamic, states = 0, constraints = 0;
+  static constexpr Inertia inertia = Inertia::positive_definite;
+  using Vec = Eigen::VectorXd;
+  using States = Vector<double, 0>;
+
+  static Eigen::Index dof(const RecordedForm& form) { return form.mechanics().dof(); }
+  static Vec momenta(const RecordedForm& form, const Vec& q, const Vec& v, double t) { return form.mechanics().momenta(q, v, t); }
+  static Vec force(const RecordedForm& form, const Vec& q, const Vec& v, const States&, double t) { return form.mechanics().force(q, v, t); }
+  static Eigen::MatrixXd inverse_mass(const RecordedForm& form, const Vec& q, const Vec& v, double t) {
+    const Eigen::MatrixXd M = form.mechanics().mass(q, v, t);
+    MassFactors<Dynamic> factors;
+    if (!factors.factor(M)) {
+      std::vector<std::string> names;
+      for (Eigen::Index i = 0; i < M.rows(); ++i) names.push_back(form.component_name(i));
+      throw_mass_matrix_error(M, t, names);
+    }
+    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(M.rows(), M.rows());
+    Vec column(M.rows());
+    for (Eigen::Index j = 0; j < M.rows(); ++j) {
+      column = inverse.col(j);
+      factors.solve_in_place(column);
+      inverse.col(j) = column;
+    }
+    return inverse;
+  }
+};
+
+}  // namespace detail
+
+/// A Stepper that makes equal Gauss steps of a motion and of its derivatives. Movable.
+template <bool jumps>
+class GaussStepper<detail::VariationalForm<jumps>> {
+  using Index = Eigen::Index;
+
+ public:
+  /// @throws InvalidValue  step is not positive, stages is not 1 … 8
+  /// @throws NotAnalytic   T, V or a force compares values or has a kink
+  GaussStepper(const detail::VariationalForm<jumps>& form, int stages, double step, const Options& options)
+      : form_(form), recorded_(form.equations()), motion_(recorded_, stages, step, of_motion(form, options)), n_(form.dof()),
+        columns_(form.equations().columns()) {
+    const detail::RecordedMechanics& mechanics = recorded_.mechanics();
+    slopes_.assign(static_cast<std::size_t>(stages) + 1, Eigen::MatrixXd(2 * n_, 2 * n_ + mechanics.parameters()));
+    dq_.setZero(n_, columns_);
+    dp_ = dq_;
+    A_.setZero(n_ * stages, n_ * stages);
+    dV_.setZero(n_ * stages, columns_);
+    dQ_ = dV_;
+    y_.setZero(form.size());
+    before_ = ydot_ = ydot_before_ = y_;
+    dense_.setZero(form.size(), 6);
+  }
+
+  static constexpr bool has_fixed_step() noexcept { return true; }
+  const Failure& failure() const noexcept { return motion_.failure(); }
+  double t() const noexcept { return motion_.t(); }
+  double t_previous() const noexcept { return motion_.t_previous(); }
+  Moment moment() const noexcept { return motion_.moment(); }
+  const Eigen::VectorXd& y() const noexcept { return y_; }
+  int order() const noexcept { return motion_.order(); }
+  const Statistics& statistics() const noexcept { return motion_.statistics(); }
+
+  /// Starts (afresh) at (t, [y; Φ]).
+  ///
+  /// @throws as GaussStepper of the motion
+  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    motion_.reset(at, y.head(2 * n_));
+    y_ = before_ = y;
+    take_columns();
+    is_dense_ = false;
+  }
+
+  /// Replaces the state at t() by a nearby one.
+  void correct(const Eigen::Ref<const Eigen::VectorXd>& y) {
+    if (y_ == y) return;
+    motion_.correct(y.head(2 * n_));
+    y_ = y;
+    take_columns();
+  }
+
+  /// One step towards t_limit.
+  bool step(double t_limit) {
+    const double elapsed = motion_.moment().elapsed;
+    if (!motion_.step(t_limit)) return false;
+    before_ = y_;
+    move_columns(motion_.moment().elapsed - elapsed);
+    is_dense_ = false;
+    return true;
+  }
+
+  /// The last step's polynomial of degree 5.
+  PolynomialView polynomial() {
+    PolynomialView view = motion_.polynomial();
+    if (view.degree == 0) {
+      view.coefficients = y_.data();
+    } else {
+      if (!is_dense_) make_dense(view);
+      view.coefficients = dense_.data();
+    }
+    view.size = y_.size();
+    return view;
+  }
+
+  /// out ← [y; Φ](t) for t within the last step.
+  void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { polynomial().evaluate(t, out); }
+
+ private:
+  static Options of_motion(const detail::VariationalForm<jumps>& form, Options options) {
+    if (options.atol.size() > 1) {
+      Eigen::VectorXd of_y(2 * form.dof());
+      for (Index i = 0; i < of_y.size(); ++i) of_y[i] = options.atol[i];
+      options.atol = of_y;
+    }
+    return options;
+  }
+
+  // Which parameter a column belongs to; negative for none.
+  Index parameter_of(Index column) const { return column - (columns_ - recorded_.mechanics().parameters()); }
+
+  // δq and δp of y_.
+  void take_columns() {
+    Eigen::MatrixXd& S = slopes_.back();
+    recorded_.mechanics().write_slopes(y_.head(n_), y_.segment(n_, n_), t(), S);
+    for (Index c = 0; c < columns_; ++c) {
+      const auto column = y_.segment(2 * n_ * (c + 1), 2 * n_);
+      dq_.col(c) = column.head(n_);
+      dp_.col(c).noalias() = S.block(0, 0, n_, 2 * n_) * column;
+      if (const Index j = parameter_of(c); j >= 0) dp_.col(c) += S.block(0, 2 * n_ + j, n_, 1);
+    }
+  }
+
+  void move_columns(double h) {
+    const auto& table = motion_.table();
+    const Index s = table.b.size();
+    const auto P = [&](Index i) { return slopes_[static_cast<std::size_t>(i)].topRows(n_); };
+    const auto G = [&](Index i) { return slopes_[static_cast<std::size_t>(i)].bottomRows(n_); };
+    for (Index i = 0; i < s; ++i)
+      recorded_.mechanics().write_slopes(motion_.stage_positions()[static_cast<std::size_t>(i)], motion_.stage_velocities()[static_cast<std::size_t>(i)],
+                                         t_previous() + table.c[i] * h, slopes_[static_cast<std::size_t>(i)]);
+    for (Index i = 0; i < s; ++i)
+      for (Index l = 0; l < s; ++l) {
+        auto block = A_.block(n_ * i, n_ * l, n_, n_);
+        block = h * table.a(i, l) * (P(i).leftCols(n_) - G(l).middleCols(n_, n_));
+        if (i == l) block += P(i).middleCols(n_, n_);
+        for (Index j = 0; j < s; ++j) block -= h * h * table.a(i, j) * table.a(j, l) * G(j).leftCols(n_);
+      }
+    for (Index i = 0; i < s; ++i) {
+      auto right = dV_.middleRows(n_ * i, n_);
+      right = dp_ - P(i).leftCols(n_) * dq_;
+      for (Index j = 0; j < s; ++j) right += h * table.a(i, j) * (G(j).leftCols(n_) * dq_);
+      for (Index c = 0; c < columns_; ++c)
+        if (const Index k = parameter_of(c); k >= 0) {
+          right.col(c) -= P(i).col(2 * n_ + k);
+          for (Index j = 0; j < s; ++j) right.col(c) += h * table.a(i, j) * G(j).col(2 * n_ + k);
+        }
+    }
+    factors_.compute(A_);
+    dV_ = factors_.solve(dV_).eval();
+    for (Index i = 0; i < s; ++i) {
+      auto sum = dQ_.middleRows(n_ * i, n_);
+      sum = dq_;
+      for (Index j = 0; j < s; ++j) sum += h * table.a(i, j) * dV_.middleRows(n_ * j, n_);
+    }
+    for (Index j = 0; j < s; ++j) {
+      const auto V = dV_.middleRows(n_ * j, n_);
+      dq_ += h * table.b[j] * V;
+      dp_ += h * table.b[j] * (G(j).leftCols(n_) * dQ_.middleRows(n_ * j, n_) + G(j).middleCols(n_, n_) * V);
+      for (Index c = 0; c < columns_; ++c)
+        if (const Index k = parameter_of(c); k >= 0) dp_.col(c) += h * table.b[j] * G(j).col(2 * n_ + k);
+    }
+    show_columns();
+  }
+
+  // y_ from the motion, δq and δp.
+  void show_columns() {
+    y_.head(2 * n_) = motion_.y();
+    Eigen::MatrixXd& S = slopes_.back();
+    recorded_.mechanics().write_slopes(y_.head(n_), y_.segment(n_, n_), t(), S);
+    factors_at_end_.compute(S.block(0, n_, n_, n_));
+    for (Index c = 0; c < columns_; ++c) {
+      Eigen::VectorXd right = dp_.col(c) - S.block(0, 0, n_, n_) * dq_.col(c);
+      if (const Index j = parameter_of(c); j >= 0) right -= S.block(0, 2 * n_ + j, n_, 1);
+      y_.segment(2 * n_ * (c + 1), n_) = dq_.col(c);
+      y_.segment(2 * n_ * (c + 1) + n_, n_) = factors_at_end_.solve(right);
+    }
+  }
+
+  // Columns by δq, δq̇, δq̈ at both ends, as integrate/steps/fixed_step.hpp has the motion.
+  void make_dense(const PolynomialView& motion) {
+    const double h = motion.scale;
+    form_.write_derivative(t_previous(), before_.data(), ydot_before_.data());
+    form_.write_derivative(t(), y_.data(), ydot_.data());
+    for (int k = 0; k < 6; ++k) dense_.col(k).head(2 * n_) = Eigen::Map<const Eigen::VectorXd>(motion.coefficients + 2 * n_ * k, 2 * n_);
+    for (Index c = 1; c <= columns_; ++c)
+      for (Index i = 2 * n_ * c; i < 2 * n_ * c + n_; ++i) {
+        const Index v = i + n_;
+        const double d = y_[i] - before_[i], v0 = h * before_[v], v1 = h * y_[v], a0 = h * h * ydot_before_[v], a1 = h * h * ydot_[v];
+        const double power[6] = {before_[i], v0, a0 / 2, 10 * d - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
+                                 -15 * d + 8 * v0 + 7 * v1 + 1.5 * a0 - a1, 6 * d - 3 * (v0 + v1) + 0.5 * (a1 - a0)};
+        for (int k = 0; k < 6; ++k) dense_(i, k) = power[k];
+        for (int k = 0; k < 5; ++k) dense_(v, k) = (k + 1) * power[k + 1] / h;
+        dense_(v, 0) = before_[v];
+      }
+    is_dense_ = true;
+  }
+
+  detail::VariationalForm<jumps> form_;
+  detail::RecordedForm recorded_;
+  GaussStepper<detail::RecordedForm> motion_;
+  Index n_, columns_;
+  std::vector<Eigen::MatrixXd> slopes_;  // at the stages, and at the end
+  Eigen::MatrixXd dq_, dp_, A_, dV_, dQ_, dense_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> factors_, factors_at_end_;
+  Eigen::VectorXd y_, before_, ydot_, ydot_before_;
+  bool is_dense_ = false;
+};
+
+namespace detail {
+
+// What the tangent map needs of a model.
+template <class Model>
+struct Preparation<Gauss, Model> {
+  static void prepare(Variations<Model>& equations) { attach_recorder(equations); }
+};
+
+}  // namespace detail
+}  // namespace qdot
