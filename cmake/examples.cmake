@@ -32,7 +32,6 @@ foreach(source IN LISTS examples)
     target_precompile_headers(example_${name} PRIVATE <Eigen/Core>)
     set(shares_eigen_with_${library} example_${name})
   endif()
-  # Built as a user builds them: the tests watch the same headers under sanitizers, and this halves the compile time. Nobody looks for
-  # their lines there.
-  target_compile_options(example_${name} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all;-g0>)
+  # Built as a user builds them: the tests watch the same headers under sanitizers, and this halves the compile time.
+  target_compile_options(example_${name} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all>)
 endforeach()

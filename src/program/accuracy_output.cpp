@@ -18,6 +18,8 @@ namespace qdot::program {
 
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 using report::exact_text, report::rounded_text;
 using report::LogLogPlot, report::MarkedCurve, report::Marker;
 
@@ -233,7 +235,6 @@ std::string accuracy_text(const SceneStudy& of) {
 }
 
 std::string accuracy_json(const SceneStudy& of, const std::vector<std::string>& files) {
-  using Json = nlohmann::ordered_json;
   const AccuracyStudy& study = of.study;
   const ReferenceMotion& reference = study.reference;
   Json json;

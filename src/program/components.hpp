@@ -4,6 +4,7 @@
 // The components of y = [q; q̇; z] as one names them: q0 … or the scene's own names, with their units.
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -12,8 +13,12 @@
 
 #include "program/arguments.hpp"
 #include "program/chosen_scene.hpp"
+#include "qdot/report/number.hpp"
 
 namespace qdot::program {
+
+/// A component as lists show it: ten digits, and rounding about zero is zero.
+inline std::string number_text(double x) { return report::rounded_text(std::abs(x) < 1e-12 ? 0.0 : x, 10); }
 
 struct Components {
   std::vector<std::string> names, units;

@@ -23,6 +23,8 @@ namespace qdot::program {
 
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 using qdot::detail::RecordedEffect, qdot::detail::RecordedMotion, qdot::detail::RecordedScene;
 
 // T and V of the scene alone.
@@ -96,7 +98,6 @@ struct ConservedValue {
 };
 
 std::string json_of(const RunnableScene& scene, const std::vector<ConservedValue>& values) {
-  using Json = nlohmann::ordered_json;
   Json json;
   json["scene"] = scene.name();
   json["conserved"] = Json::array();

@@ -51,7 +51,6 @@ std::string stability_text(const PointsOfBranch& branch, std::size_t i) {
   return before + ", then " + after;
 }
 
-std::string number_text(double x) { return rounded_text(std::abs(x) < 1e-12 ? 0.0 : x, 10); }
 
 std::size_t special_count(const std::vector<PointsOfBranch>& branches) {
   std::size_t count = 0;

@@ -23,6 +23,8 @@ namespace qdot::program {
 
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 struct LyapunovRequest : ChosenScene {
   Request run = {};
   qdot::LyapunovOptions measured = {};
@@ -78,7 +80,6 @@ void write(const LyapunovRequest& request, const LyapunovSpectrum& found) {
 }
 
 std::string json_of(const LyapunovRequest& request, const LyapunovSpectrum& found) {
-  using Json = nlohmann::ordered_json;
   const auto list = [](const Eigen::VectorXd& x) {
     Json numbers = Json::array();
     for (const double value : x) numbers.push_back(std::isfinite(value) ? Json(value) : Json(nullptr));

@@ -23,6 +23,7 @@
 #include "qdot/report/html.hpp"
 #include "qdot/report/number.hpp"
 #include "qdot/report/svg.hpp"
+#include "qdot/report/symbol.hpp"
 #include "qdot/report/table.hpp"
 
 namespace qdot::program {
@@ -47,8 +48,7 @@ struct OrbitTask : OrbitRequest {
   std::string followed_label() const { return followed() + (followed_unit().empty() ? "" : " [" + followed_unit() + "]"); }
 };
 
-std::string with_unit(const std::string& text, const std::string& unit) { return text + (unit.empty() ? "" : " " + unit); }
-std::string number_text(double x) { return rounded_text(std::abs(x) < 1e-13 ? 0.0 : x, 10); }
+using report::with_unit;
 
 void choose_held(OrbitTask& task, const OrbitCommandOptions& options, const FirstReturn& back) {
   const std::string scene = task.scene->name();
@@ -269,7 +269,7 @@ report::Plot along_family(const OrbitTask& task, const FamilyFound& family, cons
 void write_family(const OrbitTask& task, const FamilyFound& family) {
   if (task.paths.empty() || family.orbits.empty() || !family.orbits.front().orbit.found()) return;
   const std::string time = task.scene->time_unit();
-  const std::vector<std::string> kinds = {"start", "regular", "fold", "period_doubling", "branch", "torus", "end"};
+  const std::vector<std::string> kinds_in_file = {"start", "regular", "fold", "period_doubling", "branch", "torus", "end"};
   report::Table table;
   table.columns = {{"kind", "", {}}, {task.followed(), task.followed_unit(), {}}, {"T", time, {}}, {"h", task.scene->energy_unit(), {}}, {"stability", "", {}}, {"largest_re", "", {}}, {"largest_im", "", {}}};
   for (Eigen::Index i = 0; i < 2 * task.components.dof; ++i)
@@ -278,7 +278,7 @@ void write_family(const OrbitTask& task, const FamilyFound& family) {
   for (const OrbitOfFamily& each : family.orbits) {
     const Orbit& orbit = each.orbit;
     const Multiplier* most = largest(orbit);
-    std::vector<double> row = {static_cast<double>(std::find(kinds.begin(), kinds.end(), each.kind) - kinds.begin()), each.value, orbit.period, orbit.energy,
+    std::vector<double> row = {static_cast<double>(std::find(kinds_in_file.begin(), kinds_in_file.end(), each.kind) - kinds_in_file.begin()), each.value, orbit.period, orbit.energy,
                                static_cast<double>(orbit.stability), most ? most->value.real() : 1.0, most ? most->value.imag() : 0.0};
     for (const double x : orbit.x) row.push_back(x);
     for (std::size_t i = 0; i < row.size(); ++i) table.columns[i].values.push_back(row[i]);
@@ -287,7 +287,7 @@ void write_family(const OrbitTask& task, const FamilyFound& family) {
   }
   report::Page page{.title = task.scene->title(), .lead = task.scene->summary()};
   page.tables.push_back(std::move(facts));
-  const std::string period_label = time.empty() ? "T" : "T [" + time + "]", energy_label = with_unit("h", task.scene->energy_unit().empty() ? "" : "[" + task.scene->energy_unit() + "]");
+  const std::string period_label = time.empty() ? "T" : "T [" + time + "]", energy_label = report::with_unit_symbol("h", task.scene->energy_unit());
   std::vector<report::Series> curves;
   std::vector<double> extents;
   for (const OrbitOfFamily& each : family.orbits) {

@@ -25,9 +25,7 @@ namespace {
 using report::readable_text;
 using report::symbol;
 
-std::string with_unit(const std::string& text, const std::string& unit) {
-  return unit.empty() ? text : text + " " + report::unit_symbol(unit);
-}
+using report::with_unit;
 
 std::string rate_unit(const std::string& unit, const std::string& time_unit) {
   return time_unit.empty() ? unit : (unit.empty() ? "1" : unit) + "/" + time_unit;

@@ -31,6 +31,8 @@ namespace qdot::program {
 
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 // x_i = value, where x_i is an angle in each turn, or the phase of the time.
 struct Surface {
   std::optional<Eigen::Index> place = {};
@@ -247,7 +249,6 @@ void write(const SectionRequest& request) {
 }
 
 std::string json_of(const SectionRequest& request) {
-  using Json = nlohmann::ordered_json;
   const auto list = [](const auto& x) {
     Json numbers = Json::array();
     for (const double value : x) numbers.push_back(value);

@@ -44,6 +44,8 @@ namespace qdot::program {
 
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 struct Sweep {
   ChosenScene nominal;
   std::function<std::unique_ptr<RunnableScene>()> make;
@@ -253,7 +255,6 @@ std::string html_of(const Sweep& sweep, const std::vector<Row>& rows, const std:
 }
 
 std::string json_of(const Sweep& sweep, const std::vector<Row>& rows) {
-  using Json = nlohmann::ordered_json;
   Json json;
   json["scene"] = sweep.nominal.scene->name();
   json["motions"] = rows.size();

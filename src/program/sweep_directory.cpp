@@ -37,7 +37,7 @@ constexpr auto disk_interval = std::chrono::milliseconds(1000);  // and when the
 
 void write_all(int file, const std::string& bytes, const std::string& path) {
   for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t n = write(file, bytes.data() + done, bytes.size() - done);
+    const ssize_t n = ::write(file, bytes.data() + done, bytes.size() - done);
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) fail("the records of a sweep must be written", path, n < 0 ? errno : ENOSPC);
     done += static_cast<std::size_t>(n);
@@ -140,32 +140,32 @@ std::size_t damages_of_read(const std::string& path, std::size_t& used, const Re
 
 /// The manifest, of which all processes see the first that was there.
 void settle_manifest(const std::string& path, const std::string& manifest) {
-  const std::string final_name = path + "/manifest.json", own = path + "/" + own_name() + ".unfinished";
+  const std::string final_name = path + "/manifest.json", draft = path + "/" + own_name() + ".unfinished";
   if (!fs::exists(final_name)) {
     for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
       const std::string name = entry.path().filename().string();
       if (name.ends_with(".unfinished") || name.ends_with(".records") || name == "manifest.json" || name == "claims") continue;
       throw UsageError("--out: must leave " + path + " to qdot, but it holds " + name + "; choose another --out, or move " + path + " away");
     }
-    const int file = open(own.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (file < 0) fail("a sweep's manifest must be written", own, errno);
+    const int file = open(draft.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (file < 0) fail("a sweep's manifest must be written", draft, errno);
     try {
-      write_all(file, manifest, own);
-      synchronize_file(file, own);
+      write_all(file, manifest, draft);
+      synchronize_file(file, draft);
     } catch (...) {
       close(file);
-      unlink(own.c_str());
+      unlink(draft.c_str());
       throw;
     }
     close(file);
     // A link leaves a manifest alone that another process was quicker with; not all file systems have it.
-    const int linked = link(own.c_str(), final_name.c_str());
-    if (linked != 0 && errno != EEXIST && rename(own.c_str(), final_name.c_str()) != 0) {
+    const int linked = link(draft.c_str(), final_name.c_str());
+    if (linked != 0 && errno != EEXIST && rename(draft.c_str(), final_name.c_str()) != 0) {
       const int error = errno;
-      unlink(own.c_str());
+      unlink(draft.c_str());
       fail("a sweep's manifest must be written", final_name, error);
     }
-    unlink(own.c_str());
+    unlink(draft.c_str());
     synchronize_directory(path);
   }
   require_same(path, content(final_name), manifest);

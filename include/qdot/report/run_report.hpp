@@ -21,6 +21,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -77,24 +78,20 @@ struct ReportedRun {
   std::function<Eigen::VectorXd(double t, const Eigen::VectorXd& y)> reactions{}, forces{};  // empty where the system has none
 };
 
-inline std::string text_with_unit(double value, int digits, const std::string& unit) {
-  return rounded_text(value, digits) + (unit.empty() ? "" : " " + unit_symbol(unit));
-}
-
 inline Facts run_facts(const ReportedRun& run, const ReportOptions& options) {
   const Statistics& cost = run.statistics;
   const std::vector<double>& E = run.table.column("energy").values;
   double largest = 0;
   for (const double e : E) largest = std::max(largest, std::abs(e - E.front()));
   Facts facts{"Run", {{"outcome", run.outcome},
-                      {"end", "t = " + text_with_unit(run.table.columns[0].values.back(), 10, options.time_unit)},
+                      {"end", "t = " + with_unit(rounded_text(run.table.columns[0].values.back(), 10), options.time_unit)},
                       {"method", cost.method},
                       {"steps", std::to_string(cost.steps) + " accepted, " + std::to_string(cost.rejected()) + " rejected"},
                       {"evaluations", std::to_string(cost.evaluations) + ", and " + std::to_string(cost.jacobians) + " Jacobians"}}};
   if (cost.projections > 0) facts.rows.push_back({"largest |φ|, |φ̇|", readable_text(cost.constraint_residual, 2) + ", " + readable_text(cost.constraint_velocity, 2)});
   facts.rows.push_back({"wall time", readable_text(1e3 * cost.wall_seconds, 3) + " ms"});
-  facts.rows.push_back({"E(0)", text_with_unit(E.front(), 8, options.energy_unit)});
-  facts.rows.push_back({"largest |E − E(0)|", readable_text(largest, 3) + (options.energy_unit.empty() ? "" : " " + unit_symbol(options.energy_unit))});
+  facts.rows.push_back({"E(0)", with_unit(rounded_text(E.front(), 8), options.energy_unit)});
+  facts.rows.push_back({"largest |E − E(0)|", with_unit(readable_text(largest, 3), options.energy_unit)});
   return facts;
 }
 
@@ -102,7 +99,8 @@ inline Facts run_facts(const ReportedRun& run, const ReportOptions& options) {
 inline double add_arrows(Animation& animation, const View& view, Eigen::Index dof, const std::function<Eigen::VectorXd(double)>& y_at, const std::vector<int>& at,
                          const std::function<Eigen::VectorXd(double, const Eigen::VectorXd&)>& force, double longest, int colour) {
   std::vector<std::vector<Point>> forces;
-  Eigen::Array3d low, high;  // of all points
+  constexpr double beyond = std::numeric_limits<double>::max();
+  Eigen::Array3d low = Eigen::Array3d::Constant(beyond), high = -low;  // of all points
   double largest = 0;
   for (std::size_t k = 0; k < animation.times.size(); ++k) {
     const double t = animation.times[k];
@@ -135,7 +133,6 @@ inline double add_arrows(Animation& animation, const View& view, Eigen::Index do
     forces.push_back(std::move(each));
     for (const Point& p : animation.frames[k]) {
       const Eigen::Array3d place(p.x, p.y, view.drawing.camera ? p.z : 0.0);
-      if (k == 0 && &p == animation.frames[0].data()) low = high = place;
       low = low.min(place), high = high.max(place);
     }
   }
