@@ -41,21 +41,26 @@ struct ClosedFormExtent {
   int lines = 0, coefficients = 0, eliminated = 0, factors = 0, kept = 0;
   bool exists = false;
   friend constexpr bool operator==(const ClosedFormExtent&, const ClosedFormExtent&) = default;
+  constexpr bool fits_in(const ClosedFormExtent& room) const {
+    return lines <= room.lines && coefficients <= room.coefficients && eliminated <= room.eliminated && factors <= room.factors && kept <= room.kept;
+  }
+};
+
+/// A coordinate whose acceleration is eliminated: numbers of lines, and factors first … last − 1.
+struct EliminatedCoordinate {
+  int coordinate = 0, pivot = 0, acceleration = 0, first = 0, last = 0;
+  CoefficientUse pivot_factor;  // the pivot is this, or this times functions of the position
+  bool has_constant_pivot = false;
 };
 
 /// All of it, with room for what the extent says.
 template <ClosedFormExtent extent>
 struct ClosedForm {
-  struct Eliminated {
-    int coordinate = 0, pivot = 0, acceleration = 0, first = 0, last = 0;  // lines; factors first … last − 1
-    CoefficientUse pivot_factor;  // the pivot is this, or this times functions of the position
-    bool has_constant_pivot = false;
-  };
   static constexpr ClosedFormExtent size = extent;
 
   ClosedFormLine line[extent.lines + 1] = {};
   formula::CoefficientStep coefficient[extent.coefficients + 1] = {};
-  Eliminated eliminated[extent.eliminated + 1] = {};
+  EliminatedCoordinate eliminated[extent.eliminated + 1] = {};
   int factor[extent.factors + 1] = {}, coordinate[extent.factors + 1] = {};
   int kept[extent.kept + 1] = {}, right[extent.kept + 1] = {}, diagonal[extent.kept + 1] = {};
   int mass[extent.kept * (extent.kept + 1) / 2 + 1] = {};
@@ -176,29 +181,27 @@ constexpr std::vector<int> with_checked(std::vector<int> outputs, const std::vec
   return outputs;
 }
 
-template <class Way>
-constexpr ClosedFormExtent closed_form_extent() {
-  ClosedFormExtent extent;
-  Way::derive([&extent](const auto& d, const DerivedEquations& e) {
+/// A form as it was derived, in a table with room to spare, and how much of it there is. What does not fit is left out.
+template <class Form>
+struct Draft {
+  std::remove_cvref_t<decltype(Form::size)> extent{};
+  Form form{};
+};
+
+template <class Way, ClosedFormExtent room>
+constexpr Draft<ClosedForm<room>> closed_form_draft() {
+  Draft<ClosedForm<room>> draft;
+  Way::derive([&draft](const auto& d, const DerivedEquations& e) {
+    auto& [extent, form] = draft;
     const std::vector<int> outputs = outputs_of(e);
-    lines_of(d.graph, with_checked(outputs, domains_to_check(d.graph, outputs)), extent.lines);
+    const std::vector<formula::Domain> domains = domains_to_check(d.graph, outputs);
+    const std::vector<int> line = lines_of(d.graph, with_checked(outputs, domains), extent.lines);
     extent.coefficients = static_cast<int>(d.book.steps().size());
     extent.eliminated = static_cast<int>(e.eliminated.size());
     for (const auto& step : e.eliminated) extent.factors += static_cast<int>(step.factors.size());
     extent.kept = static_cast<int>(e.kept.size());
     extent.exists = true;
-  });
-  return extent;
-}
-
-template <class Way, ClosedFormExtent extent>
-constexpr ClosedForm<extent> closed_form_of() {
-  ClosedForm<extent> form;
-  Way::derive([&form](const auto& d, const DerivedEquations& e) {
-    int count = 0;
-    const std::vector<int> outputs = outputs_of(e);
-    const std::vector<formula::Domain> domains = domains_to_check(d.graph, outputs);
-    const std::vector<int> line = lines_of(d.graph, with_checked(outputs, domains), count);
+    if (!extent.fits_in(room)) return;
     const auto line_of = [&](int node) { return node < 0 ? -1 : line[static_cast<std::size_t>(node)]; };
     write_form_lines(d, line, form);
     for (std::size_t w = 0; w < domains.size(); ++w)
@@ -223,20 +226,48 @@ constexpr ClosedForm<extent> closed_form_of() {
     }
     for (std::size_t i = 0; i < e.mass.size(); ++i) form.mass[i] = line_of(e.mass[i]);
   });
-  return form;
+  return draft;
 }
+
+// A compiler that derives first to count and then to write works twice: it writes into a table that has room for almost every form.
+inline constexpr ClosedFormExtent closed_form_room{.lines = 800, .coefficients = 400, .eliminated = 32, .factors = 400, .kept = 32};
 
 // Whether the compiler can be asked at all: it stops after a number of operations.
 template <class Way>
-concept Derivable = requires { typename std::bool_constant<closed_form_extent<Way>().exists>; };
+concept Derivable = requires { typename std::bool_constant<closed_form_draft<Way, closed_form_room>().extent.exists>; };
 template <class Way>
-inline constexpr ClosedFormExtent extent_of_way = [] {
+inline constexpr Draft<ClosedForm<closed_form_room>> draft_of_way = [] {
   if constexpr (Derivable<Way>) {
-    return closed_form_extent<Way>();
+    return closed_form_draft<Way, closed_form_room>();
   } else {
-    return ClosedFormExtent{};
+    return Draft<ClosedForm<closed_form_room>>{};
   }
 }();
+
+template <class T, std::size_t room, std::size_t count>
+constexpr void copy_front(const T (&from)[room], T (&to)[count]) {
+  for (std::size_t i = 0; i < count; ++i) to[i] = from[i];
+}
+
+template <class Way, ClosedFormExtent extent>
+constexpr ClosedForm<extent> closed_form_of() {
+  if constexpr (extent.fits_in(closed_form_room)) {
+    constexpr const auto& draft = draft_of_way<Way>.form;
+    ClosedForm<extent> form;
+    copy_front(draft.line, form.line);
+    copy_front(draft.coefficient, form.coefficient);
+    copy_front(draft.eliminated, form.eliminated);
+    copy_front(draft.factor, form.factor);
+    copy_front(draft.coordinate, form.coordinate);
+    copy_front(draft.kept, form.kept);
+    copy_front(draft.right, form.right);
+    copy_front(draft.diagonal, form.diagonal);
+    copy_front(draft.mass, form.mass);
+    return form;
+  } else {
+    return closed_form_draft<Way, extent>().form;
+  }
+}
 
 // Largest n whose kinetic energy is multiplied out.
 inline constexpr int by_terms_limit = 8;
@@ -245,7 +276,7 @@ template <int n, class Energies>
 struct WayToDerive {
   static constexpr auto chosen() {
     if constexpr (n <= by_terms_limit) {
-      if constexpr (extent_of_way<ByTerms<n, Energies>>.exists) {
+      if constexpr (draft_of_way<ByTerms<n, Energies>>.extent.exists) {
         return std::type_identity<ByTerms<n, Energies>>{};
       } else {
         return std::type_identity<ByGraph<n, Energies>>{};
@@ -262,7 +293,7 @@ template <int n, const auto& list_T, const auto& list_V>
 struct ClosedFormOfLists {
   using Energies = ListedEnergies<n, list_T, list_V>;
   using Way = typename WayToDerive<n, Energies>::type;
-  static constexpr ClosedFormExtent extent = extent_of_way<Way>;
+  static constexpr ClosedFormExtent extent = draft_of_way<Way>.extent;
   static constexpr bool exists = extent.exists;
   static constexpr int coefficients = extent.coefficients;
   static constexpr ClosedForm<extent> form = closed_form_of<Way, extent>();

@@ -23,6 +23,7 @@ struct ClosedJacobianExtent {
   int lines = 0, coefficients = 0;
   int equations = 0;  // lines for M and r
   bool exists = false;
+  constexpr bool fits_in(const ClosedJacobianExtent& room) const { return lines <= room.lines && coefficients <= room.coefficients; }
 };
 
 /// Lines of code, and which of them are M, r and the derivatives of r − M a.
@@ -51,56 +52,66 @@ constexpr void derive_jacobian(const Use& use) {
   use(d, jacobian, domains, equations, all);
 }
 
-template <int n, class Energies>
-constexpr ClosedJacobianExtent closed_jacobian_extent() {
-  ClosedJacobianExtent extent;
+template <int n, class Energies, ClosedJacobianExtent room>
+constexpr Draft<ClosedJacobian<n, room>> closed_jacobian_draft() {
+  Draft<ClosedJacobian<n, room>> draft;
   derive_jacobian<n, Energies>(
-      [&extent](const auto& d, const DerivedJacobian&, const auto&, const std::vector<int>& equations, const std::vector<int>& all) {
+      [&draft](const auto& d, const DerivedJacobian& jacobian, const auto& domains, const std::vector<int>& equations, const std::vector<int>& all) {
+        auto& [extent, form] = draft;
         const std::vector<int> line = lines_of(d.graph, all, extent.lines);
         for (const int node : equations)
           if (node >= 0 && line[static_cast<std::size_t>(node)] >= extent.equations) extent.equations = line[static_cast<std::size_t>(node)] + 1;
         extent.coefficients = static_cast<int>(d.book.steps().size());
         extent.exists = true;
+        if (!extent.fits_in(room)) return;
+        write_form_lines(d, line, form);
+        for (std::size_t w = 0; w < domains.size(); ++w)
+          if (line[w] >= 0) form.line[line[w]].domain = domains[w];
+        const auto copy = [&line](const std::vector<int>& nodes, int* lines) {
+          for (std::size_t k = 0; k < nodes.size(); ++k) lines[k] = nodes[k] < 0 ? -1 : line[static_cast<std::size_t>(nodes[k])];
+        };
+        copy(jacobian.mass, form.mass);
+        copy(jacobian.right, form.right);
+        copy(jacobian.slopes, form.slope);
       });
-  return extent;
+  return draft;
 }
 
-template <int n, class Energies, ClosedJacobianExtent extent>
-constexpr ClosedJacobian<n, extent> closed_jacobian_of() {
-  ClosedJacobian<n, extent> form;
-  if (!extent.exists) return form;
-  derive_jacobian<n, Energies>([&form](const auto& d, const DerivedJacobian& jacobian, const auto& domains, const auto&, const std::vector<int>& all) {
-    int count = 0;
-    const std::vector<int> line = lines_of(d.graph, all, count);
-    write_form_lines(d, line, form);
-    for (std::size_t w = 0; w < domains.size(); ++w)
-      if (line[w] >= 0) form.line[line[w]].domain = domains[w];
-    const auto copy = [&line](const std::vector<int>& nodes, int* lines) {
-      for (std::size_t k = 0; k < nodes.size(); ++k) lines[k] = nodes[k] < 0 ? -1 : line[static_cast<std::size_t>(nodes[k])];
-    };
-    copy(jacobian.mass, form.mass);
-    copy(jacobian.right, form.right);
-    copy(jacobian.slopes, form.slope);
-  });
-  return form;
-}
+inline constexpr ClosedJacobianExtent closed_jacobian_room{.lines = 2000, .coefficients = 800};
 
 template <int n, class Energies>
-concept JacobianDerivable = requires { typename std::bool_constant<closed_jacobian_extent<n, Energies>().exists>; };
+concept JacobianDerivable = requires { typename std::bool_constant<closed_jacobian_draft<n, Energies, closed_jacobian_room>().extent.exists>; };
 
+template <int n, class Energies, ClosedJacobianExtent extent>
+constexpr ClosedJacobian<n, extent> closed_jacobian_of(const Draft<ClosedJacobian<n, closed_jacobian_room>>& draft) {
+  if constexpr (extent.fits_in(closed_jacobian_room)) {
+    ClosedJacobian<n, extent> form;
+    copy_front(draft.form.line, form.line);
+    copy_front(draft.form.coefficient, form.coefficient);
+    copy_front(draft.form.mass, form.mass);
+    copy_front(draft.form.right, form.right);
+    copy_front(draft.form.slope, form.slope);
+    return form;
+  } else {
+    return closed_jacobian_draft<n, Energies, extent>().form;
+  }
+}
 
 /// The Jacobian's form of the energies of a closed form; `exists` is false where there is none.
 template <int n, class Energies>
-struct ClosedJacobianOf {
-  static constexpr ClosedJacobianExtent extent = [] {
+class ClosedJacobianOf {
+  static constexpr Draft<ClosedJacobian<n, closed_jacobian_room>> draft = [] {
     if constexpr (n >= 1 && n <= by_terms_limit) {
-      if constexpr (JacobianDerivable<n, Energies>) return closed_jacobian_extent<n, Energies>();
+      if constexpr (JacobianDerivable<n, Energies>) return closed_jacobian_draft<n, Energies, closed_jacobian_room>();
     }
-    return ClosedJacobianExtent{};
+    return Draft<ClosedJacobian<n, closed_jacobian_room>>{};
   }();
+
+ public:
+  static constexpr ClosedJacobianExtent extent = draft.extent;
   static constexpr bool exists = extent.exists;
   static constexpr int coefficients = extent.coefficients;
-  static constexpr ClosedJacobian<n, extent> form = closed_jacobian_of<n, Energies, extent>();
+  static constexpr ClosedJacobian<n, extent> form = closed_jacobian_of<n, Energies, extent>(draft);
 };
 
 /// Calls `use` with M, r and the entries of M that are not always zero (mass_and_rhs.hpp); false where T or V has no value, and where `use` says so.
