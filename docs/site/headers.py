@@ -250,8 +250,10 @@ class Reader:
         while self.tokens[j].text in ("class", "struct"):
             j += 1
         name = self.tokens[j].text
-        while self.tokens[j].text != "{":
+        while self.tokens[j].text not in ("{", ";"):
             j += 1
+        if self.tokens[j].text == ";":  # its enumerators stand elsewhere
+            return [], j + 1
         made = self.made("enum", name, first, j, doc, where)
         j += 1
         said, on_line = [], []

@@ -7,6 +7,7 @@
 
 #include "qdot/error.hpp"    // what is thrown
 #include "qdot/version.hpp"  // which qdot this is
+// #include "qdot/fwd.hpp"   // names of types, for headers that only mention them
 
 #include "qdot/ad/dual.hpp"         // numbers that carry their derivatives
 #include "qdot/ad/dual_math.hpp"    // their sine, root, power …

@@ -2,7 +2,7 @@
 #
 # Includes go one way only, from layer to layer and from room to room, and SUNDIALS is named in integrate/cvode*.hpp and the room
 # integrate/cvode/ alone, Ipopt in analysis/optimal/ipopt.hpp.
-set(layers version error ad mechanics effects integrate analysis report qdot)
+set(layers version error fwd ad mechanics effects integrate analysis report qdot)
 # Folders below a layer, each of which may include those before it. What users include is not in them (rooms.cmake).
 set(rooms ad/forward ad/records ad/lagrange ad/places ad/formula ad/series mechanics/equations mechanics/derive mechanics/places
   effects/rows effects/equations integrate/steps integrate/watch integrate/driver integrate/accurate integrate/cvode analysis/linear analysis/symmetry analysis/variations analysis/orbits analysis/branches analysis/fit analysis/paths analysis/optimal report/equations)
