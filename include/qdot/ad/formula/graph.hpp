@@ -254,38 +254,43 @@ class BasicGraph {
     };
     for (int w = output; w >= 0; --w) {
       const int bar = adjoint[static_cast<std::size_t>(w)];
-      if (bar < 0 || bar == zero) continue;
-      const Node node = (*this)[w];
-      switch (node.kind) {
-        case Kind::constant:
-        case Kind::variable: break;
-        case Kind::affine:
-          if (leads_on(node.a)) add(node.a, scaled(bar, node.ca));
-          if (leads_on(node.b)) add(node.b, scaled(bar, node.cb));
-          break;
-        case Kind::product:
-          if (leads_on(node.a)) add(node.a, product(bar, node.b));
-          if (leads_on(node.b)) add(node.b, product(bar, node.a));
-          break;
-        case Kind::quotient: {
-          const int share = quotient(bar, node.b);
-          if (leads_on(node.a)) add(node.a, share);
-          if (leads_on(node.b)) add(node.b, scaled(product(share, w), -1.0));
-          break;
-        }
-        case Kind::power:
-          if (leads_on(node.a)) add(node.a, product(bar, scaled(power(node.a, exponent_of(node) - 1.0), node.c)));
-          break;
-        case Kind::function:
-          if (leads_on(node.a)) add(node.a, product(bar, slope(w)));
-          if (leads_on(node.b)) add(node.b, product(bar, second_slope(w)));
-          break;
-      }
+      if (bar >= 0 && bar != zero) pass_back(w, bar, leads_on, add);
     }
     std::vector<int> result;
     for (const int x : variables)
       result.push_back(x <= output && adjoint[static_cast<std::size_t>(x)] >= 0 ? adjoint[static_cast<std::size_t>(x)] : zero);
     return result;
+  }
+
+  /// The chain rule from node w, whose share in a derivative is the node `bar`, to its arguments: add(argument, share) for those that lead on.
+  template <class LeadsOn, class Add>
+  constexpr void pass_back(int w, int bar, const LeadsOn& leads_on, const Add& add) {
+    const Node node = (*this)[w];
+    switch (node.kind) {
+      case Kind::constant:
+      case Kind::variable: break;
+      case Kind::affine:
+        if (leads_on(node.a)) add(node.a, scaled(bar, node.ca));
+        if (leads_on(node.b)) add(node.b, scaled(bar, node.cb));
+        break;
+      case Kind::product:
+        if (leads_on(node.a)) add(node.a, product(bar, node.b));
+        if (leads_on(node.b)) add(node.b, product(bar, node.a));
+        break;
+      case Kind::quotient: {
+        const int share = quotient(bar, node.b);
+        if (leads_on(node.a)) add(node.a, share);
+        if (leads_on(node.b)) add(node.b, scaled(product(share, w), -1.0));
+        break;
+      }
+      case Kind::power:
+        if (leads_on(node.a)) add(node.a, product(bar, scaled(power(node.a, exponent_of(node) - 1.0), node.c)));
+        break;
+      case Kind::function:
+        if (leads_on(node.a)) add(node.a, product(bar, slope(w)));
+        if (leads_on(node.b)) add(node.b, product(bar, second_slope(w)));
+        break;
+    }
   }
 
  private:

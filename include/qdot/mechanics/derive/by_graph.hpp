@@ -176,7 +176,7 @@ class DerivationByGraph {
     return x;
   }
 
-  RatesOfNodes rates_{graph, n};
+  RatesOfNodes<DerivedEquations::Graph> rates_{graph, n};
 };
 
 // What a compiler can be asked to do in one constant, in nodes that are made or found.

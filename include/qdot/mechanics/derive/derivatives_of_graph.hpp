@@ -18,9 +18,8 @@
 namespace qdot::detail {
 
 /// d/dt of nodes at q̈ = 0: variables are q, q̇, t; all others stay as they are.
+template <class Graph>
 class RatesOfNodes {
-  using Graph = DerivedEquations::Graph;
-
  public:
   constexpr RatesOfNodes(Graph& graph, int n) : graph_(graph), n_(n) {}
 
@@ -32,7 +31,7 @@ class RatesOfNodes {
 
   constexpr int of(int x) {
     if (known(x) > 0) return known(x) - 1;
-    const Graph::Node w = graph_[x];
+    const typename Graph::Node w = graph_[x];
     int rate = graph_.constant(0.0);
     const auto add = [&](int slope, int of) {
       const int part = graph_.product(slope, of);
@@ -58,7 +57,7 @@ class RatesOfNodes {
         break;
       }
       case formula::Kind::power: {
-        const int slope = graph_.scaled(graph_.power(w.a, decisive(w.c) - 1.0), w.c);
+        const int slope = graph_.scaled(graph_.power(w.a, formula::decisive(w.c) - 1.0), w.c);
         add(of(w.a), slope);
         break;
       }

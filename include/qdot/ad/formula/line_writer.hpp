@@ -1,0 +1,258 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// From a graph to lines, equal ones together.
+//
+// An operation can be carried out as soon as its arguments are there, so nodes have levels: one more than the higher of their arguments'. On a level
+// the order is free. Nodes that do the same are put behind each other in the order of their arguments' places, and get consecutive places
+// themselves; where the user's loop went from neighbour to neighbour, so do the places, and the level becomes a few runs (ad/formula/lines.hpp).
+//
+// Arrays of a million numbers do not fit into the memory that a processor has near, and reading them once for each level costs more than
+// the arithmetic. So the outputs are taken a tile at a time, and what a tile needs is made while its numbers are near.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <tuple>
+#include <vector>
+
+#include "qdot/ad/formula/graph.hpp"
+#include "qdot/ad/formula/lines.hpp"
+
+namespace qdot::formula {
+
+/// Writes lines for nodes of a graph. The first numbers are the variables, as they are numbered.
+template <class Coefficient>
+class LineWriter {
+ public:
+  LineWriter(const BasicGraph<Coefficient>& graph, std::size_t inputs) : graph_(graph), count_(static_cast<std::uint32_t>(inputs)) { see_new_nodes(); }
+
+  /// Appends what `outputs` (node numbers, −1 for none) need and is not there yet, some `tile` of them at a time. The table has no end yet.
+  void write(const std::vector<int>& outputs, LineTable& table, std::size_t tile = 4096) {
+    see_new_nodes();
+    for (std::size_t first = 0; first < outputs.size(); first += tile) {
+      find_needed(outputs, first, std::min(outputs.size(), first + tile));
+      write_levels(table);
+    }
+  }
+
+  /// How many numbers there are by now.
+  std::size_t count() const { return count_; }
+  /// Where a node's value is; −1 for node −1.
+  std::int64_t number(int node) const { return node < 0 ? -1 : place_[static_cast<std::size_t>(node)]; }
+  std::vector<int> numbers(const std::vector<int>& nodes) const {
+    std::vector<int> all;
+    all.reserve(nodes.size());
+    for (const int node : nodes) all.push_back(static_cast<int>(number(node)));
+    return all;
+  }
+
+ private:
+  using Operation = Line::Operation;
+  static constexpr std::size_t shortest_run = 4;
+
+  // A node on its level; for a sine and a cosine of one angle, both.
+  struct Element {
+    Line line;
+    int node, partner = -1;
+  };
+
+  void see_new_nodes() {
+    const std::size_t seen = place_.size();
+    place_.resize(graph_.nodes().size(), -1);
+    level_.resize(place_.size(), 0);
+    for (std::size_t w = seen; w < place_.size(); ++w)
+      if (graph_.nodes()[w].kind == Kind::variable) place_[w] = graph_.nodes()[w].a;
+  }
+
+  bool is_missing(int node) const { return node >= 0 && place_[static_cast<std::size_t>(node)] < 0; }
+
+  // needed_ ← missing nodes below some of the outputs, in the graph's order.
+  void find_needed(const std::vector<int>& outputs, std::size_t first, std::size_t last) {
+    constexpr std::int64_t on_the_way = -2;
+    needed_.clear();
+    const auto meet = [&](int node) {
+      if (node < 0 || place_[static_cast<std::size_t>(node)] != -1) return;
+      place_[static_cast<std::size_t>(node)] = on_the_way;
+      needed_.push_back(node);
+    };
+    for (std::size_t i = first; i < last; ++i) meet(outputs[i]);
+    for (std::size_t k = 0; k < needed_.size(); ++k) {
+      const auto& node = graph_[needed_[k]];
+      if (node.kind == Kind::constant || node.kind == Kind::variable) continue;
+      meet(node.a);
+      meet(node.b);
+    }
+    std::sort(needed_.begin(), needed_.end());
+  }
+
+  // needed_ level by level. Nodes that were there before are on level 0.
+  void write_levels(LineTable& table) {
+    int highest = 0;
+    for (const int w : needed_) {
+      const auto& node = graph_[w];
+      int level = 0;
+      if (node.kind != Kind::constant) {
+        for (const int x : {node.a, node.b})
+          if (is_missing(x)) level = std::max(level, level_[static_cast<std::size_t>(x)]);
+      }
+      level_[static_cast<std::size_t>(w)] = level + 1;
+      highest = std::max(highest, level + 1);
+    }
+    std::vector<std::size_t> begin(static_cast<std::size_t>(highest) + 2, 0);
+    for (const int w : needed_) ++begin[static_cast<std::size_t>(level_[static_cast<std::size_t>(w)]) + 1];
+    for (std::size_t l = 1; l < begin.size(); ++l) begin[l] += begin[l - 1];
+    by_level_.resize(needed_.size());
+    std::vector<std::size_t> next = begin;
+    for (const int w : needed_) by_level_[next[static_cast<std::size_t>(level_[static_cast<std::size_t>(w)])]++] = w;
+    for (std::size_t l = 1; l + 1 < begin.size(); ++l) write_level(begin[l], begin[l + 1], table);
+  }
+
+  void write_level(std::size_t first, std::size_t last, LineTable& table) {
+    elements_.clear();
+    for (std::size_t k = first; k < last; ++k) elements_.push_back({line_of(by_level_[k]), by_level_[k], -1});
+    const auto kind_of = [](const Line& l) { return std::tuple(l.operation, l.function, l.operation == Operation::power ? l.c : 0.0); };
+    const auto comes_before = [&](const Element& x, const Element& y) {
+      const auto kx = kind_of(x.line), ky = kind_of(y.line);
+      if (kx != ky) return kx < ky;
+      return std::tuple(x.line.a, x.line.b, x.node) < std::tuple(y.line.a, y.line.b, y.node);
+    };
+    std::sort(elements_.begin(), elements_.end(), comes_before);
+    pair_sines_and_cosines(comes_before);
+    for (std::size_t k = 0; k < elements_.size();) {
+      std::size_t end = k + 1;
+      while (end < elements_.size() && kind_of(elements_[end].line) == kind_of(elements_[k].line)) ++end;
+      place_elements(k, end);
+      write_elements(k, end, table);
+      k = end;
+    }
+  }
+
+  Line line_of(int w) const {
+    const auto& node = graph_[w];
+    const auto place = [&](int x) { return x < 0 ? std::uint32_t(0) : static_cast<std::uint32_t>(place_[static_cast<std::size_t>(x)]); };
+    Line l{Operation::constant, node.function, 0, 0, 0, decisive(node.ca), decisive(node.cb), decisive(node.c)};
+    if (node.kind == Kind::constant) return l;
+    l.a = place(node.a);
+    l.b = node.b < 0 ? l.a : place(node.b);
+    switch (node.kind) {
+      case Kind::constant:
+      case Kind::variable: break;
+      case Kind::affine:
+        if (node.b < 0) l.operation = Operation::scaled;
+        else if (l.ca == 1.0 && l.c == 0.0 && l.cb == 1.0) l.operation = Operation::sum;
+        else if (l.ca == 1.0 && l.c == 0.0 && l.cb == -1.0) l.operation = Operation::difference;
+        else if (l.ca == -1.0 && l.c == 0.0 && l.cb == 1.0) {
+          l.operation = Operation::difference;
+          std::swap(l.a, l.b);
+        } else l.operation = Operation::combination;
+        break;
+      case Kind::product: l.operation = l.a == l.b ? Operation::square : Operation::product; break;
+      case Kind::quotient: l.operation = Operation::quotient; break;
+      case Kind::power:
+        l.operation = l.c == -1.0 ? Operation::inverse : l.c == 0.5 ? Operation::root : l.c == -0.5 ? Operation::inverse_root : Operation::power;
+        break;
+      case Kind::function: l.operation = Operation::function; break;
+    }
+    return l;
+  }
+
+  // A sine and a cosine of one angle become one element.
+  template <class ComesBefore>
+  void pair_sines_and_cosines(const ComesBefore& comes_before) {
+    const auto is = [](const Element& e, Function f) { return e.line.operation == Operation::function && e.line.function == f; };
+    const auto begin_of = [&](Function f) { return std::find_if(elements_.begin(), elements_.end(), [&](const Element& e) { return is(e, f); }); };
+    auto s = begin_of(Function::sin), c = begin_of(Function::cos);
+    bool any = false;
+    while (s != elements_.end() && is(*s, Function::sin) && c != elements_.end() && is(*c, Function::cos)) {
+      if (s->line.a != c->line.a) {
+        ++(s->line.a < c->line.a ? s : c);
+        continue;
+      }
+      s->line.operation = Operation::sine_and_cosine;
+      s->line.function = Function::none;
+      s->partner = c->node;
+      c->line.operation = Operation::end;
+      any = true;
+      ++s, ++c;
+    }
+    if (!any) return;
+    std::erase_if(elements_, [](const Element& e) { return e.line.operation == Operation::end; });
+    std::sort(elements_.begin(), elements_.end(), comes_before);
+  }
+
+  void place_elements(std::size_t first, std::size_t last) {
+    const auto place = [&](Element& e, int node) {
+      place_[static_cast<std::size_t>(node)] = count_;
+      (node == e.node ? e.line.to : e.line.b) = count_++;
+    };
+    for (std::size_t k = first; k < last; ++k) place(elements_[k], elements_[k].node);
+    for (std::size_t k = first; k < last; ++k)
+      if (elements_[k].partner >= 0) place(elements_[k], elements_[k].partner);
+  }
+
+  // Elements of one kind: runs where they are long enough, or one run with lists, or lines.
+  void write_elements(std::size_t first, std::size_t last, LineTable& table) {
+    if (elements_[first].line.operation == Operation::constant || last - first < shortest_run) {
+      for (std::size_t k = first; k < last; ++k) table.lines.push_back(elements_[k].line);
+      return;
+    }
+    std::vector<RunOfLines> runs;
+    bool short_ones = false;
+    for (std::size_t k = first; k < last;) {
+      RunOfLines run{elements_[k].line};
+      const auto step = [&](std::size_t i, auto place) { return static_cast<std::int32_t>(elements_[i].line.*place) - static_cast<std::int32_t>(elements_[i - 1].line.*place); };
+      std::size_t end = k + 1;
+      if (end < last) {
+        run.step_a = step(end, &Line::a);
+        run.step_b = step(end, &Line::b);
+        while (end < last && step(end, &Line::a) == run.step_a && step(end, &Line::b) == run.step_b) ++end;
+      }
+      run.count = static_cast<std::uint32_t>(end - k);
+      short_ones = short_ones || run.count < shortest_run;
+      runs.push_back(run);
+      k = end;
+    }
+    // Short runs cost what runs cost; one list costs two places a line.
+    if (short_ones && runs.size() * 2 * shortest_run > last - first) {
+      runs.assign(1, RunOfLines{elements_[first].line});
+      runs[0].count = static_cast<std::uint32_t>(last - first);
+      runs[0].places = static_cast<std::int64_t>(table.places.size());
+      for (std::size_t k = first; k < last; ++k) {
+        const Line& l = elements_[k].line;
+        table.places.insert(table.places.end(), {l.a, l.operation == Operation::sine_and_cosine ? l.a : l.b});
+      }
+    }
+    std::size_t k = first;
+    for (RunOfLines& run : runs) {
+      add_factors(k, run, table);
+      table.lines.push_back({Operation::run, Function::none, 0, static_cast<std::uint32_t>(table.runs.size()), 0});
+      table.runs.push_back(run);
+      k += run.count;
+    }
+  }
+
+  void add_factors(std::size_t first, RunOfLines& run, LineTable& table) {
+    if (run.first.operation != Operation::scaled && run.first.operation != Operation::combination) return;
+    const auto of = [&](std::size_t k) {
+      const Line& l = elements_[k].line;
+      return std::tuple(l.ca, l.cb, l.c);
+    };
+    bool alike = true;
+    for (std::size_t k = first; k < first + run.count; ++k) alike = alike && of(k) == of(first);
+    if (alike) return;
+    run.factors = static_cast<std::int64_t>(table.factors.size());
+    for (std::size_t k = first; k < first + run.count; ++k) {
+      const Line& l = elements_[k].line;
+      table.factors.insert(table.factors.end(), {l.ca, l.cb, l.c});
+    }
+  }
+
+  const BasicGraph<Coefficient>& graph_;
+  std::vector<std::int64_t> place_;  // of each node; −1 where it has none
+  std::vector<int> level_, needed_, by_level_;
+  std::vector<Element> elements_;
+  std::uint32_t count_;
+};
+
+}  // namespace qdot::formula

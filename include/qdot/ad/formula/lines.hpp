@@ -1,0 +1,173 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A formula carried out line by line.
+//
+// What a graph (ad/formula/graph.hpp) says becomes a table of lines,
+//
+//     x₇ = x₃ x₅,     x₈ = sin x₀, x₉ = cos x₀,     x₁₀ = 2 x₇ − x₈,   …
+//
+// and carry_out() goes through it from operation to operation. A line costs one or two nanoseconds beside what it computes.
+//
+// Many bodies are many equal lines. x₁₀₀ = x₁ − x₀, x₁₀₁ = x₂ − x₁, x₁₀₂ = x₃ − x₂ … is one *run*: an operation, how many there are, and where each of
+// its three places begins and how it steps on. A run is a loop over arrays, as one would write by hand, so that a lattice of a million masses has as
+// many lines as one mass has operations. Where places do not step on evenly, or factors differ, a run has a list of them.
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "qdot/ad/formula/analytic_function.hpp"
+#include "qdot/ad/formula/graph.hpp"
+
+namespace qdot::formula {
+
+/// One line: x[to] = …
+struct Line {
+  enum class Operation : std::uint8_t {
+    end, constant, scaled, combination, sum, difference, product, square, quotient, inverse, root, inverse_root, power, sine_and_cosine, function, run
+  };
+  Operation operation = Operation::end;
+  Function function = Function::none;
+  std::uint32_t to = 0, a = 0, b = 0;  ///< of sine_and_cosine: b is where the cosine goes; of run: a is its number
+  double ca = 0.0, cb = 0.0, c = 0.0;
+};
+
+/// Equal lines one behind the other: `first` is the first of them.
+struct RunOfLines {
+  Line first;
+  std::uint32_t count = 0;
+  std::int32_t step_a = 0, step_b = 0;
+  std::int64_t places = -1;   ///< of a and b of each line among LineTable::places; −1 where they step on evenly
+  std::int64_t factors = -1;  ///< of ca, cb, c of each line among LineTable::factors; −1 where they are those of the first
+};
+
+/// Lines with their runs; the last line of `lines` is an end.
+struct LineTable {
+  std::vector<Line> lines;
+  std::vector<RunOfLines> runs;
+  std::vector<std::uint32_t> places;
+  std::vector<double> factors;
+};
+
+// to[k] = f(a[k], b[k], k).
+template <class F>
+[[gnu::always_inline]] inline void carry_out_each(const LineTable& table, const RunOfLines& run, double* x, const F& f) {
+  double* __restrict const to = x + run.first.to;
+  const std::size_t count = run.count;
+  if (run.places >= 0) {
+    const std::uint32_t* const at = table.places.data() + run.places;
+    for (std::size_t k = 0; k < count; ++k) to[k] = f(x[at[2 * k]], x[at[2 * k + 1]], k);
+    return;
+  }
+  const double *const a = x + run.first.a, *const b = x + run.first.b;
+  if (run.step_a == 1 && run.step_b == 1) {
+    for (std::size_t k = 0; k < count; ++k) to[k] = f(a[k], b[k], k);
+  } else {
+    const std::ptrdiff_t step_a = run.step_a, step_b = run.step_b;
+    for (std::size_t k = 0; k < count; ++k) to[k] = f(a[static_cast<std::ptrdiff_t>(k) * step_a], b[static_cast<std::ptrdiff_t>(k) * step_b], k);
+  }
+}
+
+[[gnu::noinline]] inline void carry_out(const LineTable& table, const RunOfLines& run, double* x) {
+  using Operation = Line::Operation;
+  const double ca = run.first.ca, cb = run.first.cb, c = run.first.c;
+  const double* const factors = run.factors < 0 ? nullptr : table.factors.data() + run.factors;
+  const auto each = [&](const auto& f) __attribute__((always_inline)) { carry_out_each(table, run, x, f); };
+  switch (run.first.operation) {
+    case Operation::scaled:
+      if (factors) return each([=](double a, double, std::size_t k) { return factors[3 * k] * a + factors[3 * k + 2]; });
+      return each([=](double a, double, std::size_t) { return ca * a + c; });
+    case Operation::combination:
+      if (factors) return each([=](double a, double b, std::size_t k) { return factors[3 * k] * a + factors[3 * k + 1] * b + factors[3 * k + 2]; });
+      return each([=](double a, double b, std::size_t) { return ca * a + cb * b + c; });
+    case Operation::sum: return each([](double a, double b, std::size_t) { return a + b; });
+    case Operation::difference: return each([](double a, double b, std::size_t) { return a - b; });
+    case Operation::product: return each([](double a, double b, std::size_t) { return a * b; });
+    case Operation::square: return each([](double a, double, std::size_t) { return a * a; });
+    case Operation::quotient: return each([](double a, double b, std::size_t) { return a / b; });
+    case Operation::inverse: return each([](double a, double, std::size_t) { return 1.0 / a; });
+    case Operation::root: return each([](double a, double, std::size_t) { return std::sqrt(a); });
+    case Operation::inverse_root: return each([](double a, double, std::size_t) { return 1.0 / std::sqrt(a); });
+    case Operation::power: return each([=](double a, double, std::size_t) { return std::pow(a, c); });
+    case Operation::sine_and_cosine: {
+      double* const cosine = x + run.first.b;
+      return each([=](double a, double, std::size_t k) {
+        cosine[k] = std::cos(a);
+        return std::sin(a);
+      });
+    }
+    case Operation::function: {
+      const Function f = run.first.function;
+      return each([=](double a, double b, std::size_t) { return value_of(f, a, b); });
+    }
+    case Operation::end:
+    case Operation::constant:
+    case Operation::run: return;
+  }
+}
+
+// All lines, on numbers x. Each jumps to the next by itself: a processor remembers where each of several jumps goes, of one
+// jump in a loop it remembers less, and the lines take half as long again.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpedantic"  // labels as values, which g++ and clang have
+inline void carry_out(const LineTable& table, double* x) {
+  static const void* const ways[] = {&&end,     &&constant, &&scaled, &&combination,  &&sum,   &&difference,      &&product,  &&square,
+                                     &&quotient, &&inverse,  &&root,   &&inverse_root, &&power, &&sine_and_cosine, &&function, &&run};
+  const auto way = [](const Line* l) { return static_cast<std::size_t>(l->operation); };
+  const Line* line = table.lines.data();
+  goto* ways[way(line)];
+constant:
+  x[line->to] = line->c;
+  goto* ways[way(++line)];
+scaled:
+  x[line->to] = line->ca * x[line->a] + line->c;
+  goto* ways[way(++line)];
+combination:
+  x[line->to] = line->ca * x[line->a] + line->cb * x[line->b] + line->c;
+  goto* ways[way(++line)];
+sum:
+  x[line->to] = x[line->a] + x[line->b];
+  goto* ways[way(++line)];
+difference:
+  x[line->to] = x[line->a] - x[line->b];
+  goto* ways[way(++line)];
+product:
+  x[line->to] = x[line->a] * x[line->b];
+  goto* ways[way(++line)];
+square:
+  x[line->to] = x[line->a] * x[line->a];
+  goto* ways[way(++line)];
+quotient:
+  x[line->to] = x[line->a] / x[line->b];
+  goto* ways[way(++line)];
+inverse:
+  x[line->to] = 1.0 / x[line->a];
+  goto* ways[way(++line)];
+root:
+  x[line->to] = std::sqrt(x[line->a]);
+  goto* ways[way(++line)];
+inverse_root:
+  x[line->to] = 1.0 / std::sqrt(x[line->a]);
+  goto* ways[way(++line)];
+power:
+  x[line->to] = std::pow(x[line->a], line->c);
+  goto* ways[way(++line)];
+sine_and_cosine: {
+  const double angle = x[line->a];
+  x[line->to] = std::sin(angle);
+  x[line->b] = std::cos(angle);
+}
+  goto* ways[way(++line)];
+function:
+  x[line->to] = value_of(line->function, x[line->a], x[line->b]);
+  goto* ways[way(++line)];
+run:
+  carry_out(table, table.runs[line->a], x);
+  goto* ways[way(++line)];
+end:;
+}
+#pragma GCC diagnostic pop
+
+}  // namespace qdot::formula

@@ -1,0 +1,83 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Forces, rates and constraints of a scene as nodes of the graph of its motion (mechanics/derive/recorded_energies.hpp).
+//
+// Nothing of this depends on how an effect is written: ∂R/∂q̇ of a Rayleigh function and Jᵀ F of a force at a point are
+// dual numbers in the effect, whose parts now are nodes of the graph.
+
+#include <Eigen/Core>
+#include <string_view>
+
+#include "qdot/effects/effect.hpp"
+#include "qdot/effects/equations/effect_forces.hpp"
+#include "qdot/effects/scene.hpp"
+#include "qdot/mechanics/derive/recorded_energies.hpp"
+
+namespace qdot::detail {
+
+// An effect whose roles take the recording scalar.
+template <class E, int n>
+consteval bool effect_is_recordable() {
+  using S = formula::Recorded;
+  using V = Vector<S, n>;
+  if constexpr (SwitchingEffect<E, n>) {
+    return false;
+  } else if constexpr (HolonomicEffect<E, n>) {
+    return requires(const E& e, const V& q, const S& t) { e.phi(q, t); };
+  } else if constexpr (NonholonomicEffect<E, n>) {
+    return requires(const E& e, const V& q, const S& t) { e.velocity_constraint(q, q, t); };
+  } else if constexpr (StateEffect<E>) {
+    using Z = Vector<S, states_of<E>()>;
+    return requires(const E& e, const V& q, const Z& z, const S& t) { e.force(q, q, z, t), e.state_rate(q, q, z, t); };
+  } else if constexpr (ForceEffect<E, n>) {
+    return requires(const E& e, const V& q, const S& t) { e.force(q, q, t); };
+  } else if constexpr (LagrangianEffect<E, n>) {
+    return requires(const E& e, const V& q, const S& t) { e.lagrangian_term(q, q, t); };
+  } else {
+    return requires(const E& e, const V& q, const S& t) { e.potential_term(q, t); };
+  }
+}
+
+// Forces, then rates of the effects' own states.
+template <class Sc>
+void run_forces(RecordedMotion& m, const Sc& scene) {
+  constexpr int n = Sc::dof_at_compile_time, states = Sc::states_at_compile_time;
+  m.recording.source = "the force of an effect";
+  const formula::Recorded t(m.recording, m.t);
+  const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
+  const auto z = recorded_vector<states>(m.recording, m.z);
+  const auto Q = effect_forces(scene, q, v, z, t);
+  for (Eigen::Index i = 0; i < Q.size(); ++i) m.returned.push_back(Q[i].node_in(m.recording));
+  if constexpr (states > 0) {
+    const auto rates = state_rates(scene, q, v, z, t);
+    for (Eigen::Index i = 0; i < rates.size(); ++i) m.returned.push_back(rates[i].node_in(m.recording));
+  }
+}
+
+template <class E>
+std::string_view recorded_name(const E& e) {
+  if constexpr (requires { e.name; }) return e.name;
+  return "constraint";
+}
+
+// φ or a of an effect, if it is a constraint.
+template <int n, class E>
+void run_rows(RecordedMotion& m, const E& e) {
+  if constexpr (ConstraintEffect<E, n>) {
+    m.recording.source = "the constraint '";
+    m.recording.source.append(recorded_name(e)).append("'");
+    const formula::Recorded t(m.recording, m.t);
+    const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
+    const auto rows = [&] {
+      if constexpr (HolonomicEffect<E, n>) {
+        return as_rows(e.phi(q, t));
+      } else {
+        return as_rows(e.velocity_constraint(q, v, t));
+      }
+    }();
+    for (Eigen::Index i = 0; i < rows.size(); ++i) m.returned.push_back(rows[i].node_in(m.recording));
+  }
+}
+
+}  // namespace qdot::detail

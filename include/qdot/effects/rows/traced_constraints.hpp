@@ -1,0 +1,243 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// q̈ and λ of many coordinates on many constraints, from equations that were traced when a run began (mechanics/derive/traced_equations.hpp).
+//
+// Where M is diagonal, as that of point masses and of bodies in Cartesian coordinates is,
+//
+//     (J M⁻¹ Jᵀ) λ = γ − J u ,      u = M⁻¹(r + Q) ,      q̈ = u + M⁻¹Jᵀλ ,
+//
+// and all of it but the factors of J M⁻¹ Jᵀ is lines: entries of that matrix, where two rows meet in a coordinate, are sums of products like others, and
+// so is M⁻¹Jᵀλ, with λ as variables. A chain of rods costs two to three times what it costs by hand. Another M goes to the factors of
+// both together (effects/rows/sparse_solve.hpp).
+//
+// Projections ask the same object: the smallest δ in the metric of M with J δ = b is M⁻¹Jᵀ(J M⁻¹ Jᵀ)⁻¹ b.
+//
+// Rows that depend on each other, and whatever else is not as it should be, are left to effects/rows/constrained_solve.hpp.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "qdot/effects/rows/sparse_solve.hpp"
+#include "qdot/mechanics/derive/traced_motion.hpp"
+
+namespace qdot::detail {
+
+class TracedConstraints {
+ public:
+  /// @param dependent  a pivot of J M⁻¹ Jᵀ below this fraction of its diagonal entry leaves all to the general way
+  TracedConstraints(TracedEquations equations, double dependent) : lines_(std::move(equations)), dependent_(dependent) {
+    TracedEquations& e = lines_.equations();
+    for (std::size_t i = 0; i < e.n(); ++i)
+      if (e.mass.row(i).empty() || static_cast<std::size_t>(e.mass.row(i).back().column) != i) return;
+    J_.starts = e.J.starts;
+    for (const auto& entry : e.J.entries) J_.entries.push_back({entry.column, 0.0});
+    std::vector<int> outputs;
+    if (e.mass_is_diagonal) {
+      const std::vector<int> free = free_accelerations(), schur = schur_entries(), wanted = wanted_of_multipliers(free);
+      factors_.emplace(e.rows(), schur_rows_, schur_columns_);
+      values_.resize(schur.size());
+      outputs = schur;
+      append(outputs, wanted);
+      append(outputs, free);
+      append(outputs, e.J.nodes());
+      write_table(outputs);
+      right_ = lines_.numbers(free);
+      wanted_ = lines_.numbers(wanted);
+      schur_ = lines_.numbers(schur);
+      const std::vector<int> pulled = accelerations_of_multipliers();
+      pull_table_ = lines_.written(pulled);
+      pulled_ = lines_.numbers(pulled);
+    } else {
+      outputs = e.right;
+      append(outputs, e.gamma);
+      append(outputs, e.mass.nodes());
+      append(outputs, e.J.nodes());
+      write_table(outputs);
+      right_ = lines_.numbers(e.right);
+      wanted_ = lines_.numbers(e.gamma);
+      mass_ = lines_.numbers(e.mass.nodes());
+      for (std::size_t i = 0; i < e.n(); ++i) reach_ = std::max(reach_, static_cast<Eigen::Index>(i) - e.mass.row(i)[0].column);
+    }
+    J_numbers_ = lines_.numbers(e.J.nodes());
+    is_known_ = true;
+  }
+
+  bool is_known() const { return is_known_; }
+  std::size_t n() const { return lines_.equations().n(); }
+  std::size_t rows() const { return lines_.equations().rows(); }
+
+  /// Factors M and J at a state; false where the general way must see to it.
+  bool move_to(const double* q, const double* qdot, double t, const double* z) {
+    lines_.set(q, qdot, t, z);
+    lines_.carry_out(*table_);
+    for (const auto& [number, value] : assumed_)
+      if (lines_[number] == value) return false;
+    has_rows_ = false;
+    double zero = 0.0;
+    if (factors_) {
+      for (std::size_t k = 0; k < schur_.size(); ++k) {
+        values_[k] = lines_[schur_[k]];
+        zero += values_[k] - values_[k];
+      }
+      return zero == 0.0 && factors_->compute(values_.data(), dependent_);
+    }
+    const SparseEntries& entries = lines_.equations().mass;
+    M_ = BandedMatrix(static_cast<Eigen::Index>(n()), reach_);
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < n(); ++i)
+      for (const auto& entry : entries.row(i)) {
+        const double m = lines_[mass_[k++]];
+        zero += m - m;
+        M_(static_cast<Eigen::Index>(i), entry.column) = m;
+      }
+    return zero == 0.0 && both_.compute(M_, jacobian(), massless_, dependent_);
+  }
+
+  /// q̈ at a state, λ, and ż where there are states; false where the general way must see to it.
+  bool write(const double* q, const double* qdot, double t, const double* z, double* a, double* lambda, double* zdot) {
+    if (!move_to(q, qdot, t, z)) return false;
+    double zero = 0.0;
+    for (std::size_t k = 0; k < zdot_.size(); ++k) {
+      zdot[k] = lines_[zdot_[k]];
+      zero += zdot[k] - zdot[k];
+    }
+    for (std::size_t i = 0; i < n(); ++i) a[i] = lines_[right_[i]];
+    for (std::size_t k = 0; k < rows(); ++k) lambda[k] = lines_[wanted_[k]];
+    if (!solve(lambda, a)) return false;
+    for (std::size_t i = 0; i < n(); ++i) zero += a[i] - a[i];
+    for (std::size_t k = 0; k < rows(); ++k) zero += lambda[k] - lambda[k];
+    return zero == 0.0;
+  }
+
+  /// δ ← the smallest in the metric of M with J δ = b, after move_to(); b is overwritten.
+  bool displacement(double* b, double* delta) {
+    std::fill_n(delta, n(), 0.0);
+    return solve(b, delta);
+  }
+
+  /// J after move_to().
+  const SparseRows& jacobian() {
+    if (!has_rows_)
+      for (std::size_t k = 0; k < J_numbers_.size(); ++k) J_.entries[k].value = lines_[J_numbers_[k]];
+    has_rows_ = true;
+    return J_;
+  }
+
+  double smallest_pivot() const { return factors_ ? factors_->smallest_pivot() : both_.smallest_pivot(); }
+
+  template <class Run>
+  bool still_holds(const Run& run) {
+    return lines_.still_holds(run);
+  }
+
+ private:
+  static constexpr double massless_ = 1e-8;  // as effects/rows/constrained_solve.hpp has it
+
+  formula::Graph& graph() { return lines_.equations().graph(); }
+  int mass_of(int i) { return lines_.equations().mass.row(static_cast<std::size_t>(i))[0].what; }
+
+  void write_table(std::vector<int>& outputs) {
+    const TracedEquations& e = lines_.equations();
+    append(outputs, e.zdot);
+    for (const auto& a : e.motion.recording.assumptions) outputs.push_back(a.node);
+    table_ = lines_.written(outputs);
+    zdot_ = lines_.numbers(e.zdot);
+    for (const auto& a : e.motion.recording.assumptions) assumed_.emplace_back(lines_.numbers({a.node})[0], a.value);
+  }
+
+  std::vector<int> free_accelerations() {
+    std::vector<int> u;
+    for (std::size_t i = 0; i < n(); ++i) u.push_back(graph().quotient(lines_.equations().right[i], mass_of(static_cast<int>(i))));
+    return u;
+  }
+
+  // Entries of J M⁻¹ Jᵀ on and below the diagonal, row by row.
+  std::vector<int> schur_entries() {
+    const SparseEntries& J = lines_.equations().J;
+    std::vector<std::vector<std::pair<int, int>>> touching(n());  // rows and their entries in a column, so far
+    std::vector<int> nodes;
+    for (std::size_t k = 0; k < J.rows(); ++k) {
+      std::vector<std::pair<int, int>> products;  // the other row, and what one coordinate adds
+      for (const auto& [i, w] : J.row(k)) {
+        auto& column = touching[static_cast<std::size_t>(i)];
+        column.emplace_back(static_cast<int>(k), w);
+        const int moved = graph().quotient(w, mass_of(i));
+        for (const auto& [row, other] : column) products.emplace_back(row, graph().product(moved, other));
+      }
+      std::stable_sort(products.begin(), products.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+      for (const auto& [row, part] : products) {
+        if (!schur_rows_.empty() && schur_rows_.back() == static_cast<int>(k) && schur_columns_.back() == row) {
+          nodes.back() = graph().sum(nodes.back(), part);
+        } else {
+          schur_rows_.push_back(static_cast<int>(k));
+          schur_columns_.push_back(row);
+          nodes.push_back(part);
+        }
+      }
+    }
+    return nodes;
+  }
+
+  // γ − J u.
+  std::vector<int> wanted_of_multipliers(const std::vector<int>& u) {
+    std::vector<int> wanted = lines_.equations().gamma;
+    for (std::size_t k = 0; k < wanted.size(); ++k)
+      for (const auto& [i, w] : lines_.equations().J.row(k)) wanted[k] = graph().difference(wanted[k], graph().product(w, u[static_cast<std::size_t>(i)]));
+    return wanted;
+  }
+
+  // M⁻¹Jᵀλ.
+  std::vector<int> accelerations_of_multipliers() {
+    std::vector<int> pulled(n(), graph().constant(0.0));
+    const SparseEntries& J = lines_.equations().J;
+    const int first = static_cast<int>(3 * n() + 1 + lines_.equations().states());
+    for (std::size_t k = 0; k < J.rows(); ++k) {
+      const int lambda = graph().variable(first + static_cast<int>(k));
+      for (const auto& [i, w] : J.row(k)) {
+        int& sum = pulled[static_cast<std::size_t>(i)];
+        sum = graph().sum(sum, graph().product(w, lambda));
+      }
+    }
+    for (std::size_t i = 0; i < n(); ++i) pulled[i] = graph().quotient(pulled[i], mass_of(static_cast<int>(i)));
+    return pulled;
+  }
+
+  // lambda: what is wanted → λ; a: what is there without → with it.
+  bool solve(double* lambda, double* a) {
+    if (factors_) {
+      factors_->solve(lambda);
+      std::copy_n(lambda, rows(), lines_.multipliers());
+      lines_.carry_out(*pull_table_);
+      for (std::size_t i = 0; i < n(); ++i) a[i] += lines_[pulled_[i]];
+      return true;
+    }
+    Eigen::VectorXd force = Eigen::Map<const Eigen::VectorXd>(a, static_cast<Eigen::Index>(n()));
+    Eigen::VectorXd wanted = Eigen::Map<const Eigen::VectorXd>(lambda, static_cast<Eigen::Index>(rows()));
+    if (!both_.solve(J_, force, wanted)) return false;
+    std::copy_n(force.data(), n(), a);
+    std::copy_n(wanted.data(), rows(), lambda);
+    return true;
+  }
+
+  TracedLines lines_;
+  double dependent_;
+  std::shared_ptr<const formula::LineTable> table_, pull_table_;
+  std::vector<int> right_, wanted_, zdot_, J_numbers_, schur_, pulled_, mass_;
+  std::vector<std::pair<int, double>> assumed_;
+  std::vector<int> schur_rows_, schur_columns_;
+  std::vector<double> values_;
+  std::optional<PatternFactors> factors_;  // of J M⁻¹ Jᵀ, or else of both
+  Eigen::Index reach_ = 0;
+  BandedMatrix M_{0, 0};
+  SparseFactors both_;
+  SparseRows J_;
+  bool has_rows_ = false, is_known_ = false;
+};
+
+}  // namespace qdot::detail

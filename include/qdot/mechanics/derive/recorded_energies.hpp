@@ -1,0 +1,83 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// T and V as nodes of a graph.
+//
+// The functors are run once with the scalar that writes down what is done to it (ad/formula/recording.hpp), and note the nodes of what they return:
+// T and V first, then, of a scene, forces, rates and constraints (effects/equations/recorded_effects.hpp). Whoever wants Lagrange's equations
+// differentiates them: power series (integrate/steps/recorded_motion.hpp) and equations of many coordinates (mechanics/derive/traced_equations.hpp).
+//
+// A recording holds as long as nothing changes that the functors read besides their arguments. still_holds() runs them again and
+// compares.
+
+#include <Eigen/Core>
+#include <concepts>
+#include <string>
+#include <vector>
+
+#include "qdot/ad/formula/recording.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace qdot::detail {
+
+/// The graph of a motion; all but the recording are numbers of its nodes.
+struct RecordedMotion {
+  formula::Recording recording = {};
+  std::vector<int> q = {}, qdot = {}, z = {};  // variables
+  int t = -1;                                  // a variable too
+  std::vector<int> p = {}, force = {}, zdot = {};
+  std::vector<int> mass = {};  // lower triangle, row by row
+  std::vector<int> rows = {}, jacobian = {};  // of the constraints: c, and W row by row
+  std::vector<std::string> row_names = {};
+  std::vector<int> returned = {};  // by the functors, in the order of their calls
+  std::vector<int> returned_before = {};  // kept for their memory: a run that finds nothing new allocates nothing
+  std::vector<formula::Recording::Assumption> assumed_before = {};
+};
+
+template <class Energies, int n>
+concept RecordableEnergies = CallsT<Energies, formula::Recorded, n> && CallsV<Energies, formula::Recorded, n> &&
+                             kinetic_returns_scalar<Energies, formula::Recorded, n>() &&
+                             potential_returns_scalar<Energies, formula::Recorded, n>();
+
+inline std::vector<int> new_variables(formula::Recording& recording, Eigen::Index first, Eigen::Index count) {
+  std::vector<int> nodes;
+  for (Eigen::Index i = 0; i < count; ++i) nodes.push_back(recording.graph.variable(static_cast<int>(first + i)));
+  return nodes;
+}
+
+template <int n>
+Vector<formula::Recorded, n> recorded_vector(formula::Recording& recording, const std::vector<int>& nodes) {
+  Vector<formula::Recorded, n> x(static_cast<Eigen::Index>(nodes.size()));
+  for (std::size_t i = 0; i < nodes.size(); ++i) x[static_cast<Eigen::Index>(i)] = formula::Recorded(recording, nodes[i]);
+  return x;
+}
+
+// Runs of the functors: each notes the nodes of what they return.
+
+template <int n, class Energies>
+void run_energies(RecordedMotion& m, const Energies& energies) {
+  m.recording.source = "T or V";
+  const formula::Recorded t(m.recording, m.t);
+  const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
+  const int T = kinetic<n>(energies, q, v, t).node_in(m.recording);
+  const int V = potential<n>(energies, q, t).node_in(m.recording);
+  m.returned.push_back(T);
+  m.returned.push_back(V);
+}
+
+/// Whether functors are the formulas that were recorded, with the same constants: those that run(m) runs, or of a form.
+///
+/// Runs them once more. A graph makes every node once, so the same formulas give the same nodes: a few hash look-ups for each
+/// operation, and no derivative.
+///
+/// @throws NotAnalytic  one of them compares values or has a kink by now
+template <std::invocable<RecordedMotion&> Run>
+bool still_holds(RecordedMotion& m, const Run& run) {
+  m.returned.swap(m.returned_before);
+  m.returned.clear();
+  m.recording.assumptions.swap(m.assumed_before);
+  m.recording.assumptions.clear();
+  run(m);
+  return m.returned == m.returned_before && m.recording.assumptions == m.assumed_before;
+}
+}  // namespace qdot::detail

@@ -1,0 +1,186 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// q̈ of many coordinates from the equations that were traced when a run began.
+//
+// A form of first order with n known at run time writes T and V down once (mechanics/derive/traced_equations.hpp) and goes through the lines of M and
+// r at every evaluation (ad/formula/lines.hpp). Equal bodies are loops over arrays there, so a mass of a million costs what it costs by hand.
+//
+//     M diagonal      q̈_i = r_i / M_ii are lines themselves
+//     M constant      factored once
+//     other M         factored at every evaluation, with a pattern that is known (mechanics/equations/sparse_factors.hpp)
+//
+// Whatever is not as it should be, a pivot that is too small, a number that is not finite, is left to the general way, which knows what to do and how to
+// name it. An object has numbers of its own, so one thread at a time may ask it; copies are independent and share the lines.
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/formula/line_writer.hpp"
+#include "qdot/mechanics/derive/traced_equations.hpp"
+#include "qdot/mechanics/equations/solve.hpp"
+#include "qdot/mechanics/equations/sparse_factors.hpp"
+
+namespace qdot::detail {
+
+inline void append(std::vector<int>& all, const std::vector<int>& more) { all.insert(all.end(), more.begin(), more.end()); }
+
+/// Lines of a traced object, which copies share, and the numbers on which they are carried out.
+class TracedLines {
+ public:
+  explicit TracedLines(TracedEquations equations)
+      : shared_(std::make_shared<Shared>(std::move(equations))), x_(shared_->inputs) {}
+
+  const TracedEquations& equations() const { return shared_->equations; }
+  TracedEquations& equations() { return shared_->equations; }
+
+  /// A table of what `outputs` need beyond what is written already.
+  std::shared_ptr<const formula::LineTable> written(const std::vector<int>& outputs) {
+    auto table = std::make_shared<formula::LineTable>();
+    shared_->writer.write(outputs, *table);
+    table->lines.emplace_back();
+    x_.resize(shared_->writer.count());
+    return table;
+  }
+  /// Whether the functors are what was traced: run(motion) runs them again.
+  template <class Run>
+  bool still_holds(const Run& run) {
+    const std::lock_guard lock(shared_->again);
+    return detail::still_holds(shared_->equations.motion, run);
+  }
+  std::vector<int> numbers(const std::vector<int>& nodes) const { return shared_->writer.numbers(nodes); }
+
+  /// Sets the state.
+  void set(const double* q, const double* qdot, double t, const double* z) {
+    const std::size_t n = equations().n();
+    double* to = std::copy_n(q, n, x_.data());
+    to = std::copy_n(qdot, n, to);
+    *to++ = t;
+    if (equations().states() > 0) std::copy_n(z, equations().states(), to);
+  }
+  void set_accelerations(const double* a) { std::copy_n(a, equations().n(), x_.data() + first_acceleration()); }
+  double* multipliers() { return x_.data() + first_acceleration() + equations().n(); }
+  void carry_out(const formula::LineTable& table) { formula::carry_out(table, x_.data()); }
+  double operator[](int number) const { return x_[static_cast<std::size_t>(number)]; }
+
+ private:
+  struct Shared {
+    TracedEquations equations;
+    std::size_t inputs;
+    formula::LineWriter<double> writer;
+    std::mutex again;  // copies in several threads may run the functors again
+    explicit Shared(TracedEquations e)
+        : equations(std::move(e)), inputs(3 * equations.n() + 1 + equations.states() + equations.rows()), writer(equations.graph(), inputs) {}
+    Shared(const Shared&) = delete;
+  };
+  std::size_t first_acceleration() const { return 2 * equations().n() + 1 + equations().states(); }
+
+  std::shared_ptr<Shared> shared_;
+  std::vector<double> x_;
+};
+
+/// q̈ and ż of a system, or of a scene without constraints.
+class TracedMotion {
+ public:
+  explicit TracedMotion(TracedEquations equations) : lines_(std::move(equations)) {
+    TracedEquations& e = lines_.equations();
+    std::vector<int> outputs;
+    if (e.mass_is_diagonal) {
+      for (std::size_t i = 0; i < e.n(); ++i) {
+        if (e.mass.row(i).empty()) return;  // no inertia: the general way says so
+        outputs.push_back(e.graph().quotient(e.right[i], e.mass.row(i)[0].what));
+      }
+    } else {
+      outputs = e.right;
+      std::vector<int> rows, columns;
+      for (std::size_t i = 0; i < e.n(); ++i) {
+        if (e.mass.row(i).empty() || static_cast<std::size_t>(e.mass.row(i).back().column) != i) return;
+        for (const auto& entry : e.mass.row(i)) {
+          rows.push_back(static_cast<int>(i));
+          columns.push_back(entry.column);
+        }
+      }
+      factors_.emplace(e.n(), rows, columns);
+    }
+    const std::vector<int> nodes = e.mass.nodes();
+    std::vector<int> all = outputs;
+    if (!e.mass_is_constant) append(all, nodes);
+    append(all, e.zdot);
+    for (const auto& assumption : e.motion.recording.assumptions) all.push_back(assumption.node);
+    table_ = lines_.written(all);
+    right_ = lines_.numbers(outputs);
+    zdot_ = lines_.numbers(e.zdot);
+    for (const auto& a : e.motion.recording.assumptions) assumed_.emplace_back(lines_.numbers({a.node})[0], a.value);
+    values_.resize(nodes.size());
+    if (e.mass_is_constant) {
+      for (std::size_t k = 0; k < nodes.size(); ++k) values_[k] = e.graph()[nodes[k]].c;
+      for (std::size_t i = 0; i < e.n(); ++i)
+        if (!(values_[e.mass.starts[i + 1] - 1] > 0.0)) return;
+      if (factors_ && !factors_->compute(values_.data(), singular_pivot<double>(static_cast<Eigen::Index>(right_.size())))) return;
+    } else {
+      mass_ = lines_.numbers(nodes);
+    }
+    is_known_ = true;
+  }
+
+  /// Whether there are equations to go through.
+  bool is_known() const { return is_known_; }
+  bool mass_is_constant() const { return lines_.equations().mass_is_constant; }
+
+  /// q̈, and ż where there are states; false where the general way must see to it.
+  bool write(const double* q, const double* qdot, double t, const double* z, double* a, double* zdot) {
+    lines_.set(q, qdot, t, z);
+    lines_.carry_out(*table_);
+    for (const auto& [number, value] : assumed_)
+      if (lines_[number] == value) return false;
+    double zero = 0.0;
+    for (std::size_t i = 0; i < right_.size(); ++i) {
+      a[i] = lines_[right_[i]];
+      zero += a[i] - a[i];
+    }
+    for (std::size_t k = 0; k < zdot_.size(); ++k) {
+      zdot[k] = lines_[zdot_[k]];
+      zero += zdot[k] - zdot[k];
+    }
+    if (!mass_.empty()) {
+      for (std::size_t k = 0; k < mass_.size(); ++k) {
+        values_[k] = lines_[mass_[k]];
+        zero += values_[k] - values_[k];
+      }
+      if (factors_) {
+        if (!factors_->compute(values_.data(), singular_pivot<double>(static_cast<Eigen::Index>(right_.size())))) return false;
+      } else {
+        for (const double m : values_)
+          if (!(m > 0.0)) return false;
+      }
+    }
+    if (!(zero == 0.0)) return false;
+    if (factors_) {
+      factors_->solve(a);
+      for (std::size_t i = 0; i < right_.size(); ++i) zero += a[i] - a[i];
+    }
+    return zero == 0.0;
+  }
+
+  template <class Run>
+  bool still_holds(const Run& run) {
+    return lines_.still_holds(run);
+  }
+
+ private:
+
+  TracedLines lines_;
+  std::shared_ptr<const formula::LineTable> table_;
+  std::vector<int> right_, zdot_, mass_;
+  std::vector<std::pair<int, double>> assumed_;
+  std::optional<PatternFactors> factors_;
+  std::vector<double> values_;
+  bool is_known_ = false;
+};
+
+}  // namespace qdot::detail
