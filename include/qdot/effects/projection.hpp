@@ -64,16 +64,12 @@ Vector<double, n> way_back(ConstraintGeometry<Sc>& geometry, const Vector<double
 
 }  // namespace detail
 
-/// The nearest state on the constraints: positions first, then velocities.
-///
-/// @param q, qdot  changed in place
-/// @param z        the effects' own states, where constraints hold in some phases only
-/// @param cutoff   relative size below which a row of J counts as dependent
-/// @throws ConstraintError  when Newton's method finds no state nearby, with the row that is worst off
-/// @throws NonFinite        when a constraint is not finite on the way
-template <class Sys, class... Effects, int n, class Phases = detail::NoPhases>
-ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>& q, Vector<double, n>& qdot, double t,
-                         double cutoff = default_rank_cutoff, const Phases& z = {}) {
+namespace detail {
+
+// As project() below; `traced` are equations that a run has traced, or nothing.
+template <class Sys, class... Effects, int n, class Phases>
+ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n>& q, Vector<double, n>& qdot, double t, double cutoff, const Phases& z,
+                           TracedConstraints* traced) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: only a scene with constraints can be projected onto them");
   constexpr int m = Sc::constraints_at_compile_time;
@@ -83,19 +79,19 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   const Vector<double, n> qdot_start = qdot;
 
   Vector<double, m> phi = constraint_residual(scene, q, t, z);
-  detail::require_finite_rows(scene, t, phi);
-  report.residual_before = report.residual = detail::largest(phi);
+  require_finite_rows(scene, t, phi);
+  report.residual_before = report.residual = largest(phi);
   double last_change = std::numeric_limits<double>::infinity();
   const auto fail = [&](const char* what) {
-    const Eigen::Index worst = detail::place_of_largest(phi.data(), phi.size());
+    const Eigen::Index worst = place_of_largest(phi.data(), phi.size());
     const double most = std::abs(phi[worst]);
     const std::string row = constraint_names(scene)[static_cast<std::size_t>(worst)];
     throw ConstraintError(row, t, most,
-                          detail::sentence({"a state must be near enough to the constraints to be projected onto them, but at t = ", {t, 6}, " ", what,
+                          sentence({"a state must be near enough to the constraints to be projected onto them, but at t = ", {t, 6}, " ", what,
                                             "; '", row, "' is off by ", {most, 6},
                                             "; start nearer, or check that the constraints can be met together"}));
   };
-  detail::ConstraintGeometry<Sc> geometry(scene, t, cutoff);
+  ConstraintGeometry<Sc> geometry(scene, t, cutoff, traced);
   constexpr double near = 1e-8, negligible = 1e-3 * std::numeric_limits<double>::epsilon();
   double distance = std::numeric_limits<double>::infinity();  // of q from where geometry is, relative as `change`
   const auto factor_here = [&] {
@@ -105,16 +101,16 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   while (report.residual > 0) {
     if (report.iterations == most_iterations) fail("Newton's method took 25 steps and did not arrive");
     if (!(distance <= near)) factor_here();
-    const Vector<double, n> step = detail::way_back(geometry, q, phi);
+    const Vector<double, n> step = way_back(geometry, q, phi);
     ++report.iterations;
     double change = 0.0;  // relative to the size of each coordinate
     for (Eigen::Index i = 0; i < q.size(); ++i) change = std::max(change, std::abs(step[i]) / (1.0 + std::abs(q[i])));
-    if (!detail::all_finite(step)) fail("a Newton step is not finite");
+    if (!all_finite(step)) fail("a Newton step is not finite");
     for (Eigen::Index i = 0; i < q.size(); ++i) q[i] += step[i];
     distance += change;
     phi = constraint_residual(scene, q, t, z);
-    detail::require_finite_rows(scene, t, phi);
-    const double residual = detail::largest(phi);
+    require_finite_rows(scene, t, phi);
+    const double residual = largest(phi);
     const bool at_rounding = change < 8 * std::numeric_limits<double>::epsilon();
     const bool no_better = change < 1e-10 && change > 0.5 * last_change;
     if (at_rounding || no_better) {
@@ -133,7 +129,7 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   // A Newton iteration that stands still on contradicting rows has not arrived.
   constexpr double arrived = 1e-8;
   const auto is_off = [&](Eigen::Index i, double size) { return std::abs(phi[i]) > arrived * (length[i] * (1.0 + size) + (length[i] < 1e-12 ? 1.0 : 0.0)); };
-  const double size_of_q = detail::largest(q), size_of_qdot = detail::largest(qdot_start);
+  const double size_of_q = largest(q), size_of_qdot = largest(qdot_start);
   for (Eigen::Index i = 0; i < phi.size(); ++i)
     if (is_off(i, size_of_q))
       fail("no state satisfies all of them");
@@ -143,13 +139,13 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
   for (Eigen::Index i = 0; i < q.size(); ++i) speed[i] = std::abs(qdot[i]);
   double reach = 0.0;
   for (Eigen::Index i = 0; i < phi.size(); ++i) reach = std::max(reach, geometry.reach(i, speed));
-  if (distance * detail::largest(phi) > negligible * reach) factor_here();
+  if (distance * largest(phi) > negligible * reach) factor_here();
   for (Eigen::Index i = 0; i < phi.size(); ++i) phi[i] = -phi[i];
   const Vector<double, n> change_of_qdot = geometry.displacement(phi);
   for (Eigen::Index i = 0; i < q.size(); ++i) qdot[i] += change_of_qdot[i];
   phi = constraint_velocity(scene, q, qdot, t, z);
-  detail::require_finite_rows(scene, t, phi);
-  report.velocity_residual = detail::largest(phi);
+  require_finite_rows(scene, t, phi);
+  report.velocity_residual = largest(phi);
   for (Eigen::Index i = 0; i < phi.size(); ++i)
     if (is_off(i, size_of_qdot))
       fail("no velocity satisfies all of them");
@@ -158,6 +154,21 @@ ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>&
     report.moved_qdot = std::max(report.moved_qdot, std::abs(qdot[i] - qdot_start[i]));
   }
   return report;
+}
+
+}  // namespace detail
+
+/// The nearest state on the constraints: positions first, then velocities.
+///
+/// @param q, qdot  changed in place
+/// @param z        the effects' own states, where constraints hold in some phases only
+/// @param cutoff   relative size below which a row of J counts as dependent
+/// @throws ConstraintError  when Newton's method finds no state nearby, with the row that is worst off
+/// @throws NonFinite        when a constraint is not finite on the way
+template <class Sys, class... Effects, int n, class Phases = detail::NoPhases>
+ProjectionReport project(const Scene<Sys, Effects...>& scene, Vector<double, n>& q, Vector<double, n>& qdot, double t,
+                         double cutoff = default_rank_cutoff, const Phases& z = {}) {
+  return detail::projected(scene, q, qdot, t, cutoff, z, nullptr);
 }
 
 /// A state on the constraints and what it took to get there.

@@ -10,12 +10,16 @@
 
 #include <algorithm>
 #include <string>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "qdot/effects/equations/recorded_effects.hpp"
 #include "qdot/effects/equations/scene_jacobian.hpp"
 #include "qdot/effects/equations/switching.hpp"
 #include "qdot/effects/projection.hpp"
+#include "qdot/effects/rows/traced_constraints.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -27,6 +31,8 @@ class SceneForm {
   static constexpr int n = Sc::dof_at_compile_time;
   static constexpr int states = Sc::states_at_compile_time;
   static constexpr int m = Sc::constraints_at_compile_time;
+  static constexpr bool is_traced = detail::is_traced_scene<Sc>;
+  using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints, detail::TracedMotion>;
 
  public:
   static constexpr int dof_at_compile_time = n;                                         ///< n, or Dynamic
@@ -37,6 +43,13 @@ class SceneForm {
 
   /// The scene behind it.
   const Sc& scene() const noexcept { return scene_; }
+
+  /// Traces the functors again where they are others by now.
+  void renew()
+    requires is_traced
+  {
+    traced_.renew([this](detail::RecordedMotion& m) { detail::run_scene(m, scene_, nullptr); });
+  }
   /// Number of coordinates.
   Eigen::Index dof() const noexcept { return scene_.dof(); }
   /// Number of components of y = [q; q̇; z].
@@ -52,6 +65,14 @@ class SceneForm {
   /// The same for size() numbers one after the other.
   void write_derivative(double t, const double* y, double* ydot) const {
     const Eigen::Index k = dof();
+    if constexpr (is_traced) {
+      std::copy_n(y + k, k, ydot);
+      const auto write = [&](Traced& traced) {
+        if constexpr (has_constraints) return traced.write(y, y + k, t, y + 2 * k, ydot + k, nullptr, ydot + 2 * k);
+        else return traced.write(y, y + k, t, y + 2 * k, ydot + k, ydot + 2 * k);
+      };
+      if (traced_.use([this] { return trace(); }, write)) return;
+    }
     const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, k);
     const Vector<double, n> qdot = Eigen::Map<const Vector<double, n>>(y + k, k);
     const Vector<double, states> z = Eigen::Map<const Vector<double, states>>(y + 2 * k, states);
@@ -90,7 +111,14 @@ class SceneForm {
     Vector<double, n> qdot = y.segment(dof(), dof());
     const Vector<double, states> z = y.tail(states);
     if (detail::is_free(scene_, z)) return {};
-    const ProjectionReport report = qdot::project(scene_, q, qdot, t, default_rank_cutoff, z);
+    ProjectionReport report;
+    const auto project_on = [&](detail::TracedConstraints* traced) {
+      report = detail::projected(scene_, q, qdot, t, default_rank_cutoff, z, traced);
+      return true;
+    };
+    bool done = false;
+    if constexpr (is_traced) done = traced_.use([this] { return trace(); }, [&](Traced& traced) { return project_on(&traced); });
+    if (!done) project_on(nullptr);
     y.head(dof()) = q;
     y.segment(dof(), dof()) = qdot;
     return report;
@@ -169,7 +197,16 @@ class SceneForm {
         out, t, [this](Eigen::Index i) { return "the rate of " + component_name(i); }, [this](Eigen::Index j) { return component_name(j); });
   }
 
+  // One for a run: equations are traced when it begins, if n is known at run time only.
+  Traced trace() const
+    requires is_traced
+  {
+    if constexpr (has_constraints) return Traced(detail::traced_equations(scene_), detail::clearly_independent * default_rank_cutoff * default_rank_cutoff);
+    else return Traced(detail::traced_equations(scene_));
+  }
+
   Sc scene_;
+  [[no_unique_address]] std::conditional_t<is_traced, detail::Kept<Traced>, std::tuple<>> traced_;
 };
 
 /// The first-order form of a scene; that of its system where it has no effects.

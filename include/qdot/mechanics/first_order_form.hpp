@@ -13,10 +13,13 @@
 #include <algorithm>
 #include <concepts>
 #include <string>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "qdot/mechanics/acceleration_jacobian.hpp"
+#include "qdot/mechanics/derive/traced_motion.hpp"
 #include "qdot/mechanics/equations/constant_inertia.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
@@ -71,10 +74,11 @@ class FirstOrderForm {
   /// The system behind it.
   const Sys& system() const noexcept { return system_; }
 
-  /// Factors a constant M again, for T may read what has changed meanwhile.
+  /// Traces T and V again where they are others by now, and factors a constant M again.
   void renew()
-    requires detail::may_keep_inertia<Sys>
+    requires(n == Dynamic)
   {
+    if constexpr (detail::TracedSystem<Sys>) traced_.renew([&](detail::RecordedMotion& m) { detail::run_energies<Dynamic>(m, system_.energies()); });
     inertia_ = detail::ConstantInertia<Sys>(system_);
   }
 
@@ -91,9 +95,13 @@ class FirstOrderForm {
   /// The same for size() numbers one after the other.
   void write_derivative(double t, const double* y, double* ydot) const {
     const Eigen::Index dof = system_.dof();
+    double* const rates = std::copy_n(y + dof, dof, ydot);
+    if constexpr (detail::TracedSystem<Sys>) {
+      const auto write = [&](detail::TracedMotion& traced) { return traced.write(y, y + dof, t, nullptr, rates, nullptr); };
+      if (traced_.use([&] { return detail::traced_motion(system_); }, write)) return;
+    }
     const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof);
     const Vector<double, n> qdot = Eigen::Map<const Vector<double, n>>(y + dof, dof);
-    double* const rates = std::copy_n(qdot.data(), dof, ydot);
     if constexpr (detail::may_keep_inertia<Sys>) {
       if (inertia_.is_known()) {
         const Vector<double, Dynamic> a = inertia_.acceleration(system_, q, t);
@@ -162,7 +170,8 @@ class FirstOrderForm {
   }
 
   Sys system_;
-  detail::ConstantInertia<Sys> inertia_;  // factored once in a leg, where M is constant
+  detail::ConstantInertia<Sys> inertia_;  // factored once in a leg, where M is constant and V no formula
+  [[no_unique_address]] std::conditional_t<n == Dynamic, detail::Kept<detail::TracedMotion>, std::tuple<>> traced_;
 };
 
 namespace detail {

@@ -274,29 +274,4 @@ struct SceneNames {
 
 }  // namespace detail
 
-/// How near to singular the matrices of a scene with constraints are.
-struct Conditioning {
-  double mass = 1.0;         ///< smallest pivot of M, scaled to unit diagonal
-  double constraints = 1.0;  ///< the same of J M⁻¹ Jᵀ; 1 where no constraint holds, or M is singular by itself
-  Eigen::Index weakest_constraint = 0;  ///< the row of that pivot
-};
-
-/// The same at y = [q; q̇; z].
-template <class Sys, class... Effects>
-Conditioning conditioning(const Scene<Sys, Effects...>& scene, const Eigen::VectorXd& y, double t) {
-  using Sc = Scene<Sys, Effects...>;
-  constexpr int n = Sc::dof_at_compile_time;
-  const Eigen::Index dof = scene.dof();
-  const Vector<double, n> q = y.head(dof), qdot = y.segment(dof, dof);
-  const EffectStates<Sc> z = y.tail(Sc::states_at_compile_time);
-  const Matrix<double, n> M = mass_matrix(scene.system(), q, qdot, t);
-  if (detail::is_free(scene, z)) {
-    Cholesky<double, n> cholesky;
-    cholesky.compute(M);
-    return {.mass = cholesky.smallest_pivot()};
-  }
-  const detail::ConstrainedFactors<n, Sc::constraints_at_compile_time> factors(M, constraint_jacobian(scene, q, qdot, t, z), default_rank_cutoff);
-  return {factors.mass_pivot(), factors.constraint_pivot(), factors.weakest_constraint()};
-}
-
 }  // namespace qdot

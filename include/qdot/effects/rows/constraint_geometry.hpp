@@ -5,8 +5,8 @@
 //
 //     minimize δᵀM δ   subject to   J δ = r
 //
-// Scenes with n known to the compiler ask dense factors (effects/rows/constrained_solve.hpp). Those with n known at run time, which may be large, ask sparse
-// ones (effects/rows/sparse_solve.hpp), and the dense ones where the sparse ones have none: rows that depend on each other, motions without inertia, and
+// Scenes with n known to the compiler ask dense factors (effects/rows/constrained_solve.hpp). Those with n known at run time, which may be large, ask the equations
+// that a run has traced (effects/rows/traced_constraints.hpp), or sparse factors (effects/rows/sparse_solve.hpp), and the dense ones where the sparse ones have none: rows that depend on each other, motions without inertia, and
 // whatever must be named.
 
 #include <cmath>
@@ -16,6 +16,7 @@
 
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
+#include "qdot/effects/rows/traced_constraints.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
 
 namespace qdot::detail {
@@ -76,11 +77,14 @@ class ConstraintGeometry {
   static constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
 
  public:
-  ConstraintGeometry(const Sc& scene, double t, double cutoff) : names_{scene}, t_(t), cutoff_(cutoff) {}
+  /// @param traced  equations that a run has traced, or nothing
+  ConstraintGeometry(const Sc& scene, double t, double cutoff, TracedConstraints* traced = nullptr) : names_{scene}, t_(t), cutoff_(cutoff), given_(traced) {}
 
   template <class Phases>
   void move_to(const Vector<double, n>& q, const Vector<double, n>& qdot, const Phases& z) {
     if constexpr (may_be_sparse<Sc>) {
+      if constexpr (requires { z.data(); }) traced_ = given_ && given_->move_to(q.data(), qdot.data(), t_, z.data()) ? given_ : nullptr;
+      if (traced_) return;
       if (!sparse_) sparse_.emplace();
       if (sparse_->compute(names_.scene, q, qdot, t_, z, cutoff_)) return;
       sparse_.reset();
@@ -91,13 +95,18 @@ class ConstraintGeometry {
 
   // Names the constraint whose rows are not finite, if there is one.
   void require_finite() const {
-    if (!sparse_) require_finite_rows(names_.scene, t_, J_);
+    if (!sparse_ && !traced_) require_finite_rows(names_.scene, t_, J_);
   }
 
   // The smallest δ with J δ = r in the metric of M.
   Vector<double, n> displacement(const Vector<double, m>& r) {
     if constexpr (may_be_sparse<Sc>) {
-      if (sparse_) {
+      if (traced_) {
+        Vector<double, n> step(static_cast<Eigen::Index>(traced_->n()));
+        Vector<double, m> wanted = r;
+        if (traced_->displacement(wanted.data(), step.data())) return step;
+        make_dense();
+      } else if (sparse_) {
         Vector<double, n> step = Vector<double, n>::Zero(sparse_->M.size());
         Vector<double, m> multipliers = r;
         if (sparse_->factors.solve(sparse_->J, step, multipliers)) return step;
@@ -112,13 +121,13 @@ class ConstraintGeometry {
     Vector<double, n> weight(size.size());
     for (Eigen::Index j = 0; j < size.size(); ++j) weight[j] = 1.0 / (size[j] * size[j]);
     if constexpr (may_be_sparse<Sc>) {
-      if (sparse_) {
+      if (sparse_ || traced_) {
         BandedMatrix metric(size.size(), 0);
         for (Eigen::Index j = 0; j < size.size(); ++j) metric(j, j) = weight[j];
         Vector<double, n> step = Vector<double, n>::Zero(size.size());
         Vector<double, m> multipliers = r;
         SparseFactors factors;
-        if (factors.compute(metric, sparse_->J, massless_pivot, clearly_independent * cutoff_ * cutoff_) && factors.solve(sparse_->J, step, multipliers))
+        if (factors.compute(metric, rows(), massless_pivot, clearly_independent * cutoff_ * cutoff_) && factors.solve(rows(), step, multipliers))
           return step;
         make_dense();
       }
@@ -128,7 +137,7 @@ class ConstraintGeometry {
     return ConstrainedFactors<n, m>(metric, J_, cutoff_).displacement(r, t_, names_);
   }
 
-  Eigen::Index rank() const { return sparse_ ? sparse_->factors.rank() : dense_->rank(); }
+  Eigen::Index rank() const { return traced_ ? static_cast<Eigen::Index>(traced_->rows()) : sparse_ ? sparse_->factors.rank() : dense_->rank(); }
 
   // Σⱼ |Jᵢⱼ| xⱼ for x ≥ 0, and the length of row i.
   double reach(Eigen::Index i, const Vector<double, n>& x) const {
@@ -145,28 +154,68 @@ class ConstraintGeometry {
  private:
   template <class Visit>
   void for_each_in_row(Eigen::Index i, Visit&& visit) const {
-    if (sparse_) {
+    if (sparse_ || traced_) {
       const auto row = static_cast<std::size_t>(i);
-      for (const auto* e = sparse_->J.begin(row); e != sparse_->J.end(row); ++e) visit(e->column, e->value);
+      for (const auto* e = rows().begin(row); e != rows().end(row); ++e) visit(e->column, e->value);
     } else {
       for (Eigen::Index j = 0; j < J_.cols(); ++j) visit(j, J_(i, j));
     }
   }
 
+  const SparseRows& rows() const { return traced_ ? traced_->jacobian() : sparse_->J; }
+
   void make_dense() {
-    const SparseRows& J = sparse_->J;
-    J_ = Matrix<double, m, n>::Zero(static_cast<Eigen::Index>(J.size()), sparse_->M.size());
+    const SparseRows& J = rows();
+    const Eigen::MatrixXd M = (traced_ ? traced_->mass() : sparse_->M).dense();
+    J_ = Matrix<double, m, n>::Zero(static_cast<Eigen::Index>(J.size()), M.rows());
     for (std::size_t i = 0; i < J.size(); ++i)
       for (const auto* e = J.begin(i); e != J.end(i); ++e) J_(static_cast<Eigen::Index>(i), e->column) = e->value;
-    dense_.emplace(Matrix<double, n>(sparse_->M.dense()), J_, cutoff_);
+    dense_.emplace(Matrix<double, n>(M), J_, cutoff_);
     sparse_.reset();
+    traced_ = nullptr;
   }
 
   SceneNames<Sc> names_;
   double t_, cutoff_;
+  TracedConstraints *given_, *traced_ = nullptr;
   std::optional<SparseSystem> sparse_;  // or else J_ and dense_
   Matrix<double, m, n> J_;
   std::optional<ConstrainedFactors<n, m>> dense_;
 };
 
 }  // namespace qdot::detail
+
+namespace qdot {
+
+/// How near to singular the matrices of a scene with constraints are.
+struct Conditioning {
+  double mass = 1.0;         ///< smallest pivot of M, scaled to unit diagonal
+  double constraints = 1.0;  ///< the same of J M⁻¹ Jᵀ; 1 where no constraint holds, or M is singular by itself
+  Eigen::Index weakest_constraint = 0;  ///< the row of that pivot
+};
+
+/// The same at y = [q; q̇; z]; of more than 128 coordinates by sparse factors, where these are sound, without that of M.
+template <class Sys, class... Effects>
+Conditioning conditioning(const Scene<Sys, Effects...>& scene, const Eigen::VectorXd& y, double t) {
+  using Sc = Scene<Sys, Effects...>;
+  constexpr int n = Sc::dof_at_compile_time;
+  const Eigen::Index dof = scene.dof();
+  const Vector<double, n> q = y.head(dof), qdot = y.segment(dof, dof);
+  const EffectStates<Sc> z = y.tail(Sc::states_at_compile_time);
+  if constexpr (detail::may_be_sparse<Sc>) {
+    constexpr Eigen::Index most_dense = 128;
+    detail::SparseSystem sparse;
+    if (dof > most_dense && sparse.compute(scene, q, qdot, t, z, default_rank_cutoff))
+      return {.mass = 1.0, .constraints = sparse.factors.smallest_pivot(), .weakest_constraint = sparse.factors.weakest_constraint()};
+  }
+  const Matrix<double, n> M = mass_matrix(scene.system(), q, qdot, t);
+  if (detail::is_free(scene, z)) {
+    Cholesky<double, n> cholesky;
+    cholesky.compute(M);
+    return {.mass = cholesky.smallest_pivot()};
+  }
+  const detail::ConstrainedFactors<n, Sc::constraints_at_compile_time> factors(M, constraint_jacobian(scene, q, qdot, t, z), default_rank_cutoff);
+  return {factors.mass_pivot(), factors.constraint_pivot(), factors.weakest_constraint()};
+}
+
+}  // namespace qdot

@@ -78,7 +78,10 @@ class SchurFactors {
         continue;
       }
       if (!(pivot > dependent * length)) return false;
-      smallest_pivot = std::min(smallest_pivot, pivot / length);
+      if (pivot < smallest_pivot * length) {
+        smallest_pivot = pivot / length;
+        weakest = static_cast<Eigen::Index>(own.row);
+      }
       own.inverse = 1.0 / pivot;
     }
     return true;
@@ -114,6 +117,7 @@ class SchurFactors {
 
   Eigen::Index rank = 0;
   double smallest_pivot = 1.0;
+  Eigen::Index weakest = 0;  // the row of that pivot
 
  private:
   static constexpr std::size_t narrow = 16;  // entries of a row

@@ -113,6 +113,7 @@ class SparseFactors {
   /// Rows that ask for something, and the square of the sine of the worst one's angle to those before it.
   Eigen::Index rank() const noexcept { return of_rows_ ? rows_.rank : rank_; }
   double smallest_pivot() const noexcept { return of_rows_ ? rows_.smallest_pivot : smallest_pivot_; }
+  Eigen::Index weakest_constraint() const noexcept { return of_rows_ ? rows_.weakest : weakest_; }
 
   /// f ← q̈ and γ ← λ; false when a row of zeros asks for something, or the result is not finite.
   template <class Rows>
@@ -236,7 +237,10 @@ class SparseFactors {
         continue;
       } else {
         if (!(-pivot > dependent * length)) return false;
-        smallest_pivot_ = std::min(smallest_pivot_, -pivot / length);
+        if (-pivot < smallest_pivot_ * length) {
+          smallest_pivot_ = -pivot / length;
+          weakest_ = ~unknown_[p];
+        }
       }
       inverse_[p] = 1.0 / pivot;
     }
@@ -248,7 +252,7 @@ class SparseFactors {
   std::vector<std::size_t> first_;     // place of the first entry of a row
   std::vector<std::ptrdiff_t> offset_; // of a row's place 0 among the entries, whether it is there or not
   std::vector<double> entries_, inverse_, x_;
-  Eigen::Index rank_ = 0;
+  Eigen::Index rank_ = 0, weakest_ = 0;
   double smallest_pivot_ = 1.0;
   bool of_rows_ = false;  // then these are the factors
   SchurFactors rows_;

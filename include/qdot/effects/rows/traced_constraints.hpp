@@ -41,7 +41,6 @@ class TracedConstraints {
     if (e.mass_is_diagonal) {
       const std::vector<int> free = free_accelerations(), schur = schur_entries(), wanted = wanted_of_multipliers(free);
       factors_.emplace(e.rows(), schur_rows_, schur_columns_);
-      values_.resize(schur.size());
       outputs = schur;
       append(outputs, wanted);
       append(outputs, free);
@@ -56,15 +55,15 @@ class TracedConstraints {
     } else {
       outputs = e.right;
       append(outputs, e.gamma);
-      append(outputs, e.mass.nodes());
       append(outputs, e.J.nodes());
       write_table(outputs);
       right_ = lines_.numbers(e.right);
       wanted_ = lines_.numbers(e.gamma);
-      mass_ = lines_.numbers(e.mass.nodes());
       for (std::size_t i = 0; i < e.n(); ++i) reach_ = std::max(reach_, static_cast<Eigen::Index>(i) - e.mass.row(i)[0].column);
     }
     J_numbers_ = lines_.numbers(e.J.nodes());
+    mass_ = lines_.numbers(e.mass.nodes());
+    own_lambda_.resize(e.rows());
     is_known_ = true;
   }
 
@@ -79,28 +78,14 @@ class TracedConstraints {
     for (const auto& [number, value] : assumed_)
       if (lines_[number] == value) return false;
     has_rows_ = false;
-    double zero = 0.0;
-    if (factors_) {
-      for (std::size_t k = 0; k < schur_.size(); ++k) {
-        values_[k] = lines_[schur_[k]];
-        zero += values_[k] - values_[k];
-      }
-      return zero == 0.0 && factors_->compute(values_.data(), dependent_);
-    }
-    const SparseEntries& entries = lines_.equations().mass;
-    M_ = BandedMatrix(static_cast<Eigen::Index>(n()), reach_);
-    std::size_t k = 0;
-    for (std::size_t i = 0; i < n(); ++i)
-      for (const auto& entry : entries.row(i)) {
-        const double m = lines_[mass_[k++]];
-        zero += m - m;
-        M_(static_cast<Eigen::Index>(i), entry.column) = m;
-      }
-    return zero == 0.0 && both_.compute(M_, jacobian(), massless_, dependent_);
+    if (factors_) return factors_->compute([&](std::size_t k) { return lines_[schur_[k]]; }, dependent_);
+    M_ = mass();
+    return both_.compute(M_, jacobian(), massless_, dependent_);
   }
 
-  /// q̈ at a state, λ, and ż where there are states; false where the general way must see to it.
+  /// q̈ at a state, λ if it is wanted, and ż where there are states; false where the general way must see to it.
   bool write(const double* q, const double* qdot, double t, const double* z, double* a, double* lambda, double* zdot) {
+    if (!lambda) lambda = own_lambda_.data();
     if (!move_to(q, qdot, t, z)) return false;
     double zero = 0.0;
     for (std::size_t k = 0; k < zdot_.size(); ++k) {
@@ -129,6 +114,16 @@ class TracedConstraints {
     return J_;
   }
 
+  /// M after move_to().
+  BandedMatrix mass() const {
+    const SparseEntries& entries = lines_.equations().mass;
+    BandedMatrix M(static_cast<Eigen::Index>(n()), reach_);
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < n(); ++i)
+      for (const auto& entry : entries.row(i)) M(static_cast<Eigen::Index>(i), entry.column) = lines_[mass_[k++]];
+    return M;
+  }
+
   double smallest_pivot() const { return factors_ ? factors_->smallest_pivot() : both_.smallest_pivot(); }
 
   template <class Run>
@@ -144,6 +139,7 @@ class TracedConstraints {
 
   void write_table(std::vector<int>& outputs) {
     const TracedEquations& e = lines_.equations();
+    append(outputs, e.mass.nodes());
     append(outputs, e.zdot);
     for (const auto& a : e.motion.recording.assumptions) outputs.push_back(a.node);
     table_ = lines_.written(outputs);
@@ -231,12 +227,12 @@ class TracedConstraints {
   std::vector<int> right_, wanted_, zdot_, J_numbers_, schur_, pulled_, mass_;
   std::vector<std::pair<int, double>> assumed_;
   std::vector<int> schur_rows_, schur_columns_;
-  std::vector<double> values_;
   std::optional<PatternFactors> factors_;  // of J M⁻¹ Jᵀ, or else of both
   Eigen::Index reach_ = 0;
   BandedMatrix M_{0, 0};
   SparseFactors both_;
   SparseRows J_;
+  std::vector<double> own_lambda_;
   bool has_rows_ = false, is_known_ = false;
 };
 

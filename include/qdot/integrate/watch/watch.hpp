@@ -12,14 +12,14 @@
 //                   log₁₀(1/rcond) of 16 digits; below options.rcond_limit = 1e-13 the run ends, and the direction that has
 //                   lost its inertia is named. Known for positive definite M of up to 128 coordinates, without constraints
 //                   (which may carry what has no mass).
-//     J M⁻¹ Jᵀ      the same for scenes with constraints, rows scaled to length one in the metric of M. Dependent rows are
-//                   allowed (effects/rows/constrained_solve.hpp), so its limit is 0 unless one is given.
+//     J M⁻¹ Jᵀ      the same for scenes with constraints, rows scaled to length one in the metric of M; of more than 128 coordinates
+//                   by sparse factors, without rcond(M). Dependent rows are allowed (effects/rows/constrained_solve.hpp), so its limit is 0 unless one is given.
 //     energy        Where neither T nor V takes the time, h = q̇·∂L/∂q̇ − L is constant on the exact motion, and every step may
 //                   change it by about
 //
 //                       a = Σᵢ |h(y + wᵢ eᵢ) − h(y)| ,      wᵢ = rtol |yᵢ| + atolᵢ ,
 //
-//                   which needs no trust in the forces. Over N steps that is N a at most, whatever the motion does with
+//                   (of more than 128 coordinates Σ |∂h/∂yᵢ| wᵢ), which needs no trust in the forces. Over N steps that is N a at most, whatever the motion does with
 //                   errors, for h has no sensitivity to them. A drift above
 //
 //                       energy_drift_limit · (N max a + ε max(|T| + |V|)),       energy_drift_limit = 10³,
@@ -38,7 +38,7 @@
 // short period, must not look the same at all looks), at stop times and at the end; after every step while
 // rcond(M) is below 1e-6, and where the step has become eight times shorter since the last look. At stop times and where an event
 // changes the state h and f are compared afresh: a legitimate change of the model belongs there. With more than eleven coordinates the looks
-// are rarer, n²/64 to n²/8 steps apart. They are not counted as evaluations.
+// are rarer, n²/64 to n²/8 steps apart, where n counts to 128. They are not counted as evaluations.
 // For a double pendulum they cost about one percent of the time with Dopri5 and BDF, and half a percent with Dop853 and Taylor
 // (half of what was measured with a look at every 32nd step).
 
@@ -60,6 +60,7 @@
 #include "qdot/integrate/statistics.hpp"
 #include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/watch/change_watch.hpp"
+#include "qdot/integrate/watch/energy_slope.hpp"
 #include "qdot/integrate/watch/time_watch.hpp"
 #include "qdot/mechanics/equations/cholesky.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
@@ -95,30 +96,6 @@ std::pair<Vector<double, n>, Vector<double, n>> coordinates_of(const Eigen::Vect
     parts.second[i] = y[dof + i];
   }
   return parts;
-}
-
-// The energies at a state: h = q̇·∂T/∂q̇ − T + V by one evaluation of T along q̇ and one of V.
-struct EnergyAt {
-  double T = 0.0, V = 0.0, h = 0.0;
-
-  double size() const { return std::abs(T) + std::abs(V); }
-};
-template <class System>
-[[gnu::noinline]] EnergyAt energy_at(const System& system, double t, const Eigen::VectorXd& y) {
-  constexpr int n = System::dof_at_compile_time;
-  using D = Dual<double, 1>;
-  const Eigen::Index dof = system.dof();
-  Vector<D, n> x(dof), v(dof);
-  Vector<double, n> q(dof);
-  for (Eigen::Index i = 0; i < dof; ++i) {
-    q[i] = y[i];
-    x[i] = D(y[i]);
-    v[i] = D(y[dof + i]);
-    v[i].tangent[0] = y[dof + i];
-  }
-  const D T = kinetic<n>(system.energies(), x, v, D(t));
-  const double V = potential<n>(system.energies(), q, t);
-  return {T.value, V, T.tangent[0] - T.value + V};
 }
 
 /// Looks at the accepted states of one run.
@@ -259,13 +236,13 @@ class Watchdog {
   static constexpr double closer = 1e-6;                 // rcond(M) below which every step is looked at
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-  // Steps between two looks: M and h's differences grow faster with n than a step does.
+  // Steps between two looks: M and h's differences grow faster with n than a step does, as far as they are looked at.
   long shortest_wait() const {
-    const Eigen::Index dof = system_.size() / 2;
+    const Eigen::Index dof = std::min(system_.size() / 2, most_coordinates);
     return static_cast<long>(std::max<Eigen::Index>(1, dof * dof / 64));
   }
   long longest_wait() const {
-    const Eigen::Index dof = system_.size() / 2;
+    const Eigen::Index dof = std::min(system_.size() / 2, most_coordinates);
     return static_cast<long>(std::max<Eigen::Index>(61, (dof * dof / 8) | 1));
   }
 
@@ -317,6 +294,14 @@ class Watchdog {
   double allowed(double t, const Eigen::VectorXd& y, double h) {
     double sum = 0.0;
     moved_ = y;
+    if constexpr (n == Dynamic) {
+      if (y.size() > 2 * most_coordinates) {  // by slopes, here and beside it: where h is smallest it has none
+        Eigen::VectorXd weight = options_.rtol * y.cwiseAbs();
+        for (Eigen::Index i = 0; i < y.size(); ++i) weight[i] += options_.atol[i];
+        const Eigen::VectorXd here = energy_slopes(Behind::system(system_), t, y), beside = energy_slopes(Behind::system(system_), t, y + weight);
+        return here.cwiseMax(beside).dot(weight);
+      }
+    }
     for (Eigen::Index i = 0; i < y.size(); ++i) {
       moved_[i] = y[i] + options_.rtol * std::abs(y[i]) + options_.atol[i];
       const double change = std::abs(energy_at(Behind::system(system_), t, moved_).h - h);

@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "qdot/ad/formula/local_gradient.hpp"
+#include "qdot/error.hpp"
 #include "qdot/mechanics/derive/derivatives_of_graph.hpp"
 #include "qdot/mechanics/derive/recorded_energies.hpp"
 
@@ -126,6 +127,12 @@ class TracedEquations {
   }
 
  private:
+  // Where all coordinates meet in sums of sums, as in a long chain with one angle after the other, there are as many entries as pairs, and each is long.
+  void require_short() {
+    if (graph().nodes().size() > 1'000'000 + 200 * n()) 
+      throw InvalidValue("equations that are traced must be short, but these have more than 200 operations for each coordinate; evaluate T and V as they are");
+  }
+
   bool is_zero(int node) { return graph().is_constant(node, 0.0); }
 
   SparseEntries rows_of(formula::LocalGradient& gradient, const std::vector<int>& outputs) {
@@ -134,6 +141,7 @@ class TracedEquations {
       for (const auto& [j, node] : gradient.of(output))
         if (!is_zero(node)) all.entries.push_back({j, node});
       all.end_row();
+      require_short();
     }
     return all;
   }
@@ -148,6 +156,7 @@ class TracedEquations {
         mass_is_constant = mass_is_constant && graph()[node].kind == formula::Kind::constant;
       }
       mass.end_row();
+      require_short();
     }
   }
 
@@ -169,6 +178,7 @@ class TracedEquations {
       for (const auto& [j, w] : slopes)
         if (!is_zero(w)) J.entries.push_back({j, w});
       J.end_row();
+      require_short();
     }
   }
 

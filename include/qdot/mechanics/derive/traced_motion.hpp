@@ -121,7 +121,7 @@ class TracedMotion {
       for (std::size_t k = 0; k < nodes.size(); ++k) values_[k] = e.graph()[nodes[k]].c;
       for (std::size_t i = 0; i < e.n(); ++i)
         if (!(values_[e.mass.starts[i + 1] - 1] > 0.0)) return;
-      if (factors_ && !factors_->compute(values_.data(), singular_pivot<double>(static_cast<Eigen::Index>(right_.size())))) return;
+      if (factors_ && !factored()) return;
     } else {
       mass_ = lines_.numbers(nodes);
     }
@@ -153,7 +153,7 @@ class TracedMotion {
         zero += values_[k] - values_[k];
       }
       if (factors_) {
-        if (!factors_->compute(values_.data(), singular_pivot<double>(static_cast<Eigen::Index>(right_.size())))) return false;
+        if (!factored()) return false;
       } else {
         for (const double m : values_)
           if (!(m > 0.0)) return false;
@@ -174,6 +174,10 @@ class TracedMotion {
 
  private:
 
+  bool factored() {
+    return factors_->compute([&](std::size_t k) { return values_[k]; }, singular_pivot<double>(static_cast<Eigen::Index>(right_.size())));
+  }
+
   TracedLines lines_;
   std::shared_ptr<const formula::LineTable> table_;
   std::vector<int> right_, zdot_, mass_;
@@ -182,5 +186,67 @@ class TracedMotion {
   std::vector<double> values_;
   bool is_known_ = false;
 };
+
+/// A traced motion that a form keeps: made when it is first asked for, and again where a method begins and the functors are others by then.
+///
+/// Nothing is there where they are no formulas, or where it does not pay. One thread at a time; copies are independent.
+template <class Motion>
+class Kept {
+ public:
+  Kept() = default;
+  Kept(const Kept& other) { *this = other; }
+  Kept& operator=(const Kept& other) {
+    if (this == &other) return *this;
+    const std::scoped_lock both(mutex_, other.mutex_);
+    motion_ = other.motion_;
+    is_asked_ = other.is_asked_;
+    return *this;
+  }
+
+  /// use(motion), which says whether it did; false where there is none.
+  template <class Make, class Use>
+  bool use(const Make& make, const Use& use) const {
+    const std::lock_guard lock(mutex_);
+    if (!is_asked_) {
+      is_asked_ = true;
+      try {
+        motion_.emplace(make());
+        if (!motion_->is_known()) motion_.reset();
+      } catch (...) {  // what functors throw they throw again, where the general way asks them
+        motion_.reset();
+      }
+    }
+    return motion_ && use(*motion_);
+  }
+
+  /// Looks whether the functors are the same still; run(motion) runs them.
+  template <class Run>
+  void renew(const Run& run) {
+    const std::lock_guard lock(mutex_);
+    try {
+      is_asked_ = motion_ && motion_->still_holds(run);
+    } catch (...) {
+      is_asked_ = false;
+    }
+    if (!is_asked_) motion_.reset();
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  mutable std::optional<Motion> motion_;
+  mutable bool is_asked_ = false;
+};
+
+// Which systems are traced.
+template <class Sys>
+concept TracedSystem = Sys::dof_at_compile_time == Dynamic && Sys::inertia == Inertia::positive_definite && RecordableEnergies<typename Sys::EnergiesType, Dynamic>;
+
+template <TracedSystem Sys>
+TracedMotion traced_motion(const Sys& system) {
+  TracedEquations e(system.dof(), 0);
+  run_energies<Dynamic>(e.motion, system.energies());
+  e.derive(false, {});
+  return TracedMotion(std::move(e));
+}
 
 }  // namespace qdot::detail

@@ -21,33 +21,36 @@ namespace qdot::detail {
 class PatternFactors {
  public:
   /// Entry k of the lower triangle is (rows[k], columns[k]); by rows, in each the columns ascending, with all diagonal entries.
-  PatternFactors(std::size_t size, const std::vector<int>& rows, const std::vector<int>& columns)
-      : first_(size), diagonal_(size), offset_(size), inverse_(size), place_(rows.size()) {
-    for (std::size_t i = 0; i < size; ++i) first_[i] = i;
+  PatternFactors(std::size_t size, const std::vector<int>& rows, const std::vector<int>& columns) : rows_(size), place_(rows.size()) {
+    for (std::size_t i = 0; i < size; ++i) rows_[i].first = i;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const auto i = static_cast<std::size_t>(rows[k]), j = static_cast<std::size_t>(columns[k]);
-      first_[i] = std::min(first_[i], j);
-      if (i == j) diagonal_[i] = k;
+      rows_[i].first = std::min(rows_[i].first, j);
+      rows_[i].end = k + 1;  // behind the diagonal entry, the last of its row
     }
     std::size_t entries = 0;
     for (std::size_t i = 0; i < size; ++i) {
-      offset_[i] = static_cast<std::ptrdiff_t>(entries) - static_cast<std::ptrdiff_t>(first_[i]);
-      entries += i - first_[i];
+      rows_[i].offset = static_cast<std::ptrdiff_t>(entries) - static_cast<std::ptrdiff_t>(rows_[i].first);
+      entries += i - rows_[i].first + 1;
+      for (std::size_t j = rows_[i].first; j < i; ++j) rows_[j].last = i;
     }
     if (entries > widest * size && size > small) {
       analyse(rows, columns);
       return;
     }
     skyline_.resize(entries);
-    for (std::size_t k = 0; k < rows.size(); ++k)
-      place_[k] = rows[k] == columns[k] ? -1 : offset_[static_cast<std::size_t>(rows[k])] + columns[k];
+    for (std::size_t k = 0; k < rows.size(); ++k) place_[k] = rows_[static_cast<std::size_t>(rows[k])].offset + columns[k];
+    std::size_t most = 0;
+    for (std::size_t i = 0; i < size; ++i) most = std::max(most, rows_[i].last > i ? rows_[i].last - i : 0);
+    column_.resize(most);
   }
 
-  std::size_t size() const { return inverse_.size(); }
+  std::size_t size() const { return rows_.size(); }
   double smallest_pivot() const { return smallest_; }
 
-  /// False where a pivot is not above `threshold` of its diagonal entry.
-  bool compute(const double* values, double threshold) { return sparse_ ? compute_sparse(values, threshold) : compute_skyline(values, threshold); }
+  /// Factors the matrix whose entry k is value(k); false where a pivot is not above `threshold` of its diagonal entry, or an entry is not finite.
+  template <class Value>
+  bool compute(const Value& value, double threshold) { return sparse_ ? compute_sparse(value, threshold) : compute_skyline(value, threshold); }
 
   /// x ← A⁻¹ x.
   void solve(double* x) {
@@ -56,18 +59,18 @@ class PatternFactors {
       b = sparse_->factors.solve(b).eval();
       return;
     }
-    const std::size_t n = size();
-    for (std::size_t i = 0; i < n; ++i) {
-      const double* const row = skyline_.data() + offset_[i];
+    const double* const skyline = skyline_.data();
+    for (std::size_t i = 0; i < size(); ++i) {
+      const Row& own = rows_[i];
       double sum = x[i];
-      for (std::size_t j = first_[i]; j < i; ++j) sum -= row[j] * x[j];
+      for (std::size_t j = own.first; j < i; ++j) sum -= skyline[own.offset + static_cast<std::ptrdiff_t>(j)] * x[j];
       x[i] = sum;
     }
-    for (std::size_t i = 0; i < n; ++i) x[i] *= inverse_[i];
-    for (std::size_t i = n; i-- > 0;) {
-      const double* const row = skyline_.data() + offset_[i];
+    for (std::size_t i = 0; i < size(); ++i) x[i] *= rows_[i].inverse;
+    for (std::size_t i = size(); i-- > 0;) {
+      const Row& own = rows_[i];
       const double xi = x[i];
-      for (std::size_t j = first_[i]; j < i; ++j) x[j] -= row[j] * xi;
+      for (std::size_t j = own.first; j < i; ++j) x[j] -= skyline[own.offset + static_cast<std::ptrdiff_t>(j)] * xi;
     }
   }
 
@@ -91,16 +94,23 @@ class PatternFactors {
     sparse_ = std::move(made);
   }
 
-  bool compute_sparse(const double* values, double threshold) {
+  template <class Value>
+  bool compute_sparse(const Value& value, double threshold) {
     Sparse& s = own();
-    for (std::size_t k = 0; k < place_.size(); ++k) s.A.valuePtr()[place_[k]] = values[k];
+    double zero = 0.0;
+    for (std::size_t k = 0; k < place_.size(); ++k) {
+      const double x = value(k);
+      zero += x - x;
+      s.A.valuePtr()[place_[k]] = x;
+    }
+    if (!(zero == 0.0)) return false;
     s.factors.factorize(s.A);
     if (s.factors.info() != Eigen::Success) return false;
     const auto D = s.factors.vectorD();
     const auto& place = s.factors.permutationP().indices();
     smallest_ = 1.0;
     for (std::size_t i = 0; i < size(); ++i) {
-      const double pivot = D[place.size() > 0 ? place[static_cast<Eigen::Index>(i)] : static_cast<Eigen::Index>(i)], whole = values[diagonal_[i]];
+      const double pivot = D[place.size() > 0 ? place[static_cast<Eigen::Index>(i)] : static_cast<Eigen::Index>(i)], whole = value(rows_[i].end - 1);
       if (!(pivot > threshold * whole)) return false;
       smallest_ = std::min(smallest_, pivot / whole);
     }
@@ -118,38 +128,43 @@ class PatternFactors {
     return *sparse_;
   }
 
-  bool compute_skyline(const double* values, double threshold) {
+  // From left to right: when a pivot is known, its column is taken from all rows below at once, so that a row waits for one division and not for sums.
+  template <class Value>
+  bool compute_skyline(const Value& value, double threshold) {
+    double* const skyline = skyline_.data();
+    double* __restrict const column = column_.data();
     std::fill(skyline_.begin(), skyline_.end(), 0.0);
-    for (std::size_t k = 0; k < place_.size(); ++k)
-      if (place_[k] >= 0) skyline_[static_cast<std::size_t>(place_[k])] = values[k];
-    smallest_ = 1.0;
+    for (std::size_t k = 0; k < place_.size(); ++k) skyline[place_[k]] = value(k);
+    double smallest = 1.0, zero = 0.0;
     for (std::size_t i = 0; i < size(); ++i) {
-      double* const row = skyline_.data() + offset_[i];
-      const std::size_t first = first_[i];
-      const double whole = values[diagonal_[i]];
-      double pivot = whole;
-      for (std::size_t j = first; j < i; ++j) {
-        const double* const other = skyline_.data() + offset_[j];
-        double sum = row[j];
-        for (std::size_t k = std::max(first, first_[j]); k < j; ++k) sum -= row[k] * other[k];
-        row[j] = sum;
-      }
-      for (std::size_t j = first; j < i; ++j) {
-        const double share = row[j] * inverse_[j];
-        pivot -= row[j] * share;
-        row[j] = share;
-      }
+      Row& own = rows_[i];
+      const double pivot = skyline[own.offset + static_cast<std::ptrdiff_t>(i)], whole = value(own.end - 1);
       if (!(pivot > threshold * whole)) return false;
-      if (pivot < smallest_ * whole) smallest_ = pivot / whole;
-      inverse_[i] = 1.0 / pivot;
+      if (pivot < smallest * whole) smallest = pivot / whole;
+      own.inverse = 1.0 / pivot;
+      zero += own.inverse - own.inverse;
+      for (std::size_t j = i + 1; j <= own.last; ++j) column[j - i - 1] = rows_[j].first <= i ? skyline[rows_[j].offset + static_cast<std::ptrdiff_t>(i)] : 0.0;
+      for (std::size_t j = i + 1; j <= own.last; ++j) {
+        if (rows_[j].first > i) continue;
+        double* __restrict const row = skyline + rows_[j].offset + static_cast<std::ptrdiff_t>(i);
+        const double share = column[j - i - 1] * own.inverse;
+        row[0] = share;
+        for (std::size_t k = 0; k < j - i; ++k) row[k + 1] -= share * column[k];
+      }
     }
-    return true;
+    smallest_ = smallest;
+    return zero == 0.0;
   }
 
-  std::vector<std::size_t> first_, diagonal_;
-  std::vector<std::ptrdiff_t> offset_;
-  std::vector<double> skyline_, inverse_;
-  std::vector<std::ptrdiff_t> place_;  // of each entry in the skyline, −1 on the diagonal; or in the sparse matrix
+  struct Row {
+    std::size_t first = 0, last = 0;  // column of the first entry; the last row that has one in column i
+    std::size_t end = 0;              // behind the row's entries of the pattern
+    std::ptrdiff_t offset = 0;       // of its place 0 in the skyline, whether it is there or not
+    double inverse = 0.0;            // of the pivot
+  };
+  std::vector<Row> rows_;
+  std::vector<double> skyline_, column_;
+  std::vector<std::ptrdiff_t> place_;  // of each entry in the skyline, or in the sparse matrix
   double smallest_ = 1.0;
   std::shared_ptr<Sparse> sparse_;
 };
