@@ -69,7 +69,7 @@ namespace detail {
 // As project() below; `traced` are equations that a run has traced, or nothing.
 template <class Sys, class... Effects, int n, class Phases>
 ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n>& q, Vector<double, n>& qdot, double t, double cutoff, const Phases& z,
-                           TracedConstraints* traced) {
+                           TracedConstraints<>* traced) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: only a scene with constraints can be projected onto them");
   constexpr int m = Sc::constraints_at_compile_time;

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/effects/equations/recorded_effects.hpp"
+
 #include "qdot/effects/equations/scene_jacobian.hpp"
 #include "qdot/effects/equations/switching.hpp"
 #include "qdot/effects/projection.hpp"
@@ -32,7 +32,7 @@ class SceneForm {
   static constexpr int states = Sc::states_at_compile_time;
   static constexpr int m = Sc::constraints_at_compile_time;
   static constexpr bool is_traced = detail::is_traced_scene<Sc>;
-  using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints, detail::TracedMotion>;
+  using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints<>, detail::TracedMotion<>>;
 
  public:
   static constexpr int dof_at_compile_time = n;                                         ///< n, or Dynamic
@@ -112,7 +112,7 @@ class SceneForm {
     const Vector<double, states> z = y.tail(states);
     if (detail::is_free(scene_, z)) return {};
     ProjectionReport report;
-    const auto project_on = [&](detail::TracedConstraints* traced) {
+    const auto project_on = [&](detail::TracedConstraints<>* traced) {
       report = detail::projected(scene_, q, qdot, t, default_rank_cutoff, z, traced);
       return true;
     };

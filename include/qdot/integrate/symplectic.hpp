@@ -12,7 +12,7 @@
 // linearly; a method of order p makes it h^p small.
 //
 // The recipes, their orders and their sources are in integrate/steps/symplectic_schemes.hpp. Here they are carried out,
-// with M constant (T quadratic in q̇ alone) and inverted once; one gradient of V per kick, and none for
+// with M constant (T quadratic in q̇ alone) and inverted once, or factored where n is known at run time only; one gradient of V per kick, and none for
 // the first kick of a step if the last one of the step before was at the same place.
 //
 // Drives. With V(q, t) time drifts with q: a kick takes V at the time that the drifts before it have
@@ -87,6 +87,10 @@ class SplittingStepper : public detail::FixedStep<F> {
 
  private:
   void invert_mass_matrix() {
+    if constexpr (n == Dynamic) {  // there may be many coordinates, and the form keeps M factored
+      inverse_.resize(0, 0);
+      if (this->form().has_constant_inertia()) return;
+    }
     const Vector<double, n> zero = Vector<double, n>::Zero(dof());
     const Vector<double, n> one = Vector<double, n>::Ones(dof());
     const auto& mechanical = this->form().system();
@@ -101,13 +105,25 @@ class SplittingStepper : public detail::FixedStep<F> {
 
   void kick(double bh, double t) {
     if (!force_is_current_) {
-      const Vector<double, n> q = this->y_.head(dof());
-      const Vector<double, n> qdot = this->y_.tail(dof());
-      qddot_.noalias() = inverse_ * detail::lagrangian_gradient<n>(this->form().system().energies(), q, qdot, t);
+      accelerate(t);
       ++this->statistics_.evaluations;
       force_is_current_ = true;
     }
     for (Eigen::Index i = 0; i < dof(); ++i) detail::add_compensated(this->y_[dof() + i], this->lost_[dof() + i], bh * qddot_[i]);
+  }
+
+  void accelerate(double t) {
+    if constexpr (n == Dynamic) {
+      if (inverse_.size() == 0) {
+        rates_.resize(this->size());
+        this->form().write_derivative(t, this->y_.data(), rates_.data());
+        qddot_ = rates_.tail(dof());
+        return;
+      }
+    }
+    const Vector<double, n> q = this->y_.head(dof());
+    const Vector<double, n> qdot = this->y_.tail(dof());
+    qddot_.noalias() = inverse_ * detail::lagrangian_gradient<n>(this->form().system().energies(), q, qdot, t);
   }
 
   void drift(double ah) {
@@ -123,7 +139,8 @@ class SplittingStepper : public detail::FixedStep<F> {
   }
 
   detail::Splitting scheme_;
-  Matrix<double, n> inverse_;  // of M
+  Matrix<double, n> inverse_;  // of M; empty where the form keeps M factored
+  Eigen::VectorXd rates_;
   Vector<double, n> qddot_;
   bool force_is_current_ = false;  // qddot_ belongs to the present q
 };

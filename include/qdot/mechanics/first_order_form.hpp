@@ -82,6 +82,15 @@ class FirstOrderForm {
     inertia_ = detail::ConstantInertia<Sys>(system_);
   }
 
+  /// Whether M is the same everywhere, as seen from the operations of T.
+  bool has_constant_inertia() const
+    requires(n == Dynamic)
+  {
+    bool constant = inertia_.is_known();
+    if constexpr (detail::TracedSystem<Sys>) traced_.use([&] { return detail::traced_motion(system_); }, [&](detail::TracedMotion<>& m) { return constant = m.mass_is_constant(); });
+    return constant;
+  }
+
   /// Number of components, 2n.
   Eigen::Index size() const noexcept { return 2 * system_.dof(); }
 
@@ -97,7 +106,7 @@ class FirstOrderForm {
     const Eigen::Index dof = system_.dof();
     double* const rates = std::copy_n(y + dof, dof, ydot);
     if constexpr (detail::TracedSystem<Sys>) {
-      const auto write = [&](detail::TracedMotion& traced) { return traced.write(y, y + dof, t, nullptr, rates, nullptr); };
+      const auto write = [&](detail::TracedMotion<>& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); };
       if (traced_.use([&] { return detail::traced_motion(system_); }, write)) return;
     }
     const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof);
@@ -171,7 +180,7 @@ class FirstOrderForm {
 
   Sys system_;
   detail::ConstantInertia<Sys> inertia_;  // factored once in a leg, where M is constant and V no formula
-  [[no_unique_address]] std::conditional_t<n == Dynamic, detail::Kept<detail::TracedMotion>, std::tuple<>> traced_;
+  [[no_unique_address]] std::conditional_t<n == Dynamic, detail::Kept<detail::TracedMotion<>>, std::tuple<>> traced_;
 };
 
 namespace detail {

@@ -35,6 +35,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -383,14 +384,20 @@ class BasicGraph {
                                 static_cast<std::uint64_t>(node.kind) * 32 + static_cast<std::uint64_t>(node.function);
     const std::uint64_t h = (names * odd ^ (numbers >> 17) ^ numbers) * odd;
     const std::size_t mask = places_.size() - 1;
-    for (std::size_t place = static_cast<std::size_t>(h >> 32) & mask;; place = (place + 1) & mask) {
-      const int number = places_[place];
-      if (number < 0) return place;
+    const auto fits = [&](int number) {
+      if (number < 0) return true;
       const Node& other = nodes_[static_cast<std::size_t>(number)];
-      if (other.a == node.a && other.b == node.b && other.kind == node.kind && other.function == node.function && decisive(other.ca) == ca &&
-          decisive(other.cb) == cb && decisive(other.c) == c)
-        return place;
+      return other.a == node.a && other.b == node.b && other.kind == node.kind && other.function == node.function && decisive(other.ca) == ca &&
+             decisive(other.cb) == cb && decisive(other.c) == c;
+    };
+    // Neighbours in a lattice of a million stand near each other in the table, and a processor has their places at hand. Whoever does not fit
+    // there, because all meet all, goes anywhere.
+    if (!std::is_constant_evaluated()) {
+      const std::size_t near = static_cast<std::size_t>(4 * (static_cast<std::int64_t>(node.a) + node.b + 2) + static_cast<std::int64_t>(h & 3)) & mask;
+      if (fits(places_[near])) return near;
     }
+    for (std::size_t place = static_cast<std::size_t>(h >> 32) & mask;; place = (place + 1) & mask)
+      if (fits(places_[place])) return place;
   }
 
   std::vector<Node> nodes_;

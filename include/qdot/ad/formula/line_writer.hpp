@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "qdot/ad/formula/graph.hpp"
@@ -68,7 +68,7 @@ class LineWriter {
   bool is_missing(int node) const { return node >= 0 && place_[static_cast<std::size_t>(node)] < 0; }
 
   // needed_ ← missing nodes below some of the outputs, in the graph's order.
-  void find_needed(const std::vector<int>& outputs, std::size_t first, std::size_t last) {
+  [[gnu::cold]] void find_needed(const std::vector<int>& outputs, std::size_t first, std::size_t last) {
     constexpr std::int64_t on_the_way = -2;
     needed_.clear();
     const auto meet = [&](int node) {
@@ -87,7 +87,7 @@ class LineWriter {
   }
 
   // needed_ level by level. Nodes that were there before are on level 0.
-  void write_levels(LineTable& table) {
+  [[gnu::cold]] void write_levels(LineTable& table) {
     int highest = 0;
     for (const int w : needed_) {
       const auto& node = graph_[w];
@@ -108,20 +108,14 @@ class LineWriter {
     for (std::size_t l = 1; l + 1 < begin.size(); ++l) write_level(begin[l], begin[l + 1], table);
   }
 
-  void write_level(std::size_t first, std::size_t last, LineTable& table) {
+  [[gnu::cold]] void write_level(std::size_t first, std::size_t last, LineTable& table) {
     elements_.clear();
     for (std::size_t k = first; k < last; ++k) elements_.push_back({line_of(by_level_[k]), by_level_[k], -1});
-    const auto kind_of = [](const Line& l) { return std::tuple(l.operation, l.function, l.operation == Operation::power ? l.c : 0.0); };
-    const auto comes_before = [&](const Element& x, const Element& y) {
-      const auto kx = kind_of(x.line), ky = kind_of(y.line);
-      if (kx != ky) return kx < ky;
-      return std::tuple(x.line.a, x.line.b, x.node) < std::tuple(y.line.a, y.line.b, y.node);
-    };
-    std::sort(elements_.begin(), elements_.end(), comes_before);
-    pair_sines_and_cosines(comes_before);
+    sort_elements();
+    if (pair_sines_and_cosines()) sort_elements();
     for (std::size_t k = 0; k < elements_.size();) {
       std::size_t end = k + 1;
-      while (end < elements_.size() && kind_of(elements_[end].line) == kind_of(elements_[k].line)) ++end;
+      while (end < elements_.size() && are_of_one_kind(elements_[end].line, elements_[k].line)) ++end;
       place_elements(k, end);
       write_elements(k, end, table);
       k = end;
@@ -157,9 +151,21 @@ class LineWriter {
     return l;
   }
 
-  // A sine and a cosine of one angle become one element.
-  template <class ComesBefore>
-  void pair_sines_and_cosines(const ComesBefore& comes_before) {
+  static int kind_of(const Line& l) { return static_cast<int>(l.operation) * 256 + static_cast<int>(l.function); }
+  static bool are_of_one_kind(const Line& x, const Line& y) { return kind_of(x) == kind_of(y) && (x.operation != Operation::power || x.c == y.c); }
+
+  // Alike behind each other, in the order of their arguments' places.
+  [[gnu::cold]] void sort_elements() {
+    std::sort(elements_.begin(), elements_.end(), [](const Element& x, const Element& y) {
+      if (const int kx = kind_of(x.line), ky = kind_of(y.line); kx != ky) return kx < ky;
+      if (x.line.operation == Operation::power && x.line.c != y.line.c) return x.line.c < y.line.c;
+      if (x.line.a != y.line.a) return x.line.a < y.line.a;
+      return x.line.b != y.line.b ? x.line.b < y.line.b : x.node < y.node;
+    });
+  }
+
+  // A sine and a cosine of one angle become one element; whether there are any.
+  [[gnu::cold]] bool pair_sines_and_cosines() {
     const auto is = [](const Element& e, Function f) { return e.line.operation == Operation::function && e.line.function == f; };
     const auto begin_of = [&](Function f) { return std::find_if(elements_.begin(), elements_.end(), [&](const Element& e) { return is(e, f); }); };
     auto s = begin_of(Function::sin), c = begin_of(Function::cos);
@@ -176,12 +182,11 @@ class LineWriter {
       any = true;
       ++s, ++c;
     }
-    if (!any) return;
-    std::erase_if(elements_, [](const Element& e) { return e.line.operation == Operation::end; });
-    std::sort(elements_.begin(), elements_.end(), comes_before);
+    if (any) std::erase_if(elements_, [](const Element& e) { return e.line.operation == Operation::end; });
+    return any;
   }
 
-  void place_elements(std::size_t first, std::size_t last) {
+  [[gnu::cold]] void place_elements(std::size_t first, std::size_t last) {
     const auto place = [&](Element& e, int node) {
       place_[static_cast<std::size_t>(node)] = count_;
       (node == e.node ? e.line.to : e.line.b) = count_++;
@@ -192,7 +197,7 @@ class LineWriter {
   }
 
   // Elements of one kind: runs where they are long enough, or one run with lists, or lines.
-  void write_elements(std::size_t first, std::size_t last, LineTable& table) {
+  [[gnu::cold]] void write_elements(std::size_t first, std::size_t last, LineTable& table) {
     if (elements_[first].line.operation == Operation::constant || last - first < shortest_run) {
       for (std::size_t k = first; k < last; ++k) table.lines.push_back(elements_[k].line);
       return;
@@ -232,14 +237,13 @@ class LineWriter {
     }
   }
 
-  void add_factors(std::size_t first, RunOfLines& run, LineTable& table) {
+  [[gnu::cold]] void add_factors(std::size_t first, RunOfLines& run, LineTable& table) {
     if (run.first.operation != Operation::scaled && run.first.operation != Operation::combination) return;
-    const auto of = [&](std::size_t k) {
-      const Line& l = elements_[k].line;
-      return std::tuple(l.ca, l.cb, l.c);
-    };
     bool alike = true;
-    for (std::size_t k = first; k < first + run.count; ++k) alike = alike && of(k) == of(first);
+    for (std::size_t k = first; k < first + run.count; ++k) {
+      const Line &l = elements_[k].line, &other = run.first;
+      alike = alike && l.ca == other.ca && l.cb == other.cb && l.c == other.c;
+    }
     if (alike) return;
     run.factors = static_cast<std::int64_t>(table.factors.size());
     for (std::size_t k = first; k < first + run.count; ++k) {

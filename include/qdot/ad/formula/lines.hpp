@@ -52,16 +52,16 @@ struct LineTable {
 };
 
 // to[k] = f(a[k], b[k], k).
-template <class F>
-[[gnu::always_inline]] inline void carry_out_each(const LineTable& table, const RunOfLines& run, double* x, const F& f) {
-  double* __restrict const to = x + run.first.to;
+template <class Number, class F>
+[[gnu::always_inline]] inline void carry_out_each(const LineTable& table, const RunOfLines& run, Number* x, const F& f) {
+  Number* __restrict const to = x + run.first.to;
   const std::size_t count = run.count;
   if (run.places >= 0) {
     const std::uint32_t* const at = table.places.data() + run.places;
     for (std::size_t k = 0; k < count; ++k) to[k] = f(x[at[2 * k]], x[at[2 * k + 1]], k);
     return;
   }
-  const double *const a = x + run.first.a, *const b = x + run.first.b;
+  const Number *const a = x + run.first.a, *const b = x + run.first.b;
   if (run.step_a == 1 && run.step_b == 1) {
     for (std::size_t k = 0; k < count; ++k) to[k] = f(a[k], b[k], k);
   } else {
@@ -70,37 +70,38 @@ template <class F>
   }
 }
 
-[[gnu::noinline]] inline void carry_out(const LineTable& table, const RunOfLines& run, double* x) {
+template <class Number>
+[[gnu::noinline]] void carry_out(const LineTable& table, const RunOfLines& run, Number* x) {
   using Operation = Line::Operation;
   const double ca = run.first.ca, cb = run.first.cb, c = run.first.c;
   const double* const factors = run.factors < 0 ? nullptr : table.factors.data() + run.factors;
   const auto each = [&](const auto& f) __attribute__((always_inline)) { carry_out_each(table, run, x, f); };
   switch (run.first.operation) {
     case Operation::scaled:
-      if (factors) return each([=](double a, double, std::size_t k) { return factors[3 * k] * a + factors[3 * k + 2]; });
-      return each([=](double a, double, std::size_t) { return ca * a + c; });
+      if (factors) return each([=](Number a, Number, std::size_t k) { return factors[3 * k] * a + factors[3 * k + 2]; });
+      return each([=](Number a, Number, std::size_t) { return ca * a + c; });
     case Operation::combination:
-      if (factors) return each([=](double a, double b, std::size_t k) { return factors[3 * k] * a + factors[3 * k + 1] * b + factors[3 * k + 2]; });
-      return each([=](double a, double b, std::size_t) { return ca * a + cb * b + c; });
-    case Operation::sum: return each([](double a, double b, std::size_t) { return a + b; });
-    case Operation::difference: return each([](double a, double b, std::size_t) { return a - b; });
-    case Operation::product: return each([](double a, double b, std::size_t) { return a * b; });
-    case Operation::square: return each([](double a, double, std::size_t) { return a * a; });
-    case Operation::quotient: return each([](double a, double b, std::size_t) { return a / b; });
-    case Operation::inverse: return each([](double a, double, std::size_t) { return 1.0 / a; });
-    case Operation::root: return each([](double a, double, std::size_t) { return std::sqrt(a); });
-    case Operation::inverse_root: return each([](double a, double, std::size_t) { return 1.0 / std::sqrt(a); });
-    case Operation::power: return each([=](double a, double, std::size_t) { return std::pow(a, c); });
+      if (factors) return each([=](Number a, Number b, std::size_t k) { return factors[3 * k] * a + factors[3 * k + 1] * b + factors[3 * k + 2]; });
+      return each([=](Number a, Number b, std::size_t) { return ca * a + cb * b + c; });
+    case Operation::sum: return each([](Number a, Number b, std::size_t) { return a + b; });
+    case Operation::difference: return each([](Number a, Number b, std::size_t) { return a - b; });
+    case Operation::product: return each([](Number a, Number b, std::size_t) { return a * b; });
+    case Operation::square: return each([](Number a, Number, std::size_t) { return a * a; });
+    case Operation::quotient: return each([](Number a, Number b, std::size_t) { return a / b; });
+    case Operation::inverse: return each([](Number a, Number, std::size_t) { return 1.0 / a; });
+    case Operation::root: return each([](Number a, Number, std::size_t) { return std::sqrt(a); });
+    case Operation::inverse_root: return each([](Number a, Number, std::size_t) { return 1.0 / std::sqrt(a); });
+    case Operation::power: return each([=](Number a, Number, std::size_t) { return std::pow(a, c); });
     case Operation::sine_and_cosine: {
-      double* const cosine = x + run.first.b;
-      return each([=](double a, double, std::size_t k) {
+      Number* const cosine = x + run.first.b;
+      return each([=](Number a, Number, std::size_t k) {
         cosine[k] = std::cos(a);
         return std::sin(a);
       });
     }
     case Operation::function: {
       const Function f = run.first.function;
-      return each([=](double a, double b, std::size_t) { return value_of(f, a, b); });
+      return each([=](Number a, Number b, std::size_t) { return value_of(f, a, b); });
     }
     case Operation::end:
     case Operation::constant:
@@ -112,7 +113,8 @@ template <class F>
 // jump in a loop it remembers less, and the lines take half as long again.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"  // labels as values, which g++ and clang have
-inline void carry_out(const LineTable& table, double* x) {
+template <class Number>
+void carry_out(const LineTable& table, Number* x) {
   static const void* const ways[] = {&&end,     &&constant, &&scaled, &&combination,  &&sum,   &&difference,      &&product,  &&square,
                                      &&quotient, &&inverse,  &&root,   &&inverse_root, &&power, &&sine_and_cosine, &&function, &&run};
   const auto way = [](const Line* l) { return static_cast<std::size_t>(l->operation); };
@@ -155,7 +157,7 @@ power:
   x[line->to] = std::pow(x[line->a], line->c);
   goto* ways[way(++line)];
 sine_and_cosine: {
-  const double angle = x[line->a];
+  const Number angle = x[line->a];
   x[line->to] = std::sin(angle);
   x[line->b] = std::cos(angle);
 }

@@ -16,10 +16,11 @@
 namespace qdot::formula {
 
 /// Gradients of one graph with respect to the same variables. Adds nodes to the graph.
+template <class Coefficient>
 class LocalGradient {
  public:
   /// @param variables  nodes; derivatives are found of nodes that are in the graph by now
-  LocalGradient(Graph& graph, const std::vector<int>& variables)
+  LocalGradient(BasicGraph<Coefficient>& graph, const std::vector<int>& variables)
       : graph_(graph), depends_(graph.dependence(static_cast<int>(graph.nodes().size()) - 1, variables)), adjoint_(depends_.size(), -1),
         column_(depends_.size(), -1) {
     for (std::size_t j = 0; j < variables.size(); ++j) column_[static_cast<std::size_t>(variables[j])] = static_cast<int>(j);
@@ -56,7 +57,7 @@ class LocalGradient {
   }
 
  private:
-  Graph& graph_;
+  BasicGraph<Coefficient>& graph_;
   std::vector<char> depends_;
   std::vector<int> adjoint_, column_, waiting_;
   std::vector<std::pair<int, int>> found_;

@@ -4,18 +4,13 @@
 // Forces, rates and constraints of a scene as nodes of the graph of its motion (mechanics/derive/recorded_energies.hpp).
 //
 // Nothing of this depends on how an effect is written: ∂R/∂q̇ of a Rayleigh function and Jᵀ F of a force at a point are
-// dual numbers in the effect, whose parts now are nodes of the graph.
+// dual numbers in the effect, whose parts now are nodes of the graph. A scene's header is not included here: who has a scene has included it.
 
 #include <Eigen/Core>
-#include <cstddef>
 #include <string_view>
-#include <type_traits>
-#include <vector>
 
 #include "qdot/effects/effect.hpp"
-#include "qdot/effects/equations/effect_forces.hpp"
-#include "qdot/effects/scene.hpp"
-#include "qdot/mechanics/derive/traced_motion.hpp"
+#include "qdot/mechanics/derive/recorded_energies.hpp"
 
 namespace qdot::detail {
 
@@ -81,35 +76,6 @@ void run_rows(RecordedMotion& m, const E& e) {
     }();
     for (Eigen::Index i = 0; i < rows.size(); ++i) m.returned.push_back(rows[i].node_in(m.recording));
   }
-}
-
-// Which scenes are traced.
-template <class Sc>
-inline constexpr bool is_traced_scene = false;
-template <class Sys, class... Effects>
-inline constexpr bool is_traced_scene<Scene<Sys, Effects...>> = TracedSystem<typename Scene<Sys, Effects...>::SystemType> &&
-                                                                (effect_is_recordable<Effects, Sys::dof_at_compile_time>() && ...);
-
-// Runs all functors of a scene, and notes of each row of a constraint whether it restricts positions.
-template <class Sc>
-void run_scene(RecordedMotion& m, const Sc& scene, std::vector<bool>* holonomic) {
-  constexpr int n = Sc::dof_at_compile_time;
-  run_energies<n>(m, scene.system().energies());
-  if constexpr (Sc::has_forces) run_forces(m, scene);
-  for_each(scene.effects(), [&](const auto& e) {
-    const std::size_t first = m.returned.size();
-    run_rows<n>(m, e);
-    if (holonomic) holonomic->insert(holonomic->end(), m.returned.size() - first, HolonomicEffect<std::remove_cvref_t<decltype(e)>, n>);
-  });
-}
-
-template <class Sc>
-TracedEquations traced_equations(const Sc& scene) {
-  TracedEquations e(scene.dof(), Sc::states_at_compile_time);
-  std::vector<bool> holonomic;
-  run_scene(e.motion, scene, &holonomic);
-  e.derive(Sc::has_forces, holonomic);
-  return e;
 }
 
 }  // namespace qdot::detail

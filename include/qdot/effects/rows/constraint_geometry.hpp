@@ -78,7 +78,7 @@ class ConstraintGeometry {
 
  public:
   /// @param traced  equations that a run has traced, or nothing
-  ConstraintGeometry(const Sc& scene, double t, double cutoff, TracedConstraints* traced = nullptr) : names_{scene}, t_(t), cutoff_(cutoff), given_(traced) {}
+  ConstraintGeometry(const Sc& scene, double t, double cutoff, TracedConstraints<>* traced = nullptr) : names_{scene}, t_(t), cutoff_(cutoff), given_(traced) {}
 
   template <class Phases>
   void move_to(const Vector<double, n>& q, const Vector<double, n>& qdot, const Phases& z) {
@@ -177,7 +177,7 @@ class ConstraintGeometry {
 
   SceneNames<Sc> names_;
   double t_, cutoff_;
-  TracedConstraints *given_, *traced_ = nullptr;
+  TracedConstraints<> *given_, *traced_ = nullptr;
   std::optional<SparseSystem> sparse_;  // or else J_ and dense_
   Matrix<double, m, n> J_;
   std::optional<ConstrainedFactors<n, m>> dense_;

@@ -23,16 +23,19 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/effects/equations/recorded_effects.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
+#include "qdot/effects/scene.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
 
 namespace qdot::detail {
 
+template <class Number = double>
 class TracedConstraints {
  public:
   /// @param dependent  a pivot of J M⁻¹ Jᵀ below this fraction of its diagonal entry leaves all to the general way
-  TracedConstraints(TracedEquations equations, double dependent) : lines_(std::move(equations)), dependent_(dependent) {
-    TracedEquations& e = lines_.equations();
+  [[gnu::cold]] TracedConstraints(TracedEquations<Number> equations, double dependent) : lines_(std::move(equations)), dependent_(dependent) {
+    TracedEquations<Number>& e = lines_.equations();
     for (std::size_t i = 0; i < e.n(); ++i)
       if (e.mass.row(i).empty() || static_cast<std::size_t>(e.mass.row(i).back().column) != i) return;
     J_.starts = e.J.starts;
@@ -134,11 +137,11 @@ class TracedConstraints {
  private:
   static constexpr double massless_ = 1e-8;  // as effects/rows/constrained_solve.hpp has it
 
-  formula::Graph& graph() { return lines_.equations().graph(); }
+  formula::BasicGraph<Number>& graph() { return lines_.equations().graph(); }
   int mass_of(int i) { return lines_.equations().mass.row(static_cast<std::size_t>(i))[0].what; }
 
-  void write_table(std::vector<int>& outputs) {
-    const TracedEquations& e = lines_.equations();
+  [[gnu::cold]] void write_table(std::vector<int>& outputs) {
+    const TracedEquations<Number>& e = lines_.equations();
     append(outputs, e.mass.nodes());
     append(outputs, e.zdot);
     for (const auto& a : e.motion.recording.assumptions) outputs.push_back(a.node);
@@ -147,14 +150,14 @@ class TracedConstraints {
     for (const auto& a : e.motion.recording.assumptions) assumed_.emplace_back(lines_.numbers({a.node})[0], a.value);
   }
 
-  std::vector<int> free_accelerations() {
+  [[gnu::cold]] std::vector<int> free_accelerations() {
     std::vector<int> u;
     for (std::size_t i = 0; i < n(); ++i) u.push_back(graph().quotient(lines_.equations().right[i], mass_of(static_cast<int>(i))));
     return u;
   }
 
   // Entries of J M⁻¹ Jᵀ on and below the diagonal, row by row.
-  std::vector<int> schur_entries() {
+  [[gnu::cold]] std::vector<int> schur_entries() {
     const SparseEntries& J = lines_.equations().J;
     std::vector<std::vector<std::pair<int, int>>> touching(n());  // rows and their entries in a column, so far
     std::vector<int> nodes;
@@ -181,7 +184,7 @@ class TracedConstraints {
   }
 
   // γ − J u.
-  std::vector<int> wanted_of_multipliers(const std::vector<int>& u) {
+  [[gnu::cold]] std::vector<int> wanted_of_multipliers(const std::vector<int>& u) {
     std::vector<int> wanted = lines_.equations().gamma;
     for (std::size_t k = 0; k < wanted.size(); ++k)
       for (const auto& [i, w] : lines_.equations().J.row(k)) wanted[k] = graph().difference(wanted[k], graph().product(w, u[static_cast<std::size_t>(i)]));
@@ -189,7 +192,7 @@ class TracedConstraints {
   }
 
   // M⁻¹Jᵀλ.
-  std::vector<int> accelerations_of_multipliers() {
+  [[gnu::cold]] std::vector<int> accelerations_of_multipliers() {
     std::vector<int> pulled(n(), graph().constant(0.0));
     const SparseEntries& J = lines_.equations().J;
     const int first = static_cast<int>(3 * n() + 1 + lines_.equations().states());
@@ -221,13 +224,13 @@ class TracedConstraints {
     return true;
   }
 
-  TracedLines lines_;
+  TracedLines<Number> lines_;
   double dependent_;
   std::shared_ptr<const formula::LineTable> table_, pull_table_;
   std::vector<int> right_, wanted_, zdot_, J_numbers_, schur_, pulled_, mass_;
   std::vector<std::pair<int, double>> assumed_;
   std::vector<int> schur_rows_, schur_columns_;
-  std::optional<PatternFactors> factors_;  // of J M⁻¹ Jᵀ, or else of both
+  std::optional<PatternFactors<Number>> factors_;  // of J M⁻¹ Jᵀ, or else of both
   Eigen::Index reach_ = 0;
   BandedMatrix M_{0, 0};
   SparseFactors both_;
@@ -235,5 +238,34 @@ class TracedConstraints {
   std::vector<double> own_lambda_;
   bool has_rows_ = false, is_known_ = false;
 };
+
+// Which scenes are traced.
+template <class Sc>
+inline constexpr bool is_traced_scene = false;
+template <class Sys, class... Effects>
+inline constexpr bool is_traced_scene<Scene<Sys, Effects...>> = TracedSystem<typename Scene<Sys, Effects...>::SystemType> &&
+                                                                (effect_is_recordable<Effects, Sys::dof_at_compile_time>() && ...);
+
+// Runs all functors of a scene, and notes of each row of a constraint whether it restricts positions.
+template <class Sc>
+void run_scene(RecordedMotion& m, const Sc& scene, std::vector<bool>* holonomic) {
+  constexpr int n = Sc::dof_at_compile_time;
+  run_energies<n>(m, scene.system().energies());
+  if constexpr (Sc::has_forces) run_forces(m, scene);
+  for_each(scene.effects(), [&](const auto& e) {
+    const std::size_t first = m.returned.size();
+    run_rows<n>(m, e);
+    if (holonomic) holonomic->insert(holonomic->end(), m.returned.size() - first, HolonomicEffect<std::remove_cvref_t<decltype(e)>, n>);
+  });
+}
+
+template <class Sc>
+TracedEquations<> traced_equations(const Sc& scene) {
+  TracedEquations<> e(scene.dof(), Sc::states_at_compile_time);
+  std::vector<bool> holonomic;
+  run_scene(e.motion, scene, &holonomic);
+  e.derive(Sc::has_forces, holonomic);
+  return e;
+}
 
 }  // namespace qdot::detail

@@ -49,6 +49,9 @@ struct SparseEntries {
 };
 
 /// The equations of one object as nodes. Variables are q, q̇, t, the effects' states z, then q̈ and λ.
+///
+/// @tparam Number  of the graph's coefficients
+template <class Number = double>
 class TracedEquations {
  public:
   RecordedMotion motion;
@@ -70,13 +73,13 @@ class TracedEquations {
   std::size_t n() const { return motion.q.size(); }
   std::size_t states() const { return motion.z.size(); }
   std::size_t rows() const { return gamma.size(); }
-  formula::Graph& graph() { return motion.recording.graph; }
+  formula::BasicGraph<Number>& graph() { return motion.recording.graph; }
 
   /// Derives everything from what the functors returned: T, V, then Q and ż if there are forces, then the rows of constraints.
   ///
   /// @param holonomic  for each row, whether it is φ or a
-  void derive(bool has_forces, const std::vector<bool>& holonomic) {
-    formula::Graph& g = graph();
+  [[gnu::cold]] void derive(bool has_forces, const std::vector<bool>& holonomic) {
+    formula::BasicGraph<Number>& g = graph();
     const std::vector<int>& found = motion.returned;
     const int T = found[0], V = found[1], L = g.difference(T, V);
     motion.p = g.gradient(T, motion.qdot, g.dependence(T, motion.qdot));
@@ -89,7 +92,7 @@ class TracedEquations {
     std::vector<int> rows(found.begin() + static_cast<std::ptrdiff_t>(next), found.end());
     derive_mass();
     derive_rows(rows, holonomic);
-    RatesOfNodes<formula::Graph> rates(g, static_cast<int>(n()));
+    RatesOfNodes<formula::BasicGraph<Number>> rates(g, static_cast<int>(n()));
     make_rates(rates, motion.p);
     for (std::size_t i = 0; i < n(); ++i) right[i] = g.difference(right[i], rates.of(motion.p[i]));
     make_rates(rates, velocity);
@@ -100,8 +103,8 @@ class TracedEquations {
   struct Slopes {
     SparseEntries motion, constraints, states;
   };
-  Slopes slopes() {
-    formula::Graph& g = graph();
+  [[gnu::cold]] Slopes slopes() {
+    formula::BasicGraph<Number>& g = graph();
     const int first = static_cast<int>(2 * n() + 1 + states());
     std::vector<int> a, lambda;
     for (std::size_t i = 0; i < n(); ++i) a.push_back(g.variable(first + static_cast<int>(i)));
@@ -122,7 +125,7 @@ class TracedEquations {
     std::vector<int> state = motion.q;
     state.insert(state.end(), motion.qdot.begin(), motion.qdot.end());
     state.insert(state.end(), motion.z.begin(), motion.z.end());
-    formula::LocalGradient gradient(g, state);
+    formula::LocalGradient<Number> gradient(g, state);
     return {rows_of(gradient, residual), rows_of(gradient, below), rows_of(gradient, zdot)};
   }
 
@@ -135,7 +138,7 @@ class TracedEquations {
 
   bool is_zero(int node) { return graph().is_constant(node, 0.0); }
 
-  SparseEntries rows_of(formula::LocalGradient& gradient, const std::vector<int>& outputs) {
+  [[gnu::cold]] SparseEntries rows_of(formula::LocalGradient<Number>& gradient, const std::vector<int>& outputs) {
     SparseEntries all;
     for (const int output : outputs) {
       for (const auto& [j, node] : gradient.of(output))
@@ -146,8 +149,8 @@ class TracedEquations {
     return all;
   }
 
-  void derive_mass() {
-    formula::LocalGradient gradient(graph(), motion.qdot);
+  [[gnu::cold]] void derive_mass() {
+    formula::LocalGradient<Number> gradient(graph(), motion.qdot);
     for (std::size_t i = 0; i < n(); ++i) {
       for (const auto& [j, node] : gradient.of(motion.p[i])) {
         if (static_cast<std::size_t>(j) > i || is_zero(node)) continue;
@@ -160,9 +163,9 @@ class TracedEquations {
     }
   }
 
-  void derive_rows(const std::vector<int>& rows, const std::vector<bool>& holonomic) {
-    formula::Graph& g = graph();
-    formula::LocalGradient along_q(g, motion.q), along_qdot(g, motion.qdot), along_t(g, {motion.t});
+  [[gnu::cold]] void derive_rows(const std::vector<int>& rows, const std::vector<bool>& holonomic) {
+    formula::BasicGraph<Number>& g = graph();
+    formula::LocalGradient<Number> along_q(g, motion.q), along_qdot(g, motion.qdot), along_t(g, {motion.t});
     for (std::size_t k = 0; k < rows.size(); ++k) {
       int c = rows[k];
       const auto& slopes = (holonomic[k] ? along_q : along_qdot).of(c);
@@ -183,7 +186,7 @@ class TracedEquations {
   }
 
   // The rates of all that some nodes are made of, in the order of the graph: none is far from those that it needs.
-  void make_rates(RatesOfNodes<formula::Graph>& rates, const std::vector<int>& nodes) {
+  [[gnu::cold]] void make_rates(RatesOfNodes<formula::BasicGraph<Number>>& rates, const std::vector<int>& nodes) {
     const std::vector<char> needed = graph().needed_for(nodes);
     rates.remember_to(static_cast<int>(needed.size()) - 1);
     for (std::size_t w = 0; w < needed.size(); ++w)

@@ -31,16 +31,17 @@ namespace qdot::detail {
 inline void append(std::vector<int>& all, const std::vector<int>& more) { all.insert(all.end(), more.begin(), more.end()); }
 
 /// Lines of a traced object, which copies share, and the numbers on which they are carried out.
+template <class Number = double>
 class TracedLines {
  public:
-  explicit TracedLines(TracedEquations equations)
+  explicit TracedLines(TracedEquations<Number> equations)
       : shared_(std::make_shared<Shared>(std::move(equations))), x_(shared_->inputs) {}
 
-  const TracedEquations& equations() const { return shared_->equations; }
-  TracedEquations& equations() { return shared_->equations; }
+  const TracedEquations<Number>& equations() const { return shared_->equations; }
+  TracedEquations<Number>& equations() { return shared_->equations; }
 
   /// A table of what `outputs` need beyond what is written already.
-  std::shared_ptr<const formula::LineTable> written(const std::vector<int>& outputs) {
+  [[gnu::cold]] std::shared_ptr<const formula::LineTable> written(const std::vector<int>& outputs) {
     auto table = std::make_shared<formula::LineTable>();
     shared_->writer.write(outputs, *table);
     table->lines.emplace_back();
@@ -70,11 +71,11 @@ class TracedLines {
 
  private:
   struct Shared {
-    TracedEquations equations;
+    TracedEquations<Number> equations;
     std::size_t inputs;
-    formula::LineWriter<double> writer;
+    formula::LineWriter<Number> writer;
     std::mutex again;  // copies in several threads may run the functors again
-    explicit Shared(TracedEquations e)
+    explicit Shared(TracedEquations<Number> e)
         : equations(std::move(e)), inputs(3 * equations.n() + 1 + equations.states() + equations.rows()), writer(equations.graph(), inputs) {}
     Shared(const Shared&) = delete;
   };
@@ -85,10 +86,11 @@ class TracedLines {
 };
 
 /// q̈ and ż of a system, or of a scene without constraints.
+template <class Number = double>
 class TracedMotion {
  public:
-  explicit TracedMotion(TracedEquations equations) : lines_(std::move(equations)) {
-    TracedEquations& e = lines_.equations();
+  [[gnu::cold]] explicit TracedMotion(TracedEquations<Number> equations) : lines_(std::move(equations)) {
+    TracedEquations<Number>& e = lines_.equations();
     std::vector<int> outputs;
     if (e.mass_is_diagonal) {
       for (std::size_t i = 0; i < e.n(); ++i) {
@@ -178,28 +180,29 @@ class TracedMotion {
     return factors_->compute([&](std::size_t k) { return values_[k]; }, singular_pivot<double>(static_cast<Eigen::Index>(right_.size())));
   }
 
-  TracedLines lines_;
+  TracedLines<Number> lines_;
   std::shared_ptr<const formula::LineTable> table_;
   std::vector<int> right_, zdot_, mass_;
   std::vector<std::pair<int, double>> assumed_;
-  std::optional<PatternFactors> factors_;
+  std::optional<PatternFactors<Number>> factors_;
   std::vector<double> values_;
   bool is_known_ = false;
 };
 
 /// A traced motion that a form keeps: made when it is first asked for, and again where a method begins and the functors are others by then.
 ///
-/// Nothing is there where they are no formulas, or where it does not pay. One thread at a time; copies are independent.
+/// Nothing is there where they are no formulas, or where it does not pay. Copies share what one of them has made, and work by themselves; each is asked by
+/// one thread at a time, others wait.
 template <class Motion>
 class Kept {
  public:
   Kept() = default;
-  Kept(const Kept& other) { *this = other; }
+  Kept(const Kept& other) : made_(other.made()) {}
   Kept& operator=(const Kept& other) {
-    if (this == &other) return *this;
-    const std::scoped_lock both(mutex_, other.mutex_);
-    motion_ = other.motion_;
-    is_asked_ = other.is_asked_;
+    auto theirs = other.made();
+    const std::lock_guard lock(mutex_);
+    made_ = std::move(theirs);
+    own_.reset();
     return *this;
   }
 
@@ -207,34 +210,64 @@ class Kept {
   template <class Make, class Use>
   bool use(const Make& make, const Use& use) const {
     const std::lock_guard lock(mutex_);
-    if (!is_asked_) {
-      is_asked_ = true;
-      try {
-        motion_.emplace(make());
-        if (!motion_->is_known()) motion_.reset();
-      } catch (...) {  // what functors throw they throw again, where the general way asks them
-        motion_.reset();
-      }
-    }
-    return motion_ && use(*motion_);
+    if (!own_) own_ = made_->made_or(make);
+    return own_ && use(*own_);
   }
 
   /// Looks whether the functors are the same still; run(motion) runs them.
   template <class Run>
   void renew(const Run& run) {
     const std::lock_guard lock(mutex_);
+    if (!made_->is_asked()) return;
+    if (!own_) own_ = made_->as_made();
     try {
-      is_asked_ = motion_ && motion_->still_holds(run);
-    } catch (...) {
-      is_asked_ = false;
+      if (own_ && own_->still_holds(run)) return;
+    } catch (...) {  // no formulas any more
     }
-    if (!is_asked_) motion_.reset();
+    made_ = std::make_shared<Made>();
+    own_.reset();
   }
 
  private:
+  // What copies share.
+  class Made {
+   public:
+    template <class Make>
+    std::optional<Motion> made_or(const Make& make) {
+      const std::lock_guard lock(mutex_);
+      if (!is_asked_) {
+        is_asked_ = true;
+        try {
+          motion_.emplace(make());
+          if (!motion_->is_known()) motion_.reset();
+        } catch (...) {  // what functors throw they throw again, where the general way asks them
+          motion_.reset();
+        }
+      }
+      return motion_;
+    }
+    std::optional<Motion> as_made() {
+      const std::lock_guard lock(mutex_);
+      return motion_;
+    }
+    bool is_asked() {
+      const std::lock_guard lock(mutex_);
+      return is_asked_;
+    }
+
+   private:
+    std::mutex mutex_;
+    bool is_asked_ = false;
+    std::optional<Motion> motion_;
+  };
+  std::shared_ptr<Made> made() const {
+    const std::lock_guard lock(mutex_);
+    return made_;
+  }
+
   mutable std::mutex mutex_;
-  mutable std::optional<Motion> motion_;
-  mutable bool is_asked_ = false;
+  std::shared_ptr<Made> made_ = std::make_shared<Made>();
+  mutable std::optional<Motion> own_;
 };
 
 // Which systems are traced.
@@ -242,11 +275,11 @@ template <class Sys>
 concept TracedSystem = Sys::dof_at_compile_time == Dynamic && Sys::inertia == Inertia::positive_definite && RecordableEnergies<typename Sys::EnergiesType, Dynamic>;
 
 template <TracedSystem Sys>
-TracedMotion traced_motion(const Sys& system) {
-  TracedEquations e(system.dof(), 0);
+TracedMotion<> traced_motion(const Sys& system) {
+  TracedEquations<> e(system.dof(), 0);
   run_energies<Dynamic>(e.motion, system.energies());
   e.derive(false, {});
-  return TracedMotion(std::move(e));
+  return TracedMotion<>(std::move(e));
 }
 
 }  // namespace qdot::detail

@@ -4,24 +4,26 @@
 // L D Lᵀ of a symmetric matrix with few entries, whose pattern is known once and for all.
 //
 // Bodies in a row meet their neighbours, and rows of L kept from their first entry on (a skyline) have hardly more entries than the matrix: elimination is a
-// few multiplications and a division for each row. Where that would be wide, as in a net, Eigen's SimplicialLDLT orders the unknowns and finds its pattern.
-// The pattern is analysed when an object is made, and each factorization uses it.
+// few multiplications and a division for each row. Where that would be wide, as in a net, the unknowns are put in an order that keeps L sparse (Eigen's minimum
+// degree), and rows of L are found one after the other along the elimination tree: row k is other than zero where the tree leads to from the entries of
+// row k of the matrix (T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, chapter 4). All of L is stored by columns.
 //
-// A pivot is judged as a fraction of its diagonal entry, the smallest of them is kept.
+// The pattern is analysed when an object is made. A pivot is judged as a fraction of its diagonal entry, the smallest of them is kept.
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cstddef>
-#include <memory>
+#include <utility>
 #include <vector>
 
 namespace qdot::detail {
 
+template <class Number = double>
 class PatternFactors {
  public:
   /// Entry k of the lower triangle is (rows[k], columns[k]); by rows, in each the columns ascending, with all diagonal entries.
-  PatternFactors(std::size_t size, const std::vector<int>& rows, const std::vector<int>& columns) : rows_(size), place_(rows.size()) {
+  [[gnu::cold]] PatternFactors(std::size_t size, const std::vector<int>& rows, const std::vector<int>& columns) : rows_(size), place_(rows.size()) {
     for (std::size_t i = 0; i < size; ++i) rows_[i].first = i;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const auto i = static_cast<std::size_t>(rows[k]), j = static_cast<std::size_t>(columns[k]);
@@ -46,30 +48,29 @@ class PatternFactors {
   }
 
   std::size_t size() const { return rows_.size(); }
-  double smallest_pivot() const { return smallest_; }
+  Number smallest_pivot() const { return smallest_; }
 
   /// Factors the matrix whose entry k is value(k); false where a pivot is not above `threshold` of its diagonal entry, or an entry is not finite.
   template <class Value>
-  bool compute(const Value& value, double threshold) { return sparse_ ? compute_sparse(value, threshold) : compute_skyline(value, threshold); }
+  bool compute(const Value& value, Number threshold) { return is_wide_ ? compute_along_tree(value, threshold) : compute_skyline(value, threshold); }
 
   /// x ← A⁻¹ x.
-  void solve(double* x) {
-    if (sparse_) {
-      Eigen::Map<Eigen::VectorXd> b(x, static_cast<Eigen::Index>(size()));
-      b = sparse_->factors.solve(b).eval();
+  void solve(Number* x) {
+    if (is_wide_) {
+      solve_by_columns(x);
       return;
     }
-    const double* const skyline = skyline_.data();
+    const Number* const skyline = skyline_.data();
     for (std::size_t i = 0; i < size(); ++i) {
       const Row& own = rows_[i];
-      double sum = x[i];
+      Number sum = x[i];
       for (std::size_t j = own.first; j < i; ++j) sum -= skyline[own.offset + static_cast<std::ptrdiff_t>(j)] * x[j];
       x[i] = sum;
     }
     for (std::size_t i = 0; i < size(); ++i) x[i] *= rows_[i].inverse;
     for (std::size_t i = size(); i-- > 0;) {
       const Row& own = rows_[i];
-      const double xi = x[i];
+      const Number xi = x[i];
       for (std::size_t j = own.first; j < i; ++j) x[j] -= skyline[own.offset + static_cast<std::ptrdiff_t>(j)] * xi;
     }
   }
@@ -77,68 +78,123 @@ class PatternFactors {
  private:
   static constexpr std::size_t widest = 24, small = 48;
 
-  struct Sparse {
-    Eigen::SparseMatrix<double> A;
-    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> factors;
-  };
-
   [[gnu::cold]] void analyse(const std::vector<int>& rows, const std::vector<int>& columns) {
+    is_wide_ = true;
+    const std::size_t n = size();
+    order(rows, columns);
+    // Row k of the matrix in the new order, left of the diagonal: (column, number among the entries).
+    std::vector<std::size_t> begin(n + 1, 0);
+    const auto ordered = [&](std::size_t k) { return std::minmax(new_place_[static_cast<std::size_t>(rows[k])], new_place_[static_cast<std::size_t>(columns[k])]); };
+    for (std::size_t k = 0; k < rows.size(); ++k) ++begin[ordered(k).second + 1];
+    for (std::size_t i = 0; i < n; ++i) begin[i + 1] += begin[i];
+    left_.resize(rows.size());
+    std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
+    for (std::size_t k = 0; k < rows.size(); ++k) left_[next[ordered(k).second]++] = {ordered(k).first, k};
+    left_begin_ = std::move(begin);
+    // The tree, and how many entries each column of L has.
+    parent_.assign(n, none);
+    seen_.assign(n, none);
+    std::vector<std::size_t> count(n, 0);
+    for (std::size_t k = 0; k < n; ++k) {
+      seen_[k] = k;
+      for (std::size_t e = left_begin_[k]; e < left_begin_[k + 1]; ++e)
+        for (std::size_t i = left_[e].first; seen_[i] != k; i = parent_[i]) {
+          if (parent_[i] == none) parent_[i] = k;
+          ++count[i];
+          seen_[i] = k;
+        }
+    }
+    column_begin_.assign(n + 1, 0);
+    for (std::size_t i = 0; i < n; ++i) column_begin_[i + 1] = column_begin_[i] + count[i];
+    lower_.resize(column_begin_[n]);
+    lower_row_.resize(column_begin_[n]);
+    column_end_.resize(n);
+    pivot_.resize(n);
+    sum_.assign(n, 0.0);
+    path_.resize(n);
+    along_.resize(n);
+  }
+
+  // new_place_ ← by minimum degree.
+  [[gnu::cold]] void order(const std::vector<int>& rows, const std::vector<int>& columns) {
+    std::vector<Eigen::Triplet<Number>> entries;
+    for (std::size_t k = 0; k < rows.size(); ++k) entries.emplace_back(rows[k], columns[k], Number(1.0));
     const auto n = static_cast<Eigen::Index>(size());
-    auto made = std::make_shared<Sparse>();
-    std::vector<Eigen::Triplet<double>> entries;
-    for (std::size_t k = 0; k < rows.size(); ++k) entries.emplace_back(rows[k], columns[k], static_cast<double>(k));
-    made->A.resize(n, n);
-    made->A.setFromTriplets(entries.begin(), entries.end());
-    for (Eigen::Index at = 0; at < made->A.nonZeros(); ++at) place_[static_cast<std::size_t>(made->A.valuePtr()[at])] = at;
-    made->factors.analyzePattern(made->A);
-    sparse_ = std::move(made);
+    Eigen::SparseMatrix<Number> pattern(n, n);
+    pattern.setFromTriplets(entries.begin(), entries.end());
+    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> old_of_new;
+    Eigen::AMDOrdering<int>()(pattern.template selfadjointView<Eigen::Lower>(), old_of_new);
+    new_place_.resize(size());
+    for (std::size_t i = 0; i < size(); ++i) new_place_[static_cast<std::size_t>(old_of_new.indices()[static_cast<Eigen::Index>(i)])] = i;
   }
 
   template <class Value>
-  bool compute_sparse(const Value& value, double threshold) {
-    Sparse& s = own();
-    double zero = 0.0;
-    for (std::size_t k = 0; k < place_.size(); ++k) {
-      const double x = value(k);
-      zero += x - x;
-      s.A.valuePtr()[place_[k]] = x;
+  bool compute_along_tree(const Value& value, Number threshold) {
+    std::fill(seen_.begin(), seen_.end(), none);
+    std::copy(column_begin_.begin(), column_begin_.end() - 1, column_end_.begin());
+    Number smallest = 1.0, zero = 0.0;
+    for (std::size_t k = 0; k < size(); ++k) {
+      // Row k of the matrix, and where row k of L is other than zero, from the leaves on.
+      std::size_t top = size();
+      Number pivot = 0.0;
+      seen_[k] = k;
+      for (std::size_t e = left_begin_[k]; e < left_begin_[k + 1]; ++e) {
+        std::size_t i = left_[e].first, length = 0;
+        const Number entry = value(left_[e].second);
+        if (i == k) {
+          pivot = entry;
+          continue;
+        }
+        sum_[i] += entry;
+        for (; seen_[i] != k; i = parent_[i]) {
+          path_[length++] = i;
+          seen_[i] = k;
+        }
+        while (length > 0) along_[--top] = path_[--length];
+      }
+      const Number whole = pivot;
+      for (; top < size(); ++top) {
+        const std::size_t i = along_[top];
+        const Number x = std::exchange(sum_[i], 0.0), share = x / pivot_[i];
+        for (std::size_t at = column_begin_[i]; at < column_end_[i]; ++at) sum_[lower_row_[at]] -= lower_[at] * x;
+        pivot -= share * x;
+        lower_row_[column_end_[i]] = k;
+        lower_[column_end_[i]++] = share;
+      }
+      pivot_[k] = pivot;
+      zero += pivot - pivot;
+      if (!(pivot > threshold * whole)) {
+        std::fill(sum_.begin(), sum_.end(), 0.0);
+        return false;
+      }
+      if (pivot < smallest * whole) smallest = pivot / whole;
     }
-    if (!(zero == 0.0)) return false;
-    s.factors.factorize(s.A);
-    if (s.factors.info() != Eigen::Success) return false;
-    const auto D = s.factors.vectorD();
-    const auto& place = s.factors.permutationP().indices();
-    smallest_ = 1.0;
-    for (std::size_t i = 0; i < size(); ++i) {
-      const double pivot = D[place.size() > 0 ? place[static_cast<Eigen::Index>(i)] : static_cast<Eigen::Index>(i)], whole = value(rows_[i].end - 1);
-      if (!(pivot > threshold * whole)) return false;
-      smallest_ = std::min(smallest_, pivot / whole);
-    }
-    return true;
+    smallest_ = smallest;
+    return zero == 0.0;
   }
 
-  // A copy of this object shares what it has analysed until one of them factors.
-  Sparse& own() {
-    if (sparse_.use_count() > 1) {
-      auto copy = std::make_shared<Sparse>();
-      copy->A = sparse_->A;
-      copy->factors.analyzePattern(copy->A);
-      sparse_ = std::move(copy);
-    }
-    return *sparse_;
+  void solve_by_columns(Number* x) {
+    std::vector<Number>& b = sum_;
+    for (std::size_t i = 0; i < size(); ++i) b[new_place_[i]] = x[i];
+    for (std::size_t i = 0; i < size(); ++i)
+      for (std::size_t at = column_begin_[i]; at < column_begin_[i + 1]; ++at) b[lower_row_[at]] -= lower_[at] * b[i];
+    for (std::size_t i = 0; i < size(); ++i) b[i] /= pivot_[i];
+    for (std::size_t i = size(); i-- > 0;)
+      for (std::size_t at = column_begin_[i]; at < column_begin_[i + 1]; ++at) b[i] -= lower_[at] * b[lower_row_[at]];
+    for (std::size_t i = 0; i < size(); ++i) x[i] = std::exchange(b[new_place_[i]], 0.0);
   }
 
   // From left to right: when a pivot is known, its column is taken from all rows below at once, so that a row waits for one division and not for sums.
   template <class Value>
-  bool compute_skyline(const Value& value, double threshold) {
-    double* const skyline = skyline_.data();
-    double* __restrict const column = column_.data();
+  bool compute_skyline(const Value& value, Number threshold) {
+    Number* const skyline = skyline_.data();
+    Number* __restrict const column = column_.data();
     std::fill(skyline_.begin(), skyline_.end(), 0.0);
     for (std::size_t k = 0; k < place_.size(); ++k) skyline[place_[k]] = value(k);
-    double smallest = 1.0, zero = 0.0;
+    Number smallest = 1.0, zero = 0.0;
     for (std::size_t i = 0; i < size(); ++i) {
       Row& own = rows_[i];
-      const double pivot = skyline[own.offset + static_cast<std::ptrdiff_t>(i)], whole = value(own.end - 1);
+      const Number pivot = skyline[own.offset + static_cast<std::ptrdiff_t>(i)], whole = value(own.end - 1);
       if (!(pivot > threshold * whole)) return false;
       if (pivot < smallest * whole) smallest = pivot / whole;
       own.inverse = 1.0 / pivot;
@@ -146,8 +202,8 @@ class PatternFactors {
       for (std::size_t j = i + 1; j <= own.last; ++j) column[j - i - 1] = rows_[j].first <= i ? skyline[rows_[j].offset + static_cast<std::ptrdiff_t>(i)] : 0.0;
       for (std::size_t j = i + 1; j <= own.last; ++j) {
         if (rows_[j].first > i) continue;
-        double* __restrict const row = skyline + rows_[j].offset + static_cast<std::ptrdiff_t>(i);
-        const double share = column[j - i - 1] * own.inverse;
+        Number* __restrict const row = skyline + rows_[j].offset + static_cast<std::ptrdiff_t>(i);
+        const Number share = column[j - i - 1] * own.inverse;
         row[0] = share;
         for (std::size_t k = 0; k < j - i; ++k) row[k + 1] -= share * column[k];
       }
@@ -160,13 +216,19 @@ class PatternFactors {
     std::size_t first = 0, last = 0;  // column of the first entry; the last row that has one in column i
     std::size_t end = 0;              // behind the row's entries of the pattern
     std::ptrdiff_t offset = 0;       // of its place 0 in the skyline, whether it is there or not
-    double inverse = 0.0;            // of the pivot
+    Number inverse = 0.0;            // of the pivot
   };
   std::vector<Row> rows_;
-  std::vector<double> skyline_, column_;
-  std::vector<std::ptrdiff_t> place_;  // of each entry in the skyline, or in the sparse matrix
-  double smallest_ = 1.0;
-  std::shared_ptr<Sparse> sparse_;
+  std::vector<Number> skyline_, column_;
+  std::vector<std::ptrdiff_t> place_;  // of each entry in the skyline
+  Number smallest_ = 1.0;
+
+  // Of wide patterns: L by columns, and what is needed to find it.
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+  bool is_wide_ = false;
+  std::vector<std::size_t> new_place_, left_begin_, parent_, column_begin_, column_end_, lower_row_, seen_, path_, along_;
+  std::vector<std::pair<std::size_t, std::size_t>> left_;
+  std::vector<Number> lower_, pivot_, sum_;
 };
 
 }  // namespace qdot::detail
