@@ -187,12 +187,12 @@ TEST_CASE("a constant mass matrix is factored once for a run, one that only look
   VectorXd ydot(2 * n);
   for (int k = 0; k < 100; ++k) counted.derivative(0.1 * k, counted.packed(start), ydot);
   CHECK(evaluations == at_start);
-  // Quartic, relativistic, and with two branches.
-  CHECK(difference(form_of([&](const auto& v) { return coupled(v) + v[3] * v[3] * v[3] * v[3]; })) == 0.0);
+  // Quartic and relativistic, by traced equations, and with two branches, by the general way.
+  CHECK(difference(form_of([&](const auto& v) { return coupled(v) + v[3] * v[3] * v[3] * v[3]; })) < rounded);
   CHECK(difference(form_of([](const auto& v) {
           using std::sqrt;
           return -9.0 * sqrt(1.0 - v.squaredNorm() / 81.0);
-        })) == 0.0);
+        })) < rounded);
   CHECK(difference(form_of([&](const auto& v) { return v[0] > 0.5 ? 2.0 * coupled(v) : coupled(v); })) == 0.0);
 }
 
