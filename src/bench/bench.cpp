@@ -9,6 +9,7 @@ std::vector<Benchmark> all_benchmarks() {
       scenes_benchmark(),
       ensemble_benchmark(),
       many_benchmark(),
+      large_benchmark(),
       steppers_benchmark(),
       energy_benchmark(),
       sensitivities_benchmark(),

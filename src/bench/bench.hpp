@@ -59,6 +59,9 @@ Benchmark ensemble_benchmark();
 /// Time of many motions side by side against one after the other (src/bench/many.cpp).
 Benchmark many_benchmark();
 
+/// What a step of large scenes costs for each coordinate (src/bench/large.cpp).
+Benchmark large_benchmark();
+
 /// Time to reach an error with each method, beside Dop853 (src/bench/steppers.cpp).
 Benchmark steppers_benchmark();
 

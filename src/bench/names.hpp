@@ -8,6 +8,6 @@
 
 namespace qdot::bench {
 
-inline constexpr std::array<std::string_view, 9> names{"eom", "scenes", "ensemble", "many", "steppers", "energy", "sensitivities", "hard", "compile"};
+inline constexpr std::array<std::string_view, 10> names{"eom", "scenes", "ensemble", "many", "large", "steppers", "energy", "sensitivities", "hard", "compile"};
 
 }  // namespace qdot::bench

@@ -3,6 +3,7 @@
 // Rows of `qdot bench scenes`: hanging chains and ladders of four-bars, with as many constraints as masses, or nearly.
 #include "bench/four_bar_ladder.hpp"
 #include "bench/scenes.hpp"
+#include "qdot/effects/rows/traced_constraints.hpp"
 
 namespace qdot::bench {
 
@@ -30,14 +31,11 @@ template <class Model, int links>
   hand(q, v, a);
 }
 
+// As a run evaluates it, from equations that it has traced when it began.
 template <class Model, int links>
 [[gnu::noinline]] void by_scene(const double* q, const double* v, double* a) {
-  constexpr int n = Model::coordinates * links, m = Model::rods * links;
-  static const auto scene = Model::scene(links);
-  const auto solution =
-      constrained_acceleration(scene, Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(q, n)), Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(v, n)));
-  Eigen::Map<Eigen::VectorXd>(a, n) = solution.qddot;
-  Eigen::Map<Eigen::VectorXd>(a + n, m) = solution.lambda;
+  static detail::TracedConstraints<> traced(detail::traced_equations(Model::scene(links)), detail::clearly_independent * default_rank_cutoff * default_rank_cutoff);
+  traced.write(q, v, 0.0, q, a, a + Model::coordinates * links, nullptr);
 }
 
 template <class Model, int... links>

@@ -168,6 +168,35 @@ class SceneForm {
     return happened;
   }
 
+  /// The equations, traced anew, their functors run on a recording, and q̈ and λ at y: what an implicit method asks where few coordinates meet.
+  detail::TracedEquations<> equations() const
+    requires is_traced
+  {
+    return detail::traced_equations(scene_);
+  }
+  void run_functors(detail::RecordedMotion& motion) const
+    requires is_traced
+  {
+    detail::run_scene(motion, scene_, nullptr);
+  }
+  void accelerate(double t, const double* y, double* a, double* lambda) const
+    requires is_traced
+  {
+    const Eigen::Index k = dof();
+    if constexpr (has_constraints) {
+      std::vector<double> rates(states);
+      if (traced_.use([this] { return trace(); }, [&](Traced& traced) { return traced.write(y, y + k, t, y + 2 * k, a, lambda, rates.data()); })) return;
+      const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, k), qdot = Eigen::Map<const Vector<double, n>>(y + k, k);
+      const auto solution = constrained_acceleration(scene_, q, qdot, t, Vector<double, states>(Eigen::Map<const Vector<double, states>>(y + 2 * k, states)));
+      std::copy_n(solution.qddot.data(), k, a);
+      std::copy_n(solution.lambda.data(), solution.lambda.size(), lambda);
+    } else {
+      Eigen::VectorXd ydot(size());
+      write_derivative(t, y, ydot.data());
+      std::copy_n(ydot.data() + k, k, a);
+    }
+  }
+
   /// A coordinate's name, a velocity's, or that of an effect's state.
   std::string component_name(Eigen::Index i) const {
     if (i < dof()) return scene_.coordinate_name(i);

@@ -87,7 +87,7 @@ class FirstOrderForm {
     requires(n == Dynamic)
   {
     bool constant = inertia_.is_known();
-    if constexpr (detail::TracedSystem<Sys>) traced_.use([&] { return detail::traced_motion(system_); }, [&](detail::TracedMotion<>& m) { return constant = m.mass_is_constant(); });
+    if constexpr (detail::TracedSystem<Sys>) traced_.use([&] { return detail::TracedMotion<>(detail::traced_equations(system_)); }, [&](detail::TracedMotion<>& m) { return constant = m.mass_is_constant(); });
     return constant;
   }
 
@@ -107,7 +107,7 @@ class FirstOrderForm {
     double* const rates = std::copy_n(y + dof, dof, ydot);
     if constexpr (detail::TracedSystem<Sys>) {
       const auto write = [&](detail::TracedMotion<>& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); };
-      if (traced_.use([&] { return detail::traced_motion(system_); }, write)) return;
+      if (traced_.use([&] { return detail::TracedMotion<>(detail::traced_equations(system_)); }, write)) return;
     }
     const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof);
     const Vector<double, n> qdot = Eigen::Map<const Vector<double, n>>(y + dof, dof);
@@ -145,6 +145,25 @@ class FirstOrderForm {
   {
     const auto [q, qdot] = parts(y);
     return detail::banded_linearization(system_.energies(), q, qdot, Eigen::VectorXd(acceleration(system_, q, qdot, t)), t);
+  }
+
+  /// The equations, traced anew, their functors run on a recording, and q̈ at y: what an implicit method asks where few coordinates meet.
+  detail::TracedEquations<> equations() const
+    requires detail::TracedSystem<Sys>
+  {
+    return detail::traced_equations(system_);
+  }
+  void run_functors(detail::RecordedMotion& m) const
+    requires detail::TracedSystem<Sys>
+  {
+    detail::run_energies<Dynamic>(m, system_.energies());
+  }
+  void accelerate(double t, const double* y, double* a, double*) const
+    requires detail::TracedSystem<Sys>
+  {
+    Eigen::VectorXd ydot(size());
+    write_derivative(t, y, ydot.data());
+    std::copy_n(ydot.data() + system_.dof(), system_.dof(), a);
   }
 
   /// "phi" for a coordinate, "phidot" for a velocity.

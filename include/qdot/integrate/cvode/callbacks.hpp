@@ -36,6 +36,8 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/cvode/banded.hpp"
 #include "qdot/integrate/cvode/bridge.hpp"
+#include "qdot/integrate/cvode/newton.hpp"
+#include "qdot/integrate/cvode/sparse.hpp"
 #include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
@@ -45,16 +47,6 @@
 namespace qdot::detail::cvode {
 
 using ConstVector = Eigen::Ref<const Eigen::VectorXd>;
-
-/// Newton's equations of an implicit step in a form that is better than a dense matrix.
-class NewtonEquations {
- public:
-  virtual ~NewtonEquations() = default;
-  virtual SUNLinearSolver solver() const noexcept = 0;
-  virtual SUNMatrix matrix() const noexcept = 0;
-  virtual void linearize(double t, const ConstVector& y) = 0;
-  virtual void assemble(double gamma) = 0;
-};
 
 /// Those of a system that knows M, C and K within their band. A template, so that nothing of it is in programs without such a system.
 template <FirstOrderSystem F>
@@ -86,7 +78,7 @@ class AnySystem {
           static_cast<const F*>(p)->jacobian(t, y, J);
         }),
         renew_([](void* p) { detail::renew(*static_cast<F*>(p)); }),
-        make_banded_(banded_equations_of<F>()),
+        make_sparse_(sparse_equations_of<F>()),
         project_(projection_of<F>()),
         component_name_(
             [](const void* p, Eigen::Index i) -> std::string { return static_cast<const F*>(p)->component_name(i); }) {}
@@ -94,9 +86,10 @@ class AnySystem {
   Eigen::Index size() const noexcept { return size_; }
   std::string component_name(Eigen::Index i) const { return component_name_(object_.get(), i); }
 
-  /// True where M, C and K within their band are worth more than a dense Jacobian.
-  bool is_banded() const noexcept { return make_banded_ != nullptr && size_ > dense_limit; }
-  std::unique_ptr<NewtonEquations> banded_equations(SUNContext context) const { return make_banded_(object_.get(), context); }
+  /// Newton's equations of many coordinates that do not all meet; nothing where a dense Jacobian is as good.
+  std::unique_ptr<NewtonEquations> sparse_equations(SUNContext context) const {
+    return make_sparse_ != nullptr && size_ > dense_limit ? make_sparse_(object_.get(), context) : nullptr;
+  }
 
   bool has_constraints() const noexcept { return project_ != nullptr; }
 
@@ -123,14 +116,24 @@ class AnySystem {
  private:
   using Project = std::pair<double, double> (*)(const void*, double, Eigen::Ref<Eigen::VectorXd>);
 
-  using MakeBanded = std::unique_ptr<NewtonEquations> (*)(const void*, SUNContext);
+  using MakeSparse = std::unique_ptr<NewtonEquations> (*)(const void*, SUNContext);
   static constexpr Eigen::Index dense_limit = 128;  // components
 
+  // From traced equations, or, where there are none, within the band that a tape shows.
   template <FirstOrderSystem F>
-  static MakeBanded banded_equations_of() {
-    if constexpr (requires(const F& f, const ConstVector& y) { f.linearization(0.0, y); }) {
+  static MakeSparse sparse_equations_of() {
+    constexpr bool is_traced = requires(const F& f) { f.equations(); }, is_banded = requires(const F& f, const ConstVector& y) { f.linearization(0.0, y); };
+    if constexpr (is_traced || is_banded) {
       return [](const void* p, SUNContext context) -> std::unique_ptr<NewtonEquations> {
-        return std::make_unique<BandedEquations<F>>(*static_cast<const F*>(p), context);
+        const F& system = *static_cast<const F*>(p);
+        if constexpr (is_traced) {
+          try {
+            return std::make_unique<SparseNewton<F>>(system, context);
+          } catch (...) {  // no formulas
+          }
+        }
+        if constexpr (is_banded) return std::make_unique<BandedEquations<F>>(system, context);
+        else return nullptr;
       };
     } else {
       return nullptr;
@@ -170,7 +173,7 @@ class AnySystem {
   void (*derivative_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::VectorXd>);
   void (*jacobian_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::MatrixXd>);
   void (*renew_)(void*);
-  MakeBanded make_banded_;
+  MakeSparse make_sparse_;
   Project project_;
   std::string (*component_name_)(const void*, Eigen::Index);
 };
@@ -182,7 +185,10 @@ class GuardedSystem {
       : system_(std::move(system)), budget_(options), start_y_(system_.size()), start_ydot_(system_.size()), projected_(system_.size()) {}
 
   const AnySystem& system() const noexcept { return system_; }
-  void renew() { system_.renew(); }
+  void renew() {
+    system_.renew();
+    if (newton) newton->renew();
+  }
 
   /// Evaluates f at the start of a run, from where CVODE counts its time, and keeps it for CVODE's first call; throws like the model.
   void start(const Moment& at, const ConstVector& y) {
@@ -252,7 +258,7 @@ class GuardedSystem {
   }
 
   // Newton's matrix of many coordinates; only γ is new when `keep` is set.
-  static int banded_newton(sunrealtype t, N_Vector y, N_Vector, SUNMatrix, sunbooleantype keep, sunbooleantype* is_new,
+  static int sparse_newton(sunrealtype t, N_Vector y, N_Vector, SUNMatrix, sunbooleantype keep, sunbooleantype* is_new,
                            sunrealtype gamma, void* self, N_Vector, N_Vector, N_Vector) noexcept {
     auto& guard = *static_cast<GuardedSystem*>(self);
     const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_.size());
@@ -260,9 +266,9 @@ class GuardedSystem {
     return guard.guarded([&] {
       if (!keep) {
         ++guard.jacobians;
-        guard.banded->linearize(guard.shown(t), state);
+        guard.newton->linearize(guard.shown(t), state);
       }
-      guard.banded->assemble(gamma);
+      guard.newton->assemble(gamma);
     });
   }
 
@@ -283,7 +289,7 @@ class GuardedSystem {
 
   Clock clock;
   double began = 0.0;                       // elapsed on the clock where CVODE's own time is 0
-  std::unique_ptr<NewtonEquations> banded;  // in place of a dense matrix, where the system has a band
+  std::unique_ptr<NewtonEquations> newton;  // in place of a dense matrix, where most coordinates do not meet
   long evaluations = 0;
   long jacobians = 0;
   long projections = 0;

@@ -158,10 +158,10 @@ inline Core::Core(AnySystem system, CvodeSettings wanted, const Options& options
     nonlinear_solver =
         owned<NonlinearSolverHandle>(SUNNonlinSol_Newton(y_vector.get(), context.get()), "Newton solver");
     require(CVodeSetNonlinearSolver(memory.get(), nonlinear_solver.get()), "CVodeSetNonlinearSolver");
-    if (guard.system().is_banded()) {
-      guard.banded = guard.system().banded_equations(context.get());
-      require(CVodeSetLinearSolver(memory.get(), guard.banded->solver(), guard.banded->matrix()), "CVodeSetLinearSolver");
-      require(CVodeSetLinSysFn(memory.get(), &GuardedSystem::banded_newton), "CVodeSetLinSysFn");
+    guard.newton = guard.system().sparse_equations(context.get());
+    if (guard.newton) {
+      require(CVodeSetLinearSolver(memory.get(), guard.newton->solver(), guard.newton->matrix()), "CVodeSetLinearSolver");
+      require(CVodeSetLinSysFn(memory.get(), &GuardedSystem::sparse_newton), "CVodeSetLinSysFn");
     } else {
       matrix = owned<MatrixHandle>(SUNDenseMatrix(index(n), index(n), context.get()), "matrix");
       linear_solver =

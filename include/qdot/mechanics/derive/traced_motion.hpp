@@ -279,11 +279,11 @@ template <class Sys>
 concept TracedSystem = Sys::dof_at_compile_time == Dynamic && Sys::inertia == Inertia::positive_definite && RecordableEnergies<typename Sys::EnergiesType, Dynamic>;
 
 template <TracedSystem Sys>
-TracedMotion<> traced_motion(const Sys& system) {
+TracedEquations<> traced_equations(const Sys& system) {
   TracedEquations<> e(system.dof(), 0);
   run_energies<Dynamic>(e.motion, system.energies());
   e.derive(false, {});
-  return TracedMotion<>(std::move(e));
+  return e;
 }
 
 }  // namespace qdot::detail

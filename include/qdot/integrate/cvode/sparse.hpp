@@ -1,0 +1,183 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Newton's equations of an implicit step for many coordinates, on constraints or without, from traced equations (mechanics/derive/traced_equations.hpp).
+//
+// With small changes δq, δq̇ of the state, S = ∂(r − M q̈ + Jᵀλ) and G = ∂(γ − J q̈), at fixed q̈ and λ,
+//
+//     M δq̈ − Jᵀδλ = S_q δq + S_q̇ δq̇ ,      J δq̈ = G_q δq + G_q̇ δq̇ .
+//
+// (1 − γ ∂f/∂y) x = b is x_q = b_q + γ x_q̇ and x_q̇ = b_q̇ + γ δq̈ for δq = x_q, δq̇ = x_q̇, so that
+//
+//     [ M − γ S_q̇ − γ² S_q   −Jᵀ ] [δq̈]     [ S_q (b_q + γ b_q̇) + S_q̇ b_q̇ ]
+//     [ J − γ G_q̇ − γ² G_q    0  ] [δλ]  =  [ G_q (b_q + γ b_q̇) + G_q̇ b_q̇ ] ,
+//
+// a sparse matrix with a row for each coordinate and each constraint, where ∂f/∂y itself is dense as soon as M or J M⁻¹ Jᵀ has an inverse that is. Its pattern is
+// known when the equations are traced; Eigen's SparseLU orders it once.
+
+#include <sundials/sundials_linearsolver.h>
+#include <sunmatrix/sunmatrix_dense.h>
+
+#include <Eigen/SparseCore>
+#include <Eigen/SparseLU>
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "qdot/error.hpp"
+#include "qdot/integrate/cvode/newton.hpp"
+#include "qdot/mechanics/derive/traced_motion.hpp"
+
+namespace qdot::detail::cvode {
+
+/// What a form must have: equations_of_slopes(), its traced equations; still_holds(equations); write_accelerations(t, y, a, λ), which says whether it did.
+template <class F>
+class SparseNewton final : public NewtonEquations {
+ public:
+  /// @throws whatever tracing throws
+  SparseNewton(const F& system, SUNContext context) : system_(system) {
+    placeholder_ = owned<MatrixHandle>(SUNDenseMatrix(1, 1, context), "matrix");
+    SUNLinearSolver raw = SUNLinSolNewEmpty(context);
+    solver_ = owned<LinearSolverHandle>(raw, "linear solver");
+    raw->content = this;
+    raw->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
+    raw->ops->getid = [](SUNLinearSolver) { return SUNLINEARSOLVER_CUSTOM; };
+    raw->ops->setup = [](SUNLinearSolver s, SUNMatrix) { return static_cast<SparseNewton*>(s->content)->factor(); };
+    raw->ops->solve = [](SUNLinearSolver s, SUNMatrix, N_Vector x, N_Vector b, sunrealtype) {
+      static_cast<SparseNewton*>(s->content)->solve(N_VGetArrayPointer(x), N_VGetArrayPointer(b));
+      return 0;
+    };
+    raw->ops->free = [](SUNLinearSolver s) {
+      s->content = nullptr;
+      SUNLinSolFreeEmpty(s);
+      return 0;
+    };
+    trace();
+  }
+  SparseNewton(const SparseNewton&) = delete;
+  SparseNewton& operator=(const SparseNewton&) = delete;
+
+  SUNLinearSolver solver() const noexcept override { return solver_.get(); }
+  SUNMatrix matrix() const noexcept override { return placeholder_.get(); }  // CVODE wants one, and never looks into it
+
+  /// Traces again where the functors are others by now.
+  [[gnu::cold]] void renew() override {
+    if (!lines_->still_holds([this](RecordedMotion& m) { system_.run_functors(m); })) trace();
+  }
+
+  void linearize(double t, const Eigen::Ref<const Eigen::VectorXd>& y) override {
+    system_.accelerate(t, y.data(), acceleration_.data(), multipliers_.data());
+    lines_->set(y.data(), y.data() + n(), t, y.data());
+    lines_->set_accelerations(acceleration_.data());
+    std::copy_n(multipliers_.data(), rows(), lines_->multipliers());
+    lines_->carry_out(*table_);
+  }
+
+  void assemble(double gamma) override {
+    gamma_ = gamma;
+    std::fill_n(A_.valuePtr(), A_.nonZeros(), 0.0);
+    const double factors[] = {1.0, -1.0, -gamma, -gamma * gamma};
+    for (const Part& part : parts_) A_.valuePtr()[part.place] += factors[part.power] * (*lines_)[part.number];
+  }
+
+ private:
+  // factors[power] times a number, added to an entry.
+  struct Part {
+    Eigen::Index place;
+    int power, number;
+  };
+
+  std::size_t n() const { return acceleration_.size(); }
+  std::size_t rows() const { return multipliers_.size(); }
+
+  [[gnu::cold]] void trace() {
+    lines_ = std::make_unique<TracedLines<>>(system_.equations());
+    TracedEquations<>& e = lines_->equations();
+    if (e.states() > 0) throw InvalidValue("sparse Newton equations know of no states of effects");
+    acceleration_.resize(e.n());
+    multipliers_.resize(e.rows());
+    right_.resize(static_cast<Eigen::Index>(e.n() + e.rows()));
+    auto slopes = e.slopes();
+    std::vector<int> outputs = slopes.motion.nodes();
+    for (const SparseEntries* more : {&slopes.constraints, &e.mass, &e.J}) append(outputs, more->nodes());
+    table_ = lines_->written(outputs);
+    place(e, slopes);
+  }
+
+  // Entry (i, j) and its mirror are places in A; entries of the slopes are kept for the right side as well.
+  [[gnu::cold]] void place(const TracedEquations<>& e, const TracedEquations<>::Slopes& slopes) {
+    struct Entry {
+      std::size_t row, column;
+      int power, node;
+    };
+    std::vector<Entry> entries;
+    const std::size_t first_row = e.n();
+    const auto each = [](const SparseEntries& all, const auto& visit) {
+      for (std::size_t i = 0; i < all.rows(); ++i)
+        for (const auto& entry : all.row(i)) visit(i, static_cast<std::size_t>(entry.column), entry.what);
+    };
+    each(e.mass, [&](std::size_t i, std::size_t j, int node) {
+      entries.push_back({i, j, 0, node});
+      if (i != j) entries.push_back({j, i, 0, node});
+    });
+    each(e.J, [&](std::size_t k, std::size_t j, int node) {
+      entries.push_back({first_row + k, j, 0, node});
+      entries.push_back({j, first_row + k, 1, node});
+    });
+    slopes_.clear();
+    const auto add_slopes = [&](const SparseEntries& all, std::size_t first) {
+      each(all, [&](std::size_t i, std::size_t j, int node) {
+        const bool of_q = j < e.n();
+        entries.push_back({first + i, of_q ? j : j - e.n(), of_q ? 3 : 2, node});
+        slopes_.push_back({static_cast<Eigen::Index>(first + i), static_cast<int>(j), lines_->numbers({node})[0]});
+      });
+    };
+    add_slopes(slopes.motion, 0);
+    add_slopes(slopes.constraints, first_row);
+    std::vector<Eigen::Triplet<double>> pattern;
+    for (const Entry& x : entries) pattern.emplace_back(static_cast<int>(x.row), static_cast<int>(x.column), 1.0);
+    A_.resize(right_.size(), right_.size());
+    A_.setFromTriplets(pattern.begin(), pattern.end());
+    parts_.clear();
+    for (const Entry& x : entries) {
+      const int *const begin = A_.innerIndexPtr() + A_.outerIndexPtr()[x.column], *const end = A_.innerIndexPtr() + A_.outerIndexPtr()[x.column + 1];
+      parts_.push_back({std::lower_bound(begin, end, static_cast<int>(x.row)) - A_.innerIndexPtr(), x.power, lines_->numbers({x.node})[0]});
+    }
+    factors_.analyzePattern(A_);
+  }
+
+  int factor() {
+    factors_.factorize(A_);
+    return factors_.info() == Eigen::Success ? 0 : 1;  // recoverable: another step has another γ
+  }
+
+  void solve(double* x, const double* b) {
+    const std::size_t size = n();
+    right_.setZero();
+    for (const Part& slope : slopes_) {
+      const auto j = static_cast<std::size_t>(slope.power);
+      right_[slope.place] += (*lines_)[slope.number] * (j < size ? b[j] + gamma_ * b[size + j] : b[j]);
+    }
+    const Eigen::VectorXd change = factors_.solve(right_);
+    for (std::size_t i = 0; i < size; ++i) {
+      x[size + i] = b[size + i] + gamma_ * change[static_cast<Eigen::Index>(i)];
+      x[i] = b[i] + gamma_ * x[size + i];
+    }
+  }
+
+  const F& system_;
+  std::unique_ptr<TracedLines<>> lines_;
+  std::shared_ptr<const formula::LineTable> table_;
+  std::vector<double> acceleration_, multipliers_;
+  std::vector<Part> parts_, slopes_;  // of a slope: row of the right side, component of the state, number
+  double gamma_ = 0.0;
+  Eigen::VectorXd right_;
+  Eigen::SparseMatrix<double> A_;
+  Eigen::SparseLU<Eigen::SparseMatrix<double>> factors_;
+  MatrixHandle placeholder_;
+  LinearSolverHandle solver_;
+};
+
+}  // namespace qdot::detail::cvode
