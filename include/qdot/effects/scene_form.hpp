@@ -168,17 +168,19 @@ class SceneForm {
     return happened;
   }
 
-  /// The equations, traced anew, their functors run on a recording, and q̈ and λ at y: what an implicit method asks where few coordinates meet.
+  /// The equations, traced anew: what an implicit method asks where few coordinates meet.
   detail::TracedEquations<> equations() const
     requires is_traced
   {
     return detail::traced_equations(scene_);
   }
+  /// Runs the functors on a recording.
   void run_functors(detail::RecordedMotion& motion) const
     requires is_traced
   {
     detail::run_scene(motion, scene_, nullptr);
   }
+  /// a ← q̈ and lambda ← λ at y.
   void accelerate(double t, const double* y, double* a, double* lambda) const
     requires is_traced
   {

@@ -147,17 +147,19 @@ class FirstOrderForm {
     return detail::banded_linearization(system_.energies(), q, qdot, Eigen::VectorXd(acceleration(system_, q, qdot, t)), t);
   }
 
-  /// The equations, traced anew, their functors run on a recording, and q̈ at y: what an implicit method asks where few coordinates meet.
+  /// The equations, traced anew: what an implicit method asks where few coordinates meet.
   detail::TracedEquations<> equations() const
     requires detail::TracedSystem<Sys>
   {
     return detail::traced_equations(system_);
   }
+  /// Runs the functors on a recording.
   void run_functors(detail::RecordedMotion& m) const
     requires detail::TracedSystem<Sys>
   {
     detail::run_energies<Dynamic>(m, system_.energies());
   }
+  /// a ← q̈ at y; the last argument is for the multipliers of scenes.
   void accelerate(double t, const double* y, double* a, double*) const
     requires detail::TracedSystem<Sys>
   {

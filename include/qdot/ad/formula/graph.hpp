@@ -35,7 +35,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -253,10 +252,8 @@ class BasicGraph {
       int& sum_so_far = adjoint[static_cast<std::size_t>(x)];
       sum_so_far = sum_so_far < 0 ? contribution : sum(sum_so_far, contribution);
     };
-    for (int w = output; w >= 0; --w) {
-      const int bar = adjoint[static_cast<std::size_t>(w)];
-      if (bar >= 0 && bar != zero) pass_back(w, bar, leads_on, add);
-    }
+    for (int w = output; w >= 0; --w)
+      if (const int bar = adjoint[static_cast<std::size_t>(w)]; bar >= 0 && bar != zero) pass_back(w, bar, leads_on, add);
     std::vector<int> result;
     for (const int x : variables)
       result.push_back(x <= output && adjoint[static_cast<std::size_t>(x)] >= 0 ? adjoint[static_cast<std::size_t>(x)] : zero);
@@ -268,8 +265,6 @@ class BasicGraph {
   constexpr void pass_back(int w, int bar, const LeadsOn& leads_on, const Add& add) {
     const Node node = (*this)[w];
     switch (node.kind) {
-      case Kind::constant:
-      case Kind::variable: break;
       case Kind::affine:
         if (leads_on(node.a)) add(node.a, scaled(bar, node.ca));
         if (leads_on(node.b)) add(node.b, scaled(bar, node.cb));
@@ -291,6 +286,7 @@ class BasicGraph {
         if (leads_on(node.a)) add(node.a, product(bar, slope(w)));
         if (leads_on(node.b)) add(node.b, product(bar, second_slope(w)));
         break;
+      default: break;
     }
   }
 
@@ -311,14 +307,12 @@ class BasicGraph {
     const Kind kind = (*this)[x].kind;
     return kind == Kind::variable || kind == Kind::product || kind == Kind::quotient || kind == Kind::function;
   }
-
   constexpr Term term(int x) const {
     const Node& node = (*this)[x];
     if (node.kind == Kind::constant) return {-1, 0.0, node.c};
     if (node.kind == Kind::affine && node.b < 0) return {node.a, node.ca, node.c};
     return {x, 1.0, 0.0};
   }
-
   constexpr Power as_power(int x) const {
     const Node& node = (*this)[x];
     return node.kind == Kind::power ? Power{node.a, exponent_of(node)} : Power{x, 1.0};
@@ -384,20 +378,14 @@ class BasicGraph {
                                 static_cast<std::uint64_t>(node.kind) * 32 + static_cast<std::uint64_t>(node.function);
     const std::uint64_t h = (names * odd ^ (numbers >> 17) ^ numbers) * odd;
     const std::size_t mask = places_.size() - 1;
-    const auto fits = [&](int number) {
-      if (number < 0) return true;
+    for (std::size_t place = static_cast<std::size_t>(h >> 32) & mask;; place = (place + 1) & mask) {
+      const int number = places_[place];
+      if (number < 0) return place;
       const Node& other = nodes_[static_cast<std::size_t>(number)];
-      return other.a == node.a && other.b == node.b && other.kind == node.kind && other.function == node.function && decisive(other.ca) == ca &&
-             decisive(other.cb) == cb && decisive(other.c) == c;
-    };
-    // Neighbours in a lattice of a million stand near each other in the table, and a processor has their places at hand. Whoever does not fit
-    // there, because all meet all, goes anywhere.
-    if (!std::is_constant_evaluated()) {
-      const std::size_t near = static_cast<std::size_t>(4 * (static_cast<std::int64_t>(node.a) + node.b + 2) + static_cast<std::int64_t>(h & 3)) & mask;
-      if (fits(places_[near])) return near;
+      if (other.a == node.a && other.b == node.b && other.kind == node.kind && other.function == node.function && decisive(other.ca) == ca &&
+          decisive(other.cb) == cb && decisive(other.c) == c)
+        return place;
     }
-    for (std::size_t place = static_cast<std::size_t>(h >> 32) & mask;; place = (place + 1) & mask)
-      if (fits(places_[place])) return place;
   }
 
   std::vector<Node> nodes_;

@@ -20,10 +20,11 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "qdot/effects/equations/recorded_effects.hpp"
+#include "qdot/effects/rows/recorded_effects.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
 #include "qdot/effects/scene.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"

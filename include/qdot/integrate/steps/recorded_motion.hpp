@@ -27,7 +27,7 @@
 
 #include "qdot/ad/formula/recording.hpp"
 #include "qdot/effects/effect.hpp"
-#include "qdot/effects/equations/recorded_effects.hpp"
+#include "qdot/effects/rows/recorded_effects.hpp"
 #include "qdot/integrate/steps/form_mechanics.hpp"
 #include "qdot/mechanics/derive/recorded_energies.hpp"
 #include "qdot/mechanics/system.hpp"

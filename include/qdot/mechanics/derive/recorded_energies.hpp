@@ -4,7 +4,7 @@
 // T and V as nodes of a graph.
 //
 // The functors are run once with the scalar that writes down what is done to it (ad/formula/recording.hpp), and note the nodes of what they return:
-// T and V first, then, of a scene, forces, rates and constraints (effects/equations/recorded_effects.hpp). Whoever wants Lagrange's equations
+// T and V first, then, of a scene, forces, rates and constraints (effects/rows/recorded_effects.hpp). Whoever wants Lagrange's equations
 // differentiates them: power series (integrate/steps/recorded_motion.hpp) and equations of many coordinates (mechanics/derive/traced_equations.hpp).
 //
 // A recording holds as long as nothing changes that the functors read besides their arguments. still_holds() runs them again and
