@@ -63,7 +63,7 @@ class Derived : public E {
     if (!has_lines()) return detail::with_mass_and_rhs<n>(energies(), vector_of(q), vector_of(qdot), t, use);
     double x[detail::DerivedLines::most];
     write_inputs(q, qdot, t, x);
-    detail::carry_out(lines_->equations.data(), x);
+    formula::carry_out(lines_->equations, x);
     if (!lines_->have_values(x)) return false;
     double M[n * (n + 1) / 2], r[n];
     write_mass(x, M);
@@ -78,7 +78,8 @@ class Derived : public E {
     double x[detail::DerivedLines::most];
     write_inputs(q, qdot, t, x);
     for (int i = 0; i < n; ++i) x[2 * n + 1 + i] = a[i];
-    detail::carry_out(lines_->all.data(), x);
+    formula::carry_out(lines_->equations, x);
+    formula::carry_out(lines_->further, x);
     if (!lines_->have_values(x)) return false;
     write_mass(x, M);
     const int* slope = lines_->slopes.data();

@@ -21,11 +21,14 @@
 
 namespace qdot::formula {
 
-/// Writes lines for nodes of a graph. The first numbers are the variables, as they are numbered.
+/// Writes lines for nodes of a graph. The first numbers are the variables, as they are numbered; at least `shortest_run` equal lines make a run.
 template <class Coefficient>
 class LineWriter {
  public:
-  LineWriter(const BasicGraph<Coefficient>& graph, std::size_t inputs) : graph_(graph), count_(static_cast<std::uint32_t>(inputs)) { see_new_nodes(); }
+  LineWriter(const BasicGraph<Coefficient>& graph, std::size_t inputs, std::size_t shortest_run = 4)
+      : graph_(graph), shortest_run_(shortest_run), count_(static_cast<std::uint32_t>(inputs)) {
+    see_new_nodes();
+  }
 
   /// Appends what `outputs` (node numbers, −1 for none) need and is not there yet, some `tile` of them at a time. The table has no end yet.
   void write(const std::vector<int>& outputs, LineTable& table, std::size_t tile = 4096) {
@@ -49,7 +52,6 @@ class LineWriter {
 
  private:
   using Operation = Line::Operation;
-  static constexpr std::size_t shortest_run = 4;
 
   // A node on its level; for a sine and a cosine of one angle, both.
   struct Element {
@@ -198,7 +200,7 @@ class LineWriter {
 
   // Elements of one kind: runs where they are long enough, or one run with lists, or lines.
   [[gnu::cold]] void write_elements(std::size_t first, std::size_t last, LineTable& table) {
-    if (elements_[first].line.operation == Operation::constant || last - first < shortest_run) {
+    if (elements_[first].line.operation == Operation::constant || last - first < shortest_run_) {
       for (std::size_t k = first; k < last; ++k) table.lines.push_back(elements_[k].line);
       return;
     }
@@ -214,12 +216,12 @@ class LineWriter {
         while (end < last && step(end, &Line::a) == run.step_a && step(end, &Line::b) == run.step_b) ++end;
       }
       run.count = static_cast<std::uint32_t>(end - k);
-      short_ones = short_ones || run.count < shortest_run;
+      short_ones = short_ones || run.count < shortest_run_;
       runs.push_back(run);
       k = end;
     }
     // Short runs cost what runs cost; one list costs two places a line.
-    if (short_ones && runs.size() * 2 * shortest_run > last - first) {
+    if (short_ones && runs.size() * 2 * shortest_run_ > last - first) {
       runs.assign(1, RunOfLines{elements_[first].line});
       runs[0].count = static_cast<std::uint32_t>(last - first);
       runs[0].places = static_cast<std::int64_t>(table.places.size());
@@ -253,6 +255,7 @@ class LineWriter {
   }
 
   const BasicGraph<Coefficient>& graph_;
+  std::size_t shortest_run_;
   std::vector<std::int64_t> place_;  // of each node; −1 where it has none
   std::vector<int> level_, needed_, by_level_;
   std::vector<Element> elements_;
