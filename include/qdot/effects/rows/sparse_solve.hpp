@@ -16,6 +16,8 @@
 // Rows of L are kept from their first entry on (an envelope), in which all that arises has room. Coordinates are taken as they are numbered, or,
 // where that makes a wide envelope, in the reverse order of Cuthill and McKee, neighbours near neighbours.
 //
+// A run asks its traced equations first (effects/rows/traced_constraints.hpp), which come here where M is not diagonal.
+//
 // Where M is diagonal and constraints that meet are near each other, the multipliers alone are fewer unknowns (effects/rows/schur_factors.hpp).
 //
 // The square of the sine between a row and those before it is its pivot, as a fraction of its length squared. Where one is too small the rows depend on

@@ -8,7 +8,8 @@
 //     x_q − γ x_q̇ = b_q                          x_q = b_q + γ x_q̇
 //     M x_q̇ + γ (K x_q + C x_q̇) = M b_q̇         (M + γ C + γ² K) x_q̇ = M b_q̇ − γ K b_q ,
 //
-// one banded system of n equations. A dense Jacobian of a thousand masses has four million entries; this has as many as the
+// one banded system of n equations. This is for functors that are no formulas, springs that are there on one side only; of formulas the equations are traced
+// (integrate/cvode/sparse.hpp). A dense Jacobian of a thousand masses has four million entries; this has as many as the
 // band. M need not be diagonal: its inverse, which is dense, never appears.
 
 #include <sunlinsol/sunlinsol_band.h>

@@ -8,6 +8,8 @@
 // on the way, are quadratic wherever else they are evaluated. Anything else, such as the kinetic energy of a
 // relativistic particle, keeps its M(q̇).
 //
+// For systems that cannot be traced (mechanics/derive/traced_motion.hpp), because V branches on the state.
+//
 // Made when a method begins and never written to afterwards: copies of it may work in several threads.
 
 #include <memory>
