@@ -270,3 +270,17 @@ TEST_CASE("a chain of two hundred rods keeps its rods and its energy") {
   CHECK(constraint_residual(s, end.q, 0.0).cwiseAbs().maxCoeff() < 1e-12);
   CHECK(std::abs(energy(s, end.q, end.qdot) - energy(s, start.q, start.qdot)) < 1e-9 * 9.81 * m * m);
 }
+
+TEST_CASE("where T or V has no value traced equations have none either, though their slopes are numbers there") {
+  const auto refuses = [](const auto& V, double inside, double outside) {
+    const auto T = [](const auto& v) { return 0.5 * v.squaredNorm(); };
+    const auto form = first_order_form(mechanical_system(2, T, V));
+    const Eigen::VectorXd v = waves(2, 0.1);
+    CHECK(std::isfinite(rates(form, Eigen::VectorXd::Constant(2, inside), v)[0]));
+    CHECK_THROWS_AS(rates(form, Eigen::VectorXd::Constant(2, outside), v), NonFinite);
+  };
+  refuses([](const auto& q) { using std::log; return log(q[0]) + q[1]; }, 0.5, -0.5);
+  refuses([](const auto& q) { using std::sqrt; const auto r = sqrt(q[0]); return r * r * q[1]; }, 0.5, -0.5);
+  refuses([](const auto& q) { using std::log1p; return log1p(q[0]) + q[1]; }, -0.5, -1.5);
+  refuses([](const auto& q) { using std::atanh; return atanh(q[0]) + q[1]; }, -0.5, -1.5);
+}

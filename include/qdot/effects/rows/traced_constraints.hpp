@@ -68,6 +68,9 @@ class TracedConstraints {
     J_numbers_ = lines_.numbers(e.J.nodes());
     mass_ = lines_.numbers(e.mass.nodes());
     own_lambda_.resize(e.rows());
+    if (e.mass_is_diagonal && e.mass_is_constant)
+      for (const int node : e.mass.nodes())
+        if (!(e.graph()[node].c > 0.0)) return;
     is_known_ = true;
   }
 
@@ -79,8 +82,7 @@ class TracedConstraints {
   bool move_to(const double* q, const double* qdot, double t, const double* z) {
     lines_.set(q, qdot, t, z);
     lines_.carry_out(*table_);
-    for (const auto& [number, value] : assumed_)
-      if (lines_[number] == value) return false;
+    if (!lines_.hold_requirements() || !masses_are_positive()) return false;
     has_rows_ = false;
     if (factors_) return factors_->compute([&](std::size_t k) { return lines_[schur_[k]]; }, dependent_);
     M_ = mass();
@@ -139,16 +141,23 @@ class TracedConstraints {
   static constexpr double massless_ = 1e-8;  // as effects/rows/constrained_solve.hpp has it
 
   formula::BasicGraph<Number>& graph() { return lines_.equations().graph(); }
+  // Of a diagonal M; another is factored.
+  bool masses_are_positive() const {
+    bool positive = true;
+    if (factors_ && !lines_.equations().mass_is_constant)
+      for (const int number : mass_) positive = positive && lines_[number] > 0.0;
+    return positive;
+  }
+
   int mass_of(int i) { return lines_.equations().mass.row(static_cast<std::size_t>(i))[0].what; }
 
   [[gnu::cold]] void write_table(std::vector<int>& outputs) {
     const TracedEquations<Number>& e = lines_.equations();
     append(outputs, e.mass.nodes());
     append(outputs, e.zdot);
-    for (const auto& a : e.motion.recording.assumptions) outputs.push_back(a.node);
+    append(outputs, lines_.required());
     table_ = lines_.written(outputs);
     zdot_ = lines_.numbers(e.zdot);
-    for (const auto& a : e.motion.recording.assumptions) assumed_.emplace_back(lines_.numbers({a.node})[0], a.value);
   }
 
   [[gnu::cold]] std::vector<int> free_accelerations() {
@@ -229,7 +238,6 @@ class TracedConstraints {
   double dependent_;
   std::shared_ptr<const formula::LineTable> table_, pull_table_;
   std::vector<int> right_, wanted_, zdot_, J_numbers_, schur_, pulled_, mass_;
-  std::vector<std::pair<int, double>> assumed_;
   std::vector<int> schur_rows_, schur_columns_;
   std::optional<PatternFactors<Number>> factors_;  // of J M⁻¹ Jᵀ, or else of both
   Eigen::Index reach_ = 0;

@@ -18,6 +18,7 @@
 //
 //     ∂(r − M q̈ + Jᵀλ)  and  ∂(γ − J q̈)  along q, q̇ and the effects' states.
 
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -48,6 +49,25 @@ struct SparseEntries {
   }
 };
 
+/// What must hold of a node's value for the functors to have one: x ≠ bound, x ≥ bound, x > bound, |x| ≤ bound, |x| < bound.
+struct Requirement {
+  enum class Kind { differs, at_least, above, within, inside };
+  int node;
+  Kind kind;
+  double bound;
+
+  bool holds(double x) const {
+    switch (kind) {
+      case Kind::differs: return x != bound;
+      case Kind::at_least: return x >= bound;
+      case Kind::above: return x > bound;
+      case Kind::within: return std::abs(x) <= bound;
+      case Kind::inside: return std::abs(x) < bound;
+    }
+    return true;
+  }
+};
+
 /// The equations of one object as nodes. Variables are q, q̇, t, the effects' states z, then q̈ and λ.
 ///
 /// @tparam Number  of the graph's coefficients
@@ -59,6 +79,7 @@ class TracedEquations {
   std::vector<int> right, zdot;
   SparseEntries J;
   std::vector<int> phi, velocity, gamma;  // of each row; phi is −1 of what restricts velocities only
+  std::vector<Requirement> requirements;  // slopes of a logarithm are numbers where it is none, and so is a square of a root
   bool mass_is_diagonal = true, mass_is_constant = true;
 
   /// Variables for n coordinates and `states` states of effects.
@@ -80,6 +101,7 @@ class TracedEquations {
   /// @param holonomic  for each row, whether it is φ or a
   [[gnu::cold]] void derive(bool has_forces, const std::vector<bool>& holonomic) {
     formula::BasicGraph<Number>& g = graph();
+    require_domains();
     const std::vector<int>& found = motion.returned;
     const int T = found[0], V = found[1], L = g.difference(T, V);
     motion.p = g.gradient(T, motion.qdot, g.dependence(T, motion.qdot));
@@ -147,6 +169,27 @@ class TracedEquations {
       require_short();
     }
     return all;
+  }
+
+  // Of all that the functors have written down, needed or not.
+  [[gnu::cold]] void require_domains() {
+    using Must = Requirement::Kind;
+    using formula::Function, formula::Kind;
+    for (const auto& node : graph().nodes()) {
+      const auto require = [&](int x, Must kind, double bound) { requirements.push_back({x, kind, bound}); };
+      if (node.kind == Kind::quotient) require(node.b, Must::differs, 0.0);
+      if (node.kind == Kind::power) {
+        const bool whole = node.c == std::round(node.c);
+        if (!whole || node.c < 0.0) require(node.a, whole ? Must::differs : node.c < 0.0 ? Must::above : Must::at_least, 0.0);
+      }
+      if (node.kind != Kind::function) continue;
+      if (node.function == Function::log) require(node.a, Must::above, 0.0);
+      if (node.function == Function::log1p) require(node.a, Must::above, -1.0);
+      if (node.function == Function::acosh) require(node.a, Must::at_least, 1.0);
+      if (node.function == Function::atanh) require(node.a, Must::inside, 1.0);
+      if (node.function == Function::asin || node.function == Function::acos) require(node.a, Must::within, 1.0);
+    }
+    for (const auto& assumption : motion.recording.assumptions) requirements.push_back({assumption.node, Must::differs, assumption.value});
   }
 
   [[gnu::cold]] void derive_mass() {

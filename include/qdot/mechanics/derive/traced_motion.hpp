@@ -60,6 +60,21 @@ class TracedLines {
   }
   std::vector<int> numbers(const std::vector<int>& nodes) const { return shared_->writer.numbers(nodes); }
 
+  /// Nodes that hold_requirements() looks at, for written().
+  std::vector<int> required() const {
+    std::vector<int> nodes;
+    for (const Requirement& r : equations().requirements) nodes.push_back(r.node);
+    return nodes;
+  }
+  /// Whether the functors have values where the numbers are.
+  bool hold_requirements() {
+    const std::vector<Requirement>& all = equations().requirements;
+    if (required_.size() != all.size()) required_ = numbers(required());
+    bool hold = true;
+    for (std::size_t k = 0; k < all.size(); ++k) hold = hold && all[k].holds((*this)[required_[k]]);
+    return hold;
+  }
+
   /// Sets the state.
   void set(const double* q, const double* qdot, double t, const double* z) {
     const std::size_t n = equations().n();
@@ -87,6 +102,7 @@ class TracedLines {
 
   std::shared_ptr<Shared> shared_;
   std::vector<double> x_;
+  std::vector<int> required_;
 };
 
 /// q̈ and ż of a system, or of a scene without constraints.
@@ -117,11 +133,10 @@ class TracedMotion {
     std::vector<int> all = outputs;
     if (!e.mass_is_constant) append(all, nodes);
     append(all, e.zdot);
-    for (const auto& assumption : e.motion.recording.assumptions) all.push_back(assumption.node);
+    append(all, lines_.required());
     table_ = lines_.written(all);
     right_ = lines_.numbers(outputs);
     zdot_ = lines_.numbers(e.zdot);
-    for (const auto& a : e.motion.recording.assumptions) assumed_.emplace_back(lines_.numbers({a.node})[0], a.value);
     values_.resize(nodes.size());
     if (e.mass_is_constant) {
       for (std::size_t k = 0; k < nodes.size(); ++k) values_[k] = e.graph()[nodes[k]].c;
@@ -142,8 +157,7 @@ class TracedMotion {
   bool write(const double* q, const double* qdot, double t, const double* z, double* a, double* zdot) {
     lines_.set(q, qdot, t, z);
     lines_.carry_out(*table_);
-    for (const auto& [number, value] : assumed_)
-      if (lines_[number] == value) return false;
+    if (!lines_.hold_requirements()) return false;
     double zero = 0.0;
     for (std::size_t i = 0; i < right_.size(); ++i) {
       a[i] = lines_[right_[i]];
@@ -187,7 +201,6 @@ class TracedMotion {
   TracedLines<Number> lines_;
   std::shared_ptr<const formula::LineTable> table_;
   std::vector<int> right_, zdot_, mass_;
-  std::vector<std::pair<int, double>> assumed_;
   std::optional<PatternFactors<Number>> factors_;
   std::vector<double> values_;
   bool is_known_ = false;
