@@ -41,7 +41,6 @@
 
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/lanes/lane_run.hpp"
-#include "qdot/integrate/lanes/runge_kutta_lanes.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/simulate_many.hpp"
@@ -60,6 +59,14 @@ struct MotionEnd {
 
   /// Whether it came to t_end.
   bool completed() const noexcept { return outcome == Outcome::completed; }
+};
+
+/// Systems, or scenes, that differ in parameters; made by family().
+template <int n, class EnergiesOf, class EffectsOf, class ParametersOf>
+struct Family {
+  EnergiesOf energies_of;      ///< p → T and V, for p of any scalar
+  EffectsOf effects_of;        ///< p → a tuple of effects
+  ParametersOf parameters_of;  ///< i → Vector<double, k>
 };
 
 /// Systems of n coordinates that differ in parameters, for simulate_many().
@@ -90,16 +97,9 @@ inline bool asks_for_lanes(const Options& o) {
   return o.stop_times.empty() && o.output_times.empty() && is_free(o.max_wall_seconds) && is_free(o.state_norm_limit);
 }
 
-// The lanes of a method; void where it has none.
-template <class Method, class Systems, class P>
-struct LanesOf {
-  using type = void;
-};
-template <class Systems, class P>
-struct LanesOf<Dop853, Systems, P> {
-  static constexpr bool timed = TimeWatch<std::remove_cvref_t<decltype(first_order_form(std::declval<const typename Systems::System&>()))>>::watches;
-  using type = RungeKuttaLanes<Dop853Coefficients, Systems::n, P, timed>;
-};
+// Whether motions go in lanes, as far as types tell.
+template <class Systems, class Method, class... Events>
+inline constexpr bool may_share_packs = std::is_same_v<Method, Dop853> && Systems::goes_in_lanes && only_stop<Events...>;
 
 template <class Systems, class StartOf, class Method, class... Events, class HandOn>
 void hand_on_ends(const Systems& systems, std::size_t count, const StartOf& start_of, double t_end, const Method& method, Options options,
@@ -107,15 +107,12 @@ void hand_on_ends(const Systems& systems, std::size_t count, const StartOf& star
   require_option(std::isfinite(t_end), "t_end", "must be finite", t_end, "choose a time to end at");
   options.keep_trajectory = false;
   if (many.chunk == 0) many.chunk = std::clamp<std::size_t>(count / (16 * threads_of(many)), 1, 1024);  // a chunk ends with lanes that have nothing to do
-  if constexpr (Systems::goes_in_lanes && only_stop<Events...>) {
-    using Lanes = typename LanesOf<Method, Systems, LanePack>::type;
-    if constexpr (!std::is_void_v<Lanes>) {
-      require_valid(options, 2 * Systems::n);
-      if (asks_for_lanes(options)) {
-        using Run = LaneRun<Systems, StartOf, Method, Lanes, LanePack, Events...>;
-        const auto work = [&](std::size_t first, std::size_t last) { return Run(systems, start_of, t_end, method, options, events).run(first, last); };
-        return Queue(count, many).run(work, hand_on);
-      }
+  if constexpr (may_share_packs<Systems, Method, Events...>) {
+    require_valid(options, 2 * Systems::n);
+    if (asks_for_lanes(options)) {
+      using Run = LaneRun<Systems, StartOf, LanePack, Events...>;
+      const auto work = [&](std::size_t first, std::size_t last) { return Run(systems, start_of, t_end, options, events).run(first, last); };
+      return Queue(count, many).run(work, hand_on);
     }
   }
   const auto motion = [&](std::size_t i) { return motion_alone(systems.of(i), start_of(i), t_end, method, options, events); };

@@ -22,13 +22,8 @@
 
 namespace qdot {
 
-/// Systems, or scenes, that differ in parameters; made by family().
 template <int n, class EnergiesOf, class EffectsOf, class ParametersOf>
-struct Family {
-  EnergiesOf energies_of;      ///< p → T and V, for p of any scalar
-  EffectsOf effects_of;        ///< p → a tuple of effects
-  ParametersOf parameters_of;  ///< i → Vector<double, k>
-};
+struct Family;
 
 namespace detail {
 

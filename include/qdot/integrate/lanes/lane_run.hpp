@@ -18,6 +18,8 @@
 #include <vector>
 
 #include "qdot/integrate/lanes/lane_models.hpp"
+#include "qdot/integrate/lanes/runge_kutta_lanes.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/simulate_many.hpp"
 #include "qdot/integrate/watch/watch.hpp"
@@ -48,7 +50,7 @@ const auto& model_of(const Form& form) {
 }
 
 // Motions first … last − 1 of what goes in lanes.
-template <class Systems, class StartOf, class Method, class Lanes, class P, class... Events>
+template <class Systems, class StartOf, class P, class... Events>
 class LaneRun {
   using Form = std::remove_cvref_t<decltype(first_order_form(std::declval<const typename Systems::System&>()))>;
   static constexpr int n = Systems::n, lanes = P::size;
@@ -57,8 +59,8 @@ class LaneRun {
   using Ends = std::vector<Kept<MotionEnd<n>>>;
 
  public:
-  LaneRun(const Systems& systems, const StartOf& start_of, double t_end, const Method& method, const Options& options, const EventList<Events...>& events)
-      : systems_(systems), start_of_(start_of), t_end_(t_end), method_(method), options_(options), events_(events), equations_(systems.equations()), pack_(options) {}
+  LaneRun(const Systems& systems, const StartOf& start_of, double t_end, const Options& options, const EventList<Events...>& events)
+      : systems_(systems), start_of_(start_of), t_end_(t_end), options_(options), events_(events), equations_(systems.equations()), pack_(options) {}
 
   Ends run(std::size_t first, std::size_t last) {
     first_ = next_ = first;
@@ -202,17 +204,16 @@ class LaneRun {
   }
 
   MotionEnd<n> alone(const Lane& l, const State<n>& start, const Options& options) const {
-    return motion_alone(model_of(*l.form), start, t_end_, method_, options, events_);
+    return motion_alone(model_of(*l.form), start, t_end_, Dop853{}, options, events_);
   }
 
   const Systems& systems_;
   const StartOf& start_of_;
   double t_end_;
-  const Method& method_;
   const Options& options_;
   const EventList<Events...>& events_;
   PartingEquations<decltype(std::declval<const Systems&>().equations()), n> equations_;
-  Lanes pack_;
+  RungeKuttaLanes<Dop853Coefficients, n, P, timed> pack_;
   std::size_t first_ = 0, next_ = 0, last_ = 0;
   int moving_ = 0;
   Ends* ends_ = nullptr;
