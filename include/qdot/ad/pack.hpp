@@ -308,8 +308,9 @@ template <int lanes, int width>
 }
 
 /// The same for numbers that are no packs: a if the condition holds, otherwise b.
-template <std::same_as<bool> Condition, class A, class B>
-[[gnu::always_inline]] inline std::common_type_t<A, B> select(Condition condition, const A& a, const B& b) {
+template <std::convertible_to<bool> Condition, class A, class B>
+  requires(!requires { Condition::is_register; })
+[[gnu::always_inline]] inline std::common_type_t<A, B> select(const Condition& condition, const A& a, const B& b) {
   return condition ? std::common_type_t<A, B>(a) : std::common_type_t<A, B>(b);
 }
 
