@@ -212,7 +212,6 @@ class TimeWatch {
     t_seen_ = reach_ = horizon_ = landing_ = t;
     wish_ = std::numeric_limits<double>::infinity();
     stale_ = 0;
-    resolution_ = 0.0;
   }
 
   /// Where a step from (t, y) towards `landing` must end at the latest.
