@@ -3,6 +3,7 @@
 // Many motions side by side in the lanes of a processor, and in its threads, against one after the other.
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <thread>
@@ -23,21 +24,21 @@ void shorten(double& best, const Work& work) {
   best = std::min(best, std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - began).count() / static_cast<double>(motions));
 }
 
-template <class Sys, class StartOf>
-void add_rows(std::vector<Row>& rows, const std::string& name, const Sys& system, const StartOf& start_of) {
+template <class ModelOf, class All, class StartOf>
+void add_rows(std::vector<Row>& rows, const std::string& name, const ModelOf& model_of, const All& all, const StartOf& start_of) {
   const Options options{.rtol = 1e-9, .atol = 1e-12, .keep_trajectory = false};
   double alone = std::numeric_limits<double>::infinity(), lanes = alone, threads = alone;
   double apart = 0.0;
   std::vector<double> ends(motions);
   for (int repeat = 0; repeat < 5; ++repeat) {
     shorten(alone, [&] {
-      for (std::size_t i = 0; i < motions; ++i) ends[i] = simulate(system, start_of(i), duration, Dop853{}, options).y[0];
+      for (std::size_t i = 0; i < motions; ++i) ends[i] = simulate(model_of(i), start_of(i), duration, Dop853{}, options).y[0];
     });
     shorten(lanes, [&] {
-      const auto many = simulate_many(system, motions, start_of, duration, Dop853{}, options, {.threads = 1});
+      const auto many = simulate_many(all, motions, start_of, duration, Dop853{}, options, {.threads = 1});
       for (std::size_t i = 0; i < motions; ++i) apart = std::max(apart, many[i].value ? std::abs(many[i].value->state.q[0] - ends[i]) : 1.0);
     });
-    shorten(threads, [&] { simulate_many(system, motions, start_of, duration, Dop853{}, options); });
+    shorten(threads, [&] { simulate_many(all, motions, start_of, duration, Dop853{}, options); });
   }
   const std::string differ = apart < 1e-6 ? "" : ", AND THE ENDS DIFFER";
   rows.push_back({name + ", in lanes" + differ, lanes, alone, "one by one", "us"});
@@ -46,7 +47,10 @@ void add_rows(std::vector<Row>& rows, const std::string& name, const Sys& system
 
 Findings measured() {
   Findings found;
-  for_each_of_many([&](const std::string& name, const auto& system, const auto& start_of) { add_rows(found.rows, name, system, start_of); });
+  for_each_of_many([&](const std::string& name, const auto& system, const auto& start_of) {
+    add_rows(found.rows, name, [&](std::size_t) -> const auto& { return system; }, system, start_of);
+  });
+  for_each_scene_of_many([&](const std::string& name, const auto& model_of, const auto& all, const auto& start_of) { add_rows(found.rows, name, model_of, all, start_of); });
   found.note = "us for one of 512 motions of 5 s at rtol 1e-9 by Dop853, the least of 5 repeats in which all ways alternate; compiled for registers of " +
                std::to_string(detail::register_lanes) + " doubles, " + std::to_string(std::thread::hardware_concurrency()) + " threads";
   return found;

@@ -13,6 +13,7 @@
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <memory>
 #include <new>
 #include <nlohmann/json.hpp>
@@ -216,7 +217,7 @@ void describe(report::Page& page, const Quantity& quantity, std::vector<double> 
   report::Plot plot{.title = "How often"};
   plot.x.label = labelled(quantity.text, quantity.unit);
   plot.y.label = "motions";
-  report::Series series{.label = "", .x = {}, .y = {}};
+  report::Series series{.label = "", .x = {low}, .y = {0.0}};
   std::vector<double> counts(static_cast<std::size_t>(bins), 0.0);
   for (const double x : values) counts[static_cast<std::size_t>(std::min(static_cast<double>(bins - 1), (x - low) / width))] += 1.0;
   for (int b = 0; b < bins; ++b)
@@ -224,22 +225,48 @@ void describe(report::Page& page, const Quantity& quantity, std::vector<double> 
       series.x.push_back(low + width * (b + side));
       series.y.push_back(counts[static_cast<std::size_t>(b)]);
     }
+  series.x.push_back(series.x.back());
+  series.y.push_back(0.0);
   plot.series.push_back(std::move(series));
   page.plots.push_back(std::move(plot));
 }
 
+/// "number 7, l=1.5, q0=0.1"
+std::string numbered(const Sweep& sweep, std::size_t i) {
+  std::string text = "number " + std::to_string(i);
+  const std::vector<double> values = sweep.values.of(i);
+  for (std::size_t k = 0; k < values.size(); ++k) text += ", " + sweep.values.axes()[k].name + "=" + report::exact_text(values[k]);
+  return text;
+}
+
+/// How many motions failed in which way, and the first of each.
+report::Facts outcomes_of(const Sweep& sweep, const std::vector<Row>& rows) {
+  report::Facts facts{.heading = "Motions that failed", .rows = {}};
+  std::map<std::string, std::size_t> count;
+  for (const Row& row : rows)
+    if (row.outcome != Outcome::completed) ++count[std::string(name(row.outcome))];
+  for (const auto& [outcome, times] : count) {
+    const auto first = std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.outcome != Outcome::completed && name(row.outcome) == outcome; });
+    facts.rows.push_back({outcome, std::to_string(times), "first " + numbered(sweep, static_cast<std::size_t>(first - rows.begin())) + ": " + first->message});
+  }
+  return facts;
+}
+
+/// What is shown of a motion that failed is why; what it had come to stands in the table and in the arrays.
 std::string html_of(const Sweep& sweep, const std::vector<Row>& rows, const std::string& summary) {
   const auto& axes = sweep.values.axes();
   report::Page page{.title = sweep.nominal.scene->title(), .lead = summary};
   for (std::size_t k = 0; k < sweep.quantities.size(); ++k) {
     const Quantity& quantity = sweep.quantities[k];
-    const std::vector<double> values = column(rows, k);
+    std::vector<double> values = column(rows, k);
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      if (rows[i].outcome != Outcome::completed) values[i] = std::numeric_limits<double>::quiet_NaN();
     if (sweep.values.is_random()) {
       describe(page, quantity, values);
     } else if (axes.size() == 2) {
       report::HeatMap map{.title = labelled(quantity.text, quantity.unit), .x_label = labelled(axes[0].name, unit_of(sweep, axes[0].name)),
                           .y_label = labelled(axes[1].name, unit_of(sweep, axes[1].name)), .x = axes[0].values, .y = axes[1].values, .values = values};
-      for (const Row& row : rows) map.remarks.push_back(row.message.empty() ? "not within the time" : row.message);
+      for (const Row& row : rows) map.remarks.push_back(row.outcome == Outcome::completed ? "not within the time" : std::string(name(row.outcome)) + ": " + row.message);
       page.figures.push_back(report::heat_map(map));
     } else if (axes.size() == 1) {
       report::Plot plot{.title = ""};
@@ -251,6 +278,7 @@ std::string html_of(const Sweep& sweep, const std::vector<Row>& rows, const std:
     }
   }
   if (!page.figures.empty()) page.figures.back() += report::heat_map_script();
+  if (report::Facts failed = outcomes_of(sweep, rows); !failed.rows.empty()) page.tables.push_back(std::move(failed));
   return report::html(page);
 }
 
@@ -326,14 +354,6 @@ std::string file_name(const Sweep& sweep) { return sweep.paths.front().substr(0,
 SweepDirectory directory_of(const Sweep& sweep, const SweepOptions& options) {
   const std::size_t count = sweep.values.count(), chunk = std::clamp<std::size_t>(count / 4096, 1, 64);
   return {file_name(sweep) + ".sweep", manifest_of(sweep, options, chunk), count, chunk, sweep.quantities.size()};
-}
-
-/// "number 7, l=1.5, q0=0.1"
-std::string numbered(const Sweep& sweep, std::size_t i) {
-  std::string text = "number " + std::to_string(i);
-  const std::vector<double> values = sweep.values.of(i);
-  for (std::size_t k = 0; k < values.size(); ++k) text += ", " + sweep.values.axes()[k].name + "=" + report::exact_text(values[k]);
-  return text;
 }
 
 /// Does what is missing; whether all is there then.

@@ -96,6 +96,20 @@ TEST_CASE("a sweep writes a table with a line for each motion, arrays and a page
   CHECK(arrays.good());
 }
 
+TEST_CASE("a page shows of a motion that failed why it did, and not what it had come to") {
+  const program_test::Directory directory;
+  const std::string path = directory.file("falls");  // two of four fall into the centre
+  REQUIRE(qdot("sweep kepler --over qdot1=0,1 --over q0=1,1.2 --record q0 --t-end 3 --quiet --out " + path).status == 1);
+  const std::string page = program_test::content(path + ".html"), table = program_test::content(path + ".csv");
+  CHECK(page.find("\"values\":[null,") != std::string::npos);
+  const std::string outcome = table.substr(table.find_last_of(',', table.find('\n', table.find('\n') + 1)) + 1);
+  const std::string name = outcome.substr(0, outcome.find('\n'));
+  CHECK(name != "completed");
+  CHECK(page.find("\"remarks\":{\"0\":\"" + name + ": ") != std::string::npos);
+  CHECK(page.find("Motions that failed") != std::string::npos);
+  CHECK(page.find("first number 0, qdot1=0, q0=1: ") != std::string::npos);
+}
+
 TEST_CASE("a sweep that means nothing is refused by argument, rule and value") {
   CHECK(qdot("sweep four_bar --over q0=0,1 --record lyapunov").err.find("--record lyapunov: four_bar must have no constraints") != std::string::npos);
   const auto err = [](const std::string& arguments) {

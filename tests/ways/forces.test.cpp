@@ -193,6 +193,7 @@ TEST_CASE("accelerations of scenes with forces through every door are those by n
   CHECK(difference_of_acceleration(effects(mechanical_system<2>(bench::UnrolledChain<2>{}))) < rounded);
   CHECK(difference_of_acceleration(effects(mechanical_system<2>(written_out<2>(bench::LoopedChain{})))) < rounded);
   CHECK(difference_of_acceleration(effects(kinematic_system<2>(Links{}, gravity_along<1>(-9.81)))) < rounded);
+  CHECK(difference_of_acceleration(scene(mechanical_system<2>(bench::UnrolledChain<2>{}), magnetic, spring_damper(Joint<1>{}, Arm{}, 3.0, 0.4, 0.7))) < rounded);
   const auto looped = [](const auto& system) { return scene(system, quadratic_drag(LoopedTip{}, 0.3), spring_damper(wall, LoopedTip{}, 3.0, 0.4, 0.7)); };
   CHECK(difference_of_acceleration(looped(mechanical_system<2>(bench::LoopedChain{}))) < rounded);
   CHECK(difference_of_acceleration(looped(kinematic_system<2>(bench::LoopedPositions{}, gravity_along<1>(-9.81)))) < rounded);

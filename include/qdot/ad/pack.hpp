@@ -17,8 +17,12 @@
 // Lanes cannot part ways: all of them take the same branch. A comparison of packs is therefore no bool but a PackMask, a truth
 // per lane, and `if` refuses it in English. What a branch would choose, select(x < y, a, b) chooses lane by lane; it
 // does the same for plain numbers, so that a functor which says select runs on packs and on everything else.
+//
+// Who can do without a pack (integrate/many_in_lanes.hpp) uses a kind that may be asked in `if`, as long as all lanes answer alike; where they
+// do not, LanesPart is thrown, and caught by who then asks each lane by itself.
 
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <type_traits>
 #include <utility>
@@ -44,6 +48,12 @@ template <class T, int lanes>
 using Register [[gnu::vector_size(static_cast<int>(sizeof(T)) * lanes)]] = T;
 
 using Bits = long long;
+
+// Added to the width of packs whose masks may be asked in `if`.
+inline constexpr int may_branch = 1 << 10;
+
+// Lanes of which some would take a branch and others not.
+struct LanesPart {};
 
 }  // namespace detail
 
@@ -258,9 +268,19 @@ struct PackMask<lanes, width> : detail::MaskOperators<PackMask<lanes, width>> {
   [[gnu::always_inline]] bool all() const { return !(!*this).any(); }
 
   template <class Truth>
-    requires std::is_same_v<Truth, bool>
+    requires(std::is_same_v<Truth, bool> && width < detail::may_branch)
   explicit operator Truth() const {
     return static_cast<bool>(PackMask<2 * width, width>(*this, *this));
+  }
+  /// What all lanes say.
+  ///
+  /// @throws LanesPart  they differ
+  operator bool() const
+    requires(width >= detail::may_branch)
+  {
+    if (all()) return true;
+    if (any()) throw detail::LanesPart();
+    return false;
   }
 
  private:
@@ -288,8 +308,9 @@ template <int lanes, int width>
 }
 
 /// The same for numbers that are no packs: a if the condition holds, otherwise b.
-template <class A, class B>
-[[gnu::always_inline]] inline std::common_type_t<A, B> select(bool condition, const A& a, const B& b) {
+template <std::convertible_to<bool> Condition, class A, class B>
+  requires(!requires { Condition::is_register; })
+[[gnu::always_inline]] inline std::common_type_t<A, B> select(const Condition& condition, const A& a, const B& b) {
   return condition ? std::common_type_t<A, B>(a) : std::common_type_t<A, B>(b);
 }
 

@@ -29,8 +29,9 @@ struct RayleighFunction {
   static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
 
   template <class S, int n>
+    requires(!detail::is_pack<S> || detail::takes_state<F, detail::Moving<S, n>, Vector<detail::Moving<S, n>, n>, Vector<detail::Moving<S, n>, n>>)
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    if constexpr (detail::moves_by_jets<S, n>) return force_by_jets<n>(q, qdot, t);
+    if constexpr (detail::moves_by_jets<S, n>) return force_by_jets(q, qdot, t);
     else return force_by_duals(q, qdot, t);
   }
   template <class S, int n>
@@ -43,18 +44,18 @@ struct RayleighFunction {
 
  private:
   // Jets in the direction of velocities; positions and time are constants.
-  template <int n>
-  [[gnu::flatten]] Vector<double, n> force_by_jets(const Vector<double, n>& q, const Vector<double, n>& qdot, double t) const {
-    using S = detail::PositionJet<n>;
-    Vector<S, n> x, v;
+  template <class S, int n>
+  [[gnu::flatten]] Vector<S, n> force_by_jets(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    using Number = detail::Moving<S, n>;
+    Vector<Number, n> x, v;
     unroll<n>([&](auto i) __attribute__((always_inline)) {
-      x[i] = S(q[i]);
-      v[i] = S::template coordinate<i>(qdot[i], 0.0);
+      x[i] = Number(q[i]);
+      v[i] = Number::template coordinate<i>(qdot[i], S(0.0));
       v[i].has_rate = 0;
     });
-    Vector<double, n> Q = Vector<double, n>::Zero();
+    Vector<S, n> Q = Vector<S, n>::Zero();
     detail::ComponentMask present = 0;
-    detail::add_gradient(Q, present, -1.0, S(detail::of_state(R, x, v, S(t))));
+    detail::add_gradient(Q, present, -1.0, Number(detail::of_state(R, x, v, Number(t))));
     return Q;
   }
 };
@@ -66,9 +67,11 @@ RayleighFunction<F> rayleigh(F R) {
 }
 
 /// Viscous damping of single coordinates: Qᵢ = −cᵢ q̇ᵢ.
-template <int n>
+///
+/// @tparam Number  double, or a Pack with the coefficients of several motions
+template <int n, class Number = double>
 struct ViscousDamping {
-  Vector<double, n> c;  ///< force per velocity of each coordinate, n
+  Vector<Number, n> c;  ///< force per velocity of each coordinate, n
 
   template <int>
   static constexpr bool takes_time = false;
@@ -98,12 +101,18 @@ struct ViscousDamping {
 
 /// Viscous damping with one coefficient for each coordinate, n   [force per velocity].
 template <class Derived>
-ViscousDamping<Derived::RowsAtCompileTime> viscous_damping(const Eigen::MatrixBase<Derived>& c) {
-  for (Eigen::Index i = 0; i < c.size(); ++i)
-    if (!(c[i] >= 0) || !std::isfinite(c[i]))
-      throw InvalidValue("a damping coefficient must be finite and not negative, but coefficient " + std::to_string(i) +
-                         " is " + std::to_string(c[i]) + "; a source of energy is a generalized_force()");
-  return {c};
+auto viscous_damping(const Eigen::MatrixBase<Derived>& c) {
+  constexpr int n = Derived::RowsAtCompileTime;
+  using Number = typename Derived::Scalar;
+  if constexpr (detail::is_pack<Number>) {
+    return ViscousDamping<n, Number>{c};
+  } else {
+    for (Eigen::Index i = 0; i < c.size(); ++i)
+      if (!(c[i] >= 0) || !std::isfinite(c[i]))
+        throw InvalidValue("a damping coefficient must be finite and not negative, but coefficient " + std::to_string(i) +
+                           " is " + std::to_string(c[i]) + "; a source of energy is a generalized_force()");
+    return ViscousDamping<n>{c};
+  }
 }
 
 /// Dry friction of one coordinate, made smooth: Q = −F tanh(q̇/v₀).
@@ -193,6 +202,7 @@ struct SpringDamper {
   }
 
   template <class S, int n>
+    requires(detail::MovesInPacks<P1, S, n> && detail::MovesInPacks<P2, S, n>)
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return pull(damping<S>(), q, qdot, t);
   }
@@ -209,7 +219,7 @@ struct SpringDamper {
   /// Forces of a tension f(length, rate) between the two points.
   template <class Law, class S, int n>
   Vector<S, n> pull(const Law& f, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    if constexpr (detail::moves_by_jets<S, n>) return pull_by_jets<n>(f, q, qdot, t);
+    if constexpr (detail::moves_by_jets<S, n>) return pull_by_jets(f, q, qdot, t);
     else return pull_by_duals(f, q, qdot, t);
   }
   /// The same for scalars that have no shorter way.
@@ -228,13 +238,13 @@ struct SpringDamper {
     return [this](const S&, const S& rate) { return S(c * rate); };
   }
 
-  template <int n, class Law>
-  [[gnu::flatten]] Vector<double, n> pull_by_jets(const Law& f, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) const {
-    const detail::MovingCoordinates<n> moving(q, qdot, t);
-    const detail::PositionJet<n> l = length(moving.q, moving.t);
-    Vector<double, n> Q = Vector<double, n>::Zero();
+  template <class Law, class S, int n>
+  [[gnu::flatten]] Vector<S, n> pull_by_jets(const Law& f, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    const detail::MovingCoordinates<S, n> moving(q, qdot, t);
+    const detail::Moving<S, n> l = length(moving.q, moving.t).whole();
+    Vector<S, n> Q = Vector<S, n>::Zero();
     detail::ComponentMask present = 0;
-    detail::add_gradient(Q, present, double(-f(l.value, detail::rate_of(l))), l);
+    detail::add_gradient(Q, present, S(-f(l.value, detail::rate_of(l))), l);
     return Q;
   }
 };
@@ -262,6 +272,7 @@ struct TensionBetween {
   static constexpr bool takes_time = SpringDamper<P1, P2>::template takes_time<n>;
 
   template <class S, int n>
+    requires(detail::MovesInPacks<P1, S, n> && detail::MovesInPacks<P2, S, n>)
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return line.pull(f, q, qdot, t);
   }

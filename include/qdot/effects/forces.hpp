@@ -39,6 +39,17 @@ consteval bool require_time_of_scalar() {
   return true;
 }
 
+// Whether a functor takes these arguments, with the last one or without, or is a vector that takes none. It is asked where packs of numbers have
+// another way; who has none is told by the compiler. A call operator that is no template takes the numbers that it names and nothing else, though
+// Eigen lets any vector look as if it could become theirs.
+template <class F>
+inline constexpr bool is_generic = std::is_class_v<F> && !requires { &F::operator(); };
+template <class F, class T, class... X>
+inline constexpr bool takes_state = requires { F::RowsAtCompileTime; } ||
+                                    (is_generic<F> && (std::is_invocable_v<const F&, const X&..., const T&> || std::is_invocable_v<const F&, const X&...>));
+template <class F, class S, int n>
+concept MovesInPacks = !is_pack<S> || takes_state<F, Moving<S, n>, Vector<Moving<S, n>, n>>;
+
 // f(q, qdot, t) or f(q, qdot), whichever the user wrote.
 template <class F, class Q, class Qdot, class S>
 auto of_state(const F& f, const Q& q, const Qdot& qdot, const S& t) {
@@ -121,6 +132,7 @@ struct GeneralizedForce {
   static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
 
   template <class S, int n>
+    requires(!detail::is_pack<S> || detail::takes_state<F, S, Vector<S, n>, Vector<S, n>>)
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return detail::force_vector<S, n>(detail::of_state(Q, q, qdot, t), q.size(), "a generalized force");
   }
@@ -146,8 +158,9 @@ struct ForceAtPoint {
                                      detail::functor_takes_time<Point<n>::RowsAtCompileTime, F, 2>();
 
   template <class S, int n>
+    requires detail::MovesInPacks<Position, S, n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    if constexpr (detail::moves_by_jets<S, n> && Point<n>::RowsAtCompileTime != Dynamic) return force_by_jets<n>(q, qdot, t);
+    if constexpr (detail::moves_by_jets<S, n> && Point<n>::RowsAtCompileTime != Dynamic) return force_by_jets(q, qdot, t);
     else return force_by_duals(q, qdot, t);
   }
   template <class S, int n>
@@ -167,21 +180,21 @@ struct ForceAtPoint {
   }
 
  private:
-  template <int n>
-  [[gnu::flatten]] Vector<double, n> force_by_jets(const Vector<double, n>& q, const Vector<double, n>& qdot, double t) const {
+  template <class S, int n>
+  [[gnu::flatten]] Vector<S, n> force_by_jets(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     constexpr int axes = Point<n>::RowsAtCompileTime;
-    using S = detail::PositionJet<n>;
-    const detail::MovingCoordinates<n> moving(q, qdot, t);
+    using Number = detail::Moving<S, n>;
+    const detail::MovingCoordinates<S, n> moving(q, qdot, t);
     const auto point = detail::of_position(r, moving.q, moving.t);
-    S x[axes];
-    Vector<double, axes> position, velocity;
+    Number x[axes];
+    Vector<S, axes> position, velocity;
     unroll<axes>([&](auto c) __attribute__((always_inline)) {
-      x[c] = S(point[c]);
+      x[c] = Number(point[c]).whole();
       position[c] = x[c].value;
       velocity[c] = detail::rate_of(x[c]);
     });
-    const auto force = detail::force_vector<double, axes>(applied(position, velocity, t), axes, "the force at a point");
-    Vector<double, n> Q = Vector<double, n>::Zero();
+    const auto force = detail::force_vector<S, axes>(applied(position, velocity, t), axes, "the force at a point");
+    Vector<S, n> Q = Vector<S, n>::Zero();
     detail::ComponentMask present = 0;
     unroll<axes>([&](auto c) __attribute__((always_inline)) { detail::add_gradient(Q, present, force[c], x[c]); });
     return Q;
@@ -225,8 +238,9 @@ struct TorqueOnBody {
   static constexpr bool takes_time = detail::functor_takes_time<n, Pose, 1>() || detail::functor_takes_time<n, F, 0>();
 
   template <class S, int n>
+    requires detail::MovesInPacks<Pose, S, n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    if constexpr (detail::moves_by_jets<S, n>) return force_by_jets<n>(q, t);
+    if constexpr (detail::moves_by_jets<S, n>) return force_by_jets(q, t);
     else return force_by_duals(q, qdot, t);
   }
   template <class S, int n>
@@ -243,24 +257,23 @@ struct TorqueOnBody {
 
  private:
   // τ·ω with ω from [ω×] = ṘRᵀ: Qᵢ = Σ W_jk ∂R_jk/∂qᵢ, where the rows of W are τ_y R_z, τ_z R_x, τ_x R_y.
-  template <int n>
-  [[gnu::flatten]] Vector<double, n> force_by_jets(const Vector<double, n>& q, double t) const {
-    const Vector<double, 3> tau = detail::of_time(torque, t).template cast<double>();
-    using S = detail::PositionJet<n>;
-    const detail::MovingCoordinates<n> moving(q, q, t);  // at whatever velocity
+  template <class S, int n>
+  [[gnu::flatten]] Vector<S, n> force_by_jets(const Vector<S, n>& q, const S& t) const {
+    const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
+    using Number = detail::Moving<S, n>;
+    const detail::MovingCoordinates<S, n> moving(q, q, t);  // at whatever velocity
     const auto rotation = detail::of_position(R, moving.q, moving.t);
-    Vector<double, n> Q = Vector<double, n>::Zero();
+    Vector<S, n> Q = Vector<S, n>::Zero();
     Q[0] = 0.0 * (tau[0] + tau[1] + tau[2]);  // torques that are not finite do not vanish about axes that do not turn
     detail::ComponentMask present = 1;
     unroll<3>([&](auto j) __attribute__((always_inline)) {
       unroll<3>([&](auto k) __attribute__((always_inline)) {
         constexpr int row = j, column = k, next = (row + 1) % 3, last = (row + 2) % 3;
-        const double other = S(rotation(last, column)).value;
+        const S other = Number(rotation(last, column)).value;
         const detail::Present counts = detail::may_differ_from_zero(other);
-        S entry(rotation(row, column));
-        entry.value = counts ? entry.value : 0.0;
-        entry.mask = counts ? entry.mask : 0;
-        detail::add_gradient(Q, present, counts ? tau[next] * other : 0.0, entry);
+        Number entry(rotation(row, column));
+        if (!counts) entry = Number(0.0);
+        detail::add_gradient(Q, present, counts ? S(tau[next] * other) : S(0.0), entry);
       });
     });
     return Q;

@@ -42,18 +42,16 @@ struct MemberFailure {
 
 namespace detail {
 
-template <int lanes>
+template <class Mask>
 struct StraightLine {
   bool is_straight;  // known when compiled: no loop or branch is left in T or V
-  PackMask<lanes> good;
+  Mask good;
 };
 
-// q̈ of `lanes` members as in mechanics/equations/straight_line.hpp.
-template <int n, int lanes, class E>
-[[gnu::noinline, gnu::flatten]] inline StraightLine<lanes> straight_line_accelerations(const E& e, const Pack<lanes>* q,
-                                                                                       const Pack<lanes>* qdot, const Pack<lanes>& t,
-                                                                                       double threshold, Pack<lanes>* qddot) {
-  using P = Pack<lanes>;
+// q̈ of the lanes of a register as in mechanics/equations/straight_line.hpp; forces(q, q̇, Q) writes what is added to r.
+template <int n, class E, class P, class Forces>
+[[gnu::noinline, gnu::flatten]] inline StraightLine<typename P::Mask> straight_line_accelerations(const E& e, const P* q, const P* qdot, const P& t, double threshold,
+                                                                                                  const Forces& forces, P* qddot) {
   if (!may_go_straight(e)) return {false, false};
   const EulerLagrange<n, P> L = euler_lagrange_of<n>(e, q, qdot, t);
   if (straight_line_pays && !__builtin_constant_p(L.g_mask | L.h_mask)) {
@@ -64,7 +62,12 @@ template <int n, int lanes, class E>
   P r[n];
   unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = L.template x<i>(); });
   unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) { M[k] = L.template h<k>(); });
-  PackMask<lanes> good = solved_in_place<n>(M, r, threshold, L.h_mask);
+  if constexpr (!std::is_same_v<Forces, NoForces>) {
+    P Q[n];
+    forces(q, qdot, Q);
+    unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
+  }
+  typename P::Mask good = solved_in_place<n>(M, r, threshold, L.h_mask);
   P zero = 0.0;
   unroll<n>([&](auto i) __attribute__((always_inline)) {
     zero += r[i] - r[i];
@@ -75,10 +78,21 @@ template <int n, int lanes, class E>
 }
 
 // The same by derived formulas.
-template <int n, int lanes, class E>
-[[gnu::noinline, gnu::flatten]] inline PackMask<lanes> closed_form_accelerations(const E& e, const Pack<lanes>* q, const Pack<lanes>* qdot,
-                                                                                 const Pack<lanes>& t, Pack<lanes>* qddot) {
-  return e.template accelerations_in_closed_form<Pack<lanes>>(q, qdot, t, qddot);
+template <int n, class E, class P, class Forces>
+[[gnu::noinline, gnu::flatten]] inline typename P::Mask closed_form_accelerations(const E& e, const P* q, const P* qdot, const P& t, const Forces& forces, P* qddot) {
+  return e.accelerations_in_closed_form(q, qdot, t, qddot, forces);
+}
+
+// By one or the other; lanes that are not `good` hold anything.
+template <int n, class E, class P, class Forces>
+typename P::Mask register_accelerations(const E& e, const P* q, const P* qdot, const P& t, const Forces& forces, P* qddot) {
+  if constexpr (HasClosedForm<E>) {
+    if (!e.has_closed_form()) return false;
+    return closed_form_accelerations<n>(e, q, qdot, t, forces, qddot);
+  } else {
+    const auto line = straight_line_accelerations<n>(e, q, qdot, t, singular_pivot<double>(n), forces, qddot);
+    return line.good & typename P::Mask(line.is_straight);
+  }
 }
 
 // Largest n that goes in packs: there are fewer registers for wide numbers, and compile time grows with n⁴ or so.
@@ -90,20 +104,15 @@ inline constexpr bool goes_in_packs = straight_line_pays && Sys::inertia == Iner
                                       Sys::dof_at_compile_time >= 1 && Sys::dof_at_compile_time <= pack_limit;
 
 // q̈ of all lanes, a register at a time; lanes that are not `good` hold anything.
-template <class E, int n, Inertia I, int lanes>
-PackMask<lanes> unchecked_accelerations(const System<E, n, I>& system, const Pack<lanes>* q, const Pack<lanes>* qdot,
-                                        const Pack<lanes>& t, Pack<lanes>* qddot) {
+template <class E, int n, Inertia I, class P>
+typename P::Mask unchecked_accelerations(const System<E, n, I>& system, const P* q, const P* qdot, const P& t, P* qddot) {
   if constexpr (!goes_in_packs<System<E, n, I>>) {
     for (int i = 0; i < n; ++i) qddot[i] = 0.0;
     return false;
-  } else if constexpr (Pack<lanes>::is_register && HasClosedForm<E>) {
-    if (!system.energies().has_closed_form()) return false;
-    return closed_form_accelerations<n, lanes>(system.energies(), q, qdot, t, qddot);
-  } else if constexpr (Pack<lanes>::is_register) {
-    const auto line = straight_line_accelerations<n, lanes>(system.energies(), q, qdot, t, singular_pivot<double>(n), qddot);
-    return line.good & PackMask<lanes>(line.is_straight);
+  } else if constexpr (P::is_register) {
+    return register_accelerations<n>(system.energies(), q, qdot, t, NoForces(), qddot);
   } else {
-    using Half = Pack<lanes / 2>;
+    using Half = typename P::Half;
     Half x[2][n], v[2][n], a[2][n];
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       x[0][i] = q[i].low;
@@ -111,9 +120,8 @@ PackMask<lanes> unchecked_accelerations(const System<E, n, I>& system, const Pac
       v[0][i] = qdot[i].low;
       v[1][i] = qdot[i].high;
     });
-    const PackMask<lanes> good(unchecked_accelerations(system, x[0], v[0], t.low, a[0]),
-                               unchecked_accelerations(system, x[1], v[1], t.high, a[1]));
-    unroll<n>([&](auto i) __attribute__((always_inline)) { qddot[i] = Pack<lanes>(a[0][i], a[1][i]); });
+    const typename P::Mask good(unchecked_accelerations(system, x[0], v[0], t.low, a[0]), unchecked_accelerations(system, x[1], v[1], t.high, a[1]));
+    unroll<n>([&](auto i) __attribute__((always_inline)) { qddot[i] = P(a[0][i], a[1][i]); });
     return good;
   }
 }

@@ -216,9 +216,9 @@ class WrittenOut {
     return true;
   }
   /// Of packs: a mask. has_closed_form() is asked before.
-  template <class Number>
-  [[gnu::always_inline]] auto accelerations_in_closed_form(const Number* q, const Number* qdot, const Number& t, Number* qddot) const {
-    return detail::closed_form_of_acceleration<n, ClosedForm>(coefficients_.data(), q, qdot, t, detail::NoForces{}, qddot);
+  template <class Number, class Forces = detail::NoForces>
+  [[gnu::always_inline]] auto accelerations_in_closed_form(const Number* q, const Number* qdot, const Number& t, Number* qddot, const Forces& forces = {}) const {
+    return detail::closed_form_of_acceleration<n, ClosedForm>(coefficients_.data(), q, qdot, t, forces, qddot);
   }
 
   /// T as a list of operations, or as it was given where that is faster or the only way.

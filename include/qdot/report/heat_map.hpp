@@ -48,7 +48,10 @@ for (const figure of document.querySelectorAll('.heatmap')) {
   let view = [0, 0, nx, ny], drag = null;
   const style = getComputedStyle(document.documentElement), left = 88, bottom = 42, right = 12, top = 8;
   const text = x => Number(x.toPrecision(4)).toString();
-  const position = (list, i) => { const k = Math.min(list.length - 1, Math.max(0, Math.round(i))); return list[k]; };
+  const ticks = (first, count) => {  // up to five cells in view, and how far along it their centres are
+    const low = Math.ceil(first - 0.5), high = Math.floor(first + count - 0.5), marks = Math.min(5, high - low + 1);
+    return Array.from({ length: marks }, (_, k) => low + Math.round(k * (high - low) / Math.max(1, marks - 1))).map(i => [i, (i + 0.5 - first) / count]);
+  };
   const draw = () => {
     const ratio = window.devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
     canvas.width = w * ratio; canvas.height = h * ratio; pen.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -57,10 +60,10 @@ for (const figure of document.querySelectorAll('.heatmap')) {
     pen.drawImage(grid, view[0], view[1], view[2], view[3], left, top, w - left - right, h - top - bottom);
     pen.fillStyle = style.getPropertyValue('--muted'); pen.font = "12.5px system-ui,'DejaVu Sans',sans-serif";
     pen.textAlign = 'center';
-    for (let k = 0; k <= 4; ++k) pen.fillText(text(position(d.x, view[0] + view[2] * k / 4 - 0.5)), left + (w - left - right) * k / 4 - (k === 4 ? 10 : 0), h - bottom + 16);
+    for (const [i, at] of ticks(view[0], view[2])) pen.fillText(text(d.x[i]), left + (w - left - right) * at, h - bottom + 16);
     pen.fillText(d.x_label, left + (w - left - right) / 2, h - 6);
     pen.textAlign = 'right';
-    for (let k = 0; k <= 4; ++k) pen.fillText(text(position(d.y, ny - 0.5 - view[1] - view[3] * (1 - k / 4))), left - 6, h - bottom - (h - top - bottom) * k / 4 + (k === 4 ? 10 : 0));
+    for (const [i, at] of ticks(view[1], view[3])) pen.fillText(text(d.y[ny - 1 - i]), left - 6, top + (h - top - bottom) * at + 4);
     pen.save(); pen.translate(12, top + (h - top - bottom) / 2); pen.rotate(-Math.PI / 2); pen.textAlign = 'center'; pen.fillText(d.y_label, 0, 0); pen.restore();
   };
   const cell = e => {

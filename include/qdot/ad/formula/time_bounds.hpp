@@ -170,6 +170,11 @@ class TimeBounds {
     return std::all_of(ends_.begin(), ends_.end(), [&](const End& end) { return std::isfinite(items_[index(end.item)].value.width()); });
   }
 
+  /// Forgets the sizes that measure() has found.
+  void forget() {
+    for (End& end : ends_) end.size = std::numeric_limits<double>::min();
+  }
+
   /// Finds the sizes beside which all is judged: what is attained between a and b, within a factor of four or in 64 trials.
   void measure(double a, double b, std::span<const double> y) {
     const std::vector<double> at_rest(y.size(), 0.0);

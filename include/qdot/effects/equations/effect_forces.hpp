@@ -7,6 +7,7 @@
 // (effects/equations/energy_terms.hpp). But their forces can be found without the system's T and V: then the system keeps the equations that it has
 // derived, and a spring-damper looks for its length once.
 
+#include <tuple>
 #include <type_traits>
 
 #include "qdot/ad/derivatives.hpp"
@@ -18,12 +19,13 @@ namespace qdot {
 namespace detail {
 
 // −∂V/∂q of an effect's potential.
-template <class E, int n>
-[[gnu::flatten]] Vector<double, n> force_of_potential(const E& e, const Vector<double, n>& q, double t) {
-  if constexpr (moves_by_jets<double, n>) {
-    Vector<double, n> Q = Vector<double, n>::Zero();
+template <class E, class S, int n>
+[[gnu::flatten]] Vector<S, n> force_of_potential(const E& e, const Vector<S, n>& q, const S& t) {
+  if constexpr (moves_by_jets<S, n>) {
+    Vector<S, n> Q = Vector<S, n>::Zero();
     ComponentMask present = 0;
-    add_gradient(Q, present, -1.0, PositionJet<n>(e.potential_term(MovingCoordinates<n>(q, q, t).q, PositionJet<n>(t))));
+    using Number = Moving<S, n>;
+    add_gradient(Q, present, -1.0, Number(e.potential_term(MovingCoordinates<S, n>(q, q, t).q, Number(t))));
     return Q;
   } else {
     return -gradient(marked<SlopeOfEffect>([&](const auto& x) {
@@ -50,13 +52,12 @@ enum class ForceSum { plain, by_duals, with_potentials, unknown_slopes };
 template <class E>
 concept KnowsSlopes = requires(const E& e, double (*rows)[2]) { e.add_slopes(rows); };
 
-template <ForceSum way, class Sys, class... Effects, class S, int n>
-Vector<S, n> summed_forces(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
-                           const Vector<S, Scene<Sys, Effects...>::states_at_compile_time>& z, const S& t) {
+// Effects are asked what their `Roles` say: their own types, or those of the same effects with plain numbers for packs of parameters.
+template <ForceSum way, class... Roles, class Effects, class S, int n>
+Vector<S, n> sum_over(const Effects& effects, const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, total<states_of<Roles>()...>()>& z, const S& t) {
   Vector<S, n> sum = Vector<S, n>::Zero(q.size());
   Eigen::Index first = 0;
-  for_each(scene.effects(), [&](const auto& e) {
-    using E = std::remove_cvref_t<decltype(e)>;
+  const auto add = [&]<class E>(const auto& e, std::type_identity<E>) {
     if constexpr (way == ForceSum::unknown_slopes && KnowsSlopes<E>) {
       return;
     } else if constexpr (StateEffect<E>) {
@@ -76,8 +77,14 @@ Vector<S, n> summed_forces(const Scene<Sys, Effects...>& scene, const Vector<S, 
       add_entries(sum, e.force(q, qdot, t));
     }
     if constexpr (way == ForceSum::with_potentials && PotentialEffect<E, n>) add_entries(sum, force_of_potential(e, q, t));
-  });
+  };
+  std::apply([&](const auto&... e) { (add(e, std::type_identity<Roles>()), ...); }, effects);
   return sum;
+}
+template <ForceSum way, class Sys, class... Effects, class S, int n>
+Vector<S, n> summed_forces(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
+                           const Vector<S, Scene<Sys, Effects...>::states_at_compile_time>& z, const S& t) {
+  return sum_over<way, Effects...>(scene.effects(), q, qdot, z, t);
 }
 
 // Duals know that a constant has no derivative, however steep the root of it is.
@@ -101,7 +108,7 @@ const auto& energies_without_potentials(const Sc& scene) {
 template <class Sys, class... Effects, class S, int n>
 Vector<S, n> effect_forces(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
                            const Vector<S, Scene<Sys, Effects...>::states_at_compile_time>& z, const S& t) {
-  if constexpr (detail::moves_by_jets<S, n>) {
+  if constexpr (std::is_same_v<S, double> && detail::moves_by_jets<S, n>) {
     const Vector<S, n> Q = detail::summed_forces<detail::ForceSum::plain>(scene, q, qdot, z, t);
     return detail::all_finite(Q) ? Q : detail::forces_by_duals(scene, q, qdot, z, t);
   } else {

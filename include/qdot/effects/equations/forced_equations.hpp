@@ -25,6 +25,10 @@ inline constexpr bool has_forced_equations =
     straight_line_pays && (Sc::has_forces || Sc::adds_potentials_only) && Sc::SystemType::inertia == Inertia::positive_definite &&
     Sc::dof_at_compile_time >= 1 && (Sc::dof_at_compile_time <= straight_line_limit || HasClosedForm<EnergiesWithoutPotentials<Sc>>);
 
+// What is to be added to these: no potential twice.
+template <class Sc>
+inline constexpr ForceSum sum_beside_energies = Sc::adds_potentials_only ? ForceSum::with_potentials : ForceSum::plain;
+
 // Σ (Q − ∂V/∂q) at a state, copied entry by entry, so that the compiler sees what it has of it already.
 template <class Sc>
 [[gnu::flatten]] inline Vector<double, Sc::dof_at_compile_time> forces_at(const Sc& scene, const EffectStates<Sc>& z, const AtState& at) {
@@ -34,7 +38,7 @@ template <class Sc>
     q[i] = at.q[i];
     qdot[i] = at.qdot[i];
   });
-  return summed_forces<ForceSum::with_potentials>(scene, q, qdot, z, at.t);
+  return summed_forces<sum_beside_energies<Sc>>(scene, q, qdot, z, at.t);
 }
 
 // A use of M and r: q̈ of a scene.

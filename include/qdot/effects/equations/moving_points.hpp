@@ -7,11 +7,12 @@
 // (ad/places/position_jet.hpp) carry all of it, and in straight-line code none of it that is zero: a damper between two of eight links costs two
 // columns, and its sines are those of the system's own equations when both are compiled together (effects/equations/forced_equations.hpp).
 //
-// Of plain numbers only, up to eight coordinates, and where the optimizer is on. For all others, and as what this is tested against, there are
-// derivatives.hpp and velocity.hpp.
+// Of plain numbers and packs of them, up to eight coordinates, and where the optimizer is on. For all others, and as what this is tested against, there
+// are derivatives.hpp and velocity.hpp.
 
 #include <type_traits>
 
+#include "qdot/ad/lagrange/pack_euler_lagrange.hpp"
 #include "qdot/ad/places/position_jet.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
@@ -23,16 +24,37 @@ struct SlopeOfEffect {};  // the tag of the perturbations by which generalized f
 
 // Which scalars and numbers of coordinates go this way.
 template <class S, int n>
-inline constexpr bool moves_by_jets = std::is_same_v<S, double> && straight_line_pays && n >= 1 && n <= straight_line_limit;
+inline constexpr bool moves_by_jets = (std::is_same_v<S, double> || is_pack<S>) && straight_line_pays && n >= 1 && n <= straight_line_limit;
+
+// The number that knows how it moves. Of packs it is the scalar of Lagrange's equations, whose variation is ∂/∂q for what takes no velocity.
+template <class S, int n>
+struct MovingNumber {
+  using type = EulerLagrange<n, S>;
+};
+template <int n>
+struct MovingNumber<double, n> {
+  using type = PositionJet<n>;
+};
+template <class S, int n>
+using Moving = typename MovingNumber<S, n>::type;
+
+template <int n>
+[[gnu::always_inline]] inline ComponentMask slopes_of(const PositionJet<n>& x) { return x.mask; }
+template <int i, int n>
+[[gnu::always_inline]] inline double slope_of(const PositionJet<n>& x) { return x.template J<i>(); }
+template <int n, class S>
+[[gnu::always_inline]] inline ComponentMask slopes_of(const EulerLagrange<n, S>& x) { return x.x_mask; }
+template <int i, int n, class S>
+[[gnu::always_inline]] inline S slope_of(const EulerLagrange<n, S>& x) { return x.template x<i>(); }
 
 // q and t on their way.
-template <int n>
+template <class Number, int n>
 struct MovingCoordinates {
-  using S = PositionJet<n>;
+  using S = Moving<Number, n>;
   Vector<S, n> q;
   S t;
 
-  [[gnu::always_inline]] MovingCoordinates(const Vector<double, n>& at, const Vector<double, n>& qdot, double time) : t(S::time(time)) {
+  [[gnu::always_inline]] MovingCoordinates(const Vector<Number, n>& at, const Vector<Number, n>& qdot, const Number& time) : t(S::time(time)) {
     unroll<n>([&](auto i) __attribute__((always_inline)) { q[i] = S::template coordinate<i>(at[i], qdot[i]); });
   }
 };
@@ -40,18 +62,24 @@ struct MovingCoordinates {
 // A constant has no rate.
 template <int n>
 [[gnu::always_inline]] inline double rate_of(const PositionJet<n>& x) { return x.has_rate ? x.rate : 0.0; }
+template <int n, class S>
+[[gnu::always_inline]] inline S rate_of(const EulerLagrange<n, S>& x) { return x.has_rate ? x.rate : S(0.0); }
 
 // Whether the compiler does not know a number to be zero.
 [[gnu::always_inline]] inline Present may_differ_from_zero(double x) { return __builtin_constant_p(x) && x == 0.0 ? 0U : 1U; }
+template <class S>
+[[gnu::always_inline]] inline Present may_differ_from_zero(const S& x) { return 1U ^ known_equal(x, S(0.0)); }
 
 // Q += F ∂x/∂q. `present` says which entries of Q are more than a zero. What is not finite does not vanish because x does not move.
-template <int n>
-[[gnu::always_inline]] inline void add_gradient(Vector<double, n>& Q, ComponentMask& present, double F, const PositionJet<n>& x) {
+template <class S, int n, class Number>
+[[gnu::always_inline]] inline void add_gradient(Vector<S, n>& Q, ComponentMask& present, const std::type_identity_t<S>& F, const Number& moving) {
+  const Number& x = moving.whole();
+  const ComponentMask mask = slopes_of(x);
   unroll<n>([&](auto i) __attribute__((always_inline)) {
-    Q[i] = sum_of(has(present, i), Q[i], has(x.mask, i), product_if(has(x.mask, i), x.template J<i>(), F));
+    Q[i] = sum_of(has(present, i), Q[i], has(mask, i), product_if(has(mask, i), slope_of<i>(x), F));
   });
-  present |= x.mask;
-  const double zero = x.mask ? 0.0 : F * (x.value - x.value);
+  present |= mask;
+  const S zero = mask ? S(0.0) : S(F * (x.value - x.value));
   Q[0] = sum_of(has(present, 0), Q[0], may_differ_from_zero(zero), zero);
   present |= may_differ_from_zero(zero);
 }

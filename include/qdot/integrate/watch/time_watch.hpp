@@ -202,9 +202,16 @@ class TimeWatch {
     bounds_ = formula::TimeBounds(found.recording.graph, found.t, found.state, found.roots);
     bounded_ = bounds_.is_needed();
     is_complete_ = found.complete;
-    reach_ = horizon_ = landing_ = t;
-    wish_ = std::numeric_limits<double>::infinity();
     formulas_ = std::move(found);
+    begin_another(t);
+  }
+
+  /// Begins another motion with the functors as they were when one was begun.
+  void begin_another(double t) {
+    bounds_.forget();
+    t_seen_ = reach_ = horizon_ = landing_ = t;
+    wish_ = std::numeric_limits<double>::infinity();
+    stale_ = 0;
   }
 
   /// Where a step from (t, y) towards `landing` must end at the latest.

@@ -122,10 +122,15 @@ class Watchdog {
   }
 
   /// Begins at a state: the start, or behind a stop time or a change of the state, from where h is compared anew.
-  void begin(double t, const Eigen::VectorXd& y, long steps) {
+  ///
+  /// @param another  motion of the same functors, which are believed to be as they were
+  void begin(double t, const Eigen::VectorXd& y, long steps, [[maybe_unused]] bool another = false) {
     changes_.begin(t, y);
     reference_.reset();
-    if constexpr (TimeWatch<F>::watches) clock_.begin(t);
+    if constexpr (TimeWatch<F>::watches) {
+      if (another) clock_.begin_another(t);
+      else clock_.begin(t);
+    }
     if constexpr (looks_at_energy) wait_ = shortest_wait();
     steps_since_ = 0;
     t_before_ = t;

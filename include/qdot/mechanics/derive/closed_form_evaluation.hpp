@@ -199,8 +199,6 @@ template <int n, class Number>
   }
 }
 
-struct NoForces {};
-
 /// q̈ of the form `Form::form` into `qddot`; what is false then is not an acceleration. Of packs a mask.
 ///
 /// @param c  the coefficients, Form::form.size.coefficients numbers

@@ -43,6 +43,9 @@ inline constexpr bool straight_line_pays = true;
 inline constexpr bool straight_line_pays = true;
 #endif
 
+// Stands for applied forces where there are none.
+struct NoForces {};
+
 // Index of M(i, j), i ≥ j, in the packed lower triangle.
 constexpr int triangle_index(int i, int j) { return i * (i + 1) / 2 + j; }
 

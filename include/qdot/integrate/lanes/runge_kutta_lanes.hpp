@@ -16,6 +16,8 @@
 //
 // What lanes cannot do together they leave to the caller, lane by lane: a lane in which M is singular or something is not finite *leaves*, in the
 // state from before the step, and so does one in which the caller sees something on the step that asks for more, such as an event.
+//
+// Where time enters the equations, the caller says how far the next step of a lane may go (integrate/watch/time_watch.hpp): head_for() after each that was taken.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -24,79 +26,114 @@
 #include <limits>
 #include <utility>
 
+#include "qdot/error.hpp"
+#include "qdot/integrate/lanes/lane_events.hpp"
 #include "qdot/integrate/options.hpp"
+#include "qdot/integrate/steps/first_step.hpp"
 #include "qdot/integrate/steps/runge_kutta_coefficients.hpp"
 #include "qdot/integrate/steps/runge_kutta_sums.hpp"
-#include "qdot/mechanics/ensemble.hpp"
 
 namespace qdot::detail {
 
-template <class C, int n, int lanes>
-class LaneSteps {
-  using P = Pack<lanes>;
-  using Mask = PackMask<lanes>;
+// Dop853 or Dopri5 for n coordinates in the lanes of packs P; `timed` where the equations depend on t.
+template <class C, int n, class P, bool timed>
+class RungeKuttaLanes {
+  static constexpr int lanes = P::size;
+  using Mask = typename P::Mask;
   static constexpr int N = 2 * n;
 
  public:
-  explicit LaneSteps(const Options& options) : rtol_(options.rtol), max_step_(options.max_step), share_(options.rtol < 1e-14 ? 64.0 : 1.0) {
+  explicit RungeKuttaLanes(const Options& options) : rtol_(options.rtol), max_step_(options.max_step), initial_step_(options.initial_step), share_(options.rtol < 1e-14 ? 64.0 : 1.0) {
     for (int i = 0; i < N; ++i) {
       atol_[i] = options.atol[i];
       y_[i] = y_new_[i] = lost_[i] = lost_new_[i] = 0.0;
+      f_[i] = 0.0;
       for (auto& row : k_) row[i] = 0.0;
     }
-    origin_ = length_ = elapsed_ = h_ = 0.0;
+    origin_ = length_ = limit_ = elapsed_ = h_ = t_limit_ = t_last_ = 0.0;
     error_before_ = 1e-4;
     active_ = rejected_ = false;
   }
 
-  // Gives a lane a motion: y and ẏ at t0, the way to go with its sign, and the first step with it.
-  void load(int lane, double t0, double way, double h, const double* y, const double* ydot) {
-    set(origin_, lane, t0);
-    set(length_, lane, way);
-    set(elapsed_, lane, 0.0);
-    set(h_, lane, h);
-    set(error_before_, lane, 1e-4);
+  // Gives a lane a motion: y and its rate f at t0, the way to go with its sign, and how far the first step may go.
+  template <class Form>
+  void load(int lane, const Form& form, double t0, double way, double limit, const Eigen::VectorXd& y, const Eigen::VectorXd& f) {
+    const double room = limit - t0;
+    set_lane(origin_, lane, t0);
+    set_lane(length_, lane, way);
+    set_lane(elapsed_, lane, 0.0);
+    head_for(lane, limit);
+    set_lane(h_, lane, std::copysign(first_step(form, t0, room, y, f), way));
+    set_lane(error_before_, lane, 1e-4);
     for (int i = 0; i < N; ++i) {
-      set(y_[i], lane, y[i]);
-      set(lost_[i], lane, 0.0);
-      set(k_[0][i], lane, ydot[i]);
+      set_lane(y_[i], lane, y[i]);
+      set_lane(lost_[i], lane, 0.0);
+      set_lane(k_[0][i], lane, f[i]);
     }
-    put(active_, lane, true);
-    put(rejected_, lane, false);
-    steps_[lane] = evaluations_[lane] = 0;
+    set_lane(active_, lane, true);
+    set_lane(rejected_, lane, false);
+    steps_[lane] = 0;
+    evaluations_[lane] = initial_step_ > 0.0 ? 1 : 2;
+  }
+
+  // Lets the next step of a lane go no further than to this time.
+  void head_for(int lane, double t_limit) {
+    const double origin = origin_[lane];
+    set_lane(limit_, lane, t_limit - origin);
+    set_lane(t_limit_, lane, t_limit);
+    set_lane(t_last_, lane, std::nextafter(t_limit, origin));
   }
 
   void unload(int lane) {
-    set(length_, lane, 0.0);
-    set(elapsed_, lane, 0.0);
-    set(h_, lane, 0.0);
-    put(active_, lane, false);
+    set_lane(length_, lane, 0.0);
+    set_lane(limit_, lane, 0.0);
+    set_lane(elapsed_, lane, 0.0);
+    set_lane(h_, lane, 0.0);
+    set_lane(active_, lane, false);
   }
 
   bool is_active(int lane) const { return active_[lane]; }
+  const Mask& active() const { return active_; }
   long steps(int lane) const { return steps_[lane]; }
   long evaluations(int lane) const { return evaluations_[lane]; }
-  double t(int lane) const { return origin_[lane] + elapsed_[lane]; }
+  double t(int lane) const { return timed && elapsed_[lane] == limit_[lane] ? t_limit_[lane] : origin_[lane] + elapsed_[lane]; }
   double y(int i, int lane) const { return y_[i][lane]; }
 
-  // The step that was just made and is not taken yet, for who looks at it: both ends, and lanes in which it was accepted.
-  const P* before() const { return y_; }
-  const P* after() const { return y_new_; }
-  const P* rate_before() const { return k_[0]; }
-  const P* rate_after() const { return f_; }
-  P h() const { return taken_; }
-  P t_before() const { return origin_ + elapsed_; }
+  // The step that was just made and is not taken yet, for who looks at it: at both ends q, q̇ and q̈ are known. Through these there is one polynomial of
+  // order 5, within h⁶ of the motion.
+  static constexpr int parts = 4;
+  StepPlaces<n, P, parts> places() const {
+    StepPlaces<n, P, parts> found;
+    const P h = taken_;
+    for (int k = 0; k <= parts; ++k) found.t[k] = origin_ + elapsed_ + (static_cast<double>(k) / parts) * h;
+    for (int i = 0; i < n; ++i) {  // q₀ + v₀ s + a₀ s² + c₃ s³ + c₄ s⁴ + c₅ s⁵
+      const P q0 = y_[i], q1 = y_new_[i], v0 = h * y_[n + i], v1 = h * y_new_[n + i];
+      const P a0 = 0.5 * h * h * k_[0][n + i], a1 = 0.5 * h * h * f_[n + i];
+      const P d = q1 - q0 - v0 - a0, e = v1 - v0 - 2.0 * a0, f = a1 - a0;
+      const P c3 = 10.0 * d - 4.0 * e + f, c4 = -15.0 * d + 7.0 * e - 2.0 * f, c5 = 6.0 * d - 3.0 * e + f;
+      found.q[0][i] = q0;
+      found.qdot[0][i] = y_[n + i];
+      for (int k = 1; k < parts; ++k) {
+        const double s = static_cast<double>(k) / parts;
+        found.q[k][i] = q0 + s * (v0 + s * (a0 + s * (c3 + s * (c4 + s * c5))));
+        found.qdot[k][i] = (v0 + s * (2.0 * a0 + s * (3.0 * c3 + s * (4.0 * c4 + s * (5.0 * c5))))) / h;
+      }
+      found.q[parts][i] = q1;
+      found.qdot[parts][i] = y_new_[n + i];
+    }
+    return found;
+  }
 
   // One attempt in every lane. accelerations(q, q̇, t, q̈) → mask of good lanes; seen() → mask of lanes that the caller wants to leave.
   // Returns which lanes have something to tell: they arrived, or leave.
   template <class Accelerations, class Seen>
   Mask step(const Accelerations& accelerations, const Seen& seen) {
-    const P distance = length_ - elapsed_;
+    const P distance = limit_ - elapsed_;
     const Mask lands = abs(h_) * (1 + 1e-3) >= abs(distance);
     P end = elapsed_ + h_;
     const P on_the_clock = (origin_ + end) - origin_;
     end = select(abs(on_the_clock - end) <= 1e-3 * abs(h_), on_the_clock, end);
-    end = select(lands, length_, end);
+    end = select(lands, limit_, end);
     taken_ = end - elapsed_;
     const Mask good = attempted(accelerations);
     const P error = weighted_error();
@@ -123,32 +160,24 @@ class LaneSteps {
       k_[0][i] = select(takes, f_[i], k_[0][i]);
     }
     arrived_ = takes & (elapsed_ == length_);
+    took_ = takes;
     return arrived_ | leaves_;
   }
 
   // Gives up the attempt in which something was thrown: every lane that moves leaves.
   Mask abandoned() {
-    arrived_ = seen_ = false;
+    arrived_ = seen_ = took_ = false;
     return leaves_ = active_;
   }
 
   bool has_arrived(int lane) const { return arrived_[lane]; }
+  bool took(int lane) const { return took_[lane]; }
   bool was_seen(int lane) const { return seen_[lane]; }
   double last_step(int lane) const { return taken_[lane]; }
 
  private:
   static constexpr double beta = 0.2 / C::order;
   static constexpr double exponent = 1.0 / C::order - 0.75 * beta;
-
-  static void set(P& pack, int lane, double x) {
-    double all[lanes];
-    pack.store(all);
-    all[lane] = x;
-    pack = P::load(all);
-  }
-  static void put(Mask& mask, int lane, bool truth) {
-    mask = P::of([&](int l) { return (l == lane ? truth : mask[l]) ? 1.0 : 0.0; }) > 0.5;
-  }
 
   // Σ wⱼ (kⱼ − k₁) of component i over the first `count` stages after k₁.
   template <class Row, int count>
@@ -160,10 +189,33 @@ class LaneSteps {
     return sum;
   }
 
+  template <class Form>
+  double first_step(const Form& form, double t0, double room, const Eigen::VectorXd& y, const Eigen::VectorXd& f) const {
+    if (initial_step_ > 0.0) return std::min(initial_step_, std::abs(room));
+    Eigen::VectorXd later(N);
+    const auto weight = [&](Eigen::Index i) { return atol_[i] + rtol_ * std::abs(y[i]); };
+    return detail::first_step(C::order, N, y.data(), f.data(), weight, std::min(max_step_, std::abs(room)), [&](double h) -> const double* {
+      h = std::copysign(h, room);
+      try {
+        form.derivative(t0 + h, y + h * f, later);
+        return later.data();
+      } catch (const Error&) {
+        return nullptr;
+      }
+    });
+  }
+
+  // t for functors, on this side of the limit (integrate/moment.hpp).
+  P shown(const P& elapsed) const {
+    if constexpr (!timed) return origin_ + elapsed;
+    const P t = origin_ + select(length_ > 0.0, min(elapsed, limit_), max(elapsed, limit_));
+    return select(t == t_limit_, t_last_, t);
+  }
+
   template <class A>
   Mask evaluated(const A& accelerations, const P& elapsed, const P* y, P* f) {
     for (int i = 0; i < n; ++i) f[i] = y[n + i];
-    return accelerations(y, y + n, origin_ + elapsed, f + n);
+    return accelerations(y, y + n, shown(elapsed), f + n);
   }
 
   template <int row, class A>
@@ -226,7 +278,7 @@ class LaneSteps {
   }
 
   P least_step() const {
-    return 16 * std::numeric_limits<double>::epsilon() * max(abs(elapsed_), min(abs(origin_ + elapsed_), abs(length_ - elapsed_)));
+    return 16 * std::numeric_limits<double>::epsilon() * max(abs(elapsed_), min(abs(origin_ + elapsed_), abs(limit_ - elapsed_)));
   }
 
   void count(const Mask& takes) {
@@ -237,10 +289,11 @@ class LaneSteps {
     }
   }
 
-  double rtol_, max_step_, share_;
+  double rtol_, max_step_, initial_step_, share_;
   double atol_[N];
   P origin_, length_, elapsed_, h_, error_before_, taken_;
-  Mask active_, rejected_, leaves_, arrived_, seen_;
+  P limit_, t_limit_, t_last_;  // of the next step
+  Mask active_, rejected_, leaves_, arrived_, seen_, took_;
   P y_[N], y_new_[N], lost_[N], lost_new_[N], stage_[N], f_[N];
   P k_[C::stages][N];  // k₁; less k₁: k₂ … k_s
   long steps_[lanes] = {}, evaluations_[lanes] = {};

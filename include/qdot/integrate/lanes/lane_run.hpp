@@ -1,0 +1,224 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Motions that go in the lanes of a pack, from their starts to their ends.
+//
+// LaneRun fills the lanes, lets them step (integrate/lanes/runge_kutta_lanes.hpp), and takes out what has arrived or needs a closer look; that goes on
+// alone, by simulate().
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <exception>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/integrate/lanes/lane_models.hpp"
+#include "qdot/integrate/lanes/runge_kutta_lanes.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/simulate_many.hpp"
+#include "qdot/integrate/watch/watch.hpp"
+
+namespace qdot {
+
+template <int n>
+struct MotionEnd;
+
+namespace detail {
+
+// A motion by simulate().
+template <class Sys, int n, class Method, class... Events>
+MotionEnd<n> motion_alone(const Sys& system, const State<n>& start, double t_end, const Method& method, const Options& options, const EventList<Events...>& events) {
+  auto run = simulate(system, start, t_end, method, options, NoObserver{}, events);
+  const Eigen::Index dof = start.q.size();
+  MotionEnd<n> end{{run.t, run.y.head(dof), run.y.segment(dof, dof)}, run.outcome, {}, {}, run.statistics.steps, run.statistics.evaluations};
+  if (!run.completed()) end.message = std::move(run.message);
+  if (run.outcome == Outcome::stopped_by_event && !run.events.empty()) end.event = run.events.back().name;
+  return end;
+}
+
+// What a form was made of.
+template <class Form>
+const auto& model_of(const Form& form) {
+  if constexpr (requires { form.scene(); }) return form.scene();
+  else return form.system();
+}
+
+// Motions first … last − 1 of what goes in lanes.
+template <class Systems, class StartOf, class P, class... Events>
+class LaneRun {
+  using Form = std::remove_cvref_t<decltype(first_order_form(std::declval<const typename Systems::System&>()))>;
+  static constexpr int n = Systems::n, lanes = P::size;
+  static constexpr bool timed = TimeWatch<Form>::watches;
+  using Mask = typename P::Mask;
+  using Ends = std::vector<Kept<MotionEnd<n>>>;
+
+ public:
+  LaneRun(const Systems& systems, const StartOf& start_of, double t_end, const Options& options, const EventList<Events...>& events)
+      : systems_(systems), start_of_(start_of), t_end_(t_end), options_(options), events_(events), equations_(systems.equations()), pack_(options) {}
+
+  Ends run(std::size_t first, std::size_t last) {
+    first_ = next_ = first;
+    last_ = last;
+    Ends ends(last - first);
+    ends_ = &ends;
+    for (int lane = 0; lane < lanes; ++lane) load(lane);
+    const auto accelerations = [&](const P* q, const P* qdot, const P& t, P* qddot) { return equations_.accelerations(q, qdot, t, qddot, pack_.active()); };
+    while (moving_ > 0) {
+      Mask told;
+      try {
+        told = pack_.step(accelerations, [&] { return passing(); });
+      } catch (...) {  // by T, V, an effect or an event for some lane, which will do so again alone
+        told = pack_.abandoned();
+      }
+      for (int lane = 0; lane < lanes; ++lane) {
+        if (told[lane] || (pack_.is_active(lane) && is_over_budget(lane))) finish(lane);
+        else if (timed && pack_.took(lane)) look_ahead(lane);
+      }
+    }
+    return ends;
+  }
+
+ private:
+  struct Lane {
+    std::size_t motion = 0;
+    State<n> start;
+    std::optional<Form> form;
+    std::optional<Watchdog<Form>> dog;
+    bool has_begun = false;  // one of this form
+  };
+
+  Kept<MotionEnd<n>>& kept(std::size_t motion) { return (*ends_)[motion - first_]; }
+
+  // Lanes that pass an event with the step that was just made.
+  Mask passing() const {
+    if constexpr (sizeof...(Events) == 0) {
+      return false;
+    } else {
+      const auto step = pack_.places();
+      try {
+        return lanes_that_pass(step, events_);
+      } catch (const LanesPart&) {
+        Mask passed = false;
+        for (int lane = 0; lane < lanes; ++lane)
+          if (pack_.is_active(lane)) set_lane(passed, lane, lanes_that_pass(step.of_lane(lane), events_)[lane]);
+        return passed;
+      }
+    }
+  }
+
+  // The next motion that can be begun into a lane.
+  void load(int lane) {
+    while (next_ < last_)
+      if (begin(lane, next_++)) return void(++moving_);
+    pack_.unload(lane);
+  }
+
+  // False where the motion is done already, or cannot be begun.
+  bool begin(int lane, std::size_t motion) {
+    Lane& l = lanes_[lane];
+    try {
+      l.motion = motion;
+      l.start = start_of_(motion);
+      if (!Systems::is_common || !l.form) {
+        l.dog.reset();
+        l.has_begun = false;
+        l.form.emplace(systems_.of(motion));
+      }
+      if (is_ordinary(l.start) && begin_at(lane, l)) return true;
+      kept(motion).value = alone(l, l.start, options_);
+    } catch (...) {
+      kept(motion).error = std::current_exception();
+    }
+    return false;
+  }
+
+  // False where there is something about the start that simulate() has a word for.
+  bool begin_at(int lane, Lane& l) {
+    try {
+      if (!l.dog) l.dog.emplace(*l.form, options_);
+      Eigen::VectorXd y(2 * n), f(2 * n);
+      y << l.start.q, l.start.qdot;
+      const double t = l.start.t;
+      l.form->derivative(t, y, f);
+      l.dog->begin(t, y, 0, std::exchange(l.has_begun, true));
+      if (!f.allFinite() || l.dog->look_at_values_and_mass(t, y)) return false;
+      pack_.load(lane, *l.form, t, t_end_ - t, l.dog->reach(t, y, t_end_), y, f);
+      equations_.take(lane, l.motion);
+      return true;
+    } catch (...) {
+      return false;
+    }
+  }
+
+  // How far the next step may go.
+  void look_ahead(int lane) { pack_.head_for(lane, lanes_[lane].dog->reach(pack_.t(lane), state_of(lane), t_end_)); }
+
+  bool is_ordinary(const State<n>& s) const { return std::isfinite(s.t) && s.q.allFinite() && s.qdot.allFinite() && s.t != t_end_; }
+
+  bool is_over_budget(int lane) const {
+    return pack_.steps(lane) >= options_.max_steps || pack_.evaluations(lane) >= options_.max_evaluations;
+  }
+
+  Eigen::VectorXd state_of(int lane) const {
+    Eigen::VectorXd y(2 * n);
+    for (int i = 0; i < 2 * n; ++i) y[i] = pack_.y(i, lane);
+    return y;
+  }
+
+  // Takes what a lane came to, and gives it the next motion.
+  void finish(int lane) {
+    Lane& l = lanes_[lane];
+    --moving_;
+    try {
+      const Eigen::VectorXd y = state_of(lane);
+      const State<n> state{pack_.has_arrived(lane) ? t_end_ : pack_.t(lane), y.head(n), y.tail(n)};
+      const long steps = pack_.steps(lane), evaluations = pack_.evaluations(lane);
+      if (pack_.has_arrived(lane)) {
+        if (l.dog->look(t_end_, y, steps, true)) {
+          kept(l.motion).value = alone(l, l.start, options_);
+        } else {
+          kept(l.motion).value = MotionEnd<n>{state, Outcome::completed, {}, {}, steps, evaluations};
+        }
+      } else if (sizeof...(Events) > 0 && pack_.was_seen(lane)) {
+        Options rest = options_;
+        rest.max_steps = std::max(1L, options_.max_steps - steps);
+        rest.max_evaluations = std::max(1L, options_.max_evaluations - evaluations);
+        rest.initial_step = std::min(std::abs(pack_.last_step(lane)), options_.max_step);
+        MotionEnd<n> end = alone(l, state, rest);
+        end.steps += steps;
+        end.evaluations += evaluations;
+        kept(l.motion).value = std::move(end);
+      } else {
+        kept(l.motion).value = alone(l, l.start, options_);
+      }
+    } catch (...) {
+      kept(l.motion).error = std::current_exception();
+    }
+    load(lane);
+  }
+
+  MotionEnd<n> alone(const Lane& l, const State<n>& start, const Options& options) const {
+    return motion_alone(model_of(*l.form), start, t_end_, Dop853{}, options, events_);
+  }
+
+  const Systems& systems_;
+  const StartOf& start_of_;
+  double t_end_;
+  const Options& options_;
+  const EventList<Events...>& events_;
+  PartingEquations<decltype(std::declval<const Systems&>().equations()), n> equations_;
+  RungeKuttaLanes<Dop853Coefficients, n, P, timed> pack_;
+  std::size_t first_ = 0, next_ = 0, last_ = 0;
+  int moving_ = 0;
+  Ends* ends_ = nullptr;
+  Lane lanes_[lanes];
+};
+
+}  // namespace detail
+}  // namespace qdot
