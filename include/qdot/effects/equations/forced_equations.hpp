@@ -25,18 +25,6 @@ inline constexpr bool has_forced_equations =
     straight_line_pays && (Sc::has_forces || Sc::adds_potentials_only) && Sc::SystemType::inertia == Inertia::positive_definite &&
     Sc::dof_at_compile_time >= 1 && (Sc::dof_at_compile_time <= straight_line_limit || HasClosedForm<EnergiesWithoutPotentials<Sc>>);
 
-// Σ (Q − ∂V/∂q) at a state, copied entry by entry, so that the compiler sees what it has of it already.
-template <class Sc>
-[[gnu::flatten]] inline Vector<double, Sc::dof_at_compile_time> forces_at(const Sc& scene, const EffectStates<Sc>& z, const AtState& at) {
-  constexpr int n = Sc::dof_at_compile_time;
-  Vector<double, n> q, qdot;
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    q[i] = at.q[i];
-    qdot[i] = at.qdot[i];
-  });
-  return summed_forces<ForceSum::with_potentials>(scene, q, qdot, z, at.t);
-}
-
 // A use of M and r: q̈ of a scene.
 template <class Sc>
 struct ForcedTo {
@@ -49,9 +37,13 @@ struct ForcedTo {
 
   // Not always_inline, for the reason that mechanics/equations/straight_line.hpp tells of euler_lagrange_of().
   [[gnu::flatten]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
-    const Vector<double, n> Q = forces_at(scene, z, at);
+    const Vector<double, n> Q = forces_at<ForceSum::with_potentials>(scene, z, at);
     unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
     return free.packed(at, M, r, present);
+  }
+  [[gnu::flatten]] bool turned(const AtState& at, FreeTurn<n>& turn) const {
+    add_forces_at<ForceSum::with_potentials>(scene, z, at, turn);
+    return free.turned(at, turn);
   }
   bool full(const AtState& at, double* M, double* r) const {
     add_forces(at, r);
@@ -65,7 +57,7 @@ struct ForcedTo {
 
  private:
   [[gnu::noinline]] void add_forces(const AtState& at, double* r) const {
-    const Vector<double, n> Q = forces_at(scene, z, at);
+    const Vector<double, n> Q = forces_at<ForceSum::with_potentials>(scene, z, at);
     for (int i = 0; i < n; ++i) r[i] += Q[i];
   }
 };
@@ -77,7 +69,7 @@ bool forced_acceleration(const Sc& scene, const Vector<double, n>& q, const Vect
   const auto& energies = energies_without_potentials(scene);
   if constexpr (HasClosedForm<EnergiesWithoutPotentials<Sc>>) {
     const auto forces = [&](const double* at, const double* velocity, double* Q) {
-      const Vector<double, n> all = forces_at(scene, z, AtState{at, velocity, t});
+      const Vector<double, n> all = forces_at<ForceSum::with_potentials>(scene, z, AtState{at, velocity, t});
       unroll<n>([&](auto i) __attribute__((always_inline)) { Q[i] = all[i]; });
     };
     return energies.acceleration_in_closed_form_with(forces, q.data(), qdot.data(), t, qddot.data());
