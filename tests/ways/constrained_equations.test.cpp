@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The fast ways of scenes against nested duals: the same M, r, J and γ from the functors' definitions, solved as a whole.
-#include "qdot/effects/rows/constrained_equations.hpp"
+#include "qdot/effects/equations/constrained_equations.hpp"
 
 #include <algorithm>
 #include <cmath>

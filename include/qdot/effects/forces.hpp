@@ -234,6 +234,11 @@ struct TorqueOnBody {
   Pose R;    ///< attitude of the body, of q or (q, t), 3×3
   F torque;  ///< the torque
 
+  /// R on numbers that know how they move.
+  template <int n>
+  using Jets = decltype(detail::of_position(std::declval<const Pose&>(), std::declval<const Vector<detail::PositionJet<n>, n>&>(),
+                                            std::declval<const detail::PositionJet<n>&>()));
+
   template <int n>
   static constexpr bool takes_time = detail::functor_takes_time<n, Pose, 1>() || detail::functor_takes_time<n, F, 0>();
 
@@ -242,6 +247,14 @@ struct TorqueOnBody {
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     if constexpr (detail::moves_by_jets<S, n>) return force_by_jets(q, t);
     else return force_by_duals(q, qdot, t);
+  }
+  /// The torque along the body's axes, where R is one of the library's own rotations.
+  template <int n>
+  [[gnu::flatten]] auto torque_along_body(const Vector<double, n>& q, double t) const
+    requires detail::is_known_rotation<Jets<n>>
+  {
+    const detail::MovingCoordinates<double, n> moving(q, q, t);  // at whatever velocity
+    return detail::BodyTorque<n>(detail::of_position(R, moving.q, moving.t), detail::of_time(torque, t).template cast<double>());
   }
   template <class S, int n>
   Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>&, const S& t) const {
@@ -266,6 +279,14 @@ struct TorqueOnBody {
     Vector<S, n> Q = Vector<S, n>::Zero();
     Q[0] = 0.0 * (tau[0] + tau[1] + tau[2]);  // torques that are not finite do not vanish about axes that do not turn
     detail::ComponentMask present = 1;
+    if constexpr (detail::is_known_rotation<std::remove_cvref_t<decltype(rotation)>>) {
+      const detail::BodyTorque<n> along_body(rotation, tau);
+      if (along_body.is_known) return along_body.add_to(Q, present), Q;
+    }
+    return force_by_entries<Number>(rotation, tau, Q, present);
+  }
+  template <class Number, class Rotation, class S, int n>
+  [[gnu::always_inline]] static Vector<S, n> force_by_entries(const Rotation& rotation, const Vector<S, 3>& tau, Vector<S, n>& Q, detail::ComponentMask& present) {
     unroll<3>([&](auto j) __attribute__((always_inline)) {
       unroll<3>([&](auto k) __attribute__((always_inline)) {
         constexpr int row = j, column = k, next = (row + 1) % 3, last = (row + 2) % 3;

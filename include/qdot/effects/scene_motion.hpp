@@ -19,7 +19,7 @@
 
 #include "qdot/effects/equations/effect_forces.hpp"
 #include "qdot/effects/equations/forced_equations.hpp"
-#include "qdot/effects/rows/constrained_equations.hpp"
+#include "qdot/effects/equations/constrained_equations.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/constraint_geometry.hpp"
 #include "qdot/error.hpp"
@@ -120,15 +120,14 @@ auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordin
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: multipliers need a scene with constraints");
   constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
-  Coordinates<Sys> Q;
-  if constexpr (Sc::has_forces) Q = effect_forces(scene, q, qdot, z, t);
+  ConstrainedSolution<n, m> solution;
   if constexpr (detail::has_constrained_equations<Sc>) {
-    ConstrainedSolution<n, m> solution;
-    const detail::ConstrainedTo<Sc> use{scene, z, Q.data(), detail::clearly_independent * cutoff * cutoff, solution};
+    const detail::ConstrainedTo<Sc> use{scene, z, detail::clearly_independent * cutoff * cutoff, solution};
     if (detail::with_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use)) return solution;
   }
+  Coordinates<Sys> Q;
+  if constexpr (Sc::has_forces) Q = effect_forces(scene, q, qdot, z, t);
   if constexpr (detail::may_be_sparse<Sc>) {
-    ConstrainedSolution<n, m> solution;
     if (detail::sparse_solution(scene, q, qdot, t, z, Q, cutoff, solution)) return solution;
   }
   const auto rows = constraint_rows(scene, q, qdot, t, z);
@@ -143,7 +142,7 @@ auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordin
   if constexpr (Sc::has_forces)
     for (Eigen::Index i = 0; i < q.size(); ++i) both.r[i] += Q[i];
   const detail::ConstrainedFactors<n, m> factors(both.M, rows.J, cutoff);
-  auto solution = factors.solution(both.r, rows.gamma, t, detail::SceneNames<Sc>{scene});
+  solution = factors.solution(both.r, rows.gamma, t, detail::SceneNames<Sc>{scene});
   detail::require_finite_acceleration(scene, solution.qddot, q, qdot, t);
   return solution;
 }

@@ -4,7 +4,7 @@
 // M and r of Lagrange's equations M q̈ = r at a state: what everything else is made of.
 //
 //     q̈ = M⁻¹ (r + Q)                     accelerations, with applied forces Q
-//     M q̈ − Jᵀλ = r + Q ,  J q̈ = γ        with constraints (effects/rows/constrained_equations.hpp)
+//     M q̈ − Jᵀλ = r + Q ,  J q̈ = γ        with constraints (effects/equations/constrained_equations.hpp)
 //     M alone                             impacts, projections, momenta
 //
 // There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): what a system knows of itself (positions and masses,
@@ -108,6 +108,17 @@ struct AccelerationTo {
       zero += r[i] - r[i];
       qddot[i] = r[i];
     });
+    return zero == 0.0;
+  }
+  [[gnu::always_inline]] bool turned(const AtState&, FreeTurn<n>& turn) const {
+    const bool by_length = turn.frame.place[3] != 0;
+    if ((by_length && !turn.has_length_inertia) || !(turn.frame.regular > regular_turning)) return false;
+    if constexpr (forced) turn.add(Q);
+    if (!solved_in_place<n>(turn.M, turn.r, threshold, turn.present)) return false;
+    turn.back(turn.r, qddot);
+    if (by_length) turn.add_along(turn.of_length(turn.r), qddot);
+    double zero = 0.0;
+    unroll<n>([&](auto i) __attribute__((always_inline)) { zero += qddot[i] - qddot[i]; });
     return zero == 0.0;
   }
   bool full(const AtState& at, double* M, double* r) const { return packed(at, M, r, ~ComponentMask(0)); }

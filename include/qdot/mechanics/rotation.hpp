@@ -40,6 +40,7 @@
 
 #include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
+#include "qdot/mechanics/equations/known_rotation.hpp"
 #include "qdot/mechanics/velocity.hpp"
 
 namespace qdot {
@@ -114,15 +115,13 @@ Matrix<S, 2> planar_rotation(const S& angle) {
 
 namespace detail {
 
-// A B without a loop, so that straight-line code stays so.
+// C ← A B without a loop, so that straight-line code stays so.
 template <class S>
-Matrix<S, 3> product_of(const Matrix<S, 3>& A, const Matrix<S, 3>& B) {
-  Matrix<S, 3> C;
+void set_to_product(Matrix<S, 3>& C, const Matrix<S, 3>& A, const Matrix<S, 3>& B) {
   unroll<9>([&](auto entry) __attribute__((always_inline)) {
     constexpr int i = entry % 3, j = entry / 3;
     C(i, j) = A(i, 0) * B(0, j) + A(i, 1) * B(1, j) + A(i, 2) * B(2, j);
   });
-  return C;
 }
 
 }  // namespace detail
@@ -130,20 +129,25 @@ Matrix<S, 3> product_of(const Matrix<S, 3>& A, const Matrix<S, 3>& B) {
 /// R = R_i(a) R_j(b) R_k(c): first by a about space axis i, then by b about the turned axis j, then by c
 /// about the twice turned axis k. All twelve sets of Euler angles: euler_rotation<3, 1, 3>(phi, theta, psi).
 template <int i, int j, int k, class S>
-Matrix<S, 3> euler_rotation(const S& a, const S& b, const S& c) {
+auto euler_rotation(const S& a, const S& b, const S& c) {
   static_assert(i != j && j != k, "qdot::euler_rotation: two neighbouring axes must differ, or two angles do the work of one");
-  return detail::product_of(detail::product_of(rotation_about_axis<i>(a), rotation_about_axis<j>(b)), rotation_about_axis<k>(c));
+  Matrix<S, 3> first;
+  detail::set_to_product(first, rotation_about_axis<i>(a), rotation_about_axis<j>(b));
+  detail::RotationBy<detail::EulerTurn<i, j, k>, S> R;
+  detail::set_to_product<S>(R, first, rotation_about_axis<k>(c));
+  detail::remember(R, a, b, c);
+  return R;
 }
 
 /// The lecture's Euler angles 3-1-3: precession φ about z, nutation θ about the line of nodes, spin ψ about the body's z.
 template <class S>
-Matrix<S, 3> euler_rotation_313(const S& phi, const S& theta, const S& psi) {
+auto euler_rotation_313(const S& phi, const S& theta, const S& psi) {
   return euler_rotation<3, 1, 3>(phi, theta, psi);
 }
 
 /// Yaw, pitch, roll, the angles 3-2-1 of vehicles.
 template <class S>
-Matrix<S, 3> euler_rotation_321(const S& yaw, const S& pitch, const S& roll) {
+auto euler_rotation_321(const S& yaw, const S& pitch, const S& roll) {
   return euler_rotation<3, 2, 1>(yaw, pitch, roll);
 }
 
@@ -151,15 +155,18 @@ Matrix<S, 3> euler_rotation_321(const S& yaw, const S& pitch, const S& roll) {
 ///
 /// Homogeneous of degree 0: ṗ along p does not turn the body. p = 0 gives NaN, as 0/0 does.
 template <class P>
-Matrix<typename P::Scalar, 3> rotation_from_quaternion(const Eigen::MatrixBase<P>& p) {
+auto rotation_from_quaternion(const Eigen::MatrixBase<P>& p) {
   using S = typename P::Scalar;
   static_assert(detail::require_real<S>());
   const S w = p[0], x = p[1], y = p[2], z = p[3];
   const S s = 2.0 / (w * w + x * x + y * y + z * z);
-  Matrix<S, 3> R;
-  R(0, 0) = 1.0 - s * (y * y + z * z), R(0, 1) = s * (x * y - w * z), R(0, 2) = s * (x * z + w * y);
-  R(1, 0) = s * (x * y + w * z), R(1, 1) = 1.0 - s * (z * z + x * x), R(1, 2) = s * (y * z - w * x);
-  R(2, 0) = s * (x * z - w * y), R(2, 1) = s * (y * z + w * x), R(2, 2) = 1.0 - s * (x * x + y * y);
+  detail::RotationBy<detail::QuaternionTurn, S> R;
+  detail::remember(R, w, x, y, z);
+  const S sx = s * x, sy = s * y, sz = s * z;
+  const S xx = sx * x, yy = sy * y, zz = sz * z, xy = sx * y, xz = sx * z, yz = sy * z, wx = sx * w, wy = sy * w, wz = sz * w;
+  R(0, 0) = 1.0 - (yy + zz), R(0, 1) = xy - wz, R(0, 2) = xz + wy;
+  R(1, 0) = xy + wz, R(1, 1) = 1.0 - (zz + xx), R(1, 2) = yz - wx;
+  R(2, 0) = xz - wy, R(2, 1) = yz + wx, R(2, 2) = 1.0 - (xx + yy);
   return R;
 }
 
@@ -167,7 +174,7 @@ Matrix<typename P::Scalar, 3> rotation_from_quaternion(const Eigen::MatrixBase<P
 ///
 /// Smooth at v = 0, with all its derivatives: below θ = 1/2 the two factors are power series in θ².
 template <class V>
-Matrix<typename V::Scalar, 3> rotation_from_vector(const Eigen::MatrixBase<V>& v) {
+auto rotation_from_vector(const Eigen::MatrixBase<V>& v) {
   using std::cos;
   using std::sin;
   using std::sqrt;
@@ -175,27 +182,39 @@ Matrix<typename V::Scalar, 3> rotation_from_vector(const Eigen::MatrixBase<V>& v
   static_assert(detail::require_real<S>());
   const S x = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];  // θ²
   S a, b;
-  if (x < 0.25) {
-    // 1 − x/(2·3) (1 − x/(4·5) (1 − …)) and its neighbour; the first term left out is below 1e-21
-    a = S(1);
-    b = S(1);
-    unroll<8>([&](auto from_last) __attribute__((always_inline)) {
-      constexpr int k = 8 - from_last;
-      a = 1.0 - x * a / double(2 * k * (2 * k + 1));
-      b = 1.0 - x * b / double((2 * k + 1) * (2 * k + 2));
-    });
-    b = 0.5 * b;
+  if constexpr (requires { requires std::is_same_v<decltype(S::value), double>; x.chain(1.0, 1.0, 1.0); }) {
+    const detail::CosineLike of(x.value);
+    a = x.chain(of.c[1], of.template slope<1>(), of.template curvature<1>());
+    b = x.chain(of.c[2], of.template slope<2>(), of.template curvature<2>());
+  } else if constexpr (std::is_same_v<S, double>) {
+    const detail::Pair of = detail::sine_and_cosine_quotients(x);
+    a = of[0];
+    b = of[1];
   } else {
-    const S theta = sqrt(x);
-    a = sin(theta) / theta;
-    b = (1.0 - cos(theta)) / x;
+    if (x < 0.25) {
+      // 1 − x/(2·3) (1 − x/(4·5) (1 − …)) and its neighbour; the first term left out is below 1e-21
+      a = S(1);
+      b = S(1);
+      for (int k = 8; k > 0; --k) {
+        a = 1.0 - x * a / double(2 * k * (2 * k + 1));
+        b = 1.0 - x * b / double((2 * k + 1) * (2 * k + 2));
+      }
+      b = 0.5 * b;
+    } else {
+      const S theta = sqrt(x);
+      a = sin(theta) / theta;
+      b = (1.0 - cos(theta)) / x;
+    }
   }
   // [v×]² = v vᵀ − θ² E
   const S v0 = v[0], v1 = v[1], v2 = v[2];
-  Matrix<S, 3> R;
-  R(0, 0) = 1.0 - b * (v1 * v1 + v2 * v2), R(0, 1) = b * (v0 * v1) - a * v2, R(0, 2) = b * (v0 * v2) + a * v1;
-  R(1, 0) = b * (v0 * v1) + a * v2, R(1, 1) = 1.0 - b * (v2 * v2 + v0 * v0), R(1, 2) = b * (v1 * v2) - a * v0;
-  R(2, 0) = b * (v0 * v2) - a * v1, R(2, 1) = b * (v1 * v2) + a * v0, R(2, 2) = 1.0 - b * (v0 * v0 + v1 * v1);
+  detail::RotationBy<detail::VectorTurn, S> R;
+  detail::remember(R, v0, v1, v2);
+  const S x0 = a * v0, x1 = a * v1, x2 = a * v2, y0 = b * v0, y1 = b * v1, y2 = b * v2;
+  const S y00 = y0 * v0, y11 = y1 * v1, y22 = y2 * v2, y01 = y0 * v1, y02 = y0 * v2, y12 = y1 * v2;
+  R(0, 0) = 1.0 - (y11 + y22), R(0, 1) = y01 - x2, R(0, 2) = y02 + x1;
+  R(1, 0) = y01 + x2, R(1, 1) = 1.0 - (y22 + y00), R(1, 2) = y12 - x0;
+  R(2, 0) = y02 - x1, R(2, 1) = y12 + x0, R(2, 2) = 1.0 - (y00 + y11);
   return R;
 }
 
@@ -222,9 +241,11 @@ enum class Axes { of_space, of_body };
 
 // The angular velocity from what R returned along the motion. In straight-line code from the entries of R and Ṙ as they are asked for:
 // matrices of large scalars are more than a compiler sees through.
-template <Axes axes, class S, class R, class Follow>
-[[gnu::always_inline]] inline Vector<S, 3> angular_velocity_along(const R& rotation, const Follow& follow) {
-  if constexpr (MovingPositions<S>::is_only_way) {
+template <Axes axes, class S, class Rotation, class R, class Follow>
+[[gnu::always_inline]] inline auto angular_velocity_along(const R& rotation, const Follow& follow) {
+  if constexpr (axes == Axes::of_body && requires { follow.positions.template body_rates<Rotation>(rotation); }) {
+    return follow.positions.template body_rates<Rotation>(rotation);
+  } else if constexpr (MovingPositions<S>::is_only_way) {
     const auto& matrix = rotation.eval();
     const auto* const r = matrix.data();
     constexpr bool columns = axes == Axes::of_body;  // of R times columns of Ṙ, or rows times rows
@@ -235,11 +256,12 @@ template <Axes axes, class S, class R, class Follow>
     };
     return Vector<S, 3>(entry(2, 1), entry(0, 2), entry(1, 0));
   } else if constexpr (requires { MovingPositions<S>::in_a_rotation(); }) {
-    return Vector<S, 3>::Constant(MovingPositions<S>::in_a_rotation());
+    const S left_out = MovingPositions<S>::in_a_rotation();
+    return Vector<S, 3>(left_out, left_out, left_out);
   } else {
     const auto both = followed<S>(rotation, follow);
-    if constexpr (axes == Axes::of_body) return body_angular_velocity(both.value, both.rate);
-    else return angular_velocity(both.value, both.rate);
+    if constexpr (axes == Axes::of_body) return Vector<S, 3>(body_angular_velocity(both.value, both.rate));
+    else return Vector<S, 3>(angular_velocity(both.value, both.rate));
   }
 }
 
@@ -248,7 +270,7 @@ template <Axes axes, class Function, class Q, class Qdot, class... Time>
 auto turning(const Function& rotation, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {
   using S = std::decay_t<decltype((std::declval<MotionScalar<Q, Qdot>>() + ... + t))>;
   return along_motion<S>(rotation, q, qdot, [](const auto& R, const auto& follow) __attribute__((always_inline)) {
-    return angular_velocity_along<axes, S>(R, follow);
+    return angular_velocity_along<axes, S, Function>(R, follow);
   }, t...);
 }
 

@@ -116,6 +116,14 @@ struct MovingPositions {
   static constexpr bool known = false, is_only_way = false;
 };
 
+// Follows the entries of what a function of positions returned.
+template <class Positions>
+struct FollowBy {
+  const Positions& positions;
+  template <class Entry>
+  [[gnu::always_inline]] auto operator()(const Entry& entry) const { return positions.both(typename Positions::Position(entry)); }
+};
+
 // visit(entry, k) of the entries of a matrix, whose rows or columns may be what lies together, by columns; without a loop where that counts.
 template <bool in_straight_lines, class Result, class Visit>
 [[gnu::always_inline]] inline void over_entries(const Result& matrix, const Visit& visit) {
@@ -230,7 +238,7 @@ auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen:
       moves = positions.read_time(s, position) && moves;
       return position;
     };
-    const auto follow = [&](const auto& entry) __attribute__((always_inline)) { return positions.both(Position(entry)); };
+    const FollowBy<Positions> follow{positions};
     const std::tuple<std::conditional_t<true, Position, Time>...> times{time(S(t))...};
     if constexpr (Positions::is_only_way) {
       return std::apply([&](const auto&... ts) { return finish(result_of(x, at, ts...), follow); }, times);

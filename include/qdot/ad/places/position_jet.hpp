@@ -46,6 +46,7 @@ struct PositionJet;
 template <int n, int... I>
 struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>... {
   using Self = PositionJet;
+  static constexpr bool remembers_rotations = true;  // mechanics/equations/known_rotation.hpp
 
   double value;
   double rate;  // ẋ

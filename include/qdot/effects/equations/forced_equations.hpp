@@ -29,18 +29,6 @@ inline constexpr bool has_forced_equations =
 template <class Sc>
 inline constexpr ForceSum sum_beside_energies = Sc::adds_potentials_only ? ForceSum::with_potentials : ForceSum::plain;
 
-// Σ (Q − ∂V/∂q) at a state, copied entry by entry, so that the compiler sees what it has of it already.
-template <class Sc>
-[[gnu::flatten]] inline Vector<double, Sc::dof_at_compile_time> forces_at(const Sc& scene, const EffectStates<Sc>& z, const AtState& at) {
-  constexpr int n = Sc::dof_at_compile_time;
-  Vector<double, n> q, qdot;
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    q[i] = at.q[i];
-    qdot[i] = at.qdot[i];
-  });
-  return summed_forces<sum_beside_energies<Sc>>(scene, q, qdot, z, at.t);
-}
-
 // A use of M and r: q̈ of a scene.
 template <class Sc>
 struct ForcedTo {
@@ -53,9 +41,13 @@ struct ForcedTo {
 
   // Not always_inline, for the reason that mechanics/equations/straight_line.hpp tells of euler_lagrange_of().
   [[gnu::flatten]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
-    const Vector<double, n> Q = forces_at(scene, z, at);
+    const Vector<double, n> Q = forces_at<sum_beside_energies<Sc>>(scene, z, at);
     unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
     return free.packed(at, M, r, present);
+  }
+  [[gnu::flatten]] bool turned(const AtState& at, FreeTurn<n>& turn) const {
+    add_forces_at<sum_beside_energies<Sc>>(scene, z, at, turn);
+    return free.turned(at, turn);
   }
   bool full(const AtState& at, double* M, double* r) const {
     add_forces(at, r);
@@ -69,7 +61,7 @@ struct ForcedTo {
 
  private:
   [[gnu::noinline]] void add_forces(const AtState& at, double* r) const {
-    const Vector<double, n> Q = forces_at(scene, z, at);
+    const Vector<double, n> Q = forces_at<sum_beside_energies<Sc>>(scene, z, at);
     for (int i = 0; i < n; ++i) r[i] += Q[i];
   }
 };
@@ -81,7 +73,7 @@ bool forced_acceleration(const Sc& scene, const Vector<double, n>& q, const Vect
   const auto& energies = energies_without_potentials(scene);
   if constexpr (HasClosedForm<EnergiesWithoutPotentials<Sc>>) {
     const auto forces = [&](const double* at, const double* velocity, double* Q) {
-      const Vector<double, n> all = forces_at(scene, z, AtState{at, velocity, t});
+      const Vector<double, n> all = forces_at<sum_beside_energies<Sc>>(scene, z, AtState{at, velocity, t});
       unroll<n>([&](auto i) __attribute__((always_inline)) { Q[i] = all[i]; });
     };
     return energies.acceleration_in_closed_form_with(forces, q.data(), qdot.data(), t, qddot.data());

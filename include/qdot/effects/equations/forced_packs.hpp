@@ -55,7 +55,7 @@ struct UnderForces<Scene<Sys, Effects...>> {
           x[i] = at[i];
           v[i] = velocity[i];
         });
-        const Vector<P, n> all = sum_over<sum_beside_energies<Sc>, Effects...>(effects, x, v, Vector<P, 0>(), t);
+        const Vector<P, n> all = sum_over<sum_beside_energies<Sc>, false, Effects...>(effects, x, v, Vector<P, 0>(), t);
         unroll<n>([&](auto i) __attribute__((always_inline)) { Q[i] = all[i]; });
       };
       return register_accelerations<n>(energies, q, qdot, t, forces, qddot);

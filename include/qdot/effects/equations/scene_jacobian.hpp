@@ -15,7 +15,7 @@
 //     a(q, q̇, t) with (q, q̇) on their way     ∂J = H ,    ∂ȧ/∂q = J̇ ,   ∂ȧ/∂q̇ = J̇ + ∂a/∂q       (J along q̇ as well as along q)
 //
 // and ∂Q from dual numbers, one sweep for up to 16 directions, but of effects that know it themselves, as damping does. The matrix is factored as
-// for q̈ and λ, with all columns of the right side beside it (effects/rows/constrained_equations.hpp); where that finds a pivot too small, and for
+// for q̈ and λ, with all columns of the right side beside it (effects/equations/constrained_equations.hpp); where that finds a pivot too small, and for
 // singular M, effects/rows/constrained_solve.hpp solves column by column.
 
 #include <algorithm>
@@ -27,7 +27,7 @@
 
 #include "qdot/ad/places/curved_jet.hpp"
 #include "qdot/effects/equations/forced_jacobian.hpp"
-#include "qdot/effects/rows/constrained_equations.hpp"
+#include "qdot/effects/equations/constrained_equations.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
 #include "qdot/effects/scene_motion.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"

@@ -15,11 +15,13 @@
 // parts and functions of them; anything else, such as quasi-velocities, or a coordinate that r has captured, is noticed and goes by duals.
 
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 #include "qdot/ad/lagrange/graded_jet.hpp"
 #include "qdot/ad/places/position_jet.hpp"
 #include "qdot/ad/places/position_row.hpp"
+#include "qdot/mechanics/equations/turning_energy.hpp"
 #include "qdot/mechanics/velocity.hpp"
 
 namespace qdot::detail {
@@ -162,6 +164,23 @@ struct MovingPositions<EulerLagrange<n, double, std::integer_sequence<int, I...>
     r.rate.g_mask = p.mask | mark;
     ((r.value.template x<I>() = p.template J<I>(), r.rate.template g<I>() = p.template J<I>()), ...);
     return r;
+  }
+  // Ω of a known rotation along the body's axes, of the functor Rotation.
+  template <class Rotation, class Turn>
+  [[gnu::always_inline]] auto body_rates(const KnownRotation<Turn, Position>& R) const {
+    using Rate = TurningEnergy<n, Rotation>;
+    ComponentMask mark = unknown_if(wrong | (1U ^ is_as_made(R)));
+    unroll<Turn::coordinates>([&](auto c) __attribute__((always_inline)) { mark |= R.from[c].mask & bit(1, 63); });
+    const BodyRates<n> rates(R);
+    using Result = std::conditional_t<n <= turning_energy_limit, Rate, S>;
+    Vector<Result, 3> omega;
+    Result* const to = omega.data();
+    unroll<3>([&](auto a) __attribute__((always_inline)) {
+      Rate rate = Rate::template of<a>(rates);
+      rate.g_mask |= mark;
+      to[a] = rate;
+    });
+    return omega;
   }
 
  private:

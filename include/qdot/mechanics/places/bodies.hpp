@@ -15,6 +15,9 @@
 //
 //     M += J_Ωᵀ I J_Ω ,     rhs −= J_Ωᵀ (I Ω̇ + Ω × I Ω)   with Ω̇ at q̈ = 0.
 //
+// The first body whose rotation is one of the library's own (mechanics/equations/known_rotation.hpp) waits until all others are there: where nothing else moves with its
+// coordinates, who asks for q̈ gets Euler's equations of it as they are (mechanics/equations/free_turn.hpp).
+//
 // In a chain, what hangs below a link moves with it: column i of J is the same for all its masses. JetEquations sees
 // that while it compiles, as two values that are known to be the same, and adds up masses before it multiplies.
 
@@ -23,6 +26,8 @@
 #include <Eigen/Core>
 
 #include "qdot/ad/places/position_jet.hpp"
+#include "qdot/mechanics/equations/body_rates.hpp"
+#include "qdot/mechanics/equations/free_turn.hpp"
 #include "qdot/mechanics/equations/straight_line.hpp"
 #include "qdot/mechanics/rigid_body.hpp"
 
@@ -122,7 +127,12 @@ class JetEquations {
     constexpr int axes = Position::RowsAtCompileTime;
     static_assert(axes >= 1 && axes <= 3, "qdot: the position of a body has 1, 2 or 3 entries");
     S r[axes];
-    unroll<axes>([&](auto c) __attribute__((always_inline)) { r[c] = S(position.derived().coeff(c)); });
+    unroll<axes>([&](auto c) __attribute__((always_inline)) {
+      r[c] = S(position.derived().coeff(c));
+      unroll<n>([&](auto i) __attribute__((always_inline)) {  // 0.0 * q[0]: a way to write a constant
+        r[c].mask &= ~bit(has(r[c].mask, i) & (1U ^ may_differ_from_zero(r[c].template J<i>())), i);
+      });
+    });
     Present same[n];  // column i of J is the one of the body before
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       same[i] = 1;
@@ -185,19 +195,19 @@ class JetEquations {
   }
 
   template <class Tensor, class Position, class Rotation>
-  [[gnu::always_inline]] void rigid_body(double m, const Eigen::MatrixBase<Tensor>& I, const Eigen::MatrixBase<Position>& r, const Eigen::MatrixBase<Rotation>& R) {
+  [[gnu::always_inline]] void rigid_body(double m, const Eigen::MatrixBase<Tensor>& I, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
     point_mass(m, r);
-    turn(Eigen::Matrix3d(I), R.derived());
+    turn(Eigen::Matrix3d(I), R);
   }
   template <class Position, class Rotation>
-  [[gnu::always_inline]] void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Eigen::MatrixBase<Rotation>& R) {
+  [[gnu::always_inline]] void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
     const auto& a = body.centre;
     const auto row = [&](auto c) __attribute__((always_inline)) {
-      return S(r.derived().coeff(c)) + (S(a[0]) * S(R.derived().coeff(c, 0)) + S(a[1]) * S(R.derived().coeff(c, 1)) + S(a[2]) * S(R.derived().coeff(c, 2)));
+      return S(r.derived().coeff(c)) + (S(a[0]) * S(R.coeff(c, 0)) + S(a[1]) * S(R.coeff(c, 1)) + S(a[2]) * S(R.coeff(c, 2)));
     };
     const Vector<S, 3> centre(row(std::integral_constant<int, 0>()), row(std::integral_constant<int, 1>()), row(std::integral_constant<int, 2>()));
     point_mass(body.mass, centre);
-    turn(inertia_at_centre(body.inertia, body.mass, a), R.derived());
+    turn(inertia_at_centre(body.inertia, body.mass, a), R);
   }
 
   [[gnu::always_inline]] void potential(const S& V) {
@@ -212,15 +222,25 @@ class JetEquations {
     unroll<pairs>([&](auto k) __attribute__((always_inline)) { add_mass<k>(has(L.h_mask, k), L.template h<k>()); });
   }
 
+  // The equations of a body that turns freely of all else, where there is one (free_turn.hpp).
+  [[gnu::always_inline]] void write_turned(FreeTurn<n>& turn) {
+    turn.is_free = 0;
+    if (!waits_) return;
+    settle_masses();
+    ComponentMask mass = 0, force = 0;
+    unroll<pairs>([&](auto k) __attribute__((always_inline)) { mass |= bit(M_has_[k], k); });
+    unroll<n>([&](auto i) __attribute__((always_inline)) { force |= bit(r_has_[i], i); });
+    const double X[3] = {-torque_[0], -torque_[1], -torque_[2]};
+    turn.set(frame_, M_, mass, r_, force, inertia_, inertia_has_, X);
+  }
+
   // What may be other than zero: known to the compiler, before it knows what is the same, when all of this is straight-line code.
   [[gnu::always_inline]] ComponentMask pattern() const { return pattern_ | pattern_of_forces_; }
 
   // M, the packed lower triangle, and rhs.
   [[gnu::always_inline]] void write(double* M, double* rhs) {
-    unroll<n>([&](auto i) __attribute__((always_inline)) {
-      unroll<i + 1>([&](auto j) __attribute__((always_inline)) { settle_mass<i, j>(); });
-      settle_load<i>();
-    });
+    settle_masses();
+    settle_turn();
     unroll<pairs>([&](auto k) __attribute__((always_inline)) { M[k] = M_has_[k] ? M_[k] : 0.0; });
     unroll<n>([&](auto i) __attribute__((always_inline)) { rhs[i] = r_has_[i] ? r_[i] : 0.0; });
   }
@@ -229,47 +249,76 @@ class JetEquations {
   // Euler's equations of a body with constant tensor I in its own axes.
   template <class Rotation>
   [[gnu::always_inline]] void turn(const Eigen::Matrix3d& I, const Rotation& R) {
-    double w[3], wdot[3], J[3][n];
-    Present moves[3][n];
+    const BodyRates<n> of(R);
+    double momentum[3], torque[3];
+    unroll<3>([&](auto a) __attribute__((always_inline)) { momentum[a] = entry_times_vector(I, a, of.omega); });
     unroll<3>([&](auto a) __attribute__((always_inline)) {
-      constexpr int i = (a + 2) % 3, j = (a + 1) % 3;  // Ω_a = (RᵀṘ)_ij
-      w[a] = wdot[a] = 0.0;
-      unroll<n>([&](auto c) __attribute__((always_inline)) {
-        J[a][c] = 0.0;
-        moves[a][c] = 0;
-      });
-      unroll<3>([&](auto k) __attribute__((always_inline)) {
-        const S left(R.coeff(k, i)), right(R.coeff(k, j));
-        const Present both = left.has_rate & right.has_rate;
-        w[a] = sum_of(1U, w[a], right.has_rate, product_if(right.has_rate, left.value, right.rate));
-        wdot[a] = sum_of(1U, wdot[a], right.has_bend | both,
-                         sum_of(right.has_bend, product_if(right.has_bend, left.value, right.bend), both, product_if(both, left.rate, right.rate)));
-        unroll<n>([&](auto c) __attribute__((always_inline)) {
-          const Present there = has(right.mask, c);
-          J[a][c] = sum_of(moves[a][c], J[a][c], there, product_if(there, left.value, right.template J<c>()));
-          moves[a][c] |= there;
+      constexpr int b = (a + 1) % 3, c = (a + 2) % 3;
+      torque[a] = entry_times_vector(I, a, of.bend) + (of.omega[b] * momentum[c] - of.omega[c] * momentum[b]);
+      pattern_of_forces_ |= of.frame.moves[a];
+      unroll<n>([&](auto i) __attribute__((always_inline)) {
+        unroll<i + 1>([&](auto j) __attribute__((always_inline)) {
+          pattern_ |= bit(of.frame.moves_with(a, i) & (of.frame.moves_with(0, j) | of.frame.moves_with(1, j) | of.frame.moves_with(2, j)), triangle_index(i, j));
         });
       });
     });
-    double momentum[3], torque[3], turned[3][n];
-    unroll<3>([&](auto a) __attribute__((always_inline)) { momentum[a] = I.coeff(a, 0) * w[0] + I.coeff(a, 1) * w[1] + I.coeff(a, 2) * w[2]; });
+    if constexpr (is_known_rotation<Rotation>) {  // the first one waits: nothing else may turn with it
+      pattern_ |= unknown_if(1U ^ is_as_made(R));
+      if (!waits_) {
+        waits_ = of.frame.place[0] != 0 ? 1U : 0U;
+        if (waits_) {
+          frame_ = of.frame;
+          unroll<3>([&](auto a) __attribute__((always_inline)) {
+            torque_[a] = torque[a];
+            unroll<a + 1>([&](auto b) __attribute__((always_inline)) {
+              inertia_[triangle_index(a, b)] = I.coeff(a, b);
+              inertia_has_ |= bit(may_differ_from_zero(I.coeff(a, b)), triangle_index(a, b));
+            });
+          });
+          return;
+        }
+      }
+    }
+    add_turn([&](auto a, auto b) __attribute__((always_inline)) { return I.coeff(a, b); }, of.frame, torque);
+  }
+  // In the coordinates.
+  template <class Tensor>
+  [[gnu::always_inline]] void add_turn(const Tensor& I, const BodyFrame<n>& frame, const double (&torque)[3]) {
+    double turned[3][n];
+    Present there[3][n];
     unroll<3>([&](auto a) __attribute__((always_inline)) {
-      constexpr int b = (a + 1) % 3, c = (a + 2) % 3;
-      torque[a] = I.coeff(a, 0) * wdot[0] + I.coeff(a, 1) * wdot[1] + I.coeff(a, 2) * wdot[2] + (w[b] * momentum[c] - w[c] * momentum[b]);
       unroll<n>([&](auto i) __attribute__((always_inline)) {
-        const Present any = moves[0][i] | moves[1][i] | moves[2][i];
-        turned[a][i] = any ? product_if(moves[0][i], I.coeff(a, 0), J[0][i]) + product_if(moves[1][i], I.coeff(a, 1), J[1][i]) + product_if(moves[2][i], I.coeff(a, 2), J[2][i]) : 0.0;
+        turned[a][i] = 0.0;
+        there[a][i] = 0;
+        unroll<3>([&](auto k) __attribute__((always_inline)) {
+          const Present both = frame.moves_with(k, i) & may_differ_from_zero(I(a, k));
+          turned[a][i] = sum_of(there[a][i], turned[a][i], both, product_if(both, I(a, k), frame.J[k][i]));
+          there[a][i] |= both;
+        });
       });
     });
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       unroll<3>([&](auto a) __attribute__((always_inline)) {
-        pattern_of_forces_ |= bit(moves[a][i], i);
-        add_force<i>(moves[a][i], product_if(moves[a][i], -torque[a], J[a][i]));
+        const Present moves = frame.moves_with(a, i);
+        add_force<i>(moves, product_if(moves, -torque[a], frame.J[a][i]));
         unroll<i + 1>([&](auto j) __attribute__((always_inline)) {
-          const Present both = moves[a][i] & (moves[0][j] | moves[1][j] | moves[2][j]);
-          add_mass<triangle_index(i, j)>(both, product_if(both, J[a][i], turned[a][j]));
+          const Present both = moves & there[a][j];
+          add_mass<triangle_index(i, j)>(both, product_if(both, frame.J[a][i], turned[a][j]));
         });
       });
+    });
+  }
+  [[gnu::always_inline]] void settle_turn() {
+    if (!waits_) return;
+    waits_ = 0;
+    add_turn([&](auto a, auto b) __attribute__((always_inline)) {
+      return inertia_has_ & bit(1, FreeTurn<n>::index(a, b)) ? inertia_[FreeTurn<n>::index(a, b)] : 0.0;
+    }, frame_, torque_);
+  }
+  [[gnu::always_inline]] void settle_masses() {
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      unroll<i + 1>([&](auto j) __attribute__((always_inline)) { settle_mass<i, j>(); });
+      settle_load<i>();
     });
   }
 
@@ -307,6 +356,11 @@ class JetEquations {
 
   double field_[3];
   ComponentMask pattern_ = 0, pattern_of_forces_ = 0;
+  // A body that turns, whose coordinates nothing else may move with.
+  BodyFrame<n> frame_;
+  double inertia_[6], torque_[3];
+  ComponentMask inertia_has_ = 0;
+  Present waits_ = 0;
   double M_[pairs], r_[n];
   Present M_has_[pairs], r_has_[n];
   // Not yet multiplied: the columns of J of the last body, the mass on each pair of them, the force on each of them.

@@ -33,6 +33,7 @@
 
 #include "qdot/ad/places/position_jet.hpp"
 #include "qdot/ad/unroll.hpp"
+#include "qdot/effects/equations/effect_forces.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
 
@@ -84,8 +85,9 @@ struct JetRows {
     }
   }
 
+  // Not always_inline, for the reason that mechanics/equations/straight_line.hpp tells of euler_lagrange_of().
   template <int first, class E>
-  [[gnu::always_inline]] void evaluate(const E& e, const double* q, const double* qdot, double t) {
+  [[gnu::flatten]] void evaluate(const E& e, const double* q, const double* qdot, double t) {
     constexpr int rows = constraint_rows_of<E, n>();
     const S time = S::time(t);
     Vector<S, n> x, v;
@@ -204,12 +206,52 @@ struct ConstrainedTo {
 
   const Sc& scene;
   const EffectStates<Sc>& z;
-  const double* Q;  // where the scene has forces
   double dependent;  // pivots of the Schur complement below this fraction of their diagonal entry are left to the general way
   ConstrainedSolution<n, m>& out;
 
   [[gnu::always_inline]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
     return solved(at, M, r, present);
+  }
+  // One constraint on a quaternion whose length L says nothing of. It alone determines the length, which alone determines λ.
+  [[gnu::always_inline]] bool turned(const AtState& at, FreeTurn<n>& turn) const
+    requires(m == 1 && !Sc::has_phases)
+  {
+    if (!turn.frame.place[3] || turn.has_length_inertia) return false;
+    JetRows<Sc> row(scene, at.q, at.qdot, at.t, z);
+    if constexpr (Sc::has_forces) add_forces_at<ForceSum::plain>(scene, z, at, turn);
+    const ComponentMask own = turn.own();
+    double j = 0.0, size = 0.0, length = 0.0;
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      const Present there = has(own & row.mask[0], i);
+      j = sum_of(1U, j, there, product_if(there, row.J[0][i], turn.frame.along[i]));
+      size = sum_of(1U, size, there, product_if(there, row.J[0][i], row.J[0][i]));
+      length = sum_of(1U, length, has(own, i), product_if(has(own, i), turn.frame.along[i], turn.frame.along[i]));
+    });
+    if (!(j * j > regular_turning * size * length)) return false;
+    const double i_j = 1.0 / j;
+    double lambda = 0.0, force[n], qddot[n];
+    if (turn.forces & turn.frame.place[3]) {
+      lambda = -i_j * turn.of_length(turn.r);
+      unroll<n>([&](auto i) __attribute__((always_inline)) { force[i] = product_if(has(row.mask[0], i), row.J[0][i], lambda); });
+      turn.add(force, row.mask[0]);
+    }
+    if (!solved_in_place<n>(turn.M, turn.r, massless_pivot, turn.present)) return false;
+    turn.back(turn.r, qddot);
+    double left = row.gamma[0];
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      const Present there = has(row.mask[0], i);
+      left = sum_of(1U, left, there, product_if(there, -row.J[0][i], qddot[i]));
+    });
+    turn.add_along(left * i_j, qddot);
+    double zero = (at.t - at.t) + (lambda - lambda);
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      zero += qddot[i] - qddot[i];
+      out.qddot[i] = qddot[i];
+    });
+    out.lambda[0] = lambda;
+    out.rank = 1;
+    out.smallest_pivot = 1.0;
+    return zero == 0.0;
   }
   [[gnu::noinline, gnu::flatten]] bool full(const AtState& at, double* M, double* r) const { return solved(at, M, r, ~ComponentMask(0)); }
   template <int blocks>
@@ -223,7 +265,10 @@ struct ConstrainedTo {
  private:
   [[gnu::always_inline]] bool solved(const AtState& at, double* M, double* r, ComponentMask present) const {
     JetRows<Sc> row(scene, at.q, at.qdot, at.t, z);
-    if constexpr (Sc::has_forces) unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
+    if constexpr (Sc::has_forces) {
+      const Vector<double, n> Q = forces_at<ForceSum::plain>(scene, z, at);
+      unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
+    }
     if constexpr (Sc::SystemType::inertia == Inertia::indefinite) {
       if (!with_inertia_of_constraints<n, m>(M, present, row.J, row.mask, r, row.gamma)) return false;
     }
