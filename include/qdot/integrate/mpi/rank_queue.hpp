@@ -3,8 +3,9 @@
 //
 // Chunks of motions that are worked on by several ranks, each with its threads, and handed on by rank 0.
 //
-// Rank 0 gives out numbers of chunks, and a rank that sends what came of one is sent the next. Each has one more in hand than it has threads, so that it does
-// not wait for the answer. One more is too much at the end, when others have nothing: then only those are given one who have less than threads.
+// Rank 0 gives out numbers of chunks, and a rank that sends what came of one is sent another. Each has up to four more in hand than it has threads, so that it does
+// not wait for the answer, which takes as long as a motion on rank 0, or as whatever else keeps its processor. Fewer towards the end, and none when others would
+// have nothing.
 //
 // The calling thread alone calls MPI, rank 0's own included, which is what MPI_THREAD_FUNNELED allows. Where a rank has one thread, that thread
 // also does the motions, and looks after messages between two of them, all 50 µs at most.
@@ -202,14 +203,14 @@ class RankQueue::Share {
     for (std::size_t round = 0, more = 1; more > 0; ++round) {  // a chunk for each rank, and another, …
       more = 0;
       for (std::size_t r = 0; r < queue.threads_of_.size(); ++r)
-        if (round <= queue.threads_of_[r]) {
+        if (round < queue.threads_of_[r] + ahead) {
           waiting_.push_back(r);
           ++more;
         }
     }
     held_.resize(queue.threads_of_.size());
-    open_ = queue.is_first() ? waiting_.size() : queue.own_threads() + 1;
-    window_ = 4 * waiting_.size();
+    open_ = queue.is_first() ? waiting_.size() : queue.own_threads() + ahead;
+    window_ = 2 * waiting_.size();
   }
 
   void run() {
@@ -232,7 +233,7 @@ class RankQueue::Share {
         if (chunk) desk.put(bytes_of(*chunk));
         if (lost_) std::rethrow_exception(lost_);
         if (any || chunk) patience.renew();
-        else if (queue_.is_apart_) desk.wait_for(patience.next());
+        else if (queue_.is_apart_) desk.wait_for(std::chrono::microseconds(500));
         else patience.wait();
       }
       queue_.look_ = nullptr;
@@ -309,6 +310,12 @@ class RankQueue::Share {
     }
   }
 
+  // Chunks that a rank may have while others are left; the thread that gives them out need not have more than it is at.
+  std::size_t most_of(std::size_t rank, std::size_t left) const {
+    const bool is_alone = (rank == 0 && !queue_.is_apart_) || left < queue_.workers_;
+    return queue_.threads_of_[rank] + (is_alone ? 0 : std::clamp<std::size_t>(left / (4 * queue_.workers_), 1, ahead));
+  }
+
   void end(const std::exception_ptr& error) {
     if (!error_) error_ = error;
   }
@@ -317,7 +324,7 @@ class RankQueue::Share {
     return std::erase_if(waiting_, [&](std::size_t rank) {
       const std::size_t left = queue_.chunks_ - next_;
       const bool ends = left == 0 || error_;
-      if (!ends && ((in_order_ && next_ >= handed_ + window_) || (left < queue_.workers_ && held_[rank] >= queue_.threads_of_[rank]))) return false;
+      if (!ends && ((in_order_ && next_ >= handed_ + window_) || held_[rank] >= most_of(rank, left))) return false;
       const std::int64_t chunk = ends ? -1 : static_cast<std::int64_t>(next_++);
       if (ends) --open_;
       else ++held_[rank];
@@ -331,6 +338,8 @@ class RankQueue::Share {
       return true;
     }) > 0;
   }
+
+  static constexpr std::size_t ahead = 4;  // chunks that a rank has beside those that its threads are at
 
   RankQueue& queue_;
   Communicator& ranks_;
