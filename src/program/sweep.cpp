@@ -29,6 +29,7 @@
 #include "program/scene_file.hpp"
 #include "program/simulation.hpp"
 #include "program/sweep_directory.hpp"
+#include "program/sweep_share.hpp"
 #include "program/sweep_workers.hpp"
 #include "program/swept_quantities.hpp"
 #include "program/swept_values.hpp"
@@ -100,7 +101,12 @@ Row row_of(const Sweep& sweep, Kept<Row>&& kept) {
 /// What is done with what was done, and by whom.
 void choose_workers(Sweep& sweep, const SweepOptions& options) {
   sweep.is_recorded = options.resume || options.processes || options.shard;
-  if (!sweep.is_recorded) return;
+  if (!sweep.is_recorded) {
+    if (const std::string others = said_of_others(); !others.empty())
+      throw UsageError("--shard: must be given where several processes are started together (" + others + "), as each would do the whole sweep and write the same files; "
+                       "give --out PATH --shard auto and they share it, or --shard 1/1 where each has a sweep and a PATH of its own");
+    return;
+  }
   const char* asked = options.resume ? "--resume" : options.processes ? "--processes" : "--shard";
   if (!options.out || options.out->empty() || options.out->back() == '/')
     throw UsageError(std::string(asked) + ": must stand with --out PATH, as records are kept in PATH.sweep, given " +
@@ -424,9 +430,13 @@ int sweep(const SweepOptions& options) {
   std::vector<std::string> remarks;
   const std::vector<Row> rows = directory.rows(remarks);
   for (const std::string& remark : remarks) std::fprintf(stderr, "qdot sweep: %s\n", remark.c_str());
-  const int status = shown(sweep, options, rows, seconds() + (before == 0 ? "" : ", " + std::to_string(before) + " of them recorded before"));
-  directory.end_merge();
-  return status;
+  try {
+    const int status = shown(sweep, options, rows, seconds() + (before == 0 ? "" : ", " + std::to_string(before) + " of them recorded before"));
+    directory.end_merge();
+    return status;
+  } catch (const report::UnwritableFile& error) {
+    throw Error(std::string(error.what()) + "; all motions are recorded in " + directory.path() + ", and the same command writes the results");
+  }
 }
 
 }  // namespace qdot::program
