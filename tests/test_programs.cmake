@@ -109,7 +109,7 @@ foreach(folder IN LISTS folders)
   elseif(folder STREQUAL "threads") # under the thread sanitizer, which goes with no other
     target_compile_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all;-fsanitize=thread>)
     target_link_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all;-fsanitize=thread>)
-  elseif(folder STREQUAL "mpi") # with the optimizer on, by which there are lanes; without the sanitizers' leaks, which are MPI's
+  elseif(folder STREQUAL "mpi") # with the optimizer on, by which there are lanes
     target_link_libraries(test_${folder} PRIVATE qdot::mpi)
     target_compile_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-O1>)
   elseif(folder MATCHES "${qdot_not_sanitized}")
@@ -143,7 +143,7 @@ foreach(folder IN LISTS folders)
     foreach(ranks IN ITEMS 1 2 4)
       add_test(NAME mpi.on_${ranks}_ranks COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${ranks} $<TARGET_FILE:test_mpi>)
       set_tests_properties(mpi.on_${ranks}_ranks PROPERTIES PROCESSORS 2
-        ENVIRONMENT "OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1;OMPI_MCA_rmaps_base_oversubscribe=1;PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe;ASAN_OPTIONS=detect_leaks=0")
+        ENVIRONMENT "${qdot_mpirun_environment}")
     endforeach()
     continue()
   endif()

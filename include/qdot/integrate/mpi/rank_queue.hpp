@@ -75,8 +75,9 @@ class Desk {
     {
       const std::lock_guard lock(mutex_);
       done_.push_back(std::move(bytes));
+      if (!is_urgent()) return;
     }
-    done_any_.notify_one();
+    urgent_.notify_one();
   }
 
   std::vector<std::string> collected() {
@@ -84,14 +85,17 @@ class Desk {
     return std::exchange(done_, {});
   }
 
+  // Not so long if a thread has nothing to do.
   void wait_for(std::chrono::microseconds pause) {
     std::unique_lock lock(mutex_);
-    done_any_.wait_for(lock, pause, [&] { return !done_.empty(); });
+    urgent_.wait_for(lock, pause, [&] { return is_urgent(); });
   }
 
  private:
+  bool is_urgent() const { return given_.empty() && !done_.empty(); }
+
   std::mutex mutex_;
-  std::condition_variable given_any_, done_any_;
+  std::condition_variable given_any_, urgent_;
   std::deque<std::size_t> given_;
   std::vector<std::string> done_;
   bool closed_ = false;
@@ -227,13 +231,18 @@ class RankQueue::Share {
           }
         };
       Patience patience;
+      std::chrono::microseconds pause(500);
       while (open_ > 0 || !ranks_.is_quiet()) {
         const bool any = serve();
-        const auto chunk = queue_.is_apart_ ? std::nullopt : desk.next(false);
+        if (queue_.is_apart_) {  // about as often as messages come: a look takes a thread's processor for some microseconds
+          pause = has_mail_ ? std::max(pause / 2, std::chrono::microseconds(100)) : std::min(2 * pause, std::chrono::microseconds(2000));
+          desk.wait_for(pause);
+          continue;
+        }
+        const auto chunk = desk.next(false);
         if (chunk) desk.put(bytes_of(*chunk));
         if (lost_) std::rethrow_exception(lost_);
         if (any || chunk) patience.renew();
-        else if (queue_.is_apart_) desk.wait_for(std::chrono::microseconds(500));
         else patience.wait();
       }
       queue_.look_ = nullptr;
@@ -272,11 +281,12 @@ class RankQueue::Share {
 
   // Whether anything has come or gone.
   bool serve() {
-    bool any = ranks_.poll([&](int from, std::string_view bytes) {
+    has_mail_ = ranks_.poll([&](int from, std::string_view bytes) {
       if (queue_.is_first()) has_come(static_cast<std::size_t>(from), bytes);
       else if (const auto chunk = read_bytes<std::int64_t>(bytes); chunk < 0) --open_;
       else desk_->give(static_cast<std::size_t>(chunk));
     });
+    bool any = has_mail_;
     for (std::string& bytes : desk_->collected()) {
       any = true;
       if (queue_.is_first()) has_come(0, bytes);
@@ -345,7 +355,7 @@ class RankQueue::Share {
   Communicator& ranks_;
   const Work& work_;
   const HandOn& hand_on_;
-  bool in_order_;
+  bool in_order_, has_mail_ = false;
   Desk* desk_ = nullptr;
   std::exception_ptr lost_, error_;
   std::size_t open_ = 0;              // answers that this rank waits for; on rank 0, that it owes
