@@ -52,7 +52,7 @@ foreach(source IN LISTS sources)
   file(STRINGS ${source} names_optimal REGEX "#include [<\"]qdot/analysis/optimal")
   if(NOT TARGET qdot::optimal AND names_optimal
       OR NOT TARGET qdot::cvode AND (names_cvode OR source MATCHES "^systems_motion/|\\.cvode\\.test\\.cpp$")
-      OR NOT TARGET qdot::mpi AND source MATCHES "^mpi/" OR NOT program_to_test AND source MATCHES "^program/" OR NOT QDOT_HAS_QUADMATH AND source MATCHES "^fuzz/(dual_math|hunt)")
+      OR NOT (TARGET qdot::mpi AND MPIEXEC_EXECUTABLE) AND source MATCHES "^mpi/" OR NOT program_to_test AND source MATCHES "^program/" OR NOT QDOT_HAS_QUADMATH AND source MATCHES "^fuzz/(dual_math|hunt)")
     list(APPEND left_out ${source})
   endif()
 endforeach()

@@ -232,8 +232,12 @@ class RankQueue::Share {
     const auto [number, is_complete] = read_bytes<std::pair<std::uint64_t, bool>>(bytes);
     const auto chunk = static_cast<std::size_t>(number);
     if (!is_complete) return end(std::make_exception_ptr(Error(read_bytes<std::string>(bytes))));
-    std::vector<Kept<R>> kept(first_of(chunk + 1) - first_of(chunk));
-    for (Kept<R>& one : kept) one = read_kept<R>(bytes);
+    std::vector<Kept<R>> kept;
+    try {
+      for (std::size_t i = first_of(chunk); i < first_of(chunk + 1); ++i) kept.push_back(read_kept<R>(bytes));
+    } catch (...) {  // no memory for them
+      return end(std::current_exception());
+    }
     if (!in_order_) return hands_on(chunk, std::move(kept));
     early_.emplace(chunk, std::move(kept));
     for (auto first = early_.begin(); first != early_.end() && first->first == handed_; first = early_.erase(first)) hands_on(first->first, std::move(first->second));
