@@ -375,13 +375,16 @@ bool all_recorded(const Sweep& sweep, SweepDirectory& directory, const SweepOpti
   return false;
 }
 
+/// "1 motion", "2 motions"
+std::string motions(std::size_t count) { return std::to_string(count) + (count == 1 ? " motion" : " motions"); }
+
 /// Writes the files and says what came of it; the exit status.
 int shown(const Sweep& sweep, const SweepOptions& options, const std::vector<Row>& rows, const std::string& how) {
   const std::size_t count = rows.size();
   const auto failed = static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [](const Row& row) { return row.outcome != Outcome::completed; }));
   std::string over;
   for (const SweptAxis& axis : sweep.values.axes()) over += (over.empty() ? "" : ", ") + axis.name;
-  const std::string summary = std::to_string(count) + " motions over " + over + " to t = " + report::rounded_text(sweep.request.t_end, 6) +
+  const std::string summary = motions(count) + " over " + over + " to t = " + report::rounded_text(sweep.request.t_end, 6) +
                               (failed == 0 ? "" : ", " + std::to_string(failed) + " of them failed");
   if (options.out)
     report::write_files({{sweep.paths[0], csv_of(sweep, rows)}, {sweep.paths[1], npz_of(sweep, rows)}, {sweep.paths[2], html_of(sweep, rows, summary + ".")}});
@@ -396,7 +399,7 @@ int shown(const Sweep& sweep, const SweepOptions& options, const std::vector<Row
         if (std::isfinite(row.values[k])) low = std::min(low, row.values[k]), high = std::max(high, row.values[k]), ++known;
       if (known == 0) std::printf("  %-20s no motion has it\n", sweep.quantities[k].text.c_str());
       else std::printf("  %-20s %s … %s%s\n", sweep.quantities[k].text.c_str(), report::rounded_text(low, 6).c_str(), report::rounded_text(high, 6).c_str(),
-                       known == count ? "" : (", " + std::to_string(count - known) + " motions without").c_str());
+                       known == count ? "" : (", " + motions(count - known) + " without").c_str());
     }
     std::set<std::string> said;  // each outcome once, with the first message
     for (const Row& row : rows)
