@@ -97,7 +97,7 @@ TEST_CASE("without MPI it is said that MPI is not there") {  // the first test: 
 
 TEST_CASE("motions by ranks are the bits of one after another, on rank 0, whatever the ranks, threads and chunks") {
   const bool is_first = mpi().rank == 0;
-  for (const ManyOptions& many : {ManyOptions{}, ManyOptions{.chunk = 1}, ManyOptions{.threads = 2, .chunk = 7}, ManyOptions{.threads = 3}, ManyOptions{.chunk = 1000}}) {
+  for (const ManyOptions& many : {ManyOptions{}, ManyOptions{.chunk = 1}, ManyOptions{.threads = 2, .chunk = 7}, ManyOptions{.threads = 3}, ManyOptions{.chunk = std::numeric_limits<std::size_t>::max()}}) {
     const auto all = simulate_many(MpiRanks{}, count, end_of, many);
     REQUIRE(all.size() == (is_first ? count : 0));
     std::size_t equal = 0;

@@ -55,7 +55,7 @@ class RankQueue {
       threads += threads_of_.back();
     }
     workers_ = threads;
-    chunk_ = many.chunk > 0 ? many.chunk : std::clamp<std::size_t>(count / (64 * threads), 1, longest_chunk);
+    chunk_ = many.chunk > 0 ? std::min(many.chunk, std::max<std::size_t>(1, count)) : std::clamp<std::size_t>(count / (64 * threads), 1, longest_chunk);
     chunks_ = (count + chunk_ - 1) / chunk_;
     // Rank 0 answers at once, whatever its motions take, if they may go in a thread of their own.
     is_apart_ = own_threads() > 1 || (ranks_.rank() == 0 && ranks_.size() > 1 && own.level == 2);
@@ -161,9 +161,10 @@ class RankQueue::Share {
         };
       Patience patience;
       std::chrono::microseconds pause(500);
-      while (open_ > 0 || !ranks_.is_quiet()) {
+      for (;;) {
         const bool any = serve();
-        if (queue_.is_apart_) {  // about as often as messages come: a look takes a thread's processor for some microseconds
+        if (open_ == 0 && ranks_.is_quiet()) break;
+        if (queue_.is_apart_ && open_ > 0) {  // about as often as messages come: a look takes a thread's processor for some microseconds
           pause = has_mail_ ? std::max(pause / 2, std::chrono::microseconds(100)) : std::min(2 * pause, std::chrono::microseconds(2000));
           desk.wait_for(pause);
           continue;
