@@ -2,10 +2,11 @@
 #
 # Every examples/NN_name.cpp is a program of its own, example_NN_name.
 file(GLOB examples CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/examples/*.cpp)
-# Eigen is read once for all of them, and once for those with SUNDIALS or Ipopt, whose flags are others; what else they use they include themselves.
+# Eigen is read once for all of them, and once for those with SUNDIALS, Ipopt or MPI, whose flags are others; what else they use they include themselves.
 set(shares_eigen_with_qdot::qdot)
 set(shares_eigen_with_qdot::cvode)
 set(shares_eigen_with_qdot::optimal)
+set(shares_eigen_with_qdot::mpi)
 foreach(source IN LISTS examples)
   get_filename_component(name ${source} NAME_WE)
   set(library qdot::qdot)
@@ -16,6 +17,10 @@ foreach(source IN LISTS examples)
   file(STRINGS ${source} names_optimal REGEX "#include [<\"]qdot/analysis/optimal")
   if(names_optimal)
     set(library qdot::optimal)
+  endif()
+  file(STRINGS ${source} names_mpi REGEX "#include [<\"]qdot/integrate/simulate_many_mpi")
+  if(names_mpi)
+    set(library qdot::mpi)
   endif()
   if(NOT TARGET ${library})
     message(STATUS "Example ${name}: no, it needs what ${library} does")

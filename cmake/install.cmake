@@ -10,15 +10,18 @@ if(CMAKE_VERSION VERSION_GREATER_EQUAL 3.23)
   install(TARGETS qdot EXPORT qdot-targets FILE_SET HEADERS INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   install(TARGETS qdot_cvode EXPORT qdot-cvode-targets FILE_SET HEADERS INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   install(TARGETS qdot_optimal EXPORT qdot-optimal-targets FILE_SET HEADERS INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  install(TARGETS qdot_mpi EXPORT qdot-mpi-targets FILE_SET HEADERS INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 else()
   install(TARGETS qdot EXPORT qdot-targets INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   install(TARGETS qdot_cvode EXPORT qdot-cvode-targets INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   install(TARGETS qdot_optimal EXPORT qdot-optimal-targets INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  install(TARGETS qdot_mpi EXPORT qdot-mpi-targets INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/qdot DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.hpp)
 endif()
 install(EXPORT qdot-targets NAMESPACE qdot:: DESTINATION ${package_dir})
 install(EXPORT qdot-cvode-targets NAMESPACE qdot:: DESTINATION ${package_dir})
 install(EXPORT qdot-optimal-targets NAMESPACE qdot:: DESTINATION ${package_dir})
+install(EXPORT qdot-mpi-targets NAMESPACE qdot:: DESTINATION ${package_dir})
 
 # qdot_add_scene compiles the commands of the program where they are used, with the user's compiler and options; qdot_add_fmu the functions of FMI.
 set(qdot_program_folder ${CMAKE_INSTALL_DATADIR}/qdot/src)
@@ -34,6 +37,7 @@ install(FILES
   ${PROJECT_BINARY_DIR}/qdot-config-version.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_sundials.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_ipopt.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/qdot_mpi.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_add_scene.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_add_fmu.cmake
   DESTINATION ${package_dir})

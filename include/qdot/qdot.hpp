@@ -86,6 +86,8 @@
 // #include "qdot/integrate/cvode.hpp"            // Adams and BDF methods
 // #include "qdot/integrate/cvode_stepper.hpp"    // one of their steps at a time
 // #include "qdot/integrate/cvode_automatic.hpp"  // the method is chosen for you, CVODE among them
+// With MPI, linked by qdot::mpi:
+// #include "qdot/integrate/simulate_many_mpi.hpp"  // many motions by processes, on as many machines as there are
 
 #include "qdot/analysis/equilibrium.hpp"  // where ∂V/∂q = 0
 #include "qdot/analysis/modes.hpp"        // small vibrations about it

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 #
-# The core, qdot::qdot, headers with Eigen: conan create packaging/conan. The components cvode and optimal are installed along; whoever asks
-# find_package for them brings SUNDIALS 6 or 7 and Ipopt along, from the system or by a requirement of their own.
+# The core, qdot::qdot, headers with Eigen: conan create packaging/conan. The components cvode, optimal and mpi are installed along; whoever asks
+# find_package for them brings SUNDIALS 6 or 7, Ipopt and MPI along, from the system or by a requirement of their own.
 import os
 import re
 
@@ -45,7 +45,7 @@ class QdotConan(ConanFile):
 
     def generate(self):
         toolchain = CMakeToolchain(self)
-        for what in ("BUILD_PROGRAM", "BUILD_TESTS", "BUILD_EXAMPLES", "WITH_SUNDIALS", "WITH_IPOPT"):
+        for what in ("BUILD_PROGRAM", "BUILD_TESTS", "BUILD_EXAMPLES", "WITH_SUNDIALS", "WITH_IPOPT", "WITH_MPI"):
             toolchain.cache_variables["QDOT_" + what] = "OFF"
         toolchain.generate()
         if self.options.eigen == "conan":

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <iostream>
 #include <new>
 #include <optional>
 #include <string>
@@ -272,12 +273,17 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
 
 int command_line(int argc, char** argv, int (*bench)(const BenchOptions&)) {
   std::string command;
+  int status = 1;
   const auto complain = [&](std::string message) {  // on one line, and without what a terminal would obey, whatever was typed
     std::replace_if(message.begin(), message.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, '?');
     std::fprintf(stderr, "qdot%s%s: %s\n", command.empty() ? "" : " ", command.c_str(), message.c_str());
   };
   try {
-    return execute(argc, argv, command, bench);
+    status = execute(argc, argv, command, bench);
+    std::cout.flush();  // of CLI11
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout)
+      throw Error("standard output must take all that is printed, but did not; make room where it goes, or send it elsewhere");
+    return status;
   } catch (const SceneFileError& error) {
     complain(error.what());
     std::fputs(error.details().c_str(), stderr);
@@ -290,7 +296,7 @@ int command_line(int argc, char** argv, int (*bench)(const BenchOptions&)) {
   } catch (const std::exception& error) {
     complain(error.what());
   }
-  return 1;
+  return std::max(status, 1);
 }
 
 }  // namespace qdot::program

@@ -30,6 +30,7 @@
 #include "program/scene_file.hpp"
 #include "program/simulation.hpp"
 #include "program/sweep_directory.hpp"
+#include "program/sweep_share.hpp"
 #include "program/sweep_workers.hpp"
 #include "program/swept_quantities.hpp"
 #include "program/swept_values.hpp"
@@ -101,7 +102,12 @@ Row row_of(const Sweep& sweep, Kept<Row>&& kept) {
 /// What is done with what was done, and by whom.
 void choose_workers(Sweep& sweep, const SweepOptions& options) {
   sweep.is_recorded = options.resume || options.processes || options.shard;
-  if (!sweep.is_recorded) return;
+  if (!sweep.is_recorded) {
+    if (const std::string others = said_of_others(); !others.empty())
+      throw UsageError("--shard: must be given where several processes are started together (" + others + "), as each would do the whole sweep and write the same files; "
+                       "give --out PATH --shard auto and they share it, or --shard 1/1 where each has a sweep and a PATH of its own");
+    return;
+  }
   const char* asked = options.resume ? "--resume" : options.processes ? "--processes" : "--shard";
   if (!options.out || options.out->empty() || options.out->back() == '/')
     throw UsageError(std::string(asked) + ": must stand with --out PATH, as records are kept in PATH.sweep, given " +
@@ -389,13 +395,16 @@ bool all_recorded(const Sweep& sweep, SweepDirectory& directory, const SweepOpti
   return false;
 }
 
+/// "1 motion", "2 motions"
+std::string motions(std::size_t count) { return std::to_string(count) + (count == 1 ? " motion" : " motions"); }
+
 /// Writes the files and says what came of it; the exit status.
 int shown(const Sweep& sweep, const SweepOptions& options, const std::vector<Row>& rows, const std::string& how) {
   const std::size_t count = rows.size();
   const auto failed = static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [](const Row& row) { return row.outcome != Outcome::completed; }));
   std::string over;
   for (const SweptAxis& axis : sweep.values.axes()) over += (over.empty() ? "" : ", ") + axis.name;
-  const std::string summary = std::to_string(count) + " motions over " + over + " to t = " + report::rounded_text(sweep.request.t_end, 6) +
+  const std::string summary = motions(count) + " over " + over + " to t = " + report::rounded_text(sweep.request.t_end, 6) +
                               (failed == 0 ? "" : ", " + std::to_string(failed) + " of them failed");
   if (options.out)
     report::write_files({{sweep.paths[0], csv_of(sweep, rows)}, {sweep.paths[1], npz_of(sweep, rows)}, {sweep.paths[2], html_of(sweep, rows, summary + ".")}});
@@ -410,7 +419,7 @@ int shown(const Sweep& sweep, const SweepOptions& options, const std::vector<Row
         if (std::isfinite(row.values[k])) low = std::min(low, row.values[k]), high = std::max(high, row.values[k]), ++known;
       if (known == 0) std::printf("  %-20s no motion has it\n", sweep.quantities[k].text.c_str());
       else std::printf("  %-20s %s … %s%s\n", sweep.quantities[k].text.c_str(), report::rounded_text(low, 6).c_str(), report::rounded_text(high, 6).c_str(),
-                       known == count ? "" : (", " + std::to_string(count - known) + " motions without").c_str());
+                       known == count ? "" : (", " + motions(count - known) + " without").c_str());
     }
     std::set<std::string> said;  // each outcome once, with the first message
     for (const Row& row : rows)
@@ -444,9 +453,13 @@ int sweep(const SweepOptions& options) {
   std::vector<std::string> remarks;
   const std::vector<Row> rows = directory.rows(remarks);
   for (const std::string& remark : remarks) std::fprintf(stderr, "qdot sweep: %s\n", remark.c_str());
-  const int status = shown(sweep, options, rows, seconds() + (before == 0 ? "" : ", " + std::to_string(before) + " of them recorded before"));
-  directory.end_merge();
-  return status;
+  try {
+    const int status = shown(sweep, options, rows, seconds() + (before == 0 ? "" : ", " + std::to_string(before) + " of them recorded before"));
+    directory.end_merge();
+    return status;
+  } catch (const report::UnwritableFile& error) {
+    throw Error(std::string(error.what()) + "; all motions are recorded in " + directory.path() + ", and the same command writes the results");
+  }
 }
 
 }  // namespace qdot::program

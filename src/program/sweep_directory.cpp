@@ -66,6 +66,7 @@ std::string own_name() {
 }
 
 std::string content(const fs::path& path) {
+  if (!fs::is_regular_file(path)) return {};
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
@@ -148,6 +149,8 @@ void settle_manifest(const std::string& path, const std::string& manifest) {
       throw UsageError("--out: must leave " + path + " to qdot, but it holds " + name + "; choose another --out, or move " + path + " away");
     }
     const int file = open(draft.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (file < 0 && (errno == EACCES || errno == EROFS))
+      throw UsageError("--out: must be a path where this process may write, but " + draft + " cannot (" + std::strerror(errno) + "); choose another --out, or change the permissions of " + path);
     if (file < 0) fail("a sweep's manifest must be written", draft, errno);
     try {
       write_all(file, manifest, draft);

@@ -63,4 +63,11 @@ SweepShare sweep_share(const std::string& text) {
   return {.first = array.first * one.of + one.first, .of = array.of * one.of};
 }
 
+std::string said_of_others() {
+  // Of Slurm the numbers of a step, which srun has started: those of the job are set where its script runs, alone.
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"})
+    if (const auto value = variable(name); value && std::atol(value->c_str()) > 1) return std::string(name) + " is " + *value;
+  return {};
+}
+
 }  // namespace qdot::program

@@ -5,8 +5,9 @@
 //
 // --shard K/N is a fixed share, every N-th chunk from the K-th on, and nothing else: for machines that have no file system in common, whose records
 // are brought together later. --shard auto is one process of several that work on the same directory: it begins with its share, and then does what is
-// left of the others'. Which one it is stands in the environment, where MPI or Slurm has put it; nobody is asked unless the command line says so, and
-// where nothing stands there that is an error, and not a guess.
+// left of the others'. Which one it is stands in the environment, where MPI or Slurm has put it; where nothing
+// stands there that is an error, and not a guess. A sweep that is not shared is refused where something does: each of the processes would do all of it, and
+// they would write the same files at the same time.
 
 #include <cstddef>
 #include <string>
@@ -23,5 +24,8 @@ struct SweepShare {
 ///
 /// @throws UsageError
 SweepShare sweep_share(const std::string& text);
+
+/// The variable by which MPI or Slurm says that it has started several processes, "OMPI_COMM_WORLD_SIZE is 4"; empty where it has not.
+std::string said_of_others();
 
 }  // namespace qdot::program

@@ -20,6 +20,9 @@ std::vector<std::string> parts_of(const std::string& text, char separator) {
   return parts;
 }
 
+/// What a number is of, for messages.
+std::string option(const SweptAxis& axis) { return "--over " + axis.name; }
+
 SweptAxis sampled_axis(const std::string& text, std::size_t tilde) {
   SweptAxis axis{.name = text.substr(0, tilde)};
   const std::string law = text.substr(tilde + 1);
@@ -28,8 +31,8 @@ SweptAxis sampled_axis(const std::string& text, std::size_t tilde) {
   const std::vector<std::string> numbers = open == std::string::npos || law.back() != ')' ? std::vector<std::string>() : parts_of(law.substr(open + 1, law.size() - open - 2), ',');
   if ((kind != "uniform" && kind != "normal") || numbers.size() != 2) throw UsageError("--over: must be NAME~uniform(A,B) or NAME~normal(MEAN,SIGMA) with --random, given " + text);
   axis.distribution = kind == "uniform" ? Distribution::uniform : Distribution::normal;
-  axis.a = finite_number("--over", numbers[0]);
-  axis.b = finite_number("--over", numbers[1]);
+  axis.a = finite_number(option(axis), numbers[0]);
+  axis.b = finite_number(option(axis), numbers[1]);
   if (axis.distribution == Distribution::uniform ? !(axis.b > axis.a) : !(axis.b >= 0.0))
     throw UsageError("--over: must be uniform from a smaller to a greater number, or normal with a SIGMA that is not negative, given " + text);
   return axis;
@@ -39,13 +42,13 @@ SweptAxis grid_axis(const std::string& text, std::size_t equals) {
   SweptAxis axis{.name = text.substr(0, equals)};
   const std::string values = text.substr(equals + 1);
   if (values.find(':') == std::string::npos) {
-    for (const std::string& value : parts_of(values, ',')) axis.values.push_back(finite_number("--over", value));
+    for (const std::string& value : parts_of(values, ',')) axis.values.push_back(finite_number(option(axis), value));
     return axis;
   }
   const std::vector<std::string> parts = parts_of(values, ':');
   if (parts.size() < 3 || parts.size() > 4 || (parts.size() == 4 && parts[3] != "log")) throw UsageError("--over: must be NAME=FROM:TO:COUNT, with :log behind it or not, or NAME=A,B,C, given " + text);
-  const double from = finite_number("--over", parts[0]), to = finite_number("--over", parts[1]);
-  const long count = whole_number("--over", parts[2], 1, 100'000'000);
+  const double from = finite_number(option(axis), parts[0]), to = finite_number(option(axis), parts[1]);
+  const long count = whole_number(option(axis) + ": COUNT", parts[2], 1, 100'000'000);
   axis.logarithmic = parts.size() == 4;
   if (axis.logarithmic && !(from > 0.0 && to > 0.0)) throw UsageError("--over: must go between positive numbers with :log, given " + text);
   for (long i = 0; i < count; ++i) {

@@ -134,3 +134,12 @@ TEST_CASE("help and version are no errors") {
 }
 
 TEST_CASE("nothing is printed on stderr when all goes well") { CHECK(qdot("run pendulum --t-end 1").err.empty()); }
+
+TEST_CASE("output that is not taken is no success") {
+  if (!std::filesystem::exists("/dev/full")) return;  // a device of Linux
+  for (const std::string arguments : {"list", "run pendulum --t-end 1 --json", "sweep pendulum --over l=1,2 --t-end 1", "--version"}) {
+    const auto ended = program_test::ended("/bin/sh", "-c '" QDOT_PROGRAM " " + arguments + " > /dev/full'");
+    CHECK(ended.status == 1);
+    CHECK(ended.err.find(": standard output must take all that is printed, but did not; make room where it goes, or send it elsewhere\n") != std::string::npos);
+  }
+}

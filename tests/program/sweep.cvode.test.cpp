@@ -121,6 +121,10 @@ TEST_CASE("a sweep that means nothing is refused by argument, rule and value") {
   CHECK(err("pendulum --over length=1,2").find("--over: must be a parameter or initial value of pendulum, given \"length\"; the nearest is \"l\"") != std::string::npos);
   CHECK(err("pendulum --over l=1:2") == "qdot sweep: --over: must be NAME=FROM:TO:COUNT, with :log behind it or not, or NAME=A,B,C, given l=1:2\n");
   CHECK(err("pendulum --over l=-1:2:5:log").find("must go between positive numbers with :log") != std::string::npos);
+  CHECK(err("pendulum --over l=") == "qdot sweep: --over l: must be a finite number, given \"\"\n");
+  CHECK(err("pendulum --over q0=1,2 --over l=1,,2") == "qdot sweep: --over l: must be a finite number, given \"\"\n");
+  CHECK(err("pendulum --over l=1:2:0") == "qdot sweep: --over l: COUNT: must be a whole number from 1 to 100000000, given \"0\"\n");
+  CHECK(err("pendulum --over l=0:2:3") == "qdot sweep: --over: l (length of the rod) must be positive, given 0\n");
   CHECK(err("pendulum --over l=1,2 --over l=3,4") == "qdot sweep: --over: must name each quantity once, given l twice\n");
   CHECK(err("pendulum --over l=1,2 --record speed").find("--record: must be a coordinate, a velocity or a quantity of pendulum, given \"speed\"") != std::string::npos);
   CHECK(err("pendulum --random 5 --over l=1,2").find("must be NAME~uniform(A,B) or NAME~normal(MEAN,SIGMA) with --random") != std::string::npos);
@@ -180,6 +184,27 @@ TEST_CASE("a process of MPI or Slurm begins with its share and does what nobody 
   }
 }
 
+// Each would do all of it, and write the same files at the same time.
+TEST_CASE("a sweep by several processes that are not told to share it is refused, and only then") {
+  const program_test::Directory directory;
+  const auto under = [&](const std::string& variables, const std::string& more) {
+    return program_test::ended("/usr/bin/env", variables + " " QDOT_PROGRAM " sweep pendulum --over l=1,2 --t-end 1 --quiet " + more);
+  };
+  const std::string out = "--out " + directory.file("x");
+  for (const std::string variables : {"OMPI_COMM_WORLD_RANK=0 OMPI_COMM_WORLD_SIZE=4", "PMI_RANK=3 PMI_SIZE=4", "SLURM_PROCID=1 SLURM_STEP_NUM_TASKS=4"}) {
+    const auto alike = under(variables, out);
+    CHECK(alike.status == 2);
+    const std::string size = variables.substr(variables.find(' ') + 1, variables.size() - variables.find(' ') - 3);
+    CHECK(alike.err == "qdot sweep: --shard: must be given where several processes are started together (" + size +
+                           " is 4), as each would do the whole sweep and write the same files; give --out PATH --shard auto and they share it, or --shard 1/1 where each has a sweep and a PATH "
+                           "of its own\n");
+    CHECK(!std::filesystem::exists(directory.file("x.csv")));
+  }
+  for (const std::string more : {"--resume", "--processes 2", "--shard 1/1"}) CHECK(under("OMPI_COMM_WORLD_RANK=0 OMPI_COMM_WORLD_SIZE=4", out + " " + more).status == 0);
+  CHECK(under("OMPI_COMM_WORLD_RANK=0 OMPI_COMM_WORLD_SIZE=1", "").status == 0);
+  CHECK(under("SLURM_PROCID=0 SLURM_NTASKS=64", "").status == 0);  // the script of a job, which is alone
+}
+
 TEST_CASE("records that were changed, cut short or lost are done again, and it is said") {
   const program_test::Directory directory;
   const std::string command = "sweep " + oscillators + directory.file("x") + " --resume";
@@ -216,6 +241,19 @@ TEST_CASE("a sweep that finds no room keeps what it has, and goes on when there 
   }
 }
 
+TEST_CASE("results that cannot be written when all is recorded are written by the same command later") {
+  const program_test::Directory directory;
+  const std::string arguments = "sweep " + oscillators + directory.file("x") + " --resume", in_the_way = directory.file("x.csv.unfinished");
+  std::filesystem::create_directory(in_the_way);
+  const auto refused = qdot(arguments);
+  CHECK(refused.status == 1);
+  CHECK(refused.err.find("x.csv is not (Is a directory)") != std::string::npos);
+  CHECK(refused.err.find("; all motions are recorded in " + directory.file("x.sweep") + ", and the same command writes the results\n") != std::string::npos);
+  std::filesystem::remove(in_the_way);
+  CHECK(qdot(arguments).status == 0);
+  check_same(directory, "x");
+}
+
 TEST_CASE("records of another sweep are refused by what is another, and left alone") {
   const program_test::Directory directory;
   const std::string path = directory.file("x"), records_of_it = path + ".sweep";
@@ -240,6 +278,9 @@ TEST_CASE("records of another sweep are refused by what is another, and left alo
   CHECK(qdot("sweep pendulum --over l=1,2 --resume --out " + directory.file("y")).err ==
         "qdot sweep: --out: must go on with the sweep that is in " + directory.file("y.sweep") + ", but other.records there is of another; move it away\n");
   std::ofstream(records_of_it + "/manifest.json") << "{";
+  CHECK(err(sample).find("/manifest.json cannot be read; choose another --out, or move ") != std::string::npos);
+  std::filesystem::remove(records_of_it + "/manifest.json");
+  std::filesystem::create_directory(records_of_it + "/manifest.json");
   CHECK(err(sample).find("/manifest.json cannot be read; choose another --out, or move ") != std::string::npos);
   std::filesystem::remove(records_of_it + "/manifest.json");
   std::ofstream(records_of_it + "/letter.txt") << "mine";

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
 #
 # Includes go one way only, from layer to layer and from room to room, and SUNDIALS is named in integrate/cvode*.hpp and the room
-# integrate/cvode/ alone, Ipopt in analysis/optimal/ipopt.hpp.
+# integrate/cvode/ alone, Ipopt in analysis/optimal/ipopt.hpp, MPI in integrate/mpi/communicator.hpp and in the user header above it.
 set(layers version error fwd ad mechanics effects integrate analysis report qdot)
 # Folders below a layer, each of which may include those before it. What users include is not in them (rooms.cmake).
 set(rooms ad/forward ad/records ad/lagrange ad/places ad/formula ad/series mechanics/equations mechanics/derive mechanics/places
-  effects/rows effects/equations integrate/steps integrate/watch integrate/driver integrate/accurate integrate/lanes integrate/cvode analysis/linear analysis/symmetry analysis/variations analysis/orbits analysis/branches analysis/fit analysis/paths analysis/optimal report/equations)
+  effects/rows effects/equations integrate/steps integrate/watch integrate/driver integrate/accurate integrate/lanes integrate/cvode integrate/mpi analysis/linear analysis/symmetry analysis/variations analysis/orbits analysis/branches analysis/fit analysis/paths analysis/optimal report/equations)
 set(sundials_folders "(cvodes?|sundials|nvector|sunmatrix|sunlinsol|sunnonlinsol|arkode|idas?|kinsol)")
+
+set(mpi_headers "^integrate/(simulate_many_mpi\\.hpp|mpi/)")
 
 set(violations)
 file(GLOB_RECURSE headers RELATIVE ${INCLUDE_DIR} ${INCLUDE_DIR}/*.hpp)
@@ -40,14 +42,24 @@ foreach(header IN LISTS headers)
       if(included MATCHES "^analysis/optimal" AND NOT header MATCHES "^analysis/optimal")
         list(APPEND violations "${header} includes ${included}, which belongs to the component optimal")
       endif()
+      if(included MATCHES "${mpi_headers}" AND NOT header MATCHES "${mpi_headers}")
+        list(APPEND violations "${header} includes ${included}, which belongs to the component mpi")
+      endif()
     elseif(line MATCHES "include *\"")
       list(APPEND violations "${header}: write our headers as \"qdot/…\": ${line}")
     elseif(line MATCHES "<${sundials_folders}/" AND NOT header MATCHES "^integrate/cvode")
       list(APPEND violations "${header} names SUNDIALS: ${line}")
     elseif(line MATCHES "<coin(-or)?/" AND NOT header STREQUAL "analysis/optimal/ipopt.hpp")
       list(APPEND violations "${header} names Ipopt: ${line}")
+    elseif(line MATCHES "<mpi\\.h>" AND NOT header STREQUAL "integrate/mpi/communicator.hpp")
+      list(APPEND violations "${header} includes MPI's header: ${line}")
     endif()
   endforeach()
+  file(STRINGS ${INCLUDE_DIR}/${header} names_mpi REGEX "MPI_[A-Z]")
+  list(FILTER names_mpi EXCLUDE REGEX "^ *//")
+  if(names_mpi AND NOT header MATCHES "${mpi_headers}")
+    list(APPEND violations "${header} names MPI: ${names_mpi}")
+  endif()
 endforeach()
 
 list(LENGTH headers count)

@@ -4,6 +4,7 @@
 #include "qdot/integrate/simulate_many.hpp"
 
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -39,7 +40,7 @@ double angle_of(std::size_t i) {
 
 TEST_CASE("many motions in threads are the bits of one after another, whatever the threads and chunks") {
   constexpr std::size_t count = 101;
-  for (const ManyOptions& many : {ManyOptions{.threads = 1}, ManyOptions{.threads = 4}, ManyOptions{.threads = 3, .chunk = 7}, ManyOptions{}}) {
+  for (const ManyOptions& many : {ManyOptions{.threads = 1}, ManyOptions{.threads = 4}, ManyOptions{.threads = 3, .chunk = 7}, ManyOptions{.threads = 2, .chunk = std::numeric_limits<std::size_t>::max()}, ManyOptions{}}) {
     const auto all = simulate_many(count, angle_of, many);
     REQUIRE(all.size() == count);
     std::size_t same = 0;

@@ -237,7 +237,7 @@ class SceneForm {
   }
 
   Sc scene_;
-  [[no_unique_address]] std::conditional_t<is_traced, detail::Kept<Traced>, std::tuple<>> traced_;
+  [[no_unique_address]] std::conditional_t<is_traced, detail::KeptMotion<Traced>, std::tuple<>> traced_;
 };
 
 /// The first-order form of a scene; that of its system where it has no effects.

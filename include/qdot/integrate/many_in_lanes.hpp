@@ -101,30 +101,41 @@ inline bool asks_for_lanes(const Options& o) {
 template <class Systems, class Method, class... Events>
 inline constexpr bool may_share_packs = std::is_same_v<Method, Dop853> && Systems::goes_in_lanes && only_stop<Events...>;
 
-template <class Systems, class StartOf, class Method, class... Events, class HandOn>
-void hand_on_ends(const Systems& systems, std::size_t count, const StartOf& start_of, double t_end, const Method& method, Options options,
-                  const EventList<Events...>& events, ManyOptions many, const HandOn& hand_on) {
+// use(work) with a function work(first, last) → ends of these motions, in lanes where that can be.
+template <class Systems, class StartOf, class Method, class... Events, class Use>
+void use_ends(const Systems& systems, const StartOf& start_of, double t_end, const Method& method, Options options, const EventList<Events...>& events, const Use& use) {
   require_option(std::isfinite(t_end), "t_end", "must be finite", t_end, "choose a time to end at");
   options.keep_trajectory = false;
-  if (many.chunk == 0) many.chunk = std::clamp<std::size_t>(count / (16 * threads_of(many)), 1, 1024);  // a chunk ends with lanes that have nothing to do
   if constexpr (may_share_packs<Systems, Method, Events...>) {
     require_valid(options, 2 * Systems::n);
     if (asks_for_lanes(options)) {
       using Run = LaneRun<Systems, StartOf, LanePack, Events...>;
-      const auto work = [&](std::size_t first, std::size_t last) { return Run(systems, start_of, t_end, options, events).run(first, last); };
-      return Queue(count, many).run(work, hand_on);
+      return use([&](std::size_t first, std::size_t last) { return Run(systems, start_of, t_end, options, events).run(first, last); });
     }
   }
   const auto motion = [&](std::size_t i) { return motion_alone(systems.of(i), start_of(i), t_end, method, options, events); };
-  Queue(count, many).run([&](std::size_t first, std::size_t last) { return kept_of_some(motion, first, last); }, hand_on);
+  use([&](std::size_t first, std::size_t last) { return kept_of_some(motion, first, last); });
 }
+
+template <class Systems, class StartOf, class Method, class... Events, class HandOn>
+void hand_on_ends(const Systems& systems, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
+                  const EventList<Events...>& events, ManyOptions many, const HandOn& hand_on) {
+  if (many.chunk == 0) many.chunk = std::clamp<std::size_t>(count / (16 * threads_of(many)), 1, 1024);  // a chunk ends with lanes that have nothing to do
+  use_ends(systems, start_of, t_end, method, options, events, [&](const auto& work) { Queue(count, many).run(work, hand_on); });
+}
+
+// A function of a motion's number that returns its State.
+template <class StartOf>
+concept GivesStarts = requires(const StartOf& start_of, std::size_t i) { start_of(i).qdot; };
 
 template <class Sys>
 using SystemIn = typename decltype(systems_of(std::declval<const Sys&>()))::System;
 
-// What is kept of a motion of this system, or of one of this family.
+// The end of a motion of this system, or of one of this family.
 template <class Sys>
-using EndOf = Kept<MotionEnd<dof_at_compile_time<std::remove_cvref_t<decltype(first_order_form(std::declval<const SystemIn<Sys>&>()))>>()>>;
+using MotionEndOf = MotionEnd<dof_at_compile_time<std::remove_cvref_t<decltype(first_order_form(std::declval<const SystemIn<Sys>&>()))>>()>;
+template <class Sys>
+using EndOf = Kept<MotionEndOf<Sys>>;
 
 }  // namespace detail
 
@@ -138,25 +149,23 @@ using EndOf = Kept<MotionEnd<dof_at_compile_time<std::remove_cvref_t<decltype(fi
 /// @return          for each motion, by its number, where it ended; or what start_of, T, V or the parameters threw
 /// @throws InvalidValue, DimensionError  options, t_end or the number of threads outside their range
 template <class Sys, class StartOf, class Method, class... Events>
-  requires std::invocable<const StartOf&, std::size_t>
+  requires detail::GivesStarts<StartOf>
 auto simulate_many(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
                    const EventList<Events...>& happening, const ManyOptions& many = {}) {
   std::vector<detail::EndOf<Sys>> all(count);
-  detail::hand_on_ends(detail::systems_of(system), count, start_of, t_end, method, options, happening, many, [&](std::size_t first, auto&& some) {
-    std::move(some.begin(), some.end(), all.begin() + static_cast<std::ptrdiff_t>(first));
-  });
+  detail::hand_on_ends(detail::systems_of(system), count, start_of, t_end, method, options, happening, many, detail::into(all));
   return all;
 }
 
 template <class Sys, class StartOf, class Method, class G, class Action>
-  requires std::invocable<const StartOf&, std::size_t>
+  requires detail::GivesStarts<StartOf>
 auto simulate_many(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
                    const Event<G, Action>& happening, const ManyOptions& many = {}) {
   return simulate_many(system, count, start_of, t_end, method, options, events(happening), many);
 }
 
 template <class Sys, class StartOf, class Method>
-  requires std::invocable<const StartOf&, std::size_t>
+  requires detail::GivesStarts<StartOf>
 auto simulate_many(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options = {},
                    const ManyOptions& many = {}) {
   return simulate_many(system, count, start_of, t_end, method, options, EventList<>{}, many);
@@ -169,9 +178,7 @@ template <class Sys, class StartOf, class Method, class... Events, class Value, 
   requires std::invocable<const Reduce&, Value&, std::size_t, detail::EndOf<Sys>&&>
 Value simulate_many(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
                     const EventList<Events...>& happening, Value value, const Reduce& reduce, const ManyOptions& many = {}) {
-  detail::hand_on_ends(detail::systems_of(system), count, start_of, t_end, method, options, happening, many, [&](std::size_t first, auto&& some) {
-    for (std::size_t k = 0; k < some.size(); ++k) reduce(value, first + k, std::move(some[k]));
-  });
+  detail::hand_on_ends(detail::systems_of(system), count, start_of, t_end, method, options, happening, many, detail::reducing(value, reduce));
   return value;
 }
 

@@ -79,7 +79,7 @@ class Queue {
  public:
   Queue(std::size_t count, const ManyOptions& many)
       : threads_(std::max<std::size_t>(1, std::min(threads_of(many), count))), count_(count),
-        chunk_(many.chunk > 0 ? many.chunk : std::clamp<std::size_t>(count / (16 * threads_), 1, 64)), chunks_((count + chunk_ - 1) / chunk_) {}
+        chunk_(many.chunk > 0 ? std::min(many.chunk, std::max<std::size_t>(1, count)) : std::clamp<std::size_t>(count / (16 * threads_), 1, 64)), chunks_((count + chunk_ - 1) / chunk_) {}
 
   // work(first, last) → anything, in some thread; hand_on(first, result), in the order of chunks, one at a time. The first exception of either ends all.
   template <class Work, class HandOn>
@@ -144,6 +144,18 @@ auto kept_of_some(const Motion& motion, std::size_t first, std::size_t last) {
   return kept;
 }
 
+// What is done with chunks of results in their turn.
+template <class R>
+auto into(std::vector<Kept<R>>& all) {
+  return [&all](std::size_t first, std::vector<Kept<R>>&& some) { std::move(some.begin(), some.end(), all.begin() + static_cast<std::ptrdiff_t>(first)); };
+}
+template <class Value, class Reduce>
+auto reducing(Value& value, const Reduce& reduce) {
+  return [&](std::size_t first, auto&& some) {
+    for (std::size_t k = 0; k < some.size(); ++k) reduce(value, first + k, std::move(some[k]));
+  };
+}
+
 }  // namespace detail
 
 /// motion(i) for i = 0 … count − 1, in threads.
@@ -155,7 +167,7 @@ template <class Motion>
 auto simulate_many(std::size_t count, const Motion& motion, const ManyOptions& many = {}) {
   std::vector<Kept<detail::KeptOf<Motion>>> all(count);
   detail::Queue(count, many).run([&](std::size_t first, std::size_t last) { return detail::kept_of_some(motion, first, last); },
-                                 [&](std::size_t first, auto&& some) { std::move(some.begin(), some.end(), all.begin() + static_cast<std::ptrdiff_t>(first)); });
+                                 detail::into(all));
   return all;
 }
 
@@ -166,9 +178,7 @@ template <class Motion, class Value, class Reduce>
   requires std::invocable<const Reduce&, Value&, std::size_t, Kept<detail::KeptOf<Motion>>&&>
 Value simulate_many(std::size_t count, const Motion& motion, Value value, const Reduce& reduce, const ManyOptions& many = {}) {
   detail::Queue(count, many).run([&](std::size_t first, std::size_t last) { return detail::kept_of_some(motion, first, last); },
-                                 [&](std::size_t first, auto&& some) {
-                                   for (std::size_t k = 0; k < some.size(); ++k) reduce(value, first + k, std::move(some[k]));
-                                 });
+                                 detail::reducing(value, reduce));
   return value;
 }
 

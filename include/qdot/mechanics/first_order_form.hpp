@@ -201,7 +201,7 @@ class FirstOrderForm {
 
   Sys system_;
   detail::ConstantInertia<Sys> inertia_;  // factored once in a leg, where M is constant and V no formula
-  [[no_unique_address]] std::conditional_t<n == Dynamic, detail::Kept<detail::TracedMotion<>>, std::tuple<>> traced_;
+  [[no_unique_address]] std::conditional_t<n == Dynamic, detail::KeptMotion<detail::TracedMotion<>>, std::tuple<>> traced_;
 };
 
 namespace detail {

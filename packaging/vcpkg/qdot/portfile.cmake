@@ -4,7 +4,7 @@
 # next line is vcpkg_from_github(…).
 get_filename_component(SOURCE_PATH "${CURRENT_PORT_DIR}/../../.." ABSOLUTE)
 
-# Headers alone: what is installed is the same for all features, which bring SUNDIALS and Ipopt along for find_package(qdot COMPONENTS …).
+# Headers alone: what is installed is the same for all features, which bring SUNDIALS, Ipopt and MPI along for find_package(qdot COMPONENTS …).
 set(VCPKG_BUILD_TYPE release)
 vcpkg_cmake_configure(
   SOURCE_PATH "${SOURCE_PATH}"
@@ -14,6 +14,7 @@ vcpkg_cmake_configure(
     -DQDOT_BUILD_EXAMPLES=OFF
     -DQDOT_WITH_SUNDIALS=OFF
     -DQDOT_WITH_IPOPT=OFF
+    -DQDOT_WITH_MPI=OFF
 )
 vcpkg_cmake_install()
 vcpkg_cmake_config_fixup(CONFIG_PATH share/cmake/qdot)

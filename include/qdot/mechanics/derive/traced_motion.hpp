@@ -211,11 +211,11 @@ class TracedMotion {
 /// Nothing is there where they are no formulas, or where it does not pay. Copies share what one of them has made, and work by themselves; each is asked by
 /// one thread at a time, others wait.
 template <class Motion>
-class Kept {
+class KeptMotion {
  public:
-  Kept() = default;
-  Kept(const Kept& other) : made_(other.made()) {}
-  Kept& operator=(const Kept& other) {
+  KeptMotion() = default;
+  KeptMotion(const KeptMotion& other) : made_(other.made()) {}
+  KeptMotion& operator=(const KeptMotion& other) {
     auto theirs = other.made();
     const std::lock_guard lock(mutex_);
     made_ = std::move(theirs);

@@ -18,12 +18,14 @@ class Qdot(CMakePackage):
 
     variant("cvode", default=False, description="The component cvode: methods of SUNDIALS")
     variant("optimal", default=False, description="The component optimal: optimal motions by Ipopt")
+    variant("mpi", default=False, description="The component mpi: many motions by the processes of MPI")
 
     depends_on("cxx", type="build")
     depends_on("cmake@3.22:", type="build")
     depends_on("eigen@3.4:")
     depends_on("sundials@6:", when="+cvode")
     depends_on("ipopt", when="+optimal")
+    depends_on("mpi@3:", when="+mpi")
 
     conflicts("%gcc@:11", msg="qdot is C++20 as g++ 12 and clang 16 compile it")
     conflicts("%clang@:15", msg="qdot is C++20 as g++ 12 and clang 16 compile it")
@@ -33,4 +35,5 @@ class Qdot(CMakePackage):
         return [self.define("QDOT_" + what, False) for what in off] + [
             self.define("QDOT_WITH_SUNDIALS", "ON" if "+cvode" in self.spec else "OFF"),
             self.define("QDOT_WITH_IPOPT", "ON" if "+optimal" in self.spec else "OFF"),
+            self.define("QDOT_WITH_MPI", "ON" if "+mpi" in self.spec else "OFF"),
         ]
