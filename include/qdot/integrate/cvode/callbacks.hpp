@@ -122,7 +122,7 @@ class AnySystem {
   // From traced equations, or, where there are none, within the band that a tape shows.
   template <FirstOrderSystem F>
   static MakeSparse sparse_equations_of() {
-    constexpr bool is_traced = requires(const F& f) { f.equations(); }, is_banded = requires(const F& f, const ConstVector& y) { f.linearization(0.0, y); };
+    constexpr bool is_traced = requires(const F& f, RecordedMotion& m) { f.run_functors(m); }, is_banded = requires(const F& f, const ConstVector& y) { f.linearization(0.0, y); };
     if constexpr (is_traced || is_banded) {
       return [](const void* p, SUNContext context) -> std::unique_ptr<NewtonEquations> {
         const F& system = *static_cast<const F*>(p);
