@@ -48,8 +48,9 @@ class SceneForm {
   void renew()
     requires is_traced
   {
-    traced_.renew([this](detail::RecordedMotion& m) { detail::run_scene(m, scene_, nullptr); });
+    traced_.renew([this](detail::RecordedMotion& motion) { detail::run_scene(motion, scene_, nullptr); });
   }
+
   /// Number of coordinates.
   Eigen::Index dof() const noexcept { return scene_.dof(); }
   /// Number of components of y = [q; q̇; z].

@@ -261,15 +261,15 @@ class TimeBounds {
   // c where b is c·a, for that is a square, which has one sign; otherwise 0.
   static double square_factor(const Graph& graph, const Node& product) {
     if (product.a == product.b) return 1.0;
-    struct Line {
+    struct LineInTime {
       int base;
       double slope, offset;
     };
     const auto line = [&](int x) {
       const Node& node = graph[x];
-      return node.kind == Kind::affine && node.b < 0 ? Line{node.a, node.ca, node.c} : Line{x, 1.0, 0.0};
+      return node.kind == Kind::affine && node.b < 0 ? LineInTime{node.a, node.ca, node.c} : LineInTime{x, 1.0, 0.0};
     };
-    const Line a = line(product.a), b = line(product.b);
+    const LineInTime a = line(product.a), b = line(product.b);
     const double c = b.slope / a.slope;
     return a.base == b.base && std::abs(b.offset - c * a.offset) <= 1e-14 * std::abs(b.offset) ? c : 0.0;
   }
