@@ -16,6 +16,7 @@
 
 #include <type_traits>
 
+#include "qdot/ad/dual.hpp"
 #include "qdot/mechanics/equations/lagrange_terms.hpp"
 #include "qdot/mechanics/system.hpp"
 
@@ -82,12 +83,22 @@ auto conjugate_momenta(const System<E, n, I>& system, const Eigen::MatrixBase<Q>
   }, Vector<S, n>(qdot));
 }
 
-/// h = q̇·p − L, Jacobi's energy function: constant on a motion of an autonomous system.
+/// h = q̇·p − L, Jacobi's energy function: constant on a motion of an autonomous system; one evaluation of T along q̇, of which q̇·p is the slope, and one of V.
 template <class E, int n, Inertia I, class Q, class Qdot>
 auto jacobi_energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                    typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
-  return S(qdot.dot(conjugate_momenta(system, q, qdot, t)) - lagrangian(system, q, qdot, t));
+  using D = Dual<S, 1>;
+  detail::require_sizes(system, q, qdot);
+  const Vector<S, n> at = q;
+  Vector<D, n> x(q.size()), v(q.size());
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    x[i] = D(q[i]);
+    v[i] = D(qdot[i]);
+    v[i].tangent[0] = qdot[i];
+  }
+  const D T = detail::kinetic<n>(system.energies(), x, v, D(t));
+  return S(T.tangent[0] - T.value + detail::potential<n>(system.energies(), at, t));
 }
 
 /// E = T + V at a state; where T is no quadratic form of q̇, jacobi_energy() is what a motion conserves.
