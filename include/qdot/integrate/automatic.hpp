@@ -54,69 +54,10 @@
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
+#include "qdot/integrate/steps/spectral_radius.hpp"
 #include "qdot/integrate/taylor.hpp"
 
 namespace qdot {
-
-namespace detail {
-
-/// The largest |λ| of ∂f/∂y, estimated by powers of the Jacobian; f may not be asked for it again.
-class SpectralRadius {
- public:
-  using Jacobian = std::function<void(double, const Eigen::Ref<const Eigen::VectorXd>&, Eigen::Ref<Eigen::MatrixXd>)>;
-
-  SpectralRadius(Eigen::Index size, Jacobian jacobian)
-      : jacobian_(std::move(jacobian)), J_(Eigen::MatrixXd::Zero(size, size)), x_(size), image_(size), second_(size) {}
-
-  /// Within some percent where one eigenvalue or pair leads; allocates nothing. NaN where J is not finite.
-  double at(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    jacobian_(t, y, J_);
-    balance();
-    for (Eigen::Index i = 0; i < x_.size(); ++i) x_[i] = (i % 2 == 0 ? 1.0 : -1.0) / static_cast<double>(i + 1);
-    double logarithm = 0.0;  // of the growth over the last `counted` powers; an even number, for pairs ±λ
-    for (int k = 0; k < powers; ++k) {
-      image_.noalias() = J_ * x_;
-      const double before = x_.norm(), after = image_.norm();
-      if (!(after > 0.0)) return after;  // 0, or NaN
-      if (k >= powers - counted) logarithm += std::log(after / before);
-      x_ = image_ / after;
-    }
-    return std::exp(logarithm / counted);
-  }
-
-  /// −Re λ / |λ| of the eigenvalues that led in at(): 1 and more for what is drawn to rest, 0 for what swings for ever, below it
-  /// for what grows. From λ² = a λ + b, with the a and b that come nearest to J² x = a J x + b x for the last power x.
-  [[gnu::cold]] double damping() {
-    constexpr double collinear = 1e-6;
-    image_.noalias() = J_ * x_;
-    second_.noalias() = J_ * image_;
-    const double square = image_.squaredNorm(), part = x_.dot(image_) / square, along = second_.dot(image_) / square;
-    x_ -= part * image_;
-    if (!(x_.norm() > collinear)) return along < 0.0 ? 1.0 : -1.0;  // one real eigenvalue
-    const double b = second_.dot(x_) / x_.squaredNorm(), a = along - b * part;
-    return -a / (2 * std::sqrt(std::abs(b)));
-  }
-
- private:
-  static constexpr int powers = 20, counted = 12, sweeps = 2;
-
-  // Gives each component the unit in which its row of J is as large as its column: metres beside metres per second are not comparable.
-  void balance() {
-    for (int sweep = 0; sweep < sweeps; ++sweep)
-      for (Eigen::Index i = 0; i < J_.rows(); ++i) {
-        const double own = std::abs(J_(i, i)), unit = std::sqrt((J_.row(i).lpNorm<1>() - own) / (J_.col(i).lpNorm<1>() - own));
-        if (!(unit > 0.0 && std::isfinite(unit))) continue;
-        J_.col(i) *= unit;
-        J_.row(i) /= unit;
-      }
-  }
-
-  Jacobian jacobian_;
-  Eigen::MatrixXd J_;
-  Eigen::VectorXd x_, image_, second_;
-};
-
-}  // namespace detail
 
 /// What an AutomaticStepper chooses among.
 struct AutomaticChoice {
@@ -124,6 +65,7 @@ struct AutomaticChoice {
   AnyStepper smooth;                         ///< Dop853
   std::function<AnyStepper()> stiff;         ///< makes the stiff method's stepper, when it is wanted
   detail::SpectralRadius::Jacobian jacobian; ///< of the system
+  detail::SpectralRadius::Derivative derivative;  ///< the system's own
   std::function<void()> renew = [] {};       ///< makes anew what the system of `stiff` and `jacobian` keeps of its functors
   std::string reason;                        ///< why the first of them is the first
 };
@@ -139,7 +81,7 @@ class AutomaticStepper {
       : steppers_{std::move(choice.series), std::move(choice.smooth), std::nullopt},
         make_stiff_(std::move(choice.stiff)),
         renew_(std::move(choice.renew)),
-        radius_(size, std::move(choice.jacobian)),
+        radius_(size, std::move(choice.jacobian), std::move(choice.derivative)),
         check_every_(std::max<Eigen::Index>(16, 4 * size)) {
     statistics_.limited_by.assign(static_cast<std::size_t>(size), 0);
     active_ = next_ = first();
@@ -209,6 +151,7 @@ class AutomaticStepper {
   static constexpr double smooth_limit = 4.0;       // of h ρ, above which accuracy is not what holds Dop853's step
   static constexpr double stable_step = 4.8;        // h ρ that Dop853 keeps up when stability holds it
   static constexpr int smooth_evaluations = 12;     // of a step of Dop853
+  static constexpr double sparse_jacobian = 10.0;   // evaluations that one of many components is worth
   static constexpr int stiff_check = 50;            // steps between two looks at whether the stiff method still pays
   static constexpr double least_damping = 0.1;      // −Re λ/|λ| of what is stiff and does not swing
   static constexpr double least_gain = 6.0;         // time per evaluation beside Dop853's, for which the stiff method is kept
@@ -262,7 +205,8 @@ class AutomaticStepper {
   // Right-hand sides that the active method has taken, Jacobians at their worth.
   double cost() const {
     const Statistics& s = steppers_[active_]->statistics();
-    return static_cast<double>(s.evaluations) + static_cast<double>(s.jacobians) * static_cast<double>(statistics_.limited_by.size());
+    const auto size = static_cast<double>(statistics_.limited_by.size());
+    return static_cast<double>(s.evaluations) + static_cast<double>(s.jacobians) * (size <= detail::SpectralRadius::most_components ? size : sparse_jacobian);
   }
 
   void watch() {
@@ -384,6 +328,7 @@ struct AutomaticWith {
         .smooth = any_stepper(Dop853{}, system, options),
         .stiff = [kept, options, method = stiff] { return any_stepper(method, *kept, options); },
         .jacobian = [kept](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) { kept->jacobian(t, y, J); },
+        .derivative = [kept](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) { kept->derivative(t, y, ydot); },
         .renew = [kept] { detail::renew(*kept); },
         .reason = SwitchingSystem<F> ? "equations that switch have no power series" : "the system is more than T and V"};
     if constexpr (detail::is_recordable<F>::value)

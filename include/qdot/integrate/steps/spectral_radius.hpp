@@ -1,0 +1,103 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// How fast the fastest part of a motion near a state would be.
+//
+//     x ← J x / |J x| ,      ρ ≈ growth of |x| ,      J = ∂f/∂y
+//
+// Powers of J turn any x towards the eigenvalues that lead; over an even number of them a pair ±λ shows |λ|. J is exact and dense where there are few
+// components. Of many the matrix would be too large, and it is not needed: J x is what f does when y moves a little along x.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <functional>
+#include <utility>
+
+namespace qdot::detail {
+
+/// The largest |λ| of ∂f/∂y, estimated by powers of the Jacobian; of many components, whose matrix would be too large, by differences of f along them.
+class SpectralRadius {
+ public:
+  using ConstVector = Eigen::Ref<const Eigen::VectorXd>;
+  using Jacobian = std::function<void(double, const ConstVector&, Eigen::Ref<Eigen::MatrixXd>)>;
+  using Derivative = std::function<void(double, const ConstVector&, Eigen::Ref<Eigen::VectorXd>)>;
+
+  static constexpr Eigen::Index most_components = 1000;  // of a dense matrix
+
+  SpectralRadius(Eigen::Index size, Jacobian jacobian, Derivative derivative)
+      : jacobian_(std::move(jacobian)), derivative_(std::move(derivative)), x_(size), image_(size), second_(size) {
+    if (size <= most_components) J_.setZero(size, size);
+    else y_.resize(size), moved_.resize(size), f_.resize(size);
+  }
+
+  /// Within some percent where one eigenvalue or pair leads; allocates nothing. NaN where J is not finite.
+  double at(double t, const ConstVector& y) {
+    if (J_.size() > 0) {
+      jacobian_(t, y, J_);
+      balance();
+    } else {
+      t_ = t;
+      y_ = y;
+      derivative_(t, y, f_);
+    }
+    for (Eigen::Index i = 0; i < x_.size(); ++i) x_[i] = (i % 2 == 0 ? 1.0 : -1.0) / static_cast<double>(i + 1);
+    double logarithm = 0.0;  // of the growth over the last `counted` powers; an even number, for pairs ±λ
+    for (int k = 0; k < powers; ++k) {
+      multiply(x_, image_);
+      const double before = x_.norm(), after = image_.norm();
+      if (!(after > 0.0)) return after;  // 0, or NaN
+      if (k >= powers - counted) logarithm += std::log(after / before);
+      x_ = image_ / after;
+    }
+    return std::exp(logarithm / counted);
+  }
+
+  /// −Re λ / |λ| of the eigenvalues that led in at(): 1 and more for what is drawn to rest, 0 for what swings for ever, below it
+  /// for what grows. From λ² = a λ + b, with the a and b that come nearest to J² x = a J x + b x for the last power x.
+  [[gnu::cold]] double damping() {
+    constexpr double collinear = 1e-6;
+    multiply(x_, image_);
+    multiply(image_, second_);
+    const double square = image_.squaredNorm(), part = x_.dot(image_) / square, along = second_.dot(image_) / square;
+    x_ -= part * image_;
+    if (!(x_.norm() > collinear)) return along < 0.0 ? 1.0 : -1.0;  // one real eigenvalue
+    const double b = second_.dot(x_) / x_.squaredNorm(), a = along - b * part;
+    return -a / (2 * std::sqrt(std::abs(b)));
+  }
+
+ private:
+  static constexpr int powers = 20, counted = 12, sweeps = 2;
+  static constexpr double displacement = 1e-7;  // of a state of size 1, for differences
+
+  // out ← J x.
+  void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& out) {
+    if (J_.size() > 0) {
+      out.noalias() = J_ * x;
+      return;
+    }
+    const double size = x.lpNorm<Eigen::Infinity>(), by = size > 0.0 ? displacement * (1.0 + y_.lpNorm<Eigen::Infinity>()) / size : displacement;
+    moved_ = y_ + by * x;
+    derivative_(t_, moved_, out);
+    out = (out - f_) / by;
+  }
+
+  // Gives each component the unit in which its row of J is as large as its column: metres beside metres per second are not comparable.
+  void balance() {
+    for (int sweep = 0; sweep < sweeps; ++sweep)
+      for (Eigen::Index i = 0; i < J_.rows(); ++i) {
+        const double own = std::abs(J_(i, i)), unit = std::sqrt((J_.row(i).lpNorm<1>() - own) / (J_.col(i).lpNorm<1>() - own));
+        if (!(unit > 0.0 && std::isfinite(unit))) continue;
+        J_.col(i) *= unit;
+        J_.row(i) /= unit;
+      }
+  }
+
+  Jacobian jacobian_;
+  Derivative derivative_;
+  Eigen::MatrixXd J_;
+  Eigen::VectorXd x_, image_, second_;
+  double t_ = 0.0;
+  Eigen::VectorXd y_, moved_, f_;  // where there is no matrix
+};
+
+}  // namespace qdot::detail
