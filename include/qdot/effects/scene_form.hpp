@@ -200,6 +200,27 @@ class SceneForm {
     }
   }
 
+  /// Jᵀλ at y, the generalized forces of the constraints; lambda ← λ.
+  Vector<double, n> constraint_forces(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::VectorXd& lambda) const
+    requires has_constraints
+  {
+    const Eigen::Index k = dof();
+    Vector<double, n> forces(k);
+    if constexpr (is_traced) {
+      std::vector<double> a(static_cast<std::size_t>(k)), rates(states);
+      const double* const state = y.data();
+      const auto write = [&](Traced& traced) {
+        lambda.resize(static_cast<Eigen::Index>(traced.rows()));
+        return traced.write(state, state + k, t, state + 2 * k, a.data(), lambda.data(), rates.data()) && traced.pull(lambda.data(), forces.data());
+      };
+      if (traced_.use([this] { return trace(); }, write)) return forces;
+    }
+    const Vector<double, n> q = y.head(k), qdot = y.segment(k, k);
+    const Vector<double, states> z = y.tail(states);
+    lambda = constrained_acceleration(scene_, q, qdot, t, z).lambda;
+    return constraint_jacobian(scene_, q, qdot, t, z).transpose() * lambda;
+  }
+
   /// A coordinate's name, a velocity's, or that of an effect's state.
   std::string component_name(Eigen::Index i) const {
     if (i < dof()) return scene_.coordinate_name(i);

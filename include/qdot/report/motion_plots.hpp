@@ -34,7 +34,9 @@ inline Plot plot_against_time(const Table& table, const std::vector<Mark>& event
   return {.x = {with_unit_symbol(symbol(table.columns[0].name), table.columns[0].unit)}, .time_axis = true, .marks = events};
 }
 
-// Columns first to last − 1, a plot for each unit among them.
+inline constexpr std::size_t most_series = 100, some_series = 12;
+
+// Columns first to last − 1, a plot for each unit among them; of very many some, evenly spread.
 inline void add_plots_by_unit(std::vector<Plot>& plots, const Table& table, std::size_t first, std::size_t last, const std::vector<Mark>& events) {
   std::vector<std::string> units;
   for (std::size_t k = first; k < last; ++k) {
@@ -43,9 +45,15 @@ inline void add_plots_by_unit(std::vector<Plot>& plots, const Table& table, std:
   for (const std::string& unit : units) {
     Plot plot = plot_against_time(table, events);
     std::vector<std::string> symbols;
-    for (std::size_t k = first; k < last; ++k) {
+    std::vector<std::size_t> shown;
+    for (std::size_t k = first; k < last; ++k)
+      if (table.columns[k].unit == unit) shown.push_back(k);
+    if (shown.size() > most_series) {
+      for (std::size_t i = 0; i < some_series; ++i) shown[i] = shown[(shown.size() - 1) * i / (some_series - 1)];
+      shown.resize(some_series);
+    }
+    for (const std::size_t k : shown) {
       const Column& column = table.columns[k];
-      if (column.unit != unit) continue;
       symbols.push_back(symbol(column.name));
       plot.series.push_back({symbols.back(), table.columns[0].values, column.values});
     }

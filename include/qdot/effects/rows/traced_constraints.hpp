@@ -112,6 +112,15 @@ class TracedConstraints {
     return solve(b, delta);
   }
 
+  /// forces ← Jᵀλ, after move_to() or write(); true.
+  bool pull(const double* lambda, double* forces) {
+    std::fill_n(forces, n(), 0.0);
+    const SparseRows& J = jacobian();
+    for (std::size_t k = 0; k < rows(); ++k)
+      for (const SparseRows::Entry* entry = J.begin(k); entry != J.end(k); ++entry) forces[entry->column] += lambda[k] * entry->value;
+    return true;
+  }
+
   /// J after move_to().
   const SparseRows& jacobian() {
     if (!has_rows_)
