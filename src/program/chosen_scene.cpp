@@ -52,6 +52,7 @@ State<Dynamic> configured(RunnableScene& scene, const std::vector<std::string>& 
     }
   }
   State<Dynamic> start = scene.start();
+  if (initial_values.empty()) return start;
   std::vector<std::pair<std::string, double*>> places;
   for (Eigen::Index i = 0; i < start.q.size(); ++i) places.emplace_back(std::string("q").append(std::to_string(i)), &start.q[i]);
   for (Eigen::Index i = 0; i < start.q.size(); ++i) places.emplace_back(std::string("qdot").append(std::to_string(i)), &start.qdot[i]);

@@ -90,7 +90,7 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   add_text(run_command, "--rtol", run_options.rtol, "relative tolerance of the local error (default 1e-10)", "R");
   add_text(run_command, "--atol", run_options.atol, "absolute tolerance of the local error (default 1e-10)", "A");
   add_text(run_command, "--accuracy", run_options.accuracy, "error of the whole motion; chooses both tolerances", "E");
-  add_text(run_command, "--samples", run_options.samples, "rows of the table (default 500)", "N");
+  add_text(run_command, "--samples", run_options.samples, "rows of the table (default 500, or fewer for many coordinates)", "N");
   add_repeatable(run_command, "--compare", run_options.compare, "one more run beside it, in the same plots and picture: NAME=VALUE,… of parameters, initial values, method, step, rtol, atol, accuracy; with EFFECT[=VALUE]; without EFFECT");
   add_text(run_command, "--out", run_options.out, "write PATH.csv, PATH.npz, PATH.html and PATH.svg", "PATH");
   run_command->add_flag("--forces", run_options.forces, "arrows of the constraints' and the effects' forces in the moving picture, with --out");

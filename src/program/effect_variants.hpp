@@ -30,6 +30,7 @@ namespace qdot::program {
 template <class Sc>
 class SceneModel final : public Model {
   static constexpr int n = Sc::dof_at_compile_time;
+  static constexpr bool is_traced = detail::is_traced<SceneForm<Sc>>, has_traced_constraints = is_traced && Sc::has_constraints;
   using Behind = qdot::detail::Mechanics<SceneForm<Sc>>;
 
  public:
@@ -45,7 +46,7 @@ class SceneModel final : public Model {
   }
   std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
   Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
-    return detail::energies_of(form_.scene().system(), form_.state(t, y));
+    return detail::energies_of(form_.scene().system(), t, y);
   }
   bool autonomous() const override { return false; }
   std::vector<OwnState> own_states() const override {
@@ -72,7 +73,13 @@ class SceneModel final : public Model {
   }
   double energy_rate(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
     const auto state = form_.state(t, y);
-    return qdot::energy_rate(form_.scene(), state.q, state.qdot, t, states(y));
+    if constexpr (!has_traced_constraints) {
+      return qdot::energy_rate(form_.scene(), state.q, state.qdot, t, states(y));
+    } else {
+      Eigen::VectorXd lambda, force = form_.constraint_forces(t, y, lambda);
+      if constexpr (Sc::has_forces) force += effect_forces(form_.scene(), state.q, state.qdot, states(y), t);
+      return state.qdot.dot(force) + qdot::energy_rate(form_.scene().system(), state.q, state.qdot, t);
+    }
   }
   bool constrained() const override { return Sc::has_constraints; }
   ProjectionReport project([[maybe_unused]] double t, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> y) const override {
@@ -85,19 +92,17 @@ class SceneModel final : public Model {
   std::vector<Reaction> reactions([[maybe_unused]] double t, [[maybe_unused]] const Eigen::Ref<const Eigen::VectorXd>& y) const override {
     std::vector<Reaction> all;
     if constexpr (Sc::has_constraints) {
-      const auto state = form_.state(t, y);
-      const auto lambda = constrained_acceleration(form_.scene(), state.q, state.qdot, t, states(y)).lambda;
+      Eigen::VectorXd lambda;
+      form_.constraint_forces(t, y, lambda);
       const std::vector<std::string> names = qdot::constraint_names(form_.scene());
       for (std::size_t i = 0; i < names.size(); ++i) all.push_back({names[i], lambda[static_cast<Eigen::Index>(i)]});
     }
     return all;
   }
   Eigen::VectorXd constraint_forces([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) const override {
-    if constexpr (Sc::has_constraints) {
-      const auto state = form_.state(t, y);
-      return qdot::reactions(form_.scene(), state.q, state.qdot, t, states(y));
-    }
-    return {};
+    Eigen::VectorXd lambda;
+    if constexpr (Sc::has_constraints) return form_.constraint_forces(t, y, lambda);
+    return lambda;
   }
   Eigen::VectorXd applied_forces([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) const override {
     if constexpr (Sc::has_forces) {
@@ -168,6 +173,18 @@ class SceneModel final : public Model {
     if constexpr (qdot::detail::fits_rattle<SceneForm<Sc>>::value)
       if (method.starts_with("rattle")) return any_stepper(Rattle{.step = step, .order = method.back() - '0'}, form_, options);
     return std::nullopt;
+  }
+  qdot::detail::TracedEquations<double> equations() const override {
+    if constexpr (is_traced) return form_.equations();
+    return Model::equations();
+  }
+  void run_functors(qdot::detail::RecordedMotion& motion) const override {
+    if constexpr (is_traced) return form_.run_functors(motion);
+    Model::run_functors(motion);
+  }
+  void accelerate(double t, const double* y, double* a, double* lambda) const override {
+    if constexpr (is_traced) return form_.accelerate(t, y, a, lambda);
+    Model::accelerate(t, y, a, lambda);
   }
   std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const override { return std::make_unique<qdot::detail::WatchOf<SceneForm<Sc>>>(form_, options); }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {

@@ -11,6 +11,7 @@
 
 #include "program/runnable_scene.hpp"
 #include "qdot/integrate/watch/held_watch.hpp"
+#include "qdot/mechanics/derive/traced_equations.hpp"
 
 namespace qdot::program {
 
@@ -31,6 +32,10 @@ struct FirstOrderModel {
     model->jacobian(t, y, J);
   }
   std::string component_name(Eigen::Index i) const { return model->component_name(i); }
+
+  qdot::detail::TracedEquations<> equations() const { return model->equations(); }
+  void run_functors(qdot::detail::RecordedMotion& motion) const { model->run_functors(motion); }
+  void accelerate(double t, const double* y, double* a, double* lambda) const { model->accelerate(t, y, a, lambda); }
 };
 
 /// A model with constraints, which the steppers then keep.

@@ -34,7 +34,7 @@ Json parameter_values(const RunnableScene& scene) {
   return object;
 }
 
-std::string range_text(const ParameterInfo& p) { return p.whole ? "whole number, at least 1" : p.range.text(); }
+std::string range_text(const ParameterInfo& p) { return p.whole ? "whole number " + p.range.text() : p.range.text(); }
 
 }  // namespace
 

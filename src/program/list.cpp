@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "program/catalogue.hpp"
@@ -23,6 +24,17 @@ namespace {
 // "length of the rod; positive"
 std::string with_range(const std::string& meaning, const std::string& range) {
   return range == "any" ? meaning : meaning + (meaning.empty() ? "" : "; ") + range;
+}
+
+// "2", or "2n" where a count says how many.
+std::string degrees_of_freedom(const RunnableScene& scene) {
+  const std::vector<ParameterInfo> parameters = scene.parameters();
+  const std::size_t dof = scene.coordinates().size();
+  if (parameters.empty() || !parameters.front().whole) return std::to_string(dof);
+  const auto& [name, count] = std::pair(parameters.front().name, static_cast<std::size_t>(parameters.front().value));
+  if (dof == count) return name;
+  if (dof == count * count) return name + "²";
+  return dof % count == 0 ? std::to_string(dof / count) + name : std::to_string(dof);
 }
 
 // T = … and V = …, where they are formulas that one can read.
@@ -66,7 +78,7 @@ void show(const RunnableScene& scene, const std::string& given) {
   std::printf("\n");
   show_energies(scene);
   if (!scene.parameters().empty()) std::printf("parameters, --set NAME=VALUE\n");
-  for (const ParameterInfo& p : scene.parameters()) row(p.name, p.value, p.unit, with_range(p.meaning, p.whole ? "a whole number" : p.range.text()));
+  for (const ParameterInfo& p : scene.parameters()) row(p.name, p.value, p.unit, with_range(p.meaning, p.whole ? "a whole number " + p.range.text() : p.range.text()));
   std::printf("%sstart, --set NAME=VALUE\n", scene.parameters().empty() ? "" : "\n");
   const std::vector<scenes::Coordinate> coordinates = scene.coordinates();
   const State<Dynamic> start = scene.start();
@@ -104,9 +116,7 @@ int list(const ListOptions& options) {
       parameters += (parameters.empty() ? "" : " ") + p.name + "=" + report::exact_text(p.value);
     }
     for (const EffectInfo& e : scene->effects()) parameters += " [" + e.name + "=" + report::exact_text(e.value) + "]";
-    const bool counted = !scene->parameters().empty() && scene->parameters().front().whole;
-    const std::string dof = counted ? scene->parameters().front().name : std::to_string(scene->coordinates().size());
-    std::printf("%-20s %3s  %s\n", scene->name().c_str(), dof.c_str(), parameters.c_str());
+    std::printf("%-20s %3s  %s\n", scene->name().c_str(), degrees_of_freedom(*scene).c_str(), parameters.c_str());
   }
   std::printf("\n%-20s %s\n", "method", "what it is for (--method NAME)");
   for (const MethodInfo& method : methods()) std::printf("%-20s %s\n", method.name.c_str(), method.summary.c_str());

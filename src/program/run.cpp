@@ -42,6 +42,12 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
+// Fewer rows of a table, or frames, where each has many numbers.
+int rows_that_fit(int wanted, int least, Eigen::Index components) {
+  constexpr Eigen::Index most_numbers = 5'000'000;
+  return static_cast<int>(std::min<Eigen::Index>(wanted, std::max<Eigen::Index>(least, most_numbers / components)));
+}
+
 Request request_of(RunnableScene& scene, const RunOptions& options) {
   Request request;
   request.start = configured(scene, options.set);
@@ -81,6 +87,7 @@ Request request_of(RunnableScene& scene, const RunOptions& options) {
   }
   if (options.rtol) request.rtol = tolerance("--rtol", *options.rtol);
   if (options.atol) request.atol = tolerance("--atol", *options.atol);
+  request.samples = rows_that_fit(request.samples, 2, model->size());
   if (options.samples) request.samples = static_cast<int>(whole_number("--samples", *options.samples, 2, 10'000'000));
   return request;
 }
@@ -97,13 +104,13 @@ void print_summary(const RunnableScene& scene, const Request& request, const Res
     std::printf("  %-10s % .12g   %-13s % .12g\n", name.c_str(), result.end.y[i], (name + "dot").c_str(), result.end.y[n + i]);
   }
   if (n > most) std::printf("  … and %ld more coordinates (all of them with --json or --out)\n", static_cast<long>(n - most));
-  constexpr std::size_t most_events = 10;
+  constexpr std::size_t most_events = 10, most_reactions = 8;
   for (std::size_t i = 0; i < std::min(result.events.size(), most_events); ++i)
     std::printf("  t = %-14.10g %s\n", result.events[i].t, result.events[i].name.c_str());
   if (result.events.size() > most_events) std::printf("  … and %zu more events (all of them with --json)\n", result.events.size() - most_events);
-  for (const Reaction& r : result.reactions) {
-    std::printf("  lambda of %s  %.12g\n", r.name.c_str(), r.lambda);
-  }
+  for (std::size_t i = 0; i < std::min(result.reactions.size(), most_reactions); ++i)
+    std::printf("  lambda of %s  %.12g\n", result.reactions[i].name.c_str(), result.reactions[i].lambda);
+  if (result.reactions.size() > most_reactions) std::printf("  … and %zu more multipliers (all of them with --json)\n", result.reactions.size() - most_reactions);
   if (result.start_moved && std::max(result.start_moved->moved_q, result.start_moved->moved_qdot) > start_on_constraints) {
     std::printf("  the start was moved onto the constraints: coordinates by at most %s, velocities by at most %s\n",
                 report::rounded_text(result.start_moved->moved_q, 3).c_str(),
@@ -168,7 +175,8 @@ int run(const RunOptions& options) {
     files = output_paths(*options.out);
     for (std::string& path : further_paths(*options.out, runs.size())) files.push_back(std::move(path));
     require_files(*options.out, files);
-    for (ComparedRun& run : runs) run.request.most_frames = frame_count(*run.scene, run.request.start, run.request.t_end);
+    for (ComparedRun& run : runs)
+      run.request.most_frames = rows_that_fit(frame_count(*run.scene, run.request.start, run.request.t_end), 0, 2 * run.request.start.q.size());
   }
   for (std::size_t k = 0; k < runs.size(); ++k) {
     ComparedRun& run = runs[k];

@@ -4,6 +4,7 @@
 // From a scene with its type to a scene without: the one template that every scene's .cpp instantiates. A scene with optional
 // effects or with constraints is that of effect_variants.hpp.
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numeric>
@@ -23,8 +24,11 @@
 
 namespace qdot::program {
 
-/// The largest count that a whole-numbered parameter may have; beyond it one evaluation takes seconds.
-inline constexpr int largest_count = 500;
+/// The largest count that a whole-numbered parameter may have; its range may end before.
+inline constexpr double largest_count = 1e6;
+
+/// The range of a whole-numbered parameter.
+inline scenes::Range whole_range(const scenes::Range& range) { return scenes::Range::between(std::max(1.0, range.least), std::min(largest_count, range.most)); }
 
 inline void require_physical(const std::string& name, const std::string& meaning, const scenes::Range& range, double value) {
   if (range.holds(value)) return;
@@ -59,7 +63,8 @@ class SceneRunner : public RunnableScene {
     std::vector<ParameterInfo> infos;
     for (const auto& p : scene_.parameters) {
       const double value = std::visit([&](auto member) { return static_cast<double>(energies_.*member); }, p.member);
-      infos.push_back({p.name, value, std::holds_alternative<int E::*>(p.member), p.unit, p.range, p.meaning});
+      const bool whole = std::holds_alternative<int E::*>(p.member);
+      infos.push_back({p.name, value, whole, p.unit, whole ? whole_range(p.range) : p.range, p.meaning});
     }
     return infos;
   }
@@ -68,10 +73,9 @@ class SceneRunner : public RunnableScene {
     for (const auto& p : scene_.parameters) {
       if (p.name != name) continue;
       if (const auto* whole = std::get_if<int E::*>(&p.member)) {
-        if (!(value >= 1 && value <= largest_count) || value != std::floor(value)) {
-          throw InvalidValue(p.name + (p.meaning.empty() ? "" : " (" + p.meaning + ")") + " must be a whole number from 1 to " +
-                             std::to_string(largest_count) + ", given " + report::exact_text(value));
-        }
+        const scenes::Range range = whole_range(p.range);
+        if (!range.holds(value) || value != std::floor(value))
+          throw InvalidValue(p.name + (p.meaning.empty() ? "" : " (" + p.meaning + ")") + " must be a whole number " + range.text() + ", given " + report::exact_text(value));
         energies_.**whole = static_cast<int>(value);
         return;
       }

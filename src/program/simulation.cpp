@@ -109,6 +109,7 @@ struct NamedMethod {
         .smooth = NamedMethod{method_named("dop853")}.stepper(system, options),
         .stiff = [system, options] { return any_stepper(CvodeBdf{}, system, options); },
         .jacobian = [model](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) { model->jacobian(t, y, J); },
+        .derivative = [model](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) { model->derivative(t, y, ydot); },
         .reason = SwitchingSystem<System> ? "equations that switch have no power series" : "there is more to the motion than formulas"};
     if (model->bare())
       qdot::detail::choose_first(choice, model->size(), options, "T and V", [&] { return model->own_stepper("taylor", 0, options); });
@@ -178,6 +179,14 @@ class StepRecord {
   long every_ = 1;
 };
 
+/// What an EnergyMeter integrates; nothing of T and V alone that know no time.
+struct PowerOf {
+  const Model& model;
+
+  double operator()(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const { return model.energy_rate(t, y); }
+  bool is_zero() const { return model.bare() && model.autonomous(); }
+};
+
 template <class Method, class System>
 void run_with(const Method& method, const System& system, const Request& request, const Watcher& watcher,
               Result& result) {
@@ -195,8 +204,7 @@ void run_with(const Method& method, const System& system, const Request& request
   result.sizes = start.y.cwiseAbs();
   StepRecord record(result);
   record.see(start.t, 0, 0);
-  EnergyMeter meter([&](double t, const Eigen::Ref<const Eigen::VectorXd>& y) { return model.energies(t, y).jacobi; },
-                    [&](double t, const Eigen::Ref<const Eigen::VectorXd>& y) { return model.energy_rate(t, y); });
+  EnergyMeter meter([&](double t, const Eigen::Ref<const Eigen::VectorXd>& y) { return model.energies(t, y).jacobi; }, PowerOf{model});
   const auto observer = [&](const StepView& step) {
     meter(step);
     result.sizes = result.sizes.cwiseMax(step.y().cwiseAbs());
@@ -255,6 +263,10 @@ void fail_at_start(Result& result, Outcome outcome, const Error& error) {
 
 }  // namespace
 
+qdot::detail::TracedEquations<> Model::equations() const { throw InvalidValue("a model of a fixed number of coordinates is not traced"); }
+void Model::run_functors(qdot::detail::RecordedMotion&) const { (void)equations(); }
+void Model::accelerate(double, const double*, double*, double*) const { (void)equations(); }
+
 void Drift::see(double value) {
   final = value;
   const double change = std::abs(value - initial);
@@ -270,6 +282,7 @@ std::vector<std::string> method_names() {
 bool has_fixed_step(const std::string& method) { return method_named(method).fixed_step(); }
 
 std::string misfit(const Model& model, const std::string& method) {
+  constexpr Eigen::Index most_dense = 2000;  // coordinates, for a matrix of which a step takes seconds
   const MethodKind kind = method_named(method).kind;
   if (model.constrained() && kind == MethodKind::multistep) return "cannot keep constraints";
   if (model.guard_count() > 0 && kind == MethodKind::series) return "takes no contacts or dry friction";
@@ -277,6 +290,9 @@ std::string misfit(const Model& model, const std::string& method) {
   if (kind == MethodKind::splitting && model.constrained()) return "takes T and V alone, and the scene has constraints";
   if (kind == MethodKind::splitting && !model.bare()) return "takes T and V alone, and the scene has effects";
   if (kind == MethodKind::splitting && !model.separable()) return "needs T(qdot), and the scene's T depends on the coordinates";
+  if (kind == MethodKind::series || kind == MethodKind::gauss || kind == MethodKind::rattle) {
+    if (const Eigen::Index n = model.dof(); n > most_dense) return "solves with dense matrices, and the scene has " + std::to_string(n) + " coordinates";
+  }
   if (kind == MethodKind::series) {
     try {
       if (model.bare() ? !model.own_stepper(method, 0, {}) : !model.recorded_motion()) return "needs effects that take every scalar";

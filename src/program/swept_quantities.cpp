@@ -15,6 +15,18 @@ namespace {
 using Kind = Quantity::Kind;
 constexpr int places = 8;  // in a step
 
+// Events have the name of a contact or a dry friction, perhaps with what it does behind it: "floor", "block sticks".
+void require_event(const std::string& event, const RunnableScene& scene, const Model& model) {
+  std::string names;
+  for (const OwnState& own : model.own_states()) {
+    if (own.kind != OwnState::phase) continue;
+    if (event == own.name || event.starts_with(own.name + " ")) return;
+    names += (names.empty() ? "" : ", ") + own.name;
+  }
+  throw UsageError("--record t(event " + event + "): " + scene.name() +
+                   (names.empty() ? " has no contacts or dry friction, and no events; t(NAME=VALUE) is when a coordinate passes a value" : " has events of " + names + " only"));
+}
+
 }  // namespace
 
 std::vector<Quantity> quantities_of(const std::vector<std::string>& records, const RunnableScene& scene, const Model& model) {
@@ -67,6 +79,7 @@ std::vector<Quantity> quantities_of(const std::vector<std::string>& records, con
       if (when.starts_with("event ")) {
         quantity.kind = Kind::event;
         quantity.event = when.substr(6);
+        require_event(quantity.event, scene, model);
       } else {
         const std::size_t equals = when.find('=');
         if (equals == std::string::npos) throw UsageError("--record: must be t(NAME=VALUE), t(|NAME|=VALUE) or t(event NAME), given " + text);

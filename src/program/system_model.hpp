@@ -13,7 +13,9 @@
 #include "program/runnable_scene.hpp"
 #include "qdot/analysis/reference_equations.hpp"
 #include "qdot/integrate/energy_balance.hpp"
+#include "qdot/integrate/watch/energy_slope.hpp"
 #include "qdot/integrate/watch/held_watch.hpp"
+#include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -25,10 +27,14 @@ namespace detail {
 inline void touch(const void* memory) { asm volatile("" : : "g"(memory) : "memory"); }
 
 template <class Sys>
-Energies energies_of(const Sys& system, const State<Sys::dof_at_compile_time>& state) {
-  return {kinetic_energy(system, state.q, state.qdot, state.t), potential_energy(system, state.q, state.t),
-          jacobi_energy(system, state)};
+Energies energies_of(const Sys& system, double t, const Eigen::VectorXd& y) {
+  const auto at = qdot::detail::energy_at(system, t, y);
+  return {at.T, at.V, at.h};
 }
+
+// The members of a model that ask its form for traced equations, where it has some.
+template <class Form>
+constexpr bool is_traced = requires(const Form& form, qdot::detail::RecordedMotion& motion) { form.run_functors(motion); };
 
 }  // namespace detail
 
@@ -46,7 +52,7 @@ class SystemModel final : public Model {
   }
   std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
   Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
-    return detail::energies_of(form_.system(), form_.state(t, y));
+    return detail::energies_of(form_.system(), t, y);
   }
   bool autonomous() const override { return Sys::autonomous; }
   Eigen::VectorXd packed(const State<Dynamic>& start) const override {
@@ -66,6 +72,18 @@ class SystemModel final : public Model {
   bool separable() const override { return Sys::kinetic_signature == KineticSignature::velocity; }
   std::optional<AnyStepper> own_stepper(const std::string& method, double step, const Options& options) const override {
     return own_stepper_of(form_, method, step, options);
+  }
+  qdot::detail::TracedEquations<double> equations() const override {
+    if constexpr (detail::is_traced<FirstOrderForm<Sys>>) return form_.equations();
+    return Model::equations();
+  }
+  void run_functors(qdot::detail::RecordedMotion& motion) const override {
+    if constexpr (detail::is_traced<FirstOrderForm<Sys>>) return form_.run_functors(motion);
+    Model::run_functors(motion);
+  }
+  void accelerate(double t, const double* y, double* a, double* lambda) const override {
+    if constexpr (detail::is_traced<FirstOrderForm<Sys>>) return form_.accelerate(t, y, a, lambda);
+    Model::accelerate(t, y, a, lambda);
   }
   std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const override { return std::make_unique<qdot::detail::WatchOf<FirstOrderForm<Sys>>>(form_, options); }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {

@@ -36,6 +36,11 @@ std::unique_ptr<RunnableScene> make_chaplygin_sleigh();
 std::unique_ptr<RunnableScene> make_bouncing_ball();
 std::unique_ptr<RunnableScene> make_friction_block();
 std::unique_ptr<RunnableScene> make_rope_pendulum();
+std::unique_ptr<RunnableScene> make_lattice();
+std::unique_ptr<RunnableScene> make_string();
+std::unique_ptr<RunnableScene> make_net();
+std::unique_ptr<RunnableScene> make_rod_chain();
+std::unique_ptr<RunnableScene> make_truss();
 
 const std::vector<NamedScene>& named_scenes() {
   static const std::vector<NamedScene> scenes = {
@@ -67,6 +72,11 @@ const std::vector<NamedScene>& named_scenes() {
       {"bouncing_ball", make_bouncing_ball},
       {"friction_block", make_friction_block},
       {"rope_pendulum", make_rope_pendulum},
+      {"lattice", make_lattice},
+      {"string", make_string},
+      {"net", make_net},
+      {"rod_chain", make_rod_chain},
+      {"truss", make_truss},
   };
   return scenes;
 }

@@ -50,7 +50,7 @@ inline Scene<Chain, Dynamic> chain() {
       .name = "chain",
       .title = "Chain of pendulums",
       .summary = "n equal bobs on n equal massless rods, one below the other; all angles are measured from the downward vertical.",
-      .parameters = {{"n", &Chain::n, "", Range::positive, "number of links"},
+      .parameters = {{"n", &Chain::n, "", Range::between(1, 500), "number of links"},
                      {"m", &Chain::m, "kg", Range::positive, "mass of each bob"},
                      {"l", &Chain::l, "m", Range::positive, "length of each rod"},
                      {"g", &Chain::g, "m/s^2", Range::non_negative, "gravity"}},

@@ -127,6 +127,9 @@ TEST_CASE("a sweep that means nothing is refused by argument, rule and value") {
   CHECK(err("pendulum --over l=0:2:3") == "qdot sweep: --over: l (length of the rod) must be positive, given 0\n");
   CHECK(err("pendulum --over l=1,2 --over l=3,4") == "qdot sweep: --over: must name each quantity once, given l twice\n");
   CHECK(err("pendulum --over l=1,2 --record speed").find("--record: must be a coordinate, a velocity or a quantity of pendulum, given \"speed\"") != std::string::npos);
+  CHECK(err("pendulum --over l=1,2 --record 't(event flip)'") ==
+        "qdot sweep: --record t(event flip): pendulum has no contacts or dry friction, and no events; t(NAME=VALUE) is when a coordinate passes a value\n");
+  CHECK(err("bouncing_ball --over g=1,2 --record 't(event nix)'") == "qdot sweep: --record t(event nix): bouncing_ball has events of floor only\n");
   CHECK(err("pendulum --random 5 --over l=1,2").find("must be NAME~uniform(A,B) or NAME~normal(MEAN,SIGMA) with --random") != std::string::npos);
   CHECK(err("pendulum --over l=1,2 --seed 3") == "qdot sweep: --seed: must stand with --random, given without\n");
   CHECK(err("pendulum --over l=1,2 --threads 0").find("--threads: must be") != std::string::npos);
