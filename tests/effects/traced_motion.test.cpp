@@ -209,6 +209,84 @@ TEST_CASE("traced accelerations on many constraints are those of the whole matri
     }
 }
 
+TEST_CASE("rows that say what others say change no motion, and of the multipliers the shortest are taken") {
+  // Rods twice, and three times, beside the orthogonal decomposition of the general way.
+  constexpr int m = 12;
+  auto pairs = chain_of(m);
+  for (const int k : {3, 7, 7}) pairs.push_back({k, k - 1});
+  const auto once = scene(mechanical_system(2 * m, Points{}), holonomic("rods", Rods{chain_of(m)}));
+  const auto s = scene(mechanical_system(2 * m, Points{}), holonomic("rods", Rods{pairs}));
+  const Eigen::VectorXd q = waves(2 * m, 0.2), v = waves(2 * m, 1.1);
+  const auto form = first_order_form(s);
+  CHECK((rates(form, q, v) - rates(first_order_form(once), q, v)).norm() < rounded_along * rates(form, q, v).norm());
+  Eigen::VectorXd y(4 * m), lambda;
+  y << q, v;
+  const Eigen::VectorXd force = form.constraint_forces(0.0, y, lambda);
+  const auto general = constrained_acceleration(s, q, v);
+  CHECK(general.rank == m);
+  CHECK((lambda - general.lambda).norm() < rounded_along * general.lambda.norm());
+  CHECK((force - reactions(s, q, v)).norm() < rounded_along * force.norm());
+  CHECK_THAT(lambda[7], WithinRel(lambda[m + 1], rounded_along));
+  CHECK_THAT(lambda[7], WithinRel(lambda[m + 2], rounded_along));
+  const auto at_odds = scene(mechanical_system(2 * m, Points{}), holonomic("rods", Rods{chain_of(m)}),
+                             holonomic("again", [](const auto& x, const auto& t) { return Rods{{{3, 2}}}(x)[0] + t * t; }));
+  Eigen::VectorXd ydot(4 * m);
+  CHECK_THROWS_AS(first_order_form(at_odds).derivative(0.0, y, ydot), ConstraintError);
+}
+
+TEST_CASE("a thousand rods and one of them twice move as a thousand rods do") {
+  constexpr int m = 1000;
+  State<Dynamic> start{0.0, Eigen::VectorXd::Zero(2 * m), Eigen::VectorXd::Zero(2 * m)};
+  for (int k = 0; k < m; ++k) start.q[2 * k] = k + 1;
+  const auto end_of = [&](std::vector<std::pair<int, int>> pairs) {
+    const auto run = simulate(scene(mechanical_system(2 * m, Points{}), holonomic("rods", Rods{std::move(pairs)})), start, 0.02, Dop853{},
+                              {.rtol = 1e-8, .atol = 1e-8, .keep_trajectory = false});
+    REQUIRE(run.completed());
+    return run.y;
+  };
+  auto twice = chain_of(m);
+  twice.push_back({m / 2, m / 2 - 1});
+  CHECK((end_of(twice) - end_of(chain_of(m))).norm() < 1e-9);
+}
+
+TEST_CASE("a net that nothing holds has one zero, along its elimination tree and within a skyline") {
+  // Springs between neighbours only: constants are null vectors, and b must have no mean.
+  for (const int side : {6, 40}) {
+    std::vector<int> rows, columns;
+    std::vector<double> values;
+    const auto add = [&](int row, int column, double value) {
+      rows.push_back(row);
+      columns.push_back(column);
+      values.push_back(value);
+    };
+    for (int i = 0; i < side; ++i)
+      for (int j = 0; j < side; ++j) {
+        const int k = i * side + j;
+        if (i > 0) add(k, k - side, -1.0);
+        if (j > 0) add(k, k - 1, -1.0);
+        add(k, k, (i > 0) + (j > 0) + (i + 1 < side) + (j + 1 < side));
+      }
+    const auto n = static_cast<std::size_t>(side * side);
+    detail::PatternFactors<double> factors(n, rows, columns);
+    const auto value = [&](std::size_t k) { return values[k]; };
+    CHECK_FALSE(factors.compute(value, 1e-10));
+    REQUIRE(factors.compute(value, 1e-10, 1e-12));
+    REQUIRE(factors.zeros() == 1);
+    Eigen::VectorXd null(n), x = waves(static_cast<Eigen::Index>(n), 0.4), b = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+    factors.null_vector(0, null.data());
+    CHECK((null.array() / null[0] - 1.0).abs().maxCoeff() < rounded_along);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      b[rows[k]] += values[k] * x[columns[k]];
+      if (rows[k] != columns[k]) b[columns[k]] += values[k] * x[rows[k]];
+    }
+    Eigen::VectorXd found = b;
+    CHECK(factors.solve(found.data()) < rounded_along);
+    CHECK(((found - x).array() - (found - x)[0]).abs().maxCoeff() < rounded_along);
+    found = b.array() + 1.0;
+    CHECK(factors.solve(found.data()) > 1.0);
+  }
+}
+
 TEST_CASE("a matrix of a net is solved along its elimination tree, and a pivot that is not positive refused") {
   constexpr int side = 40;  // of a net of springs on a floor: 5 on the diagonal, −1 for neighbours
   constexpr auto place = [](int i, int j) { return i * side + j; };

@@ -254,7 +254,7 @@ class SceneForm {
   Traced trace() const
     requires is_traced
   {
-    if constexpr (has_constraints) return Traced(detail::traced_equations(scene_), detail::clearly_independent * default_rank_cutoff * default_rank_cutoff);
+    if constexpr (has_constraints) return Traced(detail::traced_equations(scene_), default_rank_cutoff);
     else return Traced(detail::traced_equations(scene_));
   }
 

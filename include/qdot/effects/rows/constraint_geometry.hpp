@@ -9,6 +9,7 @@
 // that a run has traced (effects/rows/traced_constraints.hpp), or sparse factors (effects/rows/sparse_solve.hpp), and the dense ones where the sparse ones have none: rows that depend on each other, motions without inertia, and
 // whatever must be named.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -127,7 +128,8 @@ class ConstraintGeometry {
         Vector<double, n> step = Vector<double, n>::Zero(size.size());
         Vector<double, m> multipliers = r;
         SparseFactors factors;
-        if (factors.compute(metric, rows(), massless_pivot, clearly_independent * cutoff_ * cutoff_) && factors.solve(rows(), step, multipliers))
+        constexpr double rounding = 1e-12;  // Newton's iteration corrects what rows that depend on others leave over
+        if (factors.compute(metric, rows(), massless_pivot, clearly_independent * cutoff_ * cutoff_, rounding) && factors.solve(rows(), step, multipliers, false))
           return step;
         make_dense();
       }
@@ -137,7 +139,7 @@ class ConstraintGeometry {
     return ConstrainedFactors<n, m>(metric, J_, cutoff_).displacement(r, t_, names_);
   }
 
-  Eigen::Index rank() const { return traced_ ? static_cast<Eigen::Index>(traced_->rows()) : sparse_ ? sparse_->factors.rank() : dense_->rank(); }
+  Eigen::Index rank() const { return traced_ ? static_cast<Eigen::Index>(traced_->rank()) : sparse_ ? sparse_->factors.rank() : dense_->rank(); }
 
   // Σⱼ |Jᵢⱼ| xⱼ for x ≥ 0, and the length of row i.
   double reach(Eigen::Index i, const Vector<double, n>& x) const {
@@ -204,9 +206,10 @@ Conditioning conditioning(const Scene<Sys, Effects...>& scene, const Eigen::Vect
   const EffectStates<Sc> z = y.tail(Sc::states_at_compile_time);
   if constexpr (detail::may_be_sparse<Sc>) {
     constexpr Eigen::Index most_dense = 128;
+    constexpr double dependent = detail::clearly_independent * default_rank_cutoff * default_rank_cutoff;
     detail::SparseSystem sparse;
-    if (dof > most_dense && sparse.compute(scene, q, qdot, t, z, default_rank_cutoff))
-      return {.mass = 1.0, .constraints = sparse.factors.smallest_pivot(), .weakest_constraint = sparse.factors.weakest_constraint()};
+    if (dof > most_dense && (sparse.compute(scene, q, qdot, t, z, default_rank_cutoff) || sparse.factors.smallest_pivot() <= dependent))
+      return {.mass = 1.0, .constraints = std::max(0.0, sparse.factors.smallest_pivot()), .weakest_constraint = sparse.factors.weakest_constraint()};
   }
   const Matrix<double, n> M = mass_matrix(scene.system(), q, qdot, t);
   if (detail::is_free(scene, z)) {

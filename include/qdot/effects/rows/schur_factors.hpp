@@ -12,6 +12,7 @@
 // A pivot, as a fraction of the diagonal entry, is the square of the sine between a row and those before it, in the metric of M.
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -34,8 +35,8 @@ class SchurFactors {
     return is_narrow(coordinates, J);
   }
 
-  /// After arrange(). False when an inertia is not positive, or a pivot is below `dependent` of its diagonal entry.
-  bool compute(const BandedMatrix& M, const SparseRows& J, double dependent) {
+  /// After arrange(). False when an inertia is not positive, or a pivot is below `dependent` of its diagonal entry and above `rounding`.
+  bool compute(const BandedMatrix& M, const SparseRows& J, double dependent, double rounding) {
     const auto n = static_cast<std::size_t>(M.size());
     mobility_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -72,24 +73,25 @@ class SchurFactors {
         pivot -= row[j] * share;
         row[j] = share;
       }
-      if (length == 0.0) {  // a row of zeros
+      if (length == 0.0 || std::abs(pivot) <= rounding * length) {  // nothing, or nothing of its own
         --rank;
         own.inverse = 0.0;
         continue;
       }
-      if (!(pivot > dependent * length)) return false;
+      const bool is_dependent = !(pivot > dependent * length);
       if (pivot < smallest_pivot * length) {
         smallest_pivot = pivot / length;
         weakest = static_cast<Eigen::Index>(own.row);
       }
+      if (is_dependent) return false;
       own.inverse = 1.0 / pivot;
     }
     return true;
   }
 
-  /// f ← q̈ and γ ← λ; false when a row of zeros asks for something, or the result is not finite.
+  /// f ← q̈ and γ ← λ; false when a row without a pivot asks for something and that matters, or the result is not finite.
   template <class Rows>
-  bool solve(const SparseRows& J, Eigen::VectorXd& f, Rows& gamma) const {
+  bool solve(const SparseRows& J, Eigen::VectorXd& f, Rows& gamma, bool matters) const {
     double *const a = f.data(), *const lambda = gamma.data();
     for (std::size_t i = 0; i < mobility_.size(); ++i) a[i] *= mobility_[i];
     for (std::size_t p = 0; p < places_.size(); ++p) {
@@ -98,7 +100,7 @@ class SchurFactors {
       for (const auto *e = J.begin(own.row), *end = J.end(own.row); e != end; ++e) sum -= e->value * a[e->column];
       const double* const row = at(own);
       for (std::size_t j = own.first; j < p; ++j) sum -= row[j] * lambda[places_[j].row];
-      if (own.inverse == 0.0 && sum != 0.0) return false;
+      if (own.inverse == 0.0 && sum != 0.0 && matters) return false;
       lambda[own.row] = sum;
     }
     for (const Place& own : places_) lambda[own.row] *= own.inverse;

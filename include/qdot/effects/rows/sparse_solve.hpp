@@ -24,6 +24,7 @@
 // each other, or nearly: that, and whatever else is not as it should be, is left to effects/rows/constrained_solve.hpp, which knows what to do and how to name it.
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -95,10 +96,12 @@ class Neighbours {
 class SparseFactors {
  public:
   /// False when a pivot is too small: of M, below `massless` of its diagonal entry, of a row, below `dependent`.
-  bool compute(const BandedMatrix& M, const SparseRows& J, double massless, double dependent) {
+  ///
+  /// @param rounding  a row whose pivot is no larger, as a fraction, says what others say; with a negative one there are no such rows
+  bool compute(const BandedMatrix& M, const SparseRows& J, double massless, double dependent, double rounding = -1.0) {
     const auto n = static_cast<std::size_t>(M.size());
     of_rows_ = M.reach() == 0 && rows_.arrange(n, J);
-    if (of_rows_) return rows_.compute(M, J, dependent);
+    if (of_rows_) return rows_.compute(M, J, dependent, rounding);
     std::vector<int> order(n);
     for (std::size_t k = 0; k < n; ++k) order[k] = static_cast<int>(k);
     arrange(M, J, order);
@@ -109,24 +112,24 @@ class SparseFactors {
       if (envelope() >= as_numbered) arrange(M, J, order);
     }
     write(M, J);
-    return factor(J, massless, dependent);
+    return factor(J, massless, dependent, rounding);
   }
 
-  /// Rows that ask for something, and the square of the sine of the worst one's angle to those before it.
+  /// Rows that ask for something, and the square of the sine of the worst one's angle to those before it, also where that is why compute() was false.
   Eigen::Index rank() const noexcept { return of_rows_ ? rows_.rank : rank_; }
   double smallest_pivot() const noexcept { return of_rows_ ? rows_.smallest_pivot : smallest_pivot_; }
   Eigen::Index weakest_constraint() const noexcept { return of_rows_ ? rows_.weakest : weakest_; }
 
-  /// f ← q̈ and γ ← λ; false when a row of zeros asks for something, or the result is not finite.
+  /// f ← q̈ and γ ← λ; false when a row without a pivot asks for something and that matters, or the result is not finite.
   template <class Rows>
-  bool solve(const SparseRows& J, Eigen::VectorXd& f, Rows& gamma) {
-    if (of_rows_) return rows_.solve(J, f, gamma);
+  bool solve(const SparseRows& J, Eigen::VectorXd& f, Rows& gamma, bool matters = true) {
+    if (of_rows_) return rows_.solve(J, f, gamma, matters);
     const std::size_t size = unknown_.size();
     for (std::size_t p = 0; p < size; ++p) {
       double sum = unknown_[p] >= 0 ? f[unknown_[p]] : gamma[~unknown_[p]];
       const double* const row = at(p);
       for (std::size_t k = first_[p]; k < p; ++k) sum -= row[k] * x_[k];
-      if (inverse_[p] == 0.0 && sum != 0.0) return false;
+      if (inverse_[p] == 0.0 && sum != 0.0 && matters) return false;
       x_[p] = sum;
     }
     for (std::size_t p = 0; p < size; ++p) x_[p] *= inverse_[p];
@@ -215,7 +218,7 @@ class SparseFactors {
     }
   }
 
-  bool factor(const SparseRows& J, double massless, double dependent) {
+  bool factor(const SparseRows& J, double massless, double dependent, double rounding) {
     rank_ = static_cast<Eigen::Index>(J.size());
     smallest_pivot_ = 1.0;
     for (std::size_t p = 0; p < unknown_.size(); ++p) {
@@ -233,16 +236,16 @@ class SparseFactors {
       }
       if (unknown_[p] >= 0) {
         if (!(pivot > massless * row[p])) return false;
-      } else if (length == 0.0) {  // a row of zeros
+      } else if (length == 0.0 || std::abs(pivot) <= rounding * length) {  // nothing, or nothing of its own
         --rank_;
         inverse_[p] = 0.0;
         continue;
       } else {
-        if (!(-pivot > dependent * length)) return false;
         if (-pivot < smallest_pivot_ * length) {
           smallest_pivot_ = -pivot / length;
           weakest_ = ~unknown_[p];
         }
+        if (!(-pivot > dependent * length)) return false;
       }
       inverse_[p] = 1.0 / pivot;
     }

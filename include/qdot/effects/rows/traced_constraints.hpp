@@ -13,17 +13,21 @@
 //
 // Projections ask the same object: the smallest δ in the metric of M with J δ = b is M⁻¹Jᵀ(J M⁻¹ Jᵀ)⁻¹ b.
 //
-// Rows that depend on each other, and whatever else is not as it should be, are left to effects/rows/constrained_solve.hpp.
+// Rows that say what others say leave zeros in the factors of J M⁻¹ Jᵀ. The motion is as unique as ever, and of all λ the shortest is taken, each row in
+// its own length sᵢ = √(J M⁻¹ Jᵀ)ᵢᵢ: with N the null vectors and W = s², λ − N (Nᵀ W N)⁻¹ Nᵀ W λ. Rows that nearly do, or ask for something else, and
+// whatever else is not as it should be, are left to effects/rows/constrained_solve.hpp.
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/recorded_effects.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
 #include "qdot/effects/scene.hpp"
@@ -34,8 +38,9 @@ namespace qdot::detail {
 template <class Number = double>
 class TracedConstraints {
  public:
-  /// @param dependent  a pivot of J M⁻¹ Jᵀ below this fraction of its diagonal entry leaves all to the general way
-  [[gnu::cold]] TracedConstraints(TracedEquations<Number> equations, double dependent) : lines_(std::move(equations)), dependent_(dependent) {
+  /// @param cutoff  relative size below which a row of J counts as dependent, where it is not left to the general way
+  [[gnu::cold]] TracedConstraints(TracedEquations<Number> equations, double cutoff)
+      : lines_(std::move(equations)), cutoff_(cutoff), dependent_(clearly_independent * cutoff * cutoff) {
     TracedEquations<Number>& e = lines_.equations();
     for (std::size_t i = 0; i < e.n(); ++i)
       if (e.mass.row(i).empty() || static_cast<std::size_t>(e.mass.row(i).back().column) != i) return;
@@ -45,6 +50,8 @@ class TracedConstraints {
     if (e.mass_is_diagonal) {
       const std::vector<int> free = free_accelerations(), schur = schur_entries(), wanted = wanted_of_multipliers(free);
       factors_.emplace(e.rows(), schur_rows_, schur_columns_);
+      for (std::size_t k = 0; k < schur_rows_.size(); ++k)
+        if (schur_rows_[k] == schur_columns_[k]) diagonal_.push_back(k);
       outputs = schur;
       append(outputs, wanted);
       append(outputs, free);
@@ -84,13 +91,14 @@ class TracedConstraints {
     lines_.carry_out(*table_);
     if (!lines_.hold_requirements() || !masses_are_positive()) return false;
     has_rows_ = false;
-    if (factors_) return factors_->compute([&](std::size_t k) { return lines_[schur_[k]]; }, dependent_);
+    if (factors_) return factors_->compute([&](std::size_t k) { return lines_[schur_[k]]; }, dependent_, rounding_) && factors_->zeros() <= most_zeros_;
     M_ = mass();
-    return both_.compute(M_, jacobian(), massless_, dependent_);
+    return both_.compute(M_, jacobian(), massless_pivot, dependent_);
   }
 
   /// q̈ at a state, λ if it is wanted, and ż where there are states; false where the general way must see to it.
   bool write(const double* q, const double* qdot, double t, const double* z, double* a, double* lambda, double* zdot) {
+    const bool wants_lambda = lambda != nullptr;
     if (!lambda) lambda = own_lambda_.data();
     if (!move_to(q, qdot, t, z)) return false;
     double zero = 0.0;
@@ -100,7 +108,9 @@ class TracedConstraints {
     }
     for (std::size_t i = 0; i < n(); ++i) a[i] = lines_[right_[i]];
     for (std::size_t k = 0; k < rows(); ++k) lambda[k] = lines_[wanted_[k]];
-    if (!solve(lambda, a)) return false;
+    const double most_missed = factors_ && factors_->zeros() > 0 ? 1e2 * cutoff_ * size_of_terms(lambda, a) : 0.0;
+    if (!solve(lambda, a, most_missed)) return false;
+    if (wants_lambda && factors_ && factors_->zeros() > 0 && !shorten(lambda)) return false;
     for (std::size_t i = 0; i < n(); ++i) zero += a[i] - a[i];
     for (std::size_t k = 0; k < rows(); ++k) zero += lambda[k] - lambda[k];
     return zero == 0.0;
@@ -109,8 +119,11 @@ class TracedConstraints {
   /// δ ← the smallest in the metric of M with J δ = b, after move_to(); b is overwritten.
   bool displacement(double* b, double* delta) {
     std::fill_n(delta, n(), 0.0);
-    return solve(b, delta);
+    return solve(b, delta, std::numeric_limits<double>::infinity());
   }
+
+  /// How many constraints are independent, after move_to().
+  std::size_t rank() const { return rows() - (factors_ ? factors_->zeros() : 0); }
 
   /// forces ← Jᵀλ, after move_to() or write(); true.
   bool pull(const double* lambda, double* forces) {
@@ -139,15 +152,14 @@ class TracedConstraints {
     return M;
   }
 
-  double smallest_pivot() const { return factors_ ? factors_->smallest_pivot() : both_.smallest_pivot(); }
-
   template <class Run>
   bool still_holds(const Run& run) {
     return lines_.still_holds(run);
   }
 
  private:
-  static constexpr double massless_ = 1e-8;  // as effects/rows/constrained_solve.hpp has it
+  static constexpr double rounding_ = 1e-12;  // of a pivot, where nothing of a row is left
+  static constexpr std::size_t most_zeros_ = 64;
 
   formula::BasicGraph<Number>& graph() { return lines_.equations().graph(); }
   // Of a diagonal M; another is factored.
@@ -226,10 +238,39 @@ class TracedConstraints {
     return pulled;
   }
 
-  // lambda: what is wanted → λ; a: what is there without → with it.
-  bool solve(double* lambda, double* a) {
+  // The largest of what cancels in a row, each in its own length: |γ − J u| + Σ |Jᵢⱼ uⱼ|.
+  [[gnu::cold]] double size_of_terms(const double* wanted, const double* u) {
+    const SparseRows& J = jacobian();
+    double size = 0.0;
+    for (std::size_t k = 0; k < rows(); ++k) {
+      double terms = std::abs(wanted[k]);
+      for (const SparseRows::Entry* entry = J.begin(k); entry != J.end(k); ++entry) terms += std::abs(entry->value * u[entry->column]);
+      if (const double length = std::sqrt(lines_[schur_[diagonal_[k]]]); length > 0.0) size = std::max(size, terms / length);
+    }
+    return size;
+  }
+
+  // lambda ← the shortest of the multipliers that do the same.
+  [[gnu::cold]] bool shorten(double* lambda) {
+    const auto m = static_cast<Eigen::Index>(rows()), d = static_cast<Eigen::Index>(factors_->zeros());
+    Eigen::MatrixXd N(m, d);
+    Eigen::VectorXd weight(m);
+    for (Eigen::Index k = 0; k < d; ++k) factors_->null_vector(static_cast<std::size_t>(k), N.col(k).data());
+    for (Eigen::Index i = 0; i < m; ++i) {
+      const double square = lines_[schur_[diagonal_[static_cast<std::size_t>(i)]]];
+      weight[i] = square > 0.0 ? square : 1.0;  // a row of zeros has no length
+    }
+    const Eigen::MatrixXd weighted = weight.asDiagonal() * N;
+    Eigen::Map<Eigen::VectorXd> l(lambda, m);
+    const Eigen::VectorXd parts = (N.transpose() * weighted).ldlt().solve(weighted.transpose() * l);
+    l -= N * parts;
+    return l.allFinite();
+  }
+
+  // lambda: what is wanted → λ; a: what is there without → with it. False where rows that depend on others miss more than `most` of what they want.
+  bool solve(double* lambda, double* a, double most) {
     if (factors_) {
-      factors_->solve(lambda);
+      if (!(factors_->solve(lambda) <= most)) return false;
       std::copy_n(lambda, rows(), lines_.multipliers());
       lines_.carry_out(*pull_table_);
       for (std::size_t i = 0; i < n(); ++i) a[i] += lines_[pulled_[i]];
@@ -244,10 +285,11 @@ class TracedConstraints {
   }
 
   TracedLines<Number> lines_;
-  double dependent_;
+  double cutoff_, dependent_;
   std::shared_ptr<const formula::LineTable> table_, pull_table_;
   std::vector<int> right_, wanted_, zdot_, J_numbers_, schur_, pulled_, mass_;
   std::vector<int> schur_rows_, schur_columns_;
+  std::vector<std::size_t> diagonal_;  // among them
   std::optional<PatternFactors<Number>> factors_;  // of J M⁻¹ Jᵀ, or else of both
   Eigen::Index reach_ = 0;
   BandedMatrix M_{0, 0};

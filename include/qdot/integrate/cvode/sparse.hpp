@@ -14,6 +14,8 @@
 //
 // a sparse matrix with a row for each coordinate and each constraint, where ∂f/∂y itself is dense as soon as M or J M⁻¹ Jᵀ has an inverse that is. Its pattern is
 // known when the equations are traced; Eigen's SparseLU orders it once.
+//
+// Rows of J that say what others say would make it singular. So the zeros of its diagonal are 1e-10 of that of J M⁻¹ Jᵀ, which Newton's iteration does not notice.
 
 #include <sundials/sundials_linearsolver.h>
 #include <sunmatrix/sunmatrix_dense.h>
@@ -80,6 +82,10 @@ class SparseNewton final : public NewtonEquations {
     std::fill_n(A_.valuePtr(), A_.nonZeros(), 0.0);
     const double factors[] = {1.0, -1.0, -gamma, -gamma * gamma};
     for (const Part& part : parts_) A_.valuePtr()[part.place] += factors[part.power] * (*lines_)[part.number];
+    for (const Part& part : softened_) {
+      const double entry = (*lines_)[part.number], inertia = (*lines_)[part.power];
+      if (inertia > 0.0) A_.valuePtr()[part.place] += softness * entry * entry / inertia;
+    }
   }
 
  private:
@@ -88,6 +94,8 @@ class SparseNewton final : public NewtonEquations {
     Eigen::Index place;
     int power, number;
   };
+
+  static constexpr double softness = 1e-10;
 
   std::size_t n() const { return acceleration_.size(); }
   std::size_t rows() const { return multipliers_.size(); }
@@ -137,14 +145,21 @@ class SparseNewton final : public NewtonEquations {
     add_slopes(slopes.motion, 0);
     add_slopes(slopes.constraints, first_row);
     std::vector<Eigen::Triplet<double>> pattern;
+    for (std::size_t k = 0; k < rows(); ++k) pattern.emplace_back(static_cast<int>(first_row + k), static_cast<int>(first_row + k), 1.0);
     for (const Entry& x : entries) pattern.emplace_back(static_cast<int>(x.row), static_cast<int>(x.column), 1.0);
     A_.resize(right_.size(), right_.size());
     A_.setFromTriplets(pattern.begin(), pattern.end());
+    const auto place = [this](std::size_t row, std::size_t column) {
+      const int *const begin = A_.innerIndexPtr() + A_.outerIndexPtr()[column], *const end = A_.innerIndexPtr() + A_.outerIndexPtr()[column + 1];
+      return static_cast<Eigen::Index>(std::lower_bound(begin, end, static_cast<int>(row)) - A_.innerIndexPtr());
+    };
     parts_.clear();
-    for (const Entry& x : entries) {
-      const int *const begin = A_.innerIndexPtr() + A_.outerIndexPtr()[x.column], *const end = A_.innerIndexPtr() + A_.outerIndexPtr()[x.column + 1];
-      parts_.push_back({std::lower_bound(begin, end, static_cast<int>(x.row)) - A_.innerIndexPtr(), x.power, lines_->numbers({x.node})[0]});
-    }
+    for (const Entry& x : entries) parts_.push_back({place(x.row, x.column), x.power, lines_->numbers({x.node})[0]});
+    softened_.clear();
+    each(e.J, [&](std::size_t k, std::size_t j, int node) {
+      if (!e.mass.row(j).empty() && static_cast<std::size_t>(e.mass.row(j).back().column) == j)
+        softened_.push_back({place(first_row + k, first_row + k), lines_->numbers({e.mass.row(j).back().what})[0], lines_->numbers({node})[0]});
+    });
     factors_.analyzePattern(A_);
   }
 
@@ -172,6 +187,7 @@ class SparseNewton final : public NewtonEquations {
   std::shared_ptr<const formula::LineTable> table_;
   std::vector<double> acceleration_, multipliers_;
   std::vector<Part> parts_, slopes_;  // of a slope: row of the right side, component of the state, number
+  std::vector<Part> softened_;        // place, number of an inertia, number of an entry of J
   double gamma_ = 0.0;
   Eigen::VectorXd right_;
   Eigen::SparseMatrix<double> A_;

@@ -8,12 +8,17 @@
 // degree), and rows of L are found one after the other along the elimination tree: row k is other than zero where the tree leads to from the entries of
 // row k of the matrix (T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, chapter 4). All of L is stored by columns.
 //
-// The pattern is analysed when an object is made. A pivot is judged as a fraction of its diagonal entry, the smallest of them is kept.
+// The pattern is analysed when an object is made. A pivot is judged as a fraction of its diagonal entry.
+//
+// A matrix like J M⁻¹ Jᵀ whose rows depend on each other is not definite, and still has such factors: where nothing of a row is left but rounding, D has a zero,
+// and the row is no equation of its own. L D Lᵀ x = b then has solutions where y of L y = b is zero there, too; the others differ by L⁻ᵀ e of the zeros.
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -48,18 +53,24 @@ class PatternFactors {
   }
 
   std::size_t size() const { return rows_.size(); }
-  Number smallest_pivot() const { return smallest_; }
 
   /// Factors the matrix whose entry k is value(k); false where a pivot is not above `threshold` of its diagonal entry, or an entry is not finite.
+  ///
+  /// @param rounding  pivots that are no larger, as a fraction, are zeros; none are where it is negative
   template <class Value>
-  bool compute(const Value& value, Number threshold) { return is_wide_ ? compute_along_tree(value, threshold) : compute_skyline(value, threshold); }
+  bool compute(const Value& value, Number threshold, Number rounding = -1.0) {
+    zeros_.clear();
+    return is_wide_ ? compute_along_tree(value, threshold, rounding) : compute_skyline(value, threshold, rounding);
+  }
 
-  /// x ← A⁻¹ x.
-  void solve(Number* x) {
-    if (is_wide_) {
-      solve_by_columns(x);
-      return;
-    }
+  /// How many zeros there are in D.
+  std::size_t zeros() const { return zeros_.size(); }
+
+  /// x ← A⁻¹ x; with zeros in D, a solution where there is one.
+  ///
+  /// @returns the largest y at a zero over the root of its diagonal entry: what no x has
+  Number solve(Number* x) {
+    if (is_wide_) return solve_by_columns(x);
     const Number* const skyline = skyline_.data();
     for (std::size_t i = 0; i < size(); ++i) {
       const Row& own = rows_[i];
@@ -67,16 +78,54 @@ class PatternFactors {
       for (std::size_t j = own.first; j < i; ++j) sum -= skyline[own.offset + static_cast<std::ptrdiff_t>(j)] * x[j];
       x[i] = sum;
     }
+    const Number miss = missed(x);
     for (std::size_t i = 0; i < size(); ++i) x[i] *= rows_[i].inverse;
-    for (std::size_t i = size(); i-- > 0;) {
-      const Row& own = rows_[i];
-      const Number xi = x[i];
-      for (std::size_t j = own.first; j < i; ++j) x[j] -= skyline[own.offset + static_cast<std::ptrdiff_t>(j)] * xi;
+    transposed_solve(x);
+    return miss;
+  }
+
+  /// x ← the null vector of zero k, with A x = 0; they are independent of each other.
+  void null_vector(std::size_t k, Number* x) {
+    std::fill_n(x, size(), Number(0.0));
+    if (!is_wide_) {
+      x[zeros_[k].place] = 1.0;
+      transposed_solve(x);
+      return;
     }
+    std::vector<Number>& b = sum_;
+    b[zeros_[k].place] = 1.0;
+    transposed_solve_by_columns(b.data());
+    for (std::size_t i = 0; i < size(); ++i) x[i] = std::exchange(b[new_place_[i]], 0.0);
   }
 
  private:
   static constexpr std::size_t widest = 24, small = 48;
+
+  // Where D is zero, in the order of elimination, and the root of the diagonal entry there.
+  struct Zero {
+    std::size_t place;
+    Number length;
+  };
+  static bool is_rounding(Number pivot, Number whole, Number rounding) { return rounding >= 0.0 && std::abs(pivot) <= rounding * whole; }
+  Number missed(const Number* y) const {
+    Number most = 0.0;
+    for (const Zero& zero : zeros_)
+      if (y[zero.place] != 0.0) most = std::max(most, std::abs(y[zero.place]) / zero.length);
+    return most;
+  }
+
+  // x ← L⁻ᵀ x.
+  void transposed_solve(Number* x) const {
+    for (std::size_t i = size(); i-- > 0;) {
+      const Row& own = rows_[i];
+      const Number xi = x[i];
+      for (std::size_t j = own.first; j < i; ++j) x[j] -= skyline_[static_cast<std::size_t>(own.offset + static_cast<std::ptrdiff_t>(j))] * xi;
+    }
+  }
+  void transposed_solve_by_columns(Number* b) const {
+    for (std::size_t i = size(); i-- > 0;)
+      for (std::size_t at = column_begin_[i]; at < column_begin_[i + 1]; ++at) b[i] -= lower_[at] * b[lower_row_[at]];
+  }
 
   [[gnu::cold]] void analyse(const std::vector<int>& rows, const std::vector<int>& columns) {
     is_wide_ = true;
@@ -129,10 +178,10 @@ class PatternFactors {
   }
 
   template <class Value>
-  bool compute_along_tree(const Value& value, Number threshold) {
+  bool compute_along_tree(const Value& value, Number threshold, Number rounding) {
     std::fill(seen_.begin(), seen_.end(), none);
     std::copy(column_begin_.begin(), column_begin_.end() - 1, column_end_.begin());
-    Number smallest = 1.0, zero = 0.0;
+    Number zero = 0.0;
     for (std::size_t k = 0; k < size(); ++k) {
       // Row k of the matrix, and where row k of L is other than zero, from the leaves on.
       std::size_t top = size();
@@ -163,41 +212,47 @@ class PatternFactors {
       }
       pivot_[k] = pivot;
       zero += pivot - pivot;
-      if (!(pivot > threshold * whole)) {
+      if (pivot > threshold * whole) continue;
+      if (!is_rounding(pivot, whole, rounding)) {
         std::fill(sum_.begin(), sum_.end(), 0.0);
         return false;
       }
-      if (pivot < smallest * whole) smallest = pivot / whole;
+      zeros_.push_back({k, std::sqrt(whole)});
+      pivot_[k] = std::numeric_limits<Number>::infinity();  // takes no part
     }
-    smallest_ = smallest;
     return zero == 0.0;
   }
 
-  void solve_by_columns(Number* x) {
+  Number solve_by_columns(Number* x) {
     std::vector<Number>& b = sum_;
     for (std::size_t i = 0; i < size(); ++i) b[new_place_[i]] = x[i];
     for (std::size_t i = 0; i < size(); ++i)
       for (std::size_t at = column_begin_[i]; at < column_begin_[i + 1]; ++at) b[lower_row_[at]] -= lower_[at] * b[i];
+    const Number miss = missed(b.data());
     for (std::size_t i = 0; i < size(); ++i) b[i] /= pivot_[i];
-    for (std::size_t i = size(); i-- > 0;)
-      for (std::size_t at = column_begin_[i]; at < column_begin_[i + 1]; ++at) b[i] -= lower_[at] * b[lower_row_[at]];
+    transposed_solve_by_columns(b.data());
     for (std::size_t i = 0; i < size(); ++i) x[i] = std::exchange(b[new_place_[i]], 0.0);
+    return miss;
   }
 
   // From left to right: when a pivot is known, its column is taken from all rows below at once, so that a row waits for one division and not for sums.
   template <class Value>
-  bool compute_skyline(const Value& value, Number threshold) {
+  bool compute_skyline(const Value& value, Number threshold, Number rounding) {
     Number* const skyline = skyline_.data();
     Number* __restrict const column = column_.data();
     std::fill(skyline_.begin(), skyline_.end(), 0.0);
     for (std::size_t k = 0; k < place_.size(); ++k) skyline[place_[k]] = value(k);
-    Number smallest = 1.0, zero = 0.0;
+    Number zero = 0.0;
     for (std::size_t i = 0; i < size(); ++i) {
       Row& own = rows_[i];
       const Number pivot = skyline[own.offset + static_cast<std::ptrdiff_t>(i)], whole = value(own.end - 1);
-      if (!(pivot > threshold * whole)) return false;
-      if (pivot < smallest * whole) smallest = pivot / whole;
-      own.inverse = 1.0 / pivot;
+      if (pivot > threshold * whole) {
+        own.inverse = 1.0 / pivot;
+      } else {
+        if (!is_rounding(pivot, whole, rounding)) return false;
+        zeros_.push_back({i, std::sqrt(whole)});
+        own.inverse = 0.0;  // takes no part
+      }
       zero += own.inverse - own.inverse;
       for (std::size_t j = i + 1; j <= own.last; ++j) column[j - i - 1] = rows_[j].first <= i ? skyline[rows_[j].offset + static_cast<std::ptrdiff_t>(i)] : 0.0;
       for (std::size_t j = i + 1; j <= own.last; ++j) {
@@ -208,7 +263,6 @@ class PatternFactors {
         for (std::size_t k = 0; k < j - i; ++k) row[k + 1] -= share * column[k];
       }
     }
-    smallest_ = smallest;
     return zero == 0.0;
   }
 
@@ -221,7 +275,7 @@ class PatternFactors {
   std::vector<Row> rows_;
   std::vector<Number> skyline_, column_;
   std::vector<std::ptrdiff_t> place_;  // of each entry in the skyline
-  Number smallest_ = 1.0;
+  std::vector<Zero> zeros_;
 
   // Of wide patterns: L by columns, and what is needed to find it.
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
