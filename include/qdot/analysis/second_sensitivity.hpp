@@ -64,6 +64,7 @@ template <class Model, int n, class Method, class... Events>
 auto second_sensitivities_of(Model model, const State<n>& start, double t_end, const Method& method, const Options& options, const EventList<Events...>& events,
                              const WithRespectTo& wanted) {
   static_assert(std::is_same_v<Method, Taylor>, "qdot: second derivatives of a motion are made by power series: pass Taylor{}");
+  static_assert(changes_of<Model> == Changes::none, "qdot: second derivatives of a motion take no constraints, contacts or dry friction; difference sensitivities()");
   static_assert(((Events::stops || Events::records) && ...),
                 "qdot: second derivatives do not go through events that change the state: let events stop the run or be recorded, or difference sensitivities()");
   if (wanted.start_time)

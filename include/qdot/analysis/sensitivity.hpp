@@ -173,8 +173,8 @@ struct Preparation {
 template <class Model, class Start, class List, class StartSlope>
 auto sensitivities_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options,
                       const WithRespectTo& wanted, const StartSlope& slope_of_start, int order = 1) {
-  static_assert(SteppingMethod<std::remove_cvref_t<decltype(method)>, VariationalForm<can_jump<Model>>>,
-                "qdot: sensitivities are integrated by Dop853, Dopri5, CvodeBdf, CvodeAdams, and without constraints or contacts by Taylor "
+  static_assert(SteppingMethod<std::remove_cvref_t<decltype(method)>, VariationalForm<changes_of<Model>>>,
+                "qdot: sensitivities are integrated by Dop853, Dopri5, CvodeBdf, CvodeAdams, and without contacts or dry friction by Taylor "
                 "(analysis/taylor_sensitivity.hpp) and Gauss (analysis/gauss_sensitivity.hpp)");
   require_valid(options, model.form.size());
   Variations<Model> equations(std::move(model), wanted.start, wanted.start_time);
@@ -188,7 +188,7 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
     for (Eigen::Index i = 0; i < each.size(); ++i) each[i] = options.atol[i % size];
     options.atol = each;
   }
-  VariationalForm<can_jump<Model>> form(equations);
+  VariationalForm<changes_of<Model>> form(equations);
   const auto erased = erased_events(list, equations, equations);
   const std::vector<NamedSurface> surfaces = surfaces_of(list, equations);
 

@@ -18,18 +18,18 @@
 
 namespace qdot::detail {
 
-template <>
-struct is_recordable<VariationalForm<false>> : std::true_type {};
+template <Changes changes>
+struct is_recordable<VariationalForm<changes>> : std::true_type {};
 
 /// The power series of a motion and of its derivatives.
-template <bool jumps>
-class LagrangeSeries<VariationalForm<jumps>> : public VariationSeries {
+template <Changes changes>
+class LagrangeSeries<VariationalForm<changes>> : public VariationSeries {
  public:
   /// @throws NotAnalytic  T, V or a force compares values or has a kink
-  LagrangeSeries(const VariationalForm<jumps>& form, int highest_order) : VariationSeries(form.equations(), highest_order) {}
+  LagrangeSeries(const VariationalForm<changes>& form, int highest_order) : VariationSeries(form.equations(), highest_order) {}
 
-  void renew(const VariationalForm<jumps>&) { VariationSeries::renew(); }
-  bool is_of(const VariationalForm<jumps>&) { return is_current(); }
+  void renew(const VariationalForm<changes>&) { VariationSeries::renew(); }
+  bool is_of(const VariationalForm<changes>&) { return is_current(); }
 };
 
 // What the series needs of a model.

@@ -58,7 +58,7 @@ struct Crossing {
   double speed = 0.0;    // dh/dt along the motion
 };
 
-struct VariationalRecorder;  // variation_series.hpp
+class VariationalRecorder;  // recorder.hpp
 
 // What an event is where parameter `column` is displaced by s.
 struct Surface {
@@ -258,8 +258,11 @@ inline void VariationalEquations::pass(const std::string& name, double t, Eigen:
   passed_.push_back({t, time});
 }
 
+// What besides events may change a state between steps: projections, and with them the phases of contacts and friction.
+enum class Changes { none, projections, phases };
+
 // [y; columns of Φ] as a first-order system. Models FirstOrderSystem; where it may, ProjectableSystem and SwitchingSystem, too.
-template <bool jumps>
+template <Changes changes>
 class VariationalForm {
  public:
   static constexpr int size_at_compile_time = Eigen::Dynamic;
@@ -302,32 +305,32 @@ class VariationalForm {
   }
 
   ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const
-    requires jumps
+    requires(changes != Changes::none)
   {
     return equations_->project(t, y);
   }
   Eigen::Index guard_count() const
-    requires jumps
+    requires(changes == Changes::phases)
   {
     return equations_->guard_count();
   }
   std::string ending(Eigen::Index k) const
-    requires jumps
+    requires(changes == Changes::phases)
   {
     return equations_->ending(k);
   }
   void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const
-    requires jumps
+    requires(changes == Changes::phases)
   {
     equations_->guards(t, y, g);
   }
   void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> g) const
-    requires jumps
+    requires(changes == Changes::phases)
   {
     equations_->guard_bands(t, y, tolerance, g);
   }
   std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const
-    requires jumps
+    requires(changes == Changes::phases)
   {
     return equations_->switched(t, y, fired, tolerance);
   }
