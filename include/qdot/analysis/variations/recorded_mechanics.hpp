@@ -196,10 +196,9 @@ struct Mechanics<RecordedForm> {
       for (Eigen::Index i = 0; i < M.rows(); ++i) names.push_back(form.component_name(i));
       throw_mass_matrix_error(M, t, names);
     }
-    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(M.rows(), M.rows());
-    Vec column(M.rows());
+    Eigen::MatrixXd inverse(M.rows(), M.rows());
     for (Eigen::Index j = 0; j < M.rows(); ++j) {
-      column = inverse.col(j);
+      Vec column = Vec::Unit(M.rows(), j);
       factors.solve_in_place(column);
       inverse.col(j) = column;
     }
