@@ -9,10 +9,14 @@
 //
 // The steps, their tests and their dense output are those of integrate/taylor.hpp; events and saltation those of analysis/sensitivity.hpp.
 
+#include <Eigen/Core>
+#include <memory>
+#include <string>
 #include <type_traits>
 
 #include "qdot/analysis/sensitivity.hpp"
 #include "qdot/analysis/variations/recorder.hpp"
+#include "qdot/analysis/variations/second_saltation.hpp"
 #include "qdot/analysis/variations/variation_series.hpp"
 #include "qdot/integrate/taylor.hpp"
 
@@ -35,7 +39,12 @@ class LagrangeSeries<VariationalForm<changes>> : public VariationSeries {
 // What the series needs of a model.
 template <class Model>
 struct Preparation<Taylor, Model> {
-  static void prepare(Variations<Model>& equations) { attach_recorder(equations); }
+  static void prepare(Variations<Model>& equations) {
+    attach_recorder(equations);
+    equations.pairs_at = [&equations](const std::string& name, double t, const Eigen::VectorXd& both) -> std::unique_ptr<PairsBehind> {
+      return std::make_unique<SecondSaltation>(equations, name, t, both);
+    };
+  }
 };
 
 }  // namespace qdot::detail

@@ -66,6 +66,12 @@ struct Surface {
   std::function<void(double t, Eigen::VectorXd& y, Eigen::Index column, double s)> jump;  // none where nothing changes
 };
 
+// What an event makes of the second derivatives that stand behind Φ (analysis/variations/second_saltation.hpp).
+struct PairsBehind {
+  virtual ~PairsBehind() = default;
+  virtual void write(const Surface& surface, const Crossing& crossing, const Eigen::VectorXd& after, Eigen::VectorXd& both) const = 0;
+};
+
 // y, f and Φ of a model without its type; every y is [y; columns of Φ].
 class VariationalEquations {
  public:
@@ -129,7 +135,12 @@ class VariationalEquations {
   }
 
   std::shared_ptr<const VariationalRecorder> recorder;  // for Taylor series; otherwise none
+  std::function<std::unique_ptr<PairsBehind>(const std::string& name, double t, const Eigen::VectorXd& both)> pairs_at;  // an event, in front of it
   Eigen::Index pairs = 0;          // of columns of Φ whose second derivatives stand behind it, row by row of the upper triangle; of Taylor series only
+  // How far a state may be displaced along a direction: by what it, or the parameter of a column, is large in this run; 1 where nothing says how far.
+  double reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const;
+  const Eigen::VectorXd& largest() const noexcept { return largest_; }
+
   std::vector<double> tolerances;  // of the method: rtol, then atol of each component of the state
 
  protected:
@@ -143,7 +154,6 @@ class VariationalEquations {
 
  private:
   double scale(const Eigen::VectorXd& y, const Eigen::VectorXd& along) const;
-  double reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const;
   double resolved(const Eigen::VectorXd& y, Eigen::Index i) const { return tolerances[0] * std::abs(y[i]) + tolerances[static_cast<std::size_t>(i) + 1]; }
 
   std::vector<EventSlope> passed_;
@@ -217,7 +227,9 @@ inline void VariationalEquations::pass(const std::string& name, double t, Eigen:
     end_undifferentiable(name, t, {"coincides with another event: which of them comes first decides what follows, so there is no derivative; choose a start or "
                                    "parameters that separate them"});
   const Eigen::VectorXd y = both.head(size_), f_before = state_rate(t, y);
-  const auto [time, speed] = crossing(name, t, both, surface);
+  const Crossing passage = crossing(name, t, both, surface);
+  const auto& [time, speed] = passage;
+  const std::unique_ptr<PairsBehind> pairs_behind = pairs > 0 ? pairs_at(name, t, both) : nullptr;
   Eigen::VectorXd after = y, again = y;
   surface.jump(t, after, -1, 0.0);
   if (!after.allFinite()) {
@@ -252,6 +264,7 @@ inline void VariationalEquations::pass(const std::string& name, double t, Eigen:
     if (!slope) end_undifferentiable(name, t, {"changes the state in a way that has no derivative with respect to ", column_name(j), "; let its action be smooth"});
     both.segment(size_ * (j + 1), size_) = *slope;
   }
+  if (pairs_behind) pairs_behind->write(surface, passage, after, both);
   surface.jump(t, again = y, -1, 0.0);  // what it sets besides the state is now as it belongs to y
   if (!(state_rate(t, y).array() == f_before.array()).all()) changed_ = t;
   both.head(size_) = after;
