@@ -69,7 +69,7 @@ class RecordedMechanics {
   }
   // (P P_θ) above (G F_θ), 2n × (2n + m).
   void write_slopes(const Vec& q, const Vec& v, double t, Eigen::MatrixXd& out) {
-    set(alone_, q, v, t);
+    if (!unknown_.empty()) set(alone_, q, v, t);
     set(with_slopes_, q, v, t, unknown_.empty() ? Vec() : accelerated(t));
     const Index width = 2 * dof() + parameters(), r = constraints();
     const auto slope = [&](Index i, Index j) { return with_slopes_.value(with_slopes_.slot(v_.slopes[static_cast<std::size_t>(i * width + j)])); };
