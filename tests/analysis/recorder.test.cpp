@@ -179,6 +179,27 @@ TEST_CASE("by Gauss steps the motion on a rod has the derivatives of the motion 
   CHECK(distance_from_angle(sensitivities(rod_of<true>, p, T, Gauss{.step = 0.02, .stages = 5}, {}, {.start = true}), T) < 1e-11);
 }
 
+TEST_CASE("on a rod, too, the tangent of Gauss steps is the derivative of the numbers that they give, projections among them") {
+  constexpr double error = 2e-11;  // what differences of order six leave
+  const Eigen::Vector2d p(0.8, 9.81);
+  const Gauss method{.step = 0.05, .stages = 1};  // far from converged: Φ of the motion itself is 5e-2 away
+  const auto s = sensitivities(rod_of<false>, p, 2.0, method);
+  REQUIRE(s.completed());
+  for (int j = 0; j < 2; ++j) {
+    const double h = 2e-3 * p[j];
+    const auto sum = [&](int k) {
+      const auto end = [&](double by) {
+        Eigen::Vector2d near = p;
+        near[j] += by;
+        const auto of = rod_of<false>(near);
+        return Eigen::Vector4d(simulate(of.system, of.start, 2.0, method).y);
+      };
+      return Eigen::Vector4d(end(k * h) - end(-k * h));
+    };
+    CHECK((s.Phi.col(j) - (45 * sum(1) - 9 * sum(2) + sum(3)) / (60 * h)).norm() < error);
+  }
+}
+
 TEST_CASE("a blade on a slope, and a rod whose length swings, have the same derivatives by power series, by Gauss steps and by Dop853") {
   const auto check = [](const auto& family, const auto& p) {
     constexpr double T = 2.0;

@@ -16,8 +16,8 @@
 //
 //     Φᵀ J Φ = J      in (q, p),  to rounding, however long the run.
 //
-// Constraints are forces Wᵀλ, whose slopes are in G (analysis/variations/recorded_mechanics.hpp), and a projection at the end of each step, of which the
-// columns are put onto the tangent space: there Φ is of order 2s, too, but what the projection bends is left out, some tenth of the step's own error.
+// Constraints are forces Wᵀλ, whose slopes are in G (analysis/variations/recorded_mechanics.hpp), and a projection at the end of each step, which is differenced along
+// each column: Φ is the derivative of the numbers there, too, to some twelve digits, but not symplectic, as they are not.
 //
 // δp is carried along; δq̇ = M⁻¹ (δp − ∂p/∂q δq − P_θ) is what is seen. The length of a step is the user's, and no error is estimated; rtol and atol
 // say how closely events are found. Dense output of the columns is of degree 5, as that of the motion.
@@ -226,7 +226,10 @@ namespace detail {
 // What the tangent map needs of a model.
 template <class Model>
 struct Preparation<Gauss, Model> {
-  static void prepare(Variations<Model>& equations) { attach_recorder(equations); }
+  static void prepare(Variations<Model>& equations) {
+    attach_recorder(equations);
+    equations.bends_projections = true;
+  }
 };
 
 }  // namespace detail

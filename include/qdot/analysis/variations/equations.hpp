@@ -24,6 +24,9 @@
 // Constraints: what a projection does to a state near the manifold is, to first order, the nearest tangent vector in the metric of M,
 //
 //     J δq + ∂φ/∂p = 0 ,     d(J q̇ + ∂φ/∂t) = 0   along (δq, δq̇).
+//
+// Beyond that, a displaced state comes back another way: a part of Φ as small as what is projected. Where Φ has to be the derivative of the very numbers of a run
+// (analysis/gauss_sensitivity.hpp) the projection is differenced along each column.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -102,6 +105,7 @@ class VariationalEquations {
   virtual bool goes_backwards() const { return false; }
   virtual Eigen::VectorXd parameter_gradient(double, const double*, const double*, const Eigen::VectorXd&) const { return {}; }
   bool leaves_parameters_out = false;  // the ∂f/∂p of write_rates()
+  bool bends_projections = false;      // columns are what the projection of y itself makes of them, not its tangent map alone
   virtual Eigen::VectorXd state_rate(double t, const Eigen::VectorXd& y) const = 0;
   virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;  // or of y alone
   virtual Eigen::Index guard_count() const = 0;

@@ -60,8 +60,10 @@ class RecordedMechanics {
   }
   Vec force(const Vec& q, const Vec& v, double t) {
     set(alone_, q, v, t);
-    if (!unknown_.empty()) set(alone_, q, v, t, accelerated(t));
-    return values(alone_, dof(), dof());
+    const Vec force = values(alone_, dof(), dof());
+    if (unknown_.empty()) return force;
+    const Vec unknown = accelerated(t);
+    return force + W_.transpose() * unknown.head(constraints());
   }
   Eigen::MatrixXd mass(const Vec& q, const Vec& v, double t) {
     set(alone_, q, v, t);
