@@ -36,6 +36,14 @@ struct Falling {
   auto V(const auto& q) const { return g * q[0]; }
 };
 
+// A spring that pulls towards what somebody else sets.
+struct Reaching {
+  double k;
+  const double* at;
+  auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  auto V(const auto& q) const { return 0.5 * k * q[0] * q[0] - k * *at * q[0]; }
+};
+
 // A pendulum of length l and rate g, by its angle.
 template <class S>
 struct Pendulum {
@@ -160,6 +168,25 @@ TEST_CASE("a ball that bounces depends on gravity, restitution and the floor's h
   };
   check(sensitivities(family, p, T, Taylor{}, fine));
   check(sensitivities(family, p, T, Gauss{.step = 0.02, .stages = 2}));
+}
+
+TEST_CASE("equations of a family that an action changes on the way are recorded again with all its members") {
+  double at = 0.0;
+  const auto family = [&at](const Vector<double, 1>& of) {
+    const auto change = [&at](State<1>&) { at = 2.0; };
+    return problem(mechanical_system<1>(Reaching{of[0], &at}), State<1>{0.0, {0.2}, {0.9}},
+                   qdot::events(qdot::event("far", [](const auto& q) { return q[0] - 0.6; }).rising().then(change)));
+  };
+  const auto found = [&](const auto& method, const qdot::Options& options) {
+    at = 0.0;
+    const auto s = sensitivities(family, Vector<double, 1>(1.3), 2.0, method, options, {.start = true});
+    REQUIRE(s.completed());
+    REQUIRE(s.events.size() == 1);
+    return s.Phi;
+  };
+  const Eigen::MatrixXd expected = found(Dop853{}, reference);
+  CHECK((found(Taylor{}, fine) - expected).cwiseAbs().maxCoeff() < 1e-12);
+  CHECK((found(Gauss{.step = 0.01, .stages = 4}, {}) - expected).cwiseAbs().maxCoeff() < 1e-12);
 }
 
 TEST_CASE("by power series the motion on a rod depends on its start, its length and gravity as the motion in an angle does") {
