@@ -11,7 +11,7 @@
 //
 //     ∂F/∂p_j  =  Σ wᵢ (Fᵢ − F)          with the weights of the difference of order six (slope.hpp)
 //
-// is a node like any other: terms that do not ask for p_j are gone before anything is computed.
+// is a node like any other. A row that does not ask for p_j is the same node in all members, and its slope is zero before anything is computed.
 
 #include <Eigen/Core>
 #include <cstddef>
