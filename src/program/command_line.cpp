@@ -190,6 +190,8 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   add_text(sensitivity_command, "--of", sensitivity_options.of, "which coordinates and velocities (default: all)", "NAME,…");
   add_text(sensitivity_command, "--to", sensitivity_options.to, "which parameters, effects that are on, and coordinates and velocities of the start (default: all)", "NAME,…");
   add_text(sensitivity_command, "--t-end", sensitivity_options.t_end, "time to end at", "T");
+  add_text(sensitivity_command, "--method", sensitivity_options.method, "dop853 (default), dopri5, adams, bdf, and without contacts and dry friction taylor and gauss2 … gauss8", "NAME");
+  add_text(sensitivity_command, "--step", sensitivity_options.step, "step of gauss2 … gauss8 (default: by --rtol and a pilot run)", "H");
   add_text(sensitivity_command, "--rtol", sensitivity_options.rtol, "tolerance of the local error, relative and absolute (default 1e-11)", "R");
   add_text(sensitivity_command, "--samples", sensitivity_options.samples, "rows of the table of the whole motion (default 400)", "N");
   add_text(sensitivity_command, "--out", sensitivity_options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");

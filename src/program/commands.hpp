@@ -80,7 +80,7 @@ struct OrbitCommandOptions : SceneOptions {
 };
 
 struct SensitivityCommandOptions : SceneOptions {
-  std::optional<std::string> of, to, t_end, rtol, samples, out;
+  std::optional<std::string> of, to, t_end, method, step, rtol, samples, out;
   bool json = false;
 };
 

@@ -139,9 +139,9 @@ class SceneModel final : public Model {
     return qdot::detail::has_any_scalar<Sc>::value;
   }
   bool fits_rattle() const override { return qdot::detail::fits_rattle<SceneForm<Sc>>::value; }
-  std::shared_ptr<qdot::detail::RecordedMotion> recorded_motion() const override {
+  std::shared_ptr<qdot::detail::RecordedMotion> recorded_on([[maybe_unused]] formula::Recording& recording) const override {
     if constexpr (qdot::detail::is_recordable<SceneForm<Sc>>::value) {
-      return std::make_shared<qdot::detail::RecordedMotion>(qdot::detail::recorded_motion(form_));
+      return std::make_shared<qdot::detail::RecordedMotion>(qdot::detail::recorded_motion(form_, std::move(recording)));
     } else {
       return nullptr;
     }

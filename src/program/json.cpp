@@ -235,6 +235,7 @@ std::string family_json(const RunnableScene& scene, const std::vector<std::strin
 std::string sensitivity_json(const RunnableScene& scene, const SensitivityTable& table) {
   Json json;
   json["scene"] = scene.name();
+  json["method"] = table.method;
   json["parameters"] = parameter_values(scene);
   json["outcome"] = table.outcome;
   json["message"] = table.message;

@@ -25,6 +25,10 @@ template <class Number>
 class TracedEquations;  // mechanics/derive/traced_equations.hpp
 }
 
+namespace qdot::formula {
+struct Recording;  // ad/formula/recording.hpp
+}
+
 namespace qdot::report {
 struct EquationSource;  // report/equations/source.hpp
 }
@@ -135,7 +139,10 @@ class Model {
   /// T, V, the forces and the constraints as a graph; nothing where equations switch, or an effect takes no recording scalar.
   ///
   /// @throws NotAnalytic  one of them compares values or has a kink
-  virtual std::shared_ptr<qdot::detail::RecordedMotion> recorded_motion() const { return nullptr; }
+  std::shared_ptr<qdot::detail::RecordedMotion> recorded_motion() const;
+
+  /// The same, added to a recording of other models of the scene, which is moved from.
+  virtual std::shared_ptr<qdot::detail::RecordedMotion> recorded_on(qdot::formula::Recording&) const { return nullptr; }
 
   // d/dt p = F and ż, for methods that step momenta (integrate/steps/form_mechanics.hpp); a bare scene's own steppers know them.
   virtual Eigen::VectorXd momenta(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const { return {}; }

@@ -3,7 +3,7 @@
 // qdot sensitivity SCENE: ∂y(t)/∂(start, parameters), at the end as a table, with --out on the way as curves.
 //
 // The derivatives of the equations in the state are exact, those in parameters are differences of the equations (program/varied_motion.hpp); nothing is a
-// difference of motions. A second run, with ten times the tolerance, says how far the derivatives are known.
+// difference of motions. A second run, with ten times the tolerance or, of Gauss, the error of a step, says how far the derivatives are known.
 #include "program/sensitivity.hpp"
 
 #include <algorithm>
@@ -19,6 +19,8 @@
 #include "program/commands.hpp"
 #include "program/components.hpp"
 #include "program/json.hpp"
+#include "program/methods.hpp"
+#include "program/simulation.hpp"
 #include "program/varied_motion.hpp"
 #include "qdot/report/csv.hpp"
 #include "qdot/report/file.hpp"
@@ -42,6 +44,7 @@ struct SensitivityTask : ChosenScene {
   std::vector<ModelsAlong> parameters = {};
   double t_end = 0.0;
   long samples = 400;
+  VariedMethod method = {};
   Options options = {};
   std::vector<std::string> paths = {};
 };
@@ -110,6 +113,18 @@ SensitivityTask task_of(const SensitivityCommandOptions& options) {
   if (options.samples) task.samples = whole_number("--samples", *options.samples, 2, 1'000'000);
   task.options.rtol = options.rtol ? positive_number("--rtol", *options.rtol) : 1e-11;
   task.options.atol = task.options.rtol;
+  if (options.method) task.method.name = *options.method;
+  const MethodInfo& method = method_named(task.method.name);
+  if (const std::string why = variation_misfit(*task.model, method.name); !why.empty()) {
+    std::string fitting;
+    for (const std::string& name : varying_methods(*task.model)) fitting += (fitting.empty() ? "" : ", ") + name;
+    throw UsageError("--method: must fit " + task.scene->name() + " and take its derivatives along, but " + method.name + " " + why + " (what fits: " + fitting + ")");
+  }
+  if (options.step && !method.fixed_step())
+    throw UsageError("--step: must stand with a method of fixed step, gauss2 … gauss8, given with " + method.name + ", which chooses its steps by --rtol");
+  if (method.fixed_step())
+    task.method.step = options.step ? positive_number("--step", *options.step)
+                                    : chosen_step(task.model, {.start = task.start, .t_end = task.t_end, .rtol = task.options.rtol, .atol_each = {}, .step = {}}, method.order);
   if (options.out) {
     task.paths = {*options.out + ".csv", *options.out + ".html", *options.out + ".svg"};
     require_files(*options.out, task.paths);
@@ -127,11 +142,13 @@ VariedMotion motion_of(const SensitivityTask& task, double coarser, bool with_sa
   VariedModel varied{task.model};
   for (const ModelsAlong& parameter : task.parameters) varied.parameters.push_back(parameter.value());
   varied.with_parameter = [&](Eigen::Index j, double value) { return task.parameters[static_cast<std::size_t>(j)](value); };
-  return varied_motion(varied, t0, settled(*task.model, t0, task.model->packed(task.start)), task.t_end, options);
+  VariedMethod method = task.method;
+  if (method.step > 0.0) method.step *= std::pow(coarser, 1.0 / method_named(method.name).order);
+  return varied_motion(varied, t0, settled(*task.model, t0, task.model->packed(task.start)), task.t_end, options, method);
 }
 
 SensitivityTable table_of(const SensitivityTask& task, const VariedMotion& motion, const VariedMotion& coarse) {
-  SensitivityTable table{std::string(name(motion.outcome)), motion.message, motion.t, {}, {}, task.to, {}, {}, {}};
+  SensitivityTable table{std::string(name(motion.outcome)), motion.message, task.method.name, motion.t, {}, {}, task.to, {}, {}, {}};
   const auto rows = static_cast<Eigen::Index>(task.of.size()), columns = static_cast<Eigen::Index>(task.columns.size());
   table.values.resize(rows);
   table.derivative.resize(rows, columns);

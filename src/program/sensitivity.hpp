@@ -17,7 +17,7 @@ struct DependsOn {
 };
 
 struct SensitivityTable {
-  std::string outcome, message;
+  std::string outcome, message, method;
   double t = 0.0;
   std::vector<std::string> of, units;  // components of the state
   std::vector<DependsOn> to;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The only file of the program that includes CVODE: all scenes are stepped through the interface `Model`, whose virtual
-// calls cost nothing beside a step, and all methods through AnyStepper.
+// All scenes are stepped through the interface `Model`, whose virtual calls cost nothing beside a step, and all methods through AnyStepper.
 #include "program/simulation.hpp"
 
 #include <algorithm>
@@ -25,6 +24,11 @@
 #include "qdot/integrate/watch/held_watch.hpp"
 
 namespace qdot::program {
+
+std::shared_ptr<qdot::detail::RecordedMotion> Model::recorded_motion() const {
+  qdot::formula::Recording recording;
+  return recorded_on(recording);
+}
 
 /// The graph of a scene with effects, constraints among them, for Taylor.
 static qdot::detail::RecordedMotion recorded_motion(const FirstOrderModel& system) {
@@ -120,26 +124,6 @@ struct NamedMethod {
     return AnyStepper(std::in_place, AutomaticStepper(std::move(choice), model->size()));
   }
 };
-
-/// The step of a method with a fixed one, where the request names none.
-///
-/// A pilot run of Dop853 at rtol 1e-6 tells how fast the motion is: its steps have the mean length h. An error of about
-/// (h/L)^8 per step makes L = h/1e-6^(1/8) the time in which the motion changes, and a method of order p reaches rtol with
-/// steps of L rtol^(1/p), as far as that needs no more than two million of them.
-double chosen_step(const std::shared_ptr<const Model>& model, const Request& request, int order) {
-  constexpr double pilot_rtol = 1e-6;
-  constexpr double most_steps = 2e6;
-  const double span = std::abs(request.t_end - request.start.t);
-  Request pilot = request;
-  pilot.method = "dop853";
-  pilot.rtol = pilot.atol = pilot_rtol;
-  pilot.atol_each = {};
-  pilot.samples = 0;
-  const BareResult run = bare_run(model, pilot);
-  const double mean = std::abs(run.t - request.start.t) / static_cast<double>(std::max(1L, run.statistics.steps));
-  const double wanted = mean * std::pow(pilot_rtol, -1.0 / 8) * std::pow(request.rtol, 1.0 / order);
-  return std::max(std::min(wanted, span), span / most_steps);
-}
 
 /// The method that a request names.
 NamedMethod method_of(const std::shared_ptr<const Model>& model, const Request& request) {
@@ -279,6 +263,24 @@ std::vector<std::string> method_names() {
   return names;
 }
 
+// A pilot run of Dop853 at rtol 1e-6 tells how fast the motion is: its steps have the mean length h. An error of about
+// (h/L)^8 per step makes L = h/1e-6^(1/8) the time in which the motion changes, and a method of order p reaches rtol with
+// steps of L rtol^(1/p), as far as that needs no more than two million of them.
+double chosen_step(const std::shared_ptr<const Model>& model, const Request& request, int order) {
+  constexpr double pilot_rtol = 1e-6;
+  constexpr double most_steps = 2e6;
+  const double span = std::abs(request.t_end - request.start.t);
+  Request pilot = request;
+  pilot.method = "dop853";
+  pilot.rtol = pilot.atol = pilot_rtol;
+  pilot.atol_each = {};
+  pilot.samples = 0;
+  const BareResult run = bare_run(model, pilot);
+  const double mean = std::abs(run.t - request.start.t) / static_cast<double>(std::max(1L, run.statistics.steps));
+  const double wanted = mean * std::pow(pilot_rtol, -1.0 / 8) * std::pow(request.rtol, 1.0 / order);
+  return std::max(std::min(wanted, span), span / most_steps);
+}
+
 bool has_fixed_step(const std::string& method) { return method_named(method).fixed_step(); }
 
 std::string misfit(const Model& model, const std::string& method) {
@@ -295,7 +297,7 @@ std::string misfit(const Model& model, const std::string& method) {
   }
   if (kind == MethodKind::series) {
     try {
-      if (model.bare() ? !model.own_stepper(method, 0, {}) : !model.recorded_motion()) return "needs effects that take every scalar";
+      if (!model.recorded_motion()) return "needs effects that take every scalar";
     } catch (const NotAnalytic& error) {
       return "needs formulas without branches and kinks, and " + error.source() + " has one";
     }

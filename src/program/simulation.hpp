@@ -79,6 +79,11 @@ bool has_fixed_step(const std::string& method);
 /// Why a method cannot run a model, as a sentence without its subject, "cannot keep constraints"; "" where it can.
 std::string misfit(const Model& model, const std::string& method);
 
+/// The step of a method with a fixed one, for a request that names none.
+///
+/// @throws Error  as bare_run()
+double chosen_step(const std::shared_ptr<const Model>& model, const Request& request, int order);
+
 /// The methods that can run a model, those that choose among others left out.
 std::vector<std::string> fitting_methods(const Model& model);
 

@@ -14,6 +14,7 @@
 #include "qdot/analysis/reference_equations.hpp"
 #include "qdot/integrate/energy_balance.hpp"
 #include "qdot/integrate/watch/energy_slope.hpp"
+#include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/watch/held_watch.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/energy.hpp"
@@ -69,6 +70,13 @@ class SystemModel final : public Model {
     return true;
   }
   bool bare() const override { return true; }
+  std::shared_ptr<qdot::detail::RecordedMotion> recorded_on([[maybe_unused]] formula::Recording& recording) const override {
+    if constexpr (qdot::detail::is_recordable<FirstOrderForm<Sys>>::value) {
+      return std::make_shared<qdot::detail::RecordedMotion>(qdot::detail::recorded_motion(form_, std::move(recording)));
+    } else {
+      return nullptr;
+    }
+  }
   bool separable() const override { return Sys::kinetic_signature == KineticSignature::velocity; }
   std::optional<AnyStepper> own_stepper(const std::string& method, double step, const Options& options) const override {
     return own_stepper_of(form_, method, step, options);

@@ -7,8 +7,13 @@
 #include <limits>
 #include <utility>
 
+#include "program/methods.hpp"
+#include "program/simulation.hpp"
+#include "qdot/analysis/gauss_sensitivity.hpp"
+#include "qdot/analysis/taylor_sensitivity.hpp"
 #include "qdot/analysis/variations/equations.hpp"
 #include "qdot/analysis/variations/slope.hpp"
+#include "qdot/integrate/cvode.hpp"
 #include "qdot/integrate/driver/consistent_start.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
@@ -41,6 +46,30 @@ Neighbours neighbours_of(const VariedModel& of, Eigen::Index j) {
   throw InvalidValue("a parameter must have values on one side of it at least, to be varied, but " + trouble);
 }
 
+// The graphs of the models.
+class ModelRecorder final : public qdot::detail::VariationalRecorder {
+ public:
+  ModelRecorder(const Model& model, const std::vector<Neighbours>& neighbours) : model_(model), neighbours_(neighbours) {}
+
+  bool holds(qdot::detail::RecordedVariations&) const override { return true; }  // models do not change
+  double parameter(Eigen::Index) const override { return 0.0; }
+
+ private:
+  qdot::detail::RecordedMotion motion(std::vector<int>&) const override { return std::move(*model_.recorded_motion()); }
+  Eigen::Index differenced() const override { return static_cast<Eigen::Index>(neighbours_.size()); }
+  void for_each_neighbour(Eigen::Index j, qdot::detail::RecordedMotion& m, const std::function<void(qdot::detail::RecordedMotion&, double)>& use) const override {
+    const Neighbours& of = neighbours_[static_cast<std::size_t>(j)];
+    for (std::size_t i = 1; i < of.models.size(); ++i) {
+      const auto near = of.models[i]->recorded_on(m.recording);
+      use(*near, of.points->weight[i] / of.h);
+      m.recording = std::move(near->recording);
+    }
+  }
+
+  const Model& model_;
+  const std::vector<Neighbours>& neighbours_;
+};
+
 class ModelVariations final : public qdot::detail::VariationalEquations {
   using Surface = qdot::detail::Surface;
 
@@ -57,6 +86,8 @@ class ModelVariations final : public qdot::detail::VariationalEquations {
     rate_.resize(size_);
     largest_.setZero(size_);
   }
+
+  void record() { recorder = std::make_shared<ModelRecorder>(model_, neighbours_); }
 
   // [y; Φ] at the start: Φ is what a displaced start becomes on the constraints.
   Eigen::VectorXd begun(double t, const Eigen::VectorXd& y, const Options& options) {
@@ -109,6 +140,7 @@ class ModelVariations final : public qdot::detail::VariationalEquations {
     Eigen::Map<Eigen::VectorXd> f(ydot, size_);
     model_.derivative(t, Eigen::Map<const Eigen::VectorXd>(y, size_), f);
   }
+  void write_state_jacobian(double t, const double* y, Eigen::Ref<Eigen::MatrixXd> J) const override { model_.jacobian(t, Eigen::Map<const Eigen::VectorXd>(y, size_), J); }
   Eigen::VectorXd state_rate(double t, const Eigen::VectorXd& y) const override {
     Eigen::VectorXd f(size_);
     model_.derivative(t, y, f);
@@ -189,7 +221,9 @@ class ModelVariations final : public qdot::detail::VariationalEquations {
 
 }  // namespace
 
-VariedMotion varied_motion(const VariedModel& of, double t0, const Eigen::VectorXd& y0, double t_end, Options options) {
+VariedMotion varied_motion(const VariedModel& of, double t0, const Eigen::VectorXd& y0, double t_end, Options options, const VariedMethod& method) {
+  using qdot::detail::Changes, qdot::detail::VariationalForm;
+  if (const std::string why = variation_misfit(*of.model, method.name); !why.empty()) throw InvalidValue(method.name + " " + why);
   options.keep_trajectory = false;
   ModelVariations equations(of);
   const Eigen::VectorXd both = equations.begun(t0, y0, options);
@@ -199,12 +233,39 @@ VariedMotion varied_motion(const VariedModel& of, double t0, const Eigen::Vector
     for (Eigen::Index i = 0; i < each.size(); ++i) each[i] = options.atol[i % size];
     options.atol = each;
   }
-  const qdot::detail::VariationalForm<true> form(equations);
-  const Run<Dynamic> run = simulate(form, FirstOrderState{t0, both}, t_end, Dop853{}, options);
+  const auto run_of = [&](const auto& form, const auto& with) { return simulate(form, FirstOrderState{t0, both}, t_end, with, options); };
+  const Run<Dynamic> run = [&]() -> Run<Dynamic> {
+    const VariationalForm<Changes::phases> any(equations);
+    const VariationalForm<Changes::projections> formulas(equations);
+    const MethodInfo& info = method_named(method.name);
+    switch (info.kind) {
+      case MethodKind::stiff: return run_of(any, CvodeBdf{});
+      case MethodKind::multistep: return run_of(VariationalForm<Changes::none>(equations), CvodeAdams{});
+      case MethodKind::series: return equations.record(), run_of(formulas, Taylor{});
+      case MethodKind::gauss: return equations.record(), run_of(formulas, Gauss{.step = method.step, .stages = info.order / 2});
+      default: return info.name == "dopri5" ? run_of(any, Dopri5{}) : run_of(any, Dop853{});
+    }
+  }();
   VariedMotion motion{run.outcome, run.message, run.t, run.y.head(size), {}, Eigen::Map<const Eigen::MatrixXd>(run.y.data() + size, size, columns), run.samples.t, {}};
   motion.ydot = equations.state_rate(run.t, motion.y);
   for (Eigen::Index k = 0; k < run.samples.y.cols(); ++k) motion.samples.emplace_back(run.samples.y.col(k));
   return motion;
+}
+
+std::string variation_misfit(const Model& model, const std::string& method) {
+  const MethodKind kind = method_named(method).kind;
+  if (kind == MethodKind::automatic) return "chooses by the motion alone";
+  if (kind == MethodKind::splitting || kind == MethodKind::rattle) return "makes steps of the motion alone";
+  if (std::string why = misfit(model, method); !why.empty() || (kind != MethodKind::series && kind != MethodKind::gauss)) return why;
+  if (model.guard_count() > 0) return "takes no contacts or dry friction with derivatives";
+  if (model.size() > 2 * model.dof()) return "takes no effects with states with derivatives";
+  return misfit(model, "taylor");  // of what is recorded
+}
+
+std::vector<std::string> varying_methods(const Model& model) {
+  std::vector<std::string> names = method_names();
+  std::erase_if(names, [&](const std::string& name) { return !variation_misfit(model, name).empty(); });
+  return names;
 }
 
 Eigen::VectorXd settled(const Model& model, double t, Eigen::VectorXd y) {

@@ -5,6 +5,7 @@
 //
 // The variational equations of the library (analysis/variations/equations.hpp) on the Model that commands see: ∂f/∂y is exact; ∂f/∂p is differenced between
 // seven models, with order six and from values that are exact to rounding, some twelve digits; impacts, friction and constraints are those of the library.
+// Taylor and Gauss take the graphs of these models in place of f (analysis/variations/recorder.hpp).
 
 #include <functional>
 #include <memory>
@@ -27,6 +28,12 @@ struct VariedModel {
   std::function<std::shared_ptr<const Model>(Eigen::Index j, double value)> with_parameter = {};  // the model with another value of parameter j
 };
 
+/// What takes the steps.
+struct VariedMethod {
+  std::string name = "dop853";
+  double step = 0.0;  // of gauss2 … gauss8
+};
+
 struct VariedMotion {
   Outcome outcome = Outcome::completed;
   std::string message;
@@ -39,8 +46,14 @@ struct VariedMotion {
 
 /// The motion from y at t0 and its derivatives.
 ///
-/// @throws Error  as sensitivities() of the library
-VariedMotion varied_motion(const VariedModel& of, double t0, const Eigen::VectorXd& y0, double t_end, Options options);
+/// @throws Error  as sensitivities() of the library; InvalidValue for a method that does not fit
+VariedMotion varied_motion(const VariedModel& of, double t0, const Eigen::VectorXd& y0, double t_end, Options options, const VariedMethod& method = {});
+
+/// Why a method cannot run a model with its derivatives, as a sentence without its subject; "" where it can.
+std::string variation_misfit(const Model& model, const std::string& method);
+
+/// The methods that can.
+std::vector<std::string> varying_methods(const Model& model);
 
 /// y with the phases of contacts and friction that its q and q̇ have, and on the constraints.
 Eigen::VectorXd settled(const Model& model, double t, Eigen::VectorXd y);

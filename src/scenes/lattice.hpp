@@ -21,7 +21,7 @@
 namespace qdot::scenes {
 
 struct Lattice {
-  int n = 32;           // number of masses
+  int n = 16;           // number of masses
   double m = 1.0;       // each mass
   double k = 1.0;       // stiffness of each spring
   double alpha = 0.25;  // of its quadratic force

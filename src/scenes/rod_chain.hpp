@@ -17,9 +17,9 @@
 namespace qdot::scenes {
 
 struct RodChain {
-  int n = 20;       // number of rods
+  int n = 8;        // number of rods
   double m = 1.0;   // each mass
-  double l = 0.1;   // length of each rod
+  double l = 0.25;  // length of each rod
   double g = 9.81;  // gravity
 
   auto T(const auto& qdot) const { return 0.5 * m * qdot.squaredNorm(); }

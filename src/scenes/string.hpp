@@ -18,11 +18,11 @@
 namespace qdot::scenes {
 
 struct VibratingString {
-  int n = 60;        // number of masses
-  double m = 0.01;   // each mass
+  int n = 20;        // number of masses
+  double m = 0.02;   // each mass
   double k = 100.0;  // stiffness of each spring
-  double a = 0.1;    // distance of neighbours
-  double l = 0.05;   // length of a spring without tension
+  double a = 0.2;    // distance of neighbours
+  double l = 0.1;    // length of a spring without tension
   double h = 0.3;    // height at the start
 
   auto T(const auto& qdot) const { return 0.5 * m * qdot.squaredNorm(); }

@@ -21,7 +21,7 @@
 namespace qdot::scenes {
 
 struct Truss {
-  int n = 8;         // bays
+  int n = 5;         // bays
   double m = 20.0;   // mass at each joint
   double EA = 4e5;   // stiffness of a bar
   double a = 1.0;    // length of a bay

@@ -124,6 +124,12 @@ TEST_CASE("by Gauss steps a ball that bounces is as its closed form, through the
   CHECK_THAT(s.events[0].time[0], WithinAbs(fall / (2 * h0), error));
 }
 
+TEST_CASE("errors that Gauss steps do not control cannot be left out of the control") {
+  const auto system = qdot::mechanical_system<2>(qdot::scenes::DoublePendulum{});
+  CHECK_THROWS_WITH(sensitivities(system, State<2>{0.0, {1.7, 1.7}, {0, 0}}, 3.0, Gauss{}, {}, {}, {.controlled = false}),
+                    "derivatives are left out of the control of errors by Dop853 and Dopri5 only; leave `controlled` as it is, or take one of them");
+}
+
 TEST_CASE("by Gauss steps a damped pendulum's tangent is that of other methods") {
   constexpr double error = 1e-10;  // of order 8 at steps of 0.02
   const auto damped = qdot::scene(qdot::mechanical_system<2>(qdot::scenes::DoublePendulum{}), qdot::viscous_damping(Eigen::Vector2d(0.1, 0.3)));

@@ -161,6 +161,80 @@ TEST_CASE("an event that stops a run stops its second derivatives, which are tho
   }
 }
 
+// z₂ = v₂ (t − t₂) − ½ g (t − t₂)² behind the second bounce, v₁ = e √(v₀² + 2 g z₀), t₂ = t₁ + 2 v₁/g, v₂ = e v₁.
+TEST_CASE("a ball's second derivatives by its start and gravity behind two bounces are those of the closed form") {
+  constexpr double error = 1e-9;  // of second differences of numbers up to a hundred
+  const double e = 0.8, t = 1.4;
+  const auto falling = [](const auto& p) { return Oscillator<std::remove_cvref_t<decltype(p[0])>>{1.0, 0.0, p[0]}; };
+  const auto bounce = [](State<1>& at) { at.qdot[0] *= -0.8; };
+  const auto floor = qdot::events(qdot::event("floor", [](const auto& q) { return q[0]; }).falling().then(bounce));
+  const Eigen::Vector3d x(1.0, 0.7, 9.81);  // z₀, v₀, g
+  const auto found = second_sensitivities(falling, qdot::Vector<double, 1>(x[2]), State<1>{0.0, {x[0]}, {x[1]}}, t, Taylor{}, fine, floor);
+  INFO(found.message);
+  REQUIRE(found.completed());
+  REQUIRE(found.events.size() == 2);
+  const auto speed = [=](const auto& of) {
+    using std::sqrt;
+    const auto fall = sqrt(of[1] * of[1] + 2.0 * of[2] * of[0]), v1 = e * fall, t2 = (of[1] + fall) / of[2] + 2.0 * v1 / of[2];
+    return e * v1 - of[2] * (t - t2);
+  };
+  const auto place = [=](const auto& of) {
+    using std::sqrt;
+    const auto fall = sqrt(of[1] * of[1] + 2.0 * of[2] * of[0]), v1 = e * fall, late = t - (of[1] + fall) / of[2] - 2.0 * v1 / of[2];
+    return e * v1 * late - 0.5 * of[2] * late * late;
+  };
+  CHECK((found.second[0] - qdot::hessian(place, x)).cwiseAbs().maxCoeff() < error);
+  CHECK((found.second[1] - qdot::hessian(speed, x)).cwiseAbs().maxCoeff() < error);
+}
+
+TEST_CASE("through a jump that bends the state second derivatives are those of the equations along the motion, and of differences by parameters") {
+  constexpr double error = 2e-9;  // of second differences of numbers up to some tens
+  const FiveNumbers p = masses_lengths_g();
+  const auto kick = [](State<2>& at) {
+    at.qdot[0] = -0.6 * at.qdot[0] + 0.3 * at.q[1] * at.q[1];
+    at.qdot[1] += 0.2 * at.qdot[0] * at.qdot[0];
+    at.q[1] += 0.1 * std::sin(at.q[1] + at.qdot[1]);
+  };
+  const auto meets = qdot::events(qdot::event("meets", [](const auto& q) { return q[0] - 0.5 * q[1] * q[1] - 0.3; }).falling().then(kick));
+  const auto found = second_sensitivities(DoublePendulums{}, p, released, 1.0, Taylor{}, fine, meets);
+  INFO(found.message);
+  REQUIRE(found.completed());
+  REQUIRE(found.events.size() == 1);
+
+  const auto form = qdot::first_order_form(qdot::mechanical_system<2>(DoublePendulums{}(p)));
+  Eigen::Vector4d before, f;
+  Eigen::Matrix4d A, A_end;
+  before << released.q, released.qdot;
+  form.derivative(0.0, before, f);
+  form.jacobian(0.0, before, A);
+  form.jacobian(1.0, found.y, A_end);
+  const Eigen::Matrix4d expected = A_end * found.d_start() - found.d_start() * A;
+  for (Eigen::Index i = 0; i < 4; ++i) CHECK((found.second[static_cast<std::size_t>(i)].topLeftCorner<4, 4>() * f - expected.row(i).transpose()).cwiseAbs().maxCoeff() < error);
+
+  constexpr double step = 3e-3, differenced = 1e-7;  // a formula of order six at this step
+  for (Eigen::Index j = 0; j < 5; ++j) {
+    const auto Phi = [&](double by) {
+      FiveNumbers near = p;
+      near[j] += by * step;
+      return Eigen::MatrixXd(sensitivities(DoublePendulums{}, near, released, 1.0, Taylor{}, fine, meets).Phi);
+    };
+    const Eigen::MatrixXd slope = (45 * (Phi(1) - Phi(-1)) - 9 * (Phi(2) - Phi(-2)) + Phi(3) - Phi(-3)) / (60 * step);
+    for (Eigen::Index i = 0; i < 4; ++i)
+      CHECK((found.second[static_cast<std::size_t>(i)].col(4 + j).transpose() - slope.row(i)).cwiseAbs().maxCoeff() < differenced);
+  }
+}
+
+TEST_CASE("an action without a second derivative ends the run of second derivatives, and not that of the first") {
+  const auto free = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; });
+  const auto kick = [](State<1>& at) { at.qdot[0] += at.q[0] * std::abs(at.q[0]); };
+  const auto push = qdot::events(qdot::event("push", [](const auto&, const auto&, const auto& t) { return t - 0.5; }).then(kick));
+  const State<1> start{0.0, {-0.5}, {1.0}};  // is at 0 when it is pushed
+  CHECK(sensitivities(free, start, 1.0, Taylor{}, fine, push).completed());
+  const auto found = second_sensitivities(free, start, 1.0, Taylor{}, fine, push);
+  CHECK(found.outcome == qdot::Outcome::not_differentiable);
+  CHECK(found.message.find("'push' changes the state in a way that has no second derivative with respect to q0 at the start and q0 at the start") != std::string::npos);
+}
+
 TEST_CASE("what is wrong with a question about second derivatives is said before the first step") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto message = [](const auto& ask) -> std::string {

@@ -34,7 +34,6 @@ namespace {
 const systems::DoublePendulumFamily energies_of;
 const Options fine{.rtol = 1e-13, .atol = 1e-14};
 
-
 // One coordinate of unit mass; one type for all potentials, and one for all events and actions, for the compiler's sake.
 struct Particle {
   double g = 0.0;                   // g q
@@ -346,6 +345,20 @@ TEST_CASE("equations that an event switches have continuous states and a jump of
                                                     crossing("half way", [](const V1& q, const V1&) { return q[0] - 0.5; })));
   CHECK(backwards.outcome == Outcome::not_differentiable);
   CHECK(backwards.message.find("an action changes what functors read") != std::string::npos);
+}
+
+TEST_CASE("derivatives that are left out of the control of errors take the steps of the motion alone") {
+  const auto system = qdot::mechanical_system<2>(qdot::scenes::DoublePendulum{});
+  const State<2> start{0.0, {1.7, 1.7}, {0, 0}};
+  const Options options{.rtol = 1e-10, .atol = 1e-12};
+  const auto s = sensitivities(system, start, 3.0, Dop853{}, options, {}, {.controlled = false});
+  const auto alone = qdot::simulate(system, start, 3.0, Dop853{}, options);
+  const auto controlled = sensitivities(system, start, 3.0, Dop853{}, options), exact = sensitivities(system, start, 3.0, Dop853{}, fine);
+  REQUIRE(s.completed());
+  CHECK(s.run.statistics.steps == alone.statistics.steps);
+  CHECK(controlled.run.statistics.steps > alone.statistics.steps);
+  CHECK((s.y - alone.y).norm() < 1e-12);
+  CHECK((s.Phi - exact.Phi).cwiseAbs().maxCoeff() < 1e-8);
 }
 
 TEST_CASE("the time at which a motion begins has a column of its own") {

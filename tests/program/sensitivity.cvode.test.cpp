@@ -26,10 +26,10 @@ struct Answer {
     REQUIRE(ended.status == 0);
     found = json::parse(ended.out);
   }
-  double operator()(const std::string& of, const std::string& to) const {
+  double operator()(const std::string& of, const std::string& to, const char* what = "derivative") const {
     for (std::size_t i = 0; i < found["of"].size(); ++i)
       for (std::size_t j = 0; j < found["to"].size(); ++j)
-        if (found["of"][i] == of && found["to"][j]["name"] == to) return found["derivative"][i][j].get<double>();
+        if (found["of"][i] == of && found["to"][j]["name"] == to) return found[what][i][j].get<double>();
     FAIL("there is no derivative of " << of << " by " << to);
     return 0.0;
   }
@@ -95,6 +95,28 @@ TEST_CASE("the option --out of sensitivity writes the whole motion, and stdout h
   CHECK(content(out + ".svg").find("What x depends on") != std::string::npos);
 }
 
+TEST_CASE("every method that takes derivatives along finds those of the oscillator, and those of a rod that it keeps") {
+  const double t = 3.0, omega = 2.0;  // ω² = k/m = 4
+  for (const auto& [method, error] : {std::pair{"dop853", 1e-9}, {"dopri5", 1e-9}, {"adams", 1e-7}, {"bdf", 1e-6}, {"taylor", 1e-10}, {"gauss4", 1e-7}, {"gauss8", 1e-9}}) {
+    INFO(method);
+    const Answer d(std::string("harmonic_oscillator --t-end 3 --method ") + method);
+    CHECK(d.found["method"] == method);
+    CHECK_THAT(d("x", "k"), WithinAbs(-std::sin(omega * t) * t / (2.0 * omega), error));
+    CHECK_THAT(d("x", "m"), WithinAbs(std::sin(omega * t) * t, 4.0 * error));
+    CHECK_THAT(d("x", "xdot at the start"), WithinAbs(std::sin(omega * t) / omega, error));
+  }
+  const std::string start = " --t-end 2 --set q0=0.8414709848078965 --set q1=-0.5403023058681398 --set qdot0=0.5403023058681398 --set qdot1=0.8414709848078965 --with drag=0.2";
+  const Answer known("cartesian_pendulum" + start);
+  for (const char* method : {"taylor", "gauss8", "bdf"}) {
+    INFO(method);
+    const Answer rod("cartesian_pendulum" + start + " --method " + method);
+    for (const char* to : {"g", "l", "drag", "xdot at the start"}) {
+      CHECK_THAT(rod("y", to), WithinAbs(known("y", to), integrated + rod("y", to, "error")));  // as far as it says itself
+      CHECK(rod("y", to, "error") < 1e-4);
+    }
+  }
+}
+
 TEST_CASE("where a motion has no derivative the status is 1, and what was asked wrongly is refused") {
   const auto grazing = qdot("sensitivity bouncing_ball --set q0=0 --set qdot0=-1 --t-end 1");  // begins in the moment of an impact
   CHECK(grazing.status == 1);
@@ -108,5 +130,12 @@ TEST_CASE("where a motion has no derivative the status is 1, and what was asked 
   CHECK(err("pendulum --of omega").find("--of: must be a coordinate or velocity of pendulum") != std::string::npos);
   CHECK(err("pendulum --to damping").find("--to: must be a parameter, an effect that is on, or a coordinate or velocity of the start, given \"damping\"") != std::string::npos);
   CHECK(err("pendulum --t-end 0") == "qdot sensitivity: --t-end: must differ from the time of the start, given 0\n");
+  CHECK(err("pendulum --method verlet") == "qdot sensitivity: --method: must fit pendulum and take its derivatives along, but verlet makes steps of the motion alone "
+                                           "(what fits: taylor, dop853, dopri5, adams, bdf, gauss2, gauss4, gauss6, gauss8)\n");
+  CHECK(err("pendulum --method auto").find("but auto chooses by the motion alone (what fits: taylor") != std::string::npos);
+  CHECK(err("bouncing_ball --method gauss4").find("but gauss4 takes no contacts or dry friction with derivatives (what fits: dop853, dopri5, ") != std::string::npos);
+  CHECK(err("cartesian_pendulum --method adams").find("but adams cannot keep constraints (what fits: taylor, dop853, dopri5, bdf, gauss2") != std::string::npos);
+  CHECK(err("pendulum --method euler").find("--method: must be a method") != std::string::npos);
+  CHECK(err("pendulum --step 0.1") == "qdot sensitivity: --step: must stand with a method of fixed step, gauss2 … gauss8, given with dop853, which chooses its steps by --rtol\n");
   CHECK(err("pendulum --rtol 0") == "qdot sensitivity: --rtol: must be positive, given 0\n");
 }

@@ -185,7 +185,7 @@ auto functional_gradient_of(Model model, const Start& start, const List& list, d
   for (Eigen::Index j = 0; j < late.size(); ++j)
     if (const Eigen::VectorXd slope = slope_of_start(equations.model(), j); slope.size() > 0) late[j] = slope[size];
   JumpRecorder recorder(equations);
-  VariationalForm<can_jump<Model>> form(recorder);
+  VariationalForm<changes_of<Model>> form(recorder);
   const auto erased = erased_events(list, equations, recorder);
   const std::vector<NamedSurface> surfaces = surfaces_of(list, equations);
 

@@ -16,160 +16,33 @@
 //
 //     Φᵀ J Φ = J      in (q, p),  to rounding, however long the run.
 //
+// Constraints are forces Wᵀλ, whose slopes are in G (analysis/variations/recorded_mechanics.hpp), and a projection at the end of each step, which is differenced along
+// each column: Φ is the derivative of the numbers there, too, to some twelve digits, but not symplectic, as they are not.
+//
 // δp is carried along; δq̇ = M⁻¹ (δp − ∂p/∂q δq − P_θ) is what is seen. The length of a step is the user's, and no error is estimated; rtol and atol
 // say how closely events are found. Dense output of the columns is of degree 5, as that of the motion.
 
 #include <Eigen/Core>
 #include <Eigen/LU>
-#include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "qdot/ad/series/sweep.hpp"
 #include "qdot/analysis/sensitivity.hpp"
+#include "qdot/analysis/variations/recorded_mechanics.hpp"
 #include "qdot/analysis/variations/recorder.hpp"
-#include "qdot/error.hpp"
 #include "qdot/integrate/gauss.hpp"
-#include "qdot/integrate/steps/taylor_equations.hpp"
 
 namespace qdot {
 
-namespace detail {
-
-// p, F and M at a state, and with them the rows of (P P_θ) and (G F_θ), from the graph of a motion.
-class RecordedMechanics {
- public:
-  /// @throws NotAnalytic  T, V or a force compares values or has a kink
-  explicit RecordedMechanics(VariationalEquations& equations) : equations_(&equations), m_(equations.recorder->record(theta_)) {
-    std::vector<int> x = m_.q;
-    x.insert(x.end(), m_.qdot.begin(), m_.qdot.end());
-    x.insert(x.end(), theta_.begin(), theta_.end());
-    for (const auto* list : {&m_.p, &m_.force})
-      for (const int node : *list) {
-        const std::vector<int> row = m_.recording.graph.gradient(node, x);
-        slopes_.insert(slopes_.end(), row.begin(), row.end());
-      }
-    taylor::SweepOutputs outputs{.early = {}, .series = x, .values = m_.p, .late = {}};
-    outputs.series.push_back(m_.t);
-    outputs.values.insert(outputs.values.end(), m_.force.begin(), m_.force.end());
-    outputs.values.insert(outputs.values.end(), m_.mass.begin(), m_.mass.end());
-    alone_ = taylor::Sweep(m_.recording.graph, outputs, 1);
-    outputs.values.insert(outputs.values.end(), slopes_.begin(), slopes_.end());
-    with_slopes_ = taylor::Sweep(m_.recording.graph, outputs, 1);
-  }
-
-  bool is_current() { return equations_->recorder->holds(m_, theta_); }
-  Eigen::Index dof() const { return equations_->dof(); }
-  Eigen::Index parameters() const { return static_cast<Eigen::Index>(theta_.size()); }
-  VariationalEquations& equations() const { return *equations_; }
-
-  Eigen::VectorXd momenta(const Eigen::VectorXd& q, const Eigen::VectorXd& v, double t) { return values(m_.p, q, v, t); }
-  Eigen::VectorXd force(const Eigen::VectorXd& q, const Eigen::VectorXd& v, double t) { return values(m_.force, q, v, t); }
-  Eigen::MatrixXd mass(const Eigen::VectorXd& q, const Eigen::VectorXd& v, double t) {
-    const Eigen::VectorXd lower = values(m_.mass, q, v, t);
-    Eigen::MatrixXd M(dof(), dof());
-    for (Eigen::Index i = 0, k = 0; i < dof(); ++i)
-      for (Eigen::Index j = 0; j <= i; ++j) M(i, j) = M(j, i) = lower[k++];
-    return M;
-  }
-  // (P P_θ) above (G F_θ), 2n × (2n + m).
-  void write_slopes(const Eigen::VectorXd& q, const Eigen::VectorXd& v, double t, Eigen::MatrixXd& out) {
-    set(with_slopes_, q, v, t);
-    const Eigen::Index width = 2 * dof() + parameters();
-    for (Eigen::Index i = 0; i < 2 * dof(); ++i)
-      for (Eigen::Index j = 0; j < width; ++j)
-        out(i, j) = with_slopes_.value(with_slopes_.slot(slopes_[static_cast<std::size_t>(i * width + j)]));
-  }
-
- private:
-  void set(taylor::Sweep& sweep, const Eigen::VectorXd& q, const Eigen::VectorXd& v, double t) {
-    for (Eigen::Index i = 0; i < dof(); ++i) {
-      sweep.set(sweep.slot(m_.q[static_cast<std::size_t>(i)]), q[i]);
-      sweep.set(sweep.slot(m_.qdot[static_cast<std::size_t>(i)]), v[i]);
-    }
-    for (std::size_t j = 0; j < theta_.size(); ++j) sweep.set(sweep.slot(theta_[j]), equations_->recorder->parameter(static_cast<Eigen::Index>(j)));
-    sweep.set(sweep.slot(m_.t), t);
-    sweep.start();
-  }
-  Eigen::VectorXd values(const std::vector<int>& nodes, const Eigen::VectorXd& q, const Eigen::VectorXd& v, double t) {
-    set(alone_, q, v, t);
-    Eigen::VectorXd found(static_cast<Eigen::Index>(nodes.size()));
-    for (std::size_t i = 0; i < nodes.size(); ++i) found[static_cast<Eigen::Index>(i)] = alone_.value(alone_.slot(nodes[i]));
-    return found;
-  }
-
-  VariationalEquations* equations_;
-  std::vector<int> theta_;  // variables of the parameters
-  RecordedMotion m_;
-  std::vector<int> slopes_;  // nodes of (P P_θ), then of (G F_θ), row by row
-  taylor::Sweep alone_, with_slopes_;
-};
-
-// y alone, for GaussStepper, whose copies share one recording.
-class RecordedForm {
- public:
-  static constexpr int size_at_compile_time = Dynamic;
-
-  explicit RecordedForm(VariationalEquations& equations) : mechanics_(std::make_shared<RecordedMechanics>(equations)) {}
-
-  RecordedMechanics& mechanics() const { return *mechanics_; }
-  Eigen::Index size() const { return 2 * mechanics_->dof(); }
-  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
-    mechanics_->equations().write_state_rates(t, y.data(), ydot.data());
-  }
-  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const {
-    mechanics_->equations().write_state_jacobian(t, y.data(), J);
-  }
-  std::string component_name(Eigen::Index i) const { return mechanics_->equations().state_name(i); }
-  void renew() {
-    if (!mechanics_->is_current()) *mechanics_ = RecordedMechanics(mechanics_->equations());
-  }
-
- private:
-  std::shared_ptr<RecordedMechanics> mechanics_;
-};
-
-template <>
-struct Mechanics<RecordedForm> {
-  static constexpr int n = Dynamic, states = 0, constraints = 0;
-  static constexpr Inertia inertia = Inertia::positive_definite;
-  using Vec = Eigen::VectorXd;
-  using States = Vector<double, 0>;
-
-  static Eigen::Index dof(const RecordedForm& form) { return form.mechanics().dof(); }
-  static Vec momenta(const RecordedForm& form, const Vec& q, const Vec& v, double t) { return form.mechanics().momenta(q, v, t); }
-  static Vec force(const RecordedForm& form, const Vec& q, const Vec& v, const States&, double t) { return form.mechanics().force(q, v, t); }
-  static Eigen::MatrixXd inverse_mass(const RecordedForm& form, const Vec& q, const Vec& v, double t) {
-    const Eigen::MatrixXd M = form.mechanics().mass(q, v, t);
-    MassFactors<Dynamic> factors;
-    if (!factors.factor(M)) {
-      std::vector<std::string> names;
-      for (Eigen::Index i = 0; i < M.rows(); ++i) names.push_back(form.component_name(i));
-      throw_mass_matrix_error(M, t, names);
-    }
-    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(M.rows(), M.rows());
-    Vec column(M.rows());
-    for (Eigen::Index j = 0; j < M.rows(); ++j) {
-      column = inverse.col(j);
-      factors.solve_in_place(column);
-      inverse.col(j) = column;
-    }
-    return inverse;
-  }
-};
-
-}  // namespace detail
-
 /// A Stepper that makes equal Gauss steps of a motion and of its derivatives. Movable.
-template <bool jumps>
-class GaussStepper<detail::VariationalForm<jumps>> {
+template <detail::Changes changes>
+class GaussStepper<detail::VariationalForm<changes>> {
   using Index = Eigen::Index;
 
  public:
   /// @throws InvalidValue  step is not positive, stages is not 1 … 8
   /// @throws NotAnalytic   T, V or a force compares values or has a kink
-  GaussStepper(const detail::VariationalForm<jumps>& form, int stages, double step, const Options& options)
+  GaussStepper(const detail::VariationalForm<changes>& form, int stages, double step, const Options& options)
       : form_(form), recorded_(form.equations()), motion_(recorded_, stages, step, of_motion(form, options)), n_(form.dof()),
         columns_(form.equations().columns()) {
     const detail::RecordedMechanics& mechanics = recorded_.mechanics();
@@ -238,7 +111,7 @@ class GaussStepper<detail::VariationalForm<jumps>> {
   void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { polynomial().evaluate(t, out); }
 
  private:
-  static Options of_motion(const detail::VariationalForm<jumps>& form, Options options) {
+  static Options of_motion(const detail::VariationalForm<changes>& form, Options options) {
     if (options.atol.size() > 1) {
       Eigen::VectorXd of_y(2 * form.dof());
       for (Index i = 0; i < of_y.size(); ++i) of_y[i] = options.atol[i];
@@ -337,7 +210,7 @@ class GaussStepper<detail::VariationalForm<jumps>> {
     is_dense_ = true;
   }
 
-  detail::VariationalForm<jumps> form_;
+  detail::VariationalForm<changes> form_;
   detail::RecordedForm recorded_;
   GaussStepper<detail::RecordedForm> motion_;
   Index n_, columns_;
@@ -353,7 +226,10 @@ namespace detail {
 // What the tangent map needs of a model.
 template <class Model>
 struct Preparation<Gauss, Model> {
-  static void prepare(Variations<Model>& equations) { attach_recorder(equations); }
+  static void prepare(Variations<Model>& equations) {
+    attach_recorder(equations);
+    equations.bends_projections = true;
+  }
 };
 
 }  // namespace detail

@@ -15,8 +15,8 @@
 // that is known from x_a and x_b (analysis/variations/variation_series.hpp). They are exact but for the steps, whose errors are controlled for all of them
 // alike: options.atol holds for x_ab per units of x_a and x_b. With k columns there are k(k + 1)/2 pairs.
 //
-// The steps are those of Taylor{}. Events may stop the run or be recorded; one that changes the state would let second derivatives jump in a way that nothing here
-// computes, and is refused while compiling, as are constraints, contacts, dry friction and families of problems.
+// The steps are those of Taylor{}. Through events that change the state second derivatives jump as the first do, differenced to some ten digits
+// (analysis/variations/second_saltation.hpp). Constraints, contacts, dry friction and families of problems are refused while compiling.
 
 #include <Eigen/Core>
 #include <type_traits>
@@ -64,8 +64,7 @@ template <class Model, int n, class Method, class... Events>
 auto second_sensitivities_of(Model model, const State<n>& start, double t_end, const Method& method, const Options& options, const EventList<Events...>& events,
                              const WithRespectTo& wanted) {
   static_assert(std::is_same_v<Method, Taylor>, "qdot: second derivatives of a motion are made by power series: pass Taylor{}");
-  static_assert(((Events::stops || Events::records) && ...),
-                "qdot: second derivatives do not go through events that change the state: let events stop the run or be recorded, or difference sensitivities()");
+  static_assert(changes_of<Model> == Changes::none, "qdot: second derivatives of a motion take no constraints, contacts or dry friction; difference sensitivities()");
   if (wanted.start_time)
     throw InvalidValue("second derivatives are by the start and by parameters, but the time of the start is asked for; leave start_time out");
   auto first = sensitivities_of(std::move(model), start, events, t_end, method, options, wanted, FixedStart{}, 2);
@@ -82,7 +81,7 @@ auto second_sensitivities_of(Model model, const State<n>& start, double t_end, c
 /// @param system   a system, or a scene whose forces are formulas
 /// @param start    State{t, q, qdot}
 /// @param method   Taylor{}
-/// @param events   that stop the run or are recorded
+/// @param events   events(…), whose actions may be called several times at one moment, and do not read parameters
 /// @param wanted   which columns Φ has; no start_time
 /// @return         as sensitivities(), and `second`
 /// @throws         as sensitivities(); NotAnalytic where T, V or a force compares values or has a kink

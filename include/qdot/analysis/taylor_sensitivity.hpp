@@ -9,33 +9,42 @@
 //
 // The steps, their tests and their dense output are those of integrate/taylor.hpp; events and saltation those of analysis/sensitivity.hpp.
 
+#include <Eigen/Core>
+#include <memory>
+#include <string>
 #include <type_traits>
 
 #include "qdot/analysis/sensitivity.hpp"
 #include "qdot/analysis/variations/recorder.hpp"
+#include "qdot/analysis/variations/second_saltation.hpp"
 #include "qdot/analysis/variations/variation_series.hpp"
 #include "qdot/integrate/taylor.hpp"
 
 namespace qdot::detail {
 
-template <>
-struct is_recordable<VariationalForm<false>> : std::true_type {};
+template <Changes changes>
+struct is_recordable<VariationalForm<changes>> : std::true_type {};
 
 /// The power series of a motion and of its derivatives.
-template <bool jumps>
-class LagrangeSeries<VariationalForm<jumps>> : public VariationSeries {
+template <Changes changes>
+class LagrangeSeries<VariationalForm<changes>> : public VariationSeries {
  public:
   /// @throws NotAnalytic  T, V or a force compares values or has a kink
-  LagrangeSeries(const VariationalForm<jumps>& form, int highest_order) : VariationSeries(form.equations(), highest_order) {}
+  LagrangeSeries(const VariationalForm<changes>& form, int highest_order) : VariationSeries(form.equations(), highest_order) {}
 
-  void renew(const VariationalForm<jumps>&) { VariationSeries::renew(); }
-  bool is_of(const VariationalForm<jumps>&) { return is_current(); }
+  void renew(const VariationalForm<changes>&) { VariationSeries::renew(); }
+  bool is_of(const VariationalForm<changes>&) { return is_current(); }
 };
 
 // What the series needs of a model.
 template <class Model>
 struct Preparation<Taylor, Model> {
-  static void prepare(Variations<Model>& equations) { attach_recorder(equations); }
+  static void prepare(Variations<Model>& equations) {
+    attach_recorder(equations);
+    equations.pairs_at = [&equations](const std::string& name, double t, const Eigen::VectorXd& both) -> std::unique_ptr<PairsBehind> {
+      return std::make_unique<SecondSaltation>(equations, name, t, both);
+    };
+  }
 };
 
 }  // namespace qdot::detail

@@ -78,12 +78,13 @@ inline void require_option(bool holds, const char* option, const char* rule, dou
   if (!holds) throw_invalid_value({option, " ", rule, ", but is ", given, "; ", remedy});
 }
 
+inline constexpr double least_rtol = 10 * std::numeric_limits<double>::epsilon();
+
 /// Checks everything in the options that does not depend on the run's times.
 ///
 /// @throws InvalidValue    a number outside its range
 /// @throws DimensionError  atol has neither 1 nor `size` entries
 [[gnu::cold]] inline void require_valid(const Options& options, Eigen::Index size) {
-  constexpr double least_rtol = 10 * std::numeric_limits<double>::epsilon();
   const auto is_limit = [](double x) { return x > 0; };  // false for NaN, true for infinity
   require_option(options.rtol >= least_rtol && options.rtol < 1, "rtol",
                  "must lie between 2.3e-15 (double has no more digits) and 1", options.rtol, "try 1e-9");

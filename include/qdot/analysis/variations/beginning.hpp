@@ -31,9 +31,10 @@ inline constexpr bool is_explicit_method<Dop853> = true;
 template <>
 inline constexpr bool is_explicit_method<Dopri5> = true;
 
-// Whether the state of a model may change between steps otherwise than by events.
 template <class Model>
-inline constexpr bool can_jump = ProjectableSystem<typename Model::Form> || SwitchingSystem<typename Model::Form>;
+inline constexpr Changes changes_of = SwitchingSystem<typename Model::Form>     ? Changes::phases
+                                      : ProjectableSystem<typename Model::Form> ? Changes::projections
+                                                                                : Changes::none;
 
 // The function of an event, and its change, on [y; columns of Φ].
 struct ErasedFunction {
@@ -158,7 +159,7 @@ Eigen::VectorXd begun(Variations<Model>& equations, const Start& start, const Op
     const Eigen::VectorXd slope = slope_of_start(equations.model(), p);
     if (slope.size() > 0) Phi.col(j) = slope.head(size) - f * slope[size];
   }
-  if constexpr (can_jump<Model>) equations.project(start.t, both);
+  if constexpr (changes_of<Model> != Changes::none) equations.project(start.t, both);
   both.head(2 * equations.dof()) = y0.head(2 * equations.dof());
   return both;
 }

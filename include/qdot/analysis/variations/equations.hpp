@@ -24,6 +24,9 @@
 // Constraints: what a projection does to a state near the manifold is, to first order, the nearest tangent vector in the metric of M,
 //
 //     J δq + ∂φ/∂p = 0 ,     d(J q̇ + ∂φ/∂t) = 0   along (δq, δq̇).
+//
+// Beyond that, a displaced state comes back another way: a part of Φ as small as what is projected. Where Φ has to be the derivative of the very numbers of a run
+// (analysis/gauss_sensitivity.hpp) the projection is differenced along each column.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -58,12 +61,18 @@ struct Crossing {
   double speed = 0.0;    // dh/dt along the motion
 };
 
-struct VariationalRecorder;  // variation_series.hpp
+class VariationalRecorder;  // recorder.hpp
 
 // What an event is where parameter `column` is displaced by s.
 struct Surface {
   std::function<double(double t, const Eigen::VectorXd& y, Eigen::Index column, double s)> h;
   std::function<void(double t, Eigen::VectorXd& y, Eigen::Index column, double s)> jump;  // none where nothing changes
+};
+
+// What an event makes of the second derivatives that stand behind Φ (analysis/variations/second_saltation.hpp).
+struct PairsBehind {
+  virtual ~PairsBehind() = default;
+  virtual void write(const Surface& surface, const Crossing& crossing, const Eigen::VectorXd& after, Eigen::VectorXd& both) const = 0;
 };
 
 // y, f and Φ of a model without its type; every y is [y; columns of Φ].
@@ -96,6 +105,7 @@ class VariationalEquations {
   virtual bool goes_backwards() const { return false; }
   virtual Eigen::VectorXd parameter_gradient(double, const double*, const double*, const Eigen::VectorXd&) const { return {}; }
   bool leaves_parameters_out = false;  // the ∂f/∂p of write_rates()
+  bool bends_projections = false;      // columns are what the projection of y itself makes of them, not its tangent map alone
   virtual Eigen::VectorXd state_rate(double t, const Eigen::VectorXd& y) const = 0;
   virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;  // or of y alone
   virtual Eigen::Index guard_count() const = 0;
@@ -129,7 +139,12 @@ class VariationalEquations {
   }
 
   std::shared_ptr<const VariationalRecorder> recorder;  // for Taylor series; otherwise none
+  std::function<std::unique_ptr<PairsBehind>(const std::string& name, double t, const Eigen::VectorXd& both)> pairs_at;  // an event, in front of it
   Eigen::Index pairs = 0;          // of columns of Φ whose second derivatives stand behind it, row by row of the upper triangle; of Taylor series only
+  // How far a state may be displaced along a direction: by what it, or the parameter of a column, is large in this run; 1 where nothing says how far.
+  double reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const;
+  const Eigen::VectorXd& largest() const noexcept { return largest_; }
+
   std::vector<double> tolerances;  // of the method: rtol, then atol of each component of the state
 
  protected:
@@ -143,7 +158,6 @@ class VariationalEquations {
 
  private:
   double scale(const Eigen::VectorXd& y, const Eigen::VectorXd& along) const;
-  double reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const;
   double resolved(const Eigen::VectorXd& y, Eigen::Index i) const { return tolerances[0] * std::abs(y[i]) + tolerances[static_cast<std::size_t>(i) + 1]; }
 
   std::vector<EventSlope> passed_;
@@ -217,7 +231,9 @@ inline void VariationalEquations::pass(const std::string& name, double t, Eigen:
     end_undifferentiable(name, t, {"coincides with another event: which of them comes first decides what follows, so there is no derivative; choose a start or "
                                    "parameters that separate them"});
   const Eigen::VectorXd y = both.head(size_), f_before = state_rate(t, y);
-  const auto [time, speed] = crossing(name, t, both, surface);
+  const Crossing passage = crossing(name, t, both, surface);
+  const auto& [time, speed] = passage;
+  const std::unique_ptr<PairsBehind> pairs_behind = pairs > 0 ? pairs_at(name, t, both) : nullptr;
   Eigen::VectorXd after = y, again = y;
   surface.jump(t, after, -1, 0.0);
   if (!after.allFinite()) {
@@ -252,14 +268,18 @@ inline void VariationalEquations::pass(const std::string& name, double t, Eigen:
     if (!slope) end_undifferentiable(name, t, {"changes the state in a way that has no derivative with respect to ", column_name(j), "; let its action be smooth"});
     both.segment(size_ * (j + 1), size_) = *slope;
   }
+  if (pairs_behind) pairs_behind->write(surface, passage, after, both);
   surface.jump(t, again = y, -1, 0.0);  // what it sets besides the state is now as it belongs to y
   if (!(state_rate(t, y).array() == f_before.array()).all()) changed_ = t;
   both.head(size_) = after;
   passed_.push_back({t, time});
 }
 
+// What besides events may change a state between steps: projections, and with them the phases of contacts and friction.
+enum class Changes { none, projections, phases };
+
 // [y; columns of Φ] as a first-order system. Models FirstOrderSystem; where it may, ProjectableSystem and SwitchingSystem, too.
-template <bool jumps>
+template <Changes changes>
 class VariationalForm {
  public:
   static constexpr int size_at_compile_time = Eigen::Dynamic;
@@ -302,32 +322,32 @@ class VariationalForm {
   }
 
   ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const
-    requires jumps
+    requires(changes != Changes::none)
   {
     return equations_->project(t, y);
   }
   Eigen::Index guard_count() const
-    requires jumps
+    requires(changes == Changes::phases)
   {
     return equations_->guard_count();
   }
   std::string ending(Eigen::Index k) const
-    requires jumps
+    requires(changes == Changes::phases)
   {
     return equations_->ending(k);
   }
   void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const
-    requires jumps
+    requires(changes == Changes::phases)
   {
     equations_->guards(t, y, g);
   }
   void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> g) const
-    requires jumps
+    requires(changes == Changes::phases)
   {
     equations_->guard_bands(t, y, tolerance, g);
   }
   std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const
-    requires jumps
+    requires(changes == Changes::phases)
   {
     return equations_->switched(t, y, fired, tolerance);
   }

@@ -182,6 +182,14 @@ class FamilyModel {
     }
   }
 
+  // use(form, weight) such that Σ weight F(form) is ∂F/∂p_j.
+  template <class Use>
+  void for_each_neighbour(Eigen::Index j, const Use& use) const {
+    const Neighbours& near = neighbours_[static_cast<std::size_t>(j)];
+    for (std::size_t i = 0; i < near.forms.size(); ++i)
+      if (near.points->weight[i] != 0.0) use(near.forms[i], near.points->weight[i] / near.h);
+  }
+
   // slope += ∂rows/∂p_j for rows_of(form).
   template <class Rows>
   void add_parameter_slope(Eigen::Index j, const Rows& rows_of, Eigen::VectorXd& slope) const {
@@ -220,14 +228,6 @@ class FamilyModel {
       }
     }
     throw InvalidValue(sentence({"a family must have members beside parameter ", j, " = ", p_[j], ", on one side at least, but: ", trouble}));
-  }
-
-  // use(form, weight) such that Σ weight F(form) is ∂F/∂p_j.
-  template <class Use>
-  void for_each_neighbour(Eigen::Index j, const Use& use) const {
-    const Neighbours& near = neighbours_[static_cast<std::size_t>(j)];
-    for (std::size_t i = 0; i < near.forms.size(); ++i)
-      if (near.points->weight[i] != 0.0) use(near.forms[i], near.points->weight[i] / near.h);
   }
 
   Family family_;

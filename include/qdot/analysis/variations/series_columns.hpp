@@ -22,10 +22,10 @@ struct SeriesColumns {
   std::vector<double> sums;                                  // of each equation
 
   SeriesColumns() = default;
-  SeriesColumns(Eigen::Index state_, Eigen::Index count_, Eigen::Index place_, int highest_order)
+  SeriesColumns(Eigen::Index state_, Eigen::Index count_, Eigen::Index place_, int highest_order, Eigen::Index equations)
       : state(state_), count(count_), stride((count_ + taylor::register_lanes - 1) / taylor::register_lanes * taylor::register_lanes), place(place_) {
     x.assign(static_cast<std::size_t>(state * (highest_order + 1) * stride), 0.0);
-    sums.assign(static_cast<std::size_t>(state / 2 * stride), 0.0);
+    sums.assign(static_cast<std::size_t>(equations * stride), 0.0);
   }
 
   double& at(int k, Eigen::Index i, Eigen::Index c) { return x[static_cast<std::size_t>((state * k + i) * stride + c)]; }

@@ -80,4 +80,32 @@ std::optional<Eigen::VectorXd> slope_at_zero(const F& f, double reach, const Eig
   return std::nullopt;
 }
 
+// F″(0) likewise, of order eight, where order six says the same and F has no kink in its slope, which is odd:
+//
+//     D(h) = F₂ − F₋₂ − 2 (F₁ − F₋₁)  grows as h³ and not as h² .
+template <class F>
+std::optional<Eigen::VectorXd> second_slope_at_zero(const F& f, double reach, const Eigen::VectorXd& largest) {
+  constexpr double weight[5] = {0, 1.6, -0.2, 8 / 315.0, -1 / 560.0}, lower_weight[5] = {0, 1.5, -0.15, 1 / 90.0, 0};
+  constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  const Eigen::VectorXd here = f(0.0);
+  double h = std::ldexp(reach, -7);
+  for (int attempt = 0; attempt < 4; ++attempt, h /= 4) {
+    Eigen::VectorXd slope = Eigen::VectorXd::Zero(here.size()), lower = slope, most = slope, size = here.cwiseAbs().cwiseMax(largest);
+    std::array<Eigen::VectorXd, 5> odd;
+    for (std::size_t k = 1; k <= 4; ++k) {
+      const double at = static_cast<double>(k) * h;
+      const Eigen::VectorXd there = f(at), back = f(-at), both = (there - here) + (back - here);
+      odd[k] = there - back;
+      slope += weight[k] * both / (h * h);
+      lower += lower_weight[k] * both / (h * h);
+      most = most.cwiseMax(both.cwiseAbs() / (h * h));
+      size = size.cwiseMax(there.cwiseAbs()).cwiseMax(back.cwiseAbs());
+    }
+    const Eigen::ArrayXd rounding = 64 * epsilon / (h * h) * size.array(), near = (odd[2] - 2 * odd[1]).array() / (h * h), far = (odd[4] - 2 * odd[2]).array() / (h * h);
+    if (((slope - lower).array().abs() <= 1e-9 * most.array() + rounding).all() && ((far - 8 * near).abs() <= 0.03 * most.array() + 8 * rounding).all())
+      return slope;
+  }
+  return std::nullopt;
+}
+
 }  // namespace qdot::detail

@@ -128,7 +128,10 @@ class Variations final : public VariationalEquations {
 
   ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> both) const override {
     if constexpr (projects) {
+      const bool bends = bends_projections && both.size() > size_;
+      const Eigen::VectorXd before = bends ? Eigen::VectorXd(both.head(size_)) : Eigen::VectorXd();
       const ProjectionReport report = form().project(t, both.head(size_));
+      for (Eigen::Index j = 0; j < columns_ && bends && report.residual_before > 0.0; ++j) bend_column(t, before, j, both.segment(size_ * (j + 1), size_));
       if (both.size() > size_) project_columns(t, both);
       return report;
     } else {
@@ -253,6 +256,16 @@ class Variations final : public VariationalEquations {
   }
 
   std::string guard_name(Eigen::Index k) const { return ending(k).empty() ? std::string("a contact or friction") : ending(k); }
+
+  // Column j ← what the projection of a state makes of it.
+  void bend_column(double t, const Eigen::VectorXd& y, Eigen::Index j, Eigen::Ref<Eigen::VectorXd> column) const {
+    const auto projected = [&](double s) {
+      Eigen::VectorXd near = y + s * column;
+      model_.with_form(parameter_of(j), s, [&](const Form& form) { form.project(t, near); });
+      return near;
+    };
+    if (const auto slope = slope_at_zero(projected, 0.125 * reach(y, column, j), largest_)) column = *slope;
+  }
 
   // Columns of Φ, put onto the tangent space at y.
   void project_columns(double t, Eigen::Ref<Eigen::VectorXd> both) const {

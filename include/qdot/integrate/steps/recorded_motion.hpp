@@ -23,6 +23,7 @@
 #include <string>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "qdot/ad/formula/recording.hpp"
@@ -49,10 +50,11 @@ struct is_recordable<SceneForm<Scene<Sys, Effects...>>>
     : std::bool_constant<RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time> &&
                          (effect_is_recordable<Effects, Sys::dof_at_compile_time>() && ...)> {};
 
-// Of T and V alone, which run(m) runs.
+// Of T and V alone, which run(m) runs. A recording that has other motions already has the same variables, and formulas that are equal are one node.
 template <class Run>
-RecordedMotion recorded_energies(Eigen::Index dof, const Run& run) {
+RecordedMotion recorded_energies(Eigen::Index dof, const Run& run, formula::Recording recording = {}) {
   RecordedMotion m;
+  m.recording = std::move(recording);
   formula::Graph& graph = m.recording.graph;
   m.q = new_variables(m.recording, 0, dof);
   m.qdot = new_variables(m.recording, dof, dof);
@@ -69,8 +71,8 @@ RecordedMotion recorded_energies(Eigen::Index dof, const Run& run) {
 }
 
 template <int n, class Energies>
-RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof) {
-  return recorded_energies(dof, [&](RecordedMotion& m) { run_energies<n>(m, energies); });
+RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof, formula::Recording recording) {
+  return recorded_energies(dof, [&](RecordedMotion& m) { run_energies<n>(m, energies); }, std::move(recording));
 }
 
 // One effect, if it is a constraint.
@@ -95,19 +97,21 @@ void record_constraint(RecordedMotion& m, const E& e) {
 
 /// Runs T and V once.
 ///
+/// @param recording  of other motions with as many coordinates, to be added to
 /// @throws NotAnalytic  one of them compares values or has a kink
 template <class Sys>
-RecordedMotion recorded_motion(const FirstOrderForm<Sys>& form) {
-  return recorded_energies<Sys::dof_at_compile_time>(form.system().energies(), form.system().dof());
+RecordedMotion recorded_motion(const FirstOrderForm<Sys>& form, formula::Recording recording = {}) {
+  return recorded_energies<Sys::dof_at_compile_time>(form.system().energies(), form.system().dof(), std::move(recording));
 }
 
 /// Runs T, V, the forces and rates of the effects, and the constraints once.
 ///
+/// @param recording  of other motions with as many coordinates, to be added to
 /// @throws NotAnalytic  one of them compares values or has a kink
 template <class Sc>
-RecordedMotion recorded_motion(const SceneForm<Sc>& form) {
+RecordedMotion recorded_motion(const SceneForm<Sc>& form, formula::Recording recording = {}) {
   constexpr int n = Sc::dof_at_compile_time;
-  RecordedMotion m = recorded_energies<n>(form.scene().system().energies(), form.dof());
+  RecordedMotion m = recorded_energies<n>(form.scene().system().energies(), form.dof(), std::move(recording));
   if constexpr (Sc::has_forces) {
     m.z = new_variables(m.recording, 2 * form.dof() + 1, Sc::states_at_compile_time);
     const std::size_t first = m.returned.size(), rates = first + m.force.size();

@@ -142,6 +142,13 @@ class SaddleFactors {
   Vector<double, size_at_compile_time> inverse_;  // of D
 };
 
+/// What messages call rows and coordinates.
+struct ConstraintNames {
+  std::vector<std::string> rows, columns;
+  const std::vector<std::string>& operator()() const { return rows; }
+  const std::vector<std::string>& coordinates() const { return columns; }
+};
+
 /// The part of a motion's series that its constraints need: W and λ.
 template <int n, int m>
 class ConstraintSeries {
@@ -206,21 +213,25 @@ class ConstraintSeries {
   /// @throws ConstraintError, SingularMassMatrix  as constrained_acceleration(), at k = 1
   void solve(const taylor::Sweep& sweep, int k, double factor, Vector<double, n>& f) {
     for (Eigen::Index i = 0; i < gamma_.size(); ++i) gamma_[i] = -sweep.latest(rows_[static_cast<std::size_t>(i)]);
-    if (verdict_ == Verdict::regular) {
-      factors_.solve_in_place(f, gamma_);
-    } else if (verdict_ == Verdict::massless || k == 1) {
-      const auto both = revealed_->solution(f, gamma_, t_, names_);
-      f = both.qddot;
-      gamma_ = both.lambda;
-    } else {
-      factors_.solve_mass_in_place(f);
-      gamma_ -= W_ * f;
-      f += displacement_ * gamma_;
-      gamma_ = (least_ * gamma_).eval();
-    }
+    if (k == 1 && verdict_ == Verdict::redundant) write_solution(f, gamma_);  // which finds rows that contradict each other
+    else solve_in_place(f, gamma_);
     lambda_.col(k - 1) = gamma_ / factor;
     for (std::size_t i = 0; i < moving_.size(); ++i)
       moving_lambda_(static_cast<Eigen::Index>(i), k - 1) = lambda_(moving_[i].row, k - 1);
+  }
+
+  /// f, g ← v, μ with M v − Wᵀμ = f and W v = g at the expansion point.
+  void solve_in_place(Vector<double, n>& f, Vector<double, m>& g) const {
+    if (verdict_ == Verdict::regular) {
+      factors_.solve_in_place(f, g);
+    } else if (verdict_ == Verdict::massless) {
+      write_solution(f, g);
+    } else {
+      factors_.solve_mass_in_place(f);
+      g -= W_ * f;
+      f += displacement_ * g;
+      g = (least_ * g).eval();
+    }
   }
 
   /// Column k is coefficient k of λ, for k one below the order of the motion's series.
@@ -231,6 +242,11 @@ class ConstraintSeries {
   const std::string& weakest_name() const { return names_.rows[static_cast<std::size_t>(factors_.weakest().row)]; }
 
  private:
+  void write_solution(Vector<double, n>& f, Vector<double, m>& g) const {
+    const auto both = revealed_->solution(f, g, t_, names_);
+    f = both.qddot;
+    g = both.lambda;
+  }
   void reveal_rank(const Matrix<double, n>& M) {
     constexpr double cutoff = 1e-5;  // default_rank_cutoff
     revealed_.emplace(M, W_, cutoff);
@@ -243,17 +259,12 @@ class ConstraintSeries {
     least_ = displacement_.transpose() * M * displacement_;
   }
 
-  struct Names {  // for messages
-    std::vector<std::string> rows, columns;
-    const std::vector<std::string>& operator()() const { return rows; }
-    const std::vector<std::string>& coordinates() const { return columns; }
-  };
   struct Moving {  // an entry of W that is not constant
     int slot;
     Eigen::Index row, column;
   };
 
-  Names names_;
+  ConstraintNames names_;
   std::vector<int> rows_, jacobian_;  // slots of c and of W, row by row
   std::vector<Moving> moving_;
   Eigen::MatrixXd moving_W_, moving_lambda_;  // an entry's W, and its row's λ; column by order
