@@ -18,10 +18,10 @@ constexpr int places = 8;  // in a step
 // Events have the name of a contact or a dry friction, perhaps with what it does behind it: "floor", "block sticks".
 void require_event(const std::string& event, const RunnableScene& scene, const Model& model) {
   std::string names;
-  for (const OwnState& own : model.own_states()) {
-    if (own.kind != OwnState::phase) continue;
-    if (event == own.name || event.starts_with(own.name + " ")) return;
-    names += (names.empty() ? "" : ", ") + own.name;
+  for (const OwnState& state : model.own_states()) {
+    if (state.kind != OwnState::phase) continue;
+    if (event == state.name || event.starts_with(state.name + " ")) return;
+    names += (names.empty() ? "" : ", ") + state.name;
   }
   throw UsageError("--record t(event " + event + "): " + scene.name() +
                    (names.empty() ? " has no contacts or dry friction, and no events; t(NAME=VALUE) is when a coordinate passes a value" : " has events of " + names + " only"));
