@@ -174,17 +174,15 @@ class SceneModel final : public Model {
       if (method.starts_with("rattle")) return any_stepper(Rattle{.step = step, .order = method.back() - '0'}, form_, options);
     return std::nullopt;
   }
-  qdot::detail::TracedEquations<double> equations() const override {
-    if constexpr (is_traced) return form_.equations();
-    return Model::equations();
+  std::shared_ptr<qdot::detail::TracedEquations<double>> equations() const override {
+    if constexpr (is_traced) return std::make_shared<qdot::detail::TracedEquations<>>(form_.equations());
+    return nullptr;
   }
-  void run_functors(qdot::detail::RecordedMotion& motion) const override {
-    if constexpr (is_traced) return form_.run_functors(motion);
-    Model::run_functors(motion);
+  void run_functors([[maybe_unused]] qdot::detail::RecordedMotion& motion) const override {
+    if constexpr (is_traced) form_.run_functors(motion);
   }
-  void accelerate(double t, const double* y, double* a, double* lambda) const override {
-    if constexpr (is_traced) return form_.accelerate(t, y, a, lambda);
-    Model::accelerate(t, y, a, lambda);
+  void accelerate([[maybe_unused]] double t, [[maybe_unused]] const double* y, [[maybe_unused]] double* a, [[maybe_unused]] double* lambda) const override {
+    if constexpr (is_traced) form_.accelerate(t, y, a, lambda);
   }
   std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const override { return std::make_unique<qdot::detail::WatchOf<SceneForm<Sc>>>(form_, options); }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {

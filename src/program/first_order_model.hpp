@@ -5,11 +5,13 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "program/runnable_scene.hpp"
+#include "qdot/error.hpp"
 #include "qdot/integrate/watch/held_watch.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
 
@@ -33,7 +35,11 @@ struct FirstOrderModel {
   }
   std::string component_name(Eigen::Index i) const { return model->component_name(i); }
 
-  qdot::detail::TracedEquations<> equations() const { return model->equations(); }
+  qdot::detail::TracedEquations<> equations() const {
+    const auto traced = model->equations();
+    if (!traced) throw InvalidValue("a model of a fixed number of coordinates is not traced");
+    return std::move(*traced);
+  }
   void run_functors(qdot::detail::RecordedMotion& motion) const { model->run_functors(motion); }
   void accelerate(double t, const double* y, double* a, double* lambda) const { model->accelerate(t, y, a, lambda); }
 };

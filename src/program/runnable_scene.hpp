@@ -151,10 +151,11 @@ class Model {
   virtual Eigen::VectorXd state_rates(double, const Eigen::VectorXd&) const { return {}; }
   virtual Eigen::VectorXd state_accelerations(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const { return {}; }
 
-  // Where the number of coordinates is known at run time only: what an implicit method asks where few of them meet (integrate/cvode/sparse.hpp). Other models throw.
-  virtual qdot::detail::TracedEquations<double> equations() const;
-  virtual void run_functors(qdot::detail::RecordedMotion&) const;
-  virtual void accelerate(double t, const double* y, double* a, double* lambda) const;
+  // Where the number of coordinates is known at run time only: what an implicit method asks where few of them meet (integrate/cvode/sparse.hpp). Other models have no
+  // equations, and are not asked further. All is inline: a scene that is compiled by itself has nothing to link with.
+  virtual std::shared_ptr<qdot::detail::TracedEquations<double>> equations() const { return nullptr; }
+  virtual void run_functors(qdot::detail::RecordedMotion&) const {}
+  virtual void accelerate(double /*t*/, const double* /*y*/, double* /*a*/, double* /*lambda*/) const {}
 
   /// The stepper of a method that is made for the scene itself (model_steppers.hpp); nothing where there is none.
   virtual std::optional<AnyStepper> own_stepper(const std::string&, double, const Options&) const { return std::nullopt; }

@@ -247,10 +247,6 @@ void fail_at_start(Result& result, Outcome outcome, const Error& error) {
 
 }  // namespace
 
-qdot::detail::TracedEquations<> Model::equations() const { throw InvalidValue("a model of a fixed number of coordinates is not traced"); }
-void Model::run_functors(qdot::detail::RecordedMotion&) const { (void)equations(); }
-void Model::accelerate(double, const double*, double*, double*) const { (void)equations(); }
-
 void Drift::see(double value) {
   final = value;
   const double change = std::abs(value - initial);

@@ -81,17 +81,15 @@ class SystemModel final : public Model {
   std::optional<AnyStepper> own_stepper(const std::string& method, double step, const Options& options) const override {
     return own_stepper_of(form_, method, step, options);
   }
-  qdot::detail::TracedEquations<double> equations() const override {
-    if constexpr (detail::is_traced<FirstOrderForm<Sys>>) return form_.equations();
-    return Model::equations();
+  std::shared_ptr<qdot::detail::TracedEquations<double>> equations() const override {
+    if constexpr (detail::is_traced<FirstOrderForm<Sys>>) return std::make_shared<qdot::detail::TracedEquations<>>(form_.equations());
+    return nullptr;
   }
-  void run_functors(qdot::detail::RecordedMotion& motion) const override {
-    if constexpr (detail::is_traced<FirstOrderForm<Sys>>) return form_.run_functors(motion);
-    Model::run_functors(motion);
+  void run_functors([[maybe_unused]] qdot::detail::RecordedMotion& motion) const override {
+    if constexpr (detail::is_traced<FirstOrderForm<Sys>>) form_.run_functors(motion);
   }
-  void accelerate(double t, const double* y, double* a, double* lambda) const override {
-    if constexpr (detail::is_traced<FirstOrderForm<Sys>>) return form_.accelerate(t, y, a, lambda);
-    Model::accelerate(t, y, a, lambda);
+  void accelerate([[maybe_unused]] double t, [[maybe_unused]] const double* y, [[maybe_unused]] double* a, [[maybe_unused]] double* lambda) const override {
+    if constexpr (detail::is_traced<FirstOrderForm<Sys>>) form_.accelerate(t, y, a, lambda);
   }
   std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const override { return std::make_unique<qdot::detail::WatchOf<FirstOrderForm<Sys>>>(form_, options); }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
