@@ -13,6 +13,7 @@
 #include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/cvode.hpp"
+#include "qdot/integrate/cvode_automatic.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 
@@ -38,6 +39,11 @@ struct Points {
     for (Eigen::Index i = 1; i < q.size(); i += 2) sum += 9.81 * q[i] + sin(t) * q[i] * q[i - 1];
     return sum;
   }
+};
+
+struct Anchored {
+  auto T(const auto& v) const { return 0.5 * v.squaredNorm(); }
+  auto V(const auto& q) const { return 0.5 * q.squaredNorm(); }
 };
 
 auto rods = [](const auto& q) {
@@ -112,4 +118,17 @@ TEST_CASE("BDF follows a chain of forty rods as Dop853 does, also where one of t
   constexpr double global_error = 1e-6;  // some hundred steps at 1e-9
   CHECK((bdf.y - explicitly.y).cwiseAbs().maxCoeff() < global_error);
   CHECK((redundant.y - explicitly.y).cwiseAbs().maxCoeff() < global_error);
+}
+
+TEST_CASE("of many masses in syrup Automatic sees soon that only stability holds its step") {
+  // q″ = −q − c q̇ with c = 1e4, from rest: the slow root is −1/c to 1e-8 of it, and q = exp(−t/c).
+  constexpr Eigen::Index n = 600;
+  constexpr double c = 1e4;
+  const auto s = scene(mechanical_system(n, Anchored{}), viscous_damping(Eigen::VectorXd(Eigen::VectorXd::Constant(n, c))));
+  const State<Dynamic> start{0.0, Eigen::VectorXd::Ones(n), Eigen::VectorXd::Zero(n)};
+  const auto run = simulate(s, start, 100.0, Automatic{}, {.rtol = 1e-6, .atol = 1e-9, .keep_trajectory = false});
+  REQUIRE(run.completed());
+  CHECK(run.statistics.method == "dop853, cvode_bdf");
+  CHECK(run.statistics.steps < 1000);  // 100 c / 6 by an explicit method
+  CHECK((run.y.head(n).array() - std::exp(-100.0 / c)).abs().maxCoeff() < 1e-6);
 }

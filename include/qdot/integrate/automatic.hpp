@@ -18,8 +18,8 @@
 //     h ρ > 4  (Dop853),      h ρ > half the limit  (Taylor),      ρ = max |λ| of the exact Jacobian
 //
 // says that something fast is there, that it is at rest within the tolerance, and that only stability holds the step. It is asked
-// every 4 size() steps, and sixteen at least, so that the Jacobian is two percent of the cost; twice in a row, and the stiff
-// method takes over, if what is fast is damped:
+// every 4 size() steps, and sixteen at least, so that the Jacobian is two percent of the cost (of more than a thousand components every hundred
+// steps, for there a look is twenty evaluations: steps/spectral_radius.hpp); twice in a row, and the stiff method takes over, if what is fast is damped:
 //
 //     −Re λ ≥ 0.1 |λ| .
 //
@@ -82,7 +82,7 @@ class AutomaticStepper {
         make_stiff_(std::move(choice.stiff)),
         renew_(std::move(choice.renew)),
         radius_(size, std::move(choice.jacobian), std::move(choice.derivative)),
-        check_every_(std::max<Eigen::Index>(16, 4 * size)) {
+        check_every_(size <= detail::SpectralRadius::most_components ? std::max<Eigen::Index>(16, 4 * size) : many_check) {
     statistics_.limited_by.assign(static_cast<std::size_t>(size), 0);
     active_ = next_ = first();
     statistics_.method = name_of(active_);
@@ -152,6 +152,7 @@ class AutomaticStepper {
   static constexpr double stable_step = 4.8;        // h ρ that Dop853 keeps up when stability holds it
   static constexpr int smooth_evaluations = 12;     // of a step of Dop853
   static constexpr double sparse_jacobian = 10.0;   // evaluations that one of many components is worth
+  static constexpr Eigen::Index many_check = 100;   // steps between two looks of many components, which cost twenty evaluations
   static constexpr int stiff_check = 50;            // steps between two looks at whether the stiff method still pays
   static constexpr double least_damping = 0.1;      // −Re λ/|λ| of what is stiff and does not swing
   static constexpr double least_gain = 6.0;         // time per evaluation beside Dop853's, for which the stiff method is kept
@@ -230,7 +231,9 @@ class AutomaticStepper {
     const double limit = active_ == smooth ? smooth_limit : 0.5 * (0.37 * order() + 1.4);
     const double h_rho = rho * advance / static_cast<double>(check_every_);
     warnings_ = h_rho > limit ? warnings_ + 1 : 0;
-    if (warnings_ < patience_ || stiff_failed_ || radius_.damping() < least_damping) return;
+    if (warnings_ < patience_ || stiff_failed_) return;
+    double damping = 0.0;
+    if (!detail::attempted(ignored, [&] { damping = radius_.damping(); }) || !(damping >= least_damping)) return;
     next_ = stiff;
     why_ = detail::sentence({"stability, not accuracy, held the step of ", name_of(active_), " (h |lambda| = ", rounded(h_rho), ", |lambda| = ",
                              rounded(rho), ")"});
