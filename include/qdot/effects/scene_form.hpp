@@ -211,7 +211,9 @@ class SceneForm {
       const double* const state = y.data();
       const auto write = [&](Traced& traced) {
         lambda.resize(static_cast<Eigen::Index>(traced.rows()));
-        return traced.write(state, state + k, t, state + 2 * k, a.data(), lambda.data(), rates.data()) && traced.pull(lambda.data(), forces.data());
+        if (!traced.write(state, state + k, t, state + 2 * k, a.data(), lambda.data(), rates.data())) return false;
+        traced.pull(lambda.data(), forces.data());
+        return true;
       };
       if (traced_.use([this] { return trace(); }, write)) return forces;
     }

@@ -125,6 +125,9 @@ inline constexpr double massless_pivot = 1e-8;
 // order and another sum.
 inline constexpr double clearly_independent = 100.0;
 
+// Pivots of a row below this fraction are rounding: it says what the rows before it say.
+inline constexpr double redundant_pivot = 1e-12;
+
 // Factors of one configuration, used for accelerations and for both projections.
 template <int n, int m>
 class ConstrainedFactors {

@@ -128,8 +128,9 @@ class ConstraintGeometry {
         Vector<double, n> step = Vector<double, n>::Zero(size.size());
         Vector<double, m> multipliers = r;
         SparseFactors factors;
-        constexpr double rounding = 1e-12;  // Newton's iteration corrects what rows that depend on others leave over
-        if (factors.compute(metric, rows(), massless_pivot, clearly_independent * cutoff_ * cutoff_, rounding) && factors.solve(rows(), step, multipliers, false))
+        // Newton's iteration corrects what rows that depend on others leave over.
+        if (factors.compute(metric, rows(), massless_pivot, clearly_independent * cutoff_ * cutoff_, redundant_pivot) &&
+            factors.solve(rows(), step, multipliers, false))
           return step;
         make_dense();
       }

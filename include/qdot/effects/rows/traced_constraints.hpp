@@ -91,7 +91,7 @@ class TracedConstraints {
     lines_.carry_out(*table_);
     if (!lines_.hold_requirements() || !masses_are_positive()) return false;
     has_rows_ = false;
-    if (factors_) return factors_->compute([&](std::size_t k) { return lines_[schur_[k]]; }, dependent_, rounding_) && factors_->zeros() <= most_zeros_;
+    if (factors_) return factors_->compute([&](std::size_t k) { return lines_[schur_[k]]; }, dependent_, redundant_pivot) && factors_->zeros() <= most_zeros_;
     M_ = mass();
     return both_.compute(M_, jacobian(), massless_pivot, dependent_);
   }
@@ -125,13 +125,12 @@ class TracedConstraints {
   /// How many constraints are independent, after move_to().
   std::size_t rank() const { return rows() - (factors_ ? factors_->zeros() : 0); }
 
-  /// forces ← Jᵀλ, after move_to() or write(); true.
-  bool pull(const double* lambda, double* forces) {
+  /// forces ← Jᵀλ, after move_to() or write().
+  void pull(const double* lambda, double* forces) {
     std::fill_n(forces, n(), 0.0);
     const SparseRows& J = jacobian();
     for (std::size_t k = 0; k < rows(); ++k)
       for (const SparseRows::Entry* entry = J.begin(k); entry != J.end(k); ++entry) forces[entry->column] += lambda[k] * entry->value;
-    return true;
   }
 
   /// J after move_to().
@@ -158,7 +157,6 @@ class TracedConstraints {
   }
 
  private:
-  static constexpr double rounding_ = 1e-12;  // of a pivot, where nothing of a row is left
   static constexpr std::size_t most_zeros_ = 64;
 
   formula::BasicGraph<Number>& graph() { return lines_.equations().graph(); }
