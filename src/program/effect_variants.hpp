@@ -28,25 +28,19 @@
 namespace qdot::program {
 
 template <class Sc>
-class SceneModel final : public Model {
+class SceneModel final : public FormModel<SceneForm<Sc>> {
   static constexpr int n = Sc::dof_at_compile_time;
-  static constexpr bool is_traced = detail::is_traced<SceneForm<Sc>>, has_traced_constraints = is_traced && Sc::has_constraints;
+  static constexpr bool has_traced_constraints = FormModel<SceneForm<Sc>>::is_traced && Sc::has_constraints;
+  using FormModel<SceneForm<Sc>>::form_;
   using Behind = qdot::detail::Mechanics<SceneForm<Sc>>;
 
  public:
-  explicit SceneModel(Sc scene) : form_(std::move(scene)) {}
+  explicit SceneModel(Sc scene) : FormModel<SceneForm<Sc>>(SceneForm<Sc>(std::move(scene))) {}
 
   Eigen::Index dof() const override { return form_.dof(); }
   Eigen::Index size() const override { return form_.size(); }
-  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const override {
-    form_.derivative(t, y, ydot);
-  }
-  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override {
-    form_.jacobian(t, y, J);
-  }
-  std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
   Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
-    return detail::energies_of(form_.scene().system(), t, y);
+    return this->energies_of(form_.scene().system(), t, y);
   }
   bool autonomous() const override { return false; }
   std::vector<OwnState> own_states() const override {
@@ -139,13 +133,6 @@ class SceneModel final : public Model {
     return qdot::detail::has_any_scalar<Sc>::value;
   }
   bool fits_rattle() const override { return qdot::detail::fits_rattle<SceneForm<Sc>>::value; }
-  std::shared_ptr<qdot::detail::RecordedMotion> recorded_on([[maybe_unused]] formula::Recording& recording) const override {
-    if constexpr (qdot::detail::is_recordable<SceneForm<Sc>>::value) {
-      return std::make_shared<qdot::detail::RecordedMotion>(qdot::detail::recorded_motion(form_, std::move(recording)));
-    } else {
-      return nullptr;
-    }
-  }
   Eigen::VectorXd momenta(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& v) const override { return Behind::momenta(form_, q, v, t); }
   Eigen::MatrixXd inverse_mass(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& v) const override {
     return Behind::inverse_mass(form_, q, v, t);
@@ -174,17 +161,6 @@ class SceneModel final : public Model {
       if (method.starts_with("rattle")) return any_stepper(Rattle{.step = step, .order = method.back() - '0'}, form_, options);
     return std::nullopt;
   }
-  std::shared_ptr<qdot::detail::TracedEquations<double>> equations() const override {
-    if constexpr (is_traced) return std::make_shared<qdot::detail::TracedEquations<>>(form_.equations());
-    return nullptr;
-  }
-  void run_functors([[maybe_unused]] qdot::detail::RecordedMotion& motion) const override {
-    if constexpr (is_traced) form_.run_functors(motion);
-  }
-  void accelerate([[maybe_unused]] double t, [[maybe_unused]] const double* y, [[maybe_unused]] double* a, [[maybe_unused]] double* lambda) const override {
-    if constexpr (is_traced) form_.accelerate(t, y, a, lambda);
-  }
-  std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const override { return std::make_unique<qdot::detail::WatchOf<SceneForm<Sc>>>(form_, options); }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
     const auto state = form_.state(t, y);
     const auto z = states(y);
@@ -209,8 +185,6 @@ class SceneModel final : public Model {
   static EffectStates<Sc> states(const Eigen::Ref<const Eigen::VectorXd>& y) {
     return y.tail(Sc::states_at_compile_time);
   }
-
-  SceneForm<Sc> form_;
 };
 
 /// The effects that a scene always has: none.

@@ -13,8 +13,8 @@
 #include "program/runnable_scene.hpp"
 #include "qdot/analysis/reference_equations.hpp"
 #include "qdot/integrate/energy_balance.hpp"
-#include "qdot/integrate/watch/energy_slope.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
+#include "qdot/integrate/watch/energy_slope.hpp"
 #include "qdot/integrate/watch/held_watch.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/energy.hpp"
@@ -27,24 +27,12 @@ namespace detail {
 // Keeps the compiler from moving an evaluation out of a loop that measures it.
 inline void touch(const void* memory) { asm volatile("" : : "g"(memory) : "memory"); }
 
-template <class Sys>
-Energies energies_of(const Sys& system, double t, const Eigen::VectorXd& y) {
-  const auto at = qdot::detail::energy_at(system, t, y);
-  return {at.T, at.V, at.h};
-}
-
-// The members of a model that ask its form for traced equations, where it has some.
-template <class Form>
-constexpr bool is_traced = requires(const Form& form, qdot::detail::RecordedMotion& motion) { form.run_functors(motion); };
-
 }  // namespace detail
 
-template <class Sys>
-class SystemModel final : public Model {
+/// What a model takes from a first-order form, be it that of a system or of a scene.
+template <class Form>
+class FormModel : public Model {
  public:
-  explicit SystemModel(Sys system) : form_(std::move(system)) {}
-
-  Eigen::Index dof() const override { return form_.system().dof(); }
   void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const override {
     form_.derivative(t, y, ydot);
   }
@@ -52,12 +40,54 @@ class SystemModel final : public Model {
     form_.jacobian(t, y, J);
   }
   std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
+  std::shared_ptr<qdot::detail::RecordedMotion> recorded_on([[maybe_unused]] formula::Recording& recording) const override {
+    if constexpr (qdot::detail::is_recordable<Form>::value) {
+      return std::make_shared<qdot::detail::RecordedMotion>(qdot::detail::recorded_motion(form_, std::move(recording)));
+    } else {
+      return nullptr;
+    }
+  }
+  std::shared_ptr<qdot::detail::TracedEquations<double>> equations() const override {
+    if constexpr (is_traced) return std::make_shared<qdot::detail::TracedEquations<>>(form_.equations());
+    return nullptr;
+  }
+  void run_functors([[maybe_unused]] qdot::detail::RecordedMotion& motion) const override {
+    if constexpr (is_traced) form_.run_functors(motion);
+  }
+  void accelerate([[maybe_unused]] double t, [[maybe_unused]] const double* y, [[maybe_unused]] double* a, [[maybe_unused]] double* lambda) const override {
+    if constexpr (is_traced) form_.accelerate(t, y, a, lambda);
+  }
+  std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const override { return std::make_unique<qdot::detail::WatchOf<Form>>(form_, options); }
+
+ protected:
+  static constexpr bool is_traced = requires(const Form& form, qdot::detail::RecordedMotion& motion) { form.run_functors(motion); };
+
+  explicit FormModel(Form form) : form_(std::move(form)) {}
+
+  /// T, V and h of the system behind the form.
+  template <class Sys>
+  static Energies energies_of(const Sys& system, double t, const Eigen::VectorXd& y) {
+    const auto at = qdot::detail::energy_at(system, t, y);
+    return {at.T, at.V, at.h};
+  }
+
+  Form form_;
+};
+
+template <class Sys>
+class SystemModel final : public FormModel<FirstOrderForm<Sys>> {
+  using FormModel<FirstOrderForm<Sys>>::form_;
+
+ public:
+  explicit SystemModel(Sys system) : FormModel<FirstOrderForm<Sys>>(FirstOrderForm<Sys>(std::move(system))) {}
+
+  Eigen::Index dof() const override { return form_.system().dof(); }
   Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
-    return detail::energies_of(form_.system(), t, y);
+    return this->energies_of(form_.system(), t, y);
   }
   bool autonomous() const override { return Sys::autonomous; }
   Eigen::VectorXd packed(const State<Dynamic>& start) const override {
-    Eigen::VectorXd y(size());
+    Eigen::VectorXd y(this->size());
     y << start.q, start.qdot;
     return y;
   }
@@ -70,28 +100,10 @@ class SystemModel final : public Model {
     return true;
   }
   bool bare() const override { return true; }
-  std::shared_ptr<qdot::detail::RecordedMotion> recorded_on([[maybe_unused]] formula::Recording& recording) const override {
-    if constexpr (qdot::detail::is_recordable<FirstOrderForm<Sys>>::value) {
-      return std::make_shared<qdot::detail::RecordedMotion>(qdot::detail::recorded_motion(form_, std::move(recording)));
-    } else {
-      return nullptr;
-    }
-  }
   bool separable() const override { return Sys::kinetic_signature == KineticSignature::velocity; }
   std::optional<AnyStepper> own_stepper(const std::string& method, double step, const Options& options) const override {
     return own_stepper_of(form_, method, step, options);
   }
-  std::shared_ptr<qdot::detail::TracedEquations<double>> equations() const override {
-    if constexpr (detail::is_traced<FirstOrderForm<Sys>>) return std::make_shared<qdot::detail::TracedEquations<>>(form_.equations());
-    return nullptr;
-  }
-  void run_functors([[maybe_unused]] qdot::detail::RecordedMotion& motion) const override {
-    if constexpr (detail::is_traced<FirstOrderForm<Sys>>) form_.run_functors(motion);
-  }
-  void accelerate([[maybe_unused]] double t, [[maybe_unused]] const double* y, [[maybe_unused]] double* a, [[maybe_unused]] double* lambda) const override {
-    if constexpr (detail::is_traced<FirstOrderForm<Sys>>) form_.accelerate(t, y, a, lambda);
-  }
-  std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const override { return std::make_unique<qdot::detail::WatchOf<FirstOrderForm<Sys>>>(form_, options); }
   double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const override {
     const auto state = form_.state(t, y);
     double sum = 0;
@@ -101,9 +113,6 @@ class SystemModel final : public Model {
     }
     return sum;
   }
-
- private:
-  FirstOrderForm<Sys> form_;
 };
 
 }  // namespace qdot::program
