@@ -13,32 +13,22 @@
 
 #include "scenes/scene.hpp"
 #include "scenes/shown.hpp"
+#include "scenes/stretched_springs.hpp"
 
 namespace qdot::scenes {
 
-struct Net {
-  int n = 7;         // masses along a side
-  double m = 0.02;   // each mass
-  double k = 100.0;  // stiffness of each spring
-  double a = 0.2;    // distance of neighbours
-  double l = 0.1;    // length of a spring without tension
-  double h = 0.3;    // height at the start
+struct Net : StretchedSprings {
+  int n = 7;  // masses along a side
 
-  auto T(const auto& qdot) const { return 0.5 * m * qdot.squaredNorm(); }
   auto V(const auto& q) const {
-    using std::sqrt;
     using S = typename std::remove_cvref_t<decltype(q)>::Scalar;
     const Eigen::Index side = n;
     const auto height = [&](Eigen::Index i, Eigen::Index j) { return i < 0 || j < 0 || i == side || j == side ? S(0.0) : S(q[side * i + j]); };
-    const auto energy = [&](const S& d) {
-      const S longer = sqrt(a * a + d * d) - l;
-      return S(0.5 * k * longer * longer);
-    };
     S sum(0.0);
     for (Eigen::Index i = 0; i <= side; ++i)
       for (Eigen::Index j = 0; j <= side; ++j) {
-        if (i < side) sum += energy(height(i, j) - height(i, j - 1));
-        if (j < side) sum += energy(height(i, j) - height(i - 1, j));
+        if (i < side) sum += energy(S(height(i, j) - height(i, j - 1)));
+        if (j < side) sum += energy(S(height(i, j) - height(i - 1, j)));
       }
     return sum;
   }
@@ -49,12 +39,7 @@ inline Scene<Net, Dynamic> net() {
       .name = "net",
       .title = "Square net",
       .summary = "n by n masses and stretched springs, the edge held; a bulge off the middle is let go and waves run out from it.",
-      .parameters = {{"n", &Net::n, "", Range::between(1, 1000), "masses along a side"},
-                     {"m", &Net::m, "kg", Range::positive, "each mass"},
-                     {"k", &Net::k, "N/m", Range::positive, "stiffness of each spring"},
-                     {"a", &Net::a, "m", Range::positive, "distance of neighbours"},
-                     {"l", &Net::l, "m", Range::non_negative, "length of a spring without tension"},
-                     {"h", &Net::h, "m", Range::any, "height at the start"}},
+      .parameters = with_springs<Net>({"n", &Net::n, "", Range::between(1, 1000), "masses along a side"}),
       .coordinates = [](const Net& s) {
         std::vector<Coordinate> coordinates;
         for (int i = 1; i <= s.n; ++i)

@@ -14,26 +14,19 @@
 
 #include "scenes/scene.hpp"
 #include "scenes/shown.hpp"
+#include "scenes/stretched_springs.hpp"
 
 namespace qdot::scenes {
 
-struct VibratingString {
-  int n = 20;        // number of masses
-  double m = 0.02;   // each mass
-  double k = 100.0;  // stiffness of each spring
-  double a = 0.2;    // distance of neighbours
-  double l = 0.1;    // length of a spring without tension
-  double h = 0.3;    // height at the start
+struct VibratingString : StretchedSprings {
+  int n = 20;  // number of masses
 
-  auto T(const auto& qdot) const { return 0.5 * m * qdot.squaredNorm(); }
   auto V(const auto& q) const {
-    using std::sqrt;
     using S = typename std::remove_cvref_t<decltype(q)>::Scalar;
     S sum(0.0);
     for (Eigen::Index i = 0; i <= q.size(); ++i) {
       const S d = (i < q.size() ? q[i] : S(0.0)) - (i > 0 ? q[i - 1] : S(0.0));
-      const S longer = sqrt(a * a + d * d) - l;
-      sum += 0.5 * k * longer * longer;
+      sum += energy(d);
     }
     return sum;
   }
@@ -44,12 +37,7 @@ inline Scene<VibratingString, Dynamic> string() {
       .name = "string",
       .title = "Plucked string",
       .summary = "n masses and stretched springs in a row, both ends held; lifted at a third of its length and let go.",
-      .parameters = {{"n", &VibratingString::n, "", Range::positive, "number of masses"},
-                     {"m", &VibratingString::m, "kg", Range::positive, "each mass"},
-                     {"k", &VibratingString::k, "N/m", Range::positive, "stiffness of each spring"},
-                     {"a", &VibratingString::a, "m", Range::positive, "distance of neighbours"},
-                     {"l", &VibratingString::l, "m", Range::non_negative, "length of a spring without tension"},
-                     {"h", &VibratingString::h, "m", Range::any, "height at the start"}},
+      .parameters = with_springs<VibratingString>({"n", &VibratingString::n, "", Range::positive, "number of masses"}),
       .coordinates = [](const VibratingString& s) {
         std::vector<Coordinate> coordinates;
         for (int i = 1; i <= s.n; ++i) coordinates.push_back({"y" + std::to_string(i), "m"});
