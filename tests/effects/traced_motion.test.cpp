@@ -142,6 +142,28 @@ auto scene_of(int m, double coupled, std::vector<std::pair<int, int>> pairs) {
                prescribed("drive", 4, [](const auto& t) { return 2.0 * t * t; }), viscous_damping(Eigen::VectorXd(Eigen::VectorXd::LinSpaced(2 * m, 0.1, 0.4))));
 }
 
+// The lower triangle of a square net's matrix, row by row: −1 for neighbours.
+struct Net {
+  std::vector<int> rows, columns;
+  std::vector<double> values;
+};
+Net net_of(int side, const auto& diagonal_of_neighbours) {
+  Net net;
+  const auto add = [&](int row, int column, double value) {
+    net.rows.push_back(row);
+    net.columns.push_back(column);
+    net.values.push_back(value);
+  };
+  for (int i = 0; i < side; ++i)
+    for (int j = 0; j < side; ++j) {
+      const int k = i * side + j;
+      if (i > 0) add(k, k - side, -1.0);
+      if (j > 0) add(k, k - 1, -1.0);
+      add(k, k, diagonal_of_neighbours((i > 0) + (j > 0) + (i + 1 < side) + (j + 1 < side)));
+    }
+  return net;
+}
+
 }  // namespace
 
 TEST_CASE("masses on a line accelerate as the springs beside them pull, be they few or thousands") {
@@ -252,23 +274,10 @@ TEST_CASE("a thousand rods and one of them twice move as a thousand rods do") {
 TEST_CASE("a net that nothing holds has one zero, along its elimination tree and within a skyline") {
   // Springs between neighbours only: constants are null vectors, and b must have no mean.
   for (const int side : {6, 40}) {
-    std::vector<int> rows, columns;
-    std::vector<double> values;
-    const auto add = [&](int row, int column, double value) {
-      rows.push_back(row);
-      columns.push_back(column);
-      values.push_back(value);
-    };
-    for (int i = 0; i < side; ++i)
-      for (int j = 0; j < side; ++j) {
-        const int k = i * side + j;
-        if (i > 0) add(k, k - side, -1.0);
-        if (j > 0) add(k, k - 1, -1.0);
-        add(k, k, (i > 0) + (j > 0) + (i + 1 < side) + (j + 1 < side));
-      }
+    const auto [rows, columns, values] = net_of(side, [](int neighbours) { return static_cast<double>(neighbours); });
     const auto n = static_cast<std::size_t>(side * side);
     detail::PatternFactors<double> factors(n, rows, columns);
-    const auto value = [&](std::size_t k) { return values[k]; };
+    const auto value = [&all = values](std::size_t k) { return all[k]; };
     CHECK_FALSE(factors.compute(value, 1e-10));
     REQUIRE(factors.compute(value, 1e-10, 1e-12));
     REQUIRE(factors.zeros() == 1);
@@ -288,21 +297,8 @@ TEST_CASE("a net that nothing holds has one zero, along its elimination tree and
 }
 
 TEST_CASE("a matrix of a net is solved along its elimination tree, and a pivot that is not positive refused") {
-  constexpr int side = 40;  // of a net of springs on a floor: 5 on the diagonal, −1 for neighbours
-  constexpr auto place = [](int i, int j) { return i * side + j; };
-  std::vector<int> rows, columns;
-  std::vector<double> values;
-  const auto add = [&](int row, int column, double value) {
-    rows.push_back(row);
-    columns.push_back(column);
-    values.push_back(value);
-  };
-  for (int i = 0; i < side; ++i)
-    for (int j = 0; j < side; ++j) {
-      if (i > 0) add(place(i, j), place(i - 1, j), -1.0);
-      if (j > 0) add(place(i, j), place(i, j - 1), -1.0);
-      add(place(i, j), place(i, j), 5.0);
-    }
+  constexpr int side = 40;
+  auto [rows, columns, values] = net_of(side, [](int) { return 5.0; });  // springs on a floor
   const Eigen::VectorXd x = waves(side * side, 0.9);
   Eigen::VectorXd b = 5.0 * x;
   for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -311,7 +307,7 @@ TEST_CASE("a matrix of a net is solved along its elimination tree, and a pivot t
     b[columns[k]] -= x[rows[k]];
   }
   detail::PatternFactors<double> factors(side * side, rows, columns);
-  const auto value = [&](std::size_t k) { return values[k]; };
+  const auto value = [&all = values](std::size_t k) { return all[k]; };
   for (int time = 0; time < 2; ++time) {
     Eigen::VectorXd found = b;
     REQUIRE(factors.compute(value, 1e-10));

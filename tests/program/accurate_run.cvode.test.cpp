@@ -7,18 +7,13 @@
 
 #include "catch2_bridge.hpp"
 #include "command.hpp"
+#include "run_json.hpp"
 
 using nlohmann::json;
 using program_test::qdot;
+using program_test::run_json;
 
 namespace {
-
-json run_json(const std::string& arguments, int status = 0) {
-  const auto ended = qdot("run " + arguments + " --json");
-  INFO(ended.err);
-  REQUIRE(ended.status == status);
-  return json::parse(ended.out);
-}
 
 // Of the larger of a position and its velocity's size; |y| of the run is at least that at its end.
 double relative(double value, double exact, double size) { return std::abs(value - exact) / size; }

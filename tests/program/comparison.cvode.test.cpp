@@ -6,22 +6,13 @@
 
 #include "catch2_bridge.hpp"
 #include "command.hpp"
+#include "run_json.hpp"
 
 using nlohmann::json;
 using program_test::content;
 using program_test::Directory;
 using program_test::qdot;
-
-namespace {
-
-json run_json(const std::string& arguments) {
-  const auto ended = qdot("run " + arguments + " --json");
-  INFO(ended.err);
-  REQUIRE(ended.status == 0);
-  return json::parse(ended.out);
-}
-
-}  // namespace
+using program_test::run_json;
 
 TEST_CASE("a run beside another is the run that it is alone") {
   const json both = run_json("double_pendulum --t-end 2 --compare 'q0=1,l1=1.2' --compare method=dop853,rtol=1e-8");

@@ -7,22 +7,17 @@
 
 #include "catch2_bridge.hpp"
 #include "command.hpp"
+#include "run_json.hpp"
 
 using nlohmann::json;
 using program_test::qdot;
+using program_test::run_json;
 
 namespace {
 
 // Default tolerances are 1e-10 a step; the motions below last some dozens of steps.
 constexpr double growth_of_local_errors = 1e-8;
 constexpr double kept_by_projection = 1e-13;
-
-json run_json(const std::string& arguments) {
-  const auto ended = qdot("run " + arguments + " --json");
-  INFO(ended.err);
-  REQUIRE(ended.status == 0);
-  return json::parse(ended.out);
-}
 
 double number(const json& value) { return value.get<double>(); }
 

@@ -8,18 +8,13 @@
 
 #include "../catch2_bridge.hpp"
 #include "command.hpp"
+#include "run_json.hpp"
 
 using nlohmann::json;
 using program_test::qdot;
+using program_test::run_json;
 
 namespace {
-
-json run_json(const std::string& arguments) {
-  const auto run = qdot("run " + arguments + " --json");
-  INFO(run.err);
-  REQUIRE(run.status == 0);
-  return json::parse(run.out);
-}
 
 std::vector<double> times(const json& run, const std::string& name) {
   std::vector<double> result;

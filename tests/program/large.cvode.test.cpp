@@ -9,22 +9,17 @@
 
 #include "catch2_bridge.hpp"
 #include "command.hpp"
+#include "run_json.hpp"
 
 using nlohmann::json;
 using program_test::content;
 using program_test::Directory;
 using program_test::qdot;
+using program_test::run_json;
 
 namespace {
 
 constexpr double tight = 1e-8;  // of runs at 1e-10 over some swings
-
-json run_json(const std::string& arguments) {
-  const auto ended = qdot("run " + arguments + " --json");
-  INFO(ended.err);
-  REQUIRE(ended.status == 0);
-  return json::parse(ended.out);
-}
 
 }  // namespace
 

@@ -6,18 +6,13 @@
 
 #include "catch2_bridge.hpp"
 #include "command.hpp"
+#include "run_json.hpp"
 
 using nlohmann::json;
 using program_test::qdot;
+using program_test::run_json;
 
 namespace {
-
-json run_json(const std::string& arguments) {
-  const auto ended = qdot("run " + arguments + " --json");
-  INFO(ended.err);
-  REQUIRE(ended.status == 0);
-  return json::parse(ended.out);
-}
 
 std::string refused(const std::string& arguments) {
   const auto ended = qdot("run " + arguments);

@@ -8,23 +8,18 @@
 
 #include "catch2_bridge.hpp"
 #include "command.hpp"
+#include "run_json.hpp"
 
 using nlohmann::json;
 using program_test::content;
 using program_test::Directory;
 using program_test::qdot;
+using program_test::run_json;
 
 namespace {
 
 // Eight digits, as the contract asks; the reference below was computed in quadruple precision.
 constexpr double eight_digits = 5e-9;
-
-json run_json(const std::string& arguments) {
-  const auto ended = qdot("run " + arguments + " --json");
-  INFO(ended.err);
-  REQUIRE(ended.status == 0);
-  return json::parse(ended.out);  // throws if there is anything but one object
-}
 
 }  // namespace
 
