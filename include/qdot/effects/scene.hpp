@@ -99,6 +99,7 @@ class Scene {
 
   /// The system whose T and V hold the terms of the effects.
   const SystemType& system() const noexcept { return system_; }
+  void keep(const detail::KeptLines& lines) { system_.keep(lines); }  ///< as the system has it
   /// The effects in their order.
   const std::tuple<Effects...>& effects() const noexcept { return effects_; }
 

@@ -39,16 +39,24 @@ class SceneForm {
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n + states;  ///< 2n and the states of effects, or Dynamic
   static constexpr bool has_constraints = Sc::has_constraints;                          ///< as the scene has it
 
-  explicit SceneForm(Sc scene) : scene_(std::move(scene)) {}
+  explicit SceneForm(Sc scene) : scene_(std::move(scene)) { detail::keep_lines<typename Sc::SystemType>(scene_); }
 
   /// The scene behind it.
   const Sc& scene() const noexcept { return scene_; }
 
   /// Traces the functors again where they are others by now.
   void renew()
-    requires is_traced
+    requires(is_traced || detail::may_keep_lines<typename Sc::SystemType::EnergiesType, n>)
   {
-    traced_.renew([this](detail::RecordedMotion& motion) { detail::run_scene(motion, scene_, nullptr); });
+    if constexpr (is_traced) traced_.renew([this](detail::RecordedMotion& motion) { detail::run_scene(motion, scene_, nullptr); });
+    else detail::renew_lines(scene_, scene_.system());
+  }
+
+  /// Evaluates T and V themselves from now on, so that no evaluation depends on how many there have been.
+  void keep_no_lines()
+    requires(n != Dynamic)
+  {
+    scene_.keep({});
   }
 
   /// Number of coordinates.

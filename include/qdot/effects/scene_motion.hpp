@@ -123,7 +123,7 @@ auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordin
   ConstrainedSolution<n, m> solution;
   if constexpr (detail::has_constrained_equations<Sc>) {
     const detail::ConstrainedTo<Sc> use{scene, z, detail::clearly_independent * cutoff * cutoff, solution};
-    if (detail::with_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use)) return solution;
+    if (detail::with_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use, scene.system().kept_lines())) return solution;
   }
   Coordinates<Sys> Q;
   if constexpr (Sc::has_forces) Q = effect_forces(scene, q, qdot, z, t);

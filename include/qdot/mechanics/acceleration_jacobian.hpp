@@ -10,8 +10,8 @@
 //
 // and −r is what the scalar of Lagrange's equations calls X L when the rates of the velocities are the accelerations
 // (mechanics/equations/straight_line_jacobian.hpp). Several ways, as for q̈ itself: straight-line code for few coordinates, derived lines, positions and masses
-// (mechanics/equations/equation_slopes.hpp), and for loops a record of dual numbers (ad/records/residual_record.hpp) that is swept forwards and back. Where these give no
-// finite number, nested duals are asked, as they are for q̈: they know that a constant has no derivative, however steep the root of it is. What
+// (mechanics/equations/equation_slopes.hpp), lines that a run keeps (mechanics/derive/kept_lines.hpp), and for loops elsewhere a record of dual numbers
+// (ad/records/residual_record.hpp) that is swept forwards and back. Where these give no finite number, nested duals are asked, as they are for q̈: they know that a constant has no derivative, however steep the root of it is. What
 // is not finite then is an error.
 
 #include <algorithm>
@@ -121,7 +121,7 @@ template <class E, int n, Inertia I>
   double M[n * (n + 1) / 2];
   SlopeRow<2 * n> rows[n];
   result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
-  return slopes_written<n>(system.energies(), q, qdot, result.qddot, t, M, rows) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
+  return slopes_written<n>(system.energies(), q, qdot, result.qddot, t, M, rows, system.kept_lines()) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
          columns_written<n>(rows, result.d_q.data(), result.d_qdot.data());
 }
 
@@ -152,6 +152,10 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
       return result;
   }
   bool good = false;
+  if constexpr (has_short_ways && detail::has_slopes<n> && detail::may_keep_lines<E, n>) {
+    const detail::DerivedLines* const lines = detail::lines_now<n>(system.kept_lines(), system.energies());
+    if (lines && lines->have_slopes() && detail::sloped_jacobian(system, q, qdot, t, result)) return result;
+  }
   if constexpr (has_short_ways && !(has_straight_line && detail::always_straight<E, n>)) {
     if (size <= detail::graded_limit<n>)
       good = detail::recorded_jacobian<n>(system.energies(), q, qdot, t, detail::singular_pivot<double>(size), result);

@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Plain loops in T and V at a third to a half of the cost, and their exact Jacobians as well.
+// Plain loops in T and V at a third to a half of the cost outside of runs, too.
 //
 //     struct Chain {
 //       double m = 1.0, l = 1.0, g = 9.81;
@@ -10,15 +10,16 @@
 //     };
 //     const auto system = mechanical_system<4>(derived<4>(Chain{.m = 0.3}));
 //
-// When the object is made, T and V are run once on a scalar that lists what is done to it; from the list Lagrange's equations are derived as on paper,
-// and evaluations go through the lines that come out (mechanics/derive/lines.hpp). Nothing is asked of T and V: they need not be constexpr, as
+// A run derives the equations of such energies by itself (mechanics/derive/kept_lines.hpp). This word does it when the object is made, for all who evaluate it afterwards:
+// T and V are run once on a scalar that records what is done to it (ad/formula/recording.hpp), from that Lagrange's equations are derived as on paper, and evaluations go
+// through the lines that come out (mechanics/derive/lines.hpp). Nothing is asked of T and V: they need not be constexpr, as
 // written_out() wants them (mechanics/written_out.hpp), and may use Eigen. It pays where T and V are loops. Straight-line code of up to four
 // coordinates is faster as it is, and written_out() is two to three times as fast again, for seconds of compile time.
 //
-// What is no formula (T or V that branch on the state or use abs, max or a power that varies), and what would need more lines than it saves (chains
-// of more than a dozen links as running sums, rotations), is evaluated as without the word. Parameters are read when the object is made, so they must
+// What is no formula (T or V that branch on the state or use abs, max or a power that varies), and what would need more lines than it saves
+// (rotations), is evaluated as without the word. Parameters are read when the object is made, so they must
 // be numbers in it, not behind a pointer, in a std::vector or captured by reference. What T and V read elsewhere, a global variable, must stay as it
-// was: a run lists them again at its looks and ends by the name of model_changed where the list has become another
+// was: a run records them again at its looks and ends by the name of model_changed where they have become others
 // (integrate/watch/change_watch.hpp).
 
 #include <Eigen/Core>
@@ -26,7 +27,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "qdot/mechanics/derive/lines.hpp"
+#include "qdot/mechanics/derive/kept_lines.hpp"
 #include "qdot/mechanics/derive/traced_energies.hpp"
 #include "qdot/mechanics/equations/equation_slopes.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
@@ -42,66 +43,36 @@ class Derived : public E {
   Derived()
     requires std::is_default_constructible_v<E>
       : Derived(E{}) {}
-  explicit Derived(E energies) : E(std::move(energies)), lines_(std::make_shared<const detail::DerivedLines>(detail::derived_lines<n>(static_cast<const E&>(*this)))) {}
+  explicit Derived(E energies) : E(std::move(energies)), once_(std::make_shared<detail::DerivedOnce>()) { once_->lines_of<n>(this->energies()); }
 
   /// T and V as they were given.
   const E& energies() const noexcept { return *this; }
-  /// The derived equations, line by line.
-  const detail::DerivedLines& lines() const noexcept { return *lines_; }
 
   /// False when T and V are no formulas; then they are evaluated as they are.
-  bool has_lines() const noexcept { return lines_->exist(); }
+  bool has_lines() const noexcept { return once_->lines() != nullptr; }
 
-  /// Whether T and V, listed anew, are what was derived: false when they read something that has changed since.
-  [[gnu::noinline]] bool still_holds() const {
-    return !has_lines() || (lines_->T.is(*detail::recorded_kinetic<n>(energies())) && lines_->V.is(*detail::recorded_potential<n>(energies())));
-  }
+  /// Whether T and V, recorded anew, are what was derived: false when they read something that has changed since.
+  [[gnu::noinline]] bool still_holds() const { return once_->still_holds<n>(energies()); }
 
   /// M and r, handed to `use` (mass_and_rhs.hpp); false where T or V has no value, and where `use` says so.
   template <class Use>
   bool equations(const double* q, const double* qdot, Eigen::Index, double t, const Use& use) const {
-    if (!has_lines()) return detail::with_mass_and_rhs<n>(energies(), vector_of(q), vector_of(qdot), t, use);
-    double x[detail::DerivedLines::most];
-    write_inputs(q, qdot, t, x);
-    formula::carry_out(lines_->equations, x);
-    if (!lines_->have_values(x)) return false;
-    double M[n * (n + 1) / 2], r[n];
-    write_mass(x, M);
-    for (int i = 0; i < n; ++i) r[i] = x[lines_->right[static_cast<std::size_t>(i)]];
-    return use.full(detail::AtState{q, qdot, t}, M, r);
+    if (const detail::DerivedLines* lines = once_->lines()) return lines->with_mass_and_rhs<n>(q, qdot, t, use);
+    return detail::with_mass_and_rhs<n>(energies(), vector_of(q), vector_of(qdot), t, use);
   }
 
   /// M, and the derivatives of r − M a at accelerations a (mechanics/equations/equation_slopes.hpp).
   template <class Row>
   bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {
-    if (!lines_->have_slopes()) return detail::slopes_written<n>(energies(), vector_of(q), vector_of(qdot), vector_of(a), t, M, rows);
-    double x[detail::DerivedLines::most];
-    write_inputs(q, qdot, t, x);
-    for (int i = 0; i < n; ++i) x[2 * n + 1 + i] = a[i];
-    formula::carry_out(lines_->equations, x);
-    formula::carry_out(lines_->further, x);
-    if (!lines_->have_values(x)) return false;
-    write_mass(x, M);
-    const int* slope = lines_->slopes.data();
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < 2 * n; ++j, ++slope) rows[i][j] = *slope < 0 ? 0.0 : x[*slope];
-    return true;
+    const detail::DerivedLines* const lines = once_->lines();
+    if (lines && lines->have_slopes()) return lines->write_slopes<n>(q, qdot, a, t, M, rows);
+    return detail::slopes_written<n>(energies(), vector_of(q), vector_of(qdot), vector_of(a), t, M, rows);
   }
 
  private:
   static Vector<double, n> vector_of(const double* numbers) { return Eigen::Map<const Vector<double, n>>(numbers); }
-  static void write_inputs(const double* q, const double* qdot, double t, double* x) {
-    for (int i = 0; i < n; ++i) {
-      x[i] = q[i];
-      x[n + i] = qdot[i];
-    }
-    x[2 * n] = t;
-  }
-  void write_mass(const double* x, double* M) const {
-    for (const int entry : lines_->mass) *M++ = entry < 0 ? 0.0 : x[entry];
-  }
 
-  std::shared_ptr<const detail::DerivedLines> lines_;  // copies of the object share them
+  std::shared_ptr<detail::DerivedOnce> once_;  // copies of the object share them
 };
 
 namespace detail {

@@ -69,17 +69,25 @@ class FirstOrderForm {
  public:
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;  ///< 2n, or Dynamic
 
-  explicit FirstOrderForm(Sys system) : system_(std::move(system)), inertia_(system_) {}
+  explicit FirstOrderForm(Sys system) : system_(std::move(system)), inertia_(system_) { detail::keep_lines<Sys>(system_); }
 
   /// The system behind it.
   const Sys& system() const noexcept { return system_; }
 
   /// Traces T and V again where they are others by now, and factors a constant M again.
   void renew()
-    requires(n == Dynamic)
+    requires(n == Dynamic || detail::may_keep_lines<typename Sys::EnergiesType, n>)
   {
+    detail::renew_lines(system_, system_);
     if constexpr (detail::TracedSystem<Sys>) traced_.renew([&](detail::RecordedMotion& m) { detail::run_energies<Dynamic>(m, system_.energies()); });
     inertia_ = detail::ConstantInertia<Sys>(system_);
+  }
+
+  /// Evaluates T and V themselves from now on, so that no evaluation depends on how many there have been.
+  void keep_no_lines()
+    requires(n != Dynamic)
+  {
+    system_.keep({});
   }
 
   /// Whether M is the same everywhere, as seen from the operations of T.
@@ -107,6 +115,9 @@ class FirstOrderForm {
     double* const rates = std::copy_n(y + dof, dof, ydot);
     if constexpr (detail::TracedSystem<Sys>) {
       const auto write = [&](detail::TracedMotion<>& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); };
+      const detail::AccelerationTo<n> use{rates, detail::singular_pivot<double>(dof)};
+      const detail::DerivedLines* const lines = detail::lines_now<n>(system_.kept_lines(), system_.energies(), dof);
+      if (lines && lines->template with_mass_and_rhs<n>(y, y + dof, t, use)) return;
       if (traced_.use([&] { return detail::TracedMotion<>(detail::traced_equations(system_)); }, write)) return;
     }
     const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof);

@@ -8,8 +8,8 @@
 //     M alone                             impacts, projections, momenta
 //
 // There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): what a system knows of itself (positions and masses,
-// kinematic_system.hpp), formulas that the compiler has derived (mechanics/derive/closed_form_jacobian.hpp), straight-line code (mechanics/equations/straight_line.hpp), loops
-// and many coordinates (mechanics/equations/graded_evaluation.hpp), more of them than that (mechanics/equations/banded_equations.hpp). Whoever wants something of M and r passes it down the ladder as an object `use`, and each way ends by
+// kinematic_system.hpp), formulas that the compiler has derived (mechanics/derive/closed_form_jacobian.hpp), straight-line code (mechanics/equations/straight_line.hpp), lines
+// that a run has derived and keeps (mechanics/derive/kept_lines.hpp), loops and many coordinates (mechanics/equations/graded_evaluation.hpp), more of them than that (mechanics/equations/banded_equations.hpp). Whoever wants something of M and r passes it down the ladder as an object `use`, and each way ends by
 // calling it with what it has found:
 //
 //     use.packed(at, M, r, present)    lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line
@@ -26,6 +26,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "qdot/mechanics/derive/kept_lines.hpp"
 #include "qdot/mechanics/equations/banded_equations.hpp"
 #include "qdot/mechanics/equations/graded_evaluation.hpp"
 #include "qdot/mechanics/equations/solve.hpp"
@@ -51,7 +52,7 @@ inline constexpr bool always_straight = is_written_out<E> && straight_line_pays 
 inline constexpr int inlined_uses_limit = 4;
 
 template <int n, class E>
-bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r);
+bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r, KeptLines* kept = nullptr);
 
 // Some uses want M within its band, however few coordinates there are.
 template <class Use>
@@ -68,7 +69,11 @@ inline bool with_shortest_mass_and_rhs(const E& e, const Vector<double, n>& q, c
 
 // The others.
 template <int n, class E, class Use>
-bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use) {
+bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, KeptLines* kept = nullptr) {
+  if constexpr (may_keep_lines<E, n> && !wants_band<Use>) {
+    const DerivedLines* const lines = lines_now<n>(kept, e, q.size());
+    if (lines && lines->template with_mass_and_rhs<n>(q.data(), qdot.data(), t, use)) return true;
+  }
   if constexpr (graded_pays<n> && !HasOwnEquations<E> && !always_straight<E, n> && !wants_band<Use>) {
     if (q.size() <= graded_limit<n>) return graded_ways<n>(e, q, qdot, t, use);
   }
@@ -81,14 +86,14 @@ bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vect
   return false;
 }
 
-// Calls `use` with M and r at a state; false where there is no way but the general one.
+// Calls `use` with M and r at a state; false where there is no way but the general one. `kept`: the lines of these energies, if somebody keeps them.
 template <int n, class E, class Use>
-bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use) {
+bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, KeptLines* kept = nullptr) {
   if constexpr (Use::shared && n > inlined_uses_limit && n <= straight_line_limit) {
     double M[n * (n + 1) / 2], r[n];
-    return packed_equations<n>(e, q, qdot, t, M, r) && use.full(AtState{q.data(), qdot.data(), t}, M, r);
+    return packed_equations<n>(e, q, qdot, t, M, r, kept) && use.full(AtState{q.data(), qdot.data(), t}, M, r);
   } else {
-    return with_shortest_mass_and_rhs<n>(e, q, qdot, t, use) || with_longer_mass_and_rhs<n>(e, q, qdot, t, use);
+    return with_shortest_mass_and_rhs<n>(e, q, qdot, t, use) || with_longer_mass_and_rhs<n>(e, q, qdot, t, use, kept);
   }
 }
 
@@ -230,8 +235,8 @@ struct BandTo {
 };
 
 template <int n, class E>
-[[gnu::noinline]] bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r) {
-  return with_mass_and_rhs<n>(e, q, qdot, t, PackedTo<n>{M, r});
+[[gnu::noinline]] bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r, KeptLines* kept) {
+  return with_mass_and_rhs<n>(e, q, qdot, t, PackedTo<n>{M, r}, kept);
 }
 
 }  // namespace detail
@@ -287,7 +292,7 @@ MassAndRhs<S, n> mass_and_rhs(const System<E, n, I>& system, const Vector<S, n>&
   detail::require_sizes(system, q, qdot);
   if constexpr (std::is_same_v<S, double>) {
     MassAndRhs<double, n> found{Matrix<double, n>::Zero(q.size(), q.size()), Vector<double, n>::Zero(q.size())};
-    if (detail::with_mass_and_rhs<n>(system.energies(), q, qdot, t, detail::CopyTo<n>{found.M, found.r})) return found;
+    if (detail::with_mass_and_rhs<n>(system.energies(), q, qdot, t, detail::CopyTo<n>{found.M, found.r}, system.kept_lines())) return found;
   }
   return detail::general_mass_and_rhs<n>(system.energies(), q, qdot, t);
 }

@@ -29,6 +29,7 @@
 
 #include "qdot/error.hpp"
 #include "qdot/mechanics/equations/energy_functors.hpp"
+#include "qdot/mechanics/equations/kept_lines.hpp"
 
 namespace qdot {
 
@@ -115,6 +116,10 @@ class System {
   /// The object with T and V.
   const Energies& energies() const noexcept { return energies_; }
 
+  /// What a run keeps of its equations; nothing outside of runs.
+  detail::KeptLines* kept_lines() const noexcept { return &kept_; }
+  void keep(const detail::KeptLines& lines) { kept_ = lines; }  ///< makes this object keep them
+
   /// The same system whose coordinates bear the user's names, for messages and tables.
   ///
   /// @throws DimensionError  unless there is one name for each coordinate
@@ -149,6 +154,7 @@ class System {
   Energies energies_;
   Eigen::Index dof_;
   std::vector<std::string> names_;
+  mutable detail::KeptLines kept_;
 };
 
 namespace detail {

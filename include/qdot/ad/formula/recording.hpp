@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "qdot/ad/dual_math.hpp"
+#include "qdot/ad/formula/domains.hpp"
 #include "qdot/ad/formula/graph.hpp"
 #include "qdot/error.hpp"
 
@@ -74,7 +75,10 @@ class Recorded {
     return binary(x, y, [](double a, double b) { return a * b; }, [](Graph& g, int a, int b) { return g.product(a, b); });
   }
   friend Recorded operator/(const Recorded& x, const Recorded& y) {
-    return binary(x, y, [](double a, double b) { return a / b; }, [](Graph& g, int a, int b) { return g.quotient(a, b); });
+    return binary(x, y, [](double a, double b) { return a / b; }, [](Graph& g, int a, int b) {
+      restrict_to(Domain::nonzero, g, b);
+      return g.quotient(a, b);
+    });
   }
 
   friend bool operator==(const Recorded& x, const Recorded& y) {
@@ -91,8 +95,9 @@ class Recorded {
   friend bool operator>=(const Recorded& x, const Recorded& y) { return compared(x, y, ">=") >= 0; }
 
   [[gnu::noinline]] friend Recorded pow(const Recorded& x, double exponent) {
-    return x.recording_ ? wrapped(*x.recording_, x.recording_->graph.power(x.node_, exponent))
-                        : Recorded(std::pow(x.constant_, exponent));
+    if (!x.recording_) return Recorded(std::pow(x.constant_, exponent));
+    restrict_to_power(x.recording_->graph, x.node_, exponent);
+    return wrapped(*x.recording_, x.recording_->graph.power(x.node_, exponent));
   }
   friend Recorded pow(const Recorded& x, const Recorded& y) {
     return y.recording_ ? exp(y * log(x)) : pow(x, y.constant_);
@@ -178,7 +183,9 @@ class Recorded {
   }
 
   [[gnu::noinline]] static Recorded unary(Function f, const Recorded& x) {
-    return x.recording_ ? wrapped(*x.recording_, x.recording_->graph.function(f, x.node_)) : Recorded(value_of(f, x.constant_));
+    if (!x.recording_) return Recorded(value_of(f, x.constant_));
+    restrict_to_function(x.recording_->graph, f, x.node_);
+    return wrapped(*x.recording_, x.recording_->graph.function(f, x.node_));
   }
 
   [[noreturn]] static void refuse(const Recording& recording, const std::string& what) {

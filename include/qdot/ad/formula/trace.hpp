@@ -106,19 +106,16 @@ struct Recording {
 
 /// A number of a formula whose operations are being listed; a plain number as long as it has met none of the inputs.
 ///
-/// Two types of it: Traced is run by the compiler, for which qdot::vector() makes vectors that it can run; Listed when a program runs, with Eigen's.
-template <bool while_compiling>
-class BasicTraced {
-  using Traced = BasicTraced;
-
+/// For it qdot::vector() makes vectors that the compiler can run.
+class Traced {
  public:
   static constexpr bool is_formula = true;
 
-  constexpr BasicTraced() = default;
+  constexpr Traced() = default;
   template <class Number>
     requires std::is_arithmetic_v<Number>
-  constexpr BasicTraced(Number constant) : constant_(static_cast<double>(constant)) {}
-  constexpr BasicTraced(Recording& recording, int node) : recording_(&recording), node_(node) {}
+  constexpr Traced(Number constant) : constant_(static_cast<double>(constant)) {}
+  constexpr Traced(Recording& recording, int node) : recording_(&recording), node_(node) {}
 
   constexpr int operand_in(Recording& recording) const {
     if (recording_ != nullptr) return node_;
@@ -242,9 +239,6 @@ class BasicTraced {
   bool exact_ = true;
 };
 
-using Traced = BasicTraced<true>;
-using Listed = BasicTraced<false>;
-
 // o(a, b), or o(a), on numbers of any kind that has the function.
 template <Operation o, class A, class B>
 [[gnu::always_inline]] inline auto applied(const A& a, const B& b) {
@@ -300,8 +294,7 @@ double value_of_constants(Operation o, double a, double b) {
   if constexpr (here != Operation::ceil) return value_of_constants<first + 1>(o, a, b);
   return 0.0;
 }
-template <bool while_compiling>
-[[gnu::cold]] double BasicTraced<while_compiling>::value_of(Operation o, double a, double b) { return value_of_constants(o, a, b); }
+[[gnu::cold]] inline double Traced::value_of(Operation o, double a, double b) { return value_of_constants(o, a, b); }
 
 /// A vector for functors that are run while compiling: what they may ask of q, of q̇ and of positions.
 template <class S, int n>

@@ -25,12 +25,12 @@ inline constexpr bool has_forced_equations =
     straight_line_pays && (Sc::has_forces || Sc::adds_potentials_only) && Sc::SystemType::inertia == Inertia::positive_definite &&
     Sc::dof_at_compile_time >= 1 && (Sc::dof_at_compile_time <= straight_line_limit || HasClosedForm<EnergiesWithoutPotentials<Sc>>);
 
-// What is to be added to these: no potential twice.
+// What is to be added to these: no potential twice. Where a run keeps lines of the scene's own energies, potentials are in them.
 template <class Sc>
 inline constexpr ForceSum sum_beside_energies = Sc::adds_potentials_only ? ForceSum::with_potentials : ForceSum::plain;
 
 // A use of M and r: q̈ of a scene.
-template <class Sc>
+template <class Sc, ForceSum sum = sum_beside_energies<Sc>>
 struct ForcedTo {
   static constexpr int n = Sc::dof_at_compile_time;
   static constexpr bool shared = false;
@@ -41,12 +41,12 @@ struct ForcedTo {
 
   // Not always_inline, for the reason that mechanics/equations/straight_line.hpp tells of euler_lagrange_of().
   [[gnu::flatten]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
-    const Vector<double, n> Q = forces_at<sum_beside_energies<Sc>>(scene, z, at);
+    const Vector<double, n> Q = forces_at<sum>(scene, z, at);
     unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
     return free.packed(at, M, r, present);
   }
   [[gnu::flatten]] bool turned(const AtState& at, FreeTurn<n>& turn) const {
-    add_forces_at<sum_beside_energies<Sc>>(scene, z, at, turn);
+    add_forces_at<sum>(scene, z, at, turn);
     return free.turned(at, turn);
   }
   bool full(const AtState& at, double* M, double* r) const {
@@ -61,7 +61,7 @@ struct ForcedTo {
 
  private:
   [[gnu::noinline]] void add_forces(const AtState& at, double* r) const {
-    const Vector<double, n> Q = forces_at<sum_beside_energies<Sc>>(scene, z, at);
+    const Vector<double, n> Q = forces_at<sum>(scene, z, at);
     for (int i = 0; i < n; ++i) r[i] += Q[i];
   }
 };
@@ -78,7 +78,14 @@ bool forced_acceleration(const Sc& scene, const Vector<double, n>& q, const Vect
     };
     return energies.acceleration_in_closed_form_with(forces, q.data(), qdot.data(), t, qddot.data());
   } else {
-    return with_mass_and_rhs<n>(energies, q, qdot, t, ForcedTo<Sc>{scene, z, {qddot.data(), singular_pivot<double>(n)}});
+    const AccelerationTo<n> free{qddot.data(), singular_pivot<double>(n)};
+    if (with_shortest_mass_and_rhs<n>(energies, q, qdot, t, ForcedTo<Sc>{scene, z, free})) return true;
+    const auto& own = scene.system().energies();
+    if (const DerivedLines* const lines = lines_now<n>(scene.system().kept_lines(), own)) {
+      constexpr ForceSum sum = ForceSum::plain;
+      if (lines->template with_mass_and_rhs<n>(q.data(), qdot.data(), t, ForcedTo<Sc, sum>{scene, z, free})) return true;
+    }
+    return with_longer_mass_and_rhs<n>(energies, q, qdot, t, ForcedTo<Sc>{scene, z, free});
   }
 }
 

@@ -168,7 +168,7 @@ class SceneJacobian {
     double M[n * (n + 1) / 2];
     Row rows[n];
     for (Row& row : rows) row.setZero();
-    if (!slopes_written<n, !has_forced_jacobian<Sc>>(scene_.system().energies(), q_, qdot_, a_, t_, M, rows)) return false;
+    if (!slopes_written<n, !has_forced_jacobian<Sc>>(scene_.system().energies(), q_, qdot_, a_, t_, M, rows, scene_.system().kept_lines())) return false;
     add_forces(rows, &J);
     if constexpr (Sc::has_constraints) {
       ConstraintSlopes<Sc, Row> constraints(scene_, q_.data(), qdot_.data(), a_.data(), lambda_.data(), t_, z_, rows);

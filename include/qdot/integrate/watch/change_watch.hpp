@@ -86,9 +86,17 @@ class ModelValues {
 
  private:
   static constexpr bool has_constraints = requires { requires F::has_constraints; };
+  static constexpr bool is_scene = requires(const F& f) { f.scene().effects(); };
+
+  KeptLines* kept_lines() const {
+    if constexpr (is_scene) return system_.scene().system().kept_lines();
+    else if constexpr (requires { system_.system().kept_lines(); }) return system_.system().kept_lines();
+    else return nullptr;
+  }
 
   // Allocates nothing where n is fixed and out has been written to before.
   void write(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
+    const KeptLines::Aside aside(kept_lines());  // but lines that it keeps are asked for no values here
     const Eigen::Index size = system_.size();
     Eigen::Index guards = 0;
     if constexpr (SwitchingSystem<F>) guards = system_.guard_count();

@@ -27,6 +27,9 @@
 
 namespace qdot::detail {
 
+/// Largest n whose kinetic energy is multiplied out.
+inline constexpr int by_terms_limit = 8;
+
 /// Derives them.
 class DerivationByTerms {
  public:

@@ -151,36 +151,6 @@ constexpr void write_form_lines(const Derivation& d, const std::vector<int>& lin
   for (std::size_t k = 0; k < d.book.steps().size(); ++k) form.coefficient[k] = d.book.steps()[k];
 }
 
-// The domains that q̈ does not watch over by itself, of each node: a root or a power that q̈ needs is NaN outside of its own, and a division by zero
-// is not finite.
-constexpr std::vector<formula::Domain> domains_to_check(const DerivedEquations::Graph& graph, const std::vector<int>& outputs) {
-  using formula::Domain, formula::Kind;
-  const std::vector<char> needed = graph.needed_for(outputs);
-  std::vector<char> may_be_negative(needed.size(), 1), may_be_zero(needed.size(), 1);
-  for (std::size_t w = 0; w < needed.size(); ++w) {
-    const auto& node = graph.nodes()[w];
-    if (needed[w] == 0 || (node.kind != Kind::power && node.kind != Kind::quotient)) continue;
-    const auto base = static_cast<std::size_t>(node.kind == Kind::power ? node.a : node.b);
-    const double exponent = node.kind == Kind::power ? decisive(node.c) : -1.0;
-    if (exponent < 0.0) may_be_zero[base] = 0;
-    if (!(exponent >= -1e9 && exponent <= 1e9 && exponent == static_cast<double>(static_cast<int>(exponent)))) may_be_negative[base] = 0;
-  }
-  std::vector<Domain> domains;
-  for (std::size_t w = 0; w < needed.size(); ++w) {
-    Domain domain = graph.nodes()[w].domain;
-    if (domain == Domain::positive && may_be_negative[w] == 0) domain = Domain::nonzero;
-    if (domain == Domain::nonnegative && may_be_negative[w] == 0) domain = Domain::everything;
-    if (domain == Domain::nonzero && may_be_zero[w] == 0) domain = Domain::everything;
-    domains.push_back(domain);
-  }
-  return domains;
-}
-constexpr std::vector<int> with_checked(std::vector<int> outputs, const std::vector<formula::Domain>& domains) {
-  for (std::size_t w = 0; w < domains.size(); ++w)
-    if (domains[w] != formula::Domain::everything) outputs.push_back(static_cast<int>(w));
-  return outputs;
-}
-
 /// A form as it was derived, in a table with room to spare, and how much of it there is. What does not fit is left out.
 template <class Form>
 struct Draft {
@@ -268,9 +238,6 @@ constexpr ClosedForm<extent> closed_form_of() {
     return closed_form_draft<Way, extent>().form;
   }
 }
-
-// Largest n whose kinetic energy is multiplied out.
-inline constexpr int by_terms_limit = 8;
 
 template <int n, class Energies>
 struct WayToDerive {

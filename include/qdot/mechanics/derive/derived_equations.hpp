@@ -60,4 +60,34 @@ constexpr void differentiate(DerivedEquations::Graph& graph, int n, DerivedJacob
   }
 }
 
+// The domains that q̈ does not watch over by itself, of each node: a root or a power that q̈ needs is NaN outside of its own, and a division by zero
+// is not finite.
+constexpr std::vector<formula::Domain> domains_to_check(const DerivedEquations::Graph& graph, const std::vector<int>& outputs) {
+  using formula::Domain, formula::Kind;
+  const std::vector<char> needed = graph.needed_for(outputs);
+  std::vector<char> may_be_negative(needed.size(), 1), may_be_zero(needed.size(), 1);
+  for (std::size_t w = 0; w < needed.size(); ++w) {
+    const auto& node = graph.nodes()[w];
+    if (needed[w] == 0 || (node.kind != Kind::power && node.kind != Kind::quotient)) continue;
+    const auto base = static_cast<std::size_t>(node.kind == Kind::power ? node.a : node.b);
+    const double exponent = node.kind == Kind::power ? decisive(node.c) : -1.0;
+    if (exponent < 0.0) may_be_zero[base] = 0;
+    if (!(exponent >= -1e9 && exponent <= 1e9 && exponent == static_cast<double>(static_cast<int>(exponent)))) may_be_negative[base] = 0;
+  }
+  std::vector<Domain> domains;
+  for (std::size_t w = 0; w < needed.size(); ++w) {
+    Domain domain = graph.nodes()[w].domain;
+    if (domain == Domain::positive && may_be_negative[w] == 0) domain = Domain::nonzero;
+    if (domain == Domain::nonnegative && may_be_negative[w] == 0) domain = Domain::everything;
+    if (domain == Domain::nonzero && may_be_zero[w] == 0) domain = Domain::everything;
+    domains.push_back(domain);
+  }
+  return domains;
+}
+constexpr std::vector<int> with_checked(std::vector<int> outputs, const std::vector<formula::Domain>& domains) {
+  for (std::size_t w = 0; w < domains.size(); ++w)
+    if (domains[w] != formula::Domain::everything) outputs.push_back(static_cast<int>(w));
+  return outputs;
+}
+
 }  // namespace qdot::detail

@@ -67,7 +67,7 @@ void run_energies(RecordedMotion& m, const Energies& energies) {
 
 /// Whether functors are the formulas that were recorded, with the same constants: those that run(m) runs, or of a form.
 ///
-/// Runs them once more. A graph makes every node once, so the same formulas give the same nodes: a few hash look-ups for each
+/// Runs them once more; what they return now is in m only if it is the same. A graph makes every node once, so the same formulas give the same nodes: a few hash look-ups for each
 /// operation, and no derivative.
 ///
 /// @throws NotAnalytic  one of them compares values or has a kink by now
@@ -77,7 +77,19 @@ bool still_holds(RecordedMotion& m, const Run& run) {
   m.returned.clear();
   m.recording.assumptions.swap(m.assumed_before);
   m.recording.assumptions.clear();
-  run(m);
-  return m.returned == m.returned_before && m.recording.assumptions == m.assumed_before;
+  const auto take_back = [&m] {
+    m.returned.swap(m.returned_before);
+    m.recording.assumptions.swap(m.assumed_before);
+  };
+  try {
+    run(m);
+  } catch (...) {
+    take_back();
+    throw;
+  }
+  if (m.returned == m.returned_before && m.recording.assumptions == m.assumed_before) return true;
+  take_back();
+  return false;
 }
+
 }  // namespace qdot::detail

@@ -18,7 +18,6 @@
 //
 //     ∂(r − M q̈ + Jᵀλ)  and  ∂(γ − J q̈)  along q, q̇ and the effects' states.
 
-#include <cmath>
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -49,23 +48,13 @@ struct SparseEntries {
   }
 };
 
-/// What must hold of a node's value for the functors to have one: x ≠ bound, x ≥ bound, x > bound, |x| ≤ bound, |x| < bound.
+/// What must hold of a node's value x for the functors to have one: x − value is in the domain.
 struct Requirement {
-  enum class Kind { differs, at_least, above, within, inside };
   int node;
-  Kind kind;
-  double bound;
+  formula::Domain domain;
+  double value = 0.0;
 
-  bool holds(double x) const {
-    switch (kind) {
-      case Kind::differs: return x != bound;
-      case Kind::at_least: return x >= bound;
-      case Kind::above: return x > bound;
-      case Kind::within: return std::abs(x) <= bound;
-      case Kind::inside: return std::abs(x) < bound;
-    }
-    return true;
-  }
+  bool holds(double x) const { return is_in(domain, x - value); }
 };
 
 /// The equations of one object as nodes. Variables are q, q̇, t, the effects' states z, then q̈ and λ.
@@ -173,23 +162,10 @@ class TracedEquations {
 
   // Of all that the functors have written down, needed or not.
   [[gnu::cold]] void require_domains() {
-    using Must = Requirement::Kind;
-    using formula::Function, formula::Kind;
-    for (const auto& node : graph().nodes()) {
-      const auto require = [&](int x, Must kind, double bound) { requirements.push_back({x, kind, bound}); };
-      if (node.kind == Kind::quotient) require(node.b, Must::differs, 0.0);
-      if (node.kind == Kind::power) {
-        const bool whole = node.c == std::round(node.c);
-        if (!whole || node.c < 0.0) require(node.a, whole ? Must::differs : node.c < 0.0 ? Must::above : Must::at_least, 0.0);
-      }
-      if (node.kind != Kind::function) continue;
-      if (node.function == Function::log) require(node.a, Must::above, 0.0);
-      if (node.function == Function::log1p) require(node.a, Must::above, -1.0);
-      if (node.function == Function::acosh) require(node.a, Must::at_least, 1.0);
-      if (node.function == Function::atanh) require(node.a, Must::inside, 1.0);
-      if (node.function == Function::asin || node.function == Function::acos) require(node.a, Must::within, 1.0);
-    }
-    for (const auto& assumption : motion.recording.assumptions) requirements.push_back({assumption.node, Must::differs, assumption.value});
+    const auto& nodes = graph().nodes();
+    for (std::size_t w = 0; w < nodes.size(); ++w)
+      if (nodes[w].domain != formula::Domain::everything) requirements.push_back({static_cast<int>(w), nodes[w].domain});
+    for (const auto& assumption : motion.recording.assumptions) requirements.push_back({assumption.node, formula::Domain::nonzero, assumption.value});
   }
 
   [[gnu::cold]] void derive_mass() {

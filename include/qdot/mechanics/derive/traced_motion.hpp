@@ -52,11 +52,7 @@ class TracedLines {
   template <class Run>
   bool still_holds(const Run& run) {
     const std::lock_guard lock(shared_->again);
-    RecordedMotion& motion = shared_->equations.motion;
-    if (detail::still_holds(motion, run)) return true;
-    motion.returned.swap(motion.returned_before);  // other copies go on with what was traced
-    motion.recording.assumptions.swap(motion.assumed_before);
-    return false;
+    return detail::still_holds(shared_->equations.motion, run);
   }
   std::vector<int> numbers(const std::vector<int>& nodes) const { return shared_->writer.numbers(nodes); }
 

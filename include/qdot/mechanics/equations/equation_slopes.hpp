@@ -11,6 +11,7 @@
 //     e.slopes(q, qdot, a, t, M, rows)     what a system knows of itself: derived lines (mechanics/derive/closed_form_jacobian.hpp), positions and masses
 //                                          (mechanics/places/bodies.hpp), potentials added to either (effects/equations/energy_terms.hpp)
 //     straight-line duals                  T and V of up to four coordinates, without loops and rotations (mechanics/equations/straight_line_jacobian.hpp)
+//     lines that a run keeps               T and V that are formulas, of up to eight coordinates (mechanics/derive/kept_lines.hpp)
 //     records                              any T and V (ad/records/residual_record.hpp)
 //
 // False is returned where none of these is the way, or a number is not finite: then there are nested duals.
@@ -58,7 +59,7 @@ inline constexpr bool has_slopes = straight_line_pays && n >= 1 && n <= straight
 
 // M, the packed lower triangle, and the derivatives of r − M a, of which row i has its first 2n entries written. Straight-line code is left out where it has been tried.
 template <int n, bool try_straight = true, class E, class Row>
-bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, const Vector<double, n>& a, double t, double* M, Row* rows) {
+bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, const Vector<double, n>& a, double t, double* M, Row* rows, KeptLines* kept = nullptr) {
   if constexpr (HasSlopes<E, Row>) {
     if (e.slopes(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
   }
@@ -67,6 +68,10 @@ bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double,
   } else {
     if constexpr (try_straight && !HasOwnEquations<E> && n <= straight_line_jacobian_limit) {
       if (straight_line_slopes<n>(e, q.data(), qdot.data(), a.data(), t, M, rows)) return true;
+    }
+    if constexpr (may_keep_lines<E, n>) {
+      const DerivedLines* const lines = lines_now<n>(kept, e);
+      if (lines && lines->have_slopes() && lines->template write_slopes<n>(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
     }
     for_each_residual<n>(e, q, qdot, a, t, [&](int i, int, const double* residual) {
       for (int j = 0; j < n; ++j) {

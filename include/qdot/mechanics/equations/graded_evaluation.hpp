@@ -24,6 +24,9 @@ inline constexpr int graded_limit = n == Dynamic ? 32 : 64;
 template <int n>
 inline constexpr int graded_blocks = ((n == Dynamic ? graded_limit<n> : n <= graded_limit<n> ? n : 1) + 3) / 4;
 
+template <int n>
+inline constexpr int graded_stride = 4 * graded_blocks<n>;
+
 // b ← M⁻¹ b by L D Lᵀ, where M has rows of 4·blocks numbers, the lower triangle first; false when a pivot is below
 // `threshold` of its diagonal entry or NaN. M becomes L, below its diagonal; 1/D is left in `inverse`.
 template <int blocks>
