@@ -125,8 +125,6 @@ TEST_CASE("every function is there for the scalars of Lagrange's equations") {
   check_rates(Graded<HessianRecord<1>>(at, rate, 0.0, 1.0, 0.0, 0, &hessian));
   ResidualRecord<8> residual(1);
   check_rates(Graded<ResidualRecord<8>>(LocalDual(at, 1.0, 0.0), LocalDual(rate), LocalDual(0.0), LocalDual(1.0), NoWeight(), 0, &residual));
-  SquareRecord<2> squares;
-  check_rates(GradedJet<2>::coordinate(at, rate, 0, &squares));
 }
 
 TEST_CASE("every function is there for positions") {

@@ -52,13 +52,6 @@ class SceneForm {
     else detail::renew_lines(scene_, scene_.system());
   }
 
-  /// Evaluates T and V themselves from now on, so that no evaluation depends on how many there have been.
-  void keep_no_lines()
-    requires(n != Dynamic)
-  {
-    scene_.keep({});
-  }
-
   /// Number of coordinates.
   Eigen::Index dof() const noexcept { return scene_.dof(); }
   /// Number of components of y = [q; q̇; z].

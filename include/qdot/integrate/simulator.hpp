@@ -94,7 +94,7 @@ class EngineOf final : public Engine {
  public:
   template <class System, class Start>
   EngineOf(const System& system, const Start& start, Method method, const Options& options, EventList<Events...> events)
-      : form_(without_lines(first_order_form(system))), method_(std::move(method)), options_(checked(options, form_.size())), events_(std::move(events)),
+      : form_(first_order_form(system)), method_(std::move(method)), options_(checked(options, form_.size())), events_(std::move(events)),
         driver_(form_, [this] { return method_.stepper(form_, unlimited(options_)); }, options_, Budget(options_), Onlooker{},
                 listed_events<dof_at_compile_time<Form>()>(events_)) {
     t = start.t;
@@ -129,12 +129,6 @@ class EngineOf final : public Engine {
   const Statistics& statistics() const override { return driver_.statistics(); }
 
  private:
-  // What an advance gives must not depend on how many there have been.
-  static Form without_lines(Form form) {
-    if constexpr (requires { form.keep_no_lines(); }) form.keep_no_lines();
-    return form;
-  }
-
   void add_input(const std::string& name, Eigen::Index place, Eigen::Index stride) {
     input_places.push_back(place);
     input_strides.push_back(stride);

@@ -44,7 +44,7 @@ bool recorded_jacobian(const E& e, const Vector<double, n>& q, const Vector<doub
   constexpr int directions = residual_directions;
   const int size = static_cast<int>(q.size());
   double M[stride * stride], r[stride], inverse[stride];
-  equations_in_rows<n>(e, q, qdot, t, M, r);
+  graded_equations<n>(e, q, qdot, t, M, r);
   if (!solved_by_blocks<blocks>(size, M, r, threshold, inverse)) return false;
   for (int i = 0; i < size; ++i) result.qddot[i] = r[i];
   double columns[stride][directions];
@@ -121,7 +121,18 @@ template <class E, int n, Inertia I>
   double M[n * (n + 1) / 2];
   SlopeRow<2 * n> rows[n];
   result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
-  return slopes_written<n>(system.energies(), q, qdot, result.qddot, t, M, rows, system.kept_lines()) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
+  return slopes_written<n>(system.energies(), q, qdot, result.qddot, t, M, rows) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
+         columns_written<n>(rows, result.d_q.data(), result.d_qdot.data());
+}
+
+// The same by the lines that a run keeps.
+template <class E, int n, Inertia I>
+bool jacobian_by_lines(const System<E, n, I>& system, const DerivedLines& lines, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
+                       AccelerationJacobian<n>& result) {
+  double M[n * (n + 1) / 2];
+  SlopeRow<2 * n> rows[n];
+  result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
+  return lines.template write_slopes<n>(q.data(), qdot.data(), result.qddot.data(), t, M, rows) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
          columns_written<n>(rows, result.d_q.data(), result.d_qdot.data());
 }
 
@@ -153,8 +164,8 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
   }
   bool good = false;
   if constexpr (has_short_ways && detail::has_slopes<n> && detail::may_keep_lines<E, n>) {
-    const detail::DerivedLines* const lines = detail::lines_now<n>(system.kept_lines(), system.energies());
-    if (lines && lines->have_slopes() && detail::sloped_jacobian(system, q, qdot, t, result)) return result;
+    const detail::DerivedLines* const lines = detail::lines_with_slopes_now<n>(system.kept_lines(), system.energies());
+    if (lines && detail::jacobian_by_lines(system, *lines, q, qdot, t, result)) return result;
   }
   if constexpr (has_short_ways && !(has_straight_line && detail::always_straight<E, n>)) {
     if (size <= detail::graded_limit<n>)

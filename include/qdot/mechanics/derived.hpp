@@ -24,10 +24,11 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <mutex>
 #include <type_traits>
 #include <utility>
 
-#include "qdot/mechanics/derive/kept_lines.hpp"
+#include "qdot/mechanics/derive/lines_by_terms.hpp"
 #include "qdot/mechanics/derive/traced_energies.hpp"
 #include "qdot/mechanics/equations/equation_slopes.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
@@ -43,36 +44,51 @@ class Derived : public E {
   Derived()
     requires std::is_default_constructible_v<E>
       : Derived(E{}) {}
-  explicit Derived(E energies) : E(std::move(energies)), once_(std::make_shared<detail::DerivedOnce>()) { once_->lines_of<n>(this->energies()); }
+  explicit Derived(E energies) : E(std::move(energies)), once_(std::make_shared<Once>()) {
+    try {
+      once_->recorded = detail::recorded_motion<n>(this->energies());
+    } catch (const NotAnalytic&) {  // no formulas
+      return;
+    }
+    once_->lines = detail::lines_by_terms(once_->recorded);
+  }
 
   /// T and V as they were given.
   const E& energies() const noexcept { return *this; }
 
   /// False when T and V are no formulas; then they are evaluated as they are.
-  bool has_lines() const noexcept { return once_->lines() != nullptr; }
+  bool has_lines() const noexcept { return once_->lines.exist(); }
 
   /// Whether T and V, recorded anew, are what was derived: false when they read something that has changed since.
-  [[gnu::noinline]] bool still_holds() const { return once_->still_holds<n>(energies()); }
+  [[gnu::noinline]] bool still_holds() const {
+    if (!has_lines()) return true;
+    const std::lock_guard lock(once_->mutex);
+    return detail::still_holds(once_->recorded, [this](detail::RecordedMotion& m) { detail::run_energies<n>(m, energies()); });
+  }
 
   /// M and r, handed to `use` (mass_and_rhs.hpp); false where T or V has no value, and where `use` says so.
   template <class Use>
   bool equations(const double* q, const double* qdot, Eigen::Index, double t, const Use& use) const {
-    if (const detail::DerivedLines* lines = once_->lines()) return lines->with_mass_and_rhs<n>(q, qdot, t, use);
+    if (has_lines()) return once_->lines.template with_mass_and_rhs<n>(q, qdot, t, use);
     return detail::with_mass_and_rhs<n>(energies(), vector_of(q), vector_of(qdot), t, use);
   }
 
   /// M, and the derivatives of r − M a at accelerations a (mechanics/equations/equation_slopes.hpp).
   template <class Row>
   bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {
-    const detail::DerivedLines* const lines = once_->lines();
-    if (lines && lines->have_slopes()) return lines->write_slopes<n>(q, qdot, a, t, M, rows);
+    if (once_->lines.have_slopes()) return once_->lines.template write_slopes<n>(q, qdot, a, t, M, rows);
     return detail::slopes_written<n>(energies(), vector_of(q), vector_of(qdot), vector_of(a), t, M, rows);
   }
 
  private:
   static Vector<double, n> vector_of(const double* numbers) { return Eigen::Map<const Vector<double, n>>(numbers); }
 
-  std::shared_ptr<detail::DerivedOnce> once_;  // copies of the object share them
+  struct Once {
+    std::mutex mutex;
+    detail::RecordedMotion recorded;
+    detail::DerivedLines lines;
+  };
+  std::shared_ptr<Once> once_;  // copies of the object share them
 };
 
 namespace detail {

@@ -83,13 +83,6 @@ class FirstOrderForm {
     inertia_ = detail::ConstantInertia<Sys>(system_);
   }
 
-  /// Evaluates T and V themselves from now on, so that no evaluation depends on how many there have been.
-  void keep_no_lines()
-    requires(n != Dynamic)
-  {
-    system_.keep({});
-  }
-
   /// Whether M is the same everywhere, as seen from the operations of T.
   bool has_constant_inertia() const
     requires(n == Dynamic)
@@ -115,9 +108,6 @@ class FirstOrderForm {
     double* const rates = std::copy_n(y + dof, dof, ydot);
     if constexpr (detail::TracedSystem<Sys>) {
       const auto write = [&](detail::TracedMotion<>& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); };
-      const detail::AccelerationTo<n> use{rates, detail::singular_pivot<double>(dof)};
-      const detail::DerivedLines* const lines = detail::lines_now<n>(system_.kept_lines(), system_.energies(), dof);
-      if (lines && lines->template with_mass_and_rhs<n>(y, y + dof, t, use)) return;
       if (traced_.use([&] { return detail::TracedMotion<>(detail::traced_equations(system_)); }, write)) return;
     }
     const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof);

@@ -71,7 +71,7 @@ inline bool with_shortest_mass_and_rhs(const E& e, const Vector<double, n>& q, c
 template <int n, class E, class Use>
 bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, KeptLines* kept = nullptr) {
   if constexpr (may_keep_lines<E, n> && !wants_band<Use>) {
-    const DerivedLines* const lines = lines_now<n>(kept, e, q.size());
+    const DerivedLines* const lines = lines_now<n>(kept, e);
     if (lines && lines->template with_mass_and_rhs<n>(q.data(), qdot.data(), t, use)) return true;
   }
   if constexpr (graded_pays<n> && !HasOwnEquations<E> && !always_straight<E, n> && !wants_band<Use>) {

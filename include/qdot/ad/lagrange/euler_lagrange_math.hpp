@@ -21,7 +21,7 @@
 #include "qdot/ad/dual_math.hpp"
 #include "qdot/ad/lagrange/euler_lagrange.hpp"
 #include "qdot/ad/lagrange/graded.hpp"
-#include "qdot/ad/lagrange/graded_jet.hpp"
+#include "qdot/ad/records/hessian_record.hpp"
 
 namespace qdot::detail {
 
@@ -49,8 +49,6 @@ template <int n, class Number, class I, class K>
 struct is_euler_lagrange<EulerLagrange<n, Number, I, K>> : std::true_type {};
 template <class Record>
 struct is_euler_lagrange<Graded<Record>> : std::true_type {};
-template <int n>
-struct is_euler_lagrange<GradedJet<n>> : std::true_type {};
 
 template <class T>
 concept EulerLagrangeNumber = is_euler_lagrange<T>::value;

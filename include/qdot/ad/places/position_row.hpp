@@ -80,8 +80,6 @@ struct PositionGradient {
 // The blocks of the position that a scalar of Lagrange's equations becomes; 0: of none.
 template <class S>
 inline constexpr int positions_of = 0;
-template <int n>
-inline constexpr int positions_of<GradedJet<n>> = (n + 3) / 4;
 template <int blocks>
 inline constexpr int positions_of<Graded<HessianRecord<blocks>>> = blocks;
 

@@ -80,12 +80,13 @@ class RatesOfNodes {
 struct GraphEquations {
   std::vector<int> p, mass, right;  // of M the lower triangle, row by row
 };
-inline GraphEquations equations_by_graph(DerivedEquations::Graph& graph, int n, int T, int V) {
+template <class Graph>
+[[gnu::cold]] GraphEquations equations_by_graph(Graph& graph, int n, int T, int V) {
   const std::vector<int> q = variables_of(graph, 0, n), qdot = variables_of(graph, n, n);
   GraphEquations e{.p = graph.gradient(T, qdot, graph.dependence(T, qdot)), .mass = {}, .right = {}};
   const int L = graph.difference(T, V);
   const std::vector<int> force = graph.gradient(L, q, graph.dependence(L, q));
-  RatesOfNodes rates(graph, n);
+  RatesOfNodes<Graph> rates(graph, n);
   rates.remember_to(static_cast<int>(graph.nodes().size()));
   for (std::size_t i = 0; i < q.size(); ++i) e.right.push_back(graph.difference(force[i], rates.of(e.p[i])));
   for (std::size_t i = 0; i < q.size(); ++i)

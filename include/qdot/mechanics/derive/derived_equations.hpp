@@ -40,14 +40,16 @@ struct DerivedJacobian {
 };
 
 /// q or q̇ as nodes.
-constexpr std::vector<int> variables_of(DerivedEquations::Graph& graph, int first, int count) {
+template <class Graph>
+constexpr std::vector<int> variables_of(Graph& graph, int first, int count) {
   std::vector<int> all;
   for (int i = 0; i < count; ++i) all.push_back(graph.variable(first + i));
   return all;
 }
 
 /// Adds the slopes to M and r; accelerations are the variables after q, q̇ and t.
-constexpr void differentiate(DerivedEquations::Graph& graph, int n, DerivedJacobian& jacobian) {
+template <class Graph>
+constexpr void differentiate(Graph& graph, int n, DerivedJacobian& jacobian) {
   const std::vector<int> state = variables_of(graph, 0, 2 * n), accelerations = variables_of(graph, 2 * n + 1, n);
   for (int i = 0; i < n; ++i) {
     int residual = jacobian.right[static_cast<std::size_t>(i)];
@@ -62,7 +64,8 @@ constexpr void differentiate(DerivedEquations::Graph& graph, int n, DerivedJacob
 
 // The domains that q̈ does not watch over by itself, of each node: a root or a power that q̈ needs is NaN outside of its own, and a division by zero
 // is not finite.
-constexpr std::vector<formula::Domain> domains_to_check(const DerivedEquations::Graph& graph, const std::vector<int>& outputs) {
+template <class Graph>
+constexpr std::vector<formula::Domain> domains_to_check(const Graph& graph, const std::vector<int>& outputs) {
   using formula::Domain, formula::Kind;
   const std::vector<char> needed = graph.needed_for(outputs);
   std::vector<char> may_be_negative(needed.size(), 1), may_be_zero(needed.size(), 1);
@@ -70,7 +73,7 @@ constexpr std::vector<formula::Domain> domains_to_check(const DerivedEquations::
     const auto& node = graph.nodes()[w];
     if (needed[w] == 0 || (node.kind != Kind::power && node.kind != Kind::quotient)) continue;
     const auto base = static_cast<std::size_t>(node.kind == Kind::power ? node.a : node.b);
-    const double exponent = node.kind == Kind::power ? decisive(node.c) : -1.0;
+    const double exponent = node.kind == Kind::power ? formula::decisive(node.c) : -1.0;
     if (exponent < 0.0) may_be_zero[base] = 0;
     if (!(exponent >= -1e9 && exponent <= 1e9 && exponent == static_cast<double>(static_cast<int>(exponent)))) may_be_negative[base] = 0;
   }

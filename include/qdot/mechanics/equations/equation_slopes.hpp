@@ -70,8 +70,8 @@ bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double,
       if (straight_line_slopes<n>(e, q.data(), qdot.data(), a.data(), t, M, rows)) return true;
     }
     if constexpr (may_keep_lines<E, n>) {
-      const DerivedLines* const lines = lines_now<n>(kept, e);
-      if (lines && lines->have_slopes() && lines->template write_slopes<n>(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
+      const DerivedLines* const lines = lines_with_slopes_now<n>(kept, e);
+      if (lines && lines->template write_slopes<n>(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
     }
     for_each_residual<n>(e, q, qdot, a, t, [&](int i, int, const double* residual) {
       for (int j = 0; j < n; ++j) {

@@ -111,62 +111,14 @@ void add_graded_equations(const E& e, const double* q, const double* qdot, int s
   }
 }
 
-// Largest n whose components are carried along (ad/lagrange/graded_jet.hpp) rather than recorded.
-inline constexpr int graded_jet_limit = 6;
-
-// X L, and M with rows of an even number of numbers, from components that are carried along; false when M is zero.
-template <int n, class E>
-[[gnu::flatten]] bool jet_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, Pair* M, double* r) {
-  using S = GradedJet<n>;
-  SquareRecord<n> record;
-  Vector<S, n> x;
-  Vector<S, n> v;
-  for (int i = 0; i < n; ++i) {
-    x[i] = S::coordinate(q[i], qdot[i], i, &record);
-    v[i] = S::velocity(qdot[i], i, &record);
-  }
-  const S time = S::time(t);
-  const S L = kinetic<n>(e, x, v, time) - potential<n>(e, x, time);
-  for (int i = 0; i < n; ++i) r[i] = L.kinds & S::has_x ? L.x[i / 2][i % 2] : 0.0;
-  if (!(L.kinds & S::has_h)) return false;
-  record.hessian(L.square, L.factor, M);
-  return true;
-}
-
-// M (rows of 4·blocks numbers) and X L by the faster of both.
-template <int n, class E>
-void equations_in_rows(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r) {
-  if constexpr (n >= 1 && n <= graded_jet_limit) {
-    constexpr int pairs = SquareRecord<n>::pairs, stride = 4 * graded_blocks<n>;
-    Pair rows[n * pairs] = {};
-    jet_equations<n>(e, q, qdot, t, rows, r);
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < stride; ++j) M[stride * i + j] = j <= i ? rows[i * pairs + j / 2][j % 2] : 0.0;
-  } else {
-    graded_equations<n>(e, q, qdot, t, M, r);
-  }
-}
-
-// M and r by the faster of both, handed to use.full(at, M, r), the packed lower triangle, or use.template rows<blocks>(at, n, M, r), rows of 4·blocks
-// numbers. False where `use` says so.
+// M and r, handed to use.template rows<blocks>(at, n, M, r), rows of 4·blocks numbers. False where `use` says so.
 template <int n, class E, class Use>
 bool graded_ways(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use) {
-  if constexpr (n >= 1 && n <= graded_jet_limit) {
-    constexpr int pairs = SquareRecord<n>::pairs;
-    Pair rows[n * pairs];
-    double M[n * (n + 1) / 2], r[n];
-    if (!jet_equations<n>(e, q, qdot, t, rows, r)) return false;
-    unroll<n>([&](auto i) __attribute__((always_inline)) {
-      unroll<i + 1>([&](auto j) __attribute__((always_inline)) { M[triangle_index(i, j)] = rows[i * pairs + j / 2][j % 2]; });
-    });
-    return use.full(AtState{q.data(), qdot.data(), t}, M, r);
-  } else {
-    constexpr int blocks = graded_blocks<n>;
-    double M[16 * blocks * blocks];
-    double r[4 * blocks];
-    graded_equations<n>(e, q, qdot, t, M, r);
-    return use.template rows<blocks>(AtState{q.data(), qdot.data(), t}, static_cast<int>(q.size()), M, r);
-  }
+  constexpr int blocks = graded_blocks<n>;
+  double M[16 * blocks * blocks];
+  double r[4 * blocks];
+  graded_equations<n>(e, q, qdot, t, M, r);
+  return use.template rows<blocks>(AtState{q.data(), qdot.data(), t}, static_cast<int>(q.size()), M, r);
 }
 
 }  // namespace qdot::detail

@@ -4,10 +4,8 @@
 // What a run keeps of a system's equations, seen from the system.
 //
 // T and V written with loops hide from the compiler which derivatives are zero. A run (mechanics/first_order_form.hpp, effects/scene_form.hpp) asks for M and r thousands of
-// times, and it pays to derive them as lines (mechanics/derive/kept_lines.hpp) and to go through these. Deriving takes what some five hundred evaluations without lines
-// take, so the first five hundred of a run are without; with a number of coordinates that is known at run time only, where they are dear, there is no such delay. An evaluation outside of a run knows no kept lines: T and V may read something that will have changed by the next one.
-//
-// Copies share what one of them has derived, but each counts by itself, so that the numbers of a run do not depend on what else there is.
+// times, and it pays to derive them as lines (mechanics/derive/kept_lines.hpp) and to go through these. An evaluation outside of a run knows no kept lines: T and V may read
+// something that will have changed by the next one.
 
 #include <atomic>
 #include <memory>
@@ -21,26 +19,15 @@ class DerivedOnce;  // mechanics/derive/kept_lines.hpp
 class KeptLines {
  public:
   KeptLines() = default;
-  /// @param patience  how many evaluations are without lines
-  explicit KeptLines(std::shared_ptr<DerivedOnce> once, int patience) : once_(std::move(once)), patience_(patience) {}
-  KeptLines(const KeptLines& other) : once_(other.once_), patience_(other.patience_) {}
+  explicit KeptLines(std::shared_ptr<DerivedOnce> once) : once_(std::move(once)) {}
+  KeptLines(const KeptLines& other) : once_(other.once_) {}
   KeptLines& operator=(const KeptLines& other) {
     once_ = other.once_;
-    patience_ = other.patience_;
-    asked_.store(0, std::memory_order_relaxed);
     return *this;
   }
 
-  const std::shared_ptr<DerivedOnce>& once() const noexcept { return once_; }
-
-  /// Whether it is time to go by lines; counts how often it has been asked.
-  bool is_time() {
-    if (!once_) return false;
-    const int asked = asked_.load(std::memory_order_relaxed);
-    if (asked >= patience_) return !is_aside_.load(std::memory_order_relaxed);
-    if (!is_aside_.load(std::memory_order_relaxed)) asked_.store(asked + 1, std::memory_order_relaxed);
-    return false;
-  }
+  /// The lines, to be derived or not; null where they are none of this system's.
+  DerivedOnce* once() const { return is_aside_.load(std::memory_order_relaxed) ? nullptr : once_.get(); }
 
   /// Puts the lines aside as long as it lives.
   class Aside {
@@ -59,8 +46,6 @@ class KeptLines {
 
  private:
   std::shared_ptr<DerivedOnce> once_;
-  int patience_ = 0;
-  std::atomic<int> asked_{0};
   std::atomic<bool> is_aside_{false};
 };
 

@@ -18,68 +18,12 @@
 #include <type_traits>
 #include <utility>
 
-#include "qdot/ad/lagrange/graded_jet.hpp"
 #include "qdot/ad/places/position_jet.hpp"
 #include "qdot/ad/places/position_row.hpp"
 #include "qdot/mechanics/equations/turning_energy.hpp"
 #include "qdot/mechanics/velocity.hpp"
 
 namespace qdot::detail {
-
-template <int n>
-struct MovingPositions<GradedJet<n>> {
-  static constexpr bool known = true, is_only_way = false;
-  using S = GradedJet<n>;
-  using Position = PositionRow<(n + 3) / 4>;
-
-  SquareRecord<n>* record = nullptr;
-
-  // to ← the position x with the velocity v; false if v is not its rate.
-  bool read(const S& x, const S& v, Position& to) {
-    if ((x.kinds & (S::has_g | S::has_h)) || (v.kinds & (S::has_x | S::has_h))) return false;
-    const bool moves = x.kinds & S::has_x;
-    if (moves != static_cast<bool>(v.kinds & S::has_g) || (x.kinds & S::has_rate ? x.rate : 0.0) != v.value) return false;
-    to.value = x.value;
-    to.rate = v.value;
-    to.bend = v.kinds & S::has_rate ? v.rate : 0.0;
-    if (!moves) return to.J.clear(), true;
-    record = x.record;
-    if (x.leaf >= 0) return to.J.set_unit(x.leaf), v.g[x.leaf / 2][x.leaf % 2] == 1.0 && is_the_same(x.x, v.g);
-    to.J.first = 0;
-    to.J.last = (n + 3) / 4;
-    for (int i = 0; i < 4 * to.J.last; ++i) to.J.number[i] = i < n ? x.x[i / 2][i % 2] : 0.0;
-    return is_the_same(x.x, v.g);
-  }
-  bool read_time(const S& t, Position& to) const {
-    if (t.kinds != S::has_rate || t.rate != 1.0) return false;
-    to = Position(t.value);
-    to.rate = 1.0;
-    return true;
-  }
-
-  // False where something else has come into a position.
-  static bool knows(const Position& p) { return !std::isnan(p.bend); }
-
-  ValueAndRate<S> both(const Position& p) const {
-    ValueAndRate<S> r{S(p.value), S(p.rate)};
-    r.value.rate = p.rate;
-    r.rate.rate = p.bend;
-    r.value.kinds = r.rate.kinds = S::has_rate;
-    if (p.J.empty()) return r;
-    r.value.record = r.rate.record = record;
-    r.value.kinds |= S::has_x;
-    r.rate.kinds |= S::has_g;
-    for (int i = 0; i < n; ++i) r.value.x[i / 2][i % 2] = r.rate.g[i / 2][i % 2] = p.J[i];
-    return r;
-  }
-
- private:
-  static bool is_the_same(const Pair* a, const Pair* b) {
-    bool same = true;
-    for (int i = 0; i < n; ++i) same = same && a[i / 2][i % 2] == b[i / 2][i % 2];
-    return same;
-  }
-};
 
 // Where operations are recorded, a row J is a sum of the leaves.
 template <int blocks>
