@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+//
+// Equations that a run derives and keeps, against those derived by hand and the same systems outside of runs.
+#include "qdot/mechanics/derive/kept_lines.hpp"
+
+#include <cmath>
+#include <random>
+#include <type_traits>
+
+#include "bench/chain_energies.hpp"
+#include "bench/hand_derived.hpp"
+#include "catch2_bridge.hpp"
+#include "qdot/effects/constraints.hpp"
+#include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/scene_form.hpp"
+#include "qdot/effects/scene_motion.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/simulate.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+#include "qdot/mechanics/velocity.hpp"
+
+namespace {
+
+using namespace qdot;
+
+// Sums of a few hundred operations, M of a condition up to 1e3.
+constexpr double rounding = 1e-11;
+
+template <int n>
+Vector<double, 2 * n> random_state(std::mt19937& random) {
+  std::uniform_real_distribution<double> number(0.2, 1.2);
+  Vector<double, 2 * n> y;
+  for (int i = 0; i < 2 * n; ++i) y[i] = i < n ? number(random) : number(random) - 0.7;
+  return y;
+}
+
+template <class Form>
+Eigen::VectorXd rates(const Form& form, const Eigen::VectorXd& y, double t = 0.3) {
+  Eigen::VectorXd ydot(form.size());
+  form.derivative(t, y, ydot);
+  return ydot;
+}
+template <class Form>
+Eigen::MatrixXd jacobian_of(const Form& form, const Eigen::VectorXd& y, double t = 0.3) {
+  Eigen::MatrixXd J(form.size(), form.size());
+  form.jacobian(t, y, J);
+  return J;
+}
+
+double difference(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y) { return (x - y).cwiseAbs().maxCoeff() / (1.0 + y.cwiseAbs().maxCoeff()); }
+
+// Oscillators in a row whose stiffness is somewhere else; written with a loop.
+struct Stiff {
+  const double* k;
+  auto T(const auto& qdot) const {
+    using S = std::decay_t<decltype(qdot[0])>;
+    S sum(0.0);
+    for (Eigen::Index i = 0; i < qdot.size(); ++i) sum += 0.5 * qdot[i] * qdot[i];
+    return sum;
+  }
+  auto V(const auto& q) const {
+    using S = std::decay_t<decltype(q[0])>;
+    S sum(0.0);
+    for (Eigen::Index i = 0; i < q.size(); ++i) sum += 0.5 * *k * q[i] * q[i];
+    return sum;
+  }
+};
+
+// No formula: each spring is slack on one side.
+struct Slack {
+  auto T(const auto& qdot) const { return Stiff{nullptr}.T(qdot); }
+  auto V(const auto& q) const {
+    using S = std::decay_t<decltype(q[0])>;
+    S sum(0.0);
+    for (Eigen::Index i = 0; i < q.size(); ++i)
+      if (q[i] > 0.0) sum += 0.5 * q[i] * q[i];
+    return sum;
+  }
+};
+
+// Has a value for positive coordinates only, its derivatives have some elsewhere.
+struct Logarithms {
+  auto T(const auto& qdot) const { return Stiff{nullptr}.T(qdot); }
+  auto V(const auto& q) const {
+    using std::log;
+    using S = std::decay_t<decltype(q[0])>;
+    S sum(0.0);
+    for (Eigen::Index i = 0; i < q.size(); ++i) sum += log(q[i]);
+    return sum;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("in a run, q̈ of looped chains is what is derived by hand, and its Jacobian what it is outside of runs") {
+  std::mt19937 random(11);
+  const auto check = [&]<int n>(std::integral_constant<int, n>) {
+    const auto system = mechanical_system<n>(bench::LoopedChain{});
+    const auto form = first_order_form(system);
+    CAPTURE(n);
+    REQUIRE(form.system().kept_lines()->once()->template lines_of<n>(system.energies()) != nullptr);
+    CHECK(system.kept_lines()->once() == nullptr);
+    for (int k = 0; k < 3; ++k) {
+      const Vector<double, 2 * n> y = random_state<n>(random);
+      Vector<double, n> by_hand;
+      bench::chain_by_hand<n>(y.data(), y.data() + n, by_hand.data());
+      CHECK(difference(rates(form, y).tail(n), by_hand) < rounding);
+      const auto outside = acceleration_jacobian(system, Vector<double, n>(y.template head<n>()), Vector<double, n>(y.template tail<n>()));
+      const Eigen::MatrixXd J = jacobian_of(form, y);
+      CHECK(difference(J.bottomLeftCorner(n, n), outside.d_q) < rounding);
+      CHECK(difference(J.bottomRightCorner(n, n), outside.d_qdot) < rounding);
+    }
+  };
+  check(std::integral_constant<int, 1>());
+  check(std::integral_constant<int, 3>());
+  check(std::integral_constant<int, 8>());
+  check(std::integral_constant<int, 16>());
+}
+
+TEST_CASE("in a run, forces, potentials and constraints are added to lines as to anything else") {
+  std::mt19937 random(12);
+  constexpr int n = 4;
+  const auto system = mechanical_system<n>(bench::LoopedChain{});
+  const auto damping = viscous_damping(Vector<double, n>(Vector<double, n>::Constant(0.1)));
+  const auto tip = holonomic("tip", [](const auto& q) {
+    using std::sin;
+    auto x = sin(q[0]);
+    for (Eigen::Index i = 1; i < q.size(); ++i) x += sin(q[i]);
+    return x - 1.5;
+  });
+  const auto check = [&](const auto& s) {
+    const auto form = first_order_form(s);
+    for (int k = 0; k < 3; ++k) {
+      const Vector<double, 2 * n> y = random_state<n>(random);
+      const Eigen::VectorXd outside = acceleration(s, Vector<double, n>(y.head<n>()), Vector<double, n>(y.tail<n>()), 0.3);
+      CHECK(difference(rates(form, y).tail(n), outside) < rounding);
+      const Eigen::MatrixXd J = jacobian_of(form, y);
+      for (int j = 0; j < 2 * n; ++j) {  // fourth order: h⁴ and rounding over h
+        constexpr double h = 1e-3;
+        const auto at = [&](double by) {
+          Vector<double, 2 * n> moved = y;
+          moved[j] += by;
+          return Eigen::VectorXd(acceleration(s, Vector<double, n>(moved.template head<n>()), Vector<double, n>(moved.template tail<n>()), 0.3));
+        };
+        const Eigen::VectorXd slope = (8.0 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12.0 * h);
+        CHECK(difference(J.col(j).tail(n), slope) < 1e-8);
+      }
+    }
+  };
+  check(scene(system, damping));
+  check(scene(system, tip));
+  check(scene(system, damping, tip));
+  const auto first = [](const auto& q) {
+    using std::cos, std::sin;
+    return vector(sin(q[0]), -cos(q[0]));
+  };
+  const auto wall = [](const auto& q) {
+    using S = std::decay_t<decltype(q[0])>;
+    return vector(S(3.0), S(0.5));
+  };
+  check(scene(system, spring_damper(first, wall, 20.0, 1.0, 0.4)));
+  check(scene(system, spring_damper(first, wall, 20.0, 1.0, 0.4), tip));
+}
+
+TEST_CASE("a run's form keeps lines until a method begins anew, copies have their own, and outside of runs nothing is kept") {
+  double k = 2.0;
+  const auto system = mechanical_system<3>(Stiff{&k});
+  auto form = first_order_form(system);
+  const Vector<double, 6> y(0.4, -0.2, 0.7, 0.1, 0.3, -0.5);
+  const Vector<double, 3> q = y.head<3>(), v = y.tail<3>();
+  CHECK(difference(rates(form, y).tail(3), -2.0 * q) < rounding);
+  auto copy = form;
+  k = 5.0;
+  CHECK(difference(acceleration(system, q, v), -5.0 * q) < rounding);
+  copy.renew();
+  CHECK(difference(rates(copy, y).tail(3), -5.0 * q) < rounding);
+  form.renew();
+  CHECK(difference(rates(form, y).tail(3), -5.0 * q) < rounding);
+}
+
+TEST_CASE("a run whose energies change behind it ends by the name of model_changed, though its lines do not") {
+  double k = 1.0;
+  const auto system = mechanical_system<3>(Stiff{&k});
+  const State<3> start{0.0, {1.0, 0.5, -0.3}, {0.0, 0.0, 0.0}};
+  const auto change = [&](const StepView& step) {
+    if (step.t() > 5.0) k = 1.5;
+  };
+  const auto run = simulate(system, start, 40.0, Dop853{}, {.rtol = 1e-8, .atol = 1e-8}, change);
+  CHECK(run.outcome == Outcome::model_changed);
+  k = 1.0;
+  const auto s = scene(system, viscous_damping(Vector<double, 3>(0.0, 0.0, 0.1)));
+  const auto damped = simulate(s, start, 40.0, Dop853{}, {.rtol = 1e-8, .atol = 1e-8}, change);
+  CHECK(damped.outcome == Outcome::model_changed);
+}
+
+TEST_CASE("energies that are no formulas are evaluated as they are, in a run as well") {
+  const auto form = first_order_form(mechanical_system<3>(Slack{}));
+  const Vector<double, 6> y(0.4, -0.2, 0.7, 0.1, 0.3, -0.5);
+  CHECK(difference(rates(form, y).tail(3), Eigen::Vector3d(-0.4, 0.0, -0.7)) < rounding);
+}
+
+TEST_CASE("in a run there is no acceleration where an energy has no value") {
+  const auto form = first_order_form(mechanical_system<3>(Logarithms{}));
+  const Vector<double, 6> inside(0.5, 1.0, 2.0, 0.0, 0.0, 0.0), outside(0.5, -1.0, 2.0, 0.0, 0.0, 0.0);
+  CHECK(difference(rates(form, inside).tail(3), Eigen::Vector3d(-2.0, -1.0, -0.5)) < rounding);
+  CHECK_THROWS_AS(rates(form, outside), NonFinite);
+}
