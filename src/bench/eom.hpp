@@ -43,6 +43,13 @@ std::vector<EquationsRow> jacobian_rows();         // eom_jacobians.cpp
 template <int n, class E>
 inline const System<E, n> benched_system = mechanical_system<n>(E{});
 
+/// A system as a run has it, which keeps the lines of its equations (mechanics/derive/kept_lines.hpp).
+template <class Sys>
+Sys in_a_run(Sys system) {
+  qdot::detail::keep_lines<Sys>(system);
+  return system;
+}
+
 /// q̈ from the energies E by the general door.
 template <int n, class E>
 [[gnu::noinline]] void by_general_door(const double* q, const double* qdot, double* qddot) {

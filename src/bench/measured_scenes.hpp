@@ -44,10 +44,10 @@ struct UnrolledEnergies {
   template <int n>
   static auto system() { return mechanical_system<n>(UnrolledChain<n>{}); }
 };
-struct LoopedEnergies {
-  static constexpr const char* name = "chain, T and V with for";
+struct LoopsInARun {
+  static constexpr const char* name = "chain, T and V with for, in a run";
   template <int n>
-  static auto system() { return mechanical_system<n>(LoopedChain{}); }
+  static auto system() { return in_a_run(mechanical_system<n>(LoopedChain{})); }
 };
 struct DerivedLoops {
   static constexpr const char* name = "chain, T and V with for, derived";

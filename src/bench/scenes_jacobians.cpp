@@ -40,7 +40,7 @@ std::vector<SceneRow> jacobian_rows_of() {
 
 std::vector<SceneRow> jacobian_scene_rows() {
   return jacobian_rows_of<DampedChain<WrittenOutEnergies, 4>, DampedGuidedChain<WrittenOutEnergies, 4>, DampedGuidedChain<WrittenOutEnergies, 8>,
-                          DampedGuidedChain<LoopedEnergies, 4>, DampedGuidedChain<LoopedEnergies, 8>, BareChain<PlacedMasses, 4>,
+                          DampedGuidedChain<LoopsInARun, 4>, DampedGuidedChain<LoopsInARun, 8>, BareChain<PlacedMasses, 4>,
                           DampedGuidedChain<PlacedMasses, 4>, DampedGuidedChain<PlacedMasses, 8>, FourBarLinkage, SleighOnBlade, TautRope,
                           CartpoleWithMotor>();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Rows of `qdot bench scenes`: chains with damping and a guided tip, whose energies are summed with a plain `for`, as they are and derived when the
+// Rows of `qdot bench scenes`: chains with damping and a guided tip, whose energies are summed with a plain `for`: in a run, and derived when the
 // object is made.
 #include <vector>
 
@@ -9,7 +9,7 @@
 namespace qdot::bench {
 
 std::vector<SceneRow> looped_chain_scene_rows() {
-  std::vector<SceneRow> rows = rows_of_chains<LoopedEnergies, 2, 4, 8>();
+  std::vector<SceneRow> rows = rows_of_chains<LoopsInARun, 2, 4, 8>();
   for (const SceneRow& row : rows_of_chains<DerivedLoops, 2, 4, 8>()) rows.push_back(row);
   return rows;
 }
