@@ -77,6 +77,7 @@ struct EnergiesModel : FixedModel<Form_, List> {
   static constexpr int n = Form_::size_at_compile_time == Dynamic ? Dynamic : Form_::size_at_compile_time / 2;
   EnergiesOf energies_of;
   Vector<double, m> p;
+  mutable GradientTapes tapes{};
 
   static constexpr bool goes_backwards = n != Dynamic && (m == Dynamic || m > 8);
   Eigen::VectorXd gradient(double t, const double* y, const double* ydot, const double* lambda) const {
@@ -86,7 +87,7 @@ struct EnergiesModel : FixedModel<Form_, List> {
     const X q = part(y), qdot = part(y + dof);
     const auto& system = this->form.system();
     const X u = solved_with_mass_matrix(system, kinetic_hessian<n>(system.energies(), q, qdot, t), part(lambda + dof), t);
-    return parameter_gradient(energies_of, p, q, qdot, part(ydot + dof), u, t);
+    return parameter_gradient(energies_of, p, q, qdot, part(ydot + dof), u, t, tapes);
   }
 
   static constexpr int parameters_at_compile_time = m;

@@ -23,11 +23,25 @@ namespace qdot::detail {
 struct AlongTime {};
 struct AlongVirtual {};
 
-template <class EnergiesOf, int n, int m>
-Eigen::VectorXd parameter_gradient(const EnergiesOf& energies_of, const Vector<double, m>& p, const Vector<double, n>& q, const Vector<double, n>& qdot,
-                                   const Vector<double, n>& qddot, const Vector<double, n>& u, double t) {
+// Memory for the tapes of one call after the other: asked of the system for each, it would cost as much as what is written to it.
+struct GradientTapes {
   using First = Dual<double, 1, AlongTime>;
   using Both = Dual<First, 1, AlongVirtual>;
+
+  template <class N>
+  struct Kept {
+    Tape<N> tape{0, 0};
+    std::vector<N> adjoint{};
+  };
+  Kept<First> first{};
+  Kept<Both> both{};
+};
+
+template <class EnergiesOf, int n, int m>
+Eigen::VectorXd parameter_gradient(const EnergiesOf& energies_of, const Vector<double, m>& p, const Vector<double, n>& q, const Vector<double, n>& qdot,
+                                   const Vector<double, n>& qddot, const Vector<double, n>& u, double t, GradientTapes& tapes) {
+  using First = GradientTapes::First;
+  using Both = GradientTapes::Both;
   using OfNumbers = std::remove_cvref_t<decltype(energies_of(p))>;
   const auto first = [](double value, double along) {
     First number(value);
@@ -40,9 +54,10 @@ Eigen::VectorXd parameter_gradient(const EnergiesOf& energies_of, const Vector<d
     return number;
   };
   Eigen::VectorXd slopes = Eigen::VectorXd::Zero(p.size());
-  const auto add = [&]<class N>(const N& time, const auto& q_of, const auto& qdot_of, const auto& lagrangian, const auto& share) {
+  const auto add = [&]<class N>(GradientTapes::Kept<N>& kept, const N& time, const auto& q_of, const auto& qdot_of, const auto& lagrangian, const auto& share) {
     using R = Reverse<N>;
-    Tape<N> tape(p.size(), 16 * p.size());
+    auto& [tape, adjoint] = kept;
+    tape.nodes.clear();
     Vector<R, m> variables(p.size());
     for (Eigen::Index j = 0; j < p.size(); ++j) variables[j] = tape.variable(j, N(p[j]));
     const auto energies = energies_of(variables);
@@ -54,18 +69,17 @@ Eigen::VectorXd parameter_gradient(const EnergiesOf& energies_of, const Vector<d
     }
     const R L = lagrangian(seen, x, v, R(time));
     if (L.node < 0) return;
-    std::vector<N> adjoint;
     tape.sweep(L, adjoint);
     for (Eigen::Index j = 0; j < p.size(); ++j) slopes[j] += share(adjoint[static_cast<std::size_t>(j)]);
   };
-  add(first(t, 0.0), [&](Eigen::Index i) { return first(q[i], u[i]); }, [&](Eigen::Index i) { return first(qdot[i], 0.0); },
+  add(tapes.first, first(t, 0.0), [&](Eigen::Index i) { return first(q[i], u[i]); }, [&](Eigen::Index i) { return first(qdot[i], 0.0); },
       [](const auto& seen, const auto& x, const auto& v, const auto& time) {
         auto L = kinetic<n>(seen, x, v, time);
         L -= potential<n>(seen, x, time);
         return L;
       },
       [](const First& slope) { return slope.tangent[0]; });
-  add(both(t, 1.0, 0.0), [&](Eigen::Index i) { return both(q[i], qdot[i], 0.0); }, [&](Eigen::Index i) { return both(qdot[i], qddot[i], u[i]); },
+  add(tapes.both, both(t, 1.0, 0.0), [&](Eigen::Index i) { return both(q[i], qdot[i], 0.0); }, [&](Eigen::Index i) { return both(qdot[i], qddot[i], u[i]); },
       [](const auto& seen, const auto& x, const auto& v, const auto& time) { return kinetic<n>(seen, x, v, time); },
       [](const Both& slope) { return -slope.tangent[0].tangent[0]; });
   return slopes;
