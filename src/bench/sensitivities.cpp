@@ -15,7 +15,9 @@
 #include <type_traits>
 
 #include "bench/bench.hpp"
+#include "bench/chain_energies.hpp"
 #include "qdot/effects/dissipation.hpp"
+#include "qdot/mechanics/written_out.hpp"
 
 namespace qdot::bench {
 
@@ -23,13 +25,13 @@ namespace {
 
 template <class S>
 struct DoublePendulum {
-  S m1, m2, l1, l2;
+  S m1 = S(1.0), m2 = S(1.0), l1 = S(1.0), l2 = S(1.0);
 
-  auto T(const auto& q, const auto& v) const {
+  constexpr auto T(const auto& q, const auto& v) const {
     using std::cos;
     return 0.5 * (m1 + m2) * l1 * l1 * v[0] * v[0] + 0.5 * m2 * l2 * l2 * v[1] * v[1] + m2 * l1 * l2 * v[0] * v[1] * cos(q[0] - q[1]);
   }
-  auto V(const auto& q) const {
+  constexpr auto V(const auto& q) const {
     using std::cos;
     return -9.81 * ((m1 + m2) * l1 * cos(q[0]) + m2 * l2 * cos(q[1]));
   }
@@ -39,6 +41,13 @@ constexpr auto energies_of = [](const auto& p) {
   using S = std::remove_cvref_t<decltype(p[0])>;
   if constexpr (std::remove_cvref_t<decltype(p)>::RowsAtCompileTime == 1) return DoublePendulum<S>{S(1.0), S(1.0), S(1.0), p[0]};
   else return DoublePendulum<S>{p[0], p[1], p[2], p[3]};
+};
+
+// The same, written out where the parameters are numbers.
+constexpr auto written_energies_of = [](const auto& p) {
+  const auto energies = energies_of(p);
+  if constexpr (std::is_same_v<std::remove_cvref_t<decltype(p[0])>, double>) return written_out<2>(energies);
+  else return energies;
 };
 
 // A point of unit mass in a plane, in a landscape of m − 1 waves about a hollow.
@@ -71,6 +80,18 @@ void add_row(std::vector<Row>& rows, const std::string& name, const auto& plain,
   rows.push_back({name, both, alone, "the run alone", "s"});
 }
 
+// A chain of n links with loops, written out: by the time of its start, and by its start.
+template <int n>
+void add_chain(std::vector<Row>& rows, const Options& options) {
+  const State<n> start{0.0, Vector<double, n>::Constant(1.7), Vector<double, n>::Zero()};
+  const auto chain = mechanical_system<n>(written_out<n>(LoopedChain{}));
+  const auto plain = [&] { return simulate(chain, start, 3.0, Dop853{}, options).completed(); };
+  const std::string name = "chain n=" + std::to_string(n) + " written out, k = ";
+  add_row(rows, name + "1: the time of the start", plain,
+          [&] { return sensitivities(chain, start, 3.0, Dop853{}, options, {}, {.start = false, .start_time = true}).completed(); });
+  add_row(rows, name + std::to_string(2 * n) + ": the start", plain, [&] { return sensitivities(chain, start, 3.0, Dop853{}, options).completed(); });
+}
+
 Findings measured() {
   Findings found;
   const Options options{.rtol = 1e-10, .atol = 1e-12};
@@ -85,6 +106,18 @@ Findings measured() {
   add_row(found.rows, "double pendulum, k = 4: the start", plain, [&] { return sensitivities(pendulum, start, t_end, Dop853{}, options).completed(); });
   add_row(found.rows, "double pendulum, k = 8: the start and four parameters", plain,
           [&] { return sensitivities(energies_of, p, start, t_end, Dop853{}, options).completed(); });
+  const auto written = mechanical_system<2>(written_energies_of(p));
+  const auto plain_written = [&] { return simulate(written, start, t_end, Dop853{}, options).completed(); };
+  add_row(found.rows, "double pendulum written out, k = 1: a length", plain_written,
+          [&] { return sensitivities(written_energies_of, one, start, t_end, Dop853{}, options, {}, {.start = false}).completed(); });
+  add_row(found.rows, "double pendulum written out, k = 4: the start", plain_written,
+          [&] { return sensitivities(written, start, t_end, Dop853{}, options).completed(); });
+  add_row(found.rows, "double pendulum written out, k = 8: the start and four parameters", plain_written,
+          [&] { return sensitivities(written_energies_of, p, start, t_end, Dop853{}, options).completed(); });
+  add_chain<1>(found.rows, options);
+  add_chain<2>(found.rows, options);
+  add_chain<3>(found.rows, options);
+  add_chain<4>(found.rows, options);
   const auto by_series = [&] { return simulate(pendulum, start, t_end, Taylor{}, options).completed(); };
   add_row(found.rows, "double pendulum by Taylor, k = 1: a length", by_series,
           [&] { return sensitivities(energies_of, one, start, t_end, Taylor{}, options, {}, {.start = false}).completed(); });
@@ -110,8 +143,11 @@ Findings measured() {
             [&] { return functional_gradient(waves_of, heights, start, t_end, mean, Dop853{}, options).completed(); });
   };
   add_waves(Vector<double, 2>(Vector<double, 2>::Constant(0.4)), "waves, the same in 2 parameters");
+  add_waves(Vector<double, 4>(Vector<double, 4>::Constant(0.4)), "waves, the same in 4 parameters");
   add_waves(Vector<double, 8>(Vector<double, 8>::Constant(0.3)), "waves, the same in 8 parameters");
+  add_waves(Vector<double, 16>(Vector<double, 16>::Constant(0.3)), "waves, the same in 16 parameters");
   add_waves(Vector<double, 32>(Vector<double, 32>::Constant(0.1)), "waves, the same in 32 parameters");
+  add_waves(Vector<double, 64>(Vector<double, 64>::Constant(0.1)), "waves, the same in 64 parameters");
   found.note = "seconds of a run with k columns of Φ, the least of 60 in turn with the run alone; rtol 1e-10, Dop853 where no other method is named, dense output kept; central differences "
                "take 1 + 2k runs";
   return found;

@@ -37,12 +37,12 @@ consteval bool require_real() {
 // True when none of `count` numbers is infinite or NaN; for Eigen's allFinite() the compiler makes five types of each vector's.
 inline bool all_finite(const double* numbers, Eigen::Index count) {
   double zero = 0.0, others = 0.0;  // x − x of a number that is not finite is NaN; two sums, for one addition waits for that before it
-  Eigen::Index i = 0;
-  for (; i + 4 <= count; i += 4) {
+  const Eigen::Index whole = count - count % 4;
+  for (Eigen::Index i = 0; i < whole; i += 4) {
     zero += (numbers[i] - numbers[i]) + (numbers[i + 1] - numbers[i + 1]);
     others += (numbers[i + 2] - numbers[i + 2]) + (numbers[i + 3] - numbers[i + 3]);
   }
-  for (; i < count; ++i) zero += numbers[i] - numbers[i];
+  for (Eigen::Index i = whole; i < count; ++i) zero += numbers[i] - numbers[i];
   return zero + others == 0.0;
 }
 template <int rows, int columns, int options>

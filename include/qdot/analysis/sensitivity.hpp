@@ -172,6 +172,22 @@ struct Preparation {
   static void prepare(Variations<Model>&) {}
 };
 
+// How many components [y; columns of Φ] has, with columns of the parameters and with or without those of the start; Dynamic where nobody knows, or where steps that
+// are written out for so many are no faster. Each size is one more loop of a run to compile, shared by all models.
+inline constexpr int most_components_in_sight = 20;
+template <class Model>
+consteval int size_in_sight(bool with_start) {
+  constexpr int N = Model::Form::size_at_compile_time;
+  if constexpr (N > 0 && changes_of<Model> == Changes::none && requires { Model::parameters_at_compile_time; }) {
+    constexpr int m = Model::parameters_at_compile_time;
+    const int columns = m + (with_start ? N : 0), both = N * (1 + columns);
+    if (m >= 0 && columns > 0 && both <= most_components_in_sight) return both;
+  }
+  return Dynamic;
+}
+template <Changes changes, int size>
+using FormOfSize = std::conditional_t<size == Dynamic, VariationalForm<changes>, SizedVariationalForm<changes, size == Dynamic ? 1 : size>>;
+
 // The derivatives of the run of a model from its start; of second order, too, they stand in its states behind Φ (analysis/second_sensitivity.hpp).
 template <class Model, class Start, class List, class StartSlope>
 auto sensitivities_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options,
@@ -201,12 +217,18 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
     options.rtol = std::max(share * options.rtol, least_rtol);
     options.atol = each;
   }
-  VariationalForm<changes_of<Model>> form(equations);
   const auto erased = erased_events(list, equations, equations);
   const std::vector<NamedSurface> surfaces = surfaces_of(list, equations);
 
   Sensitivities<Variations<Model>::n> result;
-  result.run = simulate(form, FirstOrderState{start.t, both}, t_end, method, options, erased);
+  const auto run_of = [&]<int size_of_both>() {
+    return simulate(FormOfSize<changes_of<Model>, size_of_both>(equations), FirstOrderState{start.t, both}, t_end, method, options, erased);
+  };
+  constexpr bool sized = is_explicit_method<std::remove_cvref_t<decltype(method)>>;
+  constexpr int few = sized ? size_in_sight<Model>(false) : Dynamic, all = sized ? size_in_sight<Model>(true) : Dynamic;
+  if (equations.size() == few) result.run = run_of.template operator()<few>();
+  else if (equations.size() == all) result.run = run_of.template operator()<all>();
+  else result.run = run_of.template operator()<Dynamic>();
   Run<Dynamic>& run = result.run;
   result.start_columns = equations.start_columns();
   result.time_columns = equations.time_columns();

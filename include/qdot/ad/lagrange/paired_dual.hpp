@@ -111,6 +111,7 @@ struct PairedDual<n, std::integer_sequence<int, I...>> : PairOf<I>... {
     const double quotient = c / y.value;
     return y.through(quotient, -quotient / y.value);
   }
+  [[gnu::always_inline]] Self& operator+=(const Self& o) { return *this = *this + o; }
   [[gnu::always_inline]] Self& operator-=(const Self& o) { return *this = *this - o; }
 
   friend bool operator==(const Self& x, const Self& y) { return x.value == y.value; }

@@ -111,6 +111,7 @@ template <int stages>
 struct GaussNodes {
   std::array<double, stages> c{}, b{}, highest{};    // nodes, weights, P_{stages−1} there
   std::array<std::array<double, stages>, stages> a{};  // ∫₀^{c_i} of Lagrange's polynomials
+  std::array<double, stages> lagrange{};               // their leading coefficients
 
   GaussNodes() {
     const auto legendre = [](int degree, double x, double* slope) {
@@ -133,6 +134,11 @@ struct GaussNodes {
       c[i] = 0.5 * (1.0 + root);
       b[i] = 1.0 / ((1.0 - root * root) * slope * slope);
       highest[i] = legendre(stages - 1, root, nullptr);
+    }
+    for (std::size_t i = 0; i < stages; ++i) {
+      lagrange[i] = 1.0;
+      for (std::size_t j = 0; j < stages; ++j)
+        if (j != i) lagrange[i] /= c[i] - c[j];
     }
     // Lagrange's polynomial is Σ_k (2k+1) b_j P_k(x_j) P_k, and (2k+1) ∫P_k = P_{k+1} − P_{k−1}.
     for (std::size_t i = 0; i < stages; ++i)
@@ -195,6 +201,7 @@ class AdjointEquations {
   };
 
   void pass(const Transfer& jump) {
+    H_before_ = 0.0;
     Eigen::VectorXd behind = Eigen::VectorXd::Zero(jump.Phi.rows());
     for (Eigen::Index i = 0; i < starts_; ++i) behind[entry(i)] = lambda[i];
     const double less = g_ ? g(jump.t, jump.before) - g(jump.t, jump.after) : 0.0;
@@ -218,7 +225,7 @@ class AdjointEquations {
     node.f = rates_.head(size);
     node.A.resize(starts_, starts_);
     node.B.resize(starts_, parameters_);
-    for (Eigen::Index j = 0; j < starts_ + parameters_; ++j)
+    for (Eigen::Index j = 0; j < starts_ + (equations_.leaves_parameters_out ? 0 : parameters_); ++j)
       for (Eigen::Index i = 0; i < starts_; ++i) (j < starts_ ? node.A(i, j) : node.B(i, j - starts_)) = rates_[size * (j + 1) + entry(i)];
     if (g_) g_(t, node.y, node.g);
   }
@@ -238,6 +245,20 @@ class AdjointEquations {
     }
     if (node.g.by_p.size() > 0) node.by_p += node.g.by_p;
     return fast;
+  }
+
+  // K where the polynomial of the part before goes on: half of the sweeps are spared.
+  void guess(const GaussNodes<stages>& gauss, double ratio) {
+    for (std::size_t i = 0; i < stages; ++i) {
+      const double x = 1.0 + ratio * gauss.c[i];
+      for (Eigen::Index j = 0; j < starts_; ++j) K_(static_cast<Eigen::Index>(i), j) = 0.0;
+      for (std::size_t k = 0; k < stages; ++k) {
+        double weight = gauss.lagrange[k];
+        for (std::size_t m = 0; m < stages; ++m)
+          if (m != k) weight *= x - gauss.c[m];
+        for (Eigen::Index j = 0; j < starts_; ++j) K_(static_cast<Eigen::Index>(i), j) += weight * K_before_(static_cast<Eigen::Index>(k), j);
+      }
+    }
   }
 
   // λ and the integrals over a part of a step, from its later end to its earlier one.
@@ -262,6 +283,7 @@ class AdjointEquations {
         K_(static_cast<Eigen::Index>(i), j) = slope(nodes_[i], j, false);
         rough[j] = std::max(rough[j], std::abs(lambda[j]) - std::abs(H) * slope(nodes_[i], j, true));
       }
+    if (H_before_ != 0.0 && std::abs(H) <= 2.0 * std::abs(H_before_)) guess(gauss, H / H_before_);
     bool settled = false;
     for (int sweep = 0; sweep < most_sweeps && !settled; ++sweep) {
       settled = true;
@@ -315,6 +337,8 @@ class AdjointEquations {
       return;
     }
     exact = exact && smooth;
+    H_before_ = H;
+    K_before_ = K_;
     lambda = next;
     by_p += part.head(parameters_);
     integral += part[parameters_];
@@ -328,7 +352,8 @@ class AdjointEquations {
   Eigen::Index starts_, parameters_;
   Eigen::VectorXd rates_, both_, total_, whole_;
   std::array<Node, stages> nodes_;
-  Eigen::MatrixXd K_;  // λ̇ at the nodes, a column for each entry
+  Eigen::MatrixXd K_, K_before_;  // λ̇ at the nodes, a column for each entry; of the part before
+  double H_before_ = 0.0;         // its length; 0 where a jump or nothing is in front
   long halvings_left_ = 0;
 };
 

@@ -104,7 +104,7 @@ class VariationalEquations {
   // ∂(λ·f)/∂p at fixed y, for less than ∂f/∂p costs; asked of models that go backwards.
   virtual bool goes_backwards() const { return false; }
   virtual Eigen::VectorXd parameter_gradient(double, const double*, const double*, const Eigen::VectorXd&) const { return {}; }
-  bool leaves_parameters_out = false;  // the ∂f/∂p of write_rates()
+  bool leaves_parameters_out = false;  // the columns of parameters, of write_rates()
   bool bends_projections = false;      // columns are what the projection of y itself makes of them, not its tangent map alone
   virtual Eigen::VectorXd state_rate(double t, const Eigen::VectorXd& y) const = 0;
   virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;  // or of y alone
@@ -354,6 +354,15 @@ class VariationalForm {
 
  private:
   VariationalEquations* equations_;
+};
+
+// The same where the compiler knows how many components there are: sums of stages without a loop. For explicit methods, which ask for nothing else.
+template <Changes changes, int size_>
+class SizedVariationalForm : public VariationalForm<changes> {
+ public:
+  static constexpr int size_at_compile_time = size_;
+  using VariationalForm<changes>::VariationalForm;
+  Eigen::Index size() const noexcept { return size_; }
 };
 
 }  // namespace qdot::detail

@@ -46,6 +46,7 @@ struct FixedModel {
   Form form;
   List events;
 
+  static constexpr int parameters_at_compile_time = 0;
   Eigen::Index parameters() const { return 0; }
   void write_parameter_rates(double, const double*, const double*, Eigen::Ref<Eigen::MatrixXd>) const {}
   static constexpr bool goes_backwards = false;  // whether it has a gradient of λ·f in p that costs less than ∂f/∂p
@@ -64,11 +65,19 @@ struct FixedModel {
   double parameter(Eigen::Index) const { return 0.0; }
 };
 
+// q̈ and δq̈ along so many lanes, as straight_line_directions() has them, with M and r as the compiler has derived them.
+template <int n, int m, int lanes, class E, class Made, class P, class Displaced>
+[[gnu::flatten, gnu::noinline]] bool closed_form_directions(const E& e, const Made& made, const P& p, const Displaced& state, const double* q,
+                                                            const double* qdot, double t, double* qddot, double* along) {
+  return e.equations_in_closed_form(AtState{q, qdot, t}, DirectionsTo<n, m, lanes, Made, P, Displaced>{made, p, state, qddot, along});
+}
+
 template <class Form_, class List, class EnergiesOf, int m>
 struct EnergiesModel : FixedModel<Form_, List> {
   static constexpr int n = Form_::size_at_compile_time == Dynamic ? Dynamic : Form_::size_at_compile_time / 2;
   EnergiesOf energies_of;
   Vector<double, m> p;
+  mutable GradientTapes tapes{};
 
   static constexpr bool goes_backwards = n != Dynamic && (m == Dynamic || m > 8);
   Eigen::VectorXd gradient(double t, const double* y, const double* ydot, const double* lambda) const {
@@ -78,9 +87,10 @@ struct EnergiesModel : FixedModel<Form_, List> {
     const X q = part(y), qdot = part(y + dof);
     const auto& system = this->form.system();
     const X u = solved_with_mass_matrix(system, kinetic_hessian<n>(system.energies(), q, qdot, t), part(lambda + dof), t);
-    return parameter_gradient(energies_of, p, q, qdot, part(ydot + dof), u, t);
+    return parameter_gradient(energies_of, p, q, qdot, part(ydot + dof), u, t, tapes);
   }
 
+  static constexpr int parameters_at_compile_time = m;
   Eigen::Index parameters() const { return p.size(); }
   double parameter(Eigen::Index j) const { return p[j]; }
 
@@ -121,8 +131,13 @@ struct EnergiesModel : FixedModel<Form_, List> {
       }
     const auto& energies = this->form.system().energies();
     using Energies = std::remove_cvref_t<decltype(energies)>;
-    if (!straight_line_directions<n, m, lanes>(energies, made_like<Energies, n>(energies_of), p, StateDisplaced<lanes>{dq, dqdot}, y, y + n, t, qddot, along))
+    const auto made = made_like<Energies, n>(energies_of);
+    const StateDisplaced<lanes> displaced{dq, dqdot};
+    if constexpr (HasClosedJacobian<Energies>) {
+      if (!closed_form_directions<n, m, lanes>(energies, made, p, displaced, y, y + n, t, qddot, along)) return false;
+    } else if (!straight_line_directions<n, m, lanes>(energies, made, p, displaced, y, y + n, t, qddot, along)) {
       return false;
+    }
     for (int i = 0; i < n; ++i) {
       ydot[i] = y[n + i];
       ydot[n + i] = qddot[i];

@@ -23,42 +23,65 @@ namespace qdot::detail {
 struct AlongTime {};
 struct AlongVirtual {};
 
+// Memory for the tapes of one call after the other: asked of the system for each, it would cost as much as what is written to it.
+struct GradientTapes {
+  using First = Dual<double, 1, AlongTime>;
+  using Both = Dual<First, 1, AlongVirtual>;
+
+  template <class N>
+  struct Kept {
+    Tape<N> tape{0, 0};
+    std::vector<N> adjoint{};
+  };
+  Kept<First> first{};
+  Kept<Both> both{};
+};
+
 template <class EnergiesOf, int n, int m>
 Eigen::VectorXd parameter_gradient(const EnergiesOf& energies_of, const Vector<double, m>& p, const Vector<double, n>& q, const Vector<double, n>& qdot,
-                                   const Vector<double, n>& qddot, const Vector<double, n>& u, double t) {
-  using First = Dual<double, 1, AlongTime>;
-  using N = Dual<First, 1, AlongVirtual>;
-  using R = Reverse<N>;
+                                   const Vector<double, n>& qddot, const Vector<double, n>& u, double t, GradientTapes& tapes) {
+  using First = GradientTapes::First;
+  using Both = GradientTapes::Both;
   using OfNumbers = std::remove_cvref_t<decltype(energies_of(p))>;
-  const auto number = [](double value, double first, double second) {
-    First inner(value);
-    inner.tangent[0] = first;
-    N outer(inner);
-    outer.tangent[0] = First(second);
-    return R(outer);
+  const auto first = [](double value, double along) {
+    First number(value);
+    number.tangent[0] = along;
+    return number;
+  };
+  const auto both = [&first](double value, double along_time, double along_virtual) {
+    Both number(first(value, along_time));
+    number.tangent[0] = First(along_virtual);
+    return number;
   };
   Eigen::VectorXd slopes = Eigen::VectorXd::Zero(p.size());
-  const auto add = [&](bool with_potential, const auto& q_of, const auto& qdot_of, const R& time, const auto& share) {
-    Tape<N> tape(p.size(), 16 * p.size());
+  const auto add = [&]<class N>(GradientTapes::Kept<N>& kept, const N& time, const auto& q_of, const auto& qdot_of, const auto& lagrangian, const auto& share) {
+    using R = Reverse<N>;
+    auto& [tape, adjoint] = kept;
+    tape.nodes.clear();
     Vector<R, m> variables(p.size());
     for (Eigen::Index j = 0; j < p.size(); ++j) variables[j] = tape.variable(j, N(p[j]));
     const auto energies = energies_of(variables);
     const WithSignatureOf<std::remove_cvref_t<decltype(energies)>, OfNumbers, n> seen{energies};
     Vector<R, n> x(q.size()), v(q.size());
     for (Eigen::Index i = 0; i < q.size(); ++i) {
-      x[i] = q_of(i);
-      v[i] = qdot_of(i);
+      x[i] = R(q_of(i));
+      v[i] = R(qdot_of(i));
     }
-    R L = kinetic<n>(seen, x, v, time);
-    if (with_potential) L = L - potential<n>(seen, x, time);
-    std::vector<N> adjoint;
+    const R L = lagrangian(seen, x, v, R(time));
+    if (L.node < 0) return;
     tape.sweep(L, adjoint);
-    for (Eigen::Index j = 0; L.node >= 0 && j < p.size(); ++j) slopes[j] += share(adjoint[static_cast<std::size_t>(j)]);
+    for (Eigen::Index j = 0; j < p.size(); ++j) slopes[j] += share(adjoint[static_cast<std::size_t>(j)]);
   };
-  add(true, [&](Eigen::Index i) { return number(q[i], u[i], 0.0); }, [&](Eigen::Index i) { return number(qdot[i], 0.0, 0.0); }, number(t, 0.0, 0.0),
-      [](const N& x) { return x.value.tangent[0]; });
-  add(false, [&](Eigen::Index i) { return number(q[i], qdot[i], 0.0); }, [&](Eigen::Index i) { return number(qdot[i], qddot[i], u[i]); }, number(t, 1.0, 0.0),
-      [](const N& x) { return -x.tangent[0].tangent[0]; });
+  add(tapes.first, first(t, 0.0), [&](Eigen::Index i) { return first(q[i], u[i]); }, [&](Eigen::Index i) { return first(qdot[i], 0.0); },
+      [](const auto& seen, const auto& x, const auto& v, const auto& time) {
+        auto L = kinetic<n>(seen, x, v, time);
+        L -= potential<n>(seen, x, time);
+        return L;
+      },
+      [](const First& slope) { return slope.tangent[0]; });
+  add(tapes.both, both(t, 1.0, 0.0), [&](Eigen::Index i) { return both(q[i], qdot[i], 0.0); }, [&](Eigen::Index i) { return both(qdot[i], qddot[i], u[i]); },
+      [](const auto& seen, const auto& x, const auto& v, const auto& time) { return kinetic<n>(seen, x, v, time); },
+      [](const Both& slope) { return -slope.tangent[0].tangent[0]; });
   return slopes;
 }
 

@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/analysis/variations/closed_form_columns.hpp"
 #include "qdot/analysis/variations/equations.hpp"
 #include "qdot/analysis/variations/model.hpp"
 #include "qdot/effects/scene_form.hpp"
@@ -34,6 +35,10 @@ class Variations final : public VariationalEquations {
   using Form = typename Model::Form;
   static constexpr int N = Form::size_at_compile_time;
   static constexpr bool projects = ProjectableSystem<Form>, switches = SwitchingSystem<Form>;
+  static constexpr bool closed_form_columns = [] {
+    if constexpr (mechanical_form<Form>::value) return has_closed_form_columns<std::remove_cvref_t<decltype(std::declval<const Form&>().system())>>;
+    return false;
+  }();
 
  public:
   static constexpr int n = detail::dof_at_compile_time<Form>();
@@ -58,17 +63,21 @@ class Variations final : public VariationalEquations {
   Eigen::Index time_columns() const noexcept { return times_; }
 
   void write_rates(double t, const double* y, double* ydot) const override {
-    const Eigen::Map<const Eigen::MatrixXd> Phi(y + size_, size_, columns_);
-    Eigen::Map<Eigen::MatrixXd> rate(ydot + size_, size_, columns_);
+    const Eigen::Index columns = leaves_parameters_out ? columns_ - model_.parameters() : columns_;  // those that are asked for
+    const Eigen::Map<const Eigen::MatrixXd> Phi(y + size_, size_, columns);
+    Eigen::Map<Eigen::MatrixXd> rate(ydot + size_, size_, columns);
     note_size(y);
     if constexpr (requires { model_.columns_written(t, y, ydot, columns_); }) {
       if (!leaves_parameters_out && model_.columns_written(t, y, ydot, columns_)) return;
+    }
+    if constexpr (closed_form_columns) {
+      if (columns == columns_ - model_.parameters() && closed_form_columns_written(form().system(), t, y, ydot, columns)) return;
     }
     if constexpr (mechanical_form<Form>::value) {
       const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof_), qdot = Eigen::Map<const Vector<double, n>>(y + dof_, dof_);
       const AccelerationJacobian<n> a = acceleration_jacobian(form().system(), q, qdot, t);
       std::copy_n(a.qddot.data(), dof_, std::copy_n(y + dof_, dof_, ydot));
-      for (Eigen::Index j = 0; j < columns_; ++j) {
+      for (Eigen::Index j = 0; j < columns; ++j) {
         const double* const from = y + size_ * (j + 1);
         double* const to = ydot + size_ * (j + 1);
         std::copy_n(from + dof_, dof_, to);
@@ -89,7 +98,7 @@ class Variations final : public VariationalEquations {
       constexpr int unrolled = 16;
       if constexpr (requires { form().scene(); } && n > 0 && N > 0 && N <= unrolled) {
         const auto lower = Eigen::Map<const Eigen::Matrix<double, N, N>>(J_.data()).template bottomRows<N - n>();
-        for (Eigen::Index j = 0; j < columns_; ++j) {
+        for (Eigen::Index j = 0; j < columns; ++j) {
           const Eigen::Map<const Vector<double, N>> from(y + size_ * (j + 1));
           Eigen::Map<Vector<double, N>> to(ydot + size_ * (j + 1));
           to.template head<n>() = from.template segment<n>(n);
