@@ -84,7 +84,7 @@ struct TimeOf<FirstOrderForm<Sys>> {
   static constexpr bool enters = !Sys::autonomous;
 
   // T and V, and what the equations contain of them: ∂T/∂t, as momenta have, and derivatives by q and q̇.
-  static void record_energies(TimeFormulas& found, const Sys& system) {
+  [[gnu::cold]] static void record_energies(TimeFormulas& found, const Sys& system) {
     constexpr bool can = RecordableEnergies<typename Sys::EnergiesType, n>;
     record_part<can>(found, [&] {
       if constexpr (can) {
@@ -143,7 +143,7 @@ struct TimeOf<SceneForm<Scene<Sys, Effects...>>> {
 
  private:
   template <class E>
-  static void record_effect(TimeFormulas& found, const E& e, Eigen::Index dof, Eigen::Index first) {
+  [[gnu::cold]] static void record_effect(TimeFormulas& found, const E& e, Eigen::Index dof, Eigen::Index first) {
     using S = formula::Recorded;
     constexpr int states = states_of<E>();
     const auto q = recorded_part<n>(found, 0, dof), v = recorded_part<n>(found, dof, dof);
