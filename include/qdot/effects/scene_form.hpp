@@ -75,12 +75,15 @@ class SceneForm {
       };
       if (traced_.use([this] { return trace(); }, write)) return;
     }
-    const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, k);
-    const Vector<double, n> qdot = Eigen::Map<const Vector<double, n>>(y + k, k);
-    const Vector<double, states> z = Eigen::Map<const Vector<double, states>>(y + 2 * k, states);
-    Eigen::Map<Vector<double, n>>(ydot, k) = qdot;
-    Eigen::Map<Vector<double, n>>(ydot + k, k) = acceleration(scene_, q, qdot, t, z);
-    if constexpr (Sc::has_states) Eigen::Map<Vector<double, states>>(ydot + 2 * k, states) = state_rates(scene_, q, qdot, z, t);
+    const Vector<double, n> q = q_of(y), qdot = qdot_of(y);
+    const Vector<double, states> z = z_of(y);
+    std::copy_n(qdot.data(), k, ydot);
+    const Vector<double, n> a = acceleration(scene_, q, qdot, t, z);
+    std::copy_n(a.data(), k, ydot + k);
+    if constexpr (Sc::has_states) {
+      const Vector<double, states> rates = state_rates(scene_, q, qdot, z, t);
+      std::copy_n(rates.data(), states, ydot + 2 * k);
+    }
   }
 
   /// J ← ∂ẏ/∂y, exact.
@@ -96,10 +99,11 @@ class SceneForm {
   void derivative_and_jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
     const detail::SceneJacobian<Sc> jacobian(scene_, t, y);
     const Eigen::Index k = dof();
-    ydot.head(k) = y.segment(k, k);
-    ydot.segment(k, k) = jacobian.acceleration();
-    if constexpr (Sc::has_states)
-      ydot.tail(states) = state_rates(scene_, Vector<double, n>(y.head(k)), Vector<double, n>(y.segment(k, k)), Vector<double, states>(y.tail(states)), t);
+    std::copy_n(jacobian.acceleration().data(), k, std::copy_n(y.data() + k, k, ydot.data()));
+    if constexpr (Sc::has_states) {
+      const Vector<double, states> rates = state_rates(scene_, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), t);
+      std::copy_n(rates.data(), states, ydot.data() + 2 * k);
+    }
     write_jacobian(jacobian, t, out);
   }
 
@@ -109,9 +113,8 @@ class SceneForm {
   ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const
     requires has_constraints
   {
-    Vector<double, n> q = y.head(dof());
-    Vector<double, n> qdot = y.segment(dof(), dof());
-    const Vector<double, states> z = y.tail(states);
+    Vector<double, n> q = q_of(y.data()), qdot = qdot_of(y.data());
+    const Vector<double, states> z = z_of(y.data());
     if (detail::is_free(scene_, z)) return {};
     ProjectionReport report;
     const auto project_on = [&](detail::TracedConstraints<>* traced) {
@@ -121,8 +124,7 @@ class SceneForm {
     bool done = false;
     if constexpr (is_traced) done = traced_.use([this] { return trace(); }, [&](Traced& traced) { return project_on(&traced); });
     if (!done) project_on(nullptr);
-    y.head(dof()) = q;
-    y.segment(dof(), dof()) = qdot;
+    std::copy_n(qdot.data(), dof(), std::copy_n(q.data(), dof(), y.data()));
     return report;
   }
 
@@ -137,14 +139,14 @@ class SceneForm {
   void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const
     requires(Sc::has_phases)
   {
-    detail::Switching<Sc>(scene_).guards(t, y.head(dof()), y.segment(dof(), dof()), y.tail(states), g);
+    detail::Switching<Sc>(scene_).guards(t, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), g);
   }
 
   /// out ← how large each guard may be and still be zero, given what is zero in each component of y.
   void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> out) const
     requires(Sc::has_phases)
   {
-    detail::Switching<Sc>(scene_).bands(t, y.head(dof()), y.segment(dof(), dof()), y.tail(states), tolerance, out);
+    detail::Switching<Sc>(scene_).bands(t, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), tolerance, out);
   }
 
   /// Name of guard k if the run ends where it falls through zero; otherwise nothing.
@@ -160,13 +162,10 @@ class SceneForm {
   std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const
     requires(Sc::has_phases)
   {
-    Vector<double, n> q = y.head(dof());
-    Vector<double, n> qdot = y.segment(dof(), dof());
-    Vector<double, states> z = y.tail(states);
+    Vector<double, n> q = q_of(y.data()), qdot = qdot_of(y.data());
+    Vector<double, states> z = z_of(y.data());
     std::vector<std::string> happened = detail::Switching<Sc>(scene_).settle(t, q, qdot, z, fired, tolerance);
-    y.head(dof()) = q;  // piece by piece: at -O3 g++ 12 takes two numbers at once for two where there is one
-    y.segment(dof(), dof()) = qdot;
-    y.tail(states) = z;
+    std::copy_n(z.data(), states, std::copy_n(qdot.data(), dof(), std::copy_n(q.data(), dof(), y.data())));
     return happened;
   }
 
@@ -190,8 +189,9 @@ class SceneForm {
     if constexpr (has_constraints) {
       std::vector<double> rates(states);
       if (traced_.use([this] { return trace(); }, [&](Traced& traced) { return traced.write(y, y + k, t, y + 2 * k, a, lambda, rates.data()); })) return;
-      const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, k), qdot = Eigen::Map<const Vector<double, n>>(y + k, k);
-      const auto solution = constrained_acceleration(scene_, q, qdot, t, Vector<double, states>(Eigen::Map<const Vector<double, states>>(y + 2 * k, states)));
+      const Vector<double, n> q = q_of(y), qdot = qdot_of(y);
+      const Vector<double, states> z = z_of(y);
+      const auto solution = constrained_acceleration(scene_, q, qdot, t, z);
       std::copy_n(solution.qddot.data(), k, a);
       std::copy_n(solution.lambda.data(), solution.lambda.size(), lambda);
     } else {
@@ -218,8 +218,8 @@ class SceneForm {
       };
       if (traced_.use([this] { return trace(); }, write)) return forces;
     }
-    const Vector<double, n> q = y.head(k), qdot = y.segment(k, k);
-    const Vector<double, states> z = y.tail(states);
+    const Vector<double, n> q = q_of(y.data()), qdot = qdot_of(y.data());
+    const Vector<double, states> z = z_of(y.data());
     lambda = constrained_acceleration(scene_, q, qdot, t, z).lambda;
     return constraint_jacobian(scene_, q, qdot, t, z).transpose() * lambda;
   }
@@ -235,16 +235,22 @@ class SceneForm {
   Vector<double, size_at_compile_time> packed(const State<n>& state) const {
     detail::require_sizes(scene_, state.q, state.qdot);
     Vector<double, size_at_compile_time> y(size());
-    y << state.q, state.qdot, scene_.initial_states();
+    const Vector<double, states> z = scene_.initial_states();
+    std::copy_n(z.data(), states, std::copy_n(state.qdot.data(), dof(), std::copy_n(state.q.data(), dof(), y.data())));
     return y;
   }
 
   /// The time, q and q̇ of y.
   State<n> state(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const {
-    return State<n>{t, y.head(dof()), y.segment(dof(), dof())};
+    return State<n>{t, q_of(y.data()), qdot_of(y.data())};
   }
 
  private:
+  // The parts of y = [q; q̇; z].
+  Vector<double, n> q_of(const double* y) const { return Eigen::Map<const Vector<double, n>>(y, dof()); }
+  Vector<double, n> qdot_of(const double* y) const { return Eigen::Map<const Vector<double, n>>(y + dof(), dof()); }
+  Vector<double, states> z_of(const double* y) const { return Eigen::Map<const Vector<double, states>>(y + 2 * dof(), states); }
+
   void write_jacobian(const detail::SceneJacobian<Sc>& jacobian, double t, Eigen::Ref<Eigen::MatrixXd> out) const {
     jacobian.write(out);
     if (detail::all_finite(out.data(), out.size())) return;

@@ -50,6 +50,7 @@
 //   Zeno        Infinitely many events before a finite time end the run as event_accumulation, when they follow each
 //               other as closely as t can tell. A contact (effects/contact.hpp) comes to rest instead.
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -209,8 +210,9 @@ using OwnStates = Eigen::Map<const Eigen::VectorXd>;  // z in y = [q; q̇; z]
 template <int n, class G>
 double event_value(const G& g, double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Index dof) {
   using Q = Vector<double, n>;
-  const Q q = dof > 0 ? Q(y.head(dof)) : Q(y);
-  const Q qdot = dof > 0 ? Q(y.segment(dof, dof)) : Q(y);
+  const Eigen::Index count = dof > 0 ? dof : y.size();
+  const Q q = Eigen::Map<const Q>(y.data(), count);
+  const Q qdot = Eigen::Map<const Q>(y.data() + dof, count);
   if constexpr (std::is_invocable_v<const G&, const Q&, const Q&, const double&>) {
     return static_cast<double>(result_of(g, q, qdot, t));
   } else if constexpr (std::is_invocable_v<const G&, const Q&, const Q&>) {
@@ -233,15 +235,15 @@ std::optional<Failure> change_state(const std::string& name, const Change& chang
                                                       after, " numbers of ", before})};
   };
   if constexpr (std::is_invocable_v<const Change&, State<n>&>) {
-    State<n> state{t, y.head(dof), y.segment(dof, dof)};
+    using Q = Vector<double, n>;
+    State<n> state{t, Eigen::Map<const Q>(y.data(), dof), Eigen::Map<const Q>(y.data() + dof, dof)};
     change(state);
     if (state.q.size() != dof) return resized("q", dof, state.q.size());
     if (state.qdot.size() != dof) return resized("qdot", dof, state.qdot.size());
     if (state.t != t)
       return Failure{Outcome::invalid_change, sentence({"the action of event '", name, "' at t = ", t, " must leave the time alone, but set it to ",
                                                         state.t, "; only q and qdot can be changed"})};
-    y.head(dof) = state.q;
-    y.segment(dof, dof) = state.qdot;
+    std::copy_n(state.qdot.data(), dof, std::copy_n(state.q.data(), dof, y.data()));
   } else {
     static_assert(std::is_invocable_v<const Change&, double, Eigen::VectorXd&>,
                   "qdot: the change of an event must be callable as change(State<n>&) or change(t, y)");

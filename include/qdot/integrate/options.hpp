@@ -68,7 +68,7 @@ struct Options {
 namespace detail {
 
 // Shortest text that is good to read; 17 digits where a number must read back exactly are the report layer's business.
-inline std::string text_of(double x) {
+[[gnu::cold]] inline std::string text_of(double x) {
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, "%.10g", x);
   return buffer;

@@ -56,7 +56,8 @@ struct Run {
   State<n> state() const {
     const Eigen::Index dof = trajectory.dof();
     if (dof < 1) throw InvalidValue("a state needs coordinates, but this first-order system has none; use y");
-    return State<n>{t, y.head(dof), y.segment(dof, dof)};
+    using Q = Vector<double, n>;
+    return State<n>{t, Eigen::Map<const Q>(y.data(), dof), Eigen::Map<const Q>(y.data() + dof, dof)};
   }
 };
 
@@ -92,9 +93,9 @@ class StepView {
   /// State at t(); both sides of a jump are shown, one after the other.
   Eigen::Ref<const Eigen::VectorXd> y() const { return y_; }
   /// Coordinates at its end.
-  Eigen::Ref<const Eigen::VectorXd> q() const { return y_.head(dof_); }
+  Eigen::Ref<const Eigen::VectorXd> q() const { return Eigen::Map<const Eigen::VectorXd>(y_.data(), dof_); }
   /// Velocities at its end.
-  Eigen::Ref<const Eigen::VectorXd> qdot() const { return y_.segment(dof_, dof_); }
+  Eigen::Ref<const Eigen::VectorXd> qdot() const { return Eigen::Map<const Eigen::VectorXd>(y_.data() + dof_, dof_); }
 
   /// State at a time between t_previous() and t(), from the step's dense output.
   Eigen::VectorXd y_at(double t) const {

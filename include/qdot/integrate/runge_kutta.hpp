@@ -134,8 +134,8 @@ class RungeKuttaStepper : public detail::OneStep<F> {
         plan_next(h, error, rejected_before);
         y_old_ = std::exchange(this->y_, y_new_);  // y_new_ stays the step's own end
         std::swap(lost_, lost_new_);
-        k_first_ = k_.col(0);
-        k_.col(0) = f_;
+        std::copy_n(k_.data(), size(), k_first_.data());
+        std::copy_n(f_.data(), size(), k_.data());
         h_last_ = taken;
         dense_is_current_ = false;
         corrected_ = false;
@@ -275,10 +275,10 @@ class RungeKuttaStepper : public detail::OneStep<F> {
 
   void make_dense() {
     const double h = h_last_;
-    const Y k_start = k_.col(0);
+    const Y k_start = Eigen::Map<const Y>(k_.data(), size());
     const Y k_new = corrected_ ? k_last_ : k_start;
-    k_.col(0) = k_first_;
-    k_.col(C::stages) = k_new - k_first_;
+    std::copy_n(k_first_.data(), size(), k_.data());
+    for (Eigen::Index i = 0; i < size(); ++i) k_(i, C::stages) = k_new[i] - k_first_[i];
     const bool complete = this->attempt([&] {
       [&]<std::size_t... i>(std::index_sequence<i...>) {
         (take_stage<C::stages + 1 + static_cast<int>(i)>(this->elapsed_before_, y_old_, lost_new_, h), ...);
@@ -286,7 +286,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     });
     write_quotients(h, k_new, complete);
     multiply_out();
-    k_.col(0) = k_start;
+    std::copy_n(k_start.data(), size(), k_.data());
     dense_is_current_ = true;
   }
 

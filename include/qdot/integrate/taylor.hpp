@@ -189,7 +189,7 @@ class TaylorStepper : public detail::OneStep<F> {
         series_.expand(this->order_);
       });
       if (!expanded) return false;
-      dense_ = series_.coefficients();
+      std::copy_n(series_.coefficients().data(), dense_.size(), dense_.data());
       dense_unit_ = unit_;
       if (is_finite()) return true;
       unit_ *= 1e-6;  // too fast for this unit of time: coefficients overflow
@@ -226,7 +226,9 @@ class TaylorStepper : public detail::OneStep<F> {
     double share = this->rtol_ < rounding_wanted ? rounding_margin : 1.0;  // times σ^{p+1−j}
     for (int j = p; j > std::max(p - window, 0); --j) {
       share *= ratio_;
-      const double a = share * (dense_.col(j).array().abs() * scale.array()).maxCoeff();
+      double largest = 0.0;
+      for (Eigen::Index i = 0; i < size(); ++i) largest = std::max(largest, std::abs(dense_(i, j)) * scale[i]);
+      const double a = share * largest;
       const double slope = a > 0.0 ? rough_log2(a) / j : -std::numeric_limits<double>::infinity();
       if (slope > steepest) {
         steepest = slope;
@@ -243,13 +245,17 @@ class TaylorStepper : public detail::OneStep<F> {
     const int p = this->order_;
     const double s = h / dense_unit_;
     // P(h) − y and P′: the sum without its first term, so that the last addition can be compensated.
-    Y& change = f_new_;
-    change = dense_.col(p);
-    slope_ = p * dense_.col(p);
-    for (int k = p - 1; k >= 1; --k) {
-      change = change * s + dense_.col(k);
-      slope_ = slope_ * s + k * dense_.col(k);
+    double *const change = f_new_.data(), *const slope = slope_.data();
+    for (Eigen::Index i = 0; i < size(); ++i) {
+      change[i] = dense_(i, p);
+      slope[i] = p * dense_(i, p);
     }
+    for (int k = p - 1; k >= 1; --k)
+      for (Eigen::Index i = 0; i < size(); ++i) {
+        const double c = dense_(i, k);
+        change[i] = change[i] * s + c;
+        slope[i] = slope[i] * s + k * c;
+      }
     y_new_ = this->y_;
     lost_new_ = lost_;
     for (Eigen::Index i = 0; i < size(); ++i) detail::add_compensated(y_new_[i], lost_new_[i], change[i] * s);

@@ -42,7 +42,7 @@ constexpr void sort_stably(std::vector<Element>& list, Before before) {
 }
 
 template <class Coefficient>
-constexpr void Sweep::compile(BasicGraph<Coefficient>& graph, const SweepOutputs& outputs) {
+[[gnu::cold]] constexpr void Sweep::compile(BasicGraph<Coefficient>& graph, const SweepOutputs& outputs) {
   enum class Need : char { nothing, value, series };
   std::vector<int> slope_a, slope_b, open;
   std::vector<Need> need;

@@ -113,8 +113,10 @@ class SceneJacobian {
 
  public:
   SceneJacobian(const Sc& scene, double t, const Eigen::Ref<const Eigen::VectorXd>& y)
-      : scene_(scene), t_(t), y_(y), q_(y.head(scene.dof())), qdot_(y.segment(scene.dof(), scene.dof())), z_(y.tail(states)) {
-    const Vector<double, states> z = y.tail(states);  // z_ may have no entries, and the compiler wonders about them
+      : scene_(scene), t_(t), y_(y), q_(Eigen::Map<const Vector<double, n>>(y.data(), scene.dof())),
+        qdot_(Eigen::Map<const Vector<double, n>>(y.data() + scene.dof(), scene.dof())),
+        z_(Eigen::Map<const Vector<double, states>>(y.data() + 2 * scene.dof(), states)) {
+    const Vector<double, states> z = z_;  // z_ may have no entries, and the compiler wonders about them
     if constexpr (Sc::has_constraints) {
       auto solution = constrained_acceleration(scene_, q_, qdot_, t_, z);
       a_ = std::move(solution.qddot);
@@ -313,10 +315,20 @@ class SceneJacobian {
     if constexpr (Sc::has_constraints) {
       const ConstrainedFactors<n, m> factors(M, constraint_jacobian(scene_, q_, qdot_, t_, z_), default_rank_cutoff);
       for (Eigen::Index j = 0; j < y_.size(); ++j)
-        out.block(k, j, k, 1) = factors.solution(Vector<double, n>(dr.col(j)), Vector<double, m>(dc.col(j)), t_, SceneNames<Sc>{scene_}).qddot;
+        write_column(out, j, factors.solution(column_of(dr, j), column_of(dc, j), t_, SceneNames<Sc>{scene_}).qddot);
     } else {
-      out.block(k, 0, k, y_.size()) = solved_with_mass_matrix(scene_.system(), M, dr, t_);
+      const Matrix<double, n, columns> solution = solved_with_mass_matrix(scene_.system(), M, dr, t_);
+      for (Eigen::Index j = 0; j < y_.size(); ++j) write_column(out, j, column_of(solution, j));
     }
+  }
+
+  template <int rows, int any>
+  static Vector<double, rows> column_of(const Matrix<double, rows, any>& A, Eigen::Index j) {
+    return Eigen::Map<const Vector<double, rows>>(A.data() + j * A.rows(), A.rows());
+  }
+  // Column j of ∂q̈.
+  void write_column(Out& out, Eigen::Index j, const Vector<double, n>& column) const {
+    for (Eigen::Index i = 0; i < dof(); ++i) out(dof() + i, j) = column[i];
   }
 
   // Each column of ∂q̈ from sparse factors; false where they see to nothing.
@@ -325,10 +337,10 @@ class SceneJacobian {
     SparseSystem sparse;
     if (!sparse.compute(scene_, q_, qdot_, t_, z_, default_rank_cutoff)) return false;
     for (Eigen::Index j = 0; j < y_.size(); ++j) {
-      Vector<double, n> column = dr.col(j);
-      Vector<double, m> rows = dc.col(j);
+      Vector<double, n> column = column_of(dr, j);
+      Vector<double, m> rows = column_of(dc, j);
       if (!sparse.factors.solve(sparse.J, column, rows)) return false;
-      out.block(q_.size(), j, q_.size(), 1) = column;
+      write_column(out, j, column);
     }
     return true;
   }

@@ -136,7 +136,7 @@ class ConstraintGeometry {
       }
     }
     Matrix<double, n> metric = Matrix<double, n>::Zero(size.size(), size.size());
-    metric.diagonal() = weight;
+    for (Eigen::Index i = 0; i < size.size(); ++i) metric(i, i) = weight[i];
     return ConstrainedFactors<n, m>(metric, J_, cutoff_).displacement(r, t_, names_);
   }
 
@@ -203,8 +203,9 @@ Conditioning conditioning(const Scene<Sys, Effects...>& scene, const Eigen::Vect
   using Sc = Scene<Sys, Effects...>;
   constexpr int n = Sc::dof_at_compile_time;
   const Eigen::Index dof = scene.dof();
-  const Vector<double, n> q = y.head(dof), qdot = y.segment(dof, dof);
-  const EffectStates<Sc> z = y.tail(Sc::states_at_compile_time);
+  using Q = Vector<double, n>;
+  const Q q = Eigen::Map<const Q>(y.data(), dof), qdot = Eigen::Map<const Q>(y.data() + dof, dof);
+  const EffectStates<Sc> z = Eigen::Map<const EffectStates<Sc>>(y.data() + 2 * dof, Sc::states_at_compile_time);
   if constexpr (detail::may_be_sparse<Sc>) {
     constexpr Eigen::Index most_dense = 128;
     constexpr double dependent = detail::clearly_independent * default_rank_cutoff * default_rank_cutoff;

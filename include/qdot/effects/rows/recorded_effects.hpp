@@ -39,7 +39,7 @@ consteval bool effect_is_recordable() {
 
 // Forces, then rates of the effects' own states.
 template <class Sc>
-void run_forces(RecordedMotion& m, const Sc& scene) {
+[[gnu::cold]] void run_forces(RecordedMotion& m, const Sc& scene) {
   constexpr int n = Sc::dof_at_compile_time, states = Sc::states_at_compile_time;
   m.recording.source = "the force of an effect";
   const formula::Recorded t(m.recording, m.t);
@@ -61,7 +61,7 @@ std::string_view recorded_name(const E& e) {
 
 // φ or a of an effect, if it is a constraint.
 template <int n, class E>
-void run_rows(RecordedMotion& m, const E& e) {
+[[gnu::cold]] void run_rows(RecordedMotion& m, const E& e) {
   if constexpr (ConstraintEffect<E, n>) {
     m.recording.source = "the constraint '";
     m.recording.source.append(recorded_name(e)).append("'");

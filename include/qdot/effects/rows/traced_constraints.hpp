@@ -251,16 +251,16 @@ class TracedConstraints {
   // lambda ← the shortest of the multipliers that do the same.
   [[gnu::cold]] bool shorten(double* lambda) {
     const auto m = static_cast<Eigen::Index>(rows()), d = static_cast<Eigen::Index>(factors_->zeros());
-    Eigen::MatrixXd N(m, d);
-    Eigen::VectorXd weight(m);
+    Matrix<Number, Dynamic> N(m, d);
+    Vector<Number, Dynamic> weight(m);
     for (Eigen::Index k = 0; k < d; ++k) factors_->null_vector(static_cast<std::size_t>(k), N.col(k).data());
     for (Eigen::Index i = 0; i < m; ++i) {
       const double square = lines_[schur_[diagonal_[static_cast<std::size_t>(i)]]];
       weight[i] = square > 0.0 ? square : 1.0;  // a row of zeros has no length
     }
-    const Eigen::MatrixXd weighted = weight.asDiagonal() * N;
-    Eigen::Map<Eigen::VectorXd> l(lambda, m);
-    const Eigen::VectorXd parts = (N.transpose() * weighted).ldlt().solve(weighted.transpose() * l);
+    const Matrix<Number, Dynamic> weighted = weight.asDiagonal() * N;
+    Eigen::Map<Vector<Number, Dynamic>> l(lambda, m);
+    const Vector<Number, Dynamic> parts = (N.transpose() * weighted).ldlt().solve(weighted.transpose() * l);
     l -= N * parts;
     return l.allFinite();
   }

@@ -34,8 +34,10 @@
 
 namespace qdot::detail::cvode {
 
+/// Programs without such a system make nothing of SparseLU, since its numbers are a parameter.
+///
 /// What a form must have: equations_of_slopes(), its traced equations; still_holds(equations); write_accelerations(t, y, a, λ), which says whether it did.
-template <class F>
+template <class F, class Number = double>
 class SparseNewton final : public NewtonEquations {
  public:
   /// @throws whatever tracing throws
@@ -144,7 +146,7 @@ class SparseNewton final : public NewtonEquations {
     };
     add_slopes(slopes.motion, 0);
     add_slopes(slopes.constraints, first_row);
-    std::vector<Eigen::Triplet<double>> pattern;
+    std::vector<Eigen::Triplet<Number>> pattern;
     for (std::size_t k = 0; k < rows(); ++k) pattern.emplace_back(static_cast<int>(first_row + k), static_cast<int>(first_row + k), 1.0);
     for (const Entry& x : entries) pattern.emplace_back(static_cast<int>(x.row), static_cast<int>(x.column), 1.0);
     A_.resize(right_.size(), right_.size());
@@ -175,7 +177,7 @@ class SparseNewton final : public NewtonEquations {
       const auto j = static_cast<std::size_t>(slope.power);
       right_[slope.place] += (*lines_)[slope.number] * (j < size ? b[j] + gamma_ * b[size + j] : b[j]);
     }
-    const Eigen::VectorXd change = factors_.solve(right_);
+    const Vector<Number, Dynamic> change = factors_.solve(right_);
     for (std::size_t i = 0; i < size; ++i) {
       x[size + i] = b[size + i] + gamma_ * change[static_cast<Eigen::Index>(i)];
       x[i] = b[i] + gamma_ * x[size + i];
@@ -190,8 +192,8 @@ class SparseNewton final : public NewtonEquations {
   std::vector<Part> softened_;        // place, number of an inertia, number of an entry of J
   double gamma_ = 0.0;
   Eigen::VectorXd right_;
-  Eigen::SparseMatrix<double> A_;
-  Eigen::SparseLU<Eigen::SparseMatrix<double>> factors_;
+  Eigen::SparseMatrix<Number> A_;
+  Eigen::SparseLU<Eigen::SparseMatrix<Number>> factors_;
   MatrixHandle placeholder_;
   LinearSolverHandle solver_;
 };

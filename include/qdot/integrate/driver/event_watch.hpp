@@ -317,7 +317,11 @@ class EventWatch {
       // As far as t can tell, and then some: what hides in the rounding of a large t is not what stands still.
       const double far = std::max(1e-5 * (speed > 0.0 && size > 0.0 ? size / speed : 1.0), 16 * std::numeric_limits<double>::epsilon() * std::abs(t));
       const double d = backward_ ? -far : far;
-      const Eigen::VectorXd ahead = y + d * ydot, behind = y - d * ydot;
+      Eigen::VectorXd ahead(y.size()), behind(y.size());
+      for (Eigen::Index k = 0; k < y.size(); ++k) {
+        ahead[k] = y[k] + d * ydot[k];
+        behind[k] = y[k] - d * ydot[k];
+      }
       const double change = value(i, t + d, ahead) - value(i, t - d, behind), noise = 4 * rounding_of(i, t, y, value(i, t, y));
       return std::abs(change) <= noise ? 0 : change > 0.0 ? 1 : -1;
     } catch (...) {

@@ -13,14 +13,14 @@
 
 namespace qdot::detail {
 
-inline std::vector<double> sorted_along(std::vector<double> times, double t0, double t_end) {
+[[gnu::cold]] inline std::vector<double> sorted_along(std::vector<double> times, double t0, double t_end) {
   std::sort(times.begin(), times.end());
   if (t_end < t0) std::reverse(times.begin(), times.end());
   return times;
 }
 
 // The stop times strictly between t0 and t_end, then t_end; nothing if t_end is t0.
-inline std::vector<double> landing_points(const std::vector<double>& stop_times, double t0, double t_end) {
+[[gnu::cold]] inline std::vector<double> landing_points(const std::vector<double>& stop_times, double t0, double t_end) {
   std::vector<double> landings;
   if (t_end == t0) return landings;
   for (const double t : stop_times)
@@ -34,7 +34,7 @@ inline std::vector<double> landing_points(const std::vector<double>& stop_times,
 // The output times.
 //
 // @throws InvalidValue  when one lies outside the run
-inline std::vector<double> output_points(const std::vector<double>& times, double t0, double t_end) {
+[[gnu::cold]] inline std::vector<double> output_points(const std::vector<double>& times, double t0, double t_end) {
   for (const double t : times)
     if (t < std::min(t0, t_end) || t > std::max(t0, t_end))
       throw_invalid_value({"every output time must lie between the start t = ", t0, " and t_end = ", t_end, ", but one is ", t,

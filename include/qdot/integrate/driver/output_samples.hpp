@@ -47,7 +47,11 @@ class OutputSamples {
 
   // As far as the run came.
   Samples taken() {
-    if (next_ < times_.size()) samples_.y = Eigen::MatrixXd(samples_.y.leftCols(static_cast<Eigen::Index>(next_)));
+    if (next_ < times_.size()) {
+      Eigen::MatrixXd reached(samples_.y.rows(), static_cast<Eigen::Index>(next_));
+      std::copy_n(samples_.y.data(), reached.size(), reached.data());
+      samples_.y = std::move(reached);
+    }
     return std::move(samples_);
   }
 

@@ -52,7 +52,7 @@ struct is_recordable<SceneForm<Scene<Sys, Effects...>>>
 
 // Of T and V alone, which run(m) runs. A recording that has other motions already has the same variables, and formulas that are equal are one node.
 template <class Run>
-RecordedMotion recorded_energies(Eigen::Index dof, const Run& run, formula::Recording recording = {}) {
+[[gnu::cold]] RecordedMotion recorded_energies(Eigen::Index dof, const Run& run, formula::Recording recording = {}) {
   RecordedMotion m;
   m.recording = std::move(recording);
   formula::Graph& graph = m.recording.graph;
@@ -77,7 +77,7 @@ RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof, for
 
 // One effect, if it is a constraint.
 template <int n, class E>
-void record_constraint(RecordedMotion& m, const E& e) {
+[[gnu::cold]] void record_constraint(RecordedMotion& m, const E& e) {
   formula::Graph& graph = m.recording.graph;
   const std::size_t first = m.returned.size();
   run_rows<n>(m, e);

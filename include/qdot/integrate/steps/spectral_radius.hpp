@@ -7,8 +7,11 @@
 //
 // Powers of J turn any x towards the eigenvalues that lead; over an even number of them a pair ±λ shows |λ|. J is exact and dense where there are few
 // components. Of many the matrix would be too large, and it is not needed: J x is what f does when y moves a little along x.
+//
+// Loops, not Eigen's expressions: each of these is a type that every program with an Automatic would wait for.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <utility>
@@ -44,10 +47,10 @@ class SpectralRadius {
     double logarithm = 0.0;  // of the growth over the last `counted` powers; an even number, for pairs ±λ
     for (int k = 0; k < powers; ++k) {
       multiply(x_, image_);
-      const double before = x_.norm(), after = image_.norm();
+      const double before = std::sqrt(product(x_, x_)), after = std::sqrt(product(image_, image_));
       if (!(after > 0.0)) return after;  // 0, or NaN
       if (k >= powers - counted) logarithm += std::log(after / before);
-      x_ = image_ / after;
+      for (Eigen::Index i = 0; i < x_.size(); ++i) x_[i] = image_[i] / after;
     }
     return std::exp(logarithm / counted);
   }
@@ -58,10 +61,11 @@ class SpectralRadius {
     constexpr double collinear = 1e-6;
     multiply(x_, image_);
     multiply(image_, second_);
-    const double square = image_.squaredNorm(), part = x_.dot(image_) / square, along = second_.dot(image_) / square;
-    x_ -= part * image_;
-    if (!(x_.norm() > collinear)) return along < 0.0 ? 1.0 : -1.0;  // one real eigenvalue
-    const double b = second_.dot(x_) / x_.squaredNorm(), a = along - b * part;
+    const double square = product(image_, image_), part = product(x_, image_) / square, along = product(second_, image_) / square;
+    for (Eigen::Index i = 0; i < x_.size(); ++i) x_[i] -= part * image_[i];
+    const double rest = product(x_, x_);
+    if (!(std::sqrt(rest) > collinear)) return along < 0.0 ? 1.0 : -1.0;  // one real eigenvalue
+    const double b = product(second_, x_) / rest, a = along - b * part;
     return -a / (2 * std::sqrt(std::abs(b)));
   }
 
@@ -72,23 +76,42 @@ class SpectralRadius {
   // out ← J x.
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& out) {
     if (J_.size() > 0) {
-      out.noalias() = J_ * x;
+      std::fill_n(out.data(), out.size(), 0.0);
+      const double* entry = J_.data();
+      for (Eigen::Index j = 0; j < x.size(); ++j)
+        for (Eigen::Index i = 0; i < x.size(); ++i) out[i] += *entry++ * x[j];
       return;
     }
-    const double size = x.lpNorm<Eigen::Infinity>(), by = size > 0.0 ? displacement * (1.0 + y_.lpNorm<Eigen::Infinity>()) / size : displacement;
-    moved_ = y_ + by * x;
+    const double size = largest(x), by = size > 0.0 ? displacement * (1.0 + largest(y_)) / size : displacement;
+    for (Eigen::Index i = 0; i < x.size(); ++i) moved_[i] = y_[i] + by * x[i];
     derivative_(t_, moved_, out);
-    out = (out - f_) / by;
+    for (Eigen::Index i = 0; i < x.size(); ++i) out[i] = (out[i] - f_[i]) / by;
+  }
+
+  static double product(const Eigen::VectorXd& u, const Eigen::VectorXd& v) {
+    double sum = 0.0;
+    for (Eigen::Index i = 0; i < u.size(); ++i) sum += u[i] * v[i];
+    return sum;
+  }
+  static double largest(const Eigen::VectorXd& u) {
+    double most = 0.0;
+    for (Eigen::Index i = 0; i < u.size(); ++i) most = std::max(most, std::abs(u[i]));
+    return most;
   }
 
   // Gives each component the unit in which its row of J is as large as its column: metres beside metres per second are not comparable.
   void balance() {
     for (int sweep = 0; sweep < sweeps; ++sweep)
       for (Eigen::Index i = 0; i < J_.rows(); ++i) {
-        const double own = std::abs(J_(i, i)), unit = std::sqrt((J_.row(i).lpNorm<1>() - own) / (J_.col(i).lpNorm<1>() - own));
+        double row = 0.0, column = 0.0;
+        for (Eigen::Index j = 0; j < J_.rows(); ++j) {
+          row += std::abs(J_(i, j));
+          column += std::abs(J_(j, i));
+        }
+        const double own = std::abs(J_(i, i)), unit = std::sqrt((row - own) / (column - own));
         if (!(unit > 0.0 && std::isfinite(unit))) continue;
-        J_.col(i) *= unit;
-        J_.row(i) /= unit;
+        for (Eigen::Index j = 0; j < J_.rows(); ++j) J_(j, i) *= unit;
+        for (Eigen::Index j = 0; j < J_.rows(); ++j) J_(i, j) /= unit;
       }
   }
 

@@ -37,6 +37,7 @@
 // The factors of constraints are not included here: who has a scene with constraints has included them.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -68,9 +69,12 @@ class SaddleFactors {
     L_.resize(size, size);
     inverse_.resize(size);
     weakest_ = {1.0, 0};
-    L_.topLeftCorner(dof_, dof_) = M;
-    L_.bottomLeftCorner(W.rows(), dof_) = W;
-    L_.bottomRightCorner(W.rows(), W.rows()).setZero();
+    for (Eigen::Index j = 0; j < dof_; ++j) {
+      for (Eigen::Index i = 0; i < dof_; ++i) L_(i, j) = M(i, j);
+      for (Eigen::Index i = 0; i < W.rows(); ++i) L_(dof_ + i, j) = W(i, j);
+    }
+    for (Eigen::Index j = dof_; j < size; ++j)
+      for (Eigen::Index i = dof_; i < size; ++i) L_(i, j) = 0.0;
     for (Eigen::Index k = 0; k < size; ++k) {
       double of_mass = 0.0, of_rows = 0.0;  // what earlier pivots take away: M's, all positive, and the rows', all negative
       for (Eigen::Index j = 0; j < k; ++j) (j < dof_ ? of_mass : of_rows) += L_(k, j) * L_(k, j) / inverse_[j];
@@ -112,7 +116,7 @@ class SaddleFactors {
     for (Eigen::Index i = 0; i < dof_; ++i)
       for (Eigen::Index j = 0; j < rows; ++j) f[i] -= L_(dof_ + j, i) * g[j];
     backward(f);
-    g = -g;
+    for (Eigen::Index i = 0; i < rows; ++i) g[i] = -g[i];
   }
 
   /// f ← M⁻¹f.
@@ -188,7 +192,8 @@ class ConstraintSeries {
     for (Eigen::Index i = 0, next = 0; i < W_.rows(); ++i)
       for (Eigen::Index j = 0; j < W_.cols(); ++j, ++next) W_(i, j) = sweep.value(jacobian_[static_cast<std::size_t>(next)]);
     for (Eigen::Index i = 0; i < W_.rows(); ++i)
-      if (!W_.row(i).allFinite()) {
+      for (Eigen::Index j = 0; j < W_.cols(); ++j) {
+        if (std::isfinite(W_(i, j))) continue;
         const std::string& name = names_.rows[static_cast<std::size_t>(i)];
         throw NonFinite("the constraint '" + name + "'", t,
                         "a constraint and its derivatives must be finite, but those of '" + name + "' are not at t = " + text_of(t) +
@@ -203,9 +208,14 @@ class ConstraintSeries {
   void add_known_reactions(const taylor::Sweep& sweep, int k, double factor, Vector<double, n>& f) {
     if (k == 1 || moving_.empty()) return;
     for (std::size_t i = 0; i < moving_.size(); ++i) moving_W_(static_cast<Eigen::Index>(i), k - 1) = sweep.latest(moving_[i].slot);
-    sums_.setZero();
-    for (int j = 1; j < k; ++j) sums_ += moving_W_.col(j).cwiseProduct(moving_lambda_.col(k - 1 - j));
-    for (std::size_t i = 0; i < moving_.size(); ++i) f[moving_[i].column] += factor * sums_[static_cast<Eigen::Index>(i)];
+    double* const sums = sums_.data();
+    const Eigen::Index entries = sums_.size();
+    std::fill_n(sums, entries, 0.0);
+    for (int j = 1; j < k; ++j) {
+      const double *const W = moving_W_.data() + j * entries, *const lambda = moving_lambda_.data() + (k - 1 - j) * entries;
+      for (Eigen::Index i = 0; i < entries; ++i) sums[i] += W[i] * lambda[i];
+    }
+    for (std::size_t i = 0; i < moving_.size(); ++i) f[moving_[i].column] += factor * sums[i];
   }
 
   /// f ← q̇_k, where f is the right-hand side's first part; notes λ_{k−1}.
@@ -215,7 +225,7 @@ class ConstraintSeries {
     for (Eigen::Index i = 0; i < gamma_.size(); ++i) gamma_[i] = -sweep.latest(rows_[static_cast<std::size_t>(i)]);
     if (k == 1 && verdict_ == Verdict::redundant) write_solution(f, gamma_);  // which finds rows that contradict each other
     else solve_in_place(f, gamma_);
-    lambda_.col(k - 1) = gamma_ / factor;
+    for (Eigen::Index i = 0; i < gamma_.size(); ++i) lambda_(i, k - 1) = gamma_[i] / factor;
     for (std::size_t i = 0; i < moving_.size(); ++i)
       moving_lambda_(static_cast<Eigen::Index>(i), k - 1) = lambda_(moving_[i].row, k - 1);
   }
@@ -252,9 +262,10 @@ class ConstraintSeries {
     revealed_.emplace(M, W_, cutoff);
     if (verdict_ != Verdict::redundant) return;
     for (Eigen::Index i = 0; i < W_.rows(); ++i) {
-      gamma_.setZero();
+      std::fill_n(gamma_.data(), gamma_.size(), 0.0);
       gamma_[i] = 1.0;
-      displacement_.col(i) = revealed_->displacement(gamma_, t_, names_);
+      const auto d = revealed_->displacement(gamma_, t_, names_);
+      for (Eigen::Index j = 0; j < d.size(); ++j) displacement_(j, i) = d[j];
     }
     least_ = displacement_.transpose() * M * displacement_;
   }

@@ -103,8 +103,10 @@ class ModelValues {
     if constexpr (has_constraints) {
       constexpr int n = F::dof_at_compile_time;
       const Eigen::Index k = system_.dof();
-      const Vector<double, n> q = y.head(k), qdot = y.segment(k, k);
-      const Vector<double, std::remove_cvref_t<decltype(system_.scene())>::states_at_compile_time> z = y.tail(size - 2 * k);
+      using Q = Vector<double, n>;
+      using Z = Vector<double, std::remove_cvref_t<decltype(system_.scene())>::states_at_compile_time>;
+      const Q q = Eigen::Map<const Q>(y.data(), k), qdot = Eigen::Map<const Q>(y.data() + k, k);
+      const Z z = Eigen::Map<const Z>(y.data() + 2 * k, size - 2 * k);
       const auto phi = constraint_residual(system_.scene(), q, t, z), velocity = constraint_velocity(system_.scene(), q, qdot, t, z);
       out.resize(size + 2 * phi.size() + guards);
       std::copy_n(velocity.data(), velocity.size(), std::copy_n(phi.data(), phi.size(), out.data() + size));
@@ -116,9 +118,9 @@ class ModelValues {
       const auto a = acceleration(system_.system(), at.q, at.qdot, t);  // with no factors of M that the form keeps
       std::copy_n(a.data(), a.size(), std::copy_n(at.qdot.data(), at.qdot.size(), out.data()));
     } else {
-      system_.derivative(t, y, out.head(size));
+      system_.derivative(t, y, Eigen::Map<Eigen::VectorXd>(out.data(), size));
     }
-    if constexpr (SwitchingSystem<F>) system_.guards(t, y, out.tail(guards));
+    if constexpr (SwitchingSystem<F>) system_.guards(t, y, Eigen::Map<Eigen::VectorXd>(out.data() + out.size() - guards, guards));
   }
 
   const F& system_;
@@ -186,10 +188,12 @@ class ChangeWatch {
   // The component that changed most, of those whose change rounding does not explain.
   [[gnu::cold, gnu::noinline]] std::optional<Eigen::Index> changed(const Seen& seen, double duration) {
     const Eigen::Index size = std::min(now_.size(), seen.values.size());
-    Eigen::VectorXd explained = rounding * now_.cwiseAbs(), moved = seen.y, there;
+    Eigen::VectorXd explained(now_.size()), moved = seen.y, there;
+    for (Eigen::Index i = 0; i < now_.size(); ++i) explained[i] = rounding * std::abs(now_[i]);
     for (Eigen::Index j = 0; j < moved.size(); ++j) {
       moved[j] += rounding * moved[j];
-      if (moved[j] != seen.y[j] && values_.at(seen.t, moved, there) && there.size() == now_.size()) explained += (there - now_).cwiseAbs();
+      if (moved[j] != seen.y[j] && values_.at(seen.t, moved, there) && there.size() == now_.size())
+        for (Eigen::Index i = 0; i < now_.size(); ++i) explained[i] += std::abs(there[i] - now_[i]);
       moved[j] = seen.y[j];
     }
     std::optional<Eigen::Index> worst;

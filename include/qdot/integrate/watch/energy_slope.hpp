@@ -43,11 +43,11 @@ template <class System>
   return {T.value, V, T.tangent[0] - T.value + V};
 }
 
-// |∂h/∂y|, 2n.
-template <class System>
+// |∂h/∂y|, 2n. Numbers are made of Real, so that programs of few coordinates make none of them.
+template <class Real = double, class System>
   requires(System::dof_at_compile_time == Dynamic)
 Eigen::VectorXd energy_slopes(const System& system, double t, const Eigen::VectorXd& y) {
-  using N = Dual<double, 1>;
+  using N = Dual<Real, 1>;
   const Eigen::Index n = system.dof();
   Tape<N> tape(2 * n, 14 * n);
   TapedState<N> state(tape, n);

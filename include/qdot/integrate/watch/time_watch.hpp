@@ -66,6 +66,13 @@ void record_part(TimeFormulas& found, const Record& record) {
   found.complete = false;
 }
 
+// `count` components of the state, from `first` on, as numbers that write down what is done to them.
+template <int n>
+Vector<formula::Recorded, n> recorded_part(TimeFormulas& found, Eigen::Index first, Eigen::Index count) {
+  const auto begin = found.state.begin() + first;
+  return recorded_vector<n>(found.recording, std::vector<int>(begin, begin + count));
+}
+
 template <class F>
 struct TimeOf {
   static constexpr bool enters = false;
@@ -77,12 +84,11 @@ struct TimeOf<FirstOrderForm<Sys>> {
   static constexpr bool enters = !Sys::autonomous;
 
   // T and V, and what the equations contain of them: ∂T/∂t, as momenta have, and derivatives by q and q̇.
-  static void record_energies(TimeFormulas& found, const Sys& system) {
+  [[gnu::cold]] static void record_energies(TimeFormulas& found, const Sys& system) {
     constexpr bool can = RecordableEnergies<typename Sys::EnergiesType, n>;
     record_part<can>(found, [&] {
       if constexpr (can) {
-        const auto x = recorded_vector<Dynamic>(found.recording, found.state);
-        const Vector<formula::Recorded, n> q = x.head(system.dof()), v = x.segment(system.dof(), system.dof());
+        const auto q = recorded_part<n>(found, 0, system.dof()), v = recorded_part<n>(found, system.dof(), system.dof());
         const formula::Recorded t(found.recording, found.t);
         add(found, kinetic<n>(system.energies(), q, v, t), true, true);
         add(found, potential<n>(system.energies(), q, t), false, true);
@@ -137,13 +143,10 @@ struct TimeOf<SceneForm<Scene<Sys, Effects...>>> {
 
  private:
   template <class E>
-  static void record_effect(TimeFormulas& found, const E& e, Eigen::Index dof, Eigen::Index first) {
+  [[gnu::cold]] static void record_effect(TimeFormulas& found, const E& e, Eigen::Index dof, Eigen::Index first) {
     using S = formula::Recorded;
-    using Q = Vector<S, n>;
     constexpr int states = states_of<E>();
-    using Z = Vector<S, states>;
-    const auto x = recorded_vector<Dynamic>(found.recording, found.state);
-    const Q q = x.head(dof), v = x.segment(dof, dof);
+    const auto q = recorded_part<n>(found, 0, dof), v = recorded_part<n>(found, dof, dof);
     const S t(found.recording, found.t);
     const auto add = [&](const auto& rows, bool by_time) {
       for (Eigen::Index i = 0; i < rows.size(); ++i) TimeOf<FirstOrderForm<Sys>>::add(found, S(rows[i]), by_time, false);
@@ -166,7 +169,7 @@ struct TimeOf<SceneForm<Scene<Sys, Effects...>>> {
       });
     }
     if constexpr (StateEffect<E> && !SwitchingEffect<E, n>) {
-      const Z z = x.segment(first, states);
+      const auto z = recorded_part<states>(found, first, states);
       constexpr bool can = requires { e.force(q, v, z, t), e.state_rate(q, v, z, t); };
       record_part<can>(found, [&] {
         if constexpr (can) add(e.force(q, v, z, t), false), add(e.state_rate(q, v, z, t), false);
@@ -266,7 +269,7 @@ class TimeWatch {
     const double left = landing - t, least = shortest * std::abs(left);
     rates_.setZero(y.size());
     state_ = y;
-    rates_.head(dof(system_)) = state_.segment(dof(system_), dof(system_));
+    std::copy_n(state_.data() + dof(system_), dof(system_), rates_.data());
     double L = std::min(std::abs(left), (bounds_.depends_on_state() ? 2.0 * steps_of_state : ahead) * wish_);
     for (;; L *= 0.5) {
       const bool finite = bounds_.over(t, t + std::copysign(L, left), {state_.data(), static_cast<std::size_t>(state_.size())},

@@ -301,10 +301,16 @@ class Watchdog {
     moved_ = y;
     if constexpr (n == Dynamic) {
       if (y.size() > 2 * most_coordinates) {  // by slopes, here and beside it: where h is smallest it has none
-        Eigen::VectorXd weight = options_.rtol * y.cwiseAbs();
-        for (Eigen::Index i = 0; i < y.size(); ++i) weight[i] += options_.atol[i];
-        const Eigen::VectorXd here = energy_slopes(Behind::system(system_), t, y), beside = energy_slopes(Behind::system(system_), t, y + weight);
-        return here.cwiseMax(beside).dot(weight);
+        Eigen::VectorXd weight(y.size());
+        for (Eigen::Index i = 0; i < y.size(); ++i) {
+          weight[i] = options_.rtol * std::abs(y[i]);
+          weight[i] += options_.atol[i];
+          moved_[i] = y[i] + weight[i];
+        }
+        auto largest = energy_slopes(Behind::system(system_), t, y);
+        const auto beside = energy_slopes(Behind::system(system_), t, moved_);
+        for (Eigen::Index i = 0; i < y.size(); ++i) largest[i] = std::max(largest[i], beside[i]);
+        return largest.dot(weight);
       }
     }
     for (Eigen::Index i = 0; i < y.size(); ++i) {

@@ -52,10 +52,10 @@ Vector<formula::Recorded, n> recorded_vector(formula::Recording& recording, cons
   return x;
 }
 
-// Runs of the functors: each notes the nodes of what they return.
+// Runs of the functors, some in a run of a method and compiled for size: each notes the nodes of what they return.
 
 template <int n, class Energies>
-void run_energies(RecordedMotion& m, const Energies& energies) {
+[[gnu::cold]] void run_energies(RecordedMotion& m, const Energies& energies) {
   m.recording.source = "T or V";
   const formula::Recorded t(m.recording, m.t);
   const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);

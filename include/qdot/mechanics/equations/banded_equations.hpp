@@ -105,10 +105,12 @@ struct TapedState {
   }
 };
 
+// Numbers on tapes are made of Real, a parameter so that programs of few coordinates make none of them.
+
 // M = ∂²T/∂q̇∂q̇ within `reach`.
-template <class E>
+template <class Real = double, class E>
 BandedMatrix banded_mass_matrix(const E& e, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, Eigen::Index reach) {
-  using N = Dual<double, chunk>;
+  using N = Dual<Real, chunk>;
   const Eigen::Index n = q.size();
   const Eigen::Index directions = std::min(n, 2 * reach + 1);
   BandedMatrix M(n, reach);
@@ -139,48 +141,50 @@ struct BandedEquations {
 };
 
 // −∂V/∂q.
-template <class E>
+template <class Real = double, class E>
 Eigen::VectorXd potential_force(const E& e, const Eigen::VectorXd& q, double t) {
-  Tape<double> tape(q.size());
-  Vector<Reverse<double>, Dynamic> x(q.size());
+  Tape<Real> tape(q.size());
+  Vector<Reverse<Real>, Dynamic> x(q.size());
   for (Eigen::Index i = 0; i < q.size(); ++i) x[i] = tape.variable(i, q[i]);
-  std::vector<double> adjoint;
-  tape.sweep(potential<Dynamic>(e, x, Reverse<double>(t)), adjoint);
-  return -Eigen::Map<const Eigen::VectorXd>(adjoint.data(), q.size());
+  std::vector<Real> adjoint;
+  tape.sweep(potential<Dynamic>(e, x, Reverse<Real>(t)), adjoint);
+  Eigen::VectorXd force(q.size());
+  for (Eigen::Index i = 0; i < q.size(); ++i) force[i] = -adjoint[static_cast<std::size_t>(i)];
+  return force;
 }
 
 // M of T(q̇). Where T is a quadratic form and no velocities meet, its diagonal is ∂T/∂q̇ at velocities of one.
-template <class E>
+template <class Real = double, class E>
 BandedMatrix mass_matrix_of_velocities(const E& e, const Eigen::VectorXd& qdot) {
   const Eigen::Index n = qdot.size();
-  const auto evaluated = [&](Tape<double>& tape, const auto& velocity) {
-    Vector<Reverse<double>, Dynamic> v(n);
+  const auto evaluated = [&](Tape<Real>& tape, const auto& velocity) {
+    Vector<Reverse<Real>, Dynamic> v(n);
     for (Eigen::Index i = 0; i < n; ++i) v[i] = tape.variable(i, velocity(i));
-    return kinetic<Dynamic>(e, v, v, Reverse<double>(0.0));
+    return kinetic<Dynamic>(e, v, v, Reverse<Real>(0.0));
   };
-  Tape<double> of_ones(n);
-  const Reverse<double> T = evaluated(of_ones, [](Eigen::Index) { return 1.0; });
+  Tape<Real> of_ones(n);
+  const Reverse<Real> T = evaluated(of_ones, [](Eigen::Index) { return 1.0; });
   if (of_ones.reach == 0 && !of_ones.compared && T.is_quadratic_form()) {
-    std::vector<double> adjoint;
+    std::vector<Real> adjoint;
     of_ones.sweep(T, adjoint);
     BandedMatrix M(n, 0);
     for (Eigen::Index i = 0; i < n; ++i) M(i, i) = adjoint[static_cast<std::size_t>(i)];
     return M;
   }
   if (!of_ones.compared) return banded_mass_matrix(e, qdot, qdot, 0.0, of_ones.reach);
-  Tape<double> here(n);
+  Tape<Real> here(n);
   evaluated(here, [&](Eigen::Index i) { return qdot[i]; });
   return banded_mass_matrix(e, qdot, qdot, 0.0, here.reach);
 }
 
 // T(q̇) and V(q, t) have nothing in common, and p = ∂T/∂q̇ no rate of its own. In T(q, q̇, t), one evaluation along the motion and along all
 // velocities at once brings r, and M where it is diagonal.
-template <class E>
+template <class Real = double, class E>
 BandedEquations banded_equations(const E& e, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t) {
   if constexpr (kinetic_signature<E, Dynamic>() == KineticSignature::velocity) {
     return {mass_matrix_of_velocities(e, qdot), potential_force(e, q, t)};
   } else {
-    using N = Dual<double, 2>;
+    using N = Dual<Real, 2>;
     const Eigen::Index n = q.size();
     Tape<N> tape(2 * n, 14 * n);
     TapedState<N> state(tape, n);
@@ -213,10 +217,10 @@ struct BandedLinearization {
 };
 
 // K = ∂r/∂q and C = ∂r/∂q̇ of the residual r = M q̈ − rhs at fixed q̈ (equations_of_motion.hpp).
-template <class E>
+template <class Real = double, class E>
 BandedLinearization banded_linearization(const E& e, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot,
                                          const Eigen::VectorXd& qddot, double t) {
-  using Along = Dual<double, 1>;
+  using Along = Dual<Real, 1>;
   using N = Dual<Along, chunk>;
   const Eigen::Index n = q.size();
   BandedLinearization result;

@@ -25,15 +25,15 @@ template <class Sys>
 inline constexpr bool may_keep_inertia = Sys::dof_at_compile_time == Dynamic && Sys::inertia == Inertia::positive_definite &&
                                          Sys::kinetic_signature == KineticSignature::velocity;
 
-template <class Sys>
+template <class Sys, class Real = double>
 class ConstantInertia {
  public:
   explicit ConstantInertia(const Sys& system) {
     if constexpr (may_keep_inertia<Sys>) {
       const Eigen::VectorXd rest = Eigen::VectorXd::Zero(system.dof());
-      Tape<double> tape(2 * system.dof());
-      TapedState<double> state(tape, system.dof());
-      const Reverse<double> T = kinetic<Dynamic>(system.energies(), state.q, state.qdot, Reverse<double>(0.0));
+      Tape<Real> tape(2 * system.dof());
+      TapedState<Real> state(tape, system.dof());
+      const Reverse<Real> T = kinetic<Dynamic>(system.energies(), state.q, state.qdot, Reverse<Real>(0.0));
       if (tape.compared || T.degree > 2) return;
       auto M = std::make_shared<BandedMatrix>(banded_mass_matrix(system.energies(), rest, rest, 0.0, tape.reach));
       if (M->factor(singular_pivot<double>(system.dof()))) M_ = std::move(M);  // otherwise acceleration() says what is wrong

@@ -171,8 +171,9 @@ class PatternFactors {
     const auto n = static_cast<Eigen::Index>(size());
     Eigen::SparseMatrix<Number> pattern(n, n);
     pattern.setFromTriplets(entries.begin(), entries.end());
-    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> old_of_new;
-    Eigen::AMDOrdering<int>()(pattern.template selfadjointView<Eigen::Lower>(), old_of_new);
+    using Index = typename Eigen::SparseMatrix<Number>::StorageIndex;
+    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> old_of_new;
+    Eigen::AMDOrdering<Index>()(pattern.template selfadjointView<Eigen::Lower>(), old_of_new);
     new_place_.resize(size());
     for (std::size_t i = 0; i < size(); ++i) new_place_[static_cast<std::size_t>(old_of_new.indices()[static_cast<Eigen::Index>(i)])] = i;
   }
