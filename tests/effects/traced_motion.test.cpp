@@ -79,6 +79,32 @@ struct Neighbours {
   }
 };
 
+// Every operation that lines have, side by side for all coordinates, and coordinates that meet in no even step.
+struct ManyOperations {
+  auto T(const auto& q, const auto& v, const auto& t) const {
+    using std::cos, std::pow;
+    using S = typename std::remove_cvref_t<decltype(v)>::Scalar;
+    S sum(0.0);
+    for (Eigen::Index i = 0; i < v.size(); ++i) {
+      const Eigen::Index other = (i * i + 1) % v.size();
+      sum += 0.5 * v[i] * v[i] * (1.0 + pow(1.0 + q[i] * q[i], 1.5) + (2.0 + cos(q[i])) / (3.0 + q[other]) + t * t);
+    }
+    return sum;
+  }
+  auto V(const auto& q) const {
+    using std::atan, std::cos, std::pow, std::sin, std::sqrt;
+    using S = typename std::remove_cvref_t<decltype(q)>::Scalar;
+    S sum(0.0);
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      const Eigen::Index other = (3 * i * i + 2) % q.size();
+      const double c = 0.1 * static_cast<double>(i % 5);
+      const S u = 1.0 + q[i] * q[i], d = q[i] - c * q[other] + c;
+      sum += sqrt(u) + pow(u, 2.5) + pow(u, 3.5) + 1.0 / (2.0 + q[i]) + sin(q[i]) * cos(q[other]) + atan(d) * d + q[i] / (3.0 + q[other]);
+    }
+    return sum;
+  }
+};
+
 // A spring that is not there on one side: no formula.
 struct OneSided {
   auto T(const auto& v) const { return 0.5 * v.squaredNorm(); }
@@ -179,13 +205,31 @@ TEST_CASE("masses on a line accelerate as the springs beside them pull, be they 
 }
 
 TEST_CASE("traced equations with inertias that vary and time are those of nested duals") {
-  for (const Eigen::Index n : {1, 2, 5, 60}) {
-    const auto system = mechanical_system(n, Neighbours{});
-    const Eigen::VectorXd q = waves(n, 0.7), v = waves(n, 2.0);
-    const Eigen::MatrixXd M = detail::kinetic_hessian<Dynamic>(system.energies(), q, v, 1.3);
-    const Eigen::VectorXd expected = M.llt().solve(detail::lagrange_rhs<Dynamic>(system.energies(), q, v, 1.3));
-    CHECK((rates(first_order_form(system), q, v, 1.3) - expected).norm() < rounded_along * expected.norm());
-  }
+  const auto check = [](const auto& energies) {
+    for (const Eigen::Index n : {1, 2, 3, 5, 60}) {
+      const auto system = mechanical_system(n, energies);
+      const Eigen::VectorXd q = waves(n, 0.7), v = waves(n, 2.0);
+      const Eigen::MatrixXd M = detail::kinetic_hessian<Dynamic>(system.energies(), q, v, 1.3);
+      const Eigen::VectorXd expected = M.llt().solve(detail::lagrange_rhs<Dynamic>(system.energies(), q, v, 1.3));
+      CHECK((rates(first_order_form(system), q, v, 1.3) - expected).norm() < rounded_along * expected.norm());
+    }
+  };
+  check(Neighbours{});
+  check(ManyOperations{});
+}
+
+TEST_CASE("energies that ask whether a coordinate has a certain value are asked there") {
+  // Pulls three times as strongly at zero as anywhere else.
+  const auto V = [](const auto& q) {
+    using S = typename std::remove_cvref_t<decltype(q)>::Scalar;
+    S sum(0.0);
+    for (Eigen::Index i = 0; i < q.size(); ++i) sum += q[i] == 0.0 ? S(3.0 * q[i]) : S(q[i]);
+    return sum;
+  };
+  const auto form = first_order_form(mechanical_system(3, [](const auto& v) { return 0.5 * v.squaredNorm(); }, V));
+  const Eigen::VectorXd v = waves(3, 0.1);
+  CHECK((rates(form, Eigen::Vector3d(0.4, -0.2, 0.7), v) - Eigen::Vector3d(-1.0, -1.0, -1.0)).norm() < rounded);
+  CHECK((rates(form, Eigen::Vector3d(0.4, 0.0, 0.7), v) - Eigen::Vector3d(-1.0, -3.0, -1.0)).norm() < rounded);
 }
 
 TEST_CASE("what is no formula is evaluated as it is") {

@@ -64,16 +64,18 @@ void check_equal(const E& energies, bool has_lines = true) {
 struct ManyFunctions {
   double a = 0.7, b = 1.3;
   auto T(const auto& q, const auto& qdot, const auto& t) const {
-    using std::cosh, std::exp, std::sqrt, std::tanh;
+    using std::cos, std::cosh, std::exp, std::sqrt, std::tanh;
     using S = std::decay_t<decltype(t)>;
     const S stretch = qdot.squaredNorm() * (1.0 + exp(-q.dot(q))) + sqrt(1.0 + q[0] * q[0]) * qdot[0] * qdot[1];
-    const S turn = (a + cosh(q[1]) + tanh(t)) * qdot[2] * qdot[2];
+    const S turn = (a + cosh(q[1]) + tanh(t) + cos(q[0] / (2.0 + q[1]))) * qdot[2] * qdot[2];
     return S(stretch + 0.5 * turn);
   }
   auto V(const auto& q, const auto& t) const {
-    using std::atan2, std::cos, std::hypot, std::log, std::pow, std::sin;
+    using std::atan2, std::cos, std::hypot, std::log, std::pow, std::sin, std::sqrt;
     using S = std::decay_t<decltype(t)>;
-    return S(b * log(q[0] + 2.0) + atan2(q[1], q[0] + 3.0) * hypot(q[1], q[2]) + pow(q[0] + 1.0, 2.5) * sin(q[2]) * cos(q[2]) / (1.0 + t) + q.norm());
+    const S u = q[2] + 2.0;
+    const S powers = sqrt(u) * pow(u, 2.5) + pow(u, 1.5) / pow(u, 0.25) + pow(sqrt(u), 3.0) + pow(q[0] + 1.5, q[1]);
+    return S(powers + b * log(q[0] + 2.0) + atan2(q[1], q[0] + 3.0) * hypot(q[1], q[2]) + pow(q[0] + 1.0, 2.5) * sin(q[2]) * cos(q[2]) / (1.0 + t) + q.norm());
   }
 };
 
@@ -145,6 +147,21 @@ TEST_CASE("derived equations take velocities of places") {
   CHECK(std::abs(a + 9.81 / 0.5 * std::sin(0.4)) <= rounding);
 }
 
+TEST_CASE("a free mass in spherical coordinates accelerates as its straight line says") {
+  const auto mass = mechanical_system<3>(derived<3>([](const auto& q, const auto& qdot) {  // of r, φ, θ
+    using std::sin;
+    const auto across = q[0] * sin(q[2]) * qdot[1], down = q[0] * qdot[2];
+    return 0.5 * (qdot[0] * qdot[0] + across * across + down * down);
+  }));
+  REQUIRE(mass.energies().has_lines());
+  const double r = 1.3, theta = 0.8, rdot = 0.4, phidot = -0.7, thetadot = 0.9;
+  const Vector<double, 3> a = acceleration(mass, State<3>{0.0, {r, 0.3, theta}, {rdot, phidot, thetadot}});
+  const double s = std::sin(theta), c = std::cos(theta);
+  CHECK(std::abs(a[0] - r * (thetadot * thetadot + s * s * phidot * phidot)) <= rounding);
+  CHECK(std::abs(a[1] + 2.0 * phidot * (rdot / r + thetadot * c / s)) <= rounding);
+  CHECK(std::abs(a[2] + 2.0 * rdot * thetadot / r - s * c * phidot * phidot) <= rounding);
+}
+
 TEST_CASE("derived M, r and Jacobians equal those of nested duals") {
   check_equal<2>(bench::LoopedChain{});
   check_equal<3>(ManyFunctions{});
@@ -182,6 +199,33 @@ TEST_CASE("derived equations have no values where T or V has none") {
   CHECK(acceleration(system, State<1>{0.0, Vector<double, 1>(0.5), Vector<double, 1>(0.0)})[0] == -1.0);
   CHECK_THROWS_AS(acceleration(system, State<1>{0.0, Vector<double, 1>(-0.5), Vector<double, 1>(0.0)}), NonFinite);
   CHECK_THROWS_AS(acceleration_jacobian(system, Vector<double, 1>(-0.5), Vector<double, 1>(0.0)), NonFinite);
+}
+
+TEST_CASE("derived equations have no values where a divisor is zero that they have lost") {
+  // V = q³/q + k q^(3/2): q̈ = −2 q − k 3/2 √q, but at q = 0 there is none.
+  const auto check = [](const auto& V, double expected) {
+    const auto system = mechanical_system<1>(derived<1>([](const auto& qdot) { return 0.5 * qdot[0] * qdot[0]; }, V));
+    REQUIRE(system.energies().has_lines());
+    CHECK(acceleration(system, State<1>{0.0, Vector<double, 1>(0.25), Vector<double, 1>(0.0)})[0] == expected);
+    CHECK_THROWS_AS(acceleration(system, State<1>{0.0, Vector<double, 1>(0.0), Vector<double, 1>(0.0)}), NonFinite);
+  };
+  check([](const auto& q) { return q[0] * q[0] * q[0] / q[0]; }, -0.5);
+  check([](const auto& q) {
+    using std::pow;
+    return q[0] * q[0] * q[0] / q[0] + pow(q[0], 1.5);
+  }, -1.25);
+}
+
+TEST_CASE("of a logarithm and a quotient of one number the logarithm says where derived equations have values") {
+  const auto system = mechanical_system<1>(derived<1>([](const auto& qdot) { return 0.5 * qdot[0] * qdot[0]; },
+                                                      [](const auto& q) {
+                                                        using std::log;
+                                                        const auto first = log(q[0]);
+                                                        return first + 1.0 / q[0];
+                                                      }));
+  REQUIRE(system.energies().has_lines());
+  CHECK(acceleration(system, State<1>{0.0, Vector<double, 1>(0.5), Vector<double, 1>(0.0)})[0] == 2.0);
+  CHECK_THROWS_AS(acceleration(system, State<1>{0.0, Vector<double, 1>(-0.5), Vector<double, 1>(0.0)}), NonFinite);
 }
 
 TEST_CASE("effects and constraints go with derived equations") {

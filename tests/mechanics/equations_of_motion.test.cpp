@@ -154,6 +154,30 @@ TEST_CASE("accelerations of duals are differentiated once more") {
   CHECK((through - acceleration_jacobian(s, q, v).d_q).norm() < rounding);
 }
 
+TEST_CASE("derivatives of accelerations through quotients are those of accelerations of duals") {
+  const auto s = mechanical_system<2>(
+      [](const auto& q, const auto& v) { return 0.5 * v[0] * v[0] + 0.5 * (q[0] * q[0] / (1.0 + q[1] * q[1]) + 1.0) * v[1] * v[1]; },
+      [](const auto& q) {
+        using std::sqrt;
+        const auto r = sqrt(q[0] * q[0] + q[1] * q[1]);
+        return q[0] / r * q[1] - 2.0 / (1.0 + r);
+      });
+  const Vector2d q(0.4, 0.7);
+  const Vector2d v(0.3, -0.8);
+  const auto along = [&](const auto& x, const auto& u) { return acceleration(s, x, u); };
+  const Eigen::Matrix2d along_q = qdot::jacobian([&](const auto& x) {
+    using S = typename std::remove_cvref_t<decltype(x)>::Scalar;
+    return along(x, Vector<S, 2>(v.cast<S>()));
+  }, q);
+  const Eigen::Matrix2d along_qdot = qdot::jacobian([&](const auto& u) {
+    using S = typename std::remove_cvref_t<decltype(u)>::Scalar;
+    return along(Vector<S, 2>(q.cast<S>()), u);
+  }, v);
+  const auto J = acceleration_jacobian(s, q, v);
+  CHECK((J.d_q - along_q).norm() < rounding * (1.0 + along_q.norm()));
+  CHECK((J.d_qdot - along_qdot).norm() < rounding * (1.0 + along_qdot.norm()));
+}
+
 TEST_CASE("the first-order form stacks velocities on accelerations") {
   const auto form = first_order_form(mechanical_system<2>(RodAndRing{}).with_names({"r", "phi"}));
   STATIC_REQUIRE(qdot::FirstOrderSystem<decltype(form)>);

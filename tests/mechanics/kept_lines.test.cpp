@@ -90,6 +90,17 @@ struct Logarithms {
   }
 };
 
+// Pulls three times as strongly at zero as anywhere else.
+struct AtZero {
+  auto T(const auto& qdot) const { return Stiff{nullptr}.T(qdot); }
+  auto V(const auto& q) const {
+    using S = std::decay_t<decltype(q[0])>;
+    S sum(0.0);
+    for (Eigen::Index i = 0; i < q.size(); ++i) sum += q[i] == 0.0 ? S(3.0 * q[i]) : S(q[i]);
+    return sum;
+  }
+};
+
 }  // namespace
 
 TEST_CASE("in a run, q̈ of looped chains is what is derived by hand, and its Jacobian what it is outside of runs") {
@@ -197,6 +208,13 @@ TEST_CASE("energies that are no formulas are evaluated as they are, in a run as 
   const auto form = first_order_form(mechanical_system<3>(Slack{}));
   const Vector<double, 6> y(0.4, -0.2, 0.7, 0.1, 0.3, -0.5);
   CHECK(difference(rates(form, y).tail(3), Eigen::Vector3d(-0.4, 0.0, -0.7)) < rounding);
+}
+
+TEST_CASE("energies that ask whether a coordinate has a certain value are asked at every state of a run") {
+  const auto form = first_order_form(mechanical_system<3>(AtZero{}));
+  const Vector<double, 6> away(0.4, -0.2, 0.7, 0.1, 0.3, -0.5), there(0.4, 0.0, 0.7, 0.1, 0.3, -0.5);
+  CHECK(difference(rates(form, away).tail(3), Eigen::Vector3d(-1.0, -1.0, -1.0)) < rounding);
+  CHECK(difference(rates(form, there).tail(3), Eigen::Vector3d(-1.0, -3.0, -1.0)) < rounding);
 }
 
 TEST_CASE("in a run there is no acceleration where an energy has no value") {
