@@ -32,6 +32,9 @@ class SceneForm {
   static constexpr int states = Sc::states_at_compile_time;
   static constexpr int m = Sc::constraints_at_compile_time;
   static constexpr bool is_traced = detail::is_traced_scene<Sc>;
+  // Where neither straight-line code nor the compiler has derivatives of all there is.
+  static constexpr bool has_traced_jacobian = detail::is_recordable_scene<Sc> && n <= 64 && !detail::has_forced_jacobian<Sc> &&
+                                              !(detail::is_written_out<typename Sc::SystemType::EnergiesType> && !Sc::has_constraints && !Sc::has_states);
   using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints<>, detail::TracedMotion<>>;
 
  public:
@@ -46,8 +49,9 @@ class SceneForm {
 
   /// Traces the functors again where they are others by now.
   void renew()
-    requires(is_traced || detail::may_keep_lines<typename Sc::SystemType::EnergiesType, n>)
+    requires(is_traced || has_traced_jacobian || detail::may_keep_lines<typename Sc::SystemType::EnergiesType, n>)
   {
+    if constexpr (has_traced_jacobian) jacobian_.renew(*this);
     if constexpr (is_traced) traced_.renew([this](detail::RecordedMotion& motion) { detail::run_scene(motion, scene_, nullptr); });
     else detail::renew_lines(scene_, scene_.system());
   }
@@ -90,6 +94,9 @@ class SceneForm {
   ///
   /// @throws as acceleration() of the scene, and NonFinite where a derivative is not finite
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const {
+    if constexpr (has_traced_jacobian) {
+      if (jacobian_.write(*this, dof(), t, y.data(), nullptr, out)) return;
+    }
     write_jacobian(detail::SceneJacobian<Sc>(scene_, t, y), t, out);
   }
 
@@ -97,6 +104,9 @@ class SceneForm {
   ///
   /// @throws as jacobian()
   void derivative_and_jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
+    if constexpr (has_traced_jacobian) {
+      if (jacobian_.write(*this, dof(), t, y.data(), ydot.data(), out)) return;
+    }
     const detail::SceneJacobian<Sc> jacobian(scene_, t, y);
     const Eigen::Index k = dof();
     std::copy_n(jacobian.acceleration().data(), k, std::copy_n(y.data() + k, k, ydot.data()));
@@ -171,15 +181,22 @@ class SceneForm {
 
   /// The equations, traced anew: what an implicit method asks where few coordinates meet.
   detail::TracedEquations<> equations() const
-    requires is_traced
+    requires(is_traced || has_traced_jacobian)
   {
     return detail::traced_equations(scene_);
   }
   /// Runs the functors on a recording.
   void run_functors(detail::RecordedMotion& motion) const
-    requires is_traced
+    requires(is_traced || has_traced_jacobian)
   {
     detail::run_scene(motion, scene_, nullptr);
+  }
+  /// What of the equations is no solution.
+  detail::TracedJacobian::Limits limits_of_pivots() const {
+    if constexpr (!has_constraints) return {.singular = detail::singular_pivot<double>(dof()), .dependent = 0.0};
+    return {.singular = detail::massless_pivot,
+            .dependent = detail::clearly_independent * default_rank_cutoff * default_rank_cutoff,
+            .may_be_singular = Sc::SystemType::inertia == Inertia::indefinite};
   }
   /// a ← q̈ and lambda ← λ at y.
   void accelerate(double t, const double* y, double* a, double* lambda) const
@@ -269,6 +286,7 @@ class SceneForm {
 
   Sc scene_;
   [[no_unique_address]] std::conditional_t<is_traced, detail::KeptMotion<Traced>, std::tuple<>> traced_;
+  [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobian<SceneForm>, std::tuple<int>> jacobian_;
 };
 
 /// The first-order form of a scene; that of its system where it has no effects.
