@@ -16,6 +16,8 @@
 #include <functional>
 #include <utility>
 
+#include "qdot/ad/vector.hpp"
+
 namespace qdot::detail {
 
 /// The largest |λ| of ∂f/∂y, estimated by powers of the Jacobian; of many components, whose matrix would be too large, by differences of f along them.
@@ -29,7 +31,7 @@ class SpectralRadius {
 
   SpectralRadius(Eigen::Index size, Jacobian jacobian, Derivative derivative)
       : jacobian_(std::move(jacobian)), derivative_(std::move(derivative)), x_(size), image_(size), second_(size) {
-    if (size <= most_components) J_.setZero(size, size);
+    if (size <= most_components) J_ = zeros<Eigen::MatrixXd>(size, size);
     else y_.resize(size), moved_.resize(size), f_.resize(size);
   }
 
