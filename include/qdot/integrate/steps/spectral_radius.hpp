@@ -78,10 +78,17 @@ class SpectralRadius {
   // out ← J x.
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& out) {
     if (J_.size() > 0) {
-      std::fill_n(out.data(), out.size(), 0.0);
-      const double* entry = J_.data();
-      for (Eigen::Index j = 0; j < x.size(); ++j)
-        for (Eigen::Index i = 0; i < x.size(); ++i) out[i] += *entry++ * x[j];
+      const Eigen::Index n = x.size();
+      double* const __restrict sum = out.data();
+      std::fill_n(sum, n, 0.0);
+      Eigen::Index j = 0;
+      for (; j + 4 <= n; j += 4) {  // four columns for each time that a sum is written
+        const double *const a = J_.data() + j * n, *const b = a + n, *const c = b + n, *const d = c + n;
+        const double xa = x[j], xb = x[j + 1], xc = x[j + 2], xd = x[j + 3];
+        for (Eigen::Index i = 0; i < n; ++i) sum[i] += (a[i] * xa + b[i] * xb) + (c[i] * xc + d[i] * xd);
+      }
+      for (; j < n; ++j)
+        for (Eigen::Index i = 0; i < n; ++i) sum[i] += J_(i, j) * x[j];
       return;
     }
     const double size = largest(x), by = size > 0.0 ? displacement * (1.0 + largest(y_)) / size : displacement;
@@ -91,9 +98,14 @@ class SpectralRadius {
   }
 
   static double product(const Eigen::VectorXd& u, const Eigen::VectorXd& v) {
-    double sum = 0.0;
-    for (Eigen::Index i = 0; i < u.size(); ++i) sum += u[i] * v[i];
-    return sum;
+    double sum = 0.0, others = 0.0;  // one addition need not wait for the other
+    Eigen::Index i = 0;
+    for (; i + 2 <= u.size(); i += 2) {
+      sum += u[i] * v[i];
+      others += u[i + 1] * v[i + 1];
+    }
+    if (i < u.size()) sum += u[i] * v[i];
+    return sum + others;
   }
   static double largest(const Eigen::VectorXd& u) {
     double most = 0.0;
