@@ -262,7 +262,7 @@ class SceneJacobian {
         const Vector<D, columns> seeds = seeded<D>(y_, first);
         const Vector<D, n> x = seeds.head(k), v = seeds.segment(k, k);
         const Vector<D, states> w = seeds.template tail<states>();
-        Vector<D, n> Q = Vector<D, n>::Zero(k);
+        Vector<D, n> Q = zeros<Vector<D, n>>(k);
         Vector<D, states> rate;
         if constexpr (has_other_forces<Sc>) Q = summed_forces<ForceSum::unknown_slopes>(scene_, x, v, w, D(t_));
         if constexpr (Sc::has_states) rate = state_rates(scene_, x, v, w, D(t_));
@@ -282,8 +282,8 @@ class SceneJacobian {
   template <bool recorded>
   void write_by_duals(Out out) const {
     const Eigen::Index k = dof();
-    Matrix<double, n, columns> dr = Matrix<double, n, columns>::Zero(k, y_.size());               // of the upper right side
-    Matrix<double, m, columns> dc = Matrix<double, m, columns>::Zero(lambda_.size(), y_.size());  // and of the lower
+    Matrix<double, n, columns> dr = zeros<Matrix<double, n, columns>>(k, y_.size());               // of the upper right side
+    Matrix<double, m, columns> dc = zeros<Matrix<double, m, columns>>(lambda_.size(), y_.size());  // and of the lower
     const auto& energies = scene_.system().energies();
     if constexpr (recorded) {
       for_each_residual<n>(energies, q_, qdot_, a_, t_, [&](int i, int first, const double* residual) {

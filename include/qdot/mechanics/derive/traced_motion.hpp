@@ -52,7 +52,7 @@ class TracedLines {
   template <class Run>
   bool still_holds(const Run& run) {
     const std::lock_guard lock(shared_->again);
-    return detail::still_holds(shared_->equations.motion, run);
+    return is_unchanged(shared_->equations.motion, run);
   }
   std::vector<int> numbers(const std::vector<int>& nodes) const { return shared_->writer.numbers(nodes); }
 
