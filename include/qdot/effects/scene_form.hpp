@@ -32,9 +32,7 @@ class SceneForm {
   static constexpr int states = Sc::states_at_compile_time;
   static constexpr int m = Sc::constraints_at_compile_time;
   static constexpr bool is_traced = detail::is_traced_scene<Sc>;
-  // Where neither straight-line code nor the compiler has derivatives of all there is.
-  static constexpr bool has_traced_jacobian = detail::is_recordable_scene<Sc> && n <= 64 && !detail::has_forced_jacobian<Sc> &&
-                                              !(detail::is_written_out<typename Sc::SystemType::EnergiesType> && !Sc::has_constraints && !Sc::has_states);
+  static constexpr bool has_traced_jacobian = detail::has_traced_jacobian<Sc>;
   using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints<>, detail::TracedMotion<>>;
 
  public:
@@ -181,16 +179,23 @@ class SceneForm {
 
   /// The equations, traced anew: what an implicit method asks where few coordinates meet.
   detail::TracedEquations<> equations() const
-    requires(is_traced || has_traced_jacobian)
+    requires is_traced
   {
     return detail::traced_equations(scene_);
   }
   /// Runs the functors on a recording.
   void run_functors(detail::RecordedMotion& motion) const
-    requires(is_traced || has_traced_jacobian)
+    requires is_traced
   {
-    detail::run_scene(motion, scene_, nullptr);
+    record_again(motion);
   }
+  /// The same for a Jacobian that is kept, whatever n is.
+  detail::TracedEquations<> recorded() const
+    requires has_traced_jacobian
+  {
+    return detail::traced_equations(scene_);
+  }
+  void record_again(detail::RecordedMotion& motion) const { detail::run_scene(motion, scene_, nullptr); }  ///< runs the functors
   /// What of the equations is no solution.
   detail::TracedJacobian::Limits limits_of_pivots() const {
     if constexpr (!has_constraints) return {.singular = detail::singular_pivot<double>(dof()), .dependent = 0.0};

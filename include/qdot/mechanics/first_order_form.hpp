@@ -158,16 +158,23 @@ class FirstOrderForm {
 
   /// The equations, traced anew: what an implicit method asks where few coordinates meet.
   detail::TracedEquations<> equations() const
-    requires(detail::TracedSystem<Sys> || has_traced_jacobian)
+    requires detail::TracedSystem<Sys>
   {
     return detail::traced_equations(system_);
   }
   /// Runs the functors on a recording.
   void run_functors(detail::RecordedMotion& m) const
-    requires(detail::TracedSystem<Sys> || has_traced_jacobian)
+    requires detail::TracedSystem<Sys>
   {
-    detail::run_energies<n>(m, system_.energies());
+    record_again(m);
   }
+  /// The same for a Jacobian that is kept, whatever n is.
+  detail::TracedEquations<> recorded() const
+    requires has_traced_jacobian
+  {
+    return detail::traced_equations(system_);
+  }
+  void record_again(detail::RecordedMotion& m) const { detail::run_energies<n>(m, system_.energies()); }  ///< runs the functors
   /// What of the equations is no solution.
   detail::TracedJacobian::Limits limits_of_pivots() const { return {.singular = detail::singular_pivot<double>(system_.dof()), .dependent = 0.0}; }
   /// a ← q̈ at y; the last argument is for the multipliers of scenes.

@@ -17,6 +17,9 @@
 // and ∂Q from dual numbers, one sweep for up to 16 directions, but of effects that know it themselves, as damping does. The matrix is factored as
 // for q̈ and λ, with all columns of the right side beside it (effects/equations/constrained_equations.hpp); where that finds a pivot too small, and for
 // singular M, effects/rows/constrained_solve.hpp solves column by column.
+//
+// All this is for scenes that switch. Of others, forms have the Jacobian from lines (mechanics/derive/traced_jacobian.hpp), in a half of the time; where functors branch on the state, so that there are none,
+// records and dual numbers are asked, as for many coordinates. Scenes of up to four coordinates in straight-line code with forces alone have theirs in effects/equations/forced_jacobian.hpp.
 
 #include <algorithm>
 #include <cstddef>
@@ -107,7 +110,7 @@ class SceneJacobian {
   static constexpr int states = Sc::states_at_compile_time;
   static constexpr int m = Sc::constraints_at_compile_time;
   static constexpr int columns = n == Dynamic ? Dynamic : 2 * n + states;
-  static constexpr bool by_slopes = has_slopes<n> && m != Dynamic;
+  static constexpr bool by_slopes = has_slopes<n> && m != Dynamic && !has_traced_jacobian<Sc>;
   using Out = Eigen::Ref<Eigen::MatrixXd>;
   using Row = SlopeRow<columns>;
 

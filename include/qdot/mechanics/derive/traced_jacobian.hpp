@@ -244,15 +244,15 @@ class TracedJacobian {
 
 /// The traced Jacobian that a form keeps: made when it is first asked for, and again where a method begins and the functors are others by then.
 ///
-/// A form has equations(), run_functors(), limits_of_pivots(). Those whose Jacobian nobody asks for are not traced for it, nor is that compiled.
+/// A form has recorded(), record_again(), limits_of_pivots(). Those whose Jacobian nobody asks for are not traced for it, nor is that compiled.
 template <class Form>
 class KeptJacobian {
  public:
   /// As TracedJacobian::write(); false where there is none, or where it would be too large.
   bool write(const Form& form, Eigen::Index dof, double t, const double* y, double* ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
     if (dof > largest) return false;
-    run_.store([](const Form& f, RecordedMotion& m) { f.run_functors(m); }, std::memory_order_relaxed);
-    return kept_.use([&form] { return TracedJacobian(form.equations(), form.limits_of_pivots()); },
+    run_.store([](const Form& f, RecordedMotion& m) { f.record_again(m); }, std::memory_order_relaxed);
+    return kept_.use([&form] { return TracedJacobian(form.recorded(), form.limits_of_pivots()); },
                      [&](TracedJacobian& jacobian) { return jacobian.write(t, y, ydot, out); });
   }
   void renew(const Form& form) {
