@@ -18,8 +18,7 @@
 // for q̈ and λ, with all columns of the right side beside it (effects/equations/constrained_equations.hpp); where that finds a pivot too small, and for
 // singular M, effects/rows/constrained_solve.hpp solves column by column.
 //
-// All this is for scenes that switch. Of others, forms have the Jacobian from lines (mechanics/derive/traced_jacobian.hpp), in a half of the time; where functors branch on the state, so that there are none,
-// records and dual numbers are asked, as for many coordinates. Scenes of up to four coordinates in straight-line code with forces alone have theirs in effects/equations/forced_jacobian.hpp.
+// All this is for scenes that switch. Of others, forms have it from lines in half the time (mechanics/derive/traced_jacobian.hpp), and from records and dual numbers where functors branch.
 
 #include <algorithm>
 #include <cstddef>
@@ -97,8 +96,7 @@ class ConstraintSlopes {
   }
 };
 
-// Whether there are forces whose slopes duals have to find.
-template <class Sc>
+template <class Sc>  // whether there are forces whose slopes duals have to find
 inline constexpr bool has_other_forces = false;
 template <class Sys, class... Effects>
 inline constexpr bool has_other_forces<Scene<Sys, Effects...>> =
