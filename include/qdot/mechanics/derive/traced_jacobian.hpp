@@ -25,6 +25,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/records/hessian_record.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
 
 namespace qdot::detail {
