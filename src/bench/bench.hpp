@@ -74,7 +74,7 @@ Benchmark sensitivities_benchmark();
 /// Digits reached on published hard cases (src/bench/hard.cpp).
 Benchmark hard_benchmark();
 
-/// Time to compile a 40-line user program (src/bench/compile.cpp).
+/// Time to compile user programs of 20 to 40 lines (src/bench/compile.cpp).
 Benchmark compile_benchmark();
 
 /// All benchmarks of this build, in the order in which `qdot bench` runs them.

@@ -44,6 +44,11 @@ struct UnrolledEnergies {
   template <int n>
   static auto system() { return mechanical_system<n>(UnrolledChain<n>{}); }
 };
+struct LoopedEnergies {
+  static constexpr const char* name = "chain, T and V with for";
+  template <int n>
+  static auto system() { return mechanical_system<n>(LoopedChain{}); }
+};
 struct LoopsInARun {
   static constexpr const char* name = "chain, T and V with for, in a run";
   template <int n>

@@ -387,6 +387,21 @@ TEST_CASE("equations that an event switches have continuous states and a jump of
   CHECK(backwards.message.find("an action changes what functors read") != std::string::npos);
 }
 
+TEST_CASE("behind an event that switches them, traced equations of a number of coordinates known at run time are the new ones") {
+  double gravity = 0.0;  // begins at x = 1
+  const auto system = qdot::mechanical_system(1, Particle{.switched = &gravity});
+  const double v0 = 0.8, x0 = 0.1, T = 3.0, t1 = (1 - x0) / v0, late = T - t1;
+  using V = Eigen::VectorXd;
+  const auto s = sensitivities(system, State<qdot::Dynamic>{0.0, {x0}, {v0}}, T, Dop853{}, fine,
+                               events(crossing("field", [](const V& q, const V&) { return q[0] - 1.0; }).rising().then([&gravity](State<qdot::Dynamic>&) { gravity = 2.0; })));
+  REQUIRE(s.completed());
+  CHECK_THAT(s.y[0], WithinAbs(1 + v0 * late + late * late, 1e-11));
+  const double dt_dx = -1 / v0, dt_dv = -(1 - x0) / (v0 * v0);  // as above
+  Eigen::Matrix2d expected;
+  expected << -(v0 + 2 * late) * dt_dx, late - (v0 + 2 * late) * dt_dv, -2 * dt_dx, 1 - 2 * dt_dv;
+  CHECK((s.Phi - expected).cwiseAbs().maxCoeff() < 1e-11);
+}
+
 TEST_CASE("derivatives that are left out of the control of errors take the steps of the motion alone") {
   const auto system = qdot::mechanical_system<2>(qdot::scenes::DoublePendulum{});
   const State<2> start{0.0, {1.7, 1.7}, {0, 0}};

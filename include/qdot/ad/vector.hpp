@@ -5,6 +5,7 @@
 // number of coordinates is known, at run time (Dynamic) where it is not.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 
@@ -60,6 +61,15 @@ inline double largest(const double* numbers, Eigen::Index count) {
 template <int rows, int columns, int options>
 double largest(const Eigen::Matrix<double, rows, columns, options>& of) {
   return largest(of.data(), of.size());
+}
+
+// A vector or matrix of zeros. Eigen's Zero() is a type of its own for each type of matrix, and its assignment a dozen functions.
+template <class V>
+V zeros(Eigen::Index rows, Eigen::Index columns = 1) {
+  V all;
+  all.resize(rows, columns);
+  std::fill_n(all.data(), all.size(), typename V::Scalar(0));
+  return all;
 }
 
 // The place of the largest |x|, the first of several; 0 for none.

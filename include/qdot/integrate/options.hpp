@@ -32,7 +32,7 @@ namespace qdot {
 /// Absolute tolerance: one number for all components, or one for each.
 class AbsoluteTolerance {
  public:
-  AbsoluteTolerance(double all) : values_(Eigen::VectorXd::Constant(1, all)) {}
+  AbsoluteTolerance(double all) : values_(1) { values_[0] = all; }
   AbsoluteTolerance(Eigen::VectorXd each) : values_(std::move(each)) {}
   AbsoluteTolerance(std::initializer_list<double> each)
       : values_(Eigen::Map<const Eigen::VectorXd>(each.begin(), static_cast<Eigen::Index>(each.size()))) {}

@@ -63,7 +63,7 @@ class Derived : public E {
   [[gnu::noinline]] bool still_holds() const {
     if (!has_lines()) return true;
     const std::lock_guard lock(once_->mutex);
-    return detail::still_holds(once_->recorded, [this](detail::RecordedMotion& m) { detail::run_energies<n>(m, energies()); });
+    return detail::is_unchanged(once_->recorded, [this](detail::RecordedMotion& m) { detail::run_energies<n>(m, energies()); });
   }
 
   /// M and r, handed to `use` (mass_and_rhs.hpp); false where T or V has no value, and where `use` says so.

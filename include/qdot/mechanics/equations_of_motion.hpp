@@ -89,7 +89,7 @@ template <class E, int n, Inertia I, class S>
 template <class E, int n, Inertia I, class S>
 [[gnu::noinline]] Vector<S, n> longer_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
   if constexpr (std::is_same_v<S, double> && I == Inertia::positive_definite && !(HasClosedForm<E> && straight_line_pays)) {
-    Vector<double, n> a = Vector<double, n>::Zero(at.size());
+    Vector<double, n> a = zeros<Vector<double, n>>(at.size());
     if (with_longer_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())}, system.kept_lines())) return a;
   }
   return general_acceleration<E, n, I, S>(system, at, velocity, t);
@@ -128,7 +128,7 @@ template <class E, int n, Inertia I, class Blame>
 Vector<double, n> acceleration_under_force(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
                                            double t, const Vector<double, n>& Q, const Blame& blame) {
   if constexpr (I == Inertia::positive_definite) {
-    Vector<double, n> a = Vector<double, n>::Zero(q.size());
+    Vector<double, n> a = zeros<Vector<double, n>>(q.size());
     const AccelerationTo<n, true> use{a.data(), singular_pivot<double>(q.size()), Q.data()};
     if (with_mass_and_rhs<n>(system.energies(), q, qdot, t, use, system.kept_lines())) return a;
   }

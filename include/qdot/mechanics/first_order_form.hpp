@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "qdot/mechanics/acceleration_jacobian.hpp"
-#include "qdot/mechanics/derive/traced_motion.hpp"
+#include "qdot/mechanics/derive/traced_jacobian.hpp"
 #include "qdot/mechanics/equations/constant_inertia.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
@@ -65,6 +65,10 @@ concept SwitchingSystem = FirstOrderSystem<F> && requires(const F& f, double t, 
 template <class Sys>
 class FirstOrderForm {
   static constexpr int n = Sys::dof_at_compile_time;
+  // Of positions, and where n is known at run time. Others have ways of their own (acceleration_jacobian.hpp).
+  static constexpr bool has_traced_jacobian = Sys::inertia == Inertia::positive_definite && (n == Dynamic || (detail::HasOwnEquations<typename Sys::EnergiesType> && n <= 64)) &&
+                                              detail::RecordableEnergies<typename Sys::EnergiesType, n> &&
+                                              !requires(const typename Sys::EnergiesType& e) { e.has_lines(); };
 
  public:
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;  ///< 2n, or Dynamic
@@ -76,9 +80,10 @@ class FirstOrderForm {
 
   /// Traces T and V again where they are others by now, and factors a constant M again.
   void renew()
-    requires(n == Dynamic || detail::may_keep_lines<typename Sys::EnergiesType, n>)
+    requires(n == Dynamic || has_traced_jacobian || detail::may_keep_lines<typename Sys::EnergiesType, n>)
   {
     detail::renew_lines(system_, system_);
+    if constexpr (has_traced_jacobian) jacobian_.renew(*this);
     if constexpr (detail::TracedSystem<Sys>) traced_.renew([&](detail::RecordedMotion& m) { detail::run_energies<Dynamic>(m, system_.energies()); });
     inertia_ = detail::ConstantInertia<Sys>(system_);
   }
@@ -128,6 +133,9 @@ class FirstOrderForm {
   ///
   /// @throws as acceleration()
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const {
+    if constexpr (has_traced_jacobian) {
+      if (jacobian_.write(*this, system_.dof(), t, y.data(), nullptr, J)) return;
+    }
     const auto [q, qdot] = parts(y);
     const AccelerationJacobian<n> a = acceleration_jacobian(system_, q, qdot, t);
     const Eigen::Index dof = q.size();
@@ -158,8 +166,17 @@ class FirstOrderForm {
   void run_functors(detail::RecordedMotion& m) const
     requires detail::TracedSystem<Sys>
   {
-    detail::run_energies<Dynamic>(m, system_.energies());
+    record_again(m);
   }
+  /// The same for a Jacobian that is kept, whatever n is.
+  detail::TracedEquations<> recorded() const
+    requires has_traced_jacobian
+  {
+    return detail::traced_equations(system_);
+  }
+  void record_again(detail::RecordedMotion& m) const { detail::run_energies<n>(m, system_.energies()); }  ///< runs the functors
+  /// What of the equations is no solution.
+  detail::TracedJacobian::Limits limits_of_pivots() const { return {.singular = detail::singular_pivot<double>(system_.dof()), .dependent = 0.0}; }
   /// a ← q̈ at y; the last argument is for the multipliers of scenes.
   void accelerate(double t, const double* y, double* a, double*) const
     requires detail::TracedSystem<Sys>
@@ -203,6 +220,7 @@ class FirstOrderForm {
   Sys system_;
   detail::ConstantInertia<Sys> inertia_;  // factored once in a leg, where M is constant and V no formula
   [[no_unique_address]] std::conditional_t<n == Dynamic, detail::KeptMotion<detail::TracedMotion<>>, std::tuple<>> traced_;
+  [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobian<FirstOrderForm>, std::tuple<int>> jacobian_;
 };
 
 namespace detail {

@@ -291,7 +291,7 @@ template <class E, int n, Inertia I, class S>
 MassAndRhs<S, n> mass_and_rhs(const System<E, n, I>& system, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
   detail::require_sizes(system, q, qdot);
   if constexpr (std::is_same_v<S, double>) {
-    MassAndRhs<double, n> found{Matrix<double, n>::Zero(q.size(), q.size()), Vector<double, n>::Zero(q.size())};
+    MassAndRhs<double, n> found{detail::zeros<Matrix<double, n>>(q.size(), q.size()), detail::zeros<Vector<double, n>>(q.size())};
     if (detail::with_mass_and_rhs<n>(system.energies(), q, qdot, t, detail::CopyTo<n>{found.M, found.r}, system.kept_lines())) return found;
   }
   return detail::general_mass_and_rhs<n>(system.energies(), q, qdot, t);

@@ -25,7 +25,7 @@ auto mass_matrix(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, c
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, qdot);
   if constexpr (std::is_same_v<S, double>) {
-    Matrix<double, n> M = Matrix<double, n>::Zero(q.size(), q.size());
+    Matrix<double, n> M = detail::zeros<Matrix<double, n>>(q.size(), q.size());
     Vector<double, n> r(q.size());
     if (detail::with_mass_and_rhs<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t, detail::CopyTo<n>{M, r}, system.kept_lines())) return M;
   }

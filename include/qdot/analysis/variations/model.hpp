@@ -48,6 +48,7 @@ struct FixedModel {
 
   static constexpr int parameters_at_compile_time = 0;
   Eigen::Index parameters() const { return 0; }
+  void renew() { detail::renew(form); }
   void write_parameter_rates(double, const double*, const double*, Eigen::Ref<Eigen::MatrixXd>) const {}
   static constexpr bool goes_backwards = false;  // whether it has a gradient of λ·f in p that costs less than ∂f/∂p
   template <class Rows>
@@ -167,6 +168,12 @@ class FamilyModel {
 
   Member nominal;
   Form form;
+
+  void renew() {
+    detail::renew(form);
+    for (Neighbours& near : neighbours_)
+      for (Form& one : near.forms) detail::renew(one);
+  }
 
   Eigen::Index parameters() const { return p_.size(); }
   double parameter(Eigen::Index j) const { return p_[j]; }

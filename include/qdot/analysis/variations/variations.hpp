@@ -209,7 +209,7 @@ class Variations final : public VariationalEquations {
     const double p = j < 0 ? std::numeric_limits<double>::infinity() : std::abs(model_.parameter(j));
     return p == 0.0 ? 1.0 : p;
   }
-  void renew() override { detail::renew(model_.form); }
+  void renew() override { model_.renew(); }
   std::unique_ptr<AnyWatch> watch(const Options& options) const override { return std::make_unique<WatchOf<Form>>(form(), options); }
 
   // Guard k of a scene that switches.
@@ -235,6 +235,7 @@ class Variations final : public VariationalEquations {
         if constexpr (!E::stops && !E::records)
           if (std::optional<Failure> failure = change_state<n>(event.name, event.action, t, y, dof_)) throw EndOfRun(std::move(*failure));
       });
+      model_.renew();  // an action may change what f is
       if (!y.allFinite()) return;
       model_.with_form(parameter_of(column), s, [&](const Form& form) {
         if constexpr (projects) form.project(t, y);
@@ -313,7 +314,7 @@ class Variations final : public VariationalEquations {
     (void)t, (void)both;
   }
 
-  Model model_;
+  mutable Model model_;
   Eigen::Index starts_ = 0, times_;
   mutable Eigen::MatrixXd J_, slopes_;
   mutable Eigen::VectorXd head_;

@@ -17,6 +17,8 @@
 // and ∂Q from dual numbers, one sweep for up to 16 directions, but of effects that know it themselves, as damping does. The matrix is factored as
 // for q̈ and λ, with all columns of the right side beside it (effects/equations/constrained_equations.hpp); where that finds a pivot too small, and for
 // singular M, effects/rows/constrained_solve.hpp solves column by column.
+//
+// All this is for scenes that switch. Of others, forms have it from lines in half the time (mechanics/derive/traced_jacobian.hpp), and from records and dual numbers where functors branch.
 
 #include <algorithm>
 #include <cstddef>
@@ -94,8 +96,7 @@ class ConstraintSlopes {
   }
 };
 
-// Whether there are forces whose slopes duals have to find.
-template <class Sc>
+template <class Sc>  // whether there are forces whose slopes duals have to find
 inline constexpr bool has_other_forces = false;
 template <class Sys, class... Effects>
 inline constexpr bool has_other_forces<Scene<Sys, Effects...>> =
@@ -107,7 +108,7 @@ class SceneJacobian {
   static constexpr int states = Sc::states_at_compile_time;
   static constexpr int m = Sc::constraints_at_compile_time;
   static constexpr int columns = n == Dynamic ? Dynamic : 2 * n + states;
-  static constexpr bool by_slopes = has_slopes<n> && m != Dynamic;
+  static constexpr bool by_slopes = has_slopes<n> && m != Dynamic && !has_traced_jacobian<Sc>;
   using Out = Eigen::Ref<Eigen::MatrixXd>;
   using Row = SlopeRow<columns>;
 
@@ -262,7 +263,7 @@ class SceneJacobian {
         const Vector<D, columns> seeds = seeded<D>(y_, first);
         const Vector<D, n> x = seeds.head(k), v = seeds.segment(k, k);
         const Vector<D, states> w = seeds.template tail<states>();
-        Vector<D, n> Q = Vector<D, n>::Zero(k);
+        Vector<D, n> Q = zeros<Vector<D, n>>(k);
         Vector<D, states> rate;
         if constexpr (has_other_forces<Sc>) Q = summed_forces<ForceSum::unknown_slopes>(scene_, x, v, w, D(t_));
         if constexpr (Sc::has_states) rate = state_rates(scene_, x, v, w, D(t_));
@@ -282,8 +283,8 @@ class SceneJacobian {
   template <bool recorded>
   void write_by_duals(Out out) const {
     const Eigen::Index k = dof();
-    Matrix<double, n, columns> dr = Matrix<double, n, columns>::Zero(k, y_.size());               // of the upper right side
-    Matrix<double, m, columns> dc = Matrix<double, m, columns>::Zero(lambda_.size(), y_.size());  // and of the lower
+    Matrix<double, n, columns> dr = zeros<Matrix<double, n, columns>>(k, y_.size());               // of the upper right side
+    Matrix<double, m, columns> dc = zeros<Matrix<double, m, columns>>(lambda_.size(), y_.size());  // and of the lower
     const auto& energies = scene_.system().energies();
     if constexpr (recorded) {
       for_each_residual<n>(energies, q_, qdot_, a_, t_, [&](int i, int first, const double* residual) {

@@ -108,7 +108,7 @@ class ConstraintGeometry {
         if (traced_->displacement(wanted.data(), step.data())) return step;
         make_dense();
       } else if (sparse_) {
-        Vector<double, n> step = Vector<double, n>::Zero(sparse_->M.size());
+        Vector<double, n> step = zeros<Vector<double, n>>(sparse_->M.size());
         Vector<double, m> multipliers = r;
         if (sparse_->factors.solve(sparse_->J, step, multipliers)) return step;
         make_dense();
@@ -125,7 +125,7 @@ class ConstraintGeometry {
       if (sparse_ || traced_) {
         BandedMatrix metric(size.size(), 0);
         for (Eigen::Index j = 0; j < size.size(); ++j) metric(j, j) = weight[j];
-        Vector<double, n> step = Vector<double, n>::Zero(size.size());
+        Vector<double, n> step = zeros<Vector<double, n>>(size.size());
         Vector<double, m> multipliers = r;
         SparseFactors factors;
         // Newton's iteration corrects what rows that depend on others leave over.
@@ -135,7 +135,7 @@ class ConstraintGeometry {
         make_dense();
       }
     }
-    Matrix<double, n> metric = Matrix<double, n>::Zero(size.size(), size.size());
+    Matrix<double, n> metric = zeros<Matrix<double, n>>(size.size(), size.size());
     for (Eigen::Index i = 0; i < size.size(); ++i) metric(i, i) = weight[i];
     return ConstrainedFactors<n, m>(metric, J_, cutoff_).displacement(r, t_, names_);
   }

@@ -304,6 +304,14 @@ template <class Sys, class... Effects>
 inline constexpr bool is_traced_scene<Scene<Sys, Effects...>> = TracedSystem<typename Scene<Sys, Effects...>::SystemType> &&
                                                                 (effect_is_recordable<Effects, Sys::dof_at_compile_time>() && ...);
 
+// Which scenes can be recorded, n fixed or not.
+template <class Sc>
+inline constexpr bool is_recordable_scene = false;
+template <class Sys, class... Effects>
+inline constexpr bool is_recordable_scene<Scene<Sys, Effects...>> =
+    RecordableEnergies<typename Scene<Sys, Effects...>::SystemType::EnergiesType, Sys::dof_at_compile_time> &&
+    (effect_is_recordable<Effects, Sys::dof_at_compile_time>() && ...);
+
 // Runs all functors of a scene, and notes of each row of a constraint whether it restricts positions.
 template <class Sc>
 void run_scene(RecordedMotion& m, const Sc& scene, std::vector<bool>* holonomic) {

@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "qdot/ad/vector.hpp"
 #include "qdot/integrate/cvode/bridge.hpp"
 #include "qdot/mechanics/equations/banded_equations.hpp"
 
@@ -26,7 +27,7 @@ namespace qdot::detail::cvode {
 
 class BandedNewton {
  public:
-  BandedNewton(Eigen::Index n, SUNContext context) : context_(context), right_(Eigen::VectorXd::Zero(n)) {
+  BandedNewton(Eigen::Index n, SUNContext context) : context_(context), right_(zeros<Eigen::VectorXd>(n)) {
     right_vector_ = owned<VectorHandle>(N_VMake_Serial(index(n), right_.data(), context_), "vector");
     placeholder_ = owned<MatrixHandle>(SUNDenseMatrix(1, 1, context_), "matrix");
     SUNLinearSolver raw = SUNLinSolNewEmpty(context_);
@@ -83,7 +84,7 @@ class BandedNewton {
 
   int solve(double* x, const double* b) {
     const Eigen::Index n = right_.size(), w = at_.reach;
-    right_.setZero();
+    std::fill_n(right_.data(), n, 0.0);
     for (Eigen::Index j = 0; j < n; ++j)
       for (Eigen::Index i = std::max<Eigen::Index>(0, j - w); i < std::min(n, j + w + 1); ++i)
         right_[i] += mass(i, j) * b[n + j] - gamma_ * at_.K(i - j + w, j) * b[j];

@@ -29,6 +29,7 @@
 #include <string_view>
 #include <utility>
 
+#include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/cvode/bridge.hpp"
 #include "qdot/integrate/cvode/callbacks.hpp"
@@ -127,10 +128,8 @@ inline Core::Core(AnySystem system, CvodeSettings wanted, const Options& options
       settings.max_order, "leave it out for the highest");
   statistics.method = settings.name;
   statistics.limited_by.assign(static_cast<std::size_t>(n), 0);
-  y.setZero(n);
-  weights.setZero(n);
-  errors.setZero(n);
-  coefficients.setZero(n, highest + 1);
+  y = weights = errors = zeros<Eigen::VectorXd>(n);
+  coefficients = zeros<Eigen::MatrixXd>(n, highest + 1);
   y_vector = view_of(y);
   weight_vector = view_of(weights);
   error_vector = view_of(errors);

@@ -172,11 +172,11 @@ class ConstraintSeries {
         moving_.push_back({slot, static_cast<Eigen::Index>(i / dof), static_cast<Eigen::Index>(i % dof)});
     }
     const auto rows = static_cast<Eigen::Index>(rows_.size());
-    W_.setZero(rows, static_cast<Eigen::Index>(dof));
-    gamma_.setZero(rows);
-    displacement_.setZero(static_cast<Eigen::Index>(dof), rows);
-    least_.setZero(rows, rows);
-    lambda_.setZero(rows, highest_order);
+    W_ = zeros<Matrix<double, m, n>>(rows, static_cast<Eigen::Index>(dof));
+    gamma_ = zeros<Vector<double, m>>(rows);
+    displacement_ = zeros<Matrix<double, n, m>>(static_cast<Eigen::Index>(dof), rows);
+    least_ = zeros<Matrix<double, m>>(rows, rows);
+    lambda_ = zeros<Matrix<double, m, Dynamic>>(rows, highest_order);
     moving_W_.setZero(static_cast<Eigen::Index>(moving_.size()), highest_order);
     moving_lambda_ = moving_W_;
     sums_.setZero(static_cast<Eigen::Index>(moving_.size()));

@@ -267,7 +267,8 @@ class TimeWatch {
   template <class Y>
   void look(double t, const Y& y, double landing) {
     const double left = landing - t, least = shortest * std::abs(left);
-    rates_.setZero(y.size());
+    rates_.resize(y.size());
+    std::fill_n(rates_.data(), rates_.size(), 0.0);
     state_ = y;
     std::copy_n(state_.data() + dof(system_), dof(system_), rates_.data());
     double L = std::min(std::abs(left), (bounds_.depends_on_state() ? 2.0 * steps_of_state : ahead) * wish_);

@@ -90,7 +90,7 @@ struct BehindForm<F> {
 // q and q̇ of y = [q; q̇; …].
 template <int n>
 std::pair<Vector<double, n>, Vector<double, n>> coordinates_of(const Eigen::VectorXd& y, Eigen::Index dof) {
-  std::pair<Vector<double, n>, Vector<double, n>> parts{Vector<double, n>::Zero(dof), Vector<double, n>::Zero(dof)};  // -O2 of g++ 12 takes unset ones for read
+  std::pair<Vector<double, n>, Vector<double, n>> parts{zeros<Vector<double, n>>(dof), zeros<Vector<double, n>>(dof)};  // -O2 of g++ 12 takes unset ones for read
   for (Eigen::Index i = 0; i < dof; ++i) {
     parts.first[i] = y[i];
     parts.second[i] = y[dof + i];

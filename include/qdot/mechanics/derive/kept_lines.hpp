@@ -56,11 +56,7 @@ class DerivedOnce {
   [[gnu::cold, gnu::noinline]] bool still_holds(const E& e) {
     if (!is_asked_.load(std::memory_order_acquire) || !lines_.exist()) return true;
     const std::lock_guard lock(mutex_);
-    try {
-      return detail::still_holds(recorded_, [&](RecordedMotion& m) { run_energies<n>(m, e); });
-    } catch (...) {  // no formulas any more
-      return false;
-    }
+    return is_unchanged(recorded_, [&](RecordedMotion& m) { run_energies<n>(m, e); });
   }
 
  private:

@@ -133,6 +133,7 @@ RecordedMotion recorded_motion(const E& e) {
   m.qdot = new_variables(m.recording, n, n);
   m.t = m.recording.graph.variable(2 * n);
   run_energies<n>(m, e);
+  m.returned_before.reserve(m.returned.size());  // so that looking whether it still holds allocates nothing
   return m;
 }
 

@@ -67,7 +67,7 @@ template <int n, class Energies>
 
 /// Whether functors are the formulas that were recorded, with the same constants: those that run(m) runs, or of a form.
 ///
-/// Runs them once more; what they return now is in m only if it is the same. A graph makes every node once, so the same formulas give the same nodes: a few hash look-ups for each
+/// Runs them once more, and leaves in m what they return now. A graph makes every node once, so the same formulas give the same nodes: a few hash look-ups for each
 /// operation, and no derivative.
 ///
 /// @throws NotAnalytic  one of them compares values or has a kink by now
@@ -77,18 +77,19 @@ bool still_holds(RecordedMotion& m, const Run& run) {
   m.returned.clear();
   m.recording.assumptions.swap(m.assumed_before);
   m.recording.assumptions.clear();
-  const auto take_back = [&m] {
-    m.returned.swap(m.returned_before);
-    m.recording.assumptions.swap(m.assumed_before);
-  };
+  run(m);
+  return m.returned == m.returned_before && m.recording.assumptions == m.assumed_before;
+}
+
+/// The same for those who go on with what was recorded: if not, or if they are no formulas any more, it is in m as before.
+template <std::invocable<RecordedMotion&> Run>
+bool is_unchanged(RecordedMotion& m, const Run& run) {
   try {
-    run(m);
-  } catch (...) {
-    take_back();
-    throw;
+    if (still_holds(m, run)) return true;
+  } catch (...) {  // what they throw they throw again, where they are asked for values
   }
-  if (m.returned == m.returned_before && m.recording.assumptions == m.assumed_before) return true;
-  take_back();
+  m.returned.swap(m.returned_before);
+  m.recording.assumptions.swap(m.assumed_before);
   return false;
 }
 

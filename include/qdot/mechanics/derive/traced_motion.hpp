@@ -52,7 +52,7 @@ class TracedLines {
   template <class Run>
   bool still_holds(const Run& run) {
     const std::lock_guard lock(shared_->again);
-    return detail::still_holds(shared_->equations.motion, run);
+    return is_unchanged(shared_->equations.motion, run);
   }
   std::vector<int> numbers(const std::vector<int>& nodes) const { return shared_->writer.numbers(nodes); }
 
@@ -287,10 +287,11 @@ class KeptMotion {
 template <class Sys>
 concept TracedSystem = Sys::dof_at_compile_time == Dynamic && Sys::inertia == Inertia::positive_definite && RecordableEnergies<typename Sys::EnergiesType, Dynamic>;
 
-template <TracedSystem Sys>
+template <class Sys>
+  requires RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time>
 TracedEquations<> traced_equations(const Sys& system) {
   TracedEquations<> e(system.dof(), 0);
-  run_energies<Dynamic>(e.motion, system.energies());
+  run_energies<Sys::dof_at_compile_time>(e.motion, system.energies());
   e.derive(false, {});
   return e;
 }

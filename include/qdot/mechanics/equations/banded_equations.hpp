@@ -34,7 +34,7 @@ namespace qdot::detail {
 class BandedMatrix {
  public:
   BandedMatrix(Eigen::Index n, Eigen::Index reach)
-      : reach_(reach), entries_(Eigen::MatrixXd::Zero(reach + 1, n)) {}
+      : reach_(reach), entries_(zeros<Eigen::MatrixXd>(reach + 1, n)) {}
 
   Eigen::Index size() const { return entries_.cols(); }
   Eigen::Index reach() const { return reach_; }
@@ -44,7 +44,7 @@ class BandedMatrix {
   double operator()(Eigen::Index i, Eigen::Index j) const { return entries_(i - j, j); }
 
   Eigen::MatrixXd dense() const {
-    Eigen::MatrixXd M = Eigen::MatrixXd::Zero(size(), size());
+    Eigen::MatrixXd M = zeros<Eigen::MatrixXd>(size(), size());
     for (Eigen::Index j = 0; j < size(); ++j)
       for (Eigen::Index i = j; i < std::min(size(), j + reach_ + 1); ++i) M(i, j) = M(j, i) = (*this)(i, j);
     return M;
@@ -253,7 +253,7 @@ BandedLinearization banded_linearization(const E& e, const Eigen::VectorXd& q, c
           known = true;
           result.reach = tape.reach;
           directions = std::min(n, 2 * result.reach + 1);
-          result.K = result.C = Eigen::MatrixXd::Zero(2 * result.reach + 1, n);
+          result.K = result.C = zeros<Eigen::MatrixXd>(2 * result.reach + 1, n);
           result.M = banded_mass_matrix(e, q, qdot, t, reach_of_T);
           continue;
         }
