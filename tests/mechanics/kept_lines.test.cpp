@@ -143,7 +143,7 @@ TEST_CASE("in a run, forces, potentials and constraints are added to lines as to
     const auto form = first_order_form(s);
     for (int k = 0; k < 3; ++k) {
       const Vector<double, 2 * n> y = random_state<n>(random);
-      const Eigen::VectorXd outside = acceleration(s, Vector<double, n>(y.head<n>()), Vector<double, n>(y.tail<n>()), 0.3);
+      const Eigen::VectorXd outside = acceleration(s, Vector<double, n>(y.head(n)), Vector<double, n>(y.tail(n)), 0.3);
       CHECK(difference(rates(form, y).tail(n), outside) < rounding);
       const Eigen::MatrixXd J = jacobian_of(form, y);
       for (int j = 0; j < 2 * n; ++j) {  // fourth order: h⁴ and rounding over h
@@ -151,7 +151,7 @@ TEST_CASE("in a run, forces, potentials and constraints are added to lines as to
         const auto at = [&](double by) {
           Vector<double, 2 * n> moved = y;
           moved[j] += by;
-          return Eigen::VectorXd(acceleration(s, Vector<double, n>(moved.template head<n>()), Vector<double, n>(moved.template tail<n>()), 0.3));
+          return Eigen::VectorXd(acceleration(s, Vector<double, n>(moved.head(n)), Vector<double, n>(moved.tail(n)), 0.3));
         };
         const Eigen::VectorXd slope = (8.0 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12.0 * h);
         CHECK(difference(J.col(j).tail(n), slope) < 1e-8);
