@@ -91,6 +91,25 @@ TEST_CASE("a T that is not quadratic has velocity-dependent inertia") {
   CHECK_THAT(a[0], WithinAbs(-0.6 / 1.75, rounding));
 }
 
+TEST_CASE("accelerations of coordinates that are coupled leave no force over, whatever T is made of") {
+  // M is full and depends on velocities; motion_residual() differentiates T by nested duals and solves nothing.
+  const auto s = mechanical_system<3>(
+      [](const auto& q, const auto& v, const auto& t) {
+        using std::cos, std::log, std::sin, std::sqrt;
+        const auto together = v[0] * cos(q[1]) + v[1] * sin(q[2]) + v[2], all = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+        return 2.0 * all + together * together + 0.3 * v[0] * v[1] * v[2] + sqrt(1.0 + q[0] * q[0] * all) + log(2.0 + q[1] * v[1] * v[1]) +
+               0.2 * sin(q[0] * v[2]) + 0.2 * cos(q[2] * v[0] * t) + v[0] * v[1] / (3.0 + q[2] + 0.1 * v[2]);
+      },
+      [](const auto& q) {
+        using std::cos;
+        return cos(q[0] - q[1]) * q[2] + q[1] / (2.0 + q[2]);
+      });
+  const Eigen::Vector3d q(0.4, 0.7, -0.3), v(0.5, -0.8, 0.6);
+  const Eigen::Vector3d a = acceleration(s, q, v, 1.2);
+  CHECK(motion_residual(s, q, v, a, 1.2).norm() < 10 * rounding * a.norm());
+  CHECK(a.norm() > 0.1);
+}
+
 TEST_CASE("sizes known at run time give the same accelerations, beyond one pass of duals too") {
   // Uncoupled variable masses: T = ½ Σ (1 + q²) v²  ⇒  (1 + q²) q̈ + q v² = 0
   const auto T = [](const auto& q, const auto& v) {
