@@ -15,6 +15,7 @@
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/symplectic.hpp"
+#include "qdot/mechanics/acceleration_jacobian.hpp"
 
 using namespace qdot;
 
@@ -212,6 +213,24 @@ TEST_CASE("traced equations with inertias that vary and time are those of nested
       const Eigen::MatrixXd M = detail::kinetic_hessian<Dynamic>(system.energies(), q, v, 1.3);
       const Eigen::VectorXd expected = M.llt().solve(detail::lagrange_rhs<Dynamic>(system.energies(), q, v, 1.3));
       CHECK((rates(first_order_form(system), q, v, 1.3) - expected).norm() < rounded_along * expected.norm());
+    }
+  };
+  check(Neighbours{});
+  check(ManyOperations{});
+}
+
+TEST_CASE("a form's Jacobian where inertias vary and meet is that of its accelerations") {
+  const auto check = [](const auto& energies) {
+    for (const Eigen::Index n : {2, 5}) {
+      const auto system = mechanical_system(n, energies);
+      const Eigen::VectorXd q = waves(n, 0.7), v = waves(n, 2.0);
+      const auto expected = acceleration_jacobian(system, q, v, 1.3);
+      Eigen::VectorXd y(2 * n);
+      y << q, v;
+      Eigen::MatrixXd found(2 * n, 2 * n);
+      first_order_form(system).jacobian(1.3, y, found);
+      CHECK((found.bottomLeftCorner(n, n) - expected.d_q).norm() < rounded_along * expected.d_q.norm());
+      CHECK((found.bottomRightCorner(n, n) - expected.d_qdot).norm() < rounded_along * expected.d_qdot.norm());
     }
   };
   check(Neighbours{});

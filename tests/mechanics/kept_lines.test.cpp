@@ -101,6 +101,20 @@ struct AtZero {
   }
 };
 
+// Free masses at x_k = q_k − ½ q_{k+1}², each seen from a place that the next one moves.
+struct Following {
+  auto operator()(const auto& q, const auto& qdot) const {
+    using S = std::decay_t<decltype(qdot[0])>;
+    S sum(0.0);
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      S v = qdot[i];
+      if (i + 1 < q.size()) v -= q[i + 1] * qdot[i + 1];
+      sum += 0.5 * v * v;
+    }
+    return sum;
+  }
+};
+
 }  // namespace
 
 TEST_CASE("in a run, q̈ of looped chains is what is derived by hand, and its Jacobian what it is outside of runs") {
@@ -126,6 +140,19 @@ TEST_CASE("in a run, q̈ of looped chains is what is derived by hand, and its Ja
   check(std::integral_constant<int, 3>());
   check(std::integral_constant<int, 8>());
   check(std::integral_constant<int, 16>());
+}
+
+TEST_CASE("in a run, free masses stay free when each is seen from a place that the next one moves") {
+  // ẍ_k = 0: q̈_k = q_{k+1} q̈_{k+1} + q̇_{k+1}², and the last is zero.
+  constexpr int n = 8;
+  const auto system = mechanical_system<n>(Following{});
+  const auto form = first_order_form(system);
+  REQUIRE(form.system().kept_lines()->once()->template lines_of<n>(system.energies()) != nullptr);
+  std::mt19937 random(13);
+  const Vector<double, 2 * n> y = random_state<n>(random);
+  Vector<double, n> expected = Vector<double, n>::Zero();
+  for (int k = n - 2; k >= 0; --k) expected[k] = y[k + 1] * expected[k + 1] + y[n + k + 1] * y[n + k + 1];
+  CHECK(difference(rates(form, y).tail(n), expected) < rounding);
 }
 
 TEST_CASE("in a run, forces, potentials and constraints are added to lines as to anything else") {

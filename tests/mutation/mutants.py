@@ -244,7 +244,7 @@ OPTIMIZED = [
     (ME + "/derive/traced_equations.hpp", "comparisons not looked at", "requirements.push_back({assumption.node, formula::Domain::nonzero, assumption.value});",
      ";", "effects/traced_motion"),
     (ME + "/derive/traced_equations.hpp", "Jacobian: upper triangle of M dropped", "subtract(residual[static_cast<std::size_t>(j)], m, a[i]);",
-     ";", "effects/many_constraints"),
+     ";", "effects/traced_motion"),
     (ME + "/derive/traced_equations.hpp", "Jacobian: sign of J transposed lambda", "g.sum(residual[column], g.product(w, lambda[k]))",
      "g.difference(residual[column], g.product(w, lambda[k]))", "effects/many_constraints"),
     (ME + "/derive/traced_equations.hpp", "Jacobian: J a dropped", "subtract(below[k], w, a[column]);", ";", "effects/many_constraints"),
