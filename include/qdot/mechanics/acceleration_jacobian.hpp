@@ -10,12 +10,16 @@
 //
 // and −r is what the scalar of Lagrange's equations calls X L when the rates of the velocities are the accelerations
 // (mechanics/equations/straight_line_jacobian.hpp). Several ways, as for q̈ itself: straight-line code for few coordinates, derived lines, positions and masses
-// (mechanics/equations/equation_slopes.hpp), lines that a run keeps (mechanics/derive/kept_lines.hpp), and for loops elsewhere a record of dual numbers
-// (ad/records/residual_record.hpp) that is swept forwards and back. Where these give no finite number, nested duals are asked, as they are for q̈: they know that a constant has no derivative, however steep the root of it is. What
-// is not finite then is an error.
+// (mechanics/equations/equation_slopes.hpp), lines that a run keeps (mechanics/derive/kept_lines.hpp). Everything else, loops outside of runs above all, is asked of
+// nested duals, a direction at a time: 2n passes for what one asks now and then. Where the others give no finite number nested duals are asked, too, as they are for q̈: they know that
+// a constant has no derivative, however steep the root of it is. What is not finite then is an error.
+//
+// Tried and taken away: a record of dual numbers, swept forwards and back. Outside of runs it was 10 to 20 times as fast as nested duals, and a seventh of the time
+// that every program took to compile. Whoever asks often has a form (mechanics/first_order_form.hpp), which derives lines.
 
 #include <algorithm>
 
+#include "qdot/mechanics/derive/traced_jacobian.hpp"
 #include "qdot/mechanics/equations/equation_slopes.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
@@ -36,42 +40,7 @@ bool is_finite(const AccelerationJacobian<n>& a) {
   return all_finite(a.qddot.data(), a.qddot.size()) && all_finite(a.d_q.data(), a.d_q.size()) && all_finite(a.d_qdot.data(), a.d_qdot.size());
 }
 
-// q̈ and its derivatives by records and blocks; false on a bad pivot or a number that is not finite.
-template <int n, class E>
-bool recorded_jacobian(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double threshold,
-                       AccelerationJacobian<n>& result) {
-  constexpr int blocks = graded_blocks<n>, stride = 4 * blocks;
-  constexpr int directions = residual_directions;
-  const int size = static_cast<int>(q.size());
-  double M[stride * stride], r[stride], inverse[stride];
-  graded_equations<n>(e, q, qdot, t, M, r);
-  if (!solved_by_blocks<blocks>(size, M, r, threshold, inverse)) return false;
-  for (int i = 0; i < size; ++i) result.qddot[i] = r[i];
-  double columns[stride][directions];
-  for_each_residual<n>(e, q, qdot, result.qddot, t, [&](int i, int first, const double* residual) {
-    const int count = std::min(directions, 2 * size - first), filled = (count + 3) / 4 * 4;
-    for (int j = 0; j < filled; j += 4) set_block(columns[i] + j, 1.0, residual + j);
-    if (i < size - 1) return;
-    for (int k = 0; k < size; ++k) {  // L D Lᵀ with the L and 1/D that are there
-      for (int below = k + 1; below < size; ++below)
-        for (int j = 0; j < filled; j += 4) add_block(columns[below] + j, -M[below * stride + k], columns[k] + j);
-      for (int j = 0; j < filled; j += 4) set_block(columns[k] + j, inverse[k], columns[k] + j);
-    }
-    for (int k = size - 1; k > 0; --k)
-      for (int above = 0; above < k; ++above)
-        for (int j = 0; j < filled; j += 4) add_block(columns[above] + j, -M[k * stride + above], columns[k] + j);
-    for (int j = 0; j < count; j += 2)
-      for (int k = 0; k < size; ++k) {
-        const int coordinate = (first + j) / 2;
-        result.d_q(k, coordinate) = columns[k][j];
-        result.d_qdot(k, coordinate) = columns[k][j + 1];
-      }
-  });
-  return is_finite(result);
-}
-
-// The same without records, for what hardly ever happens: nested duals, a direction at a time, and what is not finite by name. Half a second to
-// compile.
+// q̈ and its derivatives by the way that holds for everything: nested duals, a direction at a time, and what is not finite by name.
 template <class E, int n, Inertia I>
 [[gnu::cold, gnu::noinline]] void jacobian_by_duals(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
                                                     double t, AccelerationJacobian<n>& result) {
@@ -97,21 +66,17 @@ template <class E, int n, Inertia I>
   require_finite_derivatives(result.d_qdot, t, row, [&](Eigen::Index j) { return system.velocity_name(j); });
 }
 
-// The same with any mass matrix and any number of coordinates; false where a number is not finite.
-template <class E, int n, Inertia I>
-[[gnu::noinline]] bool general_jacobian(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
-                                        AccelerationJacobian<n>& result) {
-  result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
-  for_each_residual<n>(system.energies(), q, qdot, result.qddot, t, [&](int i, int first, const double* residual) {
-    for (int j = 0; j < std::min(residual_directions, 2 * static_cast<int>(system.dof()) - first); j += 2) {
-      result.d_q(i, (first + j) / 2) = residual[j];
-      result.d_qdot(i, (first + j) / 2) = residual[j + 1];
-    }
-  });
-  const Matrix<double, n> M = mass_matrix(system, q, qdot, t);
-  result.d_q = solved_with_mass_matrix(system, M, result.d_q, t);
-  result.d_qdot = solved_with_mass_matrix(system, M, result.d_qdot, t);
-  return is_finite(result);
+// The same of systems whose number of coordinates is known at run time: T and V are traced and differentiated here and now, which many coordinates repay at once.
+template <class E, Inertia I>
+bool jacobian_traced_here(const System<E, Dynamic, I>& system, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, AccelerationJacobian<Dynamic>& result) {
+  const Eigen::Index dof = system.dof();
+  Eigen::VectorXd y(2 * dof), ydot(2 * dof);
+  std::copy_n(qdot.data(), dof, std::copy_n(q.data(), dof, y.data()));
+  Eigen::MatrixXd J(2 * dof, 2 * dof);
+  TracedJacobian traced(traced_equations(system), {.singular = singular_pivot<double>(dof), .dependent = 0.0});
+  if (!traced.is_known() || !traced.write(t, y.data(), ydot.data(), J)) return false;
+  result = {ydot.tail(dof), J.bottomLeftCorner(dof, dof), J.bottomRightCorner(dof, dof)};
+  return true;
 }
 
 // The same of few coordinates, by the slopes of the equations (mechanics/equations/equation_slopes.hpp).
@@ -162,22 +127,17 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
         system.energies().jacobian_in_closed_form(q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(), result.d_qdot.data()))
       return result;
   }
-  bool good = false;
   if constexpr (has_short_ways && detail::has_slopes<n> && detail::may_keep_lines<E, n>) {
     const detail::DerivedLines* const lines = detail::lines_with_slopes_now<n>(system.kept_lines(), system.energies());
     if (lines && detail::jacobian_by_lines(system, *lines, q, qdot, t, result)) return result;
   }
-  if constexpr (has_short_ways && !(has_straight_line && detail::always_straight<E, n>)) {
-    if (size <= detail::graded_limit<n>)
-      good = detail::recorded_jacobian<n>(system.energies(), q, qdot, t, detail::singular_pivot<double>(size), result);
-    else if constexpr (n == Dynamic)
-      good = detail::general_jacobian(system, q, qdot, t, result);
-  } else if constexpr (I == Inertia::positive_definite && detail::HasOwnEquations<E> && detail::has_slopes<n>) {
-    good = detail::sloped_jacobian(system, q, qdot, t, result);
-  } else if constexpr (!has_short_ways) {
-    good = detail::general_jacobian(system, q, qdot, t, result);
+  if constexpr (I == Inertia::positive_definite && detail::HasOwnEquations<E> && detail::has_slopes<n>) {
+    if (detail::sloped_jacobian(system, q, qdot, t, result)) return result;
   }
-  if (!good) detail::jacobian_by_duals(system, q, qdot, t, result);
+  if constexpr (detail::TracedSystem<System<E, n, I>>) {
+    if (detail::jacobian_traced_here(system, q, qdot, t, result)) return result;
+  }
+  detail::jacobian_by_duals(system, q, qdot, t, result);
   return result;
 }
 

@@ -65,8 +65,8 @@ concept SwitchingSystem = FirstOrderSystem<F> && requires(const F& f, double t, 
 template <class Sys>
 class FirstOrderForm {
   static constexpr int n = Sys::dof_at_compile_time;
-  // Of positions, and where n is known at run time. Others have ways of their own (acceleration_jacobian.hpp).
-  static constexpr bool has_traced_jacobian = Sys::inertia == Inertia::positive_definite && (n == Dynamic || (detail::HasOwnEquations<typename Sys::EnergiesType> && n <= 64)) &&
+  // Of positions, of more than eight coordinates, and where n is known at run time. Others have ways of their own (acceleration_jacobian.hpp).
+  static constexpr bool has_traced_jacobian = Sys::inertia == Inertia::positive_definite && (n == Dynamic || ((detail::HasOwnEquations<typename Sys::EnergiesType> || n > detail::straight_line_limit) && n <= 64)) &&
                                               detail::RecordableEnergies<typename Sys::EnergiesType, n> &&
                                               !requires(const typename Sys::EnergiesType& e) { e.has_lines(); };
 
