@@ -23,10 +23,11 @@ install(EXPORT qdot-cvode-targets NAMESPACE qdot:: DESTINATION ${package_dir})
 install(EXPORT qdot-optimal-targets NAMESPACE qdot:: DESTINATION ${package_dir})
 install(EXPORT qdot-mpi-targets NAMESPACE qdot:: DESTINATION ${package_dir})
 
-# qdot_add_scene compiles the commands of the program where they are used, with the user's compiler and options; qdot_add_fmu the functions of FMI.
+# qdot_add_scene compiles the commands of the program where they are used, with the user's compiler and options; qdot_add_fmu the functions of FMI; and
+# qdot::compiled is compiled there, too.
 set(qdot_program_folder ${CMAKE_INSTALL_DATADIR}/qdot/src)
 set(own_scene_headers ${PROJECT_SOURCE_DIR}/src/scenes/scene.hpp ${PROJECT_SOURCE_DIR}/src/scenes/own_scene.hpp ${PROJECT_SOURCE_DIR}/src/scenes/view.hpp)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/program ${PROJECT_SOURCE_DIR}/src/own ${PROJECT_SOURCE_DIR}/src/fmi DESTINATION ${qdot_program_folder}
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/program ${PROJECT_SOURCE_DIR}/src/own ${PROJECT_SOURCE_DIR}/src/fmi ${PROJECT_SOURCE_DIR}/src/compiled DESTINATION ${qdot_program_folder}
   FILES_MATCHING PATTERN *.hpp PATTERN *.cpp PATTERN CMakeLists.txt)
 install(FILES ${own_scene_headers} DESTINATION ${qdot_program_folder}/scenes)
 
@@ -40,6 +41,7 @@ install(FILES
   ${PROJECT_SOURCE_DIR}/cmake/qdot_mpi.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_add_scene.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_add_fmu.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/qdot_compiled.cmake
   DESTINATION ${package_dir})
 
 # The core for tools that read the Common Package Specification. Only where it is asked for: find_package of CMake 4.3 and newer takes this file before

@@ -73,66 +73,19 @@ struct AutomaticChoice {
 /// A Stepper that hands its steps to the method that suits the motion. Movable.
 ///
 /// Allocates when it is made and when it first turns to the stiff method; not in steps.
-class AutomaticStepper {
+template <class Number = double>
+class AutomaticStepperOf {
  public:
   static constexpr bool projects_itself = true;
 
-  [[gnu::cold]] AutomaticStepper(AutomaticChoice choice, Eigen::Index size)
-      : steppers_{std::move(choice.series), std::move(choice.smooth), std::nullopt},
-        make_stiff_(std::move(choice.stiff)),
-        renew_(std::move(choice.renew)),
-        radius_(size, std::move(choice.jacobian), std::move(choice.derivative)),
-        check_every_(size <= detail::SpectralRadius::most_components ? std::max<Eigen::Index>(16, 4 * size) : many_check) {
-    statistics_.limited_by.assign(static_cast<std::size_t>(size), 0);
-    active_ = next_ = first();
-    statistics_.method = name_of(active_);
-    statistics_.method_reason = detail::sentence({name_of(active_), ": ", choice.reason});
-    count();
-  }
+  AutomaticStepperOf(AutomaticChoice choice, Eigen::Index size);
 
   /// Starts (afresh) at (t, y), with the method for smooth motion.
   ///
   /// @throws as the stepper of the smooth method does
-  void reset(const Moment& moment, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    renew_();
-    use(first());
-    const auto go_on_smoothly = [&](const char* why) {
-      use(smooth), at(smooth).reset(moment, y), say(why);
-    };
-    if (active_ == series) {
-      try {
-        at(series).reset(moment, y);
-      } catch (const NonFinite&) {
-        go_on_smoothly("the motion is not analytic at the start");
-      } catch (const NotAnalytic&) {  // as it was when the run began
-        go_on_smoothly("T, V or an effect has a branch or a kink by now");
-      }
-    } else {
-      at(smooth).reset(moment, y);
-    }
-    next_ = active_;
-    patience_ = first_patience;
-    series_failed_ = active_ != first();
-    stiff_failed_ = false;
-    begin_watch();
-    count();
-  }
+  void reset(const Moment& moment, const Eigen::Ref<const Eigen::VectorXd>& y);
 
-  bool step(double t_limit) {
-    if (next_ != active_) turn_to(next_);
-    bool accepted = at(active_).step(t_limit);
-    if (!accepted && active_ != smooth && at(active_).failure().outcome != Outcome::stopped_by_model) {
-      const std::string trouble(name(at(active_).failure().outcome));
-      why_ = "the method before ended with " + trouble;
-      (active_ == series ? series_failed_ : stiff_failed_) = true;
-      if (turn_to(smooth)) {
-        accepted = at(smooth).step(t_limit);
-      }
-    }
-    count();
-    if (accepted) watch();
-    return accepted;
-  }
+  bool step(double t_limit);
 
   bool is_current() { return at(active_).is_current(); }  ///< whether what the active method has recorded still holds
   const Failure& failure() const { return steppers_[active_]->failure(); }
@@ -171,31 +124,10 @@ class AutomaticStepper {
   }
 
   // Adds to the reasons why the active method is active.
-  [[gnu::cold]] void say(const std::string& why) {
-    std::string& text = statistics_.method_reason;
-    if (text.size() > longest_reason) return;
-    text += "; " + name_of(active_) + " from t = " + detail::text_of(t()) + ": " + why;
-    if (text.size() > longest_reason) text += "; and so on";
-  }
+  void say(const std::string& why);
 
   // Lets another method go on from here; false, with nothing changed, if it cannot.
-  bool turn_to(Member m) {
-    const Moment from = moment();
-    const Eigen::VectorXd state = y();
-    Failure ignored;
-    next_ = active_;
-    const bool ready = detail::attempted(ignored, [&] {
-      if (m == stiff && !steppers_[stiff]) steppers_[stiff] = make_stiff_();
-      at(m).reset(from, state);
-    });
-    const std::string why = std::exchange(why_, {});
-    if (!ready) return false;
-    use(m);
-    next_ = active_;
-    say(why);
-    begin_watch();
-    return true;
-  }
+  bool turn_to(Member m);
 
   void begin_watch() {
     steps_ = warnings_ = 0;
@@ -210,34 +142,7 @@ class AutomaticStepper {
     return static_cast<double>(s.evaluations) + static_cast<double>(s.jacobians) * (size <= detail::SpectralRadius::most_components ? size : sparse_jacobian);
   }
 
-  void watch() {
-    if (++steps_ % (active_ == stiff ? stiff_check : check_every_) != 0) return;
-    double rho = 0.0;
-    Failure ignored;
-    ++checks_;
-    if (!detail::attempted(ignored, [&] { rho = radius_.at(t(), y()); }) || !std::isfinite(rho)) return;
-    const double elapsed = moment().elapsed;
-    const double advance = std::abs(elapsed - std::exchange(elapsed_mark_, elapsed));
-    const double spent = cost() - std::exchange(cost_mark_, cost());
-    if (active_ == stiff) {
-      const double gain = smooth_evaluations * advance * rho / (stable_step * spent);
-      if (gain > clear_gain) patience_ = first_patience;
-      if (gain > least_gain || steps_ == stiff_check) return;  // the first steps are its start
-      next_ = series_failed_ ? smooth : first();
-      patience_ = std::min(4 * patience_, longest_patience);
-      why_ = "an explicit method is as good here as the stiff one";
-      return;
-    }
-    const double limit = active_ == smooth ? smooth_limit : 0.5 * (0.37 * order() + 1.4);
-    const double h_rho = rho * advance / static_cast<double>(check_every_);
-    warnings_ = h_rho > limit ? warnings_ + 1 : 0;
-    if (warnings_ < patience_ || stiff_failed_) return;
-    double damping = 0.0;
-    if (!detail::attempted(ignored, [&] { damping = radius_.damping(); }) || !(damping >= least_damping)) return;
-    next_ = stiff;
-    why_ = detail::sentence({"stability, not accuracy, held the step of ", name_of(active_), " (h |lambda| = ", rounded(h_rho), ", |lambda| = ",
-                             rounded(rho), ")"});
-  }
+  void watch();
 
   static std::string rounded(double x) {
     const double unit = std::pow(10.0, std::floor(std::log10(x)) - 1);
@@ -245,33 +150,7 @@ class AutomaticStepper {
   }
 
   // The sums over all members.
-  void count() {
-    Statistics& sum = statistics_;
-    const Statistics& now = steppers_[active_]->statistics();
-    sum.steps = sum.rejected_by_error_test = sum.rejected_by_corrector = sum.evaluations = sum.jacobians = sum.linear_setups = 0;
-    sum.projections = 0;
-    std::fill(sum.limited_by.begin(), sum.limited_by.end(), 0L);
-    for (const std::optional<AnyStepper>& member : steppers_) {
-      if (!member) continue;
-      const Statistics& s = member->statistics();
-      sum.steps += s.steps;
-      sum.rejected_by_error_test += s.rejected_by_error_test;
-      sum.rejected_by_corrector += s.rejected_by_corrector;
-      sum.evaluations += s.evaluations;
-      sum.jacobians += s.jacobians;
-      sum.linear_setups += s.linear_setups;
-      sum.projections += s.projections;
-      sum.constraint_residual = std::max(sum.constraint_residual, s.constraint_residual);
-      sum.constraint_velocity = std::max(sum.constraint_velocity, s.constraint_velocity);
-      sum.smallest_step = std::min(sum.smallest_step, s.smallest_step);
-      sum.highest_order = std::max(sum.highest_order, s.highest_order);
-      for (std::size_t i = 0; i < sum.limited_by.size(); ++i) sum.limited_by[i] += s.limited_by[i];
-    }
-    sum.jacobians += checks_;
-    if (sum.first_step == 0.0) sum.first_step = now.first_step;
-    sum.last_step = now.last_step;
-    sum.last_order = now.last_order;
-  }
+  void count();
 
   std::array<std::optional<AnyStepper>, 3> steppers_;
   std::function<AnyStepper()> make_stiff_;
@@ -288,6 +167,156 @@ class AutomaticStepper {
   double elapsed_mark_ = 0.0, cost_mark_ = 0.0;   // at the last check
   Statistics statistics_;
 };
+
+template <class Number>
+[[gnu::cold]] AutomaticStepperOf<Number>::AutomaticStepperOf(AutomaticChoice choice, Eigen::Index size)
+    : steppers_{std::move(choice.series), std::move(choice.smooth), std::nullopt},
+      make_stiff_(std::move(choice.stiff)),
+      renew_(std::move(choice.renew)),
+      radius_(size, std::move(choice.jacobian), std::move(choice.derivative)),
+      check_every_(size <= detail::SpectralRadius::most_components ? std::max<Eigen::Index>(16, 4 * size) : many_check) {
+  statistics_.limited_by.assign(static_cast<std::size_t>(size), 0);
+  active_ = next_ = first();
+  statistics_.method = name_of(active_);
+  statistics_.method_reason = detail::sentence({name_of(active_), ": ", choice.reason});
+  count();
+}
+
+template <class Number>
+void AutomaticStepperOf<Number>::reset(const Moment& moment, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  renew_();
+  use(first());
+  const auto go_on_smoothly = [&](const char* why) {
+    use(smooth), at(smooth).reset(moment, y), say(why);
+  };
+  if (active_ == series) {
+    try {
+      at(series).reset(moment, y);
+    } catch (const NonFinite&) {
+      go_on_smoothly("the motion is not analytic at the start");
+    } catch (const NotAnalytic&) {  // as it was when the run began
+      go_on_smoothly("T, V or an effect has a branch or a kink by now");
+    }
+  } else {
+    at(smooth).reset(moment, y);
+  }
+  next_ = active_;
+  patience_ = first_patience;
+  series_failed_ = active_ != first();
+  stiff_failed_ = false;
+  begin_watch();
+  count();
+}
+
+template <class Number>
+bool AutomaticStepperOf<Number>::step(double t_limit) {
+  if (next_ != active_) turn_to(next_);
+  bool accepted = at(active_).step(t_limit);
+  if (!accepted && active_ != smooth && at(active_).failure().outcome != Outcome::stopped_by_model) {
+    const std::string trouble(name(at(active_).failure().outcome));
+    why_ = "the method before ended with " + trouble;
+    (active_ == series ? series_failed_ : stiff_failed_) = true;
+    if (turn_to(smooth)) {
+      accepted = at(smooth).step(t_limit);
+    }
+  }
+  count();
+  if (accepted) watch();
+  return accepted;
+}
+
+template <class Number>
+[[gnu::cold]] void AutomaticStepperOf<Number>::say(const std::string& why) {
+  std::string& text = statistics_.method_reason;
+  if (text.size() > longest_reason) return;
+  text += "; " + name_of(active_) + " from t = " + detail::text_of(t()) + ": " + why;
+  if (text.size() > longest_reason) text += "; and so on";
+}
+
+template <class Number>
+bool AutomaticStepperOf<Number>::turn_to(Member m) {
+  const Moment from = moment();
+  const Eigen::VectorXd state = y();
+  Failure ignored;
+  next_ = active_;
+  const bool ready = detail::attempted(ignored, [&] {
+    if (m == stiff && !steppers_[stiff]) steppers_[stiff] = make_stiff_();
+    at(m).reset(from, state);
+  });
+  const std::string why = std::exchange(why_, {});
+  if (!ready) return false;
+  use(m);
+  next_ = active_;
+  say(why);
+  begin_watch();
+  return true;
+}
+
+template <class Number>
+void AutomaticStepperOf<Number>::watch() {
+  if (++steps_ % (active_ == stiff ? stiff_check : check_every_) != 0) return;
+  double rho = 0.0;
+  Failure ignored;
+  ++checks_;
+  if (!detail::attempted(ignored, [&] { rho = detail::radius_at(radius_, t(), y()); }) || !std::isfinite(rho)) return;
+  const double elapsed = moment().elapsed;
+  const double advance = std::abs(elapsed - std::exchange(elapsed_mark_, elapsed));
+  const double spent = cost() - std::exchange(cost_mark_, cost());
+  if (active_ == stiff) {
+    const double gain = smooth_evaluations * advance * rho / (stable_step * spent);
+    if (gain > clear_gain) patience_ = first_patience;
+    if (gain > least_gain || steps_ == stiff_check) return;  // the first steps are its start
+    next_ = series_failed_ ? smooth : first();
+    patience_ = std::min(4 * patience_, longest_patience);
+    why_ = "an explicit method is as good here as the stiff one";
+    return;
+  }
+  const double limit = active_ == smooth ? smooth_limit : 0.5 * (0.37 * order() + 1.4);
+  const double h_rho = rho * advance / static_cast<double>(check_every_);
+  warnings_ = h_rho > limit ? warnings_ + 1 : 0;
+  if (warnings_ < patience_ || stiff_failed_) return;
+  double damping = 0.0;
+  if (!detail::attempted(ignored, [&] { damping = detail::damping_of(radius_); }) || !(damping >= least_damping)) return;
+  next_ = stiff;
+  why_ = detail::sentence({"stability, not accuracy, held the step of ", name_of(active_), " (h |lambda| = ", rounded(h_rho), ", |lambda| = ",
+                           rounded(rho), ")"});
+}
+
+template <class Number>
+void AutomaticStepperOf<Number>::count() {
+  Statistics& sum = statistics_;
+  const Statistics& now = steppers_[active_]->statistics();
+  sum.steps = sum.rejected_by_error_test = sum.rejected_by_corrector = sum.evaluations = sum.jacobians = sum.linear_setups = 0;
+  sum.projections = 0;
+  std::fill(sum.limited_by.begin(), sum.limited_by.end(), 0L);
+  for (const std::optional<AnyStepper>& member : steppers_) {
+    if (!member) continue;
+    const Statistics& s = member->statistics();
+    sum.steps += s.steps;
+    sum.rejected_by_error_test += s.rejected_by_error_test;
+    sum.rejected_by_corrector += s.rejected_by_corrector;
+    sum.evaluations += s.evaluations;
+    sum.jacobians += s.jacobians;
+    sum.linear_setups += s.linear_setups;
+    sum.projections += s.projections;
+    sum.constraint_residual = std::max(sum.constraint_residual, s.constraint_residual);
+    sum.constraint_velocity = std::max(sum.constraint_velocity, s.constraint_velocity);
+    sum.smallest_step = std::min(sum.smallest_step, s.smallest_step);
+    sum.highest_order = std::max(sum.highest_order, s.highest_order);
+    for (std::size_t i = 0; i < sum.limited_by.size(); ++i) sum.limited_by[i] += s.limited_by[i];
+  }
+  sum.jacobians += checks_;
+  if (sum.first_step == 0.0) sum.first_step = now.first_step;
+  sum.last_step = now.last_step;
+  sum.last_order = now.last_order;
+}
+
+#ifdef QDOT_COMPILED
+extern template class AutomaticStepperOf<double>;
+#endif
+
+/// The one of simulate().
+using AutomaticStepper = AutomaticStepperOf<>;
 
 namespace detail {
 

@@ -26,17 +26,16 @@ class CvodeStepper {
   /// @throws InvalidValue, DimensionError  for options outside their range
   template <FirstOrderSystem F>
   CvodeStepper(F system, CvodeSettings settings, const Options& options)
-      : core_(std::make_unique<detail::cvode::Core>(detail::cvode::AnySystem(std::move(system)), std::move(settings),
-                                                    options)) {}
+      : core_(detail::cvode::new_core(detail::cvode::AnySystem(std::move(system)), std::move(settings), options)) {}
 
   /// Starts (afresh) at (t, y); evaluates f once there.
   ///
   /// @throws DimensionError, InvalidValue  y has the wrong size, or t or y is not finite
   /// @throws NonFinite, MassMatrixError    the model has no finite derivative there; and the model's own
-  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) { core_->reset(at, y); }
+  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) { detail::cvode::reset(*core_, at, y); }
 
   /// One accepted step towards t_limit, landing on it exactly if it comes that far.
-  bool step(double t_limit) { return core_->step(t_limit); }
+  bool step(double t_limit) { return detail::cvode::step(*core_, t_limit); }
 
   const Failure& failure() const noexcept { return core_->failure; }
   double t() const noexcept { return core_->t; }
@@ -47,10 +46,10 @@ class CvodeStepper {
   const Statistics& statistics() const noexcept { return core_->statistics; }
 
   /// The last step's Nordsieck vector as a polynomial.
-  PolynomialView polynomial() { return core_->polynomial(); }
+  PolynomialView polynomial() { return detail::cvode::polynomial(*core_); }
 
   /// out ← y(t) for t within the last step.
-  void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { core_->polynomial().evaluate(t, out); }
+  void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { polynomial().evaluate(t, out); }
 
  private:
   std::unique_ptr<detail::cvode::Core> core_;

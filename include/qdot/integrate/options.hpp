@@ -84,7 +84,8 @@ inline constexpr double least_rtol = 10 * std::numeric_limits<double>::epsilon()
 ///
 /// @throws InvalidValue    a number outside its range
 /// @throws DimensionError  atol has neither 1 nor `size` entries
-[[gnu::cold]] inline void require_valid(const Options& options, Eigen::Index size) {
+template <class Number = double>
+[[gnu::cold]] void require_valid(const Options& options, Eigen::Index size) {
   const auto is_limit = [](double x) { return x > 0; };  // false for NaN, true for infinity
   require_option(options.rtol >= least_rtol && options.rtol < 1, "rtol",
                  "must lie between 2.3e-15 (double has no more digits) and 1", options.rtol, "try 1e-9");
@@ -122,6 +123,10 @@ inline constexpr double least_rtol = 10 * std::numeric_limits<double>::epsilon()
   for (const double t : options.output_times)
     require_option(std::isfinite(t), "every output time", "must be finite", t, "remove it from output_times");
 }
+
+#ifdef QDOT_COMPILED
+extern template void require_valid<double>(const Options&, Eigen::Index);
+#endif
 
 }  // namespace detail
 }  // namespace qdot

@@ -30,7 +30,8 @@ const auto& energies_behind(const Sys& system) {
   else return system.system().energies();
 }
 
-[[noreturn, gnu::cold]] inline void throw_not_finite(const std::string& name, double t) {
+template <class Number = double>
+[[noreturn, gnu::cold]] void throw_not_finite(const std::string& name, double t) {
   throw NonFinite(name, t, sentence({"the equations of motion must be finite, but ", name, " is not at t = ", {t, 6},
                                      "; check T and V there for a division by zero, a root or logarithm outside its domain, or overflow"}));
 }
@@ -61,16 +62,21 @@ void require_finite_acceleration(const Sys& system, const Vector<S, n>& qddot, c
     if (!isfinite(innermost_value(qddot[i]))) throw_not_finite(sentence({"the acceleration of ", system.coordinate_name(i)}), at);
 }
 
+template <class Number = double>
+[[noreturn, gnu::cold]] void throw_derivative_not_finite(const std::string& what, const std::string& with, double t) {
+  const std::string name = sentence({"the derivative of ", what, " with ", with});
+  throw NonFinite(name, t, sentence({"the derivatives of accelerations must be finite, but ", name, " is not at t = ", {t, 6},
+                                     ", where the acceleration is; look there for the root or the power of something that is zero, and "
+                                     "round it off, as sqrt(x*x + e*e) does, or take a method that needs no Jacobian"}));
+}
+
 // Nor are they derivatives of what is finite: name the first.
 template <class Derivatives, class RowName, class ColumnName>
 void require_finite_derivatives(const Derivatives& J, double t, const RowName& row, const ColumnName& column) {
   for (Eigen::Index j = 0; j < J.cols(); ++j)
     for (Eigen::Index i = 0; i < J.rows(); ++i) {
       if (std::isfinite(J(i, j))) continue;
-      const std::string name = sentence({"the derivative of ", std::string(row(i)), " with ", std::string(column(j))});
-      throw NonFinite(name, t, sentence({"the derivatives of accelerations must be finite, but ", name, " is not at t = ", {t, 6},
-                                         ", where the acceleration is; look there for the root or the power of something that is zero, and "
-                                         "round it off, as sqrt(x*x + e*e) does, or take a method that needs no Jacobian"}));
+      throw_derivative_not_finite(row(i), column(j), t);
     }
 }
 
@@ -134,6 +140,11 @@ Vector<double, n> acceleration_under_force(const System<E, n, I>& system, const 
   }
   return general_acceleration_under_force(system, q, qdot, t, Q, blame);
 }
+
+#ifdef QDOT_COMPILED
+extern template void throw_not_finite<double>(const std::string&, double);
+extern template void throw_derivative_not_finite<double>(const std::string&, const std::string&, double);
+#endif
 
 }  // namespace detail
 

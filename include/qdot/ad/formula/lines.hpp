@@ -172,4 +172,9 @@ end:;
 }
 #pragma GCC diagnostic pop
 
+#ifdef QDOT_COMPILED
+extern template void carry_out<double>(const LineTable&, const RunOfLines&, double*);
+extern template void carry_out<double>(const LineTable&, double*);
+#endif
+
 }  // namespace qdot::formula

@@ -42,6 +42,51 @@ struct Recording {
   std::string source = "T or V";  ///< what is being run, for messages
 };
 
+// The operations of two numbers.
+enum class Operation : unsigned char { sum, difference, product, quotient, hypot, atan2 };
+
+// Nodes of a recording, made while functors are run: once, so that nothing is gained where it is inlined into them.
+template <class Number = double>
+int operation_in(Recording& recording, Operation operation, int a, int b) {
+  Graph& g = recording.graph;
+  switch (operation) {
+    case Operation::sum: return g.sum(a, b);
+    case Operation::difference: return g.difference(a, b);
+    case Operation::product: return g.product(a, b);
+    case Operation::quotient: restrict_to(Domain::nonzero, g, b); return g.quotient(a, b);
+    case Operation::hypot: return g.function(Function::hypot, a, b);
+    case Operation::atan2: break;
+  }
+  return g.function(Function::atan2, a, b);
+}
+template <class Number = double>
+int function_in(Recording& recording, Function f, int a) {
+  restrict_to_function(recording.graph, f, a);
+  return recording.graph.function(f, a);
+}
+template <class Number = double>
+int power_in(Recording& recording, int a, double exponent) {
+  restrict_to_power(recording.graph, a, exponent);
+  return recording.graph.power(a, exponent);
+}
+template <class Number = double>
+int constant_in(Recording& recording, double c) {
+  return recording.graph.constant(c);
+}
+
+template <class Number = double>
+int variable_in(Recording& recording, int number) {
+  return recording.graph.variable(number);
+}
+
+#ifdef QDOT_COMPILED
+extern template int variable_in<double>(Recording&, int);
+extern template int operation_in<double>(Recording&, Operation, int, int);
+extern template int function_in<double>(Recording&, Function, int);
+extern template int power_in<double>(Recording&, int, double);
+extern template int constant_in<double>(Recording&, double);
+#endif
+
 /// A number of a formula that is being recorded.
 class Recorded {
  public:
@@ -54,7 +99,7 @@ class Recorded {
   Recorded(Recording& recording, int node) : recording_(&recording), node_(node) {}
 
   /// The node in the recording's graph, made for a constant if it is one.
-  int node_in(Recording& recording) const { return recording_ ? node_ : recording.graph.constant(constant_); }
+  int node_in(Recording& recording) const { return recording_ ? node_ : constant_in(recording, constant_); }
 
   Recorded& operator+=(const Recorded& y) { return *this = *this + y; }
   Recorded& operator-=(const Recorded& y) { return *this = *this - y; }
@@ -63,23 +108,12 @@ class Recorded {
 
   friend Recorded operator+(const Recorded& x) { return x; }
   [[gnu::noinline]] friend Recorded operator-(const Recorded& x) {
-    return x.recording_ ? wrapped(*x.recording_, x.recording_->graph.scaled(x.node_, -1.0)) : Recorded(-x.constant_);
+    return x.recording_ ? -1.0 * x : Recorded(-x.constant_);
   }
-  friend Recorded operator+(const Recorded& x, const Recorded& y) {
-    return binary(x, y, [](double a, double b) { return a + b; }, [](Graph& g, int a, int b) { return g.sum(a, b); });
-  }
-  friend Recorded operator-(const Recorded& x, const Recorded& y) {
-    return binary(x, y, [](double a, double b) { return a - b; }, [](Graph& g, int a, int b) { return g.difference(a, b); });
-  }
-  friend Recorded operator*(const Recorded& x, const Recorded& y) {
-    return binary(x, y, [](double a, double b) { return a * b; }, [](Graph& g, int a, int b) { return g.product(a, b); });
-  }
-  friend Recorded operator/(const Recorded& x, const Recorded& y) {
-    return binary(x, y, [](double a, double b) { return a / b; }, [](Graph& g, int a, int b) {
-      restrict_to(Domain::nonzero, g, b);
-      return g.quotient(a, b);
-    });
-  }
+  friend Recorded operator+(const Recorded& x, const Recorded& y) { return binary(Operation::sum, x, y); }
+  friend Recorded operator-(const Recorded& x, const Recorded& y) { return binary(Operation::difference, x, y); }
+  friend Recorded operator*(const Recorded& x, const Recorded& y) { return binary(Operation::product, x, y); }
+  friend Recorded operator/(const Recorded& x, const Recorded& y) { return binary(Operation::quotient, x, y); }
 
   friend bool operator==(const Recorded& x, const Recorded& y) {
     if (!x.recording_ && !y.recording_) return x.constant_ == y.constant_;
@@ -96,18 +130,14 @@ class Recorded {
 
   [[gnu::noinline]] friend Recorded pow(const Recorded& x, double exponent) {
     if (!x.recording_) return Recorded(std::pow(x.constant_, exponent));
-    restrict_to_power(x.recording_->graph, x.node_, exponent);
-    return wrapped(*x.recording_, x.recording_->graph.power(x.node_, exponent));
+    return wrapped(*x.recording_, power_in(*x.recording_, x.node_, exponent));
   }
   friend Recorded pow(const Recorded& x, const Recorded& y) {
     return y.recording_ ? exp(y * log(x)) : pow(x, y.constant_);
   }
   friend Recorded sqrt(const Recorded& x) { return pow(x, 0.5); }
   friend Recorded cbrt(const Recorded& x) { return unary(Function::cbrt, x); }
-  friend Recorded hypot(const Recorded& x, const Recorded& y) {
-    return binary(x, y, [](double a, double b) { return std::hypot(a, b); },
-                  [](Graph& g, int a, int b) { return g.function(Function::hypot, a, b); });
-  }
+  friend Recorded hypot(const Recorded& x, const Recorded& y) { return binary(Operation::hypot, x, y); }
   friend Recorded hypot(const Recorded& x, const Recorded& y, const Recorded& z) { return hypot(hypot(x, y), z); }
   friend Recorded fma(const Recorded& x, const Recorded& y, const Recorded& z) { return x * y + z; }
   friend Recorded abs2(const Recorded& x) { return x * x; }
@@ -121,10 +151,7 @@ class Recorded {
   friend Recorded asin(const Recorded& x) { return unary(Function::asin, x); }
   friend Recorded acos(const Recorded& x) { return unary(Function::acos, x); }
   friend Recorded atan(const Recorded& x) { return unary(Function::atan, x); }
-  friend Recorded atan2(const Recorded& y, const Recorded& x) {
-    return binary(y, x, [](double a, double b) { return std::atan2(a, b); },
-                  [](Graph& g, int a, int b) { return g.function(Function::atan2, a, b); });
-  }
+  friend Recorded atan2(const Recorded& y, const Recorded& x) { return binary(Operation::atan2, y, x); }
   friend Recorded exp(const Recorded& x) { return unary(Function::exp, x); }
   friend Recorded exp2(const Recorded& x) { return exp(x * std::log(2.0)); }
   friend Recorded expm1(const Recorded& x) { return unary(Function::expm1, x); }
@@ -173,19 +200,29 @@ class Recorded {
     return made.kind == Kind::constant ? Recorded(made.c) : Recorded(recording, node);
   }
 
-  // Not inlined, for recording is done once: a loop in T would be unrolled with all of the graph's making in it.
-  template <class Numbers, class Nodes>
-  [[gnu::noinline]] static Recorded binary(const Recorded& x, const Recorded& y, Numbers numbers, Nodes nodes) {
-    if (!x.recording_ && !y.recording_) return Recorded(numbers(x.constant_, y.constant_));
+  static double of_constants(Operation operation, double a, double b) {
+    switch (operation) {
+      case Operation::sum: return a + b;
+      case Operation::difference: return a - b;
+      case Operation::product: return a * b;
+      case Operation::quotient: return a / b;
+      case Operation::hypot: return std::hypot(a, b);
+      case Operation::atan2: break;
+    }
+    return std::atan2(a, b);
+  }
+
+  // Not inlined, for recording is done once: a loop in T would be unrolled with all of this in it.
+  [[gnu::noinline]] static Recorded binary(Operation operation, const Recorded& x, const Recorded& y) {
+    if (!x.recording_ && !y.recording_) return Recorded(of_constants(operation, x.constant_, y.constant_));
     Recording& recording = x.recording_ ? *x.recording_ : *y.recording_;
     const int a = x.node_in(recording), b = y.node_in(recording);
-    return wrapped(recording, nodes(recording.graph, a, b));
+    return wrapped(recording, operation_in(recording, operation, a, b));
   }
 
   [[gnu::noinline]] static Recorded unary(Function f, const Recorded& x) {
     if (!x.recording_) return Recorded(value_of(f, x.constant_));
-    restrict_to_function(x.recording_->graph, f, x.node_);
-    return wrapped(*x.recording_, x.recording_->graph.function(f, x.node_));
+    return wrapped(*x.recording_, function_in(*x.recording_, f, x.node_));
   }
 
   [[noreturn]] static void refuse(const Recording& recording, const std::string& what) {

@@ -327,6 +327,31 @@ class Sweep {
   std::vector<double> values_, inverse_, latest_;
 };
 
+// What a method asks of a sweep, compiled once in a program, or in the library (qdot::compiled).
+template <class Number = double>
+Sweep sweep_of(BasicGraph<Number>& graph, const SweepOutputs& outputs, int highest_order) {
+  return Sweep(graph, outputs, highest_order);
+}
+template <class Number = double>
+void start(Sweep& sweep) {
+  sweep.start();
+}
+template <class Number = double>
+void advance(Sweep& sweep, int k) {
+  sweep.advance(k);
+}
+template <class Number = double>
+void complete(Sweep& sweep, int k) {
+  sweep.complete(k);
+}
+
+#ifdef QDOT_COMPILED
+extern template Sweep sweep_of<double>(BasicGraph<double>&, const SweepOutputs&, int);
+extern template void start<double>(Sweep&);
+extern template void advance<double>(Sweep&, int);
+extern template void complete<double>(Sweep&, int);
+#endif
+
 }  // namespace qdot::taylor
 
 #include "qdot/ad/series/sweep_compile.hpp"

@@ -25,6 +25,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -344,6 +345,31 @@ inline std::string Core::worst_part(int flag) {
                                                      : "CVODE gave up",
                            ", most of all in ", guard.system().component_name(worst), " = ", y[worst]});
 }
+
+// What a stepper asks of it, compiled once in a program, or in the library (qdot::compiled).
+template <class Number = double>
+std::unique_ptr<Core> new_core(AnySystem system, CvodeSettings settings, const Options& options) {
+  return std::make_unique<Core>(std::move(system), std::move(settings), options);
+}
+template <class Number = double>
+void reset(Core& core, const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  core.reset(at, y);
+}
+template <class Number = double>
+bool step(Core& core, double t_limit) {
+  return core.step(t_limit);
+}
+template <class Number = double>
+PolynomialView polynomial(Core& core) {
+  return core.polynomial();
+}
+
+#ifdef QDOT_COMPILED
+extern template std::unique_ptr<Core> new_core<double>(AnySystem, CvodeSettings, const Options&);
+extern template void reset<double>(Core&, const Moment&, const Eigen::Ref<const Eigen::VectorXd>&);
+extern template bool step<double>(Core&, double);
+extern template PolynomialView polynomial<double>(Core&);
+#endif
 
 }  // namespace detail::cvode
 }  // namespace qdot

@@ -27,11 +27,16 @@ std::optional<Failure> unsound_state(const F& system, const Eigen::Ref<const Eig
 }
 
 // Outcome, place, what is known about it, and advice where that is not advice already.
-[[gnu::cold]] inline std::string how_it_ended(Outcome outcome, const std::string& message, double t, long steps) {
+template <class Number = double>
+[[gnu::cold]] std::string how_it_ended(Outcome outcome, const std::string& message, double t, long steps) {
   const std::string where = sentence({"t = ", t, " after ", steps, " steps"});
   if (outcome == Outcome::completed) return "reached " + where;
   const bool advised = message.find(advice(outcome)) != std::string::npos;
   return sentence({name(outcome), " at ", where, ": ", message, advised ? "" : "; ", advised ? "" : advice(outcome)});
 }
+
+#ifdef QDOT_COMPILED
+extern template std::string how_it_ended<double>(Outcome, const std::string&, double, long);
+#endif
 
 }  // namespace qdot::detail

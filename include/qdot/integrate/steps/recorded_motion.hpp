@@ -50,16 +50,10 @@ struct is_recordable<SceneForm<Scene<Sys, Effects...>>>
     : std::bool_constant<RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time> &&
                          (effect_is_recordable<Effects, Sys::dof_at_compile_time>() && ...)> {};
 
-// Of T and V alone, which run(m) runs. A recording that has other motions already has the same variables, and formulas that are equal are one node.
-template <class Run>
-[[gnu::cold]] RecordedMotion recorded_energies(Eigen::Index dof, const Run& run, formula::Recording recording = {}) {
-  RecordedMotion m;
-  m.recording = std::move(recording);
-  formula::Graph& graph = m.recording.graph;
-  m.q = new_variables(m.recording, 0, dof);
-  m.qdot = new_variables(m.recording, dof, dof);
-  m.t = graph.variable(static_cast<int>(2 * dof));
-  run(m);
+// p, ∂L/∂q and M of the T and V that have been run.
+template <class Number = double>
+[[gnu::cold]] void differentiate_energies(RecordedMotion& m) {
+  formula::BasicGraph<Number>& graph = m.recording.graph;
   const int T = m.returned[0], V = m.returned[1];
   m.p = graph.gradient(T, m.qdot);
   m.force = graph.gradient(graph.difference(T, V), m.q);
@@ -67,6 +61,48 @@ template <class Run>
     const std::vector<int> row = graph.gradient(m.p[i], m.qdot);
     m.mass.insert(m.mass.end(), row.begin(), row.begin() + static_cast<std::ptrdiff_t>(i) + 1);
   }
+}
+
+// c and W of the constraints that have been run last, from `first` on: their rates, where they say what φ is.
+template <class Number = double>
+[[gnu::cold]] void differentiate_rows(RecordedMotion& m, std::size_t first, bool of_positions, const std::string& name) {
+  formula::BasicGraph<Number>& graph = m.recording.graph;
+  const std::size_t rows = m.returned.size() - first;
+  for (std::size_t i = 0; i < rows; ++i) {
+    int c = m.returned[first + i];
+    const std::vector<int> W = graph.gradient(c, of_positions ? m.q : m.qdot);
+    if (of_positions) {
+      c = graph.gradient(c, std::vector<int>{m.t})[0];
+      for (std::size_t j = 0; j < W.size(); ++j) c = graph.sum(c, graph.product(W[j], m.qdot[j]));
+    }
+    m.rows.push_back(c);
+    m.jacobian.insert(m.jacobian.end(), W.begin(), W.end());
+    m.row_names.push_back(name + (rows == 1 ? "" : "[" + std::to_string(i) + "]"));
+  }
+}
+
+// Adds forces that have been run, from `first` on, to those of the energies.
+template <class Number = double>
+[[gnu::cold]] void add_forces(RecordedMotion& m, std::size_t first) {
+  for (std::size_t i = 0; i < m.force.size(); ++i) m.force[i] = m.recording.graph.sum(m.force[i], m.returned[first + i]);
+}
+
+#ifdef QDOT_COMPILED
+extern template void differentiate_energies<double>(RecordedMotion&);
+extern template void differentiate_rows<double>(RecordedMotion&, std::size_t, bool, const std::string&);
+extern template void add_forces<double>(RecordedMotion&, std::size_t);
+#endif
+
+// Of T and V alone, which run(m) runs. A recording that has other motions already has the same variables, and formulas that are equal are one node.
+template <class Run>
+[[gnu::cold]] RecordedMotion recorded_energies(Eigen::Index dof, const Run& run, formula::Recording recording = {}) {
+  RecordedMotion m;
+  m.recording = std::move(recording);
+  m.q = new_variables(m.recording, 0, dof);
+  m.qdot = new_variables(m.recording, dof, dof);
+  m.t = formula::variable_in(m.recording, static_cast<int>(2 * dof));
+  run(m);
+  differentiate_energies(m);
   return m;
 }
 
@@ -78,21 +114,9 @@ RecordedMotion recorded_energies(const Energies& energies, Eigen::Index dof, for
 // One effect, if it is a constraint.
 template <int n, class E>
 [[gnu::cold]] void record_constraint(RecordedMotion& m, const E& e) {
-  formula::Graph& graph = m.recording.graph;
   const std::size_t first = m.returned.size();
   run_rows<n>(m, e);
-  const std::size_t rows = m.returned.size() - first;
-  for (std::size_t i = 0; i < rows; ++i) {
-    int c = m.returned[first + i];
-    const std::vector<int> W = graph.gradient(c, HolonomicEffect<E, n> ? m.q : m.qdot);
-    if constexpr (HolonomicEffect<E, n>) {
-      c = graph.gradient(c, std::vector<int>{m.t})[0];
-      for (std::size_t j = 0; j < W.size(); ++j) c = graph.sum(c, graph.product(W[j], m.qdot[j]));
-    }
-    m.rows.push_back(c);
-    m.jacobian.insert(m.jacobian.end(), W.begin(), W.end());
-    m.row_names.push_back(std::string(recorded_name(e)) + (rows == 1 ? "" : "[" + std::to_string(i) + "]"));
-  }
+  differentiate_rows(m, first, HolonomicEffect<E, n>, std::string(recorded_name(e)));
 }
 
 /// Runs T and V once.
@@ -116,7 +140,7 @@ RecordedMotion recorded_motion(const SceneForm<Sc>& form, formula::Recording rec
     m.z = new_variables(m.recording, 2 * form.dof() + 1, Sc::states_at_compile_time);
     const std::size_t first = m.returned.size(), rates = first + m.force.size();
     run_forces(m, form.scene());
-    for (std::size_t i = 0; i < m.force.size(); ++i) m.force[i] = m.recording.graph.sum(m.force[i], m.returned[first + i]);
+    add_forces(m, first);
     m.zdot.assign(m.returned.begin() + static_cast<std::ptrdiff_t>(rates), m.returned.end());
   }
   if constexpr (Sc::has_constraints)

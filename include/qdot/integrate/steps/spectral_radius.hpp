@@ -137,4 +137,19 @@ class SpectralRadius {
   Eigen::VectorXd y_, moved_, f_;  // where there is no matrix
 };
 
+// What a method asks of it, compiled once in a program, or in the library (qdot::compiled).
+template <class Number = double>
+double radius_at(SpectralRadius& radius, double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  return radius.at(t, y);
+}
+template <class Number = double>
+double damping_of(SpectralRadius& radius) {
+  return radius.damping();
+}
+
+#ifdef QDOT_COMPILED
+extern template double radius_at<double>(SpectralRadius&, double, const Eigen::Ref<const Eigen::VectorXd>&);
+extern template double damping_of<double>(SpectralRadius&);
+#endif
+
 }  // namespace qdot::detail

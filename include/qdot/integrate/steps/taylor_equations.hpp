@@ -124,7 +124,7 @@ class LagrangeSeries {
     // Variables are series even where no output contains them: their coefficients are the motion.
     for (const auto* list : {&m.q, &m.z, &m.zdot}) outputs.series.insert(outputs.series.end(), list->begin(), list->end());
     outputs.series.push_back(m.t);
-    sweep_ = taylor::Sweep(m.recording.graph, outputs, highest_order);
+    sweep_ = taylor::sweep_of(m.recording.graph, outputs, highest_order);
 
     for (const auto* list : {&m.q, &m.qdot, &m.z})
       for (const int node : *list) motion_.push_back(sweep_.slot(node));
@@ -169,7 +169,7 @@ class LagrangeSeries {
     unit_ = time_unit;
     for (Eigen::Index i = 0; i < coefficients_.rows(); ++i) sweep_.set(motion_[index(i)], coefficients_(i, 0) = y[i]);
     sweep_.set(t_, t);
-    sweep_.start();
+    taylor::start(sweep_);
     for (const auto& [slot, value] : assumptions_)
       if (sweep_.value(slot) == value)
         throw NonFinite("a Taylor coefficient", t,
@@ -183,13 +183,13 @@ class LagrangeSeries {
   void expand(int order) {
     if constexpr (has_plan) {
       if (goes_by_plan_) {
-        sweep_.complete(1);
+        taylor::complete(sweep_, 1);
         expand_by_plan<n, Energies>(sweep_, unit_, order, coefficients_.data(), factors_);
         return;
       }
     }
     for (int k = 2; k <= order; ++k) {
-      sweep_.complete(k - 1);
+      taylor::complete(sweep_, k - 1);
       make_order(k);
     }
   }
@@ -268,7 +268,7 @@ class LagrangeSeries {
     for (Eigen::Index i = 0; i < dof; ++i) sweep_.set(motion_[index(i)], coefficients_(i, k) = factor * coefficients_(dof + i, k - 1));
     for (Eigen::Index i = 0; i < dof; ++i) sweep_.set(motion_[index(dof + i)], 0.0);
     sweep_.set(t_, k == 1 ? unit_ : 0.0);
-    sweep_.advance(k);
+    taylor::advance(sweep_, k);
     for (Eigen::Index i = 0; i < dof; ++i) solution_[i] -= sweep_.latest(p_[index(i)]);
     if constexpr (rows != 0) {
       constraints_.solve(sweep_, k, factor, solution_);

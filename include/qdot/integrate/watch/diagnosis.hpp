@@ -226,7 +226,8 @@ inline double length(const Eigen::VectorXd& u) {
 }
 
 /// What to add to the message of an end that nobody asked for; often nothing.
-[[gnu::cold]] inline std::string explanation(const Probe& f, Outcome outcome, const Standstill& at) {
+template <class Number = double>
+[[gnu::cold]] std::string explanation(const Probe& f, Outcome outcome, const Standstill& at) {
   if (outcome == Outcome::non_finite) {
     const std::string where = first_non_finite(f, at, at.h > 0.0 ? 100 * at.h : at.rest);
     return where.empty() ? where : "; " + where;
@@ -237,5 +238,9 @@ inline double length(const Eigen::VectorXd& u) {
   const std::string why = diagnosis_of(f, at, collapsed);
   return why.empty() ? why : "; diagnosis: " + why;
 }
+
+#ifdef QDOT_COMPILED
+extern template std::string explanation<double>(const Probe&, Outcome, const Standstill&);
+#endif
 
 }  // namespace qdot::detail

@@ -18,6 +18,39 @@
 
 namespace qdot::detail {
 
+// What was recorded, what has been derived of it, and its lines.
+template <class Number = double>
+struct Derivation {
+  RecordedMotion recorded;
+  DerivedJacobian derived;
+  std::optional<DerivedLineWriter<Number>> writer;
+  DerivedLines lines;
+
+  void derive(RecordedMotion motion);
+  void derive_slopes();
+};
+
+template <class Number>
+[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion) {
+  if (!motion.recording.assumptions.empty()) return;
+  recorded = std::move(motion);
+  GraphEquations e = equations_by_graph(recorded.recording.graph, static_cast<int>(recorded.q.size()), recorded.returned[0], recorded.returned[1]);
+  derived = {std::move(e.mass), std::move(e.right), {}};
+  writer.emplace(recorded.recording.graph, recorded.q.size(), std::size_t(4));
+  writer->write_equations(derived, lines);
+  if (!lines_pay(lines, recorded)) lines = {};
+}
+
+template <class Number>
+[[gnu::cold]] void Derivation<Number>::derive_slopes() {
+  differentiate(recorded.recording.graph, static_cast<int>(recorded.q.size()), derived);
+  writer->write_slopes(derived, lines);
+}
+
+#ifdef QDOT_COMPILED
+extern template struct Derivation<double>;
+#endif
+
 /// The lines of one object's equations, once there are any. May be asked by several threads.
 class DerivedOnce {
  public:
@@ -31,12 +64,12 @@ class DerivedOnce {
     if (!is_asked_.load(std::memory_order_acquire)) {
       const std::lock_guard lock(mutex_);
       try {
-        if (!is_asked_.load(std::memory_order_relaxed)) derive(recorded_motion<n>(e));
+        if (!is_asked_.load(std::memory_order_relaxed)) derivation_.derive(recorded_motion<n>(e));
       } catch (...) {  // what functors throw they throw again, where they are asked for values
       }
       is_asked_.store(true, std::memory_order_release);
     }
-    return lines_.exist() ? &lines_ : nullptr;
+    return derivation_.lines.exist() ? &derivation_.lines : nullptr;
   }
 
   /// The same with slopes, null where these are too long.
@@ -45,41 +78,24 @@ class DerivedOnce {
     if (!lines_of<n>(e)) return nullptr;
     if (!is_asked_for_slopes_.load(std::memory_order_acquire)) {
       const std::lock_guard lock(mutex_);
-      if (!is_asked_for_slopes_.load(std::memory_order_relaxed)) derive_slopes();
+      if (!is_asked_for_slopes_.load(std::memory_order_relaxed)) derivation_.derive_slopes();
       is_asked_for_slopes_.store(true, std::memory_order_release);
     }
-    return lines_.have_slopes() ? &lines_ : nullptr;
+    return derivation_.lines.have_slopes() ? &derivation_.lines : nullptr;
   }
 
   /// Whether energies are those that have been derived, if any have.
   template <int n, class E>
   [[gnu::cold, gnu::noinline]] bool still_holds(const E& e) {
-    if (!is_asked_.load(std::memory_order_acquire) || !lines_.exist()) return true;
+    if (!is_asked_.load(std::memory_order_acquire) || !derivation_.lines.exist()) return true;
     const std::lock_guard lock(mutex_);
-    return is_unchanged(recorded_, [&](RecordedMotion& m) { run_energies<n>(m, e); });
+    return is_unchanged(derivation_.recorded, [&](RecordedMotion& m) { run_energies<n>(m, e); });
   }
 
  private:
-  [[gnu::cold, gnu::noinline]] void derive(RecordedMotion recorded) {
-    if (!recorded.recording.assumptions.empty()) return;
-    recorded_ = std::move(recorded);
-    GraphEquations e = equations_by_graph(recorded_.recording.graph, static_cast<int>(recorded_.q.size()), recorded_.returned[0], recorded_.returned[1]);
-    derived_ = {std::move(e.mass), std::move(e.right), {}};
-    writer_.emplace(recorded_.recording.graph, recorded_.q.size(), std::size_t(4));
-    writer_->write_equations(derived_, lines_);
-    if (!lines_pay(lines_, recorded_)) lines_ = {};
-  }
-  [[gnu::cold, gnu::noinline]] void derive_slopes() {
-    differentiate(recorded_.recording.graph, static_cast<int>(recorded_.q.size()), derived_);
-    writer_->write_slopes(derived_, lines_);
-  }
-
   std::atomic<bool> is_asked_{false}, is_asked_for_slopes_{false};
   std::mutex mutex_;
-  RecordedMotion recorded_;
-  DerivedJacobian derived_;
-  std::optional<DerivedLineWriter<double>> writer_;
-  DerivedLines lines_;
+  Derivation<> derivation_;
 };
 
 // Which energies may have kept lines. More coordinates than are known while compiling have other ways (mechanics/derive/traced_motion.hpp).

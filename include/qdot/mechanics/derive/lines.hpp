@@ -131,7 +131,7 @@ RecordedMotion recorded_motion(const E& e) {
   RecordedMotion m;
   m.q = new_variables(m.recording, 0, n);
   m.qdot = new_variables(m.recording, n, n);
-  m.t = m.recording.graph.variable(2 * n);
+  m.t = formula::variable_in(m.recording, 2 * n);
   run_energies<n>(m, e);
   m.returned_before.reserve(m.returned.size());  // so that looking whether it still holds allocates nothing
   return m;

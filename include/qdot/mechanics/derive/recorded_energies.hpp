@@ -41,7 +41,7 @@ concept RecordableEnergies = CallsT<Energies, formula::Recorded, n> && CallsV<En
 
 inline std::vector<int> new_variables(formula::Recording& recording, Eigen::Index first, Eigen::Index count) {
   std::vector<int> nodes;
-  for (Eigen::Index i = 0; i < count; ++i) nodes.push_back(recording.graph.variable(static_cast<int>(first + i)));
+  for (Eigen::Index i = 0; i < count; ++i) nodes.push_back(formula::variable_in(recording, static_cast<int>(first + i)));
   return nodes;
 }
 

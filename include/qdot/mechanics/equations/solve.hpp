@@ -53,7 +53,8 @@ inline std::string direction_text(const std::vector<double>& x, const std::vecto
 }
 
 // Throws the error that says which direction of a symmetric M has no (or a negative) inertia.
-[[noreturn, gnu::cold]] inline void throw_mass_matrix_error(Eigen::MatrixXd M, double t, const std::vector<std::string>& names) {
+template <class Number = double>
+[[noreturn, gnu::cold]] void throw_mass_matrix_error(Eigen::MatrixXd M, double t, const std::vector<std::string>& names) {
   const Eigen::Index n = M.rows();
   for (Eigen::Index j = 0; j < n; ++j)
     for (Eigen::Index i = 0; i < n; ++i)
@@ -179,6 +180,10 @@ Matrix<S, n, columns> solved_with_mass_matrix(const Sys& system, const Matrix<S,
     return lu.solve(B);
   }
 }
+
+#ifdef QDOT_COMPILED
+extern template void throw_mass_matrix_error<double>(Eigen::MatrixXd, double, const std::vector<std::string>&);
+#endif
 
 }  // namespace detail
 }  // namespace qdot

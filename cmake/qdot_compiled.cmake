@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: MIT
+#
+# qdot_add_compiled(): the target qdot::compiled, for shorter waits at the compiler:
+#
+#     target_link_libraries(simulator PRIVATE qdot::compiled)      instead of qdot::cvode, or of qdot::qdot where there is no SUNDIALS
+#
+# What of qdot depends on no user's type is compiled once then, and not again with each source that includes qdot. It is compiled in the project that asks
+# for it, with its compiler and options (an archive made elsewhere would have other ideas of how vectors are aligned), and only where a target links it.
+# Used in qdot's own build and, installed, by find_package(qdot). Who includes this sets the global property qdot_program_folder.
+function(qdot_add_compiled)
+  if(TARGET qdot_compiled)
+    return()
+  endif()
+  get_property(folder GLOBAL PROPERTY qdot_program_folder)
+  add_library(qdot_compiled STATIC EXCLUDE_FROM_ALL ${folder}/compiled/equations.cpp)
+  if(TARGET qdot::cvode)
+    target_sources(qdot_compiled PRIVATE ${folder}/compiled/cvode.cpp)
+    target_link_libraries(qdot_compiled PUBLIC qdot::cvode)
+  else()
+    target_link_libraries(qdot_compiled PUBLIC qdot::qdot)
+  endif()
+  target_compile_definitions(qdot_compiled INTERFACE QDOT_COMPILED)
+  add_library(qdot::compiled ALIAS qdot_compiled)
+endfunction()

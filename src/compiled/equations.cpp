@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+//
+// The library qdot::compiled: what of qdot does not depend on a user's types, compiled once.
+//
+// Headers declare these with `extern template` where QDOT_COMPILED is defined, which the CMake target does. Without it every program compiles them for itself.
+#include <qdot/ad/formula/lines.hpp>
+#include <qdot/ad/formula/recording.hpp>
+#include <qdot/ad/series/sweep.hpp>
+#include <qdot/integrate/automatic.hpp>
+#include <qdot/integrate/driver/ending.hpp>
+#include <qdot/integrate/options.hpp>
+#include <qdot/integrate/steps/recorded_motion.hpp>
+#include <qdot/integrate/steps/spectral_radius.hpp>
+#include <qdot/integrate/watch/diagnosis.hpp>
+#include <qdot/mechanics/derive/kept_lines.hpp>
+#include <qdot/mechanics/equations_of_motion.hpp>
+
+namespace qdot::taylor {
+template Sweep sweep_of<double>(BasicGraph<double>&, const SweepOutputs&, int);
+template void start<double>(Sweep&);
+template void advance<double>(Sweep&, int);
+template void complete<double>(Sweep&, int);
+}  // namespace qdot::taylor
+
+namespace qdot::formula {
+template int variable_in<double>(Recording&, int);
+template int operation_in<double>(Recording&, Operation, int, int);
+template int function_in<double>(Recording&, Function, int);
+template int power_in<double>(Recording&, int, double);
+template int constant_in<double>(Recording&, double);
+template void carry_out<double>(const LineTable&, const RunOfLines&, double*);
+template void carry_out<double>(const LineTable&, double*);
+}  // namespace qdot::formula
+
+namespace qdot::detail {
+template void require_valid<double>(const Options&, Eigen::Index);
+template std::string explanation<double>(const Probe&, Outcome, const Standstill&);
+template std::string how_it_ended<double>(Outcome, const std::string&, double, long);
+template double radius_at<double>(SpectralRadius&, double, const Eigen::Ref<const Eigen::VectorXd>&);
+template double damping_of<double>(SpectralRadius&);
+template void differentiate_energies<double>(RecordedMotion&);
+template void differentiate_rows<double>(RecordedMotion&, std::size_t, bool, const std::string&);
+template void add_forces<double>(RecordedMotion&, std::size_t);
+template void throw_not_finite<double>(const std::string&, double);
+template void throw_derivative_not_finite<double>(const std::string&, const std::string&, double);
+template void throw_mass_matrix_error<double>(Eigen::MatrixXd, double, const std::vector<std::string>&);
+template struct Derivation<double>;
+}  // namespace qdot::detail
+
+namespace qdot {
+template class AutomaticStepperOf<double>;
+}  // namespace qdot
