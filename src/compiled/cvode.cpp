@@ -8,4 +8,5 @@ template std::unique_ptr<Core> new_core<double>(AnySystem, CvodeSettings, const 
 template void reset<double>(Core&, const Moment&, const Eigen::Ref<const Eigen::VectorXd>&);
 template bool step<double>(Core&, double);
 template PolynomialView polynomial<double>(Core&);
+template std::unique_ptr<NewtonEquations> new_sparse_newton<double>(TracedForm, SUNContext);
 }  // namespace qdot::detail::cvode

@@ -71,7 +71,7 @@ void check_newton(const Form& form, double t, double gamma) {
   const Eigen::VectorXd expected = (Eigen::MatrixXd::Identity(size, size) - gamma * J).partialPivLu().solve(b);
   detail::cvode::Messages messages{[](bool, const char*, void*) noexcept {}, nullptr};
   const auto context = detail::cvode::make_context(messages);
-  detail::cvode::SparseNewton<Form> newton(form, context.get());
+  detail::cvode::SparseNewton<> newton(detail::cvode::traced_form(form), context.get());
   newton.linearize(t, y);
   for (const double other : {0.5 * gamma, gamma}) newton.assemble(other);
   Eigen::VectorXd x(size), right = b;

@@ -128,7 +128,7 @@ class AnySystem {
         const F& system = *static_cast<const F*>(p);
         if constexpr (is_traced) {
           try {
-            return std::make_unique<SparseNewton<F>>(system, context);
+            return new_sparse_newton(traced_form(system), context);
           } catch (...) {  // no formulas
           }
         }

@@ -24,6 +24,7 @@
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -34,14 +35,25 @@
 
 namespace qdot::detail::cvode {
 
+/// What Newton's equations ask of a form.
+struct TracedForm {
+  std::function<TracedEquations<>()> equations;                                                   ///< traced anew
+  std::function<void(RecordedMotion&)> run_functors;                                              ///< on a recording
+  std::function<void(double t, const double* y, double* a, double* lambda)> accelerate;  ///< a ← q̈, and the multipliers
+};
+
+template <class F>
+TracedForm traced_form(const F& form) {
+  return {[&form] { return form.equations(); }, [&form](RecordedMotion& m) { form.run_functors(m); },
+          [&form](double t, const double* y, double* a, double* lambda) { form.accelerate(t, y, a, lambda); }};
+}
+
 /// Programs without such a system make nothing of SparseLU, since its numbers are a parameter.
-///
-/// What a form must have: equations_of_slopes(), its traced equations; still_holds(equations); write_accelerations(t, y, a, λ), which says whether it did.
-template <class F, class Number = double>
+template <class Number = double>
 class SparseNewton final : public NewtonEquations {
  public:
   /// @throws whatever tracing throws
-  SparseNewton(const F& system, SUNContext context) : system_(system) {
+  SparseNewton(TracedForm form, SUNContext context) : form_(std::move(form)) {
     placeholder_ = owned<MatrixHandle>(SUNDenseMatrix(1, 1, context), "matrix");
     SUNLinearSolver raw = SUNLinSolNewEmpty(context);
     solver_ = owned<LinearSolverHandle>(raw, "linear solver");
@@ -68,11 +80,11 @@ class SparseNewton final : public NewtonEquations {
 
   /// Traces again where the functors are others by now.
   [[gnu::cold]] void renew() override {
-    if (!lines_->still_holds([this](RecordedMotion& m) { system_.run_functors(m); })) trace();
+    if (!lines_->still_holds(form_.run_functors)) trace();
   }
 
   void linearize(double t, const Eigen::Ref<const Eigen::VectorXd>& y) override {
-    system_.accelerate(t, y.data(), acceleration_.data(), multipliers_.data());
+    form_.accelerate(t, y.data(), acceleration_.data(), multipliers_.data());
     lines_->set(y.data(), y.data() + n(), t, y.data());
     lines_->set_accelerations(acceleration_.data());
     std::copy_n(multipliers_.data(), rows(), lines_->multipliers());
@@ -103,7 +115,7 @@ class SparseNewton final : public NewtonEquations {
   std::size_t rows() const { return multipliers_.size(); }
 
   [[gnu::cold]] void trace() {
-    lines_ = std::make_unique<TracedLines<>>(system_.equations());
+    lines_ = std::make_unique<TracedLines<>>(form_.equations());
     TracedEquations<>& e = lines_->equations();
     if (e.states() > 0) throw InvalidValue("sparse Newton equations know of no states of effects");
     acceleration_.resize(e.n());
@@ -184,7 +196,7 @@ class SparseNewton final : public NewtonEquations {
     }
   }
 
-  const F& system_;
+  TracedForm form_;
   std::unique_ptr<TracedLines<>> lines_;
   std::shared_ptr<const formula::LineTable> table_;
   std::vector<double> acceleration_, multipliers_;
@@ -197,5 +209,14 @@ class SparseNewton final : public NewtonEquations {
   MatrixHandle placeholder_;
   LinearSolverHandle solver_;
 };
+
+template <class Number = double>
+std::unique_ptr<NewtonEquations> new_sparse_newton(TracedForm form, SUNContext context) {
+  return std::make_unique<SparseNewton<Number>>(std::move(form), context);
+}
+
+#ifdef QDOT_COMPILED
+extern template std::unique_ptr<NewtonEquations> new_sparse_newton<double>(TracedForm, SUNContext);
+#endif
 
 }  // namespace qdot::detail::cvode
