@@ -220,13 +220,19 @@ Findings measured() {
     const double more = compile_seconds(scratch.path(), program.source);
     if (more == 0) return {.rows = {}, .note = {}, .cannot_run = std::string("this does not compile: ") + program.name};
     rows.push_back({program.name, more, baseline, "a program that includes Eigen/Dense", "s"});
+    const double linked = compile_seconds(scratch.path(), program.source, "-DQDOT_COMPILED");
+    if (linked != 0) rows.push_back({std::string(program.name) + ", with qdot::compiled", linked, baseline, "a program that includes Eigen/Dense", "s"});
   }
+  if (const double linked = compile_seconds(scratch.path(), user_program, "-DQDOT_COMPILED"); linked != 0)
+    rows.push_back({"double pendulum with CVODE, with qdot::compiled", linked, baseline, "a program that includes Eigen/Dense", "s"});
   if (const double all = compile_seconds(scratch.path(), std::string("#include <qdot/qdot.hpp>\n") + user_program); all != 0)
     rows.push_back({"the same with all of qdot.hpp", all, baseline, "a program that includes Eigen/Dense", "s"});
   std::ofstream(scratch.path() / "library.hpp") << headers_of_the_library;
-  if (std::system((compiler_in(scratch.path()) + "-x c++-header library.hpp -o library.hpp.gch >messages.txt 2>&1").c_str()) == 0) {
-    const double edit = compile_seconds(scratch.path(), user_program, "-include library.hpp");
-    if (edit != 0) rows.push_back({"the same with the library's headers precompiled", edit, baseline, "a program that includes Eigen/Dense", "s"});
+  for (const bool linked : {false, true}) {
+    const std::string options = linked ? "-DQDOT_COMPILED " : "";
+    if (std::system((compiler_in(scratch.path()) + options + "-x c++-header library.hpp -o library.hpp.gch >messages.txt 2>&1").c_str()) != 0) break;
+    const double edit = compile_seconds(scratch.path(), user_program, options + "-include library.hpp");
+    if (edit != 0) rows.push_back({linked ? "the same with qdot::compiled, too" : "the same with the library's headers precompiled", edit, baseline, "a program that includes Eigen/Dense", "s"});
   }
   return {.rows = rows,
           .note = "processor time of " QDOT_BENCH_COMPILER " -std=c++20 -O2 -c, the better of two attempts"};
