@@ -8,6 +8,8 @@
 #include <qdot/ad/series/sweep.hpp>
 #include <qdot/integrate/automatic.hpp>
 #include <qdot/integrate/driver/ending.hpp>
+#include <qdot/integrate/driver/event_clocks.hpp>
+#include <qdot/integrate/driver/event_finder.hpp>
 #include <qdot/integrate/options.hpp>
 #include <qdot/integrate/steps/recorded_motion.hpp>
 #include <qdot/integrate/steps/spectral_radius.hpp>
@@ -36,6 +38,8 @@ namespace qdot::detail {
 template void require_valid<double>(const Options&, Eigen::Index);
 template std::string explanation<double>(const Probe&, Outcome, const Standstill&);
 template std::string how_it_ended<double>(Outcome, const std::string&, double, long);
+template void search_root<double>(RootSearch&, double, double, const double*);
+template void set_clocks<double>(EventClocks&, const std::vector<ListedEvent>&, double, double);
 template double radius_at<double>(SpectralRadius&, double, const Eigen::Ref<const Eigen::VectorXd>&);
 template double damping_of<double>(SpectralRadius&);
 template void differentiate_energies<double>(RecordedMotion&);

@@ -83,4 +83,13 @@ class EventClocks {
   bool any_ = false;
 };
 
+template <class Number = double>
+void set_clocks(EventClocks& clocks, const std::vector<ListedEvent>& events, double t0, double t_end) {
+  clocks.set(events, t0, t_end);
+}
+
+#ifdef QDOT_COMPILED
+extern template void set_clocks<double>(EventClocks&, const std::vector<ListedEvent>&, double, double);
+#endif
+
 }  // namespace qdot::detail

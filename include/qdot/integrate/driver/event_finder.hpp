@@ -359,4 +359,14 @@ class RootSearch {
   FunctionElsewhere<bool, double, double> decided_;
 };
 
+// What a run asks of it, compiled once in a program, or in the library (qdot::compiled).
+template <class Number = double>
+void search_root(RootSearch& search, double from, double to, const Number* known) {
+  search.run(from, to, known);
+}
+
+#ifdef QDOT_COMPILED
+extern template void search_root<double>(RootSearch&, double, double, const double*);
+#endif
+
 }  // namespace qdot::detail

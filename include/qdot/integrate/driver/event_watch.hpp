@@ -79,7 +79,7 @@ class EventWatch {
   bool looks_at_steps() const { return !watches_.empty(); }
 
   EventClocks& clocks() { return clocks_; }
-  void set_clocks(double t0, double t_end) { clocks_.set(events_, t0, t_end); }
+  void set_clocks(double t0, double t_end) { detail::set_clocks(clocks_, events_, t0, t_end); }
 
   Firing firing_of_clocks(double elapsed) { return clocks_.firing(events_, elapsed, fired_); }
 
@@ -358,7 +358,7 @@ class EventWatch {
     const auto proves = [this, i](double a, double b) { return decided(i, a, b); };
     RootSearch search(watches_[i], at, proves);
     const bool was_rough = watches_[i].rough || watches_[i].unproven;
-    search.run(from, to_, known);
+    search_root<double>(search, from, to_, known);
     if ((watches_[i].rough || watches_[i].unproven) && !was_rough && ++rough_steps_ == 1) rough_time_ = clock_.t(from);
   }
 
