@@ -52,5 +52,5 @@ template struct Derivation<double>;
 }  // namespace qdot::detail
 
 namespace qdot {
-template class AutomaticStepperOf<double>;
+template class BasicAutomaticStepper<double>;
 }  // namespace qdot

@@ -74,11 +74,11 @@ struct AutomaticChoice {
 ///
 /// Allocates when it is made and when it first turns to the stiff method; not in steps.
 template <class Number = double>
-class AutomaticStepperOf {
+class BasicAutomaticStepper {
  public:
   static constexpr bool projects_itself = true;
 
-  AutomaticStepperOf(AutomaticChoice choice, Eigen::Index size);
+  BasicAutomaticStepper(AutomaticChoice choice, Eigen::Index size);
 
   /// Starts (afresh) at (t, y), with the method for smooth motion.
   ///
@@ -169,7 +169,7 @@ class AutomaticStepperOf {
 };
 
 template <class Number>
-[[gnu::cold]] AutomaticStepperOf<Number>::AutomaticStepperOf(AutomaticChoice choice, Eigen::Index size)
+[[gnu::cold]] BasicAutomaticStepper<Number>::BasicAutomaticStepper(AutomaticChoice choice, Eigen::Index size)
     : steppers_{std::move(choice.series), std::move(choice.smooth), std::nullopt},
       make_stiff_(std::move(choice.stiff)),
       renew_(std::move(choice.renew)),
@@ -183,7 +183,7 @@ template <class Number>
 }
 
 template <class Number>
-void AutomaticStepperOf<Number>::reset(const Moment& moment, const Eigen::Ref<const Eigen::VectorXd>& y) {
+void BasicAutomaticStepper<Number>::reset(const Moment& moment, const Eigen::Ref<const Eigen::VectorXd>& y) {
   renew_();
   use(first());
   const auto go_on_smoothly = [&](const char* why) {
@@ -209,7 +209,7 @@ void AutomaticStepperOf<Number>::reset(const Moment& moment, const Eigen::Ref<co
 }
 
 template <class Number>
-bool AutomaticStepperOf<Number>::step(double t_limit) {
+bool BasicAutomaticStepper<Number>::step(double t_limit) {
   if (next_ != active_) turn_to(next_);
   bool accepted = at(active_).step(t_limit);
   if (!accepted && active_ != smooth && at(active_).failure().outcome != Outcome::stopped_by_model) {
@@ -226,7 +226,7 @@ bool AutomaticStepperOf<Number>::step(double t_limit) {
 }
 
 template <class Number>
-[[gnu::cold]] void AutomaticStepperOf<Number>::say(const std::string& why) {
+[[gnu::cold]] void BasicAutomaticStepper<Number>::say(const std::string& why) {
   std::string& text = statistics_.method_reason;
   if (text.size() > longest_reason) return;
   text += "; " + name_of(active_) + " from t = " + detail::text_of(t()) + ": " + why;
@@ -234,7 +234,7 @@ template <class Number>
 }
 
 template <class Number>
-bool AutomaticStepperOf<Number>::turn_to(Member m) {
+bool BasicAutomaticStepper<Number>::turn_to(Member m) {
   const Moment from = moment();
   const Eigen::VectorXd state = y();
   Failure ignored;
@@ -253,7 +253,7 @@ bool AutomaticStepperOf<Number>::turn_to(Member m) {
 }
 
 template <class Number>
-void AutomaticStepperOf<Number>::watch() {
+void BasicAutomaticStepper<Number>::watch() {
   if (++steps_ % (active_ == stiff ? stiff_check : check_every_) != 0) return;
   double rho = 0.0;
   Failure ignored;
@@ -283,7 +283,7 @@ void AutomaticStepperOf<Number>::watch() {
 }
 
 template <class Number>
-void AutomaticStepperOf<Number>::count() {
+void BasicAutomaticStepper<Number>::count() {
   Statistics& sum = statistics_;
   const Statistics& now = steppers_[active_]->statistics();
   sum.steps = sum.rejected_by_error_test = sum.rejected_by_corrector = sum.evaluations = sum.jacobians = sum.linear_setups = 0;
@@ -312,11 +312,11 @@ void AutomaticStepperOf<Number>::count() {
 }
 
 #ifdef QDOT_COMPILED
-extern template class AutomaticStepperOf<double>;
+extern template class BasicAutomaticStepper<double>;
 #endif
 
 /// The one of simulate().
-using AutomaticStepper = AutomaticStepperOf<>;
+using AutomaticStepper = BasicAutomaticStepper<>;
 
 namespace detail {
 
