@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // Rows of `qdot bench eom`: q̈ with its derivatives in q and q̇, beside q̈ alone by the same door.
+#include <algorithm>
+
 #include "bench/chain_energies.hpp"
 #include "bench/eom.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 #include "qdot/mechanics/derived.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
 #include "qdot/mechanics/written_out.hpp"
 
 namespace qdot::bench {
@@ -33,17 +36,45 @@ EquationsRow row_of(const char* door) {
           .numbers_out = n + 2 * n * n};
 }
 
+// What an implicit method asks of its form, ∂ẏ/∂y of y = [q; q̇].
+template <int n>
+inline const auto benched_form = first_order_form(mechanical_system<n>(LoopedChain{}));
+
+template <int n>
+[[gnu::noinline]] void rates_by_form(const double* q, const double* qdot, double* out) {
+  double y[2 * n], ydot[2 * n];
+  std::copy_n(qdot, n, std::copy_n(q, n, y));
+  benched_form<n>.write_derivative(0.0, y, ydot);
+  std::copy_n(ydot + n, n, out);
+}
+
+template <int n>
+[[gnu::noinline]] void jacobian_by_form(const double* q, const double* qdot, double* out) {
+  Vector<double, 2 * n> y;
+  std::copy_n(qdot, n, std::copy_n(q, n, y.data()));
+  static Eigen::MatrixXd J(2 * n, 2 * n);
+  benched_form<n>.jacobian(0.0, y, J);
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < 2 * n; ++j) *out++ = J(n + i, j);
+}
+
+template <int n>
+EquationsRow row_of_form() {
+  return {.system = "chain", .n = n, .door = "jacobian, for, in a run", .baseline = rates_by_form<n>, .measured = jacobian_by_form<n>, .lowest = -2.0, .highest = 2.0, .baseline_name = "its q̈", .numbers_out = 2 * n * n};
+}
+
 }  // namespace
 
 std::vector<EquationsRow> jacobian_rows() {
   return {row_of<1, UnrolledChain<1>>("jacobian, unroll"), row_of<2, UnrolledChain<2>>("jacobian, unroll"),
           row_of<3, UnrolledChain<3>>("jacobian, unroll"), row_of<4, UnrolledChain<4>>("jacobian, unroll"),
-          row_of<2, LoopedChain>("jacobian, for"),         row_of<4, LoopedChain>("jacobian, for"),
+          row_of_form<2>(), row_of_form<4>(), row_of_form<8>(), row_of_form<16>(), row_of_form<32>(),
+          row_of<2, LoopedChain>("jacobian, for, outside of runs"), row_of<4, LoopedChain>("jacobian, for, outside of runs"),
           row_of<2, Derived<2, LoopedChain>>("jacobian, for, derived"), row_of<4, Derived<4, LoopedChain>>("jacobian, for, derived"),
           row_of<8, Derived<8, LoopedChain>>("jacobian, for, derived"),
           row_of<2, WrittenOut<2, LoopedChain>>("jacobian, for, written out"),
           row_of<4, WrittenOut<4, LoopedChain>>("jacobian, for, written out"),
-          row_of<8, LoopedChain>("jacobian, for"),         row_of<16, LoopedChain>("jacobian, for"),
+          row_of<8, LoopedChain>("jacobian, for, outside of runs"), row_of<16, LoopedChain>("jacobian, for, outside of runs"),
           row_of<6, WrittenOut<6, LoopedChain>>("jacobian, for, written out"),
           row_of<8, WrittenOut<8, LoopedChain>>("jacobian, for, written out")};
 }
