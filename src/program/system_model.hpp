@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "program/model_steppers.hpp"
 #include "program/runnable_scene.hpp"

@@ -31,9 +31,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <exception>
 #include <limits>
-#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>

@@ -19,8 +19,6 @@
 // With constraints M q̈ = rhs + Jᵀλ, so that Jᵀλ is the force of the constraint *on* the system.
 // Angles are in rad, everything else in whatever consistent units the user has.
 
-#include <cmath>
-#include <concepts>
 #include <initializer_list>
 #include <string>
 #include <type_traits>

@@ -21,10 +21,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <cstddef>
 #include <functional>
-#include <limits>
-#include <string>
 #include <utility>
 #include <vector>
 
