@@ -187,14 +187,8 @@ inline FamilyFound family_from(const Shooting& of, Eigen::VectorXd X, const Fami
     bool good = end.outcome == OrbitOutcome::found;
     if (good) {
       next = point_of_family(equations, end, quantity, &at);
-      good = next.open == 1;
-      double cosine = 0.0, length = 0.0;
-      for (Eigen::Index i = 0; good && i < X.size(); ++i) {
-        const double along = next.tangent[i] * next.equations.scale[i] / at.equations.scale[i];
-        cosine += along * at.tangent[i];
-        length += along * along;
-      }
-      good = good && cosine > least_cosine * std::sqrt(length);
+      const Eigen::VectorXd tangent = tangent_in_units_of(at.equations, next);
+      good = next.open == 1 && tangent.dot(at.tangent) > least_cosine * tangent.norm();
     }
     if (!good) {
       step *= 0.5;
