@@ -20,6 +20,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <utility>
 
 #include "qdot/ad/dual_eigen.hpp"
 #include "qdot/ad/vector.hpp"
@@ -68,6 +69,16 @@ concept CallsV = CallsVOfPosition<E, S, n> || CallsVOfPositionAndTime<E, S, n>;
 // One object with members T and V, as opposed to a functor that is itself T.
 template <class E, int n>
 concept EnergiesObject = CallsT<E, double, n> && CallsV<E, double, n>;
+
+// An object with members T and V is taken as it is; anything else is T itself.
+template <int n, class E>
+auto energies_object(E energies) {
+  if constexpr (EnergiesObject<E, n>) {
+    return energies;
+  } else {
+    return KineticAndPotential<E, NoPotential>{std::move(energies), NoPotential{}};
+  }
+}
 
 template <class E, int n>
 consteval KineticSignature kinetic_signature() {
