@@ -20,7 +20,6 @@
 #include "qdot/integrate/steps/form_mechanics.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/taylor.hpp"
-#include "qdot/integrate/watch/held_watch.hpp"
 
 namespace qdot::program {
 

@@ -16,7 +16,6 @@
 #include "qdot/integrate/watch/energy_slope.hpp"
 #include "qdot/integrate/watch/held_watch.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
-#include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::program {
