@@ -4,7 +4,6 @@
 // follows it, or does not.
 
 #include <cstdio>
-#include <string_view>
 #include <vector>
 
 #include <qdot/analysis/equilibrium_branch.hpp>

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <string>
 
 #include <qdot/analysis/optimal_motion.hpp>
 #include <qdot/qdot.hpp>

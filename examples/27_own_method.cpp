@@ -3,11 +3,9 @@
 // A method of one's own: the classical Runge-Kutta method with a fixed step, whose steps simulate() drives like those of any other. Output times,
 // events and trajectories come from the polynomial that each step leaves behind.
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <string>
 #include <string_view>
 
 #include <qdot/integrate/simulate.hpp>

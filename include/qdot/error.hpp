@@ -67,6 +67,13 @@ struct Phrase {
   return text;
 }
 
+// The name of an enumerator, from those of all in their order.
+template <class Enumeration>
+constexpr const char* name_in(std::initializer_list<const char*> names, Enumeration of) noexcept {
+  const auto place = static_cast<std::size_t>(of);
+  return place < names.size() ? names.begin()[place] : "unknown";
+}
+
 }  // namespace detail
 
 /// Base of every exception that the library itself throws.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "fmi/variables.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <map>

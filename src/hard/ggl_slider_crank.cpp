@@ -2,7 +2,6 @@
 //
 // A slider crank with a spring-damper: SUNDIALS 7.5, example idaSlCrank_dns, which solves it in the form of Gear, Gupta and
 // Leimkuhler by IDA at 1e-6 and prints five digits. The end is computed with 34 digits.
-#include <algorithm>
 #include <numbers>
 
 #include "hard/motion.hpp"

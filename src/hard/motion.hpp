@@ -5,7 +5,6 @@
 // rows that come out of their runs. Methods that look into T and V (Taylor, Gauss, splitting) take the system itself.
 
 #include <Eigen/Core>
-#include <cmath>
 #include <functional>
 #include <string>
 #include <utility>

@@ -126,4 +126,12 @@ void require_files(const std::string& out, const std::vector<std::string>& files
   }
 }
 
+std::vector<std::string> writable_files(const std::optional<std::string>& out, const std::vector<std::string>& endings) {
+  std::vector<std::string> files;
+  if (!out) return files;
+  for (const std::string& ending : endings) files.push_back(*out + ending);
+  require_files(*out, files);
+  return files;
+}
+
 }  // namespace qdot::program

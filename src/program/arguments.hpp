@@ -6,6 +6,7 @@
 // Every message is one line: the argument, the rule, what was given, and for an unknown name the nearest one. Numbers are
 // read by std::from_chars, so they mean the same double as in a C++ program, in every locale.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,11 @@ void make_directory_of(const std::string& out);
 ///
 /// @throws UsageError
 void require_files(const std::string& out, const std::vector<std::string>& files);
+
+/// OUT with each of these endings, if there is an OUT.
+///
+/// @throws UsageError  as require_files()
+std::vector<std::string> writable_files(const std::optional<std::string>& out, const std::vector<std::string>& endings);
 
 /// NAME=VALUE, taken apart.
 struct Assignment {

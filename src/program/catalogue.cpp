@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "program/catalogue.hpp"
 
-#include <utility>
-
 #include "program/arguments.hpp"
 #include "program/scene_file.hpp"
 

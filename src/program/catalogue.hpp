@@ -17,7 +17,7 @@ struct NamedScene {
   std::unique_ptr<RunnableScene> (*make)();
 };
 
-/// The scenes that are linked in, in the order of the list: the catalogue (scenes/catalogue.cpp), or a user's own (own/main.cpp).
+/// The scenes that are linked in, in the order of the list: the catalogue (src/CMakeLists.txt), or a user's own (own/main.cpp).
 const std::vector<NamedScene>& named_scenes();
 
 /// Their names.

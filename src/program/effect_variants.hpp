@@ -23,7 +23,6 @@
 #include "qdot/integrate/rattle.hpp"
 #include "qdot/integrate/steps/form_mechanics.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
-#include "qdot/integrate/watch/held_watch.hpp"
 
 namespace qdot::program {
 

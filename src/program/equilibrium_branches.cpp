@@ -2,7 +2,6 @@
 //
 // qdot equilibria SCENE --along NAME=FROM:TO: the equilibrium near the start as a curve, where it changes its stability or meets others, and those.
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <iterator>
@@ -186,11 +185,7 @@ int equilibria_along(const EquilibriaOptions& options) {
   if (options.show) shown = components.places("--show", *options.show, request.scene->name());
   for (const Eigen::Index i : shown)
     if (i >= components.dof) throw UsageError("--show: must name coordinates where things rest, given " + *options.show);
-  std::vector<std::string> paths;
-  if (options.out) {
-    paths = {*options.out + ".csv", *options.out + ".html", *options.out + ".svg"};
-    require_files(*options.out, paths);
-  }
+  const std::vector<std::string> paths = writable_files(options.out, {".csv", ".html", ".svg"});
   std::vector<PointsOfBranch> branches;
   try {
     branches = branches_along(request, models, from, range.to);

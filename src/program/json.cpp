@@ -4,7 +4,6 @@
 #include <cmath>
 #include <complex>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "program/orbit_search.hpp"
 #include "program/sensitivity.hpp"

@@ -49,10 +49,7 @@ LyapunovRequest request_of(const LyapunovCommandOptions& options) {
   request.run.rtol = options.rtol ? positive_number("--rtol", *options.rtol) : 1e-9;
   request.run.atol = request.run.rtol;
   request.run.start = request.start;
-  if (options.out) {
-    request.paths = {*options.out + ".csv", *options.out + ".html"};
-    require_files(*options.out, request.paths);
-  }
+  request.paths = writable_files(options.out, {".csv", ".html"});
   request.rate = request.scene->time_unit().empty() ? "" : "1/" + request.scene->time_unit();
   return request;
 }

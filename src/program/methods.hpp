@@ -7,7 +7,6 @@
 // series, their momenta, the two apart): a bare scene makes their steppers (model_steppers.hpp), hidden behind AnyStepper. For a
 // scene with effects the program has Taylor and Gauss once as well, on what the model tells of its graph or its momenta.
 
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -8,7 +8,6 @@
 #include "program/commands.hpp"
 #include "program/json.hpp"
 #include "program/steady_points.hpp"
-#include "qdot/report/number.hpp"
 
 namespace qdot::program {
 

@@ -123,10 +123,7 @@ OrbitTask task_of(const OrbitCommandOptions& options) {
     task.x = shown[0];
     task.y = shown[1];
   }
-  if (options.out) {
-    task.paths = {*options.out + ".csv", *options.out + ".html", *options.out + ".svg"};
-    require_files(*options.out, task.paths);
-  }
+  task.paths = writable_files(options.out, {".csv", ".html", ".svg"});
   return task;
 }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
-#include <utility>
 
 #include "program/varied_motion.hpp"
 #include "qdot/analysis/orbit_family.hpp"

@@ -3,7 +3,6 @@
 //
 // Periodic orbits of a scene, and families of them: the library's search (analysis/periodic_orbit.hpp, orbit_family.hpp) on the Model that commands see.
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>

@@ -3,7 +3,7 @@
 //
 // A scene without its type: what the program's commands see, whatever T and V are behind it.
 //
-// The templates of a scene (its duals, its equations of motion) are compiled once, in the scene's own .cpp
+// The templates of a scene (its duals, its equations of motion) are compiled once, in a file of the scene's own
 // (scene_runner.hpp). Everything else talks to these two interfaces.
 
 #include <Eigen/Core>

@@ -1,8 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// From a scene with its type to a scene without: the one template that every scene's .cpp instantiates. A scene with optional
-// effects or with constraints is that of effect_variants.hpp.
+// From a scene with its type to a scene without: the one template that every scene instantiates in a file of its own, which src/CMakeLists.txt makes
+// for most of them. A scene with optional effects or with constraints is that of effect_variants.hpp.
 
 #include <algorithm>
 #include <cmath>

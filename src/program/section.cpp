@@ -189,10 +189,7 @@ SectionRequest request_of(const SectionCommandOptions& options) {
   request.options.rtol = options.rtol ? positive_number("--rtol", *options.rtol) : 1e-10;
   request.options.atol = request.options.rtol;
   choose_starts(request, options);
-  if (options.out) {
-    request.paths = {*options.out + ".csv", *options.out + ".html", *options.out + ".svg"};
-    require_files(*options.out, request.paths);
-  }
+  request.paths = writable_files(options.out, {".csv", ".html", ".svg"});
   return request;
 }
 

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -125,10 +124,7 @@ SensitivityTask task_of(const SensitivityCommandOptions& options) {
   if (method.fixed_step())
     task.method.step = options.step ? positive_number("--step", *options.step)
                                     : chosen_step(task.model, {.start = task.start, .t_end = task.t_end, .rtol = task.options.rtol, .atol_each = {}, .step = {}}, method.order);
-  if (options.out) {
-    task.paths = {*options.out + ".csv", *options.out + ".html", *options.out + ".svg"};
-    require_files(*options.out, task.paths);
-  }
+  task.paths = writable_files(options.out, {".csv", ".html", ".svg"});
   return task;
 }
 

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
-#include <limits>
 #include <memory>
 #include <utility>
 
@@ -21,7 +20,6 @@
 #include "qdot/integrate/steps/form_mechanics.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/taylor.hpp"
-#include "qdot/integrate/watch/held_watch.hpp"
 
 namespace qdot::program {
 

@@ -85,10 +85,7 @@ SteadyRequest steady_request(const ModesOptions& options) {
                      request.scene->name() + " has contacts or friction that switch (try --without, or another scene)");
   }
   request.steady = options.steady;
-  if (options.out) {
-    request.paths = {*options.out + ".csv", *options.out + ".html"};
-    require_files(*options.out, request.paths);
-  }
+  request.paths = writable_files(options.out, {".csv", ".html"});
   return request;
 }
 

@@ -4,7 +4,6 @@
 // Where a scene of the catalogue rests or moves steadily, and its modes there.
 
 #include <cstddef>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -174,6 +173,15 @@ void settle_manifest(const std::string& path, const std::string& manifest) {
   require_same(path, content(final_name), manifest);
 }
 
+struct flock one_byte(short kind, std::size_t place) {
+  struct flock range = {};
+  range.l_type = kind;
+  range.l_whence = SEEK_SET;
+  range.l_start = static_cast<off_t>(place);
+  range.l_len = 1;
+  return range;
+}
+
 }  // namespace
 
 SweepDirectory::SweepDirectory(std::string path, const std::string& manifest, std::size_t count, std::size_t chunk, std::size_t width)
@@ -257,11 +265,7 @@ bool SweepDirectory::complete(std::size_t chunk) const {
 }
 
 bool SweepDirectory::try_lock(std::size_t chunk) {
-  struct flock range = {};
-  range.l_type = F_WRLCK;
-  range.l_whence = SEEK_SET;
-  range.l_start = static_cast<off_t>(chunk);
-  range.l_len = 1;
+  struct flock range = one_byte(F_WRLCK, chunk);
   while (fcntl(claims_, F_SETLK, &range) != 0) {
     if (errno == EACCES || errno == EAGAIN) return false;
     if (errno != EINTR) fail("the file system must lock files for the processes of a sweep (fcntl)", path_ + "/claims", errno);
@@ -270,11 +274,7 @@ bool SweepDirectory::try_lock(std::size_t chunk) {
 }
 
 void SweepDirectory::unlock(std::size_t place) {
-  struct flock range = {};
-  range.l_type = F_UNLCK;
-  range.l_whence = SEEK_SET;
-  range.l_start = static_cast<off_t>(place);
-  range.l_len = 1;
+  struct flock range = one_byte(F_UNLCK, place);
   (void)fcntl(claims_, F_SETLK, &range);
 }
 
@@ -392,11 +392,7 @@ void SweepDirectory::flush(bool to_disk) {
 }
 
 bool SweepDirectory::begin_merge() {
-  struct flock range = {};
-  range.l_type = F_WRLCK;
-  range.l_whence = SEEK_SET;
-  range.l_start = static_cast<off_t>(chunks_);
-  range.l_len = 1;
+  struct flock range = one_byte(F_WRLCK, chunks_);
   while (fcntl(claims_, F_SETLKW, &range) != 0)
     if (errno != EINTR) fail("the file system must lock files for the processes of a sweep (fcntl)", path_ + "/claims", errno);
   if (complete_at_start_ || flag(chunks_) == 0) return true;

@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "program/model_steppers.hpp"
 #include "program/runnable_scene.hpp"
@@ -17,7 +16,6 @@
 #include "qdot/integrate/watch/energy_slope.hpp"
 #include "qdot/integrate/watch/held_watch.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
-#include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::program {

@@ -14,7 +14,6 @@
 #include "qdot/analysis/variations/equations.hpp"
 #include "qdot/analysis/variations/slope.hpp"
 #include "qdot/integrate/cvode.hpp"
-#include "qdot/integrate/driver/consistent_start.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 

@@ -8,7 +8,6 @@
 // Dropped from y₀ it hits at t₁ = √(2 y₀/g) and then after flights of 2 eⁿ t₁ each; infinitely many impacts are over at
 // t₁ (1 + e)/(1 − e). After those that the tolerances can resolve the ball lies on the floor.
 
-#include <cmath>
 #include <vector>
 
 #include "scenes/scene.hpp"

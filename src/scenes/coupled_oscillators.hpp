@@ -7,7 +7,6 @@
 //
 // The modes x = y and x = −y have ω² = k/m and (k + 2κ)/m. A weak joint makes the motion beat from one mass to the other.
 
-#include <cmath>
 #include <vector>
 
 #include "scenes/scene.hpp"

@@ -4,7 +4,6 @@
 // A mass on a spring that hardens (β > 0) or softens: V = ½ α x² + ¼ β x⁴. For m = α = 1 the period is 4 K(k²)/√(1+βA²)
 // with k² = β A² / (2 (1 + β A²)).
 
-#include <cmath>
 #include <vector>
 
 #include "scenes/scene.hpp"

@@ -8,7 +8,6 @@
 // Each half swing is a half period of a sine about ±F/k, so the turning points lie at |x| lower by 2F/k each time, at multiples
 // of π √(m/k); at the first one with |x| ≤ F/k it sticks.
 
-#include <cmath>
 #include <vector>
 
 #include "scenes/scene.hpp"

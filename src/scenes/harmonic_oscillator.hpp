@@ -3,7 +3,6 @@
 //
 // A mass on a linear spring: x = x₀ cos ωt + (ẋ₀/ω) sin ωt with ω² = k/m, at every amplitude.
 
-#include <cmath>
 #include <vector>
 
 #include "scenes/scene.hpp"

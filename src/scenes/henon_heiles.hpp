@@ -4,7 +4,6 @@
 // A star in a galaxy's plane, reduced to its essence: V = ½ (x² + y²) + λ (x² y − y³/3). For λ = 1 orbits are bound below
 // E = 1/6; from about E = 1/12 upwards regular ones and chaotic ones lie side by side.
 
-#include <cmath>
 #include <vector>
 
 #include "scenes/scene.hpp"

@@ -4,7 +4,6 @@
 // The material point in a potential: with V = m g z Lagrange's equations are Newton's, m r̈ = −m g e_z, and the motion is the
 // parabola z = z₀ + ż₀ t − g t²/2.
 
-#include <cmath>
 #include <vector>
 
 #include "scenes/scene.hpp"

@@ -8,7 +8,6 @@
 // a is the distance of neighbours at rest, l < a the length of a spring without tension.
 
 #include <cmath>
-#include <string>
 #include <utility>
 #include <vector>
 

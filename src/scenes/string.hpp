@@ -8,7 +8,6 @@
 // a is the distance of neighbours along the line, l < a the length of a spring without tension. Small waves have the tension F = k (a − l), and long
 // ones run at c = a √(F / (m a)).
 
-#include <cmath>
 #include <string>
 #include <vector>
 

@@ -3,7 +3,6 @@
 // Numbers that stand for parameters: what is told apart, what is one, and their values in an object.
 #include "catch2_bridge.hpp"
 
-#include <cmath>
 #include <vector>
 
 #include "qdot/ad/formula/coefficient.hpp"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <array>
-#include <type_traits>
 
 #include "../catch2_bridge.hpp"
 #include "qdot/ad/derivatives.hpp"

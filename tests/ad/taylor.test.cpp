@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <functional>
-#include <vector>
 
 #include "../catch2_bridge.hpp"
 #include "qdot/ad/derivatives.hpp"

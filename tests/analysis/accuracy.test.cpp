@@ -2,7 +2,6 @@
 #include "qdot/analysis/accuracy.hpp"
 
 #include <cmath>
-#include <string>
 
 #include "catch2_bridge.hpp"
 #include "qdot/integrate/runge_kutta.hpp"

@@ -6,7 +6,6 @@
 #include <type_traits>
 
 #include "catch2_bridge.hpp"
-#include "error_message.hpp"
 #include "systems/double_pendulum_of_parameters.hpp"
 
 using qdot::Dop853;

@@ -10,7 +10,6 @@
 #include "systems/three_bodies.hpp"
 
 using namespace qdot;
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 namespace {

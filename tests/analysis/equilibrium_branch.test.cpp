@@ -2,7 +2,6 @@
 #include "qdot/analysis/equilibrium_branch.hpp"
 
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "catch2_bridge.hpp"

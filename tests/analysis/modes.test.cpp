@@ -2,7 +2,6 @@
 #include "catch2_bridge.hpp"
 
 #include <cmath>
-#include <numbers>
 
 #include "qdot/analysis/modes.hpp"
 #include "scenes/bead_on_hoop.hpp"

@@ -17,7 +17,6 @@ using qdot::optimal_motion;
 using qdot::OptimalOptions;
 using qdot::OptimalOutcome;
 using qdot::OptimalTask;
-using qdot::State;
 
 namespace {
 

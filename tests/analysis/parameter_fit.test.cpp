@@ -6,7 +6,6 @@
 #include <limits>
 #include <numbers>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "catch2_bridge.hpp"

@@ -9,7 +9,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Eigen::VectorXd;
 using qdot::holonomic;
 using qdot::mechanical_system;
 using qdot::scene;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "../catch2_bridge.hpp"
+#include "scenes/double_pendulum.hpp"
 
 namespace {
 
@@ -109,10 +110,7 @@ TEST_CASE("both laws in one blow do not let the energy grow") {
 
 TEST_CASE("the impact of a system throws it back along M⁻¹Jᵀ") {
   // A double pendulum's unit masses and lengths at rest angles hit a wall with the lower bob.
-  const auto system = qdot::mechanical_system<2>([](const auto& q, const auto& v) {
-    using std::cos;
-    return v[0] * v[0] + 0.5 * v[1] * v[1] + v[0] * v[1] * cos(q[0] - q[1]);
-  });
+  const auto system = qdot::mechanical_system<2>(qdot::scenes::DoublePendulum{});
   const auto gap = [](const auto& q) {
     using std::sin;
     return 2.0 - sin(q[0]) - sin(q[1]);

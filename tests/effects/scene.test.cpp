@@ -5,6 +5,7 @@
 #include "../catch2_bridge.hpp"
 #include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/scene_form.hpp"
+#include "scenes/double_pendulum.hpp"
 
 namespace {
 
@@ -16,15 +17,7 @@ using qdot::Vector;
 
 constexpr double rounding = 1e-13;
 
-const auto double_pendulum = mechanical_system<2>(
-    [](const auto& q, const auto& v) {
-      using std::cos;
-      return v[0] * v[0] + 0.5 * v[1] * v[1] + v[0] * v[1] * cos(q[0] - q[1]);
-    },
-    [](const auto& q) {
-      using std::cos;
-      return -9.81 * (2.0 * cos(q[0]) + cos(q[1]));
-    });
+const auto double_pendulum = mechanical_system<2>(qdot::scenes::DoublePendulum{});
 
 // An effect from outside the library: a wind that pushes the first coordinate.
 struct Wind {

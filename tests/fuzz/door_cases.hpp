@@ -4,7 +4,6 @@
 // Cases of functors: random energies and places, each through every door that takes it, at several states.
 
 #include <cstddef>
-#include <string>
 
 #include "doors.hpp"
 #include "functors.hpp"

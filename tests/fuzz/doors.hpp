@@ -9,9 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "oracle.hpp"

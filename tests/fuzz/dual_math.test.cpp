@@ -7,7 +7,6 @@
 #include "seed.hpp"
 
 using fuzz::D;
-using fuzz::DD;
 
 namespace {
 

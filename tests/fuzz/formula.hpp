@@ -18,9 +18,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <limits>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "qdot/ad/unroll.hpp"

@@ -13,9 +13,6 @@
 // are noted in `out_of_range`, values outside a function's domain in `outside_domain`, a kink that is too near to be told in `at_kink`,
 // a root of zero, steep where its argument stands still, in `infinite_slope`.
 
-#include <cmath>
-#include <limits>
-
 #include "formula.hpp"
 #include "quad.hpp"
 

@@ -3,7 +3,6 @@
 // Random trees of bodies move as Newton's and Euler's equations say, through both doors.
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "catch2_bridge.hpp"
 #include "mechanism.hpp"

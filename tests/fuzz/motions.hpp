@@ -6,11 +6,9 @@
 // A run that says `completed` must be where the reference is, as far as its tolerance and the gain of the motion allow. A named
 // failure is a finding too, where the reference has gone through without trouble: these motions are smooth and of order one.
 
-#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "doors.hpp"

@@ -8,7 +8,6 @@
 //     constraints:    M q̈ − Jᵀλ = rhs,   J q̈ = −(what φ̈ is without q̈)
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <utility>
 #include <vector>

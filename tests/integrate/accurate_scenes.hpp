@@ -10,7 +10,6 @@
 #include <cmath>
 #include <complex>
 #include <functional>
-#include <map>
 #include <numbers>
 #include <string>
 #include <utility>

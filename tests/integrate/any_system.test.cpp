@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 #include <string>
-#include <vector>
 
 #include "catch2_bridge.hpp"
 #include "error_message.hpp"

@@ -6,21 +6,14 @@
 #include "qdot/integrate/gauss.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
+#include "scenes/double_pendulum.hpp"
 
 namespace {
 
 using namespace qdot;
 
 // Unit masses and lengths, absolute angles: T mixes positions and velocities.
-const auto double_pendulum = mechanical_system<2>(
-    [](const auto& q, const auto& v) {
-      using std::cos;
-      return v[0] * v[0] + 0.5 * v[1] * v[1] + v[0] * v[1] * cos(q[0] - q[1]);
-    },
-    [](const auto& q) {
-      using std::cos;
-      return -2 * cos(q[0]) - cos(q[1]);
-    });
+const auto double_pendulum = mechanical_system<2>(scenes::DoublePendulum{.g = 1.0});
 const State<2> release{0.0, {0.9, -0.4}, {0.3, 0.5}};
 
 TEST_CASE("the nodes integrate polynomials of degree 2s − 1, and the stages those of degree s − 1") {

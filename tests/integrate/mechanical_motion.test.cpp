@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <string>
-#include <vector>
 
 #include "catch2_bridge.hpp"
 #include "qdot/integrate/cvode.hpp"

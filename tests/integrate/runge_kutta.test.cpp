@@ -8,6 +8,7 @@
 #include "../catch2_bridge.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
+#include "scenes/double_pendulum.hpp"
 
 namespace {
 
@@ -153,15 +154,7 @@ TEST_CASE("rounding moves an oscillator's energy by less than 1e-14 of it in 160
 
 // The double pendulum of unit masses and lengths, released from (1.7, 1.7) at rest. The end at t = 3 is from a Taylor
 // series in quadruple precision, good to all digits given.
-const auto double_pendulum = mechanical_system<2>(
-    [](const auto& q, const auto& v) {
-      using std::cos;
-      return v[0] * v[0] + 0.5 * v[1] * v[1] + v[0] * v[1] * cos(q[0] - q[1]);
-    },
-    [](const auto& q) {
-      using std::cos;
-      return -2 * 9.81 * cos(q[0]) - 9.81 * cos(q[1]);
-    });
+const auto double_pendulum = mechanical_system<2>(scenes::DoublePendulum{});
 const State<2> release{0.0, {1.7, 1.7}, {0.0, 0.0}};
 const Eigen::Vector4d end_at_3(1.9234881444441958, 1.1485248782344042, 1.1168305154489508, -0.3371732877010639);
 

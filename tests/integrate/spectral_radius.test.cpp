@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <cmath>
 
 #include "catch2_bridge.hpp"
 #include "qdot/integrate/steps/spectral_radius.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "qdot/integrate/trajectory.hpp"
 
-#include <cmath>
 #include <string>
 
 #include "catch2_bridge.hpp"

@@ -11,6 +11,7 @@
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/taylor.hpp"
+#include "scenes/double_pendulum.hpp"
 
 using namespace qdot;
 using Eigen::Vector2d;
@@ -24,15 +25,7 @@ using V1 = Vector<double, 1>;
 constexpr double rounding = 1e-14;  // of a pivot of a matrix with entries near 1
 
 // Two masses and lengths of 1: M = [[2, cos Δ], [cos Δ, 1]], so what is left of the second pivot is 1 − cos²Δ/2.
-const auto double_pendulum = mechanical_system<2>(
-    [](const auto& q, const auto& v) {
-      using std::cos;
-      return v[0] * v[0] + 0.5 * v[1] * v[1] + v[0] * v[1] * cos(q[0] - q[1]);
-    },
-    [](const auto& q) {
-      using std::cos;
-      return -2 * 9.81 * cos(q[0]) - 9.81 * cos(q[1]);
-    });
+const auto double_pendulum = mechanical_system<2>(scenes::DoublePendulum{});
 const State<2> raised{0.0, Vector2d(1.0, 2.0), Vector2d(0.0, 0.0)};
 
 // A mass on a spring whose stiffness is elsewhere: V depends on what its arguments do not show.

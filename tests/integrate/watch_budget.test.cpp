@@ -3,7 +3,6 @@
 // No run goes on for ever, whatever the model does.
 
 #include <chrono>
-#include <cmath>
 #include <functional>
 #include <memory>
 #include <string>

@@ -3,8 +3,6 @@
 // Equations of chains that the compiler has derived, against nested duals and against those derived by hand.
 #include "catch2_bridge.hpp"
 
-#include <cmath>
-
 #include "mechanics/closed_form_difference.hpp"
 
 using namespace qdot;

@@ -4,7 +4,6 @@
 #include "catch2_bridge.hpp"
 
 #include <cmath>
-#include <string>
 #include <utility>
 
 #include "mechanics/closed_form_difference.hpp"

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <random>
-#include <string>
 
 #include "bench/chain_energies.hpp"
 #include "bench/hand_derived.hpp"

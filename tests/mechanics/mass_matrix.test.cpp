@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <limits>
 
 #include "../catch2_bridge.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"

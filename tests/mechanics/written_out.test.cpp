@@ -4,10 +4,6 @@
 // optimization has no straight-line way; here is what does not depend on it, and the rest in tests/optimized.
 #include "catch2_bridge.hpp"
 
-#include <cmath>
-#include <random>
-#include <string>
-
 #include "bench/chain_energies.hpp"
 #include "mechanics/shaken_chain.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // Taylor, Gauss and Rattle step scenes of fixed size without allocating, resets and dense output included.
-#include <cmath>
 
 #include "catch2_bridge.hpp"
 #include "count.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // Scenes of fixed size, with constraints, friction and contacts that are watched at every step, allocate nothing as they go on.
-#include <cmath>
 
 #include "catch2_bridge.hpp"
 #include "count.hpp"

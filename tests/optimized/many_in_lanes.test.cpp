@@ -10,7 +10,6 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "error_message.hpp"

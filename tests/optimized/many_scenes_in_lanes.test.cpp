@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <tuple>
 #include <type_traits>
-#include <vector>
 
 #include "bench/chain_energies.hpp"
 #include "qdot/effects/constraints.hpp"

@@ -2,7 +2,6 @@
 //
 // What accuracy costs, on the command line.
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 

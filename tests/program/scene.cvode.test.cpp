@@ -2,7 +2,6 @@
 //
 // What one says about a scene, as data.
 #include <limits>
-#include <string>
 #include <vector>
 
 #include "catch2_bridge.hpp"

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "catch2_bridge.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "qdot/report/heat_map.hpp"
 
-#include <cmath>
 #include <string>
 
 #include "catch2_bridge.hpp"

@@ -2,7 +2,6 @@
 #include "qdot/report/html.hpp"
 
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "catch2_bridge.hpp"

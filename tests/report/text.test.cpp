@@ -2,7 +2,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <string>
 
 #include "catch2_bridge.hpp"
 #include "qdot/report/csv.hpp"

@@ -5,10 +5,8 @@
 
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "catch2_bridge.hpp"
 #include "error_message.hpp"

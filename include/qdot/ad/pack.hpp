@@ -21,7 +21,6 @@
 // Who can do without a pack (integrate/many_in_lanes.hpp) uses a kind that may be asked in `if`, as long as all lanes answer alike; where they
 // do not, LanesPart is thrown, and caught by who then asks each lane by itself.
 
-#include <cmath>
 #include <concepts>
 #include <limits>
 #include <type_traits>

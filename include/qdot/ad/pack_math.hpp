@@ -15,7 +15,6 @@
 // handed to <cmath> one by one, and so are all lanes for the functions that a mechanical energy rarely holds (atan2, sinh, …).
 
 #include <cmath>
-#include <concepts>
 #include <limits>
 #include <type_traits>
 

@@ -241,12 +241,7 @@ template <class EnergiesOf, class P, int n, class G, class H, class Method, clas
   requires std::is_invocable_v<const EnergiesOf&, const P&>
 auto functional_gradient(const EnergiesOf& energies_of, const P& p, const State<n>& start, double t_end, const Functional<G, H>& of, const Method& method,
                          const Options& options = {}, const EventList<Events...>& events = {}) {
-  static_assert(n != Dynamic, "qdot: parameters of energies need the number of coordinates in the type of the start, State<2>{…}");
-  detail::require_finite_parameters(p);
-  const auto system = mechanical_system<n>(energies_of(p));
-  using Form = detail::FormOf<decltype(system)>;
-  using Model = detail::EnergiesModel<Form, EventList<Events...>, EnergiesOf, P::SizeAtCompileTime>;
-  return detail::functional_gradient_of(Model{{first_order_form(system), events}, energies_of, p}, start, events, t_end, method, options, of,
+  return detail::functional_gradient_of(detail::energies_model<n>(energies_of, p, events), start, events, t_end, method, options, of,
                                         Eigen::VectorXd(p), detail::FixedStart{});
 }
 

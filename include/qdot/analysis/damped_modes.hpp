@@ -47,16 +47,7 @@ enum class Stability {
 
 /// The outcome in words, "asymptotically stable".
 constexpr const char* description(Stability stability) {
-  switch (stability) {
-    case Stability::asymptotically_stable:
-      return "asymptotically stable";
-    case Stability::stable_in_linear_approximation:
-      return "stable in the linear approximation";
-    case Stability::drifting:
-      return "drifting";
-    default:
-      return "unstable";
-  }
+  return detail::name_in({"asymptotically stable", "stable in the linear approximation", "drifting", "unstable"}, stability);
 }
 
 /// One mode, x = a e^{λt}; a pair of conjugate exponents is one mode, with ω ≥ 0.

@@ -19,7 +19,6 @@
 // linear equations.
 
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 #include <type_traits>
 

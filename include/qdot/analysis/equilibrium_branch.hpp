@@ -50,14 +50,7 @@ enum class BranchKind {
 
 /// The kind's name, "fold".
 constexpr std::string_view name(BranchKind kind) noexcept {
-  switch (kind) {
-    case BranchKind::start: return "start";
-    case BranchKind::regular: return "regular";
-    case BranchKind::fold: return "fold";
-    case BranchKind::branch: return "branch";
-    case BranchKind::hopf: return "hopf";
-    default: return "end";
-  }
+  return detail::name_in({"start", "regular", "fold", "branch", "hopf", "end"}, kind);
 }
 
 /// An equilibrium, or a steady motion, of a family.

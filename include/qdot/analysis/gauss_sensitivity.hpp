@@ -24,7 +24,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/LU>
-#include <utility>
 #include <vector>
 
 #include "qdot/analysis/sensitivity.hpp"

@@ -20,7 +20,6 @@
 // H may be asked for derivatives, too. A step of Newton's method from the solution with plain numbers, carried out in
 // duals, makes q̇ right to first order; each further one adds an order, whatever M it is done with.
 
-#include <cmath>
 #include <type_traits>
 
 #include <Eigen/Core>

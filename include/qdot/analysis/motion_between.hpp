@@ -26,7 +26,6 @@
 // Asked for are systems and scenes whose forces all come from T and V. Constraints and other forces are refused: what they do is not in L, and on
 // constraints not every q has neighbours on all sides.
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>

@@ -31,6 +31,7 @@
 
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/mechanics/system.hpp"
+#include "qdot/error.hpp"
 
 namespace qdot {
 
@@ -44,12 +45,7 @@ enum class OrbitOutcome {
 
 /// The outcome's name, "not_closed".
 constexpr std::string_view name(OrbitOutcome outcome) noexcept {
-  switch (outcome) {
-    case OrbitOutcome::found: return "found";
-    case OrbitOutcome::not_closed: return "not_closed";
-    case OrbitOutcome::equilibrium: return "equilibrium";
-    default: return "run_failed";
-  }
+  return detail::name_in({"found", "not_closed", "equilibrium", "run_failed"}, outcome);
 }
 
 /// What the multipliers that are not trivial say of an orbit.
@@ -62,12 +58,7 @@ enum class OrbitStability {
 
 /// The stability in words, "stable to first order".
 constexpr std::string_view description(OrbitStability stability) noexcept {
-  switch (stability) {
-    case OrbitStability::asymptotically_stable: return "asymptotically stable";
-    case OrbitStability::stable_to_first_order: return "stable to first order";
-    case OrbitStability::not_decided: return "not decided to first order";
-    default: return "unstable";
-  }
+  return detail::name_in({"asymptotically stable", "stable to first order", "not decided to first order", "unstable"}, stability);
 }
 
 /// An eigenvalue of the monodromy matrix.

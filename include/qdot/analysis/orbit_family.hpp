@@ -26,7 +26,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -54,15 +53,7 @@ enum class OrbitKind {
 
 /// The kind's name, "period_doubling".
 constexpr std::string_view name(OrbitKind kind) noexcept {
-  switch (kind) {
-    case OrbitKind::start: return "start";
-    case OrbitKind::regular: return "regular";
-    case OrbitKind::fold: return "fold";
-    case OrbitKind::period_doubling: return "period_doubling";
-    case OrbitKind::branch: return "branch";
-    case OrbitKind::torus: return "torus";
-    default: return "end";
-  }
+  return detail::name_in({"start", "regular", "fold", "period_doubling", "branch", "torus", "end"}, kind);
 }
 
 /// How a family ended.
@@ -76,13 +67,7 @@ enum class FamilyOutcome {
 
 /// The outcome's name, "most_orbits".
 constexpr std::string_view name(FamilyOutcome outcome) noexcept {
-  switch (outcome) {
-    case FamilyOutcome::reached: return "reached";
-    case FamilyOutcome::returned: return "returned";
-    case FamilyOutcome::most_orbits: return "most_orbits";
-    case FamilyOutcome::lost: return "lost";
-    default: return "no_family";
-  }
+  return detail::name_in({"reached", "returned", "most_orbits", "lost", "no_family"}, outcome);
 }
 
 /// What a family is followed in, and how far. Made by in_energy(), in_period() and in_parameter().
@@ -202,14 +187,8 @@ inline FamilyFound family_from(const Shooting& of, Eigen::VectorXd X, const Fami
     bool good = end.outcome == OrbitOutcome::found;
     if (good) {
       next = point_of_family(equations, end, quantity, &at);
-      good = next.open == 1;
-      double cosine = 0.0, length = 0.0;
-      for (Eigen::Index i = 0; good && i < X.size(); ++i) {
-        const double along = next.tangent[i] * next.equations.scale[i] / at.equations.scale[i];
-        cosine += along * at.tangent[i];
-        length += along * along;
-      }
-      good = good && cosine > least_cosine * std::sqrt(length);
+      const Eigen::VectorXd tangent = tangent_in_units_of(at.equations, next);
+      good = next.open == 1 && tangent.dot(at.tangent) > least_cosine * tangent.norm();
     }
     if (!good) {
       step *= 0.5;

@@ -23,7 +23,6 @@
 // J's columns are brought to length 1, and what is then left of a combination of them is compared with the accuracy of the runs. Such combinations
 // are named, and a parameter in one of them has the standard deviation ∞.
 
-#include <cstddef>
 #include <optional>
 #include <type_traits>
 #include <utility>

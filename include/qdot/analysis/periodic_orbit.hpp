@@ -27,8 +27,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <type_traits>
-#include <utility>
 
 #include "qdot/analysis/orbit.hpp"
 #include "qdot/analysis/orbits/search.hpp"

@@ -49,6 +49,7 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/run.hpp"
+#include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {
@@ -164,7 +165,7 @@ class Extrapolation {
       const S factor = error < S(0) || !(error < S(1e30)) ? S(0.25)
                                                           : S(0.75) * S(pow(plan_.tolerance / max(error, least), S(1) / order));
       if (error >= S(0) && error <= plan_.tolerance) {
-        for (Eigen::Index i = 0; i < y_.size(); ++i) add(y_[i], lost_[i], step_[i]);
+        for (Eigen::Index i = 0; i < y_.size(); ++i) add_compensated(y_[i], lost_[i], step_[i]);
         t_ = count == S(1) ? t_limit : t_ + H;
         seen_ = seen_.cwiseMax(y_.cwiseAbs());
         rate_ = rate_.cwiseMax(f0_.cwiseAbs());
@@ -228,14 +229,6 @@ class Extrapolation {
       now.swap(before);
     }
     return now;
-  }
-
-  static void add(S& sum, S& lost, const S& increment) {
-    const S delta = increment + lost;
-    const S s = sum + delta;
-    const S z = s - sum;
-    lost = (sum - (s - z)) + (delta - z);
-    sum = s;
   }
 
   const F& f_;

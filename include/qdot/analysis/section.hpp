@@ -60,13 +60,7 @@ enum class SectionOutcome {
 
 /// The outcome's name as printed in JSON and compared in tests, e.g. "complete".
 constexpr std::string_view name(SectionOutcome outcome) noexcept {
-  switch (outcome) {
-    case SectionOutcome::complete: return "complete";
-    case SectionOutcome::t_end_reached: return "t_end_reached";
-    case SectionOutcome::run_ended: return "run_ended";
-    case SectionOutcome::no_derivative: return "no_derivative";
-  }
-  return "unknown";
+  return detail::name_in({"complete", "t_end_reached", "run_ended", "no_derivative"}, outcome);
 }
 
 /// Points at which a motion passes a surface, as far as it came.

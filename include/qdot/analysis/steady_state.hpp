@@ -16,8 +16,6 @@
 // Newton's method solves all the equations at once with exact slopes (analysis/linear/rest_search.hpp). It goes to what
 // is near, stable or not. What nothing depends on (the place of a cart) keeps the value that it started with.
 
-#include <type_traits>
-
 #include "qdot/analysis/equilibrium.hpp"
 #include "qdot/analysis/linear/flow.hpp"
 #include "qdot/analysis/linear/rest_search.hpp"

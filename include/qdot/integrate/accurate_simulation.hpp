@@ -27,7 +27,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <cstdio>
 #include <limits>
 #include <optional>

@@ -193,6 +193,8 @@ template <class... Events>
 EventList<Events...> events(Events... each) {
   return {{std::move(each)...}};
 }
+template <class... Events>
+EventList<Events...> events(EventList<Events...> list) { return list; }
 
 namespace detail {
 

@@ -33,7 +33,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -43,50 +42,9 @@
 
 #include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/steps/fixed_step.hpp"
+#include "qdot/integrate/steps/gauss_table.hpp"
 
 namespace qdot {
-namespace detail {
-
-/// Nodes, weights and integration matrix of the Gauss method with s stages.
-struct GaussTable {
-  Eigen::VectorXd b, c;
-  Eigen::MatrixXd a;
-
-  // Nodes by Newton's method on P_s; aᵢⱼ = ∫₀^{cᵢ} ℓⱼ, made of Legendre polynomials so as to be right to rounding.
-  explicit GaussTable(int s) : b(s), c(s), a(s, s) {
-    const auto legendre = [](int degree, double x) {  // P_degree(x), P_{degree−1}(x)
-      double p = 1.0, before = 0.0;
-      for (int k = 1; k <= degree; ++k) before = std::exchange(p, ((2 * k - 1) * x * p - (k - 1) * before) / k);
-      return std::pair(p, before);
-    };
-    for (int i = 0; i < s; ++i) {
-      double x = -std::cos(3.14159265358979323846 * (i + 0.75) / (s + 0.5));
-      double slope = 1.0;
-      for (int iteration = 0; iteration < 50; ++iteration) {
-        const auto [p, before] = legendre(s, x);
-        slope = s * (x * p - before) / (x * x - 1);
-        const double change = p / slope;
-        x -= change;
-        if (std::abs(change) < 1e-17) break;
-      }
-      if (2 * i + 1 == s) x = 0.0;
-      const auto [p, before] = legendre(s, x);
-      slope = s * (x * p - before) / (x * x - 1);
-      c[i] = (1 + x) / 2;
-      b[i] = 1 / ((1 - x * x) * slope * slope);
-    }
-    // ℓⱼ(c) = bⱼ Σ_{m<s} (2m + 1) P_m(cⱼ) P_m(c), and ∫₀^c P_m = (P_{m+1} − P_{m−1})/(2 (2m + 1)) in 2c − 1.
-    for (int i = 0; i < s; ++i)
-      for (int j = 0; j < s; ++j) {
-        const double x = 2 * c[i] - 1, y = 2 * c[j] - 1;
-        double sum = c[i];
-        for (int m = 1; m < s; ++m) sum += legendre(m, y).first * (legendre(m + 1, x).first - legendre(m - 1, x).first) / 2;
-        a(i, j) = b[j] * sum;
-      }
-  }
-};
-
-}  // namespace detail
 
 /// A Stepper that makes equal Gauss steps. Movable.
 template <class F>
@@ -110,13 +68,8 @@ class GaussStepper : public detail::FixedStep<F> {
     zdot_.assign(s, none);
     p_ = p_new_ = lost_p_ = lost_p_new_ = zero;
     extrapolation_.resize(stages, stages);
-    for (int i = 0; i < stages; ++i)  // ℓⱼ(1 + cᵢ)
-      for (int j = 0; j < stages; ++j) {
-        double product = 1.0;
-        for (int m = 0; m < stages; ++m)
-          if (m != j) product *= (1 + table_.c[i] - table_.c[m]) / (table_.c[j] - table_.c[m]);
-        extrapolation_(i, j) = product;
-      }
+    for (int i = 0; i < stages; ++i)
+      for (int j = 0; j < stages; ++j) extrapolation_(i, j) = table_.lagrange(j, 1 + table_.c[i]);
   }
 
   /// Starts (afresh) at (t, y); evaluates the accelerations once there.

@@ -31,9 +31,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <exception>
 #include <limits>
-#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -148,20 +146,13 @@ using EndOf = Kept<MotionEndOf<Sys>>;
 /// @param happening an event, or a list of them
 /// @return          for each motion, by its number, where it ended; or what start_of, T, V or the parameters threw
 /// @throws InvalidValue, DimensionError  options, t_end or the number of threads outside their range
-template <class Sys, class StartOf, class Method, class... Events>
-  requires detail::GivesStarts<StartOf>
+template <class Sys, class StartOf, class Method, class Happening>
+  requires(detail::GivesStarts<StartOf> && detail::is_event<Happening>)
 auto simulate_many(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
-                   const EventList<Events...>& happening, const ManyOptions& many = {}) {
+                   const Happening& happening, const ManyOptions& many = {}) {
   std::vector<detail::EndOf<Sys>> all(count);
-  detail::hand_on_ends(detail::systems_of(system), count, start_of, t_end, method, options, happening, many, detail::into(all));
+  detail::hand_on_ends(detail::systems_of(system), count, start_of, t_end, method, options, events(happening), many, detail::into(all));
   return all;
-}
-
-template <class Sys, class StartOf, class Method, class G, class Action>
-  requires detail::GivesStarts<StartOf>
-auto simulate_many(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
-                   const Event<G, Action>& happening, const ManyOptions& many = {}) {
-  return simulate_many(system, count, start_of, t_end, method, options, events(happening), many);
 }
 
 template <class Sys, class StartOf, class Method>

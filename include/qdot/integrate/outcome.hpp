@@ -55,32 +55,11 @@ enum class Outcome {
 
 /// The outcome's name as printed in JSON and compared in tests, e.g. "completed".
 constexpr std::string_view name(Outcome outcome) noexcept {
-  switch (outcome) {
-    case Outcome::completed: return "completed";
-    case Outcome::stopped_by_observer: return "stopped_by_observer";
-    case Outcome::stopped_by_model: return "stopped_by_model";
-    case Outcome::stopped_by_event: return "stopped_by_event";
-    case Outcome::step_limit: return "step_limit";
-    case Outcome::evaluation_limit: return "evaluation_limit";
-    case Outcome::time_limit: return "time_limit";
-    case Outcome::state_limit: return "state_limit";
-    case Outcome::non_finite: return "non_finite";
-    case Outcome::singular_mass_matrix: return "singular_mass_matrix";
-    case Outcome::constraint_failure: return "constraint_failure";
-    case Outcome::refused_by_model: return "refused_by_model";
-    case Outcome::invalid_change: return "invalid_change";
-    case Outcome::event_accumulation: return "event_accumulation";
-    case Outcome::step_collapse: return "step_collapse";
-    case Outcome::error_test_failure: return "error_test_failure";
-    case Outcome::corrector_failure: return "corrector_failure";
-    case Outcome::linear_solver_failure: return "linear_solver_failure";
-    case Outcome::accuracy_not_reached: return "accuracy_not_reached";
-    case Outcome::model_changed: return "model_changed";
-    case Outcome::not_differentiable: return "not_differentiable";
-    case Outcome::energy_drift: return "energy_drift";
-    case Outcome::solver_error: return "solver_error";
-  }
-  return "unknown";
+  return detail::name_in({"completed", "stopped_by_observer", "stopped_by_model", "stopped_by_event", "step_limit", "evaluation_limit", "time_limit", "state_limit",
+                         "non_finite", "singular_mass_matrix", "constraint_failure", "refused_by_model", "invalid_change", "event_accumulation", "step_collapse",
+                         "error_test_failure", "corrector_failure", "linear_solver_failure", "accuracy_not_reached", "model_changed", "not_differentiable",
+                         "energy_drift", "solver_error"},
+                         outcome);
 }
 
 /// One sentence on what to do about the outcome.

@@ -18,7 +18,6 @@
 // or is held by a constraint (tests/stress/quaternions.test.cpp).
 
 #include <Eigen/Core>
-#include <cmath>
 #include <numbers>
 #include <string>
 #include <utility>

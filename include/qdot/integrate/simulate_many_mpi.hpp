@@ -155,20 +155,13 @@ Value simulate_many(const MpiRanks& ranks, std::size_t count, const Motion& moti
 ///
 /// @return  on rank 0 for each motion, by its number, where it ended; on the others nothing, unless ranks.results_on_all
 /// @throws InvalidValue, DimensionError, Error  as above, and options or t_end outside their range
-template <class Sys, class StartOf, class Method, class... Events>
-  requires detail::GivesStarts<StartOf>
+template <class Sys, class StartOf, class Method, class Happening>
+  requires(detail::GivesStarts<StartOf> && detail::is_event<Happening>)
 auto simulate_many(const MpiRanks& ranks, const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
-                   const EventList<Events...>& happening, const ManyOptions& many = {}) {
+                   const Happening& happening, const ManyOptions& many = {}) {
   using R = detail::MotionEndOf<Sys>;
-  return detail::ends_by_ranks<std::vector<Kept<R>>>(ranks, system, count, start_of, t_end, method, options, happening, many, detail::NoRules(),
+  return detail::ends_by_ranks<std::vector<Kept<R>>>(ranks, system, count, start_of, t_end, method, options, events(happening), many, detail::NoRules(),
                                                      [&](detail::RankQueue& queue, const auto& work) { return detail::all_kept<R>(queue, ranks, count, work); });
-}
-
-template <class Sys, class StartOf, class Method, class G, class Action>
-  requires detail::GivesStarts<StartOf>
-auto simulate_many(const MpiRanks& ranks, const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
-                   const Event<G, Action>& happening, const ManyOptions& many = {}) {
-  return simulate_many(ranks, system, count, start_of, t_end, method, options, events(happening), many);
 }
 
 template <class Sys, class StartOf, class Method>

@@ -21,7 +21,6 @@
 // What does not fit. T(q, q̇), as for the double pendulum in its angles, has no exact drift; Gauss
 // (gauss.hpp) is the symplectic method for it. On constraints it is Rattle (rattle.hpp).
 
-#include <Eigen/LU>
 #include <cmath>
 #include <string>
 #include <string_view>

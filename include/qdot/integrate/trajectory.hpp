@@ -21,10 +21,8 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <deque>
-#include <string>
 #include <utility>
 #include <vector>
 

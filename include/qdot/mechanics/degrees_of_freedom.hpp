@@ -32,7 +32,6 @@
 // lower the number of coordinates; `rank_of_rows` of J and A stacked tells how many velocities are free.
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <string>
 #include <type_traits>

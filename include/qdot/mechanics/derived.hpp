@@ -111,11 +111,7 @@ Derived<n, E> derived_of(E energies) {
 /// 10 ms; an evaluation of it allocates nothing and uses 32 kB of stack.
 template <int n, class Energies>
 auto derived(Energies energies) {
-  if constexpr (detail::EnergiesObject<Energies, n>) {
-    return detail::derived_of<n>(std::move(energies));
-  } else {
-    return detail::derived_of<n>(KineticAndPotential<Energies, NoPotential>{std::move(energies), NoPotential{}});
-  }
+  return detail::derived_of<n>(detail::energies_object<n>(std::move(energies)));
 }
 
 /// The same of two functors.

@@ -11,7 +11,6 @@
 // acceleration() is what a stepper asks for; an implicit stepper asks for its derivatives besides (acceleration_jacobian.hpp).
 
 #include <cmath>
-#include <concepts>
 #include <string>
 #include <type_traits>
 

@@ -50,10 +50,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 
 #include "qdot/error.hpp"
 
@@ -238,17 +240,14 @@ PrincipalInertia principal_inertia(const std::type_identity_t<Matrix3d>& I) {
 namespace detail {
 
 /// Refuses a mass or length that is negative or no number.
-inline void require_size(std::string_view body, std::string_view name, double value) {
-  if (std::isfinite(value) && value >= 0.0) return;
-  throw InvalidValue("inertia::" + std::string(body) + ": " + std::string(name) +
-                     " must be finite and not negative, but it is " + number_text(value) +
-                     "; masses and lengths are given as plain sizes");
+inline void require_sizes(std::string_view body, std::initializer_list<std::pair<std::string_view, double>> sizes) {
+  for (const auto& [name, value] : sizes)
+    if (!(std::isfinite(value) && value >= 0.0))
+      throw InvalidValue("inertia::" + std::string(body) + ": " + std::string(name) + " must be finite and not negative, but it is " + number_text(value) +
+                         "; masses and lengths are given as plain sizes");
 }
-
-/// Refuses a hollow body that is inside out.
 inline void require_order(std::string_view body, double inner, double outer) {
-  require_size(body, "inner radius", inner);
-  require_size(body, "outer radius", outer);
+  require_sizes(body, {{"inner radius", inner}, {"outer radius", outer}});
   if (inner <= outer) return;
   throw InvalidValue("inertia::" + std::string(body) + ": the inner radius must not exceed the outer one, but inner = " +
                      number_text(inner) + " and outer = " + number_text(outer) + "; the inner radius comes first");
@@ -263,8 +262,7 @@ namespace inertia {
 
 /// Thin rod of length L along x, about its middle.
 inline Eigen::Matrix3d thin_rod(double M, double L) {
-  detail::require_size("thin_rod", "mass", M);
-  detail::require_size("thin_rod", "length", L);
+  detail::require_sizes("thin_rod", {{"mass", M}, {"length", L}});
   return detail::diagonal(0.0, M * L * L / 12.0, M * L * L / 12.0);
 }
 
@@ -275,9 +273,8 @@ inline Eigen::Matrix3d thin_rod_about_end(double M, double L) {
 
 /// Hollow cylinder with radii inner ≤ outer and height h along z; inner = 0 is the solid one, inner = outer a tube.
 inline Eigen::Matrix3d hollow_cylinder(double M, double inner, double outer, double h) {
-  detail::require_size("hollow_cylinder", "mass", M);
+  detail::require_sizes("hollow_cylinder", {{"mass", M}, {"height", h}});
   detail::require_order("hollow_cylinder", inner, outer);
-  detail::require_size("hollow_cylinder", "height", h);
   const double r2 = inner * inner + outer * outer;
   return detail::diagonal(M * (3.0 * r2 + h * h) / 12.0, M * (3.0 * r2 + h * h) / 12.0, 0.5 * M * r2);
 }
@@ -293,9 +290,7 @@ inline Eigen::Matrix3d ring(double M, double R) { return hollow_cylinder(M, R, R
 
 /// Solid cone with base radius R and height h along z; its centre of mass is ¾h from the apex.
 inline Eigen::Matrix3d cone(double M, double R, double h) {
-  detail::require_size("cone", "mass", M);
-  detail::require_size("cone", "radius", R);
-  detail::require_size("cone", "height", h);
+  detail::require_sizes("cone", {{"mass", M}, {"radius", R}, {"height", h}});
   const double side = 3.0 * M * (4.0 * R * R + h * h) / 80.0;
   return detail::diagonal(side, side, 0.3 * M * R * R);
 }
@@ -307,10 +302,7 @@ inline Eigen::Matrix3d cone_about_apex(double M, double R, double h) {
 
 /// Solid ellipsoid with semi-axes a, b, c along x, y, z.
 inline Eigen::Matrix3d ellipsoid(double M, double a, double b, double c) {
-  detail::require_size("ellipsoid", "mass", M);
-  detail::require_size("ellipsoid", "semi-axis a", a);
-  detail::require_size("ellipsoid", "semi-axis b", b);
-  detail::require_size("ellipsoid", "semi-axis c", c);
+  detail::require_sizes("ellipsoid", {{"mass", M}, {"semi-axis a", a}, {"semi-axis b", b}, {"semi-axis c", c}});
   return detail::diagonal(0.2 * M * (b * b + c * c), 0.2 * M * (c * c + a * a), 0.2 * M * (a * a + b * b));
 }
 
@@ -319,7 +311,7 @@ inline Eigen::Matrix3d sphere(double M, double R) { return ellipsoid(M, R, R, R)
 
 /// Thick spherical shell with radii inner ≤ outer; written so that inner = outer, the thin shell, is no special case.
 inline Eigen::Matrix3d hollow_sphere(double M, double inner, double outer) {
-  detail::require_size("hollow_sphere", "mass", M);
+  detail::require_sizes("hollow_sphere", {{"mass", M}});
   detail::require_order("hollow_sphere", inner, outer);
   if (outer == 0.0) return detail::diagonal(0.0, 0.0, 0.0);
   const double x = inner / outer;
@@ -334,26 +326,20 @@ inline Eigen::Matrix3d spherical_shell(double M, double R) { return hollow_spher
 
 /// Solid half ball of radius R with its flat face normal to z; its centre of mass is ⅜R from the face.
 inline Eigen::Matrix3d hemisphere(double M, double R) {
-  detail::require_size("hemisphere", "mass", M);
-  detail::require_size("hemisphere", "radius", R);
+  detail::require_sizes("hemisphere", {{"mass", M}, {"radius", R}});
   return detail::diagonal(83.0 / 320.0 * M * R * R, 83.0 / 320.0 * M * R * R, 0.4 * M * R * R);
 }
 
 /// Solid torus about z: R from the centre to the middle of the tube, a the radius of the tube.
 inline Eigen::Matrix3d torus(double M, double R, double a) {
-  detail::require_size("torus", "mass", M);
-  detail::require_size("torus", "radius", R);
-  detail::require_size("torus", "tube radius", a);
+  detail::require_sizes("torus", {{"mass", M}, {"radius", R}, {"tube radius", a}});
   const double side = M * (4.0 * R * R + 5.0 * a * a) / 8.0;
   return detail::diagonal(side, side, M * (4.0 * R * R + 3.0 * a * a) / 4.0);
 }
 
 /// Box with full edges a, b, c along x, y, z; c = 0 is a rectangular plate.
 inline Eigen::Matrix3d box(double M, double a, double b, double c) {
-  detail::require_size("box", "mass", M);
-  detail::require_size("box", "edge a", a);
-  detail::require_size("box", "edge b", b);
-  detail::require_size("box", "edge c", c);
+  detail::require_sizes("box", {{"mass", M}, {"edge a", a}, {"edge b", b}, {"edge c", c}});
   return detail::diagonal(M * (b * b + c * c) / 12.0, M * (c * c + a * a) / 12.0, M * (a * a + b * b) / 12.0);
 }
 

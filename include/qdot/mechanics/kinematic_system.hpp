@@ -302,14 +302,10 @@ class KinematicEnergies {
     trace::FormulaVector<MovingFormula, Formulas::SizeAtCompileTime> x{};
     for (int i = 0; i < n; ++i) x[i] = moving_number(q[i], qdot[i]);
     place(x, moving_number(t, trace::Traced(1.0)), bodies);
-    if constexpr (!has_extra) {
-      return bodies.T;
-    } else if constexpr (kinetic_signature<ExtraEnergies, n>() == KineticSignature::velocity) {
-      return bodies.T + extra_.T(qdot);
-    } else if constexpr (kinetic_signature<ExtraEnergies, n>() == KineticSignature::state) {
-      return bodies.T + extra_.T(q, qdot);
+    if constexpr (has_extra) {
+      return bodies.T + returned_by_T<n>(extra_, q, qdot, t);
     } else {
-      return bodies.T + extra_.T(q, qdot, t);
+      return bodies.T;
     }
   }
   constexpr trace::Traced potential_formula(const Formulas& q, const trace::Traced& t) const {

@@ -34,30 +34,15 @@ template <class OfDuals, class OfNumbers, int n, class Held = const OfDuals&>
 struct WithSignatureOf {
   Held energies;
 
-  template <class X>
-    requires(kinetic_signature<OfNumbers, n>() == KineticSignature::velocity)
-  typename X::Scalar T(const X& qdot) const {
-    return energies.T(qdot);
+  template <class X, class... More>
+    requires(1 + sizeof...(More) == kinetic_arguments<OfNumbers, n>)
+  typename X::Scalar T(const X& first, const More&... more) const {
+    return energies.T(first, more...);
   }
-  template <class X>
-    requires(kinetic_signature<OfNumbers, n>() == KineticSignature::state)
-  typename X::Scalar T(const X& q, const X& qdot) const {
-    return energies.T(q, qdot);
-  }
-  template <class X>
-    requires(kinetic_signature<OfNumbers, n>() == KineticSignature::state_and_time)
-  typename X::Scalar T(const X& q, const X& qdot, const typename X::Scalar& t) const {
-    return energies.T(q, qdot, t);
-  }
-  template <class X>
-    requires(potential_signature<OfNumbers, n>() == PotentialSignature::position)
-  typename X::Scalar V(const X& q) const {
-    return energies.V(q);
-  }
-  template <class X>
-    requires(potential_signature<OfNumbers, n>() == PotentialSignature::position_and_time)
-  typename X::Scalar V(const X& q, const typename X::Scalar& t) const {
-    return energies.V(q, t);
+  template <class X, class... More>
+    requires(1 + sizeof...(More) == potential_arguments<OfNumbers, n>)
+  typename X::Scalar V(const X& q, const More&... t) const {
+    return energies.V(q, t...);
   }
 };
 

@@ -181,7 +181,7 @@ auto kinetic_energy_of_body(const RigidBody& body, const Eigen::MatrixBase<R>& r
 template <class Rotation, class Position, class Q, class Qdot, class... Time>
 auto kinetic_energy_of_body(const RigidBody& body, const Rotation& rotation, const Position& position,
                             const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {
-  using S = std::decay_t<decltype((std::declval<detail::MotionScalar<Q, Qdot>>() + ... + t))>;
+  using S = detail::MotionScalar<Q, Qdot, Time...>;
   if constexpr (requires { detail::MovingPositions<S>::in_a_rotation(); }) {
     return detail::MovingPositions<S>::in_a_rotation();
   } else {

@@ -268,7 +268,7 @@ template <Axes axes, class S, class Rotation, class R, class Follow>
 // The angular velocity of R(q) or R(q, t).
 template <Axes axes, class Function, class Q, class Qdot, class... Time>
 auto turning(const Function& rotation, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {
-  using S = std::decay_t<decltype((std::declval<MotionScalar<Q, Qdot>>() + ... + t))>;
+  using S = MotionScalar<Q, Qdot, Time...>;
   return along_motion<S>(rotation, q, qdot, [](const auto& R, const auto& follow) __attribute__((always_inline)) {
     return angular_velocity_along<axes, S, Function>(R, follow);
   }, t...);

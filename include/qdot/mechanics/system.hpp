@@ -19,8 +19,6 @@
 // With constraints M q̈ = rhs + Jᵀλ, so that Jᵀλ is the force of the constraint *on* the system.
 // Angles are in rad, everything else in whatever consistent units the user has.
 
-#include <cmath>
-#include <concepts>
 #include <initializer_list>
 #include <string>
 #include <type_traits>
@@ -165,16 +163,6 @@ auto checked_system(E energies, Eigen::Index dof) {
   return System<E, n>(std::move(energies), dof);
 }
 
-// An object with members T and V is taken as it is; anything else is T itself.
-template <int n, class E>
-auto system_of_one(E energies, Eigen::Index dof) {
-  if constexpr (EnergiesObject<E, n>) {
-    return checked_system<n>(std::move(energies), dof);
-  } else {
-    return checked_system<n>(KineticAndPotential<E, NoPotential>{std::move(energies), NoPotential{}}, dof);
-  }
-}
-
 // Beyond this, a matrix of n × n is more than Eigen puts on the stack, and n is kept at run time.
 inline constexpr int largest_fixed_size = 128;
 template <int n>
@@ -192,7 +180,7 @@ auto mechanical_system(Kinetic T, Potential V) {
 /// The same from one object with members T and V, or from T alone when there is no potential.
 template <int n, class Energies>
 auto mechanical_system(Energies energies) {
-  return detail::system_of_one<detail::held_as<n>>(std::move(energies), n);
+  return detail::checked_system<detail::held_as<n>>(detail::energies_object<detail::held_as<n>>(std::move(energies)), n);
 }
 
 /// The system whose number of coordinates is known only at run time; q and qdot are dynamic vectors.
@@ -206,7 +194,7 @@ auto mechanical_system(Eigen::Index n, Kinetic T, Potential V) {
 /// The same from one object with members T and V, or from T alone when there is no potential.
 template <class Energies>
 auto mechanical_system(Eigen::Index n, Energies energies) {
-  return detail::system_of_one<Dynamic>(std::move(energies), n);
+  return detail::checked_system<Dynamic>(detail::energies_object<Dynamic>(std::move(energies)), n);
 }
 
 namespace detail {

@@ -92,8 +92,8 @@ constexpr AlongMotion<S> moving_number(const S& value, const S& rate) {
 }
 
 // The scalar that holds both a coordinate and a velocity; they differ when only one of them is differentiated.
-template <class Q, class Qdot>
-using MotionScalar = std::decay_t<decltype(std::declval<typename Q::Scalar>() + std::declval<typename Qdot::Scalar>())>;
+template <class Q, class Qdot, class... Time>
+using MotionScalar = std::decay_t<decltype(((std::declval<typename Q::Scalar>() + std::declval<typename Qdot::Scalar>()) + ... + std::declval<const Time&>()))>;
 
 // Vectors of values and rates → one vector of duals.
 template <class S, class Q, class Qdot>
@@ -260,38 +260,25 @@ auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen:
 
 }  // namespace detail
 
-/// x(q) and ẋ = (∂x/∂q) q̇ in one evaluation of x.
+/// x(q) and ẋ = (∂x/∂q) q̇ in one evaluation of x; of a moving suspension or a driven joint x(q, t) and ẋ = (∂x/∂q) q̇ + ∂x/∂t.
 ///
-/// @param x     function of the coordinates: generic, returns a scalar, vector or matrix of its argument's scalar
+/// @param x     function of the coordinates, and of the time if that is given: generic, returns a scalar, vector or matrix of its argument's scalar
 /// @param q     coordinates, n
 /// @param qdot  velocities, n; of any scalar, nested duals included
 /// @return      value and rate, each of the shape that x returns
-template <class Function, class Q, class Qdot>
-auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
-  using S = detail::MotionScalar<Q, Qdot>;
-  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S>(r, follow); });
+template <class Function, class Q, class Qdot, class... Time>
+auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {
+  static_assert(sizeof...(Time) <= 1, "qdot: a position is a function of q, or of q and t");
+  using S = detail::MotionScalar<Q, Qdot, Time...>;
+  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S>(r, follow); }, t...);
 }
 
-/// x(q, t) and ẋ = (∂x/∂q) q̇ + ∂x/∂t: a moving suspension, a driven joint.
-template <class Function, class Q, class Qdot, class Time>
-auto value_and_velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
-                           const Time& t) {
-  using S = std::decay_t<decltype(std::declval<detail::MotionScalar<Q, Qdot>>() + t)>;
-  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed<S>(r, follow); }, t);
-}
-
-/// The velocity ẋ = (∂x/∂q) q̇ of x(q).
-template <class Function, class Q, class Qdot>
-auto velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
-  using S = detail::MotionScalar<Q, Qdot>;
-  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed_rates<S>(r, follow); });
-}
-
-/// The velocity ẋ = (∂x/∂q) q̇ + ∂x/∂t of x(q, t).
-template <class Function, class Q, class Qdot, class Time>
-auto velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time& t) {
-  using S = std::decay_t<decltype(std::declval<detail::MotionScalar<Q, Qdot>>() + t)>;
-  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed_rates<S>(r, follow); }, t);
+/// The velocity ẋ = (∂x/∂q) q̇ of x(q), or ẋ = (∂x/∂q) q̇ + ∂x/∂t of x(q, t).
+template <class Function, class Q, class Qdot, class... Time>
+auto velocity_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {
+  static_assert(sizeof...(Time) <= 1, "qdot: a position is a function of q, or of q and t");
+  using S = detail::MotionScalar<Q, Qdot, Time...>;
+  return detail::along_motion<S>(x, q, qdot, [](const auto& r, const auto& follow) { return detail::followed_rates<S>(r, follow); }, t...);
 }
 
 /// The acceleration ẍ = J q̈ + J̇ q̇ of x(q), by a dual number in a dual number.

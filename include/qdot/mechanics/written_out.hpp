@@ -355,11 +355,7 @@ auto written_out_of(E energies) {
 /// 20 s for a chain of 32.
 template <int n, class Energies>
 auto written_out(Energies energies) {
-  if constexpr (detail::EnergiesObject<Energies, n>) {
-    return detail::written_out_of<n>(std::move(energies));
-  } else {
-    return detail::written_out_of<n>(KineticAndPotential<Energies, NoPotential>{std::move(energies), NoPotential{}});
-  }
+  return detail::written_out_of<n>(detail::energies_object<n>(std::move(energies)));
 }
 
 /// The same of two functors.

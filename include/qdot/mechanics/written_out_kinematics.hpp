@@ -24,7 +24,6 @@
 // gravity_along<1>(−9.81) says while compiling that x is level. uniform_gravity(0.0, −9.81) does not, and costs what a field in any
 // direction costs: a tenth of the time of one pendulum or two.
 
-#include <type_traits>
 #include <utility>
 
 #include "qdot/mechanics/kinematic_system.hpp"

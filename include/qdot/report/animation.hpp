@@ -12,7 +12,6 @@
 // a circle is an ellipse and z stays upright; the reader of a page turns it.
 
 #include <cmath>
-#include <cstddef>
 #include <numbers>
 #include <optional>
 #include <string>

@@ -14,8 +14,6 @@
 
 #include <cstddef>
 #include <string>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "qdot/error.hpp"

@@ -8,7 +8,6 @@
 // together (x.csv, x.npz, x.html) are all written before the first is renamed: a full disk leaves none of them.
 
 #include <cerrno>
-#include <cstddef>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>

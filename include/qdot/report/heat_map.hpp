@@ -101,12 +101,7 @@ inline std::string json_numbers(const std::vector<double>& values) {
   return text + "]";
 }
 
-inline std::string json_string(const std::string& text) {  // inside a <script>
-  std::string result = "\"";
-  for (const char c : text)
-    if (c != '"' && c != '\\' && c != '<' && static_cast<unsigned char>(c) >= 0x20) result += c;
-  return result + "\"";
-}
+inline std::string json_string(const std::string& text) { return "\"" + plain_json_text(text) + "\""; }
 
 }  // namespace detail
 

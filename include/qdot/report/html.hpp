@@ -63,16 +63,6 @@ inline std::string facts_table(const Facts& facts) {
   return html + "</table></section>\n";
 }
 
-/// Text that may stand between quotes in JSON inside a <script>: no quotes, no "<", no control characters.
-inline std::string plain_json_text(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '"' || c == '\\' || c == '<' || static_cast<unsigned char>(c) < 0x20) continue;
-    result += c;
-  }
-  return result;
-}
-
 /// Time units that pass per second of watching: 1 where that takes between 2 and 40 s, otherwise so that it takes 12 s.
 inline double playing_rate(double duration) { return duration >= 2 && duration <= 40 ? 1.0 : duration / 12; }
 

@@ -13,7 +13,6 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <string>
-#include <vector>
 
 #include "qdot/error.hpp"
 #include "qdot/integrate/run.hpp"

@@ -19,25 +19,21 @@ namespace qdot::report {
 
 namespace detail {
 
-inline std::string non_finite_text(double x) { return std::isnan(x) ? "nan" : (x > 0 ? "inf" : "-inf"); }
+// What std::to_chars writes, at most so many characters; NaN without its sign.
+template <std::size_t most, class... Format>
+std::string characters(double x, const Format&... format) {
+  std::array<char, most> buffer{};
+  return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), std::isnan(x) ? std::abs(x) : x, format...).ptr};
+}
 
 }  // namespace detail
 
 /// The shortest decimal text that reads back to exactly x; "nan", "inf", "-inf" where x is not finite.
-inline std::string exact_text(double x) {
-  if (!std::isfinite(x)) return detail::non_finite_text(x);
-  std::array<char, 32> buffer{};
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), x);
-  return std::string(buffer.data(), end.ptr);
-}
+inline std::string exact_text(double x) { return detail::characters<32>(x); }
 
 /// x with a given number of decimals, without trailing zeros and without "-0".
 inline std::string fixed_text(double x, int decimals) {
-  if (!std::isfinite(x)) return detail::non_finite_text(x);
-  std::array<char, 400> buffer{};  // the largest double has 309 digits before the point
-  const auto end =
-      std::to_chars(buffer.data(), buffer.data() + buffer.size(), x, std::chars_format::fixed, decimals);
-  std::string text(buffer.data(), end.ptr);
+  std::string text = detail::characters<400>(x, std::chars_format::fixed, decimals);  // the largest double has 309 digits before the point
   if (text.find('.') != std::string::npos) {
     text.erase(text.find_last_not_of('0') + 1);
     if (text.back() == '.') text.pop_back();
@@ -47,11 +43,7 @@ inline std::string fixed_text(double x, int decimals) {
 
 /// x to a number of significant digits, the shorter of plain and exponent notation: "0.00125", "1.3e-09".
 inline std::string rounded_text(double x, int digits = 6) {
-  if (!std::isfinite(x)) return detail::non_finite_text(x);
-  std::array<char, 64> buffer{};
-  const auto end =
-      std::to_chars(buffer.data(), buffer.data() + buffer.size(), x, std::chars_format::general, digits);
-  return std::string(buffer.data(), end.ptr);
+  return detail::characters<64>(x, std::chars_format::general, digits);
 }
 
 /// An integer exponent in Unicode superscripts: "⁻¹²".

@@ -47,6 +47,14 @@ inline std::string escaped(const std::string& text) {
 
 namespace detail {
 
+// Text that may stand between quotes in JSON inside a <script>: no quotes, no "<", no control characters.
+inline std::string plain_json_text(const std::string& text) {
+  std::string result;
+  for (const char c : text)
+    if (c != '"' && c != '\\' && c != '<' && static_cast<unsigned char>(c) >= 0x20) result += c;
+  return result;
+}
+
 inline std::string px(double x) { return fixed_text(x, 2); }
 
 /// Approximate width in px of text at the plots' font size; combining marks take none.

@@ -3,10 +3,8 @@
 //
 // What the programs motion_*.cxx share: the search for the cheapest setting, and the equations derived by hand.
 
-#include <cmath>
 #include <cstdio>
 #include <string>
-#include <utility>
 
 #include "bench/hand_derived.hpp"
 #include "bench/motion_problems.hpp"

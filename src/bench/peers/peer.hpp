@@ -10,6 +10,14 @@ using ChainAcceleration = void (*)(const double* q, const double* qdot, double* 
 /// The peer's function for n links, or null where it has none.
 extern "C" ChainAcceleration acceleration_of_chain(int n);
 
+/// What make gives for n links, where n is one of these numbers; null where it is none of them.
+template <int... links, class Make>
+ChainAcceleration of_links(int n, const Make& make) {
+  ChainAcceleration found = nullptr;
+  ((n == links ? void(found = make.template operator()<links>()) : void()), ...);
+  return found;
+}
+
 /// The same for many states by one call: the first angles of all of them, then the second ones, and so on.
 using ChainAccelerations = void (*)(const double* q, const double* qdot, double* qddot, int states);
 

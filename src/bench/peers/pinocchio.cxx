@@ -38,12 +38,5 @@ void chain(const double* q, const double* qdot, double* qddot) {
 }  // namespace
 
 extern "C" ChainAcceleration acceleration_of_chain(int n) {
-  switch (n) {
-    case 1: return chain<1>;
-    case 2: return chain<2>;
-    case 4: return chain<4>;
-    case 8: return chain<8>;
-    case 16: return chain<16>;
-    default: return nullptr;
-  }
+  return of_links<1, 2, 4, 8, 16>(n, []<int links>() -> ChainAcceleration { return chain<links>; });
 }

@@ -4,7 +4,6 @@
 // The hunt: kinds of cases, in the order in which they take turns.
 
 #include <cstdint>
-#include <cstdio>
 #include <string>
 #include <vector>
 

@@ -158,14 +158,9 @@ constexpr Dual<S, N, Tag> atan2(const Dual<S, N, Tag>& y, const Dual<S, N, Tag>&
     }
   return detail::chain(f, S(x.value / r / r), y, S(-y.value / r / r), x);
 }
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> atan2(const Dual<S, N, Tag>& x, const Number& y) {
-  return atan2(x, Dual<S, N, Tag>(y));
-}
-template <class S, int N, class Tag, detail::NumberBeside<Dual<S, N, Tag>> Number>
-constexpr Dual<S, N, Tag> atan2(const Number& x, const Dual<S, N, Tag>& y) {
-  return atan2(Dual<S, N, Tag>(x), y);
-}
+template <class A, class B>
+  requires detail::DualAndNumber<A, B>
+constexpr auto atan2(const A& y, const B& x) { return atan2(detail::DualOf<A, B>(y), detail::DualOf<A, B>(x)); }
 
 /// Sine and cosine of one argument, sharing the work.
 template <class S>

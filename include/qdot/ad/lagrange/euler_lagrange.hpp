@@ -23,7 +23,6 @@
 // Where the masks are not known, in a loop that the compiler keeps as a loop, the results are the same but slow; the
 // evaluation (mechanics/equations/straight_line.hpp) notices that and takes another way.
 
-#include <cmath>
 #include <type_traits>
 #include <utility>
 

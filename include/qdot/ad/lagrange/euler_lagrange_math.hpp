@@ -53,6 +53,12 @@ struct is_euler_lagrange<Graded<Record>> : std::true_type {};
 template <class T>
 concept EulerLagrangeNumber = is_euler_lagrange<T>::value;
 
+// Scalars that take what has no rule of their own from duals, by a chain rule through(u, f). Others than these say so.
+template <class T>
+inline constexpr bool follows_duals = false;
+template <class T>
+concept FollowsDuals = EulerLagrangeNumber<T> || follows_duals<T>;
+
 // f(x) and f(x, y) of the numbers inside, from values and first derivatives: of a plain number its value.
 template <class Number>
   requires(!requires(const Number& x) { x.value; })
@@ -169,26 +175,26 @@ template <EulerLagrangeNumber E>
   return u.chain(f, slope, -0.5 * slope / u.value);
 }
 
-template <EulerLagrangeNumber E> E cbrt(const E& u) { return through(u, [](const auto& x) { return cbrt(x); }); }
-template <EulerLagrangeNumber E> E exp2(const E& u) { return through(u, [](const auto& x) { return exp2(x); }); }
-template <EulerLagrangeNumber E> E expm1(const E& u) { return through(u, [](const auto& x) { return expm1(x); }); }
-template <EulerLagrangeNumber E> E log2(const E& u) { return through(u, [](const auto& x) { return log2(x); }); }
-template <EulerLagrangeNumber E> E log10(const E& u) { return through(u, [](const auto& x) { return log10(x); }); }
-template <EulerLagrangeNumber E> E log1p(const E& u) { return through(u, [](const auto& x) { return log1p(x); }); }
-template <EulerLagrangeNumber E> E erf(const E& u) { return through(u, [](const auto& x) { return erf(x); }); }
-template <EulerLagrangeNumber E> E erfc(const E& u) { return through(u, [](const auto& x) { return erfc(x); }); }
-template <EulerLagrangeNumber E> E tan(const E& u) { return through(u, [](const auto& x) { return tan(x); }); }
-template <EulerLagrangeNumber E> E asin(const E& u) { return through(u, [](const auto& x) { return asin(x); }); }
-template <EulerLagrangeNumber E> E acos(const E& u) { return through(u, [](const auto& x) { return acos(x); }); }
-template <EulerLagrangeNumber E> E atan(const E& u) { return through(u, [](const auto& x) { return atan(x); }); }
-template <EulerLagrangeNumber E> E sinh(const E& u) { return through(u, [](const auto& x) { return sinh(x); }); }
-template <EulerLagrangeNumber E> E cosh(const E& u) { return through(u, [](const auto& x) { return cosh(x); }); }
-template <EulerLagrangeNumber E> E tanh(const E& u) { return through(u, [](const auto& x) { return tanh(x); }); }
-template <EulerLagrangeNumber E> E asinh(const E& u) { return through(u, [](const auto& x) { return asinh(x); }); }
-template <EulerLagrangeNumber E> E acosh(const E& u) { return through(u, [](const auto& x) { return acosh(x); }); }
-template <EulerLagrangeNumber E> E atanh(const E& u) { return through(u, [](const auto& x) { return atanh(x); }); }
+template <FollowsDuals E> E cbrt(const E& u) { return through(u, [](const auto& x) { return cbrt(x); }); }
+template <FollowsDuals E> E exp2(const E& u) { return through(u, [](const auto& x) { return exp2(x); }); }
+template <FollowsDuals E> E expm1(const E& u) { return through(u, [](const auto& x) { return expm1(x); }); }
+template <FollowsDuals E> E log2(const E& u) { return through(u, [](const auto& x) { return log2(x); }); }
+template <FollowsDuals E> E log10(const E& u) { return through(u, [](const auto& x) { return log10(x); }); }
+template <FollowsDuals E> E log1p(const E& u) { return through(u, [](const auto& x) { return log1p(x); }); }
+template <FollowsDuals E> E erf(const E& u) { return through(u, [](const auto& x) { return erf(x); }); }
+template <FollowsDuals E> E erfc(const E& u) { return through(u, [](const auto& x) { return erfc(x); }); }
+template <FollowsDuals E> E tan(const E& u) { return through(u, [](const auto& x) { return tan(x); }); }
+template <FollowsDuals E> E asin(const E& u) { return through(u, [](const auto& x) { return asin(x); }); }
+template <FollowsDuals E> E acos(const E& u) { return through(u, [](const auto& x) { return acos(x); }); }
+template <FollowsDuals E> E atan(const E& u) { return through(u, [](const auto& x) { return atan(x); }); }
+template <FollowsDuals E> E sinh(const E& u) { return through(u, [](const auto& x) { return sinh(x); }); }
+template <FollowsDuals E> E cosh(const E& u) { return through(u, [](const auto& x) { return cosh(x); }); }
+template <FollowsDuals E> E tanh(const E& u) { return through(u, [](const auto& x) { return tanh(x); }); }
+template <FollowsDuals E> E asinh(const E& u) { return through(u, [](const auto& x) { return asinh(x); }); }
+template <FollowsDuals E> E acosh(const E& u) { return through(u, [](const auto& x) { return acosh(x); }); }
+template <FollowsDuals E> E atanh(const E& u) { return through(u, [](const auto& x) { return atanh(x); }); }
 
-template <EulerLagrangeNumber E, class Number>
+template <FollowsDuals E, class Number>
   requires std::is_arithmetic_v<Number>
 E pow(const E& u, Number k) { return through(u, [k](const auto& x) { return pow(x, k); }); }
 template <EulerLagrangeNumber E>

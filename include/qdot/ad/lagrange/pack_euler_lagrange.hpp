@@ -7,7 +7,6 @@
 // needed: where it is, the result is NaN, and who evaluates the equations looks at the accelerations anyway. Functions of
 // which ad/pack_math.hpp has no fast form take their derivatives from duals, lane by lane.
 
-#include <cmath>
 #include <limits>
 #include <type_traits>
 #include <utility>

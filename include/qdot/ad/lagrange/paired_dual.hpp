@@ -8,7 +8,6 @@
 // ad/lagrange/euler_lagrange.hpp, of which this is the Number when its results are to be differentiated, the compiler knows the bits of
 // straight-line code and leaves out what they exclude; therefore each pair is a member with a name of its own here too.
 
-#include <cmath>
 #include <type_traits>
 #include <utility>
 

@@ -13,7 +13,6 @@
 #include <limits>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -43,14 +42,7 @@ enum class FitOutcome { converged, at_bound, undetermined, no_progress, run_limi
 
 /// The outcome's name, "at_bound".
 constexpr std::string_view name(FitOutcome outcome) noexcept {
-  switch (outcome) {
-    case FitOutcome::converged: return "converged";
-    case FitOutcome::at_bound: return "at_bound";
-    case FitOutcome::undetermined: return "undetermined";
-    case FitOutcome::no_progress: return "no_progress";
-    case FitOutcome::run_limit: return "run_limit";
-    default: return "motion_failed";
-  }
+  return detail::name_in({"converged", "at_bound", "undetermined", "no_progress", "run_limit", "motion_failed"}, outcome);
 }
 
 /// What a fit found.

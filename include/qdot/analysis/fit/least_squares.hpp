@@ -16,7 +16,6 @@
 // Where there is no r (a motion that fails, a mass below zero) the step counts as one that led far up, and a shorter one is tried.
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <string>
 #include <utility>

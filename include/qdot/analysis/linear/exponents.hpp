@@ -14,9 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <cstddef>
 #include <limits>
-#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>

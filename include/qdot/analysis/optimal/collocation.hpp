@@ -20,11 +20,8 @@
 // Conditions at the end are rows x_K − target + p − n = 0 with p, n ≥ 0. p and n are held at zero, but where no motion meets all conditions: then Σ
 // (p + n) is what is made least, each in its extent, and says which conditions are missed, and by how much.
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <limits>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -32,7 +29,7 @@
 
 #include "qdot/analysis/optimal/controlled.hpp"
 #include "qdot/analysis/optimal/sparse_program.hpp"
-#include "qdot/integrate/gauss.hpp"
+#include "qdot/integrate/steps/gauss_table.hpp"
 
 namespace qdot::detail {
 

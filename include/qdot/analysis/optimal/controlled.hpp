@@ -14,8 +14,6 @@
 // 1)(2n + m + 2)/2 of them for all.
 
 #include <string>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <exception>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>

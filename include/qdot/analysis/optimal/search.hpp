@@ -24,9 +24,9 @@
 #include "qdot/analysis/optimal/controlled.hpp"
 #include "qdot/analysis/optimal/sparse_program.hpp"
 #include "qdot/error.hpp"
-#include "qdot/integrate/gauss.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/steps/gauss_table.hpp"
 
 namespace qdot {
 
@@ -41,13 +41,7 @@ enum class OptimalOutcome {
 
 /// The outcome's name, "not_accurate".
 constexpr const char* name(OptimalOutcome outcome) noexcept {
-  switch (outcome) {
-    case OptimalOutcome::solved: return "solved";
-    case OptimalOutcome::not_accurate: return "not_accurate";
-    case OptimalOutcome::infeasible: return "infeasible";
-    case OptimalOutcome::iteration_limit: return "iteration_limit";
-    default: return "failed";
-  }
+  return detail::name_in({"solved", "not_accurate", "infeasible", "iteration_limit", "failed"}, outcome);
 }
 
 /// A condition at the end that a motion misses.

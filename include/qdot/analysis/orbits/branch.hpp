@@ -21,10 +21,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <cstddef>
 #include <functional>
-#include <limits>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -48,6 +45,13 @@ struct PointOfFamily {
   double at_minus_one = 1.0, at_one = 1.0;
   int outside = 0;
 };
+
+// The tangent at a point, in units that hold elsewhere.
+inline Eigen::VectorXd tangent_in_units_of(const ClosingEquations& there, const PointOfFamily& point) {
+  Eigen::VectorXd tangent = point.tangent;
+  for (Eigen::Index i = 0; i < tangent.size(); ++i) tangent[i] *= point.equations.scale[i] / there.scale[i];
+  return tangent;
+}
 
 // What a branch is followed in.
 struct BranchQuantity {
@@ -81,12 +85,7 @@ inline PointOfFamily point_of_family(ClosingEquations equations, const ClosingEn
   result.quantity = quantity.value(equations, X);
   if (result.open != 1) return result;
   result.tangent = step.open.col(0);
-  if (before != nullptr) {
-    double along = 0.0;
-    for (Eigen::Index i = 0; i < X.size(); ++i)
-      along += result.tangent[i] * before->tangent[i] * before->equations.scale[i] / equations.scale[i];
-    if (along < 0.0) result.tangent = -result.tangent;
-  }
+  if (before != nullptr && result.tangent.dot(tangent_in_units_of(equations, *before)) < 0.0) result.tangent = -result.tangent;
   result.slope = quantity.slope(equations, X, result.tangent);
   const Eigen::MatrixXd B = without_trivial(here.shot.Phi, equations.scale, trivial_directions(equations, here).taken);
   const Exponents all = exponents_of(B);
@@ -106,8 +105,7 @@ inline PointOfFamily point_of_family(ClosingEquations equations, const ClosingEn
 inline ClosingEnd stepped(const PointOfFamily& from, const PointOfFamily& near, double distance, const ClosingSearch& search) {
   ClosingEquations equations = from.equations;
   equations.along = from.tangent;
-  double along = 0.0;
-  for (Eigen::Index i = 0; i < near.tangent.size(); ++i) along += from.tangent[i] * near.tangent[i] * near.equations.scale[i] / equations.scale[i];
+  const double along = from.tangent.dot(tangent_in_units_of(equations, near));
   Eigen::VectorXd X = near.point.X;
   for (Eigen::Index i = 0; i < X.size(); ++i) X[i] += distance / along * near.tangent[i] * near.equations.scale[i];
   equations.from = X;

@@ -16,39 +16,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <limits>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "qdot/analysis/linear/exponents.hpp"
+#include "qdot/analysis/linear/shortest_step.hpp"
 #include "qdot/analysis/orbit.hpp"
 
 namespace qdot::detail {
 
-// Orthonormal columns normal to the given unit vectors, which are normal to each other.
-inline Eigen::MatrixXd normal_to(Eigen::Index size, std::vector<Eigen::VectorXd> taken) {
-  const auto first = static_cast<Eigen::Index>(taken.size());
-  Eigen::MatrixXd U(size, size - first);
-  for (Eigen::Index k = 0; k < U.cols(); ++k) {
-    Eigen::VectorXd best = Eigen::VectorXd::Zero(size);
-    for (Eigen::Index i = 0; i < size; ++i) {
-      Eigen::VectorXd e = Eigen::VectorXd::Unit(size, i);
-      for (int twice = 0; twice < 2; ++twice)
-        for (const Eigen::VectorXd& v : taken) e -= v.dot(e) * v;
-      if (e.norm() > 1.01 * best.norm()) best = e;
-    }
-    best /= best.norm();
-    U.col(k) = best;
-    taken.push_back(best);
-  }
-  return U;
-}
-
 // UᵀMU in units of `scale`; `taken` is orthonormal: what is forbidden, along ẋ, along ∇h.
 inline Eigen::MatrixXd without_trivial(const Eigen::MatrixXd& M, const Eigen::VectorXd& scale, const std::vector<Eigen::VectorXd>& taken) {
-  const Eigen::MatrixXd U = normal_to(M.rows(), taken);
+  Eigen::MatrixXd rows(static_cast<Eigen::Index>(taken.size()), M.rows());
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) rows.row(i) = taken[static_cast<std::size_t>(i)];
+  const Eigen::MatrixXd U = shortest_step(rows, Eigen::VectorXd::Zero(rows.rows()), 0.5).open;  // all singular values are 1 or 0
   Eigen::MatrixXd scaled = M;
   for (Eigen::Index j = 0; j < M.cols(); ++j)
     for (Eigen::Index i = 0; i < M.rows(); ++i) scaled(i, j) *= scale[j] / scale[i];

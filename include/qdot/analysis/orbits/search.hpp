@@ -9,7 +9,7 @@
 //     φ_T(x; p) − x − advance = 0                    the motion closes; an angle may have gone round
 //     ẋ(x)·δx = 0                                    the start does not slide along the orbit          (autonomous)
 //     h(x; p) − E = 0                                of the family of orbits, that of this energy      (if held)
-//     τ·(X − X₀) = 0                                 a step along a branch of orbits                   (family.hpp)
+//     τ·(X − X₀) = 0                                 a step along a branch of orbits                   (branch.hpp)
 //
 // and with exact derivatives a step solves
 //

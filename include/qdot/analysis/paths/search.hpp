@@ -42,12 +42,7 @@ enum class BetweenOutcome {
 
 /// The outcome's name, "conjugate_ends".
 constexpr const char* name(BetweenOutcome outcome) noexcept {
-  switch (outcome) {
-    case BetweenOutcome::found: return "found";
-    case BetweenOutcome::conjugate_ends: return "conjugate_ends";
-    case BetweenOutcome::not_found: return "not_found";
-    default: return "run_failed";
-  }
+  return detail::name_in({"found", "conjugate_ends", "not_found", "run_failed"}, outcome);
 }
 
 namespace detail {

@@ -17,7 +17,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -29,6 +28,7 @@
 
 #include "qdot/analysis/variations/equations.hpp"
 #include "qdot/error.hpp"
+#include "qdot/integrate/steps/gauss_table.hpp"
 #include "qdot/integrate/trajectory.hpp"
 
 namespace qdot::detail {
@@ -105,50 +105,6 @@ struct TermAt {
   Eigen::VectorXd by_y{}, by_p{};
 };
 using Term = std::function<void(double t, const Eigen::VectorXd& y, TermAt& at)>;  // none for zero
-
-// Gauss' method of `stages` stages on 0 … 1.
-template <int stages>
-struct GaussNodes {
-  std::array<double, stages> c{}, b{}, highest{};    // nodes, weights, P_{stages−1} there
-  std::array<std::array<double, stages>, stages> a{};  // ∫₀^{c_i} of Lagrange's polynomials
-  std::array<double, stages> lagrange{};               // their leading coefficients
-
-  GaussNodes() {
-    const auto legendre = [](int degree, double x, double* slope) {
-      double before = 1.0, here = x;
-      if (degree == 0) return before;
-      for (int k = 1; k < degree; ++k) {
-        const double next = ((2 * k + 1) * x * here - k * before) / (k + 1);
-        before = here;
-        here = next;
-      }
-      if (slope != nullptr) *slope = degree * (x * here - before) / (x * x - 1.0);
-      return here;
-    };
-    std::array<double, stages> x{};
-    for (std::size_t i = 0; i < stages; ++i) {
-      double root = -std::cos(3.14159265358979 * (static_cast<double>(i) + 0.75) / (stages + 0.5)), slope = 1.0;
-      for (int k = 0; k < 20; ++k) root -= legendre(stages, root, &slope) / slope;
-      legendre(stages, root, &slope);
-      x[i] = root;
-      c[i] = 0.5 * (1.0 + root);
-      b[i] = 1.0 / ((1.0 - root * root) * slope * slope);
-      highest[i] = legendre(stages - 1, root, nullptr);
-    }
-    for (std::size_t i = 0; i < stages; ++i) {
-      lagrange[i] = 1.0;
-      for (std::size_t j = 0; j < stages; ++j)
-        if (j != i) lagrange[i] /= c[i] - c[j];
-    }
-    // Lagrange's polynomial is Σ_k (2k+1) b_j P_k(x_j) P_k, and (2k+1) ∫P_k = P_{k+1} − P_{k−1}.
-    for (std::size_t i = 0; i < stages; ++i)
-      for (std::size_t j = 0; j < stages; ++j) {
-        double sum = b[j] * (1.0 + x[i]);
-        for (int k = 1; k < stages; ++k) sum += b[j] * legendre(k, x[j], nullptr) * (legendre(k + 1, x[i], nullptr) - legendre(k - 1, x[i], nullptr));
-        a[i][j] = 0.5 * sum;
-      }
-  }
-};
 
 class AdjointEquations {
   static constexpr int stages = 7;
@@ -248,25 +204,21 @@ class AdjointEquations {
   }
 
   // K where the polynomial of the part before goes on: half of the sweeps are spared.
-  void guess(const GaussNodes<stages>& gauss, double ratio) {
-    for (std::size_t i = 0; i < stages; ++i) {
-      const double x = 1.0 + ratio * gauss.c[i];
-      for (Eigen::Index j = 0; j < starts_; ++j) K_(static_cast<Eigen::Index>(i), j) = 0.0;
-      for (std::size_t k = 0; k < stages; ++k) {
-        double weight = gauss.lagrange[k];
-        for (std::size_t m = 0; m < stages; ++m)
-          if (m != k) weight *= x - gauss.c[m];
-        for (Eigen::Index j = 0; j < starts_; ++j) K_(static_cast<Eigen::Index>(i), j) += weight * K_before_(static_cast<Eigen::Index>(k), j);
+  void guess(const GaussTable& gauss, double ratio) {
+    K_.setZero();
+    for (Eigen::Index i = 0; i < stages; ++i)
+      for (Eigen::Index k = 0; k < stages; ++k) {
+        const double weight = gauss.lagrange(k, 1.0 + ratio * gauss.c[i]);
+        for (Eigen::Index j = 0; j < starts_; ++j) K_(i, j) += weight * K_before_(k, j);
       }
-    }
   }
 
   // λ and the integrals over a part of a step, from its later end to its earlier one.
   void over(double from, double to) {
-    static const GaussNodes<stages> gauss;
+    static const GaussTable gauss(stages);
     constexpr int most_sweeps = 60;
     const double H = to - from, exact_to = std::max(4 * std::numeric_limits<double>::epsilon(), 1e-3 * fine_ * fine_);
-    for (std::size_t i = 0; i < stages; ++i) {
+    for (Eigen::Index i = 0; i < stages; ++i) {
       look(from + gauss.c[i] * H, nodes_[i]);
       nodes_[i].lambda = lambda;
     }
@@ -278,27 +230,27 @@ class AdjointEquations {
       for (Eigen::Index i = 0; i < starts_; ++i) sum += sizes ? std::abs(A[i] * l[i]) : A[i] * l[i];
       return -sum;
     };
-    for (std::size_t i = 0; i < stages; ++i)
+    for (Eigen::Index i = 0; i < stages; ++i)
       for (Eigen::Index j = 0; j < starts_; ++j) {
-        K_(static_cast<Eigen::Index>(i), j) = slope(nodes_[i], j, false);
+        K_(i, j) = slope(nodes_[i], j, false);
         rough[j] = std::max(rough[j], std::abs(lambda[j]) - std::abs(H) * slope(nodes_[i], j, true));
       }
     if (H_before_ != 0.0 && std::abs(H) <= 2.0 * std::abs(H_before_)) guess(gauss, H / H_before_);
     bool settled = false;
     for (int sweep = 0; sweep < most_sweeps && !settled; ++sweep) {
       settled = true;
-      for (std::size_t i = 0; i < stages; ++i) {
+      for (Eigen::Index i = 0; i < stages; ++i) {
         Node& node = nodes_[i];
         for (Eigen::Index j = 0; j < starts_; ++j) {
           const double* const K = K_.data() + stages * j;
           double sum = 0.0;
-          for (std::size_t k = 0; k < stages; ++k) sum += gauss.a[i][k] * K[k];
+          for (Eigen::Index k = 0; k < stages; ++k) sum += gauss.a(i, k) * K[k];
           node.lambda[j] = lambda[j] + H * sum;
           rough[j] = std::max(rough[j], std::abs(node.lambda[j]));
         }
         for (Eigen::Index j = 0; j < starts_; ++j) {
           const double now = slope(node, j, false);
-          double& K = K_(static_cast<Eigen::Index>(i), j);
+          double& K = K_(i, j);
           settled = settled && std::abs(H * (now - K)) <= exact_to * rough[j];
           K = now;
         }
@@ -308,7 +260,7 @@ class AdjointEquations {
     bool smooth = settled;
     const auto summed = [&](const auto& row, double size) {
       double sum = 0.0, highest = 0.0, most = 0.0;
-      for (std::size_t i = 0; i < stages; ++i) {
+      for (Eigen::Index i = 0; i < stages; ++i) {
         const auto [value, of] = row(nodes_[i]);  // and the size of its terms, to whose rounding it is known
         sum += gauss.b[i] * value;
         highest += gauss.b[i] * gauss.highest[i] * value;
@@ -319,7 +271,7 @@ class AdjointEquations {
     };
     Eigen::VectorXd next = lambda, part(parameters_ + 1);
     for (Eigen::Index j = 0; j < starts_; ++j)
-      next[j] += summed([&](const Node& node) { return std::pair(K_(&node - nodes_.data(), j), -slope(node, j, true)); }, std::abs(lambda[j]));
+      next[j] += summed([&](const Node& node) { return std::pair(K_(&node - nodes_, j), -slope(node, j, true)); }, std::abs(lambda[j]));
     part[parameters_] = -summed([&](const Node& node) { return std::pair(node.g.value, node.g.size); }, total_[parameters_]);
     const bool last = smooth || halvings_left_ <= 0;  // what depends on parameters is not asked for in vain
     double fast = 0.0;
@@ -351,7 +303,7 @@ class AdjointEquations {
   double fine_;
   Eigen::Index starts_, parameters_;
   Eigen::VectorXd rates_, both_, total_, whole_;
-  std::array<Node, stages> nodes_;
+  Node nodes_[stages];
   Eigen::MatrixXd K_, K_before_;  // λ̇ at the nodes, a column for each entry; of the part before
   double H_before_ = 0.0;         // its length; 0 where a jump or nothing is in front
   long halvings_left_ = 0;

@@ -14,7 +14,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "qdot/ad/dual_math.hpp"
+#include "qdot/ad/lagrange/euler_lagrange_math.hpp"
 #include "qdot/ad/lagrange/paired_dual.hpp"
 #include "qdot/mechanics/derive/closed_form_evaluation.hpp"
 #include "qdot/mechanics/equations/straight_line.hpp"
@@ -33,13 +33,15 @@ inline constexpr bool has_closed_form_columns<System<E, n, I>> =
     n >= 1 && n <= closed_form_columns_coordinates && HasClosedForm<E> && straight_line_pays && I == Inertia::positive_definite;
 
 // The functions of <cmath> for these numbers: f(x) by f and f′ of numbers with one derivative, and f(x, y) by those of numbers with two.
+template <int p, class I>
+inline constexpr bool follows_duals<PairedDual<p, I>> = true;
 template <int p, class I, class F>
-[[gnu::always_inline]] inline PairedDual<p, I> of_paired(const PairedDual<p, I>& x, const F& f) {
+[[gnu::always_inline]] inline PairedDual<p, I> through(const PairedDual<p, I>& x, const F& f) {
   const Dual<double, 1> y = f(Dual<double, 1>::variable(x.value, 0));
   return x.through(y.value, y.tangent[0]);
 }
 template <int p, class I, class F>
-[[gnu::always_inline]] inline PairedDual<p, I> of_paired(const PairedDual<p, I>& x, const PairedDual<p, I>& y, const F& f) {
+[[gnu::always_inline]] inline PairedDual<p, I> through(const PairedDual<p, I>& x, const PairedDual<p, I>& y, const F& f) {
   const Dual<double, 2> z = f(Dual<double, 2>::variable(x.value, 0), Dual<double, 2>::variable(y.value, 1));
   return x.through(z.value, z.tangent[0]) + y.through(0.0, z.tangent[1]);
 }
@@ -49,29 +51,13 @@ template <int p, class I> PairedDual<p, I> sqrt(const PairedDual<p, I>& x) {
   const double root = std::sqrt(x.value);
   return x.through(root, 0.5 / root);
 }
-template <int p, class I> PairedDual<p, I> tan(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return tan(y); }); }
-template <int p, class I> PairedDual<p, I> asin(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return asin(y); }); }
-template <int p, class I> PairedDual<p, I> acos(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return acos(y); }); }
-template <int p, class I> PairedDual<p, I> atan(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return atan(y); }); }
-template <int p, class I> PairedDual<p, I> exp(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return exp(y); }); }
-template <int p, class I> PairedDual<p, I> expm1(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return expm1(y); }); }
-template <int p, class I> PairedDual<p, I> log(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return log(y); }); }
-template <int p, class I> PairedDual<p, I> log1p(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return log1p(y); }); }
-template <int p, class I> PairedDual<p, I> sinh(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return sinh(y); }); }
-template <int p, class I> PairedDual<p, I> cosh(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return cosh(y); }); }
-template <int p, class I> PairedDual<p, I> tanh(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return tanh(y); }); }
-template <int p, class I> PairedDual<p, I> asinh(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return asinh(y); }); }
-template <int p, class I> PairedDual<p, I> acosh(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return acosh(y); }); }
-template <int p, class I> PairedDual<p, I> atanh(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return atanh(y); }); }
-template <int p, class I> PairedDual<p, I> cbrt(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return cbrt(y); }); }
-template <int p, class I> PairedDual<p, I> erf(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return erf(y); }); }
-template <int p, class I> PairedDual<p, I> erfc(const PairedDual<p, I>& x) { return of_paired(x, [](const auto& y) { return erfc(y); }); }
-template <int p, class I> PairedDual<p, I> pow(const PairedDual<p, I>& x, double k) { return of_paired(x, [k](const auto& y) { return pow(y, k); }); }
+template <int p, class I> PairedDual<p, I> exp(const PairedDual<p, I>& x) { return through(x, [](const auto& y) { return exp(y); }); }
+template <int p, class I> PairedDual<p, I> log(const PairedDual<p, I>& x) { return through(x, [](const auto& y) { return log(y); }); }
 template <int p, class I> PairedDual<p, I> atan2(const PairedDual<p, I>& x, const PairedDual<p, I>& y) {
-  return of_paired(x, y, [](const auto& a, const auto& b) { return atan2(a, b); });
+  return through(x, y, [](const auto& a, const auto& b) { return atan2(a, b); });
 }
 template <int p, class I> PairedDual<p, I> hypot(const PairedDual<p, I>& x, const PairedDual<p, I>& y) {
-  return of_paired(x, y, [](const auto& a, const auto& b) { return hypot(a, b); });
+  return through(x, y, [](const auto& a, const auto& b) { return hypot(a, b); });
 }
 
 // ẏ and the rates of `columns` columns behind it, at most `lanes`; false where another way must be gone.

@@ -37,7 +37,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "qdot/analysis/variations/slope.hpp"
@@ -280,7 +279,9 @@ enum class Changes { none, projections, phases };
 
 // [y; columns of Φ] as a first-order system. Models FirstOrderSystem; where it may, ProjectableSystem and SwitchingSystem, too.
 template <Changes changes>
-class VariationalForm {
+class VariationalForm;
+template <>
+class VariationalForm<Changes::none> {
  public:
   static constexpr int size_at_compile_time = Eigen::Dynamic;
   static constexpr int dof_at_compile_time = Eigen::Dynamic;
@@ -321,39 +322,28 @@ class VariationalForm {
                      equations_->column_name(a + b)});
   }
 
-  ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const
-    requires(changes != Changes::none)
-  {
-    return equations_->project(t, y);
-  }
-  Eigen::Index guard_count() const
-    requires(changes == Changes::phases)
-  {
-    return equations_->guard_count();
-  }
-  std::string ending(Eigen::Index k) const
-    requires(changes == Changes::phases)
-  {
-    return equations_->ending(k);
-  }
-  void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const
-    requires(changes == Changes::phases)
-  {
-    equations_->guards(t, y, g);
-  }
-  void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> g) const
-    requires(changes == Changes::phases)
-  {
+ protected:
+  VariationalEquations* equations_;
+};
+template <>
+class VariationalForm<Changes::projections> : public VariationalForm<Changes::none> {
+ public:
+  using VariationalForm<Changes::none>::VariationalForm;
+  ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const { return equations_->project(t, y); }
+};
+template <>
+class VariationalForm<Changes::phases> : public VariationalForm<Changes::projections> {
+ public:
+  using VariationalForm<Changes::projections>::VariationalForm;
+  Eigen::Index guard_count() const { return equations_->guard_count(); }
+  std::string ending(Eigen::Index k) const { return equations_->ending(k); }
+  void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const { equations_->guards(t, y, g); }
+  void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> g) const {
     equations_->guard_bands(t, y, tolerance, g);
   }
-  std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const
-    requires(changes == Changes::phases)
-  {
+  std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const {
     return equations_->switched(t, y, fired, tolerance);
   }
-
- private:
-  VariationalEquations* equations_;
 };
 
 // The same where the compiler knows how many components there are: sums of stages without a loop. For explicit methods, which ask for nothing else.

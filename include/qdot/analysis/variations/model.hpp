@@ -14,7 +14,6 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>

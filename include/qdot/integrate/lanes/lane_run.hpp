@@ -12,7 +12,6 @@
 #include <cstddef>
 #include <exception>
 #include <optional>
-#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>

@@ -238,11 +238,9 @@ class RungeKuttaLanes {
     for (int i = 0; i < N; ++i) {
       const P sum = sum_of<StageRow<C, C::stages>, C::stages - 1>(i);
       const P bend = sum + C::half_defect * k_[C::stages - 1][i];
-      const P delta = taken_ * (k_[0][i] + bend) + lost_[i];
-      const P s = y_[i] + delta;
-      const P z = s - y_[i];
-      lost_new_[i] = (y_[i] - (s - z)) + (delta - z);
-      y_new_[i] = s;
+      y_new_[i] = y_[i];
+      lost_new_[i] = lost_[i];
+      add_compensated(y_new_[i], lost_new_[i], taken_ * (k_[0][i] + bend));
     }
     return good;
   }

@@ -26,6 +26,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "qdot/integrate/steps/form_mechanics.hpp"
@@ -34,10 +35,11 @@
 namespace qdot::detail {
 
 /// sum ← sum + increment, with the rounding error carried along in `lost`.
-inline void add_compensated(double& sum, double& lost, double increment) {
-  const double delta = increment + lost;
-  const double s = sum + delta;
-  const double z = s - sum;
+template <class S>
+[[gnu::always_inline]] inline void add_compensated(S& sum, S& lost, const std::type_identity_t<S>& increment) {
+  const S delta = increment + lost;
+  const S s = sum + delta;
+  const S z = s - sum;
   lost = (sum - (s - z)) + (delta - z);
   sum = s;
 }

@@ -7,7 +7,6 @@
 // multiplied out, like terms are added, cos² + sin² is 1. There are as few lines as in formulas that one derives by hand. A T that is too long for that, the double sum over
 // pairs of twelve links, is differentiated as it is written; of such a T there are lines of M and r only.
 
-#include <algorithm>
 #include <cstddef>
 #include <utility>
 #include <vector>

@@ -21,7 +21,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <string>
 #include <vector>
 
 #include "qdot/ad/derivatives.hpp"

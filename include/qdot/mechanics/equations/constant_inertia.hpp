@@ -14,7 +14,6 @@
 
 #include <memory>
 #include <utility>
-#include <vector>
 
 #include "qdot/mechanics/equations/banded_equations.hpp"
 

@@ -19,7 +19,7 @@
 
 #include <cmath>
 #include <concepts>
-#include <type_traits>
+#include <cstddef>
 #include <utility>
 
 #include "qdot/ad/dual_eigen.hpp"
@@ -70,6 +70,16 @@ concept CallsV = CallsVOfPosition<E, S, n> || CallsVOfPositionAndTime<E, S, n>;
 template <class E, int n>
 concept EnergiesObject = CallsT<E, double, n> && CallsV<E, double, n>;
 
+// An object with members T and V is taken as it is; anything else is T itself.
+template <int n, class E>
+auto energies_object(E energies) {
+  if constexpr (EnergiesObject<E, n>) {
+    return energies;
+  } else {
+    return KineticAndPotential<E, NoPotential>{std::move(energies), NoPotential{}};
+  }
+}
+
 template <class E, int n>
 consteval KineticSignature kinetic_signature() {
   if constexpr (CallsTOfStateAndTime<E, double, n>) {
@@ -86,27 +96,29 @@ consteval PotentialSignature potential_signature() {
   return CallsVOfPositionAndTime<E, double, n> ? PotentialSignature::position_and_time : PotentialSignature::position;
 }
 
-// T with whatever arguments it takes.
-template <int n, class E, class S>
-S kinetic(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
-  if constexpr (kinetic_signature<E, n>() == KineticSignature::velocity) {
-    return e.T(qdot);
-  } else if constexpr (kinetic_signature<E, n>() == KineticSignature::state) {
-    return e.T(q, qdot);
-  } else {
-    return e.T(q, qdot, t);
-  }
-}
+// How many arguments T and V take.
+template <class E, int n>
+inline constexpr std::size_t kinetic_arguments = 1 + static_cast<std::size_t>(kinetic_signature<E, n>());
+template <class E, int n>
+inline constexpr std::size_t potential_arguments = 1 + static_cast<std::size_t>(potential_signature<E, n>());
 
-// V with whatever arguments it takes.
-template <int n, class E, class S>
-S potential(const E& e, const Vector<S, n>& q, const S& t) {
-  if constexpr (potential_signature<E, n>() == PotentialSignature::position) {
-    return e.V(q);
-  } else {
-    return e.V(q, t);
-  }
+// What T and V return, whatever arguments they take.
+template <int n, class E, class Q, class Qdot, class Time>
+[[gnu::always_inline]] constexpr auto returned_by_T(const E& e, const Q& q, const Qdot& qdot, const Time& t) {
+  if constexpr (kinetic_arguments<E, n> == 1) return e.T(qdot);
+  else if constexpr (kinetic_arguments<E, n> == 2) return e.T(q, qdot);
+  else return e.T(q, qdot, t);
 }
+template <int n, class E, class Q, class Time>
+[[gnu::always_inline]] constexpr auto returned_by_V(const E& e, const Q& q, const Time& t) {
+  if constexpr (potential_arguments<E, n> == 1) return e.V(q);
+  else return e.V(q, t);
+}
+// The same as the scalar of the arguments.
+template <int n, class E, class S>
+S kinetic(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) { return returned_by_T<n>(e, q, qdot, t); }
+template <int n, class E, class S>
+S potential(const E& e, const Vector<S, n>& q, const S& t) { return returned_by_V<n>(e, q, t); }
 
 // The scalar that a call returns is S itself. The longest call that there is, as above.
 template <class E, class S, int n>

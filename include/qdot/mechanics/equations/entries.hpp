@@ -45,18 +45,8 @@ void read_entries(const E& e, const WatchedVector<n>& q, const WatchedVector<n>&
   } else if constexpr (ReadsEntries<E, n>) {
     e.read_entries(q, qdot, t);
   } else {
-    if constexpr (kinetic_signature<E, n>() == KineticSignature::velocity) {
-      (void)e.T(qdot);
-    } else if constexpr (kinetic_signature<E, n>() == KineticSignature::state) {
-      (void)e.T(q, qdot);
-    } else {
-      (void)e.T(q, qdot, t);
-    }
-    if constexpr (potential_signature<E, n>() == PotentialSignature::position) {
-      (void)e.V(q);
-    } else {
-      (void)e.V(q, t);
-    }
+    (void)returned_by_T<n>(e, q, qdot, t);
+    (void)returned_by_V<n>(e, q, t);
   }
 }
 

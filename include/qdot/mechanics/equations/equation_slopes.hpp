@@ -16,8 +16,6 @@
 //
 // False is returned where none of these is the way, or a number is not finite: then there are nested duals.
 
-#include <algorithm>
-
 #include "qdot/ad/records/residual_record.hpp"
 #include "qdot/mechanics/equations/straight_line_jacobian.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"

@@ -22,7 +22,6 @@
 // plain numbers: what has derivatives is put together from W by those who ask.
 
 #include <cmath>
-#include <type_traits>
 
 #include "qdot/ad/lagrange/euler_lagrange_math.hpp"
 #include "qdot/ad/unroll.hpp"

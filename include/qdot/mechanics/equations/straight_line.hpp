@@ -13,7 +13,6 @@
 // positive, a number that is not finite, is left to the general way to look at again and to name.
 
 #include <atomic>
-#include <cmath>
 #include <type_traits>
 #include <utility>
 
@@ -165,17 +164,9 @@ template <class E>
 
 // What T returns: the scalar that it is given, or one that knows of an angular velocity as well.
 template <int n, class E, class S>
-struct ScalarOfKineticEnergy {
-  static auto call(const E& e, const Vector<S, n>& x, const Vector<S, n>& v, const S& time) {
-    if constexpr (kinetic_signature<E, n>() == KineticSignature::velocity) return e.T(v);
-    else if constexpr (kinetic_signature<E, n>() == KineticSignature::state) return e.T(x, v);
-    else return e.T(x, v, time);
-  }
-  using Returned = decltype(call(std::declval<const E&>(), std::declval<const Vector<S, n>&>(), std::declval<const Vector<S, n>&>(), std::declval<const S&>()));
-  using type = std::conditional_t<is_turning_energy<Returned>, Returned, S>;
-};
+using ReturnedByT = decltype(returned_by_T<n>(std::declval<const E&>(), std::declval<const Vector<S, n>&>(), std::declval<const Vector<S, n>&>(), std::declval<const S&>()));
 template <int n, class E, class S>
-using ScalarOfT = typename ScalarOfKineticEnergy<n, E, S>::type;
+using ScalarOfT = std::conditional_t<is_turning_energy<ReturnedByT<n, E, S>>, ReturnedByT<n, E, S>, S>;
 
 // L = T − V of a state that consists of scalars of Lagrange's equations.
 template <int n, class E, class S>

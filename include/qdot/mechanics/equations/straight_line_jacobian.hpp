@@ -16,7 +16,6 @@
 // So the scalar is evaluated a second time with dual numbers inside (ad/lagrange/paired_dual.hpp) and without its Hessian; the compiler merges what both
 // passes have in common.
 
-#include <type_traits>
 #include <utility>
 
 #include <Eigen/Core>

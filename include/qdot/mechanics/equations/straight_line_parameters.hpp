@@ -12,8 +12,6 @@
 // whose cost goes by the number of columns and not by that of coordinates and parameters; where the state stays as it is, it is ∂q̈/∂p. L comes from energies that are made
 // of such parameters; M and q̈ from those of plain ones.
 
-#include <utility>
-
 #include "qdot/mechanics/equations/straight_line_jacobian.hpp"
 
 namespace qdot::detail {
