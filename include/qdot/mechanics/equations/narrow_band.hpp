@@ -13,7 +13,6 @@
 //
 // Places outside of the matrix are zeros before its first row and behind its last one.
 
-#include <cmath>
 #include <cstddef>
 #include <type_traits>
 #include <vector>
