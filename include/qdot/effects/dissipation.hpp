@@ -120,7 +120,7 @@ struct RegularizedFriction {
   Eigen::Index coordinate;  ///< which one, from 0
   double F;                 ///< force at speeds well above v₀
   double v0;                ///< the speed below which it fades
-  double per_v0 = 1.0 / v0;  ///< its inverse
+  double per_v0 = 1.0 / v0;  ///< its inverse, by which force() goes: for another v₀ make another friction
 
   template <int>
   static constexpr bool takes_time = false;
