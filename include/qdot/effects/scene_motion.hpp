@@ -146,7 +146,7 @@ template <class Sc>
                                                             const EffectStates<Sc>& z) {
   const auto blame = [&] { require_finite_forces(scene, q, qdot, t, z); };
   if constexpr (has_forced_equations<Sc>) {
-    Coordinates<Sc> a;
+    Coordinates<Sc> a = zeros<Coordinates<Sc>>(q.size());
     if (longer_forced_acceleration(scene, q, qdot, t, z, a)) return a;
     return general_acceleration_under_force(scene.system(), q, qdot, t, effect_forces(scene, q, qdot, z, t), blame);
   } else {
