@@ -104,6 +104,56 @@ template <class Sc>
   });
 }
 
+// q̈ and λ where the shortest way is none: by the ways that hold for everything, and that name what is wrong.
+template <class Sc>
+[[gnu::noinline]] auto longer_constrained_acceleration(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t,
+                                                       const EffectStates<Sc>& z, double cutoff) {
+  constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
+  ConstrainedSolution<n, m> solution;
+  if constexpr (has_constrained_equations<Sc>) {
+    const ConstrainedTo<Sc> use{scene, z, clearly_independent * cutoff * cutoff, solution};
+    if constexpr (n <= inlined_uses_limit) {
+      if (with_longer_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use, scene.system().kept_lines())) return solution;
+    } else {
+      if (with_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use, scene.system().kept_lines())) return solution;
+    }
+  }
+  Coordinates<Sc> Q;
+  if constexpr (Sc::has_forces) Q = effect_forces(scene, q, qdot, z, t);
+  if constexpr (may_be_sparse<Sc>) {
+    if (sparse_solution(scene, q, qdot, t, z, Q, cutoff, solution)) return solution;
+  }
+  const auto rows = constraint_rows(scene, q, qdot, t, z);
+  if (all_finite(q) && all_finite(qdot)) require_finite_rows(scene, t, rows.J, rows.gamma);
+  if constexpr (Sc::has_forces)
+    if (!all_finite(Q)) require_finite_forces(scene, q, qdot, t, z);
+  MassAndRhs<double, n> both = mass_and_rhs(scene.system(), q, qdot, t);
+  Coordinates<Sc> sums = Coordinates<Sc>::Zero(q.size());  // for M that is not finite is not singular
+  for (Eigen::Index j = 0; j < q.size(); ++j)
+    for (Eigen::Index i = 0; i < q.size(); ++i) sums[i] += both.M(i, j);
+  require_finite_acceleration(scene, sums, q, qdot, t);
+  if constexpr (Sc::has_forces)
+    for (Eigen::Index i = 0; i < q.size(); ++i) both.r[i] += Q[i];
+  const ConstrainedFactors<n, m> factors(both.M, rows.J, cutoff);
+  solution = factors.solution(both.r, rows.gamma, t, SceneNames<Sc>{scene});
+  require_finite_acceleration(scene, solution.qddot, q, qdot, t);
+  return solution;
+}
+
+// q̈ under forces, likewise.
+template <class Sc>
+[[gnu::noinline]] Coordinates<Sc> longer_scene_acceleration(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t,
+                                                            const EffectStates<Sc>& z) {
+  const auto blame = [&] { require_finite_forces(scene, q, qdot, t, z); };
+  if constexpr (has_forced_equations<Sc>) {
+    Coordinates<Sc> a = zeros<Coordinates<Sc>>(q.size());
+    if (longer_forced_acceleration(scene, q, qdot, t, z, a)) return a;
+    return general_acceleration_under_force(scene.system(), q, qdot, t, effect_forces(scene, q, qdot, z, t), blame);
+  } else {
+    return acceleration_under_force(scene.system(), q, qdot, t, effect_forces(scene, q, qdot, z, t), blame);
+  }
+}
+
 }  // namespace detail
 
 /// Accelerations and multipliers of a scene with constraints.
@@ -114,37 +164,21 @@ template <class Sc>
 /// @throws NonFinite           when a constraint, a force or an acceleration is not finite
 /// @throws SingularMassMatrix  when a motion has neither inertia nor a constraint
 template <class Sys, class... Effects>
-auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
+inline auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
                               double t = 0.0, const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>(),
                               double cutoff = default_rank_cutoff) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: multipliers need a scene with constraints");
   constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
-  ConstrainedSolution<n, m> solution;
-  if constexpr (detail::has_constrained_equations<Sc>) {
+  if constexpr (detail::has_constrained_equations<Sc> && n <= detail::inlined_uses_limit) {
+    ConstrainedSolution<n, m> solution;
     const detail::ConstrainedTo<Sc> use{scene, z, detail::clearly_independent * cutoff * cutoff, solution};
-    if (detail::with_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use, scene.system().kept_lines())) return solution;
+    if (!detail::with_shortest_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use))
+      solution = detail::longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
+    return solution;
+  } else {
+    return detail::longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
   }
-  Coordinates<Sys> Q;
-  if constexpr (Sc::has_forces) Q = effect_forces(scene, q, qdot, z, t);
-  if constexpr (detail::may_be_sparse<Sc>) {
-    if (detail::sparse_solution(scene, q, qdot, t, z, Q, cutoff, solution)) return solution;
-  }
-  const auto rows = constraint_rows(scene, q, qdot, t, z);
-  if (detail::all_finite(q) && detail::all_finite(qdot)) detail::require_finite_rows(scene, t, rows.J, rows.gamma);
-  if constexpr (Sc::has_forces)
-    if (!detail::all_finite(Q)) detail::require_finite_forces(scene, q, qdot, t, z);
-  MassAndRhs<double, n> both = mass_and_rhs(scene.system(), q, qdot, t);
-  Coordinates<Sys> sums = Coordinates<Sys>::Zero(q.size());  // for M that is not finite is not singular
-  for (Eigen::Index j = 0; j < q.size(); ++j)
-    for (Eigen::Index i = 0; i < q.size(); ++i) sums[i] += both.M(i, j);
-  detail::require_finite_acceleration(scene, sums, q, qdot, t);
-  if constexpr (Sc::has_forces)
-    for (Eigen::Index i = 0; i < q.size(); ++i) both.r[i] += Q[i];
-  const detail::ConstrainedFactors<n, m> factors(both.M, rows.J, cutoff);
-  solution = factors.solution(both.r, rows.gamma, t, detail::SceneNames<Sc>{scene});
-  detail::require_finite_acceleration(scene, solution.qddot, q, qdot, t);
-  return solution;
 }
 
 /// Accelerations q̈ of a scene at a state, constraints and effects included.
@@ -158,15 +192,12 @@ Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordin
     if (!detail::is_free(scene, z)) return constrained_acceleration(scene, q, qdot, t, z).qddot;
   if constexpr (Sc::has_lasting_constraints) {
     return Coordinates<Sys>();
-  } else if constexpr (Sc::has_forces || detail::has_forced_equations<Sc>) {
-    const auto blame = [&] { detail::require_finite_forces(scene, q, qdot, t, z); };
-    if constexpr (detail::has_forced_equations<Sc>) {
-      Coordinates<Sys> a;
-      if (detail::forced_acceleration(scene, q, qdot, t, z, a)) return a;
-      return detail::general_acceleration_under_force(scene.system(), q, qdot, t, effect_forces(scene, q, qdot, z, t), blame);
-    } else {
-      return detail::acceleration_under_force(scene.system(), q, qdot, t, effect_forces(scene, q, qdot, z, t), blame);
-    }
+  } else if constexpr (detail::has_forced_equations<Sc>) {
+    Coordinates<Sys> a;
+    if (!detail::forced_acceleration(scene, q, qdot, t, z, a)) a = detail::longer_scene_acceleration(scene, q, qdot, t, z);
+    return a;
+  } else if constexpr (Sc::has_forces) {
+    return detail::longer_scene_acceleration(scene, q, qdot, t, z);
   } else {
     return acceleration(scene.system(), q, qdot, t);
   }

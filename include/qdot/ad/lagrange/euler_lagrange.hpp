@@ -55,6 +55,12 @@ template <class Number>
   return has_a ? (has_b ? Number(a + b) : a) : (has_b ? b : Number(0.0));
 }
 
+// a − b, likewise.
+template <class Number>
+[[gnu::always_inline]] inline Number difference_of(Present has_a, const Number& a, Present has_b, const Number& b) {
+  return has_a ? (has_b ? Number(a - b) : a) : (has_b ? Number(-b) : Number(0.0));
+}
+
 // True when the compiler sees that both are the same value, so that their difference is zero.
 [[gnu::always_inline]] inline Present known_equal(double a, double b) {
   const bool equal = __builtin_bit_cast(long long, a) == __builtin_bit_cast(long long, b);

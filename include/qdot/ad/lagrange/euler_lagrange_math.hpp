@@ -172,7 +172,7 @@ template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E sqrt(const E& u) {
   const double root = std::sqrt(innermost_value(u.value));
   const auto f = lifted(u.value, root, 0.5 / root), slope = 0.5 * (1.0 / f);  // which a quotient by the root shares
-  return u.chain(f, slope, -0.5 * slope / u.value);
+  return u.chain(f, slope, -2.0 * slope * (slope * slope));
 }
 
 template <FollowsDuals E> E cbrt(const E& u) { return through(u, [](const auto& x) { return cbrt(x); }); }

@@ -64,7 +64,7 @@ template <EulerLagrangePack E>
 template <EulerLagrangePack E>
 [[gnu::always_inline]] inline E sqrt(const E& u) {
   const auto f = qdot::sqrt(u.value), slope = 0.5 / f;
-  return u.chain(f, slope, -0.5 * slope / u.value);
+  return u.chain(f, slope, -2.0 * slope * (slope * slope));
 }
 template <EulerLagrangePack E>
 [[gnu::always_inline]] inline E pow(const E& u, double k) {

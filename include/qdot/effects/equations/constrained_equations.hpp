@@ -150,22 +150,23 @@ template <int n, int m, class Right>
 
 // r ← q̈ and γ ← λ, of numbers or of rows of them; false on a pivot of M or of the Schur complement that is too small. M and J are overwritten; `present`
 // and `mask` say which of their entries may be other than zero. Where constraints may rest, only those of which `asks` is true take part.
-// `fraction`: what the rows before it leave of each pivot of the Schur complement.
+// `fraction`: what the rows before it leave of each pivot of the Schur complement but the first.
 template <int n, int m, bool may_rest, class Right>
 [[gnu::always_inline]] inline bool solved_with_constraints(double* M, ComponentMask present, double (&J)[m][n], ComponentMask (&mask)[m],
                                                            const bool* asks, double dependent, Right* r, Right* gamma, double* fraction) {
   double inverse[n];
   if (!factored_in_place<n>(M, inverse, massless_pivot, present)) return false;
-  ComponentMask whole = ~ComponentMask(0);
-  forward_in_place<n>(M, r, present, whole);
+  ComponentMask some = 0;
+  unroll<n>([&](auto i) __attribute__((always_inline)) { some |= bit(may_differ_from_zero(r[i]), i); });
+  forward_in_place<n>(M, r, present, some);
   double schur[m * (m + 1) / 2], scaled[m][n];
   unroll<m>([&](auto k) __attribute__((always_inline)) {
     forward_in_place<n>(M, J[k], present, mask[k]);
     Right sum = gamma[k];
     unroll<n>([&](auto i) __attribute__((always_inline)) {
-      const Present there = has(mask[k], i);
+      const Present there = has(mask[k], i), both = there & has(some, i);
       scaled[k][i] = product_if(there, J[k][i], inverse[i]);
-      sum = sum_of(1U, sum, there, product_if(there, r[i], -scaled[k][i]));
+      sum = difference_of(1U, sum, both, product_if(both, r[i], scaled[k][i]));
     });
     gamma[k] = sum;
   });
@@ -184,13 +185,12 @@ template <int n, int m, bool may_rest, class Right>
       if (!asks[k]) schur[triangle_index(k, k)] = 1.0;
     }
   });
-  unroll<m>([&](auto k) __attribute__((always_inline)) { fraction[k] = schur[triangle_index(k, k)]; });
-  if (!solved_in_place<m>(schur, gamma, dependent)) return false;
+  if (!solved_in_place<m>(schur, gamma, dependent, ~ComponentMask(0), fraction)) return false;
   unroll<m>([&](auto k) __attribute__((always_inline)) {
-    fraction[k] = schur[triangle_index(k, k)] / fraction[k];
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       const Present there = has(mask[k], i);
-      r[i] = sum_of(1U, r[i], there, product_if(there, gamma[k], J[k][i]));
+      r[i] = sum_of(has(some, i), r[i], there, product_if(there, gamma[k], J[k][i]));
+      some |= bit(there, i);
     });
   });
   unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] *= inverse[i]; });
@@ -240,18 +240,15 @@ struct ConstrainedTo {
     double left = row.gamma[0];
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       const Present there = has(row.mask[0], i);
-      left = sum_of(1U, left, there, product_if(there, -row.J[0][i], qddot[i]));
+      left = difference_of(1U, left, there, product_if(there, row.J[0][i], qddot[i]));
     });
     turn.add_along(left * i_j, qddot);
-    double zero = (at.t - at.t) + (lambda - lambda);
-    unroll<n>([&](auto i) __attribute__((always_inline)) {
-      zero += qddot[i] - qddot[i];
-      out.qddot[i] = qddot[i];
-    });
+    double sum = at.t + lambda;
+    unroll<n>([&](auto i) __attribute__((always_inline)) { sum += out.qddot[i] = qddot[i]; });
     out.lambda[0] = lambda;
     out.rank = 1;
     out.smallest_pivot = 1.0;
-    return zero == 0.0;
+    return sum - sum == 0.0;
   }
   [[gnu::noinline, gnu::flatten]] bool full(const AtState& at, double* M, double* r) const { return solved(at, M, r, ~ComponentMask(0)); }
   template <int blocks>
@@ -274,23 +271,19 @@ struct ConstrainedTo {
     }
     double fraction[m];
     if (!solved_with_constraints<n, m, Sc::has_phases>(M, present, row.J, row.mask, row.asks, dependent, r, row.gamma, fraction)) return false;
-    double zero = at.t - at.t;  // the only one of the arguments that a derivative may not hold though the value does
-    unroll<n>([&](auto i) __attribute__((always_inline)) {
-      zero += r[i] - r[i];
-      out.qddot[i] = r[i];
-    });
+    double sum = at.t;  // the only one of the arguments that a derivative may not hold though the value does
+    unroll<n>([&](auto i) __attribute__((always_inline)) { sum += out.qddot[i] = r[i]; });
     out.rank = 0;
     out.smallest_pivot = 1.0;
     unroll<m>([&](auto k) __attribute__((always_inline)) {
-      zero += row.gamma[k] - row.gamma[k];
-      out.lambda[k] = row.gamma[k];
+      sum += out.lambda[k] = row.gamma[k];
       if (!row.asks[k]) return;
       ++out.rank;
       if constexpr (k > 0) {  // the first is 1, as nothing was taken from it
         if (fraction[k] < out.smallest_pivot) out.smallest_pivot = fraction[k];
       }
     });
-    return zero == 0.0;
+    return sum - sum == 0.0;
   }
 };
 

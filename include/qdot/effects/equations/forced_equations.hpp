@@ -66,10 +66,10 @@ struct ForcedTo {
   }
 };
 
-// q̈ by the shortest way that the energies allow; false where there is none.
+// q̈ by the shortest way; false where that is none.
 template <class Sc, int n>
-bool forced_acceleration(const Sc& scene, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const EffectStates<Sc>& z,
-                         Vector<double, n>& qddot) {
+[[gnu::always_inline]] inline bool forced_acceleration(const Sc& scene, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
+                                                       const EffectStates<Sc>& z, Vector<double, n>& qddot) {
   const auto& energies = energies_without_potentials(scene);
   if constexpr (HasClosedForm<EnergiesWithoutPotentials<Sc>>) {
     const auto forces = [&](const double* at, const double* velocity, double* Q) {
@@ -78,14 +78,24 @@ bool forced_acceleration(const Sc& scene, const Vector<double, n>& q, const Vect
     };
     return energies.acceleration_in_closed_form_with(forces, q.data(), qdot.data(), t, qddot.data());
   } else {
+    return with_shortest_mass_and_rhs<n>(energies, q, qdot, t, ForcedTo<Sc>{scene, z, {qddot.data(), singular_pivot<double>(n)}});
+  }
+}
+
+// q̈ by the other steps of the ladder, lines that a run keeps among them; false where there is none.
+template <class Sc, int n>
+bool longer_forced_acceleration(const Sc& scene, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const EffectStates<Sc>& z,
+                                Vector<double, n>& qddot) {
+  if constexpr (HasClosedForm<EnergiesWithoutPotentials<Sc>>) {
+    return false;
+  } else {
     const AccelerationTo<n> free{qddot.data(), singular_pivot<double>(n)};
-    if (with_shortest_mass_and_rhs<n>(energies, q, qdot, t, ForcedTo<Sc>{scene, z, free})) return true;
     const auto& own = scene.system().energies();
     if (const DerivedLines* const lines = lines_now<n>(scene.system().kept_lines(), own)) {
       constexpr ForceSum sum = ForceSum::plain;
       if (lines->template with_mass_and_rhs<n>(q.data(), qdot.data(), t, ForcedTo<Sc, sum>{scene, z, free})) return true;
     }
-    return with_longer_mass_and_rhs<n>(energies, q, qdot, t, ForcedTo<Sc>{scene, z, free});
+    return with_longer_mass_and_rhs<n>(energies_without_potentials(scene), q, qdot, t, ForcedTo<Sc>{scene, z, free});
   }
 }
 

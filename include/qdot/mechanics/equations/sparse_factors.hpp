@@ -3,8 +3,8 @@
 //
 // L D Lᵀ of a symmetric matrix with few entries, whose pattern is known once and for all.
 //
-// Bodies in a row meet their neighbours, and rows of L kept from their first entry on (a skyline) have hardly more entries than the matrix: elimination is a
-// few multiplications and a division for each row. Where that would be wide, as in a net, the unknowns are put in an order that keeps L sparse (Eigen's minimum
+// Bodies in a row meet their neighbours, and rows of L kept from their first entry on (a skyline; where all rows are short, a band of known width:
+// narrow_band.hpp) have hardly more entries than the matrix: elimination is a few multiplications and a division for each row. Where that would be wide, as in a net, the unknowns are put in an order that keeps L sparse (Eigen's minimum
 // degree), and rows of L are found one after the other along the elimination tree: row k is other than zero where the tree leads to from the entries of
 // row k of the matrix (T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, chapter 4). All of L is stored by columns.
 //
@@ -19,8 +19,11 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
+
+#include "qdot/mechanics/equations/narrow_band.hpp"
 
 namespace qdot::detail {
 
@@ -45,6 +48,14 @@ class PatternFactors {
       analyse(rows, columns);
       return;
     }
+    std::size_t most_left = 0;
+    for (std::size_t i = 0; i < size; ++i) most_left = std::max(most_left, i - rows_[i].first);
+    if (most_left <= NarrowBand<Number>::widest) {
+      band_.emplace(size, most_left);
+      for (std::size_t k = 0; k < rows.size(); ++k)
+        place_[k] = static_cast<std::ptrdiff_t>(band_->place(static_cast<std::size_t>(rows[k]), static_cast<std::size_t>(columns[k])));
+      return;
+    }
     skyline_.resize(entries);
     for (std::size_t k = 0; k < rows.size(); ++k) place_[k] = rows_[static_cast<std::size_t>(rows[k])].offset + columns[k];
     std::size_t most = 0;
@@ -60,6 +71,14 @@ class PatternFactors {
   template <class Value>
   bool compute(const Value& value, Number threshold, Number rounding = -1.0) {
     zeros_.clear();
+    if (band_) {
+      for (std::size_t k = 0; k < place_.size(); ++k) (*band_)[static_cast<std::size_t>(place_[k])] = value(k);
+      return band_->compute(threshold, [&](std::size_t i, Number pivot, Number whole) {
+        if (!is_rounding(pivot, whole, rounding)) return false;
+        zeros_.push_back({i, std::sqrt(whole)});
+        return true;
+      });
+    }
     return is_wide_ ? compute_along_tree(value, threshold, rounding) : compute_skyline(value, threshold, rounding);
   }
 
@@ -71,6 +90,13 @@ class PatternFactors {
   /// @returns the largest y at a zero over the root of its diagonal entry: what no x has
   Number solve(Number* x) {
     if (is_wide_) return solve_by_columns(x);
+    if (band_) {
+      band_->solve_lower(x);
+      const Number miss = missed(x);
+      band_->divide(x);
+      band_->solve_upper(x);
+      return miss;
+    }
     const Number* const skyline = skyline_.data();
     for (std::size_t i = 0; i < size(); ++i) {
       const Row& own = rows_[i];
@@ -89,7 +115,8 @@ class PatternFactors {
     std::fill_n(x, size(), Number(0.0));
     if (!is_wide_) {
       x[zeros_[k].place] = 1.0;
-      transposed_solve(x);
+      if (band_) band_->solve_upper(x);
+      else transposed_solve(x);
       return;
     }
     std::vector<Number>& b = sum_;
@@ -275,8 +302,9 @@ class PatternFactors {
   };
   std::vector<Row> rows_;
   std::vector<Number> skyline_, column_;
-  std::vector<std::ptrdiff_t> place_;  // of each entry in the skyline
+  std::vector<std::ptrdiff_t> place_;  // of each entry in the skyline or the band
   std::vector<Zero> zeros_;
+  std::optional<NarrowBand<Number>> band_;  // of narrow patterns, in place of a skyline
 
   // Of wide patterns: L by columns, and what is needed to find it.
   static constexpr std::size_t none = static_cast<std::size_t>(-1);

@@ -9,7 +9,7 @@
 // A functor with a loop that stays a loop leaves the masks of L unknown to the compiler; the pass is then
 // dropped, as a whole, in favour of the general one.
 //
-// The solution is L D Lᵀ, written out for each n. Everything that could go wrong, a pivot that is not
+// The solution is written out for each n (small_solve.hpp). Everything that could go wrong, a pivot that is not
 // positive, a number that is not finite, is left to the general way to look at again and to name.
 
 #include <atomic>
@@ -21,6 +21,7 @@
 #include "qdot/mechanics/equations/energy_functors.hpp"
 #include "qdot/mechanics/equations/free_turn.hpp"
 #include "qdot/mechanics/equations/moving_positions.hpp"
+#include "qdot/mechanics/equations/small_solve.hpp"
 #include "qdot/mechanics/equations/solve.hpp"
 
 namespace qdot {
@@ -45,112 +46,6 @@ inline constexpr bool straight_line_pays = true;
 
 // Stands for applied forces where there are none.
 struct NoForces {};
-
-// Index of M(i, j), i ≥ j, in the packed lower triangle.
-constexpr int triangle_index(int i, int j) { return i * (i + 1) / 2 + j; }
-
-// Whether entry k of a triangle may be other than zero; large triangles are full.
-template <int k>
-[[gnu::always_inline]] inline Present has_entry(ComponentMask present) {
-  if constexpr (k < 64) {
-    return has(present, k);
-  } else {
-    return 1;
-  }
-}
-
-// b ← M⁻¹ b by L D Lᵀ; false when a pivot is below `threshold` of its diagonal entry or NaN. M is overwritten. Of packs a mask.
-// Entries of M that are not `present` are zero, and what follows from them is left out when the compiler knows the mask.
-// The entries of b are numbers or what can be multiplied by numbers.
-template <int n, class Number, class Right>
-[[gnu::always_inline]] inline auto solved_in_place(Number* M, Right* b, double threshold, ComponentMask present = ~ComponentMask(0)) {
-  using Truth = decltype(M[0] > M[0]);
-  Number inverse[n];
-  Truth good = true;
-  Number diagonal[n];
-  unroll<n>([&](auto k) __attribute__((always_inline)) { diagonal[k] = M[triangle_index(k, k)]; });
-  unroll<n>([&](auto k) __attribute__((always_inline)) {
-    const Number pivot = M[triangle_index(k, k)];
-    good &= pivot > threshold * diagonal[k];
-    inverse[k] = 1.0 / pivot;
-    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
-      constexpr int i = k + 1 + below;
-      if (has_entry<triangle_index(i, k)>(present) == 0) return;
-      const Number l = M[triangle_index(i, k)] * inverse[k];
-      unroll<below + 1>([&](auto column) __attribute__((always_inline)) {
-        constexpr int j = k + 1 + column;
-        if (has_entry<triangle_index(j, k)>(present) == 0) return;
-        M[triangle_index(i, j)] -= l * M[triangle_index(j, k)];
-        if constexpr (triangle_index(i, j) < 64) present |= bit(1, triangle_index(i, j));
-      });
-      b[i] -= l * b[k];
-    });
-  });
-  unroll<n>([&](auto done) __attribute__((always_inline)) {
-    constexpr int k = n - 1 - done;
-    Right s = b[k];
-    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
-      constexpr int i = k + 1 + below;
-      if (has_entry<triangle_index(i, k)>(present) != 0) s -= M[triangle_index(i, k)] * b[i];
-    });
-    b[k] = s * inverse[k];
-  });
-  return good;
-}
-
-// M = L D Lᵀ in place: L below the diagonal, where `present` says what may be other than zero, and 1/D in `inverse`. False as above.
-// Where masks are not known beforehand but known to the compiler in the end, nothing branches on them that has to be thrown away later.
-template <int n, class Number>
-[[gnu::always_inline]] inline bool factored_in_place(Number* M, Number* inverse, double threshold, ComponentMask& present) {
-  bool good = true;
-  Number diagonal[n];
-  unroll<n>([&](auto k) __attribute__((always_inline)) { diagonal[k] = M[triangle_index(k, k)]; });
-  unroll<n>([&](auto k) __attribute__((always_inline)) {
-    const Number pivot = M[triangle_index(k, k)];
-    good &= pivot > threshold * diagonal[k];
-    inverse[k] = 1.0 / pivot;
-    Number l[n];
-    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
-      constexpr int i = k + 1 + below;
-      const Present there = has_entry<triangle_index(i, k)>(present);
-      l[i] = product_if(there, M[triangle_index(i, k)], inverse[k]);
-      unroll<below + 1>([&](auto column) __attribute__((always_inline)) {
-        constexpr int j = k + 1 + column, ij = triangle_index(i, j);
-        const Present both = there & has_entry<triangle_index(j, k)>(present);
-        M[ij] = sum_of(has_entry<ij>(present), M[ij], both, product_if(both, -l[i], M[triangle_index(j, k)]));
-        if constexpr (ij < 64) present |= bit(both, ij);
-      });
-    });
-    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) { M[triangle_index(k + 1 + below, k)] = l[k + 1 + below]; });
-  });
-  return good;
-}
-
-// b ← L⁻¹ b, where `mask` says which entries of b may be other than zero.
-template <int n, class Number, class Right>
-[[gnu::always_inline]] inline void forward_in_place(const Number* L, Right* b, ComponentMask present, ComponentMask& mask) {
-  unroll<n>([&](auto k) __attribute__((always_inline)) {
-    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
-      constexpr int i = k + 1 + below;
-      const Present both = has_entry<triangle_index(i, k)>(present) & has(mask, k);
-      b[i] = sum_of(has(mask, i), b[i], both, product_if(both, b[k], -L[triangle_index(i, k)]));
-      mask |= bit(both, i);
-    });
-  });
-}
-
-// b ← L⁻ᵀ b.
-template <int n, class Number, class Right>
-[[gnu::always_inline]] inline void backward_in_place(const Number* L, Right* b, ComponentMask present) {
-  unroll<n>([&](auto done) __attribute__((always_inline)) {
-    constexpr int k = n - 1 - done;
-    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
-      constexpr int i = k + 1 + below;
-      const Present there = has_entry<triangle_index(i, k)>(present);
-      b[k] = sum_of(1U, b[k], there, product_if(there, b[i], -L[triangle_index(i, k)]));
-    });
-  });
-}
 
 // False where a list of operations is not that of this object.
 template <class E>
