@@ -251,7 +251,11 @@ OPTIMIZED = [
     (ME + "/derive/traced_motion.hpp", "requirements not looked at", "if (!lines_.hold_requirements()) return false;", ";", "effects/traced_motion"),
     (ME + "/derive/traced_motion.hpp", "the time: zero", "*to++ = t;", "*to++ = 0.0;", "effects/traced_motion"),
     (ME + "/derive/traced_motion.hpp", "M not solved with", "factors_->solve(a);", ";", "effects/traced_motion"),
-    (ME + "/derive/traced_motion.hpp", "what was traced kept for others", "if (own_ && own_->still_holds(run)) return;", "return;", "effects/traced_motion"),
+    (ME + "/derive/traced_motion.hpp", "phases: the first recording for all", "if (std::ranges::equal(one.phases, phases)) return &one;", "return &one;", "effects/switching_jacobian"),
+    (ME + "/derive/traced_jacobian.hpp", "blocks of columns: the first for all", "places += 4 * n;", ";", "effects/switching_jacobian"),
+    (ME + "/derive/dense_factors.hpp", "multipliers: not carried back", "subtract(upper[i], -J[k * n + i], lower[k]);", ";", "effects/switching_jacobian"),
+    (AD + "/formula/lines.hpp", "power: a half too many", "left % 2 == 0", "left % 2 == 1", "effects/traced_motion"),
+    (ME + "/derive/traced_motion.hpp", "what was traced kept for others", "return own.motion && own.motion->still_holds(run);", "return true;", "effects/traced_motion"),
     # --- straight-line code
     (AD + "/lagrange/euler_lagrange.hpp", "variation: second part: sign", "Number(plus - minus)", "Number(plus + minus)", "mechanics/equations_of_motion"),
     (AD + "/lagrange/euler_lagrange.hpp", "chain rule: sign of the curvature", "-(f2 * rate)", "(f2 * rate)", "mechanics/equations_of_motion"),
