@@ -3,18 +3,20 @@
 //
 // A scene in first-order form, y = [q; q̇; z], which is what a stepper sees.
 //
-// The Jacobian is exact and needs no derivative of a linear solve (effects/equations/scene_jacobian.hpp).
+// The Jacobian is exact and needs no derivative of a linear solve. Formulas are recorded for it, once in each combination of phases (mechanics/derive/traced_jacobian.hpp);
+// what is left goes other ways (effects/equations/scene_jacobian.hpp).
 //
 // project(t, y) puts a state back onto the constraints; steppers call it after every accepted step. Where constraints
 // switch, their phases are part of z, and guards(), guard_bands() and switched() are what the driver needs to change them.
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
-
 
 #include "qdot/effects/equations/scene_jacobian.hpp"
 #include "qdot/effects/equations/switching.hpp"
@@ -181,7 +183,7 @@ class SceneForm {
   detail::TracedEquations<> equations() const
     requires is_traced
   {
-    return detail::traced_equations(scene_);
+    return detail::traced_equations(scene_, {});
   }
   /// Runs the functors on a recording.
   void run_functors(detail::RecordedMotion& motion) const
@@ -190,14 +192,26 @@ class SceneForm {
     record_again(motion);
   }
   /// The same for a Jacobian that is kept, whatever n is.
-  detail::TracedEquations<> recorded() const
+  detail::TracedEquations<> recorded(std::span<const double> phases) const
     requires has_traced_jacobian
   {
-    return detail::traced_equations(scene_);
+    return detail::traced_equations(scene_, phases);
+  }
+  /// The phases of contacts and dry frictions in y.
+  auto phases(const double* y) const {
+    std::array<double, Sc::phases_at_compile_time> all;
+    std::size_t k = 0;
+    const double* z = y + 2 * dof();
+    detail::for_each(scene_.effects(), [&](const auto& e) {
+      using E = std::remove_cvref_t<decltype(e)>;
+      if constexpr (SwitchingEffect<E, n>) all[k++] = *z;
+      z += detail::states_of<E>();
+    });
+    return all;
   }
   void record_again(detail::RecordedMotion& motion) const { detail::run_scene(motion, scene_, nullptr); }  ///< runs the functors
   /// What of the equations is no solution.
-  detail::TracedJacobian::Limits limits_of_pivots() const {
+  detail::LimitsOfPivots limits_of_pivots() const {
     if constexpr (!has_constraints) return {.singular = detail::singular_pivot<double>(dof()), .dependent = 0.0};
     return {.singular = detail::massless_pivot,
             .dependent = detail::clearly_independent * default_rank_cutoff * default_rank_cutoff,
@@ -285,13 +299,13 @@ class SceneForm {
   Traced trace() const
     requires is_traced
   {
-    if constexpr (has_constraints) return Traced(detail::traced_equations(scene_), default_rank_cutoff);
-    else return Traced(detail::traced_equations(scene_));
+    if constexpr (has_constraints) return Traced(detail::traced_equations(scene_, {}), default_rank_cutoff);
+    else return Traced(detail::traced_equations(scene_, {}));
   }
 
   Sc scene_;
   [[no_unique_address]] std::conditional_t<is_traced, detail::KeptMotion<Traced>, std::tuple<>> traced_;
-  [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobian<SceneForm>, std::tuple<int>> jacobian_;
+  [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobian<SceneForm, n>, std::tuple<int>> jacobian_;
 };
 
 /// The first-order form of a scene; that of its system where it has no effects.

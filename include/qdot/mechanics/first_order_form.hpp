@@ -11,7 +11,9 @@
 // can be stepped, with or without a Lagrangian behind it.
 
 #include <algorithm>
+#include <array>
 #include <concepts>
+#include <span>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -169,14 +171,15 @@ class FirstOrderForm {
     record_again(m);
   }
   /// The same for a Jacobian that is kept, whatever n is.
-  detail::TracedEquations<> recorded() const
+  detail::TracedEquations<> recorded(std::span<const double>) const
     requires has_traced_jacobian
   {
     return detail::traced_equations(system_);
   }
+  static std::array<double, 0> phases(const double*) { return {}; }  ///< none
   void record_again(detail::RecordedMotion& m) const { detail::run_energies<n>(m, system_.energies()); }  ///< runs the functors
   /// What of the equations is no solution.
-  detail::TracedJacobian::Limits limits_of_pivots() const { return {.singular = detail::singular_pivot<double>(system_.dof()), .dependent = 0.0}; }
+  detail::LimitsOfPivots limits_of_pivots() const { return {.singular = detail::singular_pivot<double>(system_.dof()), .dependent = 0.0}; }
   /// a ← q̈ at y; the last argument is for the multipliers of scenes.
   void accelerate(double t, const double* y, double* a, double*) const
     requires detail::TracedSystem<Sys>
@@ -220,7 +223,7 @@ class FirstOrderForm {
   Sys system_;
   detail::ConstantInertia<Sys> inertia_;  // factored once in a leg, where M is constant and V no formula
   [[no_unique_address]] std::conditional_t<n == Dynamic, detail::KeptMotion<detail::TracedMotion<>>, std::tuple<>> traced_;
-  [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobian<FirstOrderForm>, std::tuple<int>> jacobian_;
+  [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobian<FirstOrderForm, n>, std::tuple<int>> jacobian_;
 };
 
 namespace detail {

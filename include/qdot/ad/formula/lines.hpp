@@ -51,6 +51,16 @@ struct LineTable {
   std::vector<double> factors;
 };
 
+// x^c, by products and a root where c is a few halves: sooner than by std::pow.
+[[gnu::noinline]] inline double power_of(double x, double c) {
+  const double halves = std::abs(2.0 * c);
+  if (!(halves <= 9.0) || halves != std::floor(halves)) return std::pow(x, c);
+  int left = static_cast<int>(halves);
+  double y = left % 2 == 0 ? 1.0 : std::sqrt(x);
+  for (; left > 1; left -= 2) y *= x;
+  return c < 0.0 ? 1.0 / y : y;
+}
+
 // to[k] = f(a[k], b[k], k).
 template <class Number, class F>
 [[gnu::always_inline]] inline void carry_out_each(const LineTable& table, const RunOfLines& run, Number* x, const F& f) {
@@ -91,7 +101,7 @@ template <class Number>
     case Operation::inverse: return each([](Number a, Number, std::size_t) { return 1.0 / a; });
     case Operation::root: return each([](Number a, Number, std::size_t) { return std::sqrt(a); });
     case Operation::inverse_root: return each([](Number a, Number, std::size_t) { return 1.0 / std::sqrt(a); });
-    case Operation::power: return each([=](Number a, Number, std::size_t) { return std::pow(a, c); });
+    case Operation::power: return each([=](Number a, Number, std::size_t) { return power_of(a, c); });
     case Operation::sine_and_cosine: {
       Number* const cosine = x + run.first.b;
       return each([=](Number a, Number, std::size_t k) {
@@ -154,7 +164,7 @@ inverse_root:
   x[line->to] = 1.0 / std::sqrt(x[line->a]);
   goto* ways[way(++line)];
 power:
-  x[line->to] = std::pow(x[line->a], line->c);
+  x[line->to] = power_of(x[line->a], line->c);
   goto* ways[way(++line)];
 sine_and_cosine: {
   const Number angle = x[line->a];

@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A number that knows how it moves and how that changes from place to place: what Jacobians ask of positions and constraints.
+// A number that knows how it moves and how that changes from place to place: what Jacobians ask of positions where nothing may be kept.
 //
 // Equations of motion need of a position x(q, t) its J = ∂x/∂q and ẍ (ad/places/position_jet.hpp). Their derivatives at accelerations q̈ that are
 // known need one order more,
@@ -191,9 +191,9 @@ struct is_euler_lagrange<CurvedJet<n>> : std::true_type {};
 
 // Rows ← rows + F H, in the columns of the coordinates.
 template <class Rows, int n>
-void add_curvature(Rows& rows, double F, const CurvedJet<n>& x, int from = 0) {
-  for (int i = std::max(x.first, from); i < x.last; ++i)
-    for (int j = x.first; j < x.last; ++j) rows[i - from][j] += F * x.H(std::max(i, j))[std::min(i, j)];
+void add_curvature(Rows& rows, double F, const CurvedJet<n>& x) {
+  for (int i = x.first; i < x.last; ++i)
+    for (int j = x.first; j < x.last; ++j) rows[i][j] += F * x.H(std::max(i, j))[std::min(i, j)];
 }
 
 }  // namespace qdot::detail

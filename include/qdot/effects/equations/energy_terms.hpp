@@ -18,8 +18,7 @@
 #include "qdot/ad/places/position_row.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/effects/effect.hpp"
-#include "qdot/mechanics/equations/equation_slopes.hpp"
-#include "qdot/mechanics/places/slopes.hpp"
+#include "qdot/mechanics/mass_and_rhs.hpp"
 
 namespace qdot::detail {
 
@@ -140,20 +139,10 @@ struct EnergiesWithTerms {
     return terms.added_to_V(potential<n>(energies, q, t), q, t);
   }
 
-  static constexpr bool has_own_equations = HasOwnEquations<Energies>, slopes_are_final = true;
+  static constexpr bool has_own_equations = HasOwnEquations<Energies>;
   template <class Use>
   bool equations(const double* q, const double* qdot, Eigen::Index size, double t, const Use& use) const {
     return energies.equations(q, qdot, size, t, WithTerms<n, Terms, Use>{terms, use});
-  }
-
-  // Slopes of the energies (mechanics/equations/equation_slopes.hpp), and −∂²V/∂q∂q of the terms.
-  template <class Row>
-    requires(!Terms::in_T && has_slopes<n>)
-  bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {
-    using V = Vector<double, n>;
-    if (!slopes_written<n>(energies, V(Eigen::Map<const V>(q)), V(Eigen::Map<const V>(qdot)), V(Eigen::Map<const V>(a)), t, M, rows)) return false;
-    add_curvature(rows, -1.0, CurvedJet<n>(terms.V(curved_coordinates<n>(q, qdot, a), CurvedJet<n>(t))));
-    return true;
   }
 
   const Energies& without_terms() const { return energies; }

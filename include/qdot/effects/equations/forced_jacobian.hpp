@@ -57,11 +57,10 @@ inline constexpr bool has_forced_jacobian = [] {
          std::is_same_v<E, EnergiesWithoutPotentials<Sc>>;
 }();
 
-// Scenes whose Jacobian is that of a recording, where functors are formulas: neither straight-line code nor the compiler has derivatives of all there is.
+// Scenes whose Jacobian is that of a recording in each of their phases, where functors are formulas: neither straight-line code nor the compiler has derivatives of all there is.
 template <class Sc>
 inline constexpr bool has_traced_jacobian = is_recordable_scene<Sc> && Sc::dof_at_compile_time <= 64 && !has_forced_jacobian<Sc> &&
-                                            !(is_written_out<typename Sc::SystemType::EnergiesType> &&
-                                              (Sc::dof_at_compile_time <= straight_line_jacobian_limit || (!Sc::has_constraints && !Sc::has_states)));
+                                            !(is_written_out<typename Sc::SystemType::EnergiesType> && !Sc::has_constraints && !Sc::has_states);
 
 // False where another way must be gone; rows may be anything then.
 template <int n, class E, class Row>

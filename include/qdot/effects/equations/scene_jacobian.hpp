@@ -1,24 +1,22 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The Jacobian of a small scene at accelerations and multipliers that are known, from first-order slopes of its equations:
+// The Jacobian of a scene at accelerations and multipliers that are known, from first-order slopes of its equations:
 //
 //     M q̈ − Jᵀλ = r + Q ,    J q̈ + c = 0     with c = φ̈ (or ȧ) at q̈ = 0
 //
 //     [ M  −Jᵀ ] [∂q̈]     [ ∂(r − M q̈) + ∂Q + Σ λ ∂J ]
 //     [ J   0  ] [∂λ]  =  [ −∂φ̈  or  −∂ȧ             ] ,    all of the right side at fixed q̈ and λ.
 //
-// ∂(r − M q̈) comes down the ladder of mechanics/equations/equation_slopes.hpp. The rows of constraints come from one evaluation on numbers that know how
-// their gradients move (ad/places/curved_jet.hpp):
+// Where functors are formulas, forms have all of it from the lines of one recording, phases that switch as numbers in it
+// (mechanics/derive/traced_jacobian.hpp). Here is what is left:
 //
-//     φ(q, t) with q on its way               ∂J = H ,    ∂φ̈/∂q = J̈ ,   ∂φ̈/∂q̇ = 2 J̇
-//     a(q, q̇, t) with (q, q̇) on their way     ∂J = H ,    ∂ȧ/∂q = J̇ ,   ∂ȧ/∂q̇ = J̇ + ∂a/∂q       (J along q̇ as well as along q)
+//     forces alone on T and V that are straight-line code             one pass (effects/equations/forced_jacobian.hpp)
+//     forces alone on other small systems                             slopes of T and V (mechanics/equations/equation_slopes.hpp)
+//     functors that branch, rows that say what others say             records of T and V (ad/records/residual_record.hpp), and dual numbers
+//     numbers that are not finite                                     nested duals
 //
-// and ∂Q from dual numbers, one sweep for up to 16 directions, but of effects that know it themselves, as damping does. The matrix is factored as
-// for q̈ and λ, with all columns of the right side beside it (effects/equations/constrained_equations.hpp); where that finds a pivot too small, and for
-// singular M, effects/rows/constrained_solve.hpp solves column by column.
-//
-// All this is for scenes that switch. Of others, forms have it from lines in half the time (mechanics/derive/traced_jacobian.hpp), and from records and dual numbers where functors branch.
+// ∂Q comes from dual numbers, one sweep for up to 16 directions, but of effects that know it themselves, as damping does.
 
 #include <algorithm>
 #include <cstddef>
@@ -27,74 +25,13 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/ad/places/curved_jet.hpp"
 #include "qdot/effects/equations/forced_jacobian.hpp"
-#include "qdot/effects/equations/constrained_equations.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
 #include "qdot/effects/scene_motion.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 #include "qdot/mechanics/equations/equation_slopes.hpp"
-#include "qdot/mechanics/places/slopes.hpp"
 
 namespace qdot::detail {
-
-// Adds Σ λ ∂J to n rows of slopes, and writes J and the slopes of −φ̈ and −ȧ, in the first 2n columns of all rows; zeros for what is not active.
-template <class Sc, class Row>
-class ConstraintSlopes {
-  static constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
-
- public:
-  double J[m][n] = {};
-  Row rows[m];
-  bool asks[m] = {};
-
-  template <class Phases>
-  ConstraintSlopes(const Sc& scene, const double* q, const double* qdot, const double* a, const double* lambda, double t, const Phases& z, Row* force) {
-    for (Row& row : rows) row.setZero();
-    int k = 0;
-    for_each_constraint(scene, z, [&](const auto& e, bool active) {
-      using E = std::remove_cvref_t<decltype(e)>;
-      if (active) write<constraint_rows_of<E, n>()>(e, q, qdot, a, lambda, t, force, k);
-      k += constraint_rows_of<E, n>();
-    });
-  }
-
- private:
-  template <int count, class E>
-  [[gnu::noinline]] void write(const E& e, const double* q, const double* qdot, const double* a, const double* lambda, double t, Row* force, int first) {
-    if constexpr (HolonomicEffect<E, n>) {
-      const auto phi = as_rows(e.phi(curved_coordinates<n>(q, qdot, a), CurvedJet<n>::time(t)));
-      for (int k = 0; k < count; ++k) {
-        const CurvedJet<n>& x = phi[k];
-        for (int j = x.first; j < x.last; ++j) {
-          J[first + k][j] = x.J[j];
-          rows[first + k][j] = -x.Jddot[j];
-          rows[first + k][n + j] = -2.0 * x.Jdot[j];
-        }
-        add_curvature(force, lambda[first + k], x);
-        asks[first + k] = true;
-      }
-    } else {
-      using S = CurvedJet<2 * n>;
-      Vector<S, n> x, v;
-      for (int i = 0; i < n; ++i) {
-        x[i] = S::coordinate(i, q[i], qdot[i], a[i]);
-        v[i] = S::coordinate(n + i, qdot[i], a[i], 0.0);
-      }
-      const auto rate = as_rows(e.velocity_constraint(x, v, S::time(t)));
-      for (int k = 0; k < count; ++k) {
-        const S& x_k = rate[k];
-        for (int j = x_k.first; j < x_k.last; ++j) {
-          rows[first + k][j] -= x_k.Jdot[j];
-          if (j < n) rows[first + k][n + j] -= x_k.J[j];
-          else J[first + k][j - n] = x_k.J[j];
-        }
-        add_curvature(force, lambda[first + k], x_k, n);
-        asks[first + k] = true;
-      }
-    }
-  }
-};
 
 template <class Sc>  // whether there are forces whose slopes duals have to find
 inline constexpr bool has_other_forces = false;
@@ -108,7 +45,7 @@ class SceneJacobian {
   static constexpr int states = Sc::states_at_compile_time;
   static constexpr int m = Sc::constraints_at_compile_time;
   static constexpr int columns = n == Dynamic ? Dynamic : 2 * n + states;
-  static constexpr bool by_slopes = has_slopes<n> && m != Dynamic && !has_traced_jacobian<Sc>;
+  static constexpr bool by_slopes = has_slopes<n> && Sc::SystemType::inertia == Inertia::positive_definite && !Sc::has_constraints && !has_traced_jacobian<Sc>;
   using Out = Eigen::Ref<Eigen::MatrixXd>;
   using Row = SlopeRow<columns>;
 
@@ -173,15 +110,7 @@ class SceneJacobian {
     for (Row& row : rows) row.setZero();
     if (!slopes_written<n, !has_forced_jacobian<Sc>>(scene_.system().energies(), q_, qdot_, a_, t_, M, rows, scene_.system().kept_lines())) return false;
     add_forces(rows, &J);
-    if constexpr (Sc::has_constraints) {
-      ConstraintSlopes<Sc, Row> constraints(scene_, q_.data(), qdot_.data(), a_.data(), lambda_.data(), t_, z_, rows);
-      if (!solved(M, constraints, rows)) return false;
-    } else if constexpr (Sc::SystemType::inertia == Inertia::positive_definite) {
-      if (!solved_in_place<n>(M, rows, singular_pivot<double>(n))) return false;
-    } else {
-      const Matrix<double, n, columns> solution = solved_with_mass_matrix(scene_.system(), whole(M), transposed(rows), t_);
-      for (int i = 0; i < n; ++i) rows[i] = solution.row(i).transpose().array();
-    }
+    if (!solved_in_place<n>(M, rows, singular_pivot<double>(n))) return false;
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < columns; ++j) J(n + i, j) = rows[i][j];
     return true;
@@ -196,58 +125,6 @@ class SceneJacobian {
         column[n + i] = rows[i][j];
       }
     }
-  }
-
-  // Rows of ∂q̈ from those of the right side.
-  bool solved(const double* M, ConstraintSlopes<Sc, Row>& constraints, Row* rows) const {
-    if constexpr (has_constrained_equations<Sc>) {
-      double factors[n * (n + 1) / 2], J[m][n], fraction[m];
-      std::copy_n(M, n * (n + 1) / 2, factors);
-      std::copy_n(constraints.J[0], m * n, J[0]);
-      Row right[n], below[m];
-      std::copy_n(rows, n, right);
-      std::copy_n(constraints.rows, m, below);
-      if (straight_solution(factors, J, constraints.asks, right, below, fraction)) {
-        std::copy_n(right, n, rows);
-        return true;
-      }
-    }
-    Matrix<double, m, n> J;
-    for (int k = 0; k < m; ++k)
-      for (int i = 0; i < n; ++i) J(k, i) = constraints.J[k][i];
-    const ConstrainedFactors<n, m> factors(whole(M), J, default_rank_cutoff);
-    for (int j = 0; j < columns; ++j) {
-      Vector<double, n> right;
-      Vector<double, m> below;
-      for (int i = 0; i < n; ++i) right[i] = rows[i][j];
-      for (int k = 0; k < m; ++k) below[k] = constraints.rows[k][j];
-      const Vector<double, n> column = factors.solution(right, below, t_, SceneNames<Sc>{scene_}).qddot;
-      for (int i = 0; i < n; ++i) rows[i][j] = column[i];
-    }
-    return true;
-  }
-  template <int count, int size>
-  [[gnu::noinline, gnu::flatten]] static bool straight_solution(double* M, double (&J)[count][size], const bool* asks, Row* rows, Row* below, double* fraction) {
-    ComponentMask mask[count];
-    std::fill_n(mask, count, ~ComponentMask(0));
-    ComponentMask present = ~ComponentMask(0);
-    if constexpr (Sc::SystemType::inertia == Inertia::indefinite) {
-      if (!with_inertia_of_constraints<size, count>(M, present, J, mask, rows, below)) return false;
-    }
-    return solved_with_constraints<size, count, Sc::has_phases>(M, present, J, mask, asks, clearly_independent * default_rank_cutoff * default_rank_cutoff, rows,
-                                                             below, fraction);
-  }
-
-  static Matrix<double, n> whole(const double* M) {
-    Matrix<double, n> all;
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j <= i; ++j) all(i, j) = all(j, i) = M[triangle_index(i, j)];
-    return all;
-  }
-  static Matrix<double, n, columns> transposed(const Row* rows) {
-    Matrix<double, n, columns> all;
-    for (int i = 0; i < n; ++i) all.row(i) = rows[i].matrix().transpose();
-    return all;
   }
 
   // Adds ∂Q to rows, and writes ∂ż to J, if there is a state.
@@ -370,7 +247,7 @@ class SceneJacobian {
   // The constraints' share of dr, and dc. A direction at a time where that is hardly ever asked for: it is sooner compiled.
   template <class DR, class DC>
   void add_constraints(DR& dr, DC& dc) const {
-    using D = Dual<double, by_slopes ? 1 : directions_for<columns>>;
+    using D = Dual<double, has_traced_jacobian<Sc> ? 1 : directions_for<columns>>;
     const Eigen::Index k = dof();
     const Vector<D, n> fixed_a = a_.template cast<D>();
     for (Eigen::Index first = 0; first < 2 * k; first += D::directions) {

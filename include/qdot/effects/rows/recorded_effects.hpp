@@ -3,24 +3,30 @@
 //
 // Forces, rates and constraints of a scene as nodes of the graph of its motion (mechanics/derive/recorded_energies.hpp).
 //
+// Where effects switch, a recording holds for the phases that it has: they are numbers in it, and a constraint that is not active is not there. In another phase
+// there is another recording.
+//
 // Nothing of this depends on how an effect is written: ∂R/∂q̇ of a Rayleigh function and Jᵀ F of a force at a point are
 // dual numbers in the effect, whose parts now are nodes of the graph. A scene's header is not included here: who has a scene has included it.
 
 #include <Eigen/Core>
 #include <string_view>
+#include <type_traits>
 
 #include "qdot/effects/effect.hpp"
 #include "qdot/mechanics/derive/recorded_energies.hpp"
 
 namespace qdot::detail {
 
-// An effect whose roles take the recording scalar.
-template <class E, int n>
+// An effect whose roles take the recording scalar; one that switches does where it is in a phase.
+template <class E, int n, bool in_a_phase = false>
 consteval bool effect_is_recordable() {
   using S = formula::Recorded;
   using V = Vector<S, n>;
-  if constexpr (SwitchingEffect<E, n>) {
+  if constexpr (SwitchingEffect<E, n> && !in_a_phase) {
     return false;
+  } else if constexpr (FrictionEffect<E, n>) {
+    return requires(const E& e, const V& q, const Vector<S, 1>& z, const S& t) { e.velocity_constraint(q, q, t), e.force(q, q, z, t); };
   } else if constexpr (HolonomicEffect<E, n>) {
     return requires(const E& e, const V& q, const S& t) { e.phi(q, t); };
   } else if constexpr (NonholonomicEffect<E, n>) {
@@ -44,7 +50,14 @@ template <class Sc>
   m.recording.source = "the force of an effect";
   const formula::Recorded t(m.recording, m.t);
   const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
-  const auto z = recorded_vector<states>(m.recording, m.z);
+  auto z = recorded_vector<states>(m.recording, m.z);
+  const double* phase = m.phases.data();
+  Eigen::Index first = 0;
+  for_each(scene.effects(), [&](const auto& e) {
+    using E = std::remove_cvref_t<decltype(e)>;
+    if constexpr (SwitchingEffect<E, n>) z[first] = *phase++;
+    first += states_of<E>();
+  });
   const auto Q = effect_forces(scene, q, v, z, t);
   for (Eigen::Index i = 0; i < Q.size(); ++i) m.returned.push_back(Q[i].node_in(m.recording));
   if constexpr (states > 0) {

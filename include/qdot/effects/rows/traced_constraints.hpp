@@ -23,6 +23,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -304,30 +305,35 @@ template <class Sys, class... Effects>
 inline constexpr bool is_traced_scene<Scene<Sys, Effects...>> = TracedSystem<typename Scene<Sys, Effects...>::SystemType> &&
                                                                 (effect_is_recordable<Effects, Sys::dof_at_compile_time>() && ...);
 
-// Which scenes can be recorded, n fixed or not.
+// Which scenes can be recorded, n fixed or not; where effects switch, in one phase after the other.
 template <class Sc>
 inline constexpr bool is_recordable_scene = false;
 template <class Sys, class... Effects>
 inline constexpr bool is_recordable_scene<Scene<Sys, Effects...>> =
     RecordableEnergies<typename Scene<Sys, Effects...>::SystemType::EnergiesType, Sys::dof_at_compile_time> &&
-    (effect_is_recordable<Effects, Sys::dof_at_compile_time>() && ...);
+    (effect_is_recordable<Effects, Sys::dof_at_compile_time, true>() && ...);
 
-// Runs all functors of a scene, and notes of each row of a constraint whether it restricts positions.
+// Runs all functors of a scene in the phases of the recording, and notes of each row of a constraint whether it restricts positions.
 template <class Sc>
 void run_scene(RecordedMotion& m, const Sc& scene, std::vector<bool>* holonomic) {
   constexpr int n = Sc::dof_at_compile_time;
   run_energies<n>(m, scene.system().energies());
   if constexpr (Sc::has_forces) run_forces(m, scene);
+  const double* phase = m.phases.data();
   for_each(scene.effects(), [&](const auto& e) {
+    using E = std::remove_cvref_t<decltype(e)>;
+    if constexpr (SwitchingEffect<E, n>)
+      if (!e.is_active(*phase++)) return;
     const std::size_t first = m.returned.size();
     run_rows<n>(m, e);
-    if (holonomic) holonomic->insert(holonomic->end(), m.returned.size() - first, HolonomicEffect<std::remove_cvref_t<decltype(e)>, n>);
+    if (holonomic) holonomic->insert(holonomic->end(), m.returned.size() - first, HolonomicEffect<E, n>);
   });
 }
 
 template <class Sc>
-TracedEquations<> traced_equations(const Sc& scene) {
+TracedEquations<> traced_equations(const Sc& scene, std::span<const double> phases) {
   TracedEquations<> e(scene.dof(), Sc::states_at_compile_time);
+  e.motion.phases.assign(phases.begin(), phases.end());
   std::vector<bool> holonomic;
   run_scene(e.motion, scene, &holonomic);
   e.derive(Sc::has_forces, holonomic);

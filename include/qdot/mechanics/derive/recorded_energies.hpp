@@ -25,6 +25,7 @@ struct RecordedMotion {
   formula::Recording recording = {};
   std::vector<int> q = {}, qdot = {}, z = {};  // variables
   int t = -1;                                  // a variable too
+  std::vector<double> phases = {};             // of effects that switch: numbers, for which this holds
   std::vector<int> p = {}, force = {}, zdot = {};
   std::vector<int> mass = {};  // lower triangle, row by row
   std::vector<int> rows = {}, jacobian = {};  // of the constraints: c, and W row by row

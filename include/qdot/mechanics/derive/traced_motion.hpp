@@ -18,6 +18,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -44,8 +45,13 @@ class TracedLines {
   [[gnu::cold]] std::shared_ptr<const formula::LineTable> written(const std::vector<int>& outputs) {
     auto table = std::make_shared<formula::LineTable>();
     shared_->writer.write(outputs, *table);
-    table->lines.emplace_back();
     x_.resize(shared_->writer.count());
+    std::erase_if(table->lines, [&](const formula::Line& line) {  // a constant is there from now on
+      const bool is_constant = line.operation == formula::Line::Operation::constant;
+      if (is_constant) x_[line.to] = line.c;
+      return is_constant;
+    });
+    table->lines.emplace_back();
     return table;
   }
   /// Whether the functors are what was traced: run(motion) runs them again.
@@ -79,8 +85,10 @@ class TracedLines {
     *to++ = t;
     if (equations().states() > 0) std::copy_n(z, equations().states(), to);
   }
-  void set_accelerations(const double* a) { std::copy_n(a, equations().n(), x_.data() + first_acceleration()); }
-  double* multipliers() { return x_.data() + first_acceleration() + equations().n(); }
+  /// q, q̇, t, z, then q̈ and λ.
+  double* inputs() { return x_.data(); }
+  void set_accelerations(const double* a) { std::copy_n(a, equations().n(), inputs() + 2 * equations().n() + 1 + equations().states()); }
+  double* multipliers() { return x_.data() + 3 * equations().n() + 1 + equations().states(); }
   void carry_out(const formula::LineTable& table) { formula::carry_out(table, x_.data()); }
   double operator[](int number) const { return x_[static_cast<std::size_t>(number)]; }
 
@@ -94,7 +102,6 @@ class TracedLines {
         : equations(std::move(e)), inputs(3 * equations.n() + 1 + equations.states() + equations.rows()), writer(equations.graph(), inputs) {}
     Shared(const Shared&) = delete;
   };
-  std::size_t first_acceleration() const { return 2 * equations().n() + 1 + equations().states(); }
 
   std::shared_ptr<Shared> shared_;
   std::vector<double> x_;
@@ -202,76 +209,94 @@ class TracedMotion {
   bool is_known_ = false;
 };
 
-/// A traced motion that a form keeps: made when it is first asked for, and again where a method begins and the functors are others by then.
+/// Traced motions that a form keeps, one for each combination of phases: made when they are first asked for, and again where a method begins and the functors
+/// are others by then.
 ///
 /// Nothing is there where they are no formulas, or where it does not pay. Copies share what one of them has made, and work by themselves; each is asked by
 /// one thread at a time, others wait.
 template <class Motion>
 class KeptMotion {
  public:
+  using Phases = std::span<const double>;
+
   KeptMotion() = default;
   KeptMotion(const KeptMotion& other) : made_(other.made()) {}
   KeptMotion& operator=(const KeptMotion& other) {
     auto theirs = other.made();
     const std::lock_guard lock(mutex_);
     made_ = std::move(theirs);
-    own_.reset();
+    own_.clear();
     return *this;
   }
 
   /// use(motion), which says whether it did; false where there is none.
   template <class Make, class Use>
-  bool use(const Make& make, const Use& use) const {
+  bool use(Phases phases, const Make& make, const Use& use) const {
     const std::lock_guard lock(mutex_);
-    if (!own_) own_ = made_->made_or(make);
-    return own_ && use(*own_);
+    InPhases* own = in(own_, phases);
+    if (!own) own = &added(own_, made_->made_or(phases, make));
+    return own->motion && use(*own->motion);
+  }
+  template <class Make, class Use>
+  bool use(const Make& make, const Use& use) const {
+    return this->use({}, make, use);
   }
 
   /// Looks whether the functors are the same still; run(motion) runs them.
   template <class Run>
   void renew(const Run& run) {
     const std::lock_guard lock(mutex_);
-    if (!made_->is_asked()) return;
-    if (!own_) own_ = made_->as_made();
+    made_->add_missing(own_);
     try {
-      if (own_ && own_->still_holds(run)) return;
+      if (std::ranges::all_of(own_, [&](InPhases& own) { return own.motion && own.motion->still_holds(run); })) return;
     } catch (...) {  // no formulas any more
     }
     made_ = std::make_shared<Made>();
-    own_.reset();
+    own_.clear();
   }
 
  private:
+  struct InPhases {
+    std::vector<double> phases;
+    std::optional<Motion> motion;
+  };
+  static constexpr std::size_t most = 16;
+
+  static InPhases* in(std::vector<InPhases>& all, Phases phases) {
+    for (InPhases& one : all)
+      if (std::ranges::equal(one.phases, phases)) return &one;
+    return nullptr;
+  }
+  static InPhases& added(std::vector<InPhases>& all, InPhases one) {
+    if (all.size() == most) all.erase(all.begin());
+    return all.emplace_back(std::move(one));
+  }
+
   // What copies share.
   class Made {
    public:
     template <class Make>
-    std::optional<Motion> made_or(const Make& make) {
+    InPhases made_or(Phases phases, const Make& make) {
       const std::lock_guard lock(mutex_);
-      if (!is_asked_) {
-        is_asked_ = true;
-        try {
-          motion_.emplace(make());
-          if (!motion_->is_known()) motion_.reset();
-        } catch (...) {  // what functors throw they throw again, where the general way asks them
-          motion_.reset();
-        }
+      if (const InPhases* one = in(all_, phases)) return *one;
+      InPhases& made = added(all_, {{phases.begin(), phases.end()}, {}});
+      try {
+        made.motion.emplace(make());
+        if (!made.motion->is_known()) made.motion.reset();
+      } catch (...) {  // what functors throw they throw again, where the general way asks them
+        made.motion.reset();
       }
-      return motion_;
+      return made;
     }
-    std::optional<Motion> as_made() {
+    void add_missing(std::vector<InPhases>& own) {
       const std::lock_guard lock(mutex_);
-      return motion_;
-    }
-    bool is_asked() {
-      const std::lock_guard lock(mutex_);
-      return is_asked_;
+      for (const InPhases& one : all_)
+        if (!in(own, one.phases)) added(own, one);
     }
 
    private:
     std::mutex mutex_;
-    bool is_asked_ = false;
-    std::optional<Motion> motion_;
+    std::vector<InPhases> all_;
   };
   std::shared_ptr<Made> made() const {
     const std::lock_guard lock(mutex_);
@@ -280,7 +305,7 @@ class KeptMotion {
 
   mutable std::mutex mutex_;
   std::shared_ptr<Made> made_ = std::make_shared<Made>();
-  mutable std::optional<Motion> own_;
+  mutable std::vector<InPhases> own_;
 };
 
 // Which systems are traced.

@@ -9,7 +9,7 @@
 // rows and columns of their own before anything is solved (effects/equations/scene_jacobian.hpp). As for M and r there is one ladder:
 //
 //     e.slopes(q, qdot, a, t, M, rows)     what a system knows of itself: derived lines (mechanics/derive/closed_form_jacobian.hpp), positions and masses
-//                                          (mechanics/places/bodies.hpp), potentials added to either (effects/equations/energy_terms.hpp)
+//                                          (mechanics/places/slopes.hpp)
 //     straight-line duals                  T and V of up to four coordinates, without loops and rotations (mechanics/equations/straight_line_jacobian.hpp)
 //     lines that a run keeps               T and V that are formulas, of up to eight coordinates (mechanics/derive/kept_lines.hpp)
 //     records                              any T and V (ad/records/residual_record.hpp)
@@ -45,11 +45,9 @@ void for_each_residual(const E& e, const Vector<double, n>& q, const Vector<doub
   record.derivatives(L.record != nullptr ? L.node : -1, L.a, L.b, f);
 }
 
-// Energies that know of their slopes, or know that they have none; of others that have none, records are asked.
+// Energies that know of their slopes.
 template <class E, class Row>
 concept HasSlopes = requires(const E& e, const double* q, double* M, Row* rows) { e.slopes(q, q, q, 0.0, M, rows); };
-template <class E>
-concept HasFinalSlopes = is_written_out<E> || requires { requires E::slopes_are_final; };
 
 // Which systems have such a ladder.
 template <int n>
@@ -61,7 +59,7 @@ bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double,
   if constexpr (HasSlopes<E, Row>) {
     if (e.slopes(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
   }
-  if constexpr (HasFinalSlopes<E>) {
+  if constexpr (is_written_out<E>) {
     return false;
   } else {
     if constexpr (try_straight && !HasOwnEquations<E> && n <= straight_line_jacobian_limit) {
