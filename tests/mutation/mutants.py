@@ -169,7 +169,7 @@ OPTIMIZED = [
     (AD + "/formula/lines.hpp", "line: quotient inverted", "x[line->a] / x[line->b]", "x[line->b] / x[line->a]", "mechanics/derived"),
     (AD + "/formula/lines.hpp", "line: sine for cosine", "x[line->b] = std::cos(angle);", "x[line->b] = std::sin(angle);", "mechanics/derived"),
     (AD + "/formula/lines.hpp", "line: one over a root: no root", "1.0 / std::sqrt(x[line->a])", "1.0 / x[line->a]", "mechanics/derived"),
-    (AD + "/formula/lines.hpp", "line: power: sign of the exponent", "power_of(x[line->a], line->c)", "power_of(x[line->a], -line->c)", "mechanics/derived"),
+    (AD + "/formula/lines.hpp", "line: power: sign of the exponent", "raised(x[line->a], line->c)", "raised(x[line->a], -line->c)", "mechanics/derived"),
     (AD + "/formula/lines.hpp", "run: list of places: second of a pair", "f(x[at[2 * k]], x[at[2 * k + 1]], k)",
      "f(x[at[2 * k]], x[at[2 * k]], k)", "effects/traced_motion"),
     (AD + "/formula/lines.hpp", "run: b steps as a does", "b[static_cast<std::ptrdiff_t>(k) * step_b]",
@@ -183,7 +183,7 @@ OPTIMIZED = [
     (AD + "/formula/lines.hpp", "run: difference: sign", "return a - b;", "return b - a;", "effects/traced_motion"),
     (AD + "/formula/lines.hpp", "run: quotient as product", "return a / b;", "return a * b;", "effects/traced_motion"),
     (AD + "/formula/lines.hpp", "run: one over: not inverted", "return 1.0 / a;", "return a;", "effects/traced_motion"),
-    (AD + "/formula/lines.hpp", "run: power: sign of the exponent", "return power_of(a, c);", "return power_of(a, -c);", "effects/traced_motion"),
+    (AD + "/formula/lines.hpp", "run: power: sign of the exponent", "return raised(a, c);", "return raised(a, -c);", "effects/traced_motion"),
     # --- the derivation
     (ME + "/derive/by_terms.hpp", "diagonal of M: factor 2 dropped", "Term{2.0 * t.c, t.monomial}", "Term{t.c, t.monomial}", "mechanics/derived"),
     (ME + "/derive/by_terms.hpp", "rate of a momentum: sign", "append(r[at(t.a)], d.value, -1.0, rate, t.b);",

@@ -52,7 +52,7 @@ struct LineTable {
 };
 
 // x^c, by products and a root where c is a few halves: sooner than by std::pow.
-[[gnu::noinline]] inline double power_of(double x, double c) {
+[[gnu::noinline]] inline double raised(double x, double c) {
   const double halves = std::abs(2.0 * c);
   if (!(halves <= 9.0) || halves != std::floor(halves)) return std::pow(x, c);
   int left = static_cast<int>(halves);
@@ -101,7 +101,7 @@ template <class Number>
     case Operation::inverse: return each([](Number a, Number, std::size_t) { return 1.0 / a; });
     case Operation::root: return each([](Number a, Number, std::size_t) { return std::sqrt(a); });
     case Operation::inverse_root: return each([](Number a, Number, std::size_t) { return 1.0 / std::sqrt(a); });
-    case Operation::power: return each([=](Number a, Number, std::size_t) { return power_of(a, c); });
+    case Operation::power: return each([=](Number a, Number, std::size_t) { return raised(a, c); });
     case Operation::sine_and_cosine: {
       Number* const cosine = x + run.first.b;
       return each([=](Number a, Number, std::size_t k) {
@@ -164,7 +164,7 @@ inverse_root:
   x[line->to] = 1.0 / std::sqrt(x[line->a]);
   goto* ways[way(++line)];
 power:
-  x[line->to] = power_of(x[line->a], line->c);
+  x[line->to] = raised(x[line->a], line->c);
   goto* ways[way(++line)];
 sine_and_cosine: {
   const Number angle = x[line->a];
