@@ -30,6 +30,7 @@
 
 #include <cstddef>
 #include <tuple>
+#include <type_traits>
 
 #include "qdot/ad/places/position_jet.hpp"
 #include "qdot/ad/unroll.hpp"
@@ -156,8 +157,11 @@ template <int n, int m, bool may_rest, class Right>
                                                            const bool* asks, double dependent, Right* r, Right* gamma, double* fraction) {
   double inverse[n];
   if (!factored_in_place<n>(M, inverse, massless_pivot, present)) return false;
-  ComponentMask some = 0;
-  unroll<n>([&](auto i) __attribute__((always_inline)) { some |= bit(may_differ_from_zero(r[i]), i); });
+  ComponentMask some = 0;  // entries of r that may be other than zero
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    if constexpr (std::is_same_v<Right, double>) some |= bit(may_differ_from_zero(r[i]), i);
+    else some |= bit(1, i);
+  });
   forward_in_place<n>(M, r, present, some);
   double schur[m * (m + 1) / 2], scaled[m][n];
   unroll<m>([&](auto k) __attribute__((always_inline)) {
