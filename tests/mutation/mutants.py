@@ -68,7 +68,7 @@ MUTANTS = [
 
     # --- effects
     (EF + "/dissipation.hpp", "damping that drives", "-c[i] * qdot[i]", "c[i] * qdot[i]", "effects/forces"),
-    (EF + "/dissipation.hpp", "friction that drives", "-F * tanh(qdot[coordinate] * per_v0)", "F * tanh(qdot[coordinate] * per_v0)", "effects/forces"),
+    (EF + "/dissipation.hpp", "friction that drives", "-F * tanh(qdot[coordinate] * (1.0 / v0))", "F * tanh(qdot[coordinate] * (1.0 / v0))", "effects/forces"),
     (EF + "/dissipation.hpp", "damper that drives", "S(c * rate)", "S(-c * rate)", "effects/forces"),
     (EF + "/dissipation.hpp", "spring: factor 1/2 dropped", "0.5 * k * stretch * stretch", "1.0 * k * stretch * stretch", "effects/forces"),
     (EF + "/forces.hpp", "rotating frame: centrifugal term dropped", "velocity.dot(swept) + 0.5 * swept.dot(swept) - a.dot(position)",

@@ -120,7 +120,6 @@ struct RegularizedFriction {
   Eigen::Index coordinate;  ///< which one, from 0
   double F;                 ///< force at speeds well above v₀
   double v0;                ///< the speed below which it fades
-  double per_v0 = 1.0 / v0;  ///< its inverse, by which force() goes: for another v₀ make another friction
 
   template <int>
   static constexpr bool takes_time = false;
@@ -132,7 +131,7 @@ struct RegularizedFriction {
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>&, const Vector<S, n>& qdot, const S&) const {
     using std::tanh;
-    const S drag = -F * tanh(qdot[coordinate] * per_v0);
+    const S drag = -F * tanh(qdot[coordinate] * (1.0 / v0));  // a quotient that does not wait for q̇
     Vector<S, n> Q = Vector<S, n>::Zero(qdot.size());
     if constexpr (detail::moves_by_jets<S, n>) {
       unroll<n>([&](auto i) __attribute__((always_inline)) {  // entries that stay in registers

@@ -22,27 +22,23 @@
 
 namespace qdot::detail {
 
-// Record says what numbers are computed with and whether weights w are: HessianRecord (doubles, with weights) or
-// ResidualRecord (dual numbers, without).
+// Record is HessianRecord, which says how many coordinates there may be.
 template <class Record_>
 struct Graded {
   using Self = Graded;
   using Record = Record_;
-  using Number = typename Record::Number;
-  using Weight = typename Record::Weight;
 
-  Number value;
-  Number rate;  // D
-  Number a, b;  // of its node
-  Weight w;
+  double value;
+  double rate;     // D
+  double a, b, w;  // of its node
   int node;
   Record* record;  // nullptr: no node, a constant or a function of the time
 
   Graded() = default;
   template <class Constant>
-    requires(std::is_arithmetic_v<Constant> || std::is_same_v<Constant, Number>)
-  Graded(const Constant& constant) : Graded(Number(constant), Number(0.0), Number(0.0), Number(0.0), Weight(0.0), 0, nullptr) {}
-  Graded(const Number& value_, const Number& rate_, const Number& a_, const Number& b_, const Weight& w_, int node_, Record* record_)
+    requires std::is_arithmetic_v<Constant>
+  Graded(const Constant& constant) : Graded(static_cast<double>(constant), 0.0, 0.0, 0.0, 0.0, 0, nullptr) {}
+  Graded(double value_, double rate_, double a_, double b_, double w_, int node_, Record* record_)
       : value(value_), rate(rate_), a(a_), b(b_), w(w_), node(node_), record(record_) {}
 
   bool is_constant() const { return rate == 0.0 && record == nullptr; }
@@ -61,16 +57,12 @@ struct Graded {
       return on_new_node(u.record->add_product(u, v), u.value * v.value, u.value * v.rate + v.value * u.rate, u.record);
     return Self(u.value * v.value, u.value * v.rate + v.value * u.rate, v.value * u.a + u.value * v.a,
                 (v.value * u.b - v.rate * u.a) + (u.value * v.b - u.rate * v.a),
-                v.value * u.w + u.value * v.w + weight(2.0, u.a, v.a), u.record == nullptr ? v.node : u.node, u.record == nullptr ? v.record : u.record);
+                v.value * u.w + u.value * v.w + 2.0 * u.a * v.a, u.record == nullptr ? v.node : u.node, u.record == nullptr ? v.record : u.record);
   }
   friend Self operator/(const Self& u, const Self& v) {
-    const Number i = 1.0 / v.value;
+    const double i = 1.0 / v.value;
     Self r = v.is_constant() ? u.times(i) : u * v.chain(i, -i * i, 2.0 * i * i * i);
-    if constexpr (std::is_arithmetic_v<Number>) {
-      r.value = u.value / v.value;
-    } else {
-      r.value.value = u.value.value / v.value.value;
-    }
+    r.value = u.value / v.value;
     return r;
   }
 
@@ -87,47 +79,25 @@ struct Graded {
   friend bool operator>=(const Self& u, const Self& v) { return u.value >= v.value; }
 
   // f(u) from f, f′, f″ at u.
-  [[gnu::always_inline]] Self chain(const Number& f, const Number& f1, const Number& f2) const {
-    return Self(f, f1 * rate, f1 * a, f1 * b - f2 * rate * a, f1 * w + weight(f2, a, a), node, record);
+  [[gnu::always_inline]] Self chain(double f, double f1, double f2) const {
+    return Self(f, f1 * rate, f1 * a, f1 * b - f2 * rate * a, f1 * w + f2 * a * a, node, record);
   }
 
-  // F(u, v) of values on different nodes.
-  template <class Slopes>
-  static Self function(double F, const Self& u, const Slopes& of_u, const Self& v, const Slopes& of_v)
-    requires requires(Record& into) { into.add_function(u, of_u, v, of_v); }
-  {
-    return on_new_node(u.record->add_function(u, of_u, v, of_v), F, of_u.f_u * u.rate + of_v.f_u * v.rate, u.record);
-  }
   bool meets(const Self& o) const { return record != nullptr && o.record != nullptr && node != o.node; }
-
   Self whole() const { return *this; }
   SineAndCosine* place_of_angle() const { return record == nullptr ? nullptr : &record->known(node); }
 
  private:
-  // c x y, if anybody asks for weights.
-  template <class Factor>
-  [[gnu::always_inline]] static Weight weight(const Factor& c, const Number& x, const Number& y) {
-    if constexpr (std::is_same_v<Weight, Number>) {
-      return c * x * y;
-    } else {
-      return Weight(0.0);
-    }
-  }
-
   template <class Factor>
   Self times(const Factor& c) const { return Self(c * value, c * rate, c * a, c * b, c * w, node, record); }
 
   // A value and rate that are now the variables of a node of their own.
-  [[gnu::always_inline]] static Self on_new_node(int node, const Number& f, const Number& Df, Record* record) {
-    if constexpr (std::is_arithmetic_v<Number>) {
-      return Self(f, Df, 1.0, 0.0, 0.0, node, record);
-    } else {
-      return Self(Number(f.value, 1.0, 0.0), Number(Df.value, 0.0, 1.0), 1.0, 0.0, 0.0, node, record);
-    }
+  [[gnu::always_inline]] static Self on_new_node(int node, double f, double Df, Record* record) {
+    return Self(f, Df, 1.0, 0.0, 0.0, node, record);
   }
 
   [[gnu::always_inline]] static Self sum(const Self& u, const Self& v, double sign) {
-    const Number f = u.value + sign * v.value, Df = u.rate + sign * v.rate;
+    const double f = u.value + sign * v.value, Df = u.rate + sign * v.rate;
     if (v.record == nullptr || (u.record != nullptr && u.node == v.node))
       return Self(f, Df, u.a + sign * v.a, u.b + sign * v.b, u.w + sign * v.w, u.node, u.record);
     if (u.record == nullptr) return Self(f, Df, sign * v.a, sign * v.b, sign * v.w, v.node, v.record);

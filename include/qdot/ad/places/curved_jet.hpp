@@ -20,7 +20,7 @@
 #include <type_traits>
 
 #include "qdot/ad/lagrange/euler_lagrange_math.hpp"
-#include "qdot/ad/records/residual_record.hpp"
+#include "qdot/ad/places/local_dual.hpp"
 
 namespace qdot::detail {
 
@@ -125,7 +125,7 @@ struct CurvedJet {
 
   // F(u, w) from its derivatives up to the third, as its Taylor polynomial.
   struct Record {
-    using Slopes = ResidualRecord<1>::Slopes;
+    using Slopes = LocalSlopes;
   };
   bool meets(const Self&) const { return true; }
   static Self function(double F, const Self& u, const typename Record::Slopes& of_u, const Self& w, const typename Record::Slopes& of_w) {

@@ -99,8 +99,6 @@ class KnownAngles {
 template <int blocks>
 class HessianRecord : public KnownAngles<blocks <= 1 ? 4 : blocks <= 2 ? 8 : blocks <= 4 ? 16 : 32> {
  public:
-  using Number = double;
-  using Weight = double;
 
   // The nodes 0 … n − 1 are the coordinates.
   explicit HessianRecord(int n) : leaves_(n) {}

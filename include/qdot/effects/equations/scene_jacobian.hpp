@@ -13,7 +13,7 @@
 //
 //     forces alone on T and V that are straight-line code             one pass (effects/equations/forced_jacobian.hpp)
 //     forces alone on other small systems                             slopes of T and V (mechanics/equations/equation_slopes.hpp)
-//     functors that branch, rows that say what others say             records of T and V (ad/records/residual_record.hpp), and dual numbers
+//     functors that branch, rows that say what others say,
 //     numbers that are not finite                                     nested duals
 //
 // ∂Q comes from dual numbers, one sweep for up to 16 directions, but of effects that know it themselves, as damping does.
@@ -84,14 +84,45 @@ class SceneJacobian {
     if constexpr (by_slopes) {
       if (!write_slopes(J)) J(0, 0) = std::numeric_limits<double>::quiet_NaN();
     } else {
-      write_by_duals<true>(J);
+      write_by_duals(J);
     }
   }
 
-  /// The same by nested duals, which know that a constant has no derivative, however steep the root of it is.
-  [[gnu::cold, gnu::noinline]] void write_by_duals(Out J) const {
-    begin(J);
-    write_by_duals<false>(J);
+  /// The same by nested duals, a direction at a time, which know that a constant has no derivative, however steep the root of it is.
+  [[gnu::cold, gnu::noinline]] void write_by_duals(Out out) const {
+    begin(out);
+    const Eigen::Index k = dof();
+    Matrix<double, n, columns> dr = zeros<Matrix<double, n, columns>>(k, y_.size());               // of the upper right side
+    Matrix<double, m, columns> dc = zeros<Matrix<double, m, columns>>(lambda_.size(), y_.size());  // and of the lower
+    const auto& energies = scene_.system().energies();
+    using D = Dual<double, 1>;
+    Vector<D, n> x = constants<D>(q_), v = constants<D>(qdot_);
+    const Vector<D, n> fixed_a = constants<D>(a_);
+    for (Eigen::Index j = 0; j < 2 * k; ++j) {
+      D& seed = j < k ? x[j] : v[j - k];
+      seed.tangent[0] = 1.0;
+      const Vector<D, n> r = lagrange_residual<n>(energies, x, v, fixed_a, D(t_));
+      for (Eigen::Index i = 0; i < k; ++i) dr(i, j) = -r[i].tangent[0];
+      seed.tangent[0] = 0.0;
+    }
+    struct Entries {
+      Matrix<double, n, columns>& all;
+      auto operator[](Eigen::Index i) const { return all.row(i); }
+    };
+    add_forces(Entries{dr}, &out);
+    if constexpr (Sc::has_constraints) add_constraints(dr, dc);
+    if constexpr (may_be_sparse<Sc>) {
+      if (solved_sparsely(dr, dc, out)) return;
+    }
+    const Matrix<double, n> M = mass_matrix(scene_, q_, qdot_, t_);
+    if constexpr (Sc::has_constraints) {
+      const ConstrainedFactors<n, m> factors(M, constraint_jacobian(scene_, q_, qdot_, t_, z_), default_rank_cutoff);
+      for (Eigen::Index j = 0; j < y_.size(); ++j)
+        write_column(out, j, factors.solution(column_of(dr, j), column_of(dc, j), t_, SceneNames<Sc>{scene_}).qddot);
+    } else {
+      const Matrix<double, n, columns> solution = solved_with_mass_matrix(scene_.system(), M, dr, t_);
+      for (Eigen::Index j = 0; j < y_.size(); ++j) write_column(out, j, column_of(solution, j));
+    }
   }
 
  private:
@@ -152,51 +183,6 @@ class SceneJacobian {
             for (Eigen::Index i = 0; i < states; ++i) (*J)(2 * k + i, j) = rate[i].tangent[d];
         }
       }
-    }
-  }
-
-  // The same for many coordinates, and where slopes are not finite: the derivatives of the system's own equations from records, or from nested
-  // duals a direction at a time, and those of constraints from nested duals.
-  template <bool recorded>
-  void write_by_duals(Out out) const {
-    const Eigen::Index k = dof();
-    Matrix<double, n, columns> dr = zeros<Matrix<double, n, columns>>(k, y_.size());               // of the upper right side
-    Matrix<double, m, columns> dc = zeros<Matrix<double, m, columns>>(lambda_.size(), y_.size());  // and of the lower
-    const auto& energies = scene_.system().energies();
-    if constexpr (recorded) {
-      for_each_residual<n>(energies, q_, qdot_, a_, t_, [&](int i, int first, const double* residual) {
-        for (int j = 0; j < std::min(residual_directions, 2 * static_cast<int>(k) - first); ++j)
-          dr(i, (first + j) / 2 + (j % 2 == 0 ? 0 : k)) = residual[j];
-      });
-    } else {
-      using D = Dual<double, 1>;
-      Vector<D, n> x = constants<D>(q_), v = constants<D>(qdot_);
-      const Vector<D, n> fixed_a = constants<D>(a_);
-      for (Eigen::Index j = 0; j < 2 * k; ++j) {
-        D& seed = j < k ? x[j] : v[j - k];
-        seed.tangent[0] = 1.0;
-        const Vector<D, n> r = lagrange_residual<n>(energies, x, v, fixed_a, D(t_));
-        for (Eigen::Index i = 0; i < k; ++i) dr(i, j) = -r[i].tangent[0];
-        seed.tangent[0] = 0.0;
-      }
-    }
-    struct Entries {
-      Matrix<double, n, columns>& all;
-      auto operator[](Eigen::Index i) const { return all.row(i); }
-    };
-    add_forces(Entries{dr}, &out);
-    if constexpr (Sc::has_constraints) add_constraints(dr, dc);
-    if constexpr (may_be_sparse<Sc>) {
-      if (solved_sparsely(dr, dc, out)) return;
-    }
-    const Matrix<double, n> M = mass_matrix(scene_, q_, qdot_, t_);
-    if constexpr (Sc::has_constraints) {
-      const ConstrainedFactors<n, m> factors(M, constraint_jacobian(scene_, q_, qdot_, t_, z_), default_rank_cutoff);
-      for (Eigen::Index j = 0; j < y_.size(); ++j)
-        write_column(out, j, factors.solution(column_of(dr, j), column_of(dc, j), t_, SceneNames<Sc>{scene_}).qddot);
-    } else {
-      const Matrix<double, n, columns> solution = solved_with_mass_matrix(scene_.system(), M, dr, t_);
-      for (Eigen::Index j = 0; j < y_.size(); ++j) write_column(out, j, column_of(solution, j));
     }
   }
 

@@ -12,38 +12,13 @@
 //                                          (mechanics/places/slopes.hpp)
 //     straight-line duals                  T and V of up to four coordinates, without loops and rotations (mechanics/equations/straight_line_jacobian.hpp)
 //     lines that a run keeps               T and V that are formulas, of up to eight coordinates (mechanics/derive/kept_lines.hpp)
-//     records                              any T and V (ad/records/residual_record.hpp)
 //
 // False is returned where none of these is the way, or a number is not finite: then there are nested duals.
 
-#include "qdot/ad/records/residual_record.hpp"
 #include "qdot/mechanics/equations/straight_line_jacobian.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
 
 namespace qdot::detail {
-
-// How many directions a row of a record has.
-inline constexpr int residual_directions = ResidualRecord<1>::width;
-
-// Calls f(i, first, row) with the derivatives of X_i L at fixed accelerations, in turn along q and q̇ of each coordinate from first/2 on.
-template <int n, class E, class F>
-void for_each_residual(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, const Vector<double, n>& a, double t, const F& f) {
-  using Record = ResidualRecord<(n == Dynamic || n > 16) ? 64 : 8 * n + 8>;
-  using N = LocalDual;
-  using S = Graded<Record>;
-  const int size = static_cast<int>(q.size());
-  Record record(size);
-  Vector<S, n> x(size);
-  Vector<S, n> v(size);
-  const S time(N(t), N(1.0), N(0.0), N(0.0), NoWeight(), 0, nullptr);
-  for (int i = 0; i < size; ++i) {
-    const N velocity(qdot[i], 0.0, 1.0);
-    x[i] = S(N(q[i], 1.0, 0.0), velocity, N(0.0), N(1.0), NoWeight(), i, &record);
-    v[i] = S(velocity, N(a[i]), N(1.0), N(0.0), NoWeight(), i, &record);
-  }
-  const S L = kinetic<n>(e, x, v, time) - potential<n>(e, x, time);
-  record.derivatives(L.record != nullptr ? L.node : -1, L.a, L.b, f);
-}
 
 // Energies that know of their slopes.
 template <class E, class Row>
@@ -69,14 +44,7 @@ bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double,
       const DerivedLines* const lines = lines_with_slopes_now<n>(kept, e);
       if (lines && lines->template write_slopes<n>(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
     }
-    for_each_residual<n>(e, q, qdot, a, t, [&](int i, int, const double* residual) {
-      for (int j = 0; j < n; ++j) {
-        rows[i][j] = residual[2 * j];
-        rows[i][n + j] = residual[2 * j + 1];
-      }
-    });
-    double r[n];
-    return packed_equations<n>(e, q, qdot, t, M, r);
+    return false;
   }
 }
 
