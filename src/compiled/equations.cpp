@@ -15,6 +15,7 @@
 #include <qdot/integrate/steps/spectral_radius.hpp>
 #include <qdot/integrate/watch/diagnosis.hpp>
 #include <qdot/mechanics/derive/kept_lines.hpp>
+#include <qdot/mechanics/derive/traced_motion.hpp>
 #include <qdot/mechanics/equations_of_motion.hpp>
 
 namespace qdot::taylor {
@@ -49,6 +50,9 @@ template void throw_not_finite<double>(const std::string&, double);
 template void throw_derivative_not_finite<double>(const std::string&, const std::string&, double);
 template void throw_mass_matrix_error<double>(Eigen::MatrixXd, double, const std::vector<std::string>&);
 template struct Derivation<double>;
+template void TracedEquations<double>::derive(bool, const std::vector<bool>&);
+template TracedEquations<double>::Slopes TracedEquations<double>::slopes();
+template std::shared_ptr<const formula::LineTable> TracedLines<double>::written(const std::vector<int>&);
 }  // namespace qdot::detail
 
 namespace qdot {

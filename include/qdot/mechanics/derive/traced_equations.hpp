@@ -88,57 +88,13 @@ class TracedEquations {
   /// Derives everything from what the functors returned: T, V, then Q and ż if there are forces, then the rows of constraints.
   ///
   /// @param holonomic  for each row, whether it is φ or a
-  [[gnu::cold]] void derive(bool has_forces, const std::vector<bool>& holonomic) {
-    formula::BasicGraph<Number>& g = graph();
-    require_domains();
-    const std::vector<int>& found = motion.returned;
-    const int T = found[0], V = found[1], L = g.difference(T, V);
-    motion.p = g.gradient(T, motion.qdot, g.dependence(T, motion.qdot));
-    right = g.gradient(L, motion.q, g.dependence(L, motion.q));
-    std::size_t next = 2;
-    if (has_forces) {
-      for (std::size_t i = 0; i < n(); ++i) right[i] = g.sum(right[i], found[next++]);
-      for (std::size_t i = 0; i < states(); ++i) zdot.push_back(found[next++]);
-    }
-    std::vector<int> rows(found.begin() + static_cast<std::ptrdiff_t>(next), found.end());
-    derive_mass();
-    derive_rows(rows, holonomic);
-    RatesOfNodes<formula::BasicGraph<Number>> rates(g, static_cast<int>(n()));
-    make_rates(rates, motion.p);
-    for (std::size_t i = 0; i < n(); ++i) right[i] = g.difference(right[i], rates.of(motion.p[i]));
-    make_rates(rates, velocity);
-    for (const int c : velocity) gamma.push_back(g.scaled(rates.of(c), -1.0));
-  }
+  void derive(bool has_forces, const std::vector<bool>& holonomic);
 
   /// What implicit methods ask for: rows along q, then q̇, then z, of r − M q̈ + Jᵀλ, of γ − J q̈, and of ż.
   struct Slopes {
     SparseEntries motion, constraints, states;
   };
-  [[gnu::cold]] Slopes slopes() {
-    formula::BasicGraph<Number>& g = graph();
-    const int first = static_cast<int>(2 * n() + 1 + states());
-    std::vector<int> a, lambda;
-    for (std::size_t i = 0; i < n(); ++i) a.push_back(g.variable(first + static_cast<int>(i)));
-    for (std::size_t k = 0; k < rows(); ++k) lambda.push_back(g.variable(first + static_cast<int>(n() + k)));
-    std::vector<int> residual = right, below = gamma;
-    const auto subtract = [&](int& from, int x, int y) { from = g.difference(from, g.product(x, y)); };
-    for (std::size_t i = 0; i < n(); ++i)
-      for (const auto& [j, m] : mass.row(i)) {
-        subtract(residual[i], m, a[static_cast<std::size_t>(j)]);
-        if (static_cast<std::size_t>(j) != i) subtract(residual[static_cast<std::size_t>(j)], m, a[i]);
-      }
-    for (std::size_t k = 0; k < rows(); ++k)
-      for (const auto& [j, w] : J.row(k)) {
-        const auto column = static_cast<std::size_t>(j);
-        residual[column] = g.sum(residual[column], g.product(w, lambda[k]));
-        subtract(below[k], w, a[column]);
-      }
-    std::vector<int> state = motion.q;
-    state.insert(state.end(), motion.qdot.begin(), motion.qdot.end());
-    state.insert(state.end(), motion.z.begin(), motion.z.end());
-    formula::LocalGradient<Number> gradient(g, state);
-    return {rows_of(gradient, residual), rows_of(gradient, below), rows_of(gradient, zdot)};
-  }
+  Slopes slopes();
 
  private:
   // Where all coordinates meet in sums of sums, as in a long chain with one angle after the other, there are as many entries as pairs, and each is long.
@@ -212,5 +168,60 @@ class TracedEquations {
       if (needed[w] != 0) rates.of(static_cast<int>(w));
   }
 };
+
+template <class Number>
+[[gnu::cold]] void TracedEquations<Number>::derive(bool has_forces, const std::vector<bool>& holonomic) {
+  formula::BasicGraph<Number>& g = graph();
+  require_domains();
+  const std::vector<int>& found = motion.returned;
+  const int T = found[0], V = found[1], L = g.difference(T, V);
+  motion.p = g.gradient(T, motion.qdot, g.dependence(T, motion.qdot));
+  right = g.gradient(L, motion.q, g.dependence(L, motion.q));
+  std::size_t next = 2;
+  if (has_forces) {
+    for (std::size_t i = 0; i < n(); ++i) right[i] = g.sum(right[i], found[next++]);
+    for (std::size_t i = 0; i < states(); ++i) zdot.push_back(found[next++]);
+  }
+  std::vector<int> rows(found.begin() + static_cast<std::ptrdiff_t>(next), found.end());
+  derive_mass();
+  derive_rows(rows, holonomic);
+  RatesOfNodes<formula::BasicGraph<Number>> rates(g, static_cast<int>(n()));
+  make_rates(rates, motion.p);
+  for (std::size_t i = 0; i < n(); ++i) right[i] = g.difference(right[i], rates.of(motion.p[i]));
+  make_rates(rates, velocity);
+  for (const int c : velocity) gamma.push_back(g.scaled(rates.of(c), -1.0));
+}
+
+template <class Number>
+[[gnu::cold]] typename TracedEquations<Number>::Slopes TracedEquations<Number>::slopes() {
+  formula::BasicGraph<Number>& g = graph();
+  const int first = static_cast<int>(2 * n() + 1 + states());
+  std::vector<int> a, lambda;
+  for (std::size_t i = 0; i < n(); ++i) a.push_back(g.variable(first + static_cast<int>(i)));
+  for (std::size_t k = 0; k < rows(); ++k) lambda.push_back(g.variable(first + static_cast<int>(n() + k)));
+  std::vector<int> residual = right, below = gamma;
+  const auto subtract = [&](int& from, int x, int y) { from = g.difference(from, g.product(x, y)); };
+  for (std::size_t i = 0; i < n(); ++i)
+    for (const auto& [j, m] : mass.row(i)) {
+      subtract(residual[i], m, a[static_cast<std::size_t>(j)]);
+      if (static_cast<std::size_t>(j) != i) subtract(residual[static_cast<std::size_t>(j)], m, a[i]);
+    }
+  for (std::size_t k = 0; k < rows(); ++k)
+    for (const auto& [j, w] : J.row(k)) {
+      const auto column = static_cast<std::size_t>(j);
+      residual[column] = g.sum(residual[column], g.product(w, lambda[k]));
+      subtract(below[k], w, a[column]);
+    }
+  std::vector<int> state = motion.q;
+  state.insert(state.end(), motion.qdot.begin(), motion.qdot.end());
+  state.insert(state.end(), motion.z.begin(), motion.z.end());
+  formula::LocalGradient<Number> gradient(g, state);
+  return {rows_of(gradient, residual), rows_of(gradient, below), rows_of(gradient, zdot)};
+}
+
+#ifdef QDOT_COMPILED
+extern template void TracedEquations<double>::derive(bool, const std::vector<bool>&);
+extern template TracedEquations<double>::Slopes TracedEquations<double>::slopes();
+#endif
 
 }  // namespace qdot::detail

@@ -42,18 +42,7 @@ class TracedLines {
   TracedEquations<Number>& equations() { return shared_->equations; }
 
   /// A table of what `outputs` need beyond what is written already.
-  [[gnu::cold]] std::shared_ptr<const formula::LineTable> written(const std::vector<int>& outputs) {
-    auto table = std::make_shared<formula::LineTable>();
-    shared_->writer.write(outputs, *table);
-    x_.resize(shared_->writer.count());
-    std::erase_if(table->lines, [&](const formula::Line& line) {  // a constant is there from now on
-      const bool is_constant = line.operation == formula::Line::Operation::constant;
-      if (is_constant) x_[line.to] = line.c;
-      return is_constant;
-    });
-    table->lines.emplace_back();
-    return table;
-  }
+  std::shared_ptr<const formula::LineTable> written(const std::vector<int>& outputs);
   /// Whether the functors are what was traced: run(motion) runs them again.
   template <class Run>
   bool still_holds(const Run& run) {
@@ -107,6 +96,24 @@ class TracedLines {
   std::vector<double> x_;
   std::vector<int> required_;
 };
+
+template <class Number>
+[[gnu::cold]] std::shared_ptr<const formula::LineTable> TracedLines<Number>::written(const std::vector<int>& outputs) {
+  auto table = std::make_shared<formula::LineTable>();
+  shared_->writer.write(outputs, *table);
+  x_.resize(shared_->writer.count());
+  std::erase_if(table->lines, [&](const formula::Line& line) {  // a constant is there from now on
+    const bool is_constant = line.operation == formula::Line::Operation::constant;
+    if (is_constant) x_[line.to] = line.c;
+    return is_constant;
+  });
+  table->lines.emplace_back();
+  return table;
+}
+
+#ifdef QDOT_COMPILED
+extern template std::shared_ptr<const formula::LineTable> TracedLines<double>::written(const std::vector<int>&);
+#endif
 
 /// q̈ and ż of a system, or of a scene without constraints.
 template <class Number = double>
