@@ -29,7 +29,7 @@ MUTANTS = [
     (AD + "/forward/transcendental.hpp", "atan2: sign", "S(-y.value / r / r)", "S(y.value / r / r)", "ad/dual_math"),
     (AD + "/forward/transcendental.hpp", "erfc: sign in the exponent", "S(-slope * exp(-x.value * x.value))",
      "S(-slope * exp(x.value * x.value))", "ad/dual_math"),
-    (AD + "/lagrange/graded.hpp", "product: a term of second order dropped", "v.value * u.w + u.value * v.w + weight(2.0, u.a, v.a)",
+    (AD + "/lagrange/graded.hpp", "product: a term of second order dropped", "v.value * u.w + u.value * v.w + 2.0 * u.a * v.a",
      "v.value * u.w + u.value * v.w", "mechanics/equations_of_motion"),
     (AD + "/lagrange/graded.hpp", "chain rule: sign", "f1 * b - f2 * rate * a", "f1 * b + f2 * rate * a", "mechanics/equations_of_motion"),
     (AD + "/series/sweep.hpp", "series of a power: factor", "((s.c + 1.0) * sum[s.other] - sum[s.lane])",
