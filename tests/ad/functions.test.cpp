@@ -15,7 +15,6 @@
 #include "qdot/ad/lagrange/paired_dual.hpp"
 #include "qdot/ad/places/position_jet.hpp"
 #include "qdot/ad/places/position_row.hpp"
-#include "qdot/ad/records/residual_record.hpp"
 #include "qdot/ad/records/reverse.hpp"
 #include "qdot/mechanics/ensemble.hpp"
 #include "qdot/mechanics/written_out.hpp"
@@ -123,8 +122,6 @@ TEST_CASE("every function is there for the scalars of Lagrange's equations") {
   check_rates(EulerLagrange<1, N>::coordinate<0>(N::variable<0>(at, 1.0, 0.0), N(rate)));
   HessianRecord<1> hessian(1);
   check_rates(Graded<HessianRecord<1>>(at, rate, 0.0, 1.0, 0.0, 0, &hessian));
-  ResidualRecord<8> residual(1);
-  check_rates(Graded<ResidualRecord<8>>(LocalDual(at, 1.0, 0.0), LocalDual(rate), LocalDual(0.0), LocalDual(1.0), NoWeight(), 0, &residual));
 }
 
 TEST_CASE("every function is there for positions") {
