@@ -111,6 +111,7 @@ class BasicAutomaticStepper {
   static constexpr double clear_gain = 60.0;        // that makes up for a change of mind
   static constexpr int first_patience = 2, longest_patience = 1 << 20;  // looks in a row that ask for the stiff method
   static constexpr std::size_t longest_reason = 1000;
+  static constexpr std::size_t few_components = 32;  // whose Jacobian is no matter
 
   Member first() const noexcept { return steppers_[series] ? series : smooth; }
   AnyStepper& at(Member m) { return *steppers_[m]; }
@@ -141,6 +142,7 @@ class BasicAutomaticStepper {
     return static_cast<double>(s.evaluations) + static_cast<double>(s.jacobians) * (size <= detail::SpectralRadius::most_components ? size : sparse_jacobian);
   }
 
+  void look_ahead();
   void watch();
 
   static std::string rounded(double x) {
@@ -162,7 +164,7 @@ class BasicAutomaticStepper {
   long checks_ = 0;                         // Jacobians that none of the members asked for
   int warnings_ = 0;                        // looks in a row that spoke for the stiff method
   int patience_ = first_patience;           // how many of them it takes
-  bool series_failed_ = false, stiff_failed_ = false;
+  bool series_failed_ = false, stiff_failed_ = false, has_looked_ = false;
   double elapsed_mark_ = 0.0, cost_mark_ = 0.0;   // at the last check
   Statistics statistics_;
 };
@@ -204,7 +206,17 @@ void BasicAutomaticStepper<Number>::reset(const Moment& moment, const Eigen::Ref
   series_failed_ = active_ != first();
   stiff_failed_ = false;
   begin_watch();
+  look_ahead();
   count();
+}
+
+// What a system keeps of its Jacobian is made when it is first asked for, which is not to be in a step.
+template <class Number>
+[[gnu::cold]] void BasicAutomaticStepper<Number>::look_ahead() {
+  if (has_looked_ || statistics_.limited_by.size() > few_components) return;
+  has_looked_ = true;
+  Failure ignored;
+  detail::attempted(ignored, [&] { detail::radius_at(radius_, t(), y()); });
 }
 
 template <class Number>
