@@ -9,7 +9,7 @@
 //     ∂q̈/∂(q, q̇) = −M⁻¹ ∂r/∂(q, q̇)  at fixed q̈ ,
 //
 // and −r is what the scalar of Lagrange's equations calls X L when the rates of the velocities are the accelerations
-// (mechanics/equations/straight_line_jacobian.hpp). Several ways, as for q̈ itself: straight-line code for few coordinates, derived lines, positions and masses
+// (mechanics/equations/straight_line_jacobian.hpp). Several ways, as for q̈ itself: derived lines, straight-line code for few coordinates, positions and masses
 // (mechanics/equations/equation_slopes.hpp), lines that a run keeps (mechanics/derive/kept_lines.hpp). Everything else, loops outside of runs above all, is asked of
 // nested duals, a direction at a time: 2n passes for what one asks now and then. Where the others give no finite number nested duals are asked, too, as they are for q̈: they know that
 // a constant has no derivative, however steep the root of it is. What is not finite then is an error.
@@ -116,17 +116,16 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
   const Eigen::Index size = system.dof();
   AccelerationJacobian<n> result{Vector<double, n>(size), Matrix<double, n>(size, size), Matrix<double, n>(size, size)};
   constexpr bool has_short_ways = I == Inertia::positive_definite && !detail::HasOwnEquations<E> && detail::graded_pays<n>;
+  constexpr bool has_closed_form = detail::HasClosedJacobian<E> && detail::straight_line_pays && I == Inertia::positive_definite;
   constexpr bool has_straight_line =
-      has_short_ways && detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit;
+      has_short_ways && !has_closed_form && detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit;
   if constexpr (has_straight_line) {
     if (detail::straight_line_jacobian<n>(system.energies(), q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(),
                                           result.d_qdot.data()))
       return result;
   }
-  if constexpr (detail::HasClosedJacobian<E> && !has_straight_line && detail::straight_line_pays && I == Inertia::positive_definite) {
-    if (system.energies().acceleration_in_closed_form(q.data(), qdot.data(), t, result.qddot.data()) &&
-        system.energies().jacobian_in_closed_form(q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(), result.d_qdot.data()))
-      return result;
+  if constexpr (has_closed_form) {
+    if (system.energies().jacobian_in_closed_form(q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(), result.d_qdot.data())) return result;
   }
   if constexpr (has_short_ways && detail::has_slopes<n> && detail::may_keep_lines<E, n>) {
     const detail::DerivedLines* const lines = detail::lines_with_slopes_now<n>(system.kept_lines(), system.energies());

@@ -193,8 +193,8 @@ class WrittenOut {
   {
     return detail::closed_form_acceleration<n>(*this, q, qdot, t, qddot, forces);
   }
-  /// Its derivatives, by columns, at accelerations that are known.
-  bool jacobian_in_closed_form(const double* q, const double* qdot, double t, const double* qddot, double* d_q, double* d_qdot) const
+  /// The same with its derivatives, by columns.
+  bool jacobian_in_closed_form(const double* q, const double* qdot, double t, double* qddot, double* d_q, double* d_qdot) const
     requires(ClosedJacobian::exists)
   {
     return replays_ && detail::closed_form_jacobian<n, ClosedJacobian>(coefficients_of_jacobian_.data(), q, qdot, t, qddot, d_q, d_qdot);

@@ -62,7 +62,7 @@ class SceneJacobian {
     } else {
       if constexpr (has_forced_jacobian<Sc>) {
         const Vector<double, n> Q = effect_forces(scene_, q_, qdot_, z, t_);
-        for (Row& row : rows_) row.setZero();
+        for (Row& row : rows_) row = {};
         add_forces(rows_, nullptr);
         a_.resize(n);
         if (straight_line_jacobian_under_force<n>(scene_.system().energies(), q_.data(), qdot_.data(), t_, Q.data(), a_.data(), rows_)) return;
@@ -138,7 +138,7 @@ class SceneJacobian {
   {
     double M[n * (n + 1) / 2];
     Row rows[n];
-    for (Row& row : rows) row.setZero();
+    for (Row& row : rows) row = {};
     if (!slopes_written<n, !has_forced_jacobian<Sc>>(scene_.system().energies(), q_, qdot_, a_, t_, M, rows, scene_.system().kept_lines())) return false;
     add_forces(rows, &J);
     if (!solved_in_place<n>(M, rows, singular_pivot<double>(n))) return false;

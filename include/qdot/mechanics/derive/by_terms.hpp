@@ -42,9 +42,9 @@ class DerivationByTerms {
   DerivedEquations::Graph graph;
   bool is_possible = true;  // false: T is no quadratic form that can be multiplied out, or not worth it
 
-  // Variables are q, q̇, t and accelerations.
+  // Variables are q, q̇ and t.
   constexpr explicit DerivationByTerms(int n) : n_(n) {
-    for (int i = 0; i < 3 * n + 1; ++i) graph.variable(i);
+    for (int i = 0; i < 2 * n + 1; ++i) graph.variable(i);
   }
 
   /// The equations, T and V being these nodes: T multiplied out.

@@ -110,8 +110,8 @@ template <int twice, class Number>
   }
 }
 
-// The first `count` lines of `Form::form` into x. Inputs are q, q̇, t, and a where a form has accelerations.
-template <int n, class Form, int count, class Number>
+// Lines of `Form::form` from `first` to before `end` into x. Inputs are q, q̇, t, and a where a form has accelerations.
+template <int n, class Form, int first, int end, class Number>
 [[gnu::always_inline]] inline void write_lines(const double* c, const Number* q, const Number* qdot, const Number& t, const Number* a, Number* x) {
   constexpr const auto& form = Form::form;
   const auto times = [c](auto i, auto which, const Number& of) __attribute__((always_inline)) -> Number {
@@ -128,7 +128,8 @@ template <int n, class Form, int count, class Number>
   };
   constexpr std::integral_constant<CoefficientUse ClosedFormLine::*, &ClosedFormLine::ca> A;
   constexpr std::integral_constant<CoefficientUse ClosedFormLine::*, &ClosedFormLine::cb> B;
-  unroll<count>([&](auto i) __attribute__((always_inline)) {
+  unroll<end - first>([&](auto after) __attribute__((always_inline)) {
+    constexpr std::integral_constant<int, first + after> i;
     constexpr ClosedFormLine w = form.line[i];
     if constexpr (w.kind == formula::Kind::constant) {
       x[i] = Number(offset(i));
@@ -220,10 +221,10 @@ template <int n, class Form, class Forces, class Number>
       at[i] = q[i];
       velocity[i] = qdot[i];
     });
-    write_lines<n, Form, form.size.lines>(c, at, velocity, t, at, x);
+    write_lines<n, Form, 0, form.size.lines>(c, at, velocity, t, at, x);
     forces(at, velocity, applied);
   } else {
-    write_lines<n, Form, form.size.lines>(c, q, qdot, t, q, x);
+    write_lines<n, Form, 0, form.size.lines>(c, q, qdot, t, q, x);
   }
   good &= have_values<Form, form.size.lines>(x);
   // Applied forces go through the elimination as r does.

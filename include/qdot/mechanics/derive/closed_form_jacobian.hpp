@@ -8,8 +8,8 @@
 //
 //     ∂q̈/∂(q, q̇) = M⁻¹ ∂(r − M a)/∂(q, q̇)      at fixed a = q̈ .
 //
-// The compiler has r and M as formulas (mechanics/derive/by_terms.hpp) and differentiates them row by row, each with one walk back. M is factored
-// once more, with 2n columns beside it. The lines that M and r need come first.
+// The compiler has r and M as formulas (mechanics/derive/by_terms.hpp) and differentiates them row by row, each with one walk back. The lines
+// that M and r need come first, then q̈ is solved for, then come the lines of the derivatives; M is factored once more, with 2n columns beside it.
 
 #include <type_traits>
 #include <vector>
@@ -114,55 +114,84 @@ class ClosedJacobianOf {
   static constexpr ClosedJacobian<n, extent> form = closed_jacobian_of<n, Energies, extent>(draft);
 };
 
-/// Calls `use` with M, r and the entries of M that are not always zero (mass_and_rhs.hpp); false where T or V has no value, and where `use` says so.
-template <int n, class Form, class Use>
-[[gnu::flatten]] inline bool closed_form_equations(const double* c, const AtState& at, const Use& use) {
-  constexpr const auto& form = Form::form;
-  constexpr ComponentMask present = [] {
-    ComponentMask mask = 0;
-    for (int k = 0; k < n * (n + 1) / 2; ++k)
-      if (Form::form.mass[k] >= 0) mask |= ComponentMask(1) << k;
-    return mask;
-  }();
-  double x[form.size.equations + 1];
-  write_lines<n, Form, form.size.equations>(c, at.q, at.qdot, at.t, at.q, x);
-  if (!have_values<Form, form.size.equations>(x)) return false;
-  double M[n * (n + 1) / 2], r[n];
-  unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = x[form.right[i]]; });
+// Entries of M that are not always zero.
+template <int n, class Form>
+inline constexpr ComponentMask entries_of_mass_matrix = [] {
+  ComponentMask mask = 0;
+  for (int k = 0; k < n * (n + 1) / 2; ++k)
+    if (Form::form.mass[k] >= 0) mask |= ComponentMask(1) << k;
+  return mask;
+}();
+
+// M, the packed lower triangle, as it stands in the lines x.
+template <int n, class Form>
+[[gnu::always_inline]] inline void write_mass_matrix(const double* x, double* M) {
   unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) {
-    constexpr int node = form.mass[k];
+    constexpr int node = Form::form.mass[k];
     M[k] = node < 0 ? 0.0 : x[node < 0 ? 0 : node];
   });
-  return use.packed(at, M, r, present);
 }
 
-/// M, the packed lower triangle, and the derivatives of r − M a at accelerations a, n rows of which the first 2n entries are written.
+// The derivatives of r − M a, n rows of which the first 2n entries are written.
 template <int n, class Form, class Row>
-[[gnu::flatten]] inline void closed_form_slopes(const double* c, const double* q, const double* qdot, double t, const double* a, double* M, Row* rows) {
-  constexpr const auto& form = Form::form;
-  double x[form.size.lines + 1];
-  write_lines<n, Form, form.size.lines>(c, q, qdot, t, a, x);
-  unroll<n*(n + 1) / 2>([&](auto k) __attribute__((always_inline)) {
-    constexpr int node = form.mass[k];
-    M[k] = node < 0 ? 0.0 : x[node < 0 ? 0 : node];
-  });
+[[gnu::always_inline]] inline void write_slopes(const double* x, Row* rows) {
   unroll<n>([&](auto i) __attribute__((always_inline)) {
     unroll<2 * n>([&](auto j) __attribute__((always_inline)) {
-      constexpr int node = form.slope[2 * n * i + j];
+      constexpr int node = Form::form.slope[2 * n * i + j];
       rows[i][j] = node < 0 ? 0.0 : x[node < 0 ? 0 : node];
     });
   });
 }
 
-/// ∂q̈/∂q and ∂q̈/∂q̇ by columns, at accelerations a that are known; false when this is not the way.
+/// Calls `use` with M, r and the entries of M that are not always zero (mass_and_rhs.hpp); false where T or V has no value, and where `use` says so.
+template <int n, class Form, class Use>
+[[gnu::flatten]] inline bool closed_form_equations(const double* c, const AtState& at, const Use& use) {
+  constexpr const auto& form = Form::form;
+  double x[form.size.equations + 1], M[n * (n + 1) / 2], r[n];
+  write_lines<n, Form, 0, form.size.equations>(c, at.q, at.qdot, at.t, at.q, x);
+  if (!have_values<Form, form.size.equations>(x)) return false;
+  unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = x[form.right[i]]; });
+  write_mass_matrix<n, Form>(x, M);
+  return use.packed(at, M, r, entries_of_mass_matrix<n, Form>);
+}
+
+/// M, the packed lower triangle, and the derivatives of r − M a at accelerations a, n rows of which the first 2n entries are written.
+template <int n, class Form, class Row>
+[[gnu::flatten]] inline void closed_form_slopes(const double* c, const double* q, const double* qdot, double t, const double* a, double* M, Row* rows) {
+  double x[Form::form.size.lines + 1];
+  write_lines<n, Form, 0, Form::form.size.lines>(c, q, qdot, t, a, x);
+  write_mass_matrix<n, Form>(x, M);
+  write_slopes<n, Form>(x, rows);
+}
+
+/// q̈, and ∂q̈/∂q and ∂q̈/∂q̇ by columns; false when this is not the way. All in one function: the sines of M and r are those of their derivatives.
 template <int n, class Form>
-[[gnu::flatten, gnu::noinline]] bool closed_form_jacobian(const double* c, const double* q, const double* qdot, double t, const double* a, double* d_q,
+[[gnu::flatten, gnu::noinline]] bool closed_form_jacobian(const double* c, const double* q, const double* qdot, double t, double* qddot, double* d_q,
                                                           double* d_qdot) {
-  double M[n * (n + 1) / 2];
+  constexpr const auto& form = Form::form;
+  constexpr int equations = form.size.equations;
+  double x[form.size.lines + 1], M[n * (n + 1) / 2], factors[n * (n + 1) / 2], a[n];
   SlopeRow<2 * n> rows[n];
-  closed_form_slopes<n, Form>(c, q, qdot, t, a, M, rows);
-  const bool solved = solved_in_place<n>(M, rows, singular_pivot<double>(n)), written = columns_written<n>(rows, d_q, d_qdot);
-  return solved && written;
+  write_lines<n, Form, 0, equations>(c, q, qdot, t, q, x);
+  bool good = have_values<Form, equations>(x);
+  unroll<n>([&](auto i) __attribute__((always_inline)) { a[i] = x[form.right[i]]; });
+  write_mass_matrix<n, Form>(x, factors);
+  write_mass_matrix<n, Form>(x, M);
+  good &= solved_in_place<n>(factors, a, singular_pivot<double>(n), entries_of_mass_matrix<n, Form>);
+  write_lines<n, Form, equations, form.size.lines>(c, q, qdot, t, a, x);
+  write_slopes<n, Form>(x, rows);
+  solved_in_place<n>(M, rows, 0.0, entries_of_mass_matrix<n, Form>);
+  unroll<n>([&](auto i) __attribute__((always_inline)) { qddot[i] = a[i]; });
+  double sum = 0.0;
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    sum += a[i];
+    unroll<n>([&](auto j) __attribute__((always_inline)) {
+      d_q[i + n * j] = rows[i][j];
+      d_qdot[i + n * j] = rows[i][n + j];
+      sum += rows[i][j] + rows[i][n + j];
+    });
+  });
+  return good && sum - sum == 0.0;
 }
 
 }  // namespace qdot::detail

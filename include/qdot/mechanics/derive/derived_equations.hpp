@@ -47,7 +47,7 @@ constexpr std::vector<int> variables_of(Graph& graph, int first, int count) {
   return all;
 }
 
-/// Adds the slopes to M and r; accelerations are the variables after q, q̇ and t.
+/// Adds the slopes to M and r; accelerations are the variables after q, q̇ and t, new ones: all lines of M and r come before them.
 template <class Graph>
 constexpr void differentiate(Graph& graph, int n, DerivedJacobian& jacobian) {
   const std::vector<int> state = variables_of(graph, 0, 2 * n), accelerations = variables_of(graph, 2 * n + 1, n);

@@ -161,7 +161,7 @@ concept HasClosedForm = is_written_out<E> && requires(const E& e, const double* 
 // Those whose Jacobian it has derived as well.
 template <class E>
 concept HasClosedJacobian = HasClosedForm<E> && requires(const E& e, const double* q, double* out) {
-  { e.jacobian_in_closed_form(q, q, 0.0, q, out, out) } -> std::same_as<bool>;
+  { e.jacobian_in_closed_form(q, q, 0.0, out, out, out) } -> std::same_as<bool>;
 };
 
 // Energies of S whose last argument is a double where it should be S: a time without derivatives, or a parameter.

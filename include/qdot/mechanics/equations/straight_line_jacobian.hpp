@@ -25,9 +25,25 @@
 
 namespace qdot::detail {
 
-// A row of derivatives along q and q̇, and what else there is.
+// A row of derivatives along q and q̇, and what else there is. Not one of Eigen's: what it makes of eight entries g++ does not always see through.
 template <int columns>
-using SlopeRow = Eigen::Array<double, columns, 1>;
+struct SlopeRow {
+  double entry[columns];
+
+  [[gnu::always_inline]] double& operator[](Eigen::Index j) { return entry[j]; }
+  [[gnu::always_inline]] double operator[](Eigen::Index j) const { return entry[j]; }
+  [[gnu::always_inline]] friend SlopeRow operator*(const SlopeRow& a, double b) {
+    SlopeRow product;
+    unroll<columns>([&](auto j) __attribute__((always_inline)) { product.entry[j] = a.entry[j] * b; });
+    return product;
+  }
+  [[gnu::always_inline]] friend SlopeRow operator*(double a, const SlopeRow& b) { return b * a; }
+  [[gnu::always_inline]] SlopeRow& operator-=(const SlopeRow& b) {
+    unroll<columns>([&](auto j) __attribute__((always_inline)) { entry[j] -= b.entry[j]; });
+    return *this;
+  }
+  [[gnu::always_inline]] friend SlopeRow operator-(SlopeRow a, const SlopeRow& b) { return a -= b; }
+};
 
 // The columns of n such rows; false where a number is not finite.
 template <int n, class Row>
@@ -38,7 +54,8 @@ bool columns_written(const Row* rows, double* d_q, double* d_qdot) {
       d_q[i + n * j] = rows[i][j];
       d_qdot[i + n * j] = rows[i][n + j];
     }
-    const double sum = rows[i].sum();
+    double sum = 0.0;
+    for (int j = 0; j < 2 * n; ++j) sum += rows[i][j];
     zero += sum - sum;
   }
   return zero == 0.0;
