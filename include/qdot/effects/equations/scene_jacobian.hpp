@@ -47,7 +47,7 @@ class SceneJacobian {
   static constexpr int columns = n == Dynamic ? Dynamic : 2 * n + states;
   static constexpr bool by_slopes = has_slopes<n> && Sc::SystemType::inertia == Inertia::positive_definite && !Sc::has_constraints && !has_traced_jacobian<Sc>;
   using Out = Eigen::Ref<Eigen::MatrixXd>;
-  using Row = SlopeRow<columns>;
+  using Row = SlopeRow<n == Dynamic ? 1 : columns>;
 
  public:
   SceneJacobian(const Sc& scene, double t, const Eigen::Ref<const Eigen::VectorXd>& y)
