@@ -99,13 +99,25 @@ inline bool asks_for_lanes(const Options& o) {
 template <class Systems, class Method, class... Events>
 inline constexpr bool may_share_packs = std::is_same_v<Method, Dop853> && Systems::goes_in_lanes && only_stop<Events...>;
 
+// A function of a motion's number that returns its State.
+template <class StartOf>
+concept GivesStarts = requires(const StartOf& start_of, std::size_t i) { start_of(i).qdot; };
+
+template <class Sys>
+using SystemIn = typename decltype(systems_of(std::declval<const Sys&>()))::System;
+
+// The first-order form of such a system.
+template <class System>
+using FormOf = std::remove_cvref_t<decltype(first_order_form(std::declval<const System&>()))>;
+
 // use(work) with a function work(first, last) → ends of these motions, in lanes where that can be.
 template <class Systems, class StartOf, class Method, class... Events, class Use>
 void use_ends(const Systems& systems, const StartOf& start_of, double t_end, const Method& method, Options options, const EventList<Events...>& events, const Use& use) {
   require_option(std::isfinite(t_end), "t_end", "must be finite", t_end, "choose a time to end at");
   options.keep_trajectory = false;
+  constexpr int size = FormOf<typename Systems::System>::size_at_compile_time;
+  require_valid(options, size == Dynamic ? options.atol.size() : size);
   if constexpr (may_share_packs<Systems, Method, Events...>) {
-    require_valid(options, 2 * Systems::n);
     if (asks_for_lanes(options)) {
       using Run = LaneRun<Systems, StartOf, LanePack, Events...>;
       return use([&](std::size_t first, std::size_t last) { return Run(systems, start_of, t_end, options, events).run(first, last); });
@@ -122,16 +134,9 @@ void hand_on_ends(const Systems& systems, std::size_t count, const StartOf& star
   use_ends(systems, start_of, t_end, method, options, events, [&](const auto& work) { Queue(count, many).run(work, hand_on); });
 }
 
-// A function of a motion's number that returns its State.
-template <class StartOf>
-concept GivesStarts = requires(const StartOf& start_of, std::size_t i) { start_of(i).qdot; };
-
-template <class Sys>
-using SystemIn = typename decltype(systems_of(std::declval<const Sys&>()))::System;
-
 // The end of a motion of this system, or of one of this family.
 template <class Sys>
-using MotionEndOf = MotionEnd<dof_at_compile_time<std::remove_cvref_t<decltype(first_order_form(std::declval<const SystemIn<Sys>&>()))>>()>;
+using MotionEndOf = MotionEnd<dof_at_compile_time<FormOf<SystemIn<Sys>>>()>;
 template <class Sys>
 using EndOf = Kept<MotionEndOf<Sys>>;
 
