@@ -75,7 +75,7 @@ include(units.cmake)
 # Sanitizers stand where memory is handled: scalars and graphs, effects, integrators, events, failed runs. What is built on those, and on
 # Eigen with its assertions on, does without the third of the compile time and the half of the run time that they take, unless
 # QDOT_SANITIZE_ALL asks for them.
-set(qdot_not_sanitized "^(analysis|report|program|systems_motion|hard)$")
+set(qdot_not_sanitized "^(mechanics|analysis|report|program|systems_motion|hard)$")
 if(QDOT_SANITIZE_ALL)
   set(qdot_not_sanitized "^$")
 endif()
