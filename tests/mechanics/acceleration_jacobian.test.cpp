@@ -27,6 +27,17 @@ TEST_CASE("derivatives of accelerations are limits of quotients: sizes known at 
           differenced);
 }
 
+TEST_CASE("derivatives of accelerations are limits of quotients: energies of several formulas, sizes known at run time") {
+  const auto stops = mechanical_system(Eigen::Index(2), [](const auto& v) { return 0.5 * v.dot(v); },
+                                       [](const auto& q) {
+                                         using std::max;
+                                         const auto into_stop = max(q[0] - 0.5, 0.0 * q[0]);
+                                         return 20.0 * into_stop * into_stop * into_stop + q[0] * q[1];
+                                       });
+  for (const double x : {0.2, 0.9})
+    CHECK(difference_from_quotients(stops, Vector<double, Dynamic>{{x, -0.4}}, Vector<double, Dynamic>{{0.9, 0.5}}) < differenced);
+}
+
 TEST_CASE("derivatives of accelerations are limits of quotients: indefinite mass matrices") {
   const auto exchanged = mechanical_system<2>([](const auto& q, const auto& v) { return (1.0 + q[0] * q[0]) * v[0] * v[1]; },
                                               [](const auto& q) { return sin(q[0]) * q[1]; })

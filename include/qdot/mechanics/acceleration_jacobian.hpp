@@ -73,8 +73,12 @@ bool jacobian_traced_here(const System<E, Dynamic, I>& system, const Eigen::Vect
   Eigen::VectorXd y(2 * dof), ydot(2 * dof);
   std::copy_n(qdot.data(), dof, std::copy_n(q.data(), dof, y.data()));
   Eigen::MatrixXd J(2 * dof, 2 * dof);
-  TracedJacobian<Dynamic> traced(traced_equations(system), {.singular = singular_pivot<double>(dof), .dependent = 0.0});
-  if (!traced.is_known() || !traced.write(t, y.data(), ydot.data(), J)) return false;
+  try {
+    TracedJacobian<Dynamic> traced(traced_equations(system), {.singular = singular_pivot<double>(dof), .dependent = 0.0});
+    if (!traced.is_known() || !traced.write(t, y.data(), ydot.data(), J)) return false;
+  } catch (...) {  // T and V are no formulas; what functors throw they throw again
+    return false;
+  }
   result = {ydot.tail(dof), J.bottomLeftCorner(dof, dof), J.bottomRightCorner(dof, dof)};
   return true;
 }
