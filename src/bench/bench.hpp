@@ -47,37 +47,7 @@ struct Benchmark {
   std::function<Findings()> run;
 };
 
-/// Time to evaluate the equations of motion against hand-derived code (src/bench/eom.cpp).
-Benchmark eom_benchmark();
-
-/// Time to evaluate scenes with effects and constraints against the same derived by hand (src/bench/scenes.cpp).
-Benchmark scenes_benchmark();
-
-/// Time to evaluate many states at once against one after the other (src/bench/ensemble.cpp).
-Benchmark ensemble_benchmark();
-
-/// Time of many motions side by side against one after the other (src/bench/many.cpp).
-Benchmark many_benchmark();
-
-/// What a step of large scenes costs for each coordinate (src/bench/large.cpp).
-Benchmark large_benchmark();
-
-/// Time to reach an error with each method, beside Dop853 (src/bench/steppers.cpp).
-Benchmark steppers_benchmark();
-
-/// Energy error over ten thousand periods of a planet (src/bench/steppers_energy.cpp).
-Benchmark energy_benchmark();
-
-/// Time of a run with its derivatives against the run alone (src/bench/sensitivities.cpp).
-Benchmark sensitivities_benchmark();
-
-/// Digits reached on published hard cases (src/bench/hard.cpp).
-Benchmark hard_benchmark();
-
-/// Time to compile user programs of 20 to 40 lines (src/bench/compile.cpp).
-Benchmark compile_benchmark();
-
-/// All benchmarks of this build, in the order in which `qdot bench` runs them.
-std::vector<Benchmark> all_benchmarks();
+/// The benchmark of this program: each has one, which its src/bench/NAME.cpp defines.
+Benchmark benchmark();
 
 }  // namespace qdot::bench

@@ -240,7 +240,7 @@ Findings measured() {
 
 }  // namespace
 
-Benchmark compile_benchmark() {
+Benchmark benchmark() {
   return {"compile", "time to compile programs of 20 to 40 lines that integrate a motion", measured};
 }
 

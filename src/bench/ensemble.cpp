@@ -90,7 +90,7 @@ Findings measured() {
 
 }  // namespace
 
-Benchmark ensemble_benchmark() {
+Benchmark benchmark() {
   return {"ensemble", "time of q̈ of many states at once against one after the other", measured};
 }
 

@@ -29,7 +29,7 @@ struct EquationsRow {
 };
 
 /// The finding of a row, named after its system and `what`: the time for one state of both functions over the same states, 64 of them where n ≤ 64,
-/// the least of many repeats in turn (eom.cpp).
+/// the least of many repeats in turn (timed.cpp).
 Row timed(const EquationsRow& row, const std::string& what);
 
 std::vector<EquationsRow> system_rows();           // eom_systems.cpp

@@ -131,7 +131,7 @@ Findings hard_cases() {
 
 }  // namespace
 
-Benchmark hard_benchmark() {
+Benchmark benchmark() {
   return {"hard", "published hard cases: digits reached, of those that the references are good for", hard_cases};
 }
 

@@ -144,7 +144,7 @@ Findings measured() {
 
 }  // namespace
 
-Benchmark large_benchmark() {
+Benchmark benchmark() {
   return {"large", "what a step costs for each coordinate, from a hundred to a million", measured};
 }
 

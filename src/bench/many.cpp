@@ -58,7 +58,7 @@ Findings measured() {
 
 }  // namespace
 
-Benchmark many_benchmark() {
+Benchmark benchmark() {
   return {"many", "time of many motions side by side against one after the other", measured};
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The benchmarks' names, for the program that does not have them linked in.
+// The benchmarks' names: src/bench/NAME.cpp and NAME_*.cpp are the program qdot-bench-NAME. src/CMakeLists.txt and ./run read them here.
 
 #include <array>
 #include <string_view>

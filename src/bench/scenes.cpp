@@ -57,6 +57,6 @@ Findings measured() {
 
 }  // namespace
 
-Benchmark scenes_benchmark() { return {"scenes", "time of one q̈ with effects and constraints against the same derived by hand", measured}; }
+Benchmark benchmark() { return {"scenes", "time of one q̈ with effects and constraints against the same derived by hand", measured}; }
 
 }  // namespace qdot::bench

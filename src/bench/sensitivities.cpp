@@ -155,7 +155,7 @@ Findings measured() {
 
 }  // namespace
 
-Benchmark sensitivities_benchmark() {
+Benchmark benchmark() {
   return {"sensitivities", "time of a run with its derivatives beside the run alone", measured};
 }
 

@@ -93,7 +93,7 @@ Findings steppers() {
 
 }  // namespace
 
-Benchmark steppers_benchmark() {
+Benchmark benchmark() {
   return {"steppers", "time to reach an error with each method, beside dop853 at the same error", steppers};
 }
 

@@ -97,14 +97,14 @@ TEST_CASE("a directory to write to is made where it is missing") {
   CHECK_FALSE(program_test::content(directory.file("new/and/below/x.csv")).empty());
 }
 
-TEST_CASE("without the program of the benchmarks beside it qdot bench says how to build that") {
+TEST_CASE("without the program of a benchmark beside it qdot bench says how to build that") {
   const Directory directory;
   std::filesystem::copy_file(QDOT_PROGRAM, directory.file("qdot"));
   const auto alone = program_test::ended(directory.file("qdot"), "bench eom");
   CHECK(alone.status == 2);
   CHECK(alone.out.empty());
-  CHECK(alone.err == "qdot bench: bench: must find the program qdot-bench beside qdot, but " + directory.file("qdot-bench") +
-                         " cannot be started; build the target qdot_bench, or type ./run bench\n");
+  CHECK(alone.err == "qdot bench: bench: must find the program qdot-bench-eom beside qdot, but " + directory.file("qdot-bench-eom") +
+                         " cannot be started; build the target qdot_bench_eom, or type ./run bench eom\n");
 }
 
 TEST_CASE("a scene can be listed alone, with the units and meanings of its parameters, its start and its effects") {

@@ -102,7 +102,7 @@ Findings energy() {
 
 }  // namespace
 
-Benchmark energy_benchmark() {
+Benchmark benchmark() {
   return {"energy", "error of the energy over ten thousand periods of a planet, and the time for a period", energy};
 }
 
