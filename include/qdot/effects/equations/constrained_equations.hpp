@@ -57,13 +57,13 @@ struct JetRows {
   bool asks[m];
 
   template <class Phases>
-  [[gnu::always_inline]] JetRows(const Sc& scene, const double* q, const double* qdot, double t, const Phases& z) {
+  [[gnu::flatten]] JetRows(const Sc& scene, const double* q, const double* qdot, double t, const Phases& z) {
     take<0, 0, 0>(scene.effects(), q, qdot, t, z);
   }
 
  private:
   template <std::size_t k, int first, int state, class Effects, class Phases>
-  [[gnu::always_inline]] void take(const Effects& effects, const double* q, const double* qdot, double t, const Phases& z) {
+  [[gnu::flatten]] void take(const Effects& effects, const double* q, const double* qdot, double t, const Phases& z) {
     if constexpr (k < std::tuple_size_v<Effects>) {
       using E = std::tuple_element_t<k, Effects>;
       const E& e = std::get<k>(effects);
@@ -86,7 +86,8 @@ struct JetRows {
     }
   }
 
-  // Not always_inline, for the reason that mechanics/equations/straight_line.hpp tells of euler_lagrange_of().
+  // Not always_inline, for the reason that mechanics/equations/straight_line.hpp tells of euler_lagrange_of(); and neither is what leads here from there
+  // (the constructor, solved(), packed()): else GCC may prepare this after them and leave it a function of its own, whose masks are no constants.
   template <int first, class E>
   [[gnu::flatten]] void evaluate(const E& e, const double* q, const double* qdot, double t) {
     constexpr int rows = constraint_rows_of<E, n>();
@@ -213,11 +214,11 @@ struct ConstrainedTo {
   double dependent;  // pivots of the Schur complement below this fraction of their diagonal entry are left to the general way
   ConstrainedSolution<n, m>& out;
 
-  [[gnu::always_inline]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
+  [[gnu::flatten]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
     return solved(at, M, r, present);
   }
   // One constraint on a quaternion whose length L says nothing of. It alone determines the length, which alone determines λ.
-  [[gnu::always_inline]] bool turned(const AtState& at, FreeTurn<n>& turn) const
+  [[gnu::flatten]] bool turned(const AtState& at, FreeTurn<n>& turn) const
     requires(m == 1 && !Sc::has_phases)
   {
     if (!turn.frame.place[3] || turn.has_length_inertia) return false;
@@ -264,7 +265,7 @@ struct ConstrainedTo {
   }
 
  private:
-  [[gnu::always_inline]] bool solved(const AtState& at, double* M, double* r, ComponentMask present) const {
+  [[gnu::flatten]] bool solved(const AtState& at, double* M, double* r, ComponentMask present) const {
     JetRows<Sc> row(scene, at.q, at.qdot, at.t, z);
     if constexpr (Sc::has_forces) {
       const Vector<double, n> Q = forces_at<ForceSum::plain>(scene, z, at);
