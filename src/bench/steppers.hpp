@@ -24,7 +24,7 @@ class MotionRows {
   /// A method that chooses its steps: its cheapest tolerance.
   template <class System, class Method>
   void adaptive(const System& system, const Method& method) {
-    add(std::string(Method::name), system, decades(1e-3, 1e-14, 4),
+    add(std::string(Method::name), system, decades(1e-3, 2.4e-15, 4),
         [&](double tol, const auto& form) { return method.stepper(form, {.rtol = tol, .atol = tol}); });
   }
 

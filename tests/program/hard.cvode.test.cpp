@@ -50,7 +50,7 @@ TEST_CASE("published hard cases reach the digits that their references are good 
 
 TEST_CASE("the program and its benchmarks know the same benchmarks", "[long]") {
   const auto handed_over = program_test::qdot("bench foo");
-  const auto linked_in = program_test::ended(std::string(QDOT_PROGRAM) + "-bench", "bench foo");
+  const auto linked_in = program_test::ended(std::string(QDOT_PROGRAM) + "-bench", "foo");
   CHECK(handed_over.status == 2);
   CHECK(handed_over.err == linked_in.err);
 }
