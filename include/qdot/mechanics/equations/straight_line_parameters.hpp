@@ -81,7 +81,8 @@ struct DirectionsTo {
   const Displaced& state;
   double *qddot, *along;
 
-  [[gnu::always_inline]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
+  // Not always_inline: lagrangian_of() would then be prepared too late (straight_line.hpp).
+  [[gnu::flatten]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
     using N = PairedDual<(lanes + 1) / 2>;
     using S = DirectionResidual<n, lanes>;
     double factor[n * (n + 1) / 2];
