@@ -100,7 +100,8 @@ std::vector<Row> rows() {
 Case bricard() {
   return {"bricard", "Bricard mechanism (A04)",
           "Six hinges in a loop: counting gives no freedom at all, and there is one. One of the five loop equations is redundant "
-          "at every moment, so a plain factorization fails and the multipliers are not unique. Errors are absolute.",
+          "at every moment, so a plain factorization fails and the multipliers are not unique. Errors are absolute. Both rows "
+          "end in rounding: with equations whose sums are added up in another order, or tolerances from 2.3e-15 to 6e-15, Dop853 reaches 13.9 to 15.2 digits.",
           rows};
 }
 
