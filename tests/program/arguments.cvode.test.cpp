@@ -107,6 +107,24 @@ TEST_CASE("without the program of a benchmark beside it qdot bench says how to b
                          " cannot be started; build the target qdot_bench_eom, or type ./run bench eom\n");
 }
 
+TEST_CASE("qdot bench runs the benchmarks beside it in turn, and makes one object of them") {
+  const Directory directory;
+  std::filesystem::copy_file(QDOT_PROGRAM, directory.file("qdot"));
+  std::string object;
+  for (const std::string name : {"eom", "scenes", "ensemble", "many", "large", "steppers", "energy", "sensitivities", "hard", "compile"}) {
+    const std::string program = directory.file("qdot-bench-" + name);
+    { std::ofstream(program) << "#!/bin/sh\nprintf '  \"" << name << "\": \"%s\"' \"$*\"\n" << (name == "hard" ? "exit 1\n" : ""); }
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    object += (object.empty() ? "{\n  \"" : ",\n  \"") + name + "\": \"member\"";
+  }
+  const auto all = program_test::ended(directory.file("qdot"), "bench --json");
+  CHECK(all.out == object + "\n}\n");
+  CHECK(all.status == 1);
+  CHECK(program_test::ended(directory.file("qdot"), "bench many --json").out == "  \"many\": \"json\"");
+  CHECK(program_test::ended(directory.file("qdot"), "bench hard --page p").out == "  \"hard\": \"text p\"");
+  CHECK(program_test::ended(directory.file("qdot"), "bench many --page p").status == 2);
+}
+
 TEST_CASE("a scene can be listed alone, with the units and meanings of its parameters, its start and its effects") {
   const auto listed = qdot("list cartpole");
   CHECK(listed.status == 0);
