@@ -127,8 +127,10 @@ class JetEquations {
     constexpr int axes = Position::RowsAtCompileTime;
     static_assert(axes >= 1 && axes <= 3, "qdot: the position of a body has 1, 2 or 3 entries");
     S r[axes];
+    ComponentMask moves[axes];
     unroll<axes>([&](auto c) __attribute__((always_inline)) {
       r[c] = S(position.derived().coeff(c));
+      moves[c] = r[c].mask;
       unroll<n>([&](auto i) __attribute__((always_inline)) {  // 0.0 * q[0]: a way to write a constant
         r[c].mask &= ~bit(has(r[c].mask, i) & (1U ^ may_differ_from_zero(r[c].template J<i>())), i);
       });
@@ -149,8 +151,11 @@ class JetEquations {
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       unroll<i + 1>([&](auto j) __attribute__((always_inline)) {
         constexpr int k = triangle_index(i, j);
-        Present active = 0;
-        unroll<axes>([&](auto c) __attribute__((always_inline)) { active |= has(r[c].mask, i) & has(r[c].mask, j); });
+        Present active = 0, together = 0;
+        unroll<axes>([&](auto c) __attribute__((always_inline)) {
+          active |= has(r[c].mask, i) & has(r[c].mask, j);
+          together |= has(moves[c], i) & has(moves[c], j);
+        });
         if (same[i] & same[j]) {
           weight_[k] = sum_of(weight_has_[k], weight_[k], active, m);
         } else {
@@ -158,7 +163,7 @@ class JetEquations {
           weight_[k] = m;
         }
         weight_has_[k] = active;
-        pattern_ |= bit(active, k);
+        pattern_ |= bit(together, k);  // whatever is known of numbers, which Clang decides late
       });
     });
     unroll<n>([&](auto i) __attribute__((always_inline)) {
