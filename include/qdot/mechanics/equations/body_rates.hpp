@@ -31,22 +31,22 @@ template <class Tensor>
   return sum;
 }
 
-// The same matrix of numbers, by the same words.
-template <int i, int j, int k>
-[[gnu::always_inline]] inline Matrix<double, 3> rotation_of(EulerTurn<i, j, k>, const double (&p)[3]) { return euler_rotation<i, j, k>(p[0], p[1], p[2]); }
+// The same matrix of constants, by the same words and the same operations: of doubles Clang contracts sums of products, and has other sines.
+template <class Real, int i, int j, int k>
+[[gnu::always_inline]] inline auto rotation_of(EulerTurn<i, j, k>, const Real (&p)[3]) { return euler_rotation<i, j, k>(p[0], p[1], p[2]); }
 template <class Real>
-[[gnu::always_inline]] inline Matrix<Real, 3> rotation_of(QuaternionTurn, const Real (&p)[4]) { return rotation_from_quaternion(Vector<Real, 4>(p[0], p[1], p[2], p[3])); }
+[[gnu::always_inline]] inline auto rotation_of(QuaternionTurn, const Real (&p)[4]) { return rotation_from_quaternion(Vector<Real, 4>(p[0], p[1], p[2], p[3])); }
 template <class Real>
-[[gnu::always_inline]] inline Matrix<Real, 3> rotation_of(VectorTurn, const Real (&u)[3]) { return rotation_from_vector(Vector<Real, 3>(u[0], u[1], u[2])); }
+[[gnu::always_inline]] inline auto rotation_of(VectorTurn, const Real (&u)[3]) { return rotation_from_vector(Vector<Real, 3>(u[0], u[1], u[2])); }
 
 // Whether the compiler sees that R's entries are those that it was made with, and that nobody has written to them.
 template <class Turn, int n>
 [[gnu::always_inline]] inline Present is_as_made(const KnownRotation<Turn, PositionJet<n>>& R) {
-  double at[Turn::coordinates];
+  PositionJet<n> at[Turn::coordinates];
   unroll<Turn::coordinates>([&](auto c) __attribute__((always_inline)) { at[c] = R.from[c].value; });
   const auto made = rotation_of(Turn(), at);
   Present same = 1;
-  unroll<9>([&](auto k) __attribute__((always_inline)) { same &= known_equal(R.coeff(k % 3, k / 3).value, made.coeff(k % 3, k / 3)); });
+  unroll<9>([&](auto k) __attribute__((always_inline)) { same &= known_equal(R.coeff(k % 3, k / 3).value, made.coeff(k % 3, k / 3).value); });
   return same;
 }
 

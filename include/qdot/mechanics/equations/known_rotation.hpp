@@ -215,6 +215,14 @@ template <class Turn, class S>
 struct KnownRotation : Matrix<S, 3> {
   using Matrix<S, 3>::operator=;
   S from[Turn::coordinates];
+
+  // Entry by entry: Clang copies what GCC makes where it is wanted, and sees through no loop of copies.
+  KnownRotation() = default;
+  [[gnu::always_inline]] KnownRotation(const KnownRotation& o) {
+    unroll<9>([&](auto k) __attribute__((always_inline)) { this->data()[k] = o.data()[k]; });
+    unroll<Turn::coordinates>([&](auto c) __attribute__((always_inline)) { from[c] = o.from[c]; });
+  }
+  KnownRotation& operator=(const KnownRotation&) = default;
 };
 
 // What the words of rotation.hpp return.
