@@ -20,6 +20,10 @@
 
 namespace qdot {
 
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
+
 /// φ(q, t) = 0 with a name.
 template <class F, int rows = rows_as_returned>
 struct HolonomicConstraint {
@@ -111,5 +115,9 @@ template <int k, class F>
 PrescribedCoordinate<F, k> prescribed(std::string name, F s) {
   return {std::move(name), k, std::move(s)};
 }
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 }  // namespace qdot

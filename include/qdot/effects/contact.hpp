@@ -31,6 +31,10 @@
 
 namespace qdot {
 
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
+
 /// Phases of a contact, as they stand in z.
 enum class ContactPhase {
   apart = 0,     ///< φ > 0: no force
@@ -97,15 +101,7 @@ struct RopeSlack {
   /// Length − |point − anchor|.
   template <class S, int n>
   S operator()(const Vector<S, n>& q, const S& t) const {
-    using std::sqrt;
-    const auto a = detail::of_position(point, q, t);
-    const auto b = detail::of_position(anchor, q, t);
-    S sum(0);
-    for (Eigen::Index i = 0; i < a.size(); ++i) {
-      const S d = S(a[i]) - S(b[i]);
-      sum = sum + d * d;
-    }
-    return length - sqrt(sum);
+    return length - detail::distance_of(point, anchor, q, t);
   }
 };
 
@@ -122,5 +118,9 @@ Contact<RopeSlack<P, A>> rope(std::string name, P point, A anchor, double length
                        "; give it a length");
   return {name, {std::move(point), std::move(anchor), length}, law, {name + " taut", name + " holds", name + " slack"}};
 }
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 }  // namespace qdot

@@ -20,6 +20,10 @@
 
 namespace qdot {
 
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
+
 /// Forces −∂R/∂q̇ of a Rayleigh function.
 template <class F>
 struct RayleighFunction {
@@ -182,24 +186,7 @@ struct SpringDamper {
   /// Distance of the two points.
   template <class S, int n>
   S length(const Vector<S, n>& q, const S& t) const {
-    using std::sqrt;
-    const auto a = detail::of_position(r1, q, t);
-    const auto b = detail::of_position(r2, q, t);
-    S sum(0);
-    const auto add = [&](auto i) __attribute__((always_inline)) {
-      const S d = S(a[i]) - S(b[i]);
-      sum = sum + d * d;
-    };
-    constexpr int axes = decltype(a)::SizeAtCompileTime, others = decltype(b)::SizeAtCompileTime;
-    static_assert(axes == others || axes == Dynamic || others == Dynamic,
-                  "qdot: both ends of a spring, a damper or a tension must have as many coordinates: between a point in a plane and one in space "
-                  "there is no distance");
-    if constexpr (axes == Dynamic) {
-      for (Eigen::Index i = 0; i < a.size(); ++i) add(i);
-    } else {
-      unroll<axes>(add);  // straight-line code stays so
-    }
-    return sqrt(sum);
+    return detail::distance_of(r1, r2, q, t);
   }
 
   template <class S, int n>
@@ -294,5 +281,9 @@ template <class P1, class P2, class Law>
 TensionBetween<P1, P2, Law> tension_between(P1 r1, P2 r2, Law f) {
   return {{std::move(r1), std::move(r2), 0.0, 0.0, 0.0}, std::move(f)};
 }
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 }  // namespace qdot

@@ -65,6 +65,10 @@ consteval bool functor_takes_time() {
   }
 }
 
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
+
 // φ or a as a vector: a single constraint may be returned as a plain scalar.
 template <class Result>
 auto as_rows(const Result& result) {
@@ -76,6 +80,10 @@ auto as_rows(const Result& result) {
     return Vector<Result, 1>(result);
   }
 }
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 }  // namespace detail
 

@@ -21,107 +21,16 @@
 #include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/effects/effect.hpp"
 #include "qdot/effects/equations/moving_points.hpp"
+#include "qdot/effects/functors.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/rotation.hpp"
 #include "qdot/mechanics/velocity.hpp"
 
 namespace qdot {
 
-namespace detail {
-
-// The functors of effects are asked for their longest form: f(q, qdot, t) before f(q, qdot). It is asked of every scalar; a time that
-// is a double would be there for numbers and not for their derivatives.
-template <class F, class... Before>
-consteval bool require_time_of_scalar() {
-  static_assert(!std::is_invocable_v<const F&, const Before&..., double>,
-                "qdot: the functor of an effect takes the time as a double, but the time carries derivatives as q does: take `const auto& t`, "
-                "or `S t = S(0)` in a template <class S>; a parameter that is a double is a member or a capture");
-  return true;
-}
-
-// Whether a functor takes these arguments, with the last one or without, or is a vector that takes none. It is asked where packs of numbers have
-// another way; who has none is told by the compiler. A call operator that is no template takes the numbers that it names and nothing else, though
-// Eigen lets any vector look as if it could become theirs.
-template <class F>
-inline constexpr bool is_generic = std::is_class_v<F> && !requires { &F::operator(); };
-template <class F, class T, class... X>
-inline constexpr bool takes_state = requires { F::RowsAtCompileTime; } ||
-                                    (is_generic<F> && (std::is_invocable_v<const F&, const X&..., const T&> || std::is_invocable_v<const F&, const X&...>));
-template <class F, class S, int n>
-concept MovesInPacks = !is_pack<S> || takes_state<F, Moving<S, n>, Vector<Moving<S, n>, n>>;
-
-// f(q, qdot, t) or f(q, qdot), whichever the user wrote.
-template <class F, class Q, class Qdot, class S>
-auto of_state(const F& f, const Q& q, const Qdot& qdot, const S& t) {
-  if constexpr (std::is_invocable_v<const F&, const Q&, const Qdot&, const S&>) {
-    return result_of(f, q, qdot, t);
-  } else {
-    static_assert(require_time_of_scalar<F, Q, Qdot>());
-    static_assert(std::is_invocable_v<const F&, const Q&, const Qdot&>,
-                  "qdot: the functor of an effect must be callable as f(q, qdot, t) or f(q, qdot) for every scalar: take `const auto&`, and say "
-                  "`using std::cos;` before `cos(q[0])`");
-    return result_of(f, q, qdot);
-  }
-}
-
-// f(q, t) or f(q), or a vector that does not depend on either: a fixed point.
-template <class F, class Q, class S>
-auto of_position(const F& f, const Q& q, const S& t) {
-  if constexpr (requires { F::RowsAtCompileTime; }) {
-    return Vector<S, F::RowsAtCompileTime>(f.template cast<S>());
-  } else if constexpr (std::is_invocable_v<const F&, const Q&, const S&>) {
-    return result_of(f, q, t);
-  } else {
-    static_assert(require_time_of_scalar<F, Q>());
-    static_assert(std::is_invocable_v<const F&, const Q&>,
-                  "qdot: a position, pose or constraint must be callable as f(q, t) or f(q) for every scalar: take `const auto& q`, and say "
-                  "`using std::cos;` before `cos(q[0])`");
-    return result_of(f, q);
-  }
-}
-
-// f(t), or a vector that does not depend on it.
-template <class F, class S>
-auto of_time(const F& f, const S& t) {
-  if constexpr (requires { F::RowsAtCompileTime; }) {
-    return Vector<S, F::RowsAtCompileTime>(f.template cast<S>());
-  } else {
-    static_assert(std::is_invocable_v<const F&, const S&>,
-                  "qdot: what depends on time must be callable as f(t) for every scalar: take `const auto& t`");
-    return result_of(f, t);
-  }
-}
-
-// A functor of (q, t) with t held at a number: what duals of q alone are sent through.
-template <class F, class S>
-auto at_time(const F& f, const S& t) {
-  return [&f, t](const auto& q) {
-    using D = typename std::remove_cvref_t<decltype(q)>::Scalar;
-    return of_position(f, q, D(t));
-  };
-}
-
-// The vector of `entries` scalars S, whatever scalar or vector the user's functor returned as `what`.
-template <class S, int n, class Result>
-Vector<S, n> force_vector(const Result& result, [[maybe_unused]] Eigen::Index entries, [[maybe_unused]] const char* what) {
-  if constexpr (requires { Result::RowsAtCompileTime; }) {
-    constexpr int known = Result::RowsAtCompileTime;
-    static_assert(Result::ColsAtCompileTime == 1 && (known == n || known == Dynamic || n == Dynamic),
-                  "qdot: a generalized force must have an entry for each coordinate, a force at a point one for each of the point's, "
-                  "a controller's rate one for each of its states");
-    if constexpr (known != n || n == Dynamic) {
-      if (result.rows() != entries)
-        throw DimensionError(what, static_cast<long>(entries), static_cast<long>(result.rows()),
-                             "return as many entries as there are coordinates (of the point, for a force at a point)");
-    }
-    return result.template cast<S>();
-  } else {
-    static_assert(n == 1, "qdot: a force on more than one coordinate must be returned as a vector");
-    return Vector<S, n>(S(result));
-  }
-}
-
-}  // namespace detail
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
 
 /// A generalized force Q(q, q̇, t), given as it is.
 template <class F>
@@ -396,5 +305,9 @@ Controller<Force, Rate, states> controller(Force Q, Rate zdot, const Vector<doub
   static_assert(states != Dynamic, "qdot: a controller's state must have a size known at compile time");
   return {std::move(Q), std::move(zdot), z0};
 }
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 }  // namespace qdot

@@ -31,10 +31,20 @@ namespace qdot {
 
 namespace detail {
 
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
+
 template <class Tuple, class Visit>
 constexpr void for_each(const Tuple& effects, Visit&& visit) {
-  std::apply([&](const auto&... effect) { (visit(effect), ...); }, effects);
+  [&]<std::size_t... k>(std::index_sequence<k...>) {
+    (visit(std::get<k>(effects)), ...);
+  }(std::make_index_sequence<std::tuple_size_v<Tuple>>());
 }
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 template <class Sys, class... Effects>
 constexpr bool has_energy_terms = ((LagrangianEffect<Effects, Sys::dof_at_compile_time> ||

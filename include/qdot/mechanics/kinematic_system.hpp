@@ -252,17 +252,17 @@ class KinematicEnergies {
   template <class Positions, class Time, class Bodies>
   constexpr void place(const Positions& q, const Time& t, Bodies& bodies) const {
     if constexpr (placed_in_time) {
-      place_(q, t, bodies);
+      called(place_, q, t, bodies);
     } else {
-      place_(q, bodies);
+      called(place_, q, bodies);
     }
   }
   template <class Positions, class Time>
   constexpr auto own_potential(const Positions& q, const Time& t) const {
     if constexpr (potential_signature<OwnPotential, n>() == PotentialSignature::position) {
-      return potential_(q);
+      return called(potential_, q);
     } else {
-      return potential_(q, t);
+      return called(potential_, q, t);
     }
   }
 

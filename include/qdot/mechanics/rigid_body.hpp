@@ -45,6 +45,10 @@
 
 namespace qdot {
 
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
+
 namespace detail {
 
 template <class A, class B>
@@ -106,6 +110,10 @@ auto planar_kinetic_energy(double M, const Eigen::MatrixBase<Arm>& AG, double I_
          M * omega * (AG[0] * v_A[1] - AG[1] * v_A[0]);
 }
 
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
+
 /// What mechanics needs to know of a rigid body, in axes fixed to it, seen from its reference point A.
 struct RigidBody {
   double mass;              ///< M
@@ -162,6 +170,10 @@ inline RigidBody compound(std::initializer_list<RigidBody> parts) {
   return sum;
 }
 
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
+
 /// T of a body whose velocity v_A is in space axes and whose angular velocity `body_omega` is in body axes.
 ///
 /// R is needed for the middle term alone, and is not touched when A = G.
@@ -202,5 +214,9 @@ auto kinetic_energy_of_body(const RigidBody& body, const Rotation& rotation, con
     }, t...);
   }
 }
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 }  // namespace qdot

@@ -45,6 +45,10 @@
 
 namespace qdot {
 
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
+
 /// [a×], the matrix of the cross product: skew(a) b = a × b.
 template <class A>
 Matrix<typename A::Scalar, 3> skew(const Eigen::MatrixBase<A>& a) {
@@ -291,5 +295,9 @@ auto body_angular_velocity_of(const Function& rotation, const Eigen::MatrixBase<
                               const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {
   return detail::turning<detail::Axes::of_body>(rotation, q, qdot, t...);
 }
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 }  // namespace qdot

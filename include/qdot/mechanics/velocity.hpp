@@ -45,6 +45,10 @@
 
 namespace qdot {
 
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
+
 namespace detail {
 
 template <class S, class... Numbers>
@@ -239,10 +243,10 @@ auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen:
       return position;
     };
     const FollowBy<Positions> follow{positions};
-    const std::tuple<std::conditional_t<true, Position, Time>...> times{time(S(t))...};
     if constexpr (Positions::is_only_way) {
-      return std::apply([&](const auto&... ts) { return finish(result_of(x, at, ts...), follow); }, times);
+      return finish(result_of(x, at, time(S(t))...), follow);
     } else {
+      const std::tuple<std::conditional_t<true, Position, Time>...> times{time(S(t))...};
       // Functions of their own: what calls this is flattened.
       const auto by_duals = [&]() __attribute__((noinline, cold)) { return along_duals<S>(x, q, qdot, finish, t...); };
       const auto by_positions = [&]() __attribute__((noinline)) {
@@ -301,5 +305,9 @@ auto acceleration_of(const Function& x, const Eigen::MatrixBase<Q>& q, const Eig
   }
   return velocity_of(velocity, state, rate);
 }
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 }  // namespace qdot

@@ -12,6 +12,11 @@
 //
 // and no type tells whether what it refers to outlives the functor. So a functor returns numbers: a scalar, or a vector or matrix that
 // holds its own. All of the library's calls of functors that may return vectors go through result_of(), which says so in English.
+//
+// Straight-line code needs the functor in the function that asks for its derivatives, whatever lies between. There that function says `flatten`, by
+// which GCC inlines all that it calls and all that this calls; Clang inlines the first and decides of the rest as ever, by its size, which without
+// those derivatives is large. So what lies between is inlined always where Clang optimizes, and functors are where they are called. GCC is not
+// told, as the order in which it inlines depends on it (mechanics/equations/straight_line.hpp).
 
 #include <type_traits>
 #include <utility>
@@ -33,11 +38,25 @@ consteval bool require_numbers() {
   return true;
 }
 
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute push(__attribute__((always_inline, flatten)), apply_to = function)
+#endif
+
+// f(arguments…), which may return nothing.
+template <class F, class... Arguments>
+constexpr decltype(auto) called(F&& f, Arguments&&... arguments) {
+  return f(std::forward<Arguments>(arguments)...);
+}
+
 // f(arguments…), which must be numbers.
 template <class F, class... Arguments>
 constexpr auto result_of(F&& f, Arguments&&... arguments) {
   static_assert(require_numbers<decltype(f(std::forward<Arguments>(arguments)...))>());
   return f(std::forward<Arguments>(arguments)...);
 }
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 }  // namespace qdot::detail

@@ -46,6 +46,10 @@ inline constexpr bool has_constrained_equations =
     straight_line_pays && Sc::has_constraints && Sc::dof_at_compile_time >= 1 && Sc::dof_at_compile_time <= straight_line_limit &&
     Sc::constraints_at_compile_time >= 1 && Sc::constraints_at_compile_time <= Sc::dof_at_compile_time;
 
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
+
 // Rows of J and γ; of a constraint that is not active there are zeros, and `asks` says so.
 template <class Sc>
 struct JetRows {
@@ -123,6 +127,10 @@ struct JetRows {
     asks[row] = true;
   }
 };
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 // M ← M + ϱ JᵀJ and r ← r + ϱ Jᵀγ, with a ϱ that makes both parts alike; false where there is none.
 template <int n, int m, class Right>

@@ -7,6 +7,7 @@
 // (effects/equations/energy_terms.hpp). But their forces can be found without the system's T and V: then the system keeps the equations that it has
 // derived, and a spring-damper looks for its length once.
 
+#include <cstddef>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -18,6 +19,10 @@
 namespace qdot {
 
 namespace detail {
+
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
 
 // −∂V/∂q of an effect's potential.
 template <class E, class S, int n>
@@ -83,7 +88,9 @@ Vector<S, n> sum_over(const Effects& effects, const Vector<S, n>& q, const Vecto
     }
     if constexpr (way == ForceSum::with_potentials && PotentialEffect<E, n>) add_entries(sum, force_of_potential(e, q, t));
   };
-  std::apply([&](const auto&... e) { (add(e, std::type_identity<Roles>()), ...); }, effects);
+  [&]<std::size_t... k>(std::index_sequence<k...>) {
+    (add(std::get<k>(effects), std::type_identity<Roles>()), ...);
+  }(std::index_sequence_for<Roles...>());
   return sum;
 }
 template <ForceSum way, bool but_body_torques = false, class Sys, class... Effects, class S, int n>
@@ -135,6 +142,10 @@ template <ForceSum way, class Sc>
     }
   });
 }
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 // Duals know that a constant has no derivative, however steep the root of it is.
 template <class Sc, int n>

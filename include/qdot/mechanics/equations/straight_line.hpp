@@ -117,6 +117,10 @@ struct AtState {
   double t;
 };
 
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((flatten)), apply_to = function)
+#endif
+
 // Those of a free body (free_turn.hpp), handed to use.turned(at, turn).
 template <int n, class Rotation, class Use>
 [[gnu::always_inline]] inline bool turned_equations(const TurningEnergy<n, Rotation>& L, const AtState& at, const Use& use) {
@@ -141,6 +145,10 @@ template <int n, class Rotation, class Use>
   turn.set(L.body, M, L.h_mask, r, forces, I, inertia, X);
   return turn.is_free && use.turned(at, turn);
 }
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 // M and r at a state, handed to use.packed(at, M, r, present): the packed lower triangle, the right-hand side, and which entries of M may be other
 // than zero. False when this is not the way, a loop in T or V, and where `use` says so.
