@@ -218,7 +218,7 @@ struct KnownRotation : Matrix<S, 3> {
 
   // Entry by entry: Clang copies what GCC makes where it is wanted, and sees through no loop of copies.
   KnownRotation() = default;
-  [[gnu::always_inline]] KnownRotation(const KnownRotation& o) {
+  [[gnu::always_inline]] KnownRotation(const KnownRotation& o) : Matrix<S, 3>() {
     unroll<9>([&](auto k) __attribute__((always_inline)) { this->data()[k] = o.data()[k]; });
     unroll<Turn::coordinates>([&](auto c) __attribute__((always_inline)) { from[c] = o.from[c]; });
   }
