@@ -21,7 +21,7 @@
 #include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/effects/effect.hpp"
 #include "qdot/effects/equations/moving_points.hpp"
-#include "qdot/effects/functors.hpp"
+#include "qdot/effects/equations/functors.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/rotation.hpp"
 #include "qdot/mechanics/velocity.hpp"
