@@ -108,9 +108,9 @@ struct AccelerationTo {
   [[gnu::always_inline]] bool packed(const AtState&, double* M, double* r, ComponentMask present) const {
     if constexpr (forced) unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
     if (!solved_in_place<n>(M, r, threshold, present)) return false;
-    double sum = 0.0;  // not finite where one of them is not
+    double sum = -0.0;
     unroll<n>([&](auto i) __attribute__((always_inline)) { sum += qddot[i] = r[i]; });
-    return sum - sum == 0.0;
+    return is_finite(sum);
   }
   [[gnu::always_inline]] bool turned(const AtState&, FreeTurn<n>& turn) const {
     const bool by_length = turn.frame.place[3] != 0;
@@ -119,9 +119,9 @@ struct AccelerationTo {
     if (!solved_in_place<n>(turn.M, turn.r, threshold, turn.present)) return false;
     turn.back(turn.r, qddot);
     if (by_length) turn.add_along(turn.of_length(turn.r), qddot);
-    double sum = 0.0;
+    double sum = -0.0;
     unroll<n>([&](auto i) __attribute__((always_inline)) { sum += qddot[i]; });
-    return sum - sum == 0.0;
+    return is_finite(sum);
   }
   bool full(const AtState& at, double* M, double* r) const { return packed(at, M, r, ~ComponentMask(0)); }
   template <int blocks>

@@ -61,11 +61,23 @@ template <class Number>
   return has_a ? (has_b ? Number(a - b) : a) : (has_b ? Number(-b) : Number(0.0));
 }
 
+// Whether all numbers are finite, by their sum, which is not where one of them is not. Of packs for each. A sum begins with −0, the zero that adds
+// nothing: 0 + x would have to be computed, for an x that is −0.
+template <class Number>
+[[gnu::always_inline]] inline auto is_finite(const Number& sum) {
+  if constexpr (std::is_same_v<Number, double>) return static_cast<bool>(__builtin_isfinite(sum));
+  else return sum - sum == 0.0;
+}
+
 // True when the compiler sees that both are the same value, so that their difference is zero.
 [[gnu::always_inline]] inline Present known_equal(double a, double b) {
   const bool equal = __builtin_bit_cast(long long, a) == __builtin_bit_cast(long long, b);
   return __builtin_constant_p(equal) && equal ? 1U : 0U;
 }
+
+// Whether the compiler does not know a number to be zero.
+template <class S>
+[[gnu::always_inline]] inline Present may_differ_from_zero(const S& x) { return 1U ^ known_equal(x, S(0.0)); }
 
 // Two numbers in one register, on every machine.
 using Pair = double __attribute__((vector_size(16)));

@@ -91,7 +91,7 @@ template <int n, int lanes, class E>
       ydot[size * (c + 1) + i] = y[size * (c + 1) + n + i];
       ydot[size * (c + 1) + n + i] = out[i * width + c];
     }
-  return sum - sum == 0.0;
+  return is_finite(sum);
 }
 
 template <class E, int n, Inertia I>

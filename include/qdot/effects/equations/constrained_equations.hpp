@@ -13,7 +13,9 @@
 //
 // Then, with M = L D Lᵀ in place and B = L⁻¹Jᵀ, z = L⁻¹(r + Q),
 //
-//     (Bᵀ D⁻¹ B) λ = γ − Bᵀ D⁻¹ z ,     q̈ = L⁻ᵀ D⁻¹ (z + B λ) .
+//     (Bᵀ D⁻¹ B) λ = γ − Bᵀ D⁻¹ z ,     q̈ = L⁻ᵀ D⁻¹ (z + B λ) ;
+//
+// of one constraint with fewer divisions (one_constraint.hpp).
 //
 // Where M may be singular by itself, as that of a body by a quaternion of unit length is, constraints lend it inertia: with ϱ Jᵀ(J q̈ − γ) = 0 added,
 //
@@ -30,11 +32,11 @@
 
 #include <cstddef>
 #include <tuple>
-#include <type_traits>
 
 #include "qdot/ad/places/position_jet.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/effects/equations/effect_forces.hpp"
+#include "qdot/effects/equations/one_constraint.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
 
@@ -133,9 +135,9 @@ struct JetRows {
 #endif
 
 // M ← M + ϱ JᵀJ and r ← r + ϱ Jᵀγ, with a ϱ that makes both parts alike; false where there is none.
-template <int n, int m, class Right>
+template <int n, int m>
 [[gnu::always_inline]] inline bool with_inertia_of_constraints(double* M, ComponentMask& present, const double (&J)[m][n], const ComponentMask (&mask)[m],
-                                                               Right* r, const Right* gamma) {
+                                                               double* r, const double* gamma) {
   double inertia = 0.0, size = 0.0;
   unroll<n>([&](auto i) __attribute__((always_inline)) {
     inertia += M[triangle_index(i, i)];
@@ -158,55 +160,54 @@ template <int n, int m, class Right>
   return rho > 0.0;
 }
 
-// r ← q̈ and γ ← λ, of numbers or of rows of them; false on a pivot of M or of the Schur complement that is too small. M and J are overwritten; `present`
+// r ← q̈ and γ ← λ; false on a pivot of M or of the Schur complement that is too small. M and J are overwritten; `present`
 // and `mask` say which of their entries may be other than zero. Where constraints may rest, only those of which `asks` is true take part.
 // `fraction`: what the rows before it leave of each pivot of the Schur complement but the first.
-template <int n, int m, bool may_rest, class Right>
+template <int n, int m, bool may_rest>
 [[gnu::always_inline]] inline bool solved_with_constraints(double* M, ComponentMask present, double (&J)[m][n], ComponentMask (&mask)[m],
-                                                           const bool* asks, double dependent, Right* r, Right* gamma, double* fraction) {
+                                                           const bool* asks, double dependent, double* r, double* gamma, double* fraction) {
+  if constexpr (n == 2 && m == 1) {
+    if (!may_rest || asks[0]) return solved_with_one_of_two(M, present, J[0], mask[0], r, gamma[0], massless_pivot);
+    return solved_in_place<2>(M, r, massless_pivot, present);
+  }
   double inverse[n];
   if (!factored_in_place<n>(M, inverse, massless_pivot, present)) return false;
   ComponentMask some = 0;  // entries of r that may be other than zero
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    if constexpr (std::is_same_v<Right, double>) some |= bit(may_differ_from_zero(r[i]), i);
-    else some |= bit(1, i);
-  });
+  unroll<n>([&](auto i) __attribute__((always_inline)) { some |= bit(may_differ_from_zero(r[i]), i); });
   forward_in_place<n>(M, r, present, some);
-  double schur[m * (m + 1) / 2], scaled[m][n];
+  if constexpr (m == 1 && n > 1) {
+    forward_in_place<n>(M, J[0], present, mask[0]);
+    solve_with_multiplier<n>(M, inverse, J[0], mask[0], may_rest && !asks[0], r, some, gamma[0]);
+    backward_in_place<n>(M, r, present);
+    return true;
+  }
+  double schur[m * (m + 1) / 2];
+  MaybeZero scaled[m][n];
   unroll<m>([&](auto k) __attribute__((always_inline)) {
     forward_in_place<n>(M, J[k], present, mask[k]);
-    Right sum = gamma[k];
+    MaybeZero left{gamma[k], 1};
     unroll<n>([&](auto i) __attribute__((always_inline)) {
-      const Present there = has(mask[k], i), both = there & has(some, i);
-      scaled[k][i] = product_if(there, J[k][i], inverse[i]);
-      sum = difference_of(1U, sum, both, product_if(both, r[i], scaled[k][i]));
+      scaled[k][i] = MaybeZero{J[k][i], has(mask[k], i)} * MaybeZero{inverse[i], 1};
+      left = left - MaybeZero{r[i], has(some, i)} * scaled[k][i];
     });
-    gamma[k] = sum;
+    gamma[k] = left.number;
   });
   unroll<m>([&](auto k) __attribute__((always_inline)) {
     unroll<k + 1>([&](auto l) __attribute__((always_inline)) {
-      double sum = 0.0;
-      Present any = 0;
-      unroll<n>([&](auto i) __attribute__((always_inline)) {
-        const Present both = has(mask[k], i) & has(mask[l], i);
-        sum = sum_of(any, sum, both, product_if(both, scaled[k][i], J[l][i]));
-        any |= both;
-      });
-      schur[triangle_index(k, l)] = sum;
+      MaybeZero sum{0.0, 0};
+      unroll<n>([&](auto i) __attribute__((always_inline)) { sum = sum + scaled[k][i] * MaybeZero{J[l][i], has(mask[l], i)}; });
+      schur[triangle_index(k, l)] = sum.number;
     });
     if constexpr (may_rest) {
       if (!asks[k]) schur[triangle_index(k, k)] = 1.0;
     }
   });
   if (!solved_in_place<m>(schur, gamma, dependent, ~ComponentMask(0), fraction)) return false;
-  unroll<m>([&](auto k) __attribute__((always_inline)) {
-    unroll<n>([&](auto i) __attribute__((always_inline)) {
-      const Present there = has(mask[k], i);
-      r[i] = sum_of(has(some, i), r[i], there, product_if(there, gamma[k], J[k][i]));
-      some |= bit(there, i);
-    });
+  unroll<n>([&](auto i) __attribute__((always_inline)) {
+    MaybeZero sum{r[i], has(some, i)};
+    unroll<m>([&](auto k) __attribute__((always_inline)) { sum = sum + MaybeZero{gamma[k], 1} * MaybeZero{J[k][i], has(mask[k], i)}; });
+    r[i] = sum.number * inverse[i];
   });
-  unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] *= inverse[i]; });
   backward_in_place<n>(M, r, present);
   return true;
 }
@@ -256,12 +257,12 @@ struct ConstrainedTo {
       left = difference_of(1U, left, there, product_if(there, row.J[0][i], qddot[i]));
     });
     turn.add_along(left * i_j, qddot);
-    double sum = at.t + lambda;
+    double sum = lambda - at.t;
     unroll<n>([&](auto i) __attribute__((always_inline)) { sum += out.qddot[i] = qddot[i]; });
     out.lambda[0] = lambda;
     out.rank = 1;
     out.smallest_pivot = 1.0;
-    return sum - sum == 0.0;
+    return is_finite(sum);
   }
   [[gnu::noinline, gnu::flatten]] bool full(const AtState& at, double* M, double* r) const { return solved(at, M, r, ~ComponentMask(0)); }
   template <int blocks>
@@ -284,7 +285,7 @@ struct ConstrainedTo {
     }
     double fraction[m];
     if (!solved_with_constraints<n, m, Sc::has_phases>(M, present, row.J, row.mask, row.asks, dependent, r, row.gamma, fraction)) return false;
-    double sum = at.t;  // the only one of the arguments that a derivative may not hold though the value does
+    double sum = -at.t;  // the only one of the arguments that a derivative may not hold though the value does
     unroll<n>([&](auto i) __attribute__((always_inline)) { sum += out.qddot[i] = r[i]; });
     out.rank = 0;
     out.smallest_pivot = 1.0;
@@ -296,7 +297,7 @@ struct ConstrainedTo {
         if (fraction[k] < out.smallest_pivot) out.smallest_pivot = fraction[k];
       }
     });
-    return sum - sum == 0.0;
+    return is_finite(sum);
   }
 };
 

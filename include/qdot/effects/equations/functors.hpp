@@ -88,7 +88,7 @@ S distance_of(const First& first, const Second& second, const Q& q, const S& t) 
   using std::sqrt;
   const auto a = of_position(first, q, t);
   const auto b = of_position(second, q, t);
-  S sum(0);
+  S sum(-0.0);  // the zero that adds nothing
   const auto add = [&](auto i) __attribute__((always_inline)) {
     const S d = S(a[i]) - S(b[i]);
     sum = sum + d * d;

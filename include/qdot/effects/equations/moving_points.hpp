@@ -66,10 +66,6 @@ template <int n>
 template <int n, class S>
 [[gnu::always_inline]] inline S rate_of(const EulerLagrange<n, S>& x) { return x.has_rate ? x.rate : S(0.0); }
 
-// Whether the compiler does not know a number to be zero; of doubles: mechanics/equations/body_rates.hpp.
-template <class S>
-[[gnu::always_inline]] inline Present may_differ_from_zero(const S& x) { return 1U ^ known_equal(x, S(0.0)); }
-
 // Q += F ∂x/∂q. `present` says which entries of Q are more than a zero. What is not finite does not vanish because x does not move.
 template <class S, int n, class Number>
 [[gnu::always_inline]] inline void add_gradient(Vector<S, n>& Q, ComponentMask& present, const std::type_identity_t<S>& F, const Number& moving) {

@@ -291,7 +291,7 @@ template <int n, class Form, class Forces, class Number>
   });
   Number sum = out[0];
   unroll<n - 1>([&](auto i) __attribute__((always_inline)) { sum += out[i + 1]; });
-  good &= sum - sum == 0.0;
+  good &= is_finite(sum);
   write_vector<n>(qddot, out);
   return good;
 }

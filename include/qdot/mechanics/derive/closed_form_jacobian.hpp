@@ -182,7 +182,7 @@ template <int n, class Form>
   write_slopes<n, Form>(x, rows);
   solved_in_place<n>(M, rows, 0.0, entries_of_mass_matrix<n, Form>);
   unroll<n>([&](auto i) __attribute__((always_inline)) { qddot[i] = a[i]; });
-  double sum = 0.0;
+  double sum = -0.0;
   unroll<n>([&](auto i) __attribute__((always_inline)) {
     sum += a[i];
     unroll<n>([&](auto j) __attribute__((always_inline)) {
@@ -191,7 +191,7 @@ template <int n, class Form>
       sum += rows[i][j] + rows[i][n + j];
     });
   });
-  return good && sum - sum == 0.0;
+  return good && is_finite(sum);
 }
 
 }  // namespace qdot::detail

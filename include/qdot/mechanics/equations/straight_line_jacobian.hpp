@@ -123,7 +123,7 @@ struct JacobianTo {
     if (!residual_written<n>(e, at, r, columns)) return false;
     unroll<n>([&](auto i) __attribute__((always_inline)) { columns[i].value = 0.0; });
     solved_in_place<n>(M, columns, 0.0, present);
-    double sum = 0.0;
+    double sum = -0.0;
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       qddot[i] = r[i];
       unroll<n>([&](auto j) __attribute__((always_inline)) {
@@ -134,7 +134,7 @@ struct JacobianTo {
       });
       sum += r[i];
     });
-    return sum - sum == 0.0;
+    return is_finite(sum);
   }
 };
 

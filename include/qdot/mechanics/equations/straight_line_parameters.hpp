@@ -104,7 +104,7 @@ struct DirectionsTo {
       columns[i].value = 0.0;
     });
     solved_in_place<n>(M, columns, 0.0, present);
-    double sum = 0.0;
+    double sum = -0.0;
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       qddot[i] = r[i];
       sum += r[i];
@@ -114,7 +114,7 @@ struct DirectionsTo {
         sum += slope;
       });
     });
-    return sum - sum == 0.0;
+    return is_finite(sum);
   }
 };
 
