@@ -7,6 +7,8 @@
 // the order is free. Nodes that do the same are put behind each other in the order of their arguments' places, and get consecutive places
 // themselves; where the user's loop went from neighbour to neighbour, so do the places, and the level becomes a few runs (ad/formula/lines.hpp).
 //
+// A product with one sum or difference as its only user is part of that one's line.
+//
 // Arrays of a million numbers do not fit into the memory that a processor has near, and reading them once for each level costs more than
 // the arithmetic. So the outputs are taken a tile at a time, and what a tile needs is made while its numbers are near.
 
@@ -35,6 +37,7 @@ class LineWriter {
     see_new_nodes();
     for (std::size_t first = 0; first < outputs.size(); first += tile) {
       find_needed(outputs, first, std::min(outputs.size(), first + tile));
+      find_parts(outputs, first, std::min(outputs.size(), first + tile));
       write_levels(table);
     }
   }
@@ -63,6 +66,7 @@ class LineWriter {
     const std::size_t seen = place_.size();
     place_.resize(graph_.nodes().size(), -1);
     level_.resize(place_.size(), 0);
+    users_.resize(place_.size(), 0);
     for (std::size_t w = seen; w < place_.size(); ++w)
       if (graph_.nodes()[w].kind == Kind::variable) place_[w] = graph_.nodes()[w].a;
   }
@@ -88,15 +92,43 @@ class LineWriter {
     std::sort(needed_.begin(), needed_.end());
   }
 
+  // Leaves those products out of needed_ that are part of somebody else's line, and marks them.
+  [[gnu::cold]] void find_parts(const std::vector<int>& outputs, std::size_t first, std::size_t last) {
+    for (const int w : needed_) users_[static_cast<std::size_t>(w)] = 0;
+    const auto count = [&](int x) {
+      if (is_missing(x)) ++users_[static_cast<std::size_t>(x)];
+    };
+    for (const int w : needed_) {
+      const auto& node = graph_[w];
+      if (node.kind == Kind::constant) continue;
+      count(node.a);
+      count(node.b);
+      if (node.kind != Kind::affine || node.b < 0 || decisive(node.c) != 0.0)  // who is no sum needs its argument as it is
+        for (const int x : {node.a, node.b}) count(x);
+    }
+    for (std::size_t i = first; i < last; ++i)
+      for (int again = 0; again < 2; ++again) count(outputs[i]);
+    std::erase_if(needed_, [&](int w) {
+      const bool part = is_part(w);
+      if (part) place_[static_cast<std::size_t>(w)] = -1;  // somebody may ask for it another time
+      return part;
+    });
+  }
+  bool is_part(int w) const { return is_missing(w) && graph_[w].kind == Kind::product && users_[static_cast<std::size_t>(w)] == 1; }
+
   // needed_ level by level. Nodes that were there before are on level 0.
   [[gnu::cold]] void write_levels(LineTable& table) {
     int highest = 0;
     for (const int w : needed_) {
       const auto& node = graph_[w];
       int level = 0;
+      const auto comes_after = [&](int x) {
+        if (is_missing(x)) level = std::max(level, level_[static_cast<std::size_t>(x)]);
+      };
       if (node.kind != Kind::constant) {
         for (const int x : {node.a, node.b})
-          if (is_missing(x)) level = std::max(level, level_[static_cast<std::size_t>(x)]);
+          if (x >= 0 && node.kind == Kind::affine && is_part(x)) comes_after(graph_[x].a), comes_after(graph_[x].b);
+          else comes_after(x);
       }
       level_[static_cast<std::size_t>(w)] = level + 1;
       highest = std::max(highest, level + 1);
@@ -135,6 +167,7 @@ class LineWriter {
       case Kind::constant:
       case Kind::variable: break;
       case Kind::affine:
+        if (node.b >= 0 && (is_part(node.a) || is_part(node.b))) return line_with_products(w);
         if (node.b < 0) l.operation = Operation::scaled;
         else if (l.ca == 1.0 && l.c == 0.0 && l.cb == 1.0) l.operation = Operation::sum;
         else if (l.ca == 1.0 && l.c == 0.0 && l.cb == -1.0) l.operation = Operation::difference;
@@ -153,6 +186,31 @@ class LineWriter {
     return l;
   }
 
+  // A sum of two of which one or both are products that nobody else asks for; a product comes first.
+  Line line_with_products(int w) const {
+    const auto& node = graph_[w];
+    const bool turned = !is_part(node.a);
+    const int product = turned ? node.b : node.a, other = turned ? node.a : node.b;
+    const auto place = [&](int x) { return static_cast<std::uint32_t>(place_[static_cast<std::size_t>(x)]); };
+    Line l;
+    l.ca = decisive(turned ? node.cb : node.ca);
+    l.cb = decisive(turned ? node.ca : node.cb);
+    l.a = place(graph_[product].a);
+    l.b = place(graph_[product].b);
+    const bool two = is_part(other);
+    l.d = place(two ? graph_[other].a : other);
+    l.e = place(two ? graph_[other].b : other);
+    if (two && l.ca == -1.0 && l.cb == 1.0) {
+      std::swap(l.a, l.d);
+      std::swap(l.b, l.e);
+      std::swap(l.ca, l.cb);
+    }
+    const bool plus = l.ca == 1.0 && l.cb == 1.0, minus = l.ca == 1.0 && l.cb == -1.0, less = l.ca == -1.0 && l.cb == 1.0;
+    if (two) l.operation = plus ? Operation::products_sum : minus ? Operation::products_difference : Operation::products_combination;
+    else l.operation = plus ? Operation::product_sum : minus ? Operation::product_difference : less ? Operation::less_product : Operation::product_combination;
+    return l;
+  }
+
   static int kind_of(const Line& l) { return static_cast<int>(l.operation) * 256 + static_cast<int>(l.function); }
   static bool are_of_one_kind(const Line& x, const Line& y) { return kind_of(x) == kind_of(y) && (x.operation != Operation::power || x.c == y.c); }
 
@@ -162,7 +220,9 @@ class LineWriter {
       if (const int kx = kind_of(x.line), ky = kind_of(y.line); kx != ky) return kx < ky;
       if (x.line.operation == Operation::power && x.line.c != y.line.c) return x.line.c < y.line.c;
       if (x.line.a != y.line.a) return x.line.a < y.line.a;
-      return x.line.b != y.line.b ? x.line.b < y.line.b : x.node < y.node;
+      if (x.line.b != y.line.b) return x.line.b < y.line.b;
+      if (x.line.d != y.line.d) return x.line.d < y.line.d;
+      return x.node < y.node;
     });
   }
 
@@ -213,7 +273,11 @@ class LineWriter {
       if (end < last) {
         run.step_a = step(end, &Line::a);
         run.step_b = step(end, &Line::b);
-        while (end < last && step(end, &Line::a) == run.step_a && step(end, &Line::b) == run.step_b) ++end;
+        run.step_d = step(end, &Line::d);
+        run.step_e = step(end, &Line::e);
+        while (end < last && step(end, &Line::a) == run.step_a && step(end, &Line::b) == run.step_b && step(end, &Line::d) == run.step_d &&
+               step(end, &Line::e) == run.step_e)
+          ++end;
       }
       run.count = static_cast<std::uint32_t>(end - k);
       short_ones = short_ones || run.count < shortest_run_;
@@ -228,6 +292,7 @@ class LineWriter {
       for (std::size_t k = first; k < last; ++k) {
         const Line& l = elements_[k].line;
         table.places.insert(table.places.end(), {l.a, l.operation == Operation::sine_and_cosine ? l.a : l.b});
+        if (has_products(l.operation)) table.places.insert(table.places.end(), {l.d, l.e});
       }
     }
     std::size_t k = first;
@@ -240,7 +305,8 @@ class LineWriter {
   }
 
   [[gnu::cold]] void add_factors(std::size_t first, RunOfLines& run, LineTable& table) {
-    if (run.first.operation != Operation::scaled && run.first.operation != Operation::combination) return;
+    const Operation o = run.first.operation;
+    if (o != Operation::scaled && o != Operation::combination && o != Operation::product_combination && o != Operation::products_combination) return;
     bool alike = true;
     for (std::size_t k = first; k < first + run.count; ++k) {
       const Line &l = elements_[k].line, &other = run.first;
@@ -258,6 +324,7 @@ class LineWriter {
   std::size_t shortest_run_;
   std::vector<std::int64_t> place_;  // of each node; −1 where it has none
   std::vector<int> level_, needed_, by_level_;
+  std::vector<int> users_;  // of each needed node: how many sums have it, and two for each other user
   std::vector<Element> elements_;
   std::uint32_t count_;
 };

@@ -7,7 +7,8 @@
 //
 //     x₇ = x₃ x₅,     x₈ = sin x₀, x₉ = cos x₀,     x₁₀ = 2 x₇ − x₈,   …
 //
-// and carry_out() goes through it from operation to operation. A line costs one or two nanoseconds beside what it computes.
+// and carry_out() goes through it from operation to operation. A line costs one or two nanoseconds beside what it computes, so a product that is asked for
+// in one sum only is part of the sum's line: x₁₀ = x₃ x₅ − x₈, x₁₁ = x₁ x₂ + x₃ x₄.
 //
 // Many bodies are many equal lines. x₁₀₀ = x₁ − x₀, x₁₀₁ = x₂ − x₁, x₁₀₂ = x₃ − x₂ … is one *run*: an operation, how many there are, and where each of
 // its three places begins and how it steps on. A run is a loop over arrays, as one would write by hand, so that a lattice of a million masses has as
@@ -26,20 +27,26 @@ namespace qdot::formula {
 /// One line: x[to] = …
 struct Line {
   enum class Operation : std::uint8_t {
-    end, constant, scaled, combination, sum, difference, product, square, quotient, inverse, root, inverse_root, power, sine_and_cosine, function, run
+    end, constant, scaled, combination, sum, difference, product, square, quotient, inverse, root, inverse_root, power, sine_and_cosine, function, run,
+    product_sum, product_difference, less_product, product_combination,  // a b + d, a b − d, d − a b, ca a b + cb d
+    products_sum, products_difference, products_combination              // a b + d e, a b − d e, ca a b + cb d e
   };
   Operation operation = Operation::end;
   Function function = Function::none;
   std::uint32_t to = 0, a = 0, b = 0;  ///< of sine_and_cosine: b is where the cosine goes; of run: a is its number
   double ca = 0.0, cb = 0.0, c = 0.0;
+  std::uint32_t d = 0, e = 0;
 };
+
+/// Whether a line has products in a sum, and so four places.
+constexpr bool has_products(Line::Operation operation) { return operation >= Line::Operation::product_sum; }
 
 /// Equal lines one behind the other: `first` is the first of them.
 struct RunOfLines {
   Line first;
   std::uint32_t count = 0;
-  std::int32_t step_a = 0, step_b = 0;
-  std::int64_t places = -1;   ///< of a and b of each line among LineTable::places; −1 where they step on evenly
+  std::int32_t step_a = 0, step_b = 0, step_d = 0, step_e = 0;
+  std::int64_t places = -1;   ///< of a and b (and d and e) of each line among LineTable::places; −1 where they step on evenly
   std::int64_t factors = -1;  ///< of ca, cb, c of each line among LineTable::factors; −1 where they are those of the first
 };
 
@@ -80,12 +87,27 @@ template <class Number, class F>
   }
 }
 
+// to[k] = f(a[k], b[k], d[k], e[k], k).
+template <class Number, class F>
+[[gnu::always_inline]] inline void carry_out_products(const LineTable& table, const RunOfLines& run, Number* x, const F& f) {
+  Number* __restrict const to = x + run.first.to;
+  const std::size_t count = run.count;
+  if (run.places >= 0) {
+    const std::uint32_t* at = table.places.data() + run.places;
+    for (std::size_t k = 0; k < count; ++k, at += 4) to[k] = f(x[at[0]], x[at[1]], x[at[2]], x[at[3]], k);
+    return;
+  }
+  const Number *a = x + run.first.a, *b = x + run.first.b, *d = x + run.first.d, *e = x + run.first.e;
+  for (std::size_t k = 0; k < count; ++k, a += run.step_a, b += run.step_b, d += run.step_d, e += run.step_e) to[k] = f(*a, *b, *d, *e, k);
+}
+
 template <class Number>
 [[gnu::noinline]] void carry_out(const LineTable& table, const RunOfLines& run, Number* x) {
   using Operation = Line::Operation;
   const double ca = run.first.ca, cb = run.first.cb, c = run.first.c;
   const double* const factors = run.factors < 0 ? nullptr : table.factors.data() + run.factors;
   const auto each = [&](const auto& f) __attribute__((always_inline)) { carry_out_each(table, run, x, f); };
+  const auto products = [&](const auto& f) __attribute__((always_inline)) { carry_out_products(table, run, x, f); };
   switch (run.first.operation) {
     case Operation::scaled:
       if (factors) return each([=](Number a, Number, std::size_t k) { return factors[3 * k] * a + factors[3 * k + 2]; });
@@ -113,6 +135,17 @@ template <class Number>
       const Function f = run.first.function;
       return each([=](Number a, Number b, std::size_t) { return value_of(f, a, b); });
     }
+    case Operation::product_sum: return products([](Number a, Number b, Number d, Number, std::size_t) { return a * b + d; });
+    case Operation::product_difference: return products([](Number a, Number b, Number d, Number, std::size_t) { return a * b - d; });
+    case Operation::less_product: return products([](Number a, Number b, Number d, Number, std::size_t) { return d - a * b; });
+    case Operation::product_combination:
+      if (factors) return products([=](Number a, Number b, Number d, Number, std::size_t k) { return factors[3 * k] * (a * b) + factors[3 * k + 1] * d; });
+      return products([=](Number a, Number b, Number d, Number, std::size_t) { return ca * (a * b) + cb * d; });
+    case Operation::products_sum: return products([](Number a, Number b, Number d, Number e, std::size_t) { return a * b + d * e; });
+    case Operation::products_difference: return products([](Number a, Number b, Number d, Number e, std::size_t) { return a * b - d * e; });
+    case Operation::products_combination:
+      if (factors) return products([=](Number a, Number b, Number d, Number e, std::size_t k) { return factors[3 * k] * (a * b) + factors[3 * k + 1] * (d * e); });
+      return products([=](Number a, Number b, Number d, Number e, std::size_t) { return ca * (a * b) + cb * (d * e); });
     case Operation::end:
     case Operation::constant:
     case Operation::run: return;
@@ -126,7 +159,8 @@ template <class Number>
 template <class Number>
 void carry_out(const LineTable& table, Number* x) {
   static const void* const ways[] = {&&end,     &&constant, &&scaled, &&combination,  &&sum,   &&difference,      &&product,  &&square,
-                                     &&quotient, &&inverse,  &&root,   &&inverse_root, &&power, &&sine_and_cosine, &&function, &&run};
+                                     &&quotient, &&inverse,  &&root,   &&inverse_root, &&power, &&sine_and_cosine, &&function, &&run,
+                                     &&product_sum, &&product_difference, &&less_product, &&product_combination, &&products_sum, &&products_difference, &&products_combination};
   const auto way = [](const Line* l) { return static_cast<std::size_t>(l->operation); };
   const Line* line = table.lines.data();
   goto* ways[way(line)];
@@ -177,6 +211,27 @@ function:
   goto* ways[way(++line)];
 run:
   carry_out(table, table.runs[line->a], x);
+  goto* ways[way(++line)];
+product_sum:
+  x[line->to] = x[line->a] * x[line->b] + x[line->d];
+  goto* ways[way(++line)];
+product_difference:
+  x[line->to] = x[line->a] * x[line->b] - x[line->d];
+  goto* ways[way(++line)];
+less_product:
+  x[line->to] = x[line->d] - x[line->a] * x[line->b];
+  goto* ways[way(++line)];
+product_combination:
+  x[line->to] = line->ca * (x[line->a] * x[line->b]) + line->cb * x[line->d];
+  goto* ways[way(++line)];
+products_sum:
+  x[line->to] = x[line->a] * x[line->b] + x[line->d] * x[line->e];
+  goto* ways[way(++line)];
+products_difference:
+  x[line->to] = x[line->a] * x[line->b] - x[line->d] * x[line->e];
+  goto* ways[way(++line)];
+products_combination:
+  x[line->to] = line->ca * (x[line->a] * x[line->b]) + line->cb * (x[line->d] * x[line->e]);
   goto* ways[way(++line)];
 end:;
 }
