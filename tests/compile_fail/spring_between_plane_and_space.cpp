@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // A spring from a point in a plane to one in space.
-// message: qdot: both ends of a spring, a damper or a tension must have as many coordinates
+// message: qdot: both ends of a spring, a damper, a rope or a tension must have as many coordinates
 #include <qdot/effects/dissipation.hpp>
 #include <qdot/effects/scene_form.hpp>
 

@@ -104,26 +104,24 @@ template <class Sc>
   });
 }
 
-template <class Sc>
-using ConstrainedSolutionOf = ConstrainedSolution<Sc::dof_at_compile_time, Sc::constraints_at_compile_time>;
-
 // q̈ and λ where the shortest way is none: by the ways that hold for everything, and that name what is wrong.
 template <class Sc>
-[[gnu::noinline]] void longer_constrained_acceleration(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t,
-                                                       const EffectStates<Sc>& z, double cutoff, ConstrainedSolutionOf<Sc>& solution) {
+[[gnu::noinline]] auto longer_constrained_acceleration(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t,
+                                                       const EffectStates<Sc>& z, double cutoff) {
   constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
+  ConstrainedSolution<n, m> solution;
   if constexpr (has_constrained_equations<Sc>) {
     const ConstrainedTo<Sc> use{scene, z, clearly_independent * cutoff * cutoff, solution};
     if constexpr (n <= inlined_uses_limit) {
-      if (with_longer_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use, scene.system().kept_lines())) return;
+      if (with_longer_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use, scene.system().kept_lines())) return solution;
     } else {
-      if (with_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use, scene.system().kept_lines())) return;
+      if (with_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use, scene.system().kept_lines())) return solution;
     }
   }
   Coordinates<Sc> Q;
   if constexpr (Sc::has_forces) Q = effect_forces(scene, q, qdot, z, t);
   if constexpr (may_be_sparse<Sc>) {
-    if (sparse_solution(scene, q, qdot, t, z, Q, cutoff, solution)) return;
+    if (sparse_solution(scene, q, qdot, t, z, Q, cutoff, solution)) return solution;
   }
   const auto rows = constraint_rows(scene, q, qdot, t, z);
   if (all_finite(q) && all_finite(qdot)) require_finite_rows(scene, t, rows.J, rows.gamma);
@@ -139,6 +137,7 @@ template <class Sc>
   const ConstrainedFactors<n, m> factors(both.M, rows.J, cutoff);
   solution = factors.solution(both.r, rows.gamma, t, SceneNames<Sc>{scene});
   require_finite_acceleration(scene, solution.qddot, q, qdot, t);
+  return solution;
 }
 
 // q̈ under forces, likewise.
@@ -170,14 +169,16 @@ inline auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const 
                               double cutoff = default_rank_cutoff) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: multipliers need a scene with constraints");
-  constexpr int n = Sc::dof_at_compile_time;
-  detail::ConstrainedSolutionOf<Sc> solution;
+  constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
   if constexpr (detail::has_constrained_equations<Sc> && n <= detail::inlined_uses_limit) {
+    ConstrainedSolution<n, m> solution;
     const detail::ConstrainedTo<Sc> use{scene, z, detail::clearly_independent * cutoff * cutoff, solution};
-    if (detail::with_shortest_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use)) return solution;
+    if (!detail::with_shortest_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use))
+      solution = detail::longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
+    return solution;
+  } else {
+    return detail::longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
   }
-  detail::longer_constrained_acceleration(scene, q, qdot, t, z, cutoff, solution);
-  return solution;
 }
 
 /// Accelerations q̈ of a scene at a state, constraints and effects included.

@@ -95,7 +95,7 @@ S distance_of(const First& first, const Second& second, const Q& q, const S& t) 
   };
   constexpr int axes = decltype(a)::SizeAtCompileTime, others = decltype(b)::SizeAtCompileTime;
   static_assert(axes == others || axes == Dynamic || others == Dynamic,
-                "qdot: both ends of a spring, a damper or a tension must have as many coordinates: between a point in a plane and one in space "
+                "qdot: both ends of a spring, a damper, a rope or a tension must have as many coordinates: between a point in a plane and one in space "
                 "there is no distance");
   if constexpr (axes == Dynamic) {
     for (Eigen::Index i = 0; i < a.size(); ++i) add(i);
