@@ -142,6 +142,29 @@ TEST_CASE("in a run, q̈ of looped chains is what is derived by hand, and its Ja
   check(std::integral_constant<int, 16>());
 }
 
+TEST_CASE("slopes of lines at any accelerations are those of r - M a by dual numbers") {
+  constexpr int n = 3;
+  using D = Dual<double, 2 * n>;
+  std::mt19937 random(14);
+  const Vector<double, 2 * n> y = random_state<n>(random);
+  const Vector<double, n> a(0.3, -0.7, 1.1);
+  detail::DerivedOnce once;
+  const detail::DerivedLines* const lines = once.lines_with_slopes_of<n>(bench::LoopedChain{});
+  REQUIRE(lines != nullptr);
+  double M[n * (n + 1) / 2];
+  detail::SlopeRow<2 * n> rows[n];
+  REQUIRE(lines->write_slopes<n>(y.data(), y.data() + n, 0.3, M, rows, detail::AccelerationsAre{a.data(), n}));
+  Vector<D, n> q, v;
+  for (int i = 0; i < n; ++i) {
+    q[i] = D(y[i]);
+    v[i] = D(y[n + i]);
+    q[i].tangent[i] = v[i].tangent[n + i] = 1.0;
+  }
+  const Vector<D, n> missed = detail::lagrange_residual<n>(bench::LoopedChain{}, q, v, Vector<D, n>(a.cast<D>()), D(0.3));
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < 2 * n; ++j) CHECK(std::abs(rows[i][j] + missed[i].tangent[j]) < rounding);
+}
+
 TEST_CASE("in a run, free masses stay free when each is seen from a place that the next one moves") {
   // ẍ_k = 0: q̈_k = q_{k+1} q̈_{k+1} + q̇_{k+1}², and the last is zero.
   constexpr int n = 8;

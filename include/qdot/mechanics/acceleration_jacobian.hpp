@@ -94,14 +94,20 @@ template <class E, int n, Inertia I>
          columns_written<n>(rows, result.d_q.data(), result.d_qdot.data());
 }
 
-// The same by the lines that a run keeps.
+// The same by lines of M, r and slopes, M and r being asked once.
 template <class E, int n, Inertia I>
-bool jacobian_by_lines(const System<E, n, I>& system, const DerivedLines& lines, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
+bool jacobian_by_lines(const System<E, n, I>&, const DerivedLines& lines, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
                        AccelerationJacobian<n>& result) {
   double M[n * (n + 1) / 2];
   SlopeRow<2 * n> rows[n];
-  result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
-  return lines.template write_slopes<n>(q.data(), qdot.data(), result.qddot.data(), t, M, rows) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
+  const auto solved = [&](const double* mass, double* r) {
+    double factors[n * (n + 1) / 2];
+    std::copy_n(mass, n * (n + 1) / 2, factors);
+    const bool good = solved_in_place<n>(factors, r, singular_pivot<double>(n));
+    std::copy_n(r, n, result.qddot.data());
+    return good && all_finite(r, n);
+  };
+  return lines.template write_slopes<n>(q.data(), qdot.data(), t, M, rows, solved) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
          columns_written<n>(rows, result.d_q.data(), result.d_qdot.data());
 }
 
@@ -131,8 +137,10 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
   if constexpr (has_closed_form) {
     if (system.energies().jacobian_in_closed_form(q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(), result.d_qdot.data())) return result;
   }
-  if constexpr (has_short_ways && detail::has_slopes<n> && detail::may_keep_lines<E, n>) {
-    const detail::DerivedLines* const lines = detail::lines_with_slopes_now<n>(system.kept_lines(), system.energies());
+  if constexpr (I == Inertia::positive_definite && detail::has_slopes<n>) {
+    const detail::DerivedLines* lines = nullptr;
+    if constexpr (requires { system.energies().lines_with_slopes(); }) lines = system.energies().lines_with_slopes();
+    else if constexpr (has_short_ways && detail::may_keep_lines<E, n>) lines = detail::lines_with_slopes_now<n>(system.kept_lines(), system.energies());
     if (lines && detail::jacobian_by_lines(system, *lines, q, qdot, t, result)) return result;
   }
   if constexpr (I == Inertia::positive_definite && detail::HasOwnEquations<E> && detail::has_slopes<n>) {

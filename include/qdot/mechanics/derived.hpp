@@ -73,10 +73,13 @@ class Derived : public E {
     return detail::with_mass_and_rhs<n>(energies(), vector_of(q), vector_of(qdot), t, use);
   }
 
+  /// The lines of M, r and slopes, if there are any.
+  const detail::DerivedLines* lines_with_slopes() const { return has_lines() && once_->lines.have_slopes() ? &once_->lines : nullptr; }
+
   /// M, and the derivatives of r − M a at accelerations a (mechanics/equations/equation_slopes.hpp).
   template <class Row>
   bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {
-    if (once_->lines.have_slopes()) return once_->lines.template write_slopes<n>(q, qdot, a, t, M, rows);
+    if (once_->lines.have_slopes()) return once_->lines.template write_slopes<n>(q, qdot, t, M, rows, detail::AccelerationsAre{a, n});
     return detail::slopes_written<n>(energies(), vector_of(q), vector_of(qdot), vector_of(a), t, M, rows);
   }
 

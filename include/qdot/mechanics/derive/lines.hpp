@@ -58,16 +58,19 @@ struct DerivedLines {
     }
   }
 
-  /// M, and the derivatives of r − M a at accelerations a (mechanics/equations/equation_slopes.hpp).
-  template <int n, class Row>
-  bool write_slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {
+  /// M, and the derivatives of r − M a at accelerations a (mechanics/equations/equation_slopes.hpp), which come from (M, r): `put_accelerations` leaves them in
+  /// r's place; false where it says so.
+  template <int n, class Row, class F>
+  bool write_slopes(const double* q, const double* qdot, double t, double* M, Row* rows, const F& put_accelerations) const {
     double x[most(n)];
     write_inputs(n, q, qdot, t, x);
-    for (int i = 0; i < n; ++i) x[2 * n + 1 + i] = a[i];
     formula::carry_out(equations, x);
-    formula::carry_out(further, x);
     if (!have_values(x)) return false;
     write_mass(x, M);
+    double* const a = x + 2 * n + 1;
+    for (int i = 0; i < n; ++i) a[i] = x[right[static_cast<std::size_t>(i)]];
+    if (!put_accelerations(static_cast<const double*>(M), a)) return false;
+    formula::carry_out(further, x);
     const int* slope = slopes.data();
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < 2 * n; ++j, ++slope) rows[i][j] = *slope < 0 ? 0.0 : x[*slope];
@@ -89,6 +92,16 @@ struct DerivedLines {
     bool good = true;
     for (const Checked& c : checked) good &= formula::is_in(c.domain, x[c.number]);
     return good;
+  }
+};
+
+/// Accelerations that are known, for DerivedLines::write_slopes().
+struct AccelerationsAre {
+  const double* a;
+  int n;
+  bool operator()(const double*, double* to) const {
+    std::copy_n(a, n, to);
+    return true;
   }
 };
 

@@ -42,7 +42,7 @@ bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double,
     }
     if constexpr (may_keep_lines<E, n>) {
       const DerivedLines* const lines = lines_with_slopes_now<n>(kept, e);
-      if (lines && lines->template write_slopes<n>(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
+      if (lines && lines->template write_slopes<n>(q.data(), qdot.data(), t, M, rows, AccelerationsAre{a.data(), n})) return true;
     }
     return false;
   }
