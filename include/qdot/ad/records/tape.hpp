@@ -135,13 +135,6 @@ struct Reverse {
   Reverse through(const N& f, const N& slope) const {
     return node < 0 ? Reverse(f) : Reverse(f, tape->operation(false, node, slope), tape);
   }
-  // The same with f as a generic function.
-  template <class F>
-  Reverse through(const F& f) const {
-    using D = Dual<N, 1>;
-    const D y = f(D::variable(value, 0));
-    return through(y.value, y.tangent[0]);
-  }
   // f(x, y) from f and its derivatives.
   static Reverse both(const N& f, const Reverse& x, const N& by_x, const Reverse& y, const N& by_y) { return met(false, f, x, by_x, y, by_y); }
 
@@ -263,13 +256,6 @@ struct Reverse<double> {
     if (!tape) return Reverse(f);
     tape->reach = std::max(tape->reach, last - first);
     return Reverse(f, by_x * slope, node, 0, transcendental, first, last, tape);
-  }
-  // The same with f as a generic function.
-  template <class F>
-  Reverse through(const F& f) const {
-    using D = Dual<double, 1>;
-    const D y = f(D::variable(value, 0));
-    return through(y.value, y.tangent[0]);
   }
   // f(x, y) from f and its derivatives.
   static Reverse both(double f, const Reverse& x, double by_x, const Reverse& y, double by_y) {
