@@ -48,22 +48,6 @@ namespace qdot::detail::cvode {
 
 using ConstVector = Eigen::Ref<const Eigen::VectorXd>;
 
-/// Those of a system that knows M, C and K within their band. A template, so that nothing of it is in programs without such a system.
-template <FirstOrderSystem F>
-class BandedEquations final : public NewtonEquations {
- public:
-  BandedEquations(const F& system, SUNContext context) : system_(system), newton_(system.size() / 2, context) {}
-
-  SUNLinearSolver solver() const noexcept override { return newton_.solver(); }
-  SUNMatrix matrix() const noexcept override { return newton_.matrix(); }
-  void linearize(double t, const ConstVector& y) override { newton_.linearize(system_.linearization(t, y)); }
-  void assemble(double gamma) override { newton_.assemble(gamma); }
-
- private:
-  const F& system_;
-  BandedNewton newton_;
-};
-
 /// A first-order system without its type, so that everything else is compiled once for all systems.
 class AnySystem {
  public:
@@ -132,7 +116,7 @@ class AnySystem {
           } catch (...) {  // no formulas
           }
         }
-        if constexpr (is_banded) return std::make_unique<BandedEquations<F>>(system, context);
+        if constexpr (is_banded) return std::make_unique<BandedNewton<F>>(system, context);
         else return nullptr;
       };
     } else {
