@@ -44,7 +44,7 @@ struct LocalSlopes {
 };
 
 template <int n>
-struct CurvedJet {
+struct CurvedJet : ComparedByValue<CurvedJet<n>> {
   using Self = CurvedJet;
 
   LocalDual value;  // with its derivative by itself, 1, so that the functions of <cmath> tell f, f′, f″ and f‴
@@ -118,13 +118,6 @@ struct CurvedJet {
   Self& operator-=(const Self& o) { return add_whole(o, -1.0); }
   Self& operator*=(const Self& o) { return *this = *this * o; }
   Self& operator/=(const Self& o) { return *this = *this / o; }
-
-  friend bool operator==(const Self& a, const Self& b) { return a.value == b.value; }
-  friend bool operator!=(const Self& a, const Self& b) { return a.value != b.value; }
-  friend bool operator<(const Self& a, const Self& b) { return a.value < b.value; }
-  friend bool operator<=(const Self& a, const Self& b) { return a.value <= b.value; }
-  friend bool operator>(const Self& a, const Self& b) { return a.value > b.value; }
-  friend bool operator>=(const Self& a, const Self& b) { return a.value >= b.value; }
 
   // f(u) from f, f′ and f″, which brings f‴ along.
   Self chain(const LocalDual& f, const LocalDual& slope, const LocalDual& curvature) const {

@@ -84,7 +84,7 @@ template <int blocks>
 inline constexpr int positions_of<Graded<HessianRecord<blocks>>> = blocks;
 
 template <int blocks>
-struct PositionRow {
+struct PositionRow : ComparedByValue<PositionRow<blocks>> {
   using Self = PositionRow;
 
   double value, rate, bend;
@@ -152,13 +152,6 @@ struct PositionRow {
   friend Self operator*(double c, const Self& a) { return a.times(c); }
   friend Self operator*(const Self& a, double c) { return a.times(c); }
   friend Self operator/(const Self& a, double c) { return a.times(1.0 / c); }
-
-  friend bool operator==(const Self& a, const Self& b) { return a.value == b.value; }
-  friend bool operator!=(const Self& a, const Self& b) { return a.value != b.value; }
-  friend bool operator<(const Self& a, const Self& b) { return a.value < b.value; }
-  friend bool operator<=(const Self& a, const Self& b) { return a.value <= b.value; }
-  friend bool operator>(const Self& a, const Self& b) { return a.value > b.value; }
-  friend bool operator>=(const Self& a, const Self& b) { return a.value >= b.value; }
 
   // f(u) from f, f′, f″ at u.
   Self chain(double f, double f1, double f2) const {

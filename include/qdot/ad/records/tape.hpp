@@ -86,7 +86,7 @@ struct Tape {
 
 // A number whose operations are written to a tape.
 template <class N>
-struct Reverse {
+struct Reverse : ComparedByValue<Reverse<N>> {
   N value{0.0};
   int node = -1;  // −1: no variable in it
   Tape<N>* tape = nullptr;
@@ -117,13 +117,6 @@ struct Reverse {
   Reverse& operator-=(const Reverse& o) { return *this = *this - o; }
   Reverse& operator*=(const Reverse& o) { return *this = *this * o; }
   Reverse& operator/=(const Reverse& o) { return *this = *this / o; }
-
-  friend bool operator==(const Reverse& a, const Reverse& b) { return a.value == b.value; }
-  friend bool operator!=(const Reverse& a, const Reverse& b) { return a.value != b.value; }
-  friend bool operator<(const Reverse& a, const Reverse& b) { return a.value < b.value; }
-  friend bool operator<=(const Reverse& a, const Reverse& b) { return a.value <= b.value; }
-  friend bool operator>(const Reverse& a, const Reverse& b) { return a.value > b.value; }
-  friend bool operator>=(const Reverse& a, const Reverse& b) { return a.value >= b.value; }
 
   friend const auto& innermost_value(const Reverse& x) {
     using qdot::innermost_value;
