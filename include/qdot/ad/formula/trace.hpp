@@ -19,6 +19,7 @@
 #include <type_traits>
 
 #include "qdot/ad/formula/analytic_function.hpp"
+#include "qdot/ad/formula/formula_number.hpp"
 #include "qdot/error.hpp"
 
 namespace qdot::trace {
@@ -116,7 +117,7 @@ struct Recording {
 /// A number of a formula whose operations are being listed; a plain number as long as it has met none of the inputs.
 ///
 /// For it qdot::vector() makes vectors that the compiler can run.
-class Traced {
+class Traced : public formula::FormulaNumber<Traced> {
  public:
   static constexpr bool is_formula = true;
 
@@ -131,17 +132,14 @@ class Traced {
     return recording.new_constant(constant_, exact_);
   }
 
-  constexpr Traced& operator+=(const Traced& y) { return *this = *this + y; }
-  constexpr Traced& operator-=(const Traced& y) { return *this = *this - y; }
-  constexpr Traced& operator*=(const Traced& y) { return *this = *this * y; }
-  constexpr Traced& operator/=(const Traced& y) { return *this = *this / y; }
-
-  friend constexpr Traced operator+(const Traced& x) { return x; }
   friend constexpr Traced operator-(const Traced& x) { return of_one(Operation::negate, x); }
   friend constexpr Traced operator+(const Traced& x, const Traced& y) { return of_two(Operation::add, x, y); }
   friend constexpr Traced operator-(const Traced& x, const Traced& y) { return of_two(Operation::subtract, x, y); }
   friend constexpr Traced operator*(const Traced& x, const Traced& y) { return of_two(Operation::multiply, x, y); }
   friend constexpr Traced operator/(const Traced& x, const Traced& y) { return of_two(Operation::divide, x, y); }
+
+  static constexpr Traced of(Function f, const Traced& x) { return of_one(operation_of(f), x); }
+  static constexpr Traced of(Function f, const Traced& x, const Traced& y) { return of_two(operation_of(f), x, y); }
 
   // A branch on a coordinate: the list holds for one side of it only.
   friend constexpr bool operator==(const Traced& x, const Traced& y) { return compared(x, y, x.constant_ == y.constant_); }
@@ -162,43 +160,14 @@ class Traced {
     return of_two(Operation::pow, x, exponent);
   }
   friend constexpr Traced pow(const Traced& x, const Traced& y) { return of_two(Operation::pow, x, y); }
-  friend constexpr Traced atan2(const Traced& y, const Traced& x) { return of_two(Function::atan2, y, x); }
-  friend constexpr Traced hypot(const Traced& x, const Traced& y) { return of_two(Function::hypot, x, y); }
-  friend constexpr Traced hypot(const Traced& x, const Traced& y, const Traced& z) { return hypot(hypot(x, y), z); }
-  friend constexpr Traced fma(const Traced& x, const Traced& y, const Traced& z) { return x * y + z; }
   friend constexpr Traced max(const Traced& x, const Traced& y) { return of_two(Operation::max, x, y); }
   friend constexpr Traced min(const Traced& x, const Traced& y) { return of_two(Operation::min, x, y); }
-  friend constexpr Traced fmax(const Traced& x, const Traced& y) { return max(x, y); }
-  friend constexpr Traced fmin(const Traced& x, const Traced& y) { return min(x, y); }
   friend constexpr Traced copysign(const Traced& x, const Traced& y) { return of_two(Operation::copysign, x, y); }
-  friend constexpr Traced abs2(const Traced& x) { return x * x; }
-  friend constexpr Traced conj(const Traced& x) { return x; }
-  friend constexpr Traced real(const Traced& x) { return x; }
-  friend constexpr Traced imag(const Traced&) { return 0.0; }
 
   friend constexpr Traced sqrt(const Traced& x) { return of_one(Operation::sqrt, x); }
-  friend constexpr Traced cbrt(const Traced& x) { return of_one(Function::cbrt, x); }
-  friend constexpr Traced exp(const Traced& x) { return of_one(Function::exp, x); }
   friend constexpr Traced exp2(const Traced& x) { return of_one(Operation::exp2, x); }
-  friend constexpr Traced expm1(const Traced& x) { return of_one(Function::expm1, x); }
-  friend constexpr Traced log(const Traced& x) { return of_one(Function::log, x); }
   friend constexpr Traced log2(const Traced& x) { return of_one(Operation::log2, x); }
   friend constexpr Traced log10(const Traced& x) { return of_one(Operation::log10, x); }
-  friend constexpr Traced log1p(const Traced& x) { return of_one(Function::log1p, x); }
-  friend constexpr Traced erf(const Traced& x) { return of_one(Function::erf, x); }
-  friend constexpr Traced erfc(const Traced& x) { return of_one(Function::erfc, x); }
-  friend constexpr Traced sin(const Traced& x) { return of_one(Function::sin, x); }
-  friend constexpr Traced cos(const Traced& x) { return of_one(Function::cos, x); }
-  friend constexpr Traced tan(const Traced& x) { return of_one(Function::tan, x); }
-  friend constexpr Traced asin(const Traced& x) { return of_one(Function::asin, x); }
-  friend constexpr Traced acos(const Traced& x) { return of_one(Function::acos, x); }
-  friend constexpr Traced atan(const Traced& x) { return of_one(Function::atan, x); }
-  friend constexpr Traced sinh(const Traced& x) { return of_one(Function::sinh, x); }
-  friend constexpr Traced cosh(const Traced& x) { return of_one(Function::cosh, x); }
-  friend constexpr Traced tanh(const Traced& x) { return of_one(Function::tanh, x); }
-  friend constexpr Traced asinh(const Traced& x) { return of_one(Function::asinh, x); }
-  friend constexpr Traced acosh(const Traced& x) { return of_one(Function::acosh, x); }
-  friend constexpr Traced atanh(const Traced& x) { return of_one(Function::atanh, x); }
   friend constexpr Traced abs(const Traced& x) { return of_one(Operation::abs, x); }
   friend constexpr Traced fabs(const Traced& x) { return abs(x); }
   friend constexpr Traced floor(const Traced& x) { return of_one(Operation::floor, x); }
@@ -209,8 +178,6 @@ class Traced {
   friend constexpr bool signbit(const Traced& x) { return compared(x, x, (std::bit_cast<unsigned long long>(x.constant_) >> 63) != 0); }
 
  private:
-  static constexpr Traced of_two(Function f, const Traced& x, const Traced& y) { return of_two(operation_of(f), x, y); }
-  static constexpr Traced of_one(Function f, const Traced& x) { return of_one(operation_of(f), x); }
   // Not inlined: what is not run by the compiler runs once for each object.
   [[gnu::noinline]] static constexpr Traced of_two(Operation o, const Traced& x, const Traced& y) {
     if (x.recording_ == nullptr && y.recording_ == nullptr) return of_constants(o, x, y);
