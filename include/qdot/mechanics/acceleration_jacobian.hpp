@@ -83,25 +83,14 @@ bool jacobian_traced_here(const System<E, Dynamic, I>& system, const Eigen::Vect
   return true;
 }
 
-// The same of few coordinates, by the slopes of the equations (mechanics/equations/equation_slopes.hpp).
-template <class E, int n, Inertia I>
+// The same of few coordinates, by the slopes of the equations, which `written` writes: (q̈, M, rows) ↦ whether they are known.
+template <class E, int n, Inertia I, class Written>
 [[gnu::noinline]] bool sloped_jacobian(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
-                                       AccelerationJacobian<n>& result) {
+                                       AccelerationJacobian<n>& result, const Written& written) {
   double M[n * (n + 1) / 2];
   SlopeRow<2 * n> rows[n];
   result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
-  return slopes_written<n>(system.energies(), q, qdot, result.qddot, t, M, rows) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
-         columns_written<n>(rows, result.d_q.data(), result.d_qdot.data());
-}
-
-// The same by the lines that a run keeps.
-template <class E, int n, Inertia I>
-bool jacobian_by_lines(const System<E, n, I>& system, const DerivedLines& lines, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
-                       AccelerationJacobian<n>& result) {
-  double M[n * (n + 1) / 2];
-  SlopeRow<2 * n> rows[n];
-  result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
-  return lines.template write_slopes<n>(q.data(), qdot.data(), result.qddot.data(), t, M, rows) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
+  return written(result.qddot, M, rows) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
          columns_written<n>(rows, result.d_q.data(), result.d_qdot.data());
 }
 
@@ -133,10 +122,12 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
   }
   if constexpr (has_short_ways && detail::has_slopes<n> && detail::may_keep_lines<E, n>) {
     const detail::DerivedLines* const lines = detail::lines_with_slopes_now<n>(system.kept_lines(), system.energies());
-    if (lines && detail::jacobian_by_lines(system, *lines, q, qdot, t, result)) return result;
+    const auto written = [&](const Vector<double, n>& a, double* M, auto* rows) { return lines->template write_slopes<n>(q.data(), qdot.data(), a.data(), t, M, rows); };
+    if (lines && detail::sloped_jacobian(system, q, qdot, t, result, written)) return result;
   }
   if constexpr (I == Inertia::positive_definite && detail::HasOwnEquations<E> && detail::has_slopes<n>) {
-    if (detail::sloped_jacobian(system, q, qdot, t, result)) return result;
+    const auto written = [&](const Vector<double, n>& a, double* M, auto& rows) { return detail::slopes_written<n>(system.energies(), q, qdot, a, t, M, rows); };
+    if (detail::sloped_jacobian(system, q, qdot, t, result, written)) return result;
   }
   if constexpr (detail::TracedSystem<System<E, n, I>>) {
     if (detail::jacobian_traced_here(system, q, qdot, t, result)) return result;

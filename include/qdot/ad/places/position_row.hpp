@@ -69,12 +69,6 @@ struct PositionGradient {
     last = std::max(last, a.last);
     for (int i = a.first; i < a.last; ++i) add_block(block(i), c, a.block(i));
   }
-  // A row of one block of zeros becomes empty. NaN is no zero.
-  void drop_zero_block() {
-    if (last - first != 1) return;
-    const double* b = block(first);
-    if (b[0] == 0.0 && b[1] == 0.0 && b[2] == 0.0 && b[3] == 0.0) last = first;
-  }
 };
 
 // The blocks of the position that a scalar of Lagrange's equations becomes; 0: of none.
