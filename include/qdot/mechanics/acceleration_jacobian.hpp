@@ -85,7 +85,7 @@ bool jacobian_traced_here(const System<E, Dynamic, I>& system, const Eigen::Vect
 
 // The same of few coordinates, by the slopes of the equations, which `written` writes: (q̈, M, rows) ↦ whether they are known.
 template <class E, int n, Inertia I, class Written>
-[[gnu::noinline]] bool sloped_jacobian(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
+bool sloped_jacobian(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
                                        AccelerationJacobian<n>& result, const Written& written) {
   double M[n * (n + 1) / 2];
   SlopeRow<2 * n> rows[n];
