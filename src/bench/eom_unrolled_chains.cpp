@@ -1,27 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // Rows of `qdot bench eom`: chains summed with qdot::unroll.
-#include "bench/chain_energies.hpp"
-#include "bench/eom.hpp"
-#include "bench/hand_derived.hpp"
+#include "bench/chain_rows.hpp"
 
 namespace qdot::bench {
 
-namespace {
-
-template <int... n>
-std::vector<EquationsRow> rows_of_lengths() {
-  return {EquationsRow{.system = "chain",
-                       .n = n,
-                       .door = "general, unroll",
-                       .baseline = chain_by_hand<n>,
-                       .measured = by_general_door<n, UnrolledChain<n>>,
-                       .lowest = -2.0,
-                       .highest = 2.0}...};
-}
-
-}  // namespace
-
-std::vector<EquationsRow> unrolled_chain_rows() { return rows_of_lengths<1, 2, 3, 4, 5, 6, 7, 8>(); }
+std::vector<EquationsRow> unrolled_chain_rows() { return general_chain_rows<UnrolledChain, 1, 2, 3, 4, 5, 6, 7, 8>("general, unroll"); }
 
 }  // namespace qdot::bench

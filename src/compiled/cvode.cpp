@@ -4,7 +4,7 @@
 #include <qdot/integrate/cvode_stepper.hpp>
 
 namespace qdot::detail::cvode {
-template std::unique_ptr<Core> new_core<double>(AnySystem, CvodeSettings, const Options&);
+template std::unique_ptr<Core> new_core<double>(std::unique_ptr<AnySystem>, CvodeSettings, const Options&);
 template void reset<double>(Core&, const Moment&, const Eigen::Ref<const Eigen::VectorXd>&);
 template bool step<double>(Core&, double);
 template PolynomialView polynomial<double>(Core&);

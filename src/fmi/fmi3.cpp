@@ -165,14 +165,7 @@ fmi3Status fmi3GetInt32(fmi3Instance instance, const fmi3ValueReference referenc
   return get(instance, "fmi3GetInt32", Type::int32, references, count, values, value_count);
 }
 fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference references[], size_t count, fmi3Boolean values[], size_t value_count) {
-  return answer(instance, "fmi3GetBoolean", [&](Handle& handle) {
-    require_count("values, as many as references,", count, value_count);
-    const auto places = list(references, count, "the references");
-    const auto out = list(values, count, "the values");
-    require_types(handle, places, Type::boolean);
-    for (std::size_t i = 0; i < count; ++i) (void)handle.instance.value(places[i]);
-    for (std::size_t i = 0; i < count; ++i) out[i] = handle.instance.value(places[i]) != 0.0;
-  });
+  return get(instance, "fmi3GetBoolean", Type::boolean, references, count, values, value_count);
 }
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference references[], size_t count, const fmi3Float64 values[], size_t value_count) {
   return set(instance, "fmi3SetFloat64", Type::float64, references, count, values, value_count);
@@ -222,6 +215,14 @@ Eigen::MatrixXd derivatives(Handle& handle, const fmi3ValueReference* unknowns, 
                             std::size_t known_count) {
   require_mode(handle, initialized);
   return handle.instance.derivatives(list(unknowns, unknown_count, "the unknowns"), list(knowns, known_count, "the knowns"));
+}
+
+void write_product(const Eigen::MatrixXd& J, std::span<const double> in, std::span<double> out) {
+  for (Eigen::Index i = 0; i < J.rows(); ++i) {
+    double sum = 0.0;
+    for (Eigen::Index j = 0; j < J.cols(); ++j) sum += J(i, j) * in[static_cast<std::size_t>(j)];
+    out[static_cast<std::size_t>(i)] = sum;
+  }
 }
 
 }  // namespace
@@ -274,12 +275,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
     require_count("sensitivities, as many as unknowns,", unknown_count, sensitivity_count);
     const auto in = finite(list(seed, seed_count, "the seeds"));
     const auto out = list(sensitivity, sensitivity_count, "the sensitivities");
-    const Eigen::MatrixXd J = derivatives(handle, unknowns, unknown_count, knowns, known_count);
-    for (Eigen::Index i = 0; i < J.rows(); ++i) {
-      double sum = 0.0;
-      for (Eigen::Index j = 0; j < J.cols(); ++j) sum += J(i, j) * in[static_cast<std::size_t>(j)];
-      out[static_cast<std::size_t>(i)] = sum;
-    }
+    write_product(derivatives(handle, unknowns, unknown_count, knowns, known_count), in, out);
   });
 }
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t unknown_count, const fmi3ValueReference knowns[],
@@ -289,12 +285,7 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
     require_count("sensitivities, as many as knowns,", known_count, sensitivity_count);
     const auto in = finite(list(seed, seed_count, "the seeds"));
     const auto out = list(sensitivity, sensitivity_count, "the sensitivities");
-    const Eigen::MatrixXd J = derivatives(handle, unknowns, unknown_count, knowns, known_count);
-    for (Eigen::Index j = 0; j < J.cols(); ++j) {
-      double sum = 0.0;
-      for (Eigen::Index i = 0; i < J.rows(); ++i) sum += J(i, j) * in[static_cast<std::size_t>(i)];
-      out[static_cast<std::size_t>(j)] = sum;
-    }
+    write_product(derivatives(handle, unknowns, unknown_count, knowns, known_count).transpose(), in, out);
   });
 }
 

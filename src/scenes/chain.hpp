@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "scenes/scene.hpp"
+#include "scenes/shown.hpp"
 
 namespace qdot::scenes {
 
@@ -54,11 +55,7 @@ inline Scene<Chain, Dynamic> chain() {
                      {"m", &Chain::m, "kg", Range::positive, "mass of each bob"},
                      {"l", &Chain::l, "m", Range::positive, "length of each rod"},
                      {"g", &Chain::g, "m/s^2", Range::non_negative, "gravity"}},
-      .coordinates = [](const Chain& s) {
-        std::vector<Coordinate> coordinates;
-        for (int k = 1; k <= s.n; ++k) coordinates.push_back({"theta" + std::to_string(k), "rad"});
-        return coordinates;
-      },
+      .coordinates = [](const Chain& s) { return numbered(s.n, {{"theta", "rad"}}); },
       .start = [](const Chain& s) {
         return State<Dynamic>{0.0, Eigen::VectorXd::Constant(s.n, 1.2), Eigen::VectorXd::Zero(s.n)};
       },

@@ -12,7 +12,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <string>
 #include <vector>
 
 #include "scenes/scene.hpp"
@@ -51,11 +50,7 @@ inline Scene<Lattice, Dynamic> lattice() {
                      {"alpha", &Lattice::alpha, "", Range::any, "of the quadratic part of its force"},
                      {"beta", &Lattice::beta, "", Range::non_negative, "of the cubic part of its force"},
                      {"A", &Lattice::A, "", Range::any, "amplitude at the start"}},
-      .coordinates = [](const Lattice& s) {
-        std::vector<Coordinate> coordinates;
-        for (int i = 1; i <= s.n; ++i) coordinates.push_back({"x" + std::to_string(i)});
-        return coordinates;
-      },
+      .coordinates = [](const Lattice& s) { return numbered(s.n, {{"x"}}); },
       .start = [](const Lattice& s) {
         State<Dynamic> start{0.0, Eigen::VectorXd(s.n), Eigen::VectorXd::Zero(s.n)};
         for (int i = 0; i < s.n; ++i) start.q[i] = s.A * std::sin(std::numbers::pi * (i + 1) / (s.n + 1));

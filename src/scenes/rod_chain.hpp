@@ -8,7 +8,6 @@
 // It is the scene `chain` once more. There each angle meets all others; here coordinates and multipliers meet their neighbours, and a chain
 // of a thousand rods costs a thousand times one rod. λₖ is minus the force in rod k over its length.
 
-#include <string>
 #include <vector>
 
 #include "scenes/scene.hpp"
@@ -55,14 +54,7 @@ inline Scene<RodChain, Dynamic> rod_chain() {
                      {"m", &RodChain::m, "kg", Range::positive, "each mass"},
                      {"l", &RodChain::l, "m", Range::positive, "length of each rod"},
                      {"g", &RodChain::g, "m/s^2", Range::non_negative, "gravity"}},
-      .coordinates = [](const RodChain& s) {
-        std::vector<Coordinate> coordinates;
-        for (int k = 1; k <= s.n; ++k) {
-          coordinates.push_back({"x" + std::to_string(k), "m"});
-          coordinates.push_back({"y" + std::to_string(k), "m"});
-        }
-        return coordinates;
-      },
+      .coordinates = [](const RodChain& s) { return numbered(s.n, {{"x", "m"}, {"y", "m"}}); },
       .start = [](const RodChain& s) {
         State<Dynamic> start{0.0, Eigen::VectorXd::Zero(2 * s.n), Eigen::VectorXd::Zero(2 * s.n)};
         for (int k = 0; k < s.n; ++k) start.q[2 * k] = s.l * (k + 1);

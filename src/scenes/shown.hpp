@@ -1,10 +1,13 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Of thousands of bodies a picture shows some.
+// Of thousands of bodies a picture shows some, and names have numbers.
 
 #include <algorithm>
+#include <string>
 #include <vector>
+
+#include "scenes/scene.hpp"
 
 namespace qdot::scenes {
 
@@ -21,6 +24,14 @@ inline std::vector<int> in_a_row(std::size_t count) {
   std::vector<int> numbers(count);
   for (std::size_t i = 0; i < count; ++i) numbers[i] = static_cast<int>(i);
   return numbers;
+}
+
+/// x1, y1, x2, y2, … of `count` bodies.
+inline std::vector<Coordinate> numbered(int count, const std::vector<Coordinate>& of_one) {
+  std::vector<Coordinate> all;
+  for (int i = 1; i <= count; ++i)
+    for (const Coordinate& c : of_one) all.push_back({c.name + std::to_string(i), c.unit});
+  return all;
 }
 
 }  // namespace qdot::scenes

@@ -8,7 +8,6 @@
 // a is the distance of neighbours along the line, l < a the length of a spring without tension. Small waves have the tension F = k (a − l), and long
 // ones run at c = a √(F / (m a)).
 
-#include <string>
 #include <vector>
 
 #include "scenes/scene.hpp"
@@ -37,11 +36,7 @@ inline Scene<VibratingString, Dynamic> string() {
       .title = "Plucked string",
       .summary = "n masses and stretched springs in a row, both ends held; lifted at a third of its length and let go.",
       .parameters = with_springs<VibratingString>({"n", &VibratingString::n, "", Range::positive, "number of masses"}),
-      .coordinates = [](const VibratingString& s) {
-        std::vector<Coordinate> coordinates;
-        for (int i = 1; i <= s.n; ++i) coordinates.push_back({"y" + std::to_string(i), "m"});
-        return coordinates;
-      },
+      .coordinates = [](const VibratingString& s) { return numbered(s.n, {{"y", "m"}}); },
       .start = [](const VibratingString& s) {
         State<Dynamic> start{0.0, Eigen::VectorXd(s.n), Eigen::VectorXd::Zero(s.n)};
         for (int i = 0; i < s.n; ++i) {

@@ -12,7 +12,6 @@
 // √(EA l₀ / m) metres a second, while the bridge swings slowly, and the more so the longer it is.
 
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "scenes/scene.hpp"
@@ -59,14 +58,7 @@ inline Scene<Truss, Dynamic> truss() {
                      {"a", &Truss::a, "m", Range::positive, "length of a bay"},
                      {"h", &Truss::h, "m", Range::positive, "height"},
                      {"g", &Truss::g, "m/s^2", Range::any, "gravity"}},
-      .coordinates = [](const Truss& s) {
-        std::vector<Coordinate> coordinates;
-        for (int j = 1; j < 2 * s.n; ++j) {
-          coordinates.push_back({"u" + std::to_string(j), "m"});
-          coordinates.push_back({"v" + std::to_string(j), "m"});
-        }
-        return coordinates;
-      },
+      .coordinates = [](const Truss& s) { return numbered(2 * s.n - 1, {{"u", "m"}, {"v", "m"}}); },
       .start = [](const Truss& s) {
         return State<Dynamic>{0.0, Eigen::VectorXd::Zero(4 * s.n - 2), Eigen::VectorXd::Zero(4 * s.n - 2)};
       },

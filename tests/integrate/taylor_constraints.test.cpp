@@ -124,12 +124,14 @@ TEST_CASE("a branch in a constraint is refused in words") {
 TEST_CASE("eighty coordinates with as many constraints are factored, on the heap") {
   // M = 2 and W = 1 of size 80: 2 v − μ = f and v = 3.
   constexpr int n = 80;
-  detail::SaddleFactors<n, n> factors;
+  detail::DenseConstrainedFactors<detail::unrolled_size<n>> factors(n, n);
   static_assert(sizeof factors < 1000);
-  using Factors = detail::SaddleFactors<n, n>;
-  REQUIRE(factors.factor(2 * Matrix<double, n>::Identity(), Matrix<double, n>::Identity()) == Factors::Verdict::regular);
+  for (std::size_t i = 0; i < n; ++i) factors.J[n * i + i] = 1.0;
+  REQUIRE(factors.compute_mass(Matrix<double, n>(2 * Matrix<double, n>::Identity()), 1e-8));
+  REQUIRE(factors.compute_rows(1e-10));
+  CHECK(factors.weakest(1e-10).pivot == 1.0);
   Vector<double, n> f = Vector<double, n>::LinSpaced(1.0, 80.0), mu = Vector<double, n>::Constant(3.0);
-  factors.solve_in_place(f, mu);
+  factors.solve(f.data(), mu.data());
   CHECK((f - Vector<double, n>::Constant(3.0)).norm() < 1e-13);
   CHECK((mu - (Vector<double, n>::Constant(6.0) - Vector<double, n>::LinSpaced(1.0, 80.0))).norm() < 1e-12);
 }

@@ -67,9 +67,6 @@ Vector<D, n> seeded(const Vector<S, n>& x, Eigen::Index first) {
   return seeds;
 }
 
-template <class Derived>
-using PlainVector = Vector<typename Derived::Scalar, Derived::RowsAtCompileTime>;
-
 }  // namespace detail
 
 /// f(x) and ∇f(x) of a scalar function.

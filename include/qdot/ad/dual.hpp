@@ -67,6 +67,17 @@ concept ConstantBeside =
     (std::is_arithmetic_v<Number> || is_dual<Number>::value ||
      std::is_same_v<Number, typename innermost<S>::type>) && std::is_convertible_v<Number, S>;
 
+// The comparisons of numbers that are compared by their values, whatever they know besides.
+template <class Self>
+struct ComparedByValue {
+  friend bool operator==(const Self& x, const Self& y) { return x.value == y.value; }
+  friend bool operator!=(const Self& x, const Self& y) { return x.value != y.value; }
+  friend bool operator<(const Self& x, const Self& y) { return x.value < y.value; }
+  friend bool operator<=(const Self& x, const Self& y) { return x.value <= y.value; }
+  friend bool operator>(const Self& x, const Self& y) { return x.value > y.value; }
+  friend bool operator>=(const Self& x, const Self& y) { return x.value >= y.value; }
+};
+
 }  // namespace detail
 
 /// True for qdot's dual numbers of any scalar, size and tag.

@@ -20,35 +20,6 @@
 
 namespace qdot::formula {
 
-// The function that an operation is; none if it is something else.
-constexpr Function function_of(trace::Operation o) {
-  using trace::Operation;
-  switch (o) {
-    case Operation::sin: return Function::sin;
-    case Operation::cos: return Function::cos;
-    case Operation::tan: return Function::tan;
-    case Operation::asin: return Function::asin;
-    case Operation::acos: return Function::acos;
-    case Operation::atan: return Function::atan;
-    case Operation::atan2: return Function::atan2;
-    case Operation::hypot: return Function::hypot;
-    case Operation::exp: return Function::exp;
-    case Operation::expm1: return Function::expm1;
-    case Operation::log: return Function::log;
-    case Operation::log1p: return Function::log1p;
-    case Operation::sinh: return Function::sinh;
-    case Operation::cosh: return Function::cosh;
-    case Operation::tanh: return Function::tanh;
-    case Operation::asinh: return Function::asinh;
-    case Operation::acosh: return Function::acosh;
-    case Operation::atanh: return Function::atanh;
-    case Operation::cbrt: return Function::cbrt;
-    case Operation::erf: return Function::erf;
-    case Operation::erfc: return Function::erfc;
-    default: return Function::none;
-  }
-}
-
 /// The node that is the result of a list.
 ///
 /// @param graph      whose variables are the inputs of the list
@@ -83,7 +54,7 @@ constexpr int node_of_list(BasicGraph<Coefficient>& graph, const List& list, int
       case Operation::sqrt: restrict_to_power(graph, a, 0.5); return graph.power(a, 0.5);
       default: break;
     }
-    const Function f = function_of(step.operation);
+    const Function f = trace::function_of(step.operation);
     if (f == Function::none) {
       is_known = false;
       return a;

@@ -23,6 +23,7 @@
 
 #include "qdot/ad/dual_math.hpp"
 #include "qdot/ad/formula/domains.hpp"
+#include "qdot/ad/formula/formula_number.hpp"
 #include "qdot/ad/formula/graph.hpp"
 #include "qdot/error.hpp"
 
@@ -88,7 +89,7 @@ extern template int constant_in<double>(Recording&, double);
 #endif
 
 /// A number of a formula that is being recorded.
-class Recorded {
+class Recorded : public FormulaNumber<Recorded> {
  public:
   static constexpr bool is_recorded = true;
 
@@ -101,12 +102,6 @@ class Recorded {
   /// The node in the recording's graph, made for a constant if it is one.
   int node_in(Recording& recording) const { return recording_ ? node_ : constant_in(recording, constant_); }
 
-  Recorded& operator+=(const Recorded& y) { return *this = *this + y; }
-  Recorded& operator-=(const Recorded& y) { return *this = *this - y; }
-  Recorded& operator*=(const Recorded& y) { return *this = *this * y; }
-  Recorded& operator/=(const Recorded& y) { return *this = *this / y; }
-
-  friend Recorded operator+(const Recorded& x) { return x; }
   [[gnu::noinline]] friend Recorded operator-(const Recorded& x) {
     return x.recording_ ? -1.0 * x : Recorded(-x.constant_);
   }
@@ -128,6 +123,12 @@ class Recorded {
   friend bool operator>(const Recorded& x, const Recorded& y) { return compared(x, y, ">") > 0; }
   friend bool operator>=(const Recorded& x, const Recorded& y) { return compared(x, y, ">=") >= 0; }
 
+  [[gnu::noinline]] static Recorded of(Function f, const Recorded& x) {
+    if (!x.recording_) return Recorded(value_of(f, x.constant_));
+    return wrapped(*x.recording_, function_in(*x.recording_, f, x.node_));
+  }
+  static Recorded of(Function f, const Recorded& x, const Recorded& y) { return binary(f == Function::hypot ? Operation::hypot : Operation::atan2, x, y); }
+
   [[gnu::noinline]] friend Recorded pow(const Recorded& x, double exponent) {
     if (!x.recording_) return Recorded(std::pow(x.constant_, exponent));
     return wrapped(*x.recording_, power_in(*x.recording_, x.node_, exponent));
@@ -136,42 +137,14 @@ class Recorded {
     return y.recording_ ? exp(y * log(x)) : pow(x, y.constant_);
   }
   friend Recorded sqrt(const Recorded& x) { return pow(x, 0.5); }
-  friend Recorded cbrt(const Recorded& x) { return unary(Function::cbrt, x); }
-  friend Recorded hypot(const Recorded& x, const Recorded& y) { return binary(Operation::hypot, x, y); }
-  friend Recorded hypot(const Recorded& x, const Recorded& y, const Recorded& z) { return hypot(hypot(x, y), z); }
-  friend Recorded fma(const Recorded& x, const Recorded& y, const Recorded& z) { return x * y + z; }
-  friend Recorded abs2(const Recorded& x) { return x * x; }
-  friend Recorded conj(const Recorded& x) { return x; }
-  friend Recorded real(const Recorded& x) { return x; }
-  friend Recorded imag(const Recorded&) { return 0.0; }
-
-  friend Recorded sin(const Recorded& x) { return unary(Function::sin, x); }
-  friend Recorded cos(const Recorded& x) { return unary(Function::cos, x); }
-  friend Recorded tan(const Recorded& x) { return unary(Function::tan, x); }
-  friend Recorded asin(const Recorded& x) { return unary(Function::asin, x); }
-  friend Recorded acos(const Recorded& x) { return unary(Function::acos, x); }
-  friend Recorded atan(const Recorded& x) { return unary(Function::atan, x); }
-  friend Recorded atan2(const Recorded& y, const Recorded& x) { return binary(Operation::atan2, y, x); }
-  friend Recorded exp(const Recorded& x) { return unary(Function::exp, x); }
   friend Recorded exp2(const Recorded& x) { return exp(x * std::log(2.0)); }
-  friend Recorded expm1(const Recorded& x) { return unary(Function::expm1, x); }
-  friend Recorded log(const Recorded& x) { return unary(Function::log, x); }
   friend Recorded log2(const Recorded& x) { return log(x) / std::log(2.0); }
   friend Recorded log10(const Recorded& x) { return log(x) / std::log(10.0); }
-  friend Recorded log1p(const Recorded& x) { return unary(Function::log1p, x); }
-  friend Recorded sinh(const Recorded& x) { return unary(Function::sinh, x); }
-  friend Recorded cosh(const Recorded& x) { return unary(Function::cosh, x); }
-  friend Recorded tanh(const Recorded& x) { return unary(Function::tanh, x); }
   // tanh′ without the |x| that keeps digits of plain numbers (ad/forward/transcendental.hpp).
   friend Recorded sech_squared(const Recorded& x) {
     const Recorded c = cosh(x);
     return 1.0 / (c * c);
   }
-  friend Recorded asinh(const Recorded& x) { return unary(Function::asinh, x); }
-  friend Recorded acosh(const Recorded& x) { return unary(Function::acosh, x); }
-  friend Recorded atanh(const Recorded& x) { return unary(Function::atanh, x); }
-  friend Recorded erf(const Recorded& x) { return unary(Function::erf, x); }
-  friend Recorded erfc(const Recorded& x) { return unary(Function::erfc, x); }
 
   friend const double& innermost_value(const Recorded& x) {
     if (x.recording_) refuse(*x.recording_, "the plain value");
@@ -184,8 +157,6 @@ class Recorded {
   friend Recorded ceil(const Recorded& x) { return kinked(x, "ceil", std::ceil(x.constant_)); }
   friend Recorded max(const Recorded& x, const Recorded& y) { return compared(x, y, "max") < 0 ? y : x; }
   friend Recorded min(const Recorded& x, const Recorded& y) { return compared(x, y, "min") > 0 ? y : x; }
-  friend Recorded fmax(const Recorded& x, const Recorded& y) { return max(x, y); }
-  friend Recorded fmin(const Recorded& x, const Recorded& y) { return min(x, y); }
   friend Recorded copysign(const Recorded& x, const Recorded& y) {
     return kinked(x.recording_ ? x : y, "copysign", std::copysign(x.constant_, y.constant_));
   }
@@ -218,11 +189,6 @@ class Recorded {
     Recording& recording = x.recording_ ? *x.recording_ : *y.recording_;
     const int a = x.node_in(recording), b = y.node_in(recording);
     return wrapped(recording, operation_in(recording, operation, a, b));
-  }
-
-  [[gnu::noinline]] static Recorded unary(Function f, const Recorded& x) {
-    if (!x.recording_) return Recorded(value_of(f, x.constant_));
-    return wrapped(*x.recording_, function_in(*x.recording_, f, x.node_));
   }
 
   [[noreturn]] static void refuse(const Recording& recording, const std::string& what) {

@@ -31,35 +31,6 @@
 
 namespace qdot::formula {
 
-/// f over an interval.
-inline Interval bounds_of(Function f, const Interval& x, const Interval& y) {
-  switch (f) {
-    case Function::none: break;
-    case Function::sin: return sin(x);
-    case Function::cos: return cos(x);
-    case Function::tan: return tan(x);
-    case Function::asin: return asin(x);
-    case Function::acos: return acos(x);
-    case Function::atan: return atan(x);
-    case Function::atan2: return atan2(x, y);
-    case Function::hypot: return hypot(x, y);
-    case Function::exp: return exp(x);
-    case Function::expm1: return expm1(x);
-    case Function::log: return log(x);
-    case Function::log1p: return log1p(x);
-    case Function::sinh: return sinh(x);
-    case Function::cosh: return cosh(x);
-    case Function::tanh: return tanh(x);
-    case Function::asinh: return asinh(x);
-    case Function::acosh: return acosh(x);
-    case Function::atanh: return atanh(x);
-    case Function::cbrt: return cbrt(x);
-    case Function::erf: return erf(x);
-    case Function::erfc: return erfc(x);
-  }
-  return x;
-}
-
 /// f′ over an interval, where f is w there; of atan2 and hypot, along the first argument.
 inline Interval slope_bounds(Function f, const Interval& x, const Interval& y, const Interval& w) {
   const auto bell = [&] { return 1.12837916709551257390 * exp(-(x * x)); };
@@ -313,7 +284,7 @@ class TimeBounds {
         item.along_a = node.c * pow(a, node.c - 1.0);
         break;
       case Kind::function:
-        item.value = bounds_of(node.function, a, b);
+        item.value = value_of(node.function, a, b);
         item.along_a = slope_bounds(node.function, a, b, item.value);
         if (node.b >= 0) item.along_b = node.function == Function::hypot ? slope_bounds(node.function, b, a, item.value) : -(a / (a * a + b * b));
         break;

@@ -18,16 +18,26 @@
 #include <cstddef>
 #include <type_traits>
 
+#include "qdot/ad/formula/analytic_function.hpp"
+#include "qdot/ad/formula/formula_number.hpp"
 #include "qdot/error.hpp"
 
 namespace qdot::trace {
 
+using formula::Function;
+
+// Behind the last one, the functions that have power series (ad/formula/analytic_function.hpp).
 enum class Operation : unsigned char {
-  add, subtract, multiply, divide, pow, atan2, hypot, max, min, copysign,  // of two numbers
-  negate, sqrt, cbrt, exp, exp2, expm1, log, log2, log10, log1p, erf, erfc, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh,
-  asinh, acosh, atanh, abs, floor, ceil
+  add, subtract, multiply, divide, pow, max, min, copysign,  // of two numbers
+  negate, sqrt, exp2, log2, log10, abs, floor, ceil
 };
-constexpr bool has_two_operands(Operation o) { return o <= Operation::copysign; }
+inline constexpr int operations = static_cast<int>(Operation::ceil);
+constexpr Operation operation_of(Function f) { return static_cast<Operation>(operations + static_cast<int>(f)); }
+// The function that an operation is; none if it is something else.
+constexpr Function function_of(Operation o) { return static_cast<int>(o) > operations ? static_cast<Function>(static_cast<int>(o) - operations) : Function::none; }
+constexpr bool has_two_operands(Operation o) {
+  return o <= Operation::copysign || o == operation_of(Function::atan2) || o == operation_of(Function::hypot);
+}
 
 // Operands: inputs and then earlier steps, counted from 0; −1 − k is constant k.
 struct Step {
@@ -107,7 +117,7 @@ struct Recording {
 /// A number of a formula whose operations are being listed; a plain number as long as it has met none of the inputs.
 ///
 /// For it qdot::vector() makes vectors that the compiler can run.
-class Traced {
+class Traced : public formula::FormulaNumber<Traced> {
  public:
   static constexpr bool is_formula = true;
 
@@ -122,17 +132,14 @@ class Traced {
     return recording.new_constant(constant_, exact_);
   }
 
-  constexpr Traced& operator+=(const Traced& y) { return *this = *this + y; }
-  constexpr Traced& operator-=(const Traced& y) { return *this = *this - y; }
-  constexpr Traced& operator*=(const Traced& y) { return *this = *this * y; }
-  constexpr Traced& operator/=(const Traced& y) { return *this = *this / y; }
-
-  friend constexpr Traced operator+(const Traced& x) { return x; }
   friend constexpr Traced operator-(const Traced& x) { return of_one(Operation::negate, x); }
   friend constexpr Traced operator+(const Traced& x, const Traced& y) { return of_two(Operation::add, x, y); }
   friend constexpr Traced operator-(const Traced& x, const Traced& y) { return of_two(Operation::subtract, x, y); }
   friend constexpr Traced operator*(const Traced& x, const Traced& y) { return of_two(Operation::multiply, x, y); }
   friend constexpr Traced operator/(const Traced& x, const Traced& y) { return of_two(Operation::divide, x, y); }
+
+  static constexpr Traced of(Function f, const Traced& x) { return of_one(operation_of(f), x); }
+  static constexpr Traced of(Function f, const Traced& x, const Traced& y) { return of_two(operation_of(f), x, y); }
 
   // A branch on a coordinate: the list holds for one side of it only.
   friend constexpr bool operator==(const Traced& x, const Traced& y) { return compared(x, y, x.constant_ == y.constant_); }
@@ -153,43 +160,14 @@ class Traced {
     return of_two(Operation::pow, x, exponent);
   }
   friend constexpr Traced pow(const Traced& x, const Traced& y) { return of_two(Operation::pow, x, y); }
-  friend constexpr Traced atan2(const Traced& y, const Traced& x) { return of_two(Operation::atan2, y, x); }
-  friend constexpr Traced hypot(const Traced& x, const Traced& y) { return of_two(Operation::hypot, x, y); }
-  friend constexpr Traced hypot(const Traced& x, const Traced& y, const Traced& z) { return hypot(hypot(x, y), z); }
-  friend constexpr Traced fma(const Traced& x, const Traced& y, const Traced& z) { return x * y + z; }
   friend constexpr Traced max(const Traced& x, const Traced& y) { return of_two(Operation::max, x, y); }
   friend constexpr Traced min(const Traced& x, const Traced& y) { return of_two(Operation::min, x, y); }
-  friend constexpr Traced fmax(const Traced& x, const Traced& y) { return max(x, y); }
-  friend constexpr Traced fmin(const Traced& x, const Traced& y) { return min(x, y); }
   friend constexpr Traced copysign(const Traced& x, const Traced& y) { return of_two(Operation::copysign, x, y); }
-  friend constexpr Traced abs2(const Traced& x) { return x * x; }
-  friend constexpr Traced conj(const Traced& x) { return x; }
-  friend constexpr Traced real(const Traced& x) { return x; }
-  friend constexpr Traced imag(const Traced&) { return 0.0; }
 
   friend constexpr Traced sqrt(const Traced& x) { return of_one(Operation::sqrt, x); }
-  friend constexpr Traced cbrt(const Traced& x) { return of_one(Operation::cbrt, x); }
-  friend constexpr Traced exp(const Traced& x) { return of_one(Operation::exp, x); }
   friend constexpr Traced exp2(const Traced& x) { return of_one(Operation::exp2, x); }
-  friend constexpr Traced expm1(const Traced& x) { return of_one(Operation::expm1, x); }
-  friend constexpr Traced log(const Traced& x) { return of_one(Operation::log, x); }
   friend constexpr Traced log2(const Traced& x) { return of_one(Operation::log2, x); }
   friend constexpr Traced log10(const Traced& x) { return of_one(Operation::log10, x); }
-  friend constexpr Traced log1p(const Traced& x) { return of_one(Operation::log1p, x); }
-  friend constexpr Traced erf(const Traced& x) { return of_one(Operation::erf, x); }
-  friend constexpr Traced erfc(const Traced& x) { return of_one(Operation::erfc, x); }
-  friend constexpr Traced sin(const Traced& x) { return of_one(Operation::sin, x); }
-  friend constexpr Traced cos(const Traced& x) { return of_one(Operation::cos, x); }
-  friend constexpr Traced tan(const Traced& x) { return of_one(Operation::tan, x); }
-  friend constexpr Traced asin(const Traced& x) { return of_one(Operation::asin, x); }
-  friend constexpr Traced acos(const Traced& x) { return of_one(Operation::acos, x); }
-  friend constexpr Traced atan(const Traced& x) { return of_one(Operation::atan, x); }
-  friend constexpr Traced sinh(const Traced& x) { return of_one(Operation::sinh, x); }
-  friend constexpr Traced cosh(const Traced& x) { return of_one(Operation::cosh, x); }
-  friend constexpr Traced tanh(const Traced& x) { return of_one(Operation::tanh, x); }
-  friend constexpr Traced asinh(const Traced& x) { return of_one(Operation::asinh, x); }
-  friend constexpr Traced acosh(const Traced& x) { return of_one(Operation::acosh, x); }
-  friend constexpr Traced atanh(const Traced& x) { return of_one(Operation::atanh, x); }
   friend constexpr Traced abs(const Traced& x) { return of_one(Operation::abs, x); }
   friend constexpr Traced fabs(const Traced& x) { return abs(x); }
   friend constexpr Traced floor(const Traced& x) { return of_one(Operation::floor, x); }
@@ -242,45 +220,22 @@ class Traced {
 // o(a, b), or o(a), on numbers of any kind that has the function.
 template <Operation o, class A, class B>
 [[gnu::always_inline]] inline auto applied(const A& a, const B& b) {
-  using std::abs, std::acos, std::acosh, std::asin, std::asinh, std::atan, std::atan2, std::atanh, std::cbrt, std::ceil, std::copysign,
-      std::cos, std::cosh, std::erf, std::erfc, std::exp, std::exp2, std::expm1, std::floor, std::hypot, std::log, std::log10,
-      std::log1p, std::log2, std::pow, std::sin, std::sinh, std::sqrt, std::tan, std::tanh;
+  using std::abs, std::ceil, std::copysign, std::exp2, std::floor, std::log10, std::log2, std::pow, std::sqrt;
   if constexpr (o == Operation::add) return a + b;
   else if constexpr (o == Operation::subtract) return a - b;
   else if constexpr (o == Operation::multiply) return a * b;
   else if constexpr (o == Operation::divide) return a / b;
   else if constexpr (o == Operation::pow) return pow(a, b);
-  else if constexpr (o == Operation::atan2) return atan2(a, b);
-  else if constexpr (o == Operation::hypot) return hypot(a, b);
   else if constexpr (o == Operation::copysign) return copysign(a, b);
   else if constexpr (o == Operation::negate) return -a;
   else if constexpr (o == Operation::sqrt) return sqrt(a);
-  else if constexpr (o == Operation::cbrt) return cbrt(a);
-  else if constexpr (o == Operation::exp) return exp(a);
   else if constexpr (o == Operation::exp2) return exp2(a);
-  else if constexpr (o == Operation::expm1) return expm1(a);
-  else if constexpr (o == Operation::log) return log(a);
   else if constexpr (o == Operation::log2) return log2(a);
   else if constexpr (o == Operation::log10) return log10(a);
-  else if constexpr (o == Operation::log1p) return log1p(a);
-  else if constexpr (o == Operation::erf) return erf(a);
-  else if constexpr (o == Operation::erfc) return erfc(a);
-  else if constexpr (o == Operation::sin) return sin(a);
-  else if constexpr (o == Operation::cos) return cos(a);
-  else if constexpr (o == Operation::tan) return tan(a);
-  else if constexpr (o == Operation::asin) return asin(a);
-  else if constexpr (o == Operation::acos) return acos(a);
-  else if constexpr (o == Operation::atan) return atan(a);
-  else if constexpr (o == Operation::sinh) return sinh(a);
-  else if constexpr (o == Operation::cosh) return cosh(a);
-  else if constexpr (o == Operation::tanh) return tanh(a);
-  else if constexpr (o == Operation::asinh) return asinh(a);
-  else if constexpr (o == Operation::acosh) return acosh(a);
-  else if constexpr (o == Operation::atanh) return atanh(a);
   else if constexpr (o == Operation::abs) return abs(a);
   else if constexpr (o == Operation::floor) return floor(a);
   else if constexpr (o == Operation::ceil) return ceil(a);
-  else static_assert(o != o, "an operation without a meaning");
+  else return formula::applied<function_of(o)>(a, b);
 }
 
 template <int first = 0>
@@ -291,7 +246,7 @@ double value_of_constants(Operation o, double a, double b) {
   } else {
     if (o == here) return applied<here>(a, b);
   }
-  if constexpr (here != Operation::ceil) return value_of_constants<first + 1>(o, a, b);
+  if constexpr (here != operation_of(Function::erfc)) return value_of_constants<first + 1>(o, a, b);
   return 0.0;
 }
 [[gnu::cold]] inline double Traced::value_of(Operation o, double a, double b) { return value_of_constants(o, a, b); }

@@ -15,7 +15,7 @@ namespace qdot::trace {
 // added to zero or multiplied by one is gone, equal steps are one.
 template <int steps, int constants>
 struct List {
-  int raw_steps = steps, raw_result = 0;
+  int raw_result = 0;
   Step raw[steps + 1] = {};             // as recorded, to be compared with an object's own run
   bool literal[constants + 1] = {};
   double value[constants + 1] = {};

@@ -1,17 +1,14 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The functions of <cmath>, and Eigen's traits, for the scalars of Lagrange's equations.
+// The functions of <cmath> for the scalars of Lagrange's equations.
 //
 // A function of one argument needs f, f′ and f″. Sine, cosine, root and the like write them out; all others take them
-// from the dual numbers, nested once, so that every formula stands in one place only. A function of two
-// arguments is its second-order Taylor polynomial,
+// from the dual numbers, nested once (ad/forward/following.hpp). A function of two arguments is its second-order Taylor polynomial,
 //
 //     F(a, b) = [F + F_a δa + ½ F_aa δa²] + [F_b δb + ½ F_bb δb²] + F_ab δa δb ,
 //
 // two chain rules and one product of values zero.
-
-#include <Eigen/Core>
 
 #include <cmath>
 #include <cstddef>
@@ -19,6 +16,7 @@
 #include <type_traits>
 
 #include "qdot/ad/dual_math.hpp"
+#include "qdot/ad/forward/following.hpp"
 #include "qdot/ad/lagrange/euler_lagrange.hpp"
 #include "qdot/ad/lagrange/graded.hpp"
 #include "qdot/ad/records/hessian_record.hpp"
@@ -43,21 +41,10 @@ inline void sine_and_cosine(double x, double* sine, double* cosine) {
 }
 #endif
 
-template <class T>
-struct is_euler_lagrange : std::false_type {};
 template <int n, class Number, class I, class K>
 struct is_euler_lagrange<EulerLagrange<n, Number, I, K>> : std::true_type {};
 template <class Record>
 struct is_euler_lagrange<Graded<Record>> : std::true_type {};
-
-template <class T>
-concept EulerLagrangeNumber = is_euler_lagrange<T>::value;
-
-// Scalars that take what has no rule of their own from duals, by a chain rule through(u, f). Others than these say so.
-template <class T>
-inline constexpr bool follows_duals = false;
-template <class T>
-concept FollowsDuals = EulerLagrangeNumber<T> || follows_duals<T>;
 
 // f(x) and f(x, y) of the numbers inside, from values and first derivatives: of a plain number its value.
 template <class Number>
@@ -175,160 +162,4 @@ template <EulerLagrangeNumber E>
   return u.chain(f, slope, -2.0 * slope * (slope * slope));
 }
 
-template <FollowsDuals E> E cbrt(const E& u) { return through(u, [](const auto& x) { return cbrt(x); }); }
-template <FollowsDuals E> E exp2(const E& u) { return through(u, [](const auto& x) { return exp2(x); }); }
-template <FollowsDuals E> E expm1(const E& u) { return through(u, [](const auto& x) { return expm1(x); }); }
-template <FollowsDuals E> E log2(const E& u) { return through(u, [](const auto& x) { return log2(x); }); }
-template <FollowsDuals E> E log10(const E& u) { return through(u, [](const auto& x) { return log10(x); }); }
-template <FollowsDuals E> E log1p(const E& u) { return through(u, [](const auto& x) { return log1p(x); }); }
-template <FollowsDuals E> E erf(const E& u) { return through(u, [](const auto& x) { return erf(x); }); }
-template <FollowsDuals E> E erfc(const E& u) { return through(u, [](const auto& x) { return erfc(x); }); }
-template <FollowsDuals E> E tan(const E& u) { return through(u, [](const auto& x) { return tan(x); }); }
-template <FollowsDuals E> E asin(const E& u) { return through(u, [](const auto& x) { return asin(x); }); }
-template <FollowsDuals E> E acos(const E& u) { return through(u, [](const auto& x) { return acos(x); }); }
-template <FollowsDuals E> E atan(const E& u) { return through(u, [](const auto& x) { return atan(x); }); }
-template <FollowsDuals E> E sinh(const E& u) { return through(u, [](const auto& x) { return sinh(x); }); }
-template <FollowsDuals E> E cosh(const E& u) { return through(u, [](const auto& x) { return cosh(x); }); }
-template <FollowsDuals E> E tanh(const E& u) { return through(u, [](const auto& x) { return tanh(x); }); }
-template <FollowsDuals E> E asinh(const E& u) { return through(u, [](const auto& x) { return asinh(x); }); }
-template <FollowsDuals E> E acosh(const E& u) { return through(u, [](const auto& x) { return acosh(x); }); }
-template <FollowsDuals E> E atanh(const E& u) { return through(u, [](const auto& x) { return atanh(x); }); }
-
-template <FollowsDuals E, class Number>
-  requires std::is_arithmetic_v<Number>
-E pow(const E& u, Number k) { return through(u, [k](const auto& x) { return pow(x, k); }); }
-template <EulerLagrangeNumber E>
-E pow(const E& u, const E& w) {
-  if constexpr (std::is_convertible_v<decltype(innermost_value(w.value)), double>)
-    if (w.is_constant()) return pow(u, innermost_value(w.value));
-  return through(u, w, [](const auto& x, const auto& y) { return pow(x, y); });
-}
-template <EulerLagrangeNumber E, class Number>
-  requires std::is_arithmetic_v<Number>
-E pow(Number base, const E& u) { return through(u, [base](const auto& x) { return pow(base, x); }); }
-
-template <class A, class B>
-using EulerLagrangeOf = std::conditional_t<EulerLagrangeNumber<A> && std::is_convertible_v<B, A>, A, B>;
-// Two arguments of which one is such a scalar and the other one too, or becomes one, such as a number.
-template <class A, class B>
-concept EulerLagrangeBeside = EulerLagrangeNumber<EulerLagrangeOf<A, B>> && std::is_convertible_v<A, EulerLagrangeOf<A, B>>;
-
-template <EulerLagrangeNumber A, EulerLagrangeNumber B>
-  requires(!std::is_same_v<A, B> && EulerLagrangeBeside<A, B>)
-auto pow(const A& u, const B& w) {
-  using E = EulerLagrangeOf<A, B>;
-  return pow(E(u), E(w));
-}
-
-template <class A, class B>
-  requires EulerLagrangeBeside<A, B>
-auto atan2(const A& y, const B& x) {
-  using E = EulerLagrangeOf<A, B>;
-  return through(E(y), E(x), [](const auto& a, const auto& b) { return atan2(a, b); });
-}
-template <class A, class B>
-  requires EulerLagrangeBeside<A, B>
-auto hypot(const A& x, const B& y) {
-  using E = EulerLagrangeOf<A, B>;
-  return through(E(x), E(y), [](const auto& a, const auto& b) { return hypot(a, b); });
-}
-// Three arguments of which at least one is such a scalar.
-template <class A, class B, class C>
-using EulerLagrangeAmong = EulerLagrangeOf<A, EulerLagrangeOf<B, C>>;
-template <class A, class B, class C>
-concept EulerLagrangeBesideTwo = EulerLagrangeBeside<EulerLagrangeAmong<A, B, C>, A> && EulerLagrangeBeside<EulerLagrangeAmong<A, B, C>, B> &&
-                                 EulerLagrangeBeside<EulerLagrangeAmong<A, B, C>, C>;
-template <class A, class B, class C>
-  requires EulerLagrangeBesideTwo<A, B, C>
-auto hypot(const A& x, const B& y, const C& z) {
-  using E = EulerLagrangeAmong<A, B, C>;
-  return hypot(hypot(E(x), E(y)), E(z));
-}
-template <class A, class B, class C>
-  requires EulerLagrangeBesideTwo<A, B, C>
-auto fma(const A& x, const B& y, const C& z) {
-  using E = EulerLagrangeAmong<A, B, C>;
-  return E(E(x) * E(y) + E(z));
-}
-template <EulerLagrangeNumber E>
-E abs(const E& x) { return x.value < 0.0 ? -x : x; }
-template <EulerLagrangeNumber E>
-E fabs(const E& x) { return abs(x); }
-template <EulerLagrangeNumber E>
-E floor(const E& x) { return E(std::floor(innermost_value(x.value))); }
-template <EulerLagrangeNumber E>
-E ceil(const E& x) { return E(std::ceil(innermost_value(x.value))); }
-template <class A, class B>
-  requires EulerLagrangeBeside<A, B>
-auto max(const A& x, const B& y) {
-  const EulerLagrangeOf<A, B> a(x), b(y);
-  return a.value < b.value ? b : a;
-}
-template <class A, class B>
-  requires EulerLagrangeBeside<A, B>
-auto min(const A& x, const B& y) {
-  const EulerLagrangeOf<A, B> a(x), b(y);
-  return b.value < a.value ? b : a;
-}
-template <class A, class B>
-  requires EulerLagrangeBeside<A, B>
-auto fmax(const A& x, const B& y) {
-  const EulerLagrangeOf<A, B> a(x), b(y);
-  return a.value != a.value ? b : b.value != b.value ? a : max(a, b);
-}
-template <class A, class B>
-  requires EulerLagrangeBeside<A, B>
-auto fmin(const A& x, const B& y) {
-  const EulerLagrangeOf<A, B> a(x), b(y);
-  return a.value != a.value ? b : b.value != b.value ? a : min(a, b);
-}
-template <class A, class B>
-  requires EulerLagrangeBeside<A, B>
-auto copysign(const A& x, const B& y) {
-  const EulerLagrangeOf<A, B> a(x), b(y);
-  return std::signbit(innermost_value(a.value)) == std::signbit(innermost_value(b.value)) ? a : -a;
-}
-template <EulerLagrangeNumber E>
-bool isfinite(const E& x) { return std::isfinite(innermost_value(x.value)) && std::isfinite(innermost_value(x.rate)); }
-template <EulerLagrangeNumber E>
-bool isnan(const E& x) { return std::isnan(innermost_value(x.value)); }
-template <EulerLagrangeNumber E>
-bool isinf(const E& x) { return std::isinf(innermost_value(x.value)); }
-template <EulerLagrangeNumber E>
-bool signbit(const E& x) { return std::signbit(innermost_value(x.value)); }
-
-template <EulerLagrangeNumber E>
-[[gnu::always_inline]] inline const E& conj(const E& x) { return x; }
-template <EulerLagrangeNumber E>
-[[gnu::always_inline]] inline const E& real(const E& x) { return x; }
-template <EulerLagrangeNumber E>
-E imag(const E&) { return E(0.0); }
-template <EulerLagrangeNumber E>
-[[gnu::always_inline]] inline E abs2(const E& x) { return x * x; }
-
 }  // namespace qdot::detail
-
-namespace qdot::detail {
-
-// Like a real number without SIMD packets.
-template <class E>
-struct RealTraits : Eigen::NumTraits<double> {
-  using Real = E;
-  using NonInteger = E;
-  using Nested = E;
-  enum { IsInteger = 0, IsSigned = 1, IsComplex = 0, RequireInitialization = 1, ReadCost = 1, AddCost = 2, MulCost = 4 };
-};
-
-}  // namespace qdot::detail
-
-template <qdot::detail::EulerLagrangeNumber E>
-struct std::numeric_limits<E> : std::numeric_limits<double> {};
-
-template <qdot::detail::EulerLagrangeNumber E>
-struct Eigen::NumTraits<E> : qdot::detail::RealTraits<E> {};
-
-template <class A, class B, class Operation>
-  requires(!std::is_same_v<A, B>) && qdot::detail::EulerLagrangeBeside<A, B>
-struct Eigen::ScalarBinaryOpTraits<A, B, Operation> {
-  using ReturnType = qdot::detail::EulerLagrangeOf<A, B>;
-};

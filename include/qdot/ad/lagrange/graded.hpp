@@ -18,13 +18,14 @@
 
 #include <type_traits>
 
+#include "qdot/ad/dual.hpp"
 #include "qdot/ad/records/hessian_record.hpp"
 
 namespace qdot::detail {
 
 // Record is HessianRecord, which says how many coordinates there may be.
 template <class Record_>
-struct Graded {
+struct Graded : ComparedByValue<Graded<Record_>> {
   using Self = Graded;
   using Record = Record_;
 
@@ -70,13 +71,6 @@ struct Graded {
   friend Self operator*(double c, const Self& u) { return u.times(c); }
   friend Self operator*(const Self& u, double c) { return u.times(c); }
   friend Self operator/(const Self& u, double c) { return u.times(1.0 / c); }
-
-  friend bool operator==(const Self& u, const Self& v) { return u.value == v.value; }
-  friend bool operator!=(const Self& u, const Self& v) { return u.value != v.value; }
-  friend bool operator<(const Self& u, const Self& v) { return u.value < v.value; }
-  friend bool operator<=(const Self& u, const Self& v) { return u.value <= v.value; }
-  friend bool operator>(const Self& u, const Self& v) { return u.value > v.value; }
-  friend bool operator>=(const Self& u, const Self& v) { return u.value >= v.value; }
 
   // f(u) from f, f′, f″ at u.
   [[gnu::always_inline]] Self chain(double f, double f1, double f2) const {

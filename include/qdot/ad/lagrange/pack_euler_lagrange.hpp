@@ -135,13 +135,13 @@ template <class Condition, int n, class Number, int... I, int... K>
 }
 
 template <class A, class B>
-concept EulerLagrangePackBeside = EulerLagrangeBeside<A, B> && (holds_packs<A> || holds_packs<B>);
+concept EulerLagrangePackBeside = FollowerBeside<A, B> && (holds_packs<A> || holds_packs<B>);
 
 // a in the lanes where the condition holds, b in the others.
 template <int lanes, int width, class A, class B>
   requires EulerLagrangePackBeside<A, B>
 [[gnu::always_inline]] inline auto select(const PackMask<lanes, width>& condition, const A& a, const B& b) {
-  using E = EulerLagrangeOf<A, B>;
+  using E = FollowerOf<A, B>;
   return chosen_number(condition, E(a).whole(), E(b).whole());
 }
 // The same for numbers that are no packs, without losing what is known of their zeros.
@@ -160,7 +160,7 @@ template <EulerLagrangePack E>
 template <class A, class B>
   requires EulerLagrangePackBeside<A, B>
 [[gnu::always_inline]] inline auto max(const A& x, const B& y) {
-  const EulerLagrangeOf<A, B> a(x), b(y);
+  const FollowerOf<A, B> a(x), b(y);
   return select(a < b, b, a);
 }
 template <EulerLagrangePack E>
@@ -170,25 +170,25 @@ template <EulerLagrangePack E>
 template <class A, class B>
   requires EulerLagrangePackBeside<A, B>
 [[gnu::always_inline]] inline auto min(const A& x, const B& y) {
-  const EulerLagrangeOf<A, B> a(x), b(y);
+  const FollowerOf<A, B> a(x), b(y);
   return select(b < a, b, a);
 }
 template <class A, class B>
   requires EulerLagrangePackBeside<A, B>
 auto fmax(const A& x, const B& y) {
-  const EulerLagrangeOf<A, B> a(x), b(y);
+  const FollowerOf<A, B> a(x), b(y);
   return select(a != a, b, select(b != b, a, max(a, b)));
 }
 template <class A, class B>
   requires EulerLagrangePackBeside<A, B>
 auto fmin(const A& x, const B& y) {
-  const EulerLagrangeOf<A, B> a(x), b(y);
+  const FollowerOf<A, B> a(x), b(y);
   return select(a != a, b, select(b != b, a, min(a, b)));
 }
 template <class A, class B>
   requires EulerLagrangePackBeside<A, B>
 auto copysign(const A& x, const B& y) {
-  const EulerLagrangeOf<A, B> a(x), b(y);
+  const FollowerOf<A, B> a(x), b(y);
   return select(signbit(a.value) == signbit(b.value), a, -a);
 }
 template <EulerLagrangePack E>

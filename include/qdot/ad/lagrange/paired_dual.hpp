@@ -31,7 +31,7 @@ template <int n, class = std::make_integer_sequence<int, n>>
 struct PairedDual;
 
 template <int n, int... I>
-struct PairedDual<n, std::integer_sequence<int, I...>> : PairOf<I>... {
+struct PairedDual<n, std::integer_sequence<int, I...>> : PairOf<I>..., ComparedByValue<PairedDual<n, std::integer_sequence<int, I...>>> {
   using Self = PairedDual;
 
   double value;
@@ -112,13 +112,6 @@ struct PairedDual<n, std::integer_sequence<int, I...>> : PairOf<I>... {
   }
   [[gnu::always_inline]] Self& operator+=(const Self& o) { return *this = *this + o; }
   [[gnu::always_inline]] Self& operator-=(const Self& o) { return *this = *this - o; }
-
-  friend bool operator==(const Self& x, const Self& y) { return x.value == y.value; }
-  friend bool operator!=(const Self& x, const Self& y) { return x.value != y.value; }
-  friend bool operator<(const Self& x, const Self& y) { return x.value < y.value; }
-  friend bool operator<=(const Self& x, const Self& y) { return x.value <= y.value; }
-  friend bool operator>(const Self& x, const Self& y) { return x.value > y.value; }
-  friend bool operator>=(const Self& x, const Self& y) { return x.value >= y.value; }
 };
 
 [[gnu::always_inline]] inline Present known_equal(const Pair& a, const Pair& b) { return known_equal(a[0], b[0]) & known_equal(a[1], b[1]); }

@@ -20,12 +20,31 @@
 #include <type_traits>
 
 #include "qdot/ad/lagrange/euler_lagrange_math.hpp"
-#include "qdot/ad/places/local_dual.hpp"
 
 namespace qdot::detail {
 
+// A number of a function of one variable, or of two: what a value knows of itself on its way through <cmath>.
+struct AlongOwnVariables {};
+using LocalDual = Dual<double, 2, AlongOwnVariables>;
+inline LocalDual local_dual(double value, double first, double second) {
+  LocalDual x(value);
+  x.tangent = {first, second};
+  return x;
+}
+
+// f(x) from f and f′, and f(x, y) from f, ∂f/∂x, ∂f/∂y.
+inline LocalDual lifted(const LocalDual& x, double f, double slope) { return local_dual(f, slope * x.tangent[0], slope * x.tangent[1]); }
+inline LocalDual lifted(const LocalDual& x, const LocalDual& y, double f, double f_x, double f_y) {
+  return local_dual(f, f_x * x.tangent[0] + f_y * y.tangent[0], f_x * x.tangent[1] + f_y * y.tangent[1]);
+}
+
+// The derivatives of F(u, v) by u: once, twice, three times, and those in which v takes part.
+struct LocalSlopes {
+  double f_u, f_uu, f_uv, f_uuu, f_uuv, f_uvv;
+};
+
 template <int n>
-struct CurvedJet {
+struct CurvedJet : ComparedByValue<CurvedJet<n>> {
   using Self = CurvedJet;
 
   LocalDual value;  // with its derivative by itself, 1, so that the functions of <cmath> tell f, f′, f″ and f‴
@@ -40,7 +59,7 @@ struct CurvedJet {
   CurvedJet() = default;
   template <class Number>
     requires std::is_arithmetic_v<Number>
-  CurvedJet(Number constant) : value(static_cast<double>(constant), 1.0, 0.0), rate(0.0), bend(0.0), first(n), last(0) {}
+  CurvedJet(Number constant) : value(local_dual(static_cast<double>(constant), 1.0, 0.0)), rate(0.0), bend(0.0), first(n), last(0) {}
 
   explicit CurvedJet(const LocalDual& constant) : CurvedJet(constant.value) {}
 
@@ -100,16 +119,9 @@ struct CurvedJet {
   Self& operator*=(const Self& o) { return *this = *this * o; }
   Self& operator/=(const Self& o) { return *this = *this / o; }
 
-  friend bool operator==(const Self& a, const Self& b) { return a.value == b.value; }
-  friend bool operator!=(const Self& a, const Self& b) { return a.value != b.value; }
-  friend bool operator<(const Self& a, const Self& b) { return a.value < b.value; }
-  friend bool operator<=(const Self& a, const Self& b) { return a.value <= b.value; }
-  friend bool operator>(const Self& a, const Self& b) { return a.value > b.value; }
-  friend bool operator>=(const Self& a, const Self& b) { return a.value >= b.value; }
-
   // f(u) from f, f′ and f″, which brings f‴ along.
   Self chain(const LocalDual& f, const LocalDual& slope, const LocalDual& curvature) const {
-    const double f1 = slope.value, f2 = curvature.value, f3 = curvature.along[0];
+    const double f1 = slope.value, f2 = curvature.value, f3 = curvature.tangent[0];
     Self r = moving(f.value, f1 * rate, f1 * bend + f2 * rate * rate);
     r.first = first;
     r.last = last;
@@ -130,7 +142,7 @@ struct CurvedJet {
   bool meets(const Self&) const { return true; }
   static Self function(double F, const Self& u, const typename Record::Slopes& of_u, const Self& w, const typename Record::Slopes& of_w) {
     const auto of_one = [](double f, const Self& x, const typename Record::Slopes& s) {
-      return x.chain(LocalDual(f, s.f_u, 0.0), LocalDual(s.f_u, s.f_uu, 0.0), LocalDual(s.f_uu, s.f_uuu, 0.0));
+      return x.chain(local_dual(f, s.f_u, 0.0), local_dual(s.f_u, s.f_uu, 0.0), local_dual(s.f_uu, s.f_uuu, 0.0));
     };
     const Self du = u - Self(u.value.value), dw = w - Self(w.value.value), both = du * dw;
     return of_one(F, u, of_u) + of_one(0.0, w, of_w) + both * (Self(of_u.f_uv) + 0.5 * of_u.f_uuv * du + 0.5 * of_u.f_uvv * dw);
@@ -139,7 +151,7 @@ struct CurvedJet {
  private:
   static Self moving(double x, double xdot, double xddot) {
     Self r;
-    r.value = LocalDual(x, 1.0, 0.0);
+    r.value = local_dual(x, 1.0, 0.0);
     r.rate = xdot;
     r.bend = xddot;
     r.first = n;

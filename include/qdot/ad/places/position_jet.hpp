@@ -44,7 +44,7 @@ template <int n, class = std::make_integer_sequence<int, n>>
 struct PositionJet;
 
 template <int n, int... I>
-struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>... {
+struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., ComparedByValue<PositionJet<n, std::integer_sequence<int, I...>>> {
   using Self = PositionJet;
   static constexpr bool remembers_rotations = true;  // mechanics/equations/known_rotation.hpp
 
@@ -164,13 +164,6 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>... {
   [[gnu::always_inline]] Self& operator-=(const Self& o) { return *this = *this - o; }
   [[gnu::always_inline]] Self& operator*=(const Self& o) { return *this = *this * o; }
   [[gnu::always_inline]] Self& operator/=(const Self& o) { return *this = *this / o; }
-
-  friend bool operator==(const Self& a, const Self& b) { return a.value == b.value; }
-  friend bool operator!=(const Self& a, const Self& b) { return a.value != b.value; }
-  friend bool operator<(const Self& a, const Self& b) { return a.value < b.value; }
-  friend bool operator<=(const Self& a, const Self& b) { return a.value <= b.value; }
-  friend bool operator>(const Self& a, const Self& b) { return a.value > b.value; }
-  friend bool operator>=(const Self& a, const Self& b) { return a.value >= b.value; }
 
   // f(u) from f, f′, f″ at u.
   [[gnu::always_inline]] Self chain(double f, double f1, double f2) const {

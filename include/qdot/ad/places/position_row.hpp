@@ -69,12 +69,6 @@ struct PositionGradient {
     last = std::max(last, a.last);
     for (int i = a.first; i < a.last; ++i) add_block(block(i), c, a.block(i));
   }
-  // A row of one block of zeros becomes empty. NaN is no zero.
-  void drop_zero_block() {
-    if (last - first != 1) return;
-    const double* b = block(first);
-    if (b[0] == 0.0 && b[1] == 0.0 && b[2] == 0.0 && b[3] == 0.0) last = first;
-  }
 };
 
 // The blocks of the position that a scalar of Lagrange's equations becomes; 0: of none.
@@ -84,7 +78,7 @@ template <int blocks>
 inline constexpr int positions_of<Graded<HessianRecord<blocks>>> = blocks;
 
 template <int blocks>
-struct PositionRow {
+struct PositionRow : ComparedByValue<PositionRow<blocks>> {
   using Self = PositionRow;
 
   double value, rate, bend;
@@ -152,13 +146,6 @@ struct PositionRow {
   friend Self operator*(double c, const Self& a) { return a.times(c); }
   friend Self operator*(const Self& a, double c) { return a.times(c); }
   friend Self operator/(const Self& a, double c) { return a.times(1.0 / c); }
-
-  friend bool operator==(const Self& a, const Self& b) { return a.value == b.value; }
-  friend bool operator!=(const Self& a, const Self& b) { return a.value != b.value; }
-  friend bool operator<(const Self& a, const Self& b) { return a.value < b.value; }
-  friend bool operator<=(const Self& a, const Self& b) { return a.value <= b.value; }
-  friend bool operator>(const Self& a, const Self& b) { return a.value > b.value; }
-  friend bool operator>=(const Self& a, const Self& b) { return a.value >= b.value; }
 
   // f(u) from f, f′, f″ at u.
   Self chain(double f, double f1, double f2) const {

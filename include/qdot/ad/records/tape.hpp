@@ -86,7 +86,7 @@ struct Tape {
 
 // A number whose operations are written to a tape.
 template <class N>
-struct Reverse {
+struct Reverse : ComparedByValue<Reverse<N>> {
   N value{0.0};
   int node = -1;  // −1: no variable in it
   Tape<N>* tape = nullptr;
@@ -118,13 +118,6 @@ struct Reverse {
   Reverse& operator*=(const Reverse& o) { return *this = *this * o; }
   Reverse& operator/=(const Reverse& o) { return *this = *this / o; }
 
-  friend bool operator==(const Reverse& a, const Reverse& b) { return a.value == b.value; }
-  friend bool operator!=(const Reverse& a, const Reverse& b) { return a.value != b.value; }
-  friend bool operator<(const Reverse& a, const Reverse& b) { return a.value < b.value; }
-  friend bool operator<=(const Reverse& a, const Reverse& b) { return a.value <= b.value; }
-  friend bool operator>(const Reverse& a, const Reverse& b) { return a.value > b.value; }
-  friend bool operator>=(const Reverse& a, const Reverse& b) { return a.value >= b.value; }
-
   friend const auto& innermost_value(const Reverse& x) {
     using qdot::innermost_value;
     return innermost_value(x.value);
@@ -134,13 +127,6 @@ struct Reverse {
   // f(x) from f and f′.
   Reverse through(const N& f, const N& slope) const {
     return node < 0 ? Reverse(f) : Reverse(f, tape->operation(false, node, slope), tape);
-  }
-  // The same with f as a generic function.
-  template <class F>
-  Reverse through(const F& f) const {
-    using D = Dual<N, 1>;
-    const D y = f(D::variable(value, 0));
-    return through(y.value, y.tangent[0]);
   }
   // f(x, y) from f and its derivatives.
   static Reverse both(const N& f, const Reverse& x, const N& by_x, const Reverse& y, const N& by_y) { return met(false, f, x, by_x, y, by_y); }
@@ -263,13 +249,6 @@ struct Reverse<double> {
     if (!tape) return Reverse(f);
     tape->reach = std::max(tape->reach, last - first);
     return Reverse(f, by_x * slope, node, 0, transcendental, first, last, tape);
-  }
-  // The same with f as a generic function.
-  template <class F>
-  Reverse through(const F& f) const {
-    using D = Dual<double, 1>;
-    const D y = f(D::variable(value, 0));
-    return through(y.value, y.tangent[0]);
   }
   // f(x, y) from f and its derivatives.
   static Reverse both(double f, const Reverse& x, double by_x, const Reverse& y, double by_y) {

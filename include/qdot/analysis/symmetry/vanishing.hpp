@@ -24,27 +24,29 @@ struct ValueAndMagnitude {
 };
 
 // All nodes up to `last` at these values of the variables, which are numbered as in the graph.
-inline std::vector<ValueAndMagnitude> values_of_graph(const formula::Graph& graph, int last, const std::vector<double>& variables) {
+template <class Number>
+std::vector<ValueAndMagnitude> values_of_graph(const formula::BasicGraph<Number>& graph, int last, const std::vector<double>& variables) {
   using formula::Kind;
   std::vector<ValueAndMagnitude> all;
   const auto at = [&](int node) { return node < 0 ? ValueAndMagnitude{} : all[static_cast<std::size_t>(node)]; };
   for (int w = 0; w <= last; ++w) {
     const auto& node = graph[w];
+    const double ca = formula::actual(node.ca), cb = formula::actual(node.cb), c = formula::actual(node.c);
     ValueAndMagnitude r;
     const ValueAndMagnitude a = node.kind == Kind::constant || node.kind == Kind::variable ? ValueAndMagnitude{} : at(node.a);
     const ValueAndMagnitude b = node.kind == Kind::constant || node.kind == Kind::variable ? ValueAndMagnitude{} : at(node.b);
     switch (node.kind) {
-      case Kind::constant: r.value = node.c; break;
+      case Kind::constant: r.value = c; break;
       case Kind::variable: r.value = variables[static_cast<std::size_t>(node.a)]; break;
       case Kind::affine: {
-        const double second = node.b < 0 ? 0.0 : node.cb * b.value;
-        const double of_second = node.b < 0 ? 0.0 : std::abs(node.cb) * b.magnitude;
-        r = {node.ca * a.value + second + node.c, std::abs(node.ca) * a.magnitude + of_second + std::abs(node.c)};
+        const double second = node.b < 0 ? 0.0 : cb * b.value;
+        const double of_second = node.b < 0 ? 0.0 : std::abs(cb) * b.magnitude;
+        r = {ca * a.value + second + c, std::abs(ca) * a.magnitude + of_second + std::abs(c)};
         break;
       }
       case Kind::product: r = {a.value * b.value, a.magnitude * b.magnitude}; break;
       case Kind::quotient: r = {a.value / b.value, a.magnitude / std::abs(b.value)}; break;
-      case Kind::power: r.value = std::pow(a.value, node.c); break;
+      case Kind::power: r.value = std::pow(a.value, c); break;
       case Kind::function: r.value = formula::value_of(node.function, a.value, b.value); break;
     }
     r.magnitude = std::max(r.magnitude, std::abs(r.value));

@@ -51,14 +51,6 @@ template <int p, class I> PairedDual<p, I> sqrt(const PairedDual<p, I>& x) {
   const double root = std::sqrt(x.value);
   return x.through(root, 0.5 / root);
 }
-template <int p, class I> PairedDual<p, I> exp(const PairedDual<p, I>& x) { return through(x, [](const auto& y) { return exp(y); }); }
-template <int p, class I> PairedDual<p, I> log(const PairedDual<p, I>& x) { return through(x, [](const auto& y) { return log(y); }); }
-template <int p, class I> PairedDual<p, I> atan2(const PairedDual<p, I>& x, const PairedDual<p, I>& y) {
-  return through(x, y, [](const auto& a, const auto& b) { return atan2(a, b); });
-}
-template <int p, class I> PairedDual<p, I> hypot(const PairedDual<p, I>& x, const PairedDual<p, I>& y) {
-  return through(x, y, [](const auto& a, const auto& b) { return hypot(a, b); });
-}
 
 // ẏ and the rates of `columns` columns behind it, at most `lanes`; false where another way must be gone.
 template <int n, int lanes, class E>

@@ -192,8 +192,8 @@ struct Mechanics<RecordedForm> {
   static Vec force(const RecordedForm& form, const Vec& q, const Vec& v, const States&, double t) { return form.mechanics().force(q, v, t); }
   static Eigen::MatrixXd inverse_mass(const RecordedForm& form, const Vec& q, const Vec& v, double t) {
     const Eigen::MatrixXd M = form.mechanics().mass(q, v, t);
-    MassFactors<Dynamic> factors;
-    if (!factors.factor(M)) {
+    DenseConstrainedFactors<Dynamic> factors(static_cast<std::size_t>(M.rows()));
+    if (!factors.compute_mass(M, singular_pivot<double>(M.rows()))) {
       std::vector<std::string> names;
       for (Eigen::Index i = 0; i < M.rows(); ++i) names.push_back(form.component_name(i));
       throw_mass_matrix_error(M, t, names);
@@ -201,7 +201,7 @@ struct Mechanics<RecordedForm> {
     Eigen::MatrixXd inverse(M.rows(), M.rows());
     for (Eigen::Index j = 0; j < M.rows(); ++j) {
       Vec column = Vec::Unit(M.rows(), j);
-      factors.solve_in_place(column);
+      factors.solve_mass(column.data());
       inverse.col(j) = column;
     }
     return inverse;

@@ -88,6 +88,7 @@ class VariationSeries {
     weights_.setZero(slopes_.rows(), n_ + rows_);
     reactions_.setZero(rows_, columns * highest_order);
     M_.setZero(n_, n_);
+    factors_ = DenseConstrainedFactors<Dynamic>(static_cast<std::size_t>(n_));
     solution_.setZero(n_);
     known_.setZero(rows_);
   }
@@ -119,7 +120,7 @@ class VariationSeries {
     for (Index i = 0; i < n_; ++i)
       for (Index j = 0; j <= i; ++j) M_(i, j) = M_(j, i) = sweep_.value(sweep_.slot(m.mass[next++]));
     if (rows_ > 0) constraints_.factor(sweep_, M_, false, t);
-    else if (!factors_.factor(M_)) throw_mass_matrix_error(M_, t, names_);
+    else if (!factors_.compute_mass(M_, singular_pivot<double>(M_.rows()))) throw_mass_matrix_error(M_, t, names_);
     for (SeriesColumns* of : {&columns_, &pairs_})
       for (Index c = 0; c < of->count; ++c)
         for (Index i = 0; i < state_; ++i) of->at(0, i, c) = y[of->place + state_ * c + i];
@@ -162,7 +163,7 @@ class VariationSeries {
     sweep_.advance(k);
     for (Index i = 0; i < n_; ++i) solution_[i] -= sweep_.latest(sweep_.slot(m.p[index(i)]));
     if (rows_ > 0) constraints_.solve(sweep_, k, factor, solution_);
-    else factors_.solve_in_place(solution_);
+    else factors_.solve_mass(solution_.data());
     for (Index i = 0; i < n_; ++i) sweep_.set(sweep_.slot(m.qdot[index(i)]), coefficients_(n_ + i, k) = solution_[i]);
     sweep_.complete(k);
     note_slopes(k);
@@ -214,7 +215,7 @@ class VariationSeries {
       };
       for (Index i = 0; i < n_; ++i) solution_[i] = known(i, i);
       if (rows_ > 0) solve_with_reactions(k, factor, c, known);
-      else factors_.solve_in_place(solution_);
+      else factors_.solve_mass(solution_.data());
       for (Index i = 0; i < n_; ++i) of.at(k, n_ + i, c) = solution_[i];
       for (Index i = 0; i < state_; ++i) coefficients_(of.place + state_ * c + i, k) = of.at(k, i, c);
     }
@@ -252,7 +253,7 @@ class VariationSeries {
   Eigen::MatrixXd by_parameters_, by_parameters_before_;  // the latest order of P_θ, F_θ and c_θ, and that before
   Eigen::MatrixXd reactions_;                             // the orders of δλ, column of Φ by column
   Eigen::MatrixXd weights_, coefficients_, M_;
-  MassFactors<Dynamic> factors_;
+  DenseConstrainedFactors<Dynamic> factors_;
   Eigen::VectorXd solution_, known_;
   double unit_ = 1.0;
 };

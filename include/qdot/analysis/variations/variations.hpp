@@ -30,6 +30,13 @@ namespace qdot::detail {
 
 struct AlongColumn {};  // the tag of perturbations of a state along a column of Φ
 
+// Whether the columns of Φ are put onto the tangent space of the constraints, as those of a scene.
+template <class Form>
+inline constexpr bool projects_columns = ProjectableSystem<Form>;
+// Whether ẏ begins with q̇.
+template <class Form>
+inline constexpr bool begins_with_velocities = requires(const Form& form) { form.scene(); };
+
 template <class Model>
 class Variations final : public VariationalEquations {
   using Form = typename Model::Form;
@@ -105,7 +112,7 @@ class Variations final : public VariationalEquations {
           to.template tail<N - n>().noalias() = lower.lazyProduct(from);
         }
       } else {
-        const Eigen::Index known = requires { form().scene(); } ? dof_ : 0;
+        const Eigen::Index known = begins_with_velocities<Form> ? dof_ : 0;
         rate.topRows(known) = Phi.middleRows(known, known);
         rate.bottomRows(size_ - known).noalias() = J_.bottomRows(size_ - known).lazyProduct(Phi);
       }
@@ -210,7 +217,10 @@ class Variations final : public VariationalEquations {
     return p == 0.0 ? 1.0 : p;
   }
   void renew() override { model_.renew(); }
-  std::unique_ptr<AnyWatch> watch(const Options& options) const override { return std::make_unique<WatchOf<Form>>(form(), options); }
+  std::unique_ptr<AnyWatch> watch(const Options& options) const override {
+    if constexpr (requires { form().watch(options); }) return form().watch(options);
+    else return std::make_unique<WatchOf<Form>>(form(), options);
+  }
 
   // Guard k of a scene that switches.
   Surface guard_surface(Eigen::Index k) const {
@@ -279,7 +289,7 @@ class Variations final : public VariationalEquations {
 
   // Columns of Φ, put onto the tangent space at y.
   void project_columns(double t, Eigen::Ref<Eigen::VectorXd> both) const {
-    if constexpr (projects) {
+    if constexpr (projects_columns<Form>) {
       static_assert(requires { form().scene(); }, "qdot: sensitivities of a system with constraints need it as a scene, scene(system, holonomic(…))");
       using Sc = std::remove_cvref_t<decltype(form().scene())>;
       using D = Dual<double, 1, AlongColumn>;

@@ -17,48 +17,27 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <utility>
 
 #include "qdot/ad/vector.hpp"
-#include "qdot/integrate/cvode/bridge.hpp"
+#include "qdot/integrate/cvode/newton.hpp"
 #include "qdot/mechanics/equations/banded_equations.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail::cvode {
 
-class BandedNewton {
+/// Of a system that knows M, C and K within their band. A template, so that nothing of it is in programs without such a system.
+template <FirstOrderSystem F>
+class BandedNewton final : public NewtonEquations {
  public:
-  BandedNewton(Eigen::Index n, SUNContext context) : context_(context), right_(zeros<Eigen::VectorXd>(n)) {
-    right_vector_ = owned<VectorHandle>(N_VMake_Serial(index(n), right_.data(), context_), "vector");
-    placeholder_ = owned<MatrixHandle>(SUNDenseMatrix(1, 1, context_), "matrix");
-    SUNLinearSolver raw = SUNLinSolNewEmpty(context_);
-    outer_ = owned<LinearSolverHandle>(raw, "linear solver");
-    raw->content = this;
-    raw->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
-    raw->ops->getid = [](SUNLinearSolver) { return SUNLINEARSOLVER_CUSTOM; };
-    raw->ops->setup = [](SUNLinearSolver s, SUNMatrix) {
-      auto& self = *static_cast<BandedNewton*>(s->content);
-      return static_cast<int>(SUNLinSolSetup(self.inner_.get(), self.band_.get()));
-    };
-    raw->ops->solve = [](SUNLinearSolver s, SUNMatrix, N_Vector x, N_Vector b, sunrealtype) {
-      return static_cast<BandedNewton*>(s->content)->solve(N_VGetArrayPointer(x), N_VGetArrayPointer(b));
-    };
-    raw->ops->free = [](SUNLinearSolver s) {
-      s->content = nullptr;
-      SUNLinSolFreeEmpty(s);
-      return 0;
-    };
+  BandedNewton(const F& system, SUNContext context)
+      : NewtonEquations(context), system_(system), context_(context), right_(zeros<Eigen::VectorXd>(system.size() / 2)) {
+    right_vector_ = owned<VectorHandle>(N_VMake_Serial(index(right_.size()), right_.data(), context_), "vector");
   }
-  BandedNewton(const BandedNewton&) = delete;
-  BandedNewton& operator=(const BandedNewton&) = delete;
 
-  SUNLinearSolver solver() const noexcept { return outer_.get(); }
-  SUNMatrix matrix() const noexcept { return placeholder_.get(); }  // CVODE wants one, and never looks into it
-
-  /// Takes over M, C and K of a state.
-  void linearize(BandedLinearization at) { at_ = std::move(at); }
+  void linearize(double t, const Eigen::Ref<const Eigen::VectorXd>& y) override { at_ = system_.linearization(t, y); }
 
   /// Fills M + γ C + γ² K.
-  void assemble(double gamma) {
+  void assemble(double gamma) override {
     gamma_ = gamma;
     const Eigen::Index n = right_.size(), w = at_.reach;
     if (band_ == nullptr || w != assembled_reach_) {
@@ -82,7 +61,8 @@ class BandedNewton {
     return below - left <= at_.M.reach() ? at_.M(below, left) : 0.0;
   }
 
-  int solve(double* x, const double* b) {
+  int factor() override { return static_cast<int>(SUNLinSolSetup(inner_.get(), band_.get())); }
+  int solve(double* x, const double* b) override {
     const Eigen::Index n = right_.size(), w = at_.reach;
     std::fill_n(right_.data(), n, 0.0);
     for (Eigen::Index j = 0; j < n; ++j)
@@ -94,14 +74,15 @@ class BandedNewton {
     return flag;
   }
 
+  const F& system_;
   SUNContext context_;
   Eigen::VectorXd right_;
   VectorHandle right_vector_;
   BandedLinearization at_;
   double gamma_ = 0.0;
   Eigen::Index assembled_reach_ = -1;
-  MatrixHandle band_, placeholder_;
-  LinearSolverHandle inner_, outer_;
+  MatrixHandle band_;
+  LinearSolverHandle inner_;
 };
 
 }  // namespace qdot::detail::cvode

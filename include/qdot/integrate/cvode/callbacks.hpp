@@ -48,109 +48,39 @@ namespace qdot::detail::cvode {
 
 using ConstVector = Eigen::Ref<const Eigen::VectorXd>;
 
-/// Those of a system that knows M, C and K within their band. A template, so that nothing of it is in programs without such a system.
-template <FirstOrderSystem F>
-class BandedEquations final : public NewtonEquations {
- public:
-  BandedEquations(const F& system, SUNContext context) : system_(system), newton_(system.size() / 2, context) {}
-
-  SUNLinearSolver solver() const noexcept override { return newton_.solver(); }
-  SUNMatrix matrix() const noexcept override { return newton_.matrix(); }
-  void linearize(double t, const ConstVector& y) override { newton_.linearize(system_.linearization(t, y)); }
-  void assemble(double gamma) override { newton_.assemble(gamma); }
-
- private:
-  const F& system_;
-  BandedNewton newton_;
-};
-
 /// A first-order system without its type, so that everything else is compiled once for all systems.
 class AnySystem {
  public:
-  template <FirstOrderSystem F>
-  explicit AnySystem(F system)
-      : object_(new F(std::move(system)), [](void* p) { delete static_cast<F*>(p); }),
-        size_(static_cast<const F*>(object_.get())->size()),
-        derivative_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) {
-          static_cast<const F*>(p)->derivative(t, y, ydot);
-        }),
-        jacobian_([](const void* p, double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) {
-          static_cast<const F*>(p)->jacobian(t, y, J);
-        }),
-        renew_([](void* p) { detail::renew(*static_cast<F*>(p)); }),
-        make_sparse_(sparse_equations_of<F>()),
-        project_(projection_of<F>()),
-        component_name_(
-            [](const void* p, Eigen::Index i) -> std::string { return static_cast<const F*>(p)->component_name(i); }) {}
+  virtual ~AnySystem() = default;
 
   Eigen::Index size() const noexcept { return size_; }
-  std::string component_name(Eigen::Index i) const { return component_name_(object_.get(), i); }
-
+  virtual std::string component_name(Eigen::Index i) const = 0;
   /// Newton's equations of many coordinates that do not all meet; nothing where a dense Jacobian is as good.
-  std::unique_ptr<NewtonEquations> sparse_equations(SUNContext context) const {
-    return make_sparse_ != nullptr && size_ > dense_limit ? make_sparse_(object_.get(), context) : nullptr;
-  }
-
-  bool has_constraints() const noexcept { return project_ != nullptr; }
-
+  virtual std::unique_ptr<NewtonEquations> sparse_equations(SUNContext context) const = 0;
+  virtual bool has_constraints() const noexcept = 0;
   /// y ← the nearest state on the constraints; {|φ|, |φ̇|} afterwards. @throws ConstraintError when there is none.
-  std::pair<double, double> project(double t, Eigen::Ref<Eigen::VectorXd> y) const {
-    return project_(object_.get(), t, y);
-  }
-
+  virtual std::pair<double, double> project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;
   /// Makes anew what the system keeps of its functors.
-  void renew() { renew_(object_.get()); }
+  virtual void renew() = 0;
 
   /// ydot ← f(t, y). @throws NonFinite when it is not finite, and whatever the model throws.
   void derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
-    derivative_(object_.get(), t, y, ydot);
+    write_derivative(t, y, ydot);
     if (!all_finite(ydot.data(), size_)) throw non_finite_derivative(t, ydot);
   }
 
   /// J ← ∂f/∂y. @throws NonFinite when it is not finite, and whatever the model throws.
   void jacobian(double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) const {
-    jacobian_(object_.get(), t, y, J);
+    write_jacobian(t, y, J);
     if (!all_finite(J.data(), size_ * size_)) throw non_finite_jacobian(t, J);
   }
 
+ protected:
+  explicit AnySystem(Eigen::Index size) : size_(size) {}
+
  private:
-  using Project = std::pair<double, double> (*)(const void*, double, Eigen::Ref<Eigen::VectorXd>);
-
-  using MakeSparse = std::unique_ptr<NewtonEquations> (*)(const void*, SUNContext);
-  static constexpr Eigen::Index dense_limit = 128;  // components
-
-  // From traced equations, or, where there are none, within the band that a tape shows.
-  template <FirstOrderSystem F>
-  static MakeSparse sparse_equations_of() {
-    constexpr bool is_traced = requires(const F& f, RecordedMotion& m) { f.run_functors(m); }, is_banded = requires(const F& f, const ConstVector& y) { f.linearization(0.0, y); };
-    if constexpr (is_traced || is_banded) {
-      return [](const void* p, SUNContext context) -> std::unique_ptr<NewtonEquations> {
-        const F& system = *static_cast<const F*>(p);
-        if constexpr (is_traced) {
-          try {
-            return new_sparse_newton(traced_form(system), context);
-          } catch (...) {  // no formulas
-          }
-        }
-        if constexpr (is_banded) return std::make_unique<BandedEquations<F>>(system, context);
-        else return nullptr;
-      };
-    } else {
-      return nullptr;
-    }
-  }
-
-  template <FirstOrderSystem F>
-  static Project projection_of() {
-    if constexpr (ProjectableSystem<F>) {
-      return [](const void* p, double t, Eigen::Ref<Eigen::VectorXd> y) -> std::pair<double, double> {
-        const auto report = static_cast<const F*>(p)->project(t, y);
-        return {report.residual, report.velocity_residual};
-      };
-    } else {
-      return nullptr;
-    }
-  }
+  virtual void write_derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const = 0;
+  virtual void write_jacobian(double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) const = 0;
 
   [[gnu::cold, gnu::noinline]] NonFinite non_finite_derivative(double t, const Eigen::Ref<Eigen::VectorXd>& ydot) const {
     Eigen::Index i = 0;
@@ -168,25 +98,54 @@ class AnySystem {
     return {component, t, sentence({component, " is ", value, " at t = ", t})};
   }
 
-  std::unique_ptr<void, void (*)(void*)> object_;
   Eigen::Index size_;
-  void (*derivative_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::VectorXd>);
-  void (*jacobian_)(const void*, double, const ConstVector&, Eigen::Ref<Eigen::MatrixXd>);
-  void (*renew_)(void*);
-  MakeSparse make_sparse_;
-  Project project_;
-  std::string (*component_name_)(const void*, Eigen::Index);
+};
+
+template <FirstOrderSystem F>
+class SystemOf final : public AnySystem {
+ public:
+  explicit SystemOf(F system) : AnySystem(system.size()), system_(std::move(system)) {}
+
+  std::string component_name(Eigen::Index i) const override { return system_.component_name(i); }
+  // From traced equations, or, where there are none, within the band that a tape shows.
+  std::unique_ptr<NewtonEquations> sparse_equations([[maybe_unused]] SUNContext context) const override {
+    constexpr Eigen::Index dense_limit = 128;  // components
+    if (size() <= dense_limit) return nullptr;
+    if constexpr (requires(RecordedMotion& m) { system_.run_functors(m); }) {
+      try {
+        return new_sparse_newton(traced_form(system_), context);
+      } catch (...) {  // no formulas
+      }
+    }
+    if constexpr (requires(const ConstVector& y) { system_.linearization(0.0, y); }) return std::make_unique<BandedNewton<F>>(system_, context);
+    return nullptr;
+  }
+  bool has_constraints() const noexcept override { return ProjectableSystem<F>; }
+  std::pair<double, double> project([[maybe_unused]] double t, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> y) const override {
+    if constexpr (ProjectableSystem<F>) {
+      const auto report = system_.project(t, y);
+      return {report.residual, report.velocity_residual};
+    }
+    return {};
+  }
+  void renew() override { detail::renew(system_); }
+
+ private:
+  void write_derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const override { system_.derivative(t, y, ydot); }
+  void write_jacobian(double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) const override { system_.jacobian(t, y, J); }
+
+  F system_;
 };
 
 /// The model as CVODE sees it: counted, checked, and with every exception kept back.
 class GuardedSystem {
  public:
-  GuardedSystem(AnySystem system, const Options& options)
-      : system_(std::move(system)), budget_(options), start_y_(system_.size()), start_ydot_(system_.size()), projected_(system_.size()) {}
+  GuardedSystem(std::unique_ptr<AnySystem> system, const Options& options)
+      : system_(std::move(system)), budget_(options), start_y_(system_->size()), start_ydot_(system_->size()), projected_(system_->size()) {}
 
-  const AnySystem& system() const noexcept { return system_; }
+  const AnySystem& system() const noexcept { return *system_; }
   void renew() {
-    system_.renew();
+    system_->renew();
     if (newton) newton->renew();
   }
 
@@ -197,7 +156,7 @@ class GuardedSystem {
     clock.start(at);
     began = at.elapsed;
     ++evaluations;
-    system_.derivative(shown(0.0), y, start_ydot_);
+    system_->derivative(shown(0.0), y, start_ydot_);
     start_y_ = y;
     start_pending_ = true;
   }
@@ -234,8 +193,8 @@ class GuardedSystem {
   static int right_hand_side(double t, N_Vector y, N_Vector ydot, void* self) noexcept {
     auto& guard = *static_cast<GuardedSystem*>(self);
     // The vectors are CVODE's own and promise no alignment beyond that of malloc.
-    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_.size());
-    Eigen::Map<Eigen::VectorXd> result(N_VGetArrayPointer(ydot), guard.system_.size());
+    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_->size());
+    Eigen::Map<Eigen::VectorXd> result(N_VGetArrayPointer(ydot), guard.system_->size());
     if (guard.start_pending_) {
       guard.start_pending_ = false;
       if (t == 0.0 && std::equal(state.data(), state.data() + state.size(), guard.start_y_.data())) {
@@ -245,23 +204,23 @@ class GuardedSystem {
     }
     if (guard.over_budget()) return -1;
     ++guard.evaluations;
-    return guard.guarded([&] { guard.system_.derivative(guard.shown(t), state, result); });
+    return guard.guarded([&] { guard.system_->derivative(guard.shown(t), state, result); });
   }
 
   static int jacobian(double t, N_Vector y, N_Vector, SUNMatrix J, void* self, N_Vector, N_Vector, N_Vector) noexcept {
     auto& guard = *static_cast<GuardedSystem*>(self);
-    const Eigen::Index n = guard.system_.size();
+    const Eigen::Index n = guard.system_->size();
     const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), n);
     Eigen::Map<Eigen::MatrixXd> result(SUNDenseMatrix_Data(J), n, n);  // column-major, like Eigen's
     ++guard.jacobians;
-    return guard.guarded([&] { guard.system_.jacobian(guard.shown(t), state, result); });
+    return guard.guarded([&] { guard.system_->jacobian(guard.shown(t), state, result); });
   }
 
   // Newton's matrix of many coordinates; only γ is new when `keep` is set.
   static int sparse_newton(sunrealtype t, N_Vector y, N_Vector, SUNMatrix, sunbooleantype keep, sunbooleantype* is_new,
                            sunrealtype gamma, void* self, N_Vector, N_Vector, N_Vector) noexcept {
     auto& guard = *static_cast<GuardedSystem*>(self);
-    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_.size());
+    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_->size());
     *is_new = keep ? SUNFALSE : SUNTRUE;
     return guard.guarded([&] {
       if (!keep) {
@@ -275,11 +234,11 @@ class GuardedSystem {
   // CVODE's projection: corr ← projected(y) − y, at every step, before the error test.
   static int projection(double t, N_Vector y, N_Vector correction, double, N_Vector, void* self) noexcept {
     auto& guard = *static_cast<GuardedSystem*>(self);
-    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_.size());
-    Eigen::Map<Eigen::VectorXd> change(N_VGetArrayPointer(correction), guard.system_.size());
+    const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), guard.system_->size());
+    Eigen::Map<Eigen::VectorXd> change(N_VGetArrayPointer(correction), guard.system_->size());
     return guard.guarded([&] {
       std::copy_n(state.data(), state.size(), guard.projected_.data());
-      const auto [position, velocity] = guard.system_.project(guard.shown(t), guard.projected_);
+      const auto [position, velocity] = guard.system_->project(guard.shown(t), guard.projected_);
       for (Eigen::Index i = 0; i < state.size(); ++i) change[i] = guard.projected_[i] - state[i];
       ++guard.projections;
       guard.constraint_residual = std::max(guard.constraint_residual, position);
@@ -335,7 +294,7 @@ class GuardedSystem {
     }
   }
 
-  AnySystem system_;
+  std::unique_ptr<AnySystem> system_;
   Budget budget_;
   Eigen::VectorXd start_y_, start_ydot_, projected_;
   bool start_pending_ = false;

@@ -86,7 +86,7 @@ struct Core {
   NonlinearSolverHandle nonlinear_solver;
   MemoryHandle memory;
 
-  [[gnu::cold]] Core(AnySystem system, CvodeSettings wanted, const Options& options);
+  [[gnu::cold]] Core(std::unique_ptr<AnySystem> system, CvodeSettings wanted, const Options& options);
   [[gnu::cold]] void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y0);
   bool step(double t_limit);
   PolynomialView polynomial();
@@ -105,7 +105,7 @@ struct Core {
   std::string worst_part(int flag);
 };
 
-inline Core::Core(AnySystem system, CvodeSettings wanted, const Options& options)
+inline Core::Core(std::unique_ptr<AnySystem> system, CvodeSettings wanted, const Options& options)
     : settings(std::move(wanted)),
       max_step(options.max_step),
       initial_step(options.initial_step),
@@ -348,7 +348,7 @@ inline std::string Core::worst_part(int flag) {
 
 // What a stepper asks of it, compiled once in a program, or in the library (qdot::compiled).
 template <class Number = double>
-std::unique_ptr<Core> new_core(AnySystem system, CvodeSettings settings, const Options& options) {
+std::unique_ptr<Core> new_core(std::unique_ptr<AnySystem> system, CvodeSettings settings, const Options& options) {
   return std::make_unique<Core>(std::move(system), std::move(settings), options);
 }
 template <class Number = double>
@@ -365,7 +365,7 @@ PolynomialView polynomial(Core& core) {
 }
 
 #ifdef QDOT_COMPILED
-extern template std::unique_ptr<Core> new_core<double>(AnySystem, CvodeSettings, const Options&);
+extern template std::unique_ptr<Core> new_core<double>(std::unique_ptr<AnySystem>, CvodeSettings, const Options&);
 extern template void reset<double>(Core&, const Moment&, const Eigen::Ref<const Eigen::VectorXd>&);
 extern template bool step<double>(Core&, double);
 extern template PolynomialView polynomial<double>(Core&);

@@ -17,9 +17,6 @@
 //
 // Rows of J that say what others say would make it singular. So the zeros of its diagonal are 1e-10 of that of J M⁻¹ Jᵀ, which Newton's iteration does not notice.
 
-#include <sundials/sundials_linearsolver.h>
-#include <sunmatrix/sunmatrix_dense.h>
-
 #include <Eigen/SparseCore>
 #include <Eigen/SparseLU>
 #include <algorithm>
@@ -53,30 +50,7 @@ template <class Number = double>
 class SparseNewton final : public NewtonEquations {
  public:
   /// @throws whatever tracing throws
-  SparseNewton(TracedForm form, SUNContext context) : form_(std::move(form)) {
-    placeholder_ = owned<MatrixHandle>(SUNDenseMatrix(1, 1, context), "matrix");
-    SUNLinearSolver raw = SUNLinSolNewEmpty(context);
-    solver_ = owned<LinearSolverHandle>(raw, "linear solver");
-    raw->content = this;
-    raw->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
-    raw->ops->getid = [](SUNLinearSolver) { return SUNLINEARSOLVER_CUSTOM; };
-    raw->ops->setup = [](SUNLinearSolver s, SUNMatrix) { return static_cast<SparseNewton*>(s->content)->factor(); };
-    raw->ops->solve = [](SUNLinearSolver s, SUNMatrix, N_Vector x, N_Vector b, sunrealtype) {
-      static_cast<SparseNewton*>(s->content)->solve(N_VGetArrayPointer(x), N_VGetArrayPointer(b));
-      return 0;
-    };
-    raw->ops->free = [](SUNLinearSolver s) {
-      s->content = nullptr;
-      SUNLinSolFreeEmpty(s);
-      return 0;
-    };
-    trace();
-  }
-  SparseNewton(const SparseNewton&) = delete;
-  SparseNewton& operator=(const SparseNewton&) = delete;
-
-  SUNLinearSolver solver() const noexcept override { return solver_.get(); }
-  SUNMatrix matrix() const noexcept override { return placeholder_.get(); }  // CVODE wants one, and never looks into it
+  SparseNewton(TracedForm form, SUNContext context) : NewtonEquations(context), form_(std::move(form)) { trace(); }
 
   /// Traces again where the functors are others by now.
   [[gnu::cold]] void renew() override {
@@ -177,12 +151,12 @@ class SparseNewton final : public NewtonEquations {
     factors_.analyzePattern(A_);
   }
 
-  int factor() {
+  int factor() override {
     factors_.factorize(A_);
     return factors_.info() == Eigen::Success ? 0 : 1;  // recoverable: another step has another γ
   }
 
-  void solve(double* x, const double* b) {
+  int solve(double* x, const double* b) override {
     const std::size_t size = n();
     right_.setZero();
     for (const Part& slope : slopes_) {
@@ -194,6 +168,7 @@ class SparseNewton final : public NewtonEquations {
       x[size + i] = b[size + i] + gamma_ * change[static_cast<Eigen::Index>(i)];
       x[i] = b[i] + gamma_ * x[size + i];
     }
+    return 0;
   }
 
   TracedForm form_;
@@ -206,8 +181,6 @@ class SparseNewton final : public NewtonEquations {
   Eigen::VectorXd right_;
   Eigen::SparseMatrix<Number> A_;
   Eigen::SparseLU<Eigen::SparseMatrix<Number>> factors_;
-  MatrixHandle placeholder_;
-  LinearSolverHandle solver_;
 };
 
 template <class Number = double>

@@ -16,6 +16,7 @@
 #include <type_traits>
 
 #include "qdot/ad/derivatives.hpp"
+#include "qdot/error.hpp"
 #include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
@@ -32,11 +33,20 @@ struct RateOfStates {};  // the tag of perturbations along the motion of effects
 template <class F>
 struct Mechanics;
 
-template <class Sys>
-Matrix<double, Sys::dof_at_compile_time> inverse_mass_matrix(const Sys& system, const Vector<double, Sys::dof_at_compile_time>& q,
-                                                             const Vector<double, Sys::dof_at_compile_time>& qdot, double t) {
-  using M = Matrix<double, Sys::dof_at_compile_time>;
-  return solved_with_mass_matrix(system, M(mass_matrix(system, q, qdot, t)), M(M::Identity(system.dof(), system.dof())), t);
+template <class Sys, int n = Sys::dof_at_compile_time>
+Matrix<double, n> inverse_mass_matrix(const Sys& system, const Matrix<double, n>& M, double t) {
+  return solved_with_mass_matrix(system, M, Matrix<double, n>(Matrix<double, n>::Identity(system.dof(), system.dof())), t);
+}
+
+// M of a T(q̇), which `who` needs to be quadratic.
+template <class Sys, int n = Sys::dof_at_compile_time>
+Matrix<double, n> constant_mass_matrix(const Sys& system, const char* who) {
+  const Vector<double, n> zero = Vector<double, n>::Zero(system.dof()), one = Vector<double, n>::Ones(system.dof());
+  const Matrix<double, n> M = mass_matrix(system, zero, zero);
+  const Matrix<double, n> change = mass_matrix(system, zero, one) - M;
+  if (!(change.cwiseAbs().maxCoeff() <= 1e-12 * M.cwiseAbs().maxCoeff()))
+    throw InvalidValue(sentence({who, " needs a kinetic energy that is quadratic in qdot, but its mass matrix differs between qdot = 0 and qdot = 1; use Gauss"}));
+  return M;
 }
 
 template <class Sys>
@@ -55,7 +65,7 @@ struct Mechanics<FirstOrderForm<Sys>> {
     return lagrangian_gradient<n>(form.system().energies(), q, v, t);
   }
   static Matrix<double, n> inverse_mass(const F& form, const Vec& q, const Vec& v, double t) {
-    return inverse_mass_matrix(form.system(), q, v, t);
+    return inverse_mass_matrix(form.system(), mass_matrix(form.system(), q, v, t), t);
   }
 };
 
@@ -80,7 +90,7 @@ struct Mechanics<SceneForm<Sc>> {
     return sum;
   }
   static Matrix<double, n> inverse_mass(const F& form, const Vec& q, const Vec& v, double t) {
-    return inverse_mass_matrix(form.scene().system(), q, v, t);
+    return inverse_mass_matrix(form.scene().system(), mass_matrix(form.scene().system(), q, v, t), t);
   }
   static States zdot(const F& form, const Vec& q, const Vec& v, const States& z, double t) {
     return state_rates(form.scene(), q, v, z, t);

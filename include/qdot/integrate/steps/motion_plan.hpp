@@ -145,7 +145,7 @@ template <int n, class W, class MassFactors>
     sweep.latest(motion.t) = 0.0;
     sweep.advance(k);
     unroll<n>([&](auto i) __attribute__((always_inline)) { rates[i] -= sweep.latest(motion.p[i]); });
-    M.solve_in_place(b);
+    M.solve_mass(rates);
     unroll<n>([&](auto i) __attribute__((always_inline)) { sweep.latest(motion.qdot[i]) = now[n + i] = rates[i]; });
     sweep.complete(k);
   }

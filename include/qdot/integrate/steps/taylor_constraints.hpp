@@ -18,9 +18,9 @@
 //     [ M₀  −W₀ᵀ ] [ q̇_k             ]     [ τ (g + u)_{k−1}/k − r_k ]
 //     [ W₀    0  ] [ (τ/k) λ_{k−1}   ]  =  [ − e_k                   ] ,
 //
-// has the same matrix at all orders, that of the accelerations q̈ and λ at t₀ themselves (order 1). It is factored once per step, as
-// L D Lᵀ with as many positive pivots as coordinates and as many negative ones as rows. A series that begins on the constraints
-// stays on them in all its coefficients; what is cut off after the last one is put right by a projection at the step's end.
+// has the same matrix at all orders, that of the accelerations q̈ and λ at t₀ themselves (order 1). It is factored once per step
+// (mechanics/derive/dense_factors.hpp). A series that begins on the constraints stays on them in all its coefficients; what is cut off
+// after the last one is put right by a projection at the step's end.
 //
 // Weak pivots are left to effects/rows/constrained_solve.hpp, which decides about the rank:
 //
@@ -48,103 +48,12 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
+#include "qdot/mechanics/derive/dense_factors.hpp"
 
 namespace qdot::detail {
 
 template <int n, int m>
 class ConstrainedFactors;  // effects/rows/constrained_solve.hpp
-
-/// L D Lᵀ of [M Wᵀ; W 0] for positive definite M and independent rows W.
-template <int n, int m>
-class SaddleFactors {
- public:
-  enum class Verdict { regular, redundant, massless };
-
-  /// Which pivots are too weak to trust, if any. What M alone needs is there unless it is M's.
-  Verdict factor(const Matrix<double, n>& M, const Matrix<double, m, n>& W) {
-    // The decisions of effects/rows/constrained_solve.hpp: a fraction of M's diagonal, and the square of a row's sine to the others.
-    constexpr double weak_mass = 1e-8, weak_row = 1e-10;
-    dof_ = M.rows();
-    const Eigen::Index size = dof_ + W.rows();
-    L_.resize(size, size);
-    inverse_.resize(size);
-    weakest_ = {1.0, 0};
-    for (Eigen::Index j = 0; j < dof_; ++j) {
-      for (Eigen::Index i = 0; i < dof_; ++i) L_(i, j) = M(i, j);
-      for (Eigen::Index i = 0; i < W.rows(); ++i) L_(dof_ + i, j) = W(i, j);
-    }
-    for (Eigen::Index j = dof_; j < size; ++j)
-      for (Eigen::Index i = dof_; i < size; ++i) L_(i, j) = 0.0;
-    for (Eigen::Index k = 0; k < size; ++k) {
-      double of_mass = 0.0, of_rows = 0.0;  // what earlier pivots take away: M's, all positive, and the rows', all negative
-      for (Eigen::Index j = 0; j < k; ++j) (j < dof_ ? of_mass : of_rows) += L_(k, j) * L_(k, j) / inverse_[j];
-      const double d = L_(k, k) - of_mass - of_rows;
-      if (k < dof_ && !(d > weak_mass * M(k, k))) return Verdict::massless;
-      if (k >= dof_ && !(-d > weakest_.pivot * of_mass)) weakest_ = {of_mass > 0.0 ? -d / of_mass : 0.0, k - dof_};
-      if (!(weakest_.pivot > weak_row)) return Verdict::redundant;
-      inverse_[k] = 1.0 / d;
-      for (Eigen::Index i = k + 1; i < size; ++i) {
-        double x = L_(i, k);
-        for (Eigen::Index j = 0; j < k; ++j) x -= L_(i, j) * L_(k, j) / inverse_[j];
-        L_(i, k) = x * inverse_[k];
-      }
-    }
-    return Verdict::regular;
-  }
-
-  /// The row with the smallest pivot, as a fraction of what it would be alone.
-  struct Weakest {
-    double pivot = 1.0;
-    Eigen::Index row = 0;
-  };
-  const Weakest& weakest() const noexcept { return weakest_; }
-
-  /// f, g ← v, μ with M v − Wᵀμ = f and W v = g.
-  void solve_in_place(Vector<double, n>& f, Vector<double, m>& g) const {
-    const Eigen::Index rows = g.size();
-    forward(f);
-    for (Eigen::Index i = 0; i < rows; ++i) {
-      double x = g[i];
-      for (Eigen::Index j = 0; j < dof_; ++j) x -= L_(dof_ + i, j) * f[j];
-      for (Eigen::Index j = 0; j < i; ++j) x -= L_(dof_ + i, dof_ + j) * g[j];
-      g[i] = x;
-    }
-    for (Eigen::Index i = 0; i < dof_; ++i) f[i] *= inverse_[i];
-    for (Eigen::Index i = 0; i < rows; ++i) g[i] *= inverse_[dof_ + i];
-    for (Eigen::Index i = rows; i-- > 0;)
-      for (Eigen::Index j = i + 1; j < rows; ++j) g[i] -= L_(dof_ + j, dof_ + i) * g[j];
-    for (Eigen::Index i = 0; i < dof_; ++i)
-      for (Eigen::Index j = 0; j < rows; ++j) f[i] -= L_(dof_ + j, i) * g[j];
-    backward(f);
-    for (Eigen::Index i = 0; i < rows; ++i) g[i] = -g[i];
-  }
-
-  /// f ← M⁻¹f.
-  void solve_mass_in_place(Vector<double, n>& f) const {
-    forward(f);
-    for (Eigen::Index i = 0; i < dof_; ++i) f[i] *= inverse_[i];
-    backward(f);
-  }
-
- private:
-  // From some size on the heap is the place for it: Eigen refuses more than 128 kB of a fixed size.
-  static constexpr int largest_fixed = 64;
-  static constexpr int size_at_compile_time = n == Dynamic || m == Dynamic || n + m > largest_fixed ? Dynamic : n + m;
-
-  void forward(Vector<double, n>& f) const {
-    for (Eigen::Index i = 1; i < dof_; ++i)
-      for (Eigen::Index j = 0; j < i; ++j) f[i] -= L_(i, j) * f[j];
-  }
-  void backward(Vector<double, n>& f) const {
-    for (Eigen::Index i = dof_; i-- > 0;)
-      for (Eigen::Index j = i + 1; j < dof_; ++j) f[i] -= L_(j, i) * f[j];
-  }
-
-  Eigen::Index dof_ = 0;
-  Weakest weakest_;
-  Matrix<double, size_at_compile_time> L_;
-  Vector<double, size_at_compile_time> inverse_;  // of D
-};
 
 /// What messages call rows and coordinates.
 struct ConstraintNames {
@@ -157,7 +66,10 @@ struct ConstraintNames {
 template <int n, int m>
 class ConstraintSeries {
   using Factors = ConstrainedFactors<n, m>;
-  using Verdict = typename SaddleFactors<n, m>::Verdict;
+  // Which pivots are too weak to trust, if any.
+  enum class Verdict { regular, redundant, massless };
+  // The decisions of effects/rows/constrained_solve.hpp: a fraction of M's diagonal, and the square of a row's sine to the others.
+  static constexpr double weak_mass = 1e-8, weak_row = 1e-10;
 
  public:
   ConstraintSeries() = default;
@@ -173,6 +85,7 @@ class ConstraintSeries {
     }
     const auto rows = static_cast<Eigen::Index>(rows_.size());
     W_ = zeros<Matrix<double, m, n>>(rows, static_cast<Eigen::Index>(dof));
+    factors_ = DenseConstrainedFactors<unrolled_size<n>>(dof, rows_.size());
     gamma_ = zeros<Vector<double, m>>(rows);
     displacement_ = zeros<Matrix<double, n, m>>(static_cast<Eigen::Index>(dof), rows);
     least_ = zeros<Matrix<double, m>>(rows, rows);
@@ -199,7 +112,9 @@ class ConstraintSeries {
                         "a constraint and its derivatives must be finite, but those of '" + name + "' are not at t = " + text_of(t) +
                             "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain");
       }
-    verdict_ = factors_.factor(M, W_);
+    for (Eigen::Index i = 0, next = 0; i < W_.rows(); ++i)
+      for (Eigen::Index j = 0; j < W_.cols(); ++j, ++next) factors_.J[static_cast<std::size_t>(next)] = W_(i, j);
+    verdict_ = !factors_.compute_mass(M, weak_mass) ? Verdict::massless : factors_.compute_rows(weak_row) ? Verdict::regular : Verdict::redundant;
     if (verdict_ != Verdict::regular) reveal_rank(M);
     is_factored_ = true;
   }
@@ -233,11 +148,11 @@ class ConstraintSeries {
   /// f, g ← v, μ with M v − Wᵀμ = f and W v = g at the expansion point.
   void solve_in_place(Vector<double, n>& f, Vector<double, m>& g) const {
     if (verdict_ == Verdict::regular) {
-      factors_.solve_in_place(f, g);
+      factors_.solve(f.data(), g.data());
     } else if (verdict_ == Verdict::massless) {
       write_solution(f, g);
     } else {
-      factors_.solve_mass_in_place(f);
+      factors_.solve_mass(f.data());
       g -= W_ * f;
       f += displacement_ * g;
       g = (least_ * g).eval();
@@ -248,8 +163,8 @@ class ConstraintSeries {
   const Matrix<double, m, Dynamic>& multipliers() const noexcept { return lambda_; }
 
   /// The smallest pivot of the rows at the expansion point, the square of a sine, and the row's name.
-  double weakest_pivot() const noexcept { return factors_.weakest().pivot; }
-  const std::string& weakest_name() const { return names_.rows[static_cast<std::size_t>(factors_.weakest().row)]; }
+  double weakest_pivot() const noexcept { return verdict_ == Verdict::massless ? 1.0 : factors_.weakest(weak_row).pivot; }
+  const std::string& weakest_name() const { return names_.rows[factors_.weakest(weak_row).row]; }
 
  private:
   void write_solution(Vector<double, n>& f, Vector<double, m>& g) const {
@@ -283,7 +198,7 @@ class ConstraintSeries {
   double t_ = 0.0;
   bool is_factored_ = false;
   Verdict verdict_ = Verdict::regular;
-  SaddleFactors<n, m> factors_;
+  DenseConstrainedFactors<unrolled_size<n>> factors_;
   std::optional<Factors> revealed_;  // where pivots are weak
   Matrix<double, m, n> W_;
   Matrix<double, n, m> displacement_;  // D, where rows are redundant

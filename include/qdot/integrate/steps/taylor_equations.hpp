@@ -42,46 +42,10 @@
 #include "qdot/integrate/steps/motion_plan.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/steps/taylor_constraints.hpp"
+#include "qdot/mechanics/derive/dense_factors.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 
 namespace qdot::detail {
-
-// L D Lᵀ of a symmetric positive definite matrix, in place and without roots.
-template <int n>
-class MassFactors {
- public:
-  // False if a pivot is not positive beyond rounding.
-  bool factor(const Matrix<double, n>& M) {
-    const Eigen::Index size = M.rows();
-    L_ = M;
-    inverse_.resize(size);
-    for (Eigen::Index k = 0; k < size; ++k) {
-      double d = M(k, k);
-      for (Eigen::Index j = 0; j < k; ++j) d -= L_(k, j) * L_(k, j) / inverse_[j];
-      if (!(d > singular_pivot<double>(size) * M(k, k))) return false;
-      inverse_[k] = 1.0 / d;
-      for (Eigen::Index i = k + 1; i < size; ++i) {
-        double x = L_(i, k);
-        for (Eigen::Index j = 0; j < k; ++j) x -= L_(i, j) * L_(k, j) / inverse_[j];
-        L_(i, k) = x * inverse_[k];
-      }
-    }
-    return true;
-  }
-
-  void solve_in_place(Vector<double, n>& x) const {
-    const Eigen::Index size = x.size();
-    for (Eigen::Index j = 0; j + 1 < size; ++j)
-      for (Eigen::Index i = j + 1; i < size; ++i) x[i] -= L_(i, j) * x[j];
-    for (Eigen::Index i = 0; i < size; ++i) x[i] *= inverse_[i];
-    for (Eigen::Index i = size - 1; i-- > 0;)
-      for (Eigen::Index j = i + 1; j < size; ++j) x[i] -= L_(j, i) * x[j];
-  }
-
- private:
-  Matrix<double, n> L_;
-  Vector<double, n> inverse_;  // of D
-};
 
 // The energies of a bare system; what comes with effects has no plan.
 template <class F>
@@ -247,6 +211,7 @@ class LagrangeSeries {
     const auto dof = static_cast<Eigen::Index>(p_.size());
     coefficients_.resize(static_cast<Eigen::Index>(motion_.size()), highest_order + 1);
     M_.resize(dof, dof);
+    factors_ = DenseConstrainedFactors<unrolled_size<n>>(static_cast<std::size_t>(dof));
     solution_.resize(dof);
     std::fill_n(coefficients_.data(), coefficients_.size(), 0.0);
     std::fill_n(M_.data(), M_.size(), 0.0);
@@ -273,7 +238,7 @@ class LagrangeSeries {
     if constexpr (rows != 0) {
       constraints_.solve(sweep_, k, factor, solution_);
     } else if constexpr (inertia == Inertia::positive_definite) {
-      factors_.solve_in_place(solution_);
+      factors_.solve_mass(solution_.data());
     } else {
       solution_ = Vector<double, n>(inverse_ * solution_);
     }
@@ -290,7 +255,7 @@ class LagrangeSeries {
       if (!all_finite(M_)) throw_mass_matrix_error(M_, t, names_.names);
       constraints_.factor(sweep_, M_, mass_is_constant_, t);
     } else if constexpr (inertia == Inertia::positive_definite) {
-      if (!factors_.factor(M_)) throw_mass_matrix_error(M_, t, names_.names);
+      if (!factors_.compute_mass(M_, singular_pivot<double>(M_.rows()))) throw_mass_matrix_error(M_, t, names_.names);
     } else {
       inverse_ = solved_with_mass_matrix(names_, M_, Matrix<double, n>(Matrix<double, n>::Identity(M_.rows(), M_.rows())), t);
     }
@@ -317,7 +282,7 @@ class LagrangeSeries {
   std::vector<Assumption> assumptions_;
   bool mass_is_constant_ = true, mass_is_factored_ = false;
   Matrix<double, n> M_, inverse_;
-  MassFactors<n> factors_;
+  DenseConstrainedFactors<unrolled_size<n>> factors_;
   [[no_unique_address]] std::conditional_t<rows == 0, NoConstraintSeries, ConstraintSeries<n, rows>> constraints_;
   Vector<double, n> solution_;
   double unit_ = 1.0;

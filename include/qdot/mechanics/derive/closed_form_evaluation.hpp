@@ -64,32 +64,10 @@ template <class Number>
 template <formula::Function f, class Number>
 [[gnu::always_inline]] inline Number function_value(const Number& a, const Number& b) {
   using formula::Function;
-  using std::acos, std::acosh, std::asin, std::asinh, std::atan, std::atan2, std::atanh, std::cbrt, std::cos, std::cosh, std::erf, std::erfc,
-      std::exp, std::expm1, std::log, std::log1p, std::sin, std::sinh, std::tan, std::tanh;
   if constexpr (f == Function::sin && std::is_same_v<Number, double>) return shared_sine(a);
   else if constexpr (f == Function::cos && std::is_same_v<Number, double>) return shared_cosine(a);
-  else if constexpr (f == Function::sin) return sin(a);
-  else if constexpr (f == Function::cos) return cos(a);
-  else if constexpr (f == Function::tan) return tan(a);
-  else if constexpr (f == Function::asin) return asin(a);
-  else if constexpr (f == Function::acos) return acos(a);
-  else if constexpr (f == Function::atan) return atan(a);
-  else if constexpr (f == Function::atan2) return atan2(a, b);
   else if constexpr (f == Function::hypot) return root_of_squares(a, b);
-  else if constexpr (f == Function::exp) return exp(a);
-  else if constexpr (f == Function::expm1) return expm1(a);
-  else if constexpr (f == Function::log) return log(a);
-  else if constexpr (f == Function::log1p) return log1p(a);
-  else if constexpr (f == Function::sinh) return sinh(a);
-  else if constexpr (f == Function::cosh) return cosh(a);
-  else if constexpr (f == Function::tanh) return tanh(a);
-  else if constexpr (f == Function::asinh) return asinh(a);
-  else if constexpr (f == Function::acosh) return acosh(a);
-  else if constexpr (f == Function::atanh) return atanh(a);
-  else if constexpr (f == Function::cbrt) return cbrt(a);
-  else if constexpr (f == Function::erf) return erf(a);
-  else if constexpr (f == Function::erfc) return erfc(a);
-  else static_assert(f != f, "a function without a meaning");
+  else return formula::applied<f>(a, b);
 }
 
 // xᵉ; a root and a division where that is all it takes.

@@ -68,8 +68,8 @@ class DenseConstrainedFactors {
   template <class Number>
   using Upper = Numbers<Number, n_at_compile_time>;
 
-  DenseConstrainedFactors(std::size_t size, std::size_t rows)
-      : m(rows), M(numbers_of<decltype(M)>(size * size)), J(rows * size), inverse_(numbers_of<Upper<double>>(size)), S_(rows * rows), inverse_S_(rows) {
+  explicit DenseConstrainedFactors(std::size_t size = 0, std::size_t rows = 0)
+      : m(rows), M(numbers_of<decltype(M)>(size * size)), J(rows * size), inverse_(numbers_of<Upper<double>>(size)), S_(rows * rows), inverse_S_(rows), whole_S_(rows) {
     if constexpr (!is_fixed) n = size;
   }
 
@@ -78,9 +78,19 @@ class DenseConstrainedFactors {
   Numbers<double, is_fixed ? n_at_compile_time * n_at_compile_time : Dynamic> M;  ///< row by row, of which the lower triangle is read; then L
   std::vector<double> J;                                                          ///< row by row; then B
 
+  /// Sets M and factors it; false as below.
+  template <class Mass>
+  bool compute_mass(const Mass& mass, double threshold) {
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = 0; j <= i; ++j) M[i * n + j] = mass(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    return factored(n, M.data(), inverse_.data(), threshold);
+  }
   /// False where a pivot of M is not above `threshold` of its diagonal entry, or one of S not above `dependent` of its own.
   [[gnu::always_inline]] bool compute(double threshold, double dependent) {
-    bool good = factored(n, M.data(), inverse_.data(), threshold);
+    return factored(n, M.data(), inverse_.data(), threshold) && compute_rows(dependent);
+  }
+  /// The second half of it.
+  [[gnu::always_inline]] bool compute_rows(double dependent) {
     for (std::size_t k = 0; k < m; ++k) {
       double* const b = &J[k * n];
       each(n, [&](auto i) __attribute__((always_inline)) { each(i, [&](auto j) __attribute__((always_inline)) { b[i] -= M[i * n + j] * b[j]; }); });
@@ -90,25 +100,43 @@ class DenseConstrainedFactors {
         each(n, [&](auto i) __attribute__((always_inline)) { sum += b[i] * inverse_[i] * other[i]; });
         S_[k * m + l] = sum;
       }
+      whole_S_[k] = S_[k * m + k];
     }
-    return good && factored(m, S_.data(), inverse_S_.data(), dependent);
+    return factored(m, S_.data(), inverse_S_.data(), dependent);
+  }
+
+  /// The row with the smallest pivot of S, as a fraction of its diagonal entry: the first that is not above `dependent`, if one is not.
+  struct Weakest {
+    double pivot = 1.0;
+    std::size_t row = 0;
+  };
+  Weakest weakest(double dependent) const {
+    Weakest least;
+    for (std::size_t k = 0; k < m && least.pivot > dependent; ++k)
+      if (const double left = S_[k * m + k]; !(left > least.pivot * whole_S_[k])) least = {whole_S_[k] > 0.0 ? left / whole_S_[k] : 0.0, k};
+    return least;
   }
 
   /// upper ← q̈ and lower ← λ, where M q̈ − Jᵀλ = upper and J q̈ = lower.
   template <class Number>
-  [[gnu::always_inline]] void solve(Upper<Number>& upper, std::vector<Number>& lower) const {
-    forward(n, M.data(), upper.data());
+  [[gnu::always_inline]] void solve(Number* upper, Number* lower) const {
+    forward(n, M.data(), upper);
     for (std::size_t k = 0; k < m; ++k) {
       Number& row = lower[k];
       each(n, [&](auto i) __attribute__((always_inline)) { subtract(row, J[k * n + i] * inverse_[i], upper[i]); });
     }
     if (m > 0) {
-      forward(m, S_.data(), lower.data());
-      backward(m, S_.data(), inverse_S_.data(), lower.data());
+      forward(m, S_.data(), lower);
+      backward(m, S_.data(), inverse_S_.data(), lower);
     }
     for (std::size_t k = 0; k < m; ++k)
       each(n, [&](auto i) __attribute__((always_inline)) { subtract(upper[i], -J[k * n + i], lower[k]); });
-    backward(n, M.data(), inverse_.data(), upper.data());
+    backward(n, M.data(), inverse_.data(), upper);
+  }
+  /// upper ← M⁻¹ upper.
+  void solve_mass(double* upper) const {
+    forward(n, M.data(), upper);
+    backward(n, M.data(), inverse_.data(), upper);
   }
 
  private:
@@ -155,7 +183,11 @@ class DenseConstrainedFactors {
   }
 
   Upper<double> inverse_;
-  std::vector<double> S_, inverse_S_;
+  std::vector<double> S_, inverse_S_, whole_S_;  // the last: its diagonal before
 };
+
+/// The size that loops are unrolled for, of n coordinates.
+template <int n>
+inline constexpr int unrolled_size = n >= 1 && n <= 4 ? n : Dynamic;
 
 }  // namespace qdot::detail

@@ -110,7 +110,7 @@ class TracedJacobian {
     const double rho = limits_.may_be_singular ? lent_inertia() : 0.0;
     lend(rho, a_, lambda_);
     if (!factors_.compute(limits_.singular, limits_.dependent)) return false;
-    factors_.solve(a_, lambda_);
+    factors_.solve(a_.data(), lambda_.data());
     if (!ydot) ydot = own_ydot_.data();
     double zero = 0.0;
     double* const accelerations = inputs + 2 * n + 1 + states;
@@ -146,7 +146,7 @@ class TracedJacobian {
         places += 4;
       }
       lend(rho, upper, lower_);
-      factors_.solve(upper, lower_);
+      factors_.solve(upper.data(), lower_.data());
       write_column(first, [&](auto i) { return upper[i].first[0]; });
       write_column(first + 1, [&](auto i) { return upper[i].first[1]; });
       write_column(first + 2, [&](auto i) { return upper[i].second[0]; });
@@ -231,7 +231,7 @@ class TracedJacobian {
 /// A form has phases(y), recorded(phases), record_again(), limits_of_pivots(). Those whose Jacobian nobody asks for are not traced for it, nor is that compiled.
 template <class Form, int n>
 class KeptJacobian {
-  using Jacobian = TracedJacobian<n >= 1 && n <= 4 ? n : Dynamic>;
+  using Jacobian = TracedJacobian<unrolled_size<n>>;
 
  public:
   /// As TracedJacobian::write(); false where there is none, or where it would be too large.

@@ -89,15 +89,20 @@ class Notation {
   virtual std::string indexed(const std::string& symbol, const std::string& index) const = 0;
   virtual std::string number(double x) const = 0;                                               // not negative
   virtual std::string fraction(const std::string& above, const std::string& below) const = 0;  // both as products
-  virtual std::string number_fraction(double p, double q) const = 0;
+  virtual std::string number_fraction(double p, double q) const { return fraction(number(p), number(q)); }
   virtual std::string power(const std::string& base, const std::string& exponent) const = 0;
   virtual std::string exponent(double e) const = 0;
   virtual std::string function(const std::string& name, const std::string& exponent, const std::string& argument) const = 0;
   virtual std::string root(const std::string& x) const = 0;
   virtual std::string brackets(const std::string& x) const = 0;
-  virtual std::string joined(const std::vector<std::string>& factors) const = 0;
+  virtual std::string joined(const std::vector<std::string>& factors) const {
+    std::string text;
+    for (const std::string& factor : factors) text += (text.empty() ? "" : space()) + factor;
+    return text;
+  }
+  virtual std::string space() const { return " "; }  // between factors
   virtual std::string sign(bool minus, bool leading) const = 0;
-  virtual std::string comma() const = 0;
+  virtual std::string comma() const { return ", "; }
   virtual bool has_stacked_fractions() const { return true; }  // whose parts need no brackets
 };
 

@@ -7,7 +7,6 @@
 #include <array>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "qdot/report/equations/expression.hpp"
 #include "qdot/report/number.hpp"
@@ -33,7 +32,6 @@ class LatexNotation final : public Notation {
     return e == std::string::npos ? text : text.substr(0, e) + " \\cdot 10^{" + std::to_string(std::stoi(text.substr(e + 1))) + "}";
   }
   std::string fraction(const std::string& above, const std::string& below) const override { return "\\frac{" + above + "}{" + below + "}"; }
-  std::string number_fraction(double p, double q) const override { return fraction(number(p), number(q)); }
   std::string power(const std::string& base, const std::string& exponent) const override { return base + "^{" + exponent + "}"; }
   std::string exponent(double e) const override {
     const Fraction f = fraction_of(e < 0.0 ? -e : e);
@@ -46,13 +44,7 @@ class LatexNotation final : public Notation {
   }
   std::string root(const std::string& x) const override { return "\\sqrt{" + x + "}"; }
   std::string brackets(const std::string& x) const override { return "\\left(" + x + "\\right)"; }
-  std::string joined(const std::vector<std::string>& factors) const override {
-    std::string text;
-    for (const std::string& factor : factors) text += (text.empty() ? "" : " ") + factor;
-    return text;
-  }
   std::string sign(bool minus, bool leading) const override { return leading ? (minus ? "-" : "") : minus ? " - " : " + "; }
-  std::string comma() const override { return ", "; }
 
  private:
   static std::string escaped(const std::string& word) {

@@ -4,7 +4,6 @@
 // Formulas in MathML, of the elements that all browsers set today (MathML Core). No script, no font.
 
 #include <string>
-#include <vector>
 
 #include "qdot/report/equations/expression.hpp"
 #include "qdot/report/number.hpp"
@@ -31,7 +30,6 @@ class MathmlNotation final : public Notation {
     return "<mn>" + text.substr(0, e) + "</mn><mo>·</mo><msup><mn>10</mn><mn>" + std::to_string(std::stoi(text.substr(e + 1))) + "</mn></msup>";
   }
   std::string fraction(const std::string& above, const std::string& below) const override { return "<mfrac>" + row(above) + row(below) + "</mfrac>"; }
-  std::string number_fraction(double p, double q) const override { return fraction(number(p), number(q)); }
   std::string power(const std::string& base, const std::string& exponent) const override {
     if (base.starts_with("<msub>")) return "<msubsup>" + base.substr(6, base.size() - 13) + row(exponent) + "</msubsup>";
     return "<msup>" + row(base) + row(exponent) + "</msup>";
@@ -49,11 +47,7 @@ class MathmlNotation final : public Notation {
     const std::string bracket = x.find("<mfrac>") == std::string::npos ? "<mo stretchy=\"false\">" : "<mo>";
     return "<mrow>" + bracket + "(</mo>" + x + bracket + ")</mo></mrow>";
   }
-  std::string joined(const std::vector<std::string>& factors) const override {
-    std::string text;
-    for (const std::string& factor : factors) text += (text.empty() ? "" : "<mspace width=\"0.17em\"/>") + factor;
-    return text;
-  }
+  std::string space() const override { return "<mspace width=\"0.17em\"/>"; }
   std::string sign(bool minus, bool leading) const override { return std::string(leading ? "<mo form=\"prefix\">" : "<mo>") + (minus ? "−" : "+") + "</mo>"; }
   std::string comma() const override { return "<mo>,</mo>"; }
 

@@ -21,6 +21,7 @@
 
 #include "qdot/ad/formula/coefficient.hpp"
 #include "qdot/ad/formula/graph.hpp"
+#include "qdot/analysis/symmetry/vanishing.hpp"
 #include "qdot/error.hpp"
 #include "qdot/report/equations/parameter_formula.hpp"
 #include "qdot/report/equations/source.hpp"
@@ -37,26 +38,6 @@ namespace report {
 namespace detail {
 
 using LetteredGraph = formula::BasicGraph<formula::Coefficient>;
-
-/// The values of all nodes.
-template <class Coefficient>
-std::vector<double> values_of(const formula::BasicGraph<Coefficient>& graph, const std::vector<double>& variables) {
-  std::vector<double> x;
-  for (const auto& node : graph.nodes()) {
-    const auto at = [&x](int i) { return i < 0 ? 0.0 : x[static_cast<std::size_t>(i)]; };
-    const double ca = formula::actual(node.ca), cb = formula::actual(node.cb), c = formula::actual(node.c);
-    switch (node.kind) {
-      case formula::Kind::constant: x.push_back(c); break;
-      case formula::Kind::variable: x.push_back(variables[static_cast<std::size_t>(node.a)]); break;
-      case formula::Kind::affine: x.push_back(ca * at(node.a) + (node.b < 0 ? 0.0 : cb * at(node.b)) + c); break;
-      case formula::Kind::product: x.push_back(at(node.a) * at(node.b)); break;
-      case formula::Kind::quotient: x.push_back(at(node.a) / at(node.b)); break;
-      case formula::Kind::power: x.push_back(std::pow(at(node.a), c)); break;
-      case formula::Kind::function: x.push_back(formula::value_of(node.function, at(node.a), at(node.b))); break;
-    }
-  }
-  return x;
-}
 
 /// Finds the formulas of all numbers of a recording.
 class ParameterLetters {
@@ -225,9 +206,10 @@ class ParameterLetters {
       std::vector<double> variables;
       for (int i = 0; i < first; ++i) variables.push_back(0.3 + 0.9 * scattered(trial, i));
       variables.insert(variables.end(), values_.begin(), values_.end());
-      const std::vector<double> x = values_of(own.recording.graph, variables), y = values_of(graph, variables);
+      const auto values_of = [&](const auto& all) { return qdot::detail::values_of_graph(all, static_cast<int>(all.nodes().size()) - 1, variables); };
+      const auto x = values_of(own.recording.graph), y = values_of(graph);
       for (std::size_t k = 0; k < outputs.size(); ++k) {
-        const double a = x[static_cast<std::size_t>(own.outputs[k])], b = y[static_cast<std::size_t>(outputs[k])];
+        const double a = x[static_cast<std::size_t>(own.outputs[k])].value, b = y[static_cast<std::size_t>(outputs[k])].value;
         if (std::isfinite(a) && !(std::abs(a - b) <= tolerance * (1.0 + std::abs(a))))
           throw NotOneFormula(qdot::detail::sentence({"the formulas must hold for the parameters as they are, but where T or V is ", a, " they say ", b, remedy}));
       }

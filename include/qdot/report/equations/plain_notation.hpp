@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <string>
-#include <vector>
 
 #include "qdot/report/equations/expression.hpp"
 #include "qdot/report/number.hpp"
@@ -48,13 +47,7 @@ class PlainNotation final : public Notation {
   }
   std::string root(const std::string& x) const override { return x.find_first_of(" /^") == std::string::npos ? "√" + x : "√(" + x + ")"; }
   std::string brackets(const std::string& x) const override { return "(" + x + ")"; }
-  std::string joined(const std::vector<std::string>& factors) const override {
-    std::string text;
-    for (const std::string& factor : factors) text += (text.empty() ? "" : " ") + factor;
-    return text;
-  }
   std::string sign(bool minus, bool leading) const override { return leading ? (minus ? "−" : "") : minus ? " − " : " + "; }
-  std::string comma() const override { return ", "; }
   bool has_stacked_fractions() const override { return false; }
 
  private:
