@@ -14,8 +14,13 @@ for path; do includes+=(-isystem "$path"); done
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
+# What all of them include is read once: each then finds its headers read, as #pragma once says.
+options=(-std=c++20 -O2 -DNDEBUG -w "${includes[@]}")
+grep '^#include' "$here/evaluation.cpp" > "$work/headers.hpp"
+"$compiler" "${options[@]}" -x c++-header "$work/headers.hpp" -o "$work/headers.hpp.gch"
+
 instructions() { # of everything that SUBJECT $1 is compiled to: no addresses, no names
-  "$compiler" -std=c++20 -O2 -DNDEBUG -w "${includes[@]}" "-DSUBJECT=$1" -c "$here/evaluation.cpp" -o "$work/evaluation.o"
+  "$compiler" "${options[@]}" -include "$work/headers.hpp" "-DSUBJECT=$1" -c "$here/evaluation.cpp" -o "$work/evaluation.o"
   objdump -d --no-show-raw-insn "$work/evaluation.o" |
     awk '/^ *[0-9a-f]+:\t/ { sub(/^ *[0-9a-f]+:\t/, ""); if ($0 !~ /^(nop|data16|cs nop|xchg +%ax,%ax)/) print $1 }' | sort
 }

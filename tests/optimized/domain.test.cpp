@@ -44,16 +44,23 @@ struct Functions {
   }
 };
 
+// What the doors are given has one type each, whatever f is: each system is compiled once.
+template <class E>
+struct PotentialOf {
+  E e;
+  auto operator()(const auto& q) const { return e.V(q); }
+};
+const auto T = [](const auto& v) { // a loop that the compiler does not see through
+  auto sum = 0.5 * v[0] * v[0];
+  for (Eigen::Index i = 1; i < v.size(); ++i) sum += 0.5 * v[i] * v[i];
+  return sum;
+};
+const auto as_a_point = [](const auto& q, auto& bodies) { bodies.point_mass(1.0, vector(q[0], q[1])); };
+
 // f(system, q) for each way to give the energies to the library.
 template <class E, class F>
 void for_each_door(const E& e, const Vector2d& at, const F& f) {
-  const auto V = [e](const auto& q) { return e.V(q); };
-  // A loop that the compiler does not see through.
-  const auto T = [](const auto& v) {
-    auto sum = 0.5 * v[0] * v[0];
-    for (Eigen::Index i = 1; i < v.size(); ++i) sum += 0.5 * v[i] * v[i];
-    return sum;
-  };
+  const PotentialOf<E> V{e};
   f("as it is", mechanical_system<2>(e), at);
   f("written out", mechanical_system<2>(written_out<2>(e)), at);
   f("with a loop", mechanical_system<2>(T, V), at);
@@ -63,7 +70,7 @@ void for_each_door(const E& e, const Vector2d& at, const F& f) {
     q[1] = at[1];
     f(n == 2 ? "of run-time size" : "of many coordinates", mechanical_system(n, T, V), q);
   }
-  f("as positions", kinematic_system<2>([](const auto& q, auto& bodies) { bodies.point_mass(1.0, vector(q[0], q[1])); }, V), at);
+  f("as positions", kinematic_system<2>(as_a_point, V), at);
 }
 
 // What acceleration() or its derivative calls not finite.

@@ -48,7 +48,16 @@ const Options options{.rtol = 1e-11, .atol = 1e-13};
 // An ellipse of semi-axis 1 about μ, begun at its pericentre.
 State<2> at_pericentre(double e, double mu = 1.0) { return {0.0, {1.0 - e, 0.0}, {0.0, std::sqrt(mu * (1.0 + e) / (1.0 - e))}}; }
 double eccentricity(std::size_t i) { return CounterRandom(5, i).uniform(0.0, 0.7); }
+// Starts are functions, of one type: what runs from them is compiled once.
 State<2> start_of(std::size_t i) { return at_pericentre(eccentricity(i)); }
+State<2> start_from_the_last(std::size_t i) { return start_of(count - 1 - i); }
+State<2> start_with_failures(std::size_t i) {
+  if (i == 3) throw std::runtime_error("no start");
+  if (i == 7) return {0.0, {0.0, 0.0}, {1.0, 0.0}};   // V is infinite there
+  if (i == 11) return {0.0, {1.0, 0.0}, {0.0, 0.0}};  // falls into the centre
+  if (i == 12) return {0.0, {std::numeric_limits<double>::quiet_NaN(), 0.0}, {0.0, 0.0}};
+  return start_of(i);
+}
 
 // Of an orbit of eccentricity 0.7, by the pericentre where the error along the orbit shows most: steps of 1e-11 for one turn, times its gain there.
 constexpr double after_one_turn = 1e-8;
@@ -108,7 +117,7 @@ TEST_CASE("ends are the same bits for any number of threads, any chunk and any o
   const auto plain = simulate_many(orbit, count, start_of, 5.0, Dop853{}, options, {.threads = 1});
   CHECK(are_the_same(plain, simulate_many(orbit, count, start_of, 5.0, Dop853{}, options, {.threads = 3, .chunk = 5})));
   CHECK(are_the_same(plain, simulate_many(orbit, count, start_of, 5.0, Dop853{}, options, {.threads = 1, .chunk = 1})));
-  auto turned = simulate_many(orbit, count, [](std::size_t i) { return start_of(count - 1 - i); }, 5.0, Dop853{}, options);
+  auto turned = simulate_many(orbit, count, start_from_the_last, 5.0, Dop853{}, options);
   std::reverse(turned.begin(), turned.end());
   CHECK(are_the_same(plain, turned));
   const double sum = simulate_many(orbit, count, start_of, 5.0, Dop853{}, options, EventList<>{}, 0.0, [](double& x, std::size_t, auto&& kept) { x += kept.value->state.q[0]; });
@@ -118,22 +127,15 @@ TEST_CASE("ends are the same bits for any number of threads, any chunk and any o
 }
 
 TEST_CASE("a motion that fails says what simulate() says of it, and its neighbours go on") {
-  const auto with_failures = [](std::size_t i) -> State<2> {
-    if (i == 3) throw std::runtime_error("no start");
-    if (i == 7) return {0.0, {0.0, 0.0}, {1.0, 0.0}};                                          // V is infinite there
-    if (i == 11) return {0.0, {1.0, 0.0}, {0.0, 0.0}};                                         // falls into the centre
-    if (i == 12) return {0.0, {std::numeric_limits<double>::quiet_NaN(), 0.0}, {0.0, 0.0}};
-    return start_of(i);
-  };
-  const auto ends = simulate_many(orbit, count, with_failures, 5.0, Dop853{}, options);
+  const auto ends = simulate_many(orbit, count, start_with_failures, 5.0, Dop853{}, options);
   const auto plain = simulate_many(orbit, count, start_of, 5.0, Dop853{}, options);
   for (std::size_t i = 0; i < count; ++i) {
     if (i == 3) {
       CHECK(ends[i].message() == "no start");
     } else if (i == 7 || i == 12) {
-      CHECK(ends[i].message() == error_message([&] { simulate(orbit, with_failures(i), 5.0, Dop853{}, options); }));
+      CHECK(ends[i].message() == error_message([&] { simulate(orbit, start_with_failures(i), 5.0, Dop853{}, options); }));
     } else if (i == 11) {
-      const auto alone = simulate(orbit, with_failures(i), 5.0, Dop853{}, options);
+      const auto alone = simulate(orbit, start_with_failures(i), 5.0, Dop853{}, options);
       REQUIRE(ends[i].completed());
       CHECK(ends[i].value->outcome == alone.outcome);
       CHECK(ends[i].value->message == alone.message);
