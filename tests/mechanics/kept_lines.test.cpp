@@ -4,6 +4,7 @@
 #include "qdot/mechanics/derive/kept_lines.hpp"
 
 #include <cmath>
+#include <cstddef>
 #include <random>
 #include <type_traits>
 
@@ -158,11 +159,11 @@ TEST_CASE("slopes of lines at any accelerations are those of r - M a by dual num
   for (int i = 0; i < n; ++i) {
     q[i] = D(y[i]);
     v[i] = D(y[n + i]);
-    q[i].tangent[i] = v[i].tangent[n + i] = 1.0;
+    q[i].tangent[static_cast<std::size_t>(i)] = v[i].tangent[static_cast<std::size_t>(n + i)] = 1.0;
   }
   const Vector<D, n> missed = detail::lagrange_residual<n>(bench::LoopedChain{}, q, v, Vector<D, n>(a.cast<D>()), D(0.3));
   for (int i = 0; i < n; ++i)
-    for (int j = 0; j < 2 * n; ++j) CHECK(std::abs(rows[i][j] + missed[i].tangent[j]) < rounding);
+    for (int j = 0; j < 2 * n; ++j) CHECK(std::abs(rows[i][j] + missed[i].tangent[static_cast<std::size_t>(j)]) < rounding);
 }
 
 TEST_CASE("in a run, free masses stay free when each is seen from a place that the next one moves") {
