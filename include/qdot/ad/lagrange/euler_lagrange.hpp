@@ -268,7 +268,10 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
 
   // f(u) from f, f′, f″ at u.
   [[gnu::always_inline]] Self chain(Number f, Number slope, Number curvature) const {
-    const Number f1 = slope * doubled(), f2 = curvature * (doubled() * doubled());
+    return chain_of_components(f, slope * doubled(), curvature * (doubled() * doubled()));
+  }
+  // The same from derivatives by what the components are of.
+  [[gnu::always_inline]] Self chain_of_components(Number f, Number f1, Number f2) const {
     Self r;
     r.half = 0;
     r.value = f;

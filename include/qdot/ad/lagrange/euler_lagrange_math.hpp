@@ -158,8 +158,14 @@ template <EulerLagrangeNumber E>
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E sqrt(const E& u) {
   const double root = std::sqrt(innermost_value(u.value));
-  const auto f = lifted(u.value, root, 0.5 / root), slope = 0.5 * (1.0 / f);  // which a quotient by the root shares
-  return u.chain(f, slope, -2.0 * slope * (slope * slope));
+  const auto f = lifted(u.value, root, 0.5 / root), i = 1.0 / f;  // which a quotient by the root shares
+  if constexpr (requires { u.half; }) {  // √(x²): the root's ½ and the square's 2 are not computed
+    const auto slope = u.half ? i : 0.5 * i;
+    return u.chain_of_components(f, slope, u.half ? -i * (i * i) : -2.0 * slope * (slope * slope));
+  } else {
+    const auto slope = 0.5 * i;
+    return u.chain(f, slope, -2.0 * slope * (slope * slope));
+  }
 }
 
 }  // namespace qdot::detail

@@ -52,7 +52,7 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
   double rate;  // ẋ
   double bend;  // s
   ComponentMask mask;
-  Present has_rate, has_bend;
+  Present has_rate, has_bend, half;
 
   template <int i>
   [[gnu::always_inline]] double& J() { return static_cast<RowEntry<i>&>(*this).number; }
@@ -65,7 +65,7 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
   template <class Number>
     requires std::is_arithmetic_v<Number>
   [[gnu::always_inline]] PositionJet(Number constant)
-      : value(static_cast<double>(constant)), rate(0.0), bend(0.0), mask(0), has_rate(0), has_bend(0) {
+      : value(static_cast<double>(constant)), rate(0.0), bend(0.0), mask(0), has_rate(0), has_bend(0), half(0) {
     ((J<I>() = 0.0), ...);
   }
   template <class K>
@@ -73,7 +73,7 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
     mask = unknown_if(1U ^ captured.is_constant());
   }
   [[gnu::always_inline]] PositionJet(const Self& o)
-      : value(o.value), rate(o.rate), bend(o.bend), mask(o.mask), has_rate(o.has_rate), has_bend(o.has_bend) {
+      : value(o.value), rate(o.rate), bend(o.bend), mask(o.mask), has_rate(o.has_rate), has_bend(o.has_bend), half(o.half) {
     ((J<I>() = o.template J<I>()), ...);
   }
   [[gnu::always_inline]] Self& operator=(const Self& o) {
@@ -83,6 +83,7 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
     mask = o.mask;
     has_rate = o.has_rate;
     has_bend = o.has_bend;
+    half = o.half;
     ((J<I>() = o.template J<I>()), ...);
     return *this;
   }
@@ -106,18 +107,31 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
   [[gnu::always_inline]] Present is_constant() const {
     return static_cast<Present>((static_cast<ComponentMask>(has_rate) | static_cast<ComponentMask>(has_bend) | mask) == 0);
   }
-  [[gnu::always_inline]] const Self& whole() const { return *this; }
+  // The same number with its components written out in full.
+  [[gnu::always_inline]] Self whole() const {
+    Self r(*this);
+    if (half) {
+      r.rate = product_if(has_rate, 2.0, rate);
+      r.bend = product_if(has_bend, 2.0, bend);
+      ((r.template J<I>() = product_if(has(mask, I), 2.0, J<I>())), ...);
+      r.half = 0;
+    }
+    return r;
+  }
   friend const double& innermost_value(const Self& x) { return x.value; }
 
   [[gnu::always_inline]] friend Self operator+(const Self& a, const Self& b) {
+    const Present both = (a.half | a.is_constant()) & (b.half | b.is_constant());
+    const double fa = (a.half > both) ? 2.0 : 1.0, fb = (b.half > both) ? 2.0 : 1.0;
     Self r;
+    r.half = both & (a.half | b.half);
     r.value = a.value + b.value;
     r.has_rate = a.has_rate | b.has_rate;
     r.has_bend = a.has_bend | b.has_bend;
     r.mask = a.mask | b.mask;
-    r.rate = sum_of(a.has_rate, a.rate, b.has_rate, b.rate);
-    r.bend = sum_of(a.has_bend, a.bend, b.has_bend, b.bend);
-    ((r.template J<I>() = sum_of(has(a.mask, I), a.template J<I>(), has(b.mask, I), b.template J<I>())), ...);
+    r.rate = sum_of(a.has_rate, fa * a.rate, b.has_rate, fb * b.rate);
+    r.bend = sum_of(a.has_bend, fa * a.bend, b.has_bend, fb * b.bend);
+    ((r.template J<I>() = sum_of(has(a.mask, I), fa * a.template J<I>(), has(b.mask, I), fb * b.template J<I>())), ...);
     return r;
   }
   [[gnu::always_inline]] friend Self operator-(const Self& a) {
@@ -130,28 +144,36 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
   }
   [[gnu::always_inline]] friend Self operator+(const Self& a) { return a; }
   [[gnu::always_inline]] friend Self operator-(const Self& a, const Self& b) {
+    const Present both = (a.half | a.is_constant()) & (b.half | b.is_constant());
+    const double fa = (a.half > both) ? 2.0 : 1.0, fb = (b.half > both) ? 2.0 : 1.0;
     Self r;
+    r.half = both & (a.half | b.half);
     r.value = a.value - b.value;
     r.has_rate = a.has_rate | b.has_rate;
     r.has_bend = a.has_bend | b.has_bend;
     r.mask = a.mask | b.mask;
-    r.rate = difference_of(a.has_rate, a.rate, b.has_rate, b.rate);
-    r.bend = difference_of(a.has_bend, a.bend, b.has_bend, b.bend);
-    ((r.template J<I>() = difference_of(has(a.mask, I), a.template J<I>(), has(b.mask, I), b.template J<I>())), ...);
+    r.rate = difference_of(a.has_rate, fa * a.rate, b.has_rate, fb * b.rate);
+    r.bend = difference_of(a.has_bend, fa * a.bend, b.has_bend, fb * b.bend);
+    ((r.template J<I>() = difference_of(has(a.mask, I), fa * a.template J<I>(), has(b.mask, I), fb * b.template J<I>())), ...);
     return r;
   }
   [[gnu::always_inline]] friend Self operator*(const Self& a, const Self& b) {
+#ifndef __clang__  // where the test would keep both operands in memory
+    if (&a == &b) return a.square();
+#endif
+    const double ca = b.value * a.doubled(), cb = a.value * b.doubled();
     Self r;
+    r.half = 0;
     r.value = a.value * b.value;
     r.has_rate = a.has_rate | b.has_rate;
     r.mask = a.mask | b.mask;
-    r.rate = sum_of(a.has_rate, product_if(a.has_rate, a.rate, b.value), b.has_rate, product_if(b.has_rate, b.rate, a.value));
+    r.rate = sum_of(a.has_rate, product_if(a.has_rate, a.rate, ca), b.has_rate, product_if(b.has_rate, b.rate, cb));
     const Present both = a.has_rate & b.has_rate;
     r.has_bend = a.has_bend | b.has_bend | both;
-    r.bend = sum_of(both, product_if(both, 2.0 * a.rate, b.rate), a.has_bend | b.has_bend,
-                    sum_of(a.has_bend, product_if(a.has_bend, a.bend, b.value), b.has_bend, product_if(b.has_bend, b.bend, a.value)));
-    ((r.template J<I>() = sum_of(has(a.mask, I), product_if(has(a.mask, I), a.template J<I>(), b.value),
-                                 has(b.mask, I), product_if(has(b.mask, I), b.template J<I>(), a.value))), ...);
+    r.bend = sum_of(both, product_if(both, 2.0 * (a.doubled() * b.doubled()) * a.rate, b.rate), a.has_bend | b.has_bend,
+                    sum_of(a.has_bend, product_if(a.has_bend, a.bend, ca), b.has_bend, product_if(b.has_bend, b.bend, cb)));
+    ((r.template J<I>() = sum_of(has(a.mask, I), product_if(has(a.mask, I), a.template J<I>(), ca),
+                                 has(b.mask, I), product_if(has(b.mask, I), b.template J<I>(), cb))), ...);
     return r;
   }
   [[gnu::always_inline]] friend Self operator/(const Self& a, const Self& b) {
@@ -166,8 +188,13 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
   [[gnu::always_inline]] Self& operator/=(const Self& o) { return *this = *this / o; }
 
   // f(u) from f, f′, f″ at u.
-  [[gnu::always_inline]] Self chain(double f, double f1, double f2) const {
+  [[gnu::always_inline]] Self chain(double f, double slope, double curvature) const {
+    return chain_of_components(f, slope * doubled(), curvature * (doubled() * doubled()));
+  }
+  // The same from derivatives by what the components are of.
+  [[gnu::always_inline]] Self chain_of_components(double f, double f1, double f2) const {
     Self r;
+    r.half = 0;
     r.value = f;
     r.has_rate = has_rate;
     r.has_bend = has_bend | has_rate;
@@ -179,6 +206,21 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
   }
 
  private:
+  [[gnu::always_inline]] double doubled() const { return half ? 2.0 : 1.0; }
+
+  [[gnu::always_inline]] Self square() const {
+    const Self a = whole();
+    Self r;
+    r.half = 1;
+    r.value = a.value * a.value;
+    r.has_rate = a.has_rate;
+    r.has_bend = a.has_rate | a.has_bend;
+    r.mask = a.mask;
+    r.rate = product_if(a.has_rate, a.value, a.rate);
+    r.bend = sum_of(a.has_rate, product_if(a.has_rate, a.rate, a.rate), a.has_bend, product_if(a.has_bend, a.value, a.bend));
+    ((r.template J<I>() = product_if(has(a.mask, I), a.value, a.template J<I>())), ...);
+    return r;
+  }
   [[gnu::always_inline]] static double difference_of(Present has_a, double a, Present has_b, double b) {
     return has_a ? (has_b ? a - b : a) : (has_b ? -b : 0.0);
   }

@@ -103,8 +103,9 @@ struct JetRows {
       unroll<n>([&](auto i) __attribute__((always_inline)) { x[i] = S::template coordinate<i>(q[i], qdot[i]); });
       const auto phi = as_rows(e.phi(x, time));
       unroll<rows>([&](auto row) __attribute__((always_inline)) {
-        write<first + row>(phi[row]);
-        gamma[first + row] = phi[row].has_bend ? -phi[row].bend : 0.0;
+        const S whole = phi[row].whole();
+        write<first + row>(whole);
+        gamma[first + row] = whole.has_bend ? -whole.bend : 0.0;
       });
     } else {
       unroll<n>([&](auto i) __attribute__((always_inline)) {
@@ -116,8 +117,9 @@ struct JetRows {
       });
       const auto a = as_rows(e.velocity_constraint(x, v, time));
       unroll<rows>([&](auto row) __attribute__((always_inline)) {
-        write<first + row>(a[row]);
-        gamma[first + row] = a[row].has_rate ? -a[row].rate : 0.0;
+        const S whole = a[row].whole();
+        write<first + row>(whole);
+        gamma[first + row] = whole.has_rate ? -whole.rate : 0.0;
       });
     }
   }

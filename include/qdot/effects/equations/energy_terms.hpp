@@ -78,7 +78,7 @@ struct WithTerms {
       using S = PositionJet<n>;
       Vector<S, n> x;
       unroll<n>([&](auto i) __attribute__((always_inline)) { x[i] = S::template coordinate<i>(at.q[i], 0.0); });
-      const S V = terms.V(x, S(at.t));
+      const S V = S(terms.V(x, S(at.t))).whole();
       if (!__builtin_constant_p(V.mask)) return false;
       unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = sum_of(1U, r[i], has(V.mask, i), -V.template J<i>()); });
     }
@@ -95,7 +95,7 @@ struct WithTerms {
         x[i].value = at.q[i];
         x[i].J.set_unit(i);
       }
-      const S V = terms.V(x, S(at.t));
+      const S V = S(terms.V(x, S(at.t))).whole();
       for (int i = V.J.first; i < V.J.last; ++i) add_block(r + 4 * i, -1.0, V.J.block(i));
     }
     return use.template rows<blocks>(at, size, M, r);

@@ -62,7 +62,7 @@ struct MovingCoordinates {
 
 // A constant has no rate.
 template <int n>
-[[gnu::always_inline]] inline double rate_of(const PositionJet<n>& x) { return x.has_rate ? x.rate : 0.0; }
+[[gnu::always_inline]] inline double rate_of(const PositionJet<n>& x) { return x.has_rate ? x.whole().rate : 0.0; }
 template <int n, class S>
 [[gnu::always_inline]] inline S rate_of(const EulerLagrange<n, S>& x) { return x.has_rate ? x.rate : S(0.0); }
 

@@ -42,10 +42,10 @@ struct MaybeZero {
 // r ← q̈ and γ ← λ of a material point m in a plane.
 [[gnu::always_inline]] inline void solve_material_point(const MaybeZero& m, const MaybeZero& u, const MaybeZero& v, const MaybeZero& r0, const MaybeZero& r1,
                                                         const MaybeZero& g, double* r, double& gamma) {
-  const MaybeZero lambda{(m * g - (u * r0 + v * r1)).number / (u * u + v * v).number, 1};
-  const double i = 1.0 / m.number;
-  r[0] = (r0 + u * lambda).number * i;
-  r[1] = (r1 + v * lambda).number * i;
+  const double size = (u * u + v * v).number, i = 1.0 / (m.number * size), per_m = size * i;
+  const MaybeZero lambda{(m * g - (u * r0 + v * r1)).number * (m.number * i), 1};
+  r[0] = (r0 + u * lambda).number * per_m;
+  r[1] = (r1 + v * lambda).number * per_m;
   gamma = lambda.number;
 }
 

@@ -108,7 +108,7 @@ struct BodyRates {
   [[gnu::always_inline]] explicit BodyRates(const KnownRotation<Turn, S>& R) {
     double at[Turn::coordinates], rate[Turn::coordinates];
     unroll<Turn::coordinates>([&](auto c) __attribute__((always_inline)) { at[c] = R.from[c].value; });
-    unroll<Turn::coordinates>([&](auto c) __attribute__((always_inline)) { rate[c] = R.from[c].has_rate ? R.from[c].rate : 0.0; });
+    unroll<Turn::coordinates>([&](auto c) __attribute__((always_inline)) { rate[c] = R.from[c].has_rate ? R.from[c].whole().rate : 0.0; });
     const auto turning = Turn::at(at, rate);
     unroll<3>([&](auto a) __attribute__((always_inline)) {
       omega[a] = turning.omega[a];
@@ -117,7 +117,7 @@ struct BodyRates {
       unroll<n>([&](auto i) __attribute__((always_inline)) { frame.J[a][i] = 0.0; });
       unroll<Turn::coordinates>([&](auto c) __attribute__((always_inline)) {
         if constexpr (Turn::moves(a, c)) {
-          const S& p = R.from[c];
+          const S p = R.from[c].whole();
           bend[a] = sum_of(1U, bend[a], p.has_bend, product_if(p.has_bend, turning.W[a][c], p.bend));
           unroll<n>([&](auto i) __attribute__((always_inline)) {
             const Present there = has(p.mask, i);
@@ -134,7 +134,7 @@ struct BodyRates {
     ComponentMask all = 0;
     Present own = 1;
     unroll<Turn::coordinates>([&](auto c) __attribute__((always_inline)) {
-      const S& p = R.from[c];
+      const S p = R.from[c].whole();
       Present is_one = (1U ^ p.has_bend) & static_cast<Present>((p.mask & (p.mask - 1)) == 0) & static_cast<Present>((all & p.mask) == 0);
       unroll<n>([&](auto i) __attribute__((always_inline)) { is_one &= has(p.mask, i) ? known_equal(p.template J<i>(), 1.0) : 1U; });
       own &= is_one;
@@ -162,7 +162,7 @@ struct BodyRates {
       frame.moves[a] = 0;
       unroll<n>([&](auto c) __attribute__((always_inline)) { frame.J[a][c] = 0.0; });
       unroll<3>([&](auto k) __attribute__((always_inline)) {
-        const S left(R.coeff(k, i)), right(R.coeff(k, j));
+        const S left = S(R.coeff(k, i)).whole(), right = S(R.coeff(k, j)).whole();
         const Present both = left.has_rate & right.has_rate;
         omega[a] = sum_of(1U, omega[a], right.has_rate, product_if(right.has_rate, left.value, right.rate));
         bend[a] = sum_of(1U, bend[a], right.has_bend | both,

@@ -94,7 +94,8 @@ struct MovingPositions<EulerLagrange<n, double, std::integer_sequence<int, I...>
     wrong |= static_cast<Present>((t.g_mask | t.x_mask | t.h_mask) != 0) | (1U ^ t.has_rate) | differ(t.rate, 1.0);
     return true;
   }
-  [[gnu::always_inline]] ValueAndRate<S> both(const Position& p) const {
+  [[gnu::always_inline]] ValueAndRate<S> both(const Position& position) const {
+    const Position p = position.whole();
     ValueAndRate<S> r{S(p.value), S(p.rate)};
     r.value.rate = p.rate;
     r.value.has_rate = p.has_rate;

@@ -129,7 +129,7 @@ class JetEquations {
     S r[axes];
     ComponentMask moves[axes];
     unroll<axes>([&](auto c) __attribute__((always_inline)) {
-      r[c] = S(position.derived().coeff(c));
+      r[c] = S(position.derived().coeff(c)).whole();
       moves[c] = r[c].mask;
       unroll<n>([&](auto i) __attribute__((always_inline)) {  // 0.0 * q[0]: a way to write a constant
         r[c].mask &= ~bit(has(r[c].mask, i) & (1U ^ may_differ_from_zero(r[c].template J<i>())), i);
@@ -186,7 +186,7 @@ class JetEquations {
   template <class Position, class Angle>
   [[gnu::always_inline]] void planar_body(double m, double I, const Eigen::MatrixBase<Position>& r, const Angle& angle) {
     point_mass(m, r);
-    const S a(angle);
+    const S a = S(angle).whole();
     pattern_of_forces_ |= a.mask;
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       const Present turns = has(a.mask, i);
@@ -215,7 +215,8 @@ class JetEquations {
     turn(inertia_at_centre(body.inertia, body.mass, a), R);
   }
 
-  [[gnu::always_inline]] void potential(const S& V) {
+  [[gnu::always_inline]] void potential(const S& of_position) {
+    const S V = of_position.whole();
     pattern_of_forces_ |= V.mask;
     unroll<n>([&](auto i) __attribute__((always_inline)) { add_force<i>(has(V.mask, i), -V.template J<i>()); });
   }
