@@ -212,38 +212,57 @@ struct SliderAndCrank : Case<3, 2, Where::near> {
   }
 };
 
-struct RollingHoopHolonomic : Case<2, 1> {
-  static constexpr const char *name = "rolling_hoop", *effect = "rolling, holonomic";
+// A scene of the catalogue and its effect, T and V as they are, or written out, as the program has them.
+template <class Scene, bool written>
+struct OfCatalogue : Case<Scene::n, Scene::constraints> {
+  static constexpr const char *name = Scene::name, *effect = written ? Scene::effect_written_out : Scene::effect;
+  using Hand = typename Scene::Hand;
+  static auto scene() {
+    constexpr int n = Scene::n;
+    if constexpr (written) return qdot::scene(mechanical_system<n>(written_out<n>(typename Scene::Energies{})), Scene::with());
+    else return qdot::scene(mechanical_system<n>(typename Scene::Energies{}), Scene::with());
+  }
+  static auto states()
+    requires requires { Scene::states(); }
+  { return Scene::states(); }
+};
+
+struct HolonomicHoop : Case<2, 1> {
+  static constexpr const char *name = "rolling_hoop", *effect = "rolling, holonomic", *effect_written_out = "rolling, holonomic, written out";
   using Hand = RollingHoopByHand;
-  static auto scene() {
-    return qdot::scene(mechanical_system<2>(scenes::RollingHoop{}), holonomic("rolling", [R = 0.2](const auto& q) { return q[0] - R * q[1]; }));
-  }
+  using Energies = scenes::RollingHoop;
+  static auto with() { return holonomic("rolling", [R = 0.2](const auto& q) { return q[0] - R * q[1]; }); }
 };
-struct RollingHoopNonholonomic : RollingHoopHolonomic {
-  static constexpr const char* effect = "rolling, nonholonomic";
-  static auto scene() {
-    return qdot::scene(mechanical_system<2>(scenes::RollingHoop{}),
-                       nonholonomic("rolling", [R = 0.2](const auto&, const auto& qdot, const auto&) { return qdot[0] - R * qdot[1]; }));
-  }
+struct NonholonomicHoop : HolonomicHoop {
+  static constexpr const char *effect = "rolling, nonholonomic", *effect_written_out = "rolling, nonholonomic, written out";
+  static auto with() { return nonholonomic("rolling", [R = 0.2](const auto&, const auto& qdot, const auto&) { return qdot[0] - R * qdot[1]; }); }
 };
-
-struct SleighOnBlade : Case<3, 1> {
-  static constexpr const char *name = "chaplygin_sleigh", *effect = "blade, nonholonomic";
+struct Sleigh : Case<3, 1> {
+  static constexpr const char *name = "chaplygin_sleigh", *effect = "blade, nonholonomic", *effect_written_out = "blade, nonholonomic, written out";
   using Hand = ChaplyginSleighByHand;
-  static auto scene() {
-    return qdot::scene(mechanical_system<3>(scenes::ChaplyginSleigh{}), nonholonomic("blade", [](const auto& q, const auto& qdot, const auto&) {
-                         using std::cos, std::sin;
-                         return qdot[1] * cos(q[2]) - qdot[0] * sin(q[2]);
-                       }));
+  using Energies = scenes::ChaplyginSleigh;
+  static auto with() {
+    return nonholonomic("blade", [](const auto& q, const auto& qdot, const auto&) {
+      using std::cos, std::sin;
+      return qdot[1] * cos(q[2]) - qdot[0] * sin(q[2]);
+    });
   }
 };
-
-struct SlidingBlock : Case<1, 0> {
-  static constexpr const char *name = "friction_block", *effect = "dry friction, sliding";
+struct Block : Case<1, 0> {
+  static constexpr const char *name = "friction_block", *effect = "dry friction, sliding", *effect_written_out = "dry friction, sliding, written out";
   using Hand = SlidingBlockByHand;
-  static auto scene() { return qdot::scene(mechanical_system<1>(scenes::FrictionBlock{}), dry_friction("block", 0, 0.3)); }
+  using Energies = scenes::FrictionBlock;
+  static auto with() { return dry_friction("block", 0, 0.3); }
   static auto states() { return Vector<double, 1>(static_cast<double>(FrictionPhase::forward)); }
 };
+template <bool written>
+using RollingHoopHolonomic = OfCatalogue<HolonomicHoop, written>;
+template <bool written>
+using RollingHoopNonholonomic = OfCatalogue<NonholonomicHoop, written>;
+template <bool written>
+using SleighOnBlade = OfCatalogue<Sleigh, written>;
+template <bool written>
+using SlidingBlock = OfCatalogue<Block, written>;
 
 /// Two masses by their positions, and a spring-damper between the middle of the upper rod and the lower mass.
 struct SprungDoublePendulum : Case<2, 0> {

@@ -41,7 +41,7 @@ std::vector<SceneRow> jacobian_rows_of() {
 std::vector<SceneRow> jacobian_scene_rows() {
   return jacobian_rows_of<DampedChain<WrittenOutEnergies, 4>, DampedGuidedChain<WrittenOutEnergies, 4>, DampedGuidedChain<WrittenOutEnergies, 8>,
                           DampedGuidedChain<LoopsInARun, 4>, DampedGuidedChain<LoopsInARun, 8>, BareChain<PlacedMasses, 4>,
-                          DampedGuidedChain<PlacedMasses, 4>, DampedGuidedChain<PlacedMasses, 8>, FourBarLinkage, SleighOnBlade, TautRope,
+                          DampedGuidedChain<PlacedMasses, 4>, DampedGuidedChain<PlacedMasses, 8>, FourBarLinkage, SleighOnBlade<false>, TautRope,
                           CartpoleWithMotor>();
 }
 

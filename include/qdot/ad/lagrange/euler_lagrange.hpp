@@ -26,6 +26,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "qdot/ad/unroll.hpp"
+
 namespace qdot::detail {
 
 using ComponentMask = unsigned long long;
@@ -81,6 +83,16 @@ template <class S>
 
 // Two numbers in one register, on every machine.
 using Pair = double __attribute__((vector_size(16)));
+
+// Numbers that will be read in pairs: a processor that finds a store narrower than the load waits for it.
+template <int n>
+[[gnu::always_inline]] inline void write_in_pairs(double* to, const double* from) {
+  unroll<n / 2>([&](auto k) __attribute__((always_inline)) {
+    const Pair pair{from[2 * k], from[2 * k + 1]};
+    __builtin_memcpy(to + 2 * k, &pair, sizeof pair);
+  });
+  if constexpr (n % 2 == 1) to[n - 1] = from[n - 1];
+}
 
 enum class Part { velocity, variation, hessian };
 template <class Number, Part part, int i>

@@ -16,6 +16,9 @@
 // A scalar of Lagrange's equations that a position is made with, captured in a functor, is a constant, or has derivatives for which there is
 // no place here. Then a bit of the mask, above all others, is one that the compiler must not know: what follows from it has it as well.
 //
+// A square is kept with the derivatives of its half, as ad/lagrange/euler_lagrange.hpp keeps it: in ½(x² + y² − l²), of which constraints are made, and in
+// √(x² + y²) neither the 2 nor the ½ is computed. Whoever reads derivatives asks whole() for them first.
+//
 // n + 3 numbers, where T(q, q̇) written with velocities needs a Hessian. As in ad/lagrange/euler_lagrange.hpp masks say which of them
 // may be other than zero, every component is a member with a name of its own and every operation is inlined,
 // so that in straight-line code what is zero is never computed.
@@ -143,20 +146,7 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
     return r;
   }
   [[gnu::always_inline]] friend Self operator+(const Self& a) { return a; }
-  [[gnu::always_inline]] friend Self operator-(const Self& a, const Self& b) {
-    const Present both = (a.half | a.is_constant()) & (b.half | b.is_constant());
-    const double fa = (a.half > both) ? 2.0 : 1.0, fb = (b.half > both) ? 2.0 : 1.0;
-    Self r;
-    r.half = both & (a.half | b.half);
-    r.value = a.value - b.value;
-    r.has_rate = a.has_rate | b.has_rate;
-    r.has_bend = a.has_bend | b.has_bend;
-    r.mask = a.mask | b.mask;
-    r.rate = difference_of(a.has_rate, fa * a.rate, b.has_rate, fb * b.rate);
-    r.bend = difference_of(a.has_bend, fa * a.bend, b.has_bend, fb * b.bend);
-    ((r.template J<I>() = difference_of(has(a.mask, I), fa * a.template J<I>(), has(b.mask, I), fb * b.template J<I>())), ...);
-    return r;
-  }
+  [[gnu::always_inline]] friend Self operator-(const Self& a, const Self& b) { return a + (-b); }
   [[gnu::always_inline]] friend Self operator*(const Self& a, const Self& b) {
 #ifndef __clang__  // where the test would keep both operands in memory
     if (&a == &b) return a.square();
@@ -220,9 +210,6 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
     r.bend = sum_of(a.has_rate, product_if(a.has_rate, a.rate, a.rate), a.has_bend, product_if(a.has_bend, a.value, a.bend));
     ((r.template J<I>() = product_if(has(a.mask, I), a.value, a.template J<I>())), ...);
     return r;
-  }
-  [[gnu::always_inline]] static double difference_of(Present has_a, double a, Present has_b, double b) {
-    return has_a ? (has_b ? a - b : a) : (has_b ? -b : 0.0);
   }
 };
 

@@ -288,7 +288,8 @@ struct ConstrainedTo {
     double fraction[m];
     if (!solved_with_constraints<n, m, Sc::has_phases>(M, present, row.J, row.mask, row.asks, dependent, r, row.gamma, fraction)) return false;
     double sum = -at.t;  // the only one of the arguments that a derivative may not hold though the value does
-    unroll<n>([&](auto i) __attribute__((always_inline)) { sum += out.qddot[i] = r[i]; });
+    unroll<n>([&](auto i) __attribute__((always_inline)) { sum += r[i]; });
+    write_in_pairs<n>(out.qddot.data(), r);
     out.rank = 0;
     out.smallest_pivot = 1.0;
     unroll<m>([&](auto k) __attribute__((always_inline)) {
