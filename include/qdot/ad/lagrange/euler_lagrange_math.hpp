@@ -159,13 +159,11 @@ template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E sqrt(const E& u) {
   const double root = std::sqrt(innermost_value(u.value));
   const auto f = lifted(u.value, root, 0.5 / root), i = 1.0 / f;  // which a quotient by the root shares
-  if constexpr (requires { u.half; }) {  // √(x²): the root's ½ and the square's 2 are not computed
-    const auto slope = u.half ? i : 0.5 * i;
-    return u.chain_of_components(f, slope, u.half ? -i * (i * i) : -2.0 * slope * (slope * slope));
-  } else {
-    const auto slope = 0.5 * i;
-    return u.chain(f, slope, -2.0 * slope * (slope * slope));
-  }
+  Present half = 0;  // then the root's ½ meets the square's 2, and neither is computed
+  if constexpr (requires { u.half; }) half = u.half;
+  const auto slope = half ? i : 0.5 * i, curvature = -i * (slope * slope);
+  if constexpr (requires { u.half; }) return u.chain_of_components(f, slope, curvature);
+  else return u.chain(f, slope, curvature);
 }
 
 }  // namespace qdot::detail
