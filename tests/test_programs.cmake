@@ -174,7 +174,11 @@ foreach(folder IN LISTS folders)
   add_test(NAME list_of_tests.${folder} COMMAND test_${folder} --list-tests)
   set_tests_properties(list_of_tests.${folder} PROPERTIES PASS_REGULAR_EXPRESSION "[1-9][0-9]* (matching )?test case")
   # Tests tagged [long] bear the label long, which ./check leaves out unless asked for.
-  catch_discover_tests(test_${folder} TEST_PREFIX "${folder}: " TEST_SPEC "~[long]~[.]")
+  set(cost 0)
+  if(folder STREQUAL "program") # some compile scenes: they begin early, or at the end all wait for them
+    set(cost 10)
+  endif()
+  catch_discover_tests(test_${folder} TEST_PREFIX "${folder}: " TEST_SPEC "~[long]~[.]" PROPERTIES COST ${cost})
   foreach(source IN LISTS sources_of_${folder})
     file(STRINGS ${source} long REGEX "\\[long\\]")
     if(long)
