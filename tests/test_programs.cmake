@@ -85,6 +85,10 @@ set(qdot_fast_ways "^ways$")
 if(CMAKE_CXX_COMPILER_ID MATCHES "Clang" AND NOT QDOT_SANITIZE_ALL)
   set(qdot_fast_ways "^(ways|analysis)$")
 endif()
+set(qdot_fast_flags -O1)
+if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+  set(qdot_fast_flags -O0 -D__OPTIMIZE__ "-D__builtin_constant_p(...)=(sizeof((__VA_ARGS__))!=0)")
+endif()
 set(shares_plain_headers)
 set(shares_fast_headers)
 foreach(folder IN LISTS folders)
@@ -108,14 +112,14 @@ foreach(folder IN LISTS folders)
     target_compile_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-O2;-fno-sanitize=all>)
     target_link_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all>)
     target_precompile_headers(test_${folder} PRIVATE catch2_bridge.hpp <Eigen/Dense>) # of its own: other flags
-    set_property(SOURCE optimized/moving_positions.test.cpp optimized/sensitivity_of_random_scenes.test.cpp optimized/many_scenes_in_lanes.test.cpp PROPERTY COMPILE_OPTIONS "$<$<CONFIG:Check>:-O1>") # half the compile time
+    set_property(SOURCE optimized/moving_positions.test.cpp optimized/sensitivity_of_random_scenes.test.cpp PROPERTY COMPILE_OPTIONS "$<$<CONFIG:Check>:-O1>") # half the compile time
   elseif(folder MATCHES "${qdot_fast_ways}")
     # clang++ then leaves out even what it must inline, a quarter of the compile time, and each number that is zero counts as one that is known to
     # be. Whether an optimizer finds those zeros is the question of folder optimized. g++ inlines in any case.
     target_sources(test_${folder} PRIVATE ways/allocator.cpp)
-    set(flags -O1)
+    set(flags ${qdot_fast_flags})
     if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
-      set(flags -O0 -D__OPTIMIZE__ "-D__builtin_constant_p(...)=(sizeof((__VA_ARGS__))!=0)" -Xclang=-disable-llvm-passes)
+      list(APPEND flags -Xclang=-disable-llvm-passes)
     endif()
     target_compile_options(test_${folder} PRIVATE "$<$<CONFIG:Check>:${flags};-fno-sanitize=all>")
     target_link_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all>)
@@ -128,9 +132,9 @@ foreach(folder IN LISTS folders)
   elseif(folder STREQUAL "threads") # under the thread sanitizer, which goes with no other
     target_compile_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all;-fsanitize=thread>)
     target_link_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all;-fsanitize=thread>)
-  elseif(folder STREQUAL "mpi") # with the optimizer on, by which there are lanes
+  elseif(folder STREQUAL "mpi") # by the fast ways, where there are lanes
     target_link_libraries(test_${folder} PRIVATE qdot::mpi)
-    target_compile_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-O1>)
+    target_compile_options(test_${folder} PRIVATE "$<$<CONFIG:Check>:${qdot_fast_flags}>")
   elseif(folder MATCHES "${qdot_not_sanitized}")
     target_compile_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all>)
     target_link_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all>)
@@ -170,7 +174,11 @@ foreach(folder IN LISTS folders)
   add_test(NAME list_of_tests.${folder} COMMAND test_${folder} --list-tests)
   set_tests_properties(list_of_tests.${folder} PROPERTIES PASS_REGULAR_EXPRESSION "[1-9][0-9]* (matching )?test case")
   # Tests tagged [long] bear the label long, which ./check leaves out unless asked for.
-  catch_discover_tests(test_${folder} TEST_PREFIX "${folder}: " TEST_SPEC "~[long]~[.]")
+  set(cost 0)
+  if(folder STREQUAL "program") # some compile scenes: they begin early, or at the end all wait for them
+    set(cost 10)
+  endif()
+  catch_discover_tests(test_${folder} TEST_PREFIX "${folder}: " TEST_SPEC "~[long]~[.]" PROPERTIES COST ${cost})
   foreach(source IN LISTS sources_of_${folder})
     file(STRINGS ${source} long REGEX "\\[long\\]")
     if(long)

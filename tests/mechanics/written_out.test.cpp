@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Energies that are gone through as lists, against the same energies called directly and against equations derived by hand. A build without
-// optimization has no straight-line way; here is what does not depend on it, and the rest in tests/optimized.
+// optimization has no straight-line way; here is what does not depend on it, and the rest in tests/ways and tests/optimized.
 #include "catch2_bridge.hpp"
 
 #include "bench/chain_energies.hpp"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Velocities inside T by first derivatives, against nested duals, which differentiate the whole of T twice.
+// Velocities inside T by first derivatives, against nested duals, which differentiate the whole of T twice. More of them are in
+// tests/ways/moving_positions.test.cpp.
 #include "qdot/mechanics/equations/moving_positions.hpp"
 
 #include <algorithm>
@@ -25,34 +26,6 @@ struct Turning {
     return 0.5 * (1.0 * w[0] * w[0] + 2.0 * w[1] * w[1] + 2.5 * w[2] * w[2] + d * d);
   }
   auto V(const auto& p) const { return 0.3 * p[0] * p[3]; }
-};
-
-// The same, by a matrix whose rows lie together: what a functor returns may be stored in either way.
-struct TurningByRows : Turning {
-  auto T(const auto& p, const auto& v) const {
-    const auto rotation = [](const auto& x) { return rotation_from_quaternion(x).transpose().eval(); };
-    const auto w = body_angular_velocity_of(rotation, p, v), of_space = angular_velocity_of(rotation, p, v);
-    const auto d = p[0] * v[0] + p[1] * v[1] + p[2] * v[2] + p[3] * v[3];
-    return 0.5 * (1.0 * w[0] * w[0] + 2.0 * w[1] * w[1] + 2.5 * w[2] * w[2] + d * d + 0.3 * of_space[0] * of_space[0]);
-  }
-};
-struct RateByRows : Turning {
-  auto T(const auto& p, const auto& v) const {
-    const auto Rdot = velocity_of([](const auto& x) { return rotation_from_quaternion(x).transpose().eval(); }, p, v);
-    const auto d = p[0] * v[0] + p[1] * v[1] + p[2] * v[2] + p[3] * v[3];
-    return 0.5 * (Rdot.row(0).squaredNorm() + 2.0 * Rdot.row(1).squaredNorm() + 3.0 * Rdot.row(2).squaredNorm() + d * d);
-  }
-};
-
-// A body seen from a point that is not its centre of mass, and moves.
-struct HeldAside : Turning {
-  RigidBody body{1.5, {0.1, 0.2, 0.3}, Eigen::Vector3d(1.0, 2.0, 2.5).asDiagonal()};
-  auto T(const auto& p, const auto& v) const {
-    const auto rotation = [](const auto& x) { return rotation_from_quaternion(x).transpose().eval(); };
-    const auto place = [](const auto& x) { return vector(0.5 * x[0] * x[1], x[2], 0.3 * x[3]); };
-    const auto d = p[0] * v[0] + p[1] * v[1] + p[2] * v[2] + p[3] * v[3];
-    return kinetic_energy_of_body(body, rotation, place, p, v) + 0.5 * d * d;
-  }
 };
 
 // A function of velocities, of which the value alone is asked for: what q̇ does to T must not get lost.
@@ -86,39 +59,15 @@ struct Swung {
   auto V(const auto& q) const { return 0.5 * q[1] * q[1]; }
 };
 
-// A chain by loops, from where its points are; the first one is moved.
-struct LoopedChain {
-  auto T(const auto& q, const auto& v, const auto& t) const {
-    auto sum = 0.05 * v.squaredNorm();
-    for (Eigen::Index k = 0; k < q.size(); ++k) {
-      const auto place = [k](const auto& x, const auto& s) {
-        using std::cos, std::sin;
-        auto X = 0.2 * sin(s), Y = 0.0 * s;
-        for (Eigen::Index i = 0; i <= k; ++i) {
-          X += sin(x[i]);
-          Y -= cos(x[i]);
-        }
-        return vector(X, Y);
-      };
-      sum += 0.5 * velocity_of(place, q, v, t).squaredNorm();
-    }
-    return sum;
-  }
-  auto V(const auto& q) const { return 0.5 * q.squaredNorm(); }
-};
-
 template <int n, class E>
-double difference(const E& energies, Eigen::Index size = n) {
-  const auto system = [&] {
-    if constexpr (n == Dynamic) return mechanical_system(size, energies);
-    else return mechanical_system<n>(energies);
-  }();
+double difference(const E& energies) {
+  const auto system = mechanical_system<n>(energies);
   std::mt19937 random(17);
   std::uniform_real_distribution<double> uniform(0.4, 1.6);
   double worst = 0.0;
   for (int sample = 0; sample < 20; ++sample) {
-    Vector<double, n> q(size), v(size);
-    for (Eigen::Index i = 0; i < size; ++i) {
+    Vector<double, n> q, v;
+    for (int i = 0; i < n; ++i) {
       q[i] = uniform(random);
       v[i] = uniform(random) - 1.0;
     }
@@ -135,20 +84,6 @@ double difference(const E& energies, Eigen::Index size = n) {
 TEST_CASE("angular velocities and velocities in T need first derivatives only, and give what second ones give") {
   CHECK(difference<4>(Turning{}) < rounded);
   CHECK(difference<2>(Swung<1>{}) < rounded);
-}
-
-TEST_CASE("a rotation may be stored by rows or by columns") {
-  CHECK(difference<4>(TurningByRows{}) < rounded);
-  CHECK(difference<4>(RateByRows{}) < rounded);
-}
-
-TEST_CASE("the kinetic energy of a body that is seen from a moving point needs first derivatives only") {
-  CHECK(difference<4>(HeldAside{}) < rounded);
-}
-
-TEST_CASE("velocities in the T of a chain by loops need first derivatives only, for any number of links") {
-  CHECK(difference<Dynamic>(LoopedChain{}, 3) < rounded);
-  CHECK(difference<Dynamic>(LoopedChain{}, 9) < rounded);
 }
 
 TEST_CASE("the value of a function of velocities keeps what they do to T") { CHECK(difference<2>(OfVelocities{}) < rounded); }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Where an energy has no value there is no acceleration, and where an acceleration has no derivative there is no Jacobian, by whichever door the
-// energies came in. With the optimizer on, where all doors exist.
+// energies came in. By the ways that exist with the optimizer on, where all doors do.
 #include "catch2_bridge.hpp"
 
 #include <cmath>
