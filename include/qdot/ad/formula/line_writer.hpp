@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "qdot/ad/formula/graph.hpp"
+#include "qdot/ad/formula/in_order.hpp"
 #include "qdot/ad/formula/lines.hpp"
 
 namespace qdot::formula {
@@ -89,7 +90,7 @@ class LineWriter {
       meet(node.a);
       meet(node.b);
     }
-    std::sort(needed_.begin(), needed_.end());
+    put_in_order(needed_, [](int x, int y) { return x < y; });
   }
 
   // Leaves those products out of needed_ that are part of somebody else's line, and marks them.
@@ -216,7 +217,7 @@ class LineWriter {
 
   // Alike behind each other, in the order of their arguments' places.
   [[gnu::cold]] void sort_elements() {
-    std::sort(elements_.begin(), elements_.end(), [](const Element& x, const Element& y) {
+    put_in_order(elements_, [](const Element& x, const Element& y) {
       if (const int kx = kind_of(x.line), ky = kind_of(y.line); kx != ky) return kx < ky;
       if (x.line.operation == Operation::power && x.line.c != y.line.c) return x.line.c < y.line.c;
       if (x.line.a != y.line.a) return x.line.a < y.line.a;

@@ -28,6 +28,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/formula/in_order.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/recorded_effects.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
@@ -199,7 +200,7 @@ class TracedConstraints {
         const int moved = graph().quotient(w, mass_of(i));
         for (const auto& [row, other] : column) products.emplace_back(row, graph().product(moved, other));
       }
-      std::stable_sort(products.begin(), products.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+      formula::put_in_order(products, [](const auto& x, const auto& y) { return x.first < y.first; });
       for (const auto& [row, part] : products) {
         if (!schur_rows_.empty() && schur_rows_.back() == static_cast<int>(k) && schur_columns_.back() == row) {
           nodes.back() = graph().sum(nodes.back(), part);
