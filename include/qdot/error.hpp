@@ -56,16 +56,15 @@ struct Phrase {
   std::string text;
   char digits[32];
   for (const Phrase& phrase : phrases) {
-    if (phrase.form >= 0) {
-      text.append(phrase.words, static_cast<std::size_t>(phrase.form));
-      continue;
-    }
-    if (phrase.form == Phrase::counted) {
+    const char* words = digits;
+    if (phrase.form >= 0 || phrase.form == Phrase::whole) {
+      words = phrase.words;
+    } else if (phrase.form == Phrase::counted) {
       std::snprintf(digits, sizeof digits, "%lld", phrase.count);
-    } else if (phrase.form != Phrase::whole) {
+    } else {
       std::snprintf(digits, sizeof digits, "%.*g", static_cast<int>(-phrase.form), phrase.number == phrase.number ? phrase.number : NAN);  // without a sign
     }
-    text += phrase.form == Phrase::whole ? phrase.words : digits;
+    text.append(words, phrase.form >= 0 ? static_cast<std::size_t>(phrase.form) : std::char_traits<char>::length(words));
   }
   return text;
 }

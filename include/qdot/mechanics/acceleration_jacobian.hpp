@@ -61,7 +61,7 @@ template <class E, int n, Inertia I>
   const Matrix<double, n> M = kinetic_hessian<n>(system.energies(), q, qdot, t);
   result.d_q = solved_with_mass_matrix(system, M, result.d_q, t);
   result.d_qdot = solved_with_mass_matrix(system, M, result.d_qdot, t);
-  const auto row = [&](Eigen::Index i) { return "the acceleration of " + system.coordinate_name(i); };
+  const auto row = [&](Eigen::Index i) { return sentence({"the acceleration of ", system.coordinate_name(i)}); };
   require_finite_derivatives(result.d_q, t, row, [&](Eigen::Index j) { return system.coordinate_name(j); });
   require_finite_derivatives(result.d_qdot, t, row, [&](Eigen::Index j) { return system.velocity_name(j); });
 }

@@ -211,9 +211,9 @@ class EventWatch {
     for (std::size_t i = listed_; backward_ && i < watches_.size(); ++i)
       if (fired_[i])
         throw ConstraintError("a contact or friction", firing.t, 0.0,
-                              "a run backward in time must not meet an impact, or the beginning or end of contact or sticking, since many "
-                              "motions lead into the same one there, but at t = " + text_of(firing.t) +
-                                  " this one does; run forward, or end the run before");
+                              sentence({"a run backward in time must not meet an impact, or the beginning or end of contact or sticking, since many "
+                                        "motions lead into the same one there, but at t = ", firing.t,
+                                        " this one does; run forward, or end the run before"}));
     for (std::size_t i = 0; i < listed_; ++i)
       if (fired_[i] && watches_[i].lost)
         return Failure{Outcome::event_accumulation, sentence({"the time between two events of ", name_of(i), " is shorter than t can tell"})};
@@ -262,7 +262,7 @@ class EventWatch {
     return (void)i, std::string();
   }
 
-  std::string name_of(std::size_t i) const { return i < listed_ ? "'" + *events_[i].name + "'" : "a contact or friction"; }
+  std::string name_of(std::size_t i) const { return i < listed_ ? sentence({"'", *events_[i].name, "'"}) : sentence({"a contact or friction"}); }
 
   void require_finite(std::size_t i, double t, double g) const {
     if (std::isfinite(g)) return;
