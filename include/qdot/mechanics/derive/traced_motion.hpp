@@ -107,7 +107,7 @@ template <class Number>
     if (is_constant) x_[line.to] = line.c;
     return is_constant;
   });
-  table->lines.emplace_back();
+  table->lines.push_back(formula::Line{});
   return table;
 }
 
