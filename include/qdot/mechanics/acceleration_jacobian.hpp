@@ -58,7 +58,7 @@ template <class E, int n, Inertia I>
     column(x[j], result.d_q.col(j));
     column(v[j], result.d_qdot.col(j));
   }
-  const Matrix<double, n> M = kinetic_hessian<n>(system.energies(), q, qdot, t);
+  const Matrix<double, n> M = general_mass_matrix<n>(system.energies(), q, qdot, t);
   result.d_q = solved_with_mass_matrix(system, M, result.d_q, t);
   result.d_qdot = solved_with_mass_matrix(system, M, result.d_qdot, t);
   const auto row = [&](Eigen::Index i) { return sentence({"the acceleration of ", system.coordinate_name(i)}); };

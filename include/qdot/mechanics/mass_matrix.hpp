@@ -29,7 +29,8 @@ auto mass_matrix(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, c
     Vector<double, n> r(q.size());
     if (detail::with_mass_and_rhs<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t, detail::CopyTo<n>{M, r}, system.kept_lines())) return M;
   }
-  return detail::kinetic_hessian<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
+  if constexpr (std::is_same_v<S, double>) return detail::general_mass_matrix<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t);
+  else return detail::kinetic_hessian<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
 }
 
 namespace detail {
@@ -41,7 +42,7 @@ Matrix<double, n> mass_matrix_now_and_then(const System<E, n, I>& system, const 
     Matrix<double, n> M = zeros<Matrix<double, n>>(n, n);
     Vector<double, n> r(n);
     if (with_longer_mass_and_rhs<n>(system.energies(), q, qdot, t, CopyTo<n>{M, r}, system.kept_lines())) return M;
-    return kinetic_hessian<n>(system.energies(), q, qdot, t);
+    return general_mass_matrix<n>(system.energies(), q, qdot, t);
   } else {
     return mass_matrix(system, q, qdot, t);
   }

@@ -71,7 +71,7 @@ std::string non_finite_energy(const F& system, double t, const Eigen::VectorXd& 
     if (!std::isfinite(energy.V)) return sentence({"V is ", energy.V});
     if (!std::isfinite(energy.h)) return "T is finite, but not its derivative with the velocities";
     const auto [q, qdot] = coordinates_of<n>(y, dof);
-    const Vector<double, n> g = gradient_by<n, TermDual<double, n>>(mechanical.energies(), q, qdot, t);  // numbers that T and V are compiled for anyway
+    const Vector<double, n> g = general_gradient<n>(mechanical.energies(), q, qdot, t);
     for (Eigen::Index i = 0; i < dof; ++i)
       if (!std::isfinite(g[i])) return sentence({"T and V are finite, but not the derivative of T - V with ", mechanical.coordinate_name(i)});
     if constexpr (Behind::is_scene) return "T, V and their first derivatives are finite, so it is an effect or the mass matrix";
