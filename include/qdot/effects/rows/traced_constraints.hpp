@@ -316,7 +316,7 @@ inline constexpr bool is_recordable_scene<Scene<Sys, Effects...>> =
 
 // Runs all functors of a scene in the phases of the recording, and notes of each row of a constraint whether it restricts positions.
 template <class Sc>
-void run_scene(RecordedMotion& m, const Sc& scene, std::vector<bool>* holonomic) {
+void run_scene(RecordedMotion& m, const Sc& scene, std::vector<char>* holonomic) {
   constexpr int n = Sc::dof_at_compile_time;
   run_energies<n>(m, scene.system().energies());
   if constexpr (Sc::has_forces) run_forces(m, scene);
@@ -327,7 +327,7 @@ void run_scene(RecordedMotion& m, const Sc& scene, std::vector<bool>* holonomic)
       if (!e.is_active(*phase++)) return;
     const std::size_t first = m.returned.size();
     run_rows<n>(m, e);
-    if (holonomic) holonomic->insert(holonomic->end(), m.returned.size() - first, HolonomicEffect<E, n>);
+    if (holonomic) holonomic->resize(holonomic->size() + m.returned.size() - first, HolonomicEffect<E, n>);
   });
 }
 
@@ -335,7 +335,7 @@ template <class Sc>
 TracedEquations<> traced_equations(const Sc& scene, std::span<const double> phases) {
   TracedEquations<> e(scene.dof(), Sc::states_at_compile_time);
   e.motion.phases.assign(phases.begin(), phases.end());
-  std::vector<bool> holonomic;
+  std::vector<char> holonomic;
   run_scene(e.motion, scene, &holonomic);
   e.derive(Sc::has_forces, holonomic);
   return e;

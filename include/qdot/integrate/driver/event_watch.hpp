@@ -54,8 +54,8 @@ class EventWatch {
     const std::size_t count = listed_ + static_cast<std::size_t>(guards);
     has_others_ = guards > 0;
     watches_.resize(count);
-    fired_.assign(count, false);
-    fired_guards_.assign(static_cast<std::size_t>(guards), false);
+    fired_ = std::vector<bool>(count);
+    fired_guards_ = std::vector<bool>(static_cast<std::size_t>(guards));
     last_time_.assign(count, std::numeric_limits<double>::quiet_NaN());
     standing_.assign(count, 0);
     samples_.assign(count * points, 0.0);
@@ -103,7 +103,7 @@ class EventWatch {
       last_time_[i] = std::numeric_limits<double>::quiet_NaN();
       standing_[i] = 0;
     }
-    fired_guards_.assign(fired_guards_.size(), false);
+    for (std::size_t i = 0; i < fired_guards_.size(); ++i) fired_guards_[i] = false;
   }
   std::uint64_t fired() const {
     std::uint64_t bits = 0;
