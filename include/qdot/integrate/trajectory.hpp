@@ -15,14 +15,14 @@
 //
 // Steps may be shorter than a rounding unit of t: they are told apart by what has elapsed since their origin (moment.hpp).
 //
-// Memory is 8·size·(degree + 1) bytes for the coefficients of a step and some 60 bytes for the step, in blocks that are
+// Memory is 8·size·(degree + 1) bytes for the coefficients of a step and 64 bytes for the step, in blocks that are
 // never copied or moved as the trajectory grows: on small systems the copying of one growing array cost more than
-// the integration. Only where each step stands is a list that grows.
+// the integration.
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
+#include <deque>
 #include <utility>
 #include <vector>
 
@@ -53,17 +53,19 @@ class DenseOutput {
 
   /// The same where `elapsed` since the step's base says more exactly where it ends.
   void append(double t, double elapsed, const PolynomialView& step) {
-    store({t, elapsed, step.base, step.origin, step.scale, static_cast<double>(step.degree)}, step.coefficients, step.size * (step.degree + 1));
+    const auto [block, offset] = stored(step.coefficients, step.size * (step.degree + 1));
+    pieces_.push_back({t, elapsed, step.base, step.origin, step.scale, block, offset, step.degree});
   }
 
   /// Notes that the state is changed from outside at back_time(): the next step starts from `y`.
   void jump(const Eigen::Ref<const Eigen::VectorXd>& y) {
     jumps_.push_back(pieces_.size());
     const Eigen::VectorXd after = y;
+    const auto [block, offset] = stored(after.data(), after.size());
     // A piece of no length, so that at(back_time()) is right even if the run ends here.
     const bool first = pieces_.empty();
-    const double t = back_time(), base = first ? t : last().base, elapsed = first ? 0.0 : last().elapsed;
-    store({t, elapsed, base, elapsed, 1.0, 0.0}, after.data(), after.size());
+    const double t = back_time(), base = first ? t : pieces_.back().base, elapsed = first ? 0.0 : pieces_.back().elapsed;
+    pieces_.push_back({t, elapsed, base, elapsed, 1.0, block, offset, 0});
   }
 
   /// Components of y.
@@ -73,7 +75,7 @@ class DenseOutput {
   /// Where it begins.
   double front_time() const noexcept { return start_time_; }
   /// Where it ends.
-  double back_time() const noexcept { return pieces_.empty() ? start_time_ : last().t_end; }
+  double back_time() const noexcept { return pieces_.empty() ? start_time_ : pieces_.back().t_end; }
 
   /// True when t lies between front_time() and back_time(), both included.
   bool contains(double t) const noexcept {
@@ -85,8 +87,8 @@ class DenseOutput {
     std::vector<double> result;
     result.reserve(pieces_.size() + 1);
     result.push_back(start_time_);
-    for (std::size_t k = 0; k < pieces_.size(); ++k)
-      if (const double t = piece(k).t_end; t != result.back()) result.push_back(t);
+    for (const Piece& piece : pieces_)
+      if (piece.t_end != result.back()) result.push_back(piece.t_end);
     return result;
   }
 
@@ -103,8 +105,8 @@ class DenseOutput {
   void evaluate(double t, Eigen::Ref<Eigen::VectorXd> y) const {
     require_contained(t);
     if (t == back_time()) return evaluate_end(pieces_.size() - 1, y);  // which t may have been rounded beyond
-    const std::size_t after = first_of(jumps_.size(), [&](std::size_t k) { return precedes(t, piece(jumps_[k]).t_end); });
-    if (after > 0 && piece(jumps_[after - 1]).t_end == t) return evaluate_end(jumps_[after - 1], y);
+    const auto after = std::upper_bound(jumps_.begin(), jumps_.end(), t, [this](double time, std::size_t jump) { return precedes(time, pieces_[jump].t_end); });
+    if (after != jumps_.begin() && pieces_[*(after - 1)].t_end == t) return evaluate_end(*(after - 1), y);
     evaluate_within(t, y);
   }
 
@@ -115,9 +117,9 @@ class DenseOutput {
   Eigen::VectorXd y_before(double t) const {
     require_contained(t);
     Eigen::VectorXd result(size_);
-    const std::size_t jump = first_of(jumps_.size(), [&](std::size_t k) { return !precedes(piece(jumps_[k]).t_end, t); });
-    if (jump < jumps_.size() && piece(jumps_[jump]).t_end == t) {
-      evaluate_end(jumps_[jump] - 1, result);
+    const auto jump = std::lower_bound(jumps_.begin(), jumps_.end(), t, [this](std::size_t each, double time) { return precedes(pieces_[each].t_end, time); });
+    if (jump != jumps_.end() && pieces_[*jump].t_end == t) {
+      evaluate_end(*jump - 1, result);
     } else {
       evaluate(t, result);
     }
@@ -127,7 +129,7 @@ class DenseOutput {
   /// Times at which the state jumps, in order.
   std::vector<double> jump_times() const {
     std::vector<double> result;
-    for (const std::size_t k : jumps_) result.push_back(piece(k).t_end);
+    for (const std::size_t piece : jumps_) result.push_back(pieces_[piece].t_end);
     return result;
   }
 
@@ -135,47 +137,24 @@ class DenseOutput {
   struct Piece {
     double t_end, elapsed;       // at the end, since base
     double base, origin, scale;  // of the polynomial
-    double degree;
+    std::size_t block;
+    std::ptrdiff_t offset;
+    int degree;
   };
   static constexpr std::size_t start_point = static_cast<std::size_t>(-1);
-  static constexpr std::size_t head = sizeof(Piece) / sizeof(double);  // a piece in front of its coefficients
-  static constexpr std::size_t block_size = 4096;                      // doubles
-  static constexpr int offset_bits = 40;
+  static constexpr std::size_t block_size = 4096;  // doubles
 
-  // Copies a piece and its coefficients into the last block, or into a new one if they do not fit.
-  void store(const Piece& piece, const double* coefficients, Eigen::Index count) {
-    const std::size_t wanted = head + static_cast<std::size_t>(count);
+  // Copies numbers into the last block, or into a new one if they do not fit; returns where.
+  std::pair<std::size_t, std::ptrdiff_t> stored(const double* numbers, Eigen::Index count) {
+    const auto wanted = static_cast<std::size_t>(count);
     if (blocks_.empty() || blocks_.back().capacity() - blocks_.back().size() < wanted) {
       blocks_.emplace_back();
       blocks_.back().reserve(std::max(block_size, wanted));
     }
     std::vector<double>& block = blocks_.back();
-    const std::size_t offset = block.size();
-    block.resize(offset + wanted);
-    const double numbers[] = {piece.t_end, piece.elapsed, piece.base, piece.origin, piece.scale, piece.degree};
-    std::copy_n(coefficients, count, std::copy_n(numbers, head, block.data() + offset));
-    pieces_.push_back(static_cast<std::uint64_t>(blocks_.size() - 1) << offset_bits | offset);
-  }
-
-  const double* stored(std::size_t k) const noexcept {
-    return blocks_[pieces_[k] >> offset_bits].data() + (pieces_[k] & ((std::uint64_t(1) << offset_bits) - 1));
-  }
-  Piece piece(std::size_t k) const noexcept {
-    const double* const p = stored(k);
-    return {p[0], p[1], p[2], p[3], p[4], p[5]};
-  }
-  Piece last() const noexcept { return piece(pieces_.size() - 1); }
-
-  // The first of `count` indices that have come so far; `count` if none has.
-  template <class HasCome>
-  static std::size_t first_of(std::size_t count, const HasCome& has_come) {
-    std::size_t low = 0;
-    while (low < count) {
-      const std::size_t middle = low + (count - low) / 2;
-      if (has_come(middle)) count = middle;
-      else low = middle + 1;
-    }
-    return low;
+    const auto offset = static_cast<std::ptrdiff_t>(block.size());
+    block.insert(block.end(), numbers, numbers + count);
+    return {blocks_.size() - 1, offset};
   }
 
   void require_contained(double t) const {
@@ -190,32 +169,30 @@ class DenseOutput {
   // The first piece whose end is not before t, or the start.
   void evaluate_within(double t, Eigen::Ref<Eigen::VectorXd> y) const {
     if (t == start_time_) return evaluate_end(start_point, y);
-    const std::size_t found = first_of(pieces_.size(), [&](std::size_t k) {
-      const Piece p = piece(k);
-      return !(p.t_end == t ? precedes(p.elapsed, t - p.base) : precedes(p.t_end, t));
+    const auto found = std::lower_bound(pieces_.begin(), pieces_.end(), t, [this](const Piece& piece, double time) {
+      return piece.t_end == time ? precedes(piece.elapsed, time - piece.base) : precedes(piece.t_end, time);
     });
-    view(found).at(t - piece(found).base, y);
+    view(*found).at(t - found->base, y);
   }
 
   void evaluate_end(std::size_t index, Eigen::Ref<Eigen::VectorXd> y) const {
     if (index == start_point) {
       y = start_;
     } else {
-      view(index).at(piece(index).elapsed, y);
+      view(pieces_[index]).at(pieces_[index].elapsed, y);
     }
   }
 
-  PolynomialView view(std::size_t k) const {
-    const Piece p = piece(k);
-    return {p.origin, p.scale, stored(k) + head, size_, static_cast<int>(p.degree)};
+  PolynomialView view(const Piece& piece) const {
+    return {piece.origin, piece.scale, blocks_[piece.block].data() + piece.offset, size_, piece.degree};
   }
 
   Eigen::Index size_ = 0;
   double start_time_ = 0.0;
   Eigen::VectorXd start_;
-  std::vector<std::uint64_t> pieces_;  // where each is: its block, and where in that
-  std::vector<std::size_t> jumps_;     // indices of pieces of no length
-  std::vector<std::vector<double>> blocks_;
+  std::deque<Piece> pieces_;
+  std::vector<std::size_t> jumps_;          // indices of pieces of no length
+  std::deque<std::vector<double>> blocks_;  // the coefficients of the pieces
 };
 
 /// The motion of a mechanical system with n coordinates: y(t) = [q; q̇; …] taken apart.

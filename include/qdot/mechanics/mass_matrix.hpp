@@ -35,11 +35,11 @@ auto mass_matrix(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, c
 
 namespace detail {
 
-// M for who asks now and then, as a watch does: by a record, for straight-line code would be compiled once more for it, and lines may have to be
-// derived first, which costs a short run more than all looks.
+// M for who asks now and then, as a watch does: of more than a few coordinates by a record, for straight-line code would be compiled once more for it, and
+// lines may have to be derived first, which costs a short run more than all looks.
 template <class E, int n, Inertia I>
 Matrix<double, n> mass_matrix_now_and_then(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
-  if constexpr (n != Dynamic && graded_pays<n> && !HasOwnEquations<E> && !always_straight<E, n>) {
+  if constexpr (n > inlined_uses_limit && graded_pays<n> && !HasOwnEquations<E> && !always_straight<E, n>) {
     Matrix<double, n> M = zeros<Matrix<double, n>>(n, n);
     Vector<double, n> r(n);
     if (graded_ways<n>(system.energies(), q, qdot, t, CopyTo<n>{M, r})) return M;
