@@ -33,19 +33,22 @@ namespace qdot {
 
 namespace detail {
 
-// A phrase of a message: words, or a number.
+// A phrase of a message: words, or a number. Two words of memory each, since there are many of them in many places.
 struct Phrase {
-  Phrase(const char* text) : words(text) {}
-  Phrase(std::string_view text) : words(text) {}
-  Phrase(const std::string& text) : words(text) {}
-  Phrase(double x, int significant = 10) : digits(significant), number(x) {}
+  Phrase(const char* text) : words(text), form(whole) {}
+  Phrase(std::string_view text) : words(text.data()), form(static_cast<std::ptrdiff_t>(text.size())) {}
+  Phrase(const std::string& text) : words(text.data()), form(static_cast<std::ptrdiff_t>(text.size())) {}
+  Phrase(double x, int significant = 10) : number(x), form(-significant) {}
   template <std::integral Integer>
-  Phrase(Integer i) : digits(-1), count(static_cast<long long>(i)) {}
+  Phrase(Integer i) : count(static_cast<long long>(i)), form(counted) {}
 
-  std::string_view words;
-  int digits = 0;  // of a number; -1 of a count
-  double number = 0.0;
-  long long count = 0;
+  static constexpr std::ptrdiff_t whole = -1000, counted = -1001;
+  union {
+    const char* words;
+    double number;
+    long long count;
+  };
+  std::ptrdiff_t form;  // how many characters, or minus how many digits, or `whole` of words to their end, or `counted`
 };
 
 // The phrases one after the other. A function of its own, so that the many places that may have to complain cost the compiler little.
@@ -53,16 +56,15 @@ struct Phrase {
   std::string text;
   char digits[32];
   for (const Phrase& phrase : phrases) {
-    if (phrase.digits == 0) {
-      text += phrase.words;
-      continue;
-    }
-    if (phrase.digits > 0) {
-      std::snprintf(digits, sizeof digits, "%.*g", phrase.digits, phrase.number == phrase.number ? phrase.number : NAN);  // without a sign
-    } else {
+    const char* words = digits;
+    if (phrase.form >= 0 || phrase.form == Phrase::whole) {
+      words = phrase.words;
+    } else if (phrase.form == Phrase::counted) {
       std::snprintf(digits, sizeof digits, "%lld", phrase.count);
+    } else {
+      std::snprintf(digits, sizeof digits, "%.*g", static_cast<int>(-phrase.form), phrase.number == phrase.number ? phrase.number : NAN);  // without a sign
     }
-    text += digits;
+    text.append(words, phrase.form >= 0 ? static_cast<std::size_t>(phrase.form) : std::char_traits<char>::length(words));
   }
   return text;
 }

@@ -50,7 +50,7 @@ template void throw_not_finite<double>(const std::string&, double);
 template void throw_derivative_not_finite<double>(const std::string&, const std::string&, double);
 template void throw_mass_matrix_error<double>(Eigen::MatrixXd, double, const std::vector<std::string>&);
 template struct Derivation<double>;
-template void TracedEquations<double>::derive(bool, const std::vector<bool>&);
+template void TracedEquations<double>::derive(bool, const std::vector<char>&);
 template TracedEquations<double>::Slopes TracedEquations<double>::slopes();
 template std::shared_ptr<const formula::LineTable> TracedLines<double>::written(const std::vector<int>&);
 }  // namespace qdot::detail

@@ -264,7 +264,7 @@ class SceneForm {
   std::string component_name(Eigen::Index i) const {
     if (i < dof()) return scene_.coordinate_name(i);
     if (i < 2 * dof()) return scene_.velocity_name(i - dof());
-    return detail::sentence({"z", std::to_string(i - 2 * dof())});
+    return detail::sentence({"z", i - 2 * dof()});
   }
 
   /// y = [q; q̇; z₀] of a state; the effects' own states start at their initial values.
@@ -292,7 +292,7 @@ class SceneForm {
     if (detail::all_finite(out.data(), out.size())) return;
     jacobian.write_by_duals(out);
     detail::require_finite_derivatives(
-        out, t, [this](Eigen::Index i) { return "the rate of " + component_name(i); }, [this](Eigen::Index j) { return component_name(j); });
+        out, t, [this](Eigen::Index i) { return detail::sentence({"the rate of ", component_name(i)}); }, [this](Eigen::Index j) { return component_name(j); });
   }
 
   // One for a run: equations are traced when it begins, if n is known at run time only.

@@ -120,7 +120,7 @@ class BasicAutomaticStepper {
   void use(Member m) {
     if (m == active_) return;
     active_ = m;
-    if (statistics_.method.find(name_of(m)) == std::string::npos) statistics_.method += ", " + name_of(m);
+    if (statistics_.method.find(name_of(m)) == std::string::npos) statistics_.method = detail::sentence({statistics_.method, ", ", name_of(m)});
   }
 
   // Adds to the reasons why the active method is active.
@@ -224,8 +224,7 @@ bool BasicAutomaticStepper<Number>::step(double t_limit) {
   if (next_ != active_) turn_to(next_);
   bool accepted = at(active_).step(t_limit);
   if (!accepted && active_ != smooth && at(active_).failure().outcome != Outcome::stopped_by_model) {
-    const std::string trouble(name(at(active_).failure().outcome));
-    why_ = "the method before ended with " + trouble;
+    why_ = detail::sentence({"the method before ended with ", name(at(active_).failure().outcome)});
     (active_ == series ? series_failed_ : stiff_failed_) = true;
     if (turn_to(smooth)) {
       accepted = at(smooth).step(t_limit);
@@ -240,8 +239,8 @@ template <class Number>
 [[gnu::cold]] void BasicAutomaticStepper<Number>::say(const std::string& why) {
   std::string& text = statistics_.method_reason;
   if (text.size() > longest_reason) return;
-  text += "; " + name_of(active_) + " from t = " + detail::text_of(t()) + ": " + why;
-  if (text.size() > longest_reason) text += "; and so on";
+  text = detail::sentence({text, "; ", name_of(active_), " from t = ", t(), ": ", why});
+  if (text.size() > longest_reason) text = detail::sentence({text, "; and so on"});
 }
 
 template <class Number>
@@ -346,9 +345,9 @@ void choose_first(AutomaticChoice& choice, Eigen::Index size, const Options& opt
   } else {
     try {
       choice.series = series();
-      choice.reason = what + " are formulas without branches, and the motion is smooth";
+      choice.reason = sentence({what, " are formulas without branches, and the motion is smooth"});
     } catch (const NotAnalytic& error) {
-      choice.reason = error.source() + " has a branch or a kink";
+      choice.reason = sentence({error.source(), " has a branch or a kink"});
     }
   }
 }

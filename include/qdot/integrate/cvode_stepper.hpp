@@ -25,8 +25,8 @@ class CvodeStepper {
 
   /// @throws InvalidValue, DimensionError  for options outside their range
   template <FirstOrderSystem F>
-  CvodeStepper(F system, CvodeSettings settings, const Options& options)
-      : core_(detail::cvode::new_core(std::make_unique<detail::cvode::SystemOf<F>>(std::move(system)), std::move(settings), options)) {}
+  CvodeStepper(const F& system, CvodeSettings settings, const Options& options)
+      : core_(detail::cvode::new_core(std::make_unique<detail::cvode::SystemOf<F>>(system), std::move(settings), options)) {}
 
   /// Starts (afresh) at (t, y); evaluates f once there.
   ///

@@ -74,8 +74,11 @@ namespace detail {
   return buffer;
 }
 
+[[noreturn, gnu::cold, gnu::noinline]] inline void refuse_option(const char* option, const char* rule, double given, const char* remedy) {
+  throw_invalid_value({option, " ", rule, ", but is ", given, "; ", remedy});
+}
 inline void require_option(bool holds, const char* option, const char* rule, double given, const char* remedy) {
-  if (!holds) throw_invalid_value({option, " ", rule, ", but is ", given, "; ", remedy});
+  if (!holds) refuse_option(option, rule, given, remedy);
 }
 
 inline constexpr double least_rtol = 10 * std::numeric_limits<double>::epsilon();

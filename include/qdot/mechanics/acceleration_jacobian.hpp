@@ -48,20 +48,20 @@ template <class E, int n, Inertia I>
   result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
   Vector<D, n> x = constants<D>(q), v = constants<D>(qdot);
   const Vector<D, n> a = constants<D>(result.qddot);
-  const auto column = [&](D& number, auto&& derivative) {
+  const auto column = [&](D& number, double* derivative) {
     number.tangent[0] = 1.0;
     const Vector<D, n> r = lagrange_residual<n>(system.energies(), x, v, a, D(t));
     for (Eigen::Index i = 0; i < r.size(); ++i) derivative[i] = -r[i].tangent[0];
     number.tangent[0] = 0.0;
   };
   for (Eigen::Index j = 0; j < q.size(); ++j) {
-    column(x[j], result.d_q.col(j));
-    column(v[j], result.d_qdot.col(j));
+    column(x[j], result.d_q.data() + j * q.size());
+    column(v[j], result.d_qdot.data() + j * q.size());
   }
-  const Matrix<double, n> M = kinetic_hessian<n>(system.energies(), q, qdot, t);
+  const Matrix<double, n> M = general_mass_matrix<n>(system.energies(), q, qdot, t);
   result.d_q = solved_with_mass_matrix(system, M, result.d_q, t);
   result.d_qdot = solved_with_mass_matrix(system, M, result.d_qdot, t);
-  const auto row = [&](Eigen::Index i) { return "the acceleration of " + system.coordinate_name(i); };
+  const auto row = [&](Eigen::Index i) { return sentence({"the acceleration of ", system.coordinate_name(i)}); };
   require_finite_derivatives(result.d_q, t, row, [&](Eigen::Index j) { return system.coordinate_name(j); });
   require_finite_derivatives(result.d_qdot, t, row, [&](Eigen::Index j) { return system.velocity_name(j); });
 }

@@ -84,7 +84,7 @@ template <class E, int n, Inertia I, class S>
 [[gnu::noinline]] Vector<S, n> general_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity,
                                                     const S& t) {
   require_finite_state(system, at, velocity, static_cast<double>(innermost_value(t)));
-  const MassAndRhs<S, n> both = general_mass_and_rhs<n>(system.energies(), at, velocity, t);
+  const MassAndRhs<S, n> both = general_mass_and_rhs<n, I != Inertia::positive_definite>(system.energies(), at, velocity, t);
   const Vector<S, n> qddot = solved_with_mass_matrix(system, both.M, both.r, t);
   require_finite_acceleration(system, qddot, at, velocity, t);
   return qddot;

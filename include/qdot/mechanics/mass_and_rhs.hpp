@@ -263,7 +263,8 @@ template <class E, int n>
 
 // M and r by the way that holds for everything: nested duals, and within the band where there are many coordinates for these and the band has
 // numbers. Where it has none though the energies have, it is for nested duals to know that a constant has no derivative.
-template <int n, class S, class E>
+// `often`: of systems that have no other way.
+template <int n, bool often = false, class S, class E>
 [[gnu::noinline]] MassAndRhs<S, n> general_mass_and_rhs(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
   if constexpr (n == Dynamic && std::is_same_v<S, double>) {
     if (q.size() > graded_limit<n>) {
@@ -273,7 +274,8 @@ template <int n, class S, class E>
       require_finite_energies(e, q, qdot, t);
     }
   }
-  return {kinetic_hessian<n>(e, q, qdot, t), lagrange_rhs<n>(e, q, qdot, t)};
+  if constexpr (std::is_same_v<S, double> && !often) return {general_mass_matrix<n>(e, q, qdot, t), general_rhs<n>(e, q, qdot, t)};
+  else return {kinetic_hessian<n>(e, q, qdot, t), lagrange_rhs<n>(e, q, qdot, t)};
 }
 
 }  // namespace detail

@@ -29,7 +29,26 @@ auto mass_matrix(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, c
     Vector<double, n> r(q.size());
     if (detail::with_mass_and_rhs<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t, detail::CopyTo<n>{M, r}, system.kept_lines())) return M;
   }
-  return detail::kinetic_hessian<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
+  if constexpr (std::is_same_v<S, double>) return detail::general_mass_matrix<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t);
+  else return detail::kinetic_hessian<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
 }
+
+namespace detail {
+
+// M for who asks now and then, as a watch does: of more than a few coordinates by a record, for straight-line code would be compiled once more for it, and
+// lines may have to be derived first, which costs a short run more than all looks.
+template <class E, int n, Inertia I>
+Matrix<double, n> mass_matrix_now_and_then(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
+  if constexpr (n > inlined_uses_limit && graded_pays<n> && !HasOwnEquations<E> && !always_straight<E, n>) {
+    Matrix<double, n> M = zeros<Matrix<double, n>>(n, n);
+    Vector<double, n> r(n);
+    if (graded_ways<n>(system.energies(), q, qdot, t, CopyTo<n>{M, r})) return M;
+    return general_mass_matrix<n>(system.energies(), q, qdot, t);
+  } else {
+    return mass_matrix(system, q, qdot, t);
+  }
+}
+
+}  // namespace detail
 
 }  // namespace qdot

@@ -120,8 +120,8 @@ ParameterJacobian<n, m> acceleration_jacobian_wrt_parameters(const F& energies_o
   const Matrix<double, n> M = detail::kinetic_hessian<n>(plain, q, qdot, t);
   result.d_p = detail::solved_with_mass_matrix(system, M, result.d_p, t);
   detail::require_finite_derivatives(
-      result.d_p, t, [&](Eigen::Index i) { return "the acceleration of " + system.coordinate_name(i); },
-      [](Eigen::Index j) { return "parameter " + std::to_string(j); });
+      result.d_p, t, [&](Eigen::Index i) { return detail::sentence({"the acceleration of ", system.coordinate_name(i)}); },
+      [](Eigen::Index j) { return detail::sentence({"parameter ", j}); });
   return result;
 }
 

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "qdot/ad/formula/graph.hpp"
+#include "qdot/ad/formula/in_order.hpp"
 #include "qdot/ad/formula/lines.hpp"
 
 namespace qdot::formula {
@@ -45,11 +46,10 @@ class LineWriter {
   /// How many numbers there are by now.
   std::size_t count() const { return count_; }
   /// Where a node's value is; −1 for node −1.
-  std::int64_t number(int node) const { return node < 0 ? -1 : place_[static_cast<std::size_t>(node)]; }
+  int number(int node) const { return node < 0 ? -1 : place_[static_cast<std::size_t>(node)]; }
   std::vector<int> numbers(const std::vector<int>& nodes) const {
-    std::vector<int> all;
-    all.reserve(nodes.size());
-    for (const int node : nodes) all.push_back(static_cast<int>(number(node)));
+    std::vector<int> all = nodes;
+    for (int& node : all) node = number(node);
     return all;
   }
 
@@ -64,18 +64,15 @@ class LineWriter {
 
   void see_new_nodes() {
     const std::size_t seen = place_.size();
-    place_.resize(graph_.nodes().size(), -1);
-    level_.resize(place_.size(), 0);
-    users_.resize(place_.size(), 0);
-    for (std::size_t w = seen; w < place_.size(); ++w)
-      if (graph_.nodes()[w].kind == Kind::variable) place_[w] = graph_.nodes()[w].a;
+    for (auto* const list : {&place_, &level_, &users_}) list->resize(graph_.nodes().size());
+    for (std::size_t w = seen; w < place_.size(); ++w) place_[w] = graph_.nodes()[w].kind == Kind::variable ? graph_.nodes()[w].a : -1;
   }
 
   bool is_missing(int node) const { return node >= 0 && place_[static_cast<std::size_t>(node)] < 0; }
 
   // needed_ ← missing nodes below some of the outputs, in the graph's order.
   [[gnu::cold]] void find_needed(const std::vector<int>& outputs, std::size_t first, std::size_t last) {
-    constexpr std::int64_t on_the_way = -2;
+    constexpr int on_the_way = -2;
     needed_.clear();
     const auto meet = [&](int node) {
       if (node < 0 || place_[static_cast<std::size_t>(node)] != -1) return;
@@ -89,7 +86,7 @@ class LineWriter {
       meet(node.a);
       meet(node.b);
     }
-    std::sort(needed_.begin(), needed_.end());
+    put_in_order(needed_, [](int x, int y) { return x < y; });
   }
 
   // Leaves those products out of needed_ that are part of somebody else's line, and marks them.
@@ -216,7 +213,7 @@ class LineWriter {
 
   // Alike behind each other, in the order of their arguments' places.
   [[gnu::cold]] void sort_elements() {
-    std::sort(elements_.begin(), elements_.end(), [](const Element& x, const Element& y) {
+    put_in_order(elements_, [](const Element& x, const Element& y) {
       if (const int kx = kind_of(x.line), ky = kind_of(y.line); kx != ky) return kx < ky;
       if (x.line.operation == Operation::power && x.line.c != y.line.c) return x.line.c < y.line.c;
       if (x.line.a != y.line.a) return x.line.a < y.line.a;
@@ -250,7 +247,7 @@ class LineWriter {
 
   [[gnu::cold]] void place_elements(std::size_t first, std::size_t last) {
     const auto place = [&](Element& e, int node) {
-      place_[static_cast<std::size_t>(node)] = count_;
+      place_[static_cast<std::size_t>(node)] = static_cast<int>(count_);
       (node == e.node ? e.line.to : e.line.b) = count_++;
     };
     for (std::size_t k = first; k < last; ++k) place(elements_[k], elements_[k].node);
@@ -286,13 +283,15 @@ class LineWriter {
     }
     // Short runs cost what runs cost; one list costs two places a line.
     if (short_ones && runs.size() * 2 * shortest_run_ > last - first) {
-      runs.assign(1, RunOfLines{elements_[first].line});
+      runs.clear();
+      runs.push_back(RunOfLines{elements_[first].line});
       runs[0].count = static_cast<std::uint32_t>(last - first);
       runs[0].places = static_cast<std::int64_t>(table.places.size());
       for (std::size_t k = first; k < last; ++k) {
         const Line& l = elements_[k].line;
-        table.places.insert(table.places.end(), {l.a, l.operation == Operation::sine_and_cosine ? l.a : l.b});
-        if (has_products(l.operation)) table.places.insert(table.places.end(), {l.d, l.e});
+        const auto add = [&](std::uint32_t place) { table.places.push_back(place); };
+        add(l.a), add(l.operation == Operation::sine_and_cosine ? l.a : l.b);
+        if (has_products(l.operation)) add(l.d), add(l.e);
       }
     }
     std::size_t k = first;
@@ -316,13 +315,13 @@ class LineWriter {
     run.factors = static_cast<std::int64_t>(table.factors.size());
     for (std::size_t k = first; k < first + run.count; ++k) {
       const Line& l = elements_[k].line;
-      table.factors.insert(table.factors.end(), {l.ca, l.cb, l.c});
+      for (const double factor : {l.ca, l.cb, l.c}) table.factors.push_back(factor);
     }
   }
 
   const BasicGraph<Coefficient>& graph_;
   std::size_t shortest_run_;
-  std::vector<std::int64_t> place_;  // of each node; −1 where it has none
+  std::vector<int> place_;  // of each node; −1 where it has none
   std::vector<int> level_, needed_, by_level_;
   std::vector<int> users_;  // of each needed node: how many sums have it, and two for each other user
   std::vector<Element> elements_;

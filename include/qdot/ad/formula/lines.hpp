@@ -87,6 +87,23 @@ template <class Number, class F>
   }
 }
 
+// The same of functions that take longer than finding a and b does: one loop for lists and for steps.
+template <bool also_side_by_side, class Number, class F>
+[[gnu::always_inline]] inline void carry_out_slow(const LineTable& table, const RunOfLines& run, Number* x, const F& f) {
+  Number* __restrict const to = x + run.first.to;
+  const std::size_t count = run.count;
+  const Number *a = x + run.first.a, *b = x + run.first.b;
+  if (also_side_by_side && run.places < 0 && run.step_a == 1 && run.step_b == 1) {
+    for (std::size_t k = 0; k < count; ++k) to[k] = f(a[k], b[k], k);
+    return;
+  }
+  const std::uint32_t* at = run.places < 0 ? nullptr : table.places.data() + run.places;
+  for (std::size_t k = 0; k < count; ++k, a += run.step_a, b += run.step_b) {
+    if (at != nullptr) a = x + at[0], b = x + at[1], at += 2;
+    to[k] = f(*a, *b, k);
+  }
+}
+
 // to[k] = f(a[k], b[k], d[k], e[k], k).
 template <class Number, class F>
 [[gnu::always_inline]] inline void carry_out_products(const LineTable& table, const RunOfLines& run, Number* x, const F& f) {
@@ -107,6 +124,8 @@ template <class Number>
   const double ca = run.first.ca, cb = run.first.cb, c = run.first.c;
   const double* const factors = run.factors < 0 ? nullptr : table.factors.data() + run.factors;
   const auto each = [&](const auto& f) __attribute__((always_inline)) { carry_out_each(table, run, x, f); };
+  const auto roots = [&](const auto& f) __attribute__((always_inline)) { carry_out_slow<true>(table, run, x, f); };
+  const auto functions = [&](const auto& f) __attribute__((always_inline)) { carry_out_slow<false>(table, run, x, f); };
   const auto products = [&](const auto& f) __attribute__((always_inline)) { carry_out_products(table, run, x, f); };
   switch (run.first.operation) {
     case Operation::scaled:
@@ -121,19 +140,19 @@ template <class Number>
     case Operation::square: return each([](Number a, Number, std::size_t) { return a * a; });
     case Operation::quotient: return each([](Number a, Number b, std::size_t) { return a / b; });
     case Operation::inverse: return each([](Number a, Number, std::size_t) { return 1.0 / a; });
-    case Operation::root: return each([](Number a, Number, std::size_t) { return std::sqrt(a); });
-    case Operation::inverse_root: return each([](Number a, Number, std::size_t) { return 1.0 / std::sqrt(a); });
-    case Operation::power: return each([=](Number a, Number, std::size_t) { return raised(a, c); });
+    case Operation::root: return roots([](Number a, Number, std::size_t) { return std::sqrt(a); });
+    case Operation::inverse_root: return roots([](Number a, Number, std::size_t) { return 1.0 / std::sqrt(a); });
+    case Operation::power: return functions([=](Number a, Number, std::size_t) { return raised(a, c); });
     case Operation::sine_and_cosine: {
       Number* const cosine = x + run.first.b;
-      return each([=](Number a, Number, std::size_t k) {
+      return functions([=](Number a, Number, std::size_t k) {
         cosine[k] = std::cos(a);
         return std::sin(a);
       });
     }
     case Operation::function: {
       const Function f = run.first.function;
-      return each([=](Number a, Number b, std::size_t) { return value_of(f, a, b); });
+      return functions([=](Number a, Number b, std::size_t) { return value_of(f, a, b); });
     }
     case Operation::product_sum: return products([](Number a, Number b, Number d, Number, std::size_t) { return a * b + d; });
     case Operation::product_difference: return products([](Number a, Number b, Number d, Number, std::size_t) { return a * b - d; });

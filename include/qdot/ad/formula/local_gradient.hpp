@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "qdot/ad/formula/graph.hpp"
+#include "qdot/ad/formula/in_order.hpp"
 
 namespace qdot::formula {
 
@@ -52,7 +53,7 @@ class LocalGradient {
       if (column_[static_cast<std::size_t>(w)] >= 0) found_.emplace_back(column_[static_cast<std::size_t>(w)], bar);
       else graph_.pass_back(w, bar, leads_on, add);
     }
-    std::sort(found_.begin(), found_.end());
+    put_in_order(found_, [](const auto& x, const auto& y) { return x.first < y.first; });
     return found_;
   }
 

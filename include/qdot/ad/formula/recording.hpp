@@ -147,7 +147,7 @@ class Recorded : public FormulaNumber<Recorded> {
   }
 
   friend const double& innermost_value(const Recorded& x) {
-    if (x.recording_) refuse(*x.recording_, "the plain value");
+    if (x.recording_) refuse(*x.recording_, "the plain value", "");
     return x.constant_;
   }
 
@@ -191,21 +191,21 @@ class Recorded : public FormulaNumber<Recorded> {
     return wrapped(recording, operation_in(recording, operation, a, b));
   }
 
-  [[noreturn]] static void refuse(const Recording& recording, const std::string& what) {
-    throw NotAnalytic("a Taylor series needs energies and forces that are one formula everywhere, but " + recording.source + " uses " +
-                          what + " of its arguments; use Dop853, which takes them as they are",
+  [[noreturn, gnu::cold, gnu::noinline]] static void refuse(const Recording& recording, const char* kind, const char* what) {
+    throw NotAnalytic(detail::sentence({"a Taylor series needs energies and forces that are one formula everywhere, but ", recording.source, " uses ", kind, what,
+                                        " of its arguments; use Dop853, which takes them as they are"}),
                       recording.source);
   }
   static int compared(const Recorded& x, const Recorded& y, const char* comparison) {
-    if (x.recording_ || y.recording_) refuse(x.recording_ ? *x.recording_ : *y.recording_, "the comparison " + std::string(comparison));
+    if (x.recording_ || y.recording_) refuse(x.recording_ ? *x.recording_ : *y.recording_, "the comparison ", comparison);
     return x.constant_ < y.constant_ ? -1 : x.constant_ > y.constant_ ? 1 : 0;
   }
   static bool asked(const Recorded& x, const char* function, bool of_constant) {
-    if (x.recording_) refuse(*x.recording_, "the function " + std::string(function));
+    if (x.recording_) refuse(*x.recording_, "the function ", function);
     return of_constant;
   }
   static Recorded kinked(const Recorded& x, const char* function, double of_constant) {
-    if (x.recording_) refuse(*x.recording_, "the function " + std::string(function));
+    if (x.recording_) refuse(*x.recording_, "the function ", function);
     return of_constant;
   }
 

@@ -61,15 +61,16 @@ inline Interval slope_bounds(Function f, const Interval& x, const Interval& y, c
   return 1.0;
 }
 
-/// The functions of time in a formula.
-class TimeBounds {
+/// The functions of time in a formula. A template, for programs without functions of time read this and compile nothing of it.
+template <class Number = double>
+class BasicTimeBounds {
  public:
-  TimeBounds() = default;
+  BasicTimeBounds() = default;
 
   /// @param t      the time's node
   /// @param state  the nodes of the other variables, in the order in which over() is given them
   /// @param roots  all that matters
-  TimeBounds(const Graph& graph, int t, std::span<const int> state, std::span<const int> roots) {
+  BasicTimeBounds(const BasicGraph<Number>& graph, int t, std::span<const int> state, std::span<const int> roots) {
     const std::size_t count = graph.nodes().size();
     const std::vector<char> timed = graph.dependence(static_cast<int>(count) - 1, std::vector<int>{t});
     const std::vector<char> stated = graph.dependence(static_cast<int>(count) - 1, state);
@@ -314,5 +315,7 @@ class TimeBounds {
   std::vector<End> ends_;
   bool mixes_ = false;
 };
+
+using TimeBounds = BasicTimeBounds<>;
 
 }  // namespace qdot::formula

@@ -62,7 +62,8 @@ class ShortStack {
   }
 
  private:
-  void grow(int capacity) {
+  // Not inlined where a whole pass is (graded_evaluation.hpp), once for each operation of T.
+  [[gnu::cold, gnu::noinline]] void grow(int capacity) {
     std::unique_ptr<T[]> larger(new T[static_cast<std::size_t>(capacity)]);
     for (int i = 0; i < size_; ++i) larger[static_cast<std::size_t>(i)] = data_[i];
     allocated_ = std::move(larger);

@@ -19,27 +19,10 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/formula/in_order.hpp"
 #include "qdot/ad/series/sweep.hpp"
 
 namespace qdot::taylor {
-
-// What std::stable_sort does, also while compiling, and by a tenth of the code: runs are merged, or elements inserted.
-template <class Element, class Before>
-constexpr void sort_stably(std::vector<Element>& list, Before before) {
-  const std::size_t size = list.size();
-  if (std::is_constant_evaluated()) {  // in fewer steps where all is nearly sorted
-    for (std::size_t i = 1; i < size; ++i)
-      for (std::size_t j = i; j > 0 && before(list[j], list[j - 1]); --j) std::swap(list[j], list[j - 1]);
-    return;
-  }
-  std::vector<Element> merged(list);
-  for (std::size_t run = 1; run < size; run *= 2, list.swap(merged))
-    for (std::size_t first = 0; first < size; first += 2 * run) {
-      const std::size_t middle = std::min(first + run, size), last = std::min(first + 2 * run, size);
-      for (std::size_t k = first, a = first, b = middle; k < last; ++k)
-        merged[k] = a < middle && (b == last || !before(list[b], list[a])) ? list[a++] : list[b++];
-    }
-}
 
 template <class Coefficient>
 [[gnu::cold]] constexpr void Sweep::compile(BasicGraph<Coefficient>& graph, const SweepOutputs& outputs) {
@@ -123,7 +106,7 @@ template <class Coefficient>
   std::vector<int> order;
   for (int w = 0; w < count; ++w)
     if (need[index(w)] != Need::nothing && !merged[index(w)]) order.push_back(w);
-  sort_stably(order, [&](int x, int y) {
+  formula::put_in_order(order, [&](int x, int y) {
     return std::pair(need[index(x)] == Need::value, depth[index(x)]) < std::pair(need[index(y)] == Need::value, depth[index(y)]);
   });
   slot_of_.assign(index(count), -1);
@@ -191,7 +174,7 @@ template <class Coefficient>
   place_lanes();
   for (Made& each : made) each.end.lane = final_lane(each.end.lane);
   // By depth, so that arguments come first, and within a depth by the number of terms.
-  sort_stably(made, [](const Made& x, const Made& y) { return std::pair(x.depth, x.terms) < std::pair(y.depth, y.terms); });
+  formula::put_in_order(made, [](const Made& x, const Made& y) { return std::pair(x.depth, x.terms) < std::pair(y.depth, y.terms); });
   const auto gather = [&](std::vector<Ends>& groups, bool Made::*wanted) {
     for (const Made& each : made) {
       if (!(each.*wanted)) continue;
@@ -206,7 +189,7 @@ template <class Coefficient>
   // Values that no series needs may be arguments of nothing but values: along the graph, whatever the slots. Within a depth
   // those of one kind follow each other, which processors foresee.
   const auto place = [&](const Formula& s) { return std::tuple(depth[index(order[index(s.slot)])], s.kind, s.function, s.count); };
-  sort_stably(formulas_, [&](const Formula& x, const Formula& y) { return place(x) < place(y); });
+  formula::put_in_order(formulas_, [&](const Formula& x, const Formula& y) { return place(x) < place(y); });
   for (const Formula& s : formulas_)
     if (s.slot < series_count_ && s.kind != Kind::affine) series_.push_back(s);
   pair_sines_with_cosines();

@@ -256,7 +256,7 @@ std::vector<std::string> constraint_names(const Scene<Sys, Effects...>& scene) {
   detail::for_each_constraint(scene, z, [&](const auto& e, bool) {
     const Eigen::Index rows = detail::velocity_rows<n>(e, q, q, 0.0).size();
     for (Eigen::Index i = 0; i < rows; ++i)
-      names.push_back(detail::constraint_name(e) + (rows == 1 ? "" : "[" + std::to_string(i) + "]"));
+      names.push_back(rows == 1 ? detail::constraint_name(e) : detail::sentence({detail::constraint_name(e), "[", i, "]"}));
   });
   return names;
 }
@@ -275,7 +275,7 @@ void require_finite_rows(const Sc& scene, double t, const Rows& rows, const Deri
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
     if (is_finite(rows, i) && (is_finite(more, i) && ...)) continue;
     const std::string name = constraint_names(scene)[static_cast<std::size_t>(i)];
-    throw NonFinite("the constraint '" + name + "'", t,
+    throw NonFinite(sentence({"the constraint '", name, "'"}), t,
                     sentence({"a constraint and its derivatives must be finite, but those of '", name, "' are not at t = ", std::to_string(t),
                               "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain"}));
   }

@@ -28,6 +28,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/formula/in_order.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/recorded_effects.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
@@ -199,7 +200,7 @@ class TracedConstraints {
         const int moved = graph().quotient(w, mass_of(i));
         for (const auto& [row, other] : column) products.emplace_back(row, graph().product(moved, other));
       }
-      std::stable_sort(products.begin(), products.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+      formula::put_in_order(products, [](const auto& x, const auto& y) { return x.first < y.first; });
       for (const auto& [row, part] : products) {
         if (!schur_rows_.empty() && schur_rows_.back() == static_cast<int>(k) && schur_columns_.back() == row) {
           nodes.back() = graph().sum(nodes.back(), part);
@@ -315,7 +316,7 @@ inline constexpr bool is_recordable_scene<Scene<Sys, Effects...>> =
 
 // Runs all functors of a scene in the phases of the recording, and notes of each row of a constraint whether it restricts positions.
 template <class Sc>
-void run_scene(RecordedMotion& m, const Sc& scene, std::vector<bool>* holonomic) {
+void run_scene(RecordedMotion& m, const Sc& scene, std::vector<char>* holonomic) {
   constexpr int n = Sc::dof_at_compile_time;
   run_energies<n>(m, scene.system().energies());
   if constexpr (Sc::has_forces) run_forces(m, scene);
@@ -326,7 +327,7 @@ void run_scene(RecordedMotion& m, const Sc& scene, std::vector<bool>* holonomic)
       if (!e.is_active(*phase++)) return;
     const std::size_t first = m.returned.size();
     run_rows<n>(m, e);
-    if (holonomic) holonomic->insert(holonomic->end(), m.returned.size() - first, HolonomicEffect<E, n>);
+    if (holonomic) holonomic->resize(holonomic->size() + m.returned.size() - first, HolonomicEffect<E, n>);
   });
 }
 
@@ -334,7 +335,7 @@ template <class Sc>
 TracedEquations<> traced_equations(const Sc& scene, std::span<const double> phases) {
   TracedEquations<> e(scene.dof(), Sc::states_at_compile_time);
   e.motion.phases.assign(phases.begin(), phases.end());
-  std::vector<bool> holonomic;
+  std::vector<char> holonomic;
   run_scene(e.motion, scene, &holonomic);
   e.derive(Sc::has_forces, holonomic);
   return e;

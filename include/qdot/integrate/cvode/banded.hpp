@@ -40,8 +40,8 @@ class BandedNewton final : public NewtonEquations {
   void assemble(double gamma) override {
     gamma_ = gamma;
     const Eigen::Index n = right_.size(), w = at_.reach;
-    if (band_ == nullptr || w != assembled_reach_) {
-      inner_.reset();
+    if (band_.get() == nullptr || w != assembled_reach_) {
+      inner_ = LinearSolverHandle();
       band_ = owned<MatrixHandle>(SUNBandMatrix(index(n), index(w), index(w), context_), "matrix");
       inner_ = owned<LinearSolverHandle>(SUNLinSol_Band(right_vector_.get(), band_.get(), context_), "linear solver");
       SUNLinSolInitialize(inner_.get());

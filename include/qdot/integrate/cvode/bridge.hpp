@@ -12,8 +12,8 @@
 //   returns
 //
 // Ownership. SUNDIALS objects are freed in this order: solver memory, nonlinear solver, linear
-// solver, matrix, vectors, and the context last, because all of them use it. The handles below are
-// unique_ptrs; a class declares the context first and the solver memory last, and C++ does the rest.
+// solver, matrix, vectors, and the context last, because all of them use it. The handles below
+// own them; a class declares the context first and the solver memory last, and C++ does the rest.
 //
 // This is one of the few headers that name SUNDIALS; nothing of it appears in the library's
 // public interface. Link qdot::cvode, which also keeps MPI's C++ bindings out where SUNDIALS has MPI.
@@ -28,9 +28,8 @@
 
 #include <Eigen/Core>
 #include <limits>
-#include <memory>
 #include <string>
-#include <type_traits>
+#include <utility>
 
 #include "qdot/error.hpp"
 
@@ -53,12 +52,24 @@ struct Messages {
   void* data;
 };
 
-template <auto destroy>
-struct Destroyer {
-  template <class T>
-  void operator()(T* object) const noexcept {
-    destroy(object);
+/// Owns one of SUNDIALS' objects: what std::unique_ptr does, which is a tuple and fifty functions for each type of object.
+template <class Pointer, auto destroy>
+class Handle {
+ public:
+  Handle() = default;
+  explicit Handle(Pointer object) noexcept : object_(object) {}
+  Handle(Handle&& other) noexcept : object_(std::exchange(other.object_, nullptr)) {}
+  Handle& operator=(Handle&& other) noexcept {
+    std::swap(object_, other.object_);
+    return *this;
   }
+  ~Handle() {
+    if (object_ != nullptr) destroy(object_);
+  }
+  Pointer get() const noexcept { return object_; }
+
+ private:
+  Pointer object_ = nullptr;
 };
 
 inline void free_context(SUNContext context) noexcept { SUNContext_Free(&context); }
@@ -66,13 +77,12 @@ inline void free_memory(void* memory) noexcept { CVodeFree(&memory); }
 inline void free_linear_solver(SUNLinearSolver solver) noexcept { SUNLinSolFree(solver); }
 inline void free_nonlinear_solver(SUNNonlinearSolver solver) noexcept { SUNNonlinSolFree(solver); }
 
-using ContextHandle = std::unique_ptr<std::remove_pointer_t<SUNContext>, Destroyer<free_context>>;
-using VectorHandle = std::unique_ptr<std::remove_pointer_t<N_Vector>, Destroyer<N_VDestroy>>;
-using MatrixHandle = std::unique_ptr<std::remove_pointer_t<SUNMatrix>, Destroyer<SUNMatDestroy>>;
-using LinearSolverHandle = std::unique_ptr<std::remove_pointer_t<SUNLinearSolver>, Destroyer<free_linear_solver>>;
-using NonlinearSolverHandle =
-    std::unique_ptr<std::remove_pointer_t<SUNNonlinearSolver>, Destroyer<free_nonlinear_solver>>;
-using MemoryHandle = std::unique_ptr<void, Destroyer<free_memory>>;
+using ContextHandle = Handle<SUNContext, free_context>;
+using VectorHandle = Handle<N_Vector, N_VDestroy>;
+using MatrixHandle = Handle<SUNMatrix, SUNMatDestroy>;
+using LinearSolverHandle = Handle<SUNLinearSolver, free_linear_solver>;
+using NonlinearSolverHandle = Handle<SUNNonlinearSolver, free_nonlinear_solver>;
+using MemoryHandle = Handle<void*, free_memory>;
 
 /// The index type of this SUNDIALS may be 32 bits wide.
 inline sunindextype index(Eigen::Index n) {
@@ -87,10 +97,10 @@ inline sunindextype index(Eigen::Index n) {
 }
 
 /// Passes on a constructed object, or says that there was no memory for it.
-template <class Handle, class Pointer>
-Handle owned(Pointer object, const char* what) {
+template <class Owner, class Pointer>
+Owner owned(Pointer object, const char* what) {
   if (object == nullptr) throw_not_made(what);
-  return Handle(object);
+  return Owner(object);
 }
 
 #if SUNDIALS_VERSION_MAJOR >= 7

@@ -104,7 +104,7 @@ class AnySystem {
 template <FirstOrderSystem F>
 class SystemOf final : public AnySystem {
  public:
-  explicit SystemOf(F system) : AnySystem(system.size()), system_(std::move(system)) {}
+  explicit SystemOf(const F& system) : AnySystem(system.size()), system_(system) {}
 
   std::string component_name(Eigen::Index i) const override { return system_.component_name(i); }
   // From traced equations, or, where there are none, within the band that a tape shows.

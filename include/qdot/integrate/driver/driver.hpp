@@ -150,7 +150,7 @@ class Driver {
   // No step was taken; if somebody changed the model, that is the reason.
   [[gnu::cold]] bool stuck() {
     if (const std::optional<Failure> change = dog_.change(run_.t)) return end(*change);
-    return end(stepper_.failure().outcome, stepper_.failure().message + why(stepper_.failure().outcome));
+    return end_explained(stepper_.failure());
   }
 
   // Looks at the state now and then, and always where something may change (integrate/watch/watch.hpp). Before the observer, who may change it.
@@ -268,7 +268,7 @@ class Driver {
   bool state_is_sound() {
     const std::optional<Failure> trouble = unsound_state(system_, stepper_.y(), stepper_.t(), options_.state_norm_limit);
     if (!trouble) return true;
-    if (trouble->outcome == Outcome::non_finite) return end(trouble->outcome, trouble->message + why(trouble->outcome));
+    if (trouble->outcome == Outcome::non_finite) return end_explained(*trouble);
     keep();
     return end(*trouble);
   }
@@ -351,13 +351,13 @@ class Driver {
     const std::optional<Failure> spent = limits_.exceeded(options_, stepper_.statistics(), restarts_, t_end_, [this] { return ways(); });
     if (!spent) return true;
     const bool asks_why = spent->outcome == Outcome::step_limit || spent->outcome == Outcome::step_collapse;
-    return end(spent->outcome, spent->message + (asks_why ? why(spent->outcome) : ""));
+    return asks_why ? end_explained(*spent) : end(*spent);
   }
 
-  bool end(const Failure& failure) { return end(failure.outcome, failure.message); }
-
   // Notes how the run ended; false, so that it can be returned.
-  bool end(Outcome outcome, const std::string& message) {
+  [[gnu::cold, gnu::noinline]] bool end(const Failure& failure) { return end(failure.outcome, failure.message); }
+  [[gnu::cold, gnu::noinline]] bool end_explained(const Failure& failure) { return end(failure.outcome, sentence({failure.message, why(failure.outcome)})); }
+  [[gnu::cold, gnu::noinline]] bool end(Outcome outcome, const std::string& message) {
     run_.outcome = outcome;
     run_.message = message;
     return false;
@@ -376,7 +376,7 @@ class Driver {
     run_.statistics.wall_seconds = limits_.seconds();
     run_.samples = outputs_.taken();
     run_.message = how_it_ended(run_.outcome, run_.message, run_.t, run_.statistics.steps);
-    if (run_.completed() && run_.statistics.rough_events > 0) run_.message += "; an event's function could not be followed";
+    if (run_.completed() && run_.statistics.rough_events > 0) run_.message = sentence({run_.message, "; an event's function could not be followed"});
   }
 
   const F& system_;

@@ -36,7 +36,7 @@ std::optional<Failure> unsound_state(const F& system, const Eigen::Ref<const Eig
 template <class Number = double>
 [[gnu::cold]] std::string how_it_ended(Outcome outcome, const std::string& message, double t, long steps) {
   const std::string where = sentence({"t = ", t, " after ", steps, " steps"});
-  if (outcome == Outcome::completed) return "reached " + where;
+  if (outcome == Outcome::completed) return sentence({"reached ", where});
   const bool advised = message.find(advice(outcome)) != std::string::npos;
   return sentence({name(outcome), " at ", where, ": ", message, advised ? "" : "; ", advised ? "" : advice(outcome)});
 }

@@ -54,8 +54,8 @@ class EventWatch {
     const std::size_t count = listed_ + static_cast<std::size_t>(guards);
     has_others_ = guards > 0;
     watches_.resize(count);
-    fired_.assign(count, false);
-    fired_guards_.assign(static_cast<std::size_t>(guards), false);
+    fired_ = std::vector<bool>(count);
+    fired_guards_ = std::vector<bool>(static_cast<std::size_t>(guards));
     last_time_.assign(count, std::numeric_limits<double>::quiet_NaN());
     standing_.assign(count, 0);
     samples_.assign(count * points, 0.0);
@@ -103,7 +103,7 @@ class EventWatch {
       last_time_[i] = std::numeric_limits<double>::quiet_NaN();
       standing_[i] = 0;
     }
-    fired_guards_.assign(fired_guards_.size(), false);
+    for (std::size_t i = 0; i < fired_guards_.size(); ++i) fired_guards_[i] = false;
   }
   std::uint64_t fired() const {
     std::uint64_t bits = 0;
@@ -211,9 +211,9 @@ class EventWatch {
     for (std::size_t i = listed_; backward_ && i < watches_.size(); ++i)
       if (fired_[i])
         throw ConstraintError("a contact or friction", firing.t, 0.0,
-                              "a run backward in time must not meet an impact, or the beginning or end of contact or sticking, since many "
-                              "motions lead into the same one there, but at t = " + text_of(firing.t) +
-                                  " this one does; run forward, or end the run before");
+                              sentence({"a run backward in time must not meet an impact, or the beginning or end of contact or sticking, since many "
+                                        "motions lead into the same one there, but at t = ", firing.t,
+                                        " this one does; run forward, or end the run before"}));
     for (std::size_t i = 0; i < listed_; ++i)
       if (fired_[i] && watches_[i].lost)
         return Failure{Outcome::event_accumulation, sentence({"the time between two events of ", name_of(i), " is shorter than t can tell"})};
@@ -262,7 +262,7 @@ class EventWatch {
     return (void)i, std::string();
   }
 
-  std::string name_of(std::size_t i) const { return i < listed_ ? "'" + *events_[i].name + "'" : "a contact or friction"; }
+  std::string name_of(std::size_t i) const { return i < listed_ ? sentence({"'", *events_[i].name, "'"}) : sentence({"a contact or friction"}); }
 
   void require_finite(std::size_t i, double t, double g) const {
     if (std::isfinite(g)) return;

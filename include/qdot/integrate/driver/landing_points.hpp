@@ -8,13 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/formula/in_order.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
 
 namespace qdot::detail {
 
 [[gnu::cold]] inline std::vector<double> sorted_along(std::vector<double> times, double t0, double t_end) {
-  std::sort(times.begin(), times.end());
+  formula::put_in_order(times, [](double x, double y) { return x < y; });
   if (t_end < t0) std::reverse(times.begin(), times.end());
   return times;
 }

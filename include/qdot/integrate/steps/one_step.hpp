@@ -116,7 +116,7 @@ class OneStep {
   OneStep(F system, std::string method, int order, const Options& options)
       : form_(std::move(system)), budget_(options), rtol_(options.rtol), max_step_(options.max_step), order_(order) {
     const Eigen::Index n = form().size();
-    if (n < 1) throw InvalidValue("a system must have at least 1 component, but has " + std::to_string(n));
+    if (n < 1) throw_invalid_value({"a system must have at least 1 component, but has ", n});
     require_valid(options, n);
     atol_.resize(n);
     for (Eigen::Index i = 0; i < n; ++i) atol_[i] = options.atol[i];
@@ -213,8 +213,8 @@ class OneStep {
   // Ends an attempt for good: the failure's sentence gets its place and numbers.
   [[gnu::cold, gnu::noinline]] bool give_up(double h) {
     if (failure_.outcome == Outcome::step_collapse) {
-      failure_.message = "the local error stayed too large";
-      if (blamed_ >= 0) failure_.message += ", most of all in " + form().component_name(blamed_) + " = " + text_of(y_[blamed_]);
+      failure_.message = blamed_ < 0 ? sentence({"the local error stayed too large"})
+                                     : sentence({"the local error stayed too large, most of all in ", form().component_name(blamed_), " = ", y_[blamed_]});
     }
     std::string text = sentence({statistics_.method, " took no step from t = ", t_, " with h down to ", std::abs(h), ": ", failure_.message});
     failure_.message = std::move(text);

@@ -77,7 +77,7 @@ template <class Number = double>
     }
     m.rows.push_back(c);
     m.jacobian.insert(m.jacobian.end(), W.begin(), W.end());
-    m.row_names.push_back(name + (rows == 1 ? "" : "[" + std::to_string(i) + "]"));
+    m.row_names.push_back(rows == 1 ? name : sentence({name, "[", i, "]"}));
   }
 }
 

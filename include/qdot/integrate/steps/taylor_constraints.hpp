@@ -108,9 +108,9 @@ class ConstraintSeries {
       for (Eigen::Index j = 0; j < W_.cols(); ++j) {
         if (std::isfinite(W_(i, j))) continue;
         const std::string& name = names_.rows[static_cast<std::size_t>(i)];
-        throw NonFinite("the constraint '" + name + "'", t,
-                        "a constraint and its derivatives must be finite, but those of '" + name + "' are not at t = " + text_of(t) +
-                            "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain");
+        throw NonFinite(sentence({"the constraint '", name, "'"}), t,
+                        sentence({"a constraint and its derivatives must be finite, but those of '", name, "' are not at t = ", t,
+                                  "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain"}));
       }
     for (Eigen::Index i = 0, next = 0; i < W_.rows(); ++i)
       for (Eigen::Index j = 0; j < W_.cols(); ++j, ++next) factors_.J[static_cast<std::size_t>(next)] = W_(i, j);

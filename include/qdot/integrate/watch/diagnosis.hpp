@@ -71,7 +71,7 @@ std::string non_finite_energy(const F& system, double t, const Eigen::VectorXd& 
     if (!std::isfinite(energy.V)) return sentence({"V is ", energy.V});
     if (!std::isfinite(energy.h)) return "T is finite, but not its derivative with the velocities";
     const auto [q, qdot] = coordinates_of<n>(y, dof);
-    const Vector<double, n> g = lagrangian_gradient<n>(mechanical.energies(), q, qdot, t);
+    const Vector<double, n> g = general_gradient<n>(mechanical.energies(), q, qdot, t);
     for (Eigen::Index i = 0; i < dof; ++i)
       if (!std::isfinite(g[i])) return sentence({"T and V are finite, but not the derivative of T - V with ", mechanical.coordinate_name(i)});
     if constexpr (Behind::is_scene) return "T, V and their first derivatives are finite, so it is an effect or the mass matrix";
@@ -217,11 +217,11 @@ inline double length(const Eigen::VectorXd& u) {
   const double t = at.t + bad * at.direction;
   std::string text = sentence({"first at t = ", t, " with "});
   constexpr Eigen::Index most = 8;
-  for (Eigen::Index i = 0; i < std::min(y.size(), most); ++i) text += (i > 0 ? ", " : "") + f.named(i, y[i]);
-  if (y.size() > most) text += ", ...";
-  if (const std::string blamed = f.blame(f.system, t, y); !blamed.empty()) return text + ", where " + blamed;
+  for (Eigen::Index i = 0; i < std::min(y.size(), most); ++i) text = sentence({text, i > 0 ? ", " : "", f.name(f.system, i), " = ", y[i]});
+  if (y.size() > most) text = sentence({text, ", ..."});
+  if (const std::string blamed = f.blame(f.system, t, y); !blamed.empty()) return sentence({text, ", where ", blamed});
   for (Eigen::Index i = 0; i < value.size(); ++i)
-    if (!std::isfinite(value[i])) return text + ", where the derivative of " + f.name(f.system, i) + " is " + text_of(value[i]);
+    if (!std::isfinite(value[i])) return sentence({text, ", where the derivative of ", f.name(f.system, i), " is ", value[i]});
   return text;
 }
 
@@ -230,13 +230,13 @@ template <class Number = double>
 [[gnu::cold]] std::string explanation(const Probe& f, Outcome outcome, const Standstill& at) {
   if (outcome == Outcome::non_finite) {
     const std::string where = first_non_finite(f, at, at.h > 0.0 ? 100 * at.h : at.rest);
-    return where.empty() ? where : "; " + where;
+    return sentence({where.empty() ? "" : "; ", where});
   }
   const bool collapsed =
       outcome == Outcome::step_collapse || outcome == Outcome::error_test_failure || outcome == Outcome::corrector_failure;
   if (!collapsed && outcome != Outcome::step_limit) return {};
   const std::string why = diagnosis_of(f, at, collapsed);
-  return why.empty() ? why : "; diagnosis: " + why;
+  return sentence({why.empty() ? "" : "; diagnosis: ", why});
 }
 
 #ifdef QDOT_COMPILED

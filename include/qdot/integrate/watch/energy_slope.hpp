@@ -31,15 +31,13 @@ template <class System>
   using D = Dual<double, 1>;
   const Eigen::Index dof = system.dof();
   Vector<D, n> x(dof), v(dof);
-  Vector<double, n> q(dof);
   for (Eigen::Index i = 0; i < dof; ++i) {
-    q[i] = y[i];
     x[i] = D(y[i]);
     v[i] = D(y[dof + i]);
     v[i].tangent[0] = y[dof + i];
   }
   const D T = kinetic<n>(system.energies(), x, v, D(t));
-  const double V = potential<n>(system.energies(), q, t);
+  const double V = potential<n>(system.energies(), x, D(t)).value;
   return {T.value, V, T.tangent[0] - T.value + V};
 }
 

@@ -205,7 +205,7 @@ class Watchdog {
       if (dof > most_coordinates) return std::nullopt;
       const bool factored = quietly([&] {
         const auto [q, qdot] = coordinates_of<n>(y, dof);
-        M_ = mass_matrix(system, q, qdot, t);
+        M_ = mass_matrix_now_and_then(system, q, qdot, t);
         mass_.compute(M_);
         return true;
       }).has_value();

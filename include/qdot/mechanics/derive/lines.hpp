@@ -118,17 +118,17 @@ class DerivedLineWriter {
     equations.insert(equations.end(), derived.right.begin(), derived.right.end());
     const std::vector<formula::Domain> domains = domains_to_check(graph_, equations);
     writer_.write(with_checked(equations, domains), lines.equations);
-    lines.equations.lines.emplace_back();
+    lines.equations.lines.push_back(formula::Line{});
     if (writer_.count() > most_) return;
     for (std::size_t w = 0; w < domains.size(); ++w)
-      if (domains[w] != formula::Domain::everything) lines.checked.push_back({static_cast<int>(writer_.number(static_cast<int>(w))), domains[w]});
+      if (domains[w] != formula::Domain::everything) lines.checked.push_back({writer_.number(static_cast<int>(w)), domains[w]});
     lines.mass = writer_.numbers(derived.mass);
     lines.right = writer_.numbers(derived.right);
   }
   /// Likewise of the slopes.
   [[gnu::cold]] void write_slopes(const DerivedJacobian& derived, DerivedLines& lines) {
     writer_.write(derived.slopes, lines.further);
-    lines.further.lines.emplace_back();
+    lines.further.lines.push_back(formula::Line{});
     if (writer_.count() <= most_) lines.slopes = writer_.numbers(derived.slopes);
   }
 

@@ -88,7 +88,7 @@ class TracedEquations {
   /// Derives everything from what the functors returned: T, V, then Q and ż if there are forces, then the rows of constraints.
   ///
   /// @param holonomic  for each row, whether it is φ or a
-  void derive(bool has_forces, const std::vector<bool>& holonomic);
+  void derive(bool has_forces, const std::vector<char>& holonomic);
 
   /// What implicit methods ask for: rows along q, then q̇, then z, of r − M q̈ + Jᵀλ, of γ − J q̈, and of ż.
   struct Slopes {
@@ -138,7 +138,7 @@ class TracedEquations {
     }
   }
 
-  [[gnu::cold]] void derive_rows(const std::vector<int>& rows, const std::vector<bool>& holonomic) {
+  [[gnu::cold]] void derive_rows(const std::vector<int>& rows, const std::vector<char>& holonomic) {
     formula::BasicGraph<Number>& g = graph();
     formula::LocalGradient<Number> along_q(g, motion.q), along_qdot(g, motion.qdot), along_t(g, {motion.t});
     for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -170,7 +170,7 @@ class TracedEquations {
 };
 
 template <class Number>
-[[gnu::cold]] void TracedEquations<Number>::derive(bool has_forces, const std::vector<bool>& holonomic) {
+[[gnu::cold]] void TracedEquations<Number>::derive(bool has_forces, const std::vector<char>& holonomic) {
   formula::BasicGraph<Number>& g = graph();
   require_domains();
   const std::vector<int>& found = motion.returned;
@@ -220,7 +220,7 @@ template <class Number>
 }
 
 #ifdef QDOT_COMPILED
-extern template void TracedEquations<double>::derive(bool, const std::vector<bool>&);
+extern template void TracedEquations<double>::derive(bool, const std::vector<char>&);
 extern template TracedEquations<double>::Slopes TracedEquations<double>::slopes();
 #endif
 

@@ -107,7 +107,7 @@ template <class Number>
     if (is_constant) x_[line.to] = line.c;
     return is_constant;
   });
-  table->lines.emplace_back();
+  table->lines.push_back(formula::Line{});
   return table;
 }
 
@@ -265,7 +265,9 @@ class KeptMotion {
  private:
   struct InPhases {
     std::vector<double> phases;
-    std::optional<Motion> motion;
+    std::unique_ptr<Motion> motion;
+
+    InPhases copy() const { return {phases, motion ? std::make_unique<Motion>(*motion) : nullptr}; }
   };
   static constexpr std::size_t most = 16;
 
@@ -276,7 +278,8 @@ class KeptMotion {
   }
   static InPhases& added(std::vector<InPhases>& all, InPhases one) {
     if (all.size() == most) all.erase(all.begin());
-    return all.emplace_back(std::move(one));
+    all.push_back(std::move(one));
+    return all.back();
   }
 
   // What copies share.
@@ -285,20 +288,20 @@ class KeptMotion {
     template <class Make>
     InPhases made_or(Phases phases, const Make& make) {
       const std::lock_guard lock(mutex_);
-      if (const InPhases* one = in(all_, phases)) return *one;
+      if (const InPhases* one = in(all_, phases)) return one->copy();
       InPhases& made = added(all_, {{phases.begin(), phases.end()}, {}});
       try {
-        made.motion.emplace(make());
+        made.motion.reset(new Motion(make()));
         if (!made.motion->is_known()) made.motion.reset();
       } catch (...) {  // what functors throw they throw again, where the general way asks them
         made.motion.reset();
       }
-      return made;
+      return made.copy();
     }
     void add_missing(std::vector<InPhases>& own) {
       const std::lock_guard lock(mutex_);
       for (const InPhases& one : all_)
-        if (!in(own, one.phases)) added(own, one);
+        if (!in(own, one.phases)) added(own, one.copy());
     }
 
    private:

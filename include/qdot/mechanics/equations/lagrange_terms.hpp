@@ -138,4 +138,27 @@ Vector<S, n> lagrange_rhs(const E& e, const Vector<S, n>& q, const Vector<S, n>&
   return r;
 }
 
+// The same of numbers where they are asked once in a while, by duals that carry a derivative more than is wanted: the ones of Jacobians, so that T and V
+// are compiled for one kind of dual and not for two.
+using Spare = Dual<double, 1>;
+
+template <int rows, int columns>
+Matrix<double, rows, columns> values_of(const Matrix<Spare, rows, columns>& x) {
+  Matrix<double, rows, columns> values(x.rows(), x.cols());
+  for (Eigen::Index k = 0; k < x.size(); ++k) values.data()[k] = x.data()[k].value;
+  return values;
+}
+template <int n, class E>
+Matrix<double, n> general_mass_matrix(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
+  return values_of<n, n>(kinetic_hessian<n>(e, constants<Spare>(q), constants<Spare>(qdot), Spare(t)));
+}
+template <int n, class E>
+Vector<double, n> general_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
+  return values_of<n, 1>(lagrange_rhs<n>(e, constants<Spare>(q), constants<Spare>(qdot), Spare(t)));
+}
+template <int n, class E>
+Vector<double, n> general_gradient(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
+  return values_of<n, 1>(gradient_by<n, TermDual<Spare, n>>(e, constants<Spare>(q), constants<Spare>(qdot), Spare(t)));
+}
+
 }  // namespace qdot::detail
