@@ -15,11 +15,7 @@
 //
 // A budget that is spent inside a step leaves the state of the last good one. The clock is read only where a time was given.
 
-#if __has_include(<bits/chrono.h>)  // libstdc++: clocks without the calendar, which takes as long to read as all of these headers' vectors
-#include <bits/chrono.h>
-#else
 #include <chrono>
-#endif
 #include <cmath>
 #include <string>
 
