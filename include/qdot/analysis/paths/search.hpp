@@ -27,6 +27,7 @@
 #include <Eigen/Core>
 
 #include "qdot/analysis/linear/shortest_step.hpp"
+#include "qdot/analysis/variations/flow_in_pieces.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/outcome.hpp"
 
@@ -47,24 +48,9 @@ constexpr const char* name(BetweenOutcome outcome) noexcept {
 
 namespace detail {
 
-// A run from x at t, and its derivative.
-struct Leg {
-  Outcome outcome = Outcome::completed;
-  std::string message{};
-  Eigen::VectorXd x{};    // at its end
-  Eigen::MatrixXd Phi{};  // ∂x/∂x at its start
-};
-
-class Legs {
- public:
-  virtual ~Legs() = default;
-  virtual Eigen::Index dof() const = 0;
-  virtual std::string name(Eigen::Index i) const = 0;
-  virtual Leg leg(double from, const Eigen::VectorXd& x, double to) const = 0;
-};
-
 struct BetweenSearch {
-  const Legs* of;
+  FlowInPieces leg;                   // from one of the times to the next
+  std::vector<std::string> names;     // of the components of x
   std::vector<double> t{};            // K + 1 times
   std::vector<Eigen::VectorXd> x{};   // K + 1 states of the guess; the first and the last have the given q
   int most_iterations = 0;
@@ -74,7 +60,7 @@ struct BetweenSearch {
 // How far a search came: states at the times, the runs from there, and their gaps.
 struct BetweenPoint {
   std::vector<Eigen::VectorXd> x{};
-  std::vector<Leg> legs{};
+  std::vector<PieceOfFlow> legs{};
   std::vector<Eigen::VectorXd> gaps{};  // of legs, in extents; the last one of q alone
   double size = std::numeric_limits<double>::infinity();
 };
@@ -86,12 +72,12 @@ struct BetweenEnd {
   int iterations = 0;
   double worst_gap = 0.0, worst_t = 0.0;  // in its own units
   std::string worst{};
-  Leg failed{};
+  PieceOfFlow failed{};
 };
 
 class BetweenNewton {
  public:
-  explicit BetweenNewton(BetweenSearch search) : search_(std::move(search)), n_(search_.of->dof()), K_(search_.t.size() - 1) { measure(); }
+  explicit BetweenNewton(BetweenSearch search) : search_(std::move(search)), n_(static_cast<Eigen::Index>(search_.names.size()) / 2), K_(search_.t.size() - 1) { measure(); }
 
   BetweenEnd end() {
     BetweenEnd end;
@@ -152,9 +138,9 @@ class BetweenNewton {
     point.x = std::move(x);
     double sum = 0.0;
     for (std::size_t k = 0; k < K_; ++k) {
-      Leg leg;
+      PieceOfFlow leg;
       try {
-        leg = search_.of->leg(search_.t[k], point.x[k], search_.t[k + 1]);
+        leg = search_.leg(search_.t[k], point.x[k], search_.t[k + 1]);
       } catch (const Error& error) {  // no model there
         leg.outcome = Outcome::solver_error;
         leg.message = error.what();
@@ -165,7 +151,7 @@ class BetweenNewton {
       }
       Eigen::VectorXd gap(k + 1 < K_ ? 2 * n_ : n_);
       for (Eigen::Index i = 0; i < gap.size(); ++i) {
-        gap[i] = (leg.x[i] - point.x[k + 1][i]) / scale_[i];
+        gap[i] = (leg.y[i] - point.x[k + 1][i]) / scale_[i];
         sum += gap[i] * gap[i];
       }
       point.gaps.push_back(std::move(gap));
@@ -214,7 +200,7 @@ class BetweenNewton {
       for (Eigen::Index i = 0; i < end.point.gaps[k].size(); ++i) {
         if (!(std::abs(end.point.gaps[k][i]) > most)) continue;
         most = std::abs(end.point.gaps[k][i]);
-        end.worst = search_.of->name(i);
+        end.worst = search_.names[static_cast<std::size_t>(i)];
         end.worst_gap = end.point.gaps[k][i] * scale_[i];
         end.worst_t = search_.t[k + 1];
       }
@@ -224,7 +210,7 @@ class BetweenNewton {
   Eigen::Index n_;
   std::size_t K_;
   Eigen::VectorXd scale_;
-  Leg trouble_{};
+  PieceOfFlow trouble_{};
 };
 
 }  // namespace detail

@@ -18,11 +18,11 @@
 namespace qdot::detail {
 
 struct PieceOfFlow {
-  Outcome outcome;
-  std::string message;
-  double t;
-  Eigen::VectorXd y;
-  Eigen::MatrixXd Phi;
+  Outcome outcome = Outcome::completed;
+  std::string message{};
+  double t = 0.0;
+  Eigen::VectorXd y{};
+  Eigen::MatrixXd Phi{};
 };
 
 // From y at t to t_end.
