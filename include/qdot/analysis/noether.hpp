@@ -147,15 +147,6 @@ ShareOfEffects share_of_effects(const Scene<Sys, Effects...>& scene, [[maybe_unu
   return share;
 }
 
-template <class E, int n, Inertia I>
-const System<E, n, I>& system_of(const System<E, n, I>& system) {
-  return system;
-}
-template <class Sys, class... Effects>
-const auto& system_of(const Scene<Sys, Effects...>& scene) {
-  return scene.system();
-}
-
 template <int n>
 std::vector<State<n>> scattered_states(Eigen::Index dof) {
   std::vector<State<n>> states;

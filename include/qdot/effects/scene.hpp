@@ -161,6 +161,20 @@ class Scene {
 template <class Sc>
 using EffectStates = Vector<double, Sc::states_at_compile_time>;
 
+namespace detail {
+
+// A system, or that of a scene.
+template <class E, int n, Inertia I>
+const System<E, n, I>& system_of(const System<E, n, I>& system) {
+  return system;
+}
+template <class Sys, class... Effects>
+const auto& system_of(const Scene<Sys, Effects...>& scene) {
+  return scene.system();
+}
+
+}  // namespace detail
+
 /// A system with the effects that it names, in any order; effects given twice count twice.
 ///
 /// @throws InvalidValue, DimensionError  when an effect does not fit the system, such as a drive of a coordinate that it has not

@@ -153,10 +153,6 @@ RecordedScene recorded_scene_of(const Sys& system, std::size_t states) {
   return r;
 }
 
-template <class E, int n, Inertia I>
-RecordedScene recorded_scene(const System<E, n, I>& system) {
-  return recorded_scene_of(system, 0);
-}
 template <class Sys, class... Effects>
 RecordedScene recorded_scene(const Scene<Sys, Effects...>& scene) {
   using Sc = Scene<Sys, Effects...>;
