@@ -64,10 +64,6 @@ S in_phase_space(const F& f, const Vector<S, n>& q, const Vector<S, n>& p, const
   }
 }
 
-}  // namespace detail
-
-namespace detail {
-
 template <int n>
 struct VelocityAndMass {
   Vector<double, n> qdot;

@@ -226,9 +226,7 @@ auto return_map(const System& system, const State<n>& start, const Event<G, Acti
   found.surface_slope = detail::slope_of(surface_at, x0, x1);
   const auto energy_at = [&](double t) {
     return [&system, t, dof](const Eigen::VectorXd& x) {
-      const State<dofs> state{t, x.head(dof), x.tail(dof)};
-      if constexpr (requires { system.effects(); }) return jacobi_energy(system.system(), state);
-      else return jacobi_energy(system, state);
+      return jacobi_energy(detail::system_of(system), State<dofs>{t, x.head(dof), x.tail(dof)});
     };
   };
   found.energy_slope = detail::slope_of(energy_at(start.t), x0, x1);

@@ -12,6 +12,7 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "qdot/integrate/event.hpp"
@@ -141,10 +142,6 @@ struct Onlooker {
   bool (*show)(void* observer, const StepView& step) = nullptr;
 };
 
-}  // namespace detail
-
-namespace detail {
-
 // Coordinates in y = [q; q̇; …]: what the system says, otherwise half of an even size.
 template <FirstOrderSystem F>
 constexpr int dof_at_compile_time() {
@@ -166,6 +163,13 @@ Eigen::Index dof(const F& system) {
   }
 }
 
+template <FirstOrderSystem F, class Start>
+void require_dof(const F& system, const Start& start) {
+  for (const auto& [what, size] : {std::pair("q", start.q.size()), {"qdot", start.qdot.size()}})
+    if (size != dof(system))
+      throw DimensionError(what, static_cast<long>(dof(system)), static_cast<long>(size), "pass one entry for each coordinate of the system");
+}
+
 // y of a start, which is a State (packed by the system's form, if it knows how) or has a y of its own.
 template <FirstOrderSystem F, class Start>
 Eigen::VectorXd packed(const F& system, const Start& start) {
@@ -179,13 +183,7 @@ Eigen::VectorXd packed(const F& system, const Start& start) {
   } else if constexpr (requires { system.packed(start); }) {
     return system.packed(start);
   } else {
-    const auto require_dof = [&](const char* what, Eigen::Index size) {
-      if (size != dof(system))
-        throw DimensionError(what, static_cast<long>(dof(system)), static_cast<long>(size),
-                             "pass one entry for each coordinate of the system");
-    };
-    require_dof("q", start.q.size());
-    require_dof("qdot", start.qdot.size());
+    require_dof(system, start);
     Eigen::VectorXd y(system.size());
     y << start.q, start.qdot;
     return y;

@@ -144,11 +144,7 @@ class ShootingOf final : public Shooting {
     return f.head(size());
   }
   double energy(const Eigen::VectorXd& x, double p, double later) const override {
-    const auto one = member(p);
-    if constexpr (requires { one.system.effects(); })
-      return jacobi_energy(one.system.system(), state(x, later));
-    else
-      return jacobi_energy(one.system, state(x, later));
+    return jacobi_energy(system_of(member(p).system), state(x, later));
   }
   Eigen::VectorXd settled(const Eigen::VectorXd& x, double p) const override {
     const auto one = member(p);
