@@ -134,16 +134,11 @@ inline void gather(VariationalEquations& equations, const JumpRecorder& recorder
   AdjointEquations adjoint(equations, run.trajectory, g, rtol);
   const std::vector<Eigen::Index>& entries = equations.start_entries();
   const auto starts = static_cast<Eigen::Index>(entries.size());
-  const auto at_entries = [&](const Eigen::VectorXd& y) {
-    Eigen::VectorXd part(starts);
-    for (Eigen::Index i = 0; i < starts; ++i) part[i] = y[entries[static_cast<std::size_t>(i)]];
-    return part;
-  };
   TermAt last;
   result.by_end = adjoint.g(run.t, run.y);
   if (h) {
     h(run.t, run.y, last);
-    adjoint.lambda = at_entries(last.by_y);
+    adjoint.lambda = last.by_y(entries);
     adjoint.by_p = last.by_p;
     result.by_end += last.by_t + last.by_y.dot(equations.state_rate(run.t, run.y));
   }
@@ -156,9 +151,8 @@ inline void gather(VariationalEquations& equations, const JumpRecorder& recorder
   const double t0 = run.trajectory.front_time();
   const Eigen::VectorXd& y0 = run.trajectory.y_front();
   Eigen::VectorXd whole = Eigen::VectorXd::Zero(y0.size());
-  for (Eigen::Index i = 0; i < starts; ++i) whole[entries[static_cast<std::size_t>(i)]] = adjoint.lambda[i];
-  Eigen::VectorXd all(Phi.cols());
-  for (Eigen::Index j = 0; j < all.size(); ++j) all[j] = Phi.col(j).dot(whole);
+  whole(entries) = adjoint.lambda;
+  const Eigen::VectorXd all = Phi.transpose() * whole;
   const double first = adjoint.g(t0, y0);
   result.value = adjoint.integral + last.value;
   result.by_start = all.head(2 * equations.dof());
