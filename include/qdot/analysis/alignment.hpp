@@ -96,15 +96,12 @@ Alignment alignment_of(const FlowInPieces& flow, double t0, const Eigen::VectorX
       continue;
     }
     for (Eigen::Index j = 0; j < directions.cols(); ++j) {
-      double square = 0.0;
-      for (Eigen::Index i = 0; i < directions.rows(); ++i) square += directions(i, j) * directions(i, j);
-      const double length = std::sqrt(square);
-      for (Eigen::Index i = 0; i < directions.rows(); ++i) directions(i, j) /= length;
+      const double length = directions.col(j).norm();
+      directions.col(j) /= length;
       if (j == 0) growth += std::log(length);
     }
     W = directions;
-    double volume = 1.0;
-    for (const double height : lengths_of_orthonormalized(directions)) volume *= height;
+    double volume = lengths_of_orthonormalized(directions).prod();
     if (!(volume > 0.0)) volume = 0.0;  // one depends on the others exactly
     result.t = piece.t;
     result.y = piece.y;

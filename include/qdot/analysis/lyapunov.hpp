@@ -157,11 +157,7 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
     }
     MatrixXd along = piece.Phi * Q;
     const Eigen::VectorXd length = lengths_of_orthonormalized(along);
-    double longest = 0.0, shortest = std::numeric_limits<double>::infinity();
-    for (Eigen::Index i = 0; i < count; ++i) {
-      longest = std::max(longest, length[i]);
-      shortest = std::min(shortest, length[i]);
-    }
+    const double longest = length.maxCoeff(), shortest = length.minCoeff();
     if (!(longest <= parts_too_far * shortest)) {
       if (interval > smallest) {
         interval *= 0.5;
@@ -172,8 +168,7 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
                                  " one has shrunk to ", shortest, " of its length at once; ask for fewer directions"});
       break;
     }
-    if (counts)
-      for (Eigen::Index i = 0; i < count; ++i) sum[i] += std::log(length[i]);
+    if (counts) sum += length.array().log().matrix();
     Q = along;
     result.t = piece.t;
     result.y = piece.y;

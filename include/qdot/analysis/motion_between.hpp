@@ -109,18 +109,11 @@ template <class Sys, int n>
 std::vector<MeetingPoint> meeting_points(const Sys& system, const Sensitivities<n>& motion, double t_a, double t_b) {
   const Eigen::Index k = system.dof();
   const Eigen::MatrixXd first = momentum_slopes(system, motion.at(t_a));
-  Eigen::VectorXd unit(k);
-  for (Eigen::Index i = 0; i < k; ++i) unit[i] = std::sqrt(first(i, k + i));
+  const Eigen::VectorXd unit = first.rightCols(k).diagonal().cwiseSqrt();
   const double duration = (t_b - t_a) / 3.0;
   const auto neighbours = [&](double t) {
     const Eigen::MatrixXd columns = motion.Phi_at(t).rightCols(k), momenta = momentum_slopes(system, motion.at(t)) * columns;
-    DeviationFrame at{columns.topRows(k), momenta};
-    for (Eigen::Index i = 0; i < k; ++i)
-      for (Eigen::Index j = 0; j < k; ++j) {
-        at.X(i, j) *= unit[i] / duration;
-        at.P(i, j) /= unit[i];
-      }
-    return at;
+    return DeviationFrame{(unit / duration).asDiagonal() * columns.topRows(k), unit.cwiseInverse().asDiagonal() * momenta};
   };
   return MeetingPoints(neighbours, t_a, t_b).between(motion.run.trajectory.times());
 }

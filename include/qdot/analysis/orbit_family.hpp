@@ -202,11 +202,7 @@ inline OrbitsOfFamily family_from(const Shooting& of, Eigen::VectorXd X, const F
     const auto behind = [&](const PointOfFamily& b) { return towards * (begin - b.quantity); };
     turned = turned || sign_changes(at.slope, next.slope);
     const bool reaches = beyond(next) >= 0.0, returns = turned && behind(next) >= 0.0;
-    const auto distance_of = [&](const PointOfFamily& b) {
-      double distance = 0.0;
-      for (Eigen::Index i = 0; i < X.size(); ++i) distance += at.tangent[i] * (b.point.X[i] - at.point.X[i]) / at.equations.scale[i];
-      return distance;
-    };
+    const auto distance_of = [&](const PointOfFamily& b) { return at.tangent.dot((b.point.X - at.point.X).cwiseQuotient(at.equations.scale)); };
     double length = step;
     if (reaches || returns) {
       next = located(at, next, step, reaches ? BranchTest(beyond) : BranchTest(behind), quantity, nearby, options.location);

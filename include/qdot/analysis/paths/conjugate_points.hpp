@@ -82,10 +82,8 @@ inline Phase phase_of(const DeviationFrame& at) {
   Eigen::MatrixXd X = at.X, P = at.P;
   for (Eigen::Index j = 0; j < n; ++j) {
     const double length = std::hypot(X.col(j).norm(), P.col(j).norm());
-    for (Eigen::Index i = 0; i < n; ++i) {
-      X(i, j) /= length;
-      P(i, j) /= length;
-    }
+    X.col(j) /= length;
+    P.col(j) /= length;
   }
   double best = -1.0, alpha = 0.0, determinant = 0.0;
   Eigen::FullPivLU<Eigen::MatrixXd> factors, tried;

@@ -149,12 +149,8 @@ class BetweenNewton {
         trouble_ = leg;
         return point;
       }
-      Eigen::VectorXd gap(k + 1 < K_ ? 2 * n_ : n_);
-      for (Eigen::Index i = 0; i < gap.size(); ++i) {
-        gap[i] = (leg.y[i] - point.x[k + 1][i]) / scale_[i];
-        sum += gap[i] * gap[i];
-      }
-      point.gaps.push_back(std::move(gap));
+      point.gaps.push_back((leg.y - point.x[k + 1]).cwiseQuotient(scale_).head(k + 1 < K_ ? 2 * n_ : n_));
+      sum += point.gaps.back().squaredNorm();
       point.legs.push_back(std::move(leg));
     }
     point.size = std::sqrt(sum);
@@ -165,14 +161,12 @@ class BetweenNewton {
     constexpr double negligible = 1e-7;
     std::vector<Eigen::VectorXd> c(K_ + 1, Eigen::VectorXd::Zero(2 * n_));
     std::vector<Eigen::MatrixXd> C(K_ + 1, Eigen::MatrixXd::Zero(2 * n_, n_));
-    for (Eigen::Index i = 0; i < n_; ++i) C[0](n_ + i, i) = 1.0;
+    C[0].bottomRows(n_).setIdentity();
     double largest = 0.0;
     for (std::size_t k = 0; k < K_; ++k) {
-      Eigen::MatrixXd Phi = here.legs[k].Phi;
-      for (Eigen::Index i = 0; i < 2 * n_; ++i)
-        for (Eigen::Index j = 0; j < 2 * n_; ++j) Phi(i, j) *= scale_[j] / scale_[i];
+      const Eigen::MatrixXd Phi = scale_.cwiseInverse().asDiagonal() * here.legs[k].Phi * scale_.asDiagonal();
       c[k + 1] = Phi * c[k];
-      for (Eigen::Index i = 0; i < here.gaps[k].size(); ++i) c[k + 1][i] += here.gaps[k][i];
+      c[k + 1].head(here.gaps[k].size()) += here.gaps[k];
       C[k + 1] = Phi * C[k];
       largest = std::max(largest, C[k + 1].topRows(n_).norm());
     }
@@ -181,9 +175,7 @@ class BetweenNewton {
     Direction direction;
     direction.conjugate = solved.open.cols() > 0;
     for (std::size_t k = 0; k < K_; ++k) {
-      Eigen::VectorXd dx = c[k] + C[k] * solved.x;
-      for (Eigen::Index i = 0; i < 2 * n_; ++i) dx[i] *= scale_[i];
-      direction.dx.push_back(std::move(dx));
+      direction.dx.push_back(scale_.cwiseProduct(c[k] + C[k] * solved.x));
     }
     return direction;
   }
