@@ -91,13 +91,8 @@ Term term_of(const G& g, Eigen::Index dof, const Eigen::VectorXd& p) {
       using P = Vector<D, Eigen::Dynamic>;
       constexpr bool by_p = !std::is_invocable_v<const G&, const X&> && !std::is_invocable_v<const G&, const X&, const X&>;
       constexpr bool by_t = by_p && !std::is_invocable_v<const G&, const X&, const X&, const P&>;
-      X q(dof), qdot(dof);
-      for (Eigen::Index i = 0; i < dof; ++i) {
-        q[i] = D(y[i]);
-        qdot[i] = D(y[dof + i]);
-      }
-      P parameters(by_p ? p.size() : 0);
-      for (Eigen::Index j = 0; j < parameters.size(); ++j) parameters[j] = D(p[j]);
+      X q = y.head(dof).template cast<D>(), qdot = y.segment(dof, dof).template cast<D>();
+      P parameters = p.head(by_p ? p.size() : 0).template cast<D>();
       D time(t);
       const auto along = [&](D& direction) {
         direction.tangent[0] = 1.0;

@@ -83,15 +83,10 @@ auto transformed(const Family& family, const S& s, const Vector<S, n>& q, const 
 // ξ at (q, t).
 template <class S, int n, class Family>
 Vector<S, n> generator(const Family& family, const Vector<S, n>& q, const S& t) {
-  using D = Dual<S, 1, SlopeOfFamily>;
-  D s(S(0.0));
-  s.tangent[0] = S(1.0);
-  Vector<D, n> at(q.size());
-  for (Eigen::Index i = 0; i < q.size(); ++i) at[i] = D(q[i]);
-  const Vector<D, n> moved = transformed<D, n>(family, s, at, D(t));
-  Vector<S, n> xi(q.size());
-  for (Eigen::Index i = 0; i < q.size(); ++i) xi[i] = moved[i].tangent[0];
-  return xi;
+  return derivative(marked<SlopeOfFamily>([&](const auto& s) {
+    using D = std::remove_cvref_t<decltype(s)>;
+    return transformed<D, n>(family, s, Vector<D, n>(q.template cast<D>()), D(t));
+  }), S(0.0));
 }
 
 template <class Gauge, class S, int n>

@@ -101,8 +101,7 @@ void require_stabilizable(const Matrix& A, const Matrix& B, const Name& name) {
     if (factors.rank() == n) continue;
     const Eigen::MatrixXcd unreached = factors.kernel();
     Eigen::Index most = 0;
-    for (Eigen::Index i = 0; i < n; ++i)
-      if (std::abs(unreached(i, 0)) > std::abs(unreached(most, 0))) most = i;
+    unreached.col(0).cwiseAbs().maxCoeff(&most);
     throw_invalid_value(
         {"regulator: every mode that does not decay by itself must be reached by an input, but that with the exponent ",
          {lambda.real(), 6},
