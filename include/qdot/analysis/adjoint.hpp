@@ -21,7 +21,6 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <cstddef>
 #include <string>
 #include <type_traits>
 #include <utility>

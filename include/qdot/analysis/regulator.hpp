@@ -28,7 +28,6 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
-#include <limits>
 #include <string>
 #include <type_traits>
 

@@ -13,7 +13,6 @@
 // A scene's header is not included here: who has a scene has included it.
 
 #include <Eigen/Core>
-#include <type_traits>
 
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/error.hpp"
