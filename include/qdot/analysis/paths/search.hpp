@@ -122,15 +122,12 @@ class BetweenNewton {
   void measure() {
     scale_ = Eigen::VectorXd::Zero(2 * n_);
     const double leg = (search_.t.back() - search_.t.front()) / static_cast<double>(K_);
-    double most = 0.0;
-    for (Eigen::Index i = 0; i < n_; ++i) {
-      for (const auto& x : search_.x) scale_[i] = std::max(scale_[i], std::abs(x[i] - search_.x.front()[i]));
-      most = std::max(most, scale_[i]);
-    }
-    for (Eigen::Index i = 0; i < n_; ++i) {
-      if (!(scale_[i] > 1e-3 * most)) scale_[i] = most > 0.0 ? most : 1.0;
-      scale_[n_ + i] = scale_[i] / leg;
-    }
+    auto of_q = scale_.head(n_);
+    for (const auto& x : search_.x) of_q = of_q.cwiseMax((x - search_.x.front()).head(n_).cwiseAbs());
+    const double most = of_q.maxCoeff();
+    for (double& scale : of_q)
+      if (!(scale > 1e-3 * most)) scale = most > 0.0 ? most : 1.0;
+    scale_.tail(n_) = of_q / leg;
   }
 
   BetweenPoint at(std::vector<Eigen::VectorXd> x) {

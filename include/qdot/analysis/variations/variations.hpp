@@ -249,11 +249,7 @@ class Variations final : public VariationalEquations {
       if (!y.allFinite()) return;
       model_.with_form(parameter_of(column), s, [&](const Form& form) {
         if constexpr (projects) form.project(t, y);
-        if constexpr (switches) {
-          Eigen::VectorXd resolution(size_);
-          for (Eigen::Index k = 0; k < size_; ++k) resolution[k] = tolerances[0] * std::abs(y[k]) + tolerances[static_cast<std::size_t>(k) + 1];
-          pending_ = form.switched(t, y, std::vector<bool>(static_cast<std::size_t>(form.guard_count())), resolution);
-        }
+        if constexpr (switches) pending_ = form.switched(t, y, std::vector<bool>(static_cast<std::size_t>(form.guard_count())), resolution(y));
       });
     };
     return surface;
