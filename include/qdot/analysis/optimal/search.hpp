@@ -212,8 +212,7 @@ class OptimalSearch {
       end.error[k] = 0.0;
       for (Eigen::Index i = 0; i < N; ++i) end.error[k] = std::max(end.error[k], std::abs(leg.y[i] - mesh.x(i, k + 1)) / extent[i]);
     }
-    end.miss.resize(task_.target.size());
-    for (Eigen::Index e = 0; e < end.miss.size(); ++e) end.miss[e] = x[task_.held[static_cast<std::size_t>(e)]] - task_.target[e];
+    end.miss = x(task_.held) - task_.target;
     return true;
   }
 
