@@ -42,7 +42,7 @@ struct AlignmentOptions {
 };
 
 /// How k deviations have aligned.
-struct Alignment : EndInPieces {
+struct Alignment : RunEnd {
   bool chaotic = false;          ///< whether the index fell below `aligned`; the run then is completed, too, where it was left early
   std::vector<double> times{};   ///< of the looks
   std::vector<double> index{};   ///< GALI_k at these times, from 1 at the start
@@ -75,7 +75,7 @@ Alignment alignment_of(const FlowInPieces& flow, double t0, const Eigen::VectorX
     if (forward * (t_end - next) < 1e-3 * interval) next = t_end;
     const PieceOfFlow piece = flow(result.t, result.y, next);
     if (piece.outcome != Outcome::completed) {
-      static_cast<EndInPieces&>(result) = piece;
+      static_cast<RunEnd&>(result) = piece;
       return result;
     }
     MatrixXd directions = piece.Phi * W;

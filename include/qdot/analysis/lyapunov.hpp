@@ -73,7 +73,7 @@ struct LyapunovOptions {
 };
 
 /// Lyapunov's exponents of a motion.
-struct LyapunovSpectrum : EndInPieces {
+struct LyapunovSpectrum : RunEnd {
   Eigen::VectorXd lambda{};                ///< 1/time, falling as far as the time was long enough; empty if the run ended before anything was counted
   Eigen::VectorXd standard_error{};        ///< of each, from ten parts of the time; infinite where fewer than ten intervals were counted
   std::vector<double> times{};             ///< ends of the intervals that were counted
@@ -136,7 +136,7 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
     if (forward * (t_end - next) < 1e-3 * interval) next = t_end;
     const PieceOfFlow piece = flow(result.t, result.y, next);
     if (piece.outcome != Outcome::completed) {
-      static_cast<EndInPieces&>(result) = piece;
+      static_cast<RunEnd&>(result) = piece;
       break;
     }
     MatrixXd along = piece.Phi * Q;

@@ -36,22 +36,26 @@ struct Samples {
   Eigen::MatrixXd y;      ///< one column for each time
 };
 
+/// How a run ended, and where.
+struct RunEnd {
+  Outcome outcome = Outcome::completed;  ///< how it ended
+  std::string message{};                 ///< how it ended, with the numbers and what to do
+  double t = 0.0;                        ///< time of the last good state
+  Eigen::VectorXd y{};                   ///< the last good state, [q; q̇; …]
+
+  /// Whether t_end was reached.
+  bool completed() const noexcept { return outcome == Outcome::completed; }
+};
+
 /// The result of a run.
 ///
 /// @tparam n  number of coordinates, or Dynamic
 template <int n = Dynamic>
-struct Run {
-  Outcome outcome = Outcome::completed;  ///< how it ended
-  std::string message;                   ///< how it ended, with the numbers and what to do
-  double t = 0.0;                        ///< time of the last good state
-  Eigen::VectorXd y;                     ///< the last good state, [q; q̇; …]
-  Trajectory<n> trajectory;              ///< dense output from the start to t; only its start if keep_trajectory is off
-  Samples samples;                       ///< at options.output_times
-  std::vector<RecordedEvent> events;     ///< in the order of time; trajectory.before(t) and at(t) are the two sides of a jump
-  Statistics statistics;                 ///< what it cost
-
-  /// Whether t_end was reached.
-  bool completed() const noexcept { return outcome == Outcome::completed; }
+struct Run : RunEnd {
+  Trajectory<n> trajectory;           ///< dense output from the start to t; only its start if keep_trajectory is off
+  Samples samples;                    ///< at options.output_times
+  std::vector<RecordedEvent> events;  ///< in the order of time; trajectory.before(t) and at(t) are the two sides of a jump
+  Statistics statistics;              ///< what it cost
 
   /// The last good state as coordinates and velocities.
   State<n> state() const {

@@ -15,22 +15,9 @@
 #include "qdot/analysis/sensitivity.hpp"
 #include "qdot/error.hpp"
 
-namespace qdot {
+namespace qdot::detail {
 
-/// How a run in pieces ended.
-struct EndInPieces {
-  Outcome outcome = Outcome::completed;  ///< how the run ended
-  std::string message{};                 ///< with the numbers
-  double t = 0.0;                        ///< time of the last good state
-  Eigen::VectorXd y{};                   ///< the last good state
-
-  /// Whether all of the time was run through, or enough of it.
-  bool completed() const noexcept { return outcome == Outcome::completed; }
-};
-
-namespace detail {
-
-struct PieceOfFlow : EndInPieces {
+struct PieceOfFlow : RunEnd {
   Eigen::MatrixXd Phi{};
 };
 
@@ -43,7 +30,7 @@ FlowInPieces flow_in_pieces(System system, Method method, Options options, Event
   return [system = std::move(system), method = std::move(method), options = std::move(options),
           events = std::move(events)](double t, const Eigen::VectorXd& y, double until) {
     auto s = sensitivities(system, FirstOrderState{t, y}, until, method, options, events);
-    return PieceOfFlow{{s.outcome, std::move(s.message), s.t, std::move(s.y)}, std::move(s.Phi)};
+    return PieceOfFlow{static_cast<RunEnd&&>(s), std::move(s.Phi)};
   };
 }
 
@@ -79,5 +66,4 @@ MatrixXd first_deviations(const FlowInPieces& flow, double t0, const Eigen::Vect
   return Q;
 }
 
-}  // namespace detail
-}  // namespace qdot
+}  // namespace qdot::detail
