@@ -13,6 +13,7 @@
 // A scene's header is not included here: who has a scene has included it.
 
 #include <Eigen/Core>
+#include <type_traits>
 
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/error.hpp"
@@ -97,7 +98,18 @@ struct Mechanics<SceneForm<Sc>> {
   // z̈ on a motion with accelerations a and rates w of z.
   static States zddot(const F& form, const Vec& q, const Vec& v, const Vec& a, const States& z, const States& w, double t) {
     using D = Dual<double, 1, RateOfStates>;
-    return rates_in(state_rates(form.scene(), with_rates<D>(q, v), with_rates<D>(v, a), with_rates<D>(z, w), D::variable(t, 0)));
+    const auto moving = [](const auto& x, const auto& rate) {
+      Vector<D, std::remove_cvref_t<decltype(x)>::RowsAtCompileTime> both(x.size());
+      for (Eigen::Index i = 0; i < x.size(); ++i) {
+        both[i].value = x[i];
+        both[i].tangent[0] = rate[i];
+      }
+      return both;
+    };
+    const auto rates = state_rates(form.scene(), moving(q, v), moving(v, a), moving(z, w), D::variable(t, 0));
+    States result(z.size());
+    for (Eigen::Index i = 0; i < z.size(); ++i) result[i] = rates[i].tangent[0];
+    return result;
   }
 };
 
