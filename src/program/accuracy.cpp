@@ -60,8 +60,7 @@ Contender contender(const Shared& model, const Request& request, const std::stri
   c.observed = [=](double setting) {
     const Request one = asked(setting);
     Result result = simulated(model, one, {});
-    ObservedRun run{.outcome = result.outcome, .message = result.message, .t = result.end.t, .states = states_of(result, one.samples - 1),
-                    .counts = counts_of(result.statistics)};
+    ObservedRun run{counts_of(result.statistics), result.outcome, result.message, result.end.t, states_of(result, one.samples - 1)};
     if (model->constrained()) run.constraint_residual = result.statistics.constraint_residual;
     run.energy_times = std::move(result.step_times);
     run.energy_change = std::move(result.jacobi_change);

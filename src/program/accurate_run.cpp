@@ -55,20 +55,18 @@ Result simulated_to_accuracy(const std::shared_ptr<const Model>& model, Request&
     detail::Launched<Result> launched;
     launched.run = simulated(model, tried, watcher);
     launched.motion = motion_of(launched.run, request.start.t);
-    launched.outcome = launched.run.outcome;
-    launched.message = launched.run.message;
-    launched.statistics = launched.run.statistics;
     return launched;
   };
-  auto found = detail::accurate<Result>(equations, model->dof(), accuracy,
-                                        detail::expected_sizes(equations, model->dof(), request.start.t, model->packed(request.start),
-                                                               request.t_end - request.start.t),
-                                        launch);
+  struct Accurate : AccuracyReport {
+    Result run;
+  };
+  auto found = detail::accurate<Accurate>(equations, model->dof(), accuracy,
+                                          detail::expected_sizes(equations, model->dof(), request.start.t, model->packed(request.start),
+                                                                 request.t_end - request.start.t),
+                                          launch);
   request.rtol = request.atol = found.rtol;
   request.atol_each = found.atol;
   Result result = std::move(found.run);
-  result.outcome = found.outcome;
-  result.message = std::move(found.message);
   result.accuracy = std::move(static_cast<AccuracyReport&>(found));
   return result;
 }

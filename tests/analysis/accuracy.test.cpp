@@ -82,7 +82,7 @@ TEST_CASE("a run that fails is kept with its outcome") {
   const auto free = mechanical_system<1>([](const auto& qdot) { return 0.5 * qdot[0] * qdot[0]; }, [](const auto& q) { return 0.0 * q[0]; });
   ReferenceMotion reference = reference_motion(free, State<1>{0.0, Vector<double, 1>(0.0), Vector<double, 1>(1.0)}, {1.0, 2.0});
   Contender broken{"broken", false, [](double) -> ObservedRun { throw NonFinite("q", 0.7, "q must be finite, but is not"); }, {}};
-  Contender stuck{"stuck", false, [](double) { return ObservedRun{.outcome = Outcome::step_collapse, .message = "stuck", .t = 0.5, .states = {}, .counts = {1, 2, 3, 4}}; }, {}};
+  Contender stuck{"stuck", false, [](double) { return ObservedRun{{1, 2, 3, 4}, Outcome::step_collapse, "stuck", 0.5}; }, {}};
   StudyOptions options = short_study;
   const auto study = accuracy_study(reference, 0.0, {broken, stuck}, {}, options);
   REQUIRE(study.measurements.size() == 4);  // given up after the second failure of each

@@ -42,9 +42,11 @@ auto by_step(std::string name, MakeMethod make) {
 namespace detail {
 
 template <class System, class Start, class Named>
-Contender contender(const System& system, const Start& start, double t_end, const StudyOptions& limits, const Named& named) {
+Contender contender(const System& system, const Start& start, double t_end, const StudyOptions& limits, const EnergyFunctions& energies,
+                    const Named& named) {
   using Form = std::remove_cvref_t<decltype(first_order_form(system))>;
   const auto form = std::make_shared<const Form>(first_order_form(system));
+  const Eigen::VectorXd y0 = packed(*form, start);
   const auto& [name, fixed_step] = named.first;
   const auto make = named.second;
   const auto options_for = [fixed = fixed_step, longest = limits.longest_run](double setting) {
@@ -58,34 +60,28 @@ Contender contender(const System& system, const Start& start, double t_end, cons
   Contender result;
   result.name = name;
   result.fixed_step = fixed_step;
-  result.observed = [=, outputs = limits.outputs](double setting) {
+  result.observed = [=, outputs = limits.outputs, h = energies.jacobi](double setting) {
     Options options = options_for(setting);
     options.output_times = output_times(start.t, t_end, outputs);
     ObservedRun seen;
-    double initial = 0.0;
+    const double initial = h ? h(start.t, y0) : 0.0;
     long step = 0, every = 1;
-    const auto energy_of = [&]([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) {
-      if constexpr (is_system<System>::value) return jacobi_energy(form->system(), form->state(t, y));
-      return 0.0;
-    };
-    if constexpr (is_system<System>::value) initial = energy_of(start.t, packed(*form, start));
     const auto observer = [&](const StepView& view) {
-      if (!is_system<System>::value || step++ % every != 0) return;
+      if (!h || step++ % every != 0) return;
       seen.energy_times.push_back(view.t());
-      seen.energy_change.push_back(energy_of(view.t(), view.y()) - initial);
+      seen.energy_change.push_back(h(view.t(), view.y()) - initial);
       if (seen.energy_times.size() % 2000 == 0) every *= 2;
     };
-    const auto run = simulate(*form, FirstOrderState{start.t, packed(*form, start)}, t_end, make(setting), options, observer);
+    const auto run = simulate(*form, FirstOrderState{start.t, y0}, t_end, make(setting), options, observer);
     seen.outcome = run.outcome;
     seen.message = run.message;
     seen.t = run.t;
     seen.states = run.samples.y;
-    seen.counts = counts_of(run.statistics);
+    static_cast<RunCounts&>(seen) = counts_of(run.statistics);
     if constexpr (ProjectableSystem<Form>) seen.constraint_residual = run.statistics.constraint_residual;
     return seen;
   };
   result.ready_to_run = [=](double setting) -> std::function<RunCounts()> {
-    const Eigen::VectorXd y0 = packed(*form, start);
     if constexpr (ProjectableSystem<Form> || SwitchingSystem<Form>) {  // the driver projects and switches
       return [=] { return counts_of(simulate(*form, FirstOrderState{start.t, y0}, t_end, make(setting), options_for(setting)).statistics); };
     } else {
@@ -129,7 +125,7 @@ AccuracyStudy accuracy_study(const System& system, const Start& start, double t_
     };
   }
   return accuracy_study(reference_motion(system, start, output_times(start.t, t_end, options.outputs), options.reference), start.t,
-                        {detail::contender(system, start, t_end, options, methods)...}, energies, options);
+                        {detail::contender(system, start, t_end, options, energies, methods)...}, energies, options);
 }
 
 }  // namespace qdot

@@ -31,6 +31,7 @@
 #include "qdot/analysis/reference.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/steps/one_step.hpp"
 
 namespace qdot {
 
@@ -43,24 +44,32 @@ struct StudyOptions {
   ReferenceOptions reference = {};  ///< of the reference motion
 };
 
-/// One method at one tolerance or step.
-struct Measurement {
-  std::string method;                                                     ///< its name
-  double setting = 0.0;                                                   ///< tolerance, or length of a step
-  bool fixed_step = false;                                                ///< which of the two
-  Outcome outcome = Outcome::completed;                                   ///< how the run ended
-  std::string message;                                                    ///< how the run ended, with numbers
+/// Counts of one run of steps alone.
+struct RunCounts {
+  long steps = 0, rejected = 0, evaluations = 0, jacobians = 0;  ///< as Statistics has them
+};
+
+/// A run whose states and energies are looked at, and what it cost.
+struct ObservedRun : RunCounts {
+  Outcome outcome = Outcome::completed;                                   ///< how it ended
+  std::string message{};                                                  ///< with the numbers
   double t = 0.0;                                                         ///< time reached
-  double end_error = std::numeric_limits<double>::quiet_NaN();            ///< relative; NaN where the end was not reached
-  double largest_error = std::numeric_limits<double>::quiet_NaN();        ///< at the output times; NaN where the end was not reached
-  double energy_error = std::numeric_limits<double>::quiet_NaN();         ///< relative to the largest kinetic energy
+  Eigen::MatrixXd states{};                                               ///< at the output times that were reached, a column each
   double constraint_residual = std::numeric_limits<double>::quiet_NaN();  ///< largest |φ| after a step; NaN without constraints
-  std::vector<double> energy_times;                                       ///< times of (some of) the steps
-  std::vector<double> energy_change;                                      ///< h − h(0) there, relative to the largest kinetic energy
-  long steps = 0, rejected = 0, evaluations = 0, jacobians = 0;           ///< of a run without output
-  double cpu_median = std::numeric_limits<double>::quiet_NaN();           ///< seconds
-  double cpu_minimum = std::numeric_limits<double>::quiet_NaN();          ///< seconds
-  int runs = 0;                                                           ///< behind these two
+  std::vector<double> energy_times{}, energy_change{};                    ///< times of (some of) the steps, and h − h(0) there
+};
+
+/// One method at one tolerance or step: its run, without states, its energies relative to the largest kinetic energy, counts of a run without output.
+struct Measurement : ObservedRun {
+  std::string method{};                                             ///< its name
+  double setting = 0.0;                                             ///< tolerance, or length of a step
+  bool fixed_step = false;                                          ///< which of the two
+  double end_error = std::numeric_limits<double>::quiet_NaN();      ///< relative; NaN where the end was not reached
+  double largest_error = std::numeric_limits<double>::quiet_NaN();  ///< at the output times; NaN where the end was not reached
+  double energy_error = std::numeric_limits<double>::quiet_NaN();   ///< relative to the largest kinetic energy
+  double cpu_median = std::numeric_limits<double>::quiet_NaN();     ///< seconds
+  double cpu_minimum = std::numeric_limits<double>::quiet_NaN();    ///< seconds
+  int runs = 0;                                                     ///< behind these two
 
   /// Whether t_end was reached.
   bool completed() const noexcept { return outcome == Outcome::completed; }
@@ -100,22 +109,6 @@ inline std::vector<double> output_times(double t0, double t_end, int count) {
   return times;
 }
 
-/// Counts of one run of steps alone.
-struct RunCounts {
-  long steps = 0, rejected = 0, evaluations = 0, jacobians = 0;  ///< as Statistics has them
-};
-
-/// A run whose states and energies are looked at.
-struct ObservedRun {
-  Outcome outcome = Outcome::completed;                                   ///< how it ended
-  std::string message{};                                                  ///< with the numbers
-  double t = 0.0;                                                         ///< time reached
-  Eigen::MatrixXd states{};                                               ///< at the output times that were reached, a column each
-  RunCounts counts{};                                                     ///< what it cost
-  double constraint_residual = std::numeric_limits<double>::quiet_NaN();  ///< largest |φ| after a step; NaN without constraints
-  std::vector<double> energy_times{}, energy_change{};                    ///< of Jacobi's energy function since the start
-};
-
 /// A method as the study sees it, its type and that of the system hidden.
 struct Contender {
   std::string name;                                                        ///< of the method
@@ -145,12 +138,8 @@ inline void time_runs(Measurement& m, const std::function<RunCounts()>& run, dou
   constexpr double shortest = 5e-5;  // the clock costs a microsecond
   constexpr std::size_t least = 5, most = 101;
   double began = thread_cpu_seconds();
-  const RunCounts counts = run();
+  static_cast<RunCounts&>(m) = run();
   const double once = std::max(thread_cpu_seconds() - began, 1e-9);
-  m.steps = counts.steps;
-  m.rejected = counts.rejected;
-  m.evaluations = counts.evaluations;
-  m.jacobians = counts.jacobians;
   const int together = static_cast<int>(std::ceil(std::min(1000.0, shortest / once)));
   std::vector<double> times;
   double spent = once;
@@ -171,42 +160,26 @@ inline void time_runs(Measurement& m, const std::function<RunCounts()>& run, dou
 inline Measurement measurement(const AccuracyStudy& study, const Contender& contender, double setting, double seconds,
                                const EnergyFunctions& energies) {
   Measurement m;
+  try {
+    static_cast<ObservedRun&>(m) = contender.observed(setting);
+  } catch (const NotAnalytic&) {  // a method that was not made for this is no measurement
+    throw;
+  } catch (...) {
+    Failure refused = refusal();
+    m.outcome = refused.outcome;
+    m.message = std::move(refused.message);
+  }
   m.method = contender.name;
   m.setting = setting;
   m.fixed_step = contender.fixed_step;
-  ObservedRun run;
-  try {
-    run = contender.observed(setting);
-  } catch (const NonFinite& error) {
-    run.outcome = Outcome::non_finite;
-    run.message = error.what();
-  } catch (const MassMatrixError& error) {
-    run.outcome = Outcome::singular_mass_matrix;
-    run.message = error.what();
-  } catch (const ConstraintError& error) {
-    run.outcome = Outcome::constraint_failure;
-    run.message = error.what();
-  } catch (const RecoverableError& error) {
-    run.outcome = Outcome::refused_by_model;
-    run.message = error.what();
-  }
-  m.outcome = run.outcome;
-  m.message = run.message;
-  m.t = run.t;
-  m.constraint_residual = run.constraint_residual;
-  m.energy_times = std::move(run.energy_times);
-  m.energy_change = std::move(run.energy_change);
   for (double& change : m.energy_change) change /= study.energy_scale;
-  m.steps = run.counts.steps;
-  m.rejected = run.counts.rejected;
-  m.evaluations = run.counts.evaluations;
-  m.jacobians = run.counts.jacobians;
+  const Eigen::MatrixXd states = std::exchange(m.states, {});
   const ReferenceMotion& reference = study.reference;
-  if (!m.completed() || run.states.cols() != reference.y.cols()) return m;
+  if (!m.completed() || states.cols() != reference.y.cols()) return m;
   m.largest_error = 0.0;
   if (energies.jacobi) m.energy_error = 0.0;
   for (std::size_t k = 0; k < reference.t.size(); ++k) {
-    const Eigen::VectorXd y = run.states.col(static_cast<Eigen::Index>(k));
+    const Eigen::VectorXd y = states.col(static_cast<Eigen::Index>(k));
     m.end_error = reference.error(k, y);
     if (!(m.end_error <= m.largest_error)) m.largest_error = m.end_error;
     if (!energies.jacobi) continue;

@@ -83,7 +83,7 @@ inline Action action_of(const std::function<double(double)>& L, double t_a, doub
 
 }  // namespace detail
 
-/// ∫ L dt along any path of a system.
+/// ∫ L dt along any path of a system or scene; forces and constraints have no part in L.
 ///
 /// One evaluation of T and V for each of 15, 45, 75 … moments, as smooth as the path is; a kink takes more than a thousand.
 ///
@@ -91,20 +91,15 @@ inline Action action_of(const std::function<double(double)>& L, double t_a, doub
 /// @param t_a, t_b  where it begins and ends, t_a < t_b
 /// @return          S and its error; larger than the tolerance where most_evaluations were not enough
 /// @throws          InvalidValue when t_b is not later, or where L is not finite; DimensionError for a path of another size
-template <class E, int n, Inertia I, class Path>
-Action action(const System<E, n, I>& system, const Path& path, double t_a, double t_b, const ActionOptions& options = {}) {
+template <class Model, class Path>
+Action action(const Model& model, const Path& path, double t_a, double t_b, const ActionOptions& options = {}) {
+  const auto& system = detail::system_of(model);
   return detail::action_of(
       [&](double t) {
-        const State<n> state = detail::state_on_path<n>(path, t, system.dof());
+        const auto state = detail::state_on_path<Model::dof_at_compile_time>(path, t, system.dof());
         return lagrangian(system, state.q, state.qdot, t);
       },
       t_a, t_b, options);
-}
-
-/// The same of a scene; forces and constraints have no part in L.
-template <class Sys, class... Effects, class Path>
-Action action(const Scene<Sys, Effects...>& scene, const Path& path, double t_a, double t_b, const ActionOptions& options = {}) {
-  return action(scene.system(), path, t_a, t_b, options);
 }
 
 }  // namespace qdot

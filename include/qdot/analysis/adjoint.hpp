@@ -21,7 +21,6 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <cstddef>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -91,13 +90,8 @@ Term term_of(const G& g, Eigen::Index dof, const Eigen::VectorXd& p) {
       using P = Vector<D, Eigen::Dynamic>;
       constexpr bool by_p = !std::is_invocable_v<const G&, const X&> && !std::is_invocable_v<const G&, const X&, const X&>;
       constexpr bool by_t = by_p && !std::is_invocable_v<const G&, const X&, const X&, const P&>;
-      X q(dof), qdot(dof);
-      for (Eigen::Index i = 0; i < dof; ++i) {
-        q[i] = D(y[i]);
-        qdot[i] = D(y[dof + i]);
-      }
-      P parameters(by_p ? p.size() : 0);
-      for (Eigen::Index j = 0; j < parameters.size(); ++j) parameters[j] = D(p[j]);
+      X q = y.head(dof).template cast<D>(), qdot = y.segment(dof, dof).template cast<D>();
+      P parameters = p.head(by_p ? p.size() : 0).template cast<D>();
       D time(t);
       const auto along = [&](D& direction) {
         direction.tangent[0] = 1.0;
@@ -134,16 +128,11 @@ inline void gather(VariationalEquations& equations, const JumpRecorder& recorder
   AdjointEquations adjoint(equations, run.trajectory, g, rtol);
   const std::vector<Eigen::Index>& entries = equations.start_entries();
   const auto starts = static_cast<Eigen::Index>(entries.size());
-  const auto at_entries = [&](const Eigen::VectorXd& y) {
-    Eigen::VectorXd part(starts);
-    for (Eigen::Index i = 0; i < starts; ++i) part[i] = y[entries[static_cast<std::size_t>(i)]];
-    return part;
-  };
   TermAt last;
   result.by_end = adjoint.g(run.t, run.y);
   if (h) {
     h(run.t, run.y, last);
-    adjoint.lambda = at_entries(last.by_y);
+    adjoint.lambda = last.by_y(entries);
     adjoint.by_p = last.by_p;
     result.by_end += last.by_t + last.by_y.dot(equations.state_rate(run.t, run.y));
   }
@@ -156,9 +145,8 @@ inline void gather(VariationalEquations& equations, const JumpRecorder& recorder
   const double t0 = run.trajectory.front_time();
   const Eigen::VectorXd& y0 = run.trajectory.y_front();
   Eigen::VectorXd whole = Eigen::VectorXd::Zero(y0.size());
-  for (Eigen::Index i = 0; i < starts; ++i) whole[entries[static_cast<std::size_t>(i)]] = adjoint.lambda[i];
-  Eigen::VectorXd all(Phi.cols());
-  for (Eigen::Index j = 0; j < all.size(); ++j) all[j] = Phi.col(j).dot(whole);
+  whole(entries) = adjoint.lambda;
+  const Eigen::VectorXd all = Phi.transpose() * whole;
   const double first = adjoint.g(t0, y0);
   result.value = adjoint.integral + last.value;
   result.by_start = all.head(2 * equations.dof());

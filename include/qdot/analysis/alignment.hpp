@@ -25,7 +25,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -43,18 +42,11 @@ struct AlignmentOptions {
 };
 
 /// How k deviations have aligned.
-struct Alignment {
-  Outcome outcome = Outcome::completed;  ///< how the run ended; completed, too, where it was left early as chaotic
-  std::string message;                   ///< with the numbers
-  bool chaotic = false;                  ///< whether the index fell below `aligned`
-  std::vector<double> times;             ///< of the looks
-  std::vector<double> index;             ///< GALI_k at these times, from 1 at the start
-  std::vector<double> growth;            ///< ln of what the first deviation has grown by
-  double t = 0.0;                        ///< time of the last good state
-  Eigen::VectorXd y;                     ///< the last good state
-
-  /// Whether all of the time was run through, or enough of it.
-  bool completed() const noexcept { return outcome == Outcome::completed; }
+struct Alignment : RunEnd {
+  bool chaotic = false;          ///< whether the index fell below `aligned`; the run then is completed, too, where it was left early
+  std::vector<double> times{};   ///< of the looks
+  std::vector<double> index{};   ///< GALI_k at these times, from 1 at the start
+  std::vector<double> growth{};  ///< ln of what the first deviation has grown by
 };
 
 namespace detail {
@@ -75,7 +67,7 @@ Alignment alignment_of(const FlowInPieces& flow, double t0, const Eigen::VectorX
   const double forward = t_end < t0 ? -1.0 : 1.0, duration = std::abs(t_end - t0);
   const double resolved = 8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t_end));
   double interval = std::max(options.interval > 0.0 ? std::min(options.interval, duration) : duration / 100.0, resolved);
-  Alignment result{.message = {}, .times = {}, .index = {}, .growth = {}, .t = t0, .y = y0};
+  Alignment result{{.t = t0, .y = y0}};
   MatrixXd W = first_deviations<MatrixXd>(flow, t0, y0, options.deviations);
   double growth = 0.0;
   while (forward * (t_end - result.t) > 0.0) {
@@ -83,10 +75,7 @@ Alignment alignment_of(const FlowInPieces& flow, double t0, const Eigen::VectorX
     if (forward * (t_end - next) < 1e-3 * interval) next = t_end;
     const PieceOfFlow piece = flow(result.t, result.y, next);
     if (piece.outcome != Outcome::completed) {
-      result.outcome = piece.outcome;
-      result.message = piece.message;
-      result.t = piece.t;
-      result.y = piece.y;
+      static_cast<RunEnd&>(result) = piece;
       return result;
     }
     MatrixXd directions = piece.Phi * W;
@@ -96,15 +85,12 @@ Alignment alignment_of(const FlowInPieces& flow, double t0, const Eigen::VectorX
       continue;
     }
     for (Eigen::Index j = 0; j < directions.cols(); ++j) {
-      double square = 0.0;
-      for (Eigen::Index i = 0; i < directions.rows(); ++i) square += directions(i, j) * directions(i, j);
-      const double length = std::sqrt(square);
-      for (Eigen::Index i = 0; i < directions.rows(); ++i) directions(i, j) /= length;
+      const double length = directions.col(j).norm();
+      directions.col(j) /= length;
       if (j == 0) growth += std::log(length);
     }
     W = directions;
-    double volume = 1.0;
-    for (const double height : lengths_of_orthonormalized(directions)) volume *= height;
+    double volume = lengths_of_orthonormalized(directions).prod();
     if (!(volume > 0.0)) volume = 0.0;  // one depends on the others exactly
     result.t = piece.t;
     result.y = piece.y;

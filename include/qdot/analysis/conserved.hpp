@@ -237,18 +237,15 @@ class ConservedSearch {
 
 /// Which momenta are conserved, whether h = q̇·p − L is, and whether it is the energy T + V; with the reasons.
 ///
+/// In a scene terms of effects in T and V are in L, and a force or a constraint takes away what it acts on.
 /// Runs T and V once on a scalar that records, and derives what is asked for as formulas: 0.1 ms for a few coordinates, 50 ms for a
 /// hundred.
 /// What is not seen is "not found" with what is in the way; nothing is thrown for it.
-template <class E, int n, Inertia I>
-ConservedQuantities conserved_quantities(const System<E, n, I>& system) {
-  return detail::ConservedSearch(detail::recorded_scene(system)).quantities();
-}
-
-/// The same of a scene: terms of effects in T and V are in L, and a force or a constraint takes away what it acts on.
-template <class Sys, class... Effects>
-ConservedQuantities conserved_quantities(const Scene<Sys, Effects...>& scene) {
-  return detail::ConservedSearch(detail::recorded_scene(scene)).quantities();
+///
+/// @param model  a system or scene
+template <class Model>
+ConservedQuantities conserved_quantities(const Model& model) {
+  return detail::ConservedSearch(detail::recorded_scene(scene(model))).quantities();
 }
 
 }  // namespace qdot

@@ -80,16 +80,10 @@ void require_staying(const L& linear, const char* who) {
                          ": A must be the same at all times, but it changes with t; the exponents of one moment say "
                          "nothing about a motion that is excited "
                          "through its parameters, so simulate it, or fix the time"});
-  double size = 1.0, most = 0.0;
-  for (Eigen::Index i = 0; i < linear.q.size(); ++i)
-    size = std::max({size, std::abs(linear.q[i]), std::abs(linear.qdot[i])});
-  for (Eigen::Index i = 0; i < linear.A.size(); ++i) most = std::max(most, std::abs(linear.A.data()[i]));
+  const double size = std::max({1.0, linear.q.template lpNorm<Eigen::Infinity>(), linear.qdot.template lpNorm<Eigen::Infinity>()});
+  const double most = linear.A.template lpNorm<Eigen::Infinity>();
   for (Eigen::Index i = 0; i < linear.drift.size(); ++i) {
-    double of_it = 0.0, on_it = 1.0;
-    for (Eigen::Index j = 0; j < linear.drift.size(); ++j) {
-      of_it = std::max(of_it, std::abs(linear.A(j, i)));
-      on_it = std::max(on_it, std::abs(linear.A(i, j)));
-    }
+    const double of_it = linear.A.col(i).template lpNorm<Eigen::Infinity>(), on_it = std::max(1.0, linear.A.row(i).template lpNorm<Eigen::Infinity>());
     if (i < linear.positions && of_it <= 1e-9 * most) continue;  // cyclic
     if (std::abs(linear.drift[i]) <= 1e-7 * size * on_it) continue;
     throw_invalid_value({who,
@@ -135,17 +129,14 @@ DampedModes damped_modes(const L& linear) {
     const std::complex<double> lambda = all.lambda[i];
     result.growth = std::max(result.growth, lambda.real());
     if (lambda.imag() < 0.0) continue;
-    DampedMode mode{lambda, std::abs(lambda), 0.0, Eigen::VectorXcd::Zero(n)};
+    DampedMode mode{lambda, std::abs(lambda), 0.0, linear.W.topRows(n) * all.vectors.col(i)};
     if (mode.natural_frequency > 0.0) mode.damping_ratio = (0.0 - lambda.real()) / mode.natural_frequency;
     Eigen::Index largest = 0;
-    double size = 0.0;
-    for (Eigen::Index j = 0; j < n; ++j) {
-      for (Eigen::Index k = 0; k < count; ++k) mode.shape[j] += linear.W(j, k) * all.vectors(k, i);
+    for (Eigen::Index j = 1; j < n; ++j)
       if (std::abs(mode.shape[j]) > std::abs(mode.shape[largest])) largest = j;
-    }
-    for (Eigen::Index k = 0; k < count; ++k) size = std::max(size, std::abs(all.vectors(k, i)));
     const std::complex<double> unit = n > 0 ? mode.shape[largest] : 0.0;
-    for (Eigen::Index j = 0; j < n; ++j) mode.shape[j] = std::abs(unit) > 1e-12 * size ? mode.shape[j] / unit : 0.0;
+    if (std::abs(unit) > 1e-12 * all.vectors.col(i).cwiseAbs().maxCoeff()) mode.shape /= unit;
+    else mode.shape.setZero();
     result.modes.push_back(mode);
   }
   std::stable_sort(result.modes.begin(), result.modes.end(),

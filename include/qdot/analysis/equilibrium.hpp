@@ -48,10 +48,6 @@ auto energy_at_rest(const Sys& system) {
   };
 }
 
-}  // namespace detail
-
-namespace detail {
-
 // The shortest x with K x = −slope, or with the least residual; the two arguments are of run-time size so that all
 // numbers of coordinates share one instantiation.
 template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>  // compiled only where it is called

@@ -103,22 +103,16 @@ class BranchSearch {
     if (q.size() != n) throw DimensionError("q", static_cast<long>(n), static_cast<long>(q.size()), "pass one entry for each coordinate");
     Eigen::VectorXd qdot = options.qdot.size() > 0 ? options.qdot : Eigen::VectorXd(Eigen::VectorXd::Zero(n));
     if (qdot.size() != n) throw DimensionError("qdot", static_cast<long>(n), static_cast<long>(qdot.size()), "pass one rate for each coordinate, or none at all");
-    Eigen::VectorXd y = Eigen::VectorXd::Zero(flow->size());
-    for (Eigen::Index i = 0; i < n; ++i) {
-      y[i] = q[i];
-      y[n + i] = qdot[i];
-    }
+    Eigen::VectorXd y(flow->size());
+    y << q, qdot, Eigen::VectorXd::Zero(flow->size() - 2 * n);
     y = steady_state_near(*flow, {who, 100, 1e-12}, 0.0, y);
     Eigen::VectorXd X(flow->size() - n + 1);
-    for (Eigen::Index i = 0; i < n; ++i) X[i] = y[i];
-    for (Eigen::Index i = 2 * n; i < y.size(); ++i) X[i - n] = y[i];
-    X[X.size() - 1] = from;
+    X << y.head(n), y.tail(flow->size() - 2 * n), from;
     curve_.emplace(flow_at, 0.0, qdot, X, std::abs(to - from));
     low_ = curve_->scaled_parameter(std::min(from, to));
     high_ = curve_->scaled_parameter(std::max(from, to));
     dof_ = n;
-    Eigen::VectorXd ahead = Eigen::VectorXd::Zero(curve_->parameter() + 1);
-    ahead[curve_->parameter()] = to > from ? 1.0 : -1.0;
+    const Eigen::VectorXd ahead = (to > from ? 1.0 : -1.0) * Eigen::VectorXd::Unit(curve_->parameter() + 1, curve_->parameter());
     const CurvePoint start = curve_->point(curve_->scaled(X), ahead, nullptr);
     if (start.tangent.dot(ahead) < 0.0) throw InvalidValue("equilibrium_branches: the curve must go on from the start, but there it has no direction; begin beside this value");
     waiting_.push_back({start, {}});
@@ -226,12 +220,10 @@ class BranchSearch {
       }
       const double at = next->X[next->X.size() - 1];
       if (at > high_ || at < low_) {
-        Eigen::VectorXd normal = Eigen::VectorXd::Zero(last + 1);
-        normal[last] = 1.0;
         const double part = ((at > high_ ? high_ : low_) - here.X[here.X.size() - 1]) / (at - here.X[here.X.size() - 1]);
         Eigen::VectorXd guess = here.X + part * (next->X - here.X);
         guess[guess.size() - 1] = at > high_ ? high_ : low_;
-        const auto X = curve_->on_plane(guess, normal);
+        const auto X = curve_->on_plane(guess, Eigen::VectorXd::Unit(last + 1, last));
         if (X && part > 1e-9) {
           const CurvePoint end = curve_->point(*X, here.tangent, &here);
           add_specials(branch, here, end, step, fresh, count, begin);

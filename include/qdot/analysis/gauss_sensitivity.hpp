@@ -111,11 +111,7 @@ class GaussStepper<detail::VariationalForm<changes>> {
 
  private:
   static Options of_motion(const detail::VariationalForm<changes>& form, Options options) {
-    if (options.atol.size() > 1) {
-      Eigen::VectorXd of_y(2 * form.dof());
-      for (Index i = 0; i < of_y.size(); ++i) of_y[i] = options.atol[i];
-      options.atol = of_y;
-    }
+    options.atol = detail::each_atol(options, 2 * form.dof());
     return options;
   }
 

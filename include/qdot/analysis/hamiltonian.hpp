@@ -64,10 +64,6 @@ S in_phase_space(const F& f, const Vector<S, n>& q, const Vector<S, n>& p, const
   }
 }
 
-}  // namespace detail
-
-namespace detail {
-
 template <int n>
 struct VelocityAndMass {
   Vector<double, n> qdot;
@@ -207,10 +203,7 @@ auto poisson_bracket(const F& f, const G& g, const Eigen::MatrixBase<Q>& q, cons
   const Eigen::Index k = q.size();
   if (p.size() != k) throw DimensionError("p", static_cast<long>(k), static_cast<long>(p.size()), "pass one momentum for each coordinate");
   Vector<S, n == Dynamic ? Dynamic : 2 * n> x(2 * k);
-  for (Eigen::Index i = 0; i < k; ++i) {
-    x[i] = q[i];
-    x[k + i] = p[i];
-  }
+  x << q, p;
   const auto slopes = [&](const auto& function) {
     return gradient(detail::marked<detail::SlopeInPhaseSpace>([&](const auto& y) {
       using D = typename std::remove_cvref_t<decltype(y)>::Scalar;

@@ -120,25 +120,16 @@ Linearization linearized(const F& flow, double t, const Eigen::VectorXd& y) {
   W.block(n, a, n, b) = speeds.basis();
   for (Eigen::Index k = a + b; k < N; ++k) W(picked[static_cast<std::size_t>(k)], k) = 1.0;
 
-  const Matrix slopes = flow.slopes(t, y), moved = slopes * W;
-  const Eigen::VectorXd rates = flow.rates(t, y);
+  const Matrix slopes = flow.slopes(t, y);
   for (const double later : {1.0, 3.7}) {
     const Matrix change = flow.slopes(t + later, y) - slopes;
     result.autonomous = result.autonomous && change.norm() <= 1e-9 * slopes.norm();
   }
-  result.A.resize(N, N);
-  result.B.resize(N, static_cast<Eigen::Index>(inputs.size()));
-  result.drift.resize(N);
-  result.u.resize(result.B.cols());
-  for (Eigen::Index k = 0; k < N; ++k) {
-    const Eigen::Index row = picked[static_cast<std::size_t>(k)];
-    result.A.row(k) = moved.row(row);
-    result.drift[k] = rates[row];
-    result.states.push_back(flow.name(row));
-    for (Eigen::Index j = 0; j < result.B.cols(); ++j)
-      result.B(k, j) = slopes(row, inputs[static_cast<std::size_t>(j)]);
-  }
-  for (Eigen::Index j = 0; j < result.u.size(); ++j) result.u[j] = y[inputs[static_cast<std::size_t>(j)]];
+  result.A = (slopes * W)(picked, Eigen::all);
+  result.B = slopes(picked, inputs);
+  result.drift = flow.rates(t, y)(picked);
+  result.u = y(inputs);
+  for (const Eigen::Index row : picked) result.states.push_back(flow.name(row));
   result.C = Matrix::Identity(N, N);
   result.D = Matrix::Zero(N, result.B.cols());
   result.W = W.topRows(2 * n);

@@ -32,7 +32,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -74,18 +73,11 @@ struct LyapunovOptions {
 };
 
 /// Lyapunov's exponents of a motion.
-struct LyapunovSpectrum {
-  Outcome outcome = Outcome::completed;  ///< how the run ended
-  std::string message;                   ///< with the numbers
-  Eigen::VectorXd lambda;                ///< 1/time, falling as far as the time was long enough; empty if the run ended before anything was counted
-  Eigen::VectorXd standard_error;        ///< of each, from ten parts of the time; infinite where fewer than ten intervals were counted
-  std::vector<double> times;             ///< ends of the intervals that were counted
-  std::vector<Eigen::VectorXd> running;  ///< the exponents from `settle` to these times
-  double t = 0.0;                        ///< time of the last good state
-  Eigen::VectorXd y;                     ///< the last good state
-
-  /// Whether all of the time was run through.
-  bool completed() const noexcept { return outcome == Outcome::completed; }
+struct LyapunovSpectrum : RunEnd {
+  Eigen::VectorXd lambda{};                ///< 1/time, falling as far as the time was long enough; empty if the run ended before anything was counted
+  Eigen::VectorXd standard_error{};        ///< of each, from ten parts of the time; infinite where fewer than ten intervals were counted
+  std::vector<double> times{};             ///< ends of the intervals that were counted
+  std::vector<Eigen::VectorXd> running{};  ///< the exponents from `settle` to these times
 };
 
 namespace detail {
@@ -107,14 +99,12 @@ inline Eigen::VectorXd standard_errors(const LyapunovSpectrum& found, double beg
     const double from = k == 0 ? 0.0 : std::abs(found.times[k - 1] - begun);
     while (k < found.times.size() && (part == parts_of_time || std::abs(found.times[k] - begun) <= part * duration / parts_of_time)) ++k;
     const double to = k == 0 ? 0.0 : std::abs(found.times[k - 1] - begun);
-    for (Eigen::Index i = 0; i < count && to > from; ++i) {
-      const double until = found.running[k - 1][i] * to, difference = (until - passed[i]) / (to - from) - found.lambda[i];
-      error[i] += difference * difference;
-      passed[i] = until;
-    }
+    if (!(to > from)) continue;
+    const Eigen::VectorXd until = found.running[k - 1] * to;
+    error += ((until - passed) / (to - from) - found.lambda).cwiseAbs2();
+    passed = until;
   }
-  for (double& e : error) e = std::sqrt(e / (parts_of_time * (parts_of_time - 1)));
-  return error;
+  return (error / (parts_of_time * (parts_of_time - 1))).cwiseSqrt();
 }
 
 template <class MatrixXd>
@@ -133,10 +123,7 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
   const double settled = t0 + forward * settle;
   if (!(settle >= 0.0) || !(forward * (t_end - settled) > 0.0))
     throw_invalid_value({"the time to settle must lie within the run, but is ", settle, " of ", duration, "; give it less, or run longer"});
-  LyapunovSpectrum result;
-  result.t = t0;
-  result.y = y0;
-
+  LyapunovSpectrum result{{.t = t0, .y = y0}};
   MatrixXd Q = first_deviations<MatrixXd>(flow, t0, y0, options.directions);
   const Eigen::Index count = Q.cols();
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
@@ -149,19 +136,12 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
     if (forward * (t_end - next) < 1e-3 * interval) next = t_end;
     const PieceOfFlow piece = flow(result.t, result.y, next);
     if (piece.outcome != Outcome::completed) {
-      result.outcome = piece.outcome;
-      result.message = piece.message;
-      result.t = piece.t;
-      result.y = piece.y;
+      static_cast<RunEnd&>(result) = piece;
       break;
     }
     MatrixXd along = piece.Phi * Q;
     const Eigen::VectorXd length = lengths_of_orthonormalized(along);
-    double longest = 0.0, shortest = std::numeric_limits<double>::infinity();
-    for (Eigen::Index i = 0; i < count; ++i) {
-      longest = std::max(longest, length[i]);
-      shortest = std::min(shortest, length[i]);
-    }
+    const double longest = length.maxCoeff(), shortest = length.minCoeff();
     if (!(longest <= parts_too_far * shortest)) {
       if (interval > smallest) {
         interval *= 0.5;
@@ -172,8 +152,7 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
                                  " one has shrunk to ", shortest, " of its length at once; ask for fewer directions"});
       break;
     }
-    if (counts)
-      for (Eigen::Index i = 0; i < count; ++i) sum[i] += std::log(length[i]);
+    if (counts) sum += length.array().log().matrix();
     Q = along;
     result.t = piece.t;
     result.y = piece.y;

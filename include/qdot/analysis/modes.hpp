@@ -51,6 +51,16 @@ struct SmallMotion {
 
 namespace detail {
 
+// A system, or that of a scene whose effects are all in its energies.
+template <class Model>
+const auto& conservative_system(const Model& model) {
+  if constexpr (requires { Model::has_forces; })
+    static_assert(!Model::has_forces && !Model::has_constraints && !Model::has_states,
+                  "qdot: M, G and K alone describe small motions of systems and of scenes that add potentials or terms of L to them; with forces, dampers, controllers or "
+                  "constraints ask damped_modes(linearization(scene, equilibrium_near(scene, q))), from analysis/damped_modes.hpp");
+  return system_of(model);
+}
+
 template <class VectorXd = Eigen::VectorXd>
 void require_equilibrium(const std::type_identity_t<VectorXd>& q, const std::type_identity_t<VectorXd>& slope, double stiffness) {
   const double scale = stiffness * std::max(1.0, q.cwiseAbs().maxCoeff());
@@ -65,10 +75,12 @@ void require_equilibrium(const std::type_identity_t<VectorXd>& q, const std::typ
 
 /// M, G and K at an equilibrium of an autonomous system.
 ///
-/// @param q  the equilibrium, n; equilibrium_near() finds one
-/// @throws   InvalidValue when the force at rest is larger than 1e-7 · max |K| · max(1, |q|), so that q is none
-template <class E, int n, Inertia I, class Q>
-SmallMotion<n> small_motion(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q) {
+/// @param model  a system, or a scene whose effects are potentials and terms of L; with forces or constraints see analysis/damped_modes.hpp
+/// @param q      the equilibrium, n; equilibrium_near() finds one
+/// @throws       InvalidValue when the force at rest is larger than 1e-7 · max |K| · max(1, |q|), so that q is none
+template <class Model, class Q, int n = Model::dof_at_compile_time>
+SmallMotion<n> small_motion(const Model& model, const Eigen::MatrixBase<Q>& q) {
+  const auto& system = detail::conservative_system(model);
   const Vector<double, n> at = q;
   detail::require_sizes(system, at, at);
   const auto U = detail::energy_at_rest(system);
@@ -93,12 +105,9 @@ struct NormalModes {
   ///
   /// @throws InvalidValue when some ω² is negative: that mode grows instead of oscillating
   Vector<double, n> frequencies() const {
-    if (squared_frequencies.size() > 0 && squared_frequencies[0] < 0.0) {
-      std::ostringstream text;
-      text << "normal modes: frequencies need omega^2 >= 0, but the lowest is " << squared_frequencies[0]
-           << "; the equilibrium is unstable, look at squared_frequencies";
-      throw InvalidValue(text.str());
-    }
+    if (squared_frequencies.size() > 0 && squared_frequencies[0] < 0.0)
+      detail::throw_invalid_value({"normal modes: frequencies need omega^2 >= 0, but the lowest is ", {squared_frequencies[0], 6},
+                                   "; the equilibrium is unstable, look at squared_frequencies"});
     return squared_frequencies.cwiseSqrt();
   }
 };
@@ -133,17 +142,14 @@ Eigen::VectorXcd solved_exponents(const std::type_identity_t<MatrixXd>& K, const
 ///
 /// @throws InvalidValue when q is no equilibrium, or G ≠ 0 (then ask for characteristic_exponents)
 /// @throws InvalidValue when M is not positive definite there
-template <class E, int n, Inertia I, class Q>
-NormalModes<n> normal_modes(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q) {
-  const SmallMotion<n> motion = small_motion(system, q);
+template <class Model, class Q, int n = Model::dof_at_compile_time>
+NormalModes<n> normal_modes(const Model& model, const Eigen::MatrixBase<Q>& q) {
+  const SmallMotion<n> motion = small_motion(model, q);
   const double gyroscopic = motion.G.cwiseAbs().maxCoeff();
   const double scale = std::sqrt(motion.M.cwiseAbs().maxCoeff() * motion.K.cwiseAbs().maxCoeff());
-  if (gyroscopic > 1e-9 * scale) {
-    std::ostringstream text;
-    text << "normal_modes: T must not couple q and qdot linearly, but the gyroscopic matrix has an entry " << gyroscopic
-         << "; use characteristic_exponents()";
-    throw InvalidValue(text.str());
-  }
+  if (gyroscopic > 1e-9 * scale)
+    detail::throw_invalid_value({"normal_modes: T must not couple q and qdot linearly, but the gyroscopic matrix has an entry ", {gyroscopic, 6},
+                                 "; use characteristic_exponents()"});
   const NormalModes<Dynamic> modes = detail::solved_modes(motion.K, motion.M);
   return {modes.squared_frequencies, modes.shapes};
 }
@@ -151,37 +157,10 @@ NormalModes<n> normal_modes(const System<E, n, I>& system, const Eigen::MatrixBa
 /// The 2n characteristic exponents λ with (λ² M + λ G + K) a = 0, sorted by imaginary, then by real part.
 ///
 /// @throws InvalidValue when q is no equilibrium
-template <class E, int n, Inertia I, class Q>
-Eigen::VectorXcd characteristic_exponents(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q) {
-  const SmallMotion<n> motion = small_motion(system, q);
+template <class Model, class Q>
+Eigen::VectorXcd characteristic_exponents(const Model& model, const Eigen::MatrixBase<Q>& q) {
+  const auto motion = small_motion(model, q);
   return detail::solved_exponents(motion.K, motion.G, motion.M);
-}
-
-namespace detail {
-
-// The system of a scene whose effects are all in its energies.
-template <class Sc>
-const auto& conservative_system(const Sc& scene) {
-  static_assert(!Sc::has_forces && !Sc::has_constraints && !Sc::has_states,
-                "qdot: M, G and K alone describe small motions of systems and of scenes that add potentials or terms of L to them; with forces, dampers, controllers or "
-                "constraints ask damped_modes(linearization(scene, equilibrium_near(scene, q))), from analysis/damped_modes.hpp");
-  return scene.system();
-}
-
-}  // namespace detail
-
-/// The same for a scene whose effects are potentials and terms of L; with forces or constraints see analysis/damped_modes.hpp.
-template <class Sys, class... Effects, class Q>
-auto small_motion(const Scene<Sys, Effects...>& scene, const Eigen::MatrixBase<Q>& q) {
-  return small_motion(detail::conservative_system(scene), q);
-}
-template <class Sys, class... Effects, class Q>
-auto normal_modes(const Scene<Sys, Effects...>& scene, const Eigen::MatrixBase<Q>& q) {
-  return normal_modes(detail::conservative_system(scene), q);
-}
-template <class Sys, class... Effects, class Q>
-Eigen::VectorXcd characteristic_exponents(const Scene<Sys, Effects...>& scene, const Eigen::MatrixBase<Q>& q) {
-  return characteristic_exponents(detail::conservative_system(scene), q);
 }
 
 }  // namespace qdot

@@ -91,25 +91,6 @@ struct MotionBetween {
 
 namespace detail {
 
-template <class Sys>
-class LegsOf final : public Legs {
-  static constexpr int n = Sys::dof_at_compile_time;
-
- public:
-  LegsOf(const Sys& system, const Options& options) : system_(system), options_(options) { options_.keep_trajectory = false; }
-
-  Eigen::Index dof() const override { return system_.dof(); }
-  std::string name(Eigen::Index i) const override { return i < dof() ? system_.coordinate_name(i) : system_.velocity_name(i - dof()); }
-  Leg leg(double from, const Eigen::VectorXd& x, double to) const override {
-    const auto run = sensitivities(system_, State<n>{from, x.head(dof()), x.tail(dof())}, to, Dop853{}, options_);
-    return {run.outcome, run.message, run.y, run.Phi};
-  }
-
- private:
-  const Sys& system_;
-  Options options_;
-};
-
 // ∂p/∂(q, q̇), n×2n.
 template <class E, int n, Inertia I>
 Eigen::MatrixXd momentum_slopes(const System<E, n, I>& system, const State<n>& at) {
@@ -128,18 +109,11 @@ template <class Sys, int n>
 std::vector<MeetingPoint> meeting_points(const Sys& system, const Sensitivities<n>& motion, double t_a, double t_b) {
   const Eigen::Index k = system.dof();
   const Eigen::MatrixXd first = momentum_slopes(system, motion.at(t_a));
-  Eigen::VectorXd unit(k);
-  for (Eigen::Index i = 0; i < k; ++i) unit[i] = std::sqrt(first(i, k + i));
+  const Eigen::VectorXd unit = first.rightCols(k).diagonal().cwiseSqrt();
   const double duration = (t_b - t_a) / 3.0;
   const auto neighbours = [&](double t) {
     const Eigen::MatrixXd columns = motion.Phi_at(t).rightCols(k), momenta = momentum_slopes(system, motion.at(t)) * columns;
-    DeviationFrame at{columns.topRows(k), momenta};
-    for (Eigen::Index i = 0; i < k; ++i)
-      for (Eigen::Index j = 0; j < k; ++j) {
-        at.X(i, j) *= unit[i] / duration;
-        at.P(i, j) /= unit[i];
-      }
-    return at;
+    return DeviationFrame{(unit / duration).asDiagonal() * columns.topRows(k), unit.cwiseInverse().asDiagonal() * momenta};
   };
   return MeetingPoints(neighbours, t_a, t_b).between(motion.run.trajectory.times());
 }
@@ -197,12 +171,12 @@ MotionBetween<n> motion_between(const System<E, n, Inertia::positive_definite>& 
   detail::require_between(options, t_a, t_b);
   detail::require_sizes(system, q_a, q_b);
   const Eigen::Index k = system.dof();
-  const detail::LegsOf<System<E, n, Inertia::positive_definite>> legs(system, options.integration);
   for (Eigen::Index i = 0; i < k; ++i)
     if (!std::isfinite(q_a[i]) || !std::isfinite(q_b[i]))
-      detail::throw_invalid_value({"motion_between: both ends must be finite, but ", legs.name(i), " goes from ", q_a[i], " to ", q_b[i],
+      detail::throw_invalid_value({"motion_between: both ends must be finite, but ", system.coordinate_name(i), " goes from ", q_a[i], " to ", q_b[i],
                                    "; give every entry a number"});
-  detail::BetweenSearch search{&legs};
+  detail::BetweenSearch search{detail::flow_in_pieces(system, Dop853{}, options.integration), {}};
+  for (Eigen::Index i = 0; i < 2 * k; ++i) search.names.push_back(first_order_form(system).component_name(i));
   search.most_iterations = options.most_iterations;
   search.tolerance = options.tolerance;
   for (int i = 0; i <= options.legs; ++i) {
@@ -225,7 +199,7 @@ MotionBetween<n> motion_between(const System<E, n, Inertia::positive_definite>& 
   if (end.outcome == BetweenOutcome::run_failed) return result;
   Options kept = options.integration;
   kept.keep_trajectory = true;
-  result.motion = sensitivities(system, result.start, t_b, Dop853{}, kept);
+  result.motion = sensitivities(system, FirstOrderState{t_a, end.point.x[0]}, t_b, Dop853{}, kept);
   if (!result.motion.completed()) {
     result.outcome = BetweenOutcome::run_failed;
     result.run_outcome = result.motion.outcome;

@@ -83,15 +83,10 @@ auto transformed(const Family& family, const S& s, const Vector<S, n>& q, const 
 // ξ at (q, t).
 template <class S, int n, class Family>
 Vector<S, n> generator(const Family& family, const Vector<S, n>& q, const S& t) {
-  using D = Dual<S, 1, SlopeOfFamily>;
-  D s(S(0.0));
-  s.tangent[0] = S(1.0);
-  Vector<D, n> at(q.size());
-  for (Eigen::Index i = 0; i < q.size(); ++i) at[i] = D(q[i]);
-  const Vector<D, n> moved = transformed<D, n>(family, s, at, D(t));
-  Vector<S, n> xi(q.size());
-  for (Eigen::Index i = 0; i < q.size(); ++i) xi[i] = moved[i].tangent[0];
-  return xi;
+  return derivative(marked<SlopeOfFamily>([&](const auto& s) {
+    using D = std::remove_cvref_t<decltype(s)>;
+    return transformed<D, n>(family, s, Vector<D, n>(q.template cast<D>()), D(t));
+  }), S(0.0));
 }
 
 template <class Gauge, class S, int n>
@@ -124,36 +119,21 @@ ShareOfEffects share_of_effects(const Scene<Sys, Effects...>& scene, [[maybe_unu
     const std::vector<double> other = scattered_point(static_cast<std::size_t>(z.size()), sample);
     for (Eigen::Index i = 0; i < z.size(); ++i) z[i] += other[static_cast<std::size_t>(i)];
     if constexpr (Sc::has_forces) {
-      const Vector<double, Sys::dof_at_compile_time> Q = effect_forces(scene, q, qdot, z, t);
-      for (Eigen::Index i = 0; i < k; ++i) {
-        share.power += xi[i] * Q[i];
-        share.power_size += std::abs(xi[i] * Q[i]);
-      }
+      const Eigen::VectorXd power = xi.cwiseProduct(effect_forces(scene, q, qdot, z, t));
+      share.power = power.sum();
+      share.power_size = power.cwiseAbs().sum();
     }
     if constexpr (Sc::has_constraints) {
       Eigen::VectorXd y(2 * k + z.size());
       y << q, qdot, z;
       const ConstraintsAt rows = constraints_at(scene, t, y);
       for (Eigen::Index row = 0; row < rows.phi.size(); ++row) {
-        double sum = 0.0, size = 0.0;
-        for (Eigen::Index i = 0; i < k; ++i) {
-          sum += rows.slopes(row, k + i) * xi[i];
-          size += std::abs(rows.slopes(row, k + i) * xi[i]);
-        }
-        if (size > 0.0) share.across = std::max(share.across, std::abs(sum) / size);
+        const Eigen::VectorXd terms = rows.slopes.row(row).tail(k).transpose().cwiseProduct(xi);
+        if (const double size = terms.cwiseAbs().sum(); size > 0.0) share.across = std::max(share.across, std::abs(terms.sum()) / size);
       }
     }
   }
   return share;
-}
-
-template <class E, int n, Inertia I>
-const System<E, n, I>& system_of(const System<E, n, I>& system) {
-  return system;
-}
-template <class Sys, class... Effects>
-const auto& system_of(const Scene<Sys, Effects...>& scene) {
-  return scene.system();
 }
 
 template <int n>
@@ -161,15 +141,8 @@ std::vector<State<n>> scattered_states(Eigen::Index dof) {
   std::vector<State<n>> states;
   for (int sample = 0; sample < scattered_points; ++sample) {
     const std::vector<double> x = scattered_point(static_cast<std::size_t>(2 * dof + 1), sample);
-    State<n> state;
-    state.q.resize(dof);
-    state.qdot.resize(dof);
-    for (Eigen::Index i = 0; i < dof; ++i) {
-      state.q[i] = x[static_cast<std::size_t>(i)];
-      state.qdot[i] = x[static_cast<std::size_t>(dof + i)];
-    }
-    state.t = x.back();
-    states.push_back(state);
+    using Q = Vector<double, n>;
+    states.push_back({x.back(), Eigen::Map<const Q>(x.data(), dof), Eigen::Map<const Q>(x.data() + dof, dof)});
   }
   return states;
 }

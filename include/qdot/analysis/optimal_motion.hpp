@@ -71,23 +71,10 @@ struct OptimalTask {
 ///
 /// @tparam n  number of coordinates, or Dynamic
 template <int n = Dynamic>
-struct OptimalMotion {
-  OptimalOutcome outcome = OptimalOutcome::failed;  ///< how the search ended
-  std::string message;   ///< what was found or missed, with the numbers
-  double cost = std::numeric_limits<double>::quiet_NaN();  ///< of the motion on its mesh; NaN where none was found
-  double t_end = 0.0;       ///< when it ends
-  std::vector<double> t;    ///< the mesh
-  Eigen::VectorXd error;    ///< of each interval: what a run of it differs by, in extents of the motion
-  Eigen::VectorXd miss;     ///< of each condition at the end: what the run of the whole motion differs by
-  std::vector<MissedCondition> missed;  ///< conditions that cannot be met, with what comes nearest
-  std::vector<std::string> at_bounds;   ///< what is at a bound on the way there
-  int iterations = 0, refinements = 0;  ///< of the optimizer on all meshes, and of the mesh
-  std::vector<Run<Dynamic>> legs;              ///< runs of the intervals, one after the other
+struct OptimalMotion : OptimalEnd {
+  double t_end = 0.0;                          ///< when it ends
   std::vector<Eigen::MatrixXd> stage_inputs;   ///< of each interval, a column for each stage
   Eigen::VectorXd least_input, most_input, c;  ///< bounds, and places of the stages within an interval
-
-  /// Whether it is optimal on its mesh and a run of it agrees.
-  bool solved() const noexcept { return outcome == OptimalOutcome::solved; }
 
   /// The inputs at a time, in the order of the scene.
   ///
@@ -279,18 +266,9 @@ auto optimal_motion_of(const Sc& scene, const OptimalTask<Sc::dof_at_compile_tim
   const auto straight = [&](double t) -> Eigen::VectorXd { return start + (t - t_a) / (t_b - t_a) * (end - start); };
   OptimalSearchEnd found = OptimalSearch(erased, options, solved_by_ipopt).end(control_guess(erased, t_b, options, on_path ? on_path : straight));
   OptimalMotion<n> result;
-  result.outcome = found.outcome;
-  result.message = std::move(found.message);
-  result.cost = found.cost;
+  static_cast<OptimalEnd&>(result) = std::move(found);
+  if (result.outcome != OptimalOutcome::solved && result.outcome != OptimalOutcome::not_accurate) result.legs.clear();
   result.t_end = found.mesh.t_b;
-  result.t = std::move(found.t);
-  result.error = std::move(found.error);
-  result.miss = std::move(found.miss);
-  result.missed = std::move(found.missed);
-  result.at_bounds = std::move(found.at_bounds);
-  result.iterations = found.iterations;
-  result.refinements = found.refinements;
-  if (found.outcome == OptimalOutcome::solved || found.outcome == OptimalOutcome::not_accurate) result.legs = std::move(found.legs);
   for (const Eigen::MatrixXd& stages : found.mesh.stages) result.stage_inputs.push_back(stages.bottomRows(controlled.inputs()));
   result.least_input = erased.lower.tail(controlled.inputs());
   result.most_input = erased.upper.tail(controlled.inputs());

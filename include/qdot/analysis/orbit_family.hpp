@@ -98,12 +98,15 @@ struct FamilyOrbit : Orbit {
 };
 
 /// Orbits in the order of their arc length, special points among them.
-template <int n>
-struct OrbitFamily {
+struct OrbitsOfFamily {
   FamilyOutcome outcome = FamilyOutcome::no_family;  ///< how it ended
-  std::string message;                               ///< with the numbers
-  std::vector<FamilyOrbit> orbits;                   ///< in the order of arc length
+  std::string message{};                             ///< with the numbers
+  std::vector<FamilyOrbit> orbits{};                 ///< in the order of arc length
+};
 
+/// The same with their starts as states of the system.
+template <int n>
+struct OrbitFamily : OrbitsOfFamily {
   /// The start of orbit number i.
   State<n> start(std::size_t i) const {
     const Orbit& orbit = orbits.at(i);
@@ -113,14 +116,8 @@ struct OrbitFamily {
 
 namespace detail {
 
-struct FamilyFound {
-  FamilyOutcome outcome = FamilyOutcome::no_family;
-  std::string message{};
-  std::vector<FamilyOrbit> orbits{};
-};
-
 // The first orbit is sought with everything held; then all is free but what `held` says.
-inline FamilyFound family_from(const Shooting& of, Eigen::VectorXd X, const FamilyIn& in, Held held, const FamilyOptions& options) {
+inline OrbitsOfFamily family_from(const Shooting& of, Eigen::VectorXd X, const FamilyIn& in, Held held, const FamilyOptions& options) {
   constexpr const char* who = "family_of_orbits";
   constexpr double least_step = 1e-6, least_cosine = 0.9;
   using What = BranchQuantity::What;
@@ -141,7 +138,7 @@ inline FamilyFound family_from(const Shooting& of, Eigen::VectorXd X, const Fami
   const ClosingSearch search{options.orbit.max_iterations, options.orbit.tolerance};
   const ClosingSearch nearby{std::min(8, search.max_iterations), search.tolerance, 0.2};  // a shorter step along the branch is cheaper than a long search
 
-  FamilyFound found;
+  OrbitsOfFamily found;
   ClosingEnd end = closed(equations, X, search);
   const auto orbit_on = [&](const PointOfFamily& b, OrbitKind kind) {
     const ClosingEnd here{OrbitOutcome::found, b.equations.rows_of(b.point.X, b.point.shot), b.history, {}, {}};
@@ -205,11 +202,7 @@ inline FamilyFound family_from(const Shooting& of, Eigen::VectorXd X, const Fami
     const auto behind = [&](const PointOfFamily& b) { return towards * (begin - b.quantity); };
     turned = turned || sign_changes(at.slope, next.slope);
     const bool reaches = beyond(next) >= 0.0, returns = turned && behind(next) >= 0.0;
-    const auto distance_of = [&](const PointOfFamily& b) {
-      double distance = 0.0;
-      for (Eigen::Index i = 0; i < X.size(); ++i) distance += at.tangent[i] * (b.point.X[i] - at.point.X[i]) / at.equations.scale[i];
-      return distance;
-    };
+    const auto distance_of = [&](const PointOfFamily& b) { return at.tangent.dot((b.point.X - at.point.X).cwiseQuotient(at.equations.scale)); };
     double length = step;
     if (reaches || returns) {
       next = located(at, next, step, reaches ? BranchTest(beyond) : BranchTest(behind), quantity, nearby, options.location);
@@ -257,8 +250,7 @@ OrbitFamily<n> family_of_orbits(const System& system, const State<n>& start, dou
     throw InvalidValue("family_of_orbits: a family in a parameter needs p -> problem(system, start, events), but a system was given; pass such a function");
   using Family = detail::OneProblem<decltype(problem(system, start, events))>;
   const detail::ShootingOf<Family, Method, false> shooting({problem(system, start, events)}, start.t, 0.0, method, options.orbit.integration);
-  auto found = detail::family_from(shooting, detail::closing_guess(system, start, period, 0.0), in, hold_nothing(), options);
-  return {found.outcome, std::move(found.message), std::move(found.orbits)};
+  return {detail::family_from(shooting, detail::closing_guess(system, start, period, 0.0), in, hold_nothing(), options)};
 }
 
 /// The orbits of a family of problems, in its parameter.
@@ -276,8 +268,7 @@ auto family_of_orbits(const Family& family, double p, double period, const Famil
   const auto first = family(Vector<double, 1>(p));
   constexpr int n = std::remove_cvref_t<decltype(first.system)>::dof_at_compile_time;
   const detail::ShootingOf<Family, Method, true> shooting(family, first.start.t, p, method, options.orbit.integration);
-  auto found = detail::family_from(shooting, detail::closing_guess(first.system, first.start, period, p), in, held, options);
-  return OrbitFamily<n>{found.outcome, std::move(found.message), std::move(found.orbits)};
+  return OrbitFamily<n>{detail::family_from(shooting, detail::closing_guess(first.system, first.start, period, p), in, held, options)};
 }
 
 }  // namespace qdot

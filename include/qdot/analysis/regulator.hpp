@@ -28,7 +28,6 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
-#include <limits>
 #include <string>
 #include <type_traits>
 
@@ -66,18 +65,14 @@ void require_shape(const char* name, const Matrix& matrix, Eigen::Index rows, Ei
 // Lowest eigenvalue of a weight that must be symmetric.
 template <class Matrix>
 double lowest_weight(const char* name, const Matrix& weight) {
-  double off = 0.0, lowest = std::numeric_limits<double>::infinity();
-  for (Eigen::Index i = 0; i < weight.rows(); ++i)
-    for (Eigen::Index j = 0; j < i; ++j) off = std::max(off, std::abs(weight(i, j) - weight(j, i)));
+  const double off = (weight - weight.transpose()).cwiseAbs().maxCoeff();
   if (off > 1e-12 * weight.norm())
     throw_invalid_value({"regulator: ",
                          name,
                          " must be symmetric, but it differs from its transpose by ",
                          {off, 6},
                          "; give half the sum of both"});
-  const Exponents all = exponents_of(weight);
-  for (Eigen::Index i = 0; i < weight.rows(); ++i) lowest = std::min(lowest, all.lambda[i].real());
-  return lowest;
+  return exponents_of(weight).lambda.real().minCoeff();
 }
 
 template <class Matrix>
@@ -92,27 +87,20 @@ template <class Matrix, class Name>
 void require_stabilizable(const Matrix& A, const Matrix& B, const Name& name) {
   const Exponents all = exponents_of(A);
   const Eigen::Index n = A.rows(), inputs = B.cols();
-  double reach = 0.0;
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < inputs; ++j) reach = std::max(reach, std::abs(B(i, j)) / all.scale[i]);
-  if (reach == 0.0) reach = 1.0;
+  Matrix in_scale = all.scale.cwiseInverse().asDiagonal() * B;
+  if (const double reach = in_scale.cwiseAbs().maxCoeff(); reach > 0.0) in_scale *= std::max(all.size, 1e-300) / reach;
   for (Eigen::Index k = 0; k < n; ++k) {
     const Complex lambda = all.lambda[k];
     if (lambda.real() < -all.radius[k]) continue;
     Eigen::MatrixXcd both(n + inputs, n);  // [A − λ, B]ᴴ
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = 0; j < n; ++j) both(j, i) = all.balanced(i, j);
-      for (Eigen::Index j = 0; j < inputs; ++j)
-        both(n + j, i) = B(i, j) / all.scale[i] * (std::max(all.size, 1e-300) / reach);
-      both(i, i) -= std::conj(lambda);
-    }
+    both << all.balanced.transpose().template cast<Complex>(), in_scale.transpose().template cast<Complex>();
+    both.diagonal().array() -= std::conj(lambda);
     Eigen::FullPivLU<Eigen::MatrixXcd> factors(both);
     factors.setThreshold(1e-10);
     if (factors.rank() == n) continue;
     const Eigen::MatrixXcd unreached = factors.kernel();
     Eigen::Index most = 0;
-    for (Eigen::Index i = 0; i < n; ++i)
-      if (std::abs(unreached(i, 0)) > std::abs(unreached(most, 0))) most = i;
+    unreached.col(0).cwiseAbs().maxCoeff(&most);
     throw_invalid_value(
         {"regulator: every mode that does not decay by itself must be reached by an input, but that with the exponent ",
          {lambda.real(), 6},
@@ -169,42 +157,20 @@ Regulator regulator_of(const Matrix& A, const Matrix& B, const Matrix& Q, const 
   // One number makes both blocks beside the diagonal alike: (x, μ) → (x, sμ).
   const double above = spread.norm(), below = Q.norm();
   const double s = below > 0.0 && above > 0.0 ? std::exp2(std::round(0.5 * std::log2(below / above))) : 1.0;
-  Eigen::MatrixXcd H(2 * n, 2 * n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j) {
-      H(i, j) = A(i, j);
-      H(n + i, n + j) = -A(j, i);
-      H(i, n + j) = -s * spread(i, j);
-      H(n + i, j) = -Q(i, j) / s;
-    }
-  SchurForm<Eigen::MatrixXcd> schur(H);
-  const double size = H.norm();
-  double nearest = size;
-  for (Eigen::Index i = 0; i < 2 * n; ++i) nearest = std::min(nearest, std::abs(schur.T(i, i).real()));
+  Matrix H(2 * n, 2 * n);
+  H << A, -s * spread, -Q / s, -At;
+  SchurForm<Eigen::MatrixXcd> schur(H.template cast<Complex>());
+  const double size = H.norm(), nearest = std::min(size, schur.T.diagonal().real().cwiseAbs().minCoeff());
   Regulator result;
   if (stable_first(schur.T, schur.U) == n && nearest > 1e-9 * size) {
-    Eigen::MatrixXcd U1t(n, n), U2t(n, n);
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (Eigen::Index j = 0; j < n; ++j) {
-        U1t(j, i) = schur.U(i, j);
-        U2t(j, i) = schur.U(n + i, j);
-      }
-    const Eigen::MatrixXcd Pt = Eigen::FullPivLU<Eigen::MatrixXcd>(U1t).solve(U2t);
-    result.P.resize(n, n);
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (Eigen::Index j = 0; j < n; ++j) result.P(i, j) = 0.5 * s * (Pt(i, j).real() + Pt(j, i).real());
+    const Eigen::MatrixXcd U1t = schur.U.topLeftCorner(n, n).transpose(), U2t = schur.U.bottomLeftCorner(n, n).transpose();
+    const Matrix Pt = Eigen::FullPivLU<Eigen::MatrixXcd>(U1t).solve(U2t).real();
+    result.P = 0.5 * s * (Pt + Pt.transpose());
     result.K = RinvBt * result.P;
     const Matrix feedback = B * result.K, quadratic = result.P * feedback, linear = result.P * A, other = At * result.P;
-    Matrix left = linear;
-    left += other;
-    left -= quadratic;
-    left += Q;
-    result.residual = left.norm() / std::max({2.0 * linear.norm(), quadratic.norm(), Q.norm(), 1e-300});
-    Matrix closed = A;
-    closed -= feedback;
-    result.exponents = sorted_exponents(exponents_of(closed).lambda);
-    double slowest = -size;
-    for (Eigen::Index i = 0; i < n; ++i) slowest = std::max(slowest, result.exponents[i].real());
+    result.residual = (linear + other - quadratic + Q).norm() / std::max({2.0 * linear.norm(), quadratic.norm(), Q.norm(), 1e-300});
+    result.exponents = sorted_exponents(exponents_of(Matrix(A - feedback)).lambda);
+    const double slowest = std::max(-size, result.exponents.real().maxCoeff());
     if (result.residual <= 1e-8 && slowest < 0.0) return result;
     throw_invalid_value({"regulator: Riccati's equation must be solved to 1e-8, but its residual is ",
                          {result.residual, 6},

@@ -123,14 +123,7 @@ inline Eigen::MatrixXd reduced(const Eigen::MatrixXd& derivative, Eigen::Index d
   const bool on_level = count == size - 2;
   if (on_level && (h.size() == 0 || !keeps_energy))
     throw_invalid_value({size - 2, " entries are enough only where the motion keeps its energy q̇·p − L, but it does not; give ", size - 1});
-  const Eigen::MatrixXd tau = deviations_within(entries, g, h);
-  Eigen::MatrixXd found(count, count);
-  for (Eigen::Index i = 0; i < count; ++i)
-    for (Eigen::Index j = 0; j < count; ++j) {
-      found(i, j) = 0.0;
-      for (Eigen::Index k = 0; k < size; ++k) found(i, j) += derivative(entries[static_cast<std::size_t>(i)], k) * tau(k, j);
-    }
-  return found;
+  return derivative(entries, Eigen::all) * deviations_within(entries, g, h);
 }
 
 // ∂F/∂[q; q̇] at x, whose entries are of the sizes that those of two points have; empty where there is none.
@@ -226,9 +219,7 @@ auto return_map(const System& system, const State<n>& start, const Event<G, Acti
   found.surface_slope = detail::slope_of(surface_at, x0, x1);
   const auto energy_at = [&](double t) {
     return [&system, t, dof](const Eigen::VectorXd& x) {
-      const State<dofs> state{t, x.head(dof), x.tail(dof)};
-      if constexpr (requires { system.effects(); }) return jacobi_energy(system.system(), state);
-      else return jacobi_energy(system, state);
+      return jacobi_energy(detail::system_of(system), State<dofs>{t, x.head(dof), x.tail(dof)});
     };
   };
   found.energy_slope = detail::slope_of(energy_at(start.t), x0, x1);

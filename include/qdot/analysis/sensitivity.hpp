@@ -86,20 +86,13 @@ struct EventSensitivity {
 ///
 /// @tparam n  number of coordinates, or Dynamic
 template <int n = Dynamic>
-struct Sensitivities {
-  Outcome outcome = Outcome::completed;              ///< how the run ended
-  std::string message;                               ///< how the run ended, with the numbers and what to do
-  double t = 0.0;                                    ///< time of the last good state
-  Eigen::VectorXd y;                                 ///< the last good state, [q; q̇; …]
+struct Sensitivities : RunEnd {
   Eigen::VectorXd ydot;                              ///< ẏ there, which is ∂y/∂t_end
   Eigen::MatrixXd Phi;                               ///< ∂y/∂x at the fixed time t
   Eigen::MatrixXd Phi_of_event;                      ///< where an event stopped the run: ∂y/∂x at the event, wherever it moves; otherwise Φ
   std::vector<EventSensitivity> events;              ///< in the order of time
   Eigen::Index start_columns = 0, time_columns = 0;  ///< columns of Φ for the start and for its time; parameters have the rest
   Run<Dynamic> run;                                  ///< of [y; columns of Φ] as one system
-
-  /// Whether t_end was reached.
-  bool completed() const noexcept { return outcome == Outcome::completed; }
 
   /// ∂y/∂(q₀, q̇₀), ∂y/∂t₀ and ∂y/∂p at the end, the columns of Φ that were asked for.
   Eigen::MatrixXd d_start() const { return Phi.leftCols(start_columns); }
@@ -231,10 +224,7 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
   Run<Dynamic>& run = result.run;
   result.start_columns = equations.start_columns();
   result.time_columns = equations.time_columns();
-  result.outcome = run.outcome;
-  result.message = run.message;
-  result.t = run.t;
-  result.y = run.y.head(size);
+  static_cast<RunEnd&>(result) = {run.outcome, run.message, run.t, run.y.head(size)};
   result.Phi = result.Phi_of_event = Eigen::Map<const Eigen::MatrixXd>(run.y.data() + size, size, columns);
   result.ydot = equations.state_rate(run.t, result.y);
   try {

@@ -67,9 +67,6 @@ struct Contact {
   }
   bool is_active(double phase) const { return phase == static_cast<double>(ContactPhase::closed); }
   Vector<double, 1> initial_state() const { return Vector<double, 1>(static_cast<double>(ContactPhase::undecided)); }
-
-  /// The same contact whose events bear other names.
-  Contact with_event_names(ContactEvents names) const { return {name, gap, law, std::move(names), ends_run}; }
 };
 
 /// A contact with gap φ(q) or φ(q, t), positive where it is open.

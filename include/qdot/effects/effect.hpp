@@ -34,6 +34,7 @@
 // collections of them.
 
 #include <concepts>
+#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -63,6 +64,12 @@ consteval bool functor_takes_time() {
   } else {
     return std::is_invocable_v<const F&, const Q&, const Q&, const double&>;
   }
+}
+
+template <class Effect>
+std::string constraint_name(const Effect& e) {
+  if constexpr (requires { e.name; }) return e.name;
+  else return "constraint";
 }
 
 #if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why

@@ -38,15 +38,6 @@ inline void require_coordinate(const std::string& who, Eigen::Index k, Eigen::In
                                "; count coordinates from 0"}));
 }
 
-template <class Effect>
-std::string constraint_name(const Effect& e) {
-  if constexpr (requires { e.name; }) {
-    return e.name;
-  } else {
-    return "constraint";
-  }
-}
-
 [[noreturn]] inline void throw_changed_rows(const std::string& name, Eigen::Index counted, Eigen::Index returned, double t) {
   throw ConstraintError(name, t, 0.0,
                         sentence({"a constraint must have the same number of rows in every state, but '", name, "' had ", counted,

@@ -11,7 +11,6 @@
 // Both are one evaluation of the user's r(q) or R(q) on numbers that carry derivatives (effects/equations/moving_points.hpp, or duals); nobody writes a Jacobian.
 // Forces on points may depend on where the point is and how it moves, which is what drag, springs to the wall and magnets need.
 
-#include <cmath>
 #include <type_traits>
 #include <utility>
 

@@ -78,15 +78,8 @@ VectorXd complementary(const std::type_identity_t<MatrixXd>& A, const std::type_
       if (in[static_cast<std::size_t>(i)]) set.push_back(i);
     y.setZero();
     if (!set.empty()) {
-      const auto s = static_cast<Eigen::Index>(set.size());
-      MatrixXd part(s, s);
-      VectorXd right(s);
-      for (Eigen::Index i = 0; i < s; ++i) {
-        right[i] = -q[set[static_cast<std::size_t>(i)]];
-        for (Eigen::Index j = 0; j < s; ++j) part(i, j) = A(set[static_cast<std::size_t>(i)], set[static_cast<std::size_t>(j)]);
-      }
-      const VectorXd solved = least_norm(part, right.data(), 1e-12).d;
-      for (Eigen::Index i = 0; i < s; ++i) y[set[static_cast<std::size_t>(i)]] = solved[i];
+      const VectorXd right = -q(set);
+      y(set) = least_norm(MatrixXd(A(set, set)), right.data(), 1e-12).d;
     }
     const VectorXd w = A * y + q;
     bool done = true;
@@ -143,20 +136,11 @@ VectorXd impulses(const std::type_identity_t<MatrixXd>& A, std::type_identity_t<
     for (Eigen::Index i = 0; i < k; ++i)
       if (u[i] < -still[i]) struck.push_back(i);
     if (struck.empty()) return total;
-    const auto s = static_cast<Eigen::Index>(struck.size());
-    MatrixXd part(s, s);
-    VectorXd approach(s);
     std::vector<ImpactLaw> their_laws;
-    for (Eigen::Index i = 0; i < s; ++i) {
-      approach[i] = u[struck[static_cast<std::size_t>(i)]];
-      their_laws.push_back(laws[static_cast<std::size_t>(struck[static_cast<std::size_t>(i)])]);
-      for (Eigen::Index j = 0; j < s; ++j) part(i, j) = A(struck[static_cast<std::size_t>(i)], struck[static_cast<std::size_t>(j)]);
-    }
-    const VectorXd impulse = blow(part, approach, their_laws);
-    for (Eigen::Index i = 0; i < s; ++i) {
-      total[struck[static_cast<std::size_t>(i)]] += impulse[i];
-      u += impulse[i] * A.col(struck[static_cast<std::size_t>(i)]);
-    }
+    for (const Eigen::Index i : struck) their_laws.push_back(laws[static_cast<std::size_t>(i)]);
+    const VectorXd impulse = blow(A(struck, struck), u(struck), their_laws);
+    total(struck) += impulse;
+    u += A(Eigen::all, struck) * impulse;
   }
   const VectorXd rest = complementary(A, u, VectorXd::Zero(k));
   u += A * rest;

@@ -62,10 +62,6 @@ Vector<double, n> way_back(ConstraintGeometry<Sc>& geometry, const Vector<double
   return geometry.displacement(wanted, size);
 }
 
-}  // namespace detail
-
-namespace detail {
-
 // As project() below; `traced` are equations that a run has traced, or nothing.
 template <class Sys, class... Effects, int n, class Phases>
 ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n>& q, Vector<double, n>& qdot, double t, double cutoff, const Phases& z,

@@ -20,7 +20,6 @@
 #include <tuple>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "qdot/effects/effect.hpp"
 #include "qdot/effects/equations/energy_terms.hpp"
@@ -53,9 +52,7 @@ constexpr bool has_energy_terms = ((LagrangianEffect<Effects, Sys::dof_at_compil
 // The energies of a system, or of what was made of it, with its names.
 template <class Sys, class Energies, class Named>
 Sys named_system(const Energies& energies, const Named& named) {
-  std::vector<std::string> names;
-  for (Eigen::Index i = 0; i < named.dof(); ++i) names.push_back(named.coordinate_name(i));
-  return Sys(energies, named.dof()).with_names(names);
+  return Sys(energies, named.dof()).with_names(coordinate_names(named));
 }
 
 // The system that Lagrange's equations are written for.
@@ -160,6 +157,20 @@ class Scene {
 /// The effects' own states at a moment, z; empty for most scenes.
 template <class Sc>
 using EffectStates = Vector<double, Sc::states_at_compile_time>;
+
+namespace detail {
+
+// A system, or that of a scene.
+template <class E, int n, Inertia I>
+const System<E, n, I>& system_of(const System<E, n, I>& system) {
+  return system;
+}
+template <class Sys, class... Effects>
+const auto& system_of(const Scene<Sys, Effects...>& scene) {
+  return scene.system();
+}
+
+}  // namespace detail
 
 /// A system with the effects that it names, in any order; effects given twice count twice.
 ///

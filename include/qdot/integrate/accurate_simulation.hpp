@@ -27,7 +27,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 #include <string>
@@ -58,26 +57,9 @@ namespace detail {
 // One run as the search sees it.
 template <class R>
 struct Launched {
-  R run;
+  R run;  // with its outcome, message and statistics
   Motion motion;
-  Outcome outcome = Outcome::completed;
-  std::string message;
-  Statistics statistics;
 };
-
-template <class R>
-struct Accurate : AccuracyReport {
-  R run;
-  Outcome outcome = Outcome::completed;
-  std::string message;
-};
-
-// An estimate has no more digits than this.
-inline std::string rounded(double x) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.2g", x);
-  return buffer;
-}
 
 // Evaluations that a run was worth.
 inline double work(const Statistics& statistics, Eigen::Index size) {
@@ -185,14 +167,15 @@ inline bool is_of_tolerance(Outcome outcome, double tolerance) noexcept {
   return is_limit(outcome) || (of_steps && tolerance < 1e-11);
 }
 
-// Runs until it is accurate enough, or cannot be.
+// Runs until it is accurate enough, or cannot be: a report with the last run beside it.
 //
 // @param launch  (rtol, atol) ↦ Launched<R>
-template <class R, FirstOrderSystem F, class Launch>
-Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, ComponentSizes sizes, Launch&& launch) {
+template <class Accurate, FirstOrderSystem F, class Launch>
+Accurate accurate(const F& system, Eigen::Index dof, double accuracy, ComponentSizes sizes, Launch&& launch) {
   require_option(accuracy > 0 && accuracy < 1, "the accuracy", "must lie between 0 and 1", accuracy,
                  "ask for the relative error of the whole motion, say 1e-6");
-  Accurate<R> result;
+  using R = decltype(Accurate::run);
+  Accurate result;
   result.accuracy = accuracy;
   ToleranceSearch search(accuracy);
   std::optional<Launched<R>> last;
@@ -208,16 +191,18 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
   while (const std::optional<double> tolerance = search.next()) {
     const Eigen::VectorXd atol = sizes.tolerances(*tolerance, scale);
     Launched<R> now = launch(*tolerance, atol);
-    result.evaluations += now.statistics.evaluations;
-    result.seconds += now.statistics.wall_seconds;
-    if (failed(now.outcome)) {
-      if (last && is_of_tolerance(now.outcome, *tolerance)) {
-        given_up = "a run with rtol = " + text_of(*tolerance) + " ended with " + now.message;
-        if (is_limit(now.outcome)) break;
+    const Statistics& statistics = now.run.statistics;
+    const Outcome outcome = now.run.outcome;
+    result.evaluations += statistics.evaluations;
+    result.seconds += statistics.wall_seconds;
+    if (failed(outcome)) {
+      if (last && is_of_tolerance(outcome, *tolerance)) {
+        given_up = "a run with rtol = " + text_of(*tolerance) + " ended with " + now.run.message;
+        if (is_limit(outcome)) break;
         search.too_tight(*tolerance);
         continue;
       }
-      const bool certain = last || failed_before || is_limit(now.outcome);
+      const bool certain = last || failed_before || is_limit(outcome);
       last = std::move(now);
       result.rtol = *tolerance;
       result.atol = atol;
@@ -225,7 +210,6 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
       failed_before = true;
       search.skipped(*tolerance);
       last.reset();
-      result.outcome = Outcome::completed;
       continue;
     }
     sizes = component_sizes(system, dof, now.motion.sizes, now.motion.t, now.motion.y, now.motion.duration());
@@ -235,9 +219,7 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
       apart = difference(each, now.motion, sizes);
       differences.push_back(apart.relative);
     }
-    const Statistics& statistics = now.statistics;
-    const double worked = work(statistics, system.size());
-    search.ran({*tolerance, apart.relative, worked, statistics.wall_seconds, statistics.method}, differences,
+    search.ran({*tolerance, apart.relative, work(statistics, system.size()), statistics.wall_seconds, statistics.method}, differences,
                natural_times(statistics, *tolerance), law_of(statistics));
     before.push_back(now.motion);
     last = std::move(now);
@@ -245,10 +227,8 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
     result.atol = atol;
   }
   result.run = std::move(last->run);
-  result.outcome = last->outcome;
-  result.message = std::move(last->message);
   result.trials = search.trials();
-  if (failed(result.outcome)) return result;
+  if (failed(result.run.outcome)) return result;
 
   result.error_estimate = search.estimate();
   result.worst = apart.component < 0 ? "" : system.component_name(apart.component);
@@ -256,12 +236,11 @@ Accurate<R> accurate(const F& system, Eigen::Index dof, double accuracy, Compone
   result.event_time_error = apart.event_time;
   result.forecast = search.forecast();
   if (result.reached()) return result;
-  result.outcome = Outcome::accuracy_not_reached;
-  result.message = std::string(name(result.outcome)) + ": the error of the whole motion must be at most " + text_of(accuracy) +
-                   ", but is estimated at " + rounded(result.error_estimate) +
-                   (result.worst.empty() ? "" : ", most of all in " + result.worst + " at t = " + text_of(result.worst_time)) +
-                   ", with rtol = " + text_of(result.rtol) + "; " +
-                   (given_up.empty() ? "a tighter one does not help: " : given_up + ": ") + std::string(advice(result.outcome));
+  constexpr Outcome missed = Outcome::accuracy_not_reached;
+  result.run.outcome = missed;
+  result.run.message = sentence({name(missed), ": the error of the whole motion must be at most ", accuracy, ", but is estimated at ", {result.error_estimate, 2},
+                                 result.worst.empty() ? "" : sentence({", most of all in ", result.worst, " at t = ", result.worst_time}), ", with rtol = ", result.rtol,
+                                 "; ", given_up.empty() ? "a tighter one does not help" : given_up, ": ", advice(missed)});
   return result;
 }
 
@@ -320,16 +299,9 @@ auto accurate_simulation(const System& system, const Start& start, double t_end,
     launched.motion.y.leftCols(count) = run.samples.y;
     launched.motion.y.col(count) = run.y;
     if (own_times) run.samples = {};
-    launched.outcome = run.outcome;
-    launched.message = run.message;
-    launched.statistics = run.statistics;
     return launched;
   };
-  auto found = detail::accurate<Run<n>>(form, dof, accuracy, detail::expected_sizes(form, dof, start.t, y0, duration), launch);
-  AccurateRun<n> result{std::move(static_cast<AccuracyReport&>(found)), std::move(found.run)};
-  result.run.outcome = found.outcome;
-  result.run.message = std::move(found.message);
-  return result;
+  return detail::accurate<AccurateRun<n>>(form, dof, accuracy, detail::expected_sizes(form, dof, start.t, y0, duration), launch);
 }
 
 }  // namespace qdot

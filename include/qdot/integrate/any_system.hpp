@@ -74,14 +74,10 @@ class HiddenForm final : public HiddenSystem {
     return qdot::detail::packed(form_, own(state));
   }
   double energy(const State<Dynamic>& state) const override {
-    const auto total = [&](const auto& system) {
-      const State<n> at = own(state);
-      return kinetic_energy(system, at.q, at.qdot, at.t) + potential_energy(system, at.q, at.t);
-    };
     if constexpr (requires { form_.scene(); }) {
-      return total(form_.scene().system());
+      return qdot::energy(form_.scene().system(), own(state));
     } else if constexpr (requires { form_.system(); }) {
-      return total(form_.system());
+      return qdot::energy(form_.system(), own(state));
     } else {
       throw InvalidValue("an energy needs T and V, but this system was given as first-order equations without them; compute it from y");
     }
@@ -124,11 +120,7 @@ class HiddenForm final : public HiddenSystem {
 
  private:
   State<n> own(const State<Dynamic>& state) const {
-    const auto require_dof = [&](const char* what, Eigen::Index size) {
-      if (size != dof()) throw DimensionError(what, static_cast<long>(dof()), static_cast<long>(size), "pass one entry for each coordinate of the system");
-    };
-    require_dof("q", state.q.size());
-    require_dof("qdot", state.qdot.size());
+    require_dof(form_, state);
     return State<n>{state.t, state.q, state.qdot};
   }
 

@@ -119,11 +119,7 @@ auto energy_meter(const Sys& system) {
   const auto h = [&system](double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
     const Eigen::Index k = system.dof();
     const Vector<double, n> q = y.head(k), qdot = y.segment(k, k);
-    if constexpr (requires { system.system(); }) {
-      return jacobi_energy(system.system(), q, qdot, t);
-    } else {
-      return jacobi_energy(system, q, qdot, t);
-    }
+    return jacobi_energy(detail::system_of(system), q, qdot, t);
   };
   const auto rate = [&system](double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
     const Eigen::Index k = system.dof();

@@ -31,7 +31,7 @@ enum class Outcome {
   completed,              ///< t_end was reached
   stopped_by_observer,    ///< an observer asked to stop
   stopped_by_model,       ///< the right-hand side threw StopRequest
-  stopped_by_event,       ///< an event asked to stop
+  stopped_by_event,       ///< an event asked to stop; the last end that is no failure
   step_limit,             ///< options.max_steps were taken
   evaluation_limit,       ///< options.max_evaluations were spent
   time_limit,             ///< options.max_wall_seconds were spent
@@ -110,15 +110,7 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
 }
 
 /// True when the run ended for a reason that nobody asked for.
-constexpr bool failed(Outcome outcome) noexcept {
-  switch (outcome) {
-    case Outcome::completed:
-    case Outcome::stopped_by_observer:
-    case Outcome::stopped_by_model:
-    case Outcome::stopped_by_event: return false;
-    default: return true;
-  }
-}
+constexpr bool failed(Outcome outcome) noexcept { return outcome > Outcome::stopped_by_event; }
 
 /// Thrown by a model to end the run in good order: the trajectory up to the last accepted step is kept.
 class StopRequest : public Error {

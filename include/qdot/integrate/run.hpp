@@ -12,6 +12,7 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "qdot/integrate/event.hpp"
@@ -35,22 +36,26 @@ struct Samples {
   Eigen::MatrixXd y;      ///< one column for each time
 };
 
+/// How a run ended, and where.
+struct RunEnd {
+  Outcome outcome = Outcome::completed;  ///< how it ended
+  std::string message{};                 ///< how it ended, with the numbers and what to do
+  double t = 0.0;                        ///< time of the last good state
+  Eigen::VectorXd y{};                   ///< the last good state, [q; q̇; …]
+
+  /// Whether t_end was reached.
+  bool completed() const noexcept { return outcome == Outcome::completed; }
+};
+
 /// The result of a run.
 ///
 /// @tparam n  number of coordinates, or Dynamic
 template <int n = Dynamic>
-struct Run {
-  Outcome outcome = Outcome::completed;  ///< how it ended
-  std::string message;                   ///< how it ended, with the numbers and what to do
-  double t = 0.0;                        ///< time of the last good state
-  Eigen::VectorXd y;                     ///< the last good state, [q; q̇; …]
-  Trajectory<n> trajectory;              ///< dense output from the start to t; only its start if keep_trajectory is off
-  Samples samples;                       ///< at options.output_times
-  std::vector<RecordedEvent> events;     ///< in the order of time; trajectory.before(t) and at(t) are the two sides of a jump
-  Statistics statistics;                 ///< what it cost
-
-  /// Whether t_end was reached.
-  bool completed() const noexcept { return outcome == Outcome::completed; }
+struct Run : RunEnd {
+  Trajectory<n> trajectory;           ///< dense output from the start to t; only its start if keep_trajectory is off
+  Samples samples;                    ///< at options.output_times
+  std::vector<RecordedEvent> events;  ///< in the order of time; trajectory.before(t) and at(t) are the two sides of a jump
+  Statistics statistics;              ///< what it cost
 
   /// The last good state as coordinates and velocities.
   State<n> state() const {
@@ -141,10 +146,6 @@ struct Onlooker {
   bool (*show)(void* observer, const StepView& step) = nullptr;
 };
 
-}  // namespace detail
-
-namespace detail {
-
 // Coordinates in y = [q; q̇; …]: what the system says, otherwise half of an even size.
 template <FirstOrderSystem F>
 constexpr int dof_at_compile_time() {
@@ -166,6 +167,13 @@ Eigen::Index dof(const F& system) {
   }
 }
 
+template <FirstOrderSystem F, class Start>
+void require_dof(const F& system, const Start& start) {
+  for (const auto& [what, size] : {std::pair("q", start.q.size()), {"qdot", start.qdot.size()}})
+    if (size != dof(system))
+      throw DimensionError(what, static_cast<long>(dof(system)), static_cast<long>(size), "pass one entry for each coordinate of the system");
+}
+
 // y of a start, which is a State (packed by the system's form, if it knows how) or has a y of its own.
 template <FirstOrderSystem F, class Start>
 Eigen::VectorXd packed(const F& system, const Start& start) {
@@ -179,13 +187,7 @@ Eigen::VectorXd packed(const F& system, const Start& start) {
   } else if constexpr (requires { system.packed(start); }) {
     return system.packed(start);
   } else {
-    const auto require_dof = [&](const char* what, Eigen::Index size) {
-      if (size != dof(system))
-        throw DimensionError(what, static_cast<long>(dof(system)), static_cast<long>(size),
-                             "pass one entry for each coordinate of the system");
-    };
-    require_dof("q", start.q.size());
-    require_dof("qdot", start.qdot.size());
+    require_dof(system, start);
     Eigen::VectorXd y(system.size());
     y << start.q, start.qdot;
     return y;

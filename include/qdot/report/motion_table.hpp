@@ -23,19 +23,10 @@ namespace qdot::report {
 
 namespace detail {
 
-template <class System>
-auto form_of(const System& system) {
-  if constexpr (FirstOrderSystem<System>) {
-    return system;
-  } else {
-    return first_order_form(system);
-  }
-}
-
 // A table without rows.
 template <class System>
 Table headings(const System& system, Eigen::Index size) {
-  const auto form = form_of(system);
+  const auto& form = first_order_form(system);
   if (form.size() != size)
     throw DimensionError("the state of the run", static_cast<long>(form.size()), static_cast<long>(size), "give the system that the run is of");
   Table table;

@@ -225,25 +225,22 @@ inline Page page_of(ReportedRun run, const ReportOptions& options) {
 /// @throws DimensionError  a system of another size; units that are not as many as the coordinates
 template <class System, int n>
 Page run_page(const System& system, const Run<n>& run, const ReportOptions& options = {}) {
-  const auto form = detail::form_of(system);
-  constexpr bool is_scene = requires { system.initial_states(); };
+  const auto form = first_order_form(system);
   detail::ReportedRun reported{.table = motion_table(system, run, options.rows), .dof = static_cast<std::size_t>(run.trajectory.dof()), .outcome = std::string(name(run.outcome)),
                                .message = run.message, .completed = run.completed(), .events = run.events, .statistics = run.statistics,
                                .y = [&](double t) { return Eigen::VectorXd(run.trajectory.y(t)); }};
   Column T{"kinetic_energy", options.energy_unit, {}}, V{"potential_energy", options.energy_unit, {}}, E{"energy", options.energy_unit, {}};
-  const auto energies = [&](const auto& bare) {
-    for (const double t : reported.table.columns[0].values) {
-      const auto s = form.state(t, run.trajectory.y(t));
-      T.values.push_back(kinetic_energy(bare, s.q, s.qdot, t));
-      V.values.push_back(potential_energy(bare, s.q, t));
-      E.values.push_back(T.values.back() + V.values.back());
-    }
-  };
-  if constexpr (is_scene) {
-    energies(system.system());
-    using Coords = Coordinates<std::remove_cvref_t<decltype(system.system())>>;
+  const auto& bare = qdot::detail::system_of(system);
+  for (const double t : reported.table.columns[0].values) {
+    const auto s = form.state(t, run.trajectory.y(t));
+    T.values.push_back(kinetic_energy(bare, s.q, s.qdot, t));
+    V.values.push_back(potential_energy(bare, s.q, t));
+    E.values.push_back(T.values.back() + V.values.back());
+  }
+  if constexpr (requires { system.initial_states(); }) {
+    using Coords = Coordinates<std::remove_cvref_t<decltype(bare)>>;
     const auto split = [&](const Eigen::VectorXd& y, auto&& f) {
-      const Eigen::Index dof = system.system().dof();
+      const Eigen::Index dof = system.dof();
       return Eigen::VectorXd(f(Coords(y.head(dof)), Coords(y.segment(dof, dof)), decltype(system.initial_states())(y.tail(y.size() - 2 * dof))));
     };
     if constexpr (System::has_constraints)
@@ -254,8 +251,6 @@ Page run_page(const System& system, const Run<n>& run, const ReportOptions& opti
       reported.forces = [=, &system](double t, const Eigen::VectorXd& y) {
         return split(y, [&](const auto& q, const auto& qdot, const auto& z) { return effect_forces(system, q, qdot, z, t); });
       };
-  } else {
-    energies(system);
   }
   for (Column* column : {&T, &V, &E}) reported.table.columns.push_back(std::move(*column));
   return detail::page_of(std::move(reported), options);

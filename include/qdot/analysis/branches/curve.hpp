@@ -92,12 +92,8 @@ class SteadyCurve {
   Eigen::VectorXd y(const Eigen::VectorXd& X) const {
     const Eigen::VectorXd x = values(X);
     const Eigen::Index n = qdot_.size();
-    Eigen::VectorXd all(2 * n + x.size() - 1 - n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      all[i] = x[i];
-      all[n + i] = qdot_[i];
-    }
-    for (Eigen::Index i = n; i + 1 < x.size(); ++i) all[n + i] = x[i];
+    Eigen::VectorXd all(x.size() - 1 + n);
+    all << x.head(n), qdot_, x.segment(n, x.size() - 1 - n);
     return all;
   }
   std::shared_ptr<const Flow> flow(const Eigen::VectorXd& X) const { return flow_at_(p(X)); }
@@ -111,7 +107,7 @@ class SteadyCurve {
 
   Eigen::VectorXd moved(const Eigen::VectorXd& X, const Eigen::VectorXd& direction, double s) const {
     Eigen::VectorXd next = X;
-    for (std::size_t k = 0; k < free_.size(); ++k) next[free_[k]] += s * direction[static_cast<Eigen::Index>(k)];
+    next(free_) += s * direction;
     return next;
   }
 
@@ -123,15 +119,9 @@ class SteadyCurve {
     double before = std::numeric_limits<double>::infinity();
     for (int step = 0; step < most_steps; ++step) {
       const auto [residual, A] = equations(X);
-      const Eigen::Index rows = residual.size(), columns = static_cast<Eigen::Index>(free_.size());
-      Eigen::VectorXd right(rows + 1);
-      right[rows] = 0.0;
-      for (Eigen::Index k = 0; k < columns; ++k) {
-        const Eigen::Index place = free_[static_cast<std::size_t>(k)];
-        right[rows] -= normal[k] * (X[place] - X0[place]);
-      }
-      for (Eigen::Index i = 0; i < rows; ++i) right[i] = -residual[i];
-      const Eigen::VectorXd change = shortest_step(bordered(free_columns(A), normal), right, 1e-12).x;
+      Eigen::VectorXd right(residual.size() + 1);
+      right << -residual, -normal.dot((X - X0)(free_));
+      const Eigen::VectorXd change = shortest_step(bordered(A(Eigen::all, free_), normal), right, 1e-12).x;
       const double length = change.norm();
       if (!std::isfinite(length)) return std::nullopt;
       X = moved(X, change, 1.0);
@@ -154,19 +144,13 @@ class SteadyCurve {
     const Eigen::Index columns = static_cast<Eigen::Index>(free_.size());
     CurvePoint here;
     here.X = X;
-    here.slopes = free_columns(A);
-    Eigen::VectorXd ahead = Eigen::VectorXd::Zero(residual.size() + 1);
-    ahead[residual.size()] = 1.0;
-    here.tangent = shortest_step(bordered(here.slopes, along), ahead, 1e-9).x;
-    here.tangent /= here.tangent.norm();
+    here.slopes = A(Eigen::all, free_);
+    here.tangent = shortest_step(bordered(here.slopes, along), Eigen::VectorXd::Unit(residual.size() + 1, residual.size()), 1e-9).x.normalized();
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors(here.slopes);
     here.image = Eigen::MatrixXd(factors.householderQ()).leftCols(columns - 1);
     if (before != nullptr)
       here.orientation = before->orientation * (determinant(Eigen::MatrixXd(before->image.transpose() * here.image)) < 0.0 ? -1.0 : 1.0);
-    Eigen::MatrixXd square(columns, columns);
-    square.topRows(columns - 1) = here.image.transpose() * here.slopes;
-    square.row(columns - 1) = here.tangent.transpose();
-    here.crossing = here.orientation * determinant(square);
+    here.crossing = here.orientation * determinant(bordered(here.image.transpose() * here.slopes, here.tangent));
     return here;
   }
 
@@ -178,17 +162,8 @@ class SteadyCurve {
  private:
   static Eigen::MatrixXd bordered(const Eigen::MatrixXd& slopes, const Eigen::VectorXd& row) {
     Eigen::MatrixXd A(slopes.rows() + 1, slopes.cols());
-    for (Eigen::Index j = 0; j < A.cols(); ++j) {
-      for (Eigen::Index i = 0; i < slopes.rows(); ++i) A(i, j) = slopes(i, j);
-      A(slopes.rows(), j) = row[j];
-    }
+    A << slopes, row.transpose();
     return A;
-  }
-  Eigen::MatrixXd free_columns(const Eigen::MatrixXd& A) const {
-    Eigen::MatrixXd chosen(A.rows(), static_cast<Eigen::Index>(free_.size()));
-    for (Eigen::Index k = 0; k < chosen.cols(); ++k)
-      for (Eigen::Index i = 0; i < A.rows(); ++i) chosen(i, k) = A(i, free_[static_cast<std::size_t>(k)]);
-    return chosen;
   }
   static double determinant(const Eigen::MatrixXd& square) { return Eigen::FullPivLU<Eigen::MatrixXd>(square).determinant(); }
 

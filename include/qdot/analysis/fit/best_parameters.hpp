@@ -285,11 +285,9 @@ inline ParameterFit best_parameters(const FitTask& task) {
   fit.degrees_of_freedom = residuals.rows() - step.determined.cols();
   const bool known = task.experiments[0].sigma.size() > 0;
   if (!known) fit.sigma = fit.degrees_of_freedom > 0 ? std::sqrt(fit.chi_squared / static_cast<double>(fit.degrees_of_freedom)) : anywhere;
-  for (Eigen::Index i = 0; i < count; ++i)
-    for (Eigen::Index j = 0; j < count; ++j) {
-      for (Eigen::Index k = 0; k < seen.cols(); ++k) fit.covariance(i, j) += seen(i, k) * seen(j, k);
-      if (fit.covariance(i, j) != 0.0) fit.covariance(i, j) *= fit.sigma * fit.sigma;
-    }
+  fit.covariance = seen * seen.transpose();
+  for (double& entry : fit.covariance.reshaped())
+    if (entry != 0.0) entry *= fit.sigma * fit.sigma;  // which may be infinite
   for (Eigen::Index i = 0; i < count; ++i)
     fit.standard_deviation[i] = fit.open.cols() > 0 && fit.open.row(i).cwiseAbs().maxCoeff() > 0.0 ? anywhere : std::sqrt(fit.covariance(i, i));
   Eigen::Index row = 0;

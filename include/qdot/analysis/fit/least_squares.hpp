@@ -75,7 +75,7 @@ class BoundedLeastSquares {
   int df(const Eigen::VectorXd& u, Eigen::MatrixXd& slopes) {
     const ResidualsAt& at = known(u);
     slopes.setZero(values(), u.size());
-    for (Eigen::Index k = 0; k < u.size(); ++k) std::copy_n(at.J.col(free_[static_cast<std::size_t>(k)]).data(), at.J.rows(), slopes.col(k).data());
+    slopes.topRows(at.J.rows()) = at.J(Eigen::all, free_);
     return 0;
   }
 
@@ -86,7 +86,7 @@ class BoundedLeastSquares {
   }
   Eigen::VectorXd whole(const Eigen::VectorXd& u) const {
     Eigen::VectorXd x = best_.x;
-    for (Eigen::Index k = 0; k < u.size(); ++k) x[free_[static_cast<std::size_t>(k)]] = u[k];
+    x(free_) = u;
     return x;
   }
   ResidualsAt evaluated(const Eigen::VectorXd& x) {
@@ -107,8 +107,7 @@ class BoundedLeastSquares {
   std::vector<Eigen::Index> free_entries() const {
     std::vector<Eigen::Index> free;
     for (Eigen::Index j = 0; j < best_.x.size(); ++j) {
-      double slope = 0.0;
-      for (Eigen::Index i = 0; i < best_.r.size(); ++i) slope += best_.J(i, j) * best_.r[i];
+      const double slope = best_.J.col(j).dot(best_.r);
       const bool leads_out = (best_.x[j] <= search_.lower[j] && slope >= 0.0) || (best_.x[j] >= search_.upper[j] && slope <= 0.0);
       if (!leads_out) free.push_back(j);
     }
@@ -121,8 +120,7 @@ class BoundedLeastSquares {
       const double before = best_.r.norm();
       free_ = free_entries();
       if (free_.empty() || before <= search_.negligible) return;
-      Eigen::VectorXd u(static_cast<Eigen::Index>(free_.size()));
-      for (Eigen::Index k = 0; k < u.size(); ++k) u[k] = best_.x[free_[static_cast<std::size_t>(k)]];
+      Eigen::VectorXd u = best_.x(free_);
       Eigen::LevenbergMarquardt<BoundedLeastSquares> method(*this);
       method.parameters.factor = 1.0;  // the first step changes x by no more than all of it
       method.parameters.ftol = method.parameters.xtol = search_.tolerance;

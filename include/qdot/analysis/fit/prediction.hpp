@@ -55,19 +55,13 @@ Predicted measured(const Outputs& h, const Eigen::MatrixXd& samples, Eigen::Inde
   using D = Dual<double, 1, AlongColumn>;
   Predicted out;
   const Eigen::Index columns = samples.rows() / state_size - 1;
-  Vector<D, Eigen::Dynamic> parameters(p.size());
-  for (Eigen::Index j = 0; j < p.size(); ++j) parameters[j] = D(p[j]);
+  Vector<D, Eigen::Dynamic> parameters = p.template cast<D>();
   for (Eigen::Index k = 0; k < samples.cols(); ++k) {
     const double* const y = samples.col(k).data();
     for (Eigen::Index j = 0; j < columns; ++j) {
       const double* const along = y + state_size * (j + 1);
-      Vector<D, n> q(dof), qdot(dof);
-      for (Eigen::Index i = 0; i < dof; ++i) {
-        q[i] = D(y[i]);
-        q[i].tangent[0] = along[i];
-        qdot[i] = D(y[dof + i]);
-        qdot[i].tangent[0] = along[dof + i];
-      }
+      const Eigen::Map<const Vector<double, n>> at(y, dof), moving(y + dof, dof);
+      const Vector<D, n> q = with_rates<D>(at, along), qdot = with_rates<D>(moving, along + dof);
       if (j >= starts) parameters[j - starts].tangent[0] = 1.0;
       const Vector<D, Eigen::Dynamic> value = outputs_at(h, q, qdot, parameters);
       if (j >= starts) parameters[j - starts].tangent[0] = 0.0;

@@ -98,10 +98,7 @@ Eigen::VectorXcd vector_of_triangle(const Matrix& T, Eigen::Index k, bool right,
     if (std::abs(gap) < smallest) gap = smallest;
     x[i] = -sum / gap;
   }
-  double length = 0.0;
-  for (Eigen::Index i = 0; i < n; ++i) length = std::max(length, std::abs(x[i]));
-  for (Eigen::Index i = 0; i < n; ++i) x[i] /= length;
-  return x;
+  return x / x.cwiseAbs().maxCoeff();
 }
 
 template <class Matrix>
@@ -130,9 +127,7 @@ Exponents exponents_of(const Matrix& A) {
     if (std::abs(lambda.imag()) <= result.radius[i]) lambda = lambda.real();
     vectors.col(i) = x;
   }
-  result.vectors = schur.U * vectors;
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j) result.vectors(j, i) *= result.scale[j];
+  result.vectors = result.scale.asDiagonal() * (schur.U * vectors);
   // Exponents of a real matrix come in pairs: each below the real axis is made the mirror image of the nearest one
   // above it.
   for (Eigen::Index i = 0; i < n; ++i) {

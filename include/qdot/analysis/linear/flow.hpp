@@ -78,11 +78,7 @@ ConstraintsAt constraints_at([[maybe_unused]] const Sc& scene, [[maybe_unused]] 
     all.phi = constraint_residual(scene, Vector<double, n>(y.head(k)), t, z);
     all.velocity.resize(all.phi.size());
     all.slopes.resize(all.phi.size(), 2 * k);
-    Vector<D, n> q(k), qdot(k);
-    for (Eigen::Index i = 0; i < k; ++i) {
-      q[i] = D(y[i]);
-      qdot[i] = D(y[k + i]);
-    }
+    Vector<D, n> q = y.head(k).template cast<D>(), qdot = y.segment(k, k).template cast<D>();
     for (Eigen::Index j = 0; j < 2 * k; ++j) {
       D& seed = j < k ? q[j] : qdot[j - k];
       seed.tangent[0] = 1.0;

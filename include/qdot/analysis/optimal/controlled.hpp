@@ -152,13 +152,9 @@ class ControlledScene final : public Controlled {
   using Point = Vector<Twice, Dynamic>;  // (q, q̇, u, t, a)
 
   Point point(double t, const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& a) const {
-    Point at(x.size() + m + 1 + a.size());
-    Eigen::Index i = 0;
-    for (const Eigen::VectorXd* part : {&x, &u})
-      for (Eigen::Index j = 0; j < part->size(); ++j) at[i++] = Twice((*part)[j]);
-    at[i++] = Twice(t);
-    for (Eigen::Index j = 0; j < a.size(); ++j) at[i++] = Twice(a[j]);
-    return at;
+    Eigen::VectorXd all(x.size() + m + 1 + a.size());
+    all << x, u, t, a;
+    return all.cast<Twice>();
   }
   Vector<Twice, n> residual(const Point& at) const {
     const Eigen::Index k = scene_.dof();
@@ -178,8 +174,7 @@ class ControlledScene final : public Controlled {
   }
   Twice end_slopes(const Eigen::VectorXd& xt, Eigen::Index outer, Eigen::Index inner) const {
     const Eigen::Index k = scene_.dof();
-    Vector<Twice, Dynamic> at(xt.size());
-    for (Eigen::Index i = 0; i < xt.size(); ++i) at[i] = Twice(xt[i]);
+    Vector<Twice, Dynamic> at = xt.cast<Twice>();
     at[outer].tangent[0].value = 1.0;
     at[inner].value.tangent[0] = 1.0;
     const Vector<Twice, n> q = at.head(k), qdot = at.segment(k, k);

@@ -50,6 +50,23 @@ struct MissedCondition {
   double wanted = 0.0, reached = 0.0;
 };
 
+/// What a search for an optimal motion found, or how far it came.
+struct OptimalEnd {
+  OptimalOutcome outcome = OptimalOutcome::failed;  ///< how the search ended
+  std::string message{};  ///< what was found or missed, with the numbers
+  double cost = std::numeric_limits<double>::quiet_NaN();  ///< of the motion on its mesh; NaN where none was found
+  std::vector<double> t{};  ///< the mesh
+  Eigen::VectorXd error{};  ///< of each interval: what a run of it differs by, in extents of the motion
+  Eigen::VectorXd miss{};   ///< of each condition at the end: what the run of the whole motion differs by
+  std::vector<MissedCondition> missed{};  ///< conditions that cannot be met, with what comes nearest
+  std::vector<std::string> at_bounds{};   ///< what is at a bound on the way there
+  int iterations = 0, refinements = 0;    ///< of the optimizer on all meshes, and of the mesh
+  std::vector<Run<Dynamic>> legs{};       ///< runs of the intervals, one after the other
+
+  /// Whether it is optimal on its mesh and a run of it agrees.
+  bool solved() const noexcept { return outcome == OptimalOutcome::solved; }
+};
+
 /// How an optimal motion is sought.
 struct OptimalOptions {
   int intervals = 20;         ///< of the first mesh
@@ -75,19 +92,9 @@ inline Eigen::VectorXd interpolated(const Eigen::VectorXd& nodes, const Eigen::M
   return sum;
 }
 
-// What a search found: the last mesh, and the run of it.
-struct OptimalSearchEnd {
-  OptimalOutcome outcome = OptimalOutcome::failed;
-  std::string message{};
+// What a search found, and the last mesh.
+struct OptimalSearchEnd : OptimalEnd {
   ControlMesh mesh{};
-  std::vector<double> t{};  // of the mesh
-  double cost = std::numeric_limits<double>::quiet_NaN();
-  Eigen::VectorXd error{};  // of each interval
-  Eigen::VectorXd miss{};   // x(t_b) − target of the run, for each condition
-  std::vector<MissedCondition> missed{};
-  std::vector<std::string> at_bounds{};
-  std::vector<Run<Dynamic>> legs{};
-  int iterations = 0, refinements = 0;
 };
 
 // ẋ = f(t, x, u(t)) within interval k. Models FirstOrderSystem.
@@ -205,8 +212,7 @@ class OptimalSearch {
       end.error[k] = 0.0;
       for (Eigen::Index i = 0; i < N; ++i) end.error[k] = std::max(end.error[k], std::abs(leg.y[i] - mesh.x(i, k + 1)) / extent[i]);
     }
-    end.miss.resize(task_.target.size());
-    for (Eigen::Index e = 0; e < end.miss.size(); ++e) end.miss[e] = x[task_.held[static_cast<std::size_t>(e)]] - task_.target[e];
+    end.miss = x(task_.held) - task_.target;
     return true;
   }
 

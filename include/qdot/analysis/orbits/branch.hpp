@@ -48,9 +48,7 @@ struct PointOfFamily {
 
 // The tangent at a point, in units that hold elsewhere.
 inline Eigen::VectorXd tangent_in_units_of(const ClosingEquations& there, const PointOfFamily& point) {
-  Eigen::VectorXd tangent = point.tangent;
-  for (Eigen::Index i = 0; i < tangent.size(); ++i) tangent[i] *= point.equations.scale[i] / there.scale[i];
-  return tangent;
+  return point.tangent.cwiseProduct(point.equations.scale).cwiseQuotient(there.scale);
 }
 
 // What a branch is followed in.
@@ -106,8 +104,7 @@ inline ClosingEnd stepped(const PointOfFamily& from, const PointOfFamily& near, 
   ClosingEquations equations = from.equations;
   equations.along = from.tangent;
   const double along = from.tangent.dot(tangent_in_units_of(equations, near));
-  Eigen::VectorXd X = near.point.X;
-  for (Eigen::Index i = 0; i < X.size(); ++i) X[i] += distance / along * near.tangent[i] * near.equations.scale[i];
+  Eigen::VectorXd X = near.point.X + distance / along * near.tangent.cwiseProduct(near.equations.scale);
   equations.from = X;
   ClosingEnd end;
   try {

@@ -27,25 +27,25 @@
 
 namespace qdot::detail {
 
+// ∂x/∂x with x in units of `scale`, which may have more entries.
+inline Eigen::MatrixXd in_units_of(const Eigen::VectorXd& scale, const Eigen::MatrixXd& M) {
+  const auto of_x = scale.head(M.rows());
+  return of_x.cwiseInverse().asDiagonal() * M * of_x.asDiagonal();
+}
+
 // UᵀMU in units of `scale`; `taken` is orthonormal: what is forbidden, along ẋ, along ∇h.
 inline Eigen::MatrixXd without_trivial(const Eigen::MatrixXd& M, const Eigen::VectorXd& scale, const std::vector<Eigen::VectorXd>& taken) {
   Eigen::MatrixXd rows(static_cast<Eigen::Index>(taken.size()), M.rows());
   for (Eigen::Index i = 0; i < rows.rows(); ++i) rows.row(i) = taken[static_cast<std::size_t>(i)];
   const Eigen::MatrixXd U = shortest_step(rows, Eigen::VectorXd::Zero(rows.rows()), 0.5).open;  // all singular values are 1 or 0
-  Eigen::MatrixXd scaled = M;
-  for (Eigen::Index j = 0; j < M.cols(); ++j)
-    for (Eigen::Index i = 0; i < M.rows(); ++i) scaled(i, j) *= scale[j] / scale[i];
-  const Eigen::MatrixXd right = scaled.lazyProduct(U);
+  const Eigen::MatrixXd right = in_units_of(scale, M).lazyProduct(U);
   return U.transpose().lazyProduct(right);
 }
 
 // Multipliers of B, whose entries are as wrong as their difference from those of `coarser`.
 inline std::vector<Multiplier> multipliers_of(const Eigen::MatrixXd& B, const Eigen::MatrixXd& coarser, std::size_t trivial) {
   const Exponents all = exponents_of(B);
-  Eigen::MatrixXd change = B - coarser;
-  for (Eigen::Index j = 0; j < B.cols(); ++j)
-    for (Eigen::Index i = 0; i < B.rows(); ++i) change(i, j) *= all.scale[j] / all.scale[i];
-  const double wrong = change.norm();
+  const double wrong = in_units_of(all.scale, B - coarser).norm();
   std::vector<Multiplier> multipliers(trivial, Multiplier{1.0, 0.0, true});
   for (Eigen::Index i = 0; i < B.rows(); ++i) {
     const double condition = all.radius[i] / (32.0 * std::numeric_limits<double>::epsilon() * all.size);

@@ -102,19 +102,15 @@ struct ClosingEquations {
     const Eigen::Index rows = N + (driven ? 0 : 1) + (energy ? 1 : 0) + (along.size() > 0 ? 1 : 0);
     point.residual = Eigen::VectorXd::Zero(rows);
     point.slopes = Eigen::MatrixXd::Zero(rows, N + 2);
-    for (Eigen::Index i = 0; i < N; ++i) {
-      point.residual[i] = point.closing[i] / scale[i];
-      for (Eigen::Index j = 0; j < N; ++j) point.slopes(i, j) = (point.shot.Phi(i, j) - (i == j ? 1.0 : 0.0)) * scale[j] / scale[i];
-      point.slopes(i, N) = point.shot.xdot[i] * scale[N] / scale[i];
-      if (of->has_parameter()) point.slopes(i, N + 1) = point.shot.by_parameter[i] * scale[N + 1] / scale[i];
-    }
+    const Eigen::VectorXd of_x = scale.head(N);
+    point.residual.head(N) = point.closing.cwiseQuotient(of_x);
+    point.slopes.topLeftCorner(N, N) = in_units_of(of_x, point.shot.Phi - Eigen::MatrixXd::Identity(N, N));
+    point.slopes.col(N).head(N) = scale[N] * point.shot.xdot.cwiseQuotient(of_x);
+    if (of->has_parameter()) point.slopes.col(N + 1).head(N) = scale[N + 1] * point.shot.by_parameter.cwiseQuotient(of_x);
     Eigen::Index row = N;
     if (!driven) {
-      const Eigen::VectorXd f = rate(X);
-      for (Eigen::Index j = 0; j < N; ++j) point.slopes(row, j) = f[j] / scale[j];
-      const double length = point.slopes.row(row).norm();
-      if (length > 0.0) point.slopes.row(row) /= length;
-      ++row;
+      const Eigen::VectorXd f = rate(X).cwiseQuotient(of_x);
+      point.slopes.row(row++).head(N) = f / (f.norm() > 0.0 ? f.norm() : 1.0);
     }
     if (energy) {
       const Eigen::VectorXd slope = energy_slope(X);
@@ -124,10 +120,8 @@ struct ClosingEquations {
       ++row;
     }
     if (along.size() > 0) {
-      for (Eigen::Index j = 0; j < N + 2; ++j) {
-        point.residual[row] += along[j] * (X[j] - from[j]) / scale[j];
-        point.slopes(row, j) = along[j];
-      }
+      point.residual[row] = along.dot((X - from).cwiseQuotient(scale));
+      point.slopes.row(row) = along;
     }
     point.size = 0.0;
     for (Eigen::Index i = 0; i < rows; ++i) point.size = std::isnan(point.residual[i]) ? point.residual[i] : std::max(point.size, std::abs(point.residual[i]));
@@ -138,16 +132,10 @@ struct ClosingEquations {
 // The shortest step in X/scale that takes away most of the residual, and orthonormal directions that change nothing.
 inline ShortestStep closing_step(const ClosingEquations& equations, const ClosingPoint& point) {
   constexpr double negligible = 1e-9;  // Φ is known to some 1e-12
-  const auto count = static_cast<Eigen::Index>(equations.free.size());
-  Eigen::MatrixXd slopes(point.slopes.rows(), count);
-  for (Eigen::Index j = 0; j < count; ++j) slopes.col(j) = point.slopes.col(equations.free[static_cast<std::size_t>(j)]);
-  const ShortestStep part = shortest_step(slopes, -point.residual, negligible);
+  const ShortestStep part = shortest_step(point.slopes(Eigen::all, equations.free), -point.residual, negligible);
   ShortestStep all{Eigen::VectorXd::Zero(point.X.size()), Eigen::MatrixXd::Zero(point.X.size(), part.open.cols())};
-  for (Eigen::Index j = 0; j < count; ++j) {
-    const Eigen::Index place = equations.free[static_cast<std::size_t>(j)];
-    all.x[place] = part.x[j];
-    all.open.row(place) = part.open.row(j);
-  }
+  all.x(equations.free) = part.x;
+  all.open(equations.free, Eigen::all) = part.open;
   return all;
 }
 
@@ -168,10 +156,7 @@ struct ClosingEnd {
 // How small a motion is beside what was expected of it: zero at rest.
 inline double liveliness(const ClosingEquations& equations, const Eigen::VectorXd& X) {
   if (equations.driven) return 1.0;
-  const Eigen::VectorXd f = equations.rate(X);
-  double most = 0.0;
-  for (Eigen::Index i = 0; i < f.size(); ++i) most = std::max(most, std::abs(f[i]) / equations.scale[i]);
-  return most * equations.period(X);
+  return equations.rate(X).cwiseQuotient(equations.scale.head(equations.states())).cwiseAbs().maxCoeff() * equations.period(X);
 }
 
 inline ClosingEnd closed(const ClosingEquations& equations, const Eigen::VectorXd& X0, const ClosingSearch& search) {
@@ -208,8 +193,7 @@ inline ClosingEnd closed(const ClosingEquations& equations, const Eigen::VectorX
     Outcome trouble_outcome = Outcome::completed;
     bool shorter = false;
     for (; fraction >= search.least_fraction && !shorter; fraction *= 0.5) {
-      Eigen::VectorXd X = here.X;
-      for (Eigen::Index i = 0; i < X.size(); ++i) X[i] += fraction * step[i] * equations.scale[i];
+      Eigen::VectorXd X = here.X + fraction * step.cwiseProduct(equations.scale);
       if (!(equations.period(X) > 0.05 * first_period)) continue;
       try {
         X.head(equations.states()) = equations.of->settled(equations.x(X), equations.parameter(X));
@@ -245,13 +229,9 @@ inline bool energy_lasts(const ClosingEquations& equations, const Eigen::VectorX
     for (Eigen::Index i = 0; i < equations.states(); ++i) near[i] += (i % 2 == 0 ? side : 0.7 * beside) * equations.scale[i];
     try {
       near.head(equations.states()) = equations.of->settled(equations.x(near), ClosingEquations::parameter(near));
-      const Eigen::VectorXd f = equations.rate(near), g = equations.energy_slope(near);
-      double change = 0.0, most = 0.0;
-      for (Eigen::Index i = 0; i < f.size(); ++i) {
-        change += g[i] * f[i] / equations.scale[i];
-        most = std::max(most, std::abs(g[i] * f[i] / equations.scale[i]));
-      }
-      if (std::abs(change) > negligible * most) return false;
+      const Eigen::Index N = equations.states();
+      const Eigen::VectorXd changes = equations.energy_slope(near).head(N).cwiseProduct(equations.rate(near)).cwiseQuotient(equations.scale.head(N));
+      if (std::abs(changes.sum()) > negligible * changes.cwiseAbs().maxCoeff()) return false;
     } catch (const Error&) {  // no model there: nothing to say
     }
   }
@@ -287,11 +267,9 @@ inline TrivialDirections trivial_directions(const ClosingEquations& equations, c
   TrivialDirections result{forbidden_directions(equations, point.X)};
   if (equations.driven) return result;
   const Eigen::Index N = equations.states();
-  Eigen::VectorXd f = equations.rate(point.X), g = equations.energy_slope(point.X).head(N);
-  for (Eigen::Index i = 0; i < N; ++i) f[i] /= equations.scale[i];
-  Eigen::VectorXd behind = Eigen::VectorXd::Zero(N);
-  for (Eigen::Index i = 0; i < N; ++i)
-    for (Eigen::Index j = 0; j < N; ++j) behind[j] += g[i] * point.shot.Phi(i, j) * equations.scale[j] / equations.scale[i];
+  const Eigen::VectorXd scale = equations.scale.head(N);
+  Eigen::VectorXd f = equations.rate(point.X).cwiseQuotient(scale), g = equations.energy_slope(point.X).head(N);
+  const Eigen::VectorXd behind = in_units_of(scale, point.shot.Phi).transpose() * g;
   const bool lasts = g.norm() > 0.0 && (behind - g).norm() <= conserved * g.norm() && energy_lasts(equations, point.X);
   for (Eigen::VectorXd* each : {&f, &g}) {
     if (each == &g && !lasts) break;
@@ -320,8 +298,7 @@ inline Orbit orbit_of(const ClosingEquations& equations, const ClosingEnd& end) 
     orbit.extent = point.shot.extent;
     orbit.monodromy = point.shot.Phi;
     Eigen::Index worst = 0;
-    for (Eigen::Index i = 1; i < N; ++i)
-      if (std::abs(point.residual[i]) > std::abs(point.residual[worst])) worst = i;
+    point.residual.head(N).cwiseAbs().maxCoeff(&worst);
     orbit.worst = equations.of->name(worst);
     const std::string off = sentence({"after a period of ", {orbit.period, 8}, " it is off by ", {point.closing[worst], 3}, " in ", orbit.worst});
     if (end.outcome == OrbitOutcome::found) orbit.message = sentence({"found: ", off});

@@ -94,11 +94,7 @@ class ShootingOf final : public Shooting {
     constexpr int samples = 24;
     Options options = options_;
     options.rtol *= coarser;
-    if (coarser != 1.0) {
-      Eigen::VectorXd atol(options_.atol.size());
-      for (Eigen::Index i = 0; i < atol.size(); ++i) atol[i] = coarser * options_.atol[i];
-      options.atol = atol;
-    }
+    options.atol = Eigen::VectorXd(coarser * each_atol(options_, options_.atol.size()));
     for (int k = 0; k <= samples; ++k) options.output_times.push_back(k == samples ? t_ + period : t_ + period * k / samples);
     Shot shot;
     const auto taken = [&](const auto& s) {
@@ -108,15 +104,9 @@ class ShootingOf final : public Shooting {
       shot.xdot = s.ydot.head(size());
       shot.Phi = s.Phi.topLeftCorner(size(), size());
       if (with_parameter) shot.by_parameter = s.Phi.col(size()).head(size());
-      shot.extent = Eigen::VectorXd::Zero(size());
-      for (Eigen::Index i = 0; i < size(); ++i) {
-        double least = x[i], most = x[i];
-        for (Eigen::Index k = 0; k < s.run.samples.y.cols(); ++k) {
-          least = std::min(least, s.run.samples.y(i, k));
-          most = std::max(most, s.run.samples.y(i, k));
-        }
-        shot.extent[i] = most - least;
-      }
+      Eigen::MatrixXd seen(size(), s.run.samples.y.cols() + 1);
+      seen << x, s.run.samples.y.topRows(size());
+      shot.extent = seen.rowwise().maxCoeff() - seen.rowwise().minCoeff();
     };
     if constexpr (with_parameter) {
       const auto from_x = [&](const One& at) {
@@ -136,19 +126,14 @@ class ShootingOf final : public Shooting {
     const auto& form = first_order_form(one.system);
     Eigen::VectorXd y = packed(form, state(x)), f(y.size());
     if constexpr (SwitchingSystem<std::remove_cvref_t<decltype(form)>>) {  // chooses the phases
-      Eigen::VectorXd resolution(y.size());
-      for (Eigen::Index i = 0; i < y.size(); ++i) resolution[i] = options_.rtol * std::abs(y[i]) + options_.atol[i];
+      const Eigen::VectorXd resolution = options_.rtol * y.cwiseAbs() + each_atol(options_, y.size());
       form.switched(t_, y, std::vector<bool>(static_cast<std::size_t>(form.guard_count())), resolution);
     }
     form.derivative(t_ + later, y, f);
     return f.head(size());
   }
   double energy(const Eigen::VectorXd& x, double p, double later) const override {
-    const auto one = member(p);
-    if constexpr (requires { one.system.effects(); })
-      return jacobi_energy(one.system.system(), state(x, later));
-    else
-      return jacobi_energy(one.system, state(x, later));
+    return jacobi_energy(system_of(member(p).system), state(x, later));
   }
   Eigen::VectorXd settled(const Eigen::VectorXd& x, double p) const override {
     const auto one = member(p);

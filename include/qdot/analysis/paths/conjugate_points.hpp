@@ -22,12 +22,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <functional>
 #include <numbers>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/Jacobi>
 #include <Eigen/LU>
 
 namespace qdot::detail {
@@ -43,32 +43,23 @@ struct DeviationFrame {
 };
 
 // Eigenvalues of a small symmetric matrix, by rotations of two coordinates at a time (Jacobi, 1846).
-inline std::vector<double> symmetric_eigenvalues(Eigen::MatrixXd A) {
-  const Eigen::Index n = A.rows();
+template <class MatrixXd>  // compiled only where it is called
+Eigen::VectorXd symmetric_eigenvalues(MatrixXd A) {
   constexpr int most_sweeps = 60;
   bool turned = true;
   for (int sweep = 0; turned && sweep < most_sweeps; ++sweep) {
     turned = false;
-    for (Eigen::Index j = 0; j < n; ++j)
-      for (Eigen::Index k = j + 1; k < n; ++k) {
+    for (Eigen::Index j = 0; j < A.rows(); ++j)
+      for (Eigen::Index k = j + 1; k < A.rows(); ++k) {
         if (!(std::abs(A(j, k)) > 1e-16 * (std::abs(A(j, j)) + std::abs(A(k, k))))) continue;
         turned = true;
-        const double half = 0.5 * std::atan2(2.0 * A(j, k), A(k, k) - A(j, j)), c = std::cos(half), s = std::sin(half);
-        for (Eigen::Index i = 0; i < n; ++i) {
-          const double a = A(i, j), b = A(i, k);
-          A(i, j) = c * a - s * b;
-          A(i, k) = s * a + c * b;
-        }
-        for (Eigen::Index i = 0; i < n; ++i) {
-          const double a = A(j, i), b = A(k, i);
-          A(j, i) = c * a - s * b;
-          A(k, i) = s * a + c * b;
-        }
+        Eigen::JacobiRotation<double> turn;
+        turn.makeJacobi(A, j, k);
+        A.applyOnTheLeft(j, k, turn.adjoint());
+        A.applyOnTheRight(j, k, turn);
       }
   }
-  std::vector<double> values;
-  for (Eigen::Index i = 0; i < n; ++i) values.push_back(A(i, i));
-  return values;
+  return A.diagonal();
 }
 
 struct Phase {
@@ -76,19 +67,17 @@ struct Phase {
   double remainder = 0.0;  // Σ (φ_j mod π)
 };
 
-inline Phase phase_of(const DeviationFrame& at) {
-  const Eigen::Index n = at.X.rows();
+template <class MatrixXd>
+Phase phase_of(MatrixXd X, MatrixXd P) {
+  const Eigen::Index n = X.rows();
   const double pi = std::numbers::pi;
-  Eigen::MatrixXd X = at.X, P = at.P;
   for (Eigen::Index j = 0; j < n; ++j) {
     const double length = std::hypot(X.col(j).norm(), P.col(j).norm());
-    for (Eigen::Index i = 0; i < n; ++i) {
-      X(i, j) /= length;
-      P(i, j) /= length;
-    }
+    X.col(j) /= length;
+    P.col(j) /= length;
   }
   double best = -1.0, alpha = 0.0, determinant = 0.0;
-  Eigen::FullPivLU<Eigen::MatrixXd> factors, tried;
+  Eigen::FullPivLU<MatrixXd> factors, tried;
   for (Eigen::Index k = 0; k <= 2 * n; ++k) {
     const double angle = pi * static_cast<double>(k) / static_cast<double>(2 * n + 1);
     tried.compute((std::cos(angle) * P + std::sin(angle) * X).transpose());
@@ -99,9 +88,9 @@ inline Phase phase_of(const DeviationFrame& at) {
     determinant = of_it;
     factors = tried;
   }
-  const Eigen::MatrixXd turned = (std::cos(alpha) * X - std::sin(alpha) * P).transpose(), A = factors.solve(turned);
+  const MatrixXd turned = (std::cos(alpha) * X - std::sin(alpha) * P).transpose(), A = factors.solve(turned);
   Phase phase{static_cast<double>(n) * alpha + (determinant < 0.0 ? pi : 0.0), 0.0};
-  for (const double a : symmetric_eigenvalues(0.5 * (A + A.transpose()))) {
+  for (const double a : symmetric_eigenvalues<MatrixXd>(0.5 * (A + A.transpose()))) {
     const double phi = alpha + std::atan(a);
     phase.whole += std::atan(a);
     phase.remainder += phi - pi * std::floor(phi / pi);
@@ -109,10 +98,11 @@ inline Phase phase_of(const DeviationFrame& at) {
   return phase;
 }
 
+template <class Neighbours>
 class MeetingPoints {
  public:
   // @param neighbours  at t in [t_a, t_b], X = 0 at t_a
-  MeetingPoints(std::function<DeviationFrame(double)> neighbours, double t_a, double t_b) : neighbours_(std::move(neighbours)), t_a_(t_a), t_b_(t_b) {}
+  MeetingPoints(Neighbours neighbours, double t_a, double t_b) : neighbours_(std::move(neighbours)), t_a_(t_a), t_b_(t_b) {}
 
   // @param times  moments between which little happens, such as those of a method's steps
   std::vector<MeetingPoint> between(const std::vector<double>& times) {
@@ -138,7 +128,8 @@ class MeetingPoints {
 
   Counted counted(double t, const Counted& before) const {
     const double pi = std::numbers::pi;
-    const Phase phase = phase_of(neighbours_(t));
+    const DeviationFrame frame = neighbours_(t);
+    const Phase phase = phase_of(frame.X, frame.P);
     const double change = std::remainder(phase.whole - before.theta, 2.0 * pi), theta = before.theta + change;
     return {t, theta, std::lround((theta - phase.remainder) / pi)};
   }
@@ -162,7 +153,7 @@ class MeetingPoints {
     return points;
   }
 
-  std::function<DeviationFrame(double)> neighbours_;
+  Neighbours neighbours_;
   double t_a_, t_b_;
   std::vector<MeetingPoint> found_;
 };

@@ -27,6 +27,7 @@
 #include <Eigen/Core>
 
 #include "qdot/analysis/linear/shortest_step.hpp"
+#include "qdot/analysis/variations/flow_in_pieces.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/outcome.hpp"
 
@@ -47,24 +48,9 @@ constexpr const char* name(BetweenOutcome outcome) noexcept {
 
 namespace detail {
 
-// A run from x at t, and its derivative.
-struct Leg {
-  Outcome outcome = Outcome::completed;
-  std::string message{};
-  Eigen::VectorXd x{};    // at its end
-  Eigen::MatrixXd Phi{};  // ∂x/∂x at its start
-};
-
-class Legs {
- public:
-  virtual ~Legs() = default;
-  virtual Eigen::Index dof() const = 0;
-  virtual std::string name(Eigen::Index i) const = 0;
-  virtual Leg leg(double from, const Eigen::VectorXd& x, double to) const = 0;
-};
-
 struct BetweenSearch {
-  const Legs* of;
+  FlowInPieces leg;                   // from one of the times to the next
+  std::vector<std::string> names;     // of the components of x
   std::vector<double> t{};            // K + 1 times
   std::vector<Eigen::VectorXd> x{};   // K + 1 states of the guess; the first and the last have the given q
   int most_iterations = 0;
@@ -74,7 +60,7 @@ struct BetweenSearch {
 // How far a search came: states at the times, the runs from there, and their gaps.
 struct BetweenPoint {
   std::vector<Eigen::VectorXd> x{};
-  std::vector<Leg> legs{};
+  std::vector<PieceOfFlow> legs{};
   std::vector<Eigen::VectorXd> gaps{};  // of legs, in extents; the last one of q alone
   double size = std::numeric_limits<double>::infinity();
 };
@@ -86,12 +72,12 @@ struct BetweenEnd {
   int iterations = 0;
   double worst_gap = 0.0, worst_t = 0.0;  // in its own units
   std::string worst{};
-  Leg failed{};
+  PieceOfFlow failed{};
 };
 
 class BetweenNewton {
  public:
-  explicit BetweenNewton(BetweenSearch search) : search_(std::move(search)), n_(search_.of->dof()), K_(search_.t.size() - 1) { measure(); }
+  explicit BetweenNewton(BetweenSearch search) : search_(std::move(search)), n_(static_cast<Eigen::Index>(search_.names.size()) / 2), K_(search_.t.size() - 1) { measure(); }
 
   BetweenEnd end() {
     BetweenEnd end;
@@ -136,15 +122,12 @@ class BetweenNewton {
   void measure() {
     scale_ = Eigen::VectorXd::Zero(2 * n_);
     const double leg = (search_.t.back() - search_.t.front()) / static_cast<double>(K_);
-    double most = 0.0;
-    for (Eigen::Index i = 0; i < n_; ++i) {
-      for (const auto& x : search_.x) scale_[i] = std::max(scale_[i], std::abs(x[i] - search_.x.front()[i]));
-      most = std::max(most, scale_[i]);
-    }
-    for (Eigen::Index i = 0; i < n_; ++i) {
-      if (!(scale_[i] > 1e-3 * most)) scale_[i] = most > 0.0 ? most : 1.0;
-      scale_[n_ + i] = scale_[i] / leg;
-    }
+    auto of_q = scale_.head(n_);
+    for (const auto& x : search_.x) of_q = of_q.cwiseMax((x - search_.x.front()).head(n_).cwiseAbs());
+    const double most = of_q.maxCoeff();
+    for (double& scale : of_q)
+      if (!(scale > 1e-3 * most)) scale = most > 0.0 ? most : 1.0;
+    scale_.tail(n_) = of_q / leg;
   }
 
   BetweenPoint at(std::vector<Eigen::VectorXd> x) {
@@ -152,9 +135,9 @@ class BetweenNewton {
     point.x = std::move(x);
     double sum = 0.0;
     for (std::size_t k = 0; k < K_; ++k) {
-      Leg leg;
+      PieceOfFlow leg;
       try {
-        leg = search_.of->leg(search_.t[k], point.x[k], search_.t[k + 1]);
+        leg = search_.leg(search_.t[k], point.x[k], search_.t[k + 1]);
       } catch (const Error& error) {  // no model there
         leg.outcome = Outcome::solver_error;
         leg.message = error.what();
@@ -163,12 +146,8 @@ class BetweenNewton {
         trouble_ = leg;
         return point;
       }
-      Eigen::VectorXd gap(k + 1 < K_ ? 2 * n_ : n_);
-      for (Eigen::Index i = 0; i < gap.size(); ++i) {
-        gap[i] = (leg.x[i] - point.x[k + 1][i]) / scale_[i];
-        sum += gap[i] * gap[i];
-      }
-      point.gaps.push_back(std::move(gap));
+      point.gaps.push_back((leg.y - point.x[k + 1]).cwiseQuotient(scale_).head(k + 1 < K_ ? 2 * n_ : n_));
+      sum += point.gaps.back().squaredNorm();
       point.legs.push_back(std::move(leg));
     }
     point.size = std::sqrt(sum);
@@ -179,14 +158,12 @@ class BetweenNewton {
     constexpr double negligible = 1e-7;
     std::vector<Eigen::VectorXd> c(K_ + 1, Eigen::VectorXd::Zero(2 * n_));
     std::vector<Eigen::MatrixXd> C(K_ + 1, Eigen::MatrixXd::Zero(2 * n_, n_));
-    for (Eigen::Index i = 0; i < n_; ++i) C[0](n_ + i, i) = 1.0;
+    C[0].bottomRows(n_).setIdentity();
     double largest = 0.0;
     for (std::size_t k = 0; k < K_; ++k) {
-      Eigen::MatrixXd Phi = here.legs[k].Phi;
-      for (Eigen::Index i = 0; i < 2 * n_; ++i)
-        for (Eigen::Index j = 0; j < 2 * n_; ++j) Phi(i, j) *= scale_[j] / scale_[i];
+      const Eigen::MatrixXd Phi = scale_.cwiseInverse().asDiagonal() * here.legs[k].Phi * scale_.asDiagonal();
       c[k + 1] = Phi * c[k];
-      for (Eigen::Index i = 0; i < here.gaps[k].size(); ++i) c[k + 1][i] += here.gaps[k][i];
+      c[k + 1].head(here.gaps[k].size()) += here.gaps[k];
       C[k + 1] = Phi * C[k];
       largest = std::max(largest, C[k + 1].topRows(n_).norm());
     }
@@ -195,9 +172,7 @@ class BetweenNewton {
     Direction direction;
     direction.conjugate = solved.open.cols() > 0;
     for (std::size_t k = 0; k < K_; ++k) {
-      Eigen::VectorXd dx = c[k] + C[k] * solved.x;
-      for (Eigen::Index i = 0; i < 2 * n_; ++i) dx[i] *= scale_[i];
-      direction.dx.push_back(std::move(dx));
+      direction.dx.push_back(scale_.cwiseProduct(c[k] + C[k] * solved.x));
     }
     return direction;
   }
@@ -214,7 +189,7 @@ class BetweenNewton {
       for (Eigen::Index i = 0; i < end.point.gaps[k].size(); ++i) {
         if (!(std::abs(end.point.gaps[k][i]) > most)) continue;
         most = std::abs(end.point.gaps[k][i]);
-        end.worst = search_.of->name(i);
+        end.worst = search_.names[static_cast<std::size_t>(i)];
         end.worst_gap = end.point.gaps[k][i] * scale_[i];
         end.worst_t = search_.t[k + 1];
       }
@@ -224,7 +199,7 @@ class BetweenNewton {
   Eigen::Index n_;
   std::size_t K_;
   Eigen::VectorXd scale_;
-  Leg trouble_{};
+  PieceOfFlow trouble_{};
 };
 
 }  // namespace detail

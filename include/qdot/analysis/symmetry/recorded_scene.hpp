@@ -78,25 +78,20 @@ void record_effect(RecordedScene& r, const E& e, std::size_t number, std::size_t
     const auto add_force = [&](const Vector<S, n>& Q) {
       for (Eigen::Index i = 0; i < Q.size(); ++i) act.force.push_back(Q[i].node_in(m.recording));
     };
+    const auto push = [&](const auto&... z) {
+      if constexpr (requires { e.force(q, v, z..., t); }) add_force(e.force(q, v, z..., t));
+      else act.unreadable = "does not take every scalar";
+    };
     try {
       if constexpr (pushes) {
         if constexpr (FrictionEffect<E, n>) {
-          if constexpr (requires { e.force(q, v, Vector<S, 1>(S(1.0)), t); })
-            for (const double phase : {1.0, -1.0}) add_force(e.force(q, v, Vector<S, 1>(S(phase)), t));
-          else
-            act.unreadable = "does not take every scalar";
+          for (const double phase : {1.0, -1.0}) push(Vector<S, 1>(S(phase)));
         } else if constexpr (StateEffect<E>) {
           Vector<S, states> z;
           for (int i = 0; i < states; ++i) z[i] = S(m.recording, m.z[first_state + static_cast<std::size_t>(i)]);
-          if constexpr (requires { e.force(q, v, z, t); })
-            add_force(e.force(q, v, z, t));
-          else
-            act.unreadable = "does not take every scalar";
+          push(z);
         } else {
-          if constexpr (requires { e.force(q, v, t); })
-            add_force(e.force(q, v, t));
-          else
-            act.unreadable = "does not take every scalar";
+          push();
         }
       }
       if constexpr (HolonomicEffect<E, n>) {
@@ -153,10 +148,6 @@ RecordedScene recorded_scene_of(const Sys& system, std::size_t states) {
   return r;
 }
 
-template <class E, int n, Inertia I>
-RecordedScene recorded_scene(const System<E, n, I>& system) {
-  return recorded_scene_of(system, 0);
-}
 template <class Sys, class... Effects>
 RecordedScene recorded_scene(const Scene<Sys, Effects...>& scene) {
   using Sc = Scene<Sys, Effects...>;

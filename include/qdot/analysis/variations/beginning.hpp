@@ -124,6 +124,10 @@ struct SlopeOfFamilyStart {
   }
 };
 
+inline Eigen::VectorXd each_atol(const Options& options, Eigen::Index size) {
+  return Eigen::VectorXd::NullaryExpr(size, [&](Eigen::Index i) { return options.atol[i]; });
+}
+
 // [y; Φ] where a run begins, after what is wrong with the start has been said.
 template <class Model, class Start, class StartSlope>
 Eigen::VectorXd begun(Variations<Model>& equations, const Start& start, const Options& options, const StartSlope& slope_of_start) {
@@ -139,13 +143,11 @@ Eigen::VectorXd begun(Variations<Model>& equations, const Start& start, const Op
     require_existing_entries(equations.form().system(), y0.data(), start.t);
   else if constexpr (requires { require_existing_entries(equations.form().scene().system(), y0.data(), start.t); })
     require_existing_entries(equations.form().scene().system(), y0.data(), start.t);
-  equations.tolerances.push_back(options.rtol);
-  for (Eigen::Index i = 0; i < size; ++i) equations.tolerances.push_back(options.atol[i]);
+  equations.rtol = options.rtol;
+  equations.atol = each_atol(options, size);
   Eigen::VectorXd both = Eigen::VectorXd::Zero(equations.size()), settled = y0;
   if constexpr (SwitchingSystem<Form>) {
-    Eigen::VectorXd resolution(size);
-    for (Eigen::Index i = 0; i < size; ++i) resolution[i] = options.rtol * std::abs(y0[i]) + options.atol[i];
-    equations.form().switched(start.t, settled, std::vector<bool>(static_cast<std::size_t>(equations.form().guard_count())), resolution);
+    equations.form().switched(start.t, settled, std::vector<bool>(static_cast<std::size_t>(equations.form().guard_count())), equations.resolution(y0));
     settled.head(2 * equations.dof()) = y0.head(2 * equations.dof());
   }
   Eigen::VectorXd projected;

@@ -144,7 +144,9 @@ class VariationalEquations {
   double reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const;
   const Eigen::VectorXd& largest() const noexcept { return largest_; }
 
-  std::vector<double> tolerances;  // of the method: rtol, then atol of each component of the state
+  double rtol = 0.0;
+  Eigen::VectorXd atol;  // of each component of the state
+  Eigen::VectorXd resolution(const Eigen::VectorXd& y) const { return rtol * y.head(size_).cwiseAbs() + atol; }
 
  protected:
   VariationalEquations() = default;
@@ -157,7 +159,6 @@ class VariationalEquations {
 
  private:
   double scale(const Eigen::VectorXd& y, const Eigen::VectorXd& along) const;
-  double resolved(const Eigen::VectorXd& y, Eigen::Index i) const { return tolerances[0] * std::abs(y[i]) + tolerances[static_cast<std::size_t>(i) + 1]; }
 
   std::vector<EventSlope> passed_;
   std::optional<double> changed_;
@@ -210,7 +211,7 @@ inline Crossing VariationalEquations::crossing(const std::string& name, double t
   const double here = surface.h(t, y, -1, 0.0);
   for (Eigen::Index i = 0; i < size_; ++i) {
     Eigen::VectorXd near = y;
-    near[i] += resolved(y, i);
+    near[i] += rtol * std::abs(y[i]) + atol[i];
     dark += std::abs(surface.h(t, near, -1, 0.0) - here);
   }
   constexpr double hidden = 10;

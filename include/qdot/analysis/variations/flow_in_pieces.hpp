@@ -17,12 +17,8 @@
 
 namespace qdot::detail {
 
-struct PieceOfFlow {
-  Outcome outcome;
-  std::string message;
-  double t;
-  Eigen::VectorXd y;
-  Eigen::MatrixXd Phi;
+struct PieceOfFlow : RunEnd {
+  Eigen::MatrixXd Phi{};
 };
 
 // From y at t to t_end.
@@ -34,7 +30,7 @@ FlowInPieces flow_in_pieces(System system, Method method, Options options, Event
   return [system = std::move(system), method = std::move(method), options = std::move(options),
           events = std::move(events)](double t, const Eigen::VectorXd& y, double until) {
     auto s = sensitivities(system, FirstOrderState{t, y}, until, method, options, events);
-    return PieceOfFlow{s.outcome, std::move(s.message), s.t, std::move(s.y), std::move(s.Phi)};
+    return PieceOfFlow{static_cast<RunEnd&&>(s), std::move(s.Phi)};
   };
 }
 
@@ -44,13 +40,9 @@ Eigen::VectorXd lengths_of_orthonormalized(MatrixXd& A) {
   Eigen::VectorXd length = Eigen::VectorXd::Zero(A.cols());
   for (Eigen::Index i = 0; i < A.cols(); ++i) {
     for (int twice = 0; twice < 2; ++twice)  // the second time for what rounding left
-      for (Eigen::Index j = 0; j < i; ++j) {
-        double shared = 0.0;
-        for (Eigen::Index k = 0; k < A.rows(); ++k) shared += A(k, j) * A(k, i);
-        for (Eigen::Index k = 0; k < A.rows(); ++k) A(k, i) -= shared * A(k, j);
-      }
-    for (Eigen::Index k = 0; k < A.rows(); ++k) length[i] = std::hypot(length[i], A(k, i));
-    for (Eigen::Index k = 0; k < A.rows(); ++k) A(k, i) /= length[i];
+      for (Eigen::Index j = 0; j < i; ++j) A.col(i) -= A.col(j).dot(A.col(i)) * A.col(j);
+    length[i] = A.col(i).stableNorm();  // whose squares may be no numbers
+    A.col(i) /= length[i];
   }
   return length;
 }

@@ -249,11 +249,7 @@ class Variations final : public VariationalEquations {
       if (!y.allFinite()) return;
       model_.with_form(parameter_of(column), s, [&](const Form& form) {
         if constexpr (projects) form.project(t, y);
-        if constexpr (switches) {
-          Eigen::VectorXd resolution(size_);
-          for (Eigen::Index k = 0; k < size_; ++k) resolution[k] = tolerances[0] * std::abs(y[k]) + tolerances[static_cast<std::size_t>(k) + 1];
-          pending_ = form.switched(t, y, std::vector<bool>(static_cast<std::size_t>(form.guard_count())), resolution);
-        }
+        if constexpr (switches) pending_ = form.switched(t, y, std::vector<bool>(static_cast<std::size_t>(form.guard_count())), resolution(y));
       });
     };
     return surface;
@@ -298,26 +294,17 @@ class Variations final : public VariationalEquations {
       if (is_free(form().scene(), z)) return;
       ConstraintGeometry<Sc> geometry(form().scene(), t, default_rank_cutoff);
       geometry.move_to(q, qdot, z);
-      const auto along = [&](const Vector<double, n>& at, const double* direction) {
-        Vector<D, n> x(dof_);
-        for (Eigen::Index i = 0; i < dof_; ++i) {
-          x[i] = D(at[i]);
-          x[i].tangent[0] = direction[i];
-        }
-        return x;
-      };
       const auto take_away = [&](const auto& rows, Eigen::Index parameter, const auto& rows_of, double* column) {
-        Eigen::VectorXd residual(rows.size());
-        for (Eigen::Index i = 0; i < rows.size(); ++i) residual[i] = rows[i].tangent[0];
+        Eigen::VectorXd residual = rates_in(rows);
         if (parameter >= 0) model_.add_parameter_slope(parameter, rows_of, residual);
         const Vector<double, n> step = geometry.displacement(Vector<double, Sc::constraints_at_compile_time>(-residual));
         for (Eigen::Index i = 0; i < dof_; ++i) column[i] += step[i];
       };
       for (Eigen::Index j = 0; j < columns_; ++j) {
         double* const dq = both.data() + size_ * (j + 1);
-        take_away(constraint_residual(form().scene(), along(q, dq), D(t), z), parameter_of(j),
+        take_away(constraint_residual(form().scene(), with_rates<D>(q, dq), D(t), z), parameter_of(j),
                   [&](const Form& near) { return Eigen::VectorXd(constraint_residual(near.scene(), q, t, z)); }, dq);
-        take_away(constraint_velocity(form().scene(), along(q, dq), along(qdot, dq + dof_), D(t), z), parameter_of(j),
+        take_away(constraint_velocity(form().scene(), with_rates<D>(q, dq), with_rates<D>(qdot, dq + dof_), D(t), z), parameter_of(j),
                   [&](const Form& near) { return Eigen::VectorXd(constraint_velocity(near.scene(), q, qdot, t, z)); }, dq + dof_);
       }
     }

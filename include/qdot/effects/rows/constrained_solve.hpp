@@ -28,7 +28,6 @@
 #include <cmath>
 #include <limits>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "qdot/effects/rows/constraint_rows.hpp"

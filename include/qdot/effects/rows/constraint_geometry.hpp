@@ -13,7 +13,6 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
-#include <utility>
 
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"

@@ -90,23 +90,29 @@ auto velocity_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& q
 struct RateOfRows {};   // tags of the perturbations of constraints
 struct SlopeOfRows {};
 
+// x + ε ẋ, and ẋ of such a vector.
+template <class D, class X>
+[[gnu::always_inline]] inline auto with_rates(const X& x, const auto& rates) {
+  Vector<D, X::RowsAtCompileTime> both(x.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    both[i].value = x[i];
+    both[i].tangent[0] = rates[i];
+  }
+  return both;
+}
+template <class Both>
+[[gnu::always_inline]] inline auto rates_in(const Both& both) {
+  Vector<typename Both::Scalar::Scalar, Both::RowsAtCompileTime> rates(both.size());
+  for (Eigen::Index i = 0; i < both.size(); ++i) rates[i] = both[i].tangent[0];
+  return rates;
+}
+
 // Time derivative of the velocity rows at given accelerations.
 template <int n, class Effect, class S>
 auto acceleration_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, n>& qddot,
                        const S& t) {
   using D = Dual<S, 1, RateOfRows>;
-  Vector<D, n> x(q.size());
-  Vector<D, n> v(q.size());
-  for (Eigen::Index i = 0; i < q.size(); ++i) {
-    x[i].value = q[i];
-    x[i].tangent[0] = qdot[i];
-    v[i].value = qdot[i];
-    v[i].tangent[0] = qddot[i];
-  }
-  const auto rows = velocity_rows<n>(e, x, v, D::variable(t, 0));
-  Vector<S, std::remove_cvref_t<decltype(rows)>::RowsAtCompileTime> rate(rows.size());
-  for (Eigen::Index i = 0; i < rows.size(); ++i) rate[i] = rows[i].tangent[0];
-  return rate;
+  return rates_in(velocity_rows<n>(e, with_rates<D>(q, qdot), with_rates<D>(qdot, qddot), D::variable(t, 0)));
 }
 
 // J of one effect, with as many rows as the scene has counted.

@@ -10,7 +10,6 @@
 // dual numbers in the effect, whose parts now are nodes of the graph. A scene's header is not included here: who has a scene has included it.
 
 #include <Eigen/Core>
-#include <string_view>
 #include <type_traits>
 
 #include "qdot/effects/effect.hpp"
@@ -66,18 +65,12 @@ template <class Sc>
   }
 }
 
-template <class E>
-std::string_view recorded_name(const E& e) {
-  if constexpr (requires { e.name; }) return e.name;
-  return "constraint";
-}
-
 // φ or a of an effect, if it is a constraint.
 template <int n, class E>
 [[gnu::cold]] void run_rows(RecordedMotion& m, const E& e) {
   if constexpr (ConstraintEffect<E, n>) {
     m.recording.source = "the constraint '";
-    m.recording.source.append(recorded_name(e)).append("'");
+    m.recording.source.append(constraint_name(e)).append("'");
     const formula::Recorded t(m.recording, m.t);
     const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
     const auto rows = [&] {

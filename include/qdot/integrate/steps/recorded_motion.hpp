@@ -116,7 +116,7 @@ template <int n, class E>
 [[gnu::cold]] void record_constraint(RecordedMotion& m, const E& e) {
   const std::size_t first = m.returned.size();
   run_rows<n>(m, e);
-  differentiate_rows(m, first, HolonomicEffect<E, n>, std::string(recorded_name(e)));
+  differentiate_rows(m, first, HolonomicEffect<E, n>, constraint_name(e));
 }
 
 /// Runs T and V once.

@@ -31,7 +31,6 @@
 // Constraints make the system to be solved larger by their multipliers (integrate/steps/taylor_constraints.hpp).
 
 #include <Eigen/LU>
-#include <cmath>
 #include <string>
 #include <type_traits>
 #include <vector>

@@ -17,7 +17,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <string>
 
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
