@@ -70,8 +70,8 @@ class ModelRecorder final : public qdot::detail::VariationalRecorder {
 // [y; Φ] at the start: Φ is what a displaced start becomes on the constraints.
 Eigen::VectorXd begun(ModelVariations& equations, double t, const Eigen::VectorXd& y, const Options& options) {
   const Eigen::Index size = equations.state_size(), starts = equations.start_columns();
-  equations.tolerances.push_back(options.rtol);
-  for (Eigen::Index i = 0; i < size; ++i) equations.tolerances.push_back(options.atol[i]);
+  equations.rtol = options.rtol;
+  equations.atol = qdot::detail::each_atol(options, size);
   Eigen::VectorXd both = equations.seeded(y);
   if (!equations.form().model->constrained()) return both;
   for (Eigen::Index j = 0; j < equations.columns(); ++j) {
