@@ -51,9 +51,9 @@ template <class Hand>
   benched_hand<Hand>(q, qdot, out);
 }
 
-/// q̈ of a case, followed by λ where it has constraints.
+/// q̈ of a case, followed by λ where it has constraints; of its unit alone, for what g++ inlines depends on what else there is in a unit.
 template <class Case>
-[[gnu::noinline]] void by_scene(const double* q, const double* qdot, double* out) {
+[[gnu::noinline]] static void by_scene(const double* q, const double* qdot, double* out) {
   constexpr int n = Case::n, m = Case::constraints;
   using V = Vector<double, n>;
   const V x(Eigen::Map<const V>{q}), v(Eigen::Map<const V>{qdot});
