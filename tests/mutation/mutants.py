@@ -174,7 +174,7 @@ OPTIMIZED = [
      "f(x[at[2 * k]], x[at[2 * k]], k)", "effects/traced_motion"),
     (AD + "/formula/lines.hpp", "run: b steps as a does", "b[static_cast<std::ptrdiff_t>(k) * step_b]",
      "b[static_cast<std::ptrdiff_t>(k) * step_a]", "effects/traced_motion"),
-    (AD + "/formula/lines.hpp", "run: one step taken for two", "run.step_a == 1 && run.step_b == 1", "run.step_a == 1", "effects/traced_motion"),
+    (AD + "/formula/lines.hpp", "run: one step taken for two", "(run.step_a == 1 && run.step_b == 1)", "(run.step_a == 1)", "effects/traced_motion"),
     (AD + "/formula/lines.hpp", "run: factors of the first line", "factors[3 * k] * a + factors[3 * k + 2]",
      "factors[0] * a + factors[3 * k + 2]", "effects/traced_motion"),
     (AD + "/formula/lines.hpp", "run: offsets dropped", "factors[3 * k] * a + factors[3 * k + 1] * b + factors[3 * k + 2]",
