@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Do the tests notice a broken sign? Breaks the headers in many small ways and sees which tests fail.
 
-    tests/mutation/run.py [--work DIR] [--launcher CMD] [--only TEXT] [--table FILE]
+    tests/mutation/run.py [--work DIR] [--launcher CMD] [--only TEXT] [--table FILE] [--fits]
 
 The mutants of a test file are written into a scratch copy of the headers, each behind a switch
 
@@ -73,12 +73,15 @@ def main():
     arguments.add_argument("--work", type=pathlib.Path, help="scratch directory to keep and use again")
     arguments.add_argument("--launcher", default="", help="command in front of every compilation and test run")
     arguments.add_argument("--only", default="", help="only the mutants whose test begins with this regular expression")
+    arguments.add_argument("--fits", action="store_true", help="only see that what is to be broken stands in the headers, once each")
     arguments.add_argument("--table", type=pathlib.Path, help="write the results here, as a Markdown table, in place of the one that ends the file")
     asked = arguments.parse_args()
 
+    require_that_all_fit()
+    if asked.fits:
+        return
     work = asked.work or pathlib.Path(tempfile.mkdtemp(prefix="qdot-mutation-"))
     work.mkdir(parents=True, exist_ok=True)
-    require_that_all_fit()
     (work / "switch.hpp").write_text(
         "#pragma once\n#include <cstdlib>\n"
         "inline const int qdot_mutant = [] { const char* s = std::getenv(\"QDOT_MUTANT\"); return s ? std::atoi(s) : 0; }();\n"
