@@ -80,6 +80,17 @@ TEST_CASE("a bob at the lowest point of its circle pulls with its weight and m v
   CHECK(std::abs(lambda + pull / l) < rounded * pull / l);
 }
 
+TEST_CASE("a material point of which m J Jᵀ is no number of double is left to others, and not brought to rest") {
+  const auto solved = [](double m, double l) {
+    double a[2], lambda = 0.0;
+    return detail::solve_material_point({m, 1}, {0.0, 0}, {-l, 1}, {m, 1}, {-m, 1}, {0.0, 0}, a, lambda);
+  };
+  CHECK(solved(1e200, 1e30));
+  CHECK_FALSE(solved(1e200, 1e60));
+  CHECK_FALSE(solved(0.0, 1.0));
+  CHECK_FALSE(solved(-1.0, 1.0));
+}
+
 TEST_CASE("two coordinates without inertia along some direction, or without a constraint, are left to others") {
   CHECK_FALSE(OneOfTwo{{1.0, 1.0, 1.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.solve());
   CHECK_FALSE(OneOfTwo{{1.0, 2.0, 1.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.solve());

@@ -16,7 +16,9 @@
 //
 //     τ q̈ = e (e·r) + γ w ,    τ λ = γ det M − w·r ,    τ = J w = eᵀM e .
 //
-// A material point, M = m·1, needs no determinant: λ = (m γ − J r)/J Jᵀ, m q̈ = r + Jᵀλ.
+// A material point, M = m·1, needs no determinant: λ = (m γ − J r)/J Jᵀ, m q̈ = r + Jᵀλ, and with 1/(m J Jᵀ) one division.
+
+#include <limits>
 
 #include "qdot/mechanics/equations/small_solve.hpp"
 
@@ -39,14 +41,15 @@ struct MaybeZero {
   }
 };
 
-// r ← q̈ and γ ← λ of a material point m in a plane.
-[[gnu::always_inline]] inline void solve_material_point(const MaybeZero& m, const MaybeZero& u, const MaybeZero& v, const MaybeZero& r0, const MaybeZero& r1,
+// r ← q̈ and γ ← λ of a material point m in a plane; false where it has no inertia, or m J Jᵀ is beyond the range of double though m and J Jᵀ are not.
+[[gnu::always_inline]] inline bool solve_material_point(const MaybeZero& m, const MaybeZero& u, const MaybeZero& v, const MaybeZero& r0, const MaybeZero& r1,
                                                         const MaybeZero& g, double* r, double& gamma) {
   const double size = (u * u + v * v).number, i = 1.0 / (m.number * size), per_m = size * i;
   const MaybeZero lambda{(m * g - (u * r0 + v * r1)).number * (m.number * i), 1};
   r[0] = (r0 + u * lambda).number * per_m;
   r[1] = (r1 + v * lambda).number * per_m;
   gamma = lambda.number;
+  return (m.number > 0.0) & (i >= std::numeric_limits<double>::min());
 }
 
 // r ← q̈ and γ ← λ of two coordinates; false where a pivot of M is below `threshold` of its diagonal entry. They are not finite where J is zero.
@@ -55,8 +58,7 @@ struct MaybeZero {
   const MaybeZero a{M[0], 1}, b{M[1], has_entry<1>(present)}, d{M[2], 1}, u{J[0], has(mask, 0)}, v{J[1], has(mask, 1)};
   const MaybeZero r0{r[0], may_differ_from_zero(r[0])}, r1{r[1], may_differ_from_zero(r[1])}, g{gamma, may_differ_from_zero(gamma)};
   if (!b.there && known_equal(a.number, d.number)) {
-    solve_material_point(a, u, v, r0, r1, g, r, gamma);
-    return a.number > 0.0;
+    return solve_material_point(a, u, v, r0, r1, g, r, gamma);
   }
   const MaybeZero whole = a * d, determinant = whole - b * b;
   const MaybeZero w0 = d * u - b * v, w1 = a * v - b * u, along = u * r1 - v * r0;
