@@ -41,7 +41,8 @@ struct MaybeZero {
   }
 };
 
-// r ← q̈ and γ ← λ of a material point m in a plane; false where it has no inertia, or m J Jᵀ is beyond the range of double though m and J Jᵀ are not.
+// r ← q̈ and γ ← λ of a material point m in a plane; false where m is negative, or m J Jᵀ beyond the range of double though m and J Jᵀ are not. They are
+// not finite where m or J is zero.
 [[gnu::always_inline]] inline bool solve_material_point(const MaybeZero& m, const MaybeZero& u, const MaybeZero& v, const MaybeZero& r0, const MaybeZero& r1,
                                                         const MaybeZero& g, double* r, double& gamma) {
   const double size = (u * u + v * v).number, i = 1.0 / (m.number * size), per_m = size * i;
@@ -49,7 +50,7 @@ struct MaybeZero {
   r[0] = (r0 + u * lambda).number * per_m;
   r[1] = (r1 + v * lambda).number * per_m;
   gamma = lambda.number;
-  return (m.number > 0.0) & (i >= std::numeric_limits<double>::min());
+  return i >= std::numeric_limits<double>::min();
 }
 
 // r ← q̈ and γ ← λ of two coordinates; false where a pivot of M is below `threshold` of its diagonal entry. They are not finite where J is zero.
