@@ -42,6 +42,7 @@ struct OneOfTwo {
     const detail::ComponentMask present = 5U | (M[1] != 0.0 ? 2U : 0U), mask = (J[0] != 0.0 ? 1U : 0U) | (J[1] != 0.0 ? 2U : 0U);
     return detail::solved_with_one_of_two(M, present, J, mask, r, gamma, threshold);
   }
+  bool answered() { return solve() && std::isfinite(r[0] + r[1] + gamma); }
   double missed() {
     Wide whole(2, 2);
     whole << M[0], M[1], M[1], M[2];
@@ -93,17 +94,16 @@ TEST_CASE("a material point of which m J Jᵀ is no number of double is left to 
 }
 
 TEST_CASE("two coordinates without inertia along some direction, or without a constraint, are left to others") {
-  CHECK_FALSE(OneOfTwo{{1.0, 1.0, 1.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.solve());
-  CHECK_FALSE(OneOfTwo{{1.0, 2.0, 1.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.solve());
-  CHECK_FALSE(OneOfTwo{{-1.0, 0.5, -1.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.solve());
-  CHECK_FALSE(OneOfTwo{{1.0, 0.0, -2.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.solve());
-  CHECK_FALSE(OneOfTwo{{-2.0, 0.0, 1.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.solve());
-  CHECK_FALSE(OneOfTwo{{0.0, 0.0, 0.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.solve());
-  CHECK_FALSE(OneOfTwo{{-1.0, 0.0, -1.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.solve());
+  CHECK_FALSE(OneOfTwo{{1.0, 1.0, 1.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.answered());
+  CHECK_FALSE(OneOfTwo{{1.0, 2.0, 1.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.answered());
+  CHECK_FALSE(OneOfTwo{{-1.0, 0.5, -1.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.answered());
+  CHECK_FALSE(OneOfTwo{{1.0, 0.0, -2.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.answered());
+  CHECK_FALSE(OneOfTwo{{-2.0, 0.0, 1.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.answered());
+  CHECK_FALSE(OneOfTwo{{0.0, 0.0, 0.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.answered());
+  CHECK_FALSE(OneOfTwo{{-1.0, 0.0, -1.0}, {1.0, 0.5}, {1.0, 2.0}, 0.3}.answered());
   for (const double coupling : {0.0, 0.3}) {
     OneOfTwo none{{1.0, coupling, 1.0}, {0.0, 0.0}, {1.0, 2.0}, 0.3};
-    (void)none.solve();
-    CHECK_FALSE(std::isfinite(none.r[0] + none.r[1] + none.gamma));
+    CHECK_FALSE(none.answered());
   }
 }
 
