@@ -13,7 +13,10 @@
 #include <qdot/integrate/options.hpp>
 #include <qdot/integrate/steps/recorded_motion.hpp>
 #include <qdot/integrate/steps/spectral_radius.hpp>
+#include <qdot/integrate/watch/change_watch.hpp>
 #include <qdot/integrate/watch/diagnosis.hpp>
+#include <qdot/integrate/watch/energy_watch.hpp>
+#include <qdot/integrate/watch/watch.hpp>
 #include <qdot/mechanics/derive/kept_lines.hpp>
 #include <qdot/mechanics/derive/traced_motion.hpp>
 #include <qdot/mechanics/equations_of_motion.hpp>
@@ -38,6 +41,10 @@ template void carry_out<double>(const LineTable&, double*);
 namespace qdot::detail {
 template void require_valid<double>(const Options&, Eigen::Index);
 template std::string explanation<double>(const Probe&, Outcome, const Standstill&);
+template Failure trouble_of_state<double>(const Eigen::Ref<const Eigen::VectorXd>&, double, double, const void*, std::string (*)(const void*, Eigen::Index));
+template class BasicChangeWatch<double>;
+template class BasicEnergyWatch<double>;
+template Failure lost_inertia<double>(const Eigen::MatrixXd&, double, double, const std::vector<std::string>&);
 template std::string how_it_ended<double>(Outcome, const std::string&, double, long);
 template void search_root<double>(RootSearch&, double, double, const double*);
 template void set_clocks<double>(EventClocks&, const std::vector<ListedEvent>&, double, double);

@@ -261,7 +261,7 @@ class SceneForm {
   }
 
   /// A coordinate's name, a velocity's, or that of an effect's state.
-  std::string component_name(Eigen::Index i) const {
+  [[gnu::cold, gnu::noinline]] std::string component_name(Eigen::Index i) const {
     if (i < dof()) return scene_.coordinate_name(i);
     if (i < 2 * dof()) return scene_.velocity_name(i - dof());
     return detail::sentence({"z", i - 2 * dof()});

@@ -190,7 +190,7 @@ class FirstOrderForm {
   }
 
   /// "phi" for a coordinate, "phidot" for a velocity.
-  std::string component_name(Eigen::Index i) const {
+  [[gnu::cold, gnu::noinline]] std::string component_name(Eigen::Index i) const {
     return i < system_.dof() ? system_.coordinate_name(i) : system_.velocity_name(i - system_.dof());
   }
 

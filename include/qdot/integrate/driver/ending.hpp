@@ -17,7 +17,17 @@
 
 namespace qdot::detail {
 
-// What is wrong with a state after a step, if something is: a component is not finite, or above the limit of all.
+// What is wrong with a state: a component is not finite, or above the limit of all.
+template <class Number = double>
+[[gnu::cold]] Failure trouble_of_state(const Eigen::Ref<const Eigen::VectorXd>& y, double t, double limit, const void* system,
+                                       std::string (*component_name)(const void*, Eigen::Index)) {
+  for (Eigen::Index i = 0; i < y.size(); ++i)
+    if (!std::isfinite(y[i])) return {Outcome::non_finite, sentence({component_name(system, i), " became ", y[i], " in the step to t = ", t})};
+  const Eigen::Index worst = place_of_largest(y.data(), y.size());
+  return {Outcome::state_limit, sentence({component_name(system, worst), " = ", y[worst], " exceeds state_norm_limit = ", limit})};
+}
+
+// The same after a step, where there is something wrong.
 template <FirstOrderSystem F>
 std::optional<Failure> unsound_state(const F& system, const Eigen::Ref<const Eigen::VectorXd>& y, double t, double limit) {
   // Asked after every step: each comparison by itself, for finding the largest they would wait for each other.
@@ -25,11 +35,7 @@ std::optional<Failure> unsound_state(const F& system, const Eigen::Ref<const Eig
   Eigen::Index sound = 0;
   while (sound < y.size() && std::abs(y[sound]) <= most) ++sound;
   if (sound == y.size()) return std::nullopt;
-  for (Eigen::Index i = 0; i < y.size(); ++i)
-    if (!std::isfinite(y[i]))
-      return Failure{Outcome::non_finite, sentence({system.component_name(i), " became ", y[i], " in the step to t = ", t})};
-  const Eigen::Index worst = place_of_largest(y.data(), y.size());
-  return Failure{Outcome::state_limit, sentence({system.component_name(worst), " = ", y[worst], " exceeds state_norm_limit = ", limit})};
+  return trouble_of_state(y, t, limit, &system, [](const void* s, Eigen::Index i) -> std::string { return static_cast<const F*>(s)->component_name(i); });
 }
 
 // Outcome, place, what is known about it, and advice where that is not advice already.
@@ -42,6 +48,7 @@ template <class Number = double>
 }
 
 #ifdef QDOT_COMPILED
+extern template Failure trouble_of_state<double>(const Eigen::Ref<const Eigen::VectorXd>&, double, double, const void*, std::string (*)(const void*, Eigen::Index));
 extern template std::string how_it_ended<double>(Outcome, const std::string&, double, long);
 #endif
 

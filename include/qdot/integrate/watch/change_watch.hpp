@@ -28,6 +28,8 @@
 // matters to the accuracy that was asked for: |δ| times the time since the leg began > rtol |yᵢ| + atolᵢ.
 //
 // A state where f cannot be evaluated is not compared: the method itself will meet that.
+//
+// What is asked for depends on the form's type, and is little; how it is compared does not.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -136,11 +138,29 @@ inline Failure other_derivation() {
                                   "of the object and call derived() again, or leave it away"};
 }
 
+// ModelValues without the type of the form, which outlives this.
+struct AnyModelValues {
+  const void* form;
+  Eigen::Index rates;
+  bool (*write)(const void*, double, const Eigen::VectorXd&, Eigen::VectorXd&);
+  bool (*hold)(const void*);
+  std::string (*named)(const void*, Eigen::Index);
+
+  template <FirstOrderSystem F>
+  explicit AnyModelValues(const F& of)
+      : form(&of), rates(of.size()),
+        write([](const void* f, double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) { return ModelValues(*static_cast<const F*>(f)).at(t, y, out); }),
+        hold([](const void* f) { return ModelValues(*static_cast<const F*>(f)).derivation_holds(); }),
+        named([](const void* f, Eigen::Index i) { return ModelValues(*static_cast<const F*>(f)).name(i); }) {}
+
+  bool at(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) const { return write(form, t, y, out); }
+};
+
 /// Compares a run's right-hand side with what it was.
-template <FirstOrderSystem F>
-class ChangeWatch {
+template <class Number = double>
+class BasicChangeWatch {
  public:
-  ChangeWatch(const F& system, const Options& options) : values_(system), options_(options) {}
+  BasicChangeWatch(const AnyModelValues& values, const Options& options) : values_(values), options_(options) {}
 
   /// Begins a leg: whatever changed before was allowed to.
   void begin(double t, const Eigen::VectorXd& y) {
@@ -156,7 +176,7 @@ class ChangeWatch {
 
   /// What is not as it was, if something is.
   std::optional<Failure> look(double t) {
-    if (!values_.derivation_holds()) return other_derivation();
+    if (!values_.hold(values_.form)) return other_derivation();
     const bool both = ++looks_ % thinned == 0 || !latest_.is_known;
     for (const Seen* seen : {&latest_, &first_})
       if (seen->is_known && (seen == &latest_ || both) && values_.at(seen->t, seen->y, now_) && !is_same(*seen))
@@ -201,7 +221,7 @@ class ChangeWatch {
     for (Eigen::Index i = 0; i < size; ++i) {
       const double change = std::abs(now_[i] - seen.values[i]);
       if (!(change > explained[i])) continue;
-      if (i < values_.rates() && !(change * duration > options_.rtol * std::abs(seen.y[i]) + options_.atol[i])) continue;
+      if (i < values_.rates && !(change * duration > options_.rtol * std::abs(seen.y[i]) + options_.atol[i])) continue;
       const double part = change / std::max(std::abs(now_[i]), std::abs(seen.values[i]));
       if (part > largest) {
         largest = part;
@@ -213,15 +233,20 @@ class ChangeWatch {
 
   [[gnu::cold, gnu::noinline]] Failure failure(const Seen& seen, Eigen::Index i, double t) const {
     return {Outcome::model_changed,
-            sentence({"between events and stop times functors must depend on nothing but their arguments, but ", values_.name(i), " at t = ",
+            sentence({"between events and stop times functors must depend on nothing but their arguments, but ", values_.named(values_.form, i), " at t = ",
                       seen.t, " was ", seen.values[i], " and is ", now_[i], " when it is evaluated there again at t = ", t})};
   }
 
-  ModelValues<F> values_;
+  AnyModelValues values_;
   const Options& options_;
   Seen first_, latest_;
   long looks_ = 0;  // in this leg
   Eigen::VectorXd now_;
 };
+using ChangeWatch = BasicChangeWatch<>;
+
+#ifdef QDOT_COMPILED
+extern template class BasicChangeWatch<double>;
+#endif
 
 }  // namespace qdot::detail

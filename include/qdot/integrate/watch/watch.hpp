@@ -14,21 +14,7 @@
 //                   (which may carry what has no mass).
 //     J M⁻¹ Jᵀ      the same for scenes with constraints, rows scaled to length one in the metric of M; of more than 128 coordinates
 //                   by sparse factors, without rcond(M). Dependent rows are allowed (effects/rows/constrained_solve.hpp), so its limit is 0 unless one is given.
-//     energy        Where neither T nor V takes the time, h = q̇·∂L/∂q̇ − L is constant on the exact motion, and every step may
-//                   change it by about
-//
-//                       a = Σᵢ |h(y + wᵢ eᵢ) − h(y)| ,      wᵢ = rtol |yᵢ| + atolᵢ ,
-//
-//                   (of more than 128 coordinates Σ |∂h/∂yᵢ| wᵢ), which needs no trust in the forces. Over N steps that is N a at most, whatever the motion does with
-//                   errors, for h has no sensitivity to them. A drift above
-//
-//                       energy_drift_limit · (N max a + ε max(|T| + |V|)),       energy_drift_limit = 10³,
-//
-//                   is no error of integration. The margin is wide: over twelve systems, five methods and rtol = 1e-3 … 1e-13,
-//                   each with atol from rtol/1000 to 1000 rtol, honest runs came to 0.6 at most, and what this is made for
-//                   exceeds 10³ by decades at usual tolerances. (At rtol = 1e-3 each step may change h by a thousandth, and
-//                   little can be out of proportion to that.) Methods with a step of fixed length promise no tolerance and
-//                   are not judged. Forces of effects do work: energy_balance.hpp is for them.
+//     energy        Where neither T nor V takes the time, whether they conserve what they must (integrate/watch/energy_watch.hpp).
 //     time          No step passes over what nobody looked at (integrate/watch/time_watch.hpp).
 //     f             of all systems: whether the right-hand side is what it was at the same time and state (integrate/watch/change_watch.hpp).
 //     values        T and V must have some. Their slopes are numbers only where they do, but not every value is needed for q̈: a
@@ -60,7 +46,7 @@
 #include "qdot/integrate/statistics.hpp"
 #include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/watch/change_watch.hpp"
-#include "qdot/integrate/watch/energy_slope.hpp"
+#include "qdot/integrate/watch/energy_watch.hpp"
 #include "qdot/integrate/watch/time_watch.hpp"
 #include "qdot/mechanics/equations/cholesky.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
@@ -98,12 +84,33 @@ std::pair<Vector<double, n>, Vector<double, n>> coordinates_of(const Eigen::Vect
   return parts;
 }
 
+// Why accelerations have no digits.
+template <class Number = double>
+[[gnu::cold]] Failure lost_inertia(const Eigen::MatrixXd& M, double rcond, double t, const std::vector<std::string>& names) {
+  std::string direction = "some direction";
+  try {
+    throw_mass_matrix_error(M, t, names);
+  } catch (const MassMatrixError& error) {
+    direction = direction_text(error.direction(), names);
+  } catch (const NonFinite& error) {
+    return {Outcome::non_finite, error.what()};
+  }
+  return {Outcome::singular_mass_matrix, sentence({"rcond(M) must not fall below rcond_limit, but is ", rcond, " at t = ", t,
+                                                   ": the motion with velocity along ", direction,
+                                                   " has almost no inertia, and its acceleration no digits"})};
+}
+
+#ifdef QDOT_COMPILED
+extern template Failure lost_inertia<double>(const Eigen::MatrixXd&, double, double, const std::vector<std::string>&);
+#endif
+
 /// Looks at the accepted states of one run.
 template <FirstOrderSystem F>
 class Watchdog {
   using Behind = BehindForm<F>;
   static constexpr int n = dof_at_compile_time<F>();
   static constexpr bool looks_at_energy = Behind::conserves;
+  struct NotWatched {};
   static constexpr bool looks_at_constraints = requires(const F& f) { requires Behind::is_scene && F::has_constraints; };
   static constexpr bool looks_at_mass = [] {
     if constexpr (Behind::is_mechanical) return Behind::System::inertia == Inertia::positive_definite;
@@ -112,7 +119,7 @@ class Watchdog {
 
  public:
   Watchdog(const F& system, const Options& options)
-      : system_(system), options_(options), clock_(system, options), changes_(system, options), wait_(shortest_wait()) {}
+      : system_(system), options_(options), clock_(system, options), changes_(AnyModelValues(system), options), energy_(energy_watch(system, options)), wait_(shortest_wait()) {}
 
   /// True when the state after a step of length h ought to be looked at.
   bool is_due(double h) {
@@ -124,24 +131,15 @@ class Watchdog {
   /// Begins at a state: the start, or behind a stop time or a change of the state, from where h is compared anew.
   ///
   /// @param another  motion of the same functors, which are believed to be as they were
-  void begin(double t, const Eigen::VectorXd& y, long steps, [[maybe_unused]] bool another = false) {
+  void begin(double t, const Eigen::VectorXd& y, [[maybe_unused]] long steps, [[maybe_unused]] bool another = false) {
     changes_.begin(t, y);
-    reference_.reset();
     if constexpr (TimeWatch<F>::watches) {
       if (another) clock_.begin_another(t);
       else clock_.begin(t);
     }
     if constexpr (looks_at_energy) wait_ = shortest_wait();
     steps_since_ = 0;
-    t_before_ = t;
-    steps_begun_ = steps;
-    if constexpr (looks_at_energy) {
-      if (std::isfinite(options_.energy_drift_limit)) reference_ = quietly([&] { return energy_at(Behind::system(system_), t, y); });
-      if (reference_ && !std::isfinite(reference_->h)) reference_.reset();
-      if (reference_) before_ = reference_->h;
-    }
-    allowed_each_ = largest_ = largest_change_ = 0.0;
-    looks_begun_ = 0;
+    if constexpr (looks_at_energy) energy_.begin(t, y, steps);
   }
 
   /// How far towards `landing` the stepper's next step may go (integrate/watch/time_watch.hpp).
@@ -158,13 +156,13 @@ class Watchdog {
   /// Looks at an accepted state; the trouble, if there is some.
   ///
   /// @param controlled  the method keeps a tolerance
-  std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) {
+  std::optional<Failure> look(double t, const Eigen::VectorXd& y, [[maybe_unused]] long steps, [[maybe_unused]] bool controlled) {
     steps_since_ = 0;
     wait_ = std::min(2 * wait_, longest_wait());
     std::optional<Failure> trouble = changes_.look(t);
     if (!trouble) trouble = look_at_values_and_mass(t, y);
     if constexpr (looks_at_energy)
-      if (!trouble && reference_ && controlled) trouble = look_at_energy(t, y, steps);
+      if (!trouble && controlled) trouble = energy_.look(t, y, steps);
     return trouble;
   }
 
@@ -231,15 +229,13 @@ class Watchdog {
     statistics.mass_rcond_time = mass_rcond_time_;
     statistics.constraint_rcond = constraint_rcond_;
     statistics.constraint_rcond_time = constraint_rcond_time_;
-    statistics.energy_drift = drift_;
-    statistics.energy_allowed = drift_allowed_;
+    if constexpr (looks_at_energy) energy_.report(statistics);
     if constexpr (TimeWatch<F>::watches) statistics.time_resolution = clock_.resolution();
   }
 
  private:
-  static constexpr Eigen::Index most_coordinates = 128;  // M and its factor cost as n³
+  static constexpr Eigen::Index most_coordinates = most_watched_coordinates;
   static constexpr double closer = 1e-6;                 // rcond(M) below which every step is looked at
-  static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
   // Steps between two looks: M and h's differences grow faster with n than a step does, as far as they are looked at.
   long shortest_wait() const {
@@ -251,29 +247,9 @@ class Watchdog {
     return static_cast<long>(std::max<Eigen::Index>(61, (dof * dof / 8) | 1));
   }
 
-  // What an evaluation gives; nothing where the model refuses. It has been evaluated there before: it is the watch that must not
-  // end a run with another error than its own.
-  template <class Evaluate>
-  auto quietly(Evaluate&& evaluate) const -> std::optional<decltype(evaluate())> {
-    try {
-      return evaluate();
-    } catch (...) {
-      return std::nullopt;
-    }
-  }
-
-  [[gnu::cold]] static Failure lost_inertia(const Eigen::MatrixXd& M, double rcond, double t, const std::vector<std::string>& names) {
-    std::string direction = "some direction";
-    try {
-      throw_mass_matrix_error(M, t, names);
-    } catch (const MassMatrixError& error) {
-      direction = direction_text(error.direction(), names);
-    } catch (const NonFinite& error) {
-      return {Outcome::non_finite, error.what()};
-    }
-    return {Outcome::singular_mass_matrix, sentence({"rcond(M) must not fall below rcond_limit, but is ", rcond, " at t = ", t,
-                                                     ": the motion with velocity along ", direction,
-                                                     " has almost no inertia, and its acceleration no digits"})};
+  static auto energy_watch([[maybe_unused]] const F& system, [[maybe_unused]] const Options& options) {
+    if constexpr (looks_at_energy) return EnergyWatch(AnyEnergy(Behind::system(system)), options);
+    else return NotWatched{};
   }
 
   std::optional<Failure> look_at_both(double t, const Eigen::VectorXd& y) {
@@ -295,74 +271,14 @@ class Watchdog {
                              "' depends on those before it"})};
   }
 
-  // By how much a step within the tolerances may change h.
-  double allowed(double t, const Eigen::VectorXd& y, double h) {
-    double sum = 0.0;
-    moved_ = y;
-    if constexpr (n == Dynamic) {
-      if (y.size() > 2 * most_coordinates) {  // by slopes, here and beside it: where h is smallest it has none
-        Eigen::VectorXd weight(y.size());
-        for (Eigen::Index i = 0; i < y.size(); ++i) {
-          weight[i] = options_.rtol * std::abs(y[i]);
-          weight[i] += options_.atol[i];
-          moved_[i] = y[i] + weight[i];
-        }
-        auto largest = energy_slopes(Behind::system(system_), t, y);
-        const auto beside = energy_slopes(Behind::system(system_), t, moved_);
-        for (Eigen::Index i = 0; i < y.size(); ++i) largest[i] = std::max(largest[i], beside[i]);
-        return largest.dot(weight);
-      }
-    }
-    for (Eigen::Index i = 0; i < y.size(); ++i) {
-      moved_[i] = y[i] + options_.rtol * std::abs(y[i]) + options_.atol[i];
-      const double change = std::abs(energy_at(Behind::system(system_), t, moved_).h - h);
-      if (std::isfinite(change)) sum += change;
-      moved_[i] = y[i];
-    }
-    return sum;
-  }
-
-  std::optional<Failure> look_at_energy(double t, const Eigen::VectorXd& y, long steps) {
-    const std::optional<EnergyAt> now = quietly([&] { return energy_at(Behind::system(system_), t, y); });
-    if (!now || !std::isfinite(now->h)) return std::nullopt;
-    const double taken = static_cast<double>(steps - steps_begun_);
-    const double drift = std::abs(now->h - reference_->h);
-    largest_ = std::max(largest_, now->size());
-    const auto limit = [&] { return options_.energy_drift_limit * (taken * allowed_each_ + epsilon * largest_); };
-    const bool suspicious = drift > 0.01 * limit();
-    if (looks_begun_++ < 4 || looks_begun_ % 8 == 0 || suspicious)
-      allowed_each_ = std::max(allowed_each_, quietly([&] { return allowed(t, y, now->h); }).value_or(0.0));
-    if (const double change = std::abs(now->h - before_); change > largest_change_) {
-      largest_change_ = change;
-      change_from_ = t_before_;
-      change_to_ = t;
-    }
-    before_ = now->h;
-    t_before_ = t;
-    if (drift >= drift_) {
-      drift_ = drift;
-      drift_allowed_ = taken * allowed_each_ + epsilon * largest_;
-    }
-    if (!(drift > limit())) return std::nullopt;
-    return Failure{Outcome::energy_drift,
-                   sentence({"T(q, qdot) and V(q) conserve the energy ", reference_->h, ", but it has become ", now->h, ", while rtol = ",
-                             options_.rtol, " and atol allow a change of ", taken * allowed_each_ + epsilon * largest_,
-                             "; it changed most between t = ", change_from_, " and t = ", change_to_})};
-  }
-
   const F& system_;
   const Options& options_;
   [[no_unique_address]] std::conditional_t<TimeWatch<F>::watches, TimeWatch<F>, NoTimeWatch> clock_;
-  ChangeWatch<F> changes_;
+  ChangeWatch changes_;
+  [[no_unique_address]] std::conditional_t<looks_at_energy, EnergyWatch, NotWatched> energy_;
   long wait_, steps_since_ = 0;
   double step_seen_ = 0.0;
   double mass_rcond_ = 1.0, mass_rcond_time_ = 0.0, constraint_rcond_ = 1.0, constraint_rcond_time_ = 0.0;
-  std::optional<EnergyAt> reference_;  // at the begin
-  double before_ = 0.0, t_before_ = 0.0;  // h at the last look
-  double largest_ = 0.0, allowed_each_ = 0.0, drift_ = 0.0, drift_allowed_ = 0.0;
-  double largest_change_ = 0.0, change_from_ = 0.0, change_to_ = 0.0;
-  long steps_begun_ = 0, looks_begun_ = 0;
-  Eigen::VectorXd moved_;
   Matrix<double, n> M_;
   Cholesky<double, n> mass_;
 };
