@@ -30,15 +30,12 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "qdot/ad/dual.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
@@ -119,7 +116,8 @@ class Watchdog {
 
  public:
   Watchdog(const F& system, const Options& options)
-      : system_(system), options_(options), clock_(system, options), changes_(AnyModelValues(system), options), energy_(energy_watch(system, options)), wait_(shortest_wait()) {}
+      : system_(system), options_(options), clock_(system, options), changes_(AnyModelValues(system), options), energy_(energy_watch(system, options)),
+        wait_(shortest_wait()) {}
 
   /// True when the state after a step of length h ought to be looked at.
   bool is_due(double h) {
@@ -137,9 +135,11 @@ class Watchdog {
       if (another) clock_.begin_another(t);
       else clock_.begin(t);
     }
-    if constexpr (looks_at_energy) wait_ = shortest_wait();
     steps_since_ = 0;
-    if constexpr (looks_at_energy) energy_.begin(t, y, steps);
+    if constexpr (looks_at_energy) {
+      wait_ = shortest_wait();
+      energy_.begin(t, y, steps);
+    }
   }
 
   /// How far towards `landing` the stepper's next step may go (integrate/watch/time_watch.hpp).
@@ -200,7 +200,7 @@ class Watchdog {
     } else if constexpr (looks_at_mass) {
       const auto& system = Behind::system(system_);
       const Eigen::Index dof = system.dof();
-      if (dof > most_coordinates) return std::nullopt;
+      if (dof > most_watched_coordinates) return std::nullopt;
       const bool factored = quietly([&] {
         const auto [q, qdot] = coordinates_of<n>(y, dof);
         M_ = mass_matrix_now_and_then(system, q, qdot, t);
@@ -234,16 +234,15 @@ class Watchdog {
   }
 
  private:
-  static constexpr Eigen::Index most_coordinates = most_watched_coordinates;
-  static constexpr double closer = 1e-6;                 // rcond(M) below which every step is looked at
+  static constexpr double closer = 1e-6;  // rcond(M) below which every step is looked at
 
   // Steps between two looks: M and h's differences grow faster with n than a step does, as far as they are looked at.
   long shortest_wait() const {
-    const Eigen::Index dof = std::min(system_.size() / 2, most_coordinates);
+    const Eigen::Index dof = std::min(system_.size() / 2, most_watched_coordinates);
     return static_cast<long>(std::max<Eigen::Index>(1, dof * dof / 64));
   }
   long longest_wait() const {
-    const Eigen::Index dof = std::min(system_.size() / 2, most_coordinates);
+    const Eigen::Index dof = std::min(system_.size() / 2, most_watched_coordinates);
     return static_cast<long>(std::max<Eigen::Index>(61, (dof * dof / 8) | 1));
   }
 
