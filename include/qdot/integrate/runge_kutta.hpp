@@ -185,13 +185,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   // the run, where registers are short (a run of a double pendulum then takes 1.2 times as long).
   [[gnu::noinline]] double attempted_step(double end, double h, Eigen::Index& worst) {
     take_stages(h, std::make_index_sequence<C::stages - 1>{});
-    y_new_ = this->y_;
-    lost_new_ = lost_;
-    write_sums<detail::StageRow<C, C::stages>>();
-    for (Eigen::Index i = 0; i < size(); ++i) {
-      const double bend = sums_[i] + C::half_defect * k_(i, C::stages - 1);
-      detail::add_compensated(y_new_[i], lost_new_[i], h * (k_(i, 0) + bend));
-    }
+    detail::write_end<detail::StageRow<C, C::stages>>(k_, C::half_defect, C::stages - 1, h, this->y_.data(), lost_.data(), y_new_.data(), lost_new_.data());
     double error = 0.0;
     if constexpr (!needs_end) error = weighted_error(h, worst);
     if (!(error <= 1.0)) return error;
@@ -199,11 +193,6 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     write_difference(C::stages);
     if constexpr (needs_end) error = weighted_error(h, worst);
     return detail::all_finite(f_) ? error : std::numeric_limits<double>::quiet_NaN();
-  }
-
-  template <class Row>
-  void write_sums() {
-    detail::write_weighted_sums<Row>(k_, sums_.data());
   }
 
   // Column `row` of k ← f less k₁.
@@ -216,8 +205,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
 
   template <int row>
   void take_stage(double elapsed, const Y& base, const Y& lost, double h) {
-    write_sums<detail::StageRow<C, row>>();
-    for (Eigen::Index i = 0; i < size(); ++i) stage_[i] = base[i] + (h * (C::c[row] * k_(i, 0) + sums_[i]) + lost[i]);
+    detail::write_stage<detail::StageRow<C, row>>(k_, C::c[row], h, base.data(), lost.data(), stage_.data());
     this->evaluate(elapsed + C::c[row] * h, stage_, f_);
     write_difference(row);
   }
@@ -225,8 +213,8 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   // ‖h Σ eⱼ kⱼ / (rtol |yᵢ| + atolᵢ)‖, and the component with the largest share.
   double weighted_error(double h, Eigen::Index& worst) {
     double sum = 0.0, sum_low = 0.0, largest = -1.0;
-    write_sums<detail::ErrorRow<C>>();
-    if constexpr (C::two_errors) detail::write_weighted_sums<detail::LowErrorRow<C>>(k_, low_sums_.data());
+    detail::write_weighted_sums<detail::ErrorRow<C>>(k_, 1.0, sums_.data());
+    if constexpr (C::two_errors) detail::write_weighted_sums<detail::LowErrorRow<C>>(k_, 1.0, low_sums_.data());
     for (Eigen::Index i = 0; i < size(); ++i) {
       const double scale = 1.0 / this->weight(i, this->y_[i], y_new_[i]);
       const double e = sums_[i] * scale;
@@ -277,7 +265,7 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     const Y k_start = Eigen::Map<const Y>(k_.data(), size());
     const Y k_new = corrected_ ? k_last_ : k_start;
     std::copy_n(k_first_.data(), size(), k_.data());
-    for (Eigen::Index i = 0; i < size(); ++i) k_(i, C::stages) = k_new[i] - k_first_[i];
+    detail::write_difference<N>(k_new.data(), k_first_.data(), k_.data() + C::stages * size(), size());
     const bool complete = this->attempt([&] {
       [&]<std::size_t... i>(std::index_sequence<i...>) {
         (take_stage<C::stages + 1 + static_cast<int>(i)>(this->elapsed_before_, y_old_, lost_new_, h), ...);
@@ -293,19 +281,25 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   void write_quotients(double h, const Y& k_new, bool complete) {
     const Eigen::Index n = size();
     double* const first = quotient_.data();
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const double change = y_new_[i] - y_old_[i];
-      first[i] = change;
-      first[n + i] = h * k_first_[i] - change;
-      first[2 * n + i] = 2 * change - h * (k_first_[i] + k_new[i]);
-    }
+    detail::in_components<N>(n, [&]<class Some>(Eigen::Index i) __attribute__((always_inline)) {
+      Some before, after, slope, slope_after;
+      detail::read(before, y_old_.data() + i);
+      detail::read(after, y_new_.data() + i);
+      detail::read(slope, k_first_.data() + i);
+      detail::read(slope_after, k_new.data() + i);
+      const Some change = after - before;
+      detail::write(first + i, change);
+      detail::write(first + n + i, h * slope - change);
+      detail::write(first + 2 * n + i, 2.0 * change - h * (slope + slope_after));
+    });
     double* const others = first + 3 * n;
-    if (complete) {
-      [&]<std::size_t... m>(std::index_sequence<m...>) {
-        (detail::write_weighted_sums<detail::DenseRow<C, m>>(k_, others + static_cast<Eigen::Index>(m) * n), ...);
-      }(std::make_index_sequence<C::dense.size()>{});
+    if (!complete) {
+      std::fill_n(others, n * (degree - 3), 0.0);
+      return;
     }
-    for (Eigen::Index i = 0; i < n * (degree - 3); ++i) others[i] = complete ? h * others[i] : 0.0;
+    [&]<std::size_t... m>(std::index_sequence<m...>) {
+      (detail::write_weighted_sums<detail::DenseRow<C, m>>(k_, h, others + static_cast<Eigen::Index>(m) * n), ...);
+    }(std::make_index_sequence<C::dense.size()>{});
   }
 
   // y + s (F₀ + (1 − s)(F₁ + s (F₂ + …))) as powers of s, innermost bracket first. What a bracket begins with is from the start where it
@@ -317,10 +311,9 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     std::copy_n(y_old_.data(), n, power(0));
     for (int m = degree - 1, top = m / 2 + 1; m >= 0; --m) {
       const int lowest = m / 2 + 1;
-      for (Eigen::Index i = 0; i < n; ++i) power(lowest)[i] += quotient_.data()[m * n + i];
+      detail::write_sum<N>(power(lowest), quotient_.data() + m * n, 1.0, n);
       if (m % 2 == 0) continue;
-      for (int p = top++; p >= lowest; --p)
-        for (Eigen::Index i = 0; i < n; ++i) power(p + 1)[i] -= power(p)[i];
+      for (int p = top++; p >= lowest; --p) detail::write_sum<N>(power(p + 1), power(p), -1.0, n);
     }
   }
 
