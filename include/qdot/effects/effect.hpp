@@ -76,16 +76,33 @@ std::string constraint_name(const Effect& e) {
 #pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
 #endif
 
+template <class Result>
+concept HasRows = requires { Result::RowsAtCompileTime; };
+
+template <class Result>
+constexpr void require_rows() {
+  static_assert(require_numbers<Result>());
+  if constexpr (HasRows<Result>)
+    static_assert(Result::ColsAtCompileTime == 1, "qdot: a constraint must return one scalar, or a column with a row for each condition");
+}
+
 // φ or a as a vector: a single constraint may be returned as a plain scalar.
 template <class Result>
 auto as_rows(const Result& result) {
-  static_assert(require_numbers<Result>());
-  if constexpr (requires { Result::RowsAtCompileTime; }) {
-    static_assert(Result::ColsAtCompileTime == 1, "qdot: a constraint must return one scalar, or a column with a row for each condition");
+  require_rows<Result>();
+  if constexpr (HasRows<Result>) {
     return Vector<typename Result::Scalar, Result::RowsAtCompileTime>(result);
   } else {
     return Vector<Result, 1>(result);
   }
+}
+
+// One row of it, and no copy of the others, which g++ -O2 makes in a loop and so in memory.
+template <class Result>
+auto row_of(const Result& result, [[maybe_unused]] int row) {
+  require_rows<Result>();
+  if constexpr (HasRows<Result>) return typename Result::Scalar(result[row]);
+  else return result;
 }
 
 #if defined(__clang__) && defined(__OPTIMIZE__)

@@ -101,9 +101,9 @@ struct JetRows {
     Vector<S, n> x, v;
     if constexpr (HolonomicEffect<E, n>) {
       unroll<n>([&](auto i) __attribute__((always_inline)) { x[i] = S::template coordinate<i>(q[i], qdot[i]); });
-      const auto phi = as_rows(e.phi(x, time));
+      const auto phi = e.phi(x, time);
       unroll<rows>([&](auto row) __attribute__((always_inline)) {
-        const S whole = phi[row].whole();
+        const S whole = row_of(phi, row).whole();
         write<first + row>(whole);
         gamma[first + row] = whole.has_bend ? -whole.bend : 0.0;
       });
@@ -115,9 +115,9 @@ struct JetRows {
         v[i] = S::template coordinate<i>(qdot[i], 0.0);
         v[i].has_rate = 0;
       });
-      const auto a = as_rows(e.velocity_constraint(x, v, time));
+      const auto a = e.velocity_constraint(x, v, time);
       unroll<rows>([&](auto row) __attribute__((always_inline)) {
-        const S whole = a[row].whole();
+        const S whole = row_of(a, row).whole();
         write<first + row>(whole);
         gamma[first + row] = whole.has_rate ? -whole.rate : 0.0;
       });

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
 #include "qdot/integrate/steps/fixed_step.hpp"
 
@@ -62,16 +63,22 @@ template <class C>
 }
 
 // Calls f<C>(i) for the n components i, i + 1, …, as many of them at once as fit into C. What is read as several must have been
-// written as several: a processor waits for numbers that were stored one by one until they are in its cache.
+// written as several: a processor waits for numbers that were stored one by one until they are in its cache. Few components are no loop:
+// g++ -O2 leaves one of three turns as it is, and loads the weights anew in each.
 template <int N, class F>
-[[gnu::always_inline]] inline void in_components(Eigen::Index n, const F& f) {
-  Eigen::Index i = 0;
-  if constexpr (components_at_once == 4 && (N == Dynamic || N >= 4))
-    for (; i + 4 <= n; i += 4) f.template operator()<Components<4>>(i);
-  if constexpr (N == Dynamic || (components_at_once == 4 ? N % 4 : N) >= 2)
+[[gnu::always_inline]] inline void in_components([[maybe_unused]] Eigen::Index n, const F& f) {
+  if constexpr (N != Dynamic && N <= 8) {
+    constexpr int fours = components_at_once == 4 ? N / 4 : 0, twos = (N - 4 * fours) / 2;
+    unroll<fours>([&](auto k) __attribute__((always_inline)) { f.template operator()<Components<4>>(4 * k); });
+    unroll<twos>([&](auto k) __attribute__((always_inline)) { f.template operator()<Components<2>>(4 * fours + 2 * k); });
+    if constexpr (N % 2 == 1) f.template operator()<double>(N - 1);
+  } else {
+    Eigen::Index i = 0;
+    if constexpr (components_at_once == 4)
+      for (; i + 4 <= n; i += 4) f.template operator()<Components<4>>(i);
     for (; i + 2 <= n; i += 2) f.template operator()<Components<2>>(i);
-  if constexpr (N == Dynamic || N % 2 == 1)
     for (; i < n; ++i) f.template operator()<double>(i);
+  }
 }
 
 // sum ← Σ wⱼ (kⱼ − k₁) over j > 1 for components from i on, zeros left out. k holds the differences.
