@@ -7,6 +7,7 @@
 #include <qdot/ad/formula/recording.hpp>
 #include <qdot/ad/series/sweep.hpp>
 #include <qdot/integrate/automatic.hpp>
+#include <qdot/integrate/driver/driver.hpp>
 #include <qdot/integrate/driver/ending.hpp>
 #include <qdot/integrate/driver/event_clocks.hpp>
 #include <qdot/integrate/driver/event_finder.hpp>
@@ -41,7 +42,11 @@ template void carry_out<double>(const LineTable&, double*);
 namespace qdot::detail {
 template void require_valid<double>(const Options&, Eigen::Index);
 template std::string explanation<double>(const Probe&, Outcome, const Standstill&);
-template Failure trouble_of_state<double>(const Eigen::Ref<const Eigen::VectorXd>&, double, double, const void*, std::string (*)(const void*, Eigen::Index));
+template Failure trouble_of_state<double>(const DrivenForm&, const Eigen::Ref<const Eigen::VectorXd>&, double, double);
+template void drive<false, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+template void drive<false, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+template void drive<true, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
 template class BasicChangeWatch<double>;
 template class BasicEnergyWatch<double>;
 template Failure lost_inertia<double>(const Eigen::MatrixXd&, double, double, const std::vector<std::string>&);

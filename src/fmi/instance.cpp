@@ -34,7 +34,7 @@ struct PlantModel : program::SwitchingModel {
 struct PlantMethod {
   AnyStepper stepper(const PlantModel& system, const Options& options) const {
     if (auto own = system.model->own_stepper("dop853", 0, options)) return std::move(*own);
-    if (system.model->constrained()) return any_stepper(Dop853{}, static_cast<const program::ConstrainedModel&>(system), options);
+    if (system.model->is_constrained()) return any_stepper(Dop853{}, static_cast<const program::ConstrainedModel&>(system), options);
     return any_stepper(Dop853{}, static_cast<const program::FirstOrderModel&>(system), options);
   }
 };
@@ -120,7 +120,7 @@ Eigen::VectorXd Instance::start(const Behind& made, const Snapshot& at) {
   for (const auto* references : {&variables_.states, &variables_.inputs})
     for (const std::size_t r : *references)
       if (!std::isnan(at.set[r])) y[variables_.all[r].place] = at.set[r];
-  if (made.model->constrained()) {
+  if (made.model->is_constrained()) {
     const ProjectionReport report = made.model->project(at.t, y);
     constexpr double rounding = 1e-6;
     if (std::max(report.moved_q, report.moved_qdot) > rounding)
@@ -298,7 +298,7 @@ void Instance::settle(const std::vector<bool>& fired) {
   Eigen::VectorXd y = now_.y;
   std::vector<std::string> happened;
   if (behind_->model->guard_count() > 0) happened = behind_->model->switched(now_.t, y, fired, tolerances());
-  if (behind_->model->constrained()) behind_->model->project(now_.t, y);
+  if (behind_->model->is_constrained()) behind_->model->project(now_.t, y);
   now_.y = y;
   now_.fired.clear();
   moved();
@@ -330,7 +330,7 @@ Instance::Update Instance::update() {
 }
 
 bool Instance::has_drifted() {
-  if (!behind_->model->constrained()) return false;
+  if (!behind_->model->is_constrained()) return false;
   Eigen::VectorXd y = now_.y;
   behind_->model->project(now_.t, y);
   const double limit = std::max(1e-6, 10 * now_.tolerance);

@@ -37,7 +37,7 @@ Assignment assignment(const std::string& word, const std::string& text) {
 // What an importer cannot be left to change: the form of y, and what stands around it.
 std::string form_of(const Model& model) {
   std::string form =
-      std::to_string(model.dof()) + " " + std::to_string(model.size()) + " " + std::to_string(model.guard_count()) + (model.constrained() ? " c" : "");
+      std::to_string(model.dof()) + " " + std::to_string(model.size()) + " " + std::to_string(model.guard_count()) + (model.is_constrained() ? " c" : "");
   for (const OwnState& z : model.own_states()) form += " " + std::to_string(static_cast<int>(z.kind)) + z.name;
   return form;
 }
@@ -124,7 +124,7 @@ Variables variables_of(const Choice& choice) {
 
   Variables list;
   list.size = model->size();
-  list.constrained = model->constrained();
+  list.constrained = model->is_constrained();
   list.start_time = start.t;
   list.end_time = scene->t_end();
   list.name = scene->name();

@@ -61,7 +61,7 @@ Contender contender(const Shared& model, const Request& request, const std::stri
     const Request one = asked(setting);
     Result result = simulated(model, one, {});
     ObservedRun run{counts_of(result.statistics), result.outcome, result.message, result.end.t, states_of(result, one.samples - 1)};
-    if (model->constrained()) run.constraint_residual = result.statistics.constraint_residual;
+    if (model->is_constrained()) run.constraint_residual = result.statistics.constraint_residual;
     run.energy_times = std::move(result.step_times);
     run.energy_change = std::move(result.jacobi_change);
     return run;
@@ -211,7 +211,7 @@ int accuracy(const AccuracyOptions& options) {
   } catch (const InvalidValue& error) {  // a parameter that an effect does not take
     throw UsageError(std::string("--set: ") + error.what());
   }
-  if (model->constrained()) {  // every run is to begin where the reference begins
+  if (model->is_constrained()) {  // every run is to begin where the reference begins
     Eigen::VectorXd y = model->packed(request.start);
     model->project(request.start.t, y);
     request.start.q = y.head(model->dof());

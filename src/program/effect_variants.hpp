@@ -36,8 +36,6 @@ class SceneModel final : public FormModel<SceneForm<Sc>> {
  public:
   explicit SceneModel(Sc scene) : FormModel<SceneForm<Sc>>(SceneForm<Sc>(std::move(scene))) {}
 
-  Eigen::Index dof() const override { return form_.dof(); }
-  Eigen::Index size() const override { return form_.size(); }
   Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
     return this->energies_of(form_.scene().system(), t, y);
   }
@@ -74,14 +72,6 @@ class SceneModel final : public FormModel<SceneForm<Sc>> {
       return state.qdot.dot(force) + qdot::energy_rate(form_.scene().system(), state.q, state.qdot, t);
     }
   }
-  bool constrained() const override { return Sc::has_constraints; }
-  ProjectionReport project([[maybe_unused]] double t, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> y) const override {
-    if constexpr (Sc::has_constraints) {
-      return form_.project(t, y);
-    } else {
-      return {};
-    }
-  }
   std::vector<Reaction> reactions([[maybe_unused]] double t, [[maybe_unused]] const Eigen::Ref<const Eigen::VectorXd>& y) const override {
     std::vector<Reaction> all;
     if constexpr (Sc::has_constraints) {
@@ -102,28 +92,6 @@ class SceneModel final : public FormModel<SceneForm<Sc>> {
       const auto state = form_.state(t, y);
       return effect_forces(form_.scene(), state.q, state.qdot, states(y), t);
     }
-    return {};
-  }
-  Eigen::Index guard_count() const override {
-    if constexpr (Sc::has_phases) return form_.guard_count();
-    return 0;
-  }
-  void guards([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y,
-              [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> g) const override {
-    if constexpr (Sc::has_phases) form_.guards(t, y, g);
-  }
-  void guard_bands([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y,
-                   [[maybe_unused]] const Eigen::VectorXd& tolerance, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> out) const override {
-    if constexpr (Sc::has_phases) form_.guard_bands(t, y, tolerance, out);
-  }
-  std::string ending([[maybe_unused]] Eigen::Index k) const override {
-    if constexpr (Sc::has_phases) return form_.ending(k);
-    return {};
-  }
-  std::vector<std::string> switched([[maybe_unused]] double t, [[maybe_unused]] Eigen::VectorXd& y,
-                                    [[maybe_unused]] const std::vector<bool>& fired,
-                                    [[maybe_unused]] const Eigen::VectorXd& tolerance) const override {
-    if constexpr (Sc::has_phases) return form_.switched(t, y, fired, tolerance);
     return {};
   }
   bool long_derivative([[maybe_unused]] long double t, [[maybe_unused]] const LongVector& y,

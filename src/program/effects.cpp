@@ -55,7 +55,7 @@ int effects(const EffectsOptions& options) {
   const auto add = [&](const std::string& name) {
     Variant v{.name = name, .model = scene->model(), .y = {}};
     v.y = v.model->packed(start);
-    if (v.model->constrained()) v.model->project(start.t, v.y);
+    if (v.model->is_constrained()) v.model->project(start.t, v.y);
     variants.push_back(std::move(v));
   };
   add("bare");

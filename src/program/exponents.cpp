@@ -21,7 +21,7 @@ qdot::detail::FlowInPieces flow_of(const std::shared_ptr<const Model>& model, co
 }  // namespace
 
 std::string lacks_exponents(const Model& model) {
-  return model.guard_count() > 0 || model.constrained() ? "must have no constraints and nothing that switches, for exponents" : "";
+  return model.guard_count() > 0 || model.is_constrained() ? "must have no constraints and nothing that switches, for exponents" : "";
 }
 
 LyapunovSpectrum exponents_of(const std::shared_ptr<const Model>& model, const Request& request, const LyapunovOptions& options,

@@ -12,7 +12,7 @@
 
 #include "program/runnable_scene.hpp"
 #include "qdot/error.hpp"
-#include "qdot/integrate/watch/held_watch.hpp"
+#include "qdot/integrate/watch/any_watch.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
 
 namespace qdot::program {
@@ -20,7 +20,6 @@ namespace qdot::program {
 /// A model as the steppers want it: a value with the members of FirstOrderSystem.
 struct FirstOrderModel {
   static constexpr int size_at_compile_time = Dynamic;
-  using Watchdog = qdot::detail::HeldWatch;
   std::shared_ptr<const Model> model;
 
   std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const { return model->watch(options); }
@@ -34,6 +33,7 @@ struct FirstOrderModel {
     model->jacobian(t, y, J);
   }
   std::string component_name(Eigen::Index i) const { return model->component_name(i); }
+  std::string what_is_not_finite(double t, const Eigen::VectorXd& y) const { return model->what_is_not_finite(t, y); }
 
   qdot::detail::TracedEquations<> equations() const {
     const auto traced = model->equations();

@@ -38,7 +38,7 @@ class ModelShooting final : public qdot::detail::Shooting {
   Eigen::Index size() const override { return 2 * dof_; }
   double time() const override { return request_.start.t; }
   bool has_parameter() const override { return request_.models.has_value(); }
-  bool projects() const override { return request_.model->constrained(); }
+  bool projects() const override { return request_.model->is_constrained(); }
   std::string name(Eigen::Index i) const override { return request_.model->component_name(i); }
 
   Shot shot(const Eigen::VectorXd& x, double period, double p, double coarser) const override {

@@ -82,7 +82,7 @@ Request request_of(RunnableScene& scene, const RunOptions& options) {
     if (!options.out) refuse("with --out PATH, whose page shows them");
     if (scene.positions(request.start.q, request.start.t).empty()) refuse("with a scene that has a view, but " + scene.name() + " has plots only; give it .positions");
     const Eigen::VectorXd y = model->packed(request.start);
-    if (!model->constrained() && model->applied_forces(request.start.t, y).size() == 0)
+    if (!model->is_constrained() && model->applied_forces(request.start.t, y).size() == 0)
       refuse("with constraints or effects, but " + scene.name() + " has T and V alone, whose forces have no arrows; --with EFFECT gives it one, qdot list " + scene.name() + " has their names");
   }
   if (options.rtol) request.rtol = tolerance("--rtol", *options.rtol);

@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "qdot/analysis/linear/constraints_at.hpp"
-#include "qdot/effects/projection_report.hpp"
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/options.hpp"
+#include "qdot/integrate/watch/driven_form.hpp"
 #include "qdot/report/animation.hpp"
 #include "scenes/scene.hpp"
 
@@ -31,10 +31,6 @@ struct Recording;  // ad/formula/recording.hpp
 
 namespace qdot::report {
 struct EquationSource;  // report/equations/source.hpp
-}
-
-namespace qdot::detail {
-class AnyWatch;  // integrate/watch/held_watch.hpp
 }
 
 namespace qdot::program {
@@ -84,14 +80,9 @@ struct OwnState {
 using LongVector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 
 /// The equations of motion for fixed parameters, y = [q; q̇; z] with the states z of effects that have some.
-class Model {
+class Model : public qdot::detail::DrivenForm {
  public:
-  virtual ~Model() = default;
-  virtual Eigen::Index dof() const = 0;
-  virtual Eigen::Index size() const { return 2 * dof(); }
-  virtual void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const = 0;
   virtual void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const = 0;
-  virtual std::string component_name(Eigen::Index i) const = 0;
   virtual Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const = 0;
   virtual bool autonomous() const = 0;
 
@@ -107,22 +98,11 @@ class Model {
   /// Rate of Jacobi's energy function on a motion: the power, and what explicit time in the energies adds.
   virtual double energy_rate(double, const Eigen::Ref<const Eigen::VectorXd>&) const { return 0.0; }
 
-  virtual bool constrained() const { return false; }
-  virtual ProjectionReport project(double, Eigen::Ref<Eigen::VectorXd>) const { return {}; }
   virtual std::vector<Reaction> reactions(double, const Eigen::Ref<const Eigen::VectorXd>&) const { return {}; }
 
   /// Generalized forces of the constraints, Jᵀλ, and of the effects, ΣQ; empty where there are none.
   virtual Eigen::VectorXd constraint_forces(double, const Eigen::VectorXd&) const { return {}; }
   virtual Eigen::VectorXd applied_forces(double, const Eigen::VectorXd&) const { return {}; }
-
-  // Contacts and dry friction, whose phases change at events; see SwitchingSystem.
-  virtual Eigen::Index guard_count() const { return 0; }
-  virtual void guards(double, const Eigen::VectorXd&, Eigen::Ref<Eigen::VectorXd>) const {}
-  virtual void guard_bands(double, const Eigen::VectorXd&, const Eigen::VectorXd&, Eigen::Ref<Eigen::VectorXd>) const {}
-  virtual std::string ending(Eigen::Index) const { return {}; }
-  virtual std::vector<std::string> switched(double, Eigen::VectorXd&, const std::vector<bool>&, const Eigen::VectorXd&) const {
-    return {};
-  }
 
   /// The derivative with more digits, for references; false, with nothing done, where the equations hold in double only.
   virtual bool long_derivative(long double, const LongVector&, LongVector&) const { return false; }
@@ -159,9 +139,6 @@ class Model {
 
   /// The stepper of a method that is made for the scene itself (model_steppers.hpp); nothing where there is none.
   virtual std::optional<AnyStepper> own_stepper(const std::string&, double, const Options&) const { return std::nullopt; }
-
-  /// What looks at M, the constraints and the energy while a run goes on; the model and the options outlive it.
-  virtual std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const = 0;
 
   /// Evaluates q̈ at y `count` times, and returns a number that depends on all of them.
   virtual double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const = 0;

@@ -95,7 +95,7 @@ void choose_starts(SectionRequest& request, const SectionCommandOptions& options
     request.motions.push_back({"", request.start});
     return;
   }
-  if (model.constrained())
+  if (model.is_constrained())
     throw UsageError("--over: must be left out where there are constraints, which its starts would not fulfil, given for " + scene);
   const SweptValues values = swept_values(options.over, std::nullopt, std::nullopt);
   constexpr std::size_t most = 10'000;

@@ -233,7 +233,7 @@ BareResult bare(const Method& method, const System& system, const FirstOrderStat
 template <class Go>
 auto with_system(const std::shared_ptr<const Model>& model, const Go& go) {
   if (model->guard_count() > 0) return go(SwitchingModel{{{model}}});
-  if (model->constrained()) return go(ConstrainedModel{{model}});
+  if (model->is_constrained()) return go(ConstrainedModel{{model}});
   return go(FirstOrderModel{model});
 }
 
@@ -280,10 +280,10 @@ bool has_fixed_step(const std::string& method) { return method_named(method).fix
 std::string misfit(const Model& model, const std::string& method) {
   constexpr Eigen::Index most_dense = 2000;  // coordinates, for a matrix of which a step takes seconds
   const MethodKind kind = method_named(method).kind;
-  if (model.constrained() && kind == MethodKind::multistep) return "cannot keep constraints";
+  if (model.is_constrained() && kind == MethodKind::multistep) return "cannot keep constraints";
   if (model.guard_count() > 0 && kind == MethodKind::series) return "takes no contacts or dry friction";
   if (kind == MethodKind::rattle && !model.fits_rattle()) return "needs T(qdot), V(q) and holonomic constraints, and no forces";
-  if (kind == MethodKind::splitting && model.constrained()) return "takes T and V alone, and the scene has constraints";
+  if (kind == MethodKind::splitting && model.is_constrained()) return "takes T and V alone, and the scene has constraints";
   if (kind == MethodKind::splitting && !model.bare()) return "takes T and V alone, and the scene has effects";
   if (kind == MethodKind::splitting && !model.separable()) return "needs T(qdot), and the scene's T depends on the coordinates";
   if (kind == MethodKind::series || kind == MethodKind::gauss || kind == MethodKind::rattle) {
@@ -309,7 +309,7 @@ std::vector<std::string> fitting_methods(const Model& model) {
 template <class O>
 static BareResult bare_run_with(const std::shared_ptr<const Model>& model, const Request& request, const O& observer) {
   FirstOrderState start{request.start.t, model->packed(request.start)};
-  if (model->constrained()) model->project(start.t, start.y);
+  if (model->is_constrained()) model->project(start.t, start.y);
   const NamedMethod method = method_of(model, request);
   return with_system(model, [&](const auto& system) { return bare(method, system, start, request, observer); });
 }
@@ -323,7 +323,7 @@ BareResult followed_run(const std::shared_ptr<const Model>& model, const Request
 Result simulated(const std::shared_ptr<const Model>& model, const Request& request, const Watcher& watcher) {
   Result result;
   Eigen::VectorXd y = model->packed(request.start);
-  if (model->constrained()) {
+  if (model->is_constrained()) {
     try {
       result.start_moved = model->project(request.start.t, y);
     } catch (const ConstraintError& error) {

@@ -14,7 +14,7 @@
 #include "qdot/integrate/energy_balance.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/watch/energy_slope.hpp"
-#include "qdot/integrate/watch/held_watch.hpp"
+#include "qdot/integrate/watch/driven_form_of.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -29,15 +29,14 @@ inline void touch(const void* memory) { asm volatile("" : : "g"(memory) : "memor
 
 /// What a model takes from a first-order form, be it that of a system or of a scene.
 template <class Form>
-class FormModel : public Model {
+class FormModel : public qdot::detail::DrivenFormOf<Model, Form> {
+ protected:
+  using qdot::detail::DrivenFormOf<Model, Form>::form_;
+
  public:
-  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const override {
-    form_.derivative(t, y, ydot);
-  }
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override {
     form_.jacobian(t, y, J);
   }
-  std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
   std::shared_ptr<qdot::detail::RecordedMotion> recorded_on([[maybe_unused]] formula::Recording& recording) const override {
     if constexpr (qdot::detail::is_recordable<Form>::value) {
       return std::make_shared<qdot::detail::RecordedMotion>(qdot::detail::recorded_motion(form_, std::move(recording)));
@@ -55,12 +54,11 @@ class FormModel : public Model {
   void accelerate([[maybe_unused]] double t, [[maybe_unused]] const double* y, [[maybe_unused]] double* a, [[maybe_unused]] double* lambda) const override {
     if constexpr (is_traced) form_.accelerate(t, y, a, lambda);
   }
-  std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const override { return std::make_unique<qdot::detail::WatchOf<Form>>(form_, options); }
 
  protected:
   static constexpr bool is_traced = requires(const Form& form, qdot::detail::RecordedMotion& motion) { form.run_functors(motion); };
 
-  explicit FormModel(Form form) : form_(std::move(form)) {}
+  explicit FormModel(Form form) : qdot::detail::DrivenFormOf<Model, Form>(std::move(form)) {}
 
   /// T, V and h of the system behind the form.
   template <class Sys>
@@ -68,8 +66,6 @@ class FormModel : public Model {
     const auto at = qdot::detail::energy_at(system, t, y);
     return {at.T, at.V, at.h};
   }
-
-  Form form_;
 };
 
 template <class Sys>
@@ -79,7 +75,6 @@ class SystemModel final : public FormModel<FirstOrderForm<Sys>> {
  public:
   explicit SystemModel(Sys system) : FormModel<FirstOrderForm<Sys>>(FirstOrderForm<Sys>(std::move(system))) {}
 
-  Eigen::Index dof() const override { return form_.system().dof(); }
   Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const override {
     return this->energies_of(form_.system(), t, y);
   }

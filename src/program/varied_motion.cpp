@@ -73,7 +73,7 @@ Eigen::VectorXd begun(ModelVariations& equations, double t, const Eigen::VectorX
   equations.rtol = options.rtol;
   equations.atol = qdot::detail::each_atol(options, size);
   Eigen::VectorXd both = equations.seeded(y);
-  if (!equations.form().model->constrained()) return both;
+  if (!equations.form().model->is_constrained()) return both;
   for (Eigen::Index j = 0; j < equations.columns(); ++j) {
     const Eigen::VectorXd along = both.segment(size * (j + 1), size);
     const auto projected = [&](double s) {
@@ -138,7 +138,7 @@ std::vector<std::string> varying_methods(const Model& model) {
 }
 
 Eigen::VectorXd settled(const Model& model, double t, Eigen::VectorXd y) {
-  if (model.constrained()) model.project(t, y);
+  if (model.is_constrained()) model.project(t, y);
   if (model.guard_count() > 0) {
     const Eigen::VectorXd before = y;
     Eigen::VectorXd resolution(y.size());

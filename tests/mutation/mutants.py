@@ -90,7 +90,7 @@ MUTANTS = [
     # --- integrate
     (IN + "/steps/fixed_step.hpp", "compensated sum: rounding not given back", "lost = (sum - (s - z)) + (delta - z);", "lost = 0.0;",
      "integrate/symplectic"),
-    (IN + "/driver/driver.hpp", "projection found, not taken", "stepper_.correct(projected_);", ";", "integrate/constrained_motion"),
+    (IN + "/projecting_stepper.hpp", "projection found, not taken", "stepper_.correct(projected_);", ";", "integrate/constrained_motion"),
     (IN + "/driver/run_limits.hpp", "max_steps: >= to >",
      "if (spent.steps - steps_before_ >= options.max_steps) return Failure{Outcome::step_limit, sentence({\"max_steps = \", options.max_steps, \" were taken\"})};",
      "if (spent.steps - steps_before_ > options.max_steps) return Failure{Outcome::step_limit, sentence({\"max_steps = \", options.max_steps, \" were taken\"})};", "integrate/simulate"),

@@ -8,7 +8,7 @@
 //
 // Every method makes a stepper of a type of its own, unrolled for its system. AnyStepper hides that type behind one indirect
 // call per step, a nanosecond or two beside a step's hundreds: after it, time and state are looked up where the stepper keeps
-// them. So a program compiles its loop once for all methods, and a switch costs nothing within the step.
+// them. So the loop of a run is compiled once for all methods (simulate() makes one of each), and a switch costs nothing within the step.
 //
 // The hidden stepper keeps its promises (stepper.hpp), and constraints as well, whether it projects inside its steps or not.
 
@@ -125,7 +125,8 @@ static_assert(Stepper<AnyStepper>);
 /// The method's stepper for a first-order system, its type hidden; on constraints, where the system has some.
 template <FirstOrderSystem F, SteppingMethod<F> M>
 AnyStepper any_stepper(const M& method, const F& system, const Options& options) {
-  return AnyStepper::made_by([&] { return detail::projecting_stepper(method, system, options); });
+  if constexpr (std::is_same_v<decltype(method.stepper(system, options)), AnyStepper>) return method.stepper(system, options);
+  else return AnyStepper::made_by([&] { return detail::projecting_stepper(method, system, options); });
 }
 
 /// Any method for one type of system: what a name can stand for.

@@ -29,7 +29,8 @@
 #include "qdot/effects/projection_report.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/run.hpp"
-#include "qdot/integrate/watch/held_watch.hpp"
+#include "qdot/integrate/watch/any_watch.hpp"
+#include "qdot/integrate/watch/driven_form_of.hpp"
 #include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -37,39 +38,23 @@ namespace qdot {
 
 namespace detail {
 
-// What a run and its user ask of a system, without its type.
-struct HiddenSystem {
-  virtual ~HiddenSystem() = default;
-  virtual Eigen::Index dof() const = 0;
-  virtual Eigen::Index size() const = 0;
-  virtual void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const = 0;
+// What methods and users ask of a system, beside what a run asks.
+struct HiddenSystem : DrivenForm {
   virtual void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const = 0;
-  virtual std::string component_name(Eigen::Index i) const = 0;
   virtual Eigen::VectorXd packed(const State<Dynamic>& state) const = 0;
   virtual double energy(const State<Dynamic>& state) const = 0;
-  virtual bool is_constrained() const = 0;
-  virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;
-  virtual Eigen::Index guard_count() const = 0;
-  virtual void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const = 0;
-  virtual void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> out) const = 0;
-  virtual std::string ending(Eigen::Index k) const = 0;
-  virtual std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const = 0;
-  virtual std::unique_ptr<AnyWatch> watch(const Options& options) const = 0;
   virtual std::shared_ptr<const HiddenSystem> renewed() const = 0;  // nothing where nothing of the functors is kept
 };
 
 template <FirstOrderSystem Form>
-class HiddenForm final : public HiddenSystem {
+class HiddenForm final : public DrivenFormOf<HiddenSystem, Form> {
   static constexpr int n = dof_at_compile_time<Form>();
+  using DrivenFormOf<HiddenSystem, Form>::form_;
 
  public:
-  explicit HiddenForm(Form form) : form_(std::move(form)) {}
+  explicit HiddenForm(Form form) : DrivenFormOf<HiddenSystem, Form>(std::move(form)) {}
 
-  Eigen::Index dof() const override { return qdot::detail::dof(form_); }
-  Eigen::Index size() const override { return form_.size(); }
-  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const override { form_.derivative(t, y, ydot); }
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override { form_.jacobian(t, y, J); }
-  std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
   Eigen::VectorXd packed(const State<Dynamic>& state) const override {
     return qdot::detail::packed(form_, own(state));
   }
@@ -82,32 +67,6 @@ class HiddenForm final : public HiddenSystem {
       throw InvalidValue("an energy needs T and V, but this system was given as first-order equations without them; compute it from y");
     }
   }
-  bool is_constrained() const override { return ProjectableSystem<Form>; }
-  ProjectionReport project([[maybe_unused]] double t, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> y) const override {
-    if constexpr (ProjectableSystem<Form>) return form_.project(t, y);
-    return {};
-  }
-  Eigen::Index guard_count() const override {
-    if constexpr (SwitchingSystem<Form>) return form_.guard_count();
-    return 0;
-  }
-  void guards([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> g) const override {
-    if constexpr (SwitchingSystem<Form>) form_.guards(t, y, g);
-  }
-  void guard_bands([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y, [[maybe_unused]] const Eigen::VectorXd& tolerance,
-                   [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> out) const override {
-    if constexpr (SwitchingSystem<Form>) form_.guard_bands(t, y, tolerance, out);
-  }
-  std::string ending([[maybe_unused]] Eigen::Index k) const override {
-    if constexpr (SwitchingSystem<Form>) return form_.ending(k);
-    return {};
-  }
-  std::vector<std::string> switched([[maybe_unused]] double t, [[maybe_unused]] Eigen::VectorXd& y, [[maybe_unused]] const std::vector<bool>& fired,
-                                    [[maybe_unused]] const Eigen::VectorXd& tolerance) const override {
-    if constexpr (SwitchingSystem<Form>) return form_.switched(t, y, fired, tolerance);
-    return {};
-  }
-  std::unique_ptr<AnyWatch> watch(const Options& options) const override { return std::make_unique<WatchOf<Form>>(form_, options); }
   std::shared_ptr<const HiddenSystem> renewed() const override {
     if constexpr (requires(Form& form) { form.renew(); }) {
       auto fresh = std::make_shared<HiddenForm>(form_);
@@ -123,8 +82,6 @@ class HiddenForm final : public HiddenSystem {
     require_dof(form_, state);
     return State<n>{state.t, state.q, state.qdot};
   }
-
-  Form form_;
 };
 
 }  // namespace detail
@@ -135,7 +92,6 @@ class HiddenForm final : public HiddenSystem {
 class AnySystem {
  public:
   static constexpr int size_at_compile_time = Dynamic;  ///< its size is known at run time only
-  using Watchdog = detail::HeldWatch;                   ///< which asks watch() below
 
   /// Of a copy of the system or scene.
   template <class System>
@@ -187,6 +143,8 @@ class AnySystem {
   void renew() {
     if (auto fresh = hidden_->renewed()) hidden_ = std::move(fresh);
   }
+  /// What is not finite at a state: T, V or a derivative of theirs, in words; empty where it is none of these.
+  std::string what_is_not_finite(double t, const Eigen::VectorXd& y) const { return hidden_->what_is_not_finite(t, y); }
   /// What looks at M, the constraints and the time while a run goes on; the system outlives it.
   std::unique_ptr<detail::AnyWatch> watch(const Options& options) const { return hidden_->watch(options); }
 

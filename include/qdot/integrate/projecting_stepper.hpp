@@ -3,19 +3,20 @@
 //
 // A one-step method that keeps the constraints by itself.
 //
-// Steps of a method that knows nothing of constraints leave them by a little. The driver puts the end of every step back
-// (y ← the nearest state on the constraints) and tells the stepper with correct(). Where a stepper stands behind an interface
-// that shows no correct(), because others behind it project inside their steps, the same is done here:
+// Steps of a method that knows nothing of constraints leave them by a little. Here the end of every step is put back (y ← the nearest state on the
+// constraints), and the stepper is told so:
 //
 //     step → y ← projected y → correct(y).
 //
-// A projection that fails fails the step: t() and y() stay those of the last good one.
+// A projection that fails fails the step: t() and y() stay those of the last good one. A state that is not finite is left as it is, for whoever
+// asked for the step to see.
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <type_traits>
 #include <utility>
 
+#include "qdot/ad/vector.hpp"
 #include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
 
@@ -31,6 +32,7 @@ class ProjectingStepper {
       : stepper_(std::move(stepper)), system_(std::move(system)), statistics_(stepper_.statistics()) {
     y_.setZero(system_.value.size());
     projected_ = y_;
+    if constexpr (requires { system_.value.is_constrained(); }) is_constrained_ = system_.value.is_constrained();
   }
 
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
@@ -46,6 +48,7 @@ class ProjectingStepper {
     if (!advanced) failure_ = stepper_.failure();
     const bool accepted = advanced && detail::attempted(failure_, [&] {
       projected_ = stepper_.y();
+      if (!is_constrained_ || !detail::all_finite(projected_.data(), projected_.size())) return;
       const auto report = system_.value.project(stepper_.t(), projected_);
       stepper_.correct(projected_);
       ++projections_;
@@ -68,8 +71,18 @@ class ProjectingStepper {
   int order() const noexcept { return stepper_.order(); }
   bool has_fixed_step() const noexcept { return detail::has_fixed_step(stepper_); }
   const Statistics& statistics() const noexcept { return statistics_; }
-  PolynomialView polynomial() { return stepper_.polynomial(); }
-  void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { stepper_.interpolate(t, out); }
+  PolynomialView polynomial() {
+    const PolynomialView step = stepper_.polynomial();
+    statistics_.evaluations = stepper_.statistics().evaluations;
+    return step;
+  }
+  /// Whether what the stepper has recorded of its system still holds.
+  bool is_current()
+    requires requires(S& s) { s.is_current(); }
+  {
+    return stepper_.is_current();
+  }
+  void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { polynomial().evaluate(t, out); }
 
   /// The stepper itself, which has made the same steps.
   const S& inner() const noexcept { return stepper_; }
@@ -84,6 +97,7 @@ class ProjectingStepper {
 
   S stepper_;
   detail::Replaceable<F> system_;
+  bool is_constrained_ = true;  // a system without its type may have nothing to keep
   Eigen::VectorXd y_, projected_;
   double t_ = 0.0, t_previous_ = 0.0;
   Moment moment_;

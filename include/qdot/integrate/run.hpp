@@ -146,6 +146,16 @@ struct Onlooker {
   bool (*show)(void* observer, const StepView& step) = nullptr;
 };
 
+// A run whose number of coordinates is known.
+template <int n>
+Run<n> run_of(Run<>&& run) {
+  if constexpr (n == Dynamic) {
+    return std::move(run);
+  } else {
+    return {{static_cast<RunEnd&&>(run)}, Trajectory<n>(std::move(run.trajectory)), std::move(run.samples), std::move(run.events), run.statistics};
+  }
+}
+
 // Coordinates in y = [q; q̇; …]: what the system says, otherwise half of an even size.
 template <FirstOrderSystem F>
 constexpr int dof_at_compile_time() {

@@ -18,12 +18,14 @@
 #include <type_traits>
 #include <utility>
 
+#include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/driver/driver.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/steps/watch_budget.hpp"
+#include "qdot/integrate/watch/driven_form_of.hpp"
 #include "qdot/mechanics/equations/entries.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -69,10 +71,12 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   };
   const detail::Onlooker onlooker{&show, [](void* shown, const StepView& step) { return (*static_cast<decltype(show)*>(shown))(step); }};
   const detail::Budget budget(options);  // begins before the stepper's own, which is made here
-  const auto make = [&] { return method.stepper(form, options); };
-  using Driver = detail::Driver<Form, decltype(make()), is_observed, has_events>;
-  Driver driver(form, make, options, budget, onlooker, detail::listed_events<detail::dof_at_compile_time<Form>()>(events));
-  return driver.run(start.t, y0, t_end);
+  constexpr int n = detail::dof_at_compile_time<Form>();
+  const detail::DrivenFormOf<detail::DrivenForm, const Form&> driven(form);
+  Run<> run;
+  detail::drive<has_events || SwitchingSystem<Form>, is_observed>(run, driven, any_stepper(method, form, options), options, budget, onlooker,
+                                                                  detail::listed_events<n>(events), start.t, y0, t_end);
+  return detail::run_of<n>(std::move(run));
 }
 
 /// The same without events.

@@ -95,8 +95,8 @@ class EngineOf final : public Engine {
   template <class System, class Start>
   EngineOf(const System& system, const Start& start, Method method, const Options& options, EventList<Events...> events)
       : form_(first_order_form(system)), method_(std::move(method)), options_(checked(options, form_.size())), events_(std::move(events)),
-        driver_(form_, [this] { return method_.stepper(form_, unlimited(options_)); }, options_, Budget(options_), Onlooker{},
-                listed_events<dof_at_compile_time<Form>()>(events_)) {
+        driven_(form_), driver_(run_, driven_, any_stepper(method_, form_, unlimited(options_)), options_, Budget(options_), Onlooker{},
+                                listed_events<dof_at_compile_time<Form>()>(events_)) {
     t = start.t;
     y = packed(form_, start);
     dof = qdot::detail::dof(form_);
@@ -110,7 +110,7 @@ class EngineOf final : public Engine {
         }
       });
     driver_.stretch(t, y, t, 0);  // what is wrong with the start is said here
-    if (!driver_.last().completed()) throw InvalidValue("a simulator cannot begin here: " + message());
+    if (!run_.completed()) throw InvalidValue("a simulator cannot begin here: " + message());
     arrive();
   }
 
@@ -122,10 +122,10 @@ class EngineOf final : public Engine {
       throw;
     }
     arrive();
-    return driver_.last().outcome;
+    return run_.outcome;
   }
-  const std::string& message() const override { return driver_.last().message; }
-  const std::vector<RecordedEvent>& events() const override { return driver_.last().events; }
+  const std::string& message() const override { return run_.message; }
+  const std::vector<RecordedEvent>& events() const override { return run_.events; }
   const Statistics& statistics() const override { return driver_.statistics(); }
 
  private:
@@ -138,8 +138,8 @@ class EngineOf final : public Engine {
     for (int k = 1; k <= 3; ++k) components[static_cast<std::size_t>(place + k * stride)] = name + more[k - 1];
   }
   void arrive() {
-    t = driver_.last().t;
-    y = driver_.last().y;
+    t = run_.t;
+    y = run_.y;
     stopped_by = driver_.stopped_by();
   }
   static Options checked(Options options, Eigen::Index size) {
@@ -160,8 +160,9 @@ class EngineOf final : public Engine {
   Method method_;
   Options options_;
   EventList<Events...> events_;
-  Driver<Form, decltype(std::declval<const Method&>().stepper(std::declval<const Form&>(), std::declval<const Options&>())), false, (sizeof...(Events) > 0)>
-      driver_;
+  DrivenFormOf<DrivenForm, const Form&> driven_;
+  Run<> run_;
+  Driver<(sizeof...(Events) > 0) || SwitchingSystem<Form>, false> driver_;
 };
 
 }  // namespace detail

@@ -203,6 +203,10 @@ class Trajectory : public DenseOutput {
  public:
   Trajectory() = default;
   explicit Trajectory(Eigen::Index dof) : dof_(dof) {}
+  /// The same motion, the number of its coordinates being known.
+  template <int m>
+    requires(m == Dynamic && n != Dynamic)
+  explicit Trajectory(Trajectory<m>&& other) : DenseOutput(std::move(other)), dof_(other.dof()) {}
 
   /// Number of coordinates; 0 for a first-order system without any.
   Eigen::Index dof() const noexcept { return dof_; }

@@ -44,7 +44,7 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
-#include "qdot/integrate/watch/held_watch.hpp"
+#include "qdot/integrate/watch/any_watch.hpp"
 
 namespace qdot::detail {
 
@@ -294,7 +294,6 @@ class VariationalForm<Changes::none> {
   Eigen::Index dof() const noexcept { return equations_->dof(); }
   void renew() { equations_->renew(); }
 
-  using Watchdog = HeldWatch;
   std::unique_ptr<AnyWatch> watch(const Options& options) const { return equations_->watch(options); }
 
   void write_derivative(double t, const double* y, double* ydot) const { equations_->write_rates(t, y, ydot); }

@@ -10,15 +10,14 @@
 
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
-#include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail {
 
 // y0 ← the nearest state on the constraints; `projected` is room to work in.
 //
 // @throws InvalidValue  when that is farther away than rounding
-template <ProjectableSystem F>
-void require_consistent(const F& system, double t0, Eigen::VectorXd& y0, Eigen::VectorXd& projected) {
+template <class Form>
+void require_consistent(const Form& system, double t0, Eigen::VectorXd& y0, Eigen::VectorXd& projected) {
   projected = y0;
   system.project(t0, projected);
   double moved = 0.0;

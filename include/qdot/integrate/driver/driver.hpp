@@ -5,9 +5,9 @@
 //
 // A run is a chain of legs between landing points: the stop times on the way, and t_end. On each leg
 //
-//     step → check → project → keep → show → budget,
+//     step → check → keep → show → budget,
 //
-// that is: one accepted step of the method; is the state finite and within its limit; append the
+// that is: one accepted step of the method, on the constraints; is the state finite and within its limit; append the
 // step's polynomial and fill the output times that it covers; show it to the observer; are steps,
 // evaluations and seconds left. At a stop time the method is reset, because what it knows of the past
 // no longer holds behind a switch. Where there are events (event.hpp), a step is searched for them before it is
@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -26,6 +27,7 @@
 
 #include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
+#include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/driver/consistent_start.hpp"
 #include "qdot/integrate/driver/ending.hpp"
 #include "qdot/integrate/driver/event_watch.hpp"
@@ -38,33 +40,32 @@
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"
-#include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
 #include "qdot/integrate/steps/watch_budget.hpp"
+#include "qdot/integrate/watch/any_watch.hpp"
 #include "qdot/integrate/watch/diagnosis.hpp"
-#include "qdot/integrate/watch/watch.hpp"
-#include "qdot/mechanics/first_order_form.hpp"
+#include "qdot/integrate/watch/driven_form.hpp"
 
 namespace qdot::detail {
 
-// What the observer and the events are made of is not the loop's business: there is one loop for all of them (integrate/driver/listed_event.hpp).
-template <FirstOrderSystem F, Stepper S, bool is_observed, bool has_events>
+// What system, method, observer and events are made of is not the loop's business: there is one loop for all of them
+// (integrate/watch/driven_form.hpp, any_stepper.hpp, integrate/driver/listed_event.hpp), and one more for each of these that a run may do without.
+template <bool watches, bool is_observed>
 class Driver {
-  static constexpr bool watches = has_events || SwitchingSystem<F>;
-  using Watch = std::conditional_t<watches, EventWatch<F>, NothingToWatch>;
-  static constexpr int n = dof_at_compile_time<F>();
+  using Watch = std::conditional_t<watches, EventWatch<DrivenForm>, NothingToWatch>;
   static constexpr long most_firings = 50'000;  // in one step
 
  public:
-  template <class Make>
-  Driver(const F& system, const Make& make_stepper, const Options& options, const Budget& budget, Onlooker onlooker, std::vector<ListedEvent> events)
-      : system_(system), stepper_(make_stepper()), options_(options), onlooker_(onlooker), watch_(system, std::move(events)),
-        dog_(system, options), limits_(budget) {}
+  /// Writes into `run`, which is empty.
+  Driver(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget, Onlooker onlooker,
+         std::vector<ListedEvent> events)
+      : system_(system), stepper_(std::move(stepper)), options_(options), onlooker_(onlooker), watch_(system, std::move(events)),
+        watchdog_(system.watch(options)), watches_time_(watchdog_->watches_time() && !stepper_.has_fixed_step()), limits_(budget), run_(run) {}
 
   // The same once more and without anything kept but the end: a stretch of a motion that somebody else cuts into stretches, for whom
   // steps, evaluations and seconds are counted afresh. Events that stopped the one before are given as it left them in stopped_by(), and do
   // so again only when they come again. Allocates nothing where it completes.
-  const Run<n>& stretch(double t0, const Eigen::VectorXd& y0, double t_end, [[maybe_unused]] std::uint64_t stopped_by) {
+  void stretch(double t0, const Eigen::VectorXd& y0, double t_end, [[maybe_unused]] std::uint64_t stopped_by) {
     if constexpr (watches) watch_.forget(stopped_by);
     limits_.begin_again(options_, stepper_.statistics());
     run_.outcome = Outcome::completed;
@@ -72,10 +73,8 @@ class Driver {
     t_end_ = t_end;
     if (start(t0, y0) && t_end != t0) leg(t_end);
     run_.message = run_.completed() ? std::string() : how_it_ended(run_.outcome, run_.message, run_.t, limits_.steps_of_stretch(stepper_.statistics()));
-    return run_;
   }
 
-  const Run<n>& last() const noexcept { return run_; }
   std::uint64_t stopped_by() const {
     if constexpr (watches)
       if (run_.outcome == Outcome::stopped_by_event) return watch_.fired();
@@ -83,17 +82,16 @@ class Driver {
   }
   const Statistics& statistics() const noexcept { return stepper_.statistics(); }
 
-  Run<n> run(double t0, const Eigen::VectorXd& y0, double t_end) {
+  void run(double t0, const Eigen::VectorXd& y0, double t_end) {
     const auto landings = landing_points(options_.stop_times, t0, t_end);
     t_end_ = t_end;
     outputs_.prepare(options_.output_times, t0, t_end, system_.size());
-    run_.trajectory = Trajectory<n>(dof(system_));
+    run_.trajectory = Trajectory<>(system_.dof());
     if (start(t0, y0)) {
       for (std::size_t i = 0; i < landings.size(); ++i)
         if ((i > 0 && !restart(landings[i])) || !legs(landings[i], i == 0)) break;
     }
     finish();
-    return std::move(run_);
   }
 
  private:
@@ -102,9 +100,9 @@ class Driver {
     run_.t = t0;
     run_.y = y_given;
     Eigen::VectorXd& y0 = run_.y;
-    if constexpr (has_events) watch_.set_clocks(t0, t_end_);
+    if constexpr (watches) watch_.set_clocks(t0, t_end_);
     if constexpr (watches) watch_.settle(t0, y0, tolerance(y0), run_.events);
-    if constexpr (ProjectableSystem<F>) require_consistent(system_, t0, y0, projected_);
+    if (system_.is_constrained()) require_consistent(system_, t0, y0, projected_);
     run_.trajectory.start(t0, y0);
     try {
       stepper_.reset(t0, y0);
@@ -113,15 +111,15 @@ class Driver {
     }
     count_from_here();
     fill_outputs_here();
-    dog_.begin(t0, y0, stepper_.statistics().steps);
-    if (const std::optional<Failure> trouble = dog_.look_at_values_and_mass(t0, y0)) return end(*trouble);
+    watchdog_->begin(t0, y0, stepper_.statistics().steps);
+    if (const std::optional<Failure> trouble = watchdog_->look_at_values_and_mass(t0, y0)) return end(*trouble);
     if constexpr (watches) watch_.begin(t0, y0, tolerance(y0), true);
     return true;
   }
 
   // From here to `landing`, with a landing at each time of a clock (integrate/driver/event_clocks.hpp).
   bool legs(double landing, [[maybe_unused]] bool at_start) {
-    if constexpr (has_events) {
+    if constexpr (watches) {
       if (at_start && watch_.clocks().next(run_.t, true, landing) == run_.t && !begins_by_clocks()) return false;
       while (watch_.clocks().any() && watch_.clocks().next(run_.t, false, landing) < landing)
         if (!leg(watch_.clocks().due())) return false;
@@ -141,35 +139,34 @@ class Driver {
   bool leg(double landing) {
     clock_.head_for(landing);
     while (elapsed_ != clock_.length()) {
-      if (!stepper_.step(dog_.reach(stepper_, landing))) return stuck();
-      if (!state_is_sound() || !projected() || !watched(landing) || !kept() || !within_budget(landing)) return false;
+      if (!stepper_.step(watches_time_ ? watchdog_->reach(stepper_.t(), stepper_.y(), landing) : landing)) return stuck();
+      if (!state_is_sound() || !watched(landing) || !kept() || !within_budget(landing)) return false;
     }
     return true;
   }
 
   // No step was taken; if somebody changed the model, that is the reason.
   [[gnu::cold]] bool stuck() {
-    if (const std::optional<Failure> change = dog_.change(run_.t)) return end(*change);
+    if (const std::optional<Failure> change = watchdog_->change(run_.t)) return end(*change);
     return end_explained(stepper_.failure());
   }
 
   // Looks at the state now and then, and always where something may change (integrate/watch/watch.hpp). Before the observer, who may change it.
   bool watched(double landing) {
-    if (!dog_.is_due(std::abs(reached() - elapsed_)) && stepper_.t() != landing) return true;
+    if (!watchdog_->is_due(std::abs(reached() - elapsed_)) && stepper_.t() != landing) return true;
     projected_ = stepper_.y();
     if (!looked_at(stepper_.t(), projected_)) {
       if constexpr (!watches) keep();  // an event in this last step might have cut it off
       return false;
     }
-    if (stepper_.t() != landing) dog_.remember(stepper_.t(), projected_);
+    if (stepper_.t() != landing) watchdog_->remember(stepper_.t(), projected_);
     return true;
   }
 
   bool looked_at(double t, const Eigen::VectorXd& y) {
     const Statistics& s = stepper_.statistics();
-    std::optional<Failure> trouble = dog_.look(t, y, s.steps, s.limiting_component() >= 0);
-    if constexpr (requires { stepper_.is_current(); })
-      if (!trouble && !stepper_.is_current()) trouble = other_formula();
+    std::optional<Failure> trouble = watchdog_->look(t, y, s.steps, s.limiting_component() >= 0);
+    if (!trouble && !stepper_.is_current()) trouble = other_formula();
     return !trouble || end(*trouble);
   }
 
@@ -215,7 +212,7 @@ class Driver {
       y = run_.y;
     } else {
       stepper_.polynomial().at(firing.elapsed, y);
-      if constexpr (ProjectableSystem<F>) system_.project(firing.t, y);
+      system_.project(firing.t, y);
     }
     keep_until(firing.elapsed, firing.t, y);
     if (!looked_at(firing.t, y)) return false;
@@ -230,7 +227,7 @@ class Driver {
     ++restarts_;
     reset_at(stepper_, clock_.moment(firing.elapsed), y);
     watch_.begin(firing.t, y, tolerance(y), at_start);
-    dog_.begin(firing.t, y, stepper_.statistics().steps);
+    watchdog_->begin(firing.t, y, stepper_.statistics().steps);
     fill_outputs_here();
     return observed(false);
   }
@@ -250,7 +247,7 @@ class Driver {
     return guarded([&] {
       reset_at(stepper_, Moment(run_.t, 0.0, behind == landing ? run_.t : behind), run_.y);
       count_from_here();
-      dog_.begin(run_.t, run_.y, stepper_.statistics().steps);
+      watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);
     });
   }
 
@@ -273,27 +270,6 @@ class Driver {
     return end(*trouble);
   }
 
-  // Puts the step's end back onto the constraints, where the system has any.
-  bool projected() {
-    if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
-      static_assert(CorrectableStepper<S>, "qdot: this method cannot keep a system on its constraints; use Dop853, Dopri5 or CvodeBdf");
-      if constexpr (requires { system_.is_constrained(); }) if (!system_.is_constrained()) return true;
-      return guarded([&] {
-        projected_ = stepper_.y();
-        count_projection(system_.project(stepper_.t(), projected_));
-        stepper_.correct(projected_);
-      });
-    }
-    return true;
-  }
-
-  template <class Report>
-  void count_projection(const Report& report) {
-    ++projections_;
-    constraint_residual_ = std::max(constraint_residual_, static_cast<double>(report.residual));
-    constraint_velocity_ = std::max(constraint_velocity_, static_cast<double>(report.velocity_residual));
-  }
-
   void keep() {
     keep_until(reached(), stepper_.t(), stepper_.y());
     fill_outputs_here();
@@ -309,8 +285,7 @@ class Driver {
     run_.y = y;
     outputs_.fill_before(elapsed, sign, clock_.origin(), [&](double at, Eigen::VectorXd& out) {
       stepper_.interpolate(at, out);
-      if constexpr (ProjectableSystem<F>)
-        guarded([&] { system_.project(at, out); });  // between steps the polynomial leaves the constraints
+      if (system_.is_constrained()) guarded([&] { system_.project(at, out); });  // between steps the polynomial leaves the constraints
     });
   }
 
@@ -336,8 +311,8 @@ class Driver {
   [[gnu::cold, gnu::noinline]] std::string why(Outcome outcome) const {
     const Statistics& s = stepper_.statistics();
     const auto [done, left] = ways();
-    return explanation(probe_of(system_), outcome,
-                       {run_.t, run_.y, tolerance(run_.y), t_end_ < run_.t ? -1.0 : 1.0, s.last_step, done, left, limits_.steps_since_look(s), limits_.restarts_since_look(restarts_), dog_.mass_rcond()});
+    return explanation(Probe{system_}, outcome,
+                       {run_.t, run_.y, tolerance(run_.y), t_end_ < run_.t ? -1.0 : 1.0, s.last_step, done, left, limits_.steps_since_look(s), limits_.restarts_since_look(restarts_), watchdog_->mass_rcond()});
   }
 
   // From the start to here, and from here to the end.
@@ -366,12 +341,7 @@ class Driver {
   [[gnu::cold]] void finish() {
     run_.statistics = stepper_.statistics();
     run_.statistics.restarts = restarts_;
-    if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
-      run_.statistics.projections = projections_;
-      run_.statistics.constraint_residual = constraint_residual_;
-      run_.statistics.constraint_velocity = constraint_velocity_;
-    }
-    dog_.report(run_.statistics);
+    watchdog_->report(run_.statistics);
     if constexpr (watches) watch_.report(run_.statistics);
     run_.statistics.wall_seconds = limits_.seconds();
     run_.samples = outputs_.taken();
@@ -379,22 +349,36 @@ class Driver {
     if (run_.completed() && run_.statistics.rough_events > 0) run_.message = sentence({run_.message, "; an event's function could not be followed"});
   }
 
-  const F& system_;
-  S stepper_;
+  const DrivenForm& system_;
+  AnyStepper stepper_;
   const Options& options_;
   Onlooker onlooker_;
   Watch watch_;
-  typename WatchdogFor<F>::type dog_;
+  std::unique_ptr<AnyWatch> watchdog_;
+  bool watches_time_;
   RunLimits limits_;
-  Run<n> run_;
+  Run<>& run_;
   OutputSamples outputs_;
   std::size_t shown_ = 0;  // events that the observer has seen
   Eigen::VectorXd projected_;
   mutable Eigen::VectorXd tolerance_;  // as last asked for
-  long restarts_ = 0, projections_ = 0;
-  double constraint_residual_ = 0.0, constraint_velocity_ = 0.0;
+  long restarts_ = 0;
   Clock clock_;           // of this leg
   double elapsed_ = 0.0, t_end_ = 0.0;  // elapsed on it, at run_.t
 };
+
+// run ← from (t₀, y₀) to t_end.
+template <bool watches, bool is_observed>
+void drive(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget, Onlooker onlooker,
+           std::vector<ListedEvent> events, double t0, const Eigen::VectorXd& y0, double t_end) {
+  Driver<watches, is_observed>(run, system, std::move(stepper), options, budget, onlooker, std::move(events)).run(t0, y0, t_end);
+}
+
+#ifdef QDOT_COMPILED
+extern template void drive<false, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+extern template void drive<false, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+extern template void drive<true, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+extern template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+#endif
 
 }  // namespace qdot::detail

@@ -13,29 +13,27 @@
 #include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/outcome.hpp"
-#include "qdot/mechanics/first_order_form.hpp"
+#include "qdot/integrate/watch/driven_form.hpp"
 
 namespace qdot::detail {
 
 // What is wrong with a state: a component is not finite, or above the limit of all.
 template <class Number = double>
-[[gnu::cold]] Failure trouble_of_state(const Eigen::Ref<const Eigen::VectorXd>& y, double t, double limit, const void* system,
-                                       std::string (*component_name)(const void*, Eigen::Index)) {
+[[gnu::cold]] Failure trouble_of_state(const DrivenForm& system, const Eigen::Ref<const Eigen::VectorXd>& y, double t, double limit) {
   for (Eigen::Index i = 0; i < y.size(); ++i)
-    if (!std::isfinite(y[i])) return {Outcome::non_finite, sentence({component_name(system, i), " became ", y[i], " in the step to t = ", t})};
+    if (!std::isfinite(y[i])) return {Outcome::non_finite, sentence({system.component_name(i), " became ", y[i], " in the step to t = ", t})};
   const Eigen::Index worst = place_of_largest(y.data(), y.size());
-  return {Outcome::state_limit, sentence({component_name(system, worst), " = ", y[worst], " exceeds state_norm_limit = ", limit})};
+  return {Outcome::state_limit, sentence({system.component_name(worst), " = ", y[worst], " exceeds state_norm_limit = ", limit})};
 }
 
 // The same after a step, where there is something wrong.
-template <FirstOrderSystem F>
-std::optional<Failure> unsound_state(const F& system, const Eigen::Ref<const Eigen::VectorXd>& y, double t, double limit) {
+inline std::optional<Failure> unsound_state(const DrivenForm& system, const Eigen::Ref<const Eigen::VectorXd>& y, double t, double limit) {
   // Asked after every step: each comparison by itself, for finding the largest they would wait for each other.
   const double most = std::min(limit, std::numeric_limits<double>::max());
   Eigen::Index sound = 0;
   while (sound < y.size() && std::abs(y[sound]) <= most) ++sound;
   if (sound == y.size()) return std::nullopt;
-  return trouble_of_state(y, t, limit, &system, [](const void* s, Eigen::Index i) -> std::string { return static_cast<const F*>(s)->component_name(i); });
+  return trouble_of_state(system, y, t, limit);
 }
 
 // Outcome, place, what is known about it, and advice where that is not advice already.
@@ -48,7 +46,7 @@ template <class Number = double>
 }
 
 #ifdef QDOT_COMPILED
-extern template Failure trouble_of_state<double>(const Eigen::Ref<const Eigen::VectorXd>&, double, double, const void*, std::string (*)(const void*, Eigen::Index));
+extern template Failure trouble_of_state<double>(const DrivenForm&, const Eigen::Ref<const Eigen::VectorXd>&, double, double);
 extern template std::string how_it_ended<double>(Outcome, const std::string&, double, long);
 #endif
 

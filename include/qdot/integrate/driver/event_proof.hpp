@@ -67,8 +67,7 @@ S formula_value(const G& g, const Vector<S, n>& q, const Vector<S, n>& qdot, con
   return S(call());
 }
 
-/// Bounds of functions over parts of one step; n coordinates.
-template <int n>
+/// Bounds of functions over parts of one step.
 class StepBounds {
  public:
   /// Takes the step of which parts will be asked for, as far as [from, to] on the clock.
@@ -95,26 +94,27 @@ class StepBounds {
 
   /// True where g − level has no zero between a and b, or g only rises or only falls there.
   ///
+  /// @tparam n  number of coordinates
   /// @throws Undecided, and what g throws
-  template <class G>
+  template <int n, class G>
   bool decide(const G& g, double level, double a, double b) {
     const double m = 0.5 * (s(a) + s(b)), r = 0.5 * std::abs(s(b) - s(a)) * (1.0 + two_roundings);
     evaluate(m);
     const auto spread = [&](Eigen::Index i) { return r * (std::abs(rate_[i]) + 0.5 * r * bend_[i]) + rounding_[i]; };
     const auto value = [&](Eigen::Index i) { return wide(y_[i], spread(i)); };
     const Interval t = Interval::between(clock_.t(a), clock_.t(b));
-    if (!at<Interval>(g, value, t, level).contains(0.0)) return true;
+    if (!at<n, Interval>(g, value, t, level).contains(0.0)) return true;
     using D = Dual<Interval, 1>;
     const auto moving = [](const Interval& x, const Interval& rate) {
       D d(x);
       d.tangent[0] = rate;
       return d;
     };
-    const Interval slope = at<D>(g, [&](Eigen::Index i) { return moving(value(i), wide(rate_[i], r * bend_[i] + rate_rounding_[i])); },
+    const Interval slope = at<n, D>(g, [&](Eigen::Index i) { return moving(value(i), wide(rate_[i], r * bend_[i] + rate_rounding_[i])); },
                                  moving(t, Interval(step_.scale)), level).tangent[0];
     if (!slope.contains(0.0)) return true;
     const double t_middle = clock_.t(0.5 * (a + b));
-    const Interval middle = at<Interval>(g, [&](Eigen::Index i) { return wide(y_[i], rounding_[i]); },
+    const Interval middle = at<n, Interval>(g, [&](Eigen::Index i) { return wide(y_[i], rounding_[i]); },
                                          wide(t_middle, 0.5 * two_roundings * std::abs(t_middle)), level);
     return !(middle + Interval::between(-r, r) * slope).contains(0.0);
   }
@@ -139,7 +139,7 @@ class StepBounds {
   }
 
   // g − level where component i is entry(i).
-  template <class S, class G, class Entry>
+  template <int n, class S, class G, class Entry>
   S at(const G& g, const Entry& entry, const S& t, double level) const {
     const Eigen::Index size = dof_ > 0 ? dof_ : y_.size(), second = dof_ > 0 ? dof_ : 0;
     Vector<S, n> q(size), qdot(size);

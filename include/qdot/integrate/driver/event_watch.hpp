@@ -32,7 +32,6 @@
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/statistics.hpp"
 #include "qdot/integrate/steps/polynomial.hpp"
-#include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail {
 
@@ -41,16 +40,14 @@ struct NothingToWatch {
   NothingToWatch(const auto&, const std::vector<ListedEvent>&) {}
 };
 
-// One for all lists of events that a system may be run with.
-template <FirstOrderSystem F>
+// One for all systems and all lists of events; a template, and so compiled where there is something to watch. Form is DrivenForm.
+template <class Form>
 class EventWatch {
-  static constexpr int n = dof_at_compile_time<F>();
   static constexpr std::size_t points = samples_in_panel;
 
  public:
-  EventWatch(const F& system, std::vector<ListedEvent> events) : system_(system), events_(std::move(events)), listed_(events_.size()) {
-    Eigen::Index guards = 0;
-    if constexpr (SwitchingSystem<F>) guards = system.guard_count();
+  EventWatch(const Form& system, std::vector<ListedEvent> events) : system_(system), events_(std::move(events)), listed_(events_.size()) {
+    const Eigen::Index guards = system.guard_count();
     const std::size_t count = listed_ + static_cast<std::size_t>(guards);
     has_others_ = guards > 0;
     watches_.resize(count);
@@ -85,7 +82,7 @@ class EventWatch {
 
   // Begins at a state: the start of the run, or the one after a firing that changed it.
   void begin(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, bool at_start) {
-    if constexpr (SwitchingSystem<F>) system_.guard_bands(t, y, tolerance, bands_);
+    system_.guard_bands(t, y, tolerance, bands_);
     for (std::size_t i = 0; i < watches_.size(); ++i) {
       const double g = value(i, t, y);
       const double band = i >= listed_ ? bands_[static_cast<Eigen::Index>(i - listed_)] : rounding_of(i, t, y, g);
@@ -140,7 +137,7 @@ class EventWatch {
     length_ = std::abs(to - from);
     to_ = to;
     backward_ = to < from;
-    if (has_formulas_) bounds_.begin(clock_, step_, dof(system_), from, to);
+    if (has_formulas_) bounds_.begin(clock_, step_, system_.dof(), from, to);
     for (std::size_t k = 1; has_others_ && k < points; ++k) {
       const double elapsed = k + 1 == points ? to : from + sample_points[k] * (to - from);
       step_.at(elapsed, y_);
@@ -225,21 +222,20 @@ class EventWatch {
       if (!fired_[i] || events_[i].change == nullptr) continue;
       acted = true;
       y_before_action_ = y;
-      failure = events_[i].change(events_[i].event, firing.t, y, dof(system_));
+      failure = events_[i].change(events_[i].event, firing.t, y, system_.dof());
       if (!failure) failure = what_is_not_finite(*events_[i].name, firing.t, y);
       if (failure) return failure;
       if (!same_bits(y, y_before_action_)) trends_[i] = trend(i, firing.t, y_before);
     }
     // Constraints answer a blow with one of their own: what they forbid of the change is taken back.
-    if constexpr (ProjectableSystem<F>)
-      if (acted) system_.project(firing.t, y);
+    if (acted) system_.project(firing.t, y);
     settle(firing.t, y, tolerance, events);
     return std::nullopt;
   }
 
   // Lets the system choose its phases for y as they follow from the guards that fired; none at the start.
   void settle(double t, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
-    if constexpr (SwitchingSystem<F>)
+    if (!fired_guards_.empty())
       for (std::string& what : system_.switched(t, y, fired_guards_, tolerance)) events.push_back({t, std::move(what)});
   }
 
@@ -258,8 +254,7 @@ class EventWatch {
 
  private:
   std::string ending(std::size_t i) const {
-    if constexpr (SwitchingSystem<F>) return system_.ending(static_cast<Eigen::Index>(i - listed_));
-    return (void)i, std::string();
+    return system_.ending(static_cast<Eigen::Index>(i - listed_));
   }
 
   std::string name_of(std::size_t i) const { return i < listed_ ? sentence({"'", *events_[i].name, "'"}) : sentence({"a contact or friction"}); }
@@ -273,21 +268,20 @@ class EventWatch {
   void evaluate_all(double t, const Eigen::VectorXd& y, double* values, std::size_t stride, bool with_formulas) {
     for (std::size_t i = 0; i < listed_; ++i)
       if (with_formulas || !watches_[i].is_formula) values[i * stride] = value(i, t, y);
-    if constexpr (SwitchingSystem<F>) {
-      system_.guards(t, y, guards_);
-      for (std::size_t i = listed_; i < watches_.size(); ++i) {
-        const double g = guards_[static_cast<Eigen::Index>(i - listed_)];
-        require_finite(i, t, g);
-        values[i * stride] = g;
-      }
+    if (listed_ == watches_.size()) return;
+    system_.guards(t, y, guards_);
+    for (std::size_t i = listed_; i < watches_.size(); ++i) {
+      const double g = guards_[static_cast<Eigen::Index>(i - listed_)];
+      require_finite(i, t, g);
+      values[i * stride] = g;
     }
   }
 
   double value(std::size_t i, double t, const Eigen::VectorXd& y) {
     double g = 0.0;
     if (i < listed_) {
-      g = events_[i].value(events_[i].event, t, y, dof(system_));
-    } else if constexpr (SwitchingSystem<F>) {
+      g = events_[i].value(events_[i].event, t, y, system_.dof());
+    } else {
       system_.guards(t, y, guards_);
       g = guards_[static_cast<Eigen::Index>(i - listed_)];
     }
@@ -365,7 +359,7 @@ class EventWatch {
   // Whether intervals prove that the ends of a panel tell all about a formula's zeros in it.
   bool decided(std::size_t i, double a, double b) {
     try {
-      return events_[i].decide(events_[i].event, &bounds_, watches_[i].level, a, b);
+      return events_[i].decide(events_[i].event, bounds_, watches_[i].level, a, b);
     } catch (const Undecided&) {  // in a shorter panel the comparison may have an answer
     } catch (...) {               // no formula here: if g has no value, samples will say so
       watches_[i].unproven = true;
@@ -373,7 +367,7 @@ class EventWatch {
     return false;
   }
 
-  const F& system_;
+  const Form& system_;
   std::vector<ListedEvent> events_;
   std::size_t listed_;  // so many
   bool has_formulas_ = false, has_others_ = false;
@@ -387,7 +381,7 @@ class EventWatch {
   Eigen::VectorXd guards_, bands_, y_, y_before_action_;
   Clock clock_;
   PolynomialView step_;
-  StepBounds<n> bounds_;
+  StepBounds bounds_;
   double to_ = 0.0, length_ = 0.0;
   EventClocks clocks_;
   bool backward_ = false;

@@ -19,7 +19,7 @@
 
 namespace qdot::detail {
 
-// Reads an Event that lives elsewhere. The bounds are StepBounds<n> for the n of listed_event().
+// Reads an Event that lives elsewhere.
 struct ListedEvent {
   const void* event;
   const std::string* name;
@@ -27,7 +27,7 @@ struct ListedEvent {
   bool is_barrier, stops;
   double (*value)(const void* event, double t, const Eigen::VectorXd& y, Eigen::Index dof);
   std::optional<Failure> (*change)(const void* event, double t, Eigen::VectorXd& y, Eigen::Index dof);  // null where it has no action
-  bool (*decide)(const void* event, void* bounds, double level, double a, double b);                    // null where g is no formula
+  bool (*decide)(const void* event, StepBounds& bounds, double level, double a, double b);                    // null where g is no formula
   const Timetable* times;                                                                               // null where g is a function
 };
 
@@ -54,8 +54,8 @@ ListedEvent listed_event(const Event<G, Action>& event) {
       return change_state<n>(self.name, self.action, t, y, dof);
     };
   if constexpr (E::is_formula)
-    result.decide = [](const void* e, void* bounds, double level, double a, double b) {
-      return static_cast<StepBounds<n>*>(bounds)->decide(static_cast<const E*>(e)->g, level, a, b);
+    result.decide = [](const void* e, StepBounds& bounds, double level, double a, double b) {
+      return bounds.decide<n>(static_cast<const E*>(e)->g, level, a, b);
     };
   return result;
 }

@@ -28,22 +28,36 @@
 #include <string>
 #include <utility>
 
+#include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
-#include "qdot/integrate/options.hpp"
-#include "qdot/integrate/watch/watch.hpp"
-#include "qdot/mechanics/first_order_form.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/watch/driven_form.hpp"
 
 namespace qdot::detail {
 
-// A first-order system without its type, asked after the run.
+// A form, asked after the run.
 struct Probe {
-  const void* system;
-  bool (*derivative)(const void*, double, const Eigen::VectorXd&, Eigen::VectorXd&);  // false where f is not finite
-  std::string (*name)(const void*, Eigen::Index);
-  std::string (*blame)(const void*, double, const Eigen::VectorXd&);  // what is not finite: T, V, …; empty if unknown
+  const DrivenForm& form;
 
-  bool operator()(double t, const Eigen::VectorXd& y, Eigen::VectorXd& f) const { return derivative(system, t, y, f); }
-  std::string named(Eigen::Index i, double value) const { return sentence({name(system, i), " = ", value}); }
+  // f ← f(t, y); false where it is not finite.
+  [[gnu::cold]] bool operator()(double t, const Eigen::VectorXd& y, Eigen::VectorXd& f) const {
+    try {
+      form.derivative(t, y, f);
+      return all_finite(f.data(), f.size());
+    } catch (...) {
+      return false;
+    }
+  }
+  std::string name(Eigen::Index i) const { return form.component_name(i); }
+  std::string named(Eigen::Index i, double value) const { return sentence({name(i), " = ", value}); }
+  // What is not finite: T, V, …; empty if unknown.
+  [[gnu::cold]] std::string blame(double t, const Eigen::VectorXd& y) const {
+    try {
+      return form.what_is_not_finite(t, y);
+    } catch (...) {
+      return {};
+    }
+  }
 };
 
 // Where a run stands still.
@@ -57,50 +71,6 @@ struct Standstill {
   long steps = 0, restarts = 0;  // of late
   double mass_rcond = 1.0;
 };
-
-// The energies' part in a NaN.
-template <class F>
-std::string non_finite_energy(const F& system, double t, const Eigen::VectorXd& y) {
-  using Behind = BehindForm<F>;
-  if constexpr (Behind::is_mechanical) {
-    constexpr int n = Behind::System::dof_at_compile_time;
-    const auto& mechanical = Behind::system(system);
-    const Eigen::Index dof = mechanical.dof();
-    const EnergyAt energy = energy_at(mechanical, t, y);
-    if (!std::isfinite(energy.T)) return sentence({"T is ", energy.T});
-    if (!std::isfinite(energy.V)) return sentence({"V is ", energy.V});
-    if (!std::isfinite(energy.h)) return "T is finite, but not its derivative with the velocities";
-    const auto [q, qdot] = coordinates_of<n>(y, dof);
-    const Vector<double, n> g = general_gradient<n>(mechanical.energies(), q, qdot, t);
-    for (Eigen::Index i = 0; i < dof; ++i)
-      if (!std::isfinite(g[i])) return sentence({"T and V are finite, but not the derivative of T - V with ", mechanical.coordinate_name(i)});
-    if constexpr (Behind::is_scene) return "T, V and their first derivatives are finite, so it is an effect or the mass matrix";
-  }
-  return (void)system, (void)t, (void)y, std::string();
-}
-
-template <class F>
-Probe probe_of(const F& system) {
-  return {&system,
-          [](const void* p, double t, const Eigen::VectorXd& y, Eigen::VectorXd& f) {
-            try {
-              static_cast<const F*>(p)->derivative(t, y, f);
-              for (Eigen::Index i = 0; i < f.size(); ++i)
-                if (!std::isfinite(f[i])) return false;
-              return true;
-            } catch (...) {
-              return false;
-            }
-          },
-          [](const void* p, Eigen::Index i) -> std::string { return static_cast<const F*>(p)->component_name(i); },
-          [](const void* p, double t, const Eigen::VectorXd& y) -> std::string {
-            try {
-              return non_finite_energy(*static_cast<const F*>(p), t, y);
-            } catch (...) {
-              return {};
-            }
-          }};
-}
 
 inline bool same(const Eigen::VectorXd& u, const Eigen::VectorXd& v) {
   return std::equal(u.data(), u.data() + u.size(), v.data());
@@ -142,8 +112,8 @@ inline double length(const Eigen::VectorXd& u) {
   }
   const double left = apart(fa, fb);
   if (!(left > 0.1 * total)) return {};
-  if (left > 10 * total) return sentence({"singular: the derivative of ", f.name(f.system, worst), " has a pole near t = ", at.t + a});
-  return sentence({"discontinuous: the derivative of ", f.name(f.system, worst), " jumps from ", fa[worst], " to ", fb[worst], " near t = ", at.t + a,
+  if (left > 10 * total) return sentence({"singular: the derivative of ", f.name(worst), " has a pole near t = ", at.t + a});
+  return sentence({"discontinuous: the derivative of ", f.name(worst), " jumps from ", fa[worst], " to ", fb[worst], " near t = ", at.t + a,
                    ", ", f.named(worst, ya[worst]), "; give the time of the jump in stop_times, or its place as an event"});
 }
 
@@ -217,11 +187,11 @@ inline double length(const Eigen::VectorXd& u) {
   const double t = at.t + bad * at.direction;
   std::string text = sentence({"first at t = ", t, " with "});
   constexpr Eigen::Index most = 8;
-  for (Eigen::Index i = 0; i < std::min(y.size(), most); ++i) text = sentence({text, i > 0 ? ", " : "", f.name(f.system, i), " = ", y[i]});
+  for (Eigen::Index i = 0; i < std::min(y.size(), most); ++i) text = sentence({text, i > 0 ? ", " : "", f.name(i), " = ", y[i]});
   if (y.size() > most) text = sentence({text, ", ..."});
-  if (const std::string blamed = f.blame(f.system, t, y); !blamed.empty()) return sentence({text, ", where ", blamed});
+  if (const std::string blamed = f.blame(t, y); !blamed.empty()) return sentence({text, ", where ", blamed});
   for (Eigen::Index i = 0; i < value.size(); ++i)
-    if (!std::isfinite(value[i])) return sentence({text, ", where the derivative of ", f.name(f.system, i), " is ", value[i]});
+    if (!std::isfinite(value[i])) return sentence({text, ", where the derivative of ", f.name(i), " is ", value[i]});
   return text;
 }
 

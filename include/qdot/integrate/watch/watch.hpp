@@ -115,6 +115,8 @@ class Watchdog {
   }();
 
  public:
+  static constexpr bool watches_time = TimeWatch<F>::watches;
+
   Watchdog(const F& system, const Options& options)
       : system_(system), options_(options), clock_(system, options), changes_(AnyModelValues(system), options), energy_(energy_watch(system, options)),
         wait_(shortest_wait()) {}
@@ -142,11 +144,7 @@ class Watchdog {
     }
   }
 
-  /// How far towards `landing` the stepper's next step may go (integrate/watch/time_watch.hpp).
-  template <Stepper S>
-  double reach(const S& stepper, double landing) {
-    return has_fixed_step(stepper) ? landing : reach(stepper.t(), stepper.y(), landing);
-  }
+  /// How far towards `landing` a step from (t, y) may go (integrate/watch/time_watch.hpp).
   template <class Y>
   double reach(double t, const Y& y, double landing) {
     if constexpr (TimeWatch<F>::watches) return clock_.reach(t, y, landing);
@@ -280,17 +278,6 @@ class Watchdog {
   double mass_rcond_ = 1.0, mass_rcond_time_ = 0.0, constraint_rcond_ = 1.0, constraint_rcond_time_ = 0.0;
   Matrix<double, n> M_;
   Cholesky<double, n> mass_;
-};
-
-// A system that hides what stands behind it brings a watchdog of its own.
-template <class F>
-struct WatchdogFor {
-  using type = Watchdog<F>;
-};
-template <class F>
-  requires requires { typename F::Watchdog; }
-struct WatchdogFor<F> {
-  using type = typename F::Watchdog;
 };
 
 }  // namespace qdot::detail

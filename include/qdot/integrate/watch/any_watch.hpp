@@ -3,9 +3,9 @@
 //
 // A watchdog (integrate/watch/watch.hpp) without the type of what it looks at.
 //
-// A watchdog wants to know T, V and effects: which numbers they must have, what they ask of the time, whether M loses its inertia. A form that hides
-// them, because a run is to be compiled once for many systems, has `using Watchdog = HeldWatch` and watch(options), which gives the watchdog of
-// the form behind it. If the hiding form has more components, they stand behind those of the hidden one and are not looked at.
+// A watchdog wants to know T, V and effects: which numbers they must have, what they ask of the time, whether M loses its inertia. The loop of a run
+// does not, and is compiled once for many systems: it holds the watchdog by calls. If what is run has more components than the form that is watched,
+// they stand behind those and are not looked at.
 
 #include <Eigen/Core>
 #include <memory>
@@ -24,7 +24,8 @@ class AnyWatch {
   virtual ~AnyWatch() = default;
   virtual bool is_due(double h) = 0;
   virtual void begin(double t, const Eigen::VectorXd& y, long steps) = 0;
-  virtual double reach(double t, const Eigen::VectorXd& y, double landing) = 0;
+  virtual bool watches_time() const = 0;  // otherwise nobody need ask for reach()
+  virtual double reach(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double landing) = 0;
   virtual std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) = 0;
   virtual std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) = 0;
   virtual std::optional<Failure> change(double t) = 0;
@@ -41,7 +42,11 @@ class WatchOf final : public AnyWatch {
 
   bool is_due(double h) override { return dog_.is_due(h); }
   void begin(double t, const Eigen::VectorXd& y, long steps) override { dog_.begin(t, own(y), steps); }
-  double reach(double t, const Eigen::VectorXd& y, double landing) override { return dog_.reach(t, own(y), landing); }
+  bool watches_time() const override { return Watchdog<Form>::watches_time; }
+  double reach(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double landing) override {
+    for (Eigen::Index i = 0; i < own_.size(); ++i) own_[i] = y[i];
+    return dog_.reach(t, own_, landing);
+  }
   std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) override {
     return dog_.look(t, own(y), steps, controlled);
   }
@@ -60,31 +65,6 @@ class WatchOf final : public AnyWatch {
 
   Watchdog<Form> dog_;
   Eigen::VectorXd own_;
-};
-
-/// What a run holds.
-class HeldWatch {
- public:
-  template <class System>
-  HeldWatch(const System& system, const Options& options) : watch_(system.watch(options)) {}
-
-  bool is_due(double h) { return watch_->is_due(h); }
-  void begin(double t, const Eigen::VectorXd& y, long steps) { watch_->begin(t, y, steps); }
-  template <Stepper S>
-  double reach(const S& stepper, double landing) {
-    return has_fixed_step(stepper) ? landing : watch_->reach(stepper.t(), stepper.y(), landing);
-  }
-  std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) {
-    return watch_->look(t, y, steps, controlled);
-  }
-  std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) { return watch_->look_at_values_and_mass(t, y); }
-  std::optional<Failure> change(double t) { return watch_->change(t); }
-  void remember(double t, const Eigen::VectorXd& y) { watch_->remember(t, y); }
-  double mass_rcond() const { return watch_->mass_rcond(); }
-  void report(Statistics& statistics) const { watch_->report(statistics); }
-
- private:
-  std::unique_ptr<AnyWatch> watch_;
 };
 
 }  // namespace qdot::detail

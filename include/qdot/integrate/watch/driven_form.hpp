@@ -1,0 +1,44 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A first-order form without its type, as the loop of a run sees it.
+//
+// Each T, each V and each choice of effects is a type of its own, and what is a template of it the compiler writes anew for each. The method's
+// stepper has to be: it evaluates f ten times in a step. The loop around it asks for little, and seldom: names for messages, guards and
+// projections at events, f where a run stands still and somebody wants to know why. So the loop, its events and its diagnosis are
+// compiled once, and ask for that by calls (driven_form_of.hpp makes them from a form).
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "qdot/effects/projection_report.hpp"
+
+namespace qdot {
+struct Options;
+}
+
+namespace qdot::detail {
+
+class AnyWatch;
+
+/// What a run asks of its system. The members are those of FirstOrderSystem, ProjectableSystem and SwitchingSystem.
+struct DrivenForm {
+  virtual ~DrivenForm() = default;
+  virtual Eigen::Index dof() const = 0;
+  virtual Eigen::Index size() const = 0;
+  virtual void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const = 0;
+  virtual std::string component_name(Eigen::Index i) const = 0;
+  virtual std::unique_ptr<AnyWatch> watch(const Options& options) const = 0;
+  virtual std::string what_is_not_finite(double t, const Eigen::VectorXd& y) const = 0;  // T, V, …; empty if unknown
+  virtual bool is_constrained() const = 0;
+  virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;
+  virtual Eigen::Index guard_count() const { return 0; }
+  virtual void guards(double, const Eigen::VectorXd&, Eigen::Ref<Eigen::VectorXd>) const {}
+  virtual void guard_bands(double, const Eigen::VectorXd&, const Eigen::VectorXd&, Eigen::Ref<Eigen::VectorXd>) const {}
+  virtual std::string ending(Eigen::Index) const { return {}; }
+  virtual std::vector<std::string> switched(double, Eigen::VectorXd&, const std::vector<bool>&, const Eigen::VectorXd&) const { return {}; }
+};
+
+}  // namespace qdot::detail

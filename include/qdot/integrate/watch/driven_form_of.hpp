@@ -1,0 +1,112 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What a run asks of its system (driven_form.hpp), from a form of any type.
+//
+// Who has more to ask of a form without its type derives an interface of their own from DrivenForm, and a class that answers from
+// DrivenFormOf of it: AnySystem does, and the program of the command line.
+//
+// A form that hides another one's type, because its methods are to be compiled once for many systems as well, has watch(options), which gives the
+// watchdog of the form behind it.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "qdot/effects/projection_report.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/run.hpp"
+#include "qdot/integrate/watch/any_watch.hpp"
+#include "qdot/integrate/watch/driven_form.hpp"
+#include "qdot/integrate/watch/watch.hpp"
+#include "qdot/mechanics/energy.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail {
+
+// The energies' part in a NaN.
+template <class F>
+std::string non_finite_energy(const F& system, double t, const Eigen::VectorXd& y) {
+  using Behind = BehindForm<F>;
+  if constexpr (Behind::is_mechanical) {
+    constexpr int n = Behind::System::dof_at_compile_time;
+    const auto& mechanical = Behind::system(system);
+    const Eigen::Index dof = mechanical.dof();
+    const EnergyAt energy = energy_at(mechanical, t, y);
+    if (!std::isfinite(energy.T)) return sentence({"T is ", energy.T});
+    if (!std::isfinite(energy.V)) return sentence({"V is ", energy.V});
+    if (!std::isfinite(energy.h)) return "T is finite, but not its derivative with the velocities";
+    const auto [q, qdot] = coordinates_of<n>(y, dof);
+    const Vector<double, n> g = general_gradient<n>(mechanical.energies(), q, qdot, t);
+    for (Eigen::Index i = 0; i < dof; ++i)
+      if (!std::isfinite(g[i])) return sentence({"T and V are finite, but not the derivative of T - V with ", mechanical.coordinate_name(i)});
+    if constexpr (Behind::is_scene) return "T, V and their first derivatives are finite, so it is an effect or the mass matrix";
+  }
+  return (void)system, (void)t, (void)y, std::string();
+}
+
+/// The same of a form; Face is DrivenForm or derived from it, Held the form or a reference to it.
+template <class Face, class Held>
+class SmoothFormOf : public Face {
+ protected:
+  using Form = std::remove_cvref_t<Held>;
+
+ public:
+  explicit SmoothFormOf(Held form) : form_(std::forward<Held>(form)) {}
+
+  Eigen::Index dof() const override { return qdot::detail::dof(form_); }
+  Eigen::Index size() const override { return form_.size(); }
+  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const override { form_.derivative(t, y, ydot); }
+  std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
+  std::unique_ptr<AnyWatch> watch(const Options& options) const override {
+    if constexpr (requires { form_.watch(options); }) return form_.watch(options);
+    else return std::make_unique<WatchOf<Form>>(form_, options);
+  }
+  std::string what_is_not_finite(double t, const Eigen::VectorXd& y) const override {
+    if constexpr (requires { form_.what_is_not_finite(t, y); }) return form_.what_is_not_finite(t, y);
+    else return non_finite_energy(form_, t, y);
+  }
+  bool is_constrained() const override {
+    if constexpr (requires { form_.is_constrained(); }) return form_.is_constrained();
+    else return ProjectableSystem<Form>;
+  }
+  ProjectionReport project([[maybe_unused]] double t, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> y) const override {
+    if constexpr (!ProjectableSystem<Form>) {
+      return {};
+    } else if constexpr (requires(ProjectionReport& report) { report = form_.project(t, y); }) {
+      return form_.project(t, y);
+    } else {
+      const auto report = form_.project(t, y);
+      return {.residual = report.residual, .velocity_residual = report.velocity_residual};
+    }
+  }
+
+ protected:
+  Held form_;
+};
+
+template <class Face, class Held>
+class SwitchingFormOf : public SmoothFormOf<Face, Held> {
+ public:
+  using SmoothFormOf<Face, Held>::SmoothFormOf;
+
+  Eigen::Index guard_count() const override { return this->form_.guard_count(); }
+  void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const override { this->form_.guards(t, y, g); }
+  void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> out) const override {
+    this->form_.guard_bands(t, y, tolerance, out);
+  }
+  std::string ending(Eigen::Index k) const override { return this->form_.ending(k); }
+  std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const override {
+    return this->form_.switched(t, y, fired, tolerance);
+  }
+};
+
+template <class Face, class Held>
+using DrivenFormOf = std::conditional_t<SwitchingSystem<std::remove_cvref_t<Held>>, SwitchingFormOf<Face, Held>, SmoothFormOf<Face, Held>>;
+
+}  // namespace qdot::detail
