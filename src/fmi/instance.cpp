@@ -10,6 +10,7 @@
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulator.hpp"
+#include "qdot/integrate/watch/any_watch.hpp"
 #include "qdot/report/number.hpp"
 
 namespace qdot::fmi {
@@ -25,6 +26,9 @@ std::string number(double x) { return rounded_text(x, 10); }
 /// A model of any kind as the simulator sees it, which may be told to end at each change of a phase.
 struct PlantModel : program::SwitchingModel {
   std::shared_ptr<const bool> stops;
+
+  void driven() const = delete;  // which knows nothing of the endings below
+  std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const { return model->watch(options); }
 
   std::string ending(Eigen::Index k) const { return *stops || !model->ending(k).empty() ? mark + std::to_string(k) : std::string(); }
   static constexpr char mark = '\1';  // no name that a user gives begins so

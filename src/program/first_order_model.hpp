@@ -12,7 +12,7 @@
 
 #include "program/runnable_scene.hpp"
 #include "qdot/error.hpp"
-#include "qdot/integrate/watch/any_watch.hpp"
+#include "qdot/integrate/watch/driven_form.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
 
 namespace qdot::program {
@@ -22,7 +22,7 @@ struct FirstOrderModel {
   static constexpr int size_at_compile_time = Dynamic;
   std::shared_ptr<const Model> model;
 
-  std::unique_ptr<qdot::detail::AnyWatch> watch(const Options& options) const { return model->watch(options); }
+  const qdot::detail::DrivenForm& driven() const { return *model; }
 
   Eigen::Index dof() const { return model->dof(); }
   Eigen::Index size() const { return model->size(); }
@@ -33,7 +33,6 @@ struct FirstOrderModel {
     model->jacobian(t, y, J);
   }
   std::string component_name(Eigen::Index i) const { return model->component_name(i); }
-  std::string what_is_not_finite(double t, const Eigen::VectorXd& y) const { return model->what_is_not_finite(t, y); }
 
   qdot::detail::TracedEquations<> equations() const {
     const auto traced = model->equations();

@@ -5,6 +5,7 @@
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/cvode.hpp"
+#include "qdot/integrate/event.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 
@@ -62,6 +63,21 @@ TEST_CASE("output between steps lies on the constraints too") {
     CHECK(std::abs(y.head<2>().squaredNorm() - 1.0) <= position_rounding);
     CHECK(std::abs(y.head<2>().dot(y.tail<2>())) <= velocity_rounding);
   }
+}
+
+TEST_CASE("of a kick that an event gives, constraints leave what they allow: the part along the circle") {
+  const auto kicked = qdot::event("bottom", [](const auto& q) { return q[0]; }).then([](qdot::State<2>& s) {
+    s.qdot[0] *= 0.5;
+    s.qdot[1] += 1.0;  // along the rod
+  });
+  const auto run = qdot::simulate(pendulum, released, 0.3 * period, qdot::Dop853{}, {.rtol = 1e-11, .atol = 1e-12}, kicked);
+  REQUIRE(run.completed());
+  REQUIRE(run.events.size() == 1);
+  CHECK(std::abs(run.events[0].t - 0.25 * period) < 1e-9);
+  const auto after = run.trajectory.at(run.events[0].t);
+  const double speed = std::sqrt(2 * 9.81 * (1.0 - std::cos(1.0)));  // at the bottom, of the energy
+  CHECK(std::abs(after.qdot[0] + 0.5 * speed) < 1e-9);
+  CHECK(std::abs(after.q.dot(after.qdot)) <= velocity_rounding);
 }
 
 TEST_CASE("backward in time the pendulum retraces its way") {

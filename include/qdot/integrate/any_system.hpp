@@ -29,7 +29,6 @@
 #include "qdot/effects/projection_report.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/run.hpp"
-#include "qdot/integrate/watch/any_watch.hpp"
 #include "qdot/integrate/watch/driven_form_of.hpp"
 #include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
@@ -143,10 +142,8 @@ class AnySystem {
   void renew() {
     if (auto fresh = hidden_->renewed()) hidden_ = std::move(fresh);
   }
-  /// What is not finite at a state: T, V or a derivative of theirs, in words; empty where it is none of these.
-  std::string what_is_not_finite(double t, const Eigen::VectorXd& y) const { return hidden_->what_is_not_finite(t, y); }
-  /// What looks at M, the constraints and the time while a run goes on; the system outlives it.
-  std::unique_ptr<detail::AnyWatch> watch(const Options& options) const { return hidden_->watch(options); }
+  /// What a run asks; this object outlives it.
+  const detail::DrivenForm& driven() const noexcept { return *hidden_; }
 
  private:
   template <int n>

@@ -72,7 +72,7 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   const detail::Onlooker onlooker{&show, [](void* shown, const StepView& step) { return (*static_cast<decltype(show)*>(shown))(step); }};
   const detail::Budget budget(options);  // begins before the stepper's own, which is made here
   constexpr int n = detail::dof_at_compile_time<Form>();
-  const detail::DrivenFormOf<detail::DrivenForm, const Form&> driven(form);
+  const auto& driven = detail::driven_form(form);
   Run<> run;
   detail::drive<has_events || SwitchingSystem<Form>, is_observed>(run, driven, any_stepper(method, form, options), options, budget, onlooker,
                                                                   detail::listed_events<n>(events), start.t, y0, t_end);

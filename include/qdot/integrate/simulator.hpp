@@ -95,7 +95,7 @@ class EngineOf final : public Engine {
   template <class System, class Start>
   EngineOf(const System& system, const Start& start, Method method, const Options& options, EventList<Events...> events)
       : form_(first_order_form(system)), method_(std::move(method)), options_(checked(options, form_.size())), events_(std::move(events)),
-        driven_(form_), driver_(run_, driven_, any_stepper(method_, form_, unlimited(options_)), options_, Budget(options_), Onlooker{},
+        driven_(driven_form(form_)), driver_(run_, driven_, any_stepper(method_, form_, unlimited(options_)), options_, Budget(options_), Onlooker{},
                                 listed_events<dof_at_compile_time<Form>()>(events_)) {
     t = start.t;
     y = packed(form_, start);
@@ -160,7 +160,7 @@ class EngineOf final : public Engine {
   Method method_;
   Options options_;
   EventList<Events...> events_;
-  DrivenFormOf<DrivenForm, const Form&> driven_;
+  decltype(driven_form(std::declval<const Form&>())) driven_;
   Run<> run_;
   Driver<(sizeof...(Events) > 0) || SwitchingSystem<Form>, false> driver_;
 };

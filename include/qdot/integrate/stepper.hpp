@@ -27,6 +27,7 @@
 //                   Allocates nothing. Returns false
 //                   if no step could be taken: t(), y() are then those of the last good step, and
 //                   failure() says why. Exceptions of the user's functors leave it as they are.
+//   y()             shows the state that the stepper keeps, not a copy: the loop looks at it after every step.
 //   polynomial()    the last step's dense output, valid between t_previous() and t(), until
 //                   the next step or reset. Its value at t() is y() up to rounding.
 //   statistics()    counts since construction; reset() does not clear them.

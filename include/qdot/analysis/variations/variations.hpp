@@ -25,6 +25,7 @@
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
+#include "qdot/integrate/watch/driven_form_of.hpp"
 
 namespace qdot::detail {
 
@@ -217,10 +218,7 @@ class Variations final : public VariationalEquations {
     return p == 0.0 ? 1.0 : p;
   }
   void renew() override { model_.renew(); }
-  std::unique_ptr<AnyWatch> watch(const Options& options) const override {
-    if constexpr (requires { form().watch(options); }) return form().watch(options);
-    else return std::make_unique<WatchOf<Form>>(form(), options);
-  }
+  std::unique_ptr<AnyWatch> watch(const Options& options) const override { return watch_of(form(), options); }
 
   // Guard k of a scene that switches.
   Surface guard_surface(Eigen::Index k) const {

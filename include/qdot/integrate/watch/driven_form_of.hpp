@@ -6,8 +6,8 @@
 // Who has more to ask of a form without its type derives an interface of their own from DrivenForm, and a class that answers from
 // DrivenFormOf of it: AnySystem does, and the program of the command line.
 //
-// A form that hides another one's type, because its methods are to be compiled once for many systems as well, has watch(options), which gives the
-// watchdog of the form behind it.
+// A form that hides another one's type, because its methods are to be compiled once for many systems as well, has driven(), what stands behind it; or,
+// where it is more than that, watch(options), which gives the watchdog of the form behind it.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -50,7 +50,15 @@ std::string non_finite_energy(const F& system, double t, const Eigen::VectorXd& 
   return (void)system, (void)t, (void)y, std::string();
 }
 
-/// The same of a form; Face is DrivenForm or derived from it, Held the form or a reference to it.
+// The watchdog of a form, whatever hides it.
+template <class Form>
+std::unique_ptr<AnyWatch> watch_of(const Form& form, const Options& options) {
+  if constexpr (requires { form.watch(options); }) return form.watch(options);
+  else if constexpr (requires { form.driven(); }) return form.driven().watch(options);
+  else return std::make_unique<WatchOf<Form>>(form, options);
+}
+
+/// What a run asks, of a form; Face is DrivenForm or derived from it, Held the form or a reference to it.
 template <class Face, class Held>
 class SmoothFormOf : public Face {
  protected:
@@ -63,14 +71,8 @@ class SmoothFormOf : public Face {
   Eigen::Index size() const override { return form_.size(); }
   void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const override { form_.derivative(t, y, ydot); }
   std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
-  std::unique_ptr<AnyWatch> watch(const Options& options) const override {
-    if constexpr (requires { form_.watch(options); }) return form_.watch(options);
-    else return std::make_unique<WatchOf<Form>>(form_, options);
-  }
-  std::string what_is_not_finite(double t, const Eigen::VectorXd& y) const override {
-    if constexpr (requires { form_.what_is_not_finite(t, y); }) return form_.what_is_not_finite(t, y);
-    else return non_finite_energy(form_, t, y);
-  }
+  std::unique_ptr<AnyWatch> watch(const Options& options) const override { return watch_of(form_, options); }
+  std::string what_is_not_finite(double t, const Eigen::VectorXd& y) const override { return non_finite_energy(form_, t, y); }
   bool is_constrained() const override {
     if constexpr (requires { form_.is_constrained(); }) return form_.is_constrained();
     else return ProjectableSystem<Form>;
@@ -108,5 +110,12 @@ class SwitchingFormOf : public SmoothFormOf<Face, Held> {
 
 template <class Face, class Held>
 using DrivenFormOf = std::conditional_t<SwitchingSystem<std::remove_cvref_t<Held>>, SwitchingFormOf<Face, Held>, SmoothFormOf<Face, Held>>;
+
+// A form as its run sees it, as long as the form lives.
+template <class Form>
+decltype(auto) driven_form(const Form& form) {
+  if constexpr (requires { form.driven(); }) return (form.driven());
+  else return DrivenFormOf<DrivenForm, const Form&>(form);
+}
 
 }  // namespace qdot::detail
