@@ -103,19 +103,19 @@ constexpr MotionPlan<n> plan_of_energies() {
   return {m, sweep};
 }
 
-// Whether the compiler can make it: one that takes no function of <cmath> for constant expressions may stop at a power of a constant.
+// A compiler that takes no function of <cmath> for constant expressions may stop at a power of a constant. It is asked once, as in mechanics/derive/closed_form.hpp.
+template <int n, class W, MotionPlan<n> plan = plan_of_energies<n, W>()>
+consteval MotionPlan<n> plan_where_possible(int) {
+  return plan;
+}
 template <int n, class W>
-concept CanBePlanned = requires { typename std::bool_constant<((void)plan_of_energies<n, W>(), true)>; };
+consteval MotionPlan<n> plan_where_possible(long) {
+  return MotionPlan<n>();
+}
 
 /// The plan of all objects of the written-out energies W; empty where there is none.
 template <int n, class W>
-inline constexpr MotionPlan<n> motion_plan = [] {
-  if constexpr (CanBePlanned<n, W>) {
-    return plan_of_energies<n, W>();
-  } else {
-    return MotionPlan<n>();
-  }
-}();
+inline constexpr MotionPlan<n> motion_plan = plan_where_possible<n, W>(0);
 
 template <int n, class W>
 struct PlannedMotion {

@@ -202,17 +202,18 @@ constexpr Draft<ClosedForm<room>> closed_form_draft() {
 // A compiler that derives first to count and then to write works twice: it writes into a table that has room for almost every form.
 inline constexpr ClosedFormExtent closed_form_room{.lines = 800, .coefficients = 400, .eliminated = 32, .factors = 400, .kept = 32};
 
-// Whether the compiler can be asked at all: it stops after a number of operations.
+// A compiler stops after a number of operations, so it may not be able to derive at all. It is asked once: what it derived is a template's argument, or there is
+// no such template.
+template <class Way, Draft<ClosedForm<closed_form_room>> draft = closed_form_draft<Way, closed_form_room>()>
+consteval Draft<ClosedForm<closed_form_room>> draft_where_derivable(int) {
+  return draft;
+}
 template <class Way>
-concept Derivable = requires { typename std::bool_constant<closed_form_draft<Way, closed_form_room>().extent.exists>; };
+consteval Draft<ClosedForm<closed_form_room>> draft_where_derivable(long) {
+  return {};
+}
 template <class Way>
-inline constexpr Draft<ClosedForm<closed_form_room>> draft_of_way = [] {
-  if constexpr (Derivable<Way>) {
-    return closed_form_draft<Way, closed_form_room>();
-  } else {
-    return Draft<ClosedForm<closed_form_room>>{};
-  }
-}();
+inline constexpr Draft<ClosedForm<closed_form_room>> draft_of_way = draft_where_derivable<Way>(0);
 
 template <class T, std::size_t room, std::size_t count>
 constexpr void copy_front(const T (&from)[room], T (&to)[count]) {

@@ -79,11 +79,19 @@ constexpr Draft<ClosedJacobian<n, room>> closed_jacobian_draft() {
 
 inline constexpr ClosedJacobianExtent closed_jacobian_room{.lines = 2000, .coefficients = 800};
 
+template <int n>
+using JacobianDraft = Draft<ClosedJacobian<n, closed_jacobian_room>>;
+template <int n, class Energies, JacobianDraft<n> draft = closed_jacobian_draft<n, Energies, closed_jacobian_room>()>
+consteval JacobianDraft<n> jacobian_draft_where_derivable(int) {
+  return draft;
+}
 template <int n, class Energies>
-concept JacobianDerivable = requires { typename std::bool_constant<closed_jacobian_draft<n, Energies, closed_jacobian_room>().extent.exists>; };
+consteval JacobianDraft<n> jacobian_draft_where_derivable(long) {
+  return {};
+}
 
 template <int n, class Energies, ClosedJacobianExtent extent>
-constexpr ClosedJacobian<n, extent> closed_jacobian_of(const Draft<ClosedJacobian<n, closed_jacobian_room>>& draft) {
+constexpr ClosedJacobian<n, extent> closed_jacobian_of(const JacobianDraft<n>& draft) {
   if constexpr (extent.fits_in(closed_jacobian_room)) {
     ClosedJacobian<n, extent> form;
     copy_front(draft.form.line, form.line);
@@ -100,11 +108,9 @@ constexpr ClosedJacobian<n, extent> closed_jacobian_of(const Draft<ClosedJacobia
 /// The Jacobian's form of the energies of a closed form; `exists` is false where there is none.
 template <int n, class Energies>
 class ClosedJacobianOf {
-  static constexpr Draft<ClosedJacobian<n, closed_jacobian_room>> draft = [] {
-    if constexpr (n >= 1 && n <= by_terms_limit) {
-      if constexpr (JacobianDerivable<n, Energies>) return closed_jacobian_draft<n, Energies, closed_jacobian_room>();
-    }
-    return Draft<ClosedJacobian<n, closed_jacobian_room>>{};
+  static constexpr JacobianDraft<n> draft = [] {
+    if constexpr (n >= 1 && n <= by_terms_limit) return jacobian_draft_where_derivable<n, Energies>(0);
+    else return JacobianDraft<n>{};
   }();
 
  public:
