@@ -33,6 +33,8 @@ namespace detail {
 
 template <class F>
 struct DerivativeOf {};  // the tag of one function's perturbations
+template <class Tag>
+struct SecondSlope {};   // and of those of its gradient
 
 // A function of the library's own whose perturbations bear the tag of its kind, so that duals are of as many types as there are kinds, and not
 // as there are users' functors, for all of which the compiler would write the same arithmetic. What is differentiated inside is nested
@@ -158,7 +160,8 @@ auto jacobian(F&& f, const Eigen::MatrixBase<Derived>& x) {
 /// ∂²f/∂x∂x, n×n and symmetric, of a generic scalar function f: the Jacobian of the gradient.
 template <class F, class Derived>
 auto hessian(F&& f, const Eigen::MatrixBase<Derived>& x) {
-  return jacobian([&f](const auto& y) { return gradient(f, y); }, x);
+  using Tag = detail::SecondSlope<typename detail::tag_of<std::remove_cvref_t<F>>::type>;
+  return jacobian(detail::marked<Tag>([&f](const auto& y) { return gradient(f, y); }), x);
 }
 
 /// df/ds of a function of one number: a scalar for a scalar f, an Eigen object for an Eigen f.

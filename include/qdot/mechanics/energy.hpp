@@ -70,6 +70,10 @@ auto lagrangian_gradient(const System<E, n, I>& system, const Eigen::MatrixBase<
   return detail::lagrangian_gradient<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
 }
 
+namespace detail {
+struct SlopeByVelocity {};  // the tag of perturbations of q̇
+}  // namespace detail
+
 /// p = ∂L/∂q̇ at a state, n entries.
 template <class E, int n, Inertia I, class Q, class Qdot>
 auto conjugate_momenta(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q,
@@ -77,10 +81,10 @@ auto conjugate_momenta(const System<E, n, I>& system, const Eigen::MatrixBase<Q>
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, qdot);
   const Vector<S, n> at = q;
-  return gradient([&](const auto& v) {
+  return gradient(detail::marked<detail::SlopeByVelocity>([&](const auto& v) {
     using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
     return detail::kinetic<n>(system.energies(), Vector<D, n>(at.template cast<D>()), v, D(t));
-  }, Vector<S, n>(qdot));
+  }), Vector<S, n>(qdot));
 }
 
 /// h = q̇·p − L, Jacobi's energy function: constant on a motion of an autonomous system; one evaluation of T along q̇, of which q̇·p is the slope, and one of V.

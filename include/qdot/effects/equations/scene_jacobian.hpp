@@ -226,7 +226,7 @@ class SceneJacobian {
       tape.sweep(sum_of(u), adjoint);
       return Eigen::Map<const Vector<D, n>>(adjoint.data(), v.size());
     } else {
-      return gradient([&](const auto& u) { return sum_of(u); }, v);
+      return gradient(marked<SlopeOfRows>(sum_of), v);
     }
   }
 
