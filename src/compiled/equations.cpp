@@ -6,6 +6,7 @@
 #include <qdot/ad/formula/lines.hpp>
 #include <qdot/ad/formula/recording.hpp>
 #include <qdot/ad/series/sweep.hpp>
+#include <qdot/effects/impact.hpp>
 #include <qdot/integrate/automatic.hpp>
 #include <qdot/integrate/driver/driver.hpp>
 #include <qdot/integrate/driver/ending.hpp>
@@ -61,6 +62,7 @@ template void add_forces<double>(RecordedMotion&, std::size_t);
 template void throw_not_finite<double>(const std::string&, double);
 template void throw_derivative_not_finite<double>(const std::string&, const std::string&, double);
 template void throw_mass_matrix_error<double>(Eigen::MatrixXd, double, const std::vector<std::string>&);
+template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&, const Eigen::VectorXd&);
 template struct Derivation<double>;
 template void TracedEquations<double>::derive(bool, const std::vector<char>&);
 template TracedEquations<double>::Slopes TracedEquations<double>::slopes();

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What headers leave to the library qdot::compiled is what src/compiled/ has, and nothing else."""
+"""What headers leave to the libraries qdot::compiled and qdot::compiled_analysis is what src/compiled/ has for them, and nothing else."""
 import pathlib
 import re
 import sys
@@ -23,18 +23,24 @@ def instantiations(text, keyword):
     return found
 
 
-declared = set()
-for header in (root / "include").rglob("*.hpp"):
-    for block in re.finditer(r"(?s)#ifdef QDOT_COMPILED\n(.*?)#endif", text := header.read_text()):
-        here = instantiations(text[: block.end()], "extern ")
-        if not here:
-            sys.exit(f"{header.relative_to(root)}: nothing between #ifdef QDOT_COMPILED and #endif is an extern template")
-        declared |= here
-defined = set()
-for source in (root / "src/compiled").glob("*.cpp"):
-    defined |= instantiations(source.read_text(), "")
-for what, missing in (("src/compiled/ lacks", declared - defined), ("no header leaves to the library", defined - declared)):
-    for namespace, declaration in sorted(missing):
-        print(f"{what}: namespace {namespace}: {declaration}")
-print(f"{len(declared)} of them")
-sys.exit(0 if declared and declared == defined else 1)
+trouble, count = False, 0
+for macro, sources in (("QDOT_COMPILED", ("equations", "cvode")), ("QDOT_COMPILED_ANALYSIS", ("analysis",))):
+    declared = set()
+    for header in (root / "include").rglob("*.hpp"):
+        text = header.read_text()
+        others = re.sub(r"(?s)#ifdef QDOT_COMPILED\w*\n(.*?)#endif", lambda m: m[0] if m[0].startswith(f"#ifdef {macro}\n") else "", text)
+        for block in re.finditer(rf"(?s)#ifdef {macro}\n(.*?)#endif", others):
+            here = instantiations(others[: block.end()], "extern ")
+            if not here:
+                sys.exit(f"{header.relative_to(root)}: nothing between #ifdef {macro} and #endif is an extern template")
+            declared |= here
+    defined = set()
+    for source in sources:
+        defined |= instantiations((root / f"src/compiled/{source}.cpp").read_text(), "")
+    for what, missing in ((f"src/compiled/{'|'.join(sources)}.cpp lacks", declared - defined), (f"no header leaves it to the library ({macro})", defined - declared)):
+        for namespace, declaration in sorted(missing):
+            print(f"{what}: namespace {namespace}: {declaration}")
+    trouble = trouble or not declared or declared != defined
+    count += len(declared)
+print(f"{count} of them")
+sys.exit(1 if trouble else 0)

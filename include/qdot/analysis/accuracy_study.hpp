@@ -134,7 +134,8 @@ inline double thread_cpu_seconds() {
 }
 
 // Fills in counts and times of repeated runs.
-inline void time_runs(Measurement& m, const std::function<RunCounts()>& run, double seconds) {
+template <class = void>  // compiled only where it is called
+void time_runs(Measurement& m, const std::function<RunCounts()>& run, double seconds) {
   constexpr double shortest = 5e-5;  // the clock costs a microsecond
   constexpr std::size_t least = 5, most = 101;
   double began = thread_cpu_seconds();
@@ -157,7 +158,8 @@ inline void time_runs(Measurement& m, const std::function<RunCounts()>& run, dou
   m.cpu_median = times.size() % 2 == 1 ? times[times.size() / 2] : 0.5 * (times[times.size() / 2 - 1] + times[times.size() / 2]);
 }
 
-inline Measurement measurement(const AccuracyStudy& study, const Contender& contender, double setting, double seconds,
+template <class = void>  // compiled only where it is called
+Measurement measurement(const AccuracyStudy& study, const Contender& contender, double setting, double seconds,
                                const EnergyFunctions& energies) {
   Measurement m;
   try {
@@ -192,7 +194,8 @@ inline Measurement measurement(const AccuracyStudy& study, const Contender& cont
 }
 
 // Numbers of steps between two output times: from about one radian a step, each √2 times more.
-inline std::vector<long> step_counts(const ReferenceMotion& reference, double spacing) {
+template <class = void>  // compiled only where it is called
+std::vector<long> step_counts(const ReferenceMotion& reference, double spacing) {
   double fastest = 0.0;
   for (Eigen::Index i = 0; i < reference.scale.size(); ++i) fastest = std::max(fastest, reference.rate[i] / reference.scale[i]);
   std::vector<long> counts;
@@ -210,7 +213,8 @@ inline std::vector<long> step_counts(const ReferenceMotion& reference, double sp
 /// @param t0        start of the motion; the output times are those of the reference
 /// @param contenders  by_tolerance(), by_step(), or hand-made
 /// @param progress  called before each measurement with the method and its setting; may be empty
-inline AccuracyStudy accuracy_study(ReferenceMotion reference, double t0, const std::vector<Contender>& contenders,
+template <class = void>  // compiled only where it is called
+AccuracyStudy accuracy_study(ReferenceMotion reference, double t0, const std::vector<Contender>& contenders,
                                     const EnergyFunctions& energies, const StudyOptions& options = {},
                                     const std::function<void(const std::string&, double)>& progress = {}) {
   AccuracyStudy study;

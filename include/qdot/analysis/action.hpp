@@ -72,7 +72,8 @@ State<n> state_on_path(const Path& path, double t, Eigen::Index dof) {
     throw_invalid_value({who, ": the end must be later than the start, but they are t = ", t_a, " and ", t_b, "; give them in order"});
 }
 
-inline Action action_of(const std::function<double(double)>& L, double t_a, double t_b, const ActionOptions& options) {
+template <class = void>  // compiled only where it is called
+Action action_of(const std::function<double(double)>& L, double t_a, double t_b, const ActionOptions& options) {
   require_duration("action", t_a, t_b);
   const Integral S = integral_of(L, t_a, t_b, options.tolerance, options.most_evaluations);
   if (!std::isfinite(S.value))

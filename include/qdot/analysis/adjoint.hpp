@@ -122,10 +122,11 @@ Term term_of(const G& g, Eigen::Index dof, const Eigen::VectorXd& p) {
 //
 // @param end   the surface of an event that stopped the run, or nothing
 // @param late  ∂t₀/∂p
-inline void gather(VariationalEquations& equations, const JumpRecorder& recorder, const Eigen::MatrixXd& Phi, const Eigen::VectorXd& late,
+template <class = void>  // compiled only where it is called
+void gather(VariationalEquations& equations, const JumpRecorder<>& recorder, const Eigen::MatrixXd& Phi, const Eigen::VectorXd& late,
                    const NamedSurface* end, const Term& g, const Term& h, double rtol, FunctionalGradient& result) {
   const Run<Dynamic>& run = result.run;
-  AdjointEquations adjoint(equations, run.trajectory, g, rtol);
+  AdjointEquations<> adjoint(equations, run.trajectory, g, rtol);
   const std::vector<Eigen::Index>& entries = equations.start_entries();
   const auto starts = static_cast<Eigen::Index>(entries.size());
   TermAt last;
@@ -172,7 +173,7 @@ auto functional_gradient_of(Model model, const Start& start, const List& list, d
   Eigen::VectorXd late = Eigen::VectorXd::Zero(p.size());
   for (Eigen::Index j = 0; j < late.size(); ++j)
     if (const Eigen::VectorXd slope = slope_of_start(equations.model(), j); slope.size() > 0) late[j] = slope[size];
-  JumpRecorder recorder(equations);
+  JumpRecorder<> recorder(equations);
   VariationalForm<changes_of<Model>> form(recorder);
   const auto erased = erased_events(list, equations, recorder);
   const std::vector<NamedSurface> surfaces = surfaces_of(list, equations);

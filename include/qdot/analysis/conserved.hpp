@@ -73,6 +73,7 @@ struct ConservedQuantities {
 
 namespace detail {
 
+template <class = void>  // compiled only where it is made
 class ConservedSearch {
  public:
   explicit ConservedSearch(RecordedScene scene) : scene_(std::move(scene)), graph_(scene_.motion.recording.graph) {
@@ -233,6 +234,15 @@ class ConservedSearch {
   int L_ = -1;
 };
 
+template <class = void>  // compiled only where it is called
+ConservedQuantities quantities_of(RecordedScene scene) {
+  return ConservedSearch(std::move(scene)).quantities();
+}
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template ConservedQuantities quantities_of<void>(RecordedScene);
+#endif
+
 }  // namespace detail
 
 /// Which momenta are conserved, whether h = q̇·p − L is, and whether it is the energy T + V; with the reasons.
@@ -245,7 +255,7 @@ class ConservedSearch {
 /// @param model  a system or scene
 template <class Model>
 ConservedQuantities conserved_quantities(const Model& model) {
-  return detail::ConservedSearch(detail::recorded_scene(scene(model))).quantities();
+  return detail::quantities_of(detail::recorded_scene(scene(model)));
 }
 
 }  // namespace qdot

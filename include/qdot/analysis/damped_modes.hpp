@@ -174,4 +174,9 @@ Eigen::MatrixXcd frequency_response(const L& linear, double omega) {
   return through + complex(linear.D);
 }
 
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template DampedModes damped_modes<Linearization>(const Linearization&);
+extern template Eigen::MatrixXcd frequency_response<Linearization>(const Linearization&, double);
+#endif
+
 }  // namespace qdot

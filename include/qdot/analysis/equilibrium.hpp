@@ -34,18 +34,20 @@ namespace qdot {
 
 namespace detail {
 
+struct SlopeAtRest {};  // the tag of perturbations of q at rest
+
 // U(q) = −L(q, 0).
 template <class Sys>
 auto energy_at_rest(const Sys& system) {
   static_assert(Sys::autonomous,
                 "qdot: an equilibrium needs energies that do not mention the time; fix t in T and V, or write them "
                 "in coordinates that move along");
-  return [&system](const auto& q) {
+  return marked<SlopeAtRest>([&system](const auto& q) {
     using Position = std::decay_t<decltype(q)>;
     using S = typename Position::Scalar;
     const Vector<S, Position::RowsAtCompileTime> rest = Vector<S, Position::RowsAtCompileTime>::Zero(q.size());
     return S(-lagrangian(system, q, rest));
-  };
+  });
 }
 
 // The shortest x with K x = −slope, or with the least residual; the two arguments are of run-time size so that all
@@ -54,6 +56,10 @@ template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>  /
 VectorXd newton_step(const std::type_identity_t<MatrixXd>& K, const std::type_identity_t<VectorXd>& slope) {
   return -Eigen::CompleteOrthogonalDecomposition<MatrixXd>(K).solve(slope);
 }
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template Eigen::VectorXd newton_step<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, const Eigen::VectorXd&);
+#endif
 
 // The largest |step_i| / max(1, |q_i|).
 template <class VectorXd = Eigen::VectorXd>

@@ -88,6 +88,7 @@ struct BranchOptions {
 
 namespace detail {
 
+template <class Curve = SteadyCurve<>>  // compiled only where it is made
 class BranchSearch {
   static constexpr const char* who = "equilibrium_branches";
 
@@ -277,7 +278,7 @@ class BranchSearch {
       if ((known - at.X).norm() < same) return;
     if (begin.from && (begin.start.X - at.X).norm() < same) return;
     crossings_.push_back(at.X);
-    const Eigen::MatrixXd others = SteadyCurve::crossing_directions(at);
+    const Eigen::MatrixXd others = Curve::crossing_directions(at);
     for (Eigen::Index k = 0; k < others.cols(); ++k) {
       Eigen::Index largest = 0;
       for (Eigen::Index i = 0; i < others.rows(); ++i)
@@ -291,7 +292,7 @@ class BranchSearch {
   }
 
   BranchOptions options_;
-  std::optional<SteadyCurve> curve_;
+  std::optional<Curve> curve_;
   double low_ = 0.0, high_ = 0.0;
   mutable std::string trouble_;  // the last error on the way
   Eigen::Index dof_ = 0;
@@ -299,6 +300,15 @@ class BranchSearch {
   std::vector<Waiting> waiting_;
   std::vector<Eigen::VectorXd> crossings_;
 };
+
+template <class = void>  // compiled only where it is called
+std::vector<EquilibriumBranch> branches_from(const FlowAt& flow_at, const Eigen::VectorXd& q, double from, double to, const BranchOptions& options) {
+  return BranchSearch(flow_at, q, from, to, options).branches();
+}
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template std::vector<EquilibriumBranch> branches_from<void>(const FlowAt&, const Eigen::VectorXd&, double, double, const BranchOptions&);
+#endif
 
 }  // namespace detail
 
@@ -316,7 +326,7 @@ template <class Family>
   requires std::is_invocable_v<const Family&, double>
 std::vector<EquilibriumBranch> equilibrium_branches(const Family& family, const Eigen::VectorXd& q, double from, double to, const BranchOptions& options = {}) {
   const detail::FlowAt flow_at = [&family](double p) { return detail::owned_flow(scene(family(p))); };
-  return detail::BranchSearch(flow_at, q, from, to, options).branches();
+  return detail::branches_from(flow_at, q, from, to, options);
 }
 
 }  // namespace qdot

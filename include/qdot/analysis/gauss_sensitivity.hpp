@@ -44,7 +44,7 @@ class GaussStepper<detail::VariationalForm<changes>> {
   GaussStepper(const detail::VariationalForm<changes>& form, int stages, double step, const Options& options)
       : form_(form), recorded_(form.equations()), motion_(recorded_, stages, step, of_motion(form, options)), n_(form.dof()),
         columns_(form.equations().columns()) {
-    const detail::RecordedMechanics& mechanics = recorded_.mechanics();
+    const detail::RecordedMechanics<>& mechanics = recorded_.mechanics();
     slopes_.assign(static_cast<std::size_t>(stages) + 1, Eigen::MatrixXd(2 * n_, 2 * n_ + mechanics.parameters()));
     dq_.setZero(n_, columns_);
     dp_ = dq_;
@@ -206,8 +206,8 @@ class GaussStepper<detail::VariationalForm<changes>> {
   }
 
   detail::VariationalForm<changes> form_;
-  detail::RecordedForm recorded_;
-  GaussStepper<detail::RecordedForm> motion_;
+  detail::RecordedForm<> recorded_;
+  GaussStepper<detail::RecordedForm<>> motion_;
   Index n_, columns_;
   std::vector<Eigen::MatrixXd> slopes_;  // at the stages, and at the end
   Eigen::MatrixXd dq_, dp_, A_, dV_, dQ_, dense_;

@@ -60,6 +60,8 @@ struct Linearization {
 
 namespace detail {
 
+struct SlopeOfOutput {};  // the tag of perturbations of what an output reads
+
 template <class F>
 void require_on_constraints(const F& flow, double t, const Eigen::VectorXd& y, const ConstraintsAt& rows) {
   const Eigen::Index n = flow.dof();
@@ -140,6 +142,10 @@ Linearization linearized(const F& flow, double t, const Eigen::VectorXd& y) {
   return result;
 }
 
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template Linearization linearized<Flow>(const Flow&, double, const Eigen::VectorXd&);
+#endif
+
 template <class Sc>
 Linearization linearization_of(const Sc& scene, double t, const Eigen::Ref<const Eigen::VectorXd>& q,
                                const Eigen::Ref<const Eigen::VectorXd>& qdot, const EffectStates<Sc>& z) {
@@ -194,7 +200,7 @@ Linearization observed(Linearization linear, const Output& g) {
   Eigen::VectorXd all(2 * n + inputs);
   all << linear.q, linear.qdot, linear.u;
   const Eigen::MatrixXd slopes = jacobian(
-      [&](const auto& x) {
+      detail::marked<detail::SlopeOfOutput>([&](const auto& x) {
         using S = typename std::remove_cvref_t<decltype(x)>::Scalar;
         const Vector<S, Dynamic> q = x.head(n), qdot = x.segment(n, n), u = x.tail(inputs);
         if constexpr (std::is_invocable_v<const Output&, decltype(q), decltype(q), decltype(q)>) {
@@ -202,7 +208,7 @@ Linearization observed(Linearization linear, const Output& g) {
         } else {
           return detail::as_rows(g(q, qdot));
         }
-      },
+      }),
       all);
   linear.C = slopes.leftCols(2 * n) * linear.W;
   linear.D = slopes.rightCols(inputs);

@@ -65,6 +65,10 @@ Stretching stretching(const std::type_identity_t<MatrixXd>& Phi) {
   return {svd.singularValues(), svd.matrixV(), svd.matrixU()};
 }
 
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template Stretching stretching<Eigen::MatrixXd>(const Eigen::MatrixXd&);
+#endif
+
 /// How exponents are measured.
 struct LyapunovOptions {
   double interval = 1.0;            ///< between two orthonormalizations; halved where directions part too far for it
@@ -87,7 +91,8 @@ inline constexpr double parts_too_far = 1e8;
 
 inline constexpr int parts_of_time = 10;
 
-inline Eigen::VectorXd standard_errors(const LyapunovSpectrum& found, double begun) {
+template <class = void>  // compiled only where it is called
+Eigen::VectorXd standard_errors(const LyapunovSpectrum& found, double begun) {
   const Eigen::Index count = found.lambda.size();
   Eigen::VectorXd error = Eigen::VectorXd::Constant(count, std::numeric_limits<double>::infinity());
   if (found.times.size() < parts_of_time) return error;
@@ -170,6 +175,10 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
   result.standard_error = standard_errors(result, begun);
   return result;
 }
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template LyapunovSpectrum lyapunov_spectrum_of<Eigen::MatrixXd>(const FlowInPieces&, double, const Eigen::VectorXd&, double, const LyapunovOptions&);
+#endif
 
 }  // namespace detail
 

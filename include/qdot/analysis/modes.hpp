@@ -89,7 +89,7 @@ SmallMotion<n> small_motion(const Model& model, const Eigen::MatrixBase<Q>& q) {
     using Position = std::decay_t<decltype(x)>;
     return conjugate_momenta(system, x, Position::Zero(x.size()).eval());
   };
-  const Matrix<double, n> N = jacobian(momenta_at_rest, at);
+  const Matrix<double, n> N = jacobian(detail::marked<detail::SlopeAtRest>(momenta_at_rest), at);
   const SmallMotion<n> motion{mass_matrix(system, at, rest), N - N.transpose(), hessian(U, at)};
   detail::require_equilibrium(at, gradient(U, at), motion.K.cwiseAbs().maxCoeff());
   return motion;
@@ -135,6 +135,11 @@ Eigen::VectorXcd solved_exponents(const std::type_identity_t<MatrixXd>& K, const
   first_order.bottomRightCorner(size, size) = -factor.solve(G);
   return sorted_exponents(exponents_of(first_order).lambda);
 }
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template NormalModes<Dynamic> solved_modes<Eigen::MatrixXd>(const Eigen::MatrixXd&, const Eigen::MatrixXd&);
+extern template Eigen::VectorXcd solved_exponents<Eigen::MatrixXd>(const Eigen::MatrixXd&, const Eigen::MatrixXd&, const Eigen::MatrixXd&);
+#endif
 
 }  // namespace detail
 

@@ -135,7 +135,8 @@ std::vector<MeetingPoint> meeting_points(const Sys& system, const Sensitivities<
   }
 }
 
-inline void require_between(const BetweenOptions& options, double t_a, double t_b) {
+template <class = void>  // compiled only where it is called
+void require_between(const BetweenOptions& options, double t_a, double t_b) {
   require_duration("motion_between", t_a, t_b);
   if (options.legs < 1 || options.most_iterations < 1 || !(options.tolerance > 0.0))
     throw_invalid_value({"motion_between: legs and most_iterations must be at least 1, and the tolerance positive, but they are ", options.legs, ", ",
@@ -188,7 +189,7 @@ MotionBetween<n> motion_between(const System<E, n, Inertia::positive_definite>& 
     x << state.q, state.qdot;
     search.x.push_back(std::move(x));
   }
-  detail::BetweenEnd end = detail::BetweenNewton(std::move(search)).end();
+  detail::BetweenEnd end = detail::between_end(std::move(search));
 
   MotionBetween<n> result;
   result.outcome = end.outcome;

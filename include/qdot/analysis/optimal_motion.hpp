@@ -177,7 +177,8 @@ namespace detail {
                        known});
 }
 
-inline ControlTask control_task(const Controlled& of, double t_a, double t_b, const std::optional<EndTimes>& times, const Eigen::VectorXd& start,
+template <class = void>  // compiled only where it is called
+ControlTask control_task(const Controlled& of, double t_a, double t_b, const std::optional<EndTimes>& times, const Eigen::VectorXd& start,
                                 const Eigen::VectorXd& end, const std::vector<std::string>& free_at_end, const std::vector<Bound>& bounds,
                                 const OptimalOptions& options) {
   require_duration("optimal_motion", t_a, t_b);
@@ -229,7 +230,8 @@ inline ControlTask control_task(const Controlled& of, double t_a, double t_b, co
 }
 
 // @param on_path  x of the guess at a time
-inline ControlMesh control_guess(const ControlTask& task, double t_b, const OptimalOptions& options,
+template <class = void>  // compiled only where it is called
+ControlMesh control_guess(const ControlTask& task, double t_b, const OptimalOptions& options,
                                  const std::function<Eigen::VectorXd(double)>& on_path) {
   const Eigen::Index N = task.of->states(), m = task.of->inputs(), K = options.intervals;
   const GaussTable table(options.stages);
@@ -264,7 +266,7 @@ auto optimal_motion_of(const Sc& scene, const OptimalTask<Sc::dof_at_compile_tim
   const ControlTask erased = control_task(controlled, task.start.t, task.end.t, task.times, start, end, task.free_at_end, task.bounds, options);
   const double t_a = task.start.t, t_b = task.end.t;
   const auto straight = [&](double t) -> Eigen::VectorXd { return start + (t - t_a) / (t_b - t_a) * (end - start); };
-  OptimalSearchEnd found = OptimalSearch(erased, options, solved_by_ipopt).end(control_guess(erased, t_b, options, on_path ? on_path : straight));
+  OptimalSearchEnd found = OptimalSearch<>(erased, options, solved_by_ipopt<>).end(control_guess(erased, t_b, options, on_path ? on_path : straight));
   OptimalMotion<n> result;
   static_cast<OptimalEnd&>(result) = std::move(found);
   if (result.outcome != OptimalOutcome::solved && result.outcome != OptimalOutcome::not_accurate) result.legs.clear();

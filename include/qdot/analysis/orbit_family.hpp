@@ -117,7 +117,8 @@ struct OrbitFamily : OrbitsOfFamily {
 namespace detail {
 
 // The first orbit is sought with everything held; then all is free but what `held` says.
-inline OrbitsOfFamily family_from(const Shooting& of, Eigen::VectorXd X, const FamilyIn& in, Held held, const FamilyOptions& options) {
+template <class = void>  // compiled only where it is called
+OrbitsOfFamily family_from(const Shooting& of, Eigen::VectorXd X, const FamilyIn& in, Held held, const FamilyOptions& options) {
   constexpr const char* who = "family_of_orbits";
   constexpr double least_step = 1e-6, least_cosine = 0.9;
   using What = BranchQuantity::What;
@@ -233,6 +234,10 @@ inline OrbitsOfFamily family_from(const Shooting& of, Eigen::VectorXd X, const F
   }
   return ended(FamilyOutcome::most_orbits);
 }
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template OrbitsOfFamily family_from<void>(const Shooting&, Eigen::VectorXd, const FamilyIn&, Held, const FamilyOptions&);
+#endif
 
 }  // namespace detail
 

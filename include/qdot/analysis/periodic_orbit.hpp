@@ -77,7 +77,8 @@ struct OrbitOptions {
 namespace detail {
 
 // The equations of an orbit whose guess is X = [x; T; p], in units of the guess's motion.
-inline ClosingEquations closing_equations(const char* who, const Shooting& of, const Eigen::VectorXd& X, const Held& held, const OrbitOptions& options) {
+template <class = void>  // compiled only where it is called
+ClosingEquations closing_equations(const char* who, const Shooting& of, const Eigen::VectorXd& X, const Held& held, const OrbitOptions& options) {
   const Eigen::Index N = of.size();
   const double period = ClosingEquations::period(X), p = ClosingEquations::parameter(X);
   const Eigen::VectorXd x = X.head(N);
@@ -126,7 +127,8 @@ inline ClosingEquations closing_equations(const char* who, const Shooting& of, c
   return equations;
 }
 
-inline Orbit orbit_near(const Shooting& of, Eigen::VectorXd X, const Held& held, const OrbitOptions& options) {
+template <class = void>  // compiled only where it is called
+Orbit orbit_near(const Shooting& of, Eigen::VectorXd X, const Held& held, const OrbitOptions& options) {
   constexpr const char* who = "periodic_orbit_near";
   for (Eigen::Index i = 0; i < of.size(); ++i)
     if (!std::isfinite(X[i])) throw_invalid_value({who, ": the start must be finite, but ", of.name(i), " is not; give every entry a number"});
@@ -143,6 +145,10 @@ Eigen::VectorXd closing_guess(const System& system, const Start& start, double p
   X << start.q, start.qdot, period, p;
   return X;
 }
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template Orbit orbit_near<void>(const Shooting&, Eigen::VectorXd, const Held&, const OrbitOptions&);
+#endif
 
 }  // namespace detail
 

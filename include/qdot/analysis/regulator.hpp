@@ -212,4 +212,9 @@ Regulator regulator(const L& linear, const std::type_identity_t<MatrixXd>& Q, co
                               [&](Eigen::Index i) { return linear.states[static_cast<std::size_t>(i)]; });
 }
 
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template Regulator regulator<Eigen::MatrixXd>(const Eigen::MatrixXd&, const Eigen::MatrixXd&, const Eigen::MatrixXd&, const Eigen::MatrixXd&);
+extern template Regulator regulator<Linearization, Eigen::MatrixXd>(const Linearization&, const Eigen::MatrixXd&, const Eigen::MatrixXd&);
+#endif
+
 }  // namespace qdot

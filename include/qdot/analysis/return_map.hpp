@@ -82,7 +82,8 @@ struct ReturnMap {
 namespace detail {
 
 // Deviations τ_j, in columns, with τ_j = e_j among the given entries of [q; q̇] and normal to one or two slopes.
-inline Eigen::MatrixXd deviations_within(const std::vector<Eigen::Index>& entries, const Eigen::VectorXd& g, const Eigen::VectorXd& h) {
+template <class = void>  // compiled only where it is called
+Eigen::MatrixXd deviations_within(const std::vector<Eigen::Index>& entries, const Eigen::VectorXd& g, const Eigen::VectorXd& h) {
   const Eigen::Index size = g.size(), count = static_cast<Eigen::Index>(entries.size());
   std::vector<Eigen::Index> others;
   for (Eigen::Index i = 0; i < size; ++i)
@@ -108,7 +109,8 @@ inline Eigen::MatrixXd deviations_within(const std::vector<Eigen::Index>& entrie
   return tau;
 }
 
-inline Eigen::MatrixXd reduced(const Eigen::MatrixXd& derivative, Eigen::Index dof, const std::vector<Eigen::Index>& entries, const Eigen::VectorXd& g,
+template <class = void>  // compiled only where it is called
+Eigen::MatrixXd reduced(const Eigen::MatrixXd& derivative, Eigen::Index dof, const std::vector<Eigen::Index>& entries, const Eigen::VectorXd& g,
                                const Eigen::VectorXd& h, bool keeps_energy, bool is_constrained) {
   const Eigen::Index size = 2 * dof, count = static_cast<Eigen::Index>(entries.size());
   if (derivative.size() == 0) throw InvalidValue("the derivative of a return map is not there; look at its outcome and message");
@@ -127,7 +129,8 @@ inline Eigen::MatrixXd reduced(const Eigen::MatrixXd& derivative, Eigen::Index d
 }
 
 // ∂F/∂[q; q̇] at x, whose entries are of the sizes that those of two points have; empty where there is none.
-inline Eigen::VectorXd slope_of(const std::function<double(const Eigen::VectorXd& x)>& F, const Eigen::VectorXd& x, const Eigen::VectorXd& other) {
+template <class = void>  // compiled only where it is called
+Eigen::VectorXd slope_of(const std::function<double(const Eigen::VectorXd& x)>& F, const Eigen::VectorXd& x, const Eigen::VectorXd& other) {
   const Eigen::Index dof = x.size() / 2;
   Eigen::VectorXd slope(x.size());
   for (Eigen::Index i = 0; i < x.size(); ++i) {
@@ -143,6 +146,10 @@ inline Eigen::VectorXd slope_of(const std::function<double(const Eigen::VectorXd
   }
   return slope;
 }
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template Eigen::VectorXd slope_of<void>(const std::function<double(const Eigen::VectorXd&)>&, const Eigen::VectorXd&, const Eigen::VectorXd&);
+#endif
 
 }  // namespace detail
 

@@ -32,7 +32,8 @@ namespace qdot {
 namespace detail {
 
 // The second derivatives in a state [y; Φ; pairs].
-inline std::vector<Eigen::MatrixXd> second_derivatives_in(const Eigen::VectorXd& both, Eigen::Index size, Eigen::Index columns) {
+template <class = void>  // compiled only where it is called
+std::vector<Eigen::MatrixXd> second_derivatives_in(const Eigen::VectorXd& both, Eigen::Index size, Eigen::Index columns) {
   std::vector<Eigen::MatrixXd> second(static_cast<std::size_t>(size), Eigen::MatrixXd(columns, columns));
   Eigen::Index place = size * (1 + columns);
   for (Eigen::Index a = 0; a < columns; ++a)

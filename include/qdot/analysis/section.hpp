@@ -97,6 +97,7 @@ struct PoincareSection {
 namespace detail {
 
 // What an observer makes of the crossings that it is shown.
+template <class = void>  // compiled only where it is made
 class CrossingRecord {
  public:
   using Value = std::function<double(double t, const Eigen::Ref<const Eigen::VectorXd>& y)>;
@@ -202,9 +203,9 @@ auto poincare_section(const System& system, const Start& start, const Event<G, A
       detail::throw_invalid_value({"the surface of a section must have a name of its own, but another event is called '", surface.name, "', too; rename one"});
   }, others.list);
 
-  detail::CrossingRecord::Settle settle;
+  detail::CrossingRecord<>::Settle settle;
   if constexpr (ProjectableSystem<Form>) settle = [&form](double t, Eigen::VectorXd& y) { form.project(t, y); };
-  detail::CrossingRecord record(surface.name, count, start.t,
+  detail::CrossingRecord<> record(surface.name, count, start.t,
                                 [&](double t, const Eigen::Ref<const Eigen::VectorXd>& y) { return detail::event_value<n>(surface.g, t, y, dof); }, settle,
                                 [&](double t, const Eigen::VectorXd& y) { return detail::event_value<n>(where, t, y, dof) != 0.0; });
   options.keep_trajectory = false;

@@ -27,12 +27,12 @@ struct is_recordable<VariationalForm<changes>> : std::true_type {};
 
 /// The power series of a motion and of its derivatives.
 template <Changes changes>
-class LagrangeSeries<VariationalForm<changes>> : public VariationSeries {
+class LagrangeSeries<VariationalForm<changes>> : public VariationSeries<> {
  public:
   /// @throws NotAnalytic  T, V or a force compares values or has a kink
-  LagrangeSeries(const VariationalForm<changes>& form, int highest_order) : VariationSeries(form.equations(), highest_order) {}
+  LagrangeSeries(const VariationalForm<changes>& form, int highest_order) : VariationSeries<>(form.equations(), highest_order) {}
 
-  void renew(const VariationalForm<changes>&) { VariationSeries::renew(); }
+  void renew(const VariationalForm<changes>&) { VariationSeries<>::renew(); }
   bool is_of(const VariationalForm<changes>&) { return is_current(); }
 };
 
@@ -42,7 +42,7 @@ struct Preparation<Taylor, Model> {
   static void prepare(Variations<Model>& equations) {
     attach_recorder(equations);
     equations.pairs_at = [&equations](const std::string& name, double t, const Eigen::VectorXd& both) -> std::unique_ptr<PairsBehind> {
-      return std::make_unique<SecondSaltation>(equations, name, t, both);
+      return std::make_unique<SecondSaltation<>>(equations, name, t, both);
     };
   }
 };

@@ -147,6 +147,10 @@ VectorXd impulses(const std::type_identity_t<MatrixXd>& A, std::type_identity_t<
   return total + rest;
 }
 
+#ifdef QDOT_COMPILED
+extern template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&, const Eigen::VectorXd&);
+#endif
+
 }  // namespace detail
 
 /// The change of state of a system without constraints that hits one gap; for event(…).then(…).

@@ -131,6 +131,10 @@ ConstraintRank rank_of_rows(const std::type_identity_t<MatrixXd>& J, double tole
   return result;
 }
 
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template ConstraintRank rank_of_rows<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, double);
+#endif
+
 /// The constraints φ(x) = 0 at a configuration: how many there really are, and which repeat others.
 ///
 /// @param phi  generic function of x that returns the column of m residuals

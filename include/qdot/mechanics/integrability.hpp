@@ -131,6 +131,10 @@ Integrability frobenius_condition(const std::type_identity_t<VectorXd>& entries,
   return result;
 }
 
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template Integrability frobenius_condition<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::VectorXd&, const Eigen::MatrixXd&, const Eigen::VectorXd&, double);
+#endif
+
 struct SlopeOfVelocityRows {};  // the tag of its perturbations
 
 // The same for a functor A.

@@ -96,7 +96,8 @@ inline Facts run_facts(const ReportedRun& run, const ReportOptions& options) {
 }
 
 // Adds arrows of the forces at some points to the frames, all to one scale; the largest force is returned.
-inline double add_arrows(Animation& animation, const View& view, Eigen::Index dof, const std::function<Eigen::VectorXd(double)>& y_at, const std::vector<int>& at,
+template <class = void>  // compiled only where it is called
+double add_arrows(Animation& animation, const View& view, Eigen::Index dof, const std::function<Eigen::VectorXd(double)>& y_at, const std::vector<int>& at,
                          const std::function<Eigen::VectorXd(double, const Eigen::VectorXd&)>& force, double longest, int colour) {
   std::vector<std::vector<Point>> forces;
   constexpr double beyond = std::numeric_limits<double>::max();
@@ -156,7 +157,8 @@ inline void require_points(const char* what, const std::vector<int>& numbers, st
   }
 }
 
-inline Animation moving_picture(const ReportedRun& run, const ReportOptions& options, Facts& facts) {
+template <class = void>  // compiled only where it is called
+Animation moving_picture(const ReportedRun& run, const ReportOptions& options, Facts& facts) {
   const double from = run.table.columns[0].values.front(), to = run.table.columns[0].values.back();
   const auto dof = static_cast<Eigen::Index>(run.dof);
   Animation animation{.drawing = options.view.drawing, .time_unit = options.time_unit};
@@ -184,7 +186,8 @@ inline Animation moving_picture(const ReportedRun& run, const ReportOptions& opt
   return animation;
 }
 
-inline Page page_of(ReportedRun run, const ReportOptions& options) {
+template <class = void>  // compiled only where it is called
+Page page_of(ReportedRun run, const ReportOptions& options) {
   Table& table = run.table;
   if (!options.units.empty() && options.units.size() != run.dof)
     throw DimensionError("the list of the coordinates' units", static_cast<long>(run.dof), static_cast<long>(options.units.size()), "give one for each, or none");

@@ -60,6 +60,7 @@ struct CurvePoint {
   double crossing = 0.0;     // det [∂R; τ]
 };
 
+template <class = void>  // compiled only where it is made
 class SteadyCurve {
  public:
   SteadyCurve(FlowAt flow_at, double t, Eigen::VectorXd qdot, const Eigen::VectorXd& X, double range)

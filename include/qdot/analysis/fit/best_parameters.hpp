@@ -84,7 +84,8 @@ struct FitTask {
   double rtol = 0.0;
 };
 
-inline void require_fit(const FitTask& task) {
+template <class = void>  // compiled only where it is called
+void require_fit(const FitTask& task) {
   constexpr const char* who = "parameter_fit";
   const auto require = [](bool holds, std::initializer_list<Phrase> otherwise) {
     if (!holds) throw_invalid_value(otherwise);
@@ -130,6 +131,7 @@ inline void require_fit(const FitTask& task) {
 }
 
 // Residuals of all experiments, and their slopes.
+template <class = void>  // compiled only where it is made
 class FitResiduals {
  public:
   explicit FitResiduals(const FitTask& task) : task_(task) {
@@ -185,7 +187,8 @@ class FitResiduals {
 // What data leave open, in words: combinations as simple as they can be made, of which each begins with a change by 1.
 //
 // @param size  of each parameter
-inline std::string open_directions(Eigen::MatrixXd& open, const Eigen::VectorXd& size, const std::vector<std::string>& names) {
+template <class = void>  // compiled only where it is called
+std::string open_directions(Eigen::MatrixXd& open, const Eigen::VectorXd& size, const std::vector<std::string>& names) {
   constexpr double nothing = 1e-5, clearly = 1.001;
   std::string text;
   for (Eigen::Index i = 0; i < open.rows(); ++i) open.row(i) /= size[i];
@@ -211,7 +214,8 @@ inline std::string open_directions(Eigen::MatrixXd& open, const Eigen::VectorXd&
   return text;
 }
 
-inline ParameterFit best_parameters(const FitTask& task) {
+template <class = void>  // compiled only where it is called
+ParameterFit best_parameters(const FitTask& task) {
   require_fit(task);
   ParameterFit fit;
   std::vector<double> guesses, lowest, highest;
@@ -319,6 +323,10 @@ inline ParameterFit best_parameters(const FitTask& task) {
   if (!bounded.empty()) return says(FitOutcome::at_bound, {"the data would take ", bounded, " beyond the bound; what was found holds for the bound"});
   return says(FitOutcome::converged, {"nothing to do."});
 }
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template ParameterFit best_parameters<void>(const FitTask&);
+#endif
 
 }  // namespace detail
 }  // namespace qdot

@@ -49,6 +49,7 @@ struct LeastSquaresEnd {
   std::string trouble{};   // of the last point on the way that had no r
 };
 
+template <class = void>  // compiled only where it is made
 class BoundedLeastSquares {
  public:
   explicit BoundedLeastSquares(const LeastSquaresSearch& search) : search_(search) {}

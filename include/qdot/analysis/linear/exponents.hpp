@@ -176,4 +176,9 @@ Vector sorted_exponents(Vector lambda) {
   return lambda;
 }
 
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template Exponents exponents_of<Eigen::MatrixXd>(const Eigen::MatrixXd&);
+extern template bool any_drifts<Exponents>(const Exponents&);
+#endif
+
 }  // namespace qdot::detail

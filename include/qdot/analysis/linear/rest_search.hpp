@@ -182,4 +182,8 @@ Eigen::VectorXd steady_state_near(const F& flow, const SteadySearch& search, dou
   return y;
 }
 
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template Eigen::VectorXd steady_state_near<Flow>(const Flow&, const SteadySearch&, double, Eigen::VectorXd);
+#endif
+
 }  // namespace qdot::detail

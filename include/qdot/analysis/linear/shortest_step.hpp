@@ -24,7 +24,8 @@ struct ShortestStep {
 };
 
 // @param negligible  singular values below that part of the largest count as zero
-inline ShortestStep shortest_step(Eigen::MatrixXd A, const Eigen::VectorXd& b, double negligible) {
+template <class = void>  // compiled only where it is called
+ShortestStep shortest_step(Eigen::MatrixXd A, const Eigen::VectorXd& b, double negligible) {
   const Eigen::Index m = A.rows(), n = A.cols();
   Eigen::MatrixXd V = Eigen::MatrixXd::Identity(n, n);
   const auto turn = [](double* a, double* b2, Eigen::Index count, double c, double s) {
@@ -80,5 +81,9 @@ inline ShortestStep shortest_step(Eigen::MatrixXd A, const Eigen::VectorXd& b, d
   result.determined.conservativeResize(n, n - open);
   return result;
 }
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template ShortestStep shortest_step<void>(Eigen::MatrixXd, const Eigen::VectorXd&, double);
+#endif
 
 }  // namespace qdot::detail

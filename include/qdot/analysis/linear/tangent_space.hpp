@@ -20,6 +20,7 @@ namespace qdot::detail {
 // Rows count as dependent below this fraction of their length.
 inline constexpr double dependent_fraction = 1e-10;
 
+template <class = void>  // compiled only where it is made
 class TangentSpace {
  public:
   template <class Matrix>

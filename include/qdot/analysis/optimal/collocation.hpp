@@ -52,6 +52,7 @@ struct ControlMesh {
   std::vector<Eigen::MatrixXd> stages{};   // K of (N + m)×s
 };
 
+template <class = void>  // compiled only where it is made
 class Collocation final : public SparseProgram {
  public:
   Collocation(const ControlTask& task, ControlMesh mesh, int stages, bool elastic)

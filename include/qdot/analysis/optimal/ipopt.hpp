@@ -29,6 +29,7 @@
 
 namespace qdot::detail {
 
+template <class = void>  // compiled only where it is made
 class IpoptProblem final : public Ipopt::TNLP {
   using Number = Ipopt::Number;
   using Index = Ipopt::Index;
@@ -120,8 +121,9 @@ class IpoptProblem final : public Ipopt::TNLP {
   std::exception_ptr thrown_;
 };
 
-inline ProgramSolution solved_by_ipopt(SparseProgram& program, const ProgramOptions& options) {
-  Ipopt::SmartPtr<IpoptProblem> problem = new IpoptProblem(program);
+template <class = void>  // compiled only where it is called
+ProgramSolution solved_by_ipopt(SparseProgram& program, const ProgramOptions& options) {
+  Ipopt::SmartPtr<IpoptProblem<>> problem = new IpoptProblem<>(program);
   Ipopt::SmartPtr<Ipopt::IpoptApplication> solver = new Ipopt::IpoptApplication(false);
   solver->Options()->SetIntegerValue("print_level", 0);
   solver->Options()->SetStringValue("sb", "yes");

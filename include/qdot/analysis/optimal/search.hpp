@@ -81,7 +81,8 @@ struct OptimalOptions {
 namespace detail {
 
 // Σ values_j ℓ_j(x) through the nodes.
-inline Eigen::VectorXd interpolated(const Eigen::VectorXd& nodes, const Eigen::MatrixXd& values, double x) {
+template <class = void>  // compiled only where it is called
+Eigen::VectorXd interpolated(const Eigen::VectorXd& nodes, const Eigen::MatrixXd& values, double x) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(values.rows());
   for (Eigen::Index j = 0; j < nodes.size(); ++j) {
     double l = 1.0;
@@ -98,6 +99,7 @@ struct OptimalSearchEnd : OptimalEnd {
 };
 
 // ẋ = f(t, x, u(t)) within interval k. Models FirstOrderSystem.
+template <class = void>  // compiled only where it is made
 class ControlledForm {
  public:
   static constexpr int size_at_compile_time = Eigen::Dynamic;
@@ -133,6 +135,7 @@ class ControlledForm {
 
 using ProgramSolver = std::function<ProgramSolution(SparseProgram&, const ProgramOptions&)>;
 
+template <class = void>  // compiled only where it is made
 class OptimalSearch {
  public:
   OptimalSearch(ControlTask task, const OptimalOptions& options, ProgramSolver solver)

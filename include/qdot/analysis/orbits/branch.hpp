@@ -47,12 +47,14 @@ struct PointOfFamily {
 };
 
 // The tangent at a point, in units that hold elsewhere.
-inline Eigen::VectorXd tangent_in_units_of(const ClosingEquations& there, const PointOfFamily& point) {
+template <class = void>  // compiled only where it is called
+Eigen::VectorXd tangent_in_units_of(const ClosingEquations& there, const PointOfFamily& point) {
   return point.tangent.cwiseProduct(point.equations.scale).cwiseQuotient(there.scale);
 }
 
 // What a branch is followed in.
-struct BranchQuantity {
+template <class = void>  // compiled only where it is made
+struct BasicBranchQuantity {
   enum class What { energy, period, parameter };
   What what;
 
@@ -69,8 +71,11 @@ struct BranchQuantity {
   const char* name() const { return what == What::energy ? "the energy" : what == What::period ? "the period" : "the parameter"; }
 };
 
+using BranchQuantity = BasicBranchQuantity<>;
+
 // The point of the branch where an orbit was found; `before` orients its tangent.
-inline PointOfFamily point_of_family(ClosingEquations equations, const ClosingEnd& end, const BranchQuantity& quantity, const PointOfFamily* before) {
+template <class = void>  // compiled only where it is called
+PointOfFamily point_of_family(ClosingEquations equations, const ClosingEnd& end, const BranchQuantity& quantity, const PointOfFamily* before) {
   equations.along.resize(0);
   const Eigen::Index N = equations.states();
   if (end.point.shot.extent.size() == N) equations.measure(equations.x(end.point.X), end.point.shot.extent);
@@ -100,7 +105,8 @@ inline PointOfFamily point_of_family(ClosingEquations equations, const ClosingEn
 }
 
 // The orbit at a distance along the tangent at `from`, by Newton's method across it; predicted from a point near it that lies so much nearer or farther.
-inline ClosingEnd stepped(const PointOfFamily& from, const PointOfFamily& near, double distance, const ClosingSearch& search) {
+template <class = void>  // compiled only where it is called
+ClosingEnd stepped(const PointOfFamily& from, const PointOfFamily& near, double distance, const ClosingSearch& search) {
   ClosingEquations equations = from.equations;
   equations.along = from.tangent;
   const double along = from.tangent.dot(tangent_in_units_of(equations, near));
@@ -117,13 +123,15 @@ inline ClosingEnd stepped(const PointOfFamily& from, const PointOfFamily& near, 
   return end;
 }
 
-inline ClosingEnd stepped(const PointOfFamily& from, double distance, const ClosingSearch& search) { return stepped(from, from, distance, search); }
+template <class = void>  // compiled only where it is called
+ClosingEnd stepped(const PointOfFamily& from, double distance, const ClosingSearch& search) { return stepped(from, from, distance, search); }
 
 using BranchTest = std::function<double(const PointOfFamily&)>;
 
 // Where a function of the branch changes its sign between `from` and a distance from there, to a part of that distance. Each point is predicted from the
 // nearer end of what is left: next to a crossing a prediction from afar ends on the other branch.
-inline PointOfFamily located(const PointOfFamily& from, const PointOfFamily& to, double distance, const BranchTest& test, const BranchQuantity& quantity,
+template <class = void>  // compiled only where it is called
+PointOfFamily located(const PointOfFamily& from, const PointOfFamily& to, double distance, const BranchTest& test, const BranchQuantity& quantity,
                            const ClosingSearch& search, double tolerance) {
   constexpr int most_steps = 60;
   double low = 0.0, high = distance, f_low = test(from), f_high = test(to);

@@ -28,13 +28,15 @@
 namespace qdot::detail {
 
 // ∂x/∂x with x in units of `scale`, which may have more entries.
-inline Eigen::MatrixXd in_units_of(const Eigen::VectorXd& scale, const Eigen::MatrixXd& M) {
+template <class = void>  // compiled only where it is called
+Eigen::MatrixXd in_units_of(const Eigen::VectorXd& scale, const Eigen::MatrixXd& M) {
   const auto of_x = scale.head(M.rows());
   return of_x.cwiseInverse().asDiagonal() * M * of_x.asDiagonal();
 }
 
 // UᵀMU in units of `scale`; `taken` is orthonormal: what is forbidden, along ẋ, along ∇h.
-inline Eigen::MatrixXd without_trivial(const Eigen::MatrixXd& M, const Eigen::VectorXd& scale, const std::vector<Eigen::VectorXd>& taken) {
+template <class = void>  // compiled only where it is called
+Eigen::MatrixXd without_trivial(const Eigen::MatrixXd& M, const Eigen::VectorXd& scale, const std::vector<Eigen::VectorXd>& taken) {
   Eigen::MatrixXd rows(static_cast<Eigen::Index>(taken.size()), M.rows());
   for (Eigen::Index i = 0; i < rows.rows(); ++i) rows.row(i) = taken[static_cast<std::size_t>(i)];
   const Eigen::MatrixXd U = shortest_step(rows, Eigen::VectorXd::Zero(rows.rows()), 0.5).open;  // all singular values are 1 or 0
@@ -43,7 +45,8 @@ inline Eigen::MatrixXd without_trivial(const Eigen::MatrixXd& M, const Eigen::Ve
 }
 
 // Multipliers of B, whose entries are as wrong as their difference from those of `coarser`.
-inline std::vector<Multiplier> multipliers_of(const Eigen::MatrixXd& B, const Eigen::MatrixXd& coarser, std::size_t trivial) {
+template <class = void>  // compiled only where it is called
+std::vector<Multiplier> multipliers_of(const Eigen::MatrixXd& B, const Eigen::MatrixXd& coarser, std::size_t trivial) {
   const Exponents all = exponents_of(B);
   const double wrong = in_units_of(all.scale, B - coarser).norm();
   std::vector<Multiplier> multipliers(trivial, Multiplier{1.0, 0.0, true});
@@ -59,7 +62,8 @@ inline std::vector<Multiplier> multipliers_of(const Eigen::MatrixXd& B, const Ei
   return multipliers;
 }
 
-inline OrbitStability stability_of(const std::vector<Multiplier>& multipliers) {
+template <class = void>  // compiled only where it is called
+OrbitStability stability_of(const std::vector<Multiplier>& multipliers) {
   bool on_circle = false, doubtful = false, others = false;
   for (const Multiplier& m : multipliers) {
     if (m.trivial) continue;

@@ -51,7 +51,8 @@ struct ClosingPoint {
   double size = std::numeric_limits<double>::infinity();
 };
 
-struct ClosingEquations {
+template <class = void>  // compiled only where it is made
+struct BasicClosingEquations {
   const char* who;
   const Shooting* of;
   Eigen::VectorXd scale{};           // of X
@@ -129,8 +130,11 @@ struct ClosingEquations {
   }
 };
 
+using ClosingEquations = BasicClosingEquations<>;
+
 // The shortest step in X/scale that takes away most of the residual, and orthonormal directions that change nothing.
-inline ShortestStep closing_step(const ClosingEquations& equations, const ClosingPoint& point) {
+template <class = void>  // compiled only where it is called
+ShortestStep closing_step(const ClosingEquations& equations, const ClosingPoint& point) {
   constexpr double negligible = 1e-9;  // Φ is known to some 1e-12
   const ShortestStep part = shortest_step(point.slopes(Eigen::all, equations.free), -point.residual, negligible);
   ShortestStep all{Eigen::VectorXd::Zero(point.X.size()), Eigen::MatrixXd::Zero(point.X.size(), part.open.cols())};
@@ -154,12 +158,14 @@ struct ClosingEnd {
 };
 
 // How small a motion is beside what was expected of it: zero at rest.
-inline double liveliness(const ClosingEquations& equations, const Eigen::VectorXd& X) {
+template <class = void>  // compiled only where it is called
+double liveliness(const ClosingEquations& equations, const Eigen::VectorXd& X) {
   if (equations.driven) return 1.0;
   return equations.rate(X).cwiseQuotient(equations.scale.head(equations.states())).cwiseAbs().maxCoeff() * equations.period(X);
 }
 
-inline ClosingEnd closed(const ClosingEquations& equations, const Eigen::VectorXd& X0, const ClosingSearch& search) {
+template <class = void>  // compiled only where it is called
+ClosingEnd closed(const ClosingEquations& equations, const Eigen::VectorXd& X0, const ClosingSearch& search) {
   constexpr double at_rest = 1e-6, longest_step = 0.5;
   ClosingEnd end;
   end.point = equations.at(X0);
@@ -222,7 +228,8 @@ inline ClosingEnd closed(const ClosingEquations& equations, const Eigen::VectorX
 }
 
 // Whether h keeps still beside the orbit, too: where a cycle appears or vanishes, it does so on the cycle itself and to first order.
-inline bool energy_lasts(const ClosingEquations& equations, const Eigen::VectorXd& X) {
+template <class = void>  // compiled only where it is called
+bool energy_lasts(const ClosingEquations& equations, const Eigen::VectorXd& X) {
   constexpr double beside = 0.1, negligible = 1e-7;
   for (const double side : {beside, -beside}) {
     Eigen::VectorXd near = X;
@@ -239,7 +246,8 @@ inline bool energy_lasts(const ClosingEquations& equations, const Eigen::VectorX
 }
 
 // Unit vectors normal to what constraints allow, in units of scale; none without constraints.
-inline std::vector<Eigen::VectorXd> forbidden_directions(const ClosingEquations& equations, const Eigen::VectorXd& X) {
+template <class = void>  // compiled only where it is called
+std::vector<Eigen::VectorXd> forbidden_directions(const ClosingEquations& equations, const Eigen::VectorXd& X) {
   std::vector<Eigen::VectorXd> forbidden;
   if (!equations.of->projects()) return forbidden;
   const Eigen::Index N = equations.states();
@@ -262,7 +270,8 @@ struct TrivialDirections {
   std::vector<Eigen::VectorXd> taken{};
   std::size_t ones = 0;  // the last of them, with the multiplier 1
 };
-inline TrivialDirections trivial_directions(const ClosingEquations& equations, const ClosingPoint& point) {
+template <class = void>  // compiled only where it is called
+TrivialDirections trivial_directions(const ClosingEquations& equations, const ClosingPoint& point) {
   constexpr double conserved = 1e-6;
   TrivialDirections result{forbidden_directions(equations, point.X)};
   if (equations.driven) return result;
@@ -281,7 +290,8 @@ inline TrivialDirections trivial_directions(const ClosingEquations& equations, c
 }
 
 // What the search found or missed, in full.
-inline Orbit orbit_of(const ClosingEquations& equations, const ClosingEnd& end) {
+template <class = void>  // compiled only where it is called
+Orbit orbit_of(const ClosingEquations& equations, const ClosingEnd& end) {
   const Eigen::Index N = equations.states();
   const ClosingPoint& point = end.point;
   Orbit orbit;

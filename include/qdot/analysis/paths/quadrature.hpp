@@ -27,7 +27,8 @@ struct IntegralPart {
   double from, to, value, error, size;  // size: ∫|f|
 };
 
-inline IntegralPart integral_part(const std::function<double(double)>& f, double from, double to) {
+template <class = void>  // compiled only where it is called
+IntegralPart integral_part(const std::function<double(double)>& f, double from, double to) {
   static constexpr std::array<double, 8> node{0.991455371120812639206854697526329, 0.949107912342758524526189684047851, 0.864864423359769072789712788640926,
                                               0.741531185599394439863864773280788, 0.586087235467691130294144691838259, 0.405845151377397166906606412076949,
                                               0.207784955007898467600689403773245, 0.0};
@@ -48,7 +49,8 @@ inline IntegralPart integral_part(const std::function<double(double)>& f, double
 }
 
 // ∫ f dt; the error is that of the coarser formula, and at least what rounding leaves.
-inline Integral integral_of(const std::function<double(double)>& f, double from, double to, double tolerance, int most_evaluations) {
+template <class = void>  // compiled only where it is called
+Integral integral_of(const std::function<double(double)>& f, double from, double to, double tolerance, int most_evaluations) {
   std::vector<IntegralPart> parts{integral_part(f, from, to)};
   Integral result;
   for (int evaluations = 15;; evaluations += 30) {

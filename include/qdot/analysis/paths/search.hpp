@@ -75,6 +75,7 @@ struct BetweenEnd {
   PieceOfFlow failed{};
 };
 
+template <class = void>  // compiled only where it is made
 class BetweenNewton {
  public:
   explicit BetweenNewton(BetweenSearch search) : search_(std::move(search)), n_(static_cast<Eigen::Index>(search_.names.size()) / 2), K_(search_.t.size() - 1) { measure(); }
@@ -201,6 +202,15 @@ class BetweenNewton {
   Eigen::VectorXd scale_;
   PieceOfFlow trouble_{};
 };
+
+template <class = void>  // compiled only where it is called
+BetweenEnd between_end(BetweenSearch search) {
+  return BetweenNewton(std::move(search)).end();
+}
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template BetweenEnd between_end<void>(BetweenSearch);
+#endif
 
 }  // namespace detail
 

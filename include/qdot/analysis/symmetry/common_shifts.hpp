@@ -22,12 +22,13 @@
 namespace qdot::detail {
 
 // Rows d with d·g = 0 to rounding at scattered points, for all the vectors g of nodes; in echelon form, so that each begins with a 1.
-inline Eigen::MatrixXd common_shifts(const formula::Graph& graph, const std::vector<std::vector<int>>& vectors, std::size_t variables) {
+template <class MatrixXd = Eigen::MatrixXd>  // compiled only where it is called
+MatrixXd common_shifts(const formula::Graph& graph, const std::vector<std::vector<int>>& vectors, std::size_t variables) {
   const auto n = static_cast<Eigen::Index>(vectors.front().size());
   int last = 0;
   for (const std::vector<int>& g : vectors) last = std::max(last, *std::max_element(g.begin(), g.end()));
   const int samples = static_cast<int>(2 * n) + 8;
-  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(samples * static_cast<Eigen::Index>(vectors.size()), n);
+  MatrixXd slopes = MatrixXd::Zero(samples * static_cast<Eigen::Index>(vectors.size()), n);
   Eigen::Index row = 0;
   for (int sample = 0; sample < samples; ++sample) {
     const std::vector<ValueAndMagnitude> all = values_of_graph(graph, last, scattered_point(variables, sample));
@@ -46,11 +47,11 @@ inline Eigen::MatrixXd common_shifts(const formula::Graph& graph, const std::vec
         slopes.row(row).setZero();
     }
   }
-  Eigen::FullPivLU<Eigen::MatrixXd> factors;
+  Eigen::FullPivLU<MatrixXd> factors;
   factors.setThreshold(1e-10);
   factors.compute(slopes);
-  if (factors.dimensionOfKernel() == 0) return Eigen::MatrixXd(0, n);
-  Eigen::MatrixXd d = factors.kernel().transpose();
+  if (factors.dimensionOfKernel() == 0) return MatrixXd(0, n);
+  MatrixXd d = factors.kernel().transpose();
   Eigen::Index done = 0;
   for (Eigen::Index column = 0; column < n && done < d.rows(); ++column) {
     Eigen::Index best = done;
@@ -69,5 +70,9 @@ inline Eigen::MatrixXd common_shifts(const formula::Graph& graph, const std::vec
   }
   return d;
 }
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template Eigen::MatrixXd common_shifts<Eigen::MatrixXd>(const formula::Graph&, const std::vector<std::vector<int>>&, std::size_t);
+#endif
 
 }  // namespace qdot::detail

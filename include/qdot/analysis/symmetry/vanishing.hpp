@@ -69,7 +69,8 @@ inline std::vector<double> scattered_point(std::size_t count, int sample) {
 inline constexpr int scattered_points = 16;
 
 // Whether a sum of nodes is zero at all scattered points, of which half at least must say something.
-inline bool sum_vanishes(const formula::Graph& graph, const std::vector<int>& terms, std::size_t variables) {
+template <class = void>  // compiled only where it is called
+bool sum_vanishes(const formula::Graph& graph, const std::vector<int>& terms, std::size_t variables) {
   int last = -1;
   for (const int term : terms)
     if (!graph.is_constant(term, 0.0)) last = std::max(last, term);
@@ -101,7 +102,8 @@ inline bool sum_vanishes(const formula::Graph& graph, const std::vector<int>& te
 }
 
 // What a node is the sum of.
-inline std::vector<int> summands(formula::Graph& graph, int node, double factor = 1.0) {
+template <class = void>  // compiled only where it is called
+std::vector<int> summands(formula::Graph& graph, int node, double factor = 1.0) {
   const auto made = graph[node];  // a copy: the graph grows
   if (made.kind != formula::Kind::affine) return {graph.scaled(node, factor)};
   std::vector<int> all = summands(graph, made.a, factor * made.ca);

@@ -42,6 +42,7 @@ struct Transfer {
 };
 
 // y of a model alone, which notes what its jumps do to the columns of Φ.
+template <class = void>  // compiled only where it is made
 class JumpRecorder final : public VariationalEquations {
  public:
   explicit JumpRecorder(VariationalEquations& of) : of_(of) {
@@ -106,6 +107,7 @@ struct TermAt {
 };
 using Term = std::function<void(double t, const Eigen::VectorXd& y, TermAt& at)>;  // none for zero
 
+template <class = void>  // compiled only where it is made
 class AdjointEquations {
   static constexpr int stages = 7;
 

@@ -124,7 +124,8 @@ struct SlopeOfFamilyStart {
   }
 };
 
-inline Eigen::VectorXd each_atol(const Options& options, Eigen::Index size) {
+template <class = void>  // compiled only where it is called
+Eigen::VectorXd each_atol(const Options& options, Eigen::Index size) {
   return Eigen::VectorXd::NullaryExpr(size, [&](Eigen::Index i) { return options.atol[i]; });
 }
 

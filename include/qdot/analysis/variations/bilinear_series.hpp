@@ -24,13 +24,15 @@
 namespace qdot::detail {
 
 // Weights τ/k G_{j−1} − P_j, j = k … 0, where G_{−1} is zero, of `size` entries in each order; P and G have the highest order first.
-inline void write_weights(double* w, const double* P, const double* G, Eigen::Index size, int k, int highest, double factor) {
+template <class = void>  // compiled only where it is called
+void write_weights(double* w, const double* P, const double* G, Eigen::Index size, int k, int highest, double factor) {
   P += size * (highest - k);
   G += size * (highest - k + 1);
   for (Eigen::Index l = 0; l < size * k; ++l) w[l] = factor * G[l] - P[l];
   for (Eigen::Index l = size * k; l < size * (k + 1); ++l) w[l] = -P[l];
 }
 
+template <class = void>  // compiled only where it is made
 class BilinearSeries {
   using Index = Eigen::Index;
 

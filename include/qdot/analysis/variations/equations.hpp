@@ -75,9 +75,10 @@ struct PairsBehind {
 };
 
 // y, f and Φ of a model without its type; every y is [y; columns of Φ].
-class VariationalEquations {
+template <class = void>  // compiled only where it is made
+class BasicVariationalEquations {
  public:
-  virtual ~VariationalEquations() = default;
+  virtual ~BasicVariationalEquations() = default;
 
   Eigen::Index state_size() const noexcept { return size_; }
   Eigen::Index columns() const noexcept { return columns_; }
@@ -149,9 +150,9 @@ class VariationalEquations {
   Eigen::VectorXd resolution(const Eigen::VectorXd& y) const { return rtol * y.head(size_).cwiseAbs() + atol; }
 
  protected:
-  VariationalEquations() = default;
-  VariationalEquations(const VariationalEquations&) = default;
-  VariationalEquations& operator=(const VariationalEquations&) = default;
+  BasicVariationalEquations() = default;
+  BasicVariationalEquations(const BasicVariationalEquations&) = default;
+  BasicVariationalEquations& operator=(const BasicVariationalEquations&) = default;
 
   Eigen::Index size_ = 0, dof_ = 0, columns_ = 0;
   std::vector<Eigen::Index> entries_;
@@ -164,12 +165,15 @@ class VariationalEquations {
   std::optional<double> changed_;
 };
 
+using VariationalEquations = BasicVariationalEquations<>;
+
 [[noreturn, gnu::cold, gnu::noinline]] inline void end_undifferentiable(const std::string& name, double t, std::initializer_list<Phrase> why) {
   throw EndOfRun({Outcome::not_differentiable, sentence({"at t = ", t, " '", name, "' ", sentence(why)})});
 }
 
 // How far along a direction y goes before it has changed by as much as it is large in this run, positions and velocities apart.
-inline double VariationalEquations::scale(const Eigen::VectorXd& y, const Eigen::VectorXd& along) const {
+template <class Kind>
+double BasicVariationalEquations<Kind>::scale(const Eigen::VectorXd& y, const Eigen::VectorXd& along) const {
   double far = std::numeric_limits<double>::infinity();
   const auto limit = [&](Eigen::Index first, Eigen::Index count) {
     double most = 0.0, size = 0.0;
@@ -186,13 +190,14 @@ inline double VariationalEquations::scale(const Eigen::VectorXd& y, const Eigen:
 }
 
 // The same, and not farther than a parameter's size; 1 where nothing says how far.
-inline double VariationalEquations::reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const {
+template <class Kind>
+double BasicVariationalEquations<Kind>::reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const {
   const double far = std::min(scale(y, along), column < 0 ? std::numeric_limits<double>::infinity() : parameter_size(column));
   return std::isfinite(far) ? far : 1.0;
 }
 
-inline Crossing VariationalEquations::crossing(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both,
-                                               const Surface& surface) const {
+template <class Kind>
+Crossing BasicVariationalEquations<Kind>::crossing(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both, const Surface& surface) const {
   const Eigen::VectorXd y = both.head(size_), f = state_rate(t, y);
   const auto along = [&](const Eigen::VectorXd& direction, double rate, Eigen::Index column, double size) {
     const auto slope = slope_at_zero(
@@ -226,7 +231,8 @@ inline Crossing VariationalEquations::crossing(const std::string& name, double t
   return found;
 }
 
-inline void VariationalEquations::pass(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface) {
+template <class Kind>
+void BasicVariationalEquations<Kind>::pass(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface) {
   if (!passed_.empty() && passed_.back().t == t)
     end_undifferentiable(name, t, {"coincides with another event: which of them comes first decides what follows, so there is no derivative; choose a start or "
                                    "parameters that separate them"});
@@ -354,5 +360,10 @@ class SizedVariationalForm : public VariationalForm<changes> {
   using VariationalForm<changes>::VariationalForm;
   Eigen::Index size() const noexcept { return size_; }
 };
+
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template Crossing BasicVariationalEquations<void>::crossing(const std::string&, double, const Eigen::Ref<const Eigen::VectorXd>&, const Surface&) const;
+extern template void BasicVariationalEquations<void>::pass(const std::string&, double, Eigen::VectorXd&, const Surface&);
+#endif
 
 }  // namespace qdot::detail

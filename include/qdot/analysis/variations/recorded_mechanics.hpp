@@ -25,6 +25,7 @@ namespace qdot::detail {
 //     M a + (∂p/∂q) q̇ + ∂p/∂t − F − Wᵀλ = 0 ,      W a + (∂c/∂q) q̇ + ∂c/∂t = 0 ,
 //
 // whose slopes give those of λ.
+template <class = void>  // compiled only where it is made
 class RecordedMechanics {
   using Index = Eigen::Index;
   using Vec = Eigen::VectorXd;
@@ -157,13 +158,14 @@ class RecordedMechanics {
 };
 
 // y alone, for GaussStepper, whose copies share one recording.
+template <class = void>  // compiled only where it is made
 class RecordedForm {
  public:
   static constexpr int size_at_compile_time = Dynamic;
 
-  explicit RecordedForm(VariationalEquations& equations) : mechanics_(std::make_shared<RecordedMechanics>(equations)) {}
+  explicit RecordedForm(VariationalEquations& equations) : mechanics_(std::make_shared<RecordedMechanics<>>(equations)) {}
 
-  RecordedMechanics& mechanics() const { return *mechanics_; }
+  RecordedMechanics<>& mechanics() const { return *mechanics_; }
   Eigen::Index size() const { return 2 * mechanics_->dof(); }
   void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
     mechanics_->equations().write_state_rates(t, y.data(), ydot.data());
@@ -173,24 +175,24 @@ class RecordedForm {
   }
   std::string component_name(Eigen::Index i) const { return mechanics_->equations().state_name(i); }
   void renew() {
-    if (!mechanics_->is_current()) *mechanics_ = RecordedMechanics(mechanics_->equations());
+    if (!mechanics_->is_current()) *mechanics_ = RecordedMechanics<>(mechanics_->equations());
   }
 
  private:
-  std::shared_ptr<RecordedMechanics> mechanics_;
+  std::shared_ptr<RecordedMechanics<>> mechanics_;
 };
 
-template <>
-struct Mechanics<RecordedForm> {
+template <class Kind>
+struct Mechanics<RecordedForm<Kind>> {
   static constexpr int n = Dynamic, states = 0, constraints = 0;
   static constexpr Inertia inertia = Inertia::positive_definite;
   using Vec = Eigen::VectorXd;
   using States = Vector<double, 0>;
 
-  static Eigen::Index dof(const RecordedForm& form) { return form.mechanics().dof(); }
-  static Vec momenta(const RecordedForm& form, const Vec& q, const Vec& v, double t) { return form.mechanics().momenta(q, v, t); }
-  static Vec force(const RecordedForm& form, const Vec& q, const Vec& v, const States&, double t) { return form.mechanics().force(q, v, t); }
-  static Eigen::MatrixXd inverse_mass(const RecordedForm& form, const Vec& q, const Vec& v, double t) {
+  static Eigen::Index dof(const RecordedForm<Kind>& form) { return form.mechanics().dof(); }
+  static Vec momenta(const RecordedForm<Kind>& form, const Vec& q, const Vec& v, double t) { return form.mechanics().momenta(q, v, t); }
+  static Vec force(const RecordedForm<Kind>& form, const Vec& q, const Vec& v, const States&, double t) { return form.mechanics().force(q, v, t); }
+  static Eigen::MatrixXd inverse_mass(const RecordedForm<Kind>& form, const Vec& q, const Vec& v, double t) {
     const Eigen::MatrixXd M = form.mechanics().mass(q, v, t);
     DenseConstrainedFactors<Dynamic> factors(static_cast<std::size_t>(M.rows()));
     if (!factors.compute_mass(M, singular_pivot<double>(M.rows()))) {

@@ -27,6 +27,7 @@
 
 namespace qdot::detail {
 
+template <class = void>  // compiled only where it is made
 class SecondSaltation final : public PairsBehind {
   using Index = Eigen::Index;
 

@@ -90,20 +90,28 @@ std::optional<Eigen::VectorXd> second_slope_at_zero(const F& f, double reach, co
   const Eigen::VectorXd here = f(0.0);
   double h = std::ldexp(reach, -7);
   for (int attempt = 0; attempt < 4; ++attempt, h /= 4) {
-    Eigen::VectorXd slope = Eigen::VectorXd::Zero(here.size()), lower = slope, most = slope, size = here.cwiseAbs().cwiseMax(largest);
-    std::array<Eigen::VectorXd, 5> odd;
+    std::array<Eigen::VectorXd, 5> ahead, back;
     for (std::size_t k = 1; k <= 4; ++k) {
-      const double at = static_cast<double>(k) * h;
-      const Eigen::VectorXd there = f(at), back = f(-at), both = (there - here) + (back - here);
-      odd[k] = there - back;
-      slope += weight[k] * both / (h * h);
-      lower += lower_weight[k] * both / (h * h);
-      most = most.cwiseMax(both.cwiseAbs() / (h * h));
-      size = size.cwiseMax(there.cwiseAbs()).cwiseMax(back.cwiseAbs());
+      ahead[k] = f(static_cast<double>(k) * h);
+      back[k] = f(-static_cast<double>(k) * h);
     }
-    const Eigen::ArrayXd rounding = 64 * epsilon / (h * h) * size.array(), near = (odd[2] - 2 * odd[1]).array() / (h * h), far = (odd[4] - 2 * odd[2]).array() / (h * h);
-    if (((slope - lower).array().abs() <= 1e-9 * most.array() + rounding).all() && ((far - 8 * near).abs() <= 0.03 * most.array() + 8 * rounding).all())
-      return slope;
+    Eigen::VectorXd slope(here.size());
+    bool doubtful = false;
+    for (Eigen::Index i = 0; i < slope.size() && !doubtful; ++i) {  // a loop, which is compiled in a tenth of the time of vectors
+      double sum = 0.0, lower = 0.0, most = 0.0, size = std::max(std::abs(here[i]), largest[i]), odd[5];
+      for (std::size_t k = 1; k <= 4; ++k) {
+        const double both = (ahead[k][i] - here[i]) + (back[k][i] - here[i]);
+        odd[k] = ahead[k][i] - back[k][i];
+        sum += weight[k] * both / (h * h);
+        lower += lower_weight[k] * both / (h * h);
+        most = std::max(most, std::abs(both) / (h * h));
+        size = std::max({size, std::abs(ahead[k][i]), std::abs(back[k][i])});
+      }
+      const double rounding = 64 * epsilon / (h * h) * size, near = (odd[2] - 2 * odd[1]) / (h * h), far = (odd[4] - 2 * odd[2]) / (h * h);
+      slope[i] = sum;
+      doubtful = !(std::abs(sum - lower) <= 1e-9 * most + rounding) || !(std::abs(far - 8 * near) <= 0.03 * most + 8 * rounding);
+    }
+    if (!doubtful) return slope;
   }
   return std::nullopt;
 }

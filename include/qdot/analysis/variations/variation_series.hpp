@@ -45,6 +45,7 @@
 
 namespace qdot::detail {
 
+template <class = void>  // compiled only where it is made
 class VariationSeries {
   using Index = Eigen::Index;
 
@@ -247,7 +248,7 @@ class VariationSeries {
   std::vector<Bend> bends_;     // those that are not zero
   std::vector<std::string> names_;
   SeriesColumns columns_, pairs_;
-  BilinearSeries bilinear_;
+  BilinearSeries<> bilinear_;
   ConstraintSeries<Dynamic, Dynamic> constraints_;
   Eigen::MatrixXd slopes_;                                // a column for each row of P, G and C, the highest order first, and zeros
   Eigen::MatrixXd by_parameters_, by_parameters_before_;  // the latest order of P_θ, F_θ and c_θ, and that before

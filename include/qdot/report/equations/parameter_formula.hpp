@@ -67,6 +67,7 @@ using ParameterNodes = std::vector<int>;
 inline constexpr int nodes_per_parameter = 9;
 
 /// Finds the formula of one number.
+template <class = void>  // compiled only where it is made
 class ParameterFit {
  public:
   /// @param number  at some nodes of the parameters

@@ -134,7 +134,7 @@ class ParameterLetters {
     for (const auto& node : sample_.recording.graph.nodes()) is_exponent.insert(is_exponent.end(), numbers_in(node.kind), node.kind == formula::Kind::power);
     for (std::size_t i = 0; i < count; ++i) {
       ParameterFormula f;
-      ParameterFit fit([&](const ParameterNodes& at) { return numbers(at)[i]; }, [this](std::size_t j, int k) { return value(j, k); }, named_);
+      ParameterFit<> fit([&](const ParameterNodes& at) { return numbers(at)[i]; }, [this](std::size_t j, int k) { return value(j, k); }, named_);
       if (fit.find(f) && (!is_exponent[i] || f.is_constant())) {
         formulas_.push_back(std::move(f));
         continue;
