@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // How long a user waits for the compiler: programs that write T and V and integrate the motion, from a double pendulum to a scene of eight
-// coordinates, against one that only includes Eigen; and the first of them with the library's headers precompiled, as CMake's
+// coordinates, or ask for more about it, against one that only includes Eigen; and the first of them with the library's headers precompiled, as CMake's
 // target_precompile_headers() does it, which is what each further edit of the program takes. The compiler, its include directories and the library's sources must be where they
 // were when the program was built.
 #include <sys/resource.h>
@@ -149,6 +149,64 @@ int main() {
   return run.completed() ? 0 : 1;
 }
 )cpp"},
+    {"double pendulum with its sensitivities, Dop853", R"cpp(#include <qdot/analysis/sensitivity.hpp>
+#include <qdot/integrate/runge_kutta.hpp>
+
+struct DoublePendulum {
+  auto T(const auto& q, const auto& qdot) const {
+    using std::cos;
+    return qdot[0] * qdot[0] + 0.5 * qdot[1] * qdot[1] + qdot[0] * qdot[1] * cos(q[0] - q[1]);
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    return -9.81 * (2.0 * cos(q[0]) + cos(q[1]));
+  }
+};
+
+int main() {
+  const auto found = sensitivities(qdot::mechanical_system<2>(DoublePendulum{}), qdot::State<2>{0.0, {1.7, 1.7}, {0.0, 0.0}}, 3.0, qdot::Dop853{});
+  return found.completed() ? 0 : 1;
+}
+)cpp"},
+    {"pendulum that swings periodically", R"cpp(#include <cmath>
+
+#include <qdot/analysis/periodic_orbit.hpp>
+
+struct Pendulum {
+  auto T(const auto& qdot) const { return 0.5 * qdot[0] * qdot[0]; }
+  auto V(const auto& q) const {
+    using std::cos;
+    return -cos(q[0]);
+  }
+};
+
+int main() {
+  const auto swing = periodic_orbit_near(qdot::mechanical_system<1>(Pendulum{}), qdot::State<1>{0.0, {1.3}, {0.0}}, 6.5, qdot::hold_coordinate(0));
+  return swing.found() ? 0 : 1;
+}
+)cpp"},
+    {"bead on a hoop and where it rests, by the hoop's speed", R"cpp(#include <cmath>
+
+#include <qdot/analysis/equilibrium_branch.hpp>
+
+struct Bead {
+  double Omega = 1.0;
+  auto T(const auto& q, const auto& qdot) const {
+    using std::sin;
+    return 0.5 * (qdot[0] * qdot[0] + Omega * Omega * sin(q[0]) * sin(q[0]));
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    return -9.81 * cos(q[0]);
+  }
+};
+
+int main() {
+  const Eigen::VectorXd start = Eigen::VectorXd::Constant(1, 0.01);
+  const auto found = qdot::equilibrium_branches([](double Omega) { return qdot::mechanical_system<1>(Bead{Omega}); }, start, 1.0, 6.0);
+  return found.size() > 1 ? 0 : 1;
+}
+)cpp"},
 };
 
 constexpr const char* eigen_only = R"cpp(#include <Eigen/Dense>
@@ -220,8 +278,9 @@ Findings measured() {
     const double more = compile_seconds(scratch.path(), program.source);
     if (more == 0) return {.rows = {}, .note = {}, .cannot_run = std::string("this does not compile: ") + program.name};
     rows.push_back({program.name, more, baseline, "a program that includes Eigen/Dense", "s"});
-    const double linked = compile_seconds(scratch.path(), program.source, "-DQDOT_COMPILED");
-    if (linked != 0) rows.push_back({std::string(program.name) + ", with qdot::compiled", linked, baseline, "a program that includes Eigen/Dense", "s"});
+    const double linked = compile_seconds(scratch.path(), program.source, "-DQDOT_COMPILED -DQDOT_COMPILED_ANALYSIS");
+    const char* library = std::string(program.source).find("qdot/analysis/") == std::string::npos ? ", with qdot::compiled" : ", with qdot::compiled_analysis";
+    if (linked != 0) rows.push_back({std::string(program.name) + library, linked, baseline, "a program that includes Eigen/Dense", "s"});
   }
   if (const double linked = compile_seconds(scratch.path(), user_program, "-DQDOT_COMPILED"); linked != 0)
     rows.push_back({"double pendulum with CVODE, with qdot::compiled", linked, baseline, "a program that includes Eigen/Dense", "s"});
