@@ -64,13 +64,12 @@ int main() {
 
 // What else users write, each in its shortest form: a name, and the program.
 struct UserProgram {
-  const char *name, *source;
+  const char* name;
+  std::string source;
 };
 
-constexpr UserProgram more_programs[] = {
-    {"double pendulum with Automatic", R"cpp(#include <qdot/integrate/cvode_automatic.hpp>
-#include <qdot/integrate/simulate.hpp>
-
+// What two of them move.
+constexpr const char* double_pendulum = R"cpp(
 struct DoublePendulum {
   auto T(const auto& q, const auto& qdot) const {
     using std::cos;
@@ -81,7 +80,12 @@ struct DoublePendulum {
     return -9.81 * (2.0 * cos(q[0]) + cos(q[1]));
   }
 };
+)cpp";
 
+const UserProgram more_programs[] = {
+    {"double pendulum with Automatic", std::string(R"cpp(#include <qdot/integrate/cvode_automatic.hpp>
+#include <qdot/integrate/simulate.hpp>
+)cpp") + double_pendulum + R"cpp(
 int main() {
   const auto run = simulate(qdot::mechanical_system<2>(DoublePendulum{}), qdot::State<2>{0.0, {1.7, 1.7}, {0.0, 0.0}}, 3.0, qdot::Automatic{});
   return run.completed() ? 0 : 1;
@@ -149,20 +153,9 @@ int main() {
   return run.completed() ? 0 : 1;
 }
 )cpp"},
-    {"double pendulum with its sensitivities, Dop853", R"cpp(#include <qdot/analysis/sensitivity.hpp>
+    {"double pendulum with its sensitivities, Dop853", std::string(R"cpp(#include <qdot/analysis/sensitivity.hpp>
 #include <qdot/integrate/runge_kutta.hpp>
-
-struct DoublePendulum {
-  auto T(const auto& q, const auto& qdot) const {
-    using std::cos;
-    return qdot[0] * qdot[0] + 0.5 * qdot[1] * qdot[1] + qdot[0] * qdot[1] * cos(q[0] - q[1]);
-  }
-  auto V(const auto& q) const {
-    using std::cos;
-    return -9.81 * (2.0 * cos(q[0]) + cos(q[1]));
-  }
-};
-
+)cpp") + double_pendulum + R"cpp(
 int main() {
   const auto found = sensitivities(qdot::mechanical_system<2>(DoublePendulum{}), qdot::State<2>{0.0, {1.7, 1.7}, {0.0, 0.0}}, 3.0, qdot::Dop853{});
   return found.completed() ? 0 : 1;
@@ -279,7 +272,7 @@ Findings measured() {
     if (more == 0) return {.rows = {}, .note = {}, .cannot_run = std::string("this does not compile: ") + program.name};
     rows.push_back({program.name, more, baseline, "a program that includes Eigen/Dense", "s"});
     const double linked = compile_seconds(scratch.path(), program.source, "-DQDOT_COMPILED -DQDOT_COMPILED_ANALYSIS");
-    const char* library = std::string(program.source).find("qdot/analysis/") == std::string::npos ? ", with qdot::compiled" : ", with qdot::compiled_analysis";
+    const char* library = program.source.find("qdot/analysis/") == std::string::npos ? ", with qdot::compiled" : ", with qdot::compiled_analysis";
     if (linked != 0) rows.push_back({std::string(program.name) + library, linked, baseline, "a program that includes Eigen/Dense", "s"});
   }
   if (const double linked = compile_seconds(scratch.path(), user_program, "-DQDOT_COMPILED"); linked != 0)
