@@ -19,6 +19,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "qdot/ad/formula/constant_where_possible.hpp"
 #include "qdot/ad/formula/list_graph.hpp"
 #include "qdot/ad/series/plan.hpp"
 #include "qdot/ad/series/planned_sweep.hpp"
@@ -103,19 +104,10 @@ constexpr MotionPlan<n> plan_of_energies() {
   return {m, sweep};
 }
 
-// A compiler that takes no function of <cmath> for constant expressions may stop at a power of a constant. It is asked once, as in mechanics/derive/closed_form.hpp.
-template <int n, class W, MotionPlan<n> plan = plan_of_energies<n, W>()>
-consteval MotionPlan<n> plan_where_possible(int) {
-  return plan;
-}
+/// The plan of all objects of the written-out energies W; empty where there is none, or where the compiler cannot make it: one that takes no function of <cmath> for
+/// constant expressions may stop at a power of a constant.
 template <int n, class W>
-consteval MotionPlan<n> plan_where_possible(long) {
-  return MotionPlan<n>();
-}
-
-/// The plan of all objects of the written-out energies W; empty where there is none.
-template <int n, class W>
-inline constexpr MotionPlan<n> motion_plan = plan_where_possible<n, W>(0);
+inline constexpr MotionPlan<n> motion_plan = formula::made_where_possible<&plan_of_energies<n, W>>;
 
 template <int n, class W>
 struct PlannedMotion {

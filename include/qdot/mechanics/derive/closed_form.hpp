@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "qdot/ad/formula/constant_where_possible.hpp"
 #include "qdot/ad/formula/list_graph.hpp"
 #include "qdot/mechanics/derive/by_graph.hpp"
 #include "qdot/mechanics/derive/by_terms.hpp"
@@ -202,18 +203,9 @@ constexpr Draft<ClosedForm<room>> closed_form_draft() {
 // A compiler that derives first to count and then to write works twice: it writes into a table that has room for almost every form.
 inline constexpr ClosedFormExtent closed_form_room{.lines = 800, .coefficients = 400, .eliminated = 32, .factors = 400, .kept = 32};
 
-// A compiler stops after a number of operations, so it may not be able to derive at all. It is asked once: what it derived is a template's argument, or there is
-// no such template.
-template <class Way, Draft<ClosedForm<closed_form_room>> draft = closed_form_draft<Way, closed_form_room>()>
-consteval Draft<ClosedForm<closed_form_room>> draft_where_derivable(int) {
-  return draft;
-}
+// A compiler stops after a number of operations, and may not be able to derive at all.
 template <class Way>
-consteval Draft<ClosedForm<closed_form_room>> draft_where_derivable(long) {
-  return {};
-}
-template <class Way>
-inline constexpr Draft<ClosedForm<closed_form_room>> draft_of_way = draft_where_derivable<Way>(0);
+inline constexpr auto& draft_of_way = formula::made_where_possible<&closed_form_draft<Way, closed_form_room>>;
 
 template <class T, std::size_t room, std::size_t count>
 constexpr void copy_front(const T (&from)[room], T (&to)[count]) {

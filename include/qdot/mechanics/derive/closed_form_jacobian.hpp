@@ -81,14 +81,6 @@ inline constexpr ClosedJacobianExtent closed_jacobian_room{.lines = 2000, .coeff
 
 template <int n>
 using JacobianDraft = Draft<ClosedJacobian<n, closed_jacobian_room>>;
-template <int n, class Energies, JacobianDraft<n> draft = closed_jacobian_draft<n, Energies, closed_jacobian_room>()>
-consteval JacobianDraft<n> jacobian_draft_where_derivable(int) {
-  return draft;
-}
-template <int n, class Energies>
-consteval JacobianDraft<n> jacobian_draft_where_derivable(long) {
-  return {};
-}
 
 template <int n, class Energies, ClosedJacobianExtent extent>
 constexpr ClosedJacobian<n, extent> closed_jacobian_of(const JacobianDraft<n>& draft) {
@@ -109,7 +101,7 @@ constexpr ClosedJacobian<n, extent> closed_jacobian_of(const JacobianDraft<n>& d
 template <int n, class Energies>
 class ClosedJacobianOf {
   static constexpr JacobianDraft<n> draft = [] {
-    if constexpr (n >= 1 && n <= by_terms_limit) return jacobian_draft_where_derivable<n, Energies>(0);
+    if constexpr (n >= 1 && n <= by_terms_limit) return formula::made_where_possible<&closed_jacobian_draft<n, Energies, closed_jacobian_room>>;
     else return JacobianDraft<n>{};
   }();
 
