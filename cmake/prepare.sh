@@ -129,10 +129,10 @@ provide_clang() {
   if [ -z "$clang" ] && command -v apt-get > /dev/null; then
     [ "$(id -u)" = 0 ] || as_root="sudo -n"
     mkdir -p "$root/build"
-    say "Installing clang-16 libclang-rt-16-dev: 40 MB to download, and it compiles the laws in half the time that g++ takes"
+    say "Installing clang-16 libclang-rt-16-dev clang-format-16: 40 MB to download, and it compiles the laws in half the time that g++ takes"
     {
       $as_root env DEBIAN_FRONTEND=noninteractive apt-get update || true
-      $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends clang-16 libclang-rt-16-dev
+      $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends clang-16 libclang-rt-16-dev clang-format-16
     } > "$root/build/install_clang.log" 2>&1 < /dev/null || say "Not installed (why: build/install_clang.log); g++ will do it, more slowly"
     clang=$(find_clang)
   fi

@@ -33,11 +33,16 @@ int main() {
   const auto implicitly = simulate(damped, start, 10.0, CvodeBdf{}, options);
   const auto automatic = simulate(damped, start, 10.0, Automatic{}, options);
   const auto per_evaluation = [&](const auto& run) { return run.t / static_cast<double>(run.statistics.evaluations); };
-  std::printf("dop853     steps within the spring's own time: %s\n", 10.0 / static_cast<double>(explicitly.statistics.steps) < 10.0 * std::sqrt(m / k) ? "yes" : "no");
-  std::printf("cvode_bdf  goes more than 50 times as far with an evaluation: %s\n", per_evaluation(implicitly) > 50.0 * per_evaluation(explicitly) ? "yes" : "no");
+  std::printf("dop853     steps within the spring's own time: %s\n",
+              10.0 / static_cast<double>(explicitly.statistics.steps) < 10.0 * std::sqrt(m / k) ? "yes" : "no");
+  std::printf("cvode_bdf  goes more than 50 times as far with an evaluation: %s\n",
+              per_evaluation(implicitly) > 50.0 * per_evaluation(explicitly) ? "yes" : "no");
   std::printf("automatic  goes more than 20 times as far, too: %s; it took %s\n", per_evaluation(automatic) > 20.0 * per_evaluation(explicitly) ? "yes" : "no",
               automatic.statistics.method.c_str());
-  std::printf("all three at the same place to 1e-3: %s\n\n", (explicitly.state().q - implicitly.state().q).norm() < 1e-3 && (explicitly.state().q - automatic.state().q).norm() < 1e-3 ? "yes" : "no");
+  std::printf("all three at the same place to 1e-3: %s\n\n",
+              (explicitly.state().q - implicitly.state().q).norm() < 1e-3 && (explicitly.state().q - automatic.state().q).norm() < 1e-3
+                  ? "yes"
+                  : "no");
 
   // Who is told too few steps is told why they are so short.
   const auto stopped = simulate(damped, start, 10.0, Dop853{}, {.rtol = 1e-7, .atol = 1e-10, .max_steps = 2000});

@@ -45,7 +45,8 @@ int main() {
 
   std::printf("its family up to 2.5 rad\n");
   const auto swings = family_of_orbits(pendulum, swing.start(), swing.period, in_energy(-std::cos(2.5)), ten_digits);
-  for (const FamilyOrbit& orbit : swings.orbits) std::printf("  %-8s h = %8.5f   T = %9.5f\n", std::string(name(orbit.kind)).c_str(), orbit.energy, orbit.period);
+  for (const FamilyOrbit& orbit : swings.orbits)
+    std::printf("  %-8s h = %8.5f   T = %9.5f\n", std::string(name(orbit.kind)).c_str(), orbit.energy, orbit.period);
 
   std::printf("upside down on a pivot that shakes by 0.1, at two frequencies\n");
   for (const double omega : {13.5, 14.5}) {

@@ -48,7 +48,8 @@ int main() {
     return scene(swing, viscous_damping(Vector<double, 1>(p[1])));
   };
   const Eigen::Vector2d truth(0.83, 0.11);
-  std::vector<Experiment<1>> films{filmed(pendulum(truth), {0.0, {1.2}, {0.0}}, 0.04, 100, 0.01), filmed(pendulum(truth), {0.0, {0.3}, {2.0}}, 0.04, 100, 0.01)};
+  std::vector<Experiment<1>> films{filmed(pendulum(truth), {0.0, {1.2}, {0.0}}, 0.04, 100, 0.01),
+                                   filmed(pendulum(truth), {0.0, {0.3}, {2.0}}, 0.04, 100, 0.01)};
   films[1].start = State<1>{0.0, {0.0}, {1.0}};  // nobody saw how this one began
   films[1].unknown = {0, 1};
   std::printf("a pendulum of 0.83 m with friction 0.11, filmed twice\n");

@@ -70,5 +70,6 @@ int main() {
     sum.t2 += *kept.value * *kept.value;
   });
   const double mean = sums.t / sums.over;
-  std::printf("from (2.6, 0.5) ± 0.01 rad: %d of 200 turn over within 4 s, at t = %.3f ± %.3f s\n", sums.over, mean, std::sqrt(sums.t2 / sums.over - mean * mean));
+  std::printf("from (2.6, 0.5) ± 0.01 rad: %d of 200 turn over within 4 s, at t = %.3f ± %.3f s\n", sums.over, mean,
+              std::sqrt(sums.t2 / sums.over - mean * mean));
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A page of a run: plots with events as marks, a moving picture, and arrows of the forces in it. A bob on a rod, in Cartesian coordinates, let go beside its pivot;
-// a wind blows past it, and a wall on the left throws it back.
+// A page of a run: plots with events as marks, a moving picture, and arrows of the forces in it. A bob on a rod, in Cartesian coordinates,
+// let go beside its pivot; a wind blows past it, and a wall on the left throws it back.
 
 #include <cstdio>
 #include <string>
@@ -19,7 +19,9 @@ using namespace qdot;
 int main(int count, char** arguments) {
   const std::string path = count > 1 ? arguments[1] : "29_report.html";
   const double m = 1.0, l = 1.0, g = 9.81, wind = 2.0;
-  const auto bob = mechanical_system<2>([=](const auto&, const auto& v) { return 0.5 * m * v.squaredNorm(); }, [=](const auto& q) { return m * g * q[1]; }).with_names({"x", "y"});
+  const auto bob = mechanical_system<2>([=](const auto&, const auto& v) { return 0.5 * m * v.squaredNorm(); },
+                                        [=](const auto& q) { return m * g * q[1]; })
+                       .with_names({"x", "y"});
   const auto rod = holonomic("rod", [=](const auto& q) { return 0.5 * (q.squaredNorm() - l * l); });
   const auto air = generalized_force([=](const auto&, const auto& v) { return vector(0.1 * (wind - v[0]), -0.1 * v[1]); });
   const auto swing = scene(bob, rod, air);
@@ -29,7 +31,8 @@ int main(int count, char** arguments) {
 
   const report::ReportOptions options{
       .title = "A bob in the wind", .units = {"m", "m"}, .time_unit = "s", .energy_unit = "J",
-      .view = {.drawing = {.shapes = {report::trail(1, 0, 1.0), report::line({0, 1}), report::pivot(0), report::disk(1)}, .backdrop = {{{-0.6, -1.1}, {-0.6, 0.2}}}},
+      .view = {.drawing = {.shapes = {report::trail(1, 0, 1.0), report::line({0, 1}), report::pivot(0), report::disk(1)},
+                           .backdrop = {{{-0.6, -1.1}, {-0.6, 0.2}}}},
                .points = [](const auto& q, double) { return std::vector<report::Point>{{0, 0}, {q[0], q[1]}}; }},
       .reactions_at = {1}, .forces_at = {1}};
   report::write_report(path, swing, run, options);

@@ -65,7 +65,8 @@ int main(int argc, char** argv) {
   const Sums sums = simulate_many(MpiRanks{MPI_COMM_WORLD}, 200, turn_of, Sums{}, add);  // add() on rank 0, in the order of i
   if (rank == 0) {
     const double mean = sums.t / sums.over;
-    std::printf("from (2.6, 0.5) ± 0.01 rad: %d of 200 turn over within 4 s, at t = %.3f ± %.3f s\n", sums.over, mean, std::sqrt(sums.t2 / sums.over - mean * mean));
+    std::printf("from (2.6, 0.5) ± 0.01 rad: %d of 200 turn over within 4 s, at t = %.3f ± %.3f s\n", sums.over, mean,
+                std::sqrt(sums.t2 / sums.over - mean * mean));
   }
   MPI_Finalize();
 }

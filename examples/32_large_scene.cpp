@@ -44,7 +44,8 @@ int main() {
   if (!run.completed()) return std::fprintf(stderr, "%s\n", run.message.c_str()), 1;
   Eigen::Index top = 0;
   run.state().q.maxCoeff(&top);
-  std::printf("string of %ld masses: after t = 50 the pulse has come from mass 300 to mass %ld, its height is %.3f\n", static_cast<long>(n), static_cast<long>(top),
+  std::printf("string of %ld masses: after t = 50 the pulse has come from mass 300 to mass %ld, its height is %.3f\n",
+              static_cast<long>(n), static_cast<long>(top),
               run.state().q[top]);
   std::printf("energy %.9f, at the start %.9f\n", energy(string, run.state()), energy(string, pulse));
 

@@ -14,7 +14,8 @@ namespace qdot::bench {
 /// A row for each length; measured is <int n>() ↦ an AccelerationFunction.
 template <int... n, class Measured>
 std::vector<EquationsRow> chain_rows(const char* door, const Measured& measured) {
-  return {EquationsRow{.system = "chain", .n = n, .door = door, .baseline = chain_by_hand<n>, .measured = measured.template operator()<n>(), .lowest = -2.0, .highest = 2.0}...};
+  return {EquationsRow{.system = "chain", .n = n, .door = door, .baseline = chain_by_hand<n>,
+                       .measured = measured.template operator()<n>(), .lowest = -2.0, .highest = 2.0}...};
 }
 
 /// The same of energies E<n> by the general door.

@@ -2,8 +2,8 @@
 //
 // How long a user waits for the compiler: programs that write T and V and integrate the motion, from a double pendulum to a scene of eight
 // coordinates, or ask for more about it, against one that only includes Eigen; and the first of them with the library's headers precompiled, as CMake's
-// target_precompile_headers() does it, which is what each further edit of the program takes. The compiler, its include directories and the library's sources must be where they
-// were when the program was built.
+// target_precompile_headers() does it, which is what each further edit of the program takes. The compiler, its include directories and the
+// library's sources must be where they were when the program was built.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* user_program = R"cpp(#include <cmath>
+constexpr const char* user_program = R"program(#include <cmath>
 #include <cstdio>
 
 #include <qdot/integrate/cvode.hpp>
@@ -60,7 +60,7 @@ int main() {
   std::printf("energy drift %.1e J\n", qdot::energy(system, end) - qdot::energy(system, start));
   return 0;
 }
-)cpp";
+)program";
 
 // What else users write, each in its shortest form: a name, and the program.
 struct UserProgram {
@@ -69,7 +69,7 @@ struct UserProgram {
 };
 
 // What two of them move.
-constexpr const char* double_pendulum = R"cpp(
+constexpr const char* double_pendulum = R"program(
 struct DoublePendulum {
   auto T(const auto& q, const auto& qdot) const {
     using std::cos;
@@ -80,18 +80,18 @@ struct DoublePendulum {
     return -9.81 * (2.0 * cos(q[0]) + cos(q[1]));
   }
 };
-)cpp";
+)program";
 
 const UserProgram more_programs[] = {
-    {"double pendulum with Automatic", std::string(R"cpp(#include <qdot/integrate/cvode_automatic.hpp>
+    {"double pendulum with Automatic", std::string(R"program(#include <qdot/integrate/cvode_automatic.hpp>
 #include <qdot/integrate/simulate.hpp>
-)cpp") + double_pendulum + R"cpp(
+)program") + double_pendulum + R"program(
 int main() {
   const auto run = simulate(qdot::mechanical_system<2>(DoublePendulum{}), qdot::State<2>{0.0, {1.7, 1.7}, {0.0, 0.0}}, 3.0, qdot::Automatic{});
   return run.completed() ? 0 : 1;
 }
-)cpp"},
-    {"bob on a rod with an event, Automatic", R"cpp(#include <qdot/effects/constraints.hpp>
+)program"},
+    {"bob on a rod with an event, Automatic", R"program(#include <qdot/effects/constraints.hpp>
 #include <qdot/effects/scene_form.hpp>
 #include <qdot/integrate/cvode_automatic.hpp>
 #include <qdot/integrate/simulate.hpp>
@@ -104,8 +104,8 @@ int main() {
   const auto run = simulate(scene(bob, rod), qdot::State<2>{0.0, {0.8, -0.6}, {0.3, 0.4}}, 10.0, qdot::Automatic{}, top);
   return run.completed() ? 0 : 1;
 }
-)cpp"},
-    {"rigid body by a rotation vector, Automatic", R"cpp(#include <qdot/integrate/cvode_automatic.hpp>
+)program"},
+    {"rigid body by a rotation vector, Automatic", R"program(#include <qdot/integrate/cvode_automatic.hpp>
 #include <qdot/integrate/simulate.hpp>
 #include <qdot/mechanics/rigid_body.hpp>
 
@@ -120,8 +120,8 @@ int main() {
   const auto run = simulate(qdot::mechanical_system<6>(T, [](const auto& q) { return 19.62 * q[2]; }), start, 1.0, qdot::Automatic{});
   return run.completed() ? 0 : 1;
 }
-)cpp"},
-    {"8 coordinates, a constraint and friction, Dop853", R"cpp(#include <cmath>
+)program"},
+    {"8 coordinates, a constraint and friction, Dop853", R"program(#include <cmath>
 
 #include <qdot/effects/constraints.hpp>
 #include <qdot/effects/dissipation.hpp>
@@ -152,16 +152,16 @@ int main() {
   const auto run = simulate(scene(qdot::mechanical_system<8>(T, V), rod, air), start, 3.0, qdot::Dop853{});
   return run.completed() ? 0 : 1;
 }
-)cpp"},
-    {"double pendulum with its sensitivities, Dop853", std::string(R"cpp(#include <qdot/analysis/sensitivity.hpp>
+)program"},
+    {"double pendulum with its sensitivities, Dop853", std::string(R"program(#include <qdot/analysis/sensitivity.hpp>
 #include <qdot/integrate/runge_kutta.hpp>
-)cpp") + double_pendulum + R"cpp(
+)program") + double_pendulum + R"program(
 int main() {
   const auto found = sensitivities(qdot::mechanical_system<2>(DoublePendulum{}), qdot::State<2>{0.0, {1.7, 1.7}, {0.0, 0.0}}, 3.0, qdot::Dop853{});
   return found.completed() ? 0 : 1;
 }
-)cpp"},
-    {"pendulum that swings periodically", R"cpp(#include <cmath>
+)program"},
+    {"pendulum that swings periodically", R"program(#include <cmath>
 
 #include <qdot/analysis/periodic_orbit.hpp>
 
@@ -177,8 +177,8 @@ int main() {
   const auto swing = periodic_orbit_near(qdot::mechanical_system<1>(Pendulum{}), qdot::State<1>{0.0, {1.3}, {0.0}}, 6.5, qdot::hold_coordinate(0));
   return swing.found() ? 0 : 1;
 }
-)cpp"},
-    {"bead on a hoop and where it rests, by the hoop's speed", R"cpp(#include <cmath>
+)program"},
+    {"bead on a hoop and where it rests, by the hoop's speed", R"program(#include <cmath>
 
 #include <qdot/analysis/equilibrium_branch.hpp>
 
@@ -199,12 +199,12 @@ int main() {
   const auto found = qdot::equilibrium_branches([](double Omega) { return qdot::mechanical_system<1>(Bead{Omega}); }, start, 1.0, 6.0);
   return found.size() > 1 ? 0 : 1;
 }
-)cpp"},
+)program"},
 };
 
-constexpr const char* eigen_only = R"cpp(#include <Eigen/Dense>
+constexpr const char* eigen_only = R"program(#include <Eigen/Dense>
 int main() { return static_cast<int>(Eigen::Matrix2d::Identity().inverse()(0, 1)); }
-)cpp";
+)program";
 
 /// A directory that is removed with everything in it.
 class ScratchDirectory {
@@ -233,9 +233,9 @@ double children_seconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-constexpr const char* headers_of_the_library = R"cpp(#include <qdot/integrate/cvode.hpp>
+constexpr const char* headers_of_the_library = R"program(#include <qdot/integrate/cvode.hpp>
 #include <qdot/integrate/simulate.hpp>
-)cpp";
+)program";
 
 /// The compiler with all its options, started in `directory`.
 std::string compiler_in(const fs::path& directory) {
@@ -284,7 +284,9 @@ Findings measured() {
     const std::string options = linked ? "-DQDOT_COMPILED " : "";
     if (std::system((compiler_in(scratch.path()) + options + "-x c++-header library.hpp -o library.hpp.gch >messages.txt 2>&1").c_str()) != 0) break;
     const double edit = compile_seconds(scratch.path(), user_program, options + "-include library.hpp");
-    if (edit != 0) rows.push_back({linked ? "the same with qdot::compiled, too" : "the same with the library's headers precompiled", edit, baseline, "a program that includes Eigen/Dense", "s"});
+    if (edit != 0)
+      rows.push_back({linked ? "the same with qdot::compiled, too" : "the same with the library's headers precompiled", edit, baseline,
+                      "a program that includes Eigen/Dense", "s"});
   }
   return {.rows = rows,
           .note = "processor time of " QDOT_BENCH_COMPILER " -std=c++20 -O2 -c, the better of two attempts"};

@@ -20,7 +20,7 @@ template <int n, class E>
   const AccelerationJacobian<n> j = acceleration_jacobian(benched_system<n, E>, V(Eigen::Map<const V>(q)), V(Eigen::Map<const V>(qdot)));
   Eigen::Map<V>{out} = j.qddot;
   Eigen::Map<Matrix<double, n>>{out + n} = j.d_q;
-  Eigen::Map<Matrix<double, n>>{out + n + n * n} = j.d_qdot;
+  Eigen::Map<Matrix<double, n>>{out + n * (1 + n)} = j.d_qdot;
 }
 
 template <int n, class E>
@@ -60,7 +60,8 @@ template <int n>
 
 template <int n>
 EquationsRow row_of_form() {
-  return {.system = "chain", .n = n, .door = "jacobian, for, in a run", .baseline = rates_by_form<n>, .measured = jacobian_by_form<n>, .lowest = -2.0, .highest = 2.0, .baseline_name = "its q̈", .numbers_out = 2 * n * n};
+  return {.system = "chain", .n = n, .door = "jacobian, for, in a run", .baseline = rates_by_form<n>, .measured = jacobian_by_form<n>,
+          .lowest = -2.0, .highest = 2.0, .baseline_name = "its q̈", .numbers_out = 2 * n * n};
 }
 
 }  // namespace

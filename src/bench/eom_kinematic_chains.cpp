@@ -26,9 +26,11 @@ template <int n>
 }  // namespace
 
 std::vector<EquationsRow> kinematic_chain_rows() {
-  return joined({chain_rows<1, 2, 3, 4, 5, 6, 7, 8>("kinematic", []<int n>() -> AccelerationFunction { return by_kinematic_door<n, UnrolledPositions<n>>; }),
+  return joined({chain_rows<1, 2, 3, 4, 5, 6, 7, 8>(
+                     "kinematic", []<int n>() -> AccelerationFunction { return by_kinematic_door<n, UnrolledPositions<n>>; }),
                  chain_rows<12, 16, 32>("kinematic", []<int n>() -> AccelerationFunction { return by_kinematic_door<n, LoopedPositions>; }),
-                 chain_rows<1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>("kinematic, for, written out", []<int n>() -> AccelerationFunction { return by_written_out_door<n>; })});
+                 chain_rows<1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>(
+                     "kinematic, for, written out", []<int n>() -> AccelerationFunction { return by_written_out_door<n>; })});
 }
 
 }  // namespace qdot::bench

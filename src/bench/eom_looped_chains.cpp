@@ -30,10 +30,14 @@ using DerivedPairs = Derived<n, PairedChain>;
 }  // namespace
 
 std::vector<EquationsRow> looped_chain_rows() {
-  return joined({general_chain_rows<Looped, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>("general, for"), general_chain_rows<DerivedLoops, 1, 2, 3, 4, 5, 6, 7, 8>("general, for, derived"),
-                 chain_rows<1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32, 48, 64>("general, for, in a run", []<int n>() -> AccelerationFunction { return by_run<n>; }),
-                 general_chain_rows<Paired, 8>("general, for over pairs"), general_chain_rows<DerivedPairs, 8>("general, for over pairs, derived"),
-                 general_chain_rows<Paired, 16>("general, for over pairs"), general_chain_rows<DerivedPairs, 16>("general, for over pairs, derived")});
+  return joined({general_chain_rows<Looped, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>("general, for"),
+                 general_chain_rows<DerivedLoops, 1, 2, 3, 4, 5, 6, 7, 8>("general, for, derived"),
+                 chain_rows<1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32, 48, 64>("general, for, in a run",
+                                                                            []<int n>() -> AccelerationFunction { return by_run<n>; }),
+                 general_chain_rows<Paired, 8>("general, for over pairs"),
+                 general_chain_rows<DerivedPairs, 8>("general, for over pairs, derived"),
+                 general_chain_rows<Paired, 16>("general, for over pairs"),
+                 general_chain_rows<DerivedPairs, 16>("general, for over pairs, derived")});
 }
 
 }  // namespace qdot::bench

@@ -13,6 +13,8 @@ using WrittenOutChain = WrittenOut<n, LoopedChain>;
 
 }  // namespace
 
-std::vector<EquationsRow> written_out_chain_rows() { return general_chain_rows<WrittenOutChain, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>("general, for, written out"); }
+std::vector<EquationsRow> written_out_chain_rows() {
+  return general_chain_rows<WrittenOutChain, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>("general, for, written out");
+}
 
 }  // namespace qdot::bench

@@ -138,7 +138,8 @@ Findings measured() {
   add_rows(found.rows, "hanging chain of rods, Dop853", to_a_hundred_thousand, chain, slanted, Dop853{}, 1e-3);
   add_rows(found.rows, "lattice, CvodeBdf", to_a_hundred_thousand, lattice, wave, CvodeBdf{}, 1e-3);
   add_rows(found.rows, "hanging chain of rods, CvodeBdf", to_a_hundred_thousand, chain, slanted, CvodeBdf{}, 1e-4);
-  found.note = "CPU for each step and coordinate, the median of nine groups of steps of one run; a step of Dop853 is twelve evaluations, or sixteen with constraints";
+  found.note =
+      "CPU for each step and coordinate, the median of nine groups of steps of one run; a step of Dop853 is twelve evaluations, or sixteen with constraints";
   return found;
 }
 

@@ -50,7 +50,9 @@ Findings measured() {
   for_each_of_many([&](const std::string& name, const auto& system, const auto& start_of) {
     add_rows(found.rows, name, [&](std::size_t) -> const auto& { return system; }, system, start_of);
   });
-  for_each_scene_of_many([&](const std::string& name, const auto& model_of, const auto& all, const auto& start_of) { add_rows(found.rows, name, model_of, all, start_of); });
+  for_each_scene_of_many([&](const std::string& name, const auto& model_of, const auto& all, const auto& start_of) {
+    add_rows(found.rows, name, model_of, all, start_of);
+  });
   found.note = "us for one of 512 motions of 5 s at rtol 1e-9 by Dop853, the least of 5 repeats in which all ways alternate; compiled for registers of " +
                std::to_string(detail::register_lanes) + " doubles, " + std::to_string(std::thread::hardware_concurrency()) + " threads";
   return found;

@@ -81,7 +81,8 @@ void for_each_scene_of_many(const Visit& visit) {
     return vector(sin(2.0 * t), 0.0 * t);
   };
   swinging("double_pendulum, pushed", scene(pendulum, force_at_point(outer_bob, push)), two);
-  swinging("chain 4, damped", scene(mechanical_system<4>(UnrolledChain<4>{}), viscous_damping(Eigen::Vector4d(0.1, 0.1, 0.1, 0.1))), std::integral_constant<int, 4>());
+  swinging("chain 4, damped", scene(mechanical_system<4>(UnrolledChain<4>{}), viscous_damping(Eigen::Vector4d(0.1, 0.1, 0.1, 0.1))),
+           std::integral_constant<int, 4>());
   swinging("shaken pendulum", mechanical_system<1>(ShakenPendulum<>{}), std::integral_constant<int, 1>());
 
   const auto energies_of = [](const auto& p) { return ShakenPendulum<std::remove_cvref_t<decltype(p[0])>>{p[0], p[1]}; };

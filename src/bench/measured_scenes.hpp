@@ -114,7 +114,10 @@ struct DampedGuidedChain : ChainCase<Way, length, 1> {
 template <class Way, int length>
 struct OneJointDamped : ChainCase<Way, length, 0> {
   static constexpr const char* effect = "damping of one joint";
-  static auto scene() { return qdot::scene(Way::template system<length>(), viscous_damping(Vector<double, length>(0.1 * Vector<double, length>::Unit(length / 2)))); }
+  static auto scene() {
+    return qdot::scene(Way::template system<length>(),
+                       viscous_damping(Vector<double, length>(0.1 * Vector<double, length>::Unit(length / 2))));
+  }
 };
 
 /// Chains of these lengths by one of the ways, and one of eight, if there is one, beside itself with one joint damped.
@@ -220,7 +223,8 @@ struct OfCatalogue : Case<Scene::n, Scene::constraints> {
   using Hand = typename Scene::Hand;
   static auto scene() {
     constexpr int n = Scene::n;
-    if constexpr (written && CanBeWrittenOut<typename Scene::Energies, n>) return qdot::scene(mechanical_system<n>(written_out<n>(typename Scene::Energies{})), Scene::with());
+    if constexpr (written && CanBeWrittenOut<typename Scene::Energies, n>)
+      return qdot::scene(mechanical_system<n>(written_out<n>(typename Scene::Energies{})), Scene::with());
     else return qdot::scene(mechanical_system<n>(typename Scene::Energies{}), Scene::with());
   }
   static auto states()
@@ -368,7 +372,8 @@ struct JoinedBodies : Case<6, 0> {
       const auto still = vector(0.0 * q[0], 0.0 * q[0], 0.0 * q[0]);
       bodies.rigid_body(1.0, I, still, R);
       bodies.rigid_body(1.0, I, still, S);
-      bodies.point_mass(two.m, vector(two.alpha * R(0, 2) + two.beta * S(0, 2), two.alpha * R(1, 2) + two.beta * S(1, 2), two.alpha * R(2, 2) + two.beta * S(2, 2)));
+      bodies.point_mass(two.m, vector(two.alpha * R(0, 2) + two.beta * S(0, 2), two.alpha * R(1, 2) + two.beta * S(1, 2),
+                                      two.alpha * R(2, 2) + two.beta * S(2, 2)));
     }, gravity_along<2>(0.0)));
   }
 };

@@ -121,7 +121,8 @@ Findings measured() {
   const auto by_series = [&] { return simulate(pendulum, start, t_end, Taylor{}, options).completed(); };
   add_row(found.rows, "double pendulum by Taylor, k = 1: a length", by_series,
           [&] { return sensitivities(energies_of, one, start, t_end, Taylor{}, options, {}, {.start = false}).completed(); });
-  add_row(found.rows, "double pendulum by Taylor, k = 4: the start", by_series, [&] { return sensitivities(pendulum, start, t_end, Taylor{}, options).completed(); });
+  add_row(found.rows, "double pendulum by Taylor, k = 4: the start", by_series,
+          [&] { return sensitivities(pendulum, start, t_end, Taylor{}, options).completed(); });
   add_row(found.rows, "double pendulum by Taylor, k = 8: the start and four parameters", by_series,
           [&] { return sensitivities(energies_of, p, start, t_end, Taylor{}, options).completed(); });
   add_row(found.rows, "double pendulum by Taylor, second derivatives by a length", by_series,
@@ -148,8 +149,9 @@ Findings measured() {
   add_waves(Vector<double, 16>(Vector<double, 16>::Constant(0.3)), "waves, the same in 16 parameters");
   add_waves(Vector<double, 32>(Vector<double, 32>::Constant(0.1)), "waves, the same in 32 parameters");
   add_waves(Vector<double, 64>(Vector<double, 64>::Constant(0.1)), "waves, the same in 64 parameters");
-  found.note = "seconds of a run with k columns of Φ, the least of 60 in turn with the run alone; rtol 1e-10, Dop853 where no other method is named, dense output kept; central differences "
-               "take 1 + 2k runs";
+  found.note =
+      "seconds of a run with k columns of Φ, the least of 60 in turn with the run alone; rtol 1e-10, Dop853 where no other method is named, dense output kept; central differences "
+      "take 1 + 2k runs";
   return found;
 }
 

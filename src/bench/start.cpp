@@ -28,7 +28,8 @@ std::string program_of(const std::string& name) {
   std::error_code unknown;
   const std::string program = (std::filesystem::read_symlink("/proc/self/exe", unknown).parent_path() / ("qdot-bench-" + name)).string();
   if (access(program.c_str(), X_OK) != 0)
-    throw UsageError("bench: must find the program qdot-bench-" + name + " beside qdot, but " + program + " cannot be started; build the target qdot_bench_" + name +
+    throw UsageError("bench: must find the program qdot-bench-" + name + " beside qdot, but " + program +
+                     " cannot be started; build the target qdot_bench_" + name +
                      ", or type ./run bench " + name);
   return program;
 }

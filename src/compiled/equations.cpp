@@ -44,10 +44,14 @@ namespace qdot::detail {
 template void require_valid<double>(const Options&, Eigen::Index);
 template std::string explanation<double>(const Probe&, Outcome, const Standstill&);
 template Failure trouble_of_state<double>(const DrivenForm&, const Eigen::Ref<const Eigen::VectorXd>&, double, double);
-template void drive<false, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
-template void drive<false, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
-template void drive<true, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
-template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+template void drive<false, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>,
+                                  double, const Eigen::VectorXd&, double);
+template void drive<false, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>,
+                                 double, const Eigen::VectorXd&, double);
+template void drive<true, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>,
+                                 double, const Eigen::VectorXd&, double);
+template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>,
+                                double, const Eigen::VectorXd&, double);
 template class BasicChangeWatch<double>;
 template class BasicEnergyWatch<double>;
 template Failure lost_inertia<double>(const Eigen::MatrixXd&, double, double, const std::vector<std::string>&);
@@ -62,7 +66,8 @@ template void add_forces<double>(RecordedMotion&, std::size_t);
 template void throw_not_finite<double>(const std::string&, double);
 template void throw_derivative_not_finite<double>(const std::string&, const std::string&, double);
 template void throw_mass_matrix_error<double>(Eigen::MatrixXd, double, const std::vector<std::string>&);
-template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&, const Eigen::VectorXd&);
+template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&,
+                                                                    const Eigen::VectorXd&);
 template struct Derivation<double>;
 template void TracedEquations<double>::derive(bool, const std::vector<char>&);
 template TracedEquations<double>::Slopes TracedEquations<double>::slopes();

@@ -230,7 +230,9 @@ std::string accuracy_text(const SceneStudy& of) {
             std::string(setting.size() < 14 ? 14 - setting.size() : 0, ' ') + padded(std::to_string(m->evaluations), 12) +
             padded(time_text(m->cpu_median), 14) + "\n";
   }
-  text += "  further than that no method came, or the reference cannot tell; an evaluation of taylor is a whole power series\n  measured on " + of.machine + "\n";
+  text +=
+      "  further than that no method came, or the reference cannot tell; an evaluation of taylor is a whole power series\n  measured on " +
+      of.machine + "\n";
   return text;
 }
 
@@ -337,7 +339,8 @@ std::string accuracy_html(const SceneStudy& of) {
          report::escaped(title) + "</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>" + report::theme_css(":root") + report::plot_css() +
          report::loglog_css() + report::detail::page_css + "</style></head>\n<body><main>\n<h1>" + report::escaped(title) +
          "</h1>\n<p class=\"lead\">Every mark is one run: a method at one tolerance, written beside it, or at one step h. Lower is more exact, "
-         "further left is cheaper. A cross on the upper edge is a run that failed. An evaluation of taylor is a whole power series, one a step.</p>\n<div class=\"grid\">\n" +
+         "further left is cheaper. A cross on the upper edge is a run that failed. "
+         "An evaluation of taylor is a whole power series, one a step.</p>\n<div class=\"grid\">\n" +
          body + "</div>\n<footer>Made by qdot " QDOT_VERSION ". Errors are relative to the largest value of each component on the motion; CPU time is the "
          "median of repeated runs without output. " + report::escaped(of.machine) + ".</footer>\n</main></body></html>\n";
 }

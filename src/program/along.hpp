@@ -67,7 +67,9 @@ inline ModelsAlong::ModelsAlong(const std::string& argument, const std::string& 
     if (!p.whole) valid.push_back(p.name);
   }
   for (const EffectInfo& e : scene_->effects()) {
-    if (e.name == name && !e.on) throw UsageError(argument + ": must be a parameter, or an effect that is on, but " + name + " is off; switch it on by --with " + name);
+    if (e.name == name && !e.on)
+      throw UsageError(argument + ": must be a parameter, or an effect that is on, but " + name + " is off; switch it on by --with " +
+                       name);
     if (e.name == name) value_ = e.value, unit_ = e.unit, is_effect_ = true;
     if (e.on) valid.push_back(e.name);
   }

@@ -85,13 +85,18 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   CLI::App* run_command = app.add_subcommand("run", "simulate a scene");
   add_scene(run_command, run_options);
   add_text(run_command, "--t-end", run_options.t_end, "time to end at", "T");
-  add_text(run_command, "--method", run_options.method, "auto (default: chooses and says why), taylor, dop853, dopri5, adams, bdf (stiff), or symplectic with a fixed step: gauss2 … gauss8, verlet, yoshida_4, blanes_moan_6 …; all in qdot list", "NAME");
+  add_text(
+      run_command, "--method", run_options.method,
+      "auto (default: chooses and says why), taylor, dop853, dopri5, adams, bdf (stiff), or symplectic with a fixed step: gauss2 … gauss8, verlet, yoshida_4, blanes_moan_6 …; all in qdot list",
+      "NAME");
   add_text(run_command, "--step", run_options.step, "step of a method with a fixed one (default: from --rtol, by a short pilot run)", "H");
   add_text(run_command, "--rtol", run_options.rtol, "relative tolerance of the local error (default 1e-10)", "R");
   add_text(run_command, "--atol", run_options.atol, "absolute tolerance of the local error (default 1e-10)", "A");
   add_text(run_command, "--accuracy", run_options.accuracy, "error of the whole motion; chooses both tolerances", "E");
   add_text(run_command, "--samples", run_options.samples, "rows of the table (default 500, or fewer for many coordinates)", "N");
-  add_repeatable(run_command, "--compare", run_options.compare, "one more run beside it, in the same plots and picture: NAME=VALUE,… of parameters, initial values, method, step, rtol, atol, accuracy; with EFFECT[=VALUE]; without EFFECT");
+  add_repeatable(
+      run_command, "--compare", run_options.compare,
+      "one more run beside it, in the same plots and picture: NAME=VALUE,… of parameters, initial values, method, step, rtol, atol, accuracy; with EFFECT[=VALUE]; without EFFECT");
   add_text(run_command, "--out", run_options.out, "write PATH.csv, PATH.npz, PATH.html and PATH.svg", "PATH");
   run_command->add_flag("--forces", run_options.forces, "arrows of the constraints' and the effects' forces in the moving picture, with --out");
   run_command->add_flag("--json", run_options.json, "one JSON object on stdout");
@@ -160,10 +165,12 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   add_text(section_command, "--plane", section_options.plane, "the surface: a coordinate or velocity has a value, NAME=VALUE", "NAME=VALUE");
   add_text(section_command, "--every", section_options.every, "in place of a plane: once in each period T", "T");
   add_text(section_command, "--direction", section_options.direction, "in which the plane is passed: rising (default), falling, either", "D");
-  add_repeatable(section_command, "--angle", section_options.angles, "a coordinate that is an angle: its plane is passed in each turn, and its values are from -pi to pi");
+  add_repeatable(section_command, "--angle", section_options.angles,
+                 "a coordinate that is an angle: its plane is passed in each turn, and its values are from -pi to pi");
   add_text(section_command, "--count", section_options.count, "points of each motion (default 200)", "N");
   add_repeatable(section_command, "--over", section_options.over, "several starts: q0 … or qdot0 … go through values, NAME=FROM:TO:COUNT or NAME=A,B,C");
-  add_text(section_command, "--keep-energy", section_options.keep_energy, "the velocity that is chosen such that all starts have the energy of the first", "NAME");
+  add_text(section_command, "--keep-energy", section_options.keep_energy,
+           "the velocity that is chosen such that all starts have the energy of the first", "NAME");
   add_text(section_command, "--show", section_options.show, "which two of coordinates and velocities are drawn, NAME,NAME", "X,Y");
   add_text(section_command, "--t-end", section_options.t_end, "time to end at, whether there are N points or not (default: N times that of run)", "T");
   add_text(section_command, "--rtol", section_options.rtol, "tolerance of the local error, relative and absolute (default 1e-10)", "R");
@@ -174,12 +181,15 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   OrbitCommandOptions orbit_options;
   CLI::App* orbit_command = app.add_subcommand("orbit", "the periodic orbit near the start, its stability, and its family");
   add_scene(orbit_command, orbit_options);
-  add_text(orbit_command, "--period", orbit_options.period, "what the period is: of a drive, or a multiple; or that of one of the orbits where energy is conserved", "T");
+  add_text(orbit_command, "--period", orbit_options.period,
+           "what the period is: of a drive, or a multiple; or that of one of the orbits where energy is conserved", "T");
   add_text(orbit_command, "--period-guess", orbit_options.period_guess, "where to begin (default: when the motion is nearest to its start again)", "T");
   add_text(orbit_command, "--hold", orbit_options.hold,
            "which orbit of a family is meant: energy (default, where it is conserved) of the start, energy=E, NAME of a coordinate, or nothing (default elsewhere)", "WHAT");
   add_text(orbit_command, "--settle", orbit_options.settle, "let the motion go on for so long, and begin there", "T");
-  add_text(orbit_command, "--along", orbit_options.along, "follow the family: energy=FROM:TO, period=FROM:TO, or a parameter or an effect that is on; without FROM from what it is", "NAME=FROM:TO");
+  add_text(orbit_command, "--along", orbit_options.along,
+           "follow the family: energy=FROM:TO, period=FROM:TO, or a parameter or an effect that is on; without FROM from what it is",
+           "NAME=FROM:TO");
   add_text(orbit_command, "--show", orbit_options.show, "which two of coordinates and velocities are drawn, NAME,NAME", "X,Y");
   add_text(orbit_command, "--out", orbit_options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
   orbit_command->add_flag("--json", orbit_options.json, "one JSON object on stdout");
@@ -188,9 +198,11 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   CLI::App* sensitivity_command = app.add_subcommand("sensitivity", "what a motion depends on: derivatives by its start and by parameters");
   add_scene(sensitivity_command, sensitivity_options);
   add_text(sensitivity_command, "--of", sensitivity_options.of, "which coordinates and velocities (default: all)", "NAME,…");
-  add_text(sensitivity_command, "--to", sensitivity_options.to, "which parameters, effects that are on, and coordinates and velocities of the start (default: all)", "NAME,…");
+  add_text(sensitivity_command, "--to", sensitivity_options.to,
+           "which parameters, effects that are on, and coordinates and velocities of the start (default: all)", "NAME,…");
   add_text(sensitivity_command, "--t-end", sensitivity_options.t_end, "time to end at", "T");
-  add_text(sensitivity_command, "--method", sensitivity_options.method, "dop853 (default), dopri5, adams, bdf, and without contacts and dry friction taylor and gauss2 … gauss8", "NAME");
+  add_text(sensitivity_command, "--method", sensitivity_options.method,
+           "dop853 (default), dopri5, adams, bdf, and without contacts and dry friction taylor and gauss2 … gauss8", "NAME");
   add_text(sensitivity_command, "--step", sensitivity_options.step, "step of gauss2 … gauss8 (default: by --rtol and a pilot run)", "H");
   add_text(sensitivity_command, "--rtol", sensitivity_options.rtol, "tolerance of the local error, relative and absolute (default 1e-11)", "R");
   add_text(sensitivity_command, "--samples", sensitivity_options.samples, "rows of the table of the whole motion (default 400)", "N");
@@ -208,13 +220,15 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   add_text(sweep_command, "--seed", sweep_options.seed, "of the sample (default 1)", "S");
   add_text(sweep_command, "--threads", sweep_options.threads, "default: one for each core, and one with --processes or --shard; the results are the same", "N");
   add_text(sweep_command, "--processes", sweep_options.processes, "so many worker processes; implies --resume", "N");
-  add_text(sweep_command, "--shard", sweep_options.shard, "K/N: only the K-th of N shares; auto: one of several processes that MPI or Slurm has started; implies --resume", "K/N");
+  add_text(sweep_command, "--shard", sweep_options.shard,
+           "K/N: only the K-th of N shares; auto: one of several processes that MPI or Slurm has started; implies --resume", "K/N");
   add_text(sweep_command, "--t-end", sweep_options.t_end, "time to end at", "T");
   add_text(sweep_command, "--method", sweep_options.method, "as for run (default auto)", "NAME");
   add_text(sweep_command, "--rtol", sweep_options.rtol, "relative tolerance of the local error (default 1e-8)", "R");
   add_text(sweep_command, "--atol", sweep_options.atol, "absolute tolerance of the local error (default that of --rtol)", "A");
   add_text(sweep_command, "--out", sweep_options.out, "write PATH.csv, PATH.npz and PATH.html", "PATH");
-  sweep_command->add_flag("--resume", sweep_options.resume, "record each motion in the directory PATH.sweep, and go on with what is there; to be given from the beginning");
+  sweep_command->add_flag("--resume", sweep_options.resume,
+                          "record each motion in the directory PATH.sweep, and go on with what is there; to be given from the beginning");
   sweep_command->add_flag("--json", sweep_options.json, "one JSON object on stdout");
   sweep_command->add_flag("--quiet", sweep_options.quiet, "no progress bar");
 

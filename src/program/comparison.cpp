@@ -21,7 +21,8 @@ std::string trimmed(const std::string& text) {
 // Lays the curves of another page over those of the same quantity, each with its run's name.
 void lay_over(report::Page& page, const report::Page& other, const std::string& label) {
   for (const report::Plot& plot : other.plots) {
-    const auto same = std::find_if(page.plots.begin(), page.plots.end(), [&](const report::Plot& p) { return p.y.label == plot.y.label && p.x.label == plot.x.label; });
+    const auto same = std::find_if(page.plots.begin(), page.plots.end(),
+                                   [&](const report::Plot& p) { return p.y.label == plot.y.label && p.x.label == plot.x.label; });
     if (same == page.plots.end()) continue;
     for (const report::Series& series : plot.series) {
       same->series.push_back(series);
@@ -69,7 +70,9 @@ void lay_over(report::Animation& animation, const report::Animation& other, int 
 report::Plot apart(const std::vector<ComparedRun>& runs) {
   const ComparedRun& first = runs.front();
   const std::string unit = first.scene->time_unit();
-  report::Plot plot{.x = {"t" + (unit.empty() ? "" : " [" + unit + "]")}, .y = {"largest |Δq|, each in its unit", report::Scale::logarithmic}, .time_axis = true};
+  report::Plot plot{.x = {"t" + (unit.empty() ? "" : " [" + unit + "]")},
+                    .y = {"largest |Δq|, each in its unit", report::Scale::logarithmic},
+                    .time_axis = true};
   for (std::size_t k = 1; k < runs.size(); ++k) {
     report::Series series;
     series.label = runs[k].label;

@@ -178,7 +178,8 @@ inline constexpr bool any_has_rows<n, std::tuple<Effects...>> = (has_rows<n, Eff
 
 // What a constraint demands to be zero, if an effect is one that lasts.
 template <int n, class Effect, class Q, class S, class Add>
-void add_rows([[maybe_unused]] const Effect& effect, [[maybe_unused]] const Q& q, [[maybe_unused]] const Q& v, [[maybe_unused]] const S& t, [[maybe_unused]] const Add& add) {
+void add_rows([[maybe_unused]] const Effect& effect, [[maybe_unused]] const Q& q, [[maybe_unused]] const Q& v, [[maybe_unused]] const S& t,
+              [[maybe_unused]] const Add& add) {
   if constexpr (has_rows<n, Effect>()) {
     const auto rows = [&] {
       if constexpr (HolonomicEffect<Effect, n>) {

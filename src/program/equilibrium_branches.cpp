@@ -60,8 +60,9 @@ std::size_t special_count(const std::vector<PointsOfBranch>& branches) {
 
 std::string summary(const ModelsAlong& models, double from, double to, const std::vector<PointsOfBranch>& branches) {
   const std::size_t count = special_count(branches);
-  return "equilibria along " + models.name() + " from " + rounded_text(from, 6) + " to " + rounded_text(to, 6) + (models.unit().empty() ? "" : " " + models.unit()) + ": " +
-         std::to_string(branches.size()) + (branches.size() == 1 ? " branch, " : " branches, ") + std::to_string(count) + (count == 1 ? " special point" : " special points");
+  return "equilibria along " + models.name() + " from " + rounded_text(from, 6) + " to " + rounded_text(to, 6) +
+         (models.unit().empty() ? "" : " " + models.unit()) + ": " + std::to_string(branches.size()) +
+         (branches.size() == 1 ? " branch, " : " branches, ") + std::to_string(count) + (count == 1 ? " special point" : " special points");
 }
 
 std::string beginning(const std::vector<PointsOfBranch>& branches, std::size_t i, const std::string& name) {
@@ -148,7 +149,8 @@ void write(const std::vector<std::string>& paths, const SteadyRequest& request, 
   const std::string rate = request.scene->time_unit().empty() ? "" : "1/" + request.scene->time_unit();
   report::Table table;
   table.columns = {{"branch", "", {}}, {"kind", "", {}}, {models.name(), models.unit(), {}}};
-  for (Eigen::Index i = 0; i < components.dof; ++i) table.columns.push_back({components.names[static_cast<std::size_t>(i)], components.units[static_cast<std::size_t>(i)], {}});
+  for (Eigen::Index i = 0; i < components.dof; ++i)
+    table.columns.push_back({components.names[static_cast<std::size_t>(i)], components.units[static_cast<std::size_t>(i)], {}});
   table.columns.push_back({"growing", "", {}});
   table.columns.push_back({"largest_re", rate, {}});
   report::Page page{.title = request.scene->title(), .lead = request.scene->summary()};
@@ -156,7 +158,9 @@ void write(const std::vector<std::string>& paths, const SteadyRequest& request, 
     report::Facts facts{.heading = "Branch " + std::to_string(b + 1) + ", " + beginning(branches, b, models.name()), .rows = {}};
     for (std::size_t k = 0; k < branches[b].points.size(); ++k) {
       const PointOfBranch& point = branches[b].points[k];
-      std::vector<double> row = {static_cast<double>(b + 1), static_cast<double>(std::find(std::begin(kinds), std::end(kinds), point.kind) - std::begin(kinds)), point.p};
+      std::vector<double> row = {static_cast<double>(b + 1),
+                                 static_cast<double>(std::find(std::begin(kinds), std::end(kinds), point.kind) - std::begin(kinds)),
+                                 point.p};
       for (const double q : point.q) row.push_back(q);
       row.push_back(point.growing);
       row.push_back(point.exponents.size() > 0 ? point.exponents.real().maxCoeff() : 0.0);
@@ -169,7 +173,9 @@ void write(const std::vector<std::string>& paths, const SteadyRequest& request, 
   }
   for (const Eigen::Index i : shown) page.plots.push_back(diagram(models, components, branches, i));
   page.footer = summary + ". Kinds in the table: 0 start, 1 regular, 2 fold, 3 branch point, 4 Hopf point, 5 end.";
-  report::write_files({{paths[0], report::csv(table)}, {paths[1], report::html(page)}, {paths[2], report::svg(diagram(models, components, branches, shown.front()))}});
+  report::write_files({{paths[0], report::csv(table)},
+                       {paths[1], report::html(page)},
+                       {paths[2], report::svg(diagram(models, components, branches, shown.front()))}});
 }
 
 }  // namespace
@@ -190,7 +196,8 @@ int equilibria_along(const EquilibriaOptions& options) {
   try {
     branches = branches_along(request, models, from, range.to);
   } catch (const Error& error) {
-    throw UsageError("--along " + range.name + ": there must be " + (request.steady ? "a steady motion" : "an equilibrium") + " to begin with; " + error.what());
+    throw UsageError("--along " + range.name + ": there must be " + (request.steady ? "a steady motion" : "an equilibrium") +
+                     " to begin with; " + error.what());
   }
   if (shown.empty()) {
     shown.push_back(liveliest(components, branches));

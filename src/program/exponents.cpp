@@ -26,7 +26,8 @@ std::string lacks_exponents(const Model& model) {
 
 LyapunovSpectrum exponents_of(const std::shared_ptr<const Model>& model, const Request& request, const LyapunovOptions& options,
                               const std::function<void(double)>& reached) {
-  return qdot::detail::lyapunov_spectrum_of<Eigen::MatrixXd>(flow_of(model, request, reached), request.start.t, model->packed(request.start), request.t_end, options);
+  return qdot::detail::lyapunov_spectrum_of<Eigen::MatrixXd>(flow_of(model, request, reached), request.start.t,
+                                                             model->packed(request.start), request.t_end, options);
 }
 
 Alignment alignment_of(const std::shared_ptr<const Model>& model, const Request& request) {

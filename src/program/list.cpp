@@ -78,7 +78,8 @@ void show(const RunnableScene& scene, const std::string& given) {
   std::printf("\n");
   show_energies(scene);
   if (!scene.parameters().empty()) std::printf("parameters, --set NAME=VALUE\n");
-  for (const ParameterInfo& p : scene.parameters()) row(p.name, p.value, p.unit, with_range(p.meaning, p.whole ? "a whole number " + p.range.text() : p.range.text()));
+  for (const ParameterInfo& p : scene.parameters())
+    row(p.name, p.value, p.unit, with_range(p.meaning, p.whole ? "a whole number " + p.range.text() : p.range.text()));
   std::printf("%sstart, --set NAME=VALUE\n", scene.parameters().empty() ? "" : "\n");
   const std::vector<scenes::Coordinate> coordinates = scene.coordinates();
   const State<Dynamic> start = scene.start();

@@ -68,7 +68,8 @@ void write(const LyapunovRequest& request, const LyapunovSpectrum& found) {
     for (const Eigen::VectorXd& running : found.running) values.push_back(running[i]);
     table.columns.push_back({"lambda_" + number, request.rate, values});
     plot.series.push_back({.label = "λ" + number, .x = found.times, .y = std::move(values)});
-    facts.rows.push_back({"λ" + number, report::rounded_text(found.lambda[i], 6) + " ± " + report::rounded_text(found.standard_error[i], 2) + " " + request.rate});
+    facts.rows.push_back({"λ" + number, report::rounded_text(found.lambda[i], 6) + " ± " +
+                                            report::rounded_text(found.standard_error[i], 2) + " " + request.rate});
   }
   report::Page page{.title = request.scene->title(), .lead = request.scene->summary()};
   page.tables.push_back(std::move(facts));

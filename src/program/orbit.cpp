@@ -53,7 +53,9 @@ using report::with_unit;
 void choose_held(OrbitTask& task, const OrbitCommandOptions& options, const FirstReturn& back) {
   const std::string scene = task.scene->name();
   if (back.driven) {
-    if (!options.period) throw UsageError("--period: must be given where something depends on the time, as in " + scene + ": the period of what does, or a multiple of it");
+    if (!options.period)
+      throw UsageError("--period: must be given where something depends on the time, as in " + scene +
+                       ": the period of what does, or a multiple of it");
     if (options.hold) throw UsageError("--hold: must be left out where the period is that of a drive, given " + *options.hold);
     task.held = HeldWhat::drive;
     return;
@@ -82,7 +84,8 @@ OrbitTask task_of(const OrbitCommandOptions& options) {
   const std::string scene = task.scene->name();
   for (const OwnState& state : task.model->own_states())
     if (state.kind == OwnState::state)
-      throw UsageError("SCENE: must have no states but coordinates and velocities, for orbits, but an effect of " + scene + " has one of its own, " + state.name);
+      throw UsageError("SCENE: must have no states but coordinates and velocities, for orbits, but an effect of " + scene +
+                       " has one of its own, " + state.name);
   if (options.along) {
     task.range = along("--along", *options.along);
     task.in = task.range->name == "energy" ? In::energy : task.range->name == "period" ? In::period : In::parameter;
@@ -149,7 +152,9 @@ report::Facts facts_of(const OrbitTask& task, const Orbit& orbit) {
     facts.rows.push_back({task.components.names[k], with_unit(number_text(orbit.x[i]), task.components.units[k]), "at the start"});
   }
   for (const Multiplier& m : orbit.multipliers)
-    facts.rows.push_back({"multiplier", multiplier_text(m.value), m.trivial ? "trivial" : "|μ| = " + rounded_text(std::abs(m.value), 8) + ", known to " + rounded_text(m.radius, 2)});
+    facts.rows.push_back(
+        {"multiplier", multiplier_text(m.value),
+         m.trivial ? "trivial" : "|μ| = " + rounded_text(std::abs(m.value), 8) + ", known to " + rounded_text(m.radius, 2)});
   for (const std::string& open : orbit.undetermined) facts.rows.push_back({"left open", open});
   return facts;
 }
@@ -175,7 +180,9 @@ report::Series curve(const OrbitTask& task, const std::vector<Eigen::VectorXd>& 
 report::Plot circle_of(const Orbit& orbit) {
   report::Plot plot{.title = "Multipliers", .x = {.label = "Re μ"}, .y = {.label = "Im μ"}, .height = 420};
   plot.equal_units = true;
-  report::Series circle{.label = "unit circle", .x = {}, .y = {}}, trivial{.label = "trivial", .x = {}, .y = {}, .markers = true, .dots = true}, others{.label = "others", .x = {}, .y = {}, .markers = true, .dots = true};
+  report::Series circle{.label = "unit circle", .x = {}, .y = {}},
+      trivial{.label = "trivial", .x = {}, .y = {}, .markers = true, .dots = true},
+      others{.label = "others", .x = {}, .y = {}, .markers = true, .dots = true};
   for (int k = 0; k <= 120; ++k) {
     circle.x.push_back(std::cos(std::numbers::pi * k / 60.0));
     circle.y.push_back(std::sin(std::numbers::pi * k / 60.0));
@@ -196,7 +203,8 @@ void write_orbit(const OrbitTask& task, const Orbit& orbit) {
   const Eigen::Index n = task.components.dof;
   report::Table table;
   table.columns = {{"t", task.scene->time_unit(), {}}};
-  for (Eigen::Index i = 0; i < 2 * n; ++i) table.columns.push_back({task.components.names[static_cast<std::size_t>(i)], task.components.units[static_cast<std::size_t>(i)], {}});
+  for (Eigen::Index i = 0; i < 2 * n; ++i)
+    table.columns.push_back({task.components.names[static_cast<std::size_t>(i)], task.components.units[static_cast<std::size_t>(i)], {}});
   report::Animation animation{.drawing = task.scene->drawing(), .time_unit = task.scene->time_unit()};
   for (std::size_t k = 0; k < points.size(); ++k) {
     const double t = orbit.t + orbit.period * static_cast<double>(k) / samples;
@@ -268,19 +276,24 @@ void write_family(const OrbitTask& task, const FamilyFound& family) {
   const std::string time = task.scene->time_unit();
   const std::vector<std::string> kinds_in_file = {"start", "regular", "fold", "period_doubling", "branch", "torus", "end"};
   report::Table table;
-  table.columns = {{"kind", "", {}}, {task.followed(), task.followed_unit(), {}}, {"T", time, {}}, {"h", task.scene->energy_unit(), {}}, {"stability", "", {}}, {"largest_re", "", {}}, {"largest_im", "", {}}};
+  table.columns = {{"kind", "", {}},      {task.followed(), task.followed_unit(), {}},
+                   {"T", time, {}},       {"h", task.scene->energy_unit(), {}},
+                   {"stability", "", {}}, {"largest_re", "", {}},
+                   {"largest_im", "", {}}};
   for (Eigen::Index i = 0; i < 2 * task.components.dof; ++i)
     table.columns.push_back({task.components.names[static_cast<std::size_t>(i)], task.components.units[static_cast<std::size_t>(i)], {}});
   report::Facts facts{.heading = "Family", .rows = {}};
   for (const OrbitOfFamily& each : family.orbits) {
     const Orbit& orbit = each.orbit;
     const Multiplier* most = largest(orbit);
-    std::vector<double> row = {static_cast<double>(std::find(kinds_in_file.begin(), kinds_in_file.end(), each.kind) - kinds_in_file.begin()), each.value, orbit.period, orbit.energy,
+    std::vector<double> row = {static_cast<double>(std::find(kinds_in_file.begin(), kinds_in_file.end(),
+                                                             each.kind) - kinds_in_file.begin()), each.value, orbit.period, orbit.energy,
                                static_cast<double>(orbit.stability), most ? most->value.real() : 1.0, most ? most->value.imag() : 0.0};
     for (const double x : orbit.x) row.push_back(x);
     for (std::size_t i = 0; i < row.size(); ++i) table.columns[i].values.push_back(row[i]);
     if (each.kind != "regular")
-      facts.rows.push_back({words(each.kind), task.followed() + " = " + number_text(each.value), "T = " + number_text(orbit.period) + ", " + std::string(description(orbit.stability))});
+      facts.rows.push_back({words(each.kind), task.followed() + " = " + number_text(each.value),
+                            "T = " + number_text(orbit.period) + ", " + std::string(description(orbit.stability))});
   }
   report::Page page{.title = task.scene->title(), .lead = task.scene->summary()};
   page.tables.push_back(std::move(facts));
@@ -296,7 +309,8 @@ void write_family(const OrbitTask& task, const FamilyFound& family) {
   if (task.in == In::period) page.plots.push_back(along_family(task, family, energy_label, [&](std::size_t k) { return orbit_of(k).energy; }));
   else if (task.held != HeldWhat::drive) page.plots.push_back(along_family(task, family, period_label, [&](std::size_t k) { return orbit_of(k).period; }));
   page.plots.push_back(along_family(task, family, "extent of " + task.components.label(task.x), [&](std::size_t k) { return extents[k]; }));
-  page.plots.push_back(along_family(task, family, "largest |μ|", [&](std::size_t k) { return largest(orbit_of(k)) ? std::abs(largest(orbit_of(k))->value) : 1.0; }));
+  page.plots.push_back(along_family(task, family, "largest |μ|",
+                                    [&](std::size_t k) { return largest(orbit_of(k)) ? std::abs(largest(orbit_of(k))->value) : 1.0; }));
   page.plots.back().y.scale = report::Scale::logarithmic;
   report::Plot orbits = plane(task, "Orbits of the family");
   constexpr std::size_t shown = 8;
@@ -305,7 +319,9 @@ void write_family(const OrbitTask& task, const FamilyFound& family) {
     orbits.series.push_back(curves[count > 1 ? i * (curves.size() - 1) / (count - 1) : 0]);
   }
   page.plots.push_back(std::move(orbits));
-  page.footer = family.message + ". In the table: kinds 0 start, 1 regular, 2 fold, 3 period doubling, 4 branch point, 5 torus, 6 end; stability 0 asymptotic, 1 to first order, 2 not decided, 3 unstable.";
+  page.footer =
+      family.message +
+      ". In the table: kinds 0 start, 1 regular, 2 fold, 3 period doubling, 4 branch point, 5 torus, 6 end; stability 0 asymptotic, 1 to first order, 2 not decided, 3 unstable.";
   const std::string picture = report::svg(page.plots.front());
   report::write_files({{task.paths[0], report::csv(table)}, {task.paths[1], report::html(page)}, {task.paths[2], picture}});
 }
@@ -314,20 +330,23 @@ void print_orbit(const OrbitTask& task, const Orbit& orbit) {
   std::printf("%s: %s%s\n", task.scene->name().c_str(), orbit.found() ? "periodic orbit, " : "no periodic orbit, ",
               orbit.found() ? std::string(description(orbit.stability)).c_str() : std::string(name(orbit.outcome)).c_str());
   for (const report::Fact& fact : facts_of(task, orbit).rows)
-    std::printf("  %-14s %-*s%s\n", fact.name.c_str(), fact.remark.empty() ? 0 : 26, fact.value.c_str(), fact.remark.empty() ? "" : (" " + fact.remark).c_str());
+    std::printf("  %-14s %-*s%s\n", fact.name.c_str(), fact.remark.empty() ? 0 : 26, fact.value.c_str(),
+                fact.remark.empty() ? "" : (" " + fact.remark).c_str());
   std::printf("  %s\n", orbit.message.c_str());
 }
 
 void print_family(const OrbitTask& task, const FamilyFound& family) {
   std::printf("%s: %s\n", task.scene->name().c_str(), family.message.c_str());
   const std::string time = task.scene->time_unit();
-  std::printf("  %-16s %-18s %-16s %-16s %-12s %s\n", "", task.followed_label().c_str(), time.empty() ? "T" : ("T [" + time + "]").c_str(), "h", "largest |mu|", "stability");
+  std::printf("  %-16s %-18s %-16s %-16s %-12s %s\n", "", task.followed_label().c_str(), time.empty() ? "T" : ("T [" + time + "]").c_str(),
+              "h", "largest |mu|", "stability");
   for (std::size_t k = 0; k < family.orbits.size(); ++k) {
     const OrbitOfFamily& each = family.orbits[k];
     if (each.kind == "regular" && k + 1 < family.orbits.size()) continue;
     const Multiplier* most = largest(each.orbit);
-    std::printf("  %-16s %-18s %-16s %-16s %-12s %s\n", words(each.kind).c_str(), number_text(each.value).c_str(), number_text(each.orbit.period).c_str(),
-                number_text(each.orbit.energy).c_str(), most ? rounded_text(std::abs(most->value), 6).c_str() : "1", std::string(description(each.orbit.stability)).c_str());
+    std::printf("  %-16s %-18s %-16s %-16s %-12s %s\n", words(each.kind).c_str(), number_text(each.value).c_str(),
+                number_text(each.orbit.period).c_str(), number_text(each.orbit.energy).c_str(),
+                most ? rounded_text(std::abs(most->value), 6).c_str() : "1", std::string(description(each.orbit.stability)).c_str());
   }
 }
 

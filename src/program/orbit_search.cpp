@@ -156,7 +156,8 @@ FirstReturn first_return(const ChosenScene& chosen, const Model& model, std::opt
     const Energies energies = model.energies(motion.times[k], motion.samples[k]);
     drift = std::max(drift, std::abs(energies.jacobi - h));
     scale = std::max({scale, std::abs(energies.kinetic), std::abs(energies.potential)});
-    for (Eigen::Index i = 0; i < 2 * n; ++i) extent[i] = std::max(extent[i], std::abs(motion.samples[k][i] - y0[i] - (i < n ? turns(motion.samples[k], i) : 0.0)));
+    for (Eigen::Index i = 0; i < 2 * n; ++i)
+      extent[i] = std::max(extent[i], std::abs(motion.samples[k][i] - y0[i] - (i < n ? turns(motion.samples[k], i) : 0.0)));
   }
   found.conserves_energy = drift <= 1e-6 * scale;
   std::size_t best = motion.samples.size() - 1;

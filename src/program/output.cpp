@@ -221,7 +221,7 @@ void write_outputs(const std::string& path, const std::vector<ComparedRun>& runs
   report::Plot plot = shown.plots.front();
   plot.title = shown.title;
   const std::string picture = !shown.animation || shown.animation->frames.empty() ? report::svg(plot)
-                                                              : report::still_svg(*shown.animation, first.result.end.t, plot);
+                                                                                  : report::still_svg(*shown.animation, first.result.end.t, plot);
   const std::vector<std::string> paths = output_paths(path), further = further_paths(path, runs.size());
   std::vector<report::File> files;
   for (std::size_t k = 0; k < runs.size(); ++k) {

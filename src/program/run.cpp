@@ -80,10 +80,12 @@ Request request_of(RunnableScene& scene, const RunOptions& options) {
     request.forces = true;
     const auto refuse = [](const std::string& why) { throw UsageError("--forces: must stand " + why); };
     if (!options.out) refuse("with --out PATH, whose page shows them");
-    if (scene.positions(request.start.q, request.start.t).empty()) refuse("with a scene that has a view, but " + scene.name() + " has plots only; give it .positions");
+    if (scene.positions(request.start.q, request.start.t).empty())
+      refuse("with a scene that has a view, but " + scene.name() + " has plots only; give it .positions");
     const Eigen::VectorXd y = model->packed(request.start);
     if (!model->is_constrained() && model->applied_forces(request.start.t, y).size() == 0)
-      refuse("with constraints or effects, but " + scene.name() + " has T and V alone, whose forces have no arrows; --with EFFECT gives it one, qdot list " + scene.name() + " has their names");
+      refuse("with constraints or effects, but " + scene.name() +
+             " has T and V alone, whose forces have no arrows; --with EFFECT gives it one, qdot list " + scene.name() + " has their names");
   }
   if (options.rtol) request.rtol = tolerance("--rtol", *options.rtol);
   if (options.atol) request.atol = tolerance("--atol", *options.atol);
@@ -110,7 +112,8 @@ void print_summary(const RunnableScene& scene, const Request& request, const Res
   if (result.events.size() > most_events) std::printf("  … and %zu more events (all of them with --json)\n", result.events.size() - most_events);
   for (std::size_t i = 0; i < std::min(result.reactions.size(), most_reactions); ++i)
     std::printf("  lambda of %s  %.12g\n", result.reactions[i].name.c_str(), result.reactions[i].lambda);
-  if (result.reactions.size() > most_reactions) std::printf("  … and %zu more multipliers (all of them with --json)\n", result.reactions.size() - most_reactions);
+  if (result.reactions.size() > most_reactions)
+    std::printf("  … and %zu more multipliers (all of them with --json)\n", result.reactions.size() - most_reactions);
   if (result.start_moved && std::max(result.start_moved->moved_q, result.start_moved->moved_qdot) > start_on_constraints) {
     std::printf("  the start was moved onto the constraints: coordinates by at most %s, velocities by at most %s\n",
                 report::rounded_text(result.start_moved->moved_q, 3).c_str(),
@@ -152,7 +155,8 @@ void print_differences(const ComparedRun& first, const ComparedRun& other) {
   constexpr std::size_t most = 8;
   const std::vector<Difference> all = largest_differences(first, other);
   for (std::size_t i = 0; i < std::min(most, all.size()); ++i)
-    std::printf("%s %s in %s at t = %s", i > 0 ? "," : "", report::rounded_text(all[i].size, 3).c_str(), all[i].coordinate.c_str(), report::rounded_text(all[i].t, 4).c_str());
+    std::printf("%s %s in %s at t = %s", i > 0 ? "," : "", report::rounded_text(all[i].size, 3).c_str(), all[i].coordinate.c_str(),
+                report::rounded_text(all[i].t, 4).c_str());
   std::printf("%s\n", all.size() > most ? ", …" : "");
 }
 
@@ -183,7 +187,8 @@ int run(const RunOptions& options) {
     try {
       ProgressBar progress(run.request.start.t, run.request.t_end, !options.quiet);
       const Watcher watcher = [&](double t) { progress.reached(t); };
-      run.result = accuracies[k] ? simulated_to_accuracy(run.scene->model(), run.request, *accuracies[k], watcher) : simulated(run.scene->model(), run.request, watcher);
+      run.result = accuracies[k] ? simulated_to_accuracy(run.scene->model(), run.request, *accuracies[k], watcher)
+                                 : simulated(run.scene->model(), run.request, watcher);
     } catch (const InvalidValue& error) {  // a tolerance finer than double has digits
       throw UsageError(error.what());
     }

@@ -131,8 +131,9 @@ class Model : public qdot::detail::DrivenForm {
   virtual Eigen::VectorXd state_rates(double, const Eigen::VectorXd&) const { return {}; }
   virtual Eigen::VectorXd state_accelerations(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const { return {}; }
 
-  // Where the number of coordinates is known at run time only: what an implicit method asks where few of them meet (integrate/cvode/sparse.hpp). Other models have no
-  // equations, and are not asked further. All is inline: a scene that is compiled by itself has nothing to link with.
+  // Where the number of coordinates is known at run time only: what an implicit method asks where few of them meet
+  // (integrate/cvode/sparse.hpp). Other models have no equations, and are not asked further. All is inline: a scene that is compiled by
+  // itself has nothing to link with.
   virtual std::shared_ptr<qdot::detail::TracedEquations<double>> equations() const { return nullptr; }
   virtual void run_functors(qdot::detail::RecordedMotion&) const {}
   virtual void accelerate(double /*t*/, const double* /*y*/, double* /*a*/, double* /*lambda*/) const {}

@@ -56,7 +56,10 @@ class Hash {
 
 /// Where libraries are kept.
 fs::path cache_directory() {
-  const auto from = [](const char* variable) { const char* value = std::getenv(variable); return value != nullptr && value[0] == '/' ? fs::path(value) : fs::path(); };
+  const auto from = [](const char* variable) {
+    const char* value = std::getenv(variable);
+    return value != nullptr && value[0] == '/' ? fs::path(value) : fs::path();
+  };
   fs::path place = from("XDG_CACHE_HOME");
   if (place.empty() && !from("HOME").empty()) place = from("HOME") / ".cache";
   std::error_code failed;
@@ -239,7 +242,8 @@ Make* made_by(const std::string& given, const fs::path& library) {
   if (handle == nullptr) throw UsageError("SCENE: must be complete, given " + given + ", which lacks something: " + dlerror());
   void* symbol = dlsym(handle, "_Z10qdot_scenev");
   if (symbol == nullptr) {
-    throw UsageError("SCENE: must define OwnScene qdot_scene(), outside of all namespaces and not static, given " + given + ", which does not; `qdot new NAME` writes an example");
+    throw UsageError("SCENE: must define OwnScene qdot_scene(), outside of all namespaces and not static, given " + given +
+                     ", which does not; `qdot new NAME` writes an example");
   }
   return reinterpret_cast<Make*>(symbol);
 }

@@ -75,8 +75,9 @@ class SceneRunner : public RunnableScene {
       if (const auto* whole = std::get_if<int E::*>(&p.member)) {
         const scenes::Range range = whole_range(p.range);
         if (!range.holds(value) || value != std::floor(value))
-          throw InvalidValue(p.name + (p.meaning.empty() ? "" : " (" + p.meaning + ")") + " must be a whole number " + range.text() + ", given " + report::exact_text(value));
-        energies_.**whole = static_cast<int>(value);
+          throw InvalidValue(p.name + (p.meaning.empty() ? "" : " (" + p.meaning + ")") + " must be a whole number " + range.text() +
+                             ", given " + report::exact_text(value));
+        energies_.*(*whole) = static_cast<int>(value);
         return;
       }
       require_physical(p.name, p.meaning, p.range, value);
@@ -91,7 +92,8 @@ class SceneRunner : public RunnableScene {
     if (scene_.coordinates) {
       named = scene_.coordinates(energies_);
       if (named.empty() || (n != Dynamic && named.size() != static_cast<std::size_t>(n)))
-        throw InvalidValue("coordinates must name each of " + (n == Dynamic ? std::string("them") : std::to_string(n)) + ", but name " + std::to_string(named.size()));
+        throw InvalidValue("coordinates must name each of " + (n == Dynamic ? std::string("them") : std::to_string(n)) + ", but name " +
+                           std::to_string(named.size()));
     } else if constexpr (n == Dynamic) {
       throw InvalidValue("coordinates must be given where their number is not known to the compiler: .coordinates is a function of the parameters");
     } else {
@@ -105,7 +107,8 @@ class SceneRunner : public RunnableScene {
     if (!scene_.start) return {0.0, Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count)};
     const State<n> start = scene_.start(energies_);
     if (start.q.size() != count || start.qdot.size() != count)
-      throw InvalidValue("start must have " + std::to_string(count) + " coordinates and as many velocities, but has " + std::to_string(start.q.size()) + " and " +
+      throw InvalidValue("start must have " + std::to_string(count) + " coordinates and as many velocities, but has " +
+                         std::to_string(start.q.size()) + " and " +
                          std::to_string(start.qdot.size()));
     return {start.t, start.q, start.qdot};
   }

@@ -235,7 +235,8 @@ void write(const SectionRequest& request) {
     plot.series.push_back(std::move(series));
     if (!section.complete() && facts.rows.size() < most_rows)
       facts.rows.push_back({motion.label.empty() ? "from the start" : motion.label,
-                            std::to_string(section.size()) + " points, " + std::string(name(section.outcome)) + " at t = " + report::rounded_text(section.t_reached, 6)});
+                            std::to_string(section.size()) + " points, " + std::string(name(section.outcome)) +
+                                " at t = " + report::rounded_text(section.t_reached, 6)});
   }
   report::Page page{.title = request.scene->title(), .lead = request.scene->summary()};
   const std::string picture = report::svg(plot);

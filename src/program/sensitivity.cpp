@@ -48,7 +48,9 @@ struct SensitivityTask : ChosenScene {
   std::vector<std::string> paths = {};
 };
 
-std::string with_time(const SensitivityTask& task, double t) { return rounded_text(t, 8) + (task.scene->time_unit().empty() ? "" : " " + task.scene->time_unit()); }
+std::string with_time(const SensitivityTask& task, double t) {
+  return rounded_text(t, 8) + (task.scene->time_unit().empty() ? "" : " " + task.scene->time_unit());
+}
 
 std::vector<std::string> names_in(const std::string& text) {
   std::vector<std::string> names;
@@ -117,13 +119,17 @@ SensitivityTask task_of(const SensitivityCommandOptions& options) {
   if (const std::string why = variation_misfit(*task.model, method.name); !why.empty()) {
     std::string fitting;
     for (const std::string& name : varying_methods(*task.model)) fitting += (fitting.empty() ? "" : ", ") + name;
-    throw UsageError("--method: must fit " + task.scene->name() + " and take its derivatives along, but " + method.name + " " + why + " (what fits: " + fitting + ")");
+    throw UsageError("--method: must fit " + task.scene->name() + " and take its derivatives along, but " + method.name + " " + why +
+                     " (what fits: " + fitting + ")");
   }
   if (options.step && !method.fixed_step())
     throw UsageError("--step: must stand with a method of fixed step, gauss2 … gauss8, given with " + method.name + ", which chooses its steps by --rtol");
   if (method.fixed_step())
-    task.method.step = options.step ? positive_number("--step", *options.step)
-                                    : chosen_step(task.model, {.start = task.start, .t_end = task.t_end, .rtol = task.options.rtol, .atol_each = {}, .step = {}}, method.order);
+    task.method.step =
+        options.step
+            ? positive_number("--step", *options.step)
+            : chosen_step(task.model, {.start = task.start, .t_end = task.t_end, .rtol = task.options.rtol, .atol_each = {}, .step = {}},
+                          method.order);
   task.paths = writable_files(options.out, {".csv", ".html", ".svg"});
   return task;
 }
@@ -157,7 +163,9 @@ SensitivityTable table_of(const SensitivityTask& task, const VariedMotion& motio
     for (Eigen::Index j = 0; j < columns; ++j) {
       const Eigen::Index column = task.columns[static_cast<std::size_t>(j)];
       table.derivative(i, j) = motion.Phi(place, column);
-      table.error(i, j) = coarse.outcome == motion.outcome && coarse.t == motion.t ? std::abs(motion.Phi(place, column) - coarse.Phi(place, column)) : std::nan("");
+      table.error(i, j) = coarse.outcome == motion.outcome && coarse.t == motion.t
+                              ? std::abs(motion.Phi(place, column) - coarse.Phi(place, column))
+                              : std::nan("");
     }
   }
   return table;
@@ -174,7 +182,8 @@ std::string per(const std::string& unit, const std::string& by) {
 std::vector<Eigen::Index> ordered(const SensitivityTable& table, Eigen::Index i) {
   std::vector<Eigen::Index> order;
   for (Eigen::Index j = 0; j < table.derivative.cols(); ++j) order.push_back(j);
-  std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return std::abs(table.derivative(i, a)) > std::abs(table.derivative(i, b)); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return std::abs(table.derivative(i, a)) > std::abs(table.derivative(i, b)); });
   return order;
 }
 
@@ -188,13 +197,15 @@ void print(const SensitivityTask& task, const SensitivityTable& table) {
   std::printf("%s: %s at t = %s\n", task.scene->name().c_str(), table.outcome.c_str(), with_time(task, table.t).c_str());
   for (Eigen::Index i = 0; i < table.derivative.rows(); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    std::printf("\n%s = %s%s depends on\n", table.of[k].c_str(), rounded_text(table.values[i], 8).c_str(), table.units[k].empty() ? "" : (" " + table.units[k]).c_str());
+    std::printf("\n%s = %s%s depends on\n", table.of[k].c_str(), rounded_text(table.values[i], 8).c_str(),
+                table.units[k].empty() ? "" : (" " + table.units[k]).c_str());
     std::printf("  %-22s %-18s %-10s %-10s %s\n", "", "derivative", "known to", "for 1 %", "unit");
     for (const Eigen::Index j : ordered(table, i)) {
       const DependsOn& to = table.to[static_cast<std::size_t>(j)];
       const std::string unit = per(table.units[k], to.unit), one = hundredth(table, i, j);
-      std::printf("  %-22s %-18s %-10s %-*s%s%s\n", to.name.c_str(), rounded_text(table.derivative(i, j), 10).c_str(), std::isfinite(table.error(i, j)) ? rounded_text(table.error(i, j), 1).c_str() : "",
-                  unit.empty() ? 0 : 10, one.c_str(), unit.empty() ? "" : " ", unit.c_str());
+      std::printf("  %-22s %-18s %-10s %-*s%s%s\n", to.name.c_str(), rounded_text(table.derivative(i, j), 10).c_str(),
+                  std::isfinite(table.error(i, j)) ? rounded_text(table.error(i, j), 1).c_str() : "", unit.empty() ? 0 : 10, one.c_str(),
+                  unit.empty() ? "" : " ", unit.c_str());
     }
   }
   if (table.outcome != "completed") std::printf("\n  %s\n", table.message.c_str());
@@ -215,7 +226,10 @@ void write(const SensitivityTask& task, const SensitivityTable& found, const Var
   for (std::size_t i = 0; i < task.of.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     report::Facts facts{.heading = found.of[i] + " at t = " + with_time(task, found.t) + " depends on", .rows = {}};
-    report::Plot plot{.title = "What " + found.of[i] + " depends on", .x = {.label = table.columns[0].heading()}, .y = {.label = "∂" + found.of[i] + "/∂…"}, .height = 380};
+    report::Plot plot{.title = "What " + found.of[i] + " depends on",
+                      .x = {.label = table.columns[0].heading()},
+                      .y = {.label = "∂" + found.of[i] + "/∂…"},
+                      .height = 380};
     constexpr std::size_t most = 12;
     for (const Eigen::Index j : ordered(found, row)) {
       const auto k = static_cast<std::size_t>(j);

@@ -104,7 +104,8 @@ void choose_workers(Sweep& sweep, const SweepOptions& options) {
   sweep.is_recorded = options.resume || options.processes || options.shard;
   if (!sweep.is_recorded) {
     if (const std::string others = said_of_others(); !others.empty())
-      throw UsageError("--shard: must be given where several processes are started together (" + others + "), as each would do the whole sweep and write the same files; "
+      throw UsageError("--shard: must be given where several processes are started together (" + others +
+                       "), as each would do the whole sweep and write the same files; "
                        "give --out PATH --shard auto and they share it, or --shard 1/1 where each has a sweep and a PATH of its own");
     return;
   }
@@ -124,14 +125,16 @@ void choose_workers(Sweep& sweep, const SweepOptions& options) {
 Sweep sweep_of(const SweepOptions& options) {
   const auto make = scene_maker(options.scene);
   Sweep sweep{.nominal = chosen_scene(options, make()), .make = make, .base = options, .values = swept_values(options.over, options.random, options.seed)};
-  if (sweep.values.count() > 100'000'000) throw UsageError("--over: must not ask for more than 100000000 motions, given " + std::to_string(sweep.values.count()));
+  if (sweep.values.count() > 100'000'000)
+    throw UsageError("--over: must not ask for more than 100000000 motions, given " + std::to_string(sweep.values.count()));
   const auto effects = sweep.nominal.scene->effects();
   for (SweptAxis& axis : sweep.values.axes())
     axis.is_effect = std::any_of(effects.begin(), effects.end(), [&](const EffectInfo& effect) { return effect.name == axis.name; });
   sweep.quantities = quantities_of(options.record, *sweep.nominal.scene, *sweep.nominal.model);
   sweep.request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : sweep.nominal.scene->t_end();
   if (!(sweep.request.t_end > sweep.nominal.start.t))
-    throw UsageError("--t-end: must be after the start, t = " + report::exact_text(sweep.nominal.start.t) + ", given " + report::exact_text(sweep.request.t_end));
+    throw UsageError("--t-end: must be after the start, t = " + report::exact_text(sweep.nominal.start.t) + ", given " +
+                     report::exact_text(sweep.request.t_end));
   if (options.method) sweep.request.method = method_named(*options.method).name;
   if (const std::string why = misfit(*sweep.nominal.model, sweep.request.method); !why.empty())
     throw UsageError("--method: must fit " + options.scene + ", but " + sweep.request.method + " " + why);
@@ -252,7 +255,8 @@ report::Facts outcomes_of(const Sweep& sweep, const std::vector<Row>& rows) {
   for (const Row& row : rows)
     if (row.outcome != Outcome::completed) ++count[std::string(name(row.outcome))];
   for (const auto& [outcome, times] : count) {
-    const auto first = std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.outcome != Outcome::completed && name(row.outcome) == outcome; });
+    const auto first = std::find_if(rows.begin(), rows.end(),
+                                    [&](const Row& row) { return row.outcome != Outcome::completed && name(row.outcome) == outcome; });
     facts.rows.push_back({outcome, std::to_string(times), "first " + numbered(sweep, static_cast<std::size_t>(first - rows.begin())) + ": " + first->message});
   }
   return facts;
@@ -272,7 +276,9 @@ std::string html_of(const Sweep& sweep, const std::vector<Row>& rows, const std:
     } else if (axes.size() == 2) {
       report::HeatMap map{.title = labelled(quantity.text, quantity.unit), .x_label = labelled(axes[0].name, unit_of(sweep, axes[0].name)),
                           .y_label = labelled(axes[1].name, unit_of(sweep, axes[1].name)), .x = axes[0].values, .y = axes[1].values, .values = values};
-      for (const Row& row : rows) map.remarks.push_back(row.outcome == Outcome::completed ? "not within the time" : std::string(name(row.outcome)) + ": " + row.message);
+      for (const Row& row : rows)
+        map.remarks.push_back(row.outcome == Outcome::completed ? "not within the time"
+                                                                : std::string(name(row.outcome)) + ": " + row.message);
       page.figures.push_back(report::heat_map(map));
     } else if (axes.size() == 1) {
       report::Plot plot{.title = ""};
@@ -423,7 +429,8 @@ int shown(const Sweep& sweep, const SweepOptions& options, const std::vector<Row
     }
     std::set<std::string> said;  // each outcome once, with the first message
     for (const Row& row : rows)
-      if (row.outcome != Outcome::completed && said.insert(std::string(name(row.outcome))).second) std::printf("  first %s: %s\n", std::string(name(row.outcome)).c_str(), row.message.c_str());
+      if (row.outcome != Outcome::completed && said.insert(std::string(name(row.outcome))).second)
+        std::printf("  first %s: %s\n", std::string(name(row.outcome)).c_str(), row.message.c_str());
     for (const std::string& path : sweep.paths) std::printf("  wrote %s\n", path.c_str());
   }
   return failed == 0 ? 0 : 1;

@@ -149,7 +149,8 @@ void settle_manifest(const std::string& path, const std::string& manifest) {
     }
     const int file = open(draft.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (file < 0 && (errno == EACCES || errno == EROFS))
-      throw UsageError("--out: must be a path where this process may write, but " + draft + " cannot (" + std::strerror(errno) + "); choose another --out, or change the permissions of " + path);
+      throw UsageError("--out: must be a path where this process may write, but " + draft + " cannot (" + std::strerror(errno) +
+                       "); choose another --out, or change the permissions of " + path);
     if (file < 0) fail("a sweep's manifest must be written", draft, errno);
     try {
       write_all(file, manifest, draft);

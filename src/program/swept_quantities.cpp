@@ -24,7 +24,8 @@ void require_event(const std::string& event, const RunnableScene& scene, const M
     names += (names.empty() ? "" : ", ") + state.name;
   }
   throw UsageError("--record t(event " + event + "): " + scene.name() +
-                   (names.empty() ? " has no contacts or dry friction, and no events; t(NAME=VALUE) is when a coordinate passes a value" : " has events of " + names + " only"));
+                   (names.empty() ? " has no contacts or dry friction, and no events; t(NAME=VALUE) is when a coordinate passes a value"
+                                  : " has events of " + names + " only"));
 }
 
 }  // namespace
@@ -54,7 +55,9 @@ std::vector<Quantity> quantities_of(const std::vector<std::string>& records, con
   for (const std::string& text : wanted) {
     Quantity quantity{.text = text};
     const auto inside = [&](const std::string& head) {  // of head(…)
-      return text.size() > head.size() + 2 && text.starts_with(head + "(") && text.back() == ')' ? text.substr(head.size() + 1, text.size() - head.size() - 2) : std::string();
+      return text.size() > head.size() + 2 && text.starts_with(head + "(") && text.back() == ')'
+                 ? text.substr(head.size() + 1, text.size() - head.size() - 2)
+                 : std::string();
     };
     if (text == "energy" || text == "energy_drift_max") {
       quantity.kind = text == "energy" ? Kind::energy : Kind::energy_drift;
@@ -93,7 +96,8 @@ std::vector<Quantity> quantities_of(const std::vector<std::string>& records, con
     } else {
       quantity.component = component(text);
     }
-    if (quantity.kind == Kind::at_end || quantity.kind == Kind::greatest || quantity.kind == Kind::least) quantity.unit = units[static_cast<std::size_t>(quantity.component)];
+    if (quantity.kind == Kind::at_end || quantity.kind == Kind::greatest || quantity.kind == Kind::least)
+      quantity.unit = units[static_cast<std::size_t>(quantity.component)];
     quantities.push_back(std::move(quantity));
   }
   return quantities;
@@ -102,7 +106,8 @@ std::vector<Quantity> quantities_of(const std::vector<std::string>& records, con
 QuantityWatch::QuantityWatch(const std::vector<Quantity>& quantities, std::shared_ptr<const Model> model)
     : quantities_(quantities), model_(std::move(model)), found_(quantities.size(), std::numeric_limits<double>::quiet_NaN()), before_(quantities.size(), 0.0) {
   for (const Quantity& quantity : quantities) {
-    wants_steps_ = wants_steps_ || quantity.kind == Kind::greatest || quantity.kind == Kind::least || quantity.kind == Kind::passage || quantity.kind == Kind::energy_drift;
+    wants_steps_ = wants_steps_ || quantity.kind == Kind::greatest || quantity.kind == Kind::least || quantity.kind == Kind::passage ||
+                   quantity.kind == Kind::energy_drift;
     only_passages_ = only_passages_ && quantity.kind == Kind::passage;
   }
 }

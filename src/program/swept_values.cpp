@@ -28,8 +28,11 @@ SweptAxis sampled_axis(const std::string& text, std::size_t tilde) {
   const std::string law = text.substr(tilde + 1);
   const std::size_t open = law.find('(');
   const std::string kind = law.substr(0, open);
-  const std::vector<std::string> numbers = open == std::string::npos || law.back() != ')' ? std::vector<std::string>() : parts_of(law.substr(open + 1, law.size() - open - 2), ',');
-  if ((kind != "uniform" && kind != "normal") || numbers.size() != 2) throw UsageError("--over: must be NAME~uniform(A,B) or NAME~normal(MEAN,SIGMA) with --random, given " + text);
+  const std::vector<std::string> numbers = open == std::string::npos || law.back() != ')'
+                                               ? std::vector<std::string>()
+                                               : parts_of(law.substr(open + 1, law.size() - open - 2), ',');
+  if ((kind != "uniform" && kind != "normal") || numbers.size() != 2)
+    throw UsageError("--over: must be NAME~uniform(A,B) or NAME~normal(MEAN,SIGMA) with --random, given " + text);
   axis.distribution = kind == "uniform" ? Distribution::uniform : Distribution::normal;
   axis.a = finite_number(option(axis), numbers[0]);
   axis.b = finite_number(option(axis), numbers[1]);
@@ -46,7 +49,8 @@ SweptAxis grid_axis(const std::string& text, std::size_t equals) {
     return axis;
   }
   const std::vector<std::string> parts = parts_of(values, ':');
-  if (parts.size() < 3 || parts.size() > 4 || (parts.size() == 4 && parts[3] != "log")) throw UsageError("--over: must be NAME=FROM:TO:COUNT, with :log behind it or not, or NAME=A,B,C, given " + text);
+  if (parts.size() < 3 || parts.size() > 4 || (parts.size() == 4 && parts[3] != "log"))
+    throw UsageError("--over: must be NAME=FROM:TO:COUNT, with :log behind it or not, or NAME=A,B,C, given " + text);
   const double from = finite_number(option(axis), parts[0]), to = finite_number(option(axis), parts[1]);
   const long count = whole_number(option(axis) + ": COUNT", parts[2], 1, 100'000'000);
   axis.logarithmic = parts.size() == 4;

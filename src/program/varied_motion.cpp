@@ -56,7 +56,8 @@ class ModelRecorder final : public qdot::detail::VariationalRecorder {
  private:
   qdot::detail::RecordedMotion motion(std::vector<int>&) const override { return std::move(*models_.form.model->recorded_motion()); }
   Eigen::Index differenced() const override { return models_.parameters(); }
-  void for_each_neighbour(Eigen::Index j, qdot::detail::RecordedMotion& m, const std::function<void(qdot::detail::RecordedMotion&, double)>& use) const override {
+  void for_each_neighbour(Eigen::Index j, qdot::detail::RecordedMotion& m,
+                          const std::function<void(qdot::detail::RecordedMotion&, double)>& use) const override {
     models_.for_each_neighbour(j, [&](const SwitchingModel& member, double weight) {
       const auto near = member.model->recorded_on(m.recording);
       use(*near, weight);
@@ -93,7 +94,9 @@ VariedMotion varied_motion(const VariedModel& of, double t0, const Eigen::Vector
   using qdot::detail::Changes, qdot::detail::VariationalForm;
   if (const std::string why = variation_misfit(*of.model, method.name); !why.empty()) throw InvalidValue(method.name + " " + why);
   options.keep_trajectory = false;
-  ModelVariations equations(Models({&of}, Eigen::Map<const Eigen::VectorXd>(of.parameters.data(), static_cast<Eigen::Index>(of.parameters.size()))), of.with_start, false);
+  ModelVariations equations(
+      Models({&of}, Eigen::Map<const Eigen::VectorXd>(of.parameters.data(), static_cast<Eigen::Index>(of.parameters.size()))),
+      of.with_start, false);
   const Eigen::VectorXd both = begun(equations, t0, y0, options);
   const Eigen::Index size = equations.state_size(), columns = equations.columns();
   if (options.atol.size() > 1) {
@@ -115,7 +118,9 @@ VariedMotion varied_motion(const VariedModel& of, double t0, const Eigen::Vector
       default: return info.name == "dopri5" ? run_of(any, Dopri5{}) : run_of(any, Dop853{});
     }
   }();
-  VariedMotion motion{run.outcome, run.message, run.t, run.y.head(size), {}, Eigen::Map<const Eigen::MatrixXd>(run.y.data() + size, size, columns), run.samples.t, {}};
+  VariedMotion motion{run.outcome,      run.message, run.t,
+                      run.y.head(size), {},          Eigen::Map<const Eigen::MatrixXd>(run.y.data() + size, size, columns),
+                      run.samples.t,    {}};
   motion.ydot = equations.state_rate(run.t, motion.y);
   for (Eigen::Index k = 0; k < run.samples.y.cols(); ++k) motion.samples.emplace_back(run.samples.y.col(k));
   return motion;

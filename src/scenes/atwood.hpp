@@ -37,7 +37,7 @@ inline Scene<Atwood, 1> atwood() {
       .start = {0.0},
       .t_end = 1.0,
       .drawing = {report::line({0, 2}), report::line({1, 3}), report::ellipse(4, 0, 5), report::line({4, 6}, 6),
-                           report::pivot(4), report::disk(2, 0, 14), report::disk(3, 1, 11)},
+                  report::pivot(4), report::disk(2, 0, 14), report::disk(3, 1, 11)},
       .positions = [](const Atwood& s, const Vector<double, 1>& q, double) -> std::vector<Point> {
         const double angle = -q[0] / s.R;
         return {{-s.R, 0.0}, {s.R, 0.0}, {-s.R, -1.0 - q[0]}, {s.R, -2.0 + q[0]}, {0.0, 0.0}, {0.0, s.R},

@@ -48,7 +48,7 @@ inline Scene<DoublePendulum, 2> double_pendulum() {
       .start = {1.7, 1.7},
       .t_end = 20.0,
       .drawing = {report::trail(2, 1, 2.5), report::line({0, 1, 2}), report::pivot(0), report::disk(1, 0),
-                           report::disk(2, 1)},
+                  report::disk(2, 1)},
       .positions = [](const DoublePendulum& s, const Vector<double, 2>& q, double) -> std::vector<Point> {
         const Point inner{s.l1 * std::sin(q[0]), -s.l1 * std::cos(q[0])};
         return {{0.0, 0.0}, inner, {inner.x + s.l2 * std::sin(q[1]), inner.y - s.l2 * std::cos(q[1])}};

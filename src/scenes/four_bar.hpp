@@ -65,7 +65,7 @@ inline Scene<FourBar, 3> four_bar() {
       .start = [](const FourBar& s) { return State<3>{0.0, four_bar_angles(s, 0.5), {20.0, 0.0, 0.0}}; },
       .t_end = 5.0,
       .drawing = {report::trail(4, 0, 0.5), report::line({0, 1}, 0), report::line({1, 2}), report::line({2, 3}, 1),
-                           report::pivot(0), report::pivot(3), report::disk(1, 0, 5), report::disk(2, 1, 5)},
+                  report::pivot(0), report::pivot(3), report::disk(1, 0, 5), report::disk(2, 1, 5)},
       .positions = [](const FourBar& s, const Vector<double, 3>& q, double) -> std::vector<Point> {
         const Point A{s.a * std::cos(q[0]), s.a * std::sin(q[0])};
         const Point B{A.x + s.b * std::cos(q[1]), A.y + s.b * std::sin(q[1])};

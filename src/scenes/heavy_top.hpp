@@ -48,7 +48,8 @@ inline Scene<HeavyTop, 3> heavy_top() {
       .coordinates = {{"theta", "rad"}, {"phi", "rad"}, {"psi", "rad"}},
       .start = {0.6, 0.0, 0.0, 0.0, 0.0, 8.0},
       .t_end = 10.0,
-      .drawing = report::in_space({report::trail(1, 1, 6.0), report::ellipse(2, 3, 4, 0), report::line({2, 3}, 0), report::line({0, 1}), report::pivot(0), report::disk(1, 1, 4)}),
+      .drawing = report::in_space({report::trail(1, 1, 6.0), report::ellipse(2, 3, 4, 0), report::line({2, 3}, 0), report::line({0, 1}),
+                                   report::pivot(0), report::disk(1, 1, 4)}),
       .positions = [](const HeavyTop&, const Vector<double, 3>& q, double) -> std::vector<Point> {
         const double ct = std::cos(q[0]), st = std::sin(q[0]), cp = std::cos(q[1]), sp = std::sin(q[1]);
         const auto at = [&](double along, double radius, double angle) {  // in the body: along the axis, then around it

@@ -46,7 +46,7 @@ inline Scene<RodAndRing, 2> rod_and_ring() {
       .start = {0.4, 0.2, 0.1, 1.0},
       .t_end = 1.0,
       .drawing = {report::trail(2, 1), report::line({1, 2}, 6), report::line({0, 1}), report::pivot(0),
-                           report::disk(2, 1)},
+                  report::disk(2, 1)},
       .positions = [](const RodAndRing& s, const Vector<double, 2>& q, double) -> std::vector<Point> {
         const double c = std::cos(q[1]), sn = std::sin(q[1]);
         return {{0.0, 0.0}, {s.L * c, s.L * sn}, {q[0] * c, q[0] * sn}};

@@ -42,7 +42,8 @@ inline Scene<SphericalPendulum, 2> spherical_pendulum() {
       .coordinates = {{"theta", "rad"}, {"phi", "rad"}},
       .start = {1.2, 0.0, 0.0, 1.0},
       .t_end = 20.0,
-      .drawing = report::in_space({report::ellipse(0, 2, 3), report::ellipse(0, 2, 4), report::trail(1, 0, 4.0), report::line({0, 1}), report::pivot(0), report::disk(1)}),
+      .drawing = report::in_space({report::ellipse(0, 2, 3), report::ellipse(0, 2, 4), report::trail(1, 0, 4.0), report::line({0, 1}),
+                                   report::pivot(0), report::disk(1)}),
       .positions = [](const SphericalPendulum& s, const Vector<double, 2>& q, double) -> std::vector<Point> {
         const double rho = s.l * std::sin(q[0]);
         return {{0.0, 0.0, 0.0}, {rho * std::cos(q[1]), rho * std::sin(q[1]), -s.l * std::cos(q[0])}, {s.l, 0.0, 0.0}, {0.0, s.l, 0.0}, {0.0, 0.0, s.l}};

@@ -39,7 +39,9 @@ struct Formulas {
     formula::LineWriter<double> writer(graph, inputs, shortest_run);
     formula::LineTable table;
     for (std::size_t k = 0; k < outputs.size(); k += at_once)
-      writer.write(std::vector<int>(outputs.begin() + static_cast<std::ptrdiff_t>(k), outputs.begin() + static_cast<std::ptrdiff_t>(std::min(outputs.size(), k + at_once))), table);
+      writer.write(std::vector<int>(outputs.begin() + static_cast<std::ptrdiff_t>(k),
+                                    outputs.begin() + static_cast<std::ptrdiff_t>(std::min(outputs.size(), k + at_once))),
+                   table);
     table.lines.emplace_back();
     std::vector<double> numbers(writer.count(), std::nan(""));
     std::copy(x.begin(), x.end(), numbers.begin());

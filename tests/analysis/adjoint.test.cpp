@@ -68,8 +68,9 @@ TEST_CASE("the gradient of a number at the end of a double pendulum's motion is 
   const Five p{{1.0, 0.7, 1.1, 0.9, 9.81}};
   const State<2> start{0.0, {1.7, 1.2}, {0.3, -0.2}};
   const auto forwards = sensitivities(systems::DoublePendulumFamily{}, p, start, 3.0, Dop853{}, fine);
-  const auto backwards = functional_gradient(systems::DoublePendulumFamily{}, p, start, 3.0, qdot::end_value([](const auto& q, const auto& v) { return q[0] * q[0] + 0.3 * q[1] - v[0] * v[1]; }),
-                                             Dop853{}, fine);
+  const auto backwards = functional_gradient(
+      systems::DoublePendulumFamily{}, p, start, 3.0,
+      qdot::end_value([](const auto& q, const auto& v) { return q[0] * q[0] + 0.3 * q[1] - v[0] * v[1]; }), Dop853{}, fine);
   REQUIRE(backwards.completed());
   const Eigen::Vector4d y = forwards.y, slope(2 * y[0], 0.3, -y[3], -y[2]);
   CHECK_THAT(backwards.value, WithinAbs(y[0] * y[0] + 0.3 * y[1] - y[2] * y[3], 1e-11));
@@ -83,8 +84,11 @@ TEST_CASE("the integral of what a rate changes has the gradient of the change") 
   constexpr double error = 1e-10;
   const Five p{{1.0, 0.7, 1.1, 0.9, 9.81}};
   const State<2> start{0.0, {1.7, 1.2}, {0.3, -0.2}};
-  const auto at_end = functional_gradient(systems::DoublePendulumFamily{}, p, start, 3.0, qdot::end_value([](const auto& q) { return q[0] * q[1]; }), Dop853{}, fine);
-  const auto on_the_way = functional_gradient(systems::DoublePendulumFamily{}, p, start, 3.0, qdot::integral([](const auto& q, const auto& v) { return v[0] * q[1] + q[0] * v[1]; }), Dop853{}, fine);
+  const auto at_end = functional_gradient(systems::DoublePendulumFamily{}, p, start, 3.0,
+                                          qdot::end_value([](const auto& q) { return q[0] * q[1]; }), Dop853{}, fine);
+  const auto on_the_way =
+      functional_gradient(systems::DoublePendulumFamily{}, p, start, 3.0,
+                          qdot::integral([](const auto& q, const auto& v) { return v[0] * q[1] + q[0] * v[1]; }), Dop853{}, fine);
   CHECK_THAT(on_the_way.value, WithinAbs(at_end.value - 1.7 * 1.2, error));
   CHECK((on_the_way.by_parameters - at_end.by_parameters).norm() < error);
   CHECK((on_the_way.by_start + Eigen::Vector4d(1.2, 1.7, 0, 0) - at_end.by_start).norm() < error);
@@ -94,10 +98,12 @@ TEST_CASE("the integral of what a rate changes has the gradient of the change") 
 // x = 5 + cos ωt: ∫ (x − 5)² dt = T/2 + sin 2ωT/4ω, and dk = 2ω dω.
 TEST_CASE("an oscillator's mean square depends on its stiffness as the closed form says") {
   constexpr double omega = 1.3, T = 7.0, error = 1e-11;
-  const auto found = functional_gradient(BallOf{}, Five{{0.0, 0.5, 6.0, 0.0, omega * omega}}, T, qdot::integral([](const auto& q) { return (q[0] - 5.0) * (q[0] - 5.0); }), Dop853{}, fine);
+  const auto found = functional_gradient(BallOf{}, Five{{0.0, 0.5, 6.0, 0.0, omega * omega}}, T,
+                                         qdot::integral([](const auto& q) { return (q[0] - 5.0) * (q[0] - 5.0); }), Dop853{}, fine);
   REQUIRE(found.completed());
   CHECK_THAT(found.value, WithinAbs(T / 2 + std::sin(2 * omega * T) / (4 * omega), error));
-  CHECK_THAT(found.by_parameters[4], WithinAbs((T * std::cos(2 * omega * T) / (2 * omega) - std::sin(2 * omega * T) / (4 * omega * omega)) / (2 * omega), error));
+  CHECK_THAT(found.by_parameters[4],
+             WithinAbs((T * std::cos(2 * omega * T) / (2 * omega) - std::sin(2 * omega * T) / (4 * omega * omega)) / (2 * omega), error));
   CHECK_THAT(found.by_parameters[2], WithinAbs(2 * found.value, error));  // of the square of the amplitude 1
   CHECK((found.by_parameters.segment(2, 2) - found.by_start).norm() < error);
   CHECK_THAT(found.by_end, WithinAbs(std::pow(std::cos(omega * T), 2), error));
@@ -109,7 +115,8 @@ TEST_CASE("of many parameters the gradient is the closed form's as well, and tha
   using Twelve = qdot::Vector<double, 12>;
   Twelve p = Twelve::Constant(omega * omega / 11);
   p[0] = 1.7;
-  const auto found = functional_gradient(SpringsOf{}, p, State<1>{0.0, {1.0}, {0.0}}, T, qdot::integral([](const auto& q) { return q[0] * q[0]; }), Dop853{}, fine);
+  const auto found = functional_gradient(SpringsOf{}, p, State<1>{0.0, {1.0}, {0.0}}, T,
+                                         qdot::integral([](const auto& q) { return q[0] * q[0]; }), Dop853{}, fine);
   INFO(found.message);
   REQUIRE(found.completed());
   const double by_k = (T * std::cos(2 * omega * T) / (2 * omega) - std::sin(2 * omega * T) / (4 * omega * omega)) / (2 * omega);
@@ -137,7 +144,8 @@ TEST_CASE("a ball's height after three bounces depends on g, e and where it bega
   CHECK_THAT(found.by_parameters[2], WithinAbs(1.596182170076060328, error));
   CHECK_THAT(found.by_end, WithinAbs(-9.508652199492931147, error));
   // ∫ ẋ dt is the same but for the start, though ẋ jumps at each bounce.
-  const auto way = functional_gradient(BallOf{}, Five{{9.8, 0.8, 50.0, 0.0, 0.0}}, 15.0, qdot::integral([](const auto&, const auto& v) { return v[0]; }), Dop853{}, fine);
+  const auto way = functional_gradient(BallOf{}, Five{{9.8, 0.8, 50.0, 0.0, 0.0}}, 15.0,
+                                       qdot::integral([](const auto&, const auto& v) { return v[0]; }), Dop853{}, fine);
   CHECK_THAT(way.value, WithinAbs(found.value - 50, error));
   CHECK_THAT(way.by_parameters[1], WithinAbs(found.by_parameters[1], 100 * error));
   CHECK_THAT(way.by_parameters[2], WithinAbs(found.by_parameters[2] - 1, error));

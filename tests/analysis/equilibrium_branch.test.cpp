@@ -170,17 +170,26 @@ TEST_CASE("Ziegler's column flutters at 7/2 - sqrt 2, with equal damping at 41/2
 }
 
 TEST_CASE("L4 is stable up to Routh's mass ratio") {
-  const auto found = equilibrium_branches([](double mu) { return mechanical_system<2>(qdot::systems::ThreeBodies{mu}); }, Eigen::Vector2d(0.49, std::sqrt(0.75)), 0.01, 0.06);
+  const auto found = equilibrium_branches([](double mu) { return mechanical_system<2>(qdot::systems::ThreeBodies{mu}); },
+                                          Eigen::Vector2d(0.49, std::sqrt(0.75)), 0.01, 0.06);
   REQUIRE(found[0].all(BranchKind::hopf).size() == 1);
   CHECK_THAT(found[0].all(BranchKind::hopf)[0].p, WithinAbs(0.03852089650455139708, located));
   for (const auto& point : found[0].points) CHECK_THAT(point.q[0], WithinAbs(0.5 - point.p, rounding));
 }
 
 TEST_CASE("what cannot be followed is refused with the reason") {
-  CHECK(qdot::error_message([&] { equilibrium_branches(valley, V1(1.0), 1.0, 1.0); }).find("must be finite and not empty, but goes from 1 to 1") != std::string::npos);
-  CHECK(qdot::error_message([&] { equilibrium_branches(valley, V1(1.0), 1.0, 0.0, {.longest_step = 0.0}); }).find("the longest step must lie between 0 and 1") != std::string::npos);
+  CHECK(qdot::error_message([&] {
+          equilibrium_branches(valley, V1(1.0), 1.0, 1.0);
+        }).find("must be finite and not empty, but goes from 1 to 1") != std::string::npos);
+  CHECK(qdot::error_message([&] {
+          equilibrium_branches(valley, V1(1.0), 1.0, 0.0, {.longest_step = 0.0});
+        }).find("the longest step must lie between 0 and 1") != std::string::npos);
   CHECK(qdot::error_message([&] { equilibrium_branches(valley, Eigen::Vector2d(1.0, 0.0), 1.0, 0.0); }).starts_with("q must have 1 entry, but has 2"));
-  CHECK(qdot::error_message([&] { equilibrium_branches(valley, V1(1.0), -1.0, 1.0); }).find("all accelerations must vanish somewhere near the start") != std::string::npos);
+  CHECK(qdot::error_message([&] {
+          equilibrium_branches(valley, V1(1.0), -1.0, 1.0);
+        }).find("all accelerations must vanish somewhere near the start") != std::string::npos);
   const auto kinked = [](double p) { return valley(std::abs(p - 0.5) + 0.5); };
-  CHECK(qdot::error_message([&] { equilibrium_branches(kinked, V1(1.0), 0.5, 1.0); }).find("must have a derivative with respect to its parameter, but at 0.5") != std::string::npos);
+  CHECK(qdot::error_message([&] {
+          equilibrium_branches(kinked, V1(1.0), 0.5, 1.0);
+        }).find("must have a derivative with respect to its parameter, but at 0.5") != std::string::npos);
 }

@@ -116,15 +116,24 @@ TEST_CASE("the double pendulum stretches a deviation as a computation in extende
 }
 
 TEST_CASE("what cannot be asked of a spectrum is refused, and a run that fails keeps what was counted") {
-  CHECK(qdot::error_message([] { lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.interval = 0.0}); }).starts_with("the interval between orthonormalizations must be positive, but is 0;"));
-  CHECK(qdot::error_message([] { lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.settle = 10.0}); }).starts_with("the time to settle must lie within the run, but is 10 of 10;"));
+  CHECK(qdot::error_message([] {
+          lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.interval = 0.0});
+        }).starts_with("the interval between orthonormalizations must be positive, but is 0;"));
+  CHECK(qdot::error_message([] {
+          lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.settle = 10.0});
+        }).starts_with("the time to settle must lie within the run, but is 10 of 10;"));
   CHECK(qdot::error_message([] { lyapunov_spectrum(top, at_rest, std::numeric_limits<double>::quiet_NaN(), Dop853{}, fine); }) ==
         "the end of the run must be finite and not its start, but it is nan from 0; give it a time");
   CHECK(qdot::error_message([] { lyapunov_spectrum(top, State<1>{1.7e9, {0.0}, {0.0}}, 1.7e9 + 1.0, Dop853{}, fine, {.interval = 1e-8}); })
             .starts_with("the interval between orthonormalizations must be longer than the times resolve, but 1e-08 is below 3.02e-06;"));
-  CHECK(qdot::error_message([] { lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.directions = 3}); }).find("but 3 were asked for") != std::string::npos);
-  CHECK(qdot::error_message([] { qdot::stretching(Eigen::MatrixXd::Constant(2, 2, std::numeric_limits<double>::quiet_NaN())); }).find("must be finite") != std::string::npos);
-  const auto away = lyapunov_spectrum(top, State<1>{0.0, {1e-3}, {0.0}}, 100.0, Dop853{}, {.rtol = 1e-12, .atol = 1e-12, .state_norm_limit = 1e9}, {.settle = 2.0});
+  CHECK(qdot::error_message([] {
+          lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.directions = 3});
+        }).find("but 3 were asked for") != std::string::npos);
+  CHECK(qdot::error_message([] {
+          qdot::stretching(Eigen::MatrixXd::Constant(2, 2, std::numeric_limits<double>::quiet_NaN()));
+        }).find("must be finite") != std::string::npos);
+  const auto away = lyapunov_spectrum(top, State<1>{0.0, {1e-3}, {0.0}}, 100.0, Dop853{},
+                                      {.rtol = 1e-12, .atol = 1e-12, .state_norm_limit = 1e9}, {.settle = 2.0});
   CHECK(away.outcome == Outcome::state_limit);
   CHECK(away.t > 10.0);
   CHECK(std::abs(away.lambda[0] - 2.0) < 1e-3);  // settled as far as e^(−8)

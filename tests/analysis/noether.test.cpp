@@ -54,8 +54,10 @@ TEST_CASE("an anisotropic field violates rotation by its torque") {
   const auto torque = symmetry_violation(system, Rotation{}, NoGauge{}, std::vector<State<2>>{state});
   CHECK_FALSE(torque.is_symmetry());
   CHECK_THAT(torque.rate, WithinRel(0.8 * 0.7 * -0.4, 1e-12));  // −k x times ξ_x = −y
-  CHECK_THROWS_WITH(noether_integral(system, Rotation{}, NoGauge{}, std::vector<State<2>>{state}),
-                    StartsWith("noether_integral: the motion must not change under the transformation, but p.dq'/ds - F changes at the rate -0.224, a sum of terms of size"));
+  CHECK_THROWS_WITH(
+      noether_integral(system, Rotation{}, NoGauge{}, std::vector<State<2>>{state}),
+      StartsWith(
+          "noether_integral: the motion must not change under the transformation, but p.dq'/ds - F changes at the rate -0.224, a sum of terms of size"));
 }
 
 TEST_CASE("a boost is a symmetry of a free particle with the gauge term m x, and says where it was at t = 0") {

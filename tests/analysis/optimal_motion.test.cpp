@@ -73,7 +73,8 @@ TEST_CASE("the least effort over a distance is a straight line in time") {
   const auto bent = optimal_motion(pushed, way(2.0, 3.0), least_integral(Price{.effort = 1.0}), [](const auto& t) { return qdot::vector(t * t, t); },
                                    OptimalOptions{.intervals = 3});
   CHECK(std::abs(bent.cost - found.cost) < 1e-8);
-  CHECK(error_message([&] { return found.input(2.5); }) == "an optimal motion is asked between its start and its end, but t = 2.5 is not; look at its t and t_end");
+  CHECK(error_message([&] { return found.input(2.5); }) ==
+        "an optimal motion is asked between its start and its end, but t = 2.5 is not; look at its t and t_end");
 }
 
 // Full force to the middle and back: T = 2 √(d/u). The input jumps in the middle of the motion, where a mesh of an even number of intervals has a

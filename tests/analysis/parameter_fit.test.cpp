@@ -93,7 +93,10 @@ TEST_CASE("a double pendulum's mass ratio and lengths come out of noisy angles w
   std::vector<Experiment<2>> swings{swing(truth, {0.0, {0.9, 0.5}, {0.0, 0.0}}, 0.01, 0), swing(truth, {0.0, {-0.4, 1.2}, {0.3, 0.0}}, 0.01, 1000)};
   swings[1].start = State<2>{0.0, {-0.3, 1.1}, {0.3, 0.0}};
   swings[1].unknown = {0, 1};
-  const auto fit = parameter_fit(double_pendulum, {{"m1", 1.0, 1.0, 1.0}, {"m2", 1.2, 0.1, 10.0}, {"l1", 0.9, 0.1, 10.0}, {"l2", 1.1, 0.1, 10.0}, {"g", 9.81, 9.81, 9.81}}, swings, Dop853{});
+  const auto fit = parameter_fit(
+      double_pendulum,
+      {{"m1", 1.0, 1.0, 1.0}, {"m2", 1.2, 0.1, 10.0}, {"l1", 0.9, 0.1, 10.0}, {"l2", 1.1, 0.1, 10.0}, {"g", 9.81, 9.81, 9.81}}, swings,
+      Dop853{});
   INFO(fit.message);
   REQUIRE(fit.converged());
   CHECK(fit.names[5] == "q0 at the start of experiment 1");
@@ -122,7 +125,8 @@ TEST_CASE("what the data cannot tell apart is named: both masses of a pendulum, 
   REQUIRE(fit.open.cols() == 2);
   const auto is_open = [&](const Five& v) {  // in the span of orthogonal columns
     CHECK_THAT(std::abs(fit.open.col(0).dot(fit.open.col(1))), WithinAbs(0.0, 1e-6));
-    const Eigen::VectorXd rest = v - fit.open.col(0) * (fit.open.col(0).dot(v) / fit.open.col(0).squaredNorm()) - fit.open.col(1) * (fit.open.col(1).dot(v) / fit.open.col(1).squaredNorm());
+    const Eigen::VectorXd rest = v - fit.open.col(0) * (fit.open.col(0).dot(v) / fit.open.col(0).squaredNorm()) -
+                                 fit.open.col(1) * (fit.open.col(1).dot(v) / fit.open.col(1).squaredNorm());
     return rest.norm() < 1e-6;
   };
   CHECK(is_open(Five{{fit.p[0], fit.p[1], 0, 0, 0}}));
@@ -145,7 +149,8 @@ TEST_CASE("of outputs that depend on parameters themselves the slopes are whole:
     using std::cos;
     return -p[2] * cos(q[0]) - p[3] * cos(q[1]);
   };
-  const auto fit = parameter_fit(double_pendulum, {{"m1", 1.0, 1.0, 1.0}, {"m2", 0.8}, {"l1", 1.05}, {"l2", 0.95}, {"g", 9.81, 9.81, 9.81}}, swings, Dop853{}, fine, height_of_tip);
+  const auto fit = parameter_fit(double_pendulum, {{"m1", 1.0, 1.0, 1.0}, {"m2", 0.8}, {"l1", 1.05}, {"l2", 0.95}, {"g", 9.81, 9.81, 9.81}},
+                                 swings, Dop853{}, fine, height_of_tip);
   INFO(fit.message);
   CHECK(fit.converged());
   CHECK((fit.p - truth).norm() < 1e-9);
@@ -190,7 +195,9 @@ TEST_CASE("an oscillator's stiffness comes out of exact samples, with the standa
   constexpr double omega = 2.1, sigma = 0.1;
   Experiment<1> swing = heights([](double t) { return 5.0 + std::cos(omega * t); }, 7.0, 40, 0.0);
   swing.sigma = Eigen::VectorXd::Constant(1, sigma);
-  const auto fit = parameter_fit(BallOf{}, {{"g", 0.0, 0.0, 0.0}, {"e", 0.5, 0.5, 0.5}, {"height", 6.0, 6.0, 6.0}, {"speed", 0.0, 0.0, 0.0}, {"k", 4.0, 0.0}}, swing, Dop853{}, fine);
+  const auto fit = parameter_fit(
+      BallOf{}, {{"g", 0.0, 0.0, 0.0}, {"e", 0.5, 0.5, 0.5}, {"height", 6.0, 6.0, 6.0}, {"speed", 0.0, 0.0, 0.0}, {"k", 4.0, 0.0}}, swing,
+      Dop853{}, fine);
   INFO(fit.message);
   REQUIRE(fit.converged());
   CHECK_THAT(fit.p[4], WithinAbs(omega * omega, 1e-9));
@@ -201,14 +208,16 @@ TEST_CASE("an oscillator's stiffness comes out of exact samples, with the standa
 
 TEST_CASE("restitution comes out of bounces, stays at a bound that is named, and is open before the first bounce") {
   const Experiment<1> bounces = heights([](double t) { return dropped(9.81, 0.8, 1.0, t); }, 1.6, 80, 0.003);
-  const auto found = parameter_fit(BallOf{}, {{"g", 9.0}, {"e", 0.75, 0.0, 1.0}, {"height", 1.0}, {"speed", 0.0, 0.0, 0.0}, {"k", 0.0, 0.0, 0.0}}, bounces, Dop853{});
+  const auto found = parameter_fit(
+      BallOf{}, {{"g", 9.0}, {"e", 0.75, 0.0, 1.0}, {"height", 1.0}, {"speed", 0.0, 0.0, 0.0}, {"k", 0.0, 0.0, 0.0}}, bounces, Dop853{});
   INFO(found.message);
   REQUIRE(found.converged());
   CHECK(std::abs(found.p[0] - 9.81) < 3 * found.standard_deviation[0]);
   CHECK(std::abs(found.p[1] - 0.8) < 3 * found.standard_deviation[1]);
   CHECK(found.standard_deviation[1] < 2e-3);
 
-  const auto bounded = parameter_fit(BallOf{}, {{"g", 9.0}, {"e", 0.7, 0.0, 0.78}, {"height", 1.0}, {"speed", 0.0, 0.0, 0.0}, {"k", 0.0, 0.0, 0.0}}, bounces, Dop853{});
+  const auto bounded = parameter_fit(
+      BallOf{}, {{"g", 9.0}, {"e", 0.7, 0.0, 0.78}, {"height", 1.0}, {"speed", 0.0, 0.0, 0.0}, {"k", 0.0, 0.0, 0.0}}, bounces, Dop853{});
   INFO(bounded.message);
   CHECK(bounded.outcome == FitOutcome::at_bound);
   CHECK(bounded.p[1] == 0.78);
@@ -218,7 +227,8 @@ TEST_CASE("restitution comes out of bounces, stays at a bound that is named, and
   CHECK(bounded.standard_deviation[1] == 0.0);
 
   const Experiment<1> fall = heights([](double t) { return dropped(9.81, 0.8, 1.0, t); }, 0.4, 20, 0.003);
-  const auto open = parameter_fit(BallOf{}, {{"g", 9.0}, {"e", 0.75, 0.0, 1.0}, {"height", 1.0}, {"speed", 0.0, 0.0, 0.0}, {"k", 0.0, 0.0, 0.0}}, fall, Dop853{});
+  const auto open = parameter_fit(
+      BallOf{}, {{"g", 9.0}, {"e", 0.75, 0.0, 1.0}, {"height", 1.0}, {"speed", 0.0, 0.0, 0.0}, {"k", 0.0, 0.0, 0.0}}, fall, Dop853{});
   CHECK(open.outcome == FitOutcome::undetermined);
   CHECK(open.message.find("nothing that was measured changes with e; hold one of each") != std::string::npos);
   CHECK(open.standard_deviation[1] == std::numeric_limits<double>::infinity());
@@ -272,10 +282,14 @@ TEST_CASE("a search for least squares stays within bounds, leaves a bound where 
 TEST_CASE("what is wrong with a question about parameters is said before the first run") {
   Experiment<1> data{.times = {0.1, 0.2}, .measured = Eigen::MatrixXd::Ones(1, 2)};
   const auto asked = [&](const std::vector<Experiment<1>>& experiments, double guess = 9.0) {
-    return qdot::error_message([&] { parameter_fit(BallOf{}, {{"g", guess, 0.0, 10.0}, {"e", 0.5}, {"height", 1.0}, {"speed", 0.0}, {"k", 0.0}}, experiments, Dop853{}); });
+    return qdot::error_message([&] {
+      parameter_fit(BallOf{}, {{"g", guess, 0.0, 10.0}, {"e", 0.5}, {"height", 1.0}, {"speed", 0.0}, {"k", 0.0}}, experiments, Dop853{});
+    });
   };
   CHECK(asked({}) == "parameter_fit: there must be experiments, but there are none; give one at least");
-  CHECK(asked({data}, 11.0) == "parameter_fit: the guess of 'g' must be finite and lie within its bounds, but is 11 with bounds 0 and 10; choose another guess or other bounds");
+  CHECK(
+      asked({data}, 11.0) ==
+      "parameter_fit: the guess of 'g' must be finite and lie within its bounds, but is 11 with bounds 0 and 10; choose another guess or other bounds");
   auto wrong = data;
   wrong.times = {0.2, 0.1, 0.3};
   CHECK(asked({wrong}).find("0.1 comes after 0.2; sort them") != std::string::npos);

@@ -88,7 +88,8 @@ double distance_from_angle(const Found& s, double T) {
   const auto expected = sensitivities(pendulum, p, State<1>{0.0, {angle}, {rate}}, T, Taylor{}, fine);
   REQUIRE(s.completed());
   REQUIRE(expected.completed());
-  const auto at_start = qdot::jacobian(plane_of, Eigen::Vector3d(angle, rate, p[0])), at_end = qdot::jacobian(plane_of, Eigen::Vector3d(expected.y[0], expected.y[1], p[0]));
+  const auto at_start = qdot::jacobian(plane_of, Eigen::Vector3d(angle, rate, p[0])),
+             at_end = qdot::jacobian(plane_of, Eigen::Vector3d(expected.y[0], expected.y[1], p[0]));
   Eigen::Matrix4d found, wanted;
   found << s.d_start() * at_start.leftCols<2>(), s.d_parameters();
   wanted = at_end.leftCols<2>() * expected.Phi;
@@ -199,7 +200,9 @@ TEST_CASE("by power series the motion on a rod depends on its start, its length 
 TEST_CASE("by Gauss steps the motion on a rod has the derivatives of the motion in an angle, to the order of the method") {
   const Eigen::Vector2d p(0.8, 9.81);
   const double T = 2.0;
-  const auto off = [&](double step) { return distance_from_angle(sensitivities(rod_of<false>, p, T, Gauss{.step = step, .stages = 2}, {}, {.start = true}), T); };
+  const auto off = [&](double step) {
+    return distance_from_angle(sensitivities(rod_of<false>, p, T, Gauss{.step = step, .stages = 2}, {}, {.start = true}), T);
+  };
   const double coarse = off(0.04), medium = off(0.02);
   CHECK_THAT(std::log2(coarse / medium), WithinAbs(4.0, 0.3));
   CHECK(distance_from_angle(sensitivities(rod_of<false>, p, T, Gauss{.step = 0.02, .stages = 5}, {}, {.start = true}), T) < 1e-11);

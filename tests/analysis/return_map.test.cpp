@@ -114,7 +114,13 @@ TEST_CASE("a map in entries that cannot be is refused in words") {
   CHECK(said({1}) == "a map on the surface is one of 3 different entries of [q; qdot], or of 2 on the energy level, each from 0 to 3, but 1 were given; "
                      "i is q_i, and 2 + i its velocity");
   CHECK(said({1, 1}).starts_with("a map on the surface is one of 3 different entries"));
-  CHECK(said({0, 1}) == "the entries of a map must tell the points of its surface apart, but those left out, 2 and 3, do not follow from them there; choose others");
-  CHECK(said({0, 1, 2}) == "the entries of a map must tell the points of its surface apart, but those left out, 3, do not follow from them there; choose others");
-  CHECK(qdot::error_message([] { qdot::ReturnMap<2>{}.derivative_in({1, 3}); }) == "the derivative of a return map is not there; look at its outcome and message");
+  CHECK(
+      said({0, 1}) ==
+      "the entries of a map must tell the points of its surface apart, but those left out, 2 and 3, do not follow from them there; choose others");
+  CHECK(
+      said({0, 1, 2}) ==
+      "the entries of a map must tell the points of its surface apart, but those left out, 3, do not follow from them there; choose others");
+  CHECK(qdot::error_message([] {
+          qdot::ReturnMap<2>{}.derivative_in({1, 3});
+        }) == "the derivative of a return map is not there; look at its outcome and message");
 }

@@ -64,7 +64,8 @@ TEST_CASE("the potential of a reduced heavy top is the effective potential of th
   for (const double theta : {0.2, 0.9, 2.7}) {
     const double c = std::cos(theta), s = std::sin(theta), d = turn - spin * c;
     const Vector<double, 1> q(theta), qdot(1.7);
-    CHECK_THAT(potential_energy(reduced.system, q), WithinRel(0.5 * d * d / (top.I1 * s * s) + 0.5 * spin * spin / top.I3 + top.m * top.g * top.l * c, rounding));
+    CHECK_THAT(potential_energy(reduced.system, q),
+               WithinRel(0.5 * d * d / (top.I1 * s * s) + 0.5 * spin * spin / top.I3 + top.m * top.g * top.l * c, rounding));
     CHECK_THAT(kinetic_energy(reduced.system, q, qdot), WithinRel(0.5 * top.I1 * 1.7 * 1.7, rounding));
     CHECK_THAT(reduced.ignored_velocities({0.0, {theta}, {1.7}})[0], WithinRel(d / (top.I1 * s * s), rounding));
   }

@@ -209,7 +209,9 @@ TEST_CASE("through a jump that bends the state second derivatives are those of t
   form.jacobian(0.0, before, A);
   form.jacobian(1.0, found.y, A_end);
   const Eigen::Matrix4d expected = A_end * found.d_start() - found.d_start() * A;
-  for (Eigen::Index i = 0; i < 4; ++i) CHECK((found.second[static_cast<std::size_t>(i)].topLeftCorner<4, 4>() * f - expected.row(i).transpose()).cwiseAbs().maxCoeff() < error);
+  for (Eigen::Index i = 0; i < 4; ++i)
+    CHECK((found.second[static_cast<std::size_t>(i)].topLeftCorner<4, 4>() * f - expected.row(i).transpose()).cwiseAbs().maxCoeff() <
+          error);
 
   constexpr double step = 3e-3, differenced = 1e-7;  // a formula of order six at this step
   for (Eigen::Index j = 0; j < 5; ++j) {
@@ -232,7 +234,9 @@ TEST_CASE("an action without a second derivative ends the run of second derivati
   CHECK(sensitivities(free, start, 1.0, Taylor{}, fine, push).completed());
   const auto found = second_sensitivities(free, start, 1.0, Taylor{}, fine, push);
   CHECK(found.outcome == qdot::Outcome::not_differentiable);
-  CHECK(found.message.find("'push' changes the state in a way that has no second derivative with respect to q0 at the start and q0 at the start") != std::string::npos);
+  CHECK(found.message.find(
+            "'push' changes the state in a way that has no second derivative with respect to q0 at the start and q0 at the start") !=
+        std::string::npos);
 }
 
 TEST_CASE("what is wrong with a question about second derivatives is said before the first step") {
@@ -247,10 +251,14 @@ TEST_CASE("what is wrong with a question about second derivatives is said before
   };
   const auto none = qdot::EventList<>{};
   const State<1> start{0.0, {1.0}, {0.0}};
-  CHECK(message([&] { second_sensitivities(pendulum, State<1>{0.0, {nan}, {0.0}}, 1.0, Taylor{}); }) == "q0 must be finite at the start, but is nan; give it a number");
+  CHECK(message([&] {
+          second_sensitivities(pendulum, State<1>{0.0, {nan}, {0.0}}, 1.0, Taylor{});
+        }) == "q0 must be finite at the start, but is nan; give it a number");
   CHECK(message([&] { second_sensitivities(OscillatorOf{}, Eigen::Vector3d(1.0, nan, 0.0), start, 1.0, Taylor{}); }) ==
         "parameter 1 must be finite, but is nan; give it a number");
-  CHECK(message([&] { second_sensitivities(pendulum, start, 1.0, Taylor{}, {}, none, {.start = false}); }).find("must be with respect to something") != std::string::npos);
+  CHECK(message([&] {
+          second_sensitivities(pendulum, start, 1.0, Taylor{}, {}, none, {.start = false});
+        }).find("must be with respect to something") != std::string::npos);
   CHECK(message([&] { second_sensitivities(pendulum, start, 1.0, Taylor{}, {}, none, {.start_time = true}); }) ==
         "second derivatives are by the start and by parameters, but the time of the start is asked for; leave start_time out");
   CHECK(message([&] { second_sensitivities(pendulum, start, 1.0, Taylor{}, {.atol = {1e-9, 1e-9, 1e-9}}); }).find("atol") != std::string::npos);

@@ -105,14 +105,16 @@ TEST_CASE("an angle that goes round passes its plane once in each turn") {
       using std::sin;
       return sin(0.5 * q[1]);
     });
-    const auto found = poincare_section(pendula, round, below, 10, 100.0, Dop853{}, fine, events(), [side](const auto&, const auto& qdot) { return side * qdot[1] > 0.0; });
+    const auto found = poincare_section(pendula, round, below, 10, 100.0, Dop853{}, fine, events(),
+                                        [side](const auto&, const auto& qdot) { return side * qdot[1] > 0.0; });
     REQUIRE(found.complete());
     for (std::size_t k = 0; k < 10; ++k) {
       CHECK(std::abs(found.t[k] - turn * static_cast<double>(k + 1)) < settled);
       CHECK(std::abs(found.y(1, static_cast<Eigen::Index>(k)) - side * 2.0 * pi * static_cast<double>(k + 1)) < settled);
       CHECK(std::abs(found.y(3, static_cast<Eigen::Index>(k)) - side * v) < settled);
     }
-    const auto none = poincare_section(pendula, round, below, 10, 100.0, Dop853{}, fine, events(), [side](const auto&, const auto& qdot) { return side * qdot[1] < 0.0; });
+    const auto none = poincare_section(pendula, round, below, 10, 100.0, Dop853{}, fine, events(),
+                                       [side](const auto&, const auto& qdot) { return side * qdot[1] < 0.0; });
     CHECK(none.outcome == SectionOutcome::t_end_reached);
     CHECK(none.size() == 0);
   }
@@ -140,7 +142,8 @@ TEST_CASE("a surface that is not crossed, and a run that ends before, are told w
   CHECK(limited.size() < 9);
   CHECK(limited.message.find("; the run ended as step_limit") != std::string::npos);
 
-  const auto stopped = poincare_section(stars::oscillators, start, plane(), 9, 1e4, Dop853{}, fine, events(event("end", stars::Plane{.at = 0.5}).falling().stop()));
+  const auto stopped = poincare_section(stars::oscillators, start, plane(), 9, 1e4, Dop853{}, fine,
+                                        events(event("end", stars::Plane{.at = 0.5}).falling().stop()));
   CHECK(stopped.outcome == SectionOutcome::run_ended);
   CHECK(stopped.run_outcome == Outcome::stopped_by_event);
   CHECK(stopped.size() == 0);
@@ -149,8 +152,10 @@ TEST_CASE("a surface that is not crossed, and a run that ends before, are told w
 TEST_CASE("a section of no crossings, or with two events of one name, is refused in words") {
   CHECK(qdot::error_message([] { poincare_section(stars::oscillators, start, plane(), 0, 1.0); }) ==
         "a section must have at least one crossing, but 0 were asked for; give a positive count");
-  CHECK(qdot::error_message([] { poincare_section(stars::oscillators, start, plane(), 1, 1.0, Dop853{}, {}, events(event("plane", stars::Plane{.at = 0.5}).falling().stop())); }) ==
-        "the surface of a section must have a name of its own, but another event is called 'plane', too; rename one");
+  CHECK(qdot::error_message([] {
+          poincare_section(stars::oscillators, start, plane(), 1, 1.0, Dop853{}, {},
+                           events(event("plane", stars::Plane{.at = 0.5}).falling().stop()));
+        }) == "the surface of a section must have a name of its own, but another event is called 'plane', too; rename one");
   CHECK(qdot::error_message([] { poincare_section(stars::oscillators, start, plane(), 1, 1.0).state(0); })
             .starts_with("a crossing of a section must be one of the 0 that were found, but number 0 (from 0) was asked for"));
 }

@@ -28,7 +28,8 @@ struct Spring {
 TEST_CASE("a creeping spring depends on stiffness, friction and start as the closed form says, and BDF takes few steps for it") {
   constexpr double k = 3.0, c = 2e4, q0 = 1.5, T = 4000.0;
   const auto family = [](const Eigen::Vector2d& p) {
-    return qdot::problem(scene(qdot::mechanical_system<1>(Spring<double>{p[0]}), qdot::viscous_damping(qdot::Vector<double, 1>(p[1]))), State<1>{0.0, {q0}, {0.0}});
+    return qdot::problem(scene(qdot::mechanical_system<1>(Spring<double>{p[0]}), qdot::viscous_damping(qdot::Vector<double, 1>(p[1]))),
+                         State<1>{0.0, {q0}, {0.0}});
   };
   const auto s = sensitivities(family, Eigen::Vector2d(k, c), T, qdot::CvodeBdf{}, {.rtol = 1e-10, .atol = 1e-12}, {.start = true});
   INFO(s.message);

@@ -189,8 +189,10 @@ TEST_CASE("parameters of T and V have the same derivatives exactly and by a fami
   const State<2> start{0.0, {1.7, 1.2}, {0.3, -0.2}};
   const auto exactly = sensitivities(energies_of, p, start, 3.0, Dop853{}, fine);
   const auto by_family = sensitivities(
-      [&](const qdot::Vector<double, 5>& x) { return problem(qdot::mechanical_system<2>(systems::DoublePendulumOf<double>{x[0], x[1], x[2], x[3], x[4]}), start); }, p, 3.0,
-      Dop853{}, fine);
+      [&](const qdot::Vector<double, 5>& x) {
+        return problem(qdot::mechanical_system<2>(systems::DoublePendulumOf<double>{x[0], x[1], x[2], x[3], x[4]}), start);
+      },
+      p, 3.0, Dop853{}, fine);
   REQUIRE(exactly.completed());
   REQUIRE(by_family.completed());
   REQUIRE(exactly.d_parameters().cols() == 5);
@@ -227,7 +229,8 @@ TEST_CASE("in coordinates and momenta the tangent of a free motion is symplectic
 TEST_CASE("the monodromy matrix of Mathieu's equation has the trace that is known") {
   struct {
     double a, q, trace;
-  } const known[] = {{1, 1, -4.396667734798867851}, {2, 1, -1.554649354176467812}, {-0.2, 1, -1.175676878379037784}, {0.5, 2, -14.00643323264104821}, {10, 5, -2.523257698715790277}};
+  } const known[] = {{1, 1, -4.396667734798867851}, {2, 1, -1.554649354176467812}, {-0.2, 1, -1.175676878379037784},
+                     {0.5, 2, -14.00643323264104821}, {10, 5, -2.523257698715790277}};
   for (const auto& [a, q, trace] : known) {
     const auto s = sensitivities(particle({.k = a, .s = q}), State<1>{0.0, {0.3}, {0.1}}, std::numbers::pi, Dop853{}, fine);
     CHECK_THAT(s.Phi.trace(), WithinAbs(trace, 1e-11));
@@ -366,9 +369,12 @@ TEST_CASE("equations that an event switches have continuous states and a jump of
   double gravity = 0.0;  // begins at x = 1
   const auto system = particle({.switched = &gravity});
   const double v0 = 0.8, x0 = 0.1, T = 3.0, t1 = (1 - x0) / v0;
-  const auto s = sensitivities(system, State<1>{0.0, {x0}, {v0}}, T, Dop853{}, fine,
-                               events(crossing("field", [](const V1& q, const V1&) { return q[0] - 1.0; }).rising().then(Action([&gravity](State<1>&) { gravity = 2.0; })),
-                                      crossing("half way", [](const V1& q, const V1&) { return q[0] - 0.5; })));
+  const auto s =
+      sensitivities(system, State<1>{0.0, {x0}, {v0}}, T, Dop853{}, fine,
+                    events(crossing("field", [](const V1& q, const V1&) { return q[0] - 1.0; }).rising().then(Action([&gravity](State<1>&) {
+                      gravity = 2.0;
+                    })),
+                           crossing("half way", [](const V1& q, const V1&) { return q[0] - 0.5; })));
   REQUIRE(s.completed());
   REQUIRE(s.events.size() == 2);
   CHECK(s.events[0].time.size() == 0);  // the equations of then are gone
@@ -380,9 +386,12 @@ TEST_CASE("equations that an event switches have continuous states and a jump of
   CHECK((s.Phi - expected).cwiseAbs().maxCoeff() < 1e-11);
   CHECK((s.Phi_before(s.events[1].t) - (Eigen::Matrix2d() << 1, t1, 0, 1).finished()).cwiseAbs().maxCoeff() < 1e-11);
   gravity = 0.0;
-  const auto backwards = functional_gradient(system, State<1>{0.0, {x0}, {v0}}, T, qdot::end_value(place), Dop853{}, fine,
-                                             events(crossing("field", [](const V1& q, const V1&) { return q[0] - 1.0; }).rising().then(Action([&gravity](State<1>&) { gravity = 2.0; })),
-                                                    crossing("half way", [](const V1& q, const V1&) { return q[0] - 0.5; })));
+  const auto backwards = functional_gradient(
+      system, State<1>{0.0, {x0}, {v0}}, T, qdot::end_value(place), Dop853{}, fine,
+      events(crossing("field", [](const V1& q, const V1&) { return q[0] - 1.0; }).rising().then(Action([&gravity](State<1>&) {
+        gravity = 2.0;
+      })),
+             crossing("half way", [](const V1& q, const V1&) { return q[0] - 0.5; })));
   CHECK(backwards.outcome == Outcome::not_differentiable);
   CHECK(backwards.message.find("an action changes what functors read") != std::string::npos);
 }
@@ -392,8 +401,11 @@ TEST_CASE("behind an event that switches them, traced equations of a number of c
   const auto system = qdot::mechanical_system(1, Particle{.switched = &gravity});
   const double v0 = 0.8, x0 = 0.1, T = 3.0, t1 = (1 - x0) / v0, late = T - t1;
   using V = Eigen::VectorXd;
-  const auto s = sensitivities(system, State<qdot::Dynamic>{0.0, {x0}, {v0}}, T, Dop853{}, fine,
-                               events(crossing("field", [](const V& q, const V&) { return q[0] - 1.0; }).rising().then([&gravity](State<qdot::Dynamic>&) { gravity = 2.0; })));
+  const auto s = sensitivities(
+      system, State<qdot::Dynamic>{0.0, {x0}, {v0}}, T, Dop853{}, fine,
+      events(crossing("field", [](const V& q, const V&) { return q[0] - 1.0; }).rising().then([&gravity](State<qdot::Dynamic>&) {
+        gravity = 2.0;
+      })));
   REQUIRE(s.completed());
   CHECK_THAT(s.y[0], WithinAbs(1 + v0 * late + late * late, 1e-11));
   const double dt_dx = -1 / v0, dt_dv = -(1 - x0) / (v0 * v0);  // as above
@@ -444,7 +456,8 @@ TEST_CASE("on a constraint Φ maps tangent vectors to tangent vectors, as the mo
     y << a[2] * sin(a[0]), -a[2] * cos(a[0]), a[2] * a[1] * cos(a[0]), a[2] * a[1] * sin(a[0]);
     return y;
   };
-  const auto at_start = qdot::jacobian(plane_of, Eigen::Vector3d(angle, rate, l)), at_end = qdot::jacobian(plane_of, Eigen::Vector3d(expected.y[0], expected.y[1], l));
+  const auto at_start = qdot::jacobian(plane_of, Eigen::Vector3d(angle, rate, l)),
+             at_end = qdot::jacobian(plane_of, Eigen::Vector3d(expected.y[0], expected.y[1], l));
   const Eigen::Matrix<double, 4, 3> along = (Eigen::Matrix<double, 4, 3>() << s.d_start() * at_start.leftCols<2>(), s.d_parameters()).finished();
   CHECK((along.leftCols(2) - at_end.leftCols<2>() * expected.d_start()).cwiseAbs().maxCoeff() < 1e-9);
   CHECK((along.col(2) - at_end.leftCols<2>() * expected.d_parameters().col(0) - at_end.col(2)).cwiseAbs().maxCoeff() < 1e-9);
@@ -476,7 +489,8 @@ TEST_CASE("a slider-crank's mean kinetic energy depends on spring and damper as 
       const auto s21 = sin(q[2] - q[0]), reach = cos(q[2]) + a * cos(q[0]);
       const auto length = sqrt(q[1] * q[1] - q[1] * reach + (1.0 + a * a) / 4.0 + a * cos(q[2] - q[0]) / 2.0);
       qdot::Vector<S, 3> slope, Q;  // of the length
-      slope << (q[1] * a * sin(q[0]) + 0.5 * a * s21) / (2.0 * length), (2.0 * q[1] - reach) / (2.0 * length), (q[1] * sin(q[2]) - 0.5 * a * s21) / (2.0 * length);
+      slope << (q[1] * a * sin(q[0]) + 0.5 * a * s21) / (2.0 * length), (2.0 * q[1] - reach) / (2.0 * length),
+          (q[1] * sin(q[2]) - 0.5 * a * s21) / (2.0 * length);
       const auto tension = p[0] * (length - 1.0) + p[1] * (slope[0] * v[0] + slope[1] * v[1] + slope[2] * v[2]);
       for (int i = 0; i < 3; ++i) Q[i] = -tension * slope[i];
       Q[1] = Q[1] + 1.0;
@@ -525,14 +539,19 @@ TEST_CASE("where there is no derivative none is made up, and what was found befo
   const Action push = [](State<1>& s) { s.qdot[0] = 1.0; };
   // The top of a throw, 0.1 v₀²/g below: touched, or missed.
   const State<1> up{0.0, {0.0}, {9.81}};
-  refused(sensitivities(ball, up, 2.0, Dop853{}, {}, events(crossing("lid", [](const V1& q, const V1&) { return q[0] - 4.905 + 1e-13; }).then(push))), "'lid' only grazes zero");
-  refused(sensitivities(ball, start, 2.0, Dop853{}, {}, events(crossing("floor", height).then(push), crossing("time", [](const V1& q, const V1&) { return 2.0 * q[0]; }).then(push))),
+  refused(sensitivities(ball, up, 2.0, Dop853{}, {},
+                        events(crossing("lid", [](const V1& q, const V1&) { return q[0] - 4.905 + 1e-13; }).then(push))),
+          "'lid' only grazes zero");
+  refused(sensitivities(
+              ball, start, 2.0, Dop853{}, {},
+              events(crossing("floor", height).then(push), crossing("time", [](const V1& q, const V1&) { return 2.0 * q[0]; }).then(push))),
           "'time' coincides with another event");
   refused(sensitivities(ball, start, 2.0, Dop853{}, {},
                         events(crossing("floor", height).then(Action([](State<1>& s) { s.qdot[0] = s.qdot[0] < -4.42944691807002 ? 1.0 : 2.0; })))),
           "has no derivative with respect to");
   int count = 0;
-  refused(sensitivities(ball, start, 2.0, Dop853{}, {}, events(crossing("floor", height).then(Action([&count](State<1>& s) { s.qdot[0] = 1.0 + (count++ % 2); })))),
+  refused(sensitivities(ball, start, 2.0, Dop853{}, {},
+                        events(crossing("floor", height).then(Action([&count](State<1>& s) { s.qdot[0] = 1.0 + (count++ % 2); })))),
           "something else each time");
 }
 
@@ -548,16 +567,21 @@ TEST_CASE("what is wrong with a question about sensitivities is said before the 
     return "";
   };
   CHECK(message([&] { sensitivities(ball, State<1>{0.0, {nan}, {0.0}}, 1.0, Dop853{}); }) == "q0 must be finite at the start, but is nan; give it a number");
-  CHECK(message([&] { sensitivities(ball, State<1>{0.0, {1.0}, {0.0}}, 1.0, Dop853{}, {}, {}, {.start = false, .start_time = false}); }).find("must be with respect to something") !=
-        std::string::npos);
-  CHECK(message([&] { sensitivities(ball, State<1>{0.0, {1.0}, {0.0}}, 1.0, Dop853{}, {}, events(crossing("a", height).then(Action()), crossing("a", velocity))); })
-            .find("two are called 'a'") != std::string::npos);
+  CHECK(message([&] {
+          sensitivities(ball, State<1>{0.0, {1.0}, {0.0}}, 1.0, Dop853{}, {}, {}, {.start = false, .start_time = false});
+        }).find("must be with respect to something") != std::string::npos);
+  CHECK(message([&] {
+          sensitivities(ball, State<1>{0.0, {1.0}, {0.0}}, 1.0, Dop853{}, {},
+                        events(crossing("a", height).then(Action()), crossing("a", velocity)));
+        }).find("two are called 'a'") != std::string::npos);
   SixNumbers p;
   p << 9.81, 1.0, 0.0, 1.0, 0.0, std::numeric_limits<double>::infinity();
   CHECK(message([&] { sensitivities(over_floor, p, 1.0, Dop853{}); }) == "parameter 5 must be finite, but is inf; give it a number");
   p[1] = 2.0;
   CHECK(message([&] { sensitivities(over_floor, p, 1.0, Dop853{}); }).starts_with("a coefficient of restitution must lie between 0 and 1"));
-  CHECK(message([&] { sensitivities(particle({.g = 9.81}), qdot::FirstOrderState{0.0, Eigen::Vector3d::Zero()}, 1.0, Dop853{}); }).starts_with("y must have 2 entries"));
+  CHECK(message([&] {
+          sensitivities(particle({.g = 9.81}), qdot::FirstOrderState{0.0, Eigen::Vector3d::Zero()}, 1.0, Dop853{});
+        }).starts_with("y must have 2 entries"));
 }
 
 TEST_CASE("at the edge of what a parameter may be, its derivative comes from the side where there are members") {

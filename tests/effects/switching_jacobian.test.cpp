@@ -42,7 +42,9 @@ const auto point = [](const auto& v) { return 0.5 * v.squaredNorm(); };
 const auto weight = [](const auto& q) { return g * q[1]; };
 
 TEST_CASE("on a rope a mass has the Jacobian of a circle where it is taut, and of free fall where it is slack") {
-  const auto form = first_order_form(scene(mechanical_system<2>(point, weight), rope("rope", [](const auto& q) { return q; }, Vector<double, 2>(0.0, 0.0), 1.0)));
+  const auto form = first_order_form(
+      scene(mechanical_system<2>(point, weight), rope(
+                                                     "rope", [](const auto& q) { return q; }, Vector<double, 2>(0.0, 0.0), 1.0)));
   const auto by_hand = [](const auto& y) {  // q̈ = f + 2 q λ, λ = −(v² + f·q)/(2 q²) with f = (0, −g)
     using S = typename std::remove_cvref_t<decltype(y)>::Scalar;
     const S factor = -(y[2] * y[2] + y[3] * y[3] - g * y[1]) / (y[0] * y[0] + y[1] * y[1]);
@@ -101,9 +103,11 @@ const auto motor = controller(
     Vector<double, 1>(0.5));
 
 TEST_CASE("every combination of phases has the Jacobian that nested duals give, whoever asks in which order") {
-  const auto s = scene(mechanical_system<2>([](const auto& q, const auto& v) { return (0.7 + 0.1 * q[0] * q[0]) * v[0] * v[0] + 0.4 * v[1] * v[1] + 0.2 * v[0] * v[1]; },
-                                            [](const auto& q, const auto& t) { return g * q[1] + t * q[0] * q[0]; }),
-                       contact("floor", floor_gap), motor, dry_friction("wall", along, 0.4, 0.7));
+  const auto s = scene(
+      mechanical_system<2>(
+          [](const auto& q, const auto& v) { return (0.7 + 0.1 * q[0] * q[0]) * v[0] * v[0] + 0.4 * v[1] * v[1] + 0.2 * v[0] * v[1]; },
+          [](const auto& q, const auto& t) { return g * q[1] + t * q[0] * q[0]; }),
+      contact("floor", floor_gap), motor, dry_friction("wall", along, 0.4, 0.7));
   const auto form = first_order_form(s), copy = form;
   REQUIRE(detail::has_traced_jacobian<std::remove_cvref_t<decltype(s)>>);
   for (int round = 0; round < 2; ++round)
@@ -121,8 +125,9 @@ TEST_CASE("phases are as many as there are: what was recorded first makes room, 
   const auto rough = [](double c) {
     return [c](const auto& q, const auto& v) { return v[0] + c * q[0] * v[1]; };
   };
-  const auto form = first_order_form(scene(mechanical_system<3>(point, [](const auto& q) { return q[0] * q[1] * q[2] + q.squaredNorm(); }), contact("one", wall(0.3)),
-                                           dry_friction("two", rough(0.2), 0.3), dry_friction("three", rough(-0.7), 0.4), dry_friction("four", rough(1.1), 0.1)));
+  const auto form = first_order_form(scene(mechanical_system<3>(point, [](const auto& q) { return q[0] * q[1] * q[2] + q.squaredNorm(); }),
+                                           contact("one", wall(0.3)), dry_friction("two", rough(0.2), 0.3),
+                                           dry_friction("three", rough(-0.7), 0.4), dry_friction("four", rough(1.1), 0.1)));
   for (int again = 0; again < 2; ++again)
     for (const double one : {apart, closed})
       for (const double two : {-1.0, 1.0, 2.0})
@@ -172,7 +177,9 @@ TEST_CASE("where a method begins, functors that have become others are recorded 
 }
 
 TEST_CASE("a gap that branches, of which there is no formula, is differentiated as it is") {
-  const auto stairs = [](const auto& q) { return q[0] < 0.0 ? std::remove_cvref_t<decltype(q[1])>(q[1]) : std::remove_cvref_t<decltype(q[1])>(q[1] - q[0] * q[0]); };
+  const auto stairs = [](const auto& q) {
+    return q[0] < 0.0 ? std::remove_cvref_t<decltype(q[1])>(q[1]) : std::remove_cvref_t<decltype(q[1])>(q[1] - q[0] * q[0]);
+  };
   const auto form = first_order_form(scene(mechanical_system<2>(point, weight), contact("stairs", stairs)));
   for (const double x : {-0.3, 0.3})
     for (const double phase : {apart, closed}) {

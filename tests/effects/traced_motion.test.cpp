@@ -162,11 +162,13 @@ std::vector<std::pair<int, int>> chain_of(int m) {
 
 auto scene_of(int m, double coupled, std::vector<std::pair<int, int>> pairs) {
   return scene(mechanical_system(2 * m, Points{coupled}), holonomic("rods", Rods{std::move(pairs)}),
-               nonholonomic("blade", [](const auto& q, const auto& v) {
-                 using std::cos, std::sin;
-                 return v[0] * sin(q[3]) - v[1] * cos(q[3]);
-               }),
-               prescribed("drive", 4, [](const auto& t) { return 2.0 * t * t; }), viscous_damping(Eigen::VectorXd(Eigen::VectorXd::LinSpaced(2 * m, 0.1, 0.4))));
+               nonholonomic("blade",
+                            [](const auto& q, const auto& v) {
+                              using std::cos, std::sin;
+                              return v[0] * sin(q[3]) - v[1] * cos(q[3]);
+                            }),
+               prescribed("drive", 4, [](const auto& t) { return 2.0 * t * t; }),
+               viscous_damping(Eigen::VectorXd(Eigen::VectorXd::LinSpaced(2 * m, 0.1, 0.4))));
 }
 
 // The lower triangle of a square net's matrix, row by row: −1 for neighbours.

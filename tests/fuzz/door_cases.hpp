@@ -74,8 +74,9 @@ void written_places(Report& report, Dice dice) {
   using P = WrittenPlaces<seed, n, moved, Style::nested>;
   P nested;
   WrittenPlaces<seed, n, moved, Style::looped> looped;
-  nested.constants = {random_constants(P::template formula<0>, dice), random_constants(P::template formula<1>, dice), random_constants(P::template formula<2>, dice),
-                      random_constants(P::template formula<3>, dice), random_constants(P::template formula<4>, dice)};
+  nested.constants = {random_constants(P::template formula<0>, dice), random_constants(P::template formula<1>, dice),
+                      random_constants(P::template formula<2>, dice), random_constants(P::template formula<3>, dice),
+                      random_constants(P::template formula<4>, dice)};
   nested.m1 = dice.one_in(4) ? 0.0 : dice.between(0.1, 3.0);
   nested.m2 = dice.one_in(4) ? nested.m1 : dice.between(0.1, 3.0);
   looped.constants = nested.constants;
@@ -87,8 +88,9 @@ void written_places(Report& report, Dice dice) {
                  y2 = place(&P::template formula<3>, 3), x3 = place(&P::template formula<1>, 1), y3 = place(&P::template formula<2>, 2),
                  angle = place(&P::template formula<4>, 4);
   const auto in_words_of = [&](auto formula, std::size_t k) { return in_words(formula, nested.constants[k].data(), n); };
-  report.model = "m1 = " + text(nested.m1) + " at " + in_words_of(P::template formula<0>, 0) + ", " + in_words_of(P::template formula<1>, 1) + "\n    m2 = " + text(nested.m2) +
-                 " at " + in_words_of(P::template formula<2>, 2) + ", " + in_words_of(P::template formula<3>, 3) + "\n    m3 = " + text(nested.m3) +
+  report.model = "m1 = " + text(nested.m1) + " at " + in_words_of(P::template formula<0>, 0) + ", " +
+                 in_words_of(P::template formula<1>, 1) + "\n    m2 = " + text(nested.m2) + " at " +
+                 in_words_of(P::template formula<2>, 2) + ", " + in_words_of(P::template formula<3>, 3) + "\n    m3 = " + text(nested.m3) +
                  " at the second and third of these, I = " + text(nested.inertia) + " turned by " + in_words_of(P::template formula<4>, 4);
   Model model{.n = n, .masses = {{nested.m1, {x1, y1}}, {nested.m2, {x2, y2}}, {nested.m3, {x3, y3}}, {nested.inertia, {angle}}}};
   model.T.push_back([flywheel](const Hypers&, const Hypers& v, const Hyper&) {

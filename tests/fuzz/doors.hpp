@@ -182,7 +182,8 @@ void check_door(Report& report, const std::string& door, const System& system, c
       circumstances.rounding = 0.0;
       circumstances.dice.next();
       for (std::size_t i = 0; i < off.size(); ++i) off[i] -= slopes.exact[i];
-      slopes.tolerance = std::max(slopes.tolerance, 1e-290 + 1e3 * detail::largest(off) + 1e-11 * (detail::largest(slopes.exact) + detail::largest(verdict.qddot.exact)));
+      slopes.tolerance = std::max(slopes.tolerance, 1e-290 + 1e3 * detail::largest(off) +
+                                                        1e-11 * (detail::largest(slopes.exact) + detail::largest(verdict.qddot.exact)));
     }
   }
   const bool can_tell = demand == Verdict::numbers && detail::all_finite(slopes.exact) && !circumstances.at_kink && !circumstances.out_of_range &&

@@ -40,10 +40,45 @@ struct Dice {
 };
 
 enum class Op : unsigned char {
-  input, constant,
-  add, subtract, multiply, divide, power, atan2, hypot, max, min,
-  negate, square, cube, inverse, sqrt, cbrt, exp, exp2, expm1, log, log2, log10, log1p, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, abs,
-  asinh, acosh, atanh, erf, erfc
+  input,
+  constant,
+  add,
+  subtract,
+  multiply,
+  divide,
+  power,
+  atan2,
+  hypot,
+  max,
+  min,
+  negate,
+  square,
+  cube,
+  inverse,
+  sqrt,
+  cbrt,
+  exp,
+  exp2,
+  expm1,
+  log,
+  log2,
+  log10,
+  log1p,
+  sin,
+  cos,
+  tan,
+  asin,
+  acos,
+  atan,
+  sinh,
+  cosh,
+  tanh,
+  abs,
+  asinh,
+  acosh,
+  atanh,
+  erf,
+  erfc
 };
 constexpr bool takes_two(Op o) { return o >= Op::add && o <= Op::min; }
 
@@ -54,7 +89,10 @@ struct Node {
 };
 
 /// What a constant may be.
-enum class Kind : unsigned char { any, positive, fraction, above_one };
+enum class Kind : unsigned char { any,
+                                  positive,
+                                  fraction,
+                                  above_one };
 
 inline constexpr int most_nodes = 128, most_constants = 64;
 
@@ -115,16 +153,18 @@ constexpr auto applied(const X& x, const Y& y) {
 template <class S>
 [[gnu::noinline]] constexpr S applied_at_run_time(Op o, const S& x, const S& y) {
   switch (o) {
-#define QDOT_FUZZ_CASE(name) case Op::name: return S(applied<Op::name>(x, y));
-    QDOT_FUZZ_CASE(add) QDOT_FUZZ_CASE(subtract) QDOT_FUZZ_CASE(multiply) QDOT_FUZZ_CASE(divide) QDOT_FUZZ_CASE(power) QDOT_FUZZ_CASE(atan2)
-    QDOT_FUZZ_CASE(hypot) QDOT_FUZZ_CASE(max) QDOT_FUZZ_CASE(min) QDOT_FUZZ_CASE(negate) QDOT_FUZZ_CASE(square) QDOT_FUZZ_CASE(cube)
-    QDOT_FUZZ_CASE(inverse) QDOT_FUZZ_CASE(sqrt) QDOT_FUZZ_CASE(cbrt) QDOT_FUZZ_CASE(exp) QDOT_FUZZ_CASE(exp2) QDOT_FUZZ_CASE(expm1)
-    QDOT_FUZZ_CASE(log) QDOT_FUZZ_CASE(log2) QDOT_FUZZ_CASE(log10) QDOT_FUZZ_CASE(log1p) QDOT_FUZZ_CASE(sin) QDOT_FUZZ_CASE(cos)
-    QDOT_FUZZ_CASE(tan) QDOT_FUZZ_CASE(asin) QDOT_FUZZ_CASE(acos) QDOT_FUZZ_CASE(atan) QDOT_FUZZ_CASE(sinh) QDOT_FUZZ_CASE(cosh)
-    QDOT_FUZZ_CASE(tanh) QDOT_FUZZ_CASE(abs) QDOT_FUZZ_CASE(asinh) QDOT_FUZZ_CASE(acosh) QDOT_FUZZ_CASE(atanh) QDOT_FUZZ_CASE(erf)
-    QDOT_FUZZ_CASE(erfc)
+#define QDOT_FUZZ_CASE(name) \
+  case Op::name: return S(applied<Op::name>(x, y));
+    QDOT_FUZZ_CASE(add)
+    QDOT_FUZZ_CASE(subtract) QDOT_FUZZ_CASE(multiply) QDOT_FUZZ_CASE(divide) QDOT_FUZZ_CASE(power) QDOT_FUZZ_CASE(atan2)
+        QDOT_FUZZ_CASE(hypot) QDOT_FUZZ_CASE(max) QDOT_FUZZ_CASE(min) QDOT_FUZZ_CASE(negate) QDOT_FUZZ_CASE(square) QDOT_FUZZ_CASE(cube)
+            QDOT_FUZZ_CASE(inverse) QDOT_FUZZ_CASE(sqrt) QDOT_FUZZ_CASE(cbrt) QDOT_FUZZ_CASE(exp) QDOT_FUZZ_CASE(exp2) QDOT_FUZZ_CASE(expm1)
+                QDOT_FUZZ_CASE(log) QDOT_FUZZ_CASE(log2) QDOT_FUZZ_CASE(log10) QDOT_FUZZ_CASE(log1p) QDOT_FUZZ_CASE(sin) QDOT_FUZZ_CASE(cos)
+                    QDOT_FUZZ_CASE(tan) QDOT_FUZZ_CASE(asin) QDOT_FUZZ_CASE(acos) QDOT_FUZZ_CASE(atan) QDOT_FUZZ_CASE(sinh) QDOT_FUZZ_CASE(cosh)
+                        QDOT_FUZZ_CASE(tanh) QDOT_FUZZ_CASE(abs) QDOT_FUZZ_CASE(asinh) QDOT_FUZZ_CASE(acosh) QDOT_FUZZ_CASE(atanh) QDOT_FUZZ_CASE(erf)
+                            QDOT_FUZZ_CASE(erfc)
 #undef QDOT_FUZZ_CASE
-    default: return x;
+                                default : return x;
   }
 }
 
@@ -207,7 +247,9 @@ struct Inputs {
 
 /// Everything, one function in a dozen with an argument that is not brought into its domain; only what is smooth everywhere, for motions;
 /// without |x|, max, atan2, hypot and powers with exponents that vary, which written_out_kinematic_system() refuses.
-enum class Grammar { everything, smooth, without_sides };
+enum class Grammar { everything,
+                     smooth,
+                     without_sides };
 
 struct Grower {
   Dice dice;
@@ -252,7 +294,9 @@ struct Grower {
     }
     const int next = depth - 1;
     switch (dice.below(10)) {
-      case 0: case 1: case 2: {
+      case 0:
+      case 1:
+      case 2: {
         const int x = grow(next, inputs), y = grow(dice.below(depth), inputs);
         constexpr Op each[] = {Op::add, Op::subtract, Op::multiply, Op::multiply};
         return add(each[dice.below(4)], x, y);
@@ -285,10 +329,21 @@ struct Grower {
     if (grammar == Grammar::smooth && op == Op::cbrt) return add(op, positive(depth, inputs));
     if (grammar != Grammar::smooth && dice.one_in(12)) return add(op, grow(depth, inputs));
     switch (op) {
-      case Op::sqrt: case Op::log: case Op::log2: case Op::log10: case Op::inverse: return add(op, positive(depth, inputs));
+      case Op::sqrt:
+      case Op::log:
+      case Op::log2:
+      case Op::log10:
+      case Op::inverse: return add(op, positive(depth, inputs));
       case Op::log1p: return add(op, add(Op::square, grow(depth, inputs)));
-      case Op::exp: case Op::exp2: case Op::expm1: case Op::sinh: case Op::cosh: case Op::tan: return add(op, bounded(depth, inputs));
-      case Op::asin: case Op::acos: case Op::atanh: return add(op, times_constant(add(Op::sin, grow(depth, inputs)), Kind::fraction));
+      case Op::exp:
+      case Op::exp2:
+      case Op::expm1:
+      case Op::sinh:
+      case Op::cosh:
+      case Op::tan: return add(op, bounded(depth, inputs));
+      case Op::asin:
+      case Op::acos:
+      case Op::atanh: return add(op, times_constant(add(Op::sin, grow(depth, inputs)), Kind::fraction));
       case Op::acosh: return add(op, positive(depth, inputs, Kind::above_one));
       case Op::cube: return add(op, bounded(depth, inputs));
       default: return add(op, grow(depth, inputs));
@@ -367,14 +422,24 @@ inline Constants random_constants(const Formula& f, Dice& dice, bool tame = fals
     }
     switch (f.kind[static_cast<std::size_t>(i)]) {
       case Kind::any:
-        x = special == 0 ? 0.0 : special == 1 ? 1.0 : special == 2 ? -1.0 : special == 3 ? 2.0 : special == 4 ? 1e-9 : special == 5 ? -1e6 : dice.between(-2.0, 2.0);
+        x = special == 0 ? 0.0 : special == 1 ? 1.0
+                             : special == 2   ? -1.0
+                             : special == 3   ? 2.0
+                             : special == 4   ? 1e-9
+                             : special == 5   ? -1e6
+                                              : dice.between(-2.0, 2.0);
         if (special == 6 && i > 0) x = c[static_cast<std::size_t>(i - 1)];
         break;
       case Kind::positive:
-        x = special == 0 ? 1.0 : special == 1 ? 1e-4 : special == 2 ? 1e4 : special == 3 ? 0.5 : dice.between(0.2, 3.0);
+        x = special == 0 ? 1.0 : special == 1 ? 1e-4
+                             : special == 2   ? 1e4
+                             : special == 3   ? 0.5
+                                              : dice.between(0.2, 3.0);
         if (special == 4 && dice.one_in(3)) x = 0.0;
         break;
-      case Kind::fraction: x = special == 0 ? 0.0 : special == 1 ? 0.5 : dice.between(0.05, 0.95); break;
+      case Kind::fraction: x = special == 0 ? 0.0 : special == 1 ? 0.5
+                                                                 : dice.between(0.05, 0.95);
+        break;
       case Kind::above_one: x = special == 0 ? 2.0 : dice.between(1.1, 3.0); break;
     }
   }

@@ -20,7 +20,8 @@ namespace fuzz {
 /// T(q̇) and V(q) from t₀ = 0, ±1.7e9 or ±1e12, by splitting and Gauss too, and with accuracy as a request.
 template <int n>
 void anytime(Report& report, Dice dice) {
-  Living T = living(random_kinetic_energy(dice.next(), Inputs{n, false}, 1, Grammar::smooth), dice), V = living(random_potential(dice.next(), Inputs{n}, 2), dice);
+  Living T = living(random_kinetic_energy(dice.next(), Inputs{n, false}, 1, Grammar::smooth), dice),
+         V = living(random_potential(dice.next(), Inputs{n}, 2), dice);
   constexpr double starts[] = {0.0, 0.0, 1.7e9, -1.7e9, 1e12, -1e12};
   Asked asked{.start = tame_start(dice, n)};
   asked.start.t = starts[dice.below(6)];
@@ -54,17 +55,23 @@ void anytime(Report& report, Dice dice) {
   const double whole = asked.t_end - asked.start.t;
   run_by(report, "Splitting", qdot::Splitting{.step = whole / 2000}, system, asked, qdot::EventList<>{}, r, prepare, 100.0);
   run_by(report, "Gauss", qdot::Gauss{.step = whole / 200, .stages = 4}, system, asked, qdot::EventList<>{}, r, prepare, 100.0);
-  const qdot::State<n> start{asked.start.t, Eigen::Map<const qdot::Vector<double, n>>(asked.start.q.data()), Eigen::Map<const qdot::Vector<double, n>>(asked.start.qdot.data())};
+  const qdot::State<n> start{asked.start.t, Eigen::Map<const qdot::Vector<double, n>>(asked.start.q.data()),
+                             Eigen::Map<const qdot::Vector<double, n>>(asked.start.qdot.data())};
   const auto accurately = [&](const char* name, const auto& method) {
     const double accuracy = std::pow(10.0, dice.between(-11.0, -4.0));
     const std::string at = asked.start.in_words() + " to " + text(asked.t_end) + " by " + name + " with accuracy " + text(accuracy);
     try {
       const auto result = qdot::accurate_simulation(system, start, asked.t_end, method, accuracy);
-      if (!result.reached()) return accuracy * 1e10 < r.gain * 1e1 || std::abs(asked.start.t) > 1e6 ? void(++report.undecided) : report.finding("not reached: " + result.run.message + " at " + at);
+      if (!result.reached())
+        return accuracy * 1e10 < r.gain * 1e1 || std::abs(asked.start.t) > 1e6
+                   ? void(++report.undecided)
+                   : report.finding("not reached: " + result.run.message + " at " + at);
       ++report.compared;
       for (std::size_t i = 0; i < r.y.size(); ++i) {
         const double off = static_cast<double>(magnitude(quad(result.run.y[static_cast<Eigen::Index>(i)]) - r.y[i])) / static_cast<double>(r.largest[i]);
-        if (off > 2 * accuracy) return report.finding("the accuracy reached is " + text(off) + " in y[" + std::to_string(i) + "], estimated " + text(result.error_estimate) + ", at " + at);
+        if (off > 2 * accuracy)
+          return report.finding("the accuracy reached is " + text(off) + " in y[" + std::to_string(i) + "], estimated " +
+                                text(result.error_estimate) + ", at " + at);
       }
     } catch (const std::exception& error) {
       report.finding("accurate_simulation throws '" + std::string(error.what()) + "' at " + at);
@@ -103,13 +110,15 @@ inline void pushed(Report& report, Dice dice) {
     if (push.c + k * w < asked.t_end && push.c + k * w > 0) breaks.push_back(push.c + k * w);
   const Reference r = reference_motion(model, 0, packed(asked), asked.t_end, nullptr, breaks, none, dice);
   if (!worth_comparing(report, r)) return;
-  const auto system = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * (v[0] * v[0]); }, [=](const auto& q, const auto& t) { return push.V<ScalarOf<decltype(q)>>(q[0], t); });
+  const auto system = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * (v[0] * v[0]); },
+                                                 [=](const auto& q, const auto& t) { return push.V<ScalarOf<decltype(q)>>(q[0], t); });
   by_four_methods(report, system, asked, qdot::EventList<>{}, r, none);
 }
 
 /// A ball on a floor that a user's own event throws back: the closed form before its bounces accumulate, event_accumulation behind.
 inline void bouncing(Report& report, Dice dice) {
-  const double e = std::vector<double>{0.3, 0.5, 0.7, 0.9, 1.0}[static_cast<std::size_t>(dice.below(5))], g = dice.between(1.0, 10.0), height = dice.between(0.2, 3.0),
+  const double e = std::vector<double>{0.3, 0.5, 0.7, 0.9, 1.0}[static_cast<std::size_t>(dice.below(5))], g = dice.between(1.0, 10.0),
+               height = dice.between(0.2, 3.0),
                speed = dice.between(-1.0, 1.0), up = dice.one_in(2) ? 0.0 : dice.between(-1.0, 2.0);
   const double first = (up + std::sqrt(up * up + 2 * g * height)) / g, v = g * first - up;  // when it strikes, and how fast
   const double all = e < 1 ? first + 2 * v * e / (g * (1 - e)) : std::numeric_limits<double>::infinity();
@@ -125,13 +134,17 @@ inline void bouncing(Report& report, Dice dice) {
     try {
       const auto run = qdot::simulate(system, qdot::State<2>{0.0, {0.0, height}, {speed, up}}, t_end, method, {}, qdot::events(floor));
       ++report.compared;
-      if (run.y[1] < -1e-6) return report.finding(std::string("the ball is under the floor, y = ") + text(run.y[1]) + ", with " + std::string(qdot::name(run.outcome)) + " by " + name);
+      if (run.y[1] < -1e-6)
+        return report.finding(std::string("the ball is under the floor, y = ") + text(run.y[1]) + ", with " +
+                              std::string(qdot::name(run.outcome)) + " by " + name);
       if (beyond && run.completed()) return report.finding(std::string("infinitely many bounces are completed by ") + name);
-      if (beyond && run.outcome != qdot::Outcome::event_accumulation) return report.finding("a run ends as " + std::string(qdot::name(run.outcome)) + " by " + name);
+      if (beyond && run.outcome != qdot::Outcome::event_accumulation)
+        return report.finding("a run ends as " + std::string(qdot::name(run.outcome)) + " by " + name);
       if (!beyond && !run.completed()) return report.finding("a run ends as " + std::string(qdot::name(run.outcome)) + ", '" + run.message + "' by " + name);
       // A bounce's own error, and what the many before it have added to the time.
       if (!beyond && std::abs(run.y[1] - y) > 1e-5 * (1 + height)) return report.finding("y = " + text(run.y[1]) + ", exact " + text(y) + " by " + name);
-      if (!beyond && std::abs(run.y[0] - speed * t_end) > 1e-8 * (1 + t_end)) return report.finding("x = " + text(run.y[0]) + ", exact " + text(speed * t_end) + " by " + name);
+      if (!beyond && std::abs(run.y[0] - speed * t_end) > 1e-8 * (1 + t_end))
+        return report.finding("x = " + text(run.y[0]) + ", exact " + text(speed * t_end) + " by " + name);
     } catch (const std::exception& error) {
       report.finding("a run throws '" + std::string(error.what()) + "' by " + name);
     }
@@ -144,7 +157,8 @@ inline void bouncing(Report& report, Dice dice) {
 
 /// How often sin(ω t + φ) and sin(ω q + φ) pass zero along an oscillation q = A cos t.
 inline void counted(Report& report, Dice dice) {
-  const double omega = std::exp(dice.between(0.0, std::log(300.0))), phase = dice.between(0.1, 3.0), A = dice.between(0.5, 2.0), t_end = dice.between(5.0, 30.0);
+  const double omega = std::exp(dice.between(0.0, std::log(300.0))), phase = dice.between(0.1, 3.0), A = dice.between(0.5, 2.0),
+               t_end = dice.between(5.0, 30.0);
   const bool by_time = dice.one_in(2);
   report.model = std::string("q = ") + text(A) + " cos t, zeros of sin(" + text(omega) + (by_time ? " t + " : " q + ") + text(phase) + ") to " + text(t_end);
   // Between the extrema of the argument it passes each multiple of π once.
@@ -168,7 +182,8 @@ inline void counted(Report& report, Dice dice) {
   });
   const auto by = [&](const char* name, const auto& method) {
     try {
-      const auto run = qdot::simulate(system, qdot::State<1>{0.0, qdot::Vector<double, 1>(A), qdot::Vector<double, 1>(0.0)}, t_end, method, {}, qdot::events(zero));
+      const auto run = qdot::simulate(system, qdot::State<1>{0.0, qdot::Vector<double, 1>(A), qdot::Vector<double, 1>(0.0)}, t_end, method,
+                                      {}, qdot::events(zero));
       ++report.compared;
       if (run.completed() && static_cast<long>(run.events.size()) != exact)
         report.finding(std::to_string(run.events.size()) + " events of " + std::to_string(exact) + " by " + name);

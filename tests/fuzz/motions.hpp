@@ -68,7 +68,8 @@ void run_by(Report& report, const char* name, const Method& method, const Sc& sc
   using namespace qdot;
   constexpr int n = Sc::dof_at_compile_time;
   const auto size = static_cast<Eigen::Index>(asked.start.q.size());
-  const State<n> start{asked.start.t, Eigen::Map<const Vector<double, n>>(asked.start.q.data(), size), Eigen::Map<const Vector<double, n>>(asked.start.qdot.data(), size)};
+  const State<n> start{asked.start.t, Eigen::Map<const Vector<double, n>>(asked.start.q.data(), size),
+                       Eigen::Map<const Vector<double, n>>(asked.start.qdot.data(), size)};
   const std::string at = asked.start.in_words() + " to " + text(asked.t_end) + " by " + name;
   Options options{.rtol = asked.rtol, .atol = asked.rtol * 1e-3};
   options.max_wall_seconds = 60.0;
@@ -125,7 +126,8 @@ struct Kick {
   bool* done = nullptr;
 
   std::string in_words() const {
-    return "\n    at " + (by_time ? "t = " + text(time) : "q" + std::to_string(watched) + " = " + text(level)) + " v" + std::to_string(kicked) + " += " + text(kick) + " and " +
+    return "\n    at " + (by_time ? "t = " + text(time) : "q" + std::to_string(watched) + " = " + text(level)) + " v" +
+           std::to_string(kicked) + " += " + text(kick) + " and " +
            fuzz::in_words(changed->formula, to.data(), static_cast<int>(changed->n));
   }
   void change() const {
@@ -256,7 +258,8 @@ void captured_constants(Report& report, Dice dice) {
   const Happening happening = kick.happening(n);
   const Reference r = reference_motion(model, asked.start.t, packed(asked), asked.t_end, &happening, {}, prepare, dice);
   if (!worth_comparing(report, r)) return;
-  const auto sc = qdot::scene(qdot::mechanical_system<n>(TOfState{T.term(n)}, OfPosition{V.term(n)}), qdot::generalized_force(forces), qdot::viscous_damping(c));
+  const auto sc = qdot::scene(qdot::mechanical_system<n>(TOfState{T.term(n)}, OfPosition{V.term(n)}), qdot::generalized_force(forces),
+                              qdot::viscous_damping(c));
   check_scene(report, sc, model, asked);
   by_four_methods(report, sc, asked, qdot::events(kick.event()), r, prepare);
 }

@@ -38,12 +38,14 @@ template <int n>
 void springs_and_drag(Report& report, Dice dice) {
   const Inputs q{n}, qt{n, true, false, true}, qv{n, true, true};
   Living T = living(random_kinetic_energy(dice.next(), Inputs{n, false}, 1, Grammar::smooth), dice), V = living(random_potential(dice.next(), qt, 2), dice);
-  Living x1 = living(random_force(dice.next(), q, 1), dice), y1 = living(random_force(dice.next(), q, 1), dice), x2 = living(random_force(dice.next(), qt, 1), dice),
-         y2 = living(random_force(dice.next(), qt, 1), dice), R = living(random_formula(dice.next(), qv, 1, Grammar::smooth), dice);
+  Living x1 = living(random_force(dice.next(), q, 1), dice), y1 = living(random_force(dice.next(), q, 1), dice),
+         x2 = living(random_force(dice.next(), qt, 1), dice), y2 = living(random_force(dice.next(), qt, 1), dice),
+         R = living(random_formula(dice.next(), qv, 1, Grammar::smooth), dice);
   Grower g{Dice{dice.next()}, Grammar::smooth};  // R = c (something)², which takes energy out more often than not
   g.times_constant(g.add(Op::square, g.grow(1, Inputs{n, false, true})), Kind::fraction);
   R = living(g.f, dice);
-  const double k = dice.between(0.0, 5.0), rest = dice.between(0.0, 2.0), c = dice.one_in(3) ? 0.0 : dice.between(0.0, 1.0), b = dice.one_in(4) ? 0.0 : dice.between(0.0, 0.5);
+  const double k = dice.between(0.0, 5.0), rest = dice.between(0.0, 2.0), c = dice.one_in(3) ? 0.0 : dice.between(0.0, 1.0),
+               b = dice.one_in(4) ? 0.0 : dice.between(0.0, 0.5);
   Asked asked{.start = tame_start(dice, n)};
   asked.t_end = asked.start.t + dice.between(1.0, 4.0);
   bool done = false;
@@ -57,7 +59,8 @@ void springs_and_drag(Report& report, Dice dice) {
   const Eigen::Vector2d wall(4.0, -3.5);
   const Function x = hung.x, y = hung.y;
   report.model = "T = " + in_words(T.formula, T.at_start.data(), n) + "\n    V = " + in_words(V.formula, V.at_start.data(), n) + "\n    R = " +
-                 in_words(R.formula, R.at_start.data(), n) + "\n    spring " + text(k) + ", " + text(rest) + ", " + text(c) + " at " + in_words(x1.formula, x1.at_start.data(), n) +
+                 in_words(R.formula, R.at_start.data(), n) + "\n    spring " + text(k) + ", " + text(rest) + ", " + text(c) + " at " +
+                 in_words(x1.formula, x1.at_start.data(), n) +
                  ", " + in_words(y1.formula, y1.at_start.data(), n) + "\n    drag " + text(b) + " at " + in_words(x2.formula, x2.at_start.data(), n) + ", " +
                  in_words(y2.formula, y2.at_start.data(), n);
   Model model{.n = n, .T = {T.term(n)}, .V = {V.term(n)}, .rayleigh = {R.term(n)}};
@@ -102,7 +105,10 @@ void constrained(Report& report, Dice dice) {
   const Term f = phi.term(n), a = roll.term(n);
   Instant at = asked.start.instant();
   const auto level = static_cast<double>(value_of(f, at.q, at.qdot, at.t));
-  Model model{.n = n, .T = {T.term(n)}, .V = {V.term(n)}, .holonomic = {[=](const Hypers& x, const Hypers& v, const Hyper& t) { return f.of<Hyper>(x, v, t) - Hyper(level); }},
+  Model model{.n = n,
+              .T = {T.term(n)},
+              .V = {V.term(n)},
+              .holonomic = {[=](const Hypers& x, const Hypers& v, const Hyper& t) { return f.of<Hyper>(x, v, t) - Hyper(level); }},
               .nonholonomic = {a}};
   // The nearest velocities that the constraints allow.
   for (int k = 0; k < 2; ++k) {
@@ -130,9 +136,11 @@ void constrained(Report& report, Dice dice) {
   const Happening happening = kick.happening(n);
   const Reference r = reference_motion(model, asked.start.t, packed(asked), asked.t_end, &happening, {}, prepare, dice);
   if (!worth_comparing(report, r)) return;
-  const auto sc = qdot::scene(qdot::mechanical_system<n>(TOfState{T.term(n)}, OfPosition{V.term(n)}),
-                              qdot::holonomic("phi", [=](const auto& x, const auto& t) { return f.template of<ScalarOf<decltype(x)>>(x, x, t) - level; }),
-                              qdot::nonholonomic("rolling", [=](const auto& x, const auto& v, const auto& t) { return a.template of<ScalarOf<decltype(x)>>(x, v, t); }));
+  const auto sc = qdot::scene(
+      qdot::mechanical_system<n>(TOfState{T.term(n)}, OfPosition{V.term(n)}),
+      qdot::holonomic("phi", [=](const auto& x, const auto& t) { return f.template of<ScalarOf<decltype(x)>>(x, x, t) - level; }),
+      qdot::nonholonomic("rolling",
+                         [=](const auto& x, const auto& v, const auto& t) { return a.template of<ScalarOf<decltype(x)>>(x, v, t); }));
   check_scene(report, sc, model, asked);
   by_four_methods(report, sc, asked, qdot::events(kick.event()), r, prepare);
 }
@@ -143,8 +151,9 @@ inline void driven(Report& report, Dice dice) {
   const auto count = static_cast<std::size_t>(n);
   const Inputs q{n}, t_only{n, false, false, true};
   Living T = living(random_kinetic_energy(dice.next(), q, 1, Grammar::smooth), dice), V = living(random_potential(dice.next(), q, 1), dice);
-  Living x1 = living(random_force(dice.next(), q, 1), dice), y1 = living(random_force(dice.next(), q, 1), dice), s = living(random_force(dice.next(), t_only, 1), dice),
-         Fx = living(random_force(dice.next(), t_only, 1), dice), Fy = living(random_force(dice.next(), t_only, 1), dice);
+  Living x1 = living(random_force(dice.next(), q, 1), dice), y1 = living(random_force(dice.next(), q, 1), dice),
+         s = living(random_force(dice.next(), t_only, 1), dice), Fx = living(random_force(dice.next(), t_only, 1), dice),
+         Fy = living(random_force(dice.next(), t_only, 1), dice);
   const int k = dice.below(n);
   Asked asked{.start = tame_start(dice, n)};
   asked.t_end = asked.start.t + dice.between(0.5, 3.0);
@@ -166,8 +175,9 @@ inline void driven(Report& report, Dice dice) {
     for (Living* each : all) each->restore();
   };
   const PointOf point{x1.term(n), y1.term(n)};
-  report.model = "T = " + in_words(T.formula, T.at_start.data(), n) + "\n    V = " + in_words(V.formula, V.at_start.data(), n) + "\n    q" + std::to_string(k) + " = " +
-                 in_words(s.formula, s.at_start.data(), n) + "\n    point " + in_words(x1.formula, x1.at_start.data(), n) + ", " + in_words(y1.formula, y1.at_start.data(), n);
+  report.model = "T = " + in_words(T.formula, T.at_start.data(), n) + "\n    V = " + in_words(V.formula, V.at_start.data(), n) + "\n    q" +
+                 std::to_string(k) + " = " + in_words(s.formula, s.at_start.data(), n) + "\n    point " +
+                 in_words(x1.formula, x1.at_start.data(), n) + ", " + in_words(y1.formula, y1.at_start.data(), n);
   Model model{.n = n, .T = {T.term(n)}, .V = {V.term(n)}};
   model.holonomic.push_back([=](const Hypers& x, const Hypers& v, const Hyper& t) { return x[static_cast<std::size_t>(k)] - follows(x, v, t); });
   model.force = [&](const Quads& x, const Quads& v, const Quads&, quad t) {
@@ -197,7 +207,8 @@ inline void driven(Report& report, Dice dice) {
 inline void controlled(Report& report, Dice dice) {
   constexpr int n = 1, both = 2;  // the controller's formulas take (q, z) for coordinates and (q̇, 0) for velocities
   Living T = living(random_kinetic_energy(dice.next(), Inputs{n}, 2, Grammar::smooth), dice), V = living(random_potential(dice.next(), Inputs{n}, 2), dice);
-  Living Q = living(random_force(dice.next(), Inputs{both, true, true, true}), dice), rate = living(random_force(dice.next(), Inputs{both, true, true, true}), dice);
+  Living Q = living(random_force(dice.next(), Inputs{both, true, true, true}), dice),
+         rate = living(random_force(dice.next(), Inputs{both, true, true, true}), dice);
   Asked asked{.start = tame_start(dice, n), .z = {dice.between(-1.0, 1.0)}};
   asked.t_end = asked.start.t + dice.between(1.0, 5.0);
   bool done = false;

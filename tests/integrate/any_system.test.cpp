@@ -22,7 +22,8 @@ namespace {
 const Options fine{.rtol = 1e-12, .atol = 1e-14};
 constexpr double integrated = 1e-10;  // of rtol = 1e-12 over a second or two
 
-const auto swing = mechanical_system<1>([](const auto& q, const auto& v) { return 0.5 * v[0] * v[0] + 0.0 * q[0]; }, [](const auto& q) { return -9.81 * cos(q[0]); });
+const auto swing = mechanical_system<1>([](const auto& q, const auto& v) { return 0.5 * v[0] * v[0] + 0.0 * q[0]; },
+                                        [](const auto& q) { return -9.81 * cos(q[0]); });
 const auto plane = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return 9.81 * q[1]; });
 const auto hung = scene(plane, holonomic("rod", [](const auto& q) { return q.squaredNorm() - 1.0; }));
 const auto ball = scene(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 9.81 * q[0]; }),
@@ -83,7 +84,9 @@ TEST_CASE("events, energies and errors of a hidden system are those of its type"
   REQUIRE(run.outcome == Outcome::stopped_by_event);
   CHECK(std::abs(run.state().qdot.norm() - std::sqrt(1.0 + 2 * 9.81)) < integrated);
 
-  CHECK(error_message([&] { simulate(system, State<2>{0.0, {1.1, 0.0}, {0.0, 0.0}}, 1.0, Dop853{}); }).find("a start must satisfy the constraints, but q0 = 1.1") == 0);
+  CHECK(error_message([&] {
+          simulate(system, State<2>{0.0, {1.1, 0.0}, {0.0, 0.0}}, 1.0, Dop853{});
+        }).find("a start must satisfy the constraints, but q0 = 1.1") == 0);
   CHECK_THROWS_AS(simulate(system, State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}, 1.0, Dop853{}), DimensionError);
   CHECK_THROWS_AS(energy(system, State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}), DimensionError);
 }

@@ -243,7 +243,8 @@ TEST_CASE("honest systems give the same bits, however stiff, near to singular, h
     return mechanical_system(40, [m](const auto& v) { return 0.5 * m * v.squaredNorm(); },
                              [k](const auto& q) {
                                auto sum = 0.5 * k * q[0] * q[0];
-                               for (Eigen::Index i = 1; i < q.size(); ++i) sum += 0.5 * k * (q[i] - q[i - 1]) * (q[i] - q[i - 1]) + 1e-3 * k * q[i] * q[i] * q[i] * q[i];
+                               for (Eigen::Index i = 1; i < q.size(); ++i)
+                                 sum += 0.5 * k * (q[i] - q[i - 1]) * (q[i] - q[i - 1]) + 1e-3 * k * q[i] * q[i] * q[i] * q[i];
                                return sum;
                              });
   };

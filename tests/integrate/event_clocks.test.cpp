@@ -37,7 +37,8 @@ std::vector<double> times(const std::vector<RecordedEvent>& list, const std::str
 }
 
 TEST_CASE("an event of a clock happens at first + k period, the start included and the end not, and clocks that tick together at one moment") {
-  const auto run = simulate(oscillator, State<1>{0.3, V1(1.0), V1(0.0)}, 1.3, Dop853{}, fine, events(every("tick", 0.1), every("late", 0.25, 0.8), every("past", 0.4, 0.1)));
+  const auto run = simulate(oscillator, State<1>{0.3, V1(1.0), V1(0.0)}, 1.3, Dop853{}, fine,
+                            events(every("tick", 0.1), every("late", 0.25, 0.8), every("past", 0.4, 0.1)));
   const auto ticks = times(run.events, "tick"), late = times(run.events, "late"), past = times(run.events, "past");
   REQUIRE(ticks.size() == 10);
   for (std::size_t k = 0; k < 10; ++k) CHECK_THAT(ticks[k], WithinAbs(0.3 + static_cast<double>(k) * 0.1, 4 * rounding));
@@ -143,8 +144,9 @@ TEST_CASE("a clock that cannot be is refused by rule, value and remedy") {
   CHECK_THROWS_AS(every("never", std::numeric_limits<double>::infinity()), InvalidValue);
   CHECK_THROWS_AS(every("sometimes", 1.0, std::numeric_limits<double>::quiet_NaN()), InvalidValue);
   CHECK(error_message([] { (void)simulate(oscillator, released, -1.0, Dop853{}, fine, every("tick", 0.1)); }).find("needs a run forward") != std::string::npos);
-  CHECK(error_message([] { (void)simulate(oscillator, State<1>{1e9, V1(1.0), V1(0.0)}, 1e9 + 1, Dop853{}, fine, every("tick", 1e-7)); }).find("longer than what t can tell") !=
-        std::string::npos);
+  CHECK(error_message([] {
+          (void)simulate(oscillator, State<1>{1e9, V1(1.0), V1(0.0)}, 1e9 + 1, Dop853{}, fine, every("tick", 1e-7));
+        }).find("longer than what t can tell") != std::string::npos);
 }
 
 }  // namespace

@@ -99,7 +99,8 @@ TEST_CASE("an iteration that diverges is named as what it is, and T is not blame
   for (const int stages : {1, 3, 6})
     for (const double h_lambda : {16.0, 64.0, 1e5}) {
       if (stages == 6 && h_lambda < 20) continue;
-      const auto run = simulate(stiff, State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}, h_lambda, Gauss{.step = h_lambda / 100, .stages = stages});
+      const auto run = simulate(stiff, State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)}, h_lambda,
+                                Gauss{.step = h_lambda / 100, .stages = stages});
       CAPTURE(stages, h_lambda);
       CHECK(run.outcome == Outcome::corrector_failure);
       CHECK(run.message.find("the iteration for the stages diverged: the step is too long") != std::string::npos);

@@ -35,7 +35,9 @@ TEST_CASE("a damped oscillator follows its closed form, forward and backward, wi
     REQUIRE(run.completed());
     CHECK((run.y - exact(t_end)).norm() < rounding * std::max(1.0, exact(t_end).norm()));
     const auto error = [&](double h) {  // of order 6 with steps of one length
-      return (simulate(damped, plucked, t_end / 5, Taylor{.order = 6}, {.rtol = 0.9, .atol = 1e9, .initial_step = h, .max_step = h}).y - exact(t_end / 5)).norm();
+      return (simulate(damped, plucked, t_end / 5, Taylor{.order = 6}, {.rtol = 0.9, .atol = 1e9, .initial_step = h, .max_step = h}).y -
+              exact(t_end / 5))
+          .norm();
     };
     const double order = std::log2(error(0.4) / error(0.2));
     INFO("order " << order);

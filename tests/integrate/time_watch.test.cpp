@@ -68,7 +68,8 @@ auto pushed(double w, const Push& by) {
                  return Vector<std::remove_cvref_t<decltype(q[0])>, 1>(by.force * bell(t, w));
                }),
                rayleigh([=](const auto&, const auto& qdot, const auto& t) { return 0.5 * by.brake * bell(t, w) * qdot[0] * qdot[0]; }),
-               controller([=](const auto&, const auto&, const auto& z, const auto&) { return Vector<std::remove_cvref_t<decltype(z[0])>, 1>(by.filter * z[0]); },
+               controller([=](const auto&, const auto&, const auto& z,
+                              const auto&) { return Vector<std::remove_cvref_t<decltype(z[0])>, 1>(by.filter * z[0]); },
                           [=](const auto&, const auto&, const auto& z, const auto& t) {
                             return Vector<std::remove_cvref_t<decltype(z[0])>, 1>(by.filter * bell(t, w) - z[0]);
                           },
@@ -229,9 +230,10 @@ TEST_CASE("time that is resolved anyway costs no steps") {
 
 TEST_CASE("where no signature takes the time nobody looks at it") {
   const auto oscillator = mechanical_system<1>(unit_mass, unit_spring);
-  const auto damped = scene(oscillator, rayleigh([](const auto&, const auto& v) { return 0.5 * v[0] * v[0]; }),
-                            dry_friction("block", 0, 0.1), quadratic_drag([](const auto& q) { return q; }, 0.1), generalized_force([](const auto& q, const auto&) { return q; }),
-                            holonomic("pin", [](const auto& q) { return q[0]; }));
+  const auto damped =
+      scene(oscillator, rayleigh([](const auto&, const auto& v) { return 0.5 * v[0] * v[0]; }), dry_friction("block", 0, 0.1),
+            quadratic_drag([](const auto& q) { return q; }, 0.1), generalized_force([](const auto& q, const auto&) { return q; }),
+            holonomic("pin", [](const auto& q) { return q[0]; }));
   STATIC_REQUIRE_FALSE(detail::TimeWatch<decltype(first_order_form(oscillator))>::watches);
   STATIC_REQUIRE_FALSE(detail::TimeWatch<decltype(first_order_form(damped))>::watches);
   STATIC_REQUIRE(detail::TimeWatch<decltype(first_order_form(pushed(1.0, Push{})))>::watches);

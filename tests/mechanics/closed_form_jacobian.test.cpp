@@ -37,7 +37,8 @@ double difference(const System<E, n>& system, double low, double high) {
     Matrix<double, n> d_q, d_qdot;
     if (!system.energies().jacobian_in_closed_form(q.data(), v.data(), t, a.data(), d_q.data(), d_qdot.data())) return HUGE_VAL;
     const double scale = 1.0 + expected.d_q.cwiseAbs().maxCoeff() + expected.d_qdot.cwiseAbs().maxCoeff();
-    worst = std::max({worst, (a - expected.qddot).cwiseAbs().maxCoeff() / (1.0 + expected.qddot.cwiseAbs().maxCoeff()), (d_q - expected.d_q).cwiseAbs().maxCoeff() / scale, (d_qdot - expected.d_qdot).cwiseAbs().maxCoeff() / scale});
+    worst = std::max({worst, (a - expected.qddot).cwiseAbs().maxCoeff() / (1.0 + expected.qddot.cwiseAbs().maxCoeff()),
+                      (d_q - expected.d_q).cwiseAbs().maxCoeff() / scale, (d_qdot - expected.d_qdot).cwiseAbs().maxCoeff() / scale});
   }
   return worst;
 }

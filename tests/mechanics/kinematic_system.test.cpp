@@ -68,7 +68,8 @@ constexpr auto free_fall = 9.81;
 TEST_CASE("a chain of masses accelerates as derived by hand, whether its positions are straight-line code or a loop") {
   const auto down = uniform_gravity(0.0, -free_fall);
   CHECK(difference(kinematic_system<2>(bench::UnrolledPositions<2>{}, down), by_hand<2>(bench::short_chain_by_hand<2>)) < rounded);
-  CHECK(difference(kinematic_system(12, bench::LoopedPositions{}, down), [](const auto& q, const auto& v, double) { return chain_by_loops(q, v); }) < 10 * rounded);
+  CHECK(difference(kinematic_system(12, bench::LoopedPositions{}, down),
+                   [](const auto& q, const auto& v, double) { return chain_by_loops(q, v); }) < 10 * rounded);
 }
 
 TEST_CASE("a rod with a sliding ring, a body and a mass, accelerates as derived by hand") {

@@ -30,7 +30,8 @@ Eigen::MatrixXd band_matrix(Eigen::Index size, Eigen::Index width, std::mt19937&
 detail::NarrowBand<> band_of(const Eigen::MatrixXd& A, Eigen::Index width) {
   detail::NarrowBand<> band(static_cast<std::size_t>(A.rows()), static_cast<std::size_t>(width));
   for (Eigen::Index i = 0; i < A.rows(); ++i)
-    for (Eigen::Index j = std::max<Eigen::Index>(0, i - width); j <= i; ++j) band[band.place(static_cast<std::size_t>(i), static_cast<std::size_t>(j))] = A(i, j);
+    for (Eigen::Index j = std::max<Eigen::Index>(0, i - width); j <= i; ++j)
+      band[band.place(static_cast<std::size_t>(i), static_cast<std::size_t>(j))] = A(i, j);
   return band;
 }
 

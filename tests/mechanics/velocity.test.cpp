@@ -120,7 +120,9 @@ TEST_CASE("the kinetic energy from positions carries exact second derivatives: i
 
 TEST_CASE("an inner velocity is not confused with an outer derivative") {
   // d/dx of the velocity of x ↦ x·y along (x, y)˙ = (1, 0): velocity = y, so the derivative along x is 0
-  const auto f = [](const auto& x) { return velocity_of([](const auto& y) { return y[0] * y[1]; }, x, Eigen::Vector2d(1.0, 0.0).cast<std::decay_t<decltype(x[0])>>().eval()); };
+  const auto f = [](const auto& x) {
+    return velocity_of([](const auto& y) { return y[0] * y[1]; }, x, Eigen::Vector2d(1.0, 0.0).cast<std::decay_t<decltype(x[0])>>().eval());
+  };
   const Vector<double, 2> at(3.0, 5.0);
   const Vector<double, 2> slope = gradient(f, at);
   CHECK(f(at) == 5.0);

@@ -80,7 +80,8 @@ TEST_CASE("a chain of masses placed by a loop accelerates as derived by hand") {
   CHECK(difference(written_out_kinematic_system<1>(Links{}, gravity_along<1>(-free_fall)), by_hand<1>(bench::short_chain_by_hand<1>)) < rounded);
   CHECK(difference(written_out_kinematic_system<3>(Links{}, gravity_along<1>(-free_fall)), by_hand<3>(bench::short_chain_by_hand<3>)) < rounded);
   CHECK(difference(written_out_kinematic_system<3>(Links{}, uniform_gravity(0.0, -free_fall)), by_hand<3>(bench::short_chain_by_hand<3>)) < rounded);
-  CHECK(difference(written_out_kinematic_system<12>(Links{}, gravity_along<1>(-free_fall)), [](const auto& q, const auto& v, double) { return Vector<double, 12>(chain_by_loops(q, v)); }) < 10 * rounded);
+  CHECK(difference(written_out_kinematic_system<12>(Links{}, gravity_along<1>(-free_fall)),
+                   [](const auto& q, const auto& v, double) { return Vector<double, 12>(chain_by_loops(q, v)); }) < 10 * rounded);
 }
 
 TEST_CASE("masses, lengths and the field are the object's") {

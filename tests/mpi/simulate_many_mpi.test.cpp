@@ -65,7 +65,8 @@ State<1> start_of(std::size_t i) {
 // Some longer than others.
 State<1> end_of(std::size_t i) {
   const Options options{.rtol = 1e-8, .keep_trajectory = false};
-  const auto run = simulate(mechanical_system<1>(Pendulum{1.0 + 0.01 * static_cast<double>(i)}), start_of(i), 0.1 * static_cast<double>(1 + i % 9), Dop853{}, options);
+  const auto run = simulate(mechanical_system<1>(Pendulum{1.0 + 0.01 * static_cast<double>(i)}), start_of(i),
+                            0.1 * static_cast<double>(1 + i % 9), Dop853{}, options);
   return {run.t, Vector<double, 1>(run.y[0]), Vector<double, 1>(run.y[1])};
 }
 
@@ -97,7 +98,8 @@ TEST_CASE("without MPI it is said that MPI is not there") {  // the first test: 
 
 TEST_CASE("motions by ranks are the bits of one after another, on rank 0, whatever the ranks, threads and chunks") {
   const bool is_first = mpi().rank == 0;
-  for (const ManyOptions& many : {ManyOptions{}, ManyOptions{.chunk = 1}, ManyOptions{.threads = 2, .chunk = 7}, ManyOptions{.threads = 3}, ManyOptions{.chunk = std::numeric_limits<std::size_t>::max()}}) {
+  for (const ManyOptions& many : {ManyOptions{}, ManyOptions{.chunk = 1}, ManyOptions{.threads = 2, .chunk = 7}, ManyOptions{.threads = 3},
+                                  ManyOptions{.chunk = std::numeric_limits<std::size_t>::max()}}) {
     const auto all = simulate_many(MpiRanks{}, count, end_of, many);
     REQUIRE(all.size() == (is_first ? count : 0));
     std::size_t equal = 0;
@@ -154,17 +156,22 @@ TEST_CASE("what a motion throws stays with its number as its message, on whateve
 TEST_CASE("what is kept may be numbers, strings, vectors of any length, pairs of them, and what its user turns into bytes") {
   (void)mpi();
   const MpiRanks ranks{.results_on_all = true};
-  using Mixed = std::tuple<std::string, std::vector<double>, std::array<std::pair<int, Eigen::MatrixXd>, 2>, std::vector<bool>, std::vector<std::vector<float>>>;
+  using Mixed = std::tuple<std::string, std::vector<double>, std::array<std::pair<int, Eigen::MatrixXd>, 2>, std::vector<bool>,
+                           std::vector<std::vector<float>>>;
   const auto mixed = [](std::size_t i) {
     const auto k = static_cast<Eigen::Index>(i % 4);
     const auto x = static_cast<double>(i);
-    return Mixed{std::string(i, 'x'), std::vector<double>(i, 1.0 / x), {std::pair(3, Eigen::MatrixXd(Eigen::MatrixXd::Constant(k, 2, x))), std::pair(4, Eigen::MatrixXd())},
-                 std::vector<bool>(i % 5, true), std::vector<std::vector<float>>(i % 3, std::vector<float>(i, 0.5f))};
+    return Mixed{std::string(i, 'x'),
+                 std::vector<double>(i, 1.0 / x),
+                 {std::pair(3, Eigen::MatrixXd(Eigen::MatrixXd::Constant(k, 2, x))), std::pair(4, Eigen::MatrixXd())},
+                 std::vector<bool>(i % 5, true),
+                 std::vector<std::vector<float>>(i % 3, std::vector<float>(i, 0.5f))};
   };
   const auto all = simulate_many(ranks, 60, mixed, {.chunk = 4});
   for (std::size_t i = 0; i < 60; ++i) CHECK((all[i].completed() && *all[i].value == mixed(i)));
 
-  const auto long_ones = simulate_many(ranks, 9, [](std::size_t i) { return std::vector<double>(400'000, static_cast<double>(i)); }, {.chunk = 1});  // beyond what MPI sends at once
+  const auto long_ones = simulate_many(ranks, 9, [](std::size_t i) { return std::vector<double>(400'000, static_cast<double>(i)); },
+                                       {.chunk = 1});  // beyond what MPI sends at once
   for (std::size_t i = 0; i < 9; ++i) CHECK((long_ones[i].value->size() == 400'000 && long_ones[i].value->back() == static_cast<double>(i)));
 
   const auto notes = simulate_many(ranks, 8, [](std::size_t i) { return Note{std::vector<std::string>(i, "word")}; });
@@ -193,13 +200,15 @@ TEST_CASE("motions in lanes by ranks are the bits of those without, outcomes, ev
       CHECK(all[i].message() == here[i].message());
       if (i == 20) continue;
       const auto &a = *all[i].value, &b = *here[i].value;
-      CHECK((same(a.state, b.state) && a.outcome == b.outcome && a.message == b.message && a.event == b.event && a.steps == b.steps && a.evaluations == b.evaluations));
+      CHECK((same(a.state, b.state) && a.outcome == b.outcome && a.message == b.message && a.event == b.event && a.steps == b.steps &&
+             a.evaluations == b.evaluations));
       stopped += a.event == "turns";
       out_of_steps += !a.message.empty() && a.event.empty();
     }
     CHECK((stopped > 0 && out_of_steps > 0));
   }
-  const auto lengths = family<1>([](const auto& p) { return Pendulum{p[0]}; }, [](std::size_t i) { return Vector<double, 1>(1.0 + 0.01 * static_cast<double>(i)); });
+  const auto lengths = family<1>([](const auto& p) { return Pendulum{p[0]}; },
+                                 [](std::size_t i) { return Vector<double, 1>(1.0 + 0.01 * static_cast<double>(i)); });
   const auto add = [](double& sum, std::size_t, Kept<MotionEnd<1>>&& kept) { sum += kept.value->state.q[0]; };
   const double expected = simulate_many(lengths, count, start_of, 2.0, Dop853{}, {}, events(), 0.0, add);
   CHECK(simulate_many(ranks, lengths, count, start_of, 2.0, Dop853{}, {}, events(), 0.0, add) == expected);
@@ -214,15 +223,21 @@ TEST_CASE("ranks that disagree are told about what, on all of them") {
           "all ranks must call simulate_many() with the same number of motions, but rank 0 says 100 and rank 1 90; send rank 0's to the others by MPI_Bcast()");
     CHECK(error_message([&] { simulate_many(MpiRanks{}, 3, end_of, {.chunk = is_last ? 2u : 1u}); }) ==
           "all ranks must call simulate_many() with the same ManyOptions::chunk, but rank 0 says 1 and rank " + last + " 2; set it to one number on all, or to 0");
-    CHECK(error_message([&] { simulate_many(MpiRanks{.results_on_all = is_last}, 3, end_of); }).find("the same MpiRanks::results_on_all, but rank 0 says 0 and rank " + last + " 1") != std::string::npos);
+    CHECK(error_message([&] {
+            simulate_many(MpiRanks{.results_on_all = is_last}, 3, end_of);
+          }).find("the same MpiRanks::results_on_all, but rank 0 says 0 and rank " + last + " 1") != std::string::npos);
     const auto late = error_message([&] {
       simulate_many(MpiRanks{}, mechanical_system<1>(Pendulum{1.0}), 3, start_of, is_last ? std::numeric_limits<double>::infinity() : 1.0, Dop853{});
     });
-    CHECK(late.starts_with(is_last ? "t_end must be finite" : "all ranks must call simulate_many() with valid arguments, but on rank " + last + ": t_end must be finite"));
+    CHECK(late.starts_with(is_last ? "t_end must be finite"
+                                   : "all ranks must call simulate_many() with valid arguments, but on rank " + last +
+                                         ": t_end must be finite"));
   }
   CHECK(error_message([&] { simulate_many(MpiRanks{}, 3, end_of, {.threads = is_last ? -2 : 1}); }) ==
         "the number of threads must not be negative, but is -2 on rank " + last + "; 0 means one in each rank");
-  CHECK(error_message([&] { simulate_many(MpiRanks{.communicator = MPI_COMM_NULL}, 3, end_of); }).starts_with("the communicator must have this rank in it, but is MPI_COMM_NULL; call "));
+  CHECK(error_message([&] {
+          simulate_many(MpiRanks{.communicator = MPI_COMM_NULL}, 3, end_of);
+        }).starts_with("the communicator must have this rank in it, but is MPI_COMM_NULL; call "));
   struct Unsendable {
     std::optional<std::string> text;
   };

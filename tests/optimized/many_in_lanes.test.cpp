@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Motions that go side by side in the lanes of a pack end where they end alone, and one that fails does not disturb the others. Orbits about a
-// centre have closed forms: from the pericentre of an ellipse of semi-axis 1 and strength μ the apocentre comes after π/√μ, and the pericentre again after 2π/√μ.
+// centre have closed forms: from the pericentre of an ellipse of semi-axis 1 and strength μ the apocentre comes after π/√μ, and the
+// pericentre again after 2π/√μ.
 #include "catch2_bridge.hpp"
 
 #include <algorithm>
@@ -109,7 +110,8 @@ TEST_CASE("orbits of many strengths go side by side, each by its own parameter, 
     CHECK(std::abs(end.state.t - pi / std::sqrt(strength(i)[0])) < half_a_turn);
     CHECK(std::abs(end.state.q.norm() - 1.3) < half_a_turn);
   }
-  const auto before = simulate_many(orbits, count, [&](std::size_t i) { return State<2>{pi / std::sqrt(strength(i)[0]), {-1.3, 0.0}, -start(i).qdot * 0.7 / 1.3}; }, 0.0, Dop853{}, options);
+  const auto before = simulate_many(orbits, count, [&](std::size_t i) { return State<2>{pi / std::sqrt(strength(i)[0]), {-1.3, 0.0},
+                                                                                        -start(i).qdot * 0.7 / 1.3}; }, 0.0, Dop853{}, options);
   for (std::size_t i = 0; i < count; ++i) CHECK((before[i].value->state.q - start(i).q).norm() < after_one_turn);
 }
 
@@ -120,7 +122,8 @@ TEST_CASE("ends are the same bits for any number of threads, any chunk and any o
   auto turned = simulate_many(orbit, count, start_from_the_last, 5.0, Dop853{}, options);
   std::reverse(turned.begin(), turned.end());
   CHECK(are_the_same(plain, turned));
-  const double sum = simulate_many(orbit, count, start_of, 5.0, Dop853{}, options, EventList<>{}, 0.0, [](double& x, std::size_t, auto&& kept) { x += kept.value->state.q[0]; });
+  const double sum = simulate_many(orbit, count, start_of, 5.0, Dop853{}, options, EventList<>{}, 0.0,
+                                   [](double& x, std::size_t, auto&& kept) { x += kept.value->state.q[0]; });
   double expected = 0.0;
   for (const auto& end : plain) expected += end.value->state.q[0];
   CHECK(sum == expected);

@@ -94,8 +94,13 @@ auto on_an_ellipse(const Numbers& p, const State<2>&) {
   using V2 = qdot::Vector<double, 2>;
   const double a = p[8], c = p[11], u = p[6], w = 2.0 + p[9], e = p[10];
   const State<2> start{0.0, {a * std::cos(u), c * std::sin(u)}, {-a * w * std::sin(u), c * w * std::cos(u)}};
-  return problem(scene(body(p, 0.0), damping(p), qdot::holonomic("ellipse", [a, c](const auto& q) { return q[0] * q[0] / (a * a) + q[1] * q[1] / (c * c) - 1.0; })),
-                 start, qdot::events(qdot::event("height", [c](const V2& q, const V2&) { return q[1] - 0.3 * c; }).rising().then(Action([e](State<2>& s) { s.qdot *= -e; }))));
+  return problem(
+      scene(body(p, 0.0), damping(p),
+            qdot::holonomic("ellipse", [a, c](const auto& q) { return q[0] * q[0] / (a * a) + q[1] * q[1] / (c * c) - 1.0; })),
+      start,
+      qdot::events(qdot::event("height", [c](const V2& q, const V2&) { return q[1] - 0.3 * c; }).rising().then(Action([e](State<2>& s) {
+        s.qdot *= -e;
+      }))));
 }
 
 // So many scenes whose members on both sides pass as many events.

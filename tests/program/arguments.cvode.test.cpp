@@ -23,8 +23,10 @@ struct Refusal {
 
 TEST_CASE("a bad argument gets one line that says what is wrong") {
   const Refusal refusal = GENERATE(values<Refusal>({
-      {"", "qdot: command: must be one of list, new, run, accuracy, effects, equations, modes, equilibria, conserved, lyapunov, section, orbit, sensitivity, sweep, bench; see qdot --help\n"},
-      {"rnu", "qdot: command: must be a command, given \"rnu\"; the nearest is \"run\" (of list, new, run, accuracy, effects, equations, modes, equilibria, conserved, lyapunov, section, orbit, sensitivity, sweep, bench)\n"},
+      {"",
+       "qdot: command: must be one of list, new, run, accuracy, effects, equations, modes, equilibria, conserved, lyapunov, section, orbit, sensitivity, sweep, bench; see qdot --help\n"},
+      {"rnu",
+       "qdot: command: must be a command, given \"rnu\"; the nearest is \"run\" (of list, new, run, accuracy, effects, equations, modes, equilibria, conserved, lyapunov, section, orbit, sensitivity, sweep, bench)\n"},
       {"run pendulum --set lenght=2",
        "qdot run: --set: must be a parameter or initial value of pendulum, given \"lenght\"; the nearest is \"l\" (of m, l, g, "
        "q0, qdot0)\n"},

@@ -39,7 +39,8 @@ TEST_CASE("a cart with a motor moves the same by every method that takes effects
   const std::string method = GENERATE("taylor", "gauss6", "gauss8");
   INFO(method);
   const std::string span = "cartpole --with motor=6 --with joint_damping --t-end 2 --rtol 1e-10 --atol 1e-10 --method ";
-  const json run = run_json(span + method), exact = run_json("cartpole --with motor=6 --with joint_damping --t-end 2 --rtol 1e-13 --atol 1e-13 --method dop853");
+  const json run = run_json(span + method),
+             exact = run_json("cartpole --with motor=6 --with joint_damping --t-end 2 --rtol 1e-13 --atol 1e-13 --method dop853");
   constexpr double growth_of_local_errors = 1e-8;
   for (const char* const of : {"q", "qdot"})
     for (std::size_t i = 0; i < 2; ++i) CHECK_THAT(run[of][i].get<double>(), WithinAbs(exact[of][i].get<double>(), growth_of_local_errors));
@@ -49,7 +50,9 @@ TEST_CASE("a pendulum in Cartesian coordinates is at rest again after its period
   const std::string method = GENERATE("dop853", "bdf", "gauss4", "gauss8", "rattle4", "rattle6");
   INFO(method);
   // From 1 rad, l = 1 m and g = 9.81 m/s²: 4 sqrt(l/g) K(sin² 1/2).
-  const json run = run_json("cartesian_pendulum --set q0=0.8414709848078965 --set q1=-0.5403023058681398 --t-end 2.13913760055869 --rtol 1e-9 --atol 1e-9 --method " + method);
+  const json run = run_json(
+      "cartesian_pendulum --set q0=0.8414709848078965 --set q1=-0.5403023058681398 --t-end 2.13913760055869 --rtol 1e-9 --atol 1e-9 --method " +
+      method);
   CHECK_THAT(run["q"][0].get<double>(), WithinAbs(0.8414709848078965, 1e-6));
   CHECK_THAT(run["qdot"][0].get<double>(), WithinAbs(0.0, 1e-6));
   CHECK(run["constraint_residual_max"] < 1e-12);

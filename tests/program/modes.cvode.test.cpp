@@ -150,10 +150,11 @@ TEST_CASE("what has no equilibrium, and wrong arguments, end with status 2 and o
     CHECK(ended.out.empty());
     CHECK(ended.err.find('\n') == ended.err.size() - 1);
   }
-  for (const char* arguments : {"equilibria bead_on_hoop --along Omega", "equilibria bead_on_hoop --along Omega=5:", "equilibria bead_on_hoop --along nothing=1:2",
-                                "equilibria bead_on_hoop --along Omega=2:2", "equilibria bead_on_hoop --along Omega=:5", "equilibria chain --along n=2:5",
-                                "equilibria pendulum --along damping=0:1", "equilibria projectile --along g=1:2", "equilibria bead_on_hoop --show theta",
-                                "equilibria bead_on_hoop --along Omega=1:2 --show thetadot", "equilibria pendulum --with drive --along drive=1:2"}) {
+  for (const char* arguments :
+       {"equilibria bead_on_hoop --along Omega", "equilibria bead_on_hoop --along Omega=5:", "equilibria bead_on_hoop --along nothing=1:2",
+        "equilibria bead_on_hoop --along Omega=2:2", "equilibria bead_on_hoop --along Omega=:5", "equilibria chain --along n=2:5",
+        "equilibria pendulum --along damping=0:1", "equilibria projectile --along g=1:2", "equilibria bead_on_hoop --show theta",
+        "equilibria bead_on_hoop --along Omega=1:2 --show thetadot", "equilibria pendulum --with drive --along drive=1:2"}) {
     INFO(arguments);
     const auto ended = qdot(arguments);
     CHECK(ended.status == 2);

@@ -98,7 +98,8 @@ TEST_CASE("along a parameter Mathieu's rest changes where a periodic solution br
   CHECK_THAT(doublings[0], WithinAbs(-0.1102488169920971, located));
   CHECK_THAT(doublings[1], WithinAbs(1.8591080725143634, located));
   for (const json& orbit : family["orbits"])
-    if (orbit["kind"] == "regular") CHECK((orbit["stability"] == "unstable") == (number(orbit["value"]) > doublings[0] && number(orbit["value"]) < doublings[1]));
+    if (orbit["kind"] == "regular")
+      CHECK((orbit["stability"] == "unstable") == (number(orbit["value"]) > doublings[0] && number(orbit["value"]) < doublings[1]));
 }
 
 TEST_CASE("a driven pendulum folds twice, and where its swing ceases to be symmetric one multiplier is 1") {
@@ -109,7 +110,8 @@ TEST_CASE("a driven pendulum folds twice, and where its swing ceases to be symme
     if (kind == "regular") continue;
     kinds += kind + " ";
     if (kind != "fold" && kind != "branch") continue;
-    CHECK_THAT(number(orbit["multipliers"][0]["re"]), WithinAbs(1.0, 1e-5));  // places are located to 1e-8 of a step, along which multipliers go by some hundreds
+    CHECK_THAT(number(orbit["multipliers"][0]["re"]),
+               WithinAbs(1.0, 1e-5));  // places are located to 1e-8 of a step, along which multipliers go by some hundreds
     CHECK(number(orbit["multipliers"][0]["im"]) == 0.0);
   }
   CHECK(kinds == "start fold fold branch end ");

@@ -53,7 +53,9 @@ TEST_CASE("a scene in a file is a scene to all commands") {
     CHECK(refused.status == 2);
     CHECK(refused.err == "qdot run: --set: g (gravity) must be from 0 to 100, given 100.5\n");
     CHECK(qdot("run " + own + " --set l=0").err == "qdot run: --set: l (length of the rod) must be positive, given 0\n");
-    CHECK(qdot("run " + own + " --set length=1").err.find("must be a parameter or initial value of own, given \"length\"; the nearest is") != std::string::npos);
+    CHECK(
+        qdot("run " + own + " --set length=1").err.find("must be a parameter or initial value of own, given \"length\"; the nearest is") !=
+        std::string::npos);
   }
   SECTION("it has effects") {
     // Small swings with damping: exp(−c t / 2 m l²) of the amplitude, here once more than e^-4 of it.
@@ -102,7 +104,8 @@ TEST_CASE("T and V are enough for a scene, and it is compiled once") {
   CHECK(entries() == 3);  // the library, what it depends on, and what the compiler said
   CHECK(qdot(arguments).status == 0);
   CHECK(entries() == 3);
-  CHECK(qdot("run " + scenes + "/least.cpp --forces --out " + directory.file("y")).err.find("with a scene that has a view, but least has plots only") != std::string::npos);
+  CHECK(qdot("run " + scenes + "/least.cpp --forces --out " + directory.file("y"))
+            .err.find("with a scene that has a view, but least has plots only") != std::string::npos);
   const auto shown = qdot("list " + scenes + "/least.cpp");
   CHECK(shown.out.find("  V = ½ q₀² − q₀ + 2 q₁²\n") != std::string::npos);
   CHECK(shown.out.find("for example: qdot run " + scenes + "/least.cpp --out out/least") != std::string::npos);
@@ -141,7 +144,8 @@ TEST_CASE("a file without a scene is told what it lacks") {
 
   const auto absent = qdot("run " + directory.file("absent.cpp"));
   CHECK(absent.status == 2);
-  CHECK(absent.err == "qdot run: SCENE: must be a name from qdot list or a file of C++, given \"" + directory.file("absent.cpp") + "\", which cannot be read\n");
+  CHECK(absent.err == "qdot run: SCENE: must be a name from qdot list or a file of C++, given \"" + directory.file("absent.cpp") +
+                          "\", which cannot be read\n");
 }
 
 TEST_CASE("a scene that contradicts itself is refused with the reason") {

@@ -37,7 +37,9 @@ TEST_CASE("a plane is passed once in each period of a mode") {
 TEST_CASE("starts of one energy lie on its level, and those that cannot are left out") {
   const program_test::Directory directory;
   const std::string out = directory.file("stars");
-  const auto ended = qdot("section henon_heiles --set q0=0 --set q1=0 --set qdot0=0.5 --set qdot1=0 --plane q0=0 --over q1=0,0.1,0.9 --keep-energy xdot --count 5 --json --out " + out);
+  const auto ended = qdot(
+      "section henon_heiles --set q0=0 --set q1=0 --set qdot0=0.5 --set qdot1=0 --plane q0=0 --over q1=0,0.1,0.9 --keep-energy xdot --count 5 --json --out " +
+      out);
   INFO(ended.err);
   REQUIRE(ended.status == 0);
   const json found = json::parse(ended.out);

@@ -54,7 +54,9 @@ TEST_CASE("a ball behind a bounce depends on everything as the closed form says"
   // y = e v s − g s²/2 with the impact at t₁ = √(2h/g), v = g t₁ and s = t − t₁
   const double h = 1.0, g = 9.81, e = 0.8, t = 1.0, t1 = std::sqrt(2.0 * h / g), v = g * t1, s = t - t1;
   const Answer d("bouncing_ball --t-end 1");
-  const auto by = [&](double t1_slope, double v_slope, double g_slope) { return e * v_slope * s - e * v * t1_slope + g * s * t1_slope - 0.5 * s * s * g_slope; };
+  const auto by = [&](double t1_slope, double v_slope, double g_slope) {
+    return e * v_slope * s - e * v * t1_slope + g * s * t1_slope - 0.5 * s * s * g_slope;
+  };
   CHECK_THAT(d("y", "e"), WithinAbs(v * s, integrated));
   CHECK_THAT(d("y", "y at the start"), WithinAbs(by(1.0 / v, g / v, 0.0), integrated));
   CHECK_THAT(d("y", "g"), WithinAbs(by(-h / (g * v), h / v, 1.0), integrated));
@@ -70,7 +72,8 @@ TEST_CASE("on a rod a motion depends on gravity as the motion in an angle does, 
 }
 
 TEST_CASE("effects that are on are what a motion depends on, and a rope does not ask for the mass that it holds") {
-  const Answer d("pendulum --with damping=0.5 --of theta --to damping,l,thetadot --t-end 4"), less("pendulum --with damping=0.49999 --of theta --to l --t-end 4"),
+  const Answer d("pendulum --with damping=0.5 --of theta --to damping,l,thetadot --t-end 4"),
+      less("pendulum --with damping=0.49999 --of theta --to l --t-end 4"),
       more("pendulum --with damping=0.50001 --of theta --to l --t-end 4");
   REQUIRE(d.found["of"].size() == 1);
   REQUIRE(d.found["to"].size() == 3);
@@ -97,7 +100,8 @@ TEST_CASE("the option --out of sensitivity writes the whole motion, and stdout h
 
 TEST_CASE("every method that takes derivatives along finds those of the oscillator, and those of a rod that it keeps") {
   const double t = 3.0, omega = 2.0;  // ω² = k/m = 4
-  for (const auto& [method, error] : {std::pair{"dop853", 1e-9}, {"dopri5", 1e-9}, {"adams", 1e-7}, {"bdf", 1e-6}, {"taylor", 1e-10}, {"gauss4", 1e-7}, {"gauss8", 1e-9}}) {
+  for (const auto& [method, error] : {std::pair{"dop853", 1e-9}, {"dopri5", 1e-9}, {"adams", 1e-7}, {"bdf", 1e-6}, {"taylor", 1e-10},
+                                      {"gauss4", 1e-7}, {"gauss8", 1e-9}}) {
     INFO(method);
     const Answer d(std::string("harmonic_oscillator --t-end 3 --method ") + method);
     CHECK(d.found["method"] == method);
@@ -105,7 +109,8 @@ TEST_CASE("every method that takes derivatives along finds those of the oscillat
     CHECK_THAT(d("x", "m"), WithinAbs(std::sin(omega * t) * t, 4.0 * error));
     CHECK_THAT(d("x", "xdot at the start"), WithinAbs(std::sin(omega * t) / omega, error));
   }
-  const std::string start = " --t-end 2 --set q0=0.8414709848078965 --set q1=-0.5403023058681398 --set qdot0=0.5403023058681398 --set qdot1=0.8414709848078965 --with drag=0.2";
+  const std::string start =
+      " --t-end 2 --set q0=0.8414709848078965 --set q1=-0.5403023058681398 --set qdot0=0.5403023058681398 --set qdot1=0.8414709848078965 --with drag=0.2";
   const Answer known("cartesian_pendulum" + start);
   // What bdf says of itself is the difference to a run of another tolerance, which by chance may be less than its error of 4e-9.
   for (const auto& [method, more] : {std::pair{"taylor", 0.0}, {"gauss8", 0.0}, {"bdf", 4e-9}}) {
@@ -129,14 +134,22 @@ TEST_CASE("where a motion has no derivative the status is 1, and what was asked 
     return ended.err;
   };
   CHECK(err("pendulum --of omega").find("--of: must be a coordinate or velocity of pendulum") != std::string::npos);
-  CHECK(err("pendulum --to damping").find("--to: must be a parameter, an effect that is on, or a coordinate or velocity of the start, given \"damping\"") != std::string::npos);
+  CHECK(err("pendulum --to damping")
+            .find("--to: must be a parameter, an effect that is on, or a coordinate or velocity of the start, given \"damping\"") !=
+        std::string::npos);
   CHECK(err("pendulum --t-end 0") == "qdot sensitivity: --t-end: must differ from the time of the start, given 0\n");
-  CHECK(err("pendulum --method verlet") == "qdot sensitivity: --method: must fit pendulum and take its derivatives along, but verlet makes steps of the motion alone "
-                                           "(what fits: taylor, dop853, dopri5, adams, bdf, gauss2, gauss4, gauss6, gauss8)\n");
+  CHECK(err("pendulum --method verlet") ==
+        "qdot sensitivity: --method: must fit pendulum and take its derivatives along, but verlet makes steps of the motion alone "
+        "(what fits: taylor, dop853, dopri5, adams, bdf, gauss2, gauss4, gauss6, gauss8)\n");
   CHECK(err("pendulum --method auto").find("but auto chooses by the motion alone (what fits: taylor") != std::string::npos);
-  CHECK(err("bouncing_ball --method gauss4").find("but gauss4 takes no contacts or dry friction with derivatives (what fits: dop853, dopri5, ") != std::string::npos);
-  CHECK(err("cartesian_pendulum --method adams").find("but adams cannot keep constraints (what fits: taylor, dop853, dopri5, bdf, gauss2") != std::string::npos);
+  CHECK(err("bouncing_ball --method gauss4")
+            .find("but gauss4 takes no contacts or dry friction with derivatives (what fits: dop853, dopri5, ") != std::string::npos);
+  CHECK(
+      err("cartesian_pendulum --method adams").find("but adams cannot keep constraints (what fits: taylor, dop853, dopri5, bdf, gauss2") !=
+      std::string::npos);
   CHECK(err("pendulum --method euler").find("--method: must be a method") != std::string::npos);
-  CHECK(err("pendulum --step 0.1") == "qdot sensitivity: --step: must stand with a method of fixed step, gauss2 … gauss8, given with dop853, which chooses its steps by --rtol\n");
+  CHECK(
+      err("pendulum --step 0.1") ==
+      "qdot sensitivity: --step: must stand with a method of fixed step, gauss2 … gauss8, given with dop853, which chooses its steps by --rtol\n");
   CHECK(err("pendulum --rtol 0") == "qdot sensitivity: --rtol: must be positive, given 0\n");
 }

@@ -118,7 +118,8 @@ TEST_CASE("a sweep that means nothing is refused by argument, rule and value") {
     return ended.err;
   };
   CHECK(err("pendulum") == "qdot sweep: --over: must be given at least once, NAME=FROM:TO:COUNT, or NAME~normal(MEAN,SIGMA) with --random\n");
-  CHECK(err("pendulum --over length=1,2").find("--over: must be a parameter or initial value of pendulum, given \"length\"; the nearest is \"l\"") != std::string::npos);
+  CHECK(err("pendulum --over length=1,2")
+            .find("--over: must be a parameter or initial value of pendulum, given \"length\"; the nearest is \"l\"") != std::string::npos);
   CHECK(err("pendulum --over l=1:2") == "qdot sweep: --over: must be NAME=FROM:TO:COUNT, with :log behind it or not, or NAME=A,B,C, given l=1:2\n");
   CHECK(err("pendulum --over l=-1:2:5:log").find("must go between positive numbers with :log") != std::string::npos);
   CHECK(err("pendulum --over l=") == "qdot sweep: --over l: must be a finite number, given \"\"\n");
@@ -126,7 +127,8 @@ TEST_CASE("a sweep that means nothing is refused by argument, rule and value") {
   CHECK(err("pendulum --over l=1:2:0") == "qdot sweep: --over l: COUNT: must be a whole number from 1 to 100000000, given \"0\"\n");
   CHECK(err("pendulum --over l=0:2:3") == "qdot sweep: --over: l (length of the rod) must be positive, given 0\n");
   CHECK(err("pendulum --over l=1,2 --over l=3,4") == "qdot sweep: --over: must name each quantity once, given l twice\n");
-  CHECK(err("pendulum --over l=1,2 --record speed").find("--record: must be a coordinate, a velocity or a quantity of pendulum, given \"speed\"") != std::string::npos);
+  CHECK(err("pendulum --over l=1,2 --record speed")
+            .find("--record: must be a coordinate, a velocity or a quantity of pendulum, given \"speed\"") != std::string::npos);
   CHECK(err("pendulum --over l=1,2 --record 't(event flip)'") ==
         "qdot sweep: --record t(event flip): pendulum has no contacts or dry friction, and no events; t(NAME=VALUE) is when a coordinate passes a value\n");
   CHECK(err("bouncing_ball --over g=1,2 --record 't(event nix)'") == "qdot sweep: --record t(event nix): bouncing_ball has events of floor only\n");
@@ -142,7 +144,8 @@ const std::string oscillators = "harmonic_oscillator --over k=1:4:10 --over q0=0
 /// Whether a sweep wrote what one without records writes.
 void check_same(const program_test::Directory& directory, const std::string& name) {
   if (program_test::content(directory.file("plain.csv")).empty()) REQUIRE(qdot("sweep " + oscillators + directory.file("plain")).status == 0);
-  for (const std::string ending : {".csv", ".npz", ".html"}) CHECK(program_test::content(directory.file(name + ending)) == program_test::content(directory.file("plain" + ending)));
+  for (const std::string ending : {".csv", ".npz", ".html"})
+    CHECK(program_test::content(directory.file(name + ending)) == program_test::content(directory.file("plain" + ending)));
 }
 
 /// The files with records of a sweep.
@@ -203,7 +206,8 @@ TEST_CASE("a sweep by several processes that are not told to share it is refused
                            "of its own\n");
     CHECK(!std::filesystem::exists(directory.file("x.csv")));
   }
-  for (const std::string more : {"--resume", "--processes 2", "--shard 1/1"}) CHECK(under("OMPI_COMM_WORLD_RANK=0 OMPI_COMM_WORLD_SIZE=4", out + " " + more).status == 0);
+  for (const std::string more : {"--resume", "--processes 2", "--shard 1/1"})
+    CHECK(under("OMPI_COMM_WORLD_RANK=0 OMPI_COMM_WORLD_SIZE=4", out + " " + more).status == 0);
   CHECK(under("OMPI_COMM_WORLD_RANK=0 OMPI_COMM_WORLD_SIZE=1", "").status == 0);
   CHECK(under("SLURM_PROCID=0 SLURM_NTASKS=64", "").status == 0);  // the script of a job, which is alone
 }
@@ -268,11 +272,16 @@ TEST_CASE("records of another sweep are refused by what is another, and left alo
   const std::string sample = "pendulum --random 20 --over 'l~normal(1,0.05)' --t-end 1 --resume";
   REQUIRE(qdot("sweep " + sample + " --set g=9.81 --quiet --out " + path).status == 0);
   CHECK(qdot("sweep " + sample + " --set g=9.810 --threads 1 --out " + path).status == 0);
-  const std::string begin = "qdot sweep: --out: must go on with the sweep that is in " + records_of_it + ", but ", end = "; repeat its options, or choose another --out\n";
+  const std::string begin = "qdot sweep: --out: must go on with the sweep that is in " + records_of_it + ", but ",
+                    end = "; repeat its options, or choose another --out\n";
   CHECK(err(sample + " --set g=9.81 --seed 2") == begin + "--seed was 1 and is 2" + end);
   CHECK(err(sample + " --record q0 --record t") == begin + "--set was g=9.81 and is nothing; --record was theta and is q0 t" + end);
-  CHECK(err("pendulum --random 30 --over 'l~normal(1,0.06)' --set g=9.81 --t-end 2 --rtol 1e-6 --resume") ==
-        begin + "--over was l~normal(1,0.05) and is l~normal(1,0.06); --random was 20 and is 30; --t-end was 1.0 and is 2.0; --rtol was 1e-08 and is 1e-06; --atol was 1e-08 and is 1e-06" + end);
+  CHECK(
+      err("pendulum --random 30 --over 'l~normal(1,0.06)' --set g=9.81 --t-end 2 --rtol 1e-6 --resume") ==
+      begin +
+          "--over was l~normal(1,0.05) and is l~normal(1,0.06); --random was 20 and is 30; --t-end was 1.0 and is 2.0; "
+          "--rtol was 1e-08 and is 1e-06; --atol was 1e-08 and is 1e-06" +
+          end);
   const auto plain = qdot("sweep pendulum --over l=1,2 --t-end 1 --out " + path);
   CHECK(plain.status == 0);
   CHECK(plain.err == "qdot sweep: " + records_of_it + " keeps records of a sweep, which are left alone; --resume goes on with them\n");
@@ -293,7 +302,10 @@ TEST_CASE("records of another sweep are refused by what is another, and left alo
 TEST_CASE("a recorded sweep that means nothing is refused by argument, rule and value") {
   const program_test::Directory directory;
   const auto err = [&](const std::string& arguments) {
-    const auto ended = program_test::ended("/usr/bin/env", "-u OMPI_COMM_WORLD_RANK -u PMI_RANK -u SLURM_PROCID -u SLURM_ARRAY_TASK_ID " QDOT_PROGRAM " sweep pendulum --over l=1,2 --out " + directory.file("x") + " " + arguments);
+    const auto ended =
+        program_test::ended("/usr/bin/env", "-u OMPI_COMM_WORLD_RANK -u PMI_RANK -u SLURM_PROCID -u SLURM_ARRAY_TASK_ID " QDOT_PROGRAM
+                                            " sweep pendulum --over l=1,2 --out " +
+                                                directory.file("x") + " " + arguments);
     CHECK(ended.status == 2);
     return ended.err;
   };
@@ -303,7 +315,8 @@ TEST_CASE("a recorded sweep that means nothing is refused by argument, rule and 
   CHECK(err("--shard 5/4").find("--shard: must be a whole number from 1 to 4, given \"5\"") != std::string::npos);
   CHECK(err("--shard some").find("--shard: must be K/N, the K-th of N shares, or auto, given \"some\"") != std::string::npos);
   CHECK(err("--shard auto").find("--shard: auto must be started by MPI or Slurm, but of OMPI_COMM_WORLD_RANK and _SIZE") != std::string::npos);
-  const auto beyond = program_test::ended("/usr/bin/env", "PMI_RANK=4 PMI_SIZE=4 " QDOT_PROGRAM " sweep pendulum --over l=1,2 --out " + directory.file("x") + " --shard auto");
+  const auto beyond = program_test::ended(
+      "/usr/bin/env", "PMI_RANK=4 PMI_SIZE=4 " QDOT_PROGRAM " sweep pendulum --over l=1,2 --out " + directory.file("x") + " --shard auto");
   CHECK(beyond.err == "qdot sweep: --shard: auto: PMI_RANK must be below PMI_SIZE, but they are 4 and 4\n");
   std::ofstream(directory.file("file.sweep")) << "";
   CHECK(err("--resume --out " + directory.file("file.sweep/x")).find("file.sweep/x.sweep cannot (Not a directory)") != std::string::npos);

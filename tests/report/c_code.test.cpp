@@ -89,9 +89,11 @@ class CProgram {
       for (Eigen::Index i = 0; i < dof; ++i)
         for (Eigen::Index j = 0; j < dof; ++j) expected_.push_back(J.d_qdot(i, j));
       const std::string size = std::to_string(dof), squared = std::to_string(dof * dof);
-      calls_ += "  {\n    const double q[] = {" + listed(q) + "}, v[] = {" + listed(v) + "}, p[] = {" + listed(p) + "};\n    double a[" + size + "], dq[" + squared + "], dv[" +
-                squared + "];\n    if (" + name + "_acceleration(q, v, " + report::exact_text(t) + ", p, a)) exit(1);\n    print(a, " + size + ");\n    if (" + name +
-                "_jacobian(q, v, " + report::exact_text(t) + ", p, a, dq, dv)) exit(1);\n    print(a, " + size + ");\n    print(dq, " + squared + ");\n    print(dv, " + squared + ");\n  }\n";
+      calls_ += "  {\n    const double q[] = {" + listed(q) + "}, v[] = {" + listed(v) + "}, p[] = {" + listed(p) + "};\n    double a[" +
+                size + "], dq[" + squared + "], dv[" + squared + "];\n    if (" + name + "_acceleration(q, v, " + report::exact_text(t) +
+                ", p, a)) exit(1);\n    print(a, " + size + ");\n    if (" + name + "_jacobian(q, v, " + report::exact_text(t) +
+                ", p, a, dq, dv)) exit(1);\n    print(a, " + size + ");\n    print(dq, " + squared + ");\n    print(dv, " + squared +
+                ");\n  }\n";
     }
     calls_ += "}\n";
     main_ += "  run_" + name + "();\n";
@@ -111,9 +113,11 @@ class CProgram {
   const std::vector<double>& expected() const { return expected_; }
 
   std::vector<double> returned() const {
-    std::ofstream(folder_ / "main.c") << "#include <stdio.h>\n#include <stdlib.h>\nstatic void print(const double *x, int n) {\n  int i;\n  for (i = 0; i < n; ++i) "
-                                         "printf(\"%.17g\\n\", x[i]);\n}\n"
-                                      << calls_ << "int main(void) {\n" << main_ << "  return 0;\n}\n";
+    std::ofstream(folder_ / "main.c")
+        << "#include <stdio.h>\n#include <stdlib.h>\nstatic void print(const double *x, int n) {\n  int i;\n  for (i = 0; i < n; ++i) "
+           "printf(\"%.17g\\n\", x[i]);\n}\n"
+        << calls_ << "int main(void) {\n"
+        << main_ << "  return 0;\n}\n";
     const std::string folder = folder_.string();
     REQUIRE(std::system(("cd '" + folder + "' && cc -std=c99 -O1 -Wall -Wextra -pedantic -Werror main.c" + files_ + " -o main -lm").c_str()) == 0);
     REQUIRE(std::system(("cd '" + folder + "' && ./main > out").c_str()) == 0);

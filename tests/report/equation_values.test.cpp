@@ -73,7 +73,8 @@ struct Values {
 class Comparison {
  public:
   template <int n, class E>
-  void operator()(const std::string& name, const E& energies, const std::vector<std::string>& coordinates, const std::vector<report::NamedParameter<E>>& parameters) {
+  void operator()(const std::string& name, const E& energies, const std::vector<std::string>& coordinates,
+                  const std::vector<report::NamedParameter<E>>& parameters) {
     INFO(name);
     const auto dof = static_cast<Eigen::Index>(coordinates.size());
     const report::Equations e = report::equations_of(report::equation_source<n>(energies, coordinates, parameters));
@@ -191,7 +192,8 @@ struct NoQuadraticForm {
 
 TEST_CASE("formulas of coordinates that all meet, of a moving frame, and of a T that is no quadratic form have the values of T, V and q̈") {
   Comparison compare;
-  compare.operator()<3>("meeting", Meeting{}, {"x", "y", "z"}, {{"m", &Meeting::m}, {"M", &Meeting::M}, {"k", &Meeting::k}, {"a", &Meeting::a}, {"w", &Meeting::w}});
+  compare.operator()<3>("meeting", Meeting{}, {"x", "y", "z"},
+                        {{"m", &Meeting::m}, {"M", &Meeting::M}, {"k", &Meeting::k}, {"a", &Meeting::a}, {"w", &Meeting::w}});
   compare.operator()<3>("some named", Meeting{.a = 0.7}, {"x", "y", "z"}, {{"m", &Meeting::m}, {"a", &Meeting::a}});
   compare.operator()<2>("no quadratic form", NoQuadraticForm{}, {"x", "y"}, {{"m", &NoQuadraticForm::m}, {"c", &NoQuadraticForm::c}});
 }

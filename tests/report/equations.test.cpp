@@ -81,7 +81,8 @@ TEST_CASE("T and V alone are what one wrote") {
 }
 
 TEST_CASE("formulas do not depend on the values of parameters") {
-  for (const scenes::RodAndRing values : {scenes::RodAndRing{1.0, 1.0, 1.0, 1.0}, scenes::RodAndRing{2.0, 2.0, 0.5, 4.0}, scenes::RodAndRing{1e-3, 700.0, 3e5, 0.0},
+  for (const scenes::RodAndRing values : {scenes::RodAndRing{1.0, 1.0, 1.0, 1.0}, scenes::RodAndRing{2.0, 2.0, 0.5, 4.0},
+                                          scenes::RodAndRing{1e-3, 700.0, 3e5, 0.0},
                                           scenes::RodAndRing{0.0, 1.0, 1.0, 9.81}})
     CHECK(plain_text(equations_of_scene(scenes::rod_and_ring(), values)) == rod_and_ring_text);
 }
@@ -158,7 +159,9 @@ struct Odd {
 }  // namespace
 
 TEST_CASE("quotients, roots and sines of parameters are found, and what is none of these is a number") {
-  const auto e = equations(mechanical_system<1>(Odd{}).with_names({"x"}), {{"a", &Odd::a}, {"b", &Odd::b}, {"k", &Odd::k}, {"alpha", &Odd::alpha}, {"nothing", &Odd::nothing}, {"beta", &Odd::beta}, {"c", &Odd::c}});
+  const auto e = equations(mechanical_system<1>(Odd{}).with_names({"x"}), {{"a", &Odd::a}, {"b", &Odd::b}, {"k", &Odd::k},
+                                                                           {"alpha", &Odd::alpha}, {"nothing", &Odd::nothing},
+                                                                               {"beta", &Odd::beta}, {"c", &Odd::c}});
   CHECK(plain(e.M[0][0]) == "1/(a + b)");
   CHECK(plain(e.L) == "ẋ²/(2 (a + b)) − x^(5/2) − c x² + a x sin α − √a √k sin x");
 }

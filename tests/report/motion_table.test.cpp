@@ -42,7 +42,8 @@ TEST_CASE("a table that cannot be says what it needs") {
   const auto run = simulate(oscillator, State<1>{0.0, {1.0}, {0.0}}, 1.0, Dop853{});
   CHECK_THROWS_AS(report::motion_table(oscillator, run, 1), InvalidValue);
   CHECK_THROWS_AS(report::sample_table(oscillator, run), InvalidValue);
-  const auto plane = mechanical_system<2>([](const auto&, const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return 0.5 * q.squaredNorm(); });
+  const auto plane = mechanical_system<2>([](const auto&, const auto& v) { return 0.5 * v.squaredNorm(); },
+                                          [](const auto& q) { return 0.5 * q.squaredNorm(); });
   CHECK_THROWS_AS(report::motion_table(plane, run, 3), DimensionError);
 }
 

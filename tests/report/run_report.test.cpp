@@ -117,13 +117,17 @@ TEST_CASE("a written report is a page by itself") {
 TEST_CASE("a report that cannot be says what it needs") {
   const auto run = simulate(hung, at_rest, 1.0, Dop853{});
   const View view{drawing, place};
-  CHECK(error_message([&] { run_page(hung, run, {.reactions_at = {1}}); }) == "arrows of forces are drawn at points of a view, but no view was given; say where its points are");
+  CHECK(error_message([&] { run_page(hung, run, {.reactions_at = {1}}); }) ==
+        "arrows of forces are drawn at points of a view, but no view was given; say where its points are");
   CHECK(error_message([&] { run_page(hung, run, {.view = view, .forces_at = {1}}); }) ==
         "arrows of applied forces were asked for, but the system has none; give the scene that the run is of, or leave them out");
-  CHECK(error_message([&] { run_page(hung, run, {.view = view, .reactions_at = {2}}); }) == "arrows must name points of the view by their numbers, 0 to 1, but one names 2");
+  CHECK(error_message([&] { run_page(hung, run, {.view = view, .reactions_at = {2}}); }) ==
+        "arrows must name points of the view by their numbers, 0 to 1, but one names 2");
   CHECK(error_message([&] { run_page(hung, run, {.view = {Drawing{.shapes = {disk(-1)}}, place}}); }) ==
         "shapes must name points of the view by their numbers, 0 to 1, but one names -1");
   const auto vanishing = [](const Eigen::VectorXd&, double t) { return std::vector<Point>(t < 0.5 ? 2 : 1); };
-  CHECK(error_message([&] { run_page(hung, run, {.view = {drawing, vanishing}}); }).find("a view must give equally many points at all times (2 at the start)") == 0);
+  CHECK(error_message([&] {
+          run_page(hung, run, {.view = {drawing, vanishing}});
+        }).find("a view must give equally many points at all times (2 at the start)") == 0);
   CHECK_THROWS_AS(run_page(hung, run, {.units = {"m"}}), DimensionError);
 }

@@ -9,9 +9,10 @@ root = pathlib.Path(__file__).resolve().parents[2]
 
 
 def instantiations(text, keyword):
-    """(namespace, declaration) of each line that begins with `keyword template`."""
+    """(namespace, declaration) of each declaration that begins with `keyword template`."""
     found, names = set(), []
-    for line in text.splitlines():
+    whole = re.sub(r"(?m)^((?:extern )?template (?!<)[^;]*;)", lambda m: re.sub(r"\s*\n\s*", " ", m[0]), text)
+    for line in whole.splitlines():
         opens = re.match(r"namespace ([\w:]+) \{", line)
         if opens:
             names.append(opens[1])

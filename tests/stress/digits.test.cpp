@@ -39,7 +39,11 @@ struct Quad {
   Quad& operator*=(Quad b) { x *= b.x; return *this; }
   Quad& operator/=(Quad b) { x /= b.x; return *this; }
   friend bool operator==(Quad a, Quad b) { return a.x == b.x; }
-  friend auto operator<=>(Quad a, Quad b) { return a.x < b.x ? std::partial_ordering::less : a.x > b.x ? std::partial_ordering::greater : a.x == b.x ? std::partial_ordering::equivalent : std::partial_ordering::unordered; }
+  friend std::partial_ordering operator<=>(Quad a, Quad b) {
+    if (a.x < b.x) return std::partial_ordering::less;
+    if (a.x > b.x) return std::partial_ordering::greater;
+    return a.x == b.x ? std::partial_ordering::equivalent : std::partial_ordering::unordered;
+  }
 };
 inline Quad abs(Quad a) { return a.x < 0 ? -a : a; }
 inline bool isfinite(Quad a) { return a.x - a.x == 0; }

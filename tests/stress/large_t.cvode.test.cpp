@@ -178,7 +178,9 @@ TEST_CASE("a push at a moment far from t = 0 is given once, and the run goes on"
   for (const double t0 : far_times) {
     const double pushed_at = t0 + 1.25;
     const auto run = simulate(oscillator(1.0), at(t0, 1.0, 0.0), t0 + 4.0, Dop853{}, fine,
-                              events(event("push", [pushed_at](const auto&, const auto&, const auto& t) { return t - pushed_at; }).then([](State<1>& s) { s.qdot[0] += 0.5; })));
+                              events(event("push", [pushed_at](const auto&, const auto&, const auto& t) {
+                                       return t - pushed_at;
+                                     }).then([](State<1>& s) { s.qdot[0] += 0.5; })));
     CAPTURE(t0, run.message);
     REQUIRE(run.completed());
     CHECK(run.events.size() == 1);

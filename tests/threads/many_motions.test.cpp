@@ -30,7 +30,8 @@ struct Pendulum {
 double angle_of(std::size_t i) {
   CounterRandom random(7, i);
   const State<1> start{0.0, Vector<double, 1>(random.uniform(-3.0, 3.0)), Vector<double, 1>(0.0)};
-  const auto run = simulate(mechanical_system<1>(Pendulum{1.0 + 0.05 * random.normal()}), start, 1.0 + static_cast<double>(i % 5), Dop853{}, {.rtol = 1e-8, .keep_trajectory = false});
+  const auto run = simulate(mechanical_system<1>(Pendulum{1.0 + 0.05 * random.normal()}), start, 1.0 + static_cast<double>(i % 5), Dop853{},
+                            {.rtol = 1e-8, .keep_trajectory = false});
   return run.y[0];
 }
 
@@ -38,7 +39,8 @@ double angle_of(std::size_t i) {
 
 TEST_CASE("many motions in threads are the bits of one after another, whatever the threads and chunks") {
   constexpr std::size_t count = 101;
-  for (const ManyOptions& many : {ManyOptions{.threads = 1}, ManyOptions{.threads = 4}, ManyOptions{.threads = 3, .chunk = 7}, ManyOptions{.threads = 2, .chunk = std::numeric_limits<std::size_t>::max()}, ManyOptions{}}) {
+  for (const ManyOptions& many : {ManyOptions{.threads = 1}, ManyOptions{.threads = 4}, ManyOptions{.threads = 3, .chunk = 7},
+                                  ManyOptions{.threads = 2, .chunk = std::numeric_limits<std::size_t>::max()}, ManyOptions{}}) {
     const auto all = simulate_many(count, angle_of, many);
     REQUIRE(all.size() == count);
     std::size_t same = 0;

@@ -170,7 +170,9 @@ TEST_CASE("bodies that turn, free and under torques, move as nested duals say, b
   CHECK(difference(scene(turning<ByQuaternion, 1>()), -1.2, 1.2) < rounded);
   CHECK(difference(scene(turning<ByQuaternion, 1>(), torque<ByQuaternion>()), -1.2, 1.2) < rounded);
   CHECK(difference(scene(turning<ByQuaternion, 2>(), torque<ByQuaternion>()), -1.2, 1.2) < rounded);
-  const auto aside = [](const auto& q, auto& bodies) { bodies.rigid_body(RigidBody{1.5, {0.1, 0.2, 0.3}, tensor}, vector(q[0], 0.0 * q[0], q[0] * q[1]), ByAngles<3, 1, 3>{}(q)); };
+  const auto aside = [](const auto& q, auto& bodies) {
+    bodies.rigid_body(RigidBody{1.5, {0.1, 0.2, 0.3}, tensor}, vector(q[0], 0.0 * q[0], q[0] * q[1]), ByAngles<3, 1, 3>{}(q));
+  };
   CHECK(difference(scene(kinematic_system<3>(aside, gravity_along<2>(-9.81)), torque<ByAngles<3, 1, 3>>()), 0.4, 1.2) < rounded);
   const auto centred = [](const auto& q, auto& bodies) { bodies.rigid_body(1.5, tensor, vector(0.0 * q[0], 0.0 * q[0], 0.0 * q[0]), ByVector{}(q)); };
   CHECK(difference(scene(kinematic_system<3>(centred, [](const auto& q) { return 0.5 * q.squaredNorm(); }), torque<ByVector>()), -1.2, 1.2) < rounded);
@@ -179,7 +181,9 @@ TEST_CASE("bodies that turn, free and under torques, move as nested duals say, b
 TEST_CASE("a body that falls and turns moves as nested duals say: six coordinates, and seven with a quaternion of unit length") {
   const auto by_angles = [](const auto& q, auto& bodies) { bodies.rigid_body(1.5, tensor, vector(q[0], q[1], q[2]), euler_rotation_321(q[3], q[4], q[5])); };
   CHECK(difference(scene(kinematic_system<6>(by_angles, uniform_gravity(0.1, 0.2, -9.81))), 0.4, 1.2) < rounded);
-  const auto by_quaternion = [](const auto& q, auto& bodies) { bodies.rigid_body(1.5, tensor, vector(q[4], q[5], q[6]), rotation_from_quaternion(q.template head<4>().eval())); };
+  const auto by_quaternion = [](const auto& q, auto& bodies) {
+    bodies.rigid_body(1.5, tensor, vector(q[4], q[5], q[6]), rotation_from_quaternion(q.template head<4>().eval()));
+  };
   const auto unit = holonomic("unit length", [](const auto& q) { return 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0); });
   CHECK(difference(scene(kinematic_system<7>(by_quaternion, uniform_gravity(0.1, 0.2, -9.81)).with_indefinite_mass_matrix(), unit), 0.3, 0.9) < rounded);
 }
@@ -190,7 +194,9 @@ TEST_CASE("a constraint on the length of a quaternion determines it, its multipl
   const auto other = holonomic("one entry", [](const auto& p, const auto& t) { return p[0] - 0.3 - 0.1 * t; });
   CHECK(difference(scene(body, unit), 0.3, 0.9) < rounded);
   CHECK(difference(scene(body, unit, torque<ByQuaternion>()), 0.3, 0.9) < rounded);
-  CHECK(difference(scene(body, other, generalized_force([](const auto& q, const auto& v, const auto&) { return (0.3 * q - 0.2 * v).eval(); })), 0.3, 0.9) < rounded);
+  CHECK(difference(
+            scene(body, other, generalized_force([](const auto& q, const auto& v, const auto&) { return (0.3 * q - 0.2 * v).eval(); })),
+            0.3, 0.9) < rounded);
 }
 
 TEST_CASE("what T does with angular velocities of several rotations is as nested duals say") {

@@ -182,7 +182,8 @@ Vector<double, n> some_damping() {
 }  // namespace
 
 TEST_CASE("constraints and damping give what nested duals give, by every way to M and r") {
-  const auto straight = scene(mechanical_system<3>(bench::UnrolledChain<3>{}), viscous_damping(some_damping<3>()), nonholonomic("skate", skate), holonomic("tip", TipOfChain<3>{}));
+  const auto straight = scene(mechanical_system<3>(bench::UnrolledChain<3>{}), viscous_damping(some_damping<3>()),
+                              nonholonomic("skate", skate), holonomic("tip", TipOfChain<3>{}));
   STATIC_REQUIRE(detail::has_constrained_equations<std::remove_cvref_t<decltype(straight)>>);
   check(differences(straight));
   check(differences(scene(mechanical_system<5>(bench::LoopedChain{}), viscous_damping(some_damping<5>()), holonomic("tip", TipOfChain<5>{}))));
@@ -206,7 +207,8 @@ TEST_CASE("what constraints lend to a mass matrix that is singular changes neith
 }
 
 TEST_CASE("a contact takes part where it is closed, and asks for nothing where it is open") {
-  const auto s = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), contact("wall", TipOfChain<2>{}), holonomic("first", [](const auto& q) { return q[0] - 0.5 * q[1]; }));
+  const auto s = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), contact("wall", TipOfChain<2>{}),
+                       holonomic("first", [](const auto& q) { return q[0] - 0.5 * q[1]; }));
   EffectStates<std::remove_cvref_t<decltype(s)>> z = s.initial_states();
   for (const bool closed : {false, true}) {
     INFO(closed);
@@ -244,12 +246,14 @@ TEST_CASE("nearly dependent rows have one rank, whoever is asked") {
   // sin² of the angle between both rows, in the metric of M, from below the square of the cut-off to far above it
   for (const double small : {3e-6, 1e-5, 2e-5, 5e-5, 3e-4}) {
     CAPTURE(small);
-    const auto s = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), holonomic("both", [small](const auto& q) { return vector(q[0] + small * q[1], q[0]); }));
+    const auto s = scene(mechanical_system<2>(bench::UnrolledChain<2>{}),
+                         holonomic("both", [small](const auto& q) { return vector(q[0] + small * q[1], q[0]); }));
     const Vector<double, 2> q(0.4, 0.9), v(0.3, -0.2);
     const detail::ConstrainedFactors<2, 2> factors(mass_matrix(s, q, v), constraint_jacobian(s, q, v, 0.0), default_rank_cutoff);
     const auto solution = constrained_acceleration(s, q, v);
     CHECK(solution.rank == factors.rank());
-    if (factors.constraint_pivot() < detail::clearly_independent * default_rank_cutoff * default_rank_cutoff) CHECK(solution.smallest_pivot == factors.constraint_pivot());
+    if (factors.constraint_pivot() < detail::clearly_independent * default_rank_cutoff * default_rank_cutoff)
+      CHECK(solution.smallest_pivot == factors.constraint_pivot());
   }
 }
 
@@ -261,7 +265,8 @@ TEST_CASE("slopes of positions, energies, potentials and forces give the Jacobia
   CHECK(difference_of_jacobians(scene(mechanical_system<2>(DrivenPair{}), spring, holonomic("curve", spring_of_functions))) < rounded_derivatives);
   CHECK(difference_of_jacobians(scene(mechanical_system<2>(written_out<2>(bench::LoopedChain{})), spring, nonholonomic("skate", skate))) <
         rounded_derivatives);
-  CHECK(difference_of_jacobians(scene(mechanical_system<4>(written_out<4>(bench::LoopedChain{})), viscous_damping(some_damping<4>()), holonomic("tip", TipOfChain<4>{}))) <
+  CHECK(difference_of_jacobians(scene(mechanical_system<4>(written_out<4>(bench::LoopedChain{})), viscous_damping(some_damping<4>()),
+                                      holonomic("tip", TipOfChain<4>{}))) <
         rounded_derivatives);
 }
 
@@ -288,7 +293,8 @@ double difference_of_jacobians(const Sys& system, const Vector<double, n>& q, co
 }
 
 TEST_CASE("the Jacobian of bodies by their positions is the one by nested duals") {
-  CHECK(difference_of_jacobians(kinematic_system<2>(CartAndRod{}, spring_of_functions), Vector<double, 2>(0.4, 0.9), Vector<double, 2>(0.3, -1.2)) < rounded_derivatives);
+  CHECK(difference_of_jacobians(kinematic_system<2>(CartAndRod{}, spring_of_functions), Vector<double, 2>(0.4, 0.9),
+                                Vector<double, 2>(0.3, -1.2)) < rounded_derivatives);
   const auto bodies = kinematic_system<3>(JoinedBodies{}, uniform_gravity(0.0, 0.0, -9.81));
   const Vector<double, 3> q(0.4, 0.9, -0.3), v(0.3, -1.2, 2.0);
   CHECK(difference_of_jacobians(bodies, q, v) < rounded_derivatives);

@@ -193,7 +193,8 @@ TEST_CASE("accelerations of scenes with forces through every door are those by n
   CHECK(difference_of_acceleration(effects(mechanical_system<2>(bench::UnrolledChain<2>{}))) < rounded);
   CHECK(difference_of_acceleration(effects(mechanical_system<2>(written_out<2>(bench::LoopedChain{})))) < rounded);
   CHECK(difference_of_acceleration(effects(kinematic_system<2>(Links{}, gravity_along<1>(-9.81)))) < rounded);
-  CHECK(difference_of_acceleration(scene(mechanical_system<2>(bench::UnrolledChain<2>{}), magnetic, spring_damper(Joint<1>{}, Arm{}, 3.0, 0.4, 0.7))) < rounded);
+  CHECK(difference_of_acceleration(
+            scene(mechanical_system<2>(bench::UnrolledChain<2>{}), magnetic, spring_damper(Joint<1>{}, Arm{}, 3.0, 0.4, 0.7))) < rounded);
   const auto looped = [](const auto& system) { return scene(system, quadratic_drag(LoopedTip{}, 0.3), spring_damper(wall, LoopedTip{}, 3.0, 0.4, 0.7)); };
   CHECK(difference_of_acceleration(looped(mechanical_system<2>(bench::LoopedChain{}))) < rounded);
   CHECK(difference_of_acceleration(looped(kinematic_system<2>(bench::LoopedPositions{}, gravity_along<1>(-9.81)))) < rounded);
@@ -214,7 +215,8 @@ TEST_CASE("a damper whose ends meet where they don't move apart is as without th
   // ℓ = |q₁|, of which duals know that it has no slope where q₁² has none.
   const auto line = [](const auto& q) { return vector(q[1], 0.0 * q[1]); };
   const auto system = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); });
-  const auto s = scene(system, spring_damper(line, Eigen::Vector2d(0.0, 0.0), 1.0, 0.5, 0.2), generalized_force([](const auto&, const auto&) { return Eigen::Vector2d(3.0, 4.0); }));
+  const auto s = scene(system, spring_damper(line, Eigen::Vector2d(0.0, 0.0), 1.0, 0.5, 0.2),
+                       generalized_force([](const auto&, const auto&) { return Eigen::Vector2d(3.0, 4.0); }));
   CHECK(acceleration(s, Eigen::Vector2d(0.4, 0.0), Eigen::Vector2d(1.0, 0.0)) == Eigen::Vector2d(3.0, 4.0));
 }
 
@@ -247,6 +249,7 @@ TEST_CASE("what is not finite is named where it moves nothing, too") {
   };
   CHECK(named(scene(system, force_at_point(fixed, push_by_none)), 0.0) == "the force of effect 1 of 1");
   CHECK(named(scene(system, torque_on_body(of_time, Eigen::Vector3d(1.0, 1.0, 1.0))), none) == "the force of effect 1 of 1");
-  CHECK(named(scene(system, torque_on_body([](const auto& q) { return rotation_z(q[0]); }, Eigen::Vector3d(none, 0.0, 1.0))), 0.0) == "the force of effect 1 of 1");
+  CHECK(named(scene(system, torque_on_body([](const auto& q) { return rotation_z(q[0]); }, Eigen::Vector3d(none, 0.0, 1.0))), 0.0) ==
+        "the force of effect 1 of 1");
   CHECK(named(scene(system, rayleigh([](const auto& q, const auto&, const auto& t) { return q[0] * t; })), none) == "the force of effect 1 of 1");
 }

@@ -162,7 +162,8 @@ TEST_CASE("scenes with random forces that are formulas take as many steps in lan
 }
 
 TEST_CASE("forces go in lanes beside equations that the compiler has derived, and beside positions") {
-  require_same(scene(mechanical_system<2>(written_out<2>(Arm{})), viscous_damping(Eigen::Vector2d(0.1, 0.2)), spring_damper(Eigen::Vector2d(2.0, 0.5), tip, 2.0, 0.3, 0.1)));
+  require_same(scene(mechanical_system<2>(written_out<2>(Arm{})), viscous_damping(Eigen::Vector2d(0.1, 0.2)),
+                     spring_damper(Eigen::Vector2d(2.0, 0.5), tip, 2.0, 0.3, 0.1)));
   require_same(mechanical_system<2>(written_out<2>(Shaken{})));
   require_same(scene(kinematic_system<2>(bench::UnrolledPositions<2>{}, gravity_along<1>(-9.81)), viscous_damping(Eigen::Vector2d(0.1, 0.2))));
 }
@@ -176,7 +177,9 @@ TEST_CASE("a force that branches is asked by each lane where lanes part") {
     const S x = v - 0.5;
     return S(-x * x * x * x * x * x * x * x * x * x);
   };
-  const auto braked = scene(mechanical_system<2>(Arm{}), generalized_force([brake](const auto&, const auto& v) { return Vector<ScalarOf<decltype(v)>, 2>(brake(v[0]), brake(v[1])); }));
+  const auto braked =
+      scene(mechanical_system<2>(Arm{}),
+            generalized_force([brake](const auto&, const auto& v) { return Vector<ScalarOf<decltype(v)>, 2>(brake(v[0]), brake(v[1])); }));
   constexpr double beside = 1e-7;  // a kink in the tenth derivative: errors of steps that are within the tolerance
   const auto ends = simulate_many(braked, count, start_of, 4.0, Dop853{}, options);
   const auto again = simulate_many(braked, count, start_of, 4.0, Dop853{}, options, {.threads = 1, .chunk = 3});
@@ -201,9 +204,14 @@ TEST_CASE("what cannot share a pack goes alone: constraints, contacts, dry frict
   const auto arm = mechanical_system<2>(Arm{});
   require_alone(scene(arm, holonomic("turns", [](const auto& q, const auto& t) { return q[1] - q[0] - t; })));
   require_alone(scene(arm, dry_friction("joint", 0, 0.3)));
-  require_alone(scene(arm, controller([](const auto& q, const auto&, const auto& z, const auto&) { return Vector<ScalarOf<decltype(q)>, 2>(-z[0], 0.0 * z[0]); },
-                           [](const auto& q, const auto&, const auto& z, const auto&) { return Vector<ScalarOf<decltype(q)>, 1>(q[0] - z[0]); }, Vector<double, 1>(0.2))));
-  require_alone(scene(arm, generalized_force([](const Vector<double, 2>& q, const Vector<double, 2>& v) { return Vector<double, 2>(-0.1 * v[0], 0.2 * q[0]); })));
+  require_alone(scene(
+      arm,
+      controller([](const auto& q, const auto&, const auto& z, const auto&) { return Vector<ScalarOf<decltype(q)>, 2>(-z[0], 0.0 * z[0]); },
+                 [](const auto& q, const auto&, const auto& z, const auto&) { return Vector<ScalarOf<decltype(q)>, 1>(q[0] - z[0]); },
+                 Vector<double, 1>(0.2))));
+  require_alone(scene(arm, generalized_force([](const Vector<double, 2>& q, const Vector<double, 2>& v) {
+                        return Vector<double, 2>(-0.1 * v[0], 0.2 * q[0]);
+                      })));
 }
 
 TEST_CASE("a push that begins and ends between two steps is felt in a lane as alone") {
@@ -213,7 +221,8 @@ TEST_CASE("a push that begins and ends between two steps is felt in a lane as al
                                              const auto s = (t - 8.0) / 0.01;
                                              return 0.5 * q[0] * q[0] - q[0] * exp(-s * s);
                                            });
-  const auto ends = simulate_many(pushed, 9, [](std::size_t i) { return State<1>{0.1 * static_cast<double>(i), Vector<double, 1>(0.0), Vector<double, 1>(0.0)}; }, 10.0, Dop853{}, options);
+  const auto ends = simulate_many(pushed, 9, [](std::size_t i) { return State<1>{0.1 * static_cast<double>(i), Vector<double, 1>(0.0),
+                                                                                 Vector<double, 1>(0.0)}; }, 10.0, Dop853{}, options);
   const double impulse = 0.01 * std::sqrt(3.14159265358979323846) * std::exp(-0.25e-4);  // of a Gauss bell on an oscillator of frequency 1
   for (const auto& end : ends) {
     REQUIRE(end.completed());

@@ -148,7 +148,11 @@ TEST_CASE("written-out energies have the accelerations and derivatives of the sa
     const auto packs = accelerations(written, x, y);
     CHECK(packs.good.all());
     for (int i = 0; i < 2; ++i) CHECK(std::abs(packs.qddot[i][1] - b.qddot[i]) < rounded);
-    const auto pushed = [](const auto& system) { return scene(system, generalized_force([](const auto& at, const auto& u) { return Vector<typename std::decay_t<decltype(at)>::Scalar, 2>(0.3 * at - 0.1 * u); })); };
+    const auto pushed = [](const auto& system) {
+      return scene(system, generalized_force([](const auto& at, const auto& u) {
+                     return Vector<typename std::decay_t<decltype(at)>::Scalar, 2>(0.3 * at - 0.1 * u);
+                   }));
+    };
     CHECK((acceleration(pushed(plain), q, v) - acceleration(pushed(written), q, v)).norm() < rounded);
   }
 }

@@ -97,8 +97,8 @@ template <class R>
   const R shifted = x * 0x1.71547652b82fep+0 + whole_number_shift;  // 1/ln 2
   const R k = shifted - whole_number_shift;
   const R r = (x - k * 6.93147180369123816490e-01) - k * 1.90821492927058770002e-10;
-  const R q = 1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720 + r * (1.0 / 5040 + r * (1.0 / 40320 +
-              r * (1.0 / 362880 + r * (1.0 / 3628800 + r * (1.0 / 39916800 + r * (1.0 / 479001600 + r * (1.0 / 6227020800.0)))))))))));
+  const R end = 1.0 / 40320 + r * (1.0 / 362880 + r * (1.0 / 3628800 + r * (1.0 / 39916800 + r * (1.0 / 479001600 + r * (1.0 / 6227020800.0)))));
+  const R q = 1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720 + r * (1.0 / 5040 + r * end)))));
   const R power = 1.0 + (r + r * r * q);
   using Unsigned = Register<unsigned long long, lanes_of<R>>;  // lanes outside of the range wrap around before they are poisoned
   const Unsigned scaled = as_bits<Unsigned>(power) + (as_bits<Unsigned>(shifted) << 52);

@@ -160,7 +160,7 @@ void time_runs(Measurement& m, const std::function<RunCounts()>& run, double sec
 
 template <class = void>  // compiled only where it is called
 Measurement measurement(const AccuracyStudy& study, const Contender& contender, double setting, double seconds,
-                               const EnergyFunctions& energies) {
+                        const EnergyFunctions& energies) {
   Measurement m;
   try {
     static_cast<ObservedRun&>(m) = contender.observed(setting);
@@ -215,8 +215,8 @@ std::vector<long> step_counts(const ReferenceMotion& reference, double spacing) 
 /// @param progress  called before each measurement with the method and its setting; may be empty
 template <class = void>  // compiled only where it is called
 AccuracyStudy accuracy_study(ReferenceMotion reference, double t0, const std::vector<Contender>& contenders,
-                                    const EnergyFunctions& energies, const StudyOptions& options = {},
-                                    const std::function<void(const std::string&, double)>& progress = {}) {
+                             const EnergyFunctions& energies, const StudyOptions& options = {},
+                             const std::function<void(const std::string&, double)>& progress = {}) {
   AccuracyStudy study;
   study.reference = std::move(reference);
   const ReferenceMotion& exact = study.reference;

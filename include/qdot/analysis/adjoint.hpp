@@ -14,8 +14,8 @@
 // forwards and one backwards: λ = ∂F/∂y(t) goes from the end to the start (variations/adjoint_equations.hpp), and gathers on the way what each
 // parameter does. The run is kept as polynomials of t, so nothing has to be stored, repeated or interpolated by the caller.
 //
-// Events, impacts, contacts and friction are gone through backwards by the transposes of what they do to small differences; where an event stops the run, T moves
-// with it. On constraints λ belongs to tangent vectors, and the start is understood as put onto them first.
+// Events, impacts, contacts and friction are gone through backwards by the transposes of what they do to small differences; where an event
+// stops the run, T moves with it. On constraints λ belongs to tangent vectors, and the start is understood as put onto them first.
 //
 // Which to take: for up to some four parameters, or for all of y(T), or for many times, sensitivities; for one number and more parameters this.
 
@@ -124,7 +124,7 @@ Term term_of(const G& g, Eigen::Index dof, const Eigen::VectorXd& p) {
 // @param late  ∂t₀/∂p
 template <class = void>  // compiled only where it is called
 void gather(VariationalEquations& equations, const JumpRecorder<>& recorder, const Eigen::MatrixXd& Phi, const Eigen::VectorXd& late,
-                   const NamedSurface* end, const Term& g, const Term& h, double rtol, FunctionalGradient& result) {
+            const NamedSurface* end, const Term& g, const Term& h, double rtol, FunctionalGradient& result) {
   const Run<Dynamic>& run = result.run;
   AdjointEquations<> adjoint(equations, run.trajectory, g, rtol);
   const std::vector<Eigen::Index>& entries = equations.start_entries();
@@ -155,7 +155,8 @@ void gather(VariationalEquations& equations, const JumpRecorder<>& recorder, con
   result.by_parameters = adjoint.by_p + all.tail(all.size() - starts) - first * late;
   if (!adjoint.exact) {
     result.outcome = Outcome::accuracy_not_reached;
-    result.message = sentence({name(result.outcome), ": what is integrated backwards does not become smooth however short its steps; ", advice(result.outcome)});
+    result.message = sentence(
+        {name(result.outcome), ": what is integrated backwards does not become smooth however short its steps; ", advice(result.outcome)});
   }
 }
 

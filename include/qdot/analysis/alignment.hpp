@@ -99,7 +99,8 @@ Alignment alignment_of(const FlowInPieces& flow, double t0, const Eigen::VectorX
     result.growth.push_back(growth);
     if (!(volume > options.aligned) && options.aligned > 0.0) {
       result.chaotic = true;
-      result.message = sentence({"chaotic: ", options.deviations, " deviations have aligned to ", {volume, 3}, " at t = ", result.t, ", below ", {options.aligned, 3}});
+      result.message = sentence({"chaotic: ", options.deviations, " deviations have aligned to ", {volume, 3}, " at t = ", result.t,
+                                 ", below ", {options.aligned, 3}});
       return result;
     }
   }

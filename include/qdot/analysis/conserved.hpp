@@ -186,7 +186,9 @@ class ConservedSearch {
       bool is_right = sum_vanishes(graph_, terms, scene_.variables);
       for (const std::vector<int>& g : pushes) is_right = is_right && is_zero(along(g));
       if (!is_right) continue;
-      ConservedSum sum{"", std::string("L stays the same where these are shifted together") + (pushes.empty() ? "" : ", and no effect acts along that"), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n))};
+      ConservedSum sum{
+          "", std::string("L stays the same where these are shifted together") + (pushes.empty() ? "" : ", and no effect acts along that"),
+          Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n))};
       for (std::size_t i = 0; i < open.size(); ++i) {
         const double c = shifts(row, static_cast<Eigen::Index>(i));
         if (c == 0.0) continue;

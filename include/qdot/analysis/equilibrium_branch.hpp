@@ -103,7 +103,9 @@ class BranchSearch {
     const Eigen::Index n = flow->dof();
     if (q.size() != n) throw DimensionError("q", static_cast<long>(n), static_cast<long>(q.size()), "pass one entry for each coordinate");
     Eigen::VectorXd qdot = options.qdot.size() > 0 ? options.qdot : Eigen::VectorXd(Eigen::VectorXd::Zero(n));
-    if (qdot.size() != n) throw DimensionError("qdot", static_cast<long>(n), static_cast<long>(qdot.size()), "pass one rate for each coordinate, or none at all");
+    if (qdot.size() != n)
+      throw DimensionError("qdot", static_cast<long>(n), static_cast<long>(qdot.size()),
+                           "pass one rate for each coordinate, or none at all");
     Eigen::VectorXd y(flow->size());
     y << q, qdot, Eigen::VectorXd::Zero(flow->size() - 2 * n);
     y = steady_state_near(*flow, {who, 100, 1e-12}, 0.0, y);
@@ -115,7 +117,9 @@ class BranchSearch {
     dof_ = n;
     const Eigen::VectorXd ahead = (to > from ? 1.0 : -1.0) * Eigen::VectorXd::Unit(curve_->parameter() + 1, curve_->parameter());
     const CurvePoint start = curve_->point(curve_->scaled(X), ahead, nullptr);
-    if (start.tangent.dot(ahead) < 0.0) throw InvalidValue("equilibrium_branches: the curve must go on from the start, but there it has no direction; begin beside this value");
+    if (start.tangent.dot(ahead) < 0.0)
+      throw InvalidValue(
+          "equilibrium_branches: the curve must go on from the start, but there it has no direction; begin beside this value");
     waiting_.push_back({start, {}});
   }
 
@@ -132,7 +136,8 @@ class BranchSearch {
       found_.push_back(std::move(branch));
     }
     if (const std::size_t left = waiting_.size() - found_.size(); left > 0)
-      found_.back().message += sentence({"; ", left, left == 1 ? " branch that crosses was" : " branches that cross were", " not followed: as many as were allowed"});
+      found_.back().message += sentence(
+          {"; ", left, left == 1 ? " branch that crosses was" : " branches that cross were", " not followed: as many as were allowed"});
     return std::move(found_);
   }
 
@@ -214,7 +219,8 @@ class BranchSearch {
       if (!next || next->tangent.dot(here.tangent) < (fresh ? aside : straight)) {
         step *= 0.5;
         if (step < least_step) {
-          branch.message = sentence({"lost at p = ", {curve_->p(here.X), 8}, ": no equilibrium was found ahead however short the step", trouble_.empty() ? "" : "; ", trouble_});
+          branch.message = sentence({"lost at p = ", {curve_->p(here.X), 8}, ": no equilibrium was found ahead however short the step",
+                                     trouble_.empty() ? "" : "; ", trouble_});
           return;
         }
         continue;
@@ -260,7 +266,8 @@ class BranchSearch {
     if (specials.empty()) {
       const int after = growing(next);
       if (std::abs(after - count) > 1) {
-        const auto found = located(here, step, BranchKind::hopf, [&](const CurvePoint& x) { return std::abs(growing(x) - after) < std::abs(growing(x) - count); });
+        const auto found = located(here, step, BranchKind::hopf,
+                                   [&](const CurvePoint& x) { return std::abs(growing(x) - after) < std::abs(growing(x) - count); });
         if (found) specials.push_back(*found);
       }
     }

@@ -11,13 +11,14 @@
 //     δQᵢ = δq + h Σ aᵢⱼ δVⱼ ,     Pᵢ [δQᵢ; δVᵢ] + P_θ = δp + h Σ aᵢⱼ (Gⱼ [δQⱼ; δVⱼ] + F_θ) ,
 //     δq₁ = δq + h Σ bⱼ δVⱼ ,      δp₁ = δp + h Σ bⱼ (Gⱼ [δQⱼ; δVⱼ] + F_θ) ,
 //
-// with P_θ and F_θ in columns of parameters only. For δV that is a linear system of s·n rows, factored once in a step for all columns. Φ is the derivative of the
-// numbers that the run gives, not of those it approximates: of order 2s like them, and where there are no forces
+// with P_θ and F_θ in columns of parameters only. For δV that is a linear system of s·n rows, factored once in a step for all columns. Φ
+// is the derivative of the numbers that the run gives, not of those it approximates: of order 2s like them, and where there are no forces
 //
 //     Φᵀ J Φ = J      in (q, p),  to rounding, however long the run.
 //
-// Constraints are forces Wᵀλ, whose slopes are in G (analysis/variations/recorded_mechanics.hpp), and a projection at the end of each step, which is differenced along
-// each column: Φ is the derivative of the numbers there, too, to some twelve digits, but not symplectic, as they are not.
+// Constraints are forces Wᵀλ, whose slopes are in G (analysis/variations/recorded_mechanics.hpp), and a projection at the end of each
+// step, which is differenced along each column: Φ is the derivative of the numbers there, too, to some twelve digits, but not symplectic,
+// as they are not.
 //
 // δp is carried along; δq̇ = M⁻¹ (δp − ∂p/∂q δq − P_θ) is what is seen. The length of a step is the user's, and no error is estimated; rtol and atol
 // say how closely events are found. Dense output of the columns is of degree 5, as that of the motion.

@@ -164,7 +164,8 @@ Linearization linearization_of(const Sc& scene, double t, const Eigen::Ref<const
 ///
 /// @param state   on its constraints
 /// @param inputs  from input()
-/// @throws        InvalidValue when the state is not finite or not on its constraints; as acceleration() where M is singular or constraints contradict each other
+/// @throws        InvalidValue when the state is not finite or not on its constraints; as acceleration() where M is singular or
+///     constraints contradict each other
 template <class Sys, class... Effects, class... Inputs>
 Linearization linearization(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
                             const Inputs&... inputs) {

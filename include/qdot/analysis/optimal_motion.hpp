@@ -179,10 +179,11 @@ namespace detail {
 
 template <class = void>  // compiled only where it is called
 ControlTask control_task(const Controlled& of, double t_a, double t_b, const std::optional<EndTimes>& times, const Eigen::VectorXd& start,
-                                const Eigen::VectorXd& end, const std::vector<std::string>& free_at_end, const std::vector<Bound>& bounds,
-                                const OptimalOptions& options) {
+                         const Eigen::VectorXd& end, const std::vector<std::string>& free_at_end, const std::vector<Bound>& bounds,
+                         const OptimalOptions& options) {
   require_duration("optimal_motion", t_a, t_b);
-  if (options.intervals < 1 || options.stages < 1 || options.stages > 8 || !(options.tolerance > 0.0) || options.most_iterations < 1 || options.most_refinements < 0)
+  if (options.intervals < 1 || options.stages < 1 || options.stages > 8 || !(options.tolerance > 0.0) || options.most_iterations < 1 ||
+      options.most_refinements < 0)
     throw_invalid_value({"optimal_motion: there must be at least 1 interval, 1 to 8 stages and 1 iteration, and a positive tolerance, but there are ",
                          options.intervals, ", ", options.stages, ", ", options.most_iterations, " and ", options.tolerance,
                          "; leave them out for the defaults"});
@@ -232,7 +233,7 @@ ControlTask control_task(const Controlled& of, double t_a, double t_b, const std
 // @param on_path  x of the guess at a time
 template <class = void>  // compiled only where it is called
 ControlMesh control_guess(const ControlTask& task, double t_b, const OptimalOptions& options,
-                                 const std::function<Eigen::VectorXd(double)>& on_path) {
+                          const std::function<Eigen::VectorXd(double)>& on_path) {
   const Eigen::Index N = task.of->states(), m = task.of->inputs(), K = options.intervals;
   const GaussTable table(options.stages);
   ControlMesh mesh;

@@ -175,7 +175,8 @@ OrbitsOfFamily family_from(const Shooting& of, Eigen::VectorXd X, const FamilyIn
   const auto ended = [&](FamilyOutcome outcome) {
     found.outcome = outcome;
     const double last = found.orbits.back().value;
-    found.message = sentence({name(outcome), ": ", static_cast<long>(found.orbits.size()), " orbits, ", quantity.name(), " from ", {begin, 8}, " to ", {last, 8}});
+    found.message = sentence({name(outcome), ": ", static_cast<long>(found.orbits.size()), " orbits, ", quantity.name(), " from ",
+                              {begin, 8}, " to ", {last, 8}});
     return found;
   };
   bool turned = false;

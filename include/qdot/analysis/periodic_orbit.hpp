@@ -91,7 +91,8 @@ ClosingEquations closing_equations(const char* who, const Shooting& of, const Ei
   equations.advance = Eigen::VectorXd::Zero(N);
   if (options.advance.size() > 0) {
     if (options.advance.size() != N / 2)
-      throw DimensionError("advance", static_cast<long>(N / 2), static_cast<long>(options.advance.size()), "give one number for each coordinate, or none at all");
+      throw DimensionError("advance", static_cast<long>(N / 2), static_cast<long>(options.advance.size()),
+                           "give one number for each coordinate, or none at all");
     equations.advance.head(N / 2) = options.advance;
   }
   equations.driven = held.what == Held::What::drive;
@@ -122,7 +123,8 @@ ClosingEquations closing_equations(const char* who, const Shooting& of, const Ei
     if (std::abs(of.energy(x, p, 0.31 * period) - h) > 1e-9 * std::max(1.0, std::abs(h)))
       throw_invalid_value({who, ": an energy that is held must not depend on the time, but it does; pass driven() or hold_period()"});
     equations.energy = held.value ? *held.value : h;
-    if (!std::isfinite(*equations.energy)) throw_invalid_value({who, ": the energy that is held must be finite, but is ", *equations.energy, "; give it a number"});
+    if (!std::isfinite(*equations.energy))
+      throw_invalid_value({who, ": the energy that is held must be finite, but is ", *equations.energy, "; give it a number"});
   }
   return equations;
 }

@@ -111,11 +111,12 @@ Eigen::MatrixXd deviations_within(const std::vector<Eigen::Index>& entries, cons
 
 template <class = void>  // compiled only where it is called
 Eigen::MatrixXd reduced(const Eigen::MatrixXd& derivative, Eigen::Index dof, const std::vector<Eigen::Index>& entries, const Eigen::VectorXd& g,
-                               const Eigen::VectorXd& h, bool keeps_energy, bool is_constrained) {
+                        const Eigen::VectorXd& h, bool keeps_energy, bool is_constrained) {
   const Eigen::Index size = 2 * dof, count = static_cast<Eigen::Index>(entries.size());
   if (derivative.size() == 0) throw InvalidValue("the derivative of a return map is not there; look at its outcome and message");
   if (is_constrained)
-    throw InvalidValue("a map in fewer entries needs a scene without constraints, whose deviations are not free; use derivative, which maps those that are allowed");
+    throw InvalidValue(
+        "a map in fewer entries needs a scene without constraints, whose deviations are not free; use derivative, which maps those that are allowed");
   bool valid = count == size - 1 || count == size - 2;
   for (const Eigen::Index entry : entries) valid = valid && entry >= 0 && entry < size && std::count(entries.begin(), entries.end(), entry) == 1;
   if (!valid || count == 0)

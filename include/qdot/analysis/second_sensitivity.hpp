@@ -65,7 +65,8 @@ template <class Model, int n, class Method, class... Events>
 auto second_sensitivities_of(Model model, const State<n>& start, double t_end, const Method& method, const Options& options, const EventList<Events...>& events,
                              const WithRespectTo& wanted) {
   static_assert(std::is_same_v<Method, Taylor>, "qdot: second derivatives of a motion are made by power series: pass Taylor{}");
-  static_assert(changes_of<Model> == Changes::none, "qdot: second derivatives of a motion take no constraints, contacts or dry friction; difference sensitivities()");
+  static_assert(changes_of<Model> == Changes::none,
+                "qdot: second derivatives of a motion take no constraints, contacts or dry friction; difference sensitivities()");
   if (wanted.start_time)
     throw InvalidValue("second derivatives are by the start and by parameters, but the time of the start is asked for; leave start_time out");
   auto first = sensitivities_of(std::move(model), start, events, t_end, method, options, wanted, FixedStart{}, 2);
@@ -91,7 +92,8 @@ template <class System, int n, class Method, class... Events>
 auto second_sensitivities(const System& system, const State<n>& start, double t_end, const Method& method, const Options& options = {},
                           const EventList<Events...>& events = {}, const WithRespectTo& wanted = {}) {
   using Form = detail::FormOf<System>;
-  return detail::second_sensitivities_of(detail::FixedModel<Form, EventList<Events...>>{first_order_form(system), events}, start, t_end, method, options, events,
+  return detail::second_sensitivities_of(detail::FixedModel<Form, EventList<Events...>>{first_order_form(system), events}, start, t_end,
+                                         method, options, events,
                                          wanted);
 }
 

@@ -137,7 +137,8 @@ class CrossingRecord {
 
   std::string message(Outcome of_run, const std::string& of_run_in_words, double t, const Statistics& statistics) const {
     const SectionOutcome how = outcome(of_run);
-    std::string text = sentence({name(how), ": ", static_cast<long>(t_.size()), " of ", static_cast<long>(wanted_), " crossings of '", name_, "' up to t = ", t});
+    std::string text = sentence(
+        {name(how), ": ", static_cast<long>(t_.size()), " of ", static_cast<long>(wanted_), " crossings of '", name_, "' up to t = ", t});
     if (how == SectionOutcome::t_end_reached && least_ <= most_)
       text += sentence({"; its function went from ", {least_, 4}, " to ", {most_, 4}, " at the ends of steps: ",
                         least_ < 0.0 && most_ > 0.0 ? "give a later t_end" : "give a surface that the motion crosses, or a later t_end"});

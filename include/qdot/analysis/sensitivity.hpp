@@ -164,8 +164,9 @@ struct Preparation {
   static void prepare(Variations<Model>&) {}
 };
 
-// How many components [y; columns of Φ] has, with columns of the parameters and with or without those of the start; Dynamic where nobody knows, or where steps that
-// are written out for so many are no faster. Each size is one more loop of a run to compile, shared by all models.
+// How many components [y; columns of Φ] has, with columns of the parameters and with or without those of the start; Dynamic where nobody
+// knows, or where steps that are written out for so many are no faster. Each size is one more loop of a run to compile, shared by all
+// models.
 inline constexpr int most_components_in_sight = 20;
 template <class Model>
 consteval int size_in_sight(bool with_start) {
@@ -245,7 +246,8 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
 ///
 /// @param system   as simulate() has it
 /// @param start    State{t, q, qdot}, or FirstOrderState{t, y}; on the constraints, if there are any
-/// @param method   Dop853{} or Dopri5{}, and where the motion is stiff CvodeBdf{} (integrate/cvode.hpp), Taylor{} (analysis/taylor_sensitivity.hpp) or Gauss{} (analysis/gauss_sensitivity.hpp)
+/// @param method   Dop853{} or Dopri5{}, and where the motion is stiff CvodeBdf{} (integrate/cvode.hpp), Taylor{}
+///     (analysis/taylor_sensitivity.hpp) or Gauss{} (analysis/gauss_sensitivity.hpp)
 /// @param events   events(…), whose actions may be called several times at one moment
 /// @param wanted   which columns Φ has
 /// @return         outcome, last good state, Φ there and on the way, events with the derivatives of their times

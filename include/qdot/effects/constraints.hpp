@@ -8,8 +8,8 @@
 //     nonholonomic    a(q, q̇, t) = 0         rolling, skates; linear in q̇, and not the rate of any φ
 //
 // Each may have several rows and a name, which messages use. A functor that returns a vector of run-time length says how many
-// rows it means, holonomic<3>("loop", phi): then sizes are known to the compiler, and every result is compared with them. Write a constraint so that its gradient
-// does not vanish where it is satisfied: x² + y² − l² is good, (x² + y² − l²)² is not, and √(x² + y²) − l
+// rows it means, holonomic<3>("loop", phi): then sizes are known to the compiler, and every result is compared with them. Write a
+// constraint so that its gradient does not vanish where it is satisfied: x² + y² − l² is good, (x² + y² − l²)² is not, and √(x² + y²) − l
 // is as good as the first, since rows are scaled before their rank is judged.
 
 #include <string>

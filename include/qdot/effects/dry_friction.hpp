@@ -65,7 +65,8 @@ struct DryFriction {
   template <class S, int n>
   S velocity_constraint(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     const auto sliding = detail::of_state(v, q, qdot, t);
-    static_assert(std::is_convertible_v<decltype(sliding), S>, "qdot: the sliding velocity of dry friction must be one number; give each direction a friction of its own");
+    static_assert(std::is_convertible_v<decltype(sliding), S>,
+                  "qdot: the sliding velocity of dry friction must be one number; give each direction a friction of its own");
     return S(sliding);
   }
 

@@ -8,8 +8,9 @@
 //     a force F at a point r(q)              Q = (∂r/∂q)ᵀ F
 //     a torque τ on a body with pose R(q)    Qᵢ = τ·ωᵢ ,   ωᵢ the angular velocity of q̇ = eᵢ
 //
-// Both are one evaluation of the user's r(q) or R(q) on numbers that carry derivatives (effects/equations/moving_points.hpp, or duals); nobody writes a Jacobian.
-// Forces on points may depend on where the point is and how it moves, which is what drag, springs to the wall and magnets need.
+// Both are one evaluation of the user's r(q) or R(q) on numbers that carry derivatives (effects/equations/moving_points.hpp, or duals);
+// nobody writes a Jacobian. Forces on points may depend on where the point is and how it moves, which is what drag, springs to the wall
+// and magnets need.
 
 #include <type_traits>
 #include <utility>
@@ -77,7 +78,7 @@ struct ForceAtPoint {
                                               q, qdot, t);
     using Spatial = std::remove_cvref_t<decltype(moving.value)>;
     const Spatial applied_force = detail::force_vector<S, Spatial::RowsAtCompileTime>(applied(moving.value, moving.rate, t),
-                                                                                                        moving.value.size(), "the force at a point");
+                                                                                      moving.value.size(), "the force at a point");
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& x) {
       using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
       const auto point = detail::of_position(r, x, D(t));
@@ -194,7 +195,8 @@ struct TorqueOnBody {
     return force_by_entries<Number>(rotation, tau, Q, present);
   }
   template <class Number, class Rotation, class S, int n>
-  [[gnu::always_inline]] static Vector<S, n> force_by_entries(const Rotation& rotation, const Vector<S, 3>& tau, Vector<S, n>& Q, detail::ComponentMask& present) {
+  [[gnu::always_inline]] static Vector<S, n> force_by_entries(const Rotation& rotation, const Vector<S, 3>& tau, Vector<S, n>& Q,
+                                                              detail::ComponentMask& present) {
     unroll<3>([&](auto j) __attribute__((always_inline)) {
       unroll<3>([&](auto k) __attribute__((always_inline)) {
         constexpr int row = j, column = k, next = (row + 1) % 3, last = (row + 2) % 3;

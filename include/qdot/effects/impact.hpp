@@ -127,7 +127,7 @@ VectorXd blow(const std::type_identity_t<MatrixXd>& A, const std::type_identity_
 // slower than `still` does not approach.
 template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>
 VectorXd impulses(const std::type_identity_t<MatrixXd>& A, std::type_identity_t<VectorXd>& u, const std::vector<ImpactLaw>& laws,
-                         const std::type_identity_t<VectorXd>& still) {
+                  const std::type_identity_t<VectorXd>& still) {
   constexpr int most_blows = 100;
   const Eigen::Index k = u.size();
   VectorXd total = VectorXd::Zero(k);
@@ -148,7 +148,8 @@ VectorXd impulses(const std::type_identity_t<MatrixXd>& A, std::type_identity_t<
 }
 
 #ifdef QDOT_COMPILED
-extern template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&, const Eigen::VectorXd&);
+extern template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&,
+                                                                           const std::vector<ImpactLaw>&, const Eigen::VectorXd&);
 #endif
 
 }  // namespace detail

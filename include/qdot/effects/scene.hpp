@@ -83,7 +83,8 @@ class Scene {
   static constexpr bool has_states = (StateEffect<Effects> || ...);  ///< whether any effect has states of its own
   /// Whether any effect constrains the motion, at least in some phases.
   static constexpr bool has_constraints = (ConstraintEffect<Effects, dof_at_compile_time> || ...);
-  static constexpr std::size_t phases_at_compile_time = (0 + ... + static_cast<std::size_t>(SwitchingEffect<Effects, dof_at_compile_time>));  ///< effects that switch
+  static constexpr std::size_t phases_at_compile_time =
+      (0 + ... + static_cast<std::size_t>(SwitchingEffect<Effects, dof_at_compile_time>));  ///< effects that switch
   static constexpr bool has_phases = phases_at_compile_time > 0;  ///< whether any effect switches
   /// Whether any constraint holds all the time.
   static constexpr bool has_lasting_constraints =

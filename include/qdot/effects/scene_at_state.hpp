@@ -32,7 +32,8 @@ namespace qdot {
 /// @param z  the effects' own states
 /// @throws as acceleration(scene, q, qdot, t, z)
 template <class Sys, class... Effects>
-Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
+Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
+                              const EffectStates<Scene<Sys, Effects...>>& z) {
   detail::require_sizes(scene, state.q, state.qdot);
   return acceleration(scene, Coordinates<Sys>(state.q), Coordinates<Sys>(state.qdot), state.t, z);
 }

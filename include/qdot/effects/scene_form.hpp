@@ -3,8 +3,8 @@
 //
 // A scene in first-order form, y = [q; q̇; z], which is what a stepper sees.
 //
-// The Jacobian is exact and needs no derivative of a linear solve. Formulas are recorded for it, once in each combination of phases (mechanics/derive/traced_jacobian.hpp);
-// what is left goes other ways (effects/equations/scene_jacobian.hpp).
+// The Jacobian is exact and needs no derivative of a linear solve. Formulas are recorded for it, once in each combination of phases
+// (mechanics/derive/traced_jacobian.hpp); what is left goes other ways (effects/equations/scene_jacobian.hpp).
 //
 // project(t, y) puts a state back onto the constraints; steppers call it after every accepted step. Where constraints
 // switch, their phases are part of z, and guards(), guard_bands() and switched() are what the driver needs to change them.

@@ -56,7 +56,7 @@ using Coordinates = Vector<double, Sys::dof_at_compile_time>;
 /// Generalized forces of a scene without its constraints: the system's rhs and the effects' Q.
 template <class Sys, class... Effects>
 Coordinates<Sys> rhs(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0,
-                      const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
+                     const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
   Coordinates<Sys> f = rhs(scene.system(), q, qdot, t);
   if constexpr (Scene<Sys, Effects...>::has_forces) f += effect_forces(scene, q, qdot, z, t);
   return f;
@@ -64,7 +64,8 @@ Coordinates<Sys> rhs(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>
 
 /// Mass matrix of the scene's system.
 template <class Sys, class... Effects>
-Matrix<double, Sys::dof_at_compile_time> mass_matrix(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
+Matrix<double, Sys::dof_at_compile_time> mass_matrix(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q,
+                                                     const Coordinates<Sys>& qdot, double t = 0.0) {
   return mass_matrix(scene.system(), q, qdot, t);
 }
 
@@ -165,8 +166,8 @@ template <class Sc>
 /// @throws SingularMassMatrix  when a motion has neither inertia nor a constraint
 template <class Sys, class... Effects>
 inline auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
-                              double t = 0.0, const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>(),
-                              double cutoff = default_rank_cutoff) {
+                                     double t = 0.0, const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>(),
+                                     double cutoff = default_rank_cutoff) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: multipliers need a scene with constraints");
   constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
@@ -186,7 +187,7 @@ inline auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const 
 /// @throws as acceleration(system, …) and constrained_acceleration()
 template <class Sys, class... Effects>
 Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
-                               double t = 0.0, const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
+                              double t = 0.0, const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
   using Sc = Scene<Sys, Effects...>;
   if constexpr (Sc::has_constraints)
     if (!detail::is_free(scene, z)) return constrained_acceleration(scene, q, qdot, t, z).qddot;
@@ -206,7 +207,7 @@ Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordin
 /// Generalized reaction forces Jᵀλ of the constraints on the system, n.
 template <class Sys, class... Effects>
 Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0,
-                            const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
+                           const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
   return constraint_jacobian(scene, q, qdot, t, z).transpose() * constrained_acceleration(scene, q, qdot, t, z).lambda;
 }
 

@@ -238,8 +238,10 @@ Accurate accurate(const F& system, Eigen::Index dof, double accuracy, ComponentS
   if (result.reached()) return result;
   constexpr Outcome missed = Outcome::accuracy_not_reached;
   result.run.outcome = missed;
-  result.run.message = sentence({name(missed), ": the error of the whole motion must be at most ", accuracy, ", but is estimated at ", {result.error_estimate, 2},
-                                 result.worst.empty() ? "" : sentence({", most of all in ", result.worst, " at t = ", result.worst_time}), ", with rtol = ", result.rtol,
+  result.run.message = sentence({name(missed), ": the error of the whole motion must be at most ", accuracy, ", but is estimated at ",
+                                 {result.error_estimate, 2},
+                                 result.worst.empty() ? "" : sentence({", most of all in ", result.worst, " at t = ", result.worst_time}),
+                                     ", with rtol = ", result.rtol,
                                  "; ", given_up.empty() ? "a tighter one does not help" : given_up, ": ", advice(missed)});
   return result;
 }

@@ -20,8 +20,8 @@
 // allows: a lane computes exp, ln, sine and cosine by other formulas in the last bit, and so steps may end elsewhere.
 //
 // Forces of effects, springs, damping, motors and whatever else is a functor that takes every scalar, and energies that depend on t go in lanes as
-// well, each lane with its own t, and with steps as long as time allows (integrate/watch/time_watch.hpp). A functor may branch: where lanes part, it is asked by
-// each of them.
+// well, each lane with its own t, and with steps as long as time allows (integrate/watch/time_watch.hpp). A functor may branch: where
+// lanes part, it is asked by each of them.
 //
 // Alone go: systems that simulate() has no packs for (more than 6 coordinates, an indefinite M, a loop or a branch in T or V that stays one, code without
 // optimization), scenes with constraints, contacts, dry friction, or effects with states, effects that take plain numbers only, events that do not stop
@@ -112,7 +112,8 @@ using FormOf = std::remove_cvref_t<decltype(first_order_form(std::declval<const 
 
 // use(work) with a function work(first, last) → ends of these motions, in lanes where that can be.
 template <class Systems, class StartOf, class Method, class... Events, class Use>
-void use_ends(const Systems& systems, const StartOf& start_of, double t_end, const Method& method, Options options, const EventList<Events...>& events, const Use& use) {
+void use_ends(const Systems& systems, const StartOf& start_of, double t_end, const Method& method, Options options,
+              const EventList<Events...>& events, const Use& use) {
   require_option(std::isfinite(t_end), "t_end", "must be finite", t_end, "choose a time to end at");
   options.keep_trajectory = false;
   constexpr int size = FormOf<typename Systems::System>::size_at_compile_time;

@@ -55,11 +55,13 @@ enum class Outcome {
 
 /// The outcome's name as printed in JSON and compared in tests, e.g. "completed".
 constexpr std::string_view name(Outcome outcome) noexcept {
-  return detail::name_in({"completed", "stopped_by_observer", "stopped_by_model", "stopped_by_event", "step_limit", "evaluation_limit", "time_limit", "state_limit",
-                         "non_finite", "singular_mass_matrix", "constraint_failure", "refused_by_model", "invalid_change", "event_accumulation", "step_collapse",
-                         "error_test_failure", "corrector_failure", "linear_solver_failure", "accuracy_not_reached", "model_changed", "not_differentiable",
-                         "energy_drift", "solver_error"},
-                         outcome);
+  return detail::name_in(
+      {"completed",          "stopped_by_observer", "stopped_by_model",      "stopped_by_event",     "step_limit",
+       "evaluation_limit",   "time_limit",          "state_limit",           "non_finite",           "singular_mass_matrix",
+       "constraint_failure", "refused_by_model",    "invalid_change",        "event_accumulation",   "step_collapse",
+       "error_test_failure", "corrector_failure",   "linear_solver_failure", "accuracy_not_reached", "model_changed",
+       "not_differentiable", "energy_drift",        "solver_error"},
+      outcome);
 }
 
 /// One sentence on what to do about the outcome.

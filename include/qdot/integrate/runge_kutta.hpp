@@ -181,8 +181,8 @@ class RungeKuttaStepper : public detail::OneStep<F> {
     return needs;
   }();
 
-  // Stages, new state and f there; returns the weighted error, which is NaN where f was. A function of its own: in large files GCC would put it into the loop of
-  // the run, where registers are short (a run of a double pendulum then takes 1.2 times as long).
+  // Stages, new state and f there; returns the weighted error, which is NaN where f was. A function of its own: in large files GCC would
+  // put it into the loop of the run, where registers are short (a run of a double pendulum then takes 1.2 times as long).
   [[gnu::noinline]] double attempted_step(double end, double h, Eigen::Index& worst) {
     take_stages(h, std::make_index_sequence<C::stages - 1>{});
     detail::write_end<detail::StageRow<C, C::stages>>(k_, C::half_defect, C::stages - 1, h, this->y_.data(), lost_.data(), y_new_.data(), lost_new_.data());

@@ -78,7 +78,9 @@ class Queue {
  public:
   Queue(std::size_t count, const ManyOptions& many)
       : threads_(std::max<std::size_t>(1, std::min(threads_of(many), count))), count_(count),
-        chunk_(many.chunk > 0 ? std::min(many.chunk, std::max<std::size_t>(1, count)) : std::clamp<std::size_t>(count / (16 * threads_), 1, 64)), chunks_((count + chunk_ - 1) / chunk_) {}
+        chunk_(many.chunk > 0 ? std::min(many.chunk, std::max<std::size_t>(1, count))
+                              : std::clamp<std::size_t>(count / (16 * threads_), 1, 64)),
+        chunks_((count + chunk_ - 1) / chunk_) {}
 
   // work(first, last) → anything, in some thread; hand_on(first, result), in the order of chunks, one at a time. The first exception of either ends all.
   template <class Work, class HandOn>

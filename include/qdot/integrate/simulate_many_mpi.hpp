@@ -12,18 +12,18 @@
 // ranks and threads, and reduce(value, i, kept) is called in the order of i, on rank 0, by the thread that called.
 //
 // Rank 0 gives out chunks and does motions as well. The other way would be a counter in memory that ranks add to, one-sided (MPI_Fetch_and_op). It was
-// measured, two ranks of Open MPI 4.1 on one machine: in common memory it answers in 0.1 µs whatever rank 0 does, but over TCP not before rank 0 calls MPI again, which is
-// when rank 0 would answer a message. And a counter does not keep ranks from running ahead of a reduction, whose results have to
-// go to rank 0 in any case: the answer to them is the next chunk. So there is one kind of message, a rank always has its next chunk in hand, and nothing asks for
-// more of MPI than version 3 has everywhere.
+// measured, two ranks of Open MPI 4.1 on one machine: in common memory it answers in 0.1 µs whatever rank 0 does, but over TCP not before
+// rank 0 calls MPI again, which is when rank 0 would answer a message. And a counter does not keep ranks from running ahead of a
+// reduction, whose results have to go to rank 0 in any case: the answer to them is the next chunk. So there is one kind of message, a rank
+// always has its next chunk in hand, and nothing asks for more of MPI than version 3 has everywhere.
 //
 // With MPI_THREAD_FUNNELED or more, motions of rank 0 go in a thread beside the one that answers, which takes up to some hundredths of its time. With
 // MPI_THREAD_SINGLE it answers between two of its motions, and a single one that takes longer than the chunks of others makes them wait. Two
 // ranks took 0.97 to 1.06 times as long as two threads (docs/many.md).
 //
-// What a motion throws is kept by its number as an Error with its message, on whatever rank. When a rank dies (a signal, a machine that is gone), MPI ends all of
-// them, and what was done is lost: `qdot sweep --resume` is for motions that have to survive that. A rank that does not call, or has thrown before, is waited
-// for without end.
+// What a motion throws is kept by its number as an Error with its message, on whatever rank. When a rank dies (a signal, a machine that is
+// gone), MPI ends all of them, and what was done is lost: `qdot sweep --resume` is for motions that have to survive that. A rank that does
+// not call, or has thrown before, is waited for without end.
 
 #include <algorithm>
 #include <concepts>
@@ -99,7 +99,9 @@ template <class Value>
 auto can_be_shared(const MpiRanks& ranks) {
   return [&ranks] {
     if (!can_be_sent<Value>() && ranks.results_on_all)
-      throw_invalid_value({"a reduction's value must be one that can be sent for MpiRanks::results_on_all, but its type has no bytes; give it to_bytes() and from_bytes(), or leave the value on rank 0"});
+      throw_invalid_value(
+          {"a reduction's value must be one that can be sent for MpiRanks::results_on_all, but its type has no bytes; "
+           "give it to_bytes() and from_bytes(), or leave the value on rank 0"});
   };
 }
 
@@ -113,8 +115,9 @@ auto work_of(RankQueue& queue, const Motion& motion) {
 
 // The same of motions in lanes, finish(queue, work), and what is wrong with their arguments is said on all ranks.
 template <class Result, class Sys, class StartOf, class Method, class... Events, class Rules, class Finish>
-Result ends_by_ranks(const MpiRanks& ranks, const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
-                   const EventList<Events...>& happening, const ManyOptions& many, const Rules& rules, const Finish& finish) {
+Result ends_by_ranks(const MpiRanks& ranks, const Sys& system, std::size_t count, const StartOf& start_of, double t_end,
+                     const Method& method, const Options& options, const EventList<Events...>& happening, const ManyOptions& many,
+                     const Rules& rules, const Finish& finish) {
   const auto use = [&](const auto& start, const auto& what) { use_ends(systems_of(system), start, t_end, method, options, happening, what); };
   RankQueue queue(ranks.communicator, count, ranks.results_on_all, many, 1024, [&] {
     rules();
@@ -157,16 +160,19 @@ Value simulate_many(const MpiRanks& ranks, std::size_t count, const Motion& moti
 /// @throws InvalidValue, DimensionError, Error  as above, and options or t_end outside their range
 template <class Sys, class StartOf, class Method, class Happening>
   requires(detail::GivesStarts<StartOf> && detail::is_event<Happening>)
-auto simulate_many(const MpiRanks& ranks, const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
+auto simulate_many(const MpiRanks& ranks, const Sys& system, std::size_t count, const StartOf& start_of, double t_end,
+                   const Method& method, const Options& options,
                    const Happening& happening, const ManyOptions& many = {}) {
   using R = detail::MotionEndOf<Sys>;
-  return detail::ends_by_ranks<std::vector<Kept<R>>>(ranks, system, count, start_of, t_end, method, options, events(happening), many, detail::NoRules(),
-                                                     [&](detail::RankQueue& queue, const auto& work) { return detail::all_kept<R>(queue, ranks, count, work); });
+  return detail::ends_by_ranks<std::vector<Kept<R>>>(
+      ranks, system, count, start_of, t_end, method, options, events(happening), many, detail::NoRules(),
+      [&](detail::RankQueue& queue, const auto& work) { return detail::all_kept<R>(queue, ranks, count, work); });
 }
 
 template <class Sys, class StartOf, class Method>
   requires detail::GivesStarts<StartOf>
-auto simulate_many(const MpiRanks& ranks, const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options = {},
+auto simulate_many(const MpiRanks& ranks, const Sys& system, std::size_t count, const StartOf& start_of, double t_end,
+                   const Method& method, const Options& options = {},
                    const ManyOptions& many = {}) {
   return simulate_many(ranks, system, count, start_of, t_end, method, options, EventList<>{}, many);
 }
@@ -174,11 +180,13 @@ auto simulate_many(const MpiRanks& ranks, const Sys& system, std::size_t count, 
 /// The same reduced to one value as it goes, in the order of i: reduce(value, i, kept), on rank 0.
 template <class Sys, class StartOf, class Method, class... Events, class Value, class Reduce>
   requires std::invocable<const Reduce&, Value&, std::size_t, Kept<detail::MotionEndOf<Sys>>&&>
-Value simulate_many(const MpiRanks& ranks, const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
-                    const EventList<Events...>& happening, Value value, const Reduce& reduce, const ManyOptions& many = {}) {
+Value simulate_many(const MpiRanks& ranks, const Sys& system, std::size_t count, const StartOf& start_of, double t_end,
+                    const Method& method, const Options& options, const EventList<Events...>& happening, Value value, const Reduce& reduce,
+                    const ManyOptions& many = {}) {
   using R = detail::MotionEndOf<Sys>;
-  return detail::ends_by_ranks<Value>(ranks, system, count, start_of, t_end, method, options, happening, many, detail::can_be_shared<Value>(ranks),
-                                      [&](detail::RankQueue& queue, const auto& work) { return detail::all_reduced<R>(queue, ranks, work, std::move(value), reduce); });
+  return detail::ends_by_ranks<Value>(
+      ranks, system, count, start_of, t_end, method, options, happening, many, detail::can_be_shared<Value>(ranks),
+      [&](detail::RankQueue& queue, const auto& work) { return detail::all_reduced<R>(queue, ranks, work, std::move(value), reduce); });
 }
 
 }  // namespace qdot

@@ -96,7 +96,7 @@ class EngineOf final : public Engine {
   EngineOf(const System& system, const Start& start, Method method, const Options& options, EventList<Events...> events)
       : form_(first_order_form(system)), method_(std::move(method)), options_(checked(options, form_.size())), events_(std::move(events)),
         driven_(driven_form(form_)), driver_(run_, driven_, any_stepper(method_, form_, unlimited(options_)), options_, Budget(options_), Onlooker{},
-                                listed_events<dof_at_compile_time<Form>()>(events_)) {
+                                             listed_events<dof_at_compile_time<Form>()>(events_)) {
     t = start.t;
     y = packed(form_, start);
     dof = qdot::detail::dof(form_);
@@ -265,9 +265,11 @@ class Simulator {
     if (engine_->input_strides[i] == 0)
       throw InvalidValue("only an interpolated input has ramps, but '" + name + "' is held; make it interpolated(input(…)) in the scene");
     if (!(t_reached > t() && std::isfinite(t_reached)))
-      throw InvalidValue(detail::sentence({"a ramp must end at a finite time after now, but at t = ", t(), " '", name, "' was sent to be there at ", t_reached, "; set_input() jumps"}));
+      throw InvalidValue(detail::sentence({"a ramp must end at a finite time after now, but at t = ", t(), " '", name,
+                                           "' was sent to be there at ", t_reached, "; set_input() jumps"}));
     if (!std::isfinite(slope))
-      throw InvalidValue(detail::sentence({"a ramp must have a finite slope, but '", name, "' was sent from ", u, " to ", value, " within ", t_reached - t(), "; give it more time, or set_input()"}));
+      throw InvalidValue(detail::sentence({"a ramp must have a finite slope, but '", name, "' was sent from ", u, " to ", value, " within ",
+                                           t_reached - t(), "; give it more time, or set_input()"}));
     set_ramp(i, slope, value, t_reached);
   }
   void ramp_input(std::string_view name, double value, double t_reached) { ramp_input(index_of(name), value, t_reached); }
@@ -280,7 +282,8 @@ class Simulator {
   /// @throws DimensionError, InvalidValue  nothing is changed
   void set_inputs(std::span<const double> values) {
     if (values.size() != engine_->input_places.size())
-      throw DimensionError("the inputs", static_cast<long>(engine_->input_places.size()), static_cast<long>(values.size()), "give one value for each of input_names()");
+      throw DimensionError("the inputs", static_cast<long>(engine_->input_places.size()), static_cast<long>(values.size()),
+                           "give one value for each of input_names()");
     for (std::size_t i = 0; i < values.size(); ++i) (void)place_of(i, values[i]);
     for (std::size_t i = 0; i < values.size(); ++i) set_input(i, values[i]);
   }
@@ -376,9 +379,12 @@ class Simulator {
   }
   Eigen::Index place_of(std::size_t i, double value) const {
     if (i >= engine_->input_places.size())
-      throw InvalidValue(detail::sentence({"there are ", static_cast<long>(engine_->input_places.size()), " inputs, but number ", static_cast<long>(i), " was asked for; they are counted from 0, and input_names() has their names"}));
+      throw InvalidValue(
+          detail::sentence({"there are ", static_cast<long>(engine_->input_places.size()), " inputs, but number ", static_cast<long>(i),
+                            " was asked for; they are counted from 0, and input_names() has their names"}));
     if (!std::isfinite(value))
-      throw InvalidValue(detail::sentence({"an input must be a finite number, but '", engine_->input_names[i], "' was given ", value, "; it keeps what it had, look at what computed this one"}));
+      throw InvalidValue(detail::sentence({"an input must be a finite number, but '", engine_->input_names[i], "' was given ", value,
+                                           "; it keeps what it had, look at what computed this one"}));
     return engine_->input_places[i];
   }
 

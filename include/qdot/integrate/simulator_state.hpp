@@ -7,8 +7,8 @@
 //     write(file, serialized(before));   …   plant.restore(deserialized(read(file)));
 //
 // Bytes are t and y as they lie in memory behind a header of five words: what this is, a number for the names of the components, how many
-// there are, a checksum of it all, and the events that stopped it. A state that was cut short, changed on its way or taken from another system is refused by name, and
-// nothing is changed by it.
+// there are, a checksum of it all, and the events that stopped it. A state that was cut short, changed on its way or taken from another
+// system is refused by name, and nothing is changed by it.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -60,11 +60,14 @@ inline std::vector<std::byte> serialized(const SimulatorState& state) {
 inline SimulatorState deserialized(std::span<const std::byte> bytes) {
   std::uint64_t header[5];
   std::vector<std::byte> copy(bytes.begin(), bytes.end());
-  const auto refuse = [](const char* why) -> SimulatorState { throw InvalidValue(std::string("a saved state must be what serialized() wrote, but ") + why + "; take another copy"); };
+  const auto refuse = [](const char* why) -> SimulatorState {
+    throw InvalidValue(std::string("a saved state must be what serialized() wrote, but ") + why + "; take another copy");
+  };
   if (bytes.size() < sizeof header + sizeof(double)) return refuse("it is cut short");
   std::memcpy(header, bytes.data(), sizeof header);
   if (header[0] != detail::state_format) return refuse("it does not begin like one");
-  if (header[2] != (bytes.size() - sizeof header) / sizeof(double) - 1 || (bytes.size() - sizeof header) % sizeof(double) != 0) return refuse("it has another length");
+  if (header[2] != (bytes.size() - sizeof header) / sizeof(double) - 1 || (bytes.size() - sizeof header) % sizeof(double) != 0)
+    return refuse("it has another length");
   std::memset(copy.data() + 3 * sizeof(std::uint64_t), 0, sizeof(std::uint64_t));
   if (detail::checksum(detail::empty_checksum, copy.data(), copy.size()) != header[3]) return refuse("its checksum is wrong");
   SimulatorState state;

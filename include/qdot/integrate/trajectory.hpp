@@ -160,7 +160,7 @@ class DenseOutput {
   void require_contained(double t) const {
     if (!contains(t))
       detail::throw_invalid_value({"t must lie within the trajectory, from ", front_time(), " to ", back_time(), ", but is ", t,
-                                           "; extend the run, or ask for a time it has reached"});
+                                   "; extend the run, or ask for a time it has reached"});
   }
 
   // a comes before b in the order of the run.

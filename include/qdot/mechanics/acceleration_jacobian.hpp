@@ -10,12 +10,14 @@
 //
 // and −r is what the scalar of Lagrange's equations calls X L when the rates of the velocities are the accelerations
 // (mechanics/equations/straight_line_jacobian.hpp). Several ways, as for q̈ itself: derived lines, straight-line code for few coordinates, positions and masses
-// (mechanics/equations/equation_slopes.hpp), lines that a run keeps (mechanics/derive/kept_lines.hpp). Everything else, loops outside of runs above all, is asked of
-// nested duals, a direction at a time: 2n passes for what one asks now and then. Where the others give no finite number nested duals are asked, too, as they are for q̈: they know that
-// a constant has no derivative, however steep the root of it is. What is not finite then is an error.
+// (mechanics/equations/equation_slopes.hpp), lines that a run keeps (mechanics/derive/kept_lines.hpp). Everything else, loops outside of
+// runs above all, is asked of nested duals, a direction at a time: 2n passes for what one asks now and then. Where the others give no
+// finite number nested duals are asked, too, as they are for q̈: they know that a constant has no derivative, however steep the root of it
+// is. What is not finite then is an error.
 //
-// Tried and taken away: a record of dual numbers, swept forwards and back. Outside of runs it was 2 to 40 times as fast as nested duals (n = 2 to 16), and a seventh of the time
-// that every program took to compile. Whoever asks often has a form (mechanics/first_order_form.hpp), which derives lines.
+// Tried and taken away: a record of dual numbers, swept forwards and back. Outside of runs it was 2 to 40 times as fast as nested duals (n
+// = 2 to 16), and a seventh of the time that every program took to compile. Whoever asks often has a form
+// (mechanics/first_order_form.hpp), which derives lines.
 
 #include <algorithm>
 
@@ -66,9 +68,11 @@ template <class E, int n, Inertia I>
   require_finite_derivatives(result.d_qdot, t, row, [&](Eigen::Index j) { return system.velocity_name(j); });
 }
 
-// The same of systems whose number of coordinates is known at run time: T and V are traced and differentiated here and now, which many coordinates repay at once.
+// The same of systems whose number of coordinates is known at run time: T and V are traced and differentiated here and now, which many
+// coordinates repay at once.
 template <class E, Inertia I>
-bool jacobian_traced_here(const System<E, Dynamic, I>& system, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, AccelerationJacobian<Dynamic>& result) {
+bool jacobian_traced_here(const System<E, Dynamic, I>& system, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t,
+                          AccelerationJacobian<Dynamic>& result) {
   const Eigen::Index dof = system.dof();
   Eigen::VectorXd y(2 * dof), ydot(2 * dof);
   std::copy_n(qdot.data(), dof, std::copy_n(q.data(), dof, y.data()));

@@ -10,11 +10,12 @@
 //     };
 //     const auto system = mechanical_system<4>(derived<4>(Chain{.m = 0.3}));
 //
-// A run derives the equations of such energies by itself (mechanics/derive/kept_lines.hpp). This word does it when the object is made, for all who evaluate it afterwards:
-// T and V are run once on a scalar that records what is done to it (ad/formula/recording.hpp), from that Lagrange's equations are derived as on paper, and evaluations go
-// through the lines that come out (mechanics/derive/lines.hpp). Nothing is asked of T and V: they need not be constexpr, as
-// written_out() wants them (mechanics/written_out.hpp), and may use Eigen. It pays where T and V are loops. Straight-line code of up to four
-// coordinates is faster as it is, and written_out() is two to three times as fast again, for seconds of compile time.
+// A run derives the equations of such energies by itself (mechanics/derive/kept_lines.hpp). This word does it when the object is made, for
+// all who evaluate it afterwards: T and V are run once on a scalar that records what is done to it (ad/formula/recording.hpp), from that
+// Lagrange's equations are derived as on paper, and evaluations go through the lines that come out (mechanics/derive/lines.hpp). Nothing
+// is asked of T and V: they need not be constexpr, as written_out() wants them (mechanics/written_out.hpp), and may use Eigen. It pays
+// where T and V are loops. Straight-line code of up to four coordinates is faster as it is, and written_out() is two to three times as
+// fast again, for seconds of compile time.
 //
 // What is no formula (T or V that branch on the state or use abs, max or a power that varies), and what would need more lines than it saves
 // (rotations), is evaluated as without the word. Parameters are read when the object is made, so they must

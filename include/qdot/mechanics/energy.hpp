@@ -87,7 +87,8 @@ auto conjugate_momenta(const System<E, n, I>& system, const Eigen::MatrixBase<Q>
   }), Vector<S, n>(qdot));
 }
 
-/// h = q̇·p − L, Jacobi's energy function: constant on a motion of an autonomous system; one evaluation of T along q̇, of which q̇·p is the slope, and one of V.
+/// h = q̇·p − L, Jacobi's energy function: constant on a motion of an autonomous system; one evaluation of T along q̇, of which q̇·p is
+/// the slope, and one of V.
 template <class E, int n, Inertia I, class Q, class Qdot>
 auto jacobi_energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                    typename Q::Scalar t = typename Q::Scalar(0)) {

@@ -50,7 +50,8 @@ struct StraightLine {
 
 // q̈ of the lanes of a register as in mechanics/equations/straight_line.hpp; forces(q, q̇, Q) writes what is added to r.
 template <int n, class E, class P, class Forces>
-[[gnu::noinline, gnu::flatten]] inline StraightLine<typename P::Mask> straight_line_accelerations(const E& e, const P* q, const P* qdot, const P& t, double threshold,
+[[gnu::noinline, gnu::flatten]] inline StraightLine<typename P::Mask> straight_line_accelerations(const E& e, const P* q, const P* qdot,
+                                                                                                  const P& t, double threshold,
                                                                                                   const Forces& forces, P* qddot) {
   if (!may_go_straight(e)) return {false, false};
   const EulerLagrange<n, P> L = euler_lagrange_of<n>(e, q, qdot, t);
@@ -79,7 +80,8 @@ template <int n, class E, class P, class Forces>
 
 // The same by derived formulas.
 template <int n, class E, class P, class Forces>
-[[gnu::noinline, gnu::flatten]] inline typename P::Mask closed_form_accelerations(const E& e, const P* q, const P* qdot, const P& t, const Forces& forces, P* qddot) {
+[[gnu::noinline, gnu::flatten]] inline typename P::Mask closed_form_accelerations(const E& e, const P* q, const P* qdot, const P& t,
+                                                                                  const Forces& forces, P* qddot) {
   return e.accelerations_in_closed_form(q, qdot, t, qddot, forces);
 }
 

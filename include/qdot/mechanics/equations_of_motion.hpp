@@ -95,7 +95,9 @@ template <class E, int n, Inertia I, class S>
 [[gnu::noinline]] Vector<S, n> longer_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
   if constexpr (std::is_same_v<S, double> && I == Inertia::positive_definite && !(HasClosedForm<E> && straight_line_pays)) {
     Vector<double, n> a = zeros<Vector<double, n>>(at.size());
-    if (with_longer_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())}, system.kept_lines())) return a;
+    if (with_longer_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())},
+                                    system.kept_lines()))
+      return a;
   }
   return general_acceleration<E, n, I, S>(system, at, velocity, t);
 }

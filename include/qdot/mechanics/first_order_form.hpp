@@ -68,9 +68,10 @@ template <class Sys>
 class FirstOrderForm {
   static constexpr int n = Sys::dof_at_compile_time;
   // Of positions, of more than eight coordinates, and where n is known at run time. Others have ways of their own (acceleration_jacobian.hpp).
-  static constexpr bool has_traced_jacobian = Sys::inertia == Inertia::positive_definite && (n == Dynamic || ((detail::HasOwnEquations<typename Sys::EnergiesType> || n > detail::straight_line_limit) && n <= 64)) &&
-                                              detail::RecordableEnergies<typename Sys::EnergiesType, n> &&
-                                              !requires(const typename Sys::EnergiesType& e) { e.has_lines(); };
+  static constexpr bool has_traced_jacobian =
+      Sys::inertia == Inertia::positive_definite &&
+      (n == Dynamic || ((detail::HasOwnEquations<typename Sys::EnergiesType> || n > detail::straight_line_limit) && n <= 64)) &&
+      detail::RecordableEnergies<typename Sys::EnergiesType, n> && !requires(const typename Sys::EnergiesType& e) { e.has_lines(); };
 
  public:
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;  ///< 2n, or Dynamic
@@ -95,7 +96,9 @@ class FirstOrderForm {
     requires(n == Dynamic)
   {
     bool constant = inertia_.is_known();
-    if constexpr (detail::TracedSystem<Sys>) traced_.use([&] { return detail::TracedMotion<>(detail::traced_equations(system_)); }, [&](detail::TracedMotion<>& m) { return constant = m.mass_is_constant(); });
+    if constexpr (detail::TracedSystem<Sys>)
+      traced_.use([&] { return detail::TracedMotion<>(detail::traced_equations(system_)); },
+                  [&](detail::TracedMotion<>& m) { return constant = m.mass_is_constant(); });
     return constant;
   }
 

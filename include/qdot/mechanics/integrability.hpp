@@ -87,7 +87,7 @@ inline double scattered(std::uint64_t k) {
 // so that all constraints share it.
 template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>  // compiled only where it is called
 Integrability frobenius_condition(const std::type_identity_t<VectorXd>& entries, const std::type_identity_t<MatrixXd>& derivatives,
-                                         const std::type_identity_t<VectorXd>& q, double tolerance) {
+                                  const std::type_identity_t<VectorXd>& q, double tolerance) {
   const Eigen::Index n = q.size(), m = entries.size() / n;
   if (m * n != entries.size() || m == 0) {
     throw DimensionError("each row of A(q)", static_cast<long>(n),
@@ -132,7 +132,8 @@ Integrability frobenius_condition(const std::type_identity_t<VectorXd>& entries,
 }
 
 #ifdef QDOT_COMPILED_ANALYSIS
-extern template Integrability frobenius_condition<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::VectorXd&, const Eigen::MatrixXd&, const Eigen::VectorXd&, double);
+extern template Integrability frobenius_condition<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::VectorXd&, const Eigen::MatrixXd&,
+                                                                                    const Eigen::VectorXd&, double);
 #endif
 
 struct SlopeOfVelocityRows {};  // the tag of its perturbations

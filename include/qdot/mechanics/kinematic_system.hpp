@@ -147,7 +147,7 @@ class KinematicEnergies {
   }
 
   // The same as formulas, for written_out_kinematic_system().
-  using Formulas = trace::TracedVector<n < 1 ? 1 : n>;
+  using Formulas = trace::TracedVector<(n < 1 ? 1 : n)>;
   constexpr trace::Traced T(const Formulas& q, const Formulas& qdot) const
     requires(!time_in_T())
   {
@@ -335,9 +335,12 @@ consteval bool require_kinematics() {
                   "qdot: the functor that places the bodies can be called as place(q, bodies) and with a third argument, and nothing tells which "
                   "is meant: take `const auto& q, auto& bodies`, or `const auto& q, const auto& t, auto& bodies` where it depends on time");
   if constexpr (PlacesInTime<Place, n> && !PlacesAtRest<Place, n>)
-    static_assert(requires(const Place& place, const Vector<Dual<double, 1>, n>& q, const Dual<double, 1>& t, WeightSum<Dual<double, 1>>& bodies) { place(q, t, bodies); },
-                  "qdot: the functor that places the bodies takes the time as a double, but the time carries derivatives as q does: take "
-                  "`const auto& q, const auto& t, auto& bodies`");
+    static_assert(
+        requires(const Place& place, const Vector<Dual<double, 1>, n>& q, const Dual<double, 1>& t, WeightSum<Dual<double, 1>>& bodies) {
+          place(q, t, bodies);
+        },
+        "qdot: the functor that places the bodies takes the time as a double, but the time carries derivatives as q does: take "
+        "`const auto& q, const auto& t, auto& bodies`");
   if constexpr (!is_gravity<Potential>) static_assert(require_potential_energy<KineticAndPotential<NoKineticTerm, Potential>, n>());
   if constexpr (!std::is_same_v<Extra, NoKineticTerm>) static_assert(require_kinetic_energy<KineticAndPotential<Extra, NoPotential>, n>());
   return true;

@@ -8,9 +8,10 @@
 //     M alone                             impacts, projections, momenta
 //
 // There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): what a system knows of itself (positions and masses,
-// kinematic_system.hpp), formulas that the compiler has derived (mechanics/derive/closed_form_jacobian.hpp), straight-line code (mechanics/equations/straight_line.hpp), lines
-// that a run has derived and keeps (mechanics/derive/kept_lines.hpp), loops and many coordinates (mechanics/equations/graded_evaluation.hpp), more of them than that (mechanics/equations/banded_equations.hpp). Whoever wants something of M and r passes it down the ladder as an object `use`, and each way ends by
-// calling it with what it has found:
+// kinematic_system.hpp), formulas that the compiler has derived (mechanics/derive/closed_form_jacobian.hpp), straight-line code
+// (mechanics/equations/straight_line.hpp), lines that a run has derived and keeps (mechanics/derive/kept_lines.hpp), loops and many
+// coordinates (mechanics/equations/graded_evaluation.hpp), more of them than that (mechanics/equations/banded_equations.hpp). Whoever
+// wants something of M and r passes it down the ladder as an object `use`, and each way ends by calling it with what it has found:
 //
 //     use.packed(at, M, r, present)    lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line
 //                                      code, so that what is zero for all states is not computed with
@@ -232,7 +233,8 @@ struct BandTo {
 };
 
 template <int n, class E>
-[[gnu::noinline]] bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r, KeptLines* kept) {
+[[gnu::noinline]] bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M,
+                                        double* r, KeptLines* kept) {
   return with_mass_and_rhs<n>(e, q, qdot, t, PackedTo<n>{M, r}, kept);
 }
 

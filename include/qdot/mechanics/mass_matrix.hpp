@@ -27,7 +27,9 @@ auto mass_matrix(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, c
   if constexpr (std::is_same_v<S, double>) {
     Matrix<double, n> M = detail::zeros<Matrix<double, n>>(q.size(), q.size());
     Vector<double, n> r(q.size());
-    if (detail::with_mass_and_rhs<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t, detail::CopyTo<n>{M, r}, system.kept_lines())) return M;
+    if (detail::with_mass_and_rhs<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t, detail::CopyTo<n>{M, r},
+                                     system.kept_lines()))
+      return M;
   }
   if constexpr (std::is_same_v<S, double>) return detail::general_mass_matrix<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t);
   else return detail::kinetic_hessian<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);

@@ -99,7 +99,7 @@ class System {
   System(Energies energies, Eigen::Index dof) : energies_(std::move(energies)), dof_(dof) {
     if (dof_ < 1)
       detail::throw_invalid_value({"the number of coordinates must be at least 1, but is ", dof_,
-                                           "; pass the length of q to mechanical_system(n, T, V)"});
+                                   "; pass the length of q to mechanical_system(n, T, V)"});
   }
 
   /// Number of coordinates.

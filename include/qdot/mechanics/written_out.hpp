@@ -12,10 +12,10 @@
 //
 // The compiler runs T and V, which must be constexpr for that (generic lambdas are so by themselves), and lists their operations
 // (ad/formula/trace.hpp). From the list it derives the equations of motion, with letters for the parameters, and writes them as code without a loop
-// (mechanics/derive/closed_form.hpp): that is q̈, and up to 8 coordinates M, r and the derivatives of q̈ (mechanics/derive/closed_form_jacobian.hpp). Where T is not a
-// quadratic form or a function has no derivative, and for Jacobians of up to 4 coordinates, the scalars of Lagrange's equations go through the list
-// one by one (mechanics/equations/straight_line.hpp). Parameters stay what the object has.
-// All other scalars call the user's functors, as ever.
+// (mechanics/derive/closed_form.hpp): that is q̈, and up to 8 coordinates M, r and the derivatives of q̈
+// (mechanics/derive/closed_form_jacobian.hpp). Where T is not a quadratic form or a function has no derivative, and for Jacobians of up to
+// 4 coordinates, the scalars of Lagrange's equations go through the list one by one (mechanics/equations/straight_line.hpp). Parameters
+// stay what the object has. All other scalars call the user's functors, as ever.
 //
 // What T and V may do is what a list can hold: entries of q and q̇, size(), dot(), squaredNorm(), norm(), sum(), arithmetic and the functions
 // of <cmath>; no other functions of Eigen, and no branch on q, q̇ or t. They may branch on their parameters. An object
@@ -217,7 +217,8 @@ class WrittenOut {
   }
   /// Of packs: a mask. has_closed_form() is asked before.
   template <class Number, class Forces = detail::NoForces>
-  [[gnu::always_inline]] auto accelerations_in_closed_form(const Number* q, const Number* qdot, const Number& t, Number* qddot, const Forces& forces = {}) const {
+  [[gnu::always_inline]] auto accelerations_in_closed_form(const Number* q, const Number* qdot, const Number& t, Number* qddot,
+                                                           const Forces& forces = {}) const {
     return detail::closed_form_of_acceleration<n, ClosedForm>(coefficients_.data(), q, qdot, t, forces, qddot);
   }
 

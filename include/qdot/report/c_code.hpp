@@ -61,16 +61,19 @@ class CCode {
     text += unused() + lines(equations, written);
     text += solve + "  return 0;\n}\n\n";
     written.assign(written.size(), 0);
-    text += "int " + name_ + "_jacobian" + arguments + ", double *d_q, double *d_qdot) {\n  double M[" + n + "][" + n + "], b[" + n + "];\n  int order[" + n + "], k;\n";
+    text += "int " + name_ + "_jacobian" + arguments + ", double *d_q, double *d_qdot) {\n  double M[" + n + "][" + n + "], b[" + n +
+            "];\n  int order[" + n + "], k;\n";
     text += unused() + lines(equations, written);
     text += solve + "  {\n";
     text += lines(all, written);
     text += "    double slope[" + n + "][" + std::to_string(2 * n_) + "];\n";
     for (int i = 0; i < n_; ++i)
       for (int j = 0; j < 2 * n_; ++j)
-        text += "    slope[" + std::to_string(i) + "][" + std::to_string(j) + "] = " + value(equations_.slopes[static_cast<std::size_t>(2 * n_ * i + j)]) + ";\n";
-    text += "    for (k = 0; k < " + std::to_string(2 * n_) + "; ++k) {\n      int i;\n      for (i = 0; i < " + n + "; ++i) b[i] = slope[i][k];\n      " + name_ +
-            "_solve(M, order, b, k < " + n + " ? d_q + k : d_qdot + (k - " + n + "), " + n + ");\n    }\n  }\n  return 0;\n}\n";
+        text += "    slope[" + std::to_string(i) + "][" + std::to_string(j) +
+                "] = " + value(equations_.slopes[static_cast<std::size_t>(2 * n_ * i + j)]) + ";\n";
+    text += "    for (k = 0; k < " + std::to_string(2 * n_) + "; ++k) {\n      int i;\n      for (i = 0; i < " + n +
+            "; ++i) b[i] = slope[i][k];\n      " + name_ + "_solve(M, order, b, k < " + n + " ? d_q + k : d_qdot + (k - " + n + "), " + n +
+            ");\n    }\n  }\n  return 0;\n}\n";
     return text;
   }
 
@@ -93,7 +96,8 @@ class CCode {
     std::string text = "/* Equations of motion, written by qdot. C99, needs <math.h> only.\n *\n";
     for (int i = 0; i < n_; ++i) text += " * q[" + std::to_string(i) + "] " + word(source_.coordinates[static_cast<std::size_t>(i)]) + "\n";
     for (std::size_t j = 0; j < source_.parameters.size(); ++j)
-      text += " * p[" + std::to_string(j) + "] " + word(source_.parameters[j]) + (named_[j] ? "" : ", a number in the formulas: ") + (named_[j] ? ", was " : "") + exact_text(source_.values[j]) + "\n";
+      text += " * p[" + std::to_string(j) + "] " + word(source_.parameters[j]) + (named_[j] ? "" : ", a number in the formulas: ") +
+              (named_[j] ? ", was " : "") + exact_text(source_.values[j]) + "\n";
     return text + " *\n * " + name_ + "_acceleration writes qddot; " + name_ + "_jacobian also its derivatives by q and qdot, row by row.\n" +
            " * Both return 0, or 1 where the mass matrix is singular. */\n#include <math.h>\n\n" +
            "int " + name_ + "_acceleration(const double *q, const double *qdot, double t, const double *p, double *qddot);\n" +
@@ -103,14 +107,16 @@ class CCode {
   // L U with the rows in another order, and its use.
   std::string algebra() const {
     const std::string n = std::to_string(n_);
-    return "static int " + name_ + "_factor(double M[" + n + "][" + n + "], int *order) {\n  int i, j, k;\n  for (i = 0; i < " + n + "; ++i) order[i] = i;\n  for (k = 0; k < " + n +
-           "; ++k) {\n    int best = k;\n    for (i = k + 1; i < " + n + "; ++i)\n      if (fabs(M[order[i]][k]) > fabs(M[order[best]][k])) best = i;\n" +
-           "    i = order[k];\n    order[k] = order[best];\n    order[best] = i;\n    if (!(fabs(M[order[k]][k]) > 0.0)) return 1;\n    for (i = k + 1; i < " + n +
-           "; ++i) {\n      double *row = M[order[i]];\n      row[k] /= M[order[k]][k];\n      for (j = k + 1; j < " + n +
-           "; ++j) row[j] -= row[k] * M[order[k]][j];\n    }\n  }\n  return 0;\n}\n\n" + "static void " + name_ + "_solve(double M[" + n + "][" + n +
-           "], const int *order, const double *b, double *x, int stride) {\n  int i, j;\n  for (i = 0; i < " + n +
-           "; ++i) {\n    x[i * stride] = b[order[i]];\n    for (j = 0; j < i; ++j) x[i * stride] -= M[order[i]][j] * x[j * stride];\n  }\n  for (i = " + n +
-           " - 1; i >= 0; --i) {\n    for (j = i + 1; j < " + n + "; ++j) x[i * stride] -= M[order[i]][j] * x[j * stride];\n    x[i * stride] /= M[order[i]][i];\n  }\n}\n\n";
+    return "static int " + name_ + "_factor(double M[" + n + "][" + n + "], int *order) {\n  int i, j, k;\n  for (i = 0; i < " + n +
+           "; ++i) order[i] = i;\n  for (k = 0; k < " + n + "; ++k) {\n    int best = k;\n    for (i = k + 1; i < " + n +
+           "; ++i)\n      if (fabs(M[order[i]][k]) > fabs(M[order[best]][k])) best = i;\n" +
+           "    i = order[k];\n    order[k] = order[best];\n    order[best] = i;\n    if (!(fabs(M[order[k]][k]) > 0.0)) return 1;\n    for (i = k + 1; i < " +
+           n + "; ++i) {\n      double *row = M[order[i]];\n      row[k] /= M[order[k]][k];\n      for (j = k + 1; j < " + n +
+           "; ++j) row[j] -= row[k] * M[order[k]][j];\n    }\n  }\n  return 0;\n}\n\n" + "static void " + name_ + "_solve(double M[" + n +
+           "][" + n + "], const int *order, const double *b, double *x, int stride) {\n  int i, j;\n  for (i = 0; i < " + n +
+           "; ++i) {\n    x[i * stride] = b[order[i]];\n    for (j = 0; j < i; ++j) x[i * stride] -= M[order[i]][j] * x[j * stride];\n  }\n  for (i = " +
+           n + " - 1; i >= 0; --i) {\n    for (j = i + 1; j < " + n +
+           "; ++j) x[i * stride] -= M[order[i]][j] * x[j * stride];\n    x[i * stride] /= M[order[i]][i];\n  }\n}\n\n";
   }
 
   std::string matrix() const {

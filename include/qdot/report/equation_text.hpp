@@ -46,7 +46,8 @@ inline std::string mathml_text(const Equations& equations) {
   for (const EquationSection& section : equations.sections()) {
     text += "<h3>" + section.heading + "</h3>\n<div>\n";
     for (const Equation& e : section.equations)
-      text += "<p><math displaystyle=\"true\"><mrow>" + text_of(e.left, notation) + "</mrow><mo>=</mo><mrow>" + text_of(e.right, notation) + "</mrow></math></p>\n";
+      text += "<p><math displaystyle=\"true\"><mrow>" + text_of(e.left, notation) + "</mrow><mo>=</mo><mrow>" + text_of(e.right, notation) +
+              "</mrow></math></p>\n";
     text += "</div>\n";
   }
   return text;

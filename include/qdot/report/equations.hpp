@@ -45,7 +45,9 @@ struct Equations : EquationsOfMotion {
       name.parts = {symbol_expression(coordinates[i])};
       all[1].equations.push_back({name, p[i]});
       for (std::size_t j = 0; j <= i; ++j)
-        if (!(M[i][j].is_number() && M[i][j].number == 0.0)) all[2].equations.push_back({symbol_expression("M_" + std::to_string(j + 1) + (p.size() > 9 ? "," : "") + std::to_string(i + 1)), M[i][j]});
+        if (!(M[i][j].is_number() && M[i][j].number == 0.0))
+          all[2].equations.push_back(
+              {symbol_expression("M_" + std::to_string(j + 1) + (p.size() > 9 ? "," : "") + std::to_string(i + 1)), M[i][j]});
     }
     if (!constraints.empty()) all.push_back({"Constraints", constraints});
     if (!qddot.empty()) all.push_back({"Accelerations", qddot});
@@ -95,7 +97,8 @@ inline Equations equations_of(const EquationSource& source) {
 /// @throws NotOneFormula  when values of parameters decide which operations T and V consist of
 /// @throws NotAnalytic    when T or V compares values of the state, or has a kink
 template <class E, int n, Inertia inertia>
-report::Equations equations(const System<E, n, inertia>& system, const std::vector<report::NamedParameter<report::detail::WrittenEnergies<E>>>& parameters = {}) {
+report::Equations equations(const System<E, n, inertia>& system,
+                            const std::vector<report::NamedParameter<report::detail::WrittenEnergies<E>>>& parameters = {}) {
   return report::equations_of(report::equation_source(system, parameters));
 }
 

@@ -64,10 +64,12 @@ for (const figure of document.querySelectorAll('.heatmap')) {
     pen.fillText(d.x_label, left + (w - left - right) / 2, h - 6);
     pen.textAlign = 'right';
     for (const [i, at] of ticks(view[1], view[3])) pen.fillText(text(d.y[ny - 1 - i]), left - 6, top + (h - top - bottom) * at + 4);
-    pen.save(); pen.translate(12, top + (h - top - bottom) / 2); pen.rotate(-Math.PI / 2); pen.textAlign = 'center'; pen.fillText(d.y_label, 0, 0); pen.restore();
+    pen.save(); pen.translate(12, top +
+                              (h - top - bottom) / 2); pen.rotate(-Math.PI / 2); pen.textAlign = 'center'; pen.fillText(d.y_label, 0, 0); pen.restore();
   };
   const cell = e => {
-    const r = canvas.getBoundingClientRect(), u = (e.clientX - r.left - left) / (r.width - left - right), v = (e.clientY - r.top - top) / (r.height - top - bottom);
+    const r = canvas.getBoundingClientRect(), u = (e.clientX - r.left - left) / (r.width - left - right),
+        v = (e.clientY - r.top - top) / (r.height - top - bottom);
     return [u, v, view[0] + u * view[2], view[1] + v * view[3]];
   };
   const keep = () => { view[2] = Math.min(nx, Math.max(4, view[2])); view[3] = Math.min(ny, Math.max(4, view[3]));
@@ -110,22 +112,28 @@ inline std::string json_string(const std::string& text) { return "\"" + plain_js
 /// @throws DimensionError  unless there is one value for each cell
 inline std::string heat_map(const HeatMap& map) {
   if (map.values.size() != map.x.size() * map.y.size())
-    throw DimensionError("the values of a heat map", static_cast<long>(map.x.size() * map.y.size()), static_cast<long>(map.values.size()), "give one for each cell");
+    throw DimensionError("the values of a heat map", static_cast<long>(map.x.size() * map.y.size()), static_cast<long>(map.values.size()),
+                         "give one for each cell");
   double low = INFINITY, high = -INFINITY;
   for (const double v : map.values)
     if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
   std::string remarks = "{";
   for (std::size_t i = 0; i < map.remarks.size(); ++i)
-    if (!map.remarks[i].empty() && !std::isfinite(map.values[i])) remarks += (remarks.size() > 1 ? ",\"" : "\"") + std::to_string(i) + "\":" + detail::json_string(map.remarks[i]);
+    if (!map.remarks[i].empty() && !std::isfinite(map.values[i]))
+      remarks += (remarks.size() > 1 ? ",\"" : "\"") + std::to_string(i) + "\":" + detail::json_string(map.remarks[i]);
   const auto name_of = [](const std::string& label) { return label.substr(0, label.find(" [")); };
   const bool any = low <= high;
-  return "<figure class=\"heatmap\" style=\"margin:0\"><h2>" + escaped(map.title) + "</h2><canvas style=\"position:static;height:min(70vh,640px);touch-action:none;cursor:crosshair\"></canvas>"
-         "<div style=\"display:flex;align-items:center;gap:12px;font-size:13px;color:var(--muted)\"><span>" + escaped(any ? rounded_text(low, 4) : "") +
-         "</span><span class=\"scale\" style=\"flex:0 0 200px;height:12px;border-radius:3px\"></span><span>" + escaped(any ? rounded_text(high, 4) : "no values") +
+  return "<figure class=\"heatmap\" style=\"margin:0\"><h2>" + escaped(map.title) +
+         "</h2><canvas style=\"position:static;height:min(70vh,640px);touch-action:none;cursor:crosshair\"></canvas>"
+         "<div style=\"display:flex;align-items:center;gap:12px;font-size:13px;color:var(--muted)\"><span>" +
+         escaped(any ? rounded_text(low, 4) : "") +
+         "</span><span class=\"scale\" style=\"flex:0 0 200px;height:12px;border-radius:3px\"></span><span>" +
+         escaped(any ? rounded_text(high, 4) : "no values") +
          "</span><output style=\"margin-left:auto;font-variant-numeric:tabular-nums\">&nbsp;</output></div>\n<script type=\"application/json\">{\"x\":" +
-         detail::json_numbers(map.x) + ",\"y\":" + detail::json_numbers(map.y) + ",\"x_label\":" + detail::json_string(map.x_label) + ",\"y_label\":" +
-         detail::json_string(map.y_label) + ",\"x_name\":" + detail::json_string(name_of(map.x_label)) + ",\"y_name\":" + detail::json_string(name_of(map.y_label)) +
-         ",\"low\":" + detail::json_number(any ? low : 0.0) + ",\"high\":" + detail::json_number(any ? high : 1.0) + ",\n\"values\":" + detail::json_numbers(map.values) +
+         detail::json_numbers(map.x) + ",\"y\":" + detail::json_numbers(map.y) + ",\"x_label\":" + detail::json_string(map.x_label) +
+         ",\"y_label\":" + detail::json_string(map.y_label) + ",\"x_name\":" + detail::json_string(name_of(map.x_label)) +
+         ",\"y_name\":" + detail::json_string(name_of(map.y_label)) + ",\"low\":" + detail::json_number(any ? low : 0.0) +
+         ",\"high\":" + detail::json_number(any ? high : 1.0) + ",\n\"values\":" + detail::json_numbers(map.values) +
          ",\n\"remarks\":" + remarks + "}}</script></figure>";
 }
 

@@ -89,7 +89,9 @@ inline Facts mark_facts(const std::vector<Mark>& marks, const std::string& time_
       break;
     }
     const std::string first = "t = " + rounded_text(times.front(), 6), unit = time_unit.empty() ? "" : " " + time_unit;
-    facts.rows.push_back({name, times.size() == 1 ? first + unit : std::to_string(times.size()) + "×, " + first + " to " + rounded_text(times.back(), 6) + unit});
+    facts.rows.push_back({name, times.size() == 1
+                                    ? first + unit
+                                    : std::to_string(times.size()) + "×, " + first + " to " + rounded_text(times.back(), 6) + unit});
   }
   return facts;
 }
@@ -116,7 +118,9 @@ inline std::string animation_json(const Animation& animation) {
     return text;
   };
   const auto frame_json = [&](const std::vector<Point>& frame) {
-    return joined(frame, [&](const Point& p) { return fixed_text(p.x, decimals) + "," + fixed_text(p.y, decimals) + (camera ? "," + fixed_text(p.z, decimals) : ""); });
+    return joined(frame, [&](const Point& p) {
+      return fixed_text(p.x, decimals) + "," + fixed_text(p.y, decimals) + (camera ? "," + fixed_text(p.z, decimals) : "");
+    });
   };
   const auto shape_json = [&](const Shape& shape) {
     return "{\"kind\":\"" + std::string(kinds[static_cast<std::size_t>(shape.kind)]) + "\",\"points\":" +
@@ -130,7 +134,8 @@ inline std::string animation_json(const Animation& animation) {
   };
   const double duration = animation.times.back() - animation.times.front();
   return "{\"unit\":\"" + plain_json_text(animation.time_unit) + "\",\"rate\":" + exact_text(playing_rate(duration)) +
-         (camera ? ",\n\"camera\":[" + rounded_text(camera->side) + "," + rounded_text(camera->above) + "]" : "") + ",\n\"shapes\":" + joined(animation.drawing.shapes, shape_json) +
+         (camera ? ",\n\"camera\":[" + rounded_text(camera->side) + "," + rounded_text(camera->above) + "]" : "") +
+         ",\n\"shapes\":" + joined(animation.drawing.shapes, shape_json) +
          ",\n\"backdrop\":" + joined(animation.drawing.backdrop, line_json) +
          ",\n\"times\":" + joined(animation.times, [](double t) { return rounded_text(t, 8); }) +
          ",\n\"frames\":" + joined(animation.frames, frame_json) + "}";

@@ -205,7 +205,8 @@ inline constexpr const char* player_script = R"js(
         const ux = dx / length * head, uy = dy / length * head;
         pen.strokeStyle = pen.fillStyle = colour(s); pen.lineWidth = 2.2;
         pen.moveTo(px(n), py(n)); pen.lineTo(px(m) - 0.8 * ux, py(m) - 0.8 * uy); pen.stroke(); pen.beginPath();
-        pen.moveTo(px(m), py(m)); pen.lineTo(px(m) - ux - 0.45 * uy, py(m) - uy + 0.45 * ux); pen.lineTo(px(m) - ux + 0.45 * uy, py(m) - uy - 0.45 * ux); pen.fill();
+        pen.moveTo(px(m), py(m)); pen.lineTo(px(m) - ux - 0.45 * uy, py(m) - uy + 0.45 * ux); pen.lineTo(px(m) - ux + 0.45 * uy,
+                                                                                                         py(m) - uy - 0.45 * ux); pen.fill();
       }
     }
     scrub.value = String((now - start) / (end - start));

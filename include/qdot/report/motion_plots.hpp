@@ -5,7 +5,8 @@
 //
 // The table has the time in its first column, then n coordinates and n velocities, and behind them what else there is: states of controllers,
 // and perhaps kinetic_energy, potential_energy and energy. Quantities of one unit share a plot, for one can compare them; a single coordinate is
-// shown in its phase plane, too. What never changes behind the velocities, the phase of a contact that never closes, is left out. Events are marks, the same in every plot against time.
+// shown in its phase plane, too. What never changes behind the velocities, the phase of a contact that never closes, is left out. Events
+// are marks, the same in every plot against time.
 
 #include <algorithm>
 #include <cstddef>
@@ -85,7 +86,8 @@ inline std::vector<Plot> motion_plots(const Table& table, std::size_t dof, const
   const auto energies = std::find_if(columns.begin(), columns.end(), [](const Column& c) { return c.name == "kinetic_energy"; });
   const auto others = static_cast<std::size_t>(energies - columns.begin());
   const auto rests = [](const Column& c) { return std::all_of(c.values.begin(), c.values.end(), [&](double v) { return v == c.values.front(); }); };
-  if (!std::all_of(columns.begin() + static_cast<std::ptrdiff_t>(1 + 2 * dof), energies, rests)) detail::add_plots_by_unit(plots, table, 1 + 2 * dof, others, events);
+  if (!std::all_of(columns.begin() + static_cast<std::ptrdiff_t>(1 + 2 * dof), energies, rests))
+    detail::add_plots_by_unit(plots, table, 1 + 2 * dof, others, events);
   if (energies == columns.end()) return plots;
   Plot plot = detail::plot_against_time(table, events);
   plot.y.label = with_unit_symbol("energy", energies->unit);

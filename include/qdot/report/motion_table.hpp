@@ -55,7 +55,8 @@ Table motion_table(const System& system, const Run<n>& run, int rows) {
   const auto& motion = run.trajectory;
   const double t0 = motion.front_time(), t_end = motion.back_time();
   if (t_end != run.t)
-    throw InvalidValue("a table needs the trajectory of a run, but this one kept only its start; leave Options::keep_trajectory on, or give output_times and take sample_table()");
+    throw InvalidValue(
+        "a table needs the trajectory of a run, but this one kept only its start; leave Options::keep_trajectory on, or give output_times and take sample_table()");
   Table table = detail::headings(system, run.y.size());
   for (int i = 0; i < rows; ++i) {
     const double t = i + 1 == rows ? t_end : t0 + (t_end - t0) * (static_cast<double>(i) / (rows - 1));

@@ -88,7 +88,9 @@ inline Facts run_facts(const ReportedRun& run, const ReportOptions& options) {
                       {"method", cost.method},
                       {"steps", std::to_string(cost.steps) + " accepted, " + std::to_string(cost.rejected()) + " rejected"},
                       {"evaluations", std::to_string(cost.evaluations) + ", and " + std::to_string(cost.jacobians) + " Jacobians"}}};
-  if (cost.projections > 0) facts.rows.push_back({"largest |φ|, |φ̇|", readable_text(cost.constraint_residual, 2) + ", " + readable_text(cost.constraint_velocity, 2)});
+  if (cost.projections > 0)
+    facts.rows.push_back(
+        {"largest |φ|, |φ̇|", readable_text(cost.constraint_residual, 2) + ", " + readable_text(cost.constraint_velocity, 2)});
   facts.rows.push_back({"wall time", readable_text(1e3 * cost.wall_seconds, 3) + " ms"});
   facts.rows.push_back({"E(0)", with_unit(rounded_text(E.front(), 8), options.energy_unit)});
   facts.rows.push_back({"largest |E − E(0)|", with_unit(readable_text(largest, 3), options.energy_unit)});
@@ -98,7 +100,7 @@ inline Facts run_facts(const ReportedRun& run, const ReportOptions& options) {
 // Adds arrows of the forces at some points to the frames, all to one scale; the largest force is returned.
 template <class = void>  // compiled only where it is called
 double add_arrows(Animation& animation, const View& view, Eigen::Index dof, const std::function<Eigen::VectorXd(double)>& y_at, const std::vector<int>& at,
-                         const std::function<Eigen::VectorXd(double, const Eigen::VectorXd&)>& force, double longest, int colour) {
+                  const std::function<Eigen::VectorXd(double, const Eigen::VectorXd&)>& force, double longest, int colour) {
   std::vector<std::vector<Point>> forces;
   constexpr double beyond = std::numeric_limits<double>::max();
   Eigen::Array3d low = Eigen::Array3d::Constant(beyond), high = -low;  // of all points
@@ -153,7 +155,8 @@ double add_arrows(Animation& animation, const View& view, Eigen::Index dof, cons
 inline void require_points(const char* what, const std::vector<int>& numbers, std::size_t count) {
   for (const int i : numbers) {
     if (i < 0 || static_cast<std::size_t>(i) >= count)
-      throw InvalidValue(std::string(what) + " must name points of the view by their numbers, 0 to " + std::to_string(static_cast<long>(count) - 1) + ", but one names " + std::to_string(i));
+      throw InvalidValue(std::string(what) + " must name points of the view by their numbers, 0 to " +
+                         std::to_string(static_cast<long>(count) - 1) + ", but one names " + std::to_string(i));
   }
 }
 
@@ -173,13 +176,19 @@ Animation moving_picture(const ReportedRun& run, const ReportOptions& options, F
     animation.times.push_back(t);
     animation.frames.push_back(options.view.points(run.y(t).head(dof), t));
     const auto& points = animation.frames.back();
-    if (points.size() != count || std::any_of(points.begin(), points.end(), [](Point p) { return !std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z); }))
-      throw InvalidValue("a view must give equally many points at all times (" + std::to_string(count) + " at the start), and finite ones; at t = " + rounded_text(t, 8) + " it does not");
+    if (points.size() != count || std::any_of(points.begin(), points.end(),
+                                              [](Point p) { return !std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z); }))
+      throw InvalidValue("a view must give equally many points at all times (" + std::to_string(count) +
+                         " at the start), and finite ones; at t = " + rounded_text(t, 8) + " it does not");
   }
   const auto arrows = [&](const char* of, const std::vector<int>& at, const auto& force, int colour) {
     if (at.empty()) return;
-    if (!force) throw InvalidValue("arrows of " + std::string(of) + " were asked for, but the system has none; give the scene that the run is of, or leave them out");
-    facts.rows.push_back({"longest arrow", rounded_text(add_arrows(animation, options.view, dof, run.y, at, force, options.longest_arrow, colour), 4), std::string("of ") + of});
+    if (!force)
+      throw InvalidValue("arrows of " + std::string(of) +
+                         " were asked for, but the system has none; give the scene that the run is of, or leave them out");
+    facts.rows.push_back({"longest arrow",
+                          rounded_text(add_arrows(animation, options.view, dof, run.y, at, force, options.longest_arrow, colour), 4),
+                          std::string("of ") + of});
   };
   arrows("constraint forces", options.reactions_at, run.reactions, 1);
   arrows("applied forces", options.forces_at, run.forces, 2);
@@ -190,7 +199,8 @@ template <class = void>  // compiled only where it is called
 Page page_of(ReportedRun run, const ReportOptions& options) {
   Table& table = run.table;
   if (!options.units.empty() && options.units.size() != run.dof)
-    throw DimensionError("the list of the coordinates' units", static_cast<long>(run.dof), static_cast<long>(options.units.size()), "give one for each, or none");
+    throw DimensionError("the list of the coordinates' units", static_cast<long>(run.dof), static_cast<long>(options.units.size()),
+                         "give one for each, or none");
   table.columns[0].unit = options.time_unit;
   for (std::size_t i = 0; i < options.units.size(); ++i) {
     const std::string& unit = options.units[i];
@@ -229,7 +239,8 @@ Page page_of(ReportedRun run, const ReportOptions& options) {
 template <class System, int n>
 Page run_page(const System& system, const Run<n>& run, const ReportOptions& options = {}) {
   const auto form = first_order_form(system);
-  detail::ReportedRun reported{.table = motion_table(system, run, options.rows), .dof = static_cast<std::size_t>(run.trajectory.dof()), .outcome = std::string(name(run.outcome)),
+  detail::ReportedRun reported{.table = motion_table(system, run, options.rows), .dof = static_cast<std::size_t>(run.trajectory.dof()),
+                               .outcome = std::string(name(run.outcome)),
                                .message = run.message, .completed = run.completed(), .events = run.events, .statistics = run.statistics,
                                .y = [&](double t) { return Eigen::VectorXd(run.trajectory.y(t)); }};
   Column T{"kinetic_energy", options.energy_unit, {}}, V{"potential_energy", options.energy_unit, {}}, E{"energy", options.energy_unit, {}};

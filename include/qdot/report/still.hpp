@@ -112,7 +112,8 @@ inline std::string still_shape(const Shape& shape, const Animation& animation, s
       if (length < 1) return "";
       const double ux = (tip.x - p.x) / length * head, uy = (tip.y - p.y) / length * head;
       return still_path({p, {tip.x - 0.8 * ux, tip.y - 0.8 * uy}}, "stroke-width:2.2;stroke:" + colour("var(--muted)")) + "<path d=\"M" + px(tip.x) + " " +
-             px(tip.y) + "L" + px(tip.x - ux - 0.45 * uy) + " " + px(tip.y - uy + 0.45 * ux) + "L" + px(tip.x - ux + 0.45 * uy) + " " + px(tip.y - uy - 0.45 * ux) +
+             px(tip.y) + "L" + px(tip.x - ux - 0.45 * uy) + " " + px(tip.y - uy + 0.45 * ux) + "L" + px(tip.x - ux + 0.45 * uy) + " " +
+             px(tip.y - uy - 0.45 * ux) +
              "z\" style=\"fill:" + colour("var(--muted)") + "\"/>\n";
     }
   }

@@ -14,7 +14,8 @@
 //        0    1    2          t [s]
 //
 // Curves with far more points than pixels are thinned so that nothing visible is lost: within each quarter of a pixel the
-// first, lowest, highest and last point stay; of dots (Series::dots) one in each tenth of a pixel. Of marks one in each pixel is drawn. Colours are CSS variables (theme.hpp), so one file serves light and dark.
+// first, lowest, highest and last point stay; of dots (Series::dots) one in each tenth of a pixel. Of marks one in each pixel is drawn.
+// Colours are CSS variables (theme.hpp), so one file serves light and dark.
 
 #include <algorithm>
 #include <array>
@@ -148,7 +149,8 @@ inline std::string dashes(const Series& series) { return series.dashed ? ";strok
 inline std::string dots_data(const Series& series, const Axis& x_axis, const Axis& y_axis, const AxisMap& x, const AxisMap& y) {
   std::vector<std::string> dots;
   for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i)
-    if (can_show(x_axis, series.x[i]) && can_show(y_axis, series.y[i])) dots.push_back("M" + fixed_text(x(series.x[i]), 1) + " " + fixed_text(y(series.y[i]), 1) + "h0");
+    if (can_show(x_axis, series.x[i]) && can_show(y_axis, series.y[i]))
+      dots.push_back("M" + fixed_text(x(series.x[i]), 1) + " " + fixed_text(y(series.y[i]), 1) + "h0");
   std::sort(dots.begin(), dots.end());
   dots.erase(std::unique(dots.begin(), dots.end()), dots.end());
   std::string data;
@@ -203,15 +205,17 @@ inline void equalize(std::pair<double, double>& x, std::pair<double, double>& y,
   y = {y.first - dy, y.second + dy};
 }
 
-/// The marks of a plot as lines from top to bottom, to be drawn behind the curves, and their names, in front of them. A name stands where it is new, below others if it must, and again wherever it fits in front of the next
-/// mark; to a pointer, each of the first few hundred lines says its own.
+/// The marks of a plot as lines from top to bottom, to be drawn behind the curves, and their names, in front of them. A name stands where
+/// it is new, below others if it must, and again wherever it fits in front of the next mark; to a pointer, each of the first few hundred
+/// lines says its own.
 inline std::pair<std::string, std::string> drawn_marks(const Plot& plot, const AxisMap& x, double left, double right, double top, double bottom) {
   constexpr std::size_t most_told = 200, most_rows = 3;
   std::vector<std::pair<double, std::size_t>> shown;  // px, number of the mark
   for (std::size_t k = 0; k < plot.marks.size(); ++k) {
     if (!can_show(plot.x, plot.marks[k].x)) continue;
     const double at = x(plot.marks[k].x);
-    const bool known = std::any_of(plot.marks.begin(), plot.marks.begin() + static_cast<std::ptrdiff_t>(k), [&](const Mark& m) { return m.name == plot.marks[k].name; });
+    const bool known = std::any_of(plot.marks.begin(), plot.marks.begin() + static_cast<std::ptrdiff_t>(k),
+                                   [&](const Mark& m) { return m.name == plot.marks[k].name; });
     if (at < left - 0.5 || at > right + 0.5 || (known && !shown.empty() && at - shown.back().first < 1)) continue;
     shown.push_back({at, k});
   }
@@ -289,7 +293,8 @@ inline std::string svg_element(const Plot& plot, const std::string& style = "") 
     const Series& series = plot.series[entry.series];
     svg += series.dots && series.markers
                ? "<circle cx=\"" + px(entry.x + 8) + "\" cy=\"" + px(line - 4.5) + "\" r=\"4\" style=\"fill:" + colour + "\"/>"
-               : "<path class=\"curve\" style=\"stroke:" + colour + ";stroke-width:2.5" + dashes(series) + "\" d=\"M" + px(entry.x) + " " + px(line - 4.5) + "h16\"/>";
+               : "<path class=\"curve\" style=\"stroke:" + colour + ";stroke-width:2.5" + dashes(series) + "\" d=\"M" + px(entry.x) + " " +
+                     px(line - 4.5) + "h16\"/>";
     svg += text_element(entry.x + 22, line, "", series.label);
   }
 
@@ -331,7 +336,8 @@ inline std::string svg_element(const Plot& plot, const std::string& style = "") 
 
 /// The plot as an SVG file of its own: white or dark paper as the reader prefers.
 inline std::string svg(const Plot& plot) {
-  const std::string style = "<style>\n" + theme_css(".plot") + plot_css() + "</style>\n<rect width=\"100%\" height=\"100%\" rx=\"6\" style=\"fill:var(--card)\"/>\n";
+  const std::string style = "<style>\n" + theme_css(".plot") + plot_css() +
+                            "</style>\n<rect width=\"100%\" height=\"100%\" rx=\"6\" style=\"fill:var(--card)\"/>\n";
   return svg_element(plot, style);
 }
 

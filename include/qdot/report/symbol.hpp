@@ -60,6 +60,8 @@ inline std::string unit_symbol(std::string unit) {
 inline std::string with_unit(const std::string& number, const std::string& unit) { return unit.empty() ? number : number + " " + unit_symbol(unit); }
 
 /// A quantity with its unit in brackets, as axes have it: "t [s]"; the bare quantity where there is none.
-inline std::string with_unit_symbol(const std::string& quantity, const std::string& unit) { return unit.empty() ? quantity : quantity + " [" + unit_symbol(unit) + "]"; }
+inline std::string with_unit_symbol(const std::string& quantity, const std::string& unit) {
+  return unit.empty() ? quantity : quantity + " [" + unit_symbol(unit) + "]";
+}
 
 }  // namespace qdot::report

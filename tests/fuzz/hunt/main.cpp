@@ -13,7 +13,8 @@ int main(int count, char** arguments) {
   const auto number = [&](int i, std::uint64_t otherwise) { return count > i ? std::strtoull(arguments[i], nullptr, 10) : otherwise; };
   const std::uint64_t cases = number(1, 1000), seed = number(2, 1), first = number(3, 0);
   std::vector<fuzz::Game> games;
-  for (const auto& some : {fuzz::interpreted_games(), fuzz::written_games(), fuzz::scene_games(), fuzz::free_games()}) games.insert(games.end(), some.begin(), some.end());
+  for (const auto& some : {fuzz::interpreted_games(), fuzz::written_games(), fuzz::scene_games(), fuzz::free_games()})
+    games.insert(games.end(), some.begin(), some.end());
   fuzz::Report report;
   struct Tally {
     long cases = 0, found = 0;
@@ -33,6 +34,7 @@ int main(int count, char** arguments) {
   }
   for (const auto& [name, t] : tally) std::printf("%5ld cases, %ld with findings, %.1f s: %s\n", t.cases, t.found, t.seconds, name.c_str());
   std::printf("%llu cases of seed %llu: %ld answers compared, %ld rightly refused, %ld that double cannot decide; %zu findings\n",
-              static_cast<unsigned long long>(cases), static_cast<unsigned long long>(seed), report.compared, report.refused, report.undecided, report.findings.size());
+              static_cast<unsigned long long>(cases), static_cast<unsigned long long>(seed), report.compared, report.refused,
+              report.undecided, report.findings.size());
   return report.findings.empty() ? 0 : 1;
 }

@@ -18,7 +18,8 @@ enum class Function : std::uint8_t {
 /// f(a), or f(a, b), of numbers of any kind that has the function.
 template <Function f, class A, class B>
 [[gnu::always_inline]] inline auto applied(const A& a, [[maybe_unused]] const B& b) {
-  using std::acos, std::acosh, std::asin, std::asinh, std::atan, std::atan2, std::atanh, std::cbrt, std::cos, std::cosh, std::erf, std::erfc, std::exp, std::expm1,
+  using std::acos, std::acosh, std::asin, std::asinh, std::atan, std::atan2, std::atanh, std::cbrt, std::cos, std::cosh, std::erf,
+      std::erfc, std::exp, std::expm1,
       std::hypot, std::log, std::log1p, std::sin, std::sinh, std::tan, std::tanh;
   if constexpr (f == Function::sin) return sin(a);
   else if constexpr (f == Function::cos) return cos(a);
@@ -47,7 +48,8 @@ template <Function f, class A, class B>
 /// The value of a function, or its bounds over an interval; y is the second argument of atan2 and hypot.
 template <class S>
 S value_of(Function f, const S& x, const S& y = S(0.0)) {
-  using std::acos, std::acosh, std::asin, std::asinh, std::atan, std::atan2, std::atanh, std::cbrt, std::cos, std::cosh, std::erf, std::erfc, std::exp, std::expm1,
+  using std::acos, std::acosh, std::asin, std::asinh, std::atan, std::atan2, std::atanh, std::cbrt, std::cos, std::cosh, std::erf,
+      std::erfc, std::exp, std::expm1,
       std::hypot, std::log, std::log1p, std::sin, std::sinh, std::tan, std::tanh;
   switch (f) {
     case Function::none: return x;

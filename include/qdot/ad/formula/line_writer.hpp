@@ -265,7 +265,9 @@ class LineWriter {
     bool short_ones = false;
     for (std::size_t k = first; k < last;) {
       RunOfLines run{elements_[k].line};
-      const auto step = [&](std::size_t i, auto place) { return static_cast<std::int32_t>(elements_[i].line.*place) - static_cast<std::int32_t>(elements_[i - 1].line.*place); };
+      const auto step = [&](std::size_t i, auto place) {
+        return static_cast<std::int32_t>(elements_[i].line.*place) - static_cast<std::int32_t>(elements_[i - 1].line.*place);
+      };
       std::size_t end = k + 1;
       if (end < last) {
         run.step_a = step(end, &Line::a);

@@ -163,7 +163,9 @@ template <class Number>
     case Operation::products_sum: return products([](Number a, Number b, Number d, Number e, std::size_t) { return a * b + d * e; });
     case Operation::products_difference: return products([](Number a, Number b, Number d, Number e, std::size_t) { return a * b - d * e; });
     case Operation::products_combination:
-      if (factors) return products([=](Number a, Number b, Number d, Number e, std::size_t k) { return factors[3 * k] * (a * b) + factors[3 * k + 1] * (d * e); });
+      if (factors)
+        return products(
+            [=](Number a, Number b, Number d, Number e, std::size_t k) { return factors[3 * k] * (a * b) + factors[3 * k + 1] * (d * e); });
       return products([=](Number a, Number b, Number d, Number e, std::size_t) { return ca * (a * b) + cb * (d * e); });
     case Operation::end:
     case Operation::constant:
@@ -179,7 +181,8 @@ template <class Number>
 void carry_out(const LineTable& table, Number* x) {
   static const void* const ways[] = {&&end,     &&constant, &&scaled, &&combination,  &&sum,   &&difference,      &&product,  &&square,
                                      &&quotient, &&inverse,  &&root,   &&inverse_root, &&power, &&sine_and_cosine, &&function, &&run,
-                                     &&product_sum, &&product_difference, &&less_product, &&product_combination, &&products_sum, &&products_difference, &&products_combination};
+                                     &&product_sum, &&product_difference, &&less_product, &&product_combination, &&products_sum,
+                                     &&products_difference, &&products_combination};
   const auto way = [](const Line* l) { return static_cast<std::size_t>(l->operation); };
   const Line* line = table.lines.data();
   goto* ways[way(line)];

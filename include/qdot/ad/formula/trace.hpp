@@ -34,7 +34,9 @@ enum class Operation : unsigned char {
 inline constexpr int operations = static_cast<int>(Operation::ceil);
 constexpr Operation operation_of(Function f) { return static_cast<Operation>(operations + static_cast<int>(f)); }
 // The function that an operation is; none if it is something else.
-constexpr Function function_of(Operation o) { return static_cast<int>(o) > operations ? static_cast<Function>(static_cast<int>(o) - operations) : Function::none; }
+constexpr Function function_of(Operation o) {
+  return static_cast<int>(o) > operations ? static_cast<Function>(static_cast<int>(o) - operations) : Function::none;
+}
 constexpr bool has_two_operands(Operation o) {
   return o <= Operation::copysign || o == operation_of(Function::atan2) || o == operation_of(Function::hypot);
 }

@@ -7,8 +7,8 @@
 //
 //     through(x, f) ,   through(x, y, f) ,
 //
-// which takes as many derivatives of f as the scalar wants from duals (ad/dual_math.hpp). So every formula stands in one place only. What a scalar has a shorter way to, a
-// sine or a root, it writes down itself, in an overload for that scalar or for a narrower concept.
+// which takes as many derivatives of f as the scalar wants from duals (ad/dual_math.hpp). So every formula stands in one place only. What
+// a scalar has a shorter way to, a sine or a root, it writes down itself, in an overload for that scalar or for a narrower concept.
 //
 // Functions with a kink or a step compare values. A scalar that must know of it, as a tape does, has a static member compared(x, y).
 

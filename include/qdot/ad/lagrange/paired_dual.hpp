@@ -95,7 +95,7 @@ struct PairedDual<n, std::integer_sequence<int, I...>> : PairOf<I>..., ComparedB
     r.value = x.value * y.value;
     r.mask = x.mask | y.mask;
     ((r.template pair<I>() = pair_sum(has(x.mask, I), pair_times(has(x.mask, I), x.template pair<I>(), y.value),
-                                    has(y.mask, I), pair_times(has(y.mask, I), y.template pair<I>(), x.value))), ...);
+                                      has(y.mask, I), pair_times(has(y.mask, I), y.template pair<I>(), x.value))), ...);
     return r;
   }
   [[gnu::always_inline]] friend Self operator/(const Self& x, const Self& y) {

@@ -190,7 +190,8 @@ struct Reverse<double> {
     requires std::is_arithmetic_v<Number>
   Reverse(Number constant) : value(static_cast<double>(constant)), slope(0.0), node(-1), lowest(0), degree(0), first(0), last(0), tape(nullptr) {}
   Reverse(double v, double s, int k, int least, int most, int lowest_index, int highest_index, Tape<double>* t)
-      : value(v), slope(s), node(k), lowest(static_cast<std::int16_t>(least)), degree(static_cast<std::int16_t>(most)), first(lowest_index), last(highest_index),
+      : value(v), slope(s), node(k), lowest(static_cast<std::int16_t>(least)), degree(static_cast<std::int16_t>(most)),
+        first(lowest_index), last(highest_index),
         tape(t) {}
 
   friend Reverse operator+(const Reverse& x) { return x; }

@@ -9,9 +9,9 @@
 //
 //     R(X) = 0 ,     τ·(X − X₀) = 0 ,
 //
-// which goes round folds, where p turns back. Rows are scaled to the length that they have at the start, unknowns by their sizes, p by the range that is followed.
-// Constraints give more rows than unknowns, which agree all the same; a step is the one of least squares. Coordinates of which
-// nothing depends keep their values.
+// which goes round folds, where p turns back. Rows are scaled to the length that they have at the start, unknowns by their sizes, p by the
+// range that is followed. Constraints give more rows than unknowns, which agree all the same; a step is the one of least squares.
+// Coordinates of which nothing depends keep their values.
 //
 // Along the curve det [∂R; τ] changes its sign where another curve crosses it. With more rows than unknowns ∂R is taken in an
 // orthonormal basis of its columns, which is carried along so that it does not flip.
@@ -80,7 +80,8 @@ class SteadyCurve {
     }
     most /= std::max(longest.maxCoeff(), std::numeric_limits<double>::min());
     row_scale_.resize(longest.size());
-    for (Eigen::Index i = 0; i < longest.size(); ++i) row_scale_[i] = 1.0 / std::max({longest[i], 1e-10 * longest.maxCoeff(), std::numeric_limits<double>::min()});
+    for (Eigen::Index i = 0; i < longest.size(); ++i)
+      row_scale_[i] = 1.0 / std::max({longest[i], 1e-10 * longest.maxCoeff(), std::numeric_limits<double>::min()});
     for (Eigen::Index i = 0; i < X.size(); ++i)
       if (i + 1 == X.size() || most[i] > 1e-10) free_.push_back(i);
   }

@@ -109,7 +109,9 @@ class FlowOf final : public FlowOfForm<decltype(first_order_form(std::declval<co
  public:
   explicit FlowOf(const Sc& scene) : FlowOf::FlowOfForm(first_order_form(scene)), scene_(scene) {
     for_each(scene.effects(), []<class E>(const E&) {
-      static_assert(!requires { E::interpolated_inputs; }, "qdot: equilibria and linearizations hold their inputs: put input(…) in place of interpolated(input(…))");
+      static_assert(
+          !requires { E::interpolated_inputs; },
+          "qdot: equilibria and linearizations hold their inputs: put input(…) in place of interpolated(input(…))");
     });
   }
 

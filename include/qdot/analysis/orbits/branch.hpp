@@ -132,7 +132,7 @@ using BranchTest = std::function<double(const PointOfFamily&)>;
 // nearer end of what is left: next to a crossing a prediction from afar ends on the other branch.
 template <class = void>  // compiled only where it is called
 PointOfFamily located(const PointOfFamily& from, const PointOfFamily& to, double distance, const BranchTest& test, const BranchQuantity& quantity,
-                           const ClosingSearch& search, double tolerance) {
+                      const ClosingSearch& search, double tolerance) {
   constexpr int most_steps = 60;
   double low = 0.0, high = distance, f_low = test(from), f_high = test(to);
   PointOfFamily best = std::abs(f_low) < std::abs(f_high) ? from : to, lower = from, upper = to;

@@ -78,7 +78,10 @@ struct BetweenEnd {
 template <class = void>  // compiled only where it is made
 class BetweenNewton {
  public:
-  explicit BetweenNewton(BetweenSearch search) : search_(std::move(search)), n_(static_cast<Eigen::Index>(search_.names.size()) / 2), K_(search_.t.size() - 1) { measure(); }
+  explicit BetweenNewton(BetweenSearch search)
+      : search_(std::move(search)), n_(static_cast<Eigen::Index>(search_.names.size()) / 2), K_(search_.t.size() - 1) {
+    measure();
+  }
 
   BetweenEnd end() {
     BetweenEnd end;

@@ -61,7 +61,9 @@ struct ErasedChange {
 template <class G, class Action>
 auto erased_event(const Event<G, Action>& event, VariationalEquations& changes, Surface surface) {
   using E = Event<G, Action>;
-  static_assert(!E::is_timed, "qdot: a motion that every() changes is not differentiated; give the times as an event of t, or leave every() out where it only records");
+  static_assert(
+      !E::is_timed,
+      "qdot: a motion that every() changes is not differentiated; give the times as an event of t, or leave every() out where it only records");
   const auto with_function = [&](auto g) {
     if constexpr (E::stops || E::records) return Event<decltype(g), Action>{event.name, std::move(g), event.direction, {}};
     else

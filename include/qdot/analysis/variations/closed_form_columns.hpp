@@ -8,8 +8,9 @@
 //
 //     q̈(q + ε δq, q̇ + ε δq̇, t) = q̈ + ε δq̈ ,
 //
-// in one pass: a sine and its cosine once. One column adds a tenth to q̈ of a double pendulum, and its four columns by the start add half. The other way, ∂q̈/∂(q, q̇)
-// by T and V and then its product with each column, costs two passes, whose energies are not simplified, and 2n² products for a column.
+// in one pass: a sine and its cosine once. One column adds a tenth to q̈ of a double pendulum, and its four columns by the start add half.
+// The other way, ∂q̈/∂(q, q̇) by T and V and then its product with each column, costs two passes, whose energies are not simplified, and
+// 2n² products for a column.
 
 #include <Eigen/Core>
 #include <cmath>

@@ -25,8 +25,8 @@
 //
 //     J δq + ∂φ/∂p = 0 ,     d(J q̇ + ∂φ/∂t) = 0   along (δq, δq̇).
 //
-// Beyond that, a displaced state comes back another way: a part of Φ as small as what is projected. Where Φ has to be the derivative of the very numbers of a run
-// (analysis/gauss_sensitivity.hpp) the projection is differenced along each column.
+// Beyond that, a displaced state comes back another way: a part of Φ as small as what is projected. Where Φ has to be the derivative of
+// the very numbers of a run (analysis/gauss_sensitivity.hpp) the projection is differenced along each column.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -197,7 +197,8 @@ double BasicVariationalEquations<Kind>::reach(const Eigen::VectorXd& y, const Ei
 }
 
 template <class Kind>
-Crossing BasicVariationalEquations<Kind>::crossing(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both, const Surface& surface) const {
+Crossing BasicVariationalEquations<Kind>::crossing(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both,
+                                                   const Surface& surface) const {
   const Eigen::VectorXd y = both.head(size_), f = state_rate(t, y);
   const auto along = [&](const Eigen::VectorXd& direction, double rate, Eigen::Index column, double size) {
     const auto slope = slope_at_zero(
@@ -226,7 +227,8 @@ Crossing BasicVariationalEquations<Kind>::crossing(const std::string& name, doub
                           {curvature != 0.0 ? 0.5 * speed * speed / std::abs(curvature) : 0.0, 4}, ", of which the tolerances cannot tell ", {dark, 4},
                           "; the motion on either side of a grazing differs, so there is no derivative: choose a start or parameters that hit or miss clearly"});
   Crossing found{Eigen::VectorXd(columns_), speed};
-  // h is the difference of what is as large as it is elsewhere on the motion, and known to the rounding of that: a parameter that it does not feel moves it by nothing more.
+  // h is the difference of what is as large as it is elsewhere on the motion, and known to the rounding of that: a parameter that it does
+  // not feel moves it by nothing more.
   for (Eigen::Index j = 0; j < columns_; ++j) found.time[j] = -along(both.segment(size_ * (j + 1), size_), 0.0, j, std::abs(speed) * way) / speed;
   return found;
 }
@@ -249,7 +251,9 @@ void BasicVariationalEquations<Kind>::pass(const std::string& name, double t, Ei
   const Eigen::VectorXd f_after = state_rate(t, after);
   surface.jump(t, again, -1, 0.0);
   if (!(again.array() == after.array()).all() || !(state_rate(t, again).array() == f_after.array()).all())
-    end_undifferentiable(name, t, {"has an action that does something else each time it is called; let it set what it changes, for it is called several times"});
+    end_undifferentiable(
+        name, t,
+        {"has an action that does something else each time it is called; let it set what it changes, for it is called several times"});
   const double step = 1e-3 * reach(y, f_before, -1);
   const double h_by_t = (surface.h(t + step, y, -1, 0.0) - surface.h(t - step, y, -1, 0.0)) / (2 * step);
   for (Eigen::Index j = 0; j < columns_; ++j) {
@@ -271,7 +275,9 @@ void BasicVariationalEquations<Kind>::pass(const std::string& name, double t, Ei
     constexpr double parts = 16;
     const double far = parts * std::min(scale(y, Phi), scale(y, f_before * time[j]));
     const auto slope = slope_at_zero(behind, std::min(far, reach(y, Phi + f_before * time[j], j)), largest_);
-    if (!slope) end_undifferentiable(name, t, {"changes the state in a way that has no derivative with respect to ", column_name(j), "; let its action be smooth"});
+    if (!slope)
+      end_undifferentiable(
+          name, t, {"changes the state in a way that has no derivative with respect to ", column_name(j), "; let its action be smooth"});
     both.segment(size_ * (j + 1), size_) = *slope;
   }
   if (pairs_behind) pairs_behind->write(surface, passage, after, both);

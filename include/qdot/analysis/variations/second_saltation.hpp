@@ -11,8 +11,8 @@
 //
 //     Y(s) = g − τ (f⁺(t + τ, g) + s ∂f⁺/∂p d) + ½ τ² ḟ⁺ .
 //
-// Y is computed to rounding for each s, so that ψ⁺ = Y″(0) may be differenced (slope.hpp), to some nine digits. With r_a as far as column a may go, and directions
-// r_a e_a and r_a e_a + r_b e_b,
+// Y is computed to rounding for each s, so that ψ⁺ = Y″(0) may be differenced (slope.hpp), to some nine digits. With r_a as far as column
+// a may go, and directions r_a e_a and r_a e_a + r_b e_b,
 //
 //     ∂²y⁺/∂x_a∂x_b = (ψ⁺[r_a e_a + r_b e_b] − ψ⁺[r_a e_a] − ψ⁺[r_b e_b]) / 2 r_a r_b .
 
@@ -111,8 +111,9 @@ class SecondSaltation final : public PairsBehind {
     };
     const auto slope = second_slope_at_zero(Y, far, of_.largest());
     if (!slope)
-      end_undifferentiable(name_, t_, {"changes the state in a way that has no second derivative with respect to ", of_.column_name(d.a), " and ", of_.column_name(d.b),
-                                       "; let its action be smooth"});
+      end_undifferentiable(name_, t_,
+                           {"changes the state in a way that has no second derivative with respect to ", of_.column_name(d.a), " and ",
+                            of_.column_name(d.b), "; let its action be smooth"});
     return *slope;
   }
 

@@ -64,7 +64,8 @@ class VariationSeries {
     formula::Graph& graph = recorded_.motion.recording.graph;
     if (equations.pairs > 0) bilinear_ = BilinearSeries(graph, slopes_at_, recorded_.x, parameters_, columns, highest_order);
     bilinear_.append_nodes(outputs.series);
-    for (const std::vector<int>* list : std::initializer_list<const std::vector<int>*>{&slopes_at_, &m.q, &m.jacobian, &recorded_.theta}) append(outputs.series, *list);
+    for (const std::vector<int>* list : std::initializer_list<const std::vector<int>*>{&slopes_at_, &m.q, &m.jacobian, &recorded_.theta})
+      append(outputs.series, *list);
     outputs.series.push_back(m.t);
     for (const auto& assumption : m.recording.assumptions) outputs.values.push_back(assumption.node);
     sweep_ = taylor::Sweep(graph, outputs, highest_order);
@@ -109,7 +110,8 @@ class VariationSeries {
       sweep_.set(sweep_.slot(m.q[index(i)]), y[i]);
       sweep_.set(sweep_.slot(m.qdot[index(i)]), y[n_ + i]);
     }
-    for (std::size_t j = 0; j < recorded_.theta.size(); ++j) sweep_.set(sweep_.slot(recorded_.theta[j]), equations_->recorder->parameter(static_cast<Index>(j)));
+    for (std::size_t j = 0; j < recorded_.theta.size(); ++j)
+      sweep_.set(sweep_.slot(recorded_.theta[j]), equations_->recorder->parameter(static_cast<Index>(j)));
     sweep_.set(sweep_.slot(m.t), t);
     sweep_.start();
     for (const auto& assumption : m.recording.assumptions)

@@ -5,8 +5,9 @@
 //
 //     M q̈ = r + Q ,      ∂q̈ = M⁻¹ (∂(r − M a) + ∂Q)      at fixed a = q̈ .
 //
-// By themselves q̈ and the slopes (effects/equations/scene_jacobian.hpp) would each begin with M and r. Here the slopes follow q̈ in the same function, as those of a
-// system do (mechanics/equations/straight_line_jacobian.hpp), and the compiler sees that the sines are there already.
+// By themselves q̈ and the slopes (effects/equations/scene_jacobian.hpp) would each begin with M and r. Here the slopes follow q̈ in the
+// same function, as those of a system do (mechanics/equations/straight_line_jacobian.hpp), and the compiler sees that the sines are there
+// already.
 
 #include <type_traits>
 #include <utility>
@@ -57,7 +58,8 @@ inline constexpr bool has_forced_jacobian = [] {
          std::is_same_v<E, EnergiesWithoutPotentials<Sc>>;
 }();
 
-// Scenes whose Jacobian is that of a recording in each of their phases, where functors are formulas: neither straight-line code nor the compiler has derivatives of all there is.
+// Scenes whose Jacobian is that of a recording in each of their phases, where functors are formulas: neither straight-line code nor the
+// compiler has derivatives of all there is.
 template <class Sc>
 inline constexpr bool has_traced_jacobian = is_recordable_scene<Sc> && Sc::dof_at_compile_time <= 64 && !has_forced_jacobian<Sc> &&
                                             !(is_written_out<typename Sc::SystemType::EnergiesType> && !Sc::has_constraints && !Sc::has_states);

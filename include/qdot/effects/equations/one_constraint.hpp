@@ -4,8 +4,9 @@
 // One constraint: λ and one of the accelerations by a single division.
 //
 // A division takes longer than everything else in a small system, and two that wait for each other twice as long. Elimination has them wait: for
-// the last pivot of M, then for J M⁻¹ Jᵀ. With M = L D Lᵀ, B = L⁻¹Jᵀ and z = L⁻¹ r let d, b and ζ be the last entries of D, B and z, and A and g what the others
-// leave of J M⁻¹ Jᵀ and γ. Then the last of the equations D x = z + B λ, where x = Lᵀ q̈, and the one for λ are two of two,
+// the last pivot of M, then for J M⁻¹ Jᵀ. With M = L D Lᵀ, B = L⁻¹Jᵀ and z = L⁻¹ r let d, b and ζ be the last entries of D, B and z, and A
+// and g what the others leave of J M⁻¹ Jᵀ and γ. Then the last of the equations D x = z + B λ, where x = Lᵀ q̈, and the one for λ are two
+// of two,
 //
 //     d x − b λ = ζ ,
 //     b x + A λ = g ,        (A d + b²) x = A ζ + b g ,    (A d + b²) λ = d g − b ζ .
@@ -55,7 +56,7 @@ struct MaybeZero {
 
 // r ← q̈ and γ ← λ of two coordinates; false where a pivot of M is below `threshold` of its diagonal entry. They are not finite where J is zero.
 [[gnu::always_inline]] inline bool solved_with_one_of_two(const double* M, ComponentMask present, const double* J, ComponentMask mask, double* r, double& gamma,
-                                                   double threshold) {
+                                                          double threshold) {
   const MaybeZero a{M[0], 1}, b{M[1], has_entry<1>(present)}, d{M[2], 1}, u{J[0], has(mask, 0)}, v{J[1], has(mask, 1)};
   const MaybeZero r0{r[0], may_differ_from_zero(r[0])}, r1{r[1], may_differ_from_zero(r[1])}, g{gamma, may_differ_from_zero(gamma)};
   if (!b.there && known_equal(a.number, d.number)) {

@@ -5,9 +5,9 @@
 //
 //     minimize δᵀM δ   subject to   J δ = r
 //
-// Scenes with n known to the compiler ask dense factors (effects/rows/constrained_solve.hpp). Those with n known at run time, which may be large, ask the equations
-// that a run has traced (effects/rows/traced_constraints.hpp), or sparse factors (effects/rows/sparse_solve.hpp), and the dense ones where the sparse ones have none: rows that depend on each other, motions without inertia, and
-// whatever must be named.
+// Scenes with n known to the compiler ask dense factors (effects/rows/constrained_solve.hpp). Those with n known at run time, which may be
+// large, ask the equations that a run has traced (effects/rows/traced_constraints.hpp), or sparse factors (effects/rows/sparse_solve.hpp),
+// and the dense ones where the sparse ones have none: rows that depend on each other, motions without inertia, and whatever must be named.
 
 #include <algorithm>
 #include <cmath>
@@ -179,7 +179,8 @@ class ConstraintGeometry {
 
   SceneNames<Sc> names_;
   double t_, cutoff_;
-  TracedConstraints<> *given_, *traced_ = nullptr;
+  TracedConstraints<>* given_;
+  TracedConstraints<>* traced_ = nullptr;
   std::optional<SparseSystem> sparse_;  // or else J_ and dense_
   Matrix<double, m, n> J_;
   std::optional<ConstrainedFactors<n, m>> dense_;

@@ -3,8 +3,8 @@
 //
 // Forces, rates and constraints of a scene as nodes of the graph of its motion (mechanics/derive/recorded_energies.hpp).
 //
-// Where effects switch, a recording holds for the phases that it has: they are numbers in it, and a constraint that is not active is not there. In another phase
-// there is another recording.
+// Where effects switch, a recording holds for the phases that it has: they are numbers in it, and a constraint that is not active is not
+// there. In another phase there is another recording.
 //
 // Nothing of this depends on how an effect is written: ∂R/∂q̇ of a Rayleigh function and Jᵀ F of a force at a point are
 // dual numbers in the effect, whose parts now are nodes of the graph. A scene's header is not included here: who has a scene has included it.

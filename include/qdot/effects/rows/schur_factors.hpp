@@ -7,8 +7,8 @@
 //
 // An entry of J M⁻¹ Jᵀ is other than zero where two rows meet in a coordinate. With a matrix of only so many rows as there are constraints, a chain
 // has three entries in each. Rows of L are kept from their first entry on (an envelope). Constraints are taken as they are numbered or, where that
-// makes it wide, in the order of the last coordinate that each touches. A bare constrained_acceleration() of chains and ladders of rods takes 13 to 18 % less than with
-// the factors of M and J together (effects/rows/sparse_solve.hpp).
+// makes it wide, in the order of the last coordinate that each touches. A bare constrained_acceleration() of chains and ladders of rods
+// takes 13 to 18 % less than with the factors of M and J together (effects/rows/sparse_solve.hpp).
 //
 // A pivot, as a fraction of the diagonal entry, is the square of the sine between a row and those before it, in the metric of M.
 
@@ -111,7 +111,8 @@ class SchurFactors {
       const double x = lambda[own.row];
       const double* const row = at(own);
       for (std::size_t j = own.first; j < p; ++j) lambda[places_[j].row] -= row[j] * x;
-      for (const auto *e = J.begin(own.row), *end = J.end(own.row); e != end; ++e) a[e->column] += e->value * x * mobility_[static_cast<std::size_t>(e->column)];
+      for (const auto *e = J.begin(own.row), *end = J.end(own.row); e != end; ++e)
+        a[e->column] += e->value * x * mobility_[static_cast<std::size_t>(e->column)];
       zero += x - x;
     }
     for (std::size_t i = 0; i < mobility_.size(); ++i) zero += a[i] - a[i];

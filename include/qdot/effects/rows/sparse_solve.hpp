@@ -21,7 +21,8 @@
 // Where M is diagonal and constraints that meet are near each other, the multipliers alone are fewer unknowns (effects/rows/schur_factors.hpp).
 //
 // The square of the sine between a row and those before it is its pivot, as a fraction of its length squared. Where one is too small the rows depend on
-// each other, or nearly: that, and whatever else is not as it should be, is left to effects/rows/constrained_solve.hpp, which knows what to do and how to name it.
+// each other, or nearly: that, and whatever else is not as it should be, is left to effects/rows/constrained_solve.hpp, which knows what
+// to do and how to name it.
 
 #include <algorithm>
 #include <cmath>

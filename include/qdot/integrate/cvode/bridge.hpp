@@ -88,7 +88,7 @@ using MemoryHandle = Handle<void*, free_memory>;
 inline sunindextype index(Eigen::Index n) {
   if (n > static_cast<Eigen::Index>(std::numeric_limits<sunindextype>::max()))
     throw_invalid_value({"this SUNDIALS counts components with ", 8 * sizeof(sunindextype), " bits, but the system has ", n,
-                                 "; use a build with 64-bit indices"});
+                         "; use a build with 64-bit indices"});
   return static_cast<sunindextype>(n);
 }
 

@@ -148,7 +148,7 @@ inline Core::Core(std::unique_ptr<AnySystem> system, CvodeSettings wanted, const
   if (guard.system().has_constraints()) {
     if (settings.family != CV_BDF)
       detail::throw_invalid_value({"a system with constraints needs a method that can project onto them, but ", settings.name,
-                                           " cannot (CVODE projects with BDF only); use CvodeBdf, Dop853 or Dopri5"});
+                                   " cannot (CVODE projects with BDF only); use CvodeBdf, Dop853 or Dopri5"});
     require(CVodeSetProjFn(memory.get(), &GuardedSystem::projection), "CVodeSetProjFn");
     require(CVodeSetProjErrEst(memory.get(), SUNFALSE), "CVodeSetProjErrEst");
   }

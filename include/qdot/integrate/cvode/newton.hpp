@@ -12,7 +12,8 @@
 
 namespace qdot::detail::cvode {
 
-/// What CVODE asks for a state (linearize), for each γ (assemble), and for each b: it takes them for a linear solver of its own, whose matrix it wants, and never looks into.
+/// What CVODE asks for a state (linearize), for each γ (assemble), and for each b: it takes them for a linear solver of its own, whose
+/// matrix it wants, and never looks into.
 class NewtonEquations {
  public:
   explicit NewtonEquations(SUNContext context) {

@@ -12,10 +12,11 @@
 //     [ M − γ S_q̇ − γ² S_q   −Jᵀ ] [δq̈]     [ S_q (b_q + γ b_q̇) + S_q̇ b_q̇ ]
 //     [ J − γ G_q̇ − γ² G_q    0  ] [δλ]  =  [ G_q (b_q + γ b_q̇) + G_q̇ b_q̇ ] ,
 //
-// a sparse matrix with a row for each coordinate and each constraint, where ∂f/∂y itself is dense as soon as M or J M⁻¹ Jᵀ has an inverse that is. Its pattern is
-// known when the equations are traced; Eigen's SparseLU orders it once.
+// a sparse matrix with a row for each coordinate and each constraint, where ∂f/∂y itself is dense as soon as M or J M⁻¹ Jᵀ has an inverse
+// that is. Its pattern is known when the equations are traced; Eigen's SparseLU orders it once.
 //
-// Rows of J that say what others say would make it singular. So the zeros of its diagonal are 1e-10 of that of J M⁻¹ Jᵀ, which Newton's iteration does not notice.
+// Rows of J that say what others say would make it singular. So the zeros of its diagonal are 1e-10 of that of J M⁻¹ Jᵀ, which Newton's
+// iteration does not notice.
 
 #include <Eigen/SparseCore>
 #include <Eigen/SparseLU>

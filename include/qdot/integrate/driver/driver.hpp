@@ -296,7 +296,8 @@ class Driver {
     if constexpr (!is_observed) {
       return (void)begins_afresh, true;
     } else {
-      const StepView view(stepper_, run_.trajectory.dof(), run_.t, run_.y, {run_.events.data() + shown_, run_.events.size() - std::exchange(shown_, run_.events.size())});
+      const StepView view(stepper_, run_.trajectory.dof(), run_.t, run_.y,
+                          {run_.events.data() + shown_, run_.events.size() - std::exchange(shown_, run_.events.size())});
       if constexpr (watches) watch_.remember(run_.t, run_.y);
       const bool proceed = onlooker_.show(onlooker_.observer, view);
       if constexpr (watches) {
@@ -312,7 +313,8 @@ class Driver {
     const Statistics& s = stepper_.statistics();
     const auto [done, left] = ways();
     return explanation(Probe{system_}, outcome,
-                       {run_.t, run_.y, tolerance(run_.y), t_end_ < run_.t ? -1.0 : 1.0, s.last_step, done, left, limits_.steps_since_look(s), limits_.restarts_since_look(restarts_), watchdog_->mass_rcond()});
+                       {run_.t, run_.y, tolerance(run_.y), t_end_ < run_.t ? -1.0 : 1.0, s.last_step, done, left,
+                        limits_.steps_since_look(s), limits_.restarts_since_look(restarts_), watchdog_->mass_rcond()});
   }
 
   // From the start to here, and from here to the end.
@@ -375,10 +377,14 @@ void drive(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Optio
 }
 
 #ifdef QDOT_COMPILED
-extern template void drive<false, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
-extern template void drive<false, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
-extern template void drive<true, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
-extern template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+extern template void drive<false, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker,
+                                         std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+extern template void drive<false, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker,
+                                        std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+extern template void drive<true, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker,
+                                        std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+extern template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker,
+                                       std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
 #endif
 
 }  // namespace qdot::detail

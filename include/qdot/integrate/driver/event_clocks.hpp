@@ -32,7 +32,8 @@ class EventClocks {
       if (events[i].times == nullptr) continue;
       const auto [period, first] = *events[i].times;
       if (t_end < t0)
-        throw_invalid_value({"an event of a clock needs a run forward, but '", *events[i].name, "' was given to one from t = ", t0, " back to ", t_end, "; leave it out there"});
+        throw_invalid_value({"an event of a clock needs a run forward, but '", *events[i].name, "' was given to one from t = ", t0,
+                             " back to ", t_end, "; leave it out there"});
       if (!(period > 100 * same_))
         throw_invalid_value({"the period of event '", *events[i].name, "' must be longer than what t can tell on the way to ", t_end, ", but is ", period,
                              "; lengthen it, or begin nearer to t = 0"});

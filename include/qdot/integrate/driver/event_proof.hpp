@@ -51,8 +51,10 @@ consteval int arguments_of() {
 template <class S, class G, int n>
 S formula_value(const G& g, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
   constexpr int count = arguments_of<G, S, n>();
-  static_assert(arguments_of<G, double, n>() > 0, "qdot: the function of an event that is a formula must be callable as g(q), g(q, qdot) or g(q, qdot, t); leave formula() out "
-                           "where it looks at the effects' own states");
+  static_assert(
+      arguments_of<G, double, n>() > 0,
+      "qdot: the function of an event that is a formula must be callable as g(q), g(q, qdot) or g(q, qdot, t); leave formula() out "
+      "where it looks at the effects' own states");
   static_assert(count == arguments_of<G, double, n>(),
                 "qdot: the function of an event that is a formula must take every scalar, the time included: write "
                 "`[](const auto& q, const auto& qdot, const auto& t) { … }`, or leave formula() out");

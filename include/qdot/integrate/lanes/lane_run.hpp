@@ -32,7 +32,8 @@ namespace detail {
 
 // A motion by simulate().
 template <class Sys, int n, class Method, class... Events>
-MotionEnd<n> motion_alone(const Sys& system, const State<n>& start, double t_end, const Method& method, const Options& options, const EventList<Events...>& events) {
+MotionEnd<n> motion_alone(const Sys& system, const State<n>& start, double t_end, const Method& method, const Options& options,
+                          const EventList<Events...>& events) {
   auto run = simulate(system, start, t_end, method, options, NoObserver{}, events);
   const Eigen::Index dof = start.q.size();
   MotionEnd<n> end{{run.t, run.y.head(dof), run.y.segment(dof, dof)}, run.outcome, {}, {}, run.statistics.steps, run.statistics.evaluations};

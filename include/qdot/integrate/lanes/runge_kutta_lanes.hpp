@@ -17,7 +17,8 @@
 // What lanes cannot do together they leave to the caller, lane by lane: a lane in which M is singular or something is not finite *leaves*, in the
 // state from before the step, and so does one in which the caller sees something on the step that asks for more, such as an event.
 //
-// Where time enters the equations, the caller says how far the next step of a lane may go (integrate/watch/time_watch.hpp): head_for() after each that was taken.
+// Where time enters the equations, the caller says how far the next step of a lane may go (integrate/watch/time_watch.hpp): head_for()
+// after each that was taken.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -43,7 +44,8 @@ class RungeKuttaLanes {
   static constexpr int N = 2 * n;
 
  public:
-  explicit RungeKuttaLanes(const Options& options) : rtol_(options.rtol), max_step_(options.max_step), initial_step_(options.initial_step), share_(options.rtol < 1e-14 ? 64.0 : 1.0) {
+  explicit RungeKuttaLanes(const Options& options)
+      : rtol_(options.rtol), max_step_(options.max_step), initial_step_(options.initial_step), share_(options.rtol < 1e-14 ? 64.0 : 1.0) {
     for (int i = 0; i < N; ++i) {
       atol_[i] = options.atol[i];
       y_[i] = y_new_[i] = lost_[i] = lost_new_[i] = 0.0;

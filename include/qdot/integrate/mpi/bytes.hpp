@@ -73,8 +73,9 @@ constexpr bool can_be_sent();
 
 // Sent as it lies in memory.
 template <class T>
-inline constexpr bool is_plain = !HasOwnBytes<T> && !Members<T>::are_known && !is_vector<T> && !IsStoredMatrix<T> && !HasTupleSize<T> && std::is_trivially_copyable_v<T> &&
-                                 !std::is_pointer_v<T> && !std::is_member_pointer_v<T> && !std::ranges::view<T>;
+inline constexpr bool is_plain =
+    !HasOwnBytes<T> && !Members<T>::are_known && !is_vector<T> && !IsStoredMatrix<T> && !HasTupleSize<T> &&
+    std::is_trivially_copyable_v<T> && !std::is_pointer_v<T> && !std::is_member_pointer_v<T> && !std::ranges::view<T>;
 
 template <class T, std::size_t... k>
 constexpr bool all_can_be_sent(std::index_sequence<k...>) {
@@ -177,7 +178,9 @@ T read_bytes(std::string_view& bytes) {
     read_row(bytes, value.data(), static_cast<std::size_t>(value.size()));
     return value;
   } else if constexpr (HasTupleSize<T>) {
-    return [&]<std::size_t... k>(std::index_sequence<k...>) { return T{read_bytes<std::remove_cv_t<std::tuple_element_t<k, T>>>(bytes)...}; }(std::make_index_sequence<std::tuple_size_v<T>>());
+    return [&]<std::size_t... k>(std::index_sequence<k...>) {
+      return T{read_bytes<std::remove_cv_t<std::tuple_element_t<k, T>>>(bytes)...};
+    }(std::make_index_sequence<std::tuple_size_v<T>>());
   } else {
     std::array<std::byte, sizeof(T)> memory;
     std::memcpy(memory.data(), bytes.data(), sizeof(T));

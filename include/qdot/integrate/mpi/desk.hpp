@@ -3,7 +3,8 @@
 //
 // Where a rank's calling thread and the threads that do its motions meet: numbers of chunks go in, bytes come out.
 //
-// The calling thread is woken where a thread would have nothing to do, and looks by itself otherwise: each time that it runs, a thread that does motions does not.
+// The calling thread is woken where a thread would have nothing to do, and looks by itself otherwise: each time that it runs, a thread
+// that does motions does not.
 
 #include <chrono>
 #include <condition_variable>

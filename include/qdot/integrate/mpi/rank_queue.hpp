@@ -3,9 +3,9 @@
 //
 // Chunks of motions that are worked on by several ranks, each with its threads, and handed on by rank 0.
 //
-// Rank 0 gives out numbers of chunks, and a rank that sends what came of one is sent another. Each has up to four more in hand than it has threads, so that it does
-// not wait for the answer, which takes as long as a motion on rank 0, or as whatever else keeps its processor. Fewer towards the end, and none when others would
-// have nothing.
+// Rank 0 gives out numbers of chunks, and a rank that sends what came of one is sent another. Each has up to four more in hand than it has
+// threads, so that it does not wait for the answer, which takes as long as a motion on rank 0, or as whatever else keeps its processor.
+// Fewer towards the end, and none when others would have nothing.
 //
 // The calling thread alone calls MPI, rank 0's own included, which is what MPI_THREAD_FUNNELED allows. Where a rank has one thread, that thread
 // also does the motions, and looks after messages between two of them, all 50 µs at most.
@@ -97,19 +97,25 @@ class RankQueue {
     const auto disagree = [&](const char* about, const char* remedy, auto what) {
       for (std::size_t r = 1; r < all.size(); ++r)
         if (what(all[r]) != what(all[0]))
-          throw_invalid_value({"all ranks must call simulate_many() with the same ", about, ", but rank 0 says ", what(all[0]), " and rank ", r, " ", what(all[r]), remedy});
+          throw_invalid_value({"all ranks must call simulate_many() with the same ", about, ", but rank 0 says ", what(all[0]),
+                               " and rank ", r, " ", what(all[r]), remedy});
     };
     disagree("number of motions", "; send rank 0's to the others by MPI_Bcast()", [](const Terms& t) { return t.count; });
     disagree("ManyOptions::chunk", "; set it to one number on all, or to 0", [](const Terms& t) { return t.chunk; });
     disagree("MpiRanks::results_on_all", "; set it alike", [](const Terms& t) { return t.on_all; });
     for (std::size_t r = 0; r < all.size(); ++r) {
       const Terms& terms = all[r];
-      if (terms.threads < 0) throw_invalid_value({"the number of threads must not be negative, but is ", terms.threads, " on rank ", r, "; 0 means one in each rank"});
+      if (terms.threads < 0)
+        throw_invalid_value(
+            {"the number of threads must not be negative, but is ", terms.threads, " on rank ", r, "; 0 means one in each rank"});
       if (terms.level == 0 || (terms.threads > 1 && terms.level < 2))
-        throw_invalid_value({"MPI must be told that there are several threads, but rank ", r, terms.level == 0 ? " calls simulate_many() in another thread than the one that began MPI" : " asks for ",
-                             terms.level == 0 ? "" : std::to_string(terms.threads) + " of them under MPI_THREAD_SINGLE",
-                             terms.level == 0 ? "; call it in that one, or say MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &provided)"
-                                              : "; say MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided) in place of MPI_Init(), or start more ranks"});
+        throw_invalid_value(
+            {"MPI must be told that there are several threads, but rank ", r,
+             terms.level == 0 ? " calls simulate_many() in another thread than the one that began MPI" : " asks for ",
+             terms.level == 0 ? "" : std::to_string(terms.threads) + " of them under MPI_THREAD_SINGLE",
+             terms.level == 0
+                 ? "; call it in that one, or say MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &provided)"
+                 : "; say MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided) in place of MPI_Init(), or start more ranks"});
     }
     for (std::size_t r = 0; r < all.size(); ++r) {
       if (!all[r].is_wrong) continue;
@@ -132,7 +138,8 @@ class RankQueue {
 template <class R, class Work, class HandOn>
 class RankQueue::Share {
  public:
-  Share(RankQueue& queue, const Work& work, const HandOn& hand_on, bool in_order) : queue_(queue), ranks_(queue.ranks_), work_(work), hand_on_(hand_on), in_order_(in_order) {
+  Share(RankQueue& queue, const Work& work, const HandOn& hand_on, bool in_order)
+      : queue_(queue), ranks_(queue.ranks_), work_(work), hand_on_(hand_on), in_order_(in_order) {
     for (std::size_t round = 0, more = 1; more > 0; ++round) {  // a chunk for each rank, and another, …
       more = 0;
       for (std::size_t r = 0; r < queue.threads_of_.size(); ++r)
@@ -198,7 +205,8 @@ class RankQueue::Share {
       begin(true);
       for (const Kept<R>& kept : work_(first_of(chunk), first_of(chunk + 1))) write_kept(bytes, kept);
       if (bytes.size() <= INT_MAX) return bytes;
-      throw_invalid_value({"what is kept of a chunk of motions must be less than 2 GB, but is ", bytes.size(), " bytes; choose a smaller ManyOptions::chunk than ", queue_.chunk_});
+      throw_invalid_value({"what is kept of a chunk of motions must be less than 2 GB, but is ", bytes.size(),
+                           " bytes; choose a smaller ManyOptions::chunk than ", queue_.chunk_});
     } catch (...) {
       const Kept<R> wrong{{}, std::current_exception()};
       begin(false);
@@ -241,7 +249,8 @@ class RankQueue::Share {
     }
     if (!in_order_) return hands_on(chunk, std::move(kept));
     early_.emplace(chunk, std::move(kept));
-    for (auto first = early_.begin(); first != early_.end() && first->first == handed_; first = early_.erase(first)) hands_on(first->first, std::move(first->second));
+    for (auto first = early_.begin(); first != early_.end() && first->first == handed_; first = early_.erase(first))
+      hands_on(first->first, std::move(first->second));
   }
 
   void hands_on(std::size_t chunk, std::vector<Kept<R>>&& kept) {

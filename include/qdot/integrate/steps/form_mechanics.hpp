@@ -45,7 +45,8 @@ Matrix<double, n> constant_mass_matrix(const Sys& system, const char* who) {
   const Matrix<double, n> M = mass_matrix(system, zero, zero);
   const Matrix<double, n> change = mass_matrix(system, zero, one) - M;
   if (!(change.cwiseAbs().maxCoeff() <= 1e-12 * M.cwiseAbs().maxCoeff()))
-    throw InvalidValue(sentence({who, " needs a kinetic energy that is quadratic in qdot, but its mass matrix differs between qdot = 0 and qdot = 1; use Gauss"}));
+    throw InvalidValue(sentence(
+        {who, " needs a kinetic energy that is quadratic in qdot, but its mass matrix differs between qdot = 0 and qdot = 1; use Gauss"}));
   return M;
 }
 

@@ -104,8 +104,8 @@ constexpr MotionPlan<n> plan_of_energies() {
   return {m, sweep};
 }
 
-/// The plan of all objects of the written-out energies W; empty where there is none, or where the compiler cannot make it: one that takes no function of <cmath> for
-/// constant expressions may stop at a power of a constant.
+/// The plan of all objects of the written-out energies W; empty where there is none, or where the compiler cannot make it: one that takes
+/// no function of <cmath> for constant expressions may stop at a power of a constant.
 template <int n, class W>
 inline constexpr MotionPlan<n> motion_plan = formula::made_where_possible<&plan_of_energies<n, W>>;
 

@@ -180,7 +180,9 @@ class BasicChangeWatch {
     const bool both = ++looks_ % thinned == 0 || !latest_.is_known;
     for (const Seen* seen : {&latest_, &first_})
       if (seen->is_known && (seen == &latest_ || both) && values_.at(seen->t, seen->y, now_) && !is_same(*seen))
-        if (const std::optional<Eigen::Index> i = changed(*seen, std::abs(t - first_.t) + 4 * std::numeric_limits<double>::epsilon() * std::abs(t))) return failure(*seen, *i, t);
+        if (const std::optional<Eigen::Index> i =
+                changed(*seen, std::abs(t - first_.t) + 4 * std::numeric_limits<double>::epsilon() * std::abs(t)))
+          return failure(*seen, *i, t);
     return std::nullopt;
   }
 

@@ -13,7 +13,8 @@
 //                   lost its inertia is named. Known for positive definite M of up to 128 coordinates, without constraints
 //                   (which may carry what has no mass).
 //     J M⁻¹ Jᵀ      the same for scenes with constraints, rows scaled to length one in the metric of M; of more than 128 coordinates
-//                   by sparse factors, without rcond(M). Dependent rows are allowed (effects/rows/constrained_solve.hpp), so its limit is 0 unless one is given.
+//                   by sparse factors, without rcond(M). Dependent rows are allowed (effects/rows/constrained_solve.hpp), so its limit is
+//                   0 unless one is given.
 //     energy        Where neither T nor V takes the time, whether they conserve what they must (integrate/watch/energy_watch.hpp).
 //     time          No step passes over what nobody looked at (integrate/watch/time_watch.hpp).
 //     f             of all systems: whether the right-hand side is what it was at the same time and state (integrate/watch/change_watch.hpp).
@@ -73,7 +74,8 @@ struct BehindForm<F> {
 // q and q̇ of y = [q; q̇; …].
 template <int n>
 std::pair<Vector<double, n>, Vector<double, n>> coordinates_of(const Eigen::VectorXd& y, Eigen::Index dof) {
-  std::pair<Vector<double, n>, Vector<double, n>> parts{zeros<Vector<double, n>>(dof), zeros<Vector<double, n>>(dof)};  // -O2 of g++ 12 takes unset ones for read
+  std::pair<Vector<double, n>, Vector<double, n>> parts{zeros<Vector<double, n>>(dof),
+                                                        zeros<Vector<double, n>>(dof)};  // -O2 of g++ 12 takes unset ones for read
   for (Eigen::Index i = 0; i < dof; ++i) {
     parts.first[i] = y[i];
     parts.second[i] = y[dof + i];

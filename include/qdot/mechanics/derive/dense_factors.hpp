@@ -69,7 +69,8 @@ class DenseConstrainedFactors {
   using Upper = Numbers<Number, n_at_compile_time>;
 
   explicit DenseConstrainedFactors(std::size_t size = 0, std::size_t rows = 0)
-      : m(rows), M(numbers_of<decltype(M)>(size * size)), J(rows * size), inverse_(numbers_of<Upper<double>>(size)), S_(rows * rows), inverse_S_(rows), whole_S_(rows) {
+      : m(rows), M(numbers_of<decltype(M)>(size * size)), J(rows * size), inverse_(numbers_of<Upper<double>>(size)), S_(rows * rows),
+        inverse_S_(rows), whole_S_(rows) {
     if constexpr (!is_fixed) n = size;
   }
 
@@ -160,14 +161,15 @@ class DenseConstrainedFactors {
         row[i] -= l * row[j];
         row[j] = l;
       });
-      good = good && row[i] > threshold * whole;
-      inverse[i] = 1.0 / row[i];
-    });
+          good = good && row[i] > threshold * whole;
+          inverse[i] = 1.0 / row[i];
+        });
     return good;
   }
   template <class Any, class Number>
   [[gnu::always_inline]] static void forward(Any size, const double* L, Number* rows) {
-    each(size, [&](auto i) __attribute__((always_inline)) { each(i, [&](auto j) __attribute__((always_inline)) { subtract(rows[i], L[i * size + j], rows[j]); }); });
+    each(size, [&](auto i) __attribute__((always_inline)) { each(i, [&](auto j) __attribute__((always_inline)) { subtract(rows[i],
+                                                                                                                          L[i * size + j], rows[j]); }); });
   }
   template <class Any, class Number>
   [[gnu::always_inline]] static void backward(Any size, const double* L, const double* inverse, Number* rows) {

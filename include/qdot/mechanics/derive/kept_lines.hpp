@@ -3,9 +3,10 @@
 //
 // Equations that are derived once and kept, for those who evaluate them many times (mechanics/equations/kept_lines.hpp says who and when).
 //
-// Within a run T and V must not become others, and who doubts it puts the lines aside and evaluates T and V themselves (integrate/watch/change_watch.hpp). Where a leg of
-// the run begins they may have: they are recorded again, and derived again if so. To derive M and r of four coordinates takes some 20 µs, of eight 60, of 32 some 800; slopes,
-// which are derived when they are first asked for, 50 and 200 µs.
+// Within a run T and V must not become others, and who doubts it puts the lines aside and evaluates T and V themselves
+// (integrate/watch/change_watch.hpp). Where a leg of the run begins they may have: they are recorded again, and derived again if so. To
+// derive M and r of four coordinates takes some 20 µs, of eight 60, of 32 some 800; slopes, which are derived when they are first asked
+// for, 50 and 200 µs.
 
 #include <atomic>
 #include <memory>
@@ -100,7 +101,8 @@ class DerivedOnce {
 
 // Which energies may have kept lines. More coordinates than are known while compiling have other ways (mechanics/derive/traced_motion.hpp).
 template <class E, int n>
-inline constexpr bool may_keep_lines = n >= 1 && n <= graded_limit<n> && !requires { requires E::has_own_equations; } && !is_written_out<E> && RecordableEnergies<E, n>;
+inline constexpr bool may_keep_lines =
+    n >= 1 && n <= graded_limit<n> && !requires { requires E::has_own_equations; } && !is_written_out<E> && RecordableEnergies<E, n>;
 
 // The lines by which a system's M and r are evaluated now, if there are any.
 template <int n, class E>

@@ -3,9 +3,10 @@
 //
 // Lines of equations that were derived as on paper.
 //
-// The algebra by which the compiler derives M and r (mechanics/derive/by_terms.hpp) works on a recording, too, with the object's own numbers in place of letters: T is
-// multiplied out, like terms are added, cos² + sin² is 1. There are as few lines as in formulas that one derives by hand. A T that is too long for that, the double sum over
-// pairs of twelve links, is differentiated as it is written; of such a T there are lines of M and r only.
+// The algebra by which the compiler derives M and r (mechanics/derive/by_terms.hpp) works on a recording, too, with the object's own
+// numbers in place of letters: T is multiplied out, like terms are added, cos² + sin² is 1. There are as few lines as in formulas that one
+// derives by hand. A T that is too long for that, the double sum over pairs of twelve links, is differentiated as it is written; of such a
+// T there are lines of M and r only.
 
 #include <cstddef>
 #include <utility>

@@ -68,8 +68,8 @@ template <int n, class Energies>
 
 /// Whether functors are the formulas that were recorded, with the same constants: those that run(m) runs, or of a form.
 ///
-/// Runs them once more, and leaves in m what they return now. A graph makes every node once, so the same formulas give the same nodes: a few hash look-ups for each
-/// operation, and no derivative.
+/// Runs them once more, and leaves in m what they return now. A graph makes every node once, so the same formulas give the same nodes: a
+/// few hash look-ups for each operation, and no derivative.
 ///
 /// @throws NotAnalytic  one of them compares values or has a kink by now
 template <std::invocable<RecordedMotion&> Run>

@@ -3,21 +3,22 @@
 //
 // The Jacobian of a motion from the lines of its equations.
 //
-// Forces, constraints and their multipliers, states of effects: all are nodes of one graph (mechanics/derive/traced_equations.hpp), and what implicit methods ask for is
-// more of the same graph, as long as the terms are and not as there are pairs of components:
+// Forces, constraints and their multipliers, states of effects: all are nodes of one graph (mechanics/derive/traced_equations.hpp), and
+// what implicit methods ask for is more of the same graph, as long as the terms are and not as there are pairs of components:
 //
 //     M q̈ − Jᵀλ = r ,   J q̈ = γ                                     lines of M, r, J, γ and a solution
 //     M ∂q̈ − Jᵀ∂λ = ∂(r − M q̈ + Jᵀλ) ,   J ∂q̈ = ∂(γ − J q̈)          lines of the right sides, and a solution for each component of y
 //
-// M and J are small here and taken as dense (mechanics/derive/dense_factors.hpp), four columns of the right sides at a time; columns on which nothing depends are left
-// out when the lines are written. Up to n = 4 the compiler knows n, and all that is not lines is straight-line code: at two or three coordinates it had taken more than half of
-// the time, and each line that says that something is zero or constant as much as any other.
+// M and J are small here and taken as dense (mechanics/derive/dense_factors.hpp), four columns of the right sides at a time; columns on
+// which nothing depends are left out when the lines are written. Up to n = 4 the compiler knows n, and all that is not lines is
+// straight-line code: at two or three coordinates it had taken more than half of the time, and each line that says that something is zero
+// or constant as much as any other.
 //
-// Contacts, ropes and dry friction switch. Their phases are numbers in a recording (effects/rows/recorded_effects.hpp), which has rows of those constraints only that are active;
-// for each combination of phases that is met there is a recording of its own.
+// Contacts, ropes and dry friction switch. Their phases are numbers in a recording (effects/rows/recorded_effects.hpp), which has rows of
+// those constraints only that are active; for each combination of phases that is met there is a recording of its own.
 //
-// Where M may be singular by itself, constraints lend it inertia: M + ϱ JᵀJ, and ϱ Jᵀ times the lower side in the upper. Whatever is not as it should be (a pivot that is too small, redundant
-// rows, a number that is not finite) is left to those who know what to do.
+// Where M may be singular by itself, constraints lend it inertia: M + ϱ JᵀJ, and ϱ Jᵀ times the lower side in the upper. Whatever is not
+// as it should be (a pivot that is too small, redundant rows, a number that is not finite) is left to those who know what to do.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -50,7 +51,8 @@ class TracedJacobian {
  public:
   [[gnu::cold]] TracedJacobian(TracedEquations<> equations, const LimitsOfPivots& limits)
       : lines_(std::move(equations)), limits_(limits), factors_(lines_.equations().n(), lines_.equations().rows()),
-        a_(numbers_of<decltype(a_)>(lines_.equations().n())), upper_(numbers_of<decltype(upper_)>(a_.size())), lambda_(lines_.equations().rows()), lower_(lambda_.size()), own_ydot_(columns()) {
+        a_(numbers_of<decltype(a_)>(lines_.equations().n())), upper_(numbers_of<decltype(upper_)>(a_.size())),
+        lambda_(lines_.equations().rows()), lower_(lambda_.size()), own_ydot_(columns()) {
     TracedEquations<>& e = lines_.equations();
     if (factors_.m == 0) limits_ = {.singular = singular_pivot<double>(static_cast<Eigen::Index>(factors_.n)), .dependent = 0.0};
     const TracedEquations<>::Slopes slopes = e.slopes();
@@ -228,7 +230,8 @@ class TracedJacobian {
 /// The traced Jacobians that a form keeps, one for each combination of phases in which it is asked: made when it is first asked for, and again where a method
 /// begins and the functors are others by then.
 ///
-/// A form has phases(y), recorded(phases), record_again(), limits_of_pivots(). Those whose Jacobian nobody asks for are not traced for it, nor is that compiled.
+/// A form has phases(y), recorded(phases), record_again(), limits_of_pivots(). Those whose Jacobian nobody asks for are not traced for it,
+/// nor is that compiled.
 template <class Form, int n>
 class KeptJacobian {
   using Jacobian = TracedJacobian<unrolled_size<n>>;

@@ -320,7 +320,8 @@ class KeptMotion {
 
 // Which systems are traced.
 template <class Sys>
-concept TracedSystem = Sys::dof_at_compile_time == Dynamic && Sys::inertia == Inertia::positive_definite && RecordableEnergies<typename Sys::EnergiesType, Dynamic>;
+concept TracedSystem = Sys::dof_at_compile_time == Dynamic && Sys::inertia == Inertia::positive_definite &&
+                       RecordableEnergies<typename Sys::EnergiesType, Dynamic>;
 
 template <class Sys>
   requires RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time>

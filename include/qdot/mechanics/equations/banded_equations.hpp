@@ -12,8 +12,9 @@
 //                         the tape on both sides share a direction
 //     M q̈ = rhs           L D Lᵀ within the band, n w² operations; for a diagonal M a division each
 //
-// For a bare acceleration(), which must not rely on what functors were before, for the looks of a run at itself, and for functors that are no formulas; the evaluations
-// of a run go through equations that were traced when it began (mechanics/derive/traced_motion.hpp), in a tenth of the time.
+// For a bare acceleration(), which must not rely on what functors were before, for the looks of a run at itself, and for functors that are
+// no formulas; the evaluations of a run go through equations that were traced when it began (mechanics/derive/traced_motion.hpp), in a
+// tenth of the time.
 //
 // The reach is an upper bound that the tape takes from the very operations of this evaluation, so that functors that
 // branch or sum over varying neighbours cannot make it wrong. Where all coordinates meet, w = n − 1 and all of this is

@@ -28,9 +28,11 @@ concept HasSlopes = requires(const E& e, const double* q, double* M, Row* rows) 
 template <int n>
 inline constexpr bool has_slopes = straight_line_pays && n >= 1 && n <= straight_line_limit;
 
-// M, the packed lower triangle, and the derivatives of r − M a, of which row i has its first 2n entries written. Straight-line code is left out where it has been tried.
+// M, the packed lower triangle, and the derivatives of r − M a, of which row i has its first 2n entries written. Straight-line code is
+// left out where it has been tried.
 template <int n, bool try_straight = true, class E, class Row>
-bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, const Vector<double, n>& a, double t, double* M, Row* rows, KeptLines* kept = nullptr) {
+bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, const Vector<double, n>& a, double t, double* M,
+                    Row* rows, KeptLines* kept = nullptr) {
   if constexpr (HasSlopes<E, Row>) {
     if (e.slopes(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
   }

@@ -7,8 +7,9 @@
 //
 //     I Ω̇ = X_Ω + W⁻ᵀ (r + Q)_p ,      p̈ = W⁻¹ Ω̇      (+ μ p for four of a quaternion, whose length L says nothing of) .
 //
-// Ω stands in the places of the rotation's coordinates, the fourth, μ, in that of the last. X_Ω holds what Ω̇ is without accelerations (body_rates.hpp), so that
-// p̈ is all of it. Near a pole, where W is nearly singular, the equations of the coordinates are asked, which name what is wrong.
+// Ω stands in the places of the rotation's coordinates, the fourth, μ, in that of the last. X_Ω holds what Ω̇ is without accelerations
+// (body_rates.hpp), so that p̈ is all of it. Near a pole, where W is nearly singular, the equations of the coordinates are asked, which
+// name what is wrong.
 
 #include "qdot/ad/unroll.hpp"
 #include "qdot/mechanics/equations/body_rates.hpp"

@@ -3,9 +3,10 @@
 //
 // What a run keeps of a system's equations, seen from the system.
 //
-// T and V written with loops hide from the compiler which derivatives are zero. A run (mechanics/first_order_form.hpp, effects/scene_form.hpp) asks for M and r thousands of
-// times, and it pays to derive them as lines (mechanics/derive/kept_lines.hpp) and to go through these. An evaluation outside of a run knows no kept lines: T and V may read
-// something that will have changed by the next one.
+// T and V written with loops hide from the compiler which derivatives are zero. A run (mechanics/first_order_form.hpp,
+// effects/scene_form.hpp) asks for M and r thousands of times, and it pays to derive them as lines (mechanics/derive/kept_lines.hpp) and
+// to go through these. An evaluation outside of a run knows no kept lines: T and V may read something that will have changed by the next
+// one.
 
 #include <atomic>
 #include <memory>

@@ -4,14 +4,16 @@
 // L D Lᵀ of a symmetric matrix with few entries, whose pattern is known once and for all.
 //
 // Bodies in a row meet their neighbours, and rows of L kept from their first entry on (a skyline; where all rows are short, a band of known width:
-// narrow_band.hpp) have hardly more entries than the matrix: elimination is a few multiplications and a division for each row. Where that would be wide, as in a net, the unknowns are put in an order that keeps L sparse (Eigen's minimum
-// degree), and rows of L are found one after the other along the elimination tree: row k is other than zero where the tree leads to from the entries of
-// row k of the matrix (T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, chapter 4). All of L is stored by columns.
+// narrow_band.hpp) have hardly more entries than the matrix: elimination is a few multiplications and a division for each row. Where that
+// would be wide, as in a net, the unknowns are put in an order that keeps L sparse (Eigen's minimum degree), and rows of L are found one
+// after the other along the elimination tree: row k is other than zero where the tree leads to from the entries of row k of the matrix (T.
+// A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, chapter 4). All of L is stored by columns.
 //
 // The pattern is analysed when an object is made. A pivot is judged as a fraction of its diagonal entry.
 //
-// A matrix like J M⁻¹ Jᵀ whose rows depend on each other is not definite, and still has such factors: where nothing of a row is left but rounding, D has a zero,
-// and the row is no equation of its own. L D Lᵀ x = b then has solutions where y of L y = b is zero there, too; the others differ by L⁻ᵀ e of the zeros.
+// A matrix like J M⁻¹ Jᵀ whose rows depend on each other is not definite, and still has such factors: where nothing of a row is left but
+// rounding, D has a zero, and the row is no equation of its own. L D Lᵀ x = b then has solutions where y of L y = b is zero there, too;
+// the others differ by L⁻ᵀ e of the zeros.
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
@@ -160,7 +162,9 @@ class PatternFactors {
     order(rows, columns);
     // Row k of the matrix in the new order, left of the diagonal: (column, number among the entries).
     std::vector<std::size_t> begin(n + 1, 0);
-    const auto ordered = [&](std::size_t k) { return std::minmax(new_place_[static_cast<std::size_t>(rows[k])], new_place_[static_cast<std::size_t>(columns[k])]); };
+    const auto ordered = [&](std::size_t k) {
+      return std::minmax(new_place_[static_cast<std::size_t>(rows[k])], new_place_[static_cast<std::size_t>(columns[k])]);
+    };
     for (std::size_t k = 0; k < rows.size(); ++k) ++begin[ordered(k).second + 1];
     for (std::size_t i = 0; i < n; ++i) begin[i + 1] += begin[i];
     left_.resize(rows.size());

@@ -59,7 +59,8 @@ template <class E>
 
 // What T returns: the scalar that it is given, or one that knows of an angular velocity as well.
 template <int n, class E, class S>
-using ReturnedByT = decltype(returned_by_T<n>(std::declval<const E&>(), std::declval<const Vector<S, n>&>(), std::declval<const Vector<S, n>&>(), std::declval<const S&>()));
+using ReturnedByT = decltype(returned_by_T<n>(std::declval<const E&>(), std::declval<const Vector<S, n>&>(),
+                                              std::declval<const Vector<S, n>&>(), std::declval<const S&>()));
 template <int n, class E, class S>
 using ScalarOfT = std::conditional_t<is_turning_energy<ReturnedByT<n, E, S>>, ReturnedByT<n, E, S>, S>;
 

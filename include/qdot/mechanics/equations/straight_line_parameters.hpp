@@ -8,9 +8,9 @@
 //     δq̈ = M⁻¹ δ(X L)      at fixed a = q̈ .
 //
 // Here lane j of the dual numbers inside, two to a pair, is a direction: parameter j for j < m, along which the state may be displaced as well, and
-// for the others displacements of the state alone. That is a column of the variational equations (analysis/variations/variations.hpp) for each lane in one pass,
-// whose cost goes by the number of columns and not by that of coordinates and parameters; where the state stays as it is, it is ∂q̈/∂p. L comes from energies that are made
-// of such parameters; M and q̈ from those of plain ones.
+// for the others displacements of the state alone. That is a column of the variational equations (analysis/variations/variations.hpp) for
+// each lane in one pass, whose cost goes by the number of columns and not by that of coordinates and parameters; where the state stays as
+// it is, it is ∂q̈/∂p. L comes from energies that are made of such parameters; M and q̈ from those of plain ones.
 
 #include "qdot/mechanics/equations/straight_line_jacobian.hpp"
 

@@ -111,7 +111,8 @@ struct TurningEnergy : EulerLagrange<n + 3> {
         Present any = has(f.h_mask, ij);
         unroll<3>([&](auto a) __attribute__((always_inline)) {
           constexpr int ai = index(n + a, i), aj = index(n + a, j);
-          const Present first = has(f.h_mask, aj) & body.moves_with(a, i), second = has(f.h_mask, ai) & body.moves_with(a, j), both = body.moves_with(a, i) & there[a][j];
+          const Present first = has(f.h_mask, aj) & body.moves_with(a, i), second = has(f.h_mask, ai) & body.moves_with(a, j),
+                        both = body.moves_with(a, i) & there[a][j];
           h = sum_of(any, h, first, product_if(first, f.template h<aj>(), body.J[a][i]));
           any |= first;
           h = sum_of(any, h, second, product_if(second, f.template h<ai>(), body.J[a][j]));

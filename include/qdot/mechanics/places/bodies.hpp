@@ -15,7 +15,8 @@
 //
 //     M += J_Ωᵀ I J_Ω ,     rhs −= J_Ωᵀ (I Ω̇ + Ω × I Ω)   with Ω̇ at q̈ = 0.
 //
-// The first body whose rotation is one of the library's own (mechanics/equations/known_rotation.hpp) waits until all others are there: where nothing else moves with its
+// The first body whose rotation is one of the library's own (mechanics/equations/known_rotation.hpp) waits until all others are there:
+// where nothing else moves with its
 // coordinates, who asks for q̈ gets Euler's equations of it as they are (mechanics/equations/free_turn.hpp).
 //
 // In a chain, what hangs below a link moves with it: column i of J is the same for all its masses. JetEquations sees
@@ -264,7 +265,8 @@ class JetEquations {
       pattern_of_forces_ |= of.frame.moves[a];
       unroll<n>([&](auto i) __attribute__((always_inline)) {
         unroll<i + 1>([&](auto j) __attribute__((always_inline)) {
-          pattern_ |= bit(of.frame.moves_with(a, i) & (of.frame.moves_with(0, j) | of.frame.moves_with(1, j) | of.frame.moves_with(2, j)), triangle_index(i, j));
+          pattern_ |= bit(of.frame.moves_with(a, i) & (of.frame.moves_with(0, j) | of.frame.moves_with(1, j) | of.frame.moves_with(2, j)),
+                          triangle_index(i, j));
         });
       });
     });

@@ -17,8 +17,9 @@
 //
 // with the columns c of R: nine more x, in pairs.
 //
-// Forms have Jacobians from a recording that they keep (mechanics/derive/traced_jacobian.hpp). This is for a bare acceleration_jacobian(), which keeps nothing: of a chain of
-// four and of a body in space it takes 0.65 and 1.8 µs here, by records 3.2 and 20, and to record and differentiate at each call would take 80 and 700.
+// Forms have Jacobians from a recording that they keep (mechanics/derive/traced_jacobian.hpp). This is for a bare acceleration_jacobian(),
+// which keeps nothing: of a chain of four and of a body in space it takes 0.65 and 1.8 µs here, by records 3.2 and 20, and to record and
+// differentiate at each call would take 80 and 700.
 
 #include <Eigen/Core>
 

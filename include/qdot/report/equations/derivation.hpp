@@ -66,7 +66,8 @@ class EquationDerivation {
   /// T = … and V = …
   std::vector<Equation> energies() {
     const FlatSum T = kinetic_summands();
-    return {{symbol_expression("T"), layout_.of_sum(layout_.in_order(T))}, {symbol_expression("V"), layout_.of_sum(layout_.in_order(layout_.summands(outputs_[1])))}};
+    return {{symbol_expression("T"), layout_.of_sum(layout_.in_order(T))},
+            {symbol_expression("V"), layout_.of_sum(layout_.in_order(layout_.summands(outputs_[1])))}};
   }
 
   EquationsOfMotion equations() {

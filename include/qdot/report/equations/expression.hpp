@@ -152,7 +152,9 @@ class ExpressionWriter {
     }
     // (g/l) θ̇ sin θ, where there are parameters only below.
     const auto first = std::find_if(e.parts.begin(), e.parts.end(), [](const Expression& x) { return !is_parameter(x); });
-    if ((first == e.parts.begin() && f.p == 1.0) || !std::all_of(e.divisors.begin(), e.divisors.end(), is_parameter) || !std::any_of(first, e.parts.end(), is_function)) return fraction(f, e.parts, e.divisors);
+    if ((first == e.parts.begin() && f.p == 1.0) || !std::all_of(e.divisors.begin(), e.divisors.end(), is_parameter) ||
+        !std::any_of(first, e.parts.end(), is_function))
+      return fraction(f, e.parts, e.divisors);
     const std::string quotient = fraction(f, {e.parts.begin(), first}, e.divisors);
     std::vector<std::string> factors{n_.has_stacked_fractions() ? quotient : n_.brackets(quotient)};
     for (auto x = first; x != e.parts.end(); ++x) factors.push_back(factor(*x));
@@ -162,7 +164,8 @@ class ExpressionWriter {
   static bool is_function(const Expression& e) { return e.kind == Kind::function || (e.kind == Kind::power && e.parts[0].kind == Kind::function); }
   std::string fraction(Fraction f, const std::vector<Expression>& parts, const std::vector<Expression>& divisors) const {
     const std::vector<std::string> below = with_number({f.q, 1.0}, divisors), above = with_number({f.p, 1.0}, parts);
-    if (n_.has_stacked_fractions()) return n_.fraction(f.p == 1.0 ? bare(above, parts) : n_.joined(above), f.q == 1.0 ? bare(below, divisors) : n_.joined(below));
+    if (n_.has_stacked_fractions())
+      return n_.fraction(f.p == 1.0 ? bare(above, parts) : n_.joined(above), f.q == 1.0 ? bare(below, divisors) : n_.joined(below));
     const std::string divisor = n_.joined(below);
     return n_.fraction(n_.joined(above), below.size() == 1 ? divisor : n_.brackets(divisor));
   }

@@ -78,7 +78,9 @@ class FlatTerms {
       if (all_sums && all.size() + open.size() > too_long) return collected(sum, false);
       FlatTerm t = std::move(open.back());
       open.pop_back();
-      const auto parameter_sum = std::find_if(t.factors.begin(), t.factors.end(), [&](const auto& f) { return f.second == 1.0 && (is_sum_of_parameters(f.first) || (all_sums && graph_[f.first].kind == formula::Kind::affine)); });
+      const auto parameter_sum = std::find_if(t.factors.begin(), t.factors.end(), [&](const auto& f) {
+        return f.second == 1.0 && (is_sum_of_parameters(f.first) || (all_sums && graph_[f.first].kind == formula::Kind::affine));
+      });
       if (parameter_sum == t.factors.end()) {
         all[t.factors] += t.number;
         continue;
@@ -189,7 +191,9 @@ class FlatTerms {
           if (e < 2.0 || w.kind != formula::Kind::function || (w.function != formula::Function::sin && w.function != formula::Function::cos)) continue;
           FlatTerm rest = sum[i];
           if ((rest.factors[node] -= 2.0) == 0.0) rest.factors.erase(node);
-          const auto other = std::find_if(sum.begin(), sum.end(), [&](const FlatTerm& t) { return t.factors == rest.factors && std::abs(t.number + rest.number) <= 1e-14 * std::abs(rest.number); });
+          const auto other = std::find_if(sum.begin(), sum.end(), [&](const FlatTerm& t) {
+            return t.factors == rest.factors && std::abs(t.number + rest.number) <= 1e-14 * std::abs(rest.number);
+          });
           if (other == sum.end()) continue;
           other->factors[graph_.function(w.function == formula::Function::sin ? formula::Function::cos : formula::Function::sin, w.a)] += 2.0;
           sum.erase(sum.begin() + static_cast<std::ptrdiff_t>(i));
@@ -205,7 +209,8 @@ class FlatTerms {
     for (std::size_t i = 0; i < sum.size(); ++i) {
       std::vector<std::pair<int, bool>> circular;  // node, and whether it is a sine
       for (const auto& [node, e] : sum[i].factors)
-        if (e >= 1.0 && whole_number(e) && angle(node) >= 0 && (graph_[node].function == formula::Function::sin || graph_[node].function == formula::Function::cos))
+        if (e >= 1.0 && whole_number(e) && angle(node) >= 0 &&
+            (graph_[node].function == formula::Function::sin || graph_[node].function == formula::Function::cos))
           circular.push_back({node, graph_[node].function == formula::Function::sin});
       bool replaced = false;
       for (std::size_t x = 0; x < circular.size() && !replaced; ++x)
@@ -219,7 +224,9 @@ class FlatTerms {
           const FlatTerm pair{1.0, {{first, 1.0}, {second, 1.0}}}, partner{1.0, {{other_of(u, first_is_sine), 1.0}, {other_of(v, second_is_sine), 1.0}}};
           FlatTerm rest = product(sum[i], pair, -1.0);
           const FlatTerm wanted = product(rest, partner);
-          const auto found = std::find_if(sum.begin(), sum.end(), [&](const FlatTerm& t) { return t.factors == wanted.factors && std::abs(std::abs(t.number) - std::abs(wanted.number)) <= 1e-14 * std::abs(t.number); });
+          const auto found = std::find_if(sum.begin(), sum.end(), [&](const FlatTerm& t) {
+            return t.factors == wanted.factors && std::abs(std::abs(t.number) - std::abs(wanted.number)) <= 1e-14 * std::abs(t.number);
+          });
           if (found == sum.end()) continue;
           const bool alike = (found->number < 0.0) == (sum[i].number < 0.0), both = first_is_sine == second_is_sine;
           const bool minus = both ? alike : !alike;  // the angle is u − v

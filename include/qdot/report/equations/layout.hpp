@@ -196,7 +196,9 @@ class FormulaLayout : public FlatTerms {
     if (coefficients.size() == 1) return product_of(product(term, coefficients[0]), {});
     const FlatTerm shared = common(coefficients);
     FlatSum inside = quotients(coefficients, shared);
-    std::stable_sort(inside.begin(), inside.end(), [&](const FlatTerm& x, const FlatTerm& y) { return std::pair(x.number < 0.0, places(x)) < std::pair(y.number < 0.0, places(y)); });
+    std::stable_sort(inside.begin(), inside.end(), [&](const FlatTerm& x, const FlatTerm& y) {
+      return std::pair(x.number < 0.0, places(x)) < std::pair(y.number < 0.0, places(y));
+    });
     int rank = 3;
     for (const FlatTerm& t : inside)
       for (const auto& f : t.factors) rank = std::min(rank, place(f.first).first + 1);
@@ -212,7 +214,8 @@ class FormulaLayout : public FlatTerms {
       const bool inertia = letter == "m" || letter == "M" || letter == "mu" || letter == "I" || letter == "J" || letter == "Theta";
       return {inertia ? 0 : letter == "g" ? 1 : 2, w.a};
     }
-    if (w.kind == formula::Kind::variable) return w.a < n_ ? std::pair(4, w.a) : w.a == 2 * n_ ? std::pair(5, 0) : w.a > 2 * n_ ? std::pair(6, w.a) : std::pair(7, w.a);
+    if (w.kind == formula::Kind::variable)
+      return w.a < n_ ? std::pair(4, w.a) : w.a == 2 * n_ ? std::pair(5, 0) : w.a > 2 * n_ ? std::pair(6, w.a) : std::pair(7, w.a);
     if (w.kind == formula::Kind::function) return {8, w.function == formula::Function::sin ? 0 : w.function == formula::Function::cos ? 1 : 2};
     if (!is_sum_of_parameters(node)) return {3, node};
     std::pair<int, int> least{3, 0};
@@ -287,7 +290,8 @@ class FormulaLayout : public FlatTerms {
         return symbol_expression(q_[static_cast<std::size_t>(dots == 0 ? w.a : dots == 1 ? w.a - n_ : w.a - 2 * n_ - 1)], dots);
       }
       case formula::Kind::function: {
-        static constexpr const char* names[] = {"", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "hypot", "exp", "expm1", "ln", "log1p", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "cbrt", "erf", "erfc"};
+        static constexpr const char* names[] = {"",   "sin",   "cos",  "tan",  "asin", "acos",  "atan",  "atan2", "hypot", "exp", "expm1",
+                                                "ln", "log1p", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "cbrt",  "erf", "erfc"};
         Expression f{.kind = Expression::Kind::function, .name = names[static_cast<std::size_t>(w.function)]};
         f.parts.push_back(of_node(w.a));
         if (w.b >= 0) f.parts.push_back(of_node(w.b));

@@ -40,7 +40,8 @@ class MathmlNotation final : public Notation {
   }
   std::string function(const std::string& name, const std::string& exponent, const std::string& argument) const override {
     const std::string word = "<mi>" + name + "</mi>";
-    return (exponent.empty() ? word : power(word, exponent)) + "<mo>\u2061</mo>" + (argument.starts_with("<mrow><mo") ? "" : "<mspace width=\"0.17em\"/>") + row(argument);
+    return (exponent.empty() ? word : power(word, exponent)) + "<mo>\u2061</mo>" +
+           (argument.starts_with("<mrow><mo") ? "" : "<mspace width=\"0.17em\"/>") + row(argument);
   }
   std::string root(const std::string& x) const override { return "<msqrt>" + x + "</msqrt>"; }
   std::string brackets(const std::string& x) const override {

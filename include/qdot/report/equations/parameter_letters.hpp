@@ -120,7 +120,9 @@ class ParameterLetters {
       if (numbers_in(x.kind) == 1) all.push_back(x.c);
     }
     if (!same)
-      throw NotOneFormula(std::string("T and V must be the same operations for all values of the parameters, but are others when these change by a third") + remedy);
+      throw NotOneFormula(
+          std::string("T and V must be the same operations for all values of the parameters, but are others when these change by a third") +
+          remedy);
     return known_.emplace(at, std::move(all)).first->second;
   }
 
@@ -211,7 +213,8 @@ class ParameterLetters {
       for (std::size_t k = 0; k < outputs.size(); ++k) {
         const double a = x[static_cast<std::size_t>(own.outputs[k])].value, b = y[static_cast<std::size_t>(outputs[k])].value;
         if (std::isfinite(a) && !(std::abs(a - b) <= tolerance * (1.0 + std::abs(a))))
-          throw NotOneFormula(qdot::detail::sentence({"the formulas must hold for the parameters as they are, but where T or V is ", a, " they say ", b, remedy}));
+          throw NotOneFormula(qdot::detail::sentence(
+              {"the formulas must hold for the parameters as they are, but where T or V is ", a, " they say ", b, remedy}));
       }
     }
   }

@@ -30,7 +30,8 @@ class PlainNotation final : public Notation {
       int p, q;
       const char* text;
     };
-    static constexpr Glyph glyphs[] = {{1, 2, "½"}, {1, 3, "⅓"}, {2, 3, "⅔"}, {1, 4, "¼"}, {3, 4, "¾"}, {1, 5, "⅕"}, {2, 5, "⅖"}, {1, 6, "⅙"}, {5, 6, "⅚"}, {1, 8, "⅛"}, {3, 8, "⅜"}};
+    static constexpr Glyph glyphs[] = {{1, 2, "½"}, {1, 3, "⅓"}, {2, 3, "⅔"}, {1, 4, "¼"}, {3, 4, "¾"}, {1, 5, "⅕"},
+                                       {2, 5, "⅖"}, {1, 6, "⅙"}, {5, 6, "⅚"}, {1, 8, "⅛"}, {3, 8, "⅜"}};
     for (const Glyph& g : glyphs)
       if (p == g.p && q == g.q) return g.text;
     return number(p) + "/" + number(q);

@@ -73,7 +73,8 @@ struct NoRows {
 ///
 /// @param rows  rows(energies, q, q̇, t, add) adds what constraints demand to be zero
 template <int n, class E, class Rows = detail::NoRows>
-EquationSource equation_source(const E& energies, std::vector<std::string> coordinates, const std::vector<NamedParameter<E>>& parameters, const Rows& rows = {}) {
+EquationSource equation_source(const E& energies, std::vector<std::string> coordinates, const std::vector<NamedParameter<E>>& parameters,
+                               const Rows& rows = {}) {
   EquationSource s{.coordinates = std::move(coordinates)};
   std::vector<double E::*> members;
   for (const NamedParameter<E>& p : parameters) {
