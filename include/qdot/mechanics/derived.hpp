@@ -12,7 +12,7 @@
 //
 // A run derives the equations of such energies by itself (mechanics/derive/kept_lines.hpp). This word does it when the object is made, for
 // all who evaluate it afterwards: T and V are run once on a scalar that records what is done to it (ad/formula/recording.hpp), from that
-// Lagrange's equations are derived as on paper, and evaluations go through the lines that come out (mechanics/derive/lines.hpp). Nothing
+// Lagrange's equations are derived, and evaluations go through the lines that come out (mechanics/derive/lines.hpp). Nothing
 // is asked of T and V: they need not be constexpr, as written_out() wants them (mechanics/written_out.hpp), and may use Eigen. It pays
 // where T and V are loops. Straight-line code of up to four coordinates is faster as it is, and written_out() is two to three times as
 // fast again, for seconds of compile time.
@@ -25,11 +25,10 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <mutex>
 #include <type_traits>
 #include <utility>
 
-#include "qdot/mechanics/derive/lines_by_terms.hpp"
+#include "qdot/mechanics/derive/kept_lines.hpp"
 #include "qdot/mechanics/derive/traced_energies.hpp"
 #include "qdot/mechanics/equations/equation_slopes.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
@@ -45,54 +44,41 @@ class Derived : public E {
   Derived()
     requires std::is_default_constructible_v<E>
       : Derived(E{}) {}
-  explicit Derived(E energies) : E(std::move(energies)), once_(std::make_shared<Once>()) {
-    try {
-      once_->recorded = detail::recorded_motion<n>(this->energies());
-    } catch (const NotAnalytic&) {  // no formulas
-      return;
-    }
-    once_->lines = detail::lines_by_terms(once_->recorded);
+  explicit Derived(E energies) : E(std::move(energies)), once_(std::make_shared<detail::DerivedOnce>()), lines_(once_->lines_of<n>(this->energies())) {
+    if constexpr (n <= detail::straight_line_limit) once_->lines_with_slopes_of<n>(this->energies());
   }
 
   /// T and V as they were given.
   const E& energies() const noexcept { return *this; }
 
   /// False when T and V are no formulas; then they are evaluated as they are.
-  bool has_lines() const noexcept { return once_->lines.exist(); }
+  bool has_lines() const noexcept { return lines_ != nullptr; }
 
   /// Whether T and V, recorded anew, are what was derived: false when they read something that has changed since.
-  [[gnu::noinline]] bool still_holds() const {
-    if (!has_lines()) return true;
-    const std::lock_guard lock(once_->mutex);
-    return detail::is_unchanged(once_->recorded, [this](detail::RecordedMotion& m) { detail::run_energies<n>(m, energies()); });
-  }
+  bool still_holds() const { return once_->still_holds<n>(energies()); }
 
   /// M and r, handed to `use` (mass_and_rhs.hpp); false where T or V has no value, and where `use` says so.
   template <class Use>
   bool equations(const double* q, const double* qdot, Eigen::Index, double t, const Use& use) const {
-    if (has_lines()) return once_->lines.template with_mass_and_rhs<n>(q, qdot, t, use);
+    if (has_lines()) return lines_->template with_mass_and_rhs<n>(q, qdot, t, use);
     return detail::with_mass_and_rhs<n>(energies(), vector_of(q), vector_of(qdot), t, use);
   }
 
   /// The lines of M, r and slopes, if there are any.
-  const detail::DerivedLines* lines_with_slopes() const { return has_lines() && once_->lines.have_slopes() ? &once_->lines : nullptr; }
+  const detail::DerivedLines* lines_with_slopes() const { return has_lines() && lines_->have_slopes() ? lines_ : nullptr; }
 
   /// M, and the derivatives of r − M a at accelerations a (mechanics/equations/equation_slopes.hpp).
   template <class Row>
   bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {
-    if (once_->lines.have_slopes()) return once_->lines.template write_slopes<n>(q, qdot, t, M, rows, detail::AccelerationsAre{a, n});
+    if (lines_with_slopes()) return lines_->template write_slopes<n>(q, qdot, t, M, rows, detail::AccelerationsAre{a, n});
     return detail::slopes_written<n>(energies(), vector_of(q), vector_of(qdot), vector_of(a), t, M, rows);
   }
 
  private:
   static Vector<double, n> vector_of(const double* numbers) { return Eigen::Map<const Vector<double, n>>(numbers); }
 
-  struct Once {
-    std::mutex mutex;
-    detail::RecordedMotion recorded;
-    detail::DerivedLines lines;
-  };
-  std::shared_ptr<Once> once_;  // copies of the object share them
+  std::shared_ptr<detail::DerivedOnce> once_;  // copies of the object share them
+  const detail::DerivedLines* lines_;
 };
 
 namespace detail {

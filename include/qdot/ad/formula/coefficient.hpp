@@ -57,6 +57,7 @@ struct Coefficient {
 };
 
 /// Whether both are the same formula; sums may have been added up in another order.
+constexpr bool are_alike(double x, double y) { return x == y; }
 constexpr bool are_alike(const Coefficient& x, const Coefficient& y) {
   const double difference = x.shadow - y.shadow, size = x.shadow < 0.0 ? -x.shadow : x.shadow;
   return (difference < 0.0 ? -difference : difference) <= 1e-14 * size;

@@ -31,13 +31,13 @@ struct StoredNode {
 /// How far a derivation is, and the nodes that it has found.
 template <int n>
 struct GraphProgress {
-  int next = 0;  // what is to be done: the energies, p, ∂L/∂q, rates of nodes, then each entry of r, then each row of M
+  int next = 0;  // what is to be done: the energies, p, −∂V/∂q, rates of nodes, c, then each entry of r, then each row of M
   int next_rate = 0;
   bool is_possible = true;
   int T = -1, V = -1;
-  int p[n] = {}, force[n] = {}, right[n] = {}, mass[n * (n + 1) / 2] = {};
+  int p[n] = {}, force[n] = {}, term[n] = {}, right[n] = {}, mass[n * (n + 1) / 2] = {};
 
-  static constexpr int first_right = 4, first_row = 4 + n, last = 4 + 2 * n;
+  static constexpr int first_right = 5, first_row = 5 + n, last = 5 + 2 * n;
 };
 
 /// What a stage leaves behind: this, and all nodes.
@@ -90,19 +90,23 @@ class DerivationByGraph {
         const std::vector<int> p = graph.gradient(s.T, qdot, graph.dependence(s.T, qdot));
         std::copy(p.begin(), p.end(), s.p);
       } else if (s.next == 2) {
-        const int L = graph.difference(s.T, s.V);
-        const std::vector<int> force = graph.gradient(L, q, graph.dependence(L, q));
+        const int work = graph.scaled(s.V, -1.0);
+        const std::vector<int> force = graph.gradient(work, q, graph.dependence(work, q));
         std::copy(force.begin(), force.end(), s.force);
       } else if (s.next == 3) {
-        if (!make_rates(s, has_time)) break;
+        CoriolisTerms<DerivedEquations::Graph> c(rates_, n);
+        c.begin(s.T);
+        if (!make_rates(s, c.rated(), has_time)) break;
+      } else if (s.next == 4) {
+        const std::vector<int> terms = CoriolisTerms<DerivedEquations::Graph>(rates_, n).of(s.T);
+        std::copy(terms.begin(), terms.end(), s.term);
       } else if (s.next < Stage::first_row) {
         const int i = s.next - Stage::first_right;
-        const int rate = rates_.of(s.p[i]);
-        s.right[i] = graph.difference(s.force[i], rate);
+        s.right[i] = graph.difference(s.force[i], s.term[i]);
       } else {
         const int i = s.next - Stage::first_row;
         const std::vector<int> row = graph.gradient(s.p[i], std::span<const int>(qdot).first(static_cast<std::size_t>(i) + 1), graph.dependence(s.p[i], qdot));
-        for (int j = 0; j <= i; ++j) s.mass[i * (i + 1) / 2 + j] = without_squares(row[static_cast<std::size_t>(j)]);
+        for (int j = 0; j <= i; ++j) s.mass[i * (i + 1) / 2 + j] = without_squares(graph, row[static_cast<std::size_t>(j)]);
       }
     }
     s.nodes = static_cast<int>(graph.nodes().size());
@@ -149,31 +153,18 @@ class DerivationByGraph {
 
   constexpr Coefficient opened(double shadow, int line) { return line < 0 ? Coefficient(shadow) : Coefficient(shadow, line, &book); }
 
-  // d/dt of all nodes that p consists of; false when there was no time for it.
+  // d/dt of all that these nodes consist of; false when there was no time for it.
   template <class Stage, class HasTime>
-  constexpr bool make_rates(Stage& s, const HasTime& has_time) {
-    const int last = *std::max_element(s.p, s.p + n);
-    const std::vector<char> needed = graph.needed_for(s.p);
+  constexpr bool make_rates(Stage& s, const std::vector<int>& nodes, const HasTime& has_time) {
+    if (nodes.empty()) return true;
+    const int last = *std::max_element(nodes.begin(), nodes.end());
+    const std::vector<char> needed = graph.needed_for(nodes);
     rates_.remember_to(last);
     for (; s.next_rate <= last; ++s.next_rate) {
       if (!has_time()) return false;
       if (needed[at(s.next_rate)] != 0) rates_.of(s.next_rate);
     }
     return true;
-  }
-
-  // A node that is c (cos² u + sin² u) + d is c + d.
-  constexpr int without_squares(int x) {
-    const Node w = graph[x];
-    if (w.kind != formula::Kind::affine || w.b < 0 || !are_alike(w.ca, w.cb)) return x;
-    const Node a = graph[w.a], b = graph[w.b];
-    if (a.kind != formula::Kind::product || b.kind != formula::Kind::product || a.a != a.b || b.a != b.b) return x;
-    const Node f = graph[a.a], g = graph[b.a];
-    using formula::Function;
-    if (f.a != g.a || f.kind != formula::Kind::function || g.kind != formula::Kind::function) return x;
-    if ((f.function == Function::sin && g.function == Function::cos) || (f.function == Function::cos && g.function == Function::sin))
-      return graph.constant(w.ca + w.c);
-    return x;
   }
 
   RatesOfNodes<DerivedEquations::Graph> rates_{graph, n};

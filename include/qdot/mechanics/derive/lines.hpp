@@ -5,8 +5,8 @@
 //
 // The compiler derives M and r of energies that it can run (mechanics/written_out.hpp). T and V of an object that is there when the
 // program runs can be recorded (mechanics/derive/recorded_energies.hpp), and differentiated as they are written
-// (mechanics/derive/derivatives_of_graph.hpp) or multiplied out first (mechanics/derive/lines_by_terms.hpp). What comes out is a table of
-// lines (ad/formula/lines.hpp), first those of M and r, then those of ∂(r − M a)/∂(q, q̇).
+// (mechanics/derive/derivatives_of_graph.hpp). What comes out is a table of lines (ad/formula/lines.hpp), first those of M and r, then those
+// of ∂(r − M a)/∂(q, q̇).
 //
 // Who has such lines hands M and r on as every way to them does (mechanics/mass_and_rhs.hpp).
 

@@ -6,7 +6,7 @@
 // T and V of a lattice, of a net or of a tree of bodies are sums of terms with a few coordinates each. Written down as a graph
 // (mechanics/derive/recorded_energies.hpp) they can be differentiated where they stand,
 //
-//     p = ∂T/∂q̇ ,    r = ∂L/∂q + Q − ṗ at q̈ = 0           one walk back for all, and one forwards
+//     p = ∂T/∂q̇ ,    r = Q − ∂V/∂q − c                     a walk back for each, and one forwards (coriolis_terms.hpp)
 //     M_ij = ∂p_i/∂q̇_j                                     a walk for each row, through what p_i is made of
 //     φ = 0:  J = ∂φ/∂q ,    J q̈ = γ = −d/dt (J q̇ + ∂φ/∂t) at q̈ = 0
 //     a = 0:  J = ∂a/∂q̇ ,    J q̈ = γ = −d/dt a             at q̈ = 0
@@ -25,7 +25,8 @@
 
 #include "qdot/ad/formula/local_gradient.hpp"
 #include "qdot/error.hpp"
-#include "qdot/mechanics/derive/derivatives_of_graph.hpp"
+#include "qdot/mechanics/derive/coriolis_terms.hpp"
+#include "qdot/mechanics/derive/rates_of_nodes.hpp"
 #include "qdot/mechanics/derive/recorded_energies.hpp"
 
 namespace qdot::detail {
@@ -159,14 +160,6 @@ class TracedEquations {
       require_short();
     }
   }
-
-  // The rates of all that some nodes are made of, in the order of the graph: none is far from those that it needs.
-  [[gnu::cold]] void make_rates(RatesOfNodes<formula::BasicGraph<Number>>& rates, const std::vector<int>& nodes) {
-    const std::vector<char> needed = graph().needed_for(nodes);
-    rates.remember_to(static_cast<int>(needed.size()) - 1);
-    for (std::size_t w = 0; w < needed.size(); ++w)
-      if (needed[w] != 0) rates.of(static_cast<int>(w));
-  }
 };
 
 template <class Number>
@@ -174,9 +167,9 @@ template <class Number>
   formula::BasicGraph<Number>& g = graph();
   require_domains();
   const std::vector<int>& found = motion.returned;
-  const int T = found[0], V = found[1], L = g.difference(T, V);
+  const int T = found[0], work = g.scaled(found[1], -1.0);
   motion.p = g.gradient(T, motion.qdot, g.dependence(T, motion.qdot));
-  right = g.gradient(L, motion.q, g.dependence(L, motion.q));
+  right = g.gradient(work, motion.q, g.dependence(work, motion.q));
   std::size_t next = 2;
   if (has_forces) {
     for (std::size_t i = 0; i < n(); ++i) right[i] = g.sum(right[i], found[next++]);
@@ -186,9 +179,9 @@ template <class Number>
   derive_mass();
   derive_rows(rows, holonomic);
   RatesOfNodes<formula::BasicGraph<Number>> rates(g, static_cast<int>(n()));
-  make_rates(rates, motion.p);
-  for (std::size_t i = 0; i < n(); ++i) right[i] = g.difference(right[i], rates.of(motion.p[i]));
-  make_rates(rates, velocity);
+  const std::vector<int> terms = CoriolisTerms<formula::BasicGraph<Number>>(rates, static_cast<int>(n())).of(T);
+  for (std::size_t i = 0; i < n(); ++i) right[i] = g.difference(right[i], terms[i]);
+  rates.remember(velocity);
   for (const int c : velocity) gamma.push_back(g.scaled(rates.of(c), -1.0));
 }
 
