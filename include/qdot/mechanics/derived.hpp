@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Plain loops in T and V at a third to a half of the cost outside of runs, too.
+// Plain loops in T and V at a quarter to a third of the cost outside of runs, too.
 //
 //     struct Chain {
 //       double m = 1.0, l = 1.0, g = 9.81;
@@ -14,7 +14,7 @@
 // all who evaluate it afterwards: T and V are run once on a scalar that records what is done to it (ad/formula/recording.hpp), from that
 // Lagrange's equations are derived, and evaluations go through the lines that come out (mechanics/derive/lines.hpp). Nothing
 // is asked of T and V: they need not be constexpr, as written_out() wants them (mechanics/written_out.hpp), and may use Eigen. It pays
-// where T and V are loops. Straight-line code of up to four coordinates is faster as it is, and written_out() is two to three times as
+// where T and V are loops. Straight-line code of up to four coordinates is faster as it is, and written_out() is twice as
 // fast again, for seconds of compile time.
 //
 // What is no formula (T or V that branch on the state or use abs, max or a power that varies), and what would need more lines than it saves
@@ -97,8 +97,8 @@ Derived<n, E> derived_of(E energies) {
 
 /// Energies whose equations of motion are derived when the object is made, for mechanical_system<n>(): an object with members T and V, or T alone.
 ///
-/// See the head of this file. Up to 16 coordinates; Jacobians come from lines up to 8. Making the object takes 0.1 to 1 ms, above 8 coordinates some
-/// 10 ms; an evaluation of it allocates nothing and uses 32 kB of stack.
+/// See the head of this file. Up to 16 coordinates; Jacobians come from lines up to 8. Making the object takes 0.02 to 0.3 ms;
+/// an evaluation of it allocates nothing and uses 32 kB of stack.
 template <int n, class Energies>
 auto derived(Energies energies) {
   return detail::derived_of<n>(detail::energies_object<n>(std::move(energies)));

@@ -1,9 +1,9 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Lagrange's equations of many coordinates, derived by the compiler.
+// Lagrange's equations of a graph, derived by the compiler.
 //
-// They are derivatives of the graph (mechanics/derive/derivatives_of_graph.hpp), and a graph of many coordinates is long.
+// They are derivatives of the graph (mechanics/derive/derivatives_of_graph.hpp), and one of many coordinates is long.
 // A compiler stops after a number of operations in one constant (g++ after 3.3·10⁷, clang after 10⁶ steps). So the work is cut into
 // stages, each of which is a constant of its own and begins where the one before has ended.
 
@@ -146,6 +146,16 @@ class DerivationByGraph {
       for (const int j : e.kept)
         if (j <= i) e.mass.push_back(graph.is_constant(entry(i, j), 0.0) ? -1 : entry(i, j));
     return e;
+  }
+
+  /// M, r and slopes of a last stage.
+  template <class Stage>
+  constexpr DerivedJacobian jacobian(const Stage& s) {
+    DerivedJacobian jacobian;
+    for (const int m : s.mass) jacobian.mass.push_back(graph.is_constant(m, 0.0) ? -1 : m);
+    jacobian.right.assign(s.right, s.right + n);
+    differentiate(graph, n, jacobian);
+    return jacobian;
   }
 
  private:

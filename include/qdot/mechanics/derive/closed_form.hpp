@@ -100,6 +100,14 @@ struct ByTerms {
     const DerivedEquations e = d.equations_by_terms(T, V);
     if (d.is_possible) use(d, e);
   }
+  template <class Use>
+  static constexpr void derive_jacobian(const Use& use) {
+    DerivationByTerms d(n);
+    const int T = Energies::node_of_T(d.graph, d.book, d.is_possible);
+    const int V = Energies::node_of_V(d.graph, d.book, d.is_possible);
+    const DerivedJacobian jacobian = d.jacobian_by_terms(T, V);
+    if (d.is_possible) use(d, jacobian);
+  }
 };
 template <int n, class Energies>
 struct ByGraph {
@@ -110,6 +118,15 @@ struct ByGraph {
       DerivationByGraph<n> d(stage);
       const DerivedEquations e = d.equations(stage);
       use(d, e);
+    }
+  }
+  template <class Use>
+  static constexpr void derive_jacobian(const Use& use) {
+    constexpr const auto& stage = last_graph_stage<n, Energies>();
+    if constexpr (stage.is_possible) {
+      DerivationByGraph<n> d(stage);
+      const DerivedJacobian jacobian = d.jacobian(stage);
+      use(d, jacobian);
     }
   }
 };
@@ -232,10 +249,24 @@ constexpr ClosedForm<extent> closed_form_of() {
   }
 }
 
+// Whether T is nothing but products of rates (mechanics/derive/coriolis_terms.hpp).
+template <int n, class Energies>
+constexpr bool is_all_rates() {
+  DerivedEquations::Graph graph;
+  formula::CoefficientBook book;
+  bool is_known = true;
+  for (int i = 0; i < 2 * n + 1; ++i) graph.variable(i);
+  const int T = Energies::node_of_T(graph, book, is_known);
+  RatesOfNodes<DerivedEquations::Graph> rates(graph, n);
+  return is_known && CoriolisTerms<DerivedEquations::Graph>(rates, n).is_all(T);
+}
+
+// T is multiplied out where that leaves less, which is so of up to three coordinates, and of velocities in polar and spherical coordinates. Of
+// chains of four links and more the graph has as few operations, and takes half as long to derive.
 template <int n, class Energies>
 struct WayToDerive {
   static constexpr auto chosen() {
-    if constexpr (n <= by_terms_limit) {
+    if constexpr (n <= 3 || (n <= by_terms_limit && !formula::made_where_possible<&is_all_rates<n, Energies>>)) {
       if constexpr (draft_of_way<ByTerms<n, Energies>>.extent.exists) {
         return std::type_identity<ByTerms<n, Energies>>{};
       } else {

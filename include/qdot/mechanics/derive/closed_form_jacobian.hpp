@@ -38,18 +38,15 @@ struct ClosedJacobian {
 // Calls `use` with the derivation, what it has derived, the nodes that M and r need, and these and the others.
 template <int n, class Energies, class Use>
 constexpr void derive_jacobian(const Use& use) {
-  DerivationByTerms d(n);
-  const int T = Energies::node_of_T(d.graph, d.book, d.is_possible);
-  const int V = Energies::node_of_V(d.graph, d.book, d.is_possible);
-  const DerivedJacobian jacobian = d.jacobian_by_terms(T, V);
-  if (!d.is_possible) return;
-  std::vector<int> equations = jacobian.mass;
-  for (const int node : jacobian.right) equations.push_back(node);
-  const std::vector<formula::Domain> domains = domains_to_check(d.graph, equations);
-  equations = with_checked(equations, domains);
-  std::vector<int> all = equations;
-  for (const int slope : jacobian.slopes) all.push_back(slope);
-  use(d, jacobian, domains, equations, all);
+  WayToDerive<n, Energies>::type::derive_jacobian([&use](const auto& d, const DerivedJacobian& jacobian) {
+    std::vector<int> equations = jacobian.mass;
+    for (const int node : jacobian.right) equations.push_back(node);
+    const std::vector<formula::Domain> domains = domains_to_check(d.graph, equations);
+    equations = with_checked(equations, domains);
+    std::vector<int> all = equations;
+    for (const int slope : jacobian.slopes) all.push_back(slope);
+    use(d, jacobian, domains, equations, all);
+  });
 }
 
 template <int n, class Energies, ClosedJacobianExtent room>

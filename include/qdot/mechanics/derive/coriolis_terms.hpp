@@ -8,16 +8,15 @@
 //     c_i = d/dt ∂T/∂q̇_i − ∂T/∂q_i   at q̈ = 0 .
 //
 // As it stands that is a walk back through T for p = ∂T/∂q̇, another for ∂T/∂q and one forwards for ṗ, and much of what they find cancels. But most
-// kinetic energies are sums of squares k u² of velocities, u = Ẋ for some function X(q, t) that nobody has to know. Of such a rate
-// d/dt ∂u/∂q̇_i = ∂u/∂q_i (Lagrange's lemma, by which d'Alembert's principle becomes his equations). So the square contributes
+// kinetic energies are sums of squares and products k u w of velocities, u = Ẋ for some function X(q, t) that nobody has to know. Of such a rate
+// d/dt ∂u/∂q̇_i = ∂u/∂q_i (Lagrange's lemma, by which d'Alembert's principle becomes his equations). So the product contributes
 //
-//     c_i = 2 k (∂u/∂q̇_i) u̇   at q̈ = 0 ,
+//     c_i = k (∂u/∂q̇_i ẇ + ∂w/∂q̇_i u̇)   at q̈ = 0 ,
 //
-// a mass times an acceleration along each coordinate: one walk forwards for all u̇ and one back. Chains of links need half of the
-// operations.
+// masses times accelerations along each coordinate: one walk forwards for all u̇ and one back. Chains of links need half of the operations.
 //
 // That u is a rate is seen where it is a sum of f(φ) φ̇, with φ any formula of q and t: l cos(θ) θ̇, cos(α + β) (α̇ + β̇), ẋ. What is not, like the
-// r θ̇ of polar coordinates or a product of two rates, is differentiated as it stands.
+// r θ̇ of polar coordinates, is differentiated as it stands.
 
 #include <algorithm>
 #include <cstddef>
@@ -47,22 +46,27 @@ class CoriolisTerms {
     rates_.remember(rated());
     return terms();
   }
-  /// The same in steps, for those who make the rates bit by bit: what T consists of, whose rates are needed, and c.
+  /// Whether T is nothing but products of rates.
+  constexpr bool is_all(int T) {
+    tell_kinds(T);
+    return graph_[without_products(T)].kind == formula::Kind::constant;
+  }
+  /// c in steps, for those who make the rates bit by bit: what T consists of, whose rates are needed, and c.
   constexpr void begin(int T) {
     tell_kinds(T);
     moves_ = graph_.dependence(T, qdot_);
-    const int rest = without_squares(T);
+    const int rest = without_products(T);
     if (graph_[rest].kind == formula::Kind::constant) return;
     p_ = graph_.gradient(rest, qdot_, graph_.dependence(rest, qdot_));
     along_q_ = graph_.gradient(rest, q_, graph_.dependence(rest, q_));
   }
   constexpr std::vector<int> rated() const {
     std::vector<int> nodes = p_;
-    for (const Square& s : squares_) nodes.push_back(s.u);
+    for (const Product& x : products_) nodes.push_back(x.u), nodes.push_back(x.w);
     return nodes;
   }
   constexpr std::vector<int> terms() {
-    std::vector<int> c = terms_of_squares();
+    std::vector<int> c = terms_of_products();
     for (std::size_t i = 0; i < p_.size(); ++i) c[i] = graph_.sum(c[i], graph_.difference(rates_.of(p_[i]), along_q_[i]));
     return c;
   }
@@ -115,8 +119,8 @@ class CoriolisTerms {
     return (k.is == Is::rate_of_one && k.base == phi) || (is_rate(k) && rates_.of(phi) == y);
   }
 
-  // T but for k u² of rates u, which are listed.
-  constexpr int without_squares(int T) {
+  // T but for products of two rates, which are listed.
+  constexpr int without_products(int T) {
     std::vector<FactorOf<Graph>> factor(at(T) + 1, 0.0);
     factor[at(T)] = 1.0;
     int rest = graph_.constant(0.0);
@@ -127,16 +131,16 @@ class CoriolisTerms {
       if (w.kind == formula::Kind::affine) {
         factor[at(w.a)] += k * w.ca;
         if (w.b >= 0) factor[at(w.b)] += k * w.cb;
-      } else if (w.kind == formula::Kind::product && w.a == w.b && is_rate(known_[at(w.a)])) {
-        if (moves_[at(w.a)]) squares_.push_back({w.a, k});
+      } else if (w.kind == formula::Kind::product && is_rate(known_[at(w.a)]) && is_rate(known_[at(w.b)])) {
+        products_.push_back({w.a, w.b, k});
       } else {
         rest = graph_.sum(rest, graph_.scaled(x, k));
       }
     }
     return rest;
   }
-  // Σ 2 k u̇ ∂u/∂q̇: a walk back that begins with 2 k u̇ at each u.
-  constexpr std::vector<int> terms_of_squares() {
+  // A walk back that begins with k ẇ at u and k u̇ at w.
+  constexpr std::vector<int> terms_of_products() {
     const std::size_t nodes = known_.size();
     std::vector<int> adjoint(nodes, -1);
     const auto leads_on = [&](int x) { return x >= 0 && moves_[at(x)] != 0; };
@@ -144,7 +148,10 @@ class CoriolisTerms {
       int& sum = adjoint[at(x)];
       sum = sum < 0 ? share : graph_.sum(sum, share);
     };
-    for (const Square& s : squares_) add(s.u, graph_.scaled(rates_.of(s.u), s.k * 2.0));
+    for (const Product& x : products_) {
+      add(x.u, graph_.scaled(rates_.of(x.w), x.k));
+      add(x.w, graph_.scaled(rates_.of(x.u), x.k));
+    }
     for (int x = static_cast<int>(nodes) - 1; x >= 0; --x)
       if (const int share = adjoint[at(x)]; share >= 0 && !graph_.is_constant(share, 0.0)) graph_.pass_back(x, share, leads_on, add);
     std::vector<int> terms;
@@ -173,8 +180,8 @@ class CoriolisTerms {
     return found;
   }
 
-  struct Square {
-    int u;
+  struct Product {
+    int u, w;
     FactorOf<Graph> k;
   };
 
@@ -184,7 +191,7 @@ class CoriolisTerms {
   int n_;
   std::vector<Known> known_;    // of each node that T consists of
   std::vector<char> moves_;     // whether it depends on q̇
-  std::vector<Square> squares_;
+  std::vector<Product> products_;
   std::vector<int> p_, along_q_;  // of the rest
 };
 
