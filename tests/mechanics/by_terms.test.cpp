@@ -94,13 +94,13 @@ struct ManyFunctions {
   }
 };
 
-// A mass in spherical coordinates r, φ, θ that grows with time, on a spring.
+// A mass in spherical coordinates r, φ, θ, on a spring: what turns φ is φ̇ times a sum of the other two.
 struct SphericalMass {
   double m = 0.7, k = 1.3;
-  auto T(const auto& q, const auto& v, const auto& t) const {
+  auto T(const auto& q, const auto& v) const {
     using std::sin;
     const auto across = q[0] * sin(q[2]) * v[1], down = q[0] * v[2];
-    return 0.5 * (m + 0.1 * t) * (v[0] * v[0] + across * across + down * down) + t * v[1];
+    return 0.5 * m * (v[0] * v[0] + across * across + down * down);
   }
   auto V(const auto& q) const { return 0.5 * k * q[0] * q[0]; }
 };
