@@ -138,6 +138,7 @@ def main():
             row = f"| `{m[0]}` | {m[1]} | `{m[4]}` |"
             result = results.get(f"{m[0]}: {m[1]}")
             rows.append(f"{row} {earlier.get(row, 'not tried') if result is None else word[result]} |")
+        rows.sort(key=lambda row: re.sub("[`|]", "", row).lower().split())
         before = text[: text.find("| header |")] if "| header |" in text else text
         asked.table.write_text(before + "\n".join(["| header | mutant | test | result |", "|---|---|---|---|", *rows, ""]))
     sys.exit(survived > 0)
