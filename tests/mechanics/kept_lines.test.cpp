@@ -18,6 +18,7 @@
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
+#include "qdot/mechanics/kinematic_system.hpp"
 #include "qdot/mechanics/velocity.hpp"
 
 namespace {
@@ -181,8 +182,7 @@ TEST_CASE("in a run, free masses stay free when each is seen from a place that t
 
 TEST_CASE("in a run, forces, potentials and constraints are added to lines as to anything else") {
   std::mt19937 random(12);
-  constexpr int n = 4;
-  const auto system = mechanical_system<n>(bench::LoopedChain{});
+  constexpr int n = 5;
   const auto damping = viscous_damping(Vector<double, n>(Vector<double, n>::Constant(0.1)));
   const auto tip = holonomic("tip", [](const auto& q) {
     using std::sin;
@@ -209,9 +209,6 @@ TEST_CASE("in a run, forces, potentials and constraints are added to lines as to
       }
     }
   };
-  check(scene(system, damping));
-  check(scene(system, tip));
-  check(scene(system, damping, tip));
   const auto first = [](const auto& q) {
     using std::cos, std::sin;
     return vector(sin(q[0]), -cos(q[0]));
@@ -220,8 +217,96 @@ TEST_CASE("in a run, forces, potentials and constraints are added to lines as to
     using S = std::decay_t<decltype(q[0])>;
     return vector(S(3.0), S(0.5));
   };
-  check(scene(system, spring_damper(first, wall, 20.0, 1.0, 0.4)));
-  check(scene(system, spring_damper(first, wall, 20.0, 1.0, 0.4), tip));
+  const auto check_all = [&](const auto& system) {
+    check(scene(system, damping));
+    check(scene(system, tip));
+    check(scene(system, damping, tip));
+    check(scene(system, spring_damper(first, wall, 20.0, 1.0, 0.4)));
+    check(scene(system, spring_damper(first, wall, 20.0, 1.0, 0.4), tip));
+  };
+  check_all(mechanical_system<n>(bench::LoopedChain{}));
+  check_all(kinematic_system<n>(bench::LoopedPositions{}, uniform_gravity(0.0, -9.81)));
+}
+
+// A chain of n links of l on a point that is driven, in a field that is no gravity's.
+struct DrivenChain {
+  const double* l;
+  void operator()(const auto& q, const auto& t, auto& bodies) const {
+    using std::cos, std::sin;
+    using S = std::decay_t<decltype(t)>;
+    S x = 0.1 * sin(3.0 * t), y(0.0);
+    for (Eigen::Index k = 0; k < q.size(); ++k) {
+      x += *l * sin(q[k]);
+      y -= *l * cos(q[k]);
+      bodies.planar_body(1.0 + 0.1 * static_cast<double>(k), 0.02, vector(x, y), q[k]);
+    }
+  }
+};
+
+// Spherical pendulums in a row: velocities are rates of places, but no sums of f(φ) φ̇.
+struct SphericalChain {
+  void operator()(const auto& q, auto& bodies) const {
+    using std::cos, std::sin;
+    using S = typename std::decay_t<decltype(q)>::Scalar;
+    S x(0.0), y(0.0), z(0.0);
+    for (Eigen::Index k = 0; k + 1 < q.size(); k += 2) {
+      x += sin(q[k]) * cos(q[k + 1]);
+      y += sin(q[k]) * sin(q[k + 1]);
+      z -= cos(q[k]);
+      bodies.point_mass(1.0, vector(x, y, z));
+    }
+  }
+};
+
+TEST_CASE("in a run, places in space have the accelerations that they have outside of it, by a few lines for each coordinate") {
+  const auto system = kinematic_system<6>(SphericalChain{}, uniform_gravity(0.0, 0.0, -9.81));
+  const auto form = first_order_form(system);
+  const detail::DerivedLines* const lines = detail::lines_now<6>(form.system().kept_lines(), form.system().energies());
+  REQUIRE(lines != nullptr);
+  CHECK(lines->equations.lines.size() <= 10 * 6);  // 104 where their Coriolis terms are not seen to be those of rates
+  std::mt19937 random(8);
+  for (int k = 0; k < 3; ++k) {
+    const Vector<double, 12> y = random_state<6>(random);
+    const Eigen::VectorXd outside = acceleration(system, Vector<double, 6>(y.head(6)), Vector<double, 6>(y.tail(6)), 0.3);
+    CHECK(difference(rates(form, y).tail(6), outside) < rounding);
+  }
+}
+
+TEST_CASE("in a run, places that a loop finds have the accelerations that are derived by hand") {
+  std::mt19937 random(5);
+  const auto check_chain = [&]<int n>(std::integral_constant<int, n>) {
+    const auto form = first_order_form(kinematic_system<n>(bench::LoopedPositions{}, uniform_gravity(0.0, -9.81)));
+    REQUIRE(detail::lines_now<n>(form.system().kept_lines(), form.system().energies()) != nullptr);
+    const Vector<double, 2 * n> y = random_state<n>(random);
+    Vector<double, n> by_hand;
+    bench::chain_by_hand<n>(y.data(), y.data() + n, by_hand.data());
+    CHECK(difference(rates(form, y).tail(n), by_hand) < rounding);
+  };
+  check_chain(std::integral_constant<int, 5>());
+  check_chain(std::integral_constant<int, 8>());
+  check_chain(std::integral_constant<int, 12>());
+}
+
+TEST_CASE("in a run, places that move with time are what they are outside of it, and end it by name when they change behind it") {
+  double l = 0.7;
+  const auto V = [](const auto& q, const auto& t) {
+    using std::cos;
+    using S = std::decay_t<decltype(t)>;
+    S sum(0.0);
+    for (Eigen::Index i = 0; i < q.size(); ++i) sum += (1.0 + 0.2 * t) * cos(q[i]);
+    return sum;
+  };
+  const auto system = kinematic_system<5>(DrivenChain{&l}, V);
+  const auto form = first_order_form(system);
+  std::mt19937 random(6);
+  for (int k = 0; k < 3; ++k) {
+    const Vector<double, 10> y = random_state<5>(random);
+    const Eigen::VectorXd outside = acceleration(system, Vector<double, 5>(y.head(5)), Vector<double, 5>(y.tail(5)), 0.3);
+    CHECK(difference(rates(form, y).tail(5), outside) < rounding);
+  }
+  const auto run = simulate(system, State<5>{0.0, {1.0, 0.5, -0.3, 0.2, 0.1}, Vector<double, 5>::Zero()}, 40.0, Dop853{}, {.rtol = 1e-8, .atol = 1e-8},
+                            [&](const StepView& step) { if (step.t() > 5.0) l = 0.8; });
+  CHECK(run.outcome == Outcome::model_changed);
 }
 
 TEST_CASE("a run's form keeps lines until a method begins anew, copies have their own, and outside of runs nothing is kept") {

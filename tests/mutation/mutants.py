@@ -214,6 +214,8 @@ OPTIMIZED = [
      "graph_.sum(rates_.of(p_[i]), along_q_[i])", "mechanics/derived"),
     (ME + "/derive/coriolis_terms.hpp", "products with what is no rate", "is_rate(known_[at(w.a)]) && is_rate(known_[at(w.b)])",
      "is_rate(known_[at(w.a)])", "mechanics/derived"),
+    (ME + "/derive/coriolis_terms.hpp", "velocities of places are not known", "rate <= last", "false", "mechanics/kept_lines"),
+    (ME + "/derive/coriolis_terms.hpp", "whatever is unknown is a velocity of a place", "is_rate_of_position[at(x)] != 0", "true", "mechanics/derived"),
     (ME + "/derive/coriolis_terms.hpp", "any velocity is the rate of any node", "rates_.of(phi) == y", "true", "mechanics/derived"),
     (ME + "/derive/coriolis_terms.hpp", "rates of one node: of any two", "a.base == b.base && a.is == Is::rate_of_one", "a.is == Is::rate_of_one", "mechanics/derived"),
     (ME + "/derive/coriolis_terms.hpp", "products of the same factors: of any", "factors(w.a) == factors(w.b)", "true", "mechanics/derived"),

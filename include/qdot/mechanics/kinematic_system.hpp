@@ -29,8 +29,9 @@
 //     M = Σ m JᵀJ + J_Ωᵀ I J_Ω ,     rhs = −Σ m Jᵀs − J_Ωᵀ(I Ω̇ + Ω × I Ω) − ∂V/∂q .
 //
 // For few coordinates and point masses whose positions are straight-line code for the compiler (q[0], q[1] … or
-// qdot::unroll), that is the code that one would write by hand (ad/places/position_jet.hpp); loops and up to
-// 64 coordinates (32 when their number is known only at run time) go by rows (ad/places/position_row.hpp), larger systems through T.
+// qdot::unroll), that is the code that one would write by hand (ad/places/position_jet.hpp). Loops over more than four and up
+// to 64 coordinates are derived when a run begins (mechanics/derive/kept_lines.hpp); others, and outside of runs, go by rows
+// (ad/places/position_row.hpp), up to 32 when their number is known only at run time. Larger systems go through T.
 
 #include <array>
 #include <type_traits>
@@ -186,13 +187,17 @@ class KinematicEnergies {
     return equations.pattern();
   }
 
-  // M and r by J and s of the positions (mass_and_rhs.hpp); false for too many coordinates and for what must be named.
-  static constexpr bool has_own_equations = true;
+  // M and r by J and s of the positions (mass_and_rhs.hpp); false where loops hide these from the compiler, and for what must be named.
+  // Places of few coordinates are mostly straight-line code, and lines would cost their programs 3 s of compile time.
+  static constexpr bool has_own_equations = true, may_keep_lines = n > inlined_uses_limit;
   template <class Use>
-  bool equations(const double* q, const double* qdot, Eigen::Index size, double t, const Use& use) const {
-    if constexpr (straight_line_pays && n >= 1 && n <= straight_kinematics_limit) {
-      if (straight_equations(q, qdot, t, use)) return true;
-    }
+  bool equations(const double* q, const double* qdot, Eigen::Index, double t, const Use& use) const {
+    if constexpr (straight_line_pays && n >= 1 && n <= straight_kinematics_limit) return straight_equations(q, qdot, t, use);
+    return false;
+  }
+  // The same of loops; false for too many coordinates.
+  template <class Use>
+  bool longer_equations(const double* q, const double* qdot, Eigen::Index size, double t, const Use& use) const {
     if constexpr (n <= graded_limit<n>) {
       if (size <= graded_limit<n>) return equations_by_rows(q, qdot, static_cast<int>(size), t, use);
     }

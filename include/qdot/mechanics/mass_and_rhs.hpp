@@ -37,7 +37,8 @@ namespace qdot {
 
 namespace detail {
 
-// Energies that know more of themselves than their values say so, has_own_equations = true, and have a member equations(q, qdot, n, t, use).
+// Energies that know more of themselves than their values say so, has_own_equations = true, and have a member equations(q, qdot, n, t, use); some have
+// longer_equations(), too, which are asked where these are false and there are no lines.
 template <class E>
 concept HasOwnEquations = requires { requires E::has_own_equations; };
 
@@ -74,6 +75,9 @@ bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vect
   if constexpr (may_keep_lines<E, n> && !wants_band<Use>) {
     const DerivedLines* const lines = lines_now<n>(kept, e);
     if (lines && lines->template with_mass_and_rhs<n>(q.data(), qdot.data(), t, use)) return true;
+  }
+  if constexpr (HasOwnEquations<E> && requires { e.longer_equations(q.data(), qdot.data(), q.size(), t, use); }) {
+    if (e.longer_equations(q.data(), qdot.data(), q.size(), t, use)) return true;
   }
   if constexpr (graded_pays<n> && !HasOwnEquations<E> && !always_straight<E, n> && !wants_band<Use>) {
     if (q.size() <= graded_limit<n>) return graded_ways<n>(e, q, qdot, t, use);

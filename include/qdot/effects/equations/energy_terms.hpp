@@ -144,6 +144,12 @@ struct EnergiesWithTerms {
   bool equations(const double* q, const double* qdot, Eigen::Index size, double t, const Use& use) const {
     return energies.equations(q, qdot, size, t, WithTerms<n, Terms, Use>{terms, use});
   }
+  template <class Use>
+  bool longer_equations(const double* q, const double* qdot, Eigen::Index size, double t, const Use& use) const
+    requires requires(const WithTerms<n, Terms, Use>& with) { energies.longer_equations(q, qdot, size, t, with); }
+  {
+    return energies.longer_equations(q, qdot, size, t, WithTerms<n, Terms, Use>{terms, use});
+  }
 
   const Energies& without_terms() const { return energies; }
 

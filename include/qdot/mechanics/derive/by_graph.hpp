@@ -67,7 +67,7 @@ class DerivationByGraph {
     for (int w = 0; w < from.nodes; ++w) {
       const StoredNode& x = from.node[w];
       graph.copy_of({x.kind, x.function, x.a, x.b, opened(x.ca, x.line_of_ca), opened(x.cb, x.line_of_cb), opened(x.c, x.line_of_c), x.domain});
-      if (from.next > 3 || from.next_rate > 0) rates_.append_known(from.rate[w]);
+      if (from.next >= 3) rates_.append_known(from.rate[w]);
     }
     if (from.nodes == 0)
       for (int i = 0; i < 2 * n + 1; ++i) graph.variable(i);

@@ -15,8 +15,8 @@
 //
 // masses times accelerations along each coordinate: one walk forwards for all u̇ and one back. Chains of links need half of the operations.
 //
-// That u is a rate is seen where it is a sum of f(φ) φ̇, with φ any formula of q and t: l cos(θ) θ̇, cos(α + β) (α̇ + β̇), ẋ. What is not, like the
-// r θ̇ of polar coordinates, is differentiated as it stands.
+// That u is a rate is seen where it is a sum of f(φ) φ̇, with φ any formula of q and t: l cos(θ) θ̇, cos(α + β) (α̇ + β̇), ẋ; and where it is made of X by
+// the chain rule, as velocities of places are. What is not, like the r θ̇ of polar coordinates, is differentiated as it stands.
 
 #include <algorithm>
 #include <cstddef>
@@ -85,7 +85,17 @@ class CoriolisTerms {
 
   constexpr void tell_kinds(int last) {
     known_.reserve(at(last) + 1);
-    for (int x = 0; x <= last; ++x) known_.push_back(kind_of(x));
+    rates_.remember_to(last);
+    std::vector<char> is_rate_of_position(at(last) + 1, 0);
+    for (int x = 0; x <= last; ++x) {
+      Known known = kind_of(x);
+      if (known.is == Is::other && is_rate_of_position[at(x)] != 0) known.is = Is::rate;
+      if (known.is == Is::position && known.base == x && graph_[x].kind != formula::Kind::variable) {
+        const int rate = rates_.of(x);
+        if (rate <= last) is_rate_of_position[at(rate)] = 1;
+      }
+      known_.push_back(known);
+    }
   }
   constexpr Known kind_of(int x) {
     const typename Graph::Node w = graph_[x];

@@ -99,10 +99,12 @@ class DerivedOnce {
   Derivation<> derivation_;
 };
 
-// Which energies may have kept lines. More coordinates than are known while compiling have other ways (mechanics/derive/traced_motion.hpp).
+// Which energies may have kept lines: T and V, and positions (mechanics/kinematic_system.hpp). More coordinates than are known while compiling have
+// other ways (mechanics/derive/traced_motion.hpp).
 template <class E, int n>
 inline constexpr bool may_keep_lines =
-    n >= 1 && n <= graded_limit<n> && !requires { requires E::has_own_equations; } && !is_written_out<E> && RecordableEnergies<E, n>;
+    n >= 1 && n <= graded_limit<n> && (!requires { requires E::has_own_equations; } || requires { requires E::may_keep_lines; }) && !is_written_out<E> &&
+    RecordableEnergies<E, n>;
 
 // The lines by which a system's M and r are evaluated now, if there are any.
 template <int n, class E>

@@ -23,7 +23,9 @@ class RatesOfNodes {
 
   constexpr Graph& graph() const { return graph_; }
   /// Makes room to remember the rates of nodes up to this one.
-  constexpr void remember_to(int last) { rates_.resize(static_cast<std::size_t>(last) + 1, -1); }
+  constexpr void remember_to(int last) {
+    if (rates_.size() <= static_cast<std::size_t>(last)) rates_.resize(static_cast<std::size_t>(last) + 1, -1);
+  }
   /// Makes those of nodes and of all that they consist of, in the order of the graph: then none is far from those that it needs.
   [[gnu::cold]] constexpr void remember(std::span<const int> nodes) {
     const std::vector<char> needed = graph_.needed_for(nodes);
