@@ -155,7 +155,7 @@ TEST_CASE("a hanging chain accelerates as its tridiagonal equations of tensions 
 }
 
 TEST_CASE("many constraints give what the whole matrices give, however coordinates are numbered and coupled") {
-  for (const int m : {10, 40})
+  for (const int m : {10, 26})
     for (const bool apart : {false, true})
       for (const bool coupled : {false, true}) {
         CAPTURE(m, apart, coupled);
