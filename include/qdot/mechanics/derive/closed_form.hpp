@@ -89,44 +89,33 @@ struct ListedEnergies {
   }
 };
 
-// Two ways to derive: `use` is called with the derivation and its equations.
+// Two ways to derive: `use` is called with the derivation and what is wanted of it, DerivedEquations or DerivedJacobian.
 template <int n, class Energies>
 struct ByTerms {
-  template <class Use>
+  template <class Wanted, class Use>
   static constexpr void derive(const Use& use) {
     DerivationByTerms d(n);
     const int T = Energies::node_of_T(d.graph, d.book, d.is_possible);
     const int V = Energies::node_of_V(d.graph, d.book, d.is_possible);
-    const DerivedEquations e = d.equations_by_terms(T, V);
-    if (d.is_possible) use(d, e);
-  }
-  template <class Use>
-  static constexpr void derive_jacobian(const Use& use) {
-    DerivationByTerms d(n);
-    const int T = Energies::node_of_T(d.graph, d.book, d.is_possible);
-    const int V = Energies::node_of_V(d.graph, d.book, d.is_possible);
-    const DerivedJacobian jacobian = d.jacobian_by_terms(T, V);
-    if (d.is_possible) use(d, jacobian);
+    const Wanted wanted = [&] {
+      if constexpr (std::is_same_v<Wanted, DerivedJacobian>) return d.jacobian_by_terms(T, V);
+      else return d.equations_by_terms(T, V);
+    }();
+    if (d.is_possible) use(d, wanted);
   }
 };
 template <int n, class Energies>
 struct ByGraph {
-  template <class Use>
+  template <class Wanted, class Use>
   static constexpr void derive(const Use& use) {
     constexpr const auto& stage = last_graph_stage<n, Energies>();
     if constexpr (stage.is_possible) {
       DerivationByGraph<n> d(stage);
-      const DerivedEquations e = d.equations(stage);
-      use(d, e);
-    }
-  }
-  template <class Use>
-  static constexpr void derive_jacobian(const Use& use) {
-    constexpr const auto& stage = last_graph_stage<n, Energies>();
-    if constexpr (stage.is_possible) {
-      DerivationByGraph<n> d(stage);
-      const DerivedJacobian jacobian = d.jacobian(stage);
-      use(d, jacobian);
+      const Wanted wanted = [&] {
+        if constexpr (std::is_same_v<Wanted, DerivedJacobian>) return d.jacobian(stage);
+        else return d.equations(stage);
+      }();
+      use(d, wanted);
     }
   }
 };
@@ -179,7 +168,7 @@ struct Draft {
 template <class Way, ClosedFormExtent room>
 constexpr Draft<ClosedForm<room>> closed_form_draft() {
   Draft<ClosedForm<room>> draft;
-  Way::derive([&draft](const auto& d, const DerivedEquations& e) {
+  Way::template derive<DerivedEquations>([&draft](const auto& d, const DerivedEquations& e) {
     auto& [extent, form] = draft;
     const std::vector<int> outputs = outputs_of(e);
     const std::vector<formula::Domain> domains = domains_to_check(d.graph, outputs);

@@ -38,7 +38,7 @@ struct ClosedJacobian {
 // Calls `use` with the derivation, what it has derived, the nodes that M and r need, and these and the others.
 template <int n, class Energies, class Use>
 constexpr void derive_jacobian(const Use& use) {
-  WayToDerive<n, Energies>::type::derive_jacobian([&use](const auto& d, const DerivedJacobian& jacobian) {
+  WayToDerive<n, Energies>::type::template derive<DerivedJacobian>([&use](const auto& d, const DerivedJacobian& jacobian) {
     std::vector<int> equations = jacobian.mass;
     for (const int node : jacobian.right) equations.push_back(node);
     const std::vector<formula::Domain> domains = domains_to_check(d.graph, equations);
