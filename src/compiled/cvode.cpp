@@ -4,9 +4,9 @@
 #include <qdot/integrate/cvode_stepper.hpp>
 
 namespace qdot::detail::cvode {
-template std::unique_ptr<Core> new_core<double>(std::unique_ptr<AnySystem>, CvodeSettings, const Options&);
+template std::unique_ptr<Core> new_core<double>(std::unique_ptr<MethodForm>, NewtonMaker, CvodeSettings, const Options&);
 template void reset<double>(Core&, const Moment&, const Eigen::Ref<const Eigen::VectorXd>&);
 template bool step<double>(Core&, double);
 template PolynomialView polynomial<double>(Core&);
-template std::unique_ptr<NewtonEquations> new_sparse_newton<double>(TracedForm, SUNContext);
+template std::unique_ptr<NewtonEquations> newton_equations<double>(const MethodForm&, SUNContext);
 }  // namespace qdot::detail::cvode

@@ -29,7 +29,7 @@ namespace qdot::program {
 template <class Sc>
 class SceneModel final : public FormModel<SceneForm<Sc>> {
   static constexpr int n = Sc::dof_at_compile_time;
-  static constexpr bool has_traced_constraints = FormModel<SceneForm<Sc>>::is_traced && Sc::has_constraints;
+  static constexpr bool has_traced_constraints = qdot::detail::is_traced_scene<Sc> && Sc::has_constraints;
   using FormModel<SceneForm<Sc>>::form_;
   using Behind = qdot::detail::Mechanics<SceneForm<Sc>>;
 

@@ -22,7 +22,7 @@ struct FirstOrderModel {
   static constexpr int size_at_compile_time = Dynamic;
   std::shared_ptr<const Model> model;
 
-  const qdot::detail::DrivenForm& driven() const { return *model; }
+  const qdot::detail::MethodForm& driven() const { return *model; }
 
   Eigen::Index dof() const { return model->dof(); }
   Eigen::Index size() const { return model->size(); }
@@ -33,14 +33,6 @@ struct FirstOrderModel {
     model->jacobian(t, y, J);
   }
   std::string component_name(Eigen::Index i) const { return model->component_name(i); }
-
-  qdot::detail::TracedEquations<> equations() const {
-    const auto traced = model->equations();
-    if (!traced) throw InvalidValue("a model of a fixed number of coordinates is not traced");
-    return std::move(*traced);
-  }
-  void run_functors(qdot::detail::RecordedMotion& motion) const { model->run_functors(motion); }
-  void accelerate(double t, const double* y, double* a, double* lambda) const { model->accelerate(t, y, a, lambda); }
 };
 
 /// A model with constraints, which the steppers then keep.

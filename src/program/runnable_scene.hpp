@@ -21,8 +21,6 @@
 
 namespace qdot::detail {
 struct RecordedMotion;  // mechanics/derive/recorded_energies.hpp
-template <class Number>
-class TracedEquations;  // mechanics/derive/traced_equations.hpp
 }
 
 namespace qdot::formula {
@@ -80,9 +78,8 @@ struct OwnState {
 using LongVector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 
 /// The equations of motion for fixed parameters, y = [q; q̇; z] with the states z of effects that have some.
-class Model : public qdot::detail::DrivenForm {
+class Model : public qdot::detail::MethodForm {
  public:
-  virtual void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const = 0;
   virtual Energies energies(double t, const Eigen::Ref<const Eigen::VectorXd>& y) const = 0;
   virtual bool autonomous() const = 0;
 
@@ -130,13 +127,6 @@ class Model : public qdot::detail::DrivenForm {
   virtual Eigen::VectorXd force(double, const Eigen::VectorXd&) const { return {}; }
   virtual Eigen::VectorXd state_rates(double, const Eigen::VectorXd&) const { return {}; }
   virtual Eigen::VectorXd state_accelerations(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const { return {}; }
-
-  // Where the number of coordinates is known at run time only: what an implicit method asks where few of them meet
-  // (integrate/cvode/sparse.hpp). Other models have no equations, and are not asked further. All is inline: a scene that is compiled by
-  // itself has nothing to link with.
-  virtual std::shared_ptr<qdot::detail::TracedEquations<double>> equations() const { return nullptr; }
-  virtual void run_functors(qdot::detail::RecordedMotion&) const {}
-  virtual void accelerate(double /*t*/, const double* /*y*/, double* /*a*/, double* /*lambda*/) const {}
 
   /// The stepper of a method that is made for the scene itself (model_steppers.hpp); nothing where there is none.
   virtual std::optional<AnyStepper> own_stepper(const std::string&, double, const Options&) const { return std::nullopt; }

@@ -15,7 +15,6 @@
 #include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/watch/energy_slope.hpp"
 #include "qdot/integrate/watch/driven_form_of.hpp"
-#include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::program {
@@ -29,14 +28,11 @@ inline void touch(const void* memory) { asm volatile("" : : "g"(memory) : "memor
 
 /// What a model takes from a first-order form, be it that of a system or of a scene.
 template <class Form>
-class FormModel : public qdot::detail::DrivenFormOf<Model, Form> {
+class FormModel : public qdot::detail::MethodFormOf<Model, Form> {
  protected:
-  using qdot::detail::DrivenFormOf<Model, Form>::form_;
+  using qdot::detail::MethodFormOf<Model, Form>::form_;
 
  public:
-  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override {
-    form_.jacobian(t, y, J);
-  }
   std::shared_ptr<qdot::detail::RecordedMotion> recorded_on([[maybe_unused]] formula::Recording& recording) const override {
     if constexpr (qdot::detail::is_recordable<Form>::value) {
       return std::make_shared<qdot::detail::RecordedMotion>(qdot::detail::recorded_motion(form_, std::move(recording)));
@@ -44,21 +40,9 @@ class FormModel : public qdot::detail::DrivenFormOf<Model, Form> {
       return nullptr;
     }
   }
-  std::shared_ptr<qdot::detail::TracedEquations<double>> equations() const override {
-    if constexpr (is_traced) return std::make_shared<qdot::detail::TracedEquations<>>(form_.equations());
-    return nullptr;
-  }
-  void run_functors([[maybe_unused]] qdot::detail::RecordedMotion& motion) const override {
-    if constexpr (is_traced) form_.run_functors(motion);
-  }
-  void accelerate([[maybe_unused]] double t, [[maybe_unused]] const double* y, [[maybe_unused]] double* a, [[maybe_unused]] double* lambda) const override {
-    if constexpr (is_traced) form_.accelerate(t, y, a, lambda);
-  }
 
  protected:
-  static constexpr bool is_traced = requires(const Form& form, qdot::detail::RecordedMotion& motion) { form.run_functors(motion); };
-
-  explicit FormModel(Form form) : qdot::detail::DrivenFormOf<Model, Form>(std::move(form)) {}
+  explicit FormModel(Form form) : qdot::detail::MethodFormOf<Model, Form>(std::move(form)) {}
 
   /// T, V and h of the system behind the form.
   template <class Sys>

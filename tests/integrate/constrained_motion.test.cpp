@@ -4,6 +4,7 @@
 #include "catch2_bridge.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/scene_form.hpp"
+#include "qdot/integrate/any_system.hpp"
 #include "qdot/integrate/cvode.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
@@ -91,6 +92,18 @@ TEST_CASE("a method that cannot keep constraints refuses them") {
   CHECK_THROWS_WITH(after_periods(1, qdot::CvodeAdams{}),
                     "a system with constraints needs a method that can project onto them, but cvode_adams cannot (CVODE "
                     "projects with BDF only); use CvodeBdf, Dop853 or Dopri5");
+}
+
+TEST_CASE("what hides a system's type hides neither that it has constraints nor that it has none") {
+  const qdot::AnySystem held = pendulum;
+  CHECK_THROWS_WITH(qdot::simulate(held, released, 1.0, qdot::CvodeAdams{}),
+                    Catch::Matchers::StartsWith("a system with constraints needs a method that can project onto them, but cvode_adams cannot"));
+  const auto free = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.5 * q[0] * q[0]; });
+  const qdot::State<1> start{0.0, qdot::Vector<double, 1>(1.0), qdot::Vector<double, 1>(0.0)};
+  const auto run = qdot::simulate(qdot::AnySystem(free), start, 2.0, qdot::CvodeAdams{}, {.rtol = 1e-10, .atol = 1e-10});
+  REQUIRE(run.completed());
+  CHECK(std::abs(run.y[0] - std::cos(2.0)) < 1e-8);
+  CHECK(run.y == qdot::simulate(free, start, 2.0, qdot::CvodeAdams{}, {.rtol = 1e-10, .atol = 1e-10}).y);
 }
 
 TEST_CASE("a start off its constraints is refused with the coordinate and the remedy") {

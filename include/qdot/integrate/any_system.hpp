@@ -15,7 +15,7 @@
 // takes 1.3 to 1.5 times as long as with the type, less with more of them (./run bench steppers).
 //
 // What needs the functors themselves is asked where the type is known: derivatives with respect to parameters, Taylor, the
-// symplectic methods, band structure. Methods are Dop853, Dopri5 and CvodeBdf, which are compiled once for all systems.
+// symplectic methods. Methods are Dop853, Dopri5, CvodeBdf and CvodeAdams, which are compiled once for all systems.
 // A clock that somebody else owns has such a list already: Simulator (integrate/simulator.hpp) hides system and method together.
 
 #include <Eigen/Core>
@@ -37,23 +37,21 @@ namespace qdot {
 
 namespace detail {
 
-// What methods and users ask of a system, beside what a run asks.
-struct HiddenSystem : DrivenForm {
-  virtual void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const = 0;
+// What users ask of a system, beside what a run and its method ask.
+struct HiddenSystem : MethodForm {
   virtual Eigen::VectorXd packed(const State<Dynamic>& state) const = 0;
   virtual double energy(const State<Dynamic>& state) const = 0;
   virtual std::shared_ptr<const HiddenSystem> renewed() const = 0;  // nothing where nothing of the functors is kept
 };
 
 template <FirstOrderSystem Form>
-class HiddenForm final : public DrivenFormOf<HiddenSystem, Form> {
+class HiddenForm final : public MethodFormOf<HiddenSystem, Form> {
   static constexpr int n = dof_at_compile_time<Form>();
-  using DrivenFormOf<HiddenSystem, Form>::form_;
+  using MethodFormOf<HiddenSystem, Form>::form_;
 
  public:
-  explicit HiddenForm(Form form) : DrivenFormOf<HiddenSystem, Form>(std::move(form)) {}
+  using MethodFormOf<HiddenSystem, Form>::MethodFormOf;
 
-  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override { form_.jacobian(t, y, J); }
   Eigen::VectorXd packed(const State<Dynamic>& state) const override {
     return qdot::detail::packed(form_, own(state));
   }
@@ -69,7 +67,7 @@ class HiddenForm final : public DrivenFormOf<HiddenSystem, Form> {
   std::shared_ptr<const HiddenSystem> renewed() const override {
     if constexpr (requires(Form& form) { form.renew(); }) {
       auto fresh = std::make_shared<HiddenForm>(form_);
-      fresh->form_.renew();
+      fresh->renew();
       return fresh;
     } else {
       return nullptr;
@@ -87,7 +85,8 @@ class HiddenForm final : public DrivenFormOf<HiddenSystem, Form> {
 
 /// A mechanical system, a scene or a FirstOrderSystem of any type. Copies share the system, which nobody changes.
 ///
-/// For methods it is a system that may have constraints and may switch, whatever is behind it: CvodeAdams, which keeps no constraints, does not take it.
+/// For methods it is a system that may have constraints and may switch, whatever is behind it; whether it has constraints is asked when a run begins, so
+/// that CvodeAdams, which keeps none, takes it without.
 class AnySystem {
  public:
   static constexpr int size_at_compile_time = Dynamic;  ///< its size is known at run time only
@@ -142,8 +141,8 @@ class AnySystem {
   void renew() {
     if (auto fresh = hidden_->renewed()) hidden_ = std::move(fresh);
   }
-  /// What a run asks; this object outlives it.
-  const detail::DrivenForm& driven() const noexcept { return *hidden_; }
+  /// What a run and its method ask; this object outlives them.
+  const detail::MethodForm& driven() const noexcept { return *hidden_; }
 
  private:
   template <int n>

@@ -14,7 +14,9 @@
 #include <utility>
 
 #include "qdot/integrate/cvode/core.hpp"
+#include "qdot/integrate/cvode/sparse.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/watch/driven_form_of.hpp"
 
 namespace qdot {
 
@@ -26,7 +28,8 @@ class CvodeStepper {
   /// @throws InvalidValue, DimensionError  for options outside their range
   template <FirstOrderSystem F>
   CvodeStepper(const F& system, CvodeSettings settings, const Options& options)
-      : core_(detail::cvode::new_core(std::make_unique<detail::cvode::SystemOf<F>>(system), std::move(settings), options)) {}
+      : core_(detail::cvode::new_core(std::make_unique<detail::MethodFormOf<detail::MethodForm, F>>(system), detail::cvode::newton_maker<F>(),
+                                      std::move(settings), options)) {}
 
   /// Starts (afresh) at (t, y); evaluates f once there.
   ///

@@ -17,24 +17,23 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <utility>
 
 #include "qdot/ad/vector.hpp"
 #include "qdot/integrate/cvode/newton.hpp"
 #include "qdot/mechanics/equations/banded_equations.hpp"
-#include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail::cvode {
 
-/// Of a system that knows M, C and K within their band. A template, so that nothing of it is in programs without such a system.
-template <FirstOrderSystem F>
+/// Of a system that knows M, C and K within their band.
 class BandedNewton final : public NewtonEquations {
  public:
-  BandedNewton(const F& system, SUNContext context)
+  BandedNewton(const MethodForm& system, SUNContext context)
       : NewtonEquations(context), system_(system), context_(context), right_(zeros<Eigen::VectorXd>(system.size() / 2)) {
     right_vector_ = owned<VectorHandle>(N_VMake_Serial(index(right_.size()), right_.data(), context_), "vector");
   }
 
-  void linearize(double t, const Eigen::Ref<const Eigen::VectorXd>& y) override { at_ = system_.linearization(t, y); }
+  void linearize(double t, const Eigen::Ref<const Eigen::VectorXd>& y) override { at_ = std::move(*system_.linearization(t, y)); }
 
   /// Fills M + γ C + γ² K.
   void assemble(double gamma) override {
@@ -74,7 +73,7 @@ class BandedNewton final : public NewtonEquations {
     return flag;
   }
 
-  const F& system_;
+  const MethodForm& system_;
   SUNContext context_;
   Eigen::VectorXd right_;
   VectorHandle right_vector_;

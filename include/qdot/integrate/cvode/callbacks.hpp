@@ -34,116 +34,25 @@
 
 #include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
-#include "qdot/integrate/cvode/banded.hpp"
 #include "qdot/integrate/cvode/bridge.hpp"
 #include "qdot/integrate/cvode/newton.hpp"
-#include "qdot/integrate/cvode/sparse.hpp"
 #include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/steps/watch_budget.hpp"
-#include "qdot/mechanics/first_order_form.hpp"
+#include "qdot/integrate/watch/driven_form.hpp"
 
 namespace qdot::detail::cvode {
 
 using ConstVector = Eigen::Ref<const Eigen::VectorXd>;
 
-/// A first-order system without its type, so that everything else is compiled once for all systems.
-class AnySystem {
- public:
-  virtual ~AnySystem() = default;
-
-  Eigen::Index size() const noexcept { return size_; }
-  virtual std::string component_name(Eigen::Index i) const = 0;
-  /// Newton's equations of many coordinates that do not all meet; nothing where a dense Jacobian is as good.
-  virtual std::unique_ptr<NewtonEquations> sparse_equations(SUNContext context) const = 0;
-  virtual bool has_constraints() const noexcept = 0;
-  /// y ← the nearest state on the constraints; {|φ|, |φ̇|} afterwards. @throws ConstraintError when there is none.
-  virtual std::pair<double, double> project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;
-  /// Makes anew what the system keeps of its functors.
-  virtual void renew() = 0;
-
-  /// ydot ← f(t, y). @throws NonFinite when it is not finite, and whatever the model throws.
-  void derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
-    write_derivative(t, y, ydot);
-    if (!all_finite(ydot.data(), size_)) throw non_finite_derivative(t, ydot);
-  }
-
-  /// J ← ∂f/∂y. @throws NonFinite when it is not finite, and whatever the model throws.
-  void jacobian(double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) const {
-    write_jacobian(t, y, J);
-    if (!all_finite(J.data(), size_ * size_)) throw non_finite_jacobian(t, J);
-  }
-
- protected:
-  explicit AnySystem(Eigen::Index size) : size_(size) {}
-
- private:
-  virtual void write_derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const = 0;
-  virtual void write_jacobian(double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) const = 0;
-
-  [[gnu::cold, gnu::noinline]] NonFinite non_finite_derivative(double t, const Eigen::Ref<Eigen::VectorXd>& ydot) const {
-    Eigen::Index i = 0;
-    while (std::isfinite(ydot[i])) ++i;
-    return non_finite(sentence({"the derivative of ", component_name(i)}), ydot[i], t);
-  }
-
-  [[gnu::cold, gnu::noinline]] NonFinite non_finite_jacobian(double t, const Eigen::Ref<Eigen::MatrixXd>& J) const {
-    Eigen::Index k = 0;
-    while (std::isfinite(J.data()[k])) ++k;  // column-major and without gaps, as CVODE keeps it
-    return non_finite(sentence({"the change of ", component_name(k % size_), "'s derivative with ", component_name(k / size_)}), J.data()[k], t);
-  }
-
-  static NonFinite non_finite(const std::string& component, double value, double t) {
-    return {component, t, sentence({component, " is ", value, " at t = ", t})};
-  }
-
-  Eigen::Index size_;
-};
-
-template <FirstOrderSystem F>
-class SystemOf final : public AnySystem {
- public:
-  explicit SystemOf(const F& system) : AnySystem(system.size()), system_(system) {}
-
-  std::string component_name(Eigen::Index i) const override { return system_.component_name(i); }
-  // From traced equations, or, where there are none, within the band that a tape shows.
-  std::unique_ptr<NewtonEquations> sparse_equations([[maybe_unused]] SUNContext context) const override {
-    constexpr Eigen::Index dense_limit = 128;  // components
-    if (size() <= dense_limit) return nullptr;
-    if constexpr (requires(RecordedMotion& m) { system_.run_functors(m); }) {
-      try {
-        return new_sparse_newton(traced_form(system_), context);
-      } catch (...) {  // no formulas
-      }
-    }
-    if constexpr (requires(const ConstVector& y) { system_.linearization(0.0, y); }) return std::make_unique<BandedNewton<F>>(system_, context);
-    return nullptr;
-  }
-  bool has_constraints() const noexcept override { return ProjectableSystem<F>; }
-  std::pair<double, double> project([[maybe_unused]] double t, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> y) const override {
-    if constexpr (ProjectableSystem<F>) {
-      const auto report = system_.project(t, y);
-      return {report.residual, report.velocity_residual};
-    }
-    return {};
-  }
-  void renew() override { detail::renew(system_); }
-
- private:
-  void write_derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const override { system_.derivative(t, y, ydot); }
-  void write_jacobian(double t, const ConstVector& y, Eigen::Ref<Eigen::MatrixXd> J) const override { system_.jacobian(t, y, J); }
-
-  F system_;
-};
-
 /// The model as CVODE sees it: counted, checked, and with every exception kept back.
 class GuardedSystem {
  public:
-  GuardedSystem(std::unique_ptr<AnySystem> system, const Options& options)
+  GuardedSystem(std::unique_ptr<MethodForm> system, const Options& options)
       : system_(std::move(system)), budget_(options), start_y_(system_->size()), start_ydot_(system_->size()), projected_(system_->size()) {}
 
-  const AnySystem& system() const noexcept { return *system_; }
+  const MethodForm& system() const noexcept { return *system_; }
   void renew() {
     system_->renew();
     if (newton) newton->renew();
@@ -156,7 +65,7 @@ class GuardedSystem {
     clock.start(at);
     began = at.elapsed;
     ++evaluations;
-    system_->derivative(shown(0.0), y, start_ydot_);
+    derivative(shown(0.0), y, start_ydot_);
     start_y_ = y;
     start_pending_ = true;
   }
@@ -204,7 +113,7 @@ class GuardedSystem {
     }
     if (guard.over_budget()) return -1;
     ++guard.evaluations;
-    return guard.guarded([&] { guard.system_->derivative(guard.shown(t), state, result); });
+    return guard.guarded([&] { guard.derivative(guard.shown(t), state, result); });
   }
 
   static int jacobian(double t, N_Vector y, N_Vector, SUNMatrix J, void* self, N_Vector, N_Vector, N_Vector) noexcept {
@@ -213,7 +122,10 @@ class GuardedSystem {
     const Eigen::Map<const Eigen::VectorXd> state(N_VGetArrayPointer(y), n);
     Eigen::Map<Eigen::MatrixXd> result(SUNDenseMatrix_Data(J), n, n);  // column-major, like Eigen's
     ++guard.jacobians;
-    return guard.guarded([&] { guard.system_->jacobian(guard.shown(t), state, result); });
+    return guard.guarded([&] {
+      guard.system_->jacobian(guard.shown(t), state, result);
+      if (!all_finite(result.data(), result.size())) throw guard.non_finite_jacobian(guard.shown(t), result);
+    });
   }
 
   // Newton's matrix of many coordinates; only γ is new when `keep` is set.
@@ -238,11 +150,11 @@ class GuardedSystem {
     Eigen::Map<Eigen::VectorXd> change(N_VGetArrayPointer(correction), guard.system_->size());
     return guard.guarded([&] {
       std::copy_n(state.data(), state.size(), guard.projected_.data());
-      const auto [position, velocity] = guard.system_->project(guard.shown(t), guard.projected_);
+      const ProjectionReport report = guard.system_->project(guard.shown(t), guard.projected_);
       for (Eigen::Index i = 0; i < state.size(); ++i) change[i] = guard.projected_[i] - state[i];
       ++guard.projections;
-      guard.constraint_residual = std::max(guard.constraint_residual, position);
-      guard.constraint_velocity = std::max(guard.constraint_velocity, velocity);
+      guard.constraint_residual = std::max(guard.constraint_residual, report.residual);
+      guard.constraint_velocity = std::max(guard.constraint_velocity, report.velocity_residual);
     });
   }
 
@@ -255,6 +167,29 @@ class GuardedSystem {
   double constraint_residual = 0.0, constraint_velocity = 0.0;  // largest after a projection
 
  private:
+  // ydot ← f(t, y). @throws NonFinite when it is not finite, and whatever the model throws.
+  void derivative(double t, const ConstVector& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
+    system_->derivative(t, y, ydot);
+    if (!all_finite(ydot.data(), ydot.size())) throw non_finite_derivative(t, ydot);
+  }
+
+  [[gnu::cold, gnu::noinline]] NonFinite non_finite_derivative(double t, const Eigen::Ref<Eigen::VectorXd>& ydot) const {
+    Eigen::Index i = 0;
+    while (std::isfinite(ydot[i])) ++i;
+    return non_finite(sentence({"the derivative of ", system_->component_name(i)}), ydot[i], t);
+  }
+
+  [[gnu::cold, gnu::noinline]] NonFinite non_finite_jacobian(double t, const Eigen::Map<Eigen::MatrixXd>& J) const {
+    Eigen::Index k = 0;
+    while (std::isfinite(J.data()[k])) ++k;  // column-major and without gaps, as CVODE keeps it
+    const std::string changes = system_->component_name(k % J.rows()), with = system_->component_name(k / J.rows());
+    return non_finite(sentence({"the change of ", changes, "'s derivative with ", with}), J.data()[k], t);
+  }
+
+  static NonFinite non_finite(const std::string& component, double value, double t) {
+    return {component, t, sentence({component, " is ", value, " at t = ", t})};
+  }
+
   // t for the model, by CVODE's time.
   double shown(double cvode_time) const noexcept { return clock.shown(clock.within(began + cvode_time)); }
 
@@ -294,7 +229,7 @@ class GuardedSystem {
     }
   }
 
-  std::unique_ptr<AnySystem> system_;
+  std::unique_ptr<MethodForm> system_;
   Budget budget_;
   Eigen::VectorXd start_y_, start_ydot_, projected_;
   bool start_pending_ = false;

@@ -86,7 +86,7 @@ struct Core {
   NonlinearSolverHandle nonlinear_solver;
   MemoryHandle memory;
 
-  [[gnu::cold]] Core(std::unique_ptr<AnySystem> system, CvodeSettings wanted, const Options& options);
+  [[gnu::cold]] Core(std::unique_ptr<MethodForm> system, NewtonMaker newton_of, CvodeSettings wanted, const Options& options);
   [[gnu::cold]] void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y0);
   bool step(double t_limit);
   PolynomialView polynomial();
@@ -105,7 +105,7 @@ struct Core {
   std::string worst_part(int flag);
 };
 
-inline Core::Core(std::unique_ptr<AnySystem> system, CvodeSettings wanted, const Options& options)
+inline Core::Core(std::unique_ptr<MethodForm> system, NewtonMaker newton_of, CvodeSettings wanted, const Options& options)
     : settings(std::move(wanted)),
       max_step(options.max_step),
       initial_step(options.initial_step),
@@ -145,7 +145,7 @@ inline Core::Core(std::unique_ptr<AnySystem> system, CvodeSettings wanted, const
   require(CVodeSetMaxNumSteps(memory.get(), -1), "CVodeSetMaxNumSteps");  // the driver counts
   require(CVodeSetMaxHnilWarns(memory.get(), -1), "CVodeSetMaxHnilWarns");
   require(CVodeSetMaxOrd(memory.get(), settings.max_order), "CVodeSetMaxOrd");
-  if (guard.system().has_constraints()) {
+  if (guard.system().is_constrained()) {
     if (settings.family != CV_BDF)
       detail::throw_invalid_value({"a system with constraints needs a method that can project onto them, but ", settings.name,
                                    " cannot (CVODE projects with BDF only); use CvodeBdf, Dop853 or Dopri5"});
@@ -158,7 +158,7 @@ inline Core::Core(std::unique_ptr<AnySystem> system, CvodeSettings wanted, const
     nonlinear_solver =
         owned<NonlinearSolverHandle>(SUNNonlinSol_Newton(y_vector.get(), context.get()), "Newton solver");
     require(CVodeSetNonlinearSolver(memory.get(), nonlinear_solver.get()), "CVodeSetNonlinearSolver");
-    guard.newton = guard.system().sparse_equations(context.get());
+    if (newton_of != nullptr) guard.newton = newton_of(guard.system(), context.get());
     if (guard.newton) {
       require(CVodeSetLinearSolver(memory.get(), guard.newton->solver(), guard.newton->matrix()), "CVodeSetLinearSolver");
       require(CVodeSetLinSysFn(memory.get(), &GuardedSystem::sparse_newton), "CVodeSetLinSysFn");
@@ -348,8 +348,8 @@ inline std::string Core::worst_part(int flag) {
 
 // What a stepper asks of it, compiled once in a program, or in the library (qdot::compiled).
 template <class Number = double>
-std::unique_ptr<Core> new_core(std::unique_ptr<AnySystem> system, CvodeSettings settings, const Options& options) {
-  return std::make_unique<Core>(std::move(system), std::move(settings), options);
+std::unique_ptr<Core> new_core(std::unique_ptr<MethodForm> system, NewtonMaker newton_of, CvodeSettings settings, const Options& options) {
+  return std::make_unique<Core>(std::move(system), newton_of, std::move(settings), options);
 }
 template <class Number = double>
 void reset(Core& core, const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
@@ -365,7 +365,7 @@ PolynomialView polynomial(Core& core) {
 }
 
 #ifdef QDOT_COMPILED
-extern template std::unique_ptr<Core> new_core<double>(std::unique_ptr<AnySystem>, CvodeSettings, const Options&);
+extern template std::unique_ptr<Core> new_core<double>(std::unique_ptr<MethodForm>, NewtonMaker, CvodeSettings, const Options&);
 extern template void reset<double>(Core&, const Moment&, const Eigen::Ref<const Eigen::VectorXd>&);
 extern template bool step<double>(Core&, double);
 extern template PolynomialView polynomial<double>(Core&);

@@ -7,8 +7,10 @@
 #include <sunmatrix/sunmatrix_dense.h>
 
 #include <Eigen/Core>
+#include <memory>
 
 #include "qdot/integrate/cvode/bridge.hpp"
+#include "qdot/integrate/watch/driven_form.hpp"
 
 namespace qdot::detail::cvode {
 
@@ -50,5 +52,8 @@ class NewtonEquations {
   MatrixHandle placeholder_;
   LinearSolverHandle solver_;
 };
+
+/// What makes them for a system; nothing where a dense Jacobian is as good.
+using NewtonMaker = std::unique_ptr<NewtonEquations> (*)(const MethodForm& system, SUNContext context);
 
 }  // namespace qdot::detail::cvode

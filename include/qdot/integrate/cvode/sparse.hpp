@@ -22,40 +22,28 @@
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
 
 #include "qdot/error.hpp"
+#include "qdot/integrate/cvode/banded.hpp"
 #include "qdot/integrate/cvode/newton.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail::cvode {
 
-/// What Newton's equations ask of a form.
-struct TracedForm {
-  std::function<TracedEquations<>()> equations;                                                   ///< traced anew
-  std::function<void(RecordedMotion&)> run_functors;                                              ///< on a recording
-  std::function<void(double t, const double* y, double* a, double* lambda)> accelerate;  ///< a ← q̈, and the multipliers
-};
-
-template <class F>
-TracedForm traced_form(const F& form) {
-  return {[&form] { return form.equations(); }, [&form](RecordedMotion& m) { form.run_functors(m); },
-          [&form](double t, const double* y, double* a, double* lambda) { form.accelerate(t, y, a, lambda); }};
-}
-
-/// Programs without such a system make nothing of SparseLU, since its numbers are a parameter.
+/// Of a system that has equations.
 template <class Number = double>
 class SparseNewton final : public NewtonEquations {
  public:
   /// @throws whatever tracing throws
-  SparseNewton(TracedForm form, SUNContext context) : NewtonEquations(context), form_(std::move(form)) { trace(); }
+  SparseNewton(const MethodForm& form, TracedEquations<> equations, SUNContext context) : NewtonEquations(context), form_(form) { take(std::move(equations)); }
 
   /// Traces again where the functors are others by now.
   [[gnu::cold]] void renew() override {
-    if (!lines_->still_holds(form_.run_functors)) trace();
+    if (!lines_->still_holds([this](RecordedMotion& m) { form_.run_functors(m); })) take(std::move(*form_.equations()));
   }
 
   void linearize(double t, const Eigen::Ref<const Eigen::VectorXd>& y) override {
@@ -89,8 +77,8 @@ class SparseNewton final : public NewtonEquations {
   std::size_t n() const { return acceleration_.size(); }
   std::size_t rows() const { return multipliers_.size(); }
 
-  [[gnu::cold]] void trace() {
-    lines_ = std::make_unique<TracedLines<>>(form_.equations());
+  [[gnu::cold]] void take(TracedEquations<> equations) {
+    lines_ = std::make_unique<TracedLines<>>(std::move(equations));
     TracedEquations<>& e = lines_->equations();
     if (e.states() > 0) throw InvalidValue("sparse Newton equations know of no states of effects");
     acceleration_.resize(e.n());
@@ -172,7 +160,7 @@ class SparseNewton final : public NewtonEquations {
     return 0;
   }
 
-  TracedForm form_;
+  const MethodForm& form_;
   std::unique_ptr<TracedLines<>> lines_;
   std::shared_ptr<const formula::LineTable> table_;
   std::vector<double> acceleration_, multipliers_;
@@ -184,13 +172,29 @@ class SparseNewton final : public NewtonEquations {
   Eigen::SparseLU<Eigen::SparseMatrix<Number>> factors_;
 };
 
+/// Newton's equations of many coordinates that do not all meet, from traced equations or, where there are none, within the band that a tape shows;
+/// nothing where a dense Jacobian is as good.
 template <class Number = double>
-std::unique_ptr<NewtonEquations> new_sparse_newton(TracedForm form, SUNContext context) {
-  return std::make_unique<SparseNewton<Number>>(std::move(form), context);
+std::unique_ptr<NewtonEquations> newton_equations(const MethodForm& system, SUNContext context) {
+  constexpr Eigen::Index dense_limit = 128;  // components
+  if (system.size() <= dense_limit) return nullptr;
+  try {
+    if (auto equations = system.equations()) return std::make_unique<SparseNewton<Number>>(system, std::move(*equations), context);
+  } catch (...) {  // no formulas
+  }
+  if (system.has_band()) return std::make_unique<BandedNewton>(system, context);
+  return nullptr;
 }
 
 #ifdef QDOT_COMPILED
-extern template std::unique_ptr<NewtonEquations> new_sparse_newton<double>(TracedForm, SUNContext);
+extern template std::unique_ptr<NewtonEquations> newton_equations<double>(const MethodForm&, SUNContext);
 #endif
+
+// What makes them for systems of a type, if some of the type may be large.
+template <FirstOrderSystem F>
+constexpr NewtonMaker newton_maker() {
+  if constexpr (F::size_at_compile_time == Dynamic) return &newton_equations<double>;
+  else return nullptr;
+}
 
 }  // namespace qdot::detail::cvode

@@ -3,8 +3,8 @@
 //
 // What a run asks of its system (driven_form.hpp), from a form of any type.
 //
-// Who has more to ask of a form without its type derives an interface of their own from DrivenForm, and a class that answers from
-// DrivenFormOf of it: AnySystem does, and the program of the command line.
+// Who has more to ask of a form without its type derives an interface of their own from MethodForm, and a class that answers from
+// MethodFormOf of it: AnySystem does, and the program of the command line. CVODE asks MethodForm itself.
 //
 // A form that hides another one's type, because its methods are to be compiled once for many systems as well, has driven(), what stands behind it; or,
 // where it is more than that, watch(options), which gives the watchdog of the form behind it.
@@ -24,7 +24,9 @@
 #include "qdot/integrate/watch/any_watch.hpp"
 #include "qdot/integrate/watch/driven_form.hpp"
 #include "qdot/integrate/watch/watch.hpp"
+#include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/energy.hpp"
+#include "qdot/mechanics/equations/banded_equations.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail {
@@ -110,6 +112,45 @@ class SwitchingFormOf : public SmoothFormOf<Face, Held> {
 
 template <class Face, class Held>
 using DrivenFormOf = std::conditional_t<SwitchingSystem<std::remove_cvref_t<Held>>, SwitchingFormOf<Face, Held>, SmoothFormOf<Face, Held>>;
+
+/// What a method asks, of a copy of the form; Face is MethodForm or derived from it.
+template <class Face, class Form>
+class MethodFormOf : public DrivenFormOf<Face, Form> {
+  static constexpr bool is_traced = requires(const Form& form, RecordedMotion& motion) { form.run_functors(motion); };
+  static constexpr bool is_banded = requires(const Form& form, const Eigen::Ref<const Eigen::VectorXd>& y) { form.linearization(0.0, y); };
+  static constexpr bool is_hidden = requires(const Form& form) { form.driven().equations(); };
+
+ public:
+  explicit MethodFormOf(Form form) : DrivenFormOf<Face, Form>(std::move(form)) {}
+
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override { form_.jacobian(t, y, J); }
+  void renew() override { detail::renew(form_); }
+  std::shared_ptr<TracedEquations<double>> equations() const override {
+    if constexpr (is_hidden) return form_.driven().equations();
+    else if constexpr (is_traced) return std::make_shared<TracedEquations<double>>(form_.equations());
+    else return nullptr;
+  }
+  void run_functors([[maybe_unused]] RecordedMotion& motion) const override {
+    if constexpr (is_hidden) form_.driven().run_functors(motion);
+    else if constexpr (is_traced) form_.run_functors(motion);
+  }
+  void accelerate([[maybe_unused]] double t, [[maybe_unused]] const double* y, [[maybe_unused]] double* a, [[maybe_unused]] double* lambda) const override {
+    if constexpr (is_hidden) form_.driven().accelerate(t, y, a, lambda);
+    else if constexpr (is_traced) form_.accelerate(t, y, a, lambda);
+  }
+  bool has_band() const override {
+    if constexpr (is_hidden) return form_.driven().has_band();
+    else return is_banded;
+  }
+  std::shared_ptr<BandedLinearization> linearization([[maybe_unused]] double t, [[maybe_unused]] const Eigen::Ref<const Eigen::VectorXd>& y) const override {
+    if constexpr (is_hidden) return form_.driven().linearization(t, y);
+    else if constexpr (is_banded) return std::make_shared<BandedLinearization>(form_.linearization(t, y));
+    else return nullptr;
+  }
+
+ protected:
+  using DrivenFormOf<Face, Form>::form_;
+};
 
 // A form as its run sees it, as long as the form lives.
 template <class Form>
