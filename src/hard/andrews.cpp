@@ -49,7 +49,7 @@ struct SqueezingMechanism {
   }
 };
 
-ConstrainedMotion mechanism() {
+Motion mechanism() {
   const SqueezingMechanism data;
   return motion(scene(mechanical_system<7>(data).with_names({"beta", "theta", "gamma", "phi", "delta", "omega", "epsilon"}),
                       holonomic("loop", [data](const auto& q) { return data.loops(q); })));

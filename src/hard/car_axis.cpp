@@ -27,7 +27,7 @@ struct CarAxis {
   }
 };
 
-ConstrainedMotion axis() {
+Motion axis() {
   const CarAxis data;
   const auto axis = scene(mechanical_system<4>(data).with_names({"xl", "yl", "xr", "yr"}),
                           holonomic("spring", [data](const auto& q, const auto& t) {

@@ -41,7 +41,7 @@ std::vector<Row> rows() {
                              using S = typename std::decay_t<decltype(q)>::Scalar;
                              return Vector<S, 2>(q[1] - cos(q[2]) - a * cos(q[0]), sin(q[2]) + a * sin(q[0]));
                            }));
-  const auto moving = stiff_motion(crank, Energy::worked_upon);
+  const auto moving = motion(crank, Energy::worked_upon);
   const Eigen::VectorXd start = numbers({std::numbers::pi / 2, std::sqrt(3.0) / 2, -std::numbers::pi / 6, 0, 0, 0});
   const Problem problem{.name = "GGL slider crank",
                         .t_end = 10,

@@ -37,7 +37,7 @@ EnergyWatch::EnergyWatch(const Motion& motion)
              [&motion](double t, const State_& y) { return motion.energy_rate(t, y); }) {}
 
 void EnergyWatch::operator()(const StepView& step) {
-  if (!motion_.conserves_energy()) return meter_(step);
+  if (motion_.energy_rate) return meter_(step);
   if (!begun_) {
     first_ = motion_.energy(step.t_previous(), step.y_at(step.t_previous()));
     begun_ = true;
@@ -45,7 +45,7 @@ void EnergyWatch::operator()(const StepView& step) {
   largest_ = std::max(largest_, std::abs(motion_.energy(step.t(), step.y()) - first_));
 }
 
-double EnergyWatch::largest() const { return motion_.conserves_energy() ? largest_ : meter_.balance().residual; }
+double EnergyWatch::largest() const { return motion_.energy_rate ? meter_.balance().residual : largest_; }
 
 std::string text_of_tolerance(double tolerance) {
   char text[32];
@@ -55,34 +55,24 @@ std::string text_of_tolerance(double tolerance) {
 
 namespace {
 
-template <class M, class Method>
-Row solved_by(const Problem& problem, const M& motion, const Method& method, Options options) {
+template <class Method>
+Row solved_by(const Problem& problem, const Motion& motion, const Method& method, Options options) {
   options.keep_trajectory = false;
   options.max_wall_seconds = std::min(options.max_wall_seconds, 60.0);
   EnergyWatch watch(motion);
-  const auto run = simulate(motion, FirstOrderState{0.0, problem.start}, problem.t_end, method, options, watch);
-  return row_of(problem, motion, run, std::string(Method::name) + ", " + text_of_tolerance(options.rtol),
-                std::is_same_v<M, ConstrainedMotion>, watch.largest());
+  const auto run = simulate(motion.system, FirstOrderState{0.0, problem.start}, problem.t_end, method, options, watch);
+  return row_of(problem, motion, run, std::string(Method::name) + ", " + text_of_tolerance(options.rtol), watch.largest());
 }
 
-template <class M>
-Row solved_by_any(const Problem& problem, const M& motion, By method, const Options& options) {
+}  // namespace
+
+Row solved(const Problem& problem, const Motion& motion, By method, const Options& options) {
   switch (method) {
     case By::dopri5: return solved_by(problem, motion, Dopri5{}, options);
     case By::adams: return solved_by(problem, motion, CvodeAdams{}, options);
     case By::bdf: return solved_by(problem, motion, CvodeBdf{}, options);
     default: return solved_by(problem, motion, Dop853{}, options);
   }
-}
-
-}  // namespace
-
-Row solved(const Problem& problem, const Motion& motion, By method, const Options& options) {
-  return solved_by_any(problem, motion, method, options);
-}
-
-Row solved(const Problem& problem, const ConstrainedMotion& motion, By method, const Options& options) {
-  return solved_by_any(problem, motion, method, options);
 }
 
 Row limited(Row row, std::string why) {

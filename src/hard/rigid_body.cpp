@@ -34,7 +34,7 @@ struct FreeBody {
 std::vector<Row> rows() {
   const auto body = scene(mechanical_system<4>(FreeBody{}).with_indefinite_mass_matrix(),
                           holonomic("unit length", [](const auto& e) { return 0.5 * (e.squaredNorm() - 1.0); }));
-  const auto moving = stiff_motion(body);
+  const auto moving = motion(body);
   struct End {
     double t, y1, y2, y3;
   };
