@@ -21,6 +21,7 @@ function(qdot_add_compiled)
     target_link_libraries(qdot_compiled PUBLIC qdot::qdot)
   endif()
   target_compile_definitions(qdot_compiled INTERFACE QDOT_COMPILED)
+  set_target_properties(qdot_compiled PROPERTIES POSITION_INDEPENDENT_CODE ON) # shared libraries may have it, too
   add_library(qdot::compiled ALIAS qdot_compiled)
   add_library(qdot_compiled_analysis STATIC EXCLUDE_FROM_ALL ${folder}/compiled/analysis.cpp)
   target_link_libraries(qdot_compiled_analysis PUBLIC qdot_compiled)

@@ -22,7 +22,7 @@
 #include <system_error>
 #include <vector>
 
-#include "scene_compiler.hpp"  // made by CMake: the compiler and its options
+#include "scene_compiler.hpp"  // made by CMake: the compiler, its options, and the archive of qdot::compiled
 
 extern char** environ;
 
@@ -215,6 +215,7 @@ fs::path compiled(const std::string& given, const fs::path& source, std::vector<
   const std::string unfinished = entries.stem.string() + "." + std::to_string(getpid());
   const fs::path library = unfinished + ".so", rule = unfinished + ".d", log = unfinished + ".log";
   command.insert(command.end(), {"-fPIC", "-shared", "-MMD", "-MT", "scene", "-MF", rule.string(), "-o", library.string(), source.string()});
+  if (fs::exists(compiled_archive)) command.insert(command.end(), {"-DQDOT_COMPILED", compiled_archive});
   const bool watched = isatty(STDERR_FILENO) != 0;
   if (watched) std::fprintf(stderr, "Compiling %s, which takes some ten seconds and is done once …", given.c_str());
   const int status = status_of(command, log);
