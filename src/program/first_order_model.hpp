@@ -20,6 +20,7 @@ namespace qdot::program {
 /// A model as the steppers want it: a value with the members of FirstOrderSystem.
 struct FirstOrderModel {
   static constexpr int size_at_compile_time = Dynamic;
+  static constexpr bool may_be_sparse = true;  // some scenes are of as many bodies as one asks for
   std::shared_ptr<const Model> model;
 
   const qdot::detail::MethodForm& driven() const { return *model; }

@@ -15,7 +15,7 @@
 // takes 1.3 to 1.5 times as long as with the type, less with more of them (./run bench steppers).
 //
 // What needs the functors themselves is asked where the type is known: derivatives with respect to parameters, Taylor, the
-// symplectic methods. Methods are Dop853, Dopri5, CvodeBdf and CvodeAdams, which are compiled once for all systems.
+// symplectic methods, band structure. Methods are Dop853, Dopri5, CvodeBdf and CvodeAdams, which are compiled once for all systems.
 // A clock that somebody else owns has such a list already: Simulator (integrate/simulator.hpp) hides system and method together.
 
 #include <Eigen/Core>

@@ -29,6 +29,7 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/cvode/banded.hpp"
 #include "qdot/integrate/cvode/newton.hpp"
+#include "qdot/integrate/watch/driven_form_of.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -190,10 +191,10 @@ std::unique_ptr<NewtonEquations> newton_equations(const MethodForm& system, SUNC
 extern template std::unique_ptr<NewtonEquations> newton_equations<double>(const MethodForm&, SUNContext);
 #endif
 
-// What makes them for systems of a type, if some of the type may be large.
+// What makes them for systems of a type, if some of the type may want them: a sparse solver takes the compiler seconds.
 template <FirstOrderSystem F>
 constexpr NewtonMaker newton_maker() {
-  if constexpr (F::size_at_compile_time == Dynamic) return &newton_equations<double>;
+  if constexpr (MethodFormOf<MethodForm, F>::may_be_sparse) return &newton_equations<double>;
   else return nullptr;
 }
 

@@ -121,6 +121,10 @@ class MethodFormOf : public DrivenFormOf<Face, Form> {
   static constexpr bool is_hidden = requires(const Form& form) { form.driven().equations(); };
 
  public:
+  /// Whether a system of the type may have equations that few coordinates meet in. What hides a type says so itself, if what solves them is worth its
+  /// compile time there.
+  static constexpr bool may_be_sparse = is_traced || is_banded || requires { requires Form::may_be_sparse; };
+
   explicit MethodFormOf(Form form) : DrivenFormOf<Face, Form>(std::move(form)) {}
 
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override { form_.jacobian(t, y, J); }
