@@ -5,15 +5,12 @@
 
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "program/runnable_scene.hpp"
-#include "qdot/error.hpp"
 #include "qdot/integrate/watch/driven_form.hpp"
-#include "qdot/mechanics/derive/traced_equations.hpp"
 
 namespace qdot::program {
 

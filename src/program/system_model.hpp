@@ -28,9 +28,9 @@ inline void touch(const void* memory) { asm volatile("" : : "g"(memory) : "memor
 
 /// What a model takes from a first-order form, be it that of a system or of a scene.
 template <class Form>
-class FormModel : public qdot::detail::MethodFormOf<Model, Form> {
+class FormModel : public qdot::detail::SparseFormOf<Model, Form> {
  protected:
-  using qdot::detail::MethodFormOf<Model, Form>::form_;
+  using qdot::detail::SparseFormOf<Model, Form>::form_;
 
  public:
   std::shared_ptr<qdot::detail::RecordedMotion> recorded_on([[maybe_unused]] formula::Recording& recording) const override {
@@ -42,7 +42,7 @@ class FormModel : public qdot::detail::MethodFormOf<Model, Form> {
   }
 
  protected:
-  explicit FormModel(Form form) : qdot::detail::MethodFormOf<Model, Form>(std::move(form)) {}
+  explicit FormModel(Form form) : qdot::detail::SparseFormOf<Model, Form>(std::move(form)) {}
 
   /// T, V and h of the system behind the form.
   template <class Sys>

@@ -71,7 +71,7 @@ void check_newton(const Form& form, double t, double gamma) {
   const Eigen::VectorXd expected = (Eigen::MatrixXd::Identity(size, size) - gamma * J).partialPivLu().solve(b);
   detail::cvode::Messages messages{[](bool, const char*, void*) noexcept {}, nullptr};
   const auto context = detail::cvode::make_context(messages);
-  const detail::MethodFormOf<detail::MethodForm, Form> hidden(form);
+  const detail::SparseFormOf<detail::MethodForm, Form> hidden(form);
   detail::cvode::SparseNewton<> newton(hidden, form.equations(), context.get());
   newton.linearize(t, y);
   for (const double other : {0.5 * gamma, gamma}) newton.assemble(other);

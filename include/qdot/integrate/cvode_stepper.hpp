@@ -28,7 +28,7 @@ class CvodeStepper {
   /// @throws InvalidValue, DimensionError  for options outside their range
   template <FirstOrderSystem F>
   CvodeStepper(const F& system, CvodeSettings settings, const Options& options)
-      : core_(detail::cvode::new_core(std::make_unique<detail::MethodFormOf<detail::MethodForm, F>>(system), detail::cvode::newton_maker<F>(),
+      : core_(detail::cvode::new_core(std::make_unique<detail::SparseFormOf<detail::MethodForm, F>>(system), detail::cvode::newton_maker<F>(),
                                       std::move(settings), options)) {}
 
   /// Starts (afresh) at (t, y); evaluates f once there.

@@ -194,7 +194,7 @@ extern template std::unique_ptr<NewtonEquations> newton_equations<double>(const 
 // What makes them for systems of a type, if some of the type may want them: a sparse solver takes the compiler seconds.
 template <FirstOrderSystem F>
 constexpr NewtonMaker newton_maker() {
-  if constexpr (MethodFormOf<MethodForm, F>::may_be_sparse) return &newton_equations<double>;
+  if constexpr (SparseFormOf<MethodForm, F>::may_be_sparse) return &newton_equations<double>;
   else return nullptr;
 }
 

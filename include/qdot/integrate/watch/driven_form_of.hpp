@@ -4,7 +4,7 @@
 // What a run asks of its system (driven_form.hpp), from a form of any type.
 //
 // Who has more to ask of a form without its type derives an interface of their own from MethodForm, and a class that answers from
-// MethodFormOf of it: AnySystem does, and the program of the command line. CVODE asks MethodForm itself.
+// MethodFormOf of it, as AnySystem does, or from SparseFormOf, as the program of the command line does. CVODE asks MethodForm itself.
 //
 // A form that hides another one's type, because its methods are to be compiled once for many systems as well, has driven(), what stands behind it; or,
 // where it is more than that, watch(options), which gives the watchdog of the form behind it.
@@ -113,9 +113,22 @@ class SwitchingFormOf : public SmoothFormOf<Face, Held> {
 template <class Face, class Held>
 using DrivenFormOf = std::conditional_t<SwitchingSystem<std::remove_cvref_t<Held>>, SwitchingFormOf<Face, Held>, SmoothFormOf<Face, Held>>;
 
-/// What a method asks, of a copy of the form; Face is MethodForm or derived from it.
+/// The Jacobian in addition, of a copy of the form; Face is MethodForm or derived from it.
 template <class Face, class Form>
 class MethodFormOf : public DrivenFormOf<Face, Form> {
+ public:
+  explicit MethodFormOf(Form form) : DrivenFormOf<Face, Form>(std::move(form)) {}
+
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override { form_.jacobian(t, y, J); }
+  void renew() override { detail::renew(form_); }
+
+ protected:
+  using DrivenFormOf<Face, Form>::form_;
+};
+
+/// All that a method asks, for systems whose Newton equations may be solved as sparse or banded.
+template <class Face, class Form>
+class SparseFormOf : public MethodFormOf<Face, Form> {
   static constexpr bool is_traced = requires(const Form& form, RecordedMotion& motion) { form.run_functors(motion); };
   static constexpr bool is_banded = requires(const Form& form, const Eigen::Ref<const Eigen::VectorXd>& y) { form.linearization(0.0, y); };
   static constexpr bool is_hidden = requires(const Form& form) { form.driven().equations(); };
@@ -125,10 +138,8 @@ class MethodFormOf : public DrivenFormOf<Face, Form> {
   /// compile time there.
   static constexpr bool may_be_sparse = is_traced || is_banded || requires { requires Form::may_be_sparse; };
 
-  explicit MethodFormOf(Form form) : DrivenFormOf<Face, Form>(std::move(form)) {}
+  using MethodFormOf<Face, Form>::MethodFormOf;
 
-  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override { form_.jacobian(t, y, J); }
-  void renew() override { detail::renew(form_); }
   std::shared_ptr<TracedEquations<double>> equations() const override {
     if constexpr (is_hidden) return form_.driven().equations();
     else if constexpr (is_traced) return std::make_shared<TracedEquations<double>>(form_.equations());
@@ -153,7 +164,7 @@ class MethodFormOf : public DrivenFormOf<Face, Form> {
   }
 
  protected:
-  using DrivenFormOf<Face, Form>::form_;
+  using MethodFormOf<Face, Form>::form_;
 };
 
 // A form as its run sees it, as long as the form lives.
