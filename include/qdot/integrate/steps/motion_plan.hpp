@@ -25,6 +25,16 @@
 #include "qdot/ad/series/planned_sweep.hpp"
 #include "qdot/mechanics/written_out.hpp"
 
+// What follows runs while compiling, and once more when a stepper is made.
+#ifdef QDOT_COMPILED
+namespace qdot::formula {
+extern template class BasicGraph<taylor::Parameter>;
+}  // namespace qdot::formula
+namespace qdot::taylor {
+extern template void Sweep::compile(BasicGraph<Parameter>&, const SweepOutputs&);
+}  // namespace qdot::taylor
+#endif
+
 namespace qdot::detail {
 
 /// The graph of Lagrange's equations; all but the graph are numbers of its nodes.
