@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 #
 # Each header opens with #pragma once and its license, says something before it declares anything, stays short, leaves no
-# macro behind, does not print, and keeps the heavy headers away from its users.
+# macro behind, does not print, names what Eigen 3.4 and 5 both have, and keeps the heavy headers away from its users.
 set(longest 400)
 set(heavy "<(iostream|regex|fstream|Eigen/Dense|Eigen/Eigen|CLI/.*|nlohmann/.*|catch2/.*)>")
 
@@ -35,6 +35,9 @@ foreach(header IN LISTS headers)
   string(REGEX REPLACE "//[^\n]*" "" text "${text}")
   if(text MATCHES "std::(cout|cerr|clog|printf|puts)|[^a-z_]printf *\\(|[^a-zA-Z_]puts *\\(")
     list(APPEND violations "${header}: the library never prints")
+  endif()
+  if(text MATCHES "Eigen::(all|last|lastN|lastp1)[^a-zA-Z0-9_]")
+    list(APPEND violations "${header}: Eigen 5 has no Eigen::${CMAKE_MATCH_1}, and Eigen 3.4 and 5 have Eigen::indexing::${CMAKE_MATCH_1}")
   endif()
 endforeach()
 

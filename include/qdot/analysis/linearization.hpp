@@ -127,7 +127,7 @@ Linearization linearized(const F& flow, double t, const Eigen::VectorXd& y) {
     const Matrix change = flow.slopes(t + later, y) - slopes;
     result.autonomous = result.autonomous && change.norm() <= 1e-9 * slopes.norm();
   }
-  result.A = (slopes * W)(picked, Eigen::all);
+  result.A = (slopes * W)(picked, Eigen::indexing::all);
   result.B = slopes(picked, inputs);
   result.drift = flow.rates(t, y)(picked);
   result.u = y(inputs);

@@ -126,7 +126,7 @@ Eigen::MatrixXd reduced(const Eigen::MatrixXd& derivative, Eigen::Index dof, con
   const bool on_level = count == size - 2;
   if (on_level && (h.size() == 0 || !keeps_energy))
     throw_invalid_value({size - 2, " entries are enough only where the motion keeps its energy q̇·p − L, but it does not; give ", size - 1});
-  return derivative(entries, Eigen::all) * deviations_within(entries, g, h);
+  return derivative(entries, Eigen::indexing::all) * deviations_within(entries, g, h);
 }
 
 // ∂F/∂[q; q̇] at x, whose entries are of the sizes that those of two points have; empty where there is none.

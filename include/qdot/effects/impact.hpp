@@ -140,7 +140,7 @@ VectorXd impulses(const std::type_identity_t<MatrixXd>& A, std::type_identity_t<
     for (const Eigen::Index i : struck) their_laws.push_back(laws[static_cast<std::size_t>(i)]);
     const VectorXd impulse = blow(A(struck, struck), u(struck), their_laws);
     total(struck) += impulse;
-    u += A(Eigen::all, struck) * impulse;
+    u += A(Eigen::indexing::all, struck) * impulse;
   }
   const VectorXd rest = complementary(A, u, VectorXd::Zero(k));
   u += A * rest;

@@ -123,7 +123,7 @@ class SteadyCurve {
       const auto [residual, A] = equations(X);
       Eigen::VectorXd right(residual.size() + 1);
       right << -residual, -normal.dot((X - X0)(free_));
-      const Eigen::VectorXd change = shortest_step(bordered(A(Eigen::all, free_), normal), right, 1e-12).x;
+      const Eigen::VectorXd change = shortest_step(bordered(A(Eigen::indexing::all, free_), normal), right, 1e-12).x;
       const double length = change.norm();
       if (!std::isfinite(length)) return std::nullopt;
       X = moved(X, change, 1.0);
@@ -146,7 +146,7 @@ class SteadyCurve {
     const Eigen::Index columns = static_cast<Eigen::Index>(free_.size());
     CurvePoint here;
     here.X = X;
-    here.slopes = A(Eigen::all, free_);
+    here.slopes = A(Eigen::indexing::all, free_);
     here.tangent = shortest_step(bordered(here.slopes, along), Eigen::VectorXd::Unit(residual.size() + 1, residual.size()), 1e-9).x.normalized();
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors(here.slopes);
     here.image = Eigen::MatrixXd(factors.householderQ()).leftCols(columns - 1);

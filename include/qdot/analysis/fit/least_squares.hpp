@@ -76,7 +76,7 @@ class BoundedLeastSquares {
   int df(const Eigen::VectorXd& u, Eigen::MatrixXd& slopes) {
     const ResidualsAt& at = known(u);
     slopes.setZero(values(), u.size());
-    slopes.topRows(at.J.rows()) = at.J(Eigen::all, free_);
+    slopes.topRows(at.J.rows()) = at.J(Eigen::indexing::all, free_);
     return 0;
   }
 

@@ -136,10 +136,10 @@ using ClosingEquations = BasicClosingEquations<>;
 template <class = void>  // compiled only where it is called
 ShortestStep closing_step(const ClosingEquations& equations, const ClosingPoint& point) {
   constexpr double negligible = 1e-9;  // Φ is known to some 1e-12
-  const ShortestStep part = shortest_step(point.slopes(Eigen::all, equations.free), -point.residual, negligible);
+  const ShortestStep part = shortest_step(point.slopes(Eigen::indexing::all, equations.free), -point.residual, negligible);
   ShortestStep all{Eigen::VectorXd::Zero(point.X.size()), Eigen::MatrixXd::Zero(point.X.size(), part.open.cols())};
   all.x(equations.free) = part.x;
-  all.open(equations.free, Eigen::all) = part.open;
+  all.open(equations.free, Eigen::indexing::all) = part.open;
   return all;
 }
 
