@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Rows of `qdot bench eom`: chains summed with a plain `for`, as they are, in a run, and with equations
-// derived when the object is made.
+// Rows of `qdot bench eom`: chains summed with a plain `for`, as they are, in a run, with equations derived when the object is made,
+// and by nested duals.
 #include "bench/chain_rows.hpp"
 #include "qdot/mechanics/derived.hpp"
+#include "qdot/mechanics/equations/lagrange_terms.hpp"
 
 namespace qdot::bench {
 
@@ -16,6 +17,16 @@ template <int n>
 [[gnu::noinline]] void by_run(const double* q, const double* qdot, double* qddot) {
   using V = Vector<double, n>;
   Eigen::Map<V>{qddot} = acceleration(benched_run<n>, V(Eigen::Map<const V>(q)), V(Eigen::Map<const V>(qdot)));
+}
+
+// What is left where no other way is taken.
+template <int n>
+[[gnu::noinline]] void by_nested_duals(const double* q, const double* qdot, double* qddot) {
+  using V = Vector<double, n>;
+  const LoopedChain chain;
+  const V at = Eigen::Map<const V>(q), velocity = Eigen::Map<const V>(qdot);
+  const Matrix<double, n> M = qdot::detail::general_mass_matrix<n>(chain, at, velocity, 0.0);
+  Eigen::Map<V>{qddot} = M.ldlt().solve(qdot::detail::general_rhs<n>(chain, at, velocity, 0.0));
 }
 
 template <int n>
@@ -34,6 +45,7 @@ std::vector<EquationsRow> looped_chain_rows() {
                  general_chain_rows<DerivedLoops, 1, 2, 3, 4, 5, 6, 7, 8>("general, for, derived"),
                  chain_rows<1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32, 48, 64>("general, for, in a run",
                                                                             []<int n>() -> AccelerationFunction { return by_run<n>; }),
+                 chain_rows<2, 4, 8, 16>("general, for, nested duals", []<int n>() -> AccelerationFunction { return by_nested_duals<n>; }),
                  general_chain_rows<Paired, 8>("general, for over pairs"),
                  general_chain_rows<DerivedPairs, 8>("general, for over pairs, derived"),
                  general_chain_rows<Paired, 16>("general, for over pairs"),

@@ -15,6 +15,10 @@
 //
 // What becomes of the nodes is found afterwards, by one sweep backwards that is the same length for any number of
 // coordinates (ad/records/hessian_record.hpp). Values of an evaluation do not outlive its record.
+//
+// This is for evaluations that may rely on nothing from before, a bare acceleration() and the looks of a run at itself; what a run evaluates are
+// lines that it has derived (mechanics/derive/kept_lines.hpp), in a fifth to a half of the time. Nested duals are what is left without it: q̈ of chains
+// of 2, 4, 8 and 16 links takes 0.35, 0.76, 1.9 and 3.7 µs this way and 0.9, 3.4, 31 and 184 by those (g++ -O3).
 
 #include <type_traits>
 

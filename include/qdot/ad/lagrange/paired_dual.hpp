@@ -7,6 +7,9 @@
 // depends on a coordinate usually depends on its velocity too. Bits say which pairs may be other than zero. As in
 // ad/lagrange/euler_lagrange.hpp, of which this is the Number when its results are to be differentiated, the compiler knows the bits of
 // straight-line code and leaves out what they exclude; therefore each pair is a member with a name of its own here too.
+//
+// Jacobians of straight-line T and V of up to four coordinates: 1.6 to 1.9 times their q̈. From lines of a graph, which larger systems take, they are 1.5 to
+// 2.1 times as much, and a bare acceleration_jacobian() may not keep those.
 
 #include <type_traits>
 #include <utility>
