@@ -18,7 +18,7 @@
 //
 // This is for evaluations that may rely on nothing from before, a bare acceleration() and the looks of a run at itself; what a run evaluates are
 // lines that it has derived (mechanics/derive/kept_lines.hpp), in a fifth to a half of the time. Nested duals are what is left without it: q̈ of chains
-// of 2, 4, 8 and 16 links takes 0.35, 0.76, 1.9 and 3.7 µs this way and 0.9, 3.4, 31 and 184 by those (g++ -O3).
+// of 2, 4, 8 and 16 links takes 0.36, 0.73, 1.8 and 3.7 µs this way and 0.9, 3.5, 24 and 140 by those (g++ -O3).
 
 #include <type_traits>
 
