@@ -14,6 +14,10 @@
 // Both rest on NaN and infinity, by which a number says that it is none. Options that let the compiler assume that there are none
 // take every such check out of the program, so they are refused; so is the reordering of sums, which undoes those that keep their rounding.
 
+#if defined(min) || defined(max)
+#error "qdot: min and max are macros here, as <windows.h> makes them, and would change std::min: define NOMINMAX in front of it"
+#endif
+
 #include <cmath>
 #include <concepts>
 #include <cstddef>

@@ -71,8 +71,8 @@ template <class R>
   const BitsOf<R> quadrant = as_bits<BitsOf<R>>(shifted);
   const R above = x - k * 0x1.921fb544p+0;
   const R middle = k * 0x1.0b4611a6p-34;
-  const R near = above - middle;
-  const R r = near + (((above - near) - middle) - k * 0x1.3198a2e037073p-69);
+  const R nearby = above - middle;
+  const R r = nearby + (((above - nearby) - middle) - k * 0x1.3198a2e037073p-69);
   const R z = r * r;
   const R s = r + (z * r) * (-1.66666666666666324348e-01 +
                              z * (8.33333333332248946124e-03 +

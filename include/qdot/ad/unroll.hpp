@@ -13,9 +13,9 @@ namespace qdot {
 
 namespace detail {
 
-template <int first, class F, int... I>
-[[gnu::always_inline]] inline constexpr void unroll_over(F& f, std::integer_sequence<int, I...>) {
-  (f(std::integral_constant<int, first + I>{}), ...);
+template <int first, class F, int... Is>
+[[gnu::always_inline]] inline constexpr void unroll_over(F& f, std::integer_sequence<int, Is...>) {
+  (f(std::integral_constant<int, first + Is>{}), ...);
 }
 
 // Halves of a long loop, because compilers nest expressions only so deep (clang: 256).

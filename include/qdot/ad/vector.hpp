@@ -72,6 +72,12 @@ V zeros(Eigen::Index rows, Eigen::Index columns = 1) {
   return all;
 }
 
+// Whether a factorization is one: its info() is Eigen::Success, a name that X11 makes a macro.
+template <class Factors>
+bool succeeded(const Factors& factors) {
+  return factors.info() == Eigen::ComputationInfo{};
+}
+
 // The place of the largest |x|, the first of several; 0 for none.
 inline Eigen::Index place_of_largest(const double* numbers, Eigen::Index count) {
   Eigen::Index place = 0;

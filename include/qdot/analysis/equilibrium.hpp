@@ -89,8 +89,8 @@ struct EquilibriumOptions {
 /// @param start  where to begin, n
 /// @return       q with ∂L/∂q (q, 0) = 0 to rounding, n
 /// @throws       InvalidValue when none is found, with the force that is left where the search ended
-template <class E, int n, Inertia I, class Q>
-Vector<double, n> equilibrium_near(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& start,
+template <class E, int n, Inertia inertia, class Q>
+Vector<double, n> equilibrium_near(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& start,
                                    const EquilibriumOptions& options = {}) {
   const auto U = detail::energy_at_rest(system);
   Vector<double, n> q = start;

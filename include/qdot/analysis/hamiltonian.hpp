@@ -109,8 +109,8 @@ VelocityAndMass<n> velocity_and_mass(const Sys& system, const Vector<double, n>&
 ///
 /// @throws MassMatrixError  where M has no inverse
 /// @throws InvalidValue     when no q̇ with these momenta is found
-template <class E, int n, Inertia I, class Q, class P>
-auto velocities_of_momenta(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<P>& p,
+template <class E, int n, Inertia inertia, class Q, class P>
+auto velocities_of_momenta(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<P>& p,
                            typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   static_assert(std::is_same_v<S, typename P::Scalar>, "qdot: q and p must be vectors of the same scalar");
@@ -138,8 +138,8 @@ auto velocities_of_momenta(const System<E, n, I>& system, const Eigen::MatrixBas
 /// H(q, p, t) = p·q̇ − L; duals carry derivatives through.
 ///
 /// @throws as velocities_of_momenta()
-template <class E, int n, Inertia I, class Q, class P>
-auto hamiltonian(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<P>& p,
+template <class E, int n, Inertia inertia, class Q, class P>
+auto hamiltonian(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<P>& p,
                  typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   const Vector<S, n> qdot = velocities_of_momenta(system, q, p, t);
@@ -156,8 +156,8 @@ struct PhaseVelocity {
 /// Hamilton's equations at (q, p, t), exact: q̇ from p, and ṗ = ∂L/∂q there.
 ///
 /// @throws as velocities_of_momenta()
-template <class E, int n, Inertia I, class Q, class P>
-PhaseVelocity<n> phase_velocity(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<P>& p, double t = 0.0) {
+template <class E, int n, Inertia inertia, class Q, class P>
+PhaseVelocity<n> phase_velocity(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<P>& p, double t = 0.0) {
   const Vector<double, n> qdot = velocities_of_momenta(system, q, p, t);
   return {qdot, lagrangian_gradient(system, q, qdot, t)};
 }
@@ -175,8 +175,8 @@ struct Hamiltonian {
 };
 
 /// H of a system as a function: poisson_bracket(f, hamiltonian_of(system), q, p) is ḟ.
-template <class E, int n, Inertia I>
-Hamiltonian<System<E, n, I>> hamiltonian_of(const System<E, n, I>& system) {
+template <class E, int n, Inertia inertia>
+Hamiltonian<System<E, n, inertia>> hamiltonian_of(const System<E, n, inertia>& system) {
   return {system};
 }
 

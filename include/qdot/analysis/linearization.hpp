@@ -177,8 +177,8 @@ Linearization linearization(const Scene<Sys, Effects...>& scene, const State<Sys
 }
 
 /// The same of a system.
-template <class E, int n, Inertia I, class... Inputs>
-Linearization linearization(const System<E, n, I>& system, const State<n>& state, const Inputs&... inputs) {
+template <class E, int n, Inertia inertia, class... Inputs>
+Linearization linearization(const System<E, n, inertia>& system, const State<n>& state, const Inputs&... inputs) {
   return linearization(scene(system, inputs...), state);
 }
 

@@ -117,7 +117,7 @@ namespace detail {
 // Of run-time size, so that every number of coordinates shares one instantiation.
 template <class MatrixXd = Eigen::MatrixXd>  // compiled only where it is called
 NormalModes<Dynamic> solved_modes(const std::type_identity_t<MatrixXd>& K, const std::type_identity_t<MatrixXd>& M) {
-  if (Eigen::LLT<MatrixXd>(M).info() != Eigen::Success) {
+  if (!detail::succeeded(Eigen::LLT<MatrixXd>(M))) {
     throw InvalidValue("normal_modes: the mass matrix must be positive definite at the equilibrium, but it is not; "
                        "choose coordinates that are regular there");
   }

@@ -92,8 +92,8 @@ struct MotionBetween {
 namespace detail {
 
 // ∂p/∂(q, q̇), n×2n.
-template <class E, int n, Inertia I>
-Eigen::MatrixXd momentum_slopes(const System<E, n, I>& system, const State<n>& at) {
+template <class E, int n, Inertia inertia>
+Eigen::MatrixXd momentum_slopes(const System<E, n, inertia>& system, const State<n>& at) {
   const Eigen::Index k = system.dof();
   Vector<double, n == Dynamic ? Dynamic : 2 * n> x(2 * k);
   x << at.q, at.qdot;

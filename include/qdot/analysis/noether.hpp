@@ -102,8 +102,8 @@ S gauge_term(const Gauge& F, const Vector<S, n>& q, const S& t) {
 struct ShareOfEffects {
   double power = 0.0, power_size = 0.0, across = 0.0;
 };
-template <class E, int n, Inertia I>
-ShareOfEffects share_of_effects(const System<E, n, I>&, const Vector<double, n>&, const Vector<double, n>&, const Vector<double, n>&, double, int) {
+template <class E, int n, Inertia inertia>
+ShareOfEffects share_of_effects(const System<E, n, inertia>&, const Vector<double, n>&, const Vector<double, n>&, const Vector<double, n>&, double, int) {
   return {};
 }
 template <class Sys, class... Effects>

@@ -24,8 +24,8 @@ template <class Sys, class... Effects>
 struct has_any_scalar<Scene<Sys, Effects...>> : std::bool_constant<!Scene<Sys, Effects...>::has_constraints> {};
 
 // ydot ← f(t, y) of a system.
-template <class E, int n, Inertia I, class S>
-void write_derivative(const System<E, n, I>& system, const S& t, const Vector<S, Dynamic>& y, Vector<S, Dynamic>& ydot) {
+template <class E, int n, Inertia inertia, class S>
+void write_derivative(const System<E, n, inertia>& system, const S& t, const Vector<S, Dynamic>& y, Vector<S, Dynamic>& ydot) {
   const Eigen::Index k = system.dof();
   const Vector<S, n> q = y.head(k), qdot = y.tail(k);
   ydot.head(k) = qdot;

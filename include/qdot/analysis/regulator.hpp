@@ -77,8 +77,8 @@ double lowest_weight(const char* name, const Matrix& weight) {
 
 template <class Matrix>
 Matrix real_solution(const Matrix& A, const Matrix& B) {
-  const Eigen::MatrixXcd X = Eigen::FullPivLU<Eigen::MatrixXcd>(Eigen::MatrixXcd(A.template cast<Complex>()))
-                                 .solve(Eigen::MatrixXcd(B.template cast<Complex>()));
+  const Eigen::MatrixXcd X = Eigen::FullPivLU<Eigen::MatrixXcd>(Eigen::MatrixXcd(A.template cast<ComplexNumber>()))
+                                 .solve(Eigen::MatrixXcd(B.template cast<ComplexNumber>()));
   return X.real();
 }
 
@@ -90,10 +90,10 @@ void require_stabilizable(const Matrix& A, const Matrix& B, const Name& name) {
   Matrix in_scale = all.scale.cwiseInverse().asDiagonal() * B;
   if (const double reach = in_scale.cwiseAbs().maxCoeff(); reach > 0.0) in_scale *= std::max(all.size, 1e-300) / reach;
   for (Eigen::Index k = 0; k < n; ++k) {
-    const Complex lambda = all.lambda[k];
+    const ComplexNumber lambda = all.lambda[k];
     if (lambda.real() < -all.radius[k]) continue;
     Eigen::MatrixXcd both(n + inputs, n);  // [A − λ, B]ᴴ
-    both << all.balanced.transpose().template cast<Complex>(), in_scale.transpose().template cast<Complex>();
+    both << all.balanced.transpose().template cast<ComplexNumber>(), in_scale.transpose().template cast<ComplexNumber>();
     both.diagonal().array() -= std::conj(lambda);
     Eigen::FullPivLU<Eigen::MatrixXcd> factors(both);
     factors.setThreshold(1e-10);
@@ -120,7 +120,7 @@ Eigen::Index stable_first(Matrix& T, Matrix& U) {
   for (Eigen::Index i = 0; i < T.rows(); ++i) {
     if (!(T(i, i).real() < 0.0)) continue;
     for (Eigen::Index k = i; k > stable; --k) {
-      Eigen::JacobiRotation<Complex> rotation;
+      Eigen::JacobiRotation<ComplexNumber> rotation;
       rotation.makeGivens(T(k - 1, k), T(k, k) - T(k - 1, k - 1));
       T.applyOnTheLeft(k - 1, k, rotation.adjoint());
       T.applyOnTheRight(k - 1, k, rotation);
@@ -159,7 +159,7 @@ Regulator regulator_of(const Matrix& A, const Matrix& B, const Matrix& Q, const 
   const double s = below > 0.0 && above > 0.0 ? std::exp2(std::round(0.5 * std::log2(below / above))) : 1.0;
   Matrix H(2 * n, 2 * n);
   H << A, -s * spread, -Q / s, -At;
-  SchurForm<Eigen::MatrixXcd> schur(H.template cast<Complex>());
+  SchurForm<Eigen::MatrixXcd> schur(H.template cast<ComplexNumber>());
   const double size = H.norm(), nearest = std::min(size, schur.T.diagonal().real().cwiseAbs().minCoeff());
   Regulator result;
   if (stable_first(schur.T, schur.U) == n && nearest > 1e-9 * size) {

@@ -138,9 +138,9 @@ Eigen::VectorXd slope_of(const std::function<double(const Eigen::VectorXd& x)>& 
     double size = 0.0;
     for (Eigen::Index k = i < dof ? 0 : dof; k < (i < dof ? dof : 2 * dof); ++k) size = std::max({size, std::abs(x[k]), std::abs(other[k])});
     const auto along = slope_at_zero([&](double s) {
-      Eigen::VectorXd near = x;
-      near[i] += s;
-      return Eigen::VectorXd(Eigen::VectorXd::Constant(1, F(near)));
+      Eigen::VectorXd nearby = x;
+      nearby[i] += s;
+      return Eigen::VectorXd(Eigen::VectorXd::Constant(1, F(nearby)));
     }, size > 0.0 ? size : 1.0);
     if (!along) return {};
     slope[i] = (*along)[0];
@@ -220,9 +220,9 @@ auto return_map(const System& system, const State<n>& start, const Event<G, Acti
   const Eigen::Index dof = found.dof;
   const Eigen::VectorXd x0 = y0.head(2 * dof), x1 = y.head(2 * dof);
   const auto surface_at = [&](const Eigen::VectorXd& x) {
-    Eigen::VectorXd near = y0;
-    near.head(2 * dof) = x;
-    return detail::event_value<dofs>(surface.g, start.t, near, dof);
+    Eigen::VectorXd nearby = y0;
+    nearby.head(2 * dof) = x;
+    return detail::event_value<dofs>(surface.g, start.t, nearby, dof);
   };
   found.surface_slope = detail::slope_of(surface_at, x0, x1);
   const auto energy_at = [&](double t) {

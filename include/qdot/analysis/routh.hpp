@@ -282,8 +282,8 @@ void require_cyclic(const Sys& system, const State& start, const int* ignored, i
 /// @tparam ignored  numbers of the cyclic coordinates, as in routh_reduction<1, 2>(top, start); one coordinate at least must be left
 /// @param start     a state of the full system
 /// @throws InvalidValue  when L depends on one of them, with the size of ∂L/∂q_k; when T is not quadratic in the velocities
-template <int... ignored, class E, int n, Inertia I>
-RouthReduction<E, n, I, ignored...> routh_reduction(const System<E, n, I>& system, const State<n>& start) {
+template <int... ignored, class E, int n, Inertia inertia>
+RouthReduction<E, n, inertia, ignored...> routh_reduction(const System<E, n, inertia>& system, const State<n>& start) {
   static_assert(n != Dynamic, "qdot: routh_reduction needs a number of coordinates known at compile time: mechanical_system<n>(…)");
   static_assert(sizeof...(ignored) >= 1 && static_cast<int>(sizeof...(ignored)) < n,
                 "qdot: routh_reduction ignores at least one coordinate, as in routh_reduction<1>(system, start), and leaves at least one");
@@ -312,9 +312,9 @@ RouthReduction<E, n, I, ignored...> routh_reduction(const System<E, n, I>& syste
     reduced.qdot[i] = start.qdot[at];
     names.push_back(system.coordinate_name(at));
   }
-  using Reduction = RouthReduction<E, n, I, ignored...>;
+  using Reduction = RouthReduction<E, n, inertia, ignored...>;
   typename Reduction::Energies energies(system.energies(), x, beta);
-  Reduction reduction{System<typename Reduction::Energies, m, I>(std::move(energies), m).with_names(names), reduced, beta, x};
+  Reduction reduction{System<typename Reduction::Energies, m, inertia>(std::move(energies), m).with_names(names), reduced, beta, x};
   const Vector<double, k> found = reduction.ignored_velocities(reduced);
   for (int i = 0; i < k; ++i)
     if (!(std::abs(found[i] - xdot[i]) <= 1e-9 * (xdot.cwiseAbs().maxCoeff() + start.qdot.cwiseAbs().maxCoeff())))

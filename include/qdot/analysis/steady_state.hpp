@@ -85,10 +85,10 @@ SteadyState<Scene<Sys, Effects...>> steady_motion_near(const Scene<Sys, Effects.
 }
 
 /// The same of a system without effects.
-template <class E, int n, Inertia I, class Q, class Rates>
-SteadyState<Scene<System<E, n, I>>> steady_motion_near(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& start,
-                                                       const Eigen::MatrixBase<Rates>& rates,
-                                                       const EquilibriumOptions& options = {}) {
+template <class E, int n, Inertia inertia, class Q, class Rates>
+SteadyState<Scene<System<E, n, inertia>>> steady_motion_near(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& start,
+                                                             const Eigen::MatrixBase<Rates>& rates,
+                                                             const EquilibriumOptions& options = {}) {
   return steady_motion_near(scene(system), start, rates, options);
 }
 

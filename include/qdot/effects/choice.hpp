@@ -43,9 +43,9 @@ auto present(Effect effect) {
 }  // namespace detail
 
 /// A system with those of the effects that are on.
-template <class E, int n, Inertia I, class... Effects>
+template <class E, int n, Inertia inertia, class... Effects>
   requires(std::is_same_v<Effects, Absent> || ...)
-auto scene(System<E, n, I> system, Effects... effects) {
+auto scene(System<E, n, inertia> system, Effects... effects) {
   return std::apply([&](auto... present) { return scene(std::move(system), std::move(present)...); },
                     std::tuple_cat(detail::present(std::move(effects))...));
 }

@@ -88,7 +88,7 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
                                             "; start nearer, or check that the constraints can be met together"}));
   };
   ConstraintGeometry<Sc> geometry(scene, t, cutoff, traced);
-  constexpr double near = 1e-8, negligible = 1e-3 * std::numeric_limits<double>::epsilon();
+  constexpr double nearby = 1e-8, negligible = 1e-3 * std::numeric_limits<double>::epsilon();
   double distance = std::numeric_limits<double>::infinity();  // of q from where geometry is, relative as `change`
   const auto factor_here = [&] {
     geometry.move_to(q, qdot, z);
@@ -96,7 +96,7 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
   };
   while (report.residual > 0) {
     if (report.iterations == most_iterations) fail("Newton's method took 25 steps and did not arrive");
-    if (!(distance <= near)) factor_here();
+    if (!(distance <= nearby)) factor_here();
     const Vector<double, n> step = way_back(geometry, q, phi);
     ++report.iterations;
     double change = 0.0;  // relative to the size of each coordinate
@@ -118,7 +118,7 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
     report.residual = residual;
   }
 
-  if (!(distance <= near)) factor_here();
+  if (!(distance <= nearby)) factor_here();
   geometry.require_finite();
   Vector<double, m> length(phi.size());
   for (Eigen::Index i = 0; i < phi.size(); ++i) length[i] = geometry.length(i);

@@ -162,8 +162,8 @@ using EffectStates = Vector<double, Sc::states_at_compile_time>;
 namespace detail {
 
 // A system, or that of a scene.
-template <class E, int n, Inertia I>
-const System<E, n, I>& system_of(const System<E, n, I>& system) {
+template <class E, int n, Inertia inertia>
+const System<E, n, inertia>& system_of(const System<E, n, inertia>& system) {
   return system;
 }
 template <class Sys, class... Effects>
@@ -176,9 +176,9 @@ const auto& system_of(const Scene<Sys, Effects...>& scene) {
 /// A system with the effects that it names, in any order; effects given twice count twice.
 ///
 /// @throws InvalidValue, DimensionError  when an effect does not fit the system, such as a drive of a coordinate that it has not
-template <class E, int n, Inertia I, class... Effects>
-Scene<System<E, n, I>, Effects...> scene(System<E, n, I> system, Effects... effects) {
-  return Scene<System<E, n, I>, Effects...>(std::move(system), std::move(effects)...);
+template <class E, int n, Inertia inertia, class... Effects>
+Scene<System<E, n, inertia>, Effects...> scene(System<E, n, inertia> system, Effects... effects) {
+  return Scene<System<E, n, inertia>, Effects...>(std::move(system), std::move(effects)...);
 }
 
 /// A scene with more effects than it had.

@@ -43,9 +43,9 @@ struct EnergyBalance {
 };
 
 /// Rate of h on a motion: P − ∂L/∂t. Zero for a system whose energies do not depend on time.
-template <class E, int n, Inertia I>
-double energy_rate(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
-  if constexpr (System<E, n, I>::autonomous) {
+template <class E, int n, Inertia inertia>
+double energy_rate(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
+  if constexpr (System<E, n, inertia>::autonomous) {
     return 0.0;
   } else {
     return -derivative([&](const auto& s) {

@@ -43,11 +43,11 @@ bool is_finite(const AccelerationJacobian<n>& a) {
 }
 
 // q̈ and its derivatives by the way that holds for everything: nested duals, a direction at a time, and what is not finite by name.
-template <class E, int n, Inertia I>
-[[gnu::cold, gnu::noinline]] void jacobian_by_duals(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
+template <class E, int n, Inertia inertia>
+[[gnu::cold, gnu::noinline]] void jacobian_by_duals(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
                                                     double t, AccelerationJacobian<n>& result) {
   using D = Dual<double, 1>;
-  result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
+  result.qddot = acceleration_of<E, n, inertia, double>(system, q, qdot, t);
   Vector<D, n> x = constants<D>(q), v = constants<D>(qdot);
   const Vector<D, n> a = constants<D>(result.qddot);
   const auto column = [&](D& number, double* derivative) {
@@ -70,8 +70,8 @@ template <class E, int n, Inertia I>
 
 // The same of systems whose number of coordinates is known at run time: T and V are traced and differentiated here and now, which many
 // coordinates repay at once.
-template <class E, Inertia I>
-bool jacobian_traced_here(const System<E, Dynamic, I>& system, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t,
+template <class E, Inertia inertia>
+bool jacobian_traced_here(const System<E, Dynamic, inertia>& system, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t,
                           AccelerationJacobian<Dynamic>& result) {
   const Eigen::Index dof = system.dof();
   Eigen::VectorXd y(2 * dof), ydot(2 * dof);
@@ -88,19 +88,19 @@ bool jacobian_traced_here(const System<E, Dynamic, I>& system, const Eigen::Vect
 }
 
 // The same of few coordinates, by the slopes of the equations (mechanics/equations/equation_slopes.hpp).
-template <class E, int n, Inertia I>
-[[gnu::noinline]] bool sloped_jacobian(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
+template <class E, int n, Inertia inertia>
+[[gnu::noinline]] bool sloped_jacobian(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
                                        AccelerationJacobian<n>& result) {
   double M[n * (n + 1) / 2];
   SlopeRow<2 * n> rows[n];
-  result.qddot = acceleration_of<E, n, I, double>(system, q, qdot, t);
+  result.qddot = acceleration_of<E, n, inertia, double>(system, q, qdot, t);
   return slopes_written<n>(system.energies(), q, qdot, result.qddot, t, M, rows) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
          columns_written<n>(rows, result.d_q.data(), result.d_qdot.data());
 }
 
 // The same by lines of M, r and slopes, M and r being asked once.
-template <class E, int n, Inertia I>
-bool jacobian_by_lines(const System<E, n, I>&, const DerivedLines& lines, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
+template <class E, int n, Inertia inertia>
+bool jacobian_by_lines(const System<E, n, inertia>&, const DerivedLines& lines, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
                        AccelerationJacobian<n>& result) {
   double M[n * (n + 1) / 2];
   SlopeRow<2 * n> rows[n];
@@ -123,14 +123,14 @@ bool jacobian_by_lines(const System<E, n, I>&, const DerivedLines& lines, const 
 /// ask first_order_form(system).jacobian(), which derives their equations once.
 ///
 /// @throws as acceleration(), and NonFinite where q̈ is finite but a derivative of it is not
-template <class E, int n, Inertia I>
-AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, const Vector<double, n>& q,
+template <class E, int n, Inertia inertia>
+AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& system, const Vector<double, n>& q,
                                               const Vector<double, n>& qdot, double t = 0.0) {
   detail::require_sizes(system, q, qdot);
   const Eigen::Index size = system.dof();
   AccelerationJacobian<n> result{Vector<double, n>(size), Matrix<double, n>(size, size), Matrix<double, n>(size, size)};
-  constexpr bool has_short_ways = I == Inertia::positive_definite && !detail::HasOwnEquations<E> && detail::graded_pays<n>;
-  constexpr bool has_closed_form = detail::HasClosedJacobian<E> && detail::straight_line_pays && I == Inertia::positive_definite;
+  constexpr bool has_short_ways = inertia == Inertia::positive_definite && !detail::HasOwnEquations<E> && detail::graded_pays<n>;
+  constexpr bool has_closed_form = detail::HasClosedJacobian<E> && detail::straight_line_pays && inertia == Inertia::positive_definite;
   constexpr bool has_straight_line =
       has_short_ways && !has_closed_form && detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit;
   if constexpr (has_straight_line) {
@@ -141,16 +141,16 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, I>& system, con
   if constexpr (has_closed_form) {
     if (system.energies().jacobian_in_closed_form(q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(), result.d_qdot.data())) return result;
   }
-  if constexpr (I == Inertia::positive_definite && detail::has_slopes<n>) {
+  if constexpr (inertia == Inertia::positive_definite && detail::has_slopes<n>) {
     const detail::DerivedLines* lines = nullptr;
     if constexpr (requires { system.energies().lines_with_slopes(); }) lines = system.energies().lines_with_slopes();
     else if constexpr (has_short_ways && detail::may_keep_lines<E, n>) lines = detail::lines_with_slopes_now<n>(system.kept_lines(), system.energies());
     if (lines && detail::jacobian_by_lines(system, *lines, q, qdot, t, result)) return result;
   }
-  if constexpr (I == Inertia::positive_definite && detail::HasOwnEquations<E> && detail::has_slopes<n>) {
+  if constexpr (inertia == Inertia::positive_definite && detail::HasOwnEquations<E> && detail::has_slopes<n>) {
     if (detail::sloped_jacobian(system, q, qdot, t, result)) return result;
   }
-  if constexpr (detail::TracedSystem<System<E, n, I>>) {
+  if constexpr (detail::TracedSystem<System<E, n, inertia>>) {
     if (detail::jacobian_traced_here(system, q, qdot, t, result)) return result;
   }
   detail::jacobian_by_duals(system, q, qdot, t, result);

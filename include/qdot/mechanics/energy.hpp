@@ -28,8 +28,8 @@ namespace qdot {
 /// @param q       coordinates, n
 /// @param qdot    velocities, n
 /// @throws        DimensionError when n is known at run time and a size disagrees
-template <class E, int n, Inertia I, class Q, class Qdot>
-auto kinetic_energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <class E, int n, Inertia inertia, class Q, class Qdot>
+auto kinetic_energy(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                     typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, qdot);
@@ -37,8 +37,8 @@ auto kinetic_energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q
 }
 
 /// Potential energy V at a configuration; one evaluation of V.
-template <class E, int n, Inertia I, class Q>
-auto potential_energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q,
+template <class E, int n, Inertia inertia, class Q>
+auto potential_energy(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q,
                       typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, q);
@@ -46,24 +46,24 @@ auto potential_energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>&
 }
 
 /// L = T − V at a state.
-template <class E, int n, Inertia I, class Q, class Qdot>
-auto lagrangian(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <class E, int n, Inertia inertia, class Q, class Qdot>
+auto lagrangian(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                 typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   return S(kinetic_energy(system, q, qdot, t) - potential_energy(system, q, t));
 }
 
 /// E = T + V at a state; constant on a motion only where T is a quadratic form of q̇. Where it is not, jacobi_energy() is.
-template <class E, int n, Inertia I, class Q, class Qdot>
-auto energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <class E, int n, Inertia inertia, class Q, class Qdot>
+auto energy(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
             typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   return S(kinetic_energy(system, q, qdot, t) + potential_energy(system, q, t));
 }
 
 /// ∂L/∂q at a state, n entries.
-template <class E, int n, Inertia I, class Q, class Qdot>
-auto lagrangian_gradient(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q,
+template <class E, int n, Inertia inertia, class Q, class Qdot>
+auto lagrangian_gradient(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q,
                          const Eigen::MatrixBase<Qdot>& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, qdot);
@@ -75,8 +75,8 @@ struct SlopeByVelocity {};  // the tag of perturbations of q̇
 }  // namespace detail
 
 /// p = ∂L/∂q̇ at a state, n entries.
-template <class E, int n, Inertia I, class Q, class Qdot>
-auto conjugate_momenta(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q,
+template <class E, int n, Inertia inertia, class Q, class Qdot>
+auto conjugate_momenta(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q,
                        const Eigen::MatrixBase<Qdot>& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, qdot);
@@ -89,8 +89,8 @@ auto conjugate_momenta(const System<E, n, I>& system, const Eigen::MatrixBase<Q>
 
 /// h = q̇·p − L, Jacobi's energy function: constant on a motion of an autonomous system; one evaluation of T along q̇, of which q̇·p is
 /// the slope, and one of V.
-template <class E, int n, Inertia I, class Q, class Qdot>
-auto jacobi_energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <class E, int n, Inertia inertia, class Q, class Qdot>
+auto jacobi_energy(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                    typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   using D = Dual<S, 1>;
@@ -107,20 +107,20 @@ auto jacobi_energy(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q,
 }
 
 /// E = T + V at a state; where T is no quadratic form of q̇, jacobi_energy() is what a motion conserves.
-template <class E, int n, Inertia I>
-double energy(const System<E, n, I>& system, const State<n>& state) {
+template <class E, int n, Inertia inertia>
+double energy(const System<E, n, inertia>& system, const State<n>& state) {
   return energy(system, state.q, state.qdot, state.t);
 }
 
 /// h = q̇·p − L at a state.
-template <class E, int n, Inertia I>
-double jacobi_energy(const System<E, n, I>& system, const State<n>& state) {
+template <class E, int n, Inertia inertia>
+double jacobi_energy(const System<E, n, inertia>& system, const State<n>& state) {
   return jacobi_energy(system, state.q, state.qdot, state.t);
 }
 
 /// p = ∂L/∂q̇ at a state, n entries.
-template <class E, int n, Inertia I>
-Vector<double, n> conjugate_momenta(const System<E, n, I>& system, const State<n>& state) {
+template <class E, int n, Inertia inertia>
+Vector<double, n> conjugate_momenta(const System<E, n, inertia>& system, const State<n>& state) {
   return conjugate_momenta(system, state.q, state.qdot, state.t);
 }
 

@@ -106,9 +106,9 @@ inline constexpr bool goes_in_packs = straight_line_pays && Sys::inertia == Iner
                                       Sys::dof_at_compile_time >= 1 && Sys::dof_at_compile_time <= pack_limit;
 
 // q̈ of all lanes, a register at a time; lanes that are not `good` hold anything.
-template <class E, int n, Inertia I, class P>
-typename P::Mask unchecked_accelerations(const System<E, n, I>& system, const P* q, const P* qdot, const P& t, P* qddot) {
-  if constexpr (!goes_in_packs<System<E, n, I>>) {
+template <class E, int n, Inertia inertia, class P>
+typename P::Mask unchecked_accelerations(const System<E, n, inertia>& system, const P* q, const P* qdot, const P& t, P* qddot) {
+  if constexpr (!goes_in_packs<System<E, n, inertia>>) {
     for (int i = 0; i < n; ++i) qddot[i] = 0.0;
     return false;
   } else if constexpr (P::is_register) {
@@ -129,8 +129,8 @@ typename P::Mask unchecked_accelerations(const System<E, n, I>& system, const P*
 }
 
 // q̈ of one member: false, NaN and the error where it has none.
-template <class E, int n, Inertia I>
-[[gnu::noinline]] bool member_acceleration(const System<E, n, I>& system, const Vector<double, n>& q,
+template <class E, int n, Inertia inertia>
+[[gnu::noinline]] bool member_acceleration(const System<E, n, inertia>& system, const Vector<double, n>& q,
                                            const Vector<double, n>& qdot, double t, Vector<double, n>& qddot,
                                            std::vector<MemberFailure>* failures, Eigen::Index member) {
   try {
@@ -165,9 +165,9 @@ template <int lanes, class M>
 ///
 /// @param q, qdot  states, n packs each
 /// @param t        the members' times
-template <class E, int n, Inertia I, int lanes>
+template <class E, int n, Inertia inertia, int lanes>
   requires(n != Dynamic)
-PackAccelerations<n, lanes> accelerations(const System<E, n, I>& system, const Vector<Pack<lanes>, n>& q,
+PackAccelerations<n, lanes> accelerations(const System<E, n, inertia>& system, const Vector<Pack<lanes>, n>& q,
                                           const Vector<Pack<lanes>, n>& qdot, const Pack<lanes>& t = 0.0) {
   PackAccelerations<n, lanes> result;
   result.good = detail::unchecked_accelerations(system, q.data(), qdot.data(), t, result.qddot.data());
@@ -200,8 +200,8 @@ PackAccelerations<n, lanes> accelerations(const System<E, n, I>& system, const V
 /// @param qddot    n×K; the columns of failed members are NaN
 /// @return         the members without accelerations, in order; empty when all is well
 /// @throws         DimensionError  when a size disagrees
-template <class E, int n, Inertia I, class Q, class Qdot, class Qddot>
-[[nodiscard]] std::vector<MemberFailure> accelerations(const System<E, n, I>& system, const Eigen::PlainObjectBase<Q>& q,
+template <class E, int n, Inertia inertia, class Q, class Qdot, class Qddot>
+[[nodiscard]] std::vector<MemberFailure> accelerations(const System<E, n, inertia>& system, const Eigen::PlainObjectBase<Q>& q,
                                                        const Eigen::PlainObjectBase<Qdot>& qdot, double t,
                                                        Eigen::PlainObjectBase<Qddot>& qddot) {
   static_assert(std::is_same_v<typename Q::Scalar, double> && std::is_same_v<typename Qdot::Scalar, double> && std::is_same_v<typename Qddot::Scalar, double>,
@@ -221,7 +221,7 @@ template <class E, int n, Inertia I, class Q, class Qdot, class Qddot>
     detail::member_acceleration(system, Vector<double, n>(q.col(member)), Vector<double, n>(qdot.col(member)), t, a, &failures, member);
     qddot.col(member) = a;
   };
-  if constexpr (detail::goes_in_packs<System<E, n, I>>) {
+  if constexpr (detail::goes_in_packs<System<E, n, inertia>>) {
     Pack<lanes> x[n], v[n], a[n];
     for (Eigen::Index first = 0; first < q.cols(); first += lanes) {
       unroll<n>([&](auto i) __attribute__((always_inline)) {
@@ -266,8 +266,8 @@ struct EnsembleAccelerations {
 };
 
 /// q̈ of the K members of an ensemble, n×K like the states.
-template <class E, int n, Inertia I, class Q, class Qdot>
-[[nodiscard]] EnsembleAccelerations<Q> accelerations(const System<E, n, I>& system, const Eigen::PlainObjectBase<Q>& q,
+template <class E, int n, Inertia inertia, class Q, class Qdot>
+[[nodiscard]] EnsembleAccelerations<Q> accelerations(const System<E, n, inertia>& system, const Eigen::PlainObjectBase<Q>& q,
                                                      const Eigen::PlainObjectBase<Qdot>& qdot, double t = 0.0) {
   EnsembleAccelerations<Q> result{Q(q.rows(), q.cols()), {}};
   result.failures = accelerations(system, q, qdot, t, result.qddot);

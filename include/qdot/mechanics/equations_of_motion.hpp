@@ -80,46 +80,46 @@ void require_finite_derivatives(const Derivatives& J, double t, const RowName& r
 }
 
 // q̈ by the way that holds for everything, and that names what is wrong.
-template <class E, int n, Inertia I, class S>
-[[gnu::noinline]] Vector<S, n> general_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity,
+template <class E, int n, Inertia inertia, class S>
+[[gnu::noinline]] Vector<S, n> general_acceleration(const System<E, n, inertia>& system, const Vector<S, n>& at, const Vector<S, n>& velocity,
                                                     const S& t) {
   require_finite_state(system, at, velocity, static_cast<double>(innermost_value(t)));
-  const MassAndRhs<S, n> both = general_mass_and_rhs<n, I != Inertia::positive_definite>(system.energies(), at, velocity, t);
+  const MassAndRhs<S, n> both = general_mass_and_rhs<n, inertia != Inertia::positive_definite>(system.energies(), at, velocity, t);
   const Vector<S, n> qddot = solved_with_mass_matrix(system, both.M, both.r, t);
   require_finite_acceleration(system, qddot, at, velocity, t);
   return qddot;
 }
 
 // q̈ where the shortest way is none. A function of its own, with the arguments of acceleration_of: where that is short itself, it stays so.
-template <class E, int n, Inertia I, class S>
-[[gnu::noinline]] Vector<S, n> longer_acceleration(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
-  if constexpr (std::is_same_v<S, double> && I == Inertia::positive_definite && !(HasClosedForm<E> && straight_line_pays)) {
+template <class E, int n, Inertia inertia, class S>
+[[gnu::noinline]] Vector<S, n> longer_acceleration(const System<E, n, inertia>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
+  if constexpr (std::is_same_v<S, double> && inertia == Inertia::positive_definite && !(HasClosedForm<E> && straight_line_pays)) {
     Vector<double, n> a = zeros<Vector<double, n>>(at.size());
     if (with_longer_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())},
                                     system.kept_lines()))
       return a;
   }
-  return general_acceleration<E, n, I, S>(system, at, velocity, t);
+  return general_acceleration<E, n, inertia, S>(system, at, velocity, t);
 }
 
 // q̈ from the energies, whatever they are made of. One variable is returned, made where the result is wanted.
-template <class E, int n, Inertia I, class S>
-Vector<S, n> acceleration_of(const System<E, n, I>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
+template <class E, int n, Inertia inertia, class S>
+Vector<S, n> acceleration_of(const System<E, n, inertia>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
   Vector<S, n> a(at.size());
-  if constexpr (std::is_same_v<S, double> && I == Inertia::positive_definite) {
+  if constexpr (std::is_same_v<S, double> && inertia == Inertia::positive_definite) {
     if constexpr (HasClosedForm<E> && straight_line_pays) {
       if (system.energies().acceleration_in_closed_form(at.data(), velocity.data(), t, a.data())) return a;
     } else {
       if (with_shortest_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())})) return a;
     }
   }
-  a = longer_acceleration<E, n, I, S>(system, at, velocity, t);
+  a = longer_acceleration<E, n, inertia, S>(system, at, velocity, t);
   return a;
 }
 
 // q̈ from M q̈ = rhs + Q by the way that holds for everything. Where Q is not finite, `blame()` is called first, and may throw.
-template <class E, int n, Inertia I, class Blame>
-[[gnu::noinline]] Vector<double, n> general_acceleration_under_force(const System<E, n, I>& system, const Vector<double, n>& q,
+template <class E, int n, Inertia inertia, class Blame>
+[[gnu::noinline]] Vector<double, n> general_acceleration_under_force(const System<E, n, inertia>& system, const Vector<double, n>& q,
                                                                      const Vector<double, n>& qdot, double t, const Vector<double, n>& Q,
                                                                      const Blame& blame) {
   if (!all_finite(Q)) blame();
@@ -131,10 +131,10 @@ template <class E, int n, Inertia I, class Blame>
 }
 
 // The same by the shortest way that the energies allow.
-template <class E, int n, Inertia I, class Blame>
-Vector<double, n> acceleration_under_force(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
+template <class E, int n, Inertia inertia, class Blame>
+Vector<double, n> acceleration_under_force(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
                                            double t, const Vector<double, n>& Q, const Blame& blame) {
-  if constexpr (I == Inertia::positive_definite) {
+  if constexpr (inertia == Inertia::positive_definite) {
     Vector<double, n> a = zeros<Vector<double, n>>(q.size());
     const AccelerationTo<n, true> use{a.data(), singular_pivot<double>(q.size()), Q.data()};
     if (with_mass_and_rhs<n>(system.energies(), q, qdot, t, use, system.kept_lines())) return a;
@@ -153,8 +153,8 @@ extern template void throw_derivative_not_finite<double>(const std::string&, con
 ///
 /// @param q, qdot  state, n each
 /// @return         generalized forces, n   [energy per unit of q]
-template <class E, int n, Inertia I, class Q, class Qdot>
-auto rhs(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <class E, int n, Inertia inertia, class Q, class Qdot>
+auto rhs(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
          typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   if constexpr (std::is_same_v<S, double>) return mass_and_rhs(system, Vector<S, n>(q), Vector<S, n>(qdot), t).r;
@@ -170,19 +170,19 @@ auto rhs(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eig
 /// @throws         SingularMassMatrix, IndefiniteMassMatrix  with the direction in the coordinates' names
 /// @throws         NonFinite       when an energy or its derivative is not finite there
 /// @throws         DimensionError  when n is known at run time and a size disagrees
-template <class E, int n, Inertia I, class Q, class Qdot>
-auto acceleration(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <class E, int n, Inertia inertia, class Q, class Qdot>
+auto acceleration(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                   typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, qdot);
-  return detail::acceleration_of<E, n, I, S>(system, q.derived(), qdot.derived(), t);
+  return detail::acceleration_of<E, n, inertia, S>(system, q.derived(), qdot.derived(), t);
 }
 
 /// d/dt(∂L/∂q̇) − ∂L/∂q at given accelerations: the applied generalized force that this motion needs.
 ///
 /// Zero on a free motion (inverse dynamics). First derivatives only: no mass matrix is formed.
-template <class E, int n, Inertia I, class Q, class Qdot, class Qddot>
-auto motion_residual(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <class E, int n, Inertia inertia, class Q, class Qdot, class Qddot>
+auto motion_residual(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                      const Eigen::MatrixBase<Qddot>& qddot, typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, qdot);
@@ -191,8 +191,8 @@ auto motion_residual(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& 
 }
 
 /// q̈ at a State.
-template <class E, int n, Inertia I>
-Vector<double, n> acceleration(const System<E, n, I>& system, const State<n>& state) {
+template <class E, int n, Inertia inertia>
+Vector<double, n> acceleration(const System<E, n, inertia>& system, const State<n>& state) {
   return acceleration(system, state.q, state.qdot, state.t);
 }
 

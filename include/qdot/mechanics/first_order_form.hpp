@@ -240,9 +240,9 @@ void renew(F& system) {
 }  // namespace detail
 
 /// The first-order form of a mechanical system.
-template <class E, int n, Inertia I>
-FirstOrderForm<System<E, n, I>> first_order_form(const System<E, n, I>& system) {
-  return FirstOrderForm<System<E, n, I>>(system);
+template <class E, int n, Inertia inertia>
+FirstOrderForm<System<E, n, inertia>> first_order_form(const System<E, n, inertia>& system) {
+  return FirstOrderForm<System<E, n, inertia>>(system);
 }
 
 /// A system that is of first order already is its own first-order form.

@@ -99,18 +99,18 @@ inline Eigen::Vector3d centre_of_mass(std::span<const PointMass> points) {
 namespace detail {
 
 // I + m (|a|² E − a aᵀ).
-inline Eigen::Matrix3d with_point(Eigen::Matrix3d I, double m, const Eigen::Vector3d& a) {
+inline Eigen::Matrix3d with_point(Eigen::Matrix3d inertia, double m, const Eigen::Vector3d& a) {
   const double square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
   for (int j = 0; j < 3; ++j)
-    for (int i = 0; i < 3; ++i) I(i, j) += m * ((i == j ? square : 0.0) - a[i] * a[j]);
-  return I;
+    for (int i = 0; i < 3; ++i) inertia(i, j) += m * ((i == j ? square : 0.0) - a[i] * a[j]);
+  return inertia;
 }
 
 inline Eigen::Matrix3d diagonal(double x, double y, double z) {
-  Eigen::Matrix3d I;
-  for (int k = 0; k < 9; ++k) I.data()[k] = 0.0;
-  I(0, 0) = x, I(1, 1) = y, I(2, 2) = z;
-  return I;
+  Eigen::Matrix3d inertia;
+  for (int k = 0; k < 9; ++k) inertia.data()[k] = 0.0;
+  inertia(0, 0) = x, inertia(1, 1) = y, inertia(2, 2) = z;
+  return inertia;
 }
 
 }  // namespace detail
@@ -122,10 +122,10 @@ inline Eigen::Matrix3d unit_point_inertia(const Eigen::Vector3d& a) {
 
 /// Inertia tensor I_A of a point cloud about the point A.
 inline Eigen::Matrix3d inertia_of_points(std::span<const PointMass> points, const Eigen::Vector3d& A) {
-  Eigen::Matrix3d I = detail::diagonal(0.0, 0.0, 0.0);
+  Eigen::Matrix3d inertia = detail::diagonal(0.0, 0.0, 0.0);
   for (const PointMass& point : points)
-    I = detail::with_point(I, point.mass, {point.position[0] - A[0], point.position[1] - A[1], point.position[2] - A[2]});
-  return I;
+    inertia = detail::with_point(inertia, point.mass, {point.position[0] - A[0], point.position[1] - A[1], point.position[2] - A[2]});
+  return inertia;
 }
 
 /// Parallel axes, away from the centre of mass: I_A = I_G + M (|AG|² E − AG AGᵀ).
@@ -145,11 +145,11 @@ inline Eigen::Matrix3d inertia_at_centre(const Eigen::Matrix3d& I_A, double M, c
 /// R may hold any scalar (dual numbers inside T, for instance); I may be of numbers.
 template <class Rotation, class Tensor>
 Eigen::Matrix<typename Rotation::Scalar, 3, 3> turned_inertia(const Eigen::MatrixBase<Rotation>& R,
-                                                              const Eigen::MatrixBase<Tensor>& I) {
+                                                              const Eigen::MatrixBase<Tensor>& inertia) {
   using S = typename Rotation::Scalar;
   Eigen::Matrix<S, 3, 3> RI;
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) RI(i, j) = R(i, 0) * I(0, j) + R(i, 1) * I(1, j) + R(i, 2) * I(2, j);
+    for (int j = 0; j < 3; ++j) RI(i, j) = R(i, 0) * inertia(0, j) + R(i, 1) * inertia(1, j) + R(i, 2) * inertia(2, j);
   }
   Eigen::Matrix<S, 3, 3> turned;
   for (int i = 0; i < 3; ++i) {
@@ -195,43 +195,43 @@ inline bool has_no_moment_below(double least, const Eigen::Matrix3d& A) {
 /// 1e-9 of the largest entry, so that measured and rounded values pass.
 ///
 /// @throws InvalidValue with the rule that is broken and the values that break it
-inline Eigen::Matrix3d valid_inertia(const Eigen::Matrix3d& I) {
+inline Eigen::Matrix3d valid_inertia(const Eigen::Matrix3d& inertia) {
   constexpr double slack = 1e-9;
   const auto refuse = [&](const char* rule, const char* remedy) {
-    const auto at = [&](int i, int j) { return detail::Phrase(I(i, j), 17); };
+    const auto at = [&](int i, int j) { return detail::Phrase(inertia(i, j), 17); };
     detail::throw_invalid_value({"inertia tensor: ", rule, ", but I = [", at(0, 0), ", ", at(0, 1), ", ", at(0, 2), "; ", at(1, 0), ", ", at(1, 1), ", ",
                                  at(1, 2), "; ", at(2, 0), ", ", at(2, 1), ", ", at(2, 2), "]; ", remedy});
   };
   double size = 0.0, skew = 0.0;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
-      if (!std::isfinite(I(i, j))) refuse("every entry must be finite", "look for a division by zero in what made it");
-      size = std::max(size, std::abs(I(i, j)));
-      skew = std::max(skew, std::abs(I(i, j) - I(j, i)));
+      if (!std::isfinite(inertia(i, j))) refuse("every entry must be finite", "look for a division by zero in what made it");
+      size = std::max(size, std::abs(inertia(i, j)));
+      skew = std::max(skew, std::abs(inertia(i, j) - inertia(j, i)));
     }
   if (skew > slack * size) {
     refuse("it must be symmetric", "give both off-diagonal entries, with the minus sign: I_xy = I_yx = -sum m x y");
   }
-  if (!detail::has_no_moment_below(-slack * size, I)) {
+  if (!detail::has_no_moment_below(-slack * size, inertia)) {
     refuse("principal moments must not be negative", "check the sign of the products of inertia and the parallel-axes shift");
   }
   // I₃ ≤ I₁ + I₂ where no moment of ½ tr(I) E − I = ∫ r rᵀ dm is negative.
-  const double half = 0.5 * (I(0, 0) + I(1, 1) + I(2, 2));
+  const double half = 0.5 * (inertia(0, 0) + inertia(1, 1) + inertia(2, 2));
   Eigen::Matrix3d second;
-  for (int k = 0; k < 9; ++k) second.data()[k] = (k % 4 == 0 ? half : 0.0) - I.data()[k];
+  for (int k = 0; k < 9; ++k) second.data()[k] = (k % 4 == 0 ? half : 0.0) - inertia.data()[k];
   if (!detail::has_no_moment_below(-0.5 * slack * size, second)) {
     refuse("the largest principal moment must not exceed the sum of the other two",
            "no positive masses give this tensor: check units, axes and the point it is about");
   }
-  return I;
+  return inertia;
 }
 
 /// Principal moments and axes of an inertia tensor (eigenvalues and eigenvectors of a symmetric matrix).
 ///
 /// @throws InvalidValue as `valid_inertia` does
 template <class Matrix3d = Eigen::Matrix3d>  // compiled only where it is called
-PrincipalInertia principal_inertia(const std::type_identity_t<Matrix3d>& I) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(valid_inertia(I));
+PrincipalInertia principal_inertia(const std::type_identity_t<Matrix3d>& inertia) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(valid_inertia(inertia));
   PrincipalInertia principal{solver.eigenvalues(), solver.eigenvectors()};
   if (principal.axes.determinant() < 0.0) principal.axes.col(2) *= -1.0;
   return principal;

@@ -292,8 +292,8 @@ template <int n, bool often = false, class S, class E>
 ///
 /// @param q, qdot  state, n each
 /// @return         M, r with M q̈ = r   [r: energy per unit of q]
-template <class E, int n, Inertia I, class S>
-MassAndRhs<S, n> mass_and_rhs(const System<E, n, I>& system, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
+template <class E, int n, Inertia inertia, class S>
+MassAndRhs<S, n> mass_and_rhs(const System<E, n, inertia>& system, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
   detail::require_sizes(system, q, qdot);
   if constexpr (std::is_same_v<S, double>) {
     MassAndRhs<double, n> found{detail::zeros<Matrix<double, n>>(q.size(), q.size()), detail::zeros<Vector<double, n>>(q.size())};

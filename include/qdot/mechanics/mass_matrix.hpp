@@ -19,8 +19,8 @@ namespace qdot {
 /// @param qdot  generalized velocities, n       [those units per unit time]
 /// @return      n×n, symmetric; positive definite wherever T is a true kinetic energy
 /// @throws      DimensionError  when n is known at run time and a size disagrees
-template <class E, int n, Inertia I, class Q, class Qdot>
-auto mass_matrix(const System<E, n, I>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <class E, int n, Inertia inertia, class Q, class Qdot>
+auto mass_matrix(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                  typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, qdot);
@@ -39,8 +39,8 @@ namespace detail {
 
 // M for who asks now and then, as a watch does: of more than a few coordinates by a record, for straight-line code would be compiled once more for it, and
 // lines may have to be derived first, which costs a short run more than all looks.
-template <class E, int n, Inertia I>
-Matrix<double, n> mass_matrix_now_and_then(const System<E, n, I>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
+template <class E, int n, Inertia inertia>
+Matrix<double, n> mass_matrix_now_and_then(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
   if constexpr (n > inlined_uses_limit && graded_pays<n> && !HasOwnEquations<E> && !always_straight<E, n>) {
     Matrix<double, n> M = zeros<Matrix<double, n>>(n, n);
     Vector<double, n> r(n);

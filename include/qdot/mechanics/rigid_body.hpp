@@ -63,8 +63,8 @@ auto triple_product(const A& a, const B& b, const C& c) {
 }
 
 // ω·I ω of a symmetric tensor, each product once.
-template <class I, class W>
-auto quadratic_form(const I& m, const W& w) {
+template <class Tensor, class W>
+auto quadratic_form(const Tensor& m, const W& w) {
   return m(0, 0) * (w[0] * w[0]) + m(1, 1) * (w[1] * w[1]) + m(2, 2) * (w[2] * w[2]) +
          2.0 * (m(1, 0) * (w[0] * w[1]) + m(2, 0) * (w[0] * w[2]) + m(2, 1) * (w[1] * w[2]));
 }

@@ -77,13 +77,13 @@ consteval bool require_written_out() {
 // The scalars that are worth a list: those whose zeros the compiler must see.
 template <class S>
 inline constexpr bool wants_straight_line = false;
-template <int n, class Number, class I, class K>
-inline constexpr bool wants_straight_line<EulerLagrange<n, Number, I, K>> = true;
+template <int n, class Number, class Is, class K>
+inline constexpr bool wants_straight_line<EulerLagrange<n, Number, Is, K>> = true;
 
 // a where `first`, otherwise b, with the zeros that both have.
-template <int n, class Number, int... I, int... K>
-[[gnu::always_inline]] inline auto either(bool first, const EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_sequence<int, K...>>& x,
-                                          const EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_sequence<int, K...>>& y) {
+template <int n, class Number, int... Is, int... K>
+[[gnu::always_inline]] inline auto either(bool first, const EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_sequence<int, K...>>& x,
+                                          const EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_sequence<int, K...>>& y) {
   const auto a = x.whole(), b = y.whole();
   auto r = a;
   const auto choose = [first](const Number& of_a, const Number& of_b) __attribute__((always_inline)) { return first ? of_a : of_b; };
@@ -93,8 +93,8 @@ template <int n, class Number, int... I, int... K>
   r.g_mask = a.g_mask | b.g_mask;
   r.x_mask = a.x_mask | b.x_mask;
   r.h_mask = a.h_mask | b.h_mask;
-  ((r.template g<I>() = choose(a.template g<I>(), b.template g<I>())), ...);
-  ((r.template x<I>() = choose(a.template x<I>(), b.template x<I>())), ...);
+  ((r.template g<Is>() = choose(a.template g<Is>(), b.template g<Is>())), ...);
+  ((r.template x<Is>() = choose(a.template x<Is>(), b.template x<Is>())), ...);
   ((r.template h<K>() = choose(a.template h<K>(), b.template h<K>())), ...);
   return r;
 }

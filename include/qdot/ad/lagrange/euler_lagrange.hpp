@@ -106,9 +106,9 @@ template <int n, class Number = double, class = std::make_integer_sequence<int, 
 struct EulerLagrange;
 
 // The components are those of the doubled value when `half` is set: u u then needs half the additions.
-template <int n, class Number, int... I, int... K>
-struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_sequence<int, K...>>
-    : Component<Number, Part::velocity, I>..., Component<Number, Part::variation, I>..., Component<Number, Part::hessian, K>... {
+template <int n, class Number, int... Is, int... K>
+struct EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_sequence<int, K...>>
+    : Component<Number, Part::velocity, Is>..., Component<Number, Part::variation, Is>..., Component<Number, Part::hessian, K>... {
   using Self = EulerLagrange;
 
   Number value;
@@ -137,14 +137,14 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
     requires(std::is_arithmetic_v<Constant> || std::is_same_v<Constant, Number>)
   [[gnu::always_inline]] EulerLagrange(const Constant& constant)
       : value(static_cast<Number>(constant)), rate(0.0), g_mask(0), x_mask(0), h_mask(0), has_rate(0), half(0) {
-    ((g<I>() = 0.0), ...);
-    ((x<I>() = 0.0), ...);
+    ((g<Is>() = 0.0), ...);
+    ((x<Is>() = 0.0), ...);
     ((h<K>() = 0.0), ...);
   }
   [[gnu::always_inline]] EulerLagrange(const Self& o)
       : value(o.value), rate(o.rate), g_mask(o.g_mask), x_mask(o.x_mask), h_mask(o.h_mask), has_rate(o.has_rate), half(o.half) {
-    ((g<I>() = o.template g<I>()), ...);
-    ((x<I>() = o.template x<I>()), ...);
+    ((g<Is>() = o.template g<Is>()), ...);
+    ((x<Is>() = o.template x<Is>()), ...);
     ((h<K>() = o.template h<K>()), ...);
   }
   [[gnu::always_inline]] Self& operator=(const Self& o) {
@@ -155,8 +155,8 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
     h_mask = o.h_mask;
     has_rate = o.has_rate;
     half = o.half;
-    ((g<I>() = o.template g<I>()), ...);
-    ((x<I>() = o.template x<I>()), ...);
+    ((g<Is>() = o.template g<Is>()), ...);
+    ((x<Is>() = o.template x<Is>()), ...);
     ((h<K>() = o.template h<K>()), ...);
     return *this;
   }
@@ -191,8 +191,8 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
 
   [[gnu::always_inline]] void scale_components(const Number& c) {
     rate = product_if(has_rate, rate, c);
-    ((g<I>() = product_if(has(g_mask, I), g<I>(), c)), ...);
-    ((x<I>() = product_if(has(x_mask, I), x<I>(), c)), ...);
+    ((g<Is>() = product_if(has(g_mask, Is), g<Is>(), c)), ...);
+    ((x<Is>() = product_if(has(x_mask, Is), x<Is>(), c)), ...);
     ((h<K>() = product_if(has(h_mask, K), h<K>(), c)), ...);
   }
   // The same number with its components written out in full.
@@ -217,8 +217,8 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
     r.g_mask = a.g_mask | b.g_mask;
     r.x_mask = a.x_mask | b.x_mask;
     r.h_mask = a.h_mask | b.h_mask;
-    ((r.template g<I>() = sum_of(has(a.g_mask, I), fa * a.template g<I>(), has(b.g_mask, I), fb * b.template g<I>())), ...);
-    ((r.template x<I>() = sum_of(has(a.x_mask, I), fa * a.template x<I>(), has(b.x_mask, I), fb * b.template x<I>())), ...);
+    ((r.template g<Is>() = sum_of(has(a.g_mask, Is), fa * a.template g<Is>(), has(b.g_mask, Is), fb * b.template g<Is>())), ...);
+    ((r.template x<Is>() = sum_of(has(a.x_mask, Is), fa * a.template x<Is>(), has(b.x_mask, Is), fb * b.template x<Is>())), ...);
     ((r.template h<K>() = sum_of(has(a.h_mask, K), fa * a.template h<K>(), has(b.h_mask, K), fb * b.template h<K>())), ...);
     return r;
   }
@@ -226,8 +226,8 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
     Self r(a);
     r.value = -a.value;
     r.rate = -a.rate;
-    ((r.template g<I>() = -a.template g<I>()), ...);
-    ((r.template x<I>() = -a.template x<I>()), ...);
+    ((r.template g<Is>() = -a.template g<Is>()), ...);
+    ((r.template x<Is>() = -a.template x<Is>()), ...);
     ((r.template h<K>() = -a.template h<K>()), ...);
     return r;
   }
@@ -249,9 +249,9 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
     r.g_mask = a.g_mask | b.g_mask;
     r.x_mask = 0;
     r.h_mask = 0;
-    ((r.template g<I>() = sum_of(has(b.g_mask, I), product_if(has(b.g_mask, I), cb, b.template g<I>()),
-                                 has(a.g_mask, I), product_if(has(a.g_mask, I), ca, a.template g<I>()))), ...);
-    (r.template set_variation_of_product<I>(a, ca, b, cb, both), ...);
+    ((r.template g<Is>() = sum_of(has(b.g_mask, Is), product_if(has(b.g_mask, Is), cb, b.template g<Is>()),
+                                  has(a.g_mask, Is), product_if(has(a.g_mask, Is), ca, a.template g<Is>()))), ...);
+    (r.template set_variation_of_product<Is>(a, ca, b, cb, both), ...);
     (r.template set_hessian_of_product<K>(a, ca, b, cb, both), ...);
     return r;
   }
@@ -292,9 +292,9 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
     r.g_mask = g_mask;
     r.x_mask = x_mask | (has_rate ? g_mask : ComponentMask(0));
     r.h_mask = 0;
-    ((r.template g<I>() = product_if(has(g_mask, I), f1, g<I>())), ...);
-    ((r.template x<I>() = sum_of(has(x_mask, I), product_if(has(x_mask, I), f1, x<I>()), has_rate & has(g_mask, I),
-                                 product_if(has_rate & has(g_mask, I), -(f2 * rate), g<I>()))), ...);
+    ((r.template g<Is>() = product_if(has(g_mask, Is), f1, g<Is>())), ...);
+    ((r.template x<Is>() = sum_of(has(x_mask, Is), product_if(has(x_mask, Is), f1, x<Is>()), has_rate & has(g_mask, Is),
+                                  product_if(has_rate & has(g_mask, Is), -(f2 * rate), g<Is>()))), ...);
     (r.template set_hessian_of_chain<K>(*this, f1, f2), ...);
     return r;
   }
@@ -341,9 +341,9 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_s
     r.g_mask = a.g_mask;
     r.x_mask = 0;
     r.h_mask = 0;
-    ((r.template g<I>() = product_if(has(a.g_mask, I), a.value, a.template g<I>())), ...);
-    (r.template set_variation<I>(has(a.x_mask, I), product_if(has(a.x_mask, I), a.value, a.template x<I>()),
-                                 a.has_rate & has(a.g_mask, I), product_if(a.has_rate & has(a.g_mask, I), a.rate, a.template g<I>())), ...);
+    ((r.template g<Is>() = product_if(has(a.g_mask, Is), a.value, a.template g<Is>())), ...);
+    (r.template set_variation<Is>(has(a.x_mask, Is), product_if(has(a.x_mask, Is), a.value, a.template x<Is>()),
+                                  a.has_rate & has(a.g_mask, Is), product_if(a.has_rate & has(a.g_mask, Is), a.rate, a.template g<Is>())), ...);
     (r.template set_half_hessian_of_square<K>(a), ...);
     return r;
   }

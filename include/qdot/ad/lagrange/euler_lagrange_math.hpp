@@ -41,8 +41,8 @@ inline void sine_and_cosine(double x, double* sine, double* cosine) {
 }
 #endif
 
-template <int n, class Number, class I, class K>
-struct is_euler_lagrange<EulerLagrange<n, Number, I, K>> : std::true_type {};
+template <int n, class Number, class Is, class K>
+struct is_euler_lagrange<EulerLagrange<n, Number, Is, K>> : std::true_type {};
 template <class Record>
 struct is_euler_lagrange<Graded<Record>> : std::true_type {};
 

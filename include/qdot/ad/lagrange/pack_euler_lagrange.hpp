@@ -30,8 +30,8 @@ template <int lanes, int width>
 
 template <class E>
 inline constexpr bool holds_packs = false;
-template <int n, int lanes, int width, class I, class K>
-inline constexpr bool holds_packs<EulerLagrange<n, Pack<lanes, width>, I, K>> = true;
+template <int n, int lanes, int width, class Is, class K>
+inline constexpr bool holds_packs<EulerLagrange<n, Pack<lanes, width>, Is, K>> = true;
 
 template <class E>
 concept EulerLagrangePack = EulerLagrangeNumber<E> && holds_packs<E>;
@@ -117,10 +117,10 @@ inline E through(const E& a, const E& b, const F& f) {
 }
 
 // a or b, component by component.
-template <class Condition, int n, class Number, int... I, int... K>
+template <class Condition, int n, class Number, int... Is, int... K>
 [[gnu::always_inline]] inline auto chosen_number(
-    const Condition& condition, const EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_sequence<int, K...>>& a,
-    const EulerLagrange<n, Number, std::integer_sequence<int, I...>, std::integer_sequence<int, K...>>& b) {
+    const Condition& condition, const EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_sequence<int, K...>>& a,
+    const EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_sequence<int, K...>>& b) {
   EulerLagrange<n, Number> r(0.0);
   r.value = qdot::select(condition, a.value, b.value);
   r.rate = qdot::select(condition, a.rate, b.rate);
@@ -128,8 +128,8 @@ template <class Condition, int n, class Number, int... I, int... K>
   r.g_mask = a.g_mask | b.g_mask;
   r.x_mask = a.x_mask | b.x_mask;
   r.h_mask = a.h_mask | b.h_mask;
-  ((r.template g<I>() = qdot::select(condition, a.template g<I>(), b.template g<I>())), ...);
-  ((r.template x<I>() = qdot::select(condition, a.template x<I>(), b.template x<I>())), ...);
+  ((r.template g<Is>() = qdot::select(condition, a.template g<Is>(), b.template g<Is>())), ...);
+  ((r.template x<Is>() = qdot::select(condition, a.template x<Is>(), b.template x<Is>())), ...);
   ((r.template h<K>() = qdot::select(condition, a.template h<K>(), b.template h<K>())), ...);
   return r;
 }
@@ -145,9 +145,9 @@ template <int lanes, int width, class A, class B>
   return chosen_number(condition, E(a).whole(), E(b).whole());
 }
 // The same for numbers that are no packs, without losing what is known of their zeros.
-template <int n, class I, class K>
-[[gnu::always_inline]] inline auto select(bool condition, const EulerLagrange<n, double, I, K>& a,
-                                          const EulerLagrange<n, double, I, K>& b) {
+template <int n, class Is, class K>
+[[gnu::always_inline]] inline auto select(bool condition, const EulerLagrange<n, double, Is, K>& a,
+                                          const EulerLagrange<n, double, Is, K>& b) {
   return chosen_number(condition, a.whole(), b.whole());
 }
 

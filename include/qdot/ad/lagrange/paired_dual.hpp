@@ -33,8 +33,8 @@ struct PairOf {
 template <int n, class = std::make_integer_sequence<int, n>>
 struct PairedDual;
 
-template <int n, int... I>
-struct PairedDual<n, std::integer_sequence<int, I...>> : PairOf<I>..., ComparedByValue<PairedDual<n, std::integer_sequence<int, I...>>> {
+template <int n, int... Is>
+struct PairedDual<n, std::integer_sequence<int, Is...>> : PairOf<Is>..., ComparedByValue<PairedDual<n, std::integer_sequence<int, Is...>>> {
   using Self = PairedDual;
 
   double value;
@@ -49,13 +49,13 @@ struct PairedDual<n, std::integer_sequence<int, I...>> : PairOf<I>..., ComparedB
   template <class Constant>
     requires std::is_arithmetic_v<Constant>
   [[gnu::always_inline]] PairedDual(const Constant& constant) : value(static_cast<double>(constant)), mask(0) {
-    ((pair<I>() = Pair{}), ...);
+    ((pair<Is>() = Pair{}), ...);
   }
-  [[gnu::always_inline]] PairedDual(const Self& o) : value(o.value), mask(o.mask) { ((pair<I>() = o.template pair<I>()), ...); }
+  [[gnu::always_inline]] PairedDual(const Self& o) : value(o.value), mask(o.mask) { ((pair<Is>() = o.template pair<Is>()), ...); }
   [[gnu::always_inline]] Self& operator=(const Self& o) {
     value = o.value;
     mask = o.mask;
-    ((pair<I>() = o.template pair<I>()), ...);
+    ((pair<Is>() = o.template pair<Is>()), ...);
     return *this;
   }
 
@@ -73,7 +73,7 @@ struct PairedDual<n, std::integer_sequence<int, I...>> : PairOf<I>..., ComparedB
     Self r;
     r.value = f;
     r.mask = mask;
-    ((r.template pair<I>() = pair_times(has(mask, I), pair<I>(), slope)), ...);
+    ((r.template pair<Is>() = pair_times(has(mask, Is), pair<Is>(), slope)), ...);
     return r;
   }
 
@@ -82,14 +82,14 @@ struct PairedDual<n, std::integer_sequence<int, I...>> : PairOf<I>..., ComparedB
     Self r;
     r.value = -x.value;
     r.mask = x.mask;
-    ((r.template pair<I>() = -x.template pair<I>()), ...);
+    ((r.template pair<Is>() = -x.template pair<Is>()), ...);
     return r;
   }
   [[gnu::always_inline]] friend Self operator+(const Self& x, const Self& y) {
     Self r;
     r.value = x.value + y.value;
     r.mask = x.mask | y.mask;
-    ((r.template pair<I>() = pair_sum(has(x.mask, I), x.template pair<I>(), has(y.mask, I), y.template pair<I>())), ...);
+    ((r.template pair<Is>() = pair_sum(has(x.mask, Is), x.template pair<Is>(), has(y.mask, Is), y.template pair<Is>())), ...);
     return r;
   }
   [[gnu::always_inline]] friend Self operator-(const Self& x, const Self& y) { return x + (-y); }
@@ -97,8 +97,8 @@ struct PairedDual<n, std::integer_sequence<int, I...>> : PairOf<I>..., ComparedB
     Self r;
     r.value = x.value * y.value;
     r.mask = x.mask | y.mask;
-    ((r.template pair<I>() = pair_sum(has(x.mask, I), pair_times(has(x.mask, I), x.template pair<I>(), y.value),
-                                      has(y.mask, I), pair_times(has(y.mask, I), y.template pair<I>(), x.value))), ...);
+    ((r.template pair<Is>() = pair_sum(has(x.mask, Is), pair_times(has(x.mask, Is), x.template pair<Is>(), y.value),
+                                       has(y.mask, Is), pair_times(has(y.mask, Is), y.template pair<Is>(), x.value))), ...);
     return r;
   }
   [[gnu::always_inline]] friend Self operator/(const Self& x, const Self& y) {
@@ -119,23 +119,23 @@ struct PairedDual<n, std::integer_sequence<int, I...>> : PairOf<I>..., ComparedB
 
 [[gnu::always_inline]] inline Present known_equal(const Pair& a, const Pair& b) { return known_equal(a[0], b[0]) & known_equal(a[1], b[1]); }
 
-template <int n, int... I>
-[[gnu::always_inline]] inline Present known_equal(const PairedDual<n, std::integer_sequence<int, I...>>& a,
-                                                  const PairedDual<n, std::integer_sequence<int, I...>>& b) {
+template <int n, int... Is>
+[[gnu::always_inline]] inline Present known_equal(const PairedDual<n, std::integer_sequence<int, Is...>>& a,
+                                                  const PairedDual<n, std::integer_sequence<int, Is...>>& b) {
   return (known_equal(a.value, b.value) & ... &
-          (has(a.mask | b.mask, I) ? known_equal(a.template pair<I>(), b.template pair<I>()) : 1U));
+          (has(a.mask | b.mask, Is) ? known_equal(a.template pair<Is>(), b.template pair<Is>()) : 1U));
 }
 
 // The plain number in it, beside those of duals.
 using qdot::innermost_value;
-template <int n, class I>
-[[gnu::always_inline]] inline double innermost_value(const PairedDual<n, I>& x) { return x.value; }
+template <int n, class Is>
+[[gnu::always_inline]] inline double innermost_value(const PairedDual<n, Is>& x) { return x.value; }
 
 // f(x) from f and f′, and f(x, y) from f, ∂f/∂x, ∂f/∂y.
-template <int n, class I>
-[[gnu::always_inline]] inline PairedDual<n, I> lifted(const PairedDual<n, I>& x, double f, double slope) { return x.through(f, slope); }
-template <int n, class I>
-[[gnu::always_inline]] inline PairedDual<n, I> lifted(const PairedDual<n, I>& x, const PairedDual<n, I>& y, double f, double f_x, double f_y) {
+template <int n, class Is>
+[[gnu::always_inline]] inline PairedDual<n, Is> lifted(const PairedDual<n, Is>& x, double f, double slope) { return x.through(f, slope); }
+template <int n, class Is>
+[[gnu::always_inline]] inline PairedDual<n, Is> lifted(const PairedDual<n, Is>& x, const PairedDual<n, Is>& y, double f, double f_x, double f_y) {
   return x.through(f, f_x) + y.through(0.0, f_y);
 }
 

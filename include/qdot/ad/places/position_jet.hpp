@@ -46,8 +46,8 @@ struct RowEntry {
 template <int n, class = std::make_integer_sequence<int, n>>
 struct PositionJet;
 
-template <int n, int... I>
-struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., ComparedByValue<PositionJet<n, std::integer_sequence<int, I...>>> {
+template <int n, int... Is>
+struct PositionJet<n, std::integer_sequence<int, Is...>> : RowEntry<Is>..., ComparedByValue<PositionJet<n, std::integer_sequence<int, Is...>>> {
   using Self = PositionJet;
   static constexpr bool remembers_rotations = true;  // mechanics/equations/known_rotation.hpp
 
@@ -69,15 +69,15 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
     requires std::is_arithmetic_v<Number>
   [[gnu::always_inline]] PositionJet(Number constant)
       : value(static_cast<double>(constant)), rate(0.0), bend(0.0), mask(0), has_rate(0), has_bend(0), half(0) {
-    ((J<I>() = 0.0), ...);
+    ((J<Is>() = 0.0), ...);
   }
   template <class K>
-  [[gnu::always_inline]] PositionJet(const EulerLagrange<n, double, std::integer_sequence<int, I...>, K>& captured) : PositionJet(captured.value) {
+  [[gnu::always_inline]] PositionJet(const EulerLagrange<n, double, std::integer_sequence<int, Is...>, K>& captured) : PositionJet(captured.value) {
     mask = unknown_if(1U ^ captured.is_constant());
   }
   [[gnu::always_inline]] PositionJet(const Self& o)
       : value(o.value), rate(o.rate), bend(o.bend), mask(o.mask), has_rate(o.has_rate), has_bend(o.has_bend), half(o.half) {
-    ((J<I>() = o.template J<I>()), ...);
+    ((J<Is>() = o.template J<Is>()), ...);
   }
   [[gnu::always_inline]] Self& operator=(const Self& o) {
     value = o.value;
@@ -87,7 +87,7 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
     has_rate = o.has_rate;
     has_bend = o.has_bend;
     half = o.half;
-    ((J<I>() = o.template J<I>()), ...);
+    ((J<Is>() = o.template J<Is>()), ...);
     return *this;
   }
 
@@ -116,7 +116,7 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
     if (half) {
       r.rate = product_if(has_rate, 2.0, rate);
       r.bend = product_if(has_bend, 2.0, bend);
-      ((r.template J<I>() = product_if(has(mask, I), 2.0, J<I>())), ...);
+      ((r.template J<Is>() = product_if(has(mask, Is), 2.0, J<Is>())), ...);
       r.half = 0;
     }
     return r;
@@ -134,7 +134,7 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
     r.mask = a.mask | b.mask;
     r.rate = sum_of(a.has_rate, fa * a.rate, b.has_rate, fb * b.rate);
     r.bend = sum_of(a.has_bend, fa * a.bend, b.has_bend, fb * b.bend);
-    ((r.template J<I>() = sum_of(has(a.mask, I), fa * a.template J<I>(), has(b.mask, I), fb * b.template J<I>())), ...);
+    ((r.template J<Is>() = sum_of(has(a.mask, Is), fa * a.template J<Is>(), has(b.mask, Is), fb * b.template J<Is>())), ...);
     return r;
   }
   [[gnu::always_inline]] friend Self operator-(const Self& a) {
@@ -142,7 +142,7 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
     r.value = -a.value;
     r.rate = -a.rate;
     r.bend = -a.bend;
-    ((r.template J<I>() = -a.template J<I>()), ...);
+    ((r.template J<Is>() = -a.template J<Is>()), ...);
     return r;
   }
   [[gnu::always_inline]] friend Self operator+(const Self& a) { return a; }
@@ -162,8 +162,8 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
     r.has_bend = a.has_bend | b.has_bend | both;
     r.bend = sum_of(both, product_if(both, 2.0 * (a.doubled() * b.doubled()) * a.rate, b.rate), a.has_bend | b.has_bend,
                     sum_of(a.has_bend, product_if(a.has_bend, a.bend, ca), b.has_bend, product_if(b.has_bend, b.bend, cb)));
-    ((r.template J<I>() = sum_of(has(a.mask, I), product_if(has(a.mask, I), a.template J<I>(), ca),
-                                 has(b.mask, I), product_if(has(b.mask, I), b.template J<I>(), cb))), ...);
+    ((r.template J<Is>() = sum_of(has(a.mask, Is), product_if(has(a.mask, Is), a.template J<Is>(), ca),
+                                  has(b.mask, Is), product_if(has(b.mask, Is), b.template J<Is>(), cb))), ...);
     return r;
   }
   [[gnu::always_inline]] friend Self operator/(const Self& a, const Self& b) {
@@ -191,7 +191,7 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
     r.mask = mask;
     r.rate = product_if(has_rate, f1, rate);
     r.bend = sum_of(has_rate, product_if(has_rate, f2, rate * rate), has_bend, product_if(has_bend, f1, bend));
-    ((r.template J<I>() = product_if(has(mask, I), f1, J<I>())), ...);
+    ((r.template J<Is>() = product_if(has(mask, Is), f1, J<Is>())), ...);
     return r;
   }
 
@@ -208,12 +208,12 @@ struct PositionJet<n, std::integer_sequence<int, I...>> : RowEntry<I>..., Compar
     r.mask = a.mask;
     r.rate = product_if(a.has_rate, a.value, a.rate);
     r.bend = sum_of(a.has_rate, product_if(a.has_rate, a.rate, a.rate), a.has_bend, product_if(a.has_bend, a.value, a.bend));
-    ((r.template J<I>() = product_if(has(a.mask, I), a.value, a.template J<I>())), ...);
+    ((r.template J<Is>() = product_if(has(a.mask, Is), a.value, a.template J<Is>())), ...);
     return r;
   }
 };
 
-template <int n, class I>
-struct is_euler_lagrange<PositionJet<n, I>> : std::true_type {};
+template <int n, class Is>
+struct is_euler_lagrange<PositionJet<n, Is>> : std::true_type {};
 
 }  // namespace qdot::detail

@@ -86,12 +86,12 @@ struct SweepPlan {
   PlanList<Lane, 80> plain, weighted;
   PlanList<int, 40> squares;
   PlanList<Interior, 40> quotients, powers, second_arguments;
-  int slots = 0;                     // of nodes with series
+  int slot_count = 0;                     // of nodes with series
   int width = 0, square_width = 0;   // of rows
 
   SweepPlan() = default;
   constexpr explicit SweepPlan(const Sweep& s)
-      : slots(s.series_count_), width(static_cast<int>(s.width_)), square_width(static_cast<int>(s.square_width_)) {
+      : slot_count(s.series_count_), width(static_cast<int>(s.width_)), square_width(static_cast<int>(s.square_width_)) {
     const auto take_ends = [&s](const std::vector<Sweep::Ends>& groups, auto& list) {
       for (const Sweep::Ends& group : groups)
         for (int i = group.first; i < group.last; ++i) {

@@ -26,7 +26,7 @@ class PlannedSweep {
 
  public:
   [[gnu::always_inline]] explicit PlannedSweep(Sweep& sweep) : sweep_(sweep) {
-    unroll<plan.slots>([&](auto i) __attribute__((always_inline)) { latest_[i] = sweep_.latest_[i]; });
+    unroll<plan.slot_count>([&](auto i) __attribute__((always_inline)) { latest_[i] = sweep_.latest_[i]; });
     unroll<plan.plain.size>([&](auto i) __attribute__((always_inline)) { newest_[i] = left(i, 1) * right(i, 1); });
     unroll<plan.weighted.size>([&](auto i) __attribute__((always_inline)) {
       constexpr int lane = plan.plain.size + i;
@@ -152,7 +152,7 @@ class PlannedSweep {
   [[gnu::always_inline]] double& square(int lane, int k) { return sweep_.square_[index(k) * index(plan.square_width) + index(lane)]; }
 
   Sweep& sweep_;
-  double latest_[plan.slots];
+  double latest_[plan.slot_count];
   double interior_[plan.width + plan.square_width + register_lanes];
   double newest_[plan.width + plan.square_width + 1];  // the terms of an interior that hold the order before
 };

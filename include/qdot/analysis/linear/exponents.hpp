@@ -20,11 +20,12 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
 
 namespace qdot::detail {
 
-using Complex = std::complex<double>;
+using ComplexNumber = std::complex<double>;
 
 struct Exponents {
   Eigen::VectorXcd lambda;
@@ -73,7 +74,7 @@ struct SchurForm {
 
   explicit SchurForm(const Matrix& A) {
     const Eigen::ComplexSchur<Matrix> schur(A);
-    if (schur.info() != Eigen::Success)
+    if (!succeeded(schur))
       throw InvalidValue(
           "the exponents of a matrix must be finite, but the QR iteration found none; look for entries that are NaN or "
           "huge");
@@ -91,10 +92,10 @@ Eigen::VectorXcd vector_of_triangle(const Matrix& T, Eigen::Index k, bool right,
   x[k] = 1.0;
   for (Eigen::Index step = 1; right ? step <= k : k + step < n; ++step) {
     const Eigen::Index i = right ? k - step : k + step;
-    Complex sum = 0.0;
+    ComplexNumber sum = 0.0;
     for (Eigen::Index j = std::min(i, k); j <= std::max(i, k); ++j)
       if (j != i) sum += (right ? T(i, j) : std::conj(T(j, i))) * x[j];
-    Complex gap = right ? T(i, i) - T(k, k) : std::conj(T(i, i) - T(k, k));
+    ComplexNumber gap = right ? T(i, i) - T(k, k) : std::conj(T(i, i) - T(k, k));
     if (std::abs(gap) < smallest) gap = smallest;
     x[i] = -sum / gap;
   }
@@ -112,7 +113,7 @@ Exponents exponents_of(const Matrix& A) {
   if (n == 0) return result;
   result.size = result.balanced.norm();
   constexpr double epsilon = std::numeric_limits<double>::epsilon();
-  const SchurForm<Eigen::MatrixXcd> schur(Eigen::MatrixXcd(result.balanced.template cast<Complex>()));
+  const SchurForm<Eigen::MatrixXcd> schur(Eigen::MatrixXcd(result.balanced.template cast<ComplexNumber>()));
   Eigen::MatrixXcd vectors(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const double smallest = std::max(epsilon * result.size, std::numeric_limits<double>::min());
@@ -121,7 +122,7 @@ Exponents exponents_of(const Matrix& A) {
     const double condition = x.norm() * y.norm() / std::abs(x[i] * y[i]);  // they share entry i alone
     const double bound = 32.0 * epsilon * result.size * condition;
     result.radius[i] = bound <= 1e-7 * result.size ? bound : 1e-7 * result.size;  // NaN included
-    Complex& lambda = result.lambda[i];
+    ComplexNumber& lambda = result.lambda[i];
     lambda = schur.T(i, i);
     if (std::abs(lambda.real()) <= result.radius[i]) lambda = {0.0, lambda.imag()};
     if (std::abs(lambda.imag()) <= result.radius[i]) lambda = lambda.real();
@@ -151,7 +152,7 @@ bool any_drifts(const E& all) {
   const Eigen::Index n = all.lambda.size();
   for (Eigen::Index i = 0; i < n; ++i) {
     if (!all.on_axis(i)) continue;
-    Complex mean = 0.0;
+    ComplexNumber mean = 0.0;
     Eigen::Index count = 0;
     for (Eigen::Index j = 0; j < n; ++j) {
       if (!all.on_axis(j) || std::abs(all.lambda[i] - all.lambda[j]) > 2.0 * (all.radius[i] + all.radius[j])) continue;
@@ -159,7 +160,7 @@ bool any_drifts(const E& all) {
       ++count;
     }
     if (count < 2) continue;
-    Eigen::MatrixXcd shifted = all.balanced.template cast<Complex>();
+    Eigen::MatrixXcd shifted = all.balanced.template cast<ComplexNumber>();
     for (Eigen::Index j = 0; j < n; ++j) shifted(j, j) -= mean / static_cast<double>(count);
     Eigen::FullPivLU<Eigen::MatrixXcd> factors(shifted);
     factors.setThreshold(1e-11);
@@ -170,7 +171,7 @@ bool any_drifts(const E& all) {
 
 template <class Vector>
 Vector sorted_exponents(Vector lambda) {
-  std::sort(lambda.data(), lambda.data() + lambda.size(), [](const Complex& a, const Complex& b) {
+  std::sort(lambda.data(), lambda.data() + lambda.size(), [](const ComplexNumber& a, const ComplexNumber& b) {
     return a.imag() != b.imag() ? a.imag() < b.imag() : a.real() < b.real();
   });
   return lambda;

@@ -106,11 +106,11 @@ PointOfFamily point_of_family(ClosingEquations equations, const ClosingEnd& end,
 
 // The orbit at a distance along the tangent at `from`, by Newton's method across it; predicted from a point near it that lies so much nearer or farther.
 template <class = void>  // compiled only where it is called
-ClosingEnd stepped(const PointOfFamily& from, const PointOfFamily& near, double distance, const ClosingSearch& search) {
+ClosingEnd stepped(const PointOfFamily& from, const PointOfFamily& nearby, double distance, const ClosingSearch& search) {
   ClosingEquations equations = from.equations;
   equations.along = from.tangent;
-  const double along = from.tangent.dot(tangent_in_units_of(equations, near));
-  Eigen::VectorXd X = near.point.X + distance / along * near.tangent.cwiseProduct(near.equations.scale);
+  const double along = from.tangent.dot(tangent_in_units_of(equations, nearby));
+  Eigen::VectorXd X = nearby.point.X + distance / along * nearby.tangent.cwiseProduct(nearby.equations.scale);
   equations.from = X;
   ClosingEnd end;
   try {

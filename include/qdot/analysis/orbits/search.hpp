@@ -82,9 +82,9 @@ struct BasicClosingEquations {
     for (Eigen::Index i = 0; i < X.size(); ++i) {
       if (i == states() || (i > states() && !of->has_parameter())) continue;
       const auto along_it = slope_at_zero([&](double s) {
-        Eigen::VectorXd near = X;
-        near[i] += s * scale[i];
-        return Eigen::VectorXd(Eigen::VectorXd::Constant(1, energy_at(near)));
+        Eigen::VectorXd nearby = X;
+        nearby[i] += s * scale[i];
+        return Eigen::VectorXd(Eigen::VectorXd::Constant(1, energy_at(nearby)));
       }, 1.0);
       if (along_it) slope[i] = (*along_it)[0];
     }
@@ -232,12 +232,12 @@ template <class = void>  // compiled only where it is called
 bool energy_lasts(const ClosingEquations& equations, const Eigen::VectorXd& X) {
   constexpr double beside = 0.1, negligible = 1e-7;
   for (const double side : {beside, -beside}) {
-    Eigen::VectorXd near = X;
-    for (Eigen::Index i = 0; i < equations.states(); ++i) near[i] += (i % 2 == 0 ? side : 0.7 * beside) * equations.scale[i];
+    Eigen::VectorXd nearby = X;
+    for (Eigen::Index i = 0; i < equations.states(); ++i) nearby[i] += (i % 2 == 0 ? side : 0.7 * beside) * equations.scale[i];
     try {
-      near.head(equations.states()) = equations.of->settled(equations.x(near), ClosingEquations::parameter(near));
+      nearby.head(equations.states()) = equations.of->settled(equations.x(nearby), ClosingEquations::parameter(nearby));
       const Eigen::Index N = equations.states();
-      const Eigen::VectorXd changes = equations.energy_slope(near).head(N).cwiseProduct(equations.rate(near)).cwiseQuotient(equations.scale.head(N));
+      const Eigen::VectorXd changes = equations.energy_slope(nearby).head(N).cwiseProduct(equations.rate(nearby)).cwiseQuotient(equations.scale.head(N));
       if (std::abs(changes.sum()) > negligible * changes.cwiseAbs().maxCoeff()) return false;
     } catch (const Error&) {  // no model there: nothing to say
     }
@@ -254,9 +254,9 @@ std::vector<Eigen::VectorXd> forbidden_directions(const ClosingEquations& equati
   Eigen::MatrixXd transposed = Eigen::MatrixXd::Identity(N, N);  // of the slope of the projection
   for (Eigen::Index j = 0; j < N; ++j) {
     const auto slope = slope_at_zero([&](double s) {
-      Eigen::VectorXd near = equations.x(X);
-      near[j] += s * equations.scale[j];
-      return equations.of->settled(near, ClosingEquations::parameter(X));
+      Eigen::VectorXd nearby = equations.x(X);
+      nearby[j] += s * equations.scale[j];
+      return equations.of->settled(nearby, ClosingEquations::parameter(X));
     }, 1.0);
     for (Eigen::Index i = 0; slope && i < N; ++i) transposed(j, i) = (*slope)[i] / equations.scale[i];
   }

@@ -114,10 +114,10 @@ struct SlopeOfFamilyStart {
   template <class Model>
   Eigen::VectorXd operator()(const Model& of, Eigen::Index j) const {
     const auto begins = [&](double s) {
-      const auto near = of.member(j, s);
-      const Eigen::VectorXd y = packed(first_order_form(near.system), near.start);
+      const auto nearby = of.member(j, s);
+      const Eigen::VectorXd y = packed(first_order_form(nearby.system), nearby.start);
       Eigen::VectorXd both(y.size() + 1);
-      both << y, near.start.t;
+      both << y, nearby.start.t;
       return both;
     };
     const auto slope = slope_at_zero(begins, std::ldexp(parameter_step(of.parameter(j)), 8));

@@ -29,26 +29,26 @@ inline constexpr int closed_form_columns_limit = 6, closed_form_columns_coordina
 
 template <class System>
 inline constexpr bool has_closed_form_columns = false;
-template <class E, int n, Inertia I>
-inline constexpr bool has_closed_form_columns<System<E, n, I>> =
-    n >= 1 && n <= closed_form_columns_coordinates && HasClosedForm<E> && straight_line_pays && I == Inertia::positive_definite;
+template <class E, int n, Inertia inertia>
+inline constexpr bool has_closed_form_columns<System<E, n, inertia>> =
+    n >= 1 && n <= closed_form_columns_coordinates && HasClosedForm<E> && straight_line_pays && inertia == Inertia::positive_definite;
 
 // The functions of <cmath> for these numbers: f(x) by f and f′ of numbers with one derivative, and f(x, y) by those of numbers with two.
-template <int p, class I>
-inline constexpr bool follows_duals<PairedDual<p, I>> = true;
-template <int p, class I, class F>
-[[gnu::always_inline]] inline PairedDual<p, I> through(const PairedDual<p, I>& x, const F& f) {
+template <int p, class Is>
+inline constexpr bool follows_duals<PairedDual<p, Is>> = true;
+template <int p, class Is, class F>
+[[gnu::always_inline]] inline PairedDual<p, Is> through(const PairedDual<p, Is>& x, const F& f) {
   const Dual<double, 1> y = f(Dual<double, 1>::variable(x.value, 0));
   return x.through(y.value, y.tangent[0]);
 }
-template <int p, class I, class F>
-[[gnu::always_inline]] inline PairedDual<p, I> through(const PairedDual<p, I>& x, const PairedDual<p, I>& y, const F& f) {
+template <int p, class Is, class F>
+[[gnu::always_inline]] inline PairedDual<p, Is> through(const PairedDual<p, Is>& x, const PairedDual<p, Is>& y, const F& f) {
   const Dual<double, 2> z = f(Dual<double, 2>::variable(x.value, 0), Dual<double, 2>::variable(y.value, 1));
   return x.through(z.value, z.tangent[0]) + y.through(0.0, z.tangent[1]);
 }
-template <int p, class I> PairedDual<p, I> sin(const PairedDual<p, I>& x) { return x.through(shared_sine(x.value), shared_cosine(x.value)); }
-template <int p, class I> PairedDual<p, I> cos(const PairedDual<p, I>& x) { return x.through(shared_cosine(x.value), -shared_sine(x.value)); }
-template <int p, class I> PairedDual<p, I> sqrt(const PairedDual<p, I>& x) {
+template <int p, class Is> PairedDual<p, Is> sin(const PairedDual<p, Is>& x) { return x.through(shared_sine(x.value), shared_cosine(x.value)); }
+template <int p, class Is> PairedDual<p, Is> cos(const PairedDual<p, Is>& x) { return x.through(shared_cosine(x.value), -shared_sine(x.value)); }
+template <int p, class Is> PairedDual<p, Is> sqrt(const PairedDual<p, Is>& x) {
   const double root = std::sqrt(x.value);
   return x.through(root, 0.5 / root);
 }
@@ -87,8 +87,8 @@ template <int n, int lanes, class E>
   return is_finite(sum);
 }
 
-template <class E, int n, Inertia I>
-bool closed_form_columns_written(const System<E, n, I>& system, double t, const double* y, double* ydot, Eigen::Index columns) {
+template <class E, int n, Inertia inertia>
+bool closed_form_columns_written(const System<E, n, inertia>& system, double t, const double* y, double* ydot, Eigen::Index columns) {
   const E& energies = system.energies();
   if (!energies.has_closed_form()) return false;
   if (columns == 1) return closed_form_lanes<n, 1>(energies, t, y, ydot, columns);

@@ -174,26 +174,26 @@ using VariationalEquations = BasicVariationalEquations<>;
 // How far along a direction y goes before it has changed by as much as it is large in this run, positions and velocities apart.
 template <class Kind>
 double BasicVariationalEquations<Kind>::scale(const Eigen::VectorXd& y, const Eigen::VectorXd& along) const {
-  double far = std::numeric_limits<double>::infinity();
+  double distant = std::numeric_limits<double>::infinity();
   const auto limit = [&](Eigen::Index first, Eigen::Index count) {
     double most = 0.0, size = 0.0;
     for (Eigen::Index i = first; i < first + count; ++i) {
       most = std::max(most, std::abs(along[i]));
       size = std::max({size, std::abs(y[i]), largest_[i]});
     }
-    if (most > 0) far = std::min(far, (size > 0 ? size : 1.0) / most);
+    if (most > 0) distant = std::min(distant, (size > 0 ? size : 1.0) / most);
   };
   limit(0, dof_);
   limit(dof_, dof_);
   limit(2 * dof_, y.size() - 2 * dof_);
-  return far;  // infinite where nothing moves
+  return distant;  // infinite where nothing moves
 }
 
 // The same, and not farther than a parameter's size; 1 where nothing says how far.
 template <class Kind>
 double BasicVariationalEquations<Kind>::reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const {
-  const double far = std::min(scale(y, along), column < 0 ? std::numeric_limits<double>::infinity() : parameter_size(column));
-  return std::isfinite(far) ? far : 1.0;
+  const double distant = std::min(scale(y, along), column < 0 ? std::numeric_limits<double>::infinity() : parameter_size(column));
+  return std::isfinite(distant) ? distant : 1.0;
 }
 
 template <class Kind>
@@ -216,9 +216,9 @@ Crossing BasicVariationalEquations<Kind>::crossing(const std::string& name, doub
   double dark = 0.0;
   const double here = surface.h(t, y, -1, 0.0);
   for (Eigen::Index i = 0; i < size_; ++i) {
-    Eigen::VectorXd near = y;
-    near[i] += rtol * std::abs(y[i]) + atol[i];
-    dark += std::abs(surface.h(t, near, -1, 0.0) - here);
+    Eigen::VectorXd nearby = y;
+    nearby[i] += rtol * std::abs(y[i]) + atol[i];
+    dark += std::abs(surface.h(t, nearby, -1, 0.0) - here);
   }
   constexpr double hidden = 10;
   if (!(speed * speed > 2 * hidden * dark * std::abs(curvature)) || !(std::abs(speed) * way > hidden * dark))
@@ -273,8 +273,8 @@ void BasicVariationalEquations<Kind>::pass(const std::string& name, double t, Ei
     };
     // How far it arrives from y may be nothing but rounding, which says nothing; what it is the difference of does.
     constexpr double parts = 16;
-    const double far = parts * std::min(scale(y, Phi), scale(y, f_before * time[j]));
-    const auto slope = slope_at_zero(behind, std::min(far, reach(y, Phi + f_before * time[j], j)), largest_);
+    const double distant = parts * std::min(scale(y, Phi), scale(y, f_before * time[j]));
+    const auto slope = slope_at_zero(behind, std::min(distant, reach(y, Phi + f_before * time[j], j)), largest_);
     if (!slope)
       end_undifferentiable(
           name, t, {"changes the state in a way that has no derivative with respect to ", column_name(j), "; let its action be smooth"});

@@ -170,8 +170,8 @@ class FamilyModel {
 
   void renew() {
     detail::renew(form);
-    for (Neighbours& near : neighbours_)
-      for (Form& one : near.forms) detail::renew(one);
+    for (Neighbours& nearby : neighbours_)
+      for (Form& one : nearby.forms) detail::renew(one);
   }
 
   Eigen::Index parameters() const { return p_.size(); }
@@ -189,16 +189,16 @@ class FamilyModel {
   void write_parameter_rates(double t, const double* y, const double* ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
     const Eigen::Map<const Eigen::VectorXd> state(y, form.size()), f(ydot, form.size());
     for (Eigen::Index j = 0; j < p_.size(); ++j) {
-      const Neighbours& near = neighbours_[static_cast<std::size_t>(j)];
+      const Neighbours& nearby = neighbours_[static_cast<std::size_t>(j)];
       out.col(j).setZero();
-      for (std::size_t i = 1; i < near.forms.size(); ++i) {
-        near.forms[i].derivative(t, state, rate_);
+      for (std::size_t i = 1; i < nearby.forms.size(); ++i) {
+        nearby.forms[i].derivative(t, state, rate_);
         if (i == 1) first_ = rate_;
-        if (i == 2 && near.points->central && rate_ == first_) {  // f does not ask for this parameter
+        if (i == 2 && nearby.points->central && rate_ == first_) {  // f does not ask for this parameter
           out.col(j).setZero();
           break;
         }
-        out.col(j) += near.points->weight[i] / near.h * (rate_ - f);
+        out.col(j) += nearby.points->weight[i] / nearby.h * (rate_ - f);
       }
     }
   }
@@ -206,16 +206,16 @@ class FamilyModel {
   // use(form, weight) such that Σ weight F(form) is ∂F/∂p_j.
   template <class Use>
   void for_each_neighbour(Eigen::Index j, const Use& use) const {
-    const Neighbours& near = neighbours_[static_cast<std::size_t>(j)];
-    for (std::size_t i = 0; i < near.forms.size(); ++i)
-      if (near.points->weight[i] != 0.0) use(near.forms[i], near.points->weight[i] / near.h);
+    const Neighbours& nearby = neighbours_[static_cast<std::size_t>(j)];
+    for (std::size_t i = 0; i < nearby.forms.size(); ++i)
+      if (nearby.points->weight[i] != 0.0) use(nearby.forms[i], nearby.points->weight[i] / nearby.h);
   }
 
   // slope += ∂rows/∂p_j for rows_of(form).
   template <class Rows>
   void add_parameter_slope(Eigen::Index j, const Rows& rows_of, Eigen::VectorXd& slope) const {
     const Eigen::VectorXd here = rows_of(form);
-    for_each_neighbour(j, [&](const Form& near, double weight) { slope += weight * (rows_of(near) - here); });
+    for_each_neighbour(j, [&](const Form& nearby, double weight) { slope += weight * (rows_of(nearby) - here); });
   }
 
   template <std::size_t i, class Use>
@@ -240,10 +240,10 @@ class FamilyModel {
   Neighbours neighbours_of(Eigen::Index j) const {
     std::string trouble;
     for (const SlopePoints& points : slope_points) {
-      Neighbours near{parameter_step(p_[j]), &points, {}};
+      Neighbours nearby{parameter_step(p_[j]), &points, {}};
       try {
-        for (const double at : points.at) near.forms.emplace_back(first_order_form(member(j, at * near.h).system));
-        return near;
+        for (const double at : points.at) nearby.forms.emplace_back(first_order_form(member(j, at * nearby.h).system));
+        return nearby;
       } catch (const Error& error) {
         trouble = error.what();
       }

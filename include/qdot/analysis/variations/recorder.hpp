@@ -67,9 +67,9 @@ inline RecordedVariations VariationalRecorder::recorded(const std::function<std:
   const std::vector<int> rows = rows_of(m, first);
   std::vector<std::vector<int>> by_family(static_cast<std::size_t>(differenced()), std::vector<int>(rows.size(), m.recording.graph.constant(0.0)));
   for (std::size_t j = 0; j < by_family.size(); ++j)
-    for_each_neighbour(static_cast<Eigen::Index>(j), m, [&](RecordedMotion& near, double weight) {
-      const std::vector<int> there = rows_of(near, first);
-      formula::Graph& graph = near.recording.graph;
+    for_each_neighbour(static_cast<Eigen::Index>(j), m, [&](RecordedMotion& nearby, double weight) {
+      const std::vector<int> there = rows_of(nearby, first);
+      formula::Graph& graph = nearby.recording.graph;
       for (std::size_t i = 0; i < rows.size(); ++i) by_family[j][i] = graph.sum(by_family[j][i], graph.scaled(graph.difference(there[i], rows[i]), weight));
     });
   v.parameters = static_cast<Eigen::Index>(v.theta.size() + by_family.size());
@@ -121,10 +121,10 @@ class RecorderOf final : public VariationalRecorder {
   Eigen::Index differenced() const override { return is_family_model<Model> ? model_->parameters() : 0; }
   void for_each_neighbour(Eigen::Index j, RecordedMotion& m, const std::function<void(RecordedMotion&, double)>& use) const override {
     for_each_member(j, [&](const auto& form, double weight) {
-      RecordedMotion near = recorded_motion(form, std::move(m.recording));
-      use(near, weight);
-      m.recording = std::move(near.recording);
-      m.returned.insert(m.returned.end(), near.returned.begin(), near.returned.end());
+      RecordedMotion nearby = recorded_motion(form, std::move(m.recording));
+      use(nearby, weight);
+      m.recording = std::move(nearby.recording);
+      m.returned.insert(m.returned.end(), nearby.returned.begin(), nearby.returned.end());
     });
   }
   template <class Use>

@@ -42,17 +42,17 @@ class SecondSaltation final : public PairsBehind {
     alone.head(size_) = after;
     const Behind behind{surface, crossing, rates(alone), bend(after, of_.state_rate(t_, after))};
     Eigen::MatrixXd diagonal(size_, columns_);
-    Eigen::VectorXd far(columns_);
+    Eigen::VectorXd distant(columns_);
     for (Index a = 0; a < columns_; ++a) {
-      far[a] = way(column(both_, a), crossing.time[a], a);
-      diagonal.col(a) = second_slope(behind, {a, a, far[a], 0.0});
+      distant[a] = way(column(both_, a), crossing.time[a], a);
+      diagonal.col(a) = second_slope(behind, {a, a, distant[a], 0.0});
     }
     Index place = size_ * (1 + columns_);
     for (Index a = 0; a < columns_; ++a)
       for (Index b = a; b < columns_; ++b, place += size_) {
         Eigen::VectorXd second = diagonal.col(a);
-        if (a != b) second = 0.5 * (second_slope(behind, {a, b, far[a], far[b]}) - diagonal.col(a) - diagonal.col(b));
-        both.segment(place, size_) = second / (far[a] * far[b]);
+        if (a != b) second = 0.5 * (second_slope(behind, {a, b, distant[a], distant[b]}) - diagonal.col(a) - diagonal.col(b));
+        both.segment(place, size_) = second / (distant[a] * distant[b]);
       }
   }
 
@@ -94,7 +94,7 @@ class SecondSaltation final : public PairsBehind {
     const auto columns_of = [&](const Eigen::VectorXd& of) { return d.of([&](Index c) { return column(of, c); }); };
     const Eigen::VectorXd Phi = columns_of(both_), Phi_rate = columns_of(rates_), by_parameter = columns_of(behind.rates), f = rates_.head(size_);
     const Eigen::VectorXd psi = d.p * d.p * pair(d.a, d.a) + 2.0 * d.p * d.q * pair(d.a, d.b) + d.q * d.q * pair(d.b, d.b);
-    const double time = d.p * behind.crossing.time[d.a] + d.q * behind.crossing.time[d.b], far = std::min(1.0, way(Phi, time, -1));
+    const double time = d.p * behind.crossing.time[d.a] + d.q * behind.crossing.time[d.b], distant = std::min(1.0, way(Phi, time, -1));
     const auto Y = [&](double s) {
       Eigen::VectorXd displaced;
       const auto h = [&](double later) {
@@ -102,14 +102,14 @@ class SecondSaltation final : public PairsBehind {
         return behind.surface.h(t_ + later, displaced, -1, 0.0);
       };
       double later = s * time, at = h(later), step = -at / behind.crossing.speed;
-      for (int k = 0; k < 20 && step != 0.0 && std::abs(step) > 1e-17 * far; ++k) {  // by secants
+      for (int k = 0; k < 20 && step != 0.0 && std::abs(step) > 1e-17 * distant; ++k) {  // by secants
         const double before = std::exchange(at, h(later += step));
         step = at == before ? 0.0 : step * at / (before - at);
       }
       behind.surface.jump(t_ + later, displaced, -1, 0.0);
       return Eigen::VectorXd(displaced - later * (of_.state_rate(t_ + later, displaced) + s * by_parameter) + 0.5 * later * later * behind.bend);
     };
-    const auto slope = second_slope_at_zero(Y, far, of_.largest());
+    const auto slope = second_slope_at_zero(Y, distant, of_.largest());
     if (!slope)
       end_undifferentiable(name_, t_,
                            {"changes the state in a way that has no second derivative with respect to ", of_.column_name(d.a), " and ",

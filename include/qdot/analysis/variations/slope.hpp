@@ -107,9 +107,9 @@ std::optional<Eigen::VectorXd> second_slope_at_zero(const F& f, double reach, co
         most = std::max(most, std::abs(both) / (h * h));
         size = std::max({size, std::abs(ahead[k][i]), std::abs(back[k][i])});
       }
-      const double rounding = 64 * epsilon / (h * h) * size, near = (odd[2] - 2 * odd[1]) / (h * h), far = (odd[4] - 2 * odd[2]) / (h * h);
+      const double rounding = 64 * epsilon / (h * h) * size, nearby = (odd[2] - 2 * odd[1]) / (h * h), distant = (odd[4] - 2 * odd[2]) / (h * h);
       slope[i] = sum;
-      doubtful = !(std::abs(sum - lower) <= 1e-9 * most + rounding) || !(std::abs(far - 8 * near) <= 0.03 * most + 8 * rounding);
+      doubtful = !(std::abs(sum - lower) <= 1e-9 * most + rounding) || !(std::abs(distant - 8 * nearby) <= 0.03 * most + 8 * rounding);
     }
     if (!doubtful) return slope;
   }

@@ -274,9 +274,9 @@ class Variations final : public VariationalEquations {
   // Column j ← what the projection of a state makes of it.
   void bend_column(double t, const Eigen::VectorXd& y, Eigen::Index j, Eigen::Ref<Eigen::VectorXd> column) const {
     const auto projected = [&](double s) {
-      Eigen::VectorXd near = y + s * column;
-      model_.with_form(parameter_of(j), s, [&](const Form& form) { form.project(t, near); });
-      return near;
+      Eigen::VectorXd nearby = y + s * column;
+      model_.with_form(parameter_of(j), s, [&](const Form& form) { form.project(t, nearby); });
+      return nearby;
     };
     if (const auto slope = slope_at_zero(projected, 0.125 * reach(y, column, j), largest_)) column = *slope;
   }
@@ -301,9 +301,9 @@ class Variations final : public VariationalEquations {
       for (Eigen::Index j = 0; j < columns_; ++j) {
         double* const dq = both.data() + size_ * (j + 1);
         take_away(constraint_residual(form().scene(), with_rates<D>(q, dq), D(t), z), parameter_of(j),
-                  [&](const Form& near) { return Eigen::VectorXd(constraint_residual(near.scene(), q, t, z)); }, dq);
+                  [&](const Form& nearby) { return Eigen::VectorXd(constraint_residual(nearby.scene(), q, t, z)); }, dq);
         take_away(constraint_velocity(form().scene(), with_rates<D>(q, dq), with_rates<D>(qdot, dq + dof_), D(t), z), parameter_of(j),
-                  [&](const Form& near) { return Eigen::VectorXd(constraint_velocity(near.scene(), q, qdot, t, z)); }, dq + dof_);
+                  [&](const Form& nearby) { return Eigen::VectorXd(constraint_velocity(nearby.scene(), q, qdot, t, z)); }, dq + dof_);
       }
     }
     (void)t, (void)both;

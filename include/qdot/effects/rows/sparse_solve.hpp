@@ -108,8 +108,8 @@ class SparseFactors {
     arrange(M, J, order);
     if (envelope() > narrow * first_.size()) {
       const std::size_t as_numbered = envelope();
-      const std::vector<int> near = Neighbours(M, J).order();
-      arrange(M, J, near);
+      const std::vector<int> nearby = Neighbours(M, J).order();
+      arrange(M, J, nearby);
       if (envelope() >= as_numbered) arrange(M, J, order);
     }
     write(M, J);

@@ -143,7 +143,7 @@ class SparseNewton final : public NewtonEquations {
 
   int factor() override {
     factors_.factorize(A_);
-    return factors_.info() == Eigen::Success ? 0 : 1;  // recoverable: another step has another γ
+    return succeeded(factors_) ? 0 : 1;  // recoverable: another step has another γ
   }
 
   int solve(double* x, const double* b) override {

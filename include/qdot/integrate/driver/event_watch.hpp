@@ -309,8 +309,8 @@ class EventWatch {
       system_.derivative(t, y, ydot);
       const double speed = ydot.lpNorm<Eigen::Infinity>(), size = y.lpNorm<Eigen::Infinity>();
       // As far as t can tell, and then some: what hides in the rounding of a large t is not what stands still.
-      const double far = std::max(1e-5 * (speed > 0.0 && size > 0.0 ? size / speed : 1.0), 16 * std::numeric_limits<double>::epsilon() * std::abs(t));
-      const double d = backward_ ? -far : far;
+      const double distant = std::max(1e-5 * (speed > 0.0 && size > 0.0 ? size / speed : 1.0), 16 * std::numeric_limits<double>::epsilon() * std::abs(t));
+      const double d = backward_ ? -distant : distant;
       Eigen::VectorXd ahead(y.size()), behind(y.size());
       for (Eigen::Index k = 0; k < y.size(); ++k) {
         ahead[k] = y[k] + d * ydot[k];

@@ -91,15 +91,15 @@ class LagrangeSeries {
 
     for (const auto* list : {&m.q, &m.qdot, &m.z})
       for (const int node : *list) motion_.push_back(sweep_.slot(node));
-    const auto slots = [&](const std::vector<int>& nodes) {
+    const auto slots_of = [&](const std::vector<int>& nodes) {
       std::vector<int> result;
       for (const int node : nodes) result.push_back(sweep_.slot(node));
       return result;
     };
-    p_ = slots(m.p);
-    force_ = slots(m.force);
-    zdot_ = slots(m.zdot);
-    mass_ = slots(m.mass);
+    p_ = slots_of(m.p);
+    force_ = slots_of(m.force);
+    zdot_ = slots_of(m.zdot);
+    mass_ = slots_of(m.mass);
     t_ = sweep_.slot(m.t);
     for (const auto& assumption : m.recording.assumptions) assumptions_.push_back({sweep_.slot(assumption.node), assumption.value});
     const Eigen::Index dof = static_cast<Eigen::Index>(m.q.size());

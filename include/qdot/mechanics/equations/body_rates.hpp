@@ -20,12 +20,12 @@ namespace qdot::detail {
 
 // Row a of I times w, without what the compiler knows to be zero.
 template <class Tensor>
-[[gnu::always_inline]] inline double entry_times_vector(const Tensor& I, int a, const double (&w)[3]) {
+[[gnu::always_inline]] inline double entry_times_vector(const Tensor& inertia, int a, const double (&w)[3]) {
   double sum = 0.0;
   Present any = 0;
   unroll<3>([&](auto k) __attribute__((always_inline)) {
-    const Present there = may_differ_from_zero(I.coeff(a, k));
-    sum = sum_of(any, sum, there, product_if(there, I.coeff(a, k), w[k]));
+    const Present there = may_differ_from_zero(inertia.coeff(a, k));
+    sum = sum_of(any, sum, there, product_if(there, inertia.coeff(a, k), w[k]));
     any |= there;
   });
   return sum;

@@ -51,8 +51,8 @@ void read_entries(const E& e, const WatchedVector<n>& q, const WatchedVector<n>&
 }
 
 // Throws where T or V reads an entry that is not there. What else they throw is met again by the run, which has a name for it.
-template <class E, int n, Inertia I>
-void require_existing_entries(const System<E, n, I>& system, const double* y, double t) {
+template <class E, int n, Inertia inertia>
+void require_existing_entries(const System<E, n, inertia>& system, const double* y, double t) {
   const Eigen::Index dof = system.dof();
   const WatchedVector<n> q(Eigen::Map<const Vector<double, n>>(y, dof)), qdot(Eigen::Map<const Vector<double, n>>(y + dof, dof));
   try {

@@ -34,7 +34,7 @@ struct FreeTurn {
 
   // From what other terms have of M and of r, and from I and X_Ω.
   [[gnu::always_inline]] void set(const BodyFrame<n>& of, const double* mass, ComponentMask mass_present, const double* force, ComponentMask force_present,
-                                  const double (&I)[6], ComponentMask I_present, const double (&X)[3]) {
+                                  const double (&moments)[6], ComponentMask I_present, const double (&X)[3]) {
     frame = of;
     present = forces = 0;
     Present coupled = 0, inner = 0;
@@ -55,7 +55,7 @@ struct FreeTurn {
         unroll<3>([&](auto a) __attribute__((always_inline)) {
           unroll<3>([&](auto b) __attribute__((always_inline)) {
             const Present here = has(frame.place[a], i) & has(frame.place[b], j) & has(I_present, index(a, b));
-            M[k] = here ? I[index(a, b)] : M[k];
+            M[k] = here ? moments[index(a, b)] : M[k];
             present |= bit(here, k);
           });
         });

@@ -94,15 +94,15 @@ template <int i, int j, int k>
 struct EulerTurn {
   static constexpr int coordinates = 3;
   static constexpr double scale = 1.0;
-  static constexpr int I = i - 1, J = j - 1, K = k - 1, H = 3 - J - K;
+  static constexpr int L = i - 1, J = j - 1, K = k - 1, H = 3 - J - K;
   // Whether entry (axis, c) of W may be other than zero.
   static constexpr bool moves(int axis, int c) { return c == 0 || (c == 1 ? axis != K : axis == K); }
 
   [[gnu::always_inline]] static Turning<3> at(const double* p, const double* v) {
-    constexpr double sign = I == (J + 1) % 3 ? -1.0 : 1.0;  // of the sine in R_jᵀ(b) e_i
+    constexpr double sign = L == (J + 1) % 3 ? -1.0 : 1.0;  // of the sine in R_jᵀ(b) e_i
     const double s = sign * shared_sine(p[1]), c = shared_cosine(p[1]), S = shared_sine(p[2]), Co = shared_cosine(p[2]);
-    const double D = I == K ? s : c, C = I == K ? c : s;            // and their derivatives with b:
-    const double D1 = I == K ? sign * c : -sign * s, C1 = I == K ? -sign * s : sign * c;
+    const double D = L == K ? s : c, C = L == K ? c : s;            // and their derivatives with b:
+    const double D1 = L == K ? sign * c : -sign * s, C1 = L == K ? -sign * s : sign * c;
     // R_kᵀ e_h and R_kᵀ e_j, in the plane of axes P and Q.
     constexpr int P = (K + 1) % 3, Q = (K + 2) % 3;
     double h[3], g[3];
@@ -131,7 +131,7 @@ struct EulerTurn {
   }
   // f ← Rᵀ f
   [[gnu::always_inline]] static void turn_into_body(const double* p, double (&f)[3]) {
-    turn_back<I>(shared_sine(p[0]), shared_cosine(p[0]), f);
+    turn_back<L>(shared_sine(p[0]), shared_cosine(p[0]), f);
     turn_back<J>(shared_sine(p[1]), shared_cosine(p[1]), f);
     turn_back<K>(shared_sine(p[2]), shared_cosine(p[2]), f);
   }

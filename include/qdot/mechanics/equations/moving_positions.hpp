@@ -67,10 +67,10 @@ struct MovingPositions<Graded<HessianRecord<blocks>>> {
 };
 
 // In straight-line code there is no second way beside: where velocities are not rates, a mask becomes unknown, and the pass is dropped.
-template <int n, int... I, class K>
-struct MovingPositions<EulerLagrange<n, double, std::integer_sequence<int, I...>, K>> {
+template <int n, int... Is, class K>
+struct MovingPositions<EulerLagrange<n, double, std::integer_sequence<int, Is...>, K>> {
   static constexpr bool known = true, is_only_way = true;
-  using S = EulerLagrange<n, double, std::integer_sequence<int, I...>, K>;
+  using S = EulerLagrange<n, double, std::integer_sequence<int, Is...>, K>;
   using Position = PositionJet<n>;
 
   Present wrong = 0;
@@ -84,7 +84,7 @@ struct MovingPositions<EulerLagrange<n, double, std::integer_sequence<int, I...>
     to.mask = x.x_mask;
     wrong |= static_cast<Present>((x.g_mask | x.h_mask | v.x_mask | v.h_mask | (x.x_mask ^ v.g_mask)) != 0) | x.half | v.half;
     wrong |= differ(x.has_rate ? x.rate : 0.0, v.value);
-    ((to.template J<I>() = x.template x<I>(), wrong |= differ(x.template x<I>(), v.template g<I>())), ...);
+    ((to.template J<Is>() = x.template x<Is>(), wrong |= differ(x.template x<Is>(), v.template g<Is>())), ...);
     return true;
   }
   [[gnu::always_inline]] bool read_time(const S& t, Position& to) {
@@ -107,7 +107,7 @@ struct MovingPositions<EulerLagrange<n, double, std::integer_sequence<int, I...>
     const ComponentMask mark = unknown_if(wrong);
     r.value.g_mask = mark | (p.mask & bit(1, 63));
     r.rate.g_mask = p.mask | mark;
-    ((r.value.template x<I>() = p.template J<I>(), r.rate.template g<I>() = p.template J<I>()), ...);
+    ((r.value.template x<Is>() = p.template J<Is>(), r.rate.template g<Is>() = p.template J<Is>()), ...);
     return r;
   }
   // Ω of a known rotation along the body's axes, of the functor Rotation.

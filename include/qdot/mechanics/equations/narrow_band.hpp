@@ -75,8 +75,8 @@ class NarrowBand {
       unroll<width>([&](auto k) __attribute__((always_inline)) {
         constexpr int d = width - k;
         Number sum = A[d];
-        unroll<width - d>([&](auto far) __attribute__((always_inline)) {  // the row d above: its entry e to the left is in our column d + e
-          constexpr int e = width - d - far;
+        unroll<width - d>([&](auto distant) __attribute__((always_inline)) {  // the row d above: its entry e to the left is in our column d + e
+          constexpr int e = width - d - distant;
           sum -= p[d + e - 1] * l[-d * width + e - 1];
         });
         p[d - 1] = sum;

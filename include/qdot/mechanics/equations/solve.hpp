@@ -156,7 +156,7 @@ Matrix<S, n, columns> solved_with_mass_matrix(const Sys& system, const Matrix<S,
   if constexpr (Sys::inertia == Inertia::positive_definite) {
     if constexpr (n == Dynamic) {  // sizes that may be large
       const Eigen::LLT<Matrix<S, n>> cholesky(M);
-      if (cholesky.info() != Eigen::Success) fail();
+      if (!succeeded(cholesky)) fail();
       for (Eigen::Index k = 0; k < M.rows(); ++k) {
         const auto pivot = innermost_value(S(cholesky.matrixLLT()(k, k) * cholesky.matrixLLT()(k, k)));
         if (!(static_cast<double>(pivot) > singular_pivot<S>(M.rows()) * static_cast<double>(innermost_value(M(k, k))))) fail();

@@ -46,7 +46,7 @@ class PatternFactors {
       entries += i - rows_[i].first + 1;
       for (std::size_t j = rows_[i].first; j < i; ++j) rows_[j].last = i;
     }
-    if (entries > widest * size && size > small) {
+    if (entries > widest * size && size > few) {
       analyse(rows, columns);
       return;
     }
@@ -128,7 +128,7 @@ class PatternFactors {
   }
 
  private:
-  static constexpr std::size_t widest = 24, small = 48;
+  static constexpr std::size_t widest = 24, few = 48;
 
   // Where D is zero, in the order of elimination, and the root of the diagonal entry there.
   struct Zero {

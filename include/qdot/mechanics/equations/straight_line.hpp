@@ -126,7 +126,7 @@ struct AtState {
 template <int n, class Rotation, class Use>
 [[gnu::always_inline]] inline bool turned_equations(const TurningEnergy<n, Rotation>& L, const AtState& at, const Use& use) {
   using Free = FreeTurn<n>;
-  double M[Free::pairs], I[6], X[3], r[n];
+  double M[Free::pairs], moments[6], X[3], r[n];
   ComponentMask coupled = 0, inertia = 0, forces = 0;
   unroll<Free::pairs>([&](auto k) __attribute__((always_inline)) { M[k] = L.template h<k>(); });
   unroll<n>([&](auto i) __attribute__((always_inline)) {
@@ -137,13 +137,13 @@ template <int n, class Rotation, class Use>
     X[a] = L.template x<n + a>();
     unroll<n>([&](auto i) __attribute__((always_inline)) { coupled |= bit(has(L.h_mask, Free::index(n + a, i)), i); });
     unroll<a + 1>([&](auto b) __attribute__((always_inline)) {
-      I[Free::index(a, b)] = L.template h<Free::index(n + a, n + b)>();
+      moments[Free::index(a, b)] = L.template h<Free::index(n + a, n + b)>();
       inertia |= bit(has(L.h_mask, Free::index(n + a, n + b)), Free::index(a, b));
     });
   });
   if (coupled) return false;
   Free turn;
-  turn.set(L.body, M, L.h_mask, r, forces, I, inertia, X);
+  turn.set(L.body, M, L.h_mask, r, forces, moments, inertia, X);
   return turn.is_free && use.turned(at, turn);
 }
 

@@ -70,9 +70,9 @@ using LagrangeResidual = EulerLagrange<n, Number, std::make_integer_sequence<int
 
 // Rotations would take the compiler minutes. A number with a bit above those of all components stands for them, and what follows from it is dropped.
 inline constexpr ComponentMask of_rotation = bit(1, 63);
-template <int n, int pairs, class I, class K>
-struct MovingPositions<EulerLagrange<n, PairedDual<pairs>, I, K>> {
-  using S = EulerLagrange<n, PairedDual<pairs>, I, K>;
+template <int n, int pairs, class Is, class K>
+struct MovingPositions<EulerLagrange<n, PairedDual<pairs>, Is, K>> {
+  using S = EulerLagrange<n, PairedDual<pairs>, Is, K>;
   static constexpr bool known = false, is_only_way = false;
   [[gnu::always_inline]] static S in_a_rotation() {
     S left_out(0.0);

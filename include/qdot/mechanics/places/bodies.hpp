@@ -50,15 +50,15 @@ struct KineticSum {
     T = T + 0.5 * m * squared_speed(r);
   }
   template <class Position, class Angle>
-  [[gnu::always_inline]] void planar_body(double m, double I, const Eigen::MatrixBase<Position>& r, const Angle& angle) {
+  [[gnu::always_inline]] void planar_body(double m, double inertia, const Eigen::MatrixBase<Position>& r, const Angle& angle) {
     const S omega = rate_of<S>(angle);
-    T = T + 0.5 * (m * squared_speed(r) + I * (omega * omega));
+    T = T + 0.5 * (m * squared_speed(r) + inertia * (omega * omega));
   }
   template <class Tensor, class Position, class Rotation>
-  void rigid_body(double m, const Eigen::MatrixBase<Tensor>& I, const Eigen::MatrixBase<Position>& r,
+  void rigid_body(double m, const Eigen::MatrixBase<Tensor>& inertia, const Eigen::MatrixBase<Position>& r,
                   const Eigen::MatrixBase<Rotation>& R) {
     const auto turning = split<S>(R);
-    T = T + 0.5 * (m * squared_speed(r) + quadratic_form(I, body_angular_velocity(turning.value, turning.rate)));
+    T = T + 0.5 * (m * squared_speed(r) + quadratic_form(inertia, body_angular_velocity(turning.value, turning.rate)));
   }
   template <class Position, class Rotation>
   void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Eigen::MatrixBase<Rotation>& R) {
@@ -185,13 +185,13 @@ class JetEquations {
   }
 
   template <class Position, class Angle>
-  [[gnu::always_inline]] void planar_body(double m, double I, const Eigen::MatrixBase<Position>& r, const Angle& angle) {
+  [[gnu::always_inline]] void planar_body(double m, double inertia, const Eigen::MatrixBase<Position>& r, const Angle& angle) {
     point_mass(m, r);
     const S a = S(angle).whole();
     pattern_of_forces_ |= a.mask;
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       const Present turns = has(a.mask, i);
-      const double moment = product_if(turns, I, a.template J<i>());
+      const double moment = product_if(turns, inertia, a.template J<i>());
       add_force<i>(turns & a.has_bend, product_if(turns & a.has_bend, -moment, a.bend));
       unroll<i + 1>([&](auto j) __attribute__((always_inline)) {
         const Present both = turns & has(a.mask, j);
@@ -201,9 +201,9 @@ class JetEquations {
   }
 
   template <class Tensor, class Position, class Rotation>
-  [[gnu::always_inline]] void rigid_body(double m, const Eigen::MatrixBase<Tensor>& I, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
+  [[gnu::always_inline]] void rigid_body(double m, const Eigen::MatrixBase<Tensor>& inertia, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
     point_mass(m, r);
-    turn(Eigen::Matrix3d(I), R);
+    turn(Eigen::Matrix3d(inertia), R);
   }
   template <class Position, class Rotation>
   [[gnu::always_inline]] void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
@@ -255,13 +255,13 @@ class JetEquations {
  private:
   // Euler's equations of a body with constant tensor I in its own axes.
   template <class Rotation>
-  [[gnu::always_inline]] void turn(const Eigen::Matrix3d& I, const Rotation& R) {
+  [[gnu::always_inline]] void turn(const Eigen::Matrix3d& inertia, const Rotation& R) {
     const BodyRates<n> of(R);
     double momentum[3], torque[3];
-    unroll<3>([&](auto a) __attribute__((always_inline)) { momentum[a] = entry_times_vector(I, a, of.omega); });
+    unroll<3>([&](auto a) __attribute__((always_inline)) { momentum[a] = entry_times_vector(inertia, a, of.omega); });
     unroll<3>([&](auto a) __attribute__((always_inline)) {
       constexpr int b = (a + 1) % 3, c = (a + 2) % 3;
-      torque[a] = entry_times_vector(I, a, of.bend) + (of.omega[b] * momentum[c] - of.omega[c] * momentum[b]);
+      torque[a] = entry_times_vector(inertia, a, of.bend) + (of.omega[b] * momentum[c] - of.omega[c] * momentum[b]);
       pattern_of_forces_ |= of.frame.moves[a];
       unroll<n>([&](auto i) __attribute__((always_inline)) {
         unroll<i + 1>([&](auto j) __attribute__((always_inline)) {
@@ -279,19 +279,19 @@ class JetEquations {
           unroll<3>([&](auto a) __attribute__((always_inline)) {
             torque_[a] = torque[a];
             unroll<a + 1>([&](auto b) __attribute__((always_inline)) {
-              inertia_[triangle_index(a, b)] = I.coeff(a, b);
-              inertia_has_ |= bit(may_differ_from_zero(I.coeff(a, b)), triangle_index(a, b));
+              inertia_[triangle_index(a, b)] = inertia.coeff(a, b);
+              inertia_has_ |= bit(may_differ_from_zero(inertia.coeff(a, b)), triangle_index(a, b));
             });
           });
           return;
         }
       }
     }
-    add_turn([&](auto a, auto b) __attribute__((always_inline)) { return I.coeff(a, b); }, of.frame, torque);
+    add_turn([&](auto a, auto b) __attribute__((always_inline)) { return inertia.coeff(a, b); }, of.frame, torque);
   }
   // In the coordinates.
   template <class Tensor>
-  [[gnu::always_inline]] void add_turn(const Tensor& I, const BodyFrame<n>& frame, const double (&torque)[3]) {
+  [[gnu::always_inline]] void add_turn(const Tensor& inertia, const BodyFrame<n>& frame, const double (&torque)[3]) {
     double turned[3][n];
     Present there[3][n];
     unroll<3>([&](auto a) __attribute__((always_inline)) {
@@ -299,8 +299,8 @@ class JetEquations {
         turned[a][i] = 0.0;
         there[a][i] = 0;
         unroll<3>([&](auto k) __attribute__((always_inline)) {
-          const Present both = frame.moves_with(k, i) & may_differ_from_zero(I(a, k));
-          turned[a][i] = sum_of(there[a][i], turned[a][i], both, product_if(both, I(a, k), frame.J[k][i]));
+          const Present both = frame.moves_with(k, i) & may_differ_from_zero(inertia(a, k));
+          turned[a][i] = sum_of(there[a][i], turned[a][i], both, product_if(both, inertia(a, k), frame.J[k][i]));
           there[a][i] |= both;
         });
       });

@@ -28,9 +28,9 @@ struct FormulaOfT {
     T += 0.5 * m * squared_speed(r);
   }
   template <int axes>
-  constexpr void planar_body(double m, double I, const trace::FormulaVector<MovingFormula, axes>& r, const MovingFormula& angle) {
+  constexpr void planar_body(double m, double inertia, const trace::FormulaVector<MovingFormula, axes>& r, const MovingFormula& angle) {
     T += 0.5 * m * squared_speed(r);
-    T += 0.5 * I * (angle.tangent[0] * angle.tangent[0]);
+    T += 0.5 * inertia * (angle.tangent[0] * angle.tangent[0]);
   }
   // A body at rest has no kinetic energy.
   template <int axes>

@@ -42,17 +42,17 @@ class RowEquations {
     place(m, r);
   }
   template <class Position, class Angle>
-  void planar_body(double m, double I, const Eigen::MatrixBase<Position>& r, const Angle& angle) {
+  void planar_body(double m, double inertia, const Eigen::MatrixBase<Position>& r, const Angle& angle) {
     point_mass(m, r);
     const S a(angle);
-    add_product(I, a.J, a.J);
-    add_force(-I * a.bend, a.J);
+    add_product(inertia, a.J, a.J);
+    add_force(-inertia * a.bend, a.J);
   }
   template <class Tensor, class Position, class Rotation>
-  void rigid_body(double m, const Eigen::MatrixBase<Tensor>& I, const Eigen::MatrixBase<Position>& r,
+  void rigid_body(double m, const Eigen::MatrixBase<Tensor>& inertia, const Eigen::MatrixBase<Position>& r,
                   const Eigen::MatrixBase<Rotation>& R) {
     point_mass(m, r);
-    turn(Eigen::Matrix3d(I), R);
+    turn(Eigen::Matrix3d(inertia), R);
   }
   template <class Position, class Rotation>
   void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Eigen::MatrixBase<Rotation>& R) {
@@ -119,7 +119,7 @@ class RowEquations {
 
   // Euler's equations of a body with constant tensor I in its own axes.
   template <class Rotation>
-  void turn(const Eigen::Matrix3d& I, const Rotation& rotation) {
+  void turn(const Eigen::Matrix3d& inertia, const Rotation& rotation) {
     PositionGradient<blocks> J[3];
     Eigen::Vector3d w = Eigen::Vector3d::Zero(), wdot = w;
     for (int a = 0; a < 3; ++a) {
@@ -132,11 +132,11 @@ class RowEquations {
         J[a].add(left.value, right.J);
       }
     }
-    const Eigen::Vector3d torque = I * wdot + w.cross(I * w);
+    const Eigen::Vector3d torque = inertia * wdot + w.cross(inertia * w);
     for (int a = 0; a < 3; ++a) {
       add_force(-torque[a], J[a]);
       for (int b = 0; b < 3; ++b)
-        if (I(a, b) != 0.0) add_product(I(a, b), J[a], J[b]);
+        if (inertia(a, b) != 0.0) add_product(inertia(a, b), J[a], J[b]);
     }
   }
 

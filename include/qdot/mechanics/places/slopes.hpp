@@ -58,15 +58,15 @@ class BodySlopes {
     }
   }
   template <class Position, class Angle>
-  void planar_body(double m, double I, const Eigen::MatrixBase<Position>& r, const Angle& angle) {
+  void planar_body(double m, double inertia, const Eigen::MatrixBase<Position>& r, const Angle& angle) {
     point_mass(m, r);
     const S x(angle);
-    add(I, 0.0, x, x);
+    add(inertia, 0.0, x, x);
   }
   template <class Tensor, class Position, class Rotation>
-  void rigid_body(double m, const Eigen::MatrixBase<Tensor>& I, const Eigen::MatrixBase<Position>& r, const Eigen::MatrixBase<Rotation>& R) {
+  void rigid_body(double m, const Eigen::MatrixBase<Tensor>& inertia, const Eigen::MatrixBase<Position>& r, const Eigen::MatrixBase<Rotation>& R) {
     point_mass(m, r);
-    turn(Eigen::Matrix3d(I), columns_of(R));
+    turn(Eigen::Matrix3d(inertia), columns_of(R));
   }
   template <class Position, class Rotation>
   void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Eigen::MatrixBase<Rotation>& R) {
@@ -103,8 +103,8 @@ class BodySlopes {
       for (int i = 0; i < 3; ++i) c(i, k) = S(R.derived().coeff(i, k));
     return c;
   }
-  void turn(const Eigen::Matrix3d& I, const Matrix<S, 3>& c) {
-    const Eigen::Matrix3d moments = 0.5 * I.trace() * Eigen::Matrix3d::Identity() - I;
+  void turn(const Eigen::Matrix3d& inertia, const Matrix<S, 3>& c) {
+    const Eigen::Matrix3d moments = 0.5 * inertia.trace() * Eigen::Matrix3d::Identity() - inertia;
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b)
         if (moments(a, b) != 0.0)
