@@ -4,9 +4,13 @@
 #include <cmath>
 
 #include "../catch2_bridge.hpp"
+#include "error_message.hpp"
 #include "qdot/effects/constraints.hpp"
+#include "qdot/effects/contact.hpp"
 #include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/input.hpp"
+#include "qdot/integrate/energy_balance.hpp"
 
 namespace {
 
@@ -68,6 +72,90 @@ TEST_CASE("the Jacobian of a scene at a state is that of its formula, with the e
   CHECK_THAT(power(pushed, s, push), WithinAbs(push[0] * s.qdot[0] - c * s.qdot.squaredNorm(), rounding));
   CHECK_THAT(power(pushed, s), WithinAbs(-c * s.qdot.squaredNorm(), rounding));  // an input begins at zero
   CHECK((acceleration_jacobian(scene(bob), s).qddot - Vector2d(0, -g)).norm() < rounding);
+}
+
+using One = qdot::Vector<double, 1>;
+
+const auto ball = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * m * v[0] * v[0]; }, [](const auto& q) { return m * g * q[0]; });
+const auto floored = scene(ball, qdot::contact("floor", [](const auto& q) { return q[0]; }));
+
+TEST_CASE("a ball that lies on a floor has the acceleration 0 and the reaction m g, and one that flies, is hit or leaves has -g and 0") {
+  const State<1> lies{0.3, One(0.0), One(0.0)};
+  CHECK_THAT(acceleration(floored, lies)[0], WithinAbs(0.0, rounding));
+  CHECK_THAT(reactions(floored, lies)[0], WithinAbs(m * g, rounding));
+  CHECK_THAT(acceleration(floored, lies.q, lies.qdot)[0], WithinAbs(0.0, rounding));
+  CHECK_THAT(reactions(floored, lies.q, lies.qdot)[0], WithinAbs(m * g, rounding));
+  CHECK_THAT(constrained_acceleration(floored, lies.q, lies.qdot).lambda[0], WithinAbs(m * g, rounding));
+  CHECK_THAT(motion_residual(floored, lies, One(0.0))[0], WithinAbs(m * g, rounding));  // what the floor bears
+  for (const State<1>& flies : {State<1>{0.0, One(1e-3), One(0.0)}, State<1>{0.0, One(0.0), One(-2.0)}, State<1>{0.0, One(0.0), One(2.0)}}) {
+    CHECK_THAT(acceleration(floored, flies)[0], WithinAbs(-g, rounding));
+    CHECK(reactions(floored, flies)[0] == 0.0);
+  }
+  CHECK(qdot::error_message([] { (void)acceleration(floored, State<1>{0.0, One(-0.1), One(0.0)}); }).find("gap of a contact must not be negative") !=
+        std::string::npos);
+}
+
+// A block of mass m on a table, pulled by P, with friction that holds up to F_s and slides with F_k.
+auto pulled(double P, double F_k, double F_s) {
+  return scene(qdot::mechanical_system<1>([](const auto& v) { return 0.5 * m * v[0] * v[0]; }, [P](const auto& q) { return -P * q[0]; }),
+               qdot::dry_friction("table", 0, F_k, F_s));
+}
+
+TEST_CASE("friction at a state slides against the velocity or holds what pulls, and at its limit is asked for its phase") {
+  const State<1> rest{0.0, One(0.0), One(0.0)}, forward{0.0, One(0.0), One(2.0)}, backward{0.0, One(0.0), One(-2.0)};
+  const auto block = pulled(1.0, 3.0, 4.0);
+  CHECK_THAT(acceleration(block, rest)[0], WithinAbs(0.0, rounding));
+  CHECK_THAT(reactions(block, rest)[0], WithinAbs(-1.0, rounding));
+  CHECK_THAT(acceleration(block, forward)[0], WithinAbs((1.0 - 3.0) / m, rounding));
+  CHECK_THAT(acceleration(block, backward)[0], WithinAbs((1.0 + 3.0) / m, rounding));
+  CHECK_THAT(rhs(block, forward.q, forward.qdot)[0], WithinAbs(1.0 - 3.0, rounding));
+  CHECK_THAT(power(block, forward), WithinAbs(-6.0, rounding));
+  CHECK_THAT(power(block, backward.q, backward.qdot), WithinAbs(-6.0, rounding));
+  CHECK_THAT(energy_rate(block, forward.q, forward.qdot, 0.0), WithinAbs(-6.0, rounding));
+  CHECK_THAT(motion_residual(block, forward, One(0.0))[0], WithinAbs(3.0 - 1.0, rounding));
+  CHECK(acceleration_jacobian(block, rest).d_qdot(0, 0) == 0.0);
+  CHECK_THAT(acceleration(pulled(6.0, 3.0, 4.0), rest)[0], WithinAbs((6.0 - 3.0) / m, rounding));
+  CHECK_THAT(acceleration(pulled(3.0, 3.0, 3.0), rest)[0], WithinAbs(0.0, rounding));  // which both phases say
+  const auto at_limit = pulled(4.0, 3.0, 4.0);
+  CHECK(qdot::error_message([&] { (void)acceleration(at_limit, rest); }).find("'table' may hold or begin to slip, at its limit of sticking of 4; pass") !=
+        std::string::npos);
+  CHECK_THAT(acceleration(at_limit, rest, One(1.0))[0], WithinAbs((4.0 - 3.0) / m, rounding));  // phases that are given are taken
+}
+
+// A bead on the outside of a circle of radius l: N = m g cos θ − m v²/l.
+TEST_CASE("what is hardly open and would be pressed when closed is asked for its phase") {
+  const auto circle = scene(bob, qdot::contact("circle", [](const auto& q) {
+    using std::sqrt;
+    return sqrt(q[0] * q[0] + q[1] * q[1]) - l;
+  }));
+  const double angle = 0.3, v = 1.0;
+  const Vector2d outward(std::sin(angle), std::cos(angle)), along(std::cos(angle), -std::sin(angle));
+  const double N = m * g * std::cos(angle) - m * v * v / l;
+  CHECK((reactions(circle, State<2>{0.0, l * outward, v * along}) - N * outward).norm() < 100 * rounding);
+  const State<2> blurred{0.0, (l + 3e-8) * outward, v * along + 2e-8 * outward}, flies{0.0, (l + 1e-3) * outward, v * along};
+  CHECK(qdot::error_message([&] { (void)reactions(circle, blurred); }).find("'circle' may be open or closed, with a gap of 3e-08") != std::string::npos);
+  CHECK((reactions(circle, blurred, One(1.0)) - N * outward).norm() < 1e-6 * N);
+  CHECK((acceleration(circle, flies) - Vector2d(0.0, -g)).norm() < rounding);
+}
+
+// An integrator: ż = q, Q = −z, and z begins at 5.
+struct Integrator {
+  One initial_state() const { return One(5.0); }
+  template <class S, int n>
+  qdot::Vector<S, n> force(const qdot::Vector<S, n>&, const qdot::Vector<S, n>&, const qdot::Vector<S, 1>& z, const S&) const {
+    return qdot::Vector<S, n>(-z[0]);
+  }
+  template <class S, int n>
+  qdot::Vector<S, 1> state_rate(const qdot::Vector<S, n>& q, const qdot::Vector<S, n>&, const qdot::Vector<S, 1>&, const S&) const {
+    return qdot::Vector<S, 1>(q[0]);
+  }
+};
+
+TEST_CASE("states that are left out are the initial ones") {
+  const auto held = scene(ball, Integrator{});
+  CHECK_THAT(acceleration(held, One(0.0), One(0.0))[0], WithinAbs(-g - 5.0 / m, rounding));
+  CHECK_THAT(rhs(held, One(0.0), One(0.0))[0], WithinAbs(-m * g - 5.0, rounding));
+  CHECK_THAT(power(held, One(0.0), One(2.0)), WithinAbs(-10.0, rounding));
 }
 
 }  // namespace

@@ -7,7 +7,10 @@
 //     energy(scene, s), power(scene, s), reactions(scene, s), acceleration_jacobian(scene, s)
 //
 // Systems have the same words (mechanics/energy.hpp, mechanics/equations_of_motion.hpp). The effects' own states z are no part of a State:
-// they are at their initial values unless they are given behind it.
+// they are at their initial values unless they are given behind it, and contacts and dry friction are in the phases that fit the state
+// as it is. A contact that is being hit counts as open, since the blow is still to come. Where more than one choice fits, z decides:
+//
+//     acceleration(scene, s, EffectStates<…>(run.trajectory.y(1.5).tail(k)))       in the phases that the run was in, of k own states
 //
 // And the question turned round, inverse dynamics: which forces does a wanted motion q(t) need beyond those that the scene has by itself?
 //
@@ -27,10 +30,20 @@
 
 namespace qdot {
 
+namespace detail {
+
+template <class Sys, class... Effects>
+EffectStates<Scene<Sys, Effects...>> states_at(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
+  require_sizes(scene, state.q, state.qdot);
+  return states_at(scene, Coordinates<Sys>(state.q), Coordinates<Sys>(state.qdot), state.t);
+}
+
+}  // namespace detail
+
 /// q̈ of a scene at a state, n; constraints and effects included.
 ///
-/// @param z  the effects' own states
-/// @throws as acceleration(scene, q, qdot, t, z)
+/// @param z  the effects' own states; where they are left out, phases are chosen
+/// @throws as acceleration(scene, q, qdot, t, z); without z InvalidValue where several phases fit
 template <class Sys, class... Effects>
 Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
                               const EffectStates<Scene<Sys, Effects...>>& z) {
@@ -39,7 +52,7 @@ Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const State<S
 }
 template <class Sys, class... Effects>
 Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return acceleration(scene, state, scene.initial_states());
+  return acceleration(scene, state, detail::states_at(scene, state));
 }
 
 /// Generalized reaction forces Jᵀλ of the constraints at a state, n.
@@ -50,7 +63,7 @@ Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const State<Sys:
 }
 template <class Sys, class... Effects>
 Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return reactions(scene, state, scene.initial_states());
+  return reactions(scene, state, detail::states_at(scene, state));
 }
 
 /// Power q̇·(ΣQ + Jᵀλ) of the non-conservative effects and constraints at a state.
@@ -61,7 +74,7 @@ double power(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compil
 }
 template <class Sys, class... Effects>
 double power(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return power(scene, state, scene.initial_states());
+  return power(scene, state, detail::states_at(scene, state));
 }
 
 /// E = T + V of a scene at a state, the potential terms of its effects included.
@@ -106,7 +119,7 @@ AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene
 }
 template <class Sys, class... Effects>
 AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return acceleration_jacobian(scene, state, scene.initial_states());
+  return acceleration_jacobian(scene, state, detail::states_at(scene, state));
 }
 
 /// The forces M q̈ − rhs − ΣQ that a motion needs beyond those of the scene, n (inverse dynamics); what its constraints bear is in them.
@@ -126,7 +139,7 @@ Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const Stat
 }
 template <class Sys, class... Effects>
 Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const Coordinates<Sys>& qddot) {
-  return motion_residual(scene, state, qddot, scene.initial_states());
+  return motion_residual(scene, state, qddot, detail::states_at(scene, state));
 }
 
 }  // namespace qdot

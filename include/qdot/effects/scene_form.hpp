@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/effects/equations/phases_at_state.hpp"
 #include "qdot/effects/equations/scene_jacobian.hpp"
 #include "qdot/effects/equations/switching.hpp"
 #include "qdot/effects/projection.hpp"

@@ -11,6 +11,9 @@
 //     dE/dt = q̇·(Σ Q + Jᵀλ)          for time-independent T, V and no terms in L of odd degree in q̇.
 //
 // A scene without effects calls the system's own functions and nothing else.
+//
+// z may be left out. The effects' own states then are at their initial values, and contacts and friction are in the phases that fit the state
+// as it is (effects/equations/phases_at_state.hpp); where more than one fits, z is asked for.
 
 #include <cmath>
 #include <string>
@@ -53,13 +56,41 @@ auto state_rates(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, con
 template <class Sys>
 using Coordinates = Vector<double, Sys::dof_at_compile_time>;
 
+namespace detail {
+
+template <class Sc>
+class PhasesAtState;  // effects/equations/phases_at_state.hpp
+
+// The effects' own states where none are given.
+template <class Sc>
+[[gnu::always_inline]] inline EffectStates<Sc> states_at(const Sc& scene, [[maybe_unused]] const Coordinates<Sc>& q,
+                                                         [[maybe_unused]] const Coordinates<Sc>& qdot, [[maybe_unused]] double t) {
+  if constexpr (Sc::has_phases) {
+    static_assert(requires { sizeof(PhasesAtState<Sc>); },
+                  "qdot: contacts and dry friction choose their phases by <qdot/effects/scene_at_state.hpp>: include it, or pass z");
+    return PhasesAtState<Sc>(scene).chosen(t, q, qdot);
+  } else {
+    return scene.initial_states();
+  }
+}
+
+}  // namespace detail
+
 /// Generalized forces of a scene without its constraints: the system's rhs and the effects' Q.
+///
+/// @param z  the effects' own states; where they are left out: as the head of this file says
+/// @throws   without z and where contacts or friction switch: ConstraintError for a gap that is negative, InvalidValue where several phases fit
 template <class Sys, class... Effects>
-Coordinates<Sys> rhs(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0,
-                     const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
+Coordinates<Sys> rhs(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t,
+                     const EffectStates<Scene<Sys, Effects...>>& z) {
   Coordinates<Sys> f = rhs(scene.system(), q, qdot, t);
   if constexpr (Scene<Sys, Effects...>::has_forces) f += effect_forces(scene, q, qdot, z, t);
   return f;
+}
+template <class Sys, class... Effects>
+[[gnu::always_inline]] inline Coordinates<Sys> rhs(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
+                                                   double t = 0.0) {
+  return rhs(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
 
 /// Mass matrix of the scene's system.
@@ -159,15 +190,14 @@ template <class Sc>
 
 /// Accelerations and multipliers of a scene with constraints.
 ///
-/// @param z        the effects' own states; leave out where there are none
+/// @param z        the effects' own states, as in rhs()
 /// @param cutoff   relative size below which a row of J counts as dependent
 /// @throws ConstraintError     when constraints contradict each other, or one returns another number of rows than before
 /// @throws NonFinite           when a constraint, a force or an acceleration is not finite
 /// @throws SingularMassMatrix  when a motion has neither inertia nor a constraint
 template <class Sys, class... Effects>
 inline auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
-                                     double t = 0.0, const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>(),
-                                     double cutoff = default_rank_cutoff) {
+                                     double t, const EffectStates<Scene<Sys, Effects...>>& z, double cutoff = default_rank_cutoff) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: multipliers need a scene with constraints");
   constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
@@ -182,12 +212,19 @@ inline auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const 
   }
 }
 
+template <class Sys, class... Effects>
+[[gnu::always_inline]] inline auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q,
+                                                            const Coordinates<Sys>& qdot, double t = 0.0) {
+  return constrained_acceleration(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
+}
+
 /// Accelerations q̈ of a scene at a state, constraints and effects included.
 ///
-/// @throws as acceleration(system, …) and constrained_acceleration()
+/// @param z  the effects' own states, as in rhs()
+/// @throws as acceleration(system, …), constrained_acceleration() and rhs()
 template <class Sys, class... Effects>
 Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
-                              double t = 0.0, const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
+                              double t, const EffectStates<Scene<Sys, Effects...>>& z) {
   using Sc = Scene<Sys, Effects...>;
   if constexpr (Sc::has_constraints)
     if (!detail::is_free(scene, z)) return constrained_acceleration(scene, q, qdot, t, z).qddot;
@@ -204,11 +241,21 @@ Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordin
   }
 }
 
+template <class Sys, class... Effects>
+[[gnu::always_inline]] inline Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
+                                                            double t = 0.0) {
+  return acceleration(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
+}
+
 /// Generalized reaction forces Jᵀλ of the constraints on the system, n.
 template <class Sys, class... Effects>
-Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0,
-                           const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
+Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t,
+                           const EffectStates<Scene<Sys, Effects...>>& z) {
   return constraint_jacobian(scene, q, qdot, t, z).transpose() * constrained_acceleration(scene, q, qdot, t, z).lambda;
+}
+template <class Sys, class... Effects>
+Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
+  return reactions(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
 
 /// E = T + V of a scene, the potential terms of its effects included.
@@ -229,13 +276,17 @@ Coordinates<Sys> conjugate_momenta(const Scene<Sys, Effects...>& scene, const St
 
 /// Power of the non-conservative effects and constraints: q̇·(ΣQ + Jᵀλ).
 template <class Sys, class... Effects>
-double power(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0,
-             const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
+double power(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t,
+             const EffectStates<Scene<Sys, Effects...>>& z) {
   using Sc = Scene<Sys, Effects...>;
   double p = 0.0;
   if constexpr (Sc::has_forces) p += qdot.dot(effect_forces(scene, q, qdot, z, t));
   if constexpr (Sc::has_constraints) p += qdot.dot(reactions(scene, q, qdot, t, z));
   return p;
+}
+template <class Sys, class... Effects>
+double power(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
+  return power(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
 
 }  // namespace qdot

@@ -59,8 +59,12 @@ double energy_rate(const System<E, n, inertia>& system, const Vector<double, n>&
 /// The same for a scene: the power of its effects and constraints, and what explicit time in its energies adds.
 template <class Sys, class... Effects>
 double energy_rate(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t,
-                   const EffectStates<Scene<Sys, Effects...>>& z = EffectStates<Scene<Sys, Effects...>>()) {
+                   const EffectStates<Scene<Sys, Effects...>>& z) {
   return power(scene, q, qdot, t, z) + energy_rate(scene.system(), q, qdot, t);
+}
+template <class Sys, class... Effects>
+double energy_rate(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t) {
+  return energy_rate(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
 
 /// The observer that keeps an energy balance, from functors h(t, y) and rate(t, y).

@@ -127,7 +127,7 @@ class Switching {
     return names;
   }
 
- private:
+ protected:
   // What is known of one effect while phases are chosen.
   struct One {
     bool contact = false, fired = false, touches = false, candidate = false;
@@ -366,22 +366,5 @@ class Switching {
 };
 
 }  // namespace detail
-
-/// The effects' own states z at a state, with the phases of contacts and friction as they follow from it.
-///
-/// @throws ConstraintError  when a gap is negative, or no phases fit together
-template <class Sys, class... Effects>
-EffectStates<Scene<Sys, Effects...>> settled_states(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  using Sc = Scene<Sys, Effects...>;
-  EffectStates<Sc> z = scene.initial_states();
-  if constexpr (Sc::has_phases) {
-    auto q = state.q, qdot = state.qdot;
-    Eigen::VectorXd tolerance(2 * scene.dof());
-    tolerance << 1e-9 * q.cwiseAbs().array() + 1e-12, 1e-9 * qdot.cwiseAbs().array() + 1e-12;
-    const detail::Switching<Sc> switching(scene);
-    switching.settle(state.t, q, qdot, z, std::vector<bool>(static_cast<std::size_t>(switching.count())), tolerance);
-  }
-  return z;
-}
 
 }  // namespace qdot
