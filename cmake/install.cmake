@@ -36,6 +36,7 @@ write_basic_package_version_file(qdot-config-version.cmake COMPATIBILITY SameMin
 install(FILES
   ${PROJECT_BINARY_DIR}/qdot-config.cmake
   ${PROJECT_BINARY_DIR}/qdot-config-version.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/qdot_build_type.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_sundials.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_ipopt.cmake
   ${PROJECT_SOURCE_DIR}/cmake/qdot_mpi.cmake

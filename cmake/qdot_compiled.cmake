@@ -22,9 +22,18 @@ function(qdot_add_compiled)
   endif()
   target_compile_definitions(qdot_compiled INTERFACE QDOT_COMPILED)
   set_target_properties(qdot_compiled PROPERTIES POSITION_INDEPENDENT_CODE ON) # shared libraries may have it, too
+  qdot_keep_warnings_out(qdot_compiled)
   add_library(qdot::compiled ALIAS qdot_compiled)
   add_library(qdot_compiled_analysis STATIC EXCLUDE_FROM_ALL ${folder}/compiled/analysis.cpp)
   target_link_libraries(qdot_compiled_analysis PUBLIC qdot_compiled)
   target_compile_definitions(qdot_compiled_analysis INTERFACE QDOT_COMPILED_ANALYSIS)
+  qdot_keep_warnings_out(qdot_compiled_analysis)
   add_library(qdot::compiled_analysis ALIAS qdot_compiled_analysis)
+endfunction()
+
+# In another project: its warnings are for its own sources, and not for those of qdot that are compiled there.
+function(qdot_keep_warnings_out target)
+  if(NOT qdot_IS_TOP_LEVEL AND CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
+    target_compile_options(${target} PRIVATE -w)
+  endif()
 endfunction()

@@ -8,6 +8,17 @@ if(TARGET qdot::_ipopt)
   return()
 endif()
 
+# A project may have made a target of its own copy.
+foreach(name IN ITEMS Ipopt::Ipopt ipopt::ipopt PkgConfig::IPOPT PkgConfig::Ipopt PkgConfig::ipopt)
+  if(TARGET ${name})
+    add_library(qdot::_ipopt INTERFACE IMPORTED GLOBAL)
+    target_link_libraries(qdot::_ipopt INTERFACE ${name})
+    target_compile_definitions(qdot::_ipopt INTERFACE HAVE_CSTDDEF)
+    set(qdot_ipopt_status "as the target ${name} of this project")
+    return()
+  endif()
+endforeach()
+
 # Who says IPOPT_ROOT, as a variable or in the environment, means that one and no other.
 set(qdot_ipopt_places)
 set(qdot_ipopt_status "not found: no coin/IpTNLP.hpp or coin-or/IpTNLP.hpp with its library")

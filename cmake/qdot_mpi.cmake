@@ -8,6 +8,18 @@ if(TARGET qdot::_mpi)
   return()
 endif()
 
+# A project may have made the target itself. One that FindMPI made is seen in its directory only, and is found again below.
+if(TARGET MPI::MPI_CXX)
+  get_target_property(qdot_mpi_imported MPI::MPI_CXX IMPORTED)
+  get_target_property(qdot_mpi_global MPI::MPI_CXX IMPORTED_GLOBAL)
+  if(NOT qdot_mpi_imported OR qdot_mpi_global)
+    add_library(qdot::_mpi INTERFACE IMPORTED GLOBAL)
+    target_link_libraries(qdot::_mpi INTERFACE MPI::MPI_CXX)
+    set(qdot_mpi_status "as the target MPI::MPI_CXX of this project")
+    return()
+  endif()
+endif()
+
 set(qdot_mpi_status "not looked for (CMAKE_DISABLE_FIND_PACKAGE_MPI)")
 if(NOT CMAKE_DISABLE_FIND_PACKAGE_MPI)
   set(MPI_CXX_SKIP_MPICXX ON) # the C++ functions that MPI had until version 2

@@ -18,10 +18,14 @@
 #include <coin-or/IpIpoptApplication.hpp>
 #include <coin-or/IpSolveStatistics.hpp>
 #include <coin-or/IpTNLP.hpp>
-#else
+#elif __has_include(<coin/IpIpoptApplication.hpp>)
 #include <coin/IpIpoptApplication.hpp>
 #include <coin/IpSolveStatistics.hpp>
 #include <coin/IpTNLP.hpp>
+#else  // pkg-config's path ends in that folder
+#include <IpIpoptApplication.hpp>
+#include <IpSolveStatistics.hpp>
+#include <IpTNLP.hpp>
 #endif
 
 #include "qdot/analysis/optimal/sparse_program.hpp"
