@@ -202,7 +202,7 @@ def add_docs(pages):
         (laboratory if page.startswith("laboratory") else guide).append(source.stem)
     pages.add(ROOT / "README.md", "guide/wanted.md", "# I want …\n\n" + readme_section("I want …"))
     pages.add(ROOT / "README.md", "guide/pitfalls.md", "# Pitfalls and limitations\n\n" + readme_section("Pitfalls and limitations"))
-    order = ["runs", "outcomes", "own_scenes", "many", "simulator", "fmi", "analysis", "conserved", "sensitivities", "periodic_orbits"]
+    order = ["runs", "outcomes", "contacts", "variable_mass", "own_scenes", "many", "simulator", "fmi", "analysis", "conserved", "sensitivities", "periodic_orbits"]
     order += sorted(set(guide) - set(order))
     pages.write("guide/index.md", "# Guide\n\nWhat one looks up: a page for each subject.\n\n" + toctree(["wanted", *order, "pitfalls"]))
     pages.write("laboratory/index.md", "# Laboratory\n\nWhat was measured: how fast and how accurate, beside whom, and where it fails. Each page names the command that makes its figures.\n\n"

@@ -15,7 +15,7 @@
 // take every such check out of the program, so they are refused; so is the reordering of sums, which undoes those that keep their rounding.
 
 #if defined(min) || defined(max)
-#error "qdot: min and max are macros here, as <windows.h> makes them, and would change std::min: define NOMINMAX in front of it"
+#error "qdot: min and max are macros here, as <windows.h> makes them, and would change those of the library: define NOMINMAX in front of it"
 #endif
 
 #include <cmath>

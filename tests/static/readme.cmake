@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 #
-# README, docs/own_scenes.md, docs/runs.md, docs/ways.md and docs/many.md show only code that is compiled and output that was produced: each of their C++ blocks stands in an example, word
-# for word, and each plain block of output in what an example prints.
+# README, docs/own_scenes.md, docs/runs.md, docs/ways.md, docs/many.md, docs/contacts.md and docs/variable_mass.md show only code that is compiled and output that was
+# produced: each of their C++ blocks stands in an example, word for word, and each plain block of output in what an example prints.
 file(GLOB programs ${SOURCE_DIR}/examples/*.cpp ${SOURCE_DIR}/examples/scenes/*.cpp)
 file(GLOB outputs ${SOURCE_DIR}/examples/*.txt ${SOURCE_DIR}/examples/scenes/*.txt)
 set(code "")
@@ -14,7 +14,7 @@ endforeach()
 string(REPLACE ";" "<semicolon>" code "${code}")
 string(REPLACE "[" "<open>" code "${code}")
 string(REPLACE "]" "<close>" code "${code}")
-foreach(page IN ITEMS README.md docs/own_scenes.md docs/runs.md docs/ways.md docs/many.md)
+foreach(page IN ITEMS README.md docs/own_scenes.md docs/runs.md docs/ways.md docs/many.md docs/contacts.md docs/variable_mass.md)
   file(READ ${SOURCE_DIR}/${page} readme)
   string(REPLACE ";" "<semicolon>" readme "${readme}")
   string(REPLACE "[" "<open>" readme "${readme}")
