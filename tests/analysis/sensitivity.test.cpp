@@ -35,7 +35,7 @@ namespace {
 const systems::DoublePendulumFamily energies_of;
 const Options fine{.rtol = 1e-13, .atol = 1e-14};
 
-// One coordinate of unit mass; one type for all potentials, and one for all events and actions, for the compiler's sake.
+// One coordinate; one type for all potentials, and one for all events and actions, for the compiler's sake.
 struct Particle {
   double g = 0.0;                   // g q
   double k = 0.0, s = 0.0;          // ½ (k − 2s cos 2t) q²
@@ -43,8 +43,9 @@ struct Particle {
   double drive = 0.0;               // −drive q cos t
   double push = 0.0;                // −push q exp(−200 (t − 50)²)
   const double* switched = nullptr;  // −switched q
+  double m = 1.0;
 
-  auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  auto T(const auto& v) const { return 0.5 * m * v[0] * v[0]; }
   auto V(const auto& q, const auto& t) const {
     using std::cos, std::exp;
     return (g - (switched != nullptr ? *switched : 0.0) - push * exp(-200.0 * (t - 50.0) * (t - 50.0))) * q[0] +
@@ -326,6 +327,29 @@ TEST_CASE("a block that friction brings to rest keeps the derivatives of where i
   INFO(backwards.message);
   REQUIRE(backwards.completed());
   CHECK((backwards.by_parameters - s.Phi.row(0).transpose()).norm() < 1e-10);
+}
+
+TEST_CASE("a block that sticks as it begins depends on its mass, its spring and its friction as the closed form says") {
+  using D = qdot::Dual<double, 5>;
+  constexpr double differenced = 1e-9;  // order six over a hundredth of F_s, which t₁ = acos(…) is not far from the end of
+  const double drive = 2.0, T = 3.3;
+  const Eigen::VectorXd nominal{{1.5, 2.0, 2.1, 2.7, 0.7}};  // mass, stiffness, friction that slides and that sticks, start
+  const auto family = [drive](const Eigen::VectorXd& p) {
+    return problem(scene(particle({.k = p[1], .drive = drive, .m = p[0]}), qdot::dry_friction("floor", 0, p[2], p[3])), State<1>{0.0, {p[4]}, {0.0}});
+  };
+  const auto s = sensitivities(family, nominal, T, Dop853{}, fine);
+  INFO(s.message);
+  REQUIRE(s.completed());
+  REQUIRE(s.events.size() == 1);
+  const auto x = [&nominal](int j) { return D::variable(nominal[j], j); };
+  const D m = x(0), k = x(1), slides = x(2), q0 = x(4), w = sqrt(k / m), swing = drive / (k - m);
+  const D t1 = acos((k * q0 - x(3)) / drive), s1 = T - t1;  // where drive cos t − k q₀ = −F_s
+  const D q = swing * std::cos(T) + slides / k + (q0 - swing * cos(t1) - slides / k) * cos(w * s1) + swing * sin(t1) / w * sin(w * s1);
+  CHECK_THAT(s.y[0], WithinAbs(q.value, 1e-12));
+  for (Eigen::Index j = 0; j < 5; ++j) {
+    CHECK_THAT(s.Phi(0, j), WithinAbs(q.tangent[static_cast<std::size_t>(j)], differenced));
+    CHECK_THAT(s.events[0].time[j], WithinAbs(t1.tangent[static_cast<std::size_t>(j)], 1e-10));
+  }
 }
 
 TEST_CASE("a block on a moving belt that slips, sticks and slips depends on everything as the closed form says") {

@@ -147,6 +147,7 @@ Eigen::VectorXd begun(Variations<Model>& equations, const Start& start, const Op
   else if constexpr (requires { require_existing_entries(equations.form().scene().system(), y0.data(), start.t); })
     require_existing_entries(equations.form().scene().system(), y0.data(), start.t);
   equations.rtol = options.rtol;
+  equations.began = start.t;
   equations.atol = each_atol(options, size);
   Eigen::VectorXd both = Eigen::VectorXd::Zero(equations.size()), settled = y0;
   if constexpr (SwitchingSystem<Form>) {

@@ -58,6 +58,8 @@ struct EventSlope {
 struct Crossing {
   Eigen::VectorXd time;  // ∂t_e/∂x
   double speed = 0.0;    // dh/dt along the motion
+  double by_time = 0.0;  // ∂h/∂t
+  double way = 0.0;      // the time in which h would change by the size of what it is the difference of: to its rounding t_e is known
 };
 
 class VariationalRecorder;  // recorder.hpp
@@ -145,8 +147,8 @@ class BasicVariationalEquations {
   double reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const;
   const Eigen::VectorXd& largest() const noexcept { return largest_; }
 
-  double rtol = 0.0;
-  Eigen::VectorXd atol;  // of each component of the state
+  double rtol = 0.0, began = std::numeric_limits<double>::quiet_NaN();  // where the run begins
+  Eigen::VectorXd atol;                                                 // of each component of the state
   Eigen::VectorXd resolution(const Eigen::VectorXd& y) const { return rtol * y.head(size_).cwiseAbs() + atol; }
 
  protected:
@@ -160,6 +162,7 @@ class BasicVariationalEquations {
 
  private:
   double scale(const Eigen::VectorXd& y, const Eigen::VectorXd& along) const;
+  double way_ahead(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& f) const;
 
   std::vector<EventSlope> passed_;
   std::optional<double> changed_;
@@ -196,6 +199,20 @@ double BasicVariationalEquations<Kind>::reach(const Eigen::VectorXd& y, const Ei
   return std::isfinite(distant) ? distant : 1.0;
 }
 
+// The time in which a motion goes far. What has gone nowhere since the run began, but for rounding, waits for a moment: that time itself.
+template <class Kind>
+double BasicVariationalEquations<Kind>::way_ahead(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& f) const {
+  constexpr double rounding = 1e-13;
+  const double span = std::abs(t - began);
+  bool waits = span > 0.0;
+  for (Eigen::Index i = 0; i < size_ && waits; ++i) {
+    const bool is_velocity = i >= dof_ && i < 2 * dof_;
+    const double size = std::max(std::abs(y[is_velocity ? i - dof_ : i]), largest_[is_velocity ? i - dof_ : i]);
+    waits = std::abs(f[i]) * span * (is_velocity ? span : 1.0) <= rounding * size;
+  }
+  return waits ? span : reach(y, f, -1);
+}
+
 template <class Kind>
 Crossing BasicVariationalEquations<Kind>::crossing(const std::string& name, double t, const Eigen::Ref<const Eigen::VectorXd>& both,
                                                    const Surface& surface) const {
@@ -203,22 +220,25 @@ Crossing BasicVariationalEquations<Kind>::crossing(const std::string& name, doub
   const auto along = [&](const Eigen::VectorXd& direction, double rate, Eigen::Index column, double size) {
     const auto slope = slope_at_zero(
         [&](double s) { return Eigen::VectorXd(Eigen::VectorXd::Constant(1, surface.h(t + s * rate, y + s * direction, column, s))); },
-        reach(y, direction, column), Eigen::VectorXd::Constant(1, size));
+        rate != 0.0 ? way_ahead(t, y, direction) : reach(y, direction, column), Eigen::VectorXd::Constant(1, size));
     if (!slope) end_undifferentiable(name, t, {"has a function without a derivative; let it be smooth where it crosses zero"});
     return (*slope)[0];
   };
-  const double speed = along(f, 1.0, -1, 0.0), way = reach(y, f, -1);
+  const double speed = along(f, 1.0, -1, 0.0), way = way_ahead(t, y, f);
   // Second order along the motion, and what the method cannot tell from zero.
   const double d = 1e-3 * way, step = 1e-5 * way;
   const Eigen::VectorXd bend = (state_rate(t + step, y + step * f) - state_rate(t - step, y - step * f)) / (2 * step);
   const auto on_motion = [&](double s) { return surface.h(t + s, y + s * f + 0.5 * s * s * bend, -1, 0.0); };
   const double curvature = (on_motion(d) + on_motion(-d) - 2 * on_motion(0.0)) / (d * d);
-  double dark = 0.0;
-  const double here = surface.h(t, y, -1, 0.0);
+  const double here = surface.h(t, y, -1, 0.0), by_time = (surface.h(t + d, y, -1, 0.0) - surface.h(t - d, y, -1, 0.0)) / (2 * d);
+  double dark = 0.0, parts = std::abs(by_time * t);  // of h, which cancel
   for (Eigen::Index i = 0; i < size_; ++i) {
+    const double unseen = rtol * std::abs(y[i]) + atol[i];
     Eigen::VectorXd nearby = y;
-    nearby[i] += rtol * std::abs(y[i]) + atol[i];
-    dark += std::abs(surface.h(t, nearby, -1, 0.0) - here);
+    nearby[i] += unseen;
+    const double change = std::abs(surface.h(t, nearby, -1, 0.0) - here);
+    dark += change;
+    if (change > 0.0) parts += change / unseen * std::abs(y[i]);
   }
   constexpr double hidden = 10;
   if (!(speed * speed > 2 * hidden * dark * std::abs(curvature)) || !(std::abs(speed) * way > hidden * dark))
@@ -226,10 +246,10 @@ Crossing BasicVariationalEquations<Kind>::crossing(const std::string& name, doub
                          {"only grazes zero: its function goes through it at a rate of ", {speed, 4}, " and would turn at a depth of ",
                           {curvature != 0.0 ? 0.5 * speed * speed / std::abs(curvature) : 0.0, 4}, ", of which the tolerances cannot tell ", {dark, 4},
                           "; the motion on either side of a grazing differs, so there is no derivative: choose a start or parameters that hit or miss clearly"});
-  Crossing found{Eigen::VectorXd(columns_), speed};
+  Crossing found{Eigen::VectorXd(columns_), speed, by_time, std::max(way, parts / std::abs(speed))};
   // h is the difference of what is as large as it is elsewhere on the motion, and known to the rounding of that: a parameter that it does
   // not feel moves it by nothing more.
-  for (Eigen::Index j = 0; j < columns_; ++j) found.time[j] = -along(both.segment(size_ * (j + 1), size_), 0.0, j, std::abs(speed) * way) / speed;
+  for (Eigen::Index j = 0; j < columns_; ++j) found.time[j] = -along(both.segment(size_ * (j + 1), size_), 0.0, j, std::abs(speed) * found.way) / speed;
   return found;
 }
 
@@ -240,7 +260,7 @@ void BasicVariationalEquations<Kind>::pass(const std::string& name, double t, Ei
                                    "parameters that separate them"});
   const Eigen::VectorXd y = both.head(size_), f_before = state_rate(t, y);
   const Crossing passage = crossing(name, t, both, surface);
-  const auto& [time, speed] = passage;
+  const auto& [time, speed, h_by_t, way] = passage;
   const std::unique_ptr<PairsBehind> pairs_behind = pairs > 0 ? pairs_at(name, t, both) : nullptr;
   Eigen::VectorXd after = y, again = y;
   surface.jump(t, after, -1, 0.0);
@@ -254,11 +274,14 @@ void BasicVariationalEquations<Kind>::pass(const std::string& name, double t, Ei
     end_undifferentiable(
         name, t,
         {"has an action that does something else each time it is called; let it set what it changes, for it is called several times"});
-  const double step = 1e-3 * reach(y, f_before, -1);
-  const double h_by_t = (surface.h(t + step, y, -1, 0.0) - surface.h(t - step, y, -1, 0.0)) / (2 * step);
+  // An entry is known to the rounding of its own size, and moves as far as the moment is; one that is zero, to that of its neighbours.
+  Eigen::VectorXd known = largest_, beside = after.cwiseAbs().cwiseMax(largest_);
+  for (Eigen::Index i = 0; i < size_; ++i) known[i] = std::max(known[i], way * std::max(std::abs(f_before[i]), std::abs(f_after[i])));
+  for (const Eigen::Index first : {Eigen::Index{0}, dof_})
+    if (dof_ > 0) beside.segment(first, dof_).setConstant(beside.segment(first, dof_).maxCoeff());
   for (Eigen::Index j = 0; j < columns_; ++j) {
     const Eigen::VectorXd Phi = both.segment(size_ * (j + 1), size_);
-    const auto behind = [&, speed = speed, &time = time](double s) {
+    const auto behind = [&, speed = speed, h_by_t = h_by_t, &time = time](double s) {
       // The moment t + later at which the displaced motion is at h = 0: beyond s ∂t_e/∂x by a way of order s², on one side of which friction would
       // still stick. What rounding takes from a late t is made good.
       double later = s * time[j];
@@ -274,7 +297,7 @@ void BasicVariationalEquations<Kind>::pass(const std::string& name, double t, Ei
     // How far it arrives from y may be nothing but rounding, which says nothing; what it is the difference of does.
     constexpr double parts = 16;
     const double distant = parts * std::min(scale(y, Phi), scale(y, f_before * time[j]));
-    const auto slope = slope_at_zero(behind, std::min(distant, reach(y, Phi + f_before * time[j], j)), largest_);
+    const auto slope = slope_at_zero(behind, std::min(distant, reach(y, Phi + f_before * time[j], j)), known, beside);
     if (!slope)
       end_undifferentiable(
           name, t, {"changes the state in a way that has no derivative with respect to ", column_name(j), "; let its action be smooth"});

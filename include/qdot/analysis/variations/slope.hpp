@@ -43,8 +43,9 @@ inline double parameter_step(double x) { return std::ldexp(x != 0.0 ? std::abs(x
 // F′(0) of a vector function that is known at s of about `reach` and below; nothing where it has none.
 //
 // @param largest  sizes of entries to whose rounding they are known, where they are larger than the entries; or empty
+// @param beside   sizes of what each entry is made from: one that changes by no more than the rounding of this is not looked into; or empty
 template <class F>
-std::optional<Eigen::VectorXd> slope_at_zero(const F& f, double reach, const Eigen::VectorXd& largest = {}) {
+std::optional<Eigen::VectorXd> slope_at_zero(const F& f, double reach, const Eigen::VectorXd& largest = {}, const Eigen::VectorXd& beside = {}) {
   constexpr double epsilon = std::numeric_limits<double>::epsilon();
   double h = std::ldexp(reach, -7);
   for (int attempt = 0; attempt < 8; ++attempt, h /= 8) {
@@ -66,6 +67,7 @@ std::optional<Eigen::VectorXd> slope_at_zero(const F& f, double reach, const Eig
           most = std::max(most, std::abs(change) / h);
           size = std::max(size, std::abs(F_at[i][k]));
         }
+        if (beside.size() > 0 && most * h <= 64 * epsilon * beside[k]) continue;
         const double rounding = 64 * epsilon * size / h;
         doubtful = !(std::abs(slope[k] - lower) <= 1e-6 * most + rounding);
         if (points.central) {
