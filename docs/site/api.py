@@ -80,10 +80,11 @@ class Reference:
             members, groups = [m for m in declaration.members if not m.name.startswith("~")], {}
             for member in members:
                 member.in_class = declaration.name
-                groups.setdefault(member.name, []).append(member)
+                together = member.line if member.kind == "variable" else 0  # "std::string hits, rests" is one entry
+                groups.setdefault((together, "" if together else member.name), []).append(member)
             for group in groups.values():
-                lines.append(self.member(group, link))
-                shown += 1
+                lines.append(self.member(group[:1] if group[0].kind == "variable" else group, link))
+                shown += len(group)
         return "\n".join(lines), shown + 1
 
     def page(self, header, title, rooms):
