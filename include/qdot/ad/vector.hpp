@@ -3,13 +3,36 @@
 //
 // Vectors and matrices of any scalar: thin names for Eigen's, sized at compile time where the
 // number of coordinates is known, at run time (Dynamic) where it is not.
+//
+// Matrices are stored by columns, whatever a caller's are: columns are handed on as runs of numbers.
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <type_traits>
 
 #include "qdot/error.hpp"
+
+#if !EIGEN_VERSION_AT_LEAST(3, 4, 0)
+#error "qdot: Eigen must be 3.4 or newer"
+#endif
+
+#ifdef EIGEN_DEFAULT_TO_ROW_MAJOR
+// Where Eigen's matrices are stored by rows if nothing is said, qdot's are stored by columns none the less: in namespace qdot these names are meant. A caller
+// who says `using namespace qdot` beside them has to say `::Eigen`.
+namespace qdot::Eigen {
+
+using namespace ::Eigen;
+template <class S, int rows, int columns, int options = rows == 1 && columns != 1 ? ::Eigen::RowMajor : ::Eigen::ColMajor, int most_rows = rows,
+          int most_columns = columns>
+using Matrix = ::Eigen::Matrix<S, rows, columns, options, most_rows, most_columns>;  ///< by columns, as all of these
+using Matrix3d = Matrix<double, 3, 3>;                                               ///< 3×3
+using MatrixXd = Matrix<double, Dynamic, Dynamic>;                                   ///< of any size
+using MatrixXcd = Matrix<std::complex<double>, Dynamic, Dynamic>;                    ///< the same of complex numbers
+
+}  // namespace qdot::Eigen
+#endif
 
 namespace qdot {
 

@@ -24,6 +24,8 @@
 #include <Eigen/Core>
 #include <unsupported/Eigen/NonLinearOptimization>
 
+#include "qdot/ad/vector.hpp"
+
 namespace qdot::detail {
 
 // r and J at a point, or why there are none.
@@ -73,7 +75,8 @@ class BoundedLeastSquares {
     else f.setConstant(far_up * (1.0 + best_.r.norm()));
     return 0;
   }
-  int df(const Eigen::VectorXd& u, Eigen::MatrixXd& slopes) {
+  template <class Slopes>
+  int df(const Eigen::VectorXd& u, Slopes& slopes) {
     const ResidualsAt& at = known(u);
     slopes.setZero(values(), u.size());
     slopes.topRows(at.J.rows()) = at.J(Eigen::indexing::all, free_);
