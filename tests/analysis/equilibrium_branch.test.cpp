@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "qdot/analysis/equilibrium_branch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <tuple>
 
 #include "catch2_bridge.hpp"
 #include "error_message.hpp"
@@ -70,6 +72,14 @@ struct PlaneBead {
   auto T(const auto& q, const auto& v) const { return 0.5 * (v[0] * v[0] + v[1] * v[1] + Omega * Omega * q[0] * q[0]); }
   auto V(const auto& q) const { return 9.0 * q[1]; }
 };
+struct Pitchfork {
+  double p, length;
+  auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  auto V(const auto& q) const {
+    const auto x = q[0] / length;
+    return 0.5 * p * x * x + 0.25 * x * x * x * x;
+  }
+};
 struct Hoop {
   auto operator()(const auto& q) const { return q[0] * q[0] + q[1] * q[1] - 1.0; }
 };
@@ -122,6 +132,46 @@ TEST_CASE("where two curves cross at an angle the other one is followed, too: q 
   for (std::size_t k : {1u, 2u}) {
     CHECK(found[k].message == "reached the end of the range");
     for (const auto& point : found[k].points) CHECK_THAT(point.q[0], WithinAbs(-point.p, rounding));
+  }
+}
+
+TEST_CASE("a pitchfork is met from its side branches as from its trunk, in whatever lengths: three curves from x = 0 at p = 0") {
+  for (const double length : {1.0, 1e-10, 1e6})
+    for (const double from : {-1.0, -0.73, -0.31, -0.05}) {
+      const double side = length * (from > -0.5 ? -1.0 : 1.0);
+      const auto family = [&](double p) { return mechanical_system<1>(Pitchfork{p, length}); };
+      const auto found = equilibrium_branches(family, V1(side * std::sqrt(-from)), from, 1.0);
+      REQUIRE(found.size() == 3);
+      REQUIRE(found[0].all(BranchKind::branch).size() == 1);
+      CHECK(std::abs(found[0].all(BranchKind::branch)[0].p) < located);
+      CHECK(std::abs(found[0].all(BranchKind::branch)[0].q[0]) < located * length);
+      CHECK(found[0].all(BranchKind::fold).empty());
+      CHECK(std::abs(found[0].points.back().q[0] + side * std::sqrt(-from)) < rounding * length);
+      double ends = 0.0;
+      for (std::size_t k : {1u, 2u}) {
+        CHECK(found[k].message == "reached the end of the range");
+        for (const auto& point : found[k].points) CHECK(std::abs(point.q[0]) < rounding * length);
+        ends += found[k].points.back().p;
+      }
+      CHECK_THAT(ends, WithinAbs(from + 1.0, rounding));
+    }
+}
+
+TEST_CASE("no member outside of the range is asked for, not for a difference either") {
+  double lowest = 1.0, highest = 1.0;
+  const auto family = [&](double Omega) {
+    lowest = std::min(lowest, Omega);
+    highest = std::max(highest, Omega);
+    return mechanical_system<1>(Bead{.Omega = Omega});
+  };
+  const double at_4 = std::acos(Bead{}.g / 16.0);
+  for (const auto& [q, from, to, curves] : {std::tuple(0.0, 0.0, 4.0, 3u), std::tuple(0.0, 2.0, 0.0, 1u), std::tuple(at_4, 4.0, 0.0, 3u)}) {
+    lowest = highest = from;
+    const auto found = equilibrium_branches(family, V1(q), from, to);
+    CHECK(found.size() == curves);
+    CHECK(lowest == std::min(from, to));
+    CHECK(highest == std::max(from, to));
+    for (const auto& branch : found) CHECK(branch.message == "reached the end of the range");
   }
 }
 
@@ -188,7 +238,7 @@ TEST_CASE("what cannot be followed is refused with the reason") {
   CHECK(qdot::error_message([&] {
           equilibrium_branches(valley, V1(1.0), -1.0, 1.0);
         }).find("all accelerations must vanish somewhere near the start") != std::string::npos);
-  const auto kinked = [](double p) { return valley(std::abs(p - 0.5) + 0.5); };
+  const auto kinked = [](double p) { return valley(std::sqrt(p - 0.5) + 0.5); };  // from 0.5 on, where slopes are taken on one side
   CHECK(qdot::error_message([&] {
           equilibrium_branches(kinked, V1(1.0), 0.5, 1.0);
         }).find("must have a derivative with respect to its parameter, but at 0.5") != std::string::npos);

@@ -81,7 +81,7 @@ struct EquilibriumBranch {
 /// How branches are followed.
 struct BranchOptions {
   Eigen::VectorXd qdot{};          ///< rates of cyclic coordinates, n, for steady motions; empty for rest
-  double longest_step = 0.05;      ///< along the curve; p counts in parts of its range, q and z in their sizes at the start, at least 1
+  double longest_step = 0.05;      ///< along the curve; p counts in parts of its range, q and z in 1, or the larger or smaller size in which slopes change
   int most_points = 1000;          ///< of a branch
   std::size_t most_branches = 16;  ///< in all
 };
@@ -111,7 +111,7 @@ class BranchSearch {
     y = steady_state_near(*flow, {who, 100, 1e-12}, 0.0, y);
     Eigen::VectorXd X(flow->size() - n + 1);
     X << y.head(n), y.tail(flow->size() - 2 * n), from;
-    curve_.emplace(flow_at, 0.0, qdot, X, std::abs(to - from));
+    curve_.emplace(flow_at, 0.0, qdot, X, std::min(from, to), std::max(from, to));
     low_ = curve_->scaled_parameter(std::min(from, to));
     high_ = curve_->scaled_parameter(std::max(from, to));
     dof_ = n;
@@ -126,6 +126,7 @@ class BranchSearch {
   std::vector<EquilibriumBranch> branches() {
     for (std::size_t next = 0; next < waiting_.size() && found_.size() < options_.most_branches; ++next) {
       const Waiting begin = waiting_[next];
+      unfollowed_.clear();
       EquilibriumBranch branch;
       branch.from = begin.from;
       try {
@@ -133,6 +134,7 @@ class BranchSearch {
       } catch (const Error& error) {
         branch.message = branch.points.empty() ? error.what() : sentence({"lost behind p = ", {branch.points.back().p, 8}, ": ", error.what()});
       }
+      branch.message += unfollowed_;
       found_.push_back(std::move(branch));
     }
     if (const std::size_t left = waiting_.size() - found_.size(); left > 0)
@@ -181,27 +183,54 @@ class BranchSearch {
     return std::nullopt;
   }
 
-  // Where a test changes its sign between 0 and s, by bisection to rounding.
-  template <class Test>
-  std::optional<Special> located(const CurvePoint& from, double s, BranchKind kind, const Test& has_changed) const {
-    double low = 0.0, high = s;
-    std::optional<CurvePoint> at = ahead(from, s);
-    for (int halving = 0; halving < 60 && high - low > 1e-13 * (s + 1e-3); ++halving) {
-      const double middle = 0.5 * (low + high);
-      const auto here = ahead(from, middle);
-      if (!here) {  // next to a crossing, where two curves are near
-        low = middle;
-        continue;
-      }
-      if (has_changed(*here)) {
-        high = middle;
-        at = here;
-      } else {
-        low = middle;
-      }
+  // The point where the range ends, near the one at a distance s.
+  std::optional<CurvePoint> at_end(const CurvePoint& from, double s, double bound) const {
+    try {
+      Eigen::VectorXd guess = curve_->moved(from.X, from.tangent, s);
+      guess[guess.size() - 1] = bound;
+      const auto X = curve_->on_plane(guess, Eigen::VectorXd::Unit(from.tangent.size(), from.tangent.size() - 1));
+      if (X) return curve_->point(*X, from.tangent, &from);
+    } catch (const Error& error) {  // no model there
+      trouble_ = error.what();
     }
-    if (!at) return std::nullopt;
-    return Special{high, kind, *at};
+    return std::nullopt;
+  }
+
+  // The guess at a distance s from a point, by the cubic through two points of the curve beside it: next to a crossing Newton's method
+  // goes to the curve that is nearer, so the guess must be closer to its own than that is to the other.
+  struct Beside {
+    double s;
+    CurvePoint point;
+  };
+  std::optional<CurvePoint> between(const CurvePoint& from, const Beside& low, const Beside& high, double s, bool corrected) const {
+    const double length = high.s - low.s, x = (s - low.s) / length, rest = 1.0 - x;
+    const double at_low = length * x * rest * rest / low.point.tangent.dot(from.tangent);
+    const double at_high = length * x * x * rest / high.point.tangent.dot(from.tangent);
+    Eigen::VectorXd X = (1.0 + 2.0 * x) * rest * rest * low.point.X + (1.0 + 2.0 * rest) * x * x * high.point.X;
+    X = curve_->moved(curve_->moved(X, low.point.tangent, at_low), high.point.tangent, -at_high);
+    try {
+      if (!corrected) return curve_->point(X, from.tangent, &from);
+      const auto there = curve_->on_plane(X, from.tangent);
+      if (there) return curve_->point(*there, from.tangent, &from);
+    } catch (const Error& error) {  // no model there
+      trouble_ = error.what();
+    }
+    return std::nullopt;
+  }
+
+  // Where a test changes its sign between two neighbours, by bisection to rounding.
+  template <class Test>
+  std::optional<Special> located(const CurvePoint& from, const CurvePoint& to, BranchKind kind, const Test& has_changed) const {
+    const double s = from.tangent.dot(curve_->difference(to.X, from.X));
+    Beside low{0.0, from}, high{s, to};
+    for (int halving = 0; halving < 60 && high.s - low.s > 1e-13 * (s + 1e-3); ++halving) {
+      const double middle = 0.5 * (low.s + high.s);
+      auto here = between(from, low, high, middle, true);
+      if (!here) here = between(from, low, high, middle, false);  // nearer to the crossing than the cubic is to the curve: that is exact enough
+      if (!here) return std::nullopt;
+      (has_changed(*here) ? high : low) = {middle, *here};
+    }
+    return Special{high.s, kind, high.point};
   }
 
   // Adds its points to a branch, and says how it ended.
@@ -215,8 +244,18 @@ class BranchSearch {
     int count = branch.points[0].growing;
     const Eigen::Index last = curve_->parameter();
     while (static_cast<int>(branch.points.size()) < options_.most_points) {
-      const auto next = ahead(here, step);
-      if (!next || next->tangent.dot(here.tangent) < (fresh ? aside : straight)) {
+      // A step that would leave the range goes to its end: scenes beyond may not exist.
+      const double place = here.X[here.X.size() - 1], to = place + step * here.tangent[last];
+      const double bound = to > high_ ? high_ : low_;
+      const bool leaves = to > high_ || to < low_;
+      const double part = leaves ? (bound - place) / (to - place) : 1.0;
+      if (part <= 1e-9) {
+        branch.message = "reached the end of the range";
+        return;
+      }
+      const auto next = leaves ? at_end(here, part * step, bound) : ahead(here, step);
+      const double there = next ? next->X[next->X.size() - 1] : place;
+      if (!next || next->tangent.dot(here.tangent) < (fresh ? aside : straight) || there > high_ || there < low_) {
         step *= 0.5;
         if (step < least_step) {
           branch.message = sentence({"lost at p = ", {curve_->p(here.X), 8}, ": no equilibrium was found ahead however short the step",
@@ -225,21 +264,13 @@ class BranchSearch {
         }
         continue;
       }
-      const double at = next->X[next->X.size() - 1];
-      if (at > high_ || at < low_) {
-        const double part = ((at > high_ ? high_ : low_) - here.X[here.X.size() - 1]) / (at - here.X[here.X.size() - 1]);
-        Eigen::VectorXd guess = here.X + part * (next->X - here.X);
-        guess[guess.size() - 1] = at > high_ ? high_ : low_;
-        const auto X = curve_->on_plane(guess, Eigen::VectorXd::Unit(last + 1, last));
-        if (X && part > 1e-9) {
-          const CurvePoint end = curve_->point(*X, here.tangent, &here);
-          add_specials(branch, here, end, step, fresh, count, begin);
-          branch.points.push_back(described(end, BranchKind::end));
-        }
+      if (leaves) {
+        add_specials(branch, here, *next, fresh, count, begin);
+        branch.points.push_back(described(*next, BranchKind::end));
         branch.message = "reached the end of the range";
         return;
       }
-      add_specials(branch, here, *next, step, fresh, count, begin);
+      add_specials(branch, here, *next, fresh, count, begin);
       branch.points.push_back(described(*next, BranchKind::regular));
       count = branch.points.back().growing;
       here = *next;
@@ -250,23 +281,23 @@ class BranchSearch {
   }
 
   // The special points between two neighbours.
-  void add_specials(EquilibriumBranch& branch, const CurvePoint& here, const CurvePoint& next, double step, bool fresh, int count, const Waiting& begin) {
+  void add_specials(EquilibriumBranch& branch, const CurvePoint& here, const CurvePoint& next, bool fresh, int count, const Waiting& begin) {
     if (fresh) return;
     const Eigen::Index last = curve_->parameter();
     std::vector<Special> specials;
     if (here.crossing * next.crossing < 0.0) {
-      const auto found = located(here, step, BranchKind::branch, [&](const CurvePoint& x) { return here.crossing * x.crossing < 0.0; });
+      const auto found = located(here, next, BranchKind::branch, [&](const CurvePoint& x) { return here.crossing * x.crossing < 0.0; });
       if (found) specials.push_back(*found);
     }
     if (here.tangent[last] * next.tangent[last] < 0.0) {
-      const auto found = located(here, step, BranchKind::fold, [&](const CurvePoint& x) { return here.tangent[last] * x.tangent[last] < 0.0; });
+      const auto found = located(here, next, BranchKind::fold, [&](const CurvePoint& x) { return here.tangent[last] * x.tangent[last] < 0.0; });
       const bool is_crossing = found && !specials.empty() && std::abs(specials[0].s - found->s) < 1e-5;
       if (found && !is_crossing) specials.push_back(*found);
     }
     if (specials.empty()) {
       const int after = growing(next);
       if (std::abs(after - count) > 1) {
-        const auto found = located(here, step, BranchKind::hopf,
+        const auto found = located(here, next, BranchKind::hopf,
                                    [&](const CurvePoint& x) { return std::abs(growing(x) - after) < std::abs(growing(x) - count); });
         if (found) specials.push_back(*found);
       }
@@ -286,6 +317,8 @@ class BranchSearch {
     if (begin.from && (begin.start.X - at.X).norm() < same) return;
     crossings_.push_back(at.X);
     const Eigen::MatrixXd others = Curve::crossing_directions(at);
+    if (others.cols() == 0)
+      unfollowed_ += sentence({"; another curve crosses at p = ", {curve_->p(at.X), 8}, ", but its direction is not known there: begin on it to follow it"});
     for (Eigen::Index k = 0; k < others.cols(); ++k) {
       Eigen::Index largest = 0;
       for (Eigen::Index i = 0; i < others.rows(); ++i)
@@ -302,6 +335,7 @@ class BranchSearch {
   std::optional<Curve> curve_;
   double low_ = 0.0, high_ = 0.0;
   mutable std::string trouble_;  // the last error on the way
+  std::string unfollowed_;       // what is said of curves that cross this branch
   Eigen::Index dof_ = 0;
   std::vector<EquilibriumBranch> found_;
   std::vector<Waiting> waiting_;

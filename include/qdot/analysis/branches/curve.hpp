@@ -10,7 +10,8 @@
 //     R(X) = 0 ,     τ·(X − X₀) = 0 ,
 //
 // which goes round folds, where p turns back. Rows are scaled to the length that they have at the start, unknowns by their sizes, p by the
-// range that is followed. Constraints give more rows than unknowns, which agree all the same; a step is the one of least squares.
+// range that is followed; scenes outside of it are not asked for. Constraints give more rows than unknowns, which agree all the same; a step is
+// the one of least squares.
 // Coordinates of which nothing depends keep their values.
 //
 // Along the curve det [∂R; τ] changes its sign where another curve crosses it. With more rows than unknowns ∂R is taken in an
@@ -18,6 +19,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -63,10 +65,12 @@ struct CurvePoint {
 template <class = void>  // compiled only where it is made
 class SteadyCurve {
  public:
-  SteadyCurve(FlowAt flow_at, double t, Eigen::VectorXd qdot, const Eigen::VectorXd& X, double range)
-      : flow_at_(std::move(flow_at)), t_(t), qdot_(std::move(qdot)) {
+  // @param lowest, highest  of p; no scene is asked for outside
+  SteadyCurve(FlowAt flow_at, double t, Eigen::VectorXd qdot, const Eigen::VectorXd& X, double lowest, double highest)
+      : flow_at_(std::move(flow_at)), t_(t), lowest_(lowest), highest_(highest), qdot_(std::move(qdot)) {
     scale_ = X.cwiseAbs().cwiseMax(1.0);
-    scale_[X.size() - 1] = range;
+    scale_[X.size() - 1] = highest - lowest;
+    for (Eigen::Index j = 0; j + 1 < X.size(); ++j) scale_[j] = natural_size(X, j);
     const Eigen::VectorXd start = X.cwiseQuotient(scale_);
     // Cyclic is what nothing depends on here, and beside this. Rows keep their scale, so that one that vanishes is seen to.
     Eigen::VectorXd most = Eigen::VectorXd::Zero(X.size()), longest;
@@ -87,7 +91,7 @@ class SteadyCurve {
   }
 
   Eigen::Index parameter() const { return static_cast<Eigen::Index>(free_.size()) - 1; }  // its place in a tangent
-  double p(const Eigen::VectorXd& X) const { return X[X.size() - 1] * scale_[X.size() - 1]; }
+  double p(const Eigen::VectorXd& X) const { return std::min(std::max(X[X.size() - 1] * scale_[X.size() - 1], lowest_), highest_); }
   double scaled_parameter(double value) const { return value / scale_[scale_.size() - 1]; }
   Eigen::VectorXd values(const Eigen::VectorXd& X) const { return X.cwiseProduct(scale_); }
   Eigen::VectorXd scaled(const Eigen::VectorXd& values) const { return values.cwiseQuotient(scale_); }
@@ -112,6 +116,8 @@ class SteadyCurve {
     next(free_) += s * direction;
     return next;
   }
+
+  Eigen::VectorXd difference(const Eigen::VectorXd& X, const Eigen::VectorXd& from) const { return (X - from)(free_); }
 
   // The point on the plane through X0 normal to a direction; nothing where Newton's method does not get there.
   std::optional<Eigen::VectorXd> on_plane(const Eigen::VectorXd& X0, const Eigen::VectorXd& normal) const {
@@ -156,9 +162,12 @@ class SteadyCurve {
     return here;
   }
 
-  // Orthonormal columns v with ∂R v = 0 and τ·v = 0: tangents of other curves that cross this one here.
+  // Orthonormal columns v with ∂R v = 0 and τ·v = 0: tangents of other curves that cross this one here, as exactly as the place is known.
   static Eigen::MatrixXd crossing_directions(const CurvePoint& here) {
-    return shortest_step(bordered(here.slopes, here.tangent), Eigen::VectorXd::Zero(here.slopes.rows() + 1), 1e-6).open;
+    Eigen::MatrixXd open(here.tangent.size(), 0);
+    for (const double negligible : {1e-6, 1e-4, 1e-2})
+      if (open.cols() == 0) open = shortest_step(bordered(here.slopes, here.tangent), Eigen::VectorXd::Zero(here.slopes.rows() + 1), negligible).open;
+    return open;
   }
 
  private:
@@ -169,14 +178,53 @@ class SteadyCurve {
   }
   static double determinant(const Eigen::MatrixXd& square) { return Eigen::FullPivLU<Eigen::MatrixXd>(square).determinant(); }
 
+  // The size of an unknown in which slopes change: 1, or its own where that is larger, or the power of 10 that many times smaller or larger
+  // where a hundredth of it changes a row by a quarter, or all of it changes none. A molecule has lengths of 1e-10.
+  double natural_size(const Eigen::VectorXd& X, Eigen::Index j) const {
+    constexpr double smallest = 1e-15, largest = 1e15, at_most = 0.25, at_least = 1e-4;
+    Eigen::VectorXd length;
+    std::vector<Eigen::MatrixXd> at;  // at the start, as p has it there and beside
+    for (const double beside : {0.0, 0.01, -0.017}) {
+      Eigen::VectorXd start = X.cwiseQuotient(scale_);
+      start[start.size() - 1] += beside;
+      at.push_back(equations(start).second);
+      if (length.size() == 0) length = Eigen::VectorXd::Zero(at[0].rows());
+      for (Eigen::Index i = 0; i < length.size(); ++i) length[i] = std::max(length[i], at.back().row(i).norm());
+    }
+    // The change of a row when the unknown moves by a distance, in parts of its length.
+    const auto change = [&](double distance) {
+      double most = 0.0;
+      for (const double side : {1.0, -1.0}) {
+        Eigen::VectorXd start = X;
+        start[j] += side * distance;
+        try {
+          const Eigen::MatrixXd moved = equations(start.cwiseQuotient(scale_)).second - at[0];
+          for (Eigen::Index i = 0; i < length.size(); ++i)
+            if (length[i] > 0.0) most = std::max(most, moved.row(i).allFinite() ? moved.row(i).norm() / length[i] : largest);
+        } catch (const std::exception&) {  // no model there
+          most = std::max(most, at_least);
+        }
+      }
+      return most;
+    };
+    double size = scale_[j];
+    while (size > smallest && change(0.01 * size) > at_most) size *= 0.1;
+    if (size < scale_[j]) return std::max(size, std::abs(X[j]));
+    while (size < largest && change(size) < at_least) size *= 10.0;
+    return size < largest ? size : scale_[j];
+  }
+
   // Scaled rows, and their slopes in units of scale.
   std::pair<Eigen::VectorXd, Eigen::MatrixXd> equations(const Eigen::VectorXd& X) const {
     const Eigen::VectorXd state = y(X);
-    const double value = p(X);
+    const double value = p(X), beyond = X[X.size() - 1] * scale_[X.size() - 1] - value;  // an iterate may be; then the tangent goes on
     SteadyEquations here = SteadyEquations::at(*flow_at_(value), t_, state, true);
     const Eigen::Index rows = here.residual.size(), unknowns = here.slopes.cols();
-    const auto slope = slope_at_zero([&](double s) { return SteadyEquations::at(*flow_at_(value + s), t_, state, false).residual; },
-                                     std::max(std::abs(value), 0.01 * scale_[unknowns]));
+    const auto residual_beside = [&](double s) {
+      if (value + s < lowest_ || value + s > highest_) throw InvalidValue("outside of the range");  // then the slope is taken on one side
+      return SteadyEquations::at(*flow_at_(value + s), t_, state, false).residual;
+    };
+    const auto slope = slope_at_zero(residual_beside, std::min(std::max(std::abs(value), 0.01 * scale_[unknowns]), scale_[unknowns]));
     if (!slope)
       throw_invalid_value({"the equations of a family must have a derivative with respect to its parameter, but at ", {value, 8},
                            " they have none; let the scene depend smoothly on it"});
@@ -185,13 +233,13 @@ class SteadyCurve {
       const double scale = row_scale_.size() > 0 ? row_scale_[i] : 1.0;
       for (Eigen::Index j = 0; j < unknowns; ++j) A(i, j) = here.slopes(i, j) * scale_[j] * scale;
       A(i, unknowns) = (*slope)[i] * scale_[unknowns] * scale;
-      here.residual[i] *= scale;
+      here.residual[i] = (here.residual[i] + (*slope)[i] * beyond) * scale;
     }
     return {here.residual, A};
   }
 
   FlowAt flow_at_;
-  double t_;
+  double t_, lowest_, highest_;
   Eigen::VectorXd qdot_, scale_, row_scale_;
   std::vector<Eigen::Index> free_;  // entries of X that are not cyclic
 };
