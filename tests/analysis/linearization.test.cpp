@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "qdot/analysis/regulator.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/forces.hpp"
 #include "scenes/cartpole.hpp"
 
 using namespace qdot;
@@ -29,6 +31,17 @@ constexpr double g = 9.81, l = 1.3, c = 0.4, omega_0 = 2.7470263;  // √(g/l) t
 struct Mass {
   auto T(const auto& v) const { return 0.5 * v.squaredNorm(); }
   auto V(const auto& q) const { return g * q[1]; }
+};
+// A load cos t on a spring, or one that adds to its stiffness; known from 0 to 10.
+struct Table {
+  double load, stiffness;
+  auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  template <class S>
+  S V(const Vector<S, 1>& q, const S& t) const {
+    using std::cos;
+    if (t < 0.0 || t > 10.0) throw std::out_of_range("the table has no such time");
+    return S(0.5 * (4.0 + stiffness * cos(t)) * q[0] * q[0] - load * cos(t) * q[0]);
+  }
 };
 struct Rod {
   auto operator()(const auto& q) const { return 0.5 * (q[0] * q[0] + q[1] * q[1] - l * l); }
@@ -113,6 +126,33 @@ TEST_CASE("a state off its constraints, or one that does not stay, is refused by
   CHECK_THROWS_AS(damped_modes(aside), InvalidValue);
   const Eigen::MatrixXd Q = Eigen::MatrixXd::Identity(2, 2), R = Eigen::MatrixXd::Identity(1, 1);
   CHECK_THROWS_AS(regulator(aside, Q, R), InvalidValue);
+}
+
+TEST_CASE("a table of time is asked for no moment that it refuses in the end: A of a load that changes, and of a stiffness") {
+  for (const double t : {0.0, 9.5, 10.0}) {
+    const Linearization loaded = linearization(mechanical_system<1>(Table{1.0, 0.0}), State<1>{t, {0.3}, {0.0}});
+    CHECK(loaded.A == (Eigen::MatrixXd(2, 2) << 0, 1, -4, 0).finished());
+    CHECK(loaded.autonomous);
+    CHECK_THAT(loaded.drift[1], WithinAbs(std::cos(t) - 1.2, rounding));
+    const Linearization shaken = linearization(mechanical_system<1>(Table{0.0, 1.0}), State<1>{t, {0.3}, {0.0}});
+    CHECK_THAT(shaken.A(1, 0), WithinRel(-4.0 - std::cos(t), rounding));
+    CHECK(!shaken.autonomous);
+    CHECK_THROWS_AS(damped_modes(shaken), InvalidValue);
+  }
+}
+
+TEST_CASE("a spring of rest length 0 is linear at its anchor, and one of rest length 1 has no stiffness there") {
+  const auto place = [](const auto& q) { return vector(q[0], q[1]); };
+  const auto anchored = [&](double length) {
+    return scene(mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return 0.0 * q[0]; }),
+                 spring_damper(place, Vector<double, 2>(0.0, 0.0), 4.0, length));
+  };
+  const auto linear = anchored(0.0);
+  const Linearization at = linearization(linear, equilibrium_near(linear, Vector2d(0.3, 0.1)));
+  for (Eigen::Index i = 0; i < 2; ++i)
+    for (Eigen::Index j = 0; j < 2; ++j) CHECK_THAT(at.A(2 + i, j), WithinAbs(i == j ? -4.0 : 0.0, rounding));
+  CHECK_THROWS_WITH(linearization(anchored(1.0), State<2>{0.0, {0.0, 0.0}, {0.0, 0.0}}),
+                    Catch::Matchers::StartsWith("the derivatives of accelerations must be finite, but "));
 }
 
 TEST_CASE("a cart under an inverted pendulum: A and B of the textbook, and a regulator that holds it up") {

@@ -167,6 +167,26 @@ TEST_CASE("a point that is no equilibrium is refused with the force there") {
   CHECK_THAT(q[1], WithinAbs(0.0, rounding));
 }
 
+TEST_CASE("a potential through the length of q has the Hessian that it has: 2 r^2 and r^3 at 0, and r has none") {
+  const auto of_length = [](double square, double cube, double length) {
+    return mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },
+                                [=](const auto& q) {
+                                  const auto r = vector(q[0] - 1e-10, q[1]).norm();
+                                  return square * r * r + cube * r * r * r + length * r;
+                                });
+  };
+  for (const double square : {2.0, 2e-26}) {
+    const auto system = of_length(square, square, 0.0);
+    const Vector2d at = equilibrium_near(system, Vector2d(1e-10, 0.0)), omega2 = normal_modes(system, at).squared_frequencies;
+    CHECK(at == Vector2d(1e-10, 0.0));
+    for (const double each : omega2) CHECK_THAT(each, WithinRel(2.0 * square, 1e-9));  // a cube of 2⁻⁴⁰ of the place is left
+  }
+  CHECK((equilibrium_near(of_length(2.0, 0.0, 0.0), Vector2d(0.3, 0.1)) - Vector2d(1e-10, 0.0)).norm() < rounding);
+  CHECK_THROWS_WITH(normal_modes(of_length(1.0, 0.0, 1.0), Vector2d(1e-10, 0.0)),
+                    "small_motion: the derivatives of the force at rest must be finite, but that on q0 has none with q0 where q0 = 1e-10; look there for the "
+                    "root or the length of something that is zero, and round it off, as sqrt(x*x + e*e) does");
+}
+
 TEST_CASE("a system that cannot rest is told so") {
   const auto falling = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 9.81 * q[0]; });
   CHECK_THROWS_WITH(equilibrium_near(falling, Vector<double, 1>(0.0)),

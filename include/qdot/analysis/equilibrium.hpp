@@ -19,6 +19,7 @@
 // linear equations.
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 #include <type_traits>
 
@@ -28,6 +29,7 @@
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/energy.hpp"
+#include "qdot/mechanics/equations/limit_of_slopes.hpp"
 #include "qdot/mechanics/system.hpp"
 
 namespace qdot {
@@ -48,6 +50,20 @@ auto energy_at_rest(const Sys& system) {
     const Vector<S, Position::RowsAtCompileTime> rest = Vector<S, Position::RowsAtCompileTime>::Zero(q.size());
     return S(-lagrangian(system, q, rest));
   });
+}
+
+// ∂²U/∂q∂q; refused by name where the force is finite and its derivatives are not.
+template <class Sys, class Energy, int n>
+Matrix<double, n> stiffness_at(const char* who, const Sys& system, const Energy& U, const Vector<double, n>& q, const Vector<double, n>& slope) {
+  const Matrix<double, n> K = hessian_or_limit(U, q);
+  if (slope.allFinite())
+    for (Eigen::Index j = 0; j < K.cols(); ++j)
+      for (Eigen::Index i = 0; i < K.cols(); ++i)
+        if (!std::isfinite(K(i, j)))
+          throw_invalid_value({who, ": the derivatives of the force at rest must be finite, but that on ", system.coordinate_name(i), " has none with ",
+                               system.coordinate_name(j), " where ", system.coordinate_name(j), " = ", {q[j], 6},
+                               "; look there for the root or the length of something that is zero, and round it off, as sqrt(x*x + e*e) does"});
+  return K;
 }
 
 // The shortest x with K x = −slope, or with the least residual; the two arguments are of run-time size so that all
@@ -97,7 +113,7 @@ Vector<double, n> equilibrium_near(const System<E, n, inertia>& system, const Ei
   detail::require_sizes(system, q, q);
   Vector<double, n> slope = gradient(U, q);
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
-    const Matrix<double, n> K = hessian(U, q);
+    const Matrix<double, n> K = detail::stiffness_at("equilibrium_near", system, U, q, slope);
     if (!slope.allFinite() || !K.allFinite()) break;
     const Vector<double, n> step = detail::newton_step(K, slope);
     Vector<double, n> next = q + step;

@@ -124,8 +124,8 @@ Linearization linearized(const F& flow, double t, const Eigen::VectorXd& y) {
 
   const Matrix slopes = flow.slopes(t, y);
   for (const double later : {1.0, 3.7}) {
-    const Matrix change = flow.slopes(t + later, y) - slopes;
-    result.autonomous = result.autonomous && change.norm() <= 1e-9 * slopes.norm();
+    const auto there = elsewhere_in_time(t, later, [&](double at) { return flow.slopes(at, y); });
+    result.autonomous = result.autonomous && (!there || (*there - slopes).norm() <= 1e-9 * slopes.norm());
   }
   result.A = (slopes * W)(picked, Eigen::indexing::all);
   result.B = slopes(picked, inputs);

@@ -90,8 +90,9 @@ SmallMotion<n> small_motion(const Model& model, const Eigen::MatrixBase<Q>& q) {
     return conjugate_momenta(system, x, Position::Zero(x.size()).eval());
   };
   const Matrix<double, n> N = jacobian(detail::marked<detail::SlopeAtRest>(momenta_at_rest), at);
-  const SmallMotion<n> motion{mass_matrix(system, at, rest), N - N.transpose(), hessian(U, at)};
-  detail::require_equilibrium(at, gradient(U, at), motion.K.cwiseAbs().maxCoeff());
+  const Vector<double, n> slope = gradient(U, at);
+  const SmallMotion<n> motion{mass_matrix(system, at, rest), N - N.transpose(), detail::stiffness_at("small_motion", system, U, at, slope)};
+  detail::require_equilibrium(at, slope, motion.K.cwiseAbs().maxCoeff());
   return motion;
 }
 

@@ -98,7 +98,7 @@ class SceneForm {
     if constexpr (has_traced_jacobian) {
       if (jacobian_.write(*this, dof(), t, y.data(), nullptr, out)) return;
     }
-    write_jacobian(detail::SceneJacobian<Sc>(scene_, t, y), t, out);
+    write_jacobian(detail::SceneJacobian<Sc>(scene_, t, y), t, y, out);
   }
 
   /// ydot ← f(t, y) and J ← ∂ẏ/∂y, for little more than J alone.
@@ -115,7 +115,7 @@ class SceneForm {
       const Vector<double, states> rates = state_rates(scene_, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), t);
       std::copy_n(rates.data(), states, ydot.data() + 2 * k);
     }
-    write_jacobian(jacobian, t, out);
+    write_jacobian(jacobian, t, y, out);
   }
 
   /// Puts y back onto the constraints; nothing where there are none.
@@ -288,10 +288,19 @@ class SceneForm {
   Vector<double, n> qdot_of(const double* y) const { return Eigen::Map<const Vector<double, n>>(y + dof(), dof()); }
   Vector<double, states> z_of(const double* y) const { return Eigen::Map<const Vector<double, states>>(y + 2 * dof(), states); }
 
-  void write_jacobian(const detail::SceneJacobian<Sc>& jacobian, double t, Eigen::Ref<Eigen::MatrixXd> out) const {
+  void write_jacobian(const detail::SceneJacobian<Sc>& jacobian, double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const {
     jacobian.write(out);
     if (detail::all_finite(out.data(), out.size())) return;
     jacobian.write_by_duals(out);
+    if (detail::all_finite(out.data(), out.size())) return;
+    const auto slopes_at = [this, t](const Eigen::VectorXd& place, Eigen::MatrixXd& J) {
+      J.resize(size(), size());
+      detail::SceneJacobian<Sc>(scene_, t, place).write_by_duals(J);
+    };
+    if (Eigen::MatrixXd limit; detail::slopes_in_the_limit(y, dof(), limit, slopes_at)) {
+      out = limit;
+      return;
+    }
     detail::require_finite_derivatives(
         out, t, [this](Eigen::Index i) { return detail::sentence({"the rate of ", component_name(i)}); }, [this](Eigen::Index j) { return component_name(j); });
   }

@@ -24,6 +24,7 @@
 #include "qdot/mechanics/derive/traced_jacobian.hpp"
 #include "qdot/mechanics/equations/equation_slopes.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
+#include "qdot/mechanics/equations/limit_of_slopes.hpp"
 
 namespace qdot {
 
@@ -45,7 +46,7 @@ bool is_finite(const AccelerationJacobian<n>& a) {
 // q̈ and its derivatives by the way that holds for everything: nested duals, a direction at a time, and what is not finite by name.
 template <class E, int n, Inertia inertia>
 [[gnu::cold, gnu::noinline]] void jacobian_by_duals(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
-                                                    double t, AccelerationJacobian<n>& result) {
+                                                    double t, AccelerationJacobian<n>& result, bool or_limit = true) {
   using D = Dual<double, 1>;
   result.qddot = acceleration_of<E, n, inertia, double>(system, q, qdot, t);
   Vector<D, n> x = constants<D>(q), v = constants<D>(qdot);
@@ -63,6 +64,21 @@ template <class E, int n, Inertia inertia>
   const Matrix<double, n> M = general_mass_matrix<n>(system.energies(), q, qdot, t);
   result.d_q = solved_with_mass_matrix(system, M, result.d_q, t);
   result.d_qdot = solved_with_mass_matrix(system, M, result.d_qdot, t);
+  if (or_limit && all_finite(result.qddot.data(), result.qddot.size()) && !is_finite(result)) {
+    const Eigen::Index k = q.size();
+    const auto slopes_at = [&](const Eigen::VectorXd& place, Eigen::MatrixXd& J) {
+      AccelerationJacobian<n> beside{result};
+      jacobian_by_duals<E, n, inertia>(system, place.head(k), place.tail(k), t, beside, false);
+      J.resize(k, 2 * k);
+      J << beside.d_q, beside.d_qdot;
+    };
+    Eigen::VectorXd y(2 * k);
+    y << q, qdot;
+    if (Eigen::MatrixXd J; slopes_in_the_limit(y, k, J, slopes_at)) {
+      result.d_q = J.leftCols(k);
+      result.d_qdot = J.rightCols(k);
+    }
+  }
   const auto row = [&](Eigen::Index i) { return sentence({"the acceleration of ", system.coordinate_name(i)}); };
   require_finite_derivatives(result.d_q, t, row, [&](Eigen::Index j) { return system.coordinate_name(j); });
   require_finite_derivatives(result.d_qdot, t, row, [&](Eigen::Index j) { return system.velocity_name(j); });

@@ -10,6 +10,8 @@
 // interface searches for equilibria and linearizations are compiled once, with matrices of run-time size, and not for
 // each scene.
 
+#include <exception>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -41,6 +43,20 @@ class Flow {
     return (i < dof() ? "the acceleration of " : "the rate of ") + name(i < dof() ? i : i + dof());
   }
 };
+
+// What f gives at another time: `later`, or, where it is refused there, as by a table that ends, earlier, or nearer; nothing where only t will do.
+template <class F>
+auto elsewhere_in_time(double t, double later, const F& f) -> std::optional<decltype(f(t))> {
+  for (double distance = later; distance > 1e-6 * later; distance *= 0.125)
+    for (const double side : {1.0, -1.0}) {
+      try {
+        auto there = f(t + side * distance);
+        if (there.allFinite()) return there;
+      } catch (const std::exception&) {  // not a moment that the scene knows
+      }
+    }
+  return std::nullopt;
+}
 
 // Of what has the members of a first-order form.
 template <class Form>

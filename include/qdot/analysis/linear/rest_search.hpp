@@ -94,7 +94,9 @@ template <class F>
 void require_steady(const F& flow, const SteadySearch& search, double t, const Eigen::VectorXd& y,
                     const SteadyEquations& here, const Eigen::VectorXd& scale) {
   for (const double later : {1.0, 3.7}) {
-    const Eigen::VectorXd change = SteadyEquations::at(flow, t + later, y, false).residual - here.residual;
+    const auto there = elsewhere_in_time(t, later, [&](double at) { return SteadyEquations::at(flow, at, y, false).residual; });
+    if (!there) continue;
+    const Eigen::VectorXd change = *there - here.residual;
     Eigen::Index i = 0;
     if ((change.array() * scale.array()).abs().maxCoeff(&i) > 1e-7 * std::max(1.0, y.cwiseAbs().maxCoeff()))
       throw_invalid_value({search.who,
