@@ -184,6 +184,28 @@ class FitResiduals {
   mutable bool first_ = true;  // at the guess, errors are the caller's
 };
 
+// Why a minimum does not describe the data, and what to do; empty where it does. With known σ, Σr² is known to √(2·degrees of freedom); without, residuals
+// are compared with the spread of the data about their means.
+template <class = void>  // compiled only where it is called
+std::string doubt_of_fit(const FitTask& task, const ParameterFit& fit) {
+  constexpr double most_deviations = 10.0, most_of_spread = 0.5;
+  constexpr const char* advice = ": this minimum does not describe the data; begin at another guess, or look for what the model leaves out";
+  const auto freedom = static_cast<double>(fit.degrees_of_freedom);
+  if (task.experiments[0].sigma.size() > 0) {
+    if (fit.chi_squared <= freedom + most_deviations * std::sqrt(2.0 * std::max(freedom, 1.0))) return {};
+    return sentence({"residuals are ", {std::sqrt(fit.chi_squared / std::max(freedom, 1.0)), 3}, " times sigma on average", advice, ", or sigma is too small"});
+  }
+  double spread = 0.0;
+  for (const FitExperiment& each : task.experiments)
+    for (Eigen::Index i = 0; i < each.measured.rows(); ++i) {
+      double mean = 0.0;
+      for (Eigen::Index k = 0; k < each.measured.cols(); ++k) mean += each.measured(i, k) / static_cast<double>(each.measured.cols());
+      for (Eigen::Index k = 0; k < each.measured.cols(); ++k) spread += (each.measured(i, k) - mean) * (each.measured(i, k) - mean);
+    }
+  if (!(spread > 0.0) || fit.degrees_of_freedom < 1 || fit.chi_squared <= most_of_spread * spread) return {};
+  return sentence({"residuals leave ", {100.0 * fit.chi_squared / spread, 3}, " % of what the data spread about their means", advice});
+}
+
 // What data leave open, in words: combinations as simple as they can be made, of which each begins with a change by 1.
 //
 // @param size  of each parameter
@@ -320,8 +342,11 @@ ParameterFit best_parameters(const FitTask& task) {
     return says(FitOutcome::no_progress, {"no step takes anything away, though ", {100 * ahead, 3}, " % should be possible; tighten rtol, or begin elsewhere"});
   std::string bounded;
   for (const std::string& each : fit.at_bound) bounded += (bounded.empty() ? "" : ", ") + each;
-  if (!bounded.empty()) return says(FitOutcome::at_bound, {"the data would take ", bounded, " beyond the bound; what was found holds for the bound"});
-  return says(FitOutcome::converged, {"nothing to do."});
+  const std::string doubt = doubt_of_fit(task, fit);
+  if (!bounded.empty())
+    return says(FitOutcome::at_bound,
+                {"the data would take ", bounded, " beyond the bound; what was found holds for the bound", doubt.empty() ? "" : "; ", doubt});
+  return says(FitOutcome::converged, {doubt.empty() ? "nothing to do." : doubt});
 }
 
 #ifdef QDOT_COMPILED_ANALYSIS
