@@ -174,6 +174,6 @@ TEST_CASE("beside several constraints it is the state or T that is named where t
                            }),
                            holonomic("line", [](const auto& q) { return q[0] - q[1]; }));
   CHECK_THROWS_WITH(acceleration(heavy, Vector2d(-1, -1), Vector2d(1, 1)),
-                    "the energies must be finite, but T is nan at t = 0; check it there for a division by zero, a root or logarithm outside its "
-                    "domain, or overflow");
+                    "the energies must be finite, but T is nan at t = 0, because sqrt(x) has no value at x = -1 (it needs x >= 0); check it there for a "
+                    "division by zero, a root or logarithm outside its domain, or overflow");
 }

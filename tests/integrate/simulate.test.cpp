@@ -137,6 +137,15 @@ TEST_CASE("observers and events may follow the method at once, and one event nee
   CHECK(passed(qdot::events(down, event("up", [](const auto& q) { return q[0]; }).rising())) == 2);
   CHECK(passed(Options{.rtol = 1e-6}, down) == 1);
   CHECK(passed(Options{.rtol = 1e-6}, [](const StepView&) {}, down) == 1);
+  int seen = 0;
+  const auto watch = [&seen](const StepView&) { ++seen; };
+  CHECK(passed(watch, down) == 1);
+  const int each = seen;
+  CHECK(passed(down, watch) == 1);
+  CHECK(passed(Options{}, down, watch) == 1);
+  CHECK(passed(Options{}, qdot::events(down), watch) == 1);
+  CHECK(each > 0);
+  CHECK(seen == 4 * each);
   int steps = 0;
   CHECK(simulate(test::oscillator(), start, 1.0, CvodeBdf{}, [&](const StepView&) { ++steps; }).statistics.steps == steps);
 }

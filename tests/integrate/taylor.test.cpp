@@ -173,6 +173,17 @@ TEST_CASE("potentials that are flat where the motion starts are right at every t
   CHECK_THAT(0.5 * tiny.y[1] * tiny.y[1] + 0.5 * tiny.y[0] * tiny.y[0] + 0.25 * std::pow(tiny.y[0], 4), WithinAbs(0.5, 1e-11));
 }
 
+TEST_CASE("whole powers of zero have a series, however high: x'' = t^80 gives t^82/6642") {
+  const auto pushed = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; },
+                                           [](const auto& q, const auto& t) {
+                                             using std::pow;
+                                             return -q[0] * (0.75 * pow(t, 80) + 0.25 * pow(t, 80.0));
+                                           });
+  const auto run = simulate(pushed, on_line(0.0, 0.0), 1.0, Taylor{}, {.rtol = 1e-12, .atol = 1e-15});
+  CHECK(run.completed());
+  CHECK_THAT(run.y[0], WithinAbs(1.0 / 6642.0, 1e-13));
+}
+
 TEST_CASE("under a constant force the series ends with the square of time") {
   // A momentum and a force that are constants in the recording: x at constant speed, y in uniform gravity.
   const auto T = [](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); };

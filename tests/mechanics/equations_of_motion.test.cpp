@@ -227,6 +227,13 @@ TEST_CASE("NaN is never handed back as an acceleration") {
                     "the energies must be finite, but V is inf at t = 0; check it there for a division by zero, a root or logarithm outside its "
                     "domain, or overflow");
   CHECK_THROWS_AS(acceleration(s, Vector2d(nan, 1.0), Vector2d(0.0, 0.0)), qdot::NonFinite);
+  const auto arc = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) {
+    using std::acos;
+    return acos(q[0]) + 0.0 * q[1];
+  });
+  CHECK_THROWS_WITH(acceleration(arc, Vector2d(1.0 + 0x1p-52, 1.0), Vector2d(0.0, 0.0)),
+                    "the energies must be finite, but V is nan at t = 0, because acos(x) has no value at x = 1.0000000000000002 (it needs -1 <= x <= 1); check it "
+                    "there for a division by zero, a root or logarithm outside its domain, or overflow");
 }
 
 TEST_CASE("a state that is not finite is named before the accelerations that follow from it") {

@@ -100,6 +100,20 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   return simulate(system, start, t_end, method, options, NoObserver{}, happening);
 }
 
+/// The same with the events before the observer.
+template <class System, class Start, class Method, class Happening, Observer O>
+  requires detail::is_event<Happening>
+auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options, const Happening& happening, O&& observer) {
+  return simulate(system, start, t_end, method, options, std::forward<O>(observer), happening);
+}
+
+/// The same with the options as they are by default, for an observer and events.
+template <class System, class Start, class Method, class First, class Second>
+  requires(detail::is_event<std::remove_cvref_t<First>> != detail::is_event<std::remove_cvref_t<Second>>) && (Observer<First> != Observer<Second>)
+auto simulate(const System& system, const Start& start, double t_end, const Method& method, First&& first, Second&& second) {
+  return simulate(system, start, t_end, method, Options{}, std::forward<First>(first), std::forward<Second>(second));
+}
+
 /// The same with the options as they are by default, for an observer or for events.
 template <class System, class Start, class Method, class Further>
   requires(detail::is_event<std::remove_cvref_t<Further>> || Observer<Further>)

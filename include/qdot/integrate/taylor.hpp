@@ -106,11 +106,13 @@ class TaylorStepper : public detail::OneStep<F> {
     h_last_ = 0.0;
     begin_expansion(t, this->y_);
     for (Eigen::Index i = 0; i < size(); ++i)
-      if (!std::isfinite(series_.coefficients()(i, 1)))
+      if (!std::isfinite(series_.coefficients()(i, 1))) {
+        this->form().derivative(t, this->y_, slope_);  // names what has no value, if that is known
         throw NonFinite(detail::sentence({"the derivative of ", this->form().component_name(i)}), t,
                         detail::sentence({"the derivative of ", this->form().component_name(i), " must be finite at the start, but is ",
                                           series_.coefficients()(i, 1),
                                           "; check T and V there for a division by zero, a root or a logarithm of zero"}));
+      }
     expansion_is_current_ = true;
   }
 

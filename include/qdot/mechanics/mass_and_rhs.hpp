@@ -24,9 +24,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <type_traits>
 #include <utility>
 
+#include "qdot/ad/forward/where_broken.hpp"
 #include "qdot/mechanics/derive/kept_lines.hpp"
 #include "qdot/mechanics/equations/banded_equations.hpp"
 #include "qdot/mechanics/equations/graded_evaluation.hpp"
@@ -253,18 +255,38 @@ struct MassAndRhs {
 
 namespace detail {
 
+// Which function of an energy has no value, in words; empty where that is not known.
+template <class Energy>
+[[gnu::cold]] std::string outside_of_domain(const Energy& energy) {
+  try {
+    energy();
+  } catch (const OutsideOfDomain& it) {
+    return sentence({", because ", it.function, "(x) has no value at x = ", {it.argument, 17}, " (it needs ", it.domain, ")"});
+  }
+  return {};
+}
+
 // T and V have values at a state. Asked of duals, for which every functor compiles that has derivatives.
 template <class E, int n>
 [[gnu::cold, gnu::noinline]] void require_finite_energies(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
-  const auto require = [t](const char* name, double energy) {
+  const auto require = [t](const char* name, double energy, const auto& why) {
     if (std::isfinite(energy)) return;
-    throw NonFinite(name, t, sentence({"the energies must be finite, but ", name, " is ", energy, " at t = ", {t, 6},
+    throw NonFinite(name, t, sentence({"the energies must be finite, but ", name, " is ", energy, " at t = ", {t, 6}, why(),
                                        "; check it there for a division by zero, a root or logarithm outside its domain, or overflow"}));
   };
   using D = Dual<double, 1>;
+  using A = AskedNumber;
   const Vector<D, n> x = constants<D>(q);
-  require("T", kinetic<n>(e, x, constants<D>(qdot), D(t)).value);
-  require("V", potential<n>(e, x, D(t)).value);
+  const auto asked_T = [&] { return kinetic<n>(e, constants<A>(q), constants<A>(qdot), A(t)); };
+  const auto asked_V = [&] { return potential<n>(e, constants<A>(q), A(t)); };
+  require("T", kinetic<n>(e, x, constants<D>(qdot), D(t)).value, [&]() -> std::string {
+    if constexpr (T_may_throw<E, A, n>) return outside_of_domain(asked_T);
+    else return {};
+  });
+  require("V", potential<n>(e, x, D(t)).value, [&]() -> std::string {
+    if constexpr (V_may_throw<E, A, n>) return outside_of_domain(asked_V);
+    else return {};
+  });
 }
 
 // M and r by the way that holds for everything: nested duals, and within the band where there are many coordinates for these and the band has

@@ -149,7 +149,7 @@ class BasicGraph {
       return scaled(power(t.node, exponent), power_of(t.factor, exponent));
     const Power p = as_power(x);
     if (p.exponent != 1.0 && (whole || !is_whole(p.exponent))) return power(p.base, p.exponent * exponent);
-    if (whole && exponent > 0.0 && exponent <= 64.0) {
+    if (whole && exponent > 0.0) {
       const int half = power(x, static_cast<double>(static_cast<int>(exponent) / 2));
       const int square = product(half, half);
       return static_cast<int>(exponent) % 2 == 0 ? square : product(square, x);

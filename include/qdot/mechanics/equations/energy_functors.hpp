@@ -66,14 +66,10 @@ concept CallsT = CallsTOfVelocity<E, S, n> || CallsTOfState<E, S, n> || CallsTOf
 template <class E, class S, int n>
 concept CallsV = CallsVOfPosition<E, S, n> || CallsVOfPositionAndTime<E, S, n>;
 
-// One object with members T and V, as opposed to a functor that is itself T.
-template <class E, int n>
-concept EnergiesObject = CallsT<E, double, n> && CallsV<E, double, n>;
-
-// An object with members T and V is taken as it is; anything else is T itself.
+// An object with a member T or V is taken as it is; anything else is T itself.
 template <int n, class E>
 auto energies_object(E energies) {
-  if constexpr (EnergiesObject<E, n>) {
+  if constexpr (CallsT<E, double, n> || CallsV<E, double, n>) {
     return energies;
   } else {
     return KineticAndPotential<E, NoPotential>{std::move(energies), NoPotential{}};
@@ -119,6 +115,15 @@ template <int n, class E, class S>
 S kinetic(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) { return returned_by_T<n>(e, q, qdot, t); }
 template <int n, class E, class S>
 S potential(const E& e, const Vector<S, n>& q, const S& t) { return returned_by_V<n>(e, q, t); }
+
+// Whether they are not noexcept, for a scalar whose functions throw.
+template <class E, class S, int n>
+inline constexpr bool T_may_throw = !requires(const E& e, const Vector<S, n>& v) { { e.T(v) } noexcept; } &&
+                                    !requires(const E& e, const Vector<S, n>& v) { { e.T(v, v) } noexcept; } &&
+                                    !requires(const E& e, const Vector<S, n>& v, const S& t) { { e.T(v, v, t) } noexcept; };
+template <class E, class S, int n>
+inline constexpr bool V_may_throw = !requires(const E& e, const Vector<S, n>& q) { { e.V(q) } noexcept; } &&
+                                    !requires(const E& e, const Vector<S, n>& q, const S& t) { { e.V(q, t) } noexcept; };
 
 // The scalar that a call returns is S itself. The longest call that there is, as above.
 template <class E, class S, int n>
@@ -203,7 +208,7 @@ consteval bool require_potential_energy() {
   using D = Dual<double, 1>;
   static_assert(CallsV<E, double, n>,
                 "qdot: the potential energy must be callable as V(q) or V(q, t); a potential that depends on "
-                "velocities belongs into T");
+                "velocities belongs into T, and an object with a member T has a member V as well: without potential give T alone, as a function");
   if constexpr (CallsV<E, double, n>) {
     static_assert(!VTakesDouble<E, D, n>,
                   "qdot: what the potential energy V takes after q is the time, which carries derivatives as q does: take `const auto& t`, or "
