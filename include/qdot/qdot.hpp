@@ -96,6 +96,7 @@
 // #include "qdot/analysis/linearization.hpp"   // A, B, C, D about such a state
 // #include "qdot/analysis/damped_modes.hpp"    // frequencies, damping, stability, frequency response
 // #include "qdot/analysis/regulator.hpp"       // feedback by linear-quadratic regulation
+// #include "qdot/analysis/sampled.hpp"         // both at the ticks of a digital controller
 // #include "qdot/analysis/conserved.hpp"      // which momenta and energies a motion keeps
 // #include "qdot/analysis/noether.hpp"        // and what a symmetry keeps
 // #include "qdot/analysis/routh.hpp"          // a system without its cyclic coordinates

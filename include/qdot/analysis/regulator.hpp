@@ -82,16 +82,16 @@ Matrix real_solution(const Matrix& A, const Matrix& B) {
   return X.real();
 }
 
-// Hautus' test: every mode that does not decay is reached by an input.
+// Hautus' test: every mode that does not decay is reached by an input. Of a map x ↦ A x those last whose multipliers do not lie inside the circle.
 template <class Matrix, class Name>
-void require_stabilizable(const Matrix& A, const Matrix& B, const Name& name) {
+void require_stabilizable(const Matrix& A, const Matrix& B, const Name& name, bool of_map = false) {
   const Exponents all = exponents_of(A);
   const Eigen::Index n = A.rows(), inputs = B.cols();
   Matrix in_scale = all.scale.cwiseInverse().asDiagonal() * B;
   if (const double reach = in_scale.cwiseAbs().maxCoeff(); reach > 0.0) in_scale *= std::max(all.size, 1e-300) / reach;
   for (Eigen::Index k = 0; k < n; ++k) {
     const ComplexNumber lambda = all.lambda[k];
-    if (lambda.real() < -all.radius[k]) continue;
+    if ((of_map ? std::abs(lambda) - 1.0 : lambda.real()) < -all.radius[k]) continue;
     Eigen::MatrixXcd both(n + inputs, n);  // [A − λ, B]ᴴ
     both << all.balanced.transpose().template cast<ComplexNumber>(), in_scale.transpose().template cast<ComplexNumber>();
     both.diagonal().array() -= std::conj(lambda);
@@ -102,7 +102,8 @@ void require_stabilizable(const Matrix& A, const Matrix& B, const Name& name) {
     Eigen::Index most = 0;
     unreached.col(0).cwiseAbs().maxCoeff(&most);
     throw_invalid_value(
-        {"regulator: every mode that does not decay by itself must be reached by an input, but that with the exponent ",
+        {"regulator: every mode that does not decay by itself must be reached by an input, but that with the ",
+         of_map ? "multiplier " : "exponent ",
          {lambda.real(), 6},
          lambda.imag() < 0.0 ? " - " : " + ",
          {std::abs(lambda.imag()), 6},
@@ -132,8 +133,8 @@ Eigen::Index stable_first(Matrix& T, Matrix& U) {
   return stable;
 }
 
-template <class Matrix, class Name>
-Regulator regulator_of(const Matrix& A, const Matrix& B, const Matrix& Q, const Matrix& R, const Name& name) {
+template <class Matrix>
+void require_costs(const Matrix& A, const Matrix& B, const Matrix& Q, const Matrix& R) {
   const Eigen::Index n = A.rows();
   require_shape("A", A, n, n);
   require_shape("B", B, n, B.cols());
@@ -151,6 +152,12 @@ Regulator regulator_of(const Matrix& A, const Matrix& B, const Matrix& Q, const 
     throw_invalid_value({"regulator: Q must not be negative, but its lowest eigenvalue is ",
                          {lowest_Q, 6},
                          "; give no deviation a negative cost"});
+}
+
+template <class Matrix, class Name>
+Regulator regulator_of(const Matrix& A, const Matrix& B, const Matrix& Q, const Matrix& R, const Name& name) {
+  const Eigen::Index n = A.rows();
+  require_costs(A, B, Q, R);
   require_stabilizable(A, B, name);
 
   const Matrix Bt = B.transpose(), At = A.transpose(), RinvBt = real_solution(R, Bt), spread = B * RinvBt;
