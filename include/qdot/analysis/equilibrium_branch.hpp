@@ -228,7 +228,7 @@ class BranchSearch {
       auto here = between(from, low, high, middle, true);
       if (!here) here = between(from, low, high, middle, false);  // nearer to the crossing than the cubic is to the curve: that is exact enough
       if (!here) return std::nullopt;
-      (has_changed(*here) ? high : low) = {middle, *here};
+      (has_changed(*here) ? high : low) = Beside{middle, *here};
     }
     return Special{high.s, kind, high.point};
   }
