@@ -73,11 +73,11 @@ struct PlaneBead {
   auto V(const auto& q) const { return 9.0 * q[1]; }
 };
 struct Pitchfork {
-  double p, length;
+  double p, length, aside = 0.0;
   auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
   auto V(const auto& q) const {
     const auto x = q[0] / length;
-    return 0.5 * p * x * x + 0.25 * x * x * x * x;
+    return 0.5 * p * x * x + 0.25 * x * x * x * x + aside * x;
   }
 };
 struct Hoop {
@@ -155,6 +155,24 @@ TEST_CASE("a pitchfork is met from its side branches as from its trunk, in whate
       }
       CHECK_THAT(ends, WithinAbs(from + 1.0, rounding));
     }
+}
+
+TEST_CASE("an imperfect pitchfork has a fold at p = -3 (e/2)^(2/3) and no crossing, and its trunk is followed in large lengths") {
+  for (const double aside : {1e-3, 1e-6}) {
+    const auto found = equilibrium_branches([&](double p) { return mechanical_system<1>(Pitchfork{p, 1.0, aside}); }, V1(1.0), -1.0, 1.0);
+    REQUIRE(found.size() == 1);
+    const auto folds = found[0].all(BranchKind::fold);
+    REQUIRE(folds.size() == 1);
+    CHECK_THAT(folds[0].p, WithinAbs(-3.0 * std::pow(aside / 2.0, 2.0 / 3.0), located));
+    CHECK_THAT(found[0].points.back().q[0], WithinAbs(aside, 2.0 * aside * aside));  // the root near e of x^3 - x + e
+    CHECK(found[0].message == "reached the end of the range");
+  }
+  const auto large = equilibrium_branches([](double p) { return mechanical_system<1>(Pitchfork{p, 1e6}); }, V1(0.0), -1.0, 1.0);
+  REQUIRE(large.size() == 3);
+  for (std::size_t k : {1u, 2u}) {
+    CHECK(large[k].points.size() < 100);
+    CHECK_THAT(std::abs(large[k].points.back().q[0]), WithinAbs(1e6, 1e6 * rounding));
+  }
 }
 
 TEST_CASE("no member outside of the range is asked for, not for a difference either") {

@@ -218,18 +218,21 @@ class BranchSearch {
     return std::nullopt;
   }
 
-  // Where a test changes its sign between two neighbours, by bisection to rounding.
+  // Where a test changes its sign between two neighbours, by bisection to rounding; nothing where they lie on two curves that do not meet.
   template <class Test>
   std::optional<Special> located(const CurvePoint& from, const CurvePoint& to, BranchKind kind, const Test& has_changed) const {
     const double s = from.tangent.dot(curve_->difference(to.X, from.X));
     Beside low{0.0, from}, high{s, to};
+    constexpr double same = 1e-6;
     for (int halving = 0; halving < 60 && high.s - low.s > 1e-13 * (s + 1e-3); ++halving) {
       const double middle = 0.5 * (low.s + high.s);
       auto here = between(from, low, high, middle, true);
-      if (!here) here = between(from, low, high, middle, false);  // nearer to the crossing than the cubic is to the curve: that is exact enough
+      // Nearer to the crossing than the cubic is to the curve: that is exact enough.
+      if (!here && high.s - low.s < same) here = between(from, low, high, middle, false);
       if (!here) return std::nullopt;
       (has_changed(*here) ? high : low) = Beside{middle, *here};
     }
+    if (curve_->difference(high.point.X, low.point.X).norm() > same) return std::nullopt;
     return Special{high.s, kind, high.point};
   }
 
@@ -255,7 +258,8 @@ class BranchSearch {
       }
       const auto next = leaves ? at_end(here, part * step, bound) : ahead(here, step);
       const double there = next ? next->X[next->X.size() - 1] : place;
-      if (!next || next->tangent.dot(here.tangent) < (fresh ? aside : straight) || there > high_ || there < low_) {
+      const bool astray = !next || next->tangent.dot(here.tangent) < (fresh ? aside : straight) || there > high_ || there < low_;
+      if (astray || !add_specials(branch, here, *next, fresh, count, begin)) {  // no point, or one of another curve
         step *= 0.5;
         if (step < least_step) {
           branch.message = sentence({"lost at p = ", {curve_->p(here.X), 8}, ": no equilibrium was found ahead however short the step",
@@ -265,12 +269,10 @@ class BranchSearch {
         continue;
       }
       if (leaves) {
-        add_specials(branch, here, *next, fresh, count, begin);
         branch.points.push_back(described(*next, BranchKind::end));
         branch.message = "reached the end of the range";
         return;
       }
-      add_specials(branch, here, *next, fresh, count, begin);
       branch.points.push_back(described(*next, BranchKind::regular));
       count = branch.points.back().growing;
       here = *next;
@@ -280,14 +282,15 @@ class BranchSearch {
     branch.message = sentence({"ended at p = ", {curve_->p(here.X), 8}, " with as many points as were allowed; allow more"});
   }
 
-  // The special points between two neighbours.
-  void add_specials(EquilibriumBranch& branch, const CurvePoint& here, const CurvePoint& next, bool fresh, int count, const Waiting& begin) {
-    if (fresh) return;
+  // The special points between two neighbours; false where these lie on two curves.
+  bool add_specials(EquilibriumBranch& branch, const CurvePoint& here, const CurvePoint& next, bool fresh, int count, const Waiting& begin) {
+    if (fresh) return true;
     const Eigen::Index last = curve_->parameter();
     std::vector<Special> specials;
     if (here.crossing * next.crossing < 0.0) {
       const auto found = located(here, next, BranchKind::branch, [&](const CurvePoint& x) { return here.crossing * x.crossing < 0.0; });
-      if (found) specials.push_back(*found);
+      if (!found) return false;
+      specials.push_back(*found);
     }
     if (here.tangent[last] * next.tangent[last] < 0.0) {
       const auto found = located(here, next, BranchKind::fold, [&](const CurvePoint& x) { return here.tangent[last] * x.tangent[last] < 0.0; });
@@ -307,6 +310,7 @@ class BranchSearch {
       branch.points.push_back(described(special.point, special.kind));
       if (special.kind == BranchKind::branch) begin_others(special.point, {found_.size(), branch.points.size() - 1}, begin);
     }
+    return true;
   }
 
   // The other curve through a crossing, to both sides, unless it is known.

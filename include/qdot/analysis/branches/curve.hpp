@@ -179,9 +179,9 @@ class SteadyCurve {
   static double determinant(const Eigen::MatrixXd& square) { return Eigen::FullPivLU<Eigen::MatrixXd>(square).determinant(); }
 
   // The size of an unknown in which slopes change: 1, or its own where that is larger, or the power of 10 that many times smaller or larger
-  // where a hundredth of it changes a row by a quarter, or all of it changes none. A molecule has lengths of 1e-10.
+  // where a hundredth of it changes a row by a quarter, or all of it less than by a tenth. A molecule has lengths of 1e-10.
   double natural_size(const Eigen::VectorXd& X, Eigen::Index j) const {
-    constexpr double smallest = 1e-15, largest = 1e15, at_most = 0.25, at_least = 1e-4;
+    constexpr double smallest = 1e-15, largest = 1e15, at_most = 0.25, at_least = 0.1;
     Eigen::VectorXd length;
     std::vector<Eigen::MatrixXd> at;  // at the start, as p has it there and beside
     for (const double beside : {0.0, 0.01, -0.017}) {
@@ -198,7 +198,7 @@ class SteadyCurve {
         Eigen::VectorXd start = X;
         start[j] += side * distance;
         try {
-          const Eigen::MatrixXd moved = equations(start.cwiseQuotient(scale_)).second - at[0];
+          const Eigen::MatrixXd all = equations(start.cwiseQuotient(scale_)).second - at[0], moved = all.leftCols(X.size() - 1);
           for (Eigen::Index i = 0; i < length.size(); ++i)
             if (length[i] > 0.0) most = std::max(most, moved.row(i).allFinite() ? moved.row(i).norm() / length[i] : largest);
         } catch (const std::exception&) {  // no model there
