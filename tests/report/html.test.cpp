@@ -84,3 +84,12 @@ TEST_CASE("formulas stand above the plots, and need no script") {
   CHECK(formulas < text.find("<svg"));
   CHECK(text.find("<script") == std::string::npos);
 }
+
+TEST_CASE("a table of facts has minus signs, and a page in symbols has them and Greek letters everywhere") {
+  const Page page{.tables = {{"Start", {{"theta", "-1.5 rad"}}}},
+                  .plots = {{.title = "theta along mu", .x = {"mu [1/s^2]"}, .series = {{.label = "thetadot"}}}}};
+  CHECK(html(page).find("<td>theta</td><td class=\"value\">−1.5 rad</td>") != std::string::npos);
+  const std::string text = html(in_symbols(page));
+  CHECK(text.find("<td>θ</td><td class=\"value\">−1.5 rad</td>") != std::string::npos);
+  for (const char* part : {">θ along μ<", ">μ [1/s²]<", ">θ\u0307<"}) CHECK(text.find(part) != std::string::npos);
+}

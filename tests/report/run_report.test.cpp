@@ -12,7 +12,9 @@
 #include "../catch2_bridge.hpp"
 #include "../error_message.hpp"
 #include "qdot/effects/constraints.hpp"
+#include "qdot/effects/contact.hpp"
 #include "qdot/effects/forces.hpp"
+#include "qdot/effects/input.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
@@ -130,4 +132,26 @@ TEST_CASE("a report that cannot be says what it needs") {
           run_page(hung, run, {.view = {drawing, vanishing}});
         }).find("a view must give equally many points at all times (2 at the start)") == 0);
   CHECK_THROWS_AS(run_page(hung, run, {.units = {"m"}}), DimensionError);
+}
+
+TEST_CASE("curves that would be flat beside another have plots of their own, and what rests joins one") {
+  Table table{{{"t", "s", {0, 1}}, {"theta", "rad", {0.5, 0.8}}, {"phi", "rad", {0, 2}}, {"psi", "rad", {0, 2400}},
+               {"chi", "rad", {0.6, 0.6}}, {"x", "m", {0, 1e-3}}}};
+  const std::size_t dof = 5;
+  for (std::size_t k = 1; k <= dof; ++k) table.columns.push_back({table.columns[k].name + "dot", "1/s", {0, 1}});
+  const std::vector<Plot> plots = motion_plots(table, dof);
+  REQUIRE(plots.size() == 4);
+  CHECK(plots[0].y.label == "θ, φ, χ [rad]");
+  CHECK(plots[1].y.label == "ψ [rad]");
+  CHECK(plots[2].y.label == "x [m]");
+  CHECK(plots[3].series.size() == dof);
+  table.columns[3].values = {0, 1e-12};  // noise beside the others
+  CHECK(motion_plots(table, dof)[0].series.size() == 4);
+}
+
+TEST_CASE("states of effects have the effects' names") {
+  const auto floor = contact("floor", [](const auto& q) { return q[1] + 1.2; }, restitution(0.0));  // where it comes to rest
+  const auto held = scene(mechanical_system<2>(Bob{}), floor, input("motor", 0, 1.0));
+  const Page page = run_page(held, simulate(held, at_rest, 1.5, Dop853{}));
+  CHECK(page.plots[2].y.label == "phase of floor, motor");
 }

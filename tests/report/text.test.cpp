@@ -41,6 +41,18 @@ TEST_CASE("a coordinate's name becomes its symbol") {
   CHECK(with_unit_symbol("t", "") == "t");
 }
 
+TEST_CASE("names and numbers in a text become symbols, and units and words stay what they are") {
+  CHECK(in_symbols("theta1dot at the start") == "θ\u0307₁ at the start");
+  CHECK(in_symbols("max(theta) [rad]") == "max(θ) [rad]");
+  CHECK(in_symbols("mu [mu]") == "μ [mu]");
+  CHECK(in_symbols("l [m/s^2]") == "l [m/s²]");
+  CHECK(in_symbols("kinetic_energy") == "kinetic_energy");
+  CHECK(in_symbols("∂theta/∂…") == "∂θ/∂…");
+  CHECK(in_symbols("|phi| = -0.5, from -2e-11 to 1.5e+06") == "|φ| = −0.5, from −2×10⁻¹¹ to 1.5×10⁶");
+  CHECK(with_readable_numbers("-1, (-2) 3-4 a-5 2026-11-27") == "−1, (−2) 3-4 a-5 2026-11-27");
+  CHECK(with_readable_numbers("-x, 1ex, 2e-, e-5, x1e5") == "-x, 1ex, 2e-, e-5, x1e5");
+}
+
 TEST_CASE("a CSV has one line of headings with units and one line per row") {
   const Table table{{{"t", "s", {0.0, 0.1}}, {"theta", "rad", {1.0 / 3.0, -2.0}}, {"x", "", {1.0, 1e-300}}}};
   CHECK(csv(table) == "t [s],theta [rad],x\n0,0.3333333333333333,1\n0.1,-2,1e-300\n");

@@ -17,6 +17,7 @@
 #include "qdot/error.hpp"
 #include "qdot/report/number.hpp"
 #include "qdot/report/svg.hpp"
+#include "qdot/report/symbol.hpp"
 
 namespace qdot::report {
 
@@ -47,11 +48,27 @@ for (const figure of document.querySelectorAll('.heatmap')) {
   grid.getContext('2d').putImageData(pixels, 0, 0);
   let view = [0, 0, nx, ny], drag = null;
   const style = getComputedStyle(document.documentElement), left = 88, bottom = 42, right = 12, top = 8;
-  const text = x => Number(x.toPrecision(4)).toString();
-  const ticks = (first, count) => {  // up to five cells in view, and how far along it their centres are
-    const low = Math.ceil(first - 0.5), high = Math.floor(first + count - 0.5), marks = Math.min(5, high - low + 1);
-    return Array.from({ length: marks }, (_, k) => low + Math.round(k * (high - low) / Math.max(1, marks - 1))).map(i => [i, (i + 0.5 - first) / count]);
+  const text = x => Number(x.toPrecision(4)).toString().replace(/^-/, '\u2212');
+  // Round numbers between the centres in view, and how far along it they are; of few cells or of uneven ones the centres of some.
+  const ticks = (values, first, count) => {
+    const n = values.length, low = Math.max(0, Math.ceil(first - 0.5)), high = Math.min(n - 1, Math.floor(first + count - 0.5));
+    const even = f => values.every((v, i) => i < 2 || Math.abs(f(v) + f(values[i - 2]) - 2 * f(values[i - 1])) <= 1e-6 * Math.abs(f(values[n - 1]) - f(values[0])));
+    const straight = even(v => v), f = straight ? v => v : Math.log10;
+    if (high - low < 6 || !(straight || (values.every(v => v > 0) && even(f)))) {
+      const marks = Math.min(5, high - low + 1);
+      return Array.from({ length: marks }, (_, k) => low + Math.round(k * (high - low) / Math.max(1, marks - 1))).map(i => [values[i], (i + 0.5 - first) / count]);
+    }
+    const [least, most] = [values[low], values[high]].sort((a, b) => a - b), marks = [];
+    const place = v => (low + (high - low) * (f(v) - f(values[low])) / (f(values[high]) - f(values[low])) + 0.5 - first) / count;
+    if (!straight && most / least >= 50) {
+      for (let k = Math.ceil(Math.log10(least) - 1e-9); Math.pow(10, k) <= most * (1 + 1e-9); ++k) marks.push(Number('1e' + k));
+    } else {
+      const rough = (most - least) / 5, power = Math.pow(10, Math.floor(Math.log10(rough))), r = rough / power, step = power * (r < 1.42 ? 1 : r < 3.17 ? 2 : r < 7.08 ? 5 : 10);
+      for (let k = Math.ceil(least / step - 1e-9); k * step <= most + 1e-9 * step; ++k) marks.push(k * step);
+    }
+    return marks.map(v => [v, place(v)]);
   };
+  const columns = d.x, rows = d.y.slice().reverse();
   const draw = () => {
     const ratio = window.devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
     canvas.width = w * ratio; canvas.height = h * ratio; pen.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -60,10 +77,10 @@ for (const figure of document.querySelectorAll('.heatmap')) {
     pen.drawImage(grid, view[0], view[1], view[2], view[3], left, top, w - left - right, h - top - bottom);
     pen.fillStyle = style.getPropertyValue('--muted'); pen.font = "12.5px system-ui,'DejaVu Sans',sans-serif";
     pen.textAlign = 'center';
-    for (const [i, at] of ticks(view[0], view[2])) pen.fillText(text(d.x[i]), left + (w - left - right) * at, h - bottom + 16);
+    for (const [v, at] of ticks(columns, view[0], view[2])) pen.fillText(text(v), left + (w - left - right) * at, h - bottom + 16);
     pen.fillText(d.x_label, left + (w - left - right) / 2, h - 6);
     pen.textAlign = 'right';
-    for (const [i, at] of ticks(view[1], view[3])) pen.fillText(text(d.y[ny - 1 - i]), left - 6, top + (h - top - bottom) * at + 4);
+    for (const [v, at] of ticks(rows, view[1], view[3])) pen.fillText(text(v), left - 6, top + (h - top - bottom) * at + 4);
     pen.save(); pen.translate(12, top +
                               (h - top - bottom) / 2); pen.rotate(-Math.PI / 2); pen.textAlign = 'center'; pen.fillText(d.y_label, 0, 0); pen.restore();
   };
@@ -126,9 +143,9 @@ inline std::string heat_map(const HeatMap& map) {
   return "<figure class=\"heatmap\" style=\"margin:0\"><h2>" + escaped(map.title) +
          "</h2><canvas style=\"position:static;height:min(70vh,640px);touch-action:none;cursor:crosshair\"></canvas>"
          "<div style=\"display:flex;align-items:center;gap:12px;font-size:13px;color:var(--muted)\"><span>" +
-         escaped(any ? rounded_text(low, 4) : "") +
+         escaped(any ? with_readable_numbers(rounded_text(low, 4)) : "") +
          "</span><span class=\"scale\" style=\"flex:0 0 200px;height:12px;border-radius:3px\"></span><span>" +
-         escaped(any ? rounded_text(high, 4) : "no values") +
+         escaped(any ? with_readable_numbers(rounded_text(high, 4)) : "no values") +
          "</span><output style=\"margin-left:auto;font-variant-numeric:tabular-nums\">&nbsp;</output></div>\n<script type=\"application/json\">{\"x\":" +
          detail::json_numbers(map.x) + ",\"y\":" + detail::json_numbers(map.y) + ",\"x_label\":" + detail::json_string(map.x_label) +
          ",\"y_label\":" + detail::json_string(map.y_label) + ",\"x_name\":" + detail::json_string(name_of(map.x_label)) +

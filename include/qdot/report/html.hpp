@@ -23,6 +23,7 @@
 #include "qdot/report/number.hpp"
 #include "qdot/report/plot.hpp"
 #include "qdot/report/svg.hpp"
+#include "qdot/report/symbol.hpp"
 #include "qdot/report/theme.hpp"
 
 namespace qdot::report {
@@ -58,7 +59,7 @@ inline std::string facts_table(const Facts& facts) {
   std::string html = "<section class=\"card\"><h2>" + escaped(facts.heading) + "</h2><table>\n";
   for (const Fact& fact : facts.rows) {
     html += "<tr><td>" + escaped(fact.name) + (fact.remark.empty() ? "" : " <small>" + escaped(fact.remark) + "</small>") +
-            "</td><td class=\"value\">" + escaped(fact.value) + "</td></tr>\n";
+            "</td><td class=\"value\">" + escaped(with_readable_numbers(fact.value)) + "</td></tr>\n";
   }
   return html + "</table></section>\n";
 }
@@ -160,6 +161,25 @@ inline std::string stage_html() {
 }
 
 }  // namespace detail
+
+/// A plot with the names and numbers of its title, its labels and its legend in mathematical writing.
+inline Plot in_symbols(Plot plot) {
+  for (std::string* text : {&plot.title, &plot.x.label, &plot.y.label}) *text = in_symbols(*text);
+  for (Series& series : plot.series) series.label = in_symbols(series.label);
+  return plot;
+}
+
+/// A page likewise, with its tables of facts; its lead and its figures stay as they are.
+inline Page in_symbols(Page page) {
+  for (Facts& facts : page.tables) {
+    facts.heading = in_symbols(facts.heading);
+    for (Fact& fact : facts.rows)
+      for (std::string* text : {&fact.name, &fact.value, &fact.remark}) *text = in_symbols(*text);
+  }
+  for (Plot& plot : page.plots) plot = in_symbols(std::move(plot));
+  page.footer = in_symbols(page.footer);
+  return page;
+}
 
 /// The page as one HTML file that contacts nobody.
 ///

@@ -30,6 +30,7 @@
 #include <Eigen/Core>
 
 #include "qdot/analysis/linear/shortest_step.hpp"
+#include "qdot/effects/input.hpp"
 #include "qdot/effects/scene_at_state.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/run.hpp"
@@ -77,6 +78,19 @@ struct ReportedRun {
   std::function<Eigen::VectorXd(double t)> y;
   std::function<Eigen::VectorXd(double t, const Eigen::VectorXd& y)> reactions{}, forces{};  // empty where the system has none
 };
+
+// The columns of effects' states ← the effects' names, where they have some: readers know these better than z₀.
+template <class Sc>
+void name_states(Table& table, const Sc& scene) {
+  qdot::detail::for_each_place(scene, [&]<class E>([[maybe_unused]] const E& effect, [[maybe_unused]] Eigen::Index place) {
+    constexpr int states = qdot::detail::states_of<E>();
+    if constexpr (requires { std::string(effect.name); })
+      for (int i = 0; i < states; ++i)
+        table.columns[1 + static_cast<std::size_t>(place + i)].name = SwitchingEffect<E, Sc::dof_at_compile_time> ? "phase of " + effect.name
+                                                                      : states == 1                              ? effect.name
+                                                                                                                  : effect.name + "[" + std::to_string(i) + "]";
+  });
+}
 
 inline Facts run_facts(const ReportedRun& run, const ReportOptions& options) {
   const Statistics& cost = run.statistics;
@@ -252,6 +266,7 @@ Page run_page(const System& system, const Run<n>& run, const ReportOptions& opti
     E.values.push_back(T.values.back() + V.values.back());
   }
   if constexpr (requires { system.initial_states(); }) {
+    detail::name_states(reported.table, system);
     using Coords = Coordinates<std::remove_cvref_t<decltype(bare)>>;
     const auto split = [&](const Eigen::VectorXd& y, auto&& f) {
       const Eigen::Index dof = system.dof();

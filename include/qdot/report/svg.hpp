@@ -207,19 +207,40 @@ inline void equalize(std::pair<double, double>& x, std::pair<double, double>& y,
 
 /// The marks of a plot as lines from top to bottom, to be drawn behind the curves, and their names, in front of them. A name stands where
 /// it is new, below others if it must, and again wherever it fits in front of the next mark; to a pointer, each of the first few hundred
-/// lines says its own.
+/// lines says its own. What happens more than forty times is a rug: one path of short lines at the bottom, with its name and how often.
 inline std::pair<std::string, std::string> drawn_marks(const Plot& plot, const AxisMap& x, double left, double right, double top, double bottom) {
   constexpr std::size_t most_told = 200, most_rows = 3;
-  std::vector<std::pair<double, std::size_t>> shown;  // px, number of the mark
+  constexpr std::ptrdiff_t most_lines = 40;
+  const auto times = [&](const std::string& name) {
+    return std::count_if(plot.marks.begin(), plot.marks.end(), [&](const Mark& m) { return m.name == name && can_show(plot.x, m.x); });
+  };
+  std::vector<std::string> seen;
+  std::vector<std::pair<std::string, std::string>> rugs;  // name, path
+  std::vector<std::pair<double, std::size_t>> shown;      // px, number of the mark
+  double last = -1e9;
   for (std::size_t k = 0; k < plot.marks.size(); ++k) {
-    if (!can_show(plot.x, plot.marks[k].x)) continue;
-    const double at = x(plot.marks[k].x);
-    const bool known = std::any_of(plot.marks.begin(), plot.marks.begin() + static_cast<std::ptrdiff_t>(k),
-                                   [&](const Mark& m) { return m.name == plot.marks[k].name; });
-    if (at < left - 0.5 || at > right + 0.5 || (known && !shown.empty() && at - shown.back().first < 1)) continue;
+    const Mark& mark = plot.marks[k];
+    if (!can_show(plot.x, mark.x)) continue;
+    const double at = x(mark.x);
+    if (at < left - 0.5 || at > right + 0.5) continue;
+    auto rug = std::find_if(rugs.begin(), rugs.end(), [&](const auto& each) { return each.first == mark.name; });
+    const bool known = rug != rugs.end() || std::find(seen.begin(), seen.end(), mark.name) != seen.end();
+    if (!known && times(mark.name) > most_lines) rug = rugs.insert(rugs.end(), {mark.name, ""});
+    if (!known && rug == rugs.end()) seen.push_back(mark.name);
+    if (rug != rugs.end()) {
+      if (const std::string line = "M" + px(std::round(at)) + " " + px(bottom - 7) + "v7"; !rug->second.ends_with(line)) rug->second += line;
+      continue;
+    }
+    if (known && at - last < 1) continue;
     shown.push_back({at, k});
+    last = at;
   }
   std::string lines, names;
+  for (std::size_t i = 0; i < rugs.size(); ++i) {
+    const std::string often = rugs[i].first + ", " + std::to_string(times(rugs[i].first)) + "×";
+    lines += "<path class=\"mark\" d=\"" + rugs[i].second + "\"><title>" + escaped(often) + "</title></path>";
+    names += text_element(right - 4, bottom - 11 - 13 * static_cast<double>(i), "end", often, "name");
+  }
   std::vector<std::string> known;
   std::array<double, most_rows> named_to{};
   for (std::size_t i = 0; i < shown.size(); ++i) {
