@@ -128,6 +128,19 @@ TEST_CASE("the option --out of orbit writes one period, and stdout says what was
   CHECK(content(out + ".svg").find("Periodic orbit, stable to first order") != std::string::npos);
 }
 
+TEST_CASE("a family that shrinks into an equilibrium has one branch point, where the bead rests with the energy of the family") {
+  const double g = 9.81;  // of a bead of mass 1 on a hoop of radius 1: h = −½ (g²/Ω² + Ω²) at cos θ = g/Ω²
+  const json found = json::parse(qdot("orbit bead_on_hoop --along Omega=:0 --json").out);
+  int branches = 0;
+  for (const json& orbit : found["orbits"]) {
+    if (orbit["kind"] != "branch") continue;
+    ++branches;
+    const double h = orbit["energy"];
+    CHECK_THAT(orbit["value"].get<double>(), WithinAbs(std::sqrt(std::sqrt(h * h - g * g) - h), 1e-5));  // a swing of a few milliradians is left
+  }
+  CHECK(branches == 1);
+}
+
 TEST_CASE("where there is no periodic orbit, the status is 1, and it is said how far the search came") {
   const auto damped = qdot("orbit pendulum --with damping");
   CHECK(damped.status == 1);

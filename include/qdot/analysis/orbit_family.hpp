@@ -179,6 +179,14 @@ OrbitsOfFamily family_from(const Shooting& of, Eigen::VectorXd X, const FamilyIn
                               {begin, 8}, " to ", {last, 8}});
     return found;
   };
+  // Where a family shrinks into an equilibrium its multipliers are known less and less, and pass 1 by rounding again and again: one point is told.
+  const Eigen::VectorXd extent = equations.scale.head(N);
+  const auto is_known = [&](const FamilyOrbit& orbit) {
+    constexpr double same_value = 1e-6, same_place = 1e-2;  // of the range, and of the first orbit
+    const auto last = std::find_if(found.orbits.rbegin(), found.orbits.rend(), [&](const FamilyOrbit& each) { return each.kind == orbit.kind; });
+    return last != found.orbits.rend() && std::abs(last->value - orbit.value) <= same_value * std::abs(in.until - begin) &&
+           (last->x - orbit.x).cwiseQuotient(extent).cwiseAbs().maxCoeff() <= same_place;
+  };
   bool turned = false;
   while (static_cast<int>(found.orbits.size()) < options.most_orbits) {
     end = stepped(at, step, nearby);
@@ -222,7 +230,8 @@ OrbitsOfFamily family_from(const Shooting& of, Eigen::VectorXd X, const FamilyIn
       special.push_back({distance_of(point), orbit_on(point, kind)});
     }
     std::stable_sort(special.begin(), special.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (auto& [distance, orbit] : special) found.orbits.push_back(std::move(orbit));
+    for (auto& [distance, orbit] : special)
+      if (!is_known(orbit)) found.orbits.push_back(std::move(orbit));
     if (reaches || returns) {
       found.orbits.push_back(orbit_on(next, OrbitKind::end));
       return ended(reaches ? FamilyOutcome::reached : FamilyOutcome::returned);
