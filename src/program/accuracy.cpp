@@ -185,7 +185,7 @@ class Status {
 int accuracy(const AccuracyOptions& options) {
   const std::unique_ptr<RunnableScene> scene = make_scene(options.scene);
   Request request;
-  request.start = configured(*scene, options.set);
+  request.start = start_with(*scene, configured(*scene, options.set));
   choose_effects(*scene, options);
   request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : scene->t_end();
   if (!(request.t_end > request.start.t)) {

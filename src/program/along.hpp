@@ -50,16 +50,25 @@ class ModelsAlong {
   /// @throws Error  when the scene takes no such value
   std::shared_ptr<const Model> operator()(double value) const;
 
+  /// The start with this value: that of a scene may go with its parameters, but where --set has given it.
+  State<Dynamic> start(double value) const;
+
  private:
   void set(double value) const;
+  struct Restored {
+    const ModelsAlong& models;
+    ~Restored() { models.set(models.value_); }
+  };
 
   RunnableScene* scene_;
+  std::vector<InitialValue> given_;
   std::string name_, unit_;
   double value_ = 0.0;
   bool is_effect_ = false;
 };
 
-inline ModelsAlong::ModelsAlong(const std::string& argument, const std::string& name, const ChosenScene& chosen) : scene_(chosen.scene.get()), name_(name) {
+inline ModelsAlong::ModelsAlong(const std::string& argument, const std::string& name, const ChosenScene& chosen) 
+    : scene_(chosen.scene.get()), given_(chosen.initial_values), name_(name) {
   std::vector<std::string> valid;
   for (const ParameterInfo& p : scene_->parameters()) {
     if (p.name == name && p.whole) throw UsageError(argument + ": must be followed in a number that varies continuously, but " + name + " is a count");
@@ -79,13 +88,15 @@ inline ModelsAlong::ModelsAlong(const std::string& argument, const std::string& 
 }
 
 inline std::shared_ptr<const Model> ModelsAlong::operator()(double value) const {
-  struct Restored {
-    const ModelsAlong& models;
-    ~Restored() { models.set(models.value_); }
-  };
   set(value);
   const Restored afterwards{*this};
   return scene_->model();
+}
+
+inline State<Dynamic> ModelsAlong::start(double value) const {
+  set(value);
+  const Restored afterwards{*this};
+  return start_with(*scene_, given_);
 }
 
 inline void ModelsAlong::set(double value) const {

@@ -2,6 +2,7 @@
 #include "program/arguments.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -55,8 +56,10 @@ std::string nearest_name(const std::string& wanted, const std::vector<std::strin
   std::string nearest;
   std::size_t fewest = std::numeric_limits<std::size_t>::max();
   for (const std::string& candidate : candidates) {
-    // A name that continues what was typed ("double" for double_pendulum) beats one that is as short by chance.
-    const std::size_t count = !wanted.empty() && candidate.starts_with(wanted) ? 1 : edits(wanted, candidate);
+    // A name that continues what was typed ("double" for double_pendulum) beats one that is as short by chance, and so does one in other letters' case.
+    const auto same = [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b)); };
+    const bool in_other_case = std::equal(wanted.begin(), wanted.end(), candidate.begin(), candidate.end(), same);
+    const std::size_t count = in_other_case ? 0 : !wanted.empty() && candidate.starts_with(wanted) ? 1 : edits(wanted, candidate);
     if (count < fewest) {
       fewest = count;
       nearest = candidate;
@@ -67,8 +70,10 @@ std::string nearest_name(const std::string& wanted, const std::vector<std::strin
 
 UsageError unknown_name(const std::string& argument, const std::string& what, const std::string& given,
                         const std::vector<std::string>& valid) {
-  return UsageError(argument + ": must be " + what + ", given \"" + one_line(given) + "\"; the nearest is \"" +
-                    nearest_name(given, valid) + "\" (of " + joined(valid) + ")");
+  const std::string nearest = nearest_name(given, valid);
+  const bool alike = edits(given, nearest) < std::max(given.size(), nearest.size());  // otherwise they have nothing in common
+  return UsageError(argument + ": must be " + what + ", given \"" + one_line(given) + "\"; " +
+                    (alike ? "the nearest is \"" + nearest + "\" (of " : "there are (") + joined(valid) + ")");
 }
 
 double finite_number(const std::string& argument, const std::string& text) {

@@ -35,14 +35,14 @@ void choose_effects(RunnableScene& scene, const SceneOptions& options) {
   for (const std::string& text : options.without) choose("--without", text, false);
 }
 
-State<Dynamic> configured(RunnableScene& scene, const std::vector<std::string>& settings) {
+std::vector<InitialValue> configured(RunnableScene& scene, const std::vector<std::string>& settings) {
   std::vector<std::string> valid;
   for (const ParameterInfo& p : scene.parameters()) valid.push_back(p.name);
-  std::vector<Assignment> initial_values;
+  std::vector<Assignment> others;
   for (const std::string& text : settings) {
     const Assignment set = assignment("--set", text);
     if (std::find(valid.begin(), valid.end(), set.name) == valid.end()) {
-      initial_values.push_back(set);
+      others.push_back(set);
       continue;
     }
     try {
@@ -51,20 +51,39 @@ State<Dynamic> configured(RunnableScene& scene, const std::vector<std::string>& 
       throw UsageError(std::string("--set: ") + error.what());
     }
   }
-  State<Dynamic> start = scene.start();
-  if (initial_values.empty()) return start;
-  std::vector<std::pair<std::string, double*>> places;
-  for (Eigen::Index i = 0; i < start.q.size(); ++i) places.emplace_back(std::string("q").append(std::to_string(i)), &start.q[i]);
-  for (Eigen::Index i = 0; i < start.q.size(); ++i) places.emplace_back(std::string("qdot").append(std::to_string(i)), &start.qdot[i]);
-  for (const auto& [name, place] : places) valid.push_back(name);
-  for (const Assignment& set : initial_values) {
-    const auto found = std::find_if(places.begin(), places.end(), [&](const auto& p) { return p.first == set.name; });
-    if (found == places.end()) {
-      throw unknown_name("--set", "a parameter or initial value of " + scene.name(), set.name, valid);
-    }
-    *found->second = set.value;
+  std::vector<InitialValue> values;
+  if (others.empty()) return values;
+  const std::vector<ComponentNames> names = names_of_start(scene);  // whose number parameters decide
+  for (const ComponentNames& each : names) {
+    valid.push_back(each.name);
+    if (each.plain != each.name) valid.push_back(each.plain);
   }
+  for (const Assignment& set : others) {
+    const auto found = std::find_if(names.begin(), names.end(), [&](const ComponentNames& each) { return set.name == each.name || set.name == each.plain; });
+    if (found == names.end()) throw unknown_name("--set", "a parameter or initial value of " + scene.name(), set.name, valid);
+    values.push_back({found - names.begin(), set.value});
+  }
+  return values;
+}
+
+State<Dynamic> start_with(const RunnableScene& scene, const std::vector<InitialValue>& values) {
+  State<Dynamic> start = scene.start();
+  const Eigen::Index n = start.q.size();
+  for (const auto& [place, value] : values) (place < n ? start.q[place] : start.qdot[place - n]) = value;
   return start;
+}
+
+std::vector<ComponentNames> names_of_start(const RunnableScene& scene) {
+  std::vector<ComponentNames> names;
+  const auto coordinates = scene.coordinates();
+  const std::string time = scene.time_unit();
+  for (const bool rate : {false, true})
+    for (std::size_t i = 0; i < coordinates.size(); ++i) {
+      const auto& [name, unit] = coordinates[i];
+      names.push_back({name + (rate ? "dot" : ""), (rate ? "qdot" : "q") + std::to_string(i),
+                       rate && !time.empty() ? (unit.empty() ? "1" : unit) + "/" + time : unit});
+    }
+  return names;
 }
 
 std::shared_ptr<const Model> model_of(const RunnableScene& scene) {
@@ -80,7 +99,8 @@ ChosenScene chosen_scene(const SceneOptions& options) { return chosen_scene(opti
 ChosenScene chosen_scene(const SceneOptions& options, std::unique_ptr<RunnableScene> scene) {
   ChosenScene chosen;
   chosen.scene = std::move(scene);
-  chosen.start = configured(*chosen.scene, options.set);
+  chosen.initial_values = configured(*chosen.scene, options.set);
+  chosen.start = start_with(*chosen.scene, chosen.initial_values);
   choose_effects(*chosen.scene, options);
   chosen.model = model_of(*chosen.scene);
   return chosen;

@@ -19,10 +19,17 @@ struct SceneOptions {
   std::vector<std::string> without;
 };
 
+/// Entry `place` of [q; q̇] at the start, as --set gives it.
+struct InitialValue {
+  Eigen::Index place = 0;
+  double value = 0.0;
+};
+
 struct ChosenScene {
   std::unique_ptr<RunnableScene> scene;
   State<Dynamic> start;
   std::shared_ptr<const Model> model;
+  std::vector<InitialValue> initial_values = {};
 };
 
 /// @throws UsageError
@@ -31,10 +38,21 @@ ChosenScene chosen_scene(const SceneOptions& options);
 /// The same for a scene that is made already; the name is not looked at.
 ChosenScene chosen_scene(const SceneOptions& options, std::unique_ptr<RunnableScene> scene);
 
-/// Applies --set: parameters first, because they decide how many coordinates there are, then initial values.
+/// Applies the parameters of --set, and returns its initial values: a parameter has the precedence over a coordinate of the same name.
 ///
 /// @throws UsageError
-State<Dynamic> configured(RunnableScene& scene, const std::vector<std::string>& settings);
+std::vector<InitialValue> configured(RunnableScene& scene, const std::vector<std::string>& settings);
+
+/// The scene's start with these values in their places.
+State<Dynamic> start_with(const RunnableScene& scene, const std::vector<InitialValue>& values);
+
+/// What an entry of [q; q̇] is called: as the scene calls it, "thetadot", and by its number, "qdot0".
+struct ComponentNames {
+  std::string name, plain, unit;
+};
+
+/// The names of all entries, in their order.
+std::vector<ComponentNames> names_of_start(const RunnableScene& scene);
 
 /// Applies --with and --without, in this order.
 ///

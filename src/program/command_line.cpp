@@ -45,7 +45,7 @@ void add_scene_name(CLI::App* command, std::string& name) {
 /// Takes what all commands about one scene take.
 void add_scene(CLI::App* command, SceneOptions& options) {
   add_scene_name(command, options.scene);
-  add_repeatable(command, "--set", options.set, "parameter or initial value (q0, …, qdot0, …), NAME=VALUE");
+  add_repeatable(command, "--set", options.set, "parameter or initial value (theta or q0, thetadot or qdot0), NAME=VALUE");
   add_repeatable(command, "--with", options.with, "switch an effect on, EFFECT[=VALUE]");
   add_repeatable(command, "--without", options.without, "switch an effect off");
 }
@@ -116,7 +116,7 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   EffectsOptions effects_options;
   CLI::App* effects_command = app.add_subcommand("effects", "what each effect of a scene costs");
   add_scene_name(effects_command, effects_options.scene);
-  add_repeatable(effects_command, "--set", effects_options.set, "parameter or state (q0, …, qdot0, …), NAME=VALUE");
+  add_repeatable(effects_command, "--set", effects_options.set, "parameter or state (theta or q0, thetadot or qdot0), NAME=VALUE");
   effects_command->add_flag("--json", effects_options.json, "one JSON object on stdout");
 
   EquationsOptions equations_options;
@@ -168,7 +168,7 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   add_repeatable(section_command, "--angle", section_options.angles,
                  "a coordinate that is an angle: its plane is passed in each turn, and its values are from -pi to pi");
   add_text(section_command, "--count", section_options.count, "points of each motion (default 200)", "N");
-  add_repeatable(section_command, "--over", section_options.over, "several starts: q0 … or qdot0 … go through values, NAME=FROM:TO:COUNT or NAME=A,B,C");
+  add_repeatable(section_command, "--over", section_options.over, "several starts: a coordinate or velocity goes through values, NAME=A:B:COUNT or NAME=A,B");
   add_text(section_command, "--keep-energy", section_options.keep_energy,
            "the velocity that is chosen such that all starts have the energy of the first", "NAME");
   add_text(section_command, "--show", section_options.show, "which two of coordinates and velocities are drawn, NAME,NAME", "X,Y");
@@ -213,7 +213,7 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
   CLI::App* sweep_command = app.add_subcommand("sweep", "many motions of a scene: over a grid of parameters and starts, or a random sample");
   add_scene(sweep_command, sweep_options);
   add_repeatable(sweep_command, "--over", sweep_options.over,
-                 "what varies: NAME=FROM:TO:COUNT[:log], NAME=A,B,C, or with --random NAME~uniform(A,B), NAME~normal(MEAN,SIGMA); NAME is a parameter, an effect, q0 … or qdot0 …");
+                 "what varies: NAME=FROM:TO:COUNT[:log], NAME=A,B,C, or with --random NAME~uniform(A,B), NAME~normal(MEAN,SIGMA); NAME is a parameter, an effect, a coordinate or a velocity");
   add_repeatable(sweep_command, "--record", sweep_options.record,
                  "what to keep: NAME at the end, max(NAME), min(NAME), t(NAME=VALUE) and t(|NAME|=VALUE) when first passed, t(event EVENT), energy, energy_drift_max, lyapunov (the greatest exponent), alignment (of two deviations, GALI: below 1e-8 in chaos), steps, t (default: all coordinates at the end)");
   add_text(sweep_command, "--random", sweep_options.random, "a sample of so many motions in place of a grid", "N");

@@ -146,13 +146,13 @@ std::vector<Difference> largest_differences(const ComparedRun& first, const Comp
 
 report::Page comparison_page(const std::vector<ComparedRun>& runs) {
   const ComparedRun& first = runs.front();
-  report::Page shown = page(*first.scene, first.request, first.result);
+  report::Page shown = page(*first.scene, first.request, first.result, false);
   for (report::Plot& plot : shown.plots) {
     for (report::Series& series : plot.series) series.label = series.label.empty() ? first.label : series.label + ", " + first.label;
     for (report::Mark& mark : plot.marks) mark.name += ", " + first.label;
   }
   for (std::size_t k = 1; k < runs.size(); ++k) {
-    const report::Page other = page(*runs[k].scene, runs[k].request, runs[k].result);
+    const report::Page other = page(*runs[k].scene, runs[k].request, runs[k].result, false);
     lay_over(shown, other, runs[k].label);
     if (shown.animation && other.animation) lay_over(*shown.animation, *other.animation, static_cast<int>(k));
   }

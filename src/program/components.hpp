@@ -39,12 +39,10 @@ struct Components {
 };
 
 inline Components::Components(const ChosenScene& chosen) : dof(chosen.model->dof()) {
-  const std::string time = chosen.scene->time_unit();
-  for (const bool rate : {false, true})
-    for (const auto& coordinate : chosen.scene->coordinates()) {
-      names.push_back(coordinate.name + (rate ? "dot" : ""));
-      units.push_back(rate && !time.empty() ? (coordinate.unit.empty() ? "1" : coordinate.unit) + "/" + time : coordinate.unit);
-    }
+  for (const ComponentNames& entry : names_of_start(*chosen.scene)) {
+    names.push_back(entry.name);
+    units.push_back(entry.unit);
+  }
   for (const OwnState& state : chosen.model->own_states()) {
     names.push_back(state.name);
     units.emplace_back();

@@ -116,7 +116,7 @@ std::string json_of(const RunnableScene& scene, const std::vector<ConservedValue
 }  // namespace
 
 int conserved(const ConservedOptions& options) {
-  const auto [scene, start, model] = chosen_scene(options);
+  const auto [scene, start, model, given] = chosen_scene(options);
   const RecordedScene recorded = recorded_scene(*scene, *model);
   std::vector<double> momenta;
   if (recorded.unreadable.empty()) {

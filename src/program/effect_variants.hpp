@@ -140,8 +140,22 @@ class SceneModel final : public FormModel<SceneForm<Sc>> {
   }
 
   qdot::detail::ConstraintsAt constraints_at([[maybe_unused]] double t, [[maybe_unused]] const Eigen::Ref<const Eigen::VectorXd>& y) const override {
-    if constexpr (Sc::has_constraints && !Sc::has_phases) return qdot::detail::constraints_at(form_.scene(), t, y);
+    if constexpr (Sc::has_constraints) return qdot::detail::constraints_at(form_.scene(), t, y);
     return {};
+  }
+  Eigen::MatrixXd displacements([[maybe_unused]] double t, [[maybe_unused]] const Eigen::Ref<const Eigen::VectorXd>& y,
+                                [[maybe_unused]] const Eigen::MatrixXd& changes) const override {
+    Eigen::MatrixXd ways;
+    if constexpr (Sc::has_constraints) {
+      const auto state = form_.state(t, y);
+      const EffectStates<Sc> z = states(y);
+      if (qdot::detail::is_free(form_.scene(), z)) return ways;
+      qdot::detail::ConstraintGeometry<Sc> geometry(form_.scene(), t, default_rank_cutoff);
+      geometry.move_to(state.q, state.qdot, z);
+      ways.resize(form_.dof(), changes.cols());
+      for (Eigen::Index j = 0; j < changes.cols(); ++j) ways.col(j) = geometry.displacement(changes.col(j));
+    }
+    return ways;
   }
   std::vector<std::string> constraint_names() const override {
     if constexpr (Sc::has_constraints) return qdot::constraint_names(form_.scene());

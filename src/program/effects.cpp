@@ -49,7 +49,7 @@ void measure(std::vector<Variant>& variants, double t) {
 
 int effects(const EffectsOptions& options) {
   const std::unique_ptr<RunnableScene> scene = make_scene(options.scene);
-  const State<Dynamic> start = configured(*scene, options.set);
+  const State<Dynamic> start = start_with(*scene, configured(*scene, options.set));
   const std::vector<EffectInfo> available = scene->effects();
   std::vector<Variant> variants;
   const auto add = [&](const std::string& name) {

@@ -174,8 +174,8 @@ void write(const std::vector<std::string>& paths, const SteadyRequest& request, 
   for (const Eigen::Index i : shown) page.plots.push_back(diagram(models, components, branches, i));
   page.footer = summary + ". Kinds in the table: 0 start, 1 regular, 2 fold, 3 branch point, 4 Hopf point, 5 end.";
   report::write_files({{paths[0], report::csv(table)},
-                       {paths[1], report::html(page)},
-                       {paths[2], report::svg(diagram(models, components, branches, shown.front()))}});
+                       {paths[1], report::html(report::in_symbols(std::move(page)))},
+                       {paths[2], report::svg(report::in_symbols(diagram(models, components, branches, shown.front())))}});
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ void write(const LyapunovRequest& request, const LyapunovSpectrum& found) {
   report::Page page{.title = request.scene->title(), .lead = request.scene->summary()};
   page.tables.push_back(std::move(facts));
   page.plots.push_back(std::move(plot));
-  report::write_files({{request.paths[0], report::csv(table)}, {request.paths[1], report::html(page)}});
+  report::write_files({{request.paths[0], report::csv(table)}, {request.paths[1], report::html(report::in_symbols(std::move(page)))}});
 }
 
 std::string json_of(const LyapunovRequest& request, const LyapunovSpectrum& found) {

@@ -226,7 +226,9 @@ void write_orbit(const OrbitTask& task, const Orbit& orbit) {
     page.plots.push_back(std::move(plot));
   }
   page.footer = orbit.message;
-  report::write_files({{task.paths[0], report::csv(table)}, {task.paths[1], report::html(page)}, {task.paths[2], report::svg(picture)}});
+  report::write_files({{task.paths[0], report::csv(table)},
+                       {task.paths[1], report::html(report::in_symbols(std::move(page)))},
+                       {task.paths[2], report::svg(report::in_symbols(picture))}});
 }
 
 bool is_special(const std::string& kind) { return kind != "start" && kind != "regular" && kind != "end"; }
@@ -322,6 +324,7 @@ void write_family(const OrbitTask& task, const FamilyFound& family) {
   page.footer =
       family.message +
       ". In the table: kinds 0 start, 1 regular, 2 fold, 3 period doubling, 4 branch point, 5 torus, 6 end; stability 0 asymptotic, 1 to first order, 2 not decided, 3 unstable.";
+  page = report::in_symbols(std::move(page));
   const std::string picture = report::svg(page.plots.front());
   report::write_files({{task.paths[0], report::csv(table)}, {task.paths[1], report::html(page)}, {task.paths[2], picture}});
 }

@@ -186,7 +186,7 @@ static void add_forces(report::Facts& facts, report::Animation& animation, const
   add("applied forces", [&](double t, const Eigen::VectorXd& at) { return model->applied_forces(t, at); }, 2);
 }
 
-report::Page page(const RunnableScene& scene, const Request& request, const Result& result) {
+report::Page page(const RunnableScene& scene, const Request& request, const Result& result, bool by_size) {
   report::Page page{.title = scene.title(), .lead = scene.summary()};
   if (!scene.positions(request.start.q, request.start.t).empty()) {  // otherwise there are plots only
     report::Animation animation{.drawing = scene.drawing(), .time_unit = scene.time_unit()};
@@ -200,7 +200,7 @@ report::Page page(const RunnableScene& scene, const Request& request, const Resu
   if (request.forces && page.animation) add_forces(page.tables.back(), *page.animation, scene, result);
   if (!result.events.empty()) page.tables.push_back(report::detail::mark_facts(marks(result), scene.time_unit()));
   page.formulas = formulas(scene);
-  page.plots = report::motion_plots(table(scene, result), scene.coordinates().size(), marks(result));
+  page.plots = report::motion_plots(table(scene, result), scene.coordinates().size(), marks(result), by_size);
   page.plots.push_back(drift_plot(scene, result, false));
   if (jacobi_differs(result)) page.plots.push_back(drift_plot(scene, result, true));
   page.footer = "Made by qdot " QDOT_VERSION ". Energy changes are shown at the accepted steps" +

@@ -29,8 +29,8 @@ report::Table table(const RunnableScene& scene, const Result& result);
 /// The same for NumPy: t (N), q (N×n), qdot (N×n), the energies (N).
 std::vector<report::Array> arrays(const Result& result, Eigen::Index dof);
 
-/// Animation, parameters, summary and plots.
-report::Page page(const RunnableScene& scene, const Request& request, const Result& result);
+/// Animation, parameters, summary and plots; those of several runs fit over each other where they are not apart by size.
+report::Page page(const RunnableScene& scene, const Request& request, const Result& result, bool by_size = true);
 
 /// The files that further runs beside the first have, PATH_2.csv, PATH_2.npz, PATH_3.csv, …
 std::vector<std::string> further_paths(const std::string& path, std::size_t runs);

@@ -50,7 +50,7 @@ int rows_that_fit(int wanted, int least, Eigen::Index components) {
 
 Request request_of(RunnableScene& scene, const RunOptions& options) {
   Request request;
-  request.start = configured(scene, options.set);
+  request.start = start_with(scene, configured(scene, options.set));
   choose_effects(scene, options);
   const std::shared_ptr<const Model> model = model_of(scene);
   request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : scene.t_end();

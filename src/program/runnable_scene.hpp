@@ -134,8 +134,10 @@ class Model : public qdot::detail::MethodForm {
   /// Evaluates q̈ at y `count` times, and returns a number that depends on all of them.
   virtual double repeated_acceleration(double t, const Eigen::Ref<const Eigen::VectorXd>& y, int count) const = 0;
 
-  /// Constraints that last and their slopes, for linearizations; empty where there are none.
+  /// Constraints and their slopes in the phases of y; empty where there are none.
   virtual qdot::detail::ConstraintsAt constraints_at(double, const Eigen::Ref<const Eigen::VectorXd>&) const { return {}; }
+  /// The ways δ, a column each, with J δ = changes that are shortest in the metric of M; no columns where nothing is constrained.
+  virtual Eigen::MatrixXd displacements(double, const Eigen::Ref<const Eigen::VectorXd>&, const Eigen::MatrixXd& /*changes*/) const { return {}; }
   virtual std::vector<std::string> constraint_names() const { return {}; }
 };
 

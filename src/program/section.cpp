@@ -239,11 +239,12 @@ void write(const SectionRequest& request) {
                                 " at t = " + report::rounded_text(section.t_reached, 6)});
   }
   report::Page page{.title = request.scene->title(), .lead = request.scene->summary()};
-  const std::string picture = report::svg(plot);
+  const std::string picture = report::svg(report::in_symbols(plot));
   plot.height = 780;
   page.plots.push_back(std::move(plot));
   page.tables.push_back(std::move(facts));
-  report::write_files({{request.paths[0], report::csv(table)}, {request.paths[1], report::html(page)}, {request.paths[2], picture}});
+  report::write_files({{request.paths[0], report::csv(table)}, {request.paths[1], report::html(report::in_symbols(std::move(page)))},
+                       {request.paths[2], picture}});
 }
 
 std::string json_of(const SectionRequest& request) {

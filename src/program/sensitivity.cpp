@@ -144,6 +144,9 @@ VariedMotion motion_of(const SensitivityTask& task, double coarser, bool with_sa
   VariedModel varied{task.model};
   for (const ModelsAlong& parameter : task.parameters) varied.parameters.push_back(parameter.value());
   varied.with_parameter = [&](Eigen::Index j, double value) { return task.parameters[static_cast<std::size_t>(j)](value); };
+  varied.given = [&](Eigen::Index j, double value) {
+    return task.model->packed(j < 0 ? task.start : task.parameters[static_cast<std::size_t>(j)].start(value));
+  };
   VariedMethod method = task.method;
   if (method.step > 0.0) method.step *= std::pow(coarser, 1.0 / method_named(method.name).order);
   return varied_motion(varied, t0, settled(*task.model, t0, task.model->packed(task.start)), task.t_end, options, method);
@@ -245,7 +248,8 @@ void write(const SensitivityTask& task, const SensitivityTable& found, const Var
     page.plots.push_back(std::move(plot));
   }
   page.footer = found.message;
-  report::write_files({{task.paths[0], report::csv(table)}, {task.paths[1], report::html(page)}, {task.paths[2], report::svg(page.plots.front())}});
+  const report::Page shown = report::in_symbols(std::move(page));
+  report::write_files({{task.paths[0], report::csv(table)}, {task.paths[1], report::html(shown)}, {task.paths[2], report::svg(shown.plots.front())}});
 }
 
 }  // namespace

@@ -184,7 +184,7 @@ void write_steady_points(const SteadyRequest& request, const std::vector<SteadyP
     page.tables.push_back(std::move(modes));
   }
   page.plots.push_back(pole_map(points, rate));
-  report::write_files({{request.paths[0], report::csv(table)}, {request.paths[1], report::html(page)}});
+  report::write_files({{request.paths[0], report::csv(table)}, {request.paths[1], report::html(report::in_symbols(std::move(page)))}});
 }
 
 }  // namespace qdot::program

@@ -194,13 +194,8 @@ std::string unit_of(const Sweep& sweep, const std::string& name) {
     if (parameter.name == name) return parameter.unit;
   for (const EffectInfo& effect : sweep.nominal.scene->effects())
     if (effect.name == name) return effect.unit;
-  const auto coordinates = sweep.nominal.scene->coordinates();
-  const std::string time = sweep.nominal.scene->time_unit();
-  for (std::size_t i = 0; i < coordinates.size(); ++i) {
-    const std::string& unit = coordinates[i].unit;
-    if (name == "q" + std::to_string(i)) return unit;
-    if (name == "qdot" + std::to_string(i)) return time.empty() ? unit : (unit.empty() ? "1" : unit) + "/" + time;
-  }
+  for (const ComponentNames& entry : names_of_start(*sweep.nominal.scene))
+    if (name == entry.name || name == entry.plain) return entry.unit;
   return {};
 }
 
@@ -265,7 +260,7 @@ report::Facts outcomes_of(const Sweep& sweep, const std::vector<Row>& rows) {
 /// What is shown of a motion that failed is why; what it had come to stands in the table and in the arrays.
 std::string html_of(const Sweep& sweep, const std::vector<Row>& rows, const std::string& summary) {
   const auto& axes = sweep.values.axes();
-  report::Page page{.title = sweep.nominal.scene->title(), .lead = summary};
+  report::Page page{.title = sweep.nominal.scene->title(), .lead = report::in_symbols(summary)};
   for (std::size_t k = 0; k < sweep.quantities.size(); ++k) {
     const Quantity& quantity = sweep.quantities[k];
     std::vector<double> values = column(rows, k);
@@ -274,8 +269,9 @@ std::string html_of(const Sweep& sweep, const std::vector<Row>& rows, const std:
     if (sweep.values.is_random()) {
       describe(page, quantity, values);
     } else if (axes.size() == 2) {
-      report::HeatMap map{.title = labelled(quantity.text, quantity.unit), .x_label = labelled(axes[0].name, unit_of(sweep, axes[0].name)),
-                          .y_label = labelled(axes[1].name, unit_of(sweep, axes[1].name)), .x = axes[0].values, .y = axes[1].values, .values = values};
+      const auto label = [&](const SweptAxis& axis) { return report::in_symbols(labelled(axis.name, unit_of(sweep, axis.name))); };
+      report::HeatMap map{.title = report::in_symbols(labelled(quantity.text, quantity.unit)), .x_label = label(axes[0]), .y_label = label(axes[1]),
+                          .x = axes[0].values, .y = axes[1].values, .values = values};
       for (const Row& row : rows)
         map.remarks.push_back(row.outcome == Outcome::completed ? "not within the time"
                                                                 : std::string(name(row.outcome)) + ": " + row.message);
@@ -290,7 +286,8 @@ std::string html_of(const Sweep& sweep, const std::vector<Row>& rows, const std:
     }
   }
   if (!page.figures.empty()) page.figures.back() += report::heat_map_script();
-  if (report::Facts failed = outcomes_of(sweep, rows); !failed.rows.empty()) page.tables.push_back(std::move(failed));
+  page = report::in_symbols(std::move(page));
+  if (report::Facts failed = outcomes_of(sweep, rows); !failed.rows.empty()) page.tables.push_back(std::move(failed));  // as one types what failed
   return report::html(page);
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "program/arguments.hpp"
+#include "program/chosen_scene.hpp"
 #include "program/exponents.hpp"
 
 namespace qdot::program {
@@ -34,12 +35,11 @@ std::vector<Quantity> quantities_of(const std::vector<std::string>& records, con
   const auto coordinates = scene.coordinates();
   const std::string time = scene.time_unit();
   std::vector<std::string> names, units, valid;
-  for (const bool rate : {false, true})
-    for (std::size_t i = 0; i < coordinates.size(); ++i) {
-      names.push_back(coordinates[i].name + (rate ? "dot" : ""));
-      units.push_back(rate && !time.empty() ? (coordinates[i].unit.empty() ? "1" : coordinates[i].unit) + "/" + time : coordinates[i].unit);
-      valid.push_back((rate ? "qdot" : "q") + std::to_string(i));
-    }
+  for (const ComponentNames& entry : names_of_start(scene)) {
+    names.push_back(entry.name);
+    units.push_back(entry.unit);
+    valid.push_back(entry.plain);
+  }
   const auto component = [&](const std::string& name) {
     for (std::size_t i = 0; i < names.size(); ++i)
       if (name == names[i] || name == valid[i]) return static_cast<Eigen::Index>(i);

@@ -68,23 +68,73 @@ class ModelRecorder final : public qdot::detail::VariationalRecorder {
   const Models& models_;
 };
 
-// [y; Φ] at the start: Φ is what a displaced start becomes on the constraints.
-Eigen::VectorXd begun(ModelVariations& equations, double t, const Eigen::VectorXd& y, const Options& options) {
-  const Eigen::Index size = equations.state_size(), starts = equations.start_columns();
-  equations.rtol = options.rtol;
-  equations.atol = qdot::detail::each_atol(options, size);
-  Eigen::VectorXd both = equations.seeded(y);
-  if (!equations.form().model->is_constrained()) return both;
+// Columns of Φ ← what consistent starts are to first order, where y is on the constraints itself.
+void put_onto_tangents(const ModelVariations& equations, double t, Eigen::VectorXd& both) {
+  const Model& model = *equations.form().model;
+  const Eigen::Index size = equations.state_size(), columns = equations.columns(), first = columns - equations.model().parameters(), n = equations.dof();
+  const Eigen::VectorXd y = both.head(size);
+  const qdot::detail::ConstraintsAt rows = model.constraints_at(t, y);
+  Eigen::Map<Eigen::MatrixXd> Phi(both.data() + size, size, columns);
+  Eigen::MatrixXd J = rows.slopes.rightCols(n);  // of positions
+  for (Eigen::Index i = 0; i < J.rows(); ++i)
+    if (!rows.holonomic[static_cast<std::size_t>(i)]) J.row(i).setZero();
+  const auto put = [&](Eigen::Index place, Eigen::MatrixXd off, const auto& rows_of) {
+    for (Eigen::Index j = first; j < columns; ++j) {
+      Eigen::VectorXd by_parameter = Eigen::VectorXd::Zero(off.rows());
+      equations.model().add_parameter_slope(j - first, [&](const SwitchingModel& form) { return rows_of(form.model->constraints_at(t, y)); }, by_parameter);
+      off.col(j) += by_parameter;
+    }
+    if (const Eigen::MatrixXd ways = model.displacements(t, y, -off); ways.cols() > 0) Phi.middleRows(place, n) += ways;
+  };
+  put(0, J * Phi.topRows(n), [](const qdot::detail::ConstraintsAt& at) { return at.phi; });
+  put(n, rows.slopes * Phi.topRows(2 * n), [](const qdot::detail::ConstraintsAt& at) { return at.velocity; });
+}
+
+// The same where y had to be moved onto them: there the way itself depends on where it begins.
+void difference_projections(const ModelVariations& equations, const VariedModel& of, double t, const Eigen::VectorXd& given, Eigen::VectorXd& both) {
+  const Eigen::Index size = equations.state_size(), starts = equations.start_columns(), n = equations.dof();
+  const Eigen::VectorXd y = both.head(size);
+  Eigen::VectorXd beside = y.cwiseAbs().cwiseMax(given.cwiseAbs());
+  for (const Eigen::Index first : {Eigen::Index{0}, n}) beside.segment(first, n).setConstant(beside.segment(first, n).maxCoeff());
   for (Eigen::Index j = 0; j < equations.columns(); ++j) {
-    const Eigen::VectorXd along = both.segment(size * (j + 1), size);
     const auto projected = [&](double s) {
-      Eigen::VectorXd near = y + s * along;
+      Eigen::VectorXd near = given;
+      if (j < starts) near[j] += s;
+      else near.head(2 * n) = of.given(j - starts, of.parameters[static_cast<std::size_t>(j - starts)] + s).head(2 * n);
       equations.model().with_form(j - starts, s, [&](const SwitchingModel& form) { form.project(t, near); });
       return near;
     };
-    const double reach = j < starts ? std::max(1e-3, y.head(2 * equations.dof()).cwiseAbs().maxCoeff()) : equations.parameter_size(j);
-    if (const auto slope = qdot::detail::slope_at_zero(projected, reach)) both.segment(size * (j + 1), size) = *slope;
+    const double far = j < starts ? beside[j] : equations.parameter_size(j);
+    const auto slope = qdot::detail::slope_at_zero(projected, far > 0.0 ? far : 1.0, {}, beside);
+    if (!slope)
+      throw InvalidValue("a start that is off the constraints must come onto them smoothly where it is differentiated, but by " + equations.column_name(j) +
+                         " it does not; give a start on the constraints");
+    both.segment(size * (j + 1), size) = *slope;
   }
+}
+
+// [y; Φ] at the start: Φ is what a displaced start becomes on the constraints.
+Eigen::VectorXd begun(ModelVariations& equations, const VariedModel& of, double t, const Eigen::VectorXd& y, const Options& options) {
+  const Eigen::Index size = equations.state_size(), starts = equations.start_columns(), n = equations.dof();
+  equations.rtol = options.rtol;
+  equations.began = t;
+  equations.atol = qdot::detail::each_atol(options, size);
+  Eigen::VectorXd both = equations.seeded(y), given = y;
+  for (Eigen::Index j = starts; of.given && j < equations.columns(); ++j) {
+    const double value = of.parameters[static_cast<std::size_t>(j - starts)];
+    const auto slope = qdot::detail::slope_at_zero([&](double s) { return of.given(j - starts, value + s); },
+                                                   std::ldexp(qdot::detail::parameter_step(value), 8));
+    if (!slope) throw InvalidValue("the start of a scene must have a derivative with respect to its parameters, but has none by " + equations.column_name(j));
+    both.segment(size * (j + 1), 2 * n) = slope->head(2 * n);
+  }
+  if (!equations.form().model->is_constrained()) return both;
+  if (of.given) given.head(2 * n) = of.given(-1, 0.0).head(2 * n);
+  const auto moved = [&](Eigen::Index first) {
+    constexpr double near = 1e-10;  // to which tangents are known there
+    return (y - given).segment(first, n).cwiseAbs().maxCoeff() > near * y.segment(first, n).cwiseAbs().maxCoeff();
+  };
+  if (moved(0) || moved(n)) difference_projections(equations, of, t, given, both);
+  else put_onto_tangents(equations, t, both);
   return both;
 }
 
@@ -97,7 +147,7 @@ VariedMotion varied_motion(const VariedModel& of, double t0, const Eigen::Vector
   ModelVariations equations(
       Models({&of}, Eigen::Map<const Eigen::VectorXd>(of.parameters.data(), static_cast<Eigen::Index>(of.parameters.size()))),
       of.with_start, false);
-  const Eigen::VectorXd both = begun(equations, t0, y0, options);
+  const Eigen::VectorXd both = begun(equations, of, t0, y0, options);
   const Eigen::Index size = equations.state_size(), columns = equations.columns();
   if (options.atol.size() > 1) {
     Eigen::VectorXd each(both.size());

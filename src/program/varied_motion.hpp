@@ -26,6 +26,8 @@ struct VariedModel {
   bool with_start = true;
   std::vector<double> parameters = {};
   std::function<std::shared_ptr<const Model>(Eigen::Index j, double value)> with_parameter = {};  // the model with another value of parameter j
+  // [q; q̇; z] as it was given, which the constraints may still move, and with another value of parameter j; none for y0 itself, whatever the parameters are.
+  std::function<Eigen::VectorXd(Eigen::Index j, double value)> given = {};
 };
 
 /// What takes the steps.

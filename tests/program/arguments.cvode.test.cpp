@@ -29,7 +29,10 @@ TEST_CASE("a bad argument gets one line that says what is wrong") {
        "qdot: command: must be a command, given \"rnu\"; the nearest is \"run\" (of list, new, run, accuracy, effects, equations, modes, equilibria, conserved, lyapunov, section, orbit, sensitivity, sweep, bench)\n"},
       {"run pendulum --set lenght=2",
        "qdot run: --set: must be a parameter or initial value of pendulum, given \"lenght\"; the nearest is \"l\" (of m, l, g, "
-       "q0, qdot0)\n"},
+       "theta, q0, thetadot, qdot0)\n"},
+      {"run bead_on_hoop --set omega=1", "qdot run: --set: must be a parameter or initial value of bead_on_hoop, given \"omega\"; the nearest is \"Omega\""},
+      {"run bead_on_hoop --set thta=1", "qdot run: --set: must be a parameter or initial value of bead_on_hoop, given \"thta\"; the nearest is \"theta\""},
+      {"run pendulum --set xy=1", "qdot run: --set: must be a parameter or initial value of pendulum, given \"xy\"; there are (m, l, g, theta, q0, "},
       {"run pendulum --set l=0", "qdot run: --set: l (length of the rod) must be positive, given 0\n"},
       {"run pendulum --set m=-1", "qdot run: --set: m (mass of the bob) must be positive, given -1\n"},
       {"run pendulum --set l=nan", "qdot run: --set l: must be a finite number, given \"nan\"\n"},

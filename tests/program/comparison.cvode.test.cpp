@@ -23,6 +23,15 @@ TEST_CASE("a run beside another is the run that it is alone") {
   CHECK(run_json("cartpole --t-end 1 --compare 'with motor=6'")["runs"][1]["q"] == run_json("cartpole --t-end 1 --with motor=6")["q"]);
 }
 
+TEST_CASE("coordinates and velocities go by their names and by their numbers in --set, --over and --compare") {
+  const json by_number = run_json("pendulum --t-end 1 --set q0=1 --set qdot0=0.5 --compare q0=2")["runs"];
+  const json by_name = run_json("pendulum --t-end 1 --set theta=1 --set thetadot=0.5 --compare theta=2")["runs"];
+  for (std::size_t k : {0U, 1U}) CHECK(by_name[k]["q"] == by_number[k]["q"]);
+  const auto swept = [](const std::string& name) { return json::parse(qdot("sweep pendulum --t-end 1 --quiet --json --over " + name + "=1,2").out)["rows"]; };
+  CHECK(swept("theta") == swept("q0"));
+  CHECK(swept("thetadot") == swept("qdot0"));
+}
+
 TEST_CASE("the summary says how far two runs are apart, and the files show both") {
   const Directory directory;
   const auto ended = qdot("run pendulum --quiet --t-end 2 --set q0=1e-3 --compare q0=3e-3 --out '" + directory.file("both") + "'");

@@ -71,6 +71,35 @@ TEST_CASE("on a rod a motion depends on gravity as the motion in an angle does, 
   CHECK_THAT(rod("x", "x at the start"), WithinAbs(std::cos(theta) * angle("theta", "theta at the start") * std::cos(1.0), integrated));
 }
 
+TEST_CASE("on constraints columns are those of the start that is put onto them: a sleigh's side speed turns it") {
+  // The nearest velocity in the metric of M: of ẏ the blade takes the impulse −J, J a = I_tip Δω with I_tip = I + m a².
+  const double m = 1.0, I = 0.3, a = 0.5;
+  const Answer d("chaplygin_sleigh --t-end 4");
+  for (const char* of : {"x", "y", "theta", "xdot", "ydot", "thetadot"})
+    CHECK_THAT(d(of, "ydot at the start"), WithinAbs(m * a / (I + m * a * a) * d(of, "thetadot at the start"), integrated));
+}
+
+TEST_CASE("on constraints all columns are those of differences of runs, with starts that go with parameters") {
+  // Order six, and runs at 1e-13.
+  constexpr double h = 1e-4, differenced = 2e-7;
+  const std::string scene = GENERATE(std::string("four_bar"), "slider_crank", "cartesian_pendulum --set q0=1.2");  // the last one off its rod
+  const Answer d(scene + " --t-end 1");
+  const auto end = [&](const std::string& name, double value) {
+    const auto ran = qdot("run " + scene + " --t-end 1 --rtol 1e-13 --atol 1e-13 --json --quiet --set " + name + "=" + json(value).dump());
+    REQUIRE(ran.status == 0);
+    return json::parse(ran.out)["q"][0].get<double>();
+  };
+  for (const json& to : d.found["to"]) {
+    const std::string whole = to["name"], name = whole.substr(0, whole.find(' '));
+    INFO(scene << " by " << name);
+    const double value = to["value"];
+    double slope = 0.0;
+    const double weights[] = {0.75, -0.15, 1 / 60.0};
+    for (int k = 1; k <= 3; ++k) slope += weights[k - 1] * (end(name, value + k * h) - end(name, value - k * h)) / h;
+    CHECK_THAT(d(d.found["of"][0], whole), WithinAbs(slope, differenced * (1.0 + std::abs(slope))));
+  }
+}
+
 TEST_CASE("effects that are on are what a motion depends on, and a rope does not ask for the mass that it holds") {
   const Answer d("pendulum --with damping=0.5 --of theta --to damping,l,thetadot --t-end 4"),
       less("pendulum --with damping=0.49999 --of theta --to l --t-end 4"),
