@@ -94,8 +94,7 @@ void put_onto_tangents(const ModelVariations& equations, double t, Eigen::Vector
 void difference_projections(const ModelVariations& equations, const VariedModel& of, double t, const Eigen::VectorXd& given, Eigen::VectorXd& both) {
   const Eigen::Index size = equations.state_size(), starts = equations.start_columns(), n = equations.dof();
   const Eigen::VectorXd y = both.head(size);
-  Eigen::VectorXd beside = y.cwiseAbs().cwiseMax(given.cwiseAbs());
-  for (const Eigen::Index first : {Eigen::Index{0}, n}) beside.segment(first, n).setConstant(beside.segment(first, n).maxCoeff());
+  const Eigen::VectorXd beside = qdot::detail::sizes_beside(y.cwiseAbs().cwiseMax(given.cwiseAbs()), n);
   for (Eigen::Index j = 0; j < equations.columns(); ++j) {
     const auto projected = [&](double s) {
       Eigen::VectorXd near = given;

@@ -275,10 +275,9 @@ void BasicVariationalEquations<Kind>::pass(const std::string& name, double t, Ei
         name, t,
         {"has an action that does something else each time it is called; let it set what it changes, for it is called several times"});
   // An entry is known to the rounding of its own size, and moves as far as the moment is; one that is zero, to that of its neighbours.
-  Eigen::VectorXd known = largest_, beside = after.cwiseAbs().cwiseMax(largest_);
+  const Eigen::VectorXd beside = sizes_beside(after.cwiseAbs().cwiseMax(largest_), dof_);
+  Eigen::VectorXd known = largest_;
   for (Eigen::Index i = 0; i < size_; ++i) known[i] = std::max(known[i], way * std::max(std::abs(f_before[i]), std::abs(f_after[i])));
-  for (const Eigen::Index first : {Eigen::Index{0}, dof_})
-    if (dof_ > 0) beside.segment(first, dof_).setConstant(beside.segment(first, dof_).maxCoeff());
   for (Eigen::Index j = 0; j < columns_; ++j) {
     const Eigen::VectorXd Phi = both.segment(size_ * (j + 1), size_);
     const auto behind = [&, speed = speed, h_by_t = h_by_t, &time = time](double s) {

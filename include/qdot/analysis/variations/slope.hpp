@@ -40,6 +40,13 @@ inline constexpr std::array<SlopePoints, 3> slope_points{{
 // h for parameters of size x: far enough for rounding, near enough for order six.
 inline double parameter_step(double x) { return std::ldexp(x != 0.0 ? std::abs(x) : 1.0, -8); }
 
+// Sizes of what the entries of [q; q̇; …] are made from, where projections and impacts mix them: of positions and of velocities the largest.
+inline Eigen::VectorXd sizes_beside(Eigen::VectorXd sizes, Eigen::Index dof) {
+  for (const Eigen::Index first : {Eigen::Index{0}, dof})
+    if (dof > 0) sizes.segment(first, dof).setConstant(sizes.segment(first, dof).maxCoeff());
+  return sizes;
+}
+
 // F′(0) of a vector function that is known at s of about `reach` and below; nothing where it has none.
 //
 // @param largest  sizes of entries to whose rounding they are known, where they are larger than the entries; or empty
