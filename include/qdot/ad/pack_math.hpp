@@ -47,28 +47,19 @@ template <class R>
 [[gnu::always_inline]] inline R poisoned(const R& x, const BitsOf<R>& bad) {
   return as_bits<R>(BitsOf<R>(as_bits<BitsOf<R>>(x) | bad));
 }
-template <class R>
-[[gnu::always_inline]] inline R chosen(const BitsOf<R>& condition, const R& a, const R& b) {
-  return as_bits<R>(BitsOf<R>((condition & as_bits<BitsOf<R>>(a)) | (~condition & as_bits<BitsOf<R>>(b))));
-}
-template <class R>
-[[gnu::always_inline]] inline R negated_if(const BitsOf<R>& sign, const R& x) {  // sign: 0 or the sign bit
-  return as_bits<R>(BitsOf<R>(as_bits<BitsOf<R>>(x) ^ sign));
-}
-
 // Adding this to |x| < 2⁵¹ rounds x to a whole number, which stands in the last bits of the sum.
 inline constexpr double whole_number_shift = 0x1.8p52;
 
-// Sine and cosine by registers; NaN outside of the range.
+// Sine and cosine by registers; NaN outside of the range. By reference, since a register that is wider than the compiler was told of must not be returned.
 template <class R>
-struct Circular {
-  R sin, cos;
-};
-template <class R>
-[[gnu::always_inline]] inline Circular<R> circular(const R& x) {
+[[gnu::always_inline]] inline void find_circular(const R& x, R& sine, R& cosine) {
+#if defined(__clang__)
+#pragma clang fp contract(off)  // as lines have it of g++ (ad/formula/circular_lines.hpp)
+#endif
+  using B = BitsOf<R>;
   const R shifted = x * 0x1.45f306dc9c883p-1 + whole_number_shift;  // 2/π
   const R k = shifted - whole_number_shift;
-  const BitsOf<R> quadrant = as_bits<BitsOf<R>>(shifted);
+  const B quadrant = __builtin_bit_cast(B, shifted);
   const R above = x - k * 0x1.921fb544p+0;
   const R middle = k * 0x1.0b4611a6p-34;
   const R nearby = above - middle;
@@ -85,10 +76,11 @@ template <class R>
                                    z * (-1.38888888888741095749e-03 +
                                         z * (2.48015872894767294178e-05 +
                                              z * (-2.75573143513906633035e-07 + z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))))));
-  const BitsOf<R> swapped = -(quadrant & 1);
-  const BitsOf<R> bad = outside(x, circular_range);
-  return {poisoned(negated_if(BitsOf<R>((quadrant & 2) << 62), chosen(swapped, c, s)), bad),
-          poisoned(negated_if(BitsOf<R>(((quadrant + 1) & 2) << 62), chosen(swapped, s, c)), bad)};
+  const B swapped = -(quadrant & 1), of_s = __builtin_bit_cast(B, s), of_c = __builtin_bit_cast(B, c);
+  const B magnitude = __builtin_bit_cast(B, x) & 0x7fffffffffffffffLL;
+  const B bad = ~__builtin_bit_cast(B, __builtin_bit_cast(R, magnitude) <= circular_range);
+  sine = __builtin_bit_cast(R, (((swapped & of_c) | (~swapped & of_s)) ^ ((quadrant & 2) << 62)) | bad);
+  cosine = __builtin_bit_cast(R, (((swapped & of_s) | (~swapped & of_c)) ^ (((quadrant + 1) & 2) << 62)) | bad);
 }
 
 // eˣ by registers; NaN outside of the range.
@@ -173,11 +165,23 @@ namespace detail {
 // The fast functions, for those who look at their results: NaN where <cmath> is needed.
 template <int lanes, int width>
 [[gnu::always_inline]] inline Pack<lanes, width> fast_sin(const Pack<lanes, width>& x) {
-  return by_register<Pack<lanes, width>>([](const auto& r) { return circular(r).sin; }, x);
+  return by_register<Pack<lanes, width>>(
+      [](const auto& r) {
+        std::remove_cvref_t<decltype(r)> sine, cosine;
+        find_circular(r, sine, cosine);
+        return sine;
+      },
+      x);
 }
 template <int lanes, int width>
 [[gnu::always_inline]] inline Pack<lanes, width> fast_cos(const Pack<lanes, width>& x) {
-  return by_register<Pack<lanes, width>>([](const auto& r) { return circular(r).cos; }, x);
+  return by_register<Pack<lanes, width>>(
+      [](const auto& r) {
+        std::remove_cvref_t<decltype(r)> sine, cosine;
+        find_circular(r, sine, cosine);
+        return cosine;
+      },
+      x);
 }
 template <int lanes, int width>
 [[gnu::always_inline]] inline Pack<lanes, width> fast_exp(const Pack<lanes, width>& x) {

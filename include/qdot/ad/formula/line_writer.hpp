@@ -56,10 +56,12 @@ class LineWriter {
  private:
   using Operation = Line::Operation;
 
-  // A node on its level; for a sine and a cosine of one angle, both.
+  static constexpr int none = -1;
+
+  // A node on its level; of a sine and a cosine of one angle, both, of which one may be missing.
   struct Element {
     Line line;
-    int node, partner = -1;
+    int node, sine = none, cosine = none;
   };
 
   void see_new_nodes() {
@@ -141,7 +143,7 @@ class LineWriter {
 
   [[gnu::cold]] void write_level(std::size_t first, std::size_t last, LineTable& table) {
     elements_.clear();
-    for (std::size_t k = first; k < last; ++k) elements_.push_back({line_of(by_level_[k]), by_level_[k], -1});
+    for (std::size_t k = first; k < last; ++k) elements_.push_back({line_of(by_level_[k]), by_level_[k]});
     sort_elements();
     if (pair_sines_and_cosines()) sort_elements();
     for (std::size_t k = 0; k < elements_.size();) {
@@ -223,36 +225,38 @@ class LineWriter {
     });
   }
 
-  // A sine and a cosine of one angle become one element; whether there are any.
+  // A sine and a cosine of one angle become one element; one without the other, too, for both cost what one costs. Whether there are any.
   [[gnu::cold]] bool pair_sines_and_cosines() {
     const auto is = [](const Element& e, Function f) { return e.line.operation == Operation::function && e.line.function == f; };
     const auto begin_of = [&](Function f) { return std::find_if(elements_.begin(), elements_.end(), [&](const Element& e) { return is(e, f); }); };
     auto s = begin_of(Function::sin), c = begin_of(Function::cos);
     bool any = false;
-    while (s != elements_.end() && is(*s, Function::sin) && c != elements_.end() && is(*c, Function::cos)) {
-      if (s->line.a != c->line.a) {
-        ++(s->line.a < c->line.a ? s : c);
-        continue;
-      }
-      s->line.operation = Operation::sine_and_cosine;
-      s->line.function = Function::none;
-      s->partner = c->node;
-      c->line.operation = Operation::end;
+    while (true) {
+      const bool more_sines = s != elements_.end() && is(*s, Function::sin), more_cosines = c != elements_.end() && is(*c, Function::cos);
+      if (!more_sines && !more_cosines) break;
       any = true;
-      ++s, ++c;
+      const bool both = more_sines && more_cosines && s->line.a == c->line.a;
+      Element& pair = more_sines && (both || !more_cosines || s->line.a < c->line.a) ? *s++ : *c;
+      pair.sine = is(pair, Function::sin) ? pair.node : none;
+      pair.cosine = both ? c->node : pair.sine == none ? pair.node : none;
+      if (both) c->line.operation = Operation::end;
+      if (both || pair.sine == none) ++c;
+      pair.line.operation = Operation::sine_and_cosine;
+      pair.line.function = Function::none;
     }
     if (any) std::erase_if(elements_, [](const Element& e) { return e.line.operation == Operation::end; });
     return any;
   }
 
   [[gnu::cold]] void place_elements(std::size_t first, std::size_t last) {
-    const auto place = [&](Element& e, int node) {
-      place_[static_cast<std::size_t>(node)] = static_cast<int>(count_);
-      (node == e.node ? e.line.to : e.line.b) = count_++;
+    const auto placed = [&](int node) {
+      if (node != none) place_[static_cast<std::size_t>(node)] = static_cast<int>(count_);
+      return count_++;
     };
-    for (std::size_t k = first; k < last; ++k) place(elements_[k], elements_[k].node);
-    for (std::size_t k = first; k < last; ++k)
-      if (elements_[k].partner >= 0) place(elements_[k], elements_[k].partner);
+    const bool circular = elements_[first].line.operation == Operation::sine_and_cosine;
+    for (std::size_t k = first; k < last; ++k) elements_[k].line.to = placed(circular ? elements_[k].sine : elements_[k].node);
+    if (!circular) return;
+    for (std::size_t k = first; k < last; ++k) elements_[k].line.b = placed(elements_[k].cosine);
   }
 
   // Elements of one kind: runs where they are long enough, or one run with lists, or lines.

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "qdot/ad/formula/analytic_function.hpp"
+#include "qdot/ad/formula/circular_lines.hpp"
 #include "qdot/ad/formula/graph.hpp"
 
 namespace qdot::formula {
@@ -118,6 +119,32 @@ template <class Number, class F>
   for (std::size_t k = 0; k < count; ++k, a += run.step_a, b += run.step_b, d += run.step_d, e += run.step_e) to[k] = f(*a, *b, *d, *e, k);
 }
 
+// Sines and cosines, some at a time.
+inline void carry_out_circular(const LineTable& table, const RunOfLines& run, double* x) {
+  constexpr std::uint32_t most = 32;
+  CircularPlaces places[most];
+  const auto write = fastest_circular();
+  for (std::uint32_t k = 0, some = 0; k < run.count; k += some) {
+    for (some = 0; some < most && k + some < run.count; ++some) {
+      const std::uint32_t at = k + some, angle = run.places < 0 ? run.first.a + at * static_cast<std::uint32_t>(run.step_a)
+                                                                : table.places[static_cast<std::size_t>(run.places) + 2 * at];
+      places[some] = {angle, run.first.to + at, run.first.b + at};
+    }
+    write(x, places, some);
+  }
+}
+// Whether a line is a sine and cosine beside those from `first` on: results have growing numbers, so none of theirs is its angle.
+inline bool is_beside(const Line& line, const Line& first) { return line.operation == Line::Operation::sine_and_cosine && line.a < first.to; }
+// Those of lines one behind the other; the first line that is none.
+inline const Line* carry_out_circular(const Line* line, double* x) {
+  constexpr std::size_t most = 8;
+  CircularPlaces places[most];
+  std::size_t count = 0;
+  for (const Line& first = *line; count < most && is_beside(*line, first); ++line) places[count++] = {line->a, line->to, line->b};
+  fastest_circular()(x, places, count);
+  return line;
+}
+
 template <class Number>
 [[gnu::noinline]] void carry_out(const LineTable& table, const RunOfLines& run, Number* x) {
   using Operation = Line::Operation;
@@ -143,13 +170,7 @@ template <class Number>
     case Operation::root: return roots([](Number a, Number, std::size_t) { return std::sqrt(a); });
     case Operation::inverse_root: return roots([](Number a, Number, std::size_t) { return 1.0 / std::sqrt(a); });
     case Operation::power: return functions([=](Number a, Number, std::size_t) { return raised(a, c); });
-    case Operation::sine_and_cosine: {
-      Number* const cosine = x + run.first.b;
-      return functions([=](Number a, Number, std::size_t k) {
-        cosine[k] = std::cos(a);
-        return std::sin(a);
-      });
-    }
+    case Operation::sine_and_cosine: return carry_out_circular(table, run, x);
     case Operation::function: {
       const Function f = run.first.function;
       return functions([=](Number a, Number b, std::size_t) { return value_of(f, a, b); });
@@ -222,12 +243,9 @@ inverse_root:
 power:
   x[line->to] = raised(x[line->a], line->c);
   goto* ways[way(++line)];
-sine_and_cosine: {
-  const Number angle = x[line->a];
-  x[line->to] = std::sin(angle);
-  x[line->b] = std::cos(angle);
-}
-  goto* ways[way(++line)];
+sine_and_cosine:
+  line = carry_out_circular(line, x);
+  goto* ways[way(line)];
 function:
   x[line->to] = value_of(line->function, x[line->a], x[line->b]);
   goto* ways[way(++line)];
