@@ -1,0 +1,162 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Lines as machine code, from some evaluations on.
+//
+// LineEvaluator carries a table of lines out on numbers. The first evaluations are the interpreter's (ad/formula/lines.hpp). What is evaluated
+// more often is worth being translated (ad/formula/native/emitter.hpp): that takes as long as some hundred evaluations, and an evaluation takes
+// half of the time then. Results have the same bits.
+//
+// The interpreter goes on by itself where the system refuses executable pages, on other processors than x86-64, where a table is longer than
+// Emitter::longest, where the environment has QDOT_NATIVE=0, and where a first trial shows that the two would differ (a compiler that fuses
+// products and sums in the interpreter, as g++ does by -mfma).
+
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/formula/native/emitter.hpp"
+#include "qdot/ad/formula/native/executable_pages.hpp"
+
+namespace qdot::formula {
+
+/// Machine code for one table of lines.
+class NativeLines {
+ public:
+  /// @param read  which of the numbers are read from outside after an evaluation, not zero
+  [[gnu::cold]] NativeLines(const LineTable& table, std::span<const char> read, bool has_avx) : NativeLines(Emitter(table, read.size(), read, has_avx)) {}
+
+  bool exists() const { return pages_.entry() != nullptr; }
+#if defined(__clang__)
+  [[clang::no_sanitize("function")]]  // which knows functions that it has compiled
+#endif
+  void operator()(double* x) const { std::bit_cast<void (*)(double*, const double*)>(pages_.entry())(x, constants_.data()); }
+
+ private:
+  explicit NativeLines(Emitter&& emitter)
+      : constants_(emitter.take_constants()), circular_(emitter.take_circular()), calls_(emitter.take_calls()), pages_(addressed(emitter)) {}
+
+  // The code with the addresses of what calls are to do.
+  std::vector<std::uint8_t> addressed(const Emitter& emitter) const {
+    std::vector<std::uint8_t> code = emitter.code();
+    for (const Emitter::CallSite& site : emitter.call_sites()) {
+      const void* const what = site.circular ? static_cast<const void*>(circular_.data() + site.first) : calls_.data() + site.first;
+      const auto address = std::bit_cast<std::uintptr_t>(what);
+      for (std::size_t i = 0; i < sizeof address; ++i) code[site.at + i] = static_cast<std::uint8_t>(address >> (8 * i));
+    }
+    return code;
+  }
+
+  std::vector<double> constants_;
+  std::vector<CircularPlaces> circular_;
+  std::vector<Line> calls_;
+  ExecutablePages pages_;
+};
+
+/// Whether machine code may take the place of the interpreter in this process.
+[[gnu::cold]] inline bool native_lines_are_possible() {
+#if defined(__linux__) && defined(__x86_64__)
+  static const bool possible = [] {
+    const char* const wish = std::getenv("QDOT_NATIVE");
+    if (wish != nullptr && std::string_view(wish) == "0") return false;
+    LineTable table;  // 0.1 · 10 − 1 is 0, and 5.6e-17 with one rounding
+    Line line{Line::Operation::product_difference, Function::none, 3, 0, 1};
+    line.d = 2;
+    table.lines = {line, Line{}};
+    const char read[] = {0, 0, 0, 1};
+    double interpreted[] = {0.1, 10.0, 1.0, 7.0}, native[] = {0.1, 10.0, 1.0, 7.0};
+    carry_out(table, interpreted);
+    const NativeLines code(table, read, __builtin_cpu_supports("avx") != 0);
+    if (!code.exists()) return false;
+    code(native);
+    return std::bit_cast<std::uint64_t>(interpreted[3]) == std::bit_cast<std::uint64_t>(native[3]);
+  }();
+  return possible;
+#else
+  return false;
+#endif
+}
+
+/// A table of lines that is carried out many times, by several threads if need be.
+class LineEvaluator {
+ public:
+  static constexpr long begin_after = 500;  // evaluations
+
+  /// Takes a table before the first evaluation.
+  ///
+  /// @param count  how many numbers an evaluation has
+  [[gnu::cold]] void set(LineTable table, std::size_t count) {
+    table_ = std::move(table);
+    state_->read.assign(count, 0);
+  }
+  /// Says which numbers are read after an evaluation; −1 for none. Before the first evaluation.
+  [[gnu::cold]] void add_read(std::span<const int> numbers) {
+    for (const int number : numbers)
+      if (number >= 0) mark(static_cast<std::uint32_t>(number));
+  }
+  /// Likewise, that another table reads them.
+  [[gnu::cold]] void add_read(const LineEvaluator& other) {
+    const StraightLines straight(other.table_, other.state_->read.size(), Emitter::longest);
+    if (straight.lines().empty()) state_->read.assign(state_->read.size(), 1);
+    for (const Line& line : straight.lines()) for_each_operand(line, [&](std::uint32_t number) { mark(number); });
+  }
+
+  const LineTable& table() const { return table_; }
+
+  void operator()(double* x) const {
+    if (const NativeLines* const code = state_->code.load(std::memory_order_acquire)) return (*code)(x);
+    carry_out(table_, x);
+    count();
+  }
+
+  /// Whether evaluations are by machine code by now. Asking counts as an evaluation, for those that have another way until then.
+  bool is_native_by_now() const {
+    if (state_->code.load(std::memory_order_acquire)) return true;
+    count();
+    return false;
+  }
+
+ private:
+  struct State {
+    std::vector<char> read;
+    std::atomic<long> left{begin_after};
+    std::unique_ptr<const NativeLines> owned;
+    std::atomic<const NativeLines*> code{nullptr};
+  };
+
+  void count() const {
+    if (state_->left.load(std::memory_order_relaxed) > 0 && state_->left.fetch_sub(1, std::memory_order_relaxed) == 1) translate<>();
+  }
+  void mark(std::uint32_t number) {
+    if (number < state_->read.size()) state_->read[number] = 1;
+  }
+
+  // Called once, by one thread.
+  template <class Number = double>
+  void translate() const;
+
+  LineTable table_;
+  std::unique_ptr<State> state_ = std::make_unique<State>();
+};
+
+template <class Number>
+[[gnu::cold, gnu::noinline]] void LineEvaluator::translate() const {
+  if (!native_lines_are_possible()) return;
+  auto code = std::make_unique<const NativeLines>(table_, state_->read, __builtin_cpu_supports("avx") != 0);
+  if (!code->exists()) return;
+  state_->owned = std::move(code);
+  state_->code.store(state_->owned.get(), std::memory_order_release);
+}
+
+#ifdef QDOT_COMPILED
+extern template void LineEvaluator::translate<double>() const;
+#endif
+
+}  // namespace qdot::formula
