@@ -4,6 +4,7 @@
 //
 // Headers declare these with `extern template` where QDOT_COMPILED is defined, which the CMake target does. Without it every program compiles them for itself.
 #include <qdot/ad/formula/lines.hpp>
+#include <qdot/ad/formula/native/native_lines.hpp>
 #include <qdot/ad/formula/recording.hpp>
 #include <qdot/ad/series/sweep.hpp>
 #include <qdot/effects/impact.hpp>
@@ -41,6 +42,7 @@ template int power_in<double>(Recording&, int, double);
 template int constant_in<double>(Recording&, double);
 template void carry_out<double>(const LineTable&, const RunOfLines&, double*);
 template void carry_out<double>(const LineTable&, double*);
+template void LineEvaluator::translate<double>() const;
 }  // namespace qdot::formula
 
 namespace qdot::detail {
@@ -74,7 +76,7 @@ template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen:
 template struct Derivation<double>;
 template void TracedEquations<double>::derive(bool, const std::vector<char>&);
 template TracedEquations<double>::Slopes TracedEquations<double>::slopes();
-template std::shared_ptr<const formula::LineTable> TracedLines<double>::written(const std::vector<int>&);
+template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
 }  // namespace qdot::detail
 
 namespace qdot {

@@ -144,6 +144,31 @@ TEST_CASE("in a run, q̈ of looped chains is what is derived by hand, and its Ja
   check(std::integral_constant<int, 16>());
 }
 
+TEST_CASE("in a run, accelerations keep their bits when machine code takes the place of the interpreter") {
+  std::mt19937 random(48);
+  const auto keeps_bits = [&]<int n>(const auto& form, std::integral_constant<int, n>) {
+    const Vector<double, 2 * n> y = random_state<n>(random);
+    const Eigen::VectorXd first = rates(form, y);
+    for (long k = 0; k < formula::LineEvaluator::begin_after + 2; ++k)
+      if (rates(form, y) != first) return false;
+    return true;
+  };
+  const auto check = [&]<int n>(std::integral_constant<int, n> size) {
+    const auto system = mechanical_system<n>(bench::LoopedChain{});
+    const auto form = first_order_form(system);
+    CHECK(keeps_bits(form, size));
+    const detail::DerivedLines* const lines = detail::lines_now<n>(form.system().kept_lines(), form.system().energies());
+    REQUIRE(lines != nullptr);
+    CHECK(lines->solution[0].lines.is_native_by_now() == formula::native_lines_are_possible());
+    CHECK(keeps_bits(first_order_form(scene(system, viscous_damping(Vector<double, n>::Constant(0.1)))), size));
+  };
+  check(std::integral_constant<int, 1>());
+  check(std::integral_constant<int, 2>());
+  check(std::integral_constant<int, 3>());
+  check(std::integral_constant<int, 5>());
+  check(std::integral_constant<int, 8>());
+}
+
 TEST_CASE("slopes of lines at any accelerations are those of r - M a by dual numbers") {
   constexpr int n = 3;
   using D = Dual<double, 2 * n>;
@@ -263,7 +288,7 @@ TEST_CASE("in a run, places in space have the accelerations that they have outsi
   const auto form = first_order_form(system);
   const detail::DerivedLines* const lines = detail::lines_now<6>(form.system().kept_lines(), form.system().energies());
   REQUIRE(lines != nullptr);
-  CHECK(lines->equations.lines.size() <= 10 * 6);  // 104 where their Coriolis terms are not seen to be those of rates
+  CHECK(lines->equations.table().lines.size() <= 10 * 6);  // 104 where their Coriolis terms are not seen to be those of rates
   std::mt19937 random(8);
   for (int k = 0; k < 3; ++k) {
     const Vector<double, 12> y = random_state<6>(random);

@@ -53,6 +53,11 @@ struct ForcedTo {
     add_forces(at, r);
     return free.full(at, M, r);
   }
+  static constexpr bool is_forced = true;
+  bool by_solution(const AtState& at, const DerivedLines& lines, double* x) const {
+    const Vector<double, n> Q = forces_at<sum>(scene, z, at);
+    return lines.write_accelerations<n>(x, Q.data(), free.threshold, free.qddot);
+  }
   template <int blocks>
   bool rows(const AtState& at, int size, double* M, double* r) const {
     add_forces(at, r);

@@ -286,7 +286,7 @@ class TracedConstraints {
 
   TracedLines<Number> lines_;
   double cutoff_, dependent_;
-  std::shared_ptr<const formula::LineTable> table_, pull_table_;
+  std::shared_ptr<const formula::LineEvaluator> table_, pull_table_;
   std::vector<int> right_, wanted_, zdot_, J_numbers_, schur_, pulled_, mass_;
   std::vector<int> schur_rows_, schur_columns_;
   std::vector<std::size_t> diagonal_;  // among them

@@ -163,7 +163,7 @@ class SparseNewton final : public NewtonEquations {
 
   const MethodForm& form_;
   std::unique_ptr<TracedLines<>> lines_;
-  std::shared_ptr<const formula::LineTable> table_;
+  std::shared_ptr<const formula::LineEvaluator> table_;
   std::vector<double> acceleration_, multipliers_;
   std::vector<Part> parts_, slopes_;  // of a slope: row of the right side, component of the state, number
   std::vector<Part> softened_;        // place, number of an inertia, number of an entry of J

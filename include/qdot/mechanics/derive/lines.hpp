@@ -11,13 +11,19 @@
 // Who has such lines hands M and r on as every way to them does (mechanics/mass_and_rhs.hpp).
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "qdot/ad/formula/line_writer.hpp"
+#include "qdot/ad/formula/native/native_lines.hpp"
 #include "qdot/mechanics/derive/derivatives_of_graph.hpp"
 #include "qdot/mechanics/derive/recorded_energies.hpp"
+#include "qdot/mechanics/derive/solution_lines.hpp"
 #include "qdot/mechanics/equations/graded_evaluation.hpp"
+#include "qdot/mechanics/equations/small_solve.hpp"
 
 namespace qdot::detail {
 
@@ -26,13 +32,22 @@ struct DerivedLines {
   // Numbers of an evaluation: a vector of them lies on the stack.
   static constexpr std::size_t most(std::size_t n) { return n <= 16 ? 4000 : 12000; }
 
-  formula::LineTable equations, further;  // M and r; and the slopes, which come after them
+  formula::LineEvaluator equations;               // M and r
+  formula::LineEvaluator before_slopes, further;  // the same lines, with all that the slopes read; and the slopes
   std::vector<int> mass, right, slopes;   // lower triangle of M, row by row; derivatives of each row along q and then q̇
   struct Checked {
     int number;
     formula::Domain domain;
   };
   std::vector<Checked> checked;  // outside of which T or V has no value
+
+  // q̈ of up to eight coordinates, by machine code once it has been asked for often; without forces Q, and with them.
+  struct Solution {
+    formula::LineEvaluator lines;
+    std::vector<int> accelerations;
+    std::vector<std::pair<int, int>> pivots;
+  };
+  Solution solution[2];
 
   bool exist() const { return !right.empty(); }
   bool have_slopes() const { return !slopes.empty(); }
@@ -42,7 +57,12 @@ struct DerivedLines {
   bool with_mass_and_rhs(const double* q, const double* qdot, double t, const Use& use) const {
     double x[most(n)];
     write_inputs(n, q, qdot, t, x);
-    formula::carry_out(equations, x);
+    if constexpr (n <= straight_line_limit && requires { use.by_solution(AtState{q, qdot, t}, *this, x); }) {
+      if (solution[Use::is_forced].lines.is_native_by_now()) return use.by_solution(AtState{q, qdot, t}, *this, x);
+      formula::carry_out(equations.table(), x);
+    } else {
+      equations(x);
+    }
     if (!have_values(x)) return false;
     double r[graded_stride<n>];
     for (int i = 0; i < n; ++i) r[i] = x[right[static_cast<std::size_t>(i)]];
@@ -59,19 +79,37 @@ struct DerivedLines {
     }
   }
 
+  /// q̈ by machine code, on numbers that have the inputs; false where it is not finite, or a pivot is not above a fraction of its diagonal entry.
+  template <int n>
+  bool write_accelerations(double* x, const double* Q, double threshold, double* qddot) const {
+    const Solution& s = solution[Q != nullptr];
+    if (Q)
+      for (int i = 0; i < n; ++i) x[2 * n + 1 + i] = Q[i];
+    s.lines(x);
+    bool good = have_values(x);
+    for (const auto& [pivot, whole] : s.pivots) good &= x[pivot] > threshold * x[whole];
+    double zero = 0.0;
+    for (int i = 0; i < n; ++i) {
+      const double a = x[s.accelerations[static_cast<std::size_t>(i)]];
+      zero += a - a;
+      qddot[i] = a;
+    }
+    return good && zero == 0.0;
+  }
+
   /// M, and the derivatives of r − M a at accelerations a (mechanics/equations/equation_slopes.hpp), which come from (M, r): `put_accelerations` leaves them in
   /// r's place; false where it says so.
   template <int n, class Row, class F>
   bool write_slopes(const double* q, const double* qdot, double t, double* M, Row* rows, const F& put_accelerations) const {
     double x[most(n)];
     write_inputs(n, q, qdot, t, x);
-    formula::carry_out(equations, x);
+    before_slopes(x);
     if (!have_values(x)) return false;
     write_mass(x, M);
     double* const a = x + 2 * n + 1;
     for (int i = 0; i < n; ++i) a[i] = x[right[static_cast<std::size_t>(i)]];
     if (!put_accelerations(static_cast<const double*>(M), a)) return false;
-    formula::carry_out(further, x);
+    further(x);
     const int* slope = slopes.data();
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < 2 * n; ++j, ++slope) rows[i][j] = *slope < 0 ? 0.0 : x[*slope];
@@ -111,31 +149,65 @@ template <class Coefficient>
 class DerivedLineWriter {
  public:
   DerivedLineWriter(const formula::BasicGraph<Coefficient>& graph, std::size_t n, std::size_t shortest_run)
-      : graph_(graph), most_(DerivedLines::most(n)), writer_(graph, 3 * n + 1, shortest_run) {}
+      : graph_(graph), n_(n), most_(DerivedLines::most(n)), writer_(graph, 3 * n + 1, shortest_run) {}
 
   /// Lines of M and r; none where there would be too many.
   [[gnu::cold]] void write_equations(const DerivedJacobian& derived, DerivedLines& lines) {
     std::vector<int> equations = derived.mass;
     equations.insert(equations.end(), derived.right.begin(), derived.right.end());
     const std::vector<formula::Domain> domains = domains_to_check(graph_, equations);
-    writer_.write(with_checked(equations, domains), lines.equations);
-    lines.equations.lines.push_back(formula::Line{});
+    formula::LineTable table;
+    writer_.write(with_checked(equations, domains), table);
+    table.lines.push_back(formula::Line{});
+    lines.equations.set(std::move(table), writer_.count());
     if (writer_.count() > most_) return;
     for (std::size_t w = 0; w < domains.size(); ++w)
       if (domains[w] != formula::Domain::everything) lines.checked.push_back({writer_.number(static_cast<int>(w)), domains[w]});
     lines.mass = writer_.numbers(derived.mass);
     lines.right = writer_.numbers(derived.right);
+    add_read(lines, lines.equations);
+    for (const bool forced : {false, true}) write_solution(lines, lines.solution[forced], forced);
   }
   /// Likewise of the slopes.
   [[gnu::cold]] void write_slopes(const DerivedJacobian& derived, DerivedLines& lines) {
-    writer_.write(derived.slopes, lines.further);
-    lines.further.lines.push_back(formula::Line{});
-    if (writer_.count() <= most_) lines.slopes = writer_.numbers(derived.slopes);
+    formula::LineTable table;
+    writer_.write(derived.slopes, table);
+    table.lines.push_back(formula::Line{});
+    lines.further.set(std::move(table), writer_.count());
+    if (writer_.count() > most_) return;
+    lines.slopes = writer_.numbers(derived.slopes);
+    lines.further.add_read(lines.slopes);
+    lines.before_slopes.set(lines.equations.table(), writer_.count());
+    add_read(lines, lines.before_slopes);
+    lines.before_slopes.add_read(lines.slopes);
+    lines.before_slopes.add_read(lines.further);
   }
 
  private:
+  static void add_read(const DerivedLines& lines, formula::LineEvaluator& evaluator) {
+    evaluator.add_read(lines.mass);
+    evaluator.add_read(lines.right);
+    for (const DerivedLines::Checked& c : lines.checked) evaluator.add_read(std::array{c.number});
+  }
+
+  [[gnu::cold]] void write_solution(const DerivedLines& lines, DerivedLines::Solution& solution, bool forced) {
+    if (n_ > straight_line_limit) return;
+    SolutionLines more(static_cast<std::uint32_t>(writer_.count()), lines.mass, lines.right, forced ? static_cast<int>(2 * n_ + 1) : -1);
+    if (more.accelerations.empty() || more.count() > most_) return;
+    formula::LineTable table = lines.equations.table();
+    table.lines.pop_back();
+    table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
+    table.lines.push_back(formula::Line{});
+    solution.lines.set(std::move(table), more.count());
+    solution.accelerations = std::move(more.accelerations);
+    solution.pivots = std::move(more.pivots);
+    solution.lines.add_read(solution.accelerations);
+    for (const auto& [pivot, whole] : solution.pivots) solution.lines.add_read(std::array{pivot, whole});
+    for (const DerivedLines::Checked& c : lines.checked) solution.lines.add_read(std::array{c.number});
+  }
+
   const formula::BasicGraph<Coefficient>& graph_;
-  std::size_t most_;
+  std::size_t n_, most_;
   formula::LineWriter<Coefficient> writer_;
 };
 
@@ -156,7 +228,7 @@ RecordedMotion recorded_motion(const E& e) {
 /// A line takes a third of the time that an operation of T takes on these. Of rotations the library knows more than their formulas.
 inline bool lines_pay(const DerivedLines& lines, const RecordedMotion& recorded) {
   const std::vector<char> needed = recorded.recording.graph.needed_for(recorded.returned);
-  return lines.equations.lines.size() <= 3 * static_cast<std::size_t>(std::count(needed.begin(), needed.end(), 1));
+  return lines.equations.table().lines.size() <= 3 * static_cast<std::size_t>(std::count(needed.begin(), needed.end(), 1));
 }
 
 }  // namespace qdot::detail

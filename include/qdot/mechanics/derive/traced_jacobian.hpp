@@ -83,7 +83,7 @@ class TracedJacobian {
     blocks_ = lines_.numbers(blocks);
     states_ = slopes.states;
     for (SparseEntries::Entry& entry : states_.entries) entry.what = lines_.numbers({entry.what})[0];
-    is_known_ = further_->lines.size() <= most_lines;
+    is_known_ = further_->table().lines.size() <= most_lines;
   }
 
   bool is_known() const { return is_known_; }
@@ -220,7 +220,7 @@ class TracedJacobian {
   typename Factors::template Upper<Four> upper_;
   std::vector<double> lambda_;
   std::vector<Four> lower_;
-  std::shared_ptr<const formula::LineTable> equations_, further_;
+  std::shared_ptr<const formula::LineEvaluator> equations_, further_;
   std::vector<int> right_, zdot_, gamma_, mass_, J_, first_columns_, empty_columns_, blocks_;
   SparseEntries states_;
   std::vector<double> own_J_, own_ydot_;

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "qdot/ad/formula/line_writer.hpp"
+#include "qdot/ad/formula/native/native_lines.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/equations/solve.hpp"
 #include "qdot/mechanics/equations/sparse_factors.hpp"
@@ -41,8 +42,8 @@ class TracedLines {
   const TracedEquations<Number>& equations() const { return shared_->equations; }
   TracedEquations<Number>& equations() { return shared_->equations; }
 
-  /// A table of what `outputs` need beyond what is written already.
-  std::shared_ptr<const formula::LineTable> written(const std::vector<int>& outputs);
+  /// Lines of what `outputs` need beyond what is written already. All are written before the first evaluation.
+  std::shared_ptr<const formula::LineEvaluator> written(const std::vector<int>& outputs);
   /// Whether the functors are what was traced: run(motion) runs them again.
   template <class Run>
   bool still_holds(const Run& run) {
@@ -78,7 +79,7 @@ class TracedLines {
   double* inputs() { return x_.data(); }
   void set_accelerations(const double* a) { std::copy_n(a, equations().n(), inputs() + 2 * equations().n() + 1 + equations().states()); }
   double* multipliers() { return x_.data() + 3 * equations().n() + 1 + equations().states(); }
-  void carry_out(const formula::LineTable& table) { formula::carry_out(table, x_.data()); }
+  void carry_out(const formula::LineEvaluator& lines) { lines(x_.data()); }
   double operator[](int number) const { return x_[static_cast<std::size_t>(number)]; }
 
  private:
@@ -86,6 +87,7 @@ class TracedLines {
     TracedEquations<Number> equations;
     std::size_t inputs;
     formula::LineWriter<Number> writer;
+    std::vector<std::shared_ptr<formula::LineEvaluator>> written;
     std::mutex again;  // copies in several threads may run the functors again
     explicit Shared(TracedEquations<Number> e)
         : equations(std::move(e)), inputs(3 * equations.n() + 1 + equations.states() + equations.rows()), writer(equations.graph(), inputs) {}
@@ -98,21 +100,28 @@ class TracedLines {
 };
 
 template <class Number>
-[[gnu::cold]] std::shared_ptr<const formula::LineTable> TracedLines<Number>::written(const std::vector<int>& outputs) {
-  auto table = std::make_shared<formula::LineTable>();
-  shared_->writer.write(outputs, *table);
+[[gnu::cold]] std::shared_ptr<const formula::LineEvaluator> TracedLines<Number>::written(const std::vector<int>& outputs) {
+  formula::LineTable table;
+  shared_->writer.write(outputs, table);
   x_.resize(shared_->writer.count());
-  std::erase_if(table->lines, [&](const formula::Line& line) {  // a constant is there from now on
+  std::erase_if(table.lines, [&](const formula::Line& line) {  // a constant is there from now on
     const bool is_constant = line.operation == formula::Line::Operation::constant;
     if (is_constant) x_[line.to] = line.c;
     return is_constant;
   });
-  table->lines.push_back(formula::Line{});
-  return table;
+  table.lines.push_back(formula::Line{});
+  auto lines = std::make_shared<formula::LineEvaluator>();
+  lines->set(std::move(table), shared_->writer.count());
+  shared_->written.push_back(lines);
+  for (const auto& earlier : shared_->written) {
+    earlier->add_read(numbers(outputs));
+    if (earlier != lines) earlier->add_read(*lines);
+  }
+  return lines;
 }
 
 #ifdef QDOT_COMPILED
-extern template std::shared_ptr<const formula::LineTable> TracedLines<double>::written(const std::vector<int>&);
+extern template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
 #endif
 
 /// q̈ and ż of a system, or of a scene without constraints.
@@ -209,7 +218,7 @@ class TracedMotion {
   }
 
   TracedLines<Number> lines_;
-  std::shared_ptr<const formula::LineTable> table_;
+  std::shared_ptr<const formula::LineEvaluator> table_;
   std::vector<int> right_, zdot_, mass_;
   std::optional<PatternFactors<Number>> factors_;
   std::vector<double> values_;
