@@ -25,13 +25,15 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "qdot/effects/forces.hpp"
-#include "qdot/effects/rows/constrained_solve.hpp"
+#include "qdot/effects/rows/bounded_minimum.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 #include "qdot/mechanics/system.hpp"
@@ -63,36 +65,45 @@ inline ImpactLaw poisson_restitution(double e) { return detail::checked_law(e, t
 
 namespace detail {
 
-// x ≥ lower with A x + b ≥ 0 and (x − lower)ᵀ(A x + b) = 0, for a symmetric positive semidefinite A: principal pivots by
-// Murty's least index, which always arrives when A is positive definite.
+// No finite impulse keeps this contact from closing further.
+struct NoImpulse {
+  Eigen::Index contact;
+};
+
+// The shortest x ≥ lower with A x + b ≥ 0 and (x − lower)ᵀ(A x + b) = 0, for a symmetric positive semidefinite A.
+//
+// @throws NoImpulse  when there is none
 template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>  // compiled only where it is called
 VectorXd complementary(const std::type_identity_t<MatrixXd>& A, const std::type_identity_t<VectorXd>& b, const std::type_identity_t<VectorXd>& lower) {
   const Eigen::Index k = b.size();
   const VectorXd q = A * lower + b;
-  std::vector<bool> in(static_cast<std::size_t>(k), false);
-  VectorXd y = VectorXd::Zero(k);
-  const double rounding = 1e-13 * (1e-300 + q.cwiseAbs().maxCoeff());
-  for (int pivot = 0; pivot < 1000; ++pivot) {
-    std::vector<Eigen::Index> set;
-    for (Eigen::Index i = 0; i < k; ++i)
-      if (in[static_cast<std::size_t>(i)]) set.push_back(i);
-    y.setZero();
-    if (!set.empty()) {
-      const VectorXd right = -q(set);
-      y(set) = least_norm(MatrixXd(A(set, set)), right.data(), 1e-12).d;
-    }
-    const VectorXd w = A * y + q;
-    bool done = true;
-    for (Eigen::Index i = 0; i < k && done; ++i) {
-      const bool inside = in[static_cast<std::size_t>(i)];
-      if (inside ? y[i] * A(i, i) < -rounding : w[i] < -rounding) {
-        in[static_cast<std::size_t>(i)] = !inside;
-        done = false;
-      }
-    }
-    if (done) break;
+  VectorXd length(k);
+  for (Eigen::Index i = 0; i < k; ++i) length[i] = A(i, i) > 0 ? std::sqrt(A(i, i)) : 1.0;
+  BoundedMinimum p;
+  p.A = A;
+  p.b = q;
+  for (Eigen::Index i = 0; i < k; ++i) {
+    p.b[i] /= length[i];
+    for (Eigen::Index j = 0; j < k; ++j) p.A(i, j) /= length[i] * length[j];
   }
-  return lower + y.cwiseMax(0.0);
+  p.relative = 1e-13;
+  p.size = VectorXd::Constant(k, p.b.cwiseAbs().maxCoeff());
+  p.lower = VectorXd::Zero(k);
+  p.upper = VectorXd::Constant(k, std::numeric_limits<double>::infinity());
+  for (Eigen::Index i = 0; i < k; ++i)
+    if (!(A(i, i) > 0)) {
+      if (p.b[i] < -p.relative * p.size[i]) throw NoImpulse{i};
+      p.upper[i] = 0.0;
+    }
+  if (!solve(p)) throw NoImpulse{0};
+  if (p.contradicting >= 0) throw NoImpulse{p.contradicting};
+  std::vector<Eigen::Index> pressed;
+  for (Eigen::Index i = 0; i < k; ++i)
+    if (p.upper[i] > 0 && std::abs(p.w[i]) <= p.least(i)) pressed.push_back(i);
+  if (VectorXd x = p.x(pressed); shorten(x, null_space(part_of(p.A, pressed)), p.lower(pressed), p.upper(pressed))) p.x(pressed) = x;
+  VectorXd result = lower;
+  for (Eigen::Index i = 0; i < k; ++i) result[i] += p.x[i] / length[i];
+  return result;
 }
 
 // The impulses of one blow on contacts that all approach, u < 0.
@@ -125,6 +136,8 @@ VectorXd blow(const std::type_identity_t<MatrixXd>& A, const std::type_identity_
 
 // All blows of contacts with closed gaps: their impulses in total. u is changed to the velocities afterwards; what is
 // slower than `still` does not approach.
+//
+// @throws NoImpulse  where contacts close against each other, as two walls do on what is between them
 template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>
 VectorXd impulses(const std::type_identity_t<MatrixXd>& A, std::type_identity_t<VectorXd>& u, const std::vector<ImpactLaw>& laws,
                   const std::type_identity_t<VectorXd>& still) {
@@ -138,7 +151,12 @@ VectorXd impulses(const std::type_identity_t<MatrixXd>& A, std::type_identity_t<
     if (struck.empty()) return total;
     std::vector<ImpactLaw> their_laws;
     for (const Eigen::Index i : struck) their_laws.push_back(laws[static_cast<std::size_t>(i)]);
-    const VectorXd impulse = blow(A(struck, struck), u(struck), their_laws);
+    VectorXd impulse;
+    try {
+      impulse = blow(A(struck, struck), u(struck), their_laws);
+    } catch (const NoImpulse& of) {
+      throw NoImpulse{struck[static_cast<std::size_t>(of.contact)]};
+    }
     total(struck) += impulse;
     u += A(Eigen::indexing::all, struck) * impulse;
   }

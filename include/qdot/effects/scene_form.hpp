@@ -160,6 +160,13 @@ class SceneForm {
     detail::Switching<Sc>(scene_).bands(t, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), tolerance, out);
   }
 
+  /// Whether something has moved the gap of a closed contact, so that it is no longer zero.
+  bool gap_has_moved(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance) const
+    requires(Sc::has_phases)
+  {
+    return detail::Switching<Sc>(scene_).gap_has_moved(t, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), tolerance);
+  }
+
   /// Name of guard k if the run ends where it falls through zero; otherwise nothing.
   std::string ending(Eigen::Index k) const
     requires(Sc::has_phases)

@@ -23,6 +23,7 @@
 #include "qdot/effects/equations/effect_forces.hpp"
 #include "qdot/effects/equations/forced_equations.hpp"
 #include "qdot/effects/equations/constrained_equations.hpp"
+#include "qdot/effects/equations/shared_forces.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/constraint_geometry.hpp"
 #include "qdot/error.hpp"
@@ -186,9 +187,25 @@ template <class Sc>
   }
 }
 
+// q̈ and λ, of rows that share forces some λ.
+template <class Sc>
+inline auto any_constrained_acceleration(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t, const EffectStates<Sc>& z,
+                                         double cutoff) {
+  constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
+  if constexpr (has_constrained_equations<Sc> && n <= inlined_uses_limit) {
+    ConstrainedSolution<n, m> solution;
+    const ConstrainedTo<Sc> use{scene, z, clearly_independent * cutoff * cutoff, solution};
+    if (!with_shortest_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use))
+      solution = longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
+    return solution;
+  } else {
+    return longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
+  }
+}
+
 }  // namespace detail
 
-/// Accelerations and multipliers of a scene with constraints.
+/// Accelerations and multipliers of a scene with constraints; where rows depend on each other, the shortest within the bounds of contacts and friction.
 ///
 /// @param z        the effects' own states, as in rhs()
 /// @param cutoff   relative size below which a row of J counts as dependent
@@ -200,16 +217,11 @@ inline auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const 
                                      double t, const EffectStates<Scene<Sys, Effects...>>& z, double cutoff = default_rank_cutoff) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: multipliers need a scene with constraints");
-  constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
-  if constexpr (detail::has_constrained_equations<Sc> && n <= detail::inlined_uses_limit) {
-    ConstrainedSolution<n, m> solution;
-    const detail::ConstrainedTo<Sc> use{scene, z, detail::clearly_independent * cutoff * cutoff, solution};
-    if (!detail::with_shortest_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use))
-      solution = detail::longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
-    return solution;
-  } else {
-    return detail::longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
+  auto solution = detail::any_constrained_acceleration<Sc>(scene, q, qdot, t, z, cutoff);
+  if constexpr (Sc::has_phases && Sc::constraints_at_compile_time != Dynamic) {
+    if (solution.rank < detail::asked(scene, z)) detail::ActiveRows<Sc>(scene, t, q, qdot, z, solution.lambda).split(t, q, qdot, z, solution.lambda);
   }
+  return solution;
 }
 
 template <class Sys, class... Effects>
@@ -227,7 +239,7 @@ Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordin
                               double t, const EffectStates<Scene<Sys, Effects...>>& z) {
   using Sc = Scene<Sys, Effects...>;
   if constexpr (Sc::has_constraints)
-    if (!detail::is_free(scene, z)) return constrained_acceleration(scene, q, qdot, t, z).qddot;
+    if (!detail::is_free(scene, z)) return detail::any_constrained_acceleration<Sc>(scene, q, qdot, t, z, default_rank_cutoff).qddot;
   if constexpr (Sc::has_lasting_constraints) {
     return Coordinates<Sys>();
   } else if constexpr (detail::has_forced_equations<Sc>) {

@@ -3,7 +3,7 @@
 //
 // The phases of contacts and dry friction at a state that comes without them.
 //
-// They are those of steps 2 and 3 of effects/equations/switching.hpp: the state is taken as it is, in front of all blows, for a blow would make
+// They are those of step 3 of effects/equations/switching.hpp: the state is taken as it is, in front of all blows, for a blow would make
 // another state of it. settled_states() has the phases behind them. Two things a state alone does not say, and where both answers fit, neither is given:
 //
 //     at its limit of sticking    friction with F_s > F_k may hold, or begin to slip with F_s − F_k
@@ -35,14 +35,12 @@ Eigen::VectorXd resolution_of(const Q& q, const Q& qdot) {
 template <class Sc>
 class PhasesAtState : Switching<Sc> {
   using Base = Switching<Sc>;
-  using typename Base::One;
 
   static constexpr int n = Sc::dof_at_compile_time;
   using Q = Vector<double, n>;
   using Z = EffectStates<Sc>;
   using Rows = Vector<double, Sc::constraints_at_compile_time>;
   static constexpr double closed = static_cast<double>(ContactPhase::closed), sticks = static_cast<double>(FrictionPhase::sticks);
-  static constexpr double relative = 1e-9;  // to which forces are told from zero
   template <class E>
   static constexpr bool is_contact = Base::template is_contact<E>;
 
@@ -56,12 +54,10 @@ class PhasesAtState : Switching<Sc> {
   Z chosen(double t, const Q& q, const Q& qdot) const {
     const Z before = this->scene_.initial_states();
     Z z = before;
-    std::vector<One> all(static_cast<std::size_t>(this->count()));
+    std::vector<Switch> all(static_cast<std::size_t>(this->count()));
     this->look(t, q, qdot, z, std::vector<bool>(all.size()), resolution_of(q, qdot), all);
     this->come_to_rest(t, q, qdot, z, all);
-    this->propose(t, q, qdot, before, z, all);
-    this->release(t, q, qdot, before, z, all);
-    this->correct(t, q, qdot, z, all);
+    PhaseChoice<Sc>(this->scene_, t, q, qdot, before, all).choose(z);
     require_one_choice(t, q, qdot, z, all);
     return z;
   }
@@ -75,14 +71,14 @@ class PhasesAtState : Switching<Sc> {
   }
 
   // Refuses a state that fits another phase of an effect as well, with another acceleration.
-  void require_one_choice(double t, const Q& q, const Q& qdot, const Z& z, const std::vector<One>& all) const {
+  void require_one_choice(double t, const Q& q, const Q& qdot, const Z& z, const std::vector<Switch>& all) const {
     const Z every = this->everything(z);
     const auto J = constraint_jacobian(this->scene_, q, qdot, t, every);
     const Rows phi = constraint_residual(this->scene_, q, t, every), u = constraint_velocity(this->scene_, q, qdot, t, every);
     const auto now = rank_and_forces(t, q, qdot, z);
     this->visit([&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index row) {
       constexpr double blurred = 1e-4;
-      const bool slow = std::abs(u[row]) <= blurred * this->weighted(J, row, qdot.cwiseAbs());
+      const bool slow = std::abs(u[row]) <= blurred * weighted(J, row, qdot.cwiseAbs());
       const bool judged = all[static_cast<std::size_t>(k)].candidate;
       // The force that would keep its constraint, if that is none of others.
       const auto if_active = [&]() -> std::optional<double> {
@@ -92,19 +88,19 @@ class PhasesAtState : Switching<Sc> {
         return then.first > now.first ? std::optional<double>(then.second[row]) : std::nullopt;
       };
       if constexpr (is_contact<decltype(e)>) {
-        if (judged || z[zi] == closed || !slow || !(phi[row] <= blurred * this->weighted(J, row, q.cwiseAbs()))) return;
+        if (judged || z[zi] == closed || !slow || !(phi[row] <= blurred * weighted(J, row, q.cwiseAbs()))) return;
         if (const auto force = if_active(); force && *force > 0)
           refuse(t, {"'", e.name, "' may be open or closed, with a gap of ", {phi[row], 3}, " that changes at the rate ", {u[row], 3}});
       } else if (z[zi] != sticks) {
         if (judged || !slow) return;
         if (const auto force = if_active(); force && std::abs(*force) <= e.sticking_limit(q, qdot, t))
           refuse(t, {"'", e.name, "' may slide or stick, with a velocity of ", {u[row], 3}});
-      } else if (const double F_s = e.sticking_limit(q, qdot, t); F_s > 0 && std::abs(now.second[row]) >= (1 - relative) * F_s) {
+      } else if (const double F_s = e.sticking_limit(q, qdot, t); F_s > 0 && std::abs(now.second[row]) >= (1 - negligible_force) * F_s) {
         Z other = z;
         other[zi] = now.second[row] > 0 ? -1.0 : 1.0;
         const Q a = acceleration(this->scene_, q, qdot, t, other);
         const double rate = constraint_acceleration(this->scene_, q, qdot, a, t, every)[row];
-        if (other[zi] * rate > 1e3 * relative * this->weighted(J, row, a.cwiseAbs()))
+        if (other[zi] * rate > 1e3 * negligible_force * weighted(J, row, a.cwiseAbs()))
           refuse(t, {"'", e.name, "' may hold or begin to slip, at its limit of sticking of ", {F_s, 6}});
       }
     });

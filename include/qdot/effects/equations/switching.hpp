@@ -11,28 +11,25 @@
 //
 // When one falls through zero (the driver finds the moment) new phases are chosen in three steps.
 //
-//   1. Velocities. Contacts at φ = 0 that approach take their blow (impact.hpp), other constraints included.
-//   2. Candidates. A contact at φ = 0 without velocity may be closed, friction at v = 0 may stick; all others have no
-//      choice, nor has friction whose v the lasting constraints alone decide (a slider at its dead centre slides through).
-//      A contact whose next hop would not rise above what the method can tell from zero has no velocity.
-//   3. Accelerations. Among the candidates those phases are right in which no closed contact pulls (λ ≥ 0), no open
-//      one is penetrated (φ̈ ≥ 0), no sticking friction is overcharged (|λ| ≤ F_s), and none slides against its
-//      own direction. They are found by changing the first that is wrong, again and again: Murty's pivoting, which
-//      arrives for frictionless contacts with independent rows. If it does not, no motion is made up: ConstraintError.
+//   1. Gaps. A closed contact whose gap something has moved (an action, a jump in time) opens if φ > 0, and is refused if φ < 0.
+//   2. Velocities. Contacts at φ = 0 that approach take their blow (impact.hpp), other constraints included.
+//   3. Accelerations. A contact at φ = 0 without velocity may be closed, friction at v = 0 may stick; which do is what phase_choice.hpp
+//      says. A contact whose next hop would not rise above what the method can tell from zero has no velocity.
+//
+// Those that share a force, as a table's four legs do, have one guard together (shared_forces.hpp).
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <string>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "qdot/effects/contact.hpp"
 #include "qdot/effects/dry_friction.hpp"
+#include "qdot/effects/equations/phase_choice.hpp"
 #include "qdot/effects/projection.hpp"
 
 namespace qdot {
@@ -50,25 +47,23 @@ class Switching {
   using Rows = Vector<double, m>;
 
   static constexpr double apart = 0.0, closed = 1.0, sticks = 0.0, undecided = 2.0;
-  static constexpr double relative = 1e-9;  // to which forces and accelerations are told from zero
 
  public:
   explicit Switching(const Sc& scene) : scene_(scene) {}
 
-  static Eigen::Index count() {
-    Eigen::Index k = 0;
-    visit_types([&]<class E>(Eigen::Index, Eigen::Index) { (void)sizeof(E), ++k; });
-    return k;
-  }
+  static constexpr Eigen::Index count() { return static_cast<Eigen::Index>(Sc::phases_at_compile_time); }
 
   // out ← the guards.
   void guards(double t, const Q& q, const Q& qdot, const Z& z, Eigen::Ref<Eigen::VectorXd> out) const {
     bool active = false;
     visit([&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index) { active = active || e.is_active(z[zi]); });
     Rows lambda = Rows::Zero();
-    if (active) lambda = constrained_acceleration(scene_, q, qdot, t, z).lambda;
+    SharedForces shared;
+    if (active) shared = forces(t, q, qdot, z, lambda);
     visit([&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index row) {
-      if constexpr (is_contact<decltype(e)>) {
+      if (!shared.set.empty() && shared.set[at(k)] >= 0) {
+        out[k] = shared.guard[at(k)];
+      } else if constexpr (is_contact<decltype(e)>) {
         out[k] = e.is_active(z[zi]) ? lambda[row] : e.phi(q, t);
       } else if (e.is_active(z[zi])) {
         const double F_s = e.sticking_limit(q, qdot, t);
@@ -85,12 +80,22 @@ class Switching {
     const Q f = rhs(scene_, q, qdot, t, z);
     visit([&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index row) {
       if constexpr (is_contact<decltype(e)>) {
-        out[k] = e.is_active(z[zi]) ? force_scale(J, f, row) * relative : weighted(J, row, tolerance.head(q.size()));
+        out[k] = e.is_active(z[zi]) ? force_scale(J, f, row) * negligible_force : weighted(J, row, tolerance.head(q.size()));
       } else {
         const double F_s = e.sticking_limit(q, qdot, t);
-        out[k] = e.is_active(z[zi]) ? relative * F_s * F_s : weighted(J, row, tolerance.segment(q.size(), q.size()));
+        out[k] = e.is_active(z[zi]) ? negligible_force * F_s * F_s : weighted(J, row, tolerance.segment(q.size(), q.size()));
       }
     });
+  }
+
+  // Whether something has moved the gap of a closed contact.
+  bool gap_has_moved(double t, const Q& q, const Q& qdot, const Z& z, const Eigen::VectorXd& tolerance) const {
+    const auto J = constraint_jacobian(scene_, q, qdot, t, everything(z));
+    bool moved = false;
+    visit([&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index row) {
+      if constexpr (is_contact<decltype(e)>) moved = moved || (e.is_active(z[zi]) && std::abs(e.phi(q, t)) > play(J, q, tolerance, row));
+    });
+    return moved;
   }
 
   // The name of guard k if the run ends where it falls through zero, otherwise nothing.
@@ -107,13 +112,12 @@ class Switching {
   std::vector<std::string> settle(double t, Q& q, Q& qdot, Z& z, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const {
     std::vector<std::string> names;
     const Z before = z;
-    std::vector<One> all(static_cast<std::size_t>(count()));
+    std::vector<Switch> all(static_cast<std::size_t>(count()));
+    if constexpr (Sc::has_lasting_constraints) project(scene_, q, qdot, t, default_rank_cutoff, nothing(z));
     look(t, q, qdot, z, fired, tolerance, all);
     strike(t, q, qdot, all, names);
     come_to_rest(t, q, qdot, z, all);
-    propose(t, q, qdot, before, z, all);
-    release(t, q, qdot, before, z, all);
-    correct(t, q, qdot, z, all);
+    PhaseChoice<Sc>(scene_, t, q, qdot, before, all).choose(z);
     if (!is_free(scene_, z)) project(scene_, q, qdot, t, default_rank_cutoff, z);
     visit([&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index) {
       if (before[zi] == undecided || before[zi] == z[zi]) return;
@@ -128,93 +132,93 @@ class Switching {
   }
 
  protected:
-  // What is known of one effect while phases are chosen.
-  struct One {
-    bool contact = false, fired = false, touches = false, candidate = false;
-    double u = 0.0;       // φ̇ or v
-    double still = 0.0;   // the size of velocities that count as none
-    double lowest = 0.0;  // the height of hops that count as none
-    double lambda = 0.0;  // as it was before
-  };
-
   template <class E>
   static constexpr bool is_contact = UnilateralEffect<std::remove_cvref_t<E>, n>;
+  static std::size_t at(Eigen::Index k) { return static_cast<std::size_t>(k); }
 
-  // visit(k, effect, index in z, row).
   template <class Visit>
   void visit(Visit&& visitor) const {
-    Eigen::Index k = 0, zi = 0, row = 0;
-    for_each(scene_.effects(), [&](const auto& e) {
-      using E = std::remove_cvref_t<decltype(e)>;
-      if constexpr (SwitchingEffect<E, n>) visitor(k++, e, zi, row);
-      zi += states_of<E>();
-      row += constraint_rows_of<E, n>();
-    });
+    for_each_switching(scene_, visitor);
+  }
+  Z everything(const Z& z) const { return with_all_active(scene_, z); }
+  Z nothing(const Z& z) const { return with_none_active(scene_, z); }
+
+  // lambda ← the forces of what is active; which of it shares them.
+  SharedForces forces(double t, const Q& q, const Q& qdot, const Z& z, Rows& lambda) const {
+    const auto solution = constrained_acceleration(scene_, q, qdot, t, z);
+    lambda = solution.lambda;
+    if (solution.rank >= asked(scene_, z)) return {};
+    return ActiveRows<Sc>(scene_, t, q, qdot, z, lambda).shared(count());
   }
 
-  template <class Visit>
-  static void visit_types(Visit&& visitor) {
-    using Effects = std::remove_cvref_t<decltype(std::declval<const Sc&>().effects())>;
-    [&]<class... E>(const std::tuple<E...>*) {
-      ([&] { if constexpr (SwitchingEffect<E, n>) visitor.template operator()<E>(0, 0); }(), ...);
-    }(static_cast<const Effects*>(nullptr));
-  }
-
-  // z with all switching constraints active, or none.
-  Z everything(Z z) const {
-    visit([&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index) { z[zi] = is_contact<decltype(e)> ? closed : sticks; });
-    return z;
-  }
-  Z nothing(Z z) const {
-    visit([&](Eigen::Index, const auto&, Eigen::Index zi, Eigen::Index) { z[zi] = undecided; });
-    return z;
-  }
-
-  template <class J, class Weights>
-  static double weighted(const J& jacobian, Eigen::Index row, const Weights& weights) {
-    return jacobian.row(row).cwiseAbs().dot(weights.transpose());
-  }
-
-  // The multiplier that would balance the applied forces along a row.
+  // How far a closed gap may be from zero.
   template <class J>
-  static double force_scale(const J& jacobian, const Q& f, Eigen::Index row) {
-    const double square = jacobian.row(row).squaredNorm();
-    return square > 0 ? weighted(jacobian, row, f.cwiseAbs()) / square : 0.0;
+  static double play(const J& jacobian, const Q& q, const Eigen::VectorXd& tolerance, Eigen::Index row) {
+    return 100 * weighted(jacobian, row, tolerance.head(q.size())) + 64 * std::numeric_limits<double>::epsilon() * weighted(jacobian, row, q.cwiseAbs());
   }
 
   void look(double t, const Q& q, const Q& qdot, const Z& z, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance,
-            std::vector<One>& all) const {
+            std::vector<Switch>& all) const {
     const auto J = constraint_jacobian(scene_, q, qdot, t, everything(z));
     const Rows phi = constraint_residual(scene_, q, t, everything(z));
     const Rows u = constraint_velocity(scene_, q, qdot, t, everything(z));
-    Rows lambda = Rows::Zero();
-    bool gives_way = false;
-    visit([&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index) {
-      gives_way = gives_way || (fired[static_cast<std::size_t>(k)] && e.is_active(z[zi]));
-    });
-    if (gives_way) lambda = constrained_acceleration(scene_, q, qdot, t, z).lambda;
+    give_way(t, q, qdot, z, fired, all);
     visit([&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index row) {
-      One& one = all[static_cast<std::size_t>(k)];
+      Switch& one = all[at(k)];
       one.contact = is_contact<decltype(e)>;
-      one.fired = fired[static_cast<std::size_t>(k)];
       one.u = u[row];
       one.still = 10 * weighted(J, row, tolerance.segment(q.size(), q.size()));
-      one.lambda = lambda[row];
-      if (!one.contact) return;
       const double resolved = weighted(J, row, tolerance.head(q.size()));
-      const double rounding = (z[zi] == undecided ? relative : 16 * std::numeric_limits<double>::epsilon()) * weighted(J, row, q.cwiseAbs());
       one.lowest = 100 * resolved;
-      one.touches = e.is_active(z[zi]) || one.fired || phi[row] <= 10 * resolved + rounding;
-      if (!one.fired && !e.is_active(z[zi]) && phi[row] < -(100 * resolved + rounding))
+      if (!one.contact) {
+        if (one.fired && !e.is_active(z[zi]) && stops_here(t, q, qdot, z, zi, row, one)) one.still = std::max(one.still, std::abs(one.u));
+        return;
+      }
+      const bool active = e.is_active(z[zi]);
+      const double rounding = (z[zi] == undecided ? negligible_force : 16 * std::numeric_limits<double>::epsilon()) * weighted(J, row, q.cwiseAbs());
+      const double deepest = active ? play(J, q, tolerance, row) : 100 * resolved + rounding;
+      one.touches = active ? phi[row] <= deepest : one.fired || phi[row] <= 10 * resolved + rounding;
+      if ((active || !one.fired) && phi[row] < -deepest)
         throw ConstraintError(e.name, t, -phi[row],
-                              "the gap of a contact must not be negative, but at t = " + std::to_string(t) + " that of '" + e.name +
-                                  "' is " + std::to_string(phi[row]) + "; start with the contact open or just closed");
+                              active ? sentence({"the gap of a closed contact must not be moved below zero, but at t = ", t, " that of '", e.name, "' is ",
+                                                 phi[row], "; leave it closed, or open"})
+                                     : "the gap of a contact must not be negative, but at t = " + std::to_string(t) + " that of '" + e.name + "' is " +
+                                           std::to_string(phi[row]) + "; start with the contact open or just closed");
     });
   }
 
+  // Which effects have reached their limits: those that fired, and with the first of a set all of it.
+  void give_way(double t, const Q& q, const Q& qdot, const Z& z, const std::vector<bool>& fired, std::vector<Switch>& all) const {
+    bool active = false;
+    visit([&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index) {
+      all[at(k)].fired = fired[at(k)];
+      active = active || (fired[at(k)] && e.is_active(z[zi]));
+    });
+    if (!active) return;
+    Rows lambda = Rows::Zero();
+    const SharedForces shared = forces(t, q, qdot, z, lambda);
+    std::vector<bool> sets(all.size(), false);
+    for (std::size_t k = 0; k < shared.set.size(); ++k)
+      if (shared.set[k] >= 0 && fired[k]) sets[static_cast<std::size_t>(shared.set[k])] = true;
+    visit([&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index row) {
+      if (!e.is_active(z[zi])) return;
+      Switch& one = all[at(k)];
+      const bool shares = !shared.set.empty() && shared.set[at(k)] >= 0;
+      if (shares) one.fired = sets[static_cast<std::size_t>(shared.set[at(k)])];
+      if (one.fired && !is_contact<decltype(e)>) one.slips = shares ? -shared.stops[at(k)] : lambda[row] > 0 ? -1 : 1;
+    });
+  }
+
+  // Whether what slid has come to v = 0: not yet past it, or by no more than integration and projection can tell. A v that jumps has not.
+  bool stops_here(double t, const Q& q, const Q& qdot, const Z& z, Eigen::Index zi, Eigen::Index row, const Switch& one) const {
+    if (std::abs(one.u) <= one.still || one.u * z[zi] > 0) return true;
+    const Q a = acceleration(scene_, q, qdot, t, z);
+    return one.u * one.u < 2 * std::abs(constraint_acceleration(scene_, q, qdot, a, t, everything(z))[row]) * one.lowest;
+  }
+
   // The blows on all contacts that approach.
-  void strike(double t, const Q& q, Q& qdot, std::vector<One>& all, std::vector<std::string>& names) const {
-    if (std::none_of(all.begin(), all.end(), [](const One& one) { return one.touches && one.u < -one.still; })) return;
+  void strike(double t, const Q& q, Q& qdot, std::vector<Switch>& all, std::vector<std::string>& names) const {
+    if (std::none_of(all.begin(), all.end(), [](const Switch& one) { return one.touches && one.u < -one.still; })) return;
     const Z z = scene_.initial_states();
     const auto J = constraint_jacobian(scene_, q, qdot, t, everything(z));
     const ConstrainedFactors<n, m> factors(mass_matrix(scene_, q, qdot, t), constraint_jacobian(scene_, q, qdot, t, nothing(z)),
@@ -241,11 +245,16 @@ class Switching {
     }
     for (Eigen::Index i = 0; i < size; ++i)
       for (Eigen::Index j = 0; j < size; ++j) A(i, j) = J.row(rows[static_cast<std::size_t>(i)]).dot(W.col(j));
-    const Eigen::VectorXd impulse = impulses(A, u, laws, still);
+    Eigen::VectorXd impulse;
+    try {
+      impulse = impulses(A, u, laws, still);
+    } catch (const NoImpulse& of) {
+      refuse_blow(t, effects[static_cast<std::size_t>(of.contact)]);
+    }
     qdot += W * impulse;
     const Rows after = constraint_velocity(scene_, q, qdot, t, everything(z));
     visit([&](Eigen::Index k, const auto& e, Eigen::Index, Eigen::Index row) {
-      One& one = all[static_cast<std::size_t>(k)];
+      Switch& one = all[static_cast<std::size_t>(k)];
       one.u = after[row];
       if constexpr (is_contact<decltype(e)>) {
         const auto found = std::find(effects.begin(), effects.end(), k);
@@ -255,111 +264,32 @@ class Switching {
     });
   }
 
+  [[noreturn, gnu::cold]] void refuse_blow(double t, Eigen::Index contact) const {
+    std::string name;
+    visit([&](Eigen::Index k, const auto& e, Eigen::Index, Eigen::Index) {
+      if (k == contact) name = e.name;
+    });
+    throw ConstraintError(name, t, 0.0,
+                          sentence({"contacts must leave what they strike a way out, but at t = ", t, " no finite impulse keeps the gap of '", name,
+                                    "' from closing, as other constraints close against it; give one of them room, or a spring"}));
+  }
+
   // Contacts whose next hop is too low to be told from none have no velocity.
-  void come_to_rest(double t, const Q& q, const Q& qdot, const Z& z, std::vector<One>& all) const {
-    if (std::none_of(all.begin(), all.end(), [](const One& one) { return one.touches && one.u > one.still; })) return;
+  void come_to_rest(double t, const Q& q, const Q& qdot, const Z& z, std::vector<Switch>& all) const {
+    if (std::none_of(all.begin(), all.end(), [](const Switch& one) { return one.touches && one.u > one.still; })) return;
     Z trial = nothing(z);
     visit([&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index) {
-      const One& one = all[static_cast<std::size_t>(k)];
+      const Switch& one = all[static_cast<std::size_t>(k)];
       if (one.contact && e.is_active(z[zi]) && one.u <= one.still) trial[zi] = closed;
       if (!one.contact && std::abs(one.u) > one.still) trial[zi] = one.u > 0 ? 1.0 : -1.0;
     });
     const Rows rate = constraint_acceleration(scene_, q, qdot, Q(acceleration(scene_, q, qdot, t, trial)), t, everything(z));
     visit([&](Eigen::Index k, const auto&, Eigen::Index, Eigen::Index row) {
-      One& one = all[static_cast<std::size_t>(k)];
+      Switch& one = all[static_cast<std::size_t>(k)];
       if (!one.touches || one.u <= one.still || rate[row] >= 0) return;
       const double height = one.u * one.u / (-2 * rate[row]), flight = 2 * one.u / -rate[row];
       if (height < one.lowest || flight < 1e3 * std::numeric_limits<double>::epsilon() * std::abs(t)) one.u = 0.0;
     });
-  }
-
-  // First guess of the phases; candidates may change it.
-  void propose(double, const Q&, const Q&, const Z& before, Z& z, std::vector<One>& all) const {
-    visit([&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index) {
-      One& one = all[static_cast<std::size_t>(k)];
-      const bool was_active = e.is_active(before[zi]);
-      one.candidate = std::abs(one.u) <= one.still && (one.touches || !one.contact);
-      if (one.contact) {
-        z[zi] = one.candidate && was_active && !one.fired ? closed : apart;
-      } else if (!one.candidate) {
-        z[zi] = one.u > 0 ? 1.0 : -1.0;
-      } else if (was_active) {
-        z[zi] = !one.fired ? sticks : one.lambda > 0 ? -1.0 : 1.0;
-      } else {
-        z[zi] = one.fired || before[zi] == undecided ? sticks : before[zi];
-      }
-    });
-  }
-
-  // Friction cannot stick where the lasting constraints alone decide its velocity, as those of a slider-crank do at its dead
-  // centre: no friction, however strong, could hold it there. It slides on to where they take it.
-  void release(double t, const Q& q, const Q& qdot, const Z& before, Z& z, std::vector<One>& all) const {
-    if constexpr (Sc::has_lasting_constraints) {
-      if (std::none_of(all.begin(), all.end(), [](const One& one) { return one.candidate && !one.contact; })) return;
-      const auto M = mass_matrix(scene_, q, qdot, t);
-      const auto J = constraint_jacobian(scene_, q, qdot, t, everything(z));
-      const auto lasting = constraint_jacobian(scene_, q, qdot, t, nothing(z));
-      const Eigen::Index rank = ConstrainedFactors<n, m>(M, lasting, default_rank_cutoff).rank();
-      if (rank == m) return;  // not judged, since M alone is singular
-      visit([&](Eigen::Index k, const auto&, Eigen::Index zi, Eigen::Index row) {
-        One& one = all[static_cast<std::size_t>(k)];
-        if (one.contact || !one.candidate) return;
-        auto with = lasting;
-        with.row(row) = J.row(row);
-        if (ConstrainedFactors<n, m>(M, with, default_rank_cutoff).rank() != rank) return;
-        z[zi] = undecided;
-        one.candidate = false;
-        const Q a = acceleration(scene_, q, qdot, t, z);
-        const double rate = constraint_acceleration(scene_, q, qdot, a, t, everything(z))[row];
-        const double least = relative * (weighted(J, row, a.cwiseAbs()) + std::abs(rate - J.row(row).dot(a)));
-        const double as_before = before[zi] == 1.0 || before[zi] == -1.0 ? (one.fired ? -before[zi] : before[zi]) : 1.0;
-        z[zi] = std::abs(rate) <= least ? as_before : rate > 0 ? 1.0 : -1.0;
-      });
-    }
-  }
-
-  // Changes the first wrong phase until none is.
-  void correct(double t, const Q& q, const Q& qdot, Z& z, const std::vector<One>& all) const {
-    const Z every = everything(z);
-    const auto J = constraint_jacobian(scene_, q, qdot, t, every);
-    for (int pivot = 0; pivot < 200; ++pivot) {
-      Q a;
-      Rows lambda = Rows::Zero();
-      if (is_free(scene_, z)) {
-        a = acceleration(scene_, q, qdot, t, z);
-      } else {
-        const auto solution = constrained_acceleration(scene_, q, qdot, t, z);
-        a = solution.qddot;
-        lambda = solution.lambda;
-      }
-      const Q f = rhs(scene_, q, qdot, t, z);
-      const Rows rate = constraint_acceleration(scene_, q, qdot, a, t, every);
-      bool wrong = false;
-      visit([&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index row) {
-        if (wrong || !all[static_cast<std::size_t>(k)].candidate) return;
-        const double along = weighted(J, row, a.cwiseAbs());
-        const double least = relative * (along + std::abs(rate[row] - J.row(row).dot(a)));
-        if constexpr (is_contact<decltype(e)>) {
-          if (z[zi] == closed ? lambda[row] < -relative * force_scale(J, f, row) : rate[row] < -least) {
-            z[zi] = z[zi] == closed ? apart : closed;
-            wrong = true;
-          }
-        } else if (z[zi] == sticks) {
-          if (std::abs(lambda[row]) > (1 + relative) * e.sticking_limit(q, qdot, t)) {
-            z[zi] = lambda[row] > 0 ? -1.0 : 1.0;
-            wrong = true;
-          }
-        } else if (z[zi] * rate[row] < -least) {
-          z[zi] = sticks;
-          wrong = true;
-        }
-      });
-      if (!wrong) return;
-    }
-    throw ConstraintError("contacts and friction", t, 0.0,
-                          "the phases of contacts and friction must fit together, but at t = " + std::to_string(t) +
-                              " no choice of closed and open, sticking and sliding does; look for contacts that depend on each other, "
-                              "or for a sliding friction larger than the sticking one");
   }
 
   const Sc& scene_;
