@@ -100,6 +100,91 @@ TEST_CASE("friction at a crank's slider turns at each dead centre and takes F ti
   CHECK(std::abs(run.y[2]) < rounding_of_rounding);
 }
 
+TEST_CASE("friction on a driven coordinate turns at each dead centre, at all tolerances") {
+  // x = sin t turns at π/2, 3π/2, …, 32 times before t = 100; no friction holds it.
+  const auto driven = scene(qdot::mechanical_system<1>([](const auto& v) { return v[0] * v[0]; }, [](const auto& q) { return 0.0 * q[0]; }),
+                            qdot::prescribed("drive", 0, [](const auto& t) {
+                              using std::sin;
+                              return sin(t);
+                            }),
+                            qdot::dry_friction("bearing", 0, 3.0));
+  for (const double rtol : {1e-6, 1e-9, 1e-11, 1e-12}) {
+    const auto run = simulate(driven, State<1>{0.0, V1(0.0), V1(1.0)}, 100.0, Dop853{}, {.rtol = rtol, .atol = 1e-3 * rtol});
+    REQUIRE(run.completed());
+    REQUIRE(names(run.events) == std::vector<std::string>(32, "bearing turns"));
+    // The root is that of a step's polynomial, which the projection onto the drive then moves by the step's error.
+    for (std::size_t k = 0; k < 32; ++k) CHECK_THAT(run.events[k].t, WithinAbs((static_cast<double>(k) + 0.5) * std::acos(-1.0), 100 * rtol));
+  }
+}
+
+TEST_CASE("frictions on one mass slip together, when no split of the load is within their limits") {
+  // The push t/10 reaches F_s = 1 + 2 at t = 30; then x = (F_s − F_k) τ²/2 + τ³/60.
+  const auto mass = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.0 * q[0]; });
+  const auto push = qdot::generalized_force([](const auto& q, const auto&, const auto& t) { return qdot::vector(0.1 * t + 0.0 * q[0]); });
+  const auto a = qdot::dry_friction("a", 0, 0.5, 1.0), b = qdot::dry_friction("b", 0, 1.0, 2.0);
+  const State<1> rest{0.0, V1(0.0), V1(0.0)};
+  for (const auto& run : {simulate(scene(mass, a, b, push), rest, 31.0, Dop853{}), simulate(scene(mass, b, a, push), rest, 31.0, Dop853{})}) {
+    REQUIRE(run.completed());
+    REQUIRE(run.events.size() == 2);
+    for (const auto& e : run.events) CHECK_THAT(e.t, WithinAbs(30.0, 1e-9));
+    CHECK_THAT(run.y[0], WithinAbs(0.75 + 1.0 / 60.0, 1e-8));
+  }
+  // A wall that the mass is pressed against takes what friction leaves: they part where the pull is F_s of the friction.
+  const auto pull = qdot::generalized_force([](const auto& q, const auto&, const auto& t) { return qdot::vector(0.1 * t - 2.0 + 0.0 * q[0]); });
+  const auto run = simulate(scene(mass, a, contact("wall", height), pull), rest, 31.0, Dop853{});
+  REQUIRE(names(run.events) == std::vector<std::string>{"a slips", "wall opens"});
+  CHECK_THAT(run.events[1].t, WithinAbs(30.0, 1e-9));
+  CHECK_THAT(run.y[0], WithinAbs(0.25 + 1.0 / 60.0, 1e-8));
+}
+
+TEST_CASE("a closed contact opens where its floor is taken away, and is refused where the floor is raised into the body") {
+  double floor = 0.0;
+  const auto ball = scene(falling, contact("floor", [&floor](const auto& q) { return q[0] - floor; }, qdot::restitution(0.5)));
+  const State<1> rest{0.0, V1(0.0), V1(0.0)};
+  const auto half = qdot::event("half", [](const auto&, const auto&, const auto& t) { return t - 0.5; });
+  const auto moved_to = [&](double level) {
+    floor = 0.0;
+    return simulate(ball, rest, 1.0, Dop853{}, {}, half.then([&floor, level](State<1>&) { floor = level; }));
+  };
+  const auto dropped = moved_to(-10.0);
+  REQUIRE(dropped.completed());
+  CHECK(names(dropped.events) == std::vector<std::string>{"half", "floor opens"});
+  CHECK_THAT(dropped.y[0], WithinAbs(-g / 8, 1e-9));
+  const auto raised = moved_to(0.1);
+  REQUIRE(raised.outcome == qdot::Outcome::constraint_failure);
+  CHECK(raised.message.find("that of 'floor' is -0.1") != std::string::npos);
+  CHECK(raised.y[0] == 0.0);
+  CHECK(moved_to(1e-13).completed());  // less than the method can tell
+  // A floor that jumps at a stop time, and a force that does.
+  qdot::Options stops;
+  stops.stop_times = {0.5};
+  const auto by_time = scene(falling, contact("floor", [](const auto& q, const auto& t) { return q[0] + (t > 0.5 ? 1.0 : 0.0); }));
+  CHECK_THAT(simulate(by_time, rest, 0.9, Dop853{}, stops).y[0], WithinAbs(-0.08 * g, 1e-9));
+  const auto gust = qdot::generalized_force([](const auto& q, const auto&, const auto& t) { return qdot::vector((t > 0.5 ? 20.0 : 0.0) + 0.0 * q[0]); });
+  CHECK_THAT(simulate(scene(falling, contact("floor", height), gust), rest, 0.9, Dop853{}, stops).y[0], WithinAbs(0.08 * (20.0 - g), 1e-9));
+  // One that moves smoothly takes the ball along.
+  const auto wave = scene(falling, contact("floor", [](const auto& q, const auto& t) {
+                            using std::sin;
+                            return q[0] - 0.1 * sin(3.0 * t);
+                          }));
+  const auto carried = simulate(wave, State<1>{0.0, V1(0.0), V1(0.3)}, 0.9, Dop853{}, stops);
+  CHECK(carried.events.empty());
+  CHECK_THAT(carried.y[0], WithinAbs(0.1 * std::sin(2.7), 1e-12));
+}
+
+TEST_CASE("an action that kicks what rests is felt: contacts only push, and friction bears no blow") {
+  const auto half = qdot::event("half", [](const auto&, const auto&, const auto& t) { return t - 0.5; });
+  const State<1> rest{0.0, V1(0.0), V1(0.0)};
+  const auto kick = [](double speed) { return [speed](State<1>& s) { s.qdot[0] = speed; }; };
+  const auto ball = scene(falling, contact("floor", height, qdot::restitution(0.5)));
+  CHECK_THAT(simulate(ball, rest, 0.6, Dop853{}, {}, half.then(kick(1.0))).y[0], WithinAbs(0.1 - 0.005 * g, 1e-9));
+  CHECK_THAT(simulate(ball, rest, 0.55, Dop853{}, {}, half.then(kick(-1.0))).y[0], WithinAbs(0.025 - 0.00125 * g, 1e-9));  // it comes back with 0.5
+  const auto block = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.0 * q[0]; });
+  const auto run = simulate(scene(block, qdot::dry_friction("ground", 0, 0.5, 1.0)), rest, 1.0, Dop853{}, {}, half.then(kick(1.0)));
+  CHECK(names(run.events) == std::vector<std::string>{"half", "ground slips"});
+  CHECK_THAT(run.y[0], WithinAbs(0.5 - 0.25 * 0.25, 1e-9));
+}
+
 TEST_CASE("a crank at rest at its dead centre starts, however strong the friction at its slider") {
   const auto yoke = qdot::mechanical_system<2>([](const auto& v) { return 0.5 * v[0] * v[0] + 0.05 * v[1] * v[1]; },
                                                [](const auto& q) { return -q[0]; });  // a torque of 1

@@ -92,7 +92,7 @@ MUTANTS = [
      "integrate/symplectic"),
     (IN + "/projecting_stepper.hpp", "projection found, not taken", "stepper_.correct(projected_);", ";", "integrate/constrained_motion"),
     (IN + "/driver/driver.hpp", "output times left off the constraints", "system_.project(at, out);", ";", "integrate/constrained_motion"),
-    (IN + "/driver/event_watch.hpp", "what constraints forbid of a change is kept", "if (acted) system_.project(firing.t, y);", ";", "integrate/constrained_motion"),
+    (IN + "/driver/event_watch.hpp", "what constraints forbid of a change is kept", "if (acted && fired_guards_.empty()) system_.project(firing.t, y);", ";", "integrate/constrained_motion"),
     (IN + "/projecting_stepper.hpp", "the evaluations of a dense output not counted",
      "statistics_.evaluations = stepper_.statistics().evaluations;", ";", "integrate/any_system"),
     (IN + "/driver/run_limits.hpp", "max_steps: >= to >",

@@ -13,8 +13,9 @@
 //     records     goes on in the same step: an event that only looks costs nothing but the looking;
 //     .stop()     ends the run there, outcome stopped_by_event;
 //     .then(f)    lets f change the state, f(State<n>&) or f(t, y), and starts the method afresh from the
-//                 changed state. Trajectory::before(t) and at(t) are the two sides of the jump. What constraints
+//                 changed state. Trajectory::before(t) and at(t) are the two sides of the jump. What lasting constraints
 //                 forbid of a change is taken back by projection: a push on a constrained body is felt along its freedom.
+//                 A closed contact opens by a kick, or where f moves its gap; friction that sticks slips.
 //                 What leaves NaN or infinity behind ends the run as non_finite, and what sets the time or another
 //                 size of the state as invalid_change; the motion up to there is kept.
 //

@@ -196,7 +196,10 @@ class Variations final : public VariationalEquations {
         const std::vector<std::string> happened = settle(form(), t, y);
         Surface surface = guard_surface(k);
         surface.jump = [&](double at, Eigen::VectorXd& x, Eigen::Index column, double s) {
-          model_.with_form(parameter_of(column), s, [&](const Form& form) { settle(form, at, x); });
+          model_.with_form(parameter_of(column), s, [&](const Form& form) {
+            if constexpr (projects) form.project(at, x);
+            settle(form, at, x);
+          });
         };
         pass(happened.empty() ? guard_name(k) : happened.front(), t, both, surface);
         names.insert(names.end(), happened.begin(), happened.end());
@@ -238,6 +241,9 @@ class Variations final : public VariationalEquations {
       return model_.template with_event<i>(parameter_of(column), s, [&](const auto& event) { return event_value<n>(event.g, t, y, dof_); });
     };
     surface.jump = [this](double t, Eigen::VectorXd& y, Eigen::Index column, double s) {
+      // What is displaced along a column is off its closed contacts by s². Their gaps are judged at y itself.
+      if constexpr (switches)
+        if (column >= 0 && !gap_has_moved_) model_.with_form(parameter_of(column), s, [&](const Form& form) { form.project(t, y); });
       model_.template with_event<i>(parameter_of(column), s, [&](const auto& event) {
         using E = std::remove_cvref_t<decltype(event)>;
         if constexpr (!E::stops && !E::records)
@@ -246,7 +252,9 @@ class Variations final : public VariationalEquations {
       model_.renew();  // an action may change what f is
       if (!y.allFinite()) return;
       model_.with_form(parameter_of(column), s, [&](const Form& form) {
-        if constexpr (projects) form.project(t, y);
+        if constexpr (projects && !switches) form.project(t, y);
+        if constexpr (requires { form.gap_has_moved(t, y, y); })
+          if (column < 0) gap_has_moved_ = form.gap_has_moved(t, y, resolution(y));
         if constexpr (switches) pending_ = form.switched(t, y, std::vector<bool>(static_cast<std::size_t>(form.guard_count())), resolution(y));
       });
     };
@@ -314,6 +322,7 @@ class Variations final : public VariationalEquations {
   mutable Eigen::MatrixXd J_, slopes_;
   mutable Eigen::VectorXd head_;
   mutable std::vector<std::string> pending_;  // names of what a user's jump led to
+  mutable bool gap_has_moved_ = false;        // of a closed contact, by a user's jump
 };
 
 }  // namespace qdot::detail

@@ -245,6 +245,9 @@ class Driver {
     ++restarts_;
     const double behind = std::nextafter(run_.t, landing);
     return guarded([&] {
+      if constexpr (watches)
+        if (landing > run_.t && watch_.settle_behind_jump(behind, run_.y, tolerance(run_.y), run_.events))
+          if (options_.keep_trajectory) run_.trajectory.jump(run_.y);
       reset_at(stepper_, Moment(run_.t, 0.0, behind == landing ? run_.t : behind), run_.y);
       count_from_here();
       watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);

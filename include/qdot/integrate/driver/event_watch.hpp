@@ -81,9 +81,9 @@ class EventWatch {
   Firing firing_of_clocks(double elapsed) { return clocks_.firing(events_, elapsed, fired_); }
 
   // Begins at a state: the start of the run, or the one after a firing that changed it.
-  void begin(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, bool at_start) {
+  void begin(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, bool at_start, std::size_t first = 0) {
     system_.guard_bands(t, y, tolerance, bands_);
-    for (std::size_t i = 0; i < watches_.size(); ++i) {
+    for (std::size_t i = first; i < watches_.size(); ++i) {
       const double g = value(i, t, y);
       const double band = i >= listed_ ? bands_[static_cast<Eigen::Index>(i - listed_)] : rounding_of(i, t, y, g);
       watches_[i].begin(g, band, fired_[i], at_start ? g : watches_[i].value, at_start);
@@ -227,16 +227,24 @@ class EventWatch {
       if (failure) return failure;
       if (!same_bits(y, y_before_action_)) trends_[i] = trend(i, firing.t, y_before);
     }
-    // Constraints answer a blow with one of their own: what they forbid of the change is taken back.
-    if (acted) system_.project(firing.t, y);
+    // Constraints answer a blow with one of their own: what they forbid of the change is taken back. Where some switch, settle() asks the lasting ones.
+    if (acted && fired_guards_.empty()) system_.project(firing.t, y);
     settle(firing.t, y, tolerance, events);
     return std::nullopt;
   }
 
-  // Lets the system choose its phases for y as they follow from the guards that fired; none at the start.
+  // Lets the system choose its phases for y as they follow from the guards that fired; none at the start, and behind a stop time.
   void settle(double t, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
     if (!fired_guards_.empty())
       for (std::string& what : system_.switched(t, y, fired_guards_, tolerance)) events.push_back({t, std::move(what)});
+  }
+  bool settle_behind_jump(double t, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
+    const std::size_t before = events.size();
+    fired_guards_.assign(fired_guards_.size(), false);
+    settle(t, y_ = y, tolerance, events);
+    if (events.size() == before) return false;
+    fired_.assign(fired_.size(), false);
+    return begin(t, y = y_, tolerance, true, listed_), true;
   }
 
   // The function whose changes of the state do not let t go on any more, if there is one: each follows the one before it
