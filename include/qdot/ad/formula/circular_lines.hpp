@@ -55,15 +55,15 @@ template <std::size_t... lane>
   ((lane < count ? void((x[at[lane].sine] = sine[lane], x[at[lane].cosine] = cosine[lane])) : void()), ...);
 }
 
-template <int most_lanes>
+template <std::size_t most_lanes>
 [[gnu::always_inline]] inline void write_all_circular(double* x, const CircularPlaces* at, std::size_t count) {
-  while (count > 2) {
+  while (count > 0) {
     const std::size_t taken = count < most_lanes ? count : most_lanes;
-    write_circular_block(x, at, taken, std::make_index_sequence<most_lanes>());
+    if (most_lanes == 2 || count <= 2) write_circular_block(x, at, taken, std::make_index_sequence<2>());
+    else write_circular_block(x, at, taken, std::make_index_sequence<most_lanes>());
     at += taken;
     count -= taken;
   }
-  if (count > 0) write_circular_block(x, at, count, std::make_index_sequence<2>());
 }
 
 // As machine code calls them. They do not throw.
@@ -73,7 +73,7 @@ template <int most_lanes>
 [[gnu::noinline]]
 #endif
 inline void write_circular_by_any(double* x, const CircularPlaces* at, std::size_t count) noexcept {
-  write_all_circular<4>(x, at, count);
+  write_all_circular<2>(x, at, count);
 }
 #if defined(__x86_64__)
 #if defined(__GNUC__) && !defined(__clang__)

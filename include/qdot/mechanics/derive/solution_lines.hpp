@@ -58,9 +58,9 @@ class SolutionLines {
 
   int size() const { return static_cast<int>(b_.size()); }
   static int& at(std::vector<int>& all, int k) { return all[static_cast<std::size_t>(k)]; }
-  int& entry(int i, int j) { return at(M_, i * (i + 1) / 2 + j); }
+  [[gnu::cold, gnu::noinline]] int& entry(int i, int j) { return at(M_, i * (i + 1) / 2 + j); }
 
-  int add(Operation operation, int a, int b = 0, int d = 0, int e = 0) {
+  [[gnu::cold, gnu::noinline]] int add(Operation operation, int a, int b = 0, int d = 0, int e = 0) {
     Line line{operation, formula::Function::none, count_, static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)};
     line.d = static_cast<std::uint32_t>(d);
     line.e = static_cast<std::uint32_t>(e);
@@ -74,14 +74,14 @@ class SolutionLines {
   int products_difference(int a, int b, int d, int e) { return add(Operation::products_difference, a, b, d, e); }
 
   // a c − b² of rows k and k + 1.
-  int determinant(int k) {
+  [[gnu::cold, gnu::noinline]] int determinant(int k) {
     const int a = entry(k, k), b = entry(k + 1, k), d = products_difference(a, entry(k + 1, k + 1), b, b);
     pivots.emplace_back(d, add(Operation::product, a, at(diagonal_, k + 1)));
     return d;
   }
 
   // The inverses of the pivots of row k and, of two, k + 1.
-  void invert(int k, bool two) {
+  [[gnu::cold, gnu::noinline]] void invert(int k, bool two) {
     pivots.emplace_back(entry(k, k), at(diagonal_, k));
     at(inverse_, k) = inverse_of(entry(k, k));
     if (!two) return;
@@ -93,7 +93,7 @@ class SolutionLines {
     }
   }
 
-  void eliminate(int i, int k) {
+  [[gnu::cold, gnu::noinline]] void eliminate(int i, int k) {
     if (entry(i, k) == none) return;
     const int l = add(Operation::product, entry(i, k), at(inverse_, k));
     for (int j = k + 1; j <= i; ++j) {
@@ -103,7 +103,7 @@ class SolutionLines {
     at(b_, i) = less_product(at(b_, i), l, at(b_, k));
   }
 
-  void solve_last(int k) {
+  [[gnu::cold, gnu::noinline]] void solve_last(int k) {
     pivots.emplace_back(entry(k, k), at(diagonal_, k));
     if (size() == 1) {
       at(b_, 0) = add(Operation::product, at(b_, 0), inverse_of(entry(0, 0)));

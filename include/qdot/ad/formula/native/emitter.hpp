@@ -105,7 +105,7 @@ class Emitter {
     return halves <= 9.0 && halves == std::floor(halves);
   }
   X86Operand memory(std::uint32_t v) const { return X86Operand::in_memory(x_, static_cast<std::int32_t>(8 * v)); }
-  X86Operand constant(double c) {
+  [[gnu::cold, gnu::noinline]] X86Operand constant(double c) {
     const auto same = [c](double other) { return std::bit_cast<std::uint64_t>(other) == std::bit_cast<std::uint64_t>(c); };
     const auto found = std::find_if(constants_.begin(), constants_.end(), same);
     const auto index = found - constants_.begin();
@@ -116,7 +116,7 @@ class Emitter {
   // --- Registers -------------------------------------------------------------------------------------------------------
 
   // A register for a new value, pinned as long as the line lasts: an empty one, or that whose value is used last.
-  int fresh() {
+  [[gnu::cold, gnu::noinline]] int fresh() {
     constexpr std::uint64_t is_empty = 2ull << 32, is_dead = 1ull << 32;
     int best = 0;
     std::uint64_t furthest = 0;
@@ -135,7 +135,7 @@ class Emitter {
     pin(best);
     return best;
   }
-  int in_register(std::uint32_t v) {
+  [[gnu::cold, gnu::noinline]] int in_register(std::uint32_t v) {
     if (place_[v] < 0) {
       const int r = fresh();
       code_.load(r, memory(v));
@@ -145,11 +145,11 @@ class Emitter {
     return place_[v];
   }
   // A register, or memory where a value is not needed again.
-  X86Operand operand(std::uint32_t v) {
+  [[gnu::cold, gnu::noinline]] X86Operand operand(std::uint32_t v) {
     if (place_[v] < 0 && straight_.next_use(v, at_ + 1) == none) return memory(v);
     return X86Operand::in_register(in_register(v));
   }
-  void store(std::uint32_t v) {
+  [[gnu::cold, gnu::noinline]] void store(std::uint32_t v) {
     code_.store(place_[v], memory(v));
     in_memory_[v] = 1;
   }
@@ -162,7 +162,7 @@ class Emitter {
     place_[v] = -1;
   }
   // The line's result is in register r.
-  void finish(const Line& l, int r) {
+  [[gnu::cold, gnu::noinline]] void finish(const Line& l, int r) {
     for_each_operand(l, [&](std::uint32_t v) {
       if (place_[v] >= 0 && straight_.next_use(v, at_ + 1) == none) forget(v);
     });
@@ -176,7 +176,7 @@ class Emitter {
 
   // --- Lines -----------------------------------------------------------------------------------------------------------
 
-  void call(std::uint32_t first, std::uint32_t last) {
+  [[gnu::cold, gnu::noinline]] void call(std::uint32_t first, std::uint32_t last) {
     for (int r = 0; r < registers; ++r) {
       const std::uint32_t v = holds_[index(r)];
       if (v == none) continue;
@@ -203,7 +203,7 @@ class Emitter {
     int r;
     bool is_own;
   };
-  Value scaled(std::uint32_t a, double c) {
+  [[gnu::cold, gnu::noinline]] Value scaled(std::uint32_t a, double c) {
     if (c == 1.0) return {in_register(a), false};
     if (place_[a] < 0) {
       const X86Operand b = operand(a);
@@ -217,13 +217,13 @@ class Emitter {
     return {t, true};
   }
   // x ∘ y in a register of the line's own.
-  int combined(Arithmetic operation, const Value& x, const X86Operand& y) {
+  [[gnu::cold, gnu::noinline]] int combined(Arithmetic operation, const Value& x, const X86Operand& y) {
     const int t = x.is_own ? x.r : fresh();
     code_.arithmetic(operation, t, x.r, y);
     return t;
   }
   // x + c y.
-  int sum(const Value& x, double c, std::uint32_t y) {
+  [[gnu::cold, gnu::noinline]] int sum(const Value& x, double c, std::uint32_t y) {
     if (c == 1.0) return combined(Arithmetic::sum, x, operand(y));
     if (c == -1.0) return combined(Arithmetic::difference, x, operand(y));
     const Value u = scaled(y, c);
@@ -231,7 +231,7 @@ class Emitter {
     return t;
   }
   // x + c; −0 adds nothing.
-  int with_constant(const Value& x, double c) {
+  [[gnu::cold, gnu::noinline]] int with_constant(const Value& x, double c) {
     if (std::bit_cast<std::uint64_t>(c) != std::bit_cast<std::uint64_t>(-0.0)) return combined(Arithmetic::sum, x, constant(c));
     if (x.is_own) return x.r;
     const int t = fresh();
@@ -239,7 +239,7 @@ class Emitter {
     return t;
   }
   // A new register with a b.
-  int product(std::uint32_t a, std::uint32_t b) {
+  [[gnu::cold, gnu::noinline]] int product(std::uint32_t a, std::uint32_t b) {
     if (place_[a] < 0 && place_[b] >= 0) std::swap(a, b);
     const int r = in_register(a);
     const X86Operand other = a == b ? X86Operand::in_register(r) : operand(b);
@@ -248,19 +248,19 @@ class Emitter {
     return t;
   }
   // 1 / t.
-  int inverse(const X86Operand& t) {
+  [[gnu::cold, gnu::noinline]] int inverse(const X86Operand& t) {
     const int u = fresh();
     code_.load(u, constant(1.0));
     code_.arithmetic(Arithmetic::quotient, u, u, t);
     return u;
   }
-  int root(std::uint32_t a) {
+  [[gnu::cold, gnu::noinline]] int root(std::uint32_t a) {
     const X86Operand b = operand(a);
     const int t = fresh();
     code_.arithmetic(Arithmetic::root, t, t, b);
     return t;
   }
-  int power(const Line& l) {  // few halves
+  [[gnu::cold, gnu::noinline]] int power(const Line& l) {  // few halves
     int left = static_cast<int>(std::abs(2.0 * l.c));
     const int x = in_register(l.a);
     const int t = fresh();
@@ -270,7 +270,7 @@ class Emitter {
     for (; left > 1; left -= 2) code_.arithmetic(Arithmetic::product, t, t, X86Operand::in_register(x));
     return l.c < 0.0 ? inverse(X86Operand::in_register(t)) : t;
   }
-  int binary(Arithmetic operation, std::uint32_t a, std::uint32_t b) {
+  [[gnu::cold, gnu::noinline]] int binary(Arithmetic operation, std::uint32_t a, std::uint32_t b) {
     if (operation == Arithmetic::sum && place_[a] < 0 && place_[b] >= 0) std::swap(a, b);
     const int r = in_register(a);
     const X86Operand other = a == b ? X86Operand::in_register(r) : operand(b);
@@ -279,7 +279,7 @@ class Emitter {
     return t;
   }
 
-  void line(const Line& l) {
+  [[gnu::cold, gnu::noinline]] void line(const Line& l) {
     switch (l.operation) {
       case Operation::end:
       case Operation::run:
@@ -313,7 +313,7 @@ class Emitter {
     }
   }
 
-  void sum_with_products(const Line& l) {
+  [[gnu::cold, gnu::noinline]] void sum_with_products(const Line& l) {
     const bool combines = l.operation == Operation::product_combination || l.operation == Operation::products_combination;
     const bool is_difference = l.operation == Operation::product_difference || l.operation == Operation::products_difference;
     const bool two = l.operation >= Operation::products_sum;

@@ -39,26 +39,22 @@ class X86Code {
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
 
   /// d = a ∘ b. Without AVX, b must not be d unless a is d as well. Of a root, a does not matter.
-  void arithmetic(Arithmetic operation, int d, int a, const X86Operand& b) {
+  [[gnu::cold, gnu::noinline]] void arithmetic(Arithmetic operation, int d, int a, const X86Operand& b) {
     if (operation == Arithmetic::root) a = d;
     if (!has_avx_ && a != d) copy(d, a);
     vector(0xF2, static_cast<int>(operation), d, a, b);
   }
-  void load(int d, const X86Operand& memory) { vector(0xF2, 0x10, d, 0, memory); }
-  void store(int s, const X86Operand& memory) { vector(0xF2, 0x11, s, 0, memory); }
-  void copy(int d, int s) { vector(0x66, 0x28, d, 0, X86Operand::in_register(s)); }
+  [[gnu::cold, gnu::noinline]] void load(int d, const X86Operand& memory) { vector(0xF2, 0x10, d, 0, memory); }
+  [[gnu::cold, gnu::noinline]] void store(int s, const X86Operand& memory) { vector(0xF2, 0x11, s, 0, memory); }
+  [[gnu::cold, gnu::noinline]] void copy(int d, int s) { vector(0x66, 0x28, d, 0, X86Operand::in_register(s)); }
 
-  /// to = address of a place.
-  void address(Base to, const X86Operand& memory) {
-    put({0x48, 0x8D});
-    put_place(to, memory);
-  }
-  void copy(Base to, Base from) { put({0x48, 0x89, 0xC0 | (from << 3) | to}); }
-  void set(Base to, std::uint64_t value) {
+  /// Registers for addresses and whole numbers.
+  [[gnu::cold, gnu::noinline]] void copy(Base to, Base from) { put({0x48, 0x89, 0xC0 | (from << 3) | to}); }
+  [[gnu::cold, gnu::noinline]] void set(Base to, std::uint64_t value) {
     put({0x48, 0xB8 | to});
     for (int i = 0; i < 8; ++i) bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
   }
-  void call(Base function) { put({0xFF, 0xD0 | function}); }
+  [[gnu::cold, gnu::noinline]] void call(Base function) { put({0xFF, 0xD0 | function}); }
 
   /// Where indirect calls may arrive.
   void begin() { put({0xF3, 0x0F, 0x1E, 0xFA}); }
@@ -68,13 +64,13 @@ class X86Code {
   void end() { put({0xC3}); }
 
  private:
-  void put(std::initializer_list<int> some) {
+  [[gnu::cold, gnu::noinline]] void put(std::initializer_list<int> some) {
     for (const int byte : some) bytes_.push_back(static_cast<std::uint8_t>(byte));
   }
-  void put_distance(std::int32_t distance) {
+  [[gnu::cold, gnu::noinline]] void put_distance(std::int32_t distance) {
     for (int i = 0; i < 4; ++i) bytes_.push_back(static_cast<std::uint8_t>(static_cast<std::uint32_t>(distance) >> (8 * i)));
   }
-  void put_place(int d, const X86Operand& b) {
+  [[gnu::cold, gnu::noinline]] void put_place(int d, const X86Operand& b) {
     const int low = (d & 7) << 3;
     if (b.number >= 0) return put({0xC0 | low | (b.number & 7)});
     const bool is_short = b.distance >= -128 && b.distance <= 127;
@@ -84,7 +80,7 @@ class X86Code {
   }
 
   // An instruction of map 0F whose prefix is F2 or 66.
-  void vector(int prefix, int opcode, int d, int a, const X86Operand& b) {
+  [[gnu::cold, gnu::noinline]] void vector(int prefix, int opcode, int d, int a, const X86Operand& b) {
     const bool d_is_high = d >= 8, b_is_high = b.number >= 8;
     if (has_avx_) {
       const bool takes_two = opcode != 0x28 && !((opcode == 0x10 || opcode == 0x11));
