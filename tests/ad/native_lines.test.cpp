@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "qdot/ad/formula/native/native_lines.hpp"
+#include "qdot/ad/native/native_lines.hpp"
 
 #include <sys/resource.h>
 #include <sys/wait.h>

@@ -6,7 +6,7 @@
 // Within a run T and V must not become others, and who doubts it puts the lines aside and evaluates T and V themselves
 // (integrate/watch/change_watch.hpp). Where a leg of the run begins they may have: they are recorded again, and derived again if so. To
 // derive M and r of four coordinates takes some 20 µs, of eight 60, of 32 some 800; slopes, which are derived when they are first asked
-// for, 50 and 200 µs. Lines that are evaluated often become machine code (ad/formula/native/native_lines.hpp).
+// for, 50 and 200 µs. Lines that are evaluated often become machine code (ad/native/native_lines.hpp).
 
 #include <atomic>
 #include <memory>

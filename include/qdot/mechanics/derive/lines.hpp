@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "qdot/ad/formula/line_writer.hpp"
-#include "qdot/ad/formula/native/native_lines.hpp"
+#include "qdot/ad/native/native_lines.hpp"
 #include "qdot/mechanics/derive/derivatives_of_graph.hpp"
 #include "qdot/mechanics/derive/recorded_energies.hpp"
 #include "qdot/mechanics/derive/solution_lines.hpp"

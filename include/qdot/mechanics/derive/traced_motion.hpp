@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "qdot/ad/formula/line_writer.hpp"
-#include "qdot/ad/formula/native/native_lines.hpp"
+#include "qdot/ad/native/native_lines.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/equations/solve.hpp"
 #include "qdot/mechanics/equations/sparse_factors.hpp"

@@ -24,8 +24,8 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/ad/formula/native/straight_lines.hpp"
-#include "qdot/ad/formula/native/x86_code.hpp"
+#include "qdot/ad/native/straight_lines.hpp"
+#include "qdot/ad/native/x86_code.hpp"
 
 namespace qdot::formula {
 

@@ -4,7 +4,7 @@
 // Lines as machine code, from some evaluations on.
 //
 // LineEvaluator carries a table of lines out on numbers. The first evaluations are the interpreter's (ad/formula/lines.hpp). What is evaluated
-// more often is worth being translated (ad/formula/native/emitter.hpp): that takes as long as some hundred evaluations, and an evaluation takes
+// more often is worth being translated (ad/native/emitter.hpp): that takes as long as some hundred evaluations, and an evaluation takes
 // half of the time then. Results have the same bits.
 //
 // The interpreter goes on by itself where the system refuses executable pages, on other processors than x86-64, where a table is longer than
@@ -22,8 +22,8 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/ad/formula/native/emitter.hpp"
-#include "qdot/ad/formula/native/executable_pages.hpp"
+#include "qdot/ad/native/emitter.hpp"
+#include "qdot/ad/native/executable_pages.hpp"
 
 namespace qdot::formula {
 
