@@ -101,6 +101,16 @@ TEST_CASE("along its angular velocity a hoop's bead leaves the lowest point at O
   CHECK(program_test::content(out + ".html").find("stable in the linear approximation, then unstable") != std::string::npos);
 }
 
+TEST_CASE("a branch begins and ends where the values that a scene takes do") {
+  for (const std::string along : {"bead_on_hoop --along Omega=0:1", "bead_on_hoop --along Omega=1:0", "pendulum --with damping --along damping=0:1",
+                                  "pendulum --with damping --along damping=1:0", "pendulum --along g=9:0"}) {
+    INFO(along);
+    const auto ended = qdot("equilibria " + along);
+    CHECK(ended.status == 0);
+    CHECK(ended.out.find("1: from the start; reached the end of the range\n") != std::string::npos);
+  }
+}
+
 // The crank of a four-bar linkage carries the weight of all bars, and a torque; the largest torque that it can carry is the largest dV/dθ₁, the places of
 // the bars from two circles.
 TEST_CASE("what a branch is followed in may be an effect that is on, and it turns back where no more can be carried") {
