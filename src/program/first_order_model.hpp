@@ -3,6 +3,7 @@
 //
 // A model of a scene as what integrates it wants it: all scenes are one type there.
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,6 +32,14 @@ struct FirstOrderModel {
     model->jacobian(t, y, J);
   }
   std::string component_name(Eigen::Index i) const { return model->component_name(i); }
+  /// Places in y of the effects' own states that vary continuously.
+  std::vector<Eigen::Index> own_states() const {
+    std::vector<Eigen::Index> places;
+    const std::vector<OwnState> all = model->own_states();
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (all[i].kind == OwnState::state) places.push_back(2 * dof() + static_cast<Eigen::Index>(i));
+    return places;
+  }
 };
 
 /// A model with constraints, which the steppers then keep.

@@ -5,6 +5,8 @@
 
 #include "catch2_bridge.hpp"
 #include "error_message.hpp"
+#include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/dry_friction.hpp"
 #include "scenes/henon_heiles.hpp"
 
 using qdot::alignment;
@@ -81,6 +83,27 @@ TEST_CASE("published motions of Henon and Heiles are found regular and chaotic")
   const auto regular = alignment(system, State<2>{0.0, {0.0, 0.1}, {0.49057, 0.0}}, 1000.0, Dop853{}, fine, {.interval = 10.0});
   CHECK_FALSE(regular.chaotic);
   CHECK(regular.index.back() > 1e-2);
+}
+
+// Two oscillators with exponents −1, −2 and −1/2, −3: two deviations align with the slowest, and shrink.
+TEST_CASE("deviations that align because they decay are no chaos, and friction that sticks takes one") {
+  const auto springs = qdot::mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); },
+                                                  [](const auto& q) { return q[0] * q[0] + 0.75 * q[1] * q[1]; });
+  const auto damped = scene(springs, qdot::viscous_damping(qdot::Vector<double, 2>(3.0, 3.5)));
+  const auto found = alignment(damped, State<2>{0.0, {1.0, 0.3}, {0.0, 0.5}}, 60.0, Dop853{}, fine);
+  CHECK(found.completed());
+  CHECK_FALSE(found.chaotic);
+  CHECK(found.index.back() < 1e-8);
+  CHECK(std::abs(found.growth.back() + 0.5 * 60.0) < 10.0);
+  CHECK(found.message.find("the motion falls onto what attracts it") != std::string::npos);
+
+  const auto block = scene(springs, qdot::dry_friction("pad", 0, 10.0), qdot::viscous_damping(qdot::Vector<double, 2>(0.0, 3.5)));
+  const auto stops = alignment(block, State<2>{0.0, {0.2, 1.0}, {1.5, 0.0}}, 10.0, Dop853{}, fine, {.deviations = 4});
+  CHECK(stops.outcome == qdot::Outcome::not_differentiable);
+  CHECK(stops.message.find("leaves 3 of them") != std::string::npos);
+  const auto left = alignment(block, State<2>{0.0, {0.2, 1.0}, {1.5, 0.0}}, 10.0, Dop853{}, fine);
+  CHECK(left.completed());
+  CHECK_FALSE(left.chaotic);
 }
 
 TEST_CASE("an alignment refuses what it cannot watch") {

@@ -8,7 +8,11 @@
 #include "catch2_bridge.hpp"
 #include "error_message.hpp"
 #include "qdot/effects/constraints.hpp"
+#include "qdot/effects/contact.hpp"
 #include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/dry_friction.hpp"
+#include "qdot/effects/forces.hpp"
+#include "qdot/effects/input.hpp"
 #include "scenes/double_pendulum.hpp"
 
 using qdot::Dop853;
@@ -137,4 +141,102 @@ TEST_CASE("what cannot be asked of a spectrum is refused, and a run that fails k
   CHECK(away.outcome == Outcome::state_limit);
   CHECK(away.t > 10.0);
   CHECK(std::abs(away.lambda[0] - 2.0) < 1e-3);  // settled as far as e^(−8)
+}
+
+namespace {
+
+using One = qdot::Vector<double, 1>;
+
+// ż = q/2 − z, Q = z: with q̈ = −2.75 q − 4 q̇ + z the roots of (s² + 4 s + 2.75)(s + 1) − 1/2 are −1/2, −3/2 and −3.
+struct Lag {
+  One initial_state() const { return One(0.3); }
+  template <class S, int n>
+  qdot::Vector<S, n> force(const qdot::Vector<S, n>& q, const qdot::Vector<S, n>&, const qdot::Vector<S, 1>& z, const S&) const {
+    qdot::Vector<S, n> Q = qdot::Vector<S, n>::Zero(q.size());
+    Q[0] = z[0];
+    return Q;
+  }
+  template <class S, int n>
+  qdot::Vector<S, 1> state_rate(const qdot::Vector<S, n>& q, const qdot::Vector<S, n>&, const qdot::Vector<S, 1>& z, const S&) const {
+    return qdot::Vector<S, 1>(S(0.5 * q[0] - z[0]));
+  }
+};
+
+const auto drive = qdot::generalized_force([](const auto& q, const auto&, const auto& t) {
+  using std::cos;
+  return std::remove_cvref_t<decltype(q)>(0.0 * q[0] + 2.0 * cos(1.3 * t));
+});
+const auto two = [](double k) {  // a block without a spring, and an oscillator
+  return qdot::mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); },
+                                    [k](const auto& q) { return 0.5 * k * q[1] * q[1] + 0.0 * q[0]; });
+};
+
+}  // namespace
+
+TEST_CASE("the exponents of a linear plant with a controller are the real parts of the roots, whatever drives it, is held or stays open") {
+  const auto plant = scene(qdot::mechanical_system<1>(Hill{-2.75}), qdot::viscous_damping(One(4.0)), Lag{}, drive, qdot::input("held", 0, 0.2),
+                           qdot::contact("far", [](const auto& q) { return 10.0 - q[0]; }));
+  const auto found = lyapunov_spectrum(plant, State<1>{0.0, {1.0}, {0.0}}, 40.0, Dop853{}, fine, {.settle = 20.0});
+  REQUIRE(found.completed());
+  REQUIRE(found.lambda.size() == 3);
+  CHECK(std::abs(found.lambda[0] + 0.5) < 1e-8);  // settled as far as exp(−20)
+  CHECK(std::abs(found.lambda[1] + 1.5) < 1e-8);
+  CHECK(std::abs(found.lambda[2] + 3.0) < 1e-8);
+}
+
+// Volume shrinks by c dt along the motion and by e² in each blow.
+TEST_CASE("the exponents of an oscillator that strikes a wall add up to -c + N ln(e^2)/t") {
+  constexpr double c = 0.2, e = 0.8, t_end = 60.0;
+  const auto striker = scene(qdot::mechanical_system<1>(Hill{-4.0}), qdot::viscous_damping(One(c)), drive,
+                             qdot::contact("wall", [](const auto& q) { return q[0] + 0.5; }, qdot::restitution(e)));
+  const auto run = simulate(striker, State<1>{0.0, {1.0}, {0.0}}, t_end, Dop853{}, fine);
+  const auto found = lyapunov_spectrum(striker, State<1>{0.0, {1.0}, {0.0}}, t_end, Dop853{}, fine, {.settle = 0.0});
+  REQUIRE(found.completed());
+  REQUIRE(found.lambda.size() == 2);
+  const auto blows = static_cast<double>(run.events.size());
+  CHECK(blows > 10);
+  CHECK(std::abs(found.lambda.sum() - (-c + blows * std::log(e * e) / t_end)) < 1e-8);
+}
+
+TEST_CASE("a ball that bounces without loss for ever, and blows that fall on the ends of intervals, have exponents that cancel") {
+  const auto ball = scene(qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 8.0 * q[0]; }),
+                          qdot::contact("floor", [](const auto& q) { return q[0]; }, qdot::restitution(1.0)));
+  // Blows at 1/2, 3/2, …, and with half of the interval at its ends.
+  for (const double interval : {1.0, 0.5}) {
+    const auto found = lyapunov_spectrum(ball, State<1>{0.0, {1.0}, {0.0}}, 30.0, Dop853{}, fine, {.interval = interval, .settle = 0.0});
+    REQUIRE(found.completed());
+    REQUIRE(found.lambda.size() == 2);
+    CHECK(std::abs(found.lambda.sum()) < settled);
+    CHECK(found.lambda[0] > 0.0);
+    CHECK(found.lambda[0] < std::log(1.0 + 30.0 * 8.0) / 30.0);  // a shear: both go to zero like ln t / t
+  }
+}
+
+TEST_CASE("what lies on a floor or sticks has exponents along it, and what comes to rest says how many are left") {
+  const auto lies = scene(qdot::mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); },
+                                                     [](const auto& q) { return 9.81 * q[1]; }),
+                          qdot::contact("floor", [](const auto& q) { return q[1]; }));
+  const auto along = lyapunov_spectrum(lies, State<2>{0.0, {0.0, 0.0}, {1.0, 0.0}}, 50.0, Dop853{}, fine);
+  REQUIRE(along.lambda.size() == 2);
+  CHECK(std::abs(along.lambda.sum()) < settled);
+  CHECK(along.lambda[0] < 0.1);  // δx = δv t
+  const auto falls = lyapunov_spectrum(lies, State<2>{0.0, {0.0, 0.3}, {1.0, 0.0}}, 5.0, Dop853{}, fine);
+  CHECK(falls.outcome == Outcome::not_differentiable);
+  CHECK(falls.message.find("ask for fewer directions, of which there are left 2") != std::string::npos);
+
+  const auto block = scene(two(2.0), qdot::dry_friction("pad", 0, 1.0), qdot::viscous_damping(qdot::Vector<double, 2>(0.0, 3.0)));
+  const auto stuck = lyapunov_spectrum(block, State<2>{0.0, {0.2, 1.0}, {0.0, 0.0}}, 50.0, Dop853{}, fine, {.settle = 25.0});
+  REQUIRE(stuck.lambda.size() == 3);
+  for (int i = 0; i < 3; ++i) CHECK(std::abs(stuck.lambda[i] + i) < settled);  // 0 of the place, −1 and −2 of the oscillator
+  const auto stops = lyapunov_spectrum(block, State<2>{0.0, {0.2, 1.0}, {1.5, 0.0}}, 20.0, Dop853{}, fine);
+  CHECK(stops.outcome == Outcome::not_differentiable);
+  CHECK(stops.message.find("of which there are left 3") != std::string::npos);
+  const auto left = lyapunov_spectrum(block, State<2>{0.0, {0.2, 1.0}, {1.5, 0.0}}, 50.0, Dop853{}, fine, {.settle = 25.0, .directions = 3});
+  REQUIRE(left.lambda.size() == 3);
+  for (int i = 0; i < 3; ++i) CHECK(std::abs(left.lambda[i] + i) < settled);
+
+  const auto pressed = scene(qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 9.81 * q[0]; }),
+                             qdot::contact("floor", [](const auto& q) { return q[0]; }));
+  CHECK(qdot::error_message([&] { lyapunov_spectrum(pressed, at_rest, 5.0, Dop853{}, fine); })
+            .starts_with("something must be free to deviate, but the constraints and phases at t = 0 determine all of the motion"));
 }

@@ -25,8 +25,10 @@
 // stands its standard error, from ten parts of the time as if they knew nothing of each other. Motions that stay near an
 // island of regular motion for a long time are off by more than that.
 //
-// Deviations are of y = [q; q̇; …], not of momenta; exponents are the same in both while M stays bounded. On m constraints
-// 2m directions lead out and have no exponent: there are so many fewer. Events and impacts are in Φ.
+// Deviations are of q, q̇ and the own states of effects, not of momenta; exponents are the same in both while M stays bounded. On m constraints
+// 2m directions lead out and have no exponent: there are so many fewer, and so it is with a contact that is closed; friction that sticks
+// takes one. Events and impacts are in Φ. A contact that comes to rest and a friction that begins to stick make an end of deviations: the run then ends
+// as not_differentiable and says how many directions are left; ask for so many.
 
 #include <algorithm>
 #include <cmath>
@@ -86,9 +88,6 @@ struct LyapunovSpectrum : RunEnd {
 
 namespace detail {
 
-// Directions that part further than this within one interval have lost half of their digits.
-inline constexpr double parts_too_far = 1e8;
-
 inline constexpr int parts_of_time = 10;
 
 template <class = void>  // compiled only where it is called
@@ -125,7 +124,7 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
   if (!(options.interval > 0.0) || !std::isfinite(options.interval))
     throw_invalid_value({"the interval between orthonormalizations must be positive, but is ", options.interval,
                          "; give it some fraction of the time in which deviations grow tenfold"});
-  const double settled = t0 + forward * settle;
+  double settled = t0 + forward * settle;
   if (!(settle >= 0.0) || !(forward * (t_end - settled) > 0.0))
     throw_invalid_value({"the time to settle must lie within the run, but is ", settle, " of ", duration, "; give it less, or run longer"});
   LyapunovSpectrum result{{.t = t0, .y = y0}};
@@ -144,17 +143,27 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
       static_cast<RunEnd&>(result) = piece;
       break;
     }
+    if (!piece.may_end_here && next == settled && std::abs(next - result.t) > smallest) {
+      settled = result.t + 0.83 * (settled - result.t);
+      continue;
+    }
+    if (!piece.may_end_here && next != t_end) {
+      if (can_be_shortened(result, piece.t, interval, smallest)) continue;
+      break;
+    }
     MatrixXd along = piece.Phi * Q;
     const Eigen::VectorXd length = lengths_of_orthonormalized(along);
     const double longest = length.maxCoeff(), shortest = length.minCoeff();
-    if (!(longest <= parts_too_far * shortest)) {
+    if (!(shortest > 0.0 && longest <= parts_too_far * shortest)) {
       if (interval > smallest) {
         interval *= 0.5;
         continue;
       }
       result.outcome = Outcome::not_differentiable;
-      result.message = sentence({name(result.outcome), ": ", count, " deviations must remain different, but at t = ", piece.t,
-                                 " one has shrunk to ", shortest, " of its length at once; ask for fewer directions"});
+      const Eigen::Index left = longest > 0.0 ? (length.array() * parts_too_far > longest).count() : 0;
+      result.message = sentence({name(result.outcome), ": ", count, " deviations must remain different, but at t = ", piece.t, " one has shrunk to ", shortest,
+                                 " of its length at once; ", left > 0 ? "ask for fewer directions, of which there are left " : "none is left, so end the run earlier",
+                                 left > 0 ? std::to_string(left) : std::string()});
       break;
     }
     if (counts) sum += length.array().log().matrix();

@@ -182,14 +182,15 @@ template <Changes changes, int size>
 using FormOfSize = std::conditional_t<size == Dynamic, VariationalForm<changes>, SizedVariationalForm<changes, size == Dynamic ? 1 : size>>;
 
 // The derivatives of the run of a model from its start; of second order, too, they stand in its states behind Φ (analysis/second_sensitivity.hpp).
+// The effects' own states at the start have columns behind those of q and q̇ on request.
 template <class Model, class Start, class List, class StartSlope>
 auto sensitivities_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options,
-                      const WithRespectTo& wanted, const StartSlope& slope_of_start, int order = 1) {
+                      const WithRespectTo& wanted, const StartSlope& slope_of_start, int order = 1, bool with_own_states = false) {
   static_assert(SteppingMethod<std::remove_cvref_t<decltype(method)>, VariationalForm<changes_of<Model>>>,
                 "qdot: sensitivities are integrated by Dop853, Dopri5, CvodeBdf, CvodeAdams, and without contacts or dry friction by Taylor "
                 "(analysis/taylor_sensitivity.hpp) and Gauss (analysis/gauss_sensitivity.hpp)");
   require_valid(options, model.form.size());
-  Variations<Model> equations(std::move(model), wanted.start, wanted.start_time);
+  Variations<Model> equations(std::move(model), wanted.start, wanted.start_time, with_own_states);
   Preparation<std::remove_cvref_t<decltype(method)>, Model>::prepare(equations);
   const Eigen::Index size = equations.state_size(), columns = equations.columns();
   if (columns == 0) throw InvalidValue("sensitivities must be with respect to something; ask for the start, for its time, or give parameters");

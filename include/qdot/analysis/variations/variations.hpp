@@ -20,6 +20,7 @@
 #include "qdot/analysis/variations/closed_form_columns.hpp"
 #include "qdot/analysis/variations/equations.hpp"
 #include "qdot/analysis/variations/model.hpp"
+#include "qdot/effects/input.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/event.hpp"
@@ -37,6 +38,22 @@ inline constexpr bool projects_columns = ProjectableSystem<Form>;
 // Whether ẏ begins with q̇.
 template <class Form>
 inline constexpr bool begins_with_velocities = requires(const Form& form) { form.scene(); };
+
+// Where in y the effects' own states stand that vary continuously: no phases of contacts and friction, and inputs, which are held, on request.
+template <class Form>
+std::vector<Eigen::Index> own_states_of(const Form& form, [[maybe_unused]] bool with_inputs) {
+  std::vector<Eigen::Index> places;
+  if constexpr (requires { form.scene().effects(); }) {
+    for_each_place(form.scene(), [&]<class E>(const E&, Eigen::Index place) {
+      constexpr bool is_held = requires { E::is_input; } || requires { E::interpolated_inputs; };
+      if constexpr (!SwitchingEffect<E, dof_at_compile_time<Form>()>)
+        for (int i = 0; i < states_of<E>() && (with_inputs || !is_held); ++i) places.push_back(place + i);
+    });
+  } else if constexpr (requires { form.own_states(); }) {
+    places = form.own_states();
+  }
+  return places;
+}
 
 template <class Model>
 class Variations final : public VariationalEquations {
@@ -57,7 +74,8 @@ class Variations final : public VariationalEquations {
     dof_ = detail::dof(form());
     if (with_start)
       for (Eigen::Index i = 0; i < (dof_ > 0 ? 2 * dof_ : size_); ++i) entries_.push_back(i);
-    if (with_all) add_effect_states();
+    if (with_all)
+      for (const Eigen::Index place : own_states_of(form(), true)) entries_.push_back(place);
     starts_ = static_cast<Eigen::Index>(entries_.size());
     columns_ = starts_ + times_ + model_.parameters();
     J_.resize(size_, size_);
@@ -264,18 +282,6 @@ class Variations final : public VariationalEquations {
  private:
   // Which parameter a column belongs to; −1 for one of another kind.
   Eigen::Index parameter_of(Eigen::Index column) const { return column < starts_ + times_ ? -1 : column - starts_ - times_; }
-
-  // Effects' own states, but phases of contacts and friction.
-  void add_effect_states() {
-    if constexpr (requires { form().scene().effects(); }) {
-      Eigen::Index place = 2 * dof_;
-      for_each(form().scene().effects(), [&](const auto& e) {
-        using E = std::remove_cvref_t<decltype(e)>;
-        for (int i = 0; i < states_of<E>(); ++i, ++place)
-          if constexpr (!SwitchingEffect<E, n>) entries_.push_back(place);
-      });
-    }
-  }
 
   std::string guard_name(Eigen::Index k) const { return ending(k).empty() ? std::string("a contact or friction") : ending(k); }
 
