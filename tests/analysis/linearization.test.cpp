@@ -9,12 +9,15 @@
 #include <type_traits>
 #include <vector>
 
+#include "error_message.hpp"
 #include "hard/rolling_disk.hpp"
 #include "qdot/analysis/damped_modes.hpp"
 #include "qdot/analysis/linearization.hpp"
 #include "qdot/analysis/regulator.hpp"
 #include "qdot/effects/constraints.hpp"
+#include "qdot/effects/contact.hpp"
 #include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/forces.hpp"
 #include "scenes/cartpole.hpp"
 
@@ -211,4 +214,65 @@ TEST_CASE("an input that is given later leaves the scene's potentials as they we
   CHECK_THAT(at.A(1, 0), WithinRel(-9.0, rounding));
   CHECK_THAT(at.B(1, 0), WithinRel(1.0, rounding));
   CHECK(at.states[0] == "x");
+}
+
+namespace {
+
+using One = qdot::Vector<double, 1>;
+
+// A mass on a floor, held along it by a spring and a damper: x'' = −k x − c x' + u.
+auto on_floor(double load) {
+  return scene(qdot::mechanical_system<2>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]); },
+                                          [load](const auto& q) { return 2.0 * q[0] * q[0] + load * q[1]; }),
+               qdot::contact("floor", [](const auto& q) { return q[1]; }), qdot::viscous_damping(Vector2d(0.5, 0.0)));
+}
+
+}  // namespace
+
+TEST_CASE("a clutch that sticks makes one inertia of two: the train swings with sqrt(k (1/J1 + 1/J2))") {
+  // J1 = 2 behind the clutch, J2 = 10, k = 1000
+  const auto train = scene(qdot::mechanical_system<3>([](const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1] + 10.0 * v[2] * v[2]); },
+                                                      [](const auto& q) {
+                                                        const auto d = q[1] - q[2];
+                                                        return 500.0 * d * d;
+                                                      }),
+                           qdot::dry_friction("clutch", [](const auto&, const auto& v) { return v[0] - v[1]; }, 50.0));
+  const State<3> rest{0.0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+  const auto linear = linearization(train, rest);
+  CHECK(linear.positions == 3);
+  CHECK(linear.velocities == 2);
+  const auto modes = qdot::damped_modes(linear);
+  CHECK_THAT(modes.exponents.cwiseAbs().maxCoeff(), WithinAbs(std::sqrt(600.0), 1e-9));
+  // The spring's torque on the stuck pair is half of 1000 d: at d = 0.1 the clutch holds with 50, which is all that it can.
+  CHECK(qdot::error_message([&] { linearization(train, State<3>{0.0, {0.0, 0.1, 0.0}, {0.0, 0.0, 0.0}}); })
+            .find("'clutch' holds with 50 of at most 50; take a state off this edge") != std::string::npos);
+  // It slides: three inertias, of which the spring joins two, 1 and 10.
+  const auto slips = linearization(train, State<3>{0.0, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}});
+  CHECK(slips.velocities == 3);
+  CHECK_THAT(slips.A.eigenvalues().cwiseAbs().maxCoeff(), WithinAbs(std::sqrt(1100.0), 1e-9));
+}
+
+TEST_CASE("what lies on a floor has modes and a regulator along it, and none where it is hardly pressed or just hit") {
+  const State<2> rest{0.0, {0.0, 0.0}, {0.0, 0.0}};
+  const auto linear = linearization(on_floor(9.81), rest, qdot::input("push", 0));
+  REQUIRE(linear.A.rows() == 2);
+  CHECK_THAT(linear.A(1, 0), WithinAbs(-4.0, 1e-12));
+  CHECK_THAT(linear.A(1, 1), WithinAbs(-0.5, 1e-12));
+  CHECK_THAT(linear.B(1, 0), WithinAbs(1.0, 1e-12));
+  const auto modes = qdot::damped_modes(linear);
+  REQUIRE(modes.modes.size() == 1);
+  CHECK_THAT(modes.modes[0].natural_frequency, WithinAbs(2.0, 1e-12));
+  CHECK_THAT(modes.modes[0].damping_ratio, WithinAbs(0.125, 1e-12));
+  const Eigen::MatrixXd Q = Eigen::MatrixXd::Identity(2, 2), R = Eigen::MatrixXd::Identity(1, 1);
+  const auto feedback = qdot::regulator(linear, Q, R);
+  const double k0 = -4.0 + std::sqrt(17.0), k1 = -0.5 + std::sqrt(0.25 + 1.0 + 2.0 * k0);  // Riccati's equation by hand
+  CHECK_THAT(feedback.K(0, 0), WithinAbs(k0, 1e-10));
+  CHECK_THAT(feedback.K(0, 1), WithinAbs(k1, 1e-10));
+  const auto message = [&](double load, const State<2>& at) { return qdot::error_message([&] { linearization(on_floor(load), at); }); };
+  CHECK(message(0.0, rest).find("'floor' touches without being pressed, with 0 as the rate of its gap") != std::string::npos);
+  CHECK(message(9.81, State<2>{0.0, {0.0, 0.0}, {0.0, -1.0}}).find("'floor' touches without being pressed, with -1 as") != std::string::npos);
+  CHECK(qdot::error_message([&] {
+          qdot::detail::linearization_of(on_floor(0.0), 0.0, rest.q, rest.qdot, One(1.0));
+        }).find("'floor' is closed with a reaction of 0") != std::string::npos);
+  CHECK(linearization(on_floor(9.81), State<2>{0.0, {0.0, 1.0}, {0.0, 0.0}}).A.rows() == 4);  // in the air
 }

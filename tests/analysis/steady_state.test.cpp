@@ -4,8 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "error_message.hpp"
 #include "qdot/analysis/steady_state.hpp"
 #include "qdot/effects/constraints.hpp"
+#include "qdot/effects/contact.hpp"
+#include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/forces.hpp"
 #include "scenes/heavy_top.hpp"
 
@@ -136,4 +139,33 @@ TEST_CASE("what depends on the time, or on a coordinate that turns, is no steady
                     "steady_motion_near: a coordinate that turns must be cyclic, but the acceleration of q1 changes "
                     "with q1 by -20 per unit; give q1 the rate 0, or "
                     "choose coordinates in which the motion looks the same at all times");
+}
+
+TEST_CASE("what falls rests on its floor, what hangs leaves it, and friction holds what it can") {
+  const auto weight = [](double k) {  // on a spring whose other end is at the height 1
+    return scene(qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; },
+                                            [k](const auto& q) { return 9.81 * q[0] + 0.5 * k * (q[0] - 1.0) * (q[0] - 1.0); }),
+                 qdot::contact("floor", [](const auto& q) { return q[0]; }));
+  };
+  const qdot::Vector<double, 1> above(0.7), on(0.0);
+  for (const auto& start : {above, on}) {
+    CAPTURE(start[0]);
+    const auto fallen = equilibrium_near(weight(0.0), start), lies = equilibrium_near(weight(2.0), start), hangs = equilibrium_near(weight(20.0), start);
+    CHECK(std::abs(fallen.state.q[0]) < 1e-12);
+    CHECK(std::abs(fallen.lambda[0] - 9.81) < 1e-12);
+    CHECK(std::abs(lies.state.q[0]) < 1e-12);
+    CHECK(std::abs(lies.lambda[0] - (9.81 - 2.0)) < 1e-12);
+    CHECK(lies.z[0] == 1.0);
+    CHECK(std::abs(hangs.state.q[0] - (1.0 - 9.81 / 20.0)) < 1e-12);
+    CHECK(hangs.z[0] == 0.0);
+  }
+  const auto block = [](double F) {
+    return scene(qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 5.0 * q[0] * q[0]; }),
+                 qdot::dry_friction("pad", 0, F));
+  };
+  const auto held = equilibrium_near(block(3.0), qdot::Vector<double, 1>(0.2));
+  CHECK(held.state.q[0] == 0.2);
+  CHECK(std::abs(held.lambda[0] - 2.0) < 1e-12);
+  CHECK(qdot::error_message([&] { equilibrium_near(block(1.5), qdot::Vector<double, 1>(0.2)); }).find("'pad' would have to hold 2 and holds up to 1.5") !=
+        std::string::npos);
 }

@@ -24,6 +24,9 @@
 // since x = P δy are coordinates of the motion on its constraints, ẋ = P f(y(x)). No multiplier has to be
 // differentiated by hand.
 //
+// Contacts that are closed and friction that sticks are constraints, those that are open or slide are none. At the edge of a phase, where a
+// reaction is 0 or friction holds all that it can, there is no linearization, and none is given.
+//
 // The state need not rest: `drift` is P f, what x does by itself. Stability, modes and regulators (damped_modes.hpp,
 // regulator.hpp) ask that it is zero but for cyclic coordinates that turn.
 
@@ -38,6 +41,7 @@
 #include "qdot/analysis/linear/tangent_space.hpp"
 #include "qdot/analysis/steady_state.hpp"
 #include "qdot/effects/input.hpp"
+#include "qdot/effects/scene_at_state.hpp"
 
 namespace qdot {
 
@@ -110,10 +114,11 @@ Linearization linearized(const F& flow, double t, const Eigen::VectorXd& y) {
   std::vector<Eigen::Index> picked = places.free();
   for (const Eigen::Index i : speeds.free()) picked.push_back(n + i);
   const std::vector<Eigen::Index> inputs = flow.inputs();
-  std::vector<bool> is_input(static_cast<std::size_t>(others), false);
-  for (const Eigen::Index i : inputs) is_input[static_cast<std::size_t>(i - 2 * n)] = true;
+  std::vector<bool> is_held(static_cast<std::size_t>(others), false);
+  for (const Eigen::Index i : inputs) is_held[static_cast<std::size_t>(i - 2 * n)] = true;
+  for (const Eigen::Index i : flow.phases()) is_held[static_cast<std::size_t>(i - 2 * n)] = true;  // held as well
   for (Eigen::Index i = 0; i < others; ++i)
-    if (!is_input[static_cast<std::size_t>(i)]) picked.push_back(2 * n + i);
+    if (!is_held[static_cast<std::size_t>(i)]) picked.push_back(2 * n + i);
 
   const auto N = static_cast<Eigen::Index>(picked.size());
   Matrix W = Matrix::Zero(2 * n + others, N);
@@ -150,6 +155,7 @@ template <class Sc>
 Linearization linearization_of(const Sc& scene, double t, const Eigen::Ref<const Eigen::VectorXd>& q,
                                const Eigen::Ref<const Eigen::VectorXd>& qdot, const EffectStates<Sc>& z) {
   require_sizes(scene, q, qdot);
+  if constexpr (Sc::has_phases) PhasesAtState<Sc>(scene).require_within(t, Coordinates<Sc>(q), Coordinates<Sc>(qdot), z);
   const FlowOf<Sc> flow(scene);
   Eigen::VectorXd y(flow.size());
   y << q, qdot, z;
@@ -158,13 +164,13 @@ Linearization linearization_of(const Sc& scene, double t, const Eigen::Ref<const
 
 }  // namespace detail
 
-/// The linearization of a scene at a state, with the effects' own states at their initial values.
+/// The linearization of a scene at a state, with the effects' own states at their initial values, and contacts and friction in the phases that fit.
 ///
 /// O(n³) beside one Jacobian of the equations of motion. The inputs are those in the scene and the ones given here.
 ///
 /// @param state   on its constraints
 /// @param inputs  from input()
-/// @throws        InvalidValue when the state is not finite or not on its constraints; as acceleration() where M is singular or
+/// @throws        InvalidValue when the state is not finite, not on its constraints or at the edge of a phase; as acceleration() where M is singular or
 ///     constraints contradict each other
 template <class Sys, class... Effects, class... Inputs>
 Linearization linearization(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
@@ -172,7 +178,7 @@ Linearization linearization(const Scene<Sys, Effects...>& scene, const State<Sys
   if constexpr (sizeof...(Inputs) > 0) {
     return linearization(qdot::scene(scene, inputs...), state);
   } else {
-    return detail::linearization_of(scene, state.t, state.q, state.qdot, scene.initial_states());
+    return detail::linearization_of(scene, state.t, state.q, state.qdot, detail::states_at(scene, state));
   }
 }
 

@@ -15,6 +15,10 @@
 //
 // Newton's method solves all the equations at once with exact slopes (analysis/linear/rest_search.hpp). It goes to what
 // is near, stable or not. What nothing depends on (the place of a cart) keeps the value that it started with.
+//
+// Contacts are closed where they bear something, and open elsewhere; friction without a velocity sticks, so that what it can hold rests where it is.
+
+#include <optional>
 
 #include "qdot/analysis/equilibrium.hpp"
 #include "qdot/analysis/linear/flow.hpp"
@@ -35,6 +39,31 @@ struct SteadyState {
 
 namespace detail {
 
+// In the phases that the search comes to: contacts that would be penetrated are closed, those that would pull are opened, and where nothing can rest
+// the nearest one is closed.
+template <class Sc>
+Eigen::VectorXd steady_state_in_phases(const Sc& scene, const Flow& flow, const SteadySearch& search, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot) {
+  const PhasesAtState<Sc> phases(scene);
+  const Eigen::Index n = scene.dof();
+  EffectStates<Sc> z = phases.first_guess(0.0, q, qdot);
+  std::optional<InvalidValue> first;
+  for (int tries = 0; tries < 8 * static_cast<int>(Sc::phases_at_compile_time); ++tries) {
+    Eigen::VectorXd y(flow.size());
+    y << q, qdot, z;
+    try {
+      y = steady_state_near(flow, search, 0.0, y);
+    } catch (const InvalidValue& error) {
+      if (!first) first = error;
+      if (!phases.close_nearest(0.0, q, z)) throw *first;
+      continue;
+    }
+    EffectStates<Sc> found = y.tail(Sc::states_at_compile_time);
+    if (!phases.revise(0.0, Coordinates<Sc>(y.head(n)), qdot, found)) return y;
+    for (const Eigen::Index i : flow.phases()) z[i - 2 * n] = found[i - 2 * n];
+  }
+  throw_invalid_value({search.who, ": contacts must agree on where to rest, but each choice of closed and open leads to another one; start closer"});
+}
+
 template <class Sc>
 SteadyState<Sc> steady_state_of(const Sc& scene, const Eigen::Ref<const Eigen::VectorXd>& q,
                                 const Eigen::Ref<const Eigen::VectorXd>& qdot, const SteadySearch& search) {
@@ -42,8 +71,12 @@ SteadyState<Sc> steady_state_of(const Sc& scene, const Eigen::Ref<const Eigen::V
   const FlowOf<Sc> flow(scene);
   const Eigen::Index n = scene.dof();
   Eigen::VectorXd y(flow.size());
-  y << q, qdot, scene.initial_states();
-  y = steady_state_near(static_cast<const Flow&>(flow), search, 0.0, y);
+  if constexpr (Sc::has_phases) {
+    y = steady_state_in_phases(scene, flow, search, q, qdot);
+  } else {
+    y << q, qdot, scene.initial_states();
+    y = steady_state_near(static_cast<const Flow&>(flow), search, 0.0, y);
+  }
   SteadyState<Sc> found{{0.0, y.head(n), y.segment(n, n)}, y.tail(Sc::states_at_compile_time), {}};
   if constexpr (Sc::has_constraints) {
     const auto solution = constrained_acceleration(scene, found.state.q, found.state.qdot, 0.0, found.z);

@@ -44,6 +44,9 @@ using FlowAt = std::function<std::shared_ptr<const Flow>(double p)>;
 // The flow of a scene that it owns.
 template <class Sc>
 std::shared_ptr<const Flow> owned_flow(const Sc& scene) {
+  static_assert(!Sc::has_phases,
+                "qdot: branches of equilibria need constraints that last: put a holonomic constraint in place of a contact that is closed, and "
+                "leave it out where it is open; where friction sticks, equilibria fill a region and have no branches");
   struct SceneAndFlow {
     explicit SceneAndFlow(const Sc& given) : scene(given), flow(scene) {}
     Sc scene;

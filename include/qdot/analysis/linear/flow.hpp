@@ -38,6 +38,7 @@ class Flow {
   virtual std::vector<std::string> constraint_names() const = 0;
   virtual std::vector<Eigen::Index> inputs() const { return {}; }  // their places in y
   virtual std::vector<std::string> input_names() const { return {}; }
+  virtual std::vector<Eigen::Index> phases() const { return {}; }  // places in y of phases of contacts and friction, which are held
 
   std::string acceleration_name(Eigen::Index i) const {
     return (i < dof() ? "the acceleration of " : "the rate of ") + name(i < dof() ? i : i + dof());
@@ -117,11 +118,6 @@ ConstraintsAt constraints_at([[maybe_unused]] const Sc& scene, [[maybe_unused]] 
 
 template <class Sc>
 class FlowOf final : public FlowOfForm<decltype(first_order_form(std::declval<const Sc&>()))> {
-  static_assert(!Sc::has_phases,
-                "qdot: equilibria and linearizations need constraints that last: put a holonomic constraint in place "
-                "of a contact that is "
-                "closed or of friction that sticks, and leave it out where it is open or slips");
-
  public:
   explicit FlowOf(const Sc& scene) : FlowOf::FlowOfForm(first_order_form(scene)), scene_(scene) {
     for_each(scene.effects(), []<class E>(const E&) {
@@ -148,6 +144,13 @@ class FlowOf final : public FlowOfForm<decltype(first_order_form(std::declval<co
     std::vector<std::string> names;
     for_each_input(scene_, [&](const auto& effect, Eigen::Index, int i) { names.push_back(input_name(effect, i)); });
     return names;
+  }
+  std::vector<Eigen::Index> phases() const override {
+    std::vector<Eigen::Index> places;
+    for_each_place(scene_, [&]<class E>(const E&, Eigen::Index place) {
+      if constexpr (SwitchingEffect<E, Sc::dof_at_compile_time>) places.push_back(place);
+    });
+    return places;
   }
 
  private:

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/QR>
@@ -134,10 +135,12 @@ Eigen::VectorXd steady_state_near(const F& flow, const SteadySearch& search, dou
     if (!std::isfinite(y[i]))
       throw_invalid_value(
           {search.who, ": the start must be finite, but ", flow.name(i), " is not; give every entry a number"});
+  const std::vector<Eigen::Index> held = flow.phases();
   const auto moved = [&](const Eigen::VectorXd& step, double fraction) {
     Eigen::VectorXd next = y;
     next.head(n) += fraction * step.head(n);
     next.tail(states) += fraction * step.tail(states);
+    for (const Eigen::Index i : held) next[i] = y[i];
     return next;
   };
   Eigen::VectorXd scale;

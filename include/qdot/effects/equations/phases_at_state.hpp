@@ -40,7 +40,8 @@ class PhasesAtState : Switching<Sc> {
   using Q = Vector<double, n>;
   using Z = EffectStates<Sc>;
   using Rows = Vector<double, Sc::constraints_at_compile_time>;
-  static constexpr double closed = static_cast<double>(ContactPhase::closed), sticks = static_cast<double>(FrictionPhase::sticks);
+  static constexpr double apart = static_cast<double>(ContactPhase::apart), closed = static_cast<double>(ContactPhase::closed);
+  static constexpr double sticks = static_cast<double>(FrictionPhase::sticks);
   template <class E>
   static constexpr bool is_contact = Base::template is_contact<E>;
 
@@ -60,6 +61,89 @@ class PhasesAtState : Switching<Sc> {
     PhaseChoice<Sc>(this->scene_, t, q, qdot, before, all).choose(z);
     require_one_choice(t, q, qdot, z, all);
     return z;
+  }
+
+  // Refuses a state at which phases are about to change: there equations have a slope on one side only.
+  //
+  // @throws InvalidValue  with what is at its edge
+  void require_within(double t, const Q& q, const Q& qdot, const Z& z) const {
+    std::vector<Switch> all(static_cast<std::size_t>(this->count()));
+    this->look(t, q, qdot, z, std::vector<bool>(all.size()), resolution_of(q, qdot), all);
+    const auto J = constraint_jacobian(this->scene_, q, qdot, t, this->everything(z));
+    const auto now = rank_and_forces(t, q, qdot, z);
+    const Q f = rhs(this->scene_, q, qdot, t, z);
+    const auto edge = [t](std::initializer_list<Phrase> what) {
+      throw_invalid_value({"small motions need phases of contacts and friction that last, but at t = ", {t, 6}, " ", sentence(what),
+                           "; take a state off this edge, or put a constraint in place of what holds"});
+    };
+    this->visit([&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index row) {
+      const Switch& one = all[static_cast<std::size_t>(k)];
+      const double force = now.second[row];
+      const auto shares = [&] {  // whether others hold with it, so that its part of a sum decides nothing
+        Z other = z;
+        other[zi] = is_contact<decltype(e)> ? apart : static_cast<double>(FrictionPhase::undecided);
+        return rank_and_forces(t, q, qdot, other).first == now.first;
+      };
+      if constexpr (is_contact<decltype(e)>) {
+        if (z[zi] == closed && !(force > negligible_force * force_scale(J, f, row)) && !shares())
+          edge({"'", e.name, "' is closed with a reaction of ", {force + 0.0, 6}, ", and opens below 0"});
+        if (z[zi] != closed && one.touches) edge({"'", e.name, "' touches without being pressed, with ", {one.u, 6}, " as the rate of its gap"});
+      } else if (z[zi] == sticks) {
+        const double F_s = e.sticking_limit(q, qdot, t);
+        if (!(std::abs(force) < (1 - negligible_force) * F_s) && !shares())
+          edge({"'", e.name, "' holds with ", {std::abs(force), 6}, " of at most ", {F_s, 6}});
+      } else if (std::abs(one.u) <= one.still) {
+        edge({"'", e.name, "' slides without a velocity"});
+      }
+    });
+  }
+
+  // Phases to begin a search for rest with: contacts without a gap are closed, friction without a velocity sticks.
+  Z first_guess(double t, const Q& q, const Q& qdot) const {
+    Z z = this->scene_.initial_states();
+    const Z every = this->everything(z);
+    const Rows phi = constraint_residual(this->scene_, q, t, every), u = constraint_velocity(this->scene_, q, qdot, t, every);
+    this->visit([&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index row) {
+      if constexpr (is_contact<decltype(e)>) z[zi] = phi[row] <= 1e-9 * (1.0 + q.cwiseAbs().maxCoeff()) ? closed : apart;
+      else z[zi] = u[row] == 0.0 ? sticks : u[row] > 0.0 ? 1.0 : -1.0;
+    });
+    return z;
+  }
+
+  // z ← with the first phase changed that a state at rest contradicts; whether there was one.
+  //
+  // @throws InvalidValue  when friction would have to hold more than it can
+  bool revise(double t, const Q& q, const Q& qdot, Z& z) const {
+    const Z every = this->everything(z), before = z;
+    const auto J = constraint_jacobian(this->scene_, q, qdot, t, every);
+    const Rows phi = constraint_residual(this->scene_, q, t, every);
+    const auto now = rank_and_forces(t, q, qdot, z);
+    const Q f = rhs(this->scene_, q, qdot, t, z);
+    this->visit([&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index row) {
+      const double force = now.second[row];
+      if ((z.array() != before.array()).any()) return;
+      if constexpr (is_contact<decltype(e)>) {
+        if (z[zi] == closed ? force < -negligible_force * force_scale(J, f, row) : phi[row] < -1e-9 * (1.0 + q.cwiseAbs().maxCoeff()))
+          z[zi] = z[zi] == closed ? apart : closed;
+      } else if (z[zi] == sticks && std::abs(force) > (1 + negligible_force) * e.sticking_limit(q, qdot, t)) {
+        throw_invalid_value({"friction must hold what rests, but near the start '", e.name, "' would have to hold ", {std::abs(force), 6}, " and holds up to ",
+                             {e.sticking_limit(q, qdot, t), 6}, "; start where it can"});
+      }
+    });
+    return (z.array() != before.array()).any();
+  }
+
+  // z ← with the open contact closed whose gap is narrowest; whether there was one.
+  bool close_nearest(double t, const Q& q, Z& z) const {
+    const Rows phi = constraint_residual(this->scene_, q, t, this->everything(z));
+    Eigen::Index place = -1;
+    double narrowest = 0.0;
+    this->visit([&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index row) {
+      if constexpr (is_contact<decltype(e)>)
+        if (z[zi] != closed && (place < 0 || phi[row] < narrowest)) place = zi, narrowest = phi[row];
+    });
+    if (place >= 0) z[place] = closed;
+    return place >= 0;
   }
 
  private:
