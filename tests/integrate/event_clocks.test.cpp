@@ -139,6 +139,20 @@ TEST_CASE("an event may look at what effects have as states of their own") {
   CHECK_THAT(run.t, WithinAbs(0.5, 1e-14));
 }
 
+TEST_CASE("an output time that is a tick but for rounding has the state behind it, however far the clock is from zero") {
+  // Kicks of 1 at t₀ + 0.1 k: v = k behind the k-th.
+  for (const double t0 : {0.0, 1.7e9}) {
+    CAPTURE(t0);
+    Options options = fine;
+    for (int k = 1; k < 20; ++k) options.output_times.push_back(t0 + 0.1 * k);
+    const auto kick = every("kick", 0.1, t0 + 0.1).then([](State<1>& s) { s.qdot[0] += 1.0; });
+    const auto run = simulate(cart, State<1>{t0, V1(0.0), V1(0.0)}, t0 + 2.0, Dop853{}, options, kick);
+    REQUIRE(run.completed());
+    REQUIRE(run.samples.t.size() == 19);
+    for (Eigen::Index k = 0; k < 19; ++k) CHECK_THAT(run.samples.y(1, k), WithinAbs(static_cast<double>(k + 1), 1e-12));
+  }
+}
+
 TEST_CASE("a clock that cannot be is refused by rule, value and remedy") {
   CHECK_THROWS_AS(every("never", 0.0), InvalidValue);
   CHECK_THROWS_AS(every("never", std::numeric_limits<double>::infinity()), InvalidValue);

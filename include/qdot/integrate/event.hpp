@@ -32,8 +32,11 @@
 //
 // The rules, each with a test:
 //   crossing    Motion through zero is an event, in the asked direction of time's arrow: falling means that g becomes
-//               negative as the run goes on. A jump across zero is none, nor is g ≡ 0. The time handed out is the
-//               first double on the far side of the root.
+//               negative as the run goes on. A jump across zero is none, nor is a pole, nor is g ≡ 0; a jump onto zero is one.
+//               The time handed out is the first double on the far side of the root. Of a g that stays zero for a while, it is where that
+//               begins, and where it ends if g was zero at t₀.
+//   noise       Where an event only records, a g that begins at zero to within the method's tolerance has no sign before it has left that: the
+//               velocity of what sticks, a gap that is closed, and what a constraint keeps at zero have no events.
 //   fast g      g may be much faster than the motion: the step is searched in panels as short as g asks for (integrate/driver/event_finder.hpp), which
 //               for a slow g is the whole step. What is followed only with an effort without end, noise for one, is
 //               counted in Statistics::rough_events, for then roots may have been missed, and the run's message says so.
@@ -49,7 +52,8 @@
 //   at t₀       g = 0 at the start counts if g then moves in the asked direction.
 //   barriers    An action that keeps g ≥ 0 (an impact) is a barrier: then g < 0 is never passed in silence.
 //   Zeno        Infinitely many events before a finite time end the run as event_accumulation, when they follow each
-//               other as closely as t can tell. A contact (effects/contact.hpp) comes to rest instead.
+//               other as closely as t can tell. Those that only record are then counted in Statistics::rough_events, and the run goes on. A contact
+//               (effects/contact.hpp) comes to rest instead.
 
 #include <algorithm>
 #include <cmath>

@@ -187,16 +187,12 @@ class Driver {
     const bool evaluated = guarded([&] {
       watch_.search(clock_, stepper_.polynomial(), elapsed_, reached());
       for (long firings = 0; const std::optional<Firing> firing = watch_.next(); ++firings) {
-        if (firings == most_firings) {
-          proceed = end(Outcome::event_accumulation, sentence({"'", run_.events.back().name, "' fired ", firings, " times in one step"}));
-          return;
-        }
         if (firing->stops || firing->changes) {
           proceed = cut(*firing);
           return;
         }
         watch_.record(*firing, run_.events);
-        watch_.pass(*firing);
+        watch_.pass(*firing, firings >= most_firings);
       }
       proceed = kept_whole();
     });
@@ -286,13 +282,13 @@ class Driver {
     elapsed_ = elapsed;
     run_.t = t;
     run_.y = y;
-    outputs_.fill_before(elapsed, sign, clock_.origin(), [&](double at, Eigen::VectorXd& out) {
+    outputs_.fill_before(elapsed, sign, clock_.origin(), watch_.same(run_.t), [&](double at, Eigen::VectorXd& out) {
       stepper_.interpolate(at, out);
       if (system_.is_constrained()) guarded([&] { system_.project(at, out); });  // between steps the polynomial leaves the constraints
     });
   }
 
-  void fill_outputs_here() { outputs_.fill_here(elapsed_, clock_.origin(), run_.y); }
+  void fill_outputs_here() { outputs_.fill_here(elapsed_, clock_.origin(), watch_.same(run_.t), run_.y); }
 
   // Shows the state to the observer, who may change what functors read only where the method begins afresh behind it.
   bool observed(bool begins_afresh) {

@@ -5,7 +5,8 @@
 //
 // The k-th time is first + k·period, not a sum of periods, k = 0, 1, …, on the way from t₀ and before t_end. The loop of the run lands on each.
 // Two clocks that tick within some rounding units of each other tick at one moment, that of the earlier one, and a clock and a stop time at the
-// stop time.
+// stop time. An output time within as many of a tick has the state behind it. That is the one rule for equal moments: same(), eight
+// rounding units of the larger of |t₀| and |t_end|.
 
 #include <algorithm>
 #include <cmath>
@@ -58,6 +59,8 @@ class EventClocks {
     return due_;
   }
   double due() const { return due_; }
+  // Within which times are one moment, if t is one at which a clock ticks; otherwise 0.
+  double same(double t) const { return any_ && t == due_ && t != t_end_ ? same_ : 0.0; }
 
   // Whether event i happens at the time that is due.
   bool is_due(std::size_t i) const {

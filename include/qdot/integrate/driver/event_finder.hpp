@@ -27,14 +27,9 @@
 // A g that stays rough
 // down to what t can tell, or needs more than a million samples in a step, is searched at the samples there are, and the run says so.
 //
-// What is remembered of a function from step to step is the side of zero on which it was last seen. Side 0 means
-// "at zero": at the start of a run, or just after an event changed the state. Then its first sample off zero (by more
-// than a band, in which g cannot be told from zero) gives it a side: without an event if it is muted, and as an event
-// at the beginning of the interval if it is not and goes the way that counts.
-//
-// A hop away from zero and back may be far shorter than the step. So a function at zero is watched from the first instant that t can
-// tell. And where an event's own action has turned (or stopped) g, which the rate dg/dt at the new state says, g may leave zero to the side
-// it came from and to no other: if it is first seen beyond, the hop was shorter than t can tell, and the events accumulate.
+// Jumps. A bracket of neighbouring doubles across which g changes by as much as over ten thousand of them, and over a million and more, holds a jump
+// or a pole, and no root: g only takes the other side. A continuous g, steep as |τ|^(1/5) sgn τ, changes by a sixth of that; a g that is rounded, or a
+// function of a t that is, changes by less where it is looked at from farther away. A jump onto zero is a root.
 
 #include <algorithm>
 #include <array>
@@ -44,63 +39,9 @@
 #include <optional>
 #include <utility>
 
-#include "qdot/integrate/event.hpp"
+#include "qdot/integrate/driver/watched_function.hpp"
 
 namespace qdot::detail {
-
-// One watched function.
-struct Watch {
-  Direction direction = Direction::either;
-  bool barrier = false;  // g < 0 must not be passed
-  int side = 0;          // of zero
-  bool muted = false;    // at zero because of an event: leaving it is none
-  bool stuck = false;    // a barrier that was passed without having been left
-  bool passed = false;   // at zero, if it is, because of a root in the step, and not at the beginning of a motion
-  int came_from = 0;     // that it was on before its last root
-  int home = 0;          // the side to which it may leave zero; 0 if either
-  bool lost = false;     // it left zero to the other
-  bool rough = false;    // could not be followed in this step
-  bool is_formula = false, unproven = false;  // zeros are proved; but not in this step, for proofs fail
-  int rough_panels = 0;  // in a row
-  long panels = 0;       // in this step
-  double panel = std::numeric_limits<double>::infinity();  // length of the last one
-  double rounding = 0.0; // of g
-  double value = 0.0;    // at the beginning of what is left of the step
-  double level = 0.0;    // what counts as zero: rounding may leave a barrier's g a hair below it
-  double band = 0.0;     // distance from level that cannot be told from zero
-  std::optional<double> root;
-
-  // Sets the value at the beginning of a step from scratch: at the start, and after the state has changed. A function
-  // that is `at_zero` is muted until it leaves zero, unless this is the start of the run; there only if it had stopped the run before.
-  // Rounding may have left a barrier that fired at g_before; that far below zero counts as zero. An unfired function that was off zero and
-  // has been put there begins as at the start.
-  void begin(double g, double zero_band, bool fired, double g_before, bool at_start) {
-    band = zero_band + (fired ? 4 * std::abs(g_before - level) : 0.0);
-    level = barrier ? std::clamp(g, -std::max(band, fired ? 2 * std::abs(g_before) : 0.0), 0.0) : 0.0;
-    value = g;
-    muted = (!at_start || fired) && (fired || std::abs(g_before - level) <= zero_band);
-    passed = false;
-    home = 0;
-    const double distance = g - level;
-    const bool at_zero = barrier ? distance <= band : distance == 0.0 || (fired && std::abs(distance) <= band);
-    side = at_zero ? 0 : distance > 0 ? 1 : -1;
-    stuck = false;
-    root.reset();
-  }
-
-  // The motion has passed the root, where g is now.
-  void pass(double g) {
-    value = g;
-    band = 0.0;
-    muted = passed = true;
-    side = g > level ? 1 : g < level ? -1 : 0;
-    root.reset();
-  }
-
-  bool counts(int from_side) const {
-    return direction == Direction::either || (direction == Direction::falling) == (from_side > 0);
-  }
-};
 
 // Where a panel is sampled, as fractions of it.
 inline constexpr std::array<double, 8> sample_points{0.0, 0.0297, 0.1853, 0.4127, 0.6241, 0.8278, 0.9731, 1.0};
@@ -152,32 +93,37 @@ class FunctionElsewhere {
   Result (*call_)(const void*, Arguments...);
 };
 
-// Searches [from, to] for the first root of one function; `at(t)` evaluates it, `decided(a, b)` proves that the ends of a panel tell all.
+// Searches [from, to] for the first root of one function; `at(t)` evaluates it, `decided(a, b)` proves that the ends of a panel tell all, and
+// noise(t) is what the tolerance of the method leaves open of it.
 class RootSearch {
  public:
-  template <class Evaluate, class Decided>
-  RootSearch(Watch& watch, const Evaluate& at, const Decided& decided) : watch_(watch), at_(at), decided_(decided) {}
+  template <class Evaluate, class Decided, class Noise>
+  RootSearch(Watch& watch, const Evaluate& at, const Decided& decided, const Noise& noise) : watch_(watch), at_(at), decided_(decided), noise_(noise) {}
 
   // Notes the first root that counts in watch.root; known[k] are the values at the sample fractions.
   void run(double from, double to, const double* known) {
     watch_.root.reset();
+    from_ = zero_ = left_ = from;
+    to_ = to;
     double t0 = from, g0 = watch_.value - watch_.level;  // the last two samples
     double t1 = from, g1 = g0;
     const auto see = [&](double t2, double value) {
       const double g2 = value - watch_.level;
       if (watch_.side == 0) {
-        leave_zero(from, g2);
+        leave_zero(t1, g1, t2, g2);
       } else if (g2 * watch_.side <= 0) {
         cross(t1, g1, t2, g2);
-      } else if (t1 != t0 && g0 * watch_.side > 0 && std::abs(g1) <= std::abs(g0) && std::abs(g1) <= std::abs(g2)) {
+      } else if (watch_.off && t1 != t0 && g0 * watch_.side > 0 && std::abs(g1) <= std::abs(g0) && std::abs(g1) <= std::abs(g2)) {
         dip(t0, g0, t1, g1, t2, g2);
       }
+      watch_.off = watch_.off || std::abs(g2) > watch_.noise;
       t0 = std::exchange(t1, t2);
       g0 = std::exchange(g1, g2);
       return watch_.root.has_value();
     };
     const double first = 4 * std::numeric_limits<double>::epsilon() * std::abs(from);
-    for (double d = std::max(first, (watch_.passed ? 1e-9 : 1e-20) * std::abs(to - from)); watch_.side == 0 && d < std::abs(to - from); d *= ladder_ratio) {
+    const auto is_at_zero = [this] { return watch_.side == 0 || (watch_.is_formula && !watch_.off); };
+    for (double d = std::max(first, (watch_.passed ? 1e-9 : 1e-20) * std::abs(to - from)); is_at_zero() && d < std::abs(to - from); d *= ladder_ratio) {
       const double t = from + std::copysign(d, to - from);
       if (t != t1 && see(t, at_(t))) return;
     }
@@ -190,7 +136,7 @@ class RootSearch {
       const double a = t1, left = std::abs(to - a);
       const bool is_last = length >= left;
       const double b = is_last ? to : a + std::copysign(length, to - a);
-      if (watch_.is_formula && !watch_.unproven) {
+      if (watch_.is_formula && !watch_.unproven && watch_.off) {
         if (is_last) length = left;
         const bool proven = decided_(a, b);
         if (!proven && length > indistinct) {
@@ -257,13 +203,14 @@ class RootSearch {
     return std::abs(slope) <= 0.2 * std::abs(curvature);
   }
 
-  // A function at zero has moved to g: its first side.
-  void leave_zero(double from, double g) {
-    if (!(std::abs(g) > watch_.band)) return;
+  // A function at zero has moved from g_before to g: its first side.
+  void leave_zero(double before, double g_before, double t, double g) {
+    if (g_before == 0.0) zero_ = before, left_ = t;
+    if (!(std::abs(g) > watch_.band) || is_noise(t, g)) return;
     const int side = g > 0 ? 1 : -1;
     watch_.lost = side == -watch_.home;
     if (watch_.lost || (watch_.barrier ? side < 0 : (!watch_.muted && watch_.counts(-side)))) {
-      watch_.root = from;
+      watch_.root = zero_ == from_ ? from_ : edge(left_, zero_);
       watch_.came_from = -side;
       watch_.stuck = watch_.muted;
     } else {
@@ -272,14 +219,49 @@ class RootSearch {
   }
 
  private:
+  // Whether g has no sign at t; noise is asked about again there.
+  bool is_noise(double t, double g) {
+    if (watch_.off || !watch_.judges) return false;
+    watch_.noise = noise_(t);
+    return std::abs(g) <= watch_.noise;
+  }
+
+  // The last double at which g is other than zero on the way from `off`, where it is, to `zero`.
+  double edge(double off, double zero) const {
+    for (double middle = 0.5 * (off + zero); middle != off && middle != zero; middle = 0.5 * (off + zero)) (at_(middle) == watch_.level ? zero : off) = middle;
+    return off;
+  }
+
   // g changes sign between two samples, or the second is zero itself.
   void cross(double a, double ga, double b, double gb) {
-    if (watch_.counts(watch_.side)) {
+    if (is_noise(b, gb)) {
+      if (gb != 0.0) watch_.side = -watch_.side;
+      return;
+    }
+    std::optional<double> root;
+    if (watch_.counts(watch_.side)) root = ga * watch_.side > 0.0 ? crossing(a, ga, b, gb) : a;
+    if (root) {
       watch_.came_from = watch_.side;
-      watch_.root = far_side(a, ga, b, gb);
+      watch_.root = root;
     } else if (gb != 0.0) {
       watch_.side = -watch_.side;
     }
+  }
+
+  // far_side() unless g jumps there.
+  std::optional<double> crossing(double a, double ga, double b, double gb) const {
+    const Bracket found = far_side(a, ga, b, gb);
+    if (watch_.barrier || found.g_far == 0.0) return found.far;
+    constexpr double small = 1e-6, most = 0.5;
+    const double change = std::abs(found.g_far - found.g_near);
+    if (change <= small * std::max(std::abs(ga), std::abs(gb))) return found.far;
+    const double first = std::min(from_, to_), last = std::max(from_, to_);
+    for (const double many : {1e4, 1e6, 1e8, 1e10}) {
+      const double way = many * (found.far - found.near);
+      const double around = std::abs(at_(std::clamp(found.far + way, first, last)) - at_(std::clamp(found.near - way, first, last)));
+      if (change <= most * around) return found.far;
+    }
+    return std::nullopt;
   }
 
   // a, m, b of one sign, |g| smallest at m: looks for a point across zero.
@@ -302,10 +284,10 @@ class RootSearch {
       if (g <= 0) {
         watch_.came_from = watch_.side;
         if (watch_.counts(watch_.side)) {
-          watch_.root = far_side(start, g_start, x, sign * g);
+          watch_.root = crossing(start, g_start, x, sign * g);
         } else if (g < 0) {
           watch_.side = watch_.came_from = -watch_.side;
-          watch_.root = far_side(x, sign * g, end, g_end);
+          watch_.root = crossing(x, sign * g, end, g_end);
         }
         return;
       }
@@ -321,24 +303,31 @@ class RootSearch {
     }
   }
 
-  // The end of a bracket of neighbouring doubles that lies on b's side of the root (Chandrupatla's method).
-  double far_side(double a, double ga, double b, double gb) {
+  struct Bracket {
+    double near, g_near, far, g_far;
+  };
+
+  // A bracket of neighbouring doubles, whose end `far` lies on b's side of the root, or is the first zero (Chandrupatla's method).
+  Bracket far_side(double a, double ga, double b, double gb) const {
     constexpr double epsilon = std::numeric_limits<double>::epsilon();
     const double far_sign = ga > 0 ? -1.0 : 1.0;
     // x0, x1: the bracket, x0 the newer point; x2 the one before.
     double x0 = b, g0 = gb, x1 = a, g1 = ga, x2 = a, g2 = ga;
     double s = 0.5;
     if (gb != 0.0 && ga != 0.0) s = ga / (ga - gb), s = 1.0 - s;  // from x0 towards x1: a secant step first
+    int zeros = gb == 0.0 ? 1 : 0;
     for (int k = 0; k < 200; ++k) {
       const double width = std::abs(x1 - x0);
       const double least = epsilon * std::max(std::abs(x0), std::abs(x1));
-      if (width <= 2 * least || g0 == 0.0) break;
+      if (width <= 2 * least && (zeros == 0 || width <= least)) break;
       const double floor = std::min(0.5, least / width);
       double x = x0 + std::clamp(s, floor, 1.0 - floor) * (x1 - x0);
       if (x == x0 || x == x1) x = 0.5 * (x0 + x1);
       if (x == x0 || x == x1) break;
       const double g = at_(x) - watch_.level;
-      if ((g > 0) == (g0 > 0) && g != 0.0) {
+      if (g == 0.0) ++zeros;
+      const auto is_far = [far_sign](double value) { return value * far_sign >= 0.0; };
+      if (is_far(g) == is_far(g0)) {
         x2 = x0, g2 = g0;
       } else {
         x2 = x1, g2 = g1;
@@ -347,16 +336,20 @@ class RootSearch {
       x0 = x, g0 = g;
       const double xi = (x0 - x1) / (x2 - x1), phi = (g0 - g1) / (g2 - g1);
       s = 0.5;
-      if (phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi)
+      if (zeros == 1 && (g0 == 0.0 || g1 == 0.0)) s = g0 == 0.0 ? 0.0 : 1.0;  // most zeros stand alone
+      else if (zeros == 0 && phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi)
         s = g0 / (g1 - g0) * g2 / (g1 - g2) + (x2 - x0) / (x1 - x0) * g0 / (g2 - g0) * g1 / (g2 - g1);
     }
     const bool newer_is_far = g0 * far_sign >= 0;
-    return newer_is_far ? x0 : x1;
+    return newer_is_far ? Bracket{x1, g1, x0, g0} : Bracket{x0, g0, x1, g1};
   }
 
   Watch& watch_;
   FunctionElsewhere<double, double> at_;
   FunctionElsewhere<bool, double, double> decided_;
+  FunctionElsewhere<double, double> noise_;
+  double from_ = 0.0, to_ = 0.0;
+  double zero_ = 0.0, left_ = 0.0;  // the last sample that was exactly zero, and the one behind it
 };
 
 // What a run asks of it, compiled once in a program, or in the library (qdot::compiled).

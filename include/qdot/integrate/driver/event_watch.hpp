@@ -13,7 +13,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <string>
@@ -38,6 +37,7 @@ namespace qdot::detail {
 // Of runs that have neither events nor switches.
 struct NothingToWatch {
   NothingToWatch(const auto&, const std::vector<ListedEvent>&) {}
+  static double same(double) { return 0.0; }
 };
 
 // One for all systems and all lists of events; a template, and so compiled where there is something to watch. Form is DrivenForm.
@@ -64,6 +64,7 @@ class EventWatch {
       watches_[i].direction = events_[i].is_barrier ? Direction::falling : events_[i].direction;
       watches_[i].barrier = events_[i].is_barrier;
       watches_[i].is_formula = events_[i].decide != nullptr;
+      watches_[i].judges = !events_[i].is_barrier && !events_[i].stops && events_[i].change == nullptr;
       if (events_[i].times == nullptr) (watches_[i].is_formula ? has_formulas_ : has_others_) = true;
     }
     for (std::size_t i = listed_; i < count; ++i) {
@@ -76,6 +77,7 @@ class EventWatch {
   bool looks_at_steps() const { return !watches_.empty(); }
 
   EventClocks& clocks() { return clocks_; }
+  double same(double t) const { return clocks_.same(t); }
   void set_clocks(double t0, double t_end) { detail::set_clocks(clocks_, events_, t0, t_end); }
 
   Firing firing_of_clocks(double elapsed) { return clocks_.firing(events_, elapsed, fired_); }
@@ -83,12 +85,14 @@ class EventWatch {
   // Begins at a state: the start of the run, or the one after a firing that changed it.
   void begin(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, bool at_start, std::size_t first = 0) {
     system_.guard_bands(t, y, tolerance, bands_);
+    tolerance_ = tolerance;
     for (std::size_t i = first; i < watches_.size(); ++i) {
       const double g = value(i, t, y);
       const double band = i >= listed_ ? bands_[static_cast<Eigen::Index>(i - listed_)] : rounding_of(i, t, y, g);
+      watches_[i].noise = watches_[i].judges ? noise_of(i, t, y) : 0.0;
       watches_[i].begin(g, band, fired_[i], at_start ? g : watches_[i].value, at_start);
       watches_[i].rounding = band;
-      if (i < listed_ && !at_start && fired_[i] && watches_[i].side == 0) watches_[i].home = home_of(i, t, y);
+      if (i < listed_ && !at_start && fired_[i] && watches_[i].side == 0) watches_[i].home = home_side(watches_[i].came_from, trends_[i], trend(i, t, y));
     }
   }
 
@@ -188,15 +192,15 @@ class EventWatch {
       if (fired_[i] && !ending(i).empty()) events.push_back({firing.t, ending(i)});
   }
 
-  // Goes on behind a firing that changed nothing.
-  void pass(const Firing& firing) {
+  // Goes on behind a firing that changed nothing; at the end of the step, where there have been too many in it.
+  void pass(const Firing& firing, bool too_many) {
     for (std::size_t i = 0; i < watches_.size(); ++i) {
       if (!fired_[i]) continue;
-      const double root = *watches_[i].root;
+      const double root = too_many ? to_ : *watches_[i].root;
       step_.at(root, y_);
       watches_[i].pass(value(i, clock_.t(root), y_));
-      watches_[i].root.reset();
-      if (firing.elapsed != to_) search_one(i, root, nullptr);
+      if (too_many && ++rough_steps_ == 1) rough_time_ = firing.t;
+      if (root != to_ && firing.elapsed != to_) search_one(i, root, nullptr);
     }
   }
 
@@ -223,7 +227,7 @@ class EventWatch {
       acted = true;
       y_before_action_ = y;
       failure = events_[i].change(events_[i].event, firing.t, y, system_.dof());
-      if (!failure) failure = what_is_not_finite(*events_[i].name, firing.t, y);
+      if (!failure) failure = what_is_not_finite(system_, *events_[i].name, firing.t, y);
       if (failure) return failure;
       if (!same_bits(y, y_before_action_)) trends_[i] = trend(i, firing.t, y_before);
     }
@@ -297,19 +301,6 @@ class EventWatch {
     return g;
   }
 
-  std::optional<Failure> what_is_not_finite(const std::string& name, double t, const Eigen::VectorXd& y) const {
-    for (Eigen::Index k = 0; k < y.size(); ++k)
-      if (!std::isfinite(y[k]))
-        return Failure{Outcome::non_finite, sentence({"the action of event '", name, "' at t = ", t, " must leave finite numbers, but ",
-                                                      system_.component_name(k), " became ", y[k]})};
-    return std::nullopt;
-  }
-
-  // An action that changed a −0 into 0 has changed something: it may be the blow of a floor on what lies still.
-  static bool same_bits(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-    return std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
-  }
-
   // The sign of dg/dt along the equations of motion, 0 where rounding hides it; nothing where the model refuses.
   std::optional<int> trend(std::size_t i, double t, const Eigen::VectorXd& y) {
     try {
@@ -331,25 +322,32 @@ class EventWatch {
     }
   }
 
-  // The side on which a function, at zero after its own action, has to stay: where it came from, if the action turned its motion or
-  // stopped it; 0 if the motion may go on through zero. An action that turns what was moving away has come too late to be right.
-  int home_of(std::size_t i, double t, const Eigen::VectorXd& y) {
-    const std::optional<int> before = trends_[i], after = trend(i, t, y);
-    const int side = watches_[i].came_from;
-    if (!before || !after) return 0;
-    return side * *before <= 0 ? (side * *after >= 0 ? side : 0) : side * *after < 0 ? side : 0;
+  // Σ |δg| where component k of y goes to moved(k).
+  template <class Moved>
+  double change_of(std::size_t i, double t, const Eigen::VectorXd& y, double g, const Moved& moved) {
+    double sum = 0.0;
+    moved_ = y;
+    for (Eigen::Index k = 0; k < y.size(); ++k) {
+      moved_[k] = moved(k);
+      sum += std::abs(value(i, t, moved_) - g);
+      moved_[k] = y[k];
+    }
+    return sum;
   }
 
   // What rounding of t and y does to g.
   double rounding_of(std::size_t i, double t, const Eigen::VectorXd& y, double g) {
     constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
-    double sum = std::abs(value(i, t * (1.0 + 0.25 * rounding), y) - g);
-    for (Eigen::Index k = 0; k < y.size(); ++k) {
-      y_ = y;
-      y_[k] *= 1.0 + rounding;
-      sum += std::abs(value(i, t, y_) - g);
+    return std::abs(value(i, t * (1.0 + 0.25 * rounding), y) - g) + change_of(i, t, y, g, [&](Eigen::Index k) { return y[k] * (1.0 + rounding); });
+  }
+
+  // What the method's tolerance leaves open of g, of which constraints hold some between steps only. Nothing where g has no value so near.
+  double noise_of(std::size_t i, double t, const Eigen::VectorXd& y) {
+    try {
+      return change_of(i, t, y, value(i, t, y), [&](Eigen::Index k) { return y[k] + (system_.is_constrained() ? 100.0 : 1.0) * tolerance_[k]; });
+    } catch (const Error&) {
+      return 0.0;
     }
-    return sum;
   }
 
   void search_one(std::size_t i, double from, const double* known) {
@@ -358,7 +356,12 @@ class EventWatch {
       return value(i, clock_.t(elapsed), y_);
     };
     const auto proves = [this, i](double a, double b) { return decided(i, a, b); };
-    RootSearch search(watches_[i], at, proves);
+    const auto noise = [this, i](double elapsed) {
+      Eigen::VectorXd there(system_.size());
+      step_.at(elapsed, there);
+      return noise_of(i, clock_.t(elapsed), there);
+    };
+    RootSearch search(watches_[i], at, proves, noise);
     const bool was_rough = watches_[i].rough || watches_[i].unproven;
     search_root<double>(search, from, to_, known);
     if ((watches_[i].rough || watches_[i].unproven) && !was_rough && ++rough_steps_ == 1) rough_time_ = clock_.t(from);
@@ -378,23 +381,20 @@ class EventWatch {
   const Form& system_;
   std::vector<ListedEvent> events_;
   std::size_t listed_;  // so many
-  bool has_formulas_ = false, has_others_ = false;
+  bool has_formulas_ = false, has_others_ = false, backward_ = false;
   std::vector<Watch> watches_;  // the listed events, then the system's guards
   std::vector<bool> fired_, fired_guards_;
-  std::vector<double> before_;            // values, before the observer
-  std::vector<double> last_time_;         // elapsed, when a function last changed the state
+  std::vector<double> before_, last_time_;  // values before the observer; elapsed, when a function last changed the state
   std::vector<std::optional<int>> trends_;  // of fired functions, before their actions
   std::vector<int> standing_;             // how often a function has changed the state without letting t go on
   std::vector<double> samples_, values_;  // of the present step, and of one moment
-  Eigen::VectorXd guards_, bands_, y_, y_before_action_;
+  Eigen::VectorXd guards_, bands_, tolerance_, moved_, y_, y_before_action_;
   Clock clock_;
   PolynomialView step_;
   StepBounds bounds_;
-  double to_ = 0.0, length_ = 0.0;
+  double to_ = 0.0, length_ = 0.0, rough_time_ = 0.0;
   EventClocks clocks_;
-  bool backward_ = false;
   long rough_steps_ = 0;
-  double rough_time_ = 0.0;
 };
 
 }  // namespace qdot::detail

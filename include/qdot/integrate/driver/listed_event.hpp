@@ -7,12 +7,15 @@
 // roots need not know these types: an event is called some ten times in a step, and a call costs a nanosecond.
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <optional>
 #include <string>
 #include <tuple>
 #include <vector>
 
+#include "qdot/error.hpp"
 #include "qdot/integrate/driver/event_proof.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/outcome.hpp"
@@ -30,6 +33,21 @@ struct ListedEvent {
   bool (*decide)(const void* event, StepBounds& bounds, double level, double a, double b);                    // null where g is no formula
   const Timetable* times;                                                                               // null where g is a function
 };
+
+// What an action has left behind that is no number.
+template <class Form>
+std::optional<Failure> what_is_not_finite(const Form& system, const std::string& name, double t, const Eigen::VectorXd& y) {
+  for (Eigen::Index k = 0; k < y.size(); ++k)
+    if (!std::isfinite(y[k]))
+      return Failure{Outcome::non_finite, sentence({"the action of event '", name, "' at t = ", t, " must leave finite numbers, but ",
+                                                    system.component_name(k), " became ", y[k]})};
+  return std::nullopt;
+}
+
+// An action that changed a −0 into 0 has changed something: it may be the blow of a floor on what lies still.
+inline bool same_bits(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  return std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+}
 
 // Everything that happens at one moment.
 struct Firing {

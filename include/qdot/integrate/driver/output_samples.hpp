@@ -3,9 +3,13 @@
 //
 // The states at a run's output times, filled as steps cover them. Times are compared as what has elapsed on the leg's clock (moment.hpp):
 // at a large t two doubles t may be the same where the steps between them are not.
+//
+// Equal moments. Where something happens by the clock, output times within some rounding units of that time are this time (EventClocks::same()), and
+// their states are those behind it: 0.1 + 5 · 0.1 and 6 · 0.1 are one moment, though not one double.
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -25,18 +29,18 @@ class OutputSamples {
     at_.resize(size);
   }
 
-  // Those in front of what has elapsed since origin; write(t, y) gives the state.
+  // Those in front of what has elapsed since origin, by more than `same`; write(t, y) gives the state.
   template <class Write>
-  void fill_before(double elapsed, double direction, double origin, const Write& write) {
-    while (next_ < times_.size() && (elapsed - (times_[next_] - origin)) * direction > 0) {
+  void fill_before(double elapsed, double direction, double origin, double same, const Write& write) {
+    while (next_ < times_.size() && (elapsed - (times_[next_] - origin)) * direction > same) {
       write(times_[next_], at_);
       keep(at_);
     }
   }
 
-  // Those exactly here.
-  void fill_here(double elapsed, double origin, const Eigen::VectorXd& y) {
-    while (next_ < times_.size() && times_[next_] - origin == elapsed) keep(y);
+  // Those here, to within `same`.
+  void fill_here(double elapsed, double origin, double same, const Eigen::VectorXd& y) {
+    while (next_ < times_.size() && std::abs((times_[next_] - origin) - elapsed) <= same) keep(y);
   }
 
   // Those exactly here once more, where the state has changed since.
