@@ -11,6 +11,9 @@
 // NotAnalytic: a formula with a branch is not one power series. One comparison is let through, because
 // guards like `if (r == 0)` are common and right: x == c is answered "no", the node and c are noted as an
 // assumption, and the assumption is checked at every point of expansion. A recorded number has no plain value either.
+//
+// A recording that is given the values of its variables (Recording::branches) answers comparisons by them, and notes the guards on which the branch
+// that it has taken depends (ad/formula/branches.hpp).
 
 #include <Eigen/Core>
 #include <cmath>
@@ -22,6 +25,7 @@
 #include <vector>
 
 #include "qdot/ad/dual_math.hpp"
+#include "qdot/ad/formula/branches.hpp"
 #include "qdot/ad/formula/domains.hpp"
 #include "qdot/ad/formula/formula_number.hpp"
 #include "qdot/ad/formula/graph.hpp"
@@ -41,6 +45,7 @@ struct Recording {
   Graph graph;
   std::vector<Assumption> assumptions;
   std::string source = "T or V";  ///< what is being run, for messages
+  Branches* branches = nullptr;   ///< values and guards, where comparisons are answered; lives elsewhere
 };
 
 // The operations of two numbers.
@@ -118,10 +123,10 @@ class Recorded : public FormulaNumber<Recorded> {
     return false;
   }
   friend bool operator!=(const Recorded& x, const Recorded& y) { return !(x == y); }
-  friend bool operator<(const Recorded& x, const Recorded& y) { return compared(x, y, "<") < 0; }
-  friend bool operator<=(const Recorded& x, const Recorded& y) { return compared(x, y, "<=") <= 0; }
-  friend bool operator>(const Recorded& x, const Recorded& y) { return compared(x, y, ">") > 0; }
-  friend bool operator>=(const Recorded& x, const Recorded& y) { return compared(x, y, ">=") >= 0; }
+  friend bool operator<(const Recorded& x, const Recorded& y) { return below(x, y, false, "the comparison ", "<"); }
+  friend bool operator<=(const Recorded& x, const Recorded& y) { return below(x, y, true, "the comparison ", "<="); }
+  friend bool operator>(const Recorded& x, const Recorded& y) { return below(y, x, false, "the comparison ", ">"); }
+  friend bool operator>=(const Recorded& x, const Recorded& y) { return below(y, x, true, "the comparison ", ">="); }
 
   [[gnu::noinline]] static Recorded of(Function f, const Recorded& x) {
     if (!x.recording_) return Recorded(value_of(f, x.constant_));
@@ -131,6 +136,9 @@ class Recorded : public FormulaNumber<Recorded> {
 
   [[gnu::noinline]] friend Recorded pow(const Recorded& x, double exponent) {
     if (!x.recording_) return Recorded(std::pow(x.constant_, exponent));
+    if (exponent == 0.5 && x.recording_->branches != nullptr)
+      if (const Node square = x.recording_->graph[x.node_]; square.kind == Kind::product && square.a == square.b)
+        return abs(Recorded(*x.recording_, square.a));
     return wrapped(*x.recording_, power_in(*x.recording_, x.node_, exponent));
   }
   friend Recorded pow(const Recorded& x, const Recorded& y) {
@@ -151,19 +159,20 @@ class Recorded : public FormulaNumber<Recorded> {
     return x.constant_;
   }
 
-  friend Recorded abs(const Recorded& x) { return kinked(x, "abs", std::abs(x.constant_)); }
-  friend Recorded fabs(const Recorded& x) { return kinked(x, "fabs", std::abs(x.constant_)); }
-  friend Recorded floor(const Recorded& x) { return kinked(x, "floor", std::floor(x.constant_)); }
-  friend Recorded ceil(const Recorded& x) { return kinked(x, "ceil", std::ceil(x.constant_)); }
-  friend Recorded max(const Recorded& x, const Recorded& y) { return compared(x, y, "max") < 0 ? y : x; }
-  friend Recorded min(const Recorded& x, const Recorded& y) { return compared(x, y, "min") > 0 ? y : x; }
+  friend Recorded abs(const Recorded& x) { return below(x, 0.0, false, "the function ", "abs") ? -x : x; }
+  friend Recorded fabs(const Recorded& x) { return below(x, 0.0, false, "the function ", "fabs") ? -x : x; }
+  friend Recorded floor(const Recorded& x) { return rounded_down(x, "floor"); }
+  friend Recorded ceil(const Recorded& x) { return -rounded_down(-x, "ceil"); }
+  friend Recorded max(const Recorded& x, const Recorded& y) { return below(x, y, false, "the comparison ", "max") ? y : x; }
+  friend Recorded min(const Recorded& x, const Recorded& y) { return below(y, x, false, "the comparison ", "min") ? y : x; }
   friend Recorded copysign(const Recorded& x, const Recorded& y) {
-    return kinked(x.recording_ ? x : y, "copysign", std::copysign(x.constant_, y.constant_));
+    if (!x.recording_ && !y.recording_) return std::copysign(x.constant_, y.constant_);
+    return below(x, 0.0, false, "the function ", "copysign") == below(y, 0.0, false, "the function ", "copysign") ? x : -x;
   }
-  friend bool isfinite(const Recorded& x) { return asked(x, "isfinite", std::isfinite(x.constant_)); }
-  friend bool isnan(const Recorded& x) { return asked(x, "isnan", std::isnan(x.constant_)); }
-  friend bool isinf(const Recorded& x) { return asked(x, "isinf", std::isinf(x.constant_)); }
-  friend bool signbit(const Recorded& x) { return asked(x, "signbit", std::signbit(x.constant_)); }
+  friend bool isfinite(const Recorded& x) { return std::isfinite(known(x, "isfinite")); }
+  friend bool isnan(const Recorded& x) { return std::isnan(known(x, "isnan")); }
+  friend bool isinf(const Recorded& x) { return std::isinf(known(x, "isinf")); }
+  friend bool signbit(const Recorded& x) { return x.recording_ ? below(x, 0.0, false, "the function ", "signbit") : std::signbit(x.constant_); }
 
  private:
   static Recorded wrapped(Recording& recording, int node) {
@@ -197,17 +206,30 @@ class Recorded : public FormulaNumber<Recorded> {
                                         " of its arguments; use Dop853, which takes them as they are"}),
                       recording.source);
   }
-  static int compared(const Recorded& x, const Recorded& y, const char* comparison) {
-    if (x.recording_ || y.recording_) refuse(x.recording_ ? *x.recording_ : *y.recording_, "the comparison ", comparison);
-    return x.constant_ < y.constant_ ? -1 : x.constant_ > y.constant_ ? 1 : 0;
+  static std::string place(const Recording& recording, const char* kind, const char* what) {
+    return detail::sentence({kind, what, " in ", recording.source});
   }
-  static bool asked(const Recorded& x, const char* function, bool of_constant) {
-    if (x.recording_) refuse(*x.recording_, "the function ", function);
-    return of_constant;
+  // x < y, or x ≤ y.
+  [[gnu::noinline]] static bool below(const Recorded& x, const Recorded& y, bool or_equal, const char* kind, const char* what) {
+    if (!x.recording_ && !y.recording_) return or_equal ? x.constant_ <= y.constant_ : x.constant_ < y.constant_;
+    Recording& recording = x.recording_ ? *x.recording_ : *y.recording_;
+    if (recording.branches == nullptr) refuse(recording, kind, what);
+    const Recorded d = y - x;
+    if (!d.recording_) return or_equal ? d.constant_ >= 0.0 : d.constant_ > 0.0;
+    return is_above(recording.graph, *recording.branches, d.node_, 0.0, or_equal, place(recording, kind, what));
   }
-  static Recorded kinked(const Recorded& x, const char* function, double of_constant) {
-    if (x.recording_) refuse(*x.recording_, "the function ", function);
-    return of_constant;
+  static double known(const Recorded& x, const char* function) {
+    if (!x.recording_) return x.constant_;
+    Recording& r = *x.recording_;
+    if (r.branches == nullptr) refuse(r, "the function ", function);
+    evaluate_nodes(r.graph, r.branches->variables, r.branches->values, static_cast<std::size_t>(x.node_) + 1);
+    return r.branches->values[static_cast<std::size_t>(x.node_)];
+  }
+  static Recorded rounded_down(const Recorded& x, const char* function) {
+    if (!x.recording_) return std::floor(x.constant_);
+    Recording& r = *x.recording_;
+    if (r.branches == nullptr) refuse(r, "the function ", function);
+    return floor_of(r.graph, *r.branches, x.node_, place(r, "the function ", function));
   }
 
   Recording* recording_ = nullptr;  // of a constant: none

@@ -1,0 +1,86 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The comparisons of a functor, at one place.
+//
+// A recording (ad/formula/recording.hpp) refuses a comparison, for a graph has no values. Given the values of its variables it answers instead, and
+// notes what it was asked: each answer is a guard, a node whose sign decides. The graph is then that of one branch, and holds as long as all guards
+// keep their signs. The same answers in the same order give the same branch elsewhere, too, and for other parameters.
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "qdot/ad/formula/graph.hpp"
+
+namespace qdot::formula {
+
+/// What a branch needs: sign · (node − level) > 0, or ≥ 0 where it is closed.
+struct Guard {
+  int node = -1;
+  double sign = 1.0, level = 0.0;
+  bool closed = false, of_floor = false;
+  std::string what = {};  ///< for messages: "the comparison < in T or V"
+};
+
+/// The guards of a recording that is given values.
+struct Branches {
+  std::vector<double> variables = {};            ///< by their numbers in the graph
+  const std::vector<Guard>* answers = nullptr;   ///< to be given in this order, whatever the values are
+  std::vector<Guard> met = {};                   ///< in the order of the comparisons
+  std::vector<double> values = {};               ///< of the nodes so far
+};
+
+/// values ← those of the first `count` nodes; nodes that have one already keep it.
+template <class Number = double>
+[[gnu::noinline]] void evaluate_nodes(const BasicGraph<Number>& graph, const std::vector<Number>& variables, std::vector<Number>& values, std::size_t count) {
+  for (std::size_t i = values.size(); i < count; ++i) {
+    const BasicNode<Number>& node = graph.nodes()[i];
+    const auto at = [&](int x) { return x < 0 ? Number(0.0) : values[static_cast<std::size_t>(x)]; };
+    switch (node.kind) {
+      case Kind::constant: values.push_back(node.c); break;
+      case Kind::variable: values.push_back(variables[static_cast<std::size_t>(node.a)]); break;
+      case Kind::affine: values.push_back(node.b < 0 ? node.ca * at(node.a) + node.c : node.ca * at(node.a) + node.cb * at(node.b) + node.c); break;
+      case Kind::product: values.push_back(at(node.a) * at(node.b)); break;
+      case Kind::quotient: values.push_back(at(node.a) / at(node.b)); break;
+      case Kind::power: values.push_back(std::pow(at(node.a), node.c)); break;
+      case Kind::function: values.push_back(value_of(node.function, at(node.a), at(node.b))); break;
+    }
+  }
+}
+
+/// Whether a node's value is above a level, or at it, by the next of the given answers or by the value; noted as a guard.
+template <class Number = double>
+[[gnu::cold]] bool is_above(const BasicGraph<Number>& graph, Branches& branches, int node, Number level, bool or_equal, const std::string& what) {
+  const std::size_t k = branches.met.size();
+  bool answer = false;
+  if (branches.answers != nullptr && k < branches.answers->size()) {
+    answer = (*branches.answers)[k].sign > 0.0;
+  } else {
+    evaluate_nodes(graph, branches.variables, branches.values, static_cast<std::size_t>(node) + 1);
+    const Number value = branches.values[static_cast<std::size_t>(node)];
+    answer = or_equal ? value >= level : value > level;
+  }
+  branches.met.push_back({node, answer ? 1.0 : -1.0, level, or_equal == answer, false, what});
+  return answer;
+}
+
+/// ⌊node⌋ likewise, which two guards hold.
+template <class Number = double>
+[[gnu::cold]] Number floor_of(const BasicGraph<Number>& graph, Branches& branches, int node, const std::string& what) {
+  const std::size_t k = branches.met.size();
+  Number level = 0.0;
+  if (branches.answers != nullptr && k < branches.answers->size()) {
+    level = (*branches.answers)[k].level;
+  } else {
+    evaluate_nodes(graph, branches.variables, branches.values, static_cast<std::size_t>(node) + 1);
+    level = std::floor(branches.values[static_cast<std::size_t>(node)]);
+  }
+  branches.met.push_back({node, 1.0, level, true, true, what});
+  branches.met.push_back({node, -1.0, level + 1.0, false, true, what});
+  return level;
+}
+
+}  // namespace qdot::formula
