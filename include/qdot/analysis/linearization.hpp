@@ -27,6 +27,8 @@
 // Contacts that are closed and friction that sticks are constraints, those that are open or slide are none. At the edge of a phase, where a
 // reaction is 0 or friction holds all that it can, there is no linearization, and none is given.
 //
+// At a kink of T, V or a force (the tie of a max, say) f has a slope on each side and none between them: that is refused, where the two differ.
+//
 // The state need not rest: `drift` is P f, what x does by itself. Stability, modes and regulators (damped_modes.hpp,
 // regulator.hpp) ask that it is zero but for cyclic coordinates that turn.
 
@@ -98,6 +100,7 @@ Linearization linearized(const F& flow, double t, const Eigen::VectorXd& y) {
           {"linearization: the state must be finite, but ", flow.name(i), " is not; give every entry a number"});
   const ConstraintsAt rows = flow.constraints(t, y);
   require_on_constraints(flow, t, y, rows);
+  flow.require_slopes("linearization", t, y);
   const Eigen::Index m = rows.phi.size();
   Matrix J = Matrix::Zero(m, n), holonomic = J, of_q = J;
   for (Eigen::Index i = 0; i < m; ++i) {
@@ -170,8 +173,8 @@ Linearization linearization_of(const Sc& scene, double t, const Eigen::Ref<const
 ///
 /// @param state   on its constraints
 /// @param inputs  from input()
-/// @throws        InvalidValue when the state is not finite, not on its constraints or at the edge of a phase; as acceleration() where M is singular or
-///     constraints contradict each other
+/// @throws        InvalidValue when the state is not finite, not on its constraints, at the edge of a phase or on a kink; as acceleration() where M is
+///     singular or constraints contradict each other
 template <class Sys, class... Effects, class... Inputs>
 Linearization linearization(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
                             const Inputs&... inputs) {

@@ -36,6 +36,7 @@
 
 #include "qdot/analysis/equilibrium.hpp"
 #include "qdot/analysis/linear/exponents.hpp"
+#include "qdot/analysis/linear/kinks.hpp"
 #include "qdot/effects/scene.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 
@@ -77,7 +78,8 @@ void require_equilibrium(const std::type_identity_t<VectorXd>& q, const std::typ
 ///
 /// @param model  a system, or a scene whose effects are potentials and terms of L; with forces or constraints see analysis/damped_modes.hpp
 /// @param q      the equilibrium, n; equilibrium_near() finds one
-/// @throws       InvalidValue when the force at rest is larger than 1e-7 · max |K| · max(1, |q|), so that q is none
+/// @throws       InvalidValue when the force at rest is larger than 1e-7 · max |K| · max(1, |q|), so that q is none; or
+///     when q is on a kink of V or T
 template <class Model, class Q, int n = Model::dof_at_compile_time>
 SmallMotion<n> small_motion(const Model& model, const Eigen::MatrixBase<Q>& q) {
   const auto& system = detail::conservative_system(model);
@@ -93,6 +95,9 @@ SmallMotion<n> small_motion(const Model& model, const Eigen::MatrixBase<Q>& q) {
   const Vector<double, n> slope = gradient(U, at);
   const SmallMotion<n> motion{mass_matrix(system, at, rest), N - N.transpose(), detail::stiffness_at("small_motion", system, U, at, slope)};
   detail::require_equilibrium(at, slope, motion.K.cwiseAbs().maxCoeff());
+  Eigen::VectorXd y(2 * at.size());
+  y << at, rest;
+  detail::require_no_kink("small_motion", first_order_form(system), at.size(), 0.0, y);
   return motion;
 }
 

@@ -162,8 +162,9 @@ class Traced : public formula::FormulaNumber<Traced> {
     return of_two(Operation::pow, x, exponent);
   }
   friend constexpr Traced pow(const Traced& x, const Traced& y) { return of_two(Operation::pow, x, y); }
-  friend constexpr Traced max(const Traced& x, const Traced& y) { return of_two(Operation::max, x, y); }
-  friend constexpr Traced min(const Traced& x, const Traced& y) { return of_two(Operation::min, x, y); }
+  // A constant comes last, for at a tie the first one counts.
+  friend constexpr Traced max(const Traced& x, const Traced& y) { return x.recording_ ? of_two(Operation::max, x, y) : of_two(Operation::max, y, x); }
+  friend constexpr Traced min(const Traced& x, const Traced& y) { return x.recording_ ? of_two(Operation::min, x, y) : of_two(Operation::min, y, x); }
   friend constexpr Traced copysign(const Traced& x, const Traced& y) { return of_two(Operation::copysign, x, y); }
 
   friend constexpr Traced sqrt(const Traced& x) { return of_one(Operation::sqrt, x); }

@@ -14,7 +14,8 @@
 // Where f′ is infinite (√0, ∛0, the angle of the origin) or undefined (|x| at 0, max at a tie) the value is
 // still right, and the derivative follows these rules: an infinite slope is infinite, unless the tangent it
 // multiplies is zero, which stays zero (a constant has no derivative); |x| and max take the slope
-// of the side that the comparison of values selects. Powers are exact where mechanics needs
+// of the side that the comparison of values selects, |x| at 0 that of x, and max at a tie with a constant that of the other:
+// max(0, x) and max(x, 0) are the same. Powers are exact where mechanics needs
 // them: pow(x, k) and pow(x, 2.0) are differentiable at x = 0, without a logarithm.
 //
 // Where f has no value, it has no slope: ln x of a negative x is NaN, and so is its derivative, although 1/x would be a number.
@@ -125,6 +126,24 @@ template <class Number, class D>
 concept NumberBeside = !std::is_same_v<Number, D> && std::is_convertible_v<Number, D> &&
                        (std::is_arithmetic_v<Number> || DualNumber<Number> ||
                         std::is_same_v<Number, typename innermost<D>::type>);
+
+// True for a number without derivatives, as a constant is.
+template <class S>
+constexpr bool is_flat(const S& x) {
+  if constexpr (DualNumber<S>) {
+    bool flat = is_flat(x.value);
+    for (const auto& d : x.tangent) flat = flat && is_plain_zero(d);
+    return flat;
+  } else {
+    return true;
+  }
+}
+// Whether x is a constant that ties with y.
+template <class D>
+constexpr bool gives_way([[maybe_unused]] const D& x, [[maybe_unused]] const D& y) {
+  if constexpr (HasEdges<D> && !Symbolic<D>) return x.value == y.value && is_flat(x);
+  return false;
+}
 
 // xᵏ for an integer k by repeated squaring: no logarithm, right at 0 and for negative x.
 template <class S, std::integral Integer>
@@ -260,16 +279,16 @@ constexpr Dual<S, N, Tag> copysign(const Dual<S, N, Tag>& x, const Dual<S, N, Ta
   return signbit(innermost_value(x)) == signbit(innermost_value(y)) ? x : -x;
 }
 
-/// The larger of two by value; x where they are equal.
+/// The larger of two by value; where they are equal the one that is no constant, or else x.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> max(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
-  return x.value < y.value ? y : x;
+  return x.value < y.value || detail::gives_way(x, y) ? y : x;
 }
 
-/// The smaller of two by value; x where they are equal.
+/// The smaller of two by value; where they are equal the one that is no constant, or else x.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> min(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
-  return y.value < x.value ? y : x;
+  return y.value < x.value || detail::gives_way(x, y) ? y : x;
 }
 
 /// The larger of two, ignoring NaN as <cmath> does.

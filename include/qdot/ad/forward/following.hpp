@@ -139,14 +139,22 @@ E ceil(const E& x) { return E(std::ceil(looked_at(x))); }
 template <class A, class B>
   requires FollowerBeside<A, B>
 auto max(const A& x, const B& y) {
-  const FollowerOf<A, B> a(x), b(y);
-  return a < b ? b : a;
+  if constexpr (std::is_arithmetic_v<A>) {  // at a tie the one that is no constant
+    return max(y, x);
+  } else {
+    const FollowerOf<A, B> a(x), b(y);
+    return a < b ? b : a;
+  }
 }
 template <class A, class B>
   requires FollowerBeside<A, B>
 auto min(const A& x, const B& y) {
-  const FollowerOf<A, B> a(x), b(y);
-  return b < a ? b : a;
+  if constexpr (std::is_arithmetic_v<A>) {  // at a tie the one that is no constant
+    return min(y, x);
+  } else {
+    const FollowerOf<A, B> a(x), b(y);
+    return b < a ? b : a;
+  }
 }
 template <class A, class B>
   requires FollowerBeside<A, B>

@@ -161,7 +161,8 @@ template <class A, class B>
   requires EulerLagrangePackBeside<A, B>
 [[gnu::always_inline]] inline auto max(const A& x, const B& y) {
   const FollowerOf<A, B> a(x), b(y);
-  return select(a < b, b, a);
+  if constexpr (std::is_arithmetic_v<A>) return select(b < a, a, b);  // at a tie the one that is no constant
+  else return select(a < b, b, a);
 }
 template <EulerLagrangePack E>
 [[gnu::always_inline]] inline E min(const E& a, const E& b) {  // rather than std::min
@@ -171,7 +172,8 @@ template <class A, class B>
   requires EulerLagrangePackBeside<A, B>
 [[gnu::always_inline]] inline auto min(const A& x, const B& y) {
   const FollowerOf<A, B> a(x), b(y);
-  return select(b < a, b, a);
+  if constexpr (std::is_arithmetic_v<A>) return select(a < b, a, b);  // at a tie the one that is no constant
+  else return select(b < a, b, a);
 }
 template <class A, class B>
   requires EulerLagrangePackBeside<A, B>

@@ -20,6 +20,7 @@
 #include <Eigen/Core>
 
 #include "qdot/analysis/linear/constraints_at.hpp"
+#include "qdot/analysis/linear/kinks.hpp"
 #include "qdot/effects/input.hpp"
 #include "qdot/effects/rows/constraint_rows.hpp"
 #include "qdot/effects/scene_form.hpp"
@@ -39,6 +40,7 @@ class Flow {
   virtual std::vector<Eigen::Index> inputs() const { return {}; }  // their places in y
   virtual std::vector<std::string> input_names() const { return {}; }
   virtual std::vector<Eigen::Index> phases() const { return {}; }  // places in y of phases of contacts and friction, which are held
+  virtual void require_slopes(const char*, double, const Eigen::VectorXd&) const {}  // throws where f has a kink
 
   std::string acceleration_name(Eigen::Index i) const {
     return (i < dof() ? "the acceleration of " : "the rate of ") + name(i < dof() ? i : i + dof());
@@ -135,6 +137,7 @@ class FlowOf final : public FlowOfForm<decltype(first_order_form(std::declval<co
     else
       return {};
   }
+  void require_slopes(const char* who, double t, const Eigen::VectorXd& y) const override { require_no_kink(who, this->form_, scene_.dof(), t, y); }
   std::vector<Eigen::Index> inputs() const override {
     std::vector<Eigen::Index> places;
     for_each_input(scene_, [&](const auto&, Eigen::Index place, int) { places.push_back(place); });
