@@ -568,8 +568,9 @@ TEST_CASE("where there is no derivative none is made up, and what was found befo
           "'lid' only grazes zero");
   refused(sensitivities(
               ball, start, 2.0, Dop853{}, {},
-              events(crossing("floor", height).then(push), crossing("time", [](const V1& q, const V1&) { return 2.0 * q[0]; }).then(push))),
-          "'time' coincides with another event");
+              events(crossing("floor", height).then(push),
+                     crossing("time", [](const V1& q, const V1&) { return 2.0 * q[0]; }).then(Action([](State<1>& s) { s.qdot[0] *= -0.5; })))),
+          "'time' coincides with 'floor'");
   refused(sensitivities(ball, start, 2.0, Dop853{}, {},
                         events(crossing("floor", height).then(Action([](State<1>& s) { s.qdot[0] = s.qdot[0] < -4.42944691807002 ? 1.0 : 2.0; })))),
           "has no derivative with respect to");
@@ -577,6 +578,52 @@ TEST_CASE("where there is no derivative none is made up, and what was found befo
   refused(sensitivities(ball, start, 2.0, Dop853{}, {},
                         events(crossing("floor", height).then(Action([&count](State<1>& s) { s.qdot[0] = 1.0 + (count++ % 2); })))),
           "something else each time");
+}
+
+// y = e v (t − t₁) − g (t − t₁)²/2 behind a bounce at t₁ = √(2h/g) with v = √(2gh): ∂y/∂e = v (t − t₁), ∂v/∂h = g/v and ∂t₁/∂h = 1/v.
+TEST_CASE("what happens in one moment and does not act on each other has a derivative") {
+  const auto balls = qdot::mechanical_system<2>([](const auto& u) { return 0.5 * u.squaredNorm(); }, [](const auto& q) { return 9.81 * q.sum(); });
+  const double h = 1.0, e = 0.8, t = 0.8, v = std::sqrt(2 * 9.81 * h), late = t - v / 9.81, dt = 1 / v;
+  const double by_e = v * late, by_h = e * (9.81 / v) * late - e * v * dt + 9.81 * late * dt;
+  CHECK_THAT(by_e, WithinAbs(1.543557534, 1e-9));
+  CHECK_THAT(by_h, WithinAbs(0.589201781, 1e-9));
+  const Eigen::Vector4d p(h, h, e, e);
+  const auto right = [&](const auto& s) {
+    INFO(s.message);
+    REQUIRE(s.completed());
+    CHECK_THAT(s.Phi(0, 0), WithinAbs(by_h, 1e-8));
+    CHECK_THAT(s.Phi(0, 1), WithinAbs(0.0, 1e-8));
+    CHECK_THAT(s.Phi(0, 2), WithinAbs(by_e, 1e-8));
+    CHECK_THAT(s.Phi(1, 3), WithinAbs(by_e, 1e-8));
+    CHECK_THAT(s.Phi(1, 1), WithinAbs(by_h, 1e-8));
+    REQUIRE(s.events.size() == 2);
+    for (int ball : {0, 1}) {
+      CHECK_THAT(s.events[static_cast<std::size_t>(ball)].time[ball], WithinAbs(dt, 1e-8));
+      CHECK_THAT(s.events[static_cast<std::size_t>(ball)].time[1 - ball], WithinAbs(0.0, 1e-8));
+    }
+  };
+  const auto gap = [](int i) { return [i](const auto& q) { return q[i]; }; };
+  const auto two = [&](const Eigen::Vector4d& at) {
+    return problem(scene(balls, qdot::contact("first", gap(0), qdot::restitution(at[2])), qdot::contact("second", gap(1), qdot::restitution(at[3]))),
+                   State<2>{0.0, {at[0], at[1]}, {0.0, 0.0}});
+  };
+  right(sensitivities(two, p, t, Dop853{}, fine));
+  const auto back = functional_gradient(two, p, t, qdot::end_value([](const auto& q) { return q[0] + 2.0 * q[1]; }), Dop853{}, fine);
+  REQUIRE(back.completed());
+  CHECK_THAT(back.by_parameters[2], WithinAbs(by_e, 1e-8));
+  CHECK_THAT(back.by_parameters[1], WithinAbs(2 * by_h, 1e-8));
+  // A contact and a kick that has nothing to do with it.
+  const auto kicked = [&](const Eigen::Vector4d& at) {
+    return problem(scene(balls, qdot::contact("first", gap(0), qdot::restitution(at[2]))),
+                   State<2>{0.0, {at[0], at[1]}, {0.0, 0.0}},
+                   events(event("kick", gap(1)).falling().then([e2 = at[3]](State<2>& s) { s.qdot[1] *= -e2; })));
+  };
+  const auto s = sensitivities(kicked, p, t, Dop853{}, fine);
+  INFO(s.message);
+  REQUIRE(s.completed());
+  CHECK_THAT(s.Phi(0, 2), WithinAbs(by_e, 1e-8));
+  CHECK_THAT(s.Phi(1, 3), WithinAbs(by_e, 1e-8));
+  CHECK_THAT(s.Phi(1, 1), WithinAbs(by_h, 1e-8));
 }
 
 TEST_CASE("what is wrong with a question about sensitivities is said before the first step") {

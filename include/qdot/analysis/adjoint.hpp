@@ -30,6 +30,7 @@
 #include "qdot/analysis/sensitivity.hpp"
 #include "qdot/analysis/variations/adjoint_equations.hpp"
 #include "qdot/analysis/variations/beginning.hpp"
+#include "qdot/analysis/variations/branches.hpp"
 #include "qdot/error.hpp"
 
 namespace qdot {
@@ -180,10 +181,14 @@ auto functional_gradient_of(Model model, const Start& start, const List& list, d
   const std::vector<NamedSurface> surfaces = surfaces_of(list, equations);
 
   FunctionalGradient result;
-  result.run = simulate(form, FirstOrderState{start.t, both.head(size)}, t_end, method, options, erased);
-  result.outcome = result.run.outcome;
-  result.message = result.run.message;
+  FunctorBranches<> branches(equations);
   try {
+    const FirstOrderState from{start.t, both.head(size)};
+    if (branches.begin(start.t, both, t_end)) result.run = simulate(form, from, t_end, method, options, with_branches(erased, branches, recorder));
+    else result.run = simulate(form, from, t_end, method, options, erased);
+    leave_branches_out(result.run.events);
+    result.outcome = result.run.outcome;
+    result.message = result.run.message;
     const NamedSurface* end = nullptr;
     for (const NamedSurface& each : surfaces)
       if (result.outcome == Outcome::stopped_by_event && each.stops && !result.run.events.empty() && each.name == result.run.events.back().name) end = &each;

@@ -222,6 +222,7 @@ namespace detail {
 // What the tangent map needs of a model.
 template <class Model>
 struct Preparation<Gauss, Model> {
+  static constexpr bool takes_branches = false;
   static void prepare(Variations<Model>& equations) {
     attach_recorder(equations);
     equations.bends_projections = true;

@@ -23,8 +23,10 @@
 //                      values that are exact to rounding: some twelve digits. Six evaluations of f more for each parameter that f depends on,
 //                      two for one that only events or the start ask for.
 //
-// What there is no derivative of is not made up. A motion that only grazes an event, two events that fall together, an action with a kink or with
-// another result at each call end the run as not_differentiable; what was found before is returned.
+// Functors that branch are watched, and Φ has the jump that a jump of f makes (analysis/variations/branches.hpp).
+//
+// What there is no derivative of is not made up. A motion that only grazes an event, two events that fall together and act on each other, an action with
+// a kink or with another result at each call end the run as not_differentiable; what was found before is returned.
 //
 // Where the motion is stiff, CvodeBdf{} takes the steps: ∂f/∂y is the Jacobian of each column of Φ, too, and its matrix for y and k columns has 2n(k + 1) rows.
 //
@@ -38,12 +40,14 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "qdot/analysis/variations/beginning.hpp"
+#include "qdot/analysis/variations/branches.hpp"
 #include "qdot/analysis/variations/variations.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/driver/consistent_start.hpp"
@@ -134,8 +138,12 @@ template <int n>
 EventSensitivity differentiated(const RecordedEvent& event, const std::vector<NamedSurface>& surfaces, const VariationalEquations& equations,
                                 bool kept, Sensitivities<n>& result) {
   EventSensitivity found{event.t, event.name, {}};
-  for (const EventSlope& passed : equations.passed())
-    if (passed.t == event.t) found.time = passed.time;
+  bool by_name = false;  // of several in one moment
+  for (const EventSlope& passed : equations.passed()) {
+    if (passed.t != event.t || passed.name.empty() || by_name) continue;
+    by_name = event.name == passed.name || event.name.starts_with(passed.name + " ");
+    found.time = passed.time;
+  }
   if (found.time.size() > 0) return found;
   for (const NamedSurface& each : surfaces) {
     if (each.name != event.name) continue;
@@ -161,6 +169,7 @@ auto energies_model(const EnergiesOf& energies_of, const P& p, const List& event
 // What a method needs of a model besides the variational equations.
 template <class Method, class Model>
 struct Preparation {
+  static constexpr bool takes_branches = true;  // one that records refuses them
   static void prepare(Variations<Model>&) {}
 };
 
@@ -180,6 +189,18 @@ consteval int size_in_sight(bool with_start) {
 }
 template <Changes changes, int size>
 using FormOfSize = std::conditional_t<size == Dynamic, VariationalForm<changes>, SizedVariationalForm<changes, size == Dynamic ? 1 : size>>;
+
+// The run of a model whose functors compare.
+template <class Model, class Method, class... Events>
+Run<Dynamic> run_with_branches(Variations<Model>& equations, const FunctorBranches<>& branches, const FirstOrderState& start, double t_end,
+                               const Method& method, const Options& options, const EventList<Events...>& list) {
+  if constexpr (Preparation<Method, Model>::takes_branches) {
+    Run<Dynamic> run = simulate(VariationalForm<changes_of<Model>>(equations), start, t_end, method, options, with_branches(list, branches, equations));
+    leave_branches_out(run.events);
+    return run;
+  }
+  return {};
+}
 
 // The derivatives of the run of a model from its start; of second order, too, they stand in its states behind Φ (analysis/second_sensitivity.hpp).
 // The effects' own states at the start have columns behind those of q and q̇ on request.
@@ -215,18 +236,32 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
   const std::vector<NamedSurface> surfaces = surfaces_of(list, equations);
 
   Sensitivities<Variations<Model>::n> result;
+  FunctorBranches<> branches(equations);
+  std::optional<Failure> undifferentiable;
+  bool has_branches = false;
+  try {
+    has_branches = Preparation<std::remove_cvref_t<decltype(method)>, Model>::takes_branches && branches.begin(start.t, both, t_end);
+  } catch (EndOfRun& at_start) {
+    undifferentiable = std::move(at_start.failure);
+    t_end = start.t;
+  }
   const auto run_of = [&]<int size_of_both>() {
     return simulate(FormOfSize<changes_of<Model>, size_of_both>(equations), FirstOrderState{start.t, both}, t_end, method, options, erased);
   };
   constexpr bool sized = is_explicit_method<std::remove_cvref_t<decltype(method)>>;
   constexpr int few = sized ? size_in_sight<Model>(false) : Dynamic, all = sized ? size_in_sight<Model>(true) : Dynamic;
-  if (equations.size() == few) result.run = run_of.template operator()<few>();
+  if (has_branches) result.run = run_with_branches(equations, branches, FirstOrderState{start.t, both}, t_end, method, options, erased);
+  else if (equations.size() == few) result.run = run_of.template operator()<few>();
   else if (equations.size() == all) result.run = run_of.template operator()<all>();
   else result.run = run_of.template operator()<Dynamic>();
   Run<Dynamic>& run = result.run;
   result.start_columns = equations.start_columns();
   result.time_columns = equations.time_columns();
   static_cast<RunEnd&>(result) = {run.outcome, run.message, run.t, run.y.head(size)};
+  if (undifferentiable) {
+    result.outcome = undifferentiable->outcome;
+    result.message = sentence({name(result.outcome), ": ", undifferentiable->message, "; ", advice(result.outcome)});
+  }
   result.Phi = result.Phi_of_event = Eigen::Map<const Eigen::MatrixXd>(run.y.data() + size, size, columns);
   result.ydot = equations.state_rate(run.t, result.y);
   try {

@@ -39,6 +39,7 @@ class LagrangeSeries<VariationalForm<changes>> : public VariationSeries<> {
 // What the series needs of a model.
 template <class Model>
 struct Preparation<Taylor, Model> {
+  static constexpr bool takes_branches = false;
   static void prepare(Variations<Model>& equations) {
     attach_recorder(equations);
     equations.pairs_at = [&equations](const std::string& name, double t, const Eigen::VectorXd& both) -> std::unique_ptr<PairsBehind> {

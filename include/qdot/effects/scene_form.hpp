@@ -174,15 +174,24 @@ class SceneForm {
     return detail::Switching<Sc>(scene_).ending(k);
   }
 
+  /// Name of the contact or friction of guard k.
+  std::string guard_name(Eigen::Index k) const
+    requires(Sc::has_phases)
+  {
+    return detail::Switching<Sc>(scene_).name(k);
+  }
+
   /// Gives y the velocities and phases that follow when the guards `fired` have reached zero; says what happened.
   ///
+  /// @param left_out  those whose own guards are taken apart from this, and whose phases stay as they are; none where it is null
   /// @throws ConstraintError  when a gap is negative, or no phases fit together
-  std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const
+  std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance,
+                                    const std::vector<bool>* left_out = nullptr) const
     requires(Sc::has_phases)
   {
     Vector<double, n> q = q_of(y.data()), qdot = qdot_of(y.data());
     Vector<double, states> z = z_of(y.data());
-    std::vector<std::string> happened = detail::Switching<Sc>(scene_).settle(t, q, qdot, z, fired, tolerance);
+    std::vector<std::string> happened = detail::Switching<Sc>(scene_).settle(t, q, qdot, z, fired, tolerance, left_out);
     std::copy_n(z.data(), states, std::copy_n(qdot.data(), dof(), std::copy_n(q.data(), dof(), y.data())));
     return happened;
   }

@@ -36,9 +36,8 @@ namespace qdot::detail {
 // What a jump makes of small differences.
 struct Transfer {
   double t = 0.0;
-  Eigen::VectorXd before{}, after{};  // y
-  Eigen::MatrixXd Phi{};              // [S P]
-  Eigen::VectorXd time{};             // [τ π]
+  Eigen::MatrixXd Phi{};             // [S P]
+  std::vector<EventSlope> passed{};  // [τ π] of what happened there
 };
 
 // y of a model alone, which notes what its jumps do to the columns of Φ.
@@ -70,6 +69,9 @@ class JumpRecorder final : public VariationalEquations {
   void pass(const std::string& name, double t, Eigen::VectorXd& y, const Surface& surface) override {
     through(t, y, [&](Eigen::VectorXd& both) { of_.pass(name, t, both, surface); });
   }
+  void pass_branch(double t, Eigen::VectorXd& y) override {
+    through(t, y, [&](Eigen::VectorXd& both) { of_.pass_branch(t, both); });
+  }
   std::string state_name(Eigen::Index i) const override { return of_.state_name(i); }
   std::string column_name(Eigen::Index j) const override { return of_.column_name(j); }
   void renew() override { of_.renew(); }
@@ -91,7 +93,8 @@ class JumpRecorder final : public VariationalEquations {
     jump(both);
     const Eigen::VectorXd after = both.head(size_);
     if (of_.passed().size() > before)
-      transfers_.push_back({t, y, after, Eigen::Map<const Eigen::MatrixXd>(both.data() + size_, size_, of_.columns()), of_.passed().back().time});
+      transfers_.push_back({t, Eigen::Map<const Eigen::MatrixXd>(both.data() + size_, size_, of_.columns()),
+                            {of_.passed().begin() + static_cast<std::ptrdiff_t>(before), of_.passed().end()}});
     y = after;
   }
 
@@ -162,10 +165,12 @@ class AdjointEquations {
     H_before_ = 0.0;
     Eigen::VectorXd behind = Eigen::VectorXd::Zero(jump.Phi.rows());
     for (Eigen::Index i = 0; i < starts_; ++i) behind[entry(i)] = lambda[i];
-    const double less = g_ ? g(jump.t, jump.before) - g(jump.t, jump.after) : 0.0;
+    Eigen::VectorXd moved = Eigen::VectorXd::Zero(jump.Phi.cols());
+    for (const EventSlope& each : jump.passed)
+      if (g_ && each.before.size() > 0) moved += (g(jump.t, each.before) - g(jump.t, each.after)) * each.time;
     for (Eigen::Index j = 0; j < jump.Phi.cols(); ++j) {
       double& to = j < starts_ ? lambda[j] : by_p[j - starts_];
-      const double change = jump.Phi.col(j).dot(behind) + less * jump.time[j];
+      const double change = jump.Phi.col(j).dot(behind) + moved[j];
       to = j < starts_ ? change : to + change;
     }
   }

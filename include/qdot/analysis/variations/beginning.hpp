@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/analysis/variations/variational_form.hpp"
 #include "qdot/analysis/variations/variations.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/driver/consistent_start.hpp"

@@ -19,7 +19,7 @@
 //     Φ⁺ = ∂g·w + ∂g/∂t ∂t_e/∂x + ∂g/∂p − f⁺ ∂t_e/∂x .
 //
 // That is the saltation matrix, a column at a time: ∂g is asked along w only, which is tangent to h = 0. M. Kunze, Non-Smooth Dynamical Systems, 2000.
-// Where h only grazes zero, ∇h·f⁻ ≈ 0, or two events fall together, there is no Φ⁺, and the run ends with that outcome.
+// Where h only grazes zero, ∇h·f⁻ ≈ 0, or two events fall together whose order matters, there is no Φ⁺, and the run ends with that outcome.
 //
 // Constraints: what a projection does to a state near the manifold is, to first order, the nearest tangent vector in the metric of M,
 //
@@ -37,6 +37,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "qdot/analysis/variations/slope.hpp"
@@ -51,7 +52,9 @@ namespace qdot::detail {
 // A moment at which a run's events were differentiated.
 struct EventSlope {
   double t = 0.0;
-  Eigen::VectorXd time;  // ∂t_e/∂x
+  Eigen::VectorXd time;    // ∂t_e/∂x
+  std::string name = {};   // none for a branch of a functor
+  Eigen::VectorXd before = {}, after = {};  // y; empty for a branch, which leaves it as it is
 };
 
 // How a motion goes through h = 0.
@@ -63,6 +66,7 @@ struct Crossing {
 };
 
 class VariationalRecorder;  // recorder.hpp
+struct RecordedBranch;      // integrate/steps/recorded_branches.hpp
 
 // What an event is where parameter `column` is displaced by s.
 struct Surface {
@@ -132,6 +136,17 @@ class BasicVariationalEquations {
   // Of all moments that changed the state, in their order.
   const std::vector<EventSlope>& passed() const noexcept { return passed_; }
 
+  void note_passed(double t, Eigen::VectorXd time) { passed_.push_back({t, std::move(time), {}, {}, {}}); }
+
+  // Where functors compare (branches.hpp): what a switch makes of Φ, and that the branch is to be taken anew behind a jump.
+  virtual bool records_functors() const { return false; }
+  virtual void record(RecordedBranch&, Eigen::Index, double) const {}  // with parameter `column` displaced by s
+  virtual void pass_branch(double t, Eigen::VectorXd& both) { switch_branch(t, both); }
+  std::function<void(double t, Eigen::VectorXd& both)> switch_branch;
+  std::function<void(double t, const Eigen::VectorXd& y)> branch_anew;
+  std::function<bool(Eigen::Index column, double s, double t, const double* y)> is_same_branch;  // as that of the displaced parameter
+  std::function<bool(double t, Eigen::VectorXd& both)> leap;                                     // over a switch that no step gets over
+
   // When an action last changed what f itself is, not only its state: in front of this, f is not known any more.
   std::optional<double> changed() const noexcept { return changed_; }
 
@@ -164,7 +179,19 @@ class BasicVariationalEquations {
   double scale(const Eigen::VectorXd& y, const Eigen::VectorXd& along) const;
   double way_ahead(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& f) const;
 
+  struct Passage {
+    std::string name;
+    Surface surface;
+  };
+  struct Together {
+    Eigen::VectorXd before{};  // [y; columns of Φ]
+    std::vector<Passage> passed{};
+  };
+  void require_any_order(double t);
+  Eigen::VectorXd go_through(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface);
+
   std::vector<EventSlope> passed_;
+  Together moment_;  // of the last moment
   std::optional<double> changed_;
 };
 
@@ -255,9 +282,40 @@ Crossing BasicVariationalEquations<Kind>::crossing(const std::string& name, doub
 
 template <class Kind>
 void BasicVariationalEquations<Kind>::pass(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface) {
-  if (!passed_.empty() && passed_.back().t == t)
-    end_undifferentiable(name, t, {"coincides with another event: which of them comes first decides what follows, so there is no derivative; choose a start or "
-                                   "parameters that separate them"});
+  const bool together = !passed_.empty() && passed_.back().t == t;
+  if (!together) moment_ = {both, {}};
+  moment_.passed.push_back({name, surface});
+  if (together) require_any_order(t);
+  const Eigen::VectorXd before = both.head(size_);
+  Eigen::VectorXd time = go_through(name, t, both, surface);
+  if (time.size() == 0) return;
+  passed_.push_back({t, std::move(time), name, before, both.head(size_)});
+  if (branch_anew) branch_anew(t, both.head(size_));
+}
+
+// What happens in one moment has a derivative if its order does not matter: the one that came last comes first, and the others follow.
+template <class Kind>
+void BasicVariationalEquations<Kind>::require_any_order(double t) {
+  const auto& all = moment_.passed;
+  Eigen::VectorXd in_order = moment_.before, other = moment_.before;
+  bool apart = pairs == 0 && changed_ != t;
+  for (std::size_t i = 0; i < all.size() && apart; ++i) {
+    const auto& [name, surface] = all[(i + all.size() - 1) % all.size()];
+    apart = go_through(all[i].name, t, in_order, all[i].surface).size() > 0 && go_through(name, t, other, surface).size() > 0;
+  }
+  constexpr double differenced = 1e-8;  // how well jumps are differentiated, with a margin
+  for (Eigen::Index first = 0; first < in_order.size() && apart; first += size_) {
+    const double size = std::max(in_order.segment(first, size_).cwiseAbs().maxCoeff(), moment_.before.segment(first, size_).cwiseAbs().maxCoeff());
+    apart = (in_order - other).segment(first, size_).cwiseAbs().maxCoeff() <= differenced * size;
+  }
+  if (!apart)
+    end_undifferentiable(all.back().name, t, {"coincides with '", all[all.size() - 2].name, "': which of them comes first decides what follows, so there is no "
+                                              "derivative; choose a start or parameters that separate them"});
+}
+
+// y ← the state behind an event, with Φ⁺; ∂t_e/∂x, or nothing where the state is no numbers any more.
+template <class Kind>
+Eigen::VectorXd BasicVariationalEquations<Kind>::go_through(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface) {
   const Eigen::VectorXd y = both.head(size_), f_before = state_rate(t, y);
   const Crossing passage = crossing(name, t, both, surface);
   const auto& [time, speed, h_by_t, way] = passage;
@@ -266,7 +324,7 @@ void BasicVariationalEquations<Kind>::pass(const std::string& name, double t, Ei
   surface.jump(t, after, -1, 0.0);
   if (!after.allFinite()) {
     both.head(size_) = after;  // the driver names it
-    return;
+    return {};
   }
   const Eigen::VectorXd f_after = state_rate(t, after);
   surface.jump(t, again, -1, 0.0);
@@ -306,88 +364,8 @@ void BasicVariationalEquations<Kind>::pass(const std::string& name, double t, Ei
   surface.jump(t, again = y, -1, 0.0);  // what it sets besides the state is now as it belongs to y
   if (!(state_rate(t, y).array() == f_before.array()).all()) changed_ = t;
   both.head(size_) = after;
-  passed_.push_back({t, time});
+  return time;
 }
-
-// What besides events may change a state between steps: projections, and with them the phases of contacts and friction.
-enum class Changes { none, projections, phases };
-
-// [y; columns of Φ] as a first-order system. Models FirstOrderSystem; where it may, ProjectableSystem and SwitchingSystem, too.
-template <Changes changes>
-class VariationalForm;
-template <>
-class VariationalForm<Changes::none> {
- public:
-  static constexpr int size_at_compile_time = Eigen::Dynamic;
-  static constexpr int dof_at_compile_time = Eigen::Dynamic;
-
-  explicit VariationalForm(VariationalEquations& equations) : equations_(&equations) {}
-
-  VariationalEquations& equations() const noexcept { return *equations_; }
-  Eigen::Index size() const noexcept { return equations_->size(); }
-  Eigen::Index dof() const noexcept { return equations_->dof(); }
-  void renew() { equations_->renew(); }
-
-  std::unique_ptr<AnyWatch> watch(const Options& options) const { return equations_->watch(options); }
-
-  void write_derivative(double t, const double* y, double* ydot) const { equations_->write_rates(t, y, ydot); }
-  // Rates of second derivatives are left out: series have their own, and events ask for those of y.
-  void derivative(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) const {
-    ydot.tail(equations_->state_size() * equations_->pairs).setZero();
-    equations_->write_rates(t, y.data(), ydot.data());
-  }
-  // ∂f/∂y for y and for each column of Φ. That ∂f/∂y changes with y is left out: an implicit method's iteration converges all the same, for y's own
-  // part is whole, and what it converges to is not asked of J.
-  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const {
-    const Eigen::Index n = equations_->state_size();
-    J.setZero();
-    equations_->write_state_jacobian(t, y.data(), J.topLeftCorner(n, n));
-    for (Eigen::Index j = 1; j <= equations_->columns(); ++j) J.block(n * j, n * j, n, n) = J.topLeftCorner(n, n);
-  }
-
-  std::string component_name(Eigen::Index i) const {
-    const Eigen::Index n = equations_->state_size();
-    if (i < n) return equations_->state_name(i);
-    Eigen::Index a = i / n - 1, b = 0;
-    const Eigen::Index columns = equations_->columns();
-    if (a < columns) return sentence({"the derivative of ", equations_->state_name(i % n), " with respect to ", equations_->column_name(a)});
-    for (b = a - columns, a = 0; b >= columns - a; ++a) b -= columns - a;
-    return sentence({"the second derivative of ", equations_->state_name(i % n), " with respect to ", equations_->column_name(a), " and ",
-                     equations_->column_name(a + b)});
-  }
-
- protected:
-  VariationalEquations* equations_;
-};
-template <>
-class VariationalForm<Changes::projections> : public VariationalForm<Changes::none> {
- public:
-  using VariationalForm<Changes::none>::VariationalForm;
-  ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const { return equations_->project(t, y); }
-};
-template <>
-class VariationalForm<Changes::phases> : public VariationalForm<Changes::projections> {
- public:
-  using VariationalForm<Changes::projections>::VariationalForm;
-  Eigen::Index guard_count() const { return equations_->guard_count(); }
-  std::string ending(Eigen::Index k) const { return equations_->ending(k); }
-  void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const { equations_->guards(t, y, g); }
-  void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> g) const {
-    equations_->guard_bands(t, y, tolerance, g);
-  }
-  std::vector<std::string> switched(double t, Eigen::VectorXd& y, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const {
-    return equations_->switched(t, y, fired, tolerance);
-  }
-};
-
-// The same where the compiler knows how many components there are: sums of stages without a loop. For explicit methods, which ask for nothing else.
-template <Changes changes, int size_>
-class SizedVariationalForm : public VariationalForm<changes> {
- public:
-  static constexpr int size_at_compile_time = size_;
-  using VariationalForm<changes>::VariationalForm;
-  Eigen::Index size() const noexcept { return size_; }
-};
 
 #ifdef QDOT_COMPILED_ANALYSIS
 extern template Crossing BasicVariationalEquations<void>::crossing(const std::string&, double, const Eigen::Ref<const Eigen::VectorXd>&, const Surface&) const;

@@ -12,8 +12,12 @@
 // parameter has equal members, whose differences are exactly zero.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <map>
+#include <memory>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -92,6 +96,13 @@ struct EnergiesModel : FixedModel<Form_, List> {
 
   static constexpr int parameters_at_compile_time = m;
   Eigen::Index parameters() const { return p.size(); }
+  template <class Use>
+  auto with_form(Eigen::Index j, double s, const Use& use) const {
+    if (j < 0 || s == 0.0) return use(this->form);
+    Vector<double, m> beside = p;
+    beside[j] += s;
+    return use(Form_(first_order_form(mechanical_system<n>(energies_of(beside)))));
+  }
   double parameter(Eigen::Index j) const { return p[j]; }
 
   // ẏ and all columns of Φ̇ in one pass of T and V, columns of parameters last; false where there is no such way.
@@ -172,6 +183,7 @@ class FamilyModel {
     detail::renew(form);
     for (Neighbours& nearby : neighbours_)
       for (Form& one : nearby.forms) detail::renew(one);
+    near_forms_.clear();
   }
 
   Eigen::Index parameters() const { return p_.size(); }
@@ -199,6 +211,25 @@ class FamilyModel {
           break;
         }
         out.col(j) += nearby.points->weight[i] / nearby.h * (rate_ - f);
+      }
+    }
+  }
+
+  // The same where functors compare: from members that are on the same branch as the one in the middle, is_same(j, s), on one side of it, or nearer.
+  template <class IsSame>
+  void write_rates_within(double t, const double* y, const double* ydot, Eigen::Ref<Eigen::MatrixXd> out, const IsSame& is_same) const {
+    const Eigen::Map<const Eigen::VectorXd> state(y, form.size()), f(ydot, form.size());
+    for (Eigen::Index j = 0; j < p_.size(); ++j) {
+      double h = neighbours_[static_cast<std::size_t>(j)].h;
+      const SlopePoints* points = nullptr;
+      for (int attempt = 0; attempt < 4 && points == nullptr; ++attempt, h /= points == nullptr ? 64 : 1)
+        for (const SlopePoints& each : slope_points)
+          if (points == nullptr && std::all_of(each.at.begin() + 1, each.at.end(), [&](double at) { return near_form(j, at * h) && is_same(j, at * h); }))
+            points = &each;
+      out.col(j).setConstant(points == nullptr ? std::numeric_limits<double>::quiet_NaN() : 0.0);
+      for (std::size_t i = 1; points != nullptr && i < points->at.size(); ++i) {
+        near_form(j, points->at[i] * h)->derivative(t, state, rate_);
+        out.col(j) += points->weight[i] / h * (rate_ - f);
       }
     }
   }
@@ -236,6 +267,18 @@ class FamilyModel {
     std::vector<Form> forms;  // the first is `form` itself
   };
 
+  // The member with parameter j displaced by s; null where there is none.
+  const Form* near_form(Eigen::Index j, double s) const {
+    const auto [place, is_new] = near_forms_.try_emplace({j, s});
+    if (is_new) {
+      try {
+        place->second = std::make_shared<Form>(first_order_form(member(j, s).system));
+      } catch (const Error&) {  // on this side there is none
+      }
+    }
+    return place->second.get();
+  }
+
   // Of two formulas for the same slope, that whose members there are.
   Neighbours neighbours_of(Eigen::Index j) const {
     std::string trouble;
@@ -254,7 +297,13 @@ class FamilyModel {
   Family family_;
   P p_;
   std::vector<Neighbours> neighbours_;
+  mutable std::map<std::pair<Eigen::Index, double>, std::shared_ptr<Form>> near_forms_;
   mutable Eigen::VectorXd rate_, first_;
 };
+
+template <class Model>
+inline constexpr bool is_family_model = false;
+template <class Family, class P>
+inline constexpr bool is_family_model<FamilyModel<Family, P>> = true;
 
 }  // namespace qdot::detail

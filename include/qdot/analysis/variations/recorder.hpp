@@ -23,6 +23,7 @@
 #include "qdot/analysis/variations/beginning.hpp"
 #include "qdot/analysis/variations/equations.hpp"
 #include "qdot/analysis/variations/model.hpp"
+#include "qdot/analysis/variations/variational_form.hpp"
 #include "qdot/analysis/variations/variations.hpp"
 #include "qdot/integrate/steps/form_mechanics.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
@@ -80,11 +81,6 @@ inline RecordedVariations VariationalRecorder::recorded(const std::function<std:
   }
   return v;
 }
-
-template <class Model>
-inline constexpr bool is_family_model = false;
-template <class Family, class P>
-inline constexpr bool is_family_model<FamilyModel<Family, P>> = true;
 
 template <class Model>
 class RecorderOf final : public VariationalRecorder {

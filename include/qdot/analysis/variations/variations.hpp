@@ -26,6 +26,7 @@
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
+#include "qdot/integrate/steps/recorded_branches.hpp"
 #include "qdot/integrate/watch/driven_form_of.hpp"
 
 namespace qdot::detail {
@@ -138,7 +139,13 @@ class Variations final : public VariationalEquations {
     }
     if (const Eigen::Index m = model_.parameters(); m > 0 && !leaves_parameters_out) {
       slopes_.resize(size_, m);
-      model_.write_parameter_rates(t, y, ydot, slopes_);
+      if constexpr (is_family_model<Model>) {
+        const auto is_same = [&](Eigen::Index j, double s) { return is_same_branch(starts_ + times_ + j, s, t, y); };
+        if (is_same_branch) model_.write_rates_within(t, y, ydot, slopes_, is_same);
+        else model_.write_parameter_rates(t, y, ydot, slopes_);
+      } else {
+        model_.write_parameter_rates(t, y, ydot, slopes_);
+      }
       rate.rightCols(m) += slopes_;
     }
   }
@@ -207,24 +214,42 @@ class Variations final : public VariationalEquations {
                                          " becomes ", y[i], " at once; begin before the impact, or behind it"}));
         both.head(size_) = y;
       } else {
-        const auto k = static_cast<Eigen::Index>(std::find(fired.begin(), fired.end(), true) - fired.begin());
-        if (count > 1)
-          end_undifferentiable(guard_name(k), t, {"coincides with another: which of them comes first decides what follows, so there is no derivative; "
-                                                  "choose a start or parameters that separate them"});
         const std::vector<std::string> happened = settle(form(), t, y);
-        Surface surface = guard_surface(k);
-        surface.jump = [&](double at, Eigen::VectorXd& x, Eigen::Index column, double s) {
-          model_.with_form(parameter_of(column), s, [&](const Form& form) {
-            if constexpr (projects) form.project(at, x);
-            settle(form, at, x);
-          });
-        };
-        pass(happened.empty() ? guard_name(k) : happened.front(), t, both, surface);
+        std::string name = happened.empty() ? std::string() : happened.front();
+        for (std::size_t k = 0; k < fired.size(); ++k) {
+          if (!fired[k]) continue;
+          if (count > 1 || name.empty()) name = guard_name(static_cast<Eigen::Index>(k));
+          Surface surface = guard_surface(static_cast<Eigen::Index>(k));
+          surface.jump = [&, k](double at, Eigen::VectorXd& x, Eigen::Index column, double s) {
+            model_.with_form(parameter_of(column), s, [&](const Form& form) {
+              if constexpr (projects) form.project(at, x);
+              (void)settled_alone(form, at, x, fired, k, resolution);
+            });
+          };
+          pass(name, t, both, surface);
+        }
+        if (count > 1 && !(both.head(size_) - y).isZero(1e-9 * (1.0 + y.cwiseAbs().maxCoeff())))
+          end_undifferentiable(name, t, {"coincides with another contact or friction that it acts on: they are solved together, and a displaced motion "
+                                         "meets one first; choose a start or parameters that separate them"});
         names.insert(names.end(), happened.begin(), happened.end());
       }
       if constexpr (projects) project_columns(t, both);
     }
     return (void)t, (void)both, (void)fired, (void)tolerance, names;
+  }
+
+  // An event of the caller leaves alone what fires in its moment and has an event of its own.
+  void pass(const std::string& name, double t, Eigen::VectorXd& both, const Surface& surface) override {
+    if constexpr (switches) {
+      Eigen::VectorXd g(guard_count()), band(guard_count());
+      const Eigen::VectorXd y = both.head(size_);
+      form().guards(t, y, g);
+      form().guard_bands(t, y, resolution(y), band);
+      at_zero_.assign(static_cast<std::size_t>(g.size()), false);
+      for (Eigen::Index k = 0; k < g.size(); ++k) at_zero_[static_cast<std::size_t>(k)] = std::abs(g[k]) <= band[k];
+    }
+    VariationalEquations::pass(name, t, both, surface);
+    at_zero_.clear();
   }
 
   std::string state_name(Eigen::Index i) const override { return form().component_name(i); }
@@ -239,6 +264,12 @@ class Variations final : public VariationalEquations {
     return p == 0.0 ? 1.0 : p;
   }
   void renew() override { model_.renew(); }
+  bool records_functors() const override { return has_branches_recorded<Form>; }
+  void record(RecordedBranch& branch, Eigen::Index column, double s) const override {
+    if constexpr (has_branches_recorded<Form>)
+      model_.with_form(column < 0 ? column : parameter_of(column), s, [&](const Form& form) { run_functors(branch, form); });
+    (void)branch, (void)column, (void)s;
+  }
   std::unique_ptr<AnyWatch> watch(const Options& options) const override { return watch_of(form(), options); }
 
   // Guard k of a scene that switches.
@@ -273,7 +304,12 @@ class Variations final : public VariationalEquations {
         if constexpr (projects && !switches) form.project(t, y);
         if constexpr (requires { form.gap_has_moved(t, y, y); })
           if (column < 0) gap_has_moved_ = form.gap_has_moved(t, y, resolution(y));
-        if constexpr (switches) pending_ = form.switched(t, y, std::vector<bool>(static_cast<std::size_t>(form.guard_count())), resolution(y));
+        if constexpr (switches) {
+          const std::vector<bool> none(static_cast<std::size_t>(form.guard_count()));
+          if constexpr (requires { form.switched(t, y, none, resolution(y), &at_zero_); })
+            pending_ = form.switched(t, y, none, resolution(y), at_zero_.empty() ? nullptr : &at_zero_);
+          else pending_ = form.switched(t, y, none, resolution(y));
+        }
       });
     };
     return surface;
@@ -283,7 +319,22 @@ class Variations final : public VariationalEquations {
   // Which parameter a column belongs to; −1 for one of another kind.
   Eigen::Index parameter_of(Eigen::Index column) const { return column < starts_ + times_ ? -1 : column - starts_ - times_; }
 
-  std::string guard_name(Eigen::Index k) const { return ending(k).empty() ? std::string("a contact or friction") : ending(k); }
+  // What guard k does, where others fire in the same moment.
+  static std::vector<std::string> settled_alone(const Form& form, double t, Eigen::VectorXd& y, std::vector<bool> fired, std::size_t k,
+                                                const Eigen::VectorXd& resolution) {
+    std::vector<bool> others = fired;
+    others[k] = false;
+    fired.assign(fired.size(), false);
+    fired[k] = true;
+    if constexpr (requires { form.switched(t, y, fired, resolution, &others); }) return form.switched(t, y, fired, resolution, &others);
+    else return form.switched(t, y, fired, resolution);
+  }
+
+  std::string guard_name(Eigen::Index k) const {
+    if (std::string name = ending(k); !name.empty()) return name;
+    if constexpr (requires { form().guard_name(k); }) return form().guard_name(k);
+    return "a contact or friction";
+  }
 
   // Column j ← what the projection of a state makes of it.
   void bend_column(double t, const Eigen::VectorXd& y, Eigen::Index j, Eigen::Ref<Eigen::VectorXd> column) const {
@@ -329,6 +380,7 @@ class Variations final : public VariationalEquations {
   mutable Eigen::VectorXd head_;
   mutable std::vector<std::string> pending_;  // names of what a user's jump led to
   mutable bool gap_has_moved_ = false;        // of a closed contact, by a user's jump
+  mutable std::vector<bool> at_zero_;         // guards that are at zero where a user's jump begins
 };
 
 }  // namespace qdot::detail

@@ -108,16 +108,34 @@ class Switching {
     return name;
   }
 
-  // Chooses velocities and phases as they follow from a state and the guards that fired; names what happened.
-  std::vector<std::string> settle(double t, Q& q, Q& qdot, Z& z, const std::vector<bool>& fired, const Eigen::VectorXd& tolerance) const {
+  // Of the effect of guard k.
+  std::string name(Eigen::Index wanted) const {
+    std::string name;
+    visit([&](Eigen::Index k, const auto& e, Eigen::Index, Eigen::Index) {
+      if (k == wanted) name = e.name;
+    });
+    return name;
+  }
+
+  // Chooses velocities and phases as they follow from a state and the guards that fired; names what happened. What is left out and not active stays so.
+  std::vector<std::string> settle(double t, Q& q, Q& qdot, Z& z, std::vector<bool> fired, const Eigen::VectorXd& tolerance,
+                                  const std::vector<bool>* left_out = nullptr) const {
     std::vector<std::string> names;
     const Z before = z;
     std::vector<Switch> all(static_cast<std::size_t>(count()));
+    const auto each_left_out = [&](const auto& use) {
+      visit([&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index) {
+        if (left_out != nullptr && (*left_out)[at(k)] && !e.is_active(before[zi])) use(at(k), zi);
+      });
+    };
+    each_left_out([&](std::size_t k, Eigen::Index) { fired[k] = true; });  // its gap may be negative
     if constexpr (Sc::has_lasting_constraints) project(scene_, q, qdot, t, default_rank_cutoff, nothing(z));
     look(t, q, qdot, z, fired, tolerance, all);
+    each_left_out([&](std::size_t k, Eigen::Index) { all[k].fired = all[k].touches = false, all[k].still = -1.0; });  // no candidate
     strike(t, q, qdot, all, names);
     come_to_rest(t, q, qdot, z, all);
     PhaseChoice<Sc>(scene_, t, q, qdot, before, all).choose(z);
+    each_left_out([&](std::size_t, Eigen::Index zi) { z[zi] = before[zi]; });
     if (!is_free(scene_, z)) project(scene_, q, qdot, t, default_rank_cutoff, z);
     visit([&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index) {
       if (before[zi] == undecided || before[zi] == z[zi]) return;

@@ -139,10 +139,27 @@ class Driver {
   bool leg(double landing) {
     clock_.head_for(landing);
     while (elapsed_ != clock_.length()) {
-      if (!stepper_.step(watches_time_ ? watchdog_->reach(stepper_.t(), stepper_.y(), landing) : landing)) return stuck();
-      if (!state_is_sound() || !watched(landing) || !kept() || !within_budget(landing)) return false;
+      if (!stepper_.step(watches_time_ ? watchdog_->reach(stepper_.t(), stepper_.y(), landing) : landing)) {
+        if (!leapt()) return run_.completed() && stuck();
+      } else if (!state_is_sound() || !watched(landing) || !kept() || !within_budget(landing)) return false;
     }
     return true;
+  }
+
+  // Whether no step was taken for the equations jump here, and the system knows the other side.
+  [[gnu::cold]] bool leapt() {
+    bool found = false;
+    if constexpr (watches) guarded([&] { found = system_.leap(run_.t, run_.y); });
+    if (found && options_.keep_trajectory) run_.trajectory.jump(run_.y);
+    if (found) begin_afresh(false);
+    return found;
+  }
+
+  void begin_afresh(bool at_start) {
+    ++restarts_;
+    reset_at(stepper_, clock_.moment(elapsed_), run_.y);
+    if constexpr (watches) watch_.begin(run_.t, run_.y, tolerance(run_.y), at_start);
+    watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);
   }
 
   // No step was taken; if somebody changed the model, that is the reason.
@@ -176,10 +193,7 @@ class Driver {
     return kept_whole();
   }
 
-  bool kept_whole() {
-    keep();
-    return observed(elapsed_ == clock_.length());
-  }
+  bool kept_whole() { return keep(), observed(elapsed_ == clock_.length()); }
 
   // Takes the events of the step in their order; keeps the step, or what is left of it.
   bool passed_events() {
@@ -202,14 +216,9 @@ class Driver {
   // Ends the step at a firing, and goes on from the state that it leaves behind.
   bool cut(const Firing& firing, bool at_start = false) {
     Eigen::VectorXd y(system_.size());
-    if (firing.elapsed == reached()) {
-      y = stepper_.y();
-    } else if (firing.elapsed == elapsed_) {
-      y = run_.y;
-    } else {
-      stepper_.polynomial().at(firing.elapsed, y);
-      system_.project(firing.t, y);
-    }
+    if (firing.elapsed == reached()) y = stepper_.y();
+    else if (firing.elapsed == elapsed_) y = run_.y;
+    else stepper_.polynomial().at(firing.elapsed, y), system_.project(firing.t, y);
     keep_until(firing.elapsed, firing.t, y);
     if (!looked_at(firing.t, y)) return false;
     watch_.record(firing, run_.events);
@@ -220,10 +229,7 @@ class Driver {
     if (options_.keep_trajectory) run_.trajectory.jump(y);
     if (const auto name = watch_.accumulating(firing.elapsed))
       return end(Outcome::event_accumulation, sentence({"events of ", *name, " follow each other without letting t go on"}));
-    ++restarts_;
-    reset_at(stepper_, clock_.moment(firing.elapsed), y);
-    watch_.begin(firing.t, y, tolerance(y), at_start);
-    watchdog_->begin(firing.t, y, stepper_.statistics().steps);
+    begin_afresh(at_start);
     fill_outputs_here();
     return observed(false);
   }

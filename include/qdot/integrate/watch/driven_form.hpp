@@ -38,6 +38,7 @@ struct DrivenForm {
   virtual std::string what_is_not_finite(double t, const Eigen::VectorXd& y) const = 0;  // T, V, …; empty if unknown
   virtual bool is_constrained() const = 0;
   virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;
+  virtual bool leap(double, Eigen::VectorXd&) const { return false; }  // takes y over a switch right ahead of it, which no step gets over
   virtual Eigen::Index guard_count() const { return 0; }
   virtual void guards(double, const Eigen::VectorXd&, Eigen::Ref<Eigen::VectorXd>) const {}
   virtual void guard_bands(double, const Eigen::VectorXd&, const Eigen::VectorXd&, Eigen::Ref<Eigen::VectorXd>) const {}

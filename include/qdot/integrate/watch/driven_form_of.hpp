@@ -79,6 +79,10 @@ class SmoothFormOf : public Face {
     if constexpr (requires { form_.is_constrained(); }) return form_.is_constrained();
     else return ProjectableSystem<Form>;
   }
+  bool leap([[maybe_unused]] double t, [[maybe_unused]] Eigen::VectorXd& y) const override {
+    if constexpr (requires { form_.leap(t, y); }) return form_.leap(t, y);
+    return false;
+  }
   ProjectionReport project([[maybe_unused]] double t, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> y) const override {
     if constexpr (!ProjectableSystem<Form>) {
       return {};
