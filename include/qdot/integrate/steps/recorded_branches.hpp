@@ -120,12 +120,12 @@ inline std::vector<int> derivatives_of(formula::Graph& graph, int x, const std::
   constexpr double rounding = 1e-11;
   const std::vector<int> variables = a.variables(), of_state(variables.begin(), variables.end() - 1);
   const std::size_t count = a.motion.returned.size();
-  if (b.motion.returned.size() != count) return true;
+  if (b.motion.returned.size() != count) return false;  // beyond the tie there is no model
   for (std::size_t i = 0; i < count; ++i) {
     const int x = a.motion.returned[i], y = b.motion.returned[i];
     // Of T what M and p are made of; of V the force; forces and rates themselves; of a row of a constraint its acceleration.
     const int order = slopes + (i == 1 ? 1 : i > 1 && i < 2 + a.forces ? 0 : 2);
-    const std::vector<int>& by = i == 1 ? of_state : variables;
+    const std::vector<int>& by = i > 0 && i < 2 + a.forces ? of_state : variables;
     const std::vector<double> here = a.values(derivatives_of(a.motion.recording.graph, x, by, order), at);
     const std::vector<double> there = b.values(derivatives_of(b.motion.recording.graph, y, by, order), at);
     double size = 0.0, apart = 0.0;
