@@ -25,7 +25,7 @@
 
 namespace qdot::detail {
 template ConservedQuantities quantities_of<void>(RecordedScene);
-template Eigen::VectorXd newton_step<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, const Eigen::VectorXd&);
+template Eigen::VectorXd newton_step<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, const Eigen::VectorXd&, double);
 template std::vector<EquilibriumBranch> branches_from<void>(const FlowAt&, const Eigen::VectorXd&, double, double, const BranchOptions&);
 template ParameterFit best_parameters<void>(const FitTask&);
 template Exponents exponents_of<Eigen::MatrixXd>(const Eigen::MatrixXd&);

@@ -193,3 +193,49 @@ TEST_CASE("a system that cannot rest is told so") {
                     "equilibrium_near: the generalized force at rest must vanish somewhere near the start, but the search ended at "
                     "q = (0) with dL/dq = (-9.81); start closer, or ask whether this system can rest at all");
 }
+
+namespace {
+
+// Two atoms of mass m on a line, with Morse's potential D (1 − exp(−a (r − r₀)))² of their distance.
+struct Morse {
+  double m, D, a, r0;
+  auto T(const auto& v) const { return 0.5 * m * (v[0] * v[0] + v[1] * v[1]); }
+  auto V(const auto& q) const {
+    using std::exp;
+    const auto e = 1.0 - exp(-a * (q[1] - q[0] - r0));
+    return D * e * e;
+  }
+};
+// A bond of length r₀ and an angle θ₀ on springs: metres and radians side by side.
+struct Bond {
+  double m, k, bend, r0, angle;
+  auto T(const auto& v) const { return 0.5 * m * (v[0] * v[0] + r0 * r0 * v[1] * v[1]); }
+  auto V(const auto& q) const { return 0.5 * k * (q[0] - r0) * (q[0] - r0) + 0.5 * bend * (q[1] - angle) * (q[1] - angle); }
+};
+
+}  // namespace
+
+TEST_CASE("two atoms rest at r0 and swing with omega^2 = 4 D a^2/m in whatever units, and 5 % off they do not rest") {
+  for (const double length : {1.0, 1e-10, 1e11}) {
+    const Morse atoms{1.6e-27 / length, 7e-19 * length, 1.9 / length, 0.74 * length};
+    const auto system = mechanical_system<2>(atoms);
+    const Vector2d q = equilibrium_near(system, Vector2d(0.1 * length, 0.95 * length));
+    CHECK_THAT(q[1] - q[0], WithinRel(atoms.r0, rounding));
+    CHECK_THAT(q[0] + q[1], WithinRel(1.05 * length, rounding));  // nothing holds the centre
+    const auto modes = normal_modes(system, q);
+    CHECK_THAT(modes.squared_frequencies[1], WithinRel(4 * atoms.D * atoms.a * atoms.a / atoms.m, rounding));
+    CHECK_THROWS_AS(normal_modes(system, Vector2d(0.0, 1.05 * atoms.r0)), InvalidValue);
+    CHECK_THROWS_AS(normal_modes(system, Vector2d(0.0, 1.0001 * atoms.r0)), InvalidValue);
+  }
+}
+
+TEST_CASE("a bond in metres and its angle in radians are found and swing to the same digits") {
+  const Bond water{1e-26, 700.0, 7e-19, 1e-10, 1.8};
+  const auto system = mechanical_system<2>(water);
+  const Vector2d q = equilibrium_near(system, Vector2d(1.3e-10, 1.5));
+  CHECK_THAT(q[0], WithinRel(water.r0, rounding));
+  CHECK_THAT(q[1], WithinRel(water.angle, rounding));
+  const auto squares = normal_modes(system, q).squared_frequencies;
+  CHECK_THAT(squares[0], WithinRel(water.bend / (water.m * water.r0 * water.r0), rounding));
+  CHECK_THAT(squares[1], WithinRel(water.k / water.m, rounding));
+}

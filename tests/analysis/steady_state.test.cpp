@@ -169,3 +169,66 @@ TEST_CASE("what falls rests on its floor, what hangs leaves it, and friction hol
   CHECK(qdot::error_message([&] { equilibrium_near(block(1.5), qdot::Vector<double, 1>(0.2)); }).find("'pad' would have to hold 2 and holds up to 1.5") !=
         std::string::npos);
 }
+
+namespace {
+
+// Masses m in the vertical plane at (q₂ᵢ, q₂ᵢ₊₁), each on a rod of length l that hangs from the one before.
+struct HangingMasses {
+  Eigen::Index n;
+  double m, g;
+  auto T(const auto& v) const { return 0.5 * m * v.squaredNorm(); }
+  auto V(const auto& q) const {
+    auto height = 0.0 * q[0];
+    for (Eigen::Index i = 0; i < n; ++i) height = height + q[2 * i + 1];
+    return m * g * height;
+  }
+};
+struct HangingRods {
+  Eigen::Index n;
+  double l;
+  bool twice = false;
+  template <class Q>
+  auto operator()(const Q& q) const {
+    using S = typename Q::Scalar;
+    Vector<S, Dynamic> phi(twice ? n + 1 : n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      S x = q[2 * i], y = q[2 * i + 1];
+      if (i > 0) {
+        x = x - q[2 * i - 2];
+        y = y - q[2 * i - 1];
+      }
+      phi[i] = 0.5 * (x * x + y * y - l * l);
+    }
+    if (twice) phi[n] = 3.0 * phi[0];
+    return phi;
+  }
+};
+
+void check_that_rods_hang(Eigen::Index n, double l, double m, double g, bool twice = false) {
+  INFO(n << " rods of length " << l);
+  const auto hanging = scene(mechanical_system(2 * n, HangingMasses{n, m, g}), holonomic("rods", HangingRods{n, l, twice}));
+  Eigen::VectorXd start(2 * n), straight(2 * n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    start[2 * i] = l * (n > 5 ? 0.02 : 0.2) * std::sin(1.0 + static_cast<double>(i));
+    start[2 * i + 1] = -0.97 * l * static_cast<double>(i + 1);
+    straight[2 * i] = 0.0;
+    straight[2 * i + 1] = -l * static_cast<double>(i + 1);
+  }
+  const auto found = equilibrium_near(hanging, start);
+  CHECK((found.state.q - straight).cwiseAbs().maxCoeff() <= rounding * l);
+  CHECK_THAT((found.lambda[0] + (twice ? 3.0 * found.lambda[n] : 0.0)) * l, WithinRel(-static_cast<double>(n) * m * g, 1e3 * rounding));
+  CHECK(found.redundant == (twice ? 1 : 0));
+  CHECK((equilibrium_near(hanging, straight).state.q - straight).cwiseAbs().maxCoeff() <= rounding * l);
+}
+
+}  // namespace
+
+TEST_CASE("rods in Cartesian coordinates hang straight down, however many, in whatever units, and the first carries all") {
+  for (const Eigen::Index n : {1, 2, 3, 5, 12}) {
+    check_that_rods_hang(n, 1.0, 0.7, 9.81);
+    check_that_rods_hang(n, 1e-10, 1e-26, 1e15);
+    check_that_rods_hang(n, 1e11, 1e30, 1e-3);
+  }
+  check_that_rods_hang(3, 1.0, 0.7, 9.81, true);
+  check_that_rods_hang(60, 1.0, 0.7, 9.81);
+}

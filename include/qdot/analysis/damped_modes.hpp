@@ -31,6 +31,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/LU>
+#include <Eigen/QR>
 
 #include "qdot/analysis/linear/exponents.hpp"
 #include "qdot/analysis/linearization.hpp"
@@ -72,6 +73,35 @@ struct DampedModes {
 
 namespace detail {
 
+// The sizes of what x is taken from, N: 1 for an effect's own states, whose units nobody knows.
+template <class L>
+Eigen::VectorXd extents(const L& linear) {
+  Eigen::VectorXd x = Eigen::VectorXd::Ones(linear.drift.size());
+  x.head(linear.positions).setConstant(linear.q.template lpNorm<Eigen::Infinity>());
+  x.segment(linear.positions, linear.velocities).setConstant(linear.qdot.template lpNorm<Eigen::Infinity>());
+  return x;
+}
+
+// The shortest δ with A δ = −drift, as far as there is one.
+template <class L>
+Eigen::VectorXd step_to_rest(const L& linear) {
+  if (linear.drift.size() == 0) return linear.drift;
+  return -Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(linear.A).solve(linear.drift);
+}
+
+// Whether x rests at zero as far as row i says so, and here only rounding is left of it, which is no size to compare with.
+template <class L>
+bool rests_at_zero(const L& linear, const Eigen::VectorXd& step, Eigen::Index i) {
+  for (Eigen::Index j = 0; j < linear.positions; ++j) {
+    if (!(std::abs(linear.A(i, j) * step[j]) > 1e-7 * std::abs(linear.drift[i]))) continue;
+    for (std::size_t k = 0; k < linear.coordinates.size(); ++k)
+      if (linear.coordinates[k] == linear.states[static_cast<std::size_t>(j)] &&
+          !(std::abs(linear.q[static_cast<Eigen::Index>(k)] + step[j]) <= 0.5 * std::abs(step[j])))
+        return false;
+  }
+  return true;
+}
+
 // Refuses a state that does not stay: only positions that A does not depend on may change.
 template <class L>
 void require_staying(const L& linear, const char* who) {
@@ -82,10 +112,12 @@ void require_staying(const L& linear, const char* who) {
                          "through its parameters, so simulate it, or fix the time"});
   const double size = std::max({1.0, linear.q.template lpNorm<Eigen::Infinity>(), linear.qdot.template lpNorm<Eigen::Infinity>()});
   const double most = linear.A.template lpNorm<Eigen::Infinity>();
+  const Eigen::VectorXd terms = linear.A.cwiseAbs() * extents(linear), to_rest = step_to_rest(linear);
   for (Eigen::Index i = 0; i < linear.drift.size(); ++i) {
     const double of_it = linear.A.col(i).template lpNorm<Eigen::Infinity>(), on_it = std::max(1.0, linear.A.row(i).template lpNorm<Eigen::Infinity>());
     if (i < linear.positions && of_it <= 1e-9 * most) continue;  // cyclic
-    if (std::abs(linear.drift[i]) <= 1e-7 * size * on_it) continue;
+    if (std::abs(linear.drift[i]) <= 1e-7 * terms[i]) continue;
+    if (std::abs(linear.drift[i]) <= 1e-7 * size * on_it && rests_at_zero(linear, to_rest, i)) continue;
     throw_invalid_value({who,
                          ": the state must be an equilibrium or a steady motion, but there ",
                          linear.states[static_cast<std::size_t>(i)],

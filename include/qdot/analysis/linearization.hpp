@@ -72,10 +72,10 @@ template <class F>
 void require_on_constraints(const F& flow, double t, const Eigen::VectorXd& y, const ConstraintsAt& rows) {
   const Eigen::Index n = flow.dof();
   for (Eigen::Index i = 0; i < rows.phi.size(); ++i) {
-    const double length = rows.slopes.row(i).tail(n).norm(), size = 1.0 + y.head(2 * n).cwiseAbs().maxCoeff();
+    const double length = rows.slopes.row(i).tail(n).norm(), place = y.head(n).cwiseAbs().maxCoeff(), speed = y.segment(n, n).cwiseAbs().maxCoeff();
     for (const bool position : {true, false}) {
-      const double off = position ? rows.phi[i] : rows.velocity[i];
-      if (std::abs(off) <= 1e-8 * (length > 0.0 ? length : 1.0) * size) continue;
+      const double off = position ? rows.phi[i] : rows.velocity[i], size = position ? place : speed + rows.slopes.row(i).head(n).norm() * place / length;
+      if (std::abs(off) <= 1e-8 * (length > 0.0 ? length : 1.0) * (size > 0.0 ? size : 1.0)) continue;
       throw_invalid_value({"linearization: the state must satisfy its constraints, but ",
                            position ? "" : "the velocity of ",
                            "'",

@@ -62,10 +62,27 @@ const auto& conservative_system(const Model& model) {
   return system_of(model);
 }
 
-template <class VectorXd = Eigen::VectorXd>
-void require_equilibrium(const std::type_identity_t<VectorXd>& q, const std::type_identity_t<VectorXd>& slope, double stiffness) {
-  const double scale = stiffness * std::max(1.0, q.cwiseAbs().maxCoeff());
-  if (slope.cwiseAbs().maxCoeff() <= 1e-7 * scale) return;
+// Force i must be nothing beside its terms Σ |K_ij| |q_j|. Where the equilibrium is at zero these are nothing themselves: then K must be the same there,
+// stiffness(q) ↦ K, and the force nothing for a displacement of 1.
+template <class VectorXd = Eigen::VectorXd, class Stiffness>
+void require_equilibrium(const std::type_identity_t<VectorXd>& q, const std::type_identity_t<VectorXd>& slope, const Eigen::MatrixXd& K,
+                         const Stiffness& stiffness) {
+  constexpr double nothing = 1e-7;
+  const VectorXd step = newton_step(K, slope), terms = K.cwiseAbs() * q.cwiseAbs();
+  bool balanced = slope.allFinite() && K.allFinite(), at_zero = false;
+  for (Eigen::Index i = 0; i < q.size() && balanced; ++i) {
+    if (std::abs(slope[i]) <= nothing * terms[i]) continue;
+    at_zero = true;
+    balanced = std::abs(slope[i]) <= nothing * K.cwiseAbs().maxCoeff();
+    for (Eigen::Index j = 0; j < q.size(); ++j)
+      if (std::abs(K(i, j) * step[j]) > nothing * terms[i]) balanced = balanced && std::abs(q[j] + step[j]) <= 0.5 * std::abs(step[j]);
+  }
+  if (balanced && at_zero) {
+    const Eigen::MatrixXd there = stiffness(VectorXd(q + step));
+    for (Eigen::Index i = 0; i < q.size(); ++i) balanced = balanced && (there - K).row(i).norm() <= nothing * K.row(i).norm();
+    balanced = balanced && (K * step + slope).norm() <= 1e-3 * slope.norm();
+  }
+  if (balanced) return;
   std::ostringstream text;
   text << "small_motion: q must be an equilibrium, but at q = (" << q.transpose() << ") the force dL/dq at rest is ("
        << -slope.transpose() << "); take q from equilibrium_near()";
@@ -78,7 +95,7 @@ void require_equilibrium(const std::type_identity_t<VectorXd>& q, const std::typ
 ///
 /// @param model  a system, or a scene whose effects are potentials and terms of L; with forces or constraints see analysis/damped_modes.hpp
 /// @param q      the equilibrium, n; equilibrium_near() finds one
-/// @throws       InvalidValue when the force at rest is larger than 1e-7 · max |K| · max(1, |q|), so that q is none; or
+/// @throws       InvalidValue when a force at rest is larger than 1e-7 of its terms Σ |K_ij| |q_j|, so that q is none; or
 ///     when q is on a kink of V or T
 template <class Model, class Q, int n = Model::dof_at_compile_time>
 SmallMotion<n> small_motion(const Model& model, const Eigen::MatrixBase<Q>& q) {
@@ -94,7 +111,8 @@ SmallMotion<n> small_motion(const Model& model, const Eigen::MatrixBase<Q>& q) {
   const Matrix<double, n> N = jacobian(detail::marked<detail::SlopeAtRest>(momenta_at_rest), at);
   const Vector<double, n> slope = gradient(U, at);
   const SmallMotion<n> motion{mass_matrix(system, at, rest), N - N.transpose(), detail::stiffness_at("small_motion", system, U, at, slope)};
-  detail::require_equilibrium(at, slope, motion.K.cwiseAbs().maxCoeff());
+  const auto stiffness = [&](const Eigen::VectorXd& x) -> Eigen::MatrixXd { return detail::hessian_or_limit(U, Vector<double, n>(x)); };
+  detail::require_equilibrium(at, slope, motion.K, stiffness);
   Eigen::VectorXd y(2 * at.size());
   y << at, rest;
   detail::require_no_kink("small_motion", first_order_form(system), at.size(), 0.0, y);

@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include "qdot/analysis/linear/constraints_at.hpp"
@@ -37,10 +38,19 @@ class Flow {
   virtual ConstraintsAt constraints(double t, const Eigen::VectorXd& y) const = 0;
   virtual std::string name(Eigen::Index i) const = 0;  // of a component of y
   virtual std::vector<std::string> constraint_names() const = 0;
+  // The sizes of the terms that cancel in q̈ on constraints, n; zero where they are not known.
+  virtual Eigen::VectorXd cancelling(double, const Eigen::VectorXd& y) const { return Eigen::VectorXd::Zero(y.size() > 0 ? dof() : 0); }
   virtual std::vector<Eigen::Index> inputs() const { return {}; }  // their places in y
   virtual std::vector<std::string> input_names() const { return {}; }
   virtual std::vector<Eigen::Index> phases() const { return {}; }  // places in y of phases of contacts and friction, which are held
   virtual void require_slopes(const char*, double, const Eigen::VectorXd&) const {}  // throws where f has a kink
+
+  // x = [q; z] of y = [q; q̇; z].
+  Eigen::VectorXd unknowns(const Eigen::VectorXd& y) const {
+    Eigen::VectorXd x(y.size() - dof());
+    x << y.head(dof()), y.tail(y.size() - 2 * dof());
+    return x;
+  }
 
   std::string acceleration_name(Eigen::Index i) const {
     return (i < dof() ? "the acceleration of " : "the rate of ") + name(i < dof() ? i : i + dof());
@@ -118,6 +128,25 @@ ConstraintsAt constraints_at([[maybe_unused]] const Sc& scene, [[maybe_unused]] 
   return all;
 }
 
+// M⁻¹ (|Jᵀ| |λ|), by the diagonal of M alone where M has no inverse; zero where no constraint acts.
+template <class Sc>
+Eigen::VectorXd cancelling_accelerations(const Sc& scene, double t, const Eigen::VectorXd& y) {
+  constexpr int n = Sc::dof_at_compile_time;
+  const Eigen::Index k = scene.dof();
+  const Vector<double, n> q = y.head(k), qdot = y.segment(k, k);
+  const EffectStates<Sc> z = y.template tail<Sc::states_at_compile_time>();
+  if (is_free(scene, z)) return Eigen::VectorXd::Zero(k);
+  const Eigen::MatrixXd M = mass_matrix(scene, q, qdot, t), J = constraint_jacobian(scene, q, qdot, t, z);
+  const Eigen::VectorXd lambda = constrained_acceleration(scene, q, qdot, t, z).lambda;
+  const Eigen::VectorXd forces = J.transpose().cwiseAbs() * lambda.cwiseAbs();
+  const Eigen::LLT<Eigen::MatrixXd> factors(M);
+  if (factors.info() == Eigen::Success) return factors.solve(Eigen::MatrixXd::Identity(k, k)).cwiseAbs() * forces;
+  Eigen::VectorXd sizes = Eigen::VectorXd::Zero(k);
+  for (Eigen::Index i = 0; i < k; ++i)
+    if (M(i, i) > 0.0) sizes[i] = forces[i] / M(i, i);
+  return sizes;
+}
+
 template <class Sc>
 class FlowOf final : public FlowOfForm<decltype(first_order_form(std::declval<const Sc&>()))> {
  public:
@@ -131,6 +160,10 @@ class FlowOf final : public FlowOfForm<decltype(first_order_form(std::declval<co
 
   Eigen::Index dof() const override { return scene_.dof(); }
   ConstraintsAt constraints(double t, const Eigen::VectorXd& y) const override { return constraints_at(scene_, t, y); }
+  Eigen::VectorXd cancelling(double t, const Eigen::VectorXd& y) const override {
+    if constexpr (Sc::has_constraints) return cancelling_accelerations(scene_, t, y);
+    else return FlowOf::FlowOfForm::cancelling(t, y);
+  }
   std::vector<std::string> constraint_names() const override {
     if constexpr (Sc::has_constraints)
       return qdot::constraint_names(scene_);

@@ -11,15 +11,25 @@
 // Each row of their Jacobian is scaled to length 1, which makes of every residual a distance in the unknowns, and a
 // step is the shortest one that takes most of the residual away; so directions of which nothing depends keep their
 // values. A step that does not shorten the next one (with the same factors) is halved.
+//
+// Scales. No length is natural. Row i is met where the last step takes from it no more than `tolerance` of
+//
+//     Eᵢ = Σⱼ |Sᵢⱼ| (|xⱼ| + the way that xⱼ has come) ,
+//
+// its own terms. Accelerations on constraints are what is left of forces that cancel, M⁻¹ (|Jᵀ| |λ|); what is within the rounding of
+// those is zero, and a row weighs the less, the smaller Eᵢ is beside them. Only where steps do not get
+// shorter any more, and so are rounding, one of 1e-12 will do.
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/QR>
 
+#include "qdot/analysis/equilibrium.hpp"
 #include "qdot/analysis/linear/flow.hpp"
 #include "qdot/error.hpp"
 
@@ -29,6 +39,8 @@ namespace qdot::detail {
 struct SteadyEquations {
   Eigen::VectorXd residual;
   Eigen::MatrixXd slopes;
+  Eigen::VectorXd cancelling;  // the sizes of the terms of each row, where they are known, else zero
+  Eigen::VectorXd rounding;    // of these
 
   template <class F>
   static SteadyEquations at(const F& flow, double t, const Eigen::VectorXd& y, bool with_slopes) {
@@ -38,6 +50,11 @@ struct SteadyEquations {
     SteadyEquations equations;
     equations.residual.resize(n + states + 2 * m);
     equations.residual << flow.rates(t, y).tail(n + states), rows.phi, rows.velocity;
+    equations.cancelling = Eigen::VectorXd::Zero(equations.residual.size());
+    if (m > 0) equations.cancelling.head(n) = flow.cancelling(t, y);
+    equations.rounding = 64 * std::numeric_limits<double>::epsilon() * std::sqrt(static_cast<double>(n)) * equations.cancelling;
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (std::abs(equations.residual[i]) <= equations.rounding[i]) equations.residual[i] = 0.0;
     if (!with_slopes) return equations;
     const Eigen::MatrixXd slopes = flow.slopes(t, y);
     equations.slopes = Eigen::MatrixXd::Zero(n + states + 2 * m, n + states);
@@ -94,12 +111,14 @@ template <class F>
 template <class F>
 void require_steady(const F& flow, const SteadySearch& search, double t, const Eigen::VectorXd& y,
                     const SteadyEquations& here, const Eigen::VectorXd& scale) {
+  const Eigen::VectorXd terms = scale.cwiseProduct(here.slopes.cwiseAbs() * flow.unknowns(y).cwiseAbs());
+  const Eigen::VectorXd now = SteadyEquations::at(flow, t, y, false).residual;
   for (const double later : {1.0, 3.7}) {
     const auto there = elsewhere_in_time(t, later, [&](double at) { return SteadyEquations::at(flow, at, y, false).residual; });
     if (!there) continue;
-    const Eigen::VectorXd change = *there - here.residual;
+    const Eigen::VectorXd change = *there - now;
     Eigen::Index i = 0;
-    if ((change.array() * scale.array()).abs().maxCoeff(&i) > 1e-7 * std::max(1.0, y.cwiseAbs().maxCoeff()))
+    if (((change.array().abs() - here.rounding.array()) * scale.array() - 1e-7 * terms.array()).maxCoeff(&i) > 0.0)
       throw_invalid_value({search.who,
                            ": nothing may depend on the time, but ",
                            SteadyEquations::name(flow, i),
@@ -143,31 +162,51 @@ Eigen::VectorXd steady_state_near(const F& flow, const SteadySearch& search, dou
     for (const Eigen::Index i : held) next[i] = y[i];
     return next;
   };
-  Eigen::VectorXd scale;
+  Eigen::VectorXd scale, way = Eigen::VectorXd::Zero(n + states);
+  Progress progress;
+  double largest = 0.0;
   SteadyEquations here;
   for (int iteration = 0;; ++iteration) {
     here = SteadyEquations::at(flow, t, y, true);
-    const Eigen::Index rates = n + states;
-    const double stiffest = here.slopes.topRows(rates).rowwise().norm().maxCoeff();
+    const Eigen::VectorXd unknowns = flow.unknowns(y), extent = unknowns.cwiseAbs() + way;
+    const auto longest = [&](Eigen::Index begin, Eigen::Index count) {
+      return count > 0 ? here.slopes.middleRows(begin, count).rowwise().norm().maxCoeff() : 0.0;
+    };
+    const double stiffest = longest(0, n), fastest = longest(n, states);
     scale.resize(here.residual.size());
     for (Eigen::Index i = 0; i < scale.size(); ++i) {
-      const double length = std::max(here.slopes.row(i).norm(), i < rates ? 1e-10 * stiffest : 0.0);
+      const double length = std::max(here.slopes.row(i).norm(), 1e-10 * (i < n ? stiffest : i < n + states ? fastest : 0.0));
       scale[i] = length > 0.0 ? 1.0 / length : 1.0;
     }
+    // What is left of forces that cancel weighs by what else is in its row, beside the row that has most of it.
+    Eigen::VectorXd share = Eigen::VectorXd::Zero(scale.size());
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (here.cancelling[i] > 0.0) share[i] = here.slopes.row(i).cwiseAbs().dot(extent) / here.cancelling[i];
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (here.cancelling[i] > 0.0) scale[i] *= share[i] > 0.0 ? std::pow(share[i] / share.maxCoeff(), 2) : 0.0;
     const Eigen::VectorXd scaled = scale.cwiseProduct(here.residual);
+    const Eigen::MatrixXd sizes = (scale.asDiagonal() * here.slopes).cwiseAbs();
+    const Eigen::VectorXd terms = sizes * extent;
+    if (iteration == 0) largest = here.residual.head(n + states).cwiseAbs().maxCoeff();
     if (iteration == search.max_iterations || !scaled.allFinite())
       report_no_steady_state(flow, search, y, here.residual, scaled);
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> factors;
     factors.setThreshold(1e-13);
     factors.compute(scale.asDiagonal() * here.slopes);
     const Eigen::VectorXd step = -factors.solve(scaled);
-    const Eigen::VectorXd unknowns = (Eigen::VectorXd(n + states) << y.head(n), y.tail(states)).finished();
-    if ((step.array().abs() / unknowns.array().abs().max(1.0)).maxCoeff() <= search.tolerance) {
+    const bool is_met = (sizes * step.cwiseAbs() - search.tolerance * terms - scale.cwiseProduct(here.rounding)).maxCoeff() <= 0.0;
+    const bool is_rounding =
+        progress.stands_still(step.norm()) && (step.array().abs() / unknowns.array().abs().max(1.0)).maxCoeff() <= search.tolerance;
+    if (is_met || is_rounding) {
       // A short step is not enough: where nothing can rest, none takes the residual away. What is left of rounding is
       // harmless.
       const Eigen::VectorXd left = scaled + (scale.asDiagonal() * here.slopes) * step;
-      if (left.norm() > 1e-8 * scaled.norm() && scaled.norm() > 1e-9 * std::max(1.0, unknowns.cwiseAbs().maxCoeff()))
-        report_no_steady_state(flow, search, y, here.residual, scaled);
+      const auto remains = [&](Eigen::Index i) {
+        return terms[i] > 0.0 ? std::abs(scaled[i]) > 1e-9 * terms[i] : std::abs(here.residual[i]) > 1e-13 * largest;
+      };
+      bool any = false;
+      for (Eigen::Index i = 0; i < scaled.size(); ++i) any = any || remains(i);
+      if (any && left.norm() > 1e-8 * scaled.norm()) report_no_steady_state(flow, search, y, here.residual, scaled);
       y = moved(step, 1.0);
       break;
     }
@@ -178,8 +217,9 @@ Eigen::VectorXd steady_state_near(const F& flow, const SteadySearch& search, dou
     };
     while (!shorter(fraction)) {
       fraction *= 0.5;
-      if (step.norm() * fraction < 1e-9 * std::max(1.0, unknowns.norm())) break;
+      if (step.norm() * fraction < 1e-9 * extent.norm() || fraction < 1e-7) break;
     }
+    way += fraction * step.cwiseAbs();
     if (fraction < 1e-6) report_no_steady_state(flow, search, y, here.residual, scaled);
     y = moved(step, fraction);
   }
