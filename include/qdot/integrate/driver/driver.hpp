@@ -160,8 +160,7 @@ class Driver {
   }
 
   void begin_afresh(bool at_start) {
-    ++restarts_;
-    take_scale(run_.t, run_.y);
+    ++restarts_, take_scale(run_.t, run_.y);
     reset_at(stepper_, clock_.moment(elapsed_), run_.y);
     if constexpr (watches) watch_.begin(run_.t, run_.y, tolerance(run_.y), at_start);
     watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);
@@ -256,8 +255,7 @@ class Driver {
         if (landing > run_.t && watch_.settle_behind_jump(behind, run_.y, tolerance(run_.y), run_.events))
           if (options_.keep_trajectory) run_.trajectory.jump(run_.y);
       take_scale(behind, run_.y);
-      reset_at(stepper_, Moment(run_.t, 0.0, behind == landing ? run_.t : behind), run_.y);
-      count_from_here();
+      reset_at(stepper_, Moment(run_.t, 0.0, behind == landing ? run_.t : behind), run_.y), count_from_here();
       watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);
     });
   }
