@@ -168,9 +168,9 @@ SymmetryViolation<n> symmetry_violation(const Model& model, const Family& family
     detail::require_sizes(system, state.q, state.qdot);
     const Vector<double, n> q = state.q, v = state.qdot;
     const Vector<double, n> same = detail::transformed<double, n>(family, 0.0, q, state.t);
-    const double most = q.cwiseAbs().maxCoeff(), size = most > 0.0 ? std::min(most, 1.0) : 1.0;
+    const double most = q.cwiseAbs().maxCoeff(), length = most > 0.0 ? std::min(most, 1.0) : 1.0;
     for (Eigen::Index i = 0; i < k; ++i)
-      if (std::abs(same[i] - q[i]) > 1e-12 * (size + std::abs(q[i])))
+      if (std::abs(same[i] - q[i]) > 1e-12 * (length + std::abs(q[i])))
         detail::throw_invalid_value({"noether_integral: the transformation must leave everything as it is at s = 0, but there it takes ",
                                      system.coordinate_name(i), " = ", {q[i], 6}, " to ", {same[i], 6}, "; let s = 0 be the identity"});
     const auto xi = value_and_velocity_of([&](const auto& x, const auto& time) {
