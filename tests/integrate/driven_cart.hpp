@@ -29,10 +29,10 @@ auto driven_cart(const More&... more) {
                      using std::cos;
                      return 0.5 * 9.81 * 0.6 * cos(q[1]);
                    }),
-               controller([](const auto&, const auto&, const auto& z, const auto& t) { return vector(2.0 * z[0], 0.0 * t); },
+               controller([](const auto&, const auto&, const auto& z, const auto& t) { return qdot::vector(2.0 * z[0], 0.0 * t); },
                           [](const auto&, const auto& v, const auto& z, const auto& t) {
                             using std::sin;
-                            return vector((6.0 * sin(t) - z[0] - 2.0 * v[0]) / 0.05);
+                            return qdot::vector((6.0 * sin(t) - z[0] - 2.0 * v[0]) / 0.05);
                           },
                           Vector<double, 1>(0.0)),
                rayleigh([](const auto&, const auto& v) { return 0.05 * v[1] * v[1] + 0.1 * v[0] * v[0]; }), quadratic_drag(pole_tip, 0.1),
