@@ -149,7 +149,7 @@ TEST_CASE("squares and products of velocities give the Coriolis terms of nested 
 TEST_CASE("a chain that is written as a loop has equations as short as those by hand") {
   // A link has two sines, its share of an acceleration and of a force in x and y, and an entry of M for each link before it.
   const auto lines = []<int n>(std::integral_constant<int, n>) {
-    return derived<n>(bench::LoopedChain{}).lines_with_slopes()->equations.lines.size();
+    return derived<n>(bench::LoopedChain{}).lines_with_slopes()->equations.table().lines.size();
   };
   CHECK(lines(std::integral_constant<int, 1>()) <= 4);
   CHECK(lines(std::integral_constant<int, 3>()) <= 30 + 3);
