@@ -82,8 +82,11 @@
 #define major ) posix (
 #define minor ) posix (
 #define makedev ) posix (
+#undef linux // a compiler's own by -std=gnu++20
 #define linux ) posix (
+#undef unix // a compiler's own by -std=gnu++20
 #define unix ) posix (
+#undef i386 // a compiler's own by -std=gnu++20
 #define i386 ) posix (
 #define howmany ) posix (
 #define roundup ) posix (

@@ -140,7 +140,7 @@ Eigen::VectorXd cancelling_accelerations(const Sc& scene, double t, const Eigen:
   const Eigen::VectorXd lambda = constrained_acceleration(scene, q, qdot, t, z).lambda;
   const Eigen::VectorXd forces = J.transpose().cwiseAbs() * lambda.cwiseAbs();
   const Eigen::LLT<Eigen::MatrixXd> factors(M);
-  if (factors.info() == Eigen::Success) return factors.solve(Eigen::MatrixXd::Identity(k, k)).cwiseAbs() * forces;
+  if (succeeded(factors)) return factors.solve(Eigen::MatrixXd::Identity(k, k)).cwiseAbs() * forces;
   Eigen::VectorXd sizes = Eigen::VectorXd::Zero(k);
   for (Eigen::Index i = 0; i < k; ++i)
     if (M(i, i) > 0.0) sizes[i] = forces[i] / M(i, i);

@@ -251,15 +251,15 @@ class RootSearch {
   // far_side() unless g jumps there.
   std::optional<double> crossing(double a, double ga, double b, double gb) const {
     const Bracket found = far_side(a, ga, b, gb);
-    if (watch_.barrier || found.g_far == 0.0) return found.far;
-    constexpr double small = 1e-6, most = 0.5;
-    const double change = std::abs(found.g_far - found.g_near);
-    if (change <= small * std::max(std::abs(ga), std::abs(gb))) return found.far;
+    if (watch_.barrier || found.g_behind == 0.0) return found.behind;
+    constexpr double least = 1e-6, most = 0.5;
+    const double change = std::abs(found.g_behind - found.g_ahead);
+    if (change <= least * std::max(std::abs(ga), std::abs(gb))) return found.behind;
     const double first = std::min(from_, to_), last = std::max(from_, to_);
     for (const double many : {1e4, 1e6, 1e8, 1e10}) {
-      const double way = many * (found.far - found.near);
-      const double around = std::abs(at_(std::clamp(found.far + way, first, last)) - at_(std::clamp(found.near - way, first, last)));
-      if (change <= most * around) return found.far;
+      const double way = many * (found.behind - found.ahead);
+      const double around = std::abs(at_(std::clamp(found.behind + way, first, last)) - at_(std::clamp(found.ahead - way, first, last)));
+      if (change <= most * around) return found.behind;
     }
     return std::nullopt;
   }
@@ -304,10 +304,10 @@ class RootSearch {
   }
 
   struct Bracket {
-    double near, g_near, far, g_far;
+    double ahead, g_ahead, behind, g_behind;
   };
 
-  // A bracket of neighbouring doubles, whose end `far` lies on b's side of the root, or is the first zero (Chandrupatla's method).
+  // A bracket of neighbouring doubles, whose end `behind` lies on b's side of the root, or is the first zero (Chandrupatla's method).
   Bracket far_side(double a, double ga, double b, double gb) const {
     constexpr double epsilon = std::numeric_limits<double>::epsilon();
     const double far_sign = ga > 0 ? -1.0 : 1.0;
