@@ -125,9 +125,9 @@ class FunctorBranches : private BranchGuards<Kind> {
         size += (std::abs(here[k]) + std::abs(there[k])) * std::abs(x);
         steepest = std::max({steepest, std::abs(here[k]), std::abs(there[k])});
       }
-      bool jumps = std::abs(here[0] - there[0]) > rounding * (size + std::abs(here[0]) + std::abs(there[0]));
-      for (std::size_t k = 1; slopes_too && k < here.size(); ++k) jumps = jumps || std::abs(here[k] - there[k]) > rounding * steepest;
-      return jumps;
+      bool far_apart = std::abs(here[0] - there[0]) > rounding * (size + std::abs(here[0]) + std::abs(there[0]));
+      for (std::size_t k = 1; slopes_too && k < here.size(); ++k) far_apart = far_apart || std::abs(here[k] - there[k]) > rounding * steepest;
+      return far_apart;
     };
     const std::vector<int> q = before.motion.q, qdot = before.motion.qdot;
     const double T = std::abs(before.values({a[0]}, at)[0]);
@@ -342,9 +342,9 @@ inline const char* const name_of_branch_event = "a branch of a functor";
 
 template <class... Events>
 auto with_branches(const EventList<Events...>& list, const FunctorBranches<>& branches, VariationalEquations& changes) {
-  using Switch = Event<GuardOfBranches, ChangeOfBranch>;
-  return EventList<Events..., Switch>{
-      std::tuple_cat(list.list, std::tuple<Switch>(Switch{name_of_branch_event, GuardOfBranches{&branches}, Direction::either, ChangeOfBranch{&changes}}))};
+  using AtGuards = Event<GuardOfBranches, ChangeOfBranch>;
+  return EventList<Events..., AtGuards>{
+      std::tuple_cat(list.list, std::tuple<AtGuards>(AtGuards{name_of_branch_event, GuardOfBranches{&branches}, Direction::either, ChangeOfBranch{&changes}}))};
 }
 
 // What the run recorded without the switches, which are no events of its caller.
