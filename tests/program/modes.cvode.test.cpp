@@ -97,7 +97,7 @@ TEST_CASE("along its angular velocity a hoop's bead leaves the lowest point at O
   }
   CHECK(program_test::content(out + ".csv").starts_with("branch,kind,Omega [rad/s],theta [rad],growing,largest_re [1/s]\n1,0,1,0,0,"));
   const std::string picture = program_test::content(out + ".svg");
-  for (const char* part : {"stroke-dasharray", ">unstable<", ">branch point<", ">Omega [rad/s]<"}) CHECK(picture.find(part) != std::string::npos);
+  for (const char* part : {"stroke-dasharray", ">unstable<", ">branch point<", ">Ω [rad/s]<"}) CHECK(picture.find(part) != std::string::npos);
   CHECK(program_test::content(out + ".html").find("stable in the linear approximation, then unstable") != std::string::npos);
 }
 
