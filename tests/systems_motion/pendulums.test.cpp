@@ -30,10 +30,11 @@ TEST_CASE("the pendulum's period is 4 sqrt(l/g) K(sin^2 theta0/2) at every ampli
     const double half = std::sin(0.5 * amplitude);
     const double period = 4.0 * std::sqrt(pendulum.l / pendulum.g) * motion::elliptic_K(half * half);
     CHECK_THAT(period, WithinAbs(digits, 1e-13));
-    // One period on, the bob passes its turning point θ̇ = 0 again; what is left of θ̇ is the error in time.
+    // One period on, the bob passes its turning point θ̇ = 0 again; what is left of θ̇ is the error in time. Near the top the bob hardly accelerates there, and
+    // the same error of the velocity is 1 / sin θ₀ times as much of time.
     const State<1> end = run(system, State<1>{0.0, V1(amplitude), V1(0.0)}, period).state();
     const double acceleration_there = -pendulum.g / pendulum.l * std::sin(amplitude);
-    CHECK_THAT(end.qdot[0] / acceleration_there / period, WithinAbs(0.0, accurate));
+    CHECK_THAT(end.qdot[0] / acceleration_there / period, WithinAbs(0.0, accurate / std::sin(amplitude)));
     CHECK_THAT(end.q[0], WithinAbs(amplitude, accurate));
   }
 }
