@@ -8,5 +8,6 @@ template std::unique_ptr<Core> new_core<double>(std::unique_ptr<MethodForm>, New
 template void reset<double>(Core&, const Moment&, const Eigen::Ref<const Eigen::VectorXd>&);
 template bool step<double>(Core&, double);
 template PolynomialView polynomial<double>(Core&);
+template void tolerate<double>(Core&, const Eigen::VectorXd&);
 template std::unique_ptr<NewtonEquations> newton_equations<double>(const MethodForm&, SUNContext);
 }  // namespace qdot::detail::cvode

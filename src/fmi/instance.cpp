@@ -44,7 +44,9 @@ struct PlantMethod {
 };
 
 // A million of the method's own steps between two communication points is more than anyone waits for.
-Options options_for(double tolerance) { return {.rtol = tolerance, .atol = tolerance, .max_steps = 1'000'000, .keep_trajectory = false}; }
+Options options_for(double tolerance) {
+  return {.rtol = tolerance, .atol = AbsoluteTolerance::at_most(tolerance), .max_steps = 1'000'000, .keep_trajectory = false};
+}
 
 void require_value(const Variable& v, double value) {
   if (v.role == Role::effect_on) return;

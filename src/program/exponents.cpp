@@ -10,7 +10,7 @@ namespace {
 qdot::detail::FlowInPieces flow_of(const std::shared_ptr<const Model>& model, const Request& request, const std::function<void(double)>& reached) {
   Options options;
   options.rtol = request.rtol;
-  options.atol = request.atol;
+  options.atol = atol_of(request);
   const auto pieces = qdot::detail::flow_in_pieces(FirstOrderModel{model}, Dop853{}, options);
   return [pieces, reached](double t, const Eigen::VectorXd& y, double until) {
     reached(t);

@@ -15,7 +15,7 @@ namespace {
 
 using qdot::detail::Shot;
 
-Options precise() { return Options{.rtol = 1e-13, .atol = 1e-14}; }
+Options precise() { return Options{.rtol = 1e-13, .atol = AbsoluteTolerance::at_most(1e-14)}; }
 
 VariedMotion plain_motion(const std::shared_ptr<const Model>& model, double t, const Eigen::VectorXd& x, double duration, int count, Options options) {
   const Eigen::Index n = model->dof();
@@ -45,7 +45,7 @@ class ModelShooting final : public qdot::detail::Shooting {
     constexpr int samples = 24;
     Options options = precise();
     options.rtol *= coarser;
-    options.atol = 1e-14 * coarser;
+    options.atol = AbsoluteTolerance::at_most(1e-14 * coarser);
     for (int k = 0; k <= samples; ++k) options.output_times.push_back(k == samples ? time() + period : time() + period * k / samples);
     VariedModel varied{model(p)};
     if (has_parameter()) {
@@ -134,14 +134,14 @@ FirstReturn first_return(const ChosenScene& chosen, const Model& model, std::opt
       model.derivative(start.t, y, f);
       for (const double part : {0.31, 0.77}) {
         model.derivative(start.t + part * window, y, later);
-        found.driven = found.driven || (later - f).head(2 * n).cwiseAbs().maxCoeff() > 1e-9 * std::max(1.0, f.cwiseAbs().maxCoeff());
+        found.driven = found.driven || (later - f).head(2 * n).cwiseAbs().maxCoeff() > 1e-9 * f.cwiseAbs().maxCoeff();
       }
     } catch (const Error&) {
       if (beside == 0.0) throw;
     }
   }
 
-  Options options{.rtol = 1e-9, .atol = 1e-9};
+  Options options{.rtol = 1e-9, .atol = AbsoluteTolerance::at_most(1e-9)};
   const VariedMotion motion = plain_motion(borrowed, start.t, x_of(start), window, samples, options);
   if (motion.samples.size() < 3) return found;
   const auto coordinates = chosen.scene->coordinates();
@@ -204,12 +204,13 @@ FamilyFound family_from(const OrbitRequest& request, const Orbit& orbit) {
 
 std::vector<Eigen::VectorXd> points_of(const OrbitRequest& request, const Orbit& orbit, int count) {
   const auto model = request.models ? (*request.models)(orbit.parameter) : request.model;
-  return plain_motion(model, orbit.t, orbit.x, orbit.period, count, Options{.rtol = 1e-11, .atol = 1e-12}).samples;
+  return plain_motion(model, orbit.t, orbit.x, orbit.period, count, Options{.rtol = 1e-11}).samples;
 }
 
 State<Dynamic> state_after(const ChosenScene& chosen, const Model& model, double time) {
   const std::shared_ptr<const Model> borrowed(std::shared_ptr<const Model>(), &model);
-  const VariedMotion motion = plain_motion(borrowed, chosen.start.t, x_of(chosen.start), time, 1, Options{.rtol = 1e-10, .atol = 1e-10});
+  const Options options{.rtol = 1e-10, .atol = AbsoluteTolerance::at_most(1e-10)};
+  const VariedMotion motion = plain_motion(borrowed, chosen.start.t, x_of(chosen.start), time, 1, options);
   if (motion.outcome != Outcome::completed) throw Error(motion.message);
   const Eigen::Index n = model.dof();
   return {motion.t, motion.y.head(n), motion.y.segment(n, n)};

@@ -89,6 +89,7 @@ Request request_of(RunnableScene& scene, const RunOptions& options) {
   }
   if (options.rtol) request.rtol = tolerance("--rtol", *options.rtol);
   if (options.atol) request.atol = tolerance("--atol", *options.atol);
+  request.atol_is_given = options.atol.has_value();
   request.samples = rows_that_fit(request.samples, 2, model->size());
   if (options.samples) request.samples = static_cast<int>(whole_number("--samples", *options.samples, 2, 10'000'000));
   return request;

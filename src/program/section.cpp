@@ -187,7 +187,7 @@ SectionRequest request_of(const SectionCommandOptions& options) {
                                   : t0 + usual * static_cast<double>(request.count);
   if (request.t_end == t0) throw UsageError("--t-end: must differ from the time of the start, given " + *options.t_end);
   request.options.rtol = options.rtol ? positive_number("--rtol", *options.rtol) : 1e-10;
-  request.options.atol = request.options.rtol;
+  request.options.atol = AbsoluteTolerance::at_most(request.options.rtol);
   choose_starts(request, options);
   request.paths = writable_files(options.out, {".csv", ".html", ".svg"});
   return request;

@@ -113,7 +113,7 @@ SensitivityTask task_of(const SensitivityCommandOptions& options) {
   choose_to(task, options.to);
   if (options.samples) task.samples = whole_number("--samples", *options.samples, 2, 1'000'000);
   task.options.rtol = options.rtol ? positive_number("--rtol", *options.rtol) : 1e-11;
-  task.options.atol = task.options.rtol;
+  task.options.atol = AbsoluteTolerance::at_most(task.options.rtol);
   if (options.method) task.method.name = *options.method;
   const MethodInfo& method = method_named(task.method.name);
   if (const std::string why = variation_misfit(*task.model, method.name); !why.empty()) {
@@ -137,7 +137,7 @@ SensitivityTask task_of(const SensitivityCommandOptions& options) {
 VariedMotion motion_of(const SensitivityTask& task, double coarser, bool with_samples) {
   Options options = task.options;
   options.rtol *= coarser;
-  options.atol = options.rtol;
+  options.atol = AbsoluteTolerance::at_most(options.rtol);
   const double t0 = task.start.t;
   for (long k = 0; with_samples && k <= task.samples; ++k)
     options.output_times.push_back(k == task.samples ? task.t_end : t0 + (task.t_end - t0) * static_cast<double>(k) / static_cast<double>(task.samples));

@@ -178,7 +178,7 @@ void run_with(const Method& method, const System& system, const Request& request
   std::vector<double> frame_times;
   if (request.most_frames > 1) frame_times = equal_times(start.t, request.t_end, request.most_frames);
 
-  Options options{.rtol = request.rtol, .atol = request.atol, .keep_trajectory = false};
+  Options options{.rtol = request.rtol, .atol = atol_of(request), .keep_trajectory = false};
   std::merge(sample_times.begin(), sample_times.end(), frame_times.begin(), frame_times.end(),
              std::back_inserter(options.output_times));
   if (request.atol_each.size() > 0) options.atol = request.atol_each;
@@ -222,7 +222,7 @@ void run_with(const Method& method, const System& system, const Request& request
 
 template <class Method, class System, class O>
 BareResult bare(const Method& method, const System& system, const FirstOrderState& start, const Request& request, const O& observer) {
-  Options options{.rtol = request.rtol, .atol = request.atol, .keep_trajectory = false};
+  Options options{.rtol = request.rtol, .atol = atol_of(request), .keep_trajectory = false};
   if (request.atol_each.size() > 0) options.atol = request.atol_each;
   if (request.samples > 1) options.output_times = equal_times(start.t, request.t_end, request.samples);
   auto run = simulate(system, start, request.t_end, method, options, observer);

@@ -31,7 +31,12 @@ struct Request {
   int samples = 500;           // rows of the table, both ends included
   int most_frames = 0;         // of the animation; 0 for none
   bool forces = false;         // whether the animation shows them as arrows
+  bool atol_is_given = false;  // by the user; else the run may lower it (integrate/driver/natural_tolerances.hpp)
 };
+
+inline AbsoluteTolerance atol_of(const Request& request) {
+  return request.atol_is_given ? AbsoluteTolerance(request.atol) : AbsoluteTolerance::at_most(request.atol);
+}
 
 /// A state with its energies.
 struct Sample {

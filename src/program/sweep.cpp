@@ -140,6 +140,7 @@ Sweep sweep_of(const SweepOptions& options) {
     throw UsageError("--method: must fit " + options.scene + ", but " + sweep.request.method + " " + why);
   sweep.request.rtol = options.rtol ? positive_number("--rtol", *options.rtol) : 1e-8;
   sweep.request.atol = options.atol ? positive_number("--atol", *options.atol) : sweep.request.rtol;
+  sweep.request.atol_is_given = options.atol.has_value();
   sweep.request.samples = 0;
   if (options.threads) sweep.many.threads = static_cast<int>(whole_number("--threads", *options.threads, 1, 1024));
   if (options.out) sweep.paths = {*options.out + ".csv", *options.out + ".npz", *options.out + ".html"};

@@ -40,12 +40,12 @@ TEST_CASE("an option outside its range is named with the rule, the value and a r
   REQUIRE(complaint({.rtol = 0}) ==
           "rtol must lie between 2.3e-15 (double has no more digits) and 1, but is 0; try 1e-9");
   REQUIRE(complaint({.atol = -1e-9}) ==
-          "atol must be positive and finite, but is -1e-09; give the size below which the component no longer matters");
+          "atol must be finite and not negative, but is -1e-09; give the size below which the component no longer matters");
   REQUIRE(complaint({.atol = 1e-310}) ==
-          "atol must be at least 2.3e-308 (smaller numbers lose their digits), but is 1e-310; give the size below which the component no "
+          "atol must be 0 or at least 2.3e-308 (smaller numbers lose their digits), but is 1e-310; give the size below which the component no "
           "longer matters");
-  REQUIRE(complaint({.atol = {1e-9, 0.0}}) ==
-          "atol[1] must be positive and finite, but is 0; give the size below which the component no longer matters");
+  REQUIRE(complaint({.atol = {1e-9, -1.0}}) ==
+          "atol[1] must be finite and not negative, but is -1; give the size below which the component no longer matters");
   REQUIRE(complaint({.max_step = 0}) == "max_step must be positive, but is 0; leave it out for no limit");
   REQUIRE(
       complaint({.initial_step = 2, .max_step = 1}) ==

@@ -206,3 +206,15 @@ TEST_CASE("a run ends by name where V has no value, though its slope would be a 
   });
   CHECK(ends(lifted, falling, Dop853{}) == "non_finite: V");
 }
+
+TEST_CASE("a run that loses more than a quarter of its energy does not count as completed, whatever its tolerances allow") {
+  // a spring of 1 kHz over 10 s: at rtol = 1e-3 each step may change a thousandth
+  const auto spring = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.5e6 * q[0] * q[0]; });
+  for (const double rtol : {1e-2, 1e-3}) {
+    const auto run = simulate(spring, stretched, 10.0, Dop853{}, {.rtol = rtol, .atol = rtol});
+    CHECK(run.outcome == Outcome::energy_drift);
+    CHECK(run.t == 10.0);
+    CHECK(run.statistics.energy_drift < run.statistics.energy_allowed);
+  }
+  CHECK(simulate(spring, stretched, 10.0, Dop853{}, {.rtol = 1e-6, .atol = 1e-6}).completed());
+}

@@ -53,7 +53,7 @@ struct BetweenOptions {
   int legs = 8;               ///< of multiple shooting; more where neighbours part quickly
   double tolerance = 1e-9;    ///< of the gaps between legs, as part of the extent of the path
   int most_iterations = 60;   ///< steps of Newton's method
-  Options integration = {.rtol = 1e-11, .atol = 1e-12};  ///< of every run
+  Options integration = {.rtol = 1e-11};  ///< of every run
 };
 
 /// A time at which neighbours of a motion meet it again that left its start with other velocities.

@@ -71,7 +71,7 @@ struct OrbitOptions {
   int max_iterations = 30;                            ///< steps of Newton's method
   double tolerance = 1e-10;                           ///< of x(t₀ + T) − x(t₀), each component beside its extent on the orbit
   Eigen::VectorXd advance{};                          ///< of q in a period, n: 2π for an angle that goes round; empty for none
-  Options integration{.rtol = 1e-13, .atol = 1e-14};  ///< of the runs and their derivatives
+  Options integration{.rtol = 1e-13, .atol = AbsoluteTolerance::at_most(1e-14)};  ///< of the runs and their derivatives
 };
 
 namespace detail {
@@ -101,7 +101,7 @@ ClosingEquations closing_equations(const char* who, const Shooting& of, const Ei
     for (const double later : {0.31 * period, 0.77 * period}) {
       const Eigen::VectorXd change = of.rate(x, p, later) - f;
       Eigen::Index i = 0;
-      if (change.cwiseAbs().maxCoeff(&i) > 1e-9 * std::max(1.0, f.cwiseAbs().maxCoeff()))
+      if (change.cwiseAbs().maxCoeff(&i) > 1e-9 * f.cwiseAbs().maxCoeff())
         throw_invalid_value({who, ": nothing may depend on the time, but the rate of ", of.name(i), " changes by ", {change[i], 6}, " within ", {later, 6},
                              "; pass driven(), with the period of what drives it"});
     }
@@ -112,7 +112,7 @@ ClosingEquations closing_equations(const char* who, const Shooting& of, const Ei
     equations.measure(x, first.extent);
   }
   equations.scale[N] = period;
-  equations.scale[N + 1] = std::max(std::abs(p), 1.0);
+  equations.scale[N + 1] = p != 0.0 && std::abs(p) < 1e-3 ? std::abs(p) : std::max(std::abs(p), 1.0);
   if (held.what == Held::What::coordinate && (held.coordinate < 0 || held.coordinate >= N / 2))
     throw_invalid_value({who, ": the coordinate that is held must be one of 0 to ", N / 2 - 1, ", but is ", held.coordinate, "; give its index"});
   for (Eigen::Index i = 0; i < N; ++i)
@@ -120,7 +120,7 @@ ClosingEquations closing_equations(const char* who, const Shooting& of, const Ei
   if (!equations.driven && held.what != Held::What::period) equations.free.push_back(N);
   if (held.what == Held::What::energy) {
     const double h = of.energy(x, p);
-    if (std::abs(of.energy(x, p, 0.31 * period) - h) > 1e-9 * std::max(1.0, std::abs(h)))
+    if (std::abs(of.energy(x, p, 0.31 * period) - h) > 1e-9 * std::abs(h))
       throw_invalid_value({who, ": an energy that is held must not depend on the time, but it does; pass driven() or hold_period()"});
     equations.energy = held.value ? *held.value : h;
     if (!std::isfinite(*equations.energy))

@@ -217,6 +217,10 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
   if (columns == 0) throw InvalidValue("sensitivities must be with respect to something; ask for the start, for its time, or give parameters");
   if (order == 2) equations.pairs = columns * (columns + 1) / 2;
   const Eigen::VectorXd both = begun(equations, start, options, slope_of_start);
+  if (options.atol.is_default() && t_end != start.t) {
+    const NaturalTolerances found = natural_tolerances(driven_form(equations.form()), options, start.t, both.head(size), t_end - start.t);
+    if (found.each.size() > 0) equations.atol = found.each;
+  }
   if (options.atol.size() > 1) {
     Eigen::VectorXd each(equations.size());
     for (Eigen::Index i = 0; i < each.size(); ++i) each[i] = options.atol[i % size];
@@ -228,7 +232,7 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
     // The root of the mean square is that of y alone again, where the columns' share is nothing.
     const double share = 1.0 / std::sqrt(static_cast<double>(1 + columns));
     Eigen::VectorXd each = Eigen::VectorXd::Constant(equations.size(), 1e300);
-    for (Eigen::Index i = 0; i < size; ++i) each[i] = share * options.atol[i];
+    for (Eigen::Index i = 0; i < size; ++i) each[i] = share * equations.atol[i];
     options.rtol = std::max(share * options.rtol, least_rtol);
     options.atol = each;
   }

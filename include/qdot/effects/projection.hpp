@@ -94,13 +94,32 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
     geometry.move_to(q, qdot, z);
     distance = 0.0;
   };
+  // Changes count beside the coordinates, or beside 1 where these are zero; in a row whose coordinates are all small, beside its own terms.
+  Vector<double, m> terms = Vector<double, m>::Zero(phi.size());
+  bool is_small = false;
+  const auto measure = [&] {
+    Vector<double, n> sizes(q.size());
+    for (Eigen::Index j = 0; j < q.size(); ++j) sizes[j] = std::abs(q[j]);
+    for (Eigen::Index i = 0; i < phi.size(); ++i) {
+      terms[i] = geometry.reach(i, sizes);
+      is_small = is_small || (terms[i] > 0.0 && terms[i] < 1e-3 * geometry.length(i));
+    }
+  };
   while (report.residual > 0) {
     if (report.iterations == most_iterations) fail("Newton's method took 25 steps and did not arrive");
+    const bool is_first = report.iterations == 0;
     if (!(distance <= nearby)) factor_here();
+    if (is_first) measure();
     const Vector<double, n> step = way_back(geometry, q, phi);
     ++report.iterations;
     double change = 0.0;  // relative to the size of each coordinate
     for (Eigen::Index i = 0; i < q.size(); ++i) change = std::max(change, std::abs(step[i]) / (1.0 + std::abs(q[i])));
+    if (is_small) {
+      Vector<double, n> sizes(q.size());
+      for (Eigen::Index j = 0; j < q.size(); ++j) sizes[j] = std::abs(step[j]);
+      for (Eigen::Index i = 0; i < phi.size(); ++i)
+        if (terms[i] > 0.0) change = std::max(change, geometry.reach(i, sizes) / terms[i]);
+    }
     if (!all_finite(step)) fail("a Newton step is not finite");
     for (Eigen::Index i = 0; i < q.size(); ++i) q[i] += step[i];
     distance += change;
@@ -124,10 +143,13 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
   for (Eigen::Index i = 0; i < phi.size(); ++i) length[i] = geometry.length(i);
   // A Newton iteration that stands still on contradicting rows has not arrived.
   constexpr double arrived = 1e-8;
-  const auto is_off = [&](Eigen::Index i, double size) { return std::abs(phi[i]) > arrived * (length[i] * (1.0 + size) + (length[i] < 1e-12 ? 1.0 : 0.0)); };
+  const auto is_off = [&](Eigen::Index i, double size, double own) {
+    if (is_small && own > 0.0) return std::abs(phi[i]) > arrived * own;
+    return std::abs(phi[i]) > arrived * (length[i] * (1.0 + size) + (length[i] < 1e-12 ? 1.0 : 0.0));
+  };
   const double size_of_q = largest(q), size_of_qdot = largest(qdot_start);
   for (Eigen::Index i = 0; i < phi.size(); ++i)
-    if (is_off(i, size_of_q))
+    if (is_off(i, size_of_q, terms[i]))
       fail("no state satisfies all of them");
   report.rank = geometry.rank();
   phi = constraint_velocity(scene, q, qdot, t, z);
@@ -137,13 +159,14 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
   for (Eigen::Index i = 0; i < phi.size(); ++i) reach = std::max(reach, geometry.reach(i, speed));
   if (distance * largest(phi) > negligible * reach) factor_here();
   for (Eigen::Index i = 0; i < phi.size(); ++i) phi[i] = -phi[i];
+  const Vector<double, m> before = phi;
   const Vector<double, n> change_of_qdot = geometry.displacement(phi);
   for (Eigen::Index i = 0; i < q.size(); ++i) qdot[i] += change_of_qdot[i];
   phi = constraint_velocity(scene, q, qdot, t, z);
   require_finite_rows(scene, t, phi);
   report.velocity_residual = largest(phi);
   for (Eigen::Index i = 0; i < phi.size(); ++i)
-    if (is_off(i, size_of_qdot))
+    if (is_off(i, size_of_qdot, geometry.reach(i, speed) + std::abs(before[i])))
       fail("no velocity satisfies all of them");
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     report.moved_q = std::max(report.moved_q, std::abs(q[i] - q_start[i]));

@@ -43,6 +43,9 @@ class AnyStepper {
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) { held_->reset(at, y); }
   bool step(double t_limit) { return held_->step(t_limit); }
 
+  /// Takes other absolute tolerances, before a reset, where the stepper can.
+  void tolerate(const Eigen::VectorXd& atol) { held_->tolerate(atol); }
+
   /// Whether what the stepper has recorded of its system still holds.
   bool is_current() { return held_->is_current(); }
 
@@ -70,6 +73,7 @@ class AnyStepper {
     virtual ~Held() = default;
     virtual void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& state) = 0;
     virtual bool step(double t_limit) = 0;
+    virtual void tolerate(const Eigen::VectorXd& atol) = 0;
     virtual bool is_current() = 0;
     virtual const Failure& failure() const = 0;
     virtual int order() const = 0;
@@ -96,6 +100,9 @@ class AnyStepper {
       const bool accepted = stepper.step(t_limit);
       look();
       return accepted;
+    }
+    void tolerate([[maybe_unused]] const Eigen::VectorXd& atol) override {
+      if constexpr (requires { stepper.tolerate(atol); }) stepper.tolerate(atol);
     }
     bool is_current() override {
       if constexpr (requires { stepper.is_current(); }) return stepper.is_current();

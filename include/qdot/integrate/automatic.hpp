@@ -86,6 +86,13 @@ class BasicAutomaticStepper {
 
   bool step(double t_limit);
 
+  /// Takes other absolute tolerances, before a reset.
+  void tolerate(const Eigen::VectorXd& atol) {
+    atol_ = atol;
+    for (std::optional<AnyStepper>& member : steppers_)
+      if (member) member->tolerate(atol);
+  }
+
   bool is_current() { return at(active_).is_current(); }  ///< whether what the active method has recorded still holds
   const Failure& failure() const { return steppers_[active_]->failure(); }
   double t() const noexcept { return steppers_[active_]->t(); }
@@ -166,6 +173,7 @@ class BasicAutomaticStepper {
   int patience_ = first_patience;           // how many of them it takes
   bool series_failed_ = false, stiff_failed_ = false, has_looked_ = false;
   double elapsed_mark_ = 0.0, cost_mark_ = 0.0;   // at the last check
+  Eigen::VectorXd atol_;                          // where they are other than in the options
   Statistics statistics_;
 };
 
@@ -250,7 +258,10 @@ bool BasicAutomaticStepper<Number>::turn_to(Member m) {
   Failure ignored;
   next_ = active_;
   const bool ready = detail::attempted(ignored, [&] {
-    if (m == stiff && !steppers_[stiff]) steppers_[stiff] = make_stiff_();
+    if (m == stiff && !steppers_[stiff]) {
+      steppers_[stiff] = make_stiff_();
+      if (atol_.size() > 0) at(stiff).tolerate(atol_);
+    }
     at(m).reset(from, state);
   });
   const std::string why = std::exchange(why_, {});

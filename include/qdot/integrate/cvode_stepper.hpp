@@ -40,6 +40,9 @@ class CvodeStepper {
   /// One accepted step towards t_limit, landing on it exactly if it comes that far.
   bool step(double t_limit) { return detail::cvode::step(*core_, t_limit); }
 
+  /// Takes other absolute tolerances, before a reset.
+  void tolerate(const Eigen::VectorXd& atol) { detail::cvode::tolerate(*core_, atol); }
+
   const Failure& failure() const noexcept { return core_->failure; }
   double t() const noexcept { return core_->t; }
   double t_previous() const noexcept { return core_->t_previous; }

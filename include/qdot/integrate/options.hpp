@@ -29,13 +29,28 @@
 
 namespace qdot {
 
-/// Absolute tolerance: one number for all components, or one for each.
+namespace detail {
+
+inline constexpr double default_atol = 1e-12, ordinary_size = 1e-3;  // motions of which it suits
+
+}  // namespace detail
+
+/// Absolute tolerance: one number for all components, or one for each; or left to the run: 1e-12, and less for components whose motion is smaller than a
+/// thousandth (integrate/driver/natural_tolerances.hpp).
 class AbsoluteTolerance {
  public:
+  AbsoluteTolerance() : AbsoluteTolerance(detail::default_atol) { is_default_ = true; }
   AbsoluteTolerance(double all) : values_(1) { values_[0] = all; }
   AbsoluteTolerance(Eigen::VectorXd each) : values_(std::move(each)) {}
   AbsoluteTolerance(std::initializer_list<double> each)
       : values_(Eigen::Map<const Eigen::VectorXd>(each.begin(), static_cast<Eigen::Index>(each.size()))) {}
+
+  /// A number that the run may lower for components whose motion is small.
+  static AbsoluteTolerance at_most(double all) {
+    AbsoluteTolerance result(all);
+    result.is_default_ = true;
+    return result;
+  }
 
   /// Number of values given: 1, or one for each component of y.
   Eigen::Index size() const noexcept { return values_.size(); }
@@ -43,14 +58,18 @@ class AbsoluteTolerance {
   /// The tolerance of component i.
   double operator[](Eigen::Index i) const { return values_[values_.size() == 1 ? 0 : i]; }
 
+  /// Whether it is left to the run.
+  bool is_default() const noexcept { return is_default_; }
+
  private:
   Eigen::VectorXd values_;
+  bool is_default_ = false;
 };
 
 /// What a run is asked to do. Times in the units of t.
 struct Options {
   double rtol = 1e-9;              ///< relative tolerance of the local error, every component
-  AbsoluteTolerance atol = 1e-12;  ///< absolute tolerance, one or per component of y, each in its component's units
+  AbsoluteTolerance atol = {};     ///< absolute tolerance, one or per component of y, in its units; left out, 1e-12 or what a smaller motion asks for
   double initial_step = 0.0;       ///< |h| to try first; 0 lets the method choose
   double max_step = std::numeric_limits<double>::infinity();          ///< largest |h|
   long max_steps = 10'000'000;                                        ///< accepted steps
@@ -81,6 +100,9 @@ inline void require_option(bool holds, const char* option, const char* rule, dou
   if (!holds) refuse_option(option, rule, given, remedy);
 }
 
+// What stands for atol = 0: a component that is 0 before and after a step has no error, and 0/0 is no part of it.
+inline double positive_atol(double atol) { return atol > 0.0 ? atol : std::numeric_limits<double>::min(); }
+
 inline constexpr double least_rtol = 10 * std::numeric_limits<double>::epsilon();
 
 /// Checks everything in the options that does not depend on the run's times.
@@ -98,8 +120,8 @@ template <class Number = double>
   for (Eigen::Index i = 0; i < options.atol.size(); ++i) {
     const double atol = options.atol[i];
     const bool vanishes = atol > 0 && atol < std::numeric_limits<double>::min();  // 1/atol may be infinite
-    require_option(is_limit(atol) && std::isfinite(atol) && !vanishes, options.atol.size() == 1 ? "atol" : sentence({"atol[", i, "]"}).c_str(),
-                   vanishes ? "must be at least 2.3e-308 (smaller numbers lose their digits)" : "must be positive and finite", atol,
+    require_option(atol >= 0 && std::isfinite(atol) && !vanishes, options.atol.size() == 1 ? "atol" : sentence({"atol[", i, "]"}).c_str(),
+                   vanishes ? "must be 0 or at least 2.3e-308 (smaller numbers lose their digits)" : "must be finite and not negative", atol,
                    "give the size below which the component no longer matters");
   }
   require_option(is_limit(options.max_step), "max_step", "must be positive", options.max_step,

@@ -105,7 +105,7 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
       return "choose a start or parameters whose motion meets its events one at a time and not at a tangent, or end the run before.";
     case Outcome::energy_drift:
       return "let T and V be smooth and depend on nothing but their arguments: T(q, qdot, t) or V(q, t) where the time matters, "
-             "an event where V jumps; or raise energy_drift_limit.";
+             "an event where V jumps; or tighten rtol and atol; or raise energy_drift_limit.";
     case Outcome::solver_error: return "please report this message together with the program that gave it.";
   }
   return "";

@@ -63,6 +63,13 @@ class ProjectingStepper {
     return true;
   }
 
+  /// Takes other absolute tolerances, before a reset.
+  void tolerate(const Eigen::VectorXd& atol)
+    requires requires(S& s) { s.tolerate(atol); }
+  {
+    stepper_.tolerate(atol);
+  }
+
   const Failure& failure() const noexcept { return failure_; }
   double t() const noexcept { return t_; }
   double t_previous() const noexcept { return t_previous_; }

@@ -97,6 +97,10 @@ class TaylorStepper : public detail::OneStep<F> {
   /// @throws as RungeKuttaStepper::reset; NotAnalytic as the constructor
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     this->begin(at, y);
+    for (Eigen::Index i = 0; i < size(); ++i)
+      if (this->y_[i] == 0.0 && this->atol_[i] == detail::positive_atol(0.0))
+        detail::throw_invalid_value({"atol must be positive for taylor where a component starts at 0, as ", this->form().component_name(i),
+                                     " does, but is 0; give it the size below which the component no longer matters, or take Dop853"});
     const double t = this->clock_.shown(this->elapsed_);
     series_.renew(this->form());
     steps_before_ = this->statistics_.steps;

@@ -75,7 +75,7 @@ struct OptimalOptions {
   int most_refinements = 8;
   int most_intervals = 1000;  ///< of the last mesh
   int most_iterations = 500;  ///< of the solver, on each mesh
-  Options integration = {.rtol = 1e-11, .atol = 1e-12};  ///< of the runs
+  Options integration = {.rtol = 1e-11};  ///< of the runs
 };
 
 namespace detail {

@@ -94,7 +94,8 @@ class ShootingOf final : public Shooting {
     constexpr int samples = 24;
     Options options = options_;
     options.rtol *= coarser;
-    options.atol = Eigen::VectorXd(coarser * each_atol(options_, options_.atol.size()));
+    if (options.atol.is_default()) options.atol = AbsoluteTolerance::at_most(coarser * options_.atol[0]);
+    else options.atol = Eigen::VectorXd(coarser * each_atol(options_, options_.atol.size()));
     for (int k = 0; k <= samples; ++k) options.output_times.push_back(k == samples ? t_ + period : t_ + period * k / samples);
     Shot shot;
     const auto taken = [&](const auto& s) {

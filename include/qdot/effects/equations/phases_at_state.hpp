@@ -10,6 +10,7 @@
 //     between steps of a run      a gap and a velocity of 1e-4 of their size may be none, for a dense output keeps constraints
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <optional>
@@ -28,7 +29,8 @@ namespace detail {
 template <class Q>
 Eigen::VectorXd resolution_of(const Q& q, const Q& qdot) {
   Eigen::VectorXd tolerance(2 * q.size());
-  tolerance << 1e-9 * q.cwiseAbs().array() + 1e-12, 1e-9 * qdot.cwiseAbs().array() + 1e-12;
+  const auto least = [](double most) { return most > 0.0 ? std::min(1e-12, 1e-9 * most) : 1e-12; };  // as runs have it
+  tolerance << 1e-9 * q.cwiseAbs().array() + least(q.cwiseAbs().maxCoeff()), 1e-9 * qdot.cwiseAbs().array() + least(qdot.cwiseAbs().maxCoeff());
   return tolerance;
 }
 

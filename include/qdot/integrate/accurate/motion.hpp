@@ -88,7 +88,7 @@ inline void lend_sizes(Eigen::VectorXd& sizes, Eigen::Index dof, double least) {
 }
 
 // What rounding can make of each component, seen from states (columns of y at times t); dof 0 for a system without coordinates.
-template <FirstOrderSystem F>
+template <class F>
 Eigen::VectorXd rounding_sizes(const F& system, Eigen::Index dof, const std::vector<double>& t, const Eigen::MatrixXd& states,
                                double duration) {
   constexpr double change = 1.0 / (1 << 26);
@@ -122,12 +122,15 @@ Eigen::VectorXd rounding_sizes(const F& system, Eigen::Index dof, const std::vec
 }
 
 // The sizes that were seen, corrected where one is so small beside the others that it may be rounding.
-template <FirstOrderSystem F>
+template <class F>
 ComponentSizes component_sizes(const F& system, Eigen::Index dof, const Eigen::VectorXd& seen, const std::vector<double>& t,
                                const Eigen::MatrixXd& states, double duration) {
   constexpr double suspicious = 1e-9;
   ComponentSizes result{seen, std::vector<bool>(static_cast<std::size_t>(seen.size()), false)};
-  if (seen.size() == 0 || seen.minCoeff() >= suspicious * seen.maxCoeff()) return result;
+  const auto alike = [&](Eigen::Index begin, Eigen::Index count) {  // a velocity beside velocities: units of time say nothing
+    return count == 0 || seen.segment(begin, count).minCoeff() >= suspicious * seen.segment(begin, count).maxCoeff();
+  };
+  if (alike(0, dof) && alike(dof, dof) && alike(2 * dof, seen.size() - 2 * dof)) return result;
   const Eigen::VectorXd rounding = rounding_sizes(system, dof, t, states, duration);
   for (Eigen::Index i = 0; i < seen.size(); ++i) {
     result.zero[static_cast<std::size_t>(i)] = seen[i] <= rounding[i] && rounding[i] > 0;

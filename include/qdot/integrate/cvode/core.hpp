@@ -65,7 +65,8 @@ inline constexpr double shortest = std::numeric_limits<double>::min() / epsilon;
 // Declared in the order of construction: the context first, CVODE's memory last.
 struct Core {
   CvodeSettings settings;
-  double max_step, initial_step;
+  double max_step, initial_step, rtol;
+  bool has_zero_atol = false;
   Messages messages;
   ContextHandle context;
   GuardedSystem guard;
@@ -89,6 +90,7 @@ struct Core {
   [[gnu::cold]] Core(std::unique_ptr<MethodForm> system, NewtonMaker newton_of, CvodeSettings wanted, const Options& options);
   [[gnu::cold]] void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y0);
   bool step(double t_limit);
+  void tolerate(const Eigen::VectorXd& atol);
   PolynomialView polynomial();
 
   VectorHandle view_of(Eigen::VectorXd& data) {
@@ -109,6 +111,7 @@ inline Core::Core(std::unique_ptr<MethodForm> system, NewtonMaker newton_of, Cvo
     : settings(std::move(wanted)),
       max_step(options.max_step),
       initial_step(options.initial_step),
+      rtol(options.rtol),
       messages{[](bool, const char* text, void* self) noexcept {
                  const auto& sink = static_cast<const Core*>(self)->settings.on_message;
                  try {
@@ -140,8 +143,7 @@ inline Core::Core(std::unique_ptr<MethodForm> system, NewtonMaker newton_of, Cvo
   require(redirect_messages(memory.get(), messages), "CVodeSetErrHandlerFn");
   require(CVodeInit(memory.get(), &GuardedSystem::right_hand_side, 0.0, y_vector.get()), "CVodeInit");
   require(CVodeSetUserData(memory.get(), &guard), "CVodeSetUserData");
-  for (Eigen::Index i = 0; i < n; ++i) weights[i] = options.atol[i];  // copied by the next call
-  require(CVodeSVtolerances(memory.get(), options.rtol, weight_vector.get()), "CVodeSVtolerances");
+  tolerate(Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index i) { return options.atol[i]; }));
   require(CVodeSetMaxNumSteps(memory.get(), -1), "CVodeSetMaxNumSteps");  // the driver counts
   require(CVodeSetMaxHnilWarns(memory.get(), -1), "CVodeSetMaxHnilWarns");
   require(CVodeSetMaxOrd(memory.get(), settings.max_order), "CVodeSetMaxOrd");
@@ -186,12 +188,21 @@ inline void Core::reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd
   for (Eigen::Index i = 0; i < n; ++i)
     if (!std::isfinite(y0[i]))
       detail::throw_invalid_value({guard.system().component_name(i), " must be finite at the start, but is ", y0[i], "; give it a number"});
+    else if (has_zero_atol && y0[i] == 0.0)
+      detail::throw_invalid_value({"atol must be positive for ", settings.name, " where a component starts at 0, as ", guard.system().component_name(i),
+                                   " does, but is 0; give it the size below which the component no longer matters, or take Dop853"});
   guard.renew();
   guard.start(at, y0);
   t = t_previous = t0;
   elapsed = elapsed_before = at.elapsed;
   y = y0;
   restart_cvode();
+}
+
+inline void Core::tolerate(const Eigen::VectorXd& atol) {
+  has_zero_atol = atol.size() > 0 && atol.minCoeff() == 0.0;
+  for (Eigen::Index i = 0; i < atol.size(); ++i) weights[i] = detail::positive_atol(atol[i]);  // copied by the next call
+  require(CVodeSVtolerances(memory.get(), rtol, weight_vector.get()), "CVodeSVtolerances");
 }
 
 inline void Core::restart_cvode() {
@@ -360,6 +371,10 @@ bool step(Core& core, double t_limit) {
   return core.step(t_limit);
 }
 template <class Number = double>
+void tolerate(Core& core, const Eigen::VectorXd& atol) {
+  core.tolerate(atol);
+}
+template <class Number = double>
 PolynomialView polynomial(Core& core) {
   return core.polynomial();
 }
@@ -369,6 +384,7 @@ extern template std::unique_ptr<Core> new_core<double>(std::unique_ptr<MethodFor
 extern template void reset<double>(Core&, const Moment&, const Eigen::Ref<const Eigen::VectorXd>&);
 extern template bool step<double>(Core&, double);
 extern template PolynomialView polynomial<double>(Core&);
+extern template void tolerate<double>(Core&, const Eigen::VectorXd&);
 #endif
 
 }  // namespace detail::cvode

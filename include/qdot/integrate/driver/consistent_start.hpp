@@ -20,10 +20,16 @@ template <class Form>
 void require_consistent(const Form& system, double t0, Eigen::VectorXd& y0, Eigen::VectorXd& projected) {
   projected = y0;
   system.project(t0, projected);
+  const auto size_of = [&](Eigen::Index begin, Eigen::Index count) {  // 1 and more, unless all of a kind are small
+    const double most = count > 0 ? y0.segment(begin, count).cwiseAbs().maxCoeff() : 0.0;
+    return most > 0.0 && most < 1e-3 ? most : 1.0;
+  };
+  const Eigen::Index n = std::min<Eigen::Index>(system.dof(), y0.size() / 2);
+  const double place = size_of(0, n), speed = size_of(n, n);
   double moved = 0.0;
   Eigen::Index worst = 0;
   for (Eigen::Index i = 0; i < y0.size(); ++i)
-    if (const double part = std::abs(projected[i] - y0[i]) / (1.0 + std::abs(y0[i])); part > moved) {
+    if (const double part = std::abs(projected[i] - y0[i]) / ((i < n ? place : i < 2 * n ? speed : 1.0) + std::abs(y0[i])); part > moved) {
       moved = part;
       worst = i;
     }

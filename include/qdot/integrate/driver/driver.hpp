@@ -7,12 +7,10 @@
 //
 //     step → check → keep → show → budget,
 //
-// that is: one accepted step of the method, on the constraints; is the state finite and within its limit; append the
-// step's polynomial and fill the output times that it covers; show it to the observer; are steps,
-// evaluations and seconds left. At a stop time the method is reset, because what it knows of the past
-// no longer holds behind a switch. Where there are events (event.hpp), a step is searched for them before it is
-// kept, and one that stops the run or changes the state cuts it short. Whatever ends the run, everything
-// up to the last good step stays.
+// that is: one accepted step of the method, on the constraints; is the state finite and within its limit; append the step's polynomial and fill the
+// output times that it covers; show it to the observer; are steps, evaluations and seconds left. At a stop time the method is reset, because what it
+// knows of the past no longer holds behind a switch. Where there are events (event.hpp), a step is searched for them before it is kept, and one that
+// stops the run or changes the state cuts it short. Whatever ends the run, everything up to the last good step stays.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -33,6 +31,7 @@
 #include "qdot/integrate/driver/event_watch.hpp"
 #include "qdot/integrate/driver/landing_points.hpp"
 #include "qdot/integrate/driver/listed_event.hpp"
+#include "qdot/integrate/driver/natural_tolerances.hpp"
 #include "qdot/integrate/driver/output_samples.hpp"
 #include "qdot/integrate/driver/run_limits.hpp"
 #include "qdot/integrate/event.hpp"
@@ -60,7 +59,8 @@ class Driver {
   Driver(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget, Onlooker onlooker,
          std::vector<ListedEvent> events)
       : system_(system), stepper_(std::move(stepper)), options_(options), onlooker_(onlooker), watch_(system, std::move(events)),
-        watchdog_(system.watch(options)), watches_time_(watchdog_->watches_time() && !stepper_.has_fixed_step()), limits_(budget), run_(run) {}
+        watchdog_(system.watch(options_)), scale_is_known_(!options.atol.is_default() || stepper_.has_fixed_step()),
+        watches_time_(watchdog_->watches_time() && !stepper_.has_fixed_step()), limits_(budget), run_(run) {}
 
   // The same once more and without anything kept but the end: a stretch of a motion that somebody else cuts into stretches, for whom
   // steps, evaluations and seconds are counted afresh. Events that stopped the one before are given as it left them in stopped_by(), and do
@@ -70,7 +70,7 @@ class Driver {
     limits_.begin_again(options_, stepper_.statistics());
     run_.outcome = Outcome::completed;
     run_.events.clear();
-    t_end_ = t_end;
+    t_end_ = leg_end_ = t_end;
     if (start(t0, y0) && t_end != t0) leg(t_end);
     run_.message = run_.completed() ? std::string() : how_it_ended(run_.outcome, run_.message, run_.t, limits_.steps_of_stretch(stepper_.statistics()));
   }
@@ -84,7 +84,7 @@ class Driver {
 
   void run(double t0, const Eigen::VectorXd& y0, double t_end) {
     const auto landings = landing_points(options_.stop_times, t0, t_end);
-    t_end_ = t_end;
+    t_end_ = t_end, leg_end_ = landings.empty() ? t_end : landings.front();
     outputs_.prepare(options_.output_times, t0, t_end, system_.size());
     run_.trajectory = Trajectory<>(system_.dof());
     if (start(t0, y0)) {
@@ -104,6 +104,7 @@ class Driver {
     if constexpr (watches) watch_.settle(t0, y0, tolerance(y0), run_.events);
     if (system_.is_constrained()) require_consistent(system_, t0, y0, projected_);
     run_.trajectory.start(t0, y0);
+    take_scale(t0, y0);
     try {
       stepper_.reset(t0, y0);
     } catch (const StopRequest& request) {
@@ -116,6 +117,9 @@ class Driver {
     if constexpr (watches) watch_.begin(t0, y0, tolerance(y0), true);
     return true;
   }
+
+  // The tolerances that the motion asks for where the user gave none; as long as nothing moves, each fresh start asks again.
+  void take_scale(double t, const Eigen::VectorXd& y) { scale_is_known_ = scale_is_known_ || takes_natural(system_, options_, stepper_, t, y, leg_end_); }
 
   // From here to `landing`, with a landing at each time of a clock (integrate/driver/event_clocks.hpp).
   bool legs(double landing, [[maybe_unused]] bool at_start) {
@@ -156,7 +160,7 @@ class Driver {
   }
 
   void begin_afresh(bool at_start) {
-    ++restarts_;
+    ++restarts_, take_scale(run_.t, run_.y);
     reset_at(stepper_, clock_.moment(elapsed_), run_.y);
     if constexpr (watches) watch_.begin(run_.t, run_.y, tolerance(run_.y), at_start);
     watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);
@@ -244,14 +248,14 @@ class Driver {
   // A fresh start of the method from where it is, one rounding unit of t behind the switch, whichever side the model
   // counts the switch to. The trajectory so far must survive what the model throws.
   bool restart(double landing) {
-    ++restarts_;
+    ++restarts_, leg_end_ = landing;
     const double behind = std::nextafter(run_.t, landing);
     return guarded([&] {
       if constexpr (watches)
         if (landing > run_.t && watch_.settle_behind_jump(behind, run_.y, tolerance(run_.y), run_.events))
           if (options_.keep_trajectory) run_.trajectory.jump(run_.y);
-      reset_at(stepper_, Moment(run_.t, 0.0, behind == landing ? run_.t : behind), run_.y);
-      count_from_here();
+      take_scale(behind, run_.y);
+      reset_at(stepper_, Moment(run_.t, 0.0, behind == landing ? run_.t : behind), run_.y), count_from_here();
       watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);
     });
   }
@@ -349,6 +353,7 @@ class Driver {
     run_.statistics = stepper_.statistics();
     run_.statistics.restarts = restarts_;
     watchdog_->report(run_.statistics);
+    if (const auto verdict = run_.completed() ? watchdog_->verdict() : std::nullopt) end(*verdict);
     if constexpr (watches) watch_.report(run_.statistics);
     run_.statistics.wall_seconds = limits_.seconds();
     run_.samples = outputs_.taken();
@@ -358,11 +363,11 @@ class Driver {
 
   const DrivenForm& system_;
   AnyStepper stepper_;
-  const Options& options_;
+  Options options_;
   Onlooker onlooker_;
   Watch watch_;
   std::unique_ptr<AnyWatch> watchdog_;
-  bool watches_time_;
+  bool scale_is_known_, watches_time_;
   RunLimits limits_;
   Run<>& run_;
   OutputSamples outputs_;
@@ -371,7 +376,7 @@ class Driver {
   mutable Eigen::VectorXd tolerance_;  // as last asked for
   long restarts_ = 0;
   Clock clock_;           // of this leg
-  double elapsed_ = 0.0, t_end_ = 0.0;  // elapsed on it, at run_.t
+  double elapsed_ = 0.0, t_end_ = 0.0, leg_end_ = 0.0;  // elapsed on it, at run_.t
 };
 
 // run ← from (t₀, y₀) to t_end.

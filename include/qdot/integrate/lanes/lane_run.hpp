@@ -148,6 +148,11 @@ class LaneRun {
       l.form->derivative(t, y, f);
       l.dog->begin(t, y, 0, std::exchange(l.has_begun, true));
       if (!f.allFinite() || l.dog->look_at_values_and_mass(t, y)) return false;
+      if (options_.atol.is_default() && t != t_end_) {
+        const NaturalTolerances found = natural_tolerances(driven_form(*l.form), options_, t, y, t_end_ - t);
+        if (!found.known) return false;
+        pack_.tolerate(lane, found.each.size() > 0 ? found.each : Eigen::VectorXd::Constant(2 * n, options_.atol[0]));
+      }
       pack_.load(lane, *l.form, t, t_end_ - t, l.dog->reach(t, y, t_end_), y, f);
       equations_.take(lane, l.motion);
       return true;
@@ -180,7 +185,7 @@ class LaneRun {
       const State<n> state{pack_.has_arrived(lane) ? t_end_ : pack_.t(lane), y.head(n), y.tail(n)};
       const long steps = pack_.steps(lane), evaluations = pack_.evaluations(lane);
       if (pack_.has_arrived(lane)) {
-        if (l.dog->look(t_end_, y, steps, true)) {
+        if (l.dog->look(t_end_, y, steps, true) || l.dog->verdict()) {
           kept(l.motion).value = alone(l, l.start, options_);
         } else {
           kept(l.motion).value = MotionEnd<n>{state, Outcome::completed, {}, {}, steps, evaluations};

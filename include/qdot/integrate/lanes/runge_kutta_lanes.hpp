@@ -47,7 +47,7 @@ class RungeKuttaLanes {
   explicit RungeKuttaLanes(const Options& options)
       : rtol_(options.rtol), max_step_(options.max_step), initial_step_(options.initial_step), share_(options.rtol < 1e-14 ? 64.0 : 1.0) {
     for (int i = 0; i < N; ++i) {
-      atol_[i] = options.atol[i];
+      atol_[i] = positive_atol(options.atol[i]);
       y_[i] = y_new_[i] = lost_[i] = lost_new_[i] = 0.0;
       f_[i] = 0.0;
       for (auto& row : k_) row[i] = 0.0;
@@ -55,6 +55,11 @@ class RungeKuttaLanes {
     origin_ = length_ = limit_ = elapsed_ = h_ = t_limit_ = t_last_ = 0.0;
     error_before_ = 1e-4;
     active_ = rejected_ = false;
+  }
+
+  // Takes the absolute tolerances of a lane's next motion.
+  void tolerate(int lane, const Eigen::VectorXd& atol) {
+    for (int i = 0; i < N; ++i) set_lane(atol_[i], lane, atol[i]);
   }
 
   // Gives a lane a motion: y and its rate f at t0, the way to go with its sign, and how far the first step may go.
@@ -65,7 +70,7 @@ class RungeKuttaLanes {
     set_lane(length_, lane, way);
     set_lane(elapsed_, lane, 0.0);
     head_for(lane, limit);
-    set_lane(h_, lane, std::copysign(first_step(form, t0, room, y, f), way));
+    set_lane(h_, lane, std::copysign(first_step(lane, form, t0, room, y, f), way));
     set_lane(error_before_, lane, 1e-4);
     for (int i = 0; i < N; ++i) {
       set_lane(y_[i], lane, y[i]);
@@ -192,10 +197,10 @@ class RungeKuttaLanes {
   }
 
   template <class Form>
-  double first_step(const Form& form, double t0, double room, const Eigen::VectorXd& y, const Eigen::VectorXd& f) const {
+  double first_step(int lane, const Form& form, double t0, double room, const Eigen::VectorXd& y, const Eigen::VectorXd& f) const {
     if (initial_step_ > 0.0) return std::min(initial_step_, std::abs(room));
     Eigen::VectorXd later(N);
-    const auto weight = [&](Eigen::Index i) { return atol_[i] + rtol_ * std::abs(y[i]); };
+    const auto weight = [&](Eigen::Index i) { return atol_[i][lane] + rtol_ * std::abs(y[i]); };
     return detail::first_step(C::order, N, y.data(), f.data(), weight, std::min(max_step_, std::abs(room)), [&](double h) -> const double* {
       h = std::copysign(h, room);
       try {
@@ -290,7 +295,7 @@ class RungeKuttaLanes {
   }
 
   double rtol_, max_step_, initial_step_, share_;
-  double atol_[N];
+  P atol_[N];
   P origin_, length_, elapsed_, h_, error_before_, taken_;
   P limit_, t_limit_, t_last_;  // of the next step
   Mask active_, rejected_, leaves_, arrived_, seen_, took_;

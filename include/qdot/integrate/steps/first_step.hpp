@@ -27,8 +27,9 @@ template <class Weight, class Probe>
     y_norm += y[i] * scale * y[i] * scale;
     f_norm += f[i] * scale * f[i] * scale;
   }
-  double h = f_norm <= 1e-10 || y_norm <= 1e-10 ? 1e-6 : 0.01 * std::sqrt(y_norm / f_norm);
-  if (!(h > 0.0)) h = 1e-6;  // sizes whose squares are no numbers
+  const double blind = std::min(1e-6, 1e-3 * longest);  // nothing says how fast the motion is
+  double h = f_norm <= 1e-10 || y_norm <= 1e-10 ? blind : 0.01 * std::sqrt(y_norm / f_norm);
+  if (!(h > 0.0)) h = blind;  // sizes whose squares are no numbers
   h = std::min(h, longest);
   const double* const later = probe(h);
   double change = 0.0;

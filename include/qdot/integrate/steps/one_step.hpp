@@ -110,6 +110,9 @@ class OneStep {
   int order() const noexcept { return order_; }
   const Statistics& statistics() const noexcept { return statistics_; }
 
+  /// Takes other absolute tolerances, before a reset.
+  void tolerate(const Eigen::VectorXd& atol) { std::copy_n(atol.data(), size(), atol_.data()); }
+
  protected:
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
@@ -119,7 +122,7 @@ class OneStep {
     if (n < 1) throw_invalid_value({"a system must have at least 1 component, but has ", n});
     require_valid(options, n);
     atol_.resize(n);
-    for (Eigen::Index i = 0; i < n; ++i) atol_[i] = options.atol[i];
+    for (Eigen::Index i = 0; i < n; ++i) atol_[i] = positive_atol(options.atol[i]);
     y_.resize(n);
     std::fill_n(y_.data(), n, 0.0);
     statistics_.method = std::move(method);

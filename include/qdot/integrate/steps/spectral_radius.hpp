@@ -91,7 +91,8 @@ class SpectralRadius {
         for (Eigen::Index i = 0; i < n; ++i) sum[i] += J_(i, j) * x[j];
       return;
     }
-    const double size = largest(x), by = size > 0.0 ? displacement * (1.0 + largest(y_)) / size : displacement;
+    const double most = largest(y_), extent = most > 0.0 && most < 1e-3 ? most : 1.0 + most;
+    const double size = largest(x), by = size > 0.0 ? displacement * extent / size : displacement;
     for (Eigen::Index i = 0; i < x.size(); ++i) moved_[i] = y_[i] + by * x[i];
     derivative_(t_, moved_, out);
     for (Eigen::Index i = 0; i < x.size(); ++i) out[i] = (out[i] - f_[i]) / by;

@@ -30,6 +30,7 @@ class AnyWatch {
   virtual std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) = 0;
   virtual std::optional<Failure> change(double t) = 0;
   virtual void remember(double t, const Eigen::VectorXd& y) = 0;
+  virtual std::optional<Failure> verdict() const = 0;
   virtual double mass_rcond() const = 0;
   virtual void report(Statistics& statistics) const = 0;
 };
@@ -53,6 +54,7 @@ class WatchOf final : public AnyWatch {
   std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) override { return dog_.look_at_values_and_mass(t, own(y)); }
   std::optional<Failure> change(double t) override { return dog_.change(t); }
   void remember(double t, const Eigen::VectorXd& y) override { dog_.remember(t, own(y)); }
+  std::optional<Failure> verdict() const override { return dog_.verdict(); }
   double mass_rcond() const override { return dog_.mass_rcond(); }
   void report(Statistics& statistics) const override { dog_.report(statistics); }
 

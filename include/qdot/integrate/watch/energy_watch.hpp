@@ -12,7 +12,9 @@
 //
 //     energy_drift_limit · (N max a + ε max(|T| + |V|)),       energy_drift_limit = 10³,
 //
-// is no error of integration. The margin is wide: over twelve systems, five methods and rtol = 1e-3 … 1e-13, each with atol from rtol/1000 to 1000 rtol,
+// is no error of integration. And whatever the tolerances allow: where the drift of a whole run is more than a quarter of the largest T that was seen, the
+// motion that it shows is not the system's, and the run does not count as completed. (T knows no arbitrary constant, as V does, and a motion that
+// has one has a T.) The margin is wide: over twelve systems, five methods and rtol = 1e-3 … 1e-13, each with atol from rtol/1000 to 1000 rtol,
 // honest runs came to 0.6 at most, and what this is made for exceeds 10³ by decades at usual tolerances. (At rtol = 1e-3 each step may change h by a
 // thousandth, and little can be out of proportion to that.) Methods with a step of fixed length promise no tolerance and are not judged. Forces of effects
 // do work: energy_balance.hpp is for them.
@@ -71,9 +73,10 @@ class BasicEnergyWatch {
     reference_.reset();
     t_before_ = t;
     steps_begun_ = steps;
+    if (steps == 0) drift_ = drift_allowed_ = kinetic_ = most_ = 0.0;
     if (std::isfinite(options_.energy_drift_limit)) reference_ = quietly([&] { return energy_.at(t, y); });
     if (reference_ && !std::isfinite(reference_->h)) reference_.reset();
-    if (reference_) before_ = reference_->h;
+    if (reference_) before_ = reference_->h, see(*reference_);
     allowed_each_ = largest_ = largest_change_ = 0.0;
     looks_begun_ = 0;
   }
@@ -86,6 +89,7 @@ class BasicEnergyWatch {
     const double taken = static_cast<double>(steps - steps_begun_);
     const double drift = std::abs(now->h - reference_->h);
     largest_ = std::max(largest_, now->size());
+    see(*now);
     const auto expected = [&] { return taken * allowed_each_ + epsilon * largest_; };
     const bool suspicious = drift > 0.01 * options_.energy_drift_limit * expected();
     if (looks_begun_++ < 4 || looks_begun_ % 8 == 0 || suspicious)
@@ -99,6 +103,7 @@ class BasicEnergyWatch {
     t_before_ = t;
     if (drift >= drift_) {
       drift_ = drift;
+      drift_from_ = reference_->h;
       drift_allowed_ = expected();
     }
     if (!(drift > options_.energy_drift_limit * expected())) return std::nullopt;
@@ -106,6 +111,15 @@ class BasicEnergyWatch {
                    sentence({"T(q, qdot) and V(q) conserve the energy ", reference_->h, ", but it has become ", now->h, ", while rtol = ",
                              options_.rtol, " and atol allow a change of ", expected(), "; it changed most between t = ", change_from_,
                              " and t = ", change_to_})};
+  }
+
+  /// What is to be said of a run that came to its end: its energy may be none of this motion.
+  std::optional<Failure> verdict() const {
+    constexpr double too_much = 0.25;
+    if (!(drift_ > too_much * kinetic_ && drift_ > options_.energy_drift_limit * epsilon * most_)) return std::nullopt;
+    return Failure{Outcome::energy_drift,
+                   sentence({"T(q, qdot) and V(q) conserve the energy ", drift_from_, ", but it has changed by ", drift_,
+                             ", while T is at most ", kinetic_, ": rtol = ", options_.rtol, " and atol are too loose for this motion"})};
   }
 
   /// Writes what was seen.
@@ -116,6 +130,11 @@ class BasicEnergyWatch {
 
  private:
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+  void see(const EnergyAt& energy) {
+    kinetic_ = std::max(kinetic_, std::abs(energy.T));
+    most_ = std::max(most_, energy.size());
+  }
 
   // By how much a step within the tolerances may change h.
   double allowed(double t, const Eigen::VectorXd& y, double h) {
@@ -146,6 +165,7 @@ class BasicEnergyWatch {
   std::optional<EnergyAt> reference_;     // at the begin
   double before_ = 0.0, t_before_ = 0.0;  // h at the last look
   double largest_ = 0.0, allowed_each_ = 0.0, drift_ = 0.0, drift_allowed_ = 0.0;
+  double kinetic_ = 0.0, most_ = 0.0, drift_from_ = 0.0;  // of the whole run
   double largest_change_ = 0.0, change_from_ = 0.0, change_to_ = 0.0;
   long steps_begun_ = 0, looks_begun_ = 0;
   Eigen::VectorXd moved_;

@@ -223,6 +223,12 @@ class Watchdog {
 
   double mass_rcond() const noexcept { return mass_rcond_; }
 
+  /// What is to be said of a run that came to its end.
+  std::optional<Failure> verdict() const {
+    if constexpr (looks_at_energy) return energy_.verdict();
+    return std::nullopt;
+  }
+
   /// Writes what was seen.
   void report(Statistics& statistics) const {
     statistics.mass_rcond = mass_rcond_;
