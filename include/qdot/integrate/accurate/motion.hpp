@@ -128,7 +128,8 @@ ComponentSizes component_sizes(const F& system, Eigen::Index dof, const Eigen::V
   constexpr double suspicious = 1e-9;
   ComponentSizes result{seen, std::vector<bool>(static_cast<std::size_t>(seen.size()), false)};
   const auto alike = [&](Eigen::Index begin, Eigen::Index count) {  // a velocity beside velocities: units of time say nothing
-    return count == 0 || seen.segment(begin, count).minCoeff() >= suspicious * seen.segment(begin, count).maxCoeff();
+    const auto part = seen.segment(begin, count);  // where all are zero, they have no size
+    return count == 0 || (part.minCoeff() > 0.0 && part.minCoeff() >= suspicious * part.maxCoeff());
   };
   if (alike(0, dof) && alike(dof, dof) && alike(2 * dof, seen.size() - 2 * dof)) return result;
   const Eigen::VectorXd rounding = rounding_sizes(system, dof, t, states, duration);
