@@ -4,13 +4,16 @@
 // the convolution of a sine with a bell is a sine. All of it is missed by who does not look.
 #include "qdot/integrate/watch/time_watch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "../catch2_bridge.hpp"
 #include "qdot/effects/constraints.hpp"
+#include "qdot/effects/contact.hpp"
 #include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/forces.hpp"
@@ -19,6 +22,7 @@
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/cvode.hpp"
 #include "qdot/integrate/cvode_automatic.hpp"
+#include "qdot/integrate/gauss.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/taylor.hpp"
@@ -180,19 +184,95 @@ TEST_CASE("a push is felt in a drive") {
   }
 }
 
-TEST_CASE("a functor with a branch is looked at in samples, and the run says how closely") {
-  // A force of 1 from t = 8 for 0.3: q = ∫ sin(t − s) ds.
+namespace {
+// Where a force of area 1 begins and how long it lasts, written in several ways.
+enum class Written { inside, outside, distance, table, stairs, parabola, with_state };
+struct Branch {
+  Written how = Written::inside;
+  double begins = 1.0, lasts = 1e-3, spring = 0.0;
+
+  auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  template <class S>
+  S V(const Vector<S, 1>& q, const S& t) const { return 0.5 * spring * q[0] * q[0] - q[0] * (is_on(q, t) ? S(1.0 / lasts) : S(0.0)); }
+  template <class S>
+  bool is_on(const Vector<S, 1>& q, const S& t) const {
+    using std::abs, std::floor;
+    const double ends = begins + lasts, period = 4.0;
+    const double edges[] = {begins, ends};
+    switch (how) {
+      case Written::inside: return t > begins && t < ends;
+      case Written::outside: return !(t <= begins) && !(t >= ends);
+      case Written::distance: return abs(t - (begins + 0.5 * lasts)) < 0.5 * lasts;
+      case Written::table: return std::upper_bound(edges, edges + 2, t, [](const auto& x, const auto& y) { return x < y; }) - edges == 1;
+      case Written::stairs: return t < begins + period && t - period * floor((t - begins) / period) - begins < lasts && t > begins;
+      case Written::parabola: return (t - begins) * (ends - t) > 0.0;
+      case Written::with_state: return q[0] < 1e6 && t > begins && t < ends;
+    }
+    return false;
+  }
+};
+constexpr Written all_ways[] = {Written::inside, Written::outside,  Written::distance,  Written::table,
+                                Written::stairs, Written::parabola, Written::with_state};
+constexpr double last_digits = 1e-14;  // of times: what rounding makes of the ends of a push, beside its length
+}  // namespace
+
+TEST_CASE("a push that is written with a branch is felt however short it is, by every method, at rest and in motion, in both directions") {
+  std::vector<std::pair<std::string, AnyMethod<decltype(mechanical_system<1>(Branch{}))>>> methods = {
+      {"dop853", Dop853{}}, {"dopri5", Dopri5{}}, {"automatic", Automatic{}}, {"bdf", CvodeBdf{}}, {"adams", CvodeAdams{}}, {"gauss", Gauss{.step = 0.1}}};
+  for (const Written how : all_ways)
+    for (const double lasts : {1e-3, 1e-6, 1e-8})
+      for (const auto& [name, method] : methods) {
+        CAPTURE(static_cast<int>(how), lasts, name);
+        // ∫ sin(t − s) over the push divided by its length is sin(t − centre), but for a part lasts²/24.
+        const double centre = 1.3 + 0.5 * lasts, error = multistep_tolerance + last_digits / lasts;
+        const auto swinging = simulate(mechanical_system<1>(Branch{how, 1.3, lasts, 1.0}), start(0.0, 0.0, 1.0), 10.0, method);
+        CHECK(std::abs(swinging.y[0] - (std::sin(10.0) + std::sin(10.0 - centre))) < error);
+        const auto at_rest = simulate(mechanical_system<1>(Branch{how, 1.3, lasts, 0.0}), start(10.0, 0.0, 0.0), 0.0, method);
+        CHECK(std::abs(at_rest.y[0] - centre) < error);
+        CHECK((swinging.completed() && at_rest.completed() && at_rest.statistics.time_resolution == 0.0));
+      }
+}
+
+TEST_CASE("a functor that switches too often to be followed is looked at in samples, and the run says how closely") {
+  // A force of 1 from t = 8 for 0.25, counted in stairs of 2⁻¹⁷: q = ∫ sin(t − s) ds.
   const auto system = mechanical_system<1>(unit_mass, [](const auto& q, const auto& t) {
+    using std::floor;
     using S = std::remove_cvref_t<decltype(q[0])>;
-    return 0.5 * q[0] * q[0] - (t > pushed_at && t < pushed_at + 0.3 ? q[0] : S(0.0));
+    const auto stair = floor(t * 131072.0);
+    return 0.5 * q[0] * q[0] - (stair >= 131072.0 * pushed_at && stair < 131072.0 * (pushed_at + 0.25) ? q[0] : S(0.0));
   });
-  const double expected = std::cos(after - 0.3) - std::cos(after);
+  const double expected = std::cos(after - 0.25) - std::cos(after);
   for (const double qdot : {0.0, 1.0}) {
     const auto run = simulate(system, start(0.0, 0.0, qdot), t_end, Dop853{});
     CHECK(run.completed());
     CHECK(std::abs(run.y[0] - expected - qdot * std::sin(t_end)) < 1e-6);  // two jumps, each found by rejected steps
     CHECK(run.statistics.time_resolution == Approx(t_end / 256));
   }
+  CHECK(simulate(system, start(0.0, 0.0, 0.0), t_end, Gauss{.step = 0.125}).statistics.time_resolution == Approx(0.125));
+}
+
+TEST_CASE("contacts and frictions find their phases behind a switch by time") {
+  // A floor that drops by 100 at t = 1, under a ball at rest: it falls for a second. Backward in time, into such a floor, there is no answer.
+  const auto free = mechanical_system<1>(unit_mass, [](const auto& q) { return 9.81 * q[0]; });
+  const auto over = [&](double up, double down) {
+    return scene(free, contact("floor", [=](const auto& q, const auto& t) { return q[0] - (abs(t) < 1.0 ? up : down); }));
+  };
+  for (const AnyMethod<decltype(over(0.0, 0.0))>& method : {AnyMethod<decltype(over(0.0, 0.0))>(Dop853{}), AnyMethod<decltype(over(0.0, 0.0))>(CvodeBdf{})}) {
+    const auto falls = simulate(over(0.0, -100.0), start(0.0, 0.0, 0.0), 2.0, method);
+    CHECK(falls.completed());
+    CHECK(std::abs(falls.y[0] + 0.5 * 9.81) < multistep_tolerance);
+    REQUIRE(falls.events.size() == 1);
+    CHECK((falls.events[0].name == "floor opens" && std::abs(falls.events[0].t - 1.0) < last_digits));
+    CHECK(simulate(over(0.0, -100.0), start(0.0, 0.0, 0.0), -2.0, method).outcome == Outcome::constraint_failure);
+  }
+  // A block that holds 1 is pushed by 3 for half a second: it gets to 1 m/s and to 1/4 m, and comes to rest after one more second, at 3/4 m.
+  const auto block = scene(mechanical_system<1>(unit_mass), dry_friction("block", 0, 1.0), generalized_force([](const auto&, const auto&, const auto& t) {
+                             using S = std::remove_cvref_t<decltype(t)>;
+                             return Vector<S, 1>(t > 1.0 && t < 1.5 ? S(3.0) : S(0.0));
+                           }));
+  const auto moved = simulate(block, start(0.0, 0.0, 0.0), 5.0, Dop853{});
+  CHECK((moved.completed() && moved.events.size() == 2));
+  CHECK(std::abs(moved.y[0] - 0.75) < one_step_tolerance);
 }
 
 namespace {

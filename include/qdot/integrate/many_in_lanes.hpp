@@ -25,7 +25,7 @@
 //
 // Alone go: systems that simulate() has no packs for (more than 6 coordinates, an indefinite M, a loop or a branch in T or V that stays one, code without
 // optimization), scenes with constraints, contacts, dry friction, or effects with states, effects that take plain numbers only, events that do not stop
-// the run, and options beyond tolerances, steps and evaluations. The result is the same.
+// the run, functors that branch by time, and options beyond tolerances, steps and evaluations. The result is the same.
 
 #include <algorithm>
 #include <cmath>

@@ -65,10 +65,14 @@ class Clock {
     return elapsed == length_ ? limit_ : t == limit_ ? last_ : t;
   }
 
+  /// t for functions of events: not in front of what functors are shown first.
+  double seen(double elapsed) const noexcept { return elapsed < 0 ? std::min(t(elapsed), first_) : std::max(t(elapsed), first_); }
+
   /// t for functors: on this side of a switch at either end.
   double shown(double elapsed) const noexcept {
-    const double t = origin_ + elapsed;
-    return t == origin_ ? first_ : t == limit_ ? last_ : t;
+    const double t = origin_ + elapsed;  // rounded, by up to a unit of the origin: beyond either end as well
+    if (t == origin_) return first_;
+    return length_ < 0 ? std::max(std::min(t, first_), last_) : std::min(std::max(t, first_), last_);
   }
 
   /// What rounding has carried over the limit is taken back to it.

@@ -60,7 +60,7 @@ class Driver {
          std::vector<ListedEvent> events)
       : system_(system), stepper_(std::move(stepper)), options_(options), onlooker_(onlooker), watch_(system, std::move(events)),
         watchdog_(system.watch(options_)), scale_is_known_(!options.atol.is_default() || stepper_.has_fixed_step()),
-        watches_time_(watchdog_->watches_time() && !stepper_.has_fixed_step()), limits_(budget), run_(run) {}
+        watches_time_(watchdog_->watches_time()), limits_(budget), run_(run) {}
 
   // The same once more and without anything kept but the end: a stretch of a motion that somebody else cuts into stretches, for whom
   // steps, evaluations and seconds are counted afresh. Events that stopped the one before are given as it left them in stopped_by(), and do
@@ -76,8 +76,7 @@ class Driver {
   }
 
   std::uint64_t stopped_by() const {
-    if constexpr (watches)
-      if (run_.outcome == Outcome::stopped_by_event) return watch_.fired();
+    if constexpr (watches) if (run_.outcome == Outcome::stopped_by_event) return watch_.fired();
     return 0;
   }
   const Statistics& statistics() const noexcept { return stepper_.statistics(); }
@@ -143,7 +142,9 @@ class Driver {
   bool leg(double landing) {
     clock_.head_for(landing);
     while (elapsed_ != clock_.length()) {
-      if (!stepper_.step(watches_time_ ? watchdog_->reach(stepper_.t(), stepper_.y(), landing) : landing)) {
+      const double t = stepper_.t(), limit = watches_time_ ? watchdog_->reach(t, stepper_.y(), landing, stepper_.has_fixed_step()) : landing;
+      if (watches_time_ && watchdog_->first_shown(t) != t && !restart(landing, watchdog_->first_shown(t), false)) return false;
+      if (!stepper_.step(limit)) {
         if (!leapt()) return run_.completed() && stuck();
       } else if (!state_is_sound() || !watched(landing) || !kept() || !within_budget(landing)) return false;
     }
@@ -245,18 +246,18 @@ class Driver {
     return tolerance_;
   }
 
-  // A fresh start of the method from where it is, one rounding unit of t behind the switch, whichever side the model
-  // counts the switch to. The trajectory so far must survive what the model throws.
-  bool restart(double landing) {
-    ++restarts_, leg_end_ = landing;
-    const double behind = std::nextafter(run_.t, landing);
+  // A fresh start of the method from where it is, a little behind a stop time or switch, whichever side the model
+  // counts it to. The trajectory so far must survive what the model throws.
+  bool restart(double landing) { return leg_end_ = landing, restart(landing, std::nextafter(run_.t, landing), true); }
+  [[gnu::cold]] bool restart(double landing, double behind, bool begins_leg) {
+    ++restarts_;
     return guarded([&] {
       if constexpr (watches)
-        if (landing > run_.t && watch_.settle_behind_jump(behind, run_.y, tolerance(run_.y), run_.events))
-          if (options_.keep_trajectory) run_.trajectory.jump(run_.y);
+        if (watch_.settle_behind_jump(behind, landing < run_.t, run_.y, tolerance(run_.y), run_.events) && options_.keep_trajectory)
+          run_.trajectory.jump(run_.y);
       take_scale(behind, run_.y);
-      reset_at(stepper_, Moment(run_.t, 0.0, behind == landing ? run_.t : behind), run_.y), count_from_here();
-      watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);
+      reset_at(stepper_, Moment(run_.t, 0.0, behind == landing ? run_.t : behind), run_.y), count_from_here(), clock_.head_for(landing);
+      if (begins_leg) watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);
     });
   }
 
@@ -290,8 +291,7 @@ class Driver {
     if (options_.keep_trajectory && elapsed != elapsed_) run_.trajectory.append(t, elapsed, stepper_.polynomial());
     const double sign = reached() >= elapsed_ ? 1.0 : -1.0;
     elapsed_ = elapsed;
-    run_.t = t;
-    run_.y = y;
+    run_.t = t, run_.y = y;
     outputs_.fill_before(elapsed, sign, clock_.origin(), watch_.same(run_.t), [&](double at, Eigen::VectorXd& out) {
       stepper_.interpolate(at, out);
       if (system_.is_constrained()) guarded([&] { system_.project(at, out); });  // between steps the polynomial leaves the constraints

@@ -145,7 +145,7 @@ class EventWatch {
     for (std::size_t k = 1; has_others_ && k < points; ++k) {
       const double elapsed = k + 1 == points ? to : from + sample_points[k] * (to - from);
       step_.at(elapsed, y_);
-      evaluate_all(clock_.t(elapsed), y_, samples_.data() + k, points, false);
+      evaluate_all(clock_.seen(elapsed), y_, samples_.data() + k, points, false);
     }
     for (std::size_t i = 0; i < watches_.size(); ++i) {
       watches_[i].panels = 0;
@@ -198,7 +198,7 @@ class EventWatch {
       if (!fired_[i]) continue;
       const double root = too_many ? to_ : *watches_[i].root;
       step_.at(root, y_);
-      watches_[i].pass(value(i, clock_.t(root), y_));
+      watches_[i].pass(value(i, clock_.seen(root), y_));
       if (too_many && ++rough_steps_ == 1) rough_time_ = firing.t;
       if (root != to_ && firing.elapsed != to_) search_one(i, root, nullptr);
     }
@@ -210,11 +210,7 @@ class EventWatch {
     evaluate_all(firing.t, y, values_.data(), 1, true);
     for (std::size_t i = 0; i < watches_.size(); ++i) watches_[i].value = values_[i];
     for (std::size_t i = listed_; backward_ && i < watches_.size(); ++i)
-      if (fired_[i])
-        throw ConstraintError("a contact or friction", firing.t, 0.0,
-                              sentence({"a run backward in time must not meet an impact, or the beginning or end of contact or sticking, since many "
-                                        "motions lead into the same one there, but at t = ", firing.t,
-                                        " this one does; run forward, or end the run before"}));
+      if (fired_[i]) refuse_backward(firing.t);
     for (std::size_t i = 0; i < listed_; ++i)
       if (fired_[i] && watches_[i].lost)
         return Failure{Outcome::event_accumulation, sentence({"the time between two events of ", name_of(i), " is shorter than t can tell"})};
@@ -242,11 +238,12 @@ class EventWatch {
     if (!fired_guards_.empty())
       for (std::string& what : system_.switched(t, y, fired_guards_, tolerance)) events.push_back({t, std::move(what)});
   }
-  bool settle_behind_jump(double t, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
+  bool settle_behind_jump(double t, bool backward, Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, std::vector<RecordedEvent>& events) {
     const std::size_t before = events.size();
     fired_guards_.assign(fired_guards_.size(), false);
     settle(t, y_ = y, tolerance, events);
     if (events.size() == before) return false;
+    if (backward) events.resize(before), refuse_backward(t);
     fired_.assign(fired_.size(), false);
     return begin(t, y = y_, tolerance, true, listed_), true;
   }
@@ -353,13 +350,13 @@ class EventWatch {
   void search_one(std::size_t i, double from, const double* known) {
     const auto at = [this, i](double elapsed) {
       step_.at(elapsed, y_);
-      return value(i, clock_.t(elapsed), y_);
+      return value(i, clock_.seen(elapsed), y_);
     };
     const auto proves = [this, i](double a, double b) { return decided(i, a, b); };
     const auto noise = [this, i](double elapsed) {
       Eigen::VectorXd there(system_.size());
       step_.at(elapsed, there);
-      return noise_of(i, clock_.t(elapsed), there);
+      return noise_of(i, clock_.seen(elapsed), there);
     };
     RootSearch search(watches_[i], at, proves, noise);
     const bool was_rough = watches_[i].rough || watches_[i].unproven;

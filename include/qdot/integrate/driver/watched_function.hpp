@@ -20,9 +20,16 @@
 #include <limits>
 #include <optional>
 
+#include "qdot/error.hpp"
 #include "qdot/integrate/event.hpp"
 
 namespace qdot::detail {
+
+[[noreturn, gnu::cold]] inline void refuse_backward(double t) {
+  throw ConstraintError("a contact or friction", t, 0.0,
+                        sentence({"a run backward in time must not meet an impact, or the beginning or end of contact or sticking, since many "
+                                  "motions lead into the same one there, but at t = ", t, " this one does; run forward, or end the run before"}));
+}
 
 // One watched function.
 struct Watch {

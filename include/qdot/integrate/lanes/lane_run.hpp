@@ -78,7 +78,7 @@ class LaneRun {
       }
       for (int lane = 0; lane < lanes; ++lane) {
         if (told[lane] || (pack_.is_active(lane) && is_over_budget(lane))) finish(lane);
-        else if (timed && pack_.took(lane)) look_ahead(lane);
+        else if (timed && pack_.took(lane) && !look_ahead(lane)) finish(lane);
       }
     }
     return ends;
@@ -153,7 +153,9 @@ class LaneRun {
         if (!found.known) return false;
         pack_.tolerate(lane, found.each.size() > 0 ? found.each : Eigen::VectorXd::Constant(2 * n, options_.atol[0]));
       }
-      pack_.load(lane, *l.form, t, t_end_ - t, l.dog->reach(t, y, t_end_), y, f);
+      const double limit = l.dog->reach(t, y, t_end_);
+      if (l.dog->switches_by_time()) return false;
+      pack_.load(lane, *l.form, t, t_end_ - t, limit, y, f);
       equations_.take(lane, l.motion);
       return true;
     } catch (...) {
@@ -161,8 +163,11 @@ class LaneRun {
     }
   }
 
-  // How far the next step may go.
-  void look_ahead(int lane) { pack_.head_for(lane, lanes_[lane].dog->reach(pack_.t(lane), state_of(lane), t_end_)); }
+  // How far the next step may go; false where the motion has come to a branch by time.
+  bool look_ahead(int lane) {
+    pack_.head_for(lane, lanes_[lane].dog->reach(pack_.t(lane), state_of(lane), t_end_));
+    return !lanes_[lane].dog->switches_by_time();
+  }
 
   bool is_ordinary(const State<n>& s) const { return std::isfinite(s.t) && s.q.allFinite() && s.qdot.allFinite() && s.t != t_end_; }
 

@@ -25,7 +25,8 @@ class AnyWatch {
   virtual bool is_due(double h) = 0;
   virtual void begin(double t, const Eigen::VectorXd& y, long steps) = 0;
   virtual bool watches_time() const = 0;  // otherwise nobody need ask for reach()
-  virtual double reach(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double landing) = 0;
+  virtual double reach(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double landing, bool switches_only) = 0;
+  virtual double first_shown(double t) const = 0;
   virtual std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) = 0;
   virtual std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) = 0;
   virtual std::optional<Failure> change(double t) = 0;
@@ -44,10 +45,11 @@ class WatchOf final : public AnyWatch {
   bool is_due(double h) override { return dog_.is_due(h); }
   void begin(double t, const Eigen::VectorXd& y, long steps) override { dog_.begin(t, own(y), steps); }
   bool watches_time() const override { return Watchdog<Form>::watches_time; }
-  double reach(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double landing) override {
+  double reach(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double landing, bool switches_only) override {
     for (Eigen::Index i = 0; i < own_.size(); ++i) own_[i] = y[i];
-    return dog_.reach(t, own_, landing);
+    return dog_.reach(t, own_, landing, switches_only);
   }
+  double first_shown(double t) const override { return dog_.first_shown(t); }
   std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) override {
     return dog_.look(t, own(y), steps, controlled);
   }

@@ -14,174 +14,42 @@
 // brought to the foot of the push in some twenty steps; from there the method sees it, and chooses for itself. Under a force sin Ωt
 // one look at the beginning says that steps below 4/Ω are good for ever, and there are no longer ones.
 //
-// Other functors, those with a branch or a kink or that do not take every scalar, are looked at in samples: before a step longer
+// Branches. A functor that compares, t > 1 && t < 1.001 ? F : 0, is one formula between its switches. It is recorded as it is at the present time
+// and state, with guards whose signs say how long that holds (ad/formula/time_guards.hpp). A switch by time alone is found to the last digits
+// before a step passes it. The step ends in front of it, and the method begins afresh behind it, with the formula that holds there. A guard with
+// state as well, q < a sin t, is forecast, and where the state is about to take the other side of a branch, the times that count there are landed on too.
+//
+// Other functors, those that do not take every scalar or ask for a plain value (a table by an index), are looked at in samples: before a step longer
 // than 1/256 of the run, the accelerations at the present state and at the times between are compared with those at its ends. What they
 // do within less may be missed. Statistics::time_resolution is this length, and 0 where all was bounded. Stop times, or a
-// max_step, are the remedy.
+// max_step, are the remedy. So it is with a functor that holds still on a guard, or that switches too often to be followed.
 //
-// Not covered: methods with a step of fixed length, which is the user's choice; systems of first order by themselves, whose signature
-// says nothing; what happens in a place that is passed quickly, V(q) with a bump, where no time enters.
+// Methods with a step of fixed length, which is the user's choice, land on switches too, and do without the rest; time_resolution is their
+// step, where not all was followed. Behind a switch contacts and frictions find their phases anew; a run backward in which one changes is refused.
+// Not covered: systems of first order by themselves, whose signature says nothing; what happens in a place that is passed quickly, V(q) with a bump,
+// where no time enters.
 //
 // Cost. Systems without time: none. Otherwise two comparisons per step, and a look of less than a microsecond where the last one does not
-// reach far enough: under smooth drives every hundred steps or less.
+// reach far enough: under smooth drives every hundred steps or less. A switch costs a recording and some hundred evaluations of its guards.
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
-#include <tuple>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "qdot/ad/formula/time_bounds.hpp"
+#include "qdot/ad/formula/time_guards.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/run.hpp"
-#include "qdot/integrate/steps/recorded_motion.hpp"
+#include "qdot/integrate/watch/time_formulas.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail {
-
-// The formulas of a system into which time enters.
-struct TimeFormulas {
-  formula::Recording recording = {};
-  std::vector<int> state = {};  // variables, in the order of y
-  int t = -1;
-  std::vector<int> roots = {};
-  bool complete = true;  // false where there is something besides
-};
-
-// Runs a functor with the recording scalar, if it lets itself be recorded.
-template <bool takes_every_scalar, class Record>
-void record_part(TimeFormulas& found, const Record& record) {
-  if constexpr (takes_every_scalar) {
-    try {
-      record();
-      return;
-    } catch (...) {  // not a formula, or not here; it is the method that finds out what is wrong with it
-    }
-  }
-  found.complete = false;
-}
-
-// `count` components of the state, from `first` on, as numbers that write down what is done to them.
-template <int n>
-Vector<formula::Recorded, n> recorded_part(TimeFormulas& found, Eigen::Index first, Eigen::Index count) {
-  const auto begin = found.state.begin() + first;
-  return recorded_vector<n>(found.recording, std::vector<int>(begin, begin + count));
-}
-
-template <class F>
-struct TimeOf {
-  static constexpr bool enters = false;
-};
-
-template <class Sys>
-struct TimeOf<FirstOrderForm<Sys>> {
-  static constexpr int n = Sys::dof_at_compile_time;
-  static constexpr bool enters = !Sys::autonomous;
-
-  // T and V, and what the equations contain of them: ∂T/∂t, as momenta have, and derivatives by q and q̇.
-  [[gnu::cold]] static void record_energies(TimeFormulas& found, const Sys& system) {
-    constexpr bool can = RecordableEnergies<typename Sys::EnergiesType, n>;
-    record_part<can>(found, [&] {
-      if constexpr (can) {
-        const auto q = recorded_part<n>(found, 0, system.dof()), v = recorded_part<n>(found, system.dof(), system.dof());
-        const formula::Recorded t(found.recording, found.t);
-        add(found, kinetic<n>(system.energies(), q, v, t), true, true);
-        add(found, potential<n>(system.energies(), q, t), false, true);
-      }
-    });
-  }
-
-  // One result; with its derivatives by time and by state where the equations contain them.
-  static void add(TimeFormulas& found, const formula::Recorded& result, bool by_time, bool by_state) {
-    formula::Graph& graph = found.recording.graph;
-    const int root = result.node_in(found.recording);
-    found.roots.push_back(root);
-    if (by_time) found.roots.push_back(graph.gradient(root, std::vector<int>{found.t})[0]);
-    if (!by_state) return;
-    const std::vector<int> slopes = graph.gradient(root, found.state);
-    found.roots.insert(found.roots.end(), slopes.begin(), slopes.end());
-  }
-
-  static void record(TimeFormulas& found, const FirstOrderForm<Sys>& form) { record_energies(found, form.system()); }
-};
-
-// An effect whose functor takes the time; where it does not say, it may.
-template <class E, int n>
-consteval bool effect_takes_time() {
-  if constexpr (requires { E::template takes_time<n>; }) {
-    return E::template takes_time<n>;
-  } else {
-    return true;
-  }
-}
-
-template <class Sys, class... Effects>
-struct TimeOf<SceneForm<Scene<Sys, Effects...>>> {
-  static constexpr int n = Sys::dof_at_compile_time;
-  template <class E>
-  static constexpr bool in_energies = LagrangianEffect<E, n> || PotentialEffect<E, n>;
-  static constexpr bool energies_take_time = !Sys::autonomous || ((in_energies<Effects> && effect_takes_time<Effects, n>()) || ...);
-  static constexpr bool enters = !Sys::autonomous || (effect_takes_time<Effects, n>() || ...);
-
-  template <class Form>
-  static void record(TimeFormulas& found, const Form& form) {
-    const auto& system = form.scene().system();
-    using Behind = TimeOf<FirstOrderForm<std::remove_cvref_t<decltype(system)>>>;
-    if constexpr (energies_take_time) Behind::record_energies(found, system);
-    Eigen::Index first = 2 * form.dof();
-    const auto visit = [&]<class E>(const E& e) {
-      if constexpr (effect_takes_time<E, n>()) record_effect(found, e, form.dof(), first);
-      first += states_of<E>();
-    };
-    std::apply([&](const auto&... e) { (visit(e), ...); }, form.scene().effects());
-  }
-
- private:
-  template <class E>
-  [[gnu::cold]] static void record_effect(TimeFormulas& found, const E& e, Eigen::Index dof, Eigen::Index first) {
-    using S = formula::Recorded;
-    constexpr int states = states_of<E>();
-    const auto q = recorded_part<n>(found, 0, dof), v = recorded_part<n>(found, dof, dof);
-    const S t(found.recording, found.t);
-    const auto add = [&](const auto& rows, bool by_time) {
-      for (Eigen::Index i = 0; i < rows.size(); ++i) TimeOf<FirstOrderForm<Sys>>::add(found, S(rows[i]), by_time, false);
-    };
-    if constexpr (HolonomicEffect<E, n>) {
-      constexpr bool can = requires { e.phi(q, t); };
-      record_part<can>(found, [&] {  // φ and its first two derivatives
-        if constexpr (can) {
-          for (const auto& row : as_rows(e.phi(q, t))) {
-            const int rate = found.recording.graph.gradient(row.node_in(found.recording), std::vector<int>{found.t})[0];
-            TimeOf<FirstOrderForm<Sys>>::add(found, row, false, true);
-            TimeOf<FirstOrderForm<Sys>>::add(found, S(found.recording, rate), true, true);
-          }
-        }
-      });
-    } else if constexpr (NonholonomicEffect<E, n>) {
-      constexpr bool can = requires { e.velocity_constraint(q, v, t); };
-      record_part<can>(found, [&] {
-        if constexpr (can) add(as_rows(e.velocity_constraint(q, v, t)), true);
-      });
-    }
-    if constexpr (StateEffect<E> && !SwitchingEffect<E, n>) {
-      const auto z = recorded_part<states>(found, first, states);
-      constexpr bool can = requires { e.force(q, v, z, t), e.state_rate(q, v, z, t); };
-      record_part<can>(found, [&] {
-        if constexpr (can) add(e.force(q, v, z, t), false), add(e.state_rate(q, v, z, t), false);
-      });
-    } else if constexpr (ForceEffect<E, n>) {
-      constexpr bool can = requires { e.force(q, v, t); };
-      record_part<can>(found, [&] {
-        if constexpr (can) add(e.force(q, v, t), false);
-      });
-    }
-  }
-};
 
 /// Says how far the next step may go.
 template <FirstOrderSystem F>
@@ -192,48 +60,47 @@ class TimeWatch {
   TimeWatch(const F& system, const Options& options) : system_(system), options_(options) {}
 
   /// Begins at a time: that of the start, or where something else begins, and a functor may have become another.
-  [[gnu::cold]] void begin(double t) {
-    TimeFormulas found;
-    const Eigen::Index dof = qdot::detail::dof(system_);
-    found.state = new_variables(found.recording, 0, 2 * dof);
-    found.t = found.recording.graph.variable(static_cast<int>(2 * dof));
-    for (const int z : new_variables(found.recording, 2 * dof + 1, system_.size() - 2 * dof)) found.state.push_back(z);
-    TimeOf<F>::record(found, system_);
-    t_seen_ = t;
-    stale_ = 0;
-    if (std::exchange(begun_, true) && same(found, formulas_)) return;  // behind an impact, mostly
-    bounds_ = formula::TimeBounds(found.recording.graph, found.t, found.state, found.roots);
-    bounded_ = bounds_.is_needed();
-    is_complete_ = found.complete;
-    formulas_ = std::move(found);
-    begin_another(t);
+  [[gnu::cold]] void begin(double t, const Eigen::VectorXd& y) {
+    if (!record(t, y)) return;  // behind an impact, mostly
+    begin_another(t, y);
   }
 
   /// Begins another motion with the functors as they were when one was begun.
-  void begin_another(double t) {
+  void begin_another(double t, const Eigen::VectorXd& y) {
+    if (has_guards_) record(t, y);
     bounds_.forget();
     t_seen_ = reach_ = horizon_ = landing_ = t;
     wish_ = std::numeric_limits<double>::infinity();
     stale_ = 0;
   }
 
-  /// Where a step from (t, y) towards `landing` must end at the latest.
+  /// Where a step from (t, y) towards `landing` must end at the latest; of switches alone, if asked for.
   template <class Y>
-  double reach(double t, const Y& y, double landing) {
-    if (!bounded_ && is_complete_) return landing;
-    const double left = std::abs(landing - t);
-    if (landing_ != landing) set_out(t, y, landing);
+  double reach(double t, const Y& y, double landing, bool switches_only = false) {
+    behind_ = t;
+    if (!bounded_ && is_complete_ && !has_guards_) return landing;
+    if (switches_only && !is_complete_) resolution_ = std::max(resolution_, std::abs(t - t_seen_));
     if (t != t_seen_) wish_ = (t == reach_ ? 4.0 : 2.0) * std::abs(t - t_seen_);
     t_seen_ = t;
+    const double end = has_guards_ ? next_switch(t, y, landing) : landing;
+    reach_ = has_guards_ && guards_.any_of_state() ? forecast(t, y, end) : end;
+    if (switches_only || (!bounded_ && is_complete_)) return reach_;
+    const double left = std::abs(end - t);
+    if (landing_ != end) set_out(t, y, end);
     double room = left;
     if (bounded_) {
-      if (std::abs(horizon_ - t) < std::min(wish_, left) || (--stale_ <= 0 && bounds_.depends_on_state())) look(t, y, landing);
+      if (std::abs(horizon_ - t) < std::min(wish_, left) || (--stale_ <= 0 && bounds_.depends_on_state())) look(t, y, end);
       room = std::min(room, std::min(step_, std::abs(horizon_ - t)));
     }
-    if (!is_complete_) room = std::min(room, sampled(t, y, landing));
-    reach_ = room < left ? t + std::copysign(std::max(room, 64 * epsilon * std::abs(t)), landing - t) : landing;
+    if (!is_complete_) room = std::min(room, sampled(t, y, end));
+    if (room < left) reach_ = nearer(t, reach_, t + std::copysign(std::max(room, 64 * epsilon * std::abs(t)), end - t));
     return reach_;
   }
+
+  /// The first time that functors are to be shown of a step from the time last asked about: beside it where something switches there.
+  double first_shown() const noexcept { return behind_; }
+  /// Whether something switches by time, as the functors are now.
+  bool switches_by_time() const noexcept { return guards_.any(Guards::Kind::of_time) || guards_.any(Guards::Kind::of_both); }
 
   /// Time that may have been passed over without a look; 0: none.
   double resolution() const noexcept { return resolution_; }
@@ -244,14 +111,156 @@ class TimeWatch {
   static constexpr double ahead = 64.0;     // steps that a look should be good for
   static constexpr int steps_of_state = 8;  // the same where the state matters as well
   static constexpr double shortest = 1e-10;  // of the way: what remains of a kink, where rates are infinite
+  static constexpr int trials_of_time = 2000, trials_of_state = 300;  // of a search for a switch
+  static constexpr int most_unfollowed = 100;  // searches that ended without one and before the end
+  static constexpr int most_crowded = 10'000;  // switches that change nothing, or follow each other
+  static constexpr double crowd = 1e-7;        // of the way, as closely as this
+  static constexpr double careful = 1e-8;      // of the way: what is nearer is landed on at once, what is farther in several steps
+  static constexpr int most_held = 64;         // steps in a row that are held up by a forecast
 
+  using Guards = formula::TimeGuards;
+
+  static Guards guards_of(const TimeFormulas& f) { return Guards(f.recording.graph, f.guards, f.places, f.t); }
   static bool same(const TimeFormulas& a, const TimeFormulas& b) {
     const auto& x = a.recording.graph.nodes();
     const auto& y = b.recording.graph.nodes();
-    return a.roots == b.roots && a.complete == b.complete &&
+    return a.roots == b.roots && a.complete == b.complete && a.places == b.places &&
            std::equal(x.begin(), x.end(), y.begin(), y.end(), [](const formula::Node& m, const formula::Node& n) {
              return m.kind == n.kind && m.function == n.function && m.a == n.a && m.b == n.b && m.ca == n.ca && m.cb == n.cb && m.c == n.c;
            });
+  }
+
+  // The functors as they are near (t, y).
+  template <class Y>
+  TimeFormulas recorded(double t, const Y& y) const {
+    TimeFormulas found;
+    const Eigen::Index velocities = 2 * qdot::detail::dof(system_);
+    found.state = new_variables(found.recording, 0, velocities);
+    found.t = found.recording.graph.variable(static_cast<int>(velocities));
+    for (const int z : new_variables(found.recording, velocities + 1, system_.size() - velocities)) found.state.push_back(z);
+    formula::Branches branches;
+    branches.variables.assign(y.data(), y.data() + system_.size());
+    branches.variables.insert(branches.variables.begin() + velocities, t);
+    found.recording.branches = &branches;
+    TimeOf<F>::record(found, system_);
+    found.recording.branches = nullptr;
+    found.guards = std::move(branches.met);
+    for (const formula::Guard& g : found.guards)
+      found.places.push_back(g.level == 0.0 ? g.node : found.recording.graph.difference(g.node, found.recording.graph.constant(g.level)));
+    return found;
+  }
+
+  // Makes these the formulas; false if they have been so before.
+  template <class Y>
+  [[gnu::cold]] bool record(double t, const Y& y) {
+    TimeFormulas found = recorded(t, y);
+    scanned_ = t_seen_ = t;
+    switch_.reset();
+    stale_ = 0;
+    if (std::exchange(begun_, true) && !has_guards_ && same(found, formulas_)) return false;
+    bounds_ = formula::TimeBounds(found.recording.graph, found.t, found.state, found.roots);
+    guards_ = guards_of(found);
+    bounded_ = bounds_.is_needed();
+    has_guards_ = guards_.any(Guards::Kind::of_time) || guards_.any_of_state();
+    is_complete_ = found.complete && unfollowed_ < most_unfollowed;
+    formulas_ = std::move(found);
+    horizon_ = landing_ = t;
+    return true;
+  }
+
+  static double nearer(double t, double a, double b) { return std::abs(b - t) < std::abs(a - t) ? b : a; }
+  template <class Y>
+  static std::span<const double> as_span(const Y& y) { return {y.data(), static_cast<std::size_t>(y.size())}; }
+
+  // Where the next switch by time alone is, on the way to `landing`.
+  template <class Y>
+  double next_switch(double t, const Y& y, double landing) {
+    if (guards_.any_of_state() && guards_.changed(behind_, as_span(y))) record(behind_, y);
+    const double direction = landing < t ? -1.0 : 1.0;
+    const auto is_ahead = [&](double time, double of) { return (time - of) * direction > 0.0; };
+    while (has_guards_) {
+      if (switch_ && is_ahead(switch_->last, behind_)) return nearer(t, landing, switch_->last);
+      if (switch_ && is_ahead(switch_->first, behind_)) {
+        if (!is_ahead(landing, switch_->first)) return landing;
+        behind_ = switch_->first;
+        record(behind_, y);
+        continue;
+      }
+      switch_.reset();
+      if (!is_ahead(landing, scanned_) || unfollowed_ >= most_unfollowed) return landing;
+      const double from = is_ahead(scanned_, behind_) ? scanned_ : behind_;
+      rates_.setZero(y.size());
+      switch_ = guards_.first(Guards::Kind::of_time, from, landing, as_span(y), as_span(rates_), trials_of_time, scanned_);
+      if (switch_ && crowded_ < most_crowded) {
+        if (std::abs(switch_->last - from) < crowd * std::abs(landing - t)) ++crowded_;
+        pass_if_harmless(y);
+        continue;
+      }
+      if (scanned_ == landing) return landing;
+      if (switch_ || guards_.gave_up()) unfollowed_ = most_unfollowed;
+      if (++unfollowed_ < most_unfollowed && is_ahead(scanned_, behind_)) return scanned_;
+      unfollowed_ = most_unfollowed;
+      switch_.reset();
+      is_complete_ = false;  // samples have to do
+      landing_ = t;
+    }
+    return landing;
+  }
+
+  // A switch of nothing that matters, one stair of many, needs no landing.
+  template <class Y>
+  void pass_if_harmless(const Y& y) {
+    if (guards_.any(Guards::Kind::of_both)) return;
+    TimeFormulas beyond = recorded(switch_->first, y);
+    const auto& now = formulas_;
+    if (beyond.complete != now.complete || !formula::same_outputs(beyond.recording.graph, beyond.roots, now.recording.graph, now.roots)) return;
+    guards_ = guards_of(beyond);
+    formulas_ = std::move(beyond);
+    scanned_ = std::exchange(switch_, std::nullopt)->first;
+    ++crowded_;
+  }
+
+  // Where guards that depend on state may switch before `end`, as the state is going now.
+  template <class Y>
+  double forecast(double t, const Y& y, double end) {
+    const double way = std::min(std::abs(end - t), 2.0 * wish_), direction = end < t ? -1.0 : 1.0;
+    rates_.resize(y.size());
+    state_ = y;
+    try {
+      system_.derivative(behind_, state_, rates_);
+    } catch (const Error&) {
+      return end;
+    }
+    double nearest = end, clear = t;
+    const double from = behind_, to = nearer(t, end, from + direction * way);
+    const auto found = guards_.any(Guards::Kind::of_both)
+                           ? guards_.first(Guards::Kind::of_both, from, to, as_span(state_), as_span(rates_), trials_of_state, clear)
+                           : std::nullopt;
+    if (!found || ++held_ > most_held) {
+      held_ = 0;
+    } else if (found->last == from && (end - found->first) * direction > 0.0) {  // it is here
+      behind_ = found->first;
+      record(behind_, y);
+      return forecast(t, y, next_switch(t, y, end));
+    } else {
+      const double gap = std::abs(found->last - t);
+      nearest = t + direction * (gap > careful * std::abs(end - t) ? 0.75 * gap : gap);
+    }
+    const Eigen::Index dof = qdot::detail::dof(system_);
+    for (Eigen::Index i = 0; i < state_.size(); ++i)
+      state_[i] += direction * way * rates_[i] + (i < dof ? 0.5 * way * way * rates_[dof + i] : 0.0);
+    if (!state_.allFinite() || !guards_.changed(t, as_span(state_))) return nearest;
+    const TimeFormulas other = recorded(t, state_);
+    Guards guards = guards_of(other);
+    rates_.setZero();
+    clear = t;
+    for (int times = 0; times < 2; ++times) {
+      const auto there = guards.first(Guards::Kind::of_time, clear, end, as_span(state_), as_span(rates_), trials_of_state, clear);
+      if (there && there->last != t) return nearer(t, nearest, there->last);
+      if (!there) break;
+      clear = there->first;
+    }
+    return nearest;
   }
 
   // On a new way.
@@ -323,6 +332,11 @@ class TimeWatch {
   double wish_ = 0.0;                          // the length of step that should be possible
   double step_ = 0.0, horizon_ = 0.0;          // that is possible, as far as this time
   int stale_ = 0;                              // steps until the state is another
+  Guards guards_;
+  bool has_guards_ = false;
+  std::optional<formula::Switch> switch_;      // the next one by time alone
+  double scanned_ = 0.0, behind_ = 0.0;        // as far as there is no other; what first_shown() says
+  int unfollowed_ = 0, held_ = 0, crowded_ = 0;
   Eigen::VectorXd state_, rates_, changed_;
 };
 

@@ -136,8 +136,8 @@ class Watchdog {
   void begin(double t, const Eigen::VectorXd& y, [[maybe_unused]] long steps, [[maybe_unused]] bool another = false) {
     changes_.begin(t, y);
     if constexpr (TimeWatch<F>::watches) {
-      if (another) clock_.begin_another(t);
-      else clock_.begin(t);
+      if (another) clock_.begin_another(t, y);
+      else clock_.begin(t, y);
     }
     steps_since_ = 0;
     if constexpr (looks_at_energy) {
@@ -148,9 +148,19 @@ class Watchdog {
 
   /// How far towards `landing` a step from (t, y) may go (integrate/watch/time_watch.hpp).
   template <class Y>
-  double reach(double t, const Y& y, double landing) {
-    if constexpr (TimeWatch<F>::watches) return clock_.reach(t, y, landing);
-    return (void)t, (void)y, landing;
+  double reach(double t, const Y& y, double landing, bool switches_only = false) {
+    if constexpr (TimeWatch<F>::watches) return clock_.reach(t, y, landing, switches_only);
+    return (void)t, (void)y, (void)switches_only, landing;
+  }
+  /// The first time that functors are to be shown of a step from the time t that reach() was asked about last.
+  double first_shown(double t) const {
+    if constexpr (TimeWatch<F>::watches) return clock_.first_shown();
+    return t;
+  }
+  /// Whether something in the functors switches by time, as they are now.
+  bool switches_by_time() const {
+    if constexpr (TimeWatch<F>::watches) return clock_.switches_by_time();
+    return false;
   }
 
   /// Looks at an accepted state; the trouble, if there is some.
