@@ -44,6 +44,8 @@ class NaturalSizes {
   NaturalTolerances tolerances(double rtol, double most) {
     constexpr double enough = ordinary_size;
     if (!(sizes_.minCoeff() < enough) || !rates(t_, y_, f_)) return {};
+    // Accelerations of what is held at rest are rounding.
+    if ((system_.is_constrained() || system_.guard_count() > 0) && sizes_.head(2 * dof_).isZero(0.0)) return {{}, false};
     if (f_.isZero(0.0) || sizes_.isZero(0.0)) look_later();  // at rest, and the foot of a push is no size
     if (sizes_.head(2 * dof_).isZero(0.0) && f_.isZero(0.0)) return {{}, false};  // phases are no sizes
     if (swing(enough)) return {};
