@@ -8,6 +8,7 @@
 #include <string>
 
 #include "qdot/analysis/sensitivity.hpp"
+#include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/any_system.hpp"
@@ -122,4 +123,24 @@ TEST_CASE("a way of next to nothing, from zero, ends") {
   const auto system = mechanical_system<2>(Springs{1.0, two_pi, two_pi});
   for (const double way : {1e-3, 1e-200, 1e-320})
     CHECK_THAT(simulate(system, State<2>{0.0, {0.0, 1e-9}, {1.0, 0.0}}, way, Dop853{}).y[0], WithinRel(std::sin(two_pi * way) / two_pi, 1e-3));
+}
+
+TEST_CASE("what rounding moves has no size: a stuck block and a pendulum on its top take a few steps") {
+  constexpr long few = 100;
+  const auto mass = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.0 * q[0]; });
+  const auto pushed = scene(mass, dry_friction("a", 0, 0.5, 1.0), dry_friction("b", 0, 1.0, 2.0),
+                            generalized_force([](const auto& q, const auto&, const auto& t) { return vector(0.1 * t + 0.0 * q[0]); }));
+  for (const double place : {0.0, 1e-5, 0.3}) {  // slips at 3 N, then (F_s − F_k) τ²/2 + τ³/60
+    const auto run = simulate(pushed, State<1>{0.0, Vector<double, 1>(place), Vector<double, 1>(0.0)}, 31.0, Dop853{});
+    REQUIRE(run.completed());
+    CHECK(run.statistics.steps < few);
+    CHECK(std::abs(run.y[0] - place - (0.75 + 1.0 / 60.0)) < 1e-8);
+  }
+  const auto pendulum = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) {
+    using std::cos;
+    return -9.81 * cos(q[0]);
+  });
+  const auto on_top = simulate(pendulum, State<1>{0.0, Vector<double, 1>(std::acos(-1.0)), Vector<double, 1>(0.0)}, 5.0, Dop853{});
+  REQUIRE(on_top.completed());
+  CHECK(on_top.statistics.steps < few);
 }

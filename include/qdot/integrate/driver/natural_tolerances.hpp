@@ -12,9 +12,10 @@
 //
 //     y₁ = y + h f ,   y₂ = y + h (f + f₁)/2 ,   |f₂ − f₁| ≤ max(|f|, |f₁|) in each component,
 //
-// and h is the longest for which that holds, by doubling. A component that is zero with all its rates borrows the size of its like, one that is
-// zero but for rounding gets what rounding makes of it (integrate/accurate/motion.hpp). Where all is zero, later times of the run are asked
-// for a push; where there is none, nothing is known, and the next leg is asked again.
+// and h is the longest for which that holds, by doubling. A velocity has at least the size of its coordinate by the length of the run, for less
+// moves nothing. A component that is zero with all its rates borrows the size of its like, one that is zero but for rounding gets what rounding
+// makes of it (integrate/accurate/motion.hpp). Where all is zero, later times of the run are asked for a push; where there is none, or what holds
+// the scene at rest may answer it, nothing is known, and the next leg is asked again.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -43,6 +44,7 @@ class NaturalSizes {
   // The tolerances; asks for f only where a component may be too small for the default.
   NaturalTolerances tolerances(double rtol, double most) {
     constexpr double enough = ordinary_size;
+    for (Eigen::Index i = 0; i < dof_; ++i) sizes_[dof_ + i] = std::max(sizes_[dof_ + i], sizes_[i] / std::abs(way_));
     if (!(sizes_.minCoeff() < enough) || !rates(t_, y_, f_)) return {};
     // Accelerations of what is held at rest are rounding.
     if ((system_.is_constrained() || system_.guard_count() > 0) && sizes_.head(2 * dof_).isZero(0.0)) return {{}, false};
