@@ -68,11 +68,14 @@ class Clock {
   /// t for functions of events: not in front of what functors are shown first.
   double seen(double elapsed) const noexcept { return elapsed < 0 ? std::min(t(elapsed), first_) : std::max(t(elapsed), first_); }
 
-  /// t for functors: on this side of a switch at either end.
+  /// t for functors: on this side of a switch at either end, as far as rounding reaches. A method that looks farther, as compositions with
+  /// substeps backward do, sees what is there.
   double shown(double elapsed) const noexcept {
-    const double t = origin_ + elapsed;  // rounded, by up to a unit of the origin: beyond either end as well
-    if (t == origin_) return first_;
-    return length_ < 0 ? std::max(std::min(t, first_), last_) : std::min(std::max(t, first_), last_);
+    const double t = origin_ + elapsed, sign = length_ < 0 ? -1.0 : 1.0;
+    const double unit = std::numeric_limits<double>::epsilon() * std::max(std::abs(origin_), std::abs(t));
+    if ((t - first_) * sign < 0.0 && (t - origin_) * sign >= -unit) return first_;
+    if ((t - last_) * sign > 0.0 && (t - limit_) * sign <= unit) return last_;
+    return t;
   }
 
   /// What rounding has carried over the limit is taken back to it.
