@@ -73,7 +73,7 @@ class Clock {
   double shown(double elapsed) const noexcept {
     const double t = origin_ + elapsed, sign = length_ < 0 ? -1.0 : 1.0;
     const double unit = std::numeric_limits<double>::epsilon() * std::max(std::abs(origin_), std::abs(t));
-    if ((t - first_) * sign < 0.0 && (t - origin_) * sign >= -unit) return first_;
+    if (t == origin_ || ((t - first_) * sign < 0.0 && (t - origin_) * sign >= -unit)) return first_;
     if ((t - last_) * sign > 0.0 && (t - limit_) * sign <= unit) return last_;
     return t;
   }

@@ -116,6 +116,15 @@ class GuardedSystem {
     return guard.guarded([&] { guard.derivative(guard.shown(t), state, result); });
   }
 
+  // One over what each component may err; asked for at every step, so tolerances may change between steps.
+  static int error_weights(N_Vector y, N_Vector weights, void* self) noexcept {
+    const auto& guard = *static_cast<GuardedSystem*>(self);
+    const double* const state = N_VGetArrayPointer(y);
+    double* const weight = N_VGetArrayPointer(weights);
+    for (Eigen::Index i = 0; i < guard.atol.size(); ++i) weight[i] = 1.0 / (guard.rtol * std::abs(state[i]) + guard.atol[i]);
+    return 0;
+  }
+
   static int jacobian(double t, N_Vector y, N_Vector, SUNMatrix J, void* self, N_Vector, N_Vector, N_Vector) noexcept {
     auto& guard = *static_cast<GuardedSystem*>(self);
     const Eigen::Index n = guard.system_->size();
@@ -165,6 +174,8 @@ class GuardedSystem {
   long jacobians = 0;
   long projections = 0;
   double constraint_residual = 0.0, constraint_velocity = 0.0;  // largest after a projection
+  double rtol = 0.0;
+  Eigen::VectorXd atol;
 
  private:
   // ydot ← f(t, y). @throws NonFinite when it is not finite, and whatever the model throws.

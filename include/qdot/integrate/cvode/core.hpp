@@ -65,7 +65,7 @@ inline constexpr double shortest = std::numeric_limits<double>::min() / epsilon;
 // Declared in the order of construction: the context first, CVODE's memory last.
 struct Core {
   CvodeSettings settings;
-  double max_step, initial_step, rtol;
+  double max_step, initial_step;
   bool has_zero_atol = false;
   Messages messages;
   ContextHandle context;
@@ -111,7 +111,6 @@ inline Core::Core(std::unique_ptr<MethodForm> system, NewtonMaker newton_of, Cvo
     : settings(std::move(wanted)),
       max_step(options.max_step),
       initial_step(options.initial_step),
-      rtol(options.rtol),
       messages{[](bool, const char* text, void* self) noexcept {
                  const auto& sink = static_cast<const Core*>(self)->settings.on_message;
                  try {
@@ -143,7 +142,9 @@ inline Core::Core(std::unique_ptr<MethodForm> system, NewtonMaker newton_of, Cvo
   require(redirect_messages(memory.get(), messages), "CVodeSetErrHandlerFn");
   require(CVodeInit(memory.get(), &GuardedSystem::right_hand_side, 0.0, y_vector.get()), "CVodeInit");
   require(CVodeSetUserData(memory.get(), &guard), "CVodeSetUserData");
+  guard.rtol = options.rtol;
   tolerate(Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index i) { return options.atol[i]; }));
+  require(CVodeWFtolerances(memory.get(), &GuardedSystem::error_weights), "CVodeWFtolerances");
   require(CVodeSetMaxNumSteps(memory.get(), -1), "CVodeSetMaxNumSteps");  // the driver counts
   require(CVodeSetMaxHnilWarns(memory.get(), -1), "CVodeSetMaxHnilWarns");
   require(CVodeSetMaxOrd(memory.get(), settings.max_order), "CVodeSetMaxOrd");
@@ -201,8 +202,7 @@ inline void Core::reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd
 
 inline void Core::tolerate(const Eigen::VectorXd& atol) {
   has_zero_atol = atol.size() > 0 && atol.minCoeff() == 0.0;
-  for (Eigen::Index i = 0; i < atol.size(); ++i) weights[i] = detail::positive_atol(atol[i]);  // copied by the next call
-  require(CVodeSVtolerances(memory.get(), rtol, weight_vector.get()), "CVodeSVtolerances");
+  guard.atol = atol.unaryExpr([](double a) { return detail::positive_atol(a); });
 }
 
 inline void Core::restart_cvode() {

@@ -31,7 +31,7 @@
 #include "qdot/integrate/driver/event_watch.hpp"
 #include "qdot/integrate/driver/landing_points.hpp"
 #include "qdot/integrate/driver/listed_event.hpp"
-#include "qdot/integrate/driver/natural_tolerances.hpp"
+#include "qdot/integrate/driver/motion_scale.hpp"
 #include "qdot/integrate/driver/output_samples.hpp"
 #include "qdot/integrate/driver/run_limits.hpp"
 #include "qdot/integrate/event.hpp"
@@ -59,7 +59,7 @@ class Driver {
   Driver(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget, Onlooker onlooker,
          std::vector<ListedEvent> events)
       : system_(system), stepper_(std::move(stepper)), options_(options), onlooker_(onlooker), watch_(system, std::move(events)),
-        watchdog_(system.watch(options_)), scale_is_known_(!options.atol.is_default() || stepper_.has_fixed_step()),
+        watchdog_(system.watch(options_)), scale_(!options.atol.is_default() || stepper_.has_fixed_step()),
         watches_time_(watchdog_->watches_time()), limits_(budget), run_(run) {}
 
   // The same once more and without anything kept but the end: a stretch of a motion that somebody else cuts into stretches, for whom
@@ -118,7 +118,8 @@ class Driver {
   }
 
   // The tolerances that the motion asks for where the user gave none; as long as nothing moves, each fresh start asks again.
-  void take_scale(double t, const Eigen::VectorXd& y) { scale_is_known_ = scale_is_known_ || takes_natural(system_, options_, stepper_, t, y, leg_end_); }
+  void take_scale(double t, const Eigen::VectorXd& y) { if (!scale_.is_known() && scale_.take(system_, options_, t, y, leg_end_)) tolerate(); }
+  void tolerate() { options_.atol = scale_.tolerances(), stepper_.tolerate(scale_.tolerances()); }
 
   // From here to `landing`, with a landing at each time of a clock (integrate/driver/event_clocks.hpp).
   bool legs(double landing, [[maybe_unused]] bool at_start) {
@@ -274,7 +275,7 @@ class Driver {
 
   bool state_is_sound() {
     const std::optional<Failure> trouble = unsound_state(system_, stepper_.y(), stepper_.t(), options_.state_norm_limit);
-    if (!trouble) return true;
+    if (!trouble) return scale_.grows() && scale_.has_outgrown(stepper_.y()) ? tolerate(), true : true;
     if (trouble->outcome == Outcome::non_finite) return end_explained(*trouble);
     keep();
     return end(*trouble);
@@ -290,8 +291,7 @@ class Driver {
   void keep_until(double elapsed, double t, const Y& y) {
     if (options_.keep_trajectory && elapsed != elapsed_) run_.trajectory.append(t, elapsed, stepper_.polynomial());
     const double sign = reached() >= elapsed_ ? 1.0 : -1.0;
-    elapsed_ = elapsed;
-    run_.t = t, run_.y = y;
+    elapsed_ = elapsed, run_.t = t, run_.y = y;
     outputs_.fill_before(elapsed, sign, clock_.origin(), watch_.same(run_.t), [&](double at, Eigen::VectorXd& out) {
       stepper_.interpolate(at, out);
       if (system_.is_constrained()) guarded([&] { system_.project(at, out); });  // between steps the polynomial leaves the constraints
@@ -344,8 +344,7 @@ class Driver {
   [[gnu::cold, gnu::noinline]] bool end(const Failure& failure) { return end(failure.outcome, failure.message); }
   [[gnu::cold, gnu::noinline]] bool end_explained(const Failure& failure) { return end(failure.outcome, sentence({failure.message, why(failure.outcome)})); }
   [[gnu::cold, gnu::noinline]] bool end(Outcome outcome, const std::string& message) {
-    run_.outcome = outcome;
-    run_.message = message;
+    run_.outcome = outcome, run_.message = message;
     return false;
   }
 
@@ -367,7 +366,8 @@ class Driver {
   Onlooker onlooker_;
   Watch watch_;
   std::unique_ptr<AnyWatch> watchdog_;
-  bool scale_is_known_, watches_time_;
+  MotionScale scale_;
+  bool watches_time_;
   RunLimits limits_;
   Run<>& run_;
   OutputSamples outputs_;

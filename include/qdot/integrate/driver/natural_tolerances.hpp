@@ -166,19 +166,6 @@ template <class Number = double>
   return NaturalSizes<Number>(system, t, y, way).tolerances(options.rtol, options.atol[0]);
 }
 
-/// Gives those of a run to t_end to the stepper and writes them into the options; false where nothing is known.
-template <class Stepper>
-[[gnu::cold, gnu::noinline]] bool takes_natural(const DrivenForm& system, Options& options, Stepper& stepper, double t, const Eigen::VectorXd& y,
-                                                double t_end) {
-  if (t == t_end) return false;
-  const NaturalTolerances found = natural_tolerances(system, options, t, y, t_end - t);
-  if (found.each.size() > 0) {
-    options.atol = found.each;
-    stepper.tolerate(found.each);
-  }
-  return found.known;
-}
-
 #ifdef QDOT_COMPILED
 extern template NaturalTolerances natural_tolerances<double>(const DrivenForm&, const Options&, double, const Eigen::VectorXd&, double);
 #endif

@@ -79,6 +79,8 @@ class LaneRun {
       for (int lane = 0; lane < lanes; ++lane) {
         if (told[lane] || (pack_.is_active(lane) && is_over_budget(lane))) finish(lane);
         else if (timed && pack_.took(lane) && !look_ahead(lane)) finish(lane);
+        if (pack_.is_active(lane) && lanes_[lane].scale.grows() && lanes_[lane].scale.has_outgrown(state_of(lane)))
+          pack_.tolerate(lane, lanes_[lane].scale.tolerances());
       }
     }
     return ends;
@@ -90,6 +92,7 @@ class LaneRun {
     State<n> start;
     std::optional<Form> form;
     std::optional<Watchdog<Form>> dog;
+    MotionScale scale;
     bool has_begun = false;  // one of this form
   };
 
@@ -149,9 +152,9 @@ class LaneRun {
       l.dog->begin(t, y, 0, std::exchange(l.has_begun, true));
       if (!f.allFinite() || l.dog->look_at_values_and_mass(t, y)) return false;
       if (options_.atol.is_default() && t != t_end_) {
-        const NaturalTolerances found = natural_tolerances(driven_form(*l.form), options_, t, y, t_end_ - t);
-        if (!found.known) return false;
-        pack_.tolerate(lane, found.each.size() > 0 ? found.each : Eigen::VectorXd::Constant(2 * n, options_.atol[0]));
+        const bool has_own = l.scale.take(driven_form(*l.form), options_, t, y, t_end_);
+        if (!l.scale.is_known()) return false;
+        pack_.tolerate(lane, has_own ? l.scale.tolerances() : Eigen::VectorXd::Constant(2 * n, options_.atol[0]));
       }
       const double limit = l.dog->reach(t, y, t_end_);
       if (l.dog->switches_by_time()) return false;
