@@ -102,6 +102,7 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
     for (Eigen::Index j = 0; j < q.size(); ++j) sizes[j] = std::abs(q[j]);
     for (Eigen::Index i = 0; i < phi.size(); ++i) {
       terms[i] = geometry.reach(i, sizes);
+      if (terms[i] > 0.0) terms[i] = std::max(terms[i], 1e-25 * geometry.length(i));  // below are roundings of what is zero
       is_small = is_small || (terms[i] > 0.0 && terms[i] < 1e-3 * geometry.length(i));
     }
   };
