@@ -80,3 +80,22 @@ TEST_CASE("a circle that is far smaller than its coordinates is met as exactly a
     CHECK(std::abs(v[0] * x + v[1] * y) <= 1e-15 * radius);  // tangential to some roundings of 0.3 m/s × 1 mm
   }
 }
+
+TEST_CASE("a constraint of velocities holds no position back that another constraint asks for") {
+  // A brake that stops x beside a wall at x = 0, however far the start is off, and beside a rod in a direction of its own.
+  const auto brake = nonholonomic("brake", [](const auto&, const auto& v) { return v[0]; });
+  const auto wall = holonomic("wall", [](const auto& q) { return q[0]; });
+  const auto rod = holonomic("rod", [](const auto& q) { return 0.5 * (q[0] * q[0] + q[1] * q[1] - 1.0); });
+  const auto bob = mechanical_system<2>(Bob{});
+  for (const double off : {1e-3, 1e-9, 1e-30}) {
+    Vector<double, 2> q(off, 1.0), v(0.25, 0.5);
+    CHECK(project(scene(bob, brake, wall), q, v, 0.0).rank == 1);
+    CHECK((q[0] == 0.0 && q[1] == 1.0));
+    CHECK((v[0] == 0.0 && v[1] == 0.5));
+    q << off, 1.0 - off;
+    v << 0.25, 0.5;
+    CHECK(project(scene(bob, brake, wall, rod), q, v, 0.0).rank == 2);
+    CHECK((std::abs(q[0]) <= 2.3e-16 && std::abs(q[1] - 1.0) <= 2.3e-16));
+    CHECK((v[0] == 0.0 && std::abs(v[1]) <= 2.3e-16));
+  }
+}

@@ -102,14 +102,24 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
     for (Eigen::Index j = 0; j < q.size(); ++j) sizes[j] = std::abs(q[j]);
     for (Eigen::Index i = 0; i < phi.size(); ++i) {
       terms[i] = geometry.reach(i, sizes);
-      if (terms[i] > 0.0) terms[i] = std::max(terms[i], 1e-25 * geometry.length(i));  // below are roundings of what is zero
+      if (terms[i] > 0.0) terms[i] = std::max(terms[i], 1e-22 * geometry.length(i));  // below are roundings of what is zero
       is_small = is_small || (terms[i] > 0.0 && terms[i] < 1e-3 * geometry.length(i));
+    }
+  };
+  // Rows that depend on each other share what is asked of them, so a friction beside a wall would hold half of what the wall takes back.
+  bool of_positions = false;
+  const auto factor_for_positions = [&] {
+    if (!of_positions) factor_here();
+    if constexpr (has_velocity_rows<Sc>) {
+      of_positions = of_positions || geometry.has_dependent_rows();
+      const Vector<double, m> kept = position_rows(scene, q, t, z);
+      if (of_positions) geometry.move_to(q, qdot, z, &kept), distance = 0.0;
     }
   };
   while (report.residual > 0) {
     if (report.iterations == most_iterations) fail("Newton's method took 25 steps and did not arrive");
     const bool is_first = report.iterations == 0;
-    if (!(distance <= nearby)) factor_here();
+    if (!(distance <= nearby)) factor_for_positions();
     if (is_first) measure();
     const Vector<double, n> step = way_back(geometry, q, phi);
     ++report.iterations;
@@ -138,7 +148,7 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
     report.residual = residual;
   }
 
-  if (!(distance <= nearby)) factor_here();
+  if (of_positions || !(distance <= nearby)) factor_here();
   geometry.require_finite();
   Vector<double, m> length(phi.size());
   for (Eigen::Index i = 0; i < phi.size(); ++i) length[i] = geometry.length(i);

@@ -80,9 +80,13 @@ class ConstraintGeometry {
   /// @param traced  equations that a run has traced, or nothing
   ConstraintGeometry(const Sc& scene, double t, double cutoff, TracedConstraints<>* traced = nullptr) : names_{scene}, t_(t), cutoff_(cutoff), given_(traced) {}
 
+  /// @param kept  1 for rows that count, 0 for those that do not; nothing: all
   template <class Phases>
-  void move_to(const Vector<double, n>& q, const Vector<double, n>& qdot, const Phases& z) {
-    if constexpr (may_be_sparse<Sc>) {
+  void move_to(const Vector<double, n>& q, const Vector<double, n>& qdot, const Phases& z, const Vector<double, m>* kept = nullptr) {
+    if (kept != nullptr) {
+      traced_ = nullptr;
+      sparse_.reset();
+    } else if constexpr (may_be_sparse<Sc>) {
       if constexpr (requires { z.data(); }) traced_ = given_ && given_->move_to(q.data(), qdot.data(), t_, z.data()) ? given_ : nullptr;
       if (traced_) return;
       if (!sparse_) sparse_.emplace();
@@ -90,6 +94,7 @@ class ConstraintGeometry {
       sparse_.reset();
     }
     J_ = constraint_jacobian(names_.scene, q, qdot, t_, z);
+    if (kept != nullptr) J_ = Matrix<double, m, n>(kept->asDiagonal() * J_);
     dense_.emplace(mass_matrix(names_.scene.system(), q, qdot, t_), J_, cutoff_);
   }
 
@@ -139,6 +144,11 @@ class ConstraintGeometry {
     return ConstrainedFactors<n, m>(metric, J_, cutoff_).displacement(r, t_, names_);
   }
 
+  bool has_dependent_rows() const {
+    Eigen::Index rows = 0, all = sparse_ || traced_ ? static_cast<Eigen::Index>(this->rows().size()) : J_.rows();
+    for (Eigen::Index i = 0; i < all; ++i) rows += length(i) > 0.0 ? 1 : 0;
+    return rank() < rows;
+  }
   Eigen::Index rank() const { return traced_ ? static_cast<Eigen::Index>(traced_->rank()) : sparse_ ? sparse_->factors.rank() : dense_->rank(); }
 
   // Σⱼ |Jᵢⱼ| xⱼ for x ≥ 0, and the length of row i.
