@@ -81,6 +81,26 @@ TEST_CASE("of a kick that an event gives, constraints leave what they allow: the
   CHECK(std::abs(after.q.dot(after.qdot)) <= velocity_rounding);
 }
 
+TEST_CASE("a function that a constraint keeps at zero has no events, whatever the start, the method and the tolerance") {
+  const auto kept = [](const auto& start, const auto& method, const qdot::Options& options) {
+    const auto run = qdot::simulate(pendulum, start, 20.0, method, options,
+                                    qdot::events(qdot::event("on the circle", [](const auto& q) { return q[0] * q[0] + q[1] * q[1] - 1.0; }),
+                                                 qdot::event("along it", [](const auto& q, const auto& v) { return q[0] * v[0] + q[1] * v[1]; })));
+    INFO(run.message);
+    REQUIRE(run.completed());
+    CHECK(run.events.empty());
+    CHECK(run.statistics.rough_events == 0);
+  };
+  for (const Vector2d& from : {Vector2d(1.0, 0.0), Vector2d(std::sin(1.0), -std::cos(1.0)), Vector2d(0.6, -0.8)})
+    for (const double speed : {0.0, 1e-6, 2.0, 20.0})
+      for (const qdot::Options& options : {qdot::Options{}, qdot::Options{.rtol = 1e-4}, qdot::Options{.rtol = 1e-12}}) {
+        CAPTURE(from[0], speed, options.rtol);
+        const qdot::State<2> start{0.0, from, Vector2d(-speed * from[1], speed * from[0])};
+        kept(start, qdot::Dop853{}, options);
+        kept(start, qdot::CvodeBdf{}, {.rtol = std::max(1e-10, options.rtol)});
+      }
+}
+
 TEST_CASE("backward in time the pendulum retraces its way") {
   const auto there = qdot::simulate(pendulum, released, 3.0, qdot::Dop853{}, {.rtol = 1e-12, .atol = 1e-13});
   const auto back = qdot::simulate(pendulum, there.state(), 0.0, qdot::Dop853{}, {.rtol = 1e-12, .atol = 1e-13});

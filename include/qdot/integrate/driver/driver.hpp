@@ -205,7 +205,7 @@ class Driver {
   bool passed_events() {
     bool proceed = true;
     const bool evaluated = guarded([&] {
-      watch_.search(clock_, stepper_.polynomial(), elapsed_, reached());
+      watch_.search(clock_, stepper_.polynomial(), elapsed_, reached(), tolerance(stepper_.y()));
       for (long firings = 0; const std::optional<Firing> firing = watch_.next(); ++firings) {
         if (firing->stops || firing->changes) {
           proceed = cut(*firing);

@@ -107,6 +107,10 @@ class RootSearch {
     to_ = to;
     double t0 = from, g0 = watch_.value - watch_.level;  // the last two samples
     double t1 = from, g1 = g0;
+    if (watch_.is_kept && !watch_.off) {
+      const double g_end = (known != nullptr ? known[samples_in_panel - 1] : at_(to)) - watch_.level;
+      if (is_noise(from, g0) && is_noise(to, g_end)) return void(watch_.value = g_end + watch_.level);
+    }
     const auto see = [&](double t2, double value) {
       const double g2 = value - watch_.level;
       if (watch_.side == 0) {
@@ -116,7 +120,7 @@ class RootSearch {
       } else if (watch_.off && t1 != t0 && g0 * watch_.side > 0 && std::abs(g1) <= std::abs(g0) && std::abs(g1) <= std::abs(g2)) {
         dip(t0, g0, t1, g1, t2, g2);
       }
-      watch_.off = watch_.off || std::abs(g2) > watch_.noise;
+      watch_.off = watch_.off || (std::abs(g2) > watch_.noise && !is_noise(t2, g2));
       t0 = std::exchange(t1, t2);
       g0 = std::exchange(g1, g2);
       return watch_.root.has_value();
@@ -158,7 +162,7 @@ class RootSearch {
       known = nullptr;
       if (is_last) length = left;
       const double shortest = std::max(1e-9 * std::abs(to - from), 1e3 * std::numeric_limits<double>::epsilon() * std::max(std::abs(a), std::abs(b)));
-      if (!is_good(g, length <= shortest, std::exchange(is_step, false))) {
+      if (!is_noise(b, largest(g)) && !is_good(g, length <= shortest, std::exchange(is_step, false))) {
         length *= 0.5;
         continue;
       }
@@ -219,6 +223,12 @@ class RootSearch {
   }
 
  private:
+  static double largest(const std::array<double, samples_in_panel>& g) {
+    double size = 0.0;
+    for (const double each : g) size = std::max(size, std::abs(each));
+    return size;
+  }
+
   // Whether g has no sign at t; noise is asked about again there.
   bool is_noise(double t, double g) {
     if (watch_.off || !watch_.judges) return false;

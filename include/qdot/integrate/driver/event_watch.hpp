@@ -65,6 +65,7 @@ class EventWatch {
       watches_[i].barrier = events_[i].is_barrier;
       watches_[i].is_formula = events_[i].decide != nullptr;
       watches_[i].judges = !events_[i].is_barrier && !events_[i].stops && events_[i].change == nullptr;
+      watches_[i].is_kept = watches_[i].judges && system.is_constrained();
       if (events_[i].times == nullptr) (watches_[i].is_formula ? has_formulas_ : has_others_) = true;
     }
     for (std::size_t i = listed_; i < count; ++i) {
@@ -134,7 +135,8 @@ class EventWatch {
   }
 
   // Samples a step and notes each function's first root in it; from and to are what has elapsed on the clock, and so are roots.
-  void search(const Clock& clock, const PolynomialView& step, double from, double to) {
+  void search(const Clock& clock, const PolynomialView& step, double from, double to, const Eigen::VectorXd& tolerance) {
+    tolerance_ = tolerance_.cwiseMax(tolerance);  // errors do not fall where a velocity passes zero
     if (clock.origin() != clock_.origin()) last_time_.assign(watches_.size(), std::numeric_limits<double>::quiet_NaN());
     clock_ = clock;
     step_ = step;

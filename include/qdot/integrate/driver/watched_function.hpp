@@ -4,7 +4,8 @@
 // What is remembered of an event's function from step to step.
 //
 // Noise. Zero to within the method's tolerance is no sign: a function of a velocity that sticks, or one that a constraint holds, has changes of sign that
-// mean nothing. So a function that begins in this band, and whose event only records, has to leave it before anything in it is a root.
+// mean nothing. So a function that begins in this band, and whose event only records, has to leave it before anything in it is a root. The band is that
+// of the present step: the velocity of a pendulum at rest is known to less than that of one that swings.
 //
 // What is remembered of a function from step to step is the side of zero on which it was last seen. Side 0 means
 // "at zero": at the start of a run, or just after an event changed the state. Then its first sample off zero (by more
@@ -44,6 +45,7 @@ struct Watch {
   bool lost = false;     // it left zero to the other
   bool judges = false;   // whether what is zero to within `noise` has no sign
   bool off = false;      // has left this band since it began
+  bool is_kept = false;  // constraints hold the ends of steps alone: a function in the band at both is so between
   double noise = 0.0;    // of g, by the method's tolerance
   bool rough = false;    // could not be followed in this step
   bool is_formula = false, unproven = false;  // zeros are proved; but not in this step, for proofs fail
