@@ -57,7 +57,7 @@ class NaturalSizes {
     const ComponentSizes found = component_sizes(system_, dof_, sizes_, {t_}, y_, time);
     Eigen::VectorXd each = found.tolerances(rtol, found.sizes).cwiseMin(most);
     // What else is carried along, as derivatives are, may be zero but for rounding: it is small where the motion is.
-    const bool small_motion = found.sizes.head(2 * dof_).maxCoeff() < enough;
+    const bool small_motion = dof_ == 0 || found.sizes.head(2 * dof_).maxCoeff() < enough;
     for (Eigen::Index i = 0; i < each.size(); ++i)
       if (found.sizes[i] >= enough || (i >= 2 * dof_ && !small_motion)) each[i] = most;
     if (each.minCoeff() >= most) return {};
