@@ -17,6 +17,8 @@
 #include "program/commands.hpp"
 #include "program/json.hpp"
 #include "program/steady_points.hpp"
+#include "qdot/integrate/accurate/motion.hpp"
+#include "qdot/integrate/options.hpp"
 
 namespace qdot::program {
 
@@ -54,11 +56,15 @@ int equilibria(const EquilibriaOptions& options) {
     cyclic = cyclic_coordinates(request);
   } catch (const Error&) {  // at a start where the coordinates fail, all of them are searched
   }
+  // How far a search begins from the start, and beside what two places are one: lengths of ordinary size count as 1, small ones by themselves.
+  Eigen::VectorXd reaches = request.start.q.cwiseAbs();
+  detail::lend_sizes(reaches, 0, 0.0);
+  for (double& reach : reaches) reach = reach < detail::ordinary_size ? reach : std::max(1.0, reach);
   for (int k = 0; k < (n <= most_searched ? starts : 1); ++k) {
     Eigen::VectorXd q = request.start.q;
     for (Eigen::Index i = 0; k > 0 && i < n; ++i) {
       if (cyclic[static_cast<std::size_t>(i)]) continue;
-      q[i] += halton(k, bases[i]) * (is_angle(i) ? 2.0 * std::numbers::pi : 4.0 * std::max(1.0, std::abs(q[i])));
+      q[i] += halton(k, bases[i]) * (is_angle(i) ? 2.0 * std::numbers::pi : 4.0 * reaches[i]);
     }
     SteadyPoint found;
     try {
@@ -70,7 +76,7 @@ int equilibria(const EquilibriaOptions& options) {
     const bool known = std::any_of(points.begin(), points.end(), [&](const SteadyPoint& point) {
       for (Eigen::Index i = 0; i < n; ++i) {
         const double apart = found.linear.q[i] - point.linear.q[i];
-        if (std::abs(is_angle(i) ? wrapped(apart) : apart) > 1e-6 * std::max(1.0, std::abs(point.linear.q[i])))
+        if (std::abs(is_angle(i) ? wrapped(apart) : apart) > 1e-6 * (is_angle(i) ? 1.0 : std::max(reaches[i], std::abs(point.linear.q[i]))))
           return false;
       }
       return true;

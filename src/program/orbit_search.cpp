@@ -8,6 +8,8 @@
 
 #include "program/varied_motion.hpp"
 #include "qdot/analysis/orbit_family.hpp"
+#include "qdot/integrate/accurate/motion.hpp"
+#include "qdot/integrate/options.hpp"
 
 namespace qdot::program {
 
@@ -127,9 +129,11 @@ FirstReturn first_return(const ChosenScene& chosen, const Model& model, std::opt
 
   const Eigen::VectorXd y0 = settled(model, start.t, model.packed(start));
   Eigen::VectorXd f(y0.size()), later(y0.size());
+  Eigen::VectorXd sizes = y0.cwiseAbs();
+  detail::lend_sizes(sizes, n, 0.0);
   for (const double beside : {0.0, 0.1}) {  // a drive may vanish where the motion begins
     Eigen::VectorXd y = y0;
-    for (Eigen::Index i = 0; i < 2 * n; ++i) y[i] += beside * (1.0 + 0.3 * static_cast<double>(i % 3)) * std::max(1.0, std::abs(y0[i]));
+    for (Eigen::Index i = 0; i < 2 * n; ++i) y[i] += beside * (1.0 + 0.3 * static_cast<double>(i % 3)) * (sizes[i] < detail::ordinary_size ? sizes[i] : std::max(1.0, sizes[i]));
     try {
       model.derivative(start.t, y, f);
       for (const double part : {0.31, 0.77}) {
