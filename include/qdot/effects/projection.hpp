@@ -154,8 +154,9 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
   for (Eigen::Index i = 0; i < phi.size(); ++i) length[i] = geometry.length(i);
   // A Newton iteration that stands still on contradicting rows has not arrived.
   constexpr double arrived = 1e-8;
+  const bool judges_small = is_small && !geometry.has_dependent_rows();  // of rows that depend on each other rounding leaves what it likes
   const auto is_off = [&](Eigen::Index i, double size, double own) {
-    if (is_small && own > 0.0) return std::abs(phi[i]) > arrived * own;
+    if (judges_small && own > 0.0) return std::abs(phi[i]) > arrived * own;
     return std::abs(phi[i]) > arrived * (length[i] * (1.0 + size) + (length[i] < 1e-12 ? 1.0 : 0.0));
   };
   const double size_of_q = largest(q), size_of_qdot = largest(qdot_start);

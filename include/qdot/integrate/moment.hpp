@@ -78,6 +78,9 @@ class Clock {
     return t;
   }
 
+  /// Whether what has elapsed cannot be told from a time.
+  bool is_at(double t, double elapsed) const noexcept { return t - origin_ == elapsed; }
+
   /// What rounding has carried over the limit is taken back to it.
   double within(double elapsed) const noexcept { return length_ > 0 ? std::min(elapsed, length_) : std::max(elapsed, length_); }
 

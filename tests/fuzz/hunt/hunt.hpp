@@ -22,6 +22,7 @@ std::vector<Game> interpreted_games();
 std::vector<Game> written_games();
 std::vector<Game> scene_games();
 std::vector<Game> free_games();
+std::vector<Game> kind_games();
 
 /// The dice of a case: neither neighbouring seeds nor neighbouring cases have anything in common.
 inline Dice dice_of(std::uint64_t seed, std::uint64_t number) {

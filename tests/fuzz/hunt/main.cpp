@@ -13,7 +13,7 @@ int main(int count, char** arguments) {
   const auto number = [&](int i, std::uint64_t otherwise) { return count > i ? std::strtoull(arguments[i], nullptr, 10) : otherwise; };
   const std::uint64_t cases = number(1, 1000), seed = number(2, 1), first = number(3, 0);
   std::vector<fuzz::Game> games;
-  for (const auto& some : {fuzz::interpreted_games(), fuzz::written_games(), fuzz::scene_games(), fuzz::free_games()})
+  for (const auto& some : {fuzz::interpreted_games(), fuzz::written_games(), fuzz::scene_games(), fuzz::free_games(), fuzz::kind_games()})
     games.insert(games.end(), some.begin(), some.end());
   fuzz::Report report;
   struct Tally {

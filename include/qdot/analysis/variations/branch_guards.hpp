@@ -82,16 +82,17 @@ class BranchGuards {
     const Eigen::VectorXd f = equations_.state_rate(t, y);
     return y + 0.5 * s * (f + equations_.state_rate(t + s, y + s * f));
   }
-  // How long the motion takes to change by its size: that of what steps have kept, for stages may be anywhere; and the shortest time that can be told.
+  // How long the motion takes to change by its size, at most the run: that of what steps have kept, for stages may be anywhere; and the shortest time
+  // that can be told.
   double way(double t, const Eigen::VectorXd& y) const {
     const Eigen::VectorXd f = equations_.state_rate(t, y);
     note_size(y);
-    double least = std::numeric_limits<double>::infinity();
+    double least = length_;
     for (const Eigen::Index first : {Eigen::Index(0), dof_}) {
       const double size = sizes_.segment(first, dof_).maxCoeff(), speed = f.segment(first, dof_).cwiseAbs().maxCoeff();
       if (speed > 0.0) least = std::min(least, (size > 0.0 ? size : 1.0) / speed);
     }
-    return std::isfinite(least) ? least : 1.0;
+    return least;
   }
   void note_size(const Eigen::VectorXd& y) const {
     if (sizes_.size() == 0) sizes_ = Eigen::VectorXd::Zero(2 * dof_);
@@ -158,7 +159,7 @@ class BranchGuards {
 
   VariationalEquations& equations_;
   Eigen::Index size_, dof_;
-  double direction_ = 1.0;
+  double direction_ = 1.0, length_ = 1.0;  // of the run
   std::unique_ptr<RecordedBranch> branch_{};
   std::map<std::pair<Eigen::Index, double>, std::unique_ptr<RecordedBranch>> near_{};  // members of a family on this branch
   mutable std::vector<double> at_{}, values_{};

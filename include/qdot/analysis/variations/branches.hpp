@@ -42,7 +42,7 @@ class FunctorBranches : private BranchGuards<Kind> {
   using Base = BranchGuards<Kind>;
   using Slope = typename Base::Slope;
   using Base::along_columns, Base::at_, Base::branch_, Base::direction_, Base::dof_, Base::enter, Base::equations_, Base::evaluate, Base::guard, Base::guards;
-  using Base::is_same, Base::least, Base::least_at, Base::moved, Base::runner, Base::shortest, Base::size_, Base::sizes_, Base::slope, Base::take;
+  using Base::is_same, Base::least, Base::least_at, Base::length_, Base::moved, Base::runner, Base::shortest, Base::size_, Base::sizes_, Base::slope, Base::take;
   using Base::values_, Base::way, Base::where;
 
  public:
@@ -57,7 +57,7 @@ class FunctorBranches : private BranchGuards<Kind> {
   // @throws EndOfRun  not_differentiable, where the motion begins or rests on a switch
   bool begin(double t, const Eigen::VectorXd& both, double t_end) {
     if (!equations_.records_functors() || dof_ < 1 || t_end == t) return false;
-    direction_ = t_end < t ? -1.0 : 1.0;
+    direction_ = t_end < t ? -1.0 : 1.0, length_ = std::abs(t_end - t);
     const Eigen::VectorXd y = both.head(size_);
     branch_ = recorded_branch(dof_, t, y, runner(-1, 0.0));
     if (guards().empty()) return false;

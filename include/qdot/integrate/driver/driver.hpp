@@ -96,8 +96,7 @@ class Driver {
  private:
   // The first evaluation. Its errors are the caller's, for there is nothing yet to keep.
   [[gnu::cold]] bool start(double t0, const Eigen::VectorXd& y_given) {
-    run_.t = t0;
-    run_.y = y_given;
+    run_.t = t0, run_.y = y_given;
     Eigen::VectorXd& y0 = run_.y;
     if constexpr (watches) watch_.set_clocks(t0, t_end_);
     if constexpr (watches) watch_.settle(t0, y0, tolerance(y0), run_.events);
@@ -143,8 +142,9 @@ class Driver {
   bool leg(double landing) {
     clock_.head_for(landing);
     while (elapsed_ != clock_.length()) {
-      const double t = stepper_.t(), limit = watches_time_ ? watchdog_->reach(t, stepper_.y(), landing, stepper_.has_fixed_step()) : landing;
-      if (watches_time_ && watchdog_->first_shown(t) != t && !restart(landing, watchdog_->first_shown(t), false)) return false;
+      double t = stepper_.t(), limit = landing;
+      while (watches_time_ && clock_.is_at(limit = watchdog_->reach(t, stepper_.y(), landing, stepper_.has_fixed_step()), elapsed_) && limit != t) t = limit;
+      if (const double shown = watches_time_ ? watchdog_->first_shown(t) : t; shown != stepper_.t() && !restart(landing, shown, false)) return false;
       if (!stepper_.step(limit)) {
         if (!leapt()) return run_.completed() && stuck();
       } else if (!state_is_sound() || !watched(landing) || !kept() || !within_budget(landing)) return false;
