@@ -131,9 +131,10 @@ FirstReturn first_return(const ChosenScene& chosen, const Model& model, std::opt
   Eigen::VectorXd f(y0.size()), later(y0.size());
   Eigen::VectorXd sizes = y0.cwiseAbs();
   detail::lend_sizes(sizes, n, 0.0);
+  for (double& size : sizes) size = size < detail::ordinary_size ? size : std::max(1.0, size);
   for (const double beside : {0.0, 0.1}) {  // a drive may vanish where the motion begins
     Eigen::VectorXd y = y0;
-    for (Eigen::Index i = 0; i < 2 * n; ++i) y[i] += beside * (1.0 + 0.3 * static_cast<double>(i % 3)) * (sizes[i] < detail::ordinary_size ? sizes[i] : std::max(1.0, sizes[i]));
+    for (Eigen::Index i = 0; i < 2 * n; ++i) y[i] += beside * (1.0 + 0.3 * static_cast<double>(i % 3)) * sizes[i];
     try {
       model.derivative(start.t, y, f);
       for (const double part : {0.31, 0.77}) {

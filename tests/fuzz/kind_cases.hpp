@@ -47,8 +47,8 @@ inline void in_other_units(Report& report, Dice dice) {
   InUnits of{{1.0, 1.0, 1.0}, dice.between(0.3, 3.0), dice.between(0.2, 4.0), dice.between(0.0, 2.0), dice.between(0.0, 2.0)};
   const auto value = [&] { return dice.one_in(3) ? 0.0 : dice.between(-2.0, 2.0); };
   const double t_end = dice.between(1.0, 20.0), x[] = {value(), value(), value(), value()};
-  report.model = "m " + text(of.m) + ", k " + text(of.k) + ", c " + text(of.c) + ", d " + text(of.d) + " from " + text(x[0]) + ", " + text(x[1]) + ", " +
-                 text(x[2]) + ", " + text(x[3]) + " to " + text(t_end) + " in units of " + text(u.mass) + " kg, " + text(u.length) + " m, " + text(u.time) + " s";
+  report.model = "m " + text(of.m) + ", k " + text(of.k) + ", c " + text(of.c) + ", d " + text(of.d) + " from " + text(x[0]) + ", " + text(x[1]) +
+                 ", " + text(x[2]) + ", " + text(x[3]) + " to " + text(t_end) + " in units of " + text(u.mass) + " kg, " + text(u.length) + " m, " + text(u.time) + " s";
   const auto run_in = [&](const Units& units, const auto& method, const qdot::Options& options) {
     of.u = units;
     const double speed = units.length / units.time;

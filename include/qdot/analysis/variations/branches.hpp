@@ -42,8 +42,8 @@ class FunctorBranches : private BranchGuards<Kind> {
   using Base = BranchGuards<Kind>;
   using Slope = typename Base::Slope;
   using Base::along_columns, Base::at_, Base::branch_, Base::direction_, Base::dof_, Base::enter, Base::equations_, Base::evaluate, Base::guard, Base::guards;
-  using Base::is_same, Base::least, Base::least_at, Base::length_, Base::moved, Base::runner, Base::shortest, Base::size_, Base::sizes_, Base::slope, Base::take;
-  using Base::values_, Base::way, Base::where;
+  using Base::is_same, Base::least, Base::least_at, Base::length_, Base::moved, Base::runner, Base::shortest, Base::size_, Base::sizes_, Base::slope;
+  using Base::take, Base::values_, Base::way, Base::where;
 
  public:
   using Base::Base;
