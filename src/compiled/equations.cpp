@@ -9,7 +9,7 @@
 #include <qdot/ad/series/sweep.hpp>
 #include <qdot/effects/impact.hpp>
 #include <qdot/integrate/automatic.hpp>
-#include <qdot/integrate/driver/driver.hpp>
+#include <qdot/integrate/driver/drive.hpp>
 #include <qdot/integrate/driver/ending.hpp>
 #include <qdot/integrate/driver/event_clocks.hpp>
 #include <qdot/integrate/driver/event_finder.hpp>
@@ -61,7 +61,7 @@ template NaturalTolerances natural_tolerances<double>(const DrivenForm&, const O
 template class BasicChangeWatch<double>;
 template class BasicEnergyWatch<double>;
 template Failure lost_inertia<double>(const Eigen::MatrixXd&, double, double, const std::vector<std::string>&);
-template std::string how_it_ended<double>(Outcome, const std::string&, double, long);
+template std::string how_it_ended<double>(Outcome, const std::string&, double, long, const char*);
 template void search_root<double>(RootSearch&, double, double, const double*);
 template void set_clocks<double>(EventClocks&, const std::vector<ListedEvent>&, double, double);
 template double radius_at<double>(SpectralRadius&, double, const Eigen::Ref<const Eigen::VectorXd>&);

@@ -18,7 +18,7 @@
 #include "program/json.hpp"
 #include "program/steady_points.hpp"
 #include "qdot/integrate/accurate/motion.hpp"
-#include "qdot/integrate/options.hpp"
+#include "qdot/mechanics/ordinary_size.hpp"
 
 namespace qdot::program {
 
@@ -59,7 +59,7 @@ int equilibria(const EquilibriaOptions& options) {
   // How far a search begins from the start, and beside what two places are one: lengths of ordinary size count as 1, small ones by themselves.
   Eigen::VectorXd reaches = request.start.q.cwiseAbs();
   detail::lend_sizes(reaches, 0, 0.0);
-  for (double& reach : reaches) reach = reach < detail::ordinary_size ? reach : std::max(1.0, reach);
+  for (double& reach : reaches) reach = detail::reach_of(reach);
   for (int k = 0; k < (n <= most_searched ? starts : 1); ++k) {
     Eigen::VectorXd q = request.start.q;
     for (Eigen::Index i = 0; k > 0 && i < n; ++i) {

@@ -9,7 +9,7 @@
 #include "program/varied_motion.hpp"
 #include "qdot/analysis/orbit_family.hpp"
 #include "qdot/integrate/accurate/motion.hpp"
-#include "qdot/integrate/options.hpp"
+#include "qdot/mechanics/ordinary_size.hpp"
 
 namespace qdot::program {
 
@@ -131,7 +131,7 @@ FirstReturn first_return(const ChosenScene& chosen, const Model& model, std::opt
   Eigen::VectorXd f(y0.size()), later(y0.size());
   Eigen::VectorXd sizes = y0.cwiseAbs();
   detail::lend_sizes(sizes, n, 0.0);
-  for (double& size : sizes) size = size < detail::ordinary_size ? size : std::max(1.0, size);
+  for (double& size : sizes) size = detail::reach_of(size);
   for (const double beside : {0.0, 0.1}) {  // a drive may vanish where the motion begins
     Eigen::VectorXd y = y0;
     for (Eigen::Index i = 0; i < 2 * n; ++i) y[i] += beside * (1.0 + 0.3 * static_cast<double>(i % 3)) * sizes[i];

@@ -127,9 +127,7 @@ inline void switched(Report& report, Dice dice) {
   Switched s;
   for (double& each : s.at) each = dice.between(-2.0, 2.0);
   std::sort(s.at.begin(), s.at.end());
-  // A short stay behind a switch by place is seen where a method looks often enough; a switch by time always.
   const bool by_time_alone = dice.one_in(2);
-  const qdot::Options looks{.max_step = by_time_alone ? std::numeric_limits<double>::infinity() : 0.01};
   for (double& each : s.a) each = by_time_alone && &each != &s.a[0] ? s.a[0] : dice.one_in(4) ? 0.0 : dice.between(-3.0, 3.0);
   const double t_end = dice.between(1.0, 6.0), lasts = std::exp(dice.between(std::log(1e-6), 0.0));
   s.t_1 = dice.between(0.1, t_end - 0.5), s.t_2 = std::min(s.t_1 + lasts, t_end - 0.1), s.b = dice.between(-1.0, 1.0) / (s.t_2 - s.t_1);
@@ -149,12 +147,12 @@ inline void switched(Report& report, Dice dice) {
   };
   constexpr double switches = 2e-6;  // of errors of 1e-9 at each of some switches, which the motion stretches
   try {
-    compare("Dop853", qdot::simulate(system, start, t_end, qdot::Dop853{}, looks), q_end, v_end, switches);
-    if (by_time_alone) compare("CvodeBdf", qdot::simulate(system, start, t_end, qdot::CvodeBdf{}), q_end, v_end, 10 * switches);
-    if (by_time_alone) compare("Automatic", qdot::simulate(system, start, t_end, qdot::Automatic{}), q_end, v_end, 10 * switches);
+    compare("Dop853", qdot::simulate(system, start, t_end, qdot::Dop853{}), q_end, v_end, switches);
+    compare("CvodeBdf", qdot::simulate(system, start, t_end, qdot::CvodeBdf{}), q_end, v_end, 10 * switches);
+    compare("Automatic", qdot::simulate(system, start, t_end, qdot::Automatic{}), q_end, v_end, 10 * switches);
     const qdot::State<1> end{t_end, qdot::Vector<double, 1>(q_end), qdot::Vector<double, 1>(v_end)};
-    compare("Dop853 backward", qdot::simulate(system, end, 0.0, qdot::Dop853{}, looks), q, v, 10 * switches);
-    const auto by_start = qdot::sensitivities(system, start, t_end, qdot::Dop853{}, {.rtol = 1e-11, .max_step = looks.max_step});
+    compare("Dop853 backward", qdot::simulate(system, end, 0.0, qdot::Dop853{}), q, v, 10 * switches);
+    const auto by_start = qdot::sensitivities(system, start, t_end, qdot::Dop853{}, {.rtol = 1e-11});
     if (!by_start.completed()) return report.finding(by_start.message + " by sensitivities");
     constexpr double beside = 1e-5;
     for (int column = 0; column < 2; ++column) {

@@ -31,7 +31,7 @@ namespace qdot {
 
 namespace detail {
 
-inline constexpr double default_atol = 1e-12, ordinary_size = 1e-3;  // motions of which it suits
+inline constexpr double default_atol = 1e-12;  // suits motions of ordinary size
 
 }  // namespace detail
 

@@ -19,7 +19,7 @@
 #include <utility>
 
 #include "qdot/integrate/any_stepper.hpp"
-#include "qdot/integrate/driver/driver.hpp"
+#include "qdot/integrate/driver/drive.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/run.hpp"

@@ -53,6 +53,7 @@
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
+#include "qdot/mechanics/ordinary_size.hpp"
 
 namespace qdot {
 
@@ -170,7 +171,7 @@ Integrability integrability(const Rows& A, const Eigen::MatrixBase<Q>& q, const 
     Eigen::VectorXd point = centre;
     for (Eigen::Index i = 0; i < point.size(); ++i) {
       const auto counter = static_cast<std::uint64_t>(sample) * static_cast<std::uint64_t>(point.size()) + static_cast<std::uint64_t>(i);
-      point[i] += options.radius * std::max(1.0, std::abs(centre[i])) * detail::scattered(counter);
+      point[i] += options.radius * detail::reach_of(std::abs(centre[i])) * detail::scattered(counter);
     }
     const Integrability here = detail::frobenius_condition_of(A, point, options.tolerance);
     if (here.constraints != worst.constraints) {

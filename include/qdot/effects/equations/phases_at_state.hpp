@@ -20,6 +20,7 @@
 
 #include "qdot/effects/equations/switching.hpp"
 #include "qdot/error.hpp"
+#include "qdot/mechanics/ordinary_size.hpp"
 
 namespace qdot {
 
@@ -106,7 +107,7 @@ class PhasesAtState : Switching<Sc> {
     const Z every = this->everything(z);
     const Rows phi = constraint_residual(this->scene_, q, t, every), u = constraint_velocity(this->scene_, q, qdot, t, every);
     this->visit([&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index row) {
-      if constexpr (is_contact<decltype(e)>) z[zi] = phi[row] <= 1e-9 * (1.0 + q.cwiseAbs().maxCoeff()) ? closed : apart;
+      if constexpr (is_contact<decltype(e)>) z[zi] = phi[row] <= touching(q) ? closed : apart;
       else z[zi] = u[row] == 0.0 ? sticks : u[row] > 0.0 ? 1.0 : -1.0;
     });
     return z;
@@ -125,7 +126,7 @@ class PhasesAtState : Switching<Sc> {
       const double force = now.second[row];
       if ((z.array() != before.array()).any()) return;
       if constexpr (is_contact<decltype(e)>) {
-        if (z[zi] == closed ? force < -negligible_force * force_scale(J, f, row) : phi[row] < -1e-9 * (1.0 + q.cwiseAbs().maxCoeff()))
+        if (z[zi] == closed ? force < -negligible_force * force_scale(J, f, row) : phi[row] < -touching(q))
           z[zi] = z[zi] == closed ? apart : closed;
       } else if (z[zi] == sticks && std::abs(force) > (1 + negligible_force) * e.sticking_limit(q, qdot, t)) {
         throw_invalid_value({"friction must hold what rests, but near the start '", e.name, "' would have to hold ", {std::abs(force), 6}, " and holds up to ",
@@ -149,6 +150,9 @@ class PhasesAtState : Switching<Sc> {
   }
 
  private:
+  // A gap that is none.
+  static double touching(const Q& q) { return 1e-9 * reach_of(q.cwiseAbs().maxCoeff()); }
+
   // Rank and λ in given phases.
   std::pair<Eigen::Index, Rows> rank_and_forces(double t, const Q& q, const Q& qdot, const Z& z) const {
     if (is_free(this->scene_, z)) return {0, Rows::Zero()};

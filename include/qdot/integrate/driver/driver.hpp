@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -72,7 +73,7 @@ class Driver {
     run_.events.clear();
     t_end_ = leg_end_ = t_end;
     if (start(t0, y0) && t_end != t0) leg(t_end);
-    run_.message = run_.completed() ? std::string() : how_it_ended(run_.outcome, run_.message, run_.t, limits_.steps_of_stretch(stepper_.statistics()));
+    run_.message = run_.completed() ? std::string() : how_it_ended(run_.outcome, run_.message, run_.t, limits_.steps_of_stretch(stepper_.statistics()), "");
   }
 
   std::uint64_t stopped_by() const {
@@ -145,11 +146,23 @@ class Driver {
       double t = stepper_.t(), limit = landing;
       while (watches_time_ && clock_.is_at(limit = watchdog_->reach(t, stepper_.y(), landing, stepper_.has_fixed_step()), elapsed_) && limit != t) t = limit;
       if (const double shown = watches_time_ ? watchdog_->first_shown(t) : t; shown != stepper_.t() && !restart(landing, shown, false)) return false;
-      if (!stepper_.step(limit)) {
+      const bool again = std::abs(seen_ - t) < std::abs(limit - t) && !clock_.is_at(seen_, elapsed_);
+      if (!stepper_.step(again ? seen_ : limit)) {
         if (!leapt()) return run_.completed() && stuck();
+      } else if (passed_unseen()) {
+        reset_at(stepper_, clock_.moment(elapsed_), run_.y);
       } else if (!state_is_sound() || !watched(landing) || !kept() || !within_budget(landing)) return false;
     }
     return true;
+  }
+
+  // Whether the step has passed over a stay on another branch, so that it is to be taken again, to seen_.
+  bool passed_unseen() {
+    seen_ = std::numeric_limits<double>::quiet_NaN();
+    if (!watchdog_->sees_branches || stepper_.has_fixed_step()) return false;
+    const std::optional<double> end = watchdog_->unseen(clock_, stepper_.polynomial(), elapsed_, reached());
+    if (end) seen_ = clock_.t(*end);
+    return end && !clock_.is_at(seen_, elapsed_);
   }
 
   // Whether no step was taken for the equations jump here, and the system knows the other side.
@@ -356,7 +369,7 @@ class Driver {
     if constexpr (watches) watch_.report(run_.statistics);
     run_.statistics.wall_seconds = limits_.seconds();
     run_.samples = outputs_.taken();
-    run_.message = how_it_ended(run_.outcome, run_.message, run_.t, run_.statistics.steps);
+    run_.message = how_it_ended(run_.outcome, run_.message, run_.t, run_.statistics.steps, scale_.remark());
     if (run_.completed() && run_.statistics.rough_events > 0) run_.message = sentence({run_.message, "; an event's function could not be followed"});
   }
 
@@ -377,24 +390,7 @@ class Driver {
   long restarts_ = 0;
   Clock clock_;           // of this leg
   double elapsed_ = 0.0, t_end_ = 0.0, leg_end_ = 0.0;  // elapsed on it, at run_.t
+  double seen_ = std::numeric_limits<double>::quiet_NaN();
 };
-
-// run ← from (t₀, y₀) to t_end.
-template <bool watches, bool is_observed>
-void drive(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget, Onlooker onlooker,
-           std::vector<ListedEvent> events, double t0, const Eigen::VectorXd& y0, double t_end) {
-  Driver<watches, is_observed>(run, system, std::move(stepper), options, budget, onlooker, std::move(events)).run(t0, y0, t_end);
-}
-
-#ifdef QDOT_COMPILED
-extern template void drive<false, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker,
-                                         std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
-extern template void drive<false, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker,
-                                        std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
-extern template void drive<true, false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker,
-                                        std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
-extern template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker,
-                                       std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
-#endif
 
 }  // namespace qdot::detail

@@ -36,18 +36,18 @@ inline std::optional<Failure> unsound_state(const DrivenForm& system, const Eige
   return trouble_of_state(system, y, t, limit);
 }
 
-// Outcome, place, what is known about it, and advice where that is not advice already.
+// Outcome, place, what is known about it, and advice where that is not advice already; a remark behind what was completed.
 template <class Number = double>
-[[gnu::cold]] std::string how_it_ended(Outcome outcome, const std::string& message, double t, long steps) {
+[[gnu::cold]] std::string how_it_ended(Outcome outcome, const std::string& message, double t, long steps, const char* remark) {
   const std::string where = sentence({"t = ", t, " after ", steps, " steps"});
-  if (outcome == Outcome::completed) return sentence({"reached ", where});
+  if (outcome == Outcome::completed) return sentence({"reached ", where, remark});
   const bool advised = message.find(advice(outcome)) != std::string::npos;
   return sentence({name(outcome), " at ", where, ": ", message, advised ? "" : "; ", advised ? "" : advice(outcome)});
 }
 
 #ifdef QDOT_COMPILED
 extern template Failure trouble_of_state<double>(const DrivenForm&, const Eigen::Ref<const Eigen::VectorXd>&, double, double);
-extern template std::string how_it_ended<double>(Outcome, const std::string&, double, long);
+extern template std::string how_it_ended<double>(Outcome, const std::string&, double, long, const char*);
 #endif
 
 }  // namespace qdot::detail

@@ -16,6 +16,7 @@
 #include "qdot/integrate/driver/natural_tolerances.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/watch/driven_form.hpp"
+#include "qdot/mechanics/ordinary_size.hpp"
 
 namespace qdot::detail {
 
@@ -26,6 +27,8 @@ class MotionScale {
 
   bool is_known() const noexcept { return is_known_; }
   bool grows() const noexcept { return grows_; }
+  /// What to say of a run that ends without one.
+  const char* remark() const noexcept { return is_known_ ? "" : "; nothing moved, so atol = 1e-12 stood for a size that is not known"; }
 
   /// Whether a motion from (t, y) to t_end asks for other tolerances than the default.
   [[gnu::cold, gnu::noinline]] bool take(const DrivenForm& system, const Options& options, double t, const Eigen::VectorXd& y, double t_end) {

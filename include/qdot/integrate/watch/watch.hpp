@@ -43,6 +43,7 @@
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/statistics.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/watch/branch_watch.hpp"
 #include "qdot/integrate/watch/change_watch.hpp"
 #include "qdot/integrate/watch/energy_watch.hpp"
 #include "qdot/integrate/watch/time_watch.hpp"
@@ -120,7 +121,7 @@ class Watchdog {
   static constexpr bool watches_time = TimeWatch<F>::watches;
 
   Watchdog(const F& system, const Options& options)
-      : system_(system), options_(options), clock_(system, options), changes_(AnyModelValues(system), options), energy_(energy_watch(system, options)),
+      : system_(system), options_(options), clock_(system, options), branches_(system), changes_(AnyModelValues(system), options), energy_(energy_watch(system, options)),
         wait_(shortest_wait()) {}
 
   /// True when the state after a step of length h ought to be looked at.
@@ -139,6 +140,7 @@ class Watchdog {
       if (another) clock_.begin_another(t, y);
       else clock_.begin(t, y);
     }
+    if constexpr (BranchWatch<F>::watches) branches_.begin();
     steps_since_ = 0;
     if constexpr (looks_at_energy) {
       wait_ = shortest_wait();
@@ -160,6 +162,17 @@ class Watchdog {
   /// Whether something in the functors switches by time, as they are now.
   bool switches_by_time() const {
     if constexpr (TimeWatch<F>::watches) return clock_.switches_by_time();
+    return false;
+  }
+
+  /// Where a step that has passed over another branch ends when it is taken again (integrate/watch/branch_watch.hpp).
+  std::optional<double> unseen(const Clock& clock, const PolynomialView& step, double from, double to) {
+    if constexpr (BranchWatch<F>::watches) return branches_.unseen(clock, step, from, to);
+    return (void)clock, (void)step, (void)from, (void)to, std::nullopt;
+  }
+  /// Whether steps may do so.
+  bool sees_branches() const {
+    if constexpr (BranchWatch<F>::watches) return !branches_.is_done();
     return false;
   }
 
@@ -289,6 +302,7 @@ class Watchdog {
   const F& system_;
   const Options& options_;
   [[no_unique_address]] std::conditional_t<TimeWatch<F>::watches, TimeWatch<F>, NoTimeWatch> clock_;
+  [[no_unique_address]] std::conditional_t<BranchWatch<F>::watches, BranchWatch<F>, NoBranchWatch> branches_;
   ChangeWatch changes_;
   [[no_unique_address]] std::conditional_t<looks_at_energy, EnergyWatch, NotWatched> energy_;
   long wait_, steps_since_ = 0;

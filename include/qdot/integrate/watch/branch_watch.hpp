@@ -1,0 +1,161 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// No step passes over a stay on another branch.
+//
+// A functor that compares a coordinate, q < a ? f : g, has other equations in another place. A step whose stages all miss this place feels nothing of
+// it, and no error estimate can tell: a body that coasts through a narrow strip with a force takes it in one step. So behind each step the guards of
+// the branch (ad/formula/branches.hpp) are evaluated along its polynomial. One change of sides is a switch, which the stages behind it have felt, if the
+// branch of the end begins where that of the start ends. Otherwise, and where sides change twice, the step is taken once more, and ends where
+// another branch was seen: then its last stage is on it, and the error estimate does what is right.
+//
+//     stages      x           x      x            x        guard, at 16 places      + + + − − + + + + + + + + + + +
+//     the place          [ ]                               ends where               ↑ the fourth is
+//
+// The branch is recorded behind the first step, and anew where its guards have changed. Functors that compare nothing are known to do so from then on,
+// mostly because their equations have been derived. Stairs that switch in nearly every step, and what asks for plain values,
+// are left alone. Lanes and methods with a step of fixed length are not watched.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/steps/polynomial.hpp"
+#include "qdot/integrate/steps/recorded_branches.hpp"
+#include "qdot/mechanics/derive/kept_lines.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail {
+
+// Whether the equations of a form have been derived without a comparison.
+template <class F>
+bool has_no_branches(const F&) {
+  return false;
+}
+template <class Sys>
+bool has_no_branches(const FirstOrderForm<Sys>& form) {
+  using E = typename Sys::EnergiesType;
+  constexpr int n = Sys::dof_at_compile_time;
+  if constexpr (may_keep_lines<E, n>) return lines_now<n>(form.system().kept_lines(), form.system().energies()) != nullptr;
+  return false;
+}
+
+// The sides of all guards of a recorded branch; a template, and so compiled where it is asked for.
+template <class = void>
+class SidesOfBranch {
+ public:
+  explicit SidesOfBranch(std::unique_ptr<RecordedBranch> branch) : branch_(std::move(branch)) {}
+  bool has_guards() const { return !branch_->branches.met.empty(); }
+
+  /// Whether (t, y) is on another side of some guard than the branch.
+  bool left_at(Eigen::Index dof, double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+    number_variables(dof, t, y, at_);
+    values_.clear();
+    const auto& met = branch_->branches.met;
+    int last = -1;
+    for (const formula::Guard& guard : met) last = std::max(last, guard.node);
+    formula::evaluate_nodes(branch_->motion.recording.graph, at_, values_, static_cast<std::size_t>(last) + 1);
+    return std::any_of(met.begin(), met.end(), [this](const formula::Guard& guard) {
+      const double value = guard.sign * (values_[static_cast<std::size_t>(guard.node)] - guard.level);
+      return value < 0.0 || (value == 0.0 && !guard.closed);
+    });
+  }
+
+ private:
+  std::unique_ptr<RecordedBranch> branch_;
+  std::vector<double> at_{}, values_{};
+};
+
+/// Looks at the steps of one run.
+template <class F>
+class BranchWatch {
+ public:
+  static constexpr bool watches = has_branches_recorded<F>;
+
+  explicit BranchWatch(const F& system) : system_(system) {}
+
+  /// Begins behind a change of the state, where functors that compare may have become others.
+  void begin() { here_.reset(); }
+  /// Whether nothing is compared.
+  bool is_done() const noexcept { return done_; }
+
+  /// What may have elapsed at most at the end of a step that is to be taken again; nothing where all was seen.
+  std::optional<double> unseen(const Clock& clock, const PolynomialView& step, double from, double to) {
+    if (done_ || retaken_ > most_retaken) return std::nullopt;
+    try {
+      if (done_ = has_no_branches(system_); done_) return std::nullopt;
+      return look(clock, step, from, to);
+    } catch (...) {  // the run itself will say what is wrong
+      return std::nullopt;
+    }
+  }
+
+ private:
+  static constexpr int places = 16, halvings = 30, most_retaken = 1000;
+
+  std::unique_ptr<SidesOfBranch<>> sides_at(double t) {
+    return std::make_unique<SidesOfBranch<>>(
+        recorded_branch(dof(system_), t, y_, [this](RecordedBranch& branch) { run_functors(branch, system_); }));
+  }
+
+  [[gnu::noinline]] std::optional<double> look(const Clock& clock, const PolynomialView& step, double from, double to) {
+    const auto left_at = [&](SidesOfBranch<>& sides, double fraction) {
+      const double elapsed = fraction == 1.0 ? to : from + fraction * (to - from);
+      y_all_.resize(step.size);
+      step.at(elapsed, y_all_);
+      y_ = y_all_.head(system_.size());
+      t_ = clock.shown(elapsed);
+      return sides.left_at(dof(system_), t_, y_);
+    };
+    if (!here_ || left_at(*here_, 0.0)) here_ = here_at(clock, step, from);
+    compares_ = compares_ || here_->has_guards();
+    if (!compares_) return done_ = true, std::nullopt;
+    int changes = 0, first = 0;
+    for (int k = 1, was = 0; k <= places; ++k)
+      if (const int is = left_at(*here_, static_cast<double>(k) / places) ? 1 : 0; is != std::exchange(was, is) && ++changes == 1) first = k;
+    if (changes == 0) return std::nullopt;
+    double seen = static_cast<double>(first) / places;
+    if (changes == 1) {  // a third branch may lie between the two
+      left_at(*here_, 1.0);
+      auto behind = sides_at(t_);
+      const auto edge = [&](SidesOfBranch<>& sides, double holds, double is_left) {
+        for (int k = 0; k < halvings; ++k) {
+          const double middle = 0.5 * (holds + is_left);
+          (left_at(sides, middle) ? is_left : holds) = middle;
+        }
+        return holds;
+      };
+      const double last = edge(*here_, seen - 1.0 / places, seen), next = edge(*behind, 1.0, last);
+      if (next - last < 4.0 * std::ldexp(1.0, -halvings)) return here_ = std::move(behind), std::nullopt;
+      seen = 0.5 * (last + next);
+    }
+    ++retaken_;
+    return from + seen * (to - from);
+  }
+  std::unique_ptr<SidesOfBranch<>> here_at(const Clock& clock, const PolynomialView& step, double from) {
+    y_all_.resize(step.size);
+    step.at(from, y_all_);
+    y_ = y_all_.head(system_.size());
+    return sides_at(clock.shown(from));
+  }
+
+  const F& system_;
+  bool done_ = false, compares_ = false;  // whether there is nothing to see, and whether there was something
+  long retaken_ = 0;
+  std::unique_ptr<SidesOfBranch<>> here_{};
+  double t_ = 0.0;  // of the place last looked at
+  Eigen::VectorXd y_{}, y_all_{};
+};
+
+// Of forms whose functors cannot be recorded.
+struct NoBranchWatch {
+  explicit NoBranchWatch(const auto&) {}
+};
+
+}  // namespace qdot::detail
