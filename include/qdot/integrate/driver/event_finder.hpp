@@ -94,11 +94,12 @@ class FunctionElsewhere {
 };
 
 // Searches [from, to] for the first root of one function; `at(t)` evaluates it, `decided(a, b)` proves that the ends of a panel tell all, and
-// noise(t) is what the tolerance of the method leaves open of it.
+// noise(t) is what the tolerance of the method leaves open of it; unit_of_t is a rounding unit.
 class RootSearch {
  public:
   template <class Evaluate, class Decided, class Noise>
-  RootSearch(Watch& watch, const Evaluate& at, const Decided& decided, const Noise& noise) : watch_(watch), at_(at), decided_(decided), noise_(noise) {}
+  RootSearch(Watch& watch, const Evaluate& at, const Decided& decided, const Noise& noise, double unit_of_t)
+      : watch_(watch), at_(at), decided_(decided), noise_(noise), unit_(unit_of_t) {}
 
   // Notes the first root that counts in watch.root; known[k] are the values at the sample fractions.
   void run(double from, double to, const double* known) {
@@ -267,7 +268,7 @@ class RootSearch {
     if (change <= least * std::max(std::abs(ga), std::abs(gb))) return found.behind;
     const double first = std::min(from_, to_), last = std::max(from_, to_);
     for (const double many : {1e4, 1e6, 1e8, 1e10}) {
-      const double way = many * (found.behind - found.ahead);
+      const double way = std::copysign(many * std::max(std::abs(found.behind - found.ahead), unit_), found.behind - found.ahead);
       const double around = std::abs(at_(std::clamp(found.behind + way, first, last)) - at_(std::clamp(found.ahead - way, first, last)));
       if (change <= most * around) return found.behind;
     }
@@ -358,7 +359,7 @@ class RootSearch {
   FunctionElsewhere<double, double> at_;
   FunctionElsewhere<bool, double, double> decided_;
   FunctionElsewhere<double, double> noise_;
-  double from_ = 0.0, to_ = 0.0;
+  double from_ = 0.0, to_ = 0.0, unit_;  // what rounding of t may hide: behind a switch by time elapsed begins at zero, and t some units later
   double zero_ = 0.0, left_ = 0.0;  // the last sample that was exactly zero, and the one behind it
 };
 

@@ -360,7 +360,7 @@ class EventWatch {
       step_.at(elapsed, there);
       return noise_of(i, clock_.seen(elapsed), there);
     };
-    RootSearch search(watches_[i], at, proves, noise);
+    RootSearch search(watches_[i], at, proves, noise, std::numeric_limits<double>::epsilon() * std::abs(clock_.t(from)));
     const bool was_rough = watches_[i].rough || watches_[i].unproven;
     search_root<double>(search, from, to_, known);
     if ((watches_[i].rough || watches_[i].unproven) && !was_rough && ++rough_steps_ == 1) rough_time_ = clock_.t(from);
