@@ -18,7 +18,7 @@
 #include "program/json.hpp"
 #include "program/steady_points.hpp"
 #include "qdot/integrate/accurate/motion.hpp"
-#include "qdot/mechanics/ordinary_size.hpp"
+#include "qdot/mechanics/equations/ordinary_size.hpp"
 
 namespace qdot::program {
 

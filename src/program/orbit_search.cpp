@@ -9,7 +9,7 @@
 #include "program/varied_motion.hpp"
 #include "qdot/analysis/orbit_family.hpp"
 #include "qdot/integrate/accurate/motion.hpp"
-#include "qdot/mechanics/ordinary_size.hpp"
+#include "qdot/mechanics/equations/ordinary_size.hpp"
 
 namespace qdot::program {
 

@@ -105,6 +105,7 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
       if (terms[i] > 0.0) terms[i] = std::max(terms[i], 1e-22 * geometry.length(i));  // below are roundings of what is zero
       is_small = is_small || (terms[i] > 0.0 && terms[i] < 1e-3 * geometry.length(i));
     }
+    is_small = is_small && !geometry.has_dependent_rows();  // of rows that depend on each other rounding leaves what it likes
   };
   // Rows that depend on each other share what is asked of them, so a friction beside a wall would hold half of what the wall takes back.
   bool of_positions = false;
@@ -154,9 +155,9 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
   for (Eigen::Index i = 0; i < phi.size(); ++i) length[i] = geometry.length(i);
   // A Newton iteration that stands still on contradicting rows has not arrived.
   constexpr double arrived = 1e-8;
-  const bool judges_small = is_small && !geometry.has_dependent_rows();  // of rows that depend on each other rounding leaves what it likes
+  is_small = is_small && !geometry.has_dependent_rows();
   const auto is_off = [&](Eigen::Index i, double size, double own) {
-    if (judges_small && own > 0.0) return std::abs(phi[i]) > arrived * own;
+    if (is_small && own > 0.0) return std::abs(phi[i]) > arrived * own;
     return std::abs(phi[i]) > arrived * (length[i] * (1.0 + size) + (length[i] < 1e-12 ? 1.0 : 0.0));
   };
   const double size_of_q = largest(q), size_of_qdot = largest(qdot_start);
@@ -177,9 +178,11 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
   phi = constraint_velocity(scene, q, qdot, t, z);
   require_finite_rows(scene, t, phi);
   report.velocity_residual = largest(phi);
+  Vector<double, m> own(phi.size());  // what a row has to do with, and what the rounding of the others' is
+  for (Eigen::Index i = 0; i < phi.size(); ++i) own[i] = geometry.reach(i, speed) + std::abs(before[i]);
+  const double rounding_of_others = 1e-6 * largest(own);
   for (Eigen::Index i = 0; i < phi.size(); ++i)
-    if (is_off(i, size_of_qdot, geometry.reach(i, speed) + std::abs(before[i])))
-      fail("no velocity satisfies all of them");
+    if (is_off(i, size_of_qdot, std::max(own[i], rounding_of_others))) fail("no velocity satisfies all of them");
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     report.moved_q = std::max(report.moved_q, std::abs(q[i] - q_start[i]));
     report.moved_qdot = std::max(report.moved_qdot, std::abs(qdot[i] - qdot_start[i]));

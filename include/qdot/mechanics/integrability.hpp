@@ -53,7 +53,7 @@
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
-#include "qdot/mechanics/ordinary_size.hpp"
+#include "qdot/mechanics/equations/ordinary_size.hpp"
 
 namespace qdot {
 

@@ -35,7 +35,7 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/mechanics/energy.hpp"
-#include "qdot/mechanics/ordinary_size.hpp"
+#include "qdot/mechanics/equations/ordinary_size.hpp"
 #include "qdot/report/animation.hpp"
 #include "qdot/report/file.hpp"
 #include "qdot/report/html.hpp"

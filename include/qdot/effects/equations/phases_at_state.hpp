@@ -20,7 +20,7 @@
 
 #include "qdot/effects/equations/switching.hpp"
 #include "qdot/error.hpp"
-#include "qdot/mechanics/ordinary_size.hpp"
+#include "qdot/mechanics/equations/ordinary_size.hpp"
 
 namespace qdot {
 

@@ -16,7 +16,7 @@
 #include "qdot/integrate/driver/natural_tolerances.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/watch/driven_form.hpp"
-#include "qdot/mechanics/ordinary_size.hpp"
+#include "qdot/mechanics/equations/ordinary_size.hpp"
 
 namespace qdot::detail {
 

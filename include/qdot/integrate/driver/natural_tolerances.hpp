@@ -26,7 +26,7 @@
 #include "qdot/integrate/accurate/motion.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/watch/driven_form.hpp"
-#include "qdot/mechanics/ordinary_size.hpp"
+#include "qdot/mechanics/equations/ordinary_size.hpp"
 
 namespace qdot::detail {
 

@@ -14,7 +14,7 @@
 //
 // The branch is recorded behind the first step, and anew where its guards have changed. Functors that compare nothing are known to do so from then on,
 // mostly because their equations have been derived. Stairs that switch in nearly every step, and what asks for plain values,
-// are left alone. Lanes and methods with a step of fixed length are not watched.
+// are left alone. Lanes and methods with a step of fixed length are not watched, and a visit to a branch and back within a sixteenth of a step is not seen.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/run.hpp"
 #include "qdot/integrate/steps/polynomial.hpp"
 #include "qdot/integrate/steps/recorded_branches.hpp"
 #include "qdot/mechanics/derive/kept_lines.hpp"
@@ -101,7 +102,7 @@ class BranchWatch {
 
   std::unique_ptr<SidesOfBranch<>> sides_at(double t) {
     return std::make_unique<SidesOfBranch<>>(
-        recorded_branch(dof(system_), t, y_, [this](RecordedBranch& branch) { run_functors(branch, system_); }));
+        recorded_branch(qdot::detail::dof(system_), t, y_, [this](RecordedBranch& branch) { run_functors(branch, system_); }));
   }
 
   [[gnu::noinline]] std::optional<double> look(const Clock& clock, const PolynomialView& step, double from, double to) {
@@ -111,7 +112,7 @@ class BranchWatch {
       step.at(elapsed, y_all_);
       y_ = y_all_.head(system_.size());
       t_ = clock.shown(elapsed);
-      return sides.left_at(dof(system_), t_, y_);
+      return sides.left_at(qdot::detail::dof(system_), t_, y_);
     };
     if (!here_ || left_at(*here_, 0.0)) here_ = here_at(clock, step, from);
     compares_ = compares_ || here_->has_guards();

@@ -121,8 +121,8 @@ class Watchdog {
   static constexpr bool watches_time = TimeWatch<F>::watches;
 
   Watchdog(const F& system, const Options& options)
-      : system_(system), options_(options), clock_(system, options), branches_(system), changes_(AnyModelValues(system), options), energy_(energy_watch(system, options)),
-        wait_(shortest_wait()) {}
+      : system_(system), options_(options), clock_(system, options), branches_(system), changes_(AnyModelValues(system), options),
+        energy_(energy_watch(system, options)), wait_(shortest_wait()) {}
 
   /// True when the state after a step of length h ought to be looked at.
   bool is_due(double h) {
