@@ -21,6 +21,7 @@
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/simulate_many.hpp"
+#include "qdot/integrate/watch/branch_watch.hpp"
 #include "qdot/integrate/watch/watch.hpp"
 
 namespace qdot {
@@ -149,6 +150,8 @@ class LaneRun {
       y << l.start.q, l.start.qdot;
       const double t = l.start.t;
       l.form->derivative(t, y, f);
+      if (!compares_) compares_ = functors_compare(*l.form, t, y);
+      if (*compares_) return false;  // one by one its steps are looked at (integrate/watch/branch_watch.hpp)
       l.dog->begin(t, y, 0, std::exchange(l.has_begun, true));
       if (!f.allFinite() || l.dog->look_at_values_and_mass(t, y)) return false;
       if (options_.atol.is_default() && t != t_end_) {
@@ -229,6 +232,7 @@ class LaneRun {
   RungeKuttaLanes<Dop853Coefficients, n, P, timed> pack_;
   std::size_t first_ = 0, next_ = 0, last_ = 0;
   int moving_ = 0;
+  std::optional<bool> compares_{};
   Ends* ends_ = nullptr;
   Lane lanes_[lanes];
 };

@@ -13,8 +13,9 @@
 //     the place          [ ]                               ends where               ↑ the fourth is
 //
 // The branch is recorded behind the first step, and anew where its guards have changed. Functors that compare nothing are known to do so from then on,
-// mostly because their equations have been derived. Stairs that switch in nearly every step, and what asks for plain values,
-// are left alone. Lanes and methods with a step of fixed length are not watched, and a visit to a branch and back within a sixteenth of a step is not seen.
+// mostly because their equations have been derived. Stairs that switch in nearly every step, and what asks for plain values, are left alone. Methods
+// with a step of fixed length are not watched; in lanes such functors run one by one. A visit to a branch and back within a sixteenth of a step is
+// not seen.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -44,6 +45,17 @@ bool has_no_branches(const FirstOrderForm<Sys>& form) {
   using E = typename Sys::EnergiesType;
   constexpr int n = Sys::dof_at_compile_time;
   if constexpr (may_keep_lines<E, n>) return lines_now<n>(form.system().kept_lines(), form.system().energies()) != nullptr;
+  return false;
+}
+
+// Whether functors compare anything at y.
+template <class F>
+[[gnu::cold]] bool functors_compare([[maybe_unused]] const F& form, [[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) {
+  if constexpr (has_branches_recorded<F>) {
+    if (has_no_branches(form)) return false;
+    const auto branch = recorded_branch(qdot::detail::dof(form), t, y, [&](RecordedBranch& each) { run_functors(each, form); });
+    return !branch->branches.met.empty();
+  }
   return false;
 }
 
