@@ -42,6 +42,7 @@ class SceneForm {
   static constexpr int dof_at_compile_time = n;                                         ///< n, or Dynamic
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n + states;  ///< 2n and the states of effects, or Dynamic
   static constexpr bool has_constraints = Sc::has_constraints;                          ///< as the scene has it
+  static constexpr bool functors_are_recordable = detail::is_recordable_scene<Sc>;      ///< T, V and effects take every scalar
 
   explicit SceneForm(Sc scene) : scene_(std::move(scene)) { detail::keep_lines<typename Sc::SystemType>(scene_); }
 

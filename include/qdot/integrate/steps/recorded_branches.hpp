@@ -14,12 +14,13 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "qdot/ad/formula/branches.hpp"
-#include "qdot/effects/rows/traced_constraints.hpp"
+#include "qdot/effects/effect.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
 
 namespace qdot::detail {
@@ -79,26 +80,30 @@ template <class Form>
 inline constexpr bool has_branches_recorded = false;
 template <class Sys>
 inline constexpr bool has_branches_recorded<FirstOrderForm<Sys>> = is_recordable<FirstOrderForm<Sys>>::value;
-template <class Sc>
-inline constexpr bool has_branches_recorded<SceneForm<Sc>> = is_recordable_scene<Sc>;
+template <class Form>
+  requires requires { Form::functors_are_recordable; }
+inline constexpr bool has_branches_recorded<Form> = Form::functors_are_recordable;
 
 // Runs what a form has.
 template <class Sys>
 void run_functors(RecordedBranch& branch, const FirstOrderForm<Sys>& form) {
   run_energies<Sys::dof_at_compile_time>(branch.motion, form.system().energies());
 }
-template <class Sc>
-void run_functors(RecordedBranch& branch, const SceneForm<Sc>& form) {
+// That of a scene, which is not known here.
+template <class Form>
+  requires requires { Form::functors_are_recordable; }
+void run_functors(RecordedBranch& branch, const Form& form) {
+  using Sc = std::remove_cvref_t<decltype(form.scene())>;
   constexpr int n = Sc::dof_at_compile_time;
   RecordedMotion& m = branch.motion;
   if constexpr (Sc::has_forces) branch.forces = m.q.size() + m.z.size();
   m.phases.clear();
   [[maybe_unused]] std::size_t place = m.q.size() + m.qdot.size() + 1;
-  for_each(form.scene().effects(), [&](const auto& e) {
-    using E = std::remove_cvref_t<decltype(e)>;
+  const auto note = [&]<class E>(const E&) {
     if constexpr (SwitchingEffect<E, n>) m.phases.push_back(branch.branches.variables[place]);
     place += static_cast<std::size_t>(states_of<E>());
-  });
+  };
+  std::apply([&](const auto&... e) { (note(e), ...); }, form.scene().effects());
   run_scene(m, form.scene(), nullptr);
 }
 

@@ -85,6 +85,79 @@ class SidesOfBranch {
   std::vector<double> at_{}, values_{};
 };
 
+/// Looks at steps, whatever functors there are: `run` runs them on a recording.
+template <class Number = double>
+class BranchSteps {
+ public:
+  BranchSteps(Eigen::Index size, Eigen::Index dof, RunFunctors run) : size_(size), dof_(dof), run_(std::move(run)) {}
+
+  void forget() { here_.reset(); }
+  /// Whether anything has been compared.
+  bool compares() const noexcept { return compares_; }
+  /// What may have elapsed at most at the end of a step that is to be taken again; nothing where all was seen.
+  std::optional<double> unseen(const Clock& clock, const PolynomialView& step, double from, double to);
+
+ private:
+  static constexpr int places = 16, halvings = 30, most_retaken = 1000;
+
+  // What the state is at a fraction of the step.
+  void move_to(double fraction) {
+    const double elapsed = fraction == 1.0 ? to_ : from_ + fraction * (to_ - from_);
+    y_all_.resize(step_.size);
+    step_.at(elapsed, y_all_);
+    y_ = y_all_.head(size_);
+    t_ = clock_.shown(elapsed);
+  }
+  bool left_at(SidesOfBranch<>& sides, double fraction) { return move_to(fraction), sides.left_at(dof_, t_, y_); }
+  std::unique_ptr<SidesOfBranch<>> sides_at(double fraction) {
+    return move_to(fraction), std::make_unique<SidesOfBranch<>>(recorded_branch(dof_, t_, y_, run_));
+  }
+  // How far sides hold, between where they do and where they do not.
+  double edge(SidesOfBranch<>& sides, double holds, double is_left) {
+    for (int k = 0; k < halvings; ++k) {
+      const double middle = 0.5 * (holds + is_left);
+      (left_at(sides, middle) ? is_left : holds) = middle;
+    }
+    return holds;
+  }
+
+  Eigen::Index size_, dof_;
+  RunFunctors run_;
+  bool compares_ = false;
+  long retaken_ = 0;
+  std::unique_ptr<SidesOfBranch<>> here_{};
+  Clock clock_{};
+  PolynomialView step_{};
+  double from_ = 0.0, to_ = 0.0, t_ = 0.0;  // of the step, and of the place last looked at
+  Eigen::VectorXd y_{}, y_all_{};
+};
+
+template <class Number>
+[[gnu::cold, gnu::noinline]] std::optional<double> BranchSteps<Number>::unseen(const Clock& clock, const PolynomialView& step, double from, double to) {
+  if (retaken_ > most_retaken) return std::nullopt;
+  clock_ = clock, step_ = step, from_ = from, to_ = to;
+  if (!here_ || left_at(*here_, 0.0)) here_ = sides_at(0.0);
+  compares_ = compares_ || here_->has_guards();
+  if (!compares_) return std::nullopt;
+  int changes = 0, first = 0;
+  for (int k = 1, was = 0; k <= places; ++k)
+    if (const int is = left_at(*here_, static_cast<double>(k) / places) ? 1 : 0; is != std::exchange(was, is) && ++changes == 1) first = k;
+  if (changes == 0) return std::nullopt;
+  double seen = static_cast<double>(first) / places;
+  if (changes == 1) {  // a third branch may lie between the two
+    auto behind = sides_at(1.0);
+    const double last = edge(*here_, seen - 1.0 / places, seen), next = edge(*behind, 1.0, last);
+    if (next - last < 4.0 * std::ldexp(1.0, -halvings)) return here_ = std::move(behind), std::nullopt;
+    seen = 0.5 * (last + next);
+  }
+  ++retaken_;
+  return from + seen * (to - from);
+}
+
+#ifdef QDOT_COMPILED
+extern template class BranchSteps<double>;
+#endif
+
 /// Looks at the steps of one run.
 template <class F>
 class BranchWatch {
@@ -94,76 +167,30 @@ class BranchWatch {
   explicit BranchWatch(const F& system) : system_(system) {}
 
   /// Begins behind a change of the state, where functors that compare may have become others.
-  void begin() { here_.reset(); }
+  void begin() {
+    if (steps_) steps_->forget();
+  }
   /// Whether nothing is compared.
   bool is_done() const noexcept { return done_; }
 
-  /// What may have elapsed at most at the end of a step that is to be taken again; nothing where all was seen.
+  /// As BranchSteps has it.
   std::optional<double> unseen(const Clock& clock, const PolynomialView& step, double from, double to) {
-    if (done_ || retaken_ > most_retaken) return std::nullopt;
+    if (done_) return std::nullopt;
     try {
       if (done_ = has_no_branches(system_); done_) return std::nullopt;
-      return look(clock, step, from, to);
+      if (!steps_) steps_.emplace(system_.size(), qdot::detail::dof(system_), [&form = system_](RecordedBranch& branch) { run_functors(branch, form); });
+      const auto end = steps_->unseen(clock, step, from, to);
+      done_ = !steps_->compares();
+      return end;
     } catch (...) {  // the run itself will say what is wrong
       return std::nullopt;
     }
   }
 
  private:
-  static constexpr int places = 16, halvings = 30, most_retaken = 1000;
-
-  std::unique_ptr<SidesOfBranch<>> sides_at(double t) {
-    return std::make_unique<SidesOfBranch<>>(
-        recorded_branch(qdot::detail::dof(system_), t, y_, [this](RecordedBranch& branch) { run_functors(branch, system_); }));
-  }
-
-  [[gnu::noinline]] std::optional<double> look(const Clock& clock, const PolynomialView& step, double from, double to) {
-    const auto left_at = [&](SidesOfBranch<>& sides, double fraction) {
-      const double elapsed = fraction == 1.0 ? to : from + fraction * (to - from);
-      y_all_.resize(step.size);
-      step.at(elapsed, y_all_);
-      y_ = y_all_.head(system_.size());
-      t_ = clock.shown(elapsed);
-      return sides.left_at(qdot::detail::dof(system_), t_, y_);
-    };
-    if (!here_ || left_at(*here_, 0.0)) here_ = here_at(clock, step, from);
-    compares_ = compares_ || here_->has_guards();
-    if (!compares_) return done_ = true, std::nullopt;
-    int changes = 0, first = 0;
-    for (int k = 1, was = 0; k <= places; ++k)
-      if (const int is = left_at(*here_, static_cast<double>(k) / places) ? 1 : 0; is != std::exchange(was, is) && ++changes == 1) first = k;
-    if (changes == 0) return std::nullopt;
-    double seen = static_cast<double>(first) / places;
-    if (changes == 1) {  // a third branch may lie between the two
-      left_at(*here_, 1.0);
-      auto behind = sides_at(t_);
-      const auto edge = [&](SidesOfBranch<>& sides, double holds, double is_left) {
-        for (int k = 0; k < halvings; ++k) {
-          const double middle = 0.5 * (holds + is_left);
-          (left_at(sides, middle) ? is_left : holds) = middle;
-        }
-        return holds;
-      };
-      const double last = edge(*here_, seen - 1.0 / places, seen), next = edge(*behind, 1.0, last);
-      if (next - last < 4.0 * std::ldexp(1.0, -halvings)) return here_ = std::move(behind), std::nullopt;
-      seen = 0.5 * (last + next);
-    }
-    ++retaken_;
-    return from + seen * (to - from);
-  }
-  std::unique_ptr<SidesOfBranch<>> here_at(const Clock& clock, const PolynomialView& step, double from) {
-    y_all_.resize(step.size);
-    step.at(from, y_all_);
-    y_ = y_all_.head(system_.size());
-    return sides_at(clock.shown(from));
-  }
-
   const F& system_;
-  bool done_ = false, compares_ = false;  // whether there is nothing to see, and whether there was something
-  long retaken_ = 0;
-  std::unique_ptr<SidesOfBranch<>> here_{};
-  double t_ = 0.0;  // of the place last looked at
-  Eigen::VectorXd y_{}, y_all_{};
+  bool done_ = false;
+  std::optional<BranchSteps<>> steps_{};
 };
 
 // Of forms whose functors cannot be recorded.
