@@ -71,6 +71,7 @@ struct DryFriction {
   }
 
   template <class S, int n>
+    requires detail::may_take<Sliding, S>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, 1>& z, const S& t) const {
     const double s = static_cast<double>(innermost_value(z[0]));
     if (s != 1.0 && s != -1.0) return Vector<S, n>::Zero(q.size());

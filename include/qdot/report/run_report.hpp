@@ -126,7 +126,7 @@ double add_arrows(Animation& animation, const View& view, Eigen::Index dof, cons
     Eigen::VectorXd q = y.head(dof);
     Eigen::MatrixXd A(dof, 3 * static_cast<Eigen::Index>(at.size()));
     for (Eigen::Index j = 0; j < dof; ++j) {
-      const double h = 1e-5 * detail::reach_of(std::abs(q[j])), here = q[j];
+      const double h = 1e-5 * qdot::detail::reach_of(std::abs(q[j])), here = q[j];
       q[j] = here + h;
       const std::vector<Point> ahead = view.points(q, t);
       q[j] = here - h;

@@ -13,6 +13,10 @@
 #include "qdot/effects/equations/moving_points.hpp"
 #include "qdot/error.hpp"
 
+namespace qdot::formula {
+class Recorded;  // ad/formula/recording.hpp
+}
+
 namespace qdot::detail {
 
 // The functors of effects are asked for their longest form: f(q, qdot, t) before f(q, qdot). It is asked of every scalar; a time that
@@ -33,6 +37,9 @@ inline constexpr bool is_generic = std::is_class_v<F> && !requires { &F::operato
 template <class F, class T, class... X>
 inline constexpr bool takes_state = requires { F::RowsAtCompileTime; } ||
                                     (is_generic<F> && (std::is_invocable_v<const F&, const X&..., const T&> || std::is_invocable_v<const F&, const X&...>));
+// A functor of plain numbers is not shown those that record.
+template <class F, class S>
+inline constexpr bool may_take = !std::is_same_v<S, formula::Recorded> || is_generic<F> || std::is_arithmetic_v<F> || requires { F::RowsAtCompileTime; };
 template <class F, class S, int n>
 concept MovesInPacks = !is_pack<S> || takes_state<F, Moving<S, n>, Vector<Moving<S, n>, n>>;
 

@@ -17,6 +17,10 @@
 
 namespace qdot::detail {
 
+// What is returned by one that records; a function of plain numbers returns these, though Eigen lets any vector look as if it could become theirs.
+template <class V>
+concept Records = std::is_same_v<typename std::remove_cvref_t<V>::Scalar, formula::Recorded>;
+
 // An effect whose roles take the recording scalar; one that switches does where it is in a phase.
 template <class E, int n, bool in_a_phase = false>
 consteval bool effect_is_recordable() {
@@ -25,16 +29,24 @@ consteval bool effect_is_recordable() {
   if constexpr (SwitchingEffect<E, n> && !in_a_phase) {
     return false;
   } else if constexpr (FrictionEffect<E, n>) {
-    return requires(const E& e, const V& q, const Vector<S, 1>& z, const S& t) { e.velocity_constraint(q, q, t), e.force(q, q, z, t); };
+    return requires(const E& e, const V& q, const Vector<S, 1>& z, const S& t) {
+      e.velocity_constraint(q, q, t);
+      { e.force(q, q, z, t) } -> Records;
+    };
   } else if constexpr (HolonomicEffect<E, n>) {
     return requires(const E& e, const V& q, const S& t) { e.phi(q, t); };
   } else if constexpr (NonholonomicEffect<E, n>) {
     return requires(const E& e, const V& q, const S& t) { e.velocity_constraint(q, q, t); };
   } else if constexpr (StateEffect<E>) {
     using Z = Vector<S, states_of<E>()>;
-    return requires(const E& e, const V& q, const Z& z, const S& t) { e.force(q, q, z, t), e.state_rate(q, q, z, t); };
+    return requires(const E& e, const V& q, const Z& z, const S& t) {
+      { e.force(q, q, z, t) } -> Records;
+      { e.state_rate(q, q, z, t) } -> Records;
+    };
   } else if constexpr (ForceEffect<E, n>) {
-    return requires(const E& e, const V& q, const S& t) { e.force(q, q, t); };
+    return requires(const E& e, const V& q, const S& t) {
+      { e.force(q, q, t) } -> Records;
+    };
   } else if constexpr (LagrangianEffect<E, n>) {
     return requires(const E& e, const V& q, const S& t) { e.lagrangian_term(q, q, t); };
   } else {
