@@ -159,7 +159,7 @@ class Driver {
   // Whether the step has passed over a stay on another branch, so that it is to be taken again, to seen_.
   bool passed_unseen() {
     seen_ = std::numeric_limits<double>::quiet_NaN();
-    if (!watchdog_->sees_branches || stepper_.has_fixed_step()) return false;
+    if (!watchdog_->sees_branches || stepper_.has_fixed_step() || !watchdog_->may_pass_branches(run_.t, run_.y)) return false;
     const std::optional<double> end = watchdog_->unseen(clock_, stepper_.polynomial(), elapsed_, reached());
     if (end) seen_ = clock_.t(*end);
     return end && !clock_.is_at(seen_, elapsed_);

@@ -266,10 +266,10 @@ class RootSearch {
     constexpr double least = 1e-6, most = 0.5;
     const double change = std::abs(found.g_behind - found.g_ahead);
     if (change <= least * std::max(std::abs(ga), std::abs(gb))) return found.behind;
-    if (std::abs(found.behind - from_) <= 16 * unit_ && change <= 64 * watch_.rounding) return found.behind;  // a step may be shorter than what is hidden
+    if (std::abs(found.behind - from_) <= 16 * unit_ && change <= 64 * watch_.rounding) return found.behind;
     const double first = std::min(from_, to_), last = std::max(from_, to_);
     for (const double many : {1e4, 1e6, 1e8, 1e10}) {
-      const double way = std::copysign(many * std::max(std::abs(found.behind - found.ahead), unit_), found.behind - found.ahead);
+      const double way = many * (found.behind - found.ahead);
       const double around = std::abs(at_(std::clamp(found.behind + way, first, last)) - at_(std::clamp(found.ahead - way, first, last)));
       if (change <= most * around) return found.behind;
     }

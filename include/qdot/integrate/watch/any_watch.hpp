@@ -29,6 +29,7 @@ class AnyWatch {
   virtual bool watches_time() const = 0;  // otherwise nobody need ask for reach()
   virtual double reach(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double landing, bool switches_only) = 0;
   virtual double first_shown(double t) const = 0;
+  virtual bool may_pass_branches(double t, const Eigen::VectorXd& y) = 0;
   virtual std::optional<double> unseen(const Clock& clock, const PolynomialView& step, double from, double to) = 0;
   bool sees_branches = true;  // false: steps need not be asked about
   virtual std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) = 0;
@@ -54,11 +55,8 @@ class WatchOf final : public AnyWatch {
     return dog_.reach(t, own_, landing, switches_only);
   }
   double first_shown(double t) const override { return dog_.first_shown(t); }
-  std::optional<double> unseen(const Clock& clock, const PolynomialView& step, double from, double to) override {
-    const std::optional<double> end = dog_.unseen(clock, step, from, to);
-    sees_branches = dog_.sees_branches();
-    return end;
-  }
+  bool may_pass_branches(double t, const Eigen::VectorXd& y) override { return sees_branches = dog_.may_pass_branches(t, own(y)); }
+  std::optional<double> unseen(const Clock& clock, const PolynomialView& step, double from, double to) override { return dog_.unseen(clock, step, from, to); }
   std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) override {
     return dog_.look(t, own(y), steps, controlled);
   }

@@ -92,8 +92,6 @@ class BranchSteps {
   BranchSteps(Eigen::Index size, Eigen::Index dof, RunFunctors run) : size_(size), dof_(dof), run_(std::move(run)) {}
 
   void forget() { here_.reset(); }
-  /// Whether anything has been compared.
-  bool compares() const noexcept { return compares_; }
   /// What may have elapsed at most at the end of a step that is to be taken again; nothing where all was seen.
   std::optional<double> unseen(const Clock& clock, const PolynomialView& step, double from, double to);
 
@@ -123,7 +121,6 @@ class BranchSteps {
 
   Eigen::Index size_, dof_;
   RunFunctors run_;
-  bool compares_ = false;
   long retaken_ = 0;
   std::unique_ptr<SidesOfBranch<>> here_{};
   Clock clock_{};
@@ -137,8 +134,7 @@ template <class Number>
   if (retaken_ > most_retaken) return std::nullopt;
   clock_ = clock, step_ = step, from_ = from, to_ = to;
   if (!here_ || left_at(*here_, 0.0)) here_ = sides_at(0.0);
-  compares_ = compares_ || here_->has_guards();
-  if (!compares_) return std::nullopt;
+  if (!here_->has_guards()) return std::nullopt;
   int changes = 0, first = 0;
   for (int k = 1, was = 0; k <= places; ++k)
     if (const int is = left_at(*here_, static_cast<double>(k) / places) ? 1 : 0; is != std::exchange(was, is) && ++changes == 1) first = k;
@@ -170,18 +166,17 @@ class BranchWatch {
   void begin() {
     if (steps_) steps_->forget();
   }
-  /// Whether nothing is compared.
-  bool is_done() const noexcept { return done_; }
+  /// Whether steps from (t, y) may pass over a branch: whether functors compare anything.
+  bool may_pass(double t, const Eigen::VectorXd& y) {
+    if (!is_known_) done_ = !functors_compare(system_, t, y), is_known_ = true;
+    return !done_;
+  }
 
   /// As BranchSteps has it.
   std::optional<double> unseen(const Clock& clock, const PolynomialView& step, double from, double to) {
-    if (done_) return std::nullopt;
     try {
-      if (done_ = has_no_branches(system_); done_) return std::nullopt;
       if (!steps_) steps_.emplace(system_.size(), qdot::detail::dof(system_), [&form = system_](RecordedBranch& branch) { run_functors(branch, form); });
-      const auto end = steps_->unseen(clock, step, from, to);
-      done_ = !steps_->compares();
-      return end;
+      return steps_->unseen(clock, step, from, to);
     } catch (...) {  // the run itself will say what is wrong
       return std::nullopt;
     }
@@ -189,7 +184,7 @@ class BranchWatch {
 
  private:
   const F& system_;
-  bool done_ = false;
+  bool is_known_ = false, done_ = false;
   std::optional<BranchSteps<>> steps_{};
 };
 

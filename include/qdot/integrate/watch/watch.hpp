@@ -170,9 +170,9 @@ class Watchdog {
     if constexpr (BranchWatch<F>::watches) return branches_.unseen(clock, step, from, to);
     return (void)clock, (void)step, (void)from, (void)to, std::nullopt;
   }
-  /// Whether steps may do so.
-  bool sees_branches() const {
-    if constexpr (BranchWatch<F>::watches) return !branches_.is_done();
+  /// Whether steps from (t, y) may do so.
+  bool may_pass_branches([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) {
+    if constexpr (BranchWatch<F>::watches) return branches_.may_pass(t, y);
     return false;
   }
 
