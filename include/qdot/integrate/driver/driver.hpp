@@ -254,7 +254,8 @@ class Driver {
   }
 
   // What the method cannot tell from zero in each component of y.
-  const Eigen::VectorXd& tolerance(const Eigen::VectorXd& y) const {
+  template <class Y>
+  const Eigen::VectorXd& tolerance(const Y& y) const {
     tolerance_.resize(y.size());
     for (Eigen::Index i = 0; i < y.size(); ++i) tolerance_[i] = options_.rtol * std::abs(y[i]) + options_.atol[i];
     return tolerance_;

@@ -58,7 +58,7 @@ class EventWatch {
     samples_.assign(count * points, 0.0);
     guards_.resize(guards);
     bands_.resize(guards);
-    y_.resize(system.size());
+    y_.resize(system.size()), there_.resize(system.size());
     before_.assign(listed_, 0.0);
     for (std::size_t i = 0; i < listed_; ++i) {
       watches_[i].direction = events_[i].is_barrier ? Direction::falling : events_[i].direction;
@@ -356,9 +356,8 @@ class EventWatch {
     };
     const auto proves = [this, i](double a, double b) { return decided(i, a, b); };
     const auto noise = [this, i](double elapsed) {
-      Eigen::VectorXd there(system_.size());
-      step_.at(elapsed, there);
-      return noise_of(i, clock_.seen(elapsed), there);
+      step_.at(elapsed, there_);
+      return noise_of(i, clock_.seen(elapsed), there_);
     };
     RootSearch search(watches_[i], at, proves, noise, std::numeric_limits<double>::epsilon() * std::abs(clock_.t(from)));
     const bool was_rough = watches_[i].rough || watches_[i].unproven;
@@ -387,7 +386,7 @@ class EventWatch {
   std::vector<std::optional<int>> trends_;  // of fired functions, before their actions
   std::vector<int> standing_;             // how often a function has changed the state without letting t go on
   std::vector<double> samples_, values_;  // of the present step, and of one moment
-  Eigen::VectorXd guards_, bands_, tolerance_, moved_, y_, y_before_action_;
+  Eigen::VectorXd guards_, bands_, tolerance_, moved_, there_, y_, y_before_action_;
   Clock clock_;
   PolynomialView step_;
   StepBounds bounds_;
