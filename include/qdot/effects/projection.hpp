@@ -105,7 +105,7 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
       if (terms[i] > 0.0) terms[i] = std::max(terms[i], 1e-22 * geometry.length(i));  // below are roundings of what is zero
       is_small = is_small || (terms[i] > 0.0 && terms[i] < 1e-3 * geometry.length(i));
     }
-    is_small = is_small && !geometry.has_dependent_rows();  // of rows that depend on each other rounding leaves what it likes
+    is_small = is_small && !geometry.has_dependent_rows();  // dependent rows keep residuals of rounding size
   };
   // Rows that depend on each other share what is asked of them, so a friction beside a wall would hold half of what the wall takes back.
   bool of_positions = false;
@@ -113,8 +113,9 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
     if (!of_positions) factor_here();
     if constexpr (has_velocity_rows<Sc>) {
       of_positions = of_positions || geometry.has_dependent_rows();
+      if (!of_positions) return;
       const Vector<double, m> kept = position_rows(scene, q, t, z);
-      if (of_positions) geometry.move_to(q, qdot, z, &kept), distance = 0.0;
+      geometry.move_to(q, qdot, z, &kept), distance = 0.0;
     }
   };
   while (report.residual > 0) {
@@ -178,7 +179,7 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
   phi = constraint_velocity(scene, q, qdot, t, z);
   require_finite_rows(scene, t, phi);
   report.velocity_residual = largest(phi);
-  Vector<double, m> own(phi.size());  // what a row has to do with, and what the rounding of the others' is
+  Vector<double, m> own(phi.size());  // sizes of the terms of each row
   for (Eigen::Index i = 0; i < phi.size(); ++i) own[i] = geometry.reach(i, speed) + std::abs(before[i]);
   const double rounding_of_others = 1e-6 * largest(own);
   for (Eigen::Index i = 0; i < phi.size(); ++i)

@@ -58,6 +58,13 @@ class SceneForm {
     else detail::renew_lines(scene_, scene_.system());
   }
 
+  /// Whether the functors have been recorded, in which nothing may be compared.
+  bool is_recorded() const
+    requires is_traced
+  {
+    return traced_.use([this] { return trace(); }, [](Traced&) { return true; });
+  }
+
   /// Number of coordinates.
   Eigen::Index dof() const noexcept { return scene_.dof(); }
   /// Number of components of y = [q; q̇; z].

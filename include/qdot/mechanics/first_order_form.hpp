@@ -102,6 +102,13 @@ class FirstOrderForm {
     return constant;
   }
 
+  /// Whether T and V have been recorded, in which nothing may be compared.
+  bool is_recorded() const
+    requires(n == Dynamic && detail::TracedSystem<Sys>)
+  {
+    return traced_.use([&] { return detail::TracedMotion<>(detail::traced_equations(system_)); }, [](detail::TracedMotion<>&) { return true; });
+  }
+
   /// Number of components, 2n.
   Eigen::Index size() const noexcept { return 2 * system_.dof(); }
 

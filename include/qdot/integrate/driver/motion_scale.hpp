@@ -76,7 +76,7 @@ class MotionScale {
   bool is_known_ = true, grows_ = false;
   double most_ = 0.0;
   Eigen::Index dof_ = 0;
-  double sizes_[parts] = {};  // infinite: as ordinary as can be
+  double sizes_[parts] = {};  // infinite: of ordinary size, with the default tolerance
   Eigen::VectorXd each_;
 };
 

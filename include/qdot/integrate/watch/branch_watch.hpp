@@ -37,13 +37,15 @@ namespace qdot::detail {
 
 // Whether the equations of a form have been derived without a comparison.
 template <class F>
-bool has_no_branches(const F&) {
+bool has_no_branches([[maybe_unused]] const F& form) {
+  if constexpr (requires { form.is_recorded(); }) return form.is_recorded();
   return false;
 }
 template <class Sys>
 bool has_no_branches(const FirstOrderForm<Sys>& form) {
   using E = typename Sys::EnergiesType;
   constexpr int n = Sys::dof_at_compile_time;
+  if constexpr (requires { form.is_recorded(); }) return form.is_recorded();
   if constexpr (may_keep_lines<E, n>) return lines_now<n>(form.system().kept_lines(), form.system().energies()) != nullptr;
   return false;
 }
