@@ -7,6 +7,7 @@
 #include <qdot/analysis/equilibrium.hpp>
 #include <qdot/analysis/equilibrium_branch.hpp>
 #include <qdot/analysis/fit/best_parameters.hpp>
+#include <qdot/analysis/fit/least_squares.hpp>
 #include <qdot/analysis/linear/exponents.hpp>
 #include <qdot/analysis/linear/rest_search.hpp>
 #include <qdot/analysis/linear/shortest_step.hpp>
@@ -19,11 +20,16 @@
 #include <qdot/analysis/regulator.hpp>
 #include <qdot/analysis/return_map.hpp>
 #include <qdot/analysis/symmetry/common_shifts.hpp>
+#include <qdot/analysis/variations/branch_guards.hpp>
+#include <qdot/analysis/variations/branches.hpp>
 #include <qdot/analysis/variations/equations.hpp>
 #include <qdot/mechanics/degrees_of_freedom.hpp>
 #include <qdot/mechanics/integrability.hpp>
 
 namespace qdot::detail {
+template class BoundedLeastSquares<void>;
+template class BranchGuards<void>;
+template class FunctorBranches<void>;
 template ConservedQuantities quantities_of<void>(RecordedScene);
 template Eigen::VectorXd newton_step<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, const Eigen::VectorXd&, double);
 template std::vector<EquilibriumBranch> branches_from<void>(const FlowAt&, const Eigen::VectorXd&, double, double, const BranchOptions&);

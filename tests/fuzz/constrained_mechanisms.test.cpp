@@ -83,15 +83,15 @@ Row random_row(fuzz::Random& random) {
           std::uniform_int_distribution<int>(0, n - 1)(random), std::uniform_int_distribution<int>(0, n - 1)(random)};
 }
 
-struct Samples {
+struct MechanismSamples {
   double acceleration = 0.0, reaction = 0.0, power = 0.0;
   bool ranks_are_right = true;
 };
 
 // Largest differences over random mechanisms. The third row is the first and a third of the second, plus an own one unless it `depends`.
-Samples differences(std::uint64_t seed, bool depends) {
+MechanismSamples differences(std::uint64_t seed, bool depends) {
   fuzz::Random random(seed);
-  Samples worst;
+  MechanismSamples worst;
   for (int sample = 0; sample < 25; ++sample) {
     const fuzz::Tree tree = fuzz::random_tree(random, n, false, true);
     const std::array<Row, 3> rows{random_row(random), random_row(random), random_row(random)};
@@ -149,7 +149,7 @@ constexpr double rounded = 1e-9;
 }  // namespace
 
 TEST_CASE("random mechanisms under random constraints move as the whole matrix says, with the same reactions") {
-  const Samples worst = differences(fuzz::seed(), false);
+  const MechanismSamples worst = differences(fuzz::seed(), false);
   INFO(fuzz::seed_text() << ", differences " << worst.acceleration << ", " << worst.reaction);
   CHECK(worst.acceleration < rounded);
   CHECK(worst.reaction < rounded);
@@ -158,7 +158,7 @@ TEST_CASE("random mechanisms under random constraints move as the whole matrix s
 }
 
 TEST_CASE("a row that depends on others changes neither the motion nor the reactions") {
-  const Samples worst = differences(fuzz::seed() + 1, true);
+  const MechanismSamples worst = differences(fuzz::seed() + 1, true);
   INFO(fuzz::seed_text() << ", differences " << worst.acceleration << ", " << worst.reaction);
   CHECK(worst.acceleration < rounded);
   CHECK(worst.reaction < rounded);

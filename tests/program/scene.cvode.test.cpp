@@ -9,6 +9,7 @@
 
 using namespace qdot;
 using namespace qdot::scenes;
+using qdot::scenes::Scene;
 
 namespace {
 

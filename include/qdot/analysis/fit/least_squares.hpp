@@ -153,4 +153,8 @@ class BoundedLeastSquares {
   std::string trouble_{};
 };
 
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template class BoundedLeastSquares<void>;
+#endif
+
 }  // namespace qdot::detail

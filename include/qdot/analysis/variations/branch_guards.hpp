@@ -166,4 +166,8 @@ class BranchGuards {
   mutable Eigen::VectorXd sizes_{};
 };
 
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template class BranchGuards<void>;
+#endif
+
 }  // namespace qdot::detail

@@ -329,6 +329,10 @@ class FunctorBranches : private BranchGuards<Kind> {
   double side_ = 1.0;
 };
 
+#ifdef QDOT_COMPILED_ANALYSIS
+extern template class FunctorBranches<void>;
+#endif
+
 // The zero of a guard as an event of a run.
 struct GuardOfBranches {
   const FunctorBranches<>* branches;
