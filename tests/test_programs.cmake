@@ -43,7 +43,7 @@ if(TARGET qdot::cvode)
   list(APPEND qdot_test_parts cvode)
 endif()
 list(TRANSFORM qdot_test_parts REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/src/compiled/\\1.cpp")
-set(qdot_headers_only "^(optimized|threads|mpi)$")
+set(qdot_headers_only "^(optimized|fused|threads|mpi)$")
 
 function(qdot_test_library name)
   add_library(${name} STATIC ${qdot_test_parts})
@@ -161,6 +161,13 @@ foreach(folder IN LISTS folders)
   elseif(folder STREQUAL "threads") # under the thread sanitizer, which goes with no other
     target_compile_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all;-fsanitize=thread>)
     target_link_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all;-fsanitize=thread>)
+  elseif(folder STREQUAL "fused") # by a compiler that fuses products with sums
+    set(fuses)
+    if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+      set(fuses -mfma)
+    endif()
+    target_compile_options(test_${folder} PRIVATE "$<$<CONFIG:Check>:-O2;${fuses};-fno-sanitize=all>")
+    target_link_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all>)
   elseif(folder STREQUAL "mpi") # by the fast ways, where there are lanes
     target_link_libraries(test_${folder} PRIVATE qdot::mpi)
     target_compile_options(test_${folder} PRIVATE "$<$<CONFIG:Check>:${qdot_fast_flags}>")

@@ -83,7 +83,7 @@ TEST_CASE("of a kick that an event gives, constraints leave what they allow: the
 
 TEST_CASE("a function that a constraint keeps at zero has no events, whatever the start, the method and the tolerance") {
   const auto kept = [](const auto& start, const auto& method, const qdot::Options& options) {
-    const auto run = qdot::simulate(pendulum, start, 20.0, method, options,
+    const auto run = qdot::simulate(pendulum, start, 5.0, method, options,
                                     qdot::events(qdot::event("on the circle", [](const auto& q) { return q[0] * q[0] + q[1] * q[1] - 1.0; }),
                                                  qdot::event("along it", [](const auto& q, const auto& v) { return q[0] * v[0] + q[1] * v[1]; })));
     INFO(run.message);

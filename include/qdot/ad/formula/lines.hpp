@@ -13,6 +13,9 @@
 // Many bodies are many equal lines. x₁₀₀ = x₁ − x₀, x₁₀₁ = x₂ − x₁, x₁₀₂ = x₃ − x₂ … is one *run*: an operation, how many there are, and where each of
 // its three places begins and how it steps on. A run is a loop over arrays, as one would write by hand, so that a lattice of a million masses has as
 // many lines as one mass has operations. Where places do not step on evenly, or factors differ, a run has a list of them.
+//
+// Products are not fused with sums, whatever the compiler may do elsewhere (-mfma, -march=native, AArch64). So results are the same to the bit with all
+// options, and by machine code (ad/native/native_lines.hpp).
 
 #include <cmath>
 #include <cstddef>
@@ -38,6 +41,13 @@ struct Line {
   double ca = 0.0, cb = 0.0, c = 0.0;
   std::uint32_t d = 0, e = 0;
 };
+
+/// Whether the compiler may fuse products with sums in all other code.
+#if defined(__FMA__) || defined(__aarch64__)
+constexpr bool products_are_fused = true;
+#else
+constexpr bool products_are_fused = false;
+#endif
 
 /// Whether a line has products in a sum, and so four places.
 constexpr bool has_products(Line::Operation operation) { return operation >= Line::Operation::product_sum; }
@@ -146,7 +156,15 @@ inline const Line* carry_out_circular(const Line* line, double* x) {
 }
 
 template <class Number>
-[[gnu::noinline]] void carry_out(const LineTable& table, const RunOfLines& run, Number* x) {
+#if defined(__GNUC__) && !defined(__clang__)
+[[gnu::noinline, gnu::optimize("fp-contract=off")]]
+#else
+[[gnu::noinline]]
+#endif
+void carry_out(const LineTable& table, const RunOfLines& run, Number* x) {
+#if defined(__clang__)
+#pragma clang fp contract(off)
+#endif
   using Operation = Line::Operation;
   const double ca = run.first.ca, cb = run.first.cb, c = run.first.c;
   const double* const factors = run.factors < 0 ? nullptr : table.factors.data() + run.factors;
@@ -199,7 +217,13 @@ template <class Number>
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"  // labels as values, which g++ and clang have
 template <class Number>
+#if defined(__GNUC__) && !defined(__clang__)
+[[gnu::optimize("fp-contract=off")]]
+#endif
 void carry_out(const LineTable& table, Number* x) {
+#if defined(__clang__)
+#pragma clang fp contract(off)
+#endif
   static const void* const ways[] = {&&end,     &&constant, &&scaled, &&combination,  &&sum,   &&difference,      &&product,  &&square,
                                      &&quotient, &&inverse,  &&root,   &&inverse_root, &&power, &&sine_and_cosine, &&function, &&run,
                                      &&product_sum, &&product_difference, &&less_product, &&product_combination, &&products_sum,

@@ -9,7 +9,7 @@
 //
 // The interpreter goes on by itself where the system refuses executable pages, on other processors than x86-64, where a table is longer than
 // Emitter::longest, where the environment has QDOT_NATIVE=0, and where a first trial shows that the two would differ (a compiler that fuses
-// products and sums in the interpreter, as g++ does by -mfma).
+// products and sums though it is told not to).
 
 #include <atomic>
 #include <bit>

@@ -58,7 +58,10 @@ struct DerivedLines {
     double x[most(n)];
     write_inputs(n, q, qdot, t, x);
     if constexpr (n <= straight_line_limit && requires { use.by_solution(AtState{q, qdot, t}, *this, x); }) {
-      if (solution[Use::is_forced].lines.is_native_by_now()) return use.by_solution(AtState{q, qdot, t}, *this, x);
+      // Its elimination has the bits of small_solve.hpp where that is compiled without fused products; otherwise it is taken from the beginning.
+      const Solution& s = solution[Use::is_forced];
+      const bool from_the_beginning = formula::products_are_fused && !s.accelerations.empty() && formula::native_lines_are_possible();
+      if (from_the_beginning || s.lines.is_native_by_now()) return use.by_solution(AtState{q, qdot, t}, *this, x);
       formula::carry_out(equations.table(), x);
     } else {
       equations(x);
