@@ -149,7 +149,6 @@ class BasicAutomaticStepper {
     return static_cast<double>(s.evaluations) + static_cast<double>(s.jacobians) * (size <= detail::SpectralRadius::most_components ? size : sparse_jacobian);
   }
 
-  void look_ahead();
   void watch();
 
   static std::string rounded(double x) {
@@ -171,7 +170,7 @@ class BasicAutomaticStepper {
   long checks_ = 0;                         // Jacobians that none of the members asked for
   int warnings_ = 0;                        // looks in a row that spoke for the stiff method
   int patience_ = first_patience;           // how many of them it takes
-  bool series_failed_ = false, stiff_failed_ = false, has_looked_ = false;
+  bool series_failed_ = false, stiff_failed_ = false;
   double elapsed_mark_ = 0.0, cost_mark_ = 0.0;   // at the last check
   Eigen::VectorXd atol_;                          // where they are other than in the options
   Statistics statistics_;
@@ -214,17 +213,7 @@ void BasicAutomaticStepper<Number>::reset(const Moment& moment, const Eigen::Ref
   series_failed_ = active_ != first();
   stiff_failed_ = false;
   begin_watch();
-  look_ahead();
   count();
-}
-
-// What a system keeps of its Jacobian is made when it is first asked for, which is not to be in a step.
-template <class Number>
-[[gnu::cold]] void BasicAutomaticStepper<Number>::look_ahead() {
-  if (has_looked_ || statistics_.limited_by.size() > few_components) return;
-  has_looked_ = true;
-  Failure ignored;
-  detail::attempted(ignored, [&] { detail::radius_at(radius_, t(), y()); });
 }
 
 template <class Number>
@@ -273,6 +262,7 @@ bool BasicAutomaticStepper<Number>::turn_to(Member m) {
   return true;
 }
 
+// The Jacobian, and what a system keeps for it, is asked for after some steps only: to derive it takes as long as some hundred evaluations.
 template <class Number>
 void BasicAutomaticStepper<Number>::watch() {
   if (++steps_ % (active_ == stiff ? stiff_check : check_every_) != 0) return;
