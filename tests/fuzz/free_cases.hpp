@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "four_methods.hpp"
 #include "motions.hpp"
 #include "qdot/integrate/accurate_simulation.hpp"
 #include "qdot/integrate/gauss.hpp"
@@ -130,29 +131,21 @@ inline void bouncing(Report& report, Dice dice) {
   const double into = t_end - t, y = t_end < first ? height + up * t_end - 0.5 * g * t_end * t_end : leaves * into - 0.5 * g * into * into;
   const auto system = qdot::mechanical_system<2>([](const auto& w) { return 0.5 * (w[0] * w[0] + w[1] * w[1]); }, [g](const auto& q) { return g * q[1]; });
   const auto floor = qdot::event("floor", [](const auto& q) { return q[1]; }).falling().then([e](qdot::State<2>& s) { s.qdot[1] = -e * s.qdot[1]; });
-  const auto by = [&](const char* name, const auto& method) {
-    try {
-      const auto run = qdot::simulate(system, qdot::State<2>{0.0, {0.0, height}, {speed, up}}, t_end, method, {}, qdot::events(floor));
-      ++report.compared;
-      if (run.y[1] < -1e-6)
-        return report.finding(std::string("the ball is under the floor, y = ") + text(run.y[1]) + ", with " +
-                              std::string(qdot::name(run.outcome)) + " by " + name);
-      if (beyond && run.completed()) return report.finding(std::string("infinitely many bounces are completed by ") + name);
-      if (beyond && run.outcome != qdot::Outcome::event_accumulation)
-        return report.finding("a run ends as " + std::string(qdot::name(run.outcome)) + " by " + name);
-      if (!beyond && !run.completed()) return report.finding("a run ends as " + std::string(qdot::name(run.outcome)) + ", '" + run.message + "' by " + name);
-      // A bounce's own error, and what the many before it have added to the time.
-      if (!beyond && std::abs(run.y[1] - y) > 1e-5 * (1 + height)) return report.finding("y = " + text(run.y[1]) + ", exact " + text(y) + " by " + name);
-      if (!beyond && std::abs(run.y[0] - speed * t_end) > 1e-8 * (1 + t_end))
-        return report.finding("x = " + text(run.y[0]) + ", exact " + text(speed * t_end) + " by " + name);
-    } catch (const std::exception& error) {
-      report.finding("a run throws '" + std::string(error.what()) + "' by " + name);
-    }
-  };
-  by("Dop853", qdot::Dop853{});
-  by("Taylor", qdot::Taylor{});
-  by("CvodeBdf", qdot::CvodeBdf{});
-  by("Automatic", qdot::Automatic{});
+  by_four_methods(report, [&](const char* name, const auto& method) {
+    const auto run = qdot::simulate(system, qdot::State<2>{0.0, {0.0, height}, {speed, up}}, t_end, method, {}, qdot::events(floor));
+    ++report.compared;
+    if (run.y[1] < -1e-6)
+      return report.finding(std::string("the ball is under the floor, y = ") + text(run.y[1]) + ", with " +
+                            std::string(qdot::name(run.outcome)) + " by " + name);
+    if (beyond && run.completed()) return report.finding(std::string("infinitely many bounces are completed by ") + name);
+    if (beyond && run.outcome != qdot::Outcome::event_accumulation)
+      return report.finding("a run ends as " + std::string(qdot::name(run.outcome)) + " by " + name);
+    if (!beyond && !run.completed()) return report.finding("a run ends as " + std::string(qdot::name(run.outcome)) + ", '" + run.message + "' by " + name);
+    // A bounce's own error, and what the many before it have added to the time.
+    if (!beyond && std::abs(run.y[1] - y) > 1e-5 * (1 + height)) return report.finding("y = " + text(run.y[1]) + ", exact " + text(y) + " by " + name);
+    if (!beyond && std::abs(run.y[0] - speed * t_end) > 1e-8 * (1 + t_end))
+      return report.finding("x = " + text(run.y[0]) + ", exact " + text(speed * t_end) + " by " + name);
+  });
 }
 
 /// How often sin(ω t + φ) and sin(ω q + φ) pass zero along an oscillation q = A cos t.
@@ -180,21 +173,13 @@ inline void counted(Report& report, Dice dice) {
     using S = ScalarOf<decltype(q)>;
     return by_time ? S(sin(omega * t + phase)) : S(sin(omega * q[0] + phase));
   });
-  const auto by = [&](const char* name, const auto& method) {
-    try {
-      const auto run = qdot::simulate(system, qdot::State<1>{0.0, qdot::Vector<double, 1>(A), qdot::Vector<double, 1>(0.0)}, t_end, method,
-                                      {}, qdot::events(zero));
-      ++report.compared;
-      if (run.completed() && static_cast<long>(run.events.size()) != exact)
-        report.finding(std::to_string(run.events.size()) + " events of " + std::to_string(exact) + " by " + name);
-    } catch (const std::exception& error) {
-      report.finding("a run throws '" + std::string(error.what()) + "' by " + name);
-    }
-  };
-  by("Dop853", qdot::Dop853{});
-  by("Taylor", qdot::Taylor{});
-  by("CvodeBdf", qdot::CvodeBdf{});
-  by("Automatic", qdot::Automatic{});
+  by_four_methods(report, [&](const char* name, const auto& method) {
+    const auto run = qdot::simulate(system, qdot::State<1>{0.0, qdot::Vector<double, 1>(A), qdot::Vector<double, 1>(0.0)}, t_end, method,
+                                    {}, qdot::events(zero));
+    ++report.compared;
+    if (run.completed() && static_cast<long>(run.events.size()) != exact)
+      report.finding(std::to_string(run.events.size()) + " events of " + std::to_string(exact) + " by " + name);
+  });
 }
 
 }  // namespace fuzz

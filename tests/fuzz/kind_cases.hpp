@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "doors.hpp"
+#include "four_methods.hpp"
 #include "qdot/analysis/sensitivity.hpp"
 #include "qdot/effects/contact.hpp"
 #include "qdot/effects/scene_at_state.hpp"
@@ -58,21 +59,13 @@ inline void in_other_units(Report& report, Dice dice) {
     return run;
   };
   const auto exact = run_in({1.0, 1.0, 1.0}, qdot::Dop853{}, {.rtol = 1e-13});
-  const auto by = [&](const char* name, const auto& method) {
-    try {
-      const auto ordinary = run_in({1.0, 1.0, 1.0}, method, {}), scaled = run_in(u, method, {});
-      ++report.compared;
-      const double usual = (ordinary.y - exact.y).norm(), off = (scaled.y - exact.y).norm(), size = 1.0 + exact.y.norm();
-      if (scaled.completed() != ordinary.completed()) return report.finding(scaled.message + ", in units of one " + ordinary.message + " by " + name);
-      if (!(off <= 100 * std::max(usual, 1e-8 * size))) report.finding("off by " + text(off) + ", in units of one by " + text(usual) + " by " + name);
-    } catch (const std::exception& error) {
-      report.finding("a run throws '" + std::string(error.what()) + "' by " + name);
-    }
-  };
-  by("Dop853", qdot::Dop853{});
-  by("Taylor", qdot::Taylor{});
-  by("CvodeBdf", qdot::CvodeBdf{});
-  by("Automatic", qdot::Automatic{});
+  by_four_methods(report, [&](const char* name, const auto& method) {
+    const auto ordinary = run_in({1.0, 1.0, 1.0}, method, {}), scaled = run_in(u, method, {});
+    ++report.compared;
+    const double usual = (ordinary.y - exact.y).norm(), off = (scaled.y - exact.y).norm(), size = 1.0 + exact.y.norm();
+    if (scaled.completed() != ordinary.completed()) return report.finding(scaled.message + ", in units of one " + ordinary.message + " by " + name);
+    if (!(off <= 100 * std::max(usual, 1e-8 * size))) report.finding("off by " + text(off) + ", in units of one by " + text(usual) + " by " + name);
+  });
 }
 
 /// q̈ = a_j in the j-th of four stretches of q (V continuous), and b more from t₁ to t₂: all written with branches.
