@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstdint>
 
+#include "bench/chain_energies.hpp"
 #include "catch2_bridge.hpp"
 #include "qdot/ad/formula/lines.hpp"
 #include "qdot/ad/native/native_lines.hpp"
@@ -12,25 +13,6 @@
 using namespace qdot;
 
 namespace {
-
-struct Chain {
-  template <class Q, class Qdot>
-  auto T(const Q& q, const Qdot& qdot) const {
-    using S = std::remove_cvref_t<decltype(q[0] * qdot[0])>;
-    S x(0.0), y(0.0), sum(0.0);
-    for (int i = 0; i < q.size(); ++i) {
-      x += cos(q[i]) * qdot[i];
-      y += sin(q[i]) * qdot[i];
-      sum += 0.5 * (x * x + y * y);
-    }
-    return sum;
-  }
-  auto V(const auto& q) const {
-    auto sum = 0.0 * q[0];
-    for (int i = 0; i < q.size(); ++i) sum -= 9.81 * (4.0 - i) * cos(q[i]);
-    return sum;
-  }
-};
 
 bool processor_fuses() {
 #if defined(__FMA__)
@@ -66,7 +48,7 @@ TEST_CASE("no line has a fused product: 0.1 times 10, less 1, is 0") {
 
 TEST_CASE("where products are fused elsewhere, accelerations have the same bits before and after there is machine code") {
   if (!processor_fuses()) return;
-  const auto form = first_order_form(mechanical_system<4>(Chain{}));
+  const auto form = first_order_form(mechanical_system<4>(bench::LoopedChain{}));
   const double y[] = {0.3, 0.1, -0.4, 1.0, 0.1, 0.2, 0.3, 0.4};
   double first[8], later[8];
   form.write_derivative(0.0, y, first);

@@ -118,7 +118,6 @@ class BasicAutomaticStepper {
   static constexpr double clear_gain = 60.0;        // that makes up for a change of mind
   static constexpr int first_patience = 2, longest_patience = 1 << 20;  // looks in a row that ask for the stiff method
   static constexpr std::size_t longest_reason = 1000;
-  static constexpr std::size_t few_components = 32;  // whose Jacobian is no matter
 
   Member first() const noexcept { return steppers_[series] ? series : smooth; }
   AnyStepper& at(Member m) { return *steppers_[m]; }

@@ -42,7 +42,7 @@ struct Line {
   std::uint32_t d = 0, e = 0;
 };
 
-/// Whether the compiler may fuse products with sums in all other code.
+/// Whether the compiler may fuse products with sums in code other than lines.
 #if defined(__FMA__) || defined(__aarch64__)
 constexpr bool products_are_fused = true;
 #else

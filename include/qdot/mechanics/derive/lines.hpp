@@ -46,6 +46,7 @@ struct DerivedLines {
     formula::LineEvaluator lines;
     std::vector<int> accelerations;
     std::vector<std::pair<int, int>> pivots;
+    bool will_be_native = false;
   };
   Solution solution[2];
 
@@ -58,10 +59,9 @@ struct DerivedLines {
     double x[most(n)];
     write_inputs(n, q, qdot, t, x);
     if constexpr (n <= straight_line_limit && requires { use.by_solution(AtState{q, qdot, t}, *this, x); }) {
-      // Its elimination has the bits of small_solve.hpp where that is compiled without fused products; otherwise it is taken from the beginning.
+      // Elimination by lines has the bits of small_solve.hpp unless the compiler fuses products there; then the lines are used from the first evaluation.
       const Solution& s = solution[Use::is_forced];
-      const bool from_the_beginning = formula::products_are_fused && !s.accelerations.empty() && formula::native_lines_are_possible();
-      if (from_the_beginning || s.lines.is_native_by_now()) return use.by_solution(AtState{q, qdot, t}, *this, x);
+      if ((formula::products_are_fused && s.will_be_native) || s.lines.is_native_by_now()) return use.by_solution(AtState{q, qdot, t}, *this, x);
       formula::carry_out(equations.table(), x);
     } else {
       equations(x);
@@ -202,6 +202,7 @@ class DerivedLineWriter {
     table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
     table.lines.push_back(formula::Line{});
     solution.lines.set(std::move(table), more.count());
+    solution.will_be_native = formula::native_lines_are_possible();
     solution.accelerations = std::move(more.accelerations);
     solution.pivots = std::move(more.pivots);
     solution.lines.add_read(solution.accelerations);

@@ -186,6 +186,8 @@ class PatternFactors {
     }
     if (!tree_pays(count)) {
       is_wide_ = false;
+      new_place_ = left_begin_ = parent_ = seen_ = {};
+      left_ = {};
       return;
     }
     column_begin_.assign(n + 1, 0);
