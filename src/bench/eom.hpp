@@ -46,7 +46,7 @@ inline const System<E, n> benched_system = mechanical_system<n>(E{});
 /// A system as a run has it, which keeps the lines of its equations (mechanics/derive/kept_lines.hpp).
 template <class Sys>
 Sys in_a_run(Sys system) {
-  qdot::detail::keep_lines<Sys>(system);
+  qdot::detail::keep_lines(system, system);
   return system;
 }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 //
-// Equations that a run derives and keeps, against those derived by hand and the same systems outside of runs.
+// Equations that are derived and kept, by a run and outside of one, against those derived by hand and by dual numbers.
 #include "qdot/mechanics/derive/kept_lines.hpp"
 
 #include <cmath>
 #include <cstddef>
 #include <random>
+#include <thread>
 #include <type_traits>
+#include <vector>
 
 #include "bench/chain_energies.hpp"
 #include "bench/hand_derived.hpp"
@@ -68,6 +70,21 @@ struct Stiff {
   }
 };
 
+// The same energies or places, asking for a plain value, which recordings refuse: evaluated by dual numbers.
+template <class E>
+struct ByDuals : E {
+  auto T(const auto& q, const auto& qdot) const {
+    static_cast<void>(innermost_value(q[0]));
+    return E::T(q, qdot);
+  }
+};
+struct PlacesByDuals {
+  void operator()(const auto& q, auto& bodies) const {
+    static_cast<void>(innermost_value(q[0]));
+    bench::LoopedPositions{}(q, bodies);
+  }
+};
+
 // No formula: each spring is slack on one side.
 struct Slack {
   auto T(const auto& qdot) const { return Stiff{nullptr}.T(qdot); }
@@ -119,11 +136,12 @@ struct Following {
 
 }  // namespace
 
-TEST_CASE("in a run, q̈ of looped chains is what is derived by hand, and its Jacobian what it is outside of runs") {
+TEST_CASE("q̈ of looped chains is what is derived by hand, in a run and outside, and its Jacobian what it is by dual numbers") {
   std::mt19937 random(11);
   const auto check = [&]<int n>(std::integral_constant<int, n>) {
     const auto system = mechanical_system<n>(bench::LoopedChain{});
     const auto form = first_order_form(system);
+    const auto by_duals = mechanical_system<n>(ByDuals<bench::LoopedChain>{});
     CAPTURE(n);
     REQUIRE(form.system().kept_lines()->once()->template lines_of<n>(system.energies()) != nullptr);
     CHECK(system.kept_lines()->once() == nullptr);
@@ -132,7 +150,9 @@ TEST_CASE("in a run, q̈ of looped chains is what is derived by hand, and its Ja
       Vector<double, n> by_hand;
       bench::chain_by_hand<n>(y.data(), y.data() + n, by_hand.data());
       CHECK(difference(rates(form, y).tail(n), by_hand) < rounding);
-      const auto outside = acceleration_jacobian(system, Vector<double, n>(y.template head<n>()), Vector<double, n>(y.template tail<n>()));
+      const Vector<double, n> q = y.template head<n>(), v = y.template tail<n>();
+      CHECK(difference(acceleration(system, q, v), by_hand) < rounding);
+      const auto outside = acceleration_jacobian(by_duals, q, v);
       const Eigen::MatrixXd J = jacobian_of(form, y);
       CHECK(difference(J.bottomLeftCorner(n, n), outside.d_q) < rounding);
       CHECK(difference(J.bottomRightCorner(n, n), outside.d_qdot) < rounding);
@@ -215,12 +235,13 @@ TEST_CASE("in a run, forces, potentials and constraints are added to lines as to
     for (Eigen::Index i = 1; i < q.size(); ++i) x += sin(q[i]);
     return x - 1.5;
   });
-  const auto check = [&](const auto& s) {
+  const auto check = [&](const auto& s, const auto& by_duals) {
     const auto form = first_order_form(s);
     for (int k = 0; k < 3; ++k) {
       const Vector<double, 2 * n> y = random_state<n>(random);
-      const Eigen::VectorXd outside = acceleration(s, Vector<double, n>(y.head(n)), Vector<double, n>(y.tail(n)), 0.3);
-      CHECK(difference(rates(form, y).tail(n), outside) < rounding);
+      const Eigen::VectorXd expected = acceleration(by_duals, Vector<double, n>(y.head(n)), Vector<double, n>(y.tail(n)), 0.3);
+      CHECK(difference(rates(form, y).tail(n), expected) < rounding);
+      CHECK(difference(acceleration(s, Vector<double, n>(y.head(n)), Vector<double, n>(y.tail(n)), 0.3), expected) < rounding);
       const Eigen::MatrixXd J = jacobian_of(form, y);
       for (int j = 0; j < 2 * n; ++j) {  // fourth order: h⁴ and rounding over h
         constexpr double h = 1e-3;
@@ -242,15 +263,16 @@ TEST_CASE("in a run, forces, potentials and constraints are added to lines as to
     using S = std::decay_t<decltype(q[0])>;
     return vector(S(3.0), S(0.5));
   };
-  const auto check_all = [&](const auto& system) {
-    check(scene(system, damping));
-    check(scene(system, tip));
-    check(scene(system, damping, tip));
-    check(scene(system, spring_damper(first, wall, 20.0, 1.0, 0.4)));
-    check(scene(system, spring_damper(first, wall, 20.0, 1.0, 0.4), tip));
+  const auto check_all = [&](const auto& system, const auto& by_duals) {
+    const auto check_with = [&](const auto&... effects) { check(scene(system, effects...), scene(by_duals, effects...)); };
+    check_with(damping);
+    check_with(tip);
+    check_with(damping, tip);
+    check_with(spring_damper(first, wall, 20.0, 1.0, 0.4));
+    check_with(spring_damper(first, wall, 20.0, 1.0, 0.4), tip);
   };
-  check_all(mechanical_system<n>(bench::LoopedChain{}));
-  check_all(kinematic_system<n>(bench::LoopedPositions{}, uniform_gravity(0.0, -9.81)));
+  check_all(mechanical_system<n>(bench::LoopedChain{}), mechanical_system<n>(ByDuals<bench::LoopedChain>{}));
+  check_all(kinematic_system<n>(bench::LoopedPositions{}, uniform_gravity(0.0, -9.81)), kinematic_system<n>(PlacesByDuals{}, uniform_gravity(0.0, -9.81)));
 }
 
 // A chain of n links of l on a point that is driven, in a field that is no gravity's.
@@ -334,7 +356,7 @@ TEST_CASE("in a run, places that move with time are what they are outside of it,
   CHECK(run.outcome == Outcome::model_changed);
 }
 
-TEST_CASE("a run's form keeps lines until a method begins anew, copies have their own, and outside of runs nothing is kept") {
+TEST_CASE("a run's form keeps lines until a method begins anew, copies have their own, and outside of runs they are checked") {
   double k = 2.0;
   const auto system = mechanical_system<3>(Stiff{&k});
   auto form = first_order_form(system);
@@ -348,6 +370,77 @@ TEST_CASE("a run's form keeps lines until a method begins anew, copies have thei
   CHECK(difference(rates(copy, y).tail(3), -5.0 * q) < rounding);
   form.renew();
   CHECK(difference(rates(form, y).tail(3), -5.0 * q) < rounding);
+}
+
+TEST_CASE("outside of runs q̈ is that of what T and V read now, however often it changes") {
+  double k = 1.0;
+  const auto system = mechanical_system<3>(Stiff{&k});
+  const Vector<double, 3> q(0.4, -0.2, 0.7), v(0.1, 0.3, -0.5);
+  for (int times = 0; times < 2; ++times)
+    for (int i = 1; i <= static_cast<int>(detail::Derivations::most) + 4; ++i) {
+      k = 0.5 * i;
+      for (int again = 0; again < 2; ++again) {
+        CHECK(difference(acceleration(system, q, v), -k * q) < rounding);
+        CHECK(difference(acceleration_jacobian(system, q, v).d_q, -k * Eigen::Matrix3d::Identity()) < rounding);
+      }
+    }
+}
+
+// A spring that is stiffer at each call.
+struct Counting {
+  mutable double calls = 0.0;
+  auto T(const auto& qdot) const { return Stiff{nullptr}.T(qdot); }
+  auto V(const auto& q) const {
+    calls += 1.0;
+    return Stiff{&calls}.V(q);
+  }
+};
+
+TEST_CASE("outside of runs energies that are others at each call are evaluated at each call") {
+  const auto system = mechanical_system<2>(Counting{});
+  const Vector<double, 2> q(1.0, -1.0), v(0.0, 0.0);
+  double before = 0.0;
+  for (int i = 0; i < 40; ++i) {
+    const double a = acceleration(system, q, v)[0];
+    CHECK(a < before);
+    CHECK(a == -std::round(-a));
+    before = a;
+  }
+}
+
+TEST_CASE("outside of runs energies without a value at the probe have accelerations where they have values") {
+  const auto V = [](const auto& q) {
+    using std::log;
+    return log(q[0] - 5.0) + log(q[1] - 5.0);
+  };
+  const auto system = mechanical_system<2>([](const auto& qdot) { return 0.5 * (qdot[0] * qdot[0] + qdot[1] * qdot[1]); }, V);
+  CHECK(difference(acceleration(system, Vector<double, 2>(6.0, 7.0), Vector<double, 2>(0.0, 0.0)), Vector<double, 2>(-1.0, -0.5)) < rounding);
+  const auto form = first_order_form(system);
+  CHECK(difference(rates(form, Vector<double, 4>(6.0, 7.0, 0.0, 0.0)).tail(2), Vector<double, 2>(-1.0, -0.5)) < rounding);
+}
+
+TEST_CASE("a system, its copies and their runs derive equations once") {
+  const auto system = mechanical_system<3>(bench::LoopedChain{});
+  const auto copy = system;
+  const detail::DerivedLines* const lines = detail::lines_now<3>(system.kept_lines(), system.energies());
+  REQUIRE(lines != nullptr);
+  CHECK(detail::lines_now<3>(copy.kept_lines(), copy.energies()) == lines);
+  const auto form = first_order_form(copy);
+  CHECK(detail::lines_now<3>(form.system().kept_lines(), form.system().energies()) == lines);
+}
+
+TEST_CASE("several threads that share a system get the bits that one alone gets") {
+  const Vector<double, 4> q(0.4, -0.2, 0.7, 1.1), v(0.1, 0.3, -0.5, 0.2);
+  const Vector<double, 4> alone = acceleration(mechanical_system<4>(bench::LoopedChain{}), q, v);
+  const auto system = mechanical_system<4>(bench::LoopedChain{});
+  std::vector<int> differing(4, 0);
+  std::vector<std::thread> threads;
+  for (int& count : differing)
+    threads.emplace_back([&] {
+      for (int k = 0; k < 2000; ++k) count += acceleration(system, q, v) != alone;
+    });
+  for (std::thread& each : threads) each.join();
+  CHECK(differing == std::vector<int>(4, 0));
 }
 
 TEST_CASE("a run whose energies change behind it ends by the name of model_changed, though its lines do not") {

@@ -44,7 +44,7 @@ class SceneForm {
   static constexpr bool has_constraints = Sc::has_constraints;                          ///< as the scene has it
   static constexpr bool functors_are_recordable = detail::is_recordable_scene<Sc>;      ///< T, V and effects take every scalar
 
-  explicit SceneForm(Sc scene) : scene_(std::move(scene)) { detail::keep_lines<typename Sc::SystemType>(scene_); }
+  explicit SceneForm(Sc scene) : scene_(std::move(scene)) { detail::keep_lines(scene_, scene_.system()); }
 
   /// The scene behind it.
   const Sc& scene() const noexcept { return scene_; }

@@ -76,7 +76,7 @@ class FirstOrderForm {
  public:
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;  ///< 2n, or Dynamic
 
-  explicit FirstOrderForm(Sys system) : system_(std::move(system)), inertia_(system_) { detail::keep_lines<Sys>(system_); }
+  explicit FirstOrderForm(Sys system) : system_(std::move(system)), inertia_(system_) { detail::keep_lines(system_, system_); }
 
   /// The system behind it.
   const Sys& system() const noexcept { return system_; }

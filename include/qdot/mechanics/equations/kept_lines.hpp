@@ -1,36 +1,47 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// What a run keeps of a system's equations, seen from the system.
+// Where a system keeps its equations once they have been derived as lines (mechanics/derive/kept_lines.hpp).
 //
-// T and V written with loops hide from the compiler which derivatives are zero. A run (mechanics/first_order_form.hpp,
-// effects/scene_form.hpp) asks for M and r thousands of times, and it pays to derive them as lines (mechanics/derive/kept_lines.hpp) and
-// to go through these. An evaluation outside of a run knows no kept lines: T and V may read something that will have changed by the next
-// one.
+// A system outside of runs and all its copies share one list of derivations. An evaluation there may use one of them only after a check that T and V
+// still are what was derived. A run (mechanics/first_order_form.hpp, effects/scene_form.hpp) evaluates one derivation thousands of times: it checks at
+// the start of each leg, and the change watch checks at its looks.
 
 #include <atomic>
 #include <memory>
+#include <mutex>
 #include <utility>
 
 namespace qdot::detail {
 
-class DerivedOnce;  // mechanics/derive/kept_lines.hpp
+class Derivations;  // mechanics/derive/kept_lines.hpp
+class DerivedOnce;
 
-/// A system's share in lines that are derived once; of a system outside of runs there is none.
+/// The derivations of one system and its copies, made when they are first asked for.
+struct SharedDerivations {
+  std::atomic<Derivations*> made{nullptr};
+  std::mutex making{};
+  std::shared_ptr<void> owner{};
+};
+
+/// A system's share in derived lines: checked at each evaluation, or a run's own.
 class KeptLines {
  public:
-  KeptLines() = default;
-  explicit KeptLines(std::shared_ptr<DerivedOnce> once) : once_(std::move(once)) {}
-  KeptLines(const KeptLines& other) : once_(other.once_) {}
+  KeptLines() : shared_(std::make_shared<SharedDerivations>()) {}
+  /// Lines of a run, derived together with those of `system`.
+  KeptLines(const KeptLines& system, std::shared_ptr<DerivedOnce> once) : shared_(system.shared_), once_(std::move(once)) {}
+  KeptLines(const KeptLines& other) : shared_(other.shared_), once_(other.once_) {}
   KeptLines& operator=(const KeptLines& other) {
+    shared_ = other.shared_;
     once_ = other.once_;
     return *this;
   }
 
-  /// The lines, to be derived or not; null where they are none of this system's.
+  /// The lines of a run; null outside of runs.
   DerivedOnce* once() const { return is_aside_.load(std::memory_order_relaxed) ? nullptr : once_.get(); }
+  const std::shared_ptr<SharedDerivations>& shared() const { return shared_; }
 
-  /// Puts the lines aside as long as it lives.
+  /// Makes evaluations check T and V, in a run as well, as long as it lives.
   class Aside {
    public:
     explicit Aside(KeptLines* lines) : lines_(lines) { put(true); }
@@ -46,6 +57,7 @@ class KeptLines {
   };
 
  private:
+  std::shared_ptr<SharedDerivations> shared_;
   std::shared_ptr<DerivedOnce> once_;
   std::atomic<bool> is_aside_{false};
 };
