@@ -51,6 +51,18 @@ Eigen::MatrixXd jacobian_of(const Form& form, const Eigen::VectorXd& y, double t
   return J;
 }
 
+// The lines of a system, or of a form's, at the probe.
+template <int n, class Sys>
+const detail::DerivedLines* lines_of(const Sys& system) {
+  const double* const probe = detail::probe_state<n>.data();
+  const detail::DerivedLines* found = nullptr;
+  detail::with_lines<n>(system.kept_lines(), system.energies(), detail::AtState{probe, probe + n, 0.7}, [&](const detail::DerivedLines& lines) {
+    found = &lines;
+    return true;
+  });
+  return found;
+}
+
 double difference(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y) { return (x - y).cwiseAbs().maxCoeff() / (1.0 + y.cwiseAbs().maxCoeff()); }
 
 // Oscillators in a row whose stiffness is somewhere else; written with a loop.
@@ -143,7 +155,7 @@ TEST_CASE("q̈ of looped chains is what is derived by hand, in a run and outside
     const auto form = first_order_form(system);
     const auto by_duals = mechanical_system<n>(ByDuals<bench::LoopedChain>{});
     CAPTURE(n);
-    REQUIRE(form.system().kept_lines()->once()->template lines_of<n>(system.energies()) != nullptr);
+    REQUIRE(lines_of<n>(form.system()) != nullptr);
     CHECK(system.kept_lines()->once() == nullptr);
     for (int k = 0; k < 3; ++k) {
       const Vector<double, 2 * n> y = random_state<n>(random);
@@ -177,7 +189,7 @@ TEST_CASE("in a run, accelerations keep their bits when machine code takes the p
     const auto system = mechanical_system<n>(bench::LoopedChain{});
     const auto form = first_order_form(system);
     CHECK(keeps_bits(form, size));
-    const detail::DerivedLines* const lines = detail::lines_now<n>(form.system().kept_lines(), form.system().energies());
+    const detail::DerivedLines* const lines = lines_of<n>(form.system());
     REQUIRE(lines != nullptr);
     CHECK(lines->solution[0].lines.is_native_by_now() == formula::native_lines_are_possible());
     CHECK(keeps_bits(first_order_form(scene(system, viscous_damping(Vector<double, n>::Constant(0.1)))), size));
@@ -195,8 +207,9 @@ TEST_CASE("slopes of lines at any accelerations are those of r - M a by dual num
   std::mt19937 random(14);
   const Vector<double, 2 * n> y = random_state<n>(random);
   const Vector<double, n> a(0.3, -0.7, 1.1);
-  detail::DerivedOnce once;
-  const detail::DerivedLines* const lines = once.lines_with_slopes_of<n>(bench::LoopedChain{});
+  detail::KeptDerivation derivation;
+  derivation.derive<n>(bench::LoopedChain{}, std::nullopt);
+  const detail::DerivedLines* const lines = derivation.lines_with_slopes();
   REQUIRE(lines != nullptr);
   double M[n * (n + 1) / 2];
   detail::SlopeRow<2 * n> rows[n];
@@ -217,7 +230,7 @@ TEST_CASE("in a run, free masses stay free when each is seen from a place that t
   constexpr int n = 8;
   const auto system = mechanical_system<n>(Following{});
   const auto form = first_order_form(system);
-  REQUIRE(form.system().kept_lines()->once()->template lines_of<n>(system.energies()) != nullptr);
+  REQUIRE(lines_of<n>(form.system()) != nullptr);
   std::mt19937 random(13);
   const Vector<double, 2 * n> y = random_state<n>(random);
   Vector<double, n> expected = Vector<double, n>::Zero();
@@ -308,7 +321,7 @@ struct SphericalChain {
 TEST_CASE("in a run, places in space have the accelerations that they have outside of it, by a few lines for each coordinate") {
   const auto system = kinematic_system<6>(SphericalChain{}, uniform_gravity(0.0, 0.0, -9.81));
   const auto form = first_order_form(system);
-  const detail::DerivedLines* const lines = detail::lines_now<6>(form.system().kept_lines(), form.system().energies());
+  const detail::DerivedLines* const lines = lines_of<6>(form.system());
   REQUIRE(lines != nullptr);
   CHECK(lines->equations.table().lines.size() <= 10 * 6);  // 104 where their Coriolis terms are not seen to be those of rates
   std::mt19937 random(8);
@@ -323,7 +336,7 @@ TEST_CASE("in a run, places that a loop finds have the accelerations that are de
   std::mt19937 random(5);
   const auto check_chain = [&]<int n>(std::integral_constant<int, n>) {
     const auto form = first_order_form(kinematic_system<n>(bench::LoopedPositions{}, uniform_gravity(0.0, -9.81)));
-    REQUIRE(detail::lines_now<n>(form.system().kept_lines(), form.system().energies()) != nullptr);
+    REQUIRE(lines_of<n>(form.system()) != nullptr);
     const Vector<double, 2 * n> y = random_state<n>(random);
     Vector<double, n> by_hand;
     bench::chain_by_hand<n>(y.data(), y.data() + n, by_hand.data());
@@ -422,11 +435,11 @@ TEST_CASE("outside of runs energies without a value at the probe have accelerati
 TEST_CASE("a system, its copies and their runs derive equations once") {
   const auto system = mechanical_system<3>(bench::LoopedChain{});
   const auto copy = system;
-  const detail::DerivedLines* const lines = detail::lines_now<3>(system.kept_lines(), system.energies());
+  const detail::DerivedLines* const lines = lines_of<3>(system);
   REQUIRE(lines != nullptr);
-  CHECK(detail::lines_now<3>(copy.kept_lines(), copy.energies()) == lines);
+  CHECK(lines_of<3>(copy) == lines);
   const auto form = first_order_form(copy);
-  CHECK(detail::lines_now<3>(form.system().kept_lines(), form.system().energies()) == lines);
+  CHECK(lines_of<3>(form.system()) == lines);
 }
 
 TEST_CASE("several threads that share a system get the bits that one alone gets") {
@@ -458,10 +471,68 @@ TEST_CASE("a run whose energies change behind it ends by the name of model_chang
   CHECK(damped.outcome == Outcome::model_changed);
 }
 
-TEST_CASE("energies that are no formulas are evaluated as they are, in a run as well") {
+TEST_CASE("in a run, energies that compare numbers have lines for each branch that it meets") {
   const auto form = first_order_form(mechanical_system<3>(Slack{}));
-  const Vector<double, 6> y(0.4, -0.2, 0.7, 0.1, 0.3, -0.5);
-  CHECK(difference(rates(form, y).tail(3), Eigen::Vector3d(-0.4, 0.0, -0.7)) < rounding);
+  REQUIRE(lines_of<3>(form.system()) != nullptr);
+  for (int sides = 0; sides < 16; ++sides) {
+    Vector<double, 6> y(0.4, 0.2, 0.7, 0.1, 0.3, -0.5);
+    Eigen::Vector3d expected, slopes;
+    for (int i = 0; i < 3; ++i) {
+      if ((sides >> i) & 1) y[i] = -y[i];
+      expected[i] = -std::max(y[i], 0.0);
+      slopes[i] = y[i] > 0.0 ? -1.0 : 0.0;
+    }
+    CHECK(difference(rates(form, y).tail(3), expected) < rounding);
+    CHECK(difference(jacobian_of(form, y).bottomLeftCorner(3, 3), slopes.asDiagonal().toDenseMatrix()) < rounding);
+    CHECK(difference(acceleration(form.system(), Vector<double, 3>(y.head(3)), Vector<double, 3>(y.tail(3))), expected) < rounding);
+  }
+}
+
+// A stair of springs, each slack on one side: more branches than a run keeps.
+struct Stair {
+  const double* edge;
+  auto T(const auto& qdot) const { return 0.5 * qdot[0] * qdot[0]; }
+  auto V(const auto& q) const {
+    using S = std::decay_t<decltype(q[0])>;
+    S sum(0.0);
+    for (int i = 0; i < 100; ++i)
+      if (q[0] > *edge + i) sum += q[0];
+    return sum;
+  }
+};
+
+TEST_CASE("in a run, energies with more branches than are kept are evaluated by dual numbers beyond these") {
+  const double edge = 0.0;
+  const auto form = first_order_form(mechanical_system<1>(Stair{&edge}));
+  for (int times = 0; times < 2; ++times)
+    for (int i = 0; i < 100; ++i) CHECK(rates(form, Vector<double, 2>(i + 0.5, 0.0))[1] == -(i + 1.0));
+}
+
+TEST_CASE("a run whose energies branch elsewhere when it begins anew has other lines") {
+  double edge = 0.0;
+  auto form = first_order_form(mechanical_system<1>(Stair{&edge}));
+  CHECK(rates(form, Vector<double, 2>(2.5, 0.0))[1] == -3.0);
+  edge = 1.0;
+  form.renew();
+  CHECK(rates(form, Vector<double, 2>(2.5, 0.0))[1] == -2.0);
+}
+
+// Asks whether a number that depends on q is finite, which no guard holds.
+struct Asking {
+  auto T(const auto& qdot) const { return 0.5 * qdot[0] * qdot[0]; }
+  auto V(const auto& q) const {
+    using std::isfinite;
+    using S = std::decay_t<decltype(q[0])>;
+    const S x = 1.0 / q[0];
+    return q[0] > 0.0 && isfinite(x) ? S(q[0]) : S(2.0 * q[0]);
+  }
+};
+
+TEST_CASE("energies that ask for a value itself are evaluated at every state of a run") {
+  const auto form = first_order_form(mechanical_system<1>(Asking{}));
+  CHECK(rates(form, Vector<double, 2>(1e-310, 0.0))[1] == -2.0);
+  CHECK(rates(form, Vector<double, 2>(1.0, 0.0))[1] == -1.0);
+  CHECK(rates(form, Vector<double, 2>(-1.0, 0.0))[1] == -2.0);
 }
 
 TEST_CASE("energies that ask whether a coordinate has a certain value are asked at every state of a run") {

@@ -112,7 +112,10 @@ TEST_CASE("two hundred runs that end by an exception of the user's leave nothing
 TEST_CASE("two hundred runs into a singular mass matrix leave nothing behind, whatever the method") {
   const auto all = methods<std::remove_const_t<decltype(fading)>>();
   std::vector<int> failures(all.size(), 0);
-  CHECK(left_behind(all.size(), [&](std::size_t i) { failures[i] += failed(simulate(fading, start, 1.0, all[i].second, coarse).outcome); }) == 0);
+  CHECK(left_behind(all.size(), [&](std::size_t i) {
+          const auto alone = mechanical_system<1>(fading.energies());  // which keeps its derived lines, and machine code once there is some
+          failures[i] += failed(simulate(alone, start, 1.0, all[i].second, coarse).outcome);
+        }) == 0);
   for (std::size_t i = 0; i < all.size(); ++i) {
     INFO(all[i].first);
     CHECK(failures[i] > runs / static_cast<int>(all.size()));

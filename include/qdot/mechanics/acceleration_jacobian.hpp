@@ -158,10 +158,12 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& syste
     if (system.energies().jacobian_in_closed_form(q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(), result.d_qdot.data())) return result;
   }
   if constexpr (inertia == Inertia::positive_definite && detail::has_slopes<n>) {
-    const detail::DerivedLines* lines = nullptr;
-    if constexpr (requires { system.energies().lines_with_slopes(); }) lines = system.energies().lines_with_slopes();
-    else if constexpr (has_short_ways && detail::may_keep_lines<E, n>) lines = detail::lines_with_slopes_now<n>(system.kept_lines(), system.energies());
-    if (lines && detail::jacobian_by_lines(system, *lines, q, qdot, t, result)) return result;
+    const auto written = [&](const detail::DerivedLines& lines) { return detail::jacobian_by_lines(system, lines, q, qdot, t, result); };
+    if constexpr (requires { system.energies().lines_with_slopes(); }) {
+      if (system.energies().lines_with_slopes() && written(*system.energies().lines_with_slopes())) return result;
+    } else if constexpr (has_short_ways) {
+      if (detail::with_lines_and_slopes<n>(system.kept_lines(), system.energies(), detail::AtState{q.data(), qdot.data(), t}, written)) return result;
+    }
   }
   if constexpr (inertia == Inertia::positive_definite && detail::HasOwnEquations<E> && detail::has_slopes<n>) {
     if (detail::sloped_jacobian(system, q, qdot, t, result)) return result;

@@ -44,8 +44,10 @@ class Derived : public E {
   Derived()
     requires std::is_default_constructible_v<E>
       : Derived(E{}) {}
-  explicit Derived(E energies) : E(std::move(energies)), once_(std::make_shared<detail::DerivedOnce>()), lines_(once_->lines_of<n>(this->energies())) {
-    if constexpr (n <= detail::straight_line_limit) once_->lines_with_slopes_of<n>(this->energies());
+  explicit Derived(E energies) : E(std::move(energies)), derivation_(std::make_shared<detail::KeptDerivation>()) {
+    derivation_->derive<n>(this->energies(), std::nullopt);
+    lines_ = derivation_->lines();
+    if constexpr (n <= detail::straight_line_limit) derivation_->lines_with_slopes();
   }
 
   /// T and V as they were given.
@@ -55,7 +57,7 @@ class Derived : public E {
   bool has_lines() const noexcept { return lines_ != nullptr; }
 
   /// Whether T and V, recorded anew, are what was derived: false when they read something that has changed since.
-  bool still_holds() const { return once_->still_holds<n>(energies()); }
+  bool still_holds() const { return derivation_->still_holds<n>(energies()); }
 
   /// M and r, handed to `use` (mass_and_rhs.hpp); false where T or V has no value, and where `use` says so.
   template <class Use>
@@ -77,8 +79,8 @@ class Derived : public E {
  private:
   static Vector<double, n> vector_of(const double* numbers) { return Eigen::Map<const Vector<double, n>>(numbers); }
 
-  std::shared_ptr<detail::DerivedOnce> once_;  // copies of the object share them
-  const detail::DerivedLines* lines_;
+  std::shared_ptr<detail::KeptDerivation> derivation_;  // copies of the object share it
+  const detail::DerivedLines* lines_ = nullptr;
 };
 
 namespace detail {

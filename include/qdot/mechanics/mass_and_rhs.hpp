@@ -76,8 +76,8 @@ inline bool with_shortest_mass_and_rhs(const E& e, const Vector<double, n>& q, c
 template <int n, class E, class Use>
 bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, KeptLines* kept = nullptr) {
   if constexpr (may_keep_lines<E, n> && !wants_band<Use>) {
-    const DerivedLines* const lines = lines_now<n>(kept, e);
-    if (lines && lines->template with_mass_and_rhs<n>(q.data(), qdot.data(), t, use)) return true;
+    const auto evaluated = [&](const DerivedLines& lines) { return lines.template with_mass_and_rhs<n>(q.data(), qdot.data(), t, use); };
+    if (with_lines<n>(kept, e, AtState{q.data(), qdot.data(), t}, evaluated)) return true;
   }
   if constexpr (HasOwnEquations<E> && requires { e.longer_equations(q.data(), qdot.data(), q.size(), t, use); }) {
     if (e.longer_equations(q.data(), qdot.data(), q.size(), t, use)) return true;

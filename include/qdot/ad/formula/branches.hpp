@@ -17,12 +17,25 @@
 
 namespace qdot::formula {
 
-/// What a branch needs: sign · (node − level) > 0, or ≥ 0 where it is closed.
-struct Guard {
-  int node = -1;
+/// A side of a level: sign · (value − level) > 0, or ≥ 0 where it is closed.
+struct Side {
   double sign = 1.0, level = 0.0;
-  bool closed = false, of_floor = false;
+  bool closed = false;
+
+  bool has(double value) const {
+    const double above = sign * (value - level);
+    return !(above < 0.0) && (above != 0.0 || closed);
+  }
+};
+
+/// What a branch needs: the side on which a node's value is.
+struct Guard : Side {
+  int node = -1;
+  bool of_floor = false;
   std::string what = {};  ///< for messages: "the comparison < in T or V"
+
+  /// Whether another guard asks the same, in whatever words.
+  bool is_same(const Guard& other) const { return node == other.node && sign == other.sign && level == other.level && closed == other.closed; }
 };
 
 /// The guards of a recording that is given values.
@@ -31,6 +44,7 @@ struct Branches {
   const std::vector<Guard>* answers = nullptr;   ///< to be given in this order, whatever the values are
   std::vector<Guard> met = {};                   ///< in the order of the comparisons
   std::vector<double> values = {};               ///< of the nodes so far
+  bool read_values = false;                      ///< a functor asked for a value itself, which no guard holds
 };
 
 /// values ← those of the first `count` nodes; nodes that have one already keep it.
@@ -63,7 +77,7 @@ template <class Number = double>
     const Number value = branches.values[static_cast<std::size_t>(node)];
     answer = or_equal ? value >= level : value > level;
   }
-  branches.met.push_back({node, answer ? 1.0 : -1.0, level, or_equal == answer, false, what});
+  branches.met.push_back({{answer ? 1.0 : -1.0, level, or_equal == answer}, node, false, what});
   return answer;
 }
 
@@ -78,8 +92,8 @@ template <class Number = double>
     evaluate_nodes(graph, branches.variables, branches.values, static_cast<std::size_t>(node) + 1);
     level = std::floor(branches.values[static_cast<std::size_t>(node)]);
   }
-  branches.met.push_back({node, 1.0, level, true, true, what});
-  branches.met.push_back({node, -1.0, level + 1.0, false, true, what});
+  branches.met.push_back({{1.0, level, true}, node, true, what});
+  branches.met.push_back({{-1.0, level + 1.0, false}, node, true, what});
   return level;
 }
 

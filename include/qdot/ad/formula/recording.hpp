@@ -222,6 +222,7 @@ class Recorded : public FormulaNumber<Recorded> {
     if (!x.recording_) return x.constant_;
     Recording& r = *x.recording_;
     if (r.branches == nullptr) refuse(r, "the function ", function);
+    r.branches->read_values = true;
     evaluate_nodes(r.graph, r.branches->variables, r.branches->values, static_cast<std::size_t>(x.node_) + 1);
     return r.branches->values[static_cast<std::size_t>(x.node_)];
   }

@@ -96,10 +96,11 @@ bool longer_forced_acceleration(const Sc& scene, const Vector<double, n>& q, con
   } else {
     const AccelerationTo<n> free{qddot.data(), singular_pivot<double>(n)};
     const auto& own = scene.system().energies();
-    if (const DerivedLines* const lines = lines_now<n>(scene.system().kept_lines(), own)) {
-      constexpr ForceSum sum = ForceSum::plain;
-      if (lines->template with_mass_and_rhs<n>(q.data(), qdot.data(), t, ForcedTo<Sc, sum>{scene, z, free})) return true;
-    }
+    constexpr ForceSum sum = ForceSum::plain;
+    const auto evaluated = [&](const DerivedLines& lines) {
+      return lines.template with_mass_and_rhs<n>(q.data(), qdot.data(), t, ForcedTo<Sc, sum>{scene, z, free});
+    };
+    if (with_lines<n>(scene.system().kept_lines(), own, AtState{q.data(), qdot.data(), t}, evaluated)) return true;
     return with_longer_mass_and_rhs<n>(energies_without_potentials(scene), q, qdot, t, ForcedTo<Sc>{scene, z, free});
   }
 }

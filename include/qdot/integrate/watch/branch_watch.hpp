@@ -46,7 +46,7 @@ bool has_no_branches(const FirstOrderForm<Sys>& form) {
   using E = typename Sys::EnergiesType;
   constexpr int n = Sys::dof_at_compile_time;
   if constexpr (requires { form.is_recorded(); }) return form.is_recorded();
-  if constexpr (may_keep_lines<E, n>) return lines_now<n>(form.system().kept_lines(), form.system().energies()) != nullptr;
+  if constexpr (may_keep_lines<E, n>) return checked_derivation<n>(form.system().kept_lines(), form.system().energies()) != nullptr;
   return false;
 }
 
@@ -76,10 +76,7 @@ class SidesOfBranch {
     int last = -1;
     for (const formula::Guard& guard : met) last = std::max(last, guard.node);
     formula::evaluate_nodes(branch_->motion.recording.graph, at_, values_, static_cast<std::size_t>(last) + 1);
-    return std::any_of(met.begin(), met.end(), [this](const formula::Guard& guard) {
-      const double value = guard.sign * (values_[static_cast<std::size_t>(guard.node)] - guard.level);
-      return value < 0.0 || (value == 0.0 && !guard.closed);
-    });
+    return std::any_of(met.begin(), met.end(), [this](const formula::Guard& guard) { return !guard.has(values_[static_cast<std::size_t>(guard.node)]); });
   }
 
  private:

@@ -11,9 +11,13 @@
 // and one evaluation of T and V, and never uses what a functor was before. A system keeps up to 16 derivations; functors that return another number for
 // the same state, or that cannot be evaluated at the probe, have none outside of runs.
 //
+// Functors that compare numbers are derived for one branch at a time: a recording that knows the state notes the guards on which its branch depends
+// (ad/formula/branches.hpp), and a state beyond a guard has another. A run keeps up to 64 of them.
+//
 // A run does not check at each evaluation. Its functors must not change between stop times, which the change watch
 // (integrate/watch/change_watch.hpp) verifies; at each leg's start the lines are derived anew where T or V changed.
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <bit>
@@ -38,18 +42,18 @@ struct Derivation {
   std::optional<DerivedLineWriter<Number>> writer;
   DerivedLines lines;
 
-  void derive(RecordedMotion motion);
+  void derive(RecordedMotion motion, const formula::Branches* branches = nullptr);
   void derive_slopes();
 };
 
 template <class Number>
-[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion) {
+[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion, const formula::Branches* branches) {
   if (!motion.recording.assumptions.empty()) return;
   recorded = std::move(motion);
   GraphEquations e = equations_by_graph(recorded.recording.graph, static_cast<int>(recorded.q.size()), recorded.returned[0], recorded.returned[1]);
   derived = {std::move(e.mass), std::move(e.right), {}};
   writer.emplace(recorded.recording.graph, recorded.q.size(), std::size_t(4));
-  writer->write_equations(derived, lines);
+  writer->write_equations(derived, branches ? branches->met : std::vector<formula::Guard>(), lines);
   if (!lines_pay(lines, recorded)) lines = {};
 }
 
@@ -79,27 +83,56 @@ inline constexpr std::array<double, 2 * n> probe_state = [] {
   return x;
 }();
 
+// A plain number, for functors that compile for numbers with derivatives only.
+struct OfProbe;
+using Value = Dual<double, 0, OfProbe>;
+
 template <int n, class E>
 [[gnu::noinline]] Fingerprint fingerprint(const E& e) {
-  const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(probe_state<n>.data()), qdot = Eigen::Map<const Vector<double, n>>(probe_state<n>.data() + n);
-  constexpr double t = 0.7;
-  const double T = kinetic<n>(e, q, qdot, t), V = potential<n>(e, q, t);
-  if (!std::isfinite(T + V)) return std::nullopt;
-  return std::array{std::bit_cast<std::uint64_t>(T), std::bit_cast<std::uint64_t>(V)};
+  Vector<Value, n> q, qdot;
+  for (std::size_t i = 0; i < n; ++i) {
+    q.data()[i].value = probe_state<n>[i];
+    qdot.data()[i].value = probe_state<n>[n + i];
+  }
+  const Value t(0.7), T = kinetic<n>(e, q, qdot, t), V = potential<n>(e, q, t);
+  if (!std::isfinite(T.value + V.value)) return std::nullopt;
+  return std::array{std::bit_cast<std::uint64_t>(T.value), std::bit_cast<std::uint64_t>(V.value)};
 }
 
-/// A derivation, the fingerprint of its functors, and slopes on request. May be asked by several threads.
+template <int n, class E>
+Fingerprint fingerprint_or_none(const E& e) {
+  try {
+    return fingerprint<n>(e);
+  } catch (...) {
+    return std::nullopt;
+  }
+}
+
+/// A derivation, where it holds, and slopes on request. May be asked by several threads.
 class KeptDerivation {
  public:
-  explicit KeptDerivation(const Fingerprint& print = std::nullopt) : print_(print) {}
-
-  /// Records T and V and derives M and r.
+  /// Of functors without comparisons, which are known again by their fingerprint.
   template <int n, class E>
-  void derive(const E& e) {
+  void derive(const E& e, const Fingerprint& print) {
+    print_ = print;
     try {
       derivation_.derive(recorded_motion<n>(e));
     } catch (...) {  // what functors throw they throw again, where they are asked for values
     }
+  }
+  /// Of the branch at a state.
+  template <int n, class E>
+  [[gnu::cold, gnu::noinline]] void derive_branch(const E& e, const AtState& at) {
+    branches_ = std::make_unique<formula::Branches>();
+    branches_->variables.assign(at.q, at.q + n);
+    branches_->variables.insert(branches_->variables.end(), at.qdot, at.qdot + n);
+    branches_->variables.push_back(at.t);
+    try {
+      RecordedMotion recorded = recorded_motion<n>(e, branches_.get());
+      if (!branches_->read_values) derivation_.derive(std::move(recorded), branches_.get());
+    } catch (...) {  // likewise
+    }
+    if (lines()) write_guards(n);
   }
 
   const Fingerprint& print() const { return print_; }
@@ -116,26 +149,58 @@ class KeptDerivation {
     return derivation_.lines.have_slopes() ? &derivation_.lines : nullptr;
   }
 
+  /// Whether a state is on the branch that was recorded.
+  template <int n>
+  bool holds_at(const AtState& at) const {
+    if (guards_.empty()) return true;
+    double x[DerivedLines::most(n)];
+    std::copy_n(at.q, n, x);
+    std::copy_n(at.qdot, n, x + n);
+    x[2 * n] = at.t;
+    guard_lines_(x);
+    for (std::size_t i = 0; i < guards_.size(); ++i)
+      if (!branches_->met[i].has(x[guards_[i]])) return false;
+    return true;
+  }
+
   /// Whether the functors are still those that were derived.
   template <int n, class E>
   [[gnu::cold, gnu::noinline]] bool still_holds(const E& e) {
     if (!lines()) return true;
     if (print_) return fingerprint_or_none<n>(e) == print_;
     const std::lock_guard lock(mutex_);
-    return is_unchanged(derivation_.recorded, [&](RecordedMotion& m) { run_energies<n>(m, e); });
-  }
-
-  template <int n, class E>
-  static Fingerprint fingerprint_or_none(const E& e) {
-    try {
-      return fingerprint<n>(e);
-    } catch (...) {
-      return std::nullopt;
-    }
+    const auto run = [&](RecordedMotion& m) { run_energies<n>(m, e); };
+    if (!branches_) return is_unchanged(derivation_.recorded, run);
+    const std::vector<formula::Guard> met = branches_->met;
+    branches_->answers = &met;
+    branches_->met.clear();
+    const bool same = is_unchanged(derivation_.recorded, run) && std::equal(met.begin(), met.end(), branches_->met.begin(), branches_->met.end(),
+                                                                            [](const formula::Guard& a, const formula::Guard& b) { return a.is_same(b); });
+    branches_->answers = nullptr;
+    branches_->met = met;
+    return same;
   }
 
  private:
-  Fingerprint print_;
+  void write_guards(std::size_t n) {
+    const std::vector<formula::Guard>& met = branches_->met;
+    if (met.empty()) return;
+    std::vector<int> nodes;
+    for (const formula::Guard& guard : met) nodes.push_back(guard.node);
+    formula::LineTable table;
+    formula::LineWriter<double> writer(derivation_.recorded.recording.graph, 2 * n + 1);
+    writer.write(nodes, table);
+    table.lines.push_back(formula::Line{});
+    guard_lines_.set(std::move(table), writer.count());
+    guards_ = writer.numbers(nodes);
+    guard_lines_.add_read(guards_);
+    if (writer.count() > DerivedLines::most(n)) derivation_.lines = {};
+  }
+
+  Fingerprint print_{};
+  std::unique_ptr<formula::Branches> branches_{};
+  formula::LineEvaluator guard_lines_{};
+  std::vector<int> guards_{};
   std::mutex mutex_{};
   std::atomic<bool> is_asked_for_slopes_{false};
   Derivation<> derivation_{};
@@ -150,7 +215,7 @@ class Derivations {
   template <int n, class E>
   KeptDerivation* of(const E& e) {
     if (has_none_.load(std::memory_order_relaxed)) return nullptr;
-    const Fingerprint now = KeptDerivation::fingerprint_or_none<n>(e);
+    const Fingerprint now = fingerprint_or_none<n>(e);
     if (KeptDerivation* const found = made_with(now)) return found;
     return added<n>(e, now);
   }
@@ -169,8 +234,8 @@ class Derivations {
     if (KeptDerivation* const found = made_with(print)) return found;
     const std::size_t count = count_.load(std::memory_order_relaxed);
     if (print && count < most) {
-      all_[count] = std::make_unique<KeptDerivation>(print);
-      all_[count]->derive<n>(e);
+      all_[count] = std::make_unique<KeptDerivation>();
+      all_[count]->derive<n>(e, print);
     }
     if (!print || count == most || !all_[count]->lines()) {
       has_none_.store(true, std::memory_order_relaxed);
@@ -204,52 +269,80 @@ inline Derivations& derivations_of(SharedDerivations& shared) {
 /// The lines of a run's equations, once there are any. May be asked by several threads.
 class DerivedOnce {
  public:
+  static constexpr std::size_t most_branches = 64;
+
   DerivedOnce() = default;
   /// Of a run: takes what its system has derived already.
   explicit DerivedOnce(std::shared_ptr<SharedDerivations> shared) : shared_(std::move(shared)) {}
 
-  /// The derivation of energies e, made now if this is the first call; null where T and V are no formulas, or too long.
+  /// The derivation of energies e that holds at a state, made now if there is none yet; null where T and V are no formulas, or too long.
   template <int n, class E>
-  const DerivedLines* lines_of(const E& e) {
-    KeptDerivation* const it = derivation<n>(e);
-    return it ? it->lines() : nullptr;
+  KeptDerivation* derivation(const E& e, const AtState& at) {
+    if (!is_asked_.load(std::memory_order_acquire)) look_at_system<n>(e);
+    if (whole_) return whole_;
+    const std::size_t count = count_.load(std::memory_order_acquire);
+    const std::size_t last = last_.load(std::memory_order_relaxed);
+    if (last < count && branches_[last]->holds_at<n>(at)) return branches_[last].get();
+    return other_branch<n>(e, at, count);
   }
-  /// The same with slopes, null where these are too long.
-  template <int n, class E>
-  const DerivedLines* lines_with_slopes_of(const E& e) {
-    KeptDerivation* const it = derivation<n>(e);
-    return it ? it->lines_with_slopes() : nullptr;
+  /// The derivation that held at the last state, if there is one; may be of another branch.
+  KeptDerivation* latest() const {
+    if (whole_) return whole_;
+    const std::size_t last = last_.load(std::memory_order_relaxed);
+    return last < count_.load(std::memory_order_acquire) ? branches_[last].get() : nullptr;
   }
+
   /// Whether energies are those that have been derived, if any have.
   template <int n, class E>
   bool still_holds(const E& e) {
-    return !is_asked_.load(std::memory_order_acquire) || !derivation_ || derivation_->still_holds<n>(e);
+    if (!is_asked_.load(std::memory_order_acquire)) return true;
+    if (whole_) return whole_->still_holds<n>(e);
+    const std::size_t count = count_.load(std::memory_order_acquire);
+    return std::all_of(branches_.begin(), branches_.begin() + static_cast<std::ptrdiff_t>(count),
+                       [&](const std::unique_ptr<KeptDerivation>& each) { return each->still_holds<n>(e); });
   }
 
  private:
   template <int n, class E>
-  KeptDerivation* derivation(const E& e) {
-    if (!is_asked_.load(std::memory_order_acquire)) derive<n>(e);
-    return derivation_;
-  }
-  template <int n, class E>
-  [[gnu::cold, gnu::noinline]] void derive(const E& e) {
+  [[gnu::cold, gnu::noinline]] void look_at_system(const E& e) {
     const std::lock_guard lock(mutex_);
     if (is_asked_.load(std::memory_order_relaxed)) return;
-    derivation_ = shared_ ? derivations_of(*shared_).of<n>(e) : nullptr;
-    if (!derivation_) {
-      own_ = std::make_unique<KeptDerivation>();
-      own_->derive<n>(e);
-      derivation_ = own_.get();
-    }
+    whole_ = shared_ ? derivations_of(*shared_).of<n>(e) : nullptr;
     is_asked_.store(true, std::memory_order_release);
+  }
+  template <int n>
+  KeptDerivation* made_for(const AtState& at, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i)
+      if (branches_[i]->holds_at<n>(at)) {
+        last_.store(i, std::memory_order_relaxed);
+        return branches_[i].get();
+      }
+    return nullptr;
+  }
+  template <int n, class E>
+  [[gnu::noinline]] KeptDerivation* other_branch(const E& e, const AtState& at, std::size_t count) {
+    if (KeptDerivation* const made = made_for<n>(at, count)) return made;
+    if (is_full_.load(std::memory_order_relaxed) || !all_finite(at.q, n) || !all_finite(at.qdot, n)) return nullptr;
+    const std::lock_guard lock(mutex_);
+    count = count_.load(std::memory_order_relaxed);
+    if (KeptDerivation* const made = made_for<n>(at, count)) return made;
+    if (is_full_.load(std::memory_order_relaxed)) return nullptr;
+    auto made = std::make_unique<KeptDerivation>();
+    made->derive_branch<n>(e, at);
+    if (!made->lines() || count + 1 == most_branches) is_full_.store(true, std::memory_order_relaxed);
+    if (!made->lines()) return nullptr;
+    branches_[count] = std::move(made);
+    last_.store(count, std::memory_order_relaxed);
+    count_.store(count + 1, std::memory_order_release);
+    return branches_[count].get();
   }
 
   std::shared_ptr<SharedDerivations> shared_;
-  std::atomic<bool> is_asked_{false};
+  std::atomic<bool> is_asked_{false}, is_full_{false};
   std::mutex mutex_{};
-  std::unique_ptr<KeptDerivation> own_{};
-  KeptDerivation* derivation_ = nullptr;
+  KeptDerivation* whole_ = nullptr;
+  std::array<std::unique_ptr<KeptDerivation>, most_branches> branches_{};
+  std::atomic<std::size_t> count_{0}, last_{0};
 };
 
 // Which energies may have kept lines: T and V, and positions (mechanics/kinematic_system.hpp). More coordinates than are known while compiling have
@@ -265,24 +358,30 @@ KeptDerivation* checked_derivation(KeptLines* kept, const E& e) {
   return kept && kept->shared() ? derivations_of(*kept->shared()).of<n>(e) : nullptr;
 }
 
-// The lines by which a system's M and r are evaluated now, if there are any.
-template <int n, class E>
-const DerivedLines* lines_now(KeptLines* kept, const E& e) {
-  if constexpr (may_keep_lines<E, n>) {
-    if (DerivedOnce* const once = kept ? kept->once() : nullptr) return once->lines_of<n>(e);
-    if (KeptDerivation* const checked = checked_derivation<n>(kept, e)) return checked->lines();
-  }
-  return nullptr;
+// Calls found(lines), for `f` what a derivation has, with the lines by which a system's M and r are evaluated at a state; false where there are none and
+// where found() returns false. Beyond a guard lines say that they have no values there, and are looked for again.
+template <int n, class E, class F, class Found>
+bool with_lines(KeptLines* kept, const E& e, const AtState& at, const F& f, const Found& found) {
+  const auto try_with = [&](KeptDerivation* it) {
+    const DerivedLines* const lines = it ? f(*it) : nullptr;
+    return lines && found(*lines);
+  };
+  DerivedOnce* const once = kept ? kept->once() : nullptr;
+  if (!once) return try_with(checked_derivation<n>(kept, e));
+  KeptDerivation* const latest = once->latest();
+  if (latest && try_with(latest)) return true;
+  KeptDerivation* const holds = once->derivation<n>(e, at);
+  return holds != latest && try_with(holds);
 }
-
-// The same with slopes.
-template <int n, class E>
-const DerivedLines* lines_with_slopes_now(KeptLines* kept, const E& e) {
-  if constexpr (may_keep_lines<E, n> && n >= 1 && n <= straight_line_limit) {
-    if (DerivedOnce* const once = kept ? kept->once() : nullptr) return once->lines_with_slopes_of<n>(e);
-    if (KeptDerivation* const checked = checked_derivation<n>(kept, e)) return checked->lines_with_slopes();
-  }
-  return nullptr;
+template <int n, class E, class Found>
+bool with_lines(KeptLines* kept, const E& e, const AtState& at, const Found& found) {
+  if constexpr (may_keep_lines<E, n>) return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return it.lines(); }, found);
+  return false;
+}
+template <int n, class E, class Found>
+bool with_lines_and_slopes(KeptLines* kept, const E& e, const AtState& at, const Found& found) {
+  if constexpr (may_keep_lines<E, n> && n <= straight_line_limit) return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return it.lines_with_slopes(); }, found);
+  return false;
 }
 
 /// Makes a system or scene, which is a run's own, keep the lines of its equations.

@@ -40,6 +40,11 @@ struct DerivedLines {
     formula::Domain domain;
   };
   std::vector<Checked> checked;  // outside of which T or V has no value
+  struct Sided {
+    int number;
+    formula::Side side;
+  };
+  std::vector<Sided> sides;  // beyond which T or V has another branch
 
   // q̈ of up to eight coordinates, by machine code once it has been asked for often; without forces Q, and with them.
   struct Solution {
@@ -133,6 +138,7 @@ struct DerivedLines {
   bool have_values(const double* x) const {
     bool good = true;
     for (const Checked& c : checked) good &= formula::is_in(c.domain, x[c.number]);
+    for (const Sided& s : sides) good &= s.side.has(x[s.number]);
     return good;
   }
 };
@@ -154,10 +160,11 @@ class DerivedLineWriter {
   DerivedLineWriter(const formula::BasicGraph<Coefficient>& graph, std::size_t n, std::size_t shortest_run)
       : graph_(graph), n_(n), most_(DerivedLines::most(n)), writer_(graph, 3 * n + 1, shortest_run) {}
 
-  /// Lines of M and r; none where there would be too many.
-  [[gnu::cold]] void write_equations(const DerivedJacobian& derived, DerivedLines& lines) {
+  /// Lines of M, r and of the guards of a branch; none where there would be too many.
+  [[gnu::cold]] void write_equations(const DerivedJacobian& derived, const std::vector<formula::Guard>& guards, DerivedLines& lines) {
     std::vector<int> equations = derived.mass;
     equations.insert(equations.end(), derived.right.begin(), derived.right.end());
+    for (const formula::Guard& guard : guards) equations.push_back(guard.node);
     const std::vector<formula::Domain> domains = domains_to_check(graph_, equations);
     formula::LineTable table;
     writer_.write(with_checked(equations, domains), table);
@@ -166,6 +173,7 @@ class DerivedLineWriter {
     if (writer_.count() > most_) return;
     for (std::size_t w = 0; w < domains.size(); ++w)
       if (domains[w] != formula::Domain::everything) lines.checked.push_back({writer_.number(static_cast<int>(w)), domains[w]});
+    for (const formula::Guard& guard : guards) lines.sides.push_back({writer_.number(guard.node), guard});
     lines.mass = writer_.numbers(derived.mass);
     lines.right = writer_.numbers(derived.right);
     add_read(lines, lines.equations);
@@ -187,10 +195,14 @@ class DerivedLineWriter {
   }
 
  private:
+  static void add_checked(const DerivedLines& lines, formula::LineEvaluator& evaluator) {
+    for (const DerivedLines::Checked& c : lines.checked) evaluator.add_read(std::array{c.number});
+    for (const DerivedLines::Sided& s : lines.sides) evaluator.add_read(std::array{s.number});
+  }
   static void add_read(const DerivedLines& lines, formula::LineEvaluator& evaluator) {
     evaluator.add_read(lines.mass);
     evaluator.add_read(lines.right);
-    for (const DerivedLines::Checked& c : lines.checked) evaluator.add_read(std::array{c.number});
+    add_checked(lines, evaluator);
   }
 
   [[gnu::cold]] void write_solution(const DerivedLines& lines, DerivedLines::Solution& solution, bool forced) {
@@ -207,7 +219,7 @@ class DerivedLineWriter {
     solution.pivots = std::move(more.pivots);
     solution.lines.add_read(solution.accelerations);
     for (const auto& [pivot, whole] : solution.pivots) solution.lines.add_read(std::array{pivot, whole});
-    for (const DerivedLines::Checked& c : lines.checked) solution.lines.add_read(std::array{c.number});
+    add_checked(lines, solution.lines);
   }
 
   const formula::BasicGraph<Coefficient>& graph_;
@@ -215,10 +227,11 @@ class DerivedLineWriter {
   formula::LineWriter<Coefficient> writer_;
 };
 
-/// T and V of one object, recorded with variables for q, q̇ and t.
+/// T and V of one object, recorded with variables for q, q̇ and t; where they compare numbers, on a branch.
 template <int n, class E>
-RecordedMotion recorded_motion(const E& e) {
+RecordedMotion recorded_motion(const E& e, formula::Branches* branches = nullptr) {
   RecordedMotion m;
+  m.recording.branches = branches;
   m.q = new_variables(m.recording, 0, n);
   m.qdot = new_variables(m.recording, n, n);
   m.t = formula::variable_in(m.recording, 2 * n);

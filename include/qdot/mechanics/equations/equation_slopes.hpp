@@ -42,11 +42,9 @@ bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double,
     if constexpr (try_straight && !HasOwnEquations<E> && n <= straight_line_jacobian_limit) {
       if (straight_line_slopes<n>(e, q.data(), qdot.data(), a.data(), t, M, rows)) return true;
     }
-    if constexpr (may_keep_lines<E, n>) {
-      const DerivedLines* const lines = lines_with_slopes_now<n>(kept, e);
-      if (lines && lines->template write_slopes<n>(q.data(), qdot.data(), t, M, rows, AccelerationsAre{a.data(), n})) return true;
-    }
-    return false;
+    return with_lines_and_slopes<n>(kept, e, AtState{q.data(), qdot.data(), t}, [&](const DerivedLines& lines) {
+      return lines.template write_slopes<n>(q.data(), qdot.data(), t, M, rows, AccelerationsAre{a.data(), n});
+    });
   }
 }
 
