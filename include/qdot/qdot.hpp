@@ -32,7 +32,7 @@
 #include "qdot/mechanics/degrees_of_freedom.hpp"     // how many coordinates, by the rank of the constraints
 #include "qdot/mechanics/integrability.hpp"          // is a velocity constraint holonomic?
 #include "qdot/mechanics/first_order_form.hpp"       // ẏ = f(t, y) for steppers
-// #include "qdot/mechanics/derived.hpp"                 // loops in T and V, derived when the object is made
+// #include "qdot/mechanics/derived.hpp"                 // deprecated: every system derives its equations
 // #include "qdot/mechanics/kinematic_system.hpp"        // T from the positions of masses and bodies
 // #include "qdot/mechanics/written_out_kinematics.hpp"  // the same, run while compiling
 // #include "qdot/mechanics/parameter_jacobian.hpp"      // ∂q̈/∂p

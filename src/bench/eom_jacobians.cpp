@@ -6,7 +6,6 @@
 #include "bench/chain_energies.hpp"
 #include "bench/eom.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
-#include "qdot/mechanics/derived.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 #include "qdot/mechanics/written_out.hpp"
 
@@ -71,8 +70,6 @@ std::vector<EquationsRow> jacobian_rows() {
           row_of<3, UnrolledChain<3>>("jacobian, unroll"), row_of<4, UnrolledChain<4>>("jacobian, unroll"),
           row_of_form<2>(), row_of_form<4>(), row_of_form<8>(), row_of_form<16>(), row_of_form<32>(),
           row_of<2, LoopedChain>("jacobian, for, outside of runs"), row_of<4, LoopedChain>("jacobian, for, outside of runs"),
-          row_of<2, Derived<2, LoopedChain>>("jacobian, for, derived"), row_of<4, Derived<4, LoopedChain>>("jacobian, for, derived"),
-          row_of<8, Derived<8, LoopedChain>>("jacobian, for, derived"),
           row_of<2, WrittenOut<2, LoopedChain>>("jacobian, for, written out"),
           row_of<4, WrittenOut<4, LoopedChain>>("jacobian, for, written out"),
           row_of<8, LoopedChain>("jacobian, for, outside of runs"), row_of<16, LoopedChain>("jacobian, for, outside of runs"),

@@ -3,7 +3,6 @@
 // Rows of `qdot bench eom`: chains summed with a plain `for`, as they are, in a run, with equations derived when the object is made,
 // and by nested duals.
 #include "bench/chain_rows.hpp"
-#include "qdot/mechanics/derived.hpp"
 #include "qdot/mechanics/equations/lagrange_terms.hpp"
 
 namespace qdot::bench {
@@ -32,24 +31,17 @@ template <int n>
 template <int n>
 using Looped = LoopedChain;
 template <int n>
-using DerivedLoops = Derived<n, LoopedChain>;
-template <int n>
 using Paired = PairedChain;
-template <int n>
-using DerivedPairs = Derived<n, PairedChain>;
 
 }  // namespace
 
 std::vector<EquationsRow> looped_chain_rows() {
   return joined({general_chain_rows<Looped, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>("general, for"),
-                 general_chain_rows<DerivedLoops, 1, 2, 3, 4, 5, 6, 7, 8>("general, for, derived"),
                  chain_rows<1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32, 48, 64>("general, for, in a run",
                                                                             []<int n>() -> AccelerationFunction { return by_run<n>; }),
                  chain_rows<2, 4, 8, 16>("general, for, nested duals", []<int n>() -> AccelerationFunction { return by_nested_duals<n>; }),
                  general_chain_rows<Paired, 8>("general, for over pairs"),
-                 general_chain_rows<DerivedPairs, 8>("general, for over pairs, derived"),
-                 general_chain_rows<Paired, 16>("general, for over pairs"),
-                 general_chain_rows<DerivedPairs, 16>("general, for over pairs, derived")});
+                 general_chain_rows<Paired, 16>("general, for over pairs")});
 }
 
 }  // namespace qdot::bench

@@ -24,7 +24,6 @@
 #include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/scene.hpp"
 #include "qdot/effects/scene_motion.hpp"
-#include "qdot/mechanics/derived.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
 #include "qdot/mechanics/written_out.hpp"
 #include "scenes/cartesian_pendulum.hpp"
@@ -53,11 +52,6 @@ struct LoopsInARun {
   static constexpr const char* name = "chain, T and V with for, in a run";
   template <int n>
   static auto system() { return in_a_run(mechanical_system<n>(LoopedChain{})); }
-};
-struct DerivedLoops {
-  static constexpr const char* name = "chain, T and V with for, derived";
-  template <int n>
-  static auto system() { return mechanical_system<n>(derived<n>(LoopedChain{})); }
 };
 struct WrittenOutEnergies {
   static constexpr const char* name = "chain, T and V written out";

@@ -10,7 +10,6 @@ namespace qdot::bench {
 
 std::vector<SceneRow> looped_chain_scene_rows() {
   std::vector<SceneRow> rows = rows_of_chains<LoopsInARun, 2, 4, 8>();
-  for (const SceneRow& row : rows_of_chains<DerivedLoops, 2, 4, 8>()) rows.push_back(row);
   return rows;
 }
 

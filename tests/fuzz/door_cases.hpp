@@ -56,7 +56,6 @@ void written_energies(Report& report, Dice dice) {
   const Model model{.n = n, .T = {Term{&W::formula_T, of_T.data(), n}}, .V = {Term{&W::formula_V, of_V.data(), n}}};
   const auto as_expression = qdot::mechanical_system<n>(nested), as_list = qdot::mechanical_system<n>(unrolled), as_loop = qdot::mechanical_system<n>(looped);
   const auto written = qdot::mechanical_system<n>(qdot::written_out<n>(nested));
-  const auto derived = qdot::mechanical_system<n>(qdot::derived<n>(looped));
   for (int k = 0; k < states_per_case; ++k) {
     const Start start = random_start(dice, n);
     const Verdict verdict = verdict_on(model, start.instant());
@@ -64,7 +63,6 @@ void written_energies(Report& report, Dice dice) {
     check_door(report, "T and V unrolled", as_list, model, verdict, start);
     check_door(report, "T and V in loops of their own", as_loop, model, verdict, start);
     check_door(report, "T and V written out", written, model, verdict, start);
-    check_door(report, "T and V derived", derived, model, verdict, start);
   }
 }
 

@@ -15,7 +15,6 @@
 #include "oracle.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
-#include "qdot/mechanics/derived.hpp"
 #include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/ensemble.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"

@@ -159,9 +159,7 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& syste
   }
   if constexpr (inertia == Inertia::positive_definite && detail::has_slopes<n>) {
     const auto written = [&](const detail::DerivedLines& lines) { return detail::jacobian_by_lines(system, lines, q, qdot, t, result); };
-    if constexpr (requires { system.energies().lines_with_slopes(); }) {
-      if (system.energies().lines_with_slopes() && written(*system.energies().lines_with_slopes())) return result;
-    } else if constexpr (has_short_ways) {
+    if constexpr (has_short_ways) {
       if (detail::with_lines_and_slopes<n>(system.kept_lines(), system.energies(), detail::AtState{q.data(), qdot.data(), t}, written)) return result;
     }
   }

@@ -71,7 +71,7 @@ class FirstOrderForm {
   static constexpr bool has_traced_jacobian =
       Sys::inertia == Inertia::positive_definite &&
       (n == Dynamic || ((detail::HasOwnEquations<typename Sys::EnergiesType> || n > detail::straight_line_limit) && n <= 64)) &&
-      detail::RecordableEnergies<typename Sys::EnergiesType, n> && !requires(const typename Sys::EnergiesType& e) { e.has_lines(); };
+      detail::RecordableEnergies<typename Sys::EnergiesType, n>;
 
  public:
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;  ///< 2n, or Dynamic

@@ -68,13 +68,6 @@ class ModelValues {
   }
 
   Eigen::Index rates() const { return system_.size(); }
-  /// Whether equations that were derived once (mechanics/derived.hpp) are those of T and V still.
-  bool derivation_holds() const {
-    if constexpr (requires { system_.system().energies().still_holds(); }) return system_.system().energies().still_holds();
-    else if constexpr (requires { system_.scene().system().energies().still_holds(); }) return system_.scene().system().energies().still_holds();
-    else return true;
-  }
-
   /// In words.
   std::string name(Eigen::Index i) const {
     if (i < rates()) return sentence({"the rate of ", system_.component_name(i)});
@@ -133,24 +126,17 @@ inline Failure other_formula() {
   return {Outcome::model_changed, "between events and stop times functors must depend on nothing but their arguments, but T, V or an effect has "
                                   "become another formula, or the same with another constant"};
 }
-inline Failure other_derivation() {
-  return {Outcome::model_changed, "equations were derived when derived(T, V) was called, but what T or V reads has changed since; make such numbers members "
-                                  "of the object and call derived() again, or leave it away"};
-}
-
 // ModelValues without the type of the form, which outlives this.
 struct AnyModelValues {
   const void* form;
   Eigen::Index rates;
   bool (*write)(const void*, double, const Eigen::VectorXd&, Eigen::VectorXd&);
-  bool (*hold)(const void*);
   std::string (*named)(const void*, Eigen::Index);
 
   template <FirstOrderSystem F>
   explicit AnyModelValues(const F& of)
       : form(&of), rates(of.size()),
         write([](const void* f, double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) { return ModelValues(*static_cast<const F*>(f)).at(t, y, out); }),
-        hold([](const void* f) { return ModelValues(*static_cast<const F*>(f)).derivation_holds(); }),
         named([](const void* f, Eigen::Index i) { return ModelValues(*static_cast<const F*>(f)).name(i); }) {}
 
   bool at(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) const { return write(form, t, y, out); }
@@ -176,7 +162,6 @@ class BasicChangeWatch {
 
   /// What is not as it was, if something is.
   std::optional<Failure> look(double t) {
-    if (!values_.hold(values_.form)) return other_derivation();
     const bool both = ++looks_ % thinned == 0 || !latest_.is_known;
     for (const Seen* seen : {&latest_, &first_})
       if (seen->is_known && (seen == &latest_ || both) && values_.at(seen->t, seen->y, now_) && !is_same(*seen))
