@@ -501,6 +501,35 @@ struct Stair {
   }
 };
 
+// A spring with a gap, which is elsewhere.
+struct Gap {
+  const double *edge, *stiffness;
+  auto T(const auto& qdot) const { return 0.5 * qdot[0] * qdot[0]; }
+  auto V(const auto& q) const {
+    using S = std::decay_t<decltype(q[0])>;
+    return q[0] > *edge ? S(0.5 * *stiffness * (q[0] - *edge) * (q[0] - *edge)) : S(0.0 * q[0]);
+  }
+};
+
+TEST_CASE("outside of runs q̈ of energies that branch is that of what they read now, on either side") {
+  double edge = 1.0, stiffness = 3.0;
+  const auto system = mechanical_system<1>(Gap{&edge, &stiffness});
+  const auto expect = [&](double q) {
+    const double expected = q > edge ? -stiffness * (q - edge) : 0.0;
+    CHECK(std::abs(acceleration(system, Vector<double, 1>(q), Vector<double, 1>(0.2))[0] - expected) <= rounding);
+    CHECK(std::abs(acceleration_jacobian(system, Vector<double, 1>(q), Vector<double, 1>(0.2)).d_q(0, 0) - (q > edge ? -stiffness : 0.0)) <= rounding);
+  };
+  for (int k = 0; k < 100; ++k) {  // more changes than branches are kept
+    edge = 1.0 + 0.01 * (k % 10);
+    stiffness = 3.0 + k % 7;
+    for (const double q : {0.5, 0.999, 1.001, 1.0501, 2.0}) expect(q), expect(q);
+  }
+  edge = 1.0;
+  expect(0.95);
+  edge = 0.9;  // a threshold that no formula of the branch contains
+  expect(0.95);
+}
+
 TEST_CASE("in a run, energies with more branches than are kept are evaluated by dual numbers beyond these") {
   const double edge = 0.0;
   const auto form = first_order_form(mechanical_system<1>(Stair{&edge}));
