@@ -14,7 +14,7 @@ namespace qdot::bench {
 
 /// One measured quantity beside its baseline.
 struct Row {
-  std::string name;           // what was measured, e.g. "chain n=4, graded duals"
+  std::string name;           // what was measured, e.g. "chain n=4, general, for"
   double value = 0;           // in `unit`
   double baseline = 0;        // in `unit`; 0 where there is none
   std::string baseline_name;  // e.g. "hand-derived"; empty where there is none

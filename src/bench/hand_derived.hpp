@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "qdot/ad/lagrange/euler_lagrange_math.hpp"
-#include "qdot/mechanics/equations/graded_evaluation.hpp"
+#include "qdot/mechanics/equations/block_solve.hpp"
 #include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot::bench {

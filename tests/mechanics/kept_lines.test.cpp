@@ -208,7 +208,7 @@ TEST_CASE("slopes of lines at any accelerations are those of r - M a by dual num
   const Vector<double, 2 * n> y = random_state<n>(random);
   const Vector<double, n> a(0.3, -0.7, 1.1);
   detail::KeptDerivation derivation;
-  derivation.derive<n>(bench::LoopedChain{}, std::nullopt);
+  derivation.derive<n>(bench::LoopedChain{}, n, std::nullopt);
   const detail::DerivedLines* const lines = derivation.lines_with_slopes();
   REQUIRE(lines != nullptr);
   double M[n * (n + 1) / 2];
@@ -430,6 +430,28 @@ TEST_CASE("outside of runs energies without a value at the probe have accelerati
   CHECK(difference(acceleration(system, Vector<double, 2>(6.0, 7.0), Vector<double, 2>(0.0, 0.0)), Vector<double, 2>(-1.0, -0.5)) < rounding);
   const auto form = first_order_form(system);
   CHECK(difference(rates(form, Vector<double, 4>(6.0, 7.0, 0.0, 0.0)).tail(2), Vector<double, 2>(-1.0, -0.5)) < rounding);
+}
+
+TEST_CASE("outside of runs q̈ of a number of coordinates that is known at run time is what is derived by hand, and follows what T and V read") {
+  std::mt19937 random(21);
+  const auto check = [&]<int n>(std::integral_constant<int, n>) {
+    const auto system = mechanical_system(n, bench::LoopedChain{});
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::VectorXd y = random_state<n>(random);
+      Vector<double, n> by_hand;
+      bench::chain_by_hand<n>(y.data(), y.data() + n, by_hand.data());
+      CHECK(difference(acceleration(system, Eigen::VectorXd(y.head(n)), Eigen::VectorXd(y.tail(n))), by_hand) < rounding);
+    }
+  };
+  check(std::integral_constant<int, 1>());
+  check(std::integral_constant<int, 3>());
+  check(std::integral_constant<int, 32>());
+  double k = 1.0;
+  const Eigen::VectorXd q = Eigen::Vector3d(0.4, -0.2, 0.7);
+  const auto springs = mechanical_system(3, Stiff{&k});
+  for (k = 1.0; k < 5.0; k += 1.0) CHECK(difference(acceleration(springs, q, q), -k * q) < rounding);
+  const Eigen::Vector3d slack(-0.4, 0.0, -0.7);
+  CHECK(difference(acceleration(mechanical_system(3, Slack{}), q, q), slack) < rounding);
 }
 
 TEST_CASE("a system, its copies and their runs derive equations once") {

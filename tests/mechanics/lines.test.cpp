@@ -45,7 +45,7 @@ State<n> random_state(std::mt19937& random) {
 template <int n, class E>
 std::shared_ptr<detail::KeptDerivation> derivation_of(const E& energies) {
   auto derivation = std::make_shared<detail::KeptDerivation>();
-  derivation->derive<n>(energies, std::nullopt);
+  derivation->derive<n>(energies, n, std::nullopt);
   return derivation;
 }
 
@@ -260,7 +260,7 @@ TEST_CASE("equations as lines have no values where a divisor is zero that they h
   // V = q/q + q³ + k q^(3/2): q̈ = −3 q² − k 3/2 √q, but at q = 0 there is none.
   const auto check = [](const auto& V, double expected) {
     const auto system = by_lines<1>([](const auto& qdot) { return 0.5 * qdot[0] * qdot[0]; }, V);
-      CHECK(acceleration(system, State<1>{0.0, Vector<double, 1>(0.25), Vector<double, 1>(0.0)})[0] == expected);
+    CHECK(acceleration(system, State<1>{0.0, Vector<double, 1>(0.25), Vector<double, 1>(0.0)})[0] == expected);
     CHECK_THROWS_AS(acceleration(system, State<1>{0.0, Vector<double, 1>(0.0), Vector<double, 1>(0.0)}), NonFinite);
   };
   check([](const auto& q) { return q[0] / q[0] + q[0] * q[0] * q[0]; }, -0.1875);
@@ -272,7 +272,7 @@ TEST_CASE("equations as lines have no values where a divisor is zero that they h
 
 TEST_CASE("of a logarithm and a quotient of one number the logarithm says where lines have values") {
   const auto system = by_lines<1>([](const auto& qdot) { return 0.5 * qdot[0] * qdot[0]; },
-                                                      [](const auto& q) {
+                                  [](const auto& q) {
                                                         using std::log;
                                                         const auto first = log(q[0]);
                                                         return first + 1.0 / q[0];

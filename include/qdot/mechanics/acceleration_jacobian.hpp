@@ -145,7 +145,7 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& syste
   detail::require_sizes(system, q, qdot);
   const Eigen::Index size = system.dof();
   AccelerationJacobian<n> result{Vector<double, n>(size), Matrix<double, n>(size, size), Matrix<double, n>(size, size)};
-  constexpr bool has_short_ways = inertia == Inertia::positive_definite && !detail::HasOwnEquations<E> && detail::graded_pays<n>;
+  constexpr bool has_short_ways = inertia == Inertia::positive_definite && !detail::HasOwnEquations<E> && n <= detail::block_limit<n>;
   constexpr bool has_closed_form = detail::HasClosedJacobian<E> && detail::straight_line_pays && inertia == Inertia::positive_definite;
   constexpr bool has_straight_line =
       has_short_ways && !has_closed_form && detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit;

@@ -198,8 +198,8 @@ class KinematicEnergies {
   // The same of loops; false for too many coordinates.
   template <class Use>
   bool longer_equations(const double* q, const double* qdot, Eigen::Index size, double t, const Use& use) const {
-    if constexpr (n <= graded_limit<n>) {
-      if (size <= graded_limit<n>) return equations_by_rows(q, qdot, static_cast<int>(size), t, use);
+    if constexpr (n <= block_limit<n>) {
+      if (size <= block_limit<n>) return equations_by_rows(q, qdot, static_cast<int>(size), t, use);
     }
     return false;
   }
@@ -235,7 +235,7 @@ class KinematicEnergies {
 
   template <class Use>
   bool equations_by_rows(const double* q, const double* qdot, int size, double t, const Use& use) const {
-    constexpr int blocks = graded_blocks<n>;
+    constexpr int blocks = blocks_of<n>;
     using S = PositionRow<blocks>;
     Vector<S, n> x(size);
     for (int i = 0; i < size; ++i) {
@@ -250,7 +250,7 @@ class KinematicEnergies {
     place(x, time, equations);
     if constexpr (!heavy) equations.potential(own_potential(x, time));
     equations.write();
-    if constexpr (has_extra) add_graded_equations<n>(extra_, q, qdot, size, t, M, r);
+    if constexpr (has_extra) add_general_equations<n>(extra_, q, qdot, size, t, 4 * blocks, M, r);
     return use.template rows<blocks>(AtState{q, qdot, t}, size, M, r);
   }
 

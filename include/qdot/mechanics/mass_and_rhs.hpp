@@ -9,9 +9,9 @@
 //
 // There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): what a system knows of itself (positions and masses,
 // kinematic_system.hpp), formulas that the compiler has derived (mechanics/derive/closed_form_jacobian.hpp), straight-line code
-// (mechanics/equations/straight_line.hpp), lines that a run has derived and keeps (mechanics/derive/kept_lines.hpp), loops and many
-// coordinates (mechanics/equations/graded_evaluation.hpp), more of them than that (mechanics/equations/banded_equations.hpp). Whoever
-// wants something of M and r passes it down the ladder as an object `use`, and each way ends by calling it with what it has found:
+// (mechanics/equations/straight_line.hpp), lines that are derived once (mechanics/derive/kept_lines.hpp), and the band of more than 32 coordinates
+// whose number is known at run time (mechanics/equations/banded_equations.hpp). A caller passes an object `use` down the ladder, and each way ends by
+// calling it with what it has found:
 //
 //     use.packed(at, M, r, present)    lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line
 //                                      code, so that what is zero for all states is not computed with
@@ -32,7 +32,7 @@
 #include "qdot/ad/forward/where_broken.hpp"
 #include "qdot/mechanics/derive/kept_lines.hpp"
 #include "qdot/mechanics/equations/banded_equations.hpp"
-#include "qdot/mechanics/equations/graded_evaluation.hpp"
+#include "qdot/mechanics/equations/block_solve.hpp"
 #include "qdot/mechanics/equations/solve.hpp"
 #include "qdot/mechanics/equations/straight_line.hpp"
 
@@ -77,16 +77,13 @@ template <int n, class E, class Use>
 bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, KeptLines* kept = nullptr) {
   if constexpr (may_keep_lines<E, n> && !wants_band<Use>) {
     const auto evaluated = [&](const DerivedLines& lines) { return lines.template with_mass_and_rhs<n>(q.data(), qdot.data(), t, use); };
-    if (with_lines<n>(kept, e, AtState{q.data(), qdot.data(), t}, evaluated)) return true;
+    if (with_lines<n>(kept, e, AtState{q.data(), qdot.data(), t, static_cast<int>(q.size())}, evaluated)) return true;
   }
   if constexpr (HasOwnEquations<E> && requires { e.longer_equations(q.data(), qdot.data(), q.size(), t, use); }) {
     if (e.longer_equations(q.data(), qdot.data(), q.size(), t, use)) return true;
   }
-  if constexpr (graded_pays<n> && !HasOwnEquations<E> && !always_straight<E, n> && !wants_band<Use>) {
-    if (q.size() <= graded_limit<n>) return graded_ways<n>(e, q, qdot, t, use);
-  }
   if constexpr (n == Dynamic) {
-    if (wants_band<Use> || q.size() > graded_limit<n>) {
+    if (wants_band<Use> || q.size() > block_limit<n>) {
       BandedEquations found = banded_equations(e, q, qdot, t);
       return use.banded(AtState{q.data(), qdot.data(), t}, found.M, found.r);
     }
@@ -300,7 +297,7 @@ template <class E, int n>
 template <int n, bool often = false, class S, class E>
 [[gnu::noinline]] MassAndRhs<S, n> general_mass_and_rhs(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
   if constexpr (n == Dynamic && std::is_same_v<S, double>) {
-    if (q.size() > graded_limit<n>) {
+    if (q.size() > block_limit<n>) {
       const BandedEquations found = banded_equations(e, q, qdot, t);
       MassAndRhs<double, n> both{found.M.dense(), found.r};
       if (all_finite(both.M) && all_finite(both.r)) return both;

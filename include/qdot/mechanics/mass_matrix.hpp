@@ -37,14 +37,13 @@ auto mass_matrix(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>
 
 namespace detail {
 
-// M for who asks now and then, as a watch does: of more than a few coordinates by a record, for straight-line code would be compiled once more for it, and
-// lines may have to be derived first, which costs a short run more than all looks.
+// M for a watch, which asks now and then: of more than a few coordinates by lines, for straight-line code would be compiled once more for it.
 template <class E, int n, Inertia inertia>
 Matrix<double, n> mass_matrix_now_and_then(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
-  if constexpr (n > inlined_uses_limit && graded_pays<n> && !HasOwnEquations<E> && !always_straight<E, n>) {
+  if constexpr (n > inlined_uses_limit && !HasOwnEquations<E> && !always_straight<E, n>) {
     Matrix<double, n> M = zeros<Matrix<double, n>>(n, n);
     Vector<double, n> r(n);
-    if (graded_ways<n>(system.energies(), q, qdot, t, CopyTo<n>{M, r})) return M;
+    if (with_longer_mass_and_rhs<n>(system.energies(), q, qdot, t, CopyTo<n>{M, r}, system.kept_lines())) return M;
     return general_mass_matrix<n>(system.energies(), q, qdot, t);
   } else {
     return mass_matrix(system, q, qdot, t);

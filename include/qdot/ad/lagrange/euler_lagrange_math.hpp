@@ -18,8 +18,6 @@
 #include "qdot/ad/dual_math.hpp"
 #include "qdot/ad/forward/following.hpp"
 #include "qdot/ad/lagrange/euler_lagrange.hpp"
-#include "qdot/ad/lagrange/graded.hpp"
-#include "qdot/ad/records/hessian_record.hpp"
 
 namespace qdot::detail {
 
@@ -43,8 +41,6 @@ inline void sine_and_cosine(double x, double* sine, double* cosine) {
 
 template <int n, class Number, class Is, class K>
 struct is_euler_lagrange<EulerLagrange<n, Number, Is, K>> : std::true_type {};
-template <class Record>
-struct is_euler_lagrange<Graded<Record>> : std::true_type {};
 
 // f(x) and f(x, y) of the numbers inside, from values and first derivatives: of a plain number its value.
 template <class Number>
@@ -107,30 +103,24 @@ template <EulerLagrangeNumber E, class F>
   }
 }
 
-// Straight-line code leaves it to the compiler to merge equal ones; a record remembers those of its coordinates.
+// Straight-line code leaves it to the compiler to merge equal ones.
+struct SineAndCosine {
+  double sine, cosine;
+};
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline SineAndCosine sine_and_cosine_of(const E& u) {
   const double x = innermost_value(u.value);
-  if constexpr (requires { u.place_of_angle(); }) {
-    if (SineAndCosine* const known = u.place_of_angle()) {
-      if (known->angle != x) {
-        sine_and_cosine(x, &known->sine, &known->cosine);
-        known->angle = x;
-      }
-      return *known;
-    }
-  }
-  return {x, shared_sine(x), shared_cosine(x)};
+  return {shared_sine(x), shared_cosine(x)};
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E sin(const E& u) {
-  const auto [x, s, c] = sine_and_cosine_of(u);
+  const auto [s, c] = sine_and_cosine_of(u);
   const auto S = lifted(u.value, s, c);
   return u.chain(S, lifted(u.value, c, -s), -S);
 }
 template <EulerLagrangeNumber E>
 [[gnu::always_inline]] inline E cos(const E& u) {
-  const auto [x, s, c] = sine_and_cosine_of(u);
+  const auto [s, c] = sine_and_cosine_of(u);
   const auto C = lifted(u.value, c, -s);
   return u.chain(C, lifted(u.value, -s, -c), -C);
 }

@@ -87,7 +87,7 @@ struct WithTerms {
   template <int blocks>
   bool rows(const AtState& at, int size, double* M, double* r) const {
     if constexpr (Terms::in_T) {
-      add_graded_equations<n>(terms, at.q, at.qdot, size, at.t, M, r);
+      add_general_equations<n>(terms, at.q, at.qdot, size, at.t, 4 * blocks, M, r);
     } else {
       using S = PositionRow<blocks>;
       Vector<S, n> x(size);

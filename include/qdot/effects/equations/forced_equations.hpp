@@ -100,7 +100,7 @@ bool longer_forced_acceleration(const Sc& scene, const Vector<double, n>& q, con
     const auto evaluated = [&](const DerivedLines& lines) {
       return lines.template with_mass_and_rhs<n>(q.data(), qdot.data(), t, ForcedTo<Sc, sum>{scene, z, free});
     };
-    if (with_lines<n>(scene.system().kept_lines(), own, AtState{q.data(), qdot.data(), t}, evaluated)) return true;
+    if (with_lines<n>(scene.system().kept_lines(), own, AtState{q.data(), qdot.data(), t, static_cast<int>(q.size())}, evaluated)) return true;
     return with_longer_mass_and_rhs<n>(energies_without_potentials(scene), q, qdot, t, ForcedTo<Sc>{scene, z, free});
   }
 }

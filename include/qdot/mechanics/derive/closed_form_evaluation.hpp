@@ -18,7 +18,7 @@
 #include "qdot/ad/lagrange/euler_lagrange_math.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/mechanics/derive/closed_form.hpp"
-#include "qdot/mechanics/equations/graded_evaluation.hpp"
+#include "qdot/mechanics/equations/block_solve.hpp"
 #include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot::detail {

@@ -47,7 +47,6 @@ template <class Number>
   derived = {std::move(e.mass), std::move(e.right), {}};
   writer.emplace(recorded.recording.graph, recorded.q.size(), std::size_t(4));
   writer->write_equations(derived, branches ? branches->met : std::vector<formula::Guard>(), lines);
-  if (!lines_pay(lines, recorded)) lines = {};
 }
 
 template <class Number>
@@ -71,12 +70,24 @@ constexpr double probe_number(int i, double first) {
   const double x = 0.6180339887498949 * (i + 1);
   return x - static_cast<double>(static_cast<long>(x)) + first;
 }
+constexpr void write_probe(int n, double* x) {
+  for (int i = 0; i < 2 * n + 1; ++i) x[i] = probe_number(i, i < n ? 0.2 : -0.5);
+}
 template <int n>
 inline constexpr std::array<double, 2 * n + 1> probe_state = [] {
   std::array<double, 2 * n + 1> x{};
-  for (int i = 0; i < 2 * n + 1; ++i) x[static_cast<std::size_t>(i)] = probe_number(i, i < n ? 0.2 : -0.5);
+  write_probe(n, x.data());
   return x;
 }();
+
+// The number of coordinates at a state.
+template <int n>
+constexpr int size_at(const AtState& at) {
+  return n == Dynamic ? at.size : n;
+}
+// How many numbers the lines of n coordinates may have.
+template <int n>
+inline constexpr std::size_t most_numbers = DerivedLines::most(n == Dynamic ? most_with_lines : static_cast<std::size_t>(n));
 
 // A plain number, for functors that compile for numbers with derivatives only.
 struct OfProbe;
@@ -84,23 +95,34 @@ using Value = Dual<double, 0, OfProbe>;
 
 // T and V at x = [q, q̇, t].
 template <int n, class E>
-[[gnu::noinline]] std::array<double, 2> energies_at(const E& e, const double* x) {
-  Vector<Value, n> q, qdot;
-  for (int i = 0; i < n; ++i) {
+[[gnu::noinline]] std::array<double, 2> energies_at(const E& e, int size, const double* x) {
+  Vector<Value, n> q(size), qdot(size);
+  for (int i = 0; i < size; ++i) {
     q.data()[i].value = x[i];
-    qdot.data()[i].value = x[n + i];
+    qdot.data()[i].value = x[size + i];
   }
-  const Value t(x[2 * n]);
+  const Value t(x[2 * size]);
   return {kinetic<n>(e, q, qdot, t).value, potential<n>(e, q, t).value};
 }
 template <int n, class E>
-Fingerprint fingerprint(const E& e, const double* probe) {
+Fingerprint fingerprint(const E& e, int size, const double* probe) {
   try {
-    const auto [T, V] = energies_at<n>(e, probe);
+    const auto [T, V] = energies_at<n>(e, size, probe);
     if (std::isfinite(T + V)) return std::array{std::bit_cast<std::uint64_t>(T), std::bit_cast<std::uint64_t>(V)};
   } catch (...) {  // what functors throw they throw again, where they are asked for values
   }
   return std::nullopt;
+}
+// The same at the usual probe.
+template <int n, class E>
+Fingerprint fingerprint(const E& e, int size) {
+  if constexpr (n == Dynamic) {
+    double probe[2 * most_with_lines + 1];
+    write_probe(size, probe);
+    return fingerprint<n>(e, size, probe);
+  } else {
+    return fingerprint<n>(e, size, probe_state<n>.data());
+  }
 }
 
 /// A derivation, where it holds, and slopes on request. May be asked by several threads.
@@ -108,10 +130,11 @@ class KeptDerivation {
  public:
   /// Of functors without comparisons, which are known again by their fingerprint.
   template <int n, class E>
-  void derive(const E& e, const Fingerprint& print) {
+  void derive(const E& e, int size, const Fingerprint& print) {
+    size_ = size;
     print_ = print;
     try {
-      derivation_.derive(recorded_motion<n>(e));
+      derivation_.derive(recorded_motion<n>(e, size));
     } catch (...) {  // likewise
     }
   }
@@ -119,15 +142,16 @@ class KeptDerivation {
   template <int n, class E>
   [[gnu::cold, gnu::noinline]] void derive_branch(const E& e, const AtState& at) {
     branches_ = std::make_unique<formula::Branches>();
-    branches_->variables.resize(2 * n + 1);
-    copy_state<n>(at, branches_->variables.data());
+    size_ = size_at<n>(at);
+    branches_->variables.resize(static_cast<std::size_t>(2 * size_ + 1));
+    copy_state(at, branches_->variables.data());
     try {
-      RecordedMotion recorded = recorded_motion<n>(e, branches_.get());
+      RecordedMotion recorded = recorded_motion<n>(e, size_, branches_.get());
       if (!branches_->read_values) derivation_.derive(std::move(recorded), branches_.get());
     } catch (...) {  // likewise
     }
     if (!lines()) return;
-    write_guards(n);
+    write_guards(static_cast<std::size_t>(size_));
     find_probe<n>(e);
   }
 
@@ -148,18 +172,18 @@ class KeptDerivation {
   /// Whether a state is on the branch that was recorded.
   template <int n>
   bool holds_at(const AtState& at) const {
-    double x[DerivedLines::most(n)];
-    copy_state<n>(at, x);
+    double x[most_numbers<n>];
+    copy_state(at, x);
     return holds_on(x);
   }
 
   /// Whether a state is on this branch and the functors are still those of the branch, at the probe and at the state.
   template <int n, class E>
   bool agrees_at(const E& e, const AtState& at) {
-    double x[DerivedLines::most(n)];
-    copy_state<n>(at, x);
-    if (!print_ || !holds_on(x) || fingerprint<n>(e, probe_.data()) != print_) return false;
-    const std::array<double, 2> found = energies_at<n>(e, x);
+    double x[most_numbers<n>];
+    copy_state(at, x);
+    if (!print_ || !holds_on(x) || fingerprint<n>(e, size_, probe_.data()) != print_) return false;
+    const std::array<double, 2> found = energies_at<n>(e, size_, x);
     const auto agrees = [&](std::size_t i) { return std::abs(found[i] - x[energies_[i]]) <= 1e-12 * std::abs(found[i]); };  // sums of some 1000 roundings
     return (agrees(0) && agrees(1)) || is_recorded_again<n>(e);
   }
@@ -168,16 +192,15 @@ class KeptDerivation {
   template <int n, class E>
   [[gnu::cold, gnu::noinline]] bool still_holds(const E& e) {
     if (!lines()) return true;
-    if (print_ && !branches_) return fingerprint<n>(e, probe_state<n>.data()) == print_;
+    if (print_ && !branches_) return fingerprint<n>(e, size_) == print_;
     return is_recorded_again<n>(e);
   }
 
  private:
-  template <int n>
-  static void copy_state(const AtState& at, double* x) {
-    std::copy_n(at.q, n, x);
-    std::copy_n(at.qdot, n, x + n);
-    x[2 * n] = at.t;
+  void copy_state(const AtState& at, double* x) const {
+    std::copy_n(at.q, size_, x);
+    std::copy_n(at.qdot, size_, x + size_);
+    x[2 * size_] = at.t;
   }
   // x = [q, q̇, t], and room for the numbers of lines.
   bool holds_on(double* x) const {
@@ -209,12 +232,13 @@ class KeptDerivation {
   void find_probe(const E& e) {
     if (!lines()) return;
     constexpr int halvings = 20;
-    double x[DerivedLines::most(n)];
-    probe_.resize(2 * n + 1);
+    double x[most_numbers<n>];
+    probe_.resize(branches_->variables.size());
+    write_probe(size_, probe_.data());
+    const std::vector<double> usual = probe_;
     for (int k = 0; k <= halvings && !print_; ++k) {
-      for (std::size_t i = 0; i < probe_.size(); ++i)
-        x[i] = probe_[i] = branches_->variables[i] + std::ldexp(probe_state<n>[i] - branches_->variables[i], -k);
-      if (holds_on(x)) print_ = fingerprint<n>(e, probe_.data());
+      for (std::size_t i = 0; i < probe_.size(); ++i) x[i] = probe_[i] = branches_->variables[i] + std::ldexp(usual[i] - branches_->variables[i], -k);
+      if (holds_on(x)) print_ = fingerprint<n>(e, size_, probe_.data());
     }
   }
 
@@ -234,6 +258,7 @@ class KeptDerivation {
     return same;
   }
 
+  int size_ = 0;
   Fingerprint print_{};
   std::vector<double> probe_{};
   std::unique_ptr<formula::Branches> branches_{};

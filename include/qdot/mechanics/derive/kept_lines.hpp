@@ -37,7 +37,7 @@ class BranchDerivations {
   KeptDerivation* at(const E& e, const AtState& at, const Holds& holds) {
     if (KeptDerivation* const it = latest(); it && holds(*it)) return it;
     if (KeptDerivation* const made = found(holds)) return made;
-    if (is_full_.load(std::memory_order_relaxed) || !all_finite(at.q, n) || !all_finite(at.qdot, n)) return nullptr;
+    if (is_full_.load(std::memory_order_relaxed) || !all_finite(at.q, size_at<n>(at)) || !all_finite(at.qdot, size_at<n>(at))) return nullptr;
     return added<n>(e, at, holds);
   }
   /// The derivation that held at the last state, if there is one.
@@ -91,16 +91,16 @@ class Derivations {
 
   /// The derivation of energies as they are now, which holds at every state; null where there is none.
   template <int n, class E>
-  KeptDerivation* everywhere(const E& e) {
+  KeptDerivation* everywhere(const E& e, int size) {
     if (has_none_.load(std::memory_order_relaxed)) return nullptr;
-    const Fingerprint now = fingerprint<n>(e, probe_state<n>.data());
+    const Fingerprint now = fingerprint<n>(e, size);
     if (KeptDerivation* const found = made_with(now)) return found;
-    return added<n>(e, now);
+    return added<n>(e, size, now);
   }
   /// The derivation of energies as they are now, which holds at a state; null where there is none.
   template <int n, class E>
   KeptDerivation* at(const E& e, const AtState& at) {
-    if (KeptDerivation* const it = everywhere<n>(e)) return it;
+    if (KeptDerivation* const it = everywhere<n>(e, size_at<n>(at))) return it;
     return branches_.at<n>(e, at, [&](KeptDerivation& it) { return it.agrees_at<n>(e, at); });
   }
 
@@ -113,13 +113,13 @@ class Derivations {
   }
 
   template <int n, class E>
-  [[gnu::cold, gnu::noinline]] KeptDerivation* added(const E& e, const Fingerprint& print) {
+  [[gnu::cold, gnu::noinline]] KeptDerivation* added(const E& e, int size, const Fingerprint& print) {
     const std::lock_guard lock(adding_);
     if (KeptDerivation* const found = made_with(print)) return found;
     const std::size_t count = count_.load(std::memory_order_relaxed);
     if (print && count < most) {
       all_[count] = std::make_unique<KeptDerivation>();
-      all_[count]->derive<n>(e, print);
+      all_[count]->derive<n>(e, size, print);
     }
     if (!print || count == most || !all_[count]->lines()) {
       has_none_.store(true, std::memory_order_relaxed);
@@ -159,12 +159,15 @@ class DerivedOnce {
   /// The derivation of energies e that holds at a state, made now if there is none yet; null where T and V are no formulas, or too long.
   template <int n, class E>
   KeptDerivation* at(const E& e, const AtState& at) {
-    if (!is_asked_.load(std::memory_order_acquire)) look_at_system<n>(e);
+    if (!is_asked_.load(std::memory_order_acquire)) look_at_system<n>(e, size_at<n>(at));
     if (everywhere_) return everywhere_;
     return branches_.at<n>(e, at, [&](KeptDerivation& it) { return it.holds_at<n>(at); });
   }
   /// The derivation that held at the last state, if there is one; may be of another branch.
-  KeptDerivation* latest() const { return everywhere_ ? everywhere_ : branches_.latest(); }
+  KeptDerivation* latest() const {
+    if (!is_asked_.load(std::memory_order_acquire)) return nullptr;
+    return everywhere_ ? everywhere_ : branches_.latest();
+  }
 
   /// Whether energies are those that have been derived, if any have.
   template <int n, class E>
@@ -175,10 +178,10 @@ class DerivedOnce {
 
  private:
   template <int n, class E>
-  [[gnu::cold, gnu::noinline]] void look_at_system(const E& e) {
+  [[gnu::cold, gnu::noinline]] void look_at_system(const E& e, int size) {
     const std::lock_guard lock(asking_);
     if (is_asked_.load(std::memory_order_relaxed)) return;
-    everywhere_ = derivations_of(*shared_).everywhere<n>(e);
+    everywhere_ = derivations_of(*shared_).everywhere<n>(e, size);
     is_asked_.store(true, std::memory_order_release);
   }
 
@@ -189,11 +192,11 @@ class DerivedOnce {
   BranchDerivations branches_{};
 };
 
-// Which energies may have kept lines: T and V, and positions (mechanics/kinematic_system.hpp). More coordinates than are known while compiling have
-// other ways (mechanics/derive/traced_motion.hpp).
+// Which energies may have kept lines: T and V, and positions (mechanics/kinematic_system.hpp). Runs of many coordinates, or of a number that is known at
+// run time, have other ways (mechanics/derive/traced_motion.hpp).
 template <class E, int n>
 inline constexpr bool may_keep_lines =
-    n >= 1 && n <= graded_limit<n> && (!requires { requires E::has_own_equations; } || requires { requires E::may_keep_lines; }) && !is_written_out<E> &&
+    n <= block_limit<n> && (!requires { requires E::has_own_equations; } || requires { requires E::may_keep_lines; }) && !is_written_out<E> &&
     RecordableEnergies<E, n>;
 
 // Calls found(lines), for `f` what a derivation has, with the lines by which a system's M and r are evaluated at a state; false where there are none and
@@ -213,12 +216,13 @@ bool with_lines(KeptLines* kept, const E& e, const AtState& at, const F& f, cons
 }
 template <int n, class E, class Found>
 bool with_lines(KeptLines* kept, const E& e, const AtState& at, const Found& found) {
-  if constexpr (may_keep_lines<E, n>) return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return it.lines(); }, found);
+  if constexpr (may_keep_lines<E, n>)
+    if (size_at<n>(at) <= block_limit<n>) return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return it.lines(); }, found);
   return false;
 }
 template <int n, class E, class Found>
 bool with_lines_and_slopes(KeptLines* kept, const E& e, const AtState& at, const Found& found) {
-  if constexpr (may_keep_lines<E, n> && n <= straight_line_limit) return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return it.lines_with_slopes(); }, found);
+  if constexpr (may_keep_lines<E, n> && n >= 1 && n <= straight_line_limit) return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return it.lines_with_slopes(); }, found);
   return false;
 }
 

@@ -22,8 +22,9 @@
 #include "qdot/mechanics/derive/derivatives_of_graph.hpp"
 #include "qdot/mechanics/derive/recorded_energies.hpp"
 #include "qdot/mechanics/derive/solution_lines.hpp"
-#include "qdot/mechanics/equations/graded_evaluation.hpp"
+#include "qdot/mechanics/equations/block_solve.hpp"
 #include "qdot/mechanics/equations/small_solve.hpp"
+#include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot::detail {
 
@@ -61,9 +62,11 @@ struct DerivedLines {
   /// M and r, handed to `use`; false where T or V has no value, and where `use` says so.
   template <int n, class Use>
   bool with_mass_and_rhs(const double* q, const double* qdot, double t, const Use& use) const {
-    double x[most(n)];
-    write_inputs(n, q, qdot, t, x);
-    if constexpr (n <= straight_line_limit && requires { use.by_solution(AtState{q, qdot, t}, *this, x); }) {
+    constexpr bool few = n >= 1 && n <= straight_line_limit;
+    const int size = n == Dynamic ? static_cast<int>(right.size()) : n;
+    double x[most(n == Dynamic ? block_limit<n> : n)];
+    write_inputs(size, q, qdot, t, x);
+    if constexpr (few && requires { use.by_solution(AtState{q, qdot, t}, *this, x); }) {
       // Elimination by lines has the bits of small_solve.hpp unless the compiler fuses products there; then the lines are used from the first evaluation.
       const Solution& s = solution[Use::is_forced];
       if ((formula::products_are_fused && s.will_be_native) || s.lines.is_native_by_now()) return use.by_solution(AtState{q, qdot, t}, *this, x);
@@ -72,18 +75,18 @@ struct DerivedLines {
       equations(x);
     }
     if (!have_values(x)) return false;
-    double r[graded_stride<n>];
-    for (int i = 0; i < n; ++i) r[i] = x[right[static_cast<std::size_t>(i)]];
-    if constexpr (n <= straight_line_limit) {
+    double r[block_stride<n>];
+    for (int i = 0; i < size; ++i) r[i] = x[right[static_cast<std::size_t>(i)]];
+    if constexpr (few) {
       double M[n * (n + 1) / 2];
       write_mass(x, M);
       return use.full(AtState{q, qdot, t}, M, r);
     } else {
-      double M[graded_stride<n> * graded_stride<n>];
+      double M[block_stride<n> * block_stride<n>];
       const int* entry = mass.data();
-      for (int i = 0; i < n; ++i)
-        for (int j = 0; j <= i; ++j, ++entry) M[graded_stride<n> * i + j] = *entry < 0 ? 0.0 : x[*entry];
-      return use.template rows<graded_blocks<n>>(AtState{q, qdot, t}, n, M, r);
+      for (int i = 0; i < size; ++i)
+        for (int j = 0; j <= i; ++j, ++entry) M[block_stride<n> * i + j] = *entry < 0 ? 0.0 : x[*entry];
+      return use.template rows<blocks_of<n>>(AtState{q, qdot, t, size}, size, M, r);
     }
   }
 
@@ -229,23 +232,15 @@ class DerivedLineWriter {
 
 /// T and V of one object, recorded with variables for q, q̇ and t; where they compare numbers, on a branch.
 template <int n, class E>
-RecordedMotion recorded_motion(const E& e, formula::Branches* branches = nullptr) {
+RecordedMotion recorded_motion(const E& e, int size = n, formula::Branches* branches = nullptr) {
   RecordedMotion m;
   m.recording.branches = branches;
-  m.q = new_variables(m.recording, 0, n);
-  m.qdot = new_variables(m.recording, n, n);
-  m.t = formula::variable_in(m.recording, 2 * n);
+  m.q = new_variables(m.recording, 0, size);
+  m.qdot = new_variables(m.recording, size, size);
+  m.t = formula::variable_in(m.recording, 2 * size);
   run_energies<n>(m, e);
   m.returned_before.reserve(m.returned.size());  // so that looking whether it still holds allocates nothing
   return m;
-}
-
-/// Whether lines are gone through sooner than T and V are evaluated on numbers with derivatives.
-///
-/// A line takes a third of the time that an operation of T takes on these. Of rotations the library knows more than their formulas.
-inline bool lines_pay(const DerivedLines& lines, const RecordedMotion& recorded) {
-  const std::vector<char> needed = recorded.recording.graph.needed_for(recorded.returned);
-  return lines.equations.table().lines.size() <= 3 * static_cast<std::size_t>(std::count(needed.begin(), needed.end(), 1));
 }
 
 }  // namespace qdot::detail

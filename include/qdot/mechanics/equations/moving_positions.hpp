@@ -19,52 +19,10 @@
 #include <utility>
 
 #include "qdot/ad/places/position_jet.hpp"
-#include "qdot/ad/places/position_row.hpp"
 #include "qdot/mechanics/equations/turning_energy.hpp"
 #include "qdot/mechanics/velocity.hpp"
 
 namespace qdot::detail {
-
-// Where operations are recorded, a row J is a sum of the leaves.
-template <int blocks>
-struct MovingPositions<Graded<HessianRecord<blocks>>> {
-  static constexpr bool known = true, is_only_way = false;
-  using S = Graded<HessianRecord<blocks>>;
-  using Position = PositionRow<blocks>;
-
-  HessianRecord<blocks>* record = nullptr;
-
-  bool read(const S& x, const S& v, Position& to) {
-    if (x.rate != v.value || x.record != v.record || x.a != 0.0 || x.w != 0.0 || v.b != 0.0 || v.w != 0.0 || v.a != x.b) return false;
-    to.value = x.value;
-    to.rate = v.value;
-    to.bend = v.rate;
-    if (x.record == nullptr) return to.J.clear(), true;
-    record = x.record;
-    if (x.node != v.node || !record->is_leaf(x.node)) return false;
-    to.J.set_unit(x.node);
-    to.J.set(x.b, to.J);
-    return true;
-  }
-  bool read_time(const S& t, Position& to) const {
-    if (t.record != nullptr || t.rate != 1.0) return false;
-    to = Position(t.value);
-    to.rate = 1.0;
-    return true;
-  }
-  static bool knows(const Position& p) { return !std::isnan(p.bend); }
-
-  ValueAndRate<S> both(const Position& p) const {
-    ValueAndRate<S> r{S(p.value, p.rate, 0.0, 0.0, 0.0, 0, nullptr), S(p.rate, p.bend, 0.0, 0.0, 0.0, 0, nullptr)};
-    double c = 0.0;
-    const int node = p.J.empty() ? -1 : record->add_row(p.J.number, 4 * p.J.first, 4 * p.J.last, c);
-    if (node < 0) return r;
-    r.value.node = r.rate.node = node;
-    r.value.record = r.rate.record = record;
-    r.value.b = r.rate.a = c;
-    return r;
-  }
-};
 
 // In straight-line code there is no second way beside: where velocities are not rates, a mask becomes unknown, and the pass is dropped.
 template <int n, int... Is, class K>

@@ -116,6 +116,7 @@ inline std::atomic<bool> keeps_a_loop{false};
 struct AtState {
   const double *q, *qdot;
   double t;
+  int size = 0;  // number of coordinates, where it is known at run time only
 };
 
 #if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
