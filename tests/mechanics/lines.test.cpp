@@ -273,10 +273,10 @@ TEST_CASE("equations as lines have no values where a divisor is zero that they h
 TEST_CASE("of a logarithm and a quotient of one number the logarithm says where lines have values") {
   const auto system = by_lines<1>([](const auto& qdot) { return 0.5 * qdot[0] * qdot[0]; },
                                   [](const auto& q) {
-                                                        using std::log;
-                                                        const auto first = log(q[0]);
-                                                        return first + 1.0 / q[0];
-                                                      });
+                                    using std::log;
+                                    const auto first = log(q[0]);
+                                    return first + 1.0 / q[0];
+                                  });
   CHECK(acceleration(system, State<1>{0.0, Vector<double, 1>(0.5), Vector<double, 1>(0.0)})[0] == 2.0);
   CHECK_THROWS_AS(acceleration(system, State<1>{0.0, Vector<double, 1>(-0.5), Vector<double, 1>(0.0)}), NonFinite);
 }

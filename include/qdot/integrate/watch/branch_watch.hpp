@@ -46,7 +46,10 @@ bool has_no_branches(const FirstOrderForm<Sys>& form) {
   using E = typename Sys::EnergiesType;
   constexpr int n = Sys::dof_at_compile_time;
   if constexpr (requires { form.is_recorded(); }) return form.is_recorded();
-  if constexpr (may_keep_lines<E, n>) return derivations_of(*form.system().kept_lines()->shared()).template everywhere<n>(form.system().energies(), n) != nullptr;
+  if constexpr (may_keep_lines<E, n>) {
+    Derivations& of_system = derivations_of(*form.system().kept_lines()->shared());
+    return of_system.template everywhere<n>(form.system().energies(), n) != nullptr;
+  }
   return false;
 }
 

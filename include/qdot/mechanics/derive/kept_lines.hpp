@@ -7,9 +7,9 @@
 // are first asked for, take 50 and 200 µs. Lines that are evaluated often become machine code (ad/native/native_lines.hpp).
 //
 // Outside of runs each evaluation checks that the functors are those that were derived (mechanics/derive/derivation.hpp). So
-// `acceleration(system, q, qdot)` in a user's own loop costs its lines and an evaluation of T and V, two for functors that compare numbers, and never uses what a
-// functor was before. A system keeps 16 derivations and 64 of branches; functors beyond that, those that return another number for the same state and
-// those that ask for a value itself are evaluated by dual numbers.
+// `acceleration(system, q, qdot)` in a user's own loop costs its lines and an evaluation of T and V, two for functors that compare numbers, and never uses
+// what a functor was before. A system keeps 16 derivations and 64 of branches; functors beyond that, those that return another number for the same state
+// and those that ask for a value itself are evaluated by dual numbers.
 //
 // A run does not check at each evaluation. Its functors must not change between stop times, which the change watch
 // (integrate/watch/change_watch.hpp) verifies; at each leg's start the lines are derived anew where T or V changed.
@@ -222,7 +222,8 @@ bool with_lines(KeptLines* kept, const E& e, const AtState& at, const Found& fou
 }
 template <int n, class E, class Found>
 bool with_lines_and_slopes(KeptLines* kept, const E& e, const AtState& at, const Found& found) {
-  if constexpr (may_keep_lines<E, n> && n >= 1 && n <= straight_line_limit) return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return it.lines_with_slopes(); }, found);
+  if constexpr (may_keep_lines<E, n> && n >= 1 && n <= straight_line_limit)
+    return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return it.lines_with_slopes(); }, found);
   return false;
 }
 
