@@ -54,9 +54,9 @@ Eigen::MatrixXd jacobian_of(const Form& form, const Eigen::VectorXd& y, double t
 // The lines of a system, or of a form's, at the probe.
 template <int n, class Sys>
 const detail::DerivedLines* lines_of(const Sys& system) {
-  const double* const probe = detail::probe_state<n>.data();
+  const Vector<double, n> q = Vector<double, n>::Constant(0.4), v = Vector<double, n>::Constant(-0.2);
   const detail::DerivedLines* found = nullptr;
-  detail::with_lines<n>(system.kept_lines(), system.energies(), detail::AtState{probe, probe + n, 0.7}, [&](const detail::DerivedLines& lines) {
+  detail::with_lines<n>(system.kept_lines(), system.energies(), detail::AtState{q.data(), v.data(), 0.7}, [&](const detail::DerivedLines& lines) {
     found = &lines;
     return true;
   });
@@ -208,7 +208,7 @@ TEST_CASE("slopes of lines at any accelerations are those of r - M a by dual num
   const Vector<double, 2 * n> y = random_state<n>(random);
   const Vector<double, n> a(0.3, -0.7, 1.1);
   detail::KeptDerivation derivation;
-  derivation.derive<n>(bench::LoopedChain{}, n, std::nullopt);
+  derivation.derive<n>(bench::LoopedChain{}, n);
   const detail::DerivedLines* const lines = derivation.lines_with_slopes();
   REQUIRE(lines != nullptr);
   double M[n * (n + 1) / 2];
@@ -421,7 +421,7 @@ TEST_CASE("outside of runs energies that are others at each call are evaluated a
   }
 }
 
-TEST_CASE("outside of runs energies without a value at the probe have accelerations where they have values") {
+TEST_CASE("outside of runs energies that have values somewhere only have accelerations there") {
   const auto V = [](const auto& q) {
     using std::log;
     return log(q[0] - 5.0) + log(q[1] - 5.0);
@@ -550,6 +550,53 @@ TEST_CASE("outside of runs q̈ of energies that branch is that of what they read
   expect(0.95);
   edge = 0.9;  // a threshold that no formula of the branch contains
   expect(0.95);
+}
+
+// A wall that is there or not, and a mass that depends on where the body is.
+struct Switched {
+  const bool* enabled;
+  const double* edge;
+  auto T(const auto& q, const auto& qdot) const {
+    using S = std::decay_t<decltype(qdot[0])>;
+    return S((q[0] > *edge ? 1.0 : 2.0) * 0.5 * qdot[0] * qdot[0]);
+  }
+  auto V(const auto& q) const {
+    using S = std::decay_t<decltype(q[0])>;
+    S sum = 1e15 + 3.0 * q[0];
+    if (*enabled && q[0] > 1.5) sum += 40.0 * (q[0] - 1.5);
+    return sum;
+  }
+};
+
+TEST_CASE("outside of runs a term that is switched on, and a threshold that moves at rest, are seen") {
+  bool enabled = false;
+  double edge = 1.0;
+  const auto system = mechanical_system<1>(Switched{&enabled, &edge});
+  const auto at = [&](double q) { return acceleration(system, Vector<double, 1>(q), Vector<double, 1>(0.0))[0]; };
+  CHECK(at(2.0) == -3.0);
+  CHECK(at(0.9) == -1.5);
+  enabled = true;
+  CHECK(at(2.0) == -43.0);
+  edge = 0.85;
+  CHECK(at(0.9) == -3.0);
+}
+
+TEST_CASE("a scene whose number of coordinates is known at run time has lines of its energies as they are when it begins anew") {
+  double k = 1.0, edge = 0.0;
+  const auto system = mechanical_system(1, Gap{&edge, &k});
+  auto form = first_order_form(scene(system, viscous_damping(Eigen::VectorXd(Eigen::VectorXd::Constant(1, 0.5)))));
+  CHECK(std::abs(rates(form, Eigen::Vector2d(2.0, 1.0))[1] + 2.5) < rounding);
+  k = 3.0;
+  form.renew();
+  CHECK(std::abs(rates(form, Eigen::Vector2d(2.0, 1.0))[1] + 6.5) < rounding);
+}
+
+TEST_CASE("a Lagrangian that is no energy, of a number of coordinates that is known at run time, is simulated") {
+  // L = q̇₀ q̇₁ − q₀ q₁: q̈ = −q.
+  const auto system = mechanical_system(2, [](const auto& v) { return v[0] * v[1]; }, [](const auto& q) { return q[0] * q[1]; }).with_indefinite_mass_matrix();
+  const auto run = simulate(system, State<Dynamic>{0.0, {1.0, 0.5}, {0.0, 0.0}}, 1.0, Dop853{}, {.rtol = 1e-10, .atol = 1e-10});
+  REQUIRE(run.completed());
+  CHECK(std::abs(run.state().q[0] - std::cos(1.0)) < 1e-9);
 }
 
 TEST_CASE("in a run, energies with more branches than are kept are evaluated by dual numbers beyond these") {

@@ -89,11 +89,11 @@ concept DualNumber = detail::is_dual<std::remove_cvref_t<T>>::value;
 /// Size (N + 1) scalars, no allocation. Arithmetic costs N + 1 to 2N + 2 operations of S.
 ///
 /// @tparam S    scalar inside: a floating-point type or another dual
-/// @tparam N    number of directions, at least 1; of a Tag 0, too: a value alone, for functors that know duals only
+/// @tparam N    number of directions, at least 1
 /// @tparam Tag  which derivative these directions belong to; void for the library's own
 template <class S, int N, class Tag>
 struct Dual {
-  static_assert(N >= 1 || !std::is_void_v<Tag>, "qdot::Dual: N, the number of derivative directions, must be at least 1");
+  static_assert(N >= 1, "qdot::Dual: N, the number of derivative directions, must be at least 1");
 
   using Scalar = S;                     ///< the scalar inside
   static constexpr int directions = N;  ///< how many derivatives it carries

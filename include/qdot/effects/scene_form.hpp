@@ -55,7 +55,7 @@ class SceneForm {
   {
     if constexpr (has_traced_jacobian) jacobian_.renew(*this);
     if constexpr (is_traced) traced_.renew([this](detail::RecordedMotion& motion) { detail::run_scene(motion, scene_, nullptr); });
-    else detail::renew_lines(scene_, scene_.system());
+    detail::renew_lines(scene_, scene_.system());
   }
 
   /// Whether the functors have been recorded, in which nothing may be compared.

@@ -75,8 +75,9 @@ struct State {
 
 /// Two energies and their coordinates.
 ///
-/// Made by mechanical_system(). Holds the functors by value; copying it copies them. It has no
-/// state of its own, so one system may be used from several threads as far as its functors allow.
+/// Made by mechanical_system(). Holds the functors by value; copying it copies them. It and its copies share
+/// equations that were derived from the functors and are checked at each use (mechanics/derive/kept_lines.hpp). One
+/// system may be used from several threads as far as its functors allow.
 ///
 /// @tparam Energies  object with callable members T and V
 /// @tparam n         number of coordinates, or Dynamic
@@ -114,7 +115,7 @@ class System {
   /// The object with T and V.
   const Energies& energies() const noexcept { return energies_; }
 
-  /// What a run keeps of its equations; nothing outside of runs.
+  /// Its derived equations: checked at each use, or a run's own.
   detail::KeptLines* kept_lines() const noexcept { return &kept_; }
   void keep(const detail::KeptLines& lines) { kept_ = lines; }  ///< makes this object keep them
 

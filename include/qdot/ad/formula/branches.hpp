@@ -17,14 +17,14 @@
 
 namespace qdot::formula {
 
-/// A side of a level: sign · (value − level) > 0, or ≥ 0 where it is closed.
+/// A side of a level: sign · (value − level) > 0, or ≥ 0 where it is closed. NaN is on neither side.
 struct Side {
   double sign = 1.0, level = 0.0;
   bool closed = false;
 
   bool has(double value) const {
     const double above = sign * (value - level);
-    return !(above < 0.0) && (above != 0.0 || closed);
+    return above > 0.0 || (above == 0.0 && closed);
   }
 };
 
@@ -33,9 +33,6 @@ struct Guard : Side {
   int node = -1;
   bool of_floor = false;
   std::string what = {};  ///< for messages: "the comparison < in T or V"
-
-  /// Whether another guard asks the same, in whatever words.
-  bool is_same(const Guard& other) const { return node == other.node && sign == other.sign && level == other.level && closed == other.closed; }
 };
 
 /// The guards of a recording that is given values.

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include "qdot/ad/formula/hashed.hpp"
+#include "qdot/ad/formula/recording.hpp"
 #include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/effects/effect.hpp"
@@ -39,7 +41,8 @@ inline constexpr bool takes_state = requires { F::RowsAtCompileTime; } ||
                                     (is_generic<F> && (std::is_invocable_v<const F&, const X&..., const T&> || std::is_invocable_v<const F&, const X&...>));
 // A functor of plain numbers is not shown those that record.
 template <class F, class S>
-inline constexpr bool may_take = !std::is_same_v<S, formula::Recorded> || is_generic<F> || std::is_arithmetic_v<F> || requires { F::RowsAtCompileTime; };
+inline constexpr bool may_take = !(std::is_same_v<S, formula::Recorded> || std::is_same_v<S, formula::Hashed>) || is_generic<F> || std::is_arithmetic_v<F> ||
+                                 requires { F::RowsAtCompileTime; };
 template <class F, class S, int n>
 concept MovesInPacks = !is_pack<S> || takes_state<F, Moving<S, n>, Vector<Moving<S, n>, n>>;
 

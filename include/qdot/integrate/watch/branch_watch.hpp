@@ -47,8 +47,9 @@ bool has_no_branches(const FirstOrderForm<Sys>& form) {
   constexpr int n = Sys::dof_at_compile_time;
   if constexpr (requires { form.is_recorded(); }) return form.is_recorded();
   if constexpr (may_keep_lines<E, n>) {
+    const int size = static_cast<int>(form.system().dof());
     Derivations& of_system = derivations_of(*form.system().kept_lines()->shared());
-    return of_system.template everywhere<n>(form.system().energies(), n) != nullptr;
+    return size <= block_limit<n> && of_system.template everywhere<n>(form.system().energies(), size) != nullptr;
   }
   return false;
 }
@@ -79,7 +80,10 @@ class SidesOfBranch {
     int last = -1;
     for (const formula::Guard& guard : met) last = std::max(last, guard.node);
     formula::evaluate_nodes(branch_->motion.recording.graph, at_, values_, static_cast<std::size_t>(last) + 1);
-    return std::any_of(met.begin(), met.end(), [this](const formula::Guard& guard) { return !guard.has(values_[static_cast<std::size_t>(guard.node)]); });
+    return std::any_of(met.begin(), met.end(), [this](const formula::Guard& guard) {
+      const double value = values_[static_cast<std::size_t>(guard.node)];
+      return !guard.has(value) && !std::isnan(value);
+    });
   }
 
  private:

@@ -3,18 +3,15 @@
 //
 // One derivation of T and V: what was recorded, the lines that came of it, and where and for which functors they hold.
 //
-// A derivation holds as long as T and V compute the same. That is checked by T and V as numbers at a probe state: the same functors give the same bits
-// there, and another captured number gives others.
+// A derivation holds as long as T and V are the same formulas. That is checked by a hash of what they do (ad/formula/hashed.hpp): another captured number,
+// sign or threshold gives another.
 //
 // Functors that compare numbers are derived for one branch at a time. The recording knows the state and notes the guards on which its branch depends
-// (ad/formula/branches.hpp). The probe of such a derivation lies on its branch; since a threshold may change that no formula of the branch contains, T and V
-// are compared with their lines at the state as well.
+// (ad/formula/branches.hpp); their sides are lines, and the same answers to comparisons lead the hash through the same branch.
 
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <bit>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -23,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/formula/hashed.hpp"
 #include "qdot/mechanics/derive/lines.hpp"
 
 namespace qdot::detail {
@@ -59,100 +57,62 @@ template <class Number>
 extern template struct Derivation<double>;
 #endif
 
-/// T and V at a probe state, bit by bit; nothing where they have no finite value there.
-using Fingerprint = std::optional<std::array<std::uint64_t, 2>>;
+/// Hashes of T, of V and of what they compare; nothing where they are no formulas on a branch.
+using Fingerprint = std::optional<std::array<std::uint64_t, 3>>;
 
-// The largest number of coordinates that may have lines.
-inline constexpr int most_with_lines = 64;
-
-// Coordinates in (0.2, 1.2), velocities in (-0.5, 0.5) and a time, without order: multiples of the golden section.
-constexpr double probe_number(int i, double first) {
-  const double x = 0.6180339887498949 * (i + 1);
-  return x - static_cast<double>(static_cast<long>(x)) + first;
+// The fingerprint of energies, on the branch with these answers.
+template <int n, class E>
+[[gnu::noinline]] Fingerprint fingerprint(const E& e, int size, const std::vector<formula::Guard>* answers = nullptr) {
+  using S = formula::Hashed;
+  formula::HashedComparisons comparisons{answers};
+  Vector<S, n> q(size), qdot(size);
+  for (int i = 0; i < size; ++i) {
+    q.data()[i] = S(comparisons, i);
+    qdot.data()[i] = S(comparisons, size + i);
+  }
+  const S t(comparisons, 2 * size);
+  try {
+    const S T = kinetic<n>(e, q, qdot, t), V = potential<n>(e, q, t);
+    if (!answers || comparisons.next == answers->size()) return std::array{T.bits(), V.bits(), comparisons.hash};
+  } catch (...) {  // what functors throw they throw again, where they are asked for values
+  }
+  return std::nullopt;
 }
-constexpr void write_probe(int n, double* x) {
-  for (int i = 0; i < 2 * n + 1; ++i) x[i] = probe_number(i, i < n ? 0.2 : -0.5);
-}
-template <int n>
-inline constexpr std::array<double, 2 * n + 1> probe_state = [] {
-  std::array<double, 2 * n + 1> x{};
-  write_probe(n, x.data());
-  return x;
-}();
 
 // The number of coordinates at a state.
 template <int n>
 constexpr int size_at(const AtState& at) {
   return n == Dynamic ? at.size : n;
 }
-// How many numbers the lines of n coordinates may have.
-template <int n>
-inline constexpr std::size_t most_numbers = DerivedLines::most(n == Dynamic ? most_with_lines : static_cast<std::size_t>(n));
-
-// A plain number, for functors that compile for numbers with derivatives only.
-struct OfProbe;
-using Value = Dual<double, 0, OfProbe>;
-
-// T and V at x = [q, q̇, t].
-template <int n, class E>
-[[gnu::noinline]] std::array<double, 2> energies_at(const E& e, int size, const double* x) {
-  Vector<Value, n> q(size), qdot(size);
-  for (int i = 0; i < size; ++i) {
-    q.data()[i].value = x[i];
-    qdot.data()[i].value = x[size + i];
-  }
-  const Value t(x[2 * size]);
-  return {kinetic<n>(e, q, qdot, t).value, potential<n>(e, q, t).value};
-}
-template <int n, class E>
-Fingerprint fingerprint(const E& e, int size, const double* probe) {
-  try {
-    const auto [T, V] = energies_at<n>(e, size, probe);
-    if (std::isfinite(T + V)) return std::array{std::bit_cast<std::uint64_t>(T), std::bit_cast<std::uint64_t>(V)};
-  } catch (...) {  // what functors throw they throw again, where they are asked for values
-  }
-  return std::nullopt;
-}
-// The same at the usual probe.
-template <int n, class E>
-Fingerprint fingerprint(const E& e, int size) {
-  if constexpr (n == Dynamic) {
-    double probe[2 * most_with_lines + 1];
-    write_probe(size, probe);
-    return fingerprint<n>(e, size, probe);
-  } else {
-    return fingerprint<n>(e, size, probe_state<n>.data());
-  }
-}
 
 /// A derivation, where it holds, and slopes on request. May be asked by several threads.
 class KeptDerivation {
  public:
-  /// Of functors without comparisons, which are known again by their fingerprint.
+  /// Of functors without comparisons.
   template <int n, class E>
-  void derive(const E& e, int size, const Fingerprint& print) {
+  void derive(const E& e, int size) {
     size_ = size;
-    print_ = print;
     try {
       derivation_.derive(recorded_motion<n>(e, size));
+      print_ = fingerprint<n>(e, size);
     } catch (...) {  // likewise
     }
   }
   /// Of the branch at a state.
   template <int n, class E>
   [[gnu::cold, gnu::noinline]] void derive_branch(const E& e, const AtState& at) {
-    branches_ = std::make_unique<formula::Branches>();
     size_ = size_at<n>(at);
+    branches_ = std::make_unique<formula::Branches>();
     branches_->variables.resize(static_cast<std::size_t>(2 * size_ + 1));
     copy_state(at, branches_->variables.data());
     try {
       RecordedMotion recorded = recorded_motion<n>(e, size_, branches_.get());
-      if (!branches_->read_values) derivation_.derive(std::move(recorded), branches_.get());
+      if (branches_->read_values) return;
+      derivation_.derive(std::move(recorded), branches_.get());
+      write_guards(static_cast<std::size_t>(size_));
+      print_ = fingerprint<n>(e, size_, &branches_->met);
     } catch (...) {  // likewise
     }
-    if (!lines()) return;
-    write_guards(static_cast<std::size_t>(size_));
-    find_probe<n>(e);
   }
 
   const Fingerprint& print() const { return print_; }
@@ -172,28 +132,18 @@ class KeptDerivation {
   /// Whether a state is on the branch that was recorded.
   template <int n>
   bool holds_at(const AtState& at) const {
-    double x[most_numbers<n>];
+    if (guards_.empty()) return true;
+    double x[DerivedLines::most(n == Dynamic ? static_cast<std::size_t>(block_limit<n>) : static_cast<std::size_t>(n))];
     copy_state(at, x);
-    return holds_on(x);
+    guard_lines_(x);
+    for (std::size_t i = 0; i < guards_.size(); ++i)
+      if (!branches_->met[i].has(x[guards_[i]])) return false;
+    return true;
   }
-
-  /// Whether a state is on this branch and the functors are still those of the branch, at the probe and at the state.
+  /// Whether the functors are those that were derived.
   template <int n, class E>
-  bool agrees_at(const E& e, const AtState& at) {
-    double x[most_numbers<n>];
-    copy_state(at, x);
-    if (!print_ || !holds_on(x) || fingerprint<n>(e, size_, probe_.data()) != print_) return false;
-    const std::array<double, 2> found = energies_at<n>(e, size_, x);
-    const auto agrees = [&](std::size_t i) { return std::abs(found[i] - x[energies_[i]]) <= 1e-12 * std::abs(found[i]); };  // sums of some 1000 roundings
-    return (agrees(0) && agrees(1)) || is_recorded_again<n>(e);
-  }
-
-  /// Whether the functors are still those that were derived.
-  template <int n, class E>
-  [[gnu::cold, gnu::noinline]] bool still_holds(const E& e) {
-    if (!lines()) return true;
-    if (print_ && !branches_) return fingerprint<n>(e, size_) == print_;
-    return is_recorded_again<n>(e);
+  bool is_of(const E& e) const {
+    return print_ && fingerprint<n>(e, size_, branches_ ? &branches_->met : nullptr) == print_;
   }
 
  private:
@@ -202,19 +152,10 @@ class KeptDerivation {
     std::copy_n(at.qdot, size_, x + size_);
     x[2 * size_] = at.t;
   }
-  // x = [q, q̇, t], and room for the numbers of lines.
-  bool holds_on(double* x) const {
-    guard_lines_(x);
-    for (std::size_t i = 0; i < guards_.size(); ++i)
-      if (!branches_->met[i].has(x[guards_[i]])) return false;
-    return true;
-  }
-
-  // Lines of the guards, T and V.
   void write_guards(std::size_t n) {
+    if (!lines() || branches_->met.empty()) return;
     std::vector<int> nodes;
     for (const formula::Guard& guard : branches_->met) nodes.push_back(guard.node);
-    nodes.insert(nodes.end(), derivation_.recorded.returned.begin(), derivation_.recorded.returned.begin() + 2);
     formula::LineTable table;
     formula::LineWriter<double> writer(derivation_.recorded.recording.graph, 2 * n + 1);
     writer.write(nodes, table);
@@ -222,49 +163,14 @@ class KeptDerivation {
     guard_lines_.set(std::move(table), writer.count());
     guards_ = writer.numbers(nodes);
     guard_lines_.add_read(guards_);
-    energies_ = {guards_[guards_.size() - 2], guards_.back()};
-    guards_.resize(guards_.size() - 2);
     if (writer.count() > DerivedLines::most(n)) derivation_.lines = {};
-  }
-
-  // A probe on the branch: the usual one, or one nearer and nearer to the state that was recorded.
-  template <int n, class E>
-  void find_probe(const E& e) {
-    if (!lines()) return;
-    constexpr int halvings = 20;
-    double x[most_numbers<n>];
-    probe_.resize(branches_->variables.size());
-    write_probe(size_, probe_.data());
-    const std::vector<double> usual = probe_;
-    for (int k = 0; k <= halvings && !print_; ++k) {
-      for (std::size_t i = 0; i < probe_.size(); ++i) x[i] = probe_[i] = branches_->variables[i] + std::ldexp(usual[i] - branches_->variables[i], -k);
-      if (holds_on(x)) print_ = fingerprint<n>(e, size_, probe_.data());
-    }
-  }
-
-  // Whether T and V, recorded once more with the same answers to comparisons, are the same formulas with the same guards.
-  template <int n, class E>
-  [[gnu::cold, gnu::noinline]] bool is_recorded_again(const E& e) {
-    const std::lock_guard lock(mutex_);
-    const auto run = [&](RecordedMotion& m) { run_energies<n>(m, e); };
-    if (!branches_) return is_unchanged(derivation_.recorded, run);
-    const std::vector<formula::Guard> met = branches_->met;
-    branches_->answers = &met;
-    branches_->met.clear();
-    bool same = is_unchanged(derivation_.recorded, run) && branches_->met.size() == met.size();
-    for (std::size_t i = 0; same && i < met.size(); ++i) same = met[i].is_same(branches_->met[i]);
-    branches_->answers = nullptr;
-    branches_->met = met;
-    return same;
   }
 
   int size_ = 0;
   Fingerprint print_{};
-  std::vector<double> probe_{};
   std::unique_ptr<formula::Branches> branches_{};
   formula::LineEvaluator guard_lines_{};
   std::vector<int> guards_{};
-  std::array<int, 2> energies_{};
   std::mutex mutex_{};
   std::atomic<bool> is_asked_for_slopes_{false};
   Derivation<> derivation_{};

@@ -7,9 +7,8 @@
 // are first asked for, take 50 and 200 µs. Lines that are evaluated often become machine code (ad/native/native_lines.hpp).
 //
 // Outside of runs each evaluation checks that the functors are those that were derived (mechanics/derive/derivation.hpp). So
-// `acceleration(system, q, qdot)` in a user's own loop costs its lines and an evaluation of T and V, two for functors that compare numbers, and never uses
-// what a functor was before. A system keeps 16 derivations and 64 of branches; functors beyond that, those that return another number for the same state
-// and those that ask for a value itself are evaluated by dual numbers.
+// `acceleration(system, q, qdot)` in a user's own loop costs its lines and a hash of T and V, and never uses what a functor was before. A system keeps 16
+// derivations, or 64 of branches; functors beyond that and those that ask for a value itself are evaluated by dual numbers.
 //
 // A run does not check at each evaluation. Its functors must not change between stop times, which the change watch
 // (integrate/watch/change_watch.hpp) verifies; at each leg's start the lines are derived anew where T or V changed.
@@ -48,7 +47,7 @@ class BranchDerivations {
   template <int n, class E>
   bool still_hold(const E& e) const {
     const auto end = all_.begin() + static_cast<std::ptrdiff_t>(count_.load(std::memory_order_acquire));
-    return std::all_of(all_.begin(), end, [&](const std::unique_ptr<KeptDerivation>& each) { return each->still_holds<n>(e); });
+    return std::all_of(all_.begin(), end, [&](const std::unique_ptr<KeptDerivation>& each) { return each->is_of<n>(e); });
   }
 
  private:
@@ -71,7 +70,7 @@ class BranchDerivations {
     made->derive_branch<n>(e, at);
     const std::size_t count = count_.load(std::memory_order_relaxed);
     if (!made->lines() || count + 1 == most) is_full_.store(true, std::memory_order_relaxed);
-    if (!made->lines()) return nullptr;
+    if (!made->lines() || !holds(*made)) return nullptr;
     all_[count] = std::move(made);
     latest_.store(count, std::memory_order_relaxed);
     count_.store(count + 1, std::memory_order_release);
@@ -92,46 +91,47 @@ class Derivations {
   /// The derivation of energies as they are now, which holds at every state; null where there is none.
   template <int n, class E>
   KeptDerivation* everywhere(const E& e, int size) {
-    if (has_none_.load(std::memory_order_relaxed)) return nullptr;
-    const Fingerprint now = fingerprint<n>(e, size);
-    if (KeptDerivation* const found = made_with(now)) return found;
-    return added<n>(e, size, now);
+    if (has_branches_.load(std::memory_order_relaxed)) return nullptr;
+    if (count_.load(std::memory_order_acquire) > 0)
+      if (KeptDerivation* const found = made_with(fingerprint<n>(e, size))) return found;
+    return added<n>(e, size);
   }
   /// The derivation of energies as they are now, which holds at a state; null where there is none.
   template <int n, class E>
   KeptDerivation* at(const E& e, const AtState& at) {
     if (KeptDerivation* const it = everywhere<n>(e, size_at<n>(at))) return it;
-    return branches_.at<n>(e, at, [&](KeptDerivation& it) { return it.agrees_at<n>(e, at); });
+    if (!has_branches_.load(std::memory_order_relaxed)) return nullptr;
+    return branches_.at<n>(e, at, [&](KeptDerivation& it) { return it.holds_at<n>(at) && it.is_of<n>(e); });
   }
 
  private:
   KeptDerivation* made_with(const Fingerprint& print) const {
     const std::size_t count = count_.load(std::memory_order_acquire);
-    for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t i = 0; i < count && print; ++i)
       if (all_[i]->print() == print) return all_[i].get();
     return nullptr;
   }
 
   template <int n, class E>
-  [[gnu::cold, gnu::noinline]] KeptDerivation* added(const E& e, int size, const Fingerprint& print) {
+  [[gnu::cold, gnu::noinline]] KeptDerivation* added(const E& e, int size) {
     const std::lock_guard lock(adding_);
-    if (KeptDerivation* const found = made_with(print)) return found;
+    if (KeptDerivation* const found = made_with(fingerprint<n>(e, size))) return found;
     const std::size_t count = count_.load(std::memory_order_relaxed);
-    if (print && count < most) {
-      all_[count] = std::make_unique<KeptDerivation>();
-      all_[count]->derive<n>(e, size, print);
-    }
-    if (!print || count == most || !all_[count]->lines()) {
-      has_none_.store(true, std::memory_order_relaxed);
+    if (count == most) return nullptr;
+    auto made = std::make_unique<KeptDerivation>();
+    made->derive<n>(e, size);
+    if (!made->lines() || !made->print()) {
+      has_branches_.store(true, std::memory_order_relaxed);
       return nullptr;
     }
+    all_[count] = std::move(made);
     count_.store(count + 1, std::memory_order_release);
     return all_[count].get();
   }
 
   std::array<std::unique_ptr<KeptDerivation>, most> all_{};
   std::atomic<std::size_t> count_{0};
-  std::atomic<bool> has_none_{false};
+  std::atomic<bool> has_branches_{false};
   std::mutex adding_{};
   BranchDerivations branches_{};
 };
@@ -173,7 +173,7 @@ class DerivedOnce {
   template <int n, class E>
   bool still_holds(const E& e) {
     if (!is_asked_.load(std::memory_order_acquire)) return true;
-    return everywhere_ ? everywhere_->still_holds<n>(e) : branches_.still_hold<n>(e);
+    return everywhere_ ? everywhere_->is_of<n>(e) : branches_.still_hold<n>(e);
   }
 
  private:
