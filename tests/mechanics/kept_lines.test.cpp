@@ -397,6 +397,13 @@ TEST_CASE("outside of runs q̈ is that of what T and V read now, however often i
         CHECK(difference(acceleration_jacobian(system, q, v).d_q, -k * Eigen::Matrix3d::Identity()) < rounding);
       }
     }
+  k = 100.0;  // beyond those that are kept a number that is met once has no lines
+  CHECK(lines_of<3>(system) == nullptr);
+  CHECK(lines_of<3>(system) != nullptr);
+  k = 101.0;
+  CHECK(lines_of<3>(system) == nullptr);
+  k = 0.5;
+  CHECK(lines_of<3>(system) != nullptr);
 }
 
 // A spring that is stiffer at each call.

@@ -49,7 +49,8 @@ bool has_no_branches(const FirstOrderForm<Sys>& form) {
   if constexpr (may_keep_lines<E, n>) {
     const int size = static_cast<int>(form.system().dof());
     Derivations& of_system = derivations_of(*form.system().kept_lines()->shared());
-    return size <= block_limit<n> && of_system.template everywhere<n>(form.system().energies(), size) != nullptr;
+    Derivations::Held held;
+    return size <= block_limit<n> && of_system.template everywhere<n>(form.system().energies(), size, held) != nullptr;
   }
   return false;
 }

@@ -8,7 +8,7 @@
 //
 // Outside of runs each evaluation checks that the functors are those that were derived (mechanics/derive/derivation.hpp). So
 // `acceleration(system, q, qdot)` in a user's own loop costs its lines and a hash of T and V, and never uses what a functor was before. A system keeps 16
-// derivations, or 64 of branches; functors beyond that and those that ask for a value itself are evaluated by dual numbers.
+// derivations, or 64 of branches; functors that have others at each call and those that ask for a value itself are evaluated by dual numbers.
 //
 // A run does not check at each evaluation. Its functors must not change between stop times, which the change watch
 // (integrate/watch/change_watch.hpp) verifies; at each leg's start the lines are derived anew where T or V changed.
@@ -84,22 +84,26 @@ class BranchDerivations {
 };
 
 /// The derivations of a system, found by the fingerprints of its functors. May be asked by several threads.
+///
+/// 16 are kept, and one more for functors that have had more values of their captured numbers by then: it is replaced when a fingerprint that has none is
+/// met twice in a row.
 class Derivations {
  public:
   static constexpr std::size_t most = 16;
+  using Held = std::shared_ptr<KeptDerivation>;  // empty for those that live as long as this
 
   /// The derivation of energies as they are now, which holds at every state; null where there is none.
   template <int n, class E>
-  KeptDerivation* everywhere(const E& e, int size) {
+  KeptDerivation* everywhere(const E& e, int size, Held& held) {
     if (has_branches_.load(std::memory_order_relaxed)) return nullptr;
     if (count_.load(std::memory_order_acquire) > 0)
       if (KeptDerivation* const found = made_with(fingerprint<n>(e, size))) return found;
-    return added<n>(e, size);
+    return added<n>(e, size, held);
   }
   /// The derivation of energies as they are now, which holds at a state; null where there is none.
   template <int n, class E>
-  KeptDerivation* at(const E& e, const AtState& at) {
-    if (KeptDerivation* const it = everywhere<n>(e, size_at<n>(at))) return it;
+  KeptDerivation* at(const E& e, const AtState& at, Held& held) {
+    if (KeptDerivation* const it = everywhere<n>(e, size_at<n>(at), held)) return it;
     if (!has_branches_.load(std::memory_order_relaxed)) return nullptr;
     return branches_.at<n>(e, at, [&](KeptDerivation& it) { return it.holds_at<n>(at) && it.is_of<n>(e); });
   }
@@ -113,23 +117,35 @@ class Derivations {
   }
 
   template <int n, class E>
-  [[gnu::cold, gnu::noinline]] KeptDerivation* added(const E& e, int size) {
+  [[gnu::noinline]] KeptDerivation* added(const E& e, int size, Held& held) {
     const std::lock_guard lock(adding_);
-    if (KeptDerivation* const found = made_with(fingerprint<n>(e, size))) return found;
+    const Fingerprint now = fingerprint<n>(e, size);
+    if (KeptDerivation* const found = made_with(now)) return found;
     const std::size_t count = count_.load(std::memory_order_relaxed);
-    if (count == most) return nullptr;
-    auto made = std::make_unique<KeptDerivation>();
+    if (count == most) {
+      held = further_;
+      if (further_ && further_->print() == now) return further_.get();
+      const bool again = std::exchange(missed_, now) == now;
+      if (!again) return nullptr;
+    }
+    auto made = std::make_shared<KeptDerivation>();
     made->derive<n>(e, size);
     if (!made->lines() || !made->print()) {
       has_branches_.store(true, std::memory_order_relaxed);
       return nullptr;
+    }
+    if (count == most) {
+      held = further_ = std::move(made);
+      return held.get();
     }
     all_[count] = std::move(made);
     count_.store(count + 1, std::memory_order_release);
     return all_[count].get();
   }
 
-  std::array<std::unique_ptr<KeptDerivation>, most> all_{};
+  std::array<Held, most> all_{};
+  Held further_{};
+  Fingerprint missed_{};
   std::atomic<std::size_t> count_{0};
   std::atomic<bool> has_branches_{false};
   std::mutex adding_{};
@@ -181,7 +197,7 @@ class DerivedOnce {
   [[gnu::cold, gnu::noinline]] void look_at_system(const E& e, int size) {
     const std::lock_guard lock(asking_);
     if (is_asked_.load(std::memory_order_relaxed)) return;
-    everywhere_ = derivations_of(*shared_).everywhere<n>(e, size);
+    everywhere_ = derivations_of(*shared_).everywhere<n>(e, size, held_);
     is_asked_.store(true, std::memory_order_release);
   }
 
@@ -189,6 +205,7 @@ class DerivedOnce {
   std::atomic<bool> is_asked_{false};
   std::mutex asking_{};
   KeptDerivation* everywhere_ = nullptr;
+  Derivations::Held held_{};
   BranchDerivations branches_{};
 };
 
@@ -208,7 +225,10 @@ bool with_lines(KeptLines* kept, const E& e, const AtState& at, const F& f, cons
     return lines && found(*lines);
   };
   DerivedOnce* const once = kept ? kept->once() : nullptr;
-  if (!once) return kept && kept->shared() && try_with(derivations_of(*kept->shared()).at<n>(e, at));
+  if (!once) {
+    Derivations::Held held;
+    return kept && kept->shared() && try_with(derivations_of(*kept->shared()).at<n>(e, at, held));
+  }
   KeptDerivation* const latest = once->latest();
   if (latest && try_with(latest)) return true;
   KeptDerivation* const holds = once->at<n>(e, at);
