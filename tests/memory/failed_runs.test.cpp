@@ -86,7 +86,10 @@ TEST_CASE("two hundred runs against forces that become NaN leave nothing behind,
   const auto all = methods<Particle>();
   REQUIRE(all.size() == 17);
   std::vector<int> failures(all.size(), 0);
-  CHECK(left_behind(all.size(), [&](std::size_t i) { failures[i] += failed(simulate(particle, start, 1.0, all[i].second, coarse).outcome); }) == 0);
+  CHECK(left_behind(all.size(), [&](std::size_t i) {
+          const auto alone = mechanical_system<1>(particle.energies());  // which keeps its derived lines, and machine code once there is some
+          failures[i] += failed(simulate(alone, start, 1.0, all[i].second, coarse).outcome);
+        }) == 0);
   for (std::size_t i = 0; i < all.size(); ++i) {
     INFO(all[i].first);
     CHECK(failures[i] > runs / 17);
