@@ -15,7 +15,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
 # What all of them include is read once: each then finds its headers read, as #pragma once says.
-options=(-std=c++20 -O2 -DNDEBUG -w "${includes[@]}")
+options=(-std=c++20 -O2 -DNDEBUG -DQDOT_COMPILED -w "${includes[@]}")  # what depends on no functor is compiled elsewhere
 grep '^#include' "$here/evaluation.cpp" > "$work/headers.hpp"
 "$compiler" "${options[@]}" -x c++-header "$work/headers.hpp" -o "$work/headers.hpp.gch"
 
