@@ -588,6 +588,28 @@ TEST_CASE("outside of runs a term that is switched on, and a threshold that move
   CHECK(at(0.9) == -3.0);
 }
 
+// |q| as a root, beside a comparison: a branch that is recorded with a guard of which its hash does not know.
+struct Rooted {
+  auto T(const auto& qdot) const { return 0.5 * qdot[0] * qdot[0]; }
+  auto V(const auto& q) const {
+    using std::sqrt;
+    using S = std::decay_t<decltype(q[0])>;
+    return q[0] > 5.0 ? S(2.0 * q[0]) : S(sqrt(q[0] * q[0]));
+  }
+};
+
+TEST_CASE("outside of runs a branch that cannot be checked is given up after a few derivations") {
+  const auto system = mechanical_system<1>(Rooted{});
+  const auto at = [&](double q) { return acceleration(system, Vector<double, 1>(q), Vector<double, 1>(0.0))[0]; };
+  for (int k = 0; k < 12; ++k) {
+    CHECK(at(0.4) == -1.0);
+    CHECK(at(-0.4) == 1.0);
+    CHECK(at(6.0) == -2.0);
+  }
+  const auto form = first_order_form(system);
+  CHECK(rates(form, Vector<double, 2>(-0.4, 0.0))[1] == 1.0);
+}
+
 TEST_CASE("a scene whose number of coordinates is known at run time has lines of its energies as they are when it begins anew") {
   double k = 1.0, edge = 0.0;
   const auto system = mechanical_system(1, Gap{&edge, &k});

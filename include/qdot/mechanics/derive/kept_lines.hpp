@@ -51,6 +51,8 @@ class BranchDerivations {
   }
 
  private:
+  static constexpr int most_failed = 8;  // derivations that do not hold where they were made; then no more are made
+
   template <class Holds>
   [[gnu::noinline]] KeptDerivation* found(const Holds& holds) {
     const std::size_t count = count_.load(std::memory_order_acquire);
@@ -69,8 +71,10 @@ class BranchDerivations {
     auto made = std::make_unique<KeptDerivation>();
     made->derive_branch<n>(e, at);
     const std::size_t count = count_.load(std::memory_order_relaxed);
-    if (!made->lines() || count + 1 == most) is_full_.store(true, std::memory_order_relaxed);
-    if (!made->lines() || !holds(*made)) return nullptr;
+    const bool good = made->lines() && holds(*made);
+    if (!good) ++failed_;
+    if (!made->lines() || failed_ == most_failed || count + 1 == most) is_full_.store(true, std::memory_order_relaxed);
+    if (!good) return nullptr;
     all_[count] = std::move(made);
     latest_.store(count, std::memory_order_relaxed);
     count_.store(count + 1, std::memory_order_release);
@@ -81,6 +85,7 @@ class BranchDerivations {
   std::atomic<std::size_t> count_{0}, latest_{0};
   std::atomic<bool> is_full_{false};
   std::mutex adding_{};
+  int failed_ = 0;
 };
 
 /// The derivations of a system, found by the fingerprints of its functors. May be asked by several threads.
