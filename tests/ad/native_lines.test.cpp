@@ -138,7 +138,7 @@ TEST_CASE("machine code has the bits of the interpreter on random tables of line
   long differences = 0, missing = 0;
   for (int k = 0; k < tables; ++k) {
     RandomTable made(random);
-    const NativeLines code(made.table, made.read, k % 2 == 0 && __builtin_cpu_supports("avx") != 0);
+    const NativeLines code(made.table, made.read, k % 2 == 0 ? formula::best_vectors() : formula::X86Vectors::sse2);
     missing += !code.exists();
     if (!code.exists()) continue;
     for (int again = 0; again < 2; ++again) {
@@ -154,12 +154,53 @@ TEST_CASE("machine code has the bits of the interpreter on random tables of line
   CHECK(differences == 0);
 }
 
+TEST_CASE("lanes have the bits of single numbers on random tables of lines, by the interpreter and by machine code in fours and eights") {
+  INFO(fuzz::seed_text());
+  std::mt19937_64 random(fuzz::seed());
+  using formula::LaneNumber;
+  using formula::X86Vectors;
+  constexpr int tables = 1500;
+  long differences[2] = {}, missing = 0;
+  for (int k = 0; k < tables; ++k) {
+    RandomTable made(random);
+    std::vector<LaneNumber> lanes(made.count), native_lanes;
+    std::vector<double> alone[formula::lanes_stored];
+    for (std::size_t lane = 0; lane < formula::lanes_stored; ++lane) {
+      alone[lane].assign(made.count, -77.0);
+      for (std::size_t i = 0; i < made.inputs; ++i) alone[lane][i] = made.number();
+      for (std::size_t i = 0; i < made.count; ++i) lanes[i].lanes()[lane] = alone[lane][i];
+      formula::carry_out(made.table, alone[lane].data());
+    }
+    const auto count_differences = [&](const std::vector<LaneNumber>& x, long& count) {
+      for (std::size_t lane = 0; lane < formula::lanes_stored; ++lane)
+        for (std::size_t v = 0; v < made.count; ++v) count += made.read[v] != 0 && !are_same(alone[lane][v], x[v].lanes()[lane]);
+    };
+    const auto add_native = [&](X86Vectors vectors) {
+      const NativeLines code(made.table, made.read, vectors);
+      missing += !code.exists();
+      if (!code.exists()) return;
+      native_lanes = lanes;
+      code(native_lanes.data());
+      count_differences(native_lanes, differences[1]);
+    };
+    if (formula::native_lines_are_possible() && formula::best_lane_vectors() != X86Vectors::sse2) {
+      add_native(X86Vectors::avx_in_fours);
+      if (formula::best_lane_vectors() == X86Vectors::avx512_in_eights) add_native(X86Vectors::avx512_in_eights);
+    }
+    formula::carry_out(made.table, lanes.data());
+    count_differences(lanes, differences[0]);
+  }
+  CHECK(missing == 0);
+  CHECK(differences[0] == 0);
+  CHECK(differences[1] == 0);
+}
+
 TEST_CASE("machine code does what each line says, at numbers whose results are known") {
   if (!is_here) return;
   const std::vector<char> read{1, 1, 1};
   const auto result = [&](Operation operation, double a, double b) {
     double x[] = {a, b, 0.0};
-    const NativeLines code(one_line(operation), read, false);
+    const NativeLines code(one_line(operation), read, formula::X86Vectors::sse2);
     REQUIRE(code.exists());
     code(x);
     return x[2];
@@ -178,7 +219,7 @@ TEST_CASE("machine code does what each line says, at numbers whose results are k
 
 TEST_CASE("damaged tables of lines have no machine code") {
   const std::vector<char> read{1, 1, 1};
-  const auto exists = [&](const LineTable& table) { return NativeLines(table, read, false).exists(); };
+  const auto exists = [&](const LineTable& table) { return NativeLines(table, read, formula::X86Vectors::sse2).exists(); };
   CHECK(exists(one_line(Operation::sum)) == is_here);
   LineTable table = one_line(Operation::sum);
   table.lines[0].a = 3;  // there are three numbers

@@ -94,4 +94,72 @@ inline auto fastest_circular() {
   return write_circular_by_any;
 }
 
+// Of the lanes of numbers, some at a time: where an angle is and its sine and cosine go, as many follow.
+template <int lanes>
+[[gnu::always_inline]] inline void write_circular_of_lanes(double* x, const CircularPlaces* at, std::size_t count) {
+  using R = qdot::detail::Register<double, lanes>;
+  for (const CircularPlaces* each = at; each != at + count; ++each) {
+    R angles, sine, cosine;
+    __builtin_memcpy(&angles, x + each->angle, sizeof angles);
+    qdot::detail::find_circular(angles, sine, cosine);
+    __builtin_memcpy(x + each->sine, &sine, sizeof sine);
+    __builtin_memcpy(x + each->cosine, &cosine, sizeof cosine);
+    bool within = true;
+    for (int lane = 0; lane < lanes; ++lane) within &= std::abs(angles[lane]) <= qdot::detail::circular_range;
+    for (std::uint32_t lane = 0; __builtin_expect(!within, 0) && lane < lanes; ++lane) {
+      const CircularPlaces one{each->angle + lane, each->sine + lane, each->cosine + lane};
+      write_circular_one_by_one(x, &one, 1);
+    }
+  }
+}
+
+// As machine code calls them. They do not throw.
+#if defined(__GNUC__) && !defined(__clang__)
+[[gnu::noinline, gnu::optimize("fp-contract=off")]]
+#else
+[[gnu::noinline]]
+#endif
+inline void write_eight_lanes_by_any(double* x, const CircularPlaces* at, std::size_t count) noexcept {
+  for (double* some = x; some != x + 8; some += 2) write_circular_of_lanes<2>(some, at, count);
+}
+#if defined(__x86_64__)
+#if defined(__GNUC__) && !defined(__clang__)
+[[gnu::noinline, gnu::target("avx2"), gnu::optimize("fp-contract=off")]]
+#else
+[[gnu::noinline, gnu::target("avx2")]]
+#endif
+inline void write_four_lanes_by_avx2(double* x, const CircularPlaces* at, std::size_t count) noexcept {
+  write_circular_of_lanes<4>(x, at, count);
+}
+inline void write_eight_lanes_by_avx2(double* x, const CircularPlaces* at, std::size_t count) noexcept {
+  write_four_lanes_by_avx2(x, at, count);
+  write_four_lanes_by_avx2(x + 4, at, count);
+}
+#if defined(__GNUC__) && !defined(__clang__)
+[[gnu::noinline, gnu::target("avx512f"), gnu::optimize("fp-contract=off")]]
+#else
+[[gnu::noinline, gnu::target("avx512f")]]
+#endif
+inline void write_eight_lanes_by_avx512(double* x, const CircularPlaces* at, std::size_t count) noexcept {
+  write_circular_of_lanes<8>(x, at, count);
+}
+#endif
+
+/// The function for this many lanes, 4 or 8, at a time; four need AVX2, eight AVX-512.
+inline auto circular_of_lanes([[maybe_unused]] int lanes) {
+#if defined(__x86_64__)
+  return lanes == 4 ? write_four_lanes_by_avx2 : write_eight_lanes_by_avx512;
+#else
+  return write_eight_lanes_by_any;
+#endif
+}
+/// The fastest of them for eight lanes on this processor.
+inline auto fastest_circular_of_eight() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f") != 0) return write_eight_lanes_by_avx512;
+  if (__builtin_cpu_supports("avx2") != 0) return write_eight_lanes_by_avx2;
+#endif
+  return write_eight_lanes_by_any;
+}
+
 }  // namespace qdot::formula

@@ -166,6 +166,7 @@ void carry_out(const LineTable& table, const RunOfLines& run, Number* x) {
 #pragma clang fp contract(off)
 #endif
   using Operation = Line::Operation;
+  using std::sqrt;
   const double ca = run.first.ca, cb = run.first.cb, c = run.first.c;
   const double* const factors = run.factors < 0 ? nullptr : table.factors.data() + run.factors;
   const auto each = [&](const auto& f) __attribute__((always_inline)) { carry_out_each(table, run, x, f); };
@@ -185,8 +186,8 @@ void carry_out(const LineTable& table, const RunOfLines& run, Number* x) {
     case Operation::square: return each([](Number a, Number, std::size_t) { return a * a; });
     case Operation::quotient: return each([](Number a, Number b, std::size_t) { return a / b; });
     case Operation::inverse: return each([](Number a, Number, std::size_t) { return 1.0 / a; });
-    case Operation::root: return roots([](Number a, Number, std::size_t) { return std::sqrt(a); });
-    case Operation::inverse_root: return roots([](Number a, Number, std::size_t) { return 1.0 / std::sqrt(a); });
+    case Operation::root: return roots([](Number a, Number, std::size_t) { return sqrt(a); });
+    case Operation::inverse_root: return roots([](Number a, Number, std::size_t) { return 1.0 / sqrt(a); });
     case Operation::power: return functions([=](Number a, Number, std::size_t) { return raised(a, c); });
     case Operation::sine_and_cosine: return carry_out_circular(table, run, x);
     case Operation::function: {
@@ -224,6 +225,7 @@ void carry_out(const LineTable& table, Number* x) {
 #if defined(__clang__)
 #pragma clang fp contract(off)
 #endif
+  using std::sqrt;
   static const void* const ways[] = {&&end,     &&constant, &&scaled, &&combination,  &&sum,   &&difference,      &&product,  &&square,
                                      &&quotient, &&inverse,  &&root,   &&inverse_root, &&power, &&sine_and_cosine, &&function, &&run,
                                      &&product_sum, &&product_difference, &&less_product, &&product_combination, &&products_sum,
@@ -259,10 +261,10 @@ inverse:
   x[line->to] = 1.0 / x[line->a];
   goto* ways[way(++line)];
 root:
-  x[line->to] = std::sqrt(x[line->a]);
+  x[line->to] = sqrt(x[line->a]);
   goto* ways[way(++line)];
 inverse_root:
-  x[line->to] = 1.0 / std::sqrt(x[line->a]);
+  x[line->to] = 1.0 / sqrt(x[line->a]);
   goto* ways[way(++line)];
 power:
   x[line->to] = raised(x[line->a], line->c);

@@ -13,6 +13,8 @@
 // the value whose next use is furthest away. Values that are read from outside are stored when they are computed, others only where
 // they give way. Sines of one level, powers and other functions are calls of C++ functions, which change all registers, so values that are used afterwards
 // are stored before.
+//
+// With AVX the same lines become code for the lanes of a LaneNumber, four or eight at a time (ad/formula/lane_lines.hpp).
 
 #include <algorithm>
 #include <array>
@@ -24,6 +26,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/formula/lane_lines.hpp"
 #include "qdot/ad/native/straight_lines.hpp"
 #include "qdot/ad/native/x86_code.hpp"
 
@@ -33,6 +36,14 @@ namespace qdot::formula {
 inline void carry_out_calls(double* x, const Line* lines, std::size_t count) noexcept {
   for (const Line* l = lines; l != lines + count; ++l)
     x[l->to] = l->operation == Line::Operation::power ? raised(x[l->a], l->c) : value_of(l->function, x[l->a], x[l->b]);
+}
+/// Likewise in some lanes of each number.
+template <std::size_t lanes>
+void carry_out_lane_calls(double* x, const Line* lines, std::size_t count) noexcept {
+  for (const Line* l = lines; l != lines + count; ++l) {
+    double *const to = x + lanes_stored * l->to, *const a = x + lanes_stored * l->a, *const b = x + lanes_stored * l->b;
+    for (std::size_t k = 0; k < lanes; ++k) to[k] = l->operation == Line::Operation::power ? raised(a[k], l->c) : value_of(l->function, a[k], b[k]);
+  }
 }
 
 /// Writes the code for some lines.
@@ -45,8 +56,8 @@ class Emitter {
 
   /// @param count  how many numbers there are
   /// @param read   numbers that are read from outside, not zero
-  [[gnu::cold]] Emitter(const LineTable& table, std::size_t count, std::span<const char> read, bool has_avx)
-      : straight_(table, count, longest), code_(has_avx), read_(read), place_(count, -1), in_memory_(count, 1) {
+  [[gnu::cold]] Emitter(const LineTable& table, std::size_t count, std::span<const char> read, X86Vectors vectors)
+      : straight_(table, count, longest), code_(vectors), vectors_(vectors), read_(read), place_(count, -1), in_memory_(count, 1) {
     holds_.fill(none);
     const std::vector<Line>& lines = straight_.lines();
     if (lines.empty()) return;
@@ -71,6 +82,7 @@ class Emitter {
       }
       k = end;
     }
+    code_.leave_vectors();
     if (calls) code_.leave();
     code_.end();
   }
@@ -92,7 +104,7 @@ class Emitter {
 
  private:
   static constexpr std::uint32_t none = StraightLines::never;
-  static constexpr int registers = 16;
+  static constexpr int most_registers = 32;
 
   static bool is_call(const Line& l) {
     if (l.operation == Operation::power) return !is_few_halves(l.c);
@@ -104,13 +116,16 @@ class Emitter {
     const double halves = std::abs(2.0 * c);
     return halves <= 9.0 && halves == std::floor(halves);
   }
-  X86Operand memory(std::uint32_t v) const { return X86Operand::in_memory(x_, static_cast<std::int32_t>(8 * v)); }
+  bool is_of_lanes() const { return doubles_of(vectors_) > 1; }
+  // How many doubles a number takes in memory.
+  std::uint32_t stride() const { return is_of_lanes() ? static_cast<std::uint32_t>(lanes_stored) : 1; }
+  X86Operand memory(std::uint32_t v) const { return X86Operand::in_memory(x_, static_cast<std::int32_t>(sizeof(double) * stride() * v)); }
   [[gnu::cold, gnu::noinline]] X86Operand constant(double c) {
     const auto same = [c](double other) { return std::bit_cast<std::uint64_t>(other) == std::bit_cast<std::uint64_t>(c); };
     const auto found = std::find_if(constants_.begin(), constants_.end(), same);
-    const auto index = found - constants_.begin();
-    if (found == constants_.end()) constants_.push_back(c);
-    return X86Operand::in_memory(pool_, static_cast<std::int32_t>(8 * index));
+    const auto index = static_cast<std::size_t>(found - constants_.begin());
+    if (found == constants_.end()) constants_.insert(constants_.end(), static_cast<std::size_t>(doubles_of(vectors_)), c);  // one for each lane
+    return X86Operand::in_memory(pool_, static_cast<std::int32_t>(sizeof(double) * index));
   }
 
   // --- Registers -------------------------------------------------------------------------------------------------------
@@ -120,7 +135,7 @@ class Emitter {
     constexpr std::uint64_t is_empty = 2ull << 32, is_dead = 1ull << 32;
     int best = 0;
     std::uint64_t furthest = 0;
-    for (int r = 0; r < registers; ++r) {
+    for (int r = 0; r < code_.registers(); ++r) {
       if (is_pinned(r)) continue;
       const std::uint32_t v = holds_[index(r)], use = v == none ? none : straight_.next_use(v, at_);
       const std::uint64_t distance = v == none ? is_empty : use == none ? is_dead : use;
@@ -177,7 +192,7 @@ class Emitter {
   // --- Lines -----------------------------------------------------------------------------------------------------------
 
   [[gnu::cold, gnu::noinline]] void call(std::uint32_t first, std::uint32_t last) {
-    for (int r = 0; r < registers; ++r) {
+    for (int r = 0; r < code_.registers(); ++r) {
       const std::uint32_t v = holds_[index(r)];
       if (v == none) continue;
       if (!in_memory_[v] && straight_.next_use(v, at_) != none) store(v);
@@ -188,14 +203,23 @@ class Emitter {
     call_sites_.push_back({code_.bytes().size() + 2, circular, circular ? circular_.size() : calls_.size()});
     code_.set(X86Code::rsi, 0);  // an address that is known when all calls are there
     code_.set(X86Code::rdx, last - first);
-    code_.set(X86Code::rax, circular ? std::bit_cast<std::uintptr_t>(fastest_circular()) : std::bit_cast<std::uintptr_t>(&carry_out_calls));
+    code_.set(X86Code::rax, circular ? circular_function() : call_function());
+    code_.leave_vectors();
     code_.call(X86Code::rax);
     for (std::uint32_t k = first; k < last; ++k) {
       const Line& l = straight_.lines()[k];
-      if (circular) circular_.push_back({l.a, l.to, l.b});
+      if (circular) circular_.push_back({stride() * l.a, stride() * l.to, stride() * l.b});
       else calls_.push_back(l);
       for_each_result(l, [&](std::uint32_t v) { in_memory_[v] = 1; });
     }
+  }
+
+  std::uintptr_t circular_function() const {
+    return std::bit_cast<std::uintptr_t>(is_of_lanes() ? circular_of_lanes(doubles_of(vectors_)) : fastest_circular());
+  }
+  std::uintptr_t call_function() const {
+    if (!is_of_lanes()) return std::bit_cast<std::uintptr_t>(&carry_out_calls);
+    return std::bit_cast<std::uintptr_t>(doubles_of(vectors_) == 4 ? &carry_out_lane_calls<4> : &carry_out_lane_calls<8>);
   }
 
   // A value in a register, which is the line's own or holds an operand.
@@ -333,10 +357,11 @@ class Emitter {
  private:
   StraightLines straight_;
   X86Code code_;
+  X86Vectors vectors_;
   std::span<const char> read_;
   std::vector<int> place_;       // the register that holds a value; −1 for none
   std::vector<char> in_memory_;  // whether x has the value
-  std::array<std::uint32_t, registers> holds_{};
+  std::array<std::uint32_t, most_registers> holds_{};
   std::vector<double> constants_;
   std::vector<CircularPlaces> circular_;
   std::vector<Line> calls_;

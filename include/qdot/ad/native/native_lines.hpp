@@ -31,17 +31,22 @@ namespace qdot::formula {
 class NativeLines {
  public:
   /// @param read  which of the numbers are read from outside after an evaluation, not zero
-  [[gnu::cold]] NativeLines(const LineTable& table, std::span<const char> read, bool has_avx) : NativeLines(Emitter(table, read.size(), read, has_avx)) {}
+  [[gnu::cold]] NativeLines(const LineTable& table, std::span<const char> read, X86Vectors vectors)
+      : NativeLines(Emitter(table, read.size(), read, vectors), vectors) {}
 
   bool exists() const { return pages_.entry() != nullptr; }
 #if defined(__clang__)
   [[clang::no_sanitize("function")]]  // which knows functions that it has compiled
 #endif
   void operator()(double* x) const { std::bit_cast<void (*)(double*, const double*)>(pages_.entry())(x, constants_.data()); }
+  /// Of code in fours or eights.
+  void operator()(LaneNumber* x) const {
+    for (std::size_t lane = 0; lane < lanes_stored; lane += lanes_) (*this)(x->lanes() + lane);
+  }
 
  private:
-  explicit NativeLines(Emitter&& emitter)
-      : constants_(emitter.take_constants()), circular_(emitter.take_circular()), calls_(emitter.take_calls()), pages_(addressed(emitter)) {}
+  NativeLines(Emitter&& emitter, X86Vectors vectors)
+      : lanes_(static_cast<std::size_t>(doubles_of(vectors))), constants_(emitter.take_constants()), circular_(emitter.take_circular()), calls_(emitter.take_calls()), pages_(addressed(emitter)) {}
 
   // The code with the addresses of what calls are to do.
   std::vector<std::uint8_t> addressed(const Emitter& emitter) const {
@@ -54,11 +59,28 @@ class NativeLines {
     return code;
   }
 
+  std::size_t lanes_;
   std::vector<double> constants_;
   std::vector<CircularPlaces> circular_;
   std::vector<Line> calls_;
   ExecutablePages pages_;
 };
+
+/// The best instructions of this processor, for single numbers.
+inline X86Vectors best_vectors() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx") != 0) return X86Vectors::avx;
+#endif
+  return X86Vectors::sse2;
+}
+/// Those for lanes; sse2 where there are none.
+inline X86Vectors best_lane_vectors() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f") != 0) return X86Vectors::avx512_in_eights;
+  if (__builtin_cpu_supports("avx2") != 0) return X86Vectors::avx_in_fours;
+#endif
+  return X86Vectors::sse2;
+}
 
 /// Whether machine code may take the place of the interpreter in this process.
 [[gnu::cold]] inline bool native_lines_are_possible() {
@@ -73,7 +95,7 @@ class NativeLines {
     const char read[] = {0, 0, 0, 1};
     double interpreted[] = {0.1, 10.0, 1.0, 7.0}, native[] = {0.1, 10.0, 1.0, 7.0};
     carry_out(table, interpreted);
-    const NativeLines code(table, read, __builtin_cpu_supports("avx") != 0);
+    const NativeLines code(table, read, best_vectors());
     if (!code.exists()) return false;
     code(native);
     return std::bit_cast<std::uint64_t>(interpreted[3]) == std::bit_cast<std::uint64_t>(native[3]);
@@ -111,52 +133,66 @@ class LineEvaluator {
   const LineTable& table() const { return table_; }
 
   void operator()(double* x) const {
-    if (const NativeLines* const code = state_->code.load(std::memory_order_acquire)) return (*code)(x);
+    if (const NativeLines* const code = state_->alone.native()) return (*code)(x);
     carry_out(table_, x);
-    count();
+    if (state_->alone.is_due()) translate<>(state_->alone, best_vectors());
+  }
+  /// In eight lanes.
+  void operator()(LaneNumber* x) const {
+    if (const NativeLines* const code = state_->in_lanes.native()) return (*code)(x);
+    carry_out(table_, x);
+    if (state_->in_lanes.is_due()) translate<>(state_->in_lanes, best_lane_vectors());
   }
 
   /// Whether evaluations are by machine code by now. Asking counts as an evaluation, for those that have another way until then.
   bool is_native_by_now() const {
-    if (state_->code.load(std::memory_order_acquire)) return true;
-    count();
+    if (state_->alone.native()) return true;
+    if (state_->alone.is_due()) translate<>(state_->alone, best_vectors());
     return false;
   }
 
  private:
+  // Machine code, once there is some.
+  class Code {
+   public:
+    const NativeLines* native() const { return made_.load(std::memory_order_acquire); }
+    // Once true, of one thread, after some evaluations.
+    bool is_due() { return left_.load(std::memory_order_relaxed) > 0 && left_.fetch_sub(1, std::memory_order_relaxed) == 1; }
+    void take(std::unique_ptr<const NativeLines> code) {
+      owned_ = std::move(code);
+      made_.store(owned_.get(), std::memory_order_release);
+    }
+
+   private:
+    std::atomic<long> left_{begin_after};
+    std::unique_ptr<const NativeLines> owned_;
+    std::atomic<const NativeLines*> made_{nullptr};
+  };
   struct State {
     std::vector<char> read;
-    std::atomic<long> left{begin_after};
-    std::unique_ptr<const NativeLines> owned;
-    std::atomic<const NativeLines*> code{nullptr};
+    Code alone, in_lanes;
   };
 
-  void count() const {
-    if (state_->left.load(std::memory_order_relaxed) > 0 && state_->left.fetch_sub(1, std::memory_order_relaxed) == 1) translate<>();
-  }
   void mark(std::uint32_t number) {
     if (number < state_->read.size()) state_->read[number] = 1;
   }
 
-  // Called once, by one thread.
   template <class Number = double>
-  void translate() const;
+  void translate(Code& code, X86Vectors vectors) const;
 
   LineTable table_;
   std::unique_ptr<State> state_ = std::make_unique<State>();
 };
 
 template <class Number>
-[[gnu::cold, gnu::noinline]] void LineEvaluator::translate() const {
-  if (!native_lines_are_possible()) return;
-  auto code = std::make_unique<const NativeLines>(table_, state_->read, __builtin_cpu_supports("avx") != 0);
-  if (!code->exists()) return;
-  state_->owned = std::move(code);
-  state_->code.store(state_->owned.get(), std::memory_order_release);
+[[gnu::cold, gnu::noinline]] void LineEvaluator::translate(Code& code, X86Vectors vectors) const {
+  if (!native_lines_are_possible() || (&code == &state_->in_lanes && doubles_of(vectors) == 1)) return;
+  auto made = std::make_unique<const NativeLines>(table_, state_->read, vectors);
+  if (made->exists()) code.take(std::move(made));
 }
 
 #ifdef QDOT_COMPILED
-extern template void LineEvaluator::translate<double>() const;
+extern template void LineEvaluator::translate<double>(Code&, X86Vectors) const;
 #endif
 
 }  // namespace qdot::formula

@@ -9,8 +9,14 @@
 //           C4 | R̄X̄B̄ mmmmm | W v̄v̄v̄v̄ L pp | opcode | ModRM      otherwise
 //
 // and without it d = d ∘ b, with a copied to d before. v is a, R and B are the fourth bits of d and b, pp = 3 means scalar doubles. A place in
-// memory is a register and a distance: 8 bits where it fits, otherwise 32. Instructions and their encodings: Intel, Software Developer's
-// Manual, volume 2.
+// memory is a register and a distance: 8 bits where it fits, otherwise 32.
+//
+// The same operations on four doubles at once have L = 1 and pp = 1. On eight, with AVX-512, there are 32 registers, whose fifth bits R', X and V' are
+// in a prefix of its own, and distances of 8 bits count in 64 bytes:
+//
+//     EVEX  62 | R̄X̄B̄R̄' 0 mmm | W v̄v̄v̄v̄ 1 pp | z L'L b V̄' aaa | opcode | ModRM
+//
+// Instructions and their encodings: Intel, Software Developer's Manual, volume 2.
 
 #include <cstddef>
 #include <cstdint>
@@ -29,25 +35,35 @@ struct X86Operand {
   static constexpr X86Operand in_memory(int base, std::int32_t distance) { return {-1, base, distance}; }
 };
 
+/// What the instructions compute with.
+enum class X86Vectors { sse2, avx, avx_in_fours, avx512_in_eights };
+/// Doubles by one instruction.
+constexpr int doubles_of(X86Vectors vectors) {
+  return vectors == X86Vectors::avx_in_fours ? 4 : vectors == X86Vectors::avx512_in_eights ? 8 : 1;
+}
+
 /// Machine code that grows by one instruction at a time.
 class X86Code {
  public:
   enum Base { rax = 0, rcx = 1, rdx = 2, rbx = 3, rbp = 5, rsi = 6, rdi = 7 };
   enum class Arithmetic : std::uint8_t { root = 0x51, sum = 0x58, product = 0x59, difference = 0x5C, quotient = 0x5E };
 
-  explicit X86Code(bool has_avx) : has_avx_(has_avx) {}
+  explicit X86Code(X86Vectors vectors) : vectors_(vectors) {}
+
+  /// How many registers for doubles there are.
+  int registers() const { return vectors_ == X86Vectors::avx512_in_eights ? 32 : 16; }
 
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
 
   /// d = a ∘ b. Without AVX, b must not be d unless a is d as well. Of a root, a does not matter.
   [[gnu::cold, gnu::noinline]] void arithmetic(Arithmetic operation, int d, int a, const X86Operand& b) {
     if (operation == Arithmetic::root) a = d;
-    if (!has_avx_ && a != d) copy(d, a);
-    vector(0xF2, static_cast<int>(operation), d, a, b);
+    if (vectors_ == X86Vectors::sse2 && a != d) copy(d, a);
+    vector(static_cast<int>(operation), d, a, b);
   }
-  [[gnu::cold, gnu::noinline]] void load(int d, const X86Operand& memory) { vector(0xF2, 0x10, d, 0, memory); }
-  [[gnu::cold, gnu::noinline]] void store(int s, const X86Operand& memory) { vector(0xF2, 0x11, s, 0, memory); }
-  [[gnu::cold, gnu::noinline]] void copy(int d, int s) { vector(0x66, 0x28, d, 0, X86Operand::in_register(s)); }
+  [[gnu::cold, gnu::noinline]] void load(int d, const X86Operand& memory) { vector(move_from, d, 0, memory); }
+  [[gnu::cold, gnu::noinline]] void store(int s, const X86Operand& memory) { vector(move_to, s, 0, memory); }
+  [[gnu::cold, gnu::noinline]] void copy(int d, int s) { vector(move_all, d, 0, X86Operand::in_register(s)); }
 
   /// Registers for addresses and whole numbers.
   [[gnu::cold, gnu::noinline]] void copy(Base to, Base from) { put({0x48, 0x89, 0xC0 | (from << 3) | to}); }
@@ -56,6 +72,11 @@ class X86Code {
     for (int i = 0; i < 8; ++i) bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
   }
   [[gnu::cold, gnu::noinline]] void call(Base function) { put({0xFF, 0xD0 | function}); }
+
+  /// Before other code, which may be without AVX and would wait for the upper parts of registers.
+  void leave_vectors() {
+    if (doubles_of(vectors_) > 1) put({0xC5, 0xF8, 0x77});
+  }
 
   /// Where indirect calls may arrive.
   void begin() { put({0xF3, 0x0F, 0x1E, 0xFA}); }
@@ -74,31 +95,46 @@ class X86Code {
   [[gnu::cold, gnu::noinline]] void put_place(int d, const X86Operand& b) {
     const int low = (d & 7) << 3;
     if (b.number >= 0) return put({0xC0 | low | (b.number & 7)});
-    const bool is_short = b.distance >= -128 && b.distance <= 127;
+    const int unit = vectors_ == X86Vectors::avx512_in_eights ? 64 : 1;
+    const std::int32_t distance = b.distance / unit;
+    const bool is_short = distance * unit == b.distance && distance >= -128 && distance <= 127;
     put({(is_short ? 0x40 : 0x80) | low | b.base});
-    if (is_short) put({b.distance & 0xFF});
+    if (is_short) put({distance & 0xFF});
     else put_distance(b.distance);
   }
 
-  // An instruction of map 0F whose prefix is F2 or 66.
-  [[gnu::cold, gnu::noinline]] void vector(int prefix, int opcode, int d, int a, const X86Operand& b) {
-    const bool d_is_high = d >= 8, b_is_high = b.number >= 8;
-    if (has_avx_) {
-      const bool takes_two = opcode != 0x28 && !((opcode == 0x10 || opcode == 0x11));
-      const int v = takes_two ? ~a & 15 : 15, pp = prefix == 0xF2 ? 3 : 1;
-      if (b_is_high) put({0xC4, (d_is_high ? 0 : 0x80) | 0x40 | 0x01, (v << 3) | pp});
-      else put({0xC5, (d_is_high ? 0 : 0x80) | (v << 3) | pp});
-    } else {
-      put({prefix});
-      if (d_is_high || b_is_high) put({0x40 | (d_is_high ? 4 : 0) | (b_is_high ? 1 : 0)});
-      put({0x0F});
+  // An instruction of map 0F; pp is 3 of scalar doubles, 1 of several and of whole registers.
+  [[gnu::cold, gnu::noinline]] void vector(int opcode, int d, int a, const X86Operand& b) {
+    const bool is_scalar = doubles_of(vectors_) == 1 && opcode != move_all;
+    const bool takes_two = opcode != move_all && opcode != move_from && opcode != move_to && (is_scalar || opcode != static_cast<int>(Arithmetic::root));
+    const int v = takes_two ? ~a & 31 : 31, pp = is_scalar ? 3 : 1;
+    switch (vectors_) {
+      case X86Vectors::sse2: put_prefix(is_scalar ? 0xF2 : 0x66, d, b); break;
+      case X86Vectors::avx: put_vex(d, v & 15, pp, b); break;
+      case X86Vectors::avx_in_fours: put_vex(d, v & 15, 4 | pp, b); break;
+      case X86Vectors::avx512_in_eights: put_evex(d, v, pp, b); break;
     }
     put({opcode});
     put_place(d, b);
   }
+  void put_prefix(int prefix, int d, const X86Operand& b) {
+    put({prefix});
+    if (d >= 8 || b.number >= 8) put({0x40 | (d >= 8 ? 4 : 0) | (b.number >= 8 ? 1 : 0)});
+    put({0x0F});
+  }
+  void put_vex(int d, int v, int length_and_pp, const X86Operand& b) {
+    if (b.number >= 8) put({0xC4, (d >= 8 ? 0 : 0x80) | 0x40 | 0x01, (v << 3) | length_and_pp});
+    else put({0xC5, (d >= 8 ? 0 : 0x80) | (v << 3) | length_and_pp});
+  }
+  void put_evex(int d, int v, int pp, const X86Operand& b) {
+    const int r = b.number >= 0 ? b.number : 0;
+    put({0x62, (d & 8 ? 0 : 0x80) | (r & 16 ? 0 : 0x40) | (r & 8 ? 0 : 0x20) | (d & 16 ? 0 : 0x10) | 0x01, 0x80 | ((v & 15) << 3) | 0x04 | pp,
+         0x40 | (v & 16 ? 0x08 : 0)});
+  }
 
+  static constexpr int move_from = 0x10, move_to = 0x11, move_all = 0x28;
   std::vector<std::uint8_t> bytes_;
-  bool has_avx_;
+  X86Vectors vectors_;
 };
 
 }  // namespace qdot::formula
