@@ -53,6 +53,13 @@ inline constexpr int may_branch = 1 << 10;
 
 // Lanes of which some would take a branch and others not.
 struct LanesPart {};
+// The truth of all lanes.
+template <class Mask>
+bool common_truth(const Mask& mask) {
+  if (mask.all()) return true;
+  if (mask.any()) throw LanesPart();
+  return false;
+}
 
 }  // namespace detail
 
@@ -184,7 +191,7 @@ struct Pack : detail::PackOperators<PackMask<lanes, width>, Pack<lanes, width>> 
 };
 
 template <int lanes, int width>
-  requires(lanes <= width)
+  requires(lanes <= width % detail::may_branch)
 struct Pack<lanes, width> : detail::PackOperators<PackMask<lanes, width>, Pack<lanes, width>> {
   static_assert(lanes >= 2 && (lanes & (lanes - 1)) == 0, "qdot: a pack has 2, 4, 8, … lanes");
   using Mask = PackMask<lanes, width>;
@@ -232,17 +239,25 @@ struct PackMask : detail::MaskOperators<PackMask<lanes, width>> {
 
   /// Does not compile: lanes cannot branch apart; write select(x < y, a, b).
   template <class Truth>
-    requires std::is_same_v<Truth, bool>
+    requires(std::is_same_v<Truth, bool> && width < detail::may_branch)
   explicit operator Truth() const {
     static_assert(detail::a_branch_on_lanes<Truth>,
                   "qdot: lanes of a pack cannot branch apart: a functor that runs on packs must not compare its numbers in `if`, "
                   "`?:`, `&&` or `||`; write select(x < y, a, b), which chooses lane by lane and works for every scalar");
     return false;
   }
+  /// What all lanes say.
+  ///
+  /// @throws LanesPart  they differ
+  operator bool() const
+    requires(width >= detail::may_branch)
+  {
+    return detail::common_truth(*this);
+  }
 };
 
 template <int lanes, int width>
-  requires(lanes <= width)
+  requires(lanes <= width % detail::may_branch)
 struct PackMask<lanes, width> : detail::MaskOperators<PackMask<lanes, width>> {
   static constexpr bool is_register = true;
 
@@ -271,15 +286,10 @@ struct PackMask<lanes, width> : detail::MaskOperators<PackMask<lanes, width>> {
   explicit operator Truth() const {
     return static_cast<bool>(PackMask<2 * width, width>(*this, *this));
   }
-  /// What all lanes say.
-  ///
-  /// @throws LanesPart  they differ
   operator bool() const
     requires(width >= detail::may_branch)
   {
-    if (all()) return true;
-    if (any()) throw detail::LanesPart();
-    return false;
+    return detail::common_truth(*this);
   }
 
  private:

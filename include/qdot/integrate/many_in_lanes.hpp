@@ -119,9 +119,10 @@ void use_ends(const Systems& systems, const StartOf& start_of, double t_end, con
   constexpr int size = FormOf<typename Systems::System>::size_at_compile_time;
   require_valid(options, size == Dynamic ? options.atol.size() : size);
   if constexpr (may_share_packs<Systems, Method, Events...>) {
-    if (asks_for_lanes(options)) {
+    const LinesForLanes lines = asks_for_lanes(options) ? systems.lines() : nullptr;
+    if (lines) {
       using Run = LaneRun<Systems, StartOf, LanePack, Events...>;
-      return use([&](std::size_t first, std::size_t last) { return Run(systems, start_of, t_end, options, events).run(first, last); });
+      return use([&](std::size_t first, std::size_t last) { return Run(systems, *lines, start_of, t_end, options, events).run(first, last); });
     }
   }
   const auto motion = [&](std::size_t i) { return motion_alone(systems.of(i), start_of(i), t_end, method, options, events); };

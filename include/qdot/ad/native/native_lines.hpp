@@ -131,6 +131,8 @@ class LineEvaluator {
   }
 
   const LineTable& table() const { return table_; }
+  /// How many numbers an evaluation has.
+  std::size_t count() const { return state_->read.size(); }
 
   void operator()(double* x) const {
     if (const NativeLines* const code = state_->alone.native()) return (*code)(x);

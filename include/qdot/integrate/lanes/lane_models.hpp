@@ -3,21 +3,21 @@
 //
 // What moves in the lanes of a pack: one system or scene for all motions, or one of a family for each.
 //
-//     of(i)                                the system or scene of motion i
-//     equations().take(lane, i)            gives a lane to motion i
-//     equations()(q, q̇, t, q̈) → mask      q̈ in all lanes, and in which of them it is one
-//     equations().of_lane(lane)            the same with the parameters of one lane in all of them
+//     of(i)                                     the system or scene of motion i
+//     lines()                                   from which its equations are evaluated; none where T and V are no formulas
+//     equations(lines).take(lane, i)            gives a lane to motion i
+//     equations(lines)(q, q̇, t, wanted, q̈)     q̈ in all lanes, and in which of them it is one
 //
-// A functor that branches on packs is asked lane by lane where lanes disagree: PartingEquations does so. What a lane gets does not depend on that, for
-// the same instructions go over the same number in each lane.
+// What a lane gets does not depend on its neighbours, for the same operations go over the number in each lane.
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
-#include "qdot/effects/equations/forced_packs.hpp"
+#include "qdot/effects/equations/lane_forces.hpp"
 #include "qdot/integrate/lanes/lane_events.hpp"
 
 namespace qdot {
@@ -31,24 +31,48 @@ struct NoEffects {
   std::tuple<> operator()(const auto&) const { return {}; }
 };
 
+// Lines, as long as somebody has them.
+using LinesForLanes = std::shared_ptr<const DerivedLines>;
+
 // One system or scene for all motions.
 template <class Sys>
 struct OneSystem {
   using System = Sys;
   static constexpr int n = Sys::dof_at_compile_time;
-  static constexpr bool is_common = true, goes_in_lanes = scene_goes_in_packs<Sys, LanePack>;
+  static constexpr bool is_common = true, goes_in_lanes = scene_goes_in_lanes<Sys, LanePack>;
   const Sys& system;
 
   const Sys& of(std::size_t) const { return system; }
+  LinesForLanes lines() const {
+    if constexpr (goes_in_lanes) {
+      auto held = std::make_shared<Derivations::Held>();
+      if constexpr (requires { system.effects(); }) return {held, lane_lines_of(system.system(), *held)};
+      else return {held, lane_lines_of(system, *held)};
+    } else {
+      return {};
+    }
+  }
 
-  struct Equations {
-    const Sys& system;
+  class Equations {
+   public:
+    Equations(const Sys& system, const DerivedLines& lines) : system_(system), lines_(lines) {}
     void take(int, std::size_t) {}
-    const Equations& of_lane(int) const { return *this; }
     template <class P>
-    typename P::Mask operator()(const P* q, const P* qdot, const P& t, P* qddot) const { return unchecked_accelerations(system, q, qdot, t, qddot); }
+    typename P::Mask operator()(const P* q, const P* qdot, const P& t, const typename P::Mask& wanted, P* qddot) {
+      if constexpr (requires { requires Sys::has_forces; }) {
+        const auto effects = [&](int) -> const auto& { return system_.effects(); };
+        return lines_(q, qdot, t, [&](const P* x, const P* v, P* Q) { forces_.write(system_.effects(), effects, x, v, t, wanted, Q); }, qddot);
+      } else {
+        return lines_(q, qdot, t, NoLaneForces(), qddot);
+      }
+    }
+
+   private:
+    const Sys& system_;
+    LaneEquations<n, LanePack> lines_;
+    LaneForces<Sys, ForceSum::plain> forces_;
   };
-  Equations equations() const { return {system}; }
+  Equations equations(const DerivedLines& lines) const { return {system, lines}; }
 };
 
 // A system with the effects of a tuple, if there are some.
@@ -60,14 +84,14 @@ auto with_effects(Sys system, std::tuple<Effects...> effects) {
 
 // Whether a scene goes in lanes with effects that have packs for parameters. A term in L is no force, and its derivatives are made for the scene.
 template <class Sys, class Effects, class P>
-inline constexpr bool family_goes_in_packs = scene_goes_in_packs<Sys, P>;
+inline constexpr bool family_goes_in_lanes = scene_goes_in_lanes<Sys, P>;
 template <class Sys, class... Effects, class... InPacks, class P>
-inline constexpr bool family_goes_in_packs<Scene<Sys, Effects...>, std::tuple<InPacks...>, P> = [] {
+inline constexpr bool family_goes_in_lanes<Scene<Sys, Effects...>, std::tuple<InPacks...>, P> = [] {
   constexpr int n = Sys::dof_at_compile_time;
-  return goes_in_packs<Sys> && !(LagrangianEffect<Effects, n> || ...) && (plays_for_packs<Effects, InPacks, P, n>() && ...);
+  return may_have_lane_lines<Sys> && !(LagrangianEffect<Effects, n> || ...) && (plays_for_packs<Effects, InPacks, P, n>() && ...);
 }();
 
-// One of a family for each motion.
+// One of a family for each motion. Parameters are inputs of the lines of its energies, and packs in its effects.
 template <int dof, class EnergiesOf, class EffectsOf, class ParametersOf>
 struct SystemsOfFamily {
   using F = Family<dof, EnergiesOf, EffectsOf, ParametersOf>;
@@ -75,43 +99,70 @@ struct SystemsOfFamily {
   static constexpr int n = dof, k = Parameters::SizeAtCompileTime;
   static_assert(k != Dynamic, "qdot: the parameters of a family are a Vector<double, k> with k known when compiled");
   using InPacks = Vector<LanePack, k>;
-  using PackEnergies = std::remove_cvref_t<std::invoke_result_t<const EnergiesOf&, const InPacks&>>;
-  using PackEffects = std::remove_cvref_t<std::invoke_result_t<const EffectsOf&, const InPacks&>>;
+  using Effects = std::remove_cvref_t<std::invoke_result_t<const EffectsOf&, const InPacks&>>;
 
   static auto made(const F& family, const Parameters& p) { return with_effects(mechanical_system<n>(family.energies_of(p)), family.effects_of(p)); }
   using System = decltype(made(std::declval<const F&>(), std::declval<const Parameters&>()));
-  static constexpr bool is_common = false, goes_in_lanes = family_goes_in_packs<System, PackEffects, LanePack>;
+  static constexpr bool is_common = false, goes_in_lanes = family_goes_in_lanes<System, Effects, LanePack>;
   const F& family;
 
   System of(std::size_t i) const { return made(family, Parameters(family.parameters_of(i))); }
 
-  struct Equations {
-    const F& family;
-    InPacks parameters = {};
-    struct Made {
-      PackEnergies energies;
-      PackEffects effects;
-    };
-    mutable std::optional<Made> made = {};  // with these parameters, unless a lane has changed its own
-
-    void take(int lane, std::size_t motion) {
-      const Parameters p = family.parameters_of(motion);
-      for (int j = 0; j < k; ++j) set_lane(parameters[j], lane, p[j]);
-      made.reset();
-    }
-    Equations of_lane(int lane) const { return {family, only(parameters, lane), {}}; }
-
-    template <class P>
-    typename P::Mask operator()(const P* q, const P* qdot, const P& t, P* qddot) const {
-      if (!made) made.emplace(Made{family.energies_of(parameters), family.effects_of(parameters)});
-      if constexpr (requires { typename UnderForces<System>::Sc; }) {
-        return UnderForces<System>::accelerations(made->energies, made->effects, q, qdot, t, qddot);
-      } else {
-        return register_accelerations<n>(made->energies, q, qdot, t, NoForces(), qddot);
+  LinesForLanes lines() const {
+    if constexpr (goes_in_lanes) {
+      auto made = std::make_shared<Derivation<>>();
+      try {
+        RecordedMotion m = motion_variables(n);
+        const auto nodes = new_variables(m.recording, 3 * n + 1, k);
+        const auto energies = family.energies_of(recorded_vector<k>(m.recording, nodes));
+        if constexpr (recordable_as_lines<std::remove_cvref_t<decltype(energies)>, n>) {
+          run_energies<n>(m, energies);
+          made->derive(std::move(m), nullptr, static_cast<std::size_t>(k));
+          if (n > straight_line_limit && made->lines.exist()) made->writer->write_solutions(made->lines);
+          if (!made->lines.solution[0].accelerations.empty()) return {made, &made->lines};
+        }
+      } catch (...) {  // what functors throw they throw again, where they are asked for values
       }
     }
+    return {};
+  }
+
+  class Equations {
+   public:
+    Equations(const F& family, const DerivedLines& lines) : family_(family), lines_(lines, k) {}
+
+    void take(int lane, std::size_t motion) {
+      const Parameters p = family_.parameters_of(motion);
+      for (int j = 0; j < k; ++j) {
+        set_lane(parameters_[j], lane, p[j]);
+        lines_.set_parameter(j, lane, p[j]);
+      }
+      effects_.reset();
+    }
+
+    template <class P>
+    typename P::Mask operator()(const P* q, const P* qdot, const P& t, const typename P::Mask& wanted, P* qddot) {
+      if constexpr (requires { requires System::has_forces || System::adds_potentials_only; }) {
+        if (!effects_) effects_.emplace(family_.effects_of(parameters_));
+        const auto of_lane = [&](int lane) { return family_.effects_of(only(parameters_, lane)); };
+        return lines_(q, qdot, t, [&](const P* x, const P* v, P* Q) { forces_.write(*effects_, of_lane, x, v, t, wanted, Q); }, qddot);
+      } else {
+        return lines_(q, qdot, t, NoLaneForces(), qddot);
+      }
+    }
+
+   private:
+    static constexpr ForceSum sum = [] {
+      if constexpr (requires { System::adds_potentials_only; }) return sum_beside_energies<System>;
+      else return ForceSum::plain;
+    }();
+    const F& family_;
+    InPacks parameters_ = InPacks::Zero();
+    std::optional<Effects> effects_ = {};  // with these parameters
+    LaneEquations<n, LanePack> lines_;
+    LaneForces<System, sum> forces_;
   };
-  Equations equations() const { return {family, InPacks(InPacks::Zero()), {}}; }
+  Equations equations(const DerivedLines& lines) const { return {family, lines}; }
 };
 
 template <class Sys>
@@ -122,50 +173,6 @@ template <int n, class EnergiesOf, class EffectsOf, class ParametersOf>
 SystemsOfFamily<n, EnergiesOf, EffectsOf, ParametersOf> systems_of(const Family<n, EnergiesOf, EffectsOf, ParametersOf>& family) {
   return {family};
 }
-
-// Asks for all lanes at once, or lane by lane where functors branch and lanes part.
-template <class Equations, int n>
-class PartingEquations {
- public:
-  explicit PartingEquations(Equations equations) : equations_(std::move(equations)) {}
-
-  void take(int lane, std::size_t motion) { equations_.take(lane, motion); }
-
-  // q̈ of the lanes in `wanted` at least.
-  template <class P>
-  typename P::Mask accelerations(const P* q, const P* qdot, const P& t, P* qddot, const typename P::Mask& wanted) {
-    if (partings_ < most_partings) {
-      try {
-        return equations_(q, qdot, t, qddot);
-      } catch (const LanesPart&) {
-        ++partings_;
-      }
-    }
-    return lane_by_lane(q, qdot, t, qddot, wanted);
-  }
-
- private:
-  static constexpr int most_partings = 16;  // an exception costs more than what it spares: then lanes are not asked together any more
-
-  template <class P>
-  [[gnu::cold, gnu::noinline]] typename P::Mask lane_by_lane(const P* q, const P* qdot, const P& t, P* qddot, const typename P::Mask& wanted) const {
-    typename P::Mask good = false;
-    for (int lane = 0; lane < P::size; ++lane) {
-      if (!wanted[lane]) continue;
-      P x[n], v[n], a[n];
-      for (int i = 0; i < n; ++i) {
-        x[i] = only(q[i], lane);
-        v[i] = only(qdot[i], lane);
-      }
-      set_lane(good, lane, equations_.of_lane(lane)(x, v, only(t, lane), a)[lane]);
-      for (int i = 0; i < n; ++i) set_lane(qddot[i], lane, a[i][lane]);
-    }
-    return good;
-  }
-
-  Equations equations_;
-  int partings_ = 0;
-};
 
 }  // namespace detail
 }  // namespace qdot

@@ -60,8 +60,9 @@ class LaneRun {
   using Ends = std::vector<Kept<MotionEnd<n>>>;
 
  public:
-  LaneRun(const Systems& systems, const StartOf& start_of, double t_end, const Options& options, const EventList<Events...>& events)
-      : systems_(systems), start_of_(start_of), t_end_(t_end), options_(options), events_(events), equations_(systems.equations()), pack_(options) {}
+  LaneRun(const Systems& systems, const DerivedLines& lines, const StartOf& start_of, double t_end, const Options& options,
+          const EventList<Events...>& events)
+      : systems_(systems), start_of_(start_of), t_end_(t_end), options_(options), events_(events), equations_(systems.equations(lines)), pack_(options) {}
 
   Ends run(std::size_t first, std::size_t last) {
     first_ = next_ = first;
@@ -69,7 +70,7 @@ class LaneRun {
     Ends ends(last - first);
     ends_ = &ends;
     for (int lane = 0; lane < lanes; ++lane) load(lane);
-    const auto accelerations = [&](const P* q, const P* qdot, const P& t, P* qddot) { return equations_.accelerations(q, qdot, t, qddot, pack_.active()); };
+    const auto accelerations = [&](const P* q, const P* qdot, const P& t, P* qddot) { return equations_(q, qdot, t, pack_.active(), qddot); };
     while (moving_ > 0) {
       Mask told;
       try {
@@ -228,7 +229,7 @@ class LaneRun {
   double t_end_;
   const Options& options_;
   const EventList<Events...>& events_;
-  PartingEquations<decltype(std::declval<const Systems&>().equations()), n> equations_;
+  typename Systems::Equations equations_;
   RungeKuttaLanes<Dop853Coefficients, n, P, timed> pack_;
   std::size_t first_ = 0, next_ = 0, last_ = 0;
   int moving_ = 0;

@@ -102,7 +102,7 @@ class CoriolisTerms {
     if (w.kind == formula::Kind::constant) return {Is::constant, -1};
     if (w.kind == formula::Kind::variable) {
       if (w.a < n_ || w.a == 2 * n_) return {Is::position, x};
-      return w.a < 2 * n_ ? Known{Is::rate_of_one, q_[at(w.a - n_)]} : Known{};
+      return w.a < 2 * n_ ? Known{Is::rate_of_one, q_[at(w.a - n_)]} : Known{Is::constant, -1};  // a parameter
     }
     const Known a = known_[at(w.a)], b = w.b < 0 ? Known{Is::constant, -1} : known_[at(w.b)];
     const auto is_of_position = [](const Known& k) { return k.is == Is::constant || k.is == Is::position; };
@@ -115,10 +115,13 @@ class CoriolisTerms {
         if (formula::decisive(w.c) == 0.0 && (is_alike || (w.b < 0 && a.is == Is::rate_of_one))) return a;
         return is_rate(a) && is_rate(b) ? Known{Is::rate, -1} : Known{};
       case formula::Kind::product:
+        if (a.is == Is::constant && is_rate(b)) return b;
+        if (b.is == Is::constant && is_rate(a)) return a;
         if (a.is == Is::position && is_rate_of(w.b, a.base)) return {Is::rate_of_one, a.base};
         if (b.is == Is::position && is_rate_of(w.a, b.base)) return {Is::rate_of_one, b.base};
         return {};
       case formula::Kind::quotient:
+        if (b.is == Is::constant && is_rate(a)) return a;
         return b.is == Is::position && is_rate_of(w.a, b.base) ? Known{Is::rate_of_one, b.base} : Known{};
       default: return {};
     }

@@ -33,17 +33,17 @@ struct Derivation {
   std::optional<DerivedLineWriter<Number>> writer;
   DerivedLines lines;
 
-  void derive(RecordedMotion motion, const formula::Branches* branches = nullptr);
+  void derive(RecordedMotion motion, const formula::Branches* branches = nullptr, std::size_t parameters = 0);
   void derive_slopes();
 };
 
 template <class Number>
-[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion, const formula::Branches* branches) {
+[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion, const formula::Branches* branches, std::size_t parameters) {
   if (!motion.recording.assumptions.empty()) return;
   recorded = std::move(motion);
   GraphEquations e = equations_by_graph(recorded.recording.graph, static_cast<int>(recorded.q.size()), recorded.returned[0], recorded.returned[1]);
   derived = {std::move(e.mass), std::move(e.right), {}};
-  writer.emplace(recorded.recording.graph, recorded.q.size(), std::size_t(4));
+  writer.emplace(recorded.recording.graph, recorded.q.size(), std::size_t(4), parameters);
   writer->write_equations(derived, branches ? branches->met : std::vector<formula::Guard>(), lines);
 }
 
@@ -129,6 +129,17 @@ class KeptDerivation {
     return derivation_.lines.have_slopes() ? &derivation_.lines : nullptr;
   }
 
+  /// The lines with those that go on to q̈ for lanes; null where there are none.
+  const DerivedLines* lines_for_lanes() {
+    if (!lines()) return nullptr;
+    if (size_ > straight_line_limit && !is_asked_for_lanes_.load(std::memory_order_acquire)) {
+      const std::lock_guard lock(mutex_);
+      if (!is_asked_for_lanes_.load(std::memory_order_relaxed)) derivation_.writer->write_solutions(derivation_.lines);
+      is_asked_for_lanes_.store(true, std::memory_order_release);
+    }
+    return derivation_.lines.solution[0].accelerations.empty() ? nullptr : &derivation_.lines;
+  }
+
   /// Whether a state is on the branch that was recorded.
   template <int n>
   bool holds_at(const AtState& at) const {
@@ -172,7 +183,7 @@ class KeptDerivation {
   formula::LineEvaluator guard_lines_{};
   std::vector<int> guards_{};
   std::mutex mutex_{};
-  std::atomic<bool> is_asked_for_slopes_{false};
+  std::atomic<bool> is_asked_for_slopes_{false}, is_asked_for_lanes_{false};
   Derivation<> derivation_{};
 };
 

@@ -28,8 +28,9 @@
 
 namespace qdot::detail {
 
-/// The equations of one object. Inputs are q, q̇, t and accelerations, 3n + 1 numbers; lines come after them. −1 is zero.
+/// The equations of one object. Inputs are q, q̇, t and accelerations, 3n + 1 numbers, and parameters; lines come after them. −1 is zero.
 struct DerivedLines {
+  static constexpr int lane_limit = 16;  // most coordinates for whose lanes there are lines to q̈
   // Numbers of an evaluation: a vector of them lies on the stack.
   static constexpr std::size_t most(std::size_t n) { return n <= 16 ? 4000 : 12000; }
 
@@ -160,8 +161,8 @@ struct AccelerationsAre {
 template <class Coefficient>
 class DerivedLineWriter {
  public:
-  DerivedLineWriter(const formula::BasicGraph<Coefficient>& graph, std::size_t n, std::size_t shortest_run)
-      : graph_(graph), n_(n), most_(DerivedLines::most(n)), writer_(graph, 3 * n + 1, shortest_run) {}
+  DerivedLineWriter(const formula::BasicGraph<Coefficient>& graph, std::size_t n, std::size_t shortest_run, std::size_t parameters = 0)
+      : graph_(graph), n_(n), most_(DerivedLines::most(n)), writer_(graph, 3 * n + 1 + parameters, shortest_run) {}
 
   /// Lines of M, r and of the guards of a branch; none where there would be too many.
   [[gnu::cold]] void write_equations(const DerivedJacobian& derived, const std::vector<formula::Guard>& guards, DerivedLines& lines) {
@@ -180,6 +181,10 @@ class DerivedLineWriter {
     lines.mass = writer_.numbers(derived.mass);
     lines.right = writer_.numbers(derived.right);
     add_read(lines, lines.equations);
+    if (n_ <= straight_line_limit) write_solutions(lines);
+  }
+  /// Those that go on to q̈.
+  [[gnu::cold]] void write_solutions(DerivedLines& lines) {
     for (const bool forced : {false, true}) write_solution(lines, lines.solution[forced], forced);
   }
   /// Likewise of the slopes.
@@ -209,8 +214,7 @@ class DerivedLineWriter {
   }
 
   [[gnu::cold]] void write_solution(const DerivedLines& lines, DerivedLines::Solution& solution, bool forced) {
-    if (n_ > straight_line_limit) return;
-    SolutionLines more(static_cast<std::uint32_t>(writer_.count()), lines.mass, lines.right, forced ? static_cast<int>(2 * n_ + 1) : -1);
+    SolutionLines more(static_cast<std::uint32_t>(lines.equations.count()), lines.mass, lines.right, forced ? static_cast<int>(2 * n_ + 1) : -1);
     if (more.accelerations.empty() || more.count() > most_) return;
     formula::LineTable table = lines.equations.table();
     table.lines.pop_back();
@@ -230,14 +234,19 @@ class DerivedLineWriter {
   formula::LineWriter<Coefficient> writer_;
 };
 
-/// T and V of one object, recorded with variables for q, q̇ and t; where they compare numbers, on a branch.
-template <int n, class E>
-RecordedMotion recorded_motion(const E& e, int size = n, formula::Branches* branches = nullptr) {
+/// Variables for q, q̇ and t, with nothing recorded yet.
+[[gnu::cold]] inline RecordedMotion motion_variables(int size) {
   RecordedMotion m;
-  m.recording.branches = branches;
   m.q = new_variables(m.recording, 0, size);
   m.qdot = new_variables(m.recording, size, size);
   m.t = formula::variable_in(m.recording, 2 * size);
+  return m;
+}
+/// T and V of one object, recorded with these variables; where they compare numbers, on a branch.
+template <int n, class E>
+RecordedMotion recorded_motion(const E& e, int size = n, formula::Branches* branches = nullptr) {
+  RecordedMotion m = motion_variables(size);
+  m.recording.branches = branches;
   run_energies<n>(m, e);
   m.returned_before.reserve(m.returned.size());  // so that looking whether it still holds allocates nothing
   return m;

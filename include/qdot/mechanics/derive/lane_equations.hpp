@@ -1,0 +1,105 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// q̈ of many motions at once, by the lines of their system.
+//
+// Lines do not care for which motion a number stands (ad/formula/lane_lines.hpp). Each lane has its own q, q̇, t and, where systems of a family differ,
+// its own parameters, which are inputs of the lines like the state. The lines go on to q̈ (mechanics/derive/solution_lines.hpp). What they have no
+// branches for is looked at afterwards in each lane: pivots, the domains of functions, and whether q̈ is finite. A lane that fails is left to the caller.
+
+#include <cstddef>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/pack.hpp"
+#include "qdot/mechanics/derive/kept_lines.hpp"
+
+namespace qdot::detail {
+
+/// Most coordinates that go in lanes.
+inline constexpr int lane_limit = DerivedLines::lane_limit;
+
+/// Whether a system may have lines for lanes, as far as types tell.
+template <class Sys>
+inline constexpr bool may_have_lane_lines = [] {
+  using E = typename Sys::EnergiesType;
+  constexpr int n = Sys::dof_at_compile_time;
+  return Sys::inertia == Inertia::positive_definite && n >= 1 && n <= lane_limit && recordable_as_lines<E, n>;
+}();
+
+/// Those lines; null where there are none.
+template <class Sys>
+const DerivedLines* lane_lines_of(const Sys& system, Derivations::Held& held) {
+  constexpr int n = Sys::dof_at_compile_time;
+  KeptDerivation* const it = derivations_of(*system.kept_lines()->shared()).template everywhere<n>(system.energies(), n, held);
+  return it ? it->lines_for_lanes() : nullptr;
+}
+
+/// Stands for applied forces where there are none.
+struct NoLaneForces {};
+
+/// Evaluates q̈ in the lanes of packs P, which have eight.
+template <int n, class P>
+class LaneEquations {
+  static_assert(P::size == static_cast<int>(formula::lanes_stored));
+
+ public:
+  /// @param lines       of a system; must live as long as this object
+  /// @param parameters  how many inputs follow those of the state
+  explicit LaneEquations(const DerivedLines& lines, int parameters = 0) : lines_(&lines) {
+    std::size_t count = static_cast<std::size_t>(3 * n + 1 + parameters);
+    for (const auto& solution : lines.solution) count = std::max(count, solution.lines.count());
+    x_.resize(count);
+  }
+
+  /// Parameter j of one lane.
+  void set_parameter(int j, int lane, double value) { x_[static_cast<std::size_t>(3 * n + 1 + j)].lanes()[lane] = value; }
+
+  /// q̈ in all lanes, and in which of them it is one. forces(q, q̇, Q) writes what is added to r.
+  template <class Forces>
+  typename P::Mask operator()(const P* q, const P* qdot, const P& t, const Forces& forces, P* qddot) {
+    constexpr bool forced = !std::is_same_v<Forces, NoLaneForces>;
+    for (int i = 0; i < n; ++i) {
+      put(i, q[i]);
+      put(n + i, qdot[i]);
+    }
+    put(2 * n, t);
+    if constexpr (forced) {
+      P Q[n];
+      forces(q, qdot, Q);
+      for (int i = 0; i < n; ++i) put(2 * n + 1 + i, Q[i]);
+    }
+    const DerivedLines::Solution& s = lines_->solution[forced];
+    s.lines(x_.data());
+    typename P::Mask good = have_values();
+    for (const auto& [pivot, whole] : s.pivots) good &= number(pivot) > singular_pivot<double>(n) * number(whole);
+    P zero = 0.0;
+    for (int i = 0; i < n; ++i) {
+      qddot[i] = number(s.accelerations[static_cast<std::size_t>(i)]);
+      zero += qddot[i] - qddot[i];
+    }
+    return good & (zero == P(0.0));
+  }
+
+ private:
+  void put(int k, const P& value) { std::memcpy(&x_[static_cast<std::size_t>(k)], &value, sizeof value); }
+  P number(int k) const {
+    P value;
+    std::memcpy(&value, &x_[static_cast<std::size_t>(k)], sizeof value);
+    return value;
+  }
+  typename P::Mask have_values() const {
+    typename P::Mask good = true;
+    for (const DerivedLines::Checked& c : lines_->checked) {
+      const double* const lanes = x_[static_cast<std::size_t>(c.number)].lanes();
+      good &= P::of([&](int lane) { return formula::is_in(c.domain, lanes[lane]) ? 1.0 : 0.0; }) > 0.5;
+    }
+    return good;
+  }
+
+  const DerivedLines* lines_;
+  std::vector<formula::LaneNumber> x_;
+};
+
+}  // namespace qdot::detail
