@@ -132,7 +132,11 @@ void use_ends(const Systems& systems, const StartOf& start_of, double t_end, con
 template <class Systems, class StartOf, class Method, class... Events, class HandOn>
 void hand_on_ends(const Systems& systems, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
                   const EventList<Events...>& events, ManyOptions many, const HandOn& hand_on) {
-  if (many.chunk == 0) many.chunk = std::clamp<std::size_t>(count / (16 * threads_of(many)), 1, 1024);  // a chunk ends with lanes that have nothing to do
+  if (many.chunk == 0) {  // a chunk ends with lanes that have nothing to do
+    constexpr std::size_t least = may_share_packs<Systems, Method, Events...> ? 8 * LanePack::size : 1;
+    const std::size_t each = (count + threads_of(many) - 1) / threads_of(many);
+    many.chunk = std::clamp<std::size_t>(each / 16, std::clamp<std::size_t>(each, 1, least), 1024);
+  }
   use_ends(systems, start_of, t_end, method, options, events, [&](const auto& work) { Queue(count, many).run(work, hand_on); });
 }
 

@@ -100,6 +100,35 @@ inline void carry_out_circular(const LineTable& table, const RunOfLines& run, La
                    run.first.to + k, run.first.b + k);
 }
 
+// Copies numbers, to[i] = *from[i], in as few instructions as there are: what is written in pieces and read as a whole soon afterwards waits until the
+// pieces have reached the cache.
+template <std::size_t width>
+[[gnu::always_inline]] inline void copy_lanes(double* to, const double* const* from, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t at = 0; at < lanes_stored; at += width) {
+      qdot::detail::Register<double, width> some;
+      __builtin_memcpy(&some, from[i] + at, sizeof some);
+      __builtin_memcpy(to + lanes_stored * i + at, &some, sizeof some);
+    }
+}
+[[gnu::noinline]] inline void copy_lanes_by_any(double* to, const double* const* from, std::size_t count) noexcept { copy_lanes<2>(to, from, count); }
+#if defined(__x86_64__)
+[[gnu::noinline, gnu::target("avx2")]] inline void copy_lanes_by_avx2(double* to, const double* const* from, std::size_t count) noexcept {
+  copy_lanes<4>(to, from, count);
+}
+[[gnu::noinline, gnu::target("avx512f")]] inline void copy_lanes_by_avx512(double* to, const double* const* from, std::size_t count) noexcept {
+  copy_lanes<8>(to, from, count);
+}
+#endif
+/// The fastest of them on this processor.
+inline auto fastest_copy_of_lanes() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f") != 0) return copy_lanes_by_avx512;
+  if (__builtin_cpu_supports("avx2") != 0) return copy_lanes_by_avx2;
+#endif
+  return copy_lanes_by_any;
+}
+
 #ifdef QDOT_COMPILED
 extern template void carry_out<LaneNumber>(const LineTable&, const RunOfLines&, LaneNumber*);
 extern template void carry_out<LaneNumber>(const LineTable&, LaneNumber*);

@@ -109,7 +109,7 @@ inline X86Vectors best_lane_vectors() {
 /// A table of lines that is carried out many times, by several threads if need be.
 class LineEvaluator {
  public:
-  static constexpr long begin_after = 500;  // evaluations
+  static constexpr long begin_after = 500, lanes_begin_after = 64;  // evaluations
 
   /// Takes a table before the first evaluation.
   ///
@@ -157,6 +157,7 @@ class LineEvaluator {
   // Machine code, once there is some.
   class Code {
    public:
+    explicit Code(long begin) : left_(begin) {}
     const NativeLines* native() const { return made_.load(std::memory_order_acquire); }
     // Once true, of one thread, after some evaluations.
     bool is_due() { return left_.load(std::memory_order_relaxed) > 0 && left_.fetch_sub(1, std::memory_order_relaxed) == 1; }
@@ -166,13 +167,13 @@ class LineEvaluator {
     }
 
    private:
-    std::atomic<long> left_{begin_after};
+    std::atomic<long> left_;
     std::unique_ptr<const NativeLines> owned_;
     std::atomic<const NativeLines*> made_{nullptr};
   };
   struct State {
     std::vector<char> read;
-    Code alone, in_lanes;
+    Code alone{begin_after}, in_lanes{lanes_begin_after};
   };
 
   void mark(std::uint32_t number) {

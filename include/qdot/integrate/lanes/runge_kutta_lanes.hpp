@@ -29,6 +29,7 @@
 
 #include "qdot/error.hpp"
 #include "qdot/integrate/lanes/lane_events.hpp"
+#include "qdot/integrate/lanes/lane_sums.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/steps/first_step.hpp"
 #include "qdot/integrate/steps/runge_kutta_coefficients.hpp"
@@ -186,14 +187,18 @@ class RungeKuttaLanes {
   static constexpr double beta = 0.2 / C::order;
   static constexpr double exponent = 1.0 / C::order - 0.75 * beta;
 
-  // Σ wⱼ (kⱼ − k₁) of component i over the first `count` stages after k₁.
-  template <class Row, int count>
-  [[gnu::always_inline]] P sum_of(int i) const {
-    P sum = 0.0;
-    unroll<count>([&](auto j) __attribute__((always_inline)) {
-      if constexpr (Row::weights[j + 1] != 0.0) sum += Row::weights[j + 1] * k_[j + 1][i];
-    });
-    return sum;
+  // The first `count` stages after k₁, with their weights.
+  template <class Weights>
+  LaneTerms terms_of(const Weights& weights, int count) const {
+    LaneTerms terms;
+    for (int j = 1; j <= count; ++j) terms.add(weights[static_cast<std::size_t>(j)], doubles(k_[j]));
+    return terms;
+  }
+  static const double* doubles(const P* numbers) { return reinterpret_cast<const double*>(numbers); }
+  // Σ wⱼ (kⱼ − k₁) of each component over all stages.
+  template <class Weights>
+  void put_sums(const Weights& weights, P* to) const {
+    sums_(reinterpret_cast<double*>(to), static_cast<std::size_t>(N), terms_of(weights, C::stages - 1), nullptr);
   }
 
   template <class Form>
@@ -221,17 +226,24 @@ class RungeKuttaLanes {
 
   template <class A>
   Mask evaluated(const A& accelerations, const P& elapsed, const P* y, P* f) {
-    for (int i = 0; i < n; ++i) f[i] = y[n + i];
+    LaneTerms velocities;
+    velocities.add(1.0, doubles(y + n));
+    sums_(reinterpret_cast<double*>(f), static_cast<std::size_t>(n), velocities, nullptr);
     return accelerations(y, y + n, shown(elapsed), f + n);
   }
 
-  template <int row, class A>
-  [[gnu::always_inline]] Mask stage(const A& accelerations) {
-    constexpr double c = C::c[static_cast<std::size_t>(row)];
-    for (int i = 0; i < N; ++i)
-      stage_[i] = y_[i] + (taken_ * (c * k_[0][i] + sum_of<StageRow<C, row>, row - 1>(i)) + lost_[i]);
+  template <class A>
+  Mask stage(const A& accelerations, int row) {
+    const double c = C::c[static_cast<std::size_t>(row)];
+    LaneTerms terms = terms_of(C::a[static_cast<std::size_t>(row)], row - 1);
+    terms.add(c, doubles(k_[0]));
+    const LaneStage from{doubles(y_), doubles(&taken_), doubles(lost_)};
+    sums_(reinterpret_cast<double*>(stage_), static_cast<std::size_t>(N), terms, &from);
     const Mask good = evaluated(accelerations, elapsed_ + c * taken_, stage_, f_);
-    for (int i = 0; i < N; ++i) k_[row][i] = f_[i] - k_[0][i];
+    terms.count = 0;
+    terms.add(1.0, doubles(f_));
+    terms.add(-1.0, doubles(k_[0]));
+    sums_(reinterpret_cast<double*>(k_[row]), static_cast<std::size_t>(N), terms, nullptr);
     return good;
   }
 
@@ -239,12 +251,10 @@ class RungeKuttaLanes {
   template <class A>
   Mask attempted(const A& accelerations) {
     Mask good = true;
-    [&]<std::size_t... i>(std::index_sequence<i...>) {
-      ((good &= stage<static_cast<int>(i) + 1>(accelerations)), ...);
-    }(std::make_index_sequence<static_cast<std::size_t>(C::stages - 1)>{});
+    for (int row = 1; row < C::stages; ++row) good &= stage(accelerations, row);
+    put_sums(C::a[static_cast<std::size_t>(C::stages)], stage_);
     for (int i = 0; i < N; ++i) {
-      const P sum = sum_of<StageRow<C, C::stages>, C::stages - 1>(i);
-      const P bend = sum + C::half_defect * k_[C::stages - 1][i];
+      const P bend = stage_[i] + C::half_defect * k_[C::stages - 1][i];
       y_new_[i] = y_[i];
       lost_new_[i] = lost_[i];
       add_compensated(y_new_[i], lost_new_[i], taken_ * (k_[0][i] + bend));
@@ -252,12 +262,14 @@ class RungeKuttaLanes {
     return good;
   }
 
-  P weighted_error() const {
-    P sum = 0.0, low = 0.0;
+  P weighted_error() {
+    P sum = 0.0, low = 0.0, errors[N], low_errors[N];
+    put_sums(C::e, errors);
+    put_sums(C::e_low, low_errors);
     for (int i = 0; i < N; ++i) {
       const P scale = 1.0 / (atol_[i] + rtol_ * max(abs(y_[i]), abs(y_new_[i])));
-      const P e = sum_of<ErrorRow<C>, C::stages - 1>(i) * scale;
-      const P e_low = sum_of<LowErrorRow<C>, C::stages - 1>(i) * scale;
+      const P e = errors[i] * scale;
+      const P e_low = low_errors[i] * scale;
       sum += e * e;
       low += e_low * e_low;
     }
@@ -294,6 +306,7 @@ class RungeKuttaLanes {
     }
   }
 
+  decltype(fastest_lane_sums()) sums_ = fastest_lane_sums();
   double rtol_, max_step_, initial_step_, share_;
   P atol_[N];
   P origin_, length_, elapsed_, h_, error_before_, taken_;

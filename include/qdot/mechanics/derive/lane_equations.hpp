@@ -7,8 +7,10 @@
 // its own parameters, which are inputs of the lines like the state. The lines go on to q̈ (mechanics/derive/solution_lines.hpp). What they have no
 // branches for is looked at afterwards in each lane: pivots, the domains of functions, and whether q̈ is finite. A lane that fails is left to the caller.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -60,30 +62,33 @@ class LaneEquations {
   template <class Forces>
   typename P::Mask operator()(const P* q, const P* qdot, const P& t, const Forces& forces, P* qddot) {
     constexpr bool forced = !std::is_same_v<Forces, NoLaneForces>;
-    for (int i = 0; i < n; ++i) {
-      put(i, q[i]);
-      put(n + i, qdot[i]);
-    }
-    put(2 * n, t);
-    if constexpr (forced) {
-      P Q[n];
-      forces(q, qdot, Q);
-      for (int i = 0; i < n; ++i) put(2 * n + 1 + i, Q[i]);
-    }
+    P Q[n];
+    if constexpr (forced) forces(q, qdot, Q);
+    put_inputs(q, qdot, t, forced ? Q : nullptr);
     const DerivedLines::Solution& s = lines_->solution[forced];
     s.lines(x_.data());
     typename P::Mask good = have_values();
     for (const auto& [pivot, whole] : s.pivots) good &= number(pivot) > singular_pivot<double>(n) * number(whole);
+    const double* from[n];
+    for (std::size_t i = 0; i < n; ++i) from[i] = x_[static_cast<std::size_t>(s.accelerations[i])].lanes();
+    copy_(reinterpret_cast<double*>(qddot), from, n);
     P zero = 0.0;
-    for (int i = 0; i < n; ++i) {
-      qddot[i] = number(s.accelerations[static_cast<std::size_t>(i)]);
-      zero += qddot[i] - qddot[i];
-    }
+    for (int i = 0; i < n; ++i) zero += qddot[i] - qddot[i];
     return good & (zero == P(0.0));
   }
 
  private:
-  void put(int k, const P& value) { std::memcpy(&x_[static_cast<std::size_t>(k)], &value, sizeof value); }
+  void put_inputs(const P* q, const P* qdot, const P& t, const P* Q) {
+    const double* from[3 * n + 1];
+    const auto doubles = [](const P& number) { return reinterpret_cast<const double*>(&number); };
+    for (int i = 0; i < n; ++i) {
+      from[i] = doubles(q[i]);
+      from[n + i] = doubles(qdot[i]);
+      from[2 * n + 1 + i] = Q ? doubles(Q[i]) : nullptr;
+    }
+    from[2 * n] = doubles(t);
+    copy_(x_[0].lanes(), from, static_cast<std::size_t>(Q ? 3 * n + 1 : 2 * n + 1));
+  }
   P number(int k) const {
     P value;
     std::memcpy(&value, &x_[static_cast<std::size_t>(k)], sizeof value);
@@ -99,6 +104,7 @@ class LaneEquations {
   }
 
   const DerivedLines* lines_;
+  decltype(formula::fastest_copy_of_lanes()) copy_ = formula::fastest_copy_of_lanes();
   std::vector<formula::LaneNumber> x_;
 };
 
