@@ -11,7 +11,7 @@
 //
 // The code is a function of x, the numbers, and of the constants. Values stay in the sixteen registers as long as there is room. What gives way is
 // the value whose next use is furthest away. Values that are read from outside are stored when they are computed, others only where
-// they give way. Sines of one level, powers and other functions are calls of C++ functions, which change all registers, so values that are used afterwards
+// they give way, to the places of numbers that are not read and not needed at the time: few, which stay in the cache. Sines of one level, powers and other functions are calls of C++ functions, which change all registers, so values that are used afterwards
 // are stored before.
 //
 // With AVX the same lines become code for the lanes of a LaneNumber, four or eight at a time (ad/formula/lane_lines.hpp).
@@ -22,6 +22,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -57,12 +58,16 @@ class Emitter {
   /// @param count  how many numbers there are
   /// @param read   numbers that are read from outside, not zero
   [[gnu::cold]] Emitter(const LineTable& table, std::size_t count, std::span<const char> read, X86Vectors vectors)
-      : straight_(table, count, longest), code_(vectors), vectors_(vectors), read_(read), place_(count, -1), in_memory_(count, 1) {
+      : straight_(table, count, longest), code_(vectors), vectors_(vectors), read_(read), place_(count, -1), in_memory_(count, 1), memory_(count) {
     holds_.fill(none);
+    std::iota(memory_.begin(), memory_.end(), 0u);
     const std::vector<Line>& lines = straight_.lines();
     if (lines.empty()) return;
-    for (const Line& line : lines)
-      for_each_result(line, [&](std::uint32_t v) { in_memory_[v] = 0; });
+    for (auto line = lines.rbegin(); line != lines.rend(); ++line)
+      for_each_result(*line, [&](std::uint32_t v) {
+        in_memory_[v] = 0;
+        if (!read_[v]) free_.push_back(v);
+      });
     const bool calls = std::any_of(lines.begin(), lines.end(), is_call);
     code_.begin();
     if (calls) {
@@ -119,7 +124,7 @@ class Emitter {
   bool is_of_lanes() const { return doubles_of(vectors_) > 1; }
   // How many doubles a number takes in memory.
   std::uint32_t stride() const { return is_of_lanes() ? static_cast<std::uint32_t>(lanes_stored) : 1; }
-  X86Operand memory(std::uint32_t v) const { return X86Operand::in_memory(x_, static_cast<std::int32_t>(sizeof(double) * stride() * v)); }
+  X86Operand memory(std::uint32_t v) const { return X86Operand::in_memory(x_, static_cast<std::int32_t>(sizeof(double) * stride() * memory_[v])); }
   [[gnu::cold, gnu::noinline]] X86Operand constant(double c) {
     const auto same = [c](double other) { return std::bit_cast<std::uint64_t>(other) == std::bit_cast<std::uint64_t>(c); };
     const auto found = std::find_if(constants_.begin(), constants_.end(), same);
@@ -165,8 +170,21 @@ class Emitter {
     return X86Operand::in_register(in_register(v));
   }
   [[gnu::cold, gnu::noinline]] void store(std::uint32_t v) {
+    take_memory(v);
     code_.store(place_[v], memory(v));
+  }
+  // A value that is not read from outside lies where none is needed at the time.
+  void take_memory(std::uint32_t v) {
     in_memory_[v] = 1;
+    if (read_[v]) return;
+    memory_[v] = free_.back();
+    free_.pop_back();
+  }
+  void release(std::uint32_t v) {
+    if (place_[v] >= 0) forget(v);
+    if (!in_memory_[v] || read_[v] || !straight_.is_computed(v)) return;
+    in_memory_[v] = 0;
+    free_.push_back(memory_[v]);
   }
   void hold(std::uint32_t v, int r) {
     holds_[index(r)] = v;
@@ -179,7 +197,7 @@ class Emitter {
   // The line's result is in register r.
   [[gnu::cold, gnu::noinline]] void finish(const Line& l, int r) {
     for_each_operand(l, [&](std::uint32_t v) {
-      if (place_[v] >= 0 && straight_.next_use(v, at_ + 1) == none) forget(v);
+      if (straight_.next_use(v, at_ + 1) == none) release(v);
     });
     hold(l.to, r);
     if (read_[l.to]) store(l.to);
@@ -207,10 +225,19 @@ class Emitter {
     code_.leave_vectors();
     code_.call(X86Code::rax);
     for (std::uint32_t k = first; k < last; ++k) {
-      const Line& l = straight_.lines()[k];
+      Line l = straight_.lines()[k];
+      for_each_result(l, [&](std::uint32_t v) { take_memory(v); });
+      l.to = memory_[l.to], l.a = memory_[l.a];
+      if (l.operation != Operation::power) l.b = memory_[l.b];
       if (circular) circular_.push_back({stride() * l.a, stride() * l.to, stride() * l.b});
       else calls_.push_back(l);
-      for_each_result(l, [&](std::uint32_t v) { in_memory_[v] = 1; });
+    }
+    for (std::uint32_t k = first; k < last; ++k) {
+      const auto release_unused = [&](std::uint32_t v) {
+        if (straight_.next_use(v, last) == none) release(v);
+      };
+      for_each_operand(straight_.lines()[k], release_unused);
+      for_each_result(straight_.lines()[k], release_unused);
     }
   }
 
@@ -361,6 +388,7 @@ class Emitter {
   std::span<const char> read_;
   std::vector<int> place_;       // the register that holds a value; −1 for none
   std::vector<char> in_memory_;  // whether x has the value
+  std::vector<std::uint32_t> memory_, free_;  // where in x a value lies when it does; places that hold none
   std::array<std::uint32_t, most_registers> holds_{};
   std::vector<double> constants_;
   std::vector<CircularPlaces> circular_;

@@ -71,6 +71,8 @@ class StraightLines {
   /// Nothing where the table is too long, or damaged: a number outside, or one that is computed twice, or after its use.
   const std::vector<Line>& lines() const { return lines_; }
 
+  /// Whether a line computes a value; others are inputs.
+  bool is_computed(std::uint32_t value) const { return computed_[value] != 0; }
   /// The first use of a value at or after a line; `never` where there is none. Lines are asked for in order.
   std::uint32_t next_use(std::uint32_t value, std::uint32_t line) {
     std::uint32_t& at = next_[value];
@@ -120,7 +122,7 @@ class StraightLines {
     return true;
   }
 
-  [[gnu::cold]] bool is_in_order(std::size_t count) const {
+  [[gnu::cold]] bool is_in_order(std::size_t count) {
     enum : char { input_or_none, read, computed };
     std::vector<char> state(count, input_or_none);
     bool good = true;
@@ -135,6 +137,8 @@ class StraightLines {
       });
       if (!good) return false;
     }
+    computed_.resize(count);
+    for (std::size_t v = 0; v < count; ++v) computed_[v] = state[v] == computed;
     return true;
   }
 
@@ -152,6 +156,7 @@ class StraightLines {
   }
 
   std::vector<Line> lines_;
+  std::vector<char> computed_;
   std::vector<std::uint32_t> uses_, begin_, next_;  // lines that use value v: uses_[begin_[v]] to uses_[begin_[v + 1] − 1]
 };
 
