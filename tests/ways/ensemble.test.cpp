@@ -127,33 +127,6 @@ TEST_CASE("a functor with a loop, or one that selects, runs on packs") {
   CHECK(difference_from_single<2>(ManyFunctions{}, 0.3, 1.2) < rounded);
 }
 
-TEST_CASE("the equations of a pack are those of its lanes, whatever the optimizer made of them") {
-  // detail::euler_lagrange_of directly: a build without optimization evaluates members alone otherwise.
-  const auto check = [&]<int n>(std::integral_constant<int, n>, const auto& energies) {
-    const auto [q, qdot] = random_members<n>(2, 0.3, 1.2);
-    Pack<2> x[n], v[n];
-    for (int i = 0; i < n; ++i) {
-      x[i] = Pack<2>::of([&](int lane) { return q(i, lane); });
-      v[i] = Pack<2>::of([&](int lane) { return qdot(i, lane); });
-    }
-    const auto L = detail::euler_lagrange_of<n>(energies, x, v, Pack<2>(0.0));
-    double worst = 0.0;
-    for (int lane = 0; lane < 2; ++lane) {
-      const Matrix<double, n> M = detail::kinetic_hessian<n>(energies, Vector<double, n>(q.col(lane)), Vector<double, n>(qdot.col(lane)), 0.0);
-      const Vector<double, n> r = detail::lagrange_rhs<n>(energies, Vector<double, n>(q.col(lane)), Vector<double, n>(qdot.col(lane)), 0.0);
-      const double scale = 1.0 + M.cwiseAbs().maxCoeff() + r.cwiseAbs().maxCoeff();
-      unroll<n>([&](auto i) { worst = std::max(worst, std::abs(L.template x<i>()[lane] - r[i]) / scale); });
-      unroll<n*(n + 1) / 2>([&](auto k) {
-        const double entry = M(detail::triangle_row(k), detail::triangle_column(k));
-        worst = std::max(worst, std::abs(L.template h<k>()[lane] - entry) / scale);
-      });
-    }
-    return worst;
-  };
-  CHECK(check(std::integral_constant<int, 2>{}, scenes::DoublePendulum{}) < rounded);
-  CHECK(check(std::integral_constant<int, 1>{}, BentWire{}) < rounded);
-}
-
 TEST_CASE("a member that fails is named with its error, and the others are right") {
   const auto system = mechanical_system<2>(Fading{}).with_names({"x", "y"});
   auto [q, qdot] = random_members<2>(11, 0.5, 1.5);

@@ -16,6 +16,7 @@
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "qdot/effects/equations/lane_forces.hpp"
 #include "qdot/integrate/lanes/lane_events.hpp"
@@ -55,7 +56,8 @@ struct OneSystem {
 
   class Equations {
    public:
-    Equations(const Sys& system, const DerivedLines& lines) : system_(system), lines_(lines) {}
+    Equations(const Sys& system, const DerivedLines& lines) : system_(system), x_(lane_numbers(lines)), lines_(lines, x_.data()) {}
+    Equations(const Equations&) = delete;
     void take(int, std::size_t) {}
     template <class P>
     typename P::Mask operator()(const P* q, const P* qdot, const P& t, const typename P::Mask& wanted, P* qddot) {
@@ -69,6 +71,7 @@ struct OneSystem {
 
    private:
     const Sys& system_;
+    std::vector<formula::LaneNumber> x_;
     LaneEquations<n, LanePack> lines_;
     LaneForces<Sys, ForceSum::plain> forces_;
   };
@@ -129,7 +132,8 @@ struct SystemsOfFamily {
 
   class Equations {
    public:
-    Equations(const F& family, const DerivedLines& lines) : family_(family), lines_(lines, k) {}
+    Equations(const F& family, const DerivedLines& lines) : family_(family), x_(lane_numbers(lines)), lines_(lines, x_.data()) {}
+    Equations(const Equations&) = delete;
 
     void take(int lane, std::size_t motion) {
       const Parameters p = family_.parameters_of(motion);
@@ -159,6 +163,7 @@ struct SystemsOfFamily {
     const F& family_;
     InPacks parameters_ = InPacks::Zero();
     std::optional<Effects> effects_ = {};  // with these parameters
+    std::vector<formula::LaneNumber> x_;
     LaneEquations<n, LanePack> lines_;
     LaneForces<System, sum> forces_;
   };

@@ -5,14 +5,13 @@
 //
 // Lines do not care for which motion a number stands (ad/formula/lane_lines.hpp). Each lane has its own q, q̇, t and, where systems of a family differ,
 // its own parameters, which are inputs of the lines like the state. The lines go on to q̈ (mechanics/derive/solution_lines.hpp). What they have no
-// branches for is looked at afterwards in each lane: pivots, the domains of functions, and whether q̈ is finite. A lane that fails is left to the caller.
+// branches for is looked at afterwards in each lane: pivots, the domains of functions, the sides of a branch, and whether q̈ is finite. A lane that fails is left to the caller.
 
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "qdot/ad/pack.hpp"
 #include "qdot/mechanics/derive/kept_lines.hpp"
@@ -30,13 +29,23 @@ inline constexpr bool may_have_lane_lines = [] {
   return Sys::inertia == Inertia::positive_definite && n >= 1 && n <= lane_limit && recordable_as_lines<E, n>;
 }();
 
-/// Those lines; null where there are none.
+/// Those lines, which hold at every state; null where there are none.
 template <class Sys>
 const DerivedLines* lane_lines_of(const Sys& system, Derivations::Held& held) {
   constexpr int n = Sys::dof_at_compile_time;
   KeptDerivation* const it = derivations_of(*system.kept_lines()->shared()).template everywhere<n>(system.energies(), n, held);
   return it ? it->lines_for_lanes() : nullptr;
 }
+/// Likewise of functors that branch, on the branch of a state.
+template <class Sys>
+const DerivedLines* lane_lines_at(const Sys& system, const AtState& at, Derivations::Held& held) {
+  constexpr int n = Sys::dof_at_compile_time;
+  KeptDerivation* const it = derivations_of(*system.kept_lines()->shared()).template at<n>(system.energies(), at, held);
+  return it ? it->lines_for_lanes() : nullptr;
+}
+
+/// How many numbers their evaluation has, after those of the state and of parameters.
+inline std::size_t lane_numbers(const DerivedLines& lines) { return std::max(lines.solution[0].lines.count(), lines.solution[1].lines.count()); }
 
 /// Stands for applied forces where there are none.
 struct NoLaneForces {};
@@ -47,16 +56,12 @@ class LaneEquations {
   static_assert(P::size == static_cast<int>(formula::lanes_stored));
 
  public:
-  /// @param lines       of a system; must live as long as this object
-  /// @param parameters  how many inputs follow those of the state
-  explicit LaneEquations(const DerivedLines& lines, int parameters = 0) : lines_(&lines) {
-    std::size_t count = static_cast<std::size_t>(3 * n + 1 + parameters);
-    for (const auto& solution : lines.solution) count = std::max(count, solution.lines.count());
-    x_.resize(count);
-  }
+  /// @param lines  of a system; must live as long as this object
+  /// @param x      as many numbers as lane_numbers() says, which must live as long
+  LaneEquations(const DerivedLines& lines, formula::LaneNumber* x) : lines_(&lines), x_(x) {}
 
   /// Parameter j of one lane.
-  void set_parameter(int j, int lane, double value) { x_[static_cast<std::size_t>(3 * n + 1 + j)].lanes()[lane] = value; }
+  void set_parameter(int j, int lane, double value) { x_[3 * n + 1 + j].lanes()[lane] = value; }
 
   /// q̈ in all lanes, and in which of them it is one. forces(q, q̇, Q) writes what is added to r.
   template <class Forces>
@@ -66,11 +71,11 @@ class LaneEquations {
     if constexpr (forced) forces(q, qdot, Q);
     put_inputs(q, qdot, t, forced ? Q : nullptr);
     const DerivedLines::Solution& s = lines_->solution[forced];
-    s.lines(x_.data());
+    s.lines(x_);
     typename P::Mask good = have_values();
     for (const auto& [pivot, whole] : s.pivots) good &= number(pivot) > singular_pivot<double>(n) * number(whole);
     const double* from[n];
-    for (std::size_t i = 0; i < n; ++i) from[i] = x_[static_cast<std::size_t>(s.accelerations[i])].lanes();
+    for (std::size_t i = 0; i < n; ++i) from[i] = x_[s.accelerations[i]].lanes();
     copy_(reinterpret_cast<double*>(qddot), from, n);
     P zero = 0.0;
     for (int i = 0; i < n; ++i) zero += qddot[i] - qddot[i];
@@ -91,21 +96,23 @@ class LaneEquations {
   }
   P number(int k) const {
     P value;
-    std::memcpy(&value, &x_[static_cast<std::size_t>(k)], sizeof value);
+    std::memcpy(&value, &x_[k], sizeof value);
     return value;
   }
   typename P::Mask have_values() const {
     typename P::Mask good = true;
-    for (const DerivedLines::Checked& c : lines_->checked) {
-      const double* const lanes = x_[static_cast<std::size_t>(c.number)].lanes();
-      good &= P::of([&](int lane) { return formula::is_in(c.domain, lanes[lane]) ? 1.0 : 0.0; }) > 0.5;
-    }
+    const auto require = [&](int number, const auto& holds) {
+      const double* const lanes = x_[number].lanes();
+      good &= P::of([&](int lane) { return holds(lanes[lane]) ? 1.0 : 0.0; }) > 0.5;
+    };
+    for (const DerivedLines::Checked& c : lines_->checked) require(c.number, [&](double x) { return formula::is_in(c.domain, x); });
+    for (const DerivedLines::Sided& s : lines_->sides) require(s.number, [&](double x) { return s.side.has(x); });
     return good;
   }
 
   const DerivedLines* lines_;
   decltype(formula::fastest_copy_of_lanes()) copy_ = formula::fastest_copy_of_lanes();
-  std::vector<formula::LaneNumber> x_;
+  formula::LaneNumber* x_;
 };
 
 }  // namespace qdot::detail
