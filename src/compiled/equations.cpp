@@ -42,7 +42,9 @@ template int power_in<double>(Recording&, int, double);
 template int constant_in<double>(Recording&, double);
 template void carry_out<double>(const LineTable&, const RunOfLines&, double*);
 template void carry_out<double>(const LineTable&, double*);
-template void LineEvaluator::translate<double>() const;
+template void carry_out<LaneNumber>(const LineTable&, const RunOfLines&, LaneNumber*);
+template void carry_out<LaneNumber>(const LineTable&, LaneNumber*);
+template void LineEvaluator::translate<double>(Code&, X86Vectors) const;
 }  // namespace qdot::formula
 
 namespace qdot::detail {

@@ -33,7 +33,6 @@ struct RayleighFunction {
   static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
 
   template <class S, int n>
-    requires(!detail::is_pack<S> || detail::takes_state<F, detail::Moving<S, n>, Vector<detail::Moving<S, n>, n>, Vector<detail::Moving<S, n>, n>>)
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     if constexpr (detail::moves_by_jets<S, n>) return force_by_jets(q, qdot, t);
     else return force_by_duals(q, qdot, t);
@@ -108,7 +107,7 @@ template <class Derived>
 auto viscous_damping(const Eigen::MatrixBase<Derived>& c) {
   constexpr int n = Derived::RowsAtCompileTime;
   using Number = typename Derived::Scalar;
-  if constexpr (detail::is_pack<Number>) {
+  if constexpr (!std::is_arithmetic_v<Number>) {
     return ViscousDamping<n, Number>{c};
   } else {
     for (Eigen::Index i = 0; i < c.size(); ++i)
@@ -196,7 +195,6 @@ struct SpringDamper {
   }
 
   template <class S, int n>
-    requires(detail::MovesInPacks<P1, S, n> && detail::MovesInPacks<P2, S, n>)
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return pull(damping<S>(), q, qdot, t);
   }
@@ -266,7 +264,6 @@ struct TensionBetween {
   static constexpr bool takes_time = SpringDamper<P1, P2>::template takes_time<n>;
 
   template <class S, int n>
-    requires(detail::MovesInPacks<P1, S, n> && detail::MovesInPacks<P2, S, n>)
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return line.pull(f, q, qdot, t);
   }

@@ -41,7 +41,7 @@ struct GeneralizedForce {
   static constexpr bool takes_time = detail::functor_takes_time<n, F, 2>();
 
   template <class S, int n>
-    requires((!detail::is_pack<S> || detail::takes_state<F, S, Vector<S, n>, Vector<S, n>>) && detail::may_take<F, S>)
+    requires detail::may_take<F, S>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return detail::force_vector<S, n>(detail::of_state(Q, q, qdot, t), q.size(), "a generalized force");
   }
@@ -67,7 +67,7 @@ struct ForceAtPoint {
                                      detail::functor_takes_time<Point<n>::RowsAtCompileTime, F, 2>();
 
   template <class S, int n>
-    requires(detail::MovesInPacks<Position, S, n> && detail::may_take<F, S>)
+    requires detail::may_take<F, S>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     if constexpr (detail::moves_by_jets<S, n> && Point<n>::RowsAtCompileTime != Dynamic) return force_by_jets(q, qdot, t);
     else return force_by_duals(q, qdot, t);
@@ -152,7 +152,6 @@ struct TorqueOnBody {
   static constexpr bool takes_time = detail::functor_takes_time<n, Pose, 1>() || detail::functor_takes_time<n, F, 0>();
 
   template <class S, int n>
-    requires detail::MovesInPacks<Pose, S, n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     if constexpr (detail::moves_by_jets<S, n>) return force_by_jets(q, t);
     else return force_by_duals(q, qdot, t);

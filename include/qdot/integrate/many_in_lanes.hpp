@@ -7,9 +7,9 @@
 //     const auto turns = simulate_many(pendulum, count, start_of, 10.0, Dop853{}, options, event("over", over).stop());
 //
 // simulate_many(count, motion) of integrate/simulate_many.hpp does motions one after the other. Where they differ only in their starts, or in
-// parameters (family()), and all that is wanted of each is where it ends, they go through the same instructions: a processor adds four or
-// eight doubles by one instruction (ad/pack.hpp), and as many motions go side by side, a lane each (integrate/lanes/lane_run.hpp). A
-// lane that has arrived takes the next motion.
+// parameters (family()), and all that is wanted of each is where it ends, eight go side by side, a lane each (integrate/lanes/lane_run.hpp). Their
+// equations are the same lines (mechanics/derive/lane_equations.hpp), which a processor carries out on four or eight doubles by one instruction.
+// Parameters are inputs of the lines, derived once for all members of a family. A lane that has arrived takes the next motion.
 //
 // What a lane cannot do, or what needs a closer look, leaves the pack and goes on alone as simulate() does it: where M is singular, where a number is not
 // finite, where the step gets too small, where an event has been passed. So outcomes and messages are those of simulate(). An event's function
@@ -17,15 +17,14 @@
 // the watchdog has to say is asked at the end of a motion, and if it has something, the motion is done again alone, all of it.
 //
 // The results are the same bits for any number of threads, any chunk, any order of motions. From simulate() they differ by what the tolerance
-// allows: a lane computes exp, ln, sine and cosine by other formulas in the last bit, and so steps may end elsewhere.
+// allows: the step control of lanes has an exponential and a logarithm of its own, and so steps may end elsewhere.
 //
-// Forces of effects, springs, damping, motors and whatever else is a functor that takes every scalar, and energies that depend on t go in lanes as
-// well, each lane with its own t, and with steps as long as time allows (integrate/watch/time_watch.hpp). A functor may branch: where
-// lanes part, it is asked by each of them.
+// Forces of effects, springs, damping, motors and whatever else can be recorded, and energies that depend on t go in lanes as well, each lane with its
+// own t, and with steps as long as time allows (integrate/watch/time_watch.hpp).
 //
-// Alone go: systems that simulate() has no packs for (more than 6 coordinates, an indefinite M, a loop or a branch in T or V that stays one, code without
-// optimization), scenes with constraints, contacts, dry friction, or effects with states, effects that take plain numbers only, events that do not stop
-// the run, functors that branch by time, and options beyond tolerances, steps and evaluations. The result is the same.
+// Alone go: systems of more than 16 coordinates or with an indefinite M, scenes with constraints, contacts, dry friction, or effects with states, functors
+// that compare numbers or take plain numbers only, events that do not stop the run, and options beyond tolerances, steps and evaluations. The result
+// is the same.
 
 #include <algorithm>
 #include <cmath>
@@ -69,8 +68,8 @@ struct Family {
 
 /// Systems of n coordinates that differ in parameters, for simulate_many().
 ///
-/// @param energies_of    p → energies, an object with T and V, for a vector p of any scalar: double, or a Pack with the parameters of several
-///                       motions. Energies with a template parameter for the type of their constants are of that kind
+/// @param energies_of    p → energies, an object with T and V, for a vector p of any scalar: double, or one that records what is done to
+///                       parameters. Energies with a template parameter for the type of their constants are of that kind
 /// @param parameters_of  i → Vector<double, k>; called from several threads at once
 template <int n, class EnergiesOf, class ParametersOf>
 auto family(EnergiesOf energies_of, ParametersOf parameters_of) {
@@ -119,7 +118,11 @@ void use_ends(const Systems& systems, const StartOf& start_of, double t_end, con
   constexpr int size = FormOf<typename Systems::System>::size_at_compile_time;
   require_valid(options, size == Dynamic ? options.atol.size() : size);
   if constexpr (may_share_packs<Systems, Method, Events...>) {
-    const LinesForLanes lines = asks_for_lanes(options) ? systems.lines() : nullptr;
+    OwnedLines lines;
+    try {
+      if (asks_for_lanes(options)) lines = systems.lines();
+    } catch (...) {  // what functors throw they throw again, where they are asked for values
+    }
     if (lines) {
       using Run = LaneRun<Systems, StartOf, LanePack, Events...>;
       return use([&](std::size_t first, std::size_t last) { return Run(systems, *lines, start_of, t_end, options, events).run(first, last); });
@@ -150,7 +153,7 @@ using EndOf = Kept<MotionEndOf<Sys>>;
 
 /// The ends of motions i = 0 … count − 1 of a system, from start_of(i) to t_end or to an event that stops them.
 ///
-/// With a processor of 4 or 8 lanes (-march=native) and Dop853 several times as fast as one by one, wherever that can be; else as fast.
+/// On x86-64 with AVX2 or AVX-512 and by Dop853 two to five times as fast as one by one, wherever that can be; else as fast.
 ///
 /// @param system    a system or scene, or a family() of them
 /// @param start_of  i → State<n>; called from several threads at once

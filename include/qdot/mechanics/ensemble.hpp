@@ -92,7 +92,7 @@ void accelerate_members(const Sys& system, Eigen::Index count, const Position& p
           x[i] = P::of([&](int lane) { return position(i, member(lane)); });
           v[i] = P::of([&](int lane) { return velocity(i, member(lane)); });
         }
-        const auto good = equations(x, v, P::of([&](int lane) { return time(member(lane)); }), NoLaneForces(), a);
+        const auto good = equations(x, v, P::of([&](int lane) { return time(member(lane)); }), a);
         for (int lane = 0; lane < P::size && done + lane < count; ++lane) {
           if (!good[lane]) alone(done + lane);
           for (int i = 0; i < n && good[lane]; ++i) put(i, done + lane, a[i][lane]);

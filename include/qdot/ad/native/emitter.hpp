@@ -10,9 +10,9 @@
 //                             vsubsd xmm2, xmm2, [rdi+64]  x₈ is read from memory, for it is not used again
 //
 // The code is a function of x, the numbers, and of the constants. Values stay in the sixteen registers as long as there is room. What gives way is
-// the value whose next use is furthest away. Values that are read from outside are stored when they are computed, others only where
-// they give way, to the places of numbers that are not read and not needed at the time: few, which stay in the cache. Sines of one level, powers and other functions are calls of C++ functions, which change all registers, so values that are used afterwards
-// are stored before.
+// the value whose next use is furthest away. Values that are read from outside are stored when they are computed, others only where they give way,
+// to places of numbers that are not read and not needed at the time: few, which stay in the cache. Sines of one level, powers and other functions are
+// calls of C++ functions, which change all registers, so values that are used afterwards are stored before.
 //
 // With AVX the same lines become code for the lanes of a LaneNumber, four or eight at a time (ad/formula/lane_lines.hpp).
 
@@ -27,25 +27,12 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/ad/formula/lane_lines.hpp"
+#include "qdot/ad/formula/circular_lines.hpp"
+#include "qdot/ad/native/called_functions.hpp"
 #include "qdot/ad/native/straight_lines.hpp"
 #include "qdot/ad/native/x86_code.hpp"
 
 namespace qdot::formula {
-
-/// Functions that emitted code calls: lines that are no arithmetic, by the operations of the interpreter. They do not throw.
-inline void carry_out_calls(double* x, const Line* lines, std::size_t count) noexcept {
-  for (const Line* l = lines; l != lines + count; ++l)
-    x[l->to] = l->operation == Line::Operation::power ? raised(x[l->a], l->c) : value_of(l->function, x[l->a], x[l->b]);
-}
-/// Likewise in some lanes of each number.
-template <std::size_t lanes>
-void carry_out_lane_calls(double* x, const Line* lines, std::size_t count) noexcept {
-  for (const Line* l = lines; l != lines + count; ++l) {
-    double *const to = x + lanes_stored * l->to, *const a = x + lanes_stored * l->a, *const b = x + lanes_stored * l->b;
-    for (std::size_t k = 0; k < lanes; ++k) to[k] = l->operation == Line::Operation::power ? raised(a[k], l->c) : value_of(l->function, a[k], b[k]);
-  }
-}
 
 /// Writes the code for some lines.
 class Emitter {

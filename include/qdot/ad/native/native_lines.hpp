@@ -46,7 +46,11 @@ class NativeLines {
 
  private:
   NativeLines(Emitter&& emitter, X86Vectors vectors)
-      : lanes_(static_cast<std::size_t>(doubles_of(vectors))), constants_(emitter.take_constants()), circular_(emitter.take_circular()), calls_(emitter.take_calls()), pages_(addressed(emitter)) {}
+      : lanes_(static_cast<std::size_t>(doubles_of(vectors))),
+        constants_(emitter.take_constants()),
+        circular_(emitter.take_circular()),
+        calls_(emitter.take_calls()),
+        pages_(addressed(emitter)) {}
 
   // The code with the addresses of what calls are to do.
   std::vector<std::uint8_t> addressed(const Emitter& emitter) const {

@@ -31,20 +31,14 @@ consteval bool require_time_of_scalar() {
   return true;
 }
 
-// Whether a functor takes these arguments, with the last one or without, or is a vector that takes none. It is asked where packs of numbers have
-// another way; who has none is told by the compiler. A call operator that is no template takes the numbers that it names and nothing else, though
-// Eigen lets any vector look as if it could become theirs.
+// Whether a functor is a template, or takes what can become its arguments' type; a call operator that is no template takes the numbers that it names and
+// nothing else, though Eigen lets any vector look as if it could become theirs.
 template <class F>
 inline constexpr bool is_generic = std::is_class_v<F> && !requires { &F::operator(); };
-template <class F, class T, class... X>
-inline constexpr bool takes_state = requires { F::RowsAtCompileTime; } ||
-                                    (is_generic<F> && (std::is_invocable_v<const F&, const X&..., const T&> || std::is_invocable_v<const F&, const X&...>));
 // A functor of plain numbers is not shown those that record.
 template <class F, class S>
 inline constexpr bool may_take = !(std::is_same_v<S, formula::Recorded> || std::is_same_v<S, formula::Hashed>) || is_generic<F> || std::is_arithmetic_v<F> ||
                                  requires { F::RowsAtCompileTime; };
-template <class F, class S, int n>
-concept MovesInPacks = !is_pack<S> || takes_state<F, Moving<S, n>, Vector<Moving<S, n>, n>>;
 
 #if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
 #pragma clang attribute push(__attribute__((always_inline)), apply_to = function)

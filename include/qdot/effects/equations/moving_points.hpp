@@ -7,12 +7,12 @@
 // (ad/places/position_jet.hpp) carry all of it, and in straight-line code none of it that is zero: a damper between two of eight links costs two
 // columns, and its sines are those of the system's own equations when both are compiled together (effects/equations/forced_equations.hpp).
 //
-// Of plain numbers and packs of them, up to eight coordinates, and where the optimizer is on. For all others, and as what this is tested against, there
-// are derivatives.hpp and velocity.hpp.
+// Of plain numbers, up to eight coordinates, and where the optimizer is on. For all others, and as what this is tested against, there are
+// derivatives.hpp and velocity.hpp.
 
 #include <type_traits>
 
-#include "qdot/ad/lagrange/pack_euler_lagrange.hpp"
+#include "qdot/ad/pack_math.hpp"
 #include "qdot/ad/places/position_jet.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
@@ -25,28 +25,16 @@ struct SlopeOfEffect {};  // the tag of the perturbations by which generalized f
 
 // Which scalars and numbers of coordinates go this way.
 template <class S, int n>
-inline constexpr bool moves_by_jets = (std::is_same_v<S, double> || is_pack<S>) && straight_line_pays && n >= 1 && n <= straight_line_limit;
+inline constexpr bool moves_by_jets = std::is_same_v<S, double> && straight_line_pays && n >= 1 && n <= straight_line_limit;
 
-// The number that knows how it moves. Of packs it is the scalar of Lagrange's equations, whose variation is ∂/∂q for what takes no velocity.
+// The number that knows how it moves.
 template <class S, int n>
-struct MovingNumber {
-  using type = EulerLagrange<n, S>;
-};
-template <int n>
-struct MovingNumber<double, n> {
-  using type = PositionJet<n>;
-};
-template <class S, int n>
-using Moving = typename MovingNumber<S, n>::type;
+using Moving = PositionJet<n>;
 
 template <int n>
 [[gnu::always_inline]] inline ComponentMask slopes_of(const PositionJet<n>& x) { return x.mask; }
 template <int i, int n>
 [[gnu::always_inline]] inline double slope_of(const PositionJet<n>& x) { return x.template J<i>(); }
-template <int n, class S>
-[[gnu::always_inline]] inline ComponentMask slopes_of(const EulerLagrange<n, S>& x) { return x.x_mask; }
-template <int i, int n, class S>
-[[gnu::always_inline]] inline S slope_of(const EulerLagrange<n, S>& x) { return x.template x<i>(); }
 
 // q and t on their way.
 template <class Number, int n>
@@ -63,8 +51,6 @@ struct MovingCoordinates {
 // A constant has no rate.
 template <int n>
 [[gnu::always_inline]] inline double rate_of(const PositionJet<n>& x) { return x.has_rate ? x.whole().rate : 0.0; }
-template <int n, class S>
-[[gnu::always_inline]] inline S rate_of(const EulerLagrange<n, S>& x) { return x.has_rate ? x.rate : S(0.0); }
 
 // Q += F ∂x/∂q. `present` says which entries of Q are more than a zero. What is not finite does not vanish because x does not move.
 template <class S, int n, class Number>

@@ -11,13 +11,36 @@
 #include <tuple>
 #include <type_traits>
 
-#include "qdot/effects/equations/lane_forces.hpp"
+#include "qdot/ad/pack_math.hpp"
 #include "qdot/integrate/event.hpp"
 
 namespace qdot::detail {
 
 // What lanes compute with: packs of eight, as lines have it (ad/formula/lane_lines.hpp), whose lanes may take a branch where all of them take the same.
 using LanePack = Pack<8, register_lanes + may_branch>;
+
+// Writes to one lane.
+template <int lanes, int width>
+void set_lane(Pack<lanes, width>& pack, int lane, double x) {
+  double all[lanes];
+  pack.store(all);
+  all[lane] = x;
+  pack = Pack<lanes, width>::load(all);
+}
+template <int lanes, int width>
+void set_lane(PackMask<lanes, width>& mask, int lane, bool truth) {
+  mask = Pack<lanes, width>::of([&](int l) { return (l == lane ? truth : mask[l]) ? 1.0 : 0.0; }) > 0.5;
+}
+
+// The numbers of one lane in all of them.
+template <class P>
+P only(const P& x, int lane) { return P(x[lane]); }
+template <class P, int n>
+Vector<P, n> only(const Vector<P, n>& x, int lane) {
+  Vector<P, n> r;
+  for (int i = 0; i < n; ++i) r[i] = P(x[i][lane]);
+  return r;
+}
 
 // A step in equal parts.
 template <int n, class P, int parts>

@@ -3,22 +3,20 @@
 //
 // What moves in the lanes of a pack: one system or scene for all motions, or one of a family for each.
 //
-//     of(i)                                     the system or scene of motion i
-//     lines()                                   from which its equations are evaluated; none where T and V are no formulas
-//     equations(lines).take(lane, i)            gives a lane to motion i
-//     equations(lines)(q, q̇, t, wanted, q̈)     q̈ in all lanes, and in which of them it is one
+//     of(i)              the system or scene of motion i
+//     lines()            of q̈, for all of them; none where T, V and forces are no formulas
+//     take(lane, i, q̈)   gives a lane of the equations to motion i
 //
 // What a lane gets does not depend on its neighbours, for the same operations go over the number in each lane.
 
 #include <cstddef>
 #include <memory>
-#include <optional>
 #include <tuple>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
-#include "qdot/effects/equations/lane_forces.hpp"
+#include "qdot/effects/equations/forced_equations.hpp"
+#include "qdot/effects/equations/lines_under_forces.hpp"
 #include "qdot/integrate/lanes/lane_events.hpp"
 
 namespace qdot {
@@ -32,50 +30,45 @@ struct NoEffects {
   std::tuple<> operator()(const auto&) const { return {}; }
 };
 
-// Lines, as long as somebody has them.
-using LinesForLanes = std::shared_ptr<const DerivedLines>;
+// Whether a system or scene may go in lanes, as far as types tell; `Made`: its effects with recorded parameters.
+template <class Sys, class Made>
+inline constexpr bool scene_goes_in_lanes = may_have_lane_lines<Sys>;
+template <class Sys, class... Effects, class... Made>
+inline constexpr bool scene_goes_in_lanes<Scene<Sys, Effects...>, std::tuple<Made...>> = [] {
+  constexpr int n = Sys::dof_at_compile_time;
+  if constexpr (may_have_lane_lines<typename Scene<Sys, Effects...>::SystemType>) return (is_recordable_force<Effects, Made, n>() && ...);
+  else return false;
+}();
+template <class Sys>
+inline constexpr bool goes_in_lanes_itself = scene_goes_in_lanes<Sys, std::tuple<>>;
+template <class Sys, class... Effects>
+inline constexpr bool goes_in_lanes_itself<Scene<Sys, Effects...>> = scene_goes_in_lanes<Scene<Sys, Effects...>, std::tuple<Effects...>>;
+
+// Lines of a system, or of a scene, as it is.
+template <class E, int n, Inertia inertia>
+OwnedLines lane_lines(const System<E, n, inertia>& system) {
+  auto held = std::make_shared<Derivations::Held>();
+  return {held, lane_lines_of(system, *held)};
+}
+template <class Sys, class... Effects>
+OwnedLines lane_lines(const Scene<Sys, Effects...>& scene) {
+  constexpr int n = Sys::dof_at_compile_time;
+  RecordedMotion m = motion_variables(n);
+  return lines_under_forces<n, ForceSum::plain, Effects...>(m, scene.system().energies(), scene.effects(), 0);
+}
 
 // One system or scene for all motions.
 template <class Sys>
 struct OneSystem {
   using System = Sys;
   static constexpr int n = Sys::dof_at_compile_time;
-  static constexpr bool is_common = true, goes_in_lanes = scene_goes_in_lanes<Sys, LanePack>;
+  static constexpr bool is_common = true, goes_in_lanes = goes_in_lanes_itself<Sys>;
   const Sys& system;
 
   const Sys& of(std::size_t) const { return system; }
-  LinesForLanes lines() const {
-    if constexpr (goes_in_lanes) {
-      auto held = std::make_shared<Derivations::Held>();
-      if constexpr (requires { system.effects(); }) return {held, lane_lines_of(system.system(), *held)};
-      else return {held, lane_lines_of(system, *held)};
-    } else {
-      return {};
-    }
-  }
-
-  class Equations {
-   public:
-    Equations(const Sys& system, const DerivedLines& lines) : system_(system), x_(lane_numbers(lines)), lines_(lines, x_.data()) {}
-    Equations(const Equations&) = delete;
-    void take(int, std::size_t) {}
-    template <class P>
-    typename P::Mask operator()(const P* q, const P* qdot, const P& t, const typename P::Mask& wanted, P* qddot) {
-      if constexpr (requires { requires Sys::has_forces; }) {
-        const auto effects = [&](int) -> const auto& { return system_.effects(); };
-        return lines_(q, qdot, t, [&](const P* x, const P* v, P* Q) { forces_.write(system_.effects(), effects, x, v, t, wanted, Q); }, qddot);
-      } else {
-        return lines_(q, qdot, t, NoLaneForces(), qddot);
-      }
-    }
-
-   private:
-    const Sys& system_;
-    std::vector<formula::LaneNumber> x_;
-    LaneEquations<n, LanePack> lines_;
-    LaneForces<Sys, ForceSum::plain> forces_;
-  };
-  Equations equations(const DerivedLines& lines) const { return {system, lines}; }
+  OwnedLines lines() const { return lane_lines(system); }
+  template <class Equations>
+  void take(int, std::size_t, Equations&) const {}
 };
 
 // A system with the effects of a tuple, if there are some.
@@ -85,89 +78,51 @@ auto with_effects(Sys system, std::tuple<Effects...> effects) {
   else return std::apply([&](auto&... e) { return scene(std::move(system), std::move(e)...); }, effects);
 }
 
-// Whether a scene goes in lanes with effects that have packs for parameters. A term in L is no force, and its derivatives are made for the scene.
-template <class Sys, class Effects, class P>
-inline constexpr bool family_goes_in_lanes = scene_goes_in_lanes<Sys, P>;
-template <class Sys, class... Effects, class... InPacks, class P>
-inline constexpr bool family_goes_in_lanes<Scene<Sys, Effects...>, std::tuple<InPacks...>, P> = [] {
-  constexpr int n = Sys::dof_at_compile_time;
-  return may_have_lane_lines<Sys> && !(LagrangianEffect<Effects, n> || ...) && (plays_for_packs<Effects, InPacks, P, n>() && ...);
-}();
+// Whether the effects of a family are all that its scenes have beside their own T and V. A term in L is no force, and its derivatives are made for the scene.
+template <class Sys>
+inline constexpr bool adds_terms = false;
+template <class Sys, class... Effects>
+inline constexpr bool adds_terms<Scene<Sys, Effects...>> = (LagrangianEffect<Effects, Sys::dof_at_compile_time> || ...);
 
-// One of a family for each motion. Parameters are inputs of the lines of its energies, and packs in its effects.
+// One of a family for each motion. Its parameters are inputs of the lines.
 template <int dof, class EnergiesOf, class EffectsOf, class ParametersOf>
 struct SystemsOfFamily {
   using F = Family<dof, EnergiesOf, EffectsOf, ParametersOf>;
   using Parameters = std::remove_cvref_t<std::invoke_result_t<const ParametersOf&, std::size_t>>;
   static constexpr int n = dof, k = Parameters::SizeAtCompileTime;
   static_assert(k != Dynamic, "qdot: the parameters of a family are a Vector<double, k> with k known when compiled");
-  using InPacks = Vector<LanePack, k>;
-  using Effects = std::remove_cvref_t<std::invoke_result_t<const EffectsOf&, const InPacks&>>;
+  using Recorded = Vector<formula::Recorded, k>;
+  using Energies = std::remove_cvref_t<std::invoke_result_t<const EnergiesOf&, const Recorded&>>;
+  using Effects = std::remove_cvref_t<std::invoke_result_t<const EffectsOf&, const Recorded&>>;
 
   static auto made(const F& family, const Parameters& p) { return with_effects(mechanical_system<n>(family.energies_of(p)), family.effects_of(p)); }
   using System = decltype(made(std::declval<const F&>(), std::declval<const Parameters&>()));
-  static constexpr bool is_common = false, goes_in_lanes = family_goes_in_lanes<System, Effects, LanePack>;
+  static constexpr bool is_common = false,
+                        goes_in_lanes = scene_goes_in_lanes<System, Effects> && recordable_as_lines<Energies, n> && !adds_terms<System>;
   const F& family;
 
   System of(std::size_t i) const { return made(family, Parameters(family.parameters_of(i))); }
 
-  LinesForLanes lines() const {
-    if constexpr (goes_in_lanes) {
-      auto made = std::make_shared<Derivation<>>();
-      try {
-        RecordedMotion m = motion_variables(n);
-        const auto nodes = new_variables(m.recording, 3 * n + 1, k);
-        const auto energies = family.energies_of(recorded_vector<k>(m.recording, nodes));
-        if constexpr (recordable_as_lines<std::remove_cvref_t<decltype(energies)>, n>) {
-          run_energies<n>(m, energies);
-          made->derive(std::move(m), nullptr, static_cast<std::size_t>(k));
-          if (n > straight_line_limit && made->lines.exist()) made->writer->write_solutions(made->lines);
-          if (!made->lines.solution[0].accelerations.empty()) return {made, &made->lines};
-        }
-      } catch (...) {  // what functors throw they throw again, where they are asked for values
-      }
-    }
-    return {};
+  OwnedLines lines() const {
+    RecordedMotion m = motion_variables(n);
+    const Recorded p = recorded_vector<k>(m.recording, new_variables(m.recording, 3 * n + 1, k));
+    return lines_of(m, p, std::type_identity<System>());
+  }
+  template <class Equations>
+  void take(int lane, std::size_t motion, Equations& equations) const {
+    const Parameters p = family.parameters_of(motion);
+    for (int j = 0; j < k; ++j) equations.set_parameter(j, lane, p[j]);
   }
 
-  class Equations {
-   public:
-    Equations(const F& family, const DerivedLines& lines) : family_(family), x_(lane_numbers(lines)), lines_(lines, x_.data()) {}
-    Equations(const Equations&) = delete;
-
-    void take(int lane, std::size_t motion) {
-      const Parameters p = family_.parameters_of(motion);
-      for (int j = 0; j < k; ++j) {
-        set_lane(parameters_[j], lane, p[j]);
-        lines_.set_parameter(j, lane, p[j]);
-      }
-      effects_.reset();
-    }
-
-    template <class P>
-    typename P::Mask operator()(const P* q, const P* qdot, const P& t, const typename P::Mask& wanted, P* qddot) {
-      if constexpr (requires { requires System::has_forces || System::adds_potentials_only; }) {
-        if (!effects_) effects_.emplace(family_.effects_of(parameters_));
-        const auto of_lane = [&](int lane) { return family_.effects_of(only(parameters_, lane)); };
-        return lines_(q, qdot, t, [&](const P* x, const P* v, P* Q) { forces_.write(*effects_, of_lane, x, v, t, wanted, Q); }, qddot);
-      } else {
-        return lines_(q, qdot, t, NoLaneForces(), qddot);
-      }
-    }
-
-   private:
-    static constexpr ForceSum sum = [] {
-      if constexpr (requires { System::adds_potentials_only; }) return sum_beside_energies<System>;
-      else return ForceSum::plain;
-    }();
-    const F& family_;
-    InPacks parameters_ = InPacks::Zero();
-    std::optional<Effects> effects_ = {};  // with these parameters
-    std::vector<formula::LaneNumber> x_;
-    LaneEquations<n, LanePack> lines_;
-    LaneForces<System, sum> forces_;
-  };
-  Equations equations(const DerivedLines& lines) const { return {family, lines}; }
+ private:
+  template <class Sys>
+  OwnedLines lines_of(RecordedMotion& m, const Recorded& p, std::type_identity<Sys>) const {
+    return lines_under_forces<n, ForceSum::plain>(m, family.energies_of(p), family.effects_of(p), k);
+  }
+  template <class Sys, class... Roles>
+  OwnedLines lines_of(RecordedMotion& m, const Recorded& p, std::type_identity<Scene<Sys, Roles...>>) const {
+    return lines_under_forces<n, sum_beside_energies<System>, Roles...>(m, family.energies_of(p), family.effects_of(p), k);
+  }
 };
 
 template <class Sys>

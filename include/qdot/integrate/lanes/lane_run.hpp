@@ -62,7 +62,8 @@ class LaneRun {
  public:
   LaneRun(const Systems& systems, const DerivedLines& lines, const StartOf& start_of, double t_end, const Options& options,
           const EventList<Events...>& events)
-      : systems_(systems), start_of_(start_of), t_end_(t_end), options_(options), events_(events), equations_(systems.equations(lines)), pack_(options) {}
+      : systems_(systems), start_of_(start_of), t_end_(t_end), options_(options), events_(events),
+        numbers_(lane_numbers(lines)), equations_(lines, numbers_.data()), pack_(options) {}
 
   Ends run(std::size_t first, std::size_t last) {
     first_ = next_ = first;
@@ -70,7 +71,7 @@ class LaneRun {
     Ends ends(last - first);
     ends_ = &ends;
     for (int lane = 0; lane < lanes; ++lane) load(lane);
-    const auto accelerations = [&](const P* q, const P* qdot, const P& t, P* qddot) { return equations_(q, qdot, t, pack_.active(), qddot); };
+    const auto accelerations = [&](const P* q, const P* qdot, const P& t, P* qddot) { return equations_(q, qdot, t, qddot); };
     while (moving_ > 0) {
       Mask told;
       try {
@@ -163,7 +164,7 @@ class LaneRun {
       const double limit = l.dog->reach(t, y, t_end_);
       if (l.dog->switches_by_time()) return false;
       pack_.load(lane, *l.form, t, t_end_ - t, limit, y, f);
-      equations_.take(lane, l.motion);
+      systems_.take(lane, l.motion, equations_);
       return true;
     } catch (...) {
       return false;
@@ -229,7 +230,8 @@ class LaneRun {
   double t_end_;
   const Options& options_;
   const EventList<Events...>& events_;
-  typename Systems::Equations equations_;
+  std::vector<formula::LaneNumber> numbers_;
+  LaneEquations<n, P> equations_;
   RungeKuttaLanes<Dop853Coefficients, n, P, timed> pack_;
   std::size_t first_ = 0, next_ = 0, last_ = 0;
   int moving_ = 0;

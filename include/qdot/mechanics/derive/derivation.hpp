@@ -25,7 +25,8 @@
 
 namespace qdot::detail {
 
-// What was recorded, what has been derived of it, and its lines.
+// What was recorded, T, V and perhaps forces, what has been derived of it, and its lines.
+enum class Assumptions { refused, checked };  // that a number is never another, where functors ask whether they are equal
 template <class Number = double>
 struct Derivation {
   RecordedMotion recorded;
@@ -33,18 +34,23 @@ struct Derivation {
   std::optional<DerivedLineWriter<Number>> writer;
   DerivedLines lines;
 
-  void derive(RecordedMotion motion, const formula::Branches* branches = nullptr, std::size_t parameters = 0);
+  void derive(RecordedMotion motion, const formula::Branches* branches = nullptr, Assumptions assumptions = Assumptions::refused,
+              std::size_t parameters = 0);
   void derive_slopes();
 };
 
 template <class Number>
-[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion, const formula::Branches* branches, std::size_t parameters) {
-  if (!motion.recording.assumptions.empty()) return;
+[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion, const formula::Branches* branches, Assumptions assumptions, std::size_t parameters) {
+  if (assumptions == Assumptions::refused && !motion.recording.assumptions.empty()) return;
   recorded = std::move(motion);
   GraphEquations e = equations_by_graph(recorded.recording.graph, static_cast<int>(recorded.q.size()), recorded.returned[0], recorded.returned[1]);
+  for (std::size_t i = 0; i < recorded.q.size() && recorded.returned.size() > 2; ++i)  // forces
+    e.right[i] = recorded.recording.graph.sum(e.right[i], recorded.returned[2 + i]);
   derived = {std::move(e.mass), std::move(e.right), {}};
   writer.emplace(recorded.recording.graph, recorded.q.size(), std::size_t(4), parameters);
-  writer->write_equations(derived, branches ? branches->met : std::vector<formula::Guard>(), lines);
+  std::vector<int> nonzero;
+  for (const auto& assumption : recorded.recording.assumptions) nonzero.push_back(assumption.node);
+  writer->write_equations(derived, branches ? branches->met : std::vector<formula::Guard>(), nonzero, lines);
 }
 
 template <class Number>

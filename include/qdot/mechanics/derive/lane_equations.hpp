@@ -5,13 +5,11 @@
 //
 // Lines do not care for which motion a number stands (ad/formula/lane_lines.hpp). Each lane has its own q, q̇, t and, where systems of a family differ,
 // its own parameters, which are inputs of the lines like the state. The lines go on to q̈ (mechanics/derive/solution_lines.hpp). What they have no
-// branches for is looked at afterwards in each lane: pivots, the domains of functions, the sides of a branch, and whether q̈ is finite. A lane that fails is left to the caller.
+// branches for is looked at afterwards in each lane: pivots, the domains of functions, the sides of a branch, and whether q̈ is finite. A lane that fails
+// is left to the caller.
 
-#include <algorithm>
 #include <cstddef>
 #include <cstring>
-#include <type_traits>
-#include <utility>
 
 #include "qdot/ad/pack.hpp"
 #include "qdot/mechanics/derive/kept_lines.hpp"
@@ -45,10 +43,7 @@ const DerivedLines* lane_lines_at(const Sys& system, const AtState& at, Derivati
 }
 
 /// How many numbers their evaluation has, after those of the state and of parameters.
-inline std::size_t lane_numbers(const DerivedLines& lines) { return std::max(lines.solution[0].lines.count(), lines.solution[1].lines.count()); }
-
-/// Stands for applied forces where there are none.
-struct NoLaneForces {};
+inline std::size_t lane_numbers(const DerivedLines& lines) { return lines.solution[0].lines.count(); }
 
 /// Evaluates q̈ in the lanes of packs P, which have eight.
 template <int n, class P>
@@ -63,14 +58,10 @@ class LaneEquations {
   /// Parameter j of one lane.
   void set_parameter(int j, int lane, double value) { x_[3 * n + 1 + j].lanes()[lane] = value; }
 
-  /// q̈ in all lanes, and in which of them it is one. forces(q, q̇, Q) writes what is added to r.
-  template <class Forces>
-  typename P::Mask operator()(const P* q, const P* qdot, const P& t, const Forces& forces, P* qddot) {
-    constexpr bool forced = !std::is_same_v<Forces, NoLaneForces>;
-    P Q[n];
-    if constexpr (forced) forces(q, qdot, Q);
-    put_inputs(q, qdot, t, forced ? Q : nullptr);
-    const DerivedLines::Solution& s = lines_->solution[forced];
+  /// q̈ in all lanes, and in which of them it is one.
+  typename P::Mask operator()(const P* q, const P* qdot, const P& t, P* qddot) {
+    put_state(q, qdot, t);
+    const DerivedLines::Solution& s = lines_->solution[0];
     s.lines(x_);
     typename P::Mask good = have_values();
     for (const auto& [pivot, whole] : s.pivots) good &= number(pivot) > singular_pivot<double>(n) * number(whole);
@@ -83,16 +74,15 @@ class LaneEquations {
   }
 
  private:
-  void put_inputs(const P* q, const P* qdot, const P& t, const P* Q) {
-    const double* from[3 * n + 1];
+  void put_state(const P* q, const P* qdot, const P& t) {
+    const double* from[2 * n + 1];
     const auto doubles = [](const P& number) { return reinterpret_cast<const double*>(&number); };
     for (int i = 0; i < n; ++i) {
       from[i] = doubles(q[i]);
       from[n + i] = doubles(qdot[i]);
-      from[2 * n + 1 + i] = Q ? doubles(Q[i]) : nullptr;
     }
     from[2 * n] = doubles(t);
-    copy_(x_[0].lanes(), from, static_cast<std::size_t>(Q ? 3 * n + 1 : 2 * n + 1));
+    copy_(x_[0].lanes(), from, 2 * n + 1);
   }
   P number(int k) const {
     P value;

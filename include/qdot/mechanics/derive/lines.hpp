@@ -164,11 +164,13 @@ class DerivedLineWriter {
   DerivedLineWriter(const formula::BasicGraph<Coefficient>& graph, std::size_t n, std::size_t shortest_run, std::size_t parameters = 0)
       : graph_(graph), n_(n), most_(DerivedLines::most(n)), writer_(graph, 3 * n + 1 + parameters, shortest_run) {}
 
-  /// Lines of M, r and of the guards of a branch; none where there would be too many.
-  [[gnu::cold]] void write_equations(const DerivedJacobian& derived, const std::vector<formula::Guard>& guards, DerivedLines& lines) {
+  /// Lines of M, r, of the guards of a branch, and of numbers that are not zero where these hold; none where there would be too many.
+  [[gnu::cold]] void write_equations(const DerivedJacobian& derived, const std::vector<formula::Guard>& guards, const std::vector<int>& nonzero,
+                                     DerivedLines& lines) {
     std::vector<int> equations = derived.mass;
     equations.insert(equations.end(), derived.right.begin(), derived.right.end());
     for (const formula::Guard& guard : guards) equations.push_back(guard.node);
+    equations.insert(equations.end(), nonzero.begin(), nonzero.end());
     const std::vector<formula::Domain> domains = domains_to_check(graph_, equations);
     formula::LineTable table;
     writer_.write(with_checked(equations, domains), table);
@@ -177,6 +179,7 @@ class DerivedLineWriter {
     if (writer_.count() > most_) return;
     for (std::size_t w = 0; w < domains.size(); ++w)
       if (domains[w] != formula::Domain::everything) lines.checked.push_back({writer_.number(static_cast<int>(w)), domains[w]});
+    for (const int node : nonzero) lines.checked.push_back({writer_.number(node), formula::Domain::nonzero});
     for (const formula::Guard& guard : guards) lines.sides.push_back({writer_.number(guard.node), guard});
     lines.mass = writer_.numbers(derived.mass);
     lines.right = writer_.numbers(derived.right);

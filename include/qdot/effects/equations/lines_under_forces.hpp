@@ -1,0 +1,60 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Lines of q̈ with the forces of effects in them: M q̈ = r + Σ Q.
+//
+// T, V and the forces are recorded together (effects/rows/recorded_effects.hpp), so that they share their sines, and numbers on which they depend beside
+// q, q̇ and t are inputs of the lines: the parameters of a family of scenes (integrate/many_in_lanes.hpp). Scenes with constraints or with states of
+// their effects have none.
+
+#include <cstddef>
+#include <memory>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/effects/equations/effect_forces.hpp"
+#include "qdot/effects/rows/recorded_effects.hpp"
+#include "qdot/mechanics/derive/lane_equations.hpp"
+
+namespace qdot::detail {
+
+/// Lines, as long as somebody has them; null where there are none.
+using OwnedLines = std::shared_ptr<const DerivedLines>;
+
+// Whether an effect of type E is a force or a part of L that can be recorded; `Made` is its type with recorded parameters.
+template <class E, class Made, int n>
+consteval bool is_recordable_force() {
+  using S = formula::Recorded;
+  using V = Vector<S, n>;
+  if constexpr (StateEffect<E> || ConstraintEffect<E, n>) {
+    return false;
+  } else if constexpr (ForceEffect<E, n>) {
+    return requires(const Made& e, const V& q, const S& t) {
+      { e.force(q, q, t) } -> Records;
+    };
+  } else {
+    return true;  // of energies, which are asked whether they can be recorded
+  }
+}
+
+// Lines for the lanes of energies under forces. `Roles` are the types of the effects with plain numbers for parameters, of which there are
+// `parameters` among the variables of m, to whose recording the parameters belong; m is used up.
+template <int n, ForceSum sum, class... Roles, class Energies, class Effects>
+[[gnu::cold]] OwnedLines lines_under_forces(RecordedMotion& m, const Energies& energies, const Effects& effects, int parameters) {
+  run_energies<n>(m, energies);
+  if constexpr (sizeof...(Roles) > 0) {
+    m.recording.source = "the force of an effect";
+    using S = formula::Recorded;
+    const Vector<S, n> Q = sum_over<sum, false, Roles...>(effects, recorded_vector<n>(m.recording, m.q), recorded_vector<n>(m.recording, m.qdot),
+                                                          Vector<S, 0>(), S(m.recording, m.t));
+    for (int i = 0; i < n; ++i) m.returned.push_back(Q[i].node_in(m.recording));
+  }
+  auto made = std::make_shared<Derivation<>>();
+  made->derive(std::move(m), nullptr, Assumptions::checked, static_cast<std::size_t>(parameters));
+  if (!made->lines.exist()) return {};
+  if (n > straight_line_limit) made->writer->write_solutions(made->lines);
+  return made->lines.solution[0].accelerations.empty() ? OwnedLines() : OwnedLines(made, &made->lines);
+}
+
+}  // namespace qdot::detail
