@@ -49,6 +49,7 @@ missing_things() { # missing_things THING…
       ninja) command -v ninja > /dev/null || command -v make > /dev/null ;;
       # What apt-get installs is that Python's which lies in /usr/bin, and need not be the first one.
       sphinx) python3 -c 'import sphinx, myst_parser, furo' 2> /dev/null || /usr/bin/python3 -c 'import sphinx, myst_parser, furo' 2> /dev/null ;;
+      aarch64) command -v aarch64-linux-gnu-g++ > /dev/null && command -v qemu-aarch64 > /dev/null ;;
       # A user who says where the libraries are is believed; CMake will tell.
       *) [ -n "${CMAKE_PREFIX_PATH:-}" ] || case $thing in
            eigen) [ -n "$compiler" ] && has_header "$compiler" Eigen/Core ;;
@@ -75,6 +76,7 @@ package_names() { # package_names SYSTEM THING…
       apt:cli11) printf 'libcli11-dev ' ;;            dnf:cli11) printf 'cli11-devel ' ;;
       apt:json) printf 'nlohmann-json3-dev ' ;;       dnf:json) printf 'json-devel ' ;;
       apt:sphinx) printf 'python3-sphinx python3-myst-parser furo ' ;; *:sphinx) printf 'sphinx myst-parser furo ' ;;
+      apt:aarch64) printf 'g++-aarch64-linux-gnu qemu-user ' ;; *:aarch64) printf 'gcc-c++-aarch64-linux-gnu qemu-user ' ;;
       dnf:catch2) printf 'catch2-devel ' ;;           conda:compiler) printf 'cxx-compiler ' ;;
       brew:compiler) printf 'llvm ' ;;                brew:json | conda:json) printf 'nlohmann_json ' ;;
       brew:json) printf 'nlohmann-json ' ;;           *) printf '%s ' "$thing" ;;
@@ -151,16 +153,16 @@ provide_fmpy() {
   export QDOT_FMPY_PYTHON=$place/bin/python
 }
 
-# The site is a test of ./check --long where its tools can be installed without a question.
-provide_sphinx() {
-  local as_root=""
-  if [ -n "$(missing_things sphinx)" ] && command -v apt-get > /dev/null; then
+# What tests of ./check --long need, where it can be installed without a question.
+provide_if_possible() { # provide_if_possible THING NAME
+  local as_root="" log=$root/build/install_$1.log
+  if [ -n "$(missing_things "$1")" ] && command -v apt-get > /dev/null; then
     [ "$(id -u)" = 0 ] || as_root="sudo -n"
     mkdir -p "$root/build"
     {
       $as_root env DEBIAN_FRONTEND=noninteractive apt-get update || true
-      $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends $(package_names apt sphinx)
-    } > "$root/build/install_sphinx.log" 2>&1 < /dev/null || say "Sphinx is not installed (why: build/install_sphinx.log); one test is skipped"
+      $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends $(package_names apt "$1")
+    } > "$log" 2>&1 < /dev/null || say "$2 is not installed (why: build/install_$1.log); one test is skipped"
   fi
 }
 

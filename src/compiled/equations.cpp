@@ -44,7 +44,7 @@ template void carry_out<double>(const LineTable&, const RunOfLines&, double*);
 template void carry_out<double>(const LineTable&, double*);
 template void carry_out<LaneNumber>(const LineTable&, const RunOfLines&, LaneNumber*);
 template void carry_out<LaneNumber>(const LineTable&, LaneNumber*);
-template void LineEvaluator::translate<double>(Code&, X86Vectors) const;
+template void LineEvaluator::translate<double>(Code&, NativeVectors) const;
 }  // namespace qdot::formula
 
 namespace qdot::detail {

@@ -26,7 +26,7 @@ using Operation = Line::Operation;
 namespace {
 
 constexpr bool is_here =  // elsewhere there is the interpreter alone
-#if defined(__linux__) && defined(__x86_64__)
+#if defined(__linux__) && (defined(__x86_64__) || defined(__aarch64__))
     true;
 #else
     false;
@@ -138,7 +138,7 @@ TEST_CASE("machine code has the bits of the interpreter on random tables of line
   long differences = 0, missing = 0;
   for (int k = 0; k < tables; ++k) {
     RandomTable made(random);
-    const NativeLines code(made.table, made.read, k % 2 == 0 ? formula::best_vectors() : formula::X86Vectors::sse2);
+    const NativeLines code(made.table, made.read, k % 2 == 0 ? formula::best_vectors() : formula::NativeVectors{});
     missing += !code.exists();
     if (!code.exists()) continue;
     for (int again = 0; again < 2; ++again) {
@@ -158,7 +158,6 @@ TEST_CASE("lanes have the bits of single numbers on random tables of lines, by t
   INFO(fuzz::seed_text());
   std::mt19937_64 random(fuzz::seed());
   using formula::LaneNumber;
-  using formula::X86Vectors;
   constexpr int tables = 1500;
   long differences[2] = {}, missing = 0;
   for (int k = 0; k < tables; ++k) {
@@ -175,7 +174,7 @@ TEST_CASE("lanes have the bits of single numbers on random tables of lines, by t
       for (std::size_t lane = 0; lane < formula::lanes_stored; ++lane)
         for (std::size_t v = 0; v < made.count; ++v) count += made.read[v] != 0 && !are_same(alone[lane][v], x[v].lanes()[lane]);
     };
-    const auto add_native = [&](X86Vectors vectors) {
+    [[maybe_unused]] const auto add_native = [&](formula::NativeVectors vectors) {
       const NativeLines code(made.table, made.read, vectors);
       missing += !code.exists();
       if (!code.exists()) return;
@@ -183,10 +182,13 @@ TEST_CASE("lanes have the bits of single numbers on random tables of lines, by t
       code(native_lanes.data());
       count_differences(native_lanes, differences[1]);
     };
+#if defined(__x86_64__)
+    using formula::X86Vectors;
     if (formula::native_lines_are_possible() && formula::best_lane_vectors() != X86Vectors::sse2) {
       add_native(X86Vectors::avx_in_fours);
       if (formula::best_lane_vectors() == X86Vectors::avx512_in_eights) add_native(X86Vectors::avx512_in_eights);
     }
+#endif
     formula::carry_out(made.table, lanes.data());
     count_differences(lanes, differences[0]);
   }
@@ -200,7 +202,7 @@ TEST_CASE("machine code does what each line says, at numbers whose results are k
   const std::vector<char> read{1, 1, 1};
   const auto result = [&](Operation operation, double a, double b) {
     double x[] = {a, b, 0.0};
-    const NativeLines code(one_line(operation), read, formula::X86Vectors::sse2);
+    const NativeLines code(one_line(operation), read, formula::NativeVectors{});
     REQUIRE(code.exists());
     code(x);
     return x[2];
@@ -219,7 +221,7 @@ TEST_CASE("machine code does what each line says, at numbers whose results are k
 
 TEST_CASE("damaged tables of lines have no machine code") {
   const std::vector<char> read{1, 1, 1};
-  const auto exists = [&](const LineTable& table) { return NativeLines(table, read, formula::X86Vectors::sse2).exists(); };
+  const auto exists = [&](const LineTable& table) { return NativeLines(table, read, formula::NativeVectors{}).exists(); };
   CHECK(exists(one_line(Operation::sum)) == is_here);
   LineTable table = one_line(Operation::sum);
   table.lines[0].a = 3;  // there are three numbers

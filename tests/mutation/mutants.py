@@ -174,7 +174,7 @@ OPTIMIZED = [
     (AD + "/formula/circular_lines.hpp", "angles beyond the polynomials: sine for cosine", "x[each->cosine] = std::cos(angle);", "x[each->cosine] = std::sin(angle);", "ad/native_lines"),
     (AD + "/formula/lines.hpp", "sines of one level: an angle of the one before counts", "line.a < first.to", "line.a <= first.to", "ad/native_lines"),
     (AD + "/native/emitter.hpp", "machine code: a value that is needed again is not stored", "if (!in_memory_[v] && furthest != is_dead) store(v);", "if (in_memory_[v] && furthest != is_dead) store(v);", "ad/native_lines"),
-    (AD + "/native/emitter.hpp", "machine code: less a product, turned", "code_.arithmetic(Arithmetic::difference, u, d, X86Operand::in_register(t));", "code_.arithmetic(Arithmetic::difference, u, t, X86Operand::in_register(d));", "ad/native_lines"),
+    (AD + "/native/emitter.hpp", "machine code: less a product, turned", "code_.arithmetic(Arithmetic::difference, u, d, MachineOperand::in_register(t));", "code_.arithmetic(Arithmetic::difference, u, t, MachineOperand::in_register(d));", "ad/native_lines"),
     (AD + "/native/x86_code.hpp", "machine code: short distances of 128", "distance <= 127", "distance <= 128", "ad/native_lines"),
     (ME + "/derive/solution_lines.hpp", "elimination: the right side of a row is left", "at(b_, i) = less_product(at(b_, i), l, at(b_, k));", "at(b_, i) = at(b_, i);", "mechanics/kept_lines"),
     (AD + "/formula/lines.hpp", "line: one over a root: no root", "1.0 / sqrt(x[line->a])", "1.0 / x[line->a]", "mechanics/lines"),

@@ -29,23 +29,25 @@
 
 #include "qdot/ad/formula/circular_lines.hpp"
 #include "qdot/ad/native/called_functions.hpp"
+#include "qdot/ad/native/machine_operand.hpp"
 #include "qdot/ad/native/straight_lines.hpp"
-#include "qdot/ad/native/x86_code.hpp"
 
 namespace qdot::formula {
 
-/// Writes the code for some lines.
+/// Most lines that become machine code. Longer code leaves the processor's cache, and the interpreter is as fast.
+inline constexpr std::size_t longest_native_lines = 4000;
+
+/// Writes the code for some lines, for a processor whose instructions are those of Code.
+template <class Code>
 class Emitter {
   using Operation = Line::Operation;
-  using Arithmetic = X86Code::Arithmetic;
 
  public:
-  static constexpr std::size_t longest = 4000;  // lines; longer code leaves the processor's cache, and the interpreter is as fast
 
   /// @param count  how many numbers there are
   /// @param read   numbers that are read from outside, not zero
-  [[gnu::cold]] Emitter(const LineTable& table, std::size_t count, std::span<const char> read, X86Vectors vectors)
-      : straight_(table, count, longest), code_(vectors), vectors_(vectors), read_(read), place_(count, -1), in_memory_(count, 1), memory_(count) {
+  [[gnu::cold]] Emitter(const LineTable& table, std::size_t count, std::span<const char> read, typename Code::Vectors vectors)
+      : straight_(table, count, longest_native_lines), code_(vectors), vectors_(vectors), read_(read), place_(count, -1), in_memory_(count, 1), memory_(count) {
     holds_.fill(none);
     std::iota(memory_.begin(), memory_.end(), 0u);
     const std::vector<Line>& lines = straight_.lines();
@@ -59,8 +61,8 @@ class Emitter {
     code_.begin();
     if (calls) {
       code_.enter();
-      code_.copy(x_ = X86Code::rbx, X86Code::rdi);
-      code_.copy(pool_ = X86Code::rbp, X86Code::rsi);
+      code_.copy(x_ = Code::kept[0], Code::arguments[0]);
+      code_.copy(pool_ = Code::kept[1], Code::arguments[1]);
     }
     for (std::uint32_t k = 0; k < lines.size();) {
       at_ = k;
@@ -111,13 +113,13 @@ class Emitter {
   bool is_of_lanes() const { return doubles_of(vectors_) > 1; }
   // How many doubles a number takes in memory.
   std::uint32_t stride() const { return is_of_lanes() ? static_cast<std::uint32_t>(lanes_stored) : 1; }
-  X86Operand memory(std::uint32_t v) const { return X86Operand::in_memory(x_, static_cast<std::int32_t>(sizeof(double) * stride() * memory_[v])); }
-  [[gnu::cold, gnu::noinline]] X86Operand constant(double c) {
+  MachineOperand memory(std::uint32_t v) const { return MachineOperand::in_memory(x_, static_cast<std::int32_t>(sizeof(double) * stride() * memory_[v])); }
+  [[gnu::cold, gnu::noinline]] MachineOperand constant(double c) {
     const auto same = [c](double other) { return std::bit_cast<std::uint64_t>(other) == std::bit_cast<std::uint64_t>(c); };
     const auto found = std::find_if(constants_.begin(), constants_.end(), same);
     const auto index = static_cast<std::size_t>(found - constants_.begin());
     if (found == constants_.end()) constants_.insert(constants_.end(), static_cast<std::size_t>(doubles_of(vectors_)), c);  // one for each lane
-    return X86Operand::in_memory(pool_, static_cast<std::int32_t>(sizeof(double) * index));
+    return MachineOperand::in_memory(pool_, static_cast<std::int32_t>(sizeof(double) * index));
   }
 
   // --- Registers -------------------------------------------------------------------------------------------------------
@@ -152,9 +154,9 @@ class Emitter {
     return place_[v];
   }
   // A register, or memory where a value is not needed again.
-  [[gnu::cold, gnu::noinline]] X86Operand operand(std::uint32_t v) {
+  [[gnu::cold, gnu::noinline]] MachineOperand operand(std::uint32_t v) {
     if (place_[v] < 0 && straight_.next_use(v, at_ + 1) == none) return memory(v);
-    return X86Operand::in_register(in_register(v));
+    return MachineOperand::in_register(in_register(v));
   }
   [[gnu::cold, gnu::noinline]] void store(std::uint32_t v) {
     take_memory(v);
@@ -203,14 +205,14 @@ class Emitter {
       if (!in_memory_[v] && straight_.next_use(v, at_) != none) store(v);
       forget(v);
     }
-    code_.copy(X86Code::rdi, X86Code::rbx);
+    code_.copy(Code::arguments[0], x_);
     const bool circular = is_circular(straight_.lines()[first]);
-    call_sites_.push_back({code_.bytes().size() + 2, circular, circular ? circular_.size() : calls_.size()});
-    code_.set(X86Code::rsi, 0);  // an address that is known when all calls are there
-    code_.set(X86Code::rdx, last - first);
-    code_.set(X86Code::rax, circular ? circular_function() : call_function());
+    call_sites_.push_back({code_.bytes().size(), circular, circular ? circular_.size() : calls_.size()});
+    code_.set(Code::arguments[1], 0);  // an address that is known when all calls are there
+    code_.set(Code::arguments[2], last - first);
+    code_.set(Code::called, circular ? circular_function() : call_function());
     code_.leave_vectors();
-    code_.call(X86Code::rax);
+    code_.call(Code::called);
     for (std::uint32_t k = first; k < last; ++k) {
       Line l = straight_.lines()[k];
       for_each_result(l, [&](std::uint32_t v) { take_memory(v); });
@@ -244,7 +246,7 @@ class Emitter {
   [[gnu::cold, gnu::noinline]] Value scaled(std::uint32_t a, double c) {
     if (c == 1.0) return {in_register(a), false};
     if (place_[a] < 0) {
-      const X86Operand b = operand(a);
+      const MachineOperand b = operand(a);
       const int t = fresh();
       code_.load(t, constant(c));
       code_.arithmetic(Arithmetic::product, t, t, b);
@@ -255,7 +257,7 @@ class Emitter {
     return {t, true};
   }
   // x ∘ y in a register of the line's own.
-  [[gnu::cold, gnu::noinline]] int combined(Arithmetic operation, const Value& x, const X86Operand& y) {
+  [[gnu::cold, gnu::noinline]] int combined(Arithmetic operation, const Value& x, const MachineOperand& y) {
     const int t = x.is_own ? x.r : fresh();
     code_.arithmetic(operation, t, x.r, y);
     return t;
@@ -265,7 +267,7 @@ class Emitter {
     if (c == 1.0) return combined(Arithmetic::sum, x, operand(y));
     if (c == -1.0) return combined(Arithmetic::difference, x, operand(y));
     const Value u = scaled(y, c);
-    const int t = combined(Arithmetic::sum, x, X86Operand::in_register(u.r));
+    const int t = combined(Arithmetic::sum, x, MachineOperand::in_register(u.r));
     return t;
   }
   // x + c; −0 adds nothing.
@@ -280,20 +282,20 @@ class Emitter {
   [[gnu::cold, gnu::noinline]] int product(std::uint32_t a, std::uint32_t b) {
     if (place_[a] < 0 && place_[b] >= 0) std::swap(a, b);
     const int r = in_register(a);
-    const X86Operand other = a == b ? X86Operand::in_register(r) : operand(b);
+    const MachineOperand other = a == b ? MachineOperand::in_register(r) : operand(b);
     const int t = fresh();
     code_.arithmetic(Arithmetic::product, t, r, other);
     return t;
   }
   // 1 / t.
-  [[gnu::cold, gnu::noinline]] int inverse(const X86Operand& t) {
+  [[gnu::cold, gnu::noinline]] int inverse(const MachineOperand& t) {
     const int u = fresh();
     code_.load(u, constant(1.0));
     code_.arithmetic(Arithmetic::quotient, u, u, t);
     return u;
   }
   [[gnu::cold, gnu::noinline]] int root(std::uint32_t a) {
-    const X86Operand b = operand(a);
+    const MachineOperand b = operand(a);
     const int t = fresh();
     code_.arithmetic(Arithmetic::root, t, t, b);
     return t;
@@ -302,16 +304,16 @@ class Emitter {
     int left = static_cast<int>(std::abs(2.0 * l.c));
     const int x = in_register(l.a);
     const int t = fresh();
-    if (left % 2 != 0) code_.arithmetic(Arithmetic::root, t, t, X86Operand::in_register(x));
+    if (left % 2 != 0) code_.arithmetic(Arithmetic::root, t, t, MachineOperand::in_register(x));
     else if (left == 0) code_.load(t, constant(1.0));
     else code_.copy(t, x), left -= 2;
-    for (; left > 1; left -= 2) code_.arithmetic(Arithmetic::product, t, t, X86Operand::in_register(x));
-    return l.c < 0.0 ? inverse(X86Operand::in_register(t)) : t;
+    for (; left > 1; left -= 2) code_.arithmetic(Arithmetic::product, t, t, MachineOperand::in_register(x));
+    return l.c < 0.0 ? inverse(MachineOperand::in_register(t)) : t;
   }
   [[gnu::cold, gnu::noinline]] int binary(Arithmetic operation, std::uint32_t a, std::uint32_t b) {
     if (operation == Arithmetic::sum && place_[a] < 0 && place_[b] >= 0) std::swap(a, b);
     const int r = in_register(a);
-    const X86Operand other = a == b ? X86Operand::in_register(r) : operand(b);
+    const MachineOperand other = a == b ? MachineOperand::in_register(r) : operand(b);
     const int t = fresh();
     code_.arithmetic(operation, t, r, other);
     return t;
@@ -340,11 +342,11 @@ class Emitter {
       case Operation::quotient: return finish(l, binary(Arithmetic::quotient, l.a, l.b));
       case Operation::inverse: return finish(l, inverse(operand(l.a)));
       case Operation::root: return finish(l, root(l.a));
-      case Operation::inverse_root: return finish(l, inverse(X86Operand::in_register(root(l.a))));
+      case Operation::inverse_root: return finish(l, inverse(MachineOperand::in_register(root(l.a))));
       case Operation::power: return finish(l, power(l));
       case Operation::less_product: {
         const int d = in_register(l.d), t = product(l.a, l.b), u = fresh();
-        code_.arithmetic(Arithmetic::difference, u, d, X86Operand::in_register(t));
+        code_.arithmetic(Arithmetic::difference, u, d, MachineOperand::in_register(t));
         return finish(l, u);
       }
       default: return sum_with_products(l);
@@ -361,7 +363,7 @@ class Emitter {
     if (two) {
       const int u = product(l.d, l.e);
       if (cb != -1.0 && cb != 1.0) code_.arithmetic(Arithmetic::product, u, u, constant(cb));
-      code_.arithmetic(cb == -1.0 ? Arithmetic::difference : Arithmetic::sum, t, t, X86Operand::in_register(u));
+      code_.arithmetic(cb == -1.0 ? Arithmetic::difference : Arithmetic::sum, t, t, MachineOperand::in_register(u));
     } else {
       t = sum({t, true}, cb, l.d);
     }
@@ -370,8 +372,8 @@ class Emitter {
 
  private:
   StraightLines straight_;
-  X86Code code_;
-  X86Vectors vectors_;
+  Code code_;
+  typename Code::Vectors vectors_;
   std::span<const char> read_;
   std::vector<int> place_;       // the register that holds a value; −1 for none
   std::vector<char> in_memory_;  // whether x has the value
@@ -381,7 +383,7 @@ class Emitter {
   std::vector<CircularPlaces> circular_;
   std::vector<Line> calls_;
   std::vector<CallSite> call_sites_;
-  X86Code::Base x_ = X86Code::rdi, pool_ = X86Code::rsi;
+  typename Code::Base x_ = Code::arguments[0], pool_ = Code::arguments[1];
   unsigned pinned_ = 0;
   std::uint32_t at_ = 0;
 };

@@ -7,9 +7,9 @@
 // at a time, so an error elsewhere in the program cannot write code. A system may refuse: SELinux, systemd's MemoryDenyWriteExecute and
 // others do so by an error of mmap or mprotect. Then there is no code, and error() says why.
 //
-// Linux on x86-64 only. macOS ends a hardened process that tries, and Windows wants tables for its exceptions.
+// Linux on x86-64 and AArch64 only. macOS ends a hardened process that tries, and Windows wants tables for its exceptions.
 
-#if defined(__linux__) && defined(__x86_64__)
+#if defined(__linux__) && (defined(__x86_64__) || defined(__aarch64__))
 #include <sys/mman.h>
 #include <unistd.h>
 #endif
@@ -27,7 +27,7 @@ class ExecutablePages {
  public:
   /// Copies code into pages of its own; none where the system refuses them.
   [[gnu::cold]] explicit ExecutablePages(std::span<const std::uint8_t> code) {
-#if defined(__linux__) && defined(__x86_64__)
+#if defined(__linux__) && (defined(__x86_64__) || defined(__aarch64__))
     const long page = ::sysconf(_SC_PAGESIZE);
     if (code.empty() || page <= 0) return;
     const auto unit = static_cast<std::size_t>(page);
@@ -37,7 +37,9 @@ class ExecutablePages {
       error_ = errno;
       return;
     }
-    std::memcpy(static_cast<std::uint8_t*>(pages) + before_entry, code.data(), code.size());
+    auto* const entry = static_cast<std::uint8_t*>(pages) + before_entry;
+    std::memcpy(entry, code.data(), code.size());
+    __builtin___clear_cache(reinterpret_cast<char*>(entry), reinterpret_cast<char*>(entry) + code.size());  // of instructions, where data has one of its own
     if (::mprotect(pages, size_, PROT_READ | PROT_EXEC) != 0) {
       error_ = errno;
       ::munmap(pages, size_);
@@ -50,7 +52,7 @@ class ExecutablePages {
 #endif
   }
   ~ExecutablePages() {
-#if defined(__linux__) && defined(__x86_64__)
+#if defined(__linux__) && (defined(__x86_64__) || defined(__aarch64__))
     if (pages_) ::munmap(pages_, size_);
 #endif
   }

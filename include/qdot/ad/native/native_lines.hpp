@@ -7,8 +7,8 @@
 // more often is worth being translated (ad/native/emitter.hpp): that takes as long as some hundred evaluations, and an evaluation takes
 // half of the time then. Results have the same bits.
 //
-// The interpreter goes on by itself where the system refuses executable pages, on other processors than x86-64, where a table is longer than
-// Emitter::longest, where the environment has QDOT_NATIVE=0, and where a first trial shows that the two would differ (a compiler that fuses
+// The interpreter goes on by itself where the system refuses executable pages, on other processors than x86-64 and AArch64, where a table is longer than
+// longest_native_lines, where the environment has QDOT_NATIVE=0, and where a first trial shows that the two would differ (a compiler that fuses
 // products and sums though it is told not to).
 
 #include <atomic>
@@ -22,17 +22,27 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/native/arm64_code.hpp"
 #include "qdot/ad/native/emitter.hpp"
 #include "qdot/ad/native/executable_pages.hpp"
+#include "qdot/ad/native/x86_code.hpp"
 
 namespace qdot::formula {
+
+/// The code of this processor.
+#if defined(__aarch64__)
+using NativeCode = Arm64Code;
+#else
+using NativeCode = X86Code;
+#endif
+using NativeVectors = NativeCode::Vectors;  ///< of which the first are there on each
 
 /// Machine code for one table of lines.
 class NativeLines {
  public:
   /// @param read  which of the numbers are read from outside after an evaluation, not zero
-  [[gnu::cold]] NativeLines(const LineTable& table, std::span<const char> read, X86Vectors vectors)
-      : NativeLines(Emitter(table, read.size(), read, vectors), vectors) {}
+  [[gnu::cold]] NativeLines(const LineTable& table, std::span<const char> read, NativeVectors vectors)
+      : NativeLines(Emitter<NativeCode>(table, read.size(), read, vectors), vectors) {}
 
   bool exists() const { return pages_.entry() != nullptr; }
 #if defined(__clang__)
@@ -45,7 +55,7 @@ class NativeLines {
   }
 
  private:
-  NativeLines(Emitter&& emitter, X86Vectors vectors)
+  NativeLines(Emitter<NativeCode>&& emitter, NativeVectors vectors)
       : lanes_(static_cast<std::size_t>(doubles_of(vectors))),
         constants_(emitter.take_constants()),
         circular_(emitter.take_circular()),
@@ -53,12 +63,11 @@ class NativeLines {
         pages_(addressed(emitter)) {}
 
   // The code with the addresses of what calls are to do.
-  std::vector<std::uint8_t> addressed(const Emitter& emitter) const {
+  std::vector<std::uint8_t> addressed(const Emitter<NativeCode>& emitter) const {
     std::vector<std::uint8_t> code = emitter.code();
-    for (const Emitter::CallSite& site : emitter.call_sites()) {
+    for (const auto& site : emitter.call_sites()) {
       const void* const what = site.circular ? static_cast<const void*>(circular_.data() + site.first) : calls_.data() + site.first;
-      const auto address = std::bit_cast<std::uintptr_t>(what);
-      for (std::size_t i = 0; i < sizeof address; ++i) code[site.at + i] = static_cast<std::uint8_t>(address >> (8 * i));
+      NativeCode::reset(code, site.at, std::bit_cast<std::uintptr_t>(what));
     }
     return code;
   }
@@ -71,24 +80,24 @@ class NativeLines {
 };
 
 /// The best instructions of this processor, for single numbers.
-inline X86Vectors best_vectors() {
+inline NativeVectors best_vectors() {
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx") != 0) return X86Vectors::avx;
 #endif
-  return X86Vectors::sse2;
+  return {};
 }
-/// Those for lanes; sse2 where there are none.
-inline X86Vectors best_lane_vectors() {
+/// Those for lanes; of single doubles where there are none.
+inline NativeVectors best_lane_vectors() {
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx512f") != 0) return X86Vectors::avx512_in_eights;
   if (__builtin_cpu_supports("avx2") != 0) return X86Vectors::avx_in_fours;
 #endif
-  return X86Vectors::sse2;
+  return {};
 }
 
 /// Whether machine code may take the place of the interpreter in this process.
 [[gnu::cold]] inline bool native_lines_are_possible() {
-#if defined(__linux__) && defined(__x86_64__)
+#if defined(__linux__) && (defined(__x86_64__) || defined(__aarch64__))
   static const bool possible = [] {
     const char* const wish = std::getenv("QDOT_NATIVE");
     if (wish != nullptr && std::string_view(wish) == "0") return false;
@@ -129,7 +138,7 @@ class LineEvaluator {
   }
   /// Likewise, that another table reads them.
   [[gnu::cold]] void add_read(const LineEvaluator& other) {
-    const StraightLines straight(other.table_, other.state_->read.size(), Emitter::longest);
+    const StraightLines straight(other.table_, other.state_->read.size(), longest_native_lines);
     if (straight.lines().empty()) state_->read.assign(state_->read.size(), 1);
     for (const Line& line : straight.lines()) for_each_operand(line, [&](std::uint32_t number) { mark(number); });
   }
@@ -185,21 +194,21 @@ class LineEvaluator {
   }
 
   template <class Number = double>
-  void translate(Code& code, X86Vectors vectors) const;
+  void translate(Code& code, NativeVectors vectors) const;
 
   LineTable table_;
   std::unique_ptr<State> state_ = std::make_unique<State>();
 };
 
 template <class Number>
-[[gnu::cold, gnu::noinline]] void LineEvaluator::translate(Code& code, X86Vectors vectors) const {
+[[gnu::cold, gnu::noinline]] void LineEvaluator::translate(Code& code, NativeVectors vectors) const {
   if (!native_lines_are_possible() || (&code == &state_->in_lanes && doubles_of(vectors) == 1)) return;
   auto made = std::make_unique<const NativeLines>(table_, state_->read, vectors);
   if (made->exists()) code.take(std::move(made));
 }
 
 #ifdef QDOT_COMPILED
-extern template void LineEvaluator::translate<double>(Code&, X86Vectors) const;
+extern template void LineEvaluator::translate<double>(Code&, NativeVectors) const;
 #endif
 
 }  // namespace qdot::formula

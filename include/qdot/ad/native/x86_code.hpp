@@ -23,17 +23,9 @@
 #include <initializer_list>
 #include <vector>
 
+#include "qdot/ad/native/machine_operand.hpp"
+
 namespace qdot::formula {
-
-/// A register, or a number in memory: the register that holds its base, and a distance in bytes.
-struct X86Operand {
-  int number = -1;  ///< of the vector register; −1 where it is memory
-  int base = 0;     ///< 0 to 7, and not 4, which has another form
-  std::int32_t distance = 0;
-
-  static constexpr X86Operand in_register(int number) { return {number, 0, 0}; }
-  static constexpr X86Operand in_memory(int base, std::int32_t distance) { return {-1, base, distance}; }
-};
 
 /// What the instructions compute with.
 enum class X86Vectors { sse2, avx, avx_in_fours, avx512_in_eights };
@@ -45,8 +37,9 @@ constexpr int doubles_of(X86Vectors vectors) {
 /// Machine code that grows by one instruction at a time.
 class X86Code {
  public:
-  enum Base { rax = 0, rcx = 1, rdx = 2, rbx = 3, rbp = 5, rsi = 6, rdi = 7 };
-  enum class Arithmetic : std::uint8_t { root = 0x51, sum = 0x58, product = 0x59, difference = 0x5C, quotient = 0x5E };
+  using Vectors = X86Vectors;
+  enum Base { rax = 0, rdx = 2, rbx = 3, rbp = 5, rsi = 6, rdi = 7 };
+  static constexpr Base arguments[] = {rdi, rsi, rdx}, kept[] = {rbx, rbp}, called = rax;
 
   explicit X86Code(X86Vectors vectors) : vectors_(vectors) {}
 
@@ -56,20 +49,24 @@ class X86Code {
   const std::vector<std::uint8_t>& bytes() const { return bytes_; }
 
   /// d = a ∘ b. Without AVX, b must not be d unless a is d as well. Of a root, a does not matter.
-  [[gnu::cold, gnu::noinline]] void arithmetic(Arithmetic operation, int d, int a, const X86Operand& b) {
+  [[gnu::cold, gnu::noinline]] void arithmetic(Arithmetic operation, int d, int a, const MachineOperand& b) {
     if (operation == Arithmetic::root) a = d;
     if (vectors_ == X86Vectors::sse2 && a != d) copy(d, a);
-    vector(static_cast<int>(operation), d, a, b);
+    vector(opcode_of(operation), d, a, b);
   }
-  [[gnu::cold, gnu::noinline]] void load(int d, const X86Operand& memory) { vector(move_from, d, 0, memory); }
-  [[gnu::cold, gnu::noinline]] void store(int s, const X86Operand& memory) { vector(move_to, s, 0, memory); }
-  [[gnu::cold, gnu::noinline]] void copy(int d, int s) { vector(move_all, d, 0, X86Operand::in_register(s)); }
+  [[gnu::cold, gnu::noinline]] void load(int d, const MachineOperand& memory) { vector(move_from, d, 0, memory); }
+  [[gnu::cold, gnu::noinline]] void store(int s, const MachineOperand& memory) { vector(move_to, s, 0, memory); }
+  [[gnu::cold, gnu::noinline]] void copy(int d, int s) { vector(move_all, d, 0, MachineOperand::in_register(s)); }
 
   /// Registers for addresses and whole numbers.
   [[gnu::cold, gnu::noinline]] void copy(Base to, Base from) { put({0x48, 0x89, 0xC0 | (from << 3) | to}); }
   [[gnu::cold, gnu::noinline]] void set(Base to, std::uint64_t value) {
     put({0x48, 0xB8 | to});
     for (int i = 0; i < 8; ++i) bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+  }
+  /// The value of an instruction that set() wrote at this place.
+  static void reset(std::vector<std::uint8_t>& code, std::size_t at, std::uint64_t value) {
+    for (std::size_t i = 0; i < 8; ++i) code[at + 2 + i] = static_cast<std::uint8_t>(value >> (8 * i));
   }
   [[gnu::cold, gnu::noinline]] void call(Base function) { put({0xFF, 0xD0 | function}); }
 
@@ -86,13 +83,17 @@ class X86Code {
   void end() { put({0xC3}); }
 
  private:
+  static constexpr int opcode_of(Arithmetic operation) {
+    constexpr int opcodes[] = {0x51, 0x58, 0x59, 0x5C, 0x5E};
+    return opcodes[static_cast<int>(operation)];
+  }
   [[gnu::cold, gnu::noinline]] void put(std::initializer_list<int> some) {
     for (const int byte : some) bytes_.push_back(static_cast<std::uint8_t>(byte));
   }
   [[gnu::cold, gnu::noinline]] void put_distance(std::int32_t distance) {
     for (int i = 0; i < 4; ++i) bytes_.push_back(static_cast<std::uint8_t>(static_cast<std::uint32_t>(distance) >> (8 * i)));
   }
-  [[gnu::cold, gnu::noinline]] void put_place(int d, const X86Operand& b) {
+  [[gnu::cold, gnu::noinline]] void put_place(int d, const MachineOperand& b) {
     const int low = (d & 7) << 3;
     if (b.number >= 0) return put({0xC0 | low | (b.number & 7)});
     const int unit = vectors_ == X86Vectors::avx512_in_eights ? 64 : 1;
@@ -104,9 +105,9 @@ class X86Code {
   }
 
   // An instruction of map 0F; pp is 3 of scalar doubles, 1 of several and of whole registers.
-  [[gnu::cold, gnu::noinline]] void vector(int opcode, int d, int a, const X86Operand& b) {
+  [[gnu::cold, gnu::noinline]] void vector(int opcode, int d, int a, const MachineOperand& b) {
     const bool is_scalar = doubles_of(vectors_) == 1 && opcode != move_all;
-    const bool takes_two = opcode != move_all && opcode != move_from && opcode != move_to && (is_scalar || opcode != static_cast<int>(Arithmetic::root));
+    const bool takes_two = opcode != move_all && opcode != move_from && opcode != move_to && (is_scalar || opcode != opcode_of(Arithmetic::root));
     const int v = takes_two ? ~a & 31 : 31, pp = is_scalar ? 3 : 1;
     switch (vectors_) {
       case X86Vectors::sse2: put_prefix(is_scalar ? 0xF2 : 0x66, d, b); break;
@@ -117,16 +118,16 @@ class X86Code {
     put({opcode});
     put_place(d, b);
   }
-  void put_prefix(int prefix, int d, const X86Operand& b) {
+  void put_prefix(int prefix, int d, const MachineOperand& b) {
     put({prefix});
     if (d >= 8 || b.number >= 8) put({0x40 | (d >= 8 ? 4 : 0) | (b.number >= 8 ? 1 : 0)});
     put({0x0F});
   }
-  void put_vex(int d, int v, int length_and_pp, const X86Operand& b) {
+  void put_vex(int d, int v, int length_and_pp, const MachineOperand& b) {
     if (b.number >= 8) put({0xC4, (d >= 8 ? 0 : 0x80) | 0x40 | 0x01, (v << 3) | length_and_pp});
     else put({0xC5, (d >= 8 ? 0 : 0x80) | (v << 3) | length_and_pp});
   }
-  void put_evex(int d, int v, int pp, const X86Operand& b) {
+  void put_evex(int d, int v, int pp, const MachineOperand& b) {
     const int r = b.number >= 0 ? b.number : 0;
     put({0x62, (d & 8 ? 0 : 0x80) | (r & 16 ? 0 : 0x40) | (r & 8 ? 0 : 0x20) | (d & 16 ? 0 : 0x10) | 0x01, 0x80 | ((v & 15) << 3) | 0x04 | pp,
          0x40 | (v & 16 ? 0x08 : 0)});
