@@ -47,7 +47,7 @@ void for_each_of_many(const Visit& visit) {
   swinging("chain 4", mechanical_system<4>(UnrolledChain<4>{}));
 }
 
-// A pendulum whose pivot is shaken, and its damping, for parameters that are numbers or packs of them.
+// A pendulum whose pivot is shaken, and its damping, for parameters that are numbers of any kind.
 template <class S = double>
 struct ShakenPendulum {
   S length = 1.0, depth = 0.3;

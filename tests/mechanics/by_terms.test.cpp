@@ -41,7 +41,7 @@ detail::DerivedLines lines_by_terms(const E& energies) {
   REQUIRE(d.is_possible);
   detail::DerivedLines lines;
   detail::DerivedLineWriter writer(d.graph, n, detail::DerivedLines::most(n));
-  writer.write_equations(equations, {}, lines);
+  writer.write_equations(equations, {}, {}, lines);
   writer.write_slopes(equations, lines);
   return lines;
 }

@@ -121,7 +121,8 @@ TEST_CASE("members of an ensemble accelerate as they do alone") {
   CHECK(difference_from_single<3>(scenes::HeavyTop{}, 0.3, 1.2) < rounded);
 }
 
-TEST_CASE("a functor with a loop, or one that selects, runs on packs") {
+TEST_CASE("a functor with a loop, or one that branches, has an ensemble") {
+  CHECK(difference_from_single<16>(bench::LoopedChain{}, -1.0, 1.0) < rounded);
   CHECK(difference_from_single<3>(bench::LoopedChain{}, -2.0, 2.0) < rounded);
   CHECK(difference_from_single<1>(BentWire{}, -2.0, 2.0) < rounded);
   CHECK(difference_from_single<2>(ManyFunctions{}, 0.3, 1.2) < rounded);

@@ -6,6 +6,7 @@
 #include "catch2_bridge.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <tuple>
@@ -68,6 +69,23 @@ struct Shaken : Arm {
   constexpr auto T(const auto& q, const auto& v, const auto& t) const {
     using std::sin;
     return Arm::T(q, v) + 0.3 * v[0] * sin(2.0 * t) * q[1];
+  }
+};
+
+// Two bobs of mass m on strings of length l, summed in the scalar of the state.
+template <class S = double>
+struct Bobs {
+  S m = 1.0, l = 1.0;
+  constexpr auto T(const auto&, const auto& v) const {
+    ScalarOf<decltype(v)> sum = 0.0;
+    for (int i = 0; i < 2; ++i) sum += 0.5 * m * l * l * v[i] * v[i];
+    return sum;
+  }
+  constexpr auto V(const auto& q) const {
+    using std::cos;
+    ScalarOf<decltype(q)> sum = 0.0;
+    for (int i = 0; i < 2; ++i) sum -= 9.81 * m * l * cos(q[i]);
+    return sum + 0.3 * q[0] * q[1];
   }
 };
 
@@ -162,13 +180,51 @@ TEST_CASE("scenes with random forces that are formulas take as many steps in lan
 }
 
 TEST_CASE("forces go in lanes beside equations that the compiler has derived, and beside positions") {
+  const auto placed = kinematic_system<2>(bench::UnrolledPositions<2>{}, gravity_along<1>(-9.81));
+  CHECK(detail::systems_of(placed).lines() != nullptr);
+  CHECK(detail::systems_of(scene(placed, spring_damper(Eigen::Vector2d(2.0, 0.5), tip, 2.0, 0.3, 0.1))).lines() != nullptr);
   require_same(scene(mechanical_system<2>(written_out<2>(Arm{})), viscous_damping(Eigen::Vector2d(0.1, 0.2)),
                      spring_damper(Eigen::Vector2d(2.0, 0.5), tip, 2.0, 0.3, 0.1)));
   require_same(mechanical_system<2>(written_out<2>(Shaken{})));
-  require_same(scene(kinematic_system<2>(bench::UnrolledPositions<2>{}, gravity_along<1>(-9.81)), viscous_damping(Eigen::Vector2d(0.1, 0.2))));
+  require_same(placed);
+  require_same(scene(placed, viscous_damping(Eigen::Vector2d(0.1, 0.2))));
 }
 
-TEST_CASE("a force that branches is asked by each lane where lanes part") {
+TEST_CASE("chains with plain loops go in lanes up to 16 links, and end where they do alone") {
+  const auto check = [&]<int n>(std::integral_constant<int, n>) {
+    const auto chain = mechanical_system<n>(bench::LoopedChain{});
+    const auto start = [](std::size_t i) {
+      CounterRandom random(5, i);
+      State<n> s{0.0, Vector<double, n>::Zero(n), Vector<double, n>::Zero(n)};
+      for (int k = 0; k < n; ++k) s.q[k] = random.uniform(-0.3, 0.3);
+      return s;
+    };
+    const auto ends = simulate_many(chain, 9, start, 0.3, Dop853{}, options, {.threads = 1});
+    for (std::size_t i = 0; i < 9; ++i) {
+      const auto alone = simulate(chain, start(i), 0.3, Dop853{}, options);
+      REQUIRE(ends[i].completed());
+      if (n <= 8) CHECK(ends[i].value->steps == alone.statistics.steps);  // beyond, M is eliminated in another order
+      CHECK((ends[i].value->state.q - alone.y.template head<n>()).norm() < rounded);
+    }
+  };
+  check(std::integral_constant<int, 2>());
+  check(std::integral_constant<int, 9>());
+  check(std::integral_constant<int, 16>());
+}
+
+TEST_CASE("forces in lanes are lines: their functors are not asked for numbers at each evaluation") {
+  std::atomic<long> asked{0};
+  const auto pushed = scene(mechanical_system<2>(Arm{}), generalized_force([&asked](const auto&, const auto& v) {
+                              using S = ScalarOf<decltype(v)>;
+                              if constexpr (std::is_same_v<S, double>) ++asked;
+                              return Vector<S, 2>(S(-0.1 * v[0]), S(-0.2 * v[1]));
+                            }));
+  long evaluations = 0;
+  for (const auto& end : simulate_many(pushed, count, start_of, 5.0, Dop853{}, options, {.threads = 1})) evaluations += end.value->evaluations;
+  CHECK(asked < evaluations / 4);  // at starts and ends
+}
+
+TEST_CASE("motions with a force that branches end where they do alone, and where lanes part at an event") {
   // A brake that is smooth where it begins, so that steps do not hang on the last bit.
   const auto brake = [](const auto& v) {
     using S = std::remove_cvref_t<decltype(v)>;
@@ -240,6 +296,18 @@ TEST_CASE("scenes and systems with t end with the same bits for any number of th
     CHECK(plain[i].value->state.q == others[i].value->state.q);
     CHECK(plain[i].value->state.q == turned[i].value->state.q);
     CHECK(plain[i].value->state.qdot == turned[i].value->state.qdot);
+  }
+}
+
+TEST_CASE("parameters of a family may enter loops that sum in the scalar of the state") {
+  const auto parameters = [](std::size_t i) { return Vector<double, 2>(1.0 + 0.1 * static_cast<double>(i), 2.0 - 0.05 * static_cast<double>(i)); };
+  const auto bobs = family<2>([](const auto& p) { return Bobs<ScalarOf<decltype(p)>>{p[0], p[1]}; }, parameters);
+  CHECK(detail::systems_of(bobs).lines() != nullptr);
+  const auto ends = simulate_many(bobs, count, start_of, 4.0, Dop853{}, options);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto p = parameters(i);
+    REQUIRE(ends[i].completed());
+    CHECK((ends[i].value->state.q - simulate(mechanical_system<2>(Bobs<>{p[0], p[1]}), start_of(i), 4.0, Dop853{}, options).y.head<2>()).norm() < rounded);
   }
 }
 

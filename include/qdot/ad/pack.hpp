@@ -18,8 +18,8 @@
 // per lane, and `if` refuses it in English. What a branch would choose, select(x < y, a, b) chooses lane by lane; it
 // does the same for plain numbers, so that a functor which says select runs on packs and on everything else.
 //
-// Who can do without a pack (integrate/many_in_lanes.hpp) uses a kind that may be asked in `if`, as long as all lanes answer alike; where they
-// do not, LanesPart is thrown, and caught by who then asks each lane by itself.
+// Functions of events in lanes (integrate/lanes/lane_events.hpp) are given a kind that may be asked in `if`, as long as all lanes answer alike. Where they
+// do not, LanesPart is thrown, and each lane is asked by itself.
 
 #include <concepts>
 #include <limits>

@@ -17,14 +17,14 @@
 // the watchdog has to say is asked at the end of a motion, and if it has something, the motion is done again alone, all of it.
 //
 // The results are the same bits for any number of threads, any chunk, any order of motions. From simulate() they differ by what the tolerance
-// allows: the step control of lanes has an exponential and a logarithm of its own, and so steps may end elsewhere.
+// allows: the step control of lanes has an exponential and a logarithm of its own, sums have another order, and so steps may end elsewhere.
 //
 // Forces of effects, springs, damping, motors and whatever else can be recorded, and energies that depend on t go in lanes as well, each lane with its
 // own t, and with steps as long as time allows (integrate/watch/time_watch.hpp).
 //
 // Alone go: systems of more than 16 coordinates or with an indefinite M, scenes with constraints, contacts, dry friction, or effects with states, functors
-// that compare numbers or take plain numbers only, events that do not stop the run, and options beyond tolerances, steps and evaluations. The result
-// is the same.
+// that compare numbers or take plain numbers only, equations of more than 4000 lines, families with terms in L, events that do not stop the run, and
+// options beyond tolerances, steps and evaluations. So do more than four coordinates where there is no machine code for lanes. The result is the same.
 
 #include <algorithm>
 #include <cmath>
@@ -123,7 +123,7 @@ void use_ends(const Systems& systems, const StartOf& start_of, double t_end, con
       if (asks_for_lanes(options)) lines = systems.lines();
     } catch (...) {  // what functors throw they throw again, where they are asked for values
     }
-    if (lines) {
+    if (lines && lanes_pay(*lines)) {
       using Run = LaneRun<Systems, StartOf, LanePack, Events...>;
       return use([&](std::size_t first, std::size_t last) { return Run(systems, *lines, start_of, t_end, options, events).run(first, last); });
     }
@@ -153,7 +153,7 @@ using EndOf = Kept<MotionEndOf<Sys>>;
 
 /// The ends of motions i = 0 … count − 1 of a system, from start_of(i) to t_end or to an event that stops them.
 ///
-/// On x86-64 with AVX2 or AVX-512 and by Dop853 two to five times as fast as one by one, wherever that can be; else as fast.
+/// By Dop853 two to five times as fast as one by one on x86-64 with AVX2 or AVX-512 under Linux, wherever that can be; else as fast.
 ///
 /// @param system    a system or scene, or a family() of them
 /// @param start_of  i → State<n>; called from several threads at once

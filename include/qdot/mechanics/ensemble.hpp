@@ -58,13 +58,17 @@ template <class E, int n, Inertia inertia>
 
 // Calls found(equations) with the equations of a system in lanes of packs P, on the branch of a state; nothing where it has none.
 template <class P, class Sys, class Found>
-void with_lane_equations(const Sys& system, const double* q, const double* qdot, double t, const Found& found) {
+[[gnu::noinline]] void with_lane_equations(const Sys& system, const double* q, const double* qdot, double t, const Found& found) {
   if constexpr (may_have_lane_lines<Sys>) {
     constexpr int n = Sys::dof_at_compile_time;
-    constexpr std::size_t most = n <= 4 ? 256 : n <= 8 ? 768 : 2048;  // numbers on the stack, 16, 48 and 128 kB
+    constexpr std::size_t most = n <= 4 ? 256 : 768;  // numbers on the stack, 16 or 48 kB
     Derivations::Held held;
     const DerivedLines* const lines = lane_lines_at(system, AtState{q, qdot, t, n}, held);
-    if (!lines || lane_numbers(*lines) > most) return;
+    if (!lines || !lanes_pay(*lines)) return;
+    if (lane_numbers(*lines) > most) {
+      std::vector<formula::LaneNumber> x(lane_numbers(*lines));
+      return found(LaneEquations<n, P>(*lines, x.data()));
+    }
     formula::LaneNumber x[most];
     found(LaneEquations<n, P>(*lines, x));
   }
@@ -108,8 +112,8 @@ void accelerate_members(const Sys& system, Eigen::Index count, const Position& p
 
 /// q̈ of `lanes` members of a system, one in each lane; NaN in the lanes that are not good.
 ///
-/// No allocation once the equations have been derived. All lanes at once where T and V are formulas of up to 16 coordinates; one after the other, as
-/// acceleration() goes, for an indefinite mass matrix and for functors that ask for plain values.
+/// No allocation up to some eight coordinates, once the equations have been derived. All lanes at once where T and V are formulas of up to 16 coordinates;
+/// one after the other, as acceleration() goes, for an indefinite mass matrix and for functors that ask for plain values.
 ///
 /// @param q, qdot  states, n packs each
 /// @param t        the members' times
@@ -130,7 +134,8 @@ PackAccelerations<n, lanes> accelerations(const System<E, n, inertia>& system, c
     for (int i = 0; i < n; ++i) out[i][k] = a[i];
   };
   detail::accelerate_members(
-      system, lanes, [&](int i, Eigen::Index k) { return q[i][static_cast<int>(k)]; }, [&](int i, Eigen::Index k) { return qdot[i][static_cast<int>(k)]; },
+      system, lanes, [&](int i, Eigen::Index k) { return q[i][static_cast<int>(k)]; },
+      [&](int i, Eigen::Index k) { return qdot[i][static_cast<int>(k)]; },
       [&](Eigen::Index k) { return t[static_cast<int>(k)]; }, [&](int i, Eigen::Index k, double a) { out[i][k] = a; }, alone);
   PackAccelerations<n, lanes> result;
   for (int i = 0; i < n; ++i) result.qddot[i] = Pack<lanes>::load(out[i]);
@@ -140,8 +145,8 @@ PackAccelerations<n, lanes> accelerations(const System<E, n, inertia>& system, c
 
 /// q̈ of the K members of an ensemble into `qddot`, one in each column.
 ///
-/// Allocates nothing unless a member fails, once the equations have been derived. Faster than K calls of acceleration() under the conditions of the
-/// function above.
+/// Allocates nothing up to some eight coordinates unless a member fails, once the equations have been derived. Faster than K calls of acceleration()
+/// under the conditions of the function above.
 ///
 /// @param q, qdot  states, n×K each, one member in each column
 /// @param t        the time of all members

@@ -215,7 +215,7 @@ class WrittenOut {
     detail::closed_form_slopes<n, ClosedJacobian>(coefficients_of_jacobian_.data(), q, qdot, t, a, M, rows);
     return true;
   }
-  /// Of packs: a mask. has_closed_form() is asked before.
+  /// q̈, where has_closed_form() is true.
   template <class Number, class Forces = detail::NoForces>
   [[gnu::always_inline]] auto accelerations_in_closed_form(const Number* q, const Number* qdot, const Number& t, Number* qddot,
                                                            const Forces& forces = {}) const {

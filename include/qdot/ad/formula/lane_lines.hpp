@@ -45,25 +45,25 @@ struct LaneNumber {
     return r;
   }
   [[gnu::always_inline]] friend LaneNumber operator+(const LaneNumber& x, const LaneNumber& y) {
-    return of([](const Part& a, const Part& b) { return a + b; }, x, y);
+    return of([](const Part& a, const Part& b) __attribute__((always_inline)) { return a + b; }, x, y);
   }
   [[gnu::always_inline]] friend LaneNumber operator-(const LaneNumber& x, const LaneNumber& y) {
-    return of([](const Part& a, const Part& b) { return a - b; }, x, y);
+    return of([](const Part& a, const Part& b) __attribute__((always_inline)) { return a - b; }, x, y);
   }
   [[gnu::always_inline]] friend LaneNumber operator*(const LaneNumber& x, const LaneNumber& y) {
-    return of([](const Part& a, const Part& b) { return a * b; }, x, y);
+    return of([](const Part& a, const Part& b) __attribute__((always_inline)) { return a * b; }, x, y);
   }
   [[gnu::always_inline]] friend LaneNumber operator/(const LaneNumber& x, const LaneNumber& y) {
-    return of([](const Part& a, const Part& b) { return a / b; }, x, y);
+    return of([](const Part& a, const Part& b) __attribute__((always_inline)) { return a / b; }, x, y);
   }
   [[gnu::always_inline]] friend LaneNumber operator+(const LaneNumber& x, double c) {
-    return of([c](const Part& a) { return a + c; }, x);
+    return of([c](const Part& a) __attribute__((always_inline)) { return a + c; }, x);
   }
   [[gnu::always_inline]] friend LaneNumber operator*(double c, const LaneNumber& x) {
-    return of([c](const Part& a) { return c * a; }, x);
+    return of([c](const Part& a) __attribute__((always_inline)) { return c * a; }, x);
   }
   [[gnu::always_inline]] friend LaneNumber operator/(double c, const LaneNumber& x) {
-    return of([c](const Part& a) { return c / a; }, x);
+    return of([c](const Part& a) __attribute__((always_inline)) { return c / a; }, x);
   }
 };
 

@@ -175,38 +175,48 @@ void carry_out(const LineTable& table, const RunOfLines& run, Number* x) {
   const auto products = [&](const auto& f) __attribute__((always_inline)) { carry_out_products(table, run, x, f); };
   switch (run.first.operation) {
     case Operation::scaled:
-      if (factors) return each([=](Number a, Number, std::size_t k) { return factors[3 * k] * a + factors[3 * k + 2]; });
-      return each([=](Number a, Number, std::size_t) { return ca * a + c; });
+      if (factors) return each([=](Number a, Number, std::size_t k) __attribute__((always_inline)) { return factors[3 * k] * a + factors[3 * k + 2]; });
+      return each([=](Number a, Number, std::size_t) __attribute__((always_inline)) { return ca * a + c; });
     case Operation::combination:
-      if (factors) return each([=](Number a, Number b, std::size_t k) { return factors[3 * k] * a + factors[3 * k + 1] * b + factors[3 * k + 2]; });
-      return each([=](Number a, Number b, std::size_t) { return ca * a + cb * b + c; });
-    case Operation::sum: return each([](Number a, Number b, std::size_t) { return a + b; });
-    case Operation::difference: return each([](Number a, Number b, std::size_t) { return a - b; });
-    case Operation::product: return each([](Number a, Number b, std::size_t) { return a * b; });
-    case Operation::square: return each([](Number a, Number, std::size_t) { return a * a; });
-    case Operation::quotient: return each([](Number a, Number b, std::size_t) { return a / b; });
-    case Operation::inverse: return each([](Number a, Number, std::size_t) { return 1.0 / a; });
-    case Operation::root: return roots([](Number a, Number, std::size_t) { return sqrt(a); });
-    case Operation::inverse_root: return roots([](Number a, Number, std::size_t) { return 1.0 / sqrt(a); });
-    case Operation::power: return functions([=](Number a, Number, std::size_t) { return raised(a, c); });
+      if (factors)
+        return each([=](Number a, Number b, std::size_t k) __attribute__((always_inline)) {
+          return factors[3 * k] * a + factors[3 * k + 1] * b + factors[3 * k + 2];
+        });
+      return each([=](Number a, Number b, std::size_t) __attribute__((always_inline)) { return ca * a + cb * b + c; });
+    case Operation::sum: return each([](Number a, Number b, std::size_t) __attribute__((always_inline)) { return a + b; });
+    case Operation::difference: return each([](Number a, Number b, std::size_t) __attribute__((always_inline)) { return a - b; });
+    case Operation::product: return each([](Number a, Number b, std::size_t) __attribute__((always_inline)) { return a * b; });
+    case Operation::square: return each([](Number a, Number, std::size_t) __attribute__((always_inline)) { return a * a; });
+    case Operation::quotient: return each([](Number a, Number b, std::size_t) __attribute__((always_inline)) { return a / b; });
+    case Operation::inverse: return each([](Number a, Number, std::size_t) __attribute__((always_inline)) { return 1.0 / a; });
+    case Operation::root: return roots([](Number a, Number, std::size_t) __attribute__((always_inline)) { return sqrt(a); });
+    case Operation::inverse_root: return roots([](Number a, Number, std::size_t) __attribute__((always_inline)) { return 1.0 / sqrt(a); });
+    case Operation::power: return functions([=](Number a, Number, std::size_t) __attribute__((always_inline)) { return raised(a, c); });
     case Operation::sine_and_cosine: return carry_out_circular(table, run, x);
     case Operation::function: {
       const Function f = run.first.function;
-      return functions([=](Number a, Number b, std::size_t) { return value_of(f, a, b); });
+      return functions([=](Number a, Number b, std::size_t) __attribute__((always_inline)) { return value_of(f, a, b); });
     }
-    case Operation::product_sum: return products([](Number a, Number b, Number d, Number, std::size_t) { return a * b + d; });
-    case Operation::product_difference: return products([](Number a, Number b, Number d, Number, std::size_t) { return a * b - d; });
-    case Operation::less_product: return products([](Number a, Number b, Number d, Number, std::size_t) { return d - a * b; });
+    case Operation::product_sum: return products([](Number a, Number b, Number d, Number, std::size_t) __attribute__((always_inline)) { return a * b + d; });
+    case Operation::product_difference:
+      return products([](Number a, Number b, Number d, Number, std::size_t) __attribute__((always_inline)) { return a * b - d; });
+    case Operation::less_product: return products([](Number a, Number b, Number d, Number, std::size_t) __attribute__((always_inline)) { return d - a * b; });
     case Operation::product_combination:
-      if (factors) return products([=](Number a, Number b, Number d, Number, std::size_t k) { return factors[3 * k] * (a * b) + factors[3 * k + 1] * d; });
-      return products([=](Number a, Number b, Number d, Number, std::size_t) { return ca * (a * b) + cb * d; });
-    case Operation::products_sum: return products([](Number a, Number b, Number d, Number e, std::size_t) { return a * b + d * e; });
-    case Operation::products_difference: return products([](Number a, Number b, Number d, Number e, std::size_t) { return a * b - d * e; });
+      if (factors)
+        return products([=](Number a, Number b, Number d, Number, std::size_t k) __attribute__((always_inline)) {
+          return factors[3 * k] * (a * b) + factors[3 * k + 1] * d;
+        });
+      return products([=](Number a, Number b, Number d, Number, std::size_t) __attribute__((always_inline)) { return ca * (a * b) + cb * d; });
+    case Operation::products_sum:
+      return products([](Number a, Number b, Number d, Number e, std::size_t) __attribute__((always_inline)) { return a * b + d * e; });
+    case Operation::products_difference:
+      return products([](Number a, Number b, Number d, Number e, std::size_t) __attribute__((always_inline)) { return a * b - d * e; });
     case Operation::products_combination:
       if (factors)
-        return products(
-            [=](Number a, Number b, Number d, Number e, std::size_t k) { return factors[3 * k] * (a * b) + factors[3 * k + 1] * (d * e); });
-      return products([=](Number a, Number b, Number d, Number e, std::size_t) { return ca * (a * b) + cb * (d * e); });
+        return products([=](Number a, Number b, Number d, Number e, std::size_t k) __attribute__((always_inline)) {
+          return factors[3 * k] * (a * b) + factors[3 * k + 1] * (d * e);
+        });
+      return products([=](Number a, Number b, Number d, Number e, std::size_t) __attribute__((always_inline)) { return ca * (a * b) + cb * (d * e); });
     case Operation::end:
     case Operation::constant:
     case Operation::run: return;

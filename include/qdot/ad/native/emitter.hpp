@@ -9,12 +9,12 @@
 //     x₁₀ = x₃ x₅ − x₈        vmulsd xmm2, xmm0, xmm1      x₃ and x₅ were in registers
 //                             vsubsd xmm2, xmm2, [rdi+64]  x₈ is read from memory, for it is not used again
 //
-// The code is a function of x, the numbers, and of the constants. Values stay in the sixteen registers as long as there is room. What gives way is
+// The code is a function of x, the numbers, and of the constants. Values stay in registers as long as there is room. What gives way is
 // the value whose next use is furthest away. Values that are read from outside are stored when they are computed, others only where they give way,
 // to places of numbers that are not read and not needed at the time: few, which stay in the cache. Sines of one level, powers and other functions are
 // calls of C++ functions, which change all registers, so values that are used afterwards are stored before.
 //
-// With AVX the same lines become code for the lanes of a LaneNumber, four or eight at a time (ad/formula/lane_lines.hpp).
+// With AVX2 or AVX-512 the same lines become code for the lanes of a LaneNumber, four or eight at a time (ad/formula/lane_lines.hpp).
 
 #include <algorithm>
 #include <array>

@@ -111,7 +111,11 @@ inline NativeVectors best_lane_vectors() {
     const NativeLines code(table, read, best_vectors());
     if (!code.exists()) return false;
     code(native);
-    return std::bit_cast<std::uint64_t>(interpreted[3]) == std::bit_cast<std::uint64_t>(native[3]);
+    LaneNumber lanes[4] = {};
+    for (std::size_t k = 0; k < 3; ++k) lanes[k] = interpreted[k];
+    carry_out(table, lanes);
+    const auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x); };
+    return bits(interpreted[3]) == bits(native[3]) && bits(interpreted[3]) == bits(lanes[3].lanes()[0]);
   }();
   return possible;
 #else

@@ -62,7 +62,7 @@ concept KnowsBodyTorque = requires(const E& e, const Vector<double, n>& q) { e.t
 template <class E>
 concept KnowsSlopes = requires(const E& e, double (*rows)[2]) { e.add_slopes(rows); };
 
-// Effects are asked what their `Roles` say: their own types, or those of the same effects with plain numbers for packs of parameters.
+// Effects are asked what their `Roles` say: their own types, or those of the same effects with plain numbers for recorded parameters.
 template <ForceSum way, bool but_body_torques, class... Roles, class Effects, class S, int n>
 Vector<S, n> sum_over(const Effects& effects, const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, total<states_of<Roles>()...>()>& z, const S& t) {
   Vector<S, n> sum = Vector<S, n>::Zero(q.size());

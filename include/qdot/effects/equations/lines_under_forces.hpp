@@ -38,11 +38,30 @@ consteval bool is_recordable_force() {
   }
 }
 
-// Lines for the lanes of energies under forces. `Roles` are the types of the effects with plain numbers for parameters, of which there are
+// T and V as nodes of m, of energies with recorded parameters; `Numbers` are those energies with plain numbers, which say what T and V take.
+template <int n, class Numbers, class Energies>
+[[gnu::cold]] void run_energies_like(RecordedMotion& m, const Energies& energies) {
+  m.recording.source = "T or V";
+  const formula::Recorded t(m.recording, m.t);
+  const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
+  const auto T = [&]() -> formula::Recorded {
+    if constexpr (kinetic_signature<Numbers, n>() == KineticSignature::velocity) return energies.T(v);
+    else if constexpr (kinetic_signature<Numbers, n>() == KineticSignature::state) return energies.T(q, v);
+    else return energies.T(q, v, t);
+  };
+  const auto V = [&]() -> formula::Recorded {
+    if constexpr (potential_signature<Numbers, n>() == PotentialSignature::position) return energies.V(q);
+    else return energies.V(q, t);
+  };
+  m.returned.push_back(T().node_in(m.recording));
+  m.returned.push_back(V().node_in(m.recording));
+}
+
+// Lines for the lanes of energies under forces. `Numbers`: as above. `Roles` are the types of the effects with plain numbers for parameters, of which there are
 // `parameters` among the variables of m, to whose recording the parameters belong; m is used up.
-template <int n, ForceSum sum, class... Roles, class Energies, class Effects>
+template <int n, ForceSum sum, class Numbers, class... Roles, class Energies, class Effects>
 [[gnu::cold]] OwnedLines lines_under_forces(RecordedMotion& m, const Energies& energies, const Effects& effects, int parameters) {
-  run_energies<n>(m, energies);
+  run_energies_like<n, Numbers>(m, energies);
   if constexpr (sizeof...(Roles) > 0) {
     m.recording.source = "the force of an effect";
     using S = formula::Recorded;

@@ -4,6 +4,7 @@
 // What moves in the lanes of a pack: one system or scene for all motions, or one of a family for each.
 //
 //     of(i)              the system or scene of motion i
+//     to_begin(i)        the same, for the few evaluations at a start
 //     lines()            of q̈, for all of them; none where T, V and forces are no formulas
 //     take(lane, i, q̈)   gives a lane of the equations to motion i
 //
@@ -48,13 +49,16 @@ inline constexpr bool goes_in_lanes_itself<Scene<Sys, Effects...>> = scene_goes_
 template <class E, int n, Inertia inertia>
 OwnedLines lane_lines(const System<E, n, inertia>& system) {
   auto held = std::make_shared<Derivations::Held>();
-  return {held, lane_lines_of(system, *held)};
+  if (const DerivedLines* const lines = lane_lines_of(system, *held)) return {held, lines};
+  RecordedMotion m = motion_variables(n);
+  return lines_under_forces<n, ForceSum::plain, E>(m, system.energies(), std::tuple<>(), 0);
 }
 template <class Sys, class... Effects>
 OwnedLines lane_lines(const Scene<Sys, Effects...>& scene) {
   constexpr int n = Sys::dof_at_compile_time;
   RecordedMotion m = motion_variables(n);
-  return lines_under_forces<n, ForceSum::plain, Effects...>(m, scene.system().energies(), scene.effects(), 0);
+  using Energies = typename Scene<Sys, Effects...>::SystemType::EnergiesType;
+  return lines_under_forces<n, ForceSum::plain, Energies, Effects...>(m, scene.system().energies(), scene.effects(), 0);
 }
 
 // One system or scene for all motions.
@@ -66,6 +70,7 @@ struct OneSystem {
   const Sys& system;
 
   const Sys& of(std::size_t) const { return system; }
+  const Sys& to_begin(std::size_t) const { return system; }
   OwnedLines lines() const { return lane_lines(system); }
   template <class Equations>
   void take(int, std::size_t, Equations&) const {}
@@ -92,16 +97,21 @@ struct SystemsOfFamily {
   static constexpr int n = dof, k = Parameters::SizeAtCompileTime;
   static_assert(k != Dynamic, "qdot: the parameters of a family are a Vector<double, k> with k known when compiled");
   using Recorded = Vector<formula::Recorded, k>;
-  using Energies = std::remove_cvref_t<std::invoke_result_t<const EnergiesOf&, const Recorded&>>;
+  using Numbers = std::remove_cvref_t<std::invoke_result_t<const EnergiesOf&, const Parameters&>>;
   using Effects = std::remove_cvref_t<std::invoke_result_t<const EffectsOf&, const Recorded&>>;
 
-  static auto made(const F& family, const Parameters& p) { return with_effects(mechanical_system<n>(family.energies_of(p)), family.effects_of(p)); }
+  static auto made(const F& family, const Parameters& p, bool keeps_lines = true) {
+    auto system = mechanical_system<n>(family.energies_of(p));
+    if (!keeps_lines) *system.kept_lines() = KeptLines::none();
+    return with_effects(std::move(system), family.effects_of(p));
+  }
   using System = decltype(made(std::declval<const F&>(), std::declval<const Parameters&>()));
   static constexpr bool is_common = false,
-                        goes_in_lanes = scene_goes_in_lanes<System, Effects> && recordable_as_lines<Energies, n> && !adds_terms<System>;
+                        goes_in_lanes = scene_goes_in_lanes<System, Effects> && !adds_terms<System>;
   const F& family;
 
   System of(std::size_t i) const { return made(family, Parameters(family.parameters_of(i))); }
+  System to_begin(std::size_t i) const { return made(family, Parameters(family.parameters_of(i)), false); }
 
   OwnedLines lines() const {
     RecordedMotion m = motion_variables(n);
@@ -117,11 +127,11 @@ struct SystemsOfFamily {
  private:
   template <class Sys>
   OwnedLines lines_of(RecordedMotion& m, const Recorded& p, std::type_identity<Sys>) const {
-    return lines_under_forces<n, ForceSum::plain>(m, family.energies_of(p), family.effects_of(p), k);
+    return lines_under_forces<n, ForceSum::plain, Numbers>(m, family.energies_of(p), family.effects_of(p), k);
   }
   template <class Sys, class... Roles>
   OwnedLines lines_of(RecordedMotion& m, const Recorded& p, std::type_identity<Scene<Sys, Roles...>>) const {
-    return lines_under_forces<n, sum_beside_energies<System>, Roles...>(m, family.energies_of(p), family.effects_of(p), k);
+    return lines_under_forces<n, sum_beside_energies<System>, Numbers, Roles...>(m, family.energies_of(p), family.effects_of(p), k);
   }
 };
 

@@ -43,13 +43,6 @@ MotionEnd<n> motion_alone(const Sys& system, const State<n>& start, double t_end
   return end;
 }
 
-// What a form was made of.
-template <class Form>
-const auto& model_of(const Form& form) {
-  if constexpr (requires { form.scene(); }) return form.scene();
-  else return form.system();
-}
-
 // Motions first … last − 1 of what goes in lanes.
 template <class Systems, class StartOf, class P, class... Events>
 class LaneRun {
@@ -76,7 +69,7 @@ class LaneRun {
       Mask told;
       try {
         told = pack_.step(accelerations, [&] { return passing(); });
-      } catch (...) {  // by T, V, an effect or an event for some lane, which will do so again alone
+      } catch (...) {  // by an event for some lane, which will do so again alone
         told = pack_.abandoned();
       }
       for (int lane = 0; lane < lanes; ++lane) {
@@ -134,7 +127,7 @@ class LaneRun {
       if (!Systems::is_common || !l.form) {
         l.dog.reset();
         l.has_begun = false;
-        l.form.emplace(systems_.of(motion));
+        l.form.emplace(systems_.to_begin(motion));
       }
       if (is_ordinary(l.start) && begin_at(lane, l)) return true;
       kept(motion).value = alone(l, l.start, options_);
@@ -222,7 +215,7 @@ class LaneRun {
   }
 
   MotionEnd<n> alone(const Lane& l, const State<n>& start, const Options& options) const {
-    return motion_alone(model_of(*l.form), start, t_end_, Dop853{}, options, events_);
+    return motion_alone(systems_.of(l.motion), start, t_end_, Dop853{}, options, events_);
   }
 
   const Systems& systems_;

@@ -48,9 +48,9 @@ bool has_no_branches(const FirstOrderForm<Sys>& form) {
   if constexpr (requires { form.is_recorded(); }) return form.is_recorded();
   if constexpr (may_keep_lines<E, n>) {
     const int size = static_cast<int>(form.system().dof());
-    Derivations& of_system = derivations_of(*form.system().kept_lines()->shared());
+    const auto& shared = form.system().kept_lines()->shared();
     Derivations::Held held;
-    return size <= block_limit<n> && of_system.template everywhere<n>(form.system().energies(), size, held) != nullptr;
+    return shared && size <= block_limit<n> && derivations_of(*shared).template everywhere<n>(form.system().energies(), size, held) != nullptr;
   }
   return false;
 }

@@ -173,7 +173,7 @@ template <int n, class Number>
   }
 }
 
-/// q̈ of the form `Form::form` into `qddot`; what is false then is not an acceleration. Of packs a mask.
+/// q̈ of the form `Form::form` into `qddot`; what is false then is not an acceleration.
 ///
 /// @param c  the coefficients, Form::form.size.coefficients numbers
 /// @param forces  NoForces, or what writes n applied generalized forces: forces(q, qdot, Q), compiled together with the lines

@@ -25,8 +25,8 @@
 
 namespace qdot::detail {
 
-// What was recorded, T, V and perhaps forces, what has been derived of it, and its lines.
 enum class Assumptions { refused, checked };  // that a number is never another, where functors ask whether they are equal
+// What was recorded, T, V and perhaps forces, what has been derived of it, and its lines.
 template <class Number = double>
 struct Derivation {
   RecordedMotion recorded;

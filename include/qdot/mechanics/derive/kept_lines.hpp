@@ -217,10 +217,9 @@ class DerivedOnce {
 // Which energies may have kept lines: T and V, and positions (mechanics/kinematic_system.hpp). Runs of many coordinates, or of a number that is known at
 // run time, have other ways (mechanics/derive/traced_motion.hpp).
 template <class E, int n>
-inline constexpr bool recordable_as_lines =
-    n <= block_limit<n> && (!requires { requires E::has_own_equations; } || requires { requires E::may_keep_lines; }) && RecordableEnergies<E, n>;
-template <class E, int n>
-inline constexpr bool may_keep_lines = recordable_as_lines<E, n> && !is_written_out<E>;
+inline constexpr bool may_keep_lines =
+    n <= block_limit<n> && (!requires { requires E::has_own_equations; } || requires { requires E::may_keep_lines; }) && !is_written_out<E> &&
+    RecordableEnergies<E, n>;
 
 // Calls found(lines), for `f` what a derivation has, with the lines by which a system's M and r are evaluated at a state; false where there are none and
 // where found() returns false. Beyond a guard lines say that they have no values there, and are looked for again.
@@ -257,7 +256,7 @@ bool with_lines_and_slopes(KeptLines* kept, const E& e, const AtState& at, const
 template <class Sys, class Owner>
 void keep_lines(Owner& owner, const Sys& system) {
   if constexpr (may_keep_lines<typename Sys::EnergiesType, Sys::dof_at_compile_time>)
-    owner.keep(KeptLines(*system.kept_lines(), std::make_shared<DerivedOnce>(system.kept_lines()->shared())));
+    if (const auto& shared = system.kept_lines()->shared()) owner.keep(KeptLines(*system.kept_lines(), std::make_shared<DerivedOnce>(shared)));
 }
 
 /// Where T and V have become others since, they are derived anew.

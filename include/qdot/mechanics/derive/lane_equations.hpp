@@ -24,7 +24,7 @@ template <class Sys>
 inline constexpr bool may_have_lane_lines = [] {
   using E = typename Sys::EnergiesType;
   constexpr int n = Sys::dof_at_compile_time;
-  return Sys::inertia == Inertia::positive_definite && n >= 1 && n <= lane_limit && recordable_as_lines<E, n>;
+  return Sys::inertia == Inertia::positive_definite && n >= 1 && n <= lane_limit && RecordableEnergies<E, n>;
 }();
 
 /// Those lines, which hold at every state; null where there are none.
@@ -42,6 +42,12 @@ const DerivedLines* lane_lines_at(const Sys& system, const AtState& at, Derivati
   return it ? it->lines_for_lanes() : nullptr;
 }
 
+/// Whether lanes are faster than one motion after the other: by machine code, or by the interpreter for few coordinates.
+inline bool lanes_pay(const DerivedLines& lines) {
+  const formula::LineEvaluator& solution = lines.solution[0].lines;
+  const bool are_native = formula::native_lines_are_possible() && formula::doubles_of(formula::best_lane_vectors()) > 1;
+  return are_native ? solution.count() <= formula::longest_native_lines : lines.right.size() <= 4;
+}
 /// How many numbers their evaluation has, after those of the state and of parameters.
 inline std::size_t lane_numbers(const DerivedLines& lines) { return lines.solution[0].lines.count(); }
 

@@ -48,7 +48,7 @@ struct DerivedLines {
   };
   std::vector<Sided> sides;  // beyond which T or V has another branch
 
-  // q̈ of up to eight coordinates, by machine code once it has been asked for often; without forces Q, and with them.
+  // q̈ of up to eight coordinates, and for lanes of up to 16, by machine code once it has been asked for often; without forces Q, and with them.
   struct Solution {
     formula::LineEvaluator lines;
     std::vector<int> accelerations;

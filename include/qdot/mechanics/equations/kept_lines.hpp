@@ -28,6 +28,8 @@ struct SharedDerivations {
 class KeptLines {
  public:
   KeptLines() : shared_(std::make_shared<SharedDerivations>()) {}
+  /// No lines: of a system that is evaluated so few times that deriving them does not pay.
+  static KeptLines none() { return KeptLines(std::shared_ptr<SharedDerivations>()); }
   /// Lines of a run, derived together with those of `system`.
   KeptLines(const KeptLines& system, std::shared_ptr<DerivedOnce> once) : shared_(system.shared_), once_(std::move(once)) {}
   KeptLines(const KeptLines& other) : shared_(other.shared_), once_(other.once_) {}
@@ -39,6 +41,7 @@ class KeptLines {
 
   /// The lines of a run; null outside of runs.
   DerivedOnce* once() const { return is_aside_.load(std::memory_order_relaxed) ? nullptr : once_.get(); }
+  /// Null where there are to be none.
   const std::shared_ptr<SharedDerivations>& shared() const { return shared_; }
 
   /// Makes evaluations check T and V, in a run as well, as long as it lives.
@@ -57,6 +60,8 @@ class KeptLines {
   };
 
  private:
+  explicit KeptLines(std::shared_ptr<SharedDerivations> shared) : shared_(std::move(shared)) {}
+
   std::shared_ptr<SharedDerivations> shared_;
   std::shared_ptr<DerivedOnce> once_;
   std::atomic<bool> is_aside_{false};

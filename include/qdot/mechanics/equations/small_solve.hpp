@@ -73,7 +73,7 @@ template <int n, int k, class Number>
   }
 }
 
-// b ← M⁻¹ b; false when a pivot is below `threshold` of its diagonal entry or NaN. M is overwritten. Of packs a mask.
+// b ← M⁻¹ b; false when a pivot is below `threshold` of its diagonal entry or NaN. M is overwritten.
 // Entries of M that are not `present` are zero. The entries of b are numbers or what can be multiplied by numbers.
 // `fraction`: where given, what of the diagonal entry is left in each pivot but the first.
 template <int n, class Number, class Right>
