@@ -184,6 +184,8 @@ class RungeKuttaLanes {
   double last_step(int lane) const { return taken_[lane]; }
 
  private:
+  // Where the compiler may use four or eight doubles to an instruction it writes the sums itself, with weights that it knows.
+  static constexpr bool are_compiled = register_lanes >= 4;
   static constexpr double beta = 0.2 / C::order;
   static constexpr double exponent = 1.0 / C::order - 0.75 * beta;
 
@@ -195,10 +197,23 @@ class RungeKuttaLanes {
     return terms;
   }
   static const double* doubles(const P* numbers) { return reinterpret_cast<const double*>(numbers); }
-  // Σ wⱼ (kⱼ − k₁) of each component over all stages.
-  template <class Weights>
-  void put_sums(const Weights& weights, P* to) const {
-    sums_(reinterpret_cast<double*>(to), static_cast<std::size_t>(N), terms_of(weights, C::stages - 1), nullptr);
+  // Σ wⱼ (kⱼ − k₁) of component i over the first `count` stages after k₁.
+  template <class Row, int count>
+  [[gnu::always_inline]] P sum_of(int i) const {
+    P sum = 0.0;
+    unroll<count>([&](auto j) __attribute__((always_inline)) {
+      if constexpr (Row::weights[j + 1] != 0.0) sum += Row::weights[j + 1] * k_[j + 1][i];
+    });
+    return sum;
+  }
+  // Of each component over all stages.
+  template <class Row>
+  void put_sums(P* to) const {
+    if constexpr (are_compiled) {
+      for (int i = 0; i < N; ++i) to[i] = sum_of<Row, C::stages - 1>(i);
+    } else {
+      sums_(reinterpret_cast<double*>(to), static_cast<std::size_t>(N), terms_of(Row::weights, C::stages - 1), nullptr);
+    }
   }
 
   template <class Form>
@@ -226,24 +241,40 @@ class RungeKuttaLanes {
 
   template <class A>
   Mask evaluated(const A& accelerations, const P& elapsed, const P* y, P* f) {
-    LaneTerms velocities;
-    velocities.add(1.0, doubles(y + n));
-    sums_(reinterpret_cast<double*>(f), static_cast<std::size_t>(n), velocities, nullptr);
+    if constexpr (are_compiled) {
+      for (int i = 0; i < n; ++i) f[i] = y[n + i];
+    } else {
+      LaneTerms velocities;
+      velocities.add(1.0, doubles(y + n));
+      sums_(reinterpret_cast<double*>(f), static_cast<std::size_t>(n), velocities, nullptr);
+    }
     return accelerations(y, y + n, shown(elapsed), f + n);
+  }
+
+  // The state at which stage `row` is evaluated, into stage_.
+  template <int row>
+  [[gnu::always_inline]] void put_state() {
+    constexpr double c = C::c[static_cast<std::size_t>(row)];
+    for (int i = 0; i < N; ++i) stage_[i] = y_[i] + (taken_ * (c * k_[0][i] + sum_of<StageRow<C, row>, row - 1>(i)) + lost_[i]);
+  }
+  void put_state(int row) {
+    LaneTerms terms = terms_of(C::a[static_cast<std::size_t>(row)], row - 1);
+    terms.add(C::c[static_cast<std::size_t>(row)], doubles(k_[0]));
+    const LaneStage from{doubles(y_), doubles(&taken_), doubles(lost_)};
+    sums_(reinterpret_cast<double*>(stage_), static_cast<std::size_t>(N), terms, &from);
   }
 
   template <class A>
   Mask stage(const A& accelerations, int row) {
-    const double c = C::c[static_cast<std::size_t>(row)];
-    LaneTerms terms = terms_of(C::a[static_cast<std::size_t>(row)], row - 1);
-    terms.add(c, doubles(k_[0]));
-    const LaneStage from{doubles(y_), doubles(&taken_), doubles(lost_)};
-    sums_(reinterpret_cast<double*>(stage_), static_cast<std::size_t>(N), terms, &from);
-    const Mask good = evaluated(accelerations, elapsed_ + c * taken_, stage_, f_);
-    terms.count = 0;
-    terms.add(1.0, doubles(f_));
-    terms.add(-1.0, doubles(k_[0]));
-    sums_(reinterpret_cast<double*>(k_[row]), static_cast<std::size_t>(N), terms, nullptr);
+    const Mask good = evaluated(accelerations, elapsed_ + C::c[static_cast<std::size_t>(row)] * taken_, stage_, f_);
+    if constexpr (are_compiled) {
+      for (int i = 0; i < N; ++i) k_[row][i] = f_[i] - k_[0][i];
+    } else {
+      LaneTerms difference;
+      difference.add(1.0, doubles(f_));
+      difference.add(-1.0, doubles(k_[0]));
+      sums_(reinterpret_cast<double*>(k_[row]), static_cast<std::size_t>(N), difference, nullptr);
+    }
     return good;
   }
 
@@ -251,8 +282,17 @@ class RungeKuttaLanes {
   template <class A>
   Mask attempted(const A& accelerations) {
     Mask good = true;
-    for (int row = 1; row < C::stages; ++row) good &= stage(accelerations, row);
-    put_sums(C::a[static_cast<std::size_t>(C::stages)], stage_);
+    if constexpr (are_compiled) {
+      [&]<std::size_t... i>(std::index_sequence<i...>) {
+        ((put_state<static_cast<int>(i) + 1>(), good &= stage(accelerations, static_cast<int>(i) + 1)), ...);
+      }(std::make_index_sequence<static_cast<std::size_t>(C::stages - 1)>{});
+    } else {
+      for (int row = 1; row < C::stages; ++row) {
+        put_state(row);
+        good &= stage(accelerations, row);
+      }
+    }
+    put_sums<StageRow<C, C::stages>>(stage_);
     for (int i = 0; i < N; ++i) {
       const P bend = stage_[i] + C::half_defect * k_[C::stages - 1][i];
       y_new_[i] = y_[i];
@@ -264,8 +304,8 @@ class RungeKuttaLanes {
 
   P weighted_error() {
     P sum = 0.0, low = 0.0, errors[N], low_errors[N];
-    put_sums(C::e, errors);
-    put_sums(C::e_low, low_errors);
+    put_sums<ErrorRow<C>>(errors);
+    put_sums<LowErrorRow<C>>(low_errors);
     for (int i = 0; i < N; ++i) {
       const P scale = 1.0 / (atol_[i] + rtol_ * max(abs(y_[i]), abs(y_new_[i])));
       const P e = errors[i] * scale;
