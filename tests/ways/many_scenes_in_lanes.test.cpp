@@ -181,8 +181,9 @@ TEST_CASE("scenes with random forces that are formulas take as many steps in lan
 
 TEST_CASE("forces go in lanes beside equations that the compiler has derived, and beside positions") {
   const auto placed = kinematic_system<2>(bench::UnrolledPositions<2>{}, gravity_along<1>(-9.81));
-  CHECK(detail::systems_of(placed).lines() != nullptr);
-  CHECK(detail::systems_of(scene(placed, spring_damper(Eigen::Vector2d(2.0, 0.5), tip, 2.0, 0.3, 0.1))).lines() != nullptr);
+  CHECK(detail::lines_of_recorded<2>(detail::systems_of(placed).recorded(), 0) != nullptr);
+  const auto sprung = scene(placed, spring_damper(Eigen::Vector2d(2.0, 0.5), tip, 2.0, 0.3, 0.1));
+  CHECK(detail::lines_of_recorded<2>(detail::systems_of(sprung).recorded(), 0) != nullptr);
   require_same(scene(mechanical_system<2>(written_out<2>(Arm{})), viscous_damping(Eigen::Vector2d(0.1, 0.2)),
                      spring_damper(Eigen::Vector2d(2.0, 0.5), tip, 2.0, 0.3, 0.1)));
   require_same(mechanical_system<2>(written_out<2>(Shaken{})));
@@ -222,6 +223,26 @@ TEST_CASE("forces in lanes are lines: their functors are not asked for numbers a
   long evaluations = 0;
   for (const auto& end : simulate_many(pushed, count, start_of, 5.0, Dop853{}, options, {.threads = 1})) evaluations += end.value->evaluations;
   CHECK(asked < evaluations / 4);  // at starts and ends
+}
+
+TEST_CASE("a captured number that changes while motions go in lanes is met by all motions that begin afterwards") {
+  double k = 1.0;
+  constexpr std::size_t change = 12, motions = 30;
+  const auto start = [&k](std::size_t i) {
+    if (i == change) k = 4.0;
+    return State<1>{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)};
+  };
+  const auto T = [](const auto& v) { return 0.5 * v[0] * v[0]; };
+  const auto check = [&](const auto& model) {
+    k = 1.0;
+    const auto ends = simulate_many(model, motions, start, 1.0, Dop853{}, options, {.threads = 1});
+    for (std::size_t i = change; i < motions; ++i) CHECK(std::abs(ends[i].value->state.q[0] - std::cos(2.0)) < 1e-8);
+  };
+  check(mechanical_system<1>(T, [&k](const auto& q) { return 0.5 * k * q[0] * q[0]; }));
+  check(scene(mechanical_system<1>(T), generalized_force([&k](const auto& q, const auto&) {
+                using S = ScalarOf<decltype(q)>;
+                return Vector<S, 1>(S(-k * q[0]));
+              })));
 }
 
 TEST_CASE("motions with a force that branches end where they do alone, and where lanes part at an event") {
@@ -302,7 +323,7 @@ TEST_CASE("scenes and systems with t end with the same bits for any number of th
 TEST_CASE("parameters of a family may enter loops that sum in the scalar of the state") {
   const auto parameters = [](std::size_t i) { return Vector<double, 2>(1.0 + 0.1 * static_cast<double>(i), 2.0 - 0.05 * static_cast<double>(i)); };
   const auto bobs = family<2>([](const auto& p) { return Bobs<ScalarOf<decltype(p)>>{p[0], p[1]}; }, parameters);
-  CHECK(detail::systems_of(bobs).lines() != nullptr);
+  CHECK(detail::lines_of_recorded<2>(detail::systems_of(bobs).recorded(), 2) != nullptr);
   const auto ends = simulate_many(bobs, count, start_of, 4.0, Dop853{}, options);
   for (std::size_t i = 0; i < count; ++i) {
     const auto p = parameters(i);

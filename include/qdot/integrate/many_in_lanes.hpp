@@ -31,6 +31,7 @@
 #include <concepts>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -118,14 +119,18 @@ void use_ends(const Systems& systems, const StartOf& start_of, double t_end, con
   constexpr int size = FormOf<typename Systems::System>::size_at_compile_time;
   require_valid(options, size == Dynamic ? options.atol.size() : size);
   if constexpr (may_share_packs<Systems, Method, Events...>) {
+    std::optional<RecordedMotion> recorded;
     OwnedLines lines;
     try {
-      if (asks_for_lanes(options)) lines = systems.lines();
+      if (asks_for_lanes(options)) {
+        recorded.emplace(systems.recorded());
+        lines = lines_of_recorded<Systems::n>(*recorded, Systems::parameters);
+      }
     } catch (...) {  // what functors throw they throw again, where they are asked for values
     }
     if (lines && lanes_pay(*lines)) {
       using Run = LaneRun<Systems, StartOf, LanePack, Events...>;
-      return use([&](std::size_t first, std::size_t last) { return Run(systems, *lines, start_of, t_end, options, events).run(first, last); });
+      return use([&](std::size_t first, std::size_t last) { return Run(systems, *recorded, *lines, start_of, t_end, options, events).run(first, last); });
     }
   }
   const auto motion = [&](std::size_t i) { return motion_alone(systems.of(i), start_of(i), t_end, method, options, events); };

@@ -7,9 +7,9 @@
 // q, q̇ and t are inputs of the lines: the parameters of a family of scenes (integrate/many_in_lanes.hpp). Scenes with constraints or with states of
 // their effects have none.
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -57,10 +57,10 @@ template <int n, class Numbers, class Energies>
   m.returned.push_back(V().node_in(m.recording));
 }
 
-// Lines for the lanes of energies under forces. `Numbers`: as above. `Roles` are the types of the effects with plain numbers for parameters, of which there are
-// `parameters` among the variables of m, to whose recording the parameters belong; m is used up.
+// Records energies and forces. `Numbers`: as above. `Roles` are the types of the effects with plain numbers for parameters, and parameters are variables
+// of m.
 template <int n, ForceSum sum, class Numbers, class... Roles, class Energies, class Effects>
-[[gnu::cold]] OwnedLines lines_under_forces(RecordedMotion& m, const Energies& energies, const Effects& effects, int parameters) {
+[[gnu::cold]] void record_under_forces(RecordedMotion& m, const Energies& energies, const Effects& effects) {
   run_energies_like<n, Numbers>(m, energies);
   if constexpr (sizeof...(Roles) > 0) {
     m.recording.source = "the force of an effect";
@@ -69,6 +69,21 @@ template <int n, ForceSum sum, class Numbers, class... Roles, class Energies, cl
                                                           Vector<S, 0>(), S(m.recording, m.t));
     for (int i = 0; i < n; ++i) m.returned.push_back(Q[i].node_in(m.recording));
   }
+}
+
+// Whether two recordings are of the same formulas.
+[[gnu::cold]] inline bool are_alike(const RecordedMotion& a, const RecordedMotion& b) {
+  const auto same_node = [](const formula::Node& x, const formula::Node& y) {
+    return x.kind == y.kind && x.function == y.function && x.a == y.a && x.b == y.b && x.ca == y.ca && x.cb == y.cb && x.c == y.c;
+  };
+  return a.returned == b.returned && a.recording.assumptions == b.recording.assumptions &&
+         std::equal(a.recording.graph.nodes().begin(), a.recording.graph.nodes().end(), b.recording.graph.nodes().begin(), b.recording.graph.nodes().end(),
+                    same_node);
+}
+
+// Lines for the lanes of what was recorded, with so many parameters.
+template <int n>
+[[gnu::cold]] OwnedLines lines_of_recorded(RecordedMotion m, int parameters) {
   auto made = std::make_shared<Derivation<>>();
   made->derive(std::move(m), nullptr, Assumptions::checked, static_cast<std::size_t>(parameters));
   if (!made->lines.exist()) return {};

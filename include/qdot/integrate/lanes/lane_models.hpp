@@ -5,13 +5,12 @@
 //
 //     of(i)              the system or scene of motion i
 //     to_begin(i)        the same, for the few evaluations at a start
-//     lines()            of q̈, for all of them; none where T, V and forces are no formulas
+//     recorded()         T, V and forces as they are now; throws where they are no formulas
 //     take(lane, i, q̈)   gives a lane of the equations to motion i
 //
 // What a lane gets does not depend on its neighbours, for the same operations go over the number in each lane.
 
 #include <cstddef>
-#include <memory>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -45,33 +44,33 @@ inline constexpr bool goes_in_lanes_itself = scene_goes_in_lanes<Sys, std::tuple
 template <class Sys, class... Effects>
 inline constexpr bool goes_in_lanes_itself<Scene<Sys, Effects...>> = scene_goes_in_lanes<Scene<Sys, Effects...>, std::tuple<Effects...>>;
 
-// Lines of a system, or of a scene, as it is.
+// A system, or a scene, as it is now.
 template <class E, int n, Inertia inertia>
-OwnedLines lane_lines(const System<E, n, inertia>& system) {
-  auto held = std::make_shared<Derivations::Held>();
-  if (const DerivedLines* const lines = lane_lines_of(system, *held)) return {held, lines};
+RecordedMotion recorded_for_lanes(const System<E, n, inertia>& system) {
   RecordedMotion m = motion_variables(n);
-  return lines_under_forces<n, ForceSum::plain, E>(m, system.energies(), std::tuple<>(), 0);
+  record_under_forces<n, ForceSum::plain, E>(m, system.energies(), std::tuple<>());
+  return m;
 }
 template <class Sys, class... Effects>
-OwnedLines lane_lines(const Scene<Sys, Effects...>& scene) {
+RecordedMotion recorded_for_lanes(const Scene<Sys, Effects...>& scene) {
   constexpr int n = Sys::dof_at_compile_time;
-  RecordedMotion m = motion_variables(n);
   using Energies = typename Scene<Sys, Effects...>::SystemType::EnergiesType;
-  return lines_under_forces<n, ForceSum::plain, Energies, Effects...>(m, scene.system().energies(), scene.effects(), 0);
+  RecordedMotion m = motion_variables(n);
+  record_under_forces<n, ForceSum::plain, Energies, Effects...>(m, scene.system().energies(), scene.effects());
+  return m;
 }
 
 // One system or scene for all motions.
 template <class Sys>
 struct OneSystem {
   using System = Sys;
-  static constexpr int n = Sys::dof_at_compile_time;
+  static constexpr int n = Sys::dof_at_compile_time, parameters = 0;
   static constexpr bool is_common = true, goes_in_lanes = goes_in_lanes_itself<Sys>;
   const Sys& system;
 
   const Sys& of(std::size_t) const { return system; }
   const Sys& to_begin(std::size_t) const { return system; }
-  OwnedLines lines() const { return lane_lines(system); }
+  RecordedMotion recorded() const { return recorded_for_lanes(system); }
   template <class Equations>
   void take(int, std::size_t, Equations&) const {}
 };
@@ -94,7 +93,7 @@ template <int dof, class EnergiesOf, class EffectsOf, class ParametersOf>
 struct SystemsOfFamily {
   using F = Family<dof, EnergiesOf, EffectsOf, ParametersOf>;
   using Parameters = std::remove_cvref_t<std::invoke_result_t<const ParametersOf&, std::size_t>>;
-  static constexpr int n = dof, k = Parameters::SizeAtCompileTime;
+  static constexpr int n = dof, k = Parameters::SizeAtCompileTime, parameters = k;
   static_assert(k != Dynamic, "qdot: the parameters of a family are a Vector<double, k> with k known when compiled");
   using Recorded = Vector<formula::Recorded, k>;
   using Numbers = std::remove_cvref_t<std::invoke_result_t<const EnergiesOf&, const Parameters&>>;
@@ -113,10 +112,10 @@ struct SystemsOfFamily {
   System of(std::size_t i) const { return made(family, Parameters(family.parameters_of(i))); }
   System to_begin(std::size_t i) const { return made(family, Parameters(family.parameters_of(i)), false); }
 
-  OwnedLines lines() const {
+  RecordedMotion recorded() const {
     RecordedMotion m = motion_variables(n);
-    const Recorded p = recorded_vector<k>(m.recording, new_variables(m.recording, 3 * n + 1, k));
-    return lines_of(m, p, std::type_identity<System>());
+    record(m, recorded_vector<k>(m.recording, new_variables(m.recording, 3 * n + 1, k)), std::type_identity<System>());
+    return m;
   }
   template <class Equations>
   void take(int lane, std::size_t motion, Equations& equations) const {
@@ -126,12 +125,12 @@ struct SystemsOfFamily {
 
  private:
   template <class Sys>
-  OwnedLines lines_of(RecordedMotion& m, const Recorded& p, std::type_identity<Sys>) const {
-    return lines_under_forces<n, ForceSum::plain, Numbers>(m, family.energies_of(p), family.effects_of(p), k);
+  void record(RecordedMotion& m, const Recorded& p, std::type_identity<Sys>) const {
+    record_under_forces<n, ForceSum::plain, Numbers>(m, family.energies_of(p), family.effects_of(p));
   }
   template <class Sys, class... Roles>
-  OwnedLines lines_of(RecordedMotion& m, const Recorded& p, std::type_identity<Scene<Sys, Roles...>>) const {
-    return lines_under_forces<n, sum_beside_energies<System>, Numbers, Roles...>(m, family.energies_of(p), family.effects_of(p), k);
+  void record(RecordedMotion& m, const Recorded& p, std::type_identity<Scene<Sys, Roles...>>) const {
+    record_under_forces<n, sum_beside_energies<System>, Numbers, Roles...>(m, family.energies_of(p), family.effects_of(p));
   }
 };
 

@@ -53,9 +53,9 @@ class LaneRun {
   using Ends = std::vector<Kept<MotionEnd<n>>>;
 
  public:
-  LaneRun(const Systems& systems, const DerivedLines& lines, const StartOf& start_of, double t_end, const Options& options,
+  LaneRun(const Systems& systems, const RecordedMotion& recorded, const DerivedLines& lines, const StartOf& start_of, double t_end, const Options& options,
           const EventList<Events...>& events)
-      : systems_(systems), start_of_(start_of), t_end_(t_end), options_(options), events_(events),
+      : systems_(systems), recorded_(recorded), start_of_(start_of), t_end_(t_end), options_(options), events_(events),
         numbers_(lane_numbers(lines)), equations_(lines, numbers_.data()), pack_(options) {}
 
   Ends run(std::size_t first, std::size_t last) {
@@ -191,12 +191,12 @@ class LaneRun {
       const State<n> state{pack_.has_arrived(lane) ? t_end_ : pack_.t(lane), y.head(n), y.tail(n)};
       const long steps = pack_.steps(lane), evaluations = pack_.evaluations(lane);
       if (pack_.has_arrived(lane)) {
-        if (l.dog->look(t_end_, y, steps, true) || l.dog->verdict()) {
+        if (l.dog->look(t_end_, y, steps, true) || l.dog->verdict() || !are_as_recorded()) {
           kept(l.motion).value = alone(l, l.start, options_);
         } else {
           kept(l.motion).value = MotionEnd<n>{state, Outcome::completed, {}, {}, steps, evaluations};
         }
-      } else if (sizeof...(Events) > 0 && pack_.was_seen(lane)) {
+      } else if (sizeof...(Events) > 0 && pack_.was_seen(lane) && are_as_recorded()) {
         Options rest = options_;
         rest.max_steps = std::max(1L, options_.max_steps - steps);
         rest.max_evaluations = std::max(1L, options_.max_evaluations - evaluations);
@@ -214,11 +214,21 @@ class LaneRun {
     load(lane);
   }
 
+  // Whether functors still are what the lines were derived from.
+  bool are_as_recorded() const {
+    try {
+      return are_alike(recorded_, systems_.recorded());
+    } catch (...) {  // what functors throw they throw again alone
+      return false;
+    }
+  }
+
   MotionEnd<n> alone(const Lane& l, const State<n>& start, const Options& options) const {
     return motion_alone(systems_.of(l.motion), start, t_end_, Dop853{}, options, events_);
   }
 
   const Systems& systems_;
+  const RecordedMotion& recorded_;
   const StartOf& start_of_;
   double t_end_;
   const Options& options_;

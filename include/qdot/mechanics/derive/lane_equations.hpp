@@ -27,14 +27,7 @@ inline constexpr bool may_have_lane_lines = [] {
   return Sys::inertia == Inertia::positive_definite && n >= 1 && n <= lane_limit && RecordableEnergies<E, n>;
 }();
 
-/// Those lines, which hold at every state; null where there are none.
-template <class Sys>
-const DerivedLines* lane_lines_of(const Sys& system, Derivations::Held& held) {
-  constexpr int n = Sys::dof_at_compile_time;
-  KeptDerivation* const it = derivations_of(*system.kept_lines()->shared()).template everywhere<n>(system.energies(), n, held);
-  return it ? it->lines_for_lanes() : nullptr;
-}
-/// Likewise of functors that branch, on the branch of a state.
+/// Those lines, of functors that branch on the branch of a state; null where there are none.
 template <class Sys>
 const DerivedLines* lane_lines_at(const Sys& system, const AtState& at, Derivations::Held& held) {
   constexpr int n = Sys::dof_at_compile_time;
