@@ -14,6 +14,7 @@
 #include <qdot/integrate/driver/event_clocks.hpp>
 #include <qdot/integrate/driver/event_finder.hpp>
 #include <qdot/integrate/options.hpp>
+#include <qdot/integrate/runge_kutta.hpp>
 #include <qdot/integrate/steps/motion_plan.hpp>
 #include <qdot/integrate/steps/recorded_motion.hpp>
 #include <qdot/integrate/steps/spectral_radius.hpp>
@@ -85,4 +86,8 @@ template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::writ
 
 namespace qdot {
 template class BasicAutomaticStepper<double>;
+template class RungeKuttaStepper<detail::Dop853Coefficients, 2>;
+template class RungeKuttaStepper<detail::Dop853Coefficients, 4>;
+template class RungeKuttaStepper<detail::Dop853Coefficients, 6>;
+template class RungeKuttaStepper<detail::Dop853Coefficients, Dynamic>;
 }  // namespace qdot

@@ -56,8 +56,8 @@ class GaussStepper : public detail::FixedStep<F> {
 
  public:
   /// @throws InvalidValue  step is not positive, stages is not 1 … 8
-  GaussStepper(F system, int stages, double step, const Options& options)
-      : Base(std::move(system), "gauss", 2 * checked(stages), step, options), table_(stages) {
+  GaussStepper(const F& system, int stages, double step, const Options& options)
+      : Base(system, "gauss", 2 * checked(stages), step, options), table_(stages) {
     const Vec zero = Vec::Zero(dof());
     const std::size_t s = static_cast<std::size_t>(stages);
     V_.assign(s, zero);

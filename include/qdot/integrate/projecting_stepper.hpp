@@ -13,26 +13,27 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <memory>
 #include <type_traits>
 #include <utility>
 
 #include "qdot/ad/vector.hpp"
 #include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
+#include "qdot/integrate/steps/rates.hpp"
 
 namespace qdot {
 
 /// A Stepper whose steps end on the constraints of its system. Movable.
-template <CorrectableStepper S, ProjectableSystem F>
+template <CorrectableStepper S>
 class ProjectingStepper {
  public:
   static constexpr bool projects_itself = true;
 
-  ProjectingStepper(S stepper, F system)
-      : stepper_(std::move(stepper)), system_(std::move(system)), statistics_(stepper_.statistics()) {
-    y_.setZero(system_.value.size());
+  ProjectingStepper(S stepper, std::unique_ptr<detail::Rates> system)
+      : stepper_(std::move(stepper)), system_(std::move(system)), is_constrained_(system_->is_constrained()), statistics_(stepper_.statistics()) {
+    y_.setZero(system_->size());
     projected_ = y_;
-    if constexpr (requires { system_.value.is_constrained(); }) is_constrained_ = system_.value.is_constrained();
   }
 
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
@@ -49,11 +50,11 @@ class ProjectingStepper {
     const bool accepted = advanced && detail::attempted(failure_, [&] {
       projected_ = stepper_.y();
       if (!is_constrained_ || !detail::all_finite(projected_.data(), projected_.size())) return;
-      const auto report = system_.value.project(stepper_.t(), projected_);
+      const ProjectionReport report = system_->project(stepper_.t(), projected_);
       stepper_.correct(projected_);
       ++projections_;
-      residual_ = std::max(residual_, static_cast<double>(report.residual));
-      velocity_residual_ = std::max(velocity_residual_, static_cast<double>(report.velocity_residual));
+      residual_ = std::max(residual_, report.residual);
+      velocity_residual_ = std::max(velocity_residual_, report.velocity_residual);
     });
     count();
     if (!accepted) return false;
@@ -103,8 +104,8 @@ class ProjectingStepper {
   }
 
   S stepper_;
-  detail::Replaceable<F> system_;
-  bool is_constrained_ = true;  // a system without its type may have nothing to keep
+  std::unique_ptr<detail::Rates> system_;
+  bool is_constrained_;  // a system without its type may have nothing to keep
   Eigen::VectorXd y_, projected_;
   double t_ = 0.0, t_previous_ = 0.0;
   Moment moment_;
@@ -123,7 +124,7 @@ auto projecting_stepper(const M& method, const F& system, const Options& options
   if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
     static_assert(CorrectableStepper<S>,
                   "qdot: this method cannot keep a system on its constraints; use Dop853, Dopri5, Gauss or CvodeBdf");
-    return ProjectingStepper<S, F>(method.stepper(system, options), system);
+    return ProjectingStepper<S>(method.stepper(system, options), rates_of(system));
   } else {
     return method.stepper(system, options);
   }

@@ -85,8 +85,8 @@ class RattleStepper : public detail::FixedStep<F> {
   static constexpr bool projects_itself = true;
 
   /// @throws InvalidValue  step is not positive, order is not 2, 4, 6 or 8, the mass matrix depends on the velocities
-  RattleStepper(F system, int order, double step, const Options& options)
-      : Base(std::move(system), "rattle", order, step, options), substeps_(detail::rattle_substeps(order)) {
+  RattleStepper(const F& system, int order, double step, const Options& options)
+      : Base(system, "rattle", order, step, options), substeps_(detail::rattle_substeps(order)) {
     detail::require_option(!substeps_.empty(), "order", "must be 2, 4, 6 or 8", order, "4 is usual");
     q_ = v_ = a_ = lost_q_ = lost_v_ = Vec::Zero(dof());
     invert_mass_matrix();

@@ -49,6 +49,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -63,21 +64,20 @@
 namespace qdot {
 
 /// A Stepper that takes explicit Runge–Kutta steps with the coefficients C. Movable.
-template <class C, FirstOrderSystem F>
-class RungeKuttaStepper : public detail::OneStep<F> {
-  using Base = detail::OneStep<F>;
+template <class C, int N>
+class RungeKuttaStepper : public detail::OneStep<N> {
+  using Base = detail::OneStep<N>;
   using typename Base::Y;
   using Base::epsilon, Base::size;
-  static constexpr int N = Base::size_at_compile_time;
   static constexpr int degree = 3 + static_cast<int>(C::dense.size());  // of the dense output
 
  public:
   /// @throws InvalidValue, DimensionError  for options outside their range
-  RungeKuttaStepper(F system, std::string name, const Options& options)
+  RungeKuttaStepper(std::unique_ptr<detail::Rates> system, std::string name, const Options& options)
       : Base(std::move(system), std::move(name), C::order, options),
         initial_step_(options.initial_step),
         share_(options.rtol < 1e-14 ? 64.0 : 1.0) {
-    const Eigen::Index n = this->form().size();
+    const Eigen::Index n = this->y_.size();
     k_.resize(n, C::total);
     std::fill_n(k_.data(), k_.size(), 0.0);
     quotient_.resize(n, degree);
@@ -320,8 +320,8 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   [[noreturn, gnu::cold, gnu::noinline]] void throw_non_finite() const {
     for (Eigen::Index i = 0; i < size(); ++i)
       if (!std::isfinite(stage_[i]))
-        throw NonFinite(detail::sentence({"the derivative of ", this->form().component_name(i)}), this->t_,
-                        detail::sentence({"the derivative of ", this->form().component_name(i), " must be finite at the start, but is ", stage_[i],
+        throw NonFinite(detail::sentence({"the derivative of ", this->component_name(i)}), this->t_,
+                        detail::sentence({"the derivative of ", this->component_name(i), " must be finite at the start, but is ", stage_[i],
                                           "; check the right-hand side there"}));
     throw NonFinite("the derivative", this->t_, "the derivative must be finite at the start; check the right-hand side");
   }
@@ -340,14 +340,21 @@ class RungeKuttaStepper : public detail::OneStep<F> {
   Matrix<double, N, degree + 1> dense_;  // coefficients of powers of s, a column each
 };
 
+#ifdef QDOT_COMPILED
+extern template class RungeKuttaStepper<detail::Dop853Coefficients, 2>;
+extern template class RungeKuttaStepper<detail::Dop853Coefficients, 4>;
+extern template class RungeKuttaStepper<detail::Dop853Coefficients, 6>;
+extern template class RungeKuttaStepper<detail::Dop853Coefficients, Dynamic>;
+#endif
+
 /// Explicit Runge–Kutta of order 8 with dense output of order 7: smooth motion, 1e-5 to 1e-13.
 struct Dop853 {
   static constexpr std::string_view name = "dop853";  ///< as statistics call it
 
   /// A stepper for `system`, which it copies. Allocates all its memory here.
   template <FirstOrderSystem F>
-  RungeKuttaStepper<detail::Dop853Coefficients, F> stepper(const F& system, const Options& options) const {
-    return {system, std::string(name), options};
+  RungeKuttaStepper<detail::Dop853Coefficients, F::size_at_compile_time> stepper(const F& system, const Options& options) const {
+    return {detail::rates_of(system), std::string(name), options};
   }
 };
 
@@ -357,8 +364,8 @@ struct Dopri5 {
 
   /// A stepper for `system`, which it copies. Allocates all its memory here.
   template <FirstOrderSystem F>
-  RungeKuttaStepper<detail::Dopri5Coefficients, F> stepper(const F& system, const Options& options) const {
-    return {system, std::string(name), options};
+  RungeKuttaStepper<detail::Dopri5Coefficients, F::size_at_compile_time> stepper(const F& system, const Options& options) const {
+    return {detail::rates_of(system), std::string(name), options};
   }
 };
 

@@ -40,8 +40,8 @@ class SplittingStepper : public detail::FixedStep<F> {
 
  public:
   /// @throws InvalidValue  step is not positive; the mass matrix depends on the velocities
-  SplittingStepper(F system, SplittingScheme scheme, double step, const Options& options)
-      : Base(std::move(system), std::string(detail::splitting(scheme).name), detail::splitting(scheme).order, step,
+  SplittingStepper(const F& system, SplittingScheme scheme, double step, const Options& options)
+      : Base(system, std::string(detail::splitting(scheme).name), detail::splitting(scheme).order, step,
              options),
         scheme_(detail::splitting(scheme)) {
     qddot_ = Vector<double, n>::Zero(dof());

@@ -65,8 +65,8 @@ namespace qdot {
 
 /// A Stepper that expands the motion in a power series at each step. Movable.
 template <class F>
-class TaylorStepper : public detail::OneStep<F> {
-  using Base = detail::OneStep<F>;
+class TaylorStepper : public detail::OneStepOf<F> {
+  using Base = detail::OneStepOf<F>;
   using typename Base::Y;
   using Base::epsilon, Base::size;
 
@@ -75,8 +75,8 @@ class TaylorStepper : public detail::OneStep<F> {
 
   /// @throws NotAnalytic                   T, V, a force or a constraint compares values or has a kink
   /// @throws InvalidValue, DimensionError  for options outside their range
-  TaylorStepper(F system, int order, const Options& options)
-      : Base(std::move(system), "taylor", order > 0 ? order : order_for(options.rtol), options),
+  TaylorStepper(const F& system, int order, const Options& options)
+      : Base(system, "taylor", order > 0 ? order : order_for(options.rtol), options),
         series_(this->form(), this->order_),
         ratio_(std::pow(options.rtol, 1.0 / (this->order_ + 1))),
         initial_step_(options.initial_step) {
@@ -99,7 +99,7 @@ class TaylorStepper : public detail::OneStep<F> {
     this->begin(at, y);
     for (Eigen::Index i = 0; i < size(); ++i)
       if (this->y_[i] == 0.0 && this->atol_[i] == detail::positive_atol(0.0))
-        detail::throw_invalid_value({"atol must be positive for taylor where a component starts at 0, as ", this->form().component_name(i),
+        detail::throw_invalid_value({"atol must be positive for taylor where a component starts at 0, as ", this->component_name(i),
                                      " does, but is 0; give it the size below which the component no longer matters, or take Dop853"});
     const double t = this->clock_.shown(this->elapsed_);
     series_.renew(this->form());
@@ -111,9 +111,9 @@ class TaylorStepper : public detail::OneStep<F> {
     begin_expansion(t, this->y_);
     for (Eigen::Index i = 0; i < size(); ++i)
       if (!std::isfinite(series_.coefficients()(i, 1))) {
-        this->form().derivative(t, this->y_, slope_);  // names what has no value, if that is known
-        throw NonFinite(detail::sentence({"the derivative of ", this->form().component_name(i)}), t,
-                        detail::sentence({"the derivative of ", this->form().component_name(i), " must be finite at the start, but is ",
+        this->rates().derivative(t, this->y_.data(), slope_.data());  // names what has no value, if that is known
+        throw NonFinite(detail::sentence({"the derivative of ", this->component_name(i)}), t,
+                        detail::sentence({"the derivative of ", this->component_name(i), " must be finite at the start, but is ",
                                           series_.coefficients()(i, 1),
                                           "; check T and V there for a division by zero, a root or a logarithm of zero"}));
       }

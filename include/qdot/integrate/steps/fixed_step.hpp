@@ -46,8 +46,8 @@ template <class S>
 
 // A one-step method with equal steps for a mechanical system, y = [q; q̇], or a scene, y = [q; q̇; z].
 template <FirstOrderSystem F>
-class FixedStep : public OneStep<F> {
-  using Base = OneStep<F>;
+class FixedStep : public OneStepOf<F> {
+  using Base = OneStepOf<F>;
 
  public:
   static constexpr bool has_fixed_step() noexcept { return true; }
@@ -69,8 +69,8 @@ class FixedStep : public OneStep<F> {
   static constexpr int n = Behind::n;
   static constexpr int states = Behind::states;
 
-  FixedStep(F system, std::string method, int order, double longest, const Options& options)
-      : Base(std::move(system), std::move(method), order, options), longest_(longest) {
+  FixedStep(const F& system, std::string method, int order, double longest, const Options& options)
+      : Base(system, std::move(method), order, options), longest_(longest) {
     require_option(longest > 0 && std::isfinite(longest), "step", "must be positive and finite", longest,
                    "a fixed-step method needs one: try a thirtieth of the shortest period");
     dense_.setZero(this->size(), 6);

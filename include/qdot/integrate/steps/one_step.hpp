@@ -33,6 +33,7 @@
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/statistics.hpp"
 #include "qdot/integrate/steps/polynomial.hpp"
+#include "qdot/integrate/steps/rates.hpp"
 #include "qdot/integrate/steps/watch_budget.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -42,25 +43,6 @@ template <class F>
 struct mechanical_form : std::false_type {};
 template <class Sys>
 struct mechanical_form<FirstOrderForm<Sys>> : std::true_type {};
-
-// Lets an object be assigned whose type can only be copied: functors that capture are of that kind.
-template <class T>
-struct Replaceable {
-  T value;
-
-  explicit Replaceable(T initial) : value(std::move(initial)) {}
-  Replaceable(const Replaceable&) = default;
-  Replaceable(Replaceable&&) = default;
-  Replaceable& operator=(const Replaceable& other) { return *this = Replaceable(other); }
-  Replaceable& operator=(Replaceable&& other) noexcept(std::is_nothrow_move_constructible_v<T>) {
-    if (this != &other) {
-      std::destroy_at(&value);
-      std::construct_at(&value, std::move(other.value));
-    }
-    return *this;
-  }
-  ~Replaceable() = default;
-};
 
 // How the model refused, from the exception that is being handled; one that says nothing about the model is passed on.
 [[gnu::cold, gnu::noinline]] inline Failure refusal() {
@@ -95,12 +77,12 @@ bool attempted(Failure& failure, Evaluation&& evaluation) {
   }
 }
 
-// The state and the bookkeeping of a one-step method for the system F.
-template <FirstOrderSystem F>
+// The state and the bookkeeping of a one-step method for systems of N components.
+template <int N>
 class OneStep {
  public:
-  static constexpr int size_at_compile_time = F::size_at_compile_time;
-  using Y = Vector<double, size_at_compile_time>;
+  static constexpr int size_at_compile_time = N;
+  using Y = Vector<double, N>;
 
   const Failure& failure() const noexcept { return failure_; }
   double t() const noexcept { return t_; }
@@ -116,9 +98,9 @@ class OneStep {
  protected:
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-  OneStep(F system, std::string method, int order, const Options& options)
-      : form_(std::move(system)), budget_(options), rtol_(options.rtol), max_step_(options.max_step), order_(order) {
-    const Eigen::Index n = form().size();
+  OneStep(std::unique_ptr<Rates> rates, std::string method, int order, const Options& options)
+      : rates_(std::move(rates)), budget_(options), rtol_(options.rtol), max_step_(options.max_step), order_(order) {
+    const Eigen::Index n = rates_->size();
     if (n < 1) throw_invalid_value({"a system must have at least 1 component, but has ", n});
     require_valid(options, n);
     atol_.resize(n);
@@ -129,7 +111,8 @@ class OneStep {
     statistics_.limited_by.assign(static_cast<std::size_t>(n), 0);
   }
 
-  const F& form() const noexcept { return form_.value; }
+  const Rates& rates() const noexcept { return *rates_; }
+  std::string component_name(Eigen::Index i) const { return rates_->component_name(i); }
 
   Eigen::Index size() const noexcept {
     if constexpr (size_at_compile_time == Dynamic) {
@@ -142,14 +125,14 @@ class OneStep {
   // Takes over a start, and the model as it is now; the direction of time is open again.
   void begin(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     const double t = at.t();
-    renew(form_.value);
+    rates_->renew();
     if (y.size() != size())
       throw DimensionError("y", static_cast<long>(size()), static_cast<long>(y.size()),
                            "pass one entry for each component of the system");
     require_option(std::isfinite(t), "t", "must be finite", t, "start at a time that is a number");
     for (Eigen::Index i = 0; i < size(); ++i)
       if (!std::isfinite(y[i]))
-        throw InvalidValue(sentence({form().component_name(i), " must be finite at the start, but is ", y[i], "; give it a number"}));
+        throw InvalidValue(sentence({component_name(i), " must be finite at the start, but is ", y[i], "; give it a number"}));
     t_ = t_previous_ = t;
     elapsed_ = elapsed_before_ = at.elapsed;
     clock_.start(at);
@@ -175,11 +158,7 @@ class OneStep {
   void evaluate(double elapsed, const Y& y, Y& ydot) {
     const double t = clock_.shown(clock_.within(elapsed));
     ++statistics_.evaluations;
-    if constexpr (requires { form().write_derivative(t, y.data(), ydot.data()); }) {
-      form().write_derivative(t, y.data(), ydot.data());
-    } else {
-      form().derivative(t, y, ydot);
-    }
+    rates_->derivative(t, y.data(), ydot.data());
   }
 
   // Runs an evaluation that may find the step too long; false, with the trouble noted, if it did.
@@ -217,7 +196,7 @@ class OneStep {
   [[gnu::cold, gnu::noinline]] bool give_up(double h) {
     if (failure_.outcome == Outcome::step_collapse) {
       failure_.message = blamed_ < 0 ? sentence({"the local error stayed too large"})
-                                     : sentence({"the local error stayed too large, most of all in ", form().component_name(blamed_), " = ", y_[blamed_]});
+                                     : sentence({"the local error stayed too large, most of all in ", component_name(blamed_), " = ", y_[blamed_]});
     }
     std::string text = sentence({statistics_.method, " took no step from t = ", t_, " with h down to ", std::abs(h), ": ", failure_.message});
     failure_.message = std::move(text);
@@ -238,7 +217,7 @@ class OneStep {
     return true;
   }
 
-  Replaceable<F> form_;
+  std::unique_ptr<Rates> rates_;
   Budget budget_;
   Vector<double, size_at_compile_time> atol_;
   double rtol_, max_step_;
@@ -251,6 +230,16 @@ class OneStep {
   Statistics statistics_;
   Failure failure_;
   Eigen::Index blamed_ = -1;  // the component with the largest error in the last step that was rejected for it
+};
+
+// The same for a method that asks more of its system than rates: the mechanics behind it.
+template <FirstOrderSystem F>
+class OneStepOf : public OneStep<F::size_at_compile_time> {
+ protected:
+  OneStepOf(const F& system, std::string method, int order, const Options& options)
+      : OneStep<F::size_at_compile_time>(rates_of(system), std::move(method), order, options) {}
+
+  const F& form() const noexcept { return static_cast<const RatesOf<F>&>(this->rates()).form(); }
 };
 
 }  // namespace qdot::detail

@@ -21,6 +21,7 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/run.hpp"
+#include "qdot/integrate/steps/rates.hpp"
 #include "qdot/integrate/watch/any_watch.hpp"
 #include "qdot/integrate/watch/driven_form.hpp"
 #include "qdot/integrate/watch/watch.hpp"
@@ -75,24 +76,12 @@ class SmoothFormOf : public Face {
   std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
   std::unique_ptr<AnyWatch> watch(const Options& options) const override { return watch_of(form_, options); }
   std::string what_is_not_finite(double t, const Eigen::VectorXd& y) const override { return non_finite_energy(form_, t, y); }
-  bool is_constrained() const override {
-    if constexpr (requires { form_.is_constrained(); }) return form_.is_constrained();
-    else return ProjectableSystem<Form>;
-  }
+  bool is_constrained() const override { return has_constraints(form_); }
   bool leap([[maybe_unused]] double t, [[maybe_unused]] Eigen::VectorXd& y) const override {
     if constexpr (requires { form_.leap(t, y); }) return form_.leap(t, y);
     return false;
   }
-  ProjectionReport project([[maybe_unused]] double t, [[maybe_unused]] Eigen::Ref<Eigen::VectorXd> y) const override {
-    if constexpr (!ProjectableSystem<Form>) {
-      return {};
-    } else if constexpr (requires(ProjectionReport& report) { report = form_.project(t, y); }) {
-      return form_.project(t, y);
-    } else {
-      const auto report = form_.project(t, y);
-      return {.residual = report.residual, .velocity_residual = report.velocity_residual};
-    }
-  }
+  ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const override { return projected_by(form_, t, y); }
 
  protected:
   Held form_;
