@@ -15,7 +15,6 @@
 #include <qdot/integrate/driver/event_finder.hpp>
 #include <qdot/integrate/options.hpp>
 #include <qdot/integrate/runge_kutta.hpp>
-#include <qdot/integrate/steps/motion_plan.hpp>
 #include <qdot/integrate/steps/recorded_motion.hpp>
 #include <qdot/integrate/steps/spectral_radius.hpp>
 #include <qdot/integrate/watch/change_watch.hpp>
@@ -27,17 +26,15 @@
 #include <qdot/mechanics/equations_of_motion.hpp>
 
 namespace qdot::taylor {
-template Sweep sweep_of<double>(BasicGraph<double>&, const SweepOutputs&, int);
+template Sweep sweep_of<double>(formula::BasicGraph<double>&, const SweepOutputs&, int);
 template void start<double>(Sweep&);
 template void advance<double>(Sweep&, int);
 template void complete<double>(Sweep&, int);
-template void Sweep::compile(BasicGraph<Parameter>&, const SweepOutputs&);
 }  // namespace qdot::taylor
 
 namespace qdot::formula {
-template class BasicGraph<taylor::Parameter>;
 template int variable_in<double>(Recording&, int);
-template int operation_in<double>(Recording&, Operation, int, int);
+template int operation_in<double>(Recording&, BinaryOperation, int, int);
 template int function_in<double>(Recording&, Function, int);
 template int power_in<double>(Recording&, int, double);
 template int constant_in<double>(Recording&, double);

@@ -49,19 +49,19 @@ struct Recording {
 };
 
 // The operations of two numbers.
-enum class Operation : unsigned char { sum, difference, product, quotient, hypot, atan2 };
+enum class BinaryOperation : unsigned char { sum, difference, product, quotient, hypot, atan2 };
 
 // Nodes of a recording, made while functors are run: once, so that nothing is gained where it is inlined into them.
 template <class Number = double>
-int operation_in(Recording& recording, Operation operation, int a, int b) {
+int operation_in(Recording& recording, BinaryOperation operation, int a, int b) {
   Graph& g = recording.graph;
   switch (operation) {
-    case Operation::sum: return g.sum(a, b);
-    case Operation::difference: return g.difference(a, b);
-    case Operation::product: return g.product(a, b);
-    case Operation::quotient: restrict_to(Domain::nonzero, g, b); return g.quotient(a, b);
-    case Operation::hypot: return g.function(Function::hypot, a, b);
-    case Operation::atan2: break;
+    case BinaryOperation::sum: return g.sum(a, b);
+    case BinaryOperation::difference: return g.difference(a, b);
+    case BinaryOperation::product: return g.product(a, b);
+    case BinaryOperation::quotient: restrict_to(Domain::nonzero, g, b); return g.quotient(a, b);
+    case BinaryOperation::hypot: return g.function(Function::hypot, a, b);
+    case BinaryOperation::atan2: break;
   }
   return g.function(Function::atan2, a, b);
 }
@@ -87,7 +87,7 @@ int variable_in(Recording& recording, int number) {
 
 #ifdef QDOT_COMPILED
 extern template int variable_in<double>(Recording&, int);
-extern template int operation_in<double>(Recording&, Operation, int, int);
+extern template int operation_in<double>(Recording&, BinaryOperation, int, int);
 extern template int function_in<double>(Recording&, Function, int);
 extern template int power_in<double>(Recording&, int, double);
 extern template int constant_in<double>(Recording&, double);
@@ -110,10 +110,10 @@ class Recorded : public FormulaNumber<Recorded> {
   [[gnu::noinline]] friend Recorded operator-(const Recorded& x) {
     return x.recording_ ? -1.0 * x : Recorded(-x.constant_);
   }
-  friend Recorded operator+(const Recorded& x, const Recorded& y) { return binary(Operation::sum, x, y); }
-  friend Recorded operator-(const Recorded& x, const Recorded& y) { return binary(Operation::difference, x, y); }
-  friend Recorded operator*(const Recorded& x, const Recorded& y) { return binary(Operation::product, x, y); }
-  friend Recorded operator/(const Recorded& x, const Recorded& y) { return binary(Operation::quotient, x, y); }
+  friend Recorded operator+(const Recorded& x, const Recorded& y) { return binary(BinaryOperation::sum, x, y); }
+  friend Recorded operator-(const Recorded& x, const Recorded& y) { return binary(BinaryOperation::difference, x, y); }
+  friend Recorded operator*(const Recorded& x, const Recorded& y) { return binary(BinaryOperation::product, x, y); }
+  friend Recorded operator/(const Recorded& x, const Recorded& y) { return binary(BinaryOperation::quotient, x, y); }
 
   friend bool operator==(const Recorded& x, const Recorded& y) {
     if (!x.recording_ && !y.recording_) return x.constant_ == y.constant_;
@@ -132,7 +132,9 @@ class Recorded : public FormulaNumber<Recorded> {
     if (!x.recording_) return Recorded(value_of(f, x.constant_));
     return wrapped(*x.recording_, function_in(*x.recording_, f, x.node_));
   }
-  static Recorded of(Function f, const Recorded& x, const Recorded& y) { return binary(f == Function::hypot ? Operation::hypot : Operation::atan2, x, y); }
+  static Recorded of(Function f, const Recorded& x, const Recorded& y) {
+    return binary(f == Function::hypot ? BinaryOperation::hypot : BinaryOperation::atan2, x, y);
+  }
 
   [[gnu::noinline]] friend Recorded pow(const Recorded& x, double exponent) {
     if (!x.recording_) return Recorded(std::pow(x.constant_, exponent));
@@ -180,20 +182,20 @@ class Recorded : public FormulaNumber<Recorded> {
     return made.kind == Kind::constant ? Recorded(made.c) : Recorded(recording, node);
   }
 
-  static double of_constants(Operation operation, double a, double b) {
+  static double of_constants(BinaryOperation operation, double a, double b) {
     switch (operation) {
-      case Operation::sum: return a + b;
-      case Operation::difference: return a - b;
-      case Operation::product: return a * b;
-      case Operation::quotient: return a / b;
-      case Operation::hypot: return std::hypot(a, b);
-      case Operation::atan2: break;
+      case BinaryOperation::sum: return a + b;
+      case BinaryOperation::difference: return a - b;
+      case BinaryOperation::product: return a * b;
+      case BinaryOperation::quotient: return a / b;
+      case BinaryOperation::hypot: return std::hypot(a, b);
+      case BinaryOperation::atan2: break;
     }
     return std::atan2(a, b);
   }
 
   // Not inlined, for recording is done once: a loop in T would be unrolled with all of this in it.
-  [[gnu::noinline]] static Recorded binary(Operation operation, const Recorded& x, const Recorded& y) {
+  [[gnu::noinline]] static Recorded binary(BinaryOperation operation, const Recorded& x, const Recorded& y) {
     if (!x.recording_ && !y.recording_) return Recorded(of_constants(operation, x.constant_, y.constant_));
     Recording& recording = x.recording_ ? *x.recording_ : *y.recording_;
     const int a = x.node_in(recording), b = y.node_in(recording);

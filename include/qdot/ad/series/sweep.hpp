@@ -32,32 +32,37 @@
 //
 // Layout. Every interior is a sum Σ_{j=1…k−1} L_j R_{k−j}: one *lane*. Coefficient j of all lanes' left factors stands in one
 // row, that of the right factors in another, so that one instruction works for as many lanes as a register holds and
-// no lane waits for its own sum. Where L_j is j a_j, it is stored so. Rows are filled when an order is complete.
-// Coefficients k of all nodes stand side by side while order k is made, which makes the ends fast.
+// no lane waits for its own sum (ad/series/interiors.hpp). Where L_j is j a_j, it is stored so. Rows are filled when an order is complete.
+//
+// Ends are lines (ad/formula/lines.hpp) on one array of numbers: k, the factors, the interiors, the variables' coefficients, and what follows from
+// them. There is one table before the late variables are known, in which they are zero and left out, and one after. Both become machine code
+// when they have been carried out often enough (ad/native/native_lines.hpp).
 
-#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "qdot/ad/formula/graph.hpp"
+#include "qdot/ad/formula/lines.hpp"
+#include "qdot/ad/native/native_lines.hpp"
+#include "qdot/ad/series/interiors.hpp"
 
 namespace qdot::taylor {
 
 // The formulas that are swept.
-using formula::actual, formula::BasicGraph, formula::BasicNode, formula::decisive, formula::Function, formula::Kind, formula::power_of, formula::value_of;
+using formula::Function, formula::Graph, formula::Kind, formula::Line, formula::Node, formula::value_of;
 
-/// What one register holds. (GCC keeps wider vectors that are summed up in a loop in memory.)
-#if defined(__AVX512F__)
-inline constexpr int register_lanes = 8;
-#elif defined(__AVX__)
-inline constexpr int register_lanes = 4;
-#else
-inline constexpr int register_lanes = 2;
-#endif
-using Lanes [[gnu::vector_size(8 * register_lanes)]] = double;
-[[gnu::always_inline]] inline void read(Lanes& x, const double* from) { __builtin_memcpy(&x, from, sizeof x); }
-[[gnu::always_inline]] inline void write(double* to, const Lanes& x) { __builtin_memcpy(to, &x, sizeof x); }
+/// How an order of the variables follows from the one before: x_k = τ/k · (rate of x)_{k−1}, and late ones v from M₀ v_k = τ/k · F_{k−1} − p_k.
+struct Recurrence {
+  std::vector<int> variables, rates;         ///< nodes
+  std::vector<int> late, forces, momenta;    ///< nodes of v, F and p
+  std::vector<int> mass;                     ///< of the lower triangle of M, row by row
+  int time = -1;                             ///< a variable whose rate is one
+};
 
 /// What a sweep computes.
 struct SweepOutputs {
@@ -65,6 +70,7 @@ struct SweepOutputs {
   std::vector<int> series;   ///< nodes needed after
   std::vector<int> values;   ///< nodes needed at order 0 only
   std::vector<int> late;     ///< variables whose coefficient is known late
+  Recurrence recurrence = {};  ///< empty where the caller sets the variables
 };
 
 /// A graph compiled for computing with power series up to a highest order.
@@ -73,43 +79,55 @@ struct SweepOutputs {
 class Sweep {
  public:
   Sweep() = default;
-  template <class Coefficient>
-  constexpr Sweep(BasicGraph<Coefficient>& graph, const SweepOutputs& outputs, int highest_order) : highest_(highest_order) {
-    compile(graph, outputs);
-  }
+  Sweep(Graph& graph, const SweepOutputs& outputs, int highest_order) : highest_(highest_order) { compile(graph, outputs); }
 
   /// Where a node lives, for set() and coefficient().
-  constexpr int slot(int node) const { return slot_of_[index(node)]; }
+  int slot(int node) const { return slot_of_[index(node)]; }
 
   /// The value of order 0, as of the last start().
   double value(int slot) const { return values_[index(slot)]; }
 
-  /// The coefficient of the order that was made last.
-  double latest(int slot) const { return latest_[index(slot)]; }
+  /// The coefficient of the order that was made last; between advance() and complete() as if the late variables' coefficients were zero.
+  double latest(int slot) const { return x_[number_[is_early_ ? 0 : 1][index(slot)]]; }
+
+  /// A variable's coefficient of the order that was made last.
+  double variable(int slot) const { return x_[number_[1][index(slot)]]; }
 
   /// Sets a variable's coefficient of the order that comes next: 0 before start(), k before advance(k) or complete(k).
-  void set(int slot, double x) { latest_[index(slot)] = x; }
+  void set(int slot, double x) { x_[number_[1][index(slot)]] = x; }
+
+  /// Sets τ, and where there is a recurrence, L and 1/D of M₀ = L D Lᵀ: row by row, 1/D on the diagonal; after start().
+  void set_time_unit(double unit) { unit_ = unit; }
+  std::span<double> mass_factors() { return {x_.data() + mass_factors_, recurrence_.mass.size()}; }
 
   /// Order 0 of every node, and the factors of the ends.
   void start() {
-    for (const int slot : variables_) values_[index(slot)] = latest_[index(slot)];
+    for (const int slot : variables_) values_[index(slot)] = x_[number_[1][index(slot)]];
     for (const Formula& s : formulas_) evaluate(s);
     for (const Formula& s : series_) set_end_factors(s);
-    std::copy(values_.begin(), values_.begin() + series_count_, latest_.begin());
-    file(0);
+    for (std::size_t slot = 0; slot < index(series_count_); ++slot)
+      if (number_[1][slot] != zero) x_[number_[1][slot]] = values_[slot];
+    for (std::size_t i = 0; i < rates_.size(); ++i) x_[first_rate_ + i] = values_[index(rates_[i])];
+    is_early_ = false;
   }
 
-  /// Order k of the nodes that can be made before the late variables' coefficient k, which must be set to 0.
+  /// Order k of the nodes that can be made before the late variables' coefficient k; where there is a recurrence, of all variables.
   void advance(int k) {
-    for (const int slot : constants_) latest_[index(slot)] = 0.0;
-    make_interiors(k);
-    make_ends(early_);
+    if (time_ != zero) x_[time_] = k == 1 ? unit_ : 0.0;
+    x_[rate_number] = unit_ / k;
+    for (const int slot : constants_) x_[number_[1][index(slot)]] = 0.0;
+    x_[order_number] = k;
+    x_[inverse_order_number] = 1.0 / k;
+    add_interiors_(rows_, index(k), x_.data() + interiors_);
+    ends_[0](x_.data());
+    is_early_ = true;
   }
 
   /// Order k of all other nodes, after the late variables have been set to their coefficient k.
   void complete(int k) {
-    make_ends(late_);
-    file(k);
+    ends_[1](x_.data());
+    is_early_ = false;
+    write_rows(rows_, index(k), x_.data());
   }
 
  private:
@@ -120,41 +138,24 @@ class Sweep {
     int slope_a = -1, slope_b = -1;  // slots of a function's slopes
     int partner = -1;                // of a sine the cosine of the same argument, and the other way round
     int first = 0, count = 0;        // terms of the end
+    int factor = 0;                  // of the end, two numbers; that of a term of a sum is a constant
     double c = 0.0;
   };
   struct Lane {  // slots of the factors
     int left, right;
   };
   struct Interior {  // of a lane that needs more than its sum
-    int slot, lane, other;
+    int factor, lane, other;
     double c = 0.0;
   };
   struct End {  // coefficient k of `slot` is its interior and Σ factor · coefficient k of another
-    int slot, lane, first;
+    int slot, lane, first, terms, factor, depth;
+    bool early, late;
   };
-  struct Ends {  // those that follow each other and have the same number of terms
-    int terms, first, last;
-  };
+  using Number = std::uint32_t;
+  static constexpr Number order_number = 0, inverse_order_number = 1, rate_number = 2, zero = 3, first_factor = 4;  // k, 1/k, τ/k, 0
 
   static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
-  // Writes coefficients k to the rows of the lanes.
-  void file(int k) {
-    double* const left = left_.data() + index(k) * width_;
-    double* const right = right_.data() + index(k) * width_;
-    const double* const latest = latest_.data();
-    const std::size_t plain = plain_.size(), all = plain + weighted_.size();
-    for (std::size_t i = 0; i < plain; ++i) {
-      left[i] = latest[plain_[i].left];
-      right[i] = latest[plain_[i].right];
-    }
-    for (std::size_t i = plain; i < all; ++i) {
-      left[i] = k * latest[weighted_[i - plain].left];
-      right[i] = latest[weighted_[i - plain].right];
-    }
-    double* const square = square_.data() + index(k) * square_width_;
-    for (std::size_t i = 0; i < squares_.size(); ++i) square[i] = latest[squares_[i]];
-  }
 
   void evaluate(const Formula& s) {
     if (s.kind != Kind::function || s.partner < 0) {
@@ -194,20 +195,19 @@ class Sweep {
 
   void set_end_factors(const Formula& s) {
     const auto at = [&](int slot) { return values_[index(slot)]; };
-    double* factor = factors_.data() + s.first;
+    double* factor = x_.data() + s.factor;
     switch (s.kind) {
       case Kind::product:
         factor[0] = s.a == s.b ? 2.0 * at(s.a) : at(s.b);
         if (s.a != s.b) factor[1] = at(s.a);
         break;
       case Kind::quotient:
-        inverse_[index(s.slot)] = 1.0 / at(s.b);
-        factor[0] = inverse_[index(s.slot)];
+        factor[0] = 1.0 / at(s.b);
         factor[1] = -at(s.slot) * factor[0];
         break;
       case Kind::power:
-        inverse_[index(s.slot)] = 1.0 / at(s.a);
-        factor[0] = s.c * at(s.slot) * inverse_[index(s.slot)];
+        factor[1] = 1.0 / at(s.a);
+        factor[0] = s.c * at(s.slot) * factor[1];
         break;
       case Kind::function:
         factor[0] = at(s.slope_a);
@@ -217,94 +217,13 @@ class Sweep {
     }
   }
 
-  void make_interiors(int k) {
-    const double inverse_k = 1.0 / k;
-    double* const sum = interior_.data();
-    const double* const left = left_.data();
-    const double* const right = right_.data();
-    const std::size_t last_row = index(k - 1);
-    // Two registers at a time, and two terms of each sum, so that few additions wait for others.
-    constexpr std::size_t one = register_lanes, two = 2 * one;
-    const std::size_t width = width_;
-    for (std::size_t lane = 0; lane < width; lane += two) {
-      Lanes a{}, b{}, c{}, d{}, x, y;
-      const double* l = left + width + lane;              // order 1
-      const double* r = right + last_row * width + lane;  // order k − 1
-      const auto add = [&](Lanes& first, Lanes& second) __attribute__((always_inline)) {
-        read(x, l);
-        read(y, r);
-        first += x * y;
-        read(x, l + one);
-        read(y, r + one);
-        second += x * y;
-        l += width;
-        r -= width;
-      };
-      std::size_t left_over = last_row;
-      for (; left_over > 1; left_over -= 2) {
-        add(a, b);
-        add(c, d);
-      }
-      if (left_over > 0) add(a, b);
-      write(sum + lane, a + c);
-      write(sum + lane + one, b + d);
-    }
-    for (std::size_t i = plain_.size(); i < plain_.size() + weighted_.size(); ++i) sum[i] *= inverse_k;
-    double* const squares = sum + width_;
-    for (std::size_t lane = 0; lane < square_width_; lane += one) {
-      Lanes half{}, x, y;
-      for (std::size_t j = 1; 2 * j < index(k); ++j) {
-        read(x, square_.data() + j * square_width_ + lane);
-        read(y, square_.data() + (index(k) - j) * square_width_ + lane);
-        half += x * y;
-      }
-      half += half;
-      if (k % 2 == 0) {
-        read(x, square_.data() + index(k / 2) * square_width_ + lane);
-        half += x * x;
-      }
-      write(squares + lane, half);
-    }
-    for (const Interior& s : quotients_) sum[s.lane] *= -inverse_[index(s.slot)];
-    for (const Interior& s : powers_) sum[s.lane] = inverse_[index(s.slot)] * ((s.c + 1.0) * sum[s.other] - sum[s.lane]);
-    for (const Interior& s : second_arguments_) sum[s.lane] += sum[s.other];
-  }
-
-  void make_ends(const std::vector<Ends>& groups) {
-    double* const latest = latest_.data();
-    const double* const interior = interior_.data();
-    const double* const factors = factors_.data();
-    const int* const terms = terms_.data();
-    for (const Ends& group : groups) {
-      const End* const last = ends_.data() + group.last;
-      const End* end = ends_.data() + group.first;
-      if (group.terms == 2) {
-        for (; end != last; ++end) {
-          const int i = end->first;
-          latest[end->slot] = (interior[end->lane] + factors[i] * latest[terms[i]]) + factors[i + 1] * latest[terms[i + 1]];
-        }
-      } else if (group.terms == 1) {
-        for (; end != last; ++end) latest[end->slot] = interior[end->lane] + factors[end->first] * latest[terms[end->first]];
-      } else {
-        for (; end != last; ++end) {
-          double w = interior[end->lane];
-          for (int i = end->first; i < end->first + group.terms; ++i) w += factors[i] * latest[terms[i]];
-          latest[end->slot] = w;
-        }
-      }
-    }
-  }
-
-  friend struct SweepPlan;  // ad/series/plan.hpp
-  template <class Planned>
-  friend class PlannedSweep;  // ad/series/planned_sweep.hpp
-
-  template <class Coefficient>
-  constexpr void compile(BasicGraph<Coefficient>& graph, const SweepOutputs& outputs);
-  constexpr void pair_sines_with_cosines();
-  constexpr int add_interior(const Formula& s);
-  constexpr int final_lane(int lane) const;
-  constexpr void place_lanes();
+  void compile(Graph& graph, const SweepOutputs& outputs);
+  void pair_sines_with_cosines();
+  int add_interior(const Formula& s);
+  int final_lane(int lane) const;
+  void place_lanes();
+  std::vector<Number> solution(class LineList& lines, const std::vector<Number>& right) const;
+  void write_ends(const std::vector<End>& ends, const std::vector<char>& is_late, const std::vector<char>& is_read, Number next);
 
   static constexpr int weighted_mark = 1 << 28, square_mark = 1 << 29;  // on lanes that are not placed yet
 
@@ -316,20 +235,26 @@ class Sweep {
   std::vector<Lane> plain_, weighted_;          // the lanes, one after the other
   std::vector<int> squares_;                    // slots of what is squared
   std::vector<Interior> quotients_, powers_, second_arguments_;
-  std::vector<End> ends_;
-  std::vector<Ends> early_, late_;
   std::vector<int> terms_;                      // slots
-  std::vector<double> factors_;
+  std::vector<double> factors_;                 // of affine terms
   std::vector<int> variables_, constants_;      // slots
-  std::size_t width_ = 0, square_width_ = 0;    // of a row
-  std::vector<double> left_, right_, square_;   // a row for each order
-  std::vector<double> interior_;                // of lanes, then of squares, then a zero
-  std::vector<double> values_, inverse_, latest_;
+  SeriesRows rows_;
+  decltype(fastest_interiors()) add_interiors_ = fastest_interiors();
+  std::vector<double> values_;                  // of slots
+  std::vector<double> x_;                       // the numbers of the lines
+  Recurrence recurrence_;
+  std::vector<int> rates_;                      // slots of rates, then of forces
+  Number first_rate_ = 0, mass_factors_ = 0, time_ = zero;
+  double unit_ = 1.0;
+  std::size_t interiors_ = 0;                   // where sums of lanes, then of squares, stand in it
+  std::array<std::vector<Number>, 2> number_;   // of a slot's coefficient among them, before and after the late variables are known
+  std::array<formula::LineEvaluator, 2> ends_;
+  bool is_early_ = false;
 };
 
 // What a method asks of a sweep, compiled once in a program, or in the library (qdot::compiled).
 template <class Number = double>
-Sweep sweep_of(BasicGraph<Number>& graph, const SweepOutputs& outputs, int highest_order) {
+Sweep sweep_of(formula::BasicGraph<Number>& graph, const SweepOutputs& outputs, int highest_order) {
   return Sweep(graph, outputs, highest_order);
 }
 template <class Number = double>
@@ -346,7 +271,7 @@ void complete(Sweep& sweep, int k) {
 }
 
 #ifdef QDOT_COMPILED
-extern template Sweep sweep_of<double>(BasicGraph<double>&, const SweepOutputs&, int);
+extern template Sweep sweep_of<double>(formula::BasicGraph<double>&, const SweepOutputs&, int);
 extern template void start<double>(Sweep&);
 extern template void advance<double>(Sweep&, int);
 extern template void complete<double>(Sweep&, int);

@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <tuple>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -24,8 +23,7 @@
 
 namespace qdot::taylor {
 
-template <class Coefficient>
-[[gnu::cold]] constexpr void Sweep::compile(BasicGraph<Coefficient>& graph, const SweepOutputs& outputs) {
+[[gnu::cold]] inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
   enum class Need : char { nothing, value, series };
   std::vector<int> slope_a, slope_b, open;
   std::vector<Need> need;
@@ -44,7 +42,7 @@ template <class Coefficient>
   while (!open.empty()) {
     const int w = open.back();
     open.pop_back();
-    const BasicNode<Coefficient> node = graph[w];
+    const Node node = graph[w];
     const Need how = need[index(w)];
     if (node.kind == Kind::constant || node.kind == Kind::variable) continue;
     want(node.a, how);
@@ -59,7 +57,7 @@ template <class Coefficient>
   }
   const int count = static_cast<int>(need.size());
   const auto each_argument = [&](int w, auto&& visit) {
-    const BasicNode<Coefficient>& node = graph[w];
+    const Node& node = graph[w];
     if (node.kind == Kind::constant || node.kind == Kind::variable) return;
     visit(node.a);
     if (node.b >= 0) visit(node.b);
@@ -116,24 +114,19 @@ template <class Coefficient>
   }
 
   values_.assign(order.size(), 0.0);
-  inverse_ = latest_ = values_;
+  auto next_factor = static_cast<int>(first_factor);
 
   // When coefficient k of a slot is known, against those of others. Terms are added in this order, so that a sum waits for its
   // last one only.
   const auto arrival = [&](int s) { return std::pair(is_late[index(order[index(s)])], s); };
 
-  struct Made {
-    End end;
-    int terms, depth;
-    bool early, late;
-  };
-  std::vector<Made> made;
+  std::vector<End> made;
   for (const int w : order) {
-    const BasicNode<Coefficient>& node = graph[w];
-    Formula s{.kind = node.kind, .function = node.function, .slot = slot(w), .c = actual(node.c)};
+    const Node& node = graph[w];
+    Formula s{.kind = node.kind, .function = node.function, .slot = slot(w), .c = node.c};
     if (node.kind == Kind::variable) variables_.push_back(s.slot);
     if (node.kind == Kind::constant) {
-      values_[index(s.slot)] = actual(node.c);
+      values_[index(s.slot)] = node.c;
       constants_.push_back(s.slot);
     }
     if (node.kind == Kind::variable || node.kind == Kind::constant) continue;
@@ -145,9 +138,9 @@ template <class Coefficient>
     if (node.kind == Kind::affine) {
       const auto write_out = [&](const auto& self, int x, double factor) -> void {
         if (x != w && !merged[index(x)]) return add_term(x, factor);
-        if (x != w) s.c += factor * actual(graph[x].c);
-        self(self, graph[x].a, factor * actual(graph[x].ca));
-        if (graph[x].b >= 0) self(self, graph[x].b, factor * actual(graph[x].cb));
+        if (x != w) s.c += factor * graph[x].c;
+        self(self, graph[x].a, factor * graph[x].ca);
+        if (graph[x].b >= 0) self(self, graph[x].b, factor * graph[x].cb);
       };
       write_out(write_out, w, 1.0);
       for (std::size_t i = index(s.first) + 1; i < terms_.size(); ++i)
@@ -164,28 +157,30 @@ template <class Coefficient>
       if (b >= 0 && b != a) add_term(b, 0.0);
       if (slope_a[index(w)] >= 0) s.slope_a = slot(slope_a[index(w)]);
       if (slope_b[index(w)] >= 0) s.slope_b = slot(slope_b[index(w)]);
+      s.factor = std::exchange(next_factor, next_factor + 2);
     }
     s.count = static_cast<int>(terms_.size()) - s.first;
     formulas_.push_back(s);
     if (need[index(w)] != Need::series) continue;
     const bool late = is_late[index(w)];
-    made.push_back({{s.slot, add_interior(s), s.first}, s.count, depth[index(w)], !late || is_early[index(w)], late && lasts[index(w)]});
+    made.push_back({s.slot, add_interior(s), s.first, s.count, s.factor, depth[index(w)], !late || is_early[index(w)], late && lasts[index(w)]});
   }
   place_lanes();
-  for (Made& each : made) each.end.lane = final_lane(each.end.lane);
-  // By depth, so that arguments come first, and within a depth by the number of terms.
-  formula::put_in_order(made, [](const Made& x, const Made& y) { return std::pair(x.depth, x.terms) < std::pair(y.depth, y.terms); });
-  const auto gather = [&](std::vector<Ends>& groups, bool Made::*wanted) {
-    for (const Made& each : made) {
-      if (!(each.*wanted)) continue;
-      const int place = static_cast<int>(ends_.size());
-      if (groups.empty() || groups.back().terms != each.terms) groups.push_back({each.terms, place, place});
-      ends_.push_back(each.end);
-      groups.back().last = place + 1;
-    }
-  };
-  gather(early_, &Made::early);
-  gather(late_, &Made::late);
+  for (End& each : made) each.lane = final_lane(each.lane);
+  formula::put_in_order(made, [](const End& x, const End& y) { return x.depth < y.depth; }); // so that arguments come first
+  std::vector<char> late_slots(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) late_slots[i] = is_late[index(order[i])];
+  std::vector<char> read_slots(order.size());
+  for (const auto* list : {&outputs.early, &outputs.series, &outputs.late})
+    for (const int node : *list) read_slots[index(slot(node))] = 1;
+  recurrence_ = outputs.recurrence;
+  for (auto* nodes : {&recurrence_.variables, &recurrence_.rates, &recurrence_.late, &recurrence_.forces, &recurrence_.momenta})
+    for (int& node : *nodes) node = slot(node);
+  for (int& node : recurrence_.mass) node = graph.is_constant(node, 0.0) ? -1 : slot(node);
+  if (recurrence_.time >= 0) recurrence_.time = slot(recurrence_.time);
+  rates_ = recurrence_.rates;
+  rates_.insert(rates_.end(), recurrence_.forces.begin(), recurrence_.forces.end());
+  write_ends(made, late_slots, read_slots, static_cast<Number>(next_factor));
   // Values that no series needs may be arguments of nothing but values: along the graph, whatever the slots. Within a depth
   // those of one kind follow each other, which processors foresee.
   const auto place = [&](const Formula& s) { return std::tuple(depth[index(order[index(s.slot)])], s.kind, s.function, s.count); };
@@ -195,7 +190,7 @@ template <class Coefficient>
   pair_sines_with_cosines();
 }
 
-constexpr void Sweep::pair_sines_with_cosines() {
+inline void Sweep::pair_sines_with_cosines() {
   std::vector<Formula*> sines, cosines;
   for (Formula& s : formulas_) {
     if (s.kind == Kind::function && s.function == Function::sin) sines.push_back(&s);
@@ -211,7 +206,7 @@ constexpr void Sweep::pair_sines_with_cosines() {
 
 // Makes the lanes of a node's interior. Returns the number of its lane: among plain ones as it is, among weighted ones and
 // squares marked, and −1 where there is nothing to sum.
-constexpr int Sweep::add_interior(const Formula& s) {
+inline int Sweep::add_interior(const Formula& s) {
   const auto plain = [&](int left, int right) {
     plain_.push_back({left, right});
     return static_cast<int>(plain_.size()) - 1;
@@ -227,39 +222,33 @@ constexpr int Sweep::add_interior(const Formula& s) {
       return static_cast<int>(squares_.size()) - 1 + square_mark;
     case Kind::quotient: {
       const int lane = plain(s.b, s.slot);
-      quotients_.push_back({s.slot, lane, -1});
+      quotients_.push_back({s.factor, lane, -1});
       return lane;
     }
     case Kind::power: {
       const int lane = plain(s.a, s.slot);
-      powers_.push_back({s.slot, lane, weighted(s.a, s.slot), s.c});
+      powers_.push_back({s.factor, lane, weighted(s.a, s.slot), s.c});
       return lane;
     }
     case Kind::function: {
       const int lane = weighted(s.a, s.slope_a);
-      if (s.b >= 0) second_arguments_.push_back({s.slot, lane, weighted(s.b, s.slope_b)});
+      if (s.b >= 0) second_arguments_.push_back({s.factor, lane, weighted(s.b, s.slope_b)});
       return lane;
     }
     default: return -1;
   }
 }
 
-constexpr int Sweep::final_lane(int lane) const {
-  if (lane < 0) return static_cast<int>(interior_.size()) - 1;  // where a zero stands
-  if (lane >= square_mark) return lane - square_mark + static_cast<int>(width_);
+// Weighted lanes stand behind the plain ones, squares in rows of their own behind both.
+inline int Sweep::final_lane(int lane) const {
+  if (lane < 0) return -1;
+  if (lane >= square_mark) return lane - square_mark + static_cast<int>(rounded_to_row(plain_.size() + weighted_.size()));
   if (lane >= weighted_mark) return lane - weighted_mark + static_cast<int>(plain_.size());
   return lane;
 }
 
-// The rows, now that all lanes are known.
-constexpr void Sweep::place_lanes() {
-  const auto rounded_up = [](std::size_t count, std::size_t to) { return (count + to - 1) / to * to; };
-  width_ = rounded_up(plain_.size() + weighted_.size(), 2 * register_lanes);
-  square_width_ = rounded_up(squares_.size(), register_lanes);
-  left_.assign(index(highest_ + 1) * width_, 0.0);
-  right_ = left_;
-  square_.assign(index(highest_ + 1) * square_width_, 0.0);
-  interior_.assign(width_ + square_width_ + 1, 0.0);
+// Lanes, now that all are known.
+inline void Sweep::place_lanes() {
   for (auto* list : {&quotients_, &powers_, &second_arguments_})
     for (Interior& each : *list) {
       each.lane = final_lane(each.lane);
@@ -268,3 +257,5 @@ constexpr void Sweep::place_lanes() {
 }
 
 }  // namespace qdot::taylor
+
+#include "qdot/ad/series/sweep_ends.hpp"

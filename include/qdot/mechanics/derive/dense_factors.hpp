@@ -134,6 +134,11 @@ class DenseConstrainedFactors {
       each(n, [&](auto i) __attribute__((always_inline)) { subtract(upper[i], -J[k * n + i], lower[k]); });
     backward(n, M.data(), inverse_.data(), upper);
   }
+  /// Lower triangle, row by row: L, and on the diagonal 1/D.
+  void write_mass_factors(double* to) const {
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = 0; j <= i; ++j) *to++ = i == j ? inverse_[i] : M[i * n + j];
+  }
   /// upper ← M⁻¹ upper.
   void solve_mass(double* upper) const {
     forward(n, M.data(), upper);

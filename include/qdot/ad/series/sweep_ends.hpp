@@ -1,0 +1,186 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The ends of a sweep as two tables of lines.
+//
+//     early     what interiors of quotients, powers and functions are, then coefficients k where late variables have none
+//     late      coefficients k of what depends on late variables, and copies of the rates for the next order
+//
+// Where there is a recurrence, the early table begins with the variables and ends with the solution for the late ones, M₀ v_k = τ/k · F_{k−1} − p_k, by
+// the factors of M₀; entries of L that are zero for all states are left out.
+//
+// In the early table a late variable is zero, and what is zero is left out. So a node that depends on late variables has two numbers, one of each table;
+// other nodes have one.
+//
+// Included by ad/series/sweep.hpp.
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/series/sweep.hpp"
+
+namespace qdot::taylor {
+
+/// Lines whose results are numbered as they are added.
+class LineList {
+ public:
+  explicit LineList(std::uint32_t& next) : next_(next) {}
+
+  std::uint32_t add(Line line) {
+    line.to = next_++;
+    table_.lines.push_back(line);
+    return line.to;
+  }
+  std::uint32_t product(std::uint32_t a, std::uint32_t b) { return add({.operation = Line::Operation::product, .a = a, .b = b}); }
+  std::uint32_t sum(std::uint32_t a, std::uint32_t b) { return add({.operation = Line::Operation::sum, .a = a, .b = b}); }
+  /// ca·a + cb·b; −0 adds nothing.
+  std::uint32_t combination(double ca, std::uint32_t a, double cb, std::uint32_t b) {
+    if (ca == 1.0 && cb == 1.0) return sum(a, b);
+    return add({.operation = Line::Operation::combination, .a = a, .b = b, .ca = ca, .cb = cb, .c = -0.0});
+  }
+  std::uint32_t scaled(double ca, std::uint32_t a) { return add({.operation = Line::Operation::scaled, .a = a, .ca = ca, .c = -0.0}); }
+  std::uint32_t product_sum(std::uint32_t a, std::uint32_t b, std::uint32_t d) {
+    return add({.operation = Line::Operation::product_sum, .a = a, .b = b, .d = d});
+  }
+  std::uint32_t product_difference(std::uint32_t a, std::uint32_t b, std::uint32_t d) {
+    return add({.operation = Line::Operation::product_difference, .a = a, .b = b, .d = d});
+  }
+  std::uint32_t less_product(std::uint32_t a, std::uint32_t b, std::uint32_t d) {
+    return add({.operation = Line::Operation::less_product, .a = a, .b = b, .d = d});
+  }
+  void copy(std::uint32_t a, std::uint32_t to) {
+    table_.lines.push_back({.operation = Line::Operation::scaled, .to = to, .a = a, .ca = 1.0, .c = -0.0});
+  }
+  formula::LineTable finished() {
+    table_.lines.push_back({});
+    return std::move(table_);
+  }
+
+ private:
+  std::uint32_t& next_;
+  formula::LineTable table_;
+};
+
+// v with L D Lᵀ v = right.
+[[gnu::cold]] inline std::vector<Sweep::Number> Sweep::solution(LineList& lines, const std::vector<Number>& right) const {
+  const std::size_t n = right.size();
+  const auto place = [](std::size_t i, std::size_t j) { return i * (i + 1) / 2 + j; };
+  std::vector<char> is_there(recurrence_.mass.size());  // entries of L, those of M and what elimination fills in
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j <= i; ++j) {
+      is_there[place(i, j)] = i == j || recurrence_.mass[place(i, j)] >= 0;
+      for (std::size_t k = 0; k < j; ++k)
+        if (is_there[place(i, k)] && is_there[place(j, k)]) is_there[place(i, j)] = 1;
+    }
+  const auto factor = [&](std::size_t i, std::size_t j) { return mass_factors_ + static_cast<Number>(place(i, j)); };
+  std::vector<Number> v = right;
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (is_there[place(i, j)]) v[i] = lines.less_product(factor(i, j), v[j], v[i]);
+  for (std::size_t i = 0; i < n; ++i) v[i] = lines.product(factor(i, i), v[i]);
+  for (std::size_t i = n; i-- > 0;)
+    for (std::size_t j = 0; j < i; ++j)
+      if (is_there[place(i, j)]) v[j] = lines.less_product(factor(i, j), v[i], v[j]);
+  return v;
+}
+
+// @param is_late, is_read  of slots: depends on late variables, is asked for by the caller
+[[gnu::cold]] inline void Sweep::write_ends(const std::vector<End>& ends, const std::vector<char>& is_late, const std::vector<char>& is_read, Number next) {
+  mass_factors_ = next;
+  next += static_cast<Number>(recurrence_.mass.size());
+  first_rate_ = next;  // which the late table writes
+  next += static_cast<Number>(rates_.size());
+  interiors_ = next;
+  const std::size_t lanes = rounded_to_row(plain_.size() + weighted_.size()) + rounded_to_row(squares_.size());
+  next += static_cast<Number>(lanes);
+  for (auto& number : number_) number.assign(values_.size(), zero);
+  for (const auto* list : {&variables_, &constants_})
+    for (const int slot : *list) {
+      number_[1][index(slot)] = next++;
+      if (!is_late[index(slot)]) number_[0][index(slot)] = number_[1][index(slot)];
+    }
+  std::vector<char> is_constant(values_.size(), 0);  // whose coefficients are zero
+  for (const int slot : constants_) is_constant[index(slot)] = 1;
+
+  LineList early(next);
+  for (std::size_t i = 0; i < recurrence_.variables.size(); ++i) {
+    const std::size_t slot = index(recurrence_.variables[i]);
+    number_[0][slot] = number_[1][slot] = early.product(rate_number, first_rate_ + static_cast<Number>(i));
+  }
+  if (recurrence_.time >= 0) time_ = number_[1][index(recurrence_.time)];
+  std::vector<Number> interior(lanes);
+  for (std::size_t lane = 0; lane < lanes; ++lane) interior[lane] = static_cast<Number>(interiors_ + lane);
+  for (std::size_t i = 0; i < weighted_.size(); ++i) {
+    Number& sum = interior[plain_.size() + i];
+    sum = early.product(sum, inverse_order_number);
+  }
+  for (const Interior& s : quotients_) interior[index(s.lane)] = early.less_product(static_cast<Number>(s.factor), interior[index(s.lane)], zero);
+  for (const Interior& s : powers_) {
+    const Number both = early.combination(s.c + 1.0, interior[index(s.other)], -1.0, interior[index(s.lane)]);
+    interior[index(s.lane)] = early.product(static_cast<Number>(s.factor + 1), both);
+  }
+  for (const Interior& s : second_arguments_) interior[index(s.lane)] = early.sum(interior[index(s.lane)], interior[index(s.other)]);
+
+  const auto write = [&](LineList& lines, const End& end, const std::vector<Number>& number) {
+    const auto is_zero = [&](int slot) { return number[index(slot)] == zero || is_constant[index(slot)] != 0; };
+    std::vector<std::pair<int, Number>> terms;  // which, and its coefficient
+    for (int i = 0; i < end.terms; ++i)
+      if (const int slot = terms_[index(end.first + i)]; !is_zero(slot)) terms.push_back({i, number[index(slot)]});
+    if (end.lane >= 0) {
+      Number sum = interior[index(end.lane)];
+      for (const auto& [i, coefficient] : terms) sum = lines.product_sum(static_cast<Number>(end.factor + i), coefficient, sum);
+      return sum;
+    }
+    if (terms.empty()) return zero;
+    const auto factor = [&](std::size_t i) { return factors_[index(end.first + terms[i].first)]; };
+    if (terms.size() == 1) return lines.scaled(factor(0), terms[0].second);
+    Number sum = lines.combination(factor(0), terms[0].second, factor(1), terms[1].second);
+    for (std::size_t i = 2; i < terms.size(); ++i) sum = lines.combination(1.0, sum, factor(i), terms[i].second);
+    return sum;
+  };
+  for (const End& end : ends) {
+    if (!end.early) continue;
+    number_[0][index(end.slot)] = write(early, end, number_[0]);
+    if (!is_late[index(end.slot)]) number_[1][index(end.slot)] = number_[0][index(end.slot)];
+  }
+  if (!recurrence_.momenta.empty()) {
+    std::vector<Number> right;
+    for (std::size_t i = 0; i < recurrence_.momenta.size(); ++i) {
+      const Number momentum = number_[0][index(recurrence_.momenta[i])], rate = first_rate_ + static_cast<Number>(recurrence_.rates.size() + i);
+      right.push_back(momentum == zero ? early.product(rate_number, rate) : early.product_difference(rate_number, rate, momentum));
+    }
+    const std::vector<Number> v = solution(early, right);
+    for (std::size_t i = 0; i < v.size(); ++i) number_[1][index(recurrence_.late[i])] = v[i];
+  }
+  LineList late(next);
+  for (const End& end : ends)
+    if (end.late) number_[1][index(end.slot)] = write(late, end, number_[1]);
+  for (std::size_t i = 0; i < rates_.size(); ++i) late.copy(number_[1][index(rates_[i])], first_rate_ + static_cast<Number>(i));
+
+  x_.assign(next, 0.0);
+  std::vector<Number> left, right, squared;
+  for (const auto* list : {&plain_, &weighted_})
+    for (const Lane& lane : *list) {
+      left.push_back(number_[1][index(lane.left)]);
+      right.push_back(number_[1][index(lane.right)]);
+    }
+  for (const int slot : squares_) squared.push_back(number_[1][index(slot)]);
+  std::vector<int> read;
+  for (const auto* list : {&left, &right, &squared}) read.insert(read.end(), list->begin(), list->end());
+  for (std::size_t slot = 0; slot < is_read.size(); ++slot)
+    if (is_read[slot] != 0)
+      for (const auto& number : number_) read.push_back(static_cast<int>(number[slot]));
+  rows_.first_weighted = plain_.size();
+  rows_.left.set(std::move(left), highest_);
+  rows_.right.set(std::move(right), highest_);
+  rows_.squares.set(std::move(squared), highest_);
+  ends_[0].set(early.finished(), next);
+  ends_[1].set(late.finished(), next);
+  ends_[0].add_read(ends_[1]);
+  ends_[1].add_read(ends_[0]);
+  for (formula::LineEvaluator& end : ends_) end.add_read(read);
+}
+
+}  // namespace qdot::taylor
