@@ -17,6 +17,7 @@
 #include <qdot/integrate/runge_kutta.hpp>
 #include <qdot/integrate/steps/recorded_motion.hpp>
 #include <qdot/integrate/steps/spectral_radius.hpp>
+#include <qdot/integrate/taylor.hpp>
 #include <qdot/integrate/watch/change_watch.hpp>
 #include <qdot/integrate/watch/diagnosis.hpp>
 #include <qdot/integrate/watch/energy_watch.hpp>
@@ -75,6 +76,7 @@ template void throw_derivative_not_finite<double>(const std::string&, const std:
 template void throw_mass_matrix_error<double>(Eigen::MatrixXd, double, const std::vector<std::string>&);
 template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&,
                                                                     const Eigen::VectorXd&);
+template class LagrangeSeries<>;
 template struct Derivation<double>;
 template void TracedEquations<double>::derive(bool, const std::vector<char>&);
 template TracedEquations<double>::Slopes TracedEquations<double>::slopes();

@@ -75,12 +75,13 @@ TEST_CASE("the series fulfils the equations of motion, whatever T and V depend o
   const auto check = [](const auto& system, const auto& q, const auto& v, double t0) {
     using Sys = std::decay_t<decltype(system)>;
     constexpr int order = 20;
-    detail::LagrangeSeries<FirstOrderForm<Sys>> series(FirstOrderForm<Sys>(system), order);
+    const auto made = detail::power_series(FirstOrderForm<Sys>(system), order);
+    detail::PowerSeries& series = *made;
     const Eigen::Index n = system.dof();
     Eigen::VectorXd y(2 * n);
     y << q, v;
     const double unit = 0.5, t = t0 + 0.02, s = 0.02 / unit;
-    series.start(t0, y, unit);
+    series.start(t0, y.data(), unit);
     series.expand(order);
     Eigen::VectorXd at = Eigen::VectorXd::Zero(2 * n), rate = at;
     for (int k = order; k >= 0; --k) at = at * s + series.coefficients().col(k);

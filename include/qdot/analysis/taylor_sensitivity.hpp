@@ -27,14 +27,9 @@ struct is_recordable<VariationalForm<changes>> : std::true_type {};
 
 /// The power series of a motion and of its derivatives.
 template <Changes changes>
-class LagrangeSeries<VariationalForm<changes>> : public VariationSeries<> {
- public:
-  /// @throws NotAnalytic  T, V or a force compares values or has a kink
-  LagrangeSeries(const VariationalForm<changes>& form, int highest_order) : VariationSeries<>(form.equations(), highest_order) {}
-
-  void renew(const VariationalForm<changes>&) { VariationSeries<>::renew(); }
-  bool is_of(const VariationalForm<changes>&) { return is_current(); }
-};
+std::unique_ptr<PowerSeries> power_series(const VariationalForm<changes>& form, int highest_order) {
+  return std::make_unique<VariationSeries<>>(form.equations(), highest_order);
+}
 
 // What the series needs of a model.
 template <class Model>

@@ -53,6 +53,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string_view>
 #include <utility>
 
@@ -64,20 +65,22 @@
 namespace qdot {
 
 /// A Stepper that expands the motion in a power series at each step. Movable.
-template <class F>
-class TaylorStepper : public detail::OneStepOf<F> {
-  using Base = detail::OneStepOf<F>;
+template <int N>
+class TaylorStepper : public detail::OneStep<N> {
+  using Base = detail::OneStep<N>;
   using typename Base::Y;
   using Base::epsilon, Base::size;
 
  public:
   static constexpr bool projects_itself = true;
 
-  /// @throws NotAnalytic                   T, V, a force or a constraint compares values or has a kink
+  /// @param make_series  of an order; throws NotAnalytic where T, V, a force or a constraint compares values or has a kink
   /// @throws InvalidValue, DimensionError  for options outside their range
-  TaylorStepper(const F& system, int order, const Options& options)
-      : Base(system, "taylor", order > 0 ? order : order_for(options.rtol), options),
-        series_(this->form(), this->order_),
+  template <class MakeSeries>
+  TaylorStepper(std::unique_ptr<detail::Rates> system, const MakeSeries& make_series, int order, const Options& options)
+      : Base(std::move(system), "taylor", order > 0 ? order : order_for(options.rtol), options),
+        series_(make_series(this->order_)),
+        is_constrained_(series_->constraints() != nullptr),
         ratio_(std::pow(options.rtol, 1.0 / (this->order_ + 1))),
         initial_step_(options.initial_step) {
     detail::require_option(this->order_ >= 4 && this->order_ <= 60, "order", "must lie between 4 and 60", this->order_,
@@ -102,7 +105,7 @@ class TaylorStepper : public detail::OneStepOf<F> {
         detail::throw_invalid_value({"atol must be positive for taylor where a component starts at 0, as ", this->component_name(i),
                                      " does, but is 0; give it the size below which the component no longer matters, or take Dop853"});
     const double t = this->clock_.shown(this->elapsed_);
-    series_.renew(this->form());
+    series_->renew();
     steps_before_ = this->statistics_.steps;
     std::fill_n(lost_.data(), size(), 0.0);
     expansion_is_current_ = false;
@@ -110,11 +113,11 @@ class TaylorStepper : public detail::OneStepOf<F> {
     h_last_ = 0.0;
     begin_expansion(t, this->y_);
     for (Eigen::Index i = 0; i < size(); ++i)
-      if (!std::isfinite(series_.coefficients()(i, 1))) {
+      if (!std::isfinite(series_->coefficients()(i, 1))) {
         this->rates().derivative(t, this->y_.data(), slope_.data());  // names what has no value, if that is known
         throw NonFinite(detail::sentence({"the derivative of ", this->component_name(i)}), t,
                         detail::sentence({"the derivative of ", this->component_name(i), " must be finite at the start, but is ",
-                                          series_.coefficients()(i, 1),
+                                          series_->coefficients()(i, 1),
                                           "; check T and V there for a division by zero, a root or a logarithm of zero"}));
       }
     expansion_is_current_ = true;
@@ -140,7 +143,7 @@ class TaylorStepper : public detail::OneStepOf<F> {
         std::swap(lost_, lost_new_);
         expansion_is_current_ = true;
         h_last_ = h;
-        if constexpr (constrained) count_projection();
+        if (is_constrained_) count_projection();
         this->accept(end, worst);
         return true;
       }
@@ -154,7 +157,7 @@ class TaylorStepper : public detail::OneStepOf<F> {
         h *= 0.25;
       }
       if (std::abs(h) <= this->smallest_step()) break;
-      if constexpr (constrained)
+      if (is_constrained_)
         if (attempts + 1 >= most_rejections && beside_singular_position()) break;
       if (this->over_budget()) return false;
     }
@@ -162,7 +165,7 @@ class TaylorStepper : public detail::OneStepOf<F> {
   }
 
   /// Whether the functors still are the formulas that were recorded at the last reset; asked for only when an observer may have come between.
-  bool is_current() { return this->statistics_.steps <= steps_before_ + 1 || series_.is_of(this->form()); }
+  bool is_current() { return this->statistics_.steps <= steps_before_ + 1 || series_->is_current(); }
 
   /// The last step's series.
   PolynomialView polynomial() {
@@ -177,13 +180,12 @@ class TaylorStepper : public detail::OneStepOf<F> {
   static constexpr int window = 6;  // coefficients that foretell the step
   static constexpr double rounding_wanted = 1e-14;  // below this rtol the series' own error must drown in rounding
   static constexpr double rounding_margin = 256.0;
-  static constexpr bool constrained = detail::Mechanics<F>::constraints != 0;
   static constexpr int most_rejections = 6;    // in a row, where constraints are nearly dependent
   static constexpr double weak_pivot = 1e-6;   // of nearly dependent rows: their sine is a thousandth
 
   void begin_expansion(double t, const Y& y) {
     ++this->statistics_.evaluations;
-    series_.start(t, y, unit_);
+    series_->start(t, y.data(), unit_);
   }
 
   // All coefficients at the present state, in dense_; false if they are not finite in any unit of time.
@@ -191,10 +193,10 @@ class TaylorStepper : public detail::OneStepOf<F> {
     for (int attempts = 0; attempts < 4; ++attempts) {
       const bool expanded = this->attempt([&] {
         if (!expansion_is_current_) begin_expansion(this->clock_.shown(this->elapsed_), this->y_);
-        series_.expand(this->order_);
+        series_->expand(this->order_);
       });
       if (!expanded) return false;
-      std::copy_n(series_.coefficients().data(), dense_.size(), dense_.data());
+      std::copy_n(series_->coefficients().data(), dense_.size(), dense_.data());
       dense_unit_ = unit_;
       if (is_finite()) return true;
       unit_ *= 1e-6;  // too fast for this unit of time: coefficients overflow
@@ -265,8 +267,8 @@ class TaylorStepper : public detail::OneStepOf<F> {
     lost_new_ = lost_;
     for (Eigen::Index i = 0; i < size(); ++i) detail::add_compensated(y_new_[i], lost_new_[i], change[i] * s);
     unit_ = std::exp2(std::round(std::log2(std::abs(h))));
-    if constexpr (constrained) {
-      const auto report = this->form().project(t_new, y_new_);
+    if (is_constrained_) {
+      const ProjectionReport report = this->rates().project(t_new, y_new_);
       residual_ = report.residual;
       velocity_residual_ = report.velocity_residual;
     }
@@ -274,7 +276,7 @@ class TaylorStepper : public detail::OneStepOf<F> {
 
     double largest = 0.0;
     for (Eigen::Index i = 0; i < size(); ++i) {
-      const double there = h / unit_ * series_.coefficients()(i, 1);
+      const double there = h / unit_ * series_->coefficients()(i, 1);
       const double here = s * slope_[i];
       const double defect = std::abs(here - there);
       if (!std::isfinite(defect)) return std::numeric_limits<double>::quiet_NaN();
@@ -290,7 +292,7 @@ class TaylorStepper : public detail::OneStepOf<F> {
 
   // If so, with that as the failure.
   bool beside_singular_position() {
-    const auto& rows = series_.constraints();
+    const detail::ConstraintPart& rows = *series_->constraints();
     if (rows.weakest_pivot() > weak_pivot) return false;
     this->failure_ = {Outcome::constraint_failure,
                       detail::sentence({"'", rows.weakest_name(), "' hardly differs from the other constraints here (by a sine of ",
@@ -305,7 +307,8 @@ class TaylorStepper : public detail::OneStepOf<F> {
     this->statistics_.constraint_velocity = std::max(this->statistics_.constraint_velocity, velocity_residual_);
   }
 
-  detail::LagrangeSeries<F> series_;
+  std::unique_ptr<detail::PowerSeries> series_;
+  bool is_constrained_;
   double ratio_;  // of h to the radius of convergence that is aimed at
   double initial_step_;
   double unit_ = 1.0;        // of time in series_
@@ -329,13 +332,14 @@ struct Taylor {
   /// @throws NotAnalytic  T, V, the force of an effect or a constraint compares values or has a kink
   template <FirstOrderSystem F>
     requires requires { detail::Mechanics<F>::n; }
-  TaylorStepper<F> stepper(const F& system, const Options& options) const {
+  TaylorStepper<F::size_at_compile_time> stepper(const F& system, const Options& options) const {
     static_assert(!SwitchingSystem<F>,
                   "qdot: the Taylor method takes no contacts or dry friction, whose equations switch; use Dop853, CvodeBdf or Gauss");
     static_assert(detail::is_recordable<F>::value,
                   "qdot: the Taylor method runs T, V and the effects once with a scalar that records operations, but they do not "
                   "take every scalar: take `const auto& q`, or make them a template <class S>; or use Dop853");
-    return {system, order, options};
+    using detail::power_series;  // and those of other namespaces
+    return {detail::rates_of(system), [&](int highest_order) { return power_series(system, highest_order); }, order, options};
   }
 };
 

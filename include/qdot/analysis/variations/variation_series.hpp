@@ -46,7 +46,7 @@
 namespace qdot::detail {
 
 template <class = void>  // compiled only where it is made
-class VariationSeries {
+class VariationSeries final : public PowerSeries {
   using Index = Eigen::Index;
 
  public:
@@ -80,7 +80,7 @@ class VariationSeries {
     bilinear_.find_slots(sweep_);
 
     for (Index i = 0; i < n_; ++i) names_.push_back(equations.state_name(i));
-    if (rows_ > 0) constraints_ = ConstraintSeries<Dynamic, Dynamic>(m, sweep_, names_, highest_order);
+    if (rows_ > 0) constraints_ = ConstraintSeries<>(m, sweep_, names_, highest_order);
     columns_ = SeriesColumns(state_, columns, state_, highest_order, n_ + rows_);
     pairs_ = SeriesColumns(state_, equations.pairs, state_ * (1 + columns), highest_order, n_);
     coefficients_.setZero(equations.size(), highest_order + 1);
@@ -95,17 +95,17 @@ class VariationSeries {
     known_.setZero(rows_);
   }
 
-  void renew() {
+  void renew() override {
     if (!is_current()) *this = VariationSeries(*equations_, highest_);
   }
-  bool is_current() { return equations_->recorder->holds(recorded_); }
+  bool is_current() override { return equations_->recorder->holds(recorded_); }
 
   /// Orders 0 and 1.
-  void start(double t, const Eigen::VectorXd& y, double time_unit) {
+  void start(double t, const double* y, double time_unit) override {
     const RecordedMotion& m = recorded_.motion;
     unit_ = time_unit;
-    equations_->note_size(y.data());
-    coefficients_.col(0) = y;
+    equations_->note_size(y);
+    std::copy_n(y, coefficients_.rows(), coefficients_.data());
     for (Index i = 0; i < n_; ++i) {
       sweep_.set(sweep_.slot(m.q[index(i)]), y[i]);
       sweep_.set(sweep_.slot(m.qdot[index(i)]), y[n_ + i]);
@@ -133,14 +133,14 @@ class VariationSeries {
   }
 
   /// Orders 2 to `order`, after start().
-  void expand(int order) {
+  void expand(int order) override {
     for (int k = 2; k <= order; ++k) make_order(k);
   }
 
-  const Eigen::MatrixXd& coefficients() const noexcept { return coefficients_; }
+  const Eigen::MatrixXd& coefficients() const noexcept override { return coefficients_; }
 
   /// The motion's own multipliers.
-  const ConstraintSeries<Dynamic, Dynamic>& constraints() const noexcept { return constraints_; }
+  const ConstraintPart* constraints() const noexcept override { return rows_ > 0 ? &constraints_ : nullptr; }
 
  private:
   // p, F, c, and W row by row.
@@ -251,7 +251,7 @@ class VariationSeries {
   std::vector<std::string> names_;
   SeriesColumns columns_, pairs_;
   BilinearSeries<> bilinear_;
-  ConstraintSeries<Dynamic, Dynamic> constraints_;
+  ConstraintSeries<> constraints_;
   Eigen::MatrixXd slopes_;                                // a column for each row of P, G and C, the highest order first, and zeros
   Eigen::MatrixXd by_parameters_, by_parameters_before_;  // the latest order of P_θ, F_θ and c_θ, and that before
   Eigen::MatrixXd reactions_;                             // the orders of δλ, column of Φ by column

@@ -55,6 +55,17 @@ namespace qdot::detail {
 template <int n, int m>
 class ConstrainedFactors;  // effects/rows/constrained_solve.hpp
 
+/// Constraints in the recurrence of a motion's series.
+struct ConstraintPart {
+  virtual ~ConstraintPart() = default;
+  virtual void factor(const taylor::Sweep& sweep, const Eigen::MatrixXd& M, bool mass_is_constant, double t) = 0;
+  virtual void add_known_reactions(const taylor::Sweep& sweep, int k, double factor, Eigen::VectorXd& f) = 0;
+  virtual void solve(const taylor::Sweep& sweep, int k, double factor, Eigen::VectorXd& f) = 0;
+  virtual const Eigen::MatrixXd& multipliers() const = 0;
+  virtual double weakest_pivot() const = 0;
+  virtual const std::string& weakest_name() const = 0;
+};
+
 /// What messages call rows and coordinates.
 struct ConstraintNames {
   std::vector<std::string> rows, columns;
@@ -63,9 +74,10 @@ struct ConstraintNames {
 };
 
 /// The part of a motion's series that its constraints need: W and λ.
-template <int n, int m>
-class ConstraintSeries {
-  using Factors = ConstrainedFactors<n, m>;
+///
+/// @tparam Factors  of the general solution, where rows or M leave something open; compiled only where a scene has constraints
+template <class Factors = ConstrainedFactors<Dynamic, Dynamic>>
+class ConstraintSeries final : public ConstraintPart {
   // Which pivots are too weak to trust, if any.
   enum class Verdict { regular, redundant, massless };
   // The decisions of effects/rows/constrained_solve.hpp: a fraction of M's diagonal, and the square of a row's sine to the others.
@@ -84,12 +96,12 @@ class ConstraintSeries {
         moving_.push_back({slot, static_cast<Eigen::Index>(i / dof), static_cast<Eigen::Index>(i % dof)});
     }
     const auto rows = static_cast<Eigen::Index>(rows_.size());
-    W_ = zeros<Matrix<double, m, n>>(rows, static_cast<Eigen::Index>(dof));
-    factors_ = DenseConstrainedFactors<unrolled_size<n>>(dof, rows_.size());
-    gamma_ = zeros<Vector<double, m>>(rows);
-    displacement_ = zeros<Matrix<double, n, m>>(static_cast<Eigen::Index>(dof), rows);
-    least_ = zeros<Matrix<double, m>>(rows, rows);
-    lambda_ = zeros<Matrix<double, m, Dynamic>>(rows, highest_order);
+    W_ = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(dof));
+    factors_ = DenseConstrainedFactors<Dynamic>(dof, rows_.size());
+    gamma_ = Eigen::VectorXd::Zero(rows);
+    displacement_ = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(dof), rows);
+    least_ = Eigen::MatrixXd::Zero(rows, rows);
+    lambda_ = Eigen::MatrixXd::Zero(rows, highest_order);
     moving_W_.setZero(static_cast<Eigen::Index>(moving_.size()), highest_order);
     moving_lambda_ = moving_W_;
     sums_.setZero(static_cast<Eigen::Index>(moving_.size()));
@@ -98,7 +110,7 @@ class ConstraintSeries {
   /// Factors the matrix of the expansion point.
   ///
   /// @throws NonFinite, ConstraintError, SingularMassMatrix  as constrained_acceleration()
-  void factor(const taylor::Sweep& sweep, const Matrix<double, n>& M, bool mass_is_constant, double t) {
+  void factor(const taylor::Sweep& sweep, const Eigen::MatrixXd& M, bool mass_is_constant, double t) override {
     t_ = t;
     if (is_factored_ && mass_is_constant && moving_.empty() && verdict_ == Verdict::regular) return;
     is_factored_ = false;
@@ -120,7 +132,7 @@ class ConstraintSeries {
   }
 
   /// f ← f + factor · u_{k−1}, before order k is begun.
-  void add_known_reactions(const taylor::Sweep& sweep, int k, double factor, Vector<double, n>& f) {
+  void add_known_reactions(const taylor::Sweep& sweep, int k, double factor, Eigen::VectorXd& f) override {
     if (k == 1 || moving_.empty()) return;
     for (std::size_t i = 0; i < moving_.size(); ++i) moving_W_(static_cast<Eigen::Index>(i), k - 1) = sweep.latest(moving_[i].slot);
     double* const sums = sums_.data();
@@ -136,7 +148,7 @@ class ConstraintSeries {
   /// f ← q̇_k, where f is the right-hand side's first part; notes λ_{k−1}.
   ///
   /// @throws ConstraintError, SingularMassMatrix  as constrained_acceleration(), at k = 1
-  void solve(const taylor::Sweep& sweep, int k, double factor, Vector<double, n>& f) {
+  void solve(const taylor::Sweep& sweep, int k, double factor, Eigen::VectorXd& f) override {
     for (Eigen::Index i = 0; i < gamma_.size(); ++i) gamma_[i] = -sweep.latest(rows_[static_cast<std::size_t>(i)]);
     if (k == 1 && verdict_ == Verdict::redundant) write_solution(f, gamma_);  // which finds rows that contradict each other
     else solve_in_place(f, gamma_);
@@ -146,7 +158,7 @@ class ConstraintSeries {
   }
 
   /// f, g ← v, μ with M v − Wᵀμ = f and W v = g at the expansion point.
-  void solve_in_place(Vector<double, n>& f, Vector<double, m>& g) const {
+  void solve_in_place(Eigen::VectorXd& f, Eigen::VectorXd& g) const {
     if (verdict_ == Verdict::regular) {
       factors_.solve(f.data(), g.data());
     } else if (verdict_ == Verdict::massless) {
@@ -160,19 +172,19 @@ class ConstraintSeries {
   }
 
   /// Column k is coefficient k of λ, for k one below the order of the motion's series.
-  const Matrix<double, m, Dynamic>& multipliers() const noexcept { return lambda_; }
+  const Eigen::MatrixXd& multipliers() const noexcept override { return lambda_; }
 
   /// The smallest pivot of the rows at the expansion point, the square of a sine, and the row's name.
-  double weakest_pivot() const noexcept { return verdict_ == Verdict::massless ? 1.0 : factors_.weakest(weak_row).pivot; }
-  const std::string& weakest_name() const { return names_.rows[factors_.weakest(weak_row).row]; }
+  double weakest_pivot() const noexcept override { return verdict_ == Verdict::massless ? 1.0 : factors_.weakest(weak_row).pivot; }
+  const std::string& weakest_name() const override { return names_.rows[factors_.weakest(weak_row).row]; }
 
  private:
-  void write_solution(Vector<double, n>& f, Vector<double, m>& g) const {
+  void write_solution(Eigen::VectorXd& f, Eigen::VectorXd& g) const {
     const auto both = revealed_->solution(f, g, t_, names_);
     f = both.qddot;
     g = both.lambda;
   }
-  void reveal_rank(const Matrix<double, n>& M) {
+  void reveal_rank(const Eigen::MatrixXd& M) {
     constexpr double cutoff = 1e-5;  // default_rank_cutoff
     revealed_.emplace(M, W_, cutoff);
     if (verdict_ != Verdict::redundant) return;
@@ -198,16 +210,13 @@ class ConstraintSeries {
   double t_ = 0.0;
   bool is_factored_ = false;
   Verdict verdict_ = Verdict::regular;
-  DenseConstrainedFactors<unrolled_size<n>> factors_;
+  DenseConstrainedFactors<Dynamic> factors_;
   std::optional<Factors> revealed_;  // where pivots are weak
-  Matrix<double, m, n> W_;
-  Matrix<double, n, m> displacement_;  // D, where rows are redundant
-  Matrix<double, m> least_;            // Dᵀ M D
-  Vector<double, m> gamma_;
-  Matrix<double, m, Dynamic> lambda_;
+  Eigen::MatrixXd W_;
+  Eigen::MatrixXd displacement_;  // D, where rows are redundant
+  Eigen::MatrixXd least_;            // Dᵀ M D
+  Eigen::VectorXd gamma_;
+  Eigen::MatrixXd lambda_;
 };
-
-/// Stands for the same where nothing is constrained.
-struct NoConstraintSeries {};
 
 }  // namespace qdot::detail

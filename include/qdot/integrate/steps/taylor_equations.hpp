@@ -27,9 +27,10 @@
 // Forces of effects are summands of g, and effects' own states have z_{k+1} = τ ż_k/(k + 1): both need the order before only.
 // Constraints make the system to be solved larger by their multipliers (integrate/steps/taylor_constraints.hpp).
 
-#include <Eigen/LU>
+#include <Eigen/Core>
+#include <memory>
 #include <string>
-#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "qdot/ad/series/sweep.hpp"
@@ -42,42 +43,68 @@
 
 namespace qdot::detail {
 
-/// The power series of the motion of a system or a scene from a state.
-///
-/// @tparam F  FirstOrderForm<…> or SceneForm<…>; what is behind it is run once, in the constructor
-template <class F>
-class LagrangeSeries {
-  static constexpr int n = Mechanics<F>::n;
-  static constexpr int states = Mechanics<F>::states;
-  static constexpr int rows = Mechanics<F>::constraints;
-  static constexpr Inertia inertia = Mechanics<F>::inertia;
-  static constexpr bool by_recurrence = rows == 0 && inertia == Inertia::positive_definite;  // which the sweep carries out by itself
+/// A power series of a motion, order by order, as the stepper asks for it.
+struct PowerSeries {
+  virtual ~PowerSeries() = default;
+  /// Runs the functors again; where they have become other formulas, or their constants others, everything is made anew.
+  virtual void renew() = 0;
+  /// Whether the functors still are the formulas that were recorded, with the same constants.
+  virtual bool is_current() = 0;
+  /// Orders 0 and 1 at a state: column 1 of coefficients() is then time_unit·ẏ.
+  virtual void start(double t, const double* y, double time_unit) = 0;
+  /// Orders 2 to `order`, after start().
+  virtual void expand(int order) = 0;
+  /// Row i of column k is coefficient k of y_i in s = (t − t₀)/time_unit.
+  virtual const Eigen::MatrixXd& coefficients() const noexcept = 0;
+  /// The part of the constraints, with the multipliers' series; nothing where there are none.
+  virtual const ConstraintPart* constraints() const noexcept = 0;
+};
 
+/// Where a series has its formulas from.
+struct MotionSource {
+  virtual ~MotionSource() = default;
+  virtual RecordedMotion recorded() const = 0;
+  virtual bool still_holds(RecordedMotion& m) const = 0;
+  virtual std::string component_name(Eigen::Index i) const = 0;
+  virtual bool has_definite_inertia() const = 0;
+  virtual std::unique_ptr<ConstraintPart> constraints(const RecordedMotion&, const taylor::Sweep&, std::vector<std::string>, int) const { return nullptr; }
+};
+
+/// A copy of a form.
+template <class F>
+class MotionSourceOf final : public MotionSource {
  public:
-  /// @throws NotAnalytic  T, V or a force compares values or has a kink
-  [[gnu::cold]] LagrangeSeries(const F& form, int highest_order) {
-    recorded_ = recorded_motion(form);
+  explicit MotionSourceOf(const F& form) : form_(form) {}
+  RecordedMotion recorded() const override { return recorded_motion(form_); }
+  bool still_holds([[maybe_unused]] RecordedMotion& m) const override {
+    if constexpr (requires { run_again(m, form_); }) return qdot::detail::still_holds(m, form_);
+    return true;  // of a system that hides its functors
+  }
+  std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
+  bool has_definite_inertia() const override { return Mechanics<F>::inertia == Inertia::positive_definite; }
+  std::unique_ptr<ConstraintPart> constraints([[maybe_unused]] const RecordedMotion& m, [[maybe_unused]] const taylor::Sweep& sweep,
+                                              [[maybe_unused]] std::vector<std::string> names, [[maybe_unused]] int highest_order) const override {
+    if constexpr (Mechanics<F>::constraints != 0)
+      if (!m.rows.empty()) return std::make_unique<ConstraintSeries<>>(m, sweep, std::move(names), highest_order);
+    return nullptr;
+  }
+
+ private:
+  F form_;
+};
+
+/// The power series of the motion of a system or a scene from a state.
+template <class = void>  // compiled only where it is made
+class LagrangeSeries final : public PowerSeries {
+ public:
+  /// @throws NotAnalytic  T, V, a force or a constraint compares values or has a kink
+  [[gnu::cold]] LagrangeSeries(std::unique_ptr<const MotionSource> source, int highest_order)
+      : source_(std::move(source)), is_definite_(source_->has_definite_inertia()), recorded_(source_->recorded()) {
     RecordedMotion& m = recorded_;
     const formula::Graph& graph = m.recording.graph;
+    by_recurrence_ = is_definite_ && m.rows.empty();
     for (const int node : m.mass) mass_is_constant_ = mass_is_constant_ && graph[node].kind == formula::Kind::constant;
-    taylor::SweepOutputs outputs{.early = m.p, .series = m.force, .values = m.mass, .late = m.qdot};
-    if constexpr (rows != 0) {
-      outputs.early.insert(outputs.early.end(), m.rows.begin(), m.rows.end());
-      outputs.values.insert(outputs.values.end(), m.jacobian.begin(), m.jacobian.end());
-      for (const int node : m.jacobian)
-        if (graph[node].kind != formula::Kind::constant) outputs.series.push_back(node);
-    }
-    for (const auto& assumption : m.recording.assumptions) outputs.values.push_back(assumption.node);
-    // Variables are series even where no output contains them: their coefficients are the motion.
-    for (const auto* list : {&m.q, &m.z, &m.zdot}) outputs.series.insert(outputs.series.end(), list->begin(), list->end());
-    outputs.series.push_back(m.t);
-    if constexpr (by_recurrence) {
-      outputs.recurrence = {.variables = m.q, .rates = m.qdot, .late = m.qdot, .forces = m.force, .momenta = m.p, .mass = m.mass, .time = m.t};
-      outputs.recurrence.variables.insert(outputs.recurrence.variables.end(), m.z.begin(), m.z.end());
-      outputs.recurrence.rates.insert(outputs.recurrence.rates.end(), m.zdot.begin(), m.zdot.end());
-    }
-    sweep_ = taylor::sweep_of(m.recording.graph, outputs, highest_order);
-
+    sweep_ = taylor::sweep_of(m.recording.graph, outputs(), highest_order);
     for (const auto* list : {&m.q, &m.qdot, &m.z})
       for (const int node : *list) motion_.push_back(sweep_.slot(node));
     const auto slots_of = [&](const std::vector<int>& nodes) {
@@ -91,32 +118,23 @@ class LagrangeSeries {
     mass_ = slots_of(m.mass);
     t_ = sweep_.slot(m.t);
     for (const auto& assumption : m.recording.assumptions) assumptions_.push_back({sweep_.slot(assumption.node), assumption.value});
-    const Eigen::Index dof = static_cast<Eigen::Index>(m.q.size());
-    for (Eigen::Index i = 0; i < dof; ++i) names_.names.push_back(form.component_name(i));
-    if constexpr (rows != 0) constraints_ = ConstraintSeries<n, rows>(m, sweep_, names_.names, highest_order);
-    set_out(highest_order);
+    const auto dof = static_cast<Eigen::Index>(m.q.size());
+    for (Eigen::Index i = 0; i < dof; ++i) names_.names.push_back(source_->component_name(i));
+    constraints_ = source_->constraints(m, sweep_, names_.names, highest_order);
+    coefficients_.setZero(static_cast<Eigen::Index>(motion_.size()), highest_order + 1);
+    M_.setZero(dof, dof);
+    factors_ = DenseConstrainedFactors<Dynamic>(static_cast<std::size_t>(dof));
+    solution_.setZero(dof);
   }
 
-  /// Runs the functors again; where they have become other formulas, or their constants others, everything is made anew.
-  ///
-  /// @throws NotAnalytic  one of them compares values or has a kink by now
-  void renew(const F& form) {
-    if (!is_of(form)) *this = LagrangeSeries(form, static_cast<int>(coefficients_.cols()) - 1);
+  /// @throws NotAnalytic  one of the functors compares values or has a kink by now
+  void renew() override {
+    if (!is_current()) *this = LagrangeSeries(std::move(source_), static_cast<int>(coefficients_.cols()) - 1);
   }
+  bool is_current() override { return source_->still_holds(recorded_); }
 
-  /// Whether the functors of `form` still are the formulas that were recorded, with the same constants.
-  ///
-  /// @throws NotAnalytic  as renew()
-  bool is_of(const F& form) {
-    if constexpr (requires { run_again(recorded_, form); }) return still_holds(recorded_, form);
-    return true;  // of a system that hides its functors
-  }
-
-  /// Orders 0 and 1 at a state: column 1 of coefficients() is then time_unit·[q̇; q̈].
-  ///
   /// @throws MassMatrixError, NonFinite, ConstraintError  as acceleration(); NonFinite also where a formula is not analytic
-  template <class Y>
-  void start(double t, const Y& y, double time_unit) {
+  void start(double t, const double* y, double time_unit) override {
     unit_ = time_unit;
     for (Eigen::Index i = 0; i < coefficients_.rows(); ++i) sweep_.set(motion_[index(i)], coefficients_(i, 0) = y[i]);
     sweep_.set(t_, t);
@@ -124,120 +142,123 @@ class LagrangeSeries {
     for (const auto& [slot, value] : assumptions_)
       if (sweep_.value(slot) == value)
         throw NonFinite("a Taylor coefficient", t,
-                        sentence({"T, V", rows != 0 ? ", a constraint" : "", " or a force asks whether a quantity is exactly ", value, ", and at t = ", t,
+                        sentence({"T, V", constraints_ ? ", a constraint" : "", " or a force asks whether a quantity is exactly ", value, ", and at t = ", t,
                                   " it is, so the motion may not be analytic there; use Dop853"}));
     factor_mass_matrix(t);
     sweep_.set_time_unit(unit_);
     make_order(1);
   }
 
-  /// Orders 2 to `order`, after start().
-  void expand(int order) {
+  void expand(int order) override {
     for (int k = 2; k <= order; ++k) {
       taylor::complete(sweep_, k - 1);
       make_order(k);
     }
   }
 
-  /// The series: row i of column k is coefficient k of y = [q; q̇] in s = (t − t₀)/time_unit.
-  const Matrix<double, F::size_at_compile_time, Dynamic>& coefficients() const noexcept { return coefficients_; }
-
-  /// The constraints' part, with the multipliers' series.
-  const auto& constraints() const noexcept
-    requires(rows != 0)
-  {
-    return constraints_;
-  }
+  const Eigen::MatrixXd& coefficients() const noexcept override { return coefficients_; }
+  const ConstraintPart* constraints() const noexcept override { return constraints_.get(); }
 
  private:
-  // Zeros in all that is numbers.
-  void set_out(int highest_order) {
-    const auto dof = static_cast<Eigen::Index>(p_.size());
-    coefficients_.resize(static_cast<Eigen::Index>(motion_.size()), highest_order + 1);
-    M_.resize(dof, dof);
-    factors_ = DenseConstrainedFactors<unrolled_size<n>>(static_cast<std::size_t>(dof));
-    solution_.resize(dof);
-    std::fill_n(coefficients_.data(), coefficients_.size(), 0.0);
-    std::fill_n(M_.data(), M_.size(), 0.0);
-    std::fill_n(solution_.data(), dof, 0.0);
-  }
-
   static std::size_t index(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
-  void make_order(int k) {
-    if constexpr (by_recurrence) {
-      taylor::advance(sweep_, k);
-      double* const column = &coefficients_(0, k);
-      for (std::size_t i = 0; i < motion_.size(); ++i) column[i] = sweep_.variable(motion_[i]);
-    } else {
-      make_order_with_solution(k);
+  taylor::SweepOutputs outputs() const {
+    const RecordedMotion& m = recorded_;
+    taylor::SweepOutputs outputs{.early = m.p, .series = m.force, .values = m.mass, .late = m.qdot};
+    const auto append = [](std::vector<int>& to, const std::vector<int>& nodes) { to.insert(to.end(), nodes.begin(), nodes.end()); };
+    append(outputs.early, m.rows);
+    append(outputs.values, m.jacobian);
+    for (const int node : m.jacobian)
+      if (m.recording.graph[node].kind != formula::Kind::constant) outputs.series.push_back(node);
+    for (const auto& assumption : m.recording.assumptions) outputs.values.push_back(assumption.node);
+    // Variables are series even where no output contains them: their coefficients are the motion.
+    for (const auto* list : {&m.q, &m.z, &m.zdot}) append(outputs.series, *list);
+    outputs.series.push_back(m.t);
+    if (by_recurrence_) {
+      outputs.recurrence = {.variables = m.q, .rates = m.qdot, .late = m.qdot, .forces = m.force, .momenta = m.p, .mass = m.mass, .time = m.t};
+      append(outputs.recurrence.variables, m.z);
+      append(outputs.recurrence.rates, m.zdot);
     }
+    return outputs;
+  }
+
+  void make_order(int k) {
+    if (!by_recurrence_) return make_order_with_solution(k);
+    taylor::advance(sweep_, k);
+    double* const column = coefficients_.data() + k * coefficients_.rows();
+    for (std::size_t i = 0; i < motion_.size(); ++i) column[i] = sweep_.variable(motion_[i]);
   }
   void make_order_with_solution(int k) {
     const Eigen::Index dof = solution_.size(), size = coefficients_.rows();
     const double factor = unit_ / k;
     // All rates before any variable is set: a rate may be a variable (V = q₀ q₁).
     for (Eigen::Index i = 0; i < dof; ++i) solution_[i] = factor * sweep_.latest(force_[index(i)]);
-    if constexpr (rows != 0) constraints_.add_known_reactions(sweep_, k, factor, solution_);
-    if constexpr (states != 0) {
-      for (Eigen::Index i = 2 * dof; i < size; ++i) coefficients_(i, k) = factor * sweep_.latest(zdot_[index(i - 2 * dof)]);
-      for (Eigen::Index i = 2 * dof; i < size; ++i) sweep_.set(motion_[index(i)], coefficients_(i, k));
-    }
+    if (constraints_) constraints_->add_known_reactions(sweep_, k, factor, solution_);
+    for (Eigen::Index i = 2 * dof; i < size; ++i) coefficients_(i, k) = factor * sweep_.latest(zdot_[index(i - 2 * dof)]);
+    for (Eigen::Index i = 2 * dof; i < size; ++i) sweep_.set(motion_[index(i)], coefficients_(i, k));
     for (Eigen::Index i = 0; i < dof; ++i) sweep_.set(motion_[index(i)], coefficients_(i, k) = factor * coefficients_(dof + i, k - 1));
-    for (Eigen::Index i = 0; i < dof; ++i) sweep_.set(motion_[index(dof + i)], 0.0);
     sweep_.set(t_, k == 1 ? unit_ : 0.0);
     taylor::advance(sweep_, k);
     for (Eigen::Index i = 0; i < dof; ++i) solution_[i] -= sweep_.latest(p_[index(i)]);
-    if constexpr (rows != 0) {
-      constraints_.solve(sweep_, k, factor, solution_);
-    } else {
-      solution_ = Vector<double, n>(inverse_ * solution_);
-    }
+    if (constraints_) constraints_->solve(sweep_, k, factor, solution_);
+    else solution_ = (inverse_ * solution_).eval();
     for (Eigen::Index i = 0; i < dof; ++i) sweep_.set(motion_[index(dof + i)], coefficients_(dof + i, k) = solution_[i]);
   }
 
   void factor_mass_matrix(double t) {
-    if (rows == 0 && mass_is_constant_ && mass_is_factored_) return;
+    if (!constraints_ && mass_is_constant_ && mass_is_factored_) return;
     std::size_t next = 0;
     for (Eigen::Index i = 0; i < M_.rows(); ++i)
       for (Eigen::Index j = 0; j <= i; ++j) M_(i, j) = M_(j, i) = sweep_.value(mass_[next++]);
     mass_is_factored_ = false;
-    if constexpr (rows != 0) {
+    if (constraints_) {
       if (!all_finite(M_)) throw_mass_matrix_error(M_, t, names_.names);
-      constraints_.factor(sweep_, M_, mass_is_constant_, t);
-    } else if constexpr (inertia == Inertia::positive_definite) {
+      constraints_->factor(sweep_, M_, mass_is_constant_, t);
+    } else if (is_definite_) {
       if (!factors_.compute_mass(M_, singular_pivot<double>(M_.rows()))) throw_mass_matrix_error(M_, t, names_.names);
       factors_.write_mass_factors(sweep_.mass_factors().data());
     } else {
-      inverse_ = solved_with_mass_matrix(names_, M_, Matrix<double, n>(Matrix<double, n>::Identity(M_.rows(), M_.rows())), t);
+      inverse_ = solved_with_mass_matrix(names_, M_, Eigen::MatrixXd(Eigen::MatrixXd::Identity(M_.rows(), M_.rows())), t);
     }
     mass_is_factored_ = true;
   }
 
-  struct Names {  // as much of a system as solving with M asks for
-    static constexpr Inertia inertia = LagrangeSeries::inertia;
+  struct Names {  // as much of a system as solving with an indefinite M asks for
+    static constexpr Inertia inertia = Inertia::indefinite;
     std::vector<std::string> names;
     Eigen::Index dof() const { return static_cast<Eigen::Index>(names.size()); }
     std::string coordinate_name(Eigen::Index i) const { return names[index(i)]; }
   };
+  struct Assumption {
+    int slot;
+    double value;
+  };
 
+  std::unique_ptr<const MotionSource> source_;
+  bool is_definite_, by_recurrence_ = false;  // the second: the sweep carries out the recurrence by itself
   Names names_;
   RecordedMotion recorded_;
   taylor::Sweep sweep_;
   std::vector<int> motion_, p_, force_, zdot_, mass_;  // slots; motion: q, q̇, then z
   int t_ = 0;
-  struct Assumption {
-    int slot;
-    double value;
-  };
   std::vector<Assumption> assumptions_;
   bool mass_is_constant_ = true, mass_is_factored_ = false;
-  Matrix<double, n> M_, inverse_;
-  DenseConstrainedFactors<unrolled_size<n>> factors_;
-  [[no_unique_address]] std::conditional_t<rows == 0, NoConstraintSeries, ConstraintSeries<n, rows>> constraints_;
-  Vector<double, n> solution_;
+  Eigen::MatrixXd M_, inverse_;
+  DenseConstrainedFactors<Dynamic> factors_;
+  std::unique_ptr<ConstraintPart> constraints_;
+  Eigen::VectorXd solution_;
   double unit_ = 1.0;
-  Matrix<double, F::size_at_compile_time, Dynamic> coefficients_;
+  Eigen::MatrixXd coefficients_;
 };
+
+#ifdef QDOT_COMPILED
+extern template class LagrangeSeries<>;
+#endif
+
+/// The series of a system or scene; its functors are run once.
+template <class F>
+std::unique_ptr<PowerSeries> power_series(const F& form, int highest_order) {
+  return std::make_unique<LagrangeSeries<>>(std::make_unique<MotionSourceOf<F>>(form), highest_order);
+}
 
 }  // namespace qdot::detail
