@@ -14,7 +14,6 @@
 #include <qdot/integrate/driver/event_clocks.hpp>
 #include <qdot/integrate/driver/event_finder.hpp>
 #include <qdot/integrate/options.hpp>
-#include <qdot/integrate/steps/motion_plan.hpp>
 #include <qdot/integrate/steps/recorded_motion.hpp>
 #include <qdot/integrate/steps/spectral_radius.hpp>
 #include <qdot/integrate/watch/change_watch.hpp>
@@ -30,11 +29,9 @@ template Sweep sweep_of<double>(BasicGraph<double>&, const SweepOutputs&, int);
 template void start<double>(Sweep&);
 template void advance<double>(Sweep&, int);
 template void complete<double>(Sweep&, int);
-template void Sweep::compile(BasicGraph<Parameter>&, const SweepOutputs&);
 }  // namespace qdot::taylor
 
 namespace qdot::formula {
-template class BasicGraph<taylor::Parameter>;
 template int variable_in<double>(Recording&, int);
 template int operation_in<double>(Recording&, Operation, int, int);
 template int function_in<double>(Recording&, Function, int);

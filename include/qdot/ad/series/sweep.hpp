@@ -295,10 +295,6 @@ class Sweep {
     }
   }
 
-  friend struct SweepPlan;  // ad/series/plan.hpp
-  template <class Planned>
-  friend class PlannedSweep;  // ad/series/planned_sweep.hpp
-
   template <class Coefficient>
   constexpr void compile(BasicGraph<Coefficient>& graph, const SweepOutputs& outputs);
   constexpr void pair_sines_with_cosines();

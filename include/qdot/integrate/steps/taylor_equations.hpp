@@ -24,9 +24,6 @@
 // recording of L by reverse differentiation and have a few times the operations of T and V themselves: a
 // chain of n links costs O(n) per order, where its equations of motion, written out, have O(n²) terms.
 //
-// Where the energies are written out (mechanics/written_out.hpp), the compiler has made graph and sweep before, and orders from the second on are
-// straight-line code (integrate/steps/motion_plan.hpp).
-//
 // Forces of effects are summands of g, and effects' own states have z_{k+1} = τ ż_k/(k + 1): both need the order before only.
 // Constraints make the system to be solved larger by their multipliers (integrate/steps/taylor_constraints.hpp).
 
@@ -38,23 +35,12 @@
 #include "qdot/ad/series/sweep.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
-#include "qdot/integrate/steps/motion_plan.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/steps/taylor_constraints.hpp"
 #include "qdot/mechanics/derive/dense_factors.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 
 namespace qdot::detail {
-
-// The energies of a bare system; what comes with effects has no plan.
-template <class F>
-struct EnergiesOf {
-  using type = void;
-};
-template <class Sys>
-struct EnergiesOf<FirstOrderForm<Sys>> {
-  using type = typename Sys::EnergiesType;
-};
 
 /// The power series of the motion of a system or a scene from a state.
 ///
@@ -69,9 +55,6 @@ class LagrangeSeries {
  public:
   /// @throws NotAnalytic  T, V or a force compares values or has a kink
   [[gnu::cold]] LagrangeSeries(const F& form, int highest_order) {
-    if constexpr (has_plan) {
-      if (make_by_plan(form, highest_order)) return;
-    }
     recorded_ = recorded_motion(form);
     RecordedMotion& m = recorded_;
     const formula::Graph& graph = m.recording.graph;
@@ -119,7 +102,6 @@ class LagrangeSeries {
   ///
   /// @throws NotAnalytic  as renew()
   bool is_of(const F& form) {
-    if (goes_by_plan_) return true;  // of numbers that are in the object
     if constexpr (requires { run_again(recorded_, form); }) return still_holds(recorded_, form);
     return true;  // of a system that hides its functors
   }
@@ -144,13 +126,6 @@ class LagrangeSeries {
 
   /// Orders 2 to `order`, after start().
   void expand(int order) {
-    if constexpr (has_plan) {
-      if (goes_by_plan_) {
-        taylor::complete(sweep_, 1);
-        expand_by_plan<n, Energies>(sweep_, unit_, order, coefficients_.data(), factors_);
-        return;
-      }
-    }
     for (int k = 2; k <= order; ++k) {
       taylor::complete(sweep_, k - 1);
       make_order(k);
@@ -160,9 +135,6 @@ class LagrangeSeries {
   /// The series: row i of column k is coefficient k of y = [q; q̇] in s = (t − t₀)/time_unit.
   const Matrix<double, F::size_at_compile_time, Dynamic>& coefficients() const noexcept { return coefficients_; }
 
-  /// Whether the orders are made by code that the compiler wrote for these energies.
-  bool is_planned() const noexcept { return goes_by_plan_; }
-
   /// The constraints' part, with the multipliers' series.
   const auto& constraints() const noexcept
     requires(rows != 0)
@@ -171,40 +143,6 @@ class LagrangeSeries {
   }
 
  private:
-  using Energies = typename EnergiesOf<F>::type;
-  static constexpr bool has_plan = [] {
-    if constexpr (is_written_out<Energies> && n <= straight_line_limit && inertia == Inertia::positive_definite) {
-      return motion_plan<n, Energies>.exists;
-    } else {
-      return false;
-    }
-  }();
-
-  // The sweep of written-out energies; false when the parameters are such that the plan is not theirs.
-  [[gnu::cold]] bool make_by_plan(const F& form, int highest_order) {
-    const Energies& energies = form.system().energies();
-    if (!energies.replays()) return false;
-    MotionGraph m;
-    make_motion_graph<n, Energies>(m, &energies);
-    if (!m.graph.is_general()) return false;
-    sweep_ = sweep_over(m, highest_order);
-    const MotionPlan<n> plan(m, sweep_);
-    if (!(plan == motion_plan<n, Energies>)) return false;
-    goes_by_plan_ = true;
-    for (const int node : m.mass) {
-      mass_is_constant_ = mass_is_constant_ && m.graph[node].kind == formula::Kind::constant;
-      mass_.push_back(sweep_.slot(node));
-    }
-    motion_.assign(plan.q, plan.q + n);
-    motion_.insert(motion_.end(), plan.qdot, plan.qdot + n);
-    p_.assign(plan.p, plan.p + n);
-    force_.assign(plan.force, plan.force + n);
-    t_ = plan.t;
-    for (Eigen::Index i = 0; i < n; ++i) names_.names.push_back(form.component_name(i));
-    set_out(highest_order);
-    return true;
-  }
-
   // Zeros in all that is numbers.
   void set_out(int highest_order) {
     const auto dof = static_cast<Eigen::Index>(p_.size());
@@ -269,11 +207,10 @@ class LagrangeSeries {
   };
 
   Names names_;
-  RecordedMotion recorded_;  // where there is no plan
+  RecordedMotion recorded_;
   taylor::Sweep sweep_;
   std::vector<int> motion_, p_, force_, zdot_, mass_;  // slots; motion: q, q̇, then z
   int t_ = 0;
-  bool goes_by_plan_ = false;
   struct Assumption {
     int slot;
     double value;

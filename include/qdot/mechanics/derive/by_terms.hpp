@@ -1,9 +1,9 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Lagrange's equations in closed form, derived by the compiler as one derives them on paper.
+// Lagrange's equations in closed form, derived as one derives them on paper.
 //
-// The operations of T and V are a graph (ad/formula/list_graph.hpp), and T, multiplied out, is a polynomial in the velocities with coefficients that are
+// The operations of T and V are a graph (ad/formula/graph.hpp), and T, multiplied out, is a polynomial in the velocities with coefficients that are
 // products of functions of the position (ad/formula/velocity_polynomial.hpp):
 //
 //     T = Σ c μ(q) q̇_a q̇_b  + …

@@ -4,8 +4,7 @@
 // What a derivation of Lagrange's equations ends with: M and r of M q̈ = r as nodes of a graph.
 //
 // Two ways lead there: mechanics/derive/by_terms.hpp multiplies the kinetic energy out and simplifies what comes, as one does on paper;
-// mechanics/derive/by_graph.hpp differentiates T as it is written, which suits sums of squares of velocities, and many coordinates. Both are
-// run by the compiler.
+// mechanics/derive/derivatives_of_graph.hpp differentiates T as it is written, which suits sums of squares of velocities, and many coordinates.
 
 #include <cstddef>
 #include <vector>
