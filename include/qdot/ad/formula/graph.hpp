@@ -18,8 +18,7 @@
 // factors move outwards, roots and quotients become powers and powers of one base are multiplied,
 // 1/√(x² + y²) differentiated is −x (x² + y²)^(−3/2) with one power and not a tower of quotients.
 //
-// The numbers in a graph, coefficients, may be letters whose values are not known (ad/formula/coefficient.hpp): equations are then derived and written down
-// with letters.
+// The numbers in a graph, coefficients, may be such as are compared up to rounding (ad/formula/coefficient.hpp), for formulas that are multiplied out.
 //
 // Differentiation walks the graph backwards from an output and adds nodes for the chain rule (reverse
 // mode): all partial derivatives of one output cost a few times the nodes of the output. The result is
@@ -359,7 +358,7 @@ class BasicGraph {
     return places_[place];
   }
 
-  // Where the number of a node like this one stands, or would. Few operations, because the compiler may be the one that runs them.
+  // Where the number of a node like this one stands, or would.
   constexpr std::size_t place_of(const Node& node) const {
     const double ca = decisive(node.ca), cb = decisive(node.cb), c = decisive(node.c);
     constexpr std::uint64_t odd = 0x9E3779B97F4A7C15u;  // 2⁶⁴/golden ratio
