@@ -25,9 +25,6 @@
 
 namespace qdot::detail {
 
-/// Largest n whose kinetic energy is multiplied out.
-inline constexpr int by_terms_limit = 8;
-
 /// Derives them.
 class DerivationByTerms {
  public:
@@ -35,7 +32,6 @@ class DerivationByTerms {
   using Polynomial = formula::Polynomial;
   using Term = formula::Term;
   using Node = formula::BasicNode<Coefficient>;
-
   using Graph = formula::BasicGraph<Coefficient>;
 
   Graph graph;
