@@ -28,13 +28,13 @@
 #include "qdot/mechanics/mass_matrix.hpp"            // M alone
 #include "qdot/mechanics/equations_of_motion.hpp"    // M q̈ = rhs
 #include "qdot/mechanics/acceleration_jacobian.hpp"  // ∂q̈/∂(q, q̇)
-#include "qdot/mechanics/written_out.hpp"            // loops in T and V, run while compiling
+#include "qdot/mechanics/written_out.hpp"            // deprecated: T and V are derived when a program runs
 #include "qdot/mechanics/degrees_of_freedom.hpp"     // how many coordinates, by the rank of the constraints
 #include "qdot/mechanics/integrability.hpp"          // is a velocity constraint holonomic?
 #include "qdot/mechanics/first_order_form.hpp"       // ẏ = f(t, y) for steppers
 // #include "qdot/mechanics/derived.hpp"                 // deprecated: every system derives its equations
 // #include "qdot/mechanics/kinematic_system.hpp"        // T from the positions of masses and bodies
-// #include "qdot/mechanics/written_out_kinematics.hpp"  // the same, run while compiling
+// #include "qdot/mechanics/written_out_kinematics.hpp"  // deprecated: the same by another name
 // #include "qdot/mechanics/parameter_jacobian.hpp"      // ∂q̈/∂p
 // #include "qdot/mechanics/ensemble.hpp"                // q̈ of many states at once
 

@@ -12,7 +12,7 @@
 
 namespace qdot::bench {
 
-/// T and V of the chain with `for`; constexpr, so that they can be written out.
+/// T and V of the chain with `for`.
 struct LoopedChain {
   double g = 9.81;
 
@@ -106,7 +106,7 @@ struct UnrolledPositions {
   }
 };
 
-/// Positions of the masses with `for`; constexpr, so that they can be written out.
+/// Positions of the masses with `for`.
 struct LoopedPositions {
   template <class Q>
   constexpr void operator()(const Q& q, auto& bodies) const {

@@ -12,7 +12,6 @@
 #include "bench/bench.hpp"
 #include "bench/chain_energies.hpp"
 #include "qdot/mechanics/ensemble.hpp"
-#include "qdot/mechanics/written_out.hpp"
 #include "scenes/double_pendulum.hpp"
 #include "scenes/heavy_top.hpp"
 #include "scenes/kepler.hpp"
@@ -72,13 +71,6 @@ Findings measured() {
   add_rows<2, UnrolledChain<2>>(found.rows, "chain n=2", -2.0, 2.0);
   add_rows<3, UnrolledChain<3>>(found.rows, "chain n=3", -2.0, 2.0);
   add_rows<4, UnrolledChain<4>>(found.rows, "chain n=4", -2.0, 2.0);
-  add_rows<1, WrittenOut<1, LoopedChain>>(found.rows, "chain n=1, written out", -2.0, 2.0);
-  add_rows<2, WrittenOut<2, LoopedChain>>(found.rows, "chain n=2, written out", -2.0, 2.0);
-  add_rows<3, WrittenOut<3, LoopedChain>>(found.rows, "chain n=3, written out", -2.0, 2.0);
-  add_rows<4, WrittenOut<4, LoopedChain>>(found.rows, "chain n=4, written out", -2.0, 2.0);
-  add_rows<2, WrittenOut<2, scenes::RodAndRing>>(found.rows, "rod_and_ring n=2, written out", 0.3, 1.2);
-  add_rows<2, WrittenOut<2, scenes::Kepler>>(found.rows, "kepler n=2, written out", 0.3, 1.2);
-  add_rows<3, WrittenOut<3, scenes::HeavyTop>>(found.rows, "heavy_top n=3, written out", 0.3, 1.2);
   add_rows<2, scenes::DoublePendulum>(found.rows, "double_pendulum n=2", -2.0, 2.0);
   add_rows<2, scenes::RodAndRing>(found.rows, "rod_and_ring n=2", 0.3, 1.2);
   add_rows<2, scenes::Kepler>(found.rows, "kepler n=2", 0.3, 1.2);

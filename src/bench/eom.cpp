@@ -12,7 +12,7 @@ namespace {
 
 Findings measured() {
   Findings findings;
-  for (const auto rows_of : {system_rows, unrolled_chain_rows, looped_chain_rows, written_out_chain_rows, kinematic_chain_rows, jacobian_rows})
+  for (const auto rows_of : {system_rows, unrolled_chain_rows, looped_chain_rows, kinematic_chain_rows, jacobian_rows})
     for (const EquationsRow& row : rows_of()) findings.rows.push_back(timed(row, row.door));
   findings.note = "One evaluation; 64 states in turn, the least of up to 300 repeats in which both ways alternate.";
   return findings;

@@ -35,7 +35,6 @@ Row timed(const EquationsRow& row, const std::string& what);
 std::vector<EquationsRow> system_rows();           // eom_systems.cpp
 std::vector<EquationsRow> unrolled_chain_rows();   // eom_unrolled_chains.cpp
 std::vector<EquationsRow> looped_chain_rows();     // eom_looped_chains.cpp
-std::vector<EquationsRow> written_out_chain_rows();  // eom_written_out_chains.cpp
 std::vector<EquationsRow> kinematic_chain_rows();  // eom_kinematic_chains.cpp
 std::vector<EquationsRow> jacobian_rows();         // eom_jacobians.cpp
 

@@ -7,7 +7,6 @@
 #include "bench/eom.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
-#include "qdot/mechanics/written_out.hpp"
 
 namespace qdot::bench {
 
@@ -70,11 +69,7 @@ std::vector<EquationsRow> jacobian_rows() {
           row_of<3, UnrolledChain<3>>("jacobian, unroll"), row_of<4, UnrolledChain<4>>("jacobian, unroll"),
           row_of_form<2>(), row_of_form<4>(), row_of_form<8>(), row_of_form<16>(), row_of_form<32>(),
           row_of<2, LoopedChain>("jacobian, for, outside of runs"), row_of<4, LoopedChain>("jacobian, for, outside of runs"),
-          row_of<2, WrittenOut<2, LoopedChain>>("jacobian, for, written out"),
-          row_of<4, WrittenOut<4, LoopedChain>>("jacobian, for, written out"),
-          row_of<8, LoopedChain>("jacobian, for, outside of runs"), row_of<16, LoopedChain>("jacobian, for, outside of runs"),
-          row_of<6, WrittenOut<6, LoopedChain>>("jacobian, for, written out"),
-          row_of<8, WrittenOut<8, LoopedChain>>("jacobian, for, written out")};
+          row_of<8, LoopedChain>("jacobian, for, outside of runs"), row_of<16, LoopedChain>("jacobian, for, outside of runs")};
 }
 
 }  // namespace qdot::bench

@@ -25,7 +25,6 @@
 #include "qdot/effects/scene.hpp"
 #include "qdot/effects/scene_motion.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
-#include "qdot/mechanics/written_out.hpp"
 #include "scenes/cartesian_pendulum.hpp"
 #include "scenes/cartpole.hpp"
 #include "scenes/chaplygin_sleigh.hpp"
@@ -37,7 +36,7 @@
 
 namespace qdot::bench {
 
-// The ways in which a chain is given to the library, T and V with qdot::unroll, with a plain loop, written out, and positions.
+// The ways in which a chain is given to the library, T and V with qdot::unroll, with a plain loop, and positions.
 struct UnrolledEnergies {
   static constexpr const char* name = "chain, T and V with unroll";
   template <int n>
@@ -52,11 +51,6 @@ struct LoopsInARun {
   static constexpr const char* name = "chain, T and V with for, in a run";
   template <int n>
   static auto system() { return in_a_run(mechanical_system<n>(LoopedChain{})); }
-};
-struct WrittenOutEnergies {
-  static constexpr const char* name = "chain, T and V written out";
-  template <int n>
-  static auto system() { return mechanical_system<n>(written_out<n>(LoopedChain{})); }
 };
 struct PlacedMasses {
   static constexpr const char* name = "chain, positions";
@@ -209,35 +203,29 @@ struct SliderAndCrank : Case<3, 2, Where::near> {
   }
 };
 
-// A scene of the catalogue and its effect, T and V as they are, or written out where they can be, as the program has them: the sine of the hoop's incline is
-// a number while g++ compiles, and none for Clang.
-template <class Scene, bool written>
+// A scene of the catalogue and its effect.
+template <class Scene>
 struct OfCatalogue : Case<Scene::n, Scene::constraints> {
-  static constexpr const char *name = Scene::name, *effect = written ? Scene::effect_written_out : Scene::effect;
+  static constexpr const char *name = Scene::name, *effect = Scene::effect;
   using Hand = typename Scene::Hand;
-  static auto scene() {
-    constexpr int n = Scene::n;
-    if constexpr (written && CanBeWrittenOut<typename Scene::Energies, n>)
-      return qdot::scene(mechanical_system<n>(written_out<n>(typename Scene::Energies{})), Scene::with());
-    else return qdot::scene(mechanical_system<n>(typename Scene::Energies{}), Scene::with());
-  }
+  static auto scene() { return qdot::scene(mechanical_system<Scene::n>(typename Scene::Energies{}), Scene::with()); }
   static auto states()
     requires requires { Scene::states(); }
   { return Scene::states(); }
 };
 
 struct HolonomicHoop : Case<2, 1> {
-  static constexpr const char *name = "rolling_hoop", *effect = "rolling, holonomic", *effect_written_out = "rolling, holonomic, written out";
+  static constexpr const char *name = "rolling_hoop", *effect = "rolling, holonomic";
   using Hand = RollingHoopByHand;
   using Energies = scenes::RollingHoop;
   static auto with() { return holonomic("rolling", [R = 0.2](const auto& q) { return q[0] - R * q[1]; }); }
 };
 struct NonholonomicHoop : HolonomicHoop {
-  static constexpr const char *effect = "rolling, nonholonomic", *effect_written_out = "rolling, nonholonomic, written out";
+  static constexpr const char* effect = "rolling, nonholonomic";
   static auto with() { return nonholonomic("rolling", [R = 0.2](const auto&, const auto& qdot, const auto&) { return qdot[0] - R * qdot[1]; }); }
 };
 struct Sleigh : Case<3, 1> {
-  static constexpr const char *name = "chaplygin_sleigh", *effect = "blade, nonholonomic", *effect_written_out = "blade, nonholonomic, written out";
+  static constexpr const char *name = "chaplygin_sleigh", *effect = "blade, nonholonomic";
   using Hand = ChaplyginSleighByHand;
   using Energies = scenes::ChaplyginSleigh;
   static auto with() {
@@ -248,20 +236,16 @@ struct Sleigh : Case<3, 1> {
   }
 };
 struct Block : Case<1, 0> {
-  static constexpr const char *name = "friction_block", *effect = "dry friction, sliding", *effect_written_out = "dry friction, sliding, written out";
+  static constexpr const char *name = "friction_block", *effect = "dry friction, sliding";
   using Hand = SlidingBlockByHand;
   using Energies = scenes::FrictionBlock;
   static auto with() { return dry_friction("block", 0, 0.3); }
   static auto states() { return Vector<double, 1>(static_cast<double>(FrictionPhase::forward)); }
 };
-template <bool written>
-using RollingHoopHolonomic = OfCatalogue<HolonomicHoop, written>;
-template <bool written>
-using RollingHoopNonholonomic = OfCatalogue<NonholonomicHoop, written>;
-template <bool written>
-using SleighOnBlade = OfCatalogue<Sleigh, written>;
-template <bool written>
-using SlidingBlock = OfCatalogue<Block, written>;
+using RollingHoopHolonomic = OfCatalogue<HolonomicHoop>;
+using RollingHoopNonholonomic = OfCatalogue<NonholonomicHoop>;
+using SleighOnBlade = OfCatalogue<Sleigh>;
+using SlidingBlock = OfCatalogue<Block>;
 
 /// Two masses by their positions, and a spring-damper between the middle of the upper rod and the lower mass.
 struct SprungDoublePendulum : Case<2, 0> {

@@ -43,7 +43,7 @@ void require_same_numbers(const SceneRow& row) {
 Findings measured() {
   Findings findings;
   for (const auto rows_of :
-       {system_scene_rows, body_scene_rows, unrolled_chain_scene_rows, looped_chain_scene_rows, written_out_chain_scene_rows, placed_chain_scene_rows,
+       {system_scene_rows, body_scene_rows, unrolled_chain_scene_rows, looped_chain_scene_rows, placed_chain_scene_rows,
         hanging_chain_scene_rows, jacobian_scene_rows})
     for (const SceneRow& row : rows_of()) {
       require_same_numbers(row);

@@ -22,7 +22,6 @@ std::vector<SceneRow> system_scene_rows();             // scenes_systems.cpp
 std::vector<SceneRow> body_scene_rows();               // scenes_bodies.cpp
 std::vector<SceneRow> unrolled_chain_scene_rows();     // scenes_unrolled_chains.cpp
 std::vector<SceneRow> looped_chain_scene_rows();       // scenes_looped_chains.cpp
-std::vector<SceneRow> written_out_chain_scene_rows();  // scenes_written_out_chains.cpp
 std::vector<SceneRow> placed_chain_scene_rows();       // scenes_placed_chains.cpp
 std::vector<SceneRow> hanging_chain_scene_rows();      // scenes_hanging_chains.cpp
 std::vector<SceneRow> jacobian_scene_rows();           // scenes_jacobians.cpp

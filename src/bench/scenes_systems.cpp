@@ -8,9 +8,8 @@ namespace qdot::bench {
 
 std::vector<SceneRow> system_scene_rows() {
   return rows_of_cases<CartpoleWithMotor, CartpoleWithMotorAndFriction, CartesianPendulumOnRod, CartesianPendulumInAir, TautRope,
-                       FourBarLinkage, DrivenFourBar, SliderAndCrank, RollingHoopHolonomic<false>, RollingHoopHolonomic<true>,
-                       RollingHoopNonholonomic<false>, RollingHoopNonholonomic<true>, SleighOnBlade<false>, SleighOnBlade<true>,
-                       SlidingBlock<false>, SlidingBlock<true>, SprungDoublePendulum>();
+                       FourBarLinkage, DrivenFourBar, SliderAndCrank, RollingHoopHolonomic, RollingHoopNonholonomic, SleighOnBlade,
+                       SlidingBlock, SprungDoublePendulum>();
 }
 
 }  // namespace qdot::bench

@@ -17,7 +17,6 @@
 #include "bench/bench.hpp"
 #include "bench/chain_energies.hpp"
 #include "qdot/effects/dissipation.hpp"
-#include "qdot/mechanics/written_out.hpp"
 
 namespace qdot::bench {
 
@@ -41,13 +40,6 @@ constexpr auto energies_of = [](const auto& p) {
   using S = std::remove_cvref_t<decltype(p[0])>;
   if constexpr (std::remove_cvref_t<decltype(p)>::RowsAtCompileTime == 1) return DoublePendulum<S>{S(1.0), S(1.0), S(1.0), p[0]};
   else return DoublePendulum<S>{p[0], p[1], p[2], p[3]};
-};
-
-// The same, written out where the parameters are numbers.
-constexpr auto written_energies_of = [](const auto& p) {
-  const auto energies = energies_of(p);
-  if constexpr (std::is_same_v<std::remove_cvref_t<decltype(p[0])>, double>) return written_out<2>(energies);
-  else return energies;
 };
 
 // A point of unit mass in a plane, in a landscape of m − 1 waves about a hollow.
@@ -80,13 +72,13 @@ void add_row(std::vector<Row>& rows, const std::string& name, const auto& plain,
   rows.push_back({name, both, alone, "the run alone", "s"});
 }
 
-// A chain of n links with loops, written out: by the time of its start, and by its start.
+// A chain of n links with loops: by the time of its start, and by its start.
 template <int n>
 void add_chain(std::vector<Row>& rows, const Options& options) {
   const State<n> start{0.0, Vector<double, n>::Constant(1.7), Vector<double, n>::Zero()};
-  const auto chain = mechanical_system<n>(written_out<n>(LoopedChain{}));
+  const auto chain = mechanical_system<n>(LoopedChain{});
   const auto plain = [&] { return simulate(chain, start, 3.0, Dop853{}, options).completed(); };
-  const std::string name = "chain n=" + std::to_string(n) + " written out, k = ";
+  const std::string name = "chain n=" + std::to_string(n) + ", k = ";
   add_row(rows, name + "1: the time of the start", plain,
           [&] { return sensitivities(chain, start, 3.0, Dop853{}, options, {}, {.start = false, .start_time = true}).completed(); });
   add_row(rows, name + std::to_string(2 * n) + ": the start", plain, [&] { return sensitivities(chain, start, 3.0, Dop853{}, options).completed(); });
@@ -106,14 +98,6 @@ Findings measured() {
   add_row(found.rows, "double pendulum, k = 4: the start", plain, [&] { return sensitivities(pendulum, start, t_end, Dop853{}, options).completed(); });
   add_row(found.rows, "double pendulum, k = 8: the start and four parameters", plain,
           [&] { return sensitivities(energies_of, p, start, t_end, Dop853{}, options).completed(); });
-  const auto written = mechanical_system<2>(written_energies_of(p));
-  const auto plain_written = [&] { return simulate(written, start, t_end, Dop853{}, options).completed(); };
-  add_row(found.rows, "double pendulum written out, k = 1: a length", plain_written,
-          [&] { return sensitivities(written_energies_of, one, start, t_end, Dop853{}, options, {}, {.start = false}).completed(); });
-  add_row(found.rows, "double pendulum written out, k = 4: the start", plain_written,
-          [&] { return sensitivities(written, start, t_end, Dop853{}, options).completed(); });
-  add_row(found.rows, "double pendulum written out, k = 8: the start and four parameters", plain_written,
-          [&] { return sensitivities(written_energies_of, p, start, t_end, Dop853{}, options).completed(); });
   add_chain<1>(found.rows, options);
   add_chain<2>(found.rows, options);
   add_chain<3>(found.rows, options);

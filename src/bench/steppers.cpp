@@ -18,7 +18,6 @@
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/symplectic.hpp"
 #include "qdot/integrate/taylor.hpp"
-#include "qdot/mechanics/written_out.hpp"
 #include "scenes/double_pendulum.hpp"
 #include "scenes/kepler.hpp"
 
@@ -75,8 +74,8 @@ Row hidden_run(const MotionProblem& problem, const System& system) {
 
 Findings steppers() {
   Findings findings;
-  const auto double_pendulum = mechanical_system<2>(written_out<2>(scenes::DoublePendulum{}));
-  const auto planet = mechanical_system<2>(written_out<2>(scenes::Kepler{}));
+  const auto double_pendulum = mechanical_system<2>(scenes::DoublePendulum{});
+  const auto planet = mechanical_system<2>(scenes::Kepler{});
   for (const MotionProblem& problem : motion_problems("double pendulum")) plane_rows(findings.rows, problem, double_pendulum);
   for (const MotionProblem& problem : motion_problems("kepler")) plane_rows(findings.rows, problem, planet);
   short_chain_rows(findings.rows);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Rows of `qdot bench steppers`: chains of one to four links, summed with a plain loop and written out.
+// Rows of `qdot bench steppers`: chains of one to four links, summed with a plain loop.
 #include "bench/chain_energies.hpp"
 #include "bench/steppers.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/taylor.hpp"
-#include "qdot/mechanics/written_out.hpp"
 
 namespace qdot::bench {
 
@@ -15,7 +14,7 @@ template <int n>
 void chain_rows(std::vector<Row>& rows) {
   for (const MotionProblem& problem : motion_problems("chain " + std::to_string(n))) {
     if (problem.n != n) continue;
-    const auto chain = mechanical_system<n>(written_out<n>(LoopedChain{}));
+    const auto chain = mechanical_system<n>(LoopedChain{});
     MotionRows each(rows, problem);
     each.adaptive(chain, Dop853{});
     each.adaptive(chain, Dopri5{});

@@ -34,7 +34,7 @@ struct PlantModel : program::SwitchingModel {
   static constexpr char mark = '\1';  // no name that a user gives begins so
 };
 
-/// Dop853, written out for the scene where it can be.
+/// Dop853, compiled for the scene where it can be.
 struct PlantMethod {
   AnyStepper stepper(const PlantModel& system, const Options& options) const {
     if (auto own = system.model->own_stepper("dop853", 0, options)) return std::move(*own);

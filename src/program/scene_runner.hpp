@@ -17,7 +17,6 @@
 #include "program/system_model.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/system.hpp"
-#include "qdot/mechanics/written_out.hpp"
 #include "qdot/report/equations/source.hpp"
 #include "qdot/report/number.hpp"
 #include "scenes/scene.hpp"
@@ -155,8 +154,6 @@ class SceneRunner : public RunnableScene {
     for (const auto& coordinate : coordinates()) names.push_back(coordinate.name);
     if constexpr (n == Dynamic) {
       return mechanical_system(static_cast<Eigen::Index>(names.size()), energies_).with_names(names);
-    } else if constexpr (CanBeWrittenOut<E, n>) {
-      return mechanical_system<n>(written_out<n>(energies_)).with_names(names);
     } else {
       return mechanical_system<n>(energies_).with_names(names);
     }

@@ -23,7 +23,7 @@ constexpr int atoms = 4, velocities = 3;
 double value_of_terms(const Polynomial& p, const MonomialTable& monomials, const std::vector<double>& x) {
   double sum = 0.0;
   for (const Term& t : p) {
-    double product = t.c.shadow;
+    double product = t.c.value;
     const Monomial& m = monomials[t.monomial];
     for (int i = 0; i < m.count; ++i) product *= std::pow(x[static_cast<std::size_t>(m.factor[i].atom)], m.factor[i].exponent);
     for (const int v : {t.a, t.b})
@@ -38,12 +38,12 @@ double value_of_node(const BasicGraph<Coefficient>& graph, int output, const std
   for (const auto& w : graph.nodes()) {
     const auto at = [&v](int k) { return v[static_cast<std::size_t>(k)]; };
     switch (w.kind) {
-      case Kind::constant: v.push_back(w.c.shadow); break;
+      case Kind::constant: v.push_back(w.c.value); break;
       case Kind::variable: v.push_back(x[static_cast<std::size_t>(w.a)]); break;
-      case Kind::affine: v.push_back(w.ca.shadow * at(w.a) + (w.b >= 0 ? w.cb.shadow * at(w.b) : 0.0) + w.c.shadow); break;
+      case Kind::affine: v.push_back(w.ca.value * at(w.a) + (w.b >= 0 ? w.cb.value * at(w.b) : 0.0) + w.c.value); break;
       case Kind::product: v.push_back(at(w.a) * at(w.b)); break;
       case Kind::quotient: v.push_back(at(w.a) / at(w.b)); break;
-      case Kind::power: v.push_back(std::pow(at(w.a), w.c.shadow)); break;
+      case Kind::power: v.push_back(std::pow(at(w.a), w.c.value)); break;
       case Kind::function: v.push_back(value_of(w.function, at(w.a), w.b >= 0 ? at(w.b) : 0.0)); break;
     }
   }
@@ -99,7 +99,6 @@ TEST_CASE("a polynomial arranged as nodes has the value of its terms, whatever t
   Chance chance;
   for (int sample = 0; sample < 200; ++sample) {
     MonomialTable monomials;
-    CoefficientBook book;
     BasicGraph<Coefficient> graph;
     for (int i = 0; i < atoms + velocities; ++i) graph.variable(i);
     const auto x = chance.state();
@@ -118,7 +117,7 @@ TEST_CASE("cos² + sin² of one angle is one, with like coefficients and no othe
   simplify_squares(p, monomials, cosine_of);
   REQUIRE(p.size() == 1);
   CHECK(p[0].monomial == other);
-  CHECK(p[0].c.is(3.0));
+  CHECK(p[0].c.value == 3.0);
   Polynomial unlike{{3.0, s2, 1, 0}, {2.0, c2, 1, 0}, {3.0, c2, 1, 1}};
   collect(unlike);
   simplify_squares(unlike, monomials, cosine_of);

@@ -39,7 +39,7 @@ void interpreted_energies(Report& report, Dice dice) {
   }
 }
 
-/// Energies that are types of their own: as an expression, unrolled, in a loop, and written out.
+/// Energies that are types of their own: as an expression, unrolled, and in a loop.
 template <std::uint64_t seed, int n, Arguments arguments>
 void written_energies(Report& report, Dice dice) {
   Written<seed, n, arguments, Style::nested> nested;
@@ -55,14 +55,12 @@ void written_energies(Report& report, Dice dice) {
   report.model = "T = " + in_words(W::formula_T, of_T.data(), n) + "\n    V = " + in_words(W::formula_V, of_V.data(), n);
   const Model model{.n = n, .T = {Term{&W::formula_T, of_T.data(), n}}, .V = {Term{&W::formula_V, of_V.data(), n}}};
   const auto as_expression = qdot::mechanical_system<n>(nested), as_list = qdot::mechanical_system<n>(unrolled), as_loop = qdot::mechanical_system<n>(looped);
-  const auto written = qdot::mechanical_system<n>(qdot::written_out<n>(nested));
   for (int k = 0; k < states_per_case; ++k) {
     const Start start = random_start(dice, n);
     const Verdict verdict = verdict_on(model, start.instant());
     check_door(report, "T and V as expressions", as_expression, model, verdict, start);
     check_door(report, "T and V unrolled", as_list, model, verdict, start);
     check_door(report, "T and V in loops of their own", as_loop, model, verdict, start);
-    check_door(report, "T and V written out", written, model, verdict, start);
   }
 }
 
@@ -101,13 +99,11 @@ void written_places(Report& report, Dice dice) {
   });
   const auto gravity = qdot::uniform_gravity(gx, gy);
   const auto placed = qdot::kinematic_system<n>(nested, gravity, extra), in_loops = qdot::kinematic_system<n>(looped, gravity, extra);
-  const auto written = qdot::written_out_kinematic_system<n>(nested, gravity, extra);
   for (int k = 0; k < states_per_case; ++k) {
     const Start start = random_start(dice, n);
     const Verdict verdict = verdict_on(model, start.instant());
     check_door<false>(report, "places", placed, model, verdict, start);
     check_door<false>(report, "places in loops", in_loops, model, verdict, start);
-    check_door(report, "places written out", written, model, verdict, start);
   }
 }
 

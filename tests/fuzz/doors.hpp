@@ -19,8 +19,6 @@
 #include "qdot/mechanics/ensemble.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
 #include "qdot/mechanics/system.hpp"
-#include "qdot/mechanics/written_out.hpp"
-#include "qdot/mechanics/written_out_kinematics.hpp"
 
 namespace fuzz {
 

@@ -7,8 +7,7 @@
 // so one grammar makes both
 //
 //     functors that interpret a list at run time     thousands of functions with one type, loops to the compiler;
-//     types that hold a list of their own            `nested` as one expression, `unrolled`, or `looped`: what the optimizer, packs and
-//                                                    written_out() see through.
+//     types that hold a list of their own            `nested` as one expression, `unrolled`, or `looped`: what the optimizer and packs see through.
 //
 // Mostly a function's argument is brought into its domain, as whoever means it would do (log(1 + x²)); one in a dozen takes what comes.
 // Constants are drawn anew for each case, and like to be 0, 1, −1, equal, tiny or huge.
@@ -246,7 +245,7 @@ struct Inputs {
 };
 
 /// Everything, one function in a dozen with an argument that is not brought into its domain; only what is smooth everywhere, for motions;
-/// without |x|, max, atan2, hypot and powers with exponents that vary, which written_out_kinematic_system() refuses.
+/// without |x|, max, atan2, hypot and powers with exponents that vary.
 enum class Grammar { everything,
                      smooth,
                      without_sides };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The algebra by which the compiler derives equations, carried out at run time on what T and V recorded, against nested duals.
+// The algebra by which equations are derived to be read, on what T and V recorded, against nested duals.
 #include "qdot/mechanics/derive/by_terms.hpp"
 
 #include <cmath>
@@ -20,8 +20,8 @@ using namespace qdot;
 // Sums of a few hundred operations, M of a condition up to 1e3.
 constexpr double rounding = 1e-11;
 
-// All nodes of a graph of numbers, in one whose coefficients are formulas.
-std::vector<int> copied(const formula::Graph& from, detail::DerivedEquations::Graph& to) {
+// All nodes of a graph of numbers, in one whose coefficients are compared up to rounding.
+std::vector<int> copied(const formula::Graph& from, detail::DerivationByTerms::Graph& to) {
   std::vector<int> copy;
   const auto at = [&](int x) { return x < 0 ? -1 : copy[static_cast<std::size_t>(x)]; };
   for (const formula::Node& w : from.nodes()) {

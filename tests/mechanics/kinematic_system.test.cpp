@@ -83,6 +83,12 @@ TEST_CASE("a rod with a sliding ring, a body and a mass, accelerates as derived 
   CHECK(difference(kinematic_system<2>(place, uniform_gravity(0.0, -free_fall)), by_hand<2>(bench::RodAndRingByHand{}), 0.3, 1.2) < rounded);
 }
 
+TEST_CASE("gravity along an axis is uniform gravity") {
+  const Vector<double, 2> q{0.4, 1.1}, v{0.2, -0.3};
+  CHECK(acceleration(kinematic_system<2>(bench::LoopedPositions{}, gravity_along<1>(-9.81)), q, v) ==
+        acceleration(kinematic_system<2>(bench::LoopedPositions{}, uniform_gravity(0.0, -9.81)), q, v));
+}
+
 TEST_CASE("a spherical pendulum is one mass in three dimensions") {
   const auto place = [](const auto& q, auto& bodies) {
     using std::cos, std::sin;

@@ -2,7 +2,6 @@
 #include "../catch2_bridge.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
-#include "qdot/mechanics/written_out.hpp"
 
 namespace {
 
@@ -85,7 +84,6 @@ TEST_CASE("an argument of an energy that has a default is given the time") {
   CHECK(acceleration_of(mechanical_system<1>(TimeByDefault{})) == -0.5);
   CHECK(acceleration_of(mechanical_system<1>(T, V)) == -0.5);
   CHECK(acceleration_of(mechanical_system(1, TimeByDefault{})) == -0.5);
-  CHECK(acceleration_of(mechanical_system<1>(qdot::written_out<1>(TimeByDefault{}))) == -0.5);
   CHECK(acceleration_of(mechanical_system<1>(constant_inertia, V)) == 3.0);
   CHECK(acceleration_of(qdot::kinematic_system<1>(place, V)) == 3.0);
   CHECK(acceleration_of(qdot::kinematic_system(1, place, V)) == 3.0);

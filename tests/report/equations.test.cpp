@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "catch2_bridge.hpp"
-#include "qdot/mechanics/written_out.hpp"
 #include "qdot/report/equation_text.hpp"
 #include "scenes/double_pendulum.hpp"
 #include "scenes/heavy_top.hpp"
@@ -141,7 +140,6 @@ TEST_CASE("what has no name appears as its number, and coordinates as q₀, q₁
   CHECK(plain(equations(system).L) == "⅜ q̇₀² + 14.715 cos q₀");
   CHECK(plain(equations(system, {{"m", &Pendulum::m}}).L) == "⅛ m q̇₀² + 4.905 m cos q₀");
   CHECK(plain(equations(system.with_names({"theta"}), pendulum_parameters).qddot[0].right) == "−(g/l) sin θ");
-  CHECK(plain(equations(mechanical_system<1>(written_out<1>(Pendulum{})), pendulum_parameters).qddot[0].right) == "−(g/l) sin q₀");
 }
 
 namespace {

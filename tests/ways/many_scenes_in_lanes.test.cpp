@@ -22,7 +22,6 @@
 #include "qdot/integrate/counter_random.hpp"
 #include "qdot/integrate/many_in_lanes.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
-#include "qdot/mechanics/written_out.hpp"
 
 using namespace qdot;
 
@@ -179,14 +178,11 @@ TEST_CASE("scenes with random forces that are formulas take as many steps in lan
   require_same(scene(mechanical_system<2>(Shaken{}), law, motor, regularized_friction(1, some(), 1.0)));
 }
 
-TEST_CASE("forces go in lanes beside equations that the compiler has derived, and beside positions") {
+TEST_CASE("forces go in lanes beside positions") {
   const auto placed = kinematic_system<2>(bench::UnrolledPositions<2>{}, gravity_along<1>(-9.81));
   CHECK(detail::lines_of_recorded<2>(detail::systems_of(placed).recorded(), 0) != nullptr);
   const auto sprung = scene(placed, spring_damper(Eigen::Vector2d(2.0, 0.5), tip, 2.0, 0.3, 0.1));
   CHECK(detail::lines_of_recorded<2>(detail::systems_of(sprung).recorded(), 0) != nullptr);
-  require_same(scene(mechanical_system<2>(written_out<2>(Arm{})), viscous_damping(Eigen::Vector2d(0.1, 0.2)),
-                     spring_damper(Eigen::Vector2d(2.0, 0.5), tip, 2.0, 0.3, 0.1)));
-  require_same(mechanical_system<2>(written_out<2>(Shaken{})));
   require_same(placed);
   require_same(scene(placed, viscous_damping(Eigen::Vector2d(0.1, 0.2))));
 }

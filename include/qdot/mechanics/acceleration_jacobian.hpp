@@ -9,8 +9,8 @@
 //     ∂q̈/∂(q, q̇) = −M⁻¹ ∂r/∂(q, q̇)  at fixed q̈ ,
 //
 // and −r is what the scalar of Lagrange's equations calls X L when the rates of the velocities are the accelerations
-// (mechanics/equations/straight_line_jacobian.hpp). Several ways, as for q̈ itself: derived lines, straight-line code for few coordinates, positions and masses
-// (mechanics/equations/equation_slopes.hpp), lines that a run keeps (mechanics/derive/kept_lines.hpp). Everything else, loops outside of
+// (mechanics/equations/straight_line_jacobian.hpp). Several ways, as for q̈ itself: straight-line code for few coordinates, positions and masses
+// (mechanics/equations/equation_slopes.hpp), lines that are derived once (mechanics/derive/kept_lines.hpp). Everything else, loops outside of
 // runs above all, is asked of nested duals, a direction at a time: 2n passes for what one asks now and then. Where the others give no
 // finite number nested duals are asked, too, as they are for q̈: they know that a constant has no derivative, however steep the root of it
 // is. What is not finite then is an error.
@@ -146,16 +146,11 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& syste
   const Eigen::Index size = system.dof();
   AccelerationJacobian<n> result{Vector<double, n>(size), Matrix<double, n>(size, size), Matrix<double, n>(size, size)};
   constexpr bool has_short_ways = inertia == Inertia::positive_definite && !detail::HasOwnEquations<E> && n <= detail::block_limit<n>;
-  constexpr bool has_closed_form = detail::HasClosedJacobian<E> && detail::straight_line_pays && inertia == Inertia::positive_definite;
-  constexpr bool has_straight_line =
-      has_short_ways && !has_closed_form && detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit;
+  constexpr bool has_straight_line = has_short_ways && detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit;
   if constexpr (has_straight_line) {
     if (detail::straight_line_jacobian<n>(system.energies(), q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(),
                                           result.d_qdot.data()))
       return result;
-  }
-  if constexpr (has_closed_form) {
-    if (system.energies().jacobian_in_closed_form(q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(), result.d_qdot.data())) return result;
   }
   if constexpr (inertia == Inertia::positive_definite && detail::has_slopes<n>) {
     const auto written = [&](const detail::DerivedLines& lines) { return detail::jacobian_by_lines(system, lines, q, qdot, t, result); };

@@ -6,7 +6,7 @@
 //     M q̈ = rhs ,      rhs = ∂L/∂q − (∂²L/∂q̇∂q) q̇ − ∂²L/∂q̇∂t .
 //
 // Where T or V has no value there is no q̈ either: the derivatives of functions end where the functions do (ad/forward/algebraic.hpp), and formulas
-// that were simplified remember where they hold (ad/formula/list_graph.hpp). So NaN in q̈ is all that has to be looked for.
+// that were simplified remember where they hold (ad/formula/domains.hpp). So NaN in q̈ is all that has to be looked for.
 //
 // acceleration() is what a stepper asks for; an implicit stepper asks for its derivatives besides (acceleration_jacobian.hpp).
 
@@ -93,7 +93,7 @@ template <class E, int n, Inertia inertia, class S>
 // q̈ where the shortest way is none. A function of its own, with the arguments of acceleration_of: where that is short itself, it stays so.
 template <class E, int n, Inertia inertia, class S>
 [[gnu::noinline]] Vector<S, n> longer_acceleration(const System<E, n, inertia>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
-  if constexpr (std::is_same_v<S, double> && inertia == Inertia::positive_definite && !(HasClosedForm<E> && straight_line_pays)) {
+  if constexpr (std::is_same_v<S, double> && inertia == Inertia::positive_definite) {
     Vector<double, n> a = zeros<Vector<double, n>>(at.size());
     if (with_longer_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())},
                                     system.kept_lines()))
@@ -107,11 +107,7 @@ template <class E, int n, Inertia inertia, class S>
 Vector<S, n> acceleration_of(const System<E, n, inertia>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
   Vector<S, n> a(at.size());
   if constexpr (std::is_same_v<S, double> && inertia == Inertia::positive_definite) {
-    if constexpr (HasClosedForm<E> && straight_line_pays) {
-      if (system.energies().acceleration_in_closed_form(at.data(), velocity.data(), t, a.data())) return a;
-    } else {
-      if (with_shortest_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())})) return a;
-    }
+    if (with_shortest_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())})) return a;
   }
   a = longer_acceleration<E, n, inertia, S>(system, at, velocity, t);
   return a;

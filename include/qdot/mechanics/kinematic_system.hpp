@@ -39,7 +39,6 @@
 
 #include "qdot/mechanics/equations_of_motion.hpp"
 #include "qdot/mechanics/places/bodies.hpp"
-#include "qdot/mechanics/places/formulas.hpp"
 #include "qdot/mechanics/places/rows.hpp"
 #include "qdot/mechanics/places/slopes.hpp"
 
@@ -145,29 +144,6 @@ class KinematicEnergies {
     WeightSum<double> bodies{field()};
     place(q, t, bodies);
     if constexpr (!heavy) (void)own_potential(q, t);
-  }
-
-  // The same as formulas, for written_out_kinematic_system().
-  using Formulas = trace::TracedVector<(n < 1 ? 1 : n)>;
-  constexpr trace::Traced T(const Formulas& q, const Formulas& qdot) const
-    requires(!time_in_T())
-  {
-    return kinetic_formula(q, qdot, 0.0);
-  }
-  constexpr trace::Traced T(const Formulas& q, const Formulas& qdot, const trace::Traced& t) const
-    requires(time_in_T())
-  {
-    return kinetic_formula(q, qdot, t);
-  }
-  constexpr trace::Traced V(const Formulas& q) const
-    requires(!time_in_V())
-  {
-    return potential_formula(q, 0.0);
-  }
-  constexpr trace::Traced V(const Formulas& q, const trace::Traced& t) const
-    requires(time_in_V())
-  {
-    return potential_formula(q, t);
   }
 
   // M (packed lower triangle) and rhs by J and s of the positions; the entries that may be other than zero. Where it is asked for, of a body that
@@ -295,27 +271,6 @@ class KinematicEnergies {
   S potential_energy(const Vector<S, n>& q, const S& t) const {
     if constexpr (heavy) {
       WeightSum<S> bodies{field()};
-      place(q, t, bodies);
-      return bodies.V;
-    } else {
-      return own_potential(q, t);
-    }
-  }
-
-  constexpr trace::Traced kinetic_formula(const Formulas& q, const Formulas& qdot, const trace::Traced& t) const {
-    FormulaOfT bodies;
-    trace::FormulaVector<MovingFormula, Formulas::SizeAtCompileTime> x{};
-    for (int i = 0; i < n; ++i) x[i] = moving_number(q[i], qdot[i]);
-    place(x, moving_number(t, trace::Traced(1.0)), bodies);
-    if constexpr (has_extra) {
-      return bodies.T + returned_by_T<n>(extra_, q, qdot, t);
-    } else {
-      return bodies.T;
-    }
-  }
-  constexpr trace::Traced potential_formula(const Formulas& q, const trace::Traced& t) const {
-    if constexpr (heavy) {
-      FormulaOfWeight bodies{field_of(potential_)};
       place(q, t, bodies);
       return bodies.V;
     } else {

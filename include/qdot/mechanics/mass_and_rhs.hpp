@@ -8,10 +8,9 @@
 //     M alone                             impacts, projections, momenta
 //
 // There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): what a system knows of itself (positions and masses,
-// kinematic_system.hpp), formulas that the compiler has derived (mechanics/derive/closed_form_jacobian.hpp), straight-line code
-// (mechanics/equations/straight_line.hpp), lines that are derived once (mechanics/derive/kept_lines.hpp), and the band of more than 32 coordinates
-// whose number is known at run time (mechanics/equations/banded_equations.hpp). A caller passes an object `use` down the ladder, and each way ends by
-// calling it with what it has found:
+// kinematic_system.hpp), straight-line code (mechanics/equations/straight_line.hpp), lines that are derived once (mechanics/derive/kept_lines.hpp), and
+// the band of more than 32 coordinates whose number is known at run time (mechanics/equations/banded_equations.hpp). A caller passes an object `use`
+// down the ladder, and each way ends by calling it with what it has found:
 //
 //     use.packed(at, M, r, present)    lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line
 //                                      code, so that what is zero for all states is not computed with
@@ -45,14 +44,6 @@ namespace detail {
 template <class E>
 concept HasOwnEquations = requires { requires E::has_own_equations; };
 
-// Energies of which the compiler has derived M and r (mechanics/derive/closed_form_jacobian.hpp).
-template <class E, class Use>
-concept HasClosedEquations = is_written_out<E> && requires(const E& e, const AtState& at, const Use& use) { e.equations_in_closed_form(at, use); };
-
-// Nothing but formulas or straight-line code is compiled for these, and the general way.
-template <class E, int n>
-inline constexpr bool always_straight = is_written_out<E> && straight_line_pays && n >= 1 && n <= straight_line_limit;
-
 // Above this many coordinates the straight-line code is compiled once for all uses that are `shared`, and not for each of them.
 inline constexpr int inlined_uses_limit = 4;
 
@@ -67,7 +58,6 @@ inline constexpr bool wants_band = requires { Use::wants_band; };
 template <int n, class E, class Use>
 inline bool with_shortest_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use) {
   if constexpr (HasOwnEquations<E>) return e.equations(q.data(), qdot.data(), q.size(), t, use);
-  else if constexpr (straight_line_pays && HasClosedEquations<E, Use>) return e.equations_in_closed_form(AtState{q.data(), qdot.data(), t}, use);
   else if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) return straight_line_equations<n>(e, AtState{q.data(), qdot.data(), t}, use);
   else return false;
 }

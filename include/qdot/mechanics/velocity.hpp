@@ -38,7 +38,6 @@
 #include "qdot/ad/dual.hpp"
 #include "qdot/ad/dual_eigen.hpp"
 #include "qdot/ad/dual_math.hpp"
-#include "qdot/ad/formula/trace.hpp"
 #include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
@@ -66,11 +65,7 @@ template <class First, class... Rest>
 constexpr auto vector(const First& first, const Rest&... rest) {
   using Sum = std::decay_t<decltype((first + ... + rest))>;
   using S = std::conditional_t<std::is_integral_v<Sum>, double, Sum>;
-  if constexpr (std::is_same_v<typename detail::innermost<S>::type, trace::Traced>) {
-    return trace::FormulaVector<S, 1 + static_cast<int>(sizeof...(Rest))>{{S(first), S(rest)...}};
-  } else {
-    return detail::column_of<S>(first, rest...);
-  }
+  return detail::column_of<S>(first, rest...);
 }
 
 /// A quantity and its rate of change.

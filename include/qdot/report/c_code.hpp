@@ -152,7 +152,7 @@ class CCode {
   std::string value(int node) const {
     if (node < 0) return "0.0";
     const auto& w = d_.graph[node];
-    if (w.kind == formula::Kind::constant) return number(w.c.shadow);
+    if (w.kind == formula::Kind::constant) return number(w.c.value);
     if (w.kind != formula::Kind::variable) return "x" + std::to_string(node);
     const auto entry_of = [](const char* list, int i) { return std::string(list) + "[" + std::to_string(i) + "]"; };
     if (w.a < n_) return entry_of("q", w.a);
@@ -165,15 +165,15 @@ class CCode {
     const auto& w = d_.graph[node];
     switch (w.kind) {
       case formula::Kind::affine: {
-        std::string text = scaled(w.ca.shadow, w.a);
-        if (w.b >= 0) text += (w.cb.shadow < 0.0 ? " - " : " + ") + scaled(w.cb.shadow < 0.0 ? -w.cb.shadow : w.cb.shadow, w.b);
-        const double c = w.c.shadow;
+        std::string text = scaled(w.ca.value, w.a);
+        if (w.b >= 0) text += (w.cb.value < 0.0 ? " - " : " + ") + scaled(w.cb.value < 0.0 ? -w.cb.value : w.cb.value, w.b);
+        const double c = w.c.value;
         return c == 0.0 ? text : text + (c < 0.0 ? " - " : " + ") + number(c < 0.0 ? -c : c);
       }
       case formula::Kind::product: return value(w.a) + " * " + value(w.b);
       case formula::Kind::quotient: return value(w.a) + " / " + value(w.b);
       case formula::Kind::power: {
-        const double e = w.c.shadow;
+        const double e = w.c.value;
         const std::string x = value(w.a);
         if (e == -1.0) return "1.0 / " + x;
         if (e == -2.0) return "1.0 / (" + x + " * " + x + ")";

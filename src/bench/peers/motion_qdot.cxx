@@ -6,7 +6,6 @@
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/taylor.hpp"
-#include "qdot/mechanics/written_out.hpp"
 #include "scenes/double_pendulum.hpp"
 #include "scenes/kepler.hpp"
 
@@ -42,7 +41,7 @@ void measured(const MotionProblem& problem, const System& system) {
 template <int n>
 void chain(const MotionProblem& problem) {
   if constexpr (n <= 4) {
-    measured(problem, mechanical_system<n>(written_out<n>(LoopedChain{})));
+    measured(problem, mechanical_system<n>(LoopedChain{}));
   } else if constexpr (n <= 8) {
     measured(problem, mechanical_system<n>(UnrolledChain<n>{}));
   } else {
@@ -55,9 +54,9 @@ void chain(const MotionProblem& problem) {
 int main(int argc, char** argv) {
   for (const MotionProblem& problem : motion_problems(argc > 1 ? argv[1] : "")) {
     if (problem.name.starts_with("kepler")) {
-      measured(problem, mechanical_system<2>(written_out<2>(scenes::Kepler{})));
+      measured(problem, mechanical_system<2>(scenes::Kepler{}));
     } else if (problem.name.starts_with("double")) {
-      measured(problem, mechanical_system<2>(written_out<2>(scenes::DoublePendulum{})));
+      measured(problem, mechanical_system<2>(scenes::DoublePendulum{}));
     } else {
       switch (problem.n) {
         case 1: chain<1>(problem); break;

@@ -139,8 +139,7 @@ def main():
         print(text, file=sys.stderr, flush=True)
 
     libraries, absent, found = [built(options, "hand", [source("hand.cxx")])], {}, {}
-    own = [("qdot_unroll", "qdot, qdot::unroll"), ("qdot_written_out", "qdot, for, written out"), ("qdot_for", "qdot, for"),
-           ("qdot_ensemble", "qdot, ensemble of 1024 states")]
+    own = [("qdot_unroll", "qdot, qdot::unroll"), ("qdot_for", "qdot, for"), ("qdot_ensemble", "qdot, ensemble of 1024 states")]
     for name, _ in own:
         libraries.append(built(options, name, [source(f"{name}.cxx")]))
     others = [("casadi", "CasADi, generated C", casadi), ("pinocchio", "Pinocchio, ABA", pinocchio),

@@ -1,8 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// What numbers have in common that write formulas down, for the compiler (ad/formula/trace.hpp) and at run time (ad/formula/recording.hpp): functions of
-// <cmath> by name, and what is made of others.
+// What numbers have in common that write formulas down (ad/formula/recording.hpp) or hash them (ad/formula/hashed.hpp): functions of <cmath> by name, and
+// what is made of others.
 
 #include "qdot/ad/formula/analytic_function.hpp"
 

@@ -18,8 +18,7 @@
 // factors move outwards, roots and quotients become powers and powers of one base are multiplied,
 // 1/√(x² + y²) differentiated is −x (x² + y²)^(−3/2) with one power and not a tower of quotients.
 //
-// The numbers in a graph, coefficients, may be parameters whose values only decide what is computed and not which nodes there
-// are. A compiler can then make the graph for all values of them at once (ad/series/plan.hpp).
+// The numbers in a graph, coefficients, may be such as are compared up to rounding (ad/formula/coefficient.hpp), for formulas that are multiplied out.
 //
 // Differentiation walks the graph backwards from an output and adds nodes for the chain rule (reverse
 // mode): all partial derivatives of one output cost a few times the nodes of the output. The result is
@@ -70,12 +69,12 @@ struct BasicNode {
   int b = -1;  ///< second argument; −1 if there is none
   Coefficient ca = 0.0, cb = 0.0;
   Coefficient c = 0.0;  ///< the constant, the affine offset, or the exponent
-  Domain domain = Domain::everything;  ///< outside of which what was written down has no value (ad/formula/list_graph.hpp)
+  Domain domain = Domain::everything;  ///< outside of which what was written down has no value (ad/formula/domains.hpp)
 };
 
 /// A formula of any number of outputs; nodes are named by their numbers.
 ///
-/// @tparam Coefficient  double, or Parameter of ad/series/plan.hpp
+/// @tparam Coefficient  double, or Coefficient of ad/formula/coefficient.hpp
 template <class Coefficient>
 class BasicGraph {
  public:
@@ -87,15 +86,10 @@ class BasicGraph {
   /// A node of another graph, whose arguments have the same numbers here.
   constexpr int copy_of(const Node& node) { return made(node); }
   constexpr void set_domain(int x, Domain domain) { nodes_[static_cast<std::size_t>(x)].domain = domain; }
-  /// How often a node has been asked for: the cost of what was done so far.
-  constexpr int effort() const noexcept { return effort_; }
 
   constexpr int constant(Coefficient c) { return made({.kind = Kind::constant, .c = c}); }
   constexpr int variable(int index) { return made({.kind = Kind::variable, .a = index}); }
   constexpr bool is_constant(int x, double c) const { return (*this)[x].kind == Kind::constant && decisive((*this)[x].c) == c; }
-
-  /// False when the numbers are such that another graph would have been made of them alone.
-  constexpr bool is_general() const noexcept { return is_general_; }
 
   constexpr int sum(int x, int y) { return combination(x, 1.0, y, 1.0); }
   constexpr int difference(int x, int y) { return combination(x, 1.0, y, -1.0); }
@@ -145,7 +139,7 @@ class BasicGraph {
     if (t.node < 0 && can_be_raised(t.offset, exponent)) return constant(power_of(t.offset, exponent));
     if (t.node < 0) return made({.kind = Kind::power, .a = x, .c = exponent});
     const bool whole = is_whole(exponent);
-    if (decisive(t.offset) == 0.0 && decisive(t.factor) != 1.0 && (whole || is_positive(t.factor)) && can_be_raised(t.factor, exponent))
+    if (decisive(t.offset) == 0.0 && decisive(t.factor) != 1.0 && (whole || decisive(t.factor) > 0.0) && can_be_raised(t.factor, exponent))
       return scaled(power(t.node, exponent), power_of(t.factor, exponent));
     const Power p = as_power(x);
     if (p.exponent != 1.0 && (whole || !is_whole(p.exponent))) return power(p.base, p.exponent * exponent);
@@ -348,14 +342,9 @@ class BasicGraph {
     return x >= -1e9 && x <= 1e9 && x == static_cast<double>(static_cast<int>(x));
   }
   static constexpr double exponent_of(const Node& node) { return decisive(node.c); }
-  constexpr bool is_positive(const Coefficient& x) {
-    if ((decisive(x) > 0.0) != (actual(x) > 0.0)) is_general_ = false;
-    return decisive(x) > 0.0;
-  }
 
   // The number of this node, old if there is one like it: a table of numbers, in which those of one hash stand behind each other.
   [[gnu::noinline]] constexpr int made(const Node& node) {
-    ++effort_;
     if (2 * (nodes_.size() + 1) > places_.size()) {
       places_.assign(places_.empty() ? 64 : 4 * places_.size(), -1);
       nodes_.reserve(places_.size() / 2);
@@ -369,7 +358,7 @@ class BasicGraph {
     return places_[place];
   }
 
-  // Where the number of a node like this one stands, or would. Few operations, because the compiler may be the one that runs them.
+  // Where the number of a node like this one stands, or would.
   constexpr std::size_t place_of(const Node& node) const {
     const double ca = decisive(node.ca), cb = decisive(node.cb), c = decisive(node.c);
     constexpr std::uint64_t odd = 0x9E3779B97F4A7C15u;  // 2⁶⁴/golden ratio
@@ -390,8 +379,6 @@ class BasicGraph {
 
   std::vector<Node> nodes_;
   std::vector<int> places_;
-  bool is_general_ = true;
-  int effort_ = 0;
 };
 
 using Node = BasicNode<double>;

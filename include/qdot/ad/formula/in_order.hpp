@@ -9,8 +9,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 namespace qdot::formula {
@@ -22,11 +20,6 @@ constexpr void put_in_order(std::vector<Element>& list, Before before) {
   std::size_t ordered = 1;
   while (ordered < size && !before(list[ordered], list[ordered - 1])) ++ordered;
   if (ordered >= size) return;
-  if (std::is_constant_evaluated()) {  // in fewer steps where all is nearly in order
-    for (std::size_t i = ordered; i < size; ++i)
-      for (std::size_t j = i; j > 0 && before(list[j], list[j - 1]); --j) std::swap(list[j], list[j - 1]);
-    return;
-  }
   std::vector<Element> merged(list);
   for (std::size_t run = 1; run < size; run *= 2, list.swap(merged))
     for (std::size_t first = 0; first < size; first += 2 * run) {

@@ -79,7 +79,7 @@ class PolynomialNodes {
       }
     }
     bool same = true;
-    for (const Term& t : p) same = same && (are_alike(t.c, p[0].c) || are_alike(t.c, Coefficient(-p[0].c.shadow)));
+    for (const Term& t : p) same = same && (are_alike(t.c, p[0].c) || are_alike(t.c, Coefficient(-p[0].c.value)));
     Coefficient factor = 1.0;
     if (same) {
       factor = p[0].c;

@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Sums of terms  c · a^i b^j … · q̇_k q̇_l , for deriving equations while compiling.
+// Sums of terms  c · a^i b^j … · q̇_k q̇_l .
 //
 // A kinetic energy is a quadratic form in the velocities. Its coefficients are products of *atoms*: nodes of a graph that depend on
 // the position alone, such as q₀, cos q₁ or a length √(x² + y²). Written as a sum of such terms, what an expert does on paper can be done

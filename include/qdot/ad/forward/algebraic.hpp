@@ -41,10 +41,6 @@ constexpr Dual<S, N, Tag> chain(const S& f, const S& df, const Dual<S, N, Tag>& 
   return r;
 }
 
-// A scalar that lists operations (ad/formula/trace.hpp) has no value to be asked for.
-template <class S>
-concept Formula = S::is_formula;
-
 // True for the number 0 with nothing behind it: a value of 0 may still have derivatives, as cos′ = −sin has at 0.
 template <class S>
 constexpr bool is_plain_zero(const S& x) {
@@ -61,13 +57,13 @@ constexpr bool is_plain_zero(const S& x) {
 
 // A scalar of which one can ask whether it is 0, and branch.
 template <class S>
-concept HasEdges = !Formula<S> && requires(const S& x) {
+concept HasEdges = requires(const S& x) {
   { x == x } -> std::same_as<bool>;
 };
 
-// One whose numbers are still to come, and which has no sign to be asked for (ad/formula/trace.hpp, ad/formula/recording.hpp).
+// One whose numbers are still to come, and which has no sign to be asked for (ad/formula/recording.hpp).
 template <class S>
-concept Symbolic = Formula<typename innermost<S>::type> || requires { requires innermost<S>::type::is_recorded; };
+concept Symbolic = requires { requires innermost<S>::type::is_recorded; };
 
 // slope · tangent, where a plain zero of the tangent makes nothing of an infinite slope. In duals that holds for each product.
 template <class S>

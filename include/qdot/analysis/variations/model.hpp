@@ -69,13 +69,6 @@ struct FixedModel {
   double parameter(Eigen::Index) const { return 0.0; }
 };
 
-// q̈ and δq̈ along so many lanes, as straight_line_directions() has them, with M and r as the compiler has derived them.
-template <int n, int m, int lanes, class E, class Made, class P, class Displaced>
-[[gnu::flatten, gnu::noinline]] bool closed_form_directions(const E& e, const Made& made, const P& p, const Displaced& state, const double* q,
-                                                            const double* qdot, double t, double* qddot, double* along) {
-  return e.equations_in_closed_form(AtState{q, qdot, t}, DirectionsTo<n, m, lanes, Made, P, Displaced>{made, p, state, qddot, along});
-}
-
 template <class Form_, class List, class EnergiesOf, int m>
 struct EnergiesModel : FixedModel<Form_, List> {
   static constexpr int n = Form_::size_at_compile_time == Dynamic ? Dynamic : Form_::size_at_compile_time / 2;
@@ -144,11 +137,7 @@ struct EnergiesModel : FixedModel<Form_, List> {
     using Energies = std::remove_cvref_t<decltype(energies)>;
     const auto made = made_like<Energies, n>(energies_of);
     const StateDisplaced<lanes> displaced{dq, dqdot};
-    if constexpr (HasClosedJacobian<Energies>) {
-      if (!closed_form_directions<n, m, lanes>(energies, made, p, displaced, y, y + n, t, qddot, along)) return false;
-    } else if (!straight_line_directions<n, m, lanes>(energies, made, p, displaced, y, y + n, t, qddot, along)) {
-      return false;
-    }
+    if (!straight_line_directions<n, m, lanes>(energies, made, p, displaced, y, y + n, t, qddot, along)) return false;
     for (int i = 0; i < n; ++i) {
       ydot[i] = y[n + i];
       ydot[n + i] = qddot[i];

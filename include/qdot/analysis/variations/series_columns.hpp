@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-#include "qdot/ad/series/sweep.hpp"
+#include "qdot/ad/pack.hpp"
 
 namespace qdot::detail {
 
@@ -23,7 +23,7 @@ struct SeriesColumns {
 
   SeriesColumns() = default;
   SeriesColumns(Eigen::Index state_, Eigen::Index count_, Eigen::Index place_, int highest_order, Eigen::Index equations)
-      : state(state_), count(count_), stride((count_ + taylor::register_lanes - 1) / taylor::register_lanes * taylor::register_lanes), place(place_) {
+      : state(state_), count(count_), stride((count_ + register_lanes - 1) / register_lanes * register_lanes), place(place_) {
     x.assign(static_cast<std::size_t>(state * (highest_order + 1) * stride), 0.0);
     sums.assign(static_cast<std::size_t>(equations * stride), 0.0);
   }
@@ -31,43 +31,47 @@ struct SeriesColumns {
   double& at(int k, Eigen::Index i, Eigen::Index c) { return x[static_cast<std::size_t>((state * k + i) * stride + c)]; }
   double* sums_of(Eigen::Index equation) { return sums.data() + equation * stride; }
 
+  using Lanes = Register<double, register_lanes>;
+  static void read(Lanes& x, const double* from) { __builtin_memcpy(&x, from, sizeof x); }
+  static void write(double* to, const Lanes& x) { __builtin_memcpy(to, &x, sizeof x); }
+
   // into ← Σ w x of the first rows, an even number, from the register on in which column `first` is.
   void sum(const double* w, Eigen::Index rows, Eigen::Index first, double* into) const {
-    for (Eigen::Index c = first / taylor::register_lanes * taylor::register_lanes; c < stride; c += taylor::register_lanes) {
-      taylor::Lanes even{}, odd{}, a, b;
+    for (Eigen::Index c = first / register_lanes * register_lanes; c < stride; c += register_lanes) {
+      Lanes even{}, odd{}, a, b;
       const double* from = x.data() + c;
       for (Eigen::Index l = 0; l < rows; l += 2, from += 2 * stride) {
-        taylor::read(a, from);
-        taylor::read(b, from + stride);
+        read(a, from);
+        read(b, from + stride);
         even += w[l] * a;
         odd += w[l + 1] * b;
       }
-      taylor::write(into + c, even + odd);
+      write(into + c, even + odd);
     }
   }
 
   // into ← Σ w x of some components only, in orders 0 … k; the weights of each stand together, `apart` from those of the next.
   void sum_of(std::span<const Eigen::Index> components, const double* w, std::size_t apart, int k, double* into) const {
     const Eigen::Index order = state * stride;
-    for (Eigen::Index c = 0; c < stride; c += taylor::register_lanes) {
-      taylor::Lanes even{}, odd{}, a, b;
+    for (Eigen::Index c = 0; c < stride; c += register_lanes) {
+      Lanes even{}, odd{}, a, b;
       const double* weights = w;
       for (const Eigen::Index l : components) {
         const double* from = x.data() + l * stride + c;
         int j = 0;
         for (; j < k; j += 2, from += 2 * order) {
-          taylor::read(a, from);
-          taylor::read(b, from + order);
+          read(a, from);
+          read(b, from + order);
           even += weights[j] * a;
           odd += weights[j + 1] * b;
         }
         if (j == k) {
-          taylor::read(a, from);
+          read(a, from);
           even += weights[j] * a;
         }
         weights += apart;
       }
-      taylor::write(into + c, even + odd);
+      write(into + c, even + odd);
     }
   }
 };

@@ -17,7 +17,6 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/analysis/variations/closed_form_columns.hpp"
 #include "qdot/analysis/variations/equations.hpp"
 #include "qdot/analysis/variations/model.hpp"
 #include "qdot/effects/input.hpp"
@@ -61,10 +60,6 @@ class Variations final : public VariationalEquations {
   using Form = typename Model::Form;
   static constexpr int N = Form::size_at_compile_time;
   static constexpr bool projects = ProjectableSystem<Form>, switches = SwitchingSystem<Form>;
-  static constexpr bool closed_form_columns = [] {
-    if constexpr (mechanical_form<Form>::value) return has_closed_form_columns<std::remove_cvref_t<decltype(std::declval<const Form&>().system())>>;
-    return false;
-  }();
 
  public:
   static constexpr int n = detail::dof_at_compile_time<Form>();
@@ -96,9 +91,6 @@ class Variations final : public VariationalEquations {
     note_size(y);
     if constexpr (requires { model_.columns_written(t, y, ydot, columns_); }) {
       if (!leaves_parameters_out && model_.columns_written(t, y, ydot, columns_)) return;
-    }
-    if constexpr (closed_form_columns) {
-      if (columns == columns_ - model_.parameters() && closed_form_columns_written(form().system(), t, y, ydot, columns)) return;
     }
     if constexpr (mechanical_form<Form>::value) {
       const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof_), qdot = Eigen::Map<const Vector<double, n>>(y + dof_, dof_);

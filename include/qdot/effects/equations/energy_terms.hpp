@@ -152,12 +152,6 @@ struct EnergiesWithTerms {
   }
 
   const Energies& without_terms() const { return energies; }
-
-  bool replays() const
-    requires GoesByList<Energies>
-  {
-    return energies.replays();
-  }
 };
 
 }  // namespace qdot::detail

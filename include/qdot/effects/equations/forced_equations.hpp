@@ -5,7 +5,7 @@
 //
 // M and r are those of the system by itself. They come down the ladder of mechanics/mass_and_rhs.hpp to the object `ForcedTo` below, which
 // evaluates the forces where they are added: compiled together with straight-line equations they share the sines of the coordinates and
-// whatever else both need. Equations that the compiler has derived (mechanics/written_out.hpp) are given the forces.
+// whatever else both need.
 
 #include <type_traits>
 #include <utility>
@@ -23,7 +23,7 @@ using EnergiesWithoutPotentials = std::remove_cvref_t<decltype(energies_without_
 template <class Sc>
 inline constexpr bool has_forced_equations =
     straight_line_pays && (Sc::has_forces || Sc::adds_potentials_only) && Sc::SystemType::inertia == Inertia::positive_definite &&
-    Sc::dof_at_compile_time >= 1 && (Sc::dof_at_compile_time <= straight_line_limit || HasClosedForm<EnergiesWithoutPotentials<Sc>>);
+    Sc::dof_at_compile_time >= 1 && Sc::dof_at_compile_time <= straight_line_limit;
 
 // What is to be added to these: no potential twice. Where a run keeps lines of the scene's own energies, potentials are in them.
 template <class Sc>
@@ -75,34 +75,21 @@ struct ForcedTo {
 template <class Sc, int n>
 [[gnu::always_inline]] inline bool forced_acceleration(const Sc& scene, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
                                                        const EffectStates<Sc>& z, Vector<double, n>& qddot) {
-  const auto& energies = energies_without_potentials(scene);
-  if constexpr (HasClosedForm<EnergiesWithoutPotentials<Sc>>) {
-    const auto forces = [&](const double* at, const double* velocity, double* Q) {
-      const Vector<double, n> all = forces_at<sum_beside_energies<Sc>>(scene, z, AtState{at, velocity, t});
-      unroll<n>([&](auto i) __attribute__((always_inline)) { Q[i] = all[i]; });
-    };
-    return energies.acceleration_in_closed_form_with(forces, q.data(), qdot.data(), t, qddot.data());
-  } else {
-    return with_shortest_mass_and_rhs<n>(energies, q, qdot, t, ForcedTo<Sc>{scene, z, {qddot.data(), singular_pivot<double>(n)}});
-  }
+  return with_shortest_mass_and_rhs<n>(energies_without_potentials(scene), q, qdot, t, ForcedTo<Sc>{scene, z, {qddot.data(), singular_pivot<double>(n)}});
 }
 
 // q̈ by the other steps of the ladder, lines that a run keeps among them; false where there is none.
 template <class Sc, int n>
 bool longer_forced_acceleration(const Sc& scene, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const EffectStates<Sc>& z,
                                 Vector<double, n>& qddot) {
-  if constexpr (HasClosedForm<EnergiesWithoutPotentials<Sc>>) {
-    return false;
-  } else {
-    const AccelerationTo<n> free{qddot.data(), singular_pivot<double>(n)};
-    const auto& own = scene.system().energies();
-    constexpr ForceSum sum = ForceSum::plain;
-    const auto evaluated = [&](const DerivedLines& lines) {
-      return lines.template with_mass_and_rhs<n>(q.data(), qdot.data(), t, ForcedTo<Sc, sum>{scene, z, free});
-    };
-    if (with_lines<n>(scene.system().kept_lines(), own, AtState{q.data(), qdot.data(), t, static_cast<int>(q.size())}, evaluated)) return true;
-    return with_longer_mass_and_rhs<n>(energies_without_potentials(scene), q, qdot, t, ForcedTo<Sc>{scene, z, free});
-  }
+  const AccelerationTo<n> free{qddot.data(), singular_pivot<double>(n)};
+  const auto& own = scene.system().energies();
+  constexpr ForceSum sum = ForceSum::plain;
+  const auto evaluated = [&](const DerivedLines& lines) {
+    return lines.template with_mass_and_rhs<n>(q.data(), qdot.data(), t, ForcedTo<Sc, sum>{scene, z, free});
+  };
+  if (with_lines<n>(scene.system().kept_lines(), own, AtState{q.data(), qdot.data(), t, static_cast<int>(q.size())}, evaluated)) return true;
+  return with_longer_mass_and_rhs<n>(energies_without_potentials(scene), q, qdot, t, ForcedTo<Sc>{scene, z, free});
 }
 
 }  // namespace qdot::detail

@@ -54,15 +54,13 @@ inline constexpr bool has_forced_jacobian = [] {
   constexpr int n = Sc::dof_at_compile_time;
   using E = std::remove_cvref_t<decltype(std::declval<const Sc&>().system().energies())>;
   return straight_line_pays && n >= 1 && n <= straight_line_jacobian_limit && Sc::has_forces && !Sc::has_constraints && !Sc::has_states &&
-         Sc::SystemType::inertia == Inertia::positive_definite && !HasOwnEquations<E> && !is_written_out<E> &&
+         Sc::SystemType::inertia == Inertia::positive_definite && !HasOwnEquations<E> &&
          std::is_same_v<E, EnergiesWithoutPotentials<Sc>>;
 }();
 
-// Scenes whose Jacobian is that of a recording in each of their phases, where functors are formulas: neither straight-line code nor the
-// compiler has derivatives of all there is.
+// Scenes whose Jacobian is that of a recording in each of their phases, where functors are formulas: straight-line code has no derivatives of all there is.
 template <class Sc>
-inline constexpr bool has_traced_jacobian = is_recordable_scene<Sc> && Sc::dof_at_compile_time <= 64 && !has_forced_jacobian<Sc> &&
-                                            !(is_written_out<typename Sc::SystemType::EnergiesType> && !Sc::has_constraints && !Sc::has_states);
+inline constexpr bool has_traced_jacobian = is_recordable_scene<Sc> && Sc::dof_at_compile_time <= 64 && !has_forced_jacobian<Sc>;
 
 // False where another way must be gone; rows may be anything then.
 template <int n, class E, class Row>

@@ -84,8 +84,10 @@ class MotionSourceOf final : public MotionSource {
   bool has_definite_inertia() const override { return Mechanics<F>::inertia == Inertia::positive_definite; }
   std::unique_ptr<ConstraintPart> constraints([[maybe_unused]] const RecordedMotion& m, [[maybe_unused]] const taylor::Sweep& sweep,
                                               [[maybe_unused]] std::vector<std::string> names, [[maybe_unused]] int highest_order) const override {
-    if constexpr (Mechanics<F>::constraints != 0)
-      if (!m.rows.empty()) return std::make_unique<ConstraintSeries<>>(m, sweep, std::move(names), highest_order);
+    if constexpr (Mechanics<F>::constraints != 0) {
+      using Factors = ConstrainedFactors<Dynamic, Mechanics<F>::constraints != 0 ? Dynamic : 0>;  // looked for only here, where its header is included
+      if (!m.rows.empty()) return std::make_unique<ConstraintSeries<Factors>>(m, sweep, std::move(names), highest_order);
+    }
     return nullptr;
   }
 

@@ -1,9 +1,9 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Lagrange's equations in closed form, derived by the compiler as one derives them on paper.
+// Lagrange's equations in closed form, derived as one derives them on paper.
 //
-// The operations of T and V are a graph (ad/formula/list_graph.hpp), and T, multiplied out, is a polynomial in the velocities with coefficients that are
+// The operations of T and V are a graph (ad/formula/graph.hpp), and T, multiplied out, is a polynomial in the velocities with coefficients that are
 // products of functions of the position (ad/formula/velocity_polynomial.hpp):
 //
 //     T = Σ c μ(q) q̇_a q̇_b  + …
@@ -12,9 +12,7 @@
 //
 //     M_ij = ∂²T/∂q̇_i∂q̇_j ,      r_i = ∂T/∂q_i − (d/dt ∂T/∂q̇_i at q̈ = 0) − ∂V/∂q_i ,      M q̈ = r .
 //
-// What an expert would see is seen: terms that cancel are gone, cos² + sin² is 1, and a coordinate whose diagonal entry M_kk is a single term
-// is eliminated by formula wherever that makes no entry longer. A heavy top's spin leaves A sin²ϑ of A sin²ϑ + C cos²ϑ in this way,
-// and a division by sin ϑ. What is left is a small matrix, factored with numbers.
+// What an expert would see is seen: terms that cancel are gone, and cos² + sin² is 1.
 
 #include <algorithm>
 #include <cstddef>
@@ -27,9 +25,6 @@
 
 namespace qdot::detail {
 
-/// Largest n whose kinetic energy is multiplied out.
-inline constexpr int by_terms_limit = 8;
-
 /// Derives them.
 class DerivationByTerms {
  public:
@@ -37,24 +32,14 @@ class DerivationByTerms {
   using Polynomial = formula::Polynomial;
   using Term = formula::Term;
   using Node = formula::BasicNode<Coefficient>;
+  using Graph = formula::BasicGraph<Coefficient>;
 
-  formula::CoefficientBook book;
-  DerivedEquations::Graph graph;
+  Graph graph;
   bool is_possible = true;  // false: T is no quadratic form that can be multiplied out, or not worth it
 
   // Variables are q, q̇ and t.
   constexpr explicit DerivationByTerms(int n) : n_(n) {
     for (int i = 0; i < 2 * n + 1; ++i) graph.variable(i);
-  }
-
-  /// The equations, T and V being these nodes: T multiplied out.
-  constexpr DerivedEquations equations_by_terms(int T, int V) {
-    DerivedEquations e;
-    std::vector<Polynomial> M(at(n_ * (n_ + 1) / 2)), r(at(n_));
-    if (is_possible) derive(T, V, M, r);
-    if (is_possible) eliminate(M, r, e);
-    is_possible = is_possible && monomials_.is_complete();
-    return e;
   }
 
   /// T, M and r as sums of terms, for those who write them down.
@@ -308,72 +293,6 @@ class DerivationByTerms {
     for (Polynomial& p : r) {
       formula::collect(p);
       simplify(p);
-    }
-  }
-
-  // Whether what is left of a diagonal entry may be a difference of large numbers: false when it is terms of what there was.
-  static constexpr bool may_have_lost_digits(const Polynomial& left, const Polynomial& before) {
-    if (left.size() == 1) {
-      for (const Term& t : before)
-        if (are_alike(t.c, left[0].c)) return false;
-    }
-    if (left.size() != before.size()) return true;
-    for (std::size_t i = 0; i < left.size(); ++i)
-      if (left[i].key() != before[i].key() || !are_alike(left[i].c, before[i].c)) return true;
-    return false;
-  }
-
-  constexpr void eliminate(std::vector<Polynomial>& M, std::vector<Polynomial>& r, DerivedEquations& e) {
-    const std::vector<Polynomial> before = M;
-    std::vector<int> kept;
-    for (int i = 0; i < n_; ++i) kept.push_back(i);
-    for (bool again = true; again;) {
-      again = false;
-      int best = -1, best_cost = 0;
-      for (const int k : kept) {
-        const Polynomial& pivot = M[entry(k, k)];
-        if (pivot.size() != 1) continue;
-        std::vector<int> neighbours;
-        for (const int i : kept)
-          if (i != k && !M[entry(i, k)].empty()) neighbours.push_back(i);
-        bool pays = true;
-        for (const int i : neighbours) {
-          for (const int j : neighbours)
-            if (j <= i && pays) pays = reduced(M[entry(i, j)], M[entry(i, k)], M[entry(j, k)], pivot[0]).size() <= M[entry(i, j)].size();
-          if (pays) pays = reduced(r[at(i)], M[entry(i, k)], r[at(k)], pivot[0]).size() <= std::max<std::size_t>(6, r[at(i)].size());
-        }
-        const int cost = 2 * static_cast<int>(neighbours.size()) + (pivot[0].monomial == 0 ? 0 : 1);
-        if (pays && (best < 0 || cost < best_cost)) {
-          best = k;
-          best_cost = cost;
-        }
-      }
-      if (best < 0) break;
-      again = true;
-      const int k = best;
-      const Term pivot = M[entry(k, k)][0];
-      DerivedEquations::Eliminated step{.coordinate = k, .pivot = node_of({pivot}), .acceleration = 0, .coordinates = {}, .factors = {}};
-      std::erase(kept, k);
-      std::vector<int> neighbours;
-      for (const int i : kept)
-        if (!M[entry(i, k)].empty()) neighbours.push_back(i);
-      for (const int i : neighbours) {
-        for (const int j : neighbours)
-          if (j <= i) M[entry(i, j)] = reduced(M[entry(i, j)], M[entry(i, k)], M[entry(j, k)], pivot);
-        r[at(i)] = reduced(r[at(i)], M[entry(i, k)], r[at(k)], pivot);
-        step.coordinates.push_back(i);
-        step.factors.push_back(node_of(formula::product_of(M[entry(i, k)], {inverse(pivot)}, monomials_)));
-      }
-      step.acceleration = node_of(formula::product_of(r[at(k)], {inverse(pivot)}, monomials_));
-      e.eliminated.push_back(step);
-    }
-    e.kept = kept;
-    for (const int i : kept) {
-      e.right.push_back(node_of(r[at(i)]));
-      const Polynomial& diagonal = before[entry(i, i)];
-      e.diagonal.push_back(may_have_lost_digits(M[entry(i, i)], diagonal) ? node_of(diagonal) : -1);
-      for (const int j : kept)
-        if (j <= i) e.mass.push_back(M[entry(i, j)].empty() ? -1 : node_of(M[entry(i, j)]));
     }
   }
 

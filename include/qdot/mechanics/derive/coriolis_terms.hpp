@@ -46,12 +46,9 @@ class CoriolisTerms {
     rates_.remember(rated());
     return terms();
   }
-  /// Whether T is nothing but products of rates.
-  constexpr bool is_all(int T) {
-    tell_kinds(T);
-    return graph_[without_products(T)].kind == formula::Kind::constant;
-  }
-  /// c in steps, for those who make the rates bit by bit: what T consists of, whose rates are needed, and c.
+
+ private:
+  // What T consists of.
   constexpr void begin(int T) {
     tell_kinds(T);
     moves_ = graph_.dependence(T, qdot_);
@@ -60,6 +57,7 @@ class CoriolisTerms {
     p_ = graph_.gradient(rest, qdot_, graph_.dependence(rest, qdot_));
     along_q_ = graph_.gradient(rest, q_, graph_.dependence(rest, q_));
   }
+  // Whose rates are needed.
   constexpr std::vector<int> rated() const {
     std::vector<int> nodes = p_;
     for (const Product& x : products_) nodes.push_back(x.u), nodes.push_back(x.w);
@@ -71,7 +69,6 @@ class CoriolisTerms {
     return c;
   }
 
- private:
   // What a node is: a formula of q and t, and then of which node alone; f(φ) φ̇ of a node φ; another rate; or none of these.
   enum class Is : unsigned char { constant, position, rate_of_one, rate, other };
   struct Known {

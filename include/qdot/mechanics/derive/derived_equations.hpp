@@ -4,36 +4,16 @@
 // What a derivation of Lagrange's equations ends with: M and r of M q̈ = r as nodes of a graph.
 //
 // Two ways lead there: mechanics/derive/by_terms.hpp multiplies the kinetic energy out and simplifies what comes, as one does on paper;
-// mechanics/derive/by_graph.hpp differentiates T as it is written, which suits sums of squares of velocities, and many coordinates. Both are
-// run by the compiler.
+// mechanics/derive/derivatives_of_graph.hpp differentiates T as it is written, which suits sums of squares of velocities, and many coordinates.
 
 #include <cstddef>
 #include <vector>
 
-#include "qdot/ad/formula/coefficient.hpp"
 #include "qdot/ad/formula/graph.hpp"
 
 namespace qdot::detail {
 
-/// M q̈ = r as nodes of a graph, some coordinates eliminated.
-struct DerivedEquations {
-  using Graph = formula::BasicGraph<formula::Coefficient>;
-
-  struct Eliminated {
-    int coordinate = 0;
-    int pivot = 0;                // node of M_kk
-    int acceleration = 0;         // node of r_k / M_kk
-    std::vector<int> coordinates, factors;  // q̈_k = acceleration − Σ factors · q̈ of coordinates
-  };
-
-  std::vector<Eliminated> eliminated;  // in this order; accelerations are known in the opposite one
-  std::vector<int> kept;               // the other coordinates
-  std::vector<int> mass;               // lower triangle of their matrix, row by row; −1 is zero
-  std::vector<int> right;
-  std::vector<int> diagonal;           // of kept coordinates, M_kk before the elimination; −1 where it has lost no digits since
-};
-
-/// M and r as they are, and derivatives of r − M a at fixed a, for ∂q̈/∂(q, q̇) = M⁻¹ ∂(r − M a)/∂(q, q̇) with a = q̈. −1 is zero.
+/// M and r, and derivatives of r − M a at fixed a, for ∂q̈/∂(q, q̇) = M⁻¹ ∂(r − M a)/∂(q, q̇) with a = q̈. −1 is zero.
 struct DerivedJacobian {
   std::vector<int> mass;    // lower triangle, row by row
   std::vector<int> right;

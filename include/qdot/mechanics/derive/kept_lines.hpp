@@ -218,8 +218,7 @@ class DerivedOnce {
 // run time, have other ways (mechanics/derive/traced_motion.hpp).
 template <class E, int n>
 inline constexpr bool may_keep_lines =
-    n <= block_limit<n> && (!requires { requires E::has_own_equations; } || requires { requires E::may_keep_lines; }) && !is_written_out<E> &&
-    RecordableEnergies<E, n>;
+    n <= block_limit<n> && (!requires { requires E::has_own_equations; } || requires { requires E::may_keep_lines; }) && RecordableEnergies<E, n>;
 
 // Calls found(lines), for `f` what a derivation has, with the lines by which a system's M and r are evaluated at a state; false where there are none and
 // where found() returns false. Beyond a guard lines say that they have no values there, and are looked for again.

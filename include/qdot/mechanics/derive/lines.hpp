@@ -3,8 +3,7 @@
 //
 // Lagrange's equations derived when a program runs, and carried out line by line.
 //
-// The compiler derives M and r of energies that it can run (mechanics/written_out.hpp). T and V of an object that is there when the
-// program runs can be recorded (mechanics/derive/recorded_energies.hpp), and differentiated as they are written
+// T and V of an object are recorded (mechanics/derive/recorded_energies.hpp) and differentiated as they are written
 // (mechanics/derive/derivatives_of_graph.hpp). What comes out is a table of lines (ad/formula/lines.hpp), first those of M and r, then those
 // of ∂(r − M a)/∂(q, q̇).
 //

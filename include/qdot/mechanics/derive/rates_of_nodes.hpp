@@ -35,7 +35,6 @@ class RatesOfNodes {
   }
   /// 1 + the rate of a node that is remembered; 0 of others.
   constexpr int known(int x) const { return static_cast<std::size_t>(x) < rates_.size() ? rates_[static_cast<std::size_t>(x)] + 1 : 0; }
-  constexpr void append_known(int rate_and_one) { rates_.push_back(rate_and_one - 1); }
 
   constexpr int of(int x) {
     if (known(x) > 0) return known(x) - 1;

@@ -146,29 +146,6 @@ consteval bool potential_returns_scalar() {
   }
 }
 
-// Energies that go through a list of operations (written_out.hpp) say whether it is the list of this object. Who wraps them hands that on.
-template <class E>
-concept GoesByList = requires(const E& e) {
-  { e.replays() } -> std::same_as<bool>;
-};
-
-// Energies that are straight-line code whatever their T and V look like (written_out.hpp): the ways for loops need not be compiled.
-template <class E>
-inline constexpr bool is_written_out = false;
-
-// Energies whose equations the compiler has derived: q̈ written to the last argument, or false where this is not the way. A class that is
-// derived from such energies, and may have a T or V of its own, is none.
-template <class E>
-concept HasClosedForm = is_written_out<E> && requires(const E& e, const double* q, double* qddot) {
-  { e.acceleration_in_closed_form(q, q, 0.0, qddot) } -> std::same_as<bool>;
-};
-
-// Those whose Jacobian it has derived as well.
-template <class E>
-concept HasClosedJacobian = HasClosedForm<E> && requires(const E& e, const double* q, double* out) {
-  { e.jacobian_in_closed_form(q, q, 0.0, out, out, out) } -> std::same_as<bool>;
-};
-
 // Energies of S whose last argument is a double where it should be S: a time without derivatives, or a parameter.
 template <class E, class S, int n>
 concept TTakesDouble = !CallsTOfStateAndTime<E, S, n> && requires(const E& e, const Vector<S, n>& v, double t) { e.T(v, v, t); };

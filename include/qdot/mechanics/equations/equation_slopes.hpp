@@ -8,8 +8,7 @@
 // That is what Jacobians are made of, those of systems (acceleration_jacobian.hpp) and those of scenes, whose effects and constraints add
 // rows and columns of their own before anything is solved (effects/equations/scene_jacobian.hpp). As for M and r there is one ladder:
 //
-//     e.slopes(q, qdot, a, t, M, rows)     what a system knows of itself: derived lines (mechanics/derive/closed_form_jacobian.hpp), positions and masses
-//                                          (mechanics/places/slopes.hpp)
+//     e.slopes(q, qdot, a, t, M, rows)     what a system knows of itself: positions and masses (mechanics/places/slopes.hpp)
 //     straight-line duals                  T and V of up to four coordinates, without loops and rotations (mechanics/equations/straight_line_jacobian.hpp)
 //     lines that a run keeps               T and V that are formulas, of up to eight coordinates (mechanics/derive/kept_lines.hpp)
 //
@@ -36,16 +35,12 @@ bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double,
   if constexpr (HasSlopes<E, Row>) {
     if (e.slopes(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
   }
-  if constexpr (is_written_out<E>) {
-    return false;
-  } else {
-    if constexpr (try_straight && !HasOwnEquations<E> && n <= straight_line_jacobian_limit) {
-      if (straight_line_slopes<n>(e, q.data(), qdot.data(), a.data(), t, M, rows)) return true;
-    }
-    return with_lines_and_slopes<n>(kept, e, AtState{q.data(), qdot.data(), t}, [&](const DerivedLines& lines) {
-      return lines.template write_slopes<n>(q.data(), qdot.data(), t, M, rows, AccelerationsAre{a.data(), n});
-    });
+  if constexpr (try_straight && !HasOwnEquations<E> && n <= straight_line_jacobian_limit) {
+    if (straight_line_slopes<n>(e, q.data(), qdot.data(), a.data(), t, M, rows)) return true;
   }
+  return with_lines_and_slopes<n>(kept, e, AtState{q.data(), qdot.data(), t}, [&](const DerivedLines& lines) {
+    return lines.template write_slopes<n>(q.data(), qdot.data(), t, M, rows, AccelerationsAre{a.data(), n});
+  });
 }
 
 }  // namespace qdot::detail

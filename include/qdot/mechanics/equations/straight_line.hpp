@@ -44,19 +44,6 @@ inline constexpr bool straight_line_pays = true;
 inline constexpr bool straight_line_pays = true;
 #endif
 
-// Stands for applied forces where there are none.
-struct NoForces {};
-
-// False where a list of operations is not that of this object.
-template <class E>
-[[gnu::always_inline]] inline bool may_go_straight(const E& e) {
-  if constexpr (GoesByList<E>) {
-    return e.replays();
-  } else {
-    return true;
-  }
-}
-
 // What T returns: the scalar that it is given, or one that knows of an angular velocity as well.
 template <int n, class E, class S>
 using ReturnedByT = decltype(returned_by_T<n>(std::declval<const E&>(), std::declval<const Vector<S, n>&>(),
@@ -156,7 +143,6 @@ template <int n, class Rotation, class Use>
 // than zero. False when this is not the way, a loop in T or V, and where `use` says so.
 template <int n, class E, class Use>
 [[gnu::flatten]] inline bool straight_line_equations(const E& e, const AtState& at, const Use& use) {
-  if (!may_go_straight(e)) return false;
   if (remembers_loops && keeps_a_loop<n, E>.load(std::memory_order_relaxed)) return false;
   const auto found = euler_lagrange_of<n>(e, at.q, at.qdot, at.t);
   if (!__builtin_constant_p(found.g_mask | found.h_mask)) {

@@ -133,7 +133,7 @@ class FlatTerms {
   bool is_parameter(int node) const { return graph_[node].kind == formula::Kind::variable && graph_[node].a > 3 * n_; }
 
  protected:
-  static double number(const formula::Coefficient& c) { return c.shadow; }
+  static double number(const formula::Coefficient& c) { return c.value; }
 
   bool is_velocity(int node) const {
     const auto& w = graph_[node];
