@@ -129,3 +129,41 @@ TEST_CASE("a recurrence solves for late variables with the factors of M, whose z
     sweep.complete(k);
   }
 }
+
+TEST_CASE("a recurrence with a row solves for its multiplier, one order behind") {
+  // Two masses, 2 and 3, at ends of a rigid rod along x, each on a spring: F = (−q₀, −q₁), c = v₀ − v₁ = 0. From q = 1 at rest
+  // q₀ = q₁ = cos ωt with ω² = 2/5, and λ = 2 q̈₀ + q₀ = cos(ωt)/5.
+  Recording recording;
+  formula::Graph& graph = recording.graph;
+  const std::vector<int> q = {graph.variable(0), graph.variable(1)}, v = {graph.variable(2), graph.variable(3)};
+  const std::vector<int> p = {graph.scaled(v[0], 2.0), graph.scaled(v[1], 3.0)}, F = {graph.scaled(q[0], -1.0), graph.scaled(q[1], -1.0)};
+  const std::vector<int> M = {graph.constant(2.0), graph.constant(0.0), graph.constant(3.0)};
+  const std::vector<int> W = {graph.constant(1.0), graph.constant(-1.0)}, c = {graph.difference(v[0], v[1])};
+  taylor::SweepOutputs outputs{.early = p, .series = F, .values = M, .late = v};
+  outputs.early.push_back(c[0]);
+  outputs.series.insert(outputs.series.end(), q.begin(), q.end());
+  outputs.values.insert(outputs.values.end(), W.begin(), W.end());
+  outputs.recurrence = {.variables = q, .rates = v, .late = v, .forces = F, .momenta = p, .mass = M, .rows = c, .jacobian = W};
+  constexpr int order = 9;
+  Sweep sweep(graph, outputs, order);
+  for (const int node : q) sweep.set(sweep.slot(node), 1.0);
+  for (const int node : v) sweep.set(sweep.slot(node), 0.0);
+  sweep.start();
+  sweep.set_time_unit(1.0);
+  const double of_M[] = {0.5, 0.0, 1.0 / 3.0};
+  const double of_rows[] = {0.5, -1.0 / 3.0, 1.0, -1.0, 1.0 / (1.0 / 2.0 + 1.0 / 3.0)};  // D⁻¹B, B = Wᵀ, 1/S
+  for (std::size_t i = 0; i < 3; ++i) sweep.mass_factors()[i] = of_M[i];
+  REQUIRE(sweep.row_factors().size() == 5);
+  for (std::size_t i = 0; i < 5; ++i) sweep.row_factors()[i] = of_rows[i];
+  double power = 1.0;  // (−ω²)^(k/2) / k!
+  const auto of_cosine = [&](int k) { return k % 2 != 0 ? 0.0 : power; };
+  double before = 1.0;
+  for (int k = 1; k <= order; ++k) {
+    sweep.advance(k);
+    CHECK_THAT(sweep.multiplier(0), WithinAbs(before / 5.0, rounding));
+    if (k % 2 == 0) power *= -0.4 / (k * (k - 1));
+    before = of_cosine(k);
+    for (const int node : q) CHECK_THAT(sweep.variable(sweep.slot(node)), WithinAbs(before, rounding));
+    sweep.complete(k);
+  }
+}

@@ -57,10 +57,14 @@ namespace qdot::taylor {
 using formula::Function, formula::Graph, formula::Kind, formula::Line, formula::Node, formula::value_of;
 
 /// How an order of the variables follows from the one before: x_k = τ/k · (rate of x)_{k−1}, and late ones v from M₀ v_k = τ/k · F_{k−1} − p_k.
+///
+/// With rows c_k = 0, whose derivative with v is W, also their multipliers: M₀ v_k − W₀ᵀ μ = τ/k · (F + Σ_{j≥1} W_jᵀ λ_{k−1−j}) − p_k, W₀ v_k = −c_k,
+/// μ = τ/k · λ_{k−1}; p_k and c_k are made with v_k = 0.
 struct Recurrence {
   std::vector<int> variables, rates;         ///< nodes
   std::vector<int> late, forces, momenta;    ///< nodes of v, F and p
   std::vector<int> mass;                     ///< of the lower triangle of M, row by row
+  std::vector<int> rows, jacobian;           ///< of c, and of W row by row
   int time = -1;                             ///< a variable whose rate is one
 };
 
@@ -99,6 +103,10 @@ class Sweep {
   /// Sets τ, and where there is a recurrence, L and 1/D of M₀ = L D Lᵀ: row by row, 1/D on the diagonal; after start().
   void set_time_unit(double unit) { unit_ = unit; }
   std::span<double> mass_factors() { return {x_.data() + mass_factors_, recurrence_.mass.size()}; }
+  /// And of rows, B = L⁻¹W₀ᵀ and S = Bᵀ D⁻¹ B = L' D' L'ᵀ: D⁻¹B and B, a row of W after the other, then L' with 1/D' on the diagonal.
+  std::span<double> row_factors() { return {x_.data() + row_factors_, 2 * recurrence_.jacobian.size() + triangle(recurrence_.rows.size())}; }
+  /// λ_{k−1}, where order k was made last.
+  double multiplier(std::size_t row) const { return x_[number_[1][first_multiplier_ + row]]; }
 
   /// Order 0 of every node, and the factors of the ends.
   void start() {
@@ -221,8 +229,13 @@ class Sweep {
   void pair_sines_with_cosines();
   int add_interior(const Formula& s);
   int final_lane(int lane) const;
+  void take_recurrence(const Graph& graph, const Recurrence& recurrence);
   void place_lanes();
-  std::vector<Number> solution(class LineList& lines, const std::vector<Number>& right) const;
+  struct Solution {
+    std::vector<Number> late, multipliers;
+  };
+  Solution solution(class LineList& lines, std::vector<Number> v, std::vector<Number> mu) const;
+  static constexpr std::size_t triangle(std::size_t n) { return n * (n + 1) / 2; }
   void write_ends(const std::vector<End>& ends, const std::vector<char>& is_late, const std::vector<char>& is_read, Number next);
 
   static constexpr int weighted_mark = 1 << 28, square_mark = 1 << 29;  // on lanes that are not placed yet
@@ -244,7 +257,13 @@ class Sweep {
   std::vector<double> x_;                       // the numbers of the lines
   Recurrence recurrence_;
   std::vector<int> rates_;                      // slots of rates, then of forces
-  Number first_rate_ = 0, mass_factors_ = 0, time_ = zero;
+  Number first_rate_ = 0, mass_factors_ = 0, row_factors_ = 0, time_ = zero;
+  std::size_t first_multiplier_ = 0;            // slots of multipliers, which no node has
+  struct Reaction {
+    int lane;
+    std::size_t column;
+  };
+  std::vector<Reaction> reactions_;             // Σ W_j λ_{k−1−j} of an entry of W that is not constant
   double unit_ = 1.0;
   std::size_t interiors_ = 0;                   // where sums of lanes, then of squares, stand in it
   std::array<std::vector<Number>, 2> number_;   // of a slot's coefficient among them, before and after the late variables are known

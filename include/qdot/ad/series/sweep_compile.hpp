@@ -165,6 +165,7 @@ namespace qdot::taylor {
     const bool late = is_late[index(w)];
     made.push_back({s.slot, add_interior(s), s.first, s.count, s.factor, depth[index(w)], !late || is_early[index(w)], late && lasts[index(w)]});
   }
+  take_recurrence(graph, outputs.recurrence);
   place_lanes();
   for (End& each : made) each.lane = final_lane(each.lane);
   formula::put_in_order(made, [](const End& x, const End& y) { return x.depth < y.depth; }); // so that arguments come first
@@ -173,13 +174,6 @@ namespace qdot::taylor {
   std::vector<char> read_slots(order.size());
   for (const auto* list : {&outputs.early, &outputs.series, &outputs.late})
     for (const int node : *list) read_slots[index(slot(node))] = 1;
-  recurrence_ = outputs.recurrence;
-  for (auto* nodes : {&recurrence_.variables, &recurrence_.rates, &recurrence_.late, &recurrence_.forces, &recurrence_.momenta})
-    for (int& node : *nodes) node = slot(node);
-  for (int& node : recurrence_.mass) node = graph.is_constant(node, 0.0) ? -1 : slot(node);
-  if (recurrence_.time >= 0) recurrence_.time = slot(recurrence_.time);
-  rates_ = recurrence_.rates;
-  rates_.insert(rates_.end(), recurrence_.forces.begin(), recurrence_.forces.end());
   write_ends(made, late_slots, read_slots, static_cast<Number>(next_factor));
   // Values that no series needs may be arguments of nothing but values: along the graph, whatever the slots. Within a depth
   // those of one kind follow each other, which processors foresee.
@@ -188,6 +182,26 @@ namespace qdot::taylor {
   for (const Formula& s : formulas_)
     if (s.slot < series_count_ && s.kind != Kind::affine) series_.push_back(s);
   pair_sines_with_cosines();
+}
+
+// Nodes become slots, or −1 where an entry of M or W is always zero. Multipliers get slots behind those of the nodes.
+inline void Sweep::take_recurrence(const Graph& graph, const Recurrence& recurrence) {
+  recurrence_ = recurrence;
+  for (auto* nodes : {&recurrence_.variables, &recurrence_.rates, &recurrence_.late, &recurrence_.forces, &recurrence_.momenta, &recurrence_.rows})
+    for (int& node : *nodes) node = slot(node);
+  if (recurrence_.time >= 0) recurrence_.time = slot(recurrence_.time);
+  rates_ = recurrence_.rates;
+  rates_.insert(rates_.end(), recurrence_.forces.begin(), recurrence_.forces.end());
+  first_multiplier_ = values_.size();
+  values_.resize(first_multiplier_ + recurrence_.rows.size(), 0.0);
+  for (std::size_t i = 0; i < recurrence_.jacobian.size(); ++i) {
+    const int node = recurrence_.jacobian[i];
+    if (graph[node].kind == Kind::constant) continue;
+    reactions_.push_back({static_cast<int>(plain_.size()), i % recurrence_.late.size()});
+    plain_.push_back({slot(node), static_cast<int>(first_multiplier_ + i / recurrence_.late.size())});
+  }
+  for (auto* nodes : {&recurrence_.mass, &recurrence_.jacobian})
+    for (int& node : *nodes) node = graph.is_constant(node, 0.0) ? -1 : slot(node);
 }
 
 inline void Sweep::pair_sines_with_cosines() {

@@ -44,9 +44,8 @@ class LineList {
   std::uint32_t product_sum(std::uint32_t a, std::uint32_t b, std::uint32_t d) {
     return add({.operation = Line::Operation::product_sum, .a = a, .b = b, .d = d});
   }
-  std::uint32_t product_difference(std::uint32_t a, std::uint32_t b, std::uint32_t d) {
-    return add({.operation = Line::Operation::product_difference, .a = a, .b = b, .d = d});
-  }
+  std::uint32_t difference(std::uint32_t a, std::uint32_t b) { return add({.operation = Line::Operation::difference, .a = a, .b = b}); }
+  std::uint32_t quotient(std::uint32_t a, std::uint32_t b) { return add({.operation = Line::Operation::quotient, .a = a, .b = b}); }
   std::uint32_t less_product(std::uint32_t a, std::uint32_t b, std::uint32_t d) {
     return add({.operation = Line::Operation::less_product, .a = a, .b = b, .d = d});
   }
@@ -63,33 +62,63 @@ class LineList {
   formula::LineTable table_;
 };
 
-// v with L D Lᵀ v = right.
-[[gnu::cold]] inline std::vector<Sweep::Number> Sweep::solution(LineList& lines, const std::vector<Number>& right) const {
-  const std::size_t n = right.size();
+// v and mu from the right sides of M v − Wᵀ mu = v, W v = mu.
+[[gnu::cold]] inline Sweep::Solution Sweep::solution(LineList& lines, std::vector<Number> v, std::vector<Number> mu) const {
+  const std::size_t n = v.size(), m = mu.size();
   const auto place = [](std::size_t i, std::size_t j) { return i * (i + 1) / 2 + j; };
-  std::vector<char> is_there(recurrence_.mass.size());  // entries of L, those of M and what elimination fills in
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j <= i; ++j) {
-      is_there[place(i, j)] = i == j || recurrence_.mass[place(i, j)] >= 0;
-      for (std::size_t k = 0; k < j; ++k)
-        if (is_there[place(i, k)] && is_there[place(j, k)]) is_there[place(i, j)] = 1;
+  // Entries of L, of B and of L' that are not zero for all states: those of M and W, and what elimination fills in.
+  const auto fill_in = [&](std::vector<char>& there, std::size_t size) {
+    for (std::size_t i = 0; i < size; ++i)
+      for (std::size_t j = 0; j <= i; ++j)
+        for (std::size_t k = 0; k < j; ++k)
+          if (there[place(i, k)] && there[place(j, k)]) there[place(i, j)] = 1;
+  };
+  std::vector<char> in_L(triangle(n)), in_B(m * n), in_S(triangle(m));
+  for (std::size_t i = 0; i < in_L.size(); ++i) in_L[i] = recurrence_.mass[i] >= 0;
+  fill_in(in_L, n);
+  for (std::size_t r = 0; r < m; ++r)
+    for (std::size_t i = 0; i < n; ++i) {
+      in_B[r * n + i] = recurrence_.jacobian[r * n + i] >= 0;
+      for (std::size_t j = 0; j < i; ++j)
+        if (in_L[place(i, j)] && in_B[r * n + j]) in_B[r * n + i] = 1;
     }
-  const auto factor = [&](std::size_t i, std::size_t j) { return mass_factors_ + static_cast<Number>(place(i, j)); };
-  std::vector<Number> v = right;
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (is_there[place(i, j)]) v[i] = lines.less_product(factor(i, j), v[j], v[i]);
-  for (std::size_t i = 0; i < n; ++i) v[i] = lines.product(factor(i, i), v[i]);
-  for (std::size_t i = n; i-- > 0;)
-    for (std::size_t j = 0; j < i; ++j)
-      if (is_there[place(i, j)]) v[j] = lines.less_product(factor(i, j), v[i], v[j]);
-  return v;
+  for (std::size_t r = 0; r < m; ++r)
+    for (std::size_t l = 0; l <= r; ++l)
+      for (std::size_t i = 0; i < n; ++i)
+        if (in_B[r * n + i] && in_B[l * n + i]) in_S[place(r, l)] = 1;
+  fill_in(in_S, m);
+
+  const auto forward = [&](std::vector<Number>& x, const std::vector<char>& there, Number factors) {
+    for (std::size_t i = 0; i < x.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        if (there[place(i, j)]) x[i] = lines.less_product(factors + static_cast<Number>(place(i, j)), x[j], x[i]);
+  };
+  const auto backward = [&](std::vector<Number>& x, const std::vector<char>& there, Number factors) {
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = lines.product(factors + static_cast<Number>(place(i, i)), x[i]);
+    for (std::size_t i = x.size(); i-- > 0;)
+      for (std::size_t j = 0; j < i; ++j)
+        if (there[place(i, j)]) x[j] = lines.less_product(factors + static_cast<Number>(place(i, j)), x[i], x[j]);
+  };
+  const Number scaled_B = row_factors_, B = scaled_B + static_cast<Number>(m * n), S = B + static_cast<Number>(m * n);
+  forward(v, in_L, mass_factors_);
+  for (std::size_t r = 0; r < m; ++r)
+    for (std::size_t i = 0; i < n; ++i)
+      if (in_B[r * n + i]) mu[r] = lines.less_product(scaled_B + static_cast<Number>(r * n + i), v[i], mu[r]);
+  forward(mu, in_S, S);
+  backward(mu, in_S, S);
+  for (std::size_t r = 0; r < m; ++r)
+    for (std::size_t i = 0; i < n; ++i)
+      if (in_B[r * n + i]) v[i] = lines.product_sum(B + static_cast<Number>(r * n + i), mu[r], v[i]);
+  backward(v, in_L, mass_factors_);
+  return {std::move(v), std::move(mu)};
 }
 
 // @param is_late, is_read  of slots: depends on late variables, is asked for by the caller
 [[gnu::cold]] inline void Sweep::write_ends(const std::vector<End>& ends, const std::vector<char>& is_late, const std::vector<char>& is_read, Number next) {
   mass_factors_ = next;
   next += static_cast<Number>(recurrence_.mass.size());
+  row_factors_ = next;
+  next += static_cast<Number>(row_factors().size());
   first_rate_ = next;  // which the late table writes
   next += static_cast<Number>(rates_.size());
   interiors_ = next;
@@ -146,13 +175,17 @@ class LineList {
     if (!is_late[index(end.slot)]) number_[1][index(end.slot)] = number_[0][index(end.slot)];
   }
   if (!recurrence_.momenta.empty()) {
-    std::vector<Number> right;
-    for (std::size_t i = 0; i < recurrence_.momenta.size(); ++i) {
-      const Number momentum = number_[0][index(recurrence_.momenta[i])], rate = first_rate_ + static_cast<Number>(recurrence_.rates.size() + i);
-      right.push_back(momentum == zero ? early.product(rate_number, rate) : early.product_difference(rate_number, rate, momentum));
-    }
-    const std::vector<Number> v = solution(early, right);
-    for (std::size_t i = 0; i < v.size(); ++i) number_[1][index(recurrence_.late[i])] = v[i];
+    std::vector<Number> right, rows;
+    for (std::size_t i = 0; i < recurrence_.momenta.size(); ++i)
+      right.push_back(early.product(rate_number, first_rate_ + static_cast<Number>(recurrence_.rates.size() + i)));
+    for (const Reaction& of : reactions_) right[of.column] = early.product_sum(rate_number, interior[index(of.lane)], right[of.column]);
+    for (std::size_t i = 0; i < right.size(); ++i)
+      if (const Number p = number_[0][index(recurrence_.momenta[i])]; p != zero) right[i] = early.difference(right[i], p);
+    for (const int slot : recurrence_.rows) rows.push_back(early.scaled(-1.0, number_[0][index(slot)]));
+    const Solution found = solution(early, std::move(right), std::move(rows));
+    for (std::size_t i = 0; i < found.late.size(); ++i) number_[1][index(recurrence_.late[i])] = found.late[i];
+    for (std::size_t r = 0; r < found.multipliers.size(); ++r)
+      number_[1][first_multiplier_ + r] = early.quotient(found.multipliers[r], rate_number);
   }
   LineList late(next);
   for (const End& end : ends)
@@ -169,8 +202,8 @@ class LineList {
   for (const int slot : squares_) squared.push_back(number_[1][index(slot)]);
   std::vector<int> read;
   for (const auto* list : {&left, &right, &squared}) read.insert(read.end(), list->begin(), list->end());
-  for (std::size_t slot = 0; slot < is_read.size(); ++slot)
-    if (is_read[slot] != 0)
+  for (std::size_t slot = 0; slot < values_.size(); ++slot)
+    if (slot >= first_multiplier_ || is_read[slot] != 0)
       for (const auto& number : number_) read.push_back(static_cast<int>(number[slot]));
   rows_.first_weighted = plain_.size();
   rows_.left.set(std::move(left), highest_);

@@ -59,6 +59,10 @@ class ConstrainedFactors;  // effects/rows/constrained_solve.hpp
 struct ConstraintPart {
   virtual ~ConstraintPart() = default;
   virtual void factor(const taylor::Sweep& sweep, const Eigen::MatrixXd& M, bool mass_is_constant, double t) = 0;
+  /// Whether the sweep solves by itself, with the factors that write_factors() gives it: M is definite and rows are independent.
+  virtual bool is_regular() const = 0;
+  virtual void write_factors(taylor::Sweep& sweep) const = 0;
+  virtual void note_multipliers(const taylor::Sweep& sweep, int k) = 0;  // of order k − 1, where the sweep has solved
   virtual void add_known_reactions(const taylor::Sweep& sweep, int k, double factor, Eigen::VectorXd& f) = 0;
   virtual void solve(const taylor::Sweep& sweep, int k, double factor, Eigen::VectorXd& f) = 0;
   virtual const Eigen::MatrixXd& multipliers() const = 0;
@@ -129,6 +133,15 @@ class ConstraintSeries final : public ConstraintPart {
     verdict_ = !factors_.compute_mass(M, weak_mass) ? Verdict::massless : factors_.compute_rows(weak_row) ? Verdict::regular : Verdict::redundant;
     if (verdict_ != Verdict::regular) reveal_rank(M);
     is_factored_ = true;
+  }
+
+  bool is_regular() const noexcept override { return verdict_ == Verdict::regular; }
+  void write_factors(taylor::Sweep& sweep) const override {
+    factors_.write_mass_factors(sweep.mass_factors().data());
+    factors_.write_row_factors(sweep.row_factors().data());
+  }
+  void note_multipliers(const taylor::Sweep& sweep, int k) override {
+    for (Eigen::Index i = 0; i < lambda_.rows(); ++i) lambda_(i, k - 1) = sweep.multiplier(static_cast<std::size_t>(i));
   }
 
   /// f ← f + factor · u_{k−1}, before order k is begun.

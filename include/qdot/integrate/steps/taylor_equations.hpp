@@ -104,7 +104,6 @@ class LagrangeSeries final : public PowerSeries {
       : source_(std::move(source)), is_definite_(source_->has_definite_inertia()), recorded_(source_->recorded()) {
     RecordedMotion& m = recorded_;
     const formula::Graph& graph = m.recording.graph;
-    by_recurrence_ = is_definite_ && m.rows.empty();
     for (const int node : m.mass) mass_is_constant_ = mass_is_constant_ && graph[node].kind == formula::Kind::constant;
     sweep_ = taylor::sweep_of(m.recording.graph, outputs(), highest_order);
     for (const auto* list : {&m.q, &m.qdot, &m.z})
@@ -176,8 +175,9 @@ class LagrangeSeries final : public PowerSeries {
     // Variables are series even where no output contains them: their coefficients are the motion.
     for (const auto* list : {&m.q, &m.z, &m.zdot}) append(outputs.series, *list);
     outputs.series.push_back(m.t);
-    if (by_recurrence_) {
-      outputs.recurrence = {.variables = m.q, .rates = m.qdot, .late = m.qdot, .forces = m.force, .momenta = m.p, .mass = m.mass, .time = m.t};
+    if (is_definite_) {
+      outputs.recurrence = {.variables = m.q, .rates = m.qdot, .late = m.qdot, .forces = m.force, .momenta = m.p, .mass = m.mass,
+                            .rows = m.rows, .jacobian = m.jacobian, .time = m.t};
       append(outputs.recurrence.variables, m.z);
       append(outputs.recurrence.rates, m.zdot);
     }
@@ -185,8 +185,9 @@ class LagrangeSeries final : public PowerSeries {
   }
 
   void make_order(int k) {
-    if (!by_recurrence_) return make_order_with_solution(k);
+    if (!is_definite_ || (constraints_ && !constraints_->is_regular())) return make_order_with_solution(k);
     taylor::advance(sweep_, k);
+    if (constraints_) constraints_->note_multipliers(sweep_, k);
     double* const column = coefficients_.data() + k * coefficients_.rows();
     for (std::size_t i = 0; i < motion_.size(); ++i) column[i] = sweep_.variable(motion_[i]);
   }
@@ -216,6 +217,7 @@ class LagrangeSeries final : public PowerSeries {
     if (constraints_) {
       if (!all_finite(M_)) throw_mass_matrix_error(M_, t, names_.names);
       constraints_->factor(sweep_, M_, mass_is_constant_, t);
+      if (is_definite_ && constraints_->is_regular()) constraints_->write_factors(sweep_);
     } else if (is_definite_) {
       if (!factors_.compute_mass(M_, singular_pivot<double>(M_.rows()))) throw_mass_matrix_error(M_, t, names_.names);
       factors_.write_mass_factors(sweep_.mass_factors().data());
@@ -237,7 +239,7 @@ class LagrangeSeries final : public PowerSeries {
   };
 
   std::unique_ptr<const MotionSource> source_;
-  bool is_definite_, by_recurrence_ = false;  // the second: the sweep carries out the recurrence by itself
+  bool is_definite_;
   Names names_;
   RecordedMotion recorded_;
   taylor::Sweep sweep_;

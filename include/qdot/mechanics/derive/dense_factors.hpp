@@ -139,6 +139,13 @@ class DenseConstrainedFactors {
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t j = 0; j <= i; ++j) *to++ = i == j ? inverse_[i] : M[i * n + j];
   }
+  /// D⁻¹B and B, row of J by row, then of S the lower triangle, row by row: its L, and on the diagonal its 1/D.
+  void write_row_factors(double* to) const {
+    for (std::size_t i = 0; i < m * n; ++i) *to++ = J[i] * inverse_[i % n];
+    for (std::size_t i = 0; i < m * n; ++i) *to++ = J[i];
+    for (std::size_t k = 0; k < m; ++k)
+      for (std::size_t l = 0; l <= k; ++l) *to++ = k == l ? inverse_S_[k] : S_[k * m + l];
+  }
   /// upper ← M⁻¹ upper.
   void solve_mass(double* upper) const {
     forward(n, M.data(), upper);
