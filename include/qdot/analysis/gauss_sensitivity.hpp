@@ -36,14 +36,14 @@ namespace qdot {
 
 /// A Stepper that makes equal Gauss steps of a motion and of its derivatives. Movable.
 template <detail::Changes changes>
-class GaussStepper<detail::VariationalForm<changes>> {
+class VariationalGaussStepper {
   using Index = Eigen::Index;
 
  public:
   /// @throws InvalidValue  step is not positive, stages is not 1 … 8
   /// @throws NotAnalytic   T, V or a force compares values or has a kink
-  GaussStepper(const detail::VariationalForm<changes>& form, int stages, double step, const Options& options)
-      : form_(form), recorded_(form.equations()), motion_(recorded_, stages, step, of_motion(form, options)), n_(form.dof()),
+  VariationalGaussStepper(const detail::VariationalForm<changes>& form, int stages, double step, const Options& options)
+      : form_(form), recorded_(form.equations()), motion_(detail::gauss_stepper(recorded_, stages, step, of_motion(form, options))), n_(form.dof()),
         columns_(form.equations().columns()) {
     const detail::RecordedMechanics<>& mechanics = recorded_.mechanics();
     slopes_.assign(static_cast<std::size_t>(stages) + 1, Eigen::MatrixXd(2 * n_, 2 * n_ + mechanics.parameters()));
@@ -208,7 +208,7 @@ class GaussStepper<detail::VariationalForm<changes>> {
 
   detail::VariationalForm<changes> form_;
   detail::RecordedForm<> recorded_;
-  GaussStepper<detail::RecordedForm<>> motion_;
+  GaussStepper<Dynamic, Dynamic, 0> motion_;
   Index n_, columns_;
   std::vector<Eigen::MatrixXd> slopes_;  // at the stages, and at the end
   Eigen::MatrixXd dq_, dp_, A_, dV_, dQ_, dense_;
@@ -218,6 +218,11 @@ class GaussStepper<detail::VariationalForm<changes>> {
 };
 
 namespace detail {
+
+template <Changes changes>
+VariationalGaussStepper<changes> gauss_stepper(const VariationalForm<changes>& form, int stages, double step, const Options& options) {
+  return {form, stages, step, options};
+}
 
 // What the tangent map needs of a model.
 template <class Model>

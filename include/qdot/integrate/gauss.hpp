@@ -35,6 +35,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -47,21 +48,22 @@
 namespace qdot {
 
 /// A Stepper that makes equal Gauss steps. Movable.
-template <class F>
-class GaussStepper : public detail::FixedStep<F> {
-  using Base = detail::FixedStep<F>;
-  using Base::n, Base::states, Base::dof, typename Base::Behind;
-  using Vec = typename Behind::Vec;
-  using States = typename Behind::States;
+template <int N, int n, int states>
+class GaussStepper : public detail::FixedStep<N, n, states> {
+  using Base = detail::FixedStep<N, n, states>;
+  using Base::dof, Base::mechanics, typename Base::Mechanical;
+  using Vec = typename Mechanical::Vec;
+  using States = typename Mechanical::States;
 
  public:
   /// @throws InvalidValue  step is not positive, stages is not 1 … 8
-  GaussStepper(const F& system, int stages, double step, const Options& options)
-      : Base(system, "gauss", 2 * checked(stages), step, options), table_(stages) {
+  GaussStepper(std::unique_ptr<Mechanical> system, int stages, double step, const Options& options)
+      : Base(std::move(system), "gauss", 2 * checked(stages), step, options), table_(stages), has_effects_(mechanics().has_effects()) {
     const Vec zero = Vec::Zero(dof());
     const std::size_t s = static_cast<std::size_t>(stages);
     V_.assign(s, zero);
-    Q_ = force_ = V_old_ = V_;
+    Q_ = force_ = momenta_ = V_old_ = V_;
+    times_.assign(s, 0.0);
     inverse_.assign(s, Matrix<double, n>::Identity(dof(), dof()));
     const States none = States::Zero(this->size() - 2 * dof());
     Z_.assign(s, none);
@@ -137,7 +139,6 @@ class GaussStepper : public detail::FixedStep<F> {
 
  private:
   static constexpr int most_iterations = 100;
-  static constexpr bool has_effects = !detail::mechanical_form<F>::value;
 
   static int checked(int stages) {
     detail::require_option(stages >= 1 && stages <= 8, "stages", "must lie between 1 and 8", stages,
@@ -149,8 +150,8 @@ class GaussStepper : public detail::FixedStep<F> {
   Vec v_of(const typename Base::Y& y) const { return y.segment(dof(), dof()); }
   States z_of(const typename Base::Y& y) const { return y.tail(this->size() - 2 * dof()); }
 
-  Vec momenta(const Vec& q, const Vec& v, double t) const { return Behind::momenta(this->form(), q, v, t); }
-  Matrix<double, n> inverse_mass(const Vec& q, const Vec& v, double t) const { return Behind::inverse_mass(this->form(), q, v, t); }
+  Vec momenta(const Vec& q, const Vec& v, double t) const { return mechanics().momenta(q, v, t); }
+  Matrix<double, n> inverse_mass(const Vec& q, const Vec& v, double t) const { return mechanics().inverse_mass(q, v, t); }
 
   // The largest change beside the largest value, as a fraction of it; numbers that have lost their digits to underflow do not change.
   static double relative(double change, double size) {
@@ -160,7 +161,7 @@ class GaussStepper : public detail::FixedStep<F> {
   bool solve(double end, double h) {
     const std::size_t s = V_.size();
     const auto i_of = [](std::size_t i) { return static_cast<Eigen::Index>(i); };
-    const auto time = [&](std::size_t i) { return this->clock_.shown(this->elapsed_ + table_.c[i_of(i)] * h); };
+    for (std::size_t i = 0; i < s; ++i) times_[i] = this->clock_.shown(this->elapsed_ + table_.c[i_of(i)] * h);
     V_old_ = V_;
     for (std::size_t i = 0; i < s; ++i) {
       if (guess_is_known_ && h == h_before_) {
@@ -186,7 +187,7 @@ class GaussStepper : public detail::FixedStep<F> {
         }
         rate_change = rate_size = 0.0;
         for (std::size_t i = 0; i < s; ++i) {
-          const States rate = Behind::zdot(this->form(), Q_[i], V_[i], Z_[i], time(i));
+          const States rate = mechanics().zdot(Q_[i], V_[i], Z_[i], times_[i]);
           for (Eigen::Index k = 0; k < rate.size(); ++k) {
             rate_change = std::max(rate_change, std::abs(rate[k] - zdot_[i][k]));
             rate_size = std::max(rate_size, std::abs(rate[k]));
@@ -194,21 +195,22 @@ class GaussStepper : public detail::FixedStep<F> {
           zdot_[i] = rate;
         }
       }
-      for (std::size_t i = 0; i < s; ++i) force_[i] = Behind::force(this->form(), Q_[i], V_[i], Z_[i], time(i));
+      mechanics().write_forces(s, Q_.data(), V_.data(), Z_.data(), times_.data(), force_.data());
       this->statistics_.evaluations += static_cast<long>(s);
     };
     place();
-    for (std::size_t i = 0; i < s; ++i) inverse_[i] = inverse_mass(Q_[i], V_[i], time(i));
+    for (std::size_t i = 0; i < s; ++i) inverse_[i] = inverse_mass(Q_[i], V_[i], times_[i]);
     this->statistics_.linear_setups += static_cast<long>(s);
     double before = std::numeric_limits<double>::infinity(), change_before = before;
     bool converged = false;
     for (int iteration = 0; iteration < most_iterations && !converged; ++iteration) {
       if (iteration > 10 && this->over_budget()) return false;  // most steps have converged by then
       double change = 0.0, size = 0.0;
+      mechanics().write_momenta(s, Q_.data(), V_.data(), times_.data(), momenta_.data());
       for (std::size_t i = 0; i < s; ++i) {
         Vec wanted = Vec::Zero(dof());
         for (std::size_t j = 0; j < s; ++j) wanted += table_.a(i_of(i), i_of(j)) * force_[j];
-        const Vec correction = inverse_[i] * (p_ - momenta(Q_[i], V_[i], time(i)) + h * wanted);
+        const Vec correction = inverse_[i] * (p_ - momenta_[i] + h * wanted);
         V_[i] += correction;
         if (!V_[i].allFinite()) throw NonFinite("a stage", this->t_, "the stages of the step became infinite or NaN");
         change = std::max(change, correction.cwiseAbs().maxCoeff());
@@ -219,7 +221,7 @@ class GaussStepper : public detail::FixedStep<F> {
       place();
       double part = relative(change, size);
       bool at_rounding = false;
-      if constexpr (has_effects) {  // forces may balance, and what is left of V or ż be rounding: measured by the largest so far
+      if (has_effects_) {  // forces may balance, and what is left of V or ż be rounding: measured by the largest so far
         largest_v_ = std::max(largest_v_, size);
         largest_rate_ = std::max(largest_rate_, rate_size);
         part = std::max(relative(change, largest_v_), relative(rate_change, largest_rate_));
@@ -272,8 +274,10 @@ class GaussStepper : public detail::FixedStep<F> {
   }
 
   detail::GaussTable table_;
+  bool has_effects_;
   Eigen::MatrixXd extrapolation_;
-  std::vector<Vec> V_, V_old_, Q_, force_;
+  std::vector<Vec> V_, V_old_, Q_, force_, momenta_;
+  std::vector<double> times_;
   std::vector<States> Z_, zdot_;
   std::vector<Matrix<double, n>> inverse_;  // of M at the stages' first guess
   Vec p_, p_new_, lost_p_, lost_p_new_;
@@ -282,6 +286,15 @@ class GaussStepper : public detail::FixedStep<F> {
   bool guess_is_known_ = false;
   bool diverges_ = false;  // the last change of the stages was larger than the one before
 };
+
+namespace detail {
+
+template <class F>
+auto gauss_stepper(const F& system, int stages, double step, const Options& options) {
+  return GaussStepper<F::size_at_compile_time, Mechanics<F>::n, Mechanics<F>::states>(std::make_unique<MechanicalRatesOf<F>>(system), stages, step, options);
+}
+
+}  // namespace detail
 
 /// Gauss collocation of order 2·stages with a fixed step, for any T and V and for scenes; symplectic where there are neither
 /// forces nor constraints.
@@ -296,8 +309,9 @@ struct Gauss {
   /// @throws InvalidValue  step is not positive, stages is not 1 … 8
   template <FirstOrderSystem F>
     requires requires { detail::Mechanics<F>::n; }
-  GaussStepper<F> stepper(const F& system, const Options& options) const {
-    return {system, stages, step, options};
+  auto stepper(const F& system, const Options& options) const {
+    using detail::gauss_stepper;  // and those of other namespaces
+    return gauss_stepper(system, stages, step, options);
   }
 };
 

@@ -73,8 +73,8 @@ inline std::span<const double> rattle_substeps(int order) {
 
 /// A Stepper that makes equal Rattle steps on the constraints of a scene. Movable.
 template <class F>
-class RattleStepper : public detail::FixedStep<F> {
-  using Base = detail::FixedStep<F>;
+class RattleStepper : public detail::FixedStepOf<F> {
+  using Base = detail::FixedStepOf<F>;
   using Sc = std::remove_cvref_t<decltype(std::declval<const F&>().scene())>;
   using Base::n, Base::dof;
   static constexpr int m = Sc::constraints_at_compile_time;

@@ -34,8 +34,8 @@ namespace qdot {
 
 /// A Stepper that makes equal steps of kicks and drifts. Movable.
 template <class F>
-class SplittingStepper : public detail::FixedStep<F> {
-  using Base = detail::FixedStep<F>;
+class SplittingStepper : public detail::FixedStepOf<F> {
+  using Base = detail::FixedStepOf<F>;
   using Base::n, Base::dof;
 
  public:
@@ -126,8 +126,8 @@ class SplittingStepper : public detail::FixedStep<F> {
   void require_finite() const {
     for (Eigen::Index i = 0; i < this->size(); ++i)
       if (!std::isfinite(this->y_[i]))
-        throw NonFinite(this->form().component_name(i), this->t_,
-                        this->form().component_name(i) + " became " + detail::text_of(this->y_[i]));
+        throw NonFinite(this->component_name(i), this->t_,
+                        this->component_name(i) + " became " + detail::text_of(this->y_[i]));
   }
 
   detail::Splitting scheme_;

@@ -61,11 +61,11 @@ using formula::Function, formula::Graph, formula::Kind, formula::Line, formula::
 /// With rows c_k = 0, whose derivative with v is W, also their multipliers: M₀ v_k − W₀ᵀ μ = τ/k · (F + Σ_{j≥1} W_jᵀ λ_{k−1−j}) − p_k, W₀ v_k = −c_k,
 /// μ = τ/k · λ_{k−1}; p_k and c_k are made with v_k = 0.
 struct Recurrence {
-  std::vector<int> variables, rates;         ///< nodes
-  std::vector<int> late, forces, momenta;    ///< nodes of v, F and p
-  std::vector<int> mass;                     ///< of the lower triangle of M, row by row
-  std::vector<int> rows, jacobian;           ///< of c, and of W row by row
-  int time = -1;                             ///< a variable whose rate is one
+  std::vector<int> variables = {}, rates = {};               ///< nodes
+  std::vector<int> late = {}, forces = {}, momenta = {};     ///< nodes of v, F and p
+  std::vector<int> mass = {};                                ///< of the lower triangle of M, row by row
+  std::vector<int> rows = {}, jacobian = {};                 ///< of c, and of W row by row
+  int time = -1;                                             ///< a variable whose rate is one
 };
 
 /// What a sweep computes.

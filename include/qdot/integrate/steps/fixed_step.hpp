@@ -25,11 +25,12 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <type_traits>
 #include <utility>
 
-#include "qdot/integrate/steps/form_mechanics.hpp"
+#include "qdot/integrate/steps/mechanical_rates.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
 
 namespace qdot::detail {
@@ -45,9 +46,11 @@ template <class S>
 }
 
 // A one-step method with equal steps for a mechanical system, y = [q; q̇], or a scene, y = [q; q̇; z].
-template <FirstOrderSystem F>
-class FixedStep : public OneStepOf<F> {
-  using Base = OneStepOf<F>;
+//
+// N components of y, n coordinates, and so many states of effects.
+template <int N, int n, int states>
+class FixedStep : public OneStep<N> {
+  using Base = OneStep<N>;
 
  public:
   static constexpr bool has_fixed_step() noexcept { return true; }
@@ -65,19 +68,21 @@ class FixedStep : public OneStepOf<F> {
   void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { polynomial().evaluate(t, out); }
 
  protected:
-  using Behind = Mechanics<F>;
-  static constexpr int n = Behind::n;
-  static constexpr int states = Behind::states;
+  using Mechanical = MechanicalRates<n, states>;
 
-  FixedStep(const F& system, std::string method, int order, double longest, const Options& options)
-      : Base(system, std::move(method), order, options), longest_(longest) {
+  FixedStep(std::unique_ptr<Mechanical> system, std::string method, int order, double longest, const Options& options)
+      : Base(std::move(system), std::move(method), order, options), longest_(longest) {
     require_option(longest > 0 && std::isfinite(longest), "step", "must be positive and finite", longest,
                    "a fixed-step method needs one: try a thirtieth of the shortest period");
     dense_.setZero(this->size(), 6);
     lost_ = y_old_ = ydot_ = ydot_old_ = dense_.col(0);
   }
 
-  Eigen::Index dof() const noexcept { return Behind::dof(this->form()); }
+  const Mechanical& mechanics() const noexcept { return static_cast<const Mechanical&>(this->rates()); }
+  Eigen::Index dof() const {
+    if constexpr (n == Dynamic) return mechanics().dof();
+    else return n;
+  }
 
   void begin(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     Base::begin(at, y);
@@ -128,7 +133,7 @@ class FixedStep : public OneStepOf<F> {
       dense_(v, 5) = 0.0;
     }
     if constexpr (states != 0) {
-      typename Behind::States before = ydot_old_.tail(this->size() - 2 * dof()), after = before;
+      typename Mechanical::States before = ydot_old_.tail(this->size() - 2 * dof()), after = before;
       const bool curved = complete && this->attempt([&] {
         before = zddot(this->clock_.shown(this->elapsed_before_), y_old_, ydot_old_);
         after = zddot(this->clock_.shown(this->elapsed_), this->y_, ydot_);
@@ -154,12 +159,11 @@ class FixedStep : public OneStepOf<F> {
     for (int k = 0; k < 6; ++k) dense_(i, k) = c[k];
   }
 
-  typename Behind::States zddot(double t, const typename Base::Y& y, const typename Base::Y& ydot) const {
-    using Vec = typename Behind::Vec;
-    using States = typename Behind::States;
+  typename Mechanical::States zddot(double t, const typename Base::Y& y, const typename Base::Y& ydot) const {
+    using Vec = typename Mechanical::Vec;
+    using States = typename Mechanical::States;
     const Eigen::Index k = dof(), count = this->size() - 2 * k;
-    return Behind::zddot(this->form(), Vec(y.head(k)), Vec(y.segment(k, k)), Vec(ydot.segment(k, k)), States(y.tail(count)),
-                         States(ydot.tail(count)), t);
+    return mechanics().zddot(Vec(y.head(k)), Vec(y.segment(k, k)), Vec(ydot.segment(k, k)), States(y.tail(count)), States(ydot.tail(count)), t);
   }
 
   double longest_;
@@ -168,6 +172,19 @@ class FixedStep : public OneStepOf<F> {
   bool dense_is_current_ = false;
   typename Base::Y ydot_, ydot_old_;
   Matrix<double, Base::size_at_compile_time, 6> dense_;
+};
+
+// Of the system F, for a method that asks its functors.
+template <FirstOrderSystem F>
+class FixedStepOf : public FixedStep<F::size_at_compile_time, Mechanics<F>::n, Mechanics<F>::states> {
+ protected:
+  static constexpr int n = Mechanics<F>::n;
+
+  FixedStepOf(const F& system, std::string method, int order, double longest, const Options& options)
+      : FixedStep<F::size_at_compile_time, n, Mechanics<F>::states>(std::make_unique<MechanicalRatesOf<F>>(system), std::move(method), order, longest,
+                                                                    options) {}
+
+  const F& form() const noexcept { return static_cast<const MechanicalRatesOf<F>&>(this->rates()).form(); }
 };
 
 }  // namespace qdot::detail

@@ -232,14 +232,4 @@ class OneStep {
   Eigen::Index blamed_ = -1;  // the component with the largest error in the last step that was rejected for it
 };
 
-// The same for a method that asks more of its system than rates: the mechanics behind it.
-template <FirstOrderSystem F>
-class OneStepOf : public OneStep<F::size_at_compile_time> {
- protected:
-  OneStepOf(const F& system, std::string method, int order, const Options& options)
-      : OneStep<F::size_at_compile_time>(rates_of(system), std::move(method), order, options) {}
-
-  const F& form() const noexcept { return static_cast<const RatesOf<F>&>(this->rates()).form(); }
-};
-
 }  // namespace qdot::detail

@@ -46,9 +46,9 @@ bool has_constraints([[maybe_unused]] const Form& form) {
   else return ProjectableSystem<Form>;
 }
 
-/// The rates of a copy of a form.
-template <FirstOrderSystem Form>
-class RatesOf final : public Rates {
+/// The rates of a copy of a form; Face is Rates or derived from it.
+template <FirstOrderSystem Form, class Face = Rates>
+class RatesOf : public Face {
  public:
   explicit RatesOf(Form form) : form_(std::move(form)) {}
 
@@ -68,7 +68,7 @@ class RatesOf final : public Rates {
   bool is_constrained() const override { return has_constraints(form_); }
   ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const override { return projected_by(form_, t, y); }
 
- private:
+ protected:
   Form form_;
 };
 
