@@ -77,6 +77,7 @@ TEST_CASE("the series of every function sums to the function, and its derivative
   QDOT_CHECK_FORMULA(cbrt(1.0 + x) * sqrt(2.0 + x * x));
   QDOT_CHECK_FORMULA(erf(x) + erfc(x * x));
   QDOT_CHECK_FORMULA(hypot(x, 1.0 + x));
+  QDOT_CHECK_FORMULA(hypot(x, x) + x * atan2(x, x));
   QDOT_CHECK_FORMULA(fma(x, x, 1.0 + x));
   QDOT_CHECK_FORMULA(pow(x + 1.0, 3) + pow(x + 1.0, -2) + pow(x + 2.0, 1.5) + pow(x + 2.0, -0.3) + pow(1.0 + x, x));
   QDOT_CHECK_FORMULA(1.0 / (1.0 + x * x) - (1.0 + x) / (3.0 - x) + (x * x + 2.0) / sqrt(1.0 + x));

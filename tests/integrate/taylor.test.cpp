@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <type_traits>
+#include <vector>
 
 #include "../catch2_bridge.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
@@ -71,11 +74,39 @@ Eigen::VectorXd reference(const System& system, const Start& start, double t) {
   return simulate(system, start, t, Dop853{}, {.rtol = 1e-14, .atol = 1e-15, .keep_trajectory = false}).y;
 }
 
+// Every kind of node: quotients, powers, squares, functions of one and of two arguments, the time.
+struct AllKinds {
+  auto T(const auto& q, const auto& v, const auto& t) const {
+    using std::atan2, std::exp, std::hypot, std::sin, std::tanh;
+    return 0.5 * v[0] * v[0] * (2.0 + atan2(q[1], 2.0 + q[0] * q[0])) / (1.0 + exp(q[1])) + 0.5 * v[1] * v[1] * (3.0 + sin(t)) +
+           0.1 * v[0] * v[1] * tanh(q[0]) + 0.2 * hypot(q[0], q[0]) * v[1] * v[1];
+  }
+  auto V(const auto& q, const auto& t) const {
+    using std::acos, std::acosh, std::asin, std::asinh, std::atan, std::atanh, std::cbrt, std::cos, std::cosh, std::erf, std::erfc, std::expm1, std::hypot,
+        std::log, std::log1p, std::pow, std::sin, std::sinh, std::tan;
+    return log(2.0 + q[0] * q[0] * q[1] * q[1]) + 1.4 * pow(1.5 + sin(q[0]), 2.5) + hypot(q[0], q[1] + 1.9) * cos(0.7 * t) + pow(q[1], 3) +
+           atan(q[0] - q[1]) + cosh(q[1]) / (2.0 + cos(q[0])) + asin(0.25 * q[0]) - erf(q[1]) + expm1(q[0]) + cbrt(3.0 + q[0]) + log1p(q[1] * q[1]) +
+           sinh(q[0]) + tan(0.3 * q[1]) + acos(0.2 * q[0]) + asinh(q[1]) + acosh(2.5 + q[0]) + atanh(0.2 * q[1]) + erfc(q[0]);
+  }
+};
+
+struct TwoRods {
+  double m1 = 1.0, g = 9.81;
+  auto T(const auto& q, const auto& v) const {
+    using std::cos;
+    return 0.5 * (m1 + 1.0) * v[0] * v[0] + 0.5 * v[1] * v[1] + v[0] * v[1] * cos(q[0] - q[1]);
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    return -(m1 + 1.0) * g * cos(q[0]) - g * cos(q[1]);
+  }
+};
+
 TEST_CASE("the series fulfils the equations of motion, whatever T and V depend on") {
   const auto check = [](const auto& system, const auto& q, const auto& v, double t0) {
     using Sys = std::decay_t<decltype(system)>;
     constexpr int order = 20;
-    const auto made = detail::power_series(FirstOrderForm<Sys>(system), order);
+    const auto made = detail::PowerSeriesOf<FirstOrderForm<Sys>>::made(FirstOrderForm<Sys>(system), order);
     detail::PowerSeries& series = *made;
     const Eigen::Index n = system.dof();
     Eigen::VectorXd y(2 * n);
@@ -92,6 +123,9 @@ TEST_CASE("the series fulfils the equations of motion, whatever T and V depend o
     CHECK((rate.tail(n) / unit - qddot).norm() < 1e-11 * (1 + qddot.norm()));
   };
   using Eigen::Vector2d;
+  check(mechanical_system<2>(AllKinds{}), Vector2d(0.5, 0.3), Vector2d(0.4, -0.6), 0.2);
+  for (const TwoRods& rods : {TwoRods{}, TwoRods{.m1 = 0.0}, TwoRods{.g = 0.0}, TwoRods{.g = -9.81}})
+    check(mechanical_system<2>(rods), Vector2d(0.5, -0.8), Vector2d(1.2, 0.3), 0.0);
   check(mechanical_system(5, Chain{}), Eigen::VectorXd(Eigen::VectorXd::LinSpaced(5, 0.2, 1.9)),
         Eigen::VectorXd(Eigen::VectorXd::LinSpaced(5, -1.0, 0.7)), 0.0);
   // A driven pivot, T(q, q̇, t), and a potential that depends on time.
@@ -131,6 +165,42 @@ TEST_CASE("the series fulfils the equations of motion, whatever T and V depend o
             },
             [](const auto& q) { return -1.0 / q[0]; }),
         Vector2d(1.2, 0.3), Vector2d(0.1, 0.8), 0.0);
+}
+
+// The bits of the coefficients of one expansion; after `evaluations` of them orders are made by machine code, where there is some.
+std::vector<std::uint64_t> bits_of(detail::PowerSeries& series, const Eigen::VectorXd& y, int order) {
+  series.start(0.1, y.data(), 0.25);
+  series.expand(order);
+  std::vector<std::uint64_t> bits;
+  for (int k = 0; k <= order; ++k)
+    for (Eigen::Index i = 0; i < y.size(); ++i) bits.push_back(std::bit_cast<std::uint64_t>(series.coefficients()(i, k)));
+  return bits;
+}
+constexpr long expansions_till_native = 2 * formula::LineEvaluator::begin_after / 12;
+
+TEST_CASE("the series of a motion by machine code has the bits of that by the interpreter") {
+  constexpr int order = 12;
+  const auto form = first_order_form(mechanical_system<2>(AllKinds{}));
+  const auto series = detail::PowerSeriesOf<std::remove_cvref_t<decltype(form)>>::made(form, order);
+  const Eigen::Vector4d y(0.5, 0.3, 0.4, -0.6);
+  const std::vector<std::uint64_t> interpreted = bits_of(*series, y, order);
+  for (long i = 0; i < expansions_till_native; ++i) REQUIRE(bits_of(*series, y, order) == interpreted);
+}
+
+TEST_CASE("a reset makes new equations after somebody was told that the functors have changed") {
+  double k = 1.0;
+  const auto form = first_order_form(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [&k](const auto& q) { return 0.5 * k * q[0] * q[0]; }));
+  auto stepper = Taylor{}.stepper(form, {.rtol = 1e-12, .atol = 1e-12});
+  const Eigen::Vector2d y(1.0, 0.0);
+  stepper.reset(0.0, y);
+  for (int i = 0; i < 3; ++i) REQUIRE(stepper.step(9.0));
+  CHECK(stepper.is_current());
+  k = 4.0;
+  CHECK_FALSE(stepper.is_current());
+  CHECK_FALSE(stepper.is_current());
+  stepper.reset(0.0, y);
+  REQUIRE(stepper.step(0.25));
+  CHECK_THAT(stepper.y()[0], WithinAbs(std::cos(2.0 * stepper.t()), 1e-11));  // ten times the tolerance
 }
 
 TEST_CASE("the double pendulum is right to the tolerance") {

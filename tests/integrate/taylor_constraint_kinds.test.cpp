@@ -46,7 +46,7 @@ TEST_CASE("a redundant constraint changes nothing but the split of the force, wh
   CHECK_THAT(y[1], WithinAbs(-std::cos(angle), rounding));
 
   const auto form = first_order_form(held_by({}));
-  const auto made = detail::power_series(form, 3);
+  const auto made = detail::PowerSeriesOf<std::remove_cvref_t<decltype(form)>>::made(form, 3);
   detail::PowerSeries& series = *made;
   series.start(0.0, Eigen::Vector4d(0.6, -0.8, 1.6, 1.2).eval().data(), 1.0);
   series.expand(3);

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // Power series of constrained motions, against closed forms.
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <type_traits>
+#include <vector>
 
 #include "../catch2_bridge.hpp"
 #include "qdot/effects/constraints.hpp"
@@ -79,7 +82,7 @@ TEST_CASE("between steps the series is on the circle and moves with the rod's an
 
 TEST_CASE("the multipliers' series is the rod's force and its rates") {
   const auto form = first_order_form(bead_on(Guide::circle));
-  const auto made = detail::power_series(form, 4);
+  const auto made = detail::PowerSeriesOf<std::remove_cvref_t<decltype(form)>>::made(form, 4);
   detail::PowerSeries& series = *made;
   const Vector2d q(std::sin(0.3), -std::cos(0.3)), v = 2.0 * Vector2d(std::cos(0.3), std::sin(0.3));
   Eigen::Vector4d y;
@@ -90,6 +93,24 @@ TEST_CASE("the multipliers' series is the rod's force and its rates") {
   CHECK_THAT(series.constraints()->multipliers()(0, 0), WithinAbs(-0.5 * (4.0 - g * q[1]), 1e-14));
   CHECK_THAT(series.constraints()->multipliers()(0, 1), WithinAbs(1.5 * g * v[1], 1e-13));
   CHECK_THAT(series.constraints()->multipliers()(0, 2), WithinAbs(1.5 * g * series.coefficients()(1, 2), 1e-13));
+}
+
+TEST_CASE("a series with multipliers by machine code has the bits of that by the interpreter") {
+  constexpr int order = 12;
+  const auto form = first_order_form(bead_on(Guide::circle));
+  const auto series = detail::PowerSeriesOf<std::remove_cvref_t<decltype(form)>>::made(form, order);
+  const Eigen::Vector4d y(0.6, -0.8, 1.6, 1.2);
+  const auto bits = [&] {
+    series->start(0.0, y.data(), 0.25);
+    series->expand(order);
+    std::vector<std::uint64_t> all;
+    for (int k = 0; k <= order; ++k)
+      for (Eigen::Index i = 0; i < 4; ++i) all.push_back(std::bit_cast<std::uint64_t>(series->coefficients()(i, k)));
+    for (int k = 0; k < order; ++k) all.push_back(std::bit_cast<std::uint64_t>(series->constraints()->multipliers()(0, k)));
+    return all;
+  };
+  const std::vector<std::uint64_t> interpreted = bits();
+  for (long i = 0; i < 2 * formula::LineEvaluator::begin_after / order; ++i) REQUIRE(bits() == interpreted);
 }
 
 TEST_CASE("a bead on a turning rod goes out as cosh t, forward and backward in time") {

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "../catch2_bridge.hpp"
+#include "../error_message.hpp"
 #include "mechanics/shaken_chain.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 #include "systems/solution_by_pivots.hpp"
@@ -427,6 +428,26 @@ TEST_CASE("a state without a mass matrix has no accelerations, and one beside it
   CHECK_THROWS_AS(acceleration(mechanical_system<2>(OneWithoutMass{}), Vector<double, 2>(1.0, 2.0), v), MassMatrixError);
   CHECK_THROWS_AS(acceleration(mechanical_system<2>(DoublePendulum{.m1 = 0.0}), Vector<double, 2>(0.3, 0.3), v), MassMatrixError);
   CHECK(acceleration(mechanical_system<2>(DoublePendulum{.m1 = 0.0}), Vector<double, 2>(0.3, 0.8), v).allFinite());
+  CHECK(acceleration(mechanical_system<2>(DoublePendulum{.m1 = 0.0}), Vector<double, 2>(0.3, 0.3 + 1e-5), v).allFinite());
+}
+
+TEST_CASE("a refused mass matrix is called zero or negative as it is") {
+  const Vector<double, 2> q(0.3, 0.8), v(0.1, 0.2);
+  const auto complaint = [&](const DoublePendulum& energies) {
+    return error_message([&] { (void)acceleration(mechanical_system<2>(energies), q, v); });
+  };
+  CHECK(complaint({.m1 = 0.0, .m2 = 0.0}).find("all of it is zero") != std::string::npos);
+  CHECK(complaint({.l2 = 0.0}).find("no kinetic energy") != std::string::npos);
+  CHECK(complaint({.m1 = -3.0}).find("no positive kinetic energy") != std::string::npos);
+}
+
+TEST_CASE("parameters and positions that are not finite are refused, never handed on") {
+  const Vector<double, 2> q(0.3, 0.8), v(0.1, 0.2);
+  for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    CHECK_THROWS_AS(acceleration(mechanical_system<2>(DoublePendulum{}), Vector<double, 2>(bad, 0.1), v), NonFinite);
+    CHECK_THROWS_AS(acceleration(mechanical_system<2>(DoublePendulum{}), q, Vector<double, 2>(0.1, bad)), NonFinite);
+    CHECK_THROWS_AS(acceleration(mechanical_system<2>(DoublePendulum{.g = bad}), q, v), NonFinite);
+  }
 }
 
 TEST_CASE("masses that are zero, negative, not a number, or lost beside others have no accelerations") {

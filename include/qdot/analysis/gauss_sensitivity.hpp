@@ -43,7 +43,7 @@ class VariationalGaussStepper {
   /// @throws InvalidValue  step is not positive, stages is not 1 … 8
   /// @throws NotAnalytic   T, V or a force compares values or has a kink
   VariationalGaussStepper(const detail::VariationalForm<changes>& form, int stages, double step, const Options& options)
-      : form_(form), recorded_(form.equations()), motion_(detail::gauss_stepper(recorded_, stages, step, of_motion(form, options))), n_(form.dof()),
+      : form_(form), recorded_(form.equations()), motion_(detail::GaussStepperOf<detail::RecordedForm<>>::made(recorded_, stages, step, of_motion(form, options))), n_(form.dof()),
         columns_(form.equations().columns()) {
     const detail::RecordedMechanics<>& mechanics = recorded_.mechanics();
     slopes_.assign(static_cast<std::size_t>(stages) + 1, Eigen::MatrixXd(2 * n_, 2 * n_ + mechanics.parameters()));
@@ -220,9 +220,11 @@ class VariationalGaussStepper {
 namespace detail {
 
 template <Changes changes>
-VariationalGaussStepper<changes> gauss_stepper(const VariationalForm<changes>& form, int stages, double step, const Options& options) {
-  return {form, stages, step, options};
-}
+struct GaussStepperOf<VariationalForm<changes>> {
+  static VariationalGaussStepper<changes> made(const VariationalForm<changes>& form, int stages, double step, const Options& options) {
+    return {form, stages, step, options};
+  }
+};
 
 // What the tangent map needs of a model.
 template <class Model>

@@ -27,9 +27,11 @@ struct is_recordable<VariationalForm<changes>> : std::true_type {};
 
 /// The power series of a motion and of its derivatives.
 template <Changes changes>
-std::unique_ptr<PowerSeries> power_series(const VariationalForm<changes>& form, int highest_order) {
-  return std::make_unique<VariationSeries<>>(form.equations(), highest_order);
-}
+struct PowerSeriesOf<VariationalForm<changes>> {
+  static std::unique_ptr<PowerSeries> made(const VariationalForm<changes>& form, int highest_order) {
+    return std::make_unique<VariationSeries<>>(form.equations(), highest_order);
+  }
+};
 
 // What the series needs of a model.
 template <class Model>

@@ -6,7 +6,7 @@
 //     std::map<std::string, AnyMethod<decltype(system)>> methods = {{"taylor", Taylor{}}, {"gauss", Gauss{.step = 0.01}}};
 //     const auto run = simulate(system, start, 10.0, methods.at(name), options);
 //
-// Every method makes a stepper of a type of its own, unrolled for its system. AnyStepper hides that type behind one indirect
+// Every method makes a stepper of a type of its own, unrolled for the number of components. AnyStepper hides that type behind one indirect
 // call per step, a nanosecond or two beside a step's hundreds: after it, time and state are looked up where the stepper keeps
 // them. So the loop of a run is compiled once for all methods (simulate() makes one of each), and a switch costs nothing within the step.
 //

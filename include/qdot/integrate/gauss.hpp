@@ -289,10 +289,14 @@ class GaussStepper : public detail::FixedStep<N, n, states> {
 
 namespace detail {
 
+// The stepper for a form.
 template <class F>
-auto gauss_stepper(const F& system, int stages, double step, const Options& options) {
-  return GaussStepper<F::size_at_compile_time, Mechanics<F>::n, Mechanics<F>::states>(std::make_unique<MechanicalRatesOf<F>>(system), stages, step, options);
-}
+struct GaussStepperOf {
+  using type = GaussStepper<F::size_at_compile_time, Mechanics<F>::n, Mechanics<F>::states>;
+  static type made(const F& system, int stages, double step, const Options& options) {
+    return {std::make_unique<MechanicalRatesOf<F>>(system), stages, step, options};
+  }
+};
 
 }  // namespace detail
 
@@ -310,8 +314,7 @@ struct Gauss {
   template <FirstOrderSystem F>
     requires requires { detail::Mechanics<F>::n; }
   auto stepper(const F& system, const Options& options) const {
-    using detail::gauss_stepper;  // and those of other namespaces
-    return gauss_stepper(system, stages, step, options);
+    return detail::GaussStepperOf<F>::made(system, stages, step, options);
   }
 };
 

@@ -6,8 +6,8 @@
 //     const auto run = simulate(system, start, 10.0, Dop853{}, {.rtol = 1e-10});
 //
 // What makes it fast. The table of coefficients is known to the compiler, and so is the size of y for
-// systems with n fixed: every Σⱼ aᵢⱼ kⱼ becomes straight-line code without the terms that are zero, the
-// equations of motion are called directly, and nothing is allocated. For two coordinates the method's
+// systems with n fixed: every Σⱼ aᵢⱼ kⱼ becomes straight-line code without the terms that are zero, and
+// nothing is allocated. For two coordinates the method's
 // own share of a step is a few tens of nanoseconds; a multistep code's is a microsecond or two.
 //
 // One step:

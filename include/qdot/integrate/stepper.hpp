@@ -24,7 +24,7 @@
 //   step(t_limit)   takes one accepted step, rejected attempts included, and lands on t_limit with
 //                   t() == t_limit exactly when it comes that far. Evaluates f in front of t_limit
 //                   only, at most a rounding unit from it: a switch there is not felt early.
-//                   Allocates nothing. Returns false
+//                   Allocates nothing, but once for machine code. Returns false
 //                   if no step could be taken: t(), y() are then those of the last good step, and
 //                   failure() says why. Exceptions of the user's functors leave it as they are.
 //   y()             shows the state that the stepper keeps, not a copy: the loop looks at it after every step.

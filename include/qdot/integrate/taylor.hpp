@@ -327,7 +327,8 @@ struct Taylor {
 
   int order = 0;  ///< 4 … 60; 0: chosen from rtol
 
-  /// A stepper for `system`, which it copies; runs T, V and the effects once to record them. Allocates all its memory here.
+  /// A stepper for `system`, which it copies; runs T, V and the effects once to record them. Allocates all its memory here, but for machine
+  /// code that is made after some thirty steps.
   ///
   /// @throws NotAnalytic  T, V, the force of an effect or a constraint compares values or has a kink
   template <FirstOrderSystem F>
@@ -338,8 +339,7 @@ struct Taylor {
     static_assert(detail::is_recordable<F>::value,
                   "qdot: the Taylor method runs T, V and the effects once with a scalar that records operations, but they do not "
                   "take every scalar: take `const auto& q`, or make them a template <class S>; or use Dop853");
-    using detail::power_series;  // and those of other namespaces
-    return {detail::rates_of(system), [&](int highest_order) { return power_series(system, highest_order); }, order, options};
+    return {detail::rates_of(system), [&](int highest_order) { return detail::PowerSeriesOf<F>::made(system, highest_order); }, order, options};
   }
 };
 

@@ -27,8 +27,8 @@
 // *Late* variables. In Lagrange's equations the velocity's next coefficient is not given but follows from
 // solving M v_k = …, where the right-hand side needs some nodes at order k as if v_k were zero. So
 // advance(k) makes interiors, and the ends of the nodes that do not depend on late variables or that the
-// *early outputs* need; the caller solves and sets the late coefficients; complete(k) runs the ends of all
-// that depends on them.
+// *early outputs* need; then the late coefficients are solved for, by the caller or, where there is a
+// Recurrence, by the same lines; complete(k) runs the ends of all that depends on them.
 //
 // Layout. Every interior is a sum Σ_{j=1…k−1} L_j R_{k−j}: one *lane*. Coefficient j of all lanes' left factors stands in one
 // row, that of the right factors in another, so that one instruction works for as many lanes as a register holds and
@@ -79,13 +79,13 @@ struct SweepOutputs {
 
 /// A graph compiled for computing with power series up to a highest order.
 ///
-/// Memory 16 bytes per nonlinear operation and order, taken in the constructor; nothing is allocated afterwards.
+/// Memory 16 bytes per nonlinear operation and order, taken in the constructor. Later only machine code is allocated, once for each table.
 class Sweep {
  public:
   Sweep() = default;
   Sweep(Graph& graph, const SweepOutputs& outputs, int highest_order) : highest_(highest_order) { compile(graph, outputs); }
 
-  /// Where a node lives, for set() and coefficient().
+  /// Where a node lives, for set(), value() and latest().
   int slot(int node) const { return slot_of_[index(node)]; }
 
   /// The value of order 0, as of the last start().
@@ -219,7 +219,8 @@ class Sweep {
         break;
       case Kind::function:
         factor[0] = at(s.slope_a);
-        if (s.b >= 0) factor[1] = at(s.slope_b);
+        if (s.b >= 0 && s.b == s.a) factor[0] += at(s.slope_b);
+        else if (s.b >= 0) factor[1] = at(s.slope_b);
         break;
       default: break;
     }

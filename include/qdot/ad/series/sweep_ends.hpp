@@ -14,6 +14,7 @@
 //
 // Included by ad/series/sweep.hpp.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -26,7 +27,7 @@ namespace qdot::taylor {
 /// Lines whose results are numbered as they are added.
 class LineList {
  public:
-  explicit LineList(std::uint32_t& next) : next_(next) {}
+  LineList(std::uint32_t& next, std::size_t expected) : next_(next) { table_.lines.reserve(expected); }
 
   std::uint32_t add(Line line) {
     line.to = next_++;
@@ -118,7 +119,7 @@ class LineList {
   mass_factors_ = next;
   next += static_cast<Number>(recurrence_.mass.size());
   row_factors_ = next;
-  next += static_cast<Number>(row_factors().size());
+  next += static_cast<Number>(2 * recurrence_.jacobian.size() + triangle(recurrence_.rows.size()));
   first_rate_ = next;  // which the late table writes
   next += static_cast<Number>(rates_.size());
   interiors_ = next;
@@ -133,7 +134,7 @@ class LineList {
   std::vector<char> is_constant(values_.size(), 0);  // whose coefficients are zero
   for (const int slot : constants_) is_constant[index(slot)] = 1;
 
-  LineList early(next);
+  LineList early(next, 3 * ends.size());
   for (std::size_t i = 0; i < recurrence_.variables.size(); ++i) {
     const std::size_t slot = index(recurrence_.variables[i]);
     number_[0][slot] = number_[1][slot] = early.product(rate_number, first_rate_ + static_cast<Number>(i));
@@ -187,7 +188,7 @@ class LineList {
     for (std::size_t r = 0; r < found.multipliers.size(); ++r)
       number_[1][first_multiplier_ + r] = early.quotient(found.multipliers[r], rate_number);
   }
-  LineList late(next);
+  LineList late(next, 3 * ends.size());
   for (const End& end : ends)
     if (end.late) number_[1][index(end.slot)] = write(late, end, number_[1]);
   for (std::size_t i = 0; i < rates_.size(); ++i) late.copy(number_[1][index(rates_[i])], first_rate_ + static_cast<Number>(i));
@@ -209,11 +210,15 @@ class LineList {
   rows_.left.set(std::move(left), highest_);
   rows_.right.set(std::move(right), highest_);
   rows_.squares.set(std::move(squared), highest_);
-  ends_[0].set(early.finished(), next);
-  ends_[1].set(late.finished(), next);
-  ends_[0].add_read(ends_[1]);
-  ends_[1].add_read(ends_[0]);
-  for (formula::LineEvaluator& end : ends_) end.add_read(read);
+  std::array<formula::LineTable, 2> tables{early.finished(), late.finished()};
+  std::array<std::vector<int>, 2> by_other;  // what the other table reads
+  for (std::size_t i = 0; i < 2; ++i)
+    for (const Line& line : tables[i].lines) for_each_operand(line, [&](Number number) { by_other[1 - i].push_back(static_cast<int>(number)); });
+  for (std::size_t i = 0; i < 2; ++i) {
+    ends_[i].set(std::move(tables[i]), next);
+    ends_[i].add_read(by_other[i]);
+    ends_[i].add_read(read);
+  }
 }
 
 }  // namespace qdot::taylor

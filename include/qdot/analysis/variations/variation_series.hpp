@@ -98,7 +98,7 @@ class VariationSeries final : public PowerSeries {
   void renew() override {
     if (!is_current()) *this = VariationSeries(*equations_, highest_);
   }
-  bool is_current() override { return equations_->recorder->holds(recorded_); }
+  bool is_current() override { return holds_ = holds_ && equations_->recorder->holds(recorded_); }
 
   /// Orders 0 and 1.
   void start(double t, const double* y, double time_unit) override {
@@ -242,6 +242,7 @@ class VariationSeries final : public PowerSeries {
   };
 
   VariationalEquations* equations_;
+  bool holds_ = true;  // the recording, as far as it was asked
   int highest_;
   Index n_, state_, rows_ = 0, parameters_ = 0;
   RecordedVariations recorded_;

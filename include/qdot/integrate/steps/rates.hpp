@@ -60,7 +60,10 @@ class RatesOf : public Face {
       form_.write_derivative(t, y, ydot);
     } else {
       const Eigen::Index n = form_.size();
-      form_.derivative(t, Eigen::Map<const Eigen::VectorXd>(y, n), Eigen::Map<Eigen::VectorXd>(ydot, n));
+      const Eigen::Ref<const Eigen::VectorXd> from(Eigen::Map<const Eigen::VectorXd>(y, n));
+      Eigen::Map<Eigen::VectorXd> rates(ydot, n);
+      Eigen::Ref<Eigen::VectorXd> to(rates);
+      form_.derivative(t, from, to);
     }
   }
   std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }

@@ -100,7 +100,7 @@ template <class = void>  // compiled only where it is made
 class LagrangeSeries final : public PowerSeries {
  public:
   /// @throws NotAnalytic  T, V, a force or a constraint compares values or has a kink
-  [[gnu::cold]] LagrangeSeries(std::unique_ptr<const MotionSource> source, int highest_order)
+  [[gnu::cold]] LagrangeSeries(std::shared_ptr<const MotionSource> source, int highest_order)
       : source_(std::move(source)), is_definite_(source_->has_definite_inertia()), recorded_(source_->recorded()) {
     RecordedMotion& m = recorded_;
     const formula::Graph& graph = m.recording.graph;
@@ -130,9 +130,9 @@ class LagrangeSeries final : public PowerSeries {
 
   /// @throws NotAnalytic  one of the functors compares values or has a kink by now
   void renew() override {
-    if (!is_current()) *this = LagrangeSeries(std::move(source_), static_cast<int>(coefficients_.cols()) - 1);
+    if (!is_current()) *this = LagrangeSeries(source_, static_cast<int>(coefficients_.cols()) - 1);
   }
-  bool is_current() override { return source_->still_holds(recorded_); }
+  bool is_current() override { return holds_ = holds_ && source_->still_holds(recorded_); }
 
   /// @throws MassMatrixError, NonFinite, ConstraintError  as acceleration(); NonFinite also where a formula is not analytic
   void start(double t, const double* y, double time_unit) override {
@@ -238,8 +238,9 @@ class LagrangeSeries final : public PowerSeries {
     double value;
   };
 
-  std::unique_ptr<const MotionSource> source_;
+  std::shared_ptr<const MotionSource> source_;
   bool is_definite_;
+  bool holds_ = true;  // the recording, as far as it was asked; what was found to be other stays so until it is made anew
   Names names_;
   RecordedMotion recorded_;
   taylor::Sweep sweep_;
@@ -261,8 +262,10 @@ extern template class LagrangeSeries<>;
 
 /// The series of a system or scene; its functors are run once.
 template <class F>
-std::unique_ptr<PowerSeries> power_series(const F& form, int highest_order) {
-  return std::make_unique<LagrangeSeries<>>(std::make_unique<MotionSourceOf<F>>(form), highest_order);
-}
+struct PowerSeriesOf {
+  static std::unique_ptr<PowerSeries> made(const F& form, int highest_order) {
+    return std::make_unique<LagrangeSeries<>>(std::make_shared<MotionSourceOf<F>>(form), highest_order);
+  }
+};
 
 }  // namespace qdot::detail
