@@ -189,7 +189,8 @@ TEST_CASE("the series of a motion by machine code has the bits of that by the in
 
 TEST_CASE("a reset makes new equations after somebody was told that the functors have changed") {
   double k = 1.0;
-  const auto form = first_order_form(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [&k](const auto& q) { return 0.5 * k * q[0] * q[0]; }));
+  const auto spring = [&k](const auto& q) { return 0.5 * k * q[0] * q[0]; };
+  const auto form = first_order_form(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, spring));
   auto stepper = Taylor{}.stepper(form, {.rtol = 1e-12, .atol = 1e-12});
   const Eigen::Vector2d y(1.0, 0.0);
   stepper.reset(0.0, y);

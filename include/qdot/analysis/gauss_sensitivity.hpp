@@ -43,8 +43,9 @@ class VariationalGaussStepper {
   /// @throws InvalidValue  step is not positive, stages is not 1 … 8
   /// @throws NotAnalytic   T, V or a force compares values or has a kink
   VariationalGaussStepper(const detail::VariationalForm<changes>& form, int stages, double step, const Options& options)
-      : form_(form), recorded_(form.equations()), motion_(detail::GaussStepperOf<detail::RecordedForm<>>::made(recorded_, stages, step, of_motion(form, options))), n_(form.dof()),
-        columns_(form.equations().columns()) {
+      : form_(form), recorded_(form.equations()),
+        motion_(detail::GaussStepperOf<detail::RecordedForm<>>::made(recorded_, stages, step, of_motion(form, options))),
+        n_(form.dof()), columns_(form.equations().columns()) {
     const detail::RecordedMechanics<>& mechanics = recorded_.mechanics();
     slopes_.assign(static_cast<std::size_t>(stages) + 1, Eigen::MatrixXd(2 * n_, 2 * n_ + mechanics.parameters()));
     dq_.setZero(n_, columns_);
