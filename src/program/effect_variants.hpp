@@ -272,12 +272,14 @@ template <class E, int n, class... Makes>
 std::unique_ptr<RunnableScene> runnable(scenes::Scene<E, n> scene, scenes::OptionalEffect<E, Makes>... optional)
   requires(sizeof...(Makes) > 0)
 {
+  static_assert(qdot::detail::require_energies<E, n>());  // here, so that compilers show the line of the user's file
   return std::make_unique<EffectScene<E, n, NoEffects, Makes...>>(std::move(scene), NoEffects{}, std::move(optional)...);
 }
 
 /// A scene that always has the effects always(energies), a tuple, and others that a run may switch on.
 template <class Always, class E, int n, class... Makes>
 std::unique_ptr<RunnableScene> runnable_with(Always always, scenes::Scene<E, n> scene, scenes::OptionalEffect<E, Makes>... optional) {
+  static_assert(qdot::detail::require_energies<E, n>());
   return std::make_unique<EffectScene<E, n, Always, Makes...>>(std::move(scene), std::move(always), std::move(optional)...);
 }
 

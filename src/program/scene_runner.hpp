@@ -174,6 +174,7 @@ class BareScene final : public SceneRunner<E, n> {
 
 template <class E, int n>
 std::unique_ptr<RunnableScene> runnable(scenes::Scene<E, n> scene) {
+  static_assert(qdot::detail::require_energies<E, n>());  // here, so that compilers show the line of the user's file
   return std::make_unique<BareScene<E, n>>(std::move(scene));
 }
 

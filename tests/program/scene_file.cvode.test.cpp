@@ -124,7 +124,7 @@ TEST_CASE("of a file that does not compile the library's words come first, the c
   CHECK(words.out.empty());
   INFO(words.err);
   CHECK(first_line(words.err).starts_with("qdot run: SCENE: must compile, given " + directory.file("not_generic.cpp") + "; "));
-  CHECK(first_line(words.err).find("; line 6: qdot: the potential energy V must return the scalar type of its argument") != std::string::npos);
+  CHECK(first_line(words.err).find("; line 8: qdot: the potential energy V must return the scalar type of its argument") != std::string::npos);
   CHECK(words.err.find("error: ") != std::string::npos);
   CHECK(words.err.find("All that the compiler said: " + directory.file("cache/qdot/not_generic-")) != std::string::npos);
 

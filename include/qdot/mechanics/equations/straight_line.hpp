@@ -6,7 +6,7 @@
 // One pass of T and V on the scalar of ad/lagrange/euler_lagrange.hpp gives M and r = X L = ∂L/∂q − D ∂L/∂q̇, and M q̈ = r. When the
 // functors are straight-line code for the compiler (entries q[0], q[1], … or qdot::unroll), all zero components and all
 // repeated subexpressions vanish while it compiles, and what is left is the code that one would derive by hand.
-// A functor with a loop that stays a loop leaves the masks of L unknown to the compiler; the pass is then
+// A functor with a loop that stays a loop leaves the masks of L unknown to the compiler; with two coordinates or more the pass is then
 // dropped, as a whole, in favour of the general one.
 //
 // The solution is written out for each n (small_solve.hpp). Everything that could go wrong, a pivot that is not
@@ -145,7 +145,8 @@ template <int n, class E, class Use>
 [[gnu::flatten]] inline bool straight_line_equations(const E& e, const AtState& at, const Use& use) {
   if (remembers_loops && keeps_a_loop<n, E>.load(std::memory_order_relaxed)) return false;
   const auto found = euler_lagrange_of<n>(e, at.q, at.qdot, at.t);
-  if (!__builtin_constant_p(found.g_mask | found.h_mask)) {
+  // Of one coordinate nothing is gained by knowing them.
+  if (n > 1 && !__builtin_constant_p(found.g_mask | found.h_mask)) {
     if (remembers_loops) keeps_a_loop<n, E>.store(true, std::memory_order_relaxed);
     return false;
   }
