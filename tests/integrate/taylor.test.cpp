@@ -187,7 +187,7 @@ TEST_CASE("the series of a motion by machine code has the bits of that by the in
   for (long i = 0; i < expansions_till_native; ++i) REQUIRE(bits_of(*series, y, order) == interpreted);
 }
 
-TEST_CASE("a reset makes new equations after somebody was told that the functors have changed") {
+TEST_CASE("a reset makes new equations after is_current() has said that the functors changed") {
   double k = 1.0;
   const auto spring = [&k](const auto& q) { return 0.5 * k * q[0] * q[0]; };
   const auto form = first_order_form(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, spring));

@@ -13,7 +13,7 @@
 
 namespace qdot {
 
-/// The same energies; every system derives its equations by itself.
+/// The energies as they are given; every system derives its equations by itself.
 template <int n, class Energies>
 [[deprecated("qdot: written_out<n>(energies) has no effect any more: every system derives its equations by itself; give the energies alone")]]
 auto written_out(Energies energies) {

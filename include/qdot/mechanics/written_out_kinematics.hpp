@@ -12,7 +12,7 @@
 
 namespace qdot {
 
-/// The same as kinematic_system<n>(place, V) and kinematic_system<n>(place, V, T_extra).
+/// Returns kinematic_system<n>(place, V), or kinematic_system<n>(place, V, T_extra).
 template <int n, class Place, class Potential = NoPotential, class Extra = detail::NoKineticTerm>
 [[deprecated("qdot: written_out_kinematic_system has no effect of its own any more: take kinematic_system")]]
 auto written_out_kinematic_system(Place place, Potential V = {}, Extra T_extra = {}) {

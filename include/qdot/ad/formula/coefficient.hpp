@@ -3,8 +3,8 @@
 //
 // Numbers of formulas that are multiplied out.
 //
-// Whoever multiplies a formula out asks of its numbers whether two are equal, for then terms can be added, put into brackets or dropped. Sums that were added
-// up in another order differ in their last digits and are meant to be equal. So a Coefficient is a number that is compared up to rounding (are_alike).
+// Multiplying out asks whether two numbers are equal, for then terms can be added, put into brackets or dropped. Sums that were added up in another
+// order differ in their last digits and are meant to be equal. So a Coefficient is a number that is compared up to rounding (are_alike).
 //
 // A graph of them keeps functions of numbers as functions: sin(1) is not 0.841….
 
@@ -35,7 +35,6 @@ constexpr bool are_alike(const Coefficient& x, const Coefficient& y) {
 
 // As a graph asks for them; see ad/formula/graph.hpp.
 constexpr double decisive(const Coefficient& x) { return x.value; }
-constexpr double actual(const Coefficient& x) { return x.value; }
 constexpr bool is_small_and_whole(double exponent) {
   return exponent >= -64.0 && exponent <= 64.0 && exponent == static_cast<double>(static_cast<int>(exponent));
 }

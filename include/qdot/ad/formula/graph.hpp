@@ -43,9 +43,8 @@ namespace qdot::formula {
 
 enum class Kind : std::uint8_t { constant, variable, affine, product, quotient, power, function };
 
-// What decides which nodes there are, and what is computed with: of a plain number both are itself.
+// The number that decides which nodes there are: of a plain number itself.
 constexpr double decisive(double x) { return x; }
-constexpr double actual(double x) { return x; }
 template <std::floating_point Number>
 constexpr Number power_of(Number x, double exponent) {
   return std::pow(x, exponent);

@@ -31,7 +31,7 @@ std::vector<ValueAndMagnitude> values_of_graph(const formula::BasicGraph<Number>
   const auto at = [&](int node) { return node < 0 ? ValueAndMagnitude{} : all[static_cast<std::size_t>(node)]; };
   for (int w = 0; w <= last; ++w) {
     const auto& node = graph[w];
-    const double ca = formula::actual(node.ca), cb = formula::actual(node.cb), c = formula::actual(node.c);
+    const double ca = formula::decisive(node.ca), cb = formula::decisive(node.cb), c = formula::decisive(node.c);
     ValueAndMagnitude r;
     const ValueAndMagnitude a = node.kind == Kind::constant || node.kind == Kind::variable ? ValueAndMagnitude{} : at(node.a);
     const ValueAndMagnitude b = node.kind == Kind::constant || node.kind == Kind::variable ? ValueAndMagnitude{} : at(node.b);
