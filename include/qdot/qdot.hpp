@@ -24,6 +24,7 @@
 #include "qdot/mechanics/rigid_body.hpp"             // T of a rigid body about G and about any point A
 #include "qdot/mechanics/system.hpp"                 // T and V, notation and signs
 #include "qdot/mechanics/energy.hpp"                 // L, E, p, Jacobi's energy function
+#include "qdot/mechanics/by.hpp"                     // which way from T and V to M and r
 #include "qdot/mechanics/mass_and_rhs.hpp"           // M and r of M q̈ = r, by the shortest way
 #include "qdot/mechanics/mass_matrix.hpp"            // M alone
 #include "qdot/mechanics/equations_of_motion.hpp"    // M q̈ = rhs

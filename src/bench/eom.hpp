@@ -49,6 +49,15 @@ Sys in_a_run(Sys system) {
   return system;
 }
 
+/// q̈ in a run that goes one way (mechanics/by.hpp).
+template <int n, class E, By way>
+inline const auto benched_way = in_a_run(mechanical_system<n>(E{}).by(way));
+template <int n, class E, By way>
+[[gnu::noinline]] void by_way(const double* q, const double* qdot, double* qddot) {
+  using V = Vector<double, n>;
+  Eigen::Map<V>{qddot} = acceleration(benched_way<n, E, way>, V(Eigen::Map<const V>(q)), V(Eigen::Map<const V>(qdot)));
+}
+
 /// q̈ from the energies E by the general door.
 template <int n, class E>
 [[gnu::noinline]] void by_general_door(const double* q, const double* qdot, double* qddot) {

@@ -15,25 +15,23 @@ namespace qdot::bench {
 namespace {
 
 template <int n, class E, class Hand>
-EquationsRow row_of(const char* system, double lowest, double highest) {
-  return {.system = system,
-          .n = n,
-          .door = "general",
-          .baseline = by_hand<Hand>,
-          .measured = by_general_door<n, E>,
-          .lowest = lowest,
-          .highest = highest};
+std::vector<EquationsRow> rows_of(const char* system, double lowest, double highest) {
+  const auto row = [&](const char* door, AccelerationFunction measured) -> EquationsRow {
+    return {.system = system, .n = n, .door = door, .baseline = by_hand<Hand>, .measured = measured, .lowest = lowest, .highest = highest};
+  };
+  return {row("general", by_general_door<n, E>), row("in a run, duals", by_way<n, E, By::duals>), row("in a run, lines", by_way<n, E, By::lines>),
+          row("in a run, machine code", by_way<n, E, By::machine_code>)};
 }
 
 }  // namespace
 
 std::vector<EquationsRow> system_rows() {
-  return {row_of<2, scenes::RodAndRing, RodAndRingByHand>("rod_and_ring", 0.3, 1.2),
-          row_of<2, scenes::DoublePendulum, DoublePendulumByHand>("double_pendulum", -2.0, 2.0),
-          row_of<2, scenes::SphericalPendulum, SphericalPendulumByHand>("spherical_pendulum", 0.3, 1.2),
-          row_of<2, scenes::Kepler, KeplerByHand>("kepler", 0.3, 1.2),
-          row_of<2, scenes::ElasticPendulum, ElasticPendulumByHand>("elastic_pendulum", 0.3, 1.2),
-          row_of<3, scenes::HeavyTop, HeavyTopByHand>("heavy_top", 0.3, 1.2)};
+  return joined({rows_of<2, scenes::RodAndRing, RodAndRingByHand>("rod_and_ring", 0.3, 1.2),
+                 rows_of<2, scenes::DoublePendulum, DoublePendulumByHand>("double_pendulum", -2.0, 2.0),
+                 rows_of<2, scenes::SphericalPendulum, SphericalPendulumByHand>("spherical_pendulum", 0.3, 1.2),
+                 rows_of<2, scenes::Kepler, KeplerByHand>("kepler", 0.3, 1.2),
+                 rows_of<2, scenes::ElasticPendulum, ElasticPendulumByHand>("elastic_pendulum", 0.3, 1.2),
+                 rows_of<3, scenes::HeavyTop, HeavyTopByHand>("heavy_top", 0.3, 1.2)});
 }
 
 }  // namespace qdot::bench

@@ -12,6 +12,20 @@
 
 namespace qdot::program {
 
+namespace {
+
+By way_named(const std::string& name) {
+  const std::pair<const char*, By> ways[] = {{"fastest", By::fastest}, {"duals", By::duals}, {"lines", By::lines}, {"machine_code", By::machine_code}};
+  std::vector<std::string> valid;
+  for (const auto& [known, way] : ways) {
+    if (name == known) return way;
+    valid.push_back(known);
+  }
+  throw unknown_name("--by", "a way to evaluate T and V", name, valid);
+}
+
+}  // namespace
+
 void choose_effects(RunnableScene& scene, const SceneOptions& options) {
   std::vector<std::string> valid;
   for (const EffectInfo& effect : scene.effects()) valid.push_back(effect.name);
@@ -102,6 +116,7 @@ ChosenScene chosen_scene(const SceneOptions& options, std::unique_ptr<RunnableSc
   chosen.initial_values = configured(*chosen.scene, options.set);
   chosen.start = start_with(*chosen.scene, chosen.initial_values);
   choose_effects(*chosen.scene, options);
+  if (options.by) chosen.scene->set_by(way_named(*options.by));
   chosen.model = model_of(*chosen.scene);
   return chosen;
 }

@@ -4,6 +4,7 @@
 // A scene as the command line wants it: its name, parameters and initial values, and which effects are on.
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct SceneOptions {
   std::vector<std::string> set;
   std::vector<std::string> with;
   std::vector<std::string> without;
+  std::optional<std::string> by = {};  // how T and V are evaluated
 };
 
 /// Entry `place` of [q; q̇] at the start, as --set gives it.

@@ -48,6 +48,7 @@ void add_scene(CLI::App* command, SceneOptions& options) {
   add_repeatable(command, "--set", options.set, "parameter or initial value (theta or q0, thetadot or qdot0), NAME=VALUE");
   add_repeatable(command, "--with", options.with, "switch an effect on, EFFECT[=VALUE]");
   add_repeatable(command, "--without", options.without, "switch an effect off");
+  add_text(command, "--by", options.by, "how T and V are evaluated: fastest (default), duals, lines, machine_code", "WAY");
 }
 
 /// What CLI11 did not recognize, as an error of ours.

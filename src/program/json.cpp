@@ -53,6 +53,7 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
   json["method_chosen"] = result.statistics.method;
   json["method_reason"] = nullptr;
   if (!result.statistics.method_reason.empty()) json["method_reason"] = result.statistics.method_reason;
+  json["evaluated_by"] = result.statistics.evaluated_by;
   json["step"] = nullptr;
   if (result.step) json["step"] = *result.step;
   json["rtol"] = request.rtol;

@@ -90,6 +90,7 @@ Request request_of(RunnableScene& scene, const RunOptions& options) {
   if (options.rtol) request.rtol = tolerance("--rtol", *options.rtol);
   if (options.atol) request.atol = tolerance("--atol", *options.atol);
   request.atol_is_given = options.atol.has_value();
+  request.by_is_given = options.by.has_value();
   request.samples = rows_that_fit(request.samples, 2, model->size());
   if (options.samples) request.samples = static_cast<int>(whole_number("--samples", *options.samples, 2, 10'000'000));
   return request;
@@ -140,6 +141,7 @@ void print_summary(const RunnableScene& scene, const Request& request, const Res
                 with_unit(report::rounded_text(result.jacobi.initial, 12), unit).c_str(),
                 with_unit(report::rounded_text(result.jacobi.largest, 3), unit).c_str());
   }
+  if (request.by_is_given) std::printf("  evaluated by %s\n", result.statistics.evaluated_by.c_str());
   if (!result.statistics.method_reason.empty()) std::printf("  chose %s\n", result.statistics.method_reason.c_str());
   const std::string setting = result.step ? "step " + report::rounded_text(*result.step, 4)
                                           : "rtol " + exact_text(request.rtol) + ", atol " + exact_text(request.atol);

@@ -168,6 +168,9 @@ class RunnableScene {
   /// @throws InvalidValue  when the value is not physical; the name must be one of effects()
   virtual void set_effect(const std::string& name, bool on, std::optional<double> value) = 0;
 
+  /// How T and V are to be evaluated in models that are made from now on.
+  virtual void set_by(By way) = 0;
+
   // What follows depends on the parameters.
   virtual std::vector<scenes::Coordinate> coordinates() const = 0;
   virtual State<Dynamic> start() const = 0;

@@ -116,6 +116,8 @@ class SceneRunner : public RunnableScene {
     throw InvalidValue(scene_.name + " has no effect named " + name);
   }
 
+  void set_by(By way) override { by_ = way; }
+
   report::EquationSource equation_source() const override { return equation_source_with(report::detail::NoRows{}); }
 
   report::Drawing drawing() const override {
@@ -153,15 +155,16 @@ class SceneRunner : public RunnableScene {
     std::vector<std::string> names;
     for (const auto& coordinate : coordinates()) names.push_back(coordinate.name);
     if constexpr (n == Dynamic) {
-      return mechanical_system(static_cast<Eigen::Index>(names.size()), energies_).with_names(names);
+      return mechanical_system(static_cast<Eigen::Index>(names.size()), energies_).with_names(names).by(by_);
     } else {
-      return mechanical_system<n>(energies_).with_names(names);
+      return mechanical_system<n>(energies_).with_names(names).by(by_);
     }
   }
 
  private:
   scenes::Scene<E, n> scene_;
   E energies_;
+  By by_ = By::fastest;
 };
 
 /// A scene without effects.

@@ -31,6 +31,7 @@ struct Request {
   int samples = 500;           // rows of the table, both ends included
   int most_frames = 0;         // of the animation; 0 for none
   bool forces = false;         // whether the animation shows them as arrows
+  bool by_is_given = false;
   bool atol_is_given = false;  // by the user; else the run may lower it (integrate/driver/natural_tolerances.hpp)
 };
 

@@ -131,6 +131,9 @@ void check_door(Report& report, const std::string& door, const System& system, c
   const std::string at = start.in_words() + " (" + door + ")";
   const Verdict::Demand demand = verdict.demand, value = demand == Verdict::numbers ? demand : Verdict::nothing;
   ask(report, "q̈", demand, verdict.qddot, at, [&] { return entries(acceleration(system, q, qdot, t)); });
+  ask(report, "q̈ by duals", demand, verdict.qddot, at, [&] { return entries(acceleration(system, q, qdot, t, By::duals)); });
+  ask(report, "q̈ by lines", demand, verdict.qddot, at, [&] { return entries(acceleration(system, q, qdot, t, By::lines)); });
+  ask(report, "q̈ by machine code", demand, verdict.qddot, at, [&] { return entries(acceleration(system, q, qdot, t, By::machine_code)); });
   if (demand == Verdict::numbers) {
     ask(report, "M", value, verdict.M, at, [&] { return entries(mass_matrix(system, q, qdot, t)); });
     ask(report, "rhs", value, verdict.rhs, at, [&] { return entries(rhs(system, q, qdot, t)); });

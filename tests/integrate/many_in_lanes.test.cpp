@@ -39,6 +39,15 @@ TEST_CASE("options outside their range are refused once, not for each motion, wh
   check_that_bad_options_throw(mechanical_system(2, Spring{}), start_of<Dynamic>, Dop853{});
 }
 
+TEST_CASE("motions that are to be evaluated one way go alone, with the bits of such a run") {
+  const auto system = mechanical_system<2>(Spring{});
+  const Options by_duals{.by = By::duals};
+  for (const auto& ends : {simulate_many(system, 9, start_of<2>, 1.0, Dop853{}, by_duals),
+                           simulate_many(system.by(By::duals), 9, start_of<2>, 1.0, Dop853{}, Options{})})
+    for (std::size_t i = 0; i < ends.size(); ++i)
+      CHECK(ends[i].value->state.q == simulate(system, start_of<2>(i), 1.0, Dop853{}, by_duals).state().q);
+}
+
 TEST_CASE("motions that go alone end where the closed form does") {
   constexpr double accuracy = 1e-8;  // rtol 1e-10 over one unit of time
   const auto ends = simulate_many(mechanical_system(2, Spring{}), 3, start_of<Dynamic>, 1.0, Dopri5{}, {.rtol = 1e-10, .atol = 1e-10});

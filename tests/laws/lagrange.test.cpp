@@ -75,6 +75,14 @@ TEST_CASE("the accelerations solve the hand-derived equations") {
   });
 }
 
+TEST_CASE("the accelerations solve the hand-derived equations by each way that is asked for") {
+  for (const By way : {By::duals, By::lines, By::machine_code})
+    for_all_systems(solved, [way](Sys s, Vec q, Vec v, double t) {
+      const VectorXd expected = s.hand.M(q).llt().solve(s.hand.rhs(q, v, t));
+      return distance(s.acceleration(q, v, t, way), expected);
+    }, 10);
+}
+
 TEST_CASE("M times the accelerations is rhs") {
   for_all_systems(rounding, [](Sys s, Vec q, Vec v, double t) {
     const VectorXd a = s.acceleration(q, v, t);

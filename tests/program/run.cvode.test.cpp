@@ -123,6 +123,31 @@ TEST_CASE("every scene of the list runs with its defaults") {
   }
 }
 
+TEST_CASE("every scene of the list moves alike by dual numbers, by lines and by machine code") {
+  // A few hundredths of a second or year: q̇ differs by what rounding of q̈ adds up to in so short a time.
+  constexpr double rounding = 1e-12;
+  for (const json& scene : json::parse(qdot("list --json").out)["scenes"]) {
+    const std::string name = scene["name"], run = name + " --method dop853 --rtol 1e-12 --atol 1e-12 --samples 2 --t-end 0.02 --by ";
+    const json by_duals = run_json(run + "duals");
+    INFO(name);
+    CHECK(by_duals["evaluated_by"] == "dual numbers, as asked");
+    for (const char* way : {"lines", "machine_code"}) {
+      INFO(way);
+      const json other = run_json(run + way);
+      for (std::size_t i = 0; i < other["qdot"].size(); ++i) {
+        const double expected = by_duals["qdot"][i], speed = other["qdot"][i];
+        CHECK(std::abs(speed - expected) <= rounding * std::max(1.0, std::abs(expected)));
+      }
+    }
+  }
+}
+
+TEST_CASE("a way to evaluate that does not exist is refused by the names of those that do") {
+  const auto refused = qdot("run pendulum --by hand");
+  CHECK(refused.status == 2);
+  CHECK(refused.err.find("--by: must be a way to evaluate T and V, given \"hand\"") != std::string::npos);
+}
+
 TEST_CASE("the option --out writes the table, the arrays, the page and the picture, and nothing else") {
   const Directory directory;
   const auto ended = qdot("run double_pendulum --t-end 1 --samples 11 --out " + directory.file("dp"));

@@ -46,7 +46,7 @@ struct LawSystem {
 
   virtual MatrixXd M(const VectorXd& q, const VectorXd& v, double t) const = 0;
   virtual VectorXd rhs(const VectorXd& q, const VectorXd& v, double t) const = 0;
-  virtual VectorXd acceleration(const VectorXd& q, const VectorXd& v, double t) const = 0;
+  virtual VectorXd acceleration(const VectorXd& q, const VectorXd& v, double t, By way = By::fastest) const = 0;
   virtual VectorXd momenta(const VectorXd& q, const VectorXd& v, double t) const = 0;
   virtual double T(const VectorXd& q, const VectorXd& v, double t) const = 0;
   virtual double V(const VectorXd& q, const VectorXd& v, double t) const = 0;
@@ -79,8 +79,8 @@ class LawSystemOf final : public LawSystem {
 
   MatrixXd M(const VectorXd& q, const VectorXd& v, double t) const override { return mass_matrix(system_, Fixed(q), Fixed(v), t); }
   VectorXd rhs(const VectorXd& q, const VectorXd& v, double t) const override { return qdot::rhs(system_, Fixed(q), Fixed(v), t); }
-  VectorXd acceleration(const VectorXd& q, const VectorXd& v, double t) const override {
-    return qdot::acceleration(system_, Fixed(q), Fixed(v), t);
+  VectorXd acceleration(const VectorXd& q, const VectorXd& v, double t, By way) const override {
+    return qdot::acceleration(system_, Fixed(q), Fixed(v), t, way);
   }
   VectorXd momenta(const VectorXd& q, const VectorXd& v, double t) const override {
     return conjugate_momenta(system_, Fixed(q), Fixed(v), t);

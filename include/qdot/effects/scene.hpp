@@ -52,7 +52,11 @@ constexpr bool has_energy_terms = ((LagrangianEffect<Effects, Sys::dof_at_compil
 // The energies of a system, or of what was made of it, with its names.
 template <class Sys, class Energies, class Named>
 Sys named_system(const Energies& energies, const Named& named) {
-  return Sys(energies, named.dof()).with_names(coordinate_names(named));
+  const KeptLines* const kept = [&] {
+    if constexpr (requires { named.system(); }) return named.system().kept_lines();
+    else return named.kept_lines();
+  }();
+  return Sys(energies, named.dof()).with_names(coordinate_names(named)).by(kept->by());
 }
 
 // The system that Lagrange's equations are written for.
@@ -110,6 +114,12 @@ class Scene {
   /// The system whose T and V hold the terms of the effects.
   const SystemType& system() const noexcept { return system_; }
   void keep(const detail::KeptLines& lines) { system_.keep(lines); }  ///< as the system has it
+  /// The same scene, whose system is evaluated one way (mechanics/by.hpp).
+  Scene by(By way) const {
+    Scene other(*this);
+    other.keep(detail::KeptLines(*system_.kept_lines(), way));
+    return other;
+  }
   /// The effects in their order.
   const std::tuple<Effects...>& effects() const noexcept { return effects_; }
 

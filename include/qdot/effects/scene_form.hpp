@@ -48,6 +48,8 @@ class SceneForm {
 
   /// The scene behind it.
   const Sc& scene() const noexcept { return scene_; }
+  /// The same form, evaluated one way (mechanics/by.hpp).
+  SceneForm by(By way) const { return SceneForm(scene_.by(way)); }
 
   /// Traces the functors again where they are others by now.
   void renew()
@@ -62,7 +64,18 @@ class SceneForm {
   bool is_recorded() const
     requires is_traced
   {
-    return traced_.use([this] { return trace(); }, [](Traced&) { return true; });
+    return use_traced([](Traced&) { return true; });
+  }
+
+  /// In words, how the last evaluation went.
+  std::string way_taken() const {
+    std::string way;
+    if constexpr (is_traced)
+      use_traced([&](Traced& traced) {
+        way = detail::way_of_lines(traced.lines().are_native(), scene_.system().kept_lines()->by(), traced.lines().are_long());
+        return true;
+      });
+    return way.empty() ? detail::way_taken(scene_.system()) : way;
   }
 
   /// Number of coordinates.
@@ -86,7 +99,7 @@ class SceneForm {
         if constexpr (has_constraints) return traced.write(y, y + k, t, y + 2 * k, ydot + k, nullptr, ydot + 2 * k);
         else return traced.write(y, y + k, t, y + 2 * k, ydot + k, ydot + 2 * k);
       };
-      if (traced_.use([this] { return trace(); }, write)) return;
+      if (use_traced(write)) return;
     }
     const Vector<double, n> q = q_of(y), qdot = qdot_of(y);
     const Vector<double, states> z = z_of(y);
@@ -104,7 +117,7 @@ class SceneForm {
   /// @throws as acceleration() of the scene, and NonFinite where a derivative is not finite
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const {
     if constexpr (has_traced_jacobian) {
-      if (jacobian_.write(*this, dof(), t, y.data(), nullptr, out)) return;
+      if (by_lines() && jacobian_.write(*this, dof(), t, y.data(), nullptr, out)) return;
     }
     write_jacobian(detail::SceneJacobian<Sc>(scene_, t, y), t, y, out);
   }
@@ -114,7 +127,7 @@ class SceneForm {
   /// @throws as jacobian()
   void derivative_and_jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
     if constexpr (has_traced_jacobian) {
-      if (jacobian_.write(*this, dof(), t, y.data(), ydot.data(), out)) return;
+      if (by_lines() && jacobian_.write(*this, dof(), t, y.data(), ydot.data(), out)) return;
     }
     const detail::SceneJacobian<Sc> jacobian(scene_, t, y);
     const Eigen::Index k = dof();
@@ -141,7 +154,7 @@ class SceneForm {
       return true;
     };
     bool done = false;
-    if constexpr (is_traced) done = traced_.use([this] { return trace(); }, [&](Traced& traced) { return project_on(&traced); });
+    if constexpr (is_traced) done = use_traced([&](Traced& traced) { return project_on(&traced); });
     if (!done) project_on(nullptr);
     std::copy_n(qdot.data(), dof(), std::copy_n(q.data(), dof(), y.data()));
     return report;
@@ -249,7 +262,7 @@ class SceneForm {
     const Eigen::Index k = dof();
     if constexpr (has_constraints) {
       std::vector<double> rates(states);
-      if (traced_.use([this] { return trace(); }, [&](Traced& traced) { return traced.write(y, y + k, t, y + 2 * k, a, lambda, rates.data()); })) return;
+      if (use_traced([&](Traced& traced) { return traced.write(y, y + k, t, y + 2 * k, a, lambda, rates.data()); })) return;
       const Vector<double, n> q = q_of(y), qdot = qdot_of(y);
       const Vector<double, states> z = z_of(y);
       const auto solution = constrained_acceleration(scene_, q, qdot, t, z);
@@ -277,7 +290,7 @@ class SceneForm {
         traced.pull(lambda.data(), forces.data());
         return true;
       };
-      if (traced_.use([this] { return trace(); }, write)) return forces;
+      if (use_traced(write)) return forces;
     }
     const Vector<double, n> q = q_of(y.data()), qdot = qdot_of(y.data());
     const Vector<double, states> z = z_of(y.data());
@@ -327,6 +340,15 @@ class SceneForm {
     }
     detail::require_finite_derivatives(
         out, t, [this](Eigen::Index i) { return detail::sentence({"the rate of ", component_name(i)}); }, [this](Eigen::Index j) { return component_name(j); });
+  }
+
+  bool by_lines() const { return scene_.system().kept_lines()->may_be_lines(); }
+  // use(traced) with what was traced; false where there is nothing.
+  template <class Use>
+  bool use_traced(const Use& use) const
+    requires is_traced
+  {
+    return by_lines() && traced_.use([this] { return trace(); }, use);
   }
 
   // One for a run: equations are traced when it begins, if n is known at run time only.

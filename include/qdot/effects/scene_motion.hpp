@@ -195,7 +195,7 @@ inline auto any_constrained_acceleration(const Sc& scene, const Coordinates<Sc>&
   if constexpr (has_constrained_equations<Sc> && n <= inlined_uses_limit) {
     ConstrainedSolution<n, m> solution;
     const ConstrainedTo<Sc> use{scene, z, clearly_independent * cutoff * cutoff, solution};
-    if (!with_shortest_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use))
+    if (!with_shortest_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use, scene.system().kept_lines()))
       solution = longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
     return solution;
   } else {

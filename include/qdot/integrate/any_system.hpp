@@ -42,6 +42,7 @@ struct HiddenSystem : MethodForm {
   virtual Eigen::VectorXd packed(const State<Dynamic>& state) const = 0;
   virtual double energy(const State<Dynamic>& state) const = 0;
   virtual std::shared_ptr<const HiddenSystem> renewed() const = 0;  // nothing where nothing of the functors is kept
+  virtual std::shared_ptr<const HiddenSystem> by(By way) const = 0;  // nothing where there are no T and V
 };
 
 template <FirstOrderSystem Form>
@@ -73,6 +74,10 @@ class HiddenForm final : public MethodFormOf<HiddenSystem, Form> {
       return nullptr;
     }
   }
+  std::shared_ptr<const HiddenSystem> by([[maybe_unused]] By way) const override {
+    if constexpr (requires { form_.by(way); }) return std::make_shared<HiddenForm>(form_.by(way));
+    else return nullptr;
+  }
 
  private:
   State<n> own(const State<Dynamic>& state) const {
@@ -99,6 +104,16 @@ class AnySystem {
                   "qdot: AnySystem takes a mechanical system, a scene (with <qdot/effects/scene_form.hpp>) or what models FirstOrderSystem");
     using Form = std::remove_cvref_t<decltype(first_order_form(system))>;
     hidden_ = std::make_shared<const detail::HiddenForm<Form>>(Form(first_order_form(system)));
+  }
+
+  /// The same system, evaluated one way (mechanics/by.hpp).
+  ///
+  /// @throws InvalidValue  a FirstOrderSystem, which has no T and V
+  AnySystem by(By way) const {
+    AnySystem other(*this);
+    other.hidden_ = hidden_->by(way);
+    if (!other.hidden_) throw InvalidValue("by must be left out for equations that are of first order: there are no T and V to evaluate");
+    return other;
   }
 
   /// Number of coordinates.

@@ -92,7 +92,7 @@ inline constexpr bool only_stop = (Events::stops && ...) && !(Events::is_timed |
 
 inline bool asks_for_lanes(const Options& o) {
   const auto is_free = [](double x) { return x == std::numeric_limits<double>::infinity(); };
-  return o.stop_times.empty() && o.output_times.empty() && is_free(o.max_wall_seconds) && is_free(o.state_norm_limit);
+  return o.by == By::fastest && o.stop_times.empty() && o.output_times.empty() && is_free(o.max_wall_seconds) && is_free(o.state_norm_limit);
 }
 
 // Whether motions go in lanes, as far as types tell.

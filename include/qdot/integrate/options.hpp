@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "qdot/error.hpp"
+#include "qdot/mechanics/by.hpp"
 
 namespace qdot {
 
@@ -81,6 +82,7 @@ struct Options {
   double energy_drift_limit = 1e3;        ///< times what the tolerances allow, of a conserved energy (integrate/watch/watch.hpp); infinity: never
   std::vector<double> stop_times = {};    ///< switching times: landed on exactly, and the method starts afresh there
   std::vector<double> output_times = {};  ///< times at which Run::samples is filled, in the direction of the run
+  By by = By::fastest;                    ///< how T and V are evaluated; as the system has it where that is left out (mechanics/by.hpp)
   bool keep_trajectory = true;            ///< keep dense output of every step: about 8·size·(order + 1) bytes a step
 };
 

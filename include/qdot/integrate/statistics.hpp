@@ -25,6 +25,7 @@ namespace qdot {
 struct Statistics {
   std::string method;               ///< e.g. "cvode_bdf"; all that took part, in their order, where a method chose among others
   std::string method_reason = {};   ///< why these; empty where the user chose
+  std::string evaluated_by = {};    ///< by which of the ways to M and r the last state was evaluated, and why (mechanics/by.hpp); empty where there is no T
   long steps = 0;                   ///< accepted steps
   long rejected_by_error_test = 0;  ///< attempts whose local error was too large
   long rejected_by_corrector = 0;   ///< attempts whose implicit equations did not converge

@@ -148,7 +148,8 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& syste
   constexpr bool has_short_ways = inertia == Inertia::positive_definite && !detail::HasOwnEquations<E> && n <= detail::block_limit<n>;
   constexpr bool has_straight_line = has_short_ways && detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit;
   if constexpr (has_straight_line) {
-    if (detail::straight_line_jacobian<n>(system.energies(), q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(),
+    if (system.kept_lines()->may_be_straight() &&
+        detail::straight_line_jacobian<n>(system.energies(), q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(),
                                           result.d_qdot.data()))
       return result;
   }
@@ -159,10 +160,10 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& syste
     }
   }
   if constexpr (inertia == Inertia::positive_definite && detail::HasOwnEquations<E> && detail::has_slopes<n>) {
-    if (detail::sloped_jacobian(system, q, qdot, t, result)) return result;
+    if (system.kept_lines()->may_be_straight() && detail::sloped_jacobian(system, q, qdot, t, result)) return result;
   }
   if constexpr (detail::TracedSystem<System<E, n, inertia>>) {
-    if (detail::jacobian_traced_here(system, q, qdot, t, result)) return result;
+    if (system.kept_lines()->may_be_lines() && detail::jacobian_traced_here(system, q, qdot, t, result)) return result;
   }
   detail::jacobian_by_duals(system, q, qdot, t, result);
   return result;

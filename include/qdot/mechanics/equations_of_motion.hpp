@@ -107,7 +107,9 @@ template <class E, int n, Inertia inertia, class S>
 Vector<S, n> acceleration_of(const System<E, n, inertia>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
   Vector<S, n> a(at.size());
   if constexpr (std::is_same_v<S, double> && inertia == Inertia::positive_definite) {
-    if (with_shortest_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())})) return a;
+    if (with_shortest_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())},
+                                      system.kept_lines()))
+      return a;
   }
   a = longer_acceleration<E, n, inertia, S>(system, at, velocity, t);
   return a;
@@ -187,10 +189,17 @@ auto motion_residual(const System<E, n, inertia>& system, const Eigen::MatrixBas
   return detail::lagrange_residual<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), Vector<S, n>(qddot), t);
 }
 
+/// q̈ by one way (mechanics/by.hpp), with the same errors. Copies the system.
+template <class E, int n, Inertia inertia>
+Vector<double, n> acceleration(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, By way) {
+  return acceleration(system.by(way), q, qdot, t);
+}
+
 /// q̈ at a State.
 template <class E, int n, Inertia inertia>
-Vector<double, n> acceleration(const System<E, n, inertia>& system, const State<n>& state) {
-  return acceleration(system, state.q, state.qdot, state.t);
+Vector<double, n> acceleration(const System<E, n, inertia>& system, const State<n>& state, By way = By::fastest) {
+  if (way == By::fastest) return acceleration(system, state.q, state.qdot, state.t);
+  return acceleration(system.by(way), state.q, state.qdot, state.t);
 }
 
 }  // namespace qdot

@@ -80,6 +80,8 @@ class FirstOrderForm {
 
   /// The system behind it.
   const Sys& system() const noexcept { return system_; }
+  /// The same form, evaluated one way (mechanics/by.hpp).
+  FirstOrderForm by(By way) const { return FirstOrderForm(system_.by(way)); }
 
   /// Traces T and V again where they are others by now, and factors a constant M again.
   void renew()
@@ -96,9 +98,7 @@ class FirstOrderForm {
     requires(n == Dynamic)
   {
     bool constant = inertia_.is_known();
-    if constexpr (detail::TracedSystem<Sys>)
-      traced_.use([&] { return detail::TracedMotion<>(detail::traced_equations(system_)); },
-                  [&](detail::TracedMotion<>& m) { return constant = m.mass_is_constant(); });
+    if constexpr (detail::TracedSystem<Sys>) use_traced([&](detail::TracedMotion<>& m) { return constant = m.mass_is_constant(); });
     return constant;
   }
 
@@ -106,7 +106,18 @@ class FirstOrderForm {
   bool is_recorded() const
     requires(n == Dynamic && detail::TracedSystem<Sys>)
   {
-    return traced_.use([&] { return detail::TracedMotion<>(detail::traced_equations(system_)); }, [](detail::TracedMotion<>&) { return true; });
+    return use_traced([](detail::TracedMotion<>&) { return true; });
+  }
+
+  /// In words, how the last evaluation went.
+  std::string way_taken() const {
+    std::string way;
+    if constexpr (detail::TracedSystem<Sys>)
+      use_traced([&](detail::TracedMotion<>& m) {
+        way = detail::way_of_lines(m.lines().are_native(), system_.kept_lines()->by(), m.lines().are_long());
+        return true;
+      });
+    return way.empty() ? detail::way_taken(system_) : way;
   }
 
   /// Number of components, 2n.
@@ -124,13 +135,12 @@ class FirstOrderForm {
     const Eigen::Index dof = system_.dof();
     double* const rates = std::copy_n(y + dof, dof, ydot);
     if constexpr (detail::TracedSystem<Sys>) {
-      const auto write = [&](detail::TracedMotion<>& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); };
-      if (traced_.use([&] { return detail::TracedMotion<>(detail::traced_equations(system_)); }, write)) return;
+      if (use_traced([&](detail::TracedMotion<>& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); })) return;
     }
     const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof);
     const Vector<double, n> qdot = Eigen::Map<const Vector<double, n>>(y + dof, dof);
     if constexpr (detail::may_keep_inertia<Sys>) {
-      if (inertia_.is_known()) {
+      if (inertia_.is_known() && system_.kept_lines()->may_be_straight()) {
         const Vector<double, Dynamic> a = inertia_.acceleration(system_, q, t);
         detail::require_finite_acceleration(system_, a, q, qdot, t);
         std::copy_n(a.data(), a.size(), rates);
@@ -146,7 +156,7 @@ class FirstOrderForm {
   /// @throws as acceleration()
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const {
     if constexpr (has_traced_jacobian) {
-      if (jacobian_.write(*this, system_.dof(), t, y.data(), nullptr, J)) return;
+      if (system_.kept_lines()->may_be_lines() && jacobian_.write(*this, system_.dof(), t, y.data(), nullptr, J)) return;
     }
     const auto [q, qdot] = parts(y);
     const AccelerationJacobian<n> a = acceleration_jacobian(system_, q, qdot, t);
@@ -219,6 +229,12 @@ class FirstOrderForm {
   }
 
  private:
+  // use(motion) with the traced motion; false where there is none.
+  template <class Use>
+  bool use_traced(const Use& use) const {
+    return system_.kept_lines()->may_be_lines() && traced_.use([&] { return detail::TracedMotion<>(detail::traced_equations(system_)); }, use);
+  }
+
   // q and q̇ of y, a vector each.
   std::pair<Vector<double, n>, Vector<double, n>> parts(const Eigen::Ref<const Eigen::VectorXd>& y) const {
     const Eigen::Index dof = system_.dof();
@@ -258,4 +274,23 @@ const F& first_order_form(const F& f) {
   return f;
 }
 
+namespace detail {
+
+/// The first-order form of a system, evaluated one way.
+///
+/// @throws InvalidValue  a system that has no T and V to evaluate
+template <class Sys>
+auto form_by(const Sys& system, By way) {
+  using Form = std::remove_cvref_t<decltype(first_order_form(system))>;
+  if (way == By::fastest) return Form(first_order_form(system));
+  if constexpr (requires { Form(system.by(way)); }) return Form(system.by(way));
+  else if constexpr (requires { first_order_form(system.by(way)); }) return Form(first_order_form(system.by(way)));
+  else {
+    throw InvalidValue("by must be left out for equations that are of first order, given without T and V or made by an analysis; ask it of the system, "
+                       "system.by(By::duals)");
+    return Form(first_order_form(system));
+  }
+}
+
+}  // namespace detail
 }  // namespace qdot

@@ -21,6 +21,7 @@
 //
 // All may be overwritten. `use` returns false where it does not like what it sees, a pivot that is not positive, a number that is not
 // finite. Then, and where there is no way at all, the general one by nested duals (mechanics/equations/lagrange_terms.hpp) looks again and names what is wrong.
+// A system that is to be evaluated one way (mechanics/by.hpp) takes the steps of this way only.
 
 #include <algorithm>
 #include <cmath>
@@ -54,9 +55,13 @@ bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<doubl
 template <class Use>
 inline constexpr bool wants_band = requires { Use::wants_band; };
 
+// Whether a step of the ladder that records no formulas may be taken.
+inline bool may_be_straight(const KeptLines* kept) { return !kept || kept->may_be_straight(); }
+
 // The first step of the ladder: what a system knows of itself, or straight-line code.
 template <int n, class E, class Use>
-inline bool with_shortest_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use) {
+inline bool with_shortest_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, const KeptLines* kept) {
+  if (!may_be_straight(kept)) return false;
   if constexpr (HasOwnEquations<E>) return e.equations(q.data(), qdot.data(), q.size(), t, use);
   else if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) return straight_line_equations<n>(e, AtState{q.data(), qdot.data(), t}, use);
   else return false;
@@ -70,7 +75,7 @@ bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vect
     if (with_lines<n>(kept, e, AtState{q.data(), qdot.data(), t, static_cast<int>(q.size())}, evaluated)) return true;
   }
   if constexpr (HasOwnEquations<E> && requires { e.longer_equations(q.data(), qdot.data(), q.size(), t, use); }) {
-    if (e.longer_equations(q.data(), qdot.data(), q.size(), t, use)) return true;
+    if (may_be_straight(kept) && e.longer_equations(q.data(), qdot.data(), q.size(), t, use)) return true;
   }
   if constexpr (n == Dynamic) {
     if (wants_band<Use> || q.size() > block_limit<n>) {
@@ -88,7 +93,7 @@ bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<doub
     double M[n * (n + 1) / 2], r[n];
     return packed_equations<n>(e, q, qdot, t, M, r, kept) && use.full(AtState{q.data(), qdot.data(), t}, M, r);
   } else {
-    return with_shortest_mass_and_rhs<n>(e, q, qdot, t, use) || with_longer_mass_and_rhs<n>(e, q, qdot, t, use, kept);
+    return with_shortest_mass_and_rhs<n>(e, q, qdot, t, use, kept) || with_longer_mass_and_rhs<n>(e, q, qdot, t, use, kept);
   }
 }
 

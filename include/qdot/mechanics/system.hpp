@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "qdot/error.hpp"
+#include "qdot/mechanics/by.hpp"
 #include "qdot/mechanics/equations/energy_functors.hpp"
 #include "qdot/mechanics/equations/kept_lines.hpp"
 
@@ -119,6 +120,13 @@ class System {
   detail::KeptLines* kept_lines() const noexcept { return &kept_; }
   void keep(const detail::KeptLines& lines) { kept_ = lines; }  ///< makes this object keep them
 
+  /// The same system, all of whose evaluations go one way (mechanics/by.hpp).
+  System by(By way) const {
+    System other(*this);
+    other.kept_ = detail::KeptLines(kept_, way);
+    return other;
+  }
+
   /// The same system whose coordinates bear the user's names, for messages and tables.
   ///
   /// @throws DimensionError  unless there is one name for each coordinate
@@ -136,6 +144,7 @@ class System {
   /// M is then factored with full pivoting instead of by Cholesky.
   auto with_indefinite_mass_matrix() const {
     System<Energies, n, Inertia::indefinite> other(energies_, dof());
+    other.keep(detail::KeptLines(*other.kept_lines(), kept_.by()));
     return names_.empty() ? other : other.with_names(names_);
   }
 

@@ -42,6 +42,11 @@ struct Line {
   std::uint32_t d = 0, e = 0;
 };
 
+/// After how many evaluations lines become machine code (ad/native/native_lines.hpp), of single numbers and of lanes; 0 for never.
+struct MachineCodeBegins {
+  long alone = 500, in_lanes = 64;
+};
+
 /// Whether the compiler may fuse products with sums in code other than lines.
 #if defined(__FMA__) || defined(__aarch64__)
 constexpr bool products_are_fused = true;

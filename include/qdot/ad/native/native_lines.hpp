@@ -126,14 +126,15 @@ inline NativeVectors best_lane_vectors() {
 /// A table of lines that is carried out many times, by several threads if need be.
 class LineEvaluator {
  public:
-  static constexpr long begin_after = 500, lanes_begin_after = 64;  // evaluations
+  static constexpr long begin_after = MachineCodeBegins().alone;
 
   /// Takes a table before the first evaluation.
   ///
   /// @param count  how many numbers an evaluation has
-  [[gnu::cold]] void set(LineTable table, std::size_t count) {
+  [[gnu::cold]] void set(LineTable table, std::size_t count, MachineCodeBegins begins = {}) {
     table_ = std::move(table);
     state_->read.assign(count, 0);
+    state_->alone.begin_after(begins.alone), state_->in_lanes.begin_after(begins.in_lanes);
   }
   /// Says which numbers are read after an evaluation; −1 for none. Before the first evaluation.
   [[gnu::cold]] void add_read(std::span<const int> numbers) {
@@ -163,6 +164,8 @@ class LineEvaluator {
     if (state_->in_lanes.is_due()) translate<>(state_->in_lanes, best_lane_vectors());
   }
 
+  /// Whether there is machine code.
+  bool is_native() const { return state_->alone.native() != nullptr; }
   /// Whether evaluations are by machine code by now. Asking counts as an evaluation, for those that have another way until then.
   bool is_native_by_now() const {
     if (state_->alone.native()) return true;
@@ -174,7 +177,7 @@ class LineEvaluator {
   // Machine code, once there is some.
   class Code {
    public:
-    explicit Code(long begin) : left_(begin) {}
+    void begin_after(long evaluations) { left_.store(evaluations, std::memory_order_relaxed); }
     const NativeLines* native() const { return made_.load(std::memory_order_acquire); }
     // Once true, of one thread, after some evaluations.
     bool is_due() { return left_.load(std::memory_order_relaxed) > 0 && left_.fetch_sub(1, std::memory_order_relaxed) == 1; }
@@ -184,13 +187,13 @@ class LineEvaluator {
     }
 
    private:
-    std::atomic<long> left_;
+    std::atomic<long> left_{0};
     std::unique_ptr<const NativeLines> owned_;
     std::atomic<const NativeLines*> made_{nullptr};
   };
   struct State {
     std::vector<char> read;
-    Code alone{begin_after}, in_lanes{lanes_begin_after};
+    Code alone, in_lanes;
   };
 
   void mark(std::uint32_t number) {

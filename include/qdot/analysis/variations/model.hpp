@@ -94,7 +94,7 @@ struct EnergiesModel : FixedModel<Form_, List> {
     if (j < 0 || s == 0.0) return use(this->form);
     Vector<double, m> beside = p;
     beside[j] += s;
-    return use(Form_(first_order_form(mechanical_system<n>(energies_of(beside)))));
+    return use(Form_(first_order_form(mechanical_system<n>(energies_of(beside)).by(this->form.system().kept_lines()->by()))));
   }
   double parameter(Eigen::Index j) const { return p[j]; }
 
@@ -103,6 +103,7 @@ struct EnergiesModel : FixedModel<Form_, List> {
     if constexpr (n >= 1 && m >= 1 && n <= straight_line_jacobian_limit && straight_line_pays && m + 2 * n <= straight_line_columns_limit &&
                   requires(const Form_& form) { requires !HasOwnEquations<std::remove_cvref_t<decltype(form.system().energies())>>; }) {
       constexpr int alone = m + m % 2, all = m + 2 * n;
+      if (!this->form.system().kept_lines()->may_be_straight()) return false;
       if (columns == m) return lanes_written<alone>(t, y, ydot, columns);
       if (columns <= all) return lanes_written<all + all % 2>(t, y, ydot, columns);
     }

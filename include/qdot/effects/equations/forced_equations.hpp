@@ -75,7 +75,8 @@ struct ForcedTo {
 template <class Sc, int n>
 [[gnu::always_inline]] inline bool forced_acceleration(const Sc& scene, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
                                                        const EffectStates<Sc>& z, Vector<double, n>& qddot) {
-  return with_shortest_mass_and_rhs<n>(energies_without_potentials(scene), q, qdot, t, ForcedTo<Sc>{scene, z, {qddot.data(), singular_pivot<double>(n)}});
+  return with_shortest_mass_and_rhs<n>(energies_without_potentials(scene), q, qdot, t, ForcedTo<Sc>{scene, z, {qddot.data(), singular_pivot<double>(n)}},
+                                       scene.system().kept_lines());
 }
 
 // q̈ by the other steps of the ladder, lines that a run keeps among them; false where there is none.
@@ -89,7 +90,8 @@ bool longer_forced_acceleration(const Sc& scene, const Vector<double, n>& q, con
     return lines.template with_mass_and_rhs<n>(q.data(), qdot.data(), t, ForcedTo<Sc, sum>{scene, z, free});
   };
   if (with_lines<n>(scene.system().kept_lines(), own, AtState{q.data(), qdot.data(), t, static_cast<int>(q.size())}, evaluated)) return true;
-  return with_longer_mass_and_rhs<n>(energies_without_potentials(scene), q, qdot, t, ForcedTo<Sc>{scene, z, free});
+  return may_be_straight(scene.system().kept_lines()) &&
+         with_longer_mass_and_rhs<n>(energies_without_potentials(scene), q, qdot, t, ForcedTo<Sc>{scene, z, free});
 }
 
 }  // namespace qdot::detail

@@ -65,7 +65,8 @@ class SceneJacobian {
         for (Row& row : rows_) row = {};
         add_forces(rows_, nullptr);
         a_.resize(n);
-        if (straight_line_jacobian_under_force<n>(scene_.system().energies(), q_.data(), qdot_.data(), t_, Q.data(), a_.data(), rows_)) return;
+        if (scene_.system().kept_lines()->may_be_straight() &&
+            straight_line_jacobian_under_force<n>(scene_.system().energies(), q_.data(), qdot_.data(), t_, Q.data(), a_.data(), rows_)) return;
         is_solved_ = false;
       }
       a_ = qdot::acceleration(scene_, q_, qdot_, t_, z);

@@ -84,6 +84,7 @@ class TracedConstraints {
   }
 
   bool is_known() const { return is_known_; }
+  const TracedLines<Number>& lines() const { return lines_; }
   std::size_t n() const { return lines_.equations().n(); }
   std::size_t rows() const { return lines_.equations().rows(); }
 
@@ -334,6 +335,7 @@ void run_scene(RecordedMotion& m, const Sc& scene, std::vector<char>* holonomic)
 template <class Sc>
 TracedEquations<> traced_equations(const Sc& scene, std::span<const double> phases) {
   TracedEquations<> e(scene.dof(), Sc::states_at_compile_time);
+  e.begins = machine_code_begins(scene.system().kept_lines()->by());
   e.motion.phases.assign(phases.begin(), phases.end());
   std::vector<char> holonomic;
   run_scene(e.motion, scene, &holonomic);

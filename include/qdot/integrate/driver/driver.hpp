@@ -364,6 +364,7 @@ class Driver {
 
   [[gnu::cold]] void finish() {
     run_.statistics = stepper_.statistics();
+    if (run_.statistics.evaluated_by.empty()) run_.statistics.evaluated_by = system_.way_taken();
     run_.statistics.restarts = restarts_;
     watchdog_->report(run_.statistics);
     if (const auto verdict = run_.completed() ? watchdog_->verdict() : std::nullopt) end(*verdict);

@@ -44,10 +44,17 @@ inline constexpr bool goes_in_lanes_itself = scene_goes_in_lanes<Sys, std::tuple
 template <class Sys, class... Effects>
 inline constexpr bool goes_in_lanes_itself<Scene<Sys, Effects...>> = scene_goes_in_lanes<Scene<Sys, Effects...>, std::tuple<Effects...>>;
 
+// Lanes are a way of their own.
+template <class Sys>
+void require_no_way(const Sys& system) {
+  if (!system.kept_lines()->may_be_straight()) throw InvalidValue("a system that is evaluated by one way does not go in lanes");
+}
+
 // A system, or a scene, as it is now.
 template <class E, int n, Inertia inertia>
 RecordedMotion recorded_for_lanes(const System<E, n, inertia>& system) {
   RecordedMotion m = motion_variables(n);
+  require_no_way(system);
   record_under_forces<n, ForceSum::plain, E>(m, system.energies(), std::tuple<>());
   return m;
 }
@@ -56,6 +63,7 @@ RecordedMotion recorded_for_lanes(const Scene<Sys, Effects...>& scene) {
   constexpr int n = Sys::dof_at_compile_time;
   using Energies = typename Scene<Sys, Effects...>::SystemType::EnergiesType;
   RecordedMotion m = motion_variables(n);
+  require_no_way(scene.system());
   record_under_forces<n, ForceSum::plain, Energies, Effects...>(m, scene.system().energies(), scene.effects());
   return m;
 }

@@ -74,6 +74,7 @@ class FixedStep : public OneStep<N> {
       : Base(std::move(system), std::move(method), order, options), longest_(longest) {
     require_option(longest > 0 && std::isfinite(longest), "step", "must be positive and finite", longest,
                    "a fixed-step method needs one: try a thirtieth of the shortest period");
+    this->statistics_.evaluated_by = "first derivatives of T and V by dual numbers";
     dense_.setZero(this->size(), 6);
     lost_ = y_old_ = ydot_ = ydot_old_ = dense_.col(0);
   }

@@ -36,6 +36,7 @@ struct DrivenForm {
   virtual std::string component_name(Eigen::Index i) const = 0;
   virtual std::unique_ptr<AnyWatch> watch(const Options& options) const = 0;
   virtual std::string what_is_not_finite(double t, const Eigen::VectorXd& y) const = 0;  // T, V, …; empty if unknown
+  virtual std::string way_taken() const { return {}; }                                   // how T and V were evaluated; empty if unknown
   virtual bool is_constrained() const = 0;
   virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;
   virtual bool leap(double, Eigen::VectorXd&) const { return false; }  // takes y over a switch right ahead of it, which no step gets over

@@ -76,6 +76,11 @@ class SmoothFormOf : public Face {
   std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
   std::unique_ptr<AnyWatch> watch(const Options& options) const override { return watch_of(form_, options); }
   std::string what_is_not_finite(double t, const Eigen::VectorXd& y) const override { return non_finite_energy(form_, t, y); }
+  std::string way_taken() const override {
+    if constexpr (requires { form_.way_taken(); }) return form_.way_taken();
+    else if constexpr (requires { form_.driven().way_taken(); }) return form_.driven().way_taken();
+    else return {};
+  }
   bool is_constrained() const override { return has_constraints(form_); }
   bool leap([[maybe_unused]] double t, [[maybe_unused]] Eigen::VectorXd& y) const override {
     if constexpr (requires { form_.leap(t, y); }) return form_.leap(t, y);

@@ -94,6 +94,8 @@ constexpr int size_at(const AtState& at) {
 /// A derivation, where it holds, and slopes on request. May be asked by several threads.
 class KeptDerivation {
  public:
+  explicit KeptDerivation(By by = By::fastest) { derivation_.lines.begins = machine_code_begins(by); }
+
   /// Of functors without comparisons.
   template <int n, class E>
   void derive(const E& e, int size) {
@@ -177,7 +179,7 @@ class KeptDerivation {
     formula::LineWriter<double> writer(derivation_.recorded.recording.graph, 2 * n + 1);
     writer.write(nodes, table);
     table.lines.push_back(formula::Line{});
-    guard_lines_.set(std::move(table), writer.count());
+    guard_lines_.set(std::move(table), writer.count(), derivation_.lines.begins);
     guards_ = writer.numbers(nodes);
     guard_lines_.add_read(guards_);
     if (writer.count() > DerivedLines::most(n)) derivation_.lines = {};

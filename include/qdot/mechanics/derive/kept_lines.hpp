@@ -19,6 +19,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <utility>
 
 #include "qdot/mechanics/derive/derivation.hpp"
@@ -30,6 +31,8 @@ namespace qdot::detail {
 class BranchDerivations {
  public:
   static constexpr std::size_t most = 64;
+
+  explicit BranchDerivations(By by) : by_(by) {}
 
   /// The first derivation that `holds`, the latest before others, or one that is made; null where functors cannot be derived.
   template <int n, class E, class Holds>
@@ -68,7 +71,7 @@ class BranchDerivations {
     const std::lock_guard lock(adding_);
     if (KeptDerivation* const made = found(holds)) return made;
     if (is_full_.load(std::memory_order_relaxed)) return nullptr;
-    auto made = std::make_unique<KeptDerivation>();
+    auto made = std::make_unique<KeptDerivation>(by_);
     made->derive_branch<n>(e, at);
     const std::size_t count = count_.load(std::memory_order_relaxed);
     const bool good = made->lines() && holds(*made);
@@ -81,6 +84,7 @@ class BranchDerivations {
     return all_[count].get();
   }
 
+  By by_;
   std::array<std::unique_ptr<KeptDerivation>, most> all_{};
   std::atomic<std::size_t> count_{0}, latest_{0};
   std::atomic<bool> is_full_{false};
@@ -96,6 +100,8 @@ class Derivations {
  public:
   static constexpr std::size_t most = 16;
   using Held = std::shared_ptr<KeptDerivation>;  // empty for those that live as long as this
+
+  explicit Derivations(By by) : by_(by), branches_(by) {}
 
   /// The derivation of energies as they are now, which holds at every state; null where there is none.
   template <int n, class E>
@@ -133,7 +139,7 @@ class Derivations {
       const bool again = std::exchange(missed_, now) == now;
       if (!again) return nullptr;
     }
-    auto made = std::make_shared<KeptDerivation>();
+    auto made = std::make_shared<KeptDerivation>(by_);
     made->derive<n>(e, size);
     if (!made->lines() || !made->print()) {
       has_branches_.store(true, std::memory_order_relaxed);
@@ -148,20 +154,21 @@ class Derivations {
     return all_[count].get();
   }
 
+  By by_;
   std::array<Held, most> all_{};
   Held further_{};
   Fingerprint missed_{};
   std::atomic<std::size_t> count_{0};
   std::atomic<bool> has_branches_{false};
   std::mutex adding_{};
-  BranchDerivations branches_{};
+  BranchDerivations branches_;
 };
 
 /// The derivations that a system and its copies share.
 [[gnu::cold, gnu::noinline]] inline Derivations& made_derivations(SharedDerivations& shared) {
   const std::lock_guard lock(shared.making);
   if (!shared.owner) {
-    auto made = std::make_shared<Derivations>();
+    auto made = std::make_shared<Derivations>(shared.by);
     shared.made.store(made.get(), std::memory_order_release);
     shared.owner = std::move(made);
   }
@@ -175,7 +182,7 @@ inline Derivations& derivations_of(SharedDerivations& shared) {
 /// The derivations of a run: its system's, or of the branches that it meets. May be asked by several threads.
 class DerivedOnce {
  public:
-  explicit DerivedOnce(std::shared_ptr<SharedDerivations> shared) : shared_(std::move(shared)) {}
+  explicit DerivedOnce(std::shared_ptr<SharedDerivations> shared) : shared_(std::move(shared)), branches_(shared_->by) {}
 
   /// The derivation of energies e that holds at a state, made now if there is none yet; null where T and V are no formulas, or too long.
   template <int n, class E>
@@ -189,6 +196,9 @@ class DerivedOnce {
     if (!is_asked_.load(std::memory_order_acquire)) return nullptr;
     return everywhere_ ? everywhere_ : branches_.latest();
   }
+
+  /// Whether any evaluation has asked for lines.
+  bool is_asked() const { return is_asked_.load(std::memory_order_acquire); }
 
   /// Whether energies are those that have been derived, if any have.
   template <int n, class E>
@@ -211,7 +221,7 @@ class DerivedOnce {
   std::mutex asking_{};
   KeptDerivation* everywhere_ = nullptr;
   Derivations::Held held_{};
-  BranchDerivations branches_{};
+  BranchDerivations branches_;
 };
 
 // Which energies may have kept lines: T and V, and positions (mechanics/kinematic_system.hpp). Runs of many coordinates, or of a number that is known at
@@ -249,6 +259,37 @@ bool with_lines_and_slopes(KeptLines* kept, const E& e, const AtState& at, const
   if constexpr (may_keep_lines<E, n> && n >= 1 && n <= straight_line_limit)
     return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return it.lines_with_slopes(); }, found);
   return false;
+}
+
+/// In words, how lines are carried out.
+[[gnu::cold]] inline std::string way_of_lines(bool are_native, By asked, bool are_long) {
+  if (are_native) return asked == By::machine_code ? "machine code of recorded formulas, as asked" : "machine code of recorded formulas";
+  if (asked == By::lines) return "recorded formulas, interpreted, as asked";
+  if (!formula::native_lines_are_possible())
+    return "recorded formulas, interpreted, because there is no machine code: another processor or system, no executable memory, or QDOT_NATIVE=0";
+  return are_long ? "recorded formulas, interpreted, because they are too many for machine code"
+                  : "recorded formulas, interpreted, because there is machine code after 500 evaluations only";
+}
+
+/// In words, how the last evaluation of a system, which is a run's own, went.
+template <class Sys>
+[[gnu::cold]] std::string way_taken(const Sys& system) {
+  using E = typename Sys::EnergiesType;
+  constexpr int n = Sys::dof_at_compile_time;
+  const KeptLines& kept = *system.kept_lines();
+  if (kept.by() == By::duals) return "dual numbers, as asked";
+  const DerivedOnce* const once = may_keep_lines<E, n> ? kept.once() : nullptr;
+  if (once && once->is_asked()) {
+    const KeptDerivation* const latest = once->latest();
+    if (const DerivedLines* const lines = latest ? latest->lines() : nullptr)
+      return way_of_lines(lines->are_native(), kept.by(), lines->equations.count() > formula::longest_native_lines);
+    return "dual numbers, because T or V asks for a plain value, compares in too many ways, or is too long to be recorded";
+  }
+  if constexpr (requires { requires E::has_own_equations; })
+    if (kept.may_be_straight()) return "equations of positions and masses";
+  if (kept.may_be_straight() && n >= 1 && n <= straight_line_limit && straight_line_pays) return "straight-line code";
+  return RecordableEnergies<E, n> ? "dual numbers, because formulas of this number of coordinates are not recorded"
+                                  : "dual numbers, because T and V do not take the scalar that records";
 }
 
 /// Makes a system or scene, which is a run's own, keep the lines of its equations.

@@ -31,6 +31,7 @@ inline constexpr bool may_have_lane_lines = [] {
 template <class Sys>
 const DerivedLines* lane_lines_at(const Sys& system, const AtState& at, Derivations::Held& held) {
   constexpr int n = Sys::dof_at_compile_time;
+  if (!system.kept_lines()->shared()) return nullptr;
   KeptDerivation* const it = derivations_of(*system.kept_lines()->shared()).template at<n>(system.energies(), at, held);
   return it ? it->lines_for_lanes() : nullptr;
 }

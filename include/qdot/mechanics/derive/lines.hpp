@@ -55,9 +55,11 @@ struct DerivedLines {
     bool will_be_native = false;
   };
   Solution solution[2];
+  formula::MachineCodeBegins begins{};
 
   bool exist() const { return !right.empty(); }
   bool have_slopes() const { return !slopes.empty(); }
+  bool are_native() const { return equations.is_native() || solution[0].lines.is_native() || solution[1].lines.is_native(); }
 
   /// M and r, handed to `use`; false where T or V has no value, and where `use` says so.
   template <int n, class Use>
@@ -174,7 +176,7 @@ class DerivedLineWriter {
     formula::LineTable table;
     writer_.write(with_checked(equations, domains), table);
     table.lines.push_back(formula::Line{});
-    lines.equations.set(std::move(table), writer_.count());
+    lines.equations.set(std::move(table), writer_.count(), lines.begins);
     if (writer_.count() > most_) return;
     for (std::size_t w = 0; w < domains.size(); ++w)
       if (domains[w] != formula::Domain::everything) lines.checked.push_back({writer_.number(static_cast<int>(w)), domains[w]});
@@ -194,11 +196,11 @@ class DerivedLineWriter {
     formula::LineTable table;
     writer_.write(derived.slopes, table);
     table.lines.push_back(formula::Line{});
-    lines.further.set(std::move(table), writer_.count());
+    lines.further.set(std::move(table), writer_.count(), lines.begins);
     if (writer_.count() > most_) return;
     lines.slopes = writer_.numbers(derived.slopes);
     lines.further.add_read(lines.slopes);
-    lines.before_slopes.set(lines.equations.table(), writer_.count());
+    lines.before_slopes.set(lines.equations.table(), writer_.count(), lines.begins);
     add_read(lines, lines.before_slopes);
     lines.before_slopes.add_read(lines.slopes);
     lines.before_slopes.add_read(lines.further);
@@ -222,7 +224,7 @@ class DerivedLineWriter {
     table.lines.pop_back();
     table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
     table.lines.push_back(formula::Line{});
-    solution.lines.set(std::move(table), more.count());
+    solution.lines.set(std::move(table), more.count(), lines.begins);
     solution.will_be_native = formula::native_lines_are_possible();
     solution.accelerations = std::move(more.accelerations);
     solution.pivots = std::move(more.pivots);

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "qdot/ad/formula/lines.hpp"
 #include "qdot/ad/formula/recording.hpp"
 #include "qdot/mechanics/system.hpp"
 
@@ -34,6 +35,13 @@ struct RecordedMotion {
   std::vector<int> returned_before = {};  // kept for their memory: a run that finds nothing new allocates nothing
   std::vector<formula::Recording::Assumption> assumed_before = {};
 };
+
+// When the lines of what was recorded become machine code.
+constexpr formula::MachineCodeBegins machine_code_begins(By by) {
+  if (by == By::lines) return {0, 0};
+  if (by == By::machine_code) return {1, 1};
+  return {};
+}
 
 template <class Energies, int n>
 concept RecordableEnergies = CallsT<Energies, formula::Recorded, n> && CallsV<Energies, formula::Recorded, n> &&

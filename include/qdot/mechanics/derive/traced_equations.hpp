@@ -71,6 +71,7 @@ class TracedEquations {
   std::vector<int> phi, velocity, gamma;  // of each row; phi is −1 of what restricts velocities only
   std::vector<Requirement> requirements;  // slopes of a logarithm are numbers where it is none, and so is a square of a root
   bool mass_is_diagonal = true, mass_is_constant = true;
+  formula::MachineCodeBegins begins{};  // of their lines
 
   /// Variables for n coordinates and `states` states of effects.
   TracedEquations(Eigen::Index n, Eigen::Index states) {

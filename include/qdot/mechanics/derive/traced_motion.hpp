@@ -81,6 +81,8 @@ class TracedLines {
   double* multipliers() { return x_.data() + 3 * equations().n() + 1 + equations().states(); }
   void carry_out(const formula::LineEvaluator& lines) { lines(x_.data()); }
   double operator[](int number) const { return x_[static_cast<std::size_t>(number)]; }
+  bool are_native() const { return !shared_->written.empty() && shared_->written.front()->is_native(); }
+  bool are_long() const { return x_.size() > formula::longest_native_lines; }
 
  private:
   struct Shared {
@@ -111,7 +113,7 @@ template <class Number>
   });
   table.lines.push_back(formula::Line{});
   auto lines = std::make_shared<formula::LineEvaluator>();
-  lines->set(std::move(table), shared_->writer.count());
+  lines->set(std::move(table), shared_->writer.count(), shared_->equations.begins);
   shared_->written.push_back(lines);
   for (const auto& earlier : shared_->written) {
     earlier->add_read(numbers(outputs));
@@ -171,6 +173,7 @@ class TracedMotion {
   /// Whether there are equations to go through.
   bool is_known() const { return is_known_; }
   bool mass_is_constant() const { return lines_.equations().mass_is_constant; }
+  const TracedLines<Number>& lines() const { return lines_; }
 
   /// q̈, and ż where there are states; false where the general way must see to it.
   bool write(const double* q, const double* qdot, double t, const double* z, double* a, double* zdot) {
@@ -336,6 +339,7 @@ template <class Sys>
   requires RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time>
 TracedEquations<> traced_equations(const Sys& system) {
   TracedEquations<> e(system.dof(), 0);
+  e.begins = machine_code_begins(system.kept_lines()->by());
   run_energies<Sys::dof_at_compile_time>(e.motion, system.energies());
   e.derive(false, {});
   return e;

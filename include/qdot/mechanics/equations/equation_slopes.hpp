@@ -33,10 +33,10 @@ template <int n, bool try_straight = true, class E, class Row>
 bool slopes_written(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, const Vector<double, n>& a, double t, double* M,
                     Row* rows, KeptLines* kept = nullptr) {
   if constexpr (HasSlopes<E, Row>) {
-    if (e.slopes(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
+    if (may_be_straight(kept) && e.slopes(q.data(), qdot.data(), a.data(), t, M, rows)) return true;
   }
   if constexpr (try_straight && !HasOwnEquations<E> && n <= straight_line_jacobian_limit) {
-    if (straight_line_slopes<n>(e, q.data(), qdot.data(), a.data(), t, M, rows)) return true;
+    if (may_be_straight(kept) && straight_line_slopes<n>(e, q.data(), qdot.data(), a.data(), t, M, rows)) return true;
   }
   return with_lines_and_slopes<n>(kept, e, AtState{q.data(), qdot.data(), t}, [&](const DerivedLines& lines) {
     return lines.template write_slopes<n>(q.data(), qdot.data(), t, M, rows, AccelerationsAre{a.data(), n});

@@ -12,6 +12,8 @@
 #include <mutex>
 #include <utility>
 
+#include "qdot/mechanics/by.hpp"
+
 namespace qdot::detail {
 
 class Derivations;  // mechanics/derive/kept_lines.hpp
@@ -22,22 +24,47 @@ struct SharedDerivations {
   std::atomic<Derivations*> made{nullptr};
   std::mutex making{};
   std::shared_ptr<void> owner{};
+  By by = By::fastest;
+  std::shared_ptr<SharedDerivations> asked_for[2]{};  // of copies that go by lines, and by machine code
+
+  /// Those of a copy that goes another way; null where it has none.
+  static std::shared_ptr<SharedDerivations> of(const std::shared_ptr<SharedDerivations>& own, By way) {
+    if (way == By::duals) return nullptr;
+    if (way == By::fastest || !own) return std::make_shared<SharedDerivations>();
+    const std::lock_guard lock(own->making);
+    auto& found = own->asked_for[way == By::lines ? 0 : 1];
+    if (!found) found = std::make_shared<SharedDerivations>();
+    found->by = way;
+    return found;
+  }
 };
 
-/// A system's share in derived lines: checked at each evaluation, or a run's own.
+/// A system's share in derived lines: checked at each evaluation, or a run's own; and by which way it is evaluated.
 class KeptLines {
  public:
-  KeptLines() : shared_(std::make_shared<SharedDerivations>()) {}
+  KeptLines() : KeptLines(std::make_shared<SharedDerivations>(), By::fastest) {}
   /// No lines: of a system that is evaluated so few times that deriving them does not pay.
-  static KeptLines none() { return KeptLines(std::shared_ptr<SharedDerivations>()); }
+  static KeptLines none() { return KeptLines(std::shared_ptr<SharedDerivations>(), By::fastest); }
+  /// Of a copy of a system that goes another way.
+  KeptLines(const KeptLines& system, By way)
+      : shared_(way == system.by_ ? system.shared_ : SharedDerivations::of(system.shared_, way)), by_(way) {
+    if (way == system.by_) once_ = system.once_;
+  }
   /// Lines of a run, derived together with those of `system`.
-  KeptLines(const KeptLines& system, std::shared_ptr<DerivedOnce> once) : shared_(system.shared_), once_(std::move(once)) {}
-  KeptLines(const KeptLines& other) : shared_(other.shared_), once_(other.once_) {}
+  KeptLines(const KeptLines& system, std::shared_ptr<DerivedOnce> once) : shared_(system.shared_), once_(std::move(once)), by_(system.by_) {}
+  KeptLines(const KeptLines& other) : shared_(other.shared_), once_(other.once_), by_(other.by_) {}
   KeptLines& operator=(const KeptLines& other) {
     shared_ = other.shared_;
     once_ = other.once_;
+    by_ = other.by_;
     return *this;
   }
+
+  By by() const { return by_; }
+  /// Whether equations of another kind than recorded formulas may be used.
+  bool may_be_straight() const { return by_ == By::fastest; }
+  /// Whether recorded formulas may be used.
+  bool may_be_lines() const { return by_ != By::duals; }
 
   /// The lines of a run; null outside of runs.
   DerivedOnce* once() const { return is_aside_.load(std::memory_order_relaxed) ? nullptr : once_.get(); }
@@ -60,10 +87,11 @@ class KeptLines {
   };
 
  private:
-  explicit KeptLines(std::shared_ptr<SharedDerivations> shared) : shared_(std::move(shared)) {}
+  KeptLines(std::shared_ptr<SharedDerivations> shared, By by) : shared_(std::move(shared)), by_(by) {}
 
   std::shared_ptr<SharedDerivations> shared_;
   std::shared_ptr<DerivedOnce> once_;
+  By by_;
   std::atomic<bool> is_aside_{false};
 };
 

@@ -1,0 +1,28 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The ways from T and V to M and r, where one wants to choose.
+//
+// By itself the library takes the fastest way that T and V allow: straight-line code that the compiler writes, or formulas that are recorded once and
+// carried out line by line, at first by an interpreter and soon by machine code (mechanics/mass_and_rhs.hpp). All give the same numbers up to rounding.
+// Each can be asked for, to compare them, or to find out which one is at fault:
+//
+//     acceleration(system, q, qdot, t, By::duals)                  one evaluation
+//     simulate(system, start, t_end, Dop853{}, {.by = By::duals})   a run
+//     const auto plain = system.by(By::duals);                      all that is asked of this copy
+//
+// Dual numbers are the definition: ∂L/∂q, ∂L/∂q̇ and M by forward-mode dual numbers (ad/dual.hpp), and Eigen solves. They take every functor, are ten to a
+// hundred times as slow, and are what the others are tested against. Where T or V cannot be recorded, lines and machine code give way to duals, which
+// Statistics::evaluated_by says.
+
+namespace qdot {
+
+/// How M, r and their derivatives are evaluated.
+enum class By {
+  fastest,      ///< as T and V allow it (the default)
+  duals,        ///< forward-mode dual numbers, and Eigen's solution
+  lines,        ///< recorded formulas, interpreted
+  machine_code  ///< recorded formulas, by machine code from the second evaluation on; interpreted where the system has no executable memory
+};
+
+}  // namespace qdot
