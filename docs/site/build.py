@@ -4,7 +4,7 @@
 
     docs/site/build.py --program build/run/qdot --out build/site
 
-collects pages (its own ones of this folder, those of docs/, sections of README.md, a page for each example, scene and header) in OUT-pages, links
+collects pages (those of docs/ in the rooms that docs/README.md gives them, a page for each example, scene and header) in OUT-pages, links
 rewritten to where things are there, and has Sphinx make HTML of them. A link that leads nowhere and every warning of Sphinx is an error.
 """
 
@@ -26,7 +26,19 @@ import links  # noqa: E402
 
 ROOT = headers.ROOT
 SITE = ROOT / "docs" / "site"
-LABORATORY = ["speed", "steppers", "peers", "accuracy", "hard-cases", "stress", "mutation"]
+ROOMS = {"Tutorials": "tutorials", "How-to": "guide", "Reference": "reference", "Explanation": "explanation", "Measurements": "laboratory"}
+
+
+def rooms():
+    """The rooms of docs/README.md: heading → (what is said first, [(page, relative to docs/, without .md)])."""
+    text = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    found = {}
+    for heading, body in re.findall(r"^## ([^\n]*)\n(.*?)(?=^## |\Z)", text, re.S | re.M):
+        lead = body.partition("\n- ")[0].strip()
+        found[heading] = (lead, re.findall(r"^- \[[^\]]*\]\(([\w/-]+)\.md\)", body, re.M))
+    if list(found) != list(ROOMS):
+        sys.exit(f"docs/README.md has the rooms {', '.join(found)}; the site has {', '.join(ROOMS)}")
+    return found
 
 
 class Pages:
@@ -39,6 +51,9 @@ class Pages:
         (folder / "extra").mkdir(parents=True)
         (folder / "pictures").mkdir()
         self.user_headers = {path for path, _ in headers.user_headers()}
+        self.rooms = rooms()
+        self.room_of = {name: ROOMS[heading] for heading, (_, names) in self.rooms.items() for name in names}
+        self.scenes = set()  # that have a page in the gallery
 
     def write(self, path, text):
         place = self.folder / path
@@ -50,12 +65,14 @@ class Pages:
         relative = file.relative_to(ROOT).as_posix()
         if file.is_dir():
             return None
-        if relative == "README.md":
-            return "index.md"
-        if match := re.fullmatch(r"docs/([\w-]+)\.md", relative):
-            return ("laboratory/" if match[1] in LABORATORY else "guide/") + match[1] + ".md"
-        if match := re.fullmatch(r"docs/site/(.*\.md)", relative):
-            return match[1]
+        if relative in ("README.md", "docs/README.md"):
+            return "index.md" if relative.startswith("docs/") else "readme.md"
+        if match := re.fullmatch(r"docs/([\w/-]+)\.md", relative):
+            if match[1] not in self.room_of:
+                sys.exit(f"docs/README.md gives no room to {relative}")
+            return f"{self.room_of[match[1]]}/{match[1].rpartition('/')[2]}.md"
+        if (match := re.fullmatch(r"src/scenes/(\w+)\.hpp", relative)) and match[1] in self.scenes:
+            return f"gallery/{match[1]}.md"
         if match := re.fullmatch(r"include/qdot/(.*)\.hpp", relative):
             if match[1] + ".hpp" in self.user_headers:
                 return f"api/{match[1]}.md"
@@ -73,6 +90,8 @@ class Pages:
 
     # A text of the repository as one of the page, its links led to pages.
     def moved(self, text, source, page):
+        # Formulas as a code host has them, as MyST has them.
+        text = re.sub(r"\$`([^`\n]+)`\$", r"{math}`\1`", text.replace("\n```math\n", "\n```{math}\n"))
         pieces, at = [], 0
         for start, end in links.links_of(text):
             target = text[start:end]
@@ -98,11 +117,6 @@ class Pages:
 
     def add(self, source, page, text=None):
         self.write(page, self.moved(source.read_text(encoding="utf-8") if text is None else text, source, page))
-
-
-def readme_section(heading):
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    return re.search(rf"^## {re.escape(heading)}\n(.*?)(?=^## |\Z)", text, re.S | re.M)[1]
 
 
 def toctree(entries, caption="", hidden=False, depth=1):
@@ -134,7 +148,7 @@ def add_gallery(pages, program):
     listed = said(program, "list").split("\n\n")[0].splitlines()[1:]
     motions = pages.folder / "extra" / "motions"
     motions.mkdir()
-    cards, names = [], []
+    cards, names, shown_scenes = [], [], set()
     for name in (line.split()[0] for line in listed):
         about = said(program, "list", name)
         title = about.splitlines()[0].partition(": ")[2] or name
@@ -154,6 +168,7 @@ def add_gallery(pages, program):
             shown = f"## Equations\n\nThis scene has none that could be written as formulas without branches: see `qdot equations {name}`."
         source = ROOT / "src" / "scenes" / f"{name}.hpp"
         where = f" Its source is [src/scenes/{name}.hpp]({os.path.relpath(pages.page_of(source), 'gallery')})." if source.exists() else ""
+        shown_scenes.add(name)
         body = about.partition("\n\n")[2]
         pages.write(f"gallery/{name}.md", f"""# {title}
 
@@ -181,34 +196,30 @@ $ ./run run {name} --out out/{name}
         names.append(name)
     pages.write("gallery/index.md", "# Gallery\n\nThe scenes of the catalogue, each simulated by the program while this site was built. `./run list` names them, too.\n\n"
                 f"<div class=\"gallery\">{''.join(cards)}</div>\n\n" + toctree(names, hidden=True))
-    pages.write("include_only/list.txt", said(program, "list"))
-    pages.write("include_only/equations.txt", said(program, "equations", "rod_and_ring"))
+    pages.scenes = shown_scenes  # from now on links to sources of scenes lead to their pages
     return len(names)
 
 
-def add_own_pages(pages):
-    for source in sorted(SITE.rglob("*.md")):
-        pages.add(source, source.relative_to(SITE).as_posix())
+def add_docs(pages):
+    for source in sorted((ROOT / "docs").rglob("*.md")):
+        if source != ROOT / "docs" / "README.md":
+            pages.add(source, pages.page_of(source))
+    hidden = []
+    for heading, (lead, names) in pages.rooms.items():
+        folder = ROOMS[heading]
+        pages.write(f"{folder}/index.md", f"# {heading}\n\n{lead}\n\n" + toctree([name.rpartition("/")[2] for name in names]))
+        hidden.append(f"{folder}/index")
+        if heading == "Tutorials":
+            hidden += ["gallery/index", "examples/index"]
+    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    pages.add(ROOT / "docs" / "README.md", "index.md", re.sub(r"^# .*", "# qdot", index, count=1)
+              + "\nThe {doc}`gallery <gallery/index>` shows the scenes of the program, each with its animation, its equations and the command that made it.\n\n"
+              + toctree(["readme", *hidden, "api/index", "files/index", "contributing", "changelog"], hidden=True))
+    for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
+        pages.add(ROOT / name, name.lower())
     for name in ("conf.py", "mathml.py"):
         shutil.copy(SITE / name, pages.folder)
     shutil.copytree(SITE / "static", pages.folder / "static")
-
-
-def add_docs(pages):
-    guide, laboratory = [], []
-    for source in sorted((ROOT / "docs").glob("*.md")):
-        page = pages.page_of(source)
-        pages.add(source, page)
-        (laboratory if page.startswith("laboratory") else guide).append(source.stem)
-    pages.add(ROOT / "README.md", "guide/wanted.md", "# I want …\n\n" + readme_section("I want …"))
-    pages.add(ROOT / "README.md", "guide/pitfalls.md", "# Pitfalls and limitations\n\n" + readme_section("Pitfalls and limitations"))
-    order = ["runs", "outcomes", "contacts", "variable_mass", "own_scenes", "many", "simulator", "fmi", "analysis", "conserved", "sensitivities", "periodic_orbits"]
-    order += sorted(set(guide) - set(order))
-    pages.write("guide/index.md", "# Guide\n\nWhat one looks up: a page for each subject.\n\n" + toctree(["wanted", *order, "pitfalls"]))
-    pages.write("laboratory/index.md", "# Laboratory\n\nWhat was measured: how fast and how accurate, beside whom, and where it fails. Each page names the command that makes its figures.\n\n"
-                + toctree([name for name in LABORATORY if name in laboratory]))
-    for name in ("CONTRIBUTING.md", "CHANGELOG.md"):
-        pages.add(ROOT / name, name.lower())
 
 
 def add_files(pages):
@@ -265,7 +276,6 @@ def main():
     pages = Pages(out.with_name(out.name + "-pages"))
     add_examples(pages)
     scenes = add_gallery(pages, given.program.resolve())
-    add_own_pages(pages)
     add_docs(pages)
     names = api.add_to(pages)
     add_files(pages)

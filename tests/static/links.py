@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Relative links of the pages lead to files that are there, and to headings that they have."""
+"""Relative links of the pages lead to files that are there, and to headings that they have; docs/README.md leads to all pages of docs/."""
 
 import pathlib
 import re
@@ -26,6 +26,10 @@ for page in [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
             violations.append(f"{place}: no such file")
         elif anchor and file.suffix == ".md" and anchor not in links.anchors_of(file.read_text(encoding="utf-8")):
             violations.append(f"{place}: no such heading")
+index = ROOT / "docs" / "README.md"
+text = index.read_text(encoding="utf-8")
+named = {(index.parent / text[start:end].partition("#")[0]).resolve() for start, end in links.links_of(text)}
+violations += [f"{page.relative_to(ROOT)}: docs/README.md does not name it" for page in sorted(index.parent.rglob("*.md")) if page not in named and page != index]
 if checked < 100:
     sys.exit(f"Only {checked} links in all pages: does links.py still find them?")
 if violations:

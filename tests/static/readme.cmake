@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 #
-# README, docs/own_scenes.md, docs/runs.md, docs/ways.md, docs/many.md, docs/contacts.md and docs/variable_mass.md show only code that is compiled and output that was
-# produced: each of their C++ blocks stands in an example, word for word, and each plain block of output in what an example prints.
+# README, the tutorials and the pages below show only code that is compiled and output that was produced: each of their C++ blocks stands in an example, word for
+# word but for the indentation, and each plain block of output in what an example prints.
 file(GLOB programs ${SOURCE_DIR}/examples/*.cpp ${SOURCE_DIR}/examples/scenes/*.cpp)
 file(GLOB outputs ${SOURCE_DIR}/examples/*.txt ${SOURCE_DIR}/examples/scenes/*.txt)
 set(code "")
@@ -14,7 +14,9 @@ endforeach()
 string(REPLACE ";" "<semicolon>" code "${code}")
 string(REPLACE "[" "<open>" code "${code}")
 string(REPLACE "]" "<close>" code "${code}")
-foreach(page IN ITEMS README.md docs/own_scenes.md docs/runs.md docs/ways.md docs/many.md docs/contacts.md docs/variable_mass.md)
+string(REGEX REPLACE "\n +" "\n" code "${code}")
+file(GLOB tutorials RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/docs/tutorials/*.md)
+foreach(page IN ITEMS README.md docs/own_scenes.md docs/runs.md docs/ways.md docs/many.md docs/contacts.md docs/variable_mass.md docs/extend.md LISTS tutorials)
   file(READ ${SOURCE_DIR}/${page} readme)
   string(REPLACE ";" "<semicolon>" readme "${readme}")
   string(REPLACE "[" "<open>" readme "${readme}")
@@ -25,6 +27,7 @@ foreach(page IN ITEMS README.md docs/own_scenes.md docs/runs.md docs/ways.md doc
   foreach(part IN LISTS parts)
     if(block AND (part MATCHES "^cpp\n" OR part MATCHES "^\n"))
       string(REGEX REPLACE "^(cpp)?\n" "" part "${part}")
+      string(REGEX REPLACE "(^|\n) +" "\\1" part "${part}")
       string(FIND "${code}" "${part}" found)
       if(found EQUAL -1)
         message(FATAL_ERROR "${page} shows a block that no example holds word for word:\n${part}")
