@@ -11,6 +11,7 @@ specialization, is one name: one docstring will do for all of them.
 """
 
 import dataclasses
+import functools
 import pathlib
 import re
 
@@ -384,6 +385,7 @@ def essay_of(text):
     return lines
 
 
+@functools.cache
 def read(path):
     """The header at include/qdot/<path>."""
     text = (INCLUDE / path).read_text(encoding="utf-8")
