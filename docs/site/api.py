@@ -125,6 +125,6 @@ def add_to(pages):
             pages.write(f"{folder}index.md", f"# {LAYERS[layer]}: {layer}/\n\n" + "\n".join(table) + "\n\n```{toctree}\n:hidden:\n\n" + "\n".join(entries) + "\n```\n")
     essay = [line for line in headers.essay_of((headers.INCLUDE / "qdot.hpp").read_text(encoding="utf-8"))]
     top = [path[:-4] for path, _, _ in layers.get("", [])] + [f"{layer}/index" for layer in layers if layer]
-    pages.write("api/index.md", "# Reference\n\nA page for each header that a user includes, in the order of the theory: what it is about, and then each public name with its docstring.\n\n"
+    pages.write("api/index.md", "# Headers\n\nA page for each header that a user includes, in the order of the theory: what it is about, and then each public name with its docstring.\n\n"
                 "```{code-block} cpp\n#include <qdot/qdot.hpp>\n```\n\n" + markdown.essay(essay) + "\n\n```{toctree}\n:maxdepth: 2\n\n" + "\n".join(top) + "\n```\n\nAll names: {ref}`genindex`.\n")
     return total
