@@ -5,7 +5,7 @@
 //
 // The angles of a formula mostly stand on one level, and the polynomials for a sine (ad/pack_math.hpp) take four angles at a time in the time
 // of one. They are the same operations in each lane, and products are not fused with sums, so a result does not depend on its neighbours, on
-// how many there are, or on the processor. Errors stay below 1.5 units in the last place. Angles beyond 10⁵ and NaN are the C library's.
+// how many there are, or on the processor. Errors stay below 1 unit in the last place. Angles beyond 10⁵ and NaN are the C library's.
 
 #include <cmath>
 #include <cstddef>

@@ -30,6 +30,7 @@ class Arm64Code {
   using Vectors = Arm64Vectors;
   enum Base { x0 = 0, x1 = 1, x2 = 2, x9 = 9, x10 = 10, x19 = 19, x20 = 20 };
   static constexpr Base arguments[] = {x0, x1, x2}, kept[] = {x19, x20}, called = x9;
+  static constexpr bool has_circular = false;
 
   explicit Arm64Code(Arm64Vectors) {}
 

@@ -9,20 +9,17 @@
 //     x₁₀ = x₃ x₅ − x₈        vmulsd xmm2, xmm0, xmm1      x₃ and x₅ were in registers
 //                             vsubsd xmm2, xmm2, [rdi+64]  x₈ is read from memory, for it is not used again
 //
-// The code is a function of x, the numbers, and of the constants. Values stay in registers as long as there is room. What gives way is
-// the value whose next use is furthest away. Values that are read from outside are stored when they are computed, others only where they give way,
-// to places of numbers that are not read and not needed at the time: few, which stay in the cache. Sines of one level, powers and other functions are
-// calls of C++ functions, which change all registers, so values that are used afterwards are stored before.
+// The code is a function of x, the numbers, and of the constants. Values stay in registers as long as there is room
+// (ad/native/values_in_registers.hpp). Sines of one level are instructions, two angles at a time (ad/native/x86_circular.hpp). Without AVX2 they are
+// calls of C++ functions, as powers and other functions are. These change all registers, so values that are used afterwards are stored before.
 //
 // With AVX2 or AVX-512 the same lines become code for the lanes of a LaneNumber, four or eight at a time (ad/formula/lane_lines.hpp).
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -31,6 +28,8 @@
 #include "qdot/ad/native/called_functions.hpp"
 #include "qdot/ad/native/machine_operand.hpp"
 #include "qdot/ad/native/straight_lines.hpp"
+#include "qdot/ad/native/values_in_registers.hpp"
+#include "qdot/ad/native/x86_circular.hpp"
 
 namespace qdot::formula {
 
@@ -39,25 +38,22 @@ inline constexpr std::size_t longest_native_lines = 4000;
 
 /// Writes the code for some lines, for a processor whose instructions are those of Code.
 template <class Code>
-class Emitter {
+class Emitter : ValuesInRegisters<Code> {
   using Operation = Line::Operation;
+  using Values = ValuesInRegisters<Code>;
+  using Values::at_, Values::code_, Values::holds_, Values::in_memory_, Values::memory_, Values::pinned_, Values::place_, Values::read_, Values::straight_;
+  using Values::is_used_later, Values::keep, Values::memory, Values::release_operands;
+  using Values::finish, Values::forget, Values::fresh, Values::hold, Values::in_register, Values::index, Values::is_of_lanes, Values::none, Values::operand;
+  using Values::release, Values::store, Values::stride, Values::take_memory, Values::vectors_, Values::x_;
 
  public:
-
   /// @param count  how many numbers there are
   /// @param read   numbers that are read from outside, not zero
   [[gnu::cold]] Emitter(const LineTable& table, std::size_t count, std::span<const char> read, typename Code::Vectors vectors)
-      : straight_(table, count, longest_native_lines), code_(vectors), vectors_(vectors), read_(read), place_(count, -1), in_memory_(count, 1), memory_(count) {
-    holds_.fill(none);
-    std::iota(memory_.begin(), memory_.end(), 0u);
+      : Values(StraightLines(table, count, longest_native_lines), read, vectors) {
     const std::vector<Line>& lines = straight_.lines();
     if (lines.empty()) return;
-    for (auto line = lines.rbegin(); line != lines.rend(); ++line)
-      for_each_result(*line, [&](std::uint32_t v) {
-        in_memory_[v] = 0;
-        if (!read_[v]) free_.push_back(v);
-      });
-    const bool calls = std::any_of(lines.begin(), lines.end(), is_call);
+    const bool calls = std::any_of(lines.begin(), lines.end(), [this](const Line& l) { return is_call(l) && !is_inline(l); });
     code_.begin();
     if (calls) {
       code_.enter();
@@ -69,7 +65,8 @@ class Emitter {
       std::uint32_t end = k + 1;
       if (is_call(lines[k])) {
         while (end < lines.size() && is_call(lines[end]) && (is_circular(lines[k]) ? is_beside(lines[end], lines[k]) : !is_circular(lines[end]))) ++end;
-        call(k, end);
+        if (is_inline(lines[k])) circular(k, end);
+        else call(k, end);
       } else {
         pinned_ = 0;
         line(lines[k]);
@@ -79,6 +76,7 @@ class Emitter {
     code_.leave_vectors();
     if (calls) code_.leave();
     code_.end();
+    write_asides(calls);
   }
 
   /// Nothing where the table is too long, or damaged.
@@ -97,106 +95,37 @@ class Emitter {
   const std::vector<CallSite>& call_sites() const { return call_sites_; }
 
  private:
-  static constexpr std::uint32_t none = StraightLines::never;
-  static constexpr int most_registers = 32;
-
   static bool is_call(const Line& l) {
     if (l.operation == Operation::power) return !is_few_halves(l.c);
     return l.operation == Operation::sine_and_cosine || l.operation == Operation::function;
   }
   static bool is_circular(const Line& l) { return l.operation == Operation::sine_and_cosine; }
+  // Sines without a call.
+  bool is_inline([[maybe_unused]] const Line& l) const {
+    if constexpr (Code::has_circular) return is_circular(l) && vectors_ == Code::Vectors::avx2;
+    return false;
+  }
   // As in raised().
   static bool is_few_halves(double c) {
     const double halves = std::abs(2.0 * c);
     return halves <= 9.0 && halves == std::floor(halves);
   }
-  bool is_of_lanes() const { return doubles_of(vectors_) > 1; }
-  // How many doubles a number takes in memory.
-  std::uint32_t stride() const { return is_of_lanes() ? static_cast<std::uint32_t>(lanes_stored) : 1; }
-  MachineOperand memory(std::uint32_t v) const { return MachineOperand::in_memory(x_, static_cast<std::int32_t>(sizeof(double) * stride() * memory_[v])); }
   [[gnu::cold, gnu::noinline]] MachineOperand constant(double c) {
     const auto same = [c](double other) { return std::bit_cast<std::uint64_t>(other) == std::bit_cast<std::uint64_t>(c); };
     const auto found = std::find_if(constants_.begin(), constants_.end(), same);
-    const auto index = static_cast<std::size_t>(found - constants_.begin());
+    const auto first = static_cast<std::size_t>(found - constants_.begin());
     if (found == constants_.end()) constants_.insert(constants_.end(), static_cast<std::size_t>(doubles_of(vectors_)), c);  // one for each lane
-    return MachineOperand::in_memory(pool_, static_cast<std::int32_t>(sizeof(double) * index));
+    return MachineOperand::in_memory(pool_, static_cast<std::int32_t>(sizeof(double) * first));
   }
-
-  // --- Registers -------------------------------------------------------------------------------------------------------
-
-  // A register for a new value, pinned as long as the line lasts: an empty one, or that whose value is used last.
-  [[gnu::cold, gnu::noinline]] int fresh() {
-    constexpr std::uint64_t is_empty = 2ull << 32, is_dead = 1ull << 32;
-    int best = 0;
-    std::uint64_t furthest = 0;
-    for (int r = 0; r < code_.registers(); ++r) {
-      if (is_pinned(r)) continue;
-      const std::uint32_t v = holds_[index(r)], use = v == none ? none : straight_.next_use(v, at_);
-      const std::uint64_t distance = v == none ? is_empty : use == none ? is_dead : use;
-      if (distance < furthest || (distance == furthest && furthest != 0)) continue;
-      best = r;
-      furthest = distance;
-    }
-    if (const std::uint32_t v = holds_[index(best)]; v != none) {
-      if (!in_memory_[v] && furthest != is_dead) store(v);
-      forget(v);
-    }
-    pin(best);
-    return best;
-  }
-  [[gnu::cold, gnu::noinline]] int in_register(std::uint32_t v) {
-    if (place_[v] < 0) {
-      const int r = fresh();
-      code_.load(r, memory(v));
-      hold(v, r);
-    }
-    pin(place_[v]);
-    return place_[v];
-  }
-  // A register, or memory where a value is not needed again.
-  [[gnu::cold, gnu::noinline]] MachineOperand operand(std::uint32_t v) {
-    if (place_[v] < 0 && straight_.next_use(v, at_ + 1) == none) return memory(v);
-    return MachineOperand::in_register(in_register(v));
-  }
-  [[gnu::cold, gnu::noinline]] void store(std::uint32_t v) {
-    take_memory(v);
-    code_.store(place_[v], memory(v));
-  }
-  // A value that is not read from outside lies where none is needed at the time.
-  void take_memory(std::uint32_t v) {
-    in_memory_[v] = 1;
-    if (read_[v]) return;
-    memory_[v] = free_.back();
-    free_.pop_back();
-  }
-  void release(std::uint32_t v) {
-    if (place_[v] >= 0) forget(v);
-    if (!in_memory_[v] || read_[v] || !straight_.is_computed(v)) return;
-    in_memory_[v] = 0;
-    free_.push_back(memory_[v]);
-  }
-  void hold(std::uint32_t v, int r) {
-    holds_[index(r)] = v;
-    place_[v] = r;
-  }
-  void forget(std::uint32_t v) {
-    holds_[index(place_[v])] = none;
-    place_[v] = -1;
-  }
-  // The line's result is in register r.
-  [[gnu::cold, gnu::noinline]] void finish(const Line& l, int r) {
-    for_each_operand(l, [&](std::uint32_t v) {
-      if (straight_.next_use(v, at_ + 1) == none) release(v);
-    });
-    hold(l.to, r);
-    if (read_[l.to]) store(l.to);
-    if (straight_.next_use(l.to, at_ + 1) == none) forget(l.to);
-  }
-  void pin(int r) { pinned_ |= 1u << r; }
-  bool is_pinned(int r) const { return (pinned_ >> r & 1u) != 0; }
-  static std::size_t index(int r) { return static_cast<std::size_t>(r); }
 
   // --- Lines -----------------------------------------------------------------------------------------------------------
+
+  // What is done where an angle is outside of the range: from a jump to what comes back.
+  struct Aside {
+    std::size_t jump = 0, back = 0, first = 0;
+    std::uint32_t count = 0;
+    int angles = 0, second = 0;
+  };
 
   [[gnu::cold, gnu::noinline]] void call(std::uint32_t first, std::uint32_t last) {
     for (int r = 0; r < code_.registers(); ++r) {
@@ -211,6 +140,7 @@ class Emitter {
     code_.set(Code::arguments[1], 0);  // an address that is known when all calls are there
     code_.set(Code::arguments[2], last - first);
     code_.set(Code::called, circular ? circular_function() : call_function());
+    has_table_ = false;
     code_.leave_vectors();
     code_.call(Code::called);
     for (std::uint32_t k = first; k < last; ++k) {
@@ -227,6 +157,60 @@ class Emitter {
       };
       for_each_operand(straight_.lines()[k], release_unused);
       for_each_result(straight_.lines()[k], release_unused);
+    }
+  }
+
+  // Sines and cosines beside each other, without a call.
+  [[gnu::cold, gnu::noinline]] void circular([[maybe_unused]] std::uint32_t first, [[maybe_unused]] std::uint32_t last) {
+    if constexpr (Code::has_circular) {
+      if (!has_table_) code_.set(X86Circular::table, X86Circular::table_address());
+      has_table_ = true;
+      for (; last - first > 1; first += 2) circular_of<2>(first);
+      if (first < last) circular_of<1>(first);
+    }
+  }
+  template <std::uint32_t count>
+  [[gnu::cold, gnu::noinline]] void circular_of(std::uint32_t first) {
+    const Line* const lines = &straight_.lines()[first];
+    at_ = first + count - 1;
+    pinned_ = 0;
+    const MachineOperand angle = operand(lines[0].a), second = operand(lines[count - 1].a);
+    int t[X86Circular::temporaries];
+    for (int& each : t) each = fresh();
+    X86Circular it(code_, count == 2, t);
+    const std::size_t outside = it.write(angle, second);
+    for (std::uint32_t k = 0; k < count; ++k) release_operands(lines[k]);
+    const int sines[] = {it.sines(), t[0]}, cosines[] = {t[1], t[2]}, angles[] = {it.angles(), t[3]};
+    Aside aside{.jump = outside, .first = circular_.size(), .count = count, .angles = it.angles(), .second = t[3]};
+    const auto is_needed = [this](std::uint32_t v) { return read_[v] != 0 || is_used_later(v); };
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const std::uint32_t sine = lines[k].to, cosine = lines[k].b;
+      if (k == 1) it.take_second(sines[1], sines[0]);
+      if (is_needed(cosine)) it.take_cosine(cosines[k], sines[k]);
+      const auto place = [&](std::uint32_t v, int r) { return static_cast<std::uint32_t>(is_needed(v) ? r : code_.registers()); };
+      circular_.push_back({static_cast<std::uint32_t>(angles[k]), place(sine, sines[k]), place(cosine, cosines[k])});
+    }
+    aside.back = code_.bytes().size();
+    asides_.push_back(aside);
+    for (std::uint32_t k = 0; k < count; ++k) {
+      if (is_needed(lines[k].to)) keep(lines[k].to, sines[k]);
+      if (is_needed(lines[k].b)) keep(lines[k].b, cosines[k]);
+    }
+  }
+  // Where an angle is outside of the range.
+  [[gnu::cold]] void write_asides([[maybe_unused]] bool is_aligned) {
+    if constexpr (Code::has_circular) {
+      if (asides_.empty()) return;
+      const std::size_t function = write_circular_aside(code_, is_aligned, std::bit_cast<std::uintptr_t>(&write_circular_one_by_one));
+      for (const Aside& aside : asides_) {
+        code_.aim(aside.jump, code_.bytes().size());
+        if (aside.count == 2) code_.packed(Packed::second_half, true, aside.angles, -1, MachineOperand::in_register(aside.second), 1);
+        call_sites_.push_back({code_.bytes().size(), true, aside.first});
+        code_.set(X86Circular::table, 0);
+        code_.set(Code::arguments[2], aside.count);
+        code_.aim(code_.call_near(), function);
+        code_.aim(code_.jump(), aside.back);
+      }
     }
   }
 
@@ -371,21 +355,13 @@ class Emitter {
   }
 
  private:
-  StraightLines straight_;
-  Code code_;
-  typename Code::Vectors vectors_;
-  std::span<const char> read_;
-  std::vector<int> place_;       // the register that holds a value; −1 for none
-  std::vector<char> in_memory_;  // whether x has the value
-  std::vector<std::uint32_t> memory_, free_;  // where in x a value lies when it does; places that hold none
-  std::array<std::uint32_t, most_registers> holds_{};
   std::vector<double> constants_;
   std::vector<CircularPlaces> circular_;
   std::vector<Line> calls_;
   std::vector<CallSite> call_sites_;
-  typename Code::Base x_ = Code::arguments[0], pool_ = Code::arguments[1];
-  unsigned pinned_ = 0;
-  std::uint32_t at_ = 0;
+  std::vector<Aside> asides_;
+  bool has_table_ = false;  // of sines, in its register
+  typename Code::Base pool_ = Code::arguments[1];
 };
 
 }  // namespace qdot::formula

@@ -44,23 +44,26 @@ class NativeLines {
   [[gnu::cold]] NativeLines(const LineTable& table, std::span<const char> read, NativeVectors vectors)
       : NativeLines(Emitter<NativeCode>(table, read.size(), read, vectors), vectors) {}
 
-  bool exists() const { return pages_.entry() != nullptr; }
+  bool exists() const { return entry_ != nullptr; }
 #if defined(__clang__)
   [[clang::no_sanitize("function")]]  // which knows functions that it has compiled
 #endif
-  void operator()(double* x) const { std::bit_cast<void (*)(double*, const double*)>(pages_.entry())(x, constants_.data()); }
+  void operator()(double* x) const { entry_(x, constants_.data()); }
   /// Of code in fours or eights.
   void operator()(LaneNumber* x) const {
     for (std::size_t lane = 0; lane < lanes_stored; lane += lanes_) (*this)(x->lanes() + lane);
   }
 
  private:
+  using Entry = void (*)(double*, const double*);
+
   NativeLines(Emitter<NativeCode>&& emitter, NativeVectors vectors)
       : lanes_(static_cast<std::size_t>(doubles_of(vectors))),
         constants_(emitter.take_constants()),
         circular_(emitter.take_circular()),
         calls_(emitter.take_calls()),
-        pages_(addressed(emitter)) {}
+        pages_(addressed(emitter)),
+        entry_(std::bit_cast<Entry>(pages_.entry())) {}
 
   // The code with the addresses of what calls are to do.
   std::vector<std::uint8_t> addressed(const Emitter<NativeCode>& emitter) const {
@@ -77,11 +80,13 @@ class NativeLines {
   std::vector<CircularPlaces> circular_;
   std::vector<Line> calls_;
   ExecutablePages pages_;
+  Entry entry_;
 };
 
 /// The best instructions of this processor, for single numbers.
 inline NativeVectors best_vectors() {
 #if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2") != 0) return X86Vectors::avx2;
   if (__builtin_cpu_supports("avx") != 0) return X86Vectors::avx;
 #endif
   return {};

@@ -27,19 +27,26 @@
 
 namespace qdot::formula {
 
-/// What the instructions compute with.
-enum class X86Vectors { sse2, avx, avx_in_fours, avx512_in_eights };
+/// What the instructions compute with. With AVX2, sines and cosines of single numbers are instructions, too (ad/native/x86_circular.hpp).
+enum class X86Vectors { sse2, avx, avx2, avx_in_fours, avx512_in_eights };
 /// Doubles by one instruction.
 constexpr int doubles_of(X86Vectors vectors) {
   return vectors == X86Vectors::avx_in_fours ? 4 : vectors == X86Vectors::avx512_in_eights ? 8 : 1;
 }
 
+/// Operations on two or four doubles at once, or on their bits: the map and the opcode of each.
+enum class Packed {
+  sum = 0x158, product = 0x159, difference = 0x15C, both_bits = 0x154, different_bits = 0x157, load = 0x110, doubled = 0x112, upper = 0x115, compare = 0x1C2,
+  whole_sum = 0x1D4, shift = 0x173, test_signs = 0x20F, broadcast = 0x219, chosen = 0x20D, blend = 0x30D, second_half = 0x319
+};
+
 /// Machine code that grows by one instruction at a time.
 class X86Code {
  public:
   using Vectors = X86Vectors;
-  enum Base { rax = 0, rdx = 2, rbx = 3, rbp = 5, rsi = 6, rdi = 7 };
+  enum Base { rax = 0, rdx = 2, rbx = 3, rsp = 4, rbp = 5, rsi = 6, rdi = 7 };
   static constexpr Base arguments[] = {rdi, rsi, rdx}, kept[] = {rbx, rbp}, called = rax;
+  static constexpr bool has_circular = true;  // instructions for sines
 
   explicit X86Code(X86Vectors vectors) : vectors_(vectors) {}
 
@@ -58,6 +65,29 @@ class X86Code {
   [[gnu::cold, gnu::noinline]] void store(int s, const MachineOperand& memory) { vector(move_to, s, 0, memory); }
   [[gnu::cold, gnu::noinline]] void copy(int d, int s) { vector(move_all, d, 0, MachineOperand::in_register(s)); }
 
+  /// d = a ∘ b on two doubles or four, with AVX2. Of an operation with one operand that is b, and a is −1; `detail` is its number, if it has one.
+  [[gnu::cold, gnu::noinline]] void packed(Packed operation, bool four, int d, int a, const MachineOperand& b, int detail = -1) {
+    const int pp = operation == Packed::doubled ? 3 : 1;
+    has_fours_ |= four;
+    put_vex(static_cast<int>(operation) >> 8, d, a < 0 ? 15 : ~a & 15, (four ? 4 : 0) | pp, b);
+    put({static_cast<int>(operation) & 0xFF});
+    put_place(d, b);
+    if (detail >= 0) put({detail});
+  }
+  /// Jumps and calls within the code, whose places are set by aim(); of those there are none yet, the end of the instruction is returned.
+  std::size_t jump() { return put_near({0xE9}); }
+  std::size_t jump_if_not_zero() { return put_near({0x0F, 0x85}); }
+  std::size_t call_near() { return put_near({0xE8}); }
+  void aim(std::size_t end_of_jump, std::size_t at) {
+    const auto distance = static_cast<std::uint32_t>(at - end_of_jump);
+    for (std::size_t i = 0; i < 4; ++i) bytes_[end_of_jump - 4 + i] = static_cast<std::uint8_t>(distance >> (8 * i));
+  }
+  /// The stack grows down by some bytes, whose place is `to`; and back.
+  void take_stack(Base to, int size) { put({0x48, 0x81, 0xEC}), put_distance(size), copy(to, rsp); }
+  void give_stack(int size) { put({0x48, 0x81, 0xC4}), put_distance(size); }
+  void push(Base what) { put({0x50 | what}); }
+  void pop(Base what) { put({0x58 | what}); }
+
   /// Registers for addresses and whole numbers.
   [[gnu::cold, gnu::noinline]] void copy(Base to, Base from) { put({0x48, 0x89, 0xC0 | (from << 3) | to}); }
   [[gnu::cold, gnu::noinline]] void set(Base to, std::uint64_t value) {
@@ -72,8 +102,10 @@ class X86Code {
 
   /// Before other code, which may be without AVX and would wait for the upper parts of registers.
   void leave_vectors() {
-    if (doubles_of(vectors_) > 1) put({0xC5, 0xF8, 0x77});
+    if (doubles_of(vectors_) > 1 || has_fours_) clear_upper_halves();
+    has_fours_ = false;
   }
+  void clear_upper_halves() { put({0xC5, 0xF8, 0x77}); }
 
   /// Where indirect calls may arrive.
   void begin() { put({0xF3, 0x0F, 0x1E, 0xFA}); }
@@ -89,6 +121,11 @@ class X86Code {
   }
   [[gnu::cold, gnu::noinline]] void put(std::initializer_list<int> some) {
     for (const int byte : some) bytes_.push_back(static_cast<std::uint8_t>(byte));
+  }
+  std::size_t put_near(std::initializer_list<int> opcode) {
+    put(opcode);
+    put_distance(0);
+    return bytes_.size();
   }
   [[gnu::cold, gnu::noinline]] void put_distance(std::int32_t distance) {
     for (int i = 0; i < 4; ++i) bytes_.push_back(static_cast<std::uint8_t>(static_cast<std::uint32_t>(distance) >> (8 * i)));
@@ -111,8 +148,9 @@ class X86Code {
     const int v = takes_two ? ~a & 31 : 31, pp = is_scalar ? 3 : 1;
     switch (vectors_) {
       case X86Vectors::sse2: put_prefix(is_scalar ? 0xF2 : 0x66, d, b); break;
-      case X86Vectors::avx: put_vex(d, v & 15, pp, b); break;
-      case X86Vectors::avx_in_fours: put_vex(d, v & 15, 4 | pp, b); break;
+      case X86Vectors::avx:
+      case X86Vectors::avx2: put_vex(1, d, v & 15, pp, b); break;
+      case X86Vectors::avx_in_fours: put_vex(1, d, v & 15, 4 | pp, b); break;
       case X86Vectors::avx512_in_eights: put_evex(d, v, pp, b); break;
     }
     put({opcode});
@@ -123,9 +161,10 @@ class X86Code {
     if (d >= 8 || b.number >= 8) put({0x40 | (d >= 8 ? 4 : 0) | (b.number >= 8 ? 1 : 0)});
     put({0x0F});
   }
-  void put_vex(int d, int v, int length_and_pp, const MachineOperand& b) {
-    if (b.number >= 8) put({0xC4, (d >= 8 ? 0 : 0x80) | 0x40 | 0x01, (v << 3) | length_and_pp});
-    else put({0xC5, (d >= 8 ? 0 : 0x80) | (v << 3) | length_and_pp});
+  void put_vex(int map, int d, int v, int length_and_pp, const MachineOperand& b) {
+    const int high = d >= 8 ? 0 : 0x80;
+    if (b.number >= 8 || map != 1) put({0xC4, high | 0x40 | (b.number >= 8 ? 0 : 0x20) | map, (v << 3) | length_and_pp});
+    else put({0xC5, high | (v << 3) | length_and_pp});
   }
   void put_evex(int d, int v, int pp, const MachineOperand& b) {
     const int r = b.number >= 0 ? b.number : 0;
@@ -136,6 +175,7 @@ class X86Code {
   static constexpr int move_from = 0x10, move_to = 0x11, move_all = 0x28;
   std::vector<std::uint8_t> bytes_;
   X86Vectors vectors_;
+  bool has_fours_ = false;  // whether upper halves of registers may hold something
 };
 
 }  // namespace qdot::formula

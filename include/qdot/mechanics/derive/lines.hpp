@@ -99,15 +99,13 @@ struct DerivedLines {
     if (Q)
       for (int i = 0; i < n; ++i) x[2 * n + 1 + i] = Q[i];
     s.lines(x);
-    bool good = have_values(x);
-    for (const auto& [pivot, whole] : s.pivots) good &= x[pivot] > threshold * x[whole];
-    double zero = 0.0;
-    for (int i = 0; i < n; ++i) {
-      const double a = x[s.accelerations[static_cast<std::size_t>(i)]];
-      zero += a - a;
-      qddot[i] = a;
-    }
-    return good && zero == 0.0;
+    bool good = !are_checked() || have_values(x);
+    const std::pair<int, int>* const pivots = s.pivots.data();  // one of each row
+    unroll<n>([&](auto k) __attribute__((always_inline)) { good &= x[pivots[k].first] > threshold * x[pivots[k].second]; });
+    const int* const number = s.accelerations.data();
+    double sum = -0.0;
+    unroll<n>([&](auto i) __attribute__((always_inline)) { sum += qddot[i] = x[number[i]]; });
+    return good & is_finite(sum);
   }
 
   /// M, and the derivatives of r − M a at accelerations a (mechanics/equations/equation_slopes.hpp), which come from (M, r): `put_accelerations` leaves them in
@@ -140,6 +138,7 @@ struct DerivedLines {
   void write_mass(const double* x, double* M) const {
     for (const int entry : mass) *M++ = entry < 0 ? 0.0 : x[entry];
   }
+  bool are_checked() const { return !checked.empty() || !sides.empty(); }
   bool have_values(const double* x) const {
     bool good = true;
     for (const Checked& c : checked) good &= formula::is_in(c.domain, x[c.number]);
