@@ -10,7 +10,7 @@
 //                             vsubsd xmm2, xmm2, [rdi+64]  x₈ is read from memory, for it is not used again
 //
 // The code is a function of x, the numbers, and of the constants. Values stay in registers as long as there is room
-// (ad/native/values_in_registers.hpp). Sines of one level are instructions, two angles at a time (ad/native/x86_circular.hpp). Without AVX2 they are
+// (ad/native/values_in_registers.hpp). Sines of one level are instructions, four angles at a time (ad/native/x86_circular.hpp). Without AVX2 they are
 // calls of C++ functions, as powers and other functions are. These change all registers, so values that are used afterwards are stored before.
 //
 // With AVX2 or AVX-512 the same lines become code for the lanes of a LaneNumber, four or eight at a time (ad/formula/lane_lines.hpp).
@@ -124,7 +124,7 @@ class Emitter : ValuesInRegisters<Code> {
   struct Aside {
     std::size_t jump = 0, back = 0, first = 0;
     std::uint32_t count = 0;
-    int angles = 0, second = 0;
+    int temporaries[X86Circular::most_temporaries] = {};
   };
 
   [[gnu::cold, gnu::noinline]] void call(std::uint32_t first, std::uint32_t last) {
@@ -165,36 +165,36 @@ class Emitter : ValuesInRegisters<Code> {
     if constexpr (Code::has_circular) {
       if (!has_table_) code_.set(X86Circular::table, X86Circular::table_address());
       has_table_ = true;
-      for (; last - first > 1; first += 2) circular_of<2>(first);
-      if (first < last) circular_of<1>(first);
+      for (std::uint32_t count = 0; first < last; first += count) {
+        count = std::min<std::uint32_t>(last - first, X86Circular::most);
+        write_circular(first, count);
+      }
     }
   }
-  template <std::uint32_t count>
-  [[gnu::cold, gnu::noinline]] void circular_of(std::uint32_t first) {
+  [[gnu::cold, gnu::noinline]] void write_circular(std::uint32_t first, std::uint32_t count) {
     const Line* const lines = &straight_.lines()[first];
     at_ = first + count - 1;
     pinned_ = 0;
-    const MachineOperand angle = operand(lines[0].a), second = operand(lines[count - 1].a);
-    int t[X86Circular::temporaries];
-    for (int& each : t) each = fresh();
-    X86Circular it(code_, count == 2, t);
-    const std::size_t outside = it.write(angle, second);
+    MachineOperand angles[X86Circular::most];
+    for (std::uint32_t k = 0; k < count; ++k) angles[k] = operand(lines[k].a);
+    X86Circular it(code_, count);
+    Aside aside{.first = circular_.size(), .count = count};
+    const int(&t)[X86Circular::most_temporaries] = aside.temporaries;
+    for (int i = 0; i < it.temporaries(); ++i) aside.temporaries[i] = fresh();
+    aside.jump = it.write(angles, t);
     for (std::uint32_t k = 0; k < count; ++k) release_operands(lines[k]);
-    const int sines[] = {it.sines(), t[0]}, cosines[] = {t[1], t[2]}, angles[] = {it.angles(), t[3]};
-    Aside aside{.jump = outside, .first = circular_.size(), .count = count, .angles = it.angles(), .second = t[3]};
     const auto is_needed = [this](std::uint32_t v) { return read_[v] != 0 || is_used_later(v); };
     for (std::uint32_t k = 0; k < count; ++k) {
-      const std::uint32_t sine = lines[k].to, cosine = lines[k].b;
-      if (k == 1) it.take_second(sines[1], sines[0]);
-      if (is_needed(cosine)) it.take_cosine(cosines[k], sines[k]);
-      const auto place = [&](std::uint32_t v, int r) { return static_cast<std::uint32_t>(is_needed(v) ? r : code_.registers()); };
-      circular_.push_back({static_cast<std::uint32_t>(angles[k]), place(sine, sines[k]), place(cosine, cosines[k])});
+      const bool has_sine = is_needed(lines[k].to), has_cosine = is_needed(lines[k].b);
+      it.take(k, t, has_sine, has_cosine);
+      const auto place = [&](bool needed, int i) { return static_cast<std::uint32_t>(needed ? t[i] : code_.registers()); };
+      circular_.push_back({place(true, it.angle(k)), place(has_sine, it.sine(k)), place(has_cosine, it.cosine(k))});
     }
     aside.back = code_.bytes().size();
     asides_.push_back(aside);
     for (std::uint32_t k = 0; k < count; ++k) {
-      if (is_needed(lines[k].to)) keep(lines[k].to, sines[k]);
-      if (is_needed(lines[k].b)) keep(lines[k].b, cosines[k]);
+      if (is_needed(lines[k].to)) keep(lines[k].to, t[it.sine(k)]);
+      if (is_needed(lines[k].b)) keep(lines[k].b, t[it.cosine(k)]);
     }
   }
   // Where an angle is outside of the range.
@@ -204,7 +204,7 @@ class Emitter : ValuesInRegisters<Code> {
       const std::size_t function = write_circular_aside(code_, is_aligned, std::bit_cast<std::uintptr_t>(&write_circular_one_by_one));
       for (const Aside& aside : asides_) {
         code_.aim(aside.jump, code_.bytes().size());
-        if (aside.count == 2) code_.packed(Packed::second_half, true, aside.angles, -1, MachineOperand::in_register(aside.second), 1);
+        X86Circular(code_, aside.count).split_angles(aside.temporaries);
         call_sites_.push_back({code_.bytes().size(), true, aside.first});
         code_.set(X86Circular::table, 0);
         code_.set(Code::arguments[2], aside.count);

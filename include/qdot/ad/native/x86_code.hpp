@@ -37,7 +37,7 @@ constexpr int doubles_of(X86Vectors vectors) {
 /// Operations on two or four doubles at once, or on their bits: the map and the opcode of each.
 enum class Packed {
   sum = 0x158, product = 0x159, difference = 0x15C, both_bits = 0x154, different_bits = 0x157, load = 0x110, doubled = 0x112, upper = 0x115, compare = 0x1C2,
-  whole_sum = 0x1D4, shift = 0x173, test_signs = 0x20F, broadcast = 0x219, chosen = 0x20D, blend = 0x30D, second_half = 0x319
+  whole_sum = 0x1D4, shift = 0x173, test_signs = 0x20F, broadcast = 0x219, chosen = 0x20D, blend = 0x30D, select = 0x34B, second_half = 0x319
 };
 
 /// Machine code that grows by one instruction at a time.
