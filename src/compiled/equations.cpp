@@ -59,6 +59,7 @@ template void drive<true, false>(Run<>&, const DrivenForm&, AnyStepper, const Op
 template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>,
                                 double, const Eigen::VectorXd&, double);
 template NaturalTolerances natural_tolerances<double>(const DrivenForm&, const Options&, double, const Eigen::VectorXd&, double);
+template class BranchCrossing<double>;
 template class BranchSteps<double>;
 template class BasicChangeWatch<double>;
 template class BasicEnergyWatch<double>;

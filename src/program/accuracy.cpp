@@ -187,6 +187,7 @@ int accuracy(const AccuracyOptions& options) {
   Request request;
   request.start = start_with(*scene, configured(*scene, options.set));
   choose_effects(*scene, options);
+  choose_way(*scene, options);
   request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : scene->t_end();
   if (!(request.t_end > request.start.t)) {
     throw UsageError("--t-end: must be after the start, t = " + report::exact_text(request.start.t) + ", given " + *options.t_end);

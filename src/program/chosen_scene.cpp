@@ -49,6 +49,10 @@ void choose_effects(RunnableScene& scene, const SceneOptions& options) {
   for (const std::string& text : options.without) choose("--without", text, false);
 }
 
+void choose_way(RunnableScene& scene, const SceneOptions& options) {
+  if (options.by) scene.set_by(way_named(*options.by));
+}
+
 std::vector<InitialValue> configured(RunnableScene& scene, const std::vector<std::string>& settings) {
   std::vector<std::string> valid;
   for (const ParameterInfo& p : scene.parameters()) valid.push_back(p.name);
@@ -116,7 +120,7 @@ ChosenScene chosen_scene(const SceneOptions& options, std::unique_ptr<RunnableSc
   chosen.initial_values = configured(*chosen.scene, options.set);
   chosen.start = start_with(*chosen.scene, chosen.initial_values);
   choose_effects(*chosen.scene, options);
-  if (options.by) chosen.scene->set_by(way_named(*options.by));
+  choose_way(*chosen.scene, options);
   chosen.model = model_of(*chosen.scene);
   return chosen;
 }

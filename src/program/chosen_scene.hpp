@@ -61,6 +61,11 @@ std::vector<ComponentNames> names_of_start(const RunnableScene& scene);
 /// @throws UsageError
 void choose_effects(RunnableScene& scene, const SceneOptions& options);
 
+/// Applies --by.
+///
+/// @throws UsageError
+void choose_way(RunnableScene& scene, const SceneOptions& options);
+
 /// The equations of a scene that has been configured.
 ///
 /// @throws UsageError  where an effect does not take a parameter

@@ -52,6 +52,7 @@ Request request_of(RunnableScene& scene, const RunOptions& options) {
   Request request;
   request.start = start_with(scene, configured(scene, options.set));
   choose_effects(scene, options);
+  choose_way(scene, options);
   const std::shared_ptr<const Model> model = model_of(scene);
   request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : scene.t_end();
   if (!(request.t_end > request.start.t)) {

@@ -9,6 +9,7 @@
 
 #include "catch2_bridge.hpp"
 #include "qdot/analysis/sensitivity.hpp"
+#include "qdot/effects/constraints.hpp"
 #include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/any_stepper.hpp"
@@ -87,6 +88,115 @@ TEST_CASE("derivatives see a strip that a step would pass over") {
   // q(t) = q_out + w (t − t_out) with w the velocity behind: by the place ∂q/∂q₀ = w/v, and ∂q̇/∂v = v/w.
   CHECK(std::abs(of.Phi(0, 0) - out / v) < 1e-7);
   CHECK(std::abs(of.Phi(1, 1) - v / out) < 1e-7);
+}
+
+namespace {
+
+// Which branches: one type for all of them.
+enum class Case { graze, step, mass_by_time, mass_by_place, switched_on, root };
+struct Branching {
+  Case which;
+
+  template <class X>
+  auto T(const X&, const X& v, const auto& t) const {
+    using S = std::decay_t<decltype(v[0] + t)>;
+    const S twice_T = v[0] * v[0];
+    return which == Case::mass_by_time && !(t < 1.5) ? S(2.0 * twice_T) : S(0.5 * twice_T);
+  }
+  auto V(const auto& q, const auto& t) const {
+    using std::sqrt;
+    using S = std::decay_t<decltype(q[0] + t)>;
+    switch (which) {
+      case Case::graze: return q[0] > 1.0 ? S(0.5 * q[0] * q[0] + 0.5 * (q[0] - 1.0)) : S(0.5 * q[0] * q[0]);
+      case Case::step: return q[0] > 0.0 ? S(0.5) : S(0.0);
+      case Case::switched_on: return t > 1.0 ? S(3.0 - q[0]) : S(0.0);
+      case Case::root: return sqrt(q[0]) < 1.0 ? S(q[0]) : S(2.0 * q[0]);
+      default: return S(0.0);
+    }
+  }
+};
+struct ByPlace {  // a mass
+  auto T(const auto& q, const auto& v) const { return (q[0] < 0.0 ? 0.5 : 2.0) * v[0] * v[0]; }
+  auto V(const auto& q) const { return q[0] * q[0]; }
+};
+
+template <class System, int n>
+std::string end_of(const System& system, const State<n>& from, double t_end) {
+  const auto run = simulate(system, from, t_end, Dop853{}, Options{.rtol = 1e-10, .atol = 1e-12, .max_steps = 100'000});
+  return std::string(name(run.outcome)) + ": " + run.message;
+}
+std::string end_of(Case which, double q, double v, double t_end) { return end_of(mechanical_system<1>(Branching{which}), start(q, v), t_end); }
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+// Friction against v and a spring; or a force towards q + v = 0.
+auto pushed(bool friction) {
+  return scene(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.0 * q[0]; }),
+               generalized_force([friction](const auto& q, const auto& v, const auto&) {
+                 auto force = (0.0 * q).eval();
+                 if (friction) force[0] = v[0] > 0.0 ? -q[0] - 0.3 : -q[0] + 0.3;
+                 else force[0] += q[0] + v[0] > 0.0 ? -1.0 : 1.0;
+                 return force;
+               }));
+}
+
+// A bead on y = 0 up to x = 0, and from there on a step, a slope or a parabola; or on a rope whose length jumps at t = 1.
+enum class Rail { step, slope, parabola, rope };
+auto on(Rail rail) {
+  return scene(mechanical_system<2>([](const auto& v) { return 0.5 * v.dot(v); }, [](const auto& q) { return 9.81 * q[1]; }),
+               holonomic("rail", [rail](const auto& q, const auto& t) {
+                 using S = std::decay_t<decltype(q[0] + t)>;
+                 if (rail == Rail::rope) return t < 1.0 ? S(q.dot(q) - 1.0) : S(q.dot(q) - 2.25);
+                 if (!(q[0] > 0.0)) return S(q[1]);
+                 return S(q[1] - (rail == Rail::step ? S(0.1) : rail == Rail::slope ? S(0.5 * q[0]) : S(0.25 * q[0] * q[0])));
+               }));
+}
+
+}  // namespace
+
+TEST_CASE("a place that is barely reached between two steps is felt, and one that is touched only is not") {
+  // q̈ = −q, and −q − 1/2 beyond 1, from q = 0 with v = 1 + 2⁻²⁰: beyond 1 it stays for 0.00184. In pieces: arcs of circles about 0 and −1/2.
+  constexpr double rounding = 1e-11;  // rtol 1e-12 over three units of time, and what the time of the crossing makes of it
+  const auto edge = mechanical_system<1>(Branching{Case::graze});
+  const auto run = simulate(edge, start(0.0, 1.0000009536743164), 3.0, Dop853{}, {.rtol = 1e-12, .atol = 1e-14});
+  REQUIRE(run.completed());
+  CHECK(std::abs(run.y[0] - 0.140208585166974274) < rounding);
+  CHECK(std::abs(run.y[1] + 0.990122951958501782) < rounding);
+  const auto touching = simulate(edge, start(0.0, 1.0), 3.0, Dop853{}, {.rtol = 1e-12, .atol = 1e-14});
+  REQUIRE(touching.completed());
+  CHECK(std::abs(touching.y[0] - std::sin(3.0)) < rounding);
+}
+
+TEST_CASE("a blow that branches ask for ends the run by a name: a step of V, a mass that changes by place or by time") {
+  CHECK(contains(end_of(Case::step, -1.0, 2.0, 2.0), "refused_by_model"));
+  CHECK(contains(end_of(Case::step, -1.0, 2.0, 2.0), "at t = 0.5, T - V jumps from 2 to 1.5"));
+  CHECK(contains(end_of(Case::mass_by_time, 0.5, 1.0, 4.0), "at t = 1.5, a momentum, the derivative of T with respect to a velocity, jumps from 1 to 4"));
+  CHECK(contains(end_of(mechanical_system<1>(ByPlace{}), start(-1.0, 0.3), 5.0), "refused_by_model"));
+  CHECK(contains(end_of(Case::switched_on, 0.0, 0.0, 2.0), "completed"));  // a V that jumps with time alone is no blow
+}
+
+TEST_CASE("a constraint that jumps, or has a kink, ends the run by a name, and one whose curvature jumps does not") {
+  const State<2> from{0.0, {-1.0, 0.0}, {2.0, 0.0}};
+  CHECK(contains(end_of(on(Rail::step), from, 3.0), "constraint_failure"));
+  CHECK(contains(end_of(on(Rail::slope), from, 3.0), "a constraint has a kink"));
+  CHECK(contains(end_of(on(Rail::parabola), from, 3.0), "completed"));
+  CHECK(contains(end_of(on(Rail::rope), State<2>{0.0, {0.6, -0.8}, {0.0, 0.0}}, 2.0), "at t = 1, a constraint jumps from"));
+}
+
+TEST_CASE("a motion that both sides push onto their boundary ends by the name of event_accumulation") {
+  // Friction of 0.3 sticks at the fourth stop, at 9.638838644 (arcs of circles); three stops it passes.
+  const std::string sticks = end_of(pushed(true), start(2.0, 0.5), 20.0);
+  CHECK(contains(sticks, "event_accumulation"));
+  CHECK(contains(sticks, "at t = 9.638838644"));
+  CHECK(contains(end_of(pushed(false), start(0.5, 0.25), 2.0), "at t = 0.68614066"));  // q̈ = −sgn(q + v) slides from there
+  // Backward from a rest that friction holds every past is possible.
+  CHECK(contains(end_of(pushed(true), State<1>{20.0, V1(-0.25372045918796404), V1(0.0)}, 0.0), "the motion is not unique"));
+}
+
+TEST_CASE("a comparison with NaN ends the run by a name, at its start and later") {
+  CHECK(contains(end_of(Case::root, -1.0, 0.0, 1.0), "is asked about NaN"));
+  const std::string later = end_of(Case::root, 0.5, -1.0, 3.0);  // q = 1/2 − t − t²/2 is 0 at √2 − 1
+  CHECK(contains(later, "non_finite"));
+  CHECK(contains(later, "is asked about NaN at t = 0.41421"));
 }
 
 TEST_CASE("a functor that compares nothing, and one whose branches are never left, costs no step") {

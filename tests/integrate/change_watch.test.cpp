@@ -321,3 +321,13 @@ TEST_CASE("energies that read a global number which changes end the run by name"
   check(damped, Dop853{});
   global_stiffness = 1.0;
 }
+
+TEST_CASE("energies that count their calls end the run by the name of model_changed, whatever the number of calls in an evaluation is") {
+  for (const int period : {2, 3}) {
+    int calls = 0;
+    const auto counting = mechanical_system<1>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [&calls, period](const auto& q) {
+      return ++calls % period != 0 ? 1.0 * q[0] : -1.0 * q[0];
+    });
+    CHECK(simulate(counting, released, 1.0, Dop853{}).outcome == Outcome::model_changed);
+  }
+}

@@ -39,7 +39,7 @@ enum class Outcome {
   non_finite,             ///< the right-hand side (or its Jacobian) gave NaN or infinity at every step size tried
   singular_mass_matrix,   ///< M could not be factored at any step size tried, or its condition fell below options.rcond_limit
   constraint_failure,     ///< the constraints contradict each other, or could not be met, at every step size tried
-  refused_by_model,       ///< the model threw RecoverableError at every step size tried
+  refused_by_model,       ///< the model threw RecoverableError at every step size tried, or T or V jumps, which is a blow
   invalid_change,         ///< an event's action set the time, or another size of the state
   event_accumulation,     ///< events followed each other without end before t could go on
   step_collapse,          ///< the error test failed down to the smallest step that t can still feel
@@ -84,7 +84,7 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
       return "some direction of motion lost its inertia; choose other coordinates, or add the missing mass.";
     case Outcome::constraint_failure:
       return "look at the constraint that is named: it depends on the others there, or cannot be met together with them.";
-    case Outcome::refused_by_model: return "look at the condition under which the model throws RecoverableError.";
+    case Outcome::refused_by_model: return "look at the condition under which the model throws RecoverableError, or at what jumps.";
     case Outcome::invalid_change: return "let the action of the event change the numbers in q and qdot, and nothing else.";
     case Outcome::event_accumulation:
       return "infinitely many impacts come to rest here: give the system a resting phase, as contact() has, or stop at "

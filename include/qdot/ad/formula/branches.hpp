@@ -42,6 +42,7 @@ struct Branches {
   std::vector<Guard> met = {};                   ///< in the order of the comparisons
   std::vector<double> values = {};               ///< of the nodes so far
   bool read_values = false;                      ///< a functor asked for a value itself, which no guard holds
+  std::string undecided = {};                    ///< a comparison with NaN, if there was one
 };
 
 /// values ← those of the first `count` nodes; nodes that have one already keep it.
@@ -72,6 +73,7 @@ template <class Number = double>
   } else {
     evaluate_nodes(graph, branches.variables, branches.values, static_cast<std::size_t>(node) + 1);
     const Number value = branches.values[static_cast<std::size_t>(node)];
+    if (std::isnan(value) && branches.undecided.empty()) branches.undecided = what;
     answer = or_equal ? value >= level : value > level;
   }
   branches.met.push_back({{answer ? 1.0 : -1.0, level, or_equal == answer}, node, false, what});

@@ -150,19 +150,21 @@ class Driver {
       if (!stepper_.step(again ? seen_ : limit)) {
         if (!leapt()) return run_.completed() && stuck();
       } else if (passed_unseen()) {
+        if (!run_.completed()) return false;
         reset_at(stepper_, clock_.moment(elapsed_), run_.y);
       } else if (!state_is_sound() || !watched(landing) || !kept() || !within_budget(landing)) return false;
     }
     return true;
   }
 
-  // Whether the step has passed over a stay on another branch, so that it is to be taken again, to seen_.
+  // Whether the step has passed over a stay on another branch, so that it is to be taken again, to seen_; or over what ends the run.
   bool passed_unseen() {
     seen_ = std::numeric_limits<double>::quiet_NaN();
     if (!watchdog_->sees_branches || stepper_.has_fixed_step() || !watchdog_->may_pass_branches(run_.t, run_.y)) return false;
-    const std::optional<double> end = watchdog_->unseen(clock_, stepper_.polynomial(), elapsed_, reached());
-    if (end) seen_ = clock_.t(*end);
-    return end && !clock_.is_at(seen_, elapsed_);
+    const Passage passage = watchdog_->passage(clock_, stepper_.polynomial(), elapsed_, reached());
+    if (passage.trouble) return end(*passage.trouble), true;
+    if (passage.retake) seen_ = clock_.t(*passage.retake);
+    return passage.retake && !clock_.is_at(seen_, elapsed_);
   }
 
   // Whether no step was taken for the equations jump here, and the system knows the other side.

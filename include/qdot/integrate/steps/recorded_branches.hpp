@@ -30,6 +30,7 @@ struct RecordedBranch {
   formula::Branches branches{};
   RecordedMotion motion{};
   std::size_t forces = 0;  // of what was returned behind T and V: forces and rates; then come rows of constraints
+  std::vector<char> holonomic{};  // of each row: whether it is φ, and not a
   RecordedBranch() { motion.recording.branches = &branches; }
   RecordedBranch(const RecordedBranch&) = delete;
   RecordedBranch& operator=(const RecordedBranch&) = delete;
@@ -104,7 +105,7 @@ void run_functors(RecordedBranch& branch, const Form& form) {
     place += static_cast<std::size_t>(states_of<E>());
   };
   std::apply([&](const auto&... e) { (note(e), ...); }, form.scene().effects());
-  run_scene(m, form.scene(), nullptr);
+  run_scene(m, form.scene(), &branch.holonomic);
 }
 
 // Nodes of the derivatives of x up to an order, x itself first.

@@ -12,10 +12,13 @@
 //     stages      x           x      x            x        guard, at 16 places      + + + − − + + + + + + + + + + +
 //     the place          [ ]                               ends where               ↑ the fourth is
 //
+// A guard that comes near to its level between two places and turns is followed to where it turns. What the motion meets at a boundary, a blow or a
+// place that it cannot leave, ends the run by a name (integrate/watch/branch_crossing.hpp).
+//
 // The branch is recorded behind the first step, and anew where its guards have changed. Functors that compare nothing are known to do so from then on,
 // mostly because their equations have been derived. Stairs that switch in nearly every step, and what asks for plain values, are left alone. Methods
 // with a step of fixed length are not watched; in lanes such functors run one by one. A visit to a branch and back within a sixteenth of a step is
-// not seen.
+// not seen where its guard turns twice there.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -23,13 +26,16 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/steps/polynomial.hpp"
 #include "qdot/integrate/steps/recorded_branches.hpp"
+#include "qdot/integrate/watch/branch_crossing.hpp"
 #include "qdot/mechanics/derive/kept_lines.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -70,40 +76,54 @@ template <class F>
 template <class = void>
 class SidesOfBranch {
  public:
-  explicit SidesOfBranch(std::unique_ptr<RecordedBranch> branch) : branch_(std::move(branch)) {}
+  explicit SidesOfBranch(std::unique_ptr<RecordedBranch> branch) : branch_(std::move(branch)) {
+    for (const formula::Guard& guard : branch_->branches.met) last_ = std::max(last_, guard.node);
+  }
   bool has_guards() const { return !branch_->branches.met.empty(); }
+  RecordedBranch& branch() { return *branch_; }
 
-  /// Whether (t, y) is on another side of some guard than the branch.
-  bool left_at(Eigen::Index dof, double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  /// Moves to (t, y); the first guard that does not hold there, or NaN; −1 where all hold.
+  int move_to(Eigen::Index dof, double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
     number_variables(dof, t, y, at_);
     values_.clear();
+    formula::evaluate_nodes(branch_->motion.recording.graph, at_, values_, static_cast<std::size_t>(last_) + 1);
     const auto& met = branch_->branches.met;
-    int last = -1;
-    for (const formula::Guard& guard : met) last = std::max(last, guard.node);
-    formula::evaluate_nodes(branch_->motion.recording.graph, at_, values_, static_cast<std::size_t>(last) + 1);
-    return std::any_of(met.begin(), met.end(), [this](const formula::Guard& guard) {
-      const double value = values_[static_cast<std::size_t>(guard.node)];
-      return !guard.has(value) && !std::isnan(value);
-    });
+    const auto left = std::find_if(met.begin(), met.end(), [this](const formula::Guard& guard) { return !guard.has(value(guard)); });
+    return left == met.end() ? -1 : static_cast<int>(left - met.begin());
+  }
+  // What has been moved to.
+  const std::vector<double>& at() const { return at_; }
+  double value(const formula::Guard& guard) const { return values_[static_cast<std::size_t>(guard.node)]; }
+  /// How far inside its side a guard is.
+  double inside(std::size_t k) const {
+    const formula::Guard& guard = branch_->branches.met[k];
+    return guard.sign * (value(guard) - guard.level);
   }
 
  private:
   std::unique_ptr<RecordedBranch> branch_;
+  int last_ = -1;
   std::vector<double> at_{}, values_{};
 };
 
-/// Looks at steps, whatever functors there are: `run` runs them on a recording.
+/// What is found of a step.
+struct Passage {
+  std::optional<double> retake{};    // what may have elapsed at most at its end when it is taken again
+  std::optional<Failure> trouble{};  // the run cannot go on
+};
+
+/// Looks at steps, whatever functors there are: `run` runs them on a recording, and `rates` evaluates ẏ.
 template <class Number = double>
 class BranchSteps {
  public:
-  BranchSteps(Eigen::Index size, Eigen::Index dof, RunFunctors run) : size_(size), dof_(dof), run_(std::move(run)) {}
+  BranchSteps(Eigen::Index size, Eigen::Index dof, double rtol, RunFunctors run, RatesAt rates)
+      : size_(size), dof_(dof), rtol_(rtol), run_(std::move(run)), rates_(std::move(rates)) {}
 
   void forget() { here_.reset(); }
-  /// What may have elapsed at most at the end of a step that is to be taken again; nothing where all was seen.
-  std::optional<double> unseen(const Clock& clock, const PolynomialView& step, double from, double to);
+  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to);
 
  private:
-  static constexpr int places = 16, halvings = 30, most_retaken = 1000;
+  static constexpr int places = 16, halvings = 30, finer = 24, most_retaken = 1000;
 
   // What the state is at a fraction of the step.
   void move_to(double fraction) {
@@ -113,48 +133,177 @@ class BranchSteps {
     y_ = y_all_.head(size_);
     t_ = clock_.shown(elapsed);
   }
-  bool left_at(SidesOfBranch<>& sides, double fraction) { return move_to(fraction), sides.left_at(dof_, t_, y_); }
+  int left_at(SidesOfBranch<>& sides, double fraction) { return move_to(fraction), sides.move_to(dof_, t_, y_); }
   std::unique_ptr<SidesOfBranch<>> sides_at(double fraction) {
     return move_to(fraction), std::make_unique<SidesOfBranch<>>(recorded_branch(dof_, t_, y_, run_));
   }
-  // How far sides hold, between where they do and where they do not.
-  double edge(SidesOfBranch<>& sides, double holds, double is_left) {
-    for (int k = 0; k < halvings; ++k) {
-      const double middle = 0.5 * (holds + is_left);
-      (left_at(sides, middle) ? is_left : holds) = middle;
+  // Fractions between which sides end: they hold at the first, and not at the second.
+  struct Edge {
+    double holds, is_left;
+  };
+  Edge edge(SidesOfBranch<>& sides, Edge between, int times = halvings) {
+    for (int k = 0; k < times; ++k) {
+      const double middle = 0.5 * (between.holds + between.is_left);
+      (left_at(sides, middle) >= 0 ? between.is_left : between.holds) = middle;
     }
-    return holds;
+    return between;
   }
 
+  std::optional<Failure> undecided(SidesOfBranch<>& sides, int guard) const;
+  std::optional<double> grazed();
+  void take_sizes(RecordedBranch& branch, const std::vector<double>& at);
+  std::optional<Failure> trouble_at_start();
+  std::optional<Failure> trouble_between(SidesOfBranch<>& before, SidesOfBranch<>& behind, Edge between);
+
   Eigen::Index size_, dof_;
+  double rtol_;
   RunFunctors run_;
+  RatesAt rates_;
   long retaken_ = 0;
+  SizesOfMotion sizes_{};
   std::unique_ptr<SidesOfBranch<>> here_{};
   Clock clock_{};
   PolynomialView step_{};
   double from_ = 0.0, to_ = 0.0, t_ = 0.0;  // of the step, and of the place last looked at
-  Eigen::VectorXd y_{}, y_all_{};
+  Eigen::VectorXd y_{}, y_all_{}, rates_before_{}, rates_behind_{};
+  std::vector<double> inside_{};  // of each guard, at each place
 };
 
+// A comparison with NaN has no side.
 template <class Number>
-[[gnu::cold, gnu::noinline]] std::optional<double> BranchSteps<Number>::unseen(const Clock& clock, const PolynomialView& step, double from, double to) {
-  if (retaken_ > most_retaken) return std::nullopt;
+std::optional<Failure> BranchSteps<Number>::undecided(SidesOfBranch<>& sides, int guard) const {
+  std::string what = sides.branch().branches.undecided;
+  if (guard >= 0) {
+    const formula::Guard& it = sides.branch().branches.met[static_cast<std::size_t>(guard)];
+    if (!std::isnan(sides.value(it))) return std::nullopt;
+    what = it.what;
+  }
+  if (what.empty()) return std::nullopt;
+  return Failure{Outcome::non_finite, sentence({what, " is asked about NaN at t = ", {t_, 10}, ", which is on no side; compare what has a value there"})};
+}
+
+// A place where a guard that holds at both of its neighbours does not: between them it comes near to its level and turns.
+template <class Number>
+std::optional<double> BranchSteps<Number>::grazed() {
+  constexpr double ratio = 0.3819660112501051, noise = 1e-12;  // of the golden section; of what a guard is along the step
+  const std::size_t guards = here_->branch().branches.met.size();
+  for (std::size_t k = 0; k < guards; ++k) {
+    const auto inside = [&](int place) { return inside_[static_cast<std::size_t>(place) * guards + k]; };
+    double size = 0.0;
+    for (int place = 0; place <= places; ++place) size = std::max(size, std::abs(inside(place)));
+    for (int place = 1; place < places; ++place) {
+      const double a = inside(place - 1), b = inside(place), c = inside(place + 1), bend = a - 2.0 * b + c;
+      if (!(b <= a && b <= c && bend > 0.0) || b - 0.125 * (a - c) * (a - c) / bend > 0.5 * b) continue;  // a parabola stays far from the level
+      double low = (place - 1.0) / places, high = (place + 1.0) / places;
+      for (int times = 0; times < 60; ++times) {
+        const double left = low + ratio * (high - low), right = high - ratio * (high - low);
+        static_cast<void>(left_at(*here_, left));
+        const double at_left = here_->inside(k);
+        if (at_left < -noise * size) return left;
+        static_cast<void>(left_at(*here_, right));
+        const double at_right = here_->inside(k);
+        if (at_right < -noise * size) return right;
+        (at_left < at_right ? high : low) = at_left < at_right ? right : left;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+// Where the step begins, on its branch.
+template <class Number>
+void BranchSteps<Number>::take_sizes(RecordedBranch& branch, const std::vector<double>& at) {
+  const std::vector<int>& returned = branch.motion.returned;
+  const double energy = returned.size() < 2 ? 0.0 : [&] {
+    const std::vector<double> both = branch.values({returned[0], returned[1]}, at);
+    return std::abs(both[0]) + std::abs(both[1]);
+  }();
+  sizes_.energy = std::max(sizes_.energy, energy);
+}
+
+// What the motion meets at the boundary of two branches, which lies between two fractions of the step, or at one.
+template <class Number>
+std::optional<Failure> BranchSteps<Number>::trouble_between(SidesOfBranch<>& before, SidesOfBranch<>& behind, Edge between) {
+  const bool is_within = between.holds != between.is_left;
+  if (is_within) between = edge(before, between, finer);
+  static_cast<void>(left_at(before, 0.0));
+  take_sizes(before.branch(), before.at());
+  const int guard = left_at(before, between.is_left);
+  if (guard < 0) return std::nullopt;
+  rates_behind_.resize(size_);
+  rates_(t_, y_, rates_behind_);
+  BranchCrossing<> crossing(before.branch(), behind.branch(), static_cast<std::size_t>(guard), before.at(), sizes_, rtol_);
+  if (auto jump = crossing.jump()) return jump;
+  if (!is_within) return std::nullopt;
+  move_to(between.holds);
+  rates_before_.resize(size_);
+  rates_(t_, y_, rates_before_);
+  return crossing.sliding(rates_before_, rates_behind_, to_ > from_ ? 1.0 : -1.0);
+}
+
+// The same of a start that lies on a boundary: a little beyond it there are the rates of the other side.
+template <class Number>
+std::optional<Failure> BranchSteps<Number>::trouble_at_start() {
+  constexpr double little = 1e-9;
+  static_cast<void>(left_at(*here_, 0.0));
+  const auto& met = here_->branch().branches.met;
+  for (std::size_t k = 0; k < met.size(); ++k) {
+    if (here_->inside(k) != 0.0) continue;
+    std::vector<int> variables = here_->branch().variables();
+    variables.pop_back();
+    const std::vector<double> at = here_->at(), slopes = here_->branch().values(here_->branch().motion.recording.graph.gradient(met[k].node, variables), at);
+    Eigen::VectorXd beyond = y_;
+    for (Eigen::Index i = 0; i < size_; ++i) beyond[i] -= little * met[k].sign * slopes[static_cast<std::size_t>(i)];
+    if (beyond == y_ || here_->move_to(dof_, t_, beyond) < 0) continue;
+    rates_before_.resize(size_), rates_behind_.resize(size_);
+    rates_(t_, y_, rates_before_);
+    rates_(t_, beyond, rates_behind_);
+    BranchCrossing<> crossing(here_->branch(), here_->branch(), k, at, {}, rtol_);
+    if (auto trouble = crossing.sliding(rates_before_, rates_behind_, to_ > from_ ? 1.0 : -1.0, true)) return trouble;
+  }
+  return std::nullopt;
+}
+
+template <class Number>
+[[gnu::cold, gnu::noinline]] Passage BranchSteps<Number>::passage(const Clock& clock, const PolynomialView& step, double from, double to) {
+  if (retaken_ > most_retaken) return {};
   clock_ = clock, step_ = step, from_ = from, to_ = to;
-  if (!here_ || left_at(*here_, 0.0)) here_ = sides_at(0.0);
-  if (!here_->has_guards()) return std::nullopt;
+  if (const int left = here_ ? left_at(*here_, 0.0) : 0; left >= 0) {
+    auto now = sides_at(0.0);
+    if (auto unknown = undecided(*now, -1)) return {{}, unknown};
+    const auto before = std::exchange(here_, std::move(now));
+    if (auto trouble = before ? trouble_between(*before, *here_, {0.0, 0.0}) : trouble_at_start()) return {{}, trouble};
+  }
+  if (!here_->has_guards()) return {};
+  move_to(0.0);
+  sizes_.q = std::max(sizes_.q, y_.head(dof_).cwiseAbs().maxCoeff()), sizes_.qdot = std::max(sizes_.qdot, y_.segment(dof_, dof_).cwiseAbs().maxCoeff());
+  const std::size_t guards = here_->branch().branches.met.size();
+  inside_.resize((places + 1) * guards);
   int changes = 0, first = 0;
-  for (int k = 1, was = 0; k <= places; ++k)
-    if (const int is = left_at(*here_, static_cast<double>(k) / places) ? 1 : 0; is != std::exchange(was, is) && ++changes == 1) first = k;
-  if (changes == 0) return std::nullopt;
+  for (int k = 0, was = 0; k <= places; ++k) {
+    const int left = left_at(*here_, static_cast<double>(k) / places);
+    if (auto unknown = left >= 0 ? undecided(*here_, left) : std::nullopt) return {{}, unknown};
+    for (std::size_t i = 0; i < guards; ++i) inside_[static_cast<std::size_t>(k) * guards + i] = here_->inside(i);
+    const int is = left >= 0 ? 1 : 0;
+    if (is != std::exchange(was, is) && ++changes == 1) first = k;
+  }
   double seen = static_cast<double>(first) / places;
-  if (changes == 1) {  // a third branch may lie between the two
+  if (changes == 0) {
+    const auto place = grazed();
+    if (!place) return {};
+    seen = *place;
+  } else if (changes == 1) {  // a third branch may lie between the two
     auto behind = sides_at(1.0);
-    const double last = edge(*here_, seen - 1.0 / places, seen), next = edge(*behind, 1.0, last);
-    if (next - last < 4.0 * std::ldexp(1.0, -halvings)) return here_ = std::move(behind), std::nullopt;
+    const Edge own = edge(*here_, {seen - 1.0 / places, seen});
+    const double last = own.holds, next = edge(*behind, {1.0, last}).holds;
+    if (next - last < 4.0 * std::ldexp(1.0, -halvings)) {
+      if (auto trouble = trouble_between(*here_, *behind, own)) return {{}, trouble};
+      return here_ = std::move(behind), Passage();
+    }
     seen = 0.5 * (last + next);
   }
   ++retaken_;
-  return from + seen * (to - from);
+  return {from + seen * (to - from), {}};
 }
 
 #ifdef QDOT_COMPILED
@@ -167,7 +316,7 @@ class BranchWatch {
  public:
   static constexpr bool watches = has_branches_recorded<F>;
 
-  explicit BranchWatch(const F& system) : system_(system) {}
+  BranchWatch(const F& system, double rtol) : system_(system), rtol_(rtol) {}
 
   /// Begins behind a change of the state, where functors that compare may have become others.
   void begin() {
@@ -179,25 +328,28 @@ class BranchWatch {
     return !done_;
   }
 
-  /// As BranchSteps has it.
-  std::optional<double> unseen(const Clock& clock, const PolynomialView& step, double from, double to) {
+  /// What is found of a step.
+  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to) {
     try {
-      if (!steps_) steps_.emplace(system_.size(), qdot::detail::dof(system_), [&form = system_](RecordedBranch& branch) { run_functors(branch, form); });
-      return steps_->unseen(clock, step, from, to);
+      if (!steps_)
+        steps_.emplace(system_.size(), qdot::detail::dof(system_), rtol_, [&form = system_](RecordedBranch& branch) { run_functors(branch, form); },
+                       [&form = system_](double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) { form.derivative(t, y, out); });
+      return steps_->passage(clock, step, from, to);
     } catch (...) {  // the run itself will say what is wrong
-      return std::nullopt;
+      return {};
     }
   }
 
  private:
   const F& system_;
+  double rtol_;
   bool is_known_ = false, done_ = false;
   std::optional<BranchSteps<>> steps_{};
 };
 
 // Of forms whose functors cannot be recorded.
 struct NoBranchWatch {
-  explicit NoBranchWatch(const auto&) {}
+  NoBranchWatch(const auto&, double) {}
 };
 
 }  // namespace qdot::detail

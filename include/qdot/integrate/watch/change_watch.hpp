@@ -15,7 +15,8 @@
 //
 // It is compared with the values of a look before, and at every fourth look with those of the leg's begin as well: the first sees
 // what had no influence where the leg began, the second what creeps. Values are kept anew at the first seven looks and then
-// at every fourth, so that a look costs one evaluation and a half.
+// at every fourth, so that a look costs one evaluation and a half. Where a leg begins T and V are asked twice, one call behind the other:
+// those that count their calls show it then.
 //
 // Tolerance. The same instructions on the same numbers give the same bits, however stiff, near to singular, huge or tiny
 // the system is, so an honest one is not judged at all. Bits that differ may still be rounding, where the order of a sum depends on
@@ -33,7 +34,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -65,6 +68,24 @@ class ModelValues {
       return false;
     }
     return all_finite(out.data(), out.size());
+  }
+
+  /// What T and V are; NaN where there are none.
+  [[gnu::cold, gnu::noinline]] std::array<double, 2> energies([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) const {
+    std::array<double, 2> found{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
+    const auto ask = [&](const auto& system) {
+      constexpr int n = std::remove_cvref_t<decltype(system)>::dof_at_compile_time;
+      using D = Dual<double, 1>;
+      const Eigen::Index k = system.dof();
+      const Vector<D, n> q = constants<D>(Vector<double, n>(y.head(k))), qdot = constants<D>(Vector<double, n>(y.segment(k, k)));
+      found = {kinetic<n>(system.energies(), q, qdot, D(t)).value, potential<n>(system.energies(), q, D(t)).value};
+    };
+    try {
+      if constexpr (is_scene) ask(system_.scene().system());
+      else if constexpr (requires { system_.system().energies(); }) ask(system_.system());
+    } catch (...) {  // they will throw again
+    }
+    return found;
   }
 
   Eigen::Index rates() const { return system_.size(); }
@@ -132,12 +153,14 @@ struct AnyModelValues {
   Eigen::Index rates;
   bool (*write)(const void*, double, const Eigen::VectorXd&, Eigen::VectorXd&);
   std::string (*named)(const void*, Eigen::Index);
+  std::array<double, 2> (*energies)(const void*, double, const Eigen::VectorXd&);
 
   template <FirstOrderSystem F>
   explicit AnyModelValues(const F& of)
       : form(&of), rates(of.size()),
         write([](const void* f, double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) { return ModelValues(*static_cast<const F*>(f)).at(t, y, out); }),
-        named([](const void* f, Eigen::Index i) { return ModelValues(*static_cast<const F*>(f)).name(i); }) {}
+        named([](const void* f, Eigen::Index i) { return ModelValues(*static_cast<const F*>(f)).name(i); }),
+        energies([](const void* f, double t, const Eigen::VectorXd& y) { return ModelValues(*static_cast<const F*>(f)).energies(t, y); }) {}
 
   bool at(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) const { return write(form, t, y, out); }
 };
@@ -151,6 +174,8 @@ class BasicChangeWatch {
   /// Begins a leg: whatever changed before was allowed to.
   void begin(double t, const Eigen::VectorXd& y) {
     keep(first_, t, y);
+    const auto once = values_.energies(values_.form, t, y), again = values_.energies(values_.form, t, y);
+    at_once_ = {once[0], again[0], once[1], again[1]};
     latest_.is_known = false;
     looks_ = 0;
   }
@@ -162,6 +187,11 @@ class BasicChangeWatch {
 
   /// What is not as it was, if something is.
   std::optional<Failure> look(double t) {
+    for (const std::size_t i : {0U, 2U})
+      if (std::abs(at_once_[i] - at_once_[i + 1]) > rounding * (std::abs(at_once_[i]) + std::abs(at_once_[i + 1])))
+        return Failure{Outcome::model_changed,
+                       sentence({"functors must depend on nothing but their arguments, but ", i == 0 ? "T" : "V", " at t = ", first_.t, " was ",
+                                 at_once_[i], " and, asked once more at the same state, ", at_once_[i + 1]})};
     const bool both = ++looks_ % thinned == 0 || !latest_.is_known;
     for (const Seen* seen : {&latest_, &first_})
       if (seen->is_known && (seen == &latest_ || both) && values_.at(seen->t, seen->y, now_) && !is_same(*seen))
@@ -229,6 +259,7 @@ class BasicChangeWatch {
   Seen first_, latest_;
   long looks_ = 0;  // in this leg
   Eigen::VectorXd now_;
+  std::array<double, 4> at_once_{};  // T, T again, V, V again where a leg begins
 };
 using ChangeWatch = BasicChangeWatch<>;
 

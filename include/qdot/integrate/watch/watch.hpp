@@ -121,7 +121,7 @@ class Watchdog {
   static constexpr bool watches_time = TimeWatch<F>::watches;
 
   Watchdog(const F& system, const Options& options)
-      : system_(system), options_(options), clock_(system, options), branches_(system), changes_(AnyModelValues(system), options),
+      : system_(system), options_(options), clock_(system, options), branches_(system, options.rtol), changes_(AnyModelValues(system), options),
         energy_(energy_watch(system, options)), wait_(shortest_wait()) {}
 
   /// True when the state after a step of length h ought to be looked at.
@@ -165,10 +165,10 @@ class Watchdog {
     return false;
   }
 
-  /// Where a step that has passed over another branch ends when it is taken again (integrate/watch/branch_watch.hpp).
-  std::optional<double> unseen(const Clock& clock, const PolynomialView& step, double from, double to) {
-    if constexpr (BranchWatch<F>::watches) return branches_.unseen(clock, step, from, to);
-    return (void)clock, (void)step, (void)from, (void)to, std::nullopt;
+  /// What a step has passed (integrate/watch/branch_watch.hpp).
+  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to) {
+    if constexpr (BranchWatch<F>::watches) return branches_.passage(clock, step, from, to);
+    return (void)clock, (void)step, (void)from, (void)to, Passage();
   }
   /// Whether steps from (t, y) may do so.
   bool may_pass_branches([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) {
