@@ -196,7 +196,7 @@ class ConstraintError : public Error {
   double residual_;
 };
 
-/// T, V or a force is not one formula everywhere (it compares values, or has a kink), so it has no Taylor series.
+/// T, V, a force or a constraint is not one formula where one is needed: it compares values, has a kink or asks for a plain number.
 class NotAnalytic : public Error {
  public:
   NotAnalytic(const std::string& what, std::string source) : Error(what), source_(std::move(source)) {}

@@ -7,6 +7,7 @@
 #include "../catch2_bridge.hpp"
 #include "driven_cart.hpp"
 #include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
@@ -135,14 +136,89 @@ TEST_CASE("where drag turns round and is not analytic, the test of each step not
   CHECK((run.y - exact).norm() < 1e-7);
 }
 
-TEST_CASE("forces with branches are refused in words") {
-  const auto saturated = scene(oscillator, generalized_force([](const auto& q, const auto&) {
-                                 using S = typename std::decay_t<decltype(q)>::Scalar;
-                                 return q[0] > 0.5 ? S(-0.5) : S(-q[0]);
-                               }));
-  CHECK_THROWS_WITH(simulate(saturated, plucked, 1.0, Taylor{}),
-                    "a Taylor series needs energies and forces that are one formula everywhere, but the force of an effect uses the comparison > "
-                    "of its arguments; use Dop853, which takes them as they are");
+// Forces that compare, on a free particle: one type, so that it is compiled once.
+enum class Law { friction, saturated, dead_zone, nested, three_at_once, stairs, clock, relay, shrinking, leaving, together, reversed, asked };
+struct BranchingForce {
+  Law law;
+  template <class V, class Time>
+  auto operator()(const V& q, const V& qdot, const Time& t) const {
+    using S = typename V::Scalar;
+    using std::abs, std::copysign, std::floor, std::isfinite, std::max, std::min;
+    const S &x = q[0], &v = qdot[0];
+    const auto force = [&]() -> S {
+      switch (law) {
+        case Law::friction: return S(-x + (v > 0.0 ? S(-0.3) : S(0.3)));
+        case Law::saturated: return S(-max(S(min(x, S(1.0))), S(-1.0)));
+        case Law::dead_zone: return S(-0.4 * v - 9.0 * (x > 0.2 ? S(x - 0.2) : x < -0.2 ? S(x + 0.2) : S(0.0)));
+        case Law::nested: return x > 0.0 ? (v > 0.0 ? S(-x - 0.5) : S(-x - 0.2)) : (t < 7.5 ? S(-x) : S(-2.0 * x));
+        case Law::three_at_once: return S(-x + (x > 0.0 && v > 0.0 && t < 9.0 ? S(0.4) : S(0.0)));
+        case Law::stairs: return S(-floor(x + 0.5) - 0.05 * v);
+        case Law::clock: return S(-x - 0.1 * v + (abs(x) < 0.2 && v > 0.0 ? S(1.0) : S(0.0)));
+        case Law::relay: return x + v > 0.0 ? S(-1.0) : S(1.0);
+        case Law::shrinking: return S((x < 0.0 ? S(1.0) : S(-1.0)) + (v > 0.0 ? S(-0.5) : S(0.5)));
+        case Law::leaving: return x < 0.0 ? S(1.0) : S(2.0);
+        case Law::together: return x > 0.0 ? (t > 1.0 ? S(1.0) : S(5.0)) : S(0.0);
+        case Law::reversed: return S(-x - copysign(S(0.3), v));
+        default: return isfinite(x) ? S(-x) : S(0.0);
+      }
+    };
+    return qdot::vector(force());
+  }
+};
+auto pushed(Law law) {
+  static const auto free = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.0 * q[0]; });
+  return scene(free, generalized_force(BranchingForce{law}));
+}
+State<1> moving(double t, double q, double v) { return {t, Vector<double, 1>(q), Vector<double, 1>(v)}; }
+
+TEST_CASE("forces that branch are right to rounding behind their switches") {
+  constexpr double rounded_in_a_run = 1e-14;  // after ten to forty steps
+  struct Case {
+    Law law;
+    double q0, v0, t, q, v;  // closed forms in 25 digits
+  };
+  for (const Case& c : {
+           Case{Law::friction, 2.0, 0.5, 5.0, -0.2152199592056561263706370, 1.150601252663926105914436},
+           Case{Law::saturated, 3.0, 0.0, 20.0, 2.957712117396535280115952, -0.2908191279935510702859501},
+           Case{Law::dead_zone, 1.0, 0.0, 6.0, 0.2554817414568629683275514, -0.5365134864899967499084266},
+           Case{Law::nested, -1.0, 0.0, 15.0, -0.2950843722909043820848663, 0.1459530016642007981065445},
+           Case{Law::three_at_once, -1.0, 0.1, 14.0, -0.8515170778304592219402999, 1.576943975716178983891511},
+           Case{Law::stairs, 5.25, 0.0, 12.0, 3.172887162446868320863247, 2.165797467205666856490394},
+           Case{Law::clock, -1.25, 0.0, 20.0, -0.4673759291991146973483234, 0.9210198874983776181239509},
+           Case{Law::clock, -1.036027121108406085689021, 0.0, 6.282797692867881767437703, -1.036027121108406085689021, 0.0},  // a period
+           Case{Law::leaving, 0.0, 0.0, 3.0, 9.0, 6.0},  // begins at rest on the switch
+           Case{Law::together, -1.0, 1.0, 2.0, 1.5, 2.0},
+           Case{Law::reversed, 2.0, -0.0, std::acos(-1.0), -1.4, 0.0},  // half a swing about 0.3
+       }) {
+    const auto run = simulate(pushed(c.law), moving(0.0, c.q0, c.v0), c.t, Taylor{}, tight);
+    CAPTURE(static_cast<int>(c.law), run.message);
+    CHECK(run.completed());
+    CHECK_THAT(run.y[0], WithinAbs(c.q, rounded_in_a_run));
+    CHECK_THAT(run.y[1], WithinAbs(c.v, rounded_in_a_run));
+    CHECK(run.statistics.steps < 60);
+  }
+}
+
+TEST_CASE("friction at rest, a relay that slides and switches without end are named where they begin") {
+  struct Case {
+    Law law;
+    double q0, v0, at;  // closed forms
+  };
+  for (const Case& c : {Case{Law::friction, 2.0, 0.5, 9.638838644333200}, Case{Law::relay, 0.5, 0.25, 0.6861406616345071649626529},
+                        Case{Law::shrinking, 1.0, 0.0, 6.309401076758503058036595}}) {
+    const auto run = simulate(pushed(c.law), moving(0.0, c.q0, c.v0), 20.0, Taylor{}, tight);
+    CAPTURE(static_cast<int>(c.law), run.message);
+    CHECK(run.outcome == Outcome::event_accumulation);
+    CHECK_THAT(run.t, WithinAbs(c.at, 1e-12));
+    CHECK(run.message.find("the comparison > in the force of an effect") != std::string::npos);
+    CHECK(run.statistics.steps < 300);
+  }
+}
+
+TEST_CASE("forces that ask for a plain value are refused in words") {
+  CHECK_THROWS_WITH(simulate(pushed(Law::asked), plucked, 1.0, Taylor{}),
+                    "a Taylor series needs functors that are formulas between their comparisons, but the force of an effect asks for the plain value of a number "
+                    "(isfinite, isnan, isinf); use Dop853, which takes them as they are");
   const auto looked_up = scene(oscillator, generalized_force([](const auto& q, const auto&) {
                                  const double plain = static_cast<double>(innermost_value(q[0]));
                                  return -std::floor(plain) * q[0];

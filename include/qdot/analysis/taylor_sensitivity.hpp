@@ -28,9 +28,10 @@ struct is_recordable<VariationalForm<changes>> : std::true_type {};
 /// The power series of a motion and of its derivatives.
 template <Changes changes>
 struct PowerSeriesOf<VariationalForm<changes>> {
-  static std::unique_ptr<PowerSeries> made(const VariationalForm<changes>& form, int highest_order) {
+  static std::unique_ptr<PowerSeries> of_one_formula(const VariationalForm<changes>& form, int highest_order) {
     return std::make_unique<VariationSeries<>>(form.equations(), highest_order);
   }
+  static std::unique_ptr<PowerSeries> made(const VariationalForm<changes>& form, int highest_order) { return of_one_formula(form, highest_order); }
 };
 
 // What the series needs of a model.

@@ -330,6 +330,14 @@ using AutomaticStepper = BasicAutomaticStepper<>;
 
 namespace detail {
 
+// Taylor where there are no branches.
+struct TaylorOfOneFormula {
+  template <FirstOrderSystem F>
+  TaylorStepper<F::size_at_compile_time> stepper(const F& system, const Options& options) const {
+    return {rates_of(system), [&](int highest_order) { return PowerSeriesOf<F>::of_one_formula(system, highest_order); }, 0, options};
+  }
+};
+
 /// Fills in the series where it promises to pay, and the reason for the choice.
 ///
 /// @param what    what the series is made of: "T and V"
@@ -378,7 +386,7 @@ struct AutomaticWith {
                            detail::mechanical_form<F>::value ? "T and V"
                            : ProjectableSystem<F>            ? "T, V, the forces and the constraints"
                                                              : "T, V and the forces",
-                           [&] { return any_stepper(Taylor{}, system, options); });
+                           [&] { return any_stepper(detail::TaylorOfOneFormula{}, system, options); });
     return AutomaticStepper(std::move(choice), system.size());
   }
 };

@@ -40,7 +40,10 @@
 // Recordings. At each reset the functors are run again, a few hash look-ups for each of their operations; where they have become
 // other formulas, or their constants others, everything is made anew. The driver asks for the same at its looks.
 //
-// What does not fit: formulas with branches (NotAnalytic at construction), points where they are not
+// Branches. Functors that compare have a series on each branch, and a step ends where the motion leaves the branch that it is on
+// (integrate/steps/taylor_branches.hpp). Where there are none, that costs nothing.
+//
+// What does not fit: functors that ask for plain numbers and constraints that branch (NotAnalytic), points where formulas are not
 // analytic (a root or a broken power of zero: outcome non_finite), contacts and friction that sticks (refused
 // by the compiler), and stiff systems.
 //
@@ -54,13 +57,14 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <utility>
 
 #include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/steps/fixed_step.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
-#include "qdot/integrate/steps/taylor_equations.hpp"
+#include "qdot/integrate/steps/taylor_branches.hpp"
 
 namespace qdot {
 
@@ -74,13 +78,14 @@ class TaylorStepper : public detail::OneStep<N> {
  public:
   static constexpr bool projects_itself = true;
 
-  /// @param make_series  of an order; throws NotAnalytic where T, V, a force or a constraint compares values or has a kink
+  /// @param make_series  of an order; may throw NotAnalytic
   /// @throws InvalidValue, DimensionError  for options outside their range
   template <class MakeSeries>
   TaylorStepper(std::unique_ptr<detail::Rates> system, const MakeSeries& make_series, int order, const Options& options)
       : Base(std::move(system), "taylor", order > 0 ? order : order_for(options.rtol), options),
         series_(make_series(this->order_)),
-        is_constrained_(series_->constraints() != nullptr),
+        branches_(series_->branches()),
+        is_constrained_(branches_ != nullptr ? this->rates().is_constrained() : series_->constraints() != nullptr),
         ratio_(std::pow(options.rtol, 1.0 / (this->order_ + 1))),
         initial_step_(options.initial_step) {
     detail::require_option(this->order_ >= 4 && this->order_ <= 60, "order", "must lie between 4 and 60", this->order_,
@@ -88,6 +93,7 @@ class TaylorStepper : public detail::OneStep<N> {
     dense_.resize(size(), this->order_ + 1);
     std::fill_n(dense_.data(), dense_.size(), 0.0);
     y_new_ = lost_ = lost_new_ = f_new_ = slope_ = this->y_;
+    if (branches_ != nullptr) weights_.setZero(size());
   }
 
   /// The order that costs least for a relative tolerance.
@@ -97,7 +103,7 @@ class TaylorStepper : public detail::OneStep<N> {
 
   /// Starts (afresh) at (t, y) with the functors as they are now; evaluates the equations once there.
   ///
-  /// @throws as RungeKuttaStepper::reset; NotAnalytic as the constructor
+  /// @throws as RungeKuttaStepper::reset; NotAnalytic where functors ask for plain numbers, or a constraint branches
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     this->begin(at, y);
     for (Eigen::Index i = 0; i < size(); ++i)
@@ -106,6 +112,7 @@ class TaylorStepper : public detail::OneStep<N> {
                                      " does, but is 0; give it the size below which the component no longer matters, or take Dop853"});
     const double t = this->clock_.shown(this->elapsed_);
     series_->renew();
+    if (branches_ != nullptr) branches_->begin(t, this->y_.data());
     steps_before_ = this->statistics_.steps;
     std::fill_n(lost_.data(), size(), 0.0);
     expansion_is_current_ = false;
@@ -126,13 +133,14 @@ class TaylorStepper : public detail::OneStep<N> {
   /// One accepted step towards t_limit, landing on it exactly if it comes that far.
   bool step(double t_limit) {
     this->head_for(t_limit);
-    if (!expand()) return this->give_up(0.0);
+    if (branches_ != nullptr ? !expand_on_branch() : !expand()) return this->give_up(0.0);
     double h = this->direction_ * std::min(foretold_step(), this->max_step_);
     if (this->statistics_.steps == 0 && initial_step_ > 0.0) h = this->direction_ * std::min(initial_step_, std::abs(h));
     for (int attempts = 0; attempts < 200; ++attempts) {
       const double distance = this->distance_left();
       const bool lands = !(std::abs(h) * (1 + 1e-3) < std::abs(distance));
-      const double end = lands ? this->clock_.length() : this->clock_.rounded(this->elapsed_ + h, h);
+      double end = lands ? this->clock_.length() : this->clock_.rounded(this->elapsed_ + h, h);
+      if (branches_ != nullptr) end = branches_->edge(expansion(), this->clock_, end);
       h = end - this->elapsed_;  // what the sum was rounded to
       Eigen::Index worst = 0;
       double error = 0.0;
@@ -143,6 +151,7 @@ class TaylorStepper : public detail::OneStep<N> {
         std::swap(lost_, lost_new_);
         expansion_is_current_ = true;
         h_last_ = h;
+        if (branches_ != nullptr) expansion_is_current_ = !branches_->land(expansion(), end, this->clock_.length() - end);
         if (is_constrained_) count_projection();
         this->accept(end, worst);
         return true;
@@ -188,6 +197,27 @@ class TaylorStepper : public detail::OneStep<N> {
     series_->start(t, y.data(), unit_);
   }
 
+  // The series about the present state, as a polynomial.
+  PolynomialView expansion() const { return this->view(this->elapsed_, dense_unit_, dense_.data(), this->order_); }
+
+  // The same as expand(), on the branch that the motion takes from here.
+  [[gnu::cold]] bool expand_on_branch() {
+    for (bool stays = false; !stays;) {
+      const double t = this->clock_.shown(this->elapsed_);
+      const bool turned = this->attempt([&] {
+        if (!branches_->turn(t, this->y_.data())) return;
+        expansion_is_current_ = false;
+        unit_ = branch_unit_;
+      });
+      if (!turned || !expand()) return false;
+      const double way = std::min({foretold_step(), this->max_step_, std::abs(this->distance_left())});
+      branch_unit_ = std::exp2(std::round(std::log2(way)));
+      const double least = this->clock_.least_step(this->elapsed_);
+      if (!this->attempt([&] { stays = branches_->stays(this->elapsed_, this->direction_ * way, least); })) return false;
+    }
+    return true;
+  }
+
   // All coefficients at the present state, in dense_; false if they are not finite in any unit of time.
   bool expand() {
     for (int attempts = 0; attempts < 4; ++attempts) {
@@ -198,14 +228,17 @@ class TaylorStepper : public detail::OneStep<N> {
       if (!expanded) return false;
       std::copy_n(series_->coefficients().data(), dense_.size(), dense_.data());
       dense_unit_ = unit_;
-      if (is_finite()) return true;
+      if (is_finite() && (branches_ == nullptr || branches_->not_finite().empty())) return true;
       unit_ *= 1e-6;  // too fast for this unit of time: coefficients overflow
       expansion_is_current_ = false;
     }
     unit_ = 1.0;
+    const std::string guard = branches_ != nullptr && is_finite() ? branches_->not_finite() : std::string();
     this->failure_ = {Outcome::non_finite,
-                      "the Taylor coefficients are not finite, so T or V are not analytic at this state (a root or a broken "
-                      "power of zero, a pole); Dop853 needs no more than finite forces"};
+                      guard.empty() ? "the Taylor coefficients are not finite, so T or V are not analytic at this state (a root or a broken "
+                                      "power of zero, a pole); Dop853 needs no more than finite forces"
+                                    : detail::sentence({guard, " finds what has no power series here (a root or a broken power of zero, a pole, no "
+                                                               "number at all), so it has no side to take"})};
     return false;
   }
 
@@ -287,7 +320,14 @@ class TaylorStepper : public detail::OneStep<N> {
         worst = i;
       }
     }
+    if (branches_ != nullptr) largest = std::max(largest, disagreement(t_new, h));
     return largest;
+  }
+
+  // Of guards with their series, at the end of a step, in units of what the tolerance makes of them.
+  [[gnu::cold]] double disagreement(double t_new, double h) {
+    for (Eigen::Index i = 0; i < size(); ++i) weights_[i] = 10 * this->weight(i, this->y_[i], y_new_[i]);
+    return branches_->disagreement(this->elapsed_, this->elapsed_ + h, t_new, y_new_.data(), weights_);
   }
 
   // If so, with that as the failure.
@@ -308,20 +348,23 @@ class TaylorStepper : public detail::OneStep<N> {
   }
 
   std::unique_ptr<detail::PowerSeries> series_;
+  detail::SeriesBranches* branches_;  // of series_, where there are some
   bool is_constrained_;
   double ratio_;  // of h to the radius of convergence that is aimed at
   double initial_step_;
   double unit_ = 1.0;        // of time in series_
   double dense_unit_ = 1.0;  // of time in dense_
+  double branch_unit_ = 1.0; // that suits steps here, on whatever branch
   double h_last_ = 0.0;
   long steps_before_ = 0;    // the last reset
   double residual_ = 0.0, velocity_residual_ = 0.0;  // of y_new_ on the constraints
   bool expansion_is_current_ = false;  // series_ was begun at the present state
   Y y_new_, f_new_, slope_, lost_, lost_new_;
   Matrix<double, Base::size_at_compile_time, Dynamic> dense_;
+  Eigen::VectorXd weights_;  // of components, where there are branches
 };
 
-/// Taylor series of the motion: smooth energies and forces, 1e-9 to 1e-15, long runs at full accuracy.
+/// Taylor series of the motion: energies and forces that are smooth, or smooth by pieces; 1e-9 to 1e-15, long runs at full accuracy.
 struct Taylor {
   static constexpr std::string_view name = "taylor";  ///< as statistics call it
 
@@ -330,7 +373,7 @@ struct Taylor {
   /// A stepper for `system`, which it copies; runs T, V and the effects once to record them. Allocates all its memory here, but for machine
   /// code that is made after some thirty steps.
   ///
-  /// @throws NotAnalytic  T, V, the force of an effect or a constraint compares values or has a kink
+  /// What branches is recorded on each branch that a motion meets: then, and not here.
   template <FirstOrderSystem F>
     requires requires { detail::Mechanics<F>::n; }
   TaylorStepper<F::size_at_compile_time> stepper(const F& system, const Options& options) const {

@@ -143,6 +143,7 @@ RecordedMotion recorded_motion(const SceneForm<Sc>& form, formula::Recording rec
     add_forces(m, first);
     m.zdot.assign(m.returned.begin() + static_cast<std::ptrdiff_t>(rates), m.returned.end());
   }
+  if (m.recording.branches != nullptr) m.guards_of_forces = m.recording.branches->met.size();
   if constexpr (Sc::has_constraints)
     std::apply([&](const auto&... effect) { (record_constraint<n>(m, effect), ...); }, form.scene().effects());
   return m;

@@ -36,12 +36,15 @@
 #include "qdot/ad/series/sweep.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
+#include "qdot/integrate/steps/recorded_branches.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/steps/taylor_constraints.hpp"
 #include "qdot/mechanics/derive/dense_factors.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 
 namespace qdot::detail {
+
+struct SeriesBranches;  // integrate/steps/taylor_branches.hpp
 
 /// A power series of a motion, order by order, as the stepper asks for it.
 struct PowerSeries {
@@ -58,13 +61,18 @@ struct PowerSeries {
   virtual const Eigen::MatrixXd& coefficients() const noexcept = 0;
   /// The part of the constraints, with the multipliers' series; nothing where there are none.
   virtual const ConstraintPart* constraints() const noexcept = 0;
+  /// The branches, of which each has another series; nothing where there is one formula everywhere.
+  virtual SeriesBranches* branches() noexcept { return nullptr; }
 };
 
 /// Where a series has its formulas from.
 struct MotionSource {
   virtual ~MotionSource() = default;
-  virtual RecordedMotion recorded() const = 0;
+  /// @param branches  answers comparisons, and keeps the guards; without it they are refused
+  virtual RecordedMotion recorded(formula::Branches* branches = nullptr) const = 0;
   virtual bool still_holds(RecordedMotion& m) const = 0;
+  virtual Eigen::Index size() const = 0;
+  virtual Eigen::Index dof() const = 0;
   virtual std::string component_name(Eigen::Index i) const = 0;
   virtual bool has_definite_inertia() const = 0;
   virtual std::unique_ptr<ConstraintPart> constraints(const RecordedMotion&, const taylor::Sweep&, std::vector<std::string>, int) const { return nullptr; }
@@ -75,11 +83,21 @@ template <class F>
 class MotionSourceOf final : public MotionSource {
  public:
   explicit MotionSourceOf(const F& form) : form_(form) {}
-  RecordedMotion recorded() const override { return recorded_motion(form_); }
+  RecordedMotion recorded([[maybe_unused]] formula::Branches* branches) const override {
+    if constexpr (has_branches_recorded<F>) {
+      formula::Recording recording;
+      recording.branches = branches;
+      return recorded_motion(form_, std::move(recording));
+    } else {
+      return recorded_motion(form_);
+    }
+  }
   bool still_holds([[maybe_unused]] RecordedMotion& m) const override {
     if constexpr (requires { run_again(m, form_); }) return qdot::detail::still_holds(m, form_);
     return true;  // of a system that hides its functors
   }
+  Eigen::Index size() const override { return form_.size(); }
+  Eigen::Index dof() const override { return Mechanics<F>::dof(form_); }
   std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
   bool has_definite_inertia() const override { return Mechanics<F>::inertia == Inertia::positive_definite; }
   std::unique_ptr<ConstraintPart> constraints([[maybe_unused]] const RecordedMotion& m, [[maybe_unused]] const taylor::Sweep& sweep,
@@ -100,12 +118,19 @@ template <class = void>  // compiled only where it is made
 class LagrangeSeries final : public PowerSeries {
  public:
   /// @throws NotAnalytic  T, V, a force or a constraint compares values or has a kink
-  [[gnu::cold]] LagrangeSeries(std::shared_ptr<const MotionSource> source, int highest_order)
-      : source_(std::move(source)), is_definite_(source_->has_definite_inertia()), recorded_(source_->recorded()) {
+  LagrangeSeries(std::shared_ptr<const MotionSource> source, int highest_order) : LagrangeSeries(source, source->recorded(), highest_order, {}) {}
+
+  /// @param guards  nodes that have series as well
+  [[gnu::cold]] LagrangeSeries(std::shared_ptr<const MotionSource> source, RecordedMotion recorded, int highest_order, const std::vector<int>& guards)
+      : source_(std::move(source)), is_definite_(source_->has_definite_inertia()), recorded_(std::move(recorded)) {
     RecordedMotion& m = recorded_;
     const formula::Graph& graph = m.recording.graph;
     for (const int node : m.mass) mass_is_constant_ = mass_is_constant_ && graph[node].kind == formula::Kind::constant;
-    sweep_ = taylor::sweep_of(m.recording.graph, outputs(), highest_order);
+    taylor::SweepOutputs wanted = outputs();
+    wanted.series.insert(wanted.series.end(), guards.begin(), guards.end());
+    sweep_ = taylor::sweep_of(m.recording.graph, wanted, highest_order);
+    for (const int node : guards) guards_.push_back(sweep_.slot(node));
+    guard_coefficients_.setZero(static_cast<Eigen::Index>(guards.size()), highest_order + 1);
     for (const auto* list : {&m.q, &m.qdot, &m.z})
       for (const int node : *list) motion_.push_back(sweep_.slot(node));
     const auto slots_of = [&](const std::vector<int>& nodes) {
@@ -151,11 +176,15 @@ class LagrangeSeries final : public PowerSeries {
   }
 
   void expand(int order) override {
+    if (!guards_.empty()) return expand_with_guards(order);
     for (int k = 2; k <= order; ++k) {
       taylor::complete(sweep_, k - 1);
       make_order(k);
     }
   }
+  /// Row i of column k is coefficient k of guard i, as of the last expand().
+  const Eigen::MatrixXd& guard_coefficients() const noexcept { return guard_coefficients_; }
+  RecordedMotion& recorded() noexcept { return recorded_; }
 
   const Eigen::MatrixXd& coefficients() const noexcept override { return coefficients_; }
   const ConstraintPart* constraints() const noexcept override { return constraints_.get(); }
@@ -182,6 +211,18 @@ class LagrangeSeries final : public PowerSeries {
       append(outputs.recurrence.rates, m.zdot);
     }
     return outputs;
+  }
+
+  void expand_with_guards(int order) {
+    const auto note = [&](int k, auto&& number) {
+      for (std::size_t i = 0; i < guards_.size(); ++i) guard_coefficients_(static_cast<Eigen::Index>(i), k) = number(guards_[i]);
+    };
+    note(0, [&](int slot) { return sweep_.value(slot); });
+    for (int k = 1; k <= order; ++k) {
+      taylor::complete(sweep_, k);
+      note(k, [&](int slot) { return sweep_.latest(slot); });
+      if (k < order) make_order(k + 1);
+    }
   }
 
   void make_order(int k) {
@@ -244,7 +285,7 @@ class LagrangeSeries final : public PowerSeries {
   Names names_;
   RecordedMotion recorded_;
   taylor::Sweep sweep_;
-  std::vector<int> motion_, p_, force_, zdot_, mass_;  // slots; motion: q, q̇, then z
+  std::vector<int> motion_, p_, force_, zdot_, mass_, guards_;  // slots; motion: q, q̇, then z
   int t_ = 0;
   std::vector<Assumption> assumptions_;
   bool mass_is_constant_ = true, mass_is_factored_ = false;
@@ -253,19 +294,11 @@ class LagrangeSeries final : public PowerSeries {
   std::unique_ptr<ConstraintPart> constraints_;
   Eigen::VectorXd solution_;
   double unit_ = 1.0;
-  Eigen::MatrixXd coefficients_;
+  Eigen::MatrixXd coefficients_, guard_coefficients_;
 };
 
 #ifdef QDOT_COMPILED
 extern template class LagrangeSeries<>;
 #endif
-
-/// The series of a system or scene; its functors are run once.
-template <class F>
-struct PowerSeriesOf {
-  static std::unique_ptr<PowerSeries> made(const F& form, int highest_order) {
-    return std::make_unique<LagrangeSeries<>>(std::make_shared<MotionSourceOf<F>>(form), highest_order);
-  }
-};
 
 }  // namespace qdot::detail

@@ -27,6 +27,7 @@ struct RecordedMotion {
   std::vector<int> q = {}, qdot = {}, z = {};  // variables
   int t = -1;                                  // a variable too
   std::vector<double> phases = {};             // of effects that switch: numbers, for which this holds
+  std::size_t guards_of_forces = static_cast<std::size_t>(-1);  // so many before those of constraints, where branches are recorded
   std::vector<int> p = {}, force = {}, zdot = {};
   std::vector<int> mass = {};  // lower triangle, row by row
   std::vector<int> rows = {}, jacobian = {};  // of the constraints: c, and W row by row

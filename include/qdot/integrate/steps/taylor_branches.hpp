@@ -1,0 +1,285 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Power series of functors that branch.
+//
+// Functors that compare, take `abs`, `min` or `floor`, are one formula as long as their guards keep their signs (ad/formula/branches.hpp). Each branch that a
+// motion meets is recorded once, and has a series of its own. Guards g are among its outputs, so along a step each is a polynomial, too:
+//
+//     the step        the branch's series is good for h; the first x ≤ h at which a guard changes sides is isolated (steps/first_descent.hpp)
+//     the edge        the step ends at x, where g itself and not only its series is zero to its last digits
+//     beyond          the branch whose comparisons are the same up to this guard, and answer the other way there
+//
+// So every step lies on one branch, no kink is within it, and no order is lost; in both directions of time.
+//
+// Which side. Rounding leaves the state of an edge on either side of it. So there, and where a motion starts on a guard, not g decides but where g goes,
+// by its coefficients of higher order: a guard that rounding cannot tell from zero is taken for zero. If it goes to the side of another branch, that one is
+// tried. Where guards are zero together, each is turned in this way. If every branch leads to one that has been tried, as friction does on a body at
+// rest, no branch holds the motion: the run ends as event_accumulation, and names the comparison. So it does where edges crowd.
+//
+// Functors that ask for a plain value (isnan, innermost_value) are refused, for no guard holds it; so are constraints that branch.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/formula/branches.hpp"
+#include "qdot/error.hpp"
+#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/steps/first_descent.hpp"
+#include "qdot/integrate/steps/kept_branches.hpp"
+#include "qdot/integrate/steps/polynomial.hpp"
+#include "qdot/integrate/steps/recorded_branches.hpp"
+#include "qdot/integrate/steps/taylor_equations.hpp"
+
+namespace qdot::detail {
+
+/// What a stepper asks about the branches of a series. Times are what has elapsed; y is a state as doubles.
+struct SeriesBranches {
+  virtual ~SeriesBranches() = default;
+  /// Begins at a state, on the branch that functors take there.
+  virtual void begin(double t, const double* y) = 0;
+  /// Goes over to the branch beyond the guard at which the present one ends; false if it does not end here.
+  ///
+  /// @throws EndOfRun  event_accumulation, where no branch holds the motion
+  virtual bool turn(double t, const double* y) = 0;
+  /// Whether the motion, which has been expanded, stays on the branch for longer than `least`, on a way to which it looks ahead.
+  virtual bool stays(double elapsed, double way, double least) = 0;
+  /// `end`, or where the motion leaves the branch before it.
+  virtual double edge(const PolynomialView& motion, const Clock& clock, double end) = 0;
+  /// How far guards are from their series at the end of a step, in units of what weights of the components allow.
+  virtual double disagreement(double from, double end, double t, const double* y, const Eigen::VectorXd& weights) = 0;
+  /// Notes that a step ends here; true if the branch does as well.
+  virtual bool land(const PolynomialView& motion, double end, double way_left) = 0;
+  /// A guard whose series is not finite, for messages; empty where all are.
+  virtual std::string not_finite() const = 0;
+};
+
+/// The power series of a motion whose functors branch.
+template <class = void>  // compiled only where it is made
+class BranchedSeries final : public PowerSeries, public SeriesBranches {
+ public:
+  BranchedSeries(std::shared_ptr<const MotionSource> source, int highest_order) : all_(std::move(source), highest_order) {}
+
+  void renew() override {
+    if (!is_current()) all_.clear(), now_ = nullptr, holds_ = true;
+  }
+  bool is_current() override {
+    const bool held = std::exchange(holds_, false);  // as long as functors may throw
+    return holds_ = held && all_.hold();
+  }
+  void start(double t, const double* y, double time_unit) override { now_->series->start(t_ = t, y, unit_ = time_unit); }
+  void expand(int order) override { guard_unit_ = unit_, now_->series->expand(order); }
+  const Eigen::MatrixXd& coefficients() const noexcept override { return now_->series->coefficients(); }
+  const ConstraintPart* constraints() const noexcept override { return now_->series->constraints(); }
+  SeriesBranches* branches() noexcept override { return this; }
+
+  void begin(double t, const double* y) override {
+    sizes_.clear(), tried_.clear();
+    left_at_ = none, is_fresh_ = true, edges_ = 0, is_crowded_ = false;
+    now_ = all_.at({}, t, y, [](const Branch&, std::size_t) { return -1.0; });
+  }
+  bool turn(double t, const double* y) override;
+  bool stays(double elapsed, double way, double least) override;
+  double edge(const PolynomialView& motion, const Clock& clock, double end) override;
+  double disagreement(double from, double end, double t, const double* y, const Eigen::VectorXd& weights) override;
+  bool land(const PolynomialView& motion, double end, double way_left) override;
+  std::string not_finite() const override {
+    const Eigen::MatrixXd& c = now_->series->guard_coefficients();
+    for (Index k = 0; k < c.rows(); ++k)
+      if (!c.row(k).allFinite()) return now_->guards()[static_cast<std::size_t>(k)].what;
+    return {};
+  }
+
+ private:
+  using Index = Eigen::Index;
+  using Branch = SeriesBranch;
+  using Guards = SeriesBranch::Guards;
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+  static constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  static constexpr double rounding = 64 * epsilon;   // of a component, in units of its size in a step
+  static constexpr int crowd = 128;                  // edges in a row that must take longer than …
+  static constexpr double crowded = 1e-9;            // … this part of the way
+
+  // The size of guard k that rounding alone makes at the present edge; nothing where the motion was set on it.
+  double noise(const Branch& branch, std::size_t k, double t, const double* y) {
+    return sizes_.empty() ? 0.0 : all_.change(branch, k, t, y, sizes_.data(), rounding * std::abs(t));
+  }
+  Branch* beyond(const Guards& answers, double t, const double* y) {
+    return all_.at(answers, t, y, [&](const Branch& branch, std::size_t k) { return noise(branch, k, t, y); });
+  }
+  [[noreturn]] void refuse_here(const char* how) const;
+
+  // Guard k over a way, as a polynomial of the part of the way.
+  ShortPolynomial along(std::size_t k, double way) const {
+    const formula::Guard& guard = now_->guards()[k];
+    const Eigen::MatrixXd& c = now_->series->guard_coefficients();
+    ShortPolynomial p;
+    p.degree = static_cast<int>(c.cols()) - 1;
+    double power = guard.sign;
+    for (Index j = 0; j < c.cols(); ++j, power *= way / guard_unit_) p.c[static_cast<std::size_t>(j)] = power * c(static_cast<Index>(k), j);
+    p.c[0] = guard.sign * (c(static_cast<Index>(k), 0) - guard.level);
+    return p;
+  }
+  bool is_tie(std::size_t k) const { return k < ties_.size() && ties_[k] != 0; }
+  // The same divided by the part, where it begins at zero.
+  static ShortPolynomial divided(ShortPolynomial p, double from) {
+    std::copy(p.c.begin() + 1, p.c.begin() + p.degree + 1, p.c.begin());
+    --p.degree;
+    p.c[0] = std::max(p(from), 0.0);
+    return p;
+  }
+
+  KeptBranches<> all_;
+  bool holds_ = true;
+  Branch* now_ = nullptr;
+  double t_ = 0.0, unit_ = 1.0, guard_unit_ = 1.0;
+  std::size_t left_at_ = none;          // the guard at which the branch ends here
+  std::size_t edge_guard_ = none;       // … at which the step does that is tried
+  double edge_end_ = 0.0, least_ = 0.0;
+  bool is_fresh_ = true;                // nothing is known yet of the guards at the present state
+  std::vector<char> ties_{};            // guards that are zero here
+  std::vector<double> sizes_{};         // of components, in units of their rounding, in the step to an edge
+  std::vector<Branch*> tried_{};        // … that end here
+  int edges_ = 0;
+  double edges_since_ = 0.0;
+  bool is_crowded_ = false;
+  Eigen::VectorXd y_{};
+};
+
+template <class X>
+[[noreturn]] void BranchedSeries<X>::refuse_here(const char* how) const {
+  throw EndOfRun({Outcome::event_accumulation, sentence({now_->guards()[left_at_].what, " is met at t = ", t_, ", and ", how})});
+}
+
+template <class X>
+[[gnu::cold, gnu::noinline]] bool BranchedSeries<X>::turn(double t, const double* y) {
+  if (left_at_ == none) return false;
+  t_ = t;
+  if (is_crowded_) refuse_here("branches follow each other there without letting t go on");
+  const Guards answers = answers_behind(now_->guards(), left_at_);
+  Branch* const next = beyond(answers, t, y);
+  if (std::find(tried_.begin(), tried_.end(), next) != tried_.end() || tried_.size() > KeptBranches<>::most)
+    refuse_here("each of its sides leads the motion back to it, as friction does at rest, so that no branch holds it; give the system a phase for this, "
+                "as dry_friction() and contact() have");
+  now_ = next;
+  left_at_ = none;
+  is_fresh_ = true;
+  return true;
+}
+
+template <class X>
+bool BranchedSeries<X>::stays(double elapsed, double way, double least) {
+  const Guards& guards = now_->guards();
+  const double length = std::abs(way);
+  least_ = std::max(least, epsilon * length);
+  ties_.assign(guards.size(), 0);
+  const Eigen::MatrixXd& state = now_->series->coefficients();
+  for (std::size_t k = 0; k < guards.size(); ++k) {
+    ShortPolynomial p = along(k, way);
+    if (is_fresh_ && p.c[0] != 0.0 && !sizes_.empty() &&
+        std::abs(p.c[0]) <= noise(*now_, k, t_, state.data()) + 8 * epsilon * std::abs(p.c[1] * elapsed / length))
+      p.c[0] = 0.0;
+    ties_[k] = p.c[0] <= 0.0;
+    if (p(std::min(least_ / length, 1.0)) >= 0.0) continue;
+    left_at_ = k;
+    tried_.push_back(now_);
+    return false;
+  }
+  tried_.clear();
+  is_fresh_ = false;
+  return true;
+}
+
+template <class X>
+double BranchedSeries<X>::edge(const PolynomialView& motion, const Clock& clock, double end) {
+  edge_guard_ = none;
+  double way = end - motion.origin;
+  for (std::size_t k = 0; k < now_->guards().size(); ++k) {
+    ShortPolynomial p = along(k, way);
+    if (is_tie(k)) p = divided(p, std::min(least_ / std::abs(way), 1.0));
+    const double part = first_descent(p);
+    if (part > 1.0) continue;
+    way *= part;
+    edge_guard_ = k;
+  }
+  if (edge_guard_ == none) return end;
+  const double good_for = way;  // as far as the guard's series goes; from there to where the guard is zero
+  y_.resize(motion.size);
+  for (int k = 0; k < 8; ++k) {
+    motion.at(motion.origin + way, y_);
+    const double value = all_.above(*now_, edge_guard_, clock.shown(motion.origin + way), y_.data());
+    const double slope = along(edge_guard_, way).slope(1.0) / way, by = -value / slope;
+    if (!(std::abs(by) <= 0.01 * std::abs(good_for)) || std::abs(way + by) > std::abs(end - motion.origin)) break;
+    way += by;
+    if (std::abs(by) <= 4 * epsilon * std::abs(way)) break;
+  }
+  return edge_end_ = motion.origin + way;
+}
+
+template <class X>
+double BranchedSeries<X>::disagreement(double from, double end, double t, const double* y, const Eigen::VectorXd& weights) {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < now_->guards().size(); ++k) {
+    const ShortPolynomial p = along(k, end - from);
+    double size = 0.0;
+    for (int j = 0; j <= p.degree; ++j) size += std::abs(p.c[static_cast<std::size_t>(j)]);
+    const double apart = std::abs(all_.above(*now_, k, t, y) - p(1.0));
+    if (std::isnan(apart)) {
+      const std::string& what = now_->guards()[k].what;
+      throw NonFinite(what, t, sentence({what, " must find numbers, but at t = ", t, " one of them is not a number, so it has no side to take"}));
+    }
+    if (apart <= rounding * size) continue;
+    const double allowed = rounding * size + all_.change(*now_, k, t, y, weights.data(), rounding * std::abs(t));
+    largest = std::max(largest, apart <= allowed ? 0.0 : apart / allowed);
+  }
+  return largest;
+}
+
+template <class X>
+bool BranchedSeries<X>::land(const PolynomialView& motion, double end, double way_left) {
+  if (edge_guard_ == none || end != edge_end_) return false;
+  left_at_ = std::exchange(edge_guard_, none);
+  is_fresh_ = true;
+  tried_.clear();
+  sizes_.resize(static_cast<std::size_t>(motion.size));
+  const double s = std::abs((end - motion.origin) / motion.scale);
+  for (Index i = 0; i < motion.size; ++i) {
+    double size = 0.0;
+    for (int k = motion.degree; k >= 0; --k) size = size * s + std::abs(motion.coefficients[k * motion.size + i]);
+    sizes_[static_cast<std::size_t>(i)] = rounding * size;
+  }
+  if (edges_ == 0) edges_since_ = end;
+  if (++edges_ > crowd) {
+    is_crowded_ = std::abs(end - edges_since_) < crowded * std::max(std::abs(end), std::abs(way_left));
+    edges_ = 0;
+  }
+  return true;
+}
+
+/// The series of a system or scene; its functors are run once.
+template <class F>
+struct PowerSeriesOf {
+  static std::unique_ptr<PowerSeries> of_one_formula(const F& form, int highest_order) {
+    return std::make_unique<LagrangeSeries<>>(std::make_shared<MotionSourceOf<F>>(form), highest_order);
+  }
+  static std::unique_ptr<PowerSeries> made(const F& form, int highest_order) {
+    if constexpr (has_branches_recorded<F>) {
+      try {
+        return of_one_formula(form, highest_order);
+      } catch (const NotAnalytic&) {  // what has no branches either is refused where the motion begins
+        return std::make_unique<BranchedSeries<>>(std::make_shared<MotionSourceOf<F>>(form), highest_order);
+      }
+    }
+    return of_one_formula(form, highest_order);
+  }
+};
+
+}  // namespace qdot::detail
