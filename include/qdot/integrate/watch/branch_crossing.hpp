@@ -130,7 +130,8 @@ std::optional<Failure> BranchCrossing<Number>::jump_of_rows() {
 }
 
 template <class Number>
-std::optional<Failure> BranchCrossing<Number>::sliding(const Eigen::VectorXd& rates_before, const Eigen::VectorXd& rates_behind, double direction, bool is_start) {
+std::optional<Failure> BranchCrossing<Number>::sliding(const Eigen::VectorXd& rates_before, const Eigen::VectorXd& rates_behind, double direction,
+                                                       bool is_start) {
   constexpr double clearly = 1e-6;
   const std::vector<int> variables = before_.variables();
   const std::vector<double> slopes = before_.values(before_.motion.recording.graph.gradient(guard_.node, variables), at_);
