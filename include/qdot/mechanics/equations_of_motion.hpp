@@ -90,16 +90,16 @@ template <class E, int n, Inertia inertia, class S>
   return qddot;
 }
 
-// q̈ where the shortest way is none. A function of its own, with the arguments of acceleration_of: where that is short itself, it stays so.
+// q̈ where the shortest way is none, written to a: returned, it would be copied twice, and who needs it waits for that. A function of its own: where
+// acceleration_of is short itself, it stays so.
 template <class E, int n, Inertia inertia, class S>
-[[gnu::noinline]] Vector<S, n> longer_acceleration(const System<E, n, inertia>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
+[[gnu::noinline]] void write_longer_acceleration(const System<E, n, inertia>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t,
+                                                 Vector<S, n>& a) {
   if constexpr (std::is_same_v<S, double> && inertia == Inertia::positive_definite) {
-    Vector<double, n> a = zeros<Vector<double, n>>(at.size());
-    if (with_longer_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())},
-                                    system.kept_lines()))
-      return a;
+    const AccelerationTo<n> use{a.data(), singular_pivot<double>(at.size())};
+    if (with_longer_mass_and_rhs<n>(system.energies(), at, velocity, t, use, system.kept_lines())) return;
   }
-  return general_acceleration<E, n, inertia, S>(system, at, velocity, t);
+  a = general_acceleration<E, n, inertia, S>(system, at, velocity, t);
 }
 
 // q̈ from the energies, whatever they are made of. One variable is returned, made where the result is wanted.
@@ -111,7 +111,7 @@ Vector<S, n> acceleration_of(const System<E, n, inertia>& system, const Vector<S
                                       system.kept_lines()))
       return a;
   }
-  a = longer_acceleration<E, n, inertia, S>(system, at, velocity, t);
+  write_longer_acceleration<E, n, inertia, S>(system, at, velocity, t, a);
   return a;
 }
 

@@ -104,7 +104,12 @@ struct DerivedLines {
     unroll<n>([&](auto k) __attribute__((always_inline)) { good &= x[pivots[k].first] > threshold * x[pivots[k].second]; });
     const int* const number = s.accelerations.data();
     double sum = -0.0;
-    unroll<n>([&](auto i) __attribute__((always_inline)) { sum += qddot[i] = x[number[i]]; });
+    unroll<n / 2>([&](auto i) __attribute__((always_inline)) {
+      const Register<double, 2> two{x[number[2 * i]], x[number[2 * i + 1]]};  // who copies q̈ reads two at once, and waits for two that were written apart
+      __builtin_memcpy(qddot + 2 * i, &two, sizeof two);
+      sum += two[0] + two[1];
+    });
+    if constexpr (n % 2 == 1) sum += qddot[n - 1] = x[number[n - 1]];
     return good & is_finite(sum);
   }
 
