@@ -115,9 +115,11 @@ template <std::size_t width>
 #if defined(__x86_64__)
 [[gnu::noinline, gnu::target("avx2")]] inline void copy_lanes_by_avx2(double* to, const double* const* from, std::size_t count) noexcept {
   copy_lanes<4>(to, from, count);
+  __builtin_ia32_vzeroupper();
 }
 [[gnu::noinline, gnu::target("avx512f")]] inline void copy_lanes_by_avx512(double* to, const double* const* from, std::size_t count) noexcept {
   copy_lanes<8>(to, from, count);
+  __builtin_ia32_vzeroupper();
 }
 #endif
 /// The fastest of them on this processor.

@@ -120,6 +120,7 @@ inline void add_interiors_by_any(const SeriesRows& rows, std::size_t k, double* 
 #endif
 inline void add_interiors_by_avx2(const SeriesRows& rows, std::size_t k, double* to) noexcept {
   add_interiors<4>(rows, k, to);
+  __builtin_ia32_vzeroupper();
 }
 #if defined(__GNUC__) && !defined(__clang__)
 [[gnu::noinline, gnu::target("avx512f"), gnu::optimize("fp-contract=off")]]
@@ -128,6 +129,7 @@ inline void add_interiors_by_avx2(const SeriesRows& rows, std::size_t k, double*
 #endif
 inline void add_interiors_by_avx512(const SeriesRows& rows, std::size_t k, double* to) noexcept {
   add_interiors<8>(rows, k, to);
+  __builtin_ia32_vzeroupper();
 }
 #endif
 

@@ -73,6 +73,7 @@ inline void add_lane_terms_by_any(double* to, std::size_t numbers, const LaneTer
 #endif
 inline void add_lane_terms_by_avx2(double* to, std::size_t numbers, const LaneTerms& terms, const LaneStage* stage) noexcept {
   add_lane_terms<4>(to, numbers, terms, stage);
+  __builtin_ia32_vzeroupper();
 }
 #if defined(__GNUC__) && !defined(__clang__)
 [[gnu::noinline, gnu::target("avx512f"), gnu::optimize("fp-contract=off")]]
@@ -81,6 +82,7 @@ inline void add_lane_terms_by_avx2(double* to, std::size_t numbers, const LaneTe
 #endif
 inline void add_lane_terms_by_avx512(double* to, std::size_t numbers, const LaneTerms& terms, const LaneStage* stage) noexcept {
   add_lane_terms<8>(to, numbers, terms, stage);
+  __builtin_ia32_vzeroupper();
 }
 #endif
 
