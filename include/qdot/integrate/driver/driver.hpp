@@ -162,7 +162,7 @@ class Driver {
     seen_ = std::numeric_limits<double>::quiet_NaN();
     if (!watchdog_->sees_branches || stepper_.has_fixed_step() || !watchdog_->may_pass_branches(run_.t, run_.y)) return false;
     const Passage passage = watchdog_->passage(clock_, stepper_.polynomial(), elapsed_, reached());
-    if (passage.trouble) return end(*passage.trouble), true;
+    if (passage.trouble) return guarded([&] { kept_part(passage.until, clock_.t(passage.until)); }), end(*passage.trouble), true;
     if (passage.retake) seen_ = clock_.t(*passage.retake);
     return passage.retake && !clock_.is_at(seen_, elapsed_);
   }
@@ -213,7 +213,6 @@ class Driver {
     if constexpr (watches) if (watch_.looks_at_steps()) return passed_events();
     return kept_whole();
   }
-
   bool kept_whole() { return keep(), observed(elapsed_ == clock_.length()); }
 
   // Takes the events of the step in their order; keeps the step, or what is left of it.
@@ -236,11 +235,7 @@ class Driver {
 
   // Ends the step at a firing, and goes on from the state that it leaves behind.
   bool cut(const Firing& firing, bool at_start = false) {
-    Eigen::VectorXd y(system_.size());
-    if (firing.elapsed == reached()) y = stepper_.y();
-    else if (firing.elapsed == elapsed_) y = run_.y;
-    else stepper_.polynomial().at(firing.elapsed, y), system_.project(firing.t, y);
-    keep_until(firing.elapsed, firing.t, y);
+    Eigen::VectorXd y = kept_part(firing.elapsed, firing.t);
     if (!looked_at(firing.t, y)) return false;
     watch_.record(firing, run_.events);
     if (!observed(true)) return false;
@@ -263,8 +258,7 @@ class Driver {
     return tolerance_;
   }
 
-  // A fresh start of the method from where it is, a little behind a stop time or switch, whichever side the model
-  // counts it to. The trajectory so far must survive what the model throws.
+  // A fresh start of the method from where it is, a little behind a stop time or switch. The trajectory so far must survive what the model throws.
   bool restart(double landing) { return leg_end_ = landing, restart(landing, std::nextafter(run_.t, landing), true); }
   [[gnu::cold]] bool restart(double landing, double behind, bool begins_leg) {
     ++restarts_;
@@ -297,9 +291,15 @@ class Driver {
     return end(*trouble);
   }
 
-  void keep() {
-    keep_until(reached(), stepper_.t(), stepper_.y());
-    fill_outputs_here();
+  void keep() { keep_until(reached(), stepper_.t(), stepper_.y()), fill_outputs_here(); }
+
+  // Appends the step as far as t, where the state is returned.
+  Eigen::VectorXd kept_part(double elapsed, double t) {
+    Eigen::VectorXd y(system_.size());
+    if (elapsed == reached()) y = stepper_.y();
+    else if (elapsed == elapsed_) y = run_.y;
+    else stepper_.polynomial().at(elapsed, y), system_.project(t, y);
+    return keep_until(elapsed, t, y), y;
   }
 
   // Appends the step as far as (t, y).

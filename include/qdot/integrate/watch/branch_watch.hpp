@@ -109,7 +109,8 @@ class SidesOfBranch {
 /// What is found of a step.
 struct Passage {
   std::optional<double> retake{};    // what may have elapsed at most at its end when it is taken again
-  std::optional<Failure> trouble{};  // the run cannot go on
+  std::optional<Failure> trouble{};  // the run cannot go on,
+  double until = 0.0;                // when so much has elapsed
 };
 
 /// Looks at steps, whatever functors there are: `run` runs them on a recording, and `rates` evaluates ẏ.
@@ -270,9 +271,9 @@ template <class Number>
   clock_ = clock, step_ = step, from_ = from, to_ = to;
   if (const int left = here_ ? left_at(*here_, 0.0) : 0; left >= 0) {
     auto now = sides_at(0.0);
-    if (auto unknown = undecided(*now, -1)) return {{}, unknown};
+    if (auto unknown = undecided(*now, -1)) return {{}, unknown, from};
     const auto before = std::exchange(here_, std::move(now));
-    if (auto trouble = before ? trouble_between(*before, *here_, {0.0, 0.0}) : trouble_at_start()) return {{}, trouble};
+    if (auto trouble = before ? trouble_between(*before, *here_, {0.0, 0.0}) : trouble_at_start()) return {{}, trouble, from};
   }
   if (!here_->has_guards()) return {};
   move_to(0.0);
@@ -282,7 +283,7 @@ template <class Number>
   int changes = 0, first = 0;
   for (int k = 0, was = 0; k <= places; ++k) {
     const int left = left_at(*here_, static_cast<double>(k) / places);
-    if (auto unknown = left >= 0 ? undecided(*here_, left) : std::nullopt) return {{}, unknown};
+    if (auto unknown = left >= 0 ? undecided(*here_, left) : std::nullopt) return {{}, unknown, from};
     for (std::size_t i = 0; i < guards; ++i) inside_[static_cast<std::size_t>(k) * guards + i] = here_->inside(i);
     const int is = left >= 0 ? 1 : 0;
     if (is != std::exchange(was, is) && ++changes == 1) first = k;
@@ -297,13 +298,13 @@ template <class Number>
     const Edge own = edge(*here_, {seen - 1.0 / places, seen});
     const double last = own.holds, next = edge(*behind, {1.0, last}).holds;
     if (next - last < 4.0 * std::ldexp(1.0, -halvings)) {
-      if (auto trouble = trouble_between(*here_, *behind, own)) return {{}, trouble};
+      if (auto trouble = trouble_between(*here_, *behind, own)) return {{}, trouble, from + own.holds * (to - from)};
       return here_ = std::move(behind), Passage();
     }
     seen = 0.5 * (last + next);
   }
   ++retaken_;
-  return {from + seen * (to - from), {}};
+  return {from + seen * (to - from), {}, 0.0};
 }
 
 #ifdef QDOT_COMPILED
