@@ -134,6 +134,19 @@ const std::vector<formula::NativeVectors>& single_vectors() {
   return all;
 }
 
+// Those for lanes.
+const std::vector<formula::NativeVectors>& lane_vectors() {
+  static const std::vector<formula::NativeVectors> all = [] {
+    std::vector<formula::NativeVectors> some;
+#if defined(__x86_64__)
+    if (formula::best_lane_vectors() != formula::X86Vectors::sse2) some.push_back(formula::X86Vectors::avx_in_fours);
+    if (formula::best_lane_vectors() == formula::X86Vectors::avx512_in_eights) some.push_back(formula::X86Vectors::avx512_in_eights);
+#endif
+    return some;
+  }();
+  return all;
+}
+
 // Sines of some angles, one behind the other, amid twenty values that are needed before and after: numbers are the angles and one more, twenty products,
 // sines and cosines, and twenty sums of the products with these.
 struct TableOfSines {
@@ -209,21 +222,15 @@ TEST_CASE("lanes have the bits of single numbers on random tables of lines, by t
       for (std::size_t lane = 0; lane < formula::lanes_stored; ++lane)
         for (std::size_t v = 0; v < made.count; ++v) count += made.read[v] != 0 && !are_same(alone[lane][v], x[v].lanes()[lane]);
     };
-    [[maybe_unused]] const auto add_native = [&](formula::NativeVectors vectors) {
-      const NativeLines code(made.table, made.read, vectors);
-      missing += !code.exists();
-      if (!code.exists()) return;
-      native_lanes = lanes;
-      code(native_lanes.data());
-      count_differences(native_lanes, differences[1]);
-    };
-#if defined(__x86_64__)
-    using formula::X86Vectors;
-    if (formula::native_lines_are_possible() && formula::best_lane_vectors() != X86Vectors::sse2) {
-      add_native(X86Vectors::avx_in_fours);
-      if (formula::best_lane_vectors() == X86Vectors::avx512_in_eights) add_native(X86Vectors::avx512_in_eights);
-    }
-#endif
+    if (formula::native_lines_are_possible())
+      for (const formula::NativeVectors vectors : lane_vectors()) {
+        const NativeLines code(made.table, made.read, vectors);
+        missing += !code.exists();
+        if (!code.exists()) continue;
+        native_lanes = lanes;
+        code(native_lanes.data());
+        count_differences(native_lanes, differences[1]);
+      }
     formula::carry_out(made.table, lanes.data());
     count_differences(lanes, differences[0]);
   }
@@ -381,6 +388,13 @@ TEST_CASE("sines have one result by the interpreter, machine code and lanes, wit
       for (std::size_t v = 0; v < numbers; ++v) {
         lanes[v] = start[v];
         if (v < count) lanes[v].lanes()[1] = 0.25;
+      }
+      for (const formula::NativeVectors vectors : lane_vectors()) {
+        const NativeLines code(made.table, made.read, vectors);
+        std::vector<formula::LaneNumber> x = lanes;
+        code(x.data());
+        for (std::size_t v = 0; v < numbers; ++v)
+          for (const std::size_t lane : {0u, 2u, 7u}) count_differences(v, x[v].lanes()[lane]);
       }
       formula::carry_out(made.table, lanes.data());
       for (std::size_t v = 0; v < numbers; ++v)

@@ -11,7 +11,7 @@
 //
 // The code is a function of x, the numbers, and of the constants. Values stay in registers as long as there is room
 // (ad/native/values_in_registers.hpp). Sines of one level are instructions, four angles at a time (ad/native/x86_circular.hpp). Without AVX2 they are
-// calls of C++ functions, as powers and other functions are. These change all registers, so values that are used afterwards are stored before.
+// calls of C++ functions, as powers and other functions are everywhere. These change all registers, so values that are used afterwards are stored before.
 //
 // With AVX2 or AVX-512 the same lines become code for the lanes of a LaneNumber, four or eight at a time (ad/formula/lane_lines.hpp).
 
@@ -102,7 +102,7 @@ class Emitter : ValuesInRegisters<Code> {
   static bool is_circular(const Line& l) { return l.operation == Operation::sine_and_cosine; }
   // Sines without a call.
   bool is_inline([[maybe_unused]] const Line& l) const {
-    if constexpr (Code::has_circular) return is_circular(l) && vectors_ == Code::Vectors::avx2;
+    if constexpr (Code::has_circular) return is_circular(l) && (vectors_ == Code::Vectors::avx2 || is_of_lanes());
     return false;
   }
   // As in raised().
@@ -166,7 +166,7 @@ class Emitter : ValuesInRegisters<Code> {
       if (!has_table_) code_.set(X86Circular::table, X86Circular::table_address());
       has_table_ = true;
       for (std::uint32_t count = 0; first < last; first += count) {
-        count = std::min<std::uint32_t>(last - first, X86Circular::most);
+        count = std::min<std::uint32_t>(last - first, is_of_lanes() ? 1 : X86Circular::most);
         write_circular(first, count);
       }
     }
@@ -187,7 +187,7 @@ class Emitter : ValuesInRegisters<Code> {
     for (std::uint32_t k = 0; k < count; ++k) {
       const bool has_sine = is_needed(lines[k].to), has_cosine = is_needed(lines[k].b);
       it.take(k, t, has_sine, has_cosine);
-      const auto place = [&](bool needed, int i) { return static_cast<std::uint32_t>(needed ? t[i] : code_.registers()); };
+      const auto place = [&](bool needed, int i) { return static_cast<std::uint32_t>(code_.doubles() * (needed ? t[i] : code_.registers())); };
       circular_.push_back({place(true, it.angle(k)), place(has_sine, it.sine(k)), place(has_cosine, it.cosine(k))});
     }
     aside.back = code_.bytes().size();
@@ -201,7 +201,8 @@ class Emitter : ValuesInRegisters<Code> {
   [[gnu::cold]] void write_asides([[maybe_unused]] bool is_aligned) {
     if constexpr (Code::has_circular) {
       if (asides_.empty()) return;
-      const std::size_t function = write_circular_aside(code_, is_aligned, std::bit_cast<std::uintptr_t>(&write_circular_one_by_one));
+      const auto one_by_one = std::bit_cast<std::uintptr_t>(&write_circular_one_by_one);
+      const std::size_t function = write_circular_aside(code_, is_aligned, is_of_lanes() ? circular_function() : one_by_one);
       for (const Aside& aside : asides_) {
         code_.aim(aside.jump, code_.bytes().size());
         X86Circular(code_, aside.count).split_angles(aside.temporaries);

@@ -10,7 +10,8 @@
 //     c = (1 − z/2) + (e − r t + z z (C₁ + z C₂ + …))            e = (1 − (1 − z/2)) − z/2 ,
 //
 // in the order of qdot::detail::find_circular (ad/pack_math.hpp), whose bits these are. In odd quadrants both change places. Three angles or four take
-// the quarters of one register, with sines and cosines in different ones. Results go to registers of their own, and nothing goes through memory.
+// the quarters of one register, with sines and cosines in different ones; so do the lanes of one angle. Results go to registers of their own, and nothing
+// goes through memory.
 //
 // Angles beyond its range and NaN are rare. Then the registers are stored, the C++ function is called (ad/formula/circular_lines.hpp), and
 // the registers are loaded again.
@@ -73,7 +74,7 @@ class X86Circular {
   /// Where sine and cosine of an angle are at the end, and the angle outside of the range after split_angles(): numbers of registers among these.
   int sine(std::uint32_t k) const { return is_apart() ? 11 - static_cast<int>(k) : k == 0 ? 4 : 0; }
   int cosine(std::uint32_t k) const { return is_apart() ? k == 0 ? 0 : 8 - static_cast<int>(k) : k == 0 ? 1 : 2; }
-  int angle(std::uint32_t k) const { return k == 0 ? 0 : is_apart() ? static_cast<int>(k) : 3; }
+  int angle(std::uint32_t k) const { return is_in_lanes() ? 1 : k == 0 ? 0 : is_apart() ? static_cast<int>(k) : 3; }
 
   /// Writes all.
   ///
@@ -81,7 +82,9 @@ class X86Circular {
   /// @return   the end of a jump where an angle is outside of the range
   [[gnu::cold, gnu::noinline]] std::size_t write(const MachineOperand (&angles)[most], const int (&t)[most_temporaries]) {
     const int x = t[0], k = t[2], a = t[3];
-    broadcast_angle(x, angles[0]);
+    if (!is_in_lanes()) broadcast_angle(x, angles[0]);
+    else if (angles[0].number >= 0) code_.copy(x, angles[0].number);
+    else code_.load(x, angles[0]);
     for (std::uint32_t i = 1; i < count_; ++i) {
       broadcast_angle(k, angles[i]);
       packed(Packed::blend, x, x, k, is_apart() ? 0b1111 << i & 0b1111 : 0b1100);
@@ -107,6 +110,7 @@ class X86Circular {
   }
   /// Outside of the range, the angles to registers of their own.
   [[gnu::cold, gnu::noinline]] void split_angles(const int (&t)[most_temporaries]) {
+    if (is_in_lanes()) return code_.copy(t[angle(0)], t[0]);
     if (is_apart())
       for (std::uint32_t k : {1u, 2u, 3u}) {
         if (k < count_) take_quarter(k, t[angle(k)], t[angle(k & 2u)], t[angle(0)]);
@@ -119,9 +123,11 @@ class X86Circular {
   static constexpr int not_less_or_equal = 0x16, left = 6, sines_in_halves = 0b0101;
 
   // Whether sines and cosines are in different registers.
-  bool is_apart() const { return count_ > 2; }
+  bool is_apart() const { return count_ > 2 || is_in_lanes(); }
+  bool is_in_lanes() const { return code_.doubles() > 1; }
   static MachineOperand row(int i) { return MachineOperand::in_memory(table, 32 * (i - middle)); }
-  void packed(Packed operation, int d, int a, const MachineOperand& b, int detail = -1) { code_.packed(operation, count_ > 1, d, a, b, detail); }
+  bool is_of_four() const { return count_ > 1 || is_in_lanes(); }
+  void packed(Packed operation, int d, int a, const MachineOperand& b, int detail = -1) { code_.packed(operation, is_of_four(), d, a, b, detail); }
   void packed(Packed operation, int d, int a, int b, int detail = -1) { packed(operation, d, a, MachineOperand::in_register(b), detail); }
   void shift_left(int to, int from, int by) { packed(Packed::shift, left, to, from, by); }
   void broadcast_angle(int to, const MachineOperand& angle) { packed(count_ > 1 ? Packed::broadcast : Packed::doubled, to, -1, angle); }
@@ -199,7 +205,7 @@ class X86Circular {
     packed(different_bits, m, m, quadrant);
   }
 
-  // Three angles or four.
+  // Three angles or four, or an angle in lanes.
   [[gnu::cold, gnu::noinline]] void write_apart(const int (&t)[most_temporaries]) {
     using enum Packed;
     const int tail = t[0], quadrant = t[1], z = t[2], a = t[3], s = t[4], r = t[5], o = t[6], e = t[7], w = t[8], u = t[9], ww = t[10], b = t[11];
@@ -221,6 +227,7 @@ class X86Circular {
     packed(sum, s, s, o);
     const int cosine = tail;
     shift_left(a, quadrant, 63);  // odd quadrants have the highest bit
+    if (code_.doubles() == 8) packed(mask, a, a, a);
     packed(select, cosine, s, b, a << 4);
     packed(select, b, b, s, a << 4);
     shift_left(a, quadrant, 62);
@@ -243,8 +250,9 @@ class X86Circular {
 [[gnu::cold, gnu::noinline]] inline std::size_t write_circular_aside(X86Code& code, bool is_aligned, std::uintptr_t function) {
   using Base = X86Code::Base;
   const std::size_t at = code.bytes().size();
-  const int count = code.registers(), size = 8 * (count + (is_aligned ? 1 : 2));  // with two pushes and where to return
-  const auto number = [](int i) { return MachineOperand::in_memory(Base::rdi, 8 * i); };
+  const int count = code.registers(), width = 8 * code.doubles(), least = width * (count + 1);
+  const int size = least % 16 == (is_aligned ? 8 : 0) ? least : least + 8;  // with two pushes and where to return
+  const auto number = [width](int i) { return MachineOperand::in_memory(Base::rdi, width * i); };
   code.push(Base::rdi);
   code.push(Base::rsi);
   code.take_stack(Base::rdi, size);

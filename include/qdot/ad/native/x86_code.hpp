@@ -36,8 +36,9 @@ constexpr int doubles_of(X86Vectors vectors) {
 
 /// Operations on two or four doubles at once, or on their bits: the map and the opcode of each.
 enum class Packed {
-  sum = 0x158, product = 0x159, difference = 0x15C, both_bits = 0x154, different_bits = 0x157, load = 0x110, doubled = 0x112, upper = 0x115, compare = 0x1C2,
-  whole_sum = 0x1D4, shift = 0x173, test_signs = 0x20F, broadcast = 0x219, chosen = 0x20D, blend = 0x30D, select = 0x34B, second_half = 0x319
+  sum = 0x158, product = 0x159, difference = 0x15C, both_bits = 0x154, different_bits = 0x157, load = 0x110, doubled = 0x112, upper = 0x115,
+  compare = 0x1C2, mask = 0x227, whole_sum = 0x1D4, shift = 0x173, test_signs = 0x20F, broadcast = 0x219, chosen = 0x20D, blend = 0x30D,
+  select = 0x34B, second_half = 0x319
 };
 
 /// Machine code that grows by one instruction at a time.
@@ -50,6 +51,7 @@ class X86Code {
 
   explicit X86Code(X86Vectors vectors) : vectors_(vectors) {}
 
+  int doubles() const { return doubles_of(vectors_); }
   /// How many registers for doubles there are.
   int registers() const { return vectors_ == X86Vectors::avx512_in_eights ? 32 : 16; }
 
@@ -65,8 +67,9 @@ class X86Code {
   [[gnu::cold, gnu::noinline]] void store(int s, const MachineOperand& memory) { vector(move_to, s, 0, memory); }
   [[gnu::cold, gnu::noinline]] void copy(int d, int s) { vector(move_all, d, 0, MachineOperand::in_register(s)); }
 
-  /// d = a ∘ b on two doubles or four, with AVX2. Of an operation with one operand that is b, and a is −1; `detail` is its number, if it has one.
+  /// d = a ∘ b on two doubles or four, with AVX2, or on eight. Of an operation with one operand that is b, and a is −1; `detail` is its number, if it has one.
   [[gnu::cold, gnu::noinline]] void packed(Packed operation, bool four, int d, int a, const MachineOperand& b, int detail = -1) {
+    if (doubles() == 8) return packed_in_eights(operation, d, a, b, detail);
     const int pp = operation == Packed::doubled ? 3 : 1;
     has_fours_ |= four;
     put_vex(static_cast<int>(operation) >> 8, d, a < 0 ? 15 : ~a & 15, (four ? 4 : 0) | pp, b);
@@ -130,10 +133,10 @@ class X86Code {
   [[gnu::cold, gnu::noinline]] void put_distance(std::int32_t distance) {
     for (int i = 0; i < 4; ++i) bytes_.push_back(static_cast<std::uint8_t>(static_cast<std::uint32_t>(distance) >> (8 * i)));
   }
-  [[gnu::cold, gnu::noinline]] void put_place(int d, const MachineOperand& b) {
+  [[gnu::cold, gnu::noinline]] void put_place(int d, const MachineOperand& b) { put_place(d, b, vectors_ == X86Vectors::avx512_in_eights ? 64 : 1); }
+  [[gnu::cold, gnu::noinline]] void put_place(int d, const MachineOperand& b, int unit) {
     const int low = (d & 7) << 3;
     if (b.number >= 0) return put({0xC0 | low | (b.number & 7)});
-    const int unit = vectors_ == X86Vectors::avx512_in_eights ? 64 : 1;
     const std::int32_t distance = b.distance / unit;
     const bool is_short = distance * unit == b.distance && distance >= -128 && distance <= 127;
     put({(is_short ? 0x40 : 0x80) | low | b.base});
@@ -151,7 +154,7 @@ class X86Code {
       case X86Vectors::avx:
       case X86Vectors::avx2: put_vex(1, d, v & 15, pp, b); break;
       case X86Vectors::avx_in_fours: put_vex(1, d, v & 15, 4 | pp, b); break;
-      case X86Vectors::avx512_in_eights: put_evex(d, v, pp, b); break;
+      case X86Vectors::avx512_in_eights: put_evex(1, d, v, pp, b, 0); break;
     }
     put({opcode});
     put_place(d, b);
@@ -166,10 +169,25 @@ class X86Code {
     if (b.number >= 8 || map != 1) put({0xC4, high | 0x40 | (b.number >= 8 ? 0 : 0x20) | map, (v << 3) | length_and_pp});
     else put({0xC5, high | (v << 3) | length_and_pp});
   }
-  void put_evex(int d, int v, int pp, const MachineOperand& b) {
+  void put_evex(int map, int d, int v, int pp, const MachineOperand& b, int more) {
     const int r = b.number >= 0 ? b.number : 0;
-    put({0x62, (d & 8 ? 0 : 0x80) | (r & 16 ? 0 : 0x40) | (r & 8 ? 0 : 0x20) | (d & 16 ? 0 : 0x10) | 0x01, 0x80 | ((v & 15) << 3) | 0x04 | pp,
-         0x40 | (v & 16 ? 0x08 : 0)});
+    put({0x62, (d & 8 ? 0 : 0x80) | (r & 16 ? 0 : 0x40) | (r & 8 ? 0 : 0x20) | (d & 16 ? 0 : 0x10) | map, 0x80 | ((v & 15) << 3) | 0x04 | pp,
+         0x40 | (v & 16 ? 0x08 : 0) | more});
+  }
+  // The same, of one number in memory for all lanes. What is compared goes to the mask k1, by which one of two is selected.
+  [[gnu::cold, gnu::noinline]] void packed_in_eights(Packed operation, int d, int a, const MachineOperand& b, int detail) {
+    constexpr int broadcast_one = 0x10, and_bits = 0x1DB, xor_bits = 0x1EF, blend_by_mask = 0x265;
+    if (operation == Packed::test_signs) return put({0xC5, 0xF8, 0x98, 0xC9});
+    const bool loads = operation == Packed::load, selects = operation == Packed::select;
+    const int code = operation == Packed::both_bits        ? and_bits
+                     : operation == Packed::different_bits ? xor_bits
+                     : selects                             ? blend_by_mask
+                                                           : static_cast<int>(loads ? Packed::broadcast : operation);
+    if (operation == Packed::compare || operation == Packed::mask) d = 1;
+    put_evex(code >> 8, d, a < 0 ? 31 : ~a & 31, 1, b, (b.number < 0 && !loads ? broadcast_one : 0) | (selects ? 1 : 0));
+    put({code & 0xFF});
+    put_place(d, b, 8);
+    if (detail >= 0 && !selects) put({detail});
   }
 
   static constexpr int move_from = 0x10, move_to = 0x11, move_all = 0x28;
