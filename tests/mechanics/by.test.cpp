@@ -12,6 +12,7 @@
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/simulator.hpp"
+#include "qdot/integrate/taylor.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 
 namespace {
@@ -114,6 +115,16 @@ TEST_CASE("a run goes the way of its options and says so") {
   Simulator simulator(row, start, Dop853{}, Options{.rtol = 1e-11, .by = By::duals});
   REQUIRE(simulator.advance(3.0));
   CHECK((simulator.y() - fastest.y).norm() <= tolerance);
+}
+
+TEST_CASE("Taylor goes by lines or machine code with the same bits, and refuses dual numbers, which have no series") {
+  const auto row = mechanical_system<2>(Row{});
+  const State<2> start{0.0, q, qdot_};
+  const auto run_by = [&](By way) { return simulate(row, start, 3.0, Taylor{}, Options{.by = way}); };
+  const auto fastest = run_by(By::fastest);
+  CHECK(fastest.statistics.evaluated_by == "power series of recorded formulas");
+  for (const By way : {By::lines, By::machine_code}) CHECK(run_by(way).y == fastest.y);
+  REQUIRE_THROWS_AS(run_by(By::duals), InvalidValue);
 }
 
 TEST_CASE("what cannot be recorded goes by dual numbers, whatever is asked, and the run says why") {

@@ -90,6 +90,7 @@ class TaylorStepper : public detail::OneStep<N> {
         initial_step_(options.initial_step) {
     detail::require_option(this->order_ >= 4 && this->order_ <= 60, "order", "must lie between 4 and 60", this->order_,
                            "leave it out to have it chosen from rtol");
+    this->statistics_.evaluated_by = "power series of recorded formulas";
     dense_.resize(size(), this->order_ + 1);
     std::fill_n(dense_.data(), dense_.size(), 0.0);
     y_new_ = lost_ = lost_new_ = f_new_ = slope_ = this->y_;

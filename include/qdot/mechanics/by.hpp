@@ -17,7 +17,7 @@
 
 namespace qdot {
 
-/// How M, r and their derivatives are evaluated.
+/// How M, r and their derivatives are evaluated. `Taylor` has no way by duals and says so; methods of momenta ask for first derivatives only, by dual numbers.
 enum class By {
   fastest,      ///< as T and V allow it (the default)
   duals,        ///< forward-mode dual numbers, and Eigen's solution

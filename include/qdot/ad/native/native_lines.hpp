@@ -139,6 +139,10 @@ class LineEvaluator {
   [[gnu::cold]] void set(LineTable table, std::size_t count, MachineCodeBegins begins = {}) {
     table_ = std::move(table);
     state_->read.assign(count, 0);
+    begin(begins);
+  }
+  /// When there is to be machine code, counted from here.
+  [[gnu::cold]] void begin(MachineCodeBegins begins) {
     state_->alone.begin_after(begins.alone), state_->in_lanes.begin_after(begins.in_lanes);
   }
   /// Says which numbers are read after an evaluation; −1 for none. Before the first evaluation.

@@ -108,6 +108,11 @@ class Sweep {
   /// λ_{k−1}, where order k was made last.
   double multiplier(std::size_t row) const { return x_[number_[1][first_multiplier_ + row]]; }
 
+  /// When the lines of an order become machine code, from here on.
+  [[gnu::cold]] void begin_machine_code(formula::MachineCodeBegins begins) {
+    for (formula::LineEvaluator& end : ends_) end.begin(begins);
+  }
+
   /// Order 0 of every node, and the factors of the ends.
   void start() {
     for (const int slot : variables_) values_[index(slot)] = x_[number_[1][index(slot)]];

@@ -75,6 +75,7 @@ struct MotionSource {
   virtual Eigen::Index dof() const = 0;
   virtual std::string component_name(Eigen::Index i) const = 0;
   virtual bool has_definite_inertia() const = 0;
+  virtual By by() const { return By::fastest; }  // never duals
   virtual std::unique_ptr<ConstraintPart> constraints(const RecordedMotion&, const taylor::Sweep&, std::vector<std::string>, int) const { return nullptr; }
 };
 
@@ -100,6 +101,16 @@ class MotionSourceOf final : public MotionSource {
   Eigen::Index dof() const override { return Mechanics<F>::dof(form_); }
   std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
   bool has_definite_inertia() const override { return Mechanics<F>::inertia == Inertia::positive_definite; }
+  By by() const override {
+    const auto way_of = [](const auto& system) {
+      const By way = system.kept_lines()->by();
+      if (way == By::duals) throw InvalidValue("Taylor has series of recorded formulas, and none by dual numbers; leave By::duals out, or take Dop853");
+      return way;
+    };
+    if constexpr (requires { form_.scene().system(); }) return way_of(form_.scene().system());
+    else if constexpr (requires { form_.system().kept_lines(); }) return way_of(form_.system());
+    else return By::fastest;
+  }
   std::unique_ptr<ConstraintPart> constraints([[maybe_unused]] const RecordedMotion& m, [[maybe_unused]] const taylor::Sweep& sweep,
                                               [[maybe_unused]] std::vector<std::string> names, [[maybe_unused]] int highest_order) const override {
     if constexpr (Mechanics<F>::constraints != 0) {
@@ -129,6 +140,7 @@ class LagrangeSeries final : public PowerSeries {
     taylor::SweepOutputs wanted = outputs();
     wanted.series.insert(wanted.series.end(), guards.begin(), guards.end());
     sweep_ = taylor::sweep_of(m.recording.graph, wanted, highest_order);
+    sweep_.begin_machine_code(machine_code_begins(source_->by()));
     for (const int node : guards) guards_.push_back(sweep_.slot(node));
     guard_coefficients_.setZero(static_cast<Eigen::Index>(guards.size()), highest_order + 1);
     for (const auto* list : {&m.q, &m.qdot, &m.z})
