@@ -77,7 +77,9 @@ template void throw_derivative_not_finite<double>(const std::string&, const std:
 template void throw_mass_matrix_error<double>(Eigen::MatrixXd, double, const std::vector<std::string>&);
 template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&,
                                                                     const Eigen::VectorXd&);
+template class KeptBranches<>;
 template class LagrangeSeries<>;
+template class BranchedSeries<>;
 template struct Derivation<double>;
 template void TracedEquations<double>::derive(bool, const std::vector<char>&);
 template TracedEquations<double>::Slopes TracedEquations<double>::slopes();

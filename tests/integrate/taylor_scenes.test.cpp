@@ -213,6 +213,8 @@ TEST_CASE("friction at rest, a relay that slides and switches without end are na
     CHECK(run.message.find("the comparison > in the force of an effect") != std::string::npos);
     CHECK(run.statistics.steps < 300);
   }
+  // Backward from rest every past is possible.
+  CHECK(simulate(pushed(Law::friction), moving(20.0, -0.25372045918796404, 0.0), 0.0, Taylor{}).outcome == Outcome::refused_by_model);
 }
 
 TEST_CASE("forces that ask for a plain value are refused in words") {

@@ -56,6 +56,8 @@ class AnyStepper {
   Eigen::Map<const Eigen::VectorXd> y() const noexcept { return {held_->y, held_->size}; }
   int order() const { return held_->order(); }
   bool has_fixed_step() const noexcept { return held_->fixed; }
+  /// Whether each step lies on one branch of the functors, by the stepper's own care.
+  bool ends_at_branches() const noexcept { return held_->ends_at_branches; }
   const Statistics& statistics() const noexcept { return *held_->statistics; }
   PolynomialView polynomial() { return held_->polynomial(); }
   void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { held_->polynomial().evaluate(t, out); }
@@ -67,7 +69,7 @@ class AnyStepper {
     Moment moment;
     const double* y = nullptr;
     Eigen::Index size = 0;
-    bool fixed = false;
+    bool fixed = false, ends_at_branches = false;
     const Statistics* statistics = nullptr;
 
     virtual ~Held() = default;
@@ -89,6 +91,7 @@ class AnyStepper {
     template <class Make>
     explicit Holder(const Make& make) : stepper(make()) {
       this->fixed = detail::has_fixed_step(stepper);
+      if constexpr (requires { S::ends_at_branches; }) this->ends_at_branches = S::ends_at_branches;
       look();
     }
 

@@ -77,6 +77,7 @@ class TaylorStepper : public detail::OneStep<N> {
 
  public:
   static constexpr bool projects_itself = true;
+  static constexpr bool ends_at_branches = true;  ///< no step passes over a branch of the functors
 
   /// @param make_series  of an order; may throw NotAnalytic
   /// @throws InvalidValue, DimensionError  for options outside their range
@@ -135,7 +136,8 @@ class TaylorStepper : public detail::OneStep<N> {
   bool step(double t_limit) {
     this->head_for(t_limit);
     if (branches_ != nullptr ? !expand_on_branch() : !expand()) return this->give_up(0.0);
-    double h = this->direction_ * std::min(foretold_step(), this->max_step_);
+    double h = this->direction_ * std::min(guard_share_ * foretold_step(), this->max_step_);
+    guard_share_ = std::min(1.0, 1.5 * guard_share_);
     if (this->statistics_.steps == 0 && initial_step_ > 0.0) h = this->direction_ * std::min(initial_step_, std::abs(h));
     for (int attempts = 0; attempts < 200; ++attempts) {
       const double distance = this->distance_left();
@@ -161,7 +163,9 @@ class TaylorStepper : public detail::OneStep<N> {
       ++this->statistics_.rejected_by_error_test;
       if (evaluated && error > 1.0) {
         this->blame_error_test(worst);
-        h *= std::clamp(0.9 * std::pow(error, -1.0 / (this->order_ + 1)), 0.05, 0.8);
+        const double shorter = std::clamp(0.9 * std::pow(error, -1.0 / (this->order_ + 1)), 0.05, 0.8);
+        h *= shorter;
+        if (error == disagreement_) guard_share_ *= shorter;
       } else {
         if (evaluated) this->failure_ = {Outcome::non_finite, "the equations of motion were not finite"};
         h *= 0.25;
@@ -321,7 +325,7 @@ class TaylorStepper : public detail::OneStep<N> {
         worst = i;
       }
     }
-    if (branches_ != nullptr) largest = std::max(largest, disagreement(t_new, h));
+    if (branches_ != nullptr) largest = std::max(largest, disagreement_ = disagreement(t_new, h));
     return largest;
   }
 
@@ -356,6 +360,7 @@ class TaylorStepper : public detail::OneStep<N> {
   double unit_ = 1.0;        // of time in series_
   double dense_unit_ = 1.0;  // of time in dense_
   double branch_unit_ = 1.0; // that suits steps here, on whatever branch
+  double guard_share_ = 1.0, disagreement_ = 0.0;  // of a step, for which series of guards are good; of guards in the last attempt
   double h_last_ = 0.0;
   long steps_before_ = 0;    // the last reset
   double residual_ = 0.0, velocity_residual_ = 0.0;  // of y_new_ on the constraints

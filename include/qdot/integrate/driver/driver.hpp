@@ -161,7 +161,7 @@ class Driver {
   bool passed_unseen() {
     seen_ = std::numeric_limits<double>::quiet_NaN();
     if (!watchdog_->sees_branches || stepper_.has_fixed_step() || !watchdog_->may_pass_branches(run_.t, run_.y)) return false;
-    const Passage passage = watchdog_->passage(clock_, stepper_.polynomial(), elapsed_, reached());
+    const Passage passage = watchdog_->passage(clock_, stepper_.polynomial(), elapsed_, reached(), stepper_.ends_at_branches());
     if (passage.trouble) return guarded([&] { kept_part(passage.until, clock_.t(passage.until)); }), end(*passage.trouble), true;
     if (passage.retake) seen_ = clock_.t(*passage.retake);
     return passage.retake && !clock_.is_at(seen_, elapsed_);

@@ -35,21 +35,6 @@ struct SeriesBranch {
   const formula::Graph& graph() const { return motion().recording.graph; }
 };
 
-/// What the neighbour of a branch behind its guard k answers, as far as this guard.
-[[gnu::cold]] inline SeriesBranch::Guards answers_behind(const SeriesBranch::Guards& met, std::size_t k) {
-  SeriesBranch::Guards answers(met.begin(), met.begin() + static_cast<std::ptrdiff_t>(k) + 1);
-  if (!answers[k].of_floor) {
-    answers[k].sign = -answers[k].sign;
-    answers[k].closed = !answers[k].closed;
-  } else if (answers[k].sign > 0.0) {
-    answers[k].level -= 1.0;
-  } else {
-    answers.pop_back();
-    answers.back().level += 1.0;
-  }
-  return answers;
-}
-
 /// The branches kept.
 template <class = void>  // compiled only where it is made
 class KeptBranches {
@@ -169,5 +154,9 @@ template <class X>
   kept_.push_back(std::move(made));
   return kept_.back().get();
 }
+
+#ifdef QDOT_COMPILED
+extern template class KeptBranches<>;
+#endif
 
 }  // namespace qdot::detail

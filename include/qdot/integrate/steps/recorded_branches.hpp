@@ -145,18 +145,25 @@ inline std::vector<int> derivatives_of(formula::Graph& graph, int x, const std::
   return false;
 }
 
-// The neighbour of a branch behind its guard k.
-[[gnu::cold]] inline std::unique_ptr<RecordedBranch> neighbour(const RecordedBranch& of, std::size_t k, Eigen::Index dof, double t,
-                                                               const Eigen::Ref<const Eigen::VectorXd>& y, const RunFunctors& run) {
-  std::vector<formula::Guard> answers(of.branches.met.begin(), of.branches.met.begin() + static_cast<std::ptrdiff_t>(k) + 1);
+// What the neighbour of a branch behind its guard k answers, as far as this guard.
+[[gnu::cold]] inline std::vector<formula::Guard> answers_behind(const std::vector<formula::Guard>& met, std::size_t k) {
+  std::vector<formula::Guard> answers(met.begin(), met.begin() + static_cast<std::ptrdiff_t>(k) + 1);
   if (!answers[k].of_floor) {
     answers[k].sign = -answers[k].sign;
+    answers[k].closed = !answers[k].closed;
   } else if (answers[k].sign > 0.0) {
     answers[k].level -= 1.0;
   } else {
     answers.pop_back();
     answers.back().level += 1.0;
   }
+  return answers;
+}
+
+// The neighbour of a branch behind its guard k.
+[[gnu::cold]] inline std::unique_ptr<RecordedBranch> neighbour(const RecordedBranch& of, std::size_t k, Eigen::Index dof, double t,
+                                                               const Eigen::Ref<const Eigen::VectorXd>& y, const RunFunctors& run) {
+  const std::vector<formula::Guard> answers = answers_behind(of.branches.met, k);
   return recorded_branch(dof, t, y, run, &answers);
 }
 

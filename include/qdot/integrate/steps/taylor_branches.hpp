@@ -15,7 +15,8 @@
 // Which side. Rounding leaves the state of an edge on either side of it. So there, and where a motion starts on a guard, not g decides but where g goes,
 // by its coefficients of higher order: a guard that rounding cannot tell from zero is taken for zero. If it goes to the side of another branch, that one is
 // tried. Where guards are zero together, each is turned in this way. If every branch leads to one that has been tried, as friction does on a body at
-// rest, no branch holds the motion: the run ends as event_accumulation, and names the comparison. So it does where edges crowd.
+// rest, no branch holds the motion: the run ends as event_accumulation, and names the comparison. So it does where edges crowd. A motion that starts
+// on a guard, and may leave it to both sides, is not unique: refused_by_model.
 //
 // Functors that ask for a plain value (isnan, innermost_value) are refused, for no guard holds it; so are constraints that branch.
 
@@ -76,7 +77,7 @@ class BranchedSeries final : public PowerSeries, public SeriesBranches {
     return holds_ = held && all_.hold();
   }
   void start(double t, const double* y, double time_unit) override { now_->series->start(t_ = t, y, unit_ = time_unit); }
-  void expand(int order) override { guard_unit_ = unit_, now_->series->expand(order); }
+  void expand(int order) override { guard_unit_ = unit_, expanded_at_ = t_, now_->series->expand(order); }
   const Eigen::MatrixXd& coefficients() const noexcept override { return now_->series->coefficients(); }
   const ConstraintPart* constraints() const noexcept override { return now_->series->constraints(); }
   SeriesBranches* branches() noexcept override { return this; }
@@ -116,6 +117,7 @@ class BranchedSeries final : public PowerSeries, public SeriesBranches {
     return all_.at(answers, t, y, [&](const Branch& branch, std::size_t k) { return noise(branch, k, t, y); });
   }
   [[noreturn]] void refuse_here(const char* how) const;
+  void refuse_two_ways(double way);
 
   // Guard k over a way, as a polynomial of the part of the way.
   ShortPolynomial along(std::size_t k, double way) const {
@@ -140,7 +142,7 @@ class BranchedSeries final : public PowerSeries, public SeriesBranches {
   KeptBranches<> all_;
   bool holds_ = true;
   Branch* now_ = nullptr;
-  double t_ = 0.0, unit_ = 1.0, guard_unit_ = 1.0;
+  double t_ = 0.0, unit_ = 1.0, guard_unit_ = 1.0, expanded_at_ = 0.0;
   std::size_t left_at_ = none;          // the guard at which the branch ends here
   std::size_t edge_guard_ = none;       // … at which the step does that is tried
   double edge_end_ = 0.0, least_ = 0.0;
@@ -193,9 +195,37 @@ bool BranchedSeries<X>::stays(double elapsed, double way, double least) {
     tried_.push_back(now_);
     return false;
   }
+  if (is_fresh_ && sizes_.empty()) refuse_two_ways(way);
   tried_.clear();
   is_fresh_ = false;
   return true;
+}
+
+// Where a motion is set on a guard, and its other side would lead it away as well, by another motion.
+template <class X>
+[[gnu::cold, gnu::noinline]] void BranchedSeries<X>::refuse_two_ways(double way) {
+  constexpr double equal = 1e-11;  // relative, of series
+  Branch* const here = now_;
+  const Eigen::MatrixXd motion = here->series->coefficients();
+  const double part = std::min(least_ / std::abs(way), 1.0);
+  for (std::size_t k = 0; k < ties_.size(); ++k) {
+    if (ties_[k] == 0 || !(along(k, way)(part) > 0.0)) continue;
+    const Guards answers = answers_behind(here->guards(), k);
+    const std::size_t same_place = answers.size() - (here->guards()[k].of_floor && here->guards()[k].sign > 0.0 ? 0 : 1);
+    bool is_other_motion = false;
+    try {
+      now_ = beyond(answers, t_, motion.data());
+      now_->series->start(t_, motion.data(), guard_unit_);
+      now_->series->expand(all_.highest_order());
+      is_other_motion = along(same_place, way)(part) > 0.0 && !now_->series->coefficients().isApprox(motion, equal);
+    } catch (...) {  // beyond the guard there is no model
+    }
+    now_ = here;
+    if (is_other_motion)
+      throw EndOfRun({Outcome::refused_by_model,
+                      sentence({here->guards()[k].what, " is met at t = ", t_,
+                                ", where the motion begins, and each of its sides leads it away from there, so that it is not unique; begin on one side"})});
+  }
 }
 
 template <class X>
@@ -226,6 +256,8 @@ double BranchedSeries<X>::edge(const PolynomialView& motion, const Clock& clock,
 
 template <class X>
 double BranchedSeries<X>::disagreement(double from, double end, double t, const double* y, const Eigen::VectorXd& weights) {
+  // Behind a switch functors are shown the same time for a while.
+  const double of_t = rounding * std::abs(t) + std::abs(expanded_at_ + (end - from) - t);
   double largest = 0.0;
   for (std::size_t k = 0; k < now_->guards().size(); ++k) {
     const ShortPolynomial p = along(k, end - from);
@@ -237,7 +269,7 @@ double BranchedSeries<X>::disagreement(double from, double end, double t, const 
       throw NonFinite(what, t, sentence({what, " must find numbers, but at t = ", t, " one of them is not a number, so it has no side to take"}));
     }
     if (apart <= rounding * size) continue;
-    const double allowed = rounding * size + all_.change(*now_, k, t, y, weights.data(), rounding * std::abs(t));
+    const double allowed = rounding * size + all_.change(*now_, k, t, y, weights.data(), of_t);
     largest = std::max(largest, apart <= allowed ? 0.0 : apart / allowed);
   }
   return largest;
@@ -263,6 +295,10 @@ bool BranchedSeries<X>::land(const PolynomialView& motion, double end, double wa
   }
   return true;
 }
+
+#ifdef QDOT_COMPILED
+extern template class BranchedSeries<>;
+#endif
 
 /// The series of a system or scene; its functors are run once.
 template <class F>

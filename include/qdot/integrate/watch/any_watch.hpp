@@ -30,7 +30,7 @@ class AnyWatch {
   virtual double reach(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double landing, bool switches_only) = 0;
   virtual double first_shown(double t) const = 0;
   virtual bool may_pass_branches(double t, const Eigen::VectorXd& y) = 0;
-  virtual Passage passage(const Clock& clock, const PolynomialView& step, double from, double to) = 0;
+  virtual Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, bool on_one_branch) = 0;
   bool sees_branches = true;  // false: steps need not be asked about
   virtual std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) = 0;
   virtual std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) = 0;
@@ -56,7 +56,9 @@ class WatchOf final : public AnyWatch {
   }
   double first_shown(double t) const override { return dog_.first_shown(t); }
   bool may_pass_branches(double t, const Eigen::VectorXd& y) override { return sees_branches = dog_.may_pass_branches(t, own(y)); }
-  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to) override { return dog_.passage(clock, step, from, to); }
+  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, bool on_one_branch) override {
+    return dog_.passage(clock, step, from, to, on_one_branch);
+  }
   std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) override {
     return dog_.look(t, own(y), steps, controlled);
   }

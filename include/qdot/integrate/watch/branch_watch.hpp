@@ -122,6 +122,8 @@ class BranchSteps {
 
   void forget() { here_.reset(); }
   Passage passage(const Clock& clock, const PolynomialView& step, double from, double to);
+  /// The same of a step that lies on one branch: what is met where it begins.
+  Passage beginning(const Clock& clock, const PolynomialView& step, double from, double to);
 
  private:
   static constexpr int places = 16, halvings = 30, finer = 24, most_retaken = 1000;
@@ -307,6 +309,26 @@ template <class Number>
   return {from + seen * (to - from), {}, 0.0};
 }
 
+template <class Number>
+[[gnu::cold, gnu::noinline]] Passage BranchSteps<Number>::beginning(const Clock& clock, const PolynomialView& step, double from, double to) {
+  clock_ = clock, step_ = step, from_ = from, to_ = to;
+  if (!here_) {
+    here_ = sides_at(0.0);
+    if (auto unknown = undecided(*here_, -1)) return {{}, unknown, from};
+    if (auto trouble = trouble_at_start()) return {{}, trouble, from};
+  }
+  if (!here_->has_guards()) return {};
+  move_to(0.0);
+  sizes_.q = std::max(sizes_.q, y_.head(dof_).cwiseAbs().maxCoeff()), sizes_.qdot = std::max(sizes_.qdot, y_.segment(dof_, dof_).cwiseAbs().maxCoeff());
+  const int guard = left_at(*here_, 0.5);
+  if (guard < 0) return {};
+  if (auto unknown = undecided(*here_, guard)) return {{}, unknown, from};
+  const auto before = std::exchange(here_, sides_at(0.5));
+  static_cast<void>(left_at(*before, 0.0));
+  take_sizes(before->branch(), before->at());
+  return {{}, BranchCrossing<>(before->branch(), here_->branch(), static_cast<std::size_t>(guard), before->at(), sizes_, rtol_).jump(), from};
+}
+
 #ifdef QDOT_COMPILED
 extern template class BranchSteps<double>;
 #endif
@@ -329,13 +351,13 @@ class BranchWatch {
     return !done_;
   }
 
-  /// What is found of a step.
-  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to) {
+  /// What is found of a step, which may be known to lie on one branch.
+  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, bool on_one_branch) {
     try {
       if (!steps_)
         steps_.emplace(system_.size(), qdot::detail::dof(system_), rtol_, [&form = system_](RecordedBranch& branch) { run_functors(branch, form); },
                        [&form = system_](double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) { form.derivative(t, y, out); });
-      return steps_->passage(clock, step, from, to);
+      return on_one_branch ? steps_->beginning(clock, step, from, to) : steps_->passage(clock, step, from, to);
     } catch (...) {  // the run itself will say what is wrong
       return {};
     }

@@ -166,9 +166,9 @@ class Watchdog {
   }
 
   /// What a step has passed (integrate/watch/branch_watch.hpp).
-  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to) {
-    if constexpr (BranchWatch<F>::watches) return branches_.passage(clock, step, from, to);
-    return (void)clock, (void)step, (void)from, (void)to, Passage();
+  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, bool on_one_branch) {
+    if constexpr (BranchWatch<F>::watches) return branches_.passage(clock, step, from, to, on_one_branch);
+    return (void)clock, (void)step, (void)from, (void)to, (void)on_one_branch, Passage();
   }
   /// Whether steps from (t, y) may do so.
   bool may_pass_branches([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) {
