@@ -24,11 +24,4 @@ std::vector<EquationsRow> general_chain_rows(const char* door) {
   return chain_rows<n...>(door, []<int m>() -> AccelerationFunction { return by_general_door<m, E<m>>; });
 }
 
-/// Rows of several kinds, one kind after the other.
-inline std::vector<EquationsRow> joined(const std::vector<std::vector<EquationsRow>>& kinds) {
-  std::vector<EquationsRow> all;
-  for (const auto& rows : kinds) all.insert(all.end(), rows.begin(), rows.end());
-  return all;
-}
-
 }  // namespace qdot::bench

@@ -32,6 +32,13 @@ struct EquationsRow {
 /// the least of many repeats in turn (timed.cpp).
 Row timed(const EquationsRow& row, const std::string& what);
 
+/// Rows of several kinds, one kind after the other.
+inline std::vector<EquationsRow> joined(const std::vector<std::vector<EquationsRow>>& kinds) {
+  std::vector<EquationsRow> all;
+  for (const auto& rows : kinds) all.insert(all.end(), rows.begin(), rows.end());
+  return all;
+}
+
 std::vector<EquationsRow> system_rows();           // eom_systems.cpp
 std::vector<EquationsRow> unrolled_chain_rows();   // eom_unrolled_chains.cpp
 std::vector<EquationsRow> looped_chain_rows();     // eom_looped_chains.cpp
