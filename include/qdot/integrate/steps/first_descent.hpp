@@ -47,7 +47,7 @@ inline double first_descent(const ShortPolynomial& p, const ShortPolynomial& b, 
   if (to - from <= narrowest) return b.c[n] < 0.0 ? to : nowhere;
   if (changes == 1 && b.c[n] < 0.0) {
     double holds = from, beyond = to;
-    for (int k = 0; k < 60 && holds < beyond; ++k) {
+    for (int k = 0; k < 200; ++k) {
       const double middle = 0.5 * (holds + beyond);
       if (middle == holds || middle == beyond) break;
       (p(middle) < 0.0 ? beyond : holds) = middle;
