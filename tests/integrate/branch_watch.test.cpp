@@ -93,7 +93,7 @@ TEST_CASE("derivatives see a strip that a step would pass over") {
 namespace {
 
 // Which branches: one type for all of them.
-enum class Case { graze, step, mass_by_time, mass_by_place, switched_on, root };
+enum class Case { graze, step, mass_by_time, switched_on, root, vee };
 struct Branching {
   Case which;
 
@@ -110,6 +110,7 @@ struct Branching {
       case Case::graze: return q[0] > 1.0 ? S(0.5 * q[0] * q[0] + 0.5 * (q[0] - 1.0)) : S(0.5 * q[0] * q[0]);
       case Case::step: return q[0] > 0.0 ? S(0.5) : S(0.0);
       case Case::switched_on: return t > 1.0 ? S(3.0 - q[0]) : S(0.0);
+      case Case::vee: return q[0] < 0.0 ? S(-q[0]) : S(q[0]);
       case Case::root: return sqrt(q[0]) < 1.0 ? S(q[0]) : S(2.0 * q[0]);
       default: return S(0.0);
     }
@@ -188,6 +189,7 @@ TEST_CASE("a motion that both sides push onto their boundary ends by the name of
   CHECK(contains(sticks, "event_accumulation"));
   CHECK(contains(sticks, "at t = 9.638838644"));
   CHECK(contains(end_of(pushed(false), start(0.5, 0.25), 2.0), "at t = 0.68614066"));  // q̈ = −sgn(q + v) slides from there
+  CHECK(contains(end_of(Case::vee, 0.0, 0.0, 1.0), "event_accumulation"));  // at rest where V = |q| is least
   // Backward from a rest that friction holds every past is possible.
   CHECK(contains(end_of(pushed(true), State<1>{20.0, V1(-0.25372045918796404), V1(0.0)}, 0.0), "the motion is not unique"));
 }

@@ -141,6 +141,14 @@ std::optional<Failure> BranchCrossing<Number>::sliding(const Eigen::VectorXd& ra
     here += slope * rates_before[i], there += slope * rates_behind[i];
     size = std::max({size, std::abs(slope * rates_before[i]), std::abs(slope * rates_behind[i])});
   }
+  if (is_start && size == 0.0) {  // at rest on a guard of place: its second derivative decides, in both directions of time
+    for (std::size_t i = 0; i < dof_; ++i) {
+      const auto a = static_cast<Eigen::Index>(dof_ + i);
+      here += slopes[i] * rates_before[a], there += slopes[i] * rates_behind[a];
+      size = std::max({size, std::abs(slopes[i] * rates_before[a]), std::abs(slopes[i] * rates_behind[a])});
+    }
+    direction = 1.0;
+  }
   here *= direction * guard_.sign, there *= direction * guard_.sign;  // how fast the run goes back to this side
   if (here > clearly * size && there < -clearly * size && is_start)
     return named(Outcome::refused_by_model,
