@@ -45,22 +45,36 @@ struct Branches {
   std::string undecided = {};                    ///< a comparison with NaN, if there was one
 };
 
+/// The value of a node whose arguments have theirs, or its bounds where they are intervals.
+template <class Value, class Number>
+Value value_of_node(const BasicNode<Number>& node, const std::vector<Value>& variables, const std::vector<Value>& values) {
+  using std::pow;
+  const auto at = [&](int x) { return x < 0 ? Value(0.0) : values[static_cast<std::size_t>(x)]; };
+  switch (node.kind) {
+    case Kind::constant: return Value(node.c);
+    case Kind::variable: return variables[static_cast<std::size_t>(node.a)];
+    case Kind::affine: return node.b < 0 ? node.ca * at(node.a) + node.c : node.ca * at(node.a) + node.cb * at(node.b) + node.c;
+    case Kind::product: return at(node.a) * at(node.b);
+    case Kind::quotient: return at(node.a) / at(node.b);
+    case Kind::power: return pow(at(node.a), node.c);
+    case Kind::function: return value_of(node.function, at(node.a), at(node.b));
+  }
+  return Value(0.0);
+}
 /// values ← those of the first `count` nodes; nodes that have one already keep it.
 template <class Number = double>
 [[gnu::noinline]] void evaluate_nodes(const BasicGraph<Number>& graph, const std::vector<Number>& variables, std::vector<Number>& values, std::size_t count) {
-  for (std::size_t i = values.size(); i < count; ++i) {
-    const BasicNode<Number>& node = graph.nodes()[i];
-    const auto at = [&](int x) { return x < 0 ? Number(0.0) : values[static_cast<std::size_t>(x)]; };
-    switch (node.kind) {
-      case Kind::constant: values.push_back(node.c); break;
-      case Kind::variable: values.push_back(variables[static_cast<std::size_t>(node.a)]); break;
-      case Kind::affine: values.push_back(node.b < 0 ? node.ca * at(node.a) + node.c : node.ca * at(node.a) + node.cb * at(node.b) + node.c); break;
-      case Kind::product: values.push_back(at(node.a) * at(node.b)); break;
-      case Kind::quotient: values.push_back(at(node.a) / at(node.b)); break;
-      case Kind::power: values.push_back(std::pow(at(node.a), node.c)); break;
-      case Kind::function: values.push_back(value_of(node.function, at(node.a), at(node.b))); break;
-    }
-  }
+  for (std::size_t i = values.size(); i < count; ++i) values.push_back(value_of_node(graph.nodes()[i], variables, values));
+}
+
+/// What the guards of a branch are made of, node by node.
+[[gnu::cold]] inline std::vector<int> nodes_of_guards(const Graph& graph, const std::vector<Guard>& guards) {
+  std::vector<int> roots, nodes;
+  for (const Guard& guard : guards) roots.push_back(guard.node);
+  const std::vector<char> needed = graph.needed_for(roots);
+  for (std::size_t i = 0; i < needed.size(); ++i)
+    if (needed[i] != 0) nodes.push_back(static_cast<int>(i));
+  return nodes;
 }
 
 /// Whether a node's value is above a level, or at it, by the next of the given answers or by the value; noted as a guard.

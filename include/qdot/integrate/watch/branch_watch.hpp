@@ -12,8 +12,9 @@
 //     stages      x           x      x            x        guard, at 16 places      + + + − − + + + + + + + + + + +
 //     the place          [ ]                               ends where               ↑ the fourth is
 //
-// A guard that comes near to its level between two places and turns is followed to where it turns. What the motion meets at a boundary, a blow or a
-// place that it cannot leave, ends the run by a name (integrate/watch/branch_crossing.hpp).
+// Where bounds of the polynomial show that no guard is reached, the places are not looked at. A guard that comes near to its level between two places
+// and turns is followed to where it turns. What the motion meets at a boundary, a blow or a place that it cannot leave, ends the run by a name
+// (integrate/watch/branch_crossing.hpp).
 //
 // The branch is recorded behind the first step, and anew where its guards have changed. Functors that compare nothing are known to do so from then on,
 // mostly because their equations have been derived. Stairs that switch in nearly every step, and what asks for plain values, are left alone. Methods
@@ -30,12 +31,14 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/formula/interval.hpp"
 #include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/steps/polynomial.hpp"
 #include "qdot/integrate/steps/recorded_branches.hpp"
 #include "qdot/integrate/watch/branch_crossing.hpp"
+#include "qdot/integrate/watch/sides_of_branch.hpp"
 #include "qdot/mechanics/derive/kept_lines.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -71,40 +74,6 @@ template <class F>
   }
   return false;
 }
-
-// The sides of all guards of a recorded branch; a template, and so compiled where it is asked for.
-template <class = void>
-class SidesOfBranch {
- public:
-  explicit SidesOfBranch(std::unique_ptr<RecordedBranch> branch) : branch_(std::move(branch)) {
-    for (const formula::Guard& guard : branch_->branches.met) last_ = std::max(last_, guard.node);
-  }
-  bool has_guards() const { return !branch_->branches.met.empty(); }
-  RecordedBranch& branch() { return *branch_; }
-
-  /// Moves to (t, y); the first guard that does not hold there, or NaN; −1 where all hold.
-  int move_to(Eigen::Index dof, double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    number_variables(dof, t, y, at_);
-    values_.clear();
-    formula::evaluate_nodes(branch_->motion.recording.graph, at_, values_, static_cast<std::size_t>(last_) + 1);
-    const auto& met = branch_->branches.met;
-    const auto left = std::find_if(met.begin(), met.end(), [this](const formula::Guard& guard) { return !guard.has(value(guard)); });
-    return left == met.end() ? -1 : static_cast<int>(left - met.begin());
-  }
-  // What has been moved to.
-  const std::vector<double>& at() const { return at_; }
-  double value(const formula::Guard& guard) const { return values_[static_cast<std::size_t>(guard.node)]; }
-  /// How far inside its side a guard is.
-  double inside(std::size_t k) const {
-    const formula::Guard& guard = branch_->branches.met[k];
-    return guard.sign * (value(guard) - guard.level);
-  }
-
- private:
-  std::unique_ptr<RecordedBranch> branch_;
-  int last_ = -1;
-  std::vector<double> at_{}, values_{};
-};
 
 /// What is found of a step.
 struct Passage {
@@ -152,6 +121,7 @@ class BranchSteps {
     return between;
   }
 
+  bool stays_here();
   std::optional<Failure> undecided(SidesOfBranch<>& sides, int guard) const;
   std::optional<double> grazed();
   void take_sizes(RecordedBranch& branch, const std::vector<double>& at);
@@ -170,7 +140,23 @@ class BranchSteps {
   double from_ = 0.0, to_ = 0.0, t_ = 0.0;  // of the step, and of the place last looked at
   Eigen::VectorXd y_{}, y_all_{}, rates_before_{}, rates_behind_{};
   std::vector<double> inside_{};  // of each guard, at each place
+  std::vector<Interval> bounds_{};
 };
+
+// Whether bounds of the step's polynomial show that no guard is reached: then there is nothing to be looked for.
+template <class Number>
+bool BranchSteps<Number>::stays_here() {
+  const double s = std::max(std::abs(from_ - step_.origin), std::abs(to_ - step_.origin)) / std::abs(step_.scale);
+  bounds_.clear();
+  for (Eigen::Index i = 0; i < size_; ++i) {  // |y − c₀| ≤ Σ |c_k| s^k, and a little for rounding
+    double far = 0.0;
+    for (int k = step_.degree; k > 0; --k) far = (far + std::abs(step_.coefficients[k * step_.size + i])) * s;
+    const double middle = step_.coefficients[i];
+    bounds_.push_back(Interval::around(middle - 1.001 * far, middle + 1.001 * far));
+  }
+  bounds_.insert(bounds_.begin() + 2 * dof_, Interval::around(clock_.shown(from_), clock_.shown(to_)));
+  return here_->hold_within(bounds_);
+}
 
 // A comparison with NaN has no side.
 template <class Number>
@@ -280,6 +266,7 @@ template <class Number>
   if (!here_->has_guards()) return {};
   move_to(0.0);
   sizes_.q = std::max(sizes_.q, y_.head(dof_).cwiseAbs().maxCoeff()), sizes_.qdot = std::max(sizes_.qdot, y_.segment(dof_, dof_).cwiseAbs().maxCoeff());
+  if (stays_here()) return {};
   const std::size_t guards = here_->branch().branches.met.size();
   inside_.resize((places + 1) * guards);
   int changes = 0, first = 0;
