@@ -114,11 +114,11 @@ struct NamedMethod {
         .derivative = [model](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) { model->derivative(t, y, ydot); },
         .reason = SwitchingSystem<System> ? "equations that switch have no power series" : "there is more to the motion than formulas"};
     if (model->bare())
-      qdot::detail::choose_first(choice, model->size(), options, "T and V", [&] { return model->own_stepper("taylor", 0, options); });
+      qdot::detail::choose_first(choice, model->size(), options, "T and V", [&] { return model->own_stepper("automatic", 0, options); });
     if constexpr (!SwitchingSystem<System>)
       if (!model->bare())
         qdot::detail::choose_first(choice, model->size(), options, ProjectableSystem<System> ? "T, V, the forces and the constraints" : "T, V and the forces",
-                                   [&] { return any_stepper(Taylor{}, system, options); });
+                                   [&] { return any_stepper(qdot::detail::TaylorOfOneFormula{}, system, options); });
     return AnyStepper(std::in_place, AutomaticStepper(std::move(choice), model->size()));
   }
 };

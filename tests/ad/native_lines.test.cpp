@@ -178,6 +178,31 @@ LineTable one_line(Operation operation) {
 
 }  // namespace
 
+TEST_CASE("an angle in a register that is used no more stays there until its sine is taken, however full the registers are") {
+  if (!formula::native_lines_are_possible()) return;
+  // Numbers 0 and 1 are given. 20 multiples of 1 fill the registers; 22 = 2 x₁ is an angle between two others, 0 and 1, and nothing else.
+  LineTable table;
+  const auto add = [&](Operation operation, std::uint32_t to, std::uint32_t a, std::uint32_t b) -> Line& {
+    return table.lines.emplace_back(Line{operation, formula::Function::none, to, a, b});
+  };
+  for (std::uint32_t i = 0; i < 20; ++i) add(Operation::scaled, 2 + i, 1, 0).ca = i + 1.5;
+  add(Operation::scaled, 22, 1, 0).ca = 2.0;
+  const std::uint32_t angles[] = {0, 22, 1};
+  for (std::uint32_t k = 0; k < 3; ++k) add(Operation::sine_and_cosine, 23 + k, angles[k], 26 + k);
+  for (std::uint32_t i = 0; i < 20; ++i) add(Operation::product_sum, 29 + i, 23 + i % 3, 2 + i).d = 26 + i % 3;
+  add(Operation::sum, 49, 0, 29);
+  table.lines.emplace_back();
+  std::vector<char> read(50, 0);
+  for (std::uint32_t v = 29; v < 50; ++v) read[v] = 1;
+  std::vector<double> interpreted(50, 0.0), native(50, 0.0);
+  interpreted[0] = native[0] = 0.7, interpreted[1] = native[1] = -1.3;
+  formula::carry_out(table, interpreted.data());
+  const formula::NativeLines code(table, read, formula::best_vectors());
+  REQUIRE(code.exists());
+  code(native.data());
+  for (std::uint32_t v = 29; v < 50; ++v) CHECK(native[v] == interpreted[v]);
+}
+
 TEST_CASE("machine code has the bits of the interpreter on random tables of lines, with AVX, with AVX2 and without") {
   if (!formula::native_lines_are_possible()) return;  // on another processor, or where the compiler fuses what the interpreter does
   INFO(fuzz::seed_text());

@@ -29,7 +29,7 @@ TEST_CASE("a motion whose type is forgotten is stepped like the system itself") 
   const auto system = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.5 * q[0] * q[0]; });
   const Problem problem{.name = "oscillator", .t_end = 2.0, .start = numbers({1, 0}), .exact = numbers({std::cos(2.0), -std::sin(2.0)}),
                         .reference_digits = 16};
-  const Row row = solved(problem, motion(system), By::dop853, {.rtol = 1e-13, .atol = 1e-14});
+  const Row row = solved(problem, motion(system), hard::By::dop853, {.rtol = 1e-13, .atol = 1e-14});
   const auto run = simulate(system, FirstOrderState{0.0, problem.start}, 2.0, Dop853{}, {.rtol = 1e-13, .atol = 1e-14, .keep_trajectory = false});
   CHECK(row.evaluations - run.statistics.evaluations == 3);  // dense output of the first step, for the energy at its beginning
   CHECK(row.digits_reached == digits_reached(problem, run.y));

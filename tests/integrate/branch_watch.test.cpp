@@ -175,6 +175,41 @@ TEST_CASE("a blow that branches ask for ends the run by a name: a step of V, a m
   CHECK(contains(end_of(Case::switched_on, 0.0, 0.0, 2.0), "completed"));  // a V that jumps with time alone is no blow
 }
 
+TEST_CASE("an event that takes the blow, or stops the run, comes before its refusal, and a run may begin behind it") {
+  const auto step = mechanical_system<1>(Branching{Case::step});
+  const auto at_zero = [](const auto& q, const auto&, const auto&) { return q[0]; };
+  constexpr double rounding = 1e-9;
+  const auto run = simulate(step, start(-1.0, 2.0), 2.0, Dop853{}, {}, event("wall", at_zero).then([](State<1>& state) { state.qdot[0] = std::sqrt(3.0); }));
+  REQUIRE(run.completed());  // v = √(2² − 2 · ½) behind it
+  CHECK(std::abs(run.y[0] - 1.5 * std::sqrt(3.0)) < rounding);
+  CHECK(simulate(step, start(-1.0, 2.0), 2.0, Dop853{}, {}, event("wall", at_zero).stop()).outcome == Outcome::stopped_by_event);
+  CHECK(contains(end_of(Case::step, 0.0, 2.0, 2.0), "completed"));
+  CHECK(contains(end_of(mechanical_system<1>(ByPlace{}), start(0.0, 1.0), 1.0), "completed"));
+}
+
+TEST_CASE("what is continuous is no blow, at rest and at large times") {
+  // A frame at rest until t = 1, then accelerated: T = ½ (v + u)², u = max(t − 1, 0).
+  const auto frame = mechanical_system<1>([](const auto&, const auto& v, const auto& t) {
+    using S = std::decay_t<decltype(v[0] + t)>;
+    const S u = t < 1.0 ? S(v[0]) : S(v[0] + (t - 1.0));
+    return S(0.5 * u * u);
+  }, [](const auto& q) { return 0.0 * q[0]; });
+  CHECK(contains(end_of(frame, start(0.0, 0.0), 3.0), "completed"));
+  // A mass that burns off at 0.1 a second until 1.7e9 + 5.
+  const auto rocket = mechanical_system<1>([](const auto&, const auto& v, const auto& t) {
+    using S = std::decay_t<decltype(v[0] + t)>;
+    const S m = t < 1.7e9 + 5.0 ? S(1.0 - 0.1 * (t - 1.7e9)) : S(0.5 + 0.0 * t);
+    return S(0.5 * m * v[0] * v[0]);
+  }, [](const auto& q) { return 0.0 * q[0]; });
+  CHECK(contains(end_of(rocket, State<1>{1.7e9, V1(0.0), V1(1.0)}, 1.7e9 + 8.0), "completed"));
+  CHECK(contains(end_of(on(Rail::parabola), State<2>{0.0, {0.0, 0.0}, {2.0, 0.0}}, 1.0), "completed"));
+  // At rest on a stiff one-sided spring, pushed onto it: (F/k)(1 − cos ωt).
+  const auto spring = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) {
+    return q[0] < 0.0 ? 0.5e10 * q[0] * q[0] + 9.81 * q[0] : 0.0 * q[0] + 9.81 * q[0];
+  });
+  CHECK(contains(end_of(spring, start(0.0, 0.0), 1e-4), "completed"));
+}
+
 TEST_CASE("a constraint that jumps, or has a kink, ends the run by a name, and one whose curvature jumps does not") {
   const State<2> from{0.0, {-1.0, 0.0}, {2.0, 0.0}};
   CHECK(contains(end_of(on(Rail::step), from, 3.0), "constraint_failure"));

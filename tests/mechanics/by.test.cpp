@@ -9,6 +9,7 @@
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/effects/scene_motion.hpp"
 #include "qdot/integrate/any_system.hpp"
+#include "qdot/integrate/automatic.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/simulator.hpp"
@@ -125,6 +126,10 @@ TEST_CASE("Taylor goes by lines or machine code with the same bits, and refuses 
   CHECK(fastest.statistics.evaluated_by == "power series of recorded formulas");
   for (const By way : {By::lines, By::machine_code}) CHECK(run_by(way).y == fastest.y);
   REQUIRE_THROWS_AS(run_by(By::duals), InvalidValue);
+  const auto automatic = simulate(row, start, 3.0, AutomaticWith<Dopri5>{}, Options{.by = By::duals});
+  CHECK(automatic.statistics.evaluated_by == words[0]);
+  CHECK((automatic.y - fastest.y).norm() <= tolerance);
+  CHECK(simulate(row, start, 3.0, AutomaticWith<Dopri5>{}).statistics.evaluated_by == "power series of recorded formulas");
 }
 
 TEST_CASE("what cannot be recorded goes by dual numbers, whatever is asked, and the run says why") {

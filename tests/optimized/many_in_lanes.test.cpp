@@ -162,6 +162,7 @@ TEST_CASE("budgets, stop times and bad options are kept as one by one") {
 }
 
 TEST_CASE("a functor that throws in a pack is asked again by each motion alone") {
+  constexpr double two_ways = 1e-11;  // rtol: a motion that went alone was evaluated by another way, and its steps differ by rounding
   for (const int asked : {1, 60}) {
     int left = asked;
     const auto refusing = mechanical_system<2>(Refusing{&left});
@@ -171,7 +172,7 @@ TEST_CASE("a functor that throws in a pack is asked again by each motion alone")
     for (std::size_t i = 0; i < 9; ++i) {  // it refuses once, and not who asks again
       REQUIRE(ends[i].completed());
       CHECK(ends[i].value->completed());
-      CHECK((ends[i].value->state.q - plain[i].value->state.q).norm() < 1e-12);
+      CHECK((ends[i].value->state.q - plain[i].value->state.q).norm() < two_ways);
     }
   }
 }

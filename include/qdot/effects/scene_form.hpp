@@ -221,6 +221,7 @@ class SceneForm {
   detail::TracedEquations<> equations() const
     requires is_traced
   {
+    if (!by_lines()) throw InvalidValue("a scene that is evaluated by dual numbers has no recorded equations");
     return detail::traced_equations(scene_, {});
   }
   /// Runs the functors on a recording.

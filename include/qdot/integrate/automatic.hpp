@@ -319,6 +319,7 @@ void BasicAutomaticStepper<Number>::count() {
   if (sum.first_step == 0.0) sum.first_step = now.first_step;
   sum.last_step = now.last_step;
   sum.last_order = now.last_order;
+  sum.evaluated_by = now.evaluated_by;
 }
 
 #ifdef QDOT_COMPILED
@@ -356,6 +357,8 @@ void choose_first(AutomaticChoice& choice, Eigen::Index size, const Options& opt
       choice.reason = sentence({what, " are formulas without branches, and the motion is smooth"});
     } catch (const NotAnalytic& error) {
       choice.reason = sentence({error.source(), " has a branch or a kink"});
+    } catch (const InvalidValue&) {  // of a system that is to be evaluated by dual numbers
+      choice.reason = "dual numbers have no power series";
     }
   }
 }

@@ -118,7 +118,7 @@ class TaylorStepper : public detail::OneStep<N> {
     steps_before_ = this->statistics_.steps;
     std::fill_n(lost_.data(), size(), 0.0);
     expansion_is_current_ = false;
-    unit_ = 1.0;
+    unit_ = guard_share_ = 1.0;
     h_last_ = 0.0;
     begin_expansion(t, this->y_);
     for (Eigen::Index i = 0; i < size(); ++i)

@@ -192,6 +192,7 @@ auto motion_residual(const System<E, n, inertia>& system, const Eigen::MatrixBas
 /// q̈ by one way (mechanics/by.hpp), with the same errors. Copies the system.
 template <class E, int n, Inertia inertia>
 Vector<double, n> acceleration(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, By way) {
+  if (way == By::fastest) return acceleration(system, q, qdot, t);
   return acceleration(system.by(way), q, qdot, t);
 }
 

@@ -182,6 +182,7 @@ class FirstOrderForm {
   detail::TracedEquations<> equations() const
     requires detail::TracedSystem<Sys>
   {
+    if (!system_.kept_lines()->may_be_lines()) throw InvalidValue("a system that is evaluated by dual numbers has no recorded equations");
     return detail::traced_equations(system_);
   }
   /// Runs the functors on a recording.

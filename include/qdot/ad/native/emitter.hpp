@@ -44,7 +44,7 @@ class Emitter : ValuesInRegisters<Code> {
   using Values::at_, Values::code_, Values::holds_, Values::in_memory_, Values::memory_, Values::pinned_, Values::place_, Values::read_, Values::straight_;
   using Values::is_used_later, Values::keep, Values::memory, Values::release_operands;
   using Values::finish, Values::forget, Values::fresh, Values::hold, Values::in_register, Values::index, Values::is_of_lanes, Values::none, Values::operand;
-  using Values::release, Values::store, Values::stride, Values::take_memory, Values::vectors_, Values::x_;
+  using Values::pin, Values::release, Values::store, Values::stride, Values::take_memory, Values::vectors_, Values::x_;
 
  public:
   /// @param count  how many numbers there are
@@ -176,6 +176,8 @@ class Emitter : ValuesInRegisters<Code> {
     at_ = first + count - 1;
     pinned_ = 0;
     MachineOperand angles[X86Circular::most];
+    for (std::uint32_t k = 0; k < count; ++k)  // so that none gives way to another
+      if (place_[lines[k].a] >= 0) pin(place_[lines[k].a]);
     for (std::uint32_t k = 0; k < count; ++k) angles[k] = operand(lines[k].a);
     X86Circular it(code_, count);
     Aside aside{.first = circular_.size(), .count = count};

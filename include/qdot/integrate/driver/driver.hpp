@@ -63,14 +63,12 @@ class Driver {
         watchdog_(system.watch(options_)), scale_(!options.atol.is_default() || stepper_.has_fixed_step()),
         watches_time_(watchdog_->watches_time()), limits_(budget), run_(run) {}
 
-  // The same once more and without anything kept but the end: a stretch of a motion that somebody else cuts into stretches, for whom
-  // steps, evaluations and seconds are counted afresh. Events that stopped the one before are given as it left them in stopped_by(), and do
-  // so again only when they come again. Allocates nothing where it completes.
+  // The same once more, without anything kept but the end: a stretch, for which steps, evaluations and seconds are counted afresh. Events that
+  // stopped the one before, stopped_by(), do so again only when they come again. Allocates nothing where it completes.
   void stretch(double t0, const Eigen::VectorXd& y0, double t_end, [[maybe_unused]] std::uint64_t stopped_by) {
     if constexpr (watches) watch_.forget(stopped_by);
     limits_.begin_again(options_, stepper_.statistics());
-    run_.outcome = Outcome::completed;
-    run_.events.clear();
+    run_.outcome = Outcome::completed, run_.events.clear();
     t_end_ = leg_end_ = t_end;
     if (start(t0, y0) && t_end != t0) leg(t_end);
     run_.message = run_.completed() ? std::string() : how_it_ended(run_.outcome, run_.message, run_.t, limits_.steps_of_stretch(stepper_.statistics()), "");
@@ -149,8 +147,9 @@ class Driver {
       const bool again = std::abs(seen_ - t) < std::abs(limit - t) && !clock_.is_at(seen_, elapsed_);
       if (!stepper_.step(again ? seen_ : limit)) {
         if (!leapt()) return run_.completed() && stuck();
-      } else if (passed_unseen()) {
-        if (!run_.completed()) return false;
+      } else if (const Passage passed = passage(); passed.trouble) {
+        if (!ended_by(passed)) return false;
+      } else if (passed.retake) {
         reset_at(stepper_, clock_.moment(elapsed_), run_.y);
       } else if (!state_is_sound() || !watched(landing) || !kept() || !within_budget(landing)) return false;
     }
@@ -158,13 +157,17 @@ class Driver {
   }
 
   // Whether the step has passed over a stay on another branch, so that it is to be taken again, to seen_; or over what ends the run.
-  bool passed_unseen() {
+  Passage passage() {
     seen_ = std::numeric_limits<double>::quiet_NaN();
-    if (!watchdog_->sees_branches || stepper_.has_fixed_step() || !watchdog_->may_pass_branches(run_.t, run_.y)) return false;
-    const Passage passage = watchdog_->passage(clock_, stepper_.polynomial(), elapsed_, reached(), stepper_.ends_at_branches());
-    if (passage.trouble) return guarded([&] { kept_part(passage.until, clock_.t(passage.until)); }), end(*passage.trouble), true;
-    if (passage.retake) seen_ = clock_.t(*passage.retake);
-    return passage.retake && !clock_.is_at(seen_, elapsed_);
+    if (!watchdog_->sees_branches || stepper_.has_fixed_step() || !watchdog_->may_pass_branches(run_.t, run_.y)) return {};
+    Passage passed = watchdog_->passage(clock_, stepper_.polynomial(), elapsed_, reached(), stepper_.ends_at_branches());
+    if (passed.retake && clock_.is_at(seen_ = clock_.t(*passed.retake), elapsed_)) passed.retake.reset();
+    return passed;
+  }
+  // Ends the run, unless an event before it, or there, stops it or changes the state.
+  bool ended_by(const Passage& passed) {
+    if constexpr (watches) if (watch_.looks_at_steps()) return passed_events(passed.until, passed.trouble);
+    return guarded([&] { kept_part(passed.until, clock_.t(passed.until)); }) && end(*passed.trouble);
   }
 
   // Whether no step was taken for the equations jump here, and the system knows the other side.
@@ -172,8 +175,7 @@ class Driver {
     bool found = false;
     if constexpr (watches) guarded([&] { found = system_.leap(run_.t, run_.y); });
     if (found && options_.keep_trajectory) run_.trajectory.jump(run_.y);
-    if (found) begin_afresh(false);
-    return found;
+    return found && (begin_afresh(false), true);
   }
 
   void begin_afresh(bool at_start) {
@@ -202,33 +204,29 @@ class Driver {
   }
 
   bool looked_at(double t, const Eigen::VectorXd& y) {
-    const Statistics& s = stepper_.statistics();
-    std::optional<Failure> trouble = watchdog_->look(t, y, s.steps, s.limiting_component() >= 0);
+    std::optional<Failure> trouble = watchdog_->look(t, y, stepper_.statistics().steps, stepper_.statistics().limiting_component() >= 0);
     if (!trouble && !stepper_.is_current()) trouble = other_formula();
     return !trouble || end(*trouble);
   }
 
   // Appends the step to the run, as far as events let it.
   bool kept() {
-    if constexpr (watches) if (watch_.looks_at_steps()) return passed_events();
+    if constexpr (watches) if (watch_.looks_at_steps()) return passed_events(reached(), {});
     return kept_whole();
   }
   bool kept_whole() { return keep(), observed(elapsed_ == clock_.length()); }
 
-  // Takes the events of the step in their order; keeps the step, or what is left of it.
-  bool passed_events() {
+  // Takes the events of the step up to `last`, in their order; keeps the step, or what is left of it, or ends the run for trouble.
+  bool passed_events(double last, const std::optional<Failure>& trouble) {
     bool proceed = true;
     const bool evaluated = guarded([&] {
-      watch_.search(clock_, stepper_.polynomial(), elapsed_, reached(), tolerance(stepper_.y()));
+      watch_.search(clock_, stepper_.polynomial(), elapsed_, last, tolerance(stepper_.y()));
       for (long firings = 0; const std::optional<Firing> firing = watch_.next(); ++firings) {
-        if (firing->stops || firing->changes) {
-          proceed = cut(*firing);
-          return;
-        }
+        if (firing->stops || firing->changes) return void(proceed = cut(*firing));
         watch_.record(*firing, run_.events);
         watch_.pass(*firing, firings >= most_firings);
       }
-      proceed = kept_whole();
+      proceed = trouble ? (kept_part(last, clock_.t(last)), end(*trouble)) : kept_whole();
     });
     return evaluated && proceed;
   }
@@ -272,7 +270,7 @@ class Driver {
     });
   }
 
-  // This leg counts as the stepper does: from its last fresh start, to the end of its last step.
+  // This leg counts as the stepper does, from its last fresh start.
   void count_from_here() { clock_.start(moment_of(stepper_)), elapsed_ = reached(); }
   double reached() const { return moment_of(stepper_).elapsed; }
 
@@ -356,7 +354,7 @@ class Driver {
     return asks_why ? end_explained(*spent) : end(*spent);
   }
 
-  // Notes how the run ended; false, so that it can be returned.
+  // Notes how the run ended; false.
   [[gnu::cold, gnu::noinline]] bool end(const Failure& failure) { return end(failure.outcome, failure.message); }
   [[gnu::cold, gnu::noinline]] bool end_explained(const Failure& failure) { return end(failure.outcome, sentence({failure.message, why(failure.outcome)})); }
   [[gnu::cold, gnu::noinline]] bool end(Outcome outcome, const std::string& message) {

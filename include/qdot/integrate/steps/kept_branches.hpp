@@ -71,6 +71,9 @@ class KeptBranches {
     return recorded(answers, t, y);
   }
 
+  /// Says that a branch is in use, so that it is not the next to be replaced.
+  void use(Branch& branch) { branch.used = ++uses_; }
+
   /// Values of the first `count` nodes of a branch at a state, valid till others are asked for.
   const std::vector<double>& values(const Branch& branch, std::size_t count, double t, const double* y) {
     number_variables(source_->dof(), t, Eigen::Map<const Eigen::VectorXd>(y, source_->size()), at_);
@@ -94,9 +97,17 @@ class KeptBranches {
   bool still_holds(Branch& branch) const {
     branch.answers = std::exchange(branch.functors.met, {});
     branch.functors.answers = &branch.answers;
-    const bool same_formulas = source_->still_holds(branch.motion());
+    bool same_formulas = false;
+    try {
+      same_formulas = source_->still_holds(branch.motion());
+    } catch (...) {
+      branch.functors.answers = nullptr, branch.functors.met = std::move(branch.answers);
+      throw;
+    }
     branch.functors.answers = nullptr;
-    return same_formulas && branch.guards().size() == branch.answers.size() && begins_with(branch.guards(), branch.answers);
+    const bool holds = same_formulas && branch.guards().size() == branch.answers.size() && begins_with(branch.guards(), branch.answers);
+    if (!holds) branch.functors.met = std::move(branch.answers);  // those of the series, which may go on
+    return holds;
   }
   const std::vector<double>& values(const Branch& branch, std::size_t count) {
     values_.clear();

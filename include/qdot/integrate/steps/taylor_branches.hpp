@@ -126,7 +126,10 @@ class BranchedSeries final : public PowerSeries, public SeriesBranches {
     ShortPolynomial p;
     p.degree = static_cast<int>(c.cols()) - 1;
     double power = guard.sign;
-    for (Index j = 0; j < c.cols(); ++j, power *= way / guard_unit_) p.c[static_cast<std::size_t>(j)] = power * c(static_cast<Index>(k), j);
+    for (Index j = 0; j < c.cols(); ++j, power *= way / guard_unit_) {
+      const double coefficient = c(static_cast<Index>(k), j);
+      p.c[static_cast<std::size_t>(j)] = coefficient == 0.0 ? 0.0 : power * coefficient;  // a long way may have powers that are infinite
+    }
     p.c[0] = guard.sign * (c(static_cast<Index>(k), 0) - guard.level);
     return p;
   }
@@ -167,7 +170,13 @@ template <class X>
   t_ = t;
   if (is_crowded_) refuse_here("branches follow each other there without letting t go on");
   const Guards answers = answers_behind(now_->guards(), left_at_);
-  Branch* const next = beyond(answers, t, y);
+  Branch* const next = [&] {
+    try {
+      return beyond(answers, t, y);
+    } catch (const NotAnalytic& error) {  // a branch that has no series, in mid-run
+      throw EndOfRun({Outcome::refused_by_model, error.what()});
+    }
+  }();
   if (std::find(tried_.begin(), tried_.end(), next) != tried_.end() || tried_.size() > KeptBranches<>::most)
     refuse_here("each of its sides leads the motion back to it, as friction does at rest, so that no branch holds it; give the system a phase for this, "
                 "as dry_friction() and contact() have");
@@ -214,6 +223,7 @@ template <class X>
     const std::size_t same_place = answers.size() - (here->guards()[k].of_floor && here->guards()[k].sign > 0.0 ? 0 : 1);
     bool is_other_motion = false;
     try {
+      all_.use(*here);
       now_ = beyond(answers, t_, motion.data());
       now_->series->start(t_, motion.data(), guard_unit_);
       now_->series->expand(all_.highest_order());

@@ -124,9 +124,11 @@ class BranchSteps {
   bool stays_here();
   std::optional<Failure> undecided(SidesOfBranch<>& sides, int guard) const;
   std::optional<double> grazed();
-  void take_sizes(RecordedBranch& branch, const std::vector<double>& at);
+  void take_sizes();
+  void take_energies(RecordedBranch& branch, const std::vector<double>& at);
+  bool has_rates(const Eigen::VectorXd& y, Eigen::VectorXd& out) const;
   std::optional<Failure> trouble_at_start();
-  std::optional<Failure> trouble_between(SidesOfBranch<>& before, SidesOfBranch<>& behind, Edge between);
+  std::optional<Failure> trouble_between(SidesOfBranch<>& before, SidesOfBranch<>& behind, Edge between, bool is_start);
 
   Eigen::Index size_, dof_;
   double rtol_;
@@ -149,10 +151,10 @@ bool BranchSteps<Number>::stays_here() {
   const double s = std::max(std::abs(from_ - step_.origin), std::abs(to_ - step_.origin)) / std::abs(step_.scale);
   bounds_.clear();
   for (Eigen::Index i = 0; i < size_; ++i) {  // |y − c₀| ≤ Σ |c_k| s^k, and a little for rounding
-    double far = 0.0;
-    for (int k = step_.degree; k > 0; --k) far = (far + std::abs(step_.coefficients[k * step_.size + i])) * s;
+    double reach = 0.0;
+    for (int k = step_.degree; k > 0; --k) reach = (reach + std::abs(step_.coefficients[k * step_.size + i])) * s;
     const double middle = step_.coefficients[i];
-    bounds_.push_back(Interval::around(middle - 1.001 * far, middle + 1.001 * far));
+    bounds_.push_back(Interval::around(middle - 1.001 * reach, middle + 1.001 * reach));
   }
   bounds_.insert(bounds_.begin() + 2 * dof_, Interval::around(clock_.shown(from_), clock_.shown(to_)));
   return here_->hold_within(bounds_);
@@ -199,9 +201,29 @@ std::optional<double> BranchSteps<Number>::grazed() {
   return std::nullopt;
 }
 
+// Where the step begins and ends.
+template <class Number>
+void BranchSteps<Number>::take_sizes() {
+  for (const double fraction : {1.0, 0.0}) {
+    move_to(fraction);
+    sizes_.q = std::max(sizes_.q, y_.head(dof_).cwiseAbs().maxCoeff()), sizes_.qdot = std::max(sizes_.qdot, y_.segment(dof_, dof_).cwiseAbs().maxCoeff());
+  }
+}
+// Rates at the time last looked at; false where functors refuse.
+template <class Number>
+bool BranchSteps<Number>::has_rates(const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
+  out.resize(size_);
+  try {
+    rates_(t_, y, out);
+  } catch (...) {
+    return false;
+  }
+  return all_finite(out.data(), out.size());
+}
+
 // Where the step begins, on its branch.
 template <class Number>
-void BranchSteps<Number>::take_sizes(RecordedBranch& branch, const std::vector<double>& at) {
+void BranchSteps<Number>::take_energies(RecordedBranch& branch, const std::vector<double>& at) {
   const std::vector<int>& returned = branch.motion.returned;
   const double energy = returned.size() < 2 ? 0.0 : [&] {
     const std::vector<double> both = branch.values({returned[0], returned[1]}, at);
@@ -212,41 +234,44 @@ void BranchSteps<Number>::take_sizes(RecordedBranch& branch, const std::vector<d
 
 // What the motion meets at the boundary of two branches, which lies between two fractions of the step, or at one.
 template <class Number>
-std::optional<Failure> BranchSteps<Number>::trouble_between(SidesOfBranch<>& before, SidesOfBranch<>& behind, Edge between) {
+std::optional<Failure> BranchSteps<Number>::trouble_between(SidesOfBranch<>& before, SidesOfBranch<>& behind, Edge between, bool is_start) {
   const bool is_within = between.holds != between.is_left;
   if (is_within) between = edge(before, between, finer);
   static_cast<void>(left_at(before, 0.0));
-  take_sizes(before.branch(), before.at());
+  take_energies(before.branch(), before.at());
   const int guard = left_at(before, between.is_left);
   if (guard < 0) return std::nullopt;
-  rates_behind_.resize(size_);
-  rates_(t_, y_, rates_behind_);
+  const bool has_other_side = has_rates(y_, rates_behind_);
   BranchCrossing<> crossing(before.branch(), behind.branch(), static_cast<std::size_t>(guard), before.at(), sizes_, rtol_);
-  if (auto jump = crossing.jump()) return jump;
-  if (!is_within) return std::nullopt;
+  if (auto jump = is_start ? std::nullopt : crossing.jump()) return jump;
+  if (!is_within || !has_other_side) return std::nullopt;
   move_to(between.holds);
-  rates_before_.resize(size_);
-  rates_(t_, y_, rates_before_);
+  if (!has_rates(y_, rates_before_)) return std::nullopt;
   return crossing.sliding(rates_before_, rates_behind_, to_ > from_ ? 1.0 : -1.0);
 }
 
-// The same of a start that lies on a boundary: a little beyond it there are the rates of the other side.
+// The same of a start that lies on a boundary: the rates of the other side are those a little beyond it, and their change with the way there taken off.
 template <class Number>
 std::optional<Failure> BranchSteps<Number>::trouble_at_start() {
-  constexpr double little = 1e-9;
-  static_cast<void>(left_at(*here_, 0.0));
+  constexpr double part = 1e-6;  // of what the step moves
+  move_to(1.0);
+  const Eigen::VectorXd end = y_;
+  Eigen::VectorXd nearer(size_);
   const auto& met = here_->branch().branches.met;
   for (std::size_t k = 0; k < met.size(); ++k) {
+    static_cast<void>(left_at(*here_, 0.0));
     if (here_->inside(k) != 0.0) continue;
     std::vector<int> variables = here_->branch().variables();
     variables.pop_back();
     const std::vector<double> at = here_->at(), slopes = here_->branch().values(here_->branch().motion.recording.graph.gradient(met[k].node, variables), at);
-    Eigen::VectorXd beyond = y_;
-    for (Eigen::Index i = 0; i < size_; ++i) beyond[i] -= little * met[k].sign * slopes[static_cast<std::size_t>(i)];
-    if (beyond == y_ || here_->move_to(dof_, t_, beyond) < 0) continue;
-    rates_before_.resize(size_), rates_behind_.resize(size_);
-    rates_(t_, y_, rates_before_);
-    rates_(t_, beyond, rates_behind_);
+    const Eigen::Map<const Eigen::VectorXd> slope(slopes.data(), size_);
+    const double moved = (end - y_).cwiseAbs().maxCoeff(), steepest = slope.cwiseAbs().maxCoeff();
+    if (!(steepest > 0.0)) continue;
+    const double way = met[k].sign * std::max(part * (moved > 0.0 ? moved : 1e-3), 1e-12 * y_.cwiseAbs().maxCoeff()) / steepest;
+    const Eigen::VectorXd beyond = y_ - way * slope, half = y_ - 0.5 * way * slope;
+    if (here_->move_to(dof_, t_, beyond) < 0 || here_->move_to(dof_, t_, half) < 0) continue;
+    if (!has_rates(y_, rates_before_) || !has_rates(beyond, rates_behind_) || !has_rates(half, nearer)) continue;
+    rates_behind_ = 2.0 * nearer - rates_behind_;
     BranchCrossing<> crossing(here_->branch(), here_->branch(), k, at, {}, rtol_);
     if (auto trouble = crossing.sliding(rates_before_, rates_behind_, to_ > from_ ? 1.0 : -1.0, true)) return trouble;
   }
@@ -257,22 +282,23 @@ template <class Number>
 [[gnu::cold, gnu::noinline]] Passage BranchSteps<Number>::passage(const Clock& clock, const PolynomialView& step, double from, double to) {
   if (retaken_ > most_retaken) return {};
   clock_ = clock, step_ = step, from_ = from, to_ = to;
+  const bool is_start = !here_;  // of the run, or behind a change of the state
   if (const int left = here_ ? left_at(*here_, 0.0) : 0; left >= 0) {
     auto now = sides_at(0.0);
     if (auto unknown = undecided(*now, -1)) return {{}, unknown, from};
+    take_sizes();
     const auto before = std::exchange(here_, std::move(now));
-    if (auto trouble = before ? trouble_between(*before, *here_, {0.0, 0.0}) : trouble_at_start()) return {{}, trouble, from};
+    if (auto trouble = before ? trouble_between(*before, *here_, {0.0, 0.0}, false) : trouble_at_start()) return {{}, trouble, from};
   }
   if (!here_->has_guards()) return {};
-  move_to(0.0);
-  sizes_.q = std::max(sizes_.q, y_.head(dof_).cwiseAbs().maxCoeff()), sizes_.qdot = std::max(sizes_.qdot, y_.segment(dof_, dof_).cwiseAbs().maxCoeff());
+  take_sizes();
   if (stays_here()) return {};
   const std::size_t guards = here_->branch().branches.met.size();
   inside_.resize((places + 1) * guards);
   int changes = 0, first = 0;
   for (int k = 0, was = 0; k <= places; ++k) {
     const int left = left_at(*here_, static_cast<double>(k) / places);
-    if (auto unknown = left >= 0 ? undecided(*here_, left) : std::nullopt) return {{}, unknown, from};
+    if (auto unknown = left >= 0 ? undecided(*here_, left) : std::nullopt) return {{}, unknown, from + std::max(k - 1.0, 0.0) / places * (to - from)};
     for (std::size_t i = 0; i < guards; ++i) inside_[static_cast<std::size_t>(k) * guards + i] = here_->inside(i);
     const int is = left >= 0 ? 1 : 0;
     if (is != std::exchange(was, is) && ++changes == 1) first = k;
@@ -287,7 +313,8 @@ template <class Number>
     const Edge own = edge(*here_, {seen - 1.0 / places, seen});
     const double last = own.holds, next = edge(*behind, {1.0, last}).holds;
     if (next - last < 4.0 * std::ldexp(1.0, -halvings)) {
-      if (auto trouble = trouble_between(*here_, *behind, own)) return {{}, trouble, from + own.holds * (to - from)};
+      // What a start lies on, to rounding, is behind it.
+      if (auto trouble = trouble_between(*here_, *behind, own, is_start && own.holds < 1e-9)) return {{}, trouble, from + own.is_left * (to - from)};
       return here_ = std::move(behind), Passage();
     }
     seen = 0.5 * (last + next);
@@ -299,20 +326,21 @@ template <class Number>
 template <class Number>
 [[gnu::cold, gnu::noinline]] Passage BranchSteps<Number>::beginning(const Clock& clock, const PolynomialView& step, double from, double to) {
   clock_ = clock, step_ = step, from_ = from, to_ = to;
-  if (!here_) {
+  take_sizes();
+  const bool is_start = !here_;
+  if (is_start) {
     here_ = sides_at(0.0);
     if (auto unknown = undecided(*here_, -1)) return {{}, unknown, from};
     if (auto trouble = trouble_at_start()) return {{}, trouble, from};
   }
   if (!here_->has_guards()) return {};
-  move_to(0.0);
-  sizes_.q = std::max(sizes_.q, y_.head(dof_).cwiseAbs().maxCoeff()), sizes_.qdot = std::max(sizes_.qdot, y_.segment(dof_, dof_).cwiseAbs().maxCoeff());
   const int guard = left_at(*here_, 0.5);
   if (guard < 0) return {};
   if (auto unknown = undecided(*here_, guard)) return {{}, unknown, from};
   const auto before = std::exchange(here_, sides_at(0.5));
+  if (is_start) return {};
   static_cast<void>(left_at(*before, 0.0));
-  take_sizes(before->branch(), before->at());
+  take_energies(before->branch(), before->at());
   return {{}, BranchCrossing<>(before->branch(), here_->branch(), static_cast<std::size_t>(guard), before->at(), sizes_, rtol_).jump(), from};
 }
 

@@ -268,7 +268,8 @@ bool with_lines_and_slopes(KeptLines* kept, const E& e, const AtState& at, const
   if (!formula::native_lines_are_possible())
     return "recorded formulas, interpreted, because there is no machine code: another processor or system, no executable memory, or QDOT_NATIVE=0";
   return are_long ? "recorded formulas, interpreted, because they are too many for machine code"
-                  : "recorded formulas, interpreted, because there is machine code after 500 evaluations only";
+         : asked == By::machine_code ? "recorded formulas, interpreted, because there is machine code from the second evaluation on only"
+                                     : "recorded formulas, interpreted, because there is machine code after 500 evaluations only";
 }
 
 /// In words, how the last evaluation of a system, which is a run's own, went.

@@ -33,8 +33,10 @@ struct SharedDerivations {
     if (way == By::fastest || !own) return std::make_shared<SharedDerivations>();
     const std::lock_guard lock(own->making);
     auto& found = own->asked_for[way == By::lines ? 0 : 1];
-    if (!found) found = std::make_shared<SharedDerivations>();
-    found->by = way;
+    if (!found) {
+      found = std::make_shared<SharedDerivations>();
+      found->by = way;
+    }
     return found;
   }
 };
