@@ -141,7 +141,15 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
     const double residual = largest(phi);
     const bool at_rounding = change < 8 * std::numeric_limits<double>::epsilon();
     const bool no_better = change < 1e-10 && change > 0.5 * last_change;
-    if (at_rounding || no_better) {
+    // Small coordinates may belong to a row with terms of ordinary size, (x − 1)² at x = 0: its rounding asks for steps that do not shrink.
+    const bool stands_still = report.iterations > 3 && change < 1e-6 && change > 0.5 * last_change && [&] {
+      const double size = 4 * std::numeric_limits<double>::epsilon() * (1.0 + q.cwiseAbs().maxCoeff());
+      for (Eigen::Index i = 0; i < phi.size(); ++i)
+        if (!(std::abs(phi[i]) <= size * geometry.length(i))) return false;
+      return true;
+    }();
+    is_small = is_small && !stands_still;
+    if (at_rounding || no_better || stands_still) {
       report.residual = residual;
       break;
     }
