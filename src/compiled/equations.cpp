@@ -84,6 +84,7 @@ template struct Derivation<double>;
 template void TracedEquations<double>::derive(bool, const std::vector<char>&);
 template TracedEquations<double>::Slopes TracedEquations<double>::slopes();
 template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
+template std::string way_of_lines<void>(bool, By, bool);
 }  // namespace qdot::detail
 
 namespace qdot {

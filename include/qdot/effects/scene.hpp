@@ -114,7 +114,7 @@ class Scene {
   /// The system whose T and V hold the terms of the effects.
   const SystemType& system() const noexcept { return system_; }
   void keep(const detail::KeptLines& lines) { system_.keep(lines); }  ///< as the system has it
-  /// The same scene, whose system is evaluated one way (mechanics/by.hpp).
+  /// A copy whose system is evaluated one way (mechanics/by.hpp).
   Scene by(By way) const {
     Scene other(*this);
     other.keep(detail::KeptLines(*system_.kept_lines(), way));

@@ -48,7 +48,7 @@ class SceneForm {
 
   /// The scene behind it.
   const Sc& scene() const noexcept { return scene_; }
-  /// The same form, evaluated one way (mechanics/by.hpp).
+  /// A copy that is evaluated one way (mechanics/by.hpp).
   SceneForm by(By way) const { return SceneForm(scene_.by(way)); }
 
   /// Traces the functors again where they are others by now.

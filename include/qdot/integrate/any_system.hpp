@@ -106,7 +106,7 @@ class AnySystem {
     hidden_ = std::make_shared<const detail::HiddenForm<Form>>(Form(first_order_form(system)));
   }
 
-  /// The same system, evaluated one way (mechanics/by.hpp).
+  /// A copy that is evaluated one way (mechanics/by.hpp).
   ///
   /// @throws InvalidValue  a FirstOrderSystem, which has no T and V
   AnySystem by(By way) const {

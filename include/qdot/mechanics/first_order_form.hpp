@@ -80,7 +80,7 @@ class FirstOrderForm {
 
   /// The system behind it.
   const Sys& system() const noexcept { return system_; }
-  /// The same form, evaluated one way (mechanics/by.hpp).
+  /// A copy that is evaluated one way (mechanics/by.hpp).
   FirstOrderForm by(By way) const { return FirstOrderForm(system_.by(way)); }
 
   /// Traces T and V again where they are others by now, and factors a constant M again.

@@ -120,7 +120,7 @@ class System {
   detail::KeptLines* kept_lines() const noexcept { return &kept_; }
   void keep(const detail::KeptLines& lines) { kept_ = lines; }  ///< makes this object keep them
 
-  /// The same system, all of whose evaluations go one way (mechanics/by.hpp).
+  /// A copy, all of whose evaluations go one way (mechanics/by.hpp).
   System by(By way) const {
     System other(*this);
     other.kept_ = detail::KeptLines(kept_, way);

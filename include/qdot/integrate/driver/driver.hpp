@@ -63,7 +63,7 @@ class Driver {
         watchdog_(system.watch(options_)), scale_(!options.atol.is_default() || stepper_.has_fixed_step()),
         watches_time_(watchdog_->watches_time()), limits_(budget), run_(run) {}
 
-  // The same once more, without anything kept but the end: a stretch, for which steps, evaluations and seconds are counted afresh. Events that
+  // Once more, without anything kept but the end: a stretch, for which steps, evaluations and seconds are counted afresh. Events that
   // stopped the one before, stopped_by(), do so again only when they come again. Allocates nothing where it completes.
   void stretch(double t0, const Eigen::VectorXd& y0, double t_end, [[maybe_unused]] std::uint64_t stopped_by) {
     if constexpr (watches) watch_.forget(stopped_by);
@@ -175,7 +175,8 @@ class Driver {
     bool found = false;
     if constexpr (watches) guarded([&] { found = system_.leap(run_.t, run_.y); });
     if (found && options_.keep_trajectory) run_.trajectory.jump(run_.y);
-    return found && (begin_afresh(false), true);
+    if (found) begin_afresh(false);
+    return found;
   }
 
   void begin_afresh(bool at_start) {
@@ -222,7 +223,10 @@ class Driver {
     const bool evaluated = guarded([&] {
       watch_.search(clock_, stepper_.polynomial(), elapsed_, last, tolerance(stepper_.y()));
       for (long firings = 0; const std::optional<Firing> firing = watch_.next(); ++firings) {
-        if (firing->stops || firing->changes) return void(proceed = cut(*firing));
+        if (firing->stops || firing->changes) {
+          proceed = cut(*firing);
+          return;
+        }
         watch_.record(*firing, run_.events);
         watch_.pass(*firing, firings >= most_firings);
       }
@@ -290,7 +294,6 @@ class Driver {
   }
 
   void keep() { keep_until(reached(), stepper_.t(), stepper_.y()), fill_outputs_here(); }
-
   // Appends the step as far as t, where the state is returned.
   Eigen::VectorXd kept_part(double elapsed, double t) {
     Eigen::VectorXd y(system_.size());
@@ -301,8 +304,7 @@ class Driver {
   }
 
   // Appends the step as far as (t, y).
-  template <class Y>
-  void keep_until(double elapsed, double t, const Y& y) {
+  void keep_until(double elapsed, double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
     if (options_.keep_trajectory && elapsed != elapsed_) run_.trajectory.append(t, elapsed, stepper_.polynomial());
     const double sign = reached() >= elapsed_ ? 1.0 : -1.0;
     elapsed_ = elapsed, run_.t = t, run_.y = y;

@@ -58,7 +58,7 @@ class BranchCrossing {
 
  private:
   double t() const { return at_[2 * dof_]; }
-  bool is_of_time_alone() {
+  [[gnu::cold]] bool is_of_time_alone() {
     std::vector<int> state = before_.variables();
     state.pop_back();
     formula::Graph& graph = before_.motion.recording.graph;
@@ -69,7 +69,7 @@ class BranchCrossing {
   struct Values {
     std::vector<double> at, rounding;
   };
-  Values values(RecordedBranch& of, const std::vector<int>& nodes) const {
+  [[gnu::cold]] Values values(RecordedBranch& of, const std::vector<int>& nodes) const {
     Values some{of.values(nodes, at_), of.values(nodes, beside_)};
     for (std::size_t i = 0; i < nodes.size(); ++i) some.rounding[i] = 4.0 * std::abs(some.rounding[i] - some.at[i]);
     return some;
@@ -78,8 +78,8 @@ class BranchCrossing {
   bool is_jump(double a, double b, double size, double rounding) const {
     return std::abs(a - b) > allowed_ * size + rounding + std::numeric_limits<double>::min();
   }
-  std::optional<Failure> jump_of_rows();
-  Failure named(Outcome outcome, const std::string& what) const {
+  [[gnu::cold]] std::optional<Failure> jump_of_rows();
+  [[gnu::cold]] Failure named(Outcome outcome, const std::string& what) const {
     return {outcome, sentence({"where ", guard_.what, " takes another branch, at t = ", {t(), 10}, ", ", what})};
   }
 

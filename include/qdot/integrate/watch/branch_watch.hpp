@@ -91,7 +91,7 @@ class BranchSteps {
 
   void forget() { here_.reset(); }
   Passage passage(const Clock& clock, const PolynomialView& step, double from, double to);
-  /// The same of a step that lies on one branch: what is met where it begins.
+  /// What is met where a step begins that lies on one branch.
   Passage beginning(const Clock& clock, const PolynomialView& step, double from, double to);
 
  private:
@@ -122,13 +122,13 @@ class BranchSteps {
   }
 
   bool stays_here();
-  std::optional<Failure> undecided(SidesOfBranch<>& sides, int guard) const;
-  std::optional<double> grazed();
+  [[gnu::cold]] std::optional<Failure> undecided(SidesOfBranch<>& sides, int guard) const;
+  [[gnu::cold]] std::optional<double> grazed();
   void take_sizes();
-  void take_energies(RecordedBranch& branch, const std::vector<double>& at);
-  bool has_rates(const Eigen::VectorXd& y, Eigen::VectorXd& out) const;
-  std::optional<Failure> trouble_at_start();
-  std::optional<Failure> trouble_between(SidesOfBranch<>& before, SidesOfBranch<>& behind, Edge between, bool is_start);
+  [[gnu::cold]] void take_energies(RecordedBranch& branch, const std::vector<double>& at);
+  [[gnu::cold]] bool has_rates(const Eigen::VectorXd& y, Eigen::VectorXd& out) const;
+  [[gnu::cold]] std::optional<Failure> trouble_at_start();
+  [[gnu::cold]] std::optional<Failure> trouble_between(SidesOfBranch<>& before, SidesOfBranch<>& behind, Edge between, bool is_start);
 
   Eigen::Index size_, dof_;
   double rtol_;
@@ -250,7 +250,7 @@ std::optional<Failure> BranchSteps<Number>::trouble_between(SidesOfBranch<>& bef
   return crossing.sliding(rates_before_, rates_behind_, to_ > from_ ? 1.0 : -1.0);
 }
 
-// The same of a start that lies on a boundary: the rates of the other side are those a little beyond it, and their change with the way there taken off.
+// What the motion meets where it starts on a boundary. The rates of the other side are those a little beyond it, less their change on the way there.
 template <class Number>
 std::optional<Failure> BranchSteps<Number>::trouble_at_start() {
   constexpr double part = 1e-6;  // of what the step moves

@@ -49,6 +49,7 @@
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"
+#include "qdot/integrate/watch/energy_slope.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -74,11 +75,8 @@ class ModelValues {
   [[gnu::cold, gnu::noinline]] std::array<double, 2> energies([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) const {
     std::array<double, 2> found{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
     const auto ask = [&](const auto& system) {
-      constexpr int n = std::remove_cvref_t<decltype(system)>::dof_at_compile_time;
-      using D = Dual<double, 1>;
-      const Eigen::Index k = system.dof();
-      const Vector<D, n> q = constants<D>(Vector<double, n>(y.head(k))), qdot = constants<D>(Vector<double, n>(y.segment(k, k)));
-      found = {kinetic<n>(system.energies(), q, qdot, D(t)).value, potential<n>(system.energies(), q, D(t)).value};
+      const EnergyAt energy = energy_at(system, t, y);
+      found = {energy.T, energy.V};
     };
     try {
       if constexpr (is_scene) ask(system_.scene().system());

@@ -43,7 +43,7 @@ class SidesOfBranch {
     bounds_.resize(values_.size());
     for (const int x : needed_) {
       const auto i = static_cast<std::size_t>(x);
-      if (nodes[i].domain != formula::Domain::everything) return false;
+      if (nodes[i].domain != formula::Domain::everything || has_edges(nodes[i].function)) return false;
       bounds_[i] = formula::value_of_node(nodes[i], variables, bounds_);
     }
     const auto& met = branch_->branches.met;
@@ -62,6 +62,12 @@ class SidesOfBranch {
   }
 
  private:
+  // Whether a function has values in a part of the numbers only, to which intervals are cut.
+  static bool has_edges(formula::Function f) {
+    using enum formula::Function;
+    return f == asin || f == acos || f == acosh || f == atanh || f == log || f == log1p;
+  }
+
   std::unique_ptr<RecordedBranch> branch_;
   std::vector<int> needed_;
   std::vector<double> at_{}, values_{};

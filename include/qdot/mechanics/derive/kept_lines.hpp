@@ -262,7 +262,8 @@ bool with_lines_and_slopes(KeptLines* kept, const E& e, const AtState& at, const
 }
 
 /// In words, how lines are carried out.
-[[gnu::cold]] inline std::string way_of_lines(bool are_native, By asked, bool are_long) {
+template <class = void>
+[[gnu::cold]] std::string way_of_lines(bool are_native, By asked, bool are_long) {
   if (are_native) return asked == By::machine_code ? "machine code of recorded formulas, as asked" : "machine code of recorded formulas";
   if (asked == By::lines) return "recorded formulas, interpreted, as asked";
   if (!formula::native_lines_are_possible())
@@ -271,6 +272,9 @@ bool with_lines_and_slopes(KeptLines* kept, const E& e, const AtState& at, const
          : asked == By::machine_code ? "recorded formulas, interpreted, because there is machine code from the second evaluation on only"
                                      : "recorded formulas, interpreted, because there is machine code after 500 evaluations only";
 }
+#ifdef QDOT_COMPILED
+extern template std::string way_of_lines<void>(bool, By, bool);
+#endif
 
 /// In words, how the last evaluation of a system, which is a run's own, went.
 template <class Sys>
