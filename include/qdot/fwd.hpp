@@ -39,7 +39,9 @@ struct RecordedEvent;
 enum class Outcome;
 template <int n>
 struct Run;
-class DenseOutput;
+template <class Number>
+class BasicDenseOutput;
+using DenseOutput = BasicDenseOutput<double>;  ///< of integrate/trajectory.hpp
 template <int n>
 class Trajectory;
 class Simulator;

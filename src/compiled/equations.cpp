@@ -22,8 +22,13 @@
 #include <qdot/integrate/watch/diagnosis.hpp>
 #include <qdot/integrate/watch/energy_watch.hpp>
 #include <qdot/integrate/watch/watch.hpp>
+#include <qdot/mechanics/derive/derived_line_writer.hpp>
+#include <qdot/mechanics/derive/kept_derivations.hpp>
 #include <qdot/mechanics/derive/kept_lines.hpp>
+#include <qdot/mechanics/derive/traced_lines.hpp>
 #include <qdot/mechanics/derive/traced_motion.hpp>
+#include <qdot/mechanics/derive/tracing.hpp>
+#include <qdot/mechanics/equations/minimum_degree.hpp>
 #include <qdot/mechanics/equations_of_motion.hpp>
 
 namespace qdot::taylor {
@@ -43,7 +48,10 @@ template void carry_out<double>(const LineTable&, const RunOfLines&, double*);
 template void carry_out<double>(const LineTable&, double*);
 template void carry_out<LaneNumber>(const LineTable&, const RunOfLines&, LaneNumber*);
 template void carry_out<LaneNumber>(const LineTable&, LaneNumber*);
-template void LineEvaluator::translate<double>(Code&, NativeVectors) const;
+template bool native_lines_are_possible<void>();
+template bool native_lanes_are_possible<void>();
+template void LineEvaluator::translate<double>(Code&) const;
+template void LineEvaluator::mark_read_by<double>(const LineEvaluator&);
 }  // namespace qdot::formula
 
 namespace qdot::detail {
@@ -59,6 +67,7 @@ template void drive<true, false>(Run<>&, const DrivenForm&, AnyStepper, const Op
 template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>,
                                 double, const Eigen::VectorXd&, double);
 template NaturalTolerances natural_tolerances<double>(const DrivenForm&, const Options&, double, const Eigen::VectorXd&, double);
+template bool compare_anything<void>(Eigen::Index, double, const Eigen::VectorXd&, const RunFunctors&);
 template class BranchCrossing<double>;
 template class BranchSteps<double>;
 template class BasicChangeWatch<double>;
@@ -81,13 +90,24 @@ template class KeptBranches<>;
 template class LagrangeSeries<>;
 template class BranchedSeries<>;
 template struct Derivation<double>;
+template class BasicKeptDerivation<double>;
+template class BasicBranchDerivations<double>;
+template class BasicDerivations<double>;
+template class BasicDerivedOnce<double>;
+template Derivations& made_derivations<void>(SharedDerivations&);
+template std::shared_ptr<DerivedOnce> derived_once<void>(const std::shared_ptr<SharedDerivations>&);
 template void TracedEquations<double>::derive(bool, const std::vector<char>&);
 template TracedEquations<double>::Slopes TracedEquations<double>::slopes();
+template TracedLines<double>::TracedLines(TracedEquations<double>);
+template std::vector<int> TracedLines<double>::numbers(const std::vector<int>&) const;
 template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
+template TracedMotion<double>::TracedMotion(TracedEquations<double>);
+template void PatternFactors<double>::order(const std::vector<int>&, const std::vector<int>&);
 template std::string way_of_lines<void>(bool, By, bool);
 }  // namespace qdot::detail
 
 namespace qdot {
+template class BasicDenseOutput<double>;
 template class BasicAutomaticStepper<double>;
 template class RungeKuttaStepper<detail::Dop853Coefficients, 2>;
 template class RungeKuttaStepper<detail::Dop853Coefficients, 4>;

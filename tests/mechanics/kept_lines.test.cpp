@@ -209,7 +209,8 @@ TEST_CASE("slopes of lines at any accelerations are those of r - M a by dual num
   const Vector<double, 2 * n> y = random_state<n>(random);
   const Vector<double, n> a(0.3, -0.7, 1.1);
   detail::KeptDerivation derivation;
-  derivation.derive<n>(bench::LoopedChain{}, n);
+  const bench::LoopedChain chain;
+  derivation.derive(detail::RecordableFunctors::of<n>(chain, n));
   const detail::DerivedLines* const lines = derivation.lines_with_slopes();
   REQUIRE(lines != nullptr);
   double M[n * (n + 1) / 2];

@@ -33,40 +33,28 @@
 
 namespace qdot {
 
-/// Piecewise polynomial y(t) over a whole run, for any first-order system.
-class DenseOutput {
+/// Piecewise polynomial y(t) over a whole run, for any first-order system. A template only so that it is compiled once, by the library.
+template <class Number = double>
+class BasicDenseOutput {
  public:
-  DenseOutput() = default;
+  BasicDenseOutput();
+  BasicDenseOutput(const BasicDenseOutput&);
+  BasicDenseOutput(BasicDenseOutput&&);
+  BasicDenseOutput& operator=(const BasicDenseOutput&);
+  BasicDenseOutput& operator=(BasicDenseOutput&&);
+  ~BasicDenseOutput();
 
   /// Forgets everything and begins at (t, y).
-  void start(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    size_ = y.size();
-    start_time_ = t;
-    start_ = y;
-    pieces_.clear();
-    jumps_.clear();
-    blocks_.clear();
-  }
+  void start(double t, const Eigen::Ref<const Eigen::VectorXd>& y);
 
   /// Appends the step that ends at t. Allocates now and then, when a block is full.
   void append(double t, const PolynomialView& step) { append(t, t - step.base, step); }
 
   /// The same where `elapsed` since the step's base says more exactly where it ends.
-  void append(double t, double elapsed, const PolynomialView& step) {
-    const auto [block, offset] = stored(step.coefficients, step.size * (step.degree + 1));
-    pieces_.push_back({t, elapsed, step.base, step.origin, step.scale, block, offset, step.degree});
-  }
+  void append(double t, double elapsed, const PolynomialView& step);
 
   /// Notes that the state is changed from outside at back_time(): the next step starts from `y`.
-  void jump(const Eigen::Ref<const Eigen::VectorXd>& y) {
-    jumps_.push_back(pieces_.size());
-    const Eigen::VectorXd after = y;
-    const auto [block, offset] = stored(after.data(), after.size());
-    // A piece of no length, so that at(back_time()) is right even if the run ends here.
-    const bool first = pieces_.empty();
-    const double t = back_time(), base = first ? t : pieces_.back().base, elapsed = first ? 0.0 : pieces_.back().elapsed;
-    pieces_.push_back({t, elapsed, base, elapsed, 1.0, block, offset, 0});
-  }
+  void jump(const Eigen::Ref<const Eigen::VectorXd>& y);
 
   /// Components of y.
   Eigen::Index size() const noexcept { return size_; }
@@ -83,55 +71,24 @@ class DenseOutput {
   }
 
   /// The times of the accepted steps, the start first.
-  std::vector<double> times() const {
-    std::vector<double> result;
-    result.reserve(pieces_.size() + 1);
-    result.push_back(start_time_);
-    for (const Piece& piece : pieces_)
-      if (piece.t_end != result.back()) result.push_back(piece.t_end);
-    return result;
-  }
+  std::vector<double> times() const;
 
   /// y(t), after a jump if there is one at t. O(log steps).
   ///
   /// @throws InvalidValue  when t is not between front_time() and back_time()
-  Eigen::VectorXd y(double t) const {
-    Eigen::VectorXd result(size_);
-    evaluate(t, result);
-    return result;
-  }
+  Eigen::VectorXd y(double t) const;
 
   /// The same into a vector of the caller's, without allocation.
-  void evaluate(double t, Eigen::Ref<Eigen::VectorXd> y) const {
-    require_contained(t);
-    if (t == back_time()) return evaluate_end(pieces_.size() - 1, y);  // which t may have been rounded beyond
-    const auto after = std::upper_bound(jumps_.begin(), jumps_.end(), t, [this](double time, std::size_t jump) { return precedes(time, pieces_[jump].t_end); });
-    if (after != jumps_.begin() && pieces_[*(after - 1)].t_end == t) return evaluate_end(*(after - 1), y);
-    evaluate_within(t, y);
-  }
+  void evaluate(double t, Eigen::Ref<Eigen::VectorXd> y) const;
 
   /// y at front_time(), in front of a jump there.
   const Eigen::VectorXd& y_front() const noexcept { return start_; }
 
   /// y just before a jump at t; y(t) where there is none.
-  Eigen::VectorXd y_before(double t) const {
-    require_contained(t);
-    Eigen::VectorXd result(size_);
-    const auto jump = std::lower_bound(jumps_.begin(), jumps_.end(), t, [this](std::size_t each, double time) { return precedes(pieces_[each].t_end, time); });
-    if (jump != jumps_.end() && pieces_[*jump].t_end == t) {
-      evaluate_end(*jump - 1, result);
-    } else {
-      evaluate(t, result);
-    }
-    return result;
-  }
+  Eigen::VectorXd y_before(double t) const;
 
   /// Times at which the state jumps, in order.
-  std::vector<double> jump_times() const {
-    std::vector<double> result;
-    for (const std::size_t piece : jumps_) result.push_back(pieces_[piece].t_end);
-    return result;
-  }
+  std::vector<double> jump_times() const;
 
  private:
   struct Piece {
@@ -145,43 +102,17 @@ class DenseOutput {
   static constexpr std::size_t block_size = 4096;  // doubles
 
   // Copies numbers into the last block, or into a new one if they do not fit; returns where.
-  std::pair<std::size_t, std::ptrdiff_t> stored(const double* numbers, Eigen::Index count) {
-    const auto wanted = static_cast<std::size_t>(count);
-    if (blocks_.empty() || blocks_.back().capacity() - blocks_.back().size() < wanted) {
-      blocks_.emplace_back();
-      blocks_.back().reserve(std::max(block_size, wanted));
-    }
-    std::vector<double>& block = blocks_.back();
-    const auto offset = static_cast<std::ptrdiff_t>(block.size());
-    block.insert(block.end(), numbers, numbers + count);
-    return {blocks_.size() - 1, offset};
-  }
+  std::pair<std::size_t, std::ptrdiff_t> stored(const double* numbers, Eigen::Index count);
 
-  void require_contained(double t) const {
-    if (!contains(t))
-      detail::throw_invalid_value({"t must lie within the trajectory, from ", front_time(), " to ", back_time(), ", but is ", t,
-                                   "; extend the run, or ask for a time it has reached"});
-  }
+  void require_contained(double t) const;
 
   // a comes before b in the order of the run.
   bool precedes(double a, double b) const noexcept { return back_time() >= start_time_ ? a < b : a > b; }
 
   // The first piece whose end is not before t, or the start.
-  void evaluate_within(double t, Eigen::Ref<Eigen::VectorXd> y) const {
-    if (t == start_time_) return evaluate_end(start_point, y);
-    const auto found = std::lower_bound(pieces_.begin(), pieces_.end(), t, [this](const Piece& piece, double time) {
-      return piece.t_end == time ? precedes(piece.elapsed, time - piece.base) : precedes(piece.t_end, time);
-    });
-    view(*found).at(t - found->base, y);
-  }
+  void evaluate_within(double t, Eigen::Ref<Eigen::VectorXd> y) const;
 
-  void evaluate_end(std::size_t index, Eigen::Ref<Eigen::VectorXd> y) const {
-    if (index == start_point) {
-      y = start_;
-    } else {
-      view(pieces_[index]).at(pieces_[index].elapsed, y);
-    }
-  }
+  void evaluate_end(std::size_t index, Eigen::Ref<Eigen::VectorXd> y) const;
 
   PolynomialView view(const Piece& piece) const {
     return {piece.origin, piece.scale, blocks_[piece.block].data() + piece.offset, size_, piece.degree};
@@ -194,6 +125,137 @@ class DenseOutput {
   std::vector<std::size_t> jumps_;          // indices of pieces of no length
   std::deque<std::vector<double>> blocks_;  // the coefficients of the pieces
 };
+
+template <class Number>
+void BasicDenseOutput<Number>::start(double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  size_ = y.size();
+  start_time_ = t;
+  start_ = y;
+  pieces_.clear();
+  jumps_.clear();
+  blocks_.clear();
+}
+
+template <class Number>
+void BasicDenseOutput<Number>::append(double t, double elapsed, const PolynomialView& step) {
+  const auto [block, offset] = stored(step.coefficients, step.size * (step.degree + 1));
+  pieces_.push_back({t, elapsed, step.base, step.origin, step.scale, block, offset, step.degree});
+}
+
+template <class Number>
+void BasicDenseOutput<Number>::jump(const Eigen::Ref<const Eigen::VectorXd>& y) {
+  jumps_.push_back(pieces_.size());
+  const Eigen::VectorXd after = y;
+  const auto [block, offset] = stored(after.data(), after.size());
+  // A piece of no length, so that at(back_time()) is right even if the run ends here.
+  const bool first = pieces_.empty();
+  const double t = back_time(), base = first ? t : pieces_.back().base, elapsed = first ? 0.0 : pieces_.back().elapsed;
+  pieces_.push_back({t, elapsed, base, elapsed, 1.0, block, offset, 0});
+}
+
+template <class Number>
+std::vector<double> BasicDenseOutput<Number>::times() const {
+  std::vector<double> result;
+  result.reserve(pieces_.size() + 1);
+  result.push_back(start_time_);
+  for (const Piece& piece : pieces_)
+    if (piece.t_end != result.back()) result.push_back(piece.t_end);
+  return result;
+}
+
+template <class Number>
+Eigen::VectorXd BasicDenseOutput<Number>::y(double t) const {
+  Eigen::VectorXd result(size_);
+  evaluate(t, result);
+  return result;
+}
+
+template <class Number>
+void BasicDenseOutput<Number>::evaluate(double t, Eigen::Ref<Eigen::VectorXd> y) const {
+  require_contained(t);
+  if (t == back_time()) return evaluate_end(pieces_.size() - 1, y);  // which t may have been rounded beyond
+  const auto after = std::upper_bound(jumps_.begin(), jumps_.end(), t, [this](double time, std::size_t jump) { return precedes(time, pieces_[jump].t_end); });
+  if (after != jumps_.begin() && pieces_[*(after - 1)].t_end == t) return evaluate_end(*(after - 1), y);
+  evaluate_within(t, y);
+}
+
+template <class Number>
+Eigen::VectorXd BasicDenseOutput<Number>::y_before(double t) const {
+  require_contained(t);
+  Eigen::VectorXd result(size_);
+  const auto jump = std::lower_bound(jumps_.begin(), jumps_.end(), t, [this](std::size_t each, double time) { return precedes(pieces_[each].t_end, time); });
+  if (jump != jumps_.end() && pieces_[*jump].t_end == t) {
+    evaluate_end(*jump - 1, result);
+  } else {
+    evaluate(t, result);
+  }
+  return result;
+}
+
+template <class Number>
+std::vector<double> BasicDenseOutput<Number>::jump_times() const {
+  std::vector<double> result;
+  for (const std::size_t piece : jumps_) result.push_back(pieces_[piece].t_end);
+  return result;
+}
+
+template <class Number>
+std::pair<std::size_t, std::ptrdiff_t> BasicDenseOutput<Number>::stored(const double* numbers, Eigen::Index count) {
+  const auto wanted = static_cast<std::size_t>(count);
+  if (blocks_.empty() || blocks_.back().capacity() - blocks_.back().size() < wanted) {
+    blocks_.emplace_back();
+    blocks_.back().reserve(std::max(block_size, wanted));
+  }
+  std::vector<double>& block = blocks_.back();
+  const auto offset = static_cast<std::ptrdiff_t>(block.size());
+  block.insert(block.end(), numbers, numbers + count);
+  return {blocks_.size() - 1, offset};
+}
+
+template <class Number>
+void BasicDenseOutput<Number>::require_contained(double t) const {
+  if (!contains(t))
+    detail::throw_invalid_value({"t must lie within the trajectory, from ", front_time(), " to ", back_time(), ", but is ", t,
+                                 "; extend the run, or ask for a time it has reached"});
+}
+
+template <class Number>
+void BasicDenseOutput<Number>::evaluate_within(double t, Eigen::Ref<Eigen::VectorXd> y) const {
+  if (t == start_time_) return evaluate_end(start_point, y);
+  const auto found = std::lower_bound(pieces_.begin(), pieces_.end(), t, [this](const Piece& piece, double time) {
+    return piece.t_end == time ? precedes(piece.elapsed, time - piece.base) : precedes(piece.t_end, time);
+  });
+  view(*found).at(t - found->base, y);
+}
+
+template <class Number>
+void BasicDenseOutput<Number>::evaluate_end(std::size_t index, Eigen::Ref<Eigen::VectorXd> y) const {
+  if (index == start_point) {
+    y = start_;
+  } else {
+    view(pieces_[index]).at(pieces_[index].elapsed, y);
+  }
+}
+
+template <class Number>
+BasicDenseOutput<Number>::BasicDenseOutput() = default;
+template <class Number>
+BasicDenseOutput<Number>::BasicDenseOutput(const BasicDenseOutput&) = default;
+template <class Number>
+BasicDenseOutput<Number>::BasicDenseOutput(BasicDenseOutput&&) = default;
+template <class Number>
+BasicDenseOutput<Number>& BasicDenseOutput<Number>::operator=(const BasicDenseOutput&) = default;
+template <class Number>
+BasicDenseOutput<Number>& BasicDenseOutput<Number>::operator=(BasicDenseOutput&&) = default;
+template <class Number>
+BasicDenseOutput<Number>::~BasicDenseOutput() = default;
+
+/// The continuous solution of a run.
+using DenseOutput = BasicDenseOutput<>;
+
+#ifdef QDOT_COMPILED
+extern template class BasicDenseOutput<double>;
+#endif
 
 /// The motion of a mechanical system with n coordinates: y(t) = [q; q̇; …] taken apart.
 ///

@@ -47,6 +47,9 @@ struct MachineCodeBegins {
   long alone = 500, in_lanes = 64;
 };
 
+/// Most lines that become machine code. Longer code leaves the processor's cache, and the interpreter is as fast.
+inline constexpr std::size_t longest_native_lines = 4000;
+
 /// Whether the compiler may fuse products with sums in code other than lines.
 #if defined(__FMA__) || defined(__aarch64__)
 constexpr bool products_are_fused = true;

@@ -33,9 +33,6 @@
 
 namespace qdot::formula {
 
-/// Most lines that become machine code. Longer code leaves the processor's cache, and the interpreter is as fast.
-inline constexpr std::size_t longest_native_lines = 4000;
-
 /// Writes the code for some lines, for a processor whose instructions are those of Code.
 template <class Code>
 class Emitter : ValuesInRegisters<Code> {

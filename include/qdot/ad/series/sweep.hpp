@@ -48,7 +48,7 @@
 
 #include "qdot/ad/formula/graph.hpp"
 #include "qdot/ad/formula/lines.hpp"
-#include "qdot/ad/native/native_lines.hpp"
+#include "qdot/ad/native/line_evaluator.hpp"
 #include "qdot/ad/series/interiors.hpp"
 
 namespace qdot::taylor {

@@ -98,18 +98,7 @@ class OneStep {
  protected:
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-  OneStep(std::unique_ptr<Rates> rates, std::string method, int order, const Options& options)
-      : rates_(std::move(rates)), budget_(options), rtol_(options.rtol), max_step_(options.max_step), order_(order) {
-    const Eigen::Index n = rates_->size();
-    if (n < 1) throw_invalid_value({"a system must have at least 1 component, but has ", n});
-    require_valid(options, n);
-    atol_.resize(n);
-    for (Eigen::Index i = 0; i < n; ++i) atol_[i] = positive_atol(options.atol[i]);
-    y_.resize(n);
-    std::fill_n(y_.data(), n, 0.0);
-    statistics_.method = std::move(method);
-    statistics_.limited_by.assign(static_cast<std::size_t>(n), 0);
-  }
+  OneStep(std::unique_ptr<Rates> rates, std::string method, int order, const Options& options);
 
   const Rates& rates() const noexcept { return *rates_; }
   std::string component_name(Eigen::Index i) const { return rates_->component_name(i); }
@@ -123,33 +112,12 @@ class OneStep {
   }
 
   // Takes over a start, and the model as it is now; the direction of time is open again.
-  void begin(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
-    const double t = at.t();
-    rates_->renew();
-    if (y.size() != size())
-      throw DimensionError("y", static_cast<long>(size()), static_cast<long>(y.size()),
-                           "pass one entry for each component of the system");
-    require_option(std::isfinite(t), "t", "must be finite", t, "start at a time that is a number");
-    for (Eigen::Index i = 0; i < size(); ++i)
-      if (!std::isfinite(y[i]))
-        throw InvalidValue(sentence({component_name(i), " must be finite at the start, but is ", y[i], "; give it a number"}));
-    t_ = t_previous_ = t;
-    elapsed_ = elapsed_before_ = at.elapsed;
-    clock_.start(at);
-    std::copy_n(y.data(), size(), y_.data());
-    direction_ = 0.0;
-  }
+  void begin(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y);
 
   // Fixes the direction at the first step after begin().
   //
   // @throws InvalidValue  when t_limit is not ahead
-  void head_for(double t_limit) {
-    clock_.head_for(t_limit);
-    const double distance = distance_left();
-    if (distance == 0.0 || !std::isfinite(distance) || distance * direction_ < 0)
-      throw InvalidValue(sentence({"t_limit must lie ahead of t = ", t_, ", but is ", t_limit, "; call reset() to turn round"}));
-    direction_ = distance > 0.0 ? 1.0 : -1.0;
-  }
+  void head_for(double t_limit);
 
   // The way to t_limit, with its sign.
   double distance_left() const noexcept { return clock_.length() - elapsed_; }
@@ -181,27 +149,10 @@ class OneStep {
   double smallest_step() const noexcept { return clock_.least_step(elapsed_); }
 
   // Notes an accepted step, whose largest weighted error was in component `worst` (−1: none was estimated).
-  void accept(double elapsed_new, Eigen::Index worst) {
-    elapsed_before_ = std::exchange(elapsed_, elapsed_new);
-    t_previous_ = std::exchange(t_, clock_.t(elapsed_));
-    statistics_.last_step = std::abs(elapsed_ - elapsed_before_);
-    if (statistics_.steps++ == 0) statistics_.first_step = statistics_.last_step;
-    if (elapsed_ != clock_.length()) statistics_.smallest_step = std::min(statistics_.smallest_step, statistics_.last_step);
-    statistics_.last_order = order_;
-    statistics_.highest_order = std::max(statistics_.highest_order, order_);
-    if (worst >= 0) ++statistics_.limited_by[static_cast<std::size_t>(worst)];
-  }
+  void accept(double elapsed_new, Eigen::Index worst);
 
   // Ends an attempt for good: the failure's sentence gets its place and numbers.
-  [[gnu::cold, gnu::noinline]] bool give_up(double h) {
-    if (failure_.outcome == Outcome::step_collapse) {
-      failure_.message = blamed_ < 0 ? sentence({"the local error stayed too large"})
-                                     : sentence({"the local error stayed too large, most of all in ", component_name(blamed_), " = ", y_[blamed_]});
-    }
-    std::string text = sentence({statistics_.method, " took no step from t = ", t_, " with h down to ", std::abs(h), ": ", failure_.message});
-    failure_.message = std::move(text);
-    return false;
-  }
+  bool give_up(double h);
 
   // The trouble of an error test that fails however small the step; put into words by give_up(), for most such steps are
   // followed by a shorter one that does not fail.
@@ -231,5 +182,69 @@ class OneStep {
   Failure failure_;
   Eigen::Index blamed_ = -1;  // the component with the largest error in the last step that was rejected for it
 };
+
+template <int N>
+OneStep<N>::OneStep(std::unique_ptr<Rates> rates, std::string method, int order, const Options& options)
+    : rates_(std::move(rates)), budget_(options), rtol_(options.rtol), max_step_(options.max_step), order_(order) {
+  const Eigen::Index n = rates_->size();
+  if (n < 1) throw_invalid_value({"a system must have at least 1 component, but has ", n});
+  require_valid(options, n);
+  atol_.resize(n);
+  for (Eigen::Index i = 0; i < n; ++i) atol_[i] = positive_atol(options.atol[i]);
+  y_.resize(n);
+  std::fill_n(y_.data(), n, 0.0);
+  statistics_.method = std::move(method);
+  statistics_.limited_by.assign(static_cast<std::size_t>(n), 0);
+}
+
+template <int N>
+void OneStep<N>::begin(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  const double t = at.t();
+  rates_->renew();
+  if (y.size() != size())
+    throw DimensionError("y", static_cast<long>(size()), static_cast<long>(y.size()),
+                         "pass one entry for each component of the system");
+  require_option(std::isfinite(t), "t", "must be finite", t, "start at a time that is a number");
+  for (Eigen::Index i = 0; i < size(); ++i)
+    if (!std::isfinite(y[i]))
+      throw InvalidValue(sentence({component_name(i), " must be finite at the start, but is ", y[i], "; give it a number"}));
+  t_ = t_previous_ = t;
+  elapsed_ = elapsed_before_ = at.elapsed;
+  clock_.start(at);
+  std::copy_n(y.data(), size(), y_.data());
+  direction_ = 0.0;
+}
+
+template <int N>
+void OneStep<N>::head_for(double t_limit) {
+  clock_.head_for(t_limit);
+  const double distance = distance_left();
+  if (distance == 0.0 || !std::isfinite(distance) || distance * direction_ < 0)
+    throw InvalidValue(sentence({"t_limit must lie ahead of t = ", t_, ", but is ", t_limit, "; call reset() to turn round"}));
+  direction_ = distance > 0.0 ? 1.0 : -1.0;
+}
+
+template <int N>
+void OneStep<N>::accept(double elapsed_new, Eigen::Index worst) {
+  elapsed_before_ = std::exchange(elapsed_, elapsed_new);
+  t_previous_ = std::exchange(t_, clock_.t(elapsed_));
+  statistics_.last_step = std::abs(elapsed_ - elapsed_before_);
+  if (statistics_.steps++ == 0) statistics_.first_step = statistics_.last_step;
+  if (elapsed_ != clock_.length()) statistics_.smallest_step = std::min(statistics_.smallest_step, statistics_.last_step);
+  statistics_.last_order = order_;
+  statistics_.highest_order = std::max(statistics_.highest_order, order_);
+  if (worst >= 0) ++statistics_.limited_by[static_cast<std::size_t>(worst)];
+}
+
+template <int N>
+[[gnu::cold, gnu::noinline]] bool OneStep<N>::give_up(double h) {
+  if (failure_.outcome == Outcome::step_collapse) {
+    failure_.message = blamed_ < 0 ? sentence({"the local error stayed too large"})
+                                   : sentence({"the local error stayed too large, most of all in ", component_name(blamed_), " = ", y_[blamed_]});
+  }
+  std::string text = sentence({statistics_.method, " took no step from t = ", t_, " with h down to ", std::abs(h), ": ", failure_.message});
+  failure_.message = std::move(text);
+  return false;
+}
 
 }  // namespace qdot::detail

@@ -64,13 +64,19 @@ bool has_no_branches(const FirstOrderForm<Sys>& form) {
   return false;
 }
 
+template <class = void>
+[[gnu::cold]] bool compare_anything(Eigen::Index dof, double t, const Eigen::VectorXd& y, const RunFunctors& run) {
+  return !recorded_branch(dof, t, y, run)->branches.met.empty();
+}
+#ifdef QDOT_COMPILED
+extern template bool compare_anything<void>(Eigen::Index, double, const Eigen::VectorXd&, const RunFunctors&);
+#endif
 // Whether functors compare anything at y.
 template <class F>
 [[gnu::cold]] bool functors_compare([[maybe_unused]] const F& form, [[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) {
   if constexpr (has_branches_recorded<F>) {
     if (has_no_branches(form)) return false;
-    const auto branch = recorded_branch(qdot::detail::dof(form), t, y, [&](RecordedBranch& each) { run_functors(each, form); });
-    return !branch->branches.met.empty();
+    return compare_anything(qdot::detail::dof(form), t, y, [&](RecordedBranch& each) { run_functors(each, form); });
   }
   return false;
 }
@@ -86,8 +92,8 @@ struct Passage {
 template <class Number = double>
 class BranchSteps {
  public:
-  BranchSteps(Eigen::Index size, Eigen::Index dof, double rtol, RunFunctors run, RatesAt rates)
-      : size_(size), dof_(dof), rtol_(rtol), run_(std::move(run)), rates_(std::move(rates)) {}
+  BranchSteps(Eigen::Index size, Eigen::Index dof, double rtol, RunFunctors run, RatesAt rates);
+  ~BranchSteps();
 
   void forget() { here_.reset(); }
   Passage passage(const Clock& clock, const PolynomialView& step, double from, double to);
@@ -344,6 +350,12 @@ template <class Number>
   return {{}, BranchCrossing<>(before->branch(), here_->branch(), static_cast<std::size_t>(guard), before->at(), sizes_, rtol_).jump(), from};
 }
 
+template <class Number>
+[[gnu::cold]] BranchSteps<Number>::BranchSteps(Eigen::Index size, Eigen::Index dof, double rtol, RunFunctors run, RatesAt rates)
+    : size_(size), dof_(dof), rtol_(rtol), run_(std::move(run)), rates_(std::move(rates)) {}
+template <class Number>
+BranchSteps<Number>::~BranchSteps() = default;
+
 #ifdef QDOT_COMPILED
 extern template class BranchSteps<double>;
 #endif
@@ -383,11 +395,6 @@ class BranchWatch {
   double rtol_;
   bool is_known_ = false, done_ = false;
   std::optional<BranchSteps<>> steps_{};
-};
-
-// Of forms whose functors cannot be recorded.
-struct NoBranchWatch {
-  NoBranchWatch(const auto&, double) {}
 };
 
 }  // namespace qdot::detail

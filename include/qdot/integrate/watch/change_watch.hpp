@@ -170,13 +170,7 @@ class BasicChangeWatch {
   BasicChangeWatch(const AnyModelValues& values, const Options& options) : values_(values), options_(options) {}
 
   /// Begins a leg: whatever changed before was allowed to.
-  void begin(double t, const Eigen::VectorXd& y) {
-    keep(first_, t, y);
-    const auto once = values_.energies(values_.form, t, y), again = values_.energies(values_.form, t, y);
-    at_once_ = {once[0], again[0], once[1], again[1]};
-    latest_.is_known = false;
-    looks_ = 0;
-  }
+  void begin(double t, const Eigen::VectorXd& y);
 
   /// Keeps the values at a state for the next look.
   void remember(double t, const Eigen::VectorXd& y) {
@@ -184,20 +178,7 @@ class BasicChangeWatch {
   }
 
   /// What is not as it was, if something is.
-  std::optional<Failure> look(double t) {
-    for (const std::size_t i : {0U, 2U})
-      if (std::abs(at_once_[i] - at_once_[i + 1]) > rounding * (std::abs(at_once_[i]) + std::abs(at_once_[i + 1])))
-        return Failure{Outcome::model_changed,
-                       sentence({"functors must depend on nothing but their arguments, but ", i == 0 ? "T" : "V", " at t = ", first_.t, " was ",
-                                 at_once_[i], " and, asked once more at the same state, ", at_once_[i + 1]})};
-    const bool both = ++looks_ % thinned == 0 || !latest_.is_known;
-    for (const Seen* seen : {&latest_, &first_})
-      if (seen->is_known && (seen == &latest_ || both) && values_.at(seen->t, seen->y, now_) && !is_same(*seen))
-        if (const std::optional<Eigen::Index> i =
-                changed(*seen, std::abs(t - first_.t) + 4 * std::numeric_limits<double>::epsilon() * std::abs(t)))
-          return failure(*seen, *i, t);
-    return std::nullopt;
-  }
+  std::optional<Failure> look(double t);
 
  private:
   static constexpr double rounding = 0x1p-36;
@@ -209,11 +190,7 @@ class BasicChangeWatch {
     Eigen::VectorXd y, values;
   };
 
-  void keep(Seen& seen, double t, const Eigen::VectorXd& y) {
-    seen.t = t;
-    seen.y = y;
-    seen.is_known = values_.at(t, y, seen.values);
-  }
+  void keep(Seen& seen, double t, const Eigen::VectorXd& y);
 
   bool is_same(const Seen& seen) const {
     return now_.size() == seen.values.size() &&
@@ -221,36 +198,9 @@ class BasicChangeWatch {
   }
 
   // The component that changed most, of those whose change rounding does not explain.
-  [[gnu::cold, gnu::noinline]] std::optional<Eigen::Index> changed(const Seen& seen, double duration) {
-    const Eigen::Index size = std::min(now_.size(), seen.values.size());
-    Eigen::VectorXd explained(now_.size()), moved = seen.y, there;
-    for (Eigen::Index i = 0; i < now_.size(); ++i) explained[i] = rounding * std::abs(now_[i]);
-    for (Eigen::Index j = 0; j < moved.size(); ++j) {
-      moved[j] += rounding * moved[j];
-      if (moved[j] != seen.y[j] && values_.at(seen.t, moved, there) && there.size() == now_.size())
-        for (Eigen::Index i = 0; i < now_.size(); ++i) explained[i] += std::abs(there[i] - now_[i]);
-      moved[j] = seen.y[j];
-    }
-    std::optional<Eigen::Index> worst;
-    double largest = 0.0;
-    for (Eigen::Index i = 0; i < size; ++i) {
-      const double change = std::abs(now_[i] - seen.values[i]);
-      if (!(change > explained[i])) continue;
-      if (i < values_.rates && !(change * duration > options_.rtol * std::abs(seen.y[i]) + options_.atol[i])) continue;
-      const double part = change / std::max(std::abs(now_[i]), std::abs(seen.values[i]));
-      if (part > largest) {
-        largest = part;
-        worst = i;
-      }
-    }
-    return worst;
-  }
+  std::optional<Eigen::Index> changed(const Seen& seen, double duration);
 
-  [[gnu::cold, gnu::noinline]] Failure failure(const Seen& seen, Eigen::Index i, double t) const {
-    return {Outcome::model_changed,
-            sentence({"between events and stop times functors must depend on nothing but their arguments, but ", values_.named(values_.form, i), " at t = ",
-                      seen.t, " was ", seen.values[i], " and is ", now_[i], " when it is evaluated there again at t = ", t})};
-  }
+  Failure failure(const Seen& seen, Eigen::Index i, double t) const;
 
   AnyModelValues values_;
   const Options& options_;
@@ -259,6 +209,71 @@ class BasicChangeWatch {
   Eigen::VectorXd now_;
   std::array<double, 4> at_once_{};  // T, T again, V, V again where a leg begins
 };
+
+template <class Number>
+void BasicChangeWatch<Number>::begin(double t, const Eigen::VectorXd& y) {
+  keep(first_, t, y);
+  const auto once = values_.energies(values_.form, t, y), again = values_.energies(values_.form, t, y);
+  at_once_ = {once[0], again[0], once[1], again[1]};
+  latest_.is_known = false;
+  looks_ = 0;
+}
+
+template <class Number>
+std::optional<Failure> BasicChangeWatch<Number>::look(double t) {
+  for (const std::size_t i : {0U, 2U})
+    if (std::abs(at_once_[i] - at_once_[i + 1]) > rounding * (std::abs(at_once_[i]) + std::abs(at_once_[i + 1])))
+      return Failure{Outcome::model_changed,
+                     sentence({"functors must depend on nothing but their arguments, but ", i == 0 ? "T" : "V", " at t = ", first_.t, " was ",
+                               at_once_[i], " and, asked once more at the same state, ", at_once_[i + 1]})};
+  const bool both = ++looks_ % thinned == 0 || !latest_.is_known;
+  for (const Seen* seen : {&latest_, &first_})
+    if (seen->is_known && (seen == &latest_ || both) && values_.at(seen->t, seen->y, now_) && !is_same(*seen))
+      if (const std::optional<Eigen::Index> i =
+              changed(*seen, std::abs(t - first_.t) + 4 * std::numeric_limits<double>::epsilon() * std::abs(t)))
+        return failure(*seen, *i, t);
+  return std::nullopt;
+}
+
+template <class Number>
+void BasicChangeWatch<Number>::keep(Seen& seen, double t, const Eigen::VectorXd& y) {
+  seen.t = t;
+  seen.y = y;
+  seen.is_known = values_.at(t, y, seen.values);
+}
+
+template <class Number>
+[[gnu::cold, gnu::noinline]] std::optional<Eigen::Index> BasicChangeWatch<Number>::changed(const Seen& seen, double duration) {
+  const Eigen::Index size = std::min(now_.size(), seen.values.size());
+  Eigen::VectorXd explained(now_.size()), moved = seen.y, there;
+  for (Eigen::Index i = 0; i < now_.size(); ++i) explained[i] = rounding * std::abs(now_[i]);
+  for (Eigen::Index j = 0; j < moved.size(); ++j) {
+    moved[j] += rounding * moved[j];
+    if (moved[j] != seen.y[j] && values_.at(seen.t, moved, there) && there.size() == now_.size())
+      for (Eigen::Index i = 0; i < now_.size(); ++i) explained[i] += std::abs(there[i] - now_[i]);
+    moved[j] = seen.y[j];
+  }
+  std::optional<Eigen::Index> worst;
+  double largest = 0.0;
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const double change = std::abs(now_[i] - seen.values[i]);
+    if (!(change > explained[i])) continue;
+    if (i < values_.rates && !(change * duration > options_.rtol * std::abs(seen.y[i]) + options_.atol[i])) continue;
+    const double part = change / std::max(std::abs(now_[i]), std::abs(seen.values[i]));
+    if (part > largest) {
+      largest = part;
+      worst = i;
+    }
+  }
+  return worst;
+}
+
+template <class Number>
+[[gnu::cold, gnu::noinline]] Failure BasicChangeWatch<Number>::failure(const Seen& seen, Eigen::Index i, double t) const {
+  return {Outcome::model_changed,
+          sentence({"between events and stop times functors must depend on nothing but their arguments, but ", values_.named(values_.form, i), " at t = ",
+                    seen.t, " was ", seen.values[i], " and is ", now_[i], " when it is evaluated there again at t = ", t})};
+}
 using ChangeWatch = BasicChangeWatch<>;
 
 #ifdef QDOT_COMPILED

@@ -69,58 +69,13 @@ class BasicEnergyWatch {
   BasicEnergyWatch(const AnyEnergy& energy, const Options& options) : energy_(energy), options_(options) {}
 
   /// Begins at a state from which h ought to be constant, after so many steps of the method.
-  void begin(double t, const Eigen::VectorXd& y, long steps) {
-    reference_.reset();
-    t_before_ = t;
-    steps_begun_ = steps;
-    if (steps == 0) drift_ = drift_allowed_ = kinetic_ = most_ = 0.0;
-    if (std::isfinite(options_.energy_drift_limit)) reference_ = quietly([&] { return energy_.at(t, y); });
-    if (reference_ && !std::isfinite(reference_->h)) reference_.reset();
-    if (reference_) before_ = reference_->h, see(*reference_);
-    allowed_each_ = largest_ = largest_change_ = 0.0;
-    looks_begun_ = 0;
-  }
+  void begin(double t, const Eigen::VectorXd& y, long steps);
 
   /// The trouble with h at an accepted state, if there is some.
-  std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps) {
-    if (!reference_) return std::nullopt;
-    const std::optional<EnergyAt> now = quietly([&] { return energy_.at(t, y); });
-    if (!now || !std::isfinite(now->h)) return std::nullopt;
-    const double taken = static_cast<double>(steps - steps_begun_);
-    const double drift = std::abs(now->h - reference_->h);
-    largest_ = std::max(largest_, now->size());
-    see(*now);
-    const auto expected = [&] { return taken * allowed_each_ + epsilon * largest_; };
-    const bool suspicious = drift > 0.01 * options_.energy_drift_limit * expected();
-    if (looks_begun_++ < 4 || looks_begun_ % 8 == 0 || suspicious)
-      allowed_each_ = std::max(allowed_each_, quietly([&] { return allowed(t, y, now->h); }).value_or(0.0));
-    if (const double change = std::abs(now->h - before_); change > largest_change_) {
-      largest_change_ = change;
-      change_from_ = t_before_;
-      change_to_ = t;
-    }
-    before_ = now->h;
-    t_before_ = t;
-    if (drift >= drift_) {
-      drift_ = drift;
-      drift_from_ = reference_->h;
-      drift_allowed_ = expected();
-    }
-    if (!(drift > options_.energy_drift_limit * expected())) return std::nullopt;
-    return Failure{Outcome::energy_drift,
-                   sentence({"T(q, qdot) and V(q) conserve the energy ", reference_->h, ", but it has become ", now->h, ", while rtol = ",
-                             options_.rtol, " and atol allow a change of ", expected(), "; it changed most between t = ", change_from_,
-                             " and t = ", change_to_})};
-  }
+  std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps);
 
   /// What is to be said of a run that came to its end: its energy may be none of this motion.
-  std::optional<Failure> verdict() const {
-    constexpr double too_much = 0.25;
-    if (!(drift_ > too_much * kinetic_ && drift_ > options_.energy_drift_limit * epsilon * most_)) return std::nullopt;
-    return Failure{Outcome::energy_drift,
-                   sentence({"T(q, qdot) and V(q) conserve the energy ", drift_from_, ", but it has changed by ", drift_,
-                             ", while T is at most ", kinetic_, ": rtol = ", options_.rtol, " and atol are too loose for this motion"})};
-  }
+  std::optional<Failure> verdict() const;
 
   /// Writes what was seen.
   void report(Statistics& statistics) const {
@@ -137,28 +92,7 @@ class BasicEnergyWatch {
   }
 
   // By how much a step within the tolerances may change h.
-  double allowed(double t, const Eigen::VectorXd& y, double h) {
-    double sum = 0.0;
-    moved_ = y;
-    if (energy_.slopes && y.size() > 2 * most_watched_coordinates) {  // by slopes, here and beside it: where h is smallest it has none
-      Eigen::VectorXd weight(y.size());
-      for (Eigen::Index i = 0; i < y.size(); ++i) {
-        weight[i] = options_.rtol * std::abs(y[i]);
-        weight[i] += options_.atol[i];
-        moved_[i] = y[i] + weight[i];
-      }
-      const Eigen::VectorXd here = energy_.slopes(energy_.system, t, y), beside = energy_.slopes(energy_.system, t, moved_);
-      for (Eigen::Index i = 0; i < y.size(); ++i) sum += std::max(here[i], beside[i]) * weight[i];
-      return sum;
-    }
-    for (Eigen::Index i = 0; i < y.size(); ++i) {
-      moved_[i] = y[i] + options_.rtol * std::abs(y[i]) + options_.atol[i];
-      const double change = std::abs(energy_.at(t, moved_).h - h);
-      if (std::isfinite(change)) sum += change;
-      moved_[i] = y[i];
-    }
-    return sum;
-  }
+  double allowed(double t, const Eigen::VectorXd& y, double h);
 
   AnyEnergy energy_;
   const Options& options_;
@@ -170,6 +104,84 @@ class BasicEnergyWatch {
   long steps_begun_ = 0, looks_begun_ = 0;
   Eigen::VectorXd moved_;
 };
+
+template <class Number>
+void BasicEnergyWatch<Number>::begin(double t, const Eigen::VectorXd& y, long steps) {
+  reference_.reset();
+  t_before_ = t;
+  steps_begun_ = steps;
+  if (steps == 0) drift_ = drift_allowed_ = kinetic_ = most_ = 0.0;
+  if (std::isfinite(options_.energy_drift_limit)) reference_ = quietly([&] { return energy_.at(t, y); });
+  if (reference_ && !std::isfinite(reference_->h)) reference_.reset();
+  if (reference_) before_ = reference_->h, see(*reference_);
+  allowed_each_ = largest_ = largest_change_ = 0.0;
+  looks_begun_ = 0;
+}
+
+template <class Number>
+std::optional<Failure> BasicEnergyWatch<Number>::look(double t, const Eigen::VectorXd& y, long steps) {
+  if (!reference_) return std::nullopt;
+  const std::optional<EnergyAt> now = quietly([&] { return energy_.at(t, y); });
+  if (!now || !std::isfinite(now->h)) return std::nullopt;
+  const double taken = static_cast<double>(steps - steps_begun_);
+  const double drift = std::abs(now->h - reference_->h);
+  largest_ = std::max(largest_, now->size());
+  see(*now);
+  const auto expected = [&] { return taken * allowed_each_ + epsilon * largest_; };
+  const bool suspicious = drift > 0.01 * options_.energy_drift_limit * expected();
+  if (looks_begun_++ < 4 || looks_begun_ % 8 == 0 || suspicious)
+    allowed_each_ = std::max(allowed_each_, quietly([&] { return allowed(t, y, now->h); }).value_or(0.0));
+  if (const double change = std::abs(now->h - before_); change > largest_change_) {
+    largest_change_ = change;
+    change_from_ = t_before_;
+    change_to_ = t;
+  }
+  before_ = now->h;
+  t_before_ = t;
+  if (drift >= drift_) {
+    drift_ = drift;
+    drift_from_ = reference_->h;
+    drift_allowed_ = expected();
+  }
+  if (!(drift > options_.energy_drift_limit * expected())) return std::nullopt;
+  return Failure{Outcome::energy_drift,
+                 sentence({"T(q, qdot) and V(q) conserve the energy ", reference_->h, ", but it has become ", now->h, ", while rtol = ",
+                           options_.rtol, " and atol allow a change of ", expected(), "; it changed most between t = ", change_from_,
+                           " and t = ", change_to_})};
+}
+
+template <class Number>
+std::optional<Failure> BasicEnergyWatch<Number>::verdict() const {
+  constexpr double too_much = 0.25;
+  if (!(drift_ > too_much * kinetic_ && drift_ > options_.energy_drift_limit * epsilon * most_)) return std::nullopt;
+  return Failure{Outcome::energy_drift,
+                 sentence({"T(q, qdot) and V(q) conserve the energy ", drift_from_, ", but it has changed by ", drift_,
+                           ", while T is at most ", kinetic_, ": rtol = ", options_.rtol, " and atol are too loose for this motion"})};
+}
+
+template <class Number>
+double BasicEnergyWatch<Number>::allowed(double t, const Eigen::VectorXd& y, double h) {
+  double sum = 0.0;
+  moved_ = y;
+  if (energy_.slopes && y.size() > 2 * most_watched_coordinates) {  // by slopes, here and beside it: where h is smallest it has none
+    Eigen::VectorXd weight(y.size());
+    for (Eigen::Index i = 0; i < y.size(); ++i) {
+      weight[i] = options_.rtol * std::abs(y[i]);
+      weight[i] += options_.atol[i];
+      moved_[i] = y[i] + weight[i];
+    }
+    const Eigen::VectorXd here = energy_.slopes(energy_.system, t, y), beside = energy_.slopes(energy_.system, t, moved_);
+    for (Eigen::Index i = 0; i < y.size(); ++i) sum += std::max(here[i], beside[i]) * weight[i];
+    return sum;
+  }
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    moved_[i] = y[i] + options_.rtol * std::abs(y[i]) + options_.atol[i];
+    const double change = std::abs(energy_.at(t, moved_).h - h);
+    if (std::isfinite(change)) sum += change;
+    moved_[i] = y[i];
+  }
+  return sum;
+}
 using EnergyWatch = BasicEnergyWatch<>;
 
 #ifdef QDOT_COMPILED

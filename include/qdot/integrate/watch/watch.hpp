@@ -104,6 +104,11 @@ template <class Number = double>
 extern template Failure lost_inertia<double>(const Eigen::MatrixXd&, double, double, const std::vector<std::string>&);
 #endif
 
+// Of forms whose functors cannot be recorded.
+struct NoBranchWatch {
+  NoBranchWatch(const auto&, double) {}
+};
+
 /// Looks at the accepted states of one run.
 template <FirstOrderSystem F>
 class Watchdog {

@@ -21,47 +21,39 @@
 #include <vector>
 
 #include "qdot/ad/formula/hashed.hpp"
+#include "qdot/mechanics/derive/derived_equations.hpp"
 #include "qdot/mechanics/derive/lines.hpp"
 
 namespace qdot::detail {
 
 enum class Assumptions { refused, checked };  // that a number is never another, where functors ask whether they are equal
-// What was recorded, T, V and perhaps forces, what has been derived of it, and its lines.
+template <class Coefficient>
+class DerivedLineWriter;  // mechanics/derive/derived_line_writer.hpp has it
+
+// What was recorded, T, V and perhaps forces, what has been derived of it, and its lines; of a branch the guards that tell it from others, too.
 template <class Number = double>
 struct Derivation {
   RecordedMotion recorded;
   DerivedJacobian derived;
-  std::optional<DerivedLineWriter<Number>> writer;
+  std::shared_ptr<DerivedLineWriter<Number>> writer;
   DerivedLines lines;
+  std::unique_ptr<formula::Branches> branch;  // null where nothing is compared
+  formula::LineEvaluator sides;               // lines of its guards
+  std::vector<int> guards;                    // and their numbers
 
+  explicit Derivation(By by = By::fastest);
+  ~Derivation();
+
+  /// Begins to record motions of so many coordinates; on the branch of a state where one is given, (q, q̇, t).
+  void begin(int size, const AtState* at = nullptr);
+  /// Derives what run_energies() has recorded since.
+  void derive_recorded();
   void derive(RecordedMotion motion, const formula::Branches* branches = nullptr, Assumptions assumptions = Assumptions::refused,
               std::size_t parameters = 0);
   void derive_slopes();
+  void derive_solutions();
+  void write_sides();
 };
-
-template <class Number>
-[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion, const formula::Branches* branches, Assumptions assumptions, std::size_t parameters) {
-  if (assumptions == Assumptions::refused && !motion.recording.assumptions.empty()) return;
-  recorded = std::move(motion);
-  GraphEquations e = equations_by_graph(recorded.recording.graph, static_cast<int>(recorded.q.size()), recorded.returned[0], recorded.returned[1]);
-  for (std::size_t i = 0; i < recorded.q.size() && recorded.returned.size() > 2; ++i)  // forces
-    e.right[i] = recorded.recording.graph.sum(e.right[i], recorded.returned[2 + i]);
-  derived = {std::move(e.mass), std::move(e.right), {}};
-  writer.emplace(recorded.recording.graph, recorded.q.size(), std::size_t(4), parameters);
-  std::vector<int> nonzero;
-  for (const auto& assumption : recorded.recording.assumptions) nonzero.push_back(assumption.node);
-  writer->write_equations(derived, branches ? branches->met : std::vector<formula::Guard>(), nonzero, lines);
-}
-
-template <class Number>
-[[gnu::cold]] void Derivation<Number>::derive_slopes() {
-  differentiate(recorded.recording.graph, static_cast<int>(recorded.q.size()), derived);
-  writer->write_slopes(derived, lines);
-}
-
-#ifdef QDOT_COMPILED
-extern template struct Derivation<double>;
-#endif
 
 /// Hashes of T, of V and of what they compare; nothing where they are no formulas on a branch.
 using Fingerprint = std::optional<std::array<std::uint64_t, 3>>;
@@ -91,108 +83,62 @@ constexpr int size_at(const AtState& at) {
   return n == Dynamic ? at.size : n;
 }
 
-/// A derivation, where it holds, and slopes on request. May be asked by several threads.
-class KeptDerivation {
- public:
-  explicit KeptDerivation(By by = By::fastest) { derivation_.lines.begins = machine_code_begins(by); }
+/// T and V of an object that outlives this, without its type: for what is asked of them seldom.
+struct RecordableFunctors {
+  const void* energies;
+  int size;
+  void (*run)(const void*, RecordedMotion&);
+  Fingerprint (*print)(const void*, int, const std::vector<formula::Guard>*);
 
-  /// Of functors without comparisons.
   template <int n, class E>
-  void derive(const E& e, int size) {
-    size_ = size;
-    try {
-      derivation_.derive(recorded_motion<n>(e, size));
-      print_ = fingerprint<n>(e, size);
-    } catch (...) {  // likewise
-    }
+  static RecordableFunctors of(const E& e, int size) {
+    return {&e, size, [](const void* it, RecordedMotion& m) { run_energies<n>(m, *static_cast<const E*>(it)); },
+            [](const void* it, int count, const std::vector<formula::Guard>* answers) { return fingerprint<n>(*static_cast<const E*>(it), count, answers); }};
   }
-  /// Of the branch at a state.
-  template <int n, class E>
-  [[gnu::cold, gnu::noinline]] void derive_branch(const E& e, const AtState& at) {
-    size_ = size_at<n>(at);
-    branches_ = std::make_unique<formula::Branches>();
-    branches_->variables.resize(static_cast<std::size_t>(2 * size_ + 1));
-    copy_state(at, branches_->variables.data());
-    try {
-      RecordedMotion recorded = recorded_motion<n>(e, size_, branches_.get());
-      if (branches_->read_values) return;
-      derivation_.derive(std::move(recorded), branches_.get());
-      write_guards(static_cast<std::size_t>(size_));
-      print_ = fingerprint<n>(e, size_, &branches_->met);
-    } catch (...) {  // likewise
-    }
-  }
+};
+
+/// A derivation, where it holds, and slopes on request. May be asked by several threads.
+template <class Number = double>
+class BasicKeptDerivation {
+ public:
+  explicit BasicKeptDerivation(By by = By::fastest);
+  ~BasicKeptDerivation();
+
+  /// Of functors without comparisons, or of their branch at a state.
+  void derive(const RecordableFunctors& functors, const AtState* at = nullptr);
 
   const Fingerprint& print() const { return print_; }
   /// The lines; null where T and V are no formulas, or too long.
   const DerivedLines* lines() const { return derivation_.lines.exist() ? &derivation_.lines : nullptr; }
   /// The lines with slopes; null where these are too long.
-  const DerivedLines* lines_with_slopes() {
-    if (!lines()) return nullptr;
-    if (!is_asked_for_slopes_.load(std::memory_order_acquire)) {
-      const std::lock_guard lock(mutex_);
-      if (!is_asked_for_slopes_.load(std::memory_order_relaxed)) derivation_.derive_slopes();
-      is_asked_for_slopes_.store(true, std::memory_order_release);
-    }
-    return derivation_.lines.have_slopes() ? &derivation_.lines : nullptr;
-  }
-
+  const DerivedLines* lines_with_slopes();
   /// The lines with those that go on to q̈ for lanes; null where there are none.
-  const DerivedLines* lines_for_lanes() {
-    if (!lines()) return nullptr;
-    if (size_ > straight_line_limit && !is_asked_for_lanes_.load(std::memory_order_acquire)) {
-      const std::lock_guard lock(mutex_);
-      if (!is_asked_for_lanes_.load(std::memory_order_relaxed)) derivation_.writer->write_solutions(derivation_.lines);
-      is_asked_for_lanes_.store(true, std::memory_order_release);
-    }
-    return derivation_.lines.solution[0].accelerations.empty() ? nullptr : &derivation_.lines;
-  }
+  const DerivedLines* lines_for_lanes();
 
   /// Whether a state is on the branch that was recorded.
-  template <int n>
-  bool holds_at(const AtState& at) const {
-    if (guards_.empty()) return true;
-    double x[DerivedLines::most(n == Dynamic ? static_cast<std::size_t>(block_limit<n>) : static_cast<std::size_t>(n))];
-    copy_state(at, x);
-    guard_lines_(x);
-    for (std::size_t i = 0; i < guards_.size(); ++i)
-      if (!branches_->met[i].has(x[guards_[i]])) return false;
-    return true;
-  }
+  bool holds_at(const AtState& at) const { return derivation_.guards.empty() || is_beside_guards(at); }
   /// Whether the functors are those that were derived.
-  template <int n, class E>
-  bool is_of(const E& e) const {
-    return print_ && fingerprint<n>(e, size_, branches_ ? &branches_->met : nullptr) == print_;
-  }
+  bool is_of(const RecordableFunctors& functors) const;
 
  private:
-  void copy_state(const AtState& at, double* x) const {
-    std::copy_n(at.q, size_, x);
-    std::copy_n(at.qdot, size_, x + size_);
-    x[2 * size_] = at.t;
-  }
-  void write_guards(std::size_t n) {
-    if (!lines() || branches_->met.empty()) return;
-    std::vector<int> nodes;
-    for (const formula::Guard& guard : branches_->met) nodes.push_back(guard.node);
-    formula::LineTable table;
-    formula::LineWriter<double> writer(derivation_.recorded.recording.graph, 2 * n + 1);
-    writer.write(nodes, table);
-    table.lines.push_back(formula::Line{});
-    guard_lines_.set(std::move(table), writer.count(), derivation_.lines.begins);
-    guards_ = writer.numbers(nodes);
-    guard_lines_.add_read(guards_);
-    if (writer.count() > DerivedLines::most(n)) derivation_.lines = {};
-  }
+  bool is_beside_guards(const AtState& at) const;
+  const std::vector<formula::Guard>* answers() const { return derivation_.branch ? &derivation_.branch->met : nullptr; }
 
   int size_ = 0;
   Fingerprint print_{};
-  std::unique_ptr<formula::Branches> branches_{};
-  formula::LineEvaluator guard_lines_{};
-  std::vector<int> guards_{};
   std::mutex mutex_{};
   std::atomic<bool> is_asked_for_slopes_{false}, is_asked_for_lanes_{false};
-  Derivation<> derivation_{};
+  Derivation<Number> derivation_;
 };
+using KeptDerivation = BasicKeptDerivation<>;
 
 }  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template struct Derivation<double>;
+extern template class BasicKeptDerivation<double>;
+}  // namespace qdot::detail
+#else
+#include "qdot/mechanics/derive/derived_line_writer.hpp"
+#endif

@@ -28,67 +28,39 @@
 namespace qdot::detail {
 
 /// Derivations of the branches of some functors, made where they are met. May be asked by several threads.
-class BranchDerivations {
+template <class Number = double>
+class BasicBranchDerivations {
  public:
   static constexpr std::size_t most = 64;
 
-  explicit BranchDerivations(By by) : by_(by) {}
+  explicit BasicBranchDerivations(By by);
+  ~BasicBranchDerivations();
 
-  /// The first derivation that `holds`, the latest before others, or one that is made; null where functors cannot be derived.
-  template <int n, class E, class Holds>
-  KeptDerivation* at(const E& e, const AtState& at, const Holds& holds) {
-    if (KeptDerivation* const it = latest(); it && holds(*it)) return it;
-    if (KeptDerivation* const made = found(holds)) return made;
-    if (is_full_.load(std::memory_order_relaxed) || !all_finite(at.q, size_at<n>(at)) || !all_finite(at.qdot, size_at<n>(at))) return nullptr;
-    return added<n>(e, at, holds);
-  }
+  /// The first derivation that holds at a state, the latest before others, or one that is made; null where functors cannot be derived.
+  ///
+  /// @param checked  whether it must be of the functors as they are now, too
+  KeptDerivation* at(const RecordableFunctors& functors, const AtState& at, bool checked);
   /// The derivation that held at the last state, if there is one.
   KeptDerivation* latest() const {
     const std::size_t last = latest_.load(std::memory_order_relaxed);
     return last < count_.load(std::memory_order_acquire) ? all_[last].get() : nullptr;
   }
-  template <int n, class E>
-  bool still_hold(const E& e) const {
-    const auto end = all_.begin() + static_cast<std::ptrdiff_t>(count_.load(std::memory_order_acquire));
-    return std::all_of(all_.begin(), end, [&](const std::unique_ptr<KeptDerivation>& each) { return each->is_of<n>(e); });
-  }
+  /// Whether all are of the functors as they are now.
+  bool still_hold(const RecordableFunctors& functors) const;
 
  private:
   static constexpr int most_failed = 8;  // derivations that do not hold where they were made; then no more are made
 
   template <class Holds>
-  [[gnu::noinline]] KeptDerivation* found(const Holds& holds) {
-    const std::size_t count = count_.load(std::memory_order_acquire);
-    for (std::size_t i = 0; i < count; ++i)
-      if (holds(*all_[i])) {
-        latest_.store(i, std::memory_order_relaxed);
-        return all_[i].get();
-      }
-    return nullptr;
-  }
-  template <int n, class E, class Holds>
-  [[gnu::cold, gnu::noinline]] KeptDerivation* added(const E& e, const AtState& at, const Holds& holds) {
-    const std::lock_guard lock(adding_);
-    if (KeptDerivation* const made = found(holds)) return made;
-    if (is_full_.load(std::memory_order_relaxed)) return nullptr;
-    auto made = std::make_unique<KeptDerivation>(by_);
-    made->derive_branch<n>(e, at);
-    const std::size_t count = count_.load(std::memory_order_relaxed);
-    const bool good = made->lines() && holds(*made);
-    if (!good) ++failed_;
-    if (!made->lines() || failed_ == most_failed || count + 1 == most) is_full_.store(true, std::memory_order_relaxed);
-    if (!good) return nullptr;
-    all_[count] = std::move(made);
-    latest_.store(count, std::memory_order_relaxed);
-    count_.store(count + 1, std::memory_order_release);
-    return all_[count].get();
-  }
+  KeptDerivation* found(const Holds& holds);
+  template <class Holds>
+  KeptDerivation* added(const RecordableFunctors& functors, const AtState& at, const Holds& holds);
 
   By by_;
-  std::array<std::unique_ptr<KeptDerivation>, most> all_{};
+  std::array<std::unique_ptr<KeptDerivation>, most> all_;
   std::atomic<std::size_t> count_{0}, latest_{0};
   std::atomic<bool> is_full_{false};
-  std::mutex adding_{};
+  std::mutex adding_;
   int failed_ = 0;
 };
 
@@ -96,12 +68,14 @@ class BranchDerivations {
 ///
 /// 16 are kept, and one more for functors that have had more values of their captured numbers by then: it is replaced when a fingerprint that has none is
 /// met twice in a row.
-class Derivations {
+template <class Number = double>
+class BasicDerivations {
  public:
   static constexpr std::size_t most = 16;
   using Held = std::shared_ptr<KeptDerivation>;  // empty for those that live as long as this
 
-  explicit Derivations(By by) : by_(by), branches_(by) {}
+  explicit BasicDerivations(By by);
+  ~BasicDerivations();
 
   /// The derivation of energies as they are now, which holds at every state; null where there is none.
   template <int n, class E>
@@ -109,14 +83,14 @@ class Derivations {
     if (has_branches_.load(std::memory_order_relaxed)) return nullptr;
     if (count_.load(std::memory_order_acquire) > 0)
       if (KeptDerivation* const found = made_with(fingerprint<n>(e, size))) return found;
-    return added<n>(e, size, held);
+    return added(RecordableFunctors::of<n>(e, size), held);
   }
   /// The derivation of energies as they are now, which holds at a state; null where there is none.
   template <int n, class E>
   KeptDerivation* at(const E& e, const AtState& at, Held& held) {
     if (KeptDerivation* const it = everywhere<n>(e, size_at<n>(at), held)) return it;
     if (!has_branches_.load(std::memory_order_relaxed)) return nullptr;
-    return branches_.at<n>(e, at, [&](KeptDerivation& it) { return it.holds_at<n>(at) && it.is_of<n>(e); });
+    return branches_.at(RecordableFunctors::of<n>(e, size_at<n>(at)), at, true);
   }
 
  private:
@@ -126,70 +100,39 @@ class Derivations {
       if (all_[i]->print() == print) return all_[i].get();
     return nullptr;
   }
-
-  template <int n, class E>
-  [[gnu::noinline]] KeptDerivation* added(const E& e, int size, Held& held) {
-    const std::lock_guard lock(adding_);
-    const Fingerprint now = fingerprint<n>(e, size);
-    if (KeptDerivation* const found = made_with(now)) return found;
-    const std::size_t count = count_.load(std::memory_order_relaxed);
-    if (count == most) {
-      held = further_;
-      if (further_ && further_->print() == now) return further_.get();
-      const bool again = std::exchange(missed_, now) == now;
-      if (!again) return nullptr;
-    }
-    auto made = std::make_shared<KeptDerivation>(by_);
-    made->derive<n>(e, size);
-    if (!made->lines() || !made->print()) {
-      has_branches_.store(true, std::memory_order_relaxed);
-      return nullptr;
-    }
-    if (count == most) {
-      held = further_ = std::move(made);
-      return held.get();
-    }
-    all_[count] = std::move(made);
-    count_.store(count + 1, std::memory_order_release);
-    return all_[count].get();
-  }
+  KeptDerivation* added(const RecordableFunctors& functors, Held& held);
 
   By by_;
-  std::array<Held, most> all_{};
-  Held further_{};
-  Fingerprint missed_{};
+  std::array<Held, most> all_;
+  Held further_;
+  Fingerprint missed_;
   std::atomic<std::size_t> count_{0};
   std::atomic<bool> has_branches_{false};
-  std::mutex adding_{};
-  BranchDerivations branches_;
+  std::mutex adding_;
+  BasicBranchDerivations<Number> branches_;
 };
 
 /// The derivations that a system and its copies share.
-[[gnu::cold, gnu::noinline]] inline Derivations& made_derivations(SharedDerivations& shared) {
-  const std::lock_guard lock(shared.making);
-  if (!shared.owner) {
-    auto made = std::make_shared<Derivations>(shared.by);
-    shared.made.store(made.get(), std::memory_order_release);
-    shared.owner = std::move(made);
-  }
-  return *static_cast<Derivations*>(shared.owner.get());
-}
+template <class = void>
+Derivations& made_derivations(SharedDerivations& shared);
 inline Derivations& derivations_of(SharedDerivations& shared) {
   Derivations* const made = shared.made.load(std::memory_order_acquire);
   return made ? *made : made_derivations(shared);
 }
 
 /// The derivations of a run: its system's, or of the branches that it meets. May be asked by several threads.
-class DerivedOnce {
+template <class Number = double>
+class BasicDerivedOnce {
  public:
-  explicit DerivedOnce(std::shared_ptr<SharedDerivations> shared) : shared_(std::move(shared)), branches_(shared_->by) {}
+  explicit BasicDerivedOnce(std::shared_ptr<SharedDerivations> shared);
+  ~BasicDerivedOnce();
 
   /// The derivation of energies e that holds at a state, made now if there is none yet; null where T and V are no formulas, or too long.
   template <int n, class E>
   KeptDerivation* at(const E& e, const AtState& at) {
     if (!is_asked_.load(std::memory_order_acquire)) look_at_system<n>(e, size_at<n>(at));
     if (everywhere_) return everywhere_;
-    return branches_.at<n>(e, at, [&](KeptDerivation& it) { return it.holds_at<n>(at); });
+    return branches_.at(RecordableFunctors::of<n>(e, size_at<n>(at)), at, false);
   }
   /// The derivation that held at the last state, if there is one; may be of another branch.
   KeptDerivation* latest() const {
@@ -200,29 +143,29 @@ class DerivedOnce {
   /// Whether any evaluation has asked for lines.
   bool is_asked() const { return is_asked_.load(std::memory_order_acquire); }
 
-  /// Whether energies are those that have been derived, if any have.
-  template <int n, class E>
-  bool still_holds(const E& e) {
-    if (!is_asked_.load(std::memory_order_acquire)) return true;
-    return everywhere_ ? everywhere_->is_of<n>(e) : branches_.still_hold<n>(e);
-  }
+  /// Whether functors are those that have been derived, if any have.
+  bool still_holds(const RecordableFunctors& functors);
 
  private:
   template <int n, class E>
   [[gnu::cold, gnu::noinline]] void look_at_system(const E& e, int size) {
     const std::lock_guard lock(asking_);
     if (is_asked_.load(std::memory_order_relaxed)) return;
-    everywhere_ = derivations_of(*shared_).everywhere<n>(e, size, held_);
+    everywhere_ = derivations_of(*shared_).template everywhere<n>(e, size, held_);
     is_asked_.store(true, std::memory_order_release);
   }
 
   std::shared_ptr<SharedDerivations> shared_;
   std::atomic<bool> is_asked_{false};
-  std::mutex asking_{};
+  std::mutex asking_;
   KeptDerivation* everywhere_ = nullptr;
-  Derivations::Held held_{};
-  BranchDerivations branches_;
+  Derivations::Held held_;
+  BasicBranchDerivations<Number> branches_;
 };
+
+/// Derivations for a run of a system.
+template <class = void>
+std::shared_ptr<DerivedOnce> derived_once(const std::shared_ptr<SharedDerivations>& shared);
 
 // Which energies may have kept lines: T and V, and positions (mechanics/kinematic_system.hpp). Runs of many coordinates, or of a number that is known at
 // run time, have other ways (mechanics/derive/traced_motion.hpp).
@@ -263,18 +206,7 @@ bool with_lines_and_slopes(KeptLines* kept, const E& e, const AtState& at, const
 
 /// In words, how lines are carried out.
 template <class = void>
-[[gnu::cold]] std::string way_of_lines(bool are_native, By asked, bool are_long) {
-  if (are_native) return asked == By::machine_code ? "machine code of recorded formulas, as asked" : "machine code of recorded formulas";
-  if (asked == By::lines) return "recorded formulas, interpreted, as asked";
-  if (!formula::native_lines_are_possible())
-    return "recorded formulas, interpreted, because there is no machine code: another processor or system, no executable memory, or QDOT_NATIVE=0";
-  return are_long ? "recorded formulas, interpreted, because they are too many for machine code"
-         : asked == By::machine_code ? "recorded formulas, interpreted, because there is machine code from the second evaluation on only"
-                                     : "recorded formulas, interpreted, because there is machine code after 500 evaluations only";
-}
-#ifdef QDOT_COMPILED
-extern template std::string way_of_lines<void>(bool, By, bool);
-#endif
+std::string way_of_lines(bool are_native, By asked, bool are_long);
 
 /// In words, how the last evaluation of a system, which is a run's own, went.
 template <class Sys>
@@ -301,7 +233,7 @@ template <class Sys>
 template <class Sys, class Owner>
 void keep_lines(Owner& owner, const Sys& system) {
   if constexpr (may_keep_lines<typename Sys::EnergiesType, Sys::dof_at_compile_time>)
-    if (const auto& shared = system.kept_lines()->shared()) owner.keep(KeptLines(*system.kept_lines(), std::make_shared<DerivedOnce>(shared)));
+    if (const auto& shared = system.kept_lines()->shared()) owner.keep(KeptLines(*system.kept_lines(), derived_once(shared)));
 }
 
 /// Where T and V have become others since, they are derived anew.
@@ -310,8 +242,21 @@ void renew_lines(Owner& owner, const Sys& system) {
   constexpr int n = Sys::dof_at_compile_time;
   if constexpr (may_keep_lines<typename Sys::EnergiesType, n>) {
     DerivedOnce* const once = system.kept_lines()->once();
-    if (once && !once->template still_holds<n>(system.energies())) keep_lines(owner, system);
+    if (once && !once->still_holds(RecordableFunctors::of<n>(system.energies(), static_cast<int>(system.dof())))) keep_lines(owner, system);
   }
 }
 
 }  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template class BasicBranchDerivations<double>;
+extern template class BasicDerivations<double>;
+extern template class BasicDerivedOnce<double>;
+extern template Derivations& made_derivations<void>(SharedDerivations&);
+extern template std::shared_ptr<DerivedOnce> derived_once<void>(const std::shared_ptr<SharedDerivations>&);
+extern template std::string way_of_lines<void>(bool, By, bool);
+}  // namespace qdot::detail
+#else
+#include "qdot/mechanics/derive/kept_derivations.hpp"
+#endif

@@ -39,7 +39,7 @@ const DerivedLines* lane_lines_at(const Sys& system, const AtState& at, Derivati
 /// Whether lanes are faster than one motion after the other: by machine code, or by the interpreter for few coordinates.
 inline bool lanes_pay(const DerivedLines& lines) {
   const formula::LineEvaluator& solution = lines.solution[0].lines;
-  const bool are_native = formula::native_lines_are_possible() && formula::doubles_of(formula::best_lane_vectors()) > 1;
+  const bool are_native = formula::native_lanes_are_possible();
   return are_native ? solution.count() <= formula::longest_native_lines : lines.right.size() <= 4;
 }
 /// How many numbers their evaluation has, after those of the state and of parameters.

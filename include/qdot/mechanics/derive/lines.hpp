@@ -4,7 +4,7 @@
 // Lagrange's equations derived when a program runs, and carried out line by line.
 //
 // T and V of an object are recorded (mechanics/derive/recorded_energies.hpp) and differentiated as they are written
-// (mechanics/derive/derivatives_of_graph.hpp). What comes out is a table of lines (ad/formula/lines.hpp), first those of M and r, then those
+// (mechanics/derive/derived_line_writer.hpp). What comes out is a table of lines (ad/formula/lines.hpp), first those of M and r, then those
 // of ∂(r − M a)/∂(q, q̇).
 //
 // Who has such lines hands M and r on as every way to them does (mechanics/mass_and_rhs.hpp).
@@ -16,11 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/ad/formula/line_writer.hpp"
-#include "qdot/ad/native/native_lines.hpp"
-#include "qdot/mechanics/derive/derivatives_of_graph.hpp"
+#include "qdot/ad/native/line_evaluator.hpp"
 #include "qdot/mechanics/derive/recorded_energies.hpp"
-#include "qdot/mechanics/derive/solution_lines.hpp"
 #include "qdot/mechanics/equations/block_solve.hpp"
 #include "qdot/mechanics/equations/small_solve.hpp"
 #include "qdot/mechanics/equations/straight_line.hpp"
@@ -160,86 +157,6 @@ struct AccelerationsAre {
     std::copy_n(a, n, to);
     return true;
   }
-};
-
-/// Writes the lines of M and r, and those of the slopes once there are any.
-template <class Coefficient>
-class DerivedLineWriter {
- public:
-  DerivedLineWriter(const formula::BasicGraph<Coefficient>& graph, std::size_t n, std::size_t shortest_run, std::size_t parameters = 0)
-      : graph_(graph), n_(n), most_(DerivedLines::most(n)), writer_(graph, 3 * n + 1 + parameters, shortest_run) {}
-
-  /// Lines of M, r, of the guards of a branch, and of numbers that are not zero where these hold; none where there would be too many.
-  [[gnu::cold]] void write_equations(const DerivedJacobian& derived, const std::vector<formula::Guard>& guards, const std::vector<int>& nonzero,
-                                     DerivedLines& lines) {
-    std::vector<int> equations = derived.mass;
-    equations.insert(equations.end(), derived.right.begin(), derived.right.end());
-    for (const formula::Guard& guard : guards) equations.push_back(guard.node);
-    equations.insert(equations.end(), nonzero.begin(), nonzero.end());
-    const std::vector<formula::Domain> domains = domains_to_check(graph_, equations);
-    formula::LineTable table;
-    writer_.write(with_checked(equations, domains), table);
-    table.lines.push_back(formula::Line{});
-    lines.equations.set(std::move(table), writer_.count(), lines.begins);
-    if (writer_.count() > most_) return;
-    for (std::size_t w = 0; w < domains.size(); ++w)
-      if (domains[w] != formula::Domain::everything) lines.checked.push_back({writer_.number(static_cast<int>(w)), domains[w]});
-    for (const int node : nonzero) lines.checked.push_back({writer_.number(node), formula::Domain::nonzero});
-    for (const formula::Guard& guard : guards) lines.sides.push_back({writer_.number(guard.node), guard});
-    lines.mass = writer_.numbers(derived.mass);
-    lines.right = writer_.numbers(derived.right);
-    add_read(lines, lines.equations);
-    if (n_ <= straight_line_limit) write_solutions(lines);
-  }
-  /// Those that go on to q̈.
-  [[gnu::cold]] void write_solutions(DerivedLines& lines) {
-    for (const bool forced : {false, true}) write_solution(lines, lines.solution[forced], forced);
-  }
-  /// Likewise of the slopes.
-  [[gnu::cold]] void write_slopes(const DerivedJacobian& derived, DerivedLines& lines) {
-    formula::LineTable table;
-    writer_.write(derived.slopes, table);
-    table.lines.push_back(formula::Line{});
-    lines.further.set(std::move(table), writer_.count(), lines.begins);
-    if (writer_.count() > most_) return;
-    lines.slopes = writer_.numbers(derived.slopes);
-    lines.further.add_read(lines.slopes);
-    lines.before_slopes.set(lines.equations.table(), writer_.count(), lines.begins);
-    add_read(lines, lines.before_slopes);
-    lines.before_slopes.add_read(lines.slopes);
-    lines.before_slopes.add_read(lines.further);
-  }
-
- private:
-  static void add_checked(const DerivedLines& lines, formula::LineEvaluator& evaluator) {
-    for (const DerivedLines::Checked& c : lines.checked) evaluator.add_read(std::array{c.number});
-    for (const DerivedLines::Sided& s : lines.sides) evaluator.add_read(std::array{s.number});
-  }
-  static void add_read(const DerivedLines& lines, formula::LineEvaluator& evaluator) {
-    evaluator.add_read(lines.mass);
-    evaluator.add_read(lines.right);
-    add_checked(lines, evaluator);
-  }
-
-  [[gnu::cold]] void write_solution(const DerivedLines& lines, DerivedLines::Solution& solution, bool forced) {
-    SolutionLines more(static_cast<std::uint32_t>(lines.equations.count()), lines.mass, lines.right, forced ? static_cast<int>(2 * n_ + 1) : -1);
-    if (more.accelerations.empty() || more.count() > most_) return;
-    formula::LineTable table = lines.equations.table();
-    table.lines.pop_back();
-    table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
-    table.lines.push_back(formula::Line{});
-    solution.lines.set(std::move(table), more.count(), lines.begins);
-    solution.will_be_native = formula::native_lines_are_possible();
-    solution.accelerations = std::move(more.accelerations);
-    solution.pivots = std::move(more.pivots);
-    solution.lines.add_read(solution.accelerations);
-    for (const auto& [pivot, whole] : solution.pivots) solution.lines.add_read(std::array{pivot, whole});
-    add_checked(lines, solution.lines);
-  }
-
-  const formula::BasicGraph<Coefficient>& graph_;
-  std::size_t n_, most_;
-  formula::LineWriter<Coefficient> writer_;
 };
 
 /// Variables for q, q̇ and t, with nothing recorded yet.

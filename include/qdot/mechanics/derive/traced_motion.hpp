@@ -22,11 +22,15 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/ad/formula/line_writer.hpp"
-#include "qdot/ad/native/native_lines.hpp"
+#include "qdot/ad/native/line_evaluator.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/equations/solve.hpp"
 #include "qdot/mechanics/equations/sparse_factors.hpp"
+
+namespace qdot::formula {
+template <class Coefficient>
+class LineWriter;  // of ad/formula/line_writer.hpp
+}  // namespace qdot::formula
 
 namespace qdot::detail {
 
@@ -36,8 +40,7 @@ inline void append(std::vector<int>& all, const std::vector<int>& more) { all.in
 template <class Number = double>
 class TracedLines {
  public:
-  explicit TracedLines(TracedEquations<Number> equations)
-      : shared_(std::make_shared<Shared>(std::move(equations))), x_(shared_->inputs) {}
+  explicit TracedLines(TracedEquations<Number> equations);
 
   const TracedEquations<Number>& equations() const { return shared_->equations; }
   TracedEquations<Number>& equations() { return shared_->equations; }
@@ -50,7 +53,8 @@ class TracedLines {
     const std::lock_guard lock(shared_->again);
     return is_unchanged(shared_->equations.motion, run);
   }
-  std::vector<int> numbers(const std::vector<int>& nodes) const { return shared_->writer.numbers(nodes); }
+  /// Where the values of nodes are.
+  std::vector<int> numbers(const std::vector<int>& nodes) const;
 
   /// Nodes that hold_requirements() looks at, for written().
   std::vector<int> required() const {
@@ -88,11 +92,11 @@ class TracedLines {
   struct Shared {
     TracedEquations<Number> equations;
     std::size_t inputs;
-    formula::LineWriter<Number> writer;
+    std::shared_ptr<formula::LineWriter<Number>> writer;
     std::vector<std::shared_ptr<formula::LineEvaluator>> written;
     std::mutex again;  // copies in several threads may run the functors again
     explicit Shared(TracedEquations<Number> e)
-        : equations(std::move(e)), inputs(3 * equations.n() + 1 + equations.states() + equations.rows()), writer(equations.graph(), inputs) {}
+        : equations(std::move(e)), inputs(3 * equations.n() + 1 + equations.states() + equations.rows()) {}
     Shared(const Shared&) = delete;
   };
 
@@ -101,74 +105,11 @@ class TracedLines {
   std::vector<int> required_;
 };
 
-template <class Number>
-[[gnu::cold]] std::shared_ptr<const formula::LineEvaluator> TracedLines<Number>::written(const std::vector<int>& outputs) {
-  formula::LineTable table;
-  shared_->writer.write(outputs, table);
-  x_.resize(shared_->writer.count());
-  std::erase_if(table.lines, [&](const formula::Line& line) {  // a constant is there from now on
-    const bool is_constant = line.operation == formula::Line::Operation::constant;
-    if (is_constant) x_[line.to] = line.c;
-    return is_constant;
-  });
-  table.lines.push_back(formula::Line{});
-  auto lines = std::make_shared<formula::LineEvaluator>();
-  lines->set(std::move(table), shared_->writer.count(), shared_->equations.begins);
-  shared_->written.push_back(lines);
-  for (const auto& earlier : shared_->written) {
-    earlier->add_read(numbers(outputs));
-    if (earlier != lines) earlier->add_read(*lines);
-  }
-  return lines;
-}
-
-#ifdef QDOT_COMPILED
-extern template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
-#endif
-
 /// q̈ and ż of a system, or of a scene without constraints.
 template <class Number = double>
 class TracedMotion {
  public:
-  [[gnu::cold]] explicit TracedMotion(TracedEquations<Number> equations) : lines_(std::move(equations)) {
-    TracedEquations<Number>& e = lines_.equations();
-    std::vector<int> outputs;
-    if (e.mass_is_diagonal) {
-      for (std::size_t i = 0; i < e.n(); ++i) {
-        if (e.mass.row(i).empty()) return;  // no inertia: the general way says so
-        outputs.push_back(e.graph().quotient(e.right[i], e.mass.row(i)[0].what));
-      }
-    } else {
-      outputs = e.right;
-      std::vector<int> rows, columns;
-      for (std::size_t i = 0; i < e.n(); ++i) {
-        if (e.mass.row(i).empty() || static_cast<std::size_t>(e.mass.row(i).back().column) != i) return;
-        for (const auto& entry : e.mass.row(i)) {
-          rows.push_back(static_cast<int>(i));
-          columns.push_back(entry.column);
-        }
-      }
-      factors_.emplace(e.n(), rows, columns);
-    }
-    const std::vector<int> nodes = e.mass.nodes();
-    std::vector<int> all = outputs;
-    if (!e.mass_is_constant) append(all, nodes);
-    append(all, e.zdot);
-    append(all, lines_.required());
-    table_ = lines_.written(all);
-    right_ = lines_.numbers(outputs);
-    zdot_ = lines_.numbers(e.zdot);
-    values_.resize(nodes.size());
-    if (e.mass_is_constant) {
-      for (std::size_t k = 0; k < nodes.size(); ++k) values_[k] = e.graph()[nodes[k]].c;
-      for (std::size_t i = 0; i < e.n(); ++i)
-        if (!(values_[e.mass.starts[i + 1] - 1] > 0.0)) return;
-      if (factors_ && !factored()) return;
-    } else {
-      mass_ = lines_.numbers(nodes);
-    }
-    is_known_ = true;
-  }
+  explicit TracedMotion(TracedEquations<Number> equations);
 
   /// Whether there are equations to go through.
   bool is_known() const { return is_known_; }
@@ -215,7 +156,6 @@ class TracedMotion {
   }
 
  private:
-
   bool factored() {
     return factors_->compute([&](std::size_t k) { return values_[k]; }, singular_pivot<double>(static_cast<Eigen::Index>(right_.size())));
   }
@@ -346,3 +286,14 @@ TracedEquations<> traced_equations(const Sys& system) {
 }
 
 }  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template TracedLines<double>::TracedLines(TracedEquations<double>);
+extern template std::vector<int> TracedLines<double>::numbers(const std::vector<int>&) const;
+extern template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
+extern template TracedMotion<double>::TracedMotion(TracedEquations<double>);
+}  // namespace qdot::detail
+#else
+#include "qdot/mechanics/derive/traced_lines.hpp"
+#endif

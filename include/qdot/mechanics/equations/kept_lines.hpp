@@ -16,8 +16,12 @@
 
 namespace qdot::detail {
 
-class Derivations;  // mechanics/derive/kept_lines.hpp
-class DerivedOnce;
+template <class Number>
+class BasicDerivations;  // mechanics/derive/kept_lines.hpp has them
+template <class Number>
+class BasicDerivedOnce;
+using Derivations = BasicDerivations<double>;
+using DerivedOnce = BasicDerivedOnce<double>;
 
 /// The derivations of one system and its copies, made when they are first asked for.
 struct SharedDerivations {

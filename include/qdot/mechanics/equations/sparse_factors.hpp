@@ -5,7 +5,7 @@
 //
 // Bodies in a row meet their neighbours, and rows of L kept from their first entry on (a skyline; where all rows are short, a band of known width:
 // narrow_band.hpp) have hardly more entries than the matrix: elimination is a few multiplications and a division for each row. Where that
-// would be wide, as in a net, the unknowns are put in an order that keeps L sparse (Eigen's minimum degree), and rows of L are found one
+// would be wide, as in a net, the unknowns are put in an order that keeps L sparse (minimum_degree.hpp), and rows of L are found one
 // after the other along the elimination tree: row k is other than zero where the tree leads to from the entries of row k of the matrix (T.
 // A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, chapter 4). All of L is stored by columns.
 //
@@ -15,8 +15,6 @@
 // rounding, D has a zero, and the row is no equation of its own. L D Lᵀ x = b then has solutions where y of L y = b is zero there, too;
 // the others differ by L⁻ᵀ e of the zeros.
 
-#include <Eigen/OrderingMethods>
-#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -211,18 +209,7 @@ class PatternFactors {
   }
 
   // new_place_ ← by minimum degree.
-  [[gnu::cold]] void order(const std::vector<int>& rows, const std::vector<int>& columns) {
-    std::vector<Eigen::Triplet<Number>> entries;
-    for (std::size_t k = 0; k < rows.size(); ++k) entries.emplace_back(rows[k], columns[k], Number(1.0));
-    const auto n = static_cast<Eigen::Index>(size());
-    Eigen::SparseMatrix<Number> pattern(n, n);
-    pattern.setFromTriplets(entries.begin(), entries.end());
-    using Index = typename Eigen::SparseMatrix<Number>::StorageIndex;
-    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> old_of_new;
-    Eigen::AMDOrdering<Index>()(pattern.template selfadjointView<Eigen::Lower>(), old_of_new);
-    new_place_.resize(size());
-    for (std::size_t i = 0; i < size(); ++i) new_place_[static_cast<std::size_t>(old_of_new.indices()[static_cast<Eigen::Index>(i)])] = i;
-  }
+  void order(const std::vector<int>& rows, const std::vector<int>& columns);
 
   template <class Value>
   bool compute_along_tree(const Value& value, Number threshold, Number rounding) {
@@ -334,3 +321,11 @@ class PatternFactors {
 };
 
 }  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template void PatternFactors<double>::order(const std::vector<int>&, const std::vector<int>&);
+}  // namespace qdot::detail
+#else
+#include "qdot/mechanics/equations/minimum_degree.hpp"
+#endif

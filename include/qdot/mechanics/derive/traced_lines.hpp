@@ -1,0 +1,91 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// From sparse equations to lines: the work of TracedLines and TracedMotion (mechanics/derive/traced_motion.hpp).
+//
+// Programs that link qdot::compiled do not read this header: the library has it.
+
+#include <cstddef>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "qdot/ad/formula/line_writer.hpp"
+#include "qdot/mechanics/derive/traced_motion.hpp"
+
+namespace qdot::detail {
+
+template <class Number>
+[[gnu::cold]] TracedLines<Number>::TracedLines(TracedEquations<Number> equations)
+    : shared_(std::make_shared<Shared>(std::move(equations))), x_(shared_->inputs) {
+  shared_->writer = std::make_shared<formula::LineWriter<Number>>(shared_->equations.graph(), shared_->inputs);
+}
+
+template <class Number>
+[[gnu::cold]] std::vector<int> TracedLines<Number>::numbers(const std::vector<int>& nodes) const {
+  return shared_->writer->numbers(nodes);
+}
+
+template <class Number>
+[[gnu::cold]] std::shared_ptr<const formula::LineEvaluator> TracedLines<Number>::written(const std::vector<int>& outputs) {
+  formula::LineTable table;
+  shared_->writer->write(outputs, table);
+  x_.resize(shared_->writer->count());
+  std::erase_if(table.lines, [&](const formula::Line& line) {  // a constant is there from now on
+    const bool is_constant = line.operation == formula::Line::Operation::constant;
+    if (is_constant) x_[line.to] = line.c;
+    return is_constant;
+  });
+  table.lines.push_back(formula::Line{});
+  auto lines = std::make_shared<formula::LineEvaluator>();
+  lines->set(std::move(table), shared_->writer->count(), shared_->equations.begins);
+  shared_->written.push_back(lines);
+  for (const auto& earlier : shared_->written) {
+    earlier->add_read(numbers(outputs));
+    if (earlier != lines) earlier->add_read(*lines);
+  }
+  return lines;
+}
+
+template <class Number>
+[[gnu::cold]] TracedMotion<Number>::TracedMotion(TracedEquations<Number> equations) : lines_(std::move(equations)) {
+  TracedEquations<Number>& e = lines_.equations();
+  std::vector<int> outputs;
+  if (e.mass_is_diagonal) {
+    for (std::size_t i = 0; i < e.n(); ++i) {
+      if (e.mass.row(i).empty()) return;  // no inertia: the general way says so
+      outputs.push_back(e.graph().quotient(e.right[i], e.mass.row(i)[0].what));
+    }
+  } else {
+    outputs = e.right;
+    std::vector<int> rows, columns;
+    for (std::size_t i = 0; i < e.n(); ++i) {
+      if (e.mass.row(i).empty() || static_cast<std::size_t>(e.mass.row(i).back().column) != i) return;
+      for (const auto& entry : e.mass.row(i)) {
+        rows.push_back(static_cast<int>(i));
+        columns.push_back(entry.column);
+      }
+    }
+    factors_.emplace(e.n(), rows, columns);
+  }
+  const std::vector<int> nodes = e.mass.nodes();
+  std::vector<int> all = outputs;
+  if (!e.mass_is_constant) append(all, nodes);
+  append(all, e.zdot);
+  append(all, lines_.required());
+  table_ = lines_.written(all);
+  right_ = lines_.numbers(outputs);
+  zdot_ = lines_.numbers(e.zdot);
+  values_.resize(nodes.size());
+  if (e.mass_is_constant) {
+    for (std::size_t k = 0; k < nodes.size(); ++k) values_[k] = e.graph()[nodes[k]].c;
+    for (std::size_t i = 0; i < e.n(); ++i)
+      if (!(values_[e.mass.starts[i + 1] - 1] > 0.0)) return;
+    if (factors_ && !factored()) return;
+  } else {
+    mass_ = lines_.numbers(nodes);
+  }
+  is_known_ = true;
+}
+
+}  // namespace qdot::detail
