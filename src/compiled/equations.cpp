@@ -10,6 +10,7 @@
 #include <qdot/effects/impact.hpp>
 #include <qdot/integrate/automatic.hpp>
 #include <qdot/integrate/driver/drive.hpp>
+#include <qdot/integrate/driver/driver.hpp>
 #include <qdot/integrate/driver/ending.hpp>
 #include <qdot/integrate/driver/event_clocks.hpp>
 #include <qdot/integrate/driver/event_finder.hpp>
@@ -18,6 +19,7 @@
 #include <qdot/integrate/steps/recorded_motion.hpp>
 #include <qdot/integrate/steps/spectral_radius.hpp>
 #include <qdot/integrate/taylor.hpp>
+#include <qdot/integrate/watch/branch_steps.hpp>
 #include <qdot/integrate/watch/change_watch.hpp>
 #include <qdot/integrate/watch/diagnosis.hpp>
 #include <qdot/integrate/watch/energy_watch.hpp>
@@ -69,7 +71,7 @@ template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Opt
 template NaturalTolerances natural_tolerances<double>(const DrivenForm&, const Options&, double, const Eigen::VectorXd&, double);
 template bool compare_anything<void>(Eigen::Index, double, const Eigen::VectorXd&, const RunFunctors&);
 template class BranchCrossing<double>;
-template class BranchSteps<double>;
+template std::unique_ptr<AnyBranchSteps> branch_steps<void>(Eigen::Index, Eigen::Index, double, RunFunctors, RatesAt);
 template class BasicChangeWatch<double>;
 template class BasicEnergyWatch<double>;
 template Failure lost_inertia<double>(const Eigen::MatrixXd&, double, double, const std::vector<std::string>&);
@@ -89,6 +91,8 @@ template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen:
 template class KeptBranches<>;
 template class LagrangeSeries<>;
 template class BranchedSeries<>;
+template std::shared_ptr<SharedDerivations> no_derivations_yet<void>();
+template std::shared_ptr<SharedDerivations> derivations_by<void>(const std::shared_ptr<SharedDerivations>&, By);
 template struct Derivation<double>;
 template class BasicKeptDerivation<double>;
 template class BasicBranchDerivations<double>;

@@ -56,6 +56,7 @@
 #include "qdot/effects/input.hpp"
 #include "qdot/effects/interpolated_input.hpp"
 #include "qdot/error.hpp"
+#include "qdot/integrate/driver/driver.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/simulator_state.hpp"
 

@@ -47,9 +47,7 @@
 #include "qdot/integrate/watch/driven_form.hpp"
 
 namespace qdot::detail {
-
-// What system, method, observer and events are made of is not the loop's business: there is one loop for all of them
-// (integrate/watch/driven_form.hpp, any_stepper.hpp, integrate/driver/listed_event.hpp), and one more for each of these that a run may do without.
+// One loop for all systems, methods, observers and events, and one more for runs without events and without an observer.
 template <bool watches, bool is_observed>
 class Driver {
   using Watch = std::conditional_t<watches, EventWatch<DrivenForm>, NothingToWatch>;
@@ -178,7 +176,6 @@ class Driver {
     if (found) begin_afresh(false);
     return found;
   }
-
   void begin_afresh(bool at_start) {
     ++restarts_, take_scale(run_.t, run_.y);
     reset_at(stepper_, clock_.moment(elapsed_), run_.y);
@@ -203,7 +200,6 @@ class Driver {
     if (stepper_.t() != landing) watchdog_->remember(stepper_.t(), projected_);
     return true;
   }
-
   bool looked_at(double t, const Eigen::VectorXd& y) {
     std::optional<Failure> trouble = watchdog_->look(t, y, stepper_.statistics().steps, stepper_.statistics().limiting_component() >= 0);
     if (!trouble && !stepper_.is_current()) trouble = other_formula();
@@ -284,7 +280,6 @@ class Driver {
     Failure failure;
     return attempted(failure, evaluation) || end(failure);
   }
-
   bool state_is_sound() {
     const std::optional<Failure> trouble = unsound_state(system_, stepper_.y(), stepper_.t(), options_.state_norm_limit);
     if (!trouble) return scale_.grows() && scale_.has_outgrown(stepper_.y()) ? tolerate(), true : true;
@@ -363,7 +358,6 @@ class Driver {
     run_.outcome = outcome, run_.message = message;
     return false;
   }
-
   [[gnu::cold]] void finish() {
     run_.statistics = stepper_.statistics();
     if (run_.statistics.evaluated_by.empty()) run_.statistics.evaluated_by = system_.way_taken();
@@ -396,5 +390,11 @@ class Driver {
   double elapsed_ = 0.0, t_end_ = 0.0, leg_end_ = 0.0;  // elapsed on it, at run_.t
   double seen_ = std::numeric_limits<double>::quiet_NaN();
 };
+
+template <bool watches, bool is_observed>
+void drive(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget, Onlooker onlooker,
+           std::vector<ListedEvent> events, double t0, const Eigen::VectorXd& y0, double t_end) {
+  Driver<watches, is_observed>(run, system, std::move(stepper), options, budget, onlooker, std::move(events)).run(t0, y0, t_end);
+}
 
 }  // namespace qdot::detail

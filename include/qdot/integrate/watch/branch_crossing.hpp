@@ -31,7 +31,6 @@
 namespace qdot::detail {
 
 /// out ← the rates of y = [q; q̇; z] at (t, y), by the functors themselves.
-using RatesAt = std::function<void(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out)>;
 
 /// Beside what a jump is one: the largest coordinate, velocity and |T| + |V| of the motion so far.
 struct SizesOfMotion {

@@ -22,23 +22,15 @@
 // not seen where its guard turns twice there.
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <memory>
 #include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
-#include "qdot/ad/formula/interval.hpp"
 #include "qdot/integrate/moment.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/steps/polynomial.hpp"
 #include "qdot/integrate/steps/recorded_branches.hpp"
-#include "qdot/integrate/watch/branch_crossing.hpp"
-#include "qdot/integrate/watch/sides_of_branch.hpp"
 #include "qdot/mechanics/derive/kept_lines.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
@@ -65,12 +57,7 @@ bool has_no_branches(const FirstOrderForm<Sys>& form) {
 }
 
 template <class = void>
-[[gnu::cold]] bool compare_anything(Eigen::Index dof, double t, const Eigen::VectorXd& y, const RunFunctors& run) {
-  return !recorded_branch(dof, t, y, run)->branches.met.empty();
-}
-#ifdef QDOT_COMPILED
-extern template bool compare_anything<void>(Eigen::Index, double, const Eigen::VectorXd&, const RunFunctors&);
-#endif
+bool compare_anything(Eigen::Index dof, double t, const Eigen::VectorXd& y, const RunFunctors& run);
 // Whether functors compare anything at y.
 template <class F>
 [[gnu::cold]] bool functors_compare([[maybe_unused]] const F& form, [[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) {
@@ -88,277 +75,22 @@ struct Passage {
   double until = 0.0;                // when so much has elapsed
 };
 
-/// Looks at steps, whatever functors there are: `run` runs them on a recording, and `rates` evaluates ẏ.
-template <class Number = double>
-class BranchSteps {
+/// Looks at the steps of a run, whatever functors there are.
+class AnyBranchSteps {
  public:
-  BranchSteps(Eigen::Index size, Eigen::Index dof, double rtol, RunFunctors run, RatesAt rates);
-  ~BranchSteps();
+  AnyBranchSteps() = default;
+  AnyBranchSteps(const AnyBranchSteps&) = delete;
+  AnyBranchSteps& operator=(const AnyBranchSteps&) = delete;
+  virtual ~AnyBranchSteps() = default;
 
-  void forget() { here_.reset(); }
-  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to);
+  virtual void forget() = 0;
+  virtual Passage passage(const Clock& clock, const PolynomialView& step, double from, double to) = 0;
   /// What is met where a step begins that lies on one branch.
-  Passage beginning(const Clock& clock, const PolynomialView& step, double from, double to);
-
- private:
-  static constexpr int places = 16, halvings = 30, finer = 24, most_retaken = 1000;
-
-  // What the state is at a fraction of the step.
-  void move_to(double fraction) {
-    const double elapsed = fraction == 1.0 ? to_ : from_ + fraction * (to_ - from_);
-    y_all_.resize(step_.size);
-    step_.at(elapsed, y_all_);
-    y_ = y_all_.head(size_);
-    t_ = clock_.shown(elapsed);
-  }
-  int left_at(SidesOfBranch<>& sides, double fraction) { return move_to(fraction), sides.move_to(dof_, t_, y_); }
-  std::unique_ptr<SidesOfBranch<>> sides_at(double fraction) {
-    return move_to(fraction), std::make_unique<SidesOfBranch<>>(recorded_branch(dof_, t_, y_, run_));
-  }
-  // Fractions between which sides end: they hold at the first, and not at the second.
-  struct Edge {
-    double holds, is_left;
-  };
-  Edge edge(SidesOfBranch<>& sides, Edge between, int times = halvings) {
-    for (int k = 0; k < times; ++k) {
-      const double middle = 0.5 * (between.holds + between.is_left);
-      (left_at(sides, middle) >= 0 ? between.is_left : between.holds) = middle;
-    }
-    return between;
-  }
-
-  bool stays_here();
-  [[gnu::cold]] std::optional<Failure> undecided(SidesOfBranch<>& sides, int guard) const;
-  [[gnu::cold]] std::optional<double> grazed();
-  void take_sizes();
-  [[gnu::cold]] void take_energies(RecordedBranch& branch, const std::vector<double>& at);
-  [[gnu::cold]] bool has_rates(const Eigen::VectorXd& y, Eigen::VectorXd& out) const;
-  [[gnu::cold]] std::optional<Failure> trouble_at_start();
-  [[gnu::cold]] std::optional<Failure> trouble_between(SidesOfBranch<>& before, SidesOfBranch<>& behind, Edge between, bool is_start);
-
-  Eigen::Index size_, dof_;
-  double rtol_;
-  RunFunctors run_;
-  RatesAt rates_;
-  long retaken_ = 0;
-  SizesOfMotion sizes_{};
-  std::unique_ptr<SidesOfBranch<>> here_{};
-  Clock clock_{};
-  PolynomialView step_{};
-  double from_ = 0.0, to_ = 0.0, t_ = 0.0;  // of the step, and of the place last looked at
-  Eigen::VectorXd y_{}, y_all_{}, rates_before_{}, rates_behind_{};
-  std::vector<double> inside_{};  // of each guard, at each place
-  std::vector<Interval> bounds_{};
+  virtual Passage beginning(const Clock& clock, const PolynomialView& step, double from, double to) = 0;
 };
-
-// Whether bounds of the step's polynomial show that no guard is reached: then there is nothing to be looked for.
-template <class Number>
-bool BranchSteps<Number>::stays_here() {
-  const double s = std::max(std::abs(from_ - step_.origin), std::abs(to_ - step_.origin)) / std::abs(step_.scale);
-  bounds_.clear();
-  for (Eigen::Index i = 0; i < size_; ++i) {  // |y − c₀| ≤ Σ |c_k| s^k, and a little for rounding
-    double reach = 0.0;
-    for (int k = step_.degree; k > 0; --k) reach = (reach + std::abs(step_.coefficients[k * step_.size + i])) * s;
-    const double middle = step_.coefficients[i];
-    bounds_.push_back(Interval::around(middle - 1.001 * reach, middle + 1.001 * reach));
-  }
-  bounds_.insert(bounds_.begin() + 2 * dof_, Interval::around(clock_.shown(from_), clock_.shown(to_)));
-  return here_->hold_within(bounds_);
-}
-
-// A comparison with NaN has no side.
-template <class Number>
-std::optional<Failure> BranchSteps<Number>::undecided(SidesOfBranch<>& sides, int guard) const {
-  std::string what = sides.branch().branches.undecided;
-  if (guard >= 0) {
-    const formula::Guard& it = sides.branch().branches.met[static_cast<std::size_t>(guard)];
-    if (!std::isnan(sides.value(it))) return std::nullopt;
-    what = it.what;
-  }
-  if (what.empty()) return std::nullopt;
-  return Failure{Outcome::non_finite, sentence({what, " is asked about NaN at t = ", {t_, 10}, ", which is on no side; compare what has a value there"})};
-}
-
-// A place where a guard that holds at both of its neighbours does not: between them it comes near to its level and turns.
-template <class Number>
-std::optional<double> BranchSteps<Number>::grazed() {
-  constexpr double ratio = 0.3819660112501051, noise = 1e-12;  // of the golden section; of what a guard is along the step
-  const std::size_t guards = here_->branch().branches.met.size();
-  for (std::size_t k = 0; k < guards; ++k) {
-    const auto inside = [&](int place) { return inside_[static_cast<std::size_t>(place) * guards + k]; };
-    double size = 0.0;
-    for (int place = 0; place <= places; ++place) size = std::max(size, std::abs(inside(place)));
-    for (int place = 1; place < places; ++place) {
-      const double a = inside(place - 1), b = inside(place), c = inside(place + 1), bend = a - 2.0 * b + c;
-      if (!(b <= a && b <= c && bend > 0.0) || b - 0.125 * (a - c) * (a - c) / bend > 0.5 * b) continue;  // a parabola stays far from the level
-      double low = (place - 1.0) / places, high = (place + 1.0) / places;
-      for (int times = 0; times < 60; ++times) {
-        const double left = low + ratio * (high - low), right = high - ratio * (high - low);
-        static_cast<void>(left_at(*here_, left));
-        const double at_left = here_->inside(k);
-        if (at_left < -noise * size) return left;
-        static_cast<void>(left_at(*here_, right));
-        const double at_right = here_->inside(k);
-        if (at_right < -noise * size) return right;
-        (at_left < at_right ? high : low) = at_left < at_right ? right : left;
-      }
-    }
-  }
-  return std::nullopt;
-}
-
-// Where the step begins and ends.
-template <class Number>
-void BranchSteps<Number>::take_sizes() {
-  for (const double fraction : {1.0, 0.0}) {
-    move_to(fraction);
-    sizes_.q = std::max(sizes_.q, y_.head(dof_).cwiseAbs().maxCoeff()), sizes_.qdot = std::max(sizes_.qdot, y_.segment(dof_, dof_).cwiseAbs().maxCoeff());
-  }
-}
-// Rates at the time last looked at; false where functors refuse.
-template <class Number>
-bool BranchSteps<Number>::has_rates(const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
-  out.resize(size_);
-  try {
-    rates_(t_, y, out);
-  } catch (...) {
-    return false;
-  }
-  return all_finite(out.data(), out.size());
-}
-
-// Where the step begins, on its branch.
-template <class Number>
-void BranchSteps<Number>::take_energies(RecordedBranch& branch, const std::vector<double>& at) {
-  const std::vector<int>& returned = branch.motion.returned;
-  const double energy = returned.size() < 2 ? 0.0 : [&] {
-    const std::vector<double> both = branch.values({returned[0], returned[1]}, at);
-    return std::abs(both[0]) + std::abs(both[1]);
-  }();
-  sizes_.energy = std::max(sizes_.energy, energy);
-}
-
-// What the motion meets at the boundary of two branches, which lies between two fractions of the step, or at one.
-template <class Number>
-std::optional<Failure> BranchSteps<Number>::trouble_between(SidesOfBranch<>& before, SidesOfBranch<>& behind, Edge between, bool is_start) {
-  const bool is_within = between.holds != between.is_left;
-  if (is_within) between = edge(before, between, finer);
-  static_cast<void>(left_at(before, 0.0));
-  take_energies(before.branch(), before.at());
-  const int guard = left_at(before, between.is_left);
-  if (guard < 0) return std::nullopt;
-  const bool has_other_side = has_rates(y_, rates_behind_);
-  BranchCrossing<> crossing(before.branch(), behind.branch(), static_cast<std::size_t>(guard), before.at(), sizes_, rtol_);
-  if (auto jump = is_start ? std::nullopt : crossing.jump()) return jump;
-  if (!is_within || !has_other_side) return std::nullopt;
-  move_to(between.holds);
-  if (!has_rates(y_, rates_before_)) return std::nullopt;
-  return crossing.sliding(rates_before_, rates_behind_, to_ > from_ ? 1.0 : -1.0);
-}
-
-// What the motion meets where it starts on a boundary. The rates of the other side are those a little beyond it, less their change on the way there.
-template <class Number>
-std::optional<Failure> BranchSteps<Number>::trouble_at_start() {
-  constexpr double part = 1e-6;  // of what the step moves
-  move_to(1.0);
-  const Eigen::VectorXd end = y_;
-  Eigen::VectorXd nearer(size_);
-  const auto& met = here_->branch().branches.met;
-  for (std::size_t k = 0; k < met.size(); ++k) {
-    static_cast<void>(left_at(*here_, 0.0));
-    if (here_->inside(k) != 0.0) continue;
-    std::vector<int> variables = here_->branch().variables();
-    variables.pop_back();
-    const std::vector<double> at = here_->at(), slopes = here_->branch().values(here_->branch().motion.recording.graph.gradient(met[k].node, variables), at);
-    const Eigen::Map<const Eigen::VectorXd> slope(slopes.data(), size_);
-    const double moved = (end - y_).cwiseAbs().maxCoeff(), steepest = slope.cwiseAbs().maxCoeff();
-    if (!(steepest > 0.0)) continue;
-    const double way = met[k].sign * std::max(part * (moved > 0.0 ? moved : 1e-3), 1e-12 * y_.cwiseAbs().maxCoeff()) / steepest;
-    const Eigen::VectorXd beyond = y_ - way * slope, half = y_ - 0.5 * way * slope;
-    if (here_->move_to(dof_, t_, beyond) < 0 || here_->move_to(dof_, t_, half) < 0) continue;
-    if (!has_rates(y_, rates_before_) || !has_rates(beyond, rates_behind_) || !has_rates(half, nearer)) continue;
-    rates_behind_ = 2.0 * nearer - rates_behind_;
-    BranchCrossing<> crossing(here_->branch(), here_->branch(), k, at, {}, rtol_);
-    if (auto trouble = crossing.sliding(rates_before_, rates_behind_, to_ > from_ ? 1.0 : -1.0, true)) return trouble;
-  }
-  return std::nullopt;
-}
-
-template <class Number>
-[[gnu::cold, gnu::noinline]] Passage BranchSteps<Number>::passage(const Clock& clock, const PolynomialView& step, double from, double to) {
-  if (retaken_ > most_retaken) return {};
-  clock_ = clock, step_ = step, from_ = from, to_ = to;
-  const bool is_start = !here_;  // of the run, or behind a change of the state
-  if (const int left = here_ ? left_at(*here_, 0.0) : 0; left >= 0) {
-    auto now = sides_at(0.0);
-    if (auto unknown = undecided(*now, -1)) return {{}, unknown, from};
-    take_sizes();
-    const auto before = std::exchange(here_, std::move(now));
-    if (auto trouble = before ? trouble_between(*before, *here_, {0.0, 0.0}, false) : trouble_at_start()) return {{}, trouble, from};
-  }
-  if (!here_->has_guards()) return {};
-  take_sizes();
-  if (stays_here()) return {};
-  const std::size_t guards = here_->branch().branches.met.size();
-  inside_.resize((places + 1) * guards);
-  int changes = 0, first = 0;
-  for (int k = 0, was = 0; k <= places; ++k) {
-    const int left = left_at(*here_, static_cast<double>(k) / places);
-    if (auto unknown = left >= 0 ? undecided(*here_, left) : std::nullopt) return {{}, unknown, from + std::max(k - 1.0, 0.0) / places * (to - from)};
-    for (std::size_t i = 0; i < guards; ++i) inside_[static_cast<std::size_t>(k) * guards + i] = here_->inside(i);
-    const int is = left >= 0 ? 1 : 0;
-    if (is != std::exchange(was, is) && ++changes == 1) first = k;
-  }
-  double seen = static_cast<double>(first) / places;
-  if (changes == 0) {
-    const auto place = grazed();
-    if (!place) return {};
-    seen = *place;
-  } else if (changes == 1) {  // a third branch may lie between the two
-    auto behind = sides_at(1.0);
-    const Edge own = edge(*here_, {seen - 1.0 / places, seen});
-    const double last = own.holds, next = edge(*behind, {1.0, last}).holds;
-    if (next - last < 4.0 * std::ldexp(1.0, -halvings)) {
-      // What a start lies on, to rounding, is behind it.
-      if (auto trouble = trouble_between(*here_, *behind, own, is_start && own.holds < 1e-9)) return {{}, trouble, from + own.is_left * (to - from)};
-      return here_ = std::move(behind), Passage();
-    }
-    seen = 0.5 * (last + next);
-  }
-  ++retaken_;
-  return {from + seen * (to - from), {}, 0.0};
-}
-
-template <class Number>
-[[gnu::cold, gnu::noinline]] Passage BranchSteps<Number>::beginning(const Clock& clock, const PolynomialView& step, double from, double to) {
-  clock_ = clock, step_ = step, from_ = from, to_ = to;
-  take_sizes();
-  const bool is_start = !here_;
-  if (is_start) {
-    here_ = sides_at(0.0);
-    if (auto unknown = undecided(*here_, -1)) return {{}, unknown, from};
-    if (auto trouble = trouble_at_start()) return {{}, trouble, from};
-  }
-  if (!here_->has_guards()) return {};
-  const int guard = left_at(*here_, 0.5);
-  if (guard < 0) return {};
-  if (auto unknown = undecided(*here_, guard)) return {{}, unknown, from};
-  const auto before = std::exchange(here_, sides_at(0.5));
-  if (is_start) return {};
-  static_cast<void>(left_at(*before, 0.0));
-  take_energies(before->branch(), before->at());
-  return {{}, BranchCrossing<>(before->branch(), here_->branch(), static_cast<std::size_t>(guard), before->at(), sizes_, rtol_).jump(), from};
-}
-
-template <class Number>
-[[gnu::cold]] BranchSteps<Number>::BranchSteps(Eigen::Index size, Eigen::Index dof, double rtol, RunFunctors run, RatesAt rates)
-    : size_(size), dof_(dof), rtol_(rtol), run_(std::move(run)), rates_(std::move(rates)) {}
-template <class Number>
-BranchSteps<Number>::~BranchSteps() = default;
-
-#ifdef QDOT_COMPILED
-extern template class BranchSteps<double>;
-#endif
+/// Those of integrate/watch/branch_steps.hpp: `run` runs functors on a recording, and `rates` evaluates ẏ.
+template <class = void>
+std::unique_ptr<AnyBranchSteps> branch_steps(Eigen::Index size, Eigen::Index dof, double rtol, RunFunctors run, RatesAt rates);
 
 /// Looks at the steps of one run.
 template <class F>
@@ -382,7 +114,7 @@ class BranchWatch {
   Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, bool on_one_branch) {
     try {
       if (!steps_)
-        steps_.emplace(system_.size(), qdot::detail::dof(system_), rtol_, [&form = system_](RecordedBranch& branch) { run_functors(branch, form); },
+        steps_ = branch_steps(system_.size(), qdot::detail::dof(system_), rtol_, [&form = system_](RecordedBranch& branch) { run_functors(branch, form); },
                        [&form = system_](double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) { form.derivative(t, y, out); });
       return on_one_branch ? steps_->beginning(clock, step, from, to) : steps_->passage(clock, step, from, to);
     } catch (...) {  // the run itself will say what is wrong
@@ -394,7 +126,16 @@ class BranchWatch {
   const F& system_;
   double rtol_;
   bool is_known_ = false, done_ = false;
-  std::optional<BranchSteps<>> steps_{};
+  std::unique_ptr<AnyBranchSteps> steps_;
 };
 
 }  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template bool compare_anything<void>(Eigen::Index, double, const Eigen::VectorXd&, const RunFunctors&);
+extern template std::unique_ptr<AnyBranchSteps> branch_steps<void>(Eigen::Index, Eigen::Index, double, RunFunctors, RatesAt);
+}  // namespace qdot::detail
+#else
+#include "qdot/integrate/watch/branch_steps.hpp"
+#endif

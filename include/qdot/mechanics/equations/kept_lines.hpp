@@ -30,30 +30,22 @@ struct SharedDerivations {
   std::shared_ptr<void> owner{};
   By by = By::fastest;
   std::shared_ptr<SharedDerivations> asked_for[2]{};  // of copies that go by lines, and by machine code
-
-  /// Those of a copy that goes another way; null where it has none.
-  static std::shared_ptr<SharedDerivations> of(const std::shared_ptr<SharedDerivations>& own, By way) {
-    if (way == By::duals) return nullptr;
-    if (way == By::fastest || !own) return std::make_shared<SharedDerivations>();
-    const std::lock_guard lock(own->making);
-    auto& found = own->asked_for[way == By::lines ? 0 : 1];
-    if (!found) {
-      found = std::make_shared<SharedDerivations>();
-      found->by = way;
-    }
-    return found;
-  }
 };
+template <class = void>
+std::shared_ptr<SharedDerivations> no_derivations_yet();
+/// Those of a copy that goes another way; null where it has none.
+template <class = void>
+std::shared_ptr<SharedDerivations> derivations_by(const std::shared_ptr<SharedDerivations>& own, By way);
 
 /// A system's share in derived lines: checked at each evaluation, or a run's own; and by which way it is evaluated.
 class KeptLines {
  public:
-  KeptLines() : KeptLines(std::make_shared<SharedDerivations>(), By::fastest) {}
+  KeptLines() : KeptLines(no_derivations_yet(), By::fastest) {}
   /// No lines: of a system that is evaluated so few times that deriving them does not pay.
   static KeptLines none() { return KeptLines(std::shared_ptr<SharedDerivations>(), By::fastest); }
   /// Of a copy of a system that goes another way.
   KeptLines(const KeptLines& system, By way)
-      : shared_(way == system.by_ ? system.shared_ : SharedDerivations::of(system.shared_, way)), by_(way) {
+      : shared_(way == system.by_ ? system.shared_ : derivations_by(system.shared_, way)), by_(way) {
     if (way == system.by_) once_ = system.once_;
   }
   /// Lines of a run, derived together with those of `system`.
@@ -100,5 +92,27 @@ class KeptLines {
   By by_;
   std::atomic<bool> is_aside_{false};
 };
+
+template <class>
+[[gnu::cold]] std::shared_ptr<SharedDerivations> no_derivations_yet() {
+  return std::make_shared<SharedDerivations>();
+}
+template <class>
+[[gnu::cold]] std::shared_ptr<SharedDerivations> derivations_by(const std::shared_ptr<SharedDerivations>& own, By way) {
+  if (way == By::duals) return nullptr;
+  if (way == By::fastest || !own) return no_derivations_yet();
+  const std::lock_guard lock(own->making);
+  auto& found = own->asked_for[way == By::lines ? 0 : 1];
+  if (!found) {
+    found = no_derivations_yet();
+    found->by = way;
+  }
+  return found;
+}
+
+#ifdef QDOT_COMPILED
+extern template std::shared_ptr<SharedDerivations> no_derivations_yet<void>();
+extern template std::shared_ptr<SharedDerivations> derivations_by<void>(const std::shared_ptr<SharedDerivations>&, By);
+#endif
 
 }  // namespace qdot::detail
