@@ -61,13 +61,16 @@ struct SeriesBranches {
   virtual bool land(const PolynomialView& motion, double end, double way_left) = 0;
   /// A guard whose series is not finite, for messages; empty where all are.
   virtual std::string not_finite() const = 0;
+  /// How many branches have been recorded.
+  virtual long recordings() const noexcept = 0;
 };
 
 /// The power series of a motion whose functors branch.
 template <class = void>  // compiled only where it is made
 class BranchedSeries final : public PowerSeries, public SeriesBranches {
  public:
-  BranchedSeries(std::shared_ptr<const MotionSource> source, int highest_order) : all_(std::move(source), highest_order) {}
+  /// @throws InvalidValue  of a system that is to be evaluated by dual numbers
+  BranchedSeries(std::shared_ptr<const MotionSource> source, int highest_order) : all_((static_cast<void>(source->by()), std::move(source)), highest_order) {}
 
   void renew() override {
     if (!is_current()) all_.clear(), now_ = nullptr, holds_ = true;
@@ -92,6 +95,7 @@ class BranchedSeries final : public PowerSeries, public SeriesBranches {
   double edge(const PolynomialView& motion, const Clock& clock, double end) override;
   double disagreement(double from, double end, double t, const double* y, const Eigen::VectorXd& weights) override;
   bool land(const PolynomialView& motion, double end, double way_left) override;
+  long recordings() const noexcept override { return all_.recordings(); }
   std::string not_finite() const override {
     const Eigen::MatrixXd& c = now_->series->guard_coefficients();
     for (Index k = 0; k < c.rows(); ++k)
