@@ -92,7 +92,7 @@ ReferenceMotion agreed_reference(const Shared& model, const Request& request, co
   reference.t = times;
   std::string first;
   Eigen::MatrixXd states;
-  std::vector<std::string> methods = fitting_methods(*model);
+  std::vector<std::string> methods = fitting_methods(*model, request.start);
   std::stable_partition(methods.begin(), methods.end(), [](const std::string& name) { return name == "dop853"; });
   std::erase_if(methods, has_fixed_step);
   double closest = std::numeric_limits<double>::infinity();
@@ -155,9 +155,9 @@ std::string machine() {
 #endif
 }
 
-std::vector<std::string> chosen_methods(const Model& model, const std::vector<std::string>& wanted) {
-  if (wanted.empty()) return fitting_methods(model);
-  const std::vector<std::string> valid = fitting_methods(model);
+std::vector<std::string> chosen_methods(const Model& model, const State<Dynamic>& start, const std::vector<std::string>& wanted) {
+  if (wanted.empty()) return fitting_methods(model, start);
+  const std::vector<std::string> valid = fitting_methods(model, start);
   for (const std::string& method : wanted) {
     if (std::find(valid.begin(), valid.end(), method) == valid.end()) throw unknown_name("--method", "a method that fits this scene", method, valid);
   }
@@ -219,7 +219,7 @@ int accuracy(const AccuracyOptions& options) {
     request.start.qdot = y.segment(model->dof(), model->dof());
   }
   std::vector<Contender> contenders;
-  for (const std::string& method : chosen_methods(*model, options.methods)) contenders.push_back(contender(model, request, method));
+  for (const std::string& method : chosen_methods(*model, request.start, options.methods)) contenders.push_back(contender(model, request, method));
 
   const Status status(!options.quiet && !options.json);
   status.show("computing the reference");

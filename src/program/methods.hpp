@@ -20,7 +20,7 @@ enum class MethodKind {
   explicit_,      // ẏ = f, and correct() for constraints
   multistep,      // ẏ = f
   stiff,          // ẏ = f and its Jacobian; projects inside its steps
-  series,         // T, V and forces as formulas without branches
+  series,         // T, V and effects as formulas
   gauss,          // T and V; forces and constraints too
   splitting,      // T of the velocities alone, and V
   rattle          // the same with holonomic constraints

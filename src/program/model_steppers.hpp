@@ -7,7 +7,6 @@
 #include <string>
 
 #include "qdot/integrate/any_stepper.hpp"
-#include "qdot/integrate/automatic.hpp"
 #include "qdot/integrate/gauss.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/symplectic.hpp"
@@ -23,7 +22,6 @@ namespace qdot::program {
 template <class Sys>
 std::optional<AnyStepper> own_stepper_of(const FirstOrderForm<Sys>& form, const std::string& method, double step, const Options& options) {
   if (method == "taylor") return any_stepper(Taylor{}, form, options);
-  if (method == "automatic") return any_stepper(qdot::detail::TaylorOfOneFormula{}, form, options);
   if constexpr (Sys::dof_at_compile_time != Dynamic) {  // otherwise there is nothing to unroll
     if (method == "dop853") return any_stepper(Dop853{}, form, options);
   }

@@ -60,9 +60,9 @@ Request request_of(RunnableScene& scene, const RunOptions& options) {
   }
   if (options.method) request.method = *options.method;
   const MethodInfo& method = method_named(request.method);
-  if (const std::string why = misfit(*model, method.name); !why.empty()) {
+  if (const std::string why = misfit(*model, method.name, request.start); !why.empty()) {
     throw UsageError("--method: must fit " + scene.name() + ", but " + method.name + " " + why + " (what fits: auto, " +
-                     listed(fitting_methods(*model)) + ")");
+                     listed(fitting_methods(*model, request.start)) + ")");
   }
   if (options.step) {
     if (!method.fixed_step()) {

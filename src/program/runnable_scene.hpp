@@ -120,6 +120,8 @@ class Model : public qdot::detail::MethodForm {
 
   /// The same, added to a recording of other models of the scene, which is moved from.
   virtual std::shared_ptr<qdot::detail::RecordedMotion> recorded_on(qdot::formula::Recording&) const { return nullptr; }
+  /// Runs the same functors once more on what has been recorded.
+  virtual void run_again(qdot::detail::RecordedMotion&) const {}
 
   // d/dt p = F and ż, for methods that step momenta (integrate/steps/form_mechanics.hpp); a bare scene's own steppers know them.
   virtual Eigen::VectorXd momenta(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const { return {}; }

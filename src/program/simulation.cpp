@@ -11,6 +11,7 @@
 
 #include "program/first_order_model.hpp"
 #include "program/methods.hpp"
+#include "qdot/ad/formula/branches.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/cvode_automatic.hpp"
@@ -18,6 +19,7 @@
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/steps/form_mechanics.hpp"
+#include "qdot/integrate/steps/kept_branches.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
 #include "qdot/integrate/taylor.hpp"
 
@@ -29,11 +31,12 @@ std::shared_ptr<qdot::detail::RecordedMotion> Model::recorded_motion() const {
 }
 
 /// The graph of a scene with effects, constraints among them, for Taylor.
-static qdot::detail::RecordedMotion recorded_motion(const FirstOrderModel& system) {
-  const auto recorded = system.model->recorded_motion();
+static qdot::detail::RecordedMotion recorded_motion(const FirstOrderModel& system, qdot::formula::Recording recording = {}) {
+  const auto recorded = system.model->recorded_on(recording);
   if (!recorded) throw NotAnalytic("the effects of this scene do not take the scalar that records a series; use dop853", "an effect");
   return std::move(*recorded);
 }
+static void run_again(qdot::detail::RecordedMotion& motion, const FirstOrderModel& system) { system.model->run_again(motion); }
 
 }  // namespace qdot::program
 
@@ -43,6 +46,10 @@ template <>
 struct is_recordable<program::FirstOrderModel> : std::true_type {};
 template <>
 struct is_recordable<program::ConstrainedModel> : std::true_type {};
+template <>
+inline constexpr bool has_branches_recorded<program::FirstOrderModel> = true;
+template <>
+inline constexpr bool has_branches_recorded<program::ConstrainedModel> = true;
 
 /// What a model tells of its mechanics, for Gauss and Taylor.
 template <std::derived_from<program::FirstOrderModel> F>
@@ -114,11 +121,11 @@ struct NamedMethod {
         .derivative = [model](double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot) { model->derivative(t, y, ydot); },
         .reason = SwitchingSystem<System> ? "equations that switch have no power series" : "there is more to the motion than formulas"};
     if (model->bare())
-      qdot::detail::choose_first(choice, model->size(), options, "T and V", [&] { return model->own_stepper("automatic", 0, options); });
+      qdot::detail::choose_first(choice, model->size(), options, "T and V", [&] { return model->own_stepper("taylor", 0, options); });
     if constexpr (!SwitchingSystem<System>)
       if (!model->bare())
         qdot::detail::choose_first(choice, model->size(), options, ProjectableSystem<System> ? "T, V, the forces and the constraints" : "T, V and the forces",
-                                   [&] { return any_stepper(qdot::detail::TaylorOfOneFormula{}, system, options); });
+                                   [&] { return any_stepper(Taylor{}, system, options); });
     return AnyStepper(std::in_place, AutomaticStepper(std::move(choice), model->size()));
   }
 };
@@ -126,7 +133,7 @@ struct NamedMethod {
 /// The method that a request names.
 NamedMethod method_of(const std::shared_ptr<const Model>& model, const Request& request) {
   const MethodInfo& info = method_named(request.method);
-  if (const std::string why = misfit(*model, info.name); !why.empty()) throw InvalidValue(info.name + " " + why);
+  if (const std::string why = misfit(*model, info.name, request.start); !why.empty()) throw InvalidValue(info.name + " " + why);
   if (!info.fixed_step()) return {info};
   return {info, request.step ? *request.step : chosen_step(model, request, info.order)};
 }
@@ -289,20 +296,39 @@ std::string misfit(const Model& model, const std::string& method) {
   if (kind == MethodKind::series || kind == MethodKind::gauss || kind == MethodKind::rattle) {
     if (const Eigen::Index n = model.dof(); n > most_dense) return "solves with dense matrices, and the scene has " + std::to_string(n) + " coordinates";
   }
-  if (kind == MethodKind::series) {
-    try {
-      if (!model.recorded_motion()) return "needs effects that take every scalar";
-    } catch (const NotAnalytic& error) {
-      return "needs formulas without branches and kinks, and " + error.source() + " has one";
-    }
+  return {};
+}
+
+std::string formula_misfit(const Model& model) {
+  try {
+    return model.recorded_motion() ? "" : "needs effects that take every scalar";
+  } catch (const NotAnalytic& error) {
+    return "needs formulas without branches and kinks, and " + error.source() + " has one";
+  }
+}
+
+std::string misfit(const Model& model, const std::string& method, const State<Dynamic>& start) {
+  if (const std::string why = misfit(model, method); !why.empty() || method_named(method).kind != MethodKind::series) return why;
+  if (formula_misfit(model).empty()) return {};
+  const Eigen::VectorXd y = model.packed(start);
+  qdot::formula::Branches branches;
+  qdot::detail::number_variables(model.dof(), start.t, y, branches.variables);
+  qdot::formula::Recording recording;
+  recording.branches = &branches;
+  try {
+    const auto recorded = model.recorded_on(recording);
+    if (!recorded) return "needs effects that take every scalar";
+    qdot::detail::require_series(branches, *recorded);
+  } catch (const NotAnalytic& error) {
+    return "takes functors that branch, but no plain numbers of them and no constraints that do, and " + error.source() + " is like that";
   }
   return {};
 }
 
-std::vector<std::string> fitting_methods(const Model& model) {
+std::vector<std::string> fitting_methods(const Model& model, const State<Dynamic>& start) {
   std::vector<std::string> names;
   for (const MethodInfo& method : methods())
-    if (method.kind != MethodKind::automatic && misfit(model, method.name).empty()) names.push_back(method.name);
+    if (method.kind != MethodKind::automatic && misfit(model, method.name, start).empty()) names.push_back(method.name);
   return names;
 }
 

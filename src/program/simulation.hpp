@@ -82,16 +82,20 @@ std::vector<std::string> method_names();
 /// Whether a method makes steps of one length, request.step, and no use of tolerances.
 bool has_fixed_step(const std::string& method);
 
-/// Why a method cannot run a model, as a sentence without its subject, "cannot keep constraints"; "" where it can.
+/// Why a method cannot run a model, as a sentence without its subject, "cannot keep constraints"; "" where it can, as far as no functor is run.
 std::string misfit(const Model& model, const std::string& method);
+/// The same from a start, where functors are run for the method that needs formulas.
+std::string misfit(const Model& model, const std::string& method, const State<Dynamic>& start);
+/// Why a model is not one formula everywhere, likewise.
+std::string formula_misfit(const Model& model);
 
 /// The step of a method with a fixed one, for a request that names none.
 ///
 /// @throws Error  as bare_run()
 double chosen_step(const std::shared_ptr<const Model>& model, const Request& request, int order);
 
-/// The methods that can run a model, those that choose among others left out.
-std::vector<std::string> fitting_methods(const Model& model);
+/// The methods that can run a model from a start, those that choose among others left out.
+std::vector<std::string> fitting_methods(const Model& model, const State<Dynamic>& start);
 
 /// The motion and its cost, and nothing else.
 struct BareResult {

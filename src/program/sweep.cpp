@@ -136,7 +136,7 @@ Sweep sweep_of(const SweepOptions& options) {
     throw UsageError("--t-end: must be after the start, t = " + report::exact_text(sweep.nominal.start.t) + ", given " +
                      report::exact_text(sweep.request.t_end));
   if (options.method) sweep.request.method = method_named(*options.method).name;
-  if (const std::string why = misfit(*sweep.nominal.model, sweep.request.method); !why.empty())
+  if (const std::string why = misfit(*sweep.nominal.model, sweep.request.method, sweep.nominal.start); !why.empty())
     throw UsageError("--method: must fit " + options.scene + ", but " + sweep.request.method + " " + why);
   sweep.request.rtol = options.rtol ? positive_number("--rtol", *options.rtol) : 1e-8;
   sweep.request.atol = options.atol ? positive_number("--atol", *options.atol) : sweep.request.rtol;

@@ -40,6 +40,9 @@ class FormModel : public qdot::detail::SparseFormOf<Model, Form> {
       return nullptr;
     }
   }
+  void run_again([[maybe_unused]] qdot::detail::RecordedMotion& motion) const override {
+    if constexpr (qdot::detail::is_recordable<Form>::value) qdot::detail::run_again(motion, form_);
+  }
 
  protected:
   explicit FormModel(Form form) : qdot::detail::SparseFormOf<Model, Form>(std::move(form)) {}

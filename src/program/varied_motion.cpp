@@ -182,7 +182,7 @@ std::string variation_misfit(const Model& model, const std::string& method) {
   if (std::string why = misfit(model, method); !why.empty() || (kind != MethodKind::series && kind != MethodKind::gauss)) return why;
   if (model.guard_count() > 0) return "takes no contacts or dry friction with derivatives";
   if (model.size() > 2 * model.dof()) return "takes no effects with states with derivatives";
-  return misfit(model, "taylor");  // of what is recorded
+  return formula_misfit(model);
 }
 
 std::vector<std::string> varying_methods(const Model& model) {

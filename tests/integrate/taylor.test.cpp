@@ -444,6 +444,29 @@ TEST_CASE("two pendulums one above the other, with a wall for the upper one, kee
   CHECK((simulate(walled, there.state(), 0.0, Taylor{}, tight).y - Eigen::Vector4d(-1.2, -1.2, 0, 0)).norm() < 1e-9);  // the motion is chaotic
 }
 
+TEST_CASE("a flight in a ring, whose own series allows any step, is not taken past the ring by the series of the distance, which does not") {
+  const auto ring = mechanical_system(2, [](const auto& q, const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1]) + 0.0 * q[0]; }, [](const auto& q) {
+    using S = typename std::remove_cvref_t<decltype(q)>::Scalar;
+    using std::sqrt;
+    const S r = sqrt(q[0] * q[0] + q[1] * q[1]);
+    return r > 1.0 ? S(200.0 * (r - 1.0) * (r - 1.0) + 9.81 * q[1]) : S(9.81 * q[1]);
+  });
+  const State<Dynamic> start{0.0, Eigen::Vector2d(0.8, 0.1), Eigen::Vector2d(0.0, 0.0)};
+  for (const double tol : {1e-6, 1e-12, 2.5e-15}) {
+    const auto run = simulate(ring, start, 5.0, Taylor{}, {.rtol = tol, .atol = tol, .keep_trajectory = false});
+    CAPTURE(tol, run.message);
+    CHECK(run.completed());
+    CHECK_THAT(energy(ring, run.state()), WithinAbs(0.981, std::max(100 * tol, 1e-12)));  // which nothing takes; after a dozen bounces
+  }
+}
+
+TEST_CASE("a motion that turns on a kink is not taken for one that passes it") {
+  const auto run = simulate(branching(Kink::stairs), on_line(1.0, 0.0), 20.0, Taylor{}, {.rtol = 1e-9, .atol = 1e-9, .keep_trajectory = false});
+  CHECK(run.completed());
+  // A quarter of the swing takes the time from rest to a place 1 away by the force 1/2: 2 s, and four of them a turn.
+  CHECK_THAT(run.y[0], WithinAbs(-1.0, 1e-7));
+}
+
 TEST_CASE("a motion that no branch holds ends by name, and so does one that may go two ways") {
   const auto rest = simulate(branching(Kink::valley), on_line(0.0, 0.0), 3.0, Taylor{});
   CHECK(rest.outcome == Outcome::event_accumulation);

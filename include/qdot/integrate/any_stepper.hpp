@@ -56,8 +56,10 @@ class AnyStepper {
   Eigen::Map<const Eigen::VectorXd> y() const noexcept { return {held_->y, held_->size}; }
   int order() const { return held_->order(); }
   bool has_fixed_step() const noexcept { return held_->fixed; }
-  /// Whether each step lies on one branch of the functors, by the stepper's own care.
+  /// Whether the last step lies on one branch of functors that branch, by the stepper's own care.
   bool ends_at_branches() const noexcept { return held_->ends_at_branches; }
+  /// How many branches of functors the stepper has recorded.
+  long recordings() const noexcept { return held_->recordings(); }
   const Statistics& statistics() const noexcept { return *held_->statistics; }
   PolynomialView polynomial() { return held_->polynomial(); }
   void interpolate(double t, Eigen::Ref<Eigen::VectorXd> out) { held_->polynomial().evaluate(t, out); }
@@ -79,6 +81,7 @@ class AnyStepper {
     virtual bool is_current() = 0;
     virtual const Failure& failure() const = 0;
     virtual int order() const = 0;
+    virtual long recordings() const noexcept = 0;
     virtual PolynomialView polynomial() = 0;
   };
 
@@ -91,7 +94,6 @@ class AnyStepper {
     template <class Make>
     explicit Holder(const Make& make) : stepper(make()) {
       this->fixed = detail::has_fixed_step(stepper);
-      if constexpr (requires { S::ends_at_branches; }) this->ends_at_branches = S::ends_at_branches;
       look();
     }
 
@@ -113,6 +115,10 @@ class AnyStepper {
     }
     const Failure& failure() const override { return stepper.failure(); }
     int order() const override { return stepper.order(); }
+    long recordings() const noexcept override {
+      if constexpr (requires { stepper.recordings(); }) return stepper.recordings();
+      return 0;
+    }
     PolynomialView polynomial() override { return stepper.polynomial(); }
 
     void look() {
@@ -122,6 +128,7 @@ class AnyStepper {
       this->y = stepper.y().data();
       this->size = stepper.y().size();
       this->statistics = &stepper.statistics();
+      if constexpr (requires { stepper.ends_at_branches(); }) this->ends_at_branches = stepper.ends_at_branches();
     }
   };
 

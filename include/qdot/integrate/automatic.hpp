@@ -7,34 +7,30 @@
 //     run.statistics.method           "taylor", or "dop853, cvode_bdf" where it changed its mind
 //     run.statistics.method_reason    why, in one sentence for each
 //
-// Smooth. It starts with Taylor, where T, V, the forces of effects and constraints are formulas without branches, and rtol asks
-// for more than a few digits: two to seven times as fast as Dop853 on pendulums, orbits, chains and linkages. Otherwise
-// with Dop853.
+// Smooth. It starts with Taylor, where T, V, the forces of effects and constraints are formulas, and rtol asks for more than a few digits: two to seven
+// times as fast as Dop853 on pendulums, orbits, chains and linkages. T, V and forces may branch. Otherwise, so where a constraint branches, with Dop853.
 //
-// Stiff. An explicit method of order p is stable while h |λ| stays below a limit for every eigenvalue λ of ∂f/∂y: 6 for Dop853
-// in all directions, 0.37 p + 1.4 for Taylor. Accuracy holds h |λ| below that as long as a motion with rate |λ| is going on:
-// at 1.2 for Taylor, below 3.5 for Dop853 even with three digits. So
+// Stiff. An explicit method of order p is stable while h |λ| stays below a limit for every eigenvalue λ of ∂f/∂y: 6 for Dop853 in all directions,
+// 0.37 p + 1.4 for Taylor. Accuracy holds h |λ| below that as long as a motion with rate |λ| is going on: at 1.2 for Taylor, below 3.5 for Dop853. So
 //
 //     h ρ > 4  (Dop853),      h ρ > half the limit  (Taylor),      ρ = max |λ| of the exact Jacobian
 //
-// says that something fast is there, that it is at rest within the tolerance, and that only stability holds the step. It is asked
-// every 4 size() steps, and sixteen at least, so that the Jacobian is two percent of the cost (of more than a thousand components every hundred
-// steps, for there a look is twenty evaluations: steps/spectral_radius.hpp); twice in a row, and the stiff method takes over, if what is fast is damped:
+// says that something fast is there, that it is at rest within the tolerance, and that only stability holds the step. It is asked every 4 size()
+// steps, and sixteen at least, so that the Jacobian is two percent of the cost (of more than a thousand components every hundred steps, for there a
+// look is twenty evaluations: steps/spectral_radius.hpp); twice in a row, and the stiff method takes over, if what is fast is damped:
 //
 //     −Re λ ≥ 0.1 |λ| .
 //
-// What swings undamped is no stiffness, even at rest. BDF of order 3 and more lets it grow when h |λ| is about 1 to 10, and then has
-// to follow it, with less accuracy for more work than the explicit methods at their limit: a pendulum on an undamped spring of
-// 1e6 N/m in Cartesian coordinates costs Taylor 1.7 ms for 10 s at 1e-6, with an error of 8e-6, and BDF 36 ms, with 4e-4. (Where
-// nothing ever wakes it up, as in r and θ, CvodeBdf by name is cheaper, and less accurate: docs/steppers.md.)
+// What swings undamped is no stiffness, even at rest. BDF of order 3 and more lets it grow when h |λ| is about 1 to 10, and then has to follow it, with
+// less accuracy for more work than the explicit methods at their limit: a pendulum on an undamped spring of 1e6 N/m in Cartesian coordinates costs Taylor
+// 1.7 ms for 10 s at 1e-6, with an error of 8e-6, and BDF 36 ms, with 4e-4. (In r and θ CvodeBdf is cheaper, and less accurate: docs/steppers.md.)
 //
-// Back. A stiff method covers some time per evaluation, Jacobians counted as size() of them; Dop853 at its limit, 4.8/ρ for twelve.
-// It loses digits with each of its steps, and a step costs more than its evaluations. So when it gains less than a factor of 6,
-// the method of the beginning takes over again, and it takes four times as many warnings as before to leave that: unless the gain
-// was 60 at some time, which makes up for a change of mind.
+// Back. A stiff method covers some time per evaluation, Jacobians counted as size() of them; Dop853 at its limit, 4.8/ρ for twelve. It loses digits
+// with each of its steps, and a step costs more than its evaluations. So when it gains less than a factor of 6, the method of the beginning takes
+// over again, and it takes four times as many warnings as before to leave that: unless the gain was 60 at some time, which makes up for a change of mind.
 //
-// Other changes: where Taylor meets a point at which T, V or a force is not analytic, or the stiff method cannot take a step, Dop853
-// goes on from the last good state. Nothing depends on a clock: the same run is the same to the last bit.
+// Other changes: where Taylor meets a point at which T, V or a force is not analytic, or more branches than pay (of a sensor of many cells), or the stiff
+// method cannot take a step, Dop853 goes on from the last good state. Nothing depends on a clock: the same run is the same to the last bit.
 //
 // Reference: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2 (stiffness detection in DOP853).
 
@@ -94,6 +90,7 @@ class BasicAutomaticStepper {
   }
 
   bool is_current() { return at(active_).is_current(); }  ///< whether what the active method has recorded still holds
+  bool ends_at_branches() const noexcept { return steppers_[active_]->ends_at_branches(); }  ///< of the last step's method
   const Failure& failure() const { return steppers_[active_]->failure(); }
   double t() const noexcept { return steppers_[active_]->t(); }
   double t_previous() const noexcept { return steppers_[active_]->t_previous(); }
@@ -117,6 +114,7 @@ class BasicAutomaticStepper {
   static constexpr double least_gain = 6.0;         // time per evaluation beside Dop853's, for which the stiff method is kept
   static constexpr double clear_gain = 60.0;        // that makes up for a change of mind
   static constexpr int first_patience = 2, longest_patience = 1 << 20;  // looks in a row that ask for the stiff method
+  static constexpr long most_recordings = 1000;         // of branches, 64 of which are kept
   static constexpr std::size_t longest_reason = 1000;
 
   Member first() const noexcept { return steppers_[series] ? series : smooth; }
@@ -131,6 +129,13 @@ class BasicAutomaticStepper {
 
   // Adds to the reasons why the active method is active.
   void say(const std::string& why);
+
+  // Begins with the smooth method, for what is found out of the functors only where the motion begins.
+  void forgo_series(const std::string& source) {
+    steppers_[series].reset(), active_ = smooth;
+    statistics_.method = name_of(smooth);
+    statistics_.method_reason = detail::sentence({name_of(smooth), ": ", source, " asks for a plain number, or is a constraint with a branch or a kink"});
+  }
 
   // Lets another method go on from here; false, with nothing changed, if it cannot.
   bool turn_to(Member m);
@@ -155,8 +160,7 @@ class BasicAutomaticStepper {
     return detail::text_of(std::round(x / unit) * unit);
   }
 
-  // The sums over all members.
-  void count();
+  void count();  // the sums over all members
 
   std::array<std::optional<AnyStepper>, 3> steppers_;
   std::function<AnyStepper()> make_stiff_;
@@ -193,16 +197,17 @@ template <class Number>
 void BasicAutomaticStepper<Number>::reset(const Moment& moment, const Eigen::Ref<const Eigen::VectorXd>& y) {
   renew_();
   use(first());
-  const auto go_on_smoothly = [&](const char* why) {
-    use(smooth), at(smooth).reset(moment, y), say(why);
-  };
+  const auto go_on_smoothly = [&](const char* why) { use(smooth), at(smooth).reset(moment, y), say(why); };
   if (active_ == series) {
     try {
       at(series).reset(moment, y);
     } catch (const NonFinite&) {
       go_on_smoothly("the motion is not analytic at the start");
-    } catch (const NotAnalytic&) {  // as it was when the run began
-      go_on_smoothly("T, V or an effect has a branch or a kink by now");
+    } catch (const InvalidValue&) {  // Dop853 says so, too, of what concerns it
+      go_on_smoothly("a component starts at 0 without an absolute tolerance");
+    } catch (const NotAnalytic& error) {
+      if (count(), statistics_.evaluations > 0) go_on_smoothly("T, V or an effect has a branch or a kink by now");
+      else forgo_series(error.source()), at(smooth).reset(moment, y);
     }
   } else {
     at(smooth).reset(moment, y);
@@ -219,8 +224,9 @@ template <class Number>
 bool BasicAutomaticStepper<Number>::step(double t_limit) {
   if (next_ != active_) turn_to(next_);
   bool accepted = at(active_).step(t_limit);
-  if (!accepted && active_ != smooth && at(active_).failure().outcome != Outcome::stopped_by_model) {
-    why_ = detail::sentence({"the method before ended with ", name(at(active_).failure().outcome)});
+  const Outcome end = at(active_).failure().outcome;
+  if (!accepted && active_ != smooth && end != Outcome::stopped_by_model && (end != Outcome::event_accumulation || active_ != series)) {
+    why_ = detail::sentence({"the method before ended with ", name(end)});
     (active_ == series ? series_failed_ : stiff_failed_) = true;
     if (turn_to(smooth)) {
       accepted = at(smooth).step(t_limit);
@@ -265,6 +271,10 @@ bool BasicAutomaticStepper<Number>::turn_to(Member m) {
 template <class Number>
 void BasicAutomaticStepper<Number>::watch() {
   if (++steps_ % (active_ == stiff ? stiff_check : check_every_) != 0) return;
+  if (active_ == series && at(series).recordings() > most_recordings) {
+    next_ = smooth, series_failed_ = true, why_ = "there are more branches than series of them pay for";
+    return;
+  }
   double rho = 0.0;
   Failure ignored;
   ++checks_;
@@ -331,14 +341,6 @@ using AutomaticStepper = BasicAutomaticStepper<>;
 
 namespace detail {
 
-// Taylor where there are no branches.
-struct TaylorOfOneFormula {
-  template <FirstOrderSystem F>
-  TaylorStepper<F::size_at_compile_time> stepper(const F& system, const Options& options) const {
-    return {rates_of(system), [&](int highest_order) { return PowerSeriesOf<F>::of_one_formula(system, highest_order); }, 0, options};
-  }
-};
-
 /// Fills in the series where it promises to pay, and the reason for the choice.
 ///
 /// @param what    what the series is made of: "T and V"
@@ -354,7 +356,8 @@ void choose_first(AutomaticChoice& choice, Eigen::Index size, const Options& opt
   } else {
     try {
       choice.series = series();
-      choice.reason = sentence({what, " are formulas without branches, and the motion is smooth"});
+      choice.reason = sentence({what, choice.series->ends_at_branches() ? " are formulas on each branch, at whose ends steps end"
+                                                                        : " are formulas without branches, and the motion is smooth"});
     } catch (const NotAnalytic& error) {
       choice.reason = sentence({error.source(), " has a branch or a kink"});
     } catch (const InvalidValue&) {  // of a system that is to be evaluated by dual numbers
@@ -389,7 +392,7 @@ struct AutomaticWith {
                            detail::mechanical_form<F>::value ? "T and V"
                            : ProjectableSystem<F>            ? "T, V, the forces and the constraints"
                                                              : "T, V and the forces",
-                           [&] { return any_stepper(detail::TaylorOfOneFormula{}, system, options); });
+                           [&] { return any_stepper(Taylor{}, system, options); });
     return AutomaticStepper(std::move(choice), system.size());
   }
 };

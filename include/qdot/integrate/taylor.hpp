@@ -77,7 +77,6 @@ class TaylorStepper : public detail::OneStep<N> {
 
  public:
   static constexpr bool projects_itself = true;
-  static constexpr bool ends_at_branches = true;  ///< no step passes over a branch of the functors
 
   /// @param make_series  of an order; may throw NotAnalytic
   /// @throws InvalidValue, DimensionError  for options outside their range
@@ -180,6 +179,11 @@ class TaylorStepper : public detail::OneStep<N> {
 
   /// Whether the functors still are the formulas that were recorded at the last reset; asked for only when an observer may have come between.
   bool is_current() { return this->statistics_.steps <= steps_before_ + 1 || series_->is_current(); }
+
+  /// Whether functors branch; then no step passes over a branch.
+  bool ends_at_branches() const noexcept { return branches_ != nullptr; }
+  /// How many branches have been recorded, those that were forgotten and recorded again counted as often.
+  long recordings() const noexcept { return branches_ != nullptr ? branches_->recordings() : 0; }
 
   /// The last step's series.
   PolynomialView polynomial() {

@@ -35,6 +35,21 @@ struct SeriesBranch {
   const formula::Graph& graph() const { return motion().recording.graph; }
 };
 
+/// Refuses what a branch has no series of: plain numbers, and constraints that branch.
+///
+/// @throws NotAnalytic
+[[gnu::cold]] inline void require_series(const formula::Branches& branch, const RecordedMotion& motion) {
+  const std::string& source = motion.recording.source;
+  if (branch.read_values)
+    throw NotAnalytic(sentence({"a Taylor series needs functors that are formulas between their comparisons, but ", source,
+                                " asks for the plain value of a number (isfinite, isnan, isinf); use Dop853, which takes them as they are"}),
+                      source);
+  if (motion.guards_of_forces < branch.met.size())
+    throw NotAnalytic(sentence({"a Taylor series needs constraints that are one formula everywhere, but ", source, " has ",
+                                branch.met[motion.guards_of_forces].what, "; use Dop853, which takes them as they are"}),
+                      source);
+}
+
 /// The branches kept.
 template <class = void>  // compiled only where it is made
 class KeptBranches {
@@ -46,6 +61,7 @@ class KeptBranches {
   KeptBranches(std::shared_ptr<const MotionSource> source, int highest_order) : source_(std::move(source)), highest_(highest_order) {}
 
   int highest_order() const noexcept { return highest_; }
+  long recordings() const noexcept { return recordings_; }
   Eigen::Index dof() const { return source_->dof(); }
   void clear() { kept_.clear(); }
   /// Whether the functors still are what was recorded, on each branch.
@@ -119,7 +135,7 @@ class KeptBranches {
   std::shared_ptr<const MotionSource> source_;
   int highest_;
   std::vector<std::unique_ptr<Branch>> kept_{};
-  long uses_ = 0;
+  long uses_ = 0, recordings_ = 0;
   std::vector<double> at_{}, values_{};
 };
 
@@ -147,19 +163,12 @@ template <class X>
   number_variables(source_->dof(), t, Eigen::Map<const Eigen::VectorXd>(y, source_->size()), made->functors.variables);
   RecordedMotion motion = source_->recorded(&made->functors);
   made->functors.answers = nullptr;
-  const std::string& source = motion.recording.source;
-  if (made->functors.read_values)
-    throw NotAnalytic(sentence({"a Taylor series needs functors that are formulas between their comparisons, but ", source,
-                                " asks for the plain value of a number (isfinite, isnan, isinf); use Dop853, which takes them as they are"}),
-                      source);
-  if (motion.guards_of_forces < made->guards().size())
-    throw NotAnalytic(sentence({"a Taylor series needs constraints that are one formula everywhere, but ", source, " has ",
-                                made->guards()[motion.guards_of_forces].what, "; use Dop853, which takes them as they are"}),
-                      source);
+  require_series(made->functors, motion);
   std::vector<int> nodes;
   for (const formula::Guard& guard : made->guards()) nodes.push_back(guard.node);
   made->series = std::make_unique<LagrangeSeries<>>(source_, std::move(motion), highest_, nodes);
   made->used = ++uses_;
+  ++recordings_;
   if (kept_.size() == most)
     kept_.erase(std::min_element(kept_.begin(), kept_.end(), [](const auto& a, const auto& b) { return a->used < b->used; }));
   kept_.push_back(std::move(made));

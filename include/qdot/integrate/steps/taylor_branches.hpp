@@ -61,13 +61,16 @@ struct SeriesBranches {
   virtual bool land(const PolynomialView& motion, double end, double way_left) = 0;
   /// A guard whose series is not finite, for messages; empty where all are.
   virtual std::string not_finite() const = 0;
+  /// How many branches have been recorded.
+  virtual long recordings() const noexcept = 0;
 };
 
 /// The power series of a motion whose functors branch.
 template <class = void>  // compiled only where it is made
 class BranchedSeries final : public PowerSeries, public SeriesBranches {
  public:
-  BranchedSeries(std::shared_ptr<const MotionSource> source, int highest_order) : all_(std::move(source), highest_order) {}
+  /// @throws InvalidValue  of a system that is to be evaluated by dual numbers
+  BranchedSeries(std::shared_ptr<const MotionSource> source, int highest_order) : all_((static_cast<void>(source->by()), std::move(source)), highest_order) {}
 
   void renew() override {
     if (!is_current()) all_.clear(), now_ = nullptr, holds_ = true;
@@ -92,6 +95,7 @@ class BranchedSeries final : public PowerSeries, public SeriesBranches {
   double edge(const PolynomialView& motion, const Clock& clock, double end) override;
   double disagreement(double from, double end, double t, const double* y, const Eigen::VectorXd& weights) override;
   bool land(const PolynomialView& motion, double end, double way_left) override;
+  long recordings() const noexcept override { return all_.recordings(); }
   std::string not_finite() const override {
     const Eigen::MatrixXd& c = now_->series->guard_coefficients();
     for (Index k = 0; k < c.rows(); ++k)
@@ -106,6 +110,7 @@ class BranchedSeries final : public PowerSeries, public SeriesBranches {
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
   static constexpr double rounding = 64 * epsilon;   // of a component, in units of its size in a step
+  static constexpr double hiding = 1e6;              // a series whose last terms are so much larger than what it adds up to has diverged
   static constexpr int crowd = 128;                  // edges in a row that must take longer than …
   static constexpr double crowded = 1e-9;            // … this part of the way
 
@@ -271,12 +276,21 @@ double BranchedSeries<X>::disagreement(double from, double end, double t, const 
   double largest = 0.0;
   for (std::size_t k = 0; k < now_->guards().size(); ++k) {
     const ShortPolynomial p = along(k, end - from);
-    double size = 0.0;
-    for (int j = 0; j <= p.degree; ++j) size += std::abs(p.c[static_cast<std::size_t>(j)]);
-    const double apart = std::abs(all_.above(*now_, k, t, y) - p(1.0));
+    double size = 0.0, last = 0.0;
+    for (int j = 0; j <= p.degree; ++j) {
+      const double term = std::abs(p.c[static_cast<std::size_t>(j)]);
+      size += term;
+      if (j > p.degree - 3) last += term;
+    }
+    const double value = all_.above(*now_, k, t, y), apart = std::abs(value - p(1.0));
     if (std::isnan(apart)) {
       const std::string& what = now_->guards()[k].what;
       throw NonFinite(what, t, sentence({what, " must find numbers, but at t = ", t, " one of them is not a number, so it has no side to take"}));
+    }
+    // Far outside of its radius of convergence a series is large enough for rounding to hide anything.
+    if (const double shown = std::max(std::abs(value), std::abs(p.c[0])); 2.0 * last > size && size > hiding * shown) {
+      largest = std::max(largest, shown > 0.0 ? size / shown : hiding);
+      continue;
     }
     if (apart <= rounding * size) continue;
     const double allowed = rounding * size + all_.change(*now_, k, t, y, weights.data(), of_t);

@@ -277,10 +277,12 @@ template <class Number>
     if (auto trouble = trouble_at_start()) return {{}, trouble, from};
   }
   if (!here_->has_guards()) return {};
-  const int guard = left_at(*here_, 0.5);
+  // Not in its middle, where a motion between two edges turns, maybe on a third.
+  constexpr double within = 0.38;
+  const int guard = left_at(*here_, within);
   if (guard < 0) return {};
   if (auto unknown = undecided(*here_, guard)) return {{}, unknown, from};
-  const auto before = std::exchange(here_, sides_at(0.5));
+  const auto before = std::exchange(here_, sides_at(within));
   if (is_start) return {};
   static_cast<void>(left_at(*before, 0.0));
   take_energies(before->branch(), before->at());
