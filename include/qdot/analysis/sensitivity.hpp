@@ -51,6 +51,7 @@
 #include "qdot/analysis/variations/variations.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/driver/consistent_start.hpp"
+#include "qdot/integrate/driver/natural_tolerances.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 

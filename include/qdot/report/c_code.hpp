@@ -21,6 +21,8 @@
 
 #include "qdot/error.hpp"
 #include "qdot/mechanics/derive/by_terms.hpp"
+#include "qdot/mechanics/derive/derivatives_of_graph.hpp"
+#include "qdot/mechanics/derive/derived_equations.hpp"
 #include "qdot/report/equations/derivation.hpp"
 #include "qdot/report/equations/parameter_letters.hpp"
 #include "qdot/report/equations/source.hpp"

@@ -23,6 +23,7 @@
 #include "qdot/ad/native/emitter.hpp"
 #include "qdot/ad/native/executable_pages.hpp"
 #include "qdot/ad/native/line_evaluator.hpp"
+#include "qdot/ad/native/straight_lines.hpp"
 #include "qdot/ad/native/x86_code.hpp"
 
 namespace qdot::formula {

@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/native/straight_lines.hpp"
 #include "qdot/ad/series/sweep.hpp"
 
 namespace qdot::taylor {

@@ -87,7 +87,7 @@ template <int n>
   auto made = std::make_shared<Derivation<>>();
   made->derive(std::move(m), nullptr, Assumptions::checked, static_cast<std::size_t>(parameters));
   if (!made->lines.exist()) return {};
-  if (n > straight_line_limit) made->writer->write_solutions(made->lines);
+  if (n > straight_line_limit) made->derive_solutions();
   return made->lines.solution[0].accelerations.empty() ? OwnedLines() : OwnedLines(made, &made->lines);
 }
 

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/integrate/driver/motion_scale.hpp"
 #include "qdot/integrate/lanes/lane_models.hpp"
 #include "qdot/integrate/lanes/runge_kutta_lanes.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
