@@ -117,7 +117,7 @@ class BasicAutomaticStepper {
   static constexpr long most_recordings = 1000;         // of branches, 64 of which are kept
   static constexpr std::size_t longest_reason = 1000;
 
-  Member first() const noexcept { return steppers_[series] ? series : smooth; }
+  Member first() const noexcept { return steppers_[series] && !too_many_branches_ ? series : smooth; }
   AnyStepper& at(Member m) { return *steppers_[m]; }
   std::string name_of(Member m) const { return steppers_[m]->statistics().method; }
 
@@ -170,10 +170,10 @@ class BasicAutomaticStepper {
   Member active_ = smooth, next_ = smooth;  // next_: from the next step on
   std::string why_;                         // next_ and not active_
   long steps_ = 0;                          // of the active method since it began
-  long checks_ = 0;                         // Jacobians that none of the members asked for
+  long checks_ = 0, recordings_mark_ = 0;   // Jacobians that none of the members asked for; recordings at the reset
   int warnings_ = 0;                        // looks in a row that spoke for the stiff method
   int patience_ = first_patience;           // how many of them it takes
-  bool series_failed_ = false, stiff_failed_ = false;
+  bool series_failed_ = false, stiff_failed_ = false, too_many_branches_ = false;  // the last for good
   double elapsed_mark_ = 0.0, cost_mark_ = 0.0;   // at the last check
   Eigen::VectorXd atol_;                          // where they are other than in the options
   Statistics statistics_;
@@ -215,7 +215,7 @@ void BasicAutomaticStepper<Number>::reset(const Moment& moment, const Eigen::Ref
   next_ = active_;
   patience_ = first_patience;
   series_failed_ = active_ != first();
-  stiff_failed_ = false;
+  stiff_failed_ = false, recordings_mark_ = steppers_[series] ? at(series).recordings() : 0;
   begin_watch();
   count();
 }
@@ -271,8 +271,8 @@ bool BasicAutomaticStepper<Number>::turn_to(Member m) {
 template <class Number>
 void BasicAutomaticStepper<Number>::watch() {
   if (++steps_ % (active_ == stiff ? stiff_check : check_every_) != 0) return;
-  if (active_ == series && at(series).recordings() > most_recordings) {
-    next_ = smooth, series_failed_ = true, why_ = "there are more branches than series of them pay for";
+  if (active_ == series && at(series).recordings() - recordings_mark_ > most_recordings) {
+    next_ = smooth, series_failed_ = too_many_branches_ = true, why_ = "there are more branches than series of them pay for";
     return;
   }
   double rho = 0.0;

@@ -41,7 +41,7 @@ class BasicDenseOutput {
   BasicDenseOutput(const BasicDenseOutput&);
   BasicDenseOutput(BasicDenseOutput&&);
   BasicDenseOutput& operator=(const BasicDenseOutput&);
-  BasicDenseOutput& operator=(BasicDenseOutput&&);
+  BasicDenseOutput& operator=(BasicDenseOutput&&) noexcept;
   ~BasicDenseOutput();
 
   /// Forgets everything and begins at (t, y).
@@ -246,7 +246,7 @@ BasicDenseOutput<Number>::BasicDenseOutput(BasicDenseOutput&&) = default;
 template <class Number>
 BasicDenseOutput<Number>& BasicDenseOutput<Number>::operator=(const BasicDenseOutput&) = default;
 template <class Number>
-BasicDenseOutput<Number>& BasicDenseOutput<Number>::operator=(BasicDenseOutput&&) = default;
+BasicDenseOutput<Number>& BasicDenseOutput<Number>::operator=(BasicDenseOutput&&) noexcept = default;
 template <class Number>
 BasicDenseOutput<Number>::~BasicDenseOutput() = default;
 

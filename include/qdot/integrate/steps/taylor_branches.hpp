@@ -288,6 +288,10 @@ double BranchedSeries<X>::disagreement(double from, double end, double t, const 
       throw NonFinite(what, t, sentence({what, " must find numbers, but at t = ", t, " one of them is not a number, so it has no side to take"}));
     }
     // Far outside of its radius of convergence a series is large enough for rounding to hide anything.
+    if (!std::isfinite(size)) {
+      largest = std::max(largest, hiding);
+      continue;
+    }
     if (const double shown = std::max(std::abs(value), std::abs(p.c[0])); 2.0 * last > size && size > hiding * shown) {
       largest = std::max(largest, shown > 0.0 ? size / shown : hiding);
       continue;
@@ -314,7 +318,7 @@ bool BranchedSeries<X>::land(const PolynomialView& motion, double end, double wa
   }
   if (edges_ == 0) edges_since_ = end;
   if (++edges_ > crowd) {
-    is_crowded_ = std::abs(end - edges_since_) < crowded * std::max(std::abs(end), std::abs(way_left));
+    is_crowded_ = std::abs(end - edges_since_) < crowded * std::min(std::abs(end), std::abs(way_left));
     edges_ = 0;
   }
   return true;

@@ -30,8 +30,6 @@
 
 namespace qdot::detail {
 
-/// out ← the rates of y = [q; q̇; z] at (t, y), by the functors themselves.
-
 /// Beside what a jump is one: the largest coordinate, velocity and |T| + |V| of the motion so far.
 struct SizesOfMotion {
   double q = 0.0, qdot = 0.0, energy = 0.0;

@@ -111,9 +111,15 @@ class BasicKeptDerivation {
   /// The lines; null where T and V are no formulas, or too long.
   const DerivedLines* lines() const { return derivation_.lines.exist() ? &derivation_.lines : nullptr; }
   /// The lines with slopes; null where these are too long.
-  const DerivedLines* lines_with_slopes();
+  const DerivedLines* lines_with_slopes() {
+    if (lines() && !is_asked_for_slopes_.load(std::memory_order_acquire)) derive_slopes();
+    return derivation_.lines.have_slopes() ? &derivation_.lines : nullptr;
+  }
   /// The lines with those that go on to q̈ for lanes; null where there are none.
-  const DerivedLines* lines_for_lanes();
+  const DerivedLines* lines_for_lanes() {
+    if (lines() && size_ > straight_line_limit && !is_asked_for_lanes_.load(std::memory_order_acquire)) derive_solutions();
+    return lines() && !derivation_.lines.solution[0].accelerations.empty() ? &derivation_.lines : nullptr;
+  }
 
   /// Whether a state is on the branch that was recorded.
   bool holds_at(const AtState& at) const { return derivation_.guards.empty() || is_beside_guards(at); }
@@ -121,7 +127,11 @@ class BasicKeptDerivation {
   bool is_of(const RecordableFunctors& functors) const;
 
  private:
+  void derive_slopes();
+  void derive_solutions();
   bool is_beside_guards(const AtState& at) const;
+  template <std::size_t room>
+  bool holds_with(const AtState& at) const;
   const std::vector<formula::Guard>* answers() const { return derivation_.branch ? &derivation_.branch->met : nullptr; }
 
   int size_ = 0;

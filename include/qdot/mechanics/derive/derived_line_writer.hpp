@@ -195,25 +195,17 @@ template <class Number>
 }
 
 template <class Number>
-[[gnu::cold]] const DerivedLines* BasicKeptDerivation<Number>::lines_with_slopes() {
-  if (!lines()) return nullptr;
-  if (!is_asked_for_slopes_.load(std::memory_order_acquire)) {
-    const std::lock_guard lock(mutex_);
-    if (!is_asked_for_slopes_.load(std::memory_order_relaxed)) derivation_.derive_slopes();
-    is_asked_for_slopes_.store(true, std::memory_order_release);
-  }
-  return derivation_.lines.have_slopes() ? &derivation_.lines : nullptr;
+[[gnu::cold, gnu::noinline]] void BasicKeptDerivation<Number>::derive_slopes() {
+  const std::lock_guard lock(mutex_);
+  if (!is_asked_for_slopes_.load(std::memory_order_relaxed)) derivation_.derive_slopes();
+  is_asked_for_slopes_.store(true, std::memory_order_release);
 }
 
 template <class Number>
-[[gnu::cold]] const DerivedLines* BasicKeptDerivation<Number>::lines_for_lanes() {
-  if (!lines()) return nullptr;
-  if (size_ > straight_line_limit && !is_asked_for_lanes_.load(std::memory_order_acquire)) {
-    const std::lock_guard lock(mutex_);
-    if (!is_asked_for_lanes_.load(std::memory_order_relaxed)) derivation_.derive_solutions();
-    is_asked_for_lanes_.store(true, std::memory_order_release);
-  }
-  return derivation_.lines.solution[0].accelerations.empty() ? nullptr : &derivation_.lines;
+[[gnu::cold, gnu::noinline]] void BasicKeptDerivation<Number>::derive_solutions() {
+  const std::lock_guard lock(mutex_);
+  if (!is_asked_for_lanes_.load(std::memory_order_relaxed)) derivation_.derive_solutions();
+  is_asked_for_lanes_.store(true, std::memory_order_release);
 }
 
 template <class Number>
@@ -222,20 +214,19 @@ bool BasicKeptDerivation<Number>::is_of(const RecordableFunctors& functors) cons
 }
 
 template <class Number>
+template <std::size_t room>
+[[gnu::noinline]] bool BasicKeptDerivation<Number>::holds_with(const AtState& at) const {
+  double x[room];
+  copy_state(at, size_, x);
+  derivation_.sides(x);
+  for (std::size_t i = 0; i < derivation_.guards.size(); ++i)
+    if (!derivation_.branch->met[i].has(x[derivation_.guards[i]])) return false;
+  return true;
+}
+
+template <class Number>
 bool BasicKeptDerivation<Number>::is_beside_guards(const AtState& at) const {
-  const auto holds = [&](double* x) {
-    copy_state(at, size_, x);
-    derivation_.sides(x);
-    for (std::size_t i = 0; i < derivation_.guards.size(); ++i)
-      if (!derivation_.branch->met[i].has(x[derivation_.guards[i]])) return false;
-    return true;
-  };
-  if (size_ <= 16) {
-    double x[DerivedLines::most(16)];
-    return holds(x);
-  }
-  double x[DerivedLines::most(17)];
-  return holds(x);
+  return size_ <= 16 ? holds_with<DerivedLines::most(16)>(at) : holds_with<DerivedLines::most(17)>(at);
 }
 
 }  // namespace qdot::detail
