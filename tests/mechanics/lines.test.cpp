@@ -45,7 +45,7 @@ State<n> random_state(std::mt19937& random) {
 template <int n, class E>
 std::shared_ptr<detail::KeptDerivation> derivation_of(const E& energies) {
   auto derivation = std::make_shared<detail::KeptDerivation>();
-  derivation->derive<n>(energies, n);
+  derivation->derive(detail::RecordableFunctors::of<n>(energies, n));
   return derivation;
 }
 

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "qdot/ad/formula/coefficient.hpp"
 #include "qdot/ad/formula/graph.hpp"
 
 namespace qdot::detail {
