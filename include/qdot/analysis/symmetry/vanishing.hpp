@@ -15,6 +15,7 @@
 #include <limits>
 #include <vector>
 
+#include "qdot/ad/formula/coefficient.hpp"
 #include "qdot/ad/formula/graph.hpp"
 
 namespace qdot::detail {

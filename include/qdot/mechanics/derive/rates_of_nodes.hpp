@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "qdot/ad/formula/coefficient.hpp"
 #include "qdot/mechanics/derive/derived_equations.hpp"
 
 namespace qdot::detail {
