@@ -84,9 +84,9 @@ bool has_fixed_step(const std::string& method);
 
 /// Why a method cannot run a model, as a sentence without its subject, "cannot keep constraints"; "" where it can, as far as no functor is run.
 std::string misfit(const Model& model, const std::string& method);
-/// The same from a start, where functors are run for the method that needs formulas.
+/// Why it cannot run a model from a start; a method that needs formulas runs the functors there.
 std::string misfit(const Model& model, const std::string& method, const State<Dynamic>& start);
-/// Why a model is not one formula everywhere, likewise.
+/// Why T, V and the effects of a model are not one formula everywhere, as a sentence without its subject; "" where they are.
 std::string formula_misfit(const Model& model);
 
 /// The step of a method with a fixed one, for a request that names none.

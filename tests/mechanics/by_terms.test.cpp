@@ -34,7 +34,8 @@ std::vector<int> copied(const formula::Graph& from, detail::DerivationByTerms::G
 
 template <int n, class E>
 detail::DerivedLines lines_by_terms(const E& energies) {
-  const detail::RecordedMotion recorded = detail::recorded_motion<n>(energies);
+  detail::RecordedMotion recorded = detail::motion_variables(n);
+  detail::run_energies<n>(recorded, energies);
   detail::DerivationByTerms d(n);
   const std::vector<int> copy = copied(recorded.recording.graph, d.graph);
   const auto node = [&](std::size_t k) { return copy[static_cast<std::size_t>(recorded.returned[k])]; };
@@ -95,7 +96,8 @@ TEST_CASE("M, r and slopes of a T that is multiplied out are those of nested dua
 }
 
 TEST_CASE("a T that is no quadratic form in the velocities is not multiplied out") {
-  const detail::RecordedMotion recorded = detail::recorded_motion<1>(mechanical_system<1>([](const auto& v) { return v[0] * v[0] * v[0] * v[0]; }).energies());
+  detail::RecordedMotion recorded = detail::motion_variables(1);
+  detail::run_energies<1>(recorded, mechanical_system<1>([](const auto& v) { return v[0] * v[0] * v[0] * v[0]; }).energies());
   detail::DerivationByTerms d(1);
   const std::vector<int> copy = copied(recorded.recording.graph, d.graph);
   d.jacobian_by_terms(copy[static_cast<std::size_t>(recorded.returned[0])], copy[static_cast<std::size_t>(recorded.returned[1])]);

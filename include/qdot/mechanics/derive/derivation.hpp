@@ -9,7 +9,6 @@
 // Functors that compare numbers are derived for one branch at a time. The recording knows the state and notes the guards on which its branch depends
 // (ad/formula/branches.hpp); their sides are lines, and the same answers to comparisons lead the hash through the same branch.
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -17,7 +16,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "qdot/ad/formula/hashed.hpp"

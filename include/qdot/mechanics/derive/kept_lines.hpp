@@ -13,14 +13,12 @@
 // A run does not check at each evaluation. Its functors must not change between stop times, which the change watch
 // (integrate/watch/change_watch.hpp) verifies; at each leg's start the lines are derived anew where T or V changed.
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstddef>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <utility>
 
 #include "qdot/mechanics/derive/derivation.hpp"
 #include "qdot/mechanics/equations/kept_lines.hpp"

@@ -10,9 +10,7 @@
 // Who has such lines hands M and r on as every way to them does (mechanics/mass_and_rhs.hpp).
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -165,15 +163,6 @@ struct AccelerationsAre {
   m.q = new_variables(m.recording, 0, size);
   m.qdot = new_variables(m.recording, size, size);
   m.t = formula::variable_in(m.recording, 2 * size);
-  return m;
-}
-/// T and V of one object, recorded with these variables; where they compare numbers, on a branch.
-template <int n, class E>
-RecordedMotion recorded_motion(const E& e, int size = n, formula::Branches* branches = nullptr) {
-  RecordedMotion m = motion_variables(size);
-  m.recording.branches = branches;
-  run_energies<n>(m, e);
-  m.returned_before.reserve(m.returned.size());  // so that looking whether it still holds allocates nothing
   return m;
 }
 

@@ -20,7 +20,6 @@
 
 #include <cstddef>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "qdot/error.hpp"
