@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -231,6 +232,19 @@ TEST_CASE("a push that is written with a branch is felt however short it is, by 
         CHECK(std::abs(at_rest.y[0] - centre) < error);
         CHECK((swinging.completed() && at_rest.completed() && at_rest.statistics.time_resolution == 0.0));
       }
+}
+
+TEST_CASE("a push that is written with a branch begins and ends within two units of time, also where time counts seconds since 1970") {
+  for (const Written how : {Written::inside, Written::outside, Written::with_state})
+    for (const double t0 : {0.0, 1.7e3, 1.7e6, 1.7e9}) {
+      CAPTURE(static_cast<int>(how), t0);
+      // An acceleration of 2 for half a second: a velocity of 1, and a way of 0.25 + 4.5. Beside it one unit of t for each of the two ends, times the velocity.
+      const double unit = std::numeric_limits<double>::epsilon() * (t0 + 10.0);
+      const auto run = simulate(mechanical_system<1>(Branch{how, t0 + 5.0, 0.5, 0.0}), start(t0, 0.0, 0.0), t0 + 10.0, Dop853{}, {.rtol = 1e-12});
+      CHECK(run.completed());
+      CHECK(std::abs(run.y[0] - 4.75) < 1e-11 + 2.0 * unit);
+      CHECK(std::abs(run.y[1] - 1.0) < 1e-11 + 4.0 * unit);
+    }
 }
 
 TEST_CASE("a functor that switches too often to be followed is looked at in samples, and the run says how closely") {

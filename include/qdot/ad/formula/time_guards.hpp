@@ -217,13 +217,16 @@ class BasicTimeGuards {
     gave_up_ = true;
   }
 
+  // Without rounding where there is none: t_off - t is as sharp as t - t_off, also where t counts seconds since 1970.
+  static Interval times(double factor, const Interval& x) { return factor == 1.0 ? x : factor == -1.0 ? -x : factor * x; }
+
   Interval over(const Node& node) const {
     const Interval& a = bounds_[static_cast<std::size_t>(node.a)];
     const Interval& b = bounds_[static_cast<std::size_t>(node.b < 0 ? node.a : node.b)];
     switch (node.kind) {
       case formula::Kind::affine: {
-        const Interval first = node.ca == 1.0 ? a : node.ca * a;
-        return node.b < 0 ? first + node.c : node.c == 0.0 ? first + node.cb * b : first + node.cb * b + node.c;
+        const Interval first = times(node.ca, a);
+        return node.b < 0 ? first + node.c : node.c == 0.0 ? first + times(node.cb, b) : first + times(node.cb, b) + node.c;
       }
       case formula::Kind::product: return a * b;
       case formula::Kind::quotient: return a / b;
