@@ -25,6 +25,7 @@
 #include <qdot/integrate/watch/energy_watch.hpp>
 #include <qdot/integrate/watch/watch.hpp>
 #include <qdot/mechanics/derive/derived_line_writer.hpp>
+#include <qdot/mechanics/derive/jacobian_lines.hpp>
 #include <qdot/mechanics/derive/kept_derivations.hpp>
 #include <qdot/mechanics/derive/kept_lines.hpp>
 #include <qdot/mechanics/derive/traced_lines.hpp>
@@ -105,7 +106,14 @@ template TracedEquations<double>::Slopes TracedEquations<double>::slopes();
 template TracedLines<double>::TracedLines(TracedEquations<double>);
 template std::vector<int> TracedLines<double>::numbers(const std::vector<int>&) const;
 template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
+template TracedLines<double>::Solved TracedLines<double>::solved(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
+                                                                 const std::vector<int>&, double, std::size_t);
 template TracedMotion<double>::TracedMotion(TracedEquations<double>);
+template class TracedJacobian<1>;
+template class TracedJacobian<2>;
+template class TracedJacobian<3>;
+template class TracedJacobian<4>;
+template class TracedJacobian<Dynamic>;
 template void PatternFactors<double>::order(const std::vector<int>&, const std::vector<int>&);
 template std::string way_of_lines<void>(bool, By, bool);
 }  // namespace qdot::detail

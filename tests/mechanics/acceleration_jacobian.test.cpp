@@ -5,6 +5,8 @@
 
 #include "bench/chain_energies.hpp"
 #include "mechanics/difference_from_quotients.hpp"
+#include "qdot/mechanics/rigid_body.hpp"
+#include "scenes/rod_and_ring.hpp"
 
 using namespace qdot;
 
@@ -15,10 +17,56 @@ Vector<double, n> spread(Eigen::Index size, double from, double to) {
   return Vector<double, n>::LinSpaced(size, from, to);
 }
 
+// A body about a point of it, by what the library says of its kinetic energy and of its angular velocity.
+struct HeldBody {
+  RigidBody body{1.0, {0.0, 0.1, 0.5}, Eigen::Vector3d(1.0, 2.0, 2.5).asDiagonal()};
+  auto T(const auto& q, const auto& v) const {
+    const auto place = [](const auto& x) { return vector(0.2 * x[0], 0.0 * x[0], 0.0 * x[0]); };
+    return kinetic_energy_of_body(body, [](const auto& x) { return euler_rotation_313(x[0], x[1], x[2]); }, place, q, v);
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    return 9.81 * cos(q[1]);
+  }
+};
+// Two points in the plane by one functor: four numbers, and no rotation.
+struct TwoPoints {
+  auto T(const auto& q, const auto& v) const {
+    const auto places = [](const auto& x) {
+      using std::cos, std::sin;
+      return vector(sin(x[0]), -cos(x[0]), sin(x[0]) + sin(x[1]), -cos(x[0]) - cos(x[1]));
+    };
+    return 0.5 * velocity_of(places, q, v).squaredNorm();
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    return -9.81 * (2.0 * cos(q[0]) + cos(q[1]));
+  }
+};
+struct Turning {
+  auto T(const auto& q, const auto& v) const {
+    const auto w = body_angular_velocity_of([](const auto& x) { return rotation_from_vector(x); }, q, v);
+    return 0.5 * (1.0 * w[0] * w[0] + 2.0 * w[1] * w[1] + 2.5 * w[2] * w[2]);
+  }
+  auto V(const auto& q) const { return 0.3 * q[0] * q[2]; }
+};
+
 }  // namespace
 
 TEST_CASE("derivatives of accelerations are limits of quotients: chains") {
   CHECK(difference_from_quotients(mechanical_system<3>(bench::LoopedChain{}), spread<3>(3, -1.0, 1.2), spread<3>(3, 1.0, -0.7)) < differenced);
+}
+
+TEST_CASE("derivatives of accelerations are limits of quotients: bodies that turn") {
+  const Vector<double, 3> q(0.9, 0.6, 0.2), v(-0.3, 1.1, 2.0);
+  CHECK(difference_from_quotients(mechanical_system<3>(HeldBody{}), q, v) < differenced);
+  CHECK(difference_from_quotients(mechanical_system<3>(Turning{}), q, v) < differenced);
+}
+
+TEST_CASE("derivatives of accelerations are limits of quotients: points by one functor, and a bar on which a ring slides") {
+  const Vector<double, 2> q(0.3, 0.7), v(1.0, -0.5);
+  CHECK(difference_from_quotients(mechanical_system<2>(TwoPoints{}), q, v) < differenced);
+  CHECK(difference_from_quotients(mechanical_system<2>(scenes::RodAndRing{}), q, v) < differenced);
 }
 
 TEST_CASE("derivatives of accelerations are limits of quotients: sizes known at run time, within the limit of the records and beyond") {

@@ -4,7 +4,7 @@
 // A scene in first-order form, y = [q; q̇; z], which is what a stepper sees.
 //
 // The Jacobian is exact and needs no derivative of a linear solve. Formulas are recorded for it, once in each combination of phases
-// (mechanics/derive/traced_jacobian.hpp); what is left goes other ways (effects/equations/scene_jacobian.hpp).
+// (mechanics/derive/traced_jacobian.hpp); what is left goes by nested duals (effects/equations/scene_jacobian.hpp).
 //
 // project(t, y) puts a state back onto the constraints; steppers call it after every accepted step. Where constraints
 // switch, their phases are part of z, and guards(), guard_bands() and switched() are what the driver needs to change them.
@@ -329,11 +329,9 @@ class SceneForm {
   void write_jacobian(const detail::SceneJacobian<Sc>& jacobian, double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const {
     jacobian.write(out);
     if (detail::all_finite(out.data(), out.size())) return;
-    jacobian.write_by_duals(out);
-    if (detail::all_finite(out.data(), out.size())) return;
     const auto slopes_at = [this, t](const Eigen::VectorXd& place, Eigen::MatrixXd& J) {
       J.resize(size(), size());
-      detail::SceneJacobian<Sc>(scene_, t, place).write_by_duals(J);
+      detail::SceneJacobian<Sc>(scene_, t, place).write(J);
     };
     if (Eigen::MatrixXd limit; detail::slopes_in_the_limit(y, dof(), limit, slopes_at)) {
       out = limit;

@@ -8,21 +8,21 @@
 //
 //     ∂q̈/∂(q, q̇) = −M⁻¹ ∂r/∂(q, q̇)  at fixed q̈ ,
 //
-// and −r is what the scalar of Lagrange's equations calls X L when the rates of the velocities are the accelerations
-// (mechanics/equations/straight_line_jacobian.hpp). Several ways, as for q̈ itself: straight-line code for few coordinates, positions and masses
-// (mechanics/equations/equation_slopes.hpp), lines that are derived once (mechanics/derive/kept_lines.hpp). Everything else, loops outside of
-// runs above all, is asked of nested duals, a direction at a time: 2n passes for what one asks now and then. Where the others give no
-// finite number nested duals are asked, too, as they are for q̈: they know that a constant has no derivative, however steep the root of it
-// is. What is not finite then is an error.
+// so first derivatives of Lagrange's equations at known accelerations are enough. Two ways:
 //
-// Tried and taken away: a record of dual numbers, swept forwards and back. Outside of runs it was 2 to 40 times as fast as nested duals (n
-// = 2 to 16), and a seventh of the time that every program took to compile. Whoever asks often has a form
-// (mechanics/first_order_form.hpp), which derives lines.
+//     lines         of up to eight coordinates, and of a number that is known at run time: T and V are recorded, ∂(r − M a)/∂(q, q̇) is derived once and
+//                   kept (mechanics/derive/kept_lines.hpp)
+//     nested duals  of functors that are no formulas, and of 9 to 64 coordinates outside of runs: a direction at a time, 2n passes
+//
+// Where lines give no number that is finite, duals are asked as well: they know that a constant has no derivative, however steep the root of it is.
+// What is not finite then is an error. Runs ask a form (mechanics/first_order_form.hpp).
+//
+// Tried and taken away: straight-line code for up to four coordinates, by T and V on dual numbers within the scalar of Lagrange's equations. It was a
+// fifth of the code that a program with an implicit method compiled. A record of dual numbers, swept forward and back, was a seventh.
 
 #include <algorithm>
 
 #include "qdot/mechanics/derive/traced_jacobian.hpp"
-#include "qdot/mechanics/equations/equation_slopes.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 #include "qdot/mechanics/equations/limit_of_slopes.hpp"
 
@@ -103,21 +103,9 @@ bool jacobian_traced_here(const System<E, Dynamic, inertia>& system, const Eigen
   return true;
 }
 
-// The same of few coordinates, by the slopes of the equations (mechanics/equations/equation_slopes.hpp).
-template <class E, int n, Inertia inertia>
-[[gnu::noinline]] bool sloped_jacobian(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
-                                       AccelerationJacobian<n>& result) {
-  double M[n * (n + 1) / 2];
-  SlopeRow<2 * n> rows[n];
-  result.qddot = acceleration_of<E, n, inertia, double>(system, q, qdot, t);
-  return slopes_written<n>(system.energies(), q, qdot, result.qddot, t, M, rows) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
-         columns_written<n>(rows, result.d_q.data(), result.d_qdot.data());
-}
-
-// The same by lines of M, r and slopes, M and r being asked once.
-template <class E, int n, Inertia inertia>
-bool jacobian_by_lines(const System<E, n, inertia>&, const DerivedLines& lines, const Vector<double, n>& q, const Vector<double, n>& qdot, double t,
-                       AccelerationJacobian<n>& result) {
+// The same by lines of M, r and slopes, M and r being asked once; false where a number is not finite.
+template <int n>
+bool jacobian_by_lines(const DerivedLines& lines, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, AccelerationJacobian<n>& result) {
   double M[n * (n + 1) / 2];
   SlopeRow<2 * n> rows[n];
   const auto solved = [&](const double* mass, double* r) {
@@ -127,8 +115,15 @@ bool jacobian_by_lines(const System<E, n, inertia>&, const DerivedLines& lines, 
     std::copy_n(r, n, result.qddot.data());
     return good && all_finite(r, n);
   };
-  return lines.template write_slopes<n>(q.data(), qdot.data(), t, M, rows, solved) && solved_in_place<n>(M, rows, singular_pivot<double>(n)) &&
-         columns_written<n>(rows, result.d_q.data(), result.d_qdot.data());
+  if (!lines.template write_slopes<n>(q.data(), qdot.data(), t, M, rows, solved) || !solved_in_place<n>(M, rows, singular_pivot<double>(n))) return false;
+  double zero = 0.0;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      result.d_q(i, j) = rows[i][j];
+      result.d_qdot(i, j) = rows[i][n + j];
+      zero += (rows[i][j] - rows[i][j]) + (rows[i][n + j] - rows[i][n + j]);
+    }
+  return zero == 0.0;
 }
 
 }  // namespace detail
@@ -145,22 +140,9 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& syste
   detail::require_sizes(system, q, qdot);
   const Eigen::Index size = system.dof();
   AccelerationJacobian<n> result{Vector<double, n>(size), Matrix<double, n>(size, size), Matrix<double, n>(size, size)};
-  constexpr bool has_short_ways = inertia == Inertia::positive_definite && !detail::HasOwnEquations<E> && n <= detail::block_limit<n>;
-  constexpr bool has_straight_line = has_short_ways && detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit;
-  if constexpr (has_straight_line) {
-    if (system.kept_lines()->may_be_straight() &&
-        detail::straight_line_jacobian<n>(system.energies(), q.data(), qdot.data(), t, result.qddot.data(), result.d_q.data(),
-                                          result.d_qdot.data()))
-      return result;
-  }
-  if constexpr (inertia == Inertia::positive_definite && detail::has_slopes<n>) {
-    const auto written = [&](const detail::DerivedLines& lines) { return detail::jacobian_by_lines(system, lines, q, qdot, t, result); };
-    if constexpr (has_short_ways) {
-      if (detail::with_lines_and_slopes<n>(system.kept_lines(), system.energies(), detail::AtState{q.data(), qdot.data(), t}, written)) return result;
-    }
-  }
-  if constexpr (inertia == Inertia::positive_definite && detail::HasOwnEquations<E> && detail::has_slopes<n>) {
-    if (system.kept_lines()->may_be_straight() && detail::sloped_jacobian(system, q, qdot, t, result)) return result;
+  if constexpr (inertia == Inertia::positive_definite && n >= 1 && n <= detail::straight_line_limit) {
+    const auto written = [&](const detail::DerivedLines& lines) { return detail::jacobian_by_lines<n>(lines, q, qdot, t, result); };
+    if (detail::with_lines_and_slopes<n>(system.kept_lines(), system.energies(), detail::AtState{q.data(), qdot.data(), t}, written)) return result;
   }
   if constexpr (detail::TracedSystem<System<E, n, inertia>>) {
     if (system.kept_lines()->may_be_lines() && detail::jacobian_traced_here(system, q, qdot, t, result)) return result;

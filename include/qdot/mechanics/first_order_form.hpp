@@ -67,11 +67,8 @@ concept SwitchingSystem = FirstOrderSystem<F> && requires(const F& f, double t, 
 template <class Sys>
 class FirstOrderForm {
   static constexpr int n = Sys::dof_at_compile_time;
-  // Of positions, of more than eight coordinates, and where n is known at run time. Others have ways of their own (acceleration_jacobian.hpp).
   static constexpr bool has_traced_jacobian =
-      Sys::inertia == Inertia::positive_definite &&
-      (n == Dynamic || ((detail::HasOwnEquations<typename Sys::EnergiesType> || n > detail::straight_line_limit) && n <= 64)) &&
-      detail::RecordableEnergies<typename Sys::EnergiesType, n>;
+      Sys::inertia == Inertia::positive_definite && n <= 64 && detail::RecordableEnergies<typename Sys::EnergiesType, n>;
 
  public:
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;  ///< 2n, or Dynamic
@@ -155,19 +152,13 @@ class FirstOrderForm {
   ///
   /// @throws as acceleration()
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const {
-    if constexpr (has_traced_jacobian) {
-      if (system_.kept_lines()->may_be_lines() && jacobian_.write(*this, system_.dof(), t, y.data(), nullptr, J)) return;
-    }
-    const auto [q, qdot] = parts(y);
-    const AccelerationJacobian<n> a = acceleration_jacobian(system_, q, qdot, t);
-    const Eigen::Index dof = q.size();
-    for (Eigen::Index j = 0; j < dof; ++j)
-      for (Eigen::Index i = 0; i < dof; ++i) {
-        J(i, j) = 0.0;
-        J(i, dof + j) = i == j ? 1.0 : 0.0;
-        J(dof + i, j) = a.d_q(i, j);
-        J(dof + i, dof + j) = a.d_qdot(i, j);
-      }
+    write_both(t, y, nullptr, J);
+  }
+  /// ydot ← [q̇; q̈] and J ← ∂ẏ/∂y, for about what J costs alone.
+  ///
+  /// @throws as acceleration()
+  void derivative_and_jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot, Eigen::Ref<Eigen::MatrixXd> J) const {
+    write_both(t, y, ydot.data(), J);
   }
 
   /// M, C, K of the motion near y, within their band: what an implicit method solves with where neighbours meet.
@@ -230,6 +221,22 @@ class FirstOrderForm {
   }
 
  private:
+  void write_both(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double* ydot, Eigen::Ref<Eigen::MatrixXd> J) const {
+    if constexpr (has_traced_jacobian) {
+      if (system_.kept_lines()->may_be_lines() && jacobian_.write(*this, system_.dof(), t, y.data(), ydot, J)) return;
+    }
+    const auto [q, qdot] = parts(y);
+    const AccelerationJacobian<n> a = acceleration_jacobian(system_, q, qdot, t);
+    const Eigen::Index dof = q.size();
+    if (ydot) std::copy_n(a.qddot.data(), dof, std::copy_n(y.data() + dof, dof, ydot));
+    for (Eigen::Index j = 0; j < dof; ++j)
+      for (Eigen::Index i = 0; i < dof; ++i) {
+        J(i, j) = 0.0;
+        J(i, dof + j) = i == j ? 1.0 : 0.0;
+        J(dof + i, j) = a.d_q(i, j);
+        J(dof + i, dof + j) = a.d_qdot(i, j);
+      }
+  }
   // use(motion) with the traced motion; false where there is none.
   template <class Use>
   bool use_traced(const Use& use) const {

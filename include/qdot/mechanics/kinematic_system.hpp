@@ -40,7 +40,6 @@
 #include "qdot/mechanics/equations_of_motion.hpp"
 #include "qdot/mechanics/places/bodies.hpp"
 #include "qdot/mechanics/places/rows.hpp"
-#include "qdot/mechanics/places/slopes.hpp"
 
 namespace qdot {
 
@@ -178,18 +177,6 @@ class KinematicEnergies {
       if (size <= block_limit<n>) return equations_by_rows(q, qdot, static_cast<int>(size), t, use);
     }
     return false;
-  }
-
-  // Those of the equations at accelerations a (mechanics/equations/equation_slopes.hpp).
-  template <class Row>
-    requires(!has_extra && n >= 1 && n <= straight_kinematics_limit)
-  [[gnu::noinline]] bool slopes(const double* q, const double* qdot, const double* a, double t, double* M, Row* rows) const {
-    const auto x = curved_coordinates<n>(q, qdot, a);
-    const auto time = CurvedJet<n>::time(t);
-    BodySlopes<n, Row> bodies(field(), M, rows);
-    place(x, time, bodies);
-    if constexpr (!heavy) bodies.potential(own_potential(x, time));
-    return true;
   }
 
  private:

@@ -21,7 +21,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "qdot/mechanics/equations/straight_line_parameters.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
 namespace qdot {
@@ -45,15 +44,6 @@ struct WithSignatureOf {
     return energies.V(q, t...);
   }
 };
-
-// What makes energies of duals, with the signatures of those of numbers.
-template <class OfNumbers, int n, class EnergiesOf>
-auto made_like(const EnergiesOf& energies_of) {
-  return [&energies_of](const auto& parameters) __attribute__((always_inline)) {
-    const auto made = energies_of(parameters);
-    return WithSignatureOf<std::remove_cvref_t<decltype(made)>, OfNumbers, n, std::remove_cvref_t<decltype(made)>>{made};
-  };
-}
 
 template <template <class> class Model, class P, int... i>
 auto model_of(const P& p, std::integer_sequence<int, i...>) {
@@ -93,12 +83,6 @@ ParameterJacobian<n, m> acceleration_jacobian_wrt_parameters(const F& energies_o
   ParameterJacobian<n, m> result;
   result.qddot.resize(q.size());
   result.d_p.resize(q.size(), p.size());
-  if constexpr (detail::straight_line_pays && n >= 1 && n <= detail::straight_line_jacobian_limit && m >= 1 &&
-                m <= detail::straight_line_parameters_limit && !detail::HasOwnEquations<Energies>) {
-    if (detail::straight_line_directions<n, m, m>(plain, detail::made_like<Energies, n>(energies_of), p, detail::StateHeld{}, q.data(), qdot.data(), t,
-                                                  result.qddot.data(), result.d_p.data()))
-      return result;
-  }
   result.qddot = acceleration(system, q, qdot, t);
 
   using D = Dual<double, detail::directions_for<m>, detail::WithRespectToParameters>;

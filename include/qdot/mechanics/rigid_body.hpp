@@ -194,25 +194,21 @@ template <class Rotation, class Position, class Q, class Qdot, class... Time>
 auto kinetic_energy_of_body(const RigidBody& body, const Rotation& rotation, const Position& position,
                             const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {
   using S = detail::MotionScalar<Q, Qdot, Time...>;
-  if constexpr (requires { detail::MovingPositions<S>::in_a_rotation(); }) {
-    return detail::MovingPositions<S>::in_a_rotation();
-  } else {
-    const Vector<S, 3> v = velocity_of(position, q, qdot, t...);
-    return detail::along_motion<S>(rotation, q, qdot, [&](const auto& R, const auto& follow) __attribute__((always_inline)) {
-      if constexpr (detail::MovingPositions<S>::is_only_way) {  // which has no branches, and takes entry by entry (rotation.hpp)
-        const auto omega = detail::angular_velocity_along<detail::Axes::of_body, S, Rotation>(R, follow);
-        const auto in_body_axes = [&](int i) __attribute__((always_inline)) {
-          return S(follow(R(0, i)).value * v[0] + follow(R(1, i)).value * v[1] + follow(R(2, i)).value * v[2]);
-        };
-        const Vector<S, 3> v_of_body(in_body_axes(0), in_body_axes(1), in_body_axes(2));
-        return S(0.5 * (body.mass * detail::dot(v, v) + detail::quadratic_form(body.inertia, omega)) +
-                 body.mass * detail::triple_product(v_of_body, omega, body.centre));
-      } else {
-        const auto turning = detail::followed<S>(R, follow);
-        return kinetic_energy_of_body(body, turning.value, v, body_angular_velocity(turning.value, turning.rate));
-      }
-    }, t...);
-  }
+  const Vector<S, 3> v = velocity_of(position, q, qdot, t...);
+  return detail::along_motion<S>(rotation, q, qdot, [&](const auto& R, const auto& follow) __attribute__((always_inline)) {
+    if constexpr (detail::MovingPositions<S>::is_only_way) {  // which has no branches, and takes entry by entry (rotation.hpp)
+      const auto omega = detail::angular_velocity_along<detail::Axes::of_body, S, Rotation>(R, follow);
+      const auto in_body_axes = [&](int i) __attribute__((always_inline)) {
+        return S(follow(R(0, i)).value * v[0] + follow(R(1, i)).value * v[1] + follow(R(2, i)).value * v[2]);
+      };
+      const Vector<S, 3> v_of_body(in_body_axes(0), in_body_axes(1), in_body_axes(2));
+      return S(0.5 * (body.mass * detail::dot(v, v) + detail::quadratic_form(body.inertia, omega)) +
+               body.mass * detail::triple_product(v_of_body, omega, body.centre));
+    } else {
+      const auto turning = detail::followed<S>(R, follow);
+      return kinetic_energy_of_body(body, turning.value, v, body_angular_velocity(turning.value, turning.rate));
+    }
+  }, t...);
 }
 
 #if defined(__clang__) && defined(__OPTIMIZE__)

@@ -259,9 +259,6 @@ template <Axes axes, class S, class Rotation, class R, class Follow>
       return S(follow(a[0]).value * follow(b[0]).rate + follow(a[step]).value * follow(b[step]).rate + follow(a[2 * step]).value * follow(b[2 * step]).rate);
     };
     return Vector<S, 3>(entry(2, 1), entry(0, 2), entry(1, 0));
-  } else if constexpr (requires { MovingPositions<S>::in_a_rotation(); }) {
-    const S left_out = MovingPositions<S>::in_a_rotation();
-    return Vector<S, 3>(left_out, left_out, left_out);
   } else {
     const auto both = followed<S>(rotation, follow);
     if constexpr (axes == Axes::of_body) return Vector<S, 3>(body_angular_velocity(both.value, both.rate));

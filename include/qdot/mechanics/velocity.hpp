@@ -186,11 +186,6 @@ auto split(const Result& result) {
   }
 }
 
-template <class Result>
-inline constexpr bool is_rotation = false;
-template <IsMatrix Result>
-inline constexpr bool is_rotation<Result> = Result::RowsAtCompileTime == 3 && Result::ColsAtCompileTime == 3;
-
 // Whether no entry of what x returned has been mixed with what is no position.
 template <class Positions, class Result>
 bool knows_all(const Result& result) {
@@ -207,13 +202,7 @@ bool knows_all(const Result& result) {
 template <class S, class Function, class Q, class Qdot, class Finish, class... Time>
 auto along_duals(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Finish& finish,
                  const Time&... t) {
-  using Result = std::decay_t<decltype(result_of(x, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...))>;
-  if constexpr (requires { MovingPositions<S>::in_a_rotation(); } && is_rotation<Result>) {
-    const auto follow = [](double) { return ValueAndRate<S>{MovingPositions<S>::in_a_rotation(), MovingPositions<S>::in_a_rotation()}; };
-    return finish(PlainOf<double, Result>::Zero().eval(), follow);
-  } else {
-    return finish(result_of(x, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...), [](const auto& entry) { return split<S>(entry); });
-  }
+  return finish(result_of(x, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...), [](const auto& entry) { return split<S>(entry); });
 }
 
 // finish(x, follow) of what x returned along the motion, where follow(entry) is an entry's value and rate; t is the time, if x takes it.

@@ -43,6 +43,11 @@ class LineWriter {
     }
   }
 
+  /// Where the value of a variable is for all that is written from now on.
+  void place(int variable, int number) {
+    see_new_nodes();
+    place_[static_cast<std::size_t>(variable)] = number;
+  }
   /// How many numbers there are by now.
   std::size_t count() const { return count_; }
   /// Where a node's value is; −1 for node −1.

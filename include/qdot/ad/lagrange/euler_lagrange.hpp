@@ -46,21 +46,16 @@ using Present = unsigned;
 [[gnu::always_inline]] inline constexpr ComponentMask bit(Present set, int i) { return static_cast<ComponentMask>(set) << i; }
 
 // a b where both may be other than zero.
-template <class Number, class Factor>
-[[gnu::always_inline]] inline Number product_if(Present present, const Number& a, const Factor& b) {
-  return present ? Number(a * b) : Number(0.0);
-}
+[[gnu::always_inline]] inline double product_if(Present present, double a, double b) { return present ? a * b : 0.0; }
 
 // a + b, of which either may be known to be zero.
-template <class Number>
-[[gnu::always_inline]] inline Number sum_of(Present has_a, const Number& a, Present has_b, const Number& b) {
-  return has_a ? (has_b ? Number(a + b) : a) : (has_b ? b : Number(0.0));
+[[gnu::always_inline]] inline double sum_of(Present has_a, double a, Present has_b, double b) {
+  return has_a ? (has_b ? a + b : a) : (has_b ? b : 0.0);
 }
 
 // a − b, likewise.
-template <class Number>
-[[gnu::always_inline]] inline Number difference_of(Present has_a, const Number& a, Present has_b, const Number& b) {
-  return has_a ? (has_b ? Number(a - b) : a) : (has_b ? Number(-b) : Number(0.0));
+[[gnu::always_inline]] inline double difference_of(Present has_a, double a, Present has_b, double b) {
+  return has_a ? (has_b ? a - b : a) : (has_b ? -b : 0.0);
 }
 
 // Whether all numbers are finite, by their sum, which is not where one of them is not. Of packs for each. A sum begins with −0, the zero that adds
@@ -95,48 +90,46 @@ template <int n>
 }
 
 enum class Part { velocity, variation, hessian };
-template <class Number, Part part, int i>
+template <Part part, int i>
 struct Component {
-  Number number;
+  double number;
 };
 
-// Number is double, or anything that computes like it: a pack of doubles (ad/pack.hpp).
-template <int n, class Number = double, class = std::make_integer_sequence<int, n>,
-          class = std::make_integer_sequence<int, n*(n + 1) / 2>>
+template <int n, class = std::make_integer_sequence<int, n>, class = std::make_integer_sequence<int, n*(n + 1) / 2>>
 struct EulerLagrange;
 
 // The components are those of the doubled value when `half` is set: u u then needs half the additions.
-template <int n, class Number, int... Is, int... K>
-struct EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_sequence<int, K...>>
-    : Component<Number, Part::velocity, Is>..., Component<Number, Part::variation, Is>..., Component<Number, Part::hessian, K>... {
+template <int n, int... Is, int... K>
+struct EulerLagrange<n, std::integer_sequence<int, Is...>, std::integer_sequence<int, K...>>
+    : Component<Part::velocity, Is>..., Component<Part::variation, Is>..., Component<Part::hessian, K>... {
   using Self = EulerLagrange;
 
-  Number value;
-  Number rate;  // D
+  double value;
+  double rate;  // D
   ComponentMask g_mask, x_mask, h_mask;
   Present has_rate, half;
 
   template <int i>
-  [[gnu::always_inline]] Number& g() { return static_cast<Component<Number, Part::velocity, i>&>(*this).number; }
+  [[gnu::always_inline]] double& g() { return static_cast<Component<Part::velocity, i>&>(*this).number; }
   template <int i>
-  [[gnu::always_inline]] const Number& g() const { return static_cast<const Component<Number, Part::velocity, i>&>(*this).number; }
+  [[gnu::always_inline]] double g() const { return static_cast<const Component<Part::velocity, i>&>(*this).number; }
   template <int i>
-  [[gnu::always_inline]] Number& x() { return static_cast<Component<Number, Part::variation, i>&>(*this).number; }
+  [[gnu::always_inline]] double& x() { return static_cast<Component<Part::variation, i>&>(*this).number; }
   template <int i>
-  [[gnu::always_inline]] const Number& x() const { return static_cast<const Component<Number, Part::variation, i>&>(*this).number; }
+  [[gnu::always_inline]] double x() const { return static_cast<const Component<Part::variation, i>&>(*this).number; }
   template <int k>
-  [[gnu::always_inline]] Number& h() { return static_cast<Component<Number, Part::hessian, k>&>(*this).number; }
+  [[gnu::always_inline]] double& h() { return static_cast<Component<Part::hessian, k>&>(*this).number; }
   template <int k>
-  [[gnu::always_inline]] const Number& h() const { return static_cast<const Component<Number, Part::hessian, k>&>(*this).number; }
+  [[gnu::always_inline]] double h() const { return static_cast<const Component<Part::hessian, k>&>(*this).number; }
 
   // Trivial, like double's: an array of these is not initialized in a loop.
   EulerLagrange() = default;
 
   // A constant.
   template <class Constant>
-    requires(std::is_arithmetic_v<Constant> || std::is_same_v<Constant, Number>)
+    requires std::is_arithmetic_v<Constant>
   [[gnu::always_inline]] EulerLagrange(const Constant& constant)
-      : value(static_cast<Number>(constant)), rate(0.0), g_mask(0), x_mask(0), h_mask(0), has_rate(0), half(0) {
+      : value(static_cast<double>(constant)), rate(0.0), g_mask(0), x_mask(0), h_mask(0), has_rate(0), half(0) {
     ((g<Is>() = 0.0), ...);
     ((x<Is>() = 0.0), ...);
     ((h<K>() = 0.0), ...);
@@ -163,7 +156,7 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_
 
   // q_i, whose D is q̇_i; q̇_i; and the time.
   template <int i>
-  [[gnu::always_inline]] static Self coordinate(const Number& q, const Number& qdot) {
+  [[gnu::always_inline]] static Self coordinate(double q, double qdot) {
     Self r(q);
     r.rate = qdot;
     r.has_rate = 1;
@@ -172,13 +165,13 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_
     return r;
   }
   template <int i>
-  [[gnu::always_inline]] static Self velocity(const Number& qdot) {
+  [[gnu::always_inline]] static Self velocity(double qdot) {
     Self r(qdot);
     r.template g<i>() = 1.0;
     r.g_mask = bit(1, i);
     return r;
   }
-  [[gnu::always_inline]] static Self time(const Number& t) {
+  [[gnu::always_inline]] static Self time(double t) {
     Self r(t);
     r.rate = 1.0;
     r.has_rate = 1;
@@ -189,7 +182,7 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_
     return static_cast<Present>((static_cast<ComponentMask>(has_rate) | g_mask | x_mask | h_mask) == 0);
   }
 
-  [[gnu::always_inline]] void scale_components(const Number& c) {
+  [[gnu::always_inline]] void scale_components(double c) {
     rate = product_if(has_rate, rate, c);
     ((g<Is>() = product_if(has(g_mask, Is), g<Is>(), c)), ...);
     ((x<Is>() = product_if(has(x_mask, Is), x<Is>(), c)), ...);
@@ -239,7 +232,7 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_
     if (&a == &b) return a.square();
 #endif
     // What the components of each factor are multiplied with, and those of both.
-    const Number ca = b.value * a.doubled(), cb = a.value * b.doubled();
+    const double ca = b.value * a.doubled(), cb = a.value * b.doubled();
     const double both = a.doubled() * b.doubled();
     Self r;
     r.half = 0;
@@ -256,7 +249,7 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_
     return r;
   }
   [[gnu::always_inline]] friend Self operator/(const Self& a, const Self& b) {
-    const Number i = 1.0 / b.value;
+    const double i = 1.0 / b.value;
     if (b.is_constant()) {
       Self r = a * Self(i);
       r.value = a.value / b.value;
@@ -279,11 +272,11 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_
   friend auto operator>=(const Self& a, const Self& b) { return a.value >= b.value; }
 
   // f(u) from f, f′, f″ at u.
-  [[gnu::always_inline]] Self chain(Number f, Number slope, Number curvature) const {
+  [[gnu::always_inline]] Self chain(double f, double slope, double curvature) const {
     return chain_of_components(f, slope * doubled(), curvature * (doubled() * doubled()));
   }
   // The same from derivatives by what the components are of.
-  [[gnu::always_inline]] Self chain_of_components(Number f, Number f1, Number f2) const {
+  [[gnu::always_inline]] Self chain_of_components(double f, double f1, double f2) const {
     Self r;
     r.half = 0;
     r.value = f;
@@ -303,20 +296,20 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_
   [[gnu::always_inline]] double doubled() const { return half ? 2.0 : 1.0; }
 
   template <int i>
-  [[gnu::always_inline]] void set_variation(Present has_plus, const Number& plus, Present has_minus, const Number& minus) {
+  [[gnu::always_inline]] void set_variation(Present has_plus, double plus, Present has_minus, double minus) {
     const Present cancels = (has_plus & has_minus) ? known_equal(plus, minus) : 0U;
-    x<i>() = cancels ? Number(0.0) : has_plus ? (has_minus ? Number(plus - minus) : plus) : (has_minus ? Number(-minus) : Number(0.0));
+    x<i>() = cancels ? 0.0 : has_plus ? (has_minus ? plus - minus : plus) : (has_minus ? -minus : 0.0);
     x_mask |= bit((has_plus | has_minus) > cancels, i);
   }
   template <int i>
-  [[gnu::always_inline]] void set_variation_of_product(const Self& a, const Number& ca, const Self& b, const Number& cb, double both) {
+  [[gnu::always_inline]] void set_variation_of_product(const Self& a, double ca, const Self& b, double cb, double both) {
     const Present p1 = has(b.x_mask, i), p2 = has(a.x_mask, i);
     const Present m1 = a.has_rate & has(b.g_mask, i), m2 = b.has_rate & has(a.g_mask, i);
     set_variation<i>(p1 | p2, sum_of(p1, product_if(p1, cb, b.template x<i>()), p2, product_if(p2, ca, a.template x<i>())),
                      m1 | m2, sum_of(m1, product_if(m1, a.rate, b.template g<i>()), m2, product_if(m2, b.rate, a.template g<i>())) * both);
   }
   template <int k>
-  [[gnu::always_inline]] void set_hessian_of_product(const Self& a, const Number& ca, const Self& b, const Number& cb, double both) {
+  [[gnu::always_inline]] void set_hessian_of_product(const Self& a, double ca, const Self& b, double cb, double both) {
     constexpr int i = triangle_row(k), j = triangle_column(k);
     const Present g1 = has(a.g_mask, i) & has(b.g_mask, j), g2 = has(b.g_mask, i) & has(a.g_mask, j);
     const Present h1 = has(b.h_mask, k), h2 = has(a.h_mask, k);
@@ -325,7 +318,7 @@ struct EulerLagrange<n, Number, std::integer_sequence<int, Is...>, std::integer_
     h_mask |= bit(g1 | g2 | h1 | h2, k);
   }
   template <int k>
-  [[gnu::always_inline]] void set_hessian_of_chain(const Self& u, const Number& f1, const Number& f2) {
+  [[gnu::always_inline]] void set_hessian_of_chain(const Self& u, double f1, double f2) {
     constexpr int i = triangle_row(k), j = triangle_column(k);
     const Present squares = has(u.g_mask, i) & has(u.g_mask, j), own = has(u.h_mask, k);
     h<k>() = sum_of(squares, product_if(squares, f2 * u.template g<i>(), u.template g<j>()), own, product_if(own, f1, u.template h<k>()));

@@ -72,7 +72,7 @@ struct PositionJet<n, std::integer_sequence<int, Is...>> : RowEntry<Is>..., Comp
     ((J<Is>() = 0.0), ...);
   }
   template <class K>
-  [[gnu::always_inline]] PositionJet(const EulerLagrange<n, double, std::integer_sequence<int, Is...>, K>& captured) : PositionJet(captured.value) {
+  [[gnu::always_inline]] PositionJet(const EulerLagrange<n, std::integer_sequence<int, Is...>, K>& captured) : PositionJet(captured.value) {
     mask = unknown_if(1U ^ captured.is_constant());
   }
   [[gnu::always_inline]] PositionJet(const Self& o)

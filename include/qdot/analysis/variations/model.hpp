@@ -18,6 +18,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -27,6 +28,7 @@
 #include "qdot/analysis/variations/slope.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/event.hpp"
+#include "qdot/mechanics/derive/traced_jacobian.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 #include "qdot/mechanics/parameter_jacobian.hpp"
 
@@ -69,12 +71,18 @@ struct FixedModel {
   double parameter(Eigen::Index) const { return 0.0; }
 };
 
+template <class EnergiesOf, class P>
+using EnergiesOf_t = std::remove_cvref_t<std::invoke_result_t<const EnergiesOf&, const P&>>;
+
 template <class Form_, class List, class EnergiesOf, int m>
 struct EnergiesModel : FixedModel<Form_, List> {
   static constexpr int n = Form_::size_at_compile_time == Dynamic ? Dynamic : Form_::size_at_compile_time / 2;
   EnergiesOf energies_of;
   Vector<double, m> p;
   mutable GradientTapes tapes{};
+  mutable bool is_tried = false;  // whether it has been traced, if it can be
+  mutable std::optional<TracedJacobian<unrolled_size<n>>> traced{};
+  mutable std::vector<int> traced_parameters{};
 
   static constexpr bool goes_backwards = n != Dynamic && (m == Dynamic || m > 8);
   Eigen::VectorXd gradient(double t, const double* y, const double* ydot, const double* lambda) const {
@@ -98,16 +106,20 @@ struct EnergiesModel : FixedModel<Form_, List> {
   }
   double parameter(Eigen::Index j) const { return p[j]; }
 
-  // ẏ and all columns of Φ̇ in one pass of T and V, columns of parameters last; false where there is no such way.
-  bool columns_written(double t, const double* y, double* ydot, Eigen::Index columns) const {
-    if constexpr (n >= 1 && m >= 1 && n <= straight_line_jacobian_limit && straight_line_pays && m + 2 * n <= straight_line_columns_limit &&
-                  requires(const Form_& form) { requires !HasOwnEquations<std::remove_cvref_t<decltype(form.system().energies())>>; }) {
-      constexpr int alone = m + m % 2, all = m + 2 * n;
-      if (!this->form.system().kept_lines()->may_be_straight()) return false;
-      if (columns == m) return lanes_written<alone>(t, y, ydot, columns);
-      if (columns <= all) return lanes_written<all + all % 2>(t, y, ydot, columns);
+  void renew() {
+    detail::renew(this->form);
+    if (traced && !traced->still_holds([this](RecordedMotion& again) { record(again, traced_parameters); })) traced.reset();
+    is_tried = traced.has_value();
+  }
+  // ẏ, and ∂ẏ/∂(y, p), 2n × (2n + m), by the lines of one recording; false where T and V are no formulas, or are to go another way.
+  bool jacobian_written(double t, const double* y, double* ydot, Eigen::MatrixXd& J) const {
+    if constexpr (records_parameters) {
+      if (!is_tried) trace();
+      if (!traced) return false;
+      J.resize(this->form.size(), this->form.size() + p.size());
+      return traced->write(t, y, ydot, J);
     }
-    return (void)t, (void)y, (void)ydot, (void)columns, false;
+    return (void)t, (void)y, (void)ydot, (void)J, false;
   }
 
   void write_parameter_rates(double t, const double* y, const double*, Eigen::Ref<Eigen::MatrixXd> out) const {
@@ -122,34 +134,34 @@ struct EnergiesModel : FixedModel<Form_, List> {
   }
 
  private:
-  // Lane j < m is the column of parameter j, and those of the start follow.
-  template <int lanes>
-  bool lanes_written(double t, const double* y, double* ydot, Eigen::Index columns) const {
-    constexpr int size = 2 * n;
-    double dq[n * lanes] = {}, dqdot[n * lanes] = {}, qddot[n], along[n * lanes];
-    const int others = static_cast<int>(columns) - m;
-    const auto lane = [others](int column) { return column < others ? m + column : column - others; };
-    for (int c = 0; c < columns; ++c)
-      for (int i = 0; i < n; ++i) {
-        dq[i * lanes + lane(c)] = y[size * (c + 1) + i];
-        dqdot[i * lanes + lane(c)] = y[size * (c + 1) + n + i];
-      }
-    const auto& energies = this->form.system().energies();
-    using Energies = std::remove_cvref_t<decltype(energies)>;
-    const auto made = made_like<Energies, n>(energies_of);
-    const StateDisplaced<lanes> displaced{dq, dqdot};
-    if (!straight_line_directions<n, m, lanes>(energies, made, p, displaced, y, y + n, t, qddot, along)) return false;
-    for (int i = 0; i < n; ++i) {
-      ydot[i] = y[n + i];
-      ydot[n + i] = qddot[i];
-    }
-    for (int c = 0; c < columns; ++c)
-      for (int i = 0; i < n; ++i) {
-        ydot[size * (c + 1) + i] = y[size * (c + 1) + n + i];
-        ydot[size * (c + 1) + n + i] = along[i + n * lane(c)];
-      }
-    return true;
+  static constexpr bool records_parameters = RecordableEnergies<EnergiesOf_t<EnergiesOf, Vector<double, m>>, n> &&
+                                             RecordableEnergies<EnergiesOf_t<EnergiesOf, Vector<formula::Recorded, m>>, n>;
+  static constexpr Eigen::Index most_traced = 64;  // coordinates
+
+  void record(RecordedMotion& motion, const std::vector<int>& parameters) const {
+    using Recorded = EnergiesOf_t<EnergiesOf, Vector<formula::Recorded, m>>;
+    const Recorded energies = energies_of(recorded_vector<m>(motion.recording, parameters));
+    run_energies<n>(motion, WithSignatureOf<Recorded, EnergiesOf_t<EnergiesOf, Vector<double, m>>, n>{energies});
   }
+  [[gnu::cold]] void trace() const {
+    is_tried = true;
+    const KeptLines& kept = *this->form.system().kept_lines();
+    const Eigen::Index dof = this->form.size() / 2;
+    if (!kept.may_be_lines() || dof > most_traced) return;
+    try {
+      TracedEquations<> equations(dof, 0, p.size());
+      equations.begins = machine_code_begins(kept.by());
+      traced_parameters = equations.parameters;
+      record(equations.motion, traced_parameters);
+      equations.derive(false, {});
+      traced.emplace(std::move(equations), LimitsOfPivots{.singular = singular_pivot<double>(dof), .dependent = 0.0});
+      traced->set_parameters(p.data());
+      if (!traced->is_known()) traced.reset();
+    } catch (...) {  // what functors throw they throw again, where they are asked for values
+      traced.reset();
+    }
+  }
+
 };
 
 template <class Family, class P>

@@ -3,8 +3,7 @@
 //
 // The variational equations of one model: where its type is known.
 //
-// Systems and scenes give q̈ and its Jacobian in one evaluation; few columns with parameters among them come without a Jacobian, as derivatives along
-// each of them (mechanics/equations/straight_line_parameters.hpp). The upper rows of ∂f/∂y, [0 1 0], are not multiplied.
+// Systems and scenes give q̈ and its Jacobian in one evaluation, and so do parameters of T and V. The upper rows of ∂f/∂y, [0 1 0], are not multiplied.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -89,22 +88,13 @@ class Variations final : public VariationalEquations {
     const Eigen::Map<const Eigen::MatrixXd> Phi(y + size_, size_, columns);
     Eigen::Map<Eigen::MatrixXd> rate(ydot + size_, size_, columns);
     note_size(y);
-    if constexpr (requires { model_.columns_written(t, y, ydot, columns_); }) {
-      if (!leaves_parameters_out && model_.columns_written(t, y, ydot, columns_)) return;
+    if constexpr (requires { model_.jacobian_written(t, y, ydot, J_); }) {
+      if (!leaves_parameters_out && model_.jacobian_written(t, y, ydot, J_)) return write_columns(y, ydot, columns_, model_.parameters());
     }
     if constexpr (mechanical_form<Form>::value) {
-      const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof_), qdot = Eigen::Map<const Vector<double, n>>(y + dof_, dof_);
-      const AccelerationJacobian<n> a = acceleration_jacobian(form().system(), q, qdot, t);
-      std::copy_n(a.qddot.data(), dof_, std::copy_n(y + dof_, dof_, ydot));
-      for (Eigen::Index j = 0; j < columns; ++j) {
-        const double* const from = y + size_ * (j + 1);
-        double* const to = ydot + size_ * (j + 1);
-        std::copy_n(from + dof_, dof_, to);
-        const Eigen::Map<const Vector<double, n>> dq(from, dof_), dv(from + dof_, dof_);
-        Eigen::Map<Vector<double, n>> da(to + dof_, dof_);
-        da.noalias() = a.d_q.lazyProduct(dq);
-        da.noalias() += a.d_qdot.lazyProduct(dv);
-      }
+      J_.resize(size_, size_);
+      form().derivative_and_jacobian(t, Eigen::Map<const Eigen::VectorXd>(y, size_), Eigen::Map<Eigen::VectorXd>(ydot, size_), J_);
+      write_columns(y, ydot, columns, 0);
     } else {
       const Eigen::Map<const Eigen::VectorXd> state(y, size_);
       Eigen::Map<Eigen::VectorXd> f(ydot, size_);
@@ -308,6 +298,22 @@ class Variations final : public VariationalEquations {
   }
 
  private:
+  // So many columns of Φ̇ of T and V, where J_ is ∂f/∂y, with ∂f/∂p for the last columns behind it.
+  void write_columns(const double* y, double* ydot, Eigen::Index columns, Eigen::Index parameters) const {
+    using Accelerations = Vector<double, n >= 1 && n <= 8 ? n : Dynamic>;
+    const auto slope = [&](Eigen::Index j) { return Eigen::Map<const Accelerations>(J_.data() + j * size_ + dof_, dof_); };
+    for (Eigen::Index column = 0; column < columns; ++column) {
+      const double* const from = y + size_ * (column + 1);
+      double* const to = ydot + size_ * (column + 1);
+      std::copy_n(from + dof_, dof_, to);
+      const Eigen::Index parameter = column - (columns - parameters);
+      Accelerations rate = from[0] * slope(0);
+      if constexpr (n >= 1 && n <= 8) unroll<2 * n - 1>([&](auto j) { rate += from[j + 1] * slope(j + 1); });
+      else for (Eigen::Index j = 1; j < size_; ++j) rate += from[j] * slope(j);
+      if (parameter >= 0) rate += slope(size_ + parameter);
+      std::copy_n(rate.data(), dof_, to + dof_);
+    }
+  }
   // Which parameter a column belongs to; −1 for one of another kind.
   Eigen::Index parameter_of(Eigen::Index column) const { return column < starts_ + times_ ? -1 : column - starts_ - times_; }
 

@@ -9,12 +9,8 @@
 //     [ J   0  ] [∂λ]  =  [ −∂φ̈  or  −∂ȧ             ] ,    all of the right side at fixed q̈ and λ.
 //
 // Where functors are formulas, forms have all of it from the lines of one recording, phases that switch as numbers in it
-// (mechanics/derive/traced_jacobian.hpp). Here is what is left:
-//
-//     forces alone on T and V that are straight-line code             one pass (effects/equations/forced_jacobian.hpp)
-//     forces alone on other small systems                             slopes of T and V (mechanics/equations/equation_slopes.hpp)
-//     functors that branch, rows that say what others say,
-//     numbers that are not finite                                     nested duals
+// (mechanics/derive/traced_jacobian.hpp). What is left goes by nested duals, a direction at a time: functors that branch or are no formulas, rows that say
+// what others say, numbers that are not finite.
 //
 // ∂Q comes from dual numbers, one sweep for up to 16 directions, but of effects that know it themselves, as damping does.
 
@@ -25,11 +21,9 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/effects/equations/forced_jacobian.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
 #include "qdot/effects/scene_motion.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
-#include "qdot/mechanics/equations/equation_slopes.hpp"
 
 namespace qdot::detail {
 
@@ -45,9 +39,7 @@ class SceneJacobian {
   static constexpr int states = Sc::states_at_compile_time;
   static constexpr int m = Sc::constraints_at_compile_time;
   static constexpr int columns = n == Dynamic ? Dynamic : 2 * n + states;
-  static constexpr bool by_slopes = has_slopes<n> && Sc::SystemType::inertia == Inertia::positive_definite && !Sc::has_constraints && !has_traced_jacobian<Sc>;
   using Out = Eigen::Ref<Eigen::MatrixXd>;
-  using Row = SlopeRow<n == Dynamic ? 1 : columns>;
 
  public:
   SceneJacobian(const Sc& scene, double t, const Eigen::Ref<const Eigen::VectorXd>& y)
@@ -60,15 +52,6 @@ class SceneJacobian {
       a_ = std::move(solution.qddot);
       lambda_ = std::move(solution.lambda);
     } else {
-      if constexpr (has_forced_jacobian<Sc>) {
-        const Vector<double, n> Q = effect_forces(scene_, q_, qdot_, z, t_);
-        for (Row& row : rows_) row = {};
-        add_forces(rows_, nullptr);
-        a_.resize(n);
-        if (scene_.system().kept_lines()->may_be_straight() &&
-            straight_line_jacobian_under_force<n>(scene_.system().energies(), q_.data(), qdot_.data(), t_, Q.data(), a_.data(), rows_)) return;
-        is_solved_ = false;
-      }
       a_ = qdot::acceleration(scene_, q_, qdot_, t_, z);
     }
   }
@@ -76,21 +59,8 @@ class SceneJacobian {
   /// q̈ there.
   const Vector<double, n>& acceleration() const noexcept { return a_; }
 
-  /// J ← ∂ẏ/∂y; some of it may not be finite.
-  void write(Out J) const {
-    if constexpr (has_forced_jacobian<Sc>) {
-      if (is_solved_) return write_whole(rows_, J);
-    }
-    begin(J);
-    if constexpr (by_slopes) {
-      if (!write_slopes(J)) J(0, 0) = std::numeric_limits<double>::quiet_NaN();
-    } else {
-      write_by_duals(J);
-    }
-  }
-
-  /// The same by nested duals, a direction at a time, which know that a constant has no derivative, however steep the root of it is.
-  [[gnu::cold, gnu::noinline]] void write_by_duals(Out out) const {
+  /// J ← ∂ẏ/∂y; some of it may not be finite. Nested duals know that a constant has no derivative, however steep the root of it is.
+  [[gnu::cold, gnu::noinline]] void write(Out out) const {
     begin(out);
     const Eigen::Index k = dof();
     Matrix<double, n, columns> dr = zeros<Matrix<double, n, columns>>(k, y_.size());               // of the upper right side
@@ -132,31 +102,6 @@ class SceneJacobian {
   void begin(Out J) const {
     J.setZero();
     for (Eigen::Index i = 0; i < dof(); ++i) J(i, dof() + i) = 1.0;
-  }
-
-  bool write_slopes(Out J) const
-    requires by_slopes
-  {
-    double M[n * (n + 1) / 2];
-    Row rows[n];
-    for (Row& row : rows) row = {};
-    if (!slopes_written<n, !has_forced_jacobian<Sc>>(scene_.system().energies(), q_, qdot_, a_, t_, M, rows, scene_.system().kept_lines())) return false;
-    add_forces(rows, &J);
-    if (!solved_in_place<n>(M, rows, singular_pivot<double>(n))) return false;
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < columns; ++j) J(n + i, j) = rows[i][j];
-    return true;
-  }
-
-  // All of J, column by column, from rows of ∂q̈.
-  static void write_whole(const Row* rows, Out J) {
-    for (int j = 0; j < columns; ++j) {
-      double* const column = J.data() + j * J.outerStride();
-      for (int i = 0; i < n; ++i) {
-        column[i] = j == n + i ? 1.0 : 0.0;
-        column[n + i] = rows[i][j];
-      }
-    }
   }
 
   // Adds ∂Q to rows, and writes ∂ż to J, if there is a state.
@@ -231,10 +176,10 @@ class SceneJacobian {
     }
   }
 
-  // The constraints' share of dr, and dc. A direction at a time where that is hardly ever asked for: it is sooner compiled.
+  // The constraints' share of dr, and dc. A direction at a time: it is hardly ever asked for, and sooner compiled.
   template <class DR, class DC>
   void add_constraints(DR& dr, DC& dc) const {
-    using D = Dual<double, has_traced_jacobian<Sc> ? 1 : directions_for<columns>>;
+    using D = Dual<double, 1>;
     const Eigen::Index k = dof();
     const Vector<D, n> fixed_a = a_.template cast<D>();
     for (Eigen::Index first = 0; first < 2 * k; first += D::directions) {
@@ -257,8 +202,6 @@ class SceneJacobian {
   Vector<double, n> q_, qdot_, a_;
   Vector<double, states> z_;
   Vector<double, m> lambda_;
-  Row rows_[has_forced_jacobian<Sc> ? n : 1];  // of ∂q̈, where q̈ came with them
-  bool is_solved_ = has_forced_jacobian<Sc>;
 };
 
 }  // namespace qdot::detail

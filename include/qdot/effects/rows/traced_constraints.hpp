@@ -315,6 +315,10 @@ inline constexpr bool is_recordable_scene<Scene<Sys, Effects...>> =
     RecordableEnergies<typename Scene<Sys, Effects...>::SystemType::EnergiesType, Sys::dof_at_compile_time> &&
     (effect_is_recordable<Effects, Sys::dof_at_compile_time, true>() && ...);
 
+// Which scenes have Jacobians from a recording in each of their phases, where functors are formulas.
+template <class Sc>
+inline constexpr bool has_traced_jacobian = is_recordable_scene<Sc> && Sc::dof_at_compile_time <= 64;
+
 // Runs all functors of a scene in the phases of the recording, and notes of each row of a constraint whether it restricts positions.
 template <class Sc>
 void run_scene(RecordedMotion& m, const Sc& scene, std::vector<char>* holonomic) {

@@ -85,16 +85,21 @@ class DerivedLineWriter {
   }
 
   [[gnu::cold]] void write_solution(const DerivedLines& lines, DerivedLines::Solution& solution, bool forced) {
-    SolutionLines more(static_cast<std::uint32_t>(lines.equations.count()), lines.mass, lines.right, forced ? static_cast<int>(2 * n_ + 1) : -1);
-    if (more.accelerations.empty() || more.count() > most_) return;
+    LinesOfNumbers more(lines.equations.count());
+    Elimination elimination(more, lines.mass, n_);
+    if (!elimination.exists()) return;
+    std::vector<int> right = lines.right;
+    for (std::size_t i = 0; i < n_ && forced; ++i) right[i] = more.sum(right[i], static_cast<int>(2 * n_ + 1 + i));
+    std::vector<int> accelerations = elimination.solution(std::move(right));
+    if (more.count() > most_) return;
     formula::LineTable table = lines.equations.table();
     table.lines.pop_back();
     table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
     table.lines.push_back(formula::Line{});
     solution.lines.set(std::move(table), more.count(), lines.begins);
     solution.will_be_native = formula::native_lines_are_possible();
-    solution.accelerations = std::move(more.accelerations);
-    solution.pivots = std::move(more.pivots);
+    solution.accelerations = std::move(accelerations);
+    solution.pivots = std::move(elimination.pivots);
     solution.lines.add_read(solution.accelerations);
     for (const auto& [pivot, whole] : solution.pivots) solution.lines.add_read(std::array{pivot, whole});
     add_checked(lines, solution.lines);

@@ -197,9 +197,9 @@ bool with_lines(KeptLines* kept, const E& e, const AtState& at, const Found& fou
 }
 template <int n, class E, class Found>
 bool with_lines_and_slopes(KeptLines* kept, const E& e, const AtState& at, const Found& found) {
-  if constexpr (may_keep_lines<E, n> && n >= 1 && n <= straight_line_limit)
+  if constexpr (RecordableEnergies<E, n> && n >= 1 && n <= straight_line_limit)
     return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return it.lines_with_slopes(); }, found);
-  return false;
+  else return (void)kept, (void)e, (void)at, (void)found, false;
 }
 
 /// In words, how lines are carried out.

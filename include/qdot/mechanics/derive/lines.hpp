@@ -108,7 +108,7 @@ struct DerivedLines {
     return good & is_finite(sum);
   }
 
-  /// M, and the derivatives of r − M a at accelerations a (mechanics/equations/equation_slopes.hpp), which come from (M, r): `put_accelerations` leaves them in
+  /// M, and the derivatives of r − M a at accelerations a, which come from (M, r): `put_accelerations` leaves them in
   /// r's place; false where it says so.
   template <int n, class Row, class F>
   bool write_slopes(const double* q, const double* qdot, double t, double* M, Row* rows, const F& put_accelerations) const {

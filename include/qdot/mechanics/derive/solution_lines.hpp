@@ -1,11 +1,13 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The solution of M q̈ = b as lines.
+// The solution of M x = b as lines, or as nodes of a graph.
 //
-// Elimination is operations like those of M and r, M = L D Lᵀ as in mechanics/equations/small_solve.hpp and in the same order, so both have the same
-// bits: two pivots at a time, and the last two rows by Cramer's rule. As lines they leave out what is zero in this M, and numbers need not go
-// through memory between the two. Lines have no branches, so pivots are results that are looked at afterwards.
+// Elimination is operations like those of M and r, M = L D Lᵀ as in mechanics/equations/small_solve.hpp and in the same order: two pivots at a time, and
+// the last two rows by Cramer's rule. Written down it leaves out what is zero in this M and this b, and numbers need not go through memory between the
+// two. There are no branches in it, so pivots are results that are looked at afterwards.
+//
+// As lines it has the bits of small_solve.hpp. As nodes it goes on with what is constant, and with what is known from elsewhere.
 
 #include <cstddef>
 #include <cstdint>
@@ -16,50 +18,28 @@
 
 namespace qdot::detail {
 
-/// Writes lines that eliminate the rows of M and solve for q̈.
-class SolutionLines {
+/// Operations on numbers that come as lines, one behind the other.
+class LinesOfNumbers {
   using Line = formula::Line;
   using Operation = Line::Operation;
 
  public:
-  /// @param count   how many numbers there are before
-  /// @param mass    numbers of the lower triangle of M, row by row; −1 for zero
-  /// @param right   numbers of r
-  /// @param forces  the first of the numbers of Q, to be added to r; −1 for none
-  [[gnu::cold]] SolutionLines(std::uint32_t count, const std::vector<int>& mass, const std::vector<int>& right, int forces)
-      : count_(count), M_(mass), b_(right) {
-    const int n = size(), last = n > 1 ? n - 2 : 0;
-    for (int k = 0; k < n; ++k) {
-      if (entry(k, k) == none) return;  // no inertia
-      diagonal_.push_back(entry(k, k));
-      if (forces != none) at(b_, k) = add(Operation::sum, at(b_, k), forces + k);
-    }
-    inverse_.resize(b_.size());
-    for (int k = 0; k < last; ++k) {
-      if (k % 2 == 0) invert(k, k + 1 < last);
-      for (int i = k + 1; i < n; ++i) eliminate(i, k);
-    }
-    solve_last(last);
-    for (int k = last - 1; k >= 0; --k) {
-      for (int i = k + 1; i < n; ++i)
-        if (entry(i, k) != none) at(b_, k) = less_product(at(b_, k), entry(i, k), at(b_, i));
-      at(b_, k) = add(Operation::product, at(b_, k), at(inverse_, k));
-    }
-    accelerations = b_;
-  }
+  /// @param count  how many numbers there are before
+  explicit LinesOfNumbers(std::size_t count) : count_(static_cast<std::uint32_t>(count)) {}
 
-  std::vector<Line> lines;                  ///< without an end
-  std::vector<int> accelerations;           ///< numbers of q̈; none where an inertia is zero
-  std::vector<std::pair<int, int>> pivots;  ///< numbers of which the first of each pair must be above a fraction of the second
-  std::uint32_t count() const { return count_; }  ///< how many numbers there are with these lines
+  std::vector<Line> lines;  ///< without an end
+  /// How many numbers there are with these lines.
+  std::size_t count() const { return count_; }
+
+  int inverse(int a) { return add(Operation::inverse, a); }
+  int sum(int a, int b) { return add(Operation::sum, a, b); }
+  int product(int a, int b) { return add(Operation::product, a, b); }
+  int quotient(int a, int b) { return add(Operation::quotient, a, b); }
+  int negative_product(int a, int b) { return add(Operation::scaled, product(a, b)); }
+  int less_product(int x, int a, int b) { return add(Operation::less_product, a, b, x); }
+  int products_difference(int a, int b, int d, int e) { return add(Operation::products_difference, a, b, d, e); }
 
  private:
-  static constexpr int none = -1;
-
-  int size() const { return static_cast<int>(b_.size()); }
-  static int& at(std::vector<int>& all, int k) { return all[static_cast<std::size_t>(k)]; }
-  [[gnu::cold, gnu::noinline]] int& entry(int i, int j) { return at(M_, i * (i + 1) / 2 + j); }
-
   [[gnu::cold, gnu::noinline]] int add(Operation operation, int a, int b = 0, int d = 0, int e = 0) {
     Line line{operation, formula::Function::none, count_, static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)};
     line.d = static_cast<std::uint32_t>(d);
@@ -69,56 +49,137 @@ class SolutionLines {
     lines.push_back(line);
     return static_cast<int>(count_++);
   }
-  int inverse_of(int pivot) { return add(Operation::inverse, pivot); }
-  int less_product(int d, int a, int b) { return add(Operation::less_product, a, b, d); }
-  int products_difference(int a, int b, int d, int e) { return add(Operation::products_difference, a, b, d, e); }
+
+  std::uint32_t count_;
+};
+
+/// The same operations on nodes of a graph.
+template <class Graph>
+struct NodesOfGraph {
+  Graph& graph;
+
+  int inverse(int a) { return graph.quotient(graph.constant(1.0), a); }
+  int sum(int a, int b) { return graph.sum(a, b); }
+  int product(int a, int b) { return graph.product(a, b); }
+  int quotient(int a, int b) { return graph.quotient(a, b); }
+  int negative_product(int a, int b) { return graph.scaled(graph.product(a, b), -1.0); }
+  int less_product(int x, int a, int b) { return graph.difference(x, graph.product(a, b)); }
+  int products_difference(int a, int b, int d, int e) { return graph.difference(graph.product(a, b), graph.product(d, e)); }
+};
+
+/// Factors M, and solves for some right sides. In what it takes and gives, −1 stands for zero.
+///
+/// @tparam Numbers  what its numbers are, and how they are computed with: LinesOfNumbers or NodesOfGraph
+template <class Numbers>
+class Elimination {
+ public:
+  /// @param mass  lower triangle of M, row by row
+  /// @param n     rows of M
+  [[gnu::cold]] Elimination(Numbers& numbers, const std::vector<int>& mass, std::size_t n)
+      : numbers_(numbers), n_(static_cast<int>(n)), last_(n_ > 1 ? n_ - 2 : 0), M_(mass), factors_(mass.size(), none) {
+    for (int k = 0; k < n_; ++k) {
+      if (entry(k, k) == none) return;
+      diagonal_.push_back(entry(k, k));
+    }
+    inverse_.assign(n, none);
+    for (int k = 0; k < last_; ++k) {
+      if (k % 2 == 0) invert(k, k + 1 < last_);
+      for (int i = k + 1; i < n_; ++i) eliminate(i, k);
+    }
+    factor_last(last_);
+    exists_ = true;
+  }
+
+  std::vector<std::pair<int, int>> pivots;  ///< of which the first of each pair must be above a fraction of the second
+  /// Whether M has a number on each place of its diagonal; otherwise there is no solution.
+  bool exists() const { return exists_; }
+
+  /// M⁻¹ b.
+  [[gnu::cold]] std::vector<int> solution(std::vector<int> b) {
+    for (int k = 0; k < last_; ++k)
+      for (int i = k + 1; i < n_; ++i) subtract(at(b, i), factor(i, k), at(b, k));
+    solve_last(last_, b);
+    for (int k = last_ - 1; k >= 0; --k) {
+      for (int i = k + 1; i < n_; ++i) subtract(at(b, k), entry(i, k), at(b, i));
+      scale(at(b, k), at(inverse_, k));
+    }
+    return b;
+  }
+
+ private:
+  static constexpr int none = -1;
+
+  static int& at(std::vector<int>& all, int k) { return all[static_cast<std::size_t>(k)]; }
+  [[gnu::cold, gnu::noinline]] int& entry(int i, int j) { return at(M_, i * (i + 1) / 2 + j); }
+  [[gnu::cold, gnu::noinline]] int& factor(int i, int j) { return at(factors_, i * (i + 1) / 2 + j); }
+
+  // x ← x − a b, and x ← x a.
+  [[gnu::cold, gnu::noinline]] void subtract(int& x, int a, int b) {
+    if (a != none && b != none) x = x == none ? numbers_.negative_product(a, b) : numbers_.less_product(x, a, b);
+  }
+  void scale(int& x, int a) {
+    if (x != none) x = numbers_.product(x, a);
+  }
 
   // a c − b² of rows k and k + 1.
   [[gnu::cold, gnu::noinline]] int determinant(int k) {
-    const int a = entry(k, k), b = entry(k + 1, k), d = products_difference(a, entry(k + 1, k + 1), b, b);
-    pivots.emplace_back(d, add(Operation::product, a, at(diagonal_, k + 1)));
+    const int a = entry(k, k), b = entry(k + 1, k), d = numbers_.products_difference(a, entry(k + 1, k + 1), b, b);
+    pivots.emplace_back(d, numbers_.product(a, at(diagonal_, k + 1)));
     return d;
   }
 
   // The inverses of the pivots of row k and, of two, k + 1.
   [[gnu::cold, gnu::noinline]] void invert(int k, bool two) {
     pivots.emplace_back(entry(k, k), at(diagonal_, k));
-    at(inverse_, k) = inverse_of(entry(k, k));
+    at(inverse_, k) = numbers_.inverse(entry(k, k));
     if (!two) return;
     if (entry(k + 1, k) != none) {
-      at(inverse_, k + 1) = add(Operation::quotient, entry(k, k), determinant(k));
+      at(inverse_, k + 1) = numbers_.quotient(entry(k, k), determinant(k));
     } else {
       pivots.emplace_back(entry(k + 1, k + 1), at(diagonal_, k + 1));
-      at(inverse_, k + 1) = inverse_of(entry(k + 1, k + 1));
+      at(inverse_, k + 1) = numbers_.inverse(entry(k + 1, k + 1));
     }
   }
 
   [[gnu::cold, gnu::noinline]] void eliminate(int i, int k) {
     if (entry(i, k) == none) return;
-    const int l = add(Operation::product, entry(i, k), at(inverse_, k));
-    for (int j = k + 1; j <= i; ++j) {
-      if (entry(j, k) == none) continue;
-      entry(i, j) = entry(i, j) != none ? less_product(entry(i, j), l, entry(j, k)) : add(Operation::scaled, add(Operation::product, l, entry(j, k)));
-    }
-    at(b_, i) = less_product(at(b_, i), l, at(b_, k));
+    const int l = factor(i, k) = numbers_.product(entry(i, k), at(inverse_, k));
+    for (int j = k + 1; j <= i; ++j) subtract(entry(i, j), l, entry(j, k));
   }
 
-  [[gnu::cold, gnu::noinline]] void solve_last(int k) {
+  // Of the last row, or of the last two where they meet: one over the determinant.
+  [[gnu::cold, gnu::noinline]] void factor_last(int k) {
     pivots.emplace_back(entry(k, k), at(diagonal_, k));
-    if (size() == 1) {
-      at(b_, 0) = add(Operation::product, at(b_, 0), inverse_of(entry(0, 0)));
+    if (n_ == 1) {
+      at(inverse_, 0) = numbers_.inverse(entry(0, 0));
     } else if (entry(k + 1, k) == none) {
       pivots.emplace_back(entry(k + 1, k + 1), at(diagonal_, k + 1));
-      for (const int i : {k, k + 1}) at(b_, i) = add(Operation::product, at(b_, i), inverse_of(entry(i, i)));
+      for (const int i : {k, k + 1}) at(inverse_, i) = numbers_.inverse(entry(i, i));
     } else {
-      const int a = entry(k, k), b = entry(k + 1, k), c = entry(k + 1, k + 1), i = inverse_of(determinant(k)), first = at(b_, k), second = at(b_, k + 1);
-      at(b_, k) = add(Operation::product, products_difference(first, c, second, b), i);
-      at(b_, k + 1) = add(Operation::product, products_difference(second, a, first, b), i);
+      at(inverse_, k) = numbers_.inverse(determinant(k));
     }
   }
+  [[gnu::cold, gnu::noinline]] void solve_last(int k, std::vector<int>& b) {
+    if (n_ == 1 || entry(k + 1, k) == none) {
+      for (int i = k; i < n_; ++i) scale(at(b, i), at(inverse_, i));
+      return;
+    }
+    const int between = entry(k + 1, k), first = at(b, k), second = at(b, k + 1);
+    const auto solved = [&](int own, int weight, int other) {  // (own weight − other between) over the determinant
+      if (own == none && other == none) return none;
+      const int x = own == none     ? numbers_.negative_product(other, between)
+                    : other == none ? numbers_.product(own, weight)
+                                    : numbers_.products_difference(own, weight, other, between);
+      return numbers_.product(x, at(inverse_, k));
+    };
+    at(b, k) = solved(first, entry(k + 1, k + 1), second);
+    at(b, k + 1) = solved(second, entry(k, k), first);
+  }
 
-  std::uint32_t count_;
-  std::vector<int> M_, b_, diagonal_, inverse_;
+  Numbers& numbers_;
+  int n_, last_;
+  bool exists_ = false;
+  std::vector<int> M_, factors_, diagonal_, inverse_;  // M as far as it is eliminated: below the diagonal L D; and L
 };
 
 }  // namespace qdot::detail

@@ -59,7 +59,7 @@ struct Requirement {
   bool holds(double x) const { return is_in(domain, x - value); }
 };
 
-/// The equations of one object as nodes. Variables are q, q̇, t, the effects' states z, then q̈ and λ.
+/// The equations of one object as nodes. Variables are q, q̇, t, the effects' states z, then q̈, parameters and λ.
 ///
 /// @tparam Number  of the graph's coefficients
 template <class Number = double>
@@ -73,14 +73,16 @@ class TracedEquations {
   std::vector<Requirement> requirements;  // slopes of a logarithm are numbers where it is none, and so is a square of a root
   bool mass_is_diagonal = true, mass_is_constant = true;
   formula::MachineCodeBegins begins{};  // of their lines
+  std::vector<int> parameters;          // those of T and V that are variables
 
-  /// Variables for n coordinates and `states` states of effects.
-  TracedEquations(Eigen::Index n, Eigen::Index states) {
+  /// Variables for n coordinates, `states` states of effects and some parameters.
+  TracedEquations(Eigen::Index n, Eigen::Index states, Eigen::Index parameter_count = 0) {
     formula::Recording& r = motion.recording;
     motion.q = new_variables(r, 0, n);
     motion.qdot = new_variables(r, n, n);
     motion.t = r.graph.variable(static_cast<int>(2 * n));
     motion.z = new_variables(r, 2 * n + 1, states);
+    parameters = new_variables(r, 3 * n + 1 + states, parameter_count);
   }
 
   std::size_t n() const { return motion.q.size(); }
@@ -93,7 +95,7 @@ class TracedEquations {
   /// @param holonomic  for each row, whether it is φ or a
   void derive(bool has_forces, const std::vector<char>& holonomic);
 
-  /// What implicit methods ask for: rows along q, then q̇, then z, of r − M q̈ + Jᵀλ, of γ − J q̈, and of ż.
+  /// What implicit methods ask for: rows along q, then q̇, then z, then parameters, of r − M q̈ + Jᵀλ, of γ − J q̈, and of ż.
   struct Slopes {
     SparseEntries motion, constraints, states;
   };

@@ -9,7 +9,8 @@
 //     M q̈ − Jᵀλ = r ,   J q̈ = γ                                     lines of M, r, J, γ and a solution
 //     M ∂q̈ − Jᵀ∂λ = ∂(r − M q̈ + Jᵀλ) ,   J ∂q̈ = ∂(γ − J q̈)          lines of the right sides, and a solution for each component of y
 //
-// M and J are small here and taken as dense (mechanics/derive/dense_factors.hpp), four columns of the right sides at a time; columns on
+// Without constraints, of a few coordinates, all of it is one table of lines with the elimination in it, which leaves out what is zero
+// (mechanics/derive/solution_lines.hpp). Otherwise M and J are taken as dense (mechanics/derive/dense_factors.hpp), four columns of the right sides at a time; columns on
 // which nothing depends are left out when the lines are written. Up to n = 4 the compiler knows n, and all that is not lines is
 // straight-line code: at two or three coordinates it had taken more than half of the time, and each line that says that something is zero
 // or constant as much as any other.
@@ -40,7 +41,7 @@ struct LimitsOfPivots {
   bool may_be_singular = false;
 };
 
-/// q̈, ż and ∂ẏ/∂y of one object, y = [q; q̇; z].
+/// q̈, ż and ∂ẏ/∂y of one object, y = [q; q̇; z], and ∂ẏ/∂p of parameters that are variables.
 ///
 /// @tparam n_at_compile_time  n, if it is small; otherwise Dynamic
 template <int n_at_compile_time>
@@ -49,119 +50,23 @@ class TracedJacobian {
   using Four = FourColumns;
 
  public:
-  [[gnu::cold]] TracedJacobian(TracedEquations<> equations, const LimitsOfPivots& limits)
-      : lines_(std::move(equations)), limits_(limits), factors_(lines_.equations().n(), lines_.equations().rows()),
-        a_(numbers_of<decltype(a_)>(lines_.equations().n())), upper_(numbers_of<decltype(upper_)>(a_.size())),
-        lambda_(lines_.equations().rows()), lower_(lambda_.size()), own_ydot_(columns()) {
-    TracedEquations<>& e = lines_.equations();
-    if (factors_.m == 0) limits_ = {.singular = singular_pivot<double>(static_cast<Eigen::Index>(factors_.n)), .dependent = 0.0};
-    const TracedEquations<>::Slopes slopes = e.slopes();
-    const int zero = e.graph().constant(0.0), size = static_cast<int>(factors_.n);
-    std::vector<int> mass = in_rows(e.mass, 0, size, zero), J = in_rows(e.J, 0, size, zero), blocks;
-    for (int first = 0; first < static_cast<int>(columns()); first += 4) {
-      std::vector<int> block = in_rows(slopes.motion, first, 4, zero);
-      append(block, in_rows(slopes.constraints, first, 4, zero));
-      if (std::count(block.begin(), block.end(), zero) == std::ssize(block)) {
-        append(empty_columns_, {first, first + 1, first + 2, first + 3});
-      } else {
-        first_columns_.push_back(first);
-        append(blocks, block);
-      }
-    }
-    std::vector<int> outputs = e.right, rates = e.zdot;
-    rates.resize(e.states(), zero);  // phases alone have none
-    for (const std::vector<int>& more : {rates, mass, J, e.gamma, lines_.required()}) append(outputs, more);
-    equations_ = lines_.written(outputs);
-    outputs = blocks;
-    append(outputs, slopes.states.nodes());
-    further_ = lines_.written(outputs);
-    right_ = lines_.numbers(e.right);
-    zdot_ = lines_.numbers(rates);
-    gamma_ = lines_.numbers(e.gamma);
-    mass_ = lines_.numbers(mass);
-    J_ = lines_.numbers(J);
-    blocks_ = lines_.numbers(blocks);
-    states_ = slopes.states;
-    for (SparseEntries::Entry& entry : states_.entries) entry.what = lines_.numbers({entry.what})[0];
-    is_known_ = further_->table().lines.size() <= most_lines;
-  }
+  TracedJacobian(TracedEquations<> equations, const LimitsOfPivots& limits);
 
   bool is_known() const { return is_known_; }
+  void set_parameters(const double* p) {
+    const TracedEquations<>& e = lines_.equations();
+    parameters_.assign(p, p + e.parameters.size());
+    std::copy_n(p, parameters_.size(), lines_.inputs() + 3 * e.n() + 1 + e.states());
+  }
+  /// Whether all is lines: then several threads may ask write_by_lines() at once.
+  bool is_solved() const { return solved_.lines != nullptr; }
 
-  /// ydot ← ẏ, if it is wanted, and out ← ∂ẏ/∂y; false where another way must see to it.
+  /// ydot ← ẏ, if it is wanted, and out ← ∂ẏ/∂y, then ∂ẏ/∂p; false where another way must see to it.
   bool write(double t, const double* y, double* ydot, Eigen::Ref<Eigen::MatrixXd> out) {
-    const auto n = factors_.n;
-    const std::size_t m = factors_.m;
-    const std::size_t states = zdot_.size();
-    const Eigen::Index stride = out.outerStride();
-    double* const inputs = lines_.inputs();
-    each(n, [&](auto i) __attribute__((always_inline)) {
-      inputs[i] = y[i];
-      inputs[n + i] = y[n + i];
-    });
-    inputs[2 * n] = t;
-    for (std::size_t k = 0; k < states; ++k) inputs[2 * n + 1 + k] = y[2 * n + k];
-    lines_.carry_out(*equations_);
-    if (!lines_.hold_requirements()) return false;
-    each(n, [&](auto i) __attribute__((always_inline)) {
-      each(n, [&](auto j) __attribute__((always_inline)) { factors_.M[i * n + j] = at(mass_, i * n + j); });
-      a_[i] = at(right_, i);
-    });
-    for (std::size_t k = 0; k < m * n; ++k) factors_.J[k] = at(J_, k);
-    for (std::size_t k = 0; k < m; ++k) lambda_[k] = at(gamma_, k);
-    const double rho = limits_.may_be_singular ? lent_inertia() : 0.0;
-    lend(rho, a_, lambda_);
-    if (!factors_.compute(limits_.singular, limits_.dependent)) return false;
-    factors_.solve(a_.data(), lambda_.data());
-    if (!ydot) ydot = own_ydot_.data();
-    double zero = 0.0;
-    double* const accelerations = inputs + 2 * n + 1 + states;
-    each(n, [&](auto i) __attribute__((always_inline)) {
-      ydot[i] = y[n + i];
-      ydot[n + i] = accelerations[i] = a_[i];
-      zero += a_[i] - a_[i];
-    });
-    for (std::size_t k = 0; k < states; ++k) {
-      ydot[2 * n + k] = lines_[zdot_[k]];
-      zero += ydot[2 * n + k] - ydot[2 * n + k];
-    }
-    for (std::size_t k = 0; k < m; ++k) accelerations[n + k] = lambda_[k];
-    lines_.carry_out(*further_);
-    const auto write_column = [&](int j, const auto& acceleration) __attribute__((always_inline)) {
-      if (j >= static_cast<int>(own_ydot_.size())) return;
-      double* const column = out.data() + j * stride;
-      each(n, [&](auto i) __attribute__((always_inline)) {
-        column[i] = static_cast<std::size_t>(j) == n + i ? 1.0 : 0.0;
-        column[n + i] = acceleration(i);
-      });
-      for (std::size_t k = 0; k < states; ++k) column[2 * n + k] = 0.0;
-    };
-    for (const int j : empty_columns_) write_column(j, [](auto) { return 0.0; });
-    const int* places = blocks_.data();
-    FourColumns::Two not_finite{};
-    std::conditional_t<n_at_compile_time == Dynamic, decltype(upper_)&, decltype(upper_)> upper = upper_;
-    for (const int first : first_columns_) {
-      each(n, [&](auto i) __attribute__((always_inline)) { read(upper[i], places + 4 * i); });
-      places += 4 * n;
-      for (Four& row : lower_) {
-        read(row, places);
-        places += 4;
-      }
-      lend(rho, upper, lower_);
-      factors_.solve(upper.data(), lower_.data());
-      write_column(first, [&](auto i) { return upper[i].first[0]; });
-      write_column(first + 1, [&](auto i) { return upper[i].first[1]; });
-      write_column(first + 2, [&](auto i) { return upper[i].second[0]; });
-      write_column(first + 3, [&](auto i) { return upper[i].second[1]; });
-      each(n, [&](auto i) __attribute__((always_inline)) { not_finite += (upper[i].first - upper[i].first) + (upper[i].second - upper[i].second); });
-    }
-    for (std::size_t k = 0; k < states_.rows(); ++k)
-      for (const auto& entry : states_.row(k)) {
-        const double slope = lines_[entry.what];
-        out(static_cast<Eigen::Index>(2 * n + k), entry.column) = slope;
-        zero += slope - slope;
-      }
-    return zero + not_finite[0] + not_finite[1] == 0.0;
+    return is_solved() ? write_by_lines(t, y, ydot, out) : write_by_columns(t, y, ydot, out);
+  }
+  bool write_by_lines(double t, const double* y, double* ydot, const Eigen::Ref<Eigen::MatrixXd>& out) const {
+    return write_by_lines(t, y, ydot, const_cast<double*>(out.data()), out.outerStride());
   }
 
   template <class Run>
@@ -171,8 +76,10 @@ class TracedJacobian {
 
  private:
   static constexpr std::size_t most_lines = 100'000;
+  static constexpr std::size_t most_solved = 8;     // coordinates whose elimination is lines
+  static constexpr std::size_t most_numbers = 2000;  // of which an evaluation has a vector on the stack
 
-  std::size_t columns() const { return 2 * lines_.equations().n() + lines_.equations().states(); }
+  std::size_t columns() const { return 2 * lines_.equations().n() + lines_.equations().states() + lines_.equations().parameters.size(); }
 
   double at(const std::vector<int>& numbers, std::size_t k) const { return lines_[numbers[k]]; }
   [[gnu::always_inline]] void read(Four& row, const int* numbers) const {
@@ -180,31 +87,12 @@ class TracedJacobian {
     row.second = FourColumns::Two{lines_[numbers[2]], lines_[numbers[3]]};
   }
 
-  // Some columns of entries, row by row, with what is not there.
-  [[gnu::cold]] static std::vector<int> in_rows(const SparseEntries& entries, int first, int count, int zero) {
-    std::vector<int> all;
-    for (std::size_t i = 0; i < entries.rows(); ++i) {
-      std::vector<int> row(static_cast<std::size_t>(count), zero);
-      for (const auto& [column, node] : entries.row(i))
-        if (column >= first && column < first + count) row[static_cast<std::size_t>(column - first)] = node;
-      append(all, row);
-    }
-    return all;
-  }
-
-  // M ← M + ϱ JᵀJ with a ϱ that makes both parts alike; ϱ.
-  double lent_inertia() {
-    const std::size_t n = factors_.n;
-    own_J_ = factors_.J;
-    double inertia = 0.0, size = 0.0;
-    for (std::size_t i = 0; i < n; ++i) inertia += factors_.M[i * n + i];
-    for (const double w : own_J_) size += w * w;
-    const double rho = inertia / size;
-    for (const double* row = own_J_.data(); row != own_J_.data() + own_J_.size(); row += static_cast<std::ptrdiff_t>(n))
-      for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t j = 0; j <= i; ++j) factors_.M[i * n + j] += rho * row[i] * row[j];
-    return rho;
-  }
+  void write_in_lines(const TracedEquations<>::Slopes& slopes);
+  void write_in_columns(const TracedEquations<>::Slopes& slopes);
+  bool write_by_columns(double t, const double* y, double* ydot, Eigen::Ref<Eigen::MatrixXd> out);
+  bool write_by_lines(double t, const double* y, double* ydot, double* out, Eigen::Index stride) const;
+  static std::vector<int> in_rows(const SparseEntries& entries, int first, int count, int zero);
+  double lent_inertia();
   // upper ← upper + ϱ Jᵀ lower.
   template <class Upper, class Lower>
   void lend(double rho, Upper& upper, const Lower& lower) const {
@@ -223,7 +111,9 @@ class TracedJacobian {
   std::shared_ptr<const formula::LineEvaluator> equations_, further_;
   std::vector<int> right_, zdot_, gamma_, mass_, J_, first_columns_, empty_columns_, blocks_;
   SparseEntries states_;
-  std::vector<double> own_J_, own_ydot_;
+  std::vector<double> own_J_, own_ydot_, parameters_;
+  TracedLines<>::Solved solved_;
+  std::vector<std::pair<int, Requirement>> required_;  // of numbers
   bool is_known_ = false;
 };
 
@@ -240,12 +130,18 @@ class KeptJacobian {
   /// As TracedJacobian::write(); false where there is none, or where it would be too large.
   bool write(const Form& form, Eigen::Index dof, double t, const double* y, double* ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
     if (dof > largest) return false;
+    if (const Jacobian* const ready = ready_.load(std::memory_order_acquire)) return ready->write_by_lines(t, y, ydot, out);
     run_.store([](const Form& f, RecordedMotion& m) { f.record_again(m); }, std::memory_order_relaxed);
     const auto phases = form.phases(y);
     return kept_.use(phases, [&] { return Jacobian(form.recorded(phases), form.limits_of_pivots()); },
-                     [&](Jacobian& jacobian) { return jacobian.write(t, y, ydot, out); });
+                     [&](Jacobian& jacobian) {
+                       if (phases.empty() && jacobian.is_solved()) ready_.store(&jacobian, std::memory_order_release);
+                       return jacobian.write(t, y, ydot, out);
+                     });
   }
+  /// Looks whether the functors are the same still; nobody may ask meanwhile.
   void renew(const Form& form) {
+    ready_.store(nullptr, std::memory_order_relaxed);
     if (const Run run = run_.load(std::memory_order_relaxed)) kept_.renew([&](RecordedMotion& m) { run(form, m); });
   }
 
@@ -254,6 +150,7 @@ class KeptJacobian {
   KeptJacobian& operator=(const KeptJacobian& other) {
     kept_ = other.kept_;
     run_.store(other.run_.load(std::memory_order_relaxed), std::memory_order_relaxed);
+    ready_.store(nullptr, std::memory_order_relaxed);
     return *this;
   }
 
@@ -262,7 +159,20 @@ class KeptJacobian {
   static constexpr Eigen::Index largest = 128;
 
   KeptMotion<Jacobian> kept_;
-  mutable std::atomic<Run> run_{nullptr};  // null as long as nobody has asked
+  mutable std::atomic<Run> run_{nullptr};               // null as long as nobody has asked
+  mutable std::atomic<const Jacobian*> ready_{nullptr};  // of forms without phases: that of kept_, if it needs no lock
 };
 
 }  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template class TracedJacobian<1>;
+extern template class TracedJacobian<2>;
+extern template class TracedJacobian<3>;
+extern template class TracedJacobian<4>;
+extern template class TracedJacobian<Dynamic>;
+}  // namespace qdot::detail
+#else
+#include "qdot/mechanics/derive/jacobian_lines.hpp"
+#endif

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "qdot/ad/formula/line_writer.hpp"
+#include "qdot/mechanics/derive/solution_lines.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
 
 namespace qdot::detail {
@@ -27,6 +28,15 @@ template <class Number>
 }
 
 template <class Number>
+[[gnu::cold]] std::shared_ptr<formula::LineEvaluator> TracedLines<Number>::evaluator(formula::LineTable table) {
+  table.lines.push_back(formula::Line{});
+  auto lines = std::make_shared<formula::LineEvaluator>();
+  lines->set(std::move(table), shared_->writer->count(), shared_->equations.begins);
+  shared_->written.push_back(lines);
+  return lines;
+}
+
+template <class Number>
 [[gnu::cold]] std::shared_ptr<const formula::LineEvaluator> TracedLines<Number>::written(const std::vector<int>& outputs) {
   formula::LineTable table;
   shared_->writer->write(outputs, table);
@@ -36,15 +46,46 @@ template <class Number>
     if (is_constant) x_[line.to] = line.c;
     return is_constant;
   });
-  table.lines.push_back(formula::Line{});
-  auto lines = std::make_shared<formula::LineEvaluator>();
-  lines->set(std::move(table), shared_->writer->count(), shared_->equations.begins);
-  shared_->written.push_back(lines);
+  auto lines = evaluator(std::move(table));
   for (const auto& earlier : shared_->written) {
     earlier->add_read(numbers(outputs));
     if (earlier != lines) earlier->add_read(*lines);
   }
   return lines;
+}
+
+template <class Number>
+[[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::solved(const std::vector<int>& mass, const std::vector<int>& b,
+                                                                              const std::vector<int>& columns, const std::vector<int>& others, double least,
+                                                                              std::size_t most) {
+  const std::size_t n = b.size();
+  formula::BasicGraph<Number>& graph = equations().graph();
+  NodesOfGraph<formula::BasicGraph<Number>> nodes{graph};
+  Elimination elimination(nodes, mass, n);
+  if (!elimination.exists()) return {};
+  std::vector<int> before = elimination.solution(b), all;
+  const std::vector<int> x = before;
+  for (std::size_t first = 0; first < columns.size(); first += n) {
+    const auto begin = columns.begin() + static_cast<std::ptrdiff_t>(first);
+    append(all, elimination.solution({begin, begin + static_cast<std::ptrdiff_t>(n)}));
+  }
+  append(before, others);
+  const auto is_constant = [&](int node) { return graph[node].kind == formula::Kind::constant; };
+  for (const auto& [pivot, whole] : elimination.pivots) {
+    if (!is_constant(pivot) || !is_constant(whole)) append(before, {pivot, whole});
+    else if (!(graph[pivot].c > least * graph[whole].c)) return {};
+  }
+  formula::LineTable table;
+  shared_->writer->write(before, table);
+  for (std::size_t i = 0; i < n; ++i)
+    shared_->writer->place(graph.variable(static_cast<int>(2 * n + 1 + equations().states() + i)), shared_->writer->number(x[i]));
+  shared_->writer->write(all, table);
+  if (shared_->writer->count() > most) return {};
+  Solved found{evaluator(std::move(table)), numbers(x), numbers(all), {}};
+  for (const auto& [pivot, whole] : elimination.pivots)
+    if (!is_constant(pivot) || !is_constant(whole)) found.pivots.emplace_back(shared_->writer->number(pivot), shared_->writer->number(whole));
+  for (const std::vector<int>& read : {numbers(before), found.columns}) found.lines->add_read(read);
+  return found;
 }
 
 template <class Number>

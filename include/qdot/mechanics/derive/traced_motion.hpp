@@ -14,6 +14,7 @@
 // name it. An object has numbers of its own, so one thread at a time may ask it; copies are independent and share the lines.
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -47,6 +48,16 @@ class TracedLines {
 
   /// Lines of what `outputs` need beyond what is written already. All are written before the first evaluation.
   std::shared_ptr<const formula::LineEvaluator> written(const std::vector<int>& outputs);
+  /// Lines of x = M⁻¹ b, of M⁻¹ times each column, which may ask for x as the variables q̈, and of `others`, which may not. Nothing where M has a zero on
+  /// its diagonal, a constant pivot that is not above a fraction `least` of it, or more than `most` numbers. In the lists −1 stands for zero; of columns one
+  /// stands behind the other. These lines have their constants, and go with any vector of so many numbers.
+  struct Solved {
+    std::shared_ptr<formula::LineEvaluator> lines;
+    std::vector<int> x, columns;              ///< numbers of the solutions
+    std::vector<std::pair<int, int>> pivots;  ///< numbers of which the first of each pair must be above a fraction of the second
+  };
+  Solved solved(const std::vector<int>& mass, const std::vector<int>& b, const std::vector<int>& columns, const std::vector<int>& others, double least,
+                std::size_t most);
   /// Whether the functors are what was traced: run(motion) runs them again.
   template <class Run>
   bool still_holds(const Run& run) {
@@ -79,10 +90,10 @@ class TracedLines {
     *to++ = t;
     if (equations().states() > 0) std::copy_n(z, equations().states(), to);
   }
-  /// q, q̇, t, z, then q̈ and λ.
+  /// q, q̇, t, z, then q̈, parameters and λ.
   double* inputs() { return x_.data(); }
   void set_accelerations(const double* a) { std::copy_n(a, equations().n(), inputs() + 2 * equations().n() + 1 + equations().states()); }
-  double* multipliers() { return x_.data() + 3 * equations().n() + 1 + equations().states(); }
+  double* multipliers() { return inputs() + 3 * equations().n() + 1 + equations().states() + equations().parameters.size(); }
   void carry_out(const formula::LineEvaluator& lines) { lines(x_.data()); }
   double operator[](int number) const { return x_[static_cast<std::size_t>(number)]; }
   bool are_native() const { return !shared_->written.empty() && shared_->written.front()->is_native(); }
@@ -96,9 +107,11 @@ class TracedLines {
     std::vector<std::shared_ptr<formula::LineEvaluator>> written;
     std::mutex again;  // copies in several threads may run the functors again
     explicit Shared(TracedEquations<Number> e)
-        : equations(std::move(e)), inputs(3 * equations.n() + 1 + equations.states() + equations.rows()) {}
+        : equations(std::move(e)), inputs(3 * equations.n() + 1 + equations.states() + equations.parameters.size() + equations.rows()) {}
     Shared(const Shared&) = delete;
   };
+
+  std::shared_ptr<formula::LineEvaluator> evaluator(formula::LineTable table);
 
   std::shared_ptr<Shared> shared_;
   std::vector<double> x_;
@@ -168,6 +181,21 @@ class TracedMotion {
   bool is_known_ = false;
 };
 
+/// A lock that is held for some nanoseconds, and hardly ever waited for.
+class ShortLock {
+ public:
+  void lock() noexcept {
+    while (is_held_.test_and_set(std::memory_order_acquire)) is_held_.wait(true, std::memory_order_relaxed);
+  }
+  void unlock() noexcept {
+    is_held_.clear(std::memory_order_release);
+    is_held_.notify_one();
+  }
+
+ private:
+  std::atomic_flag is_held_;
+};
+
 /// Traced motions that a form keeps, one for each combination of phases: made when they are first asked for, and again where a method begins and the functors
 /// are others by then.
 ///
@@ -182,7 +210,7 @@ class KeptMotion {
   KeptMotion(const KeptMotion& other) : made_(other.made()) {}
   KeptMotion& operator=(const KeptMotion& other) {
     auto theirs = other.made();
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(lock_);
     made_ = std::move(theirs);
     own_.clear();
     return *this;
@@ -191,7 +219,7 @@ class KeptMotion {
   /// use(motion), which says whether it did; false where there is none.
   template <class Make, class Use>
   bool use(Phases phases, const Make& make, const Use& use) const {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(lock_);
     InPhases* own = in(own_, phases);
     if (!own) own = &added(own_, made_->made_or(phases, make));
     return own->motion && use(*own->motion);
@@ -204,7 +232,7 @@ class KeptMotion {
   /// Looks whether the functors are the same still; run(motion) runs them.
   template <class Run>
   void renew(const Run& run) {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(lock_);
     made_->add_missing(own_);
     try {
       if (std::ranges::all_of(own_, [&](InPhases& own) { return own.motion && own.motion->still_holds(run); })) return;
@@ -261,11 +289,11 @@ class KeptMotion {
     std::vector<InPhases> all_;
   };
   std::shared_ptr<Made> made() const {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(lock_);
     return made_;
   }
 
-  mutable std::mutex mutex_;
+  mutable ShortLock lock_;
   std::shared_ptr<Made> made_ = std::make_shared<Made>();
   mutable std::vector<InPhases> own_;
 };
@@ -292,6 +320,8 @@ namespace qdot::detail {
 extern template TracedLines<double>::TracedLines(TracedEquations<double>);
 extern template std::vector<int> TracedLines<double>::numbers(const std::vector<int>&) const;
 extern template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
+extern template TracedLines<double>::Solved TracedLines<double>::solved(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
+                                                                        const std::vector<int>&, double, std::size_t);
 extern template TracedMotion<double>::TracedMotion(TracedEquations<double>);
 }  // namespace qdot::detail
 #else

@@ -106,7 +106,7 @@ template <class Number>
   const int first = static_cast<int>(2 * n() + 1 + states());
   std::vector<int> a, lambda;
   for (std::size_t i = 0; i < n(); ++i) a.push_back(g.variable(first + static_cast<int>(i)));
-  for (std::size_t k = 0; k < rows(); ++k) lambda.push_back(g.variable(first + static_cast<int>(n() + k)));
+  for (std::size_t k = 0; k < rows(); ++k) lambda.push_back(g.variable(first + static_cast<int>(n() + parameters.size() + k)));
   std::vector<int> residual = right, below = gamma;
   const auto subtract = [&](int& from, int x, int y) { from = g.difference(from, g.product(x, y)); };
   for (std::size_t i = 0; i < n(); ++i)
@@ -123,6 +123,7 @@ template <class Number>
   std::vector<int> state = motion.q;
   state.insert(state.end(), motion.qdot.begin(), motion.qdot.end());
   state.insert(state.end(), motion.z.begin(), motion.z.end());
+  state.insert(state.end(), parameters.begin(), parameters.end());
   formula::LocalGradient<Number> gradient(g, state);
   return {rows_of(gradient, residual), rows_of(gradient, below), rows_of(gradient, zdot)};
 }

@@ -26,9 +26,9 @@ namespace qdot::detail {
 
 // In straight-line code there is no second way beside: where velocities are not rates, a mask becomes unknown, and the pass is dropped.
 template <int n, int... Is, class K>
-struct MovingPositions<EulerLagrange<n, double, std::integer_sequence<int, Is...>, K>> {
+struct MovingPositions<EulerLagrange<n, std::integer_sequence<int, Is...>, K>> {
   static constexpr bool known = true, is_only_way = true;
-  using S = EulerLagrange<n, double, std::integer_sequence<int, Is...>, K>;
+  using S = EulerLagrange<n, std::integer_sequence<int, Is...>, K>;
   using Position = PositionJet<n>;
 
   Present wrong = 0;

@@ -187,4 +187,24 @@ template <int n, class Number, class Right>
   });
 }
 
+// A row of derivatives along q and q̇, and what else there is. Not one of Eigen's: what it makes of eight entries g++ does not always see through.
+template <int columns>
+struct SlopeRow {
+  double entry[columns];
+
+  [[gnu::always_inline]] double& operator[](Eigen::Index j) { return entry[j]; }
+  [[gnu::always_inline]] double operator[](Eigen::Index j) const { return entry[j]; }
+  [[gnu::always_inline]] friend SlopeRow operator*(const SlopeRow& a, double b) {
+    SlopeRow product;
+    unroll<columns>([&](auto j) __attribute__((always_inline)) { product.entry[j] = a.entry[j] * b; });
+    return product;
+  }
+  [[gnu::always_inline]] friend SlopeRow operator*(double a, const SlopeRow& b) { return b * a; }
+  [[gnu::always_inline]] SlopeRow& operator-=(const SlopeRow& b) {
+    unroll<columns>([&](auto j) __attribute__((always_inline)) { entry[j] -= b.entry[j]; });
+    return *this;
+  }
+  [[gnu::always_inline]] friend SlopeRow operator-(SlopeRow a, const SlopeRow& b) { return a -= b; }
+};
+
 }  // namespace qdot::detail

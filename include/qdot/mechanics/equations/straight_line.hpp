@@ -75,9 +75,9 @@ template <int n, class E, class S>
 //
 // Not always_inline: GCC prepares the functions that others call before those others, but does not count calls from
 // always_inline functions, and then finds T and V not ready to be inlined.
-template <int n, class E, class Number>
-[[gnu::flatten]] inline auto euler_lagrange_of(const E& e, const Number* q, const Number* qdot, const Number& t) {
-  using S = EulerLagrange<n, Number>;
+template <int n, class E>
+[[gnu::flatten]] inline auto euler_lagrange_of(const E& e, const double* q, const double* qdot, double t) {
+  using S = EulerLagrange<n>;
   Vector<S, n> x;
   Vector<S, n> v;
   S* const positions = x.data();
