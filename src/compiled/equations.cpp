@@ -108,7 +108,18 @@ template std::vector<int> TracedLines<double>::numbers(const std::vector<int>&) 
 template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
 template TracedLines<double>::Solved TracedLines<double>::solved(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
                                                                  const std::vector<int>&, double, std::size_t);
+template TracedLines<double>::Solved TracedLines<double>::solved_in_order(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
+                                                                          std::size_t);
 template TracedMotion<double>::TracedMotion(TracedEquations<double>);
+template bool lines_pay<void>(const formula::Graph&);
+template class SolvedRates<1>;
+template class SolvedRates<2>;
+template class SolvedRates<3>;
+template class SolvedRates<4>;
+template class SolvedRates<5>;
+template class SolvedRates<6>;
+template class SolvedRates<7>;
+template class SolvedRates<8>;
 template class TracedJacobian<1>;
 template class TracedJacobian<2>;
 template class TracedJacobian<3>;

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "qdot/mechanics/acceleration_jacobian.hpp"
+#include "qdot/mechanics/derive/solved_rates.hpp"
 #include "qdot/mechanics/derive/traced_jacobian.hpp"
 #include "qdot/mechanics/equations/constant_inertia.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
@@ -69,6 +70,8 @@ class FirstOrderForm {
   static constexpr int n = Sys::dof_at_compile_time;
   static constexpr bool has_traced_jacobian =
       Sys::inertia == Inertia::positive_definite && n <= 64 && detail::RecordableEnergies<typename Sys::EnergiesType, n>;
+  static constexpr bool has_solved_rates =
+      has_traced_jacobian && n >= 1 && n <= detail::straight_line_limit && !detail::HasOwnEquations<typename Sys::EnergiesType>;
 
  public:
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;  ///< 2n, or Dynamic
@@ -86,6 +89,7 @@ class FirstOrderForm {
   {
     detail::renew_lines(system_, system_);
     if constexpr (has_traced_jacobian) jacobian_.renew(*this);
+    if constexpr (has_solved_rates) rates_.renew(*this);
     if constexpr (detail::TracedSystem<Sys>) traced_.renew([&](detail::RecordedMotion& m) { detail::run_energies<Dynamic>(m, system_.energies()); });
     inertia_ = detail::ConstantInertia<Sys>(system_);
   }
@@ -109,6 +113,8 @@ class FirstOrderForm {
   /// In words, how the last evaluation went.
   std::string way_taken() const {
     std::string way;
+    if constexpr (has_solved_rates)
+      if (rates_.are_used()) return detail::way_of_lines(formula::native_lines_are_possible(), system_.kept_lines()->by(), false);
     if constexpr (detail::TracedSystem<Sys>)
       use_traced([&](detail::TracedMotion<>& m) {
         way = detail::way_of_lines(m.lines().are_native(), system_.kept_lines()->by(), m.lines().are_long());
@@ -131,6 +137,8 @@ class FirstOrderForm {
   void write_derivative(double t, const double* y, double* ydot) const {
     const Eigen::Index dof = system_.dof();
     double* const rates = std::copy_n(y + dof, dof, ydot);
+    if constexpr (has_solved_rates)
+      if (system_.kept_lines()->may_be_straight() && rates_.write(*this, t, y, rates)) return;
     if constexpr (detail::TracedSystem<Sys>) {
       if (use_traced([&](detail::TracedMotion<>& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); })) return;
     }
@@ -258,6 +266,7 @@ class FirstOrderForm {
   detail::ConstantInertia<Sys> inertia_;  // factored once in a leg, where M is constant and V no formula
   [[no_unique_address]] std::conditional_t<n == Dynamic, detail::KeptMotion<detail::TracedMotion<>>, std::tuple<>> traced_;
   [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobian<FirstOrderForm, n>, std::tuple<int>> jacobian_;
+  [[no_unique_address]] std::conditional_t<has_solved_rates, detail::KeptRates<FirstOrderForm, n>, std::tuple<long>> rates_;
 };
 
 namespace detail {

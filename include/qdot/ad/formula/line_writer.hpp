@@ -43,6 +43,8 @@ class LineWriter {
     }
   }
 
+  /// Goes on behind numbers that come of others' lines.
+  void go_on_from(std::size_t count) { count_ = static_cast<std::uint32_t>(count); }
   /// Where the value of a variable is for all that is written from now on.
   void place(int variable, int number) {
     see_new_nodes();

@@ -165,8 +165,9 @@ class Recorded : public FormulaNumber<Recorded> {
   friend Recorded fabs(const Recorded& x) { return below(x, 0.0, false, "the function ", "fabs") ? -x : x; }
   friend Recorded floor(const Recorded& x) { return rounded_down(x, "floor"); }
   friend Recorded ceil(const Recorded& x) { return -rounded_down(-x, "ceil"); }
-  friend Recorded max(const Recorded& x, const Recorded& y) { return below(x, y, false, "the comparison ", "max") ? y : x; }
-  friend Recorded min(const Recorded& x, const Recorded& y) { return below(y, x, false, "the comparison ", "min") ? y : x; }
+  // At a tie with a constant the other, as of duals (ad/forward/algebraic.hpp).
+  friend Recorded max(const Recorded& x, const Recorded& y) { return below(x, y, !x.recording_, "the comparison ", "max") ? y : x; }
+  friend Recorded min(const Recorded& x, const Recorded& y) { return below(y, x, !x.recording_, "the comparison ", "min") ? y : x; }
   friend Recorded copysign(const Recorded& x, const Recorded& y) {
     if (!x.recording_ && !y.recording_) return std::copysign(x.constant_, y.constant_);
     return below(x, 0.0, false, "the function ", "copysign") == below(y, 0.0, false, "the function ", "copysign") ? x : -x;

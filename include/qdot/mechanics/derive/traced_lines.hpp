@@ -5,6 +5,7 @@
 //
 // Programs that link qdot::compiled do not read this header: the library has it.
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <utility>
@@ -56,10 +57,11 @@ template <class Number>
 
 template <class Number>
 [[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::solved(const std::vector<int>& mass, const std::vector<int>& b,
-                                                                              const std::vector<int>& columns, const std::vector<int>& others, double least,
-                                                                              std::size_t most) {
+                                                                               const std::vector<int>& columns, const std::vector<int>& others, double least,
+                                                                               std::size_t most) {
   const std::size_t n = b.size();
   formula::BasicGraph<Number>& graph = equations().graph();
+  formula::LineWriter<Number>& writer = *shared_->writer;
   NodesOfGraph<formula::BasicGraph<Number>> nodes{graph};
   Elimination elimination(nodes, mass, n);
   if (!elimination.exists()) return {};
@@ -70,21 +72,49 @@ template <class Number>
     append(all, elimination.solution({begin, begin + static_cast<std::ptrdiff_t>(n)}));
   }
   append(before, others);
-  const auto is_constant = [&](int node) { return graph[node].kind == formula::Kind::constant; };
+  std::vector<std::pair<int, int>> pivots;
   for (const auto& [pivot, whole] : elimination.pivots) {
-    if (!is_constant(pivot) || !is_constant(whole)) append(before, {pivot, whole});
+    const auto is_constant = [&](int node) { return graph[node].kind == formula::Kind::constant; };
+    if (!is_constant(pivot) || !is_constant(whole)) pivots.emplace_back(pivot, whole);
     else if (!(graph[pivot].c > least * graph[whole].c)) return {};
   }
+  for (const auto& [pivot, whole] : pivots) append(before, {pivot, whole});
   formula::LineTable table;
-  shared_->writer->write(before, table);
-  for (std::size_t i = 0; i < n; ++i)
-    shared_->writer->place(graph.variable(static_cast<int>(2 * n + 1 + equations().states() + i)), shared_->writer->number(x[i]));
-  shared_->writer->write(all, table);
+  writer.write(before, table);
+  for (std::size_t i = 0; i < n; ++i) writer.place(graph.variable(static_cast<int>(2 * n + 1 + equations().states() + i)), writer.number(x[i]));
+  writer.write(all, table);
+  return evaluated(std::move(table), {nullptr, numbers(x), numbers(all), std::move(pivots)}, others, [&](int node) { return writer.number(node); }, most);
+}
+
+// The same of M⁻¹ b alone, of many rows: elimination in its own order, for level by level registers would not do.
+template <class Number>
+[[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::solved_in_order(const std::vector<int>& mass, const std::vector<int>& b,
+                                                                                        const std::vector<int>& others, std::size_t most) {
+  formula::LineWriter<Number>& writer = *shared_->writer;
+  formula::LineTable table;
+  for (const std::vector<int>& nodes : {mass, b, others}) writer.write(nodes, table);
+  LinesOfNumbers more(writer.count());
+  Elimination elimination(more, numbers(mass), b.size());
+  if (!elimination.exists()) return {};
+  std::vector<int> x = elimination.solution(numbers(b));
+  table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
+  writer.go_on_from(more.count());
+  return evaluated(std::move(table), {nullptr, std::move(x), {}, std::move(elimination.pivots)}, others, [](int number) { return number; }, most);
+}
+
+// With lines, and numbers of the pivots.
+template <class Number>
+template <class ToNumber>
+[[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::evaluated(formula::LineTable table, Solved found, const std::vector<int>& others,
+                                                                                  const ToNumber& number, std::size_t most) {
   if (shared_->writer->count() > most) return {};
-  Solved found{evaluator(std::move(table)), numbers(x), numbers(all), {}};
-  for (const auto& [pivot, whole] : elimination.pivots)
-    if (!is_constant(pivot) || !is_constant(whole)) found.pivots.emplace_back(shared_->writer->number(pivot), shared_->writer->number(whole));
-  for (const std::vector<int>& read : {numbers(before), found.columns}) found.lines->add_read(read);
+  found.lines = evaluator(std::move(table));
+  for (const std::vector<int>& read : {numbers(others), found.x, found.columns}) found.lines->add_read(read);
+  for (auto& [pivot, whole] : found.pivots) {
+    pivot = number(pivot);
+    whole = number(whole);
+    found.lines->add_read(std::array{pivot, whole});
+  }
   return found;
 }
 

@@ -58,6 +58,8 @@ class TracedLines {
   };
   Solved solved(const std::vector<int>& mass, const std::vector<int>& b, const std::vector<int>& columns, const std::vector<int>& others, double least,
                 std::size_t most);
+  /// Those of x alone, of many rows, whose constants are not folded.
+  Solved solved_in_order(const std::vector<int>& mass, const std::vector<int>& b, const std::vector<int>& others, std::size_t most);
   /// Whether the functors are what was traced: run(motion) runs them again.
   template <class Run>
   bool still_holds(const Run& run) {
@@ -112,6 +114,8 @@ class TracedLines {
   };
 
   std::shared_ptr<formula::LineEvaluator> evaluator(formula::LineTable table);
+  template <class ToNumber>
+  Solved evaluated(formula::LineTable table, Solved found, const std::vector<int>& others, const ToNumber& number, std::size_t most);
 
   std::shared_ptr<Shared> shared_;
   std::vector<double> x_;
@@ -221,6 +225,7 @@ class KeptMotion {
   bool use(Phases phases, const Make& make, const Use& use) const {
     const std::lock_guard lock(lock_);
     InPhases* own = in(own_, phases);
+    if (!made_) made_ = std::make_shared<Made>();
     if (!own) own = &added(own_, made_->made_or(phases, make));
     return own->motion && use(*own->motion);
   }
@@ -229,16 +234,17 @@ class KeptMotion {
     return this->use({}, make, use);
   }
 
-  /// Looks whether the functors are the same still; run(motion) runs them.
+  /// Looks whether the functors are the same still; run(motion) runs them. If not, all is forgotten.
   template <class Run>
   void renew(const Run& run) {
     const std::lock_guard lock(lock_);
+    if (!made_) return;
     made_->add_missing(own_);
     try {
       if (std::ranges::all_of(own_, [&](InPhases& own) { return own.motion && own.motion->still_holds(run); })) return;
     } catch (...) {  // no formulas any more
     }
-    made_ = std::make_shared<Made>();
+    made_.reset();
     own_.clear();
   }
 
@@ -294,7 +300,7 @@ class KeptMotion {
   }
 
   mutable ShortLock lock_;
-  std::shared_ptr<Made> made_ = std::make_shared<Made>();
+  mutable std::shared_ptr<Made> made_;  // null as long as nobody has asked
   mutable std::vector<InPhases> own_;
 };
 
@@ -322,6 +328,8 @@ extern template std::vector<int> TracedLines<double>::numbers(const std::vector<
 extern template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
 extern template TracedLines<double>::Solved TracedLines<double>::solved(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
                                                                         const std::vector<int>&, double, std::size_t);
+extern template TracedLines<double>::Solved TracedLines<double>::solved_in_order(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
+                                                                                 std::size_t);
 extern template TracedMotion<double>::TracedMotion(TracedEquations<double>);
 }  // namespace qdot::detail
 #else

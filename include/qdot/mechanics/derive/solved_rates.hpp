@@ -1,0 +1,145 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// q̈ of a run by one table of lines, with the elimination in it.
+//
+//     lines of M and r,   M = L D Lᵀ,   q̈ = M⁻¹ r        pivots are results that are looked at afterwards
+//
+// A run evaluates the same equations ten thousand times. After some thousand evaluations it derives these lines (mechanics/derive/traced_equations.hpp)
+// and has machine code of them at once (ad/native/native_lines.hpp): sines and cosines of all angles come in one call, in lanes, what is zero or constant
+// is left out, and nothing is handed from one function to the next. An evaluation has its numbers on the stack, so threads do not wait for each other.
+//
+// It is not the way for a formula of few operations: there what the compiler makes of T and V is as short, and is called directly. Functors
+// that branch, and such as are no formulas, go their other ways as well (mechanics/mass_and_rhs.hpp).
+
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "qdot/mechanics/derive/dense_factors.hpp"
+#include "qdot/mechanics/derive/traced_motion.hpp"
+
+namespace qdot::detail {
+
+/// q̈ of T and V of n coordinates by lines. Several threads may ask it at once.
+template <int n>
+class SolvedRates {
+ public:
+  /// @param least  the fraction of its diagonal entry above which a pivot must be
+  SolvedRates(TracedEquations<> equations, double least);
+
+  /// Whether there are lines.
+  bool is_known() const { return is_known_; }
+
+  /// qddot ← q̈ at y = [q; q̇]; false where another way must see to it.
+  bool write(double t, const double* y, double* qddot) const;
+
+  template <class Run>
+  bool still_holds(const Run& run) {
+    return lines_.still_holds(run);
+  }
+
+ private:
+  static constexpr std::size_t most_numbers = 2000;
+  static constexpr int most_in_graph = 4;  // rows that are eliminated in the graph
+
+  TracedLines<> lines_;
+  TracedLines<>::Solved solved_;
+  std::vector<std::pair<int, Requirement>> required_;  // of numbers
+  double least_;
+  bool is_known_ = false;
+};
+
+/// Whether lines are sooner than what the compiler makes of T and V, as seen from what these write down: sines of several angles, or many operations.
+template <class = void>
+bool lines_pay(const formula::Graph& graph);
+
+/// The lines that a form keeps for its run, once it has been asked some thousand times. Several threads may ask it at once; copies begin anew.
+///
+/// A form has record_again() and limits_of_pivots().
+template <class Form, int n>
+class KeptRates {
+ public:
+  KeptRates() = default;
+  KeptRates(const KeptRates&) {}
+  KeptRates& operator=(const KeptRates&) {
+    forget();
+    return *this;
+  }
+
+  /// As SolvedRates::write(); false where there are no lines yet, or none at all.
+  bool write(const Form& form, double t, const double* y, double* qddot) const {
+    const std::uintptr_t state = state_.load(std::memory_order_acquire);
+    if (state > none) return std::bit_cast<const Rates*>(state)->write(t, y, qddot);
+    if (state == counting) count(form);
+    return false;
+  }
+  bool are_used() const { return state_.load(std::memory_order_relaxed) > none; }
+
+  /// Looks whether the functors are the same still; nobody may ask meanwhile.
+  void renew(const Form& form) {
+    if (state_.load() == none) return forget();
+    try {
+      if (!rates_ || rates_->still_holds([&](RecordedMotion& m) { form.record_again(m); })) return;
+    } catch (...) {  // no formulas any more
+    }
+    forget();
+  }
+
+ private:
+  using Rates = SolvedRates<n>;
+  static constexpr int begins_after = 3000;  // evaluations: to derive and to translate lines takes some tens of microseconds
+  static constexpr std::uintptr_t counting = 0, none = 1;  // beside where the lines are
+
+  void forget() {
+    rates_.reset();
+    left_.store(begins_after);
+    state_.store(counting);
+  }
+  void count(const Form& form) const {
+    const int left = left_.load(std::memory_order_relaxed) - 1;  // of several threads some may count as one
+    left_.store(left, std::memory_order_relaxed);
+    if (left <= 0) make(form);
+  }
+  // The first thread makes the lines, and others go on without them.
+  [[gnu::cold, gnu::noinline]] void make(const Form& form) const {
+    std::uintptr_t state = counting;
+    if (!state_.compare_exchange_strong(state, none)) return;
+    try {
+      TracedEquations<> equations(n, 0);
+      form.record_again(equations.motion);
+      if (!lines_pay(equations.graph())) return;
+      equations.derive(false, {});
+      rates_ = std::make_unique<Rates>(std::move(equations), form.limits_of_pivots().singular);
+      if (rates_->is_known()) return state_.store(std::bit_cast<std::uintptr_t>(rates_.get()), std::memory_order_release);
+    } catch (...) {  // what functors throw they throw again, where they are asked for values
+    }
+    rates_.reset();
+  }
+
+  mutable std::unique_ptr<Rates> rates_;
+  mutable std::atomic<int> left_{begins_after};
+  mutable std::atomic<std::uintptr_t> state_{counting};
+};
+
+}  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template bool lines_pay<void>(const formula::Graph&);
+extern template class SolvedRates<1>;
+extern template class SolvedRates<2>;
+extern template class SolvedRates<3>;
+extern template class SolvedRates<4>;
+extern template class SolvedRates<5>;
+extern template class SolvedRates<6>;
+extern template class SolvedRates<7>;
+extern template class SolvedRates<8>;
+}  // namespace qdot::detail
+#else
+#include "qdot/mechanics/derive/jacobian_lines.hpp"
+#endif

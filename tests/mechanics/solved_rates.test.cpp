@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+//
+// Accelerations of a run by lines that end with them, beside those by dual numbers; and what is left to other ways.
+#include "qdot/mechanics/derive/solved_rates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <thread>
+#include <type_traits>
+#include <vector>
+
+#include "bench/chain_energies.hpp"
+#include "catch2_bridge.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+using namespace qdot;
+
+namespace {
+
+constexpr double rounded = 1e-11;  // some hundred operations, and the condition of M of a chain of eight
+constexpr int until_lines = 3001;  // evaluations
+
+template <class Form>
+void evaluate_until_lines(const Form& form, const Eigen::VectorXd& y) {
+  Eigen::VectorXd ydot(y.size());
+  for (int i = 0; i < until_lines; ++i) form.derivative(0.0, y, ydot);
+}
+template <int n>
+Eigen::VectorXd state(double shift) {
+  Eigen::VectorXd y(2 * n);
+  for (Eigen::Index i = 0; i < y.size(); ++i) y[i] = std::sin(1.0 + shift + 1.7 * static_cast<double>(i));
+  return y;
+}
+bool is_by_lines(const std::string& way) { return way.find("recorded formulas") != std::string::npos; }
+
+template <int n, class E>
+double difference_from_duals(const E& energies) {
+  const auto system = mechanical_system<n>(energies);
+  const auto form = first_order_form(system), duals = first_order_form(system.by(By::duals));
+  evaluate_until_lines(form, state<n>(0.0));
+  CHECK(is_by_lines(form.way_taken()));
+  double worst = 0.0;
+  for (int k = 0; k < 20; ++k) {
+    const Eigen::VectorXd y = state<n>(0.3 * k);
+    Eigen::VectorXd found(2 * n), expected(2 * n);
+    form.derivative(0.2, y, found);
+    duals.derivative(0.2, y, expected);
+    worst = std::max(worst, (found - expected).norm() / expected.norm());
+  }
+  return worst;
+}
+
+struct ThreeBodies {
+  auto T(const auto& v) const { return 0.5 * v.squaredNorm(); }
+  auto V(const auto& q) const {
+    using std::sqrt;
+    const auto inverse = [&](int a, int b) {
+      const auto x = q[2 * a] - q[2 * b], y = q[2 * a + 1] - q[2 * b + 1];
+      return 1.0 / sqrt(x * x + y * y);
+    };
+    return -inverse(0, 1) - inverse(0, 2) - inverse(1, 2);
+  }
+};
+// One that is driven, and whose rod is as long as the caller says.
+struct Driven {
+  const double* length;
+  auto T(const auto& q, const auto& v, const auto& t) const {
+    using std::cos;
+    const double l = *length;
+    const auto drive = 0.3 * cos(2.0 * t);
+    return 0.5 * l * l * (2.0 * v[0] * v[0] + v[1] * v[1]) + l * l * v[0] * v[1] * cos(q[0] - q[1]) + l * drive * (v[0] * cos(q[0]) + v[1] * cos(q[1]));
+  }
+  auto V(const auto& q) const {
+    using std::cos;
+    return -9.81 * (*length) * (2.0 * cos(q[0]) + cos(q[1]));
+  }
+};
+// An inertia of the first coordinate that ends where both angles are zero, and a root that has no value for q₁ < −1.
+struct Ends {
+  auto T(const auto& q, const auto& v) const {
+    using std::cos;
+    return (2.0 - cos(q[0]) - cos(q[1])) * v[0] * v[0] + 0.5 * v[1] * v[1];
+  }
+  auto V(const auto& q) const {
+    using std::cos, std::sqrt;
+    return cos(q[0]) * cos(q[1]) + sqrt(1.0 + q[1]);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a run's accelerations by lines are those by dual numbers") {
+  CHECK(difference_from_duals<2>(bench::LoopedChain{}) < rounded);
+  CHECK(difference_from_duals<3>(bench::UnrolledChain<3>{}) < rounded);
+  CHECK(difference_from_duals<4>(bench::LoopedChain{}) < rounded);
+  CHECK(difference_from_duals<7>(bench::LoopedChain{}) < rounded);
+  CHECK(difference_from_duals<8>(bench::LoopedChain{}) < rounded);
+  CHECK(difference_from_duals<6>(ThreeBodies{}) < rounded);
+  const double length = 1.3;
+  CHECK(difference_from_duals<2>(Driven{&length}) < rounded);
+}
+
+TEST_CASE("few operations and branches go without lines of their own") {
+  const auto pays = []<int n>(const auto& system, std::integral_constant<int, n>) {
+    detail::TracedEquations<> recorded(n, 0);
+    detail::run_energies<n>(recorded.motion, system.energies());
+    return detail::lines_pay(recorded.graph());
+  };
+  using Two = std::integral_constant<int, 2>;
+  const auto kepler = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return -1.0 / q.norm(); });
+  CHECK_FALSE(pays(kepler, Two()));
+  CHECK(pays(mechanical_system<2>(bench::LoopedChain{}), Two()));
+  const auto bounded = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },
+                                            [](const auto& q) {
+                                              using std::cos, std::max;
+                                              const auto over = max(0.0, q[0]);
+                                              return cos(q[0]) * cos(q[1]) + over * over;
+                                            });
+  const auto form = first_order_form(bounded);
+  for (const double q : {-0.7, 0.7}) {  // ∂V/∂q is −sin q₀ cos q₁, and 2 q₀ where q₀ > 0
+    const Eigen::VectorXd y = Eigen::Vector4d(q, 0.4, 0.0, 0.0);
+    evaluate_until_lines(form, y);
+    Eigen::VectorXd ydot(4);
+    form.derivative(0.0, y, ydot);
+    CHECK(std::abs(ydot[2] - (std::sin(q) * std::cos(0.4) - (q > 0.0 ? 2.0 * q : 0.0))) < rounded);
+  }
+}
+
+TEST_CASE("where functors are others by then, lines are derived anew") {
+  double length = 1.0;
+  auto form = first_order_form(mechanical_system<2>(Driven{&length}));
+  const Eigen::VectorXd y = state<2>(0.4);
+  evaluate_until_lines(form, y);
+  for (const double l : {1.0, 2.0, 0.5}) {
+    length = l;
+    form.renew();
+    const auto same = first_order_form(mechanical_system<2>(Driven{&l}).by(By::duals));
+    Eigen::VectorXd found(4), expected(4);
+    for (int i = 0; i < 2; ++i) {
+      form.derivative(0.7, y, found);
+      same.derivative(0.7, y, expected);
+      CHECK((found - expected).norm() < rounded * expected.norm());
+      evaluate_until_lines(form, y);
+    }
+  }
+}
+
+TEST_CASE("an inertia that ends and a root without a value are named as ever") {
+  const auto form = first_order_form(mechanical_system<2>(Ends{}));
+  evaluate_until_lines(form, Eigen::Vector4d(0.5, 0.3, 0.1, 0.2));
+  CHECK(is_by_lines(form.way_taken()));
+  Eigen::VectorXd ydot(4);
+  CHECK_THROWS_AS(form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(0.0, 0.0, 0.1, 0.2)), ydot), SingularMassMatrix);
+  CHECK_THROWS_AS(form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(0.5, -1.5, 0.1, 0.2)), ydot), NonFinite);
+}
+
+TEST_CASE("threads that share a form have the numbers of one") {
+  const auto form = first_order_form(mechanical_system<4>(bench::LoopedChain{}));
+  const auto duals = first_order_form(mechanical_system<4>(bench::LoopedChain{}).by(By::duals));
+  std::vector<double> worst(3, 0.0);
+  std::vector<std::thread> threads;
+  for (double& each : worst)
+    threads.emplace_back([&] {
+      for (int i = 0; i < until_lines; ++i) {
+        const Eigen::VectorXd y = state<4>(0.001 * i);
+        Eigen::VectorXd found(8), expected(8);
+        form.derivative(0.0, y, found);
+        if (i % 100 != 0) continue;
+        duals.derivative(0.0, y, expected);
+        each = std::max(each, (found - expected).norm() / expected.norm());
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (const double each : worst) CHECK(each < rounded);
+}
