@@ -12,7 +12,13 @@
 
 #include "bench/chain_energies.hpp"
 #include "catch2_bridge.hpp"
+#include "qdot/effects/dissipation.hpp"
+#include "qdot/effects/forces.hpp"
+#include "qdot/effects/scene_form.hpp"
+#include "qdot/integrate/runge_kutta.hpp"
+#include "qdot/integrate/simulate.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
+#include "qdot/mechanics/kinematic_system.hpp"
 
 using namespace qdot;
 
@@ -34,9 +40,8 @@ Eigen::VectorXd state(double shift) {
 }
 bool is_by_lines(const std::string& way) { return way.find("recorded formulas") != std::string::npos; }
 
-template <int n, class E>
-double difference_from_duals(const E& energies) {
-  const auto system = mechanical_system<n>(energies);
+template <int n, class System>
+double difference_of_duals(const System& system) {
   const auto form = first_order_form(system), duals = first_order_form(system.by(By::duals));
   evaluate_until_lines(form, state<n>(0.0));
   CHECK(is_by_lines(form.way_taken()));
@@ -49,6 +54,11 @@ double difference_from_duals(const E& energies) {
     worst = std::max(worst, (found - expected).norm() / expected.norm());
   }
   return worst;
+}
+
+template <int n, class E>
+double difference_from_duals(const E& energies) {
+  return difference_of_duals<n>(mechanical_system<n>(energies));
 }
 
 struct ThreeBodies {
@@ -76,11 +86,11 @@ struct Driven {
     return -9.81 * (*length) * (2.0 * cos(q[0]) + cos(q[1]));
   }
 };
-// An inertia of the first coordinate that ends where both angles are zero, and a root that has no value for q₁ < −1.
+// An inertia of the first coordinate that is zero where both angles are, less beside, and a root that has no value for q₁ < −1.
 struct Ends {
   auto T(const auto& q, const auto& v) const {
     using std::cos;
-    return (2.0 - cos(q[0]) - cos(q[1])) * v[0] * v[0] + 0.5 * v[1] * v[1];
+    return (q[0] * q[0] - 0.5 * q[1] * q[1] * cos(q[0])) * v[0] * v[0] + 0.5 * v[1] * v[1];
   }
   auto V(const auto& q) const {
     using std::cos, std::sqrt;
@@ -99,6 +109,38 @@ TEST_CASE("a run's accelerations by lines are those by dual numbers") {
   CHECK(difference_from_duals<6>(ThreeBodies{}) < rounded);
   const double length = 1.3;
   CHECK(difference_from_duals<2>(Driven{&length}) < rounded);
+}
+
+TEST_CASE("scenes with forces and bodies by their positions have such lines, too") {
+  const auto chain = mechanical_system<4>(bench::LoopedChain{});
+  CHECK(difference_of_duals<4>(scene(chain, viscous_damping(Vector<double, 4>(0.1, 0.2, 0.3, 0.4)))) < rounded);
+  const auto push = generalized_force([](const auto& q, const auto& v, const auto& t) {
+    using std::cos;
+    using S = std::remove_cvref_t<decltype(q[0] * v[0])>;
+    return Vector<S, 4>(S(cos(3.0 * t)), S(-0.1 * v[1] * q[0]), S(0.0), S(0.2));
+  });
+  CHECK(difference_of_duals<4>(scene(chain, push)) < rounded);
+  const auto places = [](const auto& q, auto& bodies) {
+    using std::cos, std::sin;
+    bodies.point_mass(1.0, vector(sin(q[0]), -cos(q[0])));
+    bodies.planar_body(2.0, 0.3, vector(sin(q[0]) + sin(q[1]), -cos(q[0]) - cos(q[1])), q[1]);
+  };
+  const auto bodies = kinematic_system<2>(places, uniform_gravity(0.0, -9.81));
+  CHECK(difference_of_duals<2>(bodies) < rounded);
+  CHECK(difference_of_duals<2>(scene(bodies, viscous_damping(Vector<double, 2>(0.1, 0.2)))) < rounded);
+}
+
+TEST_CASE("a force that becomes another in a run by lines ends the run by its name") {
+  double strength = 1.0;
+  const auto push = generalized_force([&strength](const auto& q, const auto&) {
+    using S = std::remove_cvref_t<decltype(q[0])>;
+    return Vector<S, 2>(S(strength), S(0.0));
+  });
+  const auto s = scene(mechanical_system<2>(bench::LoopedChain{}), push);
+  const auto observer = [&](const StepView& step) { strength = step.t() > 300.0 ? 1.5 : 1.0; };
+  const auto run = simulate(s, State<2>{0.0, {0.3, 0.2}, {0.0, 0.0}}, 400.0, Dop853{}, {.rtol = 1e-10}, observer);
+  CHECK(run.statistics.evaluations > 2 * until_lines);  // most of them before the change
+  CHECK(run.outcome == Outcome::model_changed);
 }
 
 TEST_CASE("few operations and branches go without lines of their own") {
@@ -152,7 +194,8 @@ TEST_CASE("an inertia that ends and a root without a value are named as ever") {
   CHECK(is_by_lines(form.way_taken()));
   Eigen::VectorXd ydot(4);
   CHECK_THROWS_AS(form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(0.0, 0.0, 0.1, 0.2)), ydot), SingularMassMatrix);
-  CHECK_THROWS_AS(form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(0.5, -1.5, 0.1, 0.2)), ydot), NonFinite);
+  CHECK_THROWS_AS(form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(0.1, 0.5, 0.1, 0.2)), ydot), IndefiniteMassMatrix);
+  CHECK_THROWS_AS(form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(2.5, -1.5, 0.1, 0.2)), ydot), NonFinite);
 }
 
 TEST_CASE("threads that share a form have the numbers of one") {

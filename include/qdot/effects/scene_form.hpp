@@ -24,6 +24,7 @@
 #include "qdot/effects/projection.hpp"
 #include "qdot/effects/rows/traced_constraints.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
+#include "qdot/mechanics/derive/solved_rates.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {
@@ -36,12 +37,16 @@ class SceneForm {
   static constexpr int m = Sc::constraints_at_compile_time;
   static constexpr bool is_traced = detail::is_traced_scene<Sc>;
   static constexpr bool has_traced_jacobian = detail::has_traced_jacobian<Sc>;
+  static constexpr bool has_solved_rates = has_traced_jacobian && Sc::has_forces && !Sc::has_constraints && !Sc::has_states &&
+                                           Sc::SystemType::inertia == Inertia::positive_definite &&
+                                           detail::may_have_solved_rates<typename Sc::SystemType::EnergiesType, n>;
   using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints<>, detail::TracedMotion<>>;
 
  public:
   static constexpr int dof_at_compile_time = n;                                         ///< n, or Dynamic
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n + states;  ///< 2n and the states of effects, or Dynamic
   static constexpr bool has_constraints = Sc::has_constraints;                          ///< as the scene has it
+  static constexpr bool has_forces = Sc::has_forces;                                    ///< likewise
   static constexpr bool functors_are_recordable = detail::is_recordable_scene<Sc>;      ///< T, V and effects take every scalar
 
   explicit SceneForm(Sc scene) : scene_(std::move(scene)) { detail::keep_lines(scene_, scene_.system()); }
@@ -56,6 +61,7 @@ class SceneForm {
     requires(is_traced || has_traced_jacobian || detail::may_keep_lines<typename Sc::SystemType::EnergiesType, n>)
   {
     if constexpr (has_traced_jacobian) jacobian_.renew(*this);
+    if constexpr (has_solved_rates) rates_.renew(*this);
     if constexpr (is_traced) traced_.renew([this](detail::RecordedMotion& motion) { detail::run_scene(motion, scene_, nullptr); });
     detail::renew_lines(scene_, scene_.system());
   }
@@ -70,6 +76,8 @@ class SceneForm {
   /// In words, how the last evaluation went.
   std::string way_taken() const {
     std::string way;
+    if constexpr (has_solved_rates)
+      if (rates_.are_used()) return detail::way_of_lines(formula::native_lines_are_possible(), scene_.system().kept_lines()->by(), false);
     if constexpr (is_traced)
       use_traced([&](Traced& traced) {
         way = detail::way_of_lines(traced.lines().are_native(), scene_.system().kept_lines()->by(), traced.lines().are_long());
@@ -100,6 +108,13 @@ class SceneForm {
         else return traced.write(y, y + k, t, y + 2 * k, ydot + k, ydot + 2 * k);
       };
       if (use_traced(write)) return;
+    }
+    if constexpr (has_solved_rates) {
+      const detail::KeptLines& kept = *scene_.system().kept_lines();
+      if (kept.may_be_straight() && !kept.is_aside() && rates_.write(*this, t, y, ydot + n)) {
+        std::copy_n(y + n, n, ydot);
+        return;
+      }
     }
     const Vector<double, n> q = q_of(y), qdot = qdot_of(y);
     const Vector<double, states> z = z_of(y);
@@ -361,6 +376,7 @@ class SceneForm {
   Sc scene_;
   [[no_unique_address]] std::conditional_t<is_traced, detail::KeptMotion<Traced>, std::tuple<>> traced_;
   [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobian<SceneForm, n>, std::tuple<int>> jacobian_;
+  [[no_unique_address]] std::conditional_t<has_solved_rates, detail::KeptRates<SceneForm, typename Sc::SystemType::EnergiesType, n>, std::tuple<long>> rates_;
 };
 
 /// The first-order form of a scene; that of its system where it has no effects.

@@ -70,8 +70,7 @@ class FirstOrderForm {
   static constexpr int n = Sys::dof_at_compile_time;
   static constexpr bool has_traced_jacobian =
       Sys::inertia == Inertia::positive_definite && n <= 64 && detail::RecordableEnergies<typename Sys::EnergiesType, n>;
-  static constexpr bool has_solved_rates =
-      has_traced_jacobian && n >= 1 && n <= detail::straight_line_limit && !detail::HasOwnEquations<typename Sys::EnergiesType>;
+  static constexpr bool has_solved_rates = has_traced_jacobian && detail::may_have_solved_rates<typename Sys::EnergiesType, n>;
 
  public:
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;  ///< 2n, or Dynamic
@@ -266,7 +265,7 @@ class FirstOrderForm {
   detail::ConstantInertia<Sys> inertia_;  // factored once in a leg, where M is constant and V no formula
   [[no_unique_address]] std::conditional_t<n == Dynamic, detail::KeptMotion<detail::TracedMotion<>>, std::tuple<>> traced_;
   [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobian<FirstOrderForm, n>, std::tuple<int>> jacobian_;
-  [[no_unique_address]] std::conditional_t<has_solved_rates, detail::KeptRates<FirstOrderForm, n>, std::tuple<long>> rates_;
+  [[no_unique_address]] std::conditional_t<has_solved_rates, detail::KeptRates<FirstOrderForm, typename Sys::EnergiesType, n>, std::tuple<long>> rates_;
 };
 
 namespace detail {

@@ -43,13 +43,13 @@ template <class>
 }
 
 template <int n>
-[[gnu::cold]] SolvedRates<n>::SolvedRates(TracedEquations<> equations, double least) : lines_(std::move(equations)), least_(least) {
+[[gnu::cold]] SolvedRates<n>::SolvedRates(TracedEquations<> equations, double least, std::size_t most) : lines_(std::move(equations)), least_(least) {
   TracedEquations<>& e = lines_.equations();
   e.begins = {1, e.begins.in_lanes};
   const std::vector<int> mass = in_triangle(e.mass);
   solved_ = n <= most_in_graph ? lines_.solved(mass, e.right, {}, lines_.required(), least, most_numbers)
                                : lines_.solved_in_order(mass, e.right, lines_.required(), most_numbers);
-  if (!solved_.lines) return;
+  if (!solved_.lines || solved_.lines->table().lines.size() > most) return;
   for (const Requirement& r : e.requirements) required_.emplace_back(lines_.numbers({r.node})[0], r);
   is_known_ = true;
 }

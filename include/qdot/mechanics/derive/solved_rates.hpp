@@ -22,6 +22,7 @@
 
 #include "qdot/mechanics/derive/dense_factors.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
+#include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot::detail {
 
@@ -30,7 +31,8 @@ template <int n>
 class SolvedRates {
  public:
   /// @param least  the fraction of its diagonal entry above which a pivot must be
-  SolvedRates(TracedEquations<> equations, double least);
+  /// @param most   lines that are sooner than other ways
+  SolvedRates(TracedEquations<> equations, double least, std::size_t most);
 
   /// Whether there are lines.
   bool is_known() const { return is_known_; }
@@ -58,10 +60,18 @@ class SolvedRates {
 template <class = void>
 bool lines_pay(const formula::Graph& graph);
 
+/// Which energies may have such lines.
+template <class E, int n>
+inline constexpr bool may_have_solved_rates = [] {
+  if constexpr (n < 1 || n > straight_line_limit) return false;
+  else if constexpr (requires { requires E::has_own_equations; }) return true;
+  else return !turns<n, E>;
+}();
+
 /// The lines that a form keeps for its run, once it has been asked some thousand times. Several threads may ask it at once; copies begin anew.
 ///
-/// A form has record_again() and limits_of_pivots().
-template <class Form, int n>
+/// A form of energies E has record_again() and limits_of_pivots().
+template <class Form, class E, int n>
 class KeptRates {
  public:
   KeptRates() = default;
@@ -82,9 +92,9 @@ class KeptRates {
 
   /// Looks whether the functors are the same still; nobody may ask meanwhile.
   void renew(const Form& form) {
-    if (state_.load() == none) return forget();
+    if (!rates_) return;  // none yet, or none at all
     try {
-      if (!rates_ || rates_->still_holds([&](RecordedMotion& m) { form.record_again(m); })) return;
+      if (rates_->still_holds([&](RecordedMotion& m) { form.record_again(m); })) return;
     } catch (...) {  // no formulas any more
     }
     forget();
@@ -92,6 +102,8 @@ class KeptRates {
 
  private:
   using Rates = SolvedRates<n>;
+  // Bodies by their rotations have more lines than that, and positions know better of them.
+  static constexpr std::size_t most_lines = requires { requires E::has_own_equations; } ? 30 * n : 2000;
   static constexpr int begins_after = 3000;  // evaluations: to derive and to translate lines takes some tens of microseconds
   static constexpr std::uintptr_t counting = 0, none = 1;  // beside where the lines are
 
@@ -113,8 +125,8 @@ class KeptRates {
       TracedEquations<> equations(n, 0);
       form.record_again(equations.motion);
       if (!lines_pay(equations.graph())) return;
-      equations.derive(false, {});
-      rates_ = std::make_unique<Rates>(std::move(equations), form.limits_of_pivots().singular);
+      equations.derive(requires { requires Form::has_forces; }, {});
+      rates_ = std::make_unique<Rates>(std::move(equations), form.limits_of_pivots().singular, most_lines);
       if (rates_->is_known()) return state_.store(std::bit_cast<std::uintptr_t>(rates_.get()), std::memory_order_release);
     } catch (...) {  // what functors throw they throw again, where they are asked for values
     }

@@ -64,8 +64,10 @@ class KeptLines {
   /// Whether recorded formulas may be used.
   bool may_be_lines() const { return by_ != By::duals; }
 
+  /// Whether what a run has kept must not be used now.
+  bool is_aside() const { return is_aside_.load(std::memory_order_relaxed); }
   /// The lines of a run; null outside of runs.
-  DerivedOnce* once() const { return is_aside_.load(std::memory_order_relaxed) ? nullptr : once_.get(); }
+  DerivedOnce* once() const { return is_aside() ? nullptr : once_.get(); }
   /// Null where there are to be none.
   const std::shared_ptr<SharedDerivations>& shared() const { return shared_; }
 

@@ -51,6 +51,13 @@ using ReturnedByT = decltype(returned_by_T<n>(std::declval<const E&>(), std::dec
 template <int n, class E, class S>
 using ScalarOfT = std::conditional_t<is_turning_energy<ReturnedByT<n, E, S>>, ReturnedByT<n, E, S>, S>;
 
+// Whether T is made of angular velocities: of those straight-line code knows more than lines do (mechanics/equations/body_rates.hpp).
+template <int n, class E>
+inline constexpr bool turns = [] {
+  if constexpr (straight_line_pays) return is_turning_energy<ReturnedByT<n, E, EulerLagrange<n>>>;
+  else return false;
+}();
+
 // L = T − V of a state that consists of scalars of Lagrange's equations.
 template <int n, class E, class S>
 [[gnu::flatten]] inline auto lagrangian_of(const E& e, const Vector<S, n>& x, const Vector<S, n>& v, const S& time) {
