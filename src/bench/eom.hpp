@@ -4,11 +4,13 @@
 // The rows of `qdot bench eom`: q̈ by the library beside q̈ as an expert derives and writes it. A unit that has rows declares
 // one function here that returns them, and eom.cpp lists that function.
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "bench/bench.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::bench {
 
@@ -63,6 +65,20 @@ template <int n, class E, By way>
 [[gnu::noinline]] void by_way(const double* q, const double* qdot, double* qddot) {
   using V = Vector<double, n>;
   Eigen::Map<V>{qddot} = acceleration(benched_way<n, E, way>, V(Eigen::Map<const V>(q)), V(Eigen::Map<const V>(qdot)));
+}
+
+/// q̈ in a run, by the form that a run has of a system.
+template <int n, class Form>
+void by_form(const Form& form, const double* q, const double* qdot, double* qddot) {
+  double y[2 * n], ydot[2 * n];
+  std::copy_n(qdot, n, std::copy_n(q, n, y));
+  form.write_derivative(0.0, y, ydot);
+  std::copy_n(ydot + n, n, qddot);
+}
+template <int n, class E>
+[[gnu::noinline]] void by_run(const double* q, const double* qdot, double* qddot) {
+  static const auto form = first_order_form(mechanical_system<n>(E{}));
+  by_form<n>(form, q, qdot, qddot);
 }
 
 /// q̈ from the energies E by the general door.

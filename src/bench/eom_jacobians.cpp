@@ -40,10 +40,7 @@ inline const auto benched_form = first_order_form(mechanical_system<n>(LoopedCha
 
 template <int n>
 [[gnu::noinline]] void rates_by_form(const double* q, const double* qdot, double* out) {
-  double y[2 * n], ydot[2 * n];
-  std::copy_n(qdot, n, std::copy_n(q, n, y));
-  benched_form<n>.write_derivative(0.0, y, ydot);
-  std::copy_n(ydot + n, n, out);
+  by_form<n>(benched_form<n>, q, qdot, out);
 }
 
 template <int n>

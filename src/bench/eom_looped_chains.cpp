@@ -8,15 +8,6 @@ namespace qdot::bench {
 namespace {
 
 template <int n>
-inline const auto benched_run = in_a_run(mechanical_system<n>(LoopedChain{}));
-
-template <int n>
-[[gnu::noinline]] void by_run(const double* q, const double* qdot, double* qddot) {
-  using V = Vector<double, n>;
-  Eigen::Map<V>{qddot} = acceleration(benched_run<n>, V(Eigen::Map<const V>(q)), V(Eigen::Map<const V>(qdot)));
-}
-
-template <int n>
 using Looped = LoopedChain;
 template <int n>
 using Paired = PairedChain;
@@ -26,7 +17,7 @@ using Paired = PairedChain;
 std::vector<EquationsRow> looped_chain_rows() {
   return joined({general_chain_rows<Looped, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32>("general, for"),
                  chain_rows<1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32, 48, 64>("general, for, in a run",
-                                                                            []<int n>() -> AccelerationFunction { return by_run<n>; }),
+                                                                            []<int n>() -> AccelerationFunction { return by_run<n, LoopedChain>; }),
                  chain_rows<2, 4, 8, 16>("in a run, duals", []<int n>() -> AccelerationFunction { return by_way<n, LoopedChain, By::duals>; }),
                  chain_rows<2, 4, 8, 16>("in a run, lines", []<int n>() -> AccelerationFunction { return by_way<n, LoopedChain, By::lines>; }),
                  chain_rows<2, 4, 8, 16>("in a run, machine code", []<int n>() -> AccelerationFunction { return by_way<n, LoopedChain, By::machine_code>; }),
