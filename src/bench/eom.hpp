@@ -67,6 +67,13 @@ template <int n, class E, By way>
   Eigen::Map<V>{qddot} = acceleration(benched_way<n, E, way>, V(Eigen::Map<const V>(q)), V(Eigen::Map<const V>(qdot)));
 }
 
+/// A form as a run has it.
+template <class Form>
+Form in_a_long_run(Form form) {
+  if constexpr (requires { form.expect_long_run(); }) form.expect_long_run();
+  return form;
+}
+
 /// q̈ in a run, by the form that a run has of a system.
 template <int n, class Form>
 void by_form(const Form& form, const double* q, const double* qdot, double* qddot) {
@@ -77,7 +84,7 @@ void by_form(const Form& form, const double* q, const double* qdot, double* qddo
 }
 template <int n, class E>
 [[gnu::noinline]] void by_run(const double* q, const double* qdot, double* qddot) {
-  static const auto form = first_order_form(mechanical_system<n>(E{}));
+  static const auto form = in_a_long_run(first_order_form(mechanical_system<n>(E{})));
   by_form<n>(form, q, qdot, qddot);
 }
 

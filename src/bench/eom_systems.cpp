@@ -19,8 +19,8 @@ std::vector<EquationsRow> rows_of(const char* system, double lowest, double high
   const auto row = [&](const char* door, AccelerationFunction measured) -> EquationsRow {
     return {.system = system, .n = n, .door = door, .baseline = by_hand<Hand>, .measured = measured, .lowest = lowest, .highest = highest};
   };
-  return {row("general", by_general_door<n, E>), row("in a run", by_run<n, E>), row("in a run, duals", by_way<n, E, By::duals>), row("in a run, lines", by_way<n, E, By::lines>),
-          row("in a run, machine code", by_way<n, E, By::machine_code>)};
+  return {row("general", by_general_door<n, E>), row("in a run", by_run<n, E>), row("in a run, duals", by_way<n, E, By::duals>),
+          row("in a run, lines", by_way<n, E, By::lines>), row("in a run, machine code", by_way<n, E, By::machine_code>)};
 }
 
 }  // namespace

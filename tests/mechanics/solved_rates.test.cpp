@@ -15,8 +15,10 @@
 #include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_form.hpp"
+#include "qdot/integrate/any_system.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/simulator.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
 
@@ -27,6 +29,12 @@ namespace {
 constexpr double rounded = 1e-11;  // some hundred operations, and the condition of M of a chain of eight
 constexpr int until_lines = 3001;  // evaluations
 
+template <class System>
+auto form_of_run(const System& system) {
+  auto form = first_order_form(system);
+  form.expect_long_run();
+  return form;
+}
 template <class Form>
 void evaluate_until_lines(const Form& form, const Eigen::VectorXd& y) {
   Eigen::VectorXd ydot(y.size());
@@ -42,7 +50,8 @@ bool is_by_lines(const std::string& way) { return way.find("recorded formulas") 
 
 template <int n, class System>
 double difference_of_duals(const System& system) {
-  const auto form = first_order_form(system), duals = first_order_form(system.by(By::duals));
+  const auto form = form_of_run(system);
+  const auto duals = first_order_form(system.by(By::duals));
   evaluate_until_lines(form, state<n>(0.0));
   CHECK(is_by_lines(form.way_taken()));
   double worst = 0.0;
@@ -159,7 +168,7 @@ TEST_CASE("few operations and branches go without lines of their own") {
                                               const auto over = max(0.0, q[0]);
                                               return cos(q[0]) * cos(q[1]) + over * over;
                                             });
-  const auto form = first_order_form(bounded);
+  const auto form = form_of_run(bounded);
   for (const double q : {-0.7, 0.7}) {  // ∂V/∂q is −sin q₀ cos q₁, and 2 q₀ where q₀ > 0
     const Eigen::VectorXd y = Eigen::Vector4d(q, 0.4, 0.0, 0.0);
     evaluate_until_lines(form, y);
@@ -171,7 +180,7 @@ TEST_CASE("few operations and branches go without lines of their own") {
 
 TEST_CASE("where functors are others by then, lines are derived anew") {
   double length = 1.0;
-  auto form = first_order_form(mechanical_system<2>(Driven{&length}));
+  auto form = form_of_run(mechanical_system<2>(Driven{&length}));
   const Eigen::VectorXd y = state<2>(0.4);
   evaluate_until_lines(form, y);
   for (const double l : {1.0, 2.0, 0.5}) {
@@ -189,7 +198,7 @@ TEST_CASE("where functors are others by then, lines are derived anew") {
 }
 
 TEST_CASE("an inertia that ends and a root without a value are named as ever") {
-  const auto form = first_order_form(mechanical_system<2>(Ends{}));
+  const auto form = form_of_run(mechanical_system<2>(Ends{}));
   evaluate_until_lines(form, Eigen::Vector4d(0.5, 0.3, 0.1, 0.2));
   CHECK(is_by_lines(form.way_taken()));
   Eigen::VectorXd ydot(4);
@@ -199,7 +208,7 @@ TEST_CASE("an inertia that ends and a root without a value are named as ever") {
 }
 
 TEST_CASE("threads that share a form have the numbers of one") {
-  const auto form = first_order_form(mechanical_system<4>(bench::LoopedChain{}));
+  const auto form = form_of_run(mechanical_system<4>(bench::LoopedChain{}));
   const auto duals = first_order_form(mechanical_system<4>(bench::LoopedChain{}).by(By::duals));
   std::vector<double> worst(3, 0.0);
   std::vector<std::thread> threads;
@@ -216,4 +225,43 @@ TEST_CASE("threads that share a form have the numbers of one") {
     });
   for (std::thread& thread : threads) thread.join();
   for (const double each : worst) CHECK(each < rounded);
+}
+
+TEST_CASE("a form of one's own and a simulator have the same bits, however often they are asked") {
+  const auto chain = mechanical_system<4>(bench::LoopedChain{});
+  const auto form = first_order_form(chain);
+  const Eigen::VectorXd y = state<4>(0.2);
+  Eigen::VectorXd first(8), last(8);
+  form.derivative(0.0, y, first);
+  evaluate_until_lines(form, y);
+  form.derivative(0.0, y, last);
+  CHECK(first == last);
+  Simulator plant(chain, State<4>{0.0, {0.3, 0.2, 0.1, -0.1}, Vector<double, 4>::Zero()}, Dop853{}, {.rtol = 1e-9});
+  const auto saved = plant.save();
+  const auto gone_on = [&] {
+    for (int k = 1; k <= 400; ++k) REQUIRE(plant.advance_to(1e-2 * k));
+    return Vector<double, 4>(plant.q());
+  };
+  const Vector<double, 4> q = gone_on();
+  plant.restore(saved);
+  CHECK(q == gone_on());
+}
+
+TEST_CASE("a run of a hidden system has the bits of one of its type, however long it is") {
+  const auto chain = mechanical_system<2>(bench::LoopedChain{});
+  const State<2> start{0.0, {0.3, 0.2}, {0.0, 0.1}};
+  const auto typed = simulate(chain, start, 60.0, Dop853{}, {.rtol = 1e-10});
+  const auto hidden = simulate(AnySystem(chain), State<Dynamic>{0.0, start.q, start.qdot}, 60.0, Dop853{}, {.rtol = 1e-10});
+  CHECK(typed.statistics.evaluations > 2 * until_lines);
+  CHECK(typed.y == hidden.y);
+}
+
+TEST_CASE("a Jacobian where the acceleration is infinite is refused") {
+  const auto form = first_order_form(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; },
+                                                          [](const auto& q, const auto& t) {
+                                                            using std::exp;
+                                                            return -q[0] * exp(t);
+                                                          }));
+  Eigen::MatrixXd J(2, 2);
+  CHECK_THROWS_AS(form.jacobian(1000.0, Eigen::VectorXd(Eigen::Vector2d(0.1, 0.2)), J), NonFinite);
 }

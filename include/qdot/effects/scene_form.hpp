@@ -61,9 +61,16 @@ class SceneForm {
     requires(is_traced || has_traced_jacobian || detail::may_keep_lines<typename Sc::SystemType::EnergiesType, n>)
   {
     if constexpr (has_traced_jacobian) jacobian_.renew(*this);
-    if constexpr (has_solved_rates) rates_.renew(*this);
+    if constexpr (has_solved_rates) rates_.renew();
     if constexpr (is_traced) traced_.renew([this](detail::RecordedMotion& motion) { detail::run_scene(motion, scene_, nullptr); });
     detail::renew_lines(scene_, scene_.system());
+  }
+
+  /// Says that a run of this begins, which may be long (mechanics/derive/solved_rates.hpp).
+  void expect_long_run()
+    requires has_solved_rates
+  {
+    rates_.expect_long_run();
   }
 
   /// Whether the functors have been recorded, in which nothing may be compared.

@@ -51,7 +51,8 @@ namespace qdot {
 template <class System, class Start, class Method, Observer O, class... Events>
 auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options,
               O&& observer, const EventList<Events...>& events) {
-  const auto form = detail::form_by(system, options.by);
+  auto form = detail::form_by(system, options.by);
+  if constexpr (requires { form.expect_long_run(); }) form.expect_long_run();
   using Form = std::remove_cvref_t<decltype(form)>;
   static_assert(SteppingMethod<Method, Form>, "qdot: the method cannot make a stepper for this system");
   detail::require_valid(options, form.size());

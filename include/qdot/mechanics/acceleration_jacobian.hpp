@@ -130,7 +130,7 @@ bool jacobian_by_lines(const DerivedLines& lines, const Vector<double, n>& q, co
 
 /// q̈ and ∂q̈/∂q, ∂q̈/∂q̇ at a state, exact, by −M⁻¹ ∂(M q̈ − rhs) at fixed q̈.
 ///
-/// No allocation for fixed n up to 8, but for the first call, which derives the equations of T and V with loops. Beyond 8 coordinates these cost some 2n
+/// No allocation for fixed n up to 8, but for the first call, which derives the equations. Beyond 8 coordinates these cost some 2n
 /// passes on nested duals here: of many states ask first_order_form(system).jacobian(), which derives slopes for any n.
 ///
 /// @throws as acceleration(), and NonFinite where q̈ is finite but a derivative of it is not

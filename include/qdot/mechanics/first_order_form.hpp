@@ -88,9 +88,16 @@ class FirstOrderForm {
   {
     detail::renew_lines(system_, system_);
     if constexpr (has_traced_jacobian) jacobian_.renew(*this);
-    if constexpr (has_solved_rates) rates_.renew(*this);
+    if constexpr (has_solved_rates) rates_.renew();
     if constexpr (detail::TracedSystem<Sys>) traced_.renew([&](detail::RecordedMotion& m) { detail::run_energies<Dynamic>(m, system_.energies()); });
     inertia_ = detail::ConstantInertia<Sys>(system_);
+  }
+
+  /// Says that a run of this begins, which may be long (mechanics/derive/solved_rates.hpp).
+  void expect_long_run()
+    requires has_solved_rates
+  {
+    rates_.expect_long_run();
   }
 
   /// Whether M is the same everywhere, as seen from the operations of T.

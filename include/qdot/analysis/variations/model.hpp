@@ -108,7 +108,11 @@ struct EnergiesModel : FixedModel<Form_, List> {
 
   void renew() {
     detail::renew(this->form);
-    if (traced && !traced->still_holds([this](RecordedMotion& again) { record(again, traced_parameters); })) traced.reset();
+    try {
+      if (traced && !traced->still_holds([this](RecordedMotion& again) { record(again, traced_parameters); })) traced.reset();
+    } catch (...) {  // no formulas any more
+      traced.reset();
+    }
     is_tried = traced.has_value();
   }
   // ẏ, and ∂ẏ/∂(y, p), 2n × (2n + m), by the lines of one recording; false where T and V are no formulas, or are to go another way.

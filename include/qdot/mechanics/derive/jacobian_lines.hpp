@@ -4,7 +4,7 @@
 // The lines of q̈ and of a Jacobian, and what is solved between them: the work of SolvedRates (mechanics/derive/solved_rates.hpp) and TracedJacobian
 // (mechanics/derive/traced_jacobian.hpp).
 //
-// Two tables: M, r, J and γ come first, and with their solution, q̈ and λ, the right sides of the columns.
+// With constraints, or many coordinates, there are two tables: M, r, J and γ come first, and with their solution, q̈ and λ, the right sides of the columns.
 //
 // Programs that link qdot::compiled do not read this header: the library has it.
 
@@ -196,7 +196,6 @@ bool TracedJacobian<n_at_compile_time>::write_by_columns(double t, const double*
   return zero + not_finite[0] + not_finite[1] == 0.0;
 }
 
-// Some columns of entries, row by row, with what is not there.
 // Writes one table for all.
 template <int n_at_compile_time>
 void TracedJacobian<n_at_compile_time>::write_in_lines(const TracedEquations<>::Slopes& slopes) {
@@ -252,12 +251,14 @@ bool TracedJacobian<n_at_compile_time>::write_by_lines(double t, const double* y
   for (const auto& [pivot, whole] : solved_.pivots) good &= x[pivot] > limits_.singular * x[whole];
   if (!good) return false;
   double sum = 0.0, other = 0.0;  // which is finite if all numbers are
+  each(n, [&](auto i) __attribute__((always_inline)) { sum += x[solved_.x[i]]; });
+  for (std::size_t k = 0; k < states; ++k) other += x[zdot_[k]];
   if (ydot != nullptr) {
     each(n, [&](auto i) __attribute__((always_inline)) {
       ydot[i] = y[n + i];
-      sum += ydot[n + i] = x[solved_.x[i]];
+      ydot[n + i] = x[solved_.x[i]];
     });
-    for (std::size_t k = 0; k < states; ++k) other += ydot[2 * n + k] = x[zdot_[k]];
+    for (std::size_t k = 0; k < states; ++k) ydot[2 * n + k] = x[zdot_[k]];
   }
   const int* number = solved_.columns.data();
   double* column = out;
@@ -277,6 +278,7 @@ bool TracedJacobian<n_at_compile_time>::write_by_lines(double t, const double* y
   return is_finite(sum + other);
 }
 
+// Some columns of entries, row by row, with what is not there.
 template <int n_at_compile_time>
 [[gnu::cold]] std::vector<int> TracedJacobian<n_at_compile_time>::in_rows(const SparseEntries& entries, int first, int count, int zero) {
   std::vector<int> all;

@@ -40,11 +40,6 @@ class SolvedRates {
   /// qddot ← q̈ at y = [q; q̇]; false where another way must see to it.
   bool write(double t, const double* y, double* qddot) const;
 
-  template <class Run>
-  bool still_holds(const Run& run) {
-    return lines_.still_holds(run);
-  }
-
  private:
   static constexpr std::size_t most_numbers = 2000;
   static constexpr int most_in_graph = 4;  // rows that are eliminated in the graph
@@ -70,15 +65,25 @@ inline constexpr bool may_have_solved_rates = [] {
 
 /// The lines that a form keeps for its run, once it has been asked some thousand times. Several threads may ask it at once; copies begin anew.
 ///
+/// Only where a run has said that it expects to be long: the bits of an evaluation depend on how many were before, which a simulator that is restored and a
+/// loop of a user's own must not see.
+///
 /// A form of energies E has record_again() and limits_of_pivots().
 template <class Form, class E, int n>
 class KeptRates {
  public:
   KeptRates() = default;
-  KeptRates(const KeptRates&) {}
-  KeptRates& operator=(const KeptRates&) {
+  KeptRates(const KeptRates& other) : is_expected_(other.is_expected_) { forget(); }
+  KeptRates& operator=(const KeptRates& other) {
+    is_expected_ = other.is_expected_;
     forget();
     return *this;
+  }
+
+  /// Begins to count evaluations.
+  void expect_long_run() {
+    is_expected_ = true;
+    forget();
   }
 
   /// As SolvedRates::write(); false where there are no lines yet, or none at all.
@@ -90,15 +95,8 @@ class KeptRates {
   }
   bool are_used() const { return state_.load(std::memory_order_relaxed) > none; }
 
-  /// Looks whether the functors are the same still; nobody may ask meanwhile.
-  void renew(const Form& form) {
-    if (!rates_) return;  // none yet, or none at all
-    try {
-      if (rates_->still_holds([&](RecordedMotion& m) { form.record_again(m); })) return;
-    } catch (...) {  // no formulas any more
-    }
-    forget();
-  }
+  /// Counts anew: a leg begins, and functors may be others. Nobody may ask meanwhile.
+  void renew() { forget(); }
 
  private:
   using Rates = SolvedRates<n>;
@@ -110,7 +108,7 @@ class KeptRates {
   void forget() {
     rates_.reset();
     left_.store(begins_after);
-    state_.store(counting);
+    state_.store(is_expected_ ? counting : none);
   }
   void count(const Form& form) const {
     const int left = left_.load(std::memory_order_relaxed) - 1;  // of several threads some may count as one
@@ -124,7 +122,7 @@ class KeptRates {
     try {
       TracedEquations<> equations(n, 0);
       form.record_again(equations.motion);
-      if (!lines_pay(equations.graph())) return;
+      if (!lines_pay(equations.graph()) || equations.graph().nodes().size() > most_lines) return;
       equations.derive(requires { requires Form::has_forces; }, {});
       rates_ = std::make_unique<Rates>(std::move(equations), form.limits_of_pivots().singular, most_lines);
       if (rates_->is_known()) return state_.store(std::bit_cast<std::uintptr_t>(rates_.get()), std::memory_order_release);
@@ -135,7 +133,8 @@ class KeptRates {
 
   mutable std::unique_ptr<Rates> rates_;
   mutable std::atomic<int> left_{begins_after};
-  mutable std::atomic<std::uintptr_t> state_{counting};
+  mutable std::atomic<std::uintptr_t> state_{none};
+  bool is_expected_ = false;
 };
 
 }  // namespace qdot::detail

@@ -185,7 +185,7 @@ class TracedMotion {
   bool is_known_ = false;
 };
 
-/// A lock that is held for some nanoseconds, and hardly ever waited for.
+/// A lock that is held for some nanoseconds, or once for what is derived, and hardly ever waited for.
 class ShortLock {
  public:
   void lock() noexcept {
