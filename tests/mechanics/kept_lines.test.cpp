@@ -3,6 +3,7 @@
 // Equations that are derived and kept, by a run and outside of one, against those derived by hand and by dual numbers.
 #include "qdot/mechanics/derive/kept_lines.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <random>
@@ -215,7 +216,7 @@ TEST_CASE("slopes of lines at any accelerations are those of r - M a by dual num
   REQUIRE(lines != nullptr);
   double M[n * (n + 1) / 2];
   detail::SlopeRow<2 * n> rows[n];
-  REQUIRE(lines->write_slopes<n>(y.data(), y.data() + n, 0.3, M, rows, detail::AccelerationsAre{a.data(), n}));
+  REQUIRE(lines->write_slopes<n>(y.data(), y.data() + n, 0.3, M, rows, [&](const double*, double* to) { return std::copy_n(a.data(), n, to), true; }));
   Vector<D, n> q, v;
   for (int i = 0; i < n; ++i) {
     q[i] = D(y[i]);

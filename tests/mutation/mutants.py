@@ -240,7 +240,6 @@ OPTIMIZED = [
     (ME + "/derive/derived_equations.hpp", "a base that may be zero: of every power", "exponent < 0.0", "true", "mechanics/lines"),
     (ME + "/derive/lines.hpp", "domains not looked at", "good &= formula::is_in(c.domain, x[c.number]);", ";", "mechanics/lines"),
     (ME + "/derive/lines.hpp", "the time: zero", "x[2 * n] = t;", "x[2 * n] = 0.0;", "mechanics/lines"),
-    (ME + "/derive/lines.hpp", "accelerations: zero", "std::copy_n(a, n, to);", ";", "mechanics/kept_lines"),
     (ME + "/derive/lines.hpp", "right side of the accelerations of slopes: zero", "a[i] = x[right[static_cast<std::size_t>(i)]];", "a[i] = 0.0;", "mechanics/lines"),
     (ME + "/derive/derived_line_writer.hpp", "lines kept though energies compare values", "if (assumptions == Assumptions::refused && !motion.recording.assumptions.empty()) return;",
      ";", "mechanics/kept_lines"),

@@ -29,9 +29,9 @@ namespace detail {
 
 // Energies of duals with the signatures of the same energies of numbers: theirs are asked with vectors of double, which energies of
 // duals need not take.
-template <class OfDuals, class OfNumbers, int n, class Held = const OfDuals&>
+template <class OfDuals, class OfNumbers, int n>
 struct WithSignatureOf {
-  Held energies;
+  const OfDuals& energies;
 
   template <class X, class... More>
     requires(1 + sizeof...(More) == kinetic_arguments<OfNumbers, n>)

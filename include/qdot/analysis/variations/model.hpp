@@ -165,7 +165,6 @@ struct EnergiesModel : FixedModel<Form_, List> {
       traced.reset();
     }
   }
-
 };
 
 template <class Family, class P>

@@ -9,7 +9,6 @@
 //
 // Who has such lines hands M and r on as every way to them does (mechanics/mass_and_rhs.hpp).
 
-#include <algorithm>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -144,16 +143,6 @@ struct DerivedLines {
     for (const Checked& c : checked) good &= formula::is_in(c.domain, x[c.number]);
     for (const Sided& s : sides) good &= s.side.has(x[s.number]);
     return good;
-  }
-};
-
-/// Accelerations that are known, for DerivedLines::write_slopes().
-struct AccelerationsAre {
-  const double* a;
-  int n;
-  bool operator()(const double*, double* to) const {
-    std::copy_n(a, n, to);
-    return true;
   }
 };
 
