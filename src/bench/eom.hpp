@@ -74,11 +74,14 @@ Form in_a_long_run(Form form) {
   return form;
 }
 
-/// q̈ in a run, by the form that a run has of a system.
+/// q̈ in a run, by the form that a run has of a system. As a stepper writes y: two numbers at once, or who reads two at once waits for two that were written
+/// apart.
 template <int n, class Form>
 void by_form(const Form& form, const double* q, const double* qdot, double* qddot) {
-  double y[2 * n], ydot[2 * n];
-  std::copy_n(qdot, n, std::copy_n(q, n, y));
+  double both[2 * n], y[2 * n], ydot[2 * n];
+  std::copy_n(qdot, n, std::copy_n(q, n, both));
+  if constexpr (n <= 8) qdot::detail::write_in_pairs<2 * n>(y, both);
+  else std::copy_n(both, 2 * n, y);
   form.write_derivative(0.0, y, ydot);
   std::copy_n(ydot + n, n, qddot);
 }
