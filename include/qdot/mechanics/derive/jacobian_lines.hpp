@@ -33,6 +33,7 @@ namespace qdot::detail {
 
 template <class>
 [[gnu::cold]] bool lines_pay(const formula::Graph& graph) {
+  if (!formula::native_lines_are_possible()) return false;
   constexpr std::size_t angles = 2, operations = 30;
   std::vector<int> seen;  // whose sine or cosine is asked
   for (const auto& node : graph.nodes()) {

@@ -51,7 +51,8 @@ class SolvedRates {
   bool is_known_ = false;
 };
 
-/// Whether lines are sooner than what the compiler makes of T and V, as seen from what these write down: sines of several angles, or many operations.
+/// Whether lines are sooner than what the compiler makes of T and V, as seen from what these write down: sines of several angles, or many operations, where
+/// there is machine code.
 template <class = void>
 bool lines_pay(const formula::Graph& graph);
 
