@@ -18,6 +18,8 @@
 //
 // Bit masks say which entries may be other than zero. What they exclude is left out where the compiler knows the mask.
 
+#include <cstddef>
+
 #include "qdot/ad/lagrange/euler_lagrange.hpp"
 #include "qdot/ad/unroll.hpp"
 
@@ -192,8 +194,8 @@ template <int columns>
 struct SlopeRow {
   double entry[columns];
 
-  [[gnu::always_inline]] double& operator[](Eigen::Index j) { return entry[j]; }
-  [[gnu::always_inline]] double operator[](Eigen::Index j) const { return entry[j]; }
+  [[gnu::always_inline]] double& operator[](std::ptrdiff_t j) { return entry[j]; }
+  [[gnu::always_inline]] double operator[](std::ptrdiff_t j) const { return entry[j]; }
   [[gnu::always_inline]] friend SlopeRow operator*(const SlopeRow& a, double b) {
     SlopeRow product;
     unroll<columns>([&](auto j) __attribute__((always_inline)) { product.entry[j] = a.entry[j] * b; });
