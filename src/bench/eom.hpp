@@ -74,8 +74,8 @@ Form in_a_long_run(Form form) {
   return form;
 }
 
-/// q̈ in a run, by the form that a run has of a system. As a stepper writes y: two numbers at once, or who reads two at once waits for two that were written
-/// apart.
+/// q̈ in a run, by the form that a run has of a system. y is written in pairs, as a stepper does:
+/// a load of a pair waits for two separate stores.
 template <int n, class Form>
 void by_form(const Form& form, const double* q, const double* qdot, double* qddot) {
   double both[2 * n], y[2 * n], ydot[2 * n];

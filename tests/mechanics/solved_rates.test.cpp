@@ -197,7 +197,7 @@ TEST_CASE("where functors are others by then, lines are derived anew") {
   }
 }
 
-TEST_CASE("an inertia that ends and a root without a value are named as ever") {
+TEST_CASE("an inertia that ends and a root without a value are refused by their names") {
   const auto form = form_of_run(mechanical_system<2>(Ends{}));
   evaluate_until_lines(form, Eigen::Vector4d(0.5, 0.3, 0.1, 0.2));
   CHECK((is_by_lines(form.way_taken()) || !formula::native_lines_are_possible()));

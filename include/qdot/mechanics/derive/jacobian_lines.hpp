@@ -222,7 +222,7 @@ void TracedJacobian<n_at_compile_time>::write_in_lines(const TracedEquations<>::
   is_known_ = true;
 }
 
-// to[i] ← f(i); of numbers whose count is known two at once, for those who read two at once wait for two that were written apart.
+// to[i] ← f(i). Numbers whose count is known are written in pairs: a load of a pair waits for two separate stores.
 template <std::size_t count, class F>
 [[gnu::always_inline]] inline void write_each(std::integral_constant<std::size_t, count>, double* to, const F& f) {
   double numbers[count];

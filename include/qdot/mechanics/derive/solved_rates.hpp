@@ -96,7 +96,7 @@ class KeptRates {
   }
   bool are_used() const { return state_.load(std::memory_order_relaxed) > none; }
 
-  /// Counts anew: a leg begins, and functors may be others. Nobody may ask meanwhile.
+  /// Counts anew: a leg begins, and functors may be others. No other thread may ask meanwhile.
   void renew() { forget(); }
 
  private:

@@ -139,7 +139,7 @@ class KeptJacobian {
                        return jacobian.write(t, y, ydot, out);
                      });
   }
-  /// Looks whether the functors are the same still; nobody may ask meanwhile.
+  /// Looks whether the functors are the same still. No other thread may ask meanwhile.
   void renew(const Form& form) {
     ready_.store(nullptr, std::memory_order_relaxed);
     if (const Run run = run_.load(std::memory_order_relaxed)) kept_.renew([&](RecordedMotion& m) { run(form, m); });
@@ -159,7 +159,7 @@ class KeptJacobian {
   static constexpr Eigen::Index largest = 128;
 
   KeptMotion<Jacobian> kept_;
-  mutable std::atomic<Run> run_{nullptr};               // null as long as nobody has asked
+  mutable std::atomic<Run> run_{nullptr};               // null until a Jacobian is asked for
   mutable std::atomic<const Jacobian*> ready_{nullptr};  // of forms without phases: that of kept_, if it needs no lock
 };
 

@@ -300,7 +300,7 @@ class KeptMotion {
   }
 
   mutable ShortLock lock_;
-  mutable std::shared_ptr<Made> made_;  // null as long as nobody has asked
+  mutable std::shared_ptr<Made> made_;  // null until the first use
   mutable std::vector<InPhases> own_;
 };
 
