@@ -131,7 +131,7 @@ class KeptJacobian {
   bool write(const Form& form, Eigen::Index dof, double t, const double* y, double* ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
     if (dof > largest) return false;
     if (const Jacobian* const ready = ready_.load(std::memory_order_acquire)) return ready->write_by_lines(t, y, ydot, out);
-    run_.store([](const Form& f, RecordedMotion& m) { f.record_again(m); }, std::memory_order_relaxed);
+    renew_.store([](KeptJacobian& self, const Form& f) { self.kept_.renew([&](RecordedMotion& m) { f.record_again(m); }); }, std::memory_order_relaxed);
     const auto phases = form.phases(y);
     return kept_.use(phases, [&] { return Jacobian(form.recorded(phases), form.limits_of_pivots()); },
                      [&](Jacobian& jacobian) {
@@ -142,24 +142,24 @@ class KeptJacobian {
   /// Looks whether the functors are the same still. No other thread may ask meanwhile.
   void renew(const Form& form) {
     ready_.store(nullptr, std::memory_order_relaxed);
-    if (const Run run = run_.load(std::memory_order_relaxed)) kept_.renew([&](RecordedMotion& m) { run(form, m); });
+    if (const Renew renew = renew_.load(std::memory_order_relaxed)) renew(*this, form);
   }
 
   KeptJacobian() = default;
-  KeptJacobian(const KeptJacobian& other) : kept_(other.kept_), run_(other.run_.load(std::memory_order_relaxed)) {}
+  KeptJacobian(const KeptJacobian& other) : kept_(other.kept_), renew_(other.renew_.load(std::memory_order_relaxed)) {}
   KeptJacobian& operator=(const KeptJacobian& other) {
     kept_ = other.kept_;
-    run_.store(other.run_.load(std::memory_order_relaxed), std::memory_order_relaxed);
+    renew_.store(other.renew_.load(std::memory_order_relaxed), std::memory_order_relaxed);
     ready_.store(nullptr, std::memory_order_relaxed);
     return *this;
   }
 
  private:
-  using Run = void (*)(const Form&, RecordedMotion&);
+  using Renew = void (*)(KeptJacobian&, const Form&);
   static constexpr Eigen::Index largest = 128;
 
   KeptMotion<Jacobian> kept_;
-  mutable std::atomic<Run> run_{nullptr};               // null until a Jacobian is asked for
+  mutable std::atomic<Renew> renew_{nullptr};            // null until a Jacobian is asked for
   mutable std::atomic<const Jacobian*> ready_{nullptr};  // of forms without phases: that of kept_, if it needs no lock
 };
 
