@@ -19,10 +19,7 @@
 #include <qdot/integrate/steps/recorded_motion.hpp>
 #include <qdot/integrate/steps/spectral_radius.hpp>
 #include <qdot/integrate/taylor.hpp>
-#include <qdot/integrate/watch/branch_steps.hpp>
-#include <qdot/integrate/watch/change_watch.hpp>
 #include <qdot/integrate/watch/diagnosis.hpp>
-#include <qdot/integrate/watch/energy_watch.hpp>
 #include <qdot/integrate/watch/watch.hpp>
 #include <qdot/mechanics/derive/derived_line_writer.hpp>
 #include <qdot/mechanics/derive/jacobian_lines.hpp>
@@ -70,12 +67,9 @@ template void drive<true, false>(Run<>&, const DrivenForm&, AnyStepper, const Op
 template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>,
                                 double, const Eigen::VectorXd&, double);
 template NaturalTolerances natural_tolerances<double>(const DrivenForm&, const Options&, double, const Eigen::VectorXd&, double);
-template bool compare_anything<void>(Eigen::Index, double, const Eigen::VectorXd&, const RunFunctors&);
 template class BranchCrossing<double>;
-template std::unique_ptr<AnyBranchSteps> branch_steps<void>(Eigen::Index, Eigen::Index, double, RunFunctors, RatesAt);
+template std::unique_ptr<AnyWatch> watchdog<void>(std::unique_ptr<const WatchedForm>, const Options&);
 template class BasicChangeWatch<double>;
-template class BasicEnergyWatch<double>;
-template Failure lost_inertia<double>(const Eigen::MatrixXd&, double, double, const std::vector<std::string>&);
 template std::string how_it_ended<double>(Outcome, const std::string&, double, long, const char*);
 template void search_root<double>(RootSearch&, double, double, const double*);
 template void set_clocks<double>(EventClocks&, const std::vector<ListedEvent>&, double, double);
@@ -84,6 +78,18 @@ template double damping_of<double>(SpectralRadius&);
 template void differentiate_energies<double>(RecordedMotion&);
 template void differentiate_rows<double>(RecordedMotion&, std::size_t, bool, const std::string&);
 template void add_forces<double>(RecordedMotion&, std::size_t);
+template void name_source<void>(RecordedMotion&, const char*, const std::string*);
+template void note_returned<void>(RecordedMotion&, int);
+template std::string reason<void>(const OutsideOfDomain&);
+template void throw_energy_not_finite<void>(const char*, double, double, const std::string&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 2>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                               const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 4>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                               const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 6>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                               const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, Dynamic>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                                     const Options&);
 template void throw_not_finite<double>(const std::string&, double);
 template void throw_derivative_not_finite<double>(const std::string&, const std::string&, double);
 template void throw_mass_matrix_error<double>(Eigen::MatrixXd, double, const std::vector<std::string>&);
@@ -111,20 +117,26 @@ template TracedLines<double>::Solved TracedLines<double>::solved(const std::vect
 template TracedLines<double>::Solved TracedLines<double>::solved_in_order(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
                                                                           std::size_t);
 template TracedMotion<double>::TracedMotion(TracedEquations<double>);
-template bool lines_pay<void>(const formula::Graph&);
-template class SolvedRates<1>;
-template class SolvedRates<2>;
-template class SolvedRates<3>;
-template class SolvedRates<4>;
-template class SolvedRates<5>;
-template class SolvedRates<6>;
-template class SolvedRates<7>;
-template class SolvedRates<8>;
+template std::unique_ptr<TracedRates> traced_rates<void>(const RecordableForm&);
+template std::shared_ptr<TracedEquations<double>> recorded_equations<void>(const RecordableForm&);
+template std::unique_ptr<AnyRates> solved_rates<1>(const RecordableForm&, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<2>(const RecordableForm&, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<3>(const RecordableForm&, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<4>(const RecordableForm&, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<5>(const RecordableForm&, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<6>(const RecordableForm&, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<7>(const RecordableForm&, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<8>(const RecordableForm&, std::size_t);
 template class TracedJacobian<1>;
 template class TracedJacobian<2>;
 template class TracedJacobian<3>;
 template class TracedJacobian<4>;
 template class TracedJacobian<Dynamic>;
+template std::unique_ptr<AnyJacobians> traced_jacobians<1>();
+template std::unique_ptr<AnyJacobians> traced_jacobians<2>();
+template std::unique_ptr<AnyJacobians> traced_jacobians<3>();
+template std::unique_ptr<AnyJacobians> traced_jacobians<4>();
+template std::unique_ptr<AnyJacobians> traced_jacobians<Eigen::Dynamic>();
 template void PatternFactors<double>::order(const std::vector<int>&, const std::vector<int>&);
 template std::string way_of_lines<void>(bool, By, bool);
 }  // namespace qdot::detail

@@ -72,7 +72,7 @@ void check_newton(const Form& form, double t, double gamma) {
   detail::cvode::Messages messages{[](bool, const char*, void*) noexcept {}, nullptr};
   const auto context = detail::cvode::make_context(messages);
   const detail::SparseFormOf<detail::MethodForm, Form> hidden(form);
-  detail::cvode::SparseNewton<> newton(hidden, form.equations(), context.get());
+  detail::cvode::SparseNewton<> newton(hidden, std::move(*form.equations()), context.get());
   newton.linearize(t, y);
   for (const double other : {0.5 * gamma, gamma}) newton.assemble(other);
   Eigen::VectorXd x(size), right = b;

@@ -328,7 +328,7 @@ TEST_CASE("where no signature takes the time nobody looks at it") {
       scene(oscillator, rayleigh([](const auto&, const auto& v) { return 0.5 * v[0] * v[0]; }), dry_friction("block", 0, 0.1),
             quadratic_drag([](const auto& q) { return q; }, 0.1), generalized_force([](const auto& q, const auto&) { return q; }),
             holonomic("pin", [](const auto& q) { return q[0]; }));
-  STATIC_REQUIRE_FALSE(detail::TimeWatch<decltype(first_order_form(oscillator))>::watches);
-  STATIC_REQUIRE_FALSE(detail::TimeWatch<decltype(first_order_form(damped))>::watches);
-  STATIC_REQUIRE(detail::TimeWatch<decltype(first_order_form(pushed(1.0, Push{})))>::watches);
+  STATIC_REQUIRE_FALSE(detail::TimeOf<decltype(first_order_form(oscillator))>::enters);
+  STATIC_REQUIRE_FALSE(detail::TimeOf<decltype(first_order_form(damped))>::enters);
+  STATIC_REQUIRE(detail::TimeOf<decltype(first_order_form(pushed(1.0, Push{})))>::enters);
 }

@@ -154,7 +154,7 @@ TEST_CASE("a force that becomes another in a run by lines ends the run by its na
 
 TEST_CASE("few operations and branches go without lines of their own") {
   const auto pays = []<int n>(const auto& system, std::integral_constant<int, n>) {
-    detail::TracedEquations<> recorded(n, 0);
+    detail::TracedEquations<double> recorded(n, 0);
     detail::run_energies<n>(recorded.motion, system.energies());
     return detail::lines_pay(recorded.graph());
   };

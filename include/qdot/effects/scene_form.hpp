@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <span>
 #include <string>
 #include <tuple>
@@ -24,7 +25,7 @@
 #include "qdot/effects/projection.hpp"
 #include "qdot/effects/rows/traced_constraints.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
-#include "qdot/mechanics/derive/solved_rates.hpp"
+#include "qdot/mechanics/derive/kept_equations.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {
@@ -40,7 +41,8 @@ class SceneForm {
   static constexpr bool has_solved_rates = has_traced_jacobian && Sc::has_forces && !Sc::has_constraints && !Sc::has_states &&
                                            Sc::SystemType::inertia == Inertia::positive_definite &&
                                            detail::may_have_solved_rates<typename Sc::SystemType::EnergiesType, n>;
-  using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints<>, detail::TracedMotion<>>;
+  static constexpr std::size_t most_lines = detail::most_solved_lines<typename Sc::SystemType::EnergiesType, n>;
+  using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints<>, detail::TracedRates>;
 
  public:
   static constexpr int dof_at_compile_time = n;                                         ///< n, or Dynamic
@@ -60,9 +62,9 @@ class SceneForm {
   void renew()
     requires(is_traced || has_traced_jacobian || detail::may_keep_lines<typename Sc::SystemType::EnergiesType, n>)
   {
-    if constexpr (has_traced_jacobian) jacobian_.renew(*this);
+    if constexpr (has_traced_jacobian) jacobian_.renew(recordable());
     if constexpr (has_solved_rates) rates_.renew();
-    if constexpr (is_traced) traced_.renew([this](detail::RecordedMotion& motion) { detail::run_scene(motion, scene_, nullptr); });
+    if constexpr (is_traced) traced_.renew(recordable());
     detail::renew_lines(scene_, scene_.system());
   }
 
@@ -87,7 +89,7 @@ class SceneForm {
       if (rates_.are_used()) return detail::way_of_lines(formula::native_lines_are_possible(), scene_.system().kept_lines()->by(), false);
     if constexpr (is_traced)
       use_traced([&](Traced& traced) {
-        way = detail::way_of_lines(traced.lines().are_native(), scene_.system().kept_lines()->by(), traced.lines().are_long());
+        way = detail::way_of_lines(traced.are_native(), scene_.system().kept_lines()->by(), traced.are_long());
         return true;
       });
     return way.empty() ? detail::way_taken(scene_.system()) : way;
@@ -118,7 +120,7 @@ class SceneForm {
     }
     if constexpr (has_solved_rates) {
       const detail::KeptLines& kept = *scene_.system().kept_lines();
-      if (kept.may_be_straight() && !kept.is_aside() && rates_.write(*this, t, y, ydot + n)) {
+      if (kept.may_be_straight() && !kept.is_aside() && rates_.template write<n, most_lines>([this] { return recordable(); }, t, y, ydot + n)) {
         std::copy_n(y + n, n, ydot);
         return;
       }
@@ -139,7 +141,7 @@ class SceneForm {
   /// @throws as acceleration() of the scene, and NonFinite where a derivative is not finite
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const {
     if constexpr (has_traced_jacobian) {
-      if (by_lines() && jacobian_.write(*this, dof(), t, y.data(), nullptr, out)) return;
+      if (by_lines() && jacobian_.template write<detail::unrolled_size<n>>(recordable(), phases(y.data()), t, y.data(), nullptr, out)) return;
     }
     write_jacobian(detail::SceneJacobian<Sc>(scene_, t, y), t, y, out);
   }
@@ -149,7 +151,7 @@ class SceneForm {
   /// @throws as jacobian()
   void derivative_and_jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
     if constexpr (has_traced_jacobian) {
-      if (by_lines() && jacobian_.write(*this, dof(), t, y.data(), ydot.data(), out)) return;
+      if (by_lines() && jacobian_.template write<detail::unrolled_size<n>>(recordable(), phases(y.data()), t, y.data(), ydot.data(), out)) return;
     }
     const detail::SceneJacobian<Sc> jacobian(scene_, t, y);
     const Eigen::Index k = dof();
@@ -240,23 +242,17 @@ class SceneForm {
   }
 
   /// The equations, traced anew: what an implicit method asks where few coordinates meet.
-  detail::TracedEquations<> equations() const
+  std::shared_ptr<detail::TracedEquations<double>> equations() const
     requires is_traced
   {
     if (!by_lines()) throw InvalidValue("a scene that is evaluated by dual numbers has no recorded equations");
-    return detail::traced_equations(scene_, {});
+    return detail::recorded_equations(recordable());
   }
   /// Runs the functors on a recording.
   void run_functors(detail::RecordedMotion& motion) const
     requires is_traced
   {
-    record_again(motion);
-  }
-  /// The same for a Jacobian that is kept, whatever n is.
-  detail::TracedEquations<> recorded(std::span<const double> phases) const
-    requires has_traced_jacobian
-  {
-    return detail::traced_equations(scene_, phases);
+    detail::run_scene(motion, scene_, nullptr);
   }
   /// The phases of contacts and dry frictions in y.
   auto phases(const double* y) const {
@@ -269,14 +265,6 @@ class SceneForm {
       z += detail::states_of<E>();
     });
     return all;
-  }
-  void record_again(detail::RecordedMotion& motion) const { detail::run_scene(motion, scene_, nullptr); }  ///< runs the functors
-  /// What of the equations is no solution.
-  detail::LimitsOfPivots limits_of_pivots() const {
-    if constexpr (!has_constraints) return {.singular = detail::singular_pivot<double>(dof()), .dependent = 0.0};
-    return {.singular = detail::massless_pivot,
-            .dependent = detail::clearly_independent * default_rank_cutoff * default_rank_cutoff,
-            .may_be_singular = Sc::SystemType::inertia == Inertia::indefinite};
   }
   /// a ← q̈ and lambda ← λ at y.
   void accelerate(double t, const double* y, double* a, double* lambda) const
@@ -363,6 +351,18 @@ class SceneForm {
         out, t, [this](Eigen::Index i) { return detail::sentence({"the rate of ", component_name(i)}); }, [this](Eigen::Index j) { return component_name(j); });
   }
 
+  // The functors, to be recorded in the phases that a recording has.
+  detail::RecordableForm recordable() const {
+    detail::LimitsOfPivots limits{.singular = detail::singular_pivot<double>(dof()), .dependent = 0.0};
+    if constexpr (has_constraints)
+      limits = {.singular = detail::massless_pivot,
+                .dependent = detail::clearly_independent * default_rank_cutoff * default_rank_cutoff,
+                .may_be_singular = Sc::SystemType::inertia == Inertia::indefinite};
+    const auto run = [](const void* it, detail::RecordedMotion& motion, std::vector<char>* holonomic) {
+      detail::run_scene(motion, *static_cast<const Sc*>(it), holonomic);
+    };
+    return {&scene_, run, dof(), states, has_forces, scene_.system().kept_lines()->by(), limits};
+  }
   bool by_lines() const { return scene_.system().kept_lines()->may_be_lines(); }
   // use(traced) with what was traced; false where there is nothing.
   template <class Use>
@@ -373,17 +373,17 @@ class SceneForm {
   }
 
   // One for a run: equations are traced when it begins, if n is known at run time only.
-  Traced trace() const
+  std::unique_ptr<Traced> trace() const
     requires is_traced
   {
-    if constexpr (has_constraints) return Traced(detail::traced_equations(scene_, {}), default_rank_cutoff);
-    else return Traced(detail::traced_equations(scene_, {}));
+    if constexpr (has_constraints) return std::make_unique<Traced>(detail::traced_equations(recordable()), default_rank_cutoff);
+    else return detail::traced_rates(recordable());
   }
 
   Sc scene_;
   [[no_unique_address]] std::conditional_t<is_traced, detail::KeptMotion<Traced>, std::tuple<>> traced_;
-  [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobian<SceneForm, n>, std::tuple<int>> jacobian_;
-  [[no_unique_address]] std::conditional_t<has_solved_rates, detail::KeptRates<SceneForm, typename Sc::SystemType::EnergiesType, n>, std::tuple<long>> rates_;
+  [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobians, std::tuple<int>> jacobian_;
+  [[no_unique_address]] std::conditional_t<has_solved_rates, detail::KeptRates, std::tuple<long>> rates_;
 };
 
 /// The first-order form of a scene; that of its system where it has no effects.

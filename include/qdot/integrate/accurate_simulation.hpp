@@ -276,7 +276,8 @@ auto accurate_simulation(const System& system, const Start& start, double t_end,
   long evaluations_left = options.max_evaluations;
   double seconds_left = options.max_wall_seconds;
   bool scouting = true;
-  detail::ChangeWatch model(detail::AnyModelValues(form), options);  // what an event changed in the run before is nobody's to restore
+  const detail::WatchedFormOf watched(form);
+  detail::ChangeWatch model(watched, options);  // what an event changed in the run before is nobody's to restore
   model.begin(start.t, y0);
   const auto launch = [&](double rtol, const Eigen::VectorXd& atol) {
     if (const std::optional<Failure> change = model.look(t_end))

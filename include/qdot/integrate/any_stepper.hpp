@@ -15,11 +15,13 @@
 #include <Eigen/Core>
 #include <functional>
 #include <memory>
+#include <string>
 #include <type_traits>
 #include <utility>
 
 #include "qdot/integrate/projecting_stepper.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/steps/rates.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {
@@ -139,10 +141,45 @@ class AnyStepper {
 
 static_assert(Stepper<AnyStepper>);
 
+namespace detail {
+
+/// A stepper of rates, its type hidden; on the constraints of `projected`, if that is given.
+template <class S>
+AnyStepper stepper_of_rates(std::unique_ptr<Rates> rates, std::unique_ptr<Rates> projected, std::string name, const Options& options) {
+  const auto made = [&] { return S(std::move(rates), std::move(name), options); };
+  if (!projected) return AnyStepper::made_by(made);
+  return AnyStepper::made_by([&] { return ProjectingStepper<S>(made(), std::move(projected)); });
+}
+
+struct Dop853Coefficients;  // integrate/steps/runge_kutta_coefficients.hpp
+
+}  // namespace detail
+
+template <class C, int N>
+class RungeKuttaStepper;  // integrate/runge_kutta.hpp
+
+#ifdef QDOT_COMPILED
+namespace detail {
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 2>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                                      const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 4>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                                      const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 6>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                                      const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, Dynamic>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                                            const Options&);
+}  // namespace detail
+#endif
+
 /// The method's stepper for a first-order system, its type hidden; on constraints, where the system has some.
 template <FirstOrderSystem F, SteppingMethod<F> M>
 AnyStepper any_stepper(const M& method, const F& system, const Options& options) {
-  if constexpr (std::is_same_v<decltype(method.stepper(system, options)), AnyStepper>) return method.stepper(system, options);
+  if constexpr (requires { typename M::template StepperOfRates<F::size_at_compile_time>; }) {
+    std::unique_ptr<detail::Rates> projected;
+    if constexpr (ProjectableSystem<F>) projected = detail::rates_of(system);
+    return detail::stepper_of_rates<typename M::template StepperOfRates<F::size_at_compile_time>>(detail::rates_of(system), std::move(projected),
+                                                                                                  std::string(M::name), options);
+  } else if constexpr (std::is_same_v<decltype(method.stepper(system, options)), AnyStepper>) return method.stepper(system, options);
   else return AnyStepper::made_by([&] { return detail::projecting_stepper(method, system, options); });
 }
 

@@ -152,7 +152,7 @@ Run<n> run_of(Run<>&& run) {
   if constexpr (n == Dynamic) {
     return std::move(run);
   } else {
-    return {{static_cast<RunEnd&&>(run)}, Trajectory<n>(std::move(run.trajectory)), std::move(run.samples), std::move(run.events), run.statistics};
+    return {{static_cast<RunEnd&&>(run)}, Trajectory<n>(std::move(run.trajectory)), std::move(run.samples), std::move(run.events), std::move(run.statistics)};
   }
 }
 
@@ -195,7 +195,10 @@ Eigen::VectorXd packed(const F& system, const Start& start) {
   if constexpr (requires { start.y; }) {
     return start.y;
   } else if constexpr (requires { system.packed(start); }) {
-    return system.packed(start);
+    const auto given = system.packed(start);
+    Eigen::VectorXd y(given.size());
+    std::copy_n(given.data(), given.size(), y.data());
+    return y;
   } else {
     require_dof(system, start);
     Eigen::VectorXd y(system.size());

@@ -17,9 +17,7 @@
 //                 like h⁸ and cannot be fooled by an e₅ that happens to vanish.
 //     decision    accept if err ≤ 1. The next step is
 //                     h · 0.9 · err^(−α) · err_before^β,      α = 1/order − β/5·order₈…  (see below)
-//                 a proportional–integral controller: β > 0 damps the oscillation of h that a purely
-//                 proportional one shows where stability and not accuracy limits the step.
-//     first stage of the next step is f(t₁, y₁), which dense output needs as well.
+//                 a proportional–integral controller: β > 0 damps the oscillation of h where stability limits the step.
 //
 // Differences. Of two sums that are the same in exact numbers, since Σⱼ aᵢⱼ = cᵢ and Σ bⱼ = 1,
 //
@@ -160,7 +158,6 @@ class RungeKuttaStepper : public detail::OneStep<N> {
   void multiply_out();
 
   [[noreturn, gnu::cold, gnu::noinline]] void throw_non_finite() const;
-
   double initial_step_;
   double share_;               // of a unit that the estimate may be is 1/share_
   double h_ = 0.0;             // planned, with its sign; 0 before the first step
@@ -376,22 +373,26 @@ extern template class RungeKuttaStepper<detail::Dop853Coefficients, Dynamic>;
 
 /// Explicit Runge–Kutta of order 8 with dense output of order 7: smooth motion, 1e-5 to 1e-13.
 struct Dop853 {
+  template <int size>
+  using StepperOfRates = RungeKuttaStepper<detail::Dop853Coefficients, size>;  ///< of so many components
   static constexpr std::string_view name = "dop853";  ///< as statistics call it
 
   /// A stepper for `system`, which it copies. Allocates all its memory here.
   template <FirstOrderSystem F>
-  RungeKuttaStepper<detail::Dop853Coefficients, F::size_at_compile_time> stepper(const F& system, const Options& options) const {
+  StepperOfRates<F::size_at_compile_time> stepper(const F& system, const Options& options) const {
     return {detail::rates_of(system), std::string(name), options};
   }
 };
 
 /// Explicit Runge–Kutta of order 5 with dense output of order 4: smooth motion, few digits.
 struct Dopri5 {
+  template <int size>
+  using StepperOfRates = RungeKuttaStepper<detail::Dopri5Coefficients, size>;  ///< for so many components, or Dynamic
   static constexpr std::string_view name = "dopri5";  ///< as statistics call it
 
   /// A stepper for `system`, which it copies. Allocates all its memory here.
   template <FirstOrderSystem F>
-  RungeKuttaStepper<detail::Dopri5Coefficients, F::size_at_compile_time> stepper(const F& system, const Options& options) const {
+  StepperOfRates<F::size_at_compile_time> stepper(const F& system, const Options& options) const {
     return {detail::rates_of(system), std::string(name), options};
   }
 };

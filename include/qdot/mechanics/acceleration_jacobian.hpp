@@ -21,8 +21,9 @@
 // fifth of the code that a program with an implicit method compiled. A record of dual numbers, swept forward and back, was a seventh.
 
 #include <algorithm>
+#include <vector>
 
-#include "qdot/mechanics/derive/traced_jacobian.hpp"
+#include "qdot/mechanics/derive/kept_equations.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 #include "qdot/mechanics/equations/limit_of_slopes.hpp"
 
@@ -84,6 +85,19 @@ template <class E, int n, Inertia inertia>
   require_finite_derivatives(result.d_qdot, t, row, [&](Eigen::Index j) { return system.velocity_name(j); });
 }
 
+/// T and V of a system, to be recorded.
+template <class Sys>
+RecordableForm recordable(const Sys& system) {
+  const auto run = [](const void* it, RecordedMotion& m, std::vector<char>*) {
+    run_energies<Sys::dof_at_compile_time>(m, static_cast<const Sys*>(it)->energies());
+  };
+  return {.form = &system,
+          .run = run,
+          .dof = system.dof(),
+          .by = system.kept_lines()->by(),
+          .limits = {.singular = singular_pivot<double>(system.dof()), .dependent = 0.0}};
+}
+
 // The same of systems whose number of coordinates is known at run time: T and V are traced and differentiated here and now, which many
 // coordinates repay at once.
 template <class E, Inertia inertia>
@@ -93,12 +107,7 @@ bool jacobian_traced_here(const System<E, Dynamic, inertia>& system, const Eigen
   Eigen::VectorXd y(2 * dof), ydot(2 * dof);
   std::copy_n(qdot.data(), dof, std::copy_n(q.data(), dof, y.data()));
   Eigen::MatrixXd J(2 * dof, 2 * dof);
-  try {
-    TracedJacobian<Dynamic> traced(traced_equations(system), {.singular = singular_pivot<double>(dof), .dependent = 0.0});
-    if (!traced.is_known() || !traced.write(t, y.data(), ydot.data(), J)) return false;
-  } catch (...) {  // T and V are no formulas; what functors throw they throw again
-    return false;
-  }
+  if (!traced_jacobians<Dynamic>()->write(recordable(system), {}, t, y.data(), ydot.data(), J)) return false;
   result = {ydot.tail(dof), J.bottomLeftCorner(dof, dof), J.bottomRightCorner(dof, dof)};
   return true;
 }

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <concepts>
+#include <memory>
 #include <span>
 #include <string>
 #include <tuple>
@@ -21,8 +22,8 @@
 #include <vector>
 
 #include "qdot/mechanics/acceleration_jacobian.hpp"
-#include "qdot/mechanics/derive/solved_rates.hpp"
-#include "qdot/mechanics/derive/traced_jacobian.hpp"
+#include "qdot/mechanics/derive/kept_equations.hpp"
+#include "qdot/mechanics/derive/kept_motion.hpp"
 #include "qdot/mechanics/equations/constant_inertia.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
@@ -71,6 +72,7 @@ class FirstOrderForm {
   static constexpr bool has_traced_jacobian =
       Sys::inertia == Inertia::positive_definite && n <= 64 && detail::RecordableEnergies<typename Sys::EnergiesType, n>;
   static constexpr bool has_solved_rates = has_traced_jacobian && detail::may_have_solved_rates<typename Sys::EnergiesType, n>;
+  static constexpr std::size_t most_lines = detail::most_solved_lines<typename Sys::EnergiesType, n>;
 
  public:
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;  ///< 2n, or Dynamic
@@ -87,9 +89,9 @@ class FirstOrderForm {
     requires(n == Dynamic || has_traced_jacobian || detail::may_keep_lines<typename Sys::EnergiesType, n>)
   {
     detail::renew_lines(system_, system_);
-    if constexpr (has_traced_jacobian) jacobian_.renew(*this);
+    if constexpr (has_traced_jacobian) jacobian_.renew(recordable());
     if constexpr (has_solved_rates) rates_.renew();
-    if constexpr (detail::TracedSystem<Sys>) traced_.renew([&](detail::RecordedMotion& m) { detail::run_energies<Dynamic>(m, system_.energies()); });
+    if constexpr (detail::TracedSystem<Sys>) traced_.renew(recordable());
     inertia_ = detail::ConstantInertia<Sys>(system_);
   }
 
@@ -105,7 +107,7 @@ class FirstOrderForm {
     requires(n == Dynamic)
   {
     bool constant = inertia_.is_known();
-    if constexpr (detail::TracedSystem<Sys>) use_traced([&](detail::TracedMotion<>& m) { return constant = m.mass_is_constant(); });
+    if constexpr (detail::TracedSystem<Sys>) use_traced([&](detail::TracedRates& m) { return constant = m.mass_is_constant(); });
     return constant;
   }
 
@@ -113,7 +115,7 @@ class FirstOrderForm {
   bool is_recorded() const
     requires(n == Dynamic && detail::TracedSystem<Sys>)
   {
-    return use_traced([](detail::TracedMotion<>&) { return true; });
+    return use_traced([](detail::TracedRates&) { return true; });
   }
 
   /// In words, how the last evaluation went.
@@ -122,8 +124,8 @@ class FirstOrderForm {
     if constexpr (has_solved_rates)
       if (rates_.are_used()) return detail::way_of_lines(formula::native_lines_are_possible(), system_.kept_lines()->by(), false);
     if constexpr (detail::TracedSystem<Sys>)
-      use_traced([&](detail::TracedMotion<>& m) {
-        way = detail::way_of_lines(m.lines().are_native(), system_.kept_lines()->by(), m.lines().are_long());
+      use_traced([&](detail::TracedRates& m) {
+        way = detail::way_of_lines(m.are_native(), system_.kept_lines()->by(), m.are_long());
         return true;
       });
     return way.empty() ? detail::way_taken(system_) : way;
@@ -144,9 +146,9 @@ class FirstOrderForm {
     const Eigen::Index dof = system_.dof();
     double* const rates = std::copy_n(y + dof, dof, ydot);
     if constexpr (has_solved_rates)
-      if (system_.kept_lines()->may_be_straight() && rates_.write(*this, t, y, rates)) return;
+      if (system_.kept_lines()->may_be_straight() && rates_.template write<n, most_lines>([this] { return recordable(); }, t, y, rates)) return;
     if constexpr (detail::TracedSystem<Sys>) {
-      if (use_traced([&](detail::TracedMotion<>& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); })) return;
+      if (use_traced([&](detail::TracedRates& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); })) return;
     }
     const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof);
     const Vector<double, n> qdot = Eigen::Map<const Vector<double, n>>(y + dof, dof);
@@ -184,28 +186,18 @@ class FirstOrderForm {
   }
 
   /// The equations, traced anew: what an implicit method asks where few coordinates meet.
-  detail::TracedEquations<> equations() const
+  std::shared_ptr<detail::TracedEquations<double>> equations() const
     requires detail::TracedSystem<Sys>
   {
     if (!system_.kept_lines()->may_be_lines()) throw InvalidValue("a system that is evaluated by dual numbers has no recorded equations");
-    return detail::traced_equations(system_);
+    return detail::recorded_equations(recordable());
   }
   /// Runs the functors on a recording.
   void run_functors(detail::RecordedMotion& m) const
     requires detail::TracedSystem<Sys>
   {
-    record_again(m);
+    detail::run_energies<n>(m, system_.energies());
   }
-  /// The same for a Jacobian that is kept, whatever n is.
-  detail::TracedEquations<> recorded(std::span<const double>) const
-    requires has_traced_jacobian
-  {
-    return detail::traced_equations(system_);
-  }
-  static std::array<double, 0> phases(const double*) { return {}; }  ///< none
-  void record_again(detail::RecordedMotion& m) const { detail::run_energies<n>(m, system_.energies()); }  ///< runs the functors
-  /// What of the equations is no solution.
-  detail::LimitsOfPivots limits_of_pivots() const { return {.singular = detail::singular_pivot<double>(system_.dof()), .dependent = 0.0}; }
   /// a ← q̈ at y; the last argument is for the multipliers of scenes.
   void accelerate(double t, const double* y, double* a, double*) const
     requires detail::TracedSystem<Sys>
@@ -237,7 +229,7 @@ class FirstOrderForm {
  private:
   void write_both(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double* ydot, Eigen::Ref<Eigen::MatrixXd> J) const {
     if constexpr (has_traced_jacobian) {
-      if (system_.kept_lines()->may_be_lines() && jacobian_.write(*this, system_.dof(), t, y.data(), ydot, J)) return;
+      if (system_.kept_lines()->may_be_lines() && jacobian_.template write<detail::unrolled_size<n>>(recordable(), {}, t, y.data(), ydot, J)) return;
     }
     const auto [q, qdot] = parts(y);
     const AccelerationJacobian<n> a = acceleration_jacobian(system_, q, qdot, t);
@@ -254,8 +246,9 @@ class FirstOrderForm {
   // use(motion) with the traced motion; false where there is none.
   template <class Use>
   bool use_traced(const Use& use) const {
-    return system_.kept_lines()->may_be_lines() && traced_.use([&] { return detail::TracedMotion<>(detail::traced_equations(system_)); }, use);
+    return system_.kept_lines()->may_be_lines() && traced_.use([&] { return detail::traced_rates(recordable()); }, use);
   }
+  detail::RecordableForm recordable() const { return detail::recordable(system_); }
 
   // q and q̇ of y, a vector each.
   std::pair<Vector<double, n>, Vector<double, n>> parts(const Eigen::Ref<const Eigen::VectorXd>& y) const {
@@ -270,9 +263,9 @@ class FirstOrderForm {
 
   Sys system_;
   detail::ConstantInertia<Sys> inertia_;  // factored once in a leg, where M is constant and V no formula
-  [[no_unique_address]] std::conditional_t<n == Dynamic, detail::KeptMotion<detail::TracedMotion<>>, std::tuple<>> traced_;
-  [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobian<FirstOrderForm, n>, std::tuple<int>> jacobian_;
-  [[no_unique_address]] std::conditional_t<has_solved_rates, detail::KeptRates<FirstOrderForm, typename Sys::EnergiesType, n>, std::tuple<long>> rates_;
+  [[no_unique_address]] std::conditional_t<n == Dynamic, detail::KeptMotion<detail::TracedRates>, std::tuple<>> traced_;
+  [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobians, std::tuple<int>> jacobian_;
+  [[no_unique_address]] std::conditional_t<has_solved_rates, detail::KeptRates, std::tuple<long>> rates_;
 };
 
 namespace detail {

@@ -252,38 +252,47 @@ struct MassAndRhs {
 
 namespace detail {
 
+template <class = void>
+[[gnu::cold]] std::string reason(const OutsideOfDomain& it) {
+  return sentence({", because ", it.function, "(x) has no value at x = ", {it.argument, 17}, " (it needs ", it.domain, ")"});
+}
 // Which function of an energy has no value, in words; empty where that is not known.
 template <class Energy>
 [[gnu::cold]] std::string outside_of_domain(const Energy& energy) {
   try {
     energy();
   } catch (const OutsideOfDomain& it) {
-    return sentence({", because ", it.function, "(x) has no value at x = ", {it.argument, 17}, " (it needs ", it.domain, ")"});
+    return reason(it);
   }
   return {};
 }
 
+template <class = void>
+[[noreturn, gnu::cold]] void throw_energy_not_finite(const char* name, double energy, double t, const std::string& why) {
+  throw NonFinite(name, t, sentence({"the energies must be finite, but ", name, " is ", energy, " at t = ", {t, 6}, why,
+                                     "; check it there for a division by zero, a root or logarithm outside its domain, or overflow"}));
+}
+#ifdef QDOT_COMPILED
+extern template std::string reason<void>(const OutsideOfDomain&);
+extern template void throw_energy_not_finite<void>(const char*, double, double, const std::string&);
+#endif
+
 // T and V have values at a state. Asked of duals, for which every functor compiles that has derivatives.
 template <class E, int n>
 [[gnu::cold, gnu::noinline]] void require_finite_energies(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
-  const auto require = [t](const char* name, double energy, const auto& why) {
-    if (std::isfinite(energy)) return;
-    throw NonFinite(name, t, sentence({"the energies must be finite, but ", name, " is ", energy, " at t = ", {t, 6}, why(),
-                                       "; check it there for a division by zero, a root or logarithm outside its domain, or overflow"}));
-  };
   using D = Dual<double, 1>;
   using A = AskedNumber;
   const Vector<D, n> x = constants<D>(q);
-  const auto asked_T = [&] { return kinetic<n>(e, constants<A>(q), constants<A>(qdot), A(t)); };
-  const auto asked_V = [&] { return potential<n>(e, constants<A>(q), A(t)); };
-  require("T", kinetic<n>(e, x, constants<D>(qdot), D(t)).value, [&]() -> std::string {
-    if constexpr (T_may_throw<E, A, n>) return outside_of_domain(asked_T);
-    else return {};
-  });
-  require("V", potential<n>(e, x, D(t)).value, [&]() -> std::string {
-    if constexpr (V_may_throw<E, A, n>) return outside_of_domain(asked_V);
-    else return {};
-  });
+  const double T = kinetic<n>(e, x, constants<D>(qdot), D(t)).value;
+  const bool is_T = !std::isfinite(T);
+  const double V = is_T ? 0.0 : potential<n>(e, x, D(t)).value;
+  if (!is_T && std::isfinite(V)) return;
+  throw_energy_not_finite(is_T ? "T" : "V", is_T ? T : V, t, outside_of_domain([&] {
+    if constexpr (T_may_throw<E, A, n>)
+      if (is_T) kinetic<n>(e, constants<A>(q), constants<A>(qdot), A(t));
+    if constexpr (V_may_throw<E, A, n>)
+      if (!is_T) potential<n>(e, constants<A>(q), A(t));
+  }));
 }
 
 // M and r by the way that holds for everything: nested duals, and within the band where there are many coordinates for these and the band has

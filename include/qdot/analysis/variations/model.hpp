@@ -109,7 +109,7 @@ struct EnergiesModel : FixedModel<Form_, List> {
   void renew() {
     detail::renew(this->form);
     try {
-      if (traced && !traced->still_holds([this](RecordedMotion& again) { record(again, traced_parameters); })) traced.reset();
+      if (traced && !traced->still_holds(recordable())) traced.reset();
     } catch (...) {  // no formulas any more
       traced.reset();
     }
@@ -147,13 +147,21 @@ struct EnergiesModel : FixedModel<Form_, List> {
     const Recorded energies = energies_of(recorded_vector<m>(motion.recording, parameters));
     run_energies<n>(motion, WithSignatureOf<Recorded, EnergiesOf_t<EnergiesOf, Vector<double, m>>, n>{energies});
   }
+  RecordableForm recordable() const {
+    const auto run = [](const void* it, RecordedMotion& again, std::vector<char>*) {
+      const auto& self = *static_cast<const EnergiesModel*>(it);
+      self.record(again, self.traced_parameters);
+    };
+    const Eigen::Index dof = this->form.size() / 2;
+    return {.form = this, .run = run, .dof = dof, .limits = {.singular = singular_pivot<double>(dof), .dependent = 0.0}};
+  }
   [[gnu::cold]] void trace() const {
     is_tried = true;
     const KeptLines& kept = *this->form.system().kept_lines();
     const Eigen::Index dof = this->form.size() / 2;
     if (!kept.may_be_lines() || dof > most_traced) return;
     try {
-      TracedEquations<> equations(dof, 0, p.size());
+      TracedEquations<double> equations(dof, 0, p.size());
       equations.begins = machine_code_begins(kept.by());
       traced_parameters = equations.parameters;
       record(equations.motion, traced_parameters);

@@ -10,6 +10,7 @@
 // dual numbers in the effect, whose parts now are nodes of the graph. A scene's header is not included here: who has a scene has included it.
 
 #include <Eigen/Core>
+#include <string>
 #include <type_traits>
 
 #include "qdot/effects/effect.hpp"
@@ -58,7 +59,7 @@ consteval bool effect_is_recordable() {
 template <class Sc>
 [[gnu::cold]] void run_forces(RecordedMotion& m, const Sc& scene) {
   constexpr int n = Sc::dof_at_compile_time, states = Sc::states_at_compile_time;
-  m.recording.source = "the force of an effect";
+  name_source(m, "the force of an effect");
   const formula::Recorded t(m.recording, m.t);
   const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
   auto z = recorded_vector<states>(m.recording, m.z);
@@ -70,10 +71,10 @@ template <class Sc>
     first += states_of<E>();
   });
   const auto Q = effect_forces(scene, q, v, z, t);
-  for (Eigen::Index i = 0; i < Q.size(); ++i) m.returned.push_back(Q[i].node_in(m.recording));
+  for (Eigen::Index i = 0; i < Q.size(); ++i) note_returned(m, Q[i].node_in(m.recording));
   if constexpr (states > 0) {
     const auto rates = state_rates(scene, q, v, z, t);
-    for (Eigen::Index i = 0; i < rates.size(); ++i) m.returned.push_back(rates[i].node_in(m.recording));
+    for (Eigen::Index i = 0; i < rates.size(); ++i) note_returned(m, rates[i].node_in(m.recording));
   }
 }
 
@@ -81,8 +82,8 @@ template <class Sc>
 template <int n, class E>
 [[gnu::cold]] void run_rows(RecordedMotion& m, const E& e) {
   if constexpr (ConstraintEffect<E, n>) {
-    m.recording.source = "the constraint '";
-    m.recording.source.append(constraint_name(e)).append("'");
+    const std::string name = constraint_name(e);
+    name_source(m, "the constraint '", &name);
     const formula::Recorded t(m.recording, m.t);
     const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
     const auto rows = [&] {
@@ -92,7 +93,7 @@ template <int n, class E>
         return as_rows(e.velocity_constraint(q, v, t));
       }
     }();
-    for (Eigen::Index i = 0; i < rows.size(); ++i) m.returned.push_back(rows[i].node_in(m.recording));
+    for (Eigen::Index i = 0; i < rows.size(); ++i) note_returned(m, rows[i].node_in(m.recording));
   }
 }
 

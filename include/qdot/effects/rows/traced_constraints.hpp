@@ -38,7 +38,7 @@
 namespace qdot::detail {
 
 template <class Number = double>
-class TracedConstraints {
+class TracedConstraints final : public Traced {
  public:
   /// @param cutoff  relative size below which a row of J counts as dependent, where it is not left to the general way
   [[gnu::cold]] TracedConstraints(TracedEquations<Number> equations, double cutoff)
@@ -83,8 +83,11 @@ class TracedConstraints {
     is_known_ = true;
   }
 
-  bool is_known() const { return is_known_; }
-  const TracedLines<Number>& lines() const { return lines_; }
+  bool is_known() const override { return is_known_; }
+  std::unique_ptr<Traced> copy() const override { return std::make_unique<TracedConstraints>(*this); }
+  bool still_holds(const RecordableForm& form) override { return lines_.still_holds(form); }
+  bool are_native() const { return lines_.are_native(); }
+  bool are_long() const { return lines_.are_long(); }
   std::size_t n() const { return lines_.equations().n(); }
   std::size_t rows() const { return lines_.equations().rows(); }
 
@@ -152,11 +155,6 @@ class TracedConstraints {
     for (std::size_t i = 0; i < n(); ++i)
       for (const auto& entry : entries.row(i)) M(static_cast<Eigen::Index>(i), entry.column) = lines_[mass_[k++]];
     return M;
-  }
-
-  template <class Run>
-  bool still_holds(const Run& run) {
-    return lines_.still_holds(run);
   }
 
  private:
@@ -334,17 +332,6 @@ void run_scene(RecordedMotion& m, const Sc& scene, std::vector<char>* holonomic)
     run_rows<n>(m, e);
     if (holonomic) holonomic->resize(holonomic->size() + m.returned.size() - first, HolonomicEffect<E, n>);
   });
-}
-
-template <class Sc>
-TracedEquations<> traced_equations(const Sc& scene, std::span<const double> phases) {
-  TracedEquations<> e(scene.dof(), Sc::states_at_compile_time);
-  e.begins = machine_code_begins(scene.system().kept_lines()->by());
-  e.motion.phases.assign(phases.begin(), phases.end());
-  std::vector<char> holonomic;
-  run_scene(e.motion, scene, &holonomic);
-  e.derive(Sc::has_forces, holonomic);
-  return e;
 }
 
 }  // namespace qdot::detail

@@ -40,7 +40,9 @@ template <class Number = double>
 class SparseNewton final : public NewtonEquations {
  public:
   /// @throws whatever tracing throws
-  SparseNewton(const MethodForm& form, TracedEquations<> equations, SUNContext context) : NewtonEquations(context), form_(form) { take(std::move(equations)); }
+  SparseNewton(const MethodForm& form, TracedEquations<double> equations, SUNContext context) : NewtonEquations(context), form_(form) {
+    take(std::move(equations));
+  }
 
   /// Traces again where the functors are others by now.
   [[gnu::cold]] void renew() override {
@@ -78,9 +80,9 @@ class SparseNewton final : public NewtonEquations {
   std::size_t n() const { return acceleration_.size(); }
   std::size_t rows() const { return multipliers_.size(); }
 
-  [[gnu::cold]] void take(TracedEquations<> equations) {
+  [[gnu::cold]] void take(TracedEquations<double> equations) {
     lines_ = std::make_unique<TracedLines<>>(std::move(equations));
-    TracedEquations<>& e = lines_->equations();
+    TracedEquations<double>& e = lines_->equations();
     if (e.states() > 0) throw InvalidValue("sparse Newton equations know of no states of effects");
     acceleration_.resize(e.n());
     multipliers_.resize(e.rows());
@@ -93,7 +95,7 @@ class SparseNewton final : public NewtonEquations {
   }
 
   // Entry (i, j) and its mirror are places in A; entries of the slopes are kept for the right side as well.
-  [[gnu::cold]] void place(const TracedEquations<>& e, const TracedEquations<>::Slopes& slopes) {
+  [[gnu::cold]] void place(const TracedEquations<double>& e, const TracedEquations<double>::Slopes& slopes) {
     struct Entry {
       std::size_t row, column;
       int power, node;

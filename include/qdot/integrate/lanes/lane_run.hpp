@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -22,8 +23,7 @@
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/simulate_many.hpp"
-#include "qdot/integrate/watch/branch_watch.hpp"
-#include "qdot/integrate/watch/watch.hpp"
+#include "qdot/integrate/watch/any_watch.hpp"
 
 namespace qdot {
 
@@ -49,7 +49,7 @@ template <class Systems, class StartOf, class P, class... Events>
 class LaneRun {
   using Form = std::remove_cvref_t<decltype(first_order_form(std::declval<const typename Systems::System&>()))>;
   static constexpr int n = Systems::n, lanes = P::size;
-  static constexpr bool timed = TimeWatch<Form>::watches;
+  static constexpr bool timed = TimeOf<Form>::enters;
   using Mask = typename P::Mask;
   using Ends = std::vector<Kept<MotionEnd<n>>>;
 
@@ -88,7 +88,7 @@ class LaneRun {
     std::size_t motion = 0;
     State<n> start;
     std::optional<Form> form;
-    std::optional<Watchdog<Form>> dog;
+    std::unique_ptr<AnyWatch> dog;
     MotionScale scale;
     bool has_begun = false;  // one of this form
   };
@@ -141,12 +141,12 @@ class LaneRun {
   // False where there is something about the start that simulate() has a word for.
   bool begin_at(int lane, Lane& l) {
     try {
-      if (!l.dog) l.dog.emplace(*l.form, options_);
+      if (!l.dog) l.dog = watch_of(*l.form, options_);
       Eigen::VectorXd y(2 * n), f(2 * n);
       y << l.start.q, l.start.qdot;
       const double t = l.start.t;
       l.form->derivative(t, y, f);
-      if (!compares_) compares_ = functors_compare(*l.form, t, y);
+      if (!compares_) compares_ = l.dog->may_pass_branches(t, y);
       if (*compares_) return false;  // one by one its steps are looked at (integrate/watch/branch_watch.hpp)
       l.dog->begin(t, y, 0, std::exchange(l.has_begun, true));
       if (!f.allFinite() || l.dog->look_at_values_and_mass(t, y)) return false;
@@ -155,7 +155,7 @@ class LaneRun {
         if (!l.scale.is_known()) return false;
         pack_.tolerate(lane, has_own ? l.scale.tolerances() : Eigen::VectorXd::Constant(2 * n, options_.atol[0]));
       }
-      const double limit = l.dog->reach(t, y, t_end_);
+      const double limit = l.dog->reach(t, y, t_end_, false);
       if (l.dog->switches_by_time()) return false;
       pack_.load(lane, *l.form, t, t_end_ - t, limit, y, f);
       systems_.take(lane, l.motion, equations_);
@@ -167,7 +167,7 @@ class LaneRun {
 
   // How far the next step may go; false where the motion has come to a branch by time.
   bool look_ahead(int lane) {
-    pack_.head_for(lane, lanes_[lane].dog->reach(pack_.t(lane), state_of(lane), t_end_));
+    pack_.head_for(lane, lanes_[lane].dog->reach(pack_.t(lane), state_of(lane), t_end_, false));
     return !lanes_[lane].dog->switches_by_time();
   }
 

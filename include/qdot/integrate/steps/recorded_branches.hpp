@@ -58,8 +58,6 @@ inline void number_variables(Eigen::Index dof, double t, const Eigen::Ref<const 
 }
 
 using RunFunctors = std::function<void(RecordedBranch&)>;
-// out ← the rates of y = [q; q̇; z] at (t, y), by the functors themselves.
-using RatesAt = std::function<void(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out)>;
 
 // The branch at y; or where answers are given, the one of these answers.
 [[gnu::cold]] inline std::unique_ptr<RecordedBranch> recorded_branch(Eigen::Index dof, double t, const Eigen::Ref<const Eigen::VectorXd>& y,

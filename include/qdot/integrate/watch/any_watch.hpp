@@ -1,11 +1,11 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A watchdog (integrate/watch/watch.hpp) without the type of what it looks at.
+// The watchdog of a run, as its loop sees it.
 //
-// A watchdog wants to know T, V and effects: which numbers they must have, what they ask of the time, whether M loses its inertia. The loop of a run
-// does not, and is compiled once for many systems: it holds the watchdog by calls. If what is run has more components than the form that is watched,
-// they stand behind those and are not looked at.
+// A watchdog (integrate/watch/watch.hpp) looks at T, V and effects besides the steps: which numbers they must have, what they ask of the time, whether M
+// loses its inertia. It is compiled once, and so is the loop that holds it. If what is run has more components than the form that is watched, they stand
+// behind those and are not looked at.
 
 #include <Eigen/Core>
 #include <memory>
@@ -16,68 +16,72 @@
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/statistics.hpp"
 #include "qdot/integrate/steps/polynomial.hpp"
-#include "qdot/integrate/watch/watch.hpp"
+#include "qdot/integrate/watch/watched_form.hpp"
 
 namespace qdot::detail {
 
-/// The members are those of Watchdog.
+/// Looks at the accepted states of one run.
 class AnyWatch {
  public:
   virtual ~AnyWatch() = default;
+
+  /// True when the state after a step of length h ought to be looked at.
   virtual bool is_due(double h) = 0;
-  virtual void begin(double t, const Eigen::VectorXd& y, long steps) = 0;
+  /// Begins at a state: the start, or behind a stop time or a change of the state, from where h is compared anew.
+  ///
+  /// @param another  motion of the same functors, which are believed to be as they were
+  virtual void begin(double t, const Eigen::VectorXd& y, long steps, bool another) = 0;
+  void begin(double t, const Eigen::VectorXd& y, long steps) { begin(t, y, steps, false); }
+
   virtual bool watches_time() const = 0;  // otherwise nobody need ask for reach()
+  /// How far towards `landing` a step from (t, y) may go (integrate/watch/time_watch.hpp).
   virtual double reach(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double landing, bool switches_only) = 0;
+  /// The first time that functors are to be shown of a step from the time t that reach() was asked about last.
   virtual double first_shown(double t) const = 0;
+  /// Whether something in the functors switches by time, as they are now.
+  virtual bool switches_by_time() const = 0;
+
+  /// Whether steps from (t, y) may pass over a branch of the functors.
   virtual bool may_pass_branches(double t, const Eigen::VectorXd& y) = 0;
+  /// What a step has passed (integrate/watch/branch_watch.hpp).
   virtual Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, bool on_one_branch) = 0;
   bool sees_branches = true;  // false: steps need not be asked about
+
+  /// Looks at an accepted state; the trouble, if there is some.
+  ///
+  /// @param controlled  the method keeps a tolerance
   virtual std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) = 0;
+  /// The same at the start of a run, where there is nothing to compare h with.
   virtual std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) = 0;
+  /// What the functors give now that they did not give before, asked where the method cannot go on; nothing if they are as they were.
   virtual std::optional<Failure> change(double t) = 0;
+  /// Keeps what the next look compares with, at a state from which the motion goes on.
   virtual void remember(double t, const Eigen::VectorXd& y) = 0;
+  /// What is to be said of a run that came to its end.
   virtual std::optional<Failure> verdict() const = 0;
   virtual double mass_rcond() const = 0;
+  /// Writes what was seen.
   virtual void report(Statistics& statistics) const = 0;
 };
 
-/// The watchdog of a first-order form, whose components are the first of y.
+/// A watchdog (integrate/watch/watch.hpp).
+template <class = void>
+std::unique_ptr<AnyWatch> watchdog(std::unique_ptr<const WatchedForm> form, const Options& options);
+
+/// The watchdog of a form, whatever hides it.
 template <class Form>
-class WatchOf final : public AnyWatch {
- public:
-  WatchOf(const Form& form, const Options& options) : dog_(form, options), own_(form.size()) {}
-
-  bool is_due(double h) override { return dog_.is_due(h); }
-  void begin(double t, const Eigen::VectorXd& y, long steps) override { dog_.begin(t, own(y), steps); }
-  bool watches_time() const override { return Watchdog<Form>::watches_time; }
-  double reach(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double landing, bool switches_only) override {
-    for (Eigen::Index i = 0; i < own_.size(); ++i) own_[i] = y[i];
-    return dog_.reach(t, own_, landing, switches_only);
-  }
-  double first_shown(double t) const override { return dog_.first_shown(t); }
-  bool may_pass_branches(double t, const Eigen::VectorXd& y) override { return sees_branches = dog_.may_pass_branches(t, own(y)); }
-  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, bool on_one_branch) override {
-    return dog_.passage(clock, step, from, to, on_one_branch);
-  }
-  std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) override {
-    return dog_.look(t, own(y), steps, controlled);
-  }
-  std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) override { return dog_.look_at_values_and_mass(t, own(y)); }
-  std::optional<Failure> change(double t) override { return dog_.change(t); }
-  void remember(double t, const Eigen::VectorXd& y) override { dog_.remember(t, own(y)); }
-  std::optional<Failure> verdict() const override { return dog_.verdict(); }
-  double mass_rcond() const override { return dog_.mass_rcond(); }
-  void report(Statistics& statistics) const override { dog_.report(statistics); }
-
- private:
-  const Eigen::VectorXd& own(const Eigen::VectorXd& y) {
-    if (y.size() == own_.size()) return y;
-    for (Eigen::Index i = 0; i < own_.size(); ++i) own_[i] = y[i];
-    return own_;
-  }
-
-  Watchdog<Form> dog_;
-  Eigen::VectorXd own_;
-};
+std::unique_ptr<AnyWatch> watch_of(const Form& form, const Options& options) {
+  if constexpr (requires { form.watch(options); }) return form.watch(options);
+  else if constexpr (requires { form.driven().watch(options); }) return form.driven().watch(options);
+  else return watchdog(std::make_unique<WatchedFormOf<Form>>(form), options);
+}
 
 }  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template std::unique_ptr<AnyWatch> watchdog<void>(std::unique_ptr<const WatchedForm>, const Options&);
+}  // namespace qdot::detail
+#else
+#include "qdot/integrate/watch/watch.hpp"
+#endif

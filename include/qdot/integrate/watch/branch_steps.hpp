@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Steps are looked at along the guards of their branch: the work of integrate/watch/branch_watch.hpp, whose essay says what is looked for.
+// Steps are looked at along the guards of their branch (integrate/watch/branch_watch.hpp says what is looked for).
 //
 // Programs that link qdot::compiled do not read this header: the library has it.
 
@@ -17,25 +17,21 @@
 
 #include "qdot/ad/formula/interval.hpp"
 #include "qdot/integrate/watch/branch_crossing.hpp"
-#include "qdot/integrate/watch/branch_watch.hpp"
 #include "qdot/integrate/watch/sides_of_branch.hpp"
+#include "qdot/integrate/watch/watched_form.hpp"
 
 namespace qdot::detail {
 
-template <class>
-[[gnu::cold]] bool compare_anything(Eigen::Index dof, double t, const Eigen::VectorXd& y, const RunFunctors& run) {
-  return !recorded_branch(dof, t, y, run)->branches.met.empty();
-}
-
+/// Looks at the steps of a run.
 template <class Number = double>
-class BranchSteps : public AnyBranchSteps {
+class BranchSteps {
  public:
-  BranchSteps(Eigen::Index size, Eigen::Index dof, double rtol, RunFunctors run, RatesAt rates)
-      : size_(size), dof_(dof), rtol_(rtol), run_(std::move(run)), rates_(std::move(rates)) {}
+  BranchSteps(const WatchedForm& form, double rtol) : form_(form), size_(form.size()), dof_(form.dof()), rtol_(rtol) {}
 
-  void forget() override { here_.reset(); }
-  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to) override;
-  Passage beginning(const Clock& clock, const PolynomialView& step, double from, double to) override;
+  void forget() { here_.reset(); }
+  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to);
+  /// What is met where a step begins that lies on one branch.
+  Passage beginning(const Clock& clock, const PolynomialView& step, double from, double to);
 
  private:
   static constexpr int places = 16, halvings = 30, finer = 24, most_retaken = 1000;
@@ -50,7 +46,7 @@ class BranchSteps : public AnyBranchSteps {
   }
   int left_at(SidesOfBranch<>& sides, double fraction) { return move_to(fraction), sides.move_to(dof_, t_, y_); }
   std::unique_ptr<SidesOfBranch<>> sides_at(double fraction) {
-    return move_to(fraction), std::make_unique<SidesOfBranch<>>(recorded_branch(dof_, t_, y_, run_));
+    return move_to(fraction), std::make_unique<SidesOfBranch<>>(recorded_branch(dof_, t_, y_, [&](RecordedBranch& branch) { form_.record_branch(branch); }));
   }
   // Fractions between which sides end: they hold at the first, and not at the second.
   struct Edge {
@@ -73,10 +69,9 @@ class BranchSteps : public AnyBranchSteps {
   [[gnu::cold]] std::optional<Failure> trouble_at_start();
   [[gnu::cold]] std::optional<Failure> trouble_between(SidesOfBranch<>& before, SidesOfBranch<>& behind, Edge between, bool is_start);
 
+  const WatchedForm& form_;
   Eigen::Index size_, dof_;
   double rtol_;
-  RunFunctors run_;
-  RatesAt rates_;
   long retaken_ = 0;
   SizesOfMotion sizes_{};
   std::unique_ptr<SidesOfBranch<>> here_{};
@@ -157,7 +152,7 @@ template <class Number>
 bool BranchSteps<Number>::has_rates(const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
   out.resize(size_);
   try {
-    rates_(t_, y, out);
+    form_.derivative(t_, y, out);
   } catch (...) {
     return false;
   }
@@ -287,11 +282,6 @@ template <class Number>
   static_cast<void>(left_at(*before, 0.0));
   take_energies(before->branch(), before->at());
   return {{}, BranchCrossing<>(before->branch(), here_->branch(), static_cast<std::size_t>(guard), before->at(), sizes_, rtol_).jump(), from};
-}
-
-template <class>
-[[gnu::cold]] std::unique_ptr<AnyBranchSteps> branch_steps(Eigen::Index size, Eigen::Index dof, double rtol, RunFunctors run, RatesAt rates) {
-  return std::make_unique<BranchSteps<>>(size, dof, rtol, std::move(run), std::move(rates));
 }
 
 }  // namespace qdot::detail

@@ -29,8 +29,6 @@
 // matters to the accuracy that was asked for: |δ| times the time since the leg began > rtol |yᵢ| + atolᵢ.
 //
 // A state where f cannot be evaluated is not compared: the method itself will meet that.
-//
-// What is asked for depends on the form's type, and is little; how it is compared does not.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -41,133 +39,21 @@
 #include <limits>
 #include <optional>
 #include <string>
-#include <type_traits>
-#include <utility>
+#include <vector>
 
 #include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
-#include "qdot/integrate/run.hpp"
-#include "qdot/integrate/watch/energy_slope.hpp"
-#include "qdot/mechanics/equations_of_motion.hpp"
-#include "qdot/mechanics/first_order_form.hpp"
+#include "qdot/integrate/watch/watched_form.hpp"
 
 namespace qdot::detail {
-
-/// The values of a first-order system at a state: rates, then constraints, then guards.
-template <FirstOrderSystem F>
-class ModelValues {
- public:
-  explicit ModelValues(const F& system) : system_(system) {}
-
-  /// out ← all of them. False where they cannot be evaluated, or are not finite.
-  [[gnu::noinline]] bool at(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
-    try {
-      write(t, y, out);
-    } catch (...) {
-      return false;
-    }
-    return all_finite(out.data(), out.size());
-  }
-
-  /// What T and V are; NaN where there are none.
-  [[gnu::cold, gnu::noinline]] std::array<double, 2> energies([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& y) const {
-    std::array<double, 2> found{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
-    const auto ask = [&](const auto& system) {
-      const EnergyAt energy = energy_at(system, t, y);
-      found = {energy.T, energy.V};
-    };
-    try {
-      if constexpr (is_scene) ask(system_.scene().system());
-      else if constexpr (requires { system_.system().energies(); }) ask(system_.system());
-    } catch (...) {  // they will throw again
-    }
-    return found;
-  }
-
-  Eigen::Index rates() const { return system_.size(); }
-  /// In words.
-  std::string name(Eigen::Index i) const {
-    if (i < rates()) return sentence({"the rate of ", system_.component_name(i)});
-    if constexpr (has_constraints) {
-      const auto names = constraint_names(system_.scene());
-      const auto rows = static_cast<Eigen::Index>(names.size()), k = i - rates();
-      if (k < 2 * rows) return sentence({k < rows ? "the constraint '" : "the velocity of the constraint '", names[static_cast<std::size_t>(k % rows)], "'"});
-    }
-    return "the gap of a contact or the limit of a friction";
-  }
-
- private:
-  static constexpr bool has_constraints = requires { requires F::has_constraints; };
-  static constexpr bool is_scene = requires(const F& f) { f.scene().effects(); };
-
-  KeptLines* kept_lines() const {
-    if constexpr (is_scene) return system_.scene().system().kept_lines();
-    else if constexpr (requires { system_.system().kept_lines(); }) return system_.system().kept_lines();
-    else return nullptr;
-  }
-
-  // Allocates nothing where n is fixed and out has been written to before.
-  void write(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
-    const KeptLines::Aside aside(kept_lines());  // but lines that it keeps are asked for no values here
-    const Eigen::Index size = system_.size();
-    Eigen::Index guards = 0;
-    if constexpr (SwitchingSystem<F>) guards = system_.guard_count();
-    if constexpr (has_constraints) {
-      constexpr int n = F::dof_at_compile_time;
-      const Eigen::Index k = system_.dof();
-      using Q = Vector<double, n>;
-      using Z = Vector<double, std::remove_cvref_t<decltype(system_.scene())>::states_at_compile_time>;
-      const Q q = Eigen::Map<const Q>(y.data(), k), qdot = Eigen::Map<const Q>(y.data() + k, k);
-      const Z z = Eigen::Map<const Z>(y.data() + 2 * k, size - 2 * k);
-      const auto phi = constraint_residual(system_.scene(), q, t, z), velocity = constraint_velocity(system_.scene(), q, qdot, t, z);
-      out.resize(size + 2 * phi.size() + guards);
-      std::copy_n(velocity.data(), velocity.size(), std::copy_n(phi.data(), phi.size(), out.data() + size));
-    } else {
-      out.resize(size + guards);
-    }
-    if constexpr (requires { system_.system().energies(); }) {
-      const State<dof_at_compile_time<F>()> at = system_.state(t, y);
-      const auto a = acceleration(system_.system(), at.q, at.qdot, t);  // with no factors of M that the form keeps
-      std::copy_n(a.data(), a.size(), std::copy_n(at.qdot.data(), at.qdot.size(), out.data()));
-    } else {
-      system_.derivative(t, y, Eigen::Map<Eigen::VectorXd>(out.data(), size));
-    }
-    if constexpr (SwitchingSystem<F>) system_.guards(t, y, Eigen::Map<Eigen::VectorXd>(out.data() + out.size() - guards, guards));
-  }
-
-  const F& system_;
-};
-
-// The trouble with what has been recorded or read of functors, and is something else by now.
-inline Failure other_formula() {
-  return {Outcome::model_changed, "between events and stop times functors must depend on nothing but their arguments, but T, V or an effect has "
-                                  "become another formula, or the same with another constant"};
-}
-// ModelValues without the type of the form, which outlives this.
-struct AnyModelValues {
-  const void* form;
-  Eigen::Index rates;
-  bool (*write)(const void*, double, const Eigen::VectorXd&, Eigen::VectorXd&);
-  std::string (*named)(const void*, Eigen::Index);
-  std::array<double, 2> (*energies)(const void*, double, const Eigen::VectorXd&);
-
-  template <FirstOrderSystem F>
-  explicit AnyModelValues(const F& of)
-      : form(&of), rates(of.size()),
-        write([](const void* f, double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) { return ModelValues(*static_cast<const F*>(f)).at(t, y, out); }),
-        named([](const void* f, Eigen::Index i) { return ModelValues(*static_cast<const F*>(f)).name(i); }),
-        energies([](const void* f, double t, const Eigen::VectorXd& y) { return ModelValues(*static_cast<const F*>(f)).energies(t, y); }) {}
-
-  bool at(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) const { return write(form, t, y, out); }
-};
 
 /// Compares a run's right-hand side with what it was.
 template <class Number = double>
 class BasicChangeWatch {
  public:
-  BasicChangeWatch(const AnyModelValues& values, const Options& options) : values_(values), options_(options) {}
+  BasicChangeWatch(const WatchedForm& form, const Options& options) : form_(form), options_(options) {}
 
   /// Begins a leg: whatever changed before was allowed to.
   void begin(double t, const Eigen::VectorXd& y);
@@ -202,7 +88,18 @@ class BasicChangeWatch {
 
   Failure failure(const Seen& seen, Eigen::Index i, double t) const;
 
-  AnyModelValues values_;
+  // out ← all values. False where they cannot be evaluated, or are not finite.
+  bool values_at(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
+    try {
+      form_.values(t, y, out);
+    } catch (...) {
+      return false;
+    }
+    return all_finite(out.data(), out.size());
+  }
+  std::string name(Eigen::Index i) const;
+
+  const WatchedForm& form_;
   const Options& options_;
   Seen first_, latest_;
   long looks_ = 0;  // in this leg
@@ -213,8 +110,8 @@ class BasicChangeWatch {
 template <class Number>
 void BasicChangeWatch<Number>::begin(double t, const Eigen::VectorXd& y) {
   keep(first_, t, y);
-  const auto once = values_.energies(values_.form, t, y), again = values_.energies(values_.form, t, y);
-  at_once_ = {once[0], again[0], once[1], again[1]};
+  const std::optional<EnergyAt> once = quietly([&] { return form_.energy(t, y); }), again = quietly([&] { return form_.energy(t, y); });
+  at_once_ = once && again ? std::array{once->T, again->T, once->V, again->V} : std::array<double, 4>{};
   latest_.is_known = false;
   looks_ = 0;
 }
@@ -228,7 +125,7 @@ std::optional<Failure> BasicChangeWatch<Number>::look(double t) {
                                at_once_[i], " and, asked once more at the same state, ", at_once_[i + 1]})};
   const bool both = ++looks_ % thinned == 0 || !latest_.is_known;
   for (const Seen* seen : {&latest_, &first_})
-    if (seen->is_known && (seen == &latest_ || both) && values_.at(seen->t, seen->y, now_) && !is_same(*seen))
+    if (seen->is_known && (seen == &latest_ || both) && values_at(seen->t, seen->y, now_) && !is_same(*seen))
       if (const std::optional<Eigen::Index> i =
               changed(*seen, std::abs(t - first_.t) + 4 * std::numeric_limits<double>::epsilon() * std::abs(t)))
         return failure(*seen, *i, t);
@@ -239,7 +136,7 @@ template <class Number>
 void BasicChangeWatch<Number>::keep(Seen& seen, double t, const Eigen::VectorXd& y) {
   seen.t = t;
   seen.y = y;
-  seen.is_known = values_.at(t, y, seen.values);
+  seen.is_known = values_at(t, y, seen.values);
 }
 
 template <class Number>
@@ -249,7 +146,7 @@ template <class Number>
   for (Eigen::Index i = 0; i < now_.size(); ++i) explained[i] = rounding * std::abs(now_[i]);
   for (Eigen::Index j = 0; j < moved.size(); ++j) {
     moved[j] += rounding * moved[j];
-    if (moved[j] != seen.y[j] && values_.at(seen.t, moved, there) && there.size() == now_.size())
+    if (moved[j] != seen.y[j] && values_at(seen.t, moved, there) && there.size() == now_.size())
       for (Eigen::Index i = 0; i < now_.size(); ++i) explained[i] += std::abs(there[i] - now_[i]);
     moved[j] = seen.y[j];
   }
@@ -258,7 +155,7 @@ template <class Number>
   for (Eigen::Index i = 0; i < size; ++i) {
     const double change = std::abs(now_[i] - seen.values[i]);
     if (!(change > explained[i])) continue;
-    if (i < values_.rates && !(change * duration > options_.rtol * std::abs(seen.y[i]) + options_.atol[i])) continue;
+    if (i < form_.size() && !(change * duration > options_.rtol * std::abs(seen.y[i]) + options_.atol[i])) continue;
     const double part = change / std::max(std::abs(now_[i]), std::abs(seen.values[i]));
     if (part > largest) {
       largest = part;
@@ -271,8 +168,17 @@ template <class Number>
 template <class Number>
 [[gnu::cold, gnu::noinline]] Failure BasicChangeWatch<Number>::failure(const Seen& seen, Eigen::Index i, double t) const {
   return {Outcome::model_changed,
-          sentence({"between events and stop times functors must depend on nothing but their arguments, but ", values_.named(values_.form, i), " at t = ",
+          sentence({"between events and stop times functors must depend on nothing but their arguments, but ", name(i), " at t = ",
                     seen.t, " was ", seen.values[i], " and is ", now_[i], " when it is evaluated there again at t = ", t})};
+}
+// In words.
+template <class Number>
+[[gnu::cold]] std::string BasicChangeWatch<Number>::name(Eigen::Index i) const {
+  if (i < form_.size()) return sentence({"the rate of ", form_.component_name(i)});
+  const std::vector<std::string> names = form_.row_names();
+  const auto rows = static_cast<Eigen::Index>(names.size()), k = i - form_.size();
+  if (k < 2 * rows) return sentence({k < rows ? "the constraint '" : "the velocity of the constraint '", names[static_cast<std::size_t>(k % rows)], "'"});
+  return "the gap of a contact or the limit of a friction";
 }
 using ChangeWatch = BasicChangeWatch<>;
 

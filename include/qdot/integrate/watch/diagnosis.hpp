@@ -35,6 +35,12 @@
 
 namespace qdot::detail {
 
+// The trouble with what has been recorded or read of functors, and is something else by now.
+inline Failure other_formula() {
+  return {Outcome::model_changed, "between events and stop times functors must depend on nothing but their arguments, but T, V or an effect has "
+                                  "become another formula, or the same with another constant"};
+}
+
 // A form, asked after the run.
 struct Probe {
   const DrivenForm& form;

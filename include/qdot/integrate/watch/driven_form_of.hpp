@@ -24,7 +24,6 @@
 #include "qdot/integrate/steps/rates.hpp"
 #include "qdot/integrate/watch/any_watch.hpp"
 #include "qdot/integrate/watch/driven_form.hpp"
-#include "qdot/integrate/watch/watch.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/equations/banded_equations.hpp"
@@ -51,14 +50,6 @@ std::string non_finite_energy(const F& system, double t, const Eigen::VectorXd& 
     if constexpr (Behind::is_scene) return "T, V and their first derivatives are finite, so it is an effect or the mass matrix";
   }
   return (void)system, (void)t, (void)y, std::string();
-}
-
-// The watchdog of a form, whatever hides it.
-template <class Form>
-std::unique_ptr<AnyWatch> watch_of(const Form& form, const Options& options) {
-  if constexpr (requires { form.watch(options); }) return form.watch(options);
-  else if constexpr (requires { form.driven(); }) return form.driven().watch(options);
-  else return std::make_unique<WatchOf<Form>>(form, options);
 }
 
 /// What a run asks, of a form; Face is DrivenForm or derived from it, Held the form or a reference to it.
@@ -140,7 +131,7 @@ class SparseFormOf : public MethodFormOf<Face, Form> {
 
   std::shared_ptr<TracedEquations<double>> equations() const override {
     if constexpr (is_hidden) return form_.driven().equations();
-    else if constexpr (is_traced) return std::make_shared<TracedEquations<double>>(form_.equations());
+    else if constexpr (is_traced) return form_.equations();
     else return nullptr;
   }
   void run_functors([[maybe_unused]] RecordedMotion& motion) const override {

@@ -29,44 +29,17 @@
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/statistics.hpp"
-#include "qdot/integrate/watch/energy_slope.hpp"
+#include "qdot/integrate/watch/watched_form.hpp"
 
 namespace qdot::detail {
 
 // M and its factor, and differences of h, cost as n³: of more coordinates a run looks at less.
 inline constexpr Eigen::Index most_watched_coordinates = 128;
 
-// What an evaluation gives; nothing where the model refuses. It has been evaluated there before: it is the watch that must not end a run with another
-// error than its own.
-template <class Evaluate>
-auto quietly(Evaluate&& evaluate) -> std::optional<decltype(evaluate())> {
-  try {
-    return evaluate();
-  } catch (...) {
-    return std::nullopt;
-  }
-}
-
-// The energies of a system without its type, which outlives this.
-struct AnyEnergy {
-  const void* system;
-  EnergyAt (*energy)(const void*, double, const Eigen::VectorXd&);
-  Eigen::VectorXd (*slopes)(const void*, double, const Eigen::VectorXd&) = nullptr;  // where there may be many coordinates
-
-  template <class System>
-  explicit AnyEnergy(const System& of)
-      : system(&of), energy([](const void* s, double t, const Eigen::VectorXd& y) { return energy_at(*static_cast<const System*>(s), t, y); }) {
-    if constexpr (System::dof_at_compile_time == Dynamic)
-      slopes = [](const void* s, double t, const Eigen::VectorXd& y) { return energy_slopes(*static_cast<const System*>(s), t, y); };
-  }
-  EnergyAt at(double t, const Eigen::VectorXd& y) const { return energy(system, t, y); }
-};
-
 /// Compares h with what it was where it was begun.
-template <class Number = double>
-class BasicEnergyWatch {
+class EnergyWatch {
  public:
-  BasicEnergyWatch(const AnyEnergy& energy, const Options& options) : energy_(energy), options_(options) {}
+  EnergyWatch(const WatchedForm& form, const Options& options) : form_(form), options_(options) {}
 
   /// Begins at a state from which h ought to be constant, after so many steps of the method.
   void begin(double t, const Eigen::VectorXd& y, long steps);
@@ -94,7 +67,7 @@ class BasicEnergyWatch {
   // By how much a step within the tolerances may change h.
   double allowed(double t, const Eigen::VectorXd& y, double h);
 
-  AnyEnergy energy_;
+  const WatchedForm& form_;
   const Options& options_;
   std::optional<EnergyAt> reference_;     // at the begin
   double before_ = 0.0, t_before_ = 0.0;  // h at the last look
@@ -105,23 +78,21 @@ class BasicEnergyWatch {
   Eigen::VectorXd moved_;
 };
 
-template <class Number>
-void BasicEnergyWatch<Number>::begin(double t, const Eigen::VectorXd& y, long steps) {
+inline void EnergyWatch::begin(double t, const Eigen::VectorXd& y, long steps) {
   reference_.reset();
   t_before_ = t;
   steps_begun_ = steps;
   if (steps == 0) drift_ = drift_allowed_ = kinetic_ = most_ = 0.0;
-  if (std::isfinite(options_.energy_drift_limit)) reference_ = quietly([&] { return energy_.at(t, y); });
+  if (std::isfinite(options_.energy_drift_limit)) reference_ = quietly([&] { return form_.energy(t, y); });
   if (reference_ && !std::isfinite(reference_->h)) reference_.reset();
   if (reference_) before_ = reference_->h, see(*reference_);
   allowed_each_ = largest_ = largest_change_ = 0.0;
   looks_begun_ = 0;
 }
 
-template <class Number>
-std::optional<Failure> BasicEnergyWatch<Number>::look(double t, const Eigen::VectorXd& y, long steps) {
+inline std::optional<Failure> EnergyWatch::look(double t, const Eigen::VectorXd& y, long steps) {
   if (!reference_) return std::nullopt;
-  const std::optional<EnergyAt> now = quietly([&] { return energy_.at(t, y); });
+  const std::optional<EnergyAt> now = quietly([&] { return form_.energy(t, y); });
   if (!now || !std::isfinite(now->h)) return std::nullopt;
   const double taken = static_cast<double>(steps - steps_begun_);
   const double drift = std::abs(now->h - reference_->h);
@@ -150,8 +121,7 @@ std::optional<Failure> BasicEnergyWatch<Number>::look(double t, const Eigen::Vec
                            " and t = ", change_to_})};
 }
 
-template <class Number>
-std::optional<Failure> BasicEnergyWatch<Number>::verdict() const {
+inline std::optional<Failure> EnergyWatch::verdict() const {
   constexpr double too_much = 0.25;
   if (!(drift_ > too_much * kinetic_ && drift_ > options_.energy_drift_limit * epsilon * most_)) return std::nullopt;
   return Failure{Outcome::energy_drift,
@@ -159,33 +129,29 @@ std::optional<Failure> BasicEnergyWatch<Number>::verdict() const {
                            ", while T is at most ", kinetic_, ": rtol = ", options_.rtol, " and atol are too loose for this motion"})};
 }
 
-template <class Number>
-double BasicEnergyWatch<Number>::allowed(double t, const Eigen::VectorXd& y, double h) {
+inline double EnergyWatch::allowed(double t, const Eigen::VectorXd& y, double h) {
   double sum = 0.0;
   moved_ = y;
-  if (energy_.slopes && y.size() > 2 * most_watched_coordinates) {  // by slopes, here and beside it: where h is smallest it has none
+  if (y.size() > 2 * most_watched_coordinates) {  // by slopes, here and beside it: where h is smallest it has none
     Eigen::VectorXd weight(y.size());
     for (Eigen::Index i = 0; i < y.size(); ++i) {
       weight[i] = options_.rtol * std::abs(y[i]);
       weight[i] += options_.atol[i];
       moved_[i] = y[i] + weight[i];
     }
-    const Eigen::VectorXd here = energy_.slopes(energy_.system, t, y), beside = energy_.slopes(energy_.system, t, moved_);
-    for (Eigen::Index i = 0; i < y.size(); ++i) sum += std::max(here[i], beside[i]) * weight[i];
-    return sum;
+    const Eigen::VectorXd here = form_.energy_slopes(t, y), beside = form_.energy_slopes(t, moved_);
+    if (here.size() == y.size()) {
+      for (Eigen::Index i = 0; i < y.size(); ++i) sum += std::max(here[i], beside[i]) * weight[i];
+      return sum;
+    }
+    moved_ = y;
   }
   for (Eigen::Index i = 0; i < y.size(); ++i) {
     moved_[i] = y[i] + options_.rtol * std::abs(y[i]) + options_.atol[i];
-    const double change = std::abs(energy_.at(t, moved_).h - h);
+    const double change = std::abs(form_.energy(t, moved_).h - h);
     if (std::isfinite(change)) sum += change;
     moved_[i] = y[i];
   }
   return sum;
 }
-using EnergyWatch = BasicEnergyWatch<>;
-
-#ifdef QDOT_COMPILED
-extern template class BasicEnergyWatch<double>;
-#endif
-
 }  // namespace qdot::detail

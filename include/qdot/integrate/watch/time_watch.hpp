@@ -45,19 +45,15 @@
 #include "qdot/ad/formula/time_guards.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
-#include "qdot/integrate/run.hpp"
 #include "qdot/integrate/watch/time_formulas.hpp"
-#include "qdot/mechanics/first_order_form.hpp"
+#include "qdot/integrate/watch/watched_form.hpp"
 
 namespace qdot::detail {
 
-/// Says how far the next step may go.
-template <FirstOrderSystem F>
+/// Says how far the next step may go, of a form that takes time.
 class TimeWatch {
  public:
-  static constexpr bool watches = TimeOf<F>::enters;
-
-  TimeWatch(const F& system, const Options& options) : system_(system), options_(options) {}
+  TimeWatch(const WatchedForm& form, const Options& options) : form_(form), options_(options) {}
 
   /// Begins at a time: that of the start, or where something else begins, and a functor may have become another.
   [[gnu::cold]] void begin(double t, const Eigen::VectorXd& y) {
@@ -75,8 +71,7 @@ class TimeWatch {
   }
 
   /// Where a step from (t, y) towards `landing` must end at the latest; of switches alone, if asked for.
-  template <class Y>
-  double reach(double t, const Y& y, double landing, bool switches_only = false) {
+  double reach(double t, const Eigen::VectorXd& y, double landing, bool switches_only = false) {
     behind_ = t;
     if (!bounded_ && is_complete_ && !has_guards_) return landing;
     if (switches_only && !is_complete_) resolution_ = std::max(resolution_, std::abs(t - t_seen_));
@@ -131,18 +126,17 @@ class TimeWatch {
   }
 
   // The functors as they are near (t, y).
-  template <class Y>
-  TimeFormulas recorded(double t, const Y& y) const {
+  TimeFormulas recorded(double t, const Eigen::VectorXd& y) const {
     TimeFormulas found;
-    const Eigen::Index velocities = 2 * qdot::detail::dof(system_);
+    const Eigen::Index velocities = 2 * form_.dof();
     found.state = new_variables(found.recording, 0, velocities);
     found.t = found.recording.graph.variable(static_cast<int>(velocities));
-    for (const int z : new_variables(found.recording, velocities + 1, system_.size() - velocities)) found.state.push_back(z);
+    for (const int z : new_variables(found.recording, velocities + 1, form_.size() - velocities)) found.state.push_back(z);
     formula::Branches branches;
-    branches.variables.assign(y.data(), y.data() + system_.size());
+    branches.variables.assign(y.data(), y.data() + form_.size());
     branches.variables.insert(branches.variables.begin() + velocities, t);
     found.recording.branches = &branches;
-    TimeOf<F>::record(found, system_);
+    form_.record_time(found);
     found.recording.branches = nullptr;
     found.guards = std::move(branches.met);
     for (const formula::Guard& g : found.guards)
@@ -151,8 +145,7 @@ class TimeWatch {
   }
 
   // Makes these the formulas; false if they have been so before.
-  template <class Y>
-  [[gnu::cold]] bool record(double t, const Y& y) {
+  [[gnu::cold]] bool record(double t, const Eigen::VectorXd& y) {
     TimeFormulas found = recorded(t, y);
     scanned_ = t_seen_ = t;
     switch_.reset();
@@ -169,12 +162,10 @@ class TimeWatch {
   }
 
   static double nearer(double t, double a, double b) { return std::abs(b - t) < std::abs(a - t) ? b : a; }
-  template <class Y>
-  static std::span<const double> as_span(const Y& y) { return {y.data(), static_cast<std::size_t>(y.size())}; }
+  static std::span<const double> as_span(const Eigen::VectorXd& y) { return {y.data(), static_cast<std::size_t>(y.size())}; }
 
   // Where the next switch by time alone is, on the way to `landing`.
-  template <class Y>
-  double next_switch(double t, const Y& y, double landing) {
+  double next_switch(double t, const Eigen::VectorXd& y, double landing) {
     if (guards_.any_of_state() && guards_.changed(behind_, as_span(y))) record(behind_, y);
     const double direction = landing < t ? -1.0 : 1.0;
     const auto is_ahead = [&](double time, double of) { return (time - of) * direction > 0.0; };
@@ -208,8 +199,7 @@ class TimeWatch {
   }
 
   // A switch of nothing that matters, one stair of many, needs no landing.
-  template <class Y>
-  void pass_if_harmless(const Y& y) {
+  void pass_if_harmless(const Eigen::VectorXd& y) {
     if (guards_.any(Guards::Kind::of_both)) return;
     TimeFormulas beyond = recorded(switch_->first, y);
     const auto& now = formulas_;
@@ -221,13 +211,12 @@ class TimeWatch {
   }
 
   // Where guards that depend on state may switch before `end`, as the state is going now.
-  template <class Y>
-  double forecast(double t, const Y& y, double end) {
+  double forecast(double t, const Eigen::VectorXd& y, double end) {
     const double way = std::min(std::abs(end - t), 2.0 * wish_), direction = end < t ? -1.0 : 1.0;
     rates_.resize(y.size());
     state_ = y;
     try {
-      system_.derivative(behind_, state_, rates_);
+      form_.derivative(behind_, state_, rates_);
     } catch (const Error&) {
       return end;
     }
@@ -246,7 +235,7 @@ class TimeWatch {
       const double gap = std::abs(found->last - t);
       nearest = t + direction * (gap > careful * std::abs(end - t) ? 0.75 * gap : gap);
     }
-    const Eigen::Index dof = qdot::detail::dof(system_);
+    const Eigen::Index dof = form_.dof();
     for (Eigen::Index i = 0; i < state_.size(); ++i)
       state_[i] += direction * way * rates_[i] + (i < dof ? 0.5 * way * way * rates_[dof + i] : 0.0);
     if (!state_.allFinite() || !guards_.changed(t, as_span(state_))) return nearest;
@@ -264,8 +253,7 @@ class TimeWatch {
   }
 
   // On a new way.
-  template <class Y>
-  void set_out(double t, const Y& y, double landing) {
+  void set_out(double t, const Eigen::VectorXd& y, double landing) {
     landing_ = landing;
     state_ = y;
     if (bounded_) bounds_.measure(t, landing, {state_.data(), static_cast<std::size_t>(state_.size())});
@@ -273,13 +261,12 @@ class TimeWatch {
   }
 
   // Bounds the time before us: as far as possible, as long as steps remain as long as is wished.
-  template <class Y>
-  void look(double t, const Y& y, double landing) {
+  void look(double t, const Eigen::VectorXd& y, double landing) {
     const double left = landing - t, least = shortest * std::abs(left);
     rates_.resize(y.size());
     std::fill_n(rates_.data(), rates_.size(), 0.0);
     state_ = y;
-    std::copy_n(state_.data() + dof(system_), dof(system_), rates_.data());
+    std::copy_n(state_.data() + form_.dof(), form_.dof(), rates_.data());
     double L = std::min(std::abs(left), (bounds_.depends_on_state() ? 2.0 * steps_of_state : ahead) * wish_);
     for (;; L *= 0.5) {
       const bool finite = bounds_.over(t, t + std::copysign(L, left), {state_.data(), static_cast<std::size_t>(state_.size())},
@@ -296,8 +283,7 @@ class TimeWatch {
   }
 
   // The way along which samples of f at the present state show nothing that its end does not show.
-  template <class Y>
-  double sampled(double t, const Y& y, double landing) {
+  double sampled(double t, const Eigen::VectorXd& y, double landing) {
     if (std::isinf(wish_) || wish_ <= spacing_) return spacing_;
     state_ = y;
     rates_.resize(y.size());
@@ -306,10 +292,10 @@ class TimeWatch {
     int best = 1;
     double largest = 0.0;
     try {
-      system_.derivative(t, state_, rates_);
+      form_.derivative(t, state_, rates_);
       for (int j = 1; j <= samples && (j - 1) * spacing_ < way; ++j) {
         const double at = std::min(j * spacing_, way);
-        system_.derivative(t + direction * at, state_, changed_);
+        form_.derivative(t + direction * at, state_, changed_);
         double most = 0.0;
         for (Eigen::Index i = 0; i < state_.size(); ++i)
           most = std::max(most, std::abs(changed_[i] - rates_[i]) * way / (options_.rtol * std::abs(state_[i]) + options_.atol[i]));
@@ -321,7 +307,7 @@ class TimeWatch {
     return best * spacing_;
   }
 
-  const F& system_;
+  const WatchedForm& form_;
   const Options& options_;
   bool begun_ = false;
   TimeFormulas formulas_;
@@ -338,12 +324,6 @@ class TimeWatch {
   double scanned_ = 0.0, behind_ = 0.0;        // as far as there is no other; what first_shown() says
   int unfollowed_ = 0, held_ = 0, crowded_ = 0;
   Eigen::VectorXd state_, rates_, changed_;
-};
-
-/// Stands for the same where no time enters.
-struct NoTimeWatch {
-  template <class F>
-  NoTimeWatch(const F&, const Options&) {}
 };
 
 }  // namespace qdot::detail

@@ -200,8 +200,4 @@ class DenseConstrainedFactors {
   std::vector<double> S_, inverse_S_, whole_S_;  // the last: its diagonal before
 };
 
-/// The size that loops are unrolled for, of n coordinates.
-template <int n>
-inline constexpr int unrolled_size = n >= 1 && n <= 4 ? n : Dynamic;
-
 }  // namespace qdot::detail

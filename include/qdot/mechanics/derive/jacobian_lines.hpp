@@ -1,8 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The lines of q̈ and of a Jacobian, and what is solved between them: the work of SolvedRates (mechanics/derive/solved_rates.hpp) and TracedJacobian
-// (mechanics/derive/traced_jacobian.hpp).
+// The lines of a Jacobian, and what is solved between them: the work of TracedJacobian (mechanics/derive/traced_jacobian.hpp).
 //
 // With constraints, or many coordinates, there are two tables: M, r, J and γ come first, and with their solution, q̈ and λ, the right sides of the columns.
 //
@@ -15,83 +14,31 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/mechanics/derive/solved_rates.hpp"
 #include "qdot/mechanics/derive/traced_jacobian.hpp"
 
 namespace qdot::detail {
 
-// The lower triangle of M, row by row; −1 is zero.
-[[gnu::cold]] inline std::vector<int> in_triangle(const SparseEntries& mass) {
-  std::vector<int> all;
-  for (std::size_t i = 0; i < mass.rows(); ++i)
-    for (int j = 0; j <= static_cast<int>(i); ++j) {
-      const auto found = std::ranges::find(mass.row(i), j, &SparseEntries::Entry::column);
-      all.push_back(found == mass.row(i).end() ? -1 : found->what);
-    }
-  return all;
-}
-
-template <class>
-[[gnu::cold]] bool lines_pay(const formula::Graph& graph) {
-  if (!formula::native_lines_are_possible()) return false;
-  constexpr std::size_t angles = 2, operations = 30;
-  std::vector<int> seen;  // whose sine or cosine is asked
-  for (const auto& node : graph.nodes()) {
-    if (node.kind != formula::Kind::function || (node.function != formula::Function::sin && node.function != formula::Function::cos)) continue;
-    if (std::ranges::find(seen, node.a) == seen.end()) seen.push_back(node.a);
-  }
-  return seen.size() >= angles || graph.nodes().size() >= operations;
-}
-
-template <int n>
-[[gnu::cold]] SolvedRates<n>::SolvedRates(TracedEquations<> equations, double least, std::size_t most) : lines_(std::move(equations)), least_(least) {
-  TracedEquations<>& e = lines_.equations();
-  e.begins = {1, e.begins.in_lanes};
-  const std::vector<int> mass = in_triangle(e.mass);
-  solved_ = n <= most_in_graph ? lines_.solved(mass, e.right, {}, lines_.required(), least, most_numbers)
-                               : lines_.solved_in_order(mass, e.right, lines_.required(), most_numbers);
-  if (!solved_.lines || solved_.lines->table().lines.size() > most) return;
-  for (const Requirement& r : e.requirements) required_.emplace_back(lines_.numbers({r.node})[0], r);
-  is_known_ = true;
-}
-
-template <int n>
-[[gnu::noinline]] bool SolvedRates<n>::write(double t, const double* y, double* qddot) const {
-  double x[most_numbers];
-  unroll<2 * n>([&](auto i) __attribute__((always_inline)) { x[i] = y[i]; });
-  x[2 * n] = t;
-  (*solved_.lines)(x);
-  bool good = true;
-  for (const auto& [number, requirement] : required_) good &= requirement.holds(x[number]);
-  for (const auto& [pivot, whole] : solved_.pivots) good &= x[pivot] > least_ * x[whole];
-  double found[n], sum = 0.0;
-  const int* const number = solved_.x.data();
-  unroll<n>([&](auto i) __attribute__((always_inline)) { sum += found[i] = x[number[i]]; });
-  write_in_pairs<n>(qddot, found);
-  return good & is_finite(sum);
-}
-
 template <int n_at_compile_time>
-[[gnu::cold]] TracedJacobian<n_at_compile_time>::TracedJacobian(TracedEquations<> equations, const LimitsOfPivots& limits)
+[[gnu::cold]] TracedJacobian<n_at_compile_time>::TracedJacobian(TracedEquations<double> equations, const LimitsOfPivots& limits)
     : lines_(std::move(equations)), limits_(limits), factors_(lines_.equations().n(), lines_.equations().rows()),
       a_(numbers_of<decltype(a_)>(lines_.equations().n())), upper_(numbers_of<decltype(upper_)>(a_.size())),
       lambda_(lines_.equations().rows()), lower_(lambda_.size()), own_ydot_(columns()) {
-  TracedEquations<>& e = lines_.equations();
+  TracedEquations<double>& e = lines_.equations();
   if (factors_.m == 0) limits_ = {.singular = singular_pivot<double>(static_cast<Eigen::Index>(factors_.n)), .dependent = 0.0};
-  const TracedEquations<>::Slopes slopes = e.slopes();
+  const TracedEquations<double>::Slopes slopes = e.slopes();
   states_ = slopes.states;
   if (factors_.m == 0 && factors_.n <= most_solved) {
     write_in_lines(slopes);
     if (is_known_) return;
-    lines_ = TracedLines<>(TracedEquations<>(e));  // with nothing written yet
+    lines_ = TracedLines<>(TracedEquations<double>(e));  // with nothing written yet
   }
   write_in_columns(slopes);
 }
 
 // Writes two tables, that of M, r, J and γ, and that of the right sides, four columns at a time.
 template <int n_at_compile_time>
-[[gnu::cold]] void TracedJacobian<n_at_compile_time>::write_in_columns(const TracedEquations<>::Slopes& slopes) {
-  TracedEquations<>& e = lines_.equations();
+[[gnu::cold]] void TracedJacobian<n_at_compile_time>::write_in_columns(const TracedEquations<double>::Slopes& slopes) {
+  TracedEquations<double>& e = lines_.equations();
   const int zero = e.graph().constant(0.0), size = static_cast<int>(factors_.n);
   std::vector<int> mass = in_rows(e.mass, 0, size, zero), J = in_rows(e.J, 0, size, zero), blocks;
   for (int first = 0; first < static_cast<int>(columns()); first += 4) {
@@ -199,10 +146,10 @@ bool TracedJacobian<n_at_compile_time>::write_by_columns(double t, const double*
 
 // Writes one table for all.
 template <int n_at_compile_time>
-void TracedJacobian<n_at_compile_time>::write_in_lines(const TracedEquations<>::Slopes& slopes) {
-  TracedEquations<>& e = lines_.equations();
+void TracedJacobian<n_at_compile_time>::write_in_lines(const TracedEquations<double>::Slopes& slopes) {
+  TracedEquations<double>& e = lines_.equations();
   const int zero = e.graph().constant(0.0), none = -1;
-  const std::vector<int> mass = in_triangle(e.mass);
+  const std::vector<int> mass = lower_triangle(e.mass);
   std::vector<int> columns, rates = e.zdot;
   rates.resize(e.states(), zero);
   const std::vector<int> rows = in_rows(slopes.motion, 0, static_cast<int>(this->columns()), none);

@@ -49,6 +49,11 @@ concept RecordableEnergies = CallsT<Energies, formula::Recorded, n> && CallsV<En
                              kinetic_returns_scalar<Energies, formula::Recorded, n>() &&
                              potential_returns_scalar<Energies, formula::Recorded, n>();
 
+// Which systems are traced.
+template <class Sys>
+concept TracedSystem = Sys::dof_at_compile_time == Dynamic && Sys::inertia == Inertia::positive_definite &&
+                       RecordableEnergies<typename Sys::EnergiesType, Dynamic>;
+
 inline std::vector<int> new_variables(formula::Recording& recording, Eigen::Index first, Eigen::Index count) {
   std::vector<int> nodes;
   for (Eigen::Index i = 0; i < count; ++i) nodes.push_back(formula::variable_in(recording, static_cast<int>(first + i)));
@@ -64,15 +69,30 @@ Vector<formula::Recorded, n> recorded_vector(formula::Recording& recording, cons
 
 // Runs of the functors, some in a run of a method and compiled for size: each notes the nodes of what they return.
 
+// What is run next, for messages; and a node of what came out.
+template <class = void>
+void name_source(RecordedMotion& m, const char* what, const std::string* name = nullptr) {
+  m.recording.source = what;
+  if (name) m.recording.source.append(*name).append("'");
+}
+template <class = void>
+void note_returned(RecordedMotion& m, int node) {
+  m.returned.push_back(node);
+}
+#ifdef QDOT_COMPILED
+extern template void name_source<void>(RecordedMotion&, const char*, const std::string*);
+extern template void note_returned<void>(RecordedMotion&, int);
+#endif
+
 template <int n, class Energies>
 [[gnu::cold]] void run_energies(RecordedMotion& m, const Energies& energies) {
-  m.recording.source = "T or V";
+  name_source(m, "T or V");
   const formula::Recorded t(m.recording, m.t);
   const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
   const int T = kinetic<n>(energies, q, v, t).node_in(m.recording);
   const int V = potential<n>(energies, q, t).node_in(m.recording);
-  m.returned.push_back(T);
-  m.returned.push_back(V);
+  note_returned(m, T);
+  note_returned(m, V);
 }
 
 /// Whether functors are the formulas that were recorded, with the same constants: those that run(m) runs, or of a form.

@@ -11,34 +11,69 @@
 //
 // It is not the way for a formula of few operations: there what the compiler makes of T and V is as short, and is called directly. Functors
 // that branch, and such as are no formulas, go their other ways as well (mechanics/mass_and_rhs.hpp).
+//
+// Programs that link qdot::compiled do not read this header: the library has it.
 
-#include <atomic>
-#include <bit>
+#include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
 
 #include "qdot/mechanics/derive/dense_factors.hpp"
+#include "qdot/mechanics/derive/kept_equations.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
 #include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot::detail {
 
-/// q̈ of T and V of n coordinates by lines. Several threads may ask it at once.
+/// Whether lines are sooner than what the compiler makes of T and V, as seen from what these write down: sines of several angles, or many operations, where
+/// there is machine code.
+[[gnu::cold]] inline bool lines_pay(const formula::Graph& graph) {
+  if (!formula::native_lines_are_possible()) return false;
+  constexpr std::size_t angles = 2, operations = 30;
+  std::vector<int> seen;  // whose sine or cosine is asked
+  for (const auto& node : graph.nodes()) {
+    if (node.kind != formula::Kind::function || (node.function != formula::Function::sin && node.function != formula::Function::cos)) continue;
+    if (std::ranges::find(seen, node.a) == seen.end()) seen.push_back(node.a);
+  }
+  return seen.size() >= angles || graph.nodes().size() >= operations;
+}
+
+/// q̈ of T, V and forces of n coordinates by lines.
 template <int n>
-class SolvedRates {
+class SolvedRates final : public AnyRates {
  public:
   /// @param least  the fraction of its diagonal entry above which a pivot must be
   /// @param most   lines that are sooner than other ways
-  SolvedRates(TracedEquations<> equations, double least, std::size_t most);
+  [[gnu::cold]] SolvedRates(TracedEquations<double> equations, double least, std::size_t most) : lines_(std::move(equations)), least_(least) {
+    TracedEquations<double>& e = lines_.equations();
+    e.begins = {1, e.begins.in_lanes};
+    const std::vector<int> mass = lower_triangle(e.mass);
+    solved_ = n <= most_in_graph ? lines_.solved(mass, e.right, {}, lines_.required(), least, most_numbers)
+                                 : lines_.solved_in_order(mass, e.right, lines_.required(), most_numbers);
+    if (!solved_.lines || solved_.lines->table().lines.size() > most) return;
+    for (const Requirement& r : e.requirements) required_.emplace_back(lines_.numbers({r.node})[0], r);
+    is_known_ = true;
+  }
 
   /// Whether there are lines.
   bool is_known() const { return is_known_; }
 
-  /// qddot ← q̈ at y = [q; q̇]; false where another way must see to it.
-  bool write(double t, const double* y, double* qddot) const;
+  bool write(double t, const double* y, double* qddot) const override {
+    double x[most_numbers];
+    unroll<2 * n>([&](auto i) __attribute__((always_inline)) { x[i] = y[i]; });
+    x[2 * n] = t;
+    (*solved_.lines)(x);
+    bool good = true;
+    for (const auto& [number, requirement] : required_) good &= requirement.holds(x[number]);
+    for (const auto& [pivot, whole] : solved_.pivots) good &= x[pivot] > least_ * x[whole];
+    double found[n], sum = 0.0;
+    const int* const number = solved_.x.data();
+    unroll<n>([&](auto i) __attribute__((always_inline)) { sum += found[i] = x[number[i]]; });
+    write_in_pairs<n>(qddot, found);
+    return good & is_finite(sum);
+  }
 
  private:
   static constexpr std::size_t most_numbers = 2000;
@@ -51,107 +86,18 @@ class SolvedRates {
   bool is_known_ = false;
 };
 
-/// Whether lines are sooner than what the compiler makes of T and V, as seen from what these write down: sines of several angles, or many operations, where
-/// there is machine code.
-template <class = void>
-bool lines_pay(const formula::Graph& graph);
-
-/// Which energies may have such lines.
-template <class E, int n>
-inline constexpr bool may_have_solved_rates = [] {
-  if constexpr (n < 1 || n > straight_line_limit) return false;
-  else if constexpr (requires { requires E::has_own_equations; }) return true;
-  else return !turns<n, E>;
-}();
-
-/// The lines that a form keeps for its run, once it has been asked some thousand times. Several threads may ask it at once; copies begin anew.
-///
-/// Only where a run has said that it expects to be long: the bits of an evaluation depend on how many were before, which a simulator that is restored and a
-/// loop of a user's own must not see.
-///
-/// A form of energies E has record_again() and limits_of_pivots().
-template <class Form, class E, int n>
-class KeptRates {
- public:
-  KeptRates() = default;
-  KeptRates(const KeptRates& other) : is_expected_(other.is_expected_) { forget(); }
-  KeptRates& operator=(const KeptRates& other) {
-    is_expected_ = other.is_expected_;
-    forget();
-    return *this;
+template <int n>
+[[gnu::cold]] std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, std::size_t most_lines) {
+  try {
+    TracedEquations<double> equations(n, 0);
+    form(equations.motion);
+    if (!lines_pay(equations.graph()) || equations.graph().nodes().size() > most_lines) return nullptr;
+    equations.derive(form.has_forces, {});
+    auto rates = std::make_unique<SolvedRates<n>>(std::move(equations), form.limits.singular, most_lines);
+    if (rates->is_known()) return rates;
+  } catch (...) {  // what functors throw they throw again, where they are asked for values
   }
-
-  /// Begins to count evaluations.
-  void expect_long_run() {
-    is_expected_ = true;
-    forget();
-  }
-
-  /// As SolvedRates::write(); false where there are no lines yet, or none at all.
-  bool write(const Form& form, double t, const double* y, double* qddot) const {
-    const std::uintptr_t state = state_.load(std::memory_order_acquire);
-    if (state > none) return std::bit_cast<const Rates*>(state)->write(t, y, qddot);
-    if (state == counting) count(form);
-    return false;
-  }
-  bool are_used() const { return state_.load(std::memory_order_relaxed) > none; }
-
-  /// Counts anew: a leg begins, and functors may be others. No other thread may ask meanwhile.
-  void renew() { forget(); }
-
- private:
-  using Rates = SolvedRates<n>;
-  // Bodies by their rotations have more lines than that, and positions know better of them.
-  static constexpr std::size_t most_lines = requires { requires E::has_own_equations; } ? 30 * n : 2000;
-  static constexpr int begins_after = 3000;  // evaluations: to derive and to translate lines takes some tens of microseconds
-  static constexpr std::uintptr_t counting = 0, none = 1;  // beside where the lines are
-
-  void forget() {
-    rates_.reset();
-    left_.store(begins_after);
-    state_.store(is_expected_ ? counting : none);
-  }
-  void count(const Form& form) const {
-    const int left = left_.load(std::memory_order_relaxed) - 1;  // of several threads some may count as one
-    left_.store(left, std::memory_order_relaxed);
-    if (left <= 0) make(form);
-  }
-  // The first thread makes the lines, and others go on without them.
-  [[gnu::cold, gnu::noinline]] void make(const Form& form) const {
-    std::uintptr_t state = counting;
-    if (!state_.compare_exchange_strong(state, none)) return;
-    try {
-      TracedEquations<> equations(n, 0);
-      form.record_again(equations.motion);
-      if (!lines_pay(equations.graph()) || equations.graph().nodes().size() > most_lines) return;
-      equations.derive(requires { requires Form::has_forces; }, {});
-      rates_ = std::make_unique<Rates>(std::move(equations), form.limits_of_pivots().singular, most_lines);
-      if (rates_->is_known()) return state_.store(std::bit_cast<std::uintptr_t>(rates_.get()), std::memory_order_release);
-    } catch (...) {  // what functors throw they throw again, where they are asked for values
-    }
-    rates_.reset();
-  }
-
-  mutable std::unique_ptr<Rates> rates_;
-  mutable std::atomic<int> left_{begins_after};
-  mutable std::atomic<std::uintptr_t> state_{none};
-  bool is_expected_ = false;
-};
+  return nullptr;
+}
 
 }  // namespace qdot::detail
-
-#ifdef QDOT_COMPILED
-namespace qdot::detail {
-extern template bool lines_pay<void>(const formula::Graph&);
-extern template class SolvedRates<1>;
-extern template class SolvedRates<2>;
-extern template class SolvedRates<3>;
-extern template class SolvedRates<4>;
-extern template class SolvedRates<5>;
-extern template class SolvedRates<6>;
-extern template class SolvedRates<7>;
-extern template class SolvedRates<8>;
-}  // namespace qdot::detail
-#else
-#include "qdot/mechanics/derive/jacobian_lines.hpp"
-#endif

@@ -62,7 +62,7 @@ struct Requirement {
 /// The equations of one object as nodes. Variables are q, q̇, t, the effects' states z, then q̈, parameters and λ.
 ///
 /// @tparam Number  of the graph's coefficients
-template <class Number = double>
+template <class Number>
 class TracedEquations {
  public:
   RecordedMotion motion;

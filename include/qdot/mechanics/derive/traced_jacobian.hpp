@@ -26,35 +26,33 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "qdot/mechanics/derive/dense_factors.hpp"
+#include "qdot/mechanics/derive/kept_equations.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
 
 namespace qdot::detail {
-
-/// Sizes of pivots that are none: of M, and of the rows of constraints. Where M may be singular, constraints are to lend it inertia.
-struct LimitsOfPivots {
-  double singular, dependent;
-  bool may_be_singular = false;
-};
 
 /// q̈, ż and ∂ẏ/∂y of one object, y = [q; q̇; z], and ∂ẏ/∂p of parameters that are variables.
 ///
 /// @tparam n_at_compile_time  n, if it is small; otherwise Dynamic
 template <int n_at_compile_time>
-class TracedJacobian {
+class TracedJacobian final : public Traced {
   using Factors = DenseConstrainedFactors<n_at_compile_time>;
   using Four = FourColumns;
 
  public:
-  TracedJacobian(TracedEquations<> equations, const LimitsOfPivots& limits);
+  TracedJacobian(TracedEquations<double> equations, const LimitsOfPivots& limits);
 
-  bool is_known() const { return is_known_; }
+  bool is_known() const override { return is_known_; }
+  std::unique_ptr<Traced> copy() const override { return std::make_unique<TracedJacobian>(*this); }
+  bool still_holds(const RecordableForm& form) override { return lines_.still_holds(form); }
   void set_parameters(const double* p) {
-    const TracedEquations<>& e = lines_.equations();
+    const TracedEquations<double>& e = lines_.equations();
     parameters_.assign(p, p + e.parameters.size());
     std::copy_n(p, parameters_.size(), lines_.inputs() + 3 * e.n() + 1 + e.states());
   }
@@ -67,11 +65,6 @@ class TracedJacobian {
   }
   bool write_by_lines(double t, const double* y, double* ydot, const Eigen::Ref<Eigen::MatrixXd>& out) const {
     return write_by_lines(t, y, ydot, const_cast<double*>(out.data()), out.outerStride());
-  }
-
-  template <class Run>
-  bool still_holds(const Run& run) {
-    return lines_.still_holds(run);
   }
 
  private:
@@ -87,8 +80,8 @@ class TracedJacobian {
     row.second = FourColumns::Two{lines_[numbers[2]], lines_[numbers[3]]};
   }
 
-  void write_in_lines(const TracedEquations<>::Slopes& slopes);
-  void write_in_columns(const TracedEquations<>::Slopes& slopes);
+  void write_in_lines(const TracedEquations<double>::Slopes& slopes);
+  void write_in_columns(const TracedEquations<double>::Slopes& slopes);
   bool write_by_columns(double t, const double* y, double* ydot, Eigen::Ref<Eigen::MatrixXd> out);
   bool write_by_lines(double t, const double* y, double* ydot, double* out, Eigen::Index stride) const;
   static std::vector<int> in_rows(const SparseEntries& entries, int first, int count, int zero);
@@ -117,51 +110,37 @@ class TracedJacobian {
   bool is_known_ = false;
 };
 
-/// The traced Jacobians that a form keeps, one for each combination of phases in which it is asked: made when it is first asked for, and again where a method
-/// begins and the functors are others by then.
-///
-/// A form has phases(y), recorded(phases), record_again(), limits_of_pivots(). Those whose Jacobian nobody asks for are not traced for it,
-/// nor is that compiled.
-template <class Form, int n>
-class KeptJacobian {
-  using Jacobian = TracedJacobian<unrolled_size<n>>;
-
+/// The Jacobians of a form of which n coordinates are known at compile time, or Dynamic.
+template <int n>
+class TracedJacobians final : public AnyJacobians {
  public:
-  /// As TracedJacobian::write(); false where there is none, or where it would be too large.
-  bool write(const Form& form, Eigen::Index dof, double t, const double* y, double* ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
-    if (dof > largest) return false;
-    if (const Jacobian* const ready = ready_.load(std::memory_order_acquire)) return ready->write_by_lines(t, y, ydot, out);
-    renew_.store([](KeptJacobian& self, const Form& f) { self.kept_.renew([&](RecordedMotion& m) { f.record_again(m); }); }, std::memory_order_relaxed);
-    const auto phases = form.phases(y);
-    return kept_.use(phases, [&] { return Jacobian(form.recorded(phases), form.limits_of_pivots()); },
-                     [&](Jacobian& jacobian) {
+  TracedJacobians() = default;
+  TracedJacobians(const TracedJacobians& other) : kept_(other.kept_) {}
+
+  std::unique_ptr<AnyJacobians> copy() const override { return std::make_unique<TracedJacobians>(*this); }
+  bool write(const RecordableForm& form, std::span<const double> phases, double t, const double* y, double* ydot,
+             Eigen::Ref<Eigen::MatrixXd> out) override {
+    if (const TracedJacobian<n>* const ready = ready_.load(std::memory_order_acquire)) return ready->write_by_lines(t, y, ydot, out);
+    return kept_.use(phases, [&] { return std::make_unique<TracedJacobian<n>>(traced_equations(form, phases), form.limits); },
+                     [&](TracedJacobian<n>& jacobian) {
                        if (phases.empty() && jacobian.is_solved()) ready_.store(&jacobian, std::memory_order_release);
                        return jacobian.write(t, y, ydot, out);
                      });
   }
-  /// Looks whether the functors are the same still. No other thread may ask meanwhile.
-  void renew(const Form& form) {
+  void renew(const RecordableForm& form) override {
     ready_.store(nullptr, std::memory_order_relaxed);
-    if (const Renew renew = renew_.load(std::memory_order_relaxed)) renew(*this, form);
-  }
-
-  KeptJacobian() = default;
-  KeptJacobian(const KeptJacobian& other) : kept_(other.kept_), renew_(other.renew_.load(std::memory_order_relaxed)) {}
-  KeptJacobian& operator=(const KeptJacobian& other) {
-    kept_ = other.kept_;
-    renew_.store(other.renew_.load(std::memory_order_relaxed), std::memory_order_relaxed);
-    ready_.store(nullptr, std::memory_order_relaxed);
-    return *this;
+    kept_.renew(form);
   }
 
  private:
-  using Renew = void (*)(KeptJacobian&, const Form&);
-  static constexpr Eigen::Index largest = 128;
-
-  KeptMotion<Jacobian> kept_;
-  mutable std::atomic<Renew> renew_{nullptr};            // null until a Jacobian is asked for
-  mutable std::atomic<const Jacobian*> ready_{nullptr};  // of forms without phases: that of kept_, if it needs no lock
+  KeptMotion<TracedJacobian<n>> kept_;
+  std::atomic<const TracedJacobian<n>*> ready_{nullptr};  // of forms without phases: that of kept_, if it needs no lock
 };
+
+template <int n>
+[[gnu::cold]] std::unique_ptr<AnyJacobians> traced_jacobians() {
+  return std::make_unique<TracedJacobians<n>>();
+}
 
 }  // namespace qdot::detail
 

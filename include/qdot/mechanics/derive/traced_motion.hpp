@@ -24,6 +24,8 @@
 #include <vector>
 
 #include "qdot/ad/native/line_evaluator.hpp"
+#include "qdot/mechanics/derive/kept_motion.hpp"
+#include "qdot/mechanics/derive/recordable_form.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/equations/solve.hpp"
 #include "qdot/mechanics/equations/sparse_factors.hpp"
@@ -36,6 +38,17 @@ class LineWriter;  // of ad/formula/line_writer.hpp
 namespace qdot::detail {
 
 inline void append(std::vector<int>& all, const std::vector<int>& more) { all.insert(all.end(), more.begin(), more.end()); }
+
+// The lower triangle of M, row by row; −1 is zero.
+[[gnu::cold]] inline std::vector<int> lower_triangle(const SparseEntries& mass) {
+  std::vector<int> all;
+  for (std::size_t i = 0; i < mass.rows(); ++i)
+    for (int j = 0; j <= static_cast<int>(i); ++j) {
+      const auto found = std::ranges::find(mass.row(i), j, &SparseEntries::Entry::column);
+      all.push_back(found == mass.row(i).end() ? -1 : found->what);
+    }
+  return all;
+}
 
 /// Lines of a traced object, which copies share, and the numbers on which they are carried out.
 template <class Number = double>
@@ -60,11 +73,10 @@ class TracedLines {
                 std::size_t most);
   /// Those of x alone, of many rows, whose constants are not folded.
   Solved solved_in_order(const std::vector<int>& mass, const std::vector<int>& b, const std::vector<int>& others, std::size_t most);
-  /// Whether the functors are what was traced: run(motion) runs them again.
-  template <class Run>
-  bool still_holds(const Run& run) {
+  /// Whether the functors are what was traced.
+  bool still_holds(const RecordableForm& form) {
     const std::lock_guard lock(shared_->again);
-    return is_unchanged(shared_->equations.motion, run);
+    return is_unchanged(shared_->equations.motion, form);
   }
   /// Where the values of nodes are.
   std::vector<int> numbers(const std::vector<int>& nodes) const;
@@ -124,17 +136,18 @@ class TracedLines {
 
 /// q̈ and ż of a system, or of a scene without constraints.
 template <class Number = double>
-class TracedMotion {
+class TracedMotion final : public TracedRates {
  public:
   explicit TracedMotion(TracedEquations<Number> equations);
 
-  /// Whether there are equations to go through.
-  bool is_known() const { return is_known_; }
-  bool mass_is_constant() const { return lines_.equations().mass_is_constant; }
-  const TracedLines<Number>& lines() const { return lines_; }
+  bool is_known() const override { return is_known_; }
+  std::unique_ptr<Traced> copy() const override { return std::make_unique<TracedMotion>(*this); }
+  bool still_holds(const RecordableForm& form) override { return lines_.still_holds(form); }
+  bool mass_is_constant() const override { return lines_.equations().mass_is_constant; }
+  bool are_native() const override { return lines_.are_native(); }
+  bool are_long() const override { return lines_.are_long(); }
 
-  /// q̈, and ż where there are states; false where the general way must see to it.
-  bool write(const double* q, const double* qdot, double t, const double* z, double* a, double* zdot) {
+  bool write(const double* q, const double* qdot, double t, const double* z, double* a, double* zdot) override {
     lines_.set(q, qdot, t, z);
     lines_.carry_out(*table_);
     if (!lines_.hold_requirements()) return false;
@@ -167,11 +180,6 @@ class TracedMotion {
     return zero == 0.0;
   }
 
-  template <class Run>
-  bool still_holds(const Run& run) {
-    return lines_.still_holds(run);
-  }
-
  private:
   bool factored() {
     return factors_->compute([&](std::size_t k) { return values_[k]; }, singular_pivot<double>(static_cast<Eigen::Index>(right_.size())));
@@ -185,138 +193,25 @@ class TracedMotion {
   bool is_known_ = false;
 };
 
-/// A lock that is held for some nanoseconds, or once for what is derived, and hardly ever waited for.
-class ShortLock {
- public:
-  void lock() noexcept {
-    while (is_held_.test_and_set(std::memory_order_acquire)) is_held_.wait(true, std::memory_order_relaxed);
-  }
-  void unlock() noexcept {
-    is_held_.clear(std::memory_order_release);
-    is_held_.notify_one();
-  }
-
- private:
-  std::atomic_flag is_held_;
-};
-
-/// Traced motions that a form keeps, one for each combination of phases: made when they are first asked for, and again where a method begins and the functors
-/// are others by then.
-///
-/// Nothing is there where they are no formulas, or where it does not pay. Copies share what one of them has made, and work by themselves; each is asked by
-/// one thread at a time, others wait.
-template <class Motion>
-class KeptMotion {
- public:
-  using Phases = std::span<const double>;
-
-  KeptMotion() = default;
-  KeptMotion(const KeptMotion& other) : made_(other.made()) {}
-  KeptMotion& operator=(const KeptMotion& other) {
-    auto theirs = other.made();
-    const std::lock_guard lock(lock_);
-    made_ = std::move(theirs);
-    own_.clear();
-    return *this;
-  }
-
-  /// use(motion), which says whether it did; false where there is none.
-  template <class Make, class Use>
-  bool use(Phases phases, const Make& make, const Use& use) const {
-    const std::lock_guard lock(lock_);
-    InPhases* own = in(own_, phases);
-    if (!made_) made_ = std::make_shared<Made>();
-    if (!own) own = &added(own_, made_->made_or(phases, make));
-    return own->motion && use(*own->motion);
-  }
-  template <class Make, class Use>
-  bool use(const Make& make, const Use& use) const {
-    return this->use({}, make, use);
-  }
-
-  /// Looks whether the functors are the same still; run(motion) runs them. If not, all is forgotten.
-  template <class Run>
-  void renew(const Run& run) {
-    const std::lock_guard lock(lock_);
-    if (!made_) return;
-    made_->add_missing(own_);
-    try {
-      if (std::ranges::all_of(own_, [&](InPhases& own) { return own.motion && own.motion->still_holds(run); })) return;
-    } catch (...) {  // no formulas any more
-    }
-    made_.reset();
-    own_.clear();
-  }
-
- private:
-  struct InPhases {
-    std::vector<double> phases;
-    std::unique_ptr<Motion> motion;
-
-    InPhases copy() const { return {phases, motion ? std::make_unique<Motion>(*motion) : nullptr}; }
-  };
-  static constexpr std::size_t most = 16;
-
-  static InPhases* in(std::vector<InPhases>& all, Phases phases) {
-    for (InPhases& one : all)
-      if (std::ranges::equal(one.phases, phases)) return &one;
-    return nullptr;
-  }
-  static InPhases& added(std::vector<InPhases>& all, InPhases one) {
-    if (all.size() == most) all.erase(all.begin());
-    all.push_back(std::move(one));
-    return all.back();
-  }
-
-  // What copies share.
-  class Made {
-   public:
-    template <class Make>
-    InPhases made_or(Phases phases, const Make& make) {
-      const std::lock_guard lock(mutex_);
-      if (const InPhases* one = in(all_, phases)) return one->copy();
-      InPhases& made = added(all_, {{phases.begin(), phases.end()}, {}});
-      try {
-        made.motion.reset(new Motion(make()));
-        if (!made.motion->is_known()) made.motion.reset();
-      } catch (...) {  // what functors throw they throw again, where the general way asks them
-        made.motion.reset();
-      }
-      return made.copy();
-    }
-    void add_missing(std::vector<InPhases>& own) {
-      const std::lock_guard lock(mutex_);
-      for (const InPhases& one : all_)
-        if (!in(own, one.phases)) added(own, one.copy());
-    }
-
-   private:
-    std::mutex mutex_;
-    std::vector<InPhases> all_;
-  };
-  std::shared_ptr<Made> made() const {
-    const std::lock_guard lock(lock_);
-    return made_;
-  }
-
-  mutable ShortLock lock_;
-  mutable std::shared_ptr<Made> made_;  // null until the first use
-  mutable std::vector<InPhases> own_;
-};
-
-// Which systems are traced.
-template <class Sys>
-concept TracedSystem = Sys::dof_at_compile_time == Dynamic && Sys::inertia == Inertia::positive_definite &&
-                       RecordableEnergies<typename Sys::EnergiesType, Dynamic>;
-
-template <class Sys>
-  requires RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time>
-TracedEquations<> traced_equations(const Sys& system) {
-  TracedEquations<> e(system.dof(), 0);
-  e.begins = machine_code_begins(system.kept_lines()->by());
-  run_energies<Sys::dof_at_compile_time>(e.motion, system.energies());
-  e.derive(false, {});
+/// The equations of a form, in the phases of what switches.
+[[gnu::cold]] inline TracedEquations<double> traced_equations(const RecordableForm& form, std::span<const double> phases = {}) {
+  TracedEquations<double> e(form.dof, form.states);
+  e.begins = machine_code_begins(form.by);
+  e.motion.phases.assign(phases.begin(), phases.end());
+  std::vector<char> holonomic;
+  form.run(form.form, e.motion, &holonomic);
+  e.derive(form.has_forces, holonomic);
   return e;
+}
+
+template <class>
+[[gnu::cold]] std::unique_ptr<TracedRates> traced_rates(const RecordableForm& form) {
+  return std::make_unique<TracedMotion<>>(traced_equations(form));
+}
+
+template <class>
+[[gnu::cold]] std::shared_ptr<TracedEquations<double>> recorded_equations(const RecordableForm& form) {
+  return std::make_shared<TracedEquations<double>>(traced_equations(form));
 }
 
 }  // namespace qdot::detail

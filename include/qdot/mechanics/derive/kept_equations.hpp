@@ -1,0 +1,185 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// What a form keeps of equations that were derived from its recorded functors: lines of q̈ for a long run, and Jacobians.
+//
+// Both are made when they are first asked for, and again where a leg begins and the functors are others by then. A form whose Jacobian is not asked for
+// is not traced for it, nor is that compiled. mechanics/derive/solved_rates.hpp and mechanics/derive/traced_jacobian.hpp have what is kept.
+
+#include <Eigen/Core>
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "qdot/mechanics/derive/recordable_form.hpp"
+#include "qdot/mechanics/equations/straight_line.hpp"
+
+namespace qdot::detail {
+
+/// Which energies may have lines of q̈ in a run, and how many: bodies by their rotations have more than pay, and positions know better of some.
+template <class E, int n>
+inline constexpr bool may_have_solved_rates = [] {
+  if constexpr (n < 1 || n > straight_line_limit) return false;
+  else if constexpr (requires { requires E::has_own_equations; }) return true;
+  else return !turns<n, E>;
+}();
+template <class E, int n>
+inline constexpr std::size_t most_solved_lines = requires { requires E::has_own_equations; } ? 30 * n : 2000;
+
+/// q̈ by lines. Several threads may ask it at once.
+struct AnyRates {
+  virtual ~AnyRates() = default;
+  /// qddot ← q̈ at y = [q; q̇]; false where another way must see to it.
+  virtual bool write(double t, const double* y, double* qddot) const = 0;
+};
+/// Those of n coordinates; null where there are none, more than `most_lines`, or other ways are sooner.
+template <int n>
+std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, std::size_t most_lines);
+
+/// The lines that a form keeps for its run, once it has been asked some thousand times. Several threads may ask it at once; copies begin anew.
+///
+/// Only where a run has said that it expects to be long: the bits of an evaluation depend on how many were before, which a simulator that is restored and a
+/// loop of a user's own must not see.
+class KeptRates {
+ public:
+  KeptRates() = default;
+  KeptRates(const KeptRates& other) : is_expected_(other.is_expected_) { forget(); }
+  KeptRates& operator=(const KeptRates& other) {
+    is_expected_ = other.is_expected_;
+    forget();
+    return *this;
+  }
+
+  /// Begins to count evaluations.
+  void expect_long_run() {
+    is_expected_ = true;
+    forget();
+  }
+
+  /// As AnyRates::write(); false where there are no lines yet, or none at all.
+  ///
+  /// @param form  gives the recordable form
+  template <int n, std::size_t most_lines, class Form>
+  bool write(const Form& form, double t, const double* y, double* qddot) const {
+    const std::uintptr_t state = state_.load(std::memory_order_acquire);
+    if (state > none) return std::bit_cast<const AnyRates*>(state)->write(t, y, qddot);
+    if (state == counting && is_due()) keep([&] { return solved_rates<n>(form(), most_lines); });
+    return false;
+  }
+  bool are_used() const { return state_.load(std::memory_order_relaxed) > none; }
+
+  /// Counts anew: a leg begins, and functors may be others. No other thread may ask meanwhile.
+  void renew() { forget(); }
+
+ private:
+  static constexpr int begins_after = 3000;  // evaluations: to derive and to translate lines takes some tens of microseconds
+  static constexpr std::uintptr_t counting = 0, none = 1;  // beside where the lines are
+
+  void forget() {
+    rates_.reset();
+    left_.store(begins_after);
+    state_.store(is_expected_ ? counting : none);
+  }
+  bool is_due() const {
+    const int left = left_.load(std::memory_order_relaxed) - 1;  // of several threads some may count as one
+    left_.store(left, std::memory_order_relaxed);
+    return left <= 0;
+  }
+  // The first thread makes the lines, and others go on without them.
+  template <class Make>
+  [[gnu::cold, gnu::noinline]] void keep(const Make& make) const {
+    std::uintptr_t state = counting;
+    if (!state_.compare_exchange_strong(state, none)) return;
+    rates_ = make();
+    if (rates_) state_.store(std::bit_cast<std::uintptr_t>(rates_.get()), std::memory_order_release);
+  }
+
+  mutable std::unique_ptr<AnyRates> rates_;
+  mutable std::atomic<int> left_{begins_after};
+  mutable std::atomic<std::uintptr_t> state_{none};
+  bool is_expected_ = false;
+};
+
+/// The size that loops are unrolled for, of n coordinates.
+template <int n>
+inline constexpr int unrolled_size = n >= 1 && n <= 4 ? n : Eigen::Dynamic;
+
+/// Jacobians by lines, one for each combination of phases in which they are asked.
+struct AnyJacobians {
+  virtual ~AnyJacobians() = default;
+  virtual std::unique_ptr<AnyJacobians> copy() const = 0;
+  /// ydot ← ẏ, if it is wanted, and out ← ∂ẏ/∂y; false where another way must see to it.
+  virtual bool write(const RecordableForm& form, std::span<const double> phases, double t, const double* y, double* ydot,
+                     Eigen::Ref<Eigen::MatrixXd> out) = 0;
+  /// Looks whether the functors are the same still; if not, all is forgotten.
+  virtual void renew(const RecordableForm& form) = 0;
+};
+/// Those of n coordinates, or Dynamic.
+template <int n>
+std::unique_ptr<AnyJacobians> traced_jacobians();
+
+/// The Jacobians that a form keeps, from the first that is asked for. Several threads may ask at once; copies share what one of them has made.
+class KeptJacobians {
+ public:
+  KeptJacobians() = default;
+  KeptJacobians(const KeptJacobians& other) : kept_(other.copied()) {}
+  KeptJacobians& operator=(const KeptJacobians& other) {
+    if (this != &other) delete kept_.exchange(other.copied());
+    return *this;
+  }
+  ~KeptJacobians() { delete kept_.load(); }
+
+  static constexpr Eigen::Index most_coordinates = 128;  // of a dense Jacobian that is worth keeping
+
+  /// As AnyJacobians::write(), of so many coordinates.
+  template <int n>
+  bool write(const RecordableForm& form, std::span<const double> phases, double t, const double* y, double* ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
+    if (form.dof > most_coordinates) return false;
+    AnyJacobians* kept = kept_.load(std::memory_order_acquire);
+    if (!kept) kept = added(traced_jacobians<n>());
+    return kept->write(form, phases, t, y, ydot, out);
+  }
+  /// As AnyJacobians::renew(). No other thread may ask meanwhile.
+  void renew(const RecordableForm& form) {
+    if (AnyJacobians* const kept = kept_.load()) kept->renew(form);
+  }
+
+ private:
+  AnyJacobians* copied() const {
+    const AnyJacobians* const kept = kept_.load(std::memory_order_acquire);
+    return kept ? kept->copy().release() : nullptr;
+  }
+  // Of several threads the first adds.
+  AnyJacobians* added(std::unique_ptr<AnyJacobians> made) const {
+    AnyJacobians* there = nullptr;
+    return kept_.compare_exchange_strong(there, made.get(), std::memory_order_acq_rel) ? made.release() : there;
+  }
+
+  mutable std::atomic<AnyJacobians*> kept_{nullptr};
+};
+
+}  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template std::unique_ptr<AnyRates> solved_rates<1>(const RecordableForm&, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<2>(const RecordableForm&, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<3>(const RecordableForm&, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<4>(const RecordableForm&, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<5>(const RecordableForm&, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<6>(const RecordableForm&, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<7>(const RecordableForm&, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<8>(const RecordableForm&, std::size_t);
+extern template std::unique_ptr<AnyJacobians> traced_jacobians<1>();
+extern template std::unique_ptr<AnyJacobians> traced_jacobians<2>();
+extern template std::unique_ptr<AnyJacobians> traced_jacobians<3>();
+extern template std::unique_ptr<AnyJacobians> traced_jacobians<4>();
+extern template std::unique_ptr<AnyJacobians> traced_jacobians<Eigen::Dynamic>();
+}  // namespace qdot::detail
+#else
+#include "qdot/mechanics/derive/solved_rates.hpp"
+#include "qdot/mechanics/derive/traced_jacobian.hpp"
+#endif
