@@ -46,7 +46,8 @@ class SparseNewton final : public NewtonEquations {
 
   /// Traces again where the functors are others by now.
   [[gnu::cold]] void renew() override {
-    if (!lines_->still_holds([this](RecordedMotion& m) { form_.run_functors(m); })) take(std::move(*form_.equations()));
+    const auto run = [](const void* form, RecordedMotion& m, std::vector<char>*) { static_cast<const MethodForm*>(form)->run_functors(m); };
+    if (!lines_->still_holds({.form = &form_, .run = run, .dof = form_.dof()})) take(std::move(*form_.equations()));
   }
 
   void linearize(double t, const Eigen::Ref<const Eigen::VectorXd>& y) override {

@@ -24,7 +24,6 @@
 #include "qdot/integrate/steps/rates.hpp"
 #include "qdot/integrate/watch/any_watch.hpp"
 #include "qdot/integrate/watch/driven_form.hpp"
-#include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/equations/banded_equations.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
