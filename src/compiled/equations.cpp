@@ -144,8 +144,4 @@ template std::string way_of_lines<void>(bool, By, bool);
 namespace qdot {
 template class BasicDenseOutput<double>;
 template class BasicAutomaticStepper<double>;
-template class RungeKuttaStepper<detail::Dop853Coefficients, 2>;
-template class RungeKuttaStepper<detail::Dop853Coefficients, 4>;
-template class RungeKuttaStepper<detail::Dop853Coefficients, 6>;
-template class RungeKuttaStepper<detail::Dop853Coefficients, Dynamic>;
 }  // namespace qdot

@@ -364,13 +364,6 @@ template <class C, int N>
   throw NonFinite("the derivative", this->t_, "the derivative must be finite at the start; check the right-hand side");
 }
 
-#ifdef QDOT_COMPILED
-extern template class RungeKuttaStepper<detail::Dop853Coefficients, 2>;
-extern template class RungeKuttaStepper<detail::Dop853Coefficients, 4>;
-extern template class RungeKuttaStepper<detail::Dop853Coefficients, 6>;
-extern template class RungeKuttaStepper<detail::Dop853Coefficients, Dynamic>;
-#endif
-
 /// Explicit Runge–Kutta of order 8 with dense output of order 7: smooth motion, 1e-5 to 1e-13.
 struct Dop853 {
   template <int size>

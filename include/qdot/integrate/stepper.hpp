@@ -90,8 +90,9 @@ constexpr bool has_fixed_step(const S& stepper) {
 
 /// A method's settings, from which it makes a stepper for a system.
 template <class M, class F>
-concept SteppingMethod = FirstOrderSystem<F> && requires(const M& method, const F& system, const Options& options) {
-  { method.stepper(system, options) } -> Stepper;
-};
+concept SteppingMethod = FirstOrderSystem<F> && (requires { typename M::template StepperOfRates<F::size_at_compile_time>; } ||  // by rates alone
+                                                  requires(const M& method, const F& system, const Options& options) {
+                                                    { method.stepper(system, options) } -> Stepper;
+                                                  });
 
 }  // namespace qdot

@@ -69,15 +69,16 @@ template <class E, int n, Inertia inertia>
     const Eigen::Index k = q.size();
     const auto slopes_at = [&](const Eigen::VectorXd& place, Eigen::MatrixXd& J) {
       AccelerationJacobian<n> beside{result};
-      jacobian_by_duals<E, n, inertia>(system, place.head(k), place.tail(k), t, beside, false);
+      using X = Vector<double, n>;
+      jacobian_by_duals<E, n, inertia>(system, X(Eigen::Map<const X>(place.data(), k)), X(Eigen::Map<const X>(place.data() + k, k)), t, beside, false);
       J.resize(k, 2 * k);
-      J << beside.d_q, beside.d_qdot;
+      std::copy_n(beside.d_qdot.data(), k * k, std::copy_n(beside.d_q.data(), k * k, J.data()));
     };
     Eigen::VectorXd y(2 * k);
-    y << q, qdot;
+    std::copy_n(qdot.data(), k, std::copy_n(q.data(), k, y.data()));
     if (Eigen::MatrixXd J; slopes_in_the_limit(y, k, J, slopes_at)) {
-      result.d_q = J.leftCols(k);
-      result.d_qdot = J.rightCols(k);
+      std::copy_n(J.data(), k * k, result.d_q.data());
+      std::copy_n(J.data() + k * k, k * k, result.d_qdot.data());
     }
   }
   const auto row = [&](Eigen::Index i) { return sentence({"the acceleration of ", system.coordinate_name(i)}); };
@@ -108,7 +109,11 @@ bool jacobian_traced_here(const System<E, Dynamic, inertia>& system, const Eigen
   std::copy_n(qdot.data(), dof, std::copy_n(q.data(), dof, y.data()));
   Eigen::MatrixXd J(2 * dof, 2 * dof);
   if (!traced_jacobians<Dynamic>()->write(recordable(system), {}, t, y.data(), ydot.data(), J)) return false;
-  result = {ydot.tail(dof), J.bottomLeftCorner(dof, dof), J.bottomRightCorner(dof, dof)};
+  std::copy_n(ydot.data() + dof, dof, result.qddot.data());
+  for (Eigen::Index j = 0; j < dof; ++j) {
+    std::copy_n(J.data() + 2 * dof * j + dof, dof, result.d_q.data() + dof * j);
+    std::copy_n(J.data() + 2 * dof * (dof + j) + dof, dof, result.d_qdot.data() + dof * j);
+  }
   return true;
 }
 

@@ -67,16 +67,6 @@ template <class Number = double>
   for (std::size_t i = values.size(); i < count; ++i) values.push_back(value_of_node(graph.nodes()[i], variables, values));
 }
 
-/// What the guards of a branch are made of, node by node.
-[[gnu::cold]] inline std::vector<int> nodes_of_guards(const Graph& graph, const std::vector<Guard>& guards) {
-  std::vector<int> roots, nodes;
-  for (const Guard& guard : guards) roots.push_back(guard.node);
-  const std::vector<char> needed = graph.needed_for(roots);
-  for (std::size_t i = 0; i < needed.size(); ++i)
-    if (needed[i] != 0) nodes.push_back(static_cast<int>(i));
-  return nodes;
-}
-
 /// Whether a node's value is above a level, or at it, by the next of the given answers or by the value; noted as a guard.
 template <class Number = double>
 [[gnu::cold]] bool is_above(const BasicGraph<Number>& graph, Branches& branches, int node, Number level, bool or_equal, const std::string& what) {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "qdot/error.hpp"
-#include "qdot/integrate/steps/recorded_branches.hpp"
+#include "qdot/integrate/steps/neighbouring_branches.hpp"
 
 namespace qdot::detail {
 

@@ -17,7 +17,7 @@
 #include "qdot/analysis/variations/equations.hpp"
 #include "qdot/analysis/variations/slope.hpp"
 #include "qdot/error.hpp"
-#include "qdot/integrate/steps/recorded_branches.hpp"
+#include "qdot/integrate/steps/neighbouring_branches.hpp"
 
 namespace qdot::detail {
 

@@ -33,7 +33,7 @@
 #include "qdot/analysis/variations/branch_guards.hpp"
 #include "qdot/analysis/variations/equations.hpp"
 #include "qdot/integrate/event.hpp"
-#include "qdot/integrate/steps/recorded_branches.hpp"
+#include "qdot/integrate/steps/neighbouring_branches.hpp"
 
 namespace qdot::detail {
 

@@ -16,7 +16,16 @@
 #include "qdot/effects/effect.hpp"
 #include "qdot/mechanics/derive/recorded_energies.hpp"
 
-namespace qdot::detail {
+namespace qdot {
+
+template <class Sys, class... Effects>
+class Scene;
+template <class Sys>
+class FirstOrderForm;
+template <class Sc>
+class SceneForm;
+
+namespace detail {
 
 // What is returned by one that records; a function of plain numbers returns these, though Eigen lets any vector look as if it could become theirs.
 template <class V>
@@ -54,6 +63,17 @@ consteval bool effect_is_recordable() {
     return requires(const E& e, const V& q, const S& t) { e.potential_term(q, t); };
   }
 }
+
+// Which forms can be recorded in one phase, from begin to end.
+template <class F>
+struct is_recordable : std::false_type {};
+template <class Sys>
+struct is_recordable<FirstOrderForm<Sys>>
+    : std::bool_constant<RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time>> {};
+template <class Sys, class... Effects>
+struct is_recordable<SceneForm<Scene<Sys, Effects...>>>
+    : std::bool_constant<RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time> &&
+                         (effect_is_recordable<Effects, Sys::dof_at_compile_time>() && ...)> {};
 
 // Forces, then rates of the effects' own states.
 template <class Sc>
@@ -97,4 +117,5 @@ template <int n, class E>
   }
 }
 
-}  // namespace qdot::detail
+}  // namespace detail
+}  // namespace qdot

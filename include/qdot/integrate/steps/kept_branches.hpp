@@ -16,7 +16,7 @@
 
 #include "qdot/ad/formula/branches.hpp"
 #include "qdot/error.hpp"
-#include "qdot/integrate/steps/recorded_branches.hpp"
+#include "qdot/integrate/steps/neighbouring_branches.hpp"
 #include "qdot/integrate/steps/taylor_equations.hpp"
 
 namespace qdot::detail {

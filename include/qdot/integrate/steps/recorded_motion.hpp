@@ -35,20 +35,7 @@
 
 namespace qdot {
 
-template <class Sys, class... Effects>
-class Scene;
-
 namespace detail {
-
-template <class F>
-struct is_recordable : std::false_type {};
-template <class Sys>
-struct is_recordable<FirstOrderForm<Sys>>
-    : std::bool_constant<RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time>> {};
-template <class Sys, class... Effects>
-struct is_recordable<SceneForm<Scene<Sys, Effects...>>>
-    : std::bool_constant<RecordableEnergies<typename Sys::EnergiesType, Sys::dof_at_compile_time> &&
-                         (effect_is_recordable<Effects, Sys::dof_at_compile_time>() && ...)> {};
 
 // p, ∂L/∂q and M of the T and V that have been run.
 template <class Number = double>

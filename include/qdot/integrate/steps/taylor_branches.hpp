@@ -37,7 +37,7 @@
 #include "qdot/integrate/steps/first_descent.hpp"
 #include "qdot/integrate/steps/kept_branches.hpp"
 #include "qdot/integrate/steps/polynomial.hpp"
-#include "qdot/integrate/steps/recorded_branches.hpp"
+#include "qdot/integrate/steps/neighbouring_branches.hpp"
 #include "qdot/integrate/steps/taylor_equations.hpp"
 
 namespace qdot::detail {

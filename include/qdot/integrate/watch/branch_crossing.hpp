@@ -26,7 +26,7 @@
 #include <vector>
 
 #include "qdot/integrate/outcome.hpp"
-#include "qdot/integrate/steps/recorded_branches.hpp"
+#include "qdot/integrate/steps/neighbouring_branches.hpp"
 
 namespace qdot::detail {
 

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "qdot/ad/formula/interval.hpp"
+#include "qdot/integrate/steps/neighbouring_branches.hpp"
 #include "qdot/integrate/watch/branch_crossing.hpp"
 #include "qdot/integrate/watch/sides_of_branch.hpp"
 #include "qdot/integrate/watch/watched_form.hpp"

@@ -25,6 +25,7 @@
 #include <memory>
 
 #include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/steps/neighbouring_branches.hpp"
 #include "qdot/integrate/steps/polynomial.hpp"
 #include "qdot/integrate/watch/branch_steps.hpp"
 #include "qdot/integrate/watch/watched_form.hpp"

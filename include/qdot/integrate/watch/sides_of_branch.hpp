@@ -13,16 +13,26 @@
 #include <vector>
 
 #include "qdot/ad/formula/interval.hpp"
-#include "qdot/integrate/steps/recorded_branches.hpp"
+#include "qdot/integrate/steps/neighbouring_branches.hpp"
 
 namespace qdot::detail {
+
+// What the guards of a branch are made of, node by node.
+[[gnu::cold]] inline std::vector<int> nodes_of_guards(const formula::Graph& graph, const std::vector<formula::Guard>& guards) {
+  std::vector<int> roots, nodes;
+  for (const formula::Guard& guard : guards) roots.push_back(guard.node);
+  const std::vector<char> needed = graph.needed_for(roots);
+  for (std::size_t i = 0; i < needed.size(); ++i)
+    if (needed[i] != 0) nodes.push_back(static_cast<int>(i));
+  return nodes;
+}
 
 // The sides of all guards of a recorded branch; a template, and so compiled where it is asked for.
 template <class = void>
 class SidesOfBranch {
  public:
   explicit SidesOfBranch(std::unique_ptr<RecordedBranch> branch)
-      : branch_(std::move(branch)), needed_(formula::nodes_of_guards(branch_->motion.recording.graph, branch_->branches.met)) {
+      : branch_(std::move(branch)), needed_(nodes_of_guards(branch_->motion.recording.graph, branch_->branches.met)) {
     if (!needed_.empty()) values_.resize(static_cast<std::size_t>(needed_.back()) + 1);
   }
   bool has_guards() const { return !branch_->branches.met.empty(); }

@@ -11,7 +11,7 @@
 
 #include "qdot/ad/formula/branches.hpp"
 #include "qdot/ad/formula/recording.hpp"
-#include "qdot/integrate/steps/recorded_motion.hpp"
+#include "qdot/effects/rows/recorded_effects.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail {

@@ -29,7 +29,8 @@ template <class = void>  // compiled only where it is called
 [[gnu::cold, gnu::noinline]] bool slopes_in_the_limit(const Eigen::VectorXd& y, Eigen::Index dof, Eigen::MatrixXd& J,
                                                       const std::function<void(const Eigen::VectorXd&, Eigen::MatrixXd&)>& slopes_at) {
   constexpr double beside_zero = 1e-30, beside_others = 0x1p-40, agreement = 1e-6;
-  Eigen::VectorXd distance = Eigen::VectorXd::Zero(y.size());
+  Eigen::VectorXd distance(y.size());
+  std::fill_n(distance.data(), distance.size(), 0.0);
   for (const Eigen::Index first : {Eigen::Index(0), dof}) {
     const Eigen::Index end = std::min(first + dof, y.size());
     double least = 0.0;  // of the entries that are not zero
@@ -52,7 +53,8 @@ template <class = void>  // compiled only where it is called
       return false;
     }
   }
-  J = Eigen::MatrixXd::Zero(at[0].rows(), at[0].cols());
+  J.resize(at[0].rows(), at[0].cols());
+  std::fill_n(J.data(), J.size(), 0.0);
   for (Eigen::Index i = 0; i < J.rows(); ++i) {
     double largest = 0.0, apart = 0.0;
     for (Eigen::Index j = 0; j < J.cols(); ++j)
