@@ -42,6 +42,7 @@
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/statistics.hpp"
+#include "qdot/integrate/watch/change_watch.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {
