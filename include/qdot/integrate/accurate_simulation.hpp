@@ -278,7 +278,7 @@ auto accurate_simulation(const System& system, const Start& start, double t_end,
   double seconds_left = options.max_wall_seconds;
   bool scouting = true;
   const detail::WatchedFormOf watched(form);
-  detail::ChangeWatch model(watched, options);  // what an event changed in the run before is nobody's to restore
+  detail::ChangeWatch model(watched, options);  // an event may have changed it in the run before
   model.begin(start.t, y0);
   const auto launch = [&](double rtol, const Eigen::VectorXd& atol) {
     if (const std::optional<Failure> change = model.look(t_end))

@@ -33,7 +33,7 @@ class AnyWatch {
   virtual void begin(double t, const Eigen::VectorXd& y, long steps, bool another) = 0;
   void begin(double t, const Eigen::VectorXd& y, long steps) { begin(t, y, steps, false); }
 
-  virtual bool watches_time() const = 0;  // otherwise nobody need ask for reach()
+  virtual bool watches_time() const = 0;  // whether reach() limits steps
   /// How far towards `landing` a step from (t, y) may go (integrate/watch/time_watch.hpp).
   virtual double reach(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double landing, bool switches_only) = 0;
   /// The first time that functors are to be shown of a step from the time t that reach() was asked about last.
@@ -51,7 +51,7 @@ class AnyWatch {
   ///
   /// @param controlled  the method keeps a tolerance
   virtual std::optional<Failure> look(double t, const Eigen::VectorXd& y, long steps, bool controlled) = 0;
-  /// The same at the start of a run, where there is nothing to compare h with.
+  /// Looks at T, V and M alone: at the start of a run there is no h to compare with.
   virtual std::optional<Failure> look_at_values_and_mass(double t, const Eigen::VectorXd& y) = 0;
   /// What the functors give now that they did not give before, asked where the method cannot go on; nothing if they are as they were.
   virtual std::optional<Failure> change(double t) = 0;

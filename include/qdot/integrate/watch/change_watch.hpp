@@ -9,7 +9,7 @@
 // depends on the method and on its steps. So f is asked twice. Where a leg begins (the start, a stop time, an event that changes
 // the state) and at each look its values at (t, y) are kept; at the next look it is evaluated *there* again:
 //
-//     rates          q̈ and ż, by the equations of motion themselves: without recordings or factors that somebody keeps
+//     rates          q̈ and ż, by the equations of motion themselves: without recordings or factors that are kept
 //     constraints    φ and φ̇, since a projection follows φ where φ̈ shows nothing
 //     guards         gaps, and what holds friction back
 //

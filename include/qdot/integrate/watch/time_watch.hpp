@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// What time brings: no step passes over a stretch of time that nobody looked at.
+// What time brings: no step passes over a stretch of time that was not looked at.
 //
 // A method evaluates forces at a few times of a step. A system at rest lets it choose any step, and a push that begins and ends between
 // two of these times is never felt; no error estimate can know of it. So where a signature says that time enters, V(q, t),

@@ -4,7 +4,7 @@
 // Watchdogs: what a run looks at besides its steps.
 //
 // A step that passes its error test may still be worthless: where M is nearly singular its accelerations have no digits left,
-// and where V is not what its derivative says (a jump, a parameter that somebody changes) the method follows forces that
+// and where V is not what its derivative says (a jump, a parameter that changes) the method follows forces that
 // belong to no energy. So now and then an accepted state is looked at:
 //
 //     rcond(M)      the smallest pivot of M scaled to unit diagonal, d_min of D⁻½ M D⁻½ = L Δ Lᵀ: a bound of 1/cond from
@@ -16,7 +16,7 @@
 //                   by sparse factors, without rcond(M). Dependent rows are allowed (effects/rows/constrained_solve.hpp), so its limit is
 //                   0 unless one is given.
 //     energy        Where neither T nor V takes the time, whether they conserve what they must (integrate/watch/energy_watch.hpp).
-//     time          No step passes over what nobody looked at (integrate/watch/time_watch.hpp).
+//     time          No step passes over time that was not looked at (integrate/watch/time_watch.hpp).
 //     f             of all systems: whether the right-hand side is what it was at the same time and state (integrate/watch/change_watch.hpp).
 //     values        T and V must have some. Their slopes are numbers only where they do, but not every value is needed for q̈: a
 //                   constant that is NaN, or a sum that overflows, moves nothing. The energy that it makes NaN is one all the same.
