@@ -56,7 +56,8 @@ struct Phrase {
 };
 
 // The phrases one after the other. A function of its own, so that the many places that may have to complain cost the compiler little.
-[[gnu::cold, gnu::noinline]] inline std::string sentence(std::initializer_list<Phrase> phrases) {
+template <class = void>
+[[gnu::cold, gnu::noinline]] std::string sentence(std::initializer_list<Phrase> phrases) {
   std::string text;
   char digits[32];
   for (const Phrase& phrase : phrases) {
@@ -118,9 +119,15 @@ class InvalidValue : public Error {
 
 namespace detail {
 
-[[noreturn, gnu::cold, gnu::noinline]] inline void throw_invalid_value(std::initializer_list<Phrase> message) {
+template <class = void>
+[[noreturn, gnu::cold, gnu::noinline]] void throw_invalid_value(std::initializer_list<Phrase> message) {
   throw InvalidValue(sentence(message));
 }
+
+#ifdef QDOT_COMPILED
+extern template std::string sentence<void>(std::initializer_list<Phrase>);
+extern template void throw_invalid_value<void>(std::initializer_list<Phrase>);
+#endif
 
 }  // namespace detail
 

@@ -95,6 +95,15 @@ V zeros(Eigen::Index rows, Eigen::Index columns = 1) {
   return all;
 }
 
+// The vector of `count` numbers. Of Eigen's map it would be a dozen functions, too.
+template <int n>
+Vector<double, n> vector_at(const double* first, Eigen::Index count) {
+  Vector<double, n> x;
+  x.resize(count);
+  std::copy_n(first, count, x.data());
+  return x;
+}
+
 // Whether a factorization is one: its info() is Eigen::Success, a name that X11 makes a macro.
 template <class Factors>
 bool succeeded(const Factors& factors) {

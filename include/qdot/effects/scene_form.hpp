@@ -332,9 +332,9 @@ class SceneForm {
 
  private:
   // The parts of y = [q; q̇; z].
-  Vector<double, n> q_of(const double* y) const { return Eigen::Map<const Vector<double, n>>(y, dof()); }
-  Vector<double, n> qdot_of(const double* y) const { return Eigen::Map<const Vector<double, n>>(y + dof(), dof()); }
-  Vector<double, states> z_of(const double* y) const { return Eigen::Map<const Vector<double, states>>(y + 2 * dof(), states); }
+  Vector<double, n> q_of(const double* y) const { return detail::vector_at<n>(y, dof()); }
+  Vector<double, n> qdot_of(const double* y) const { return detail::vector_at<n>(y + dof(), dof()); }
+  Vector<double, states> z_of(const double* y) const { return detail::vector_at<states>(y + 2 * dof(), states); }
 
   void write_jacobian(const detail::SceneJacobian<Sc>& jacobian, double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const {
     jacobian.write(out);

@@ -150,8 +150,7 @@ class FirstOrderForm {
     if constexpr (detail::TracedSystem<Sys>) {
       if (use_traced([&](detail::TracedRates& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); })) return;
     }
-    const Vector<double, n> q = Eigen::Map<const Vector<double, n>>(y, dof);
-    const Vector<double, n> qdot = Eigen::Map<const Vector<double, n>>(y + dof, dof);
+    const Vector<double, n> q = detail::vector_at<n>(y, dof), qdot = detail::vector_at<n>(y + dof, dof);
     if constexpr (detail::may_keep_inertia<Sys>) {
       if (inertia_.is_known() && system_.kept_lines()->may_be_straight()) {
         const Vector<double, Dynamic> a = inertia_.acceleration(system_, q, t);
@@ -253,12 +252,7 @@ class FirstOrderForm {
   // q and q̇ of y, a vector each.
   std::pair<Vector<double, n>, Vector<double, n>> parts(const Eigen::Ref<const Eigen::VectorXd>& y) const {
     const Eigen::Index dof = system_.dof();
-    std::pair<Vector<double, n>, Vector<double, n>> parts;
-    parts.first.resize(dof);
-    parts.second.resize(dof);
-    std::copy_n(y.data(), dof, parts.first.data());
-    std::copy_n(y.data() + dof, dof, parts.second.data());
-    return parts;
+    return {detail::vector_at<n>(y.data(), dof), detail::vector_at<n>(y.data() + dof, dof)};
   }
 
   Sys system_;

@@ -235,6 +235,33 @@ struct BandTo {
   }
 };
 
+#ifdef QDOT_COMPILED
+extern template bool DerivedLines::with_mass_and_rhs<1>(const double*, const double*, double, const AccelerationTo<1>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<1>(const double*, const double*, double, const AccelerationTo<1, true>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<1>(const double*, const double*, double, const CopyTo<1>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<2>(const double*, const double*, double, const AccelerationTo<2>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<2>(const double*, const double*, double, const AccelerationTo<2, true>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<2>(const double*, const double*, double, const CopyTo<2>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<3>(const double*, const double*, double, const AccelerationTo<3>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<3>(const double*, const double*, double, const AccelerationTo<3, true>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<3>(const double*, const double*, double, const CopyTo<3>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<4>(const double*, const double*, double, const AccelerationTo<4>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<4>(const double*, const double*, double, const AccelerationTo<4, true>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<4>(const double*, const double*, double, const CopyTo<4>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<5>(const double*, const double*, double, const AccelerationTo<5>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<5>(const double*, const double*, double, const AccelerationTo<5, true>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<5>(const double*, const double*, double, const PackedTo<5>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<6>(const double*, const double*, double, const AccelerationTo<6>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<6>(const double*, const double*, double, const AccelerationTo<6, true>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<6>(const double*, const double*, double, const PackedTo<6>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<7>(const double*, const double*, double, const AccelerationTo<7>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<7>(const double*, const double*, double, const AccelerationTo<7, true>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<7>(const double*, const double*, double, const PackedTo<7>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<8>(const double*, const double*, double, const AccelerationTo<8>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<8>(const double*, const double*, double, const AccelerationTo<8, true>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<8>(const double*, const double*, double, const PackedTo<8>&) const;
+#endif
+
 template <int n, class E>
 [[gnu::noinline]] bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M,
                                         double* r, KeptLines* kept) {

@@ -43,8 +43,8 @@ class SceneJacobian {
 
  public:
   SceneJacobian(const Sc& scene, double t, const Eigen::Ref<const Eigen::VectorXd>& y)
-      : scene_(scene), t_(t), y_(y), q_(Eigen::Map<const Vector<double, n>>(y.data(), scene.dof())),
-        qdot_(Eigen::Map<const Vector<double, n>>(y.data() + scene.dof(), scene.dof())),
+      : scene_(scene), t_(t), y_(y), q_(vector_at<n>(y.data(), scene.dof())),
+        qdot_(vector_at<n>(y.data() + scene.dof(), scene.dof())),
         z_(Eigen::Map<const Vector<double, states>>(y.data() + 2 * scene.dof(), states)) {
     const Vector<double, states> z = z_;  // z_ may have no entries, and the compiler wonders about them
     if constexpr (Sc::has_constraints) {

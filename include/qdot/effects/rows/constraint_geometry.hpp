@@ -214,7 +214,7 @@ Conditioning conditioning(const Scene<Sys, Effects...>& scene, const Eigen::Vect
   constexpr int n = Sc::dof_at_compile_time;
   const Eigen::Index dof = scene.dof();
   using Q = Vector<double, n>;
-  const Q q = Eigen::Map<const Q>(y.data(), dof), qdot = Eigen::Map<const Q>(y.data() + dof, dof);
+  const Q q = detail::vector_at<n>(y.data(), dof), qdot = detail::vector_at<n>(y.data() + dof, dof);
   const EffectStates<Sc> z = Eigen::Map<const EffectStates<Sc>>(y.data() + 2 * dof, Sc::states_at_compile_time);
   if constexpr (detail::may_be_sparse<Sc>) {
     constexpr Eigen::Index most_dense = 128;

@@ -16,6 +16,7 @@
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/statistics.hpp"
 #include "qdot/integrate/steps/polynomial.hpp"
+#include "qdot/integrate/watch/time_formulas.hpp"
 #include "qdot/integrate/watch/watched_form.hpp"
 
 namespace qdot::detail {
@@ -65,7 +66,9 @@ class AnyWatch {
 };
 
 /// A watchdog (integrate/watch/watch.hpp).
-template <class = void>
+///
+/// @tparam takes_time  T, V or effects take the time; otherwise no watch of it is compiled
+template <bool takes_time>
 std::unique_ptr<AnyWatch> watchdog(std::unique_ptr<const WatchedForm> form, const Options& options);
 
 /// The watchdog of a form, whatever hides it.
@@ -73,14 +76,15 @@ template <class Form>
 std::unique_ptr<AnyWatch> watch_of(const Form& form, const Options& options) {
   if constexpr (requires { form.watch(options); }) return form.watch(options);
   else if constexpr (requires { form.driven().watch(options); }) return form.driven().watch(options);
-  else return watchdog(std::make_unique<WatchedFormOf<Form>>(form), options);
+  else return watchdog<TimeOf<Form>::enters>(std::make_unique<WatchedFormOf<Form>>(form), options);
 }
 
 }  // namespace qdot::detail
 
 #ifdef QDOT_COMPILED
 namespace qdot::detail {
-extern template std::unique_ptr<AnyWatch> watchdog<void>(std::unique_ptr<const WatchedForm>, const Options&);
+extern template std::unique_ptr<AnyWatch> watchdog<false>(std::unique_ptr<const WatchedForm>, const Options&);
+extern template std::unique_ptr<AnyWatch> watchdog<true>(std::unique_ptr<const WatchedForm>, const Options&);
 }  // namespace qdot::detail
 #else
 #include "qdot/integrate/watch/watch.hpp"

@@ -34,6 +34,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -67,11 +68,13 @@ namespace qdot::detail {
 }
 
 /// Looks at the accepted states of one run; the first components of y are those of the form.
+///
+/// @tparam takes_time  T, V or effects take the time
+template <bool takes_time>
 class Watchdog final : public AnyWatch {
  public:
   Watchdog(std::unique_ptr<const WatchedForm> form, const Options& options)
-      : form_(std::move(form)), options_(options), changes_(*form_, options), own_(form_->size()), wait_(shortest_wait()) {
-    if (form_->takes_time()) clock_.emplace(*form_, options);
+      : form_(std::move(form)), options_(options), clock_(*form_, options), changes_(*form_, options), own_(form_->size()), wait_(shortest_wait()) {
     if (form_->has_recordable_branches()) branches_.emplace(*form_, options.rtol);
     if (form_->conserves_energy()) energy_.emplace(*form_, options);
   }
@@ -85,8 +88,8 @@ class Watchdog final : public AnyWatch {
   void begin(double t, const Eigen::VectorXd& all, long steps, bool another) override {
     const Eigen::VectorXd& y = own(all);
     changes_.begin(t, y);
-    if (clock_ && another) clock_->begin_another(t, y);
-    else if (clock_) clock_->begin(t, y);
+    if constexpr (takes_time) another ? clock_.begin_another(t, y) : clock_.begin(t, y);
+    (void)another;
     if (branches_) branches_->begin();
     steps_since_ = 0;
     if (energy_) {
@@ -95,14 +98,23 @@ class Watchdog final : public AnyWatch {
     }
   }
 
-  bool watches_time() const override { return clock_.has_value(); }
-  double reach(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double landing, bool switches_only) override {
-    if (!clock_) return landing;
-    for (Eigen::Index i = 0; i < own_.size(); ++i) own_[i] = y[i];
-    return clock_->reach(t, own_, landing, switches_only);
+  bool watches_time() const override { return takes_time; }
+  double reach([[maybe_unused]] double t, [[maybe_unused]] const Eigen::Ref<const Eigen::VectorXd>& y, double landing,
+               [[maybe_unused]] bool switches_only) override {
+    if constexpr (takes_time) {
+      for (Eigen::Index i = 0; i < own_.size(); ++i) own_[i] = y[i];
+      return clock_.reach(t, own_, landing, switches_only);
+    }
+    return landing;
   }
-  double first_shown(double t) const override { return clock_ ? clock_->first_shown() : t; }
-  bool switches_by_time() const override { return clock_ && clock_->switches_by_time(); }
+  double first_shown(double t) const override {
+    if constexpr (takes_time) return clock_.first_shown();
+    return t;
+  }
+  bool switches_by_time() const override {
+    if constexpr (takes_time) return clock_.switches_by_time();
+    return false;
+  }
 
   bool may_pass_branches(double t, const Eigen::VectorXd& y) override { return sees_branches = branches_ && branches_->may_pass(t, own(y)); }
   Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, bool on_one_branch) override {
@@ -135,7 +147,7 @@ class Watchdog final : public AnyWatch {
     statistics.constraint_rcond = constraint_rcond_;
     statistics.constraint_rcond_time = constraint_rcond_time_;
     if (energy_) energy_->report(statistics);
-    if (clock_) statistics.time_resolution = clock_->resolution();
+    if constexpr (takes_time) statistics.time_resolution = clock_.resolution();
   }
 
  private:
@@ -211,7 +223,10 @@ class Watchdog final : public AnyWatch {
 
   std::unique_ptr<const WatchedForm> form_;
   const Options& options_;
-  std::optional<TimeWatch> clock_;
+  struct NoTime {
+    NoTime(const WatchedForm&, const Options&) {}
+  };
+  [[no_unique_address]] std::conditional_t<takes_time, TimeWatch, NoTime> clock_;
   std::optional<BranchWatch> branches_;
   ChangeWatch changes_;
   std::optional<EnergyWatch> energy_;
@@ -223,9 +238,9 @@ class Watchdog final : public AnyWatch {
   Cholesky<double, Dynamic> mass_;
 };
 
-template <class>
+template <bool takes_time>
 std::unique_ptr<AnyWatch> watchdog(std::unique_ptr<const WatchedForm> form, const Options& options) {
-  return std::make_unique<Watchdog>(std::move(form), options);
+  return std::make_unique<Watchdog<takes_time>>(std::move(form), options);
 }
 
 }  // namespace qdot::detail

@@ -69,7 +69,6 @@ struct WatchedForm {
   };
   virtual Pivots pivots(double, const Eigen::VectorXd&) const { return {}; }  // where constraints are
 
-  virtual bool takes_time() const { return false; }
   virtual void record_time(TimeFormulas&) const {}
 
   virtual bool has_recordable_branches() const { return false; }
@@ -107,13 +106,7 @@ struct BehindForm<F> {
 // q and q̇ of y = [q; q̇; …].
 template <int n>
 std::pair<Vector<double, n>, Vector<double, n>> coordinates_of(const Eigen::VectorXd& y, Eigen::Index dof) {
-  std::pair<Vector<double, n>, Vector<double, n>> parts{zeros<Vector<double, n>>(dof),
-                                                        zeros<Vector<double, n>>(dof)};  // -O2 of g++ 12 takes unset ones for read
-  for (Eigen::Index i = 0; i < dof; ++i) {
-    parts.first[i] = y[i];
-    parts.second[i] = y[dof + i];
-  }
-  return parts;
+  return {vector_at<n>(y.data(), dof), vector_at<n>(y.data() + dof, dof)};
 }
 
 // Whether the equations of a form have been derived without a comparison.
@@ -159,10 +152,8 @@ class WatchedFormOf final : public WatchedForm {
     if constexpr (SwitchingSystem<F>) guards = form_.guard_count();
     if constexpr (is_constrained_scene) {
       const Eigen::Index k = form_.dof();
-      using Q = Vector<double, n>;
-      using Z = Vector<double, std::remove_cvref_t<decltype(form_.scene())>::states_at_compile_time>;
-      const Q q = Eigen::Map<const Q>(y.data(), k), qdot = Eigen::Map<const Q>(y.data() + k, k);
-      const Z z = Eigen::Map<const Z>(y.data() + 2 * k, size - 2 * k);
+      const Vector<double, n> q = vector_at<n>(y.data(), k), qdot = vector_at<n>(y.data() + k, k);
+      const auto z = vector_at<std::remove_cvref_t<decltype(form_.scene())>::states_at_compile_time>(y.data() + 2 * k, size - 2 * k);
       const auto phi = constraint_residual(form_.scene(), q, t, z), velocity = constraint_velocity(form_.scene(), q, qdot, t, z);
       out.resize(size + 2 * phi.size() + guards);
       std::copy_n(velocity.data(), velocity.size(), std::copy_n(phi.data(), phi.size(), out.data() + size));
@@ -200,7 +191,9 @@ class WatchedFormOf final : public WatchedForm {
   void write_mass(double t, const Eigen::VectorXd& y, Eigen::MatrixXd& M) const override {
     if constexpr (looks_at_mass) {
       const auto [q, qdot] = coordinates_of<n>(y, dof());
-      M = mass_matrix_now_and_then(Behind::system(form_), q, qdot, t);
+      const Matrix<double, n> now = mass_matrix_now_and_then(Behind::system(form_), q, qdot, t);
+      M.resize(now.rows(), now.cols());
+      std::copy_n(now.data(), now.size(), M.data());
     }
     (void)t, (void)y, (void)M;
   }
@@ -217,7 +210,6 @@ class WatchedFormOf final : public WatchedForm {
     return WatchedForm::pivots(t, y);
   }
 
-  bool takes_time() const override { return TimeOf<F>::enters; }
   void record_time(TimeFormulas& found) const override {
     if constexpr (TimeOf<F>::enters) TimeOf<F>::record(found, form_);
     (void)found;

@@ -10,6 +10,7 @@
 // matters here besides is the pivot: what is left of M_kk after the coordinates before k are free,
 // as a fraction of M_kk itself. It says how near to singular M is, whatever the units of its rows.
 
+#include <algorithm>
 #include <cmath>
 
 #include "qdot/ad/dual_math.hpp"
@@ -29,7 +30,8 @@ class Cholesky {
   /// n³/6 products.
   bool compute(const Matrix<S, n>& M) {
     using std::sqrt;
-    L_ = M;
+    L_.resize(M.rows(), M.cols());
+    std::copy_n(M.data(), M.size(), L_.data());
     smallest_pivot_ = 1.0;
     weakest_ = 0;
     for (Eigen::Index k = 0; k < M.rows(); ++k) {

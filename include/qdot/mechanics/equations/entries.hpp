@@ -54,7 +54,7 @@ void read_entries(const E& e, const WatchedVector<n>& q, const WatchedVector<n>&
 template <class E, int n, Inertia inertia>
 void require_existing_entries(const System<E, n, inertia>& system, const double* y, double t) {
   const Eigen::Index dof = system.dof();
-  const WatchedVector<n> q(Eigen::Map<const Vector<double, n>>(y, dof)), qdot(Eigen::Map<const Vector<double, n>>(y + dof, dof));
+  const WatchedVector<n> q(vector_at<n>(y, dof)), qdot(vector_at<n>(y + dof, dof));
   try {
     read_entries<n>(system.energies(), q, qdot, t);
   } catch (const InvalidValue&) {

@@ -159,7 +159,7 @@ Vector<double, n> general_rhs(const E& e, const Vector<double, n>& q, const Vect
 // M and r of further energies, added to rows of M that are `stride` numbers apart and to r.
 template <int n, class E>
 void add_general_equations(const E& e, const double* q, const double* qdot, int size, double t, int stride, double* M, double* r) {
-  const Vector<double, n> position = Eigen::Map<const Vector<double, n>>(q, size), velocity = Eigen::Map<const Vector<double, n>>(qdot, size);
+  const Vector<double, n> position = vector_at<n>(q, size), velocity = vector_at<n>(qdot, size);
   const Matrix<double, n> further_M = general_mass_matrix<n>(e, position, velocity, t);
   const Vector<double, n> further_r = general_rhs<n>(e, position, velocity, t);
   for (int i = 0; i < size; ++i) {
