@@ -141,19 +141,18 @@ template std::vector<int> TracedLines<double>::numbers(const std::vector<int>&) 
 template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
 template TracedLines<double>::Solved TracedLines<double>::solved(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
                                                                  const std::vector<int>&, double, std::size_t);
-template TracedLines<double>::Solved TracedLines<double>::solved_in_order(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
-                                                                          std::size_t);
+template TracedLines<double>::Solved TracedLines<double>::solved_rates(const LimitsOfPivots&, std::size_t);
 template TracedMotion<double>::TracedMotion(TracedEquations<double>);
 template std::unique_ptr<TracedRates> traced_rates<void>(const RecordableForm&);
 template std::shared_ptr<TracedEquations<double>> recorded_equations<void>(const RecordableForm&);
-template std::unique_ptr<AnyRates> solved_rates<1>(const RecordableForm&, std::size_t);
-template std::unique_ptr<AnyRates> solved_rates<2>(const RecordableForm&, std::size_t);
-template std::unique_ptr<AnyRates> solved_rates<3>(const RecordableForm&, std::size_t);
-template std::unique_ptr<AnyRates> solved_rates<4>(const RecordableForm&, std::size_t);
-template std::unique_ptr<AnyRates> solved_rates<5>(const RecordableForm&, std::size_t);
-template std::unique_ptr<AnyRates> solved_rates<6>(const RecordableForm&, std::size_t);
-template std::unique_ptr<AnyRates> solved_rates<7>(const RecordableForm&, std::size_t);
-template std::unique_ptr<AnyRates> solved_rates<8>(const RecordableForm&, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<1>(const RecordableForm&, std::span<const double>, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<2>(const RecordableForm&, std::span<const double>, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<3>(const RecordableForm&, std::span<const double>, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<4>(const RecordableForm&, std::span<const double>, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<5>(const RecordableForm&, std::span<const double>, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<6>(const RecordableForm&, std::span<const double>, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<7>(const RecordableForm&, std::span<const double>, std::size_t);
+template std::unique_ptr<AnyRates> solved_rates<8>(const RecordableForm&, std::span<const double>, std::size_t);
 template class TracedJacobian<1>;
 template class TracedJacobian<2>;
 template class TracedJacobian<3>;

@@ -12,6 +12,8 @@
 
 #include "bench/chain_energies.hpp"
 #include "catch2_bridge.hpp"
+#include "qdot/effects/constraints.hpp"
+#include "qdot/effects/contact.hpp"
 #include "qdot/effects/dissipation.hpp"
 #include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_form.hpp"
@@ -40,24 +42,26 @@ void evaluate_until_lines(const Form& form, const Eigen::VectorXd& y) {
   Eigen::VectorXd ydot(y.size());
   for (int i = 0; i < until_lines; ++i) form.derivative(0.0, y, ydot);
 }
+// q and q̇, and behind them the states of effects.
 template <int n>
-Eigen::VectorXd state(double shift) {
-  Eigen::VectorXd y(2 * n);
-  for (Eigen::Index i = 0; i < y.size(); ++i) y[i] = std::sin(1.0 + shift + 1.7 * static_cast<double>(i));
+Eigen::VectorXd state(double shift, const Eigen::VectorXd& z = {}) {
+  Eigen::VectorXd y(2 * n + z.size());
+  for (Eigen::Index i = 0; i < 2 * n; ++i) y[i] = std::sin(1.0 + shift + 1.7 * static_cast<double>(i));
+  y.tail(z.size()) = z;
   return y;
 }
 bool is_by_lines(const std::string& way) { return way.find("recorded formulas") != std::string::npos; }
 
 template <int n, class System>
-double difference_of_duals(const System& system) {
+double difference_of_duals(const System& system, const Eigen::VectorXd& z = {}) {
   const auto form = form_of_run(system);
   const auto duals = first_order_form(system.by(By::duals));
-  evaluate_until_lines(form, state<n>(0.0));
+  evaluate_until_lines(form, state<n>(0.0, z));
   CHECK((is_by_lines(form.way_taken()) || !formula::native_lines_are_possible()));
   double worst = 0.0;
   for (int k = 0; k < 20; ++k) {
-    const Eigen::VectorXd y = state<n>(0.3 * k);
-    Eigen::VectorXd found(2 * n), expected(2 * n);
+    const Eigen::VectorXd y = state<n>(0.3 * k, z);
+    Eigen::VectorXd found(y.size()), expected(y.size());
     form.derivative(0.2, y, found);
     duals.derivative(0.2, y, expected);
     worst = std::max(worst, (found - expected).norm() / expected.norm());
@@ -137,6 +141,89 @@ TEST_CASE("scenes with forces and bodies by their positions have such lines, too
   const auto bodies = kinematic_system<2>(places, uniform_gravity(0.0, -9.81));
   CHECK(difference_of_duals<2>(bodies) < rounded);
   CHECK(difference_of_duals<2>(scene(bodies, viscous_damping(Vector<double, 2>(0.1, 0.2)))) < rounded);
+}
+
+TEST_CASE("scenes with constraints have lines to accelerations, with forces and without") {
+  const auto guided = [](auto length) {
+    constexpr int n = length;
+    return scene(mechanical_system<n>(bench::LoopedChain{}), holonomic("tip", bench::TipOfChain<n>{}));
+  };
+  CHECK(difference_of_duals<2>(guided(std::integral_constant<int, 2>())) < rounded);
+  CHECK(difference_of_duals<4>(guided(std::integral_constant<int, 4>())) < rounded);
+  CHECK(difference_of_duals<5>(guided(std::integral_constant<int, 5>())) < rounded);
+  CHECK(difference_of_duals<8>(guided(std::integral_constant<int, 8>())) < rounded);
+  const auto chain = mechanical_system<4>(bench::LoopedChain{});
+  const auto damping = viscous_damping(Vector<double, 4>(0.1, 0.2, 0.3, 0.4));
+  const auto turning = holonomic("turning", [](const auto& q, const auto& t) { return q[0] - 0.3 * t * t; });
+  const auto rolling = nonholonomic("rolling", [](const auto& q, const auto& v) {
+    using std::cos;
+    return v[1] - cos(q[0]) * v[2] - 0.1;
+  });
+  CHECK(difference_of_duals<4>(scene(chain, damping, turning)) < rounded);
+  CHECK(difference_of_duals<4>(scene(chain, rolling)) < rounded);
+  CHECK(difference_of_duals<4>(scene(chain, damping, turning, rolling, holonomic("tip", bench::TipOfChain<4>{}))) < rounded);
+  CHECK(difference_of_duals<6>(scene(mechanical_system<6>(bench::LoopedChain{}), holonomic("tip", bench::TipOfChain<6>{}), holonomic("held", [](const auto& q) {
+                                       return q[1] - 0.2;
+                                     }))) < rounded);
+}
+
+TEST_CASE("states of effects and phases have their rates by lines, and another phase goes another way") {
+  const auto chain = mechanical_system<2>(bench::LoopedChain{});
+  const auto servo = controller(
+      [](const auto& q, const auto& v, const auto& z, const auto&) {
+        using S = std::remove_cvref_t<decltype(q[0] * v[0] * z[0])>;
+        return Vector<S, 2>(S(-2.0 * z[0]), S(-0.3 * v[1]));
+      },
+      [](const auto& q, const auto&, const auto& z, const auto&) {
+        using S = std::remove_cvref_t<decltype(q[0] * z[0])>;
+        return Vector<S, 1>(S(q[0] - 0.5 * z[0]));
+      },
+      Vector<double, 1>(0.2));
+  CHECK(difference_of_duals<2>(scene(chain, servo), Vector<double, 1>(0.7)) < rounded);
+  const auto floor = contact("floor", [](const auto& q) {
+    using std::cos;
+    return 3.0 - cos(q[0]) - cos(q[1]);
+  });
+  const auto landed = scene(chain, servo, floor);
+  const double closed = static_cast<double>(ContactPhase::closed), apart = static_cast<double>(ContactPhase::apart);
+  CHECK(difference_of_duals<2>(landed, Vector<double, 2>(0.7, closed)) < rounded);
+  const auto form = form_of_run(landed);
+  evaluate_until_lines(form, state<2>(0.0, Vector<double, 2>(0.7, closed)));
+  const Eigen::VectorXd free = state<2>(0.4, Vector<double, 2>(0.7, apart));
+  Eigen::VectorXd found(6), expected(6);
+  form.derivative(0.2, free, found);
+  first_order_form(landed.by(By::duals)).derivative(0.2, free, expected);
+  CHECK((found - expected).norm() < rounded * expected.norm());
+}
+
+TEST_CASE("a constraint that is said twice, and one that has no slope, are seen to as without lines") {
+  const auto chain = mechanical_system<2>(bench::LoopedChain{});
+  const auto once = scene(chain, holonomic("tip", bench::TipOfChain<2>{}));
+  const auto twice = scene(chain, holonomic("tip", bench::TipOfChain<2>{}), holonomic("again", bench::TipOfChain<2>{}));
+  const auto form = form_of_run(twice);
+  const Eigen::VectorXd y = state<2>(0.1);
+  evaluate_until_lines(form, y);
+  Eigen::VectorXd found(4), expected(4);
+  form.derivative(0.0, y, found);
+  first_order_form(once).derivative(0.0, y, expected);
+  CHECK((found - expected).norm() < rounded * expected.norm());
+  const auto flat = form_of_run(scene(chain, holonomic("flat", [](const auto& q) { return (q[0] - 0.5) * (q[0] - 0.5); })));
+  evaluate_until_lines(flat, y);
+  CHECK_THROWS_AS(flat.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(0.5, 0.1, 0.3, 0.0)), found), ConstraintError);
+}
+
+TEST_CASE("a constraint that becomes another in a run by lines ends the run by its name") {
+  double height = 0.0;
+  const auto rail = holonomic("rail", [&height](const auto& q) {
+    using std::cos;
+    return cos(q[0]) + cos(q[1]) - 1.7 + height;
+  });
+  const auto s = scene(mechanical_system<2>(bench::LoopedChain{}), rail);
+  const double angle = std::acos(0.85);
+  const auto observer = [&](const StepView& step) { height = step.t() > 300.0 ? 0.05 : 0.0; };
+  const auto run = simulate(s, State<2>{0.0, {angle, -angle}, {0.4, 0.4}}, 400.0, Dop853{}, {.rtol = 1e-10}, observer);
+  CHECK(run.statistics.evaluations > 2 * until_lines);
+  CHECK(run.outcome == Outcome::model_changed);
 }
 
 TEST_CASE("a force that becomes another in a run by lines ends the run by its name") {

@@ -38,8 +38,7 @@ class SceneForm {
   static constexpr int m = Sc::constraints_at_compile_time;
   static constexpr bool is_traced = detail::is_traced_scene<Sc>;
   static constexpr bool has_traced_jacobian = detail::has_traced_jacobian<Sc>;
-  static constexpr bool has_solved_rates = has_traced_jacobian && Sc::has_forces && !Sc::has_constraints && !Sc::has_states &&
-                                           Sc::SystemType::inertia == Inertia::positive_definite &&
+  static constexpr bool has_solved_rates = has_traced_jacobian && Sc::SystemType::inertia == Inertia::positive_definite &&
                                            detail::may_have_solved_rates<typename Sc::SystemType::EnergiesType, n>;
   static constexpr std::size_t most_lines = detail::most_solved_lines<typename Sc::SystemType::EnergiesType, n>;
   using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints<>, detail::TracedRates>;
@@ -120,7 +119,9 @@ class SceneForm {
     }
     if constexpr (has_solved_rates) {
       const detail::KeptLines& kept = *scene_.system().kept_lines();
-      if (kept.may_be_straight() && !kept.is_aside() && rates_.template write<n, most_lines>([this] { return recordable(); }, t, y, ydot + n)) {
+      const auto recorded = [this] { return recordable(); };
+      if (rates_.may_write() && kept.may_be_straight() && !kept.is_aside() &&
+          rates_.template write<n, most_lines>(recorded, t, y, phases(y), ydot + n)) {
         std::copy_n(y + n, n, ydot);
         return;
       }

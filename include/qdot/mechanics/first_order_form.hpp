@@ -146,7 +146,7 @@ class FirstOrderForm {
     const Eigen::Index dof = system_.dof();
     double* const rates = std::copy_n(y + dof, dof, ydot);
     if constexpr (has_solved_rates)
-      if (system_.kept_lines()->may_be_straight() && rates_.template write<n, most_lines>([this] { return recordable(); }, t, y, rates)) return;
+      if (system_.kept_lines()->may_be_straight() && rates_.template write<n, most_lines>([this] { return recordable(); }, t, y, {}, rates)) return;
     if constexpr (detail::TracedSystem<Sys>) {
       if (use_traced([&](detail::TracedRates& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); })) return;
     }

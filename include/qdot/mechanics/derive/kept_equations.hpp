@@ -29,15 +29,15 @@ inline constexpr bool may_have_solved_rates = [] {
 template <class E, int n>
 inline constexpr std::size_t most_solved_lines = requires { requires E::has_own_equations; } ? 30 * n : 2000;
 
-/// q̈ by lines. Several threads may ask it at once.
+/// q̈ and ż by lines. Several threads may ask it at once.
 struct AnyRates {
   virtual ~AnyRates() = default;
-  /// qddot ← q̈ at y = [q; q̇]; false where another way must see to it.
-  virtual bool write(double t, const double* y, double* qddot) const = 0;
+  /// rates ← [q̈; ż] at y = [q; q̇; z]; false where another way must see to it, as in other phases.
+  virtual bool write(double t, const double* y, std::span<const double> phases, double* rates) const = 0;
 };
-/// Those of n coordinates; null where there are none, more than `most_lines`, or other ways are sooner.
+/// Those of n coordinates in some phases; null where there are none, more than `most_lines`, or other ways are sooner.
 template <int n>
-std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, std::size_t most_lines);
+std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, std::span<const double> phases, std::size_t most_lines);
 
 /// The lines that a form keeps for its run, once it has been asked some thousand times. Several threads may ask it at once; copies begin anew.
 ///
@@ -63,12 +63,14 @@ class KeptRates {
   ///
   /// @param form  gives the recordable form
   template <int n, std::size_t most_lines, class Form>
-  bool write(const Form& form, double t, const double* y, double* qddot) const {
+  bool write(const Form& form, double t, const double* y, std::span<const double> phases, double* rates) const {
     const std::uintptr_t state = state_.load(std::memory_order_acquire);
-    if (state > none) return std::bit_cast<const AnyRates*>(state)->write(t, y, qddot);
-    if (state == counting && is_due()) keep([&] { return solved_rates<n>(form(), most_lines); });
+    if (state > none) return std::bit_cast<const AnyRates*>(state)->write(t, y, phases, rates);
+    if (state == counting && is_due()) keep([&] { return solved_rates<n>(form(), phases, most_lines); });
     return false;
   }
+  /// Whether write() may have something to do.
+  bool may_write() const { return state_.load(std::memory_order_relaxed) != none; }
   bool are_used() const { return state_.load(std::memory_order_relaxed) > none; }
 
   /// Counts anew: a leg begins, and functors may be others. No other thread may ask meanwhile.
@@ -165,14 +167,14 @@ class KeptJacobians {
 
 #ifdef QDOT_COMPILED
 namespace qdot::detail {
-extern template std::unique_ptr<AnyRates> solved_rates<1>(const RecordableForm&, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<2>(const RecordableForm&, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<3>(const RecordableForm&, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<4>(const RecordableForm&, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<5>(const RecordableForm&, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<6>(const RecordableForm&, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<7>(const RecordableForm&, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<8>(const RecordableForm&, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<1>(const RecordableForm&, std::span<const double>, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<2>(const RecordableForm&, std::span<const double>, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<3>(const RecordableForm&, std::span<const double>, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<4>(const RecordableForm&, std::span<const double>, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<5>(const RecordableForm&, std::span<const double>, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<6>(const RecordableForm&, std::span<const double>, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<7>(const RecordableForm&, std::span<const double>, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<8>(const RecordableForm&, std::span<const double>, std::size_t);
 extern template std::unique_ptr<AnyJacobians> traced_jacobians<1>();
 extern template std::unique_ptr<AnyJacobians> traced_jacobians<2>();
 extern template std::unique_ptr<AnyJacobians> traced_jacobians<3>();

@@ -37,6 +37,7 @@ class LinesOfNumbers {
   int quotient(int a, int b) { return add(Operation::quotient, a, b); }
   int negative_product(int a, int b) { return add(Operation::scaled, product(a, b)); }
   int less_product(int x, int a, int b) { return add(Operation::less_product, a, b, x); }
+  int plus_product(int x, int a, int b) { return add(Operation::product_sum, a, b, x); }
   int products_difference(int a, int b, int d, int e) { return add(Operation::products_difference, a, b, d, e); }
 
  private:
@@ -64,6 +65,7 @@ struct NodesOfGraph {
   int quotient(int a, int b) { return graph.quotient(a, b); }
   int negative_product(int a, int b) { return graph.scaled(graph.product(a, b), -1.0); }
   int less_product(int x, int a, int b) { return graph.difference(x, graph.product(a, b)); }
+  int plus_product(int x, int a, int b) { return graph.sum(x, graph.product(a, b)); }
   int products_difference(int a, int b, int d, int e) { return graph.difference(graph.product(a, b), graph.product(d, e)); }
 };
 
@@ -181,5 +183,50 @@ class Elimination {
   bool exists_ = false;
   std::vector<int> M_, factors_, diagonal_, inverse_;  // M as far as it is eliminated: below the diagonal L D; and L
 };
+
+/// q̈ with M q̈ − Jᵀλ = b and J q̈ = γ, as numbers.
+struct ConstrainedAcceleration {
+  std::vector<int> x;  ///< empty where M or J M⁻¹ Jᵀ has a zero on its diagonal
+  std::vector<std::pair<int, int>> pivots, row_pivots;  ///< of M and of J M⁻¹ Jᵀ
+};
+
+/// Solves M for b and for each row of J, and J M⁻¹ Jᵀ λ = γ − J M⁻¹ b. Without rows it is M⁻¹ b.
+///
+/// @param J  row by row
+template <class Numbers>
+[[gnu::cold]] ConstrainedAcceleration constrained_acceleration(Numbers& numbers, const std::vector<int>& mass, const std::vector<int>& b,
+                                                               const std::vector<int>& J, std::vector<int> gamma) {
+  constexpr int none = -1;
+  const std::size_t n = b.size(), m = gamma.size();
+  Elimination of_mass(numbers, mass, n);
+  if (!of_mass.exists()) return {};
+  ConstrainedAcceleration found{of_mass.solution(b), std::move(of_mass.pivots), {}};
+  const auto add = [&](int& to, int x, int y) {
+    if (x != none && y != none) to = to == none ? numbers.product(x, y) : numbers.plus_product(to, x, y);
+  };
+  std::vector<int> ways, schur;  // M⁻¹ Jᵀ, column by column, and J M⁻¹ Jᵀ
+  for (std::size_t k = 0; k < m; ++k) {
+    const auto row = J.begin() + static_cast<std::ptrdiff_t>(k * n);
+    const std::vector<int> way = of_mass.solution({row, row + static_cast<std::ptrdiff_t>(n)});
+    ways.insert(ways.end(), way.begin(), way.end());
+    for (std::size_t l = 0; l <= k; ++l) {
+      int sum = none;
+      for (std::size_t i = 0; i < n; ++i) add(sum, J[k * n + i], ways[l * n + i]);
+      schur.push_back(sum);
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const int j = J[k * n + i], a = found.x[i];
+      if (j != none && a != none) gamma[k] = gamma[k] == none ? numbers.negative_product(j, a) : numbers.less_product(gamma[k], j, a);
+    }
+  }
+  if (m == 0) return found;
+  Elimination of_rows(numbers, schur, m);
+  if (!of_rows.exists()) return {};
+  const std::vector<int> lambda = of_rows.solution(std::move(gamma));
+  for (std::size_t k = 0; k < m; ++k)
+    for (std::size_t i = 0; i < n; ++i) add(found.x[i], ways[k * n + i], lambda[k]);
+  found.row_pivots = std::move(of_rows.pivots);
+  return found;
+}
 
 }  // namespace qdot::detail

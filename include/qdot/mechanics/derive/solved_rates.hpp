@@ -3,7 +3,8 @@
 //
 // q̈ of a run by one table of lines, with the elimination in it.
 //
-//     lines of M and r,   M = L D Lᵀ,   q̈ = M⁻¹ r        pivots are results that are looked at afterwards
+//     lines of M and r,  M = L D Lᵀ,  q̈ = M⁻¹ r                                 pivots are results that are looked at afterwards
+//     and of J and γ,    J M⁻¹ Jᵀ λ = γ − J M⁻¹ r,  q̈ = M⁻¹ r + M⁻¹ Jᵀ λ        where there are constraints
 //
 // A run evaluates the same equations ten thousand times. After some thousand evaluations it derives these lines (mechanics/derive/traced_equations.hpp)
 // and has machine code of them at once (ad/native/native_lines.hpp): sines and cosines of all angles come in one call, in lanes, what is zero or constant
@@ -17,6 +18,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -40,19 +42,19 @@ namespace qdot::detail {
   return seen.size() >= angles || graph.nodes().size() >= operations;
 }
 
-/// q̈ of T, V and forces of n coordinates by lines.
+/// q̈ and ż of T, V and effects of n coordinates by lines.
 template <int n>
 class SolvedRates final : public AnyRates {
  public:
-  /// @param least  the fraction of its diagonal entry above which a pivot must be
   /// @param most   lines that are sooner than other ways
-  [[gnu::cold]] SolvedRates(TracedEquations<double> equations, double least, std::size_t most) : lines_(std::move(equations)), least_(least) {
+  [[gnu::cold]] SolvedRates(TracedEquations<double> equations, const LimitsOfPivots& limits, std::size_t most)
+      : lines_(std::move(equations)), limits_(limits) {
     TracedEquations<double>& e = lines_.equations();
     e.begins = {1, e.begins.in_lanes};
-    const std::vector<int> mass = lower_triangle(e.mass);
-    solved_ = n <= most_in_graph ? lines_.solved(mass, e.right, {}, lines_.required(), least, most_numbers)
-                                 : lines_.solved_in_order(mass, e.right, lines_.required(), most_numbers);
+    if (e.zdot.empty()) e.zdot.resize(e.states(), e.graph().constant(0.0));  // phases alone have none
+    solved_ = lines_.solved_rates(limits, most_numbers);
     if (!solved_.lines || solved_.lines->table().lines.size() > most) return;
+    zdot_ = lines_.numbers(e.zdot);
     for (const Requirement& r : e.requirements) required_.emplace_back(lines_.numbers({r.node})[0], r);
     is_known_ = true;
   }
@@ -60,40 +62,46 @@ class SolvedRates final : public AnyRates {
   /// Whether there are lines.
   bool is_known() const { return is_known_; }
 
-  bool write(double t, const double* y, double* qddot) const override {
+  bool write(double t, const double* y, std::span<const double> phases, double* rates) const override {
+    if (!std::ranges::equal(phases, lines_.equations().motion.phases)) return false;
     double x[most_numbers];
     unroll<2 * n>([&](auto i) __attribute__((always_inline)) { x[i] = y[i]; });
     x[2 * n] = t;
+    for (std::size_t k = 0; k < zdot_.size(); ++k) x[2 * n + 1 + k] = y[2 * n + k];
     (*solved_.lines)(x);
     bool good = true;
     for (const auto& [number, requirement] : required_) good &= requirement.holds(x[number]);
-    for (const auto& [pivot, whole] : solved_.pivots) good &= x[pivot] > least_ * x[whole];
+    for (const auto& [pivot, whole] : solved_.pivots) good &= x[pivot] > limits_.singular * x[whole];
+    for (const auto& [pivot, whole] : solved_.row_pivots) good &= x[pivot] > limits_.dependent * x[whole];
     double found[n], sum = 0.0;
     const int* const number = solved_.x.data();
     unroll<n>([&](auto i) __attribute__((always_inline)) { sum += found[i] = x[number[i]]; });
-    write_in_pairs<n>(qddot, found);
+    write_in_pairs<n>(rates, found);
+    for (std::size_t k = 0; k < zdot_.size(); ++k) sum += rates[n + k] = x[zdot_[k]];
     return good & is_finite(sum);
   }
 
  private:
   static constexpr std::size_t most_numbers = 2000;
-  static constexpr int most_in_graph = 4;  // rows that are eliminated in the graph
 
   TracedLines<> lines_;
   TracedLines<>::Solved solved_;
   std::vector<std::pair<int, Requirement>> required_;  // of numbers
-  double least_;
+  std::vector<int> zdot_;  // numbers
+  LimitsOfPivots limits_;
   bool is_known_ = false;
 };
 
 template <int n>
-[[gnu::cold]] std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, std::size_t most_lines) {
+[[gnu::cold]] std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, std::span<const double> phases, std::size_t most_lines) {
   try {
-    TracedEquations<double> equations(n, 0);
-    form(equations.motion);
+    TracedEquations<double> equations(n, form.states);
+    equations.motion.phases.assign(phases.begin(), phases.end());
+    std::vector<char> holonomic;
+    form.run(form.form, equations.motion, &holonomic);
     if (!lines_pay(equations.graph()) || equations.graph().nodes().size() > most_lines) return nullptr;
-    equations.derive(form.has_forces, {});
-    auto rates = std::make_unique<SolvedRates<n>>(std::move(equations), form.limits.singular, most_lines);
+    equations.derive(form.has_forces, holonomic);
+    auto rates = std::make_unique<SolvedRates<n>>(std::move(equations), form.limits, most_lines);
     if (rates->is_known()) return rates;
   } catch (...) {  // what functors throw they throw again, where they are asked for values
   }

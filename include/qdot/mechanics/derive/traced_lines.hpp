@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstddef>
+#include <initializer_list>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -72,34 +73,60 @@ template <class Number>
     append(all, elimination.solution({begin, begin + static_cast<std::ptrdiff_t>(n)}));
   }
   append(before, others);
-  std::vector<std::pair<int, int>> pivots;
-  for (const auto& [pivot, whole] : elimination.pivots) {
-    const auto is_constant = [&](int node) { return graph[node].kind == formula::Kind::constant; };
-    if (!is_constant(pivot) || !is_constant(whole)) pivots.emplace_back(pivot, whole);
-    else if (!(graph[pivot].c > least * graph[whole].c)) return {};
-  }
+  std::vector<std::pair<int, int>> pivots = std::move(elimination.pivots);
+  if (!keep_variable(pivots, least)) return {};
   for (const auto& [pivot, whole] : pivots) append(before, {pivot, whole});
   formula::LineTable table;
   writer.write(before, table);
   for (std::size_t i = 0; i < n; ++i) writer.place(graph.variable(static_cast<int>(2 * n + 1 + equations().states() + i)), writer.number(x[i]));
   writer.write(all, table);
-  return evaluated(std::move(table), {nullptr, numbers(x), numbers(all), std::move(pivots)}, others, [&](int node) { return writer.number(node); }, most);
+  return evaluated(std::move(table), {nullptr, numbers(x), numbers(all), std::move(pivots), {}}, others, [&](int node) { return writer.number(node); }, most);
 }
 
-// The same of M⁻¹ b alone, of many rows: elimination in its own order, for level by level registers would not do.
+// Takes out the pivots that are constants; false where one of them is too small.
 template <class Number>
-[[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::solved_in_order(const std::vector<int>& mass, const std::vector<int>& b,
-                                                                                        const std::vector<int>& others, std::size_t most) {
+[[gnu::cold]] bool TracedLines<Number>::keep_variable(std::vector<std::pair<int, int>>& pivots, double least) {
+  const formula::BasicGraph<Number>& graph = equations().graph();
+  bool good = true;
+  std::erase_if(pivots, [&](const std::pair<int, int>& p) {
+    const auto &pivot = graph[p.first], &whole = graph[p.second];
+    if (pivot.kind != formula::Kind::constant || whole.kind != formula::Kind::constant) return false;
+    good = good && pivot.c > least * whole.c;
+    return true;
+  });
+  return good;
+}
+
+// Few rows are eliminated in the graph, where constants are folded. Many are eliminated in their own order, for level by level registers would not do.
+template <class Number>
+[[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::solved_rates(const LimitsOfPivots& limits, std::size_t most) {
+  constexpr std::size_t most_in_graph = 4;
+  const TracedEquations<Number>& e = equations();
   formula::LineWriter<Number>& writer = *shared_->writer;
   formula::LineTable table;
-  for (const std::vector<int>& nodes : {mass, b, others}) writer.write(nodes, table);
+  const std::vector<int> mass = lower_triangle(e.mass), J = rows_of_constraints(e.J, e.n());
+  std::vector<int> others = required();
+  append(others, e.zdot);
+  if (e.n() <= most_in_graph) {
+    NodesOfGraph<formula::BasicGraph<Number>> nodes{equations().graph()};
+    ConstrainedAcceleration found = constrained_acceleration(nodes, mass, e.right, J, e.gamma);
+    if (found.x.empty() || !keep_variable(found.pivots, limits.singular) || !keep_variable(found.row_pivots, limits.dependent)) return {};
+    std::vector<int> all = found.x;
+    append(all, others);
+    for (const auto* pivots : {&found.pivots, &found.row_pivots})
+      for (const auto& [pivot, whole] : *pivots) append(all, {pivot, whole});
+    writer.write(all, table);
+    return evaluated(std::move(table), {nullptr, numbers(found.x), {}, std::move(found.pivots), std::move(found.row_pivots)}, others,
+                     [&](int node) { return writer.number(node); }, most);
+  }
+  for (const auto* nodes : std::initializer_list<const std::vector<int>*>{&mass, &e.right, &J, &e.gamma, &others}) writer.write(*nodes, table);
   LinesOfNumbers more(writer.count());
-  Elimination elimination(more, numbers(mass), b.size());
-  if (!elimination.exists()) return {};
-  std::vector<int> x = elimination.solution(numbers(b));
+  ConstrainedAcceleration found = constrained_acceleration(more, numbers(mass), numbers(e.right), numbers(J), numbers(e.gamma));
+  if (found.x.empty()) return {};
   table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
   writer.go_on_from(more.count());
-  return evaluated(std::move(table), {nullptr, std::move(x), {}, std::move(elimination.pivots)}, others, [](int number) { return number; }, most);
+  return evaluated(std::move(table), {nullptr, std::move(found.x), {}, std::move(found.pivots), std::move(found.row_pivots)}, others,
+                   [](int number) { return number; }, most);
 }
 
 // With lines, and numbers of the pivots.
@@ -110,11 +137,12 @@ template <class ToNumber>
   if (shared_->writer->count() > most) return {};
   found.lines = evaluator(std::move(table));
   for (const std::vector<int>& read : {numbers(others), found.x, found.columns}) found.lines->add_read(read);
-  for (auto& [pivot, whole] : found.pivots) {
-    pivot = number(pivot);
-    whole = number(whole);
-    found.lines->add_read(std::array{pivot, whole});
-  }
+  for (auto* pivots : {&found.pivots, &found.row_pivots})
+    for (auto& [pivot, whole] : *pivots) {
+      pivot = number(pivot);
+      whole = number(whole);
+      found.lines->add_read(std::array{pivot, whole});
+    }
   return found;
 }
 

@@ -39,6 +39,14 @@ namespace qdot::detail {
 
 inline void append(std::vector<int>& all, const std::vector<int>& more) { all.insert(all.end(), more.begin(), more.end()); }
 
+// The rows of J, one behind the other; −1 is zero.
+[[gnu::cold]] inline std::vector<int> rows_of_constraints(const SparseEntries& J, std::size_t n) {
+  std::vector<int> all(J.rows() * n, -1);
+  for (std::size_t k = 0; k < J.rows(); ++k)
+    for (const SparseEntries::Entry& e : J.row(k)) all[k * n + static_cast<std::size_t>(e.column)] = e.what;
+  return all;
+}
+
 // The lower triangle of M, row by row; −1 is zero.
 [[gnu::cold]] inline std::vector<int> lower_triangle(const SparseEntries& mass) {
   std::vector<int> all;
@@ -67,12 +75,12 @@ class TracedLines {
   struct Solved {
     std::shared_ptr<formula::LineEvaluator> lines;
     std::vector<int> x, columns;              ///< numbers of the solutions
-    std::vector<std::pair<int, int>> pivots;  ///< numbers of which the first of each pair must be above a fraction of the second
+    std::vector<std::pair<int, int>> pivots, row_pivots;  ///< numbers of which the first of each pair must be above a fraction of the second
   };
   Solved solved(const std::vector<int>& mass, const std::vector<int>& b, const std::vector<int>& columns, const std::vector<int>& others, double least,
                 std::size_t most);
-  /// Those of x alone, of many rows, whose constants are not folded.
-  Solved solved_in_order(const std::vector<int>& mass, const std::vector<int>& b, const std::vector<int>& others, std::size_t most);
+  /// Lines of q̈ and ż, with the elimination of M and of the rows of constraints.
+  Solved solved_rates(const LimitsOfPivots& limits, std::size_t most);
   /// Whether the functors are what was traced.
   bool still_holds(const RecordableForm& form) {
     const std::lock_guard lock(shared_->again);
@@ -128,6 +136,7 @@ class TracedLines {
   std::shared_ptr<formula::LineEvaluator> evaluator(formula::LineTable table);
   template <class ToNumber>
   Solved evaluated(formula::LineTable table, Solved found, const std::vector<int>& others, const ToNumber& number, std::size_t most);
+  bool keep_variable(std::vector<std::pair<int, int>>& pivots, double least);
 
   std::shared_ptr<Shared> shared_;
   std::vector<double> x_;
@@ -223,8 +232,7 @@ extern template std::vector<int> TracedLines<double>::numbers(const std::vector<
 extern template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
 extern template TracedLines<double>::Solved TracedLines<double>::solved(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
                                                                         const std::vector<int>&, double, std::size_t);
-extern template TracedLines<double>::Solved TracedLines<double>::solved_in_order(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
-                                                                                 std::size_t);
+extern template TracedLines<double>::Solved TracedLines<double>::solved_rates(const LimitsOfPivots&, std::size_t);
 extern template TracedMotion<double>::TracedMotion(TracedEquations<double>);
 }  // namespace qdot::detail
 #else
