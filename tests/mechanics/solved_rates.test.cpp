@@ -248,7 +248,7 @@ TEST_CASE("few operations and branches go without lines of their own") {
   using Two = std::integral_constant<int, 2>;
   const auto kepler = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return -1.0 / q.norm(); });
   CHECK_FALSE(pays(kepler, Two()));
-  CHECK(pays(mechanical_system<2>(bench::LoopedChain{}), Two()) == formula::native_lines_are_possible());
+  CHECK(pays(mechanical_system<2>(bench::LoopedChain{}), Two()));
   const auto bounded = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },
                                             [](const auto& q) {
                                               using std::cos, std::max;

@@ -29,10 +29,8 @@
 
 namespace qdot::detail {
 
-/// Whether lines are sooner than what the compiler makes of T and V, as seen from what these write down: sines of several angles, or many operations, where
-/// there is machine code.
+/// Whether lines are sooner than what the compiler makes of T and V, as seen from what these write down: sines of several angles, or many operations.
 [[gnu::cold]] inline bool lines_pay(const formula::Graph& graph) {
-  if (!formula::native_lines_are_possible()) return false;
   constexpr std::size_t angles = 2, operations = 30;
   std::vector<int> seen;  // whose sine or cosine is asked
   for (const auto& node : graph.nodes()) {
@@ -40,6 +38,13 @@ namespace qdot::detail {
     if (std::ranges::find(seen, node.a) == seen.end()) seen.push_back(node.a);
   }
   return seen.size() >= angles || graph.nodes().size() >= operations;
+}
+
+/// Whether what the compiler makes of constraints is sooner: one on a material point in a plane (effects/equations/one_constraint.hpp).
+[[gnu::cold]] inline bool is_point_on_one_row(const TracedEquations<double>& e) {
+  if (e.n() != 2 || e.rows() != 1 || !e.mass_is_diagonal) return false;
+  const auto first = e.mass.row(0), second = e.mass.row(1);
+  return !first.empty() && !second.empty() && first[0].what == second[0].what;
 }
 
 /// q̈ and ż of T, V and effects of n coordinates by lines.
@@ -94,13 +99,16 @@ class SolvedRates final : public AnyRates {
 
 template <int n>
 [[gnu::cold]] std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, std::span<const double> phases, std::size_t most_lines) {
+  if (!formula::native_lines_are_possible()) return nullptr;
   try {
     TracedEquations<double> equations(n, form.states);
     equations.motion.phases.assign(phases.begin(), phases.end());
     std::vector<char> holonomic;
     form.run(form.form, equations.motion, &holonomic);
-    if (!lines_pay(equations.graph()) || equations.graph().nodes().size() > most_lines) return nullptr;
+    const bool pays = lines_pay(equations.graph());
+    if (!(pays || !holonomic.empty()) || equations.graph().nodes().size() > most_lines) return nullptr;
     equations.derive(form.has_forces, holonomic);
+    if (!pays && is_point_on_one_row(equations)) return nullptr;
     auto rates = std::make_unique<SolvedRates<n>>(std::move(equations), form.limits, most_lines);
     if (rates->is_known()) return rates;
   } catch (...) {  // what functors throw they throw again, where they are asked for values
