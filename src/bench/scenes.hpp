@@ -4,10 +4,12 @@
 // The rows of `qdot bench scenes`: q̈ of a scene with its effects, and λ where there are constraints, beside the same as an expert
 // writes it. A unit that has rows declares one function here that returns them, and scenes.cpp lists that function.
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "bench/eom.hpp"
+#include "qdot/effects/scene_form.hpp"
 #include "qdot/effects/scene_motion.hpp"
 
 namespace qdot::bench {
@@ -65,6 +67,27 @@ template <class Case>
   }
 }
 
+/// q̈ alone of a case, by the form that a long run has of it, and as an expert writes it.
+template <class Case>
+[[gnu::noinline]] static void by_scene_in_a_run(const double* q, const double* qdot, double* out) {
+  constexpr int n = Case::n;
+  static const auto form = in_a_long_run(first_order_form(Case::scene()));
+  const auto& z = benched_states<Case>;
+  constexpr int states = EffectStates<decltype(Case::scene())>::SizeAtCompileTime;
+  double both[2 * n], y[2 * n + states], ydot[2 * n + states];
+  std::copy_n(qdot, n, std::copy_n(q, n, both));
+  qdot::detail::write_in_pairs<2 * n>(y, both);
+  std::copy_n(z.data(), states, y + 2 * n);
+  form.write_derivative(0.0, y, ydot);
+  std::copy_n(ydot + n, n, out);
+}
+template <class Case>
+[[gnu::noinline]] void by_hand_without_multipliers(const double* q, const double* qdot, double* out) {
+  double all[Case::n + Case::constraints];
+  benched_hand<typename Case::Hand>(q, qdot, all);
+  std::copy_n(all, Case::n, out);
+}
+
 /// A case beside another function than its hand-derived one.
 template <class Case>
 SceneRow row_beside(AccelerationFunction baseline, const char* baseline_name) {
@@ -85,6 +108,19 @@ SceneRow row_beside(AccelerationFunction baseline, const char* baseline_name) {
 template <class... Case>
 std::vector<SceneRow> rows_of_cases() {
   return {row_beside<Case>(by_hand_of_scene<typename Case::Hand>, "hand-derived")...};
+}
+
+/// Cases as a run has them, q̈ alone, beside what an expert writes.
+template <class... Case>
+std::vector<SceneRow> rows_in_a_run() {
+  const auto row = [](SceneRow r, AccelerationFunction by_hand, AccelerationFunction in_a_run) {
+    r.evaluation.system += ", in a run";
+    r.evaluation.baseline = by_hand;
+    r.evaluation.measured = in_a_run;
+    r.evaluation.numbers_out = r.evaluation.n;
+    return r;
+  };
+  return {row(row_beside<Case>(nullptr, "hand-derived"), by_hand_without_multipliers<Case>, by_scene_in_a_run<Case>)...};
 }
 
 }  // namespace qdot::bench
