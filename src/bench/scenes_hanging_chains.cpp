@@ -34,8 +34,8 @@ template <class Model, int links>
 // As a run evaluates it, from equations that it has traced when it began.
 template <class Model, int links>
 [[gnu::noinline]] void by_scene(const double* q, const double* v, double* a) {
-  static detail::TracedConstraints<> traced(detail::traced_equations(Model::scene(links), {}),
-                                            detail::clearly_independent * default_rank_cutoff * default_rank_cutoff);
+  static const auto form = first_order_form(Model::scene(links));
+  static detail::TracedConstraints<> traced(*form.equations(), detail::clearly_independent * default_rank_cutoff * default_rank_cutoff);
   traced.write(q, v, 0.0, q, a, a + Model::coordinates * links, nullptr);
 }
 
