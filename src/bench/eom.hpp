@@ -74,14 +74,26 @@ Form in_a_long_run(Form form) {
   return form;
 }
 
-/// q̈ in a run, by the form that a run has of a system. y is written in pairs, as a stepper does:
-/// a load of a pair waits for two separate stores.
+/// y ← [q; q̇] in pairs, as a stepper writes it: a load of a pair waits for two separate stores.
+template <int n>
+[[gnu::always_inline]] inline void write_state(double* y, const double* q, const double* qdot) {
+  if constexpr (n > 8) {
+    std::copy_n(qdot, n, std::copy_n(q, n, y));
+  } else {
+    double both[2 * n];  // in registers
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      both[i] = q[i];
+      both[n + i] = qdot[i];
+    });
+    qdot::detail::write_in_pairs<2 * n>(y, both);
+  }
+}
+
+/// q̈ in a run, by the form that a run has of a system.
 template <int n, class Form>
 void by_form(const Form& form, const double* q, const double* qdot, double* qddot) {
-  double both[2 * n], y[2 * n], ydot[2 * n];
-  std::copy_n(qdot, n, std::copy_n(q, n, both));
-  if constexpr (n <= 8) qdot::detail::write_in_pairs<2 * n>(y, both);
-  else std::copy_n(both, 2 * n, y);
+  double y[2 * n], ydot[2 * n];
+  write_state<n>(y, q, qdot);
   form.write_derivative(0.0, y, ydot);
   std::copy_n(ydot + n, n, qddot);
 }

@@ -74,9 +74,8 @@ template <class Case>
   static const auto form = in_a_long_run(first_order_form(Case::scene()));
   const auto& z = benched_states<Case>;
   constexpr int states = EffectStates<decltype(Case::scene())>::SizeAtCompileTime;
-  double both[2 * n], y[2 * n + states], ydot[2 * n + states];
-  std::copy_n(qdot, n, std::copy_n(q, n, both));
-  qdot::detail::write_in_pairs<2 * n>(y, both);
+  double y[2 * n + states], ydot[2 * n + states];
+  write_state<n>(y, q, qdot);
   std::copy_n(z.data(), states, y + 2 * n);
   form.write_derivative(0.0, y, ydot);
   std::copy_n(ydot + n, n, out);

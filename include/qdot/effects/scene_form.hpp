@@ -120,11 +120,7 @@ class SceneForm {
     if constexpr (has_solved_rates) {
       const detail::KeptLines& kept = *scene_.system().kept_lines();
       const auto recorded = [this] { return recordable(); };
-      if (rates_.may_write() && kept.may_be_straight() && !kept.is_aside() &&
-          rates_.template write<n, most_lines>(recorded, t, y, phases(y), ydot + n)) {
-        std::copy_n(y + n, n, ydot);
-        return;
-      }
+      if (rates_.may_write() && kept.may_be_straight() && !kept.is_aside() && rates_.template write<n, most_lines>(recorded, t, y, phases(y), ydot)) return;
     }
     const Vector<double, n> q = q_of(y), qdot = qdot_of(y);
     const Vector<double, states> z = z_of(y);

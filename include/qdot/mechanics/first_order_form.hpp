@@ -144,9 +144,9 @@ class FirstOrderForm {
   /// The same for size() numbers one after the other.
   void write_derivative(double t, const double* y, double* ydot) const {
     const Eigen::Index dof = system_.dof();
-    double* const rates = std::copy_n(y + dof, dof, ydot);
     if constexpr (has_solved_rates)
-      if (system_.kept_lines()->may_be_straight() && rates_.template write<n, most_lines>([this] { return recordable(); }, t, y, {}, rates)) return;
+      if (system_.kept_lines()->may_be_straight() && rates_.template write<n, most_lines>([this] { return recordable(); }, t, y, {}, ydot)) return;
+    double* const rates = std::copy_n(y + dof, dof, ydot);
     if constexpr (detail::TracedSystem<Sys>) {
       if (use_traced([&](detail::TracedRates& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); })) return;
     }

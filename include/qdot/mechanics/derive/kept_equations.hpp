@@ -29,11 +29,11 @@ inline constexpr bool may_have_solved_rates = [] {
 template <class E, int n>
 inline constexpr std::size_t most_solved_lines = requires { requires E::has_own_equations; } ? 30 * n : 2000;
 
-/// q̈ and ż by lines. Several threads may ask it at once.
+/// ẏ by lines. Several threads may ask it at once.
 struct AnyRates {
   virtual ~AnyRates() = default;
-  /// rates ← [q̈; ż] at y = [q; q̇; z]; false where another way must see to it, as in other phases.
-  virtual bool write(double t, const double* y, std::span<const double> phases, double* rates) const = 0;
+  /// ydot ← [q̇; q̈; ż] at y = [q; q̇; z]; false where another way must see to it, as in other phases.
+  virtual bool write(double t, const double* y, std::span<const double> phases, double* ydot) const = 0;
 };
 /// Those of n coordinates in some phases; null where there are none, more than `most_lines`, or other ways are sooner.
 template <int n>
@@ -63,9 +63,9 @@ class KeptRates {
   ///
   /// @param form  gives the recordable form
   template <int n, std::size_t most_lines, class Form>
-  bool write(const Form& form, double t, const double* y, std::span<const double> phases, double* rates) const {
+  bool write(const Form& form, double t, const double* y, std::span<const double> phases, double* ydot) const {
     const std::uintptr_t state = state_.load(std::memory_order_acquire);
-    if (state > none) return std::bit_cast<const AnyRates*>(state)->write(t, y, phases, rates);
+    if (state > none) return std::bit_cast<const AnyRates*>(state)->write(t, y, phases, ydot);
     if (state == counting && is_due()) keep([&] { return solved_rates<n>(form(), phases, most_lines); });
     return false;
   }

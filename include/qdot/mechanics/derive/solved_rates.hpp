@@ -67,10 +67,14 @@ class SolvedRates final : public AnyRates {
   /// Whether there are lines.
   bool is_known() const { return is_known_; }
 
-  bool write(double t, const double* y, std::span<const double> phases, double* rates) const override {
+  bool write(double t, const double* y, std::span<const double> phases, double* ydot) const override {
     if (!std::ranges::equal(phases, lines_.equations().motion.phases)) return false;
     double x[most_numbers];
-    unroll<2 * n>([&](auto i) __attribute__((always_inline)) { x[i] = y[i]; });
+    Register<double, 2> two[n];  // steppers write y in pairs, and read ydot so: a load of a pair waits for two that were written apart
+    unroll<n>([&](auto k) __attribute__((always_inline)) {
+      __builtin_memcpy(&two[k], y + 2 * k, sizeof two[k]);
+      __builtin_memcpy(x + 2 * k, &two[k], sizeof two[k]);
+    });
     x[2 * n] = t;
     for (std::size_t k = 0; k < zdot_.size(); ++k) x[2 * n + 1 + k] = y[2 * n + k];
     (*solved_.lines)(x);
@@ -78,11 +82,14 @@ class SolvedRates final : public AnyRates {
     for (const auto& [number, requirement] : required_) good &= requirement.holds(x[number]);
     for (const auto& [pivot, whole] : solved_.pivots) good &= x[pivot] > limits_.singular * x[whole];
     for (const auto& [pivot, whole] : solved_.row_pivots) good &= x[pivot] > limits_.dependent * x[whole];
-    double found[n], sum = 0.0;
+    double rates[2 * n], sum = 0.0;
     const int* const number = solved_.x.data();
-    unroll<n>([&](auto i) __attribute__((always_inline)) { sum += found[i] = x[number[i]]; });
-    write_in_pairs<n>(rates, found);
-    for (std::size_t k = 0; k < zdot_.size(); ++k) sum += rates[n + k] = x[zdot_[k]];
+    unroll<n>([&](auto i) __attribute__((always_inline)) {
+      rates[i] = two[(n + i) / 2][(n + i) % 2];
+      sum += rates[n + i] = x[number[i]];
+    });
+    write_in_pairs<2 * n>(ydot, rates);
+    for (std::size_t k = 0; k < zdot_.size(); ++k) sum += ydot[2 * n + k] = x[zdot_[k]];
     return good & is_finite(sum);
   }
 
