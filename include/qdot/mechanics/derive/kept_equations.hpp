@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// What a form keeps of equations that were derived from its recorded functors: lines of q̈ for a long run, and Jacobians.
+// What a form keeps of equations that were derived from its recorded functors: lines of ẏ for a long run, and Jacobians.
 //
 // Both are made when they are first asked for, and again where a leg begins and the functors are others by then. A form whose Jacobian is not asked for
 // is not traced for it, nor is that compiled. mechanics/derive/solved_rates.hpp and mechanics/derive/traced_jacobian.hpp have what is kept.
@@ -19,7 +19,7 @@
 
 namespace qdot::detail {
 
-/// Which energies may have lines of q̈ in a run, and how many: bodies by their rotations have more than pay, and positions know better of some.
+/// Which energies may have lines of ẏ in a run, and how many: bodies by their rotations have more than pay, and positions know better of some.
 template <class E, int n>
 inline constexpr bool may_have_solved_rates = [] {
   if constexpr (n < 1 || n > straight_line_limit) return false;

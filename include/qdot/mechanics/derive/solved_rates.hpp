@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// q̈ of a run by one table of lines, with the elimination in it.
+// q̈ of a run, and rates of effects' states, by one table of lines with the elimination in it.
 //
 //     lines of M and r,  M = L D Lᵀ,  q̈ = M⁻¹ r                                 pivots are results that are looked at afterwards
 //     and of J and γ,    J M⁻¹ Jᵀ λ = γ − J M⁻¹ r,  q̈ = M⁻¹ r + M⁻¹ Jᵀ λ        where there are constraints
@@ -10,8 +10,8 @@
 // and has machine code of them at once (ad/native/native_lines.hpp): sines and cosines of all angles come in one call, in lanes, what is zero or constant
 // is left out, and nothing is handed from one function to the next. An evaluation has its numbers on the stack, so threads do not wait for each other.
 //
-// It is not the way for a formula of few operations: there what the compiler makes of T and V is as short, and is called directly. Functors
-// that branch, and such as are no formulas, go their other ways as well (mechanics/mass_and_rhs.hpp).
+// It is not the way for T and V of few operations without constraints: there what the compiler makes of them is as short, and is called directly. Functors
+// that branch, and such as are no formulas, go their other ways as well (mechanics/mass_and_rhs.hpp). Lines are those of one combination of phases.
 //
 // Programs that link qdot::compiled do not read this header: the library has it.
 
