@@ -239,6 +239,58 @@ TEST_CASE("a force that becomes another in a run by lines ends the run by its na
   CHECK(run.outcome == Outcome::model_changed);
 }
 
+TEST_CASE("a controller that throws, or has no value any more, ends a run by lines") {
+  struct Lost {};
+  enum class Then { holds, throws, is_nan } then = Then::holds;
+  const auto servo = controller(
+      [&then](const auto& q, const auto& v, const auto& z, const auto&) {
+        using S = std::remove_cvref_t<decltype(q[0] * v[0] * z[0])>;
+        if (then == Then::throws) throw Lost{};
+        const double gain = then == Then::is_nan ? std::nan("") : 0.1;
+        return Vector<S, 2>(S(-gain * z[0]), S(0.0));
+      },
+      [](const auto& q, const auto&, const auto& z, const auto&) {
+        using S = std::remove_cvref_t<decltype(q[0] * z[0])>;
+        return Vector<S, 1>(S(q[0] - 0.5 * z[0]));
+      },
+      Vector<double, 1>(0.2));
+  const auto s = scene(mechanical_system<2>(bench::LoopedChain{}), servo);
+  const auto run_until_lost = [&](Then what) {
+    then = Then::holds;
+    const auto observer = [&](const StepView& step) { then = step.t() > 200.0 ? what : Then::holds; };
+    return simulate(s, State<2>{0.0, {0.3, 0.2}, {0.0, 0.0}}, 300.0, Dop853{}, {.rtol = 1e-10}, observer);
+  };
+  const auto held = run_until_lost(Then::holds);
+  CHECK(held.completed());
+  CHECK(held.statistics.evaluations > 2 * until_lines);
+  CHECK_THROWS_AS(run_until_lost(Then::throws), Lost);
+  CHECK(run_until_lost(Then::is_nan).outcome == Outcome::non_finite);
+}
+
+TEST_CASE("on one constraint a coordinate that is light has its acceleration to rounding") {
+  for (const double light : {1e-3, 1e-7, 1e-12}) {  // T = ½ (v₀² + m v₁²), φ = q₁ − sin q₀, V = ½ k q₁²
+    const auto energies = mechanical_system<2>([light](const auto& v) { return 0.5 * (v[0] * v[0] + light * v[1] * v[1]); },
+                                               [](const auto& q) {
+                                                 using std::cos;
+                                                 return 0.5 * q[1] * q[1] + cos(q[1]) + 0.3 * cos(q[0]);
+                                               });
+    const auto form = form_of_run(scene(energies, holonomic("path", [](const auto& q) {
+                                          using std::sin;
+                                          return q[1] - sin(q[0]);
+                                        })));
+    const Eigen::VectorXd y = Eigen::Vector4d(0.7, std::sin(0.7), 0.4, 0.4 * std::cos(0.7));
+    evaluate_until_lines(form, y);
+    CHECK((is_by_lines(form.way_taken()) || !formula::native_lines_are_possible()));
+    Eigen::VectorXd found(4);
+    form.derivative(0.0, y, found);
+    // By hand, with c = cos q₀: (1 + m c²) q̈₀ = Q₀ + c (Q₁ + m s v₀²), q̈₁ = c q̈₀ − s v₀²
+    const double s = std::sin(0.7), c = std::cos(0.7), Q0 = 0.3 * s, Q1 = -y[1] + std::sin(y[1]), bend = s * 0.4 * 0.4;
+    const double a0 = (Q0 + c * (Q1 + light * bend)) / (1.0 + light * c * c);
+    CHECK(std::abs(found[2] - a0) < 1e-14);
+    CHECK(std::abs(found[3] - (c * a0 - bend)) < 1e-14);
+  }
+}
+
 TEST_CASE("few operations and branches go without lines of their own") {
   const auto pays = []<int n>(const auto& system, std::integral_constant<int, n>) {
     detail::TracedEquations<double> recorded(n, 0);

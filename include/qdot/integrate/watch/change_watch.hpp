@@ -28,7 +28,8 @@
 // a hundred thousand times what rounding of y does, with all the bad condition that f has there; and, for rates, if it
 // matters to the accuracy that was asked for: |δ| times the time since the leg began > rtol |yᵢ| + atolᵢ.
 //
-// A state where f cannot be evaluated is not compared: the method itself will meet that.
+// A state where f could not be evaluated is not compared. One where it could, and cannot be at a look, ends the run with what the functors say there: a
+// method that goes by recorded lines does not call them.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -45,6 +46,7 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
+#include "qdot/integrate/steps/one_step.hpp"
 #include "qdot/integrate/watch/watched_form.hpp"
 
 namespace qdot::detail {
@@ -64,7 +66,10 @@ class BasicChangeWatch {
   }
 
   /// What is not as it was, if something is.
-  std::optional<Failure> look(double t);
+  ///
+  /// @param loss_counts  whether a value that is there no more ends the run; otherwise the method is about to say so
+  /// @throws             what functors throw that is no outcome, if a loss counts
+  std::optional<Failure> look(double t, bool loss_counts = false);
 
  private:
   static constexpr double rounding = 0x1p-36;
@@ -87,6 +92,7 @@ class BasicChangeWatch {
   std::optional<Eigen::Index> changed(const Seen& seen, double duration);
 
   Failure failure(const Seen& seen, Eigen::Index i, double t) const;
+  Failure loss(const Seen& seen, double t);
 
   // out ← all values. False where they cannot be evaluated, or are not finite.
   bool values_at(double t, const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
@@ -117,18 +123,22 @@ void BasicChangeWatch<Number>::begin(double t, const Eigen::VectorXd& y) {
 }
 
 template <class Number>
-std::optional<Failure> BasicChangeWatch<Number>::look(double t) {
+std::optional<Failure> BasicChangeWatch<Number>::look(double t, bool loss_counts) {
   for (const std::size_t i : {0U, 2U})
     if (std::abs(at_once_[i] - at_once_[i + 1]) > rounding * (std::abs(at_once_[i]) + std::abs(at_once_[i + 1])))
       return Failure{Outcome::model_changed,
                      sentence({"functors must depend on nothing but their arguments, but ", i == 0 ? "T" : "V", " at t = ", first_.t, " was ",
                                at_once_[i], " and, asked once more at the same state, ", at_once_[i + 1]})};
   const bool both = ++looks_ % thinned == 0 || !latest_.is_known;
-  for (const Seen* seen : {&latest_, &first_})
-    if (seen->is_known && (seen == &latest_ || both) && values_at(seen->t, seen->y, now_) && !is_same(*seen))
-      if (const std::optional<Eigen::Index> i =
-              changed(*seen, std::abs(t - first_.t) + 4 * std::numeric_limits<double>::epsilon() * std::abs(t)))
+  for (const Seen* seen : {&latest_, &first_}) {
+    if (!seen->is_known || (seen != &latest_ && !both)) continue;
+    if (!values_at(seen->t, seen->y, now_)) {
+      if (loss_counts) return loss(*seen, t);
+    } else if (!is_same(*seen)) {
+      if (const std::optional<Eigen::Index> i = changed(*seen, std::abs(t - first_.t) + 4 * std::numeric_limits<double>::epsilon() * std::abs(t)))
         return failure(*seen, *i, t);
+    }
+  }
   return std::nullopt;
 }
 
@@ -170,6 +180,13 @@ template <class Number>
   return {Outcome::model_changed,
           sentence({"between events and stop times functors must depend on nothing but their arguments, but ", name(i), " at t = ",
                     seen.t, " was ", seen.values[i], " and is ", now_[i], " when it is evaluated there again at t = ", t})};
+}
+template <class Number>
+[[gnu::cold, gnu::noinline]] Failure BasicChangeWatch<Number>::loss(const Seen& seen, double t) {
+  Failure failure;
+  if (!attempted(failure, [&] { form_.values(seen.t, seen.y, now_); })) return failure;
+  return {Outcome::non_finite, sentence({"what was finite at t = ", seen.t, " is infinite or NaN when it is evaluated there again at t = ", t,
+                                         ": functors must depend on nothing but their arguments"})};
 }
 // In words.
 template <class Number>

@@ -125,7 +125,7 @@ class Watchdog final : public AnyWatch {
     const Eigen::VectorXd& y = own(all);
     steps_since_ = 0;
     wait_ = std::min(2 * wait_, longest_wait());
-    std::optional<Failure> trouble = changes_.look(t);
+    std::optional<Failure> trouble = changes_.look(t, true);
     if (!trouble) trouble = look_at_values_and_mass(t, y);
     if (energy_ && !trouble && controlled) trouble = energy_->look(t, y, steps);
     return trouble;

@@ -190,7 +190,34 @@ struct ConstrainedAcceleration {
   std::vector<std::pair<int, int>> pivots, row_pivots;  ///< of M and of J M⁻¹ Jᵀ
 };
 
-/// Solves M for b and for each row of J, and J M⁻¹ Jᵀ λ = γ − J M⁻¹ b. Without rows it is M⁻¹ b.
+/// q̈ on one row J, where a = M⁻¹ b, w = M⁻¹ Jᵀ and S = J w:
+///
+///     S q̈_i = γ w_i + Σ_j J_j (a_i w_j − a_j w_i) .
+///
+/// With a − w (J a − γ)/S digits are lost where a light coordinate has a large a that the constraint takes away; here it drops out before it is computed.
+template <class Numbers>
+[[gnu::cold]] std::vector<int> on_one_row(Numbers& numbers, const std::vector<int>& a, const std::vector<int>& J, const std::vector<int>& w, int S, int gamma) {
+  constexpr int none = -1;
+  const auto product = [&](int x, int y) { return x == none || y == none ? none : numbers.product(x, y); };
+  const auto sum = [&](int x, int y) { return x == none ? y : y == none ? x : numbers.sum(x, y); };
+  std::vector<int> found;
+  for (const int way : w) found.push_back(product(gamma, way));
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {  // a_i w_j − a_j w_i
+      const bool first = a[i] != none && w[j] != none, second = a[j] != none && w[i] != none;
+      if (!first && !second) continue;
+      const int area = !second  ? numbers.product(a[i], w[j])
+                       : !first ? numbers.negative_product(a[j], w[i])
+                                : numbers.products_difference(a[i], w[j], a[j], w[i]);
+      found[i] = sum(found[i], product(area, J[j]));
+      if (J[i] != none) found[j] = found[j] == none ? numbers.negative_product(area, J[i]) : numbers.less_product(found[j], area, J[i]);
+    }
+  const int inverse = numbers.inverse(S);
+  for (int& x : found) x = product(x, inverse);
+  return found;
+}
+
+/// Solves M for b and for each row of J, and J M⁻¹ Jᵀ λ = γ − J M⁻¹ b where there are several. Without rows it is M⁻¹ b.
 ///
 /// @param J  row by row
 template <class Numbers>
@@ -214,12 +241,19 @@ template <class Numbers>
       for (std::size_t i = 0; i < n; ++i) add(sum, J[k * n + i], ways[l * n + i]);
       schur.push_back(sum);
     }
+  }
+  if (m == 0) return found;
+  if (m == 1) {
+    if (schur[0] == none) return {};
+    found.x = on_one_row(numbers, found.x, J, ways, schur[0], gamma[0]);
+    found.row_pivots = {{schur[0], schur[0]}};
+    return found;
+  }
+  for (std::size_t k = 0; k < m; ++k)
     for (std::size_t i = 0; i < n; ++i) {
       const int j = J[k * n + i], a = found.x[i];
       if (j != none && a != none) gamma[k] = gamma[k] == none ? numbers.negative_product(j, a) : numbers.less_product(gamma[k], j, a);
     }
-  }
-  if (m == 0) return found;
   Elimination of_rows(numbers, schur, m);
   if (!of_rows.exists()) return {};
   const std::vector<int> lambda = of_rows.solution(std::move(gamma));

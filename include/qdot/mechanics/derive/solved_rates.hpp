@@ -113,7 +113,7 @@ template <int n>
     std::vector<char> holonomic;
     form.run(form.form, equations.motion, &holonomic);
     const bool pays = lines_pay(equations.graph());
-    if (!(pays || !holonomic.empty()) || equations.graph().nodes().size() > most_lines) return nullptr;
+    if (!(pays || !holonomic.empty()) || holonomic.size() > n || equations.graph().nodes().size() > most_lines) return nullptr;
     equations.derive(form.has_forces, holonomic);
     if (!pays && is_point_on_one_row(equations)) return nullptr;
     auto rates = std::make_unique<SolvedRates<n>>(std::move(equations), form.limits, most_lines);

@@ -90,9 +90,10 @@ template <class Number>
   bool good = true;
   std::erase_if(pivots, [&](const std::pair<int, int>& p) {
     const auto &pivot = graph[p.first], &whole = graph[p.second];
-    if (pivot.kind != formula::Kind::constant || whole.kind != formula::Kind::constant) return false;
-    good = good && pivot.c > least * whole.c;
-    return true;
+    if (pivot.kind != formula::Kind::constant) return false;
+    if (whole.kind == formula::Kind::constant) good = good && pivot.c > least * whole.c;
+    else good = good && pivot.c > 0.0;
+    return whole.kind == formula::Kind::constant;
   });
   return good;
 }
