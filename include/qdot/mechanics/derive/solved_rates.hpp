@@ -40,8 +40,10 @@ namespace qdot::detail {
   return seen.size() >= angles || graph.nodes().size() >= operations;
 }
 
-/// Whether what the compiler makes of constraints is sooner: one on a material point in a plane (effects/equations/one_constraint.hpp).
-[[gnu::cold]] inline bool is_point_on_one_row(const TracedEquations<double>& e) {
+/// Whether what the compiler makes of constraints is sooner: of one coordinate, and of one row on a material point in a plane
+/// (effects/equations/one_constraint.hpp).
+[[gnu::cold]] inline bool rows_are_simple(const TracedEquations<double>& e) {
+  if (e.n() == 1) return true;
   if (e.n() != 2 || e.rows() != 1 || !e.mass_is_diagonal) return false;
   const auto first = e.mass.row(0), second = e.mass.row(1);
   return !first.empty() && !second.empty() && first[0].what == second[0].what;
@@ -115,7 +117,7 @@ template <int n>
     const bool pays = lines_pay(equations.graph());
     if (!(pays || !holonomic.empty()) || holonomic.size() > n || equations.graph().nodes().size() > most_lines) return nullptr;
     equations.derive(form.has_forces, holonomic);
-    if (!pays && is_point_on_one_row(equations)) return nullptr;
+    if (!pays && rows_are_simple(equations)) return nullptr;
     auto rates = std::make_unique<SolvedRates<n>>(std::move(equations), form.limits, most_lines);
     if (rates->is_known()) return rates;
   } catch (...) {  // what functors throw they throw again, where they are asked for values
