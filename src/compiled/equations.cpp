@@ -8,6 +8,7 @@
 #include <qdot/ad/formula/recording.hpp>
 #include <qdot/ad/series/sweep.hpp>
 #include <qdot/effects/impact.hpp>
+#include <qdot/effects/rows/projection_lines.hpp>
 #include <qdot/integrate/automatic.hpp>
 #include <qdot/integrate/driver/drive.hpp>
 #include <qdot/integrate/driver/driver.hpp>
@@ -142,9 +143,11 @@ template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::writ
 template TracedLines<double>::Solved TracedLines<double>::solved(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
                                                                  const std::vector<int>&, double, std::size_t);
 template TracedLines<double>::Solved TracedLines<double>::solved_rates(const LimitsOfPivots&, std::size_t);
+template TracedLines<double>::Solved TracedLines<double>::solved_projection(const LimitsOfPivots&, std::size_t);
 template TracedMotion<double>::TracedMotion(TracedEquations<double>);
 template std::unique_ptr<TracedRates> traced_rates<void>(const RecordableForm&);
 template std::shared_ptr<TracedEquations<double>> recorded_equations<void>(const RecordableForm&);
+template std::unique_ptr<AnyProjection> projection_by_lines<void>(const RecordableForm&, std::span<const double>);
 template std::unique_ptr<AnyRates> solved_rates<1>(const RecordableForm&, std::span<const double>, std::size_t);
 template std::unique_ptr<AnyRates> solved_rates<2>(const RecordableForm&, std::span<const double>, std::size_t);
 template std::unique_ptr<AnyRates> solved_rates<3>(const RecordableForm&, std::span<const double>, std::size_t);

@@ -23,6 +23,7 @@
 #include "qdot/effects/equations/scene_jacobian.hpp"
 #include "qdot/effects/equations/switching.hpp"
 #include "qdot/effects/projection.hpp"
+#include "qdot/effects/rows/kept_projection.hpp"
 #include "qdot/effects/rows/traced_constraints.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 #include "qdot/mechanics/derive/kept_equations.hpp"
@@ -41,6 +42,7 @@ class SceneForm {
   static constexpr bool has_solved_rates = has_traced_jacobian && Sc::SystemType::inertia == Inertia::positive_definite &&
                                            detail::may_have_solved_rates<typename Sc::SystemType::EnergiesType, n>;
   static constexpr std::size_t most_lines = detail::most_solved_lines<typename Sc::SystemType::EnergiesType, n>;
+  static constexpr bool has_projection_lines = has_solved_rates && Sc::has_constraints;
   using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints<>, detail::TracedRates>;
 
  public:
@@ -63,6 +65,7 @@ class SceneForm {
   {
     if constexpr (has_traced_jacobian) jacobian_.renew(recordable());
     if constexpr (has_solved_rates) rates_.renew();
+    if constexpr (has_projection_lines) projection_.renew();
     if constexpr (is_traced) traced_.renew(recordable());
     detail::renew_lines(scene_, scene_.system());
   }
@@ -72,6 +75,7 @@ class SceneForm {
     requires has_solved_rates
   {
     rates_.expect_long_run();
+    if constexpr (has_projection_lines) projection_.expect_long_run();
   }
 
   /// Whether the functors have been recorded, in which nothing may be compared.
@@ -85,7 +89,7 @@ class SceneForm {
   std::string way_taken() const {
     std::string way;
     if constexpr (has_solved_rates)
-      if (rates_.are_used()) return detail::way_of_lines(formula::native_lines_are_possible(), scene_.system().kept_lines()->by(), false);
+      if (rates_.is_kept()) return detail::way_of_lines(formula::native_lines_are_possible(), scene_.system().kept_lines()->by(), false);
     if constexpr (is_traced)
       use_traced([&](Traced& traced) {
         way = detail::way_of_lines(traced.are_native(), scene_.system().kept_lines()->by(), traced.are_long());
@@ -118,9 +122,10 @@ class SceneForm {
       if (use_traced(write)) return;
     }
     if constexpr (has_solved_rates) {
-      const detail::KeptLines& kept = *scene_.system().kept_lines();
-      const auto recorded = [this] { return recordable(); };
-      if (rates_.may_write() && kept.may_be_straight() && !kept.is_aside() && rates_.template write<n, most_lines>(recorded, t, y, phases(y), ydot)) return;
+      if (may_be_straight()) {
+        const auto* const lines = rates_.found([&] { return detail::solved_rates<n>(recordable(), phases(y), most_lines); });
+        if (lines && lines->write(t, y, phases(y), ydot)) return;
+      }
     }
     const Vector<double, n> q = q_of(y), qdot = qdot_of(y);
     const Vector<double, states> z = z_of(y);
@@ -136,28 +141,13 @@ class SceneForm {
   /// J ← ∂ẏ/∂y, exact.
   ///
   /// @throws as acceleration() of the scene, and NonFinite where a derivative is not finite
-  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const {
-    if constexpr (has_traced_jacobian) {
-      if (by_lines() && jacobian_.template write<detail::unrolled_size<n>>(recordable(), phases(y.data()), t, y.data(), nullptr, out)) return;
-    }
-    write_jacobian(detail::SceneJacobian<Sc>(scene_, t, y), t, y, out);
-  }
+  void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const { write_jacobian(t, y, nullptr, out); }
 
   /// ydot ← f(t, y) and J ← ∂ẏ/∂y, for little more than J alone.
   ///
   /// @throws as jacobian()
   void derivative_and_jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
-    if constexpr (has_traced_jacobian) {
-      if (by_lines() && jacobian_.template write<detail::unrolled_size<n>>(recordable(), phases(y.data()), t, y.data(), ydot.data(), out)) return;
-    }
-    const detail::SceneJacobian<Sc> jacobian(scene_, t, y);
-    const Eigen::Index k = dof();
-    std::copy_n(jacobian.acceleration().data(), k, std::copy_n(y.data() + k, k, ydot.data()));
-    if constexpr (Sc::has_states) {
-      const Vector<double, states> rates = state_rates(scene_, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), t);
-      std::copy_n(rates.data(), states, ydot.data() + 2 * k);
-    }
-    write_jacobian(jacobian, t, y, out);
+    write_jacobian(t, y, ydot.data(), out);
   }
 
   /// Puts y back onto the constraints; nothing where there are none.
@@ -166,10 +156,16 @@ class SceneForm {
   ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const
     requires has_constraints
   {
-    Vector<double, n> q = q_of(y.data()), qdot = qdot_of(y.data());
     const Vector<double, states> z = z_of(y.data());
     if (detail::is_free(scene_, z)) return {};
     ProjectionReport report;
+    if constexpr (has_projection_lines) {
+      if (may_be_straight()) {
+        const auto* const lines = projection_.found([&] { return detail::projection_by_lines(recordable(), phases(y.data())); });
+        if (lines && lines->project(t, y.data(), phases(y.data()), report)) return report;
+      }
+    }
+    Vector<double, n> q = q_of(y.data()), qdot = qdot_of(y.data());
     const auto project_on = [&](detail::TracedConstraints<>* traced) {
       report = detail::projected(scene_, q, qdot, t, default_rank_cutoff, z, traced);
       return true;
@@ -333,8 +329,13 @@ class SceneForm {
   Vector<double, n> qdot_of(const double* y) const { return detail::vector_at<n>(y + dof(), dof()); }
   Vector<double, states> z_of(const double* y) const { return detail::vector_at<states>(y + 2 * dof(), states); }
 
-  void write_jacobian(const detail::SceneJacobian<Sc>& jacobian, double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const {
-    jacobian.write(out);
+  // J, and ẏ if it is wanted.
+  void write_jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, double* ydot, Eigen::Ref<Eigen::MatrixXd> out) const {
+    if constexpr (has_traced_jacobian) {
+      if (by_lines() && jacobian_.template write<detail::unrolled_size<n>>(recordable(), phases(y.data()), t, y.data(), ydot, out)) return;
+    }
+    if (ydot) write_derivative(t, y.data(), ydot);
+    detail::SceneJacobian<Sc>(scene_, t, y).write(out);
     if (detail::all_finite(out.data(), out.size())) return;
     const auto slopes_at = [this, t](const Eigen::VectorXd& place, Eigen::MatrixXd& J) {
       J.resize(size(), size());
@@ -360,6 +361,8 @@ class SceneForm {
     };
     return {&scene_, run, dof(), states, has_forces, scene_.system().kept_lines()->by(), limits};
   }
+  // Whether lines of a long run may be used.
+  bool may_be_straight() const { return scene_.system().kept_lines()->may_be_straight() && !scene_.system().kept_lines()->is_aside(); }
   bool by_lines() const { return scene_.system().kept_lines()->may_be_lines(); }
   // use(traced) with what was traced; false where there is nothing.
   template <class Use>
@@ -381,6 +384,7 @@ class SceneForm {
   [[no_unique_address]] std::conditional_t<is_traced, detail::KeptMotion<Traced>, std::tuple<>> traced_;
   [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobians, std::tuple<int>> jacobian_;
   [[no_unique_address]] std::conditional_t<has_solved_rates, detail::KeptRates, std::tuple<long>> rates_;
+  [[no_unique_address]] std::conditional_t<has_projection_lines, detail::KeptProjection, std::tuple<char>> projection_;
 };
 
 /// The first-order form of a scene; that of its system where it has no effects.

@@ -122,7 +122,7 @@ class FirstOrderForm {
   std::string way_taken() const {
     std::string way;
     if constexpr (has_solved_rates)
-      if (rates_.are_used()) return detail::way_of_lines(formula::native_lines_are_possible(), system_.kept_lines()->by(), false);
+      if (rates_.is_kept()) return detail::way_of_lines(formula::native_lines_are_possible(), system_.kept_lines()->by(), false);
     if constexpr (detail::TracedSystem<Sys>)
       use_traced([&](detail::TracedRates& m) {
         way = detail::way_of_lines(m.are_native(), system_.kept_lines()->by(), m.are_long());
@@ -144,8 +144,12 @@ class FirstOrderForm {
   /// The same for size() numbers one after the other.
   void write_derivative(double t, const double* y, double* ydot) const {
     const Eigen::Index dof = system_.dof();
-    if constexpr (has_solved_rates)
-      if (system_.kept_lines()->may_be_straight() && rates_.template write<n, most_lines>([this] { return recordable(); }, t, y, {}, ydot)) return;
+    if constexpr (has_solved_rates) {
+      if (system_.kept_lines()->may_be_straight()) {
+        const auto* const lines = rates_.found([this] { return detail::solved_rates<n>(recordable(), {}, most_lines); });
+        if (lines && lines->write(t, y, {}, ydot)) return;
+      }
+    }
     double* const rates = std::copy_n(y + dof, dof, ydot);
     if constexpr (detail::TracedSystem<Sys>) {
       if (use_traced([&](detail::TracedRates& traced) { return traced.write(y, y + dof, t, y, rates, nullptr); })) return;

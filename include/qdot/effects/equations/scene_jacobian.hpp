@@ -56,9 +56,6 @@ class SceneJacobian {
     }
   }
 
-  /// q̈ there.
-  const Vector<double, n>& acceleration() const noexcept { return a_; }
-
   /// J ← ∂ẏ/∂y; some of it may not be finite. Nested duals know that a constant has no derivative, however steep the root of it is.
   [[gnu::cold, gnu::noinline]] void write(Out out) const {
     begin(out);

@@ -39,49 +39,48 @@ struct AnyRates {
 template <int n>
 std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, std::span<const double> phases, std::size_t most_lines);
 
-/// The lines that a form keeps for its run, once it has been asked some thousand times. Several threads may ask it at once; copies begin anew.
+/// Lines that a form keeps for its run, made once it has been asked for them some times. Several threads may ask at once; copies begin anew.
 ///
 /// Only where a run has said that it expects to be long: the bits of an evaluation depend on how many were before, which a simulator that is restored and a
 /// loop of a user's own must not see.
-class KeptRates {
+///
+/// @tparam Work          what is kept
+/// @tparam begins_after  how often it is asked for before it is made
+template <class Work, int begins_after>
+class KeptOfLongRun {
  public:
-  KeptRates() = default;
-  KeptRates(const KeptRates& other) : is_expected_(other.is_expected_) { forget(); }
-  KeptRates& operator=(const KeptRates& other) {
+  KeptOfLongRun() = default;
+  KeptOfLongRun(const KeptOfLongRun& other) : is_expected_(other.is_expected_) { forget(); }
+  KeptOfLongRun& operator=(const KeptOfLongRun& other) {
     is_expected_ = other.is_expected_;
     forget();
     return *this;
   }
 
-  /// Begins to count evaluations.
+  /// Begins to count.
   void expect_long_run() {
     is_expected_ = true;
     forget();
   }
 
-  /// As AnyRates::write(); false where there are no lines yet, or none at all.
-  ///
-  /// @param form  gives the recordable form
-  template <int n, std::size_t most_lines, class Form>
-  bool write(const Form& form, double t, const double* y, std::span<const double> phases, double* ydot) const {
+  /// What make() has returned; null before it is due, and where there is none.
+  template <class Make>
+  const Work* found(const Make& make) const {
     const std::uintptr_t state = state_.load(std::memory_order_acquire);
-    if (state > none) return std::bit_cast<const AnyRates*>(state)->write(t, y, phases, ydot);
-    if (state == counting && is_due()) keep([&] { return solved_rates<n>(form(), phases, most_lines); });
-    return false;
+    if (state > none) return std::bit_cast<const Work*>(state);
+    if (state == counting && is_due()) keep(make);
+    return nullptr;
   }
-  /// Whether write() may have something to do.
-  bool may_write() const { return state_.load(std::memory_order_relaxed) != none; }
-  bool are_used() const { return state_.load(std::memory_order_relaxed) > none; }
+  bool is_kept() const { return state_.load(std::memory_order_relaxed) > none; }
 
   /// Counts anew: a leg begins, and functors may be others. No other thread may ask meanwhile.
   void renew() { forget(); }
 
  private:
-  static constexpr int begins_after = 3000;  // evaluations: to derive and to translate lines takes some tens of microseconds
-  static constexpr std::uintptr_t counting = 0, none = 1;  // beside where the lines are
+  static constexpr std::uintptr_t counting = 0, none = 1;  // beside where the work is
 
   void forget() {
-    rates_.reset();
+    work_.reset();
     left_.store(begins_after);
     state_.store(is_expected_ ? counting : none);
   }
@@ -90,20 +89,23 @@ class KeptRates {
     left_.store(left, std::memory_order_relaxed);
     return left <= 0;
   }
-  // The first thread makes the lines, and others go on without them.
+  // The first thread makes it, and others go on without.
   template <class Make>
   [[gnu::cold, gnu::noinline]] void keep(const Make& make) const {
     std::uintptr_t state = counting;
     if (!state_.compare_exchange_strong(state, none)) return;
-    rates_ = make();
-    if (rates_) state_.store(std::bit_cast<std::uintptr_t>(rates_.get()), std::memory_order_release);
+    work_ = make();
+    if (work_) state_.store(std::bit_cast<std::uintptr_t>(work_.get()), std::memory_order_release);
   }
 
-  mutable std::unique_ptr<AnyRates> rates_;
+  mutable std::unique_ptr<Work> work_;
   mutable std::atomic<int> left_{begins_after};
   mutable std::atomic<std::uintptr_t> state_{none};
   bool is_expected_ = false;
 };
+
+/// Lines of ẏ: to derive and to translate them takes some tens of microseconds.
+using KeptRates = KeptOfLongRun<AnyRates, 3000>;
 
 /// The size that loops are unrolled for, of n coordinates.
 template <int n>

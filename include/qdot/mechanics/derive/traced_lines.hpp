@@ -103,23 +103,15 @@ template <class Number>
 [[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::solved_rates(const LimitsOfPivots& limits, std::size_t most) {
   constexpr std::size_t most_in_graph = 4;
   const TracedEquations<Number>& e = equations();
-  formula::LineWriter<Number>& writer = *shared_->writer;
-  formula::LineTable table;
   const std::vector<int> mass = lower_triangle(e.mass), J = rows_of_constraints(e.J, e.n());
   std::vector<int> others = required();
   append(others, e.zdot);
   if (e.n() <= most_in_graph) {
     NodesOfGraph<formula::BasicGraph<Number>> nodes{equations().graph()};
-    ConstrainedAcceleration found = constrained_acceleration(nodes, mass, e.right, J, e.gamma);
-    if (found.x.empty() || !keep_variable(found.pivots, limits.singular) || !keep_variable(found.row_pivots, limits.dependent)) return {};
-    std::vector<int> all = found.x;
-    append(all, others);
-    for (const auto* pivots : {&found.pivots, &found.row_pivots})
-      for (const auto& [pivot, whole] : *pivots) append(all, {pivot, whole});
-    writer.write(all, table);
-    return evaluated(std::move(table), {nullptr, numbers(found.x), {}, std::move(found.pivots), std::move(found.row_pivots)}, others,
-                     [&](int node) { return writer.number(node); }, most);
+    return solved_in_graph(constrained_acceleration(nodes, mass, e.right, J, e.gamma), {}, others, limits, most);
   }
+  formula::LineWriter<Number>& writer = *shared_->writer;
+  formula::LineTable table;
   for (const auto* nodes : std::initializer_list<const std::vector<int>*>{&mass, &e.right, &J, &e.gamma, &others}) writer.write(*nodes, table);
   LinesOfNumbers more(writer.count());
   ConstrainedAcceleration found = constrained_acceleration(more, numbers(mass), numbers(e.right), numbers(J), numbers(e.gamma));
@@ -128,6 +120,43 @@ template <class Number>
   writer.go_on_from(more.count());
   return evaluated(std::move(table), {nullptr, std::move(found.x), {}, std::move(found.pivots), std::move(found.row_pivots)}, others,
                    [](int number) { return number; }, most);
+}
+
+// The same elimination with two right sides: the graph has its nodes once.
+template <class Number>
+[[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::solved_projection(const LimitsOfPivots& limits, std::size_t most) {
+  TracedEquations<Number>& e = equations();
+  formula::BasicGraph<Number>& graph = e.graph();
+  NodesOfGraph<formula::BasicGraph<Number>> nodes{graph};
+  const std::vector<int> mass = lower_triangle(e.mass), J = rows_of_constraints(e.J, e.n()), at_rest(e.n(), -1);
+  const auto way_back = [&](const std::vector<int>& residuals) {
+    std::vector<int> wanted;
+    for (const int node : residuals) wanted.push_back(node < 0 || graph.is_constant(node, 0.0) ? -1 : graph.scaled(node, -1.0));
+    ConstrainedAcceleration found = constrained_acceleration(nodes, mass, at_rest, J, std::move(wanted));
+    for (int& x : found.x)
+      if (x < 0) x = graph.constant(0.0);
+    return found;
+  };
+  ConstrainedAcceleration positions = way_back(e.phi);
+  std::vector<int> others = required();
+  for (const std::vector<int>& read : {e.phi, e.velocity, e.J.nodes()}) append(others, read);
+  return solved_in_graph(std::move(positions), way_back(e.velocity).x, others, limits, most);
+}
+
+template <class Number>
+[[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::solved_in_graph(ConstrainedAcceleration found, const std::vector<int>& columns,
+                                                                                        const std::vector<int>& others, const LimitsOfPivots& limits,
+                                                                                        std::size_t most) {
+  if (found.x.empty() || !keep_variable(found.pivots, limits.singular) || !keep_variable(found.row_pivots, limits.dependent)) return {};
+  std::vector<int> all = found.x;
+  append(all, columns);
+  append(all, others);
+  for (const auto* pivots : {&found.pivots, &found.row_pivots})
+    for (const auto& [pivot, whole] : *pivots) append(all, {pivot, whole});
+  formula::LineTable table;
+  shared_->writer->write(all, table);
+  return evaluated(std::move(table), {nullptr, numbers(found.x), numbers(columns), std::move(found.pivots), std::move(found.row_pivots)}, others,
+                   [&](int node) { return shared_->writer->number(node); }, most);
 }
 
 // With lines, and numbers of the pivots.

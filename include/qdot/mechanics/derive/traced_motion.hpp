@@ -37,6 +37,8 @@ class LineWriter;  // of ad/formula/line_writer.hpp
 
 namespace qdot::detail {
 
+struct ConstrainedAcceleration;  // of mechanics/derive/solution_lines.hpp
+
 inline void append(std::vector<int>& all, const std::vector<int>& more) { all.insert(all.end(), more.begin(), more.end()); }
 
 // The rows of J, one behind the other; −1 is zero.
@@ -81,6 +83,8 @@ class TracedLines {
                 std::size_t most);
   /// Lines of q̈ and ż, with the elimination of M and of the rows of constraints.
   Solved solved_rates(const LimitsOfPivots& limits, std::size_t most);
+  /// Lines of δq = −M⁻¹Jᵀ (J M⁻¹ Jᵀ)⁻¹ φ, of δq̇ for J q̇ + ∂φ/∂t in the place of φ, as columns, and of φ, J q̇ + ∂φ/∂t and J.
+  Solved solved_projection(const LimitsOfPivots& limits, std::size_t most);
   /// Whether the functors are what was traced.
   bool still_holds(const RecordableForm& form) {
     const std::lock_guard lock(shared_->again);
@@ -134,6 +138,8 @@ class TracedLines {
   };
 
   std::shared_ptr<formula::LineEvaluator> evaluator(formula::LineTable table);
+  Solved solved_in_graph(ConstrainedAcceleration found, const std::vector<int>& columns, const std::vector<int>& others, const LimitsOfPivots& limits,
+                         std::size_t most);
   template <class ToNumber>
   Solved evaluated(formula::LineTable table, Solved found, const std::vector<int>& others, const ToNumber& number, std::size_t most);
   bool keep_variable(std::vector<std::pair<int, int>>& pivots, double least);
@@ -233,6 +239,7 @@ extern template std::shared_ptr<const formula::LineEvaluator> TracedLines<double
 extern template TracedLines<double>::Solved TracedLines<double>::solved(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
                                                                         const std::vector<int>&, double, std::size_t);
 extern template TracedLines<double>::Solved TracedLines<double>::solved_rates(const LimitsOfPivots&, std::size_t);
+extern template TracedLines<double>::Solved TracedLines<double>::solved_projection(const LimitsOfPivots&, std::size_t);
 extern template TracedMotion<double>::TracedMotion(TracedEquations<double>);
 }  // namespace qdot::detail
 #else
