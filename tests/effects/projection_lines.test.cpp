@@ -24,7 +24,7 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr double a_step_away = 1e-10;      // as far as a step leaves the constraints
 constexpr double rounded = 40 * epsilon;   // of states of size 1: some ten operations, and the condition of J M⁻¹ Jᵀ
-constexpr int until_lines = 301;           // projections
+constexpr int until_lines = 101;           // projections
 
 template <class Scene>
 auto form_of_run(const Scene& scene) {

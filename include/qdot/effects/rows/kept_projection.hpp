@@ -21,8 +21,8 @@ struct AnyProjection {
 template <class = void>
 std::unique_ptr<AnyProjection> projection_by_lines(const RecordableForm& form, std::span<const double> phases);
 
-/// To derive and to translate its lines takes as long as some hundred projections.
-using KeptProjection = KeptOfLongRun<AnyProjection, 300>;
+/// To derive and to translate its lines takes as long as a hundred projections.
+using KeptProjection = KeptOfLongRun<AnyProjection, 100>;
 
 }  // namespace qdot::detail
 
