@@ -122,13 +122,14 @@ struct Logarithms {
   }
 };
 
-// Pulls three times as strongly at zero as anywhere else.
-struct AtZero {
+// Pulls three times as strongly at one place as anywhere else.
+struct AtPlace {
+  const double* place;
   auto T(const auto& qdot) const { return Stiff{nullptr}.T(qdot); }
   auto V(const auto& q) const {
     using S = std::decay_t<decltype(q[0])>;
     S sum(0.0);
-    for (Eigen::Index i = 0; i < q.size(); ++i) sum += q[i] == 0.0 ? S(3.0 * q[i]) : S(q[i]);
+    for (Eigen::Index i = 0; i < q.size(); ++i) sum += q[i] == *place ? S(3.0 * q[i]) : S(q[i]);
     return sum;
   }
 };
@@ -666,10 +667,43 @@ TEST_CASE("energies that ask for a value itself are evaluated at every state of 
 }
 
 TEST_CASE("energies that ask whether a coordinate has a certain value are asked at every state of a run") {
-  const auto form = first_order_form(mechanical_system<3>(AtZero{}));
+  double place = 0.0;
+  const auto system = mechanical_system<3>(AtPlace{&place});
   const Vector<double, 6> away(0.4, -0.2, 0.7, 0.1, 0.3, -0.5), there(0.4, 0.0, 0.7, 0.1, 0.3, -0.5);
+  const auto form = first_order_form(system);
+  REQUIRE(lines_of<3>(form.system()) != nullptr);
   CHECK(difference(rates(form, away).tail(3), Eigen::Vector3d(-1.0, -1.0, -1.0)) < rounding);
   CHECK(difference(rates(form, there).tail(3), Eigen::Vector3d(-1.0, -3.0, -1.0)) < rounding);
+  const auto outside = [&](const Vector<double, 6>& y) { return acceleration(system, Vector<double, 3>(y.head<3>()), Vector<double, 3>(y.tail<3>())); };
+  CHECK(difference(outside(there), Eigen::Vector3d(-1.0, -3.0, -1.0)) < rounding);
+  place = 0.7;  // the same formula, and another comparison
+  CHECK(difference(outside(there), Eigen::Vector3d(-1.0, -1.0, -3.0)) < rounding);
+}
+
+TEST_CASE("runs of one system share what is derived of its branches, as long as its functors are the same") {
+  double stiffness = 1.0;
+  const auto system = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; },
+                                           [&stiffness](const auto& q) {
+                                             using std::max;
+                                             const auto over = max(0.0, q[0]);
+                                             return 0.5 * stiffness * over * over;
+                                           });
+  const auto derivation = [&](double q) {
+    const auto form = first_order_form(system);
+    const Eigen::Vector2d y(q, 0.3);
+    const double expected = q > 0.0 ? -stiffness * q : 0.0;
+    CHECK(std::abs(rates(form, y)[1] - expected) < rounding);
+    const double qdot = 0.3;
+    return form.system().kept_lines()->once()->template at<1>(system.energies(), detail::AtState{&q, &qdot, 0.0, 1});
+  };
+  const auto* const taut = derivation(0.5);
+  CHECK(taut != nullptr);
+  CHECK(derivation(0.7) == taut);
+  const auto* const slack = derivation(-0.7);
+  CHECK(slack != nullptr);
+  CHECK(slack != taut);
+  stiffness = 2.0;
+  CHECK(derivation(0.5) != taut);
 }
 
 TEST_CASE("in a run there is no acceleration where an energy has no value") {

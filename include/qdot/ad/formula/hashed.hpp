@@ -54,8 +54,10 @@ class Hashed : public FormulaNumber<Hashed> {
   friend Hashed operator/(const Hashed& x, const Hashed& y) { return x.is_constant(y) ? Hashed(x.constant() / y.constant()) : of_two(4, x, y); }
 
   friend bool operator==(const Hashed& x, const Hashed& y) {
-    if (!x.is_constant(y)) throw NoFormula();
-    return x.constant() == y.constant();
+    if (x.is_constant(y)) return x.constant() == y.constant();
+    HashedComparisons& c = *(x.comparisons_ ? x.comparisons_ : y.comparisons_);
+    c.hash = mixed(11, c.hash, of_two(6, x, y).bits_);
+    return false;  // where they are equal, lines have no value
   }
   friend bool operator!=(const Hashed& x, const Hashed& y) { return !(x == y); }
   friend bool operator<(const Hashed& x, const Hashed& y) { return below(x, y, false); }

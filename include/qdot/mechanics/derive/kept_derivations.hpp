@@ -23,18 +23,26 @@ template <class Number>
 BasicBranchDerivations<Number>::~BasicBranchDerivations() = default;
 
 template <class Number>
-KeptDerivation* BasicBranchDerivations<Number>::at(const RecordableFunctors& functors, const AtState& at, bool checked) {
+KeptDerivation* BasicBranchDerivations<Number>::at(const RecordableFunctors& functors, const AtState& at, bool checked, BasicBranchDerivations* elder) {
   const auto holds = [&](KeptDerivation& it) { return it.holds_at(at) && (!checked || it.is_of(functors)); };
   if (KeptDerivation* const it = latest(); it && holds(*it)) return it;
   if (KeptDerivation* const made = found(holds)) return made;
   if (is_full_.load(std::memory_order_relaxed) || !all_finite(at.q, functors.size) || !all_finite(at.qdot, functors.size)) return nullptr;
-  return added(functors, at, holds);
+  return added(functors, at, holds, elder);
+}
+
+template <class Number>
+[[gnu::cold]] std::shared_ptr<KeptDerivation> BasicBranchDerivations<Number>::shared_at(const RecordableFunctors& functors, const AtState& at) {
+  KeptDerivation* const it = this->at(functors, at, true);
+  if (!it) return nullptr;
+  const auto end = all_.begin() + static_cast<std::ptrdiff_t>(count_.load(std::memory_order_acquire));
+  return *std::find_if(all_.begin(), end, [it](const std::shared_ptr<KeptDerivation>& each) { return each.get() == it; });
 }
 
 template <class Number>
 [[gnu::cold]] bool BasicBranchDerivations<Number>::still_hold(const RecordableFunctors& functors) const {
   const auto end = all_.begin() + static_cast<std::ptrdiff_t>(count_.load(std::memory_order_acquire));
-  return std::all_of(all_.begin(), end, [&](const std::unique_ptr<KeptDerivation>& each) { return each->is_of(functors); });
+  return std::all_of(all_.begin(), end, [&](const std::shared_ptr<KeptDerivation>& each) { return each->is_of(functors); });
 }
 
 template <class Number>
@@ -50,12 +58,16 @@ template <class Holds>
 }
 template <class Number>
 template <class Holds>
-[[gnu::cold, gnu::noinline]] KeptDerivation* BasicBranchDerivations<Number>::added(const RecordableFunctors& functors, const AtState& at, const Holds& holds) {
+[[gnu::cold, gnu::noinline]] KeptDerivation* BasicBranchDerivations<Number>::added(const RecordableFunctors& functors, const AtState& at,
+                                                                                   const Holds& holds, BasicBranchDerivations* elder) {
   const std::lock_guard lock(adding_);
   if (KeptDerivation* const made = found(holds)) return made;
   if (is_full_.load(std::memory_order_relaxed)) return nullptr;
-  auto made = std::make_unique<KeptDerivation>(by_);
-  made->derive(functors, &at);
+  std::shared_ptr<KeptDerivation> made = elder ? elder->shared_at(functors, at) : nullptr;
+  if (!made) {
+    made = std::make_shared<KeptDerivation>(by_);
+    made->derive(functors, &at);
+  }
   const std::size_t count = count_.load(std::memory_order_relaxed);
   const bool good = made->lines() && holds(*made);
   if (!good) ++failed_;

@@ -37,7 +37,8 @@ class BasicBranchDerivations {
   /// The first derivation that holds at a state, the latest before others, or one that is made; null where functors cannot be derived.
   ///
   /// @param checked  whether it must be of the functors as they are now, too
-  KeptDerivation* at(const RecordableFunctors& functors, const AtState& at, bool checked);
+  /// @param elder    derivations of the same functors, which are taken before one is made here
+  KeptDerivation* at(const RecordableFunctors& functors, const AtState& at, bool checked, BasicBranchDerivations* elder = nullptr);
   /// The derivation that held at the last state, if there is one.
   KeptDerivation* latest() const {
     const std::size_t last = latest_.load(std::memory_order_relaxed);
@@ -52,10 +53,11 @@ class BasicBranchDerivations {
   template <class Holds>
   KeptDerivation* found(const Holds& holds);
   template <class Holds>
-  KeptDerivation* added(const RecordableFunctors& functors, const AtState& at, const Holds& holds);
+  KeptDerivation* added(const RecordableFunctors& functors, const AtState& at, const Holds& holds, BasicBranchDerivations* elder);
+  std::shared_ptr<KeptDerivation> shared_at(const RecordableFunctors& functors, const AtState& at);
 
   By by_;
-  std::array<std::unique_ptr<KeptDerivation>, most> all_;
+  std::array<std::shared_ptr<KeptDerivation>, most> all_;
   std::atomic<std::size_t> count_{0}, latest_{0};
   std::atomic<bool> is_full_{false};
   std::mutex adding_;
@@ -90,6 +92,8 @@ class BasicDerivations {
     if (!has_branches_.load(std::memory_order_relaxed)) return nullptr;
     return branches_.at(RecordableFunctors::of<n>(e, size_at<n>(at)), at, true);
   }
+  /// Derivations of branches.
+  BasicBranchDerivations<Number>& branches() { return branches_; }
 
  private:
   KeptDerivation* made_with(const Fingerprint& print) const {
@@ -130,7 +134,7 @@ class BasicDerivedOnce {
   KeptDerivation* at(const E& e, const AtState& at) {
     if (!is_asked_.load(std::memory_order_acquire)) look_at_system<n>(e, size_at<n>(at));
     if (everywhere_) return everywhere_;
-    return branches_.at(RecordableFunctors::of<n>(e, size_at<n>(at)), at, false);
+    return branches_.at(RecordableFunctors::of<n>(e, size_at<n>(at)), at, false, &derivations_of(*shared_).branches());
   }
   /// The derivation that held at the last state, if there is one; may be of another branch.
   KeptDerivation* latest() const {
