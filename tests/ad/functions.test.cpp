@@ -14,7 +14,6 @@
 #include "qdot/ad/formula/recording.hpp"
 #include "qdot/ad/lagrange/euler_lagrange_math.hpp"
 #include "qdot/ad/places/position_jet.hpp"
-#include "qdot/ad/places/position_row.hpp"
 #include "qdot/ad/records/reverse.hpp"
 #include "qdot/ad/pack_math.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
@@ -122,9 +121,6 @@ TEST_CASE("every function is there for the scalars of Lagrange's equations") {
 
 TEST_CASE("every function is there for positions") {
   check_rates(PositionJet<2>::coordinate<0>(at, rate));
-  PositionRow<1> x(at);
-  x.rate = rate;
-  check_rates(x);
 }
 
 TEST_CASE("every function is there for packs") {

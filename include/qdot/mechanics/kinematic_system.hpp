@@ -29,9 +29,8 @@
 //     M = Σ m JᵀJ + J_Ωᵀ I J_Ω ,     rhs = −Σ m Jᵀs − J_Ωᵀ(I Ω̇ + Ω × I Ω) − ∂V/∂q .
 //
 // For few coordinates and point masses whose positions are straight-line code for the compiler (q[0], q[1] … or
-// qdot::unroll), that is the code that one would write by hand (ad/places/position_jet.hpp). Loops over more than four and up
-// to 64 coordinates are derived when a run begins (mechanics/derive/kept_lines.hpp); others, and outside of runs, go by rows
-// (ad/places/position_row.hpp), up to 32 when their number is known only at run time. Larger systems go through T.
+// qdot::unroll), that is the code that one would write by hand (ad/places/position_jet.hpp). Loops are recorded and derived, as every T and V is
+// (mechanics/derive/kept_lines.hpp).
 
 #include <array>
 #include <type_traits>
@@ -39,7 +38,6 @@
 
 #include "qdot/mechanics/equations_of_motion.hpp"
 #include "qdot/mechanics/places/bodies.hpp"
-#include "qdot/mechanics/places/rows.hpp"
 
 namespace qdot {
 
@@ -163,19 +161,10 @@ class KinematicEnergies {
   }
 
   // M and r by J and s of the positions (mass_and_rhs.hpp); false where loops hide these from the compiler, and for what must be named.
-  // Places of few coordinates are mostly straight-line code, and lines would cost their programs 3 s of compile time.
-  static constexpr bool has_own_equations = true, may_keep_lines = n > inlined_uses_limit;
+  static constexpr bool has_own_equations = true;
   template <class Use>
   bool equations(const double* q, const double* qdot, Eigen::Index, double t, const Use& use) const {
     if constexpr (straight_line_pays && n >= 1 && n <= straight_kinematics_limit) return straight_equations(q, qdot, t, use);
-    return false;
-  }
-  // The same of loops; false for too many coordinates.
-  template <class Use>
-  bool longer_equations(const double* q, const double* qdot, Eigen::Index size, double t, const Use& use) const {
-    if constexpr (n <= block_limit<n>) {
-      if (size <= block_limit<n>) return equations_by_rows(q, qdot, static_cast<int>(size), t, use);
-    }
     return false;
   }
 
@@ -194,27 +183,6 @@ class KinematicEnergies {
       if (!__builtin_constant_p(pattern)) return false;
     }
     return use.packed(AtState{q, qdot, t}, M, r, ~ComponentMask(0));
-  }
-
-  template <class Use>
-  bool equations_by_rows(const double* q, const double* qdot, int size, double t, const Use& use) const {
-    constexpr int blocks = blocks_of<n>;
-    using S = PositionRow<blocks>;
-    Vector<S, n> x(size);
-    for (int i = 0; i < size; ++i) {
-      x[i].value = q[i];
-      x[i].rate = qdot[i];
-      x[i].J.set_unit(i);
-    }
-    S time(t);
-    time.rate = 1.0;
-    double M[16 * blocks * blocks], r[4 * blocks];
-    RowEquations<blocks> equations(size, field(), M, r);
-    place(x, time, equations);
-    if constexpr (!heavy) equations.potential(own_potential(x, time));
-    equations.write();
-    if constexpr (has_extra) add_general_equations<n>(extra_, q, qdot, size, t, 4 * blocks, M, r);
-    return use.template rows<blocks>(AtState{q, qdot, t}, size, M, r);
   }
 
   template <class Positions, class Time, class Bodies>

@@ -40,8 +40,7 @@ namespace qdot {
 
 namespace detail {
 
-// Energies that know more of themselves than their values say so, has_own_equations = true, and have a member equations(q, qdot, n, t, use); some have
-// longer_equations(), too, which are asked where these are false and there are no lines.
+// Energies that have a shorter way to M and r than their values declare has_own_equations = true and a member equations(q, qdot, n, t, use).
 template <class E>
 concept HasOwnEquations = requires { requires E::has_own_equations; };
 
@@ -73,9 +72,6 @@ bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vect
   if constexpr (may_keep_lines<E, n> && !wants_band<Use>) {
     const auto evaluated = [&](const DerivedLines& lines) { return lines.template with_mass_and_rhs<n>(q.data(), qdot.data(), t, use); };
     if (with_lines<n>(kept, e, AtState{q.data(), qdot.data(), t, static_cast<int>(q.size())}, evaluated)) return true;
-  }
-  if constexpr (HasOwnEquations<E> && requires { e.longer_equations(q.data(), qdot.data(), q.size(), t, use); }) {
-    if (may_be_straight(kept) && e.longer_equations(q.data(), qdot.data(), q.size(), t, use)) return true;
   }
   if constexpr (n == Dynamic) {
     if (wants_band<Use> || q.size() > block_limit<n>) {

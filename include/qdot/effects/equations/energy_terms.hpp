@@ -15,7 +15,6 @@
 #include <tuple>
 
 #include "qdot/ad/places/position_jet.hpp"
-#include "qdot/ad/places/position_row.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/effects/effect.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
@@ -84,22 +83,6 @@ struct WithTerms {
     }
     return use.packed(at, M, r, present);
   }
-  template <int blocks>
-  bool rows(const AtState& at, int size, double* M, double* r) const {
-    if constexpr (Terms::in_T) {
-      add_general_equations<n>(terms, at.q, at.qdot, size, at.t, 4 * blocks, M, r);
-    } else {
-      using S = PositionRow<blocks>;
-      Vector<S, n> x(size);
-      for (int i = 0; i < size; ++i) {
-        x[i].value = at.q[i];
-        x[i].J.set_unit(i);
-      }
-      const S V = S(terms.V(x, S(at.t))).whole();
-      for (int i = V.J.first; i < V.J.last; ++i) add_block(r + 4 * i, -1.0, V.J.block(i));
-    }
-    return use.template rows<blocks>(at, size, M, r);
-  }
 };
 
 // The energies of a system with the terms in them, in the shortest signatures that hold the terms. Flattened, so that the compiler
@@ -144,13 +127,6 @@ struct EnergiesWithTerms {
   bool equations(const double* q, const double* qdot, Eigen::Index size, double t, const Use& use) const {
     return energies.equations(q, qdot, size, t, WithTerms<n, Terms, Use>{terms, use});
   }
-  template <class Use>
-  bool longer_equations(const double* q, const double* qdot, Eigen::Index size, double t, const Use& use) const
-    requires requires(const WithTerms<n, Terms, Use>& with) { energies.longer_equations(q, qdot, size, t, with); }
-  {
-    return energies.longer_equations(q, qdot, size, t, WithTerms<n, Terms, Use>{terms, use});
-  }
-
   const Energies& without_terms() const { return energies; }
 };
 

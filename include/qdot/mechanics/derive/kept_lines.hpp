@@ -172,8 +172,7 @@ std::shared_ptr<DerivedOnce> derived_once(const std::shared_ptr<SharedDerivation
 // Which energies may have kept lines: T and V, and positions (mechanics/kinematic_system.hpp). Runs of many coordinates, or of a number that is known at
 // run time, have other ways (mechanics/derive/traced_motion.hpp).
 template <class E, int n>
-inline constexpr bool may_keep_lines =
-    n <= block_limit<n> && (!requires { requires E::has_own_equations; } || requires { requires E::may_keep_lines; }) && RecordableEnergies<E, n>;
+inline constexpr bool may_keep_lines = n <= block_limit<n> && RecordableEnergies<E, n>;
 
 // Calls found(lines), for `f` what a derivation has, with the lines by which a system's M and r are evaluated at a state; false where there are none and
 // where found() returns false. Beyond a guard lines say that they have no values there, and are looked for again.

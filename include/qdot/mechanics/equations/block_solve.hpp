@@ -8,7 +8,6 @@
 
 #include <algorithm>
 
-#include "qdot/ad/places/block.hpp"
 #include "qdot/ad/vector.hpp"
 
 namespace qdot::detail {
@@ -20,6 +19,19 @@ template <int n>
 inline constexpr int blocks_of = ((n == Dynamic ? block_limit<n> : n <= block_limit<n> ? n : 1) + 3) / 4;
 template <int n>
 inline constexpr int block_stride = 4 * blocks_of<n>;
+
+// Four numbers at once; in memory they are plain numbers at any alignment.
+using Block = double __attribute__((vector_size(32)));
+
+[[gnu::always_inline]] inline void read(Block& block, const double* from) { __builtin_memcpy(&block, from, sizeof block); }
+[[gnu::always_inline]] inline void write(double* to, const Block& block) { __builtin_memcpy(to, &block, sizeof block); }
+// to ← to + c from
+[[gnu::always_inline]] inline void add_block(double* to, double c, const double* from) {
+  Block a, b;
+  read(a, to);
+  read(b, from);
+  write(to, a + c * b);
+}
 
 // b ← M⁻¹ b by L D Lᵀ, where M has rows of 4·blocks numbers, the lower triangle first; false when a pivot is below
 // `threshold` of its diagonal entry or NaN. M becomes L, below its diagonal; 1/D is left in `inverse`.

@@ -156,17 +156,6 @@ template <int n, class E>
 Vector<double, n> general_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
   return values_of<n, 1>(lagrange_rhs<n>(e, constants<Spare>(q), constants<Spare>(qdot), Spare(t)));
 }
-// M and r of further energies, added to rows of M that are `stride` numbers apart and to r.
-template <int n, class E>
-void add_general_equations(const E& e, const double* q, const double* qdot, int size, double t, int stride, double* M, double* r) {
-  const Vector<double, n> position = vector_at<n>(q, size), velocity = vector_at<n>(qdot, size);
-  const Matrix<double, n> further_M = general_mass_matrix<n>(e, position, velocity, t);
-  const Vector<double, n> further_r = general_rhs<n>(e, position, velocity, t);
-  for (int i = 0; i < size; ++i) {
-    r[i] += further_r[i];
-    for (int j = 0; j <= i; ++j) M[stride * i + j] += further_M(i, j);
-  }
-}
 template <int n, class E>
 Vector<double, n> general_gradient(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
   return values_of<n, 1>(gradient_by<n, TermDual<Spare, n>>(e, constants<Spare>(q), constants<Spare>(qdot), Spare(t)));
