@@ -64,10 +64,7 @@ struct DryFriction {
 
   template <class S, int n>
   S velocity_constraint(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    const auto sliding = detail::of_state(v, q, qdot, t);
-    static_assert(std::is_convertible_v<decltype(sliding), S>,
-                  "qdot: the sliding velocity of dry friction must be one number; give each direction a friction of its own");
-    return S(sliding);
+    return sliding_velocity(q, qdot, t);
   }
 
   template <class S, int n>
@@ -78,7 +75,7 @@ struct DryFriction {
     const S F = -s * limit<S>(F_k, q, qdot, t);
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& u) {
       using D = typename std::remove_cvref_t<decltype(u)>::Scalar;
-      return D(detail::of_state(v, Vector<D, n>(q.template cast<D>()), u, D(t)));
+      return sliding_velocity(Vector<D, n>(q.template cast<D>()), Vector<D, n>(u), D(t));
     }), qdot) * F;
   }
 
@@ -96,6 +93,18 @@ struct DryFriction {
   }
 
  private:
+  template <class S, int n>
+  S sliding_velocity(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    const auto sliding = detail::of_state(v, q, qdot, t);
+    constexpr bool is_one_number = std::is_convertible_v<decltype(sliding), S>;
+    static_assert(is_one_number,
+                  "qdot: the sliding velocity of dry friction must be one number: its bound is one force. Friction in a plane is not one dry friction for "
+                  "each direction, for these fill a square and not Coulomb's circle: take generalized_force() with -F v / sqrt(v*v + v_0*v_0), which creeps "
+                  "below v_0");
+    if constexpr (is_one_number) return S(sliding);
+    else return S(0.0);
+  }
+
   template <class S, class F, int n>
   static S limit(const F& force, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
     if constexpr (std::is_arithmetic_v<F>) {
