@@ -40,7 +40,6 @@ class ProjectionLines final : public AnyProjection {
     velocity_ = lines_.numbers(e.velocity);
     for (std::size_t i = 0; i < e.rows(); ++i)
       for (const auto& [column, node] : e.J.row(i)) J_.push_back({i, static_cast<std::size_t>(column), lines_.numbers({node})[0]});
-    for (const Requirement& r : e.requirements) required_.emplace_back(lines_.numbers({r.node})[0], r);
     is_known_ = true;
   }
 
@@ -91,14 +90,6 @@ class ProjectionLines final : public AnyProjection {
     return true;
   }
 
-  bool is_sound(const double* x) const {
-    bool sound = true;
-    for (const auto& [k, requirement] : required_) sound &= requirement.holds(number(x, k));
-    for (const auto& [pivot, whole] : solved_.pivots) sound &= number(x, pivot) > limits_.singular * number(x, whole);
-    for (const auto& [pivot, whole] : solved_.row_pivots) sound &= number(x, pivot) > limits_.dependent * number(x, whole);
-    return sound;
-  }
-
   // Newton's method from x, which ends where lines have been carried out and what is left is of the size of roundings.
   bool moved_onto_positions(double* x, ProjectionReport& report) const {
     constexpr double an_ordinary_step = 1e-3, at_rounding = 8 * epsilon, below_which_it_may_stand_still = 1e-10;
@@ -106,8 +97,7 @@ class ProjectionLines final : public AnyProjection {
     double last_change = std::numeric_limits<double>::infinity(), terms[most_coordinates];  // of each row at the first state
     bool is_small = false;
     for (;; ++report.iterations) {
-      (*solved_.lines)(x);
-      if (!is_sound(x)) return false;
+      if (!solved_.evaluate(x, limits_)) return false;
       report.residual = 0.0;
       for (const int k : phi_) report.residual = std::max(report.residual, std::abs(number(x, k)));
       if (report.iterations == 0) {
@@ -183,7 +173,6 @@ class ProjectionLines final : public AnyProjection {
   TracedLines<>::Solved solved_;  // δq, and δq̇ as columns
   std::vector<int> phi_, velocity_;
   std::vector<Entry> J_;
-  std::vector<std::pair<int, Requirement>> required_;
   LimitsOfPivots limits_;
   bool is_known_ = false;
 };

@@ -165,7 +165,6 @@ void TracedJacobian<n_at_compile_time>::write_in_lines(const TracedEquations<dou
   for (int& number : solved_.columns)
     if (number == none) number = lines_.numbers({zero})[0];
   for (SparseEntries::Entry& entry : states_.entries) entry.what = lines_.numbers({entry.what})[0];
-  for (const Requirement& r : e.requirements) required_.emplace_back(lines_.numbers({r.node})[0], r);
   is_known_ = true;
 }
 
@@ -193,11 +192,7 @@ bool TracedJacobian<n_at_compile_time>::write_by_lines(double t, const double* y
   x[2 * n] = t;
   for (std::size_t k = 0; k < states; ++k) x[2 * n + 1 + k] = y[2 * n + k];
   std::copy_n(parameters_.data(), parameters_.size(), x + 3 * n + 1 + states);
-  (*solved_.lines)(x);
-  bool good = true;
-  for (const auto& [number, requirement] : required_) good &= requirement.holds(x[number]);
-  for (const auto& [pivot, whole] : solved_.pivots) good &= x[pivot] > limits_.singular * x[whole];
-  if (!good) return false;
+  if (!solved_.evaluate(x, limits_)) return false;
   double sum = 0.0, other = 0.0;  // which is finite if all numbers are
   each(n, [&](auto i) __attribute__((always_inline)) { sum += x[solved_.x[i]]; });
   for (std::size_t k = 0; k < states; ++k) other += x[zdot_[k]];

@@ -62,7 +62,6 @@ class SolvedRates final : public AnyRates {
     solved_ = lines_.solved_rates(limits, most_numbers);
     if (!solved_.lines || solved_.lines->table().lines.size() > most) return;
     zdot_ = lines_.numbers(e.zdot);
-    for (const Requirement& r : e.requirements) required_.emplace_back(lines_.numbers({r.node})[0], r);
     is_known_ = true;
   }
 
@@ -79,11 +78,7 @@ class SolvedRates final : public AnyRates {
     });
     x[2 * n] = t;
     for (std::size_t k = 0; k < zdot_.size(); ++k) x[2 * n + 1 + k] = y[2 * n + k];
-    (*solved_.lines)(x);
-    bool good = true;
-    for (const auto& [number, requirement] : required_) good &= requirement.holds(x[number]);
-    for (const auto& [pivot, whole] : solved_.pivots) good &= x[pivot] > limits_.singular * x[whole];
-    for (const auto& [pivot, whole] : solved_.row_pivots) good &= x[pivot] > limits_.dependent * x[whole];
+    const bool good = solved_.evaluate(x, limits_);
     double rates[2 * n], sum = 0.0;
     const int* const number = solved_.x.data();
     unroll<n>([&](auto i) __attribute__((always_inline)) {
@@ -100,7 +95,6 @@ class SolvedRates final : public AnyRates {
 
   TracedLines<> lines_;
   TracedLines<>::Solved solved_;
-  std::vector<std::pair<int, Requirement>> required_;  // of numbers
   std::vector<int> zdot_;  // numbers
   LimitsOfPivots limits_;
   bool is_known_ = false;

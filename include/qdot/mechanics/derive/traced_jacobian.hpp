@@ -106,7 +106,6 @@ class TracedJacobian final : public Traced {
   SparseEntries states_;
   std::vector<double> own_J_, own_ydot_, parameters_;
   TracedLines<>::Solved solved_;
-  std::vector<std::pair<int, Requirement>> required_;  // of numbers
   bool is_known_ = false;
 };
 

@@ -166,6 +166,7 @@ template <class ToNumber>
                                                                                   const ToNumber& number, std::size_t most) {
   if (shared_->writer->count() > most) return {};
   found.lines = evaluator(std::move(table));
+  for (const Requirement& r : equations().requirements) found.required.emplace_back(shared_->writer->number(r.node), r);
   for (const std::vector<int>& read : {numbers(others), found.x, found.columns}) found.lines->add_read(read);
   for (auto* pivots : {&found.pivots, &found.row_pivots})
     for (auto& [pivot, whole] : *pivots) {

@@ -78,6 +78,17 @@ class TracedLines {
     std::shared_ptr<formula::LineEvaluator> lines;
     std::vector<int> x, columns;              ///< numbers of the solutions
     std::vector<std::pair<int, int>> pivots, row_pivots;  ///< numbers of which the first of each pair must be above a fraction of the second
+    std::vector<std::pair<int, Requirement>> required{};
+
+    /// Carries the lines out; false where the functors have no value there, or a pivot is not above its limit.
+    [[gnu::always_inline]] bool evaluate(double* numbers, const LimitsOfPivots& limits) const {
+      (*lines)(numbers);
+      bool good = true;
+      for (const auto& [number, requirement] : required) good &= requirement.holds(numbers[number]);
+      for (const auto& [pivot, whole] : pivots) good &= numbers[pivot] > limits.singular * numbers[whole];
+      for (const auto& [pivot, whole] : row_pivots) good &= numbers[pivot] > limits.dependent * numbers[whole];
+      return good;
+    }
   };
   Solved solved(const std::vector<int>& mass, const std::vector<int>& b, const std::vector<int>& columns, const std::vector<int>& others, double least,
                 std::size_t most);
