@@ -92,7 +92,7 @@ class ProjectionLines final : public AnyProjection {
 
   // Newton's method from x, which ends where lines have been carried out and what is left is of the size of roundings.
   bool moved_onto_positions(double* x, ProjectionReport& report) const {
-    constexpr double an_ordinary_step = 1e-3, at_rounding = 8 * epsilon, below_which_it_may_stand_still = 1e-10;
+    constexpr double an_ordinary_step = 1e-3, a_rounding = epsilon, some_roundings = 8 * epsilon, below_which_it_may_stand_still = 1e-10;
     constexpr int most_iterations = 4;
     double last_change = std::numeric_limits<double>::infinity(), terms[most_coordinates];  // of each row at the first state
     bool is_small = false;
@@ -113,10 +113,11 @@ class ProjectionLines final : public AnyProjection {
         for (std::size_t i = 0; i < phi_.size(); ++i)
           if (terms[i] > 0.0) change = std::max(change, moved[i] / terms[i]);
       }
-      const bool has_arrived = change < at_rounding || (change < below_which_it_may_stand_still && change > 0.5 * last_change);
+      const bool is_last = report.iterations == most_iterations;
+      const bool has_arrived = change < (is_last ? some_roundings : a_rounding) || (change < below_which_it_may_stand_still && change > 0.5 * last_change);
       if ((report.iterations == 0 || !has_arrived) && moves_by_rounding(x)) return false;
       if (has_arrived) return true;
-      if (report.iterations == most_iterations) return false;
+      if (is_last) return false;
       last_change = change;
       for (std::size_t j = 0; j < solved_.x.size(); ++j) x[j] += number(x, solved_.x[j]);
     }
