@@ -677,7 +677,7 @@ TEST_CASE("energies that ask whether a coordinate has a certain value are asked 
   const auto outside = [&](const Vector<double, 6>& y) { return acceleration(system, Vector<double, 3>(y.head<3>()), Vector<double, 3>(y.tail<3>())); };
   CHECK(difference(outside(there), Eigen::Vector3d(-1.0, -3.0, -1.0)) < rounding);
   place = 0.7;  // the same formula, and another comparison
-  CHECK(difference(outside(there), Eigen::Vector3d(-1.0, -1.0, -3.0)) < rounding);
+  CHECK(difference(outside(away), Eigen::Vector3d(-1.0, -1.0, -3.0)) < rounding);
 }
 
 TEST_CASE("runs of one system share what is derived of its branches, as long as its functors are the same") {
