@@ -75,7 +75,7 @@ struct DryFriction {
     const S F = -s * limit<S>(F_k, q, qdot, t);
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& u) {
       using D = typename std::remove_cvref_t<decltype(u)>::Scalar;
-      return sliding_velocity(Vector<D, n>(q.template cast<D>()), Vector<D, n>(u), D(t));
+      return sliding_velocity<D, n>(Vector<D, n>(q.template cast<D>()), u, D(t));
     }), qdot) * F;
   }
 
@@ -94,7 +94,7 @@ struct DryFriction {
 
  private:
   template <class S, int n>
-  S sliding_velocity(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+  [[gnu::always_inline]] S sliding_velocity(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     const auto sliding = detail::of_state(v, q, qdot, t);
     constexpr bool is_one_number = std::is_convertible_v<decltype(sliding), S>;
     static_assert(is_one_number,
