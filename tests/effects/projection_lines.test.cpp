@@ -197,6 +197,52 @@ TEST_CASE("a state that cannot be projected is refused by lines as without them,
   CHECK(y == without_value);
 }
 
+TEST_CASE("velocities go back to where Newton's method puts them, if a change of one is another's velocity") {
+  // Three carts in relative coordinates, the first held and the last on a rod: φ̇ is zero behind any kick.
+  const auto carts = mechanical_system<3>([](const auto& v) {
+    const auto second = v[0] + v[1], third = v[0] + v[1] + v[2];
+    return v[0] * v[0] + 0.5 * (second * second + third * third);
+  });
+  const auto first = holonomic("held", [](const auto& q) { return q[0] - 0.5; });
+  const auto last = holonomic("rod", [](const auto& q) { return q.sum() - 2.0; });
+  const auto held = scene(carts, first, last);
+  const auto form = form_of_run(held), by_newton = first_order_form(held);
+  Eigen::VectorXd there(6);
+  there << 0.5, 0.75, 0.75, 0.0, 0.3, -0.3;
+  project_until_lines(form, 0.0, there);
+  CHECK(is_by_lines(form, 0.0, there));
+  Eigen::VectorXd kicked = there, expected = there;
+  kicked[3] = expected[3] = 0.25;
+  const ProjectionReport report = form.project(0.0, kicked);
+  by_newton.project(0.0, expected);
+  CHECK((kicked - expected).cwiseAbs().maxCoeff() < rounded);
+  CHECK(std::abs(kicked[3]) < rounded);
+  CHECK(std::abs(kicked[3] + kicked[4] + kicked[5]) < rounded);
+  CHECK(report.velocity_residual < rounded);
+  kicked[0] = std::nan("");
+  CHECK_THROWS_AS(form.project(0.0, kicked), Error);
+}
+
+TEST_CASE("where a stop time makes constraints others, steps go to these") {
+  double speed = 1.0;
+  const auto belt = scene(free_point, nonholonomic("belt", [&speed](const auto&, const auto& v) { return v[0] - speed; }));
+  const auto on = [&](const auto& method) {
+    speed = 1.0;
+    Options options{.rtol = 1e-9, .max_step = 0.01, .stop_times = {5.0}};
+    for (int k = 1; k < 400; ++k) options.output_times.push_back(0.025 * k);
+    const auto run = simulate(belt, State<2>{0.0, {0.0, 0.0}, {1.0, 0.0}}, 10.0, method, options, [&](const StepView& step) {
+      if (step.t() == 5.0) speed = 2.0;
+    });
+    REQUIRE(run.completed());
+    CHECK(run.statistics.projections > 2 * until_lines);
+    CHECK(std::abs(run.y[2] - 2.0) < rounded);
+    CHECK(std::abs(run.y[0] - 15.0) < 0.011);  // 5 s at 1 m/s, and 5 s at 2 m/s, which the first step does not know before its end
+    CHECK(std::abs(run.samples.y(2, run.samples.y.cols() - 1) - 2.0) < rounded);
+  };
+  on(Dop853{});
+  on(Dopri5{});
+}
+
 TEST_CASE("threads that share a form project as one does") {
   const auto form = form_of_run(on_a_rod(1.5));
   const Eigen::VectorXd there = Eigen::Vector4d(0.9, -1.2, 0.4, 0.3);

@@ -122,14 +122,14 @@ struct Logarithms {
   }
 };
 
-// Pulls three times as strongly at one place as anywhere else.
+// Pulls three times as strongly at one place as anywhere else, and takes what is no number for nothing.
 struct AtPlace {
-  const double* place;
+  const double *place, *strength;
   auto T(const auto& qdot) const { return Stiff{nullptr}.T(qdot); }
   auto V(const auto& q) const {
     using S = std::decay_t<decltype(q[0])>;
     S sum(0.0);
-    for (Eigen::Index i = 0; i < q.size(); ++i) sum += q[i] == *place ? S(3.0 * q[i]) : S(q[i]);
+    for (Eigen::Index i = 0; i < q.size(); ++i) sum += q[i] != q[i] ? S(0.0) : q[i] == *place ? S(3.0 * *strength * q[i]) : S(*strength * q[i]);
     return sum;
   }
 };
@@ -667,17 +667,39 @@ TEST_CASE("energies that ask for a value itself are evaluated at every state of 
 }
 
 TEST_CASE("energies that ask whether a coordinate has a certain value are asked at every state of a run") {
-  double place = 0.0;
-  const auto system = mechanical_system<3>(AtPlace{&place});
+  double place = 0.0, strength = 1.0;
+  const auto system = mechanical_system<3>(AtPlace{&place, &strength});
   const Vector<double, 6> away(0.4, -0.2, 0.7, 0.1, 0.3, -0.5), there(0.4, 0.0, 0.7, 0.1, 0.3, -0.5);
   const auto form = first_order_form(system);
-  REQUIRE(lines_of<3>(form.system()) != nullptr);
   CHECK(difference(rates(form, away).tail(3), Eigen::Vector3d(-1.0, -1.0, -1.0)) < rounding);
   CHECK(difference(rates(form, there).tail(3), Eigen::Vector3d(-1.0, -3.0, -1.0)) < rounding);
   const auto outside = [&](const Vector<double, 6>& y) { return acceleration(system, Vector<double, 3>(y.head<3>()), Vector<double, 3>(y.tail<3>())); };
   CHECK(difference(outside(there), Eigen::Vector3d(-1.0, -3.0, -1.0)) < rounding);
-  place = 0.7;  // the same formula, and another comparison
+  place = 0.7;
   CHECK(difference(outside(away), Eigen::Vector3d(-1.0, -1.0, -3.0)) < rounding);
+  strength = 2.0;
+  CHECK(difference(outside(away), Eigen::Vector3d(-2.0, -2.0, -6.0)) < rounding);
+}
+
+TEST_CASE("a root of what moves has lines, which are not used where it is zero") {
+  // V = |r|, r = (q₀ + ½ q₁², q₁): a velocity of it is that of a root of numbers that move
+  const auto distance = [](const auto& q) {
+    using std::sqrt;
+    using S = std::decay_t<decltype(q[0])>;
+    const S x = q[0] + 0.5 * q[1] * q[1], y = q[1];
+    return Vector<S, 1>(sqrt(x * x + y * y));
+  };
+  const auto system = kinematic_system<2>(
+      [distance](const auto& q, auto& bodies) {
+        bodies.point_mass(1.0, q);
+        bodies.point_mass(2.0, distance(q));
+      },
+      [](const auto& q) { return q[0]; });
+  const auto form = first_order_form(system), by_duals = first_order_form(system.by(By::duals));
+  REQUIRE(lines_of<2>(form.system()) != nullptr);
+  for (const Vector<double, 4>& y : {Vector<double, 4>(0.3, 0.4, 0.5, -0.2), Vector<double, 4>(-1.0, 2.0, 0.0, 0.7)})
+    CHECK(difference(rates(form, y), rates(by_duals, y)) < rounding);
+  CHECK_THROWS_AS(rates(form, Vector<double, 4>(0.0, 0.0, 0.5, -0.2)), Error);  // no slope there
 }
 
 TEST_CASE("runs of one system share what is derived of its branches, as long as its functors are the same") {

@@ -143,7 +143,7 @@ class SceneForm {
   /// @throws as acceleration() of the scene, and NonFinite where a derivative is not finite
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> out) const { write_jacobian(t, y, nullptr, out); }
 
-  /// ydot ← f(t, y) and J ← ∂ẏ/∂y, for little more than J alone.
+  /// ydot ← f(t, y) and J ← ∂ẏ/∂y, for little more than J alone where functors are recorded, and for f besides where not.
   ///
   /// @throws as jacobian()
   void derivative_and_jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::VectorXd> ydot, Eigen::Ref<Eigen::MatrixXd> out) const {

@@ -38,6 +38,7 @@ class ProjectingStepper {
 
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     detail::reset_at(stepper_, at, y);
+    system_->renew();
     moment_ = detail::moment_of(stepper_);
     t_ = t_previous_ = stepper_.t();
     y_ = y;

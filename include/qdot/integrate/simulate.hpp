@@ -51,8 +51,7 @@ namespace qdot {
 template <class System, class Start, class Method, Observer O, class... Events>
 auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options,
               O&& observer, const EventList<Events...>& events) {
-  auto form = detail::form_by(system, options.by);
-  if constexpr (requires { form.expect_long_run(); }) form.expect_long_run();
+  const auto form = detail::form_by(system, options.by);
   using Form = std::remove_cvref_t<decltype(form)>;
   static_assert(SteppingMethod<Method, Form>, "qdot: the method cannot make a stepper for this system");
   detail::require_valid(options, form.size());
@@ -74,8 +73,10 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   const detail::Budget budget(options);  // begins before the stepper's own, which is made here
   constexpr int n = detail::dof_at_compile_time<Form>();
   const auto& driven = detail::driven_form(form);
+  Form stepped = form;  // what a long run keeps is the stepper's, which makes it anew where a leg begins
+  if constexpr (requires { stepped.expect_long_run(); }) stepped.expect_long_run();
   Run<> run;
-  detail::drive<has_events || SwitchingSystem<Form>, is_observed>(run, driven, any_stepper(method, form, options), options, budget, onlooker,
+  detail::drive<has_events || SwitchingSystem<Form>, is_observed>(run, driven, any_stepper(method, stepped, options), options, budget, onlooker,
                                                                   detail::listed_events<n>(events), start.t, y0, t_end);
   return detail::run_of<n>(std::move(run));
 }

@@ -30,7 +30,8 @@
 //
 // For few coordinates and point masses whose positions are straight-line code for the compiler (q[0], q[1] … or
 // qdot::unroll), that is the code that one would write by hand (ad/places/position_jet.hpp). Loops are recorded and derived, as every T and V is
-// (mechanics/derive/kept_lines.hpp).
+// (mechanics/derive/kept_lines.hpp): up to 64 coordinates, 32 outside of runs where their number is known at run time, 64 branches of what compares numbers.
+// What is left goes by nested duals.
 
 #include <array>
 #include <type_traits>

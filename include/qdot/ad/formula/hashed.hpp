@@ -37,6 +37,8 @@ struct HashedComparisons {
 /// A number of a formula, known by its hash; of a constant its value.
 class Hashed : public FormulaNumber<Hashed> {
  public:
+  static constexpr bool is_recorded = true;  // goes the ways of a number that is being recorded
+
   constexpr Hashed() = default;
   template <class Number>
     requires std::is_arithmetic_v<Number>
@@ -44,6 +46,7 @@ class Hashed : public FormulaNumber<Hashed> {
   /// Variable number i.
   constexpr Hashed(HashedComparisons& comparisons, int i) : comparisons_(&comparisons), bits_(mixed(0x5bd1, static_cast<std::uint64_t>(i), 1)) {}
 
+  bool is_constant() const { return comparisons_ == nullptr; }
   /// The hash, or the bits of a constant.
   constexpr std::uint64_t bits() const { return bits_; }
 
@@ -54,10 +57,8 @@ class Hashed : public FormulaNumber<Hashed> {
   friend Hashed operator/(const Hashed& x, const Hashed& y) { return x.is_constant(y) ? Hashed(x.constant() / y.constant()) : of_two(4, x, y); }
 
   friend bool operator==(const Hashed& x, const Hashed& y) {
-    if (x.is_constant(y)) return x.constant() == y.constant();
-    HashedComparisons& c = *(x.comparisons_ ? x.comparisons_ : y.comparisons_);
-    c.hash = mixed(11, c.hash, of_two(6, x, y).bits_);
-    return false;  // where they are equal, lines have no value
+    if (!x.is_constant(y)) throw NoFormula();
+    return x.constant() == y.constant();
   }
   friend bool operator!=(const Hashed& x, const Hashed& y) { return !(x == y); }
   friend bool operator<(const Hashed& x, const Hashed& y) { return below(x, y, false); }

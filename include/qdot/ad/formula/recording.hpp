@@ -104,6 +104,7 @@ class Recorded : public FormulaNumber<Recorded> {
   constexpr Recorded(Number constant) : constant_(static_cast<double>(constant)) {}
   Recorded(Recording& recording, int node) : recording_(&recording), node_(node) {}
 
+  bool is_constant() const { return recording_ == nullptr; }
   /// The node in the recording's graph, made for a constant if it is one.
   int node_in(Recording& recording) const { return recording_ ? node_ : constant_in(recording, constant_); }
 

@@ -61,7 +61,7 @@ concept HasEdges = requires(const S& x) {
   { x == x } -> std::same_as<bool>;
 };
 
-// One whose numbers are still to come, and which has no sign to be asked for (ad/formula/recording.hpp).
+// One whose numbers are still to come, and which has no sign to be asked for (ad/formula/recording.hpp, hashed.hpp).
 template <class S>
 concept Symbolic = requires { requires innermost<S>::type::is_recorded; };
 
@@ -90,8 +90,11 @@ constexpr Dual<S, N, Tag> chain_at_edge(const S& f, const S& df, const Dual<S, N
 // The same for an f whose slope may be infinite where f = 0.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> chain_from_zero(const S& f, const S& df, const Dual<S, N, Tag>& x) {
-  if constexpr (HasEdges<S>)
+  if constexpr (Symbolic<S>) {  // of others the quotient in df notes that they must not be zero
+    if (is_plain_zero(f)) return chain_at_edge(f, df, x);
+  } else if constexpr (HasEdges<S>) {
     if (f == S(0)) return chain_at_edge(f, df, x);
+  }
   return chain(f, df, x);
 }
 // The same for an f whose slope may be infinite where `margin` is 0, and that has no value where it is negative.

@@ -7,7 +7,8 @@
 //
 //     φ ,    δq = −M⁻¹Jᵀ (J M⁻¹ Jᵀ)⁻¹ φ ,    u = J q̇ + ∂φ/∂t ,    δq̇ = −M⁻¹Jᵀ (J M⁻¹ Jᵀ)⁻¹ u .
 //
-// Lines of them, with both eliminations, take as long as an evaluation of q̈. The last evaluation finds a δq of rounding size, which is not applied.
+// Lines of them, with both eliminations, take as long as an evaluation of q̈. The last evaluation finds a δq of rounding size beside 1 + |q|,
+// which is not applied.
 //
 // What is not an ordinary step is left to effects/projection.hpp, with the state as it was: changes above 1e-3, residuals of rounding that would move a
 // light coordinate, small pivots, numbers that are not finite.
@@ -56,14 +57,15 @@ class ProjectionLines final : public AnyProjection {
     std::copy_n(y + 2 * n, e.states(), state + 1);
     ProjectionReport found;
     if (!moved_onto_positions(x, found)) return false;
-    double sum = 0.0;
+    double change[most_coordinates], sum = 0.0;  // results may stand where inputs do: all are read before one is written
+    for (std::size_t j = 0; j < n; ++j) change[j] = number(x, solved_.columns[j]);
+    found.velocity_residual = residual_of_velocities(x, change);
     for (std::size_t j = 0; j < n; ++j) {
       found.moved_q = std::max(found.moved_q, std::abs(x[j] - y[j]));
-      const double change = number(x, solved_.columns[j]);
-      found.moved_qdot = std::max(found.moved_qdot, std::abs(change));
-      sum += x[n + j] = y[n + j] + change;
+      found.moved_qdot = std::max(found.moved_qdot, std::abs(change[j]));
+      sum += x[n + j] += change[j];
+      sum += x[j];
     }
-    found.velocity_residual = residual_of_velocities(x, y + n);
     if (!is_finite(sum + found.velocity_residual)) return false;
     found.rank = static_cast<std::ptrdiff_t>(e.rows());
     std::copy_n(x, 2 * n, y);
@@ -98,8 +100,12 @@ class ProjectionLines final : public AnyProjection {
     bool is_small = false;
     for (;; ++report.iterations) {
       if (!solved_.evaluate(x, limits_)) return false;
-      report.residual = 0.0;
-      for (const int k : phi_) report.residual = std::max(report.residual, std::abs(number(x, k)));
+      double sum = report.residual = 0.0;
+      for (const int k : phi_) {
+        report.residual = std::max(report.residual, std::abs(number(x, k)));
+        sum += number(x, k);
+      }
+      if (!is_finite(sum)) return false;
       if (report.iterations == 0) {
         report.residual_before = report.residual;
         is_small = has_small_rows(x, terms);
@@ -119,7 +125,9 @@ class ProjectionLines final : public AnyProjection {
       if (has_arrived) return true;
       if (is_last) return false;
       last_change = change;
-      for (std::size_t j = 0; j < solved_.x.size(); ++j) x[j] += number(x, solved_.x[j]);
+      double step[most_coordinates];
+      for (std::size_t j = 0; j < solved_.x.size(); ++j) step[j] = number(x, solved_.x[j]);
+      for (std::size_t j = 0; j < solved_.x.size(); ++j) x[j] += step[j];
     }
   }
 
@@ -159,12 +167,12 @@ class ProjectionLines final : public AnyProjection {
   }
 
   // The largest of J q̇ + … behind a change of velocities, in which rounding is that of its terms.
-  double residual_of_velocities(const double* x, const double* before) const {
-    const std::size_t n = lines_.equations().n();
+  double residual_of_velocities(const double* x, const double* change) const {
+    const double* const before = x + lines_.equations().n();
     double rest[most_coordinates];
     for (std::size_t i = 0; i < velocity_.size(); ++i) rest[i] = number(x, velocity_[i]);
     for (const Entry& e : J_) rest[e.row] -= number(x, e.number) * before[e.column];
-    for (const Entry& e : J_) rest[e.row] += number(x, e.number) * x[n + e.column];
+    for (const Entry& e : J_) rest[e.row] += number(x, e.number) * (before[e.column] + change[e.column]);
     double most = 0.0;
     for (std::size_t i = 0; i < velocity_.size(); ++i) most = std::max(most, std::abs(rest[i]));
     return most;

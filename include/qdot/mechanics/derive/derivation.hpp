@@ -24,6 +24,7 @@
 
 namespace qdot::detail {
 
+enum class Assumptions { refused, checked };  // that a number is never another, where functors ask whether they are equal
 template <class Coefficient>
 class DerivedLineWriter;  // mechanics/derive/derived_line_writer.hpp has it
 
@@ -45,7 +46,8 @@ struct Derivation {
   void begin(int size, const AtState* at = nullptr);
   /// Derives what run_energies() has recorded since.
   void derive_recorded();
-  void derive(RecordedMotion motion, const formula::Branches* branches = nullptr, std::size_t parameters = 0);
+  void derive(RecordedMotion motion, const formula::Branches* branches = nullptr, Assumptions assumptions = Assumptions::refused,
+              std::size_t parameters = 0);
   void derive_slopes();
   void derive_solutions();
   void write_sides();

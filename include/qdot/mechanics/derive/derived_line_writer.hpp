@@ -142,7 +142,8 @@ template <class Number>
 }
 
 template <class Number>
-[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion, const formula::Branches* branches, std::size_t parameters) {
+[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion, const formula::Branches* branches, Assumptions assumptions, std::size_t parameters) {
+  if (assumptions == Assumptions::refused && !motion.recording.assumptions.empty()) return;
   recorded = std::move(motion);
   GraphEquations e = equations_by_graph(recorded.recording.graph, static_cast<int>(recorded.q.size()), recorded.returned[0], recorded.returned[1]);
   for (std::size_t i = 0; i < recorded.q.size() && recorded.returned.size() > 2; ++i)  // forces

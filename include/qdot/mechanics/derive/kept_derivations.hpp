@@ -33,7 +33,9 @@ KeptDerivation* BasicBranchDerivations<Number>::at(const RecordableFunctors& fun
 
 template <class Number>
 [[gnu::cold]] std::shared_ptr<KeptDerivation> BasicBranchDerivations<Number>::shared_at(const RecordableFunctors& functors, const AtState& at) {
-  KeptDerivation* const it = this->at(functors, at, true);
+  const auto holds = [&](KeptDerivation& it) { return it.holds_at(at) && it.is_of(functors); };
+  const bool has_room = count_.load(std::memory_order_acquire) < most / 2;  // the other half is for evaluations outside of runs
+  KeptDerivation* const it = has_room ? this->at(functors, at, true) : found(holds);
   if (!it) return nullptr;
   const auto end = all_.begin() + static_cast<std::ptrdiff_t>(count_.load(std::memory_order_acquire));
   return *std::find_if(all_.begin(), end, [it](const std::shared_ptr<KeptDerivation>& each) { return each.get() == it; });

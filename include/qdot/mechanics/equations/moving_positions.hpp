@@ -9,7 +9,7 @@
 //     ∂ṙ/∂q̇ = J ,     D ṙ = s = J̇ q̇ + … ,     X ṙ = ∂ṙ/∂q − D ∂ṙ/∂q̇ = ∂ṙ/∂q − J̇ = 0 ,
 //
 // the last because d/dt and ∂/∂q change places (the lemma by which Lagrange's equations are derived). J and s are what a position
-// knows of itself (ad/places/position_row.hpp). So r is evaluated on positions, and value and velocity are made from these.
+// knows of itself (ad/places/position_jet.hpp). So r is evaluated on positions, and value and velocity are made from these.
 //
 // This holds where what r is given are positions, and the velocities beside them their rates. Coordinates and velocities are, and
 // parts and functions of them; anything else, such as quasi-velocities, or a coordinate that r has captured, is noticed and goes by duals.
