@@ -133,7 +133,7 @@ class ProjectionLines final : public AnyProjection {
 
   // Whether all coordinates of a row are small, as in effects/projection.hpp; terms ← Σ |J_ij q_j| of each row.
   bool has_small_rows(const double* x, double* terms) const {
-    constexpr double small = 1e-3, rounding_of_zero = 1e-22;
+    constexpr double below_this_part = 1e-3, rounding_of_zero = 1e-22;
     double squares[most_coordinates] = {};
     std::fill_n(terms, phi_.size(), 0.0);
     for (const Entry& e : J_) {
@@ -146,7 +146,7 @@ class ProjectionLines final : public AnyProjection {
       if (!(terms[i] > 0.0)) continue;
       const double length = std::sqrt(squares[i]);
       terms[i] = std::max(terms[i], rounding_of_zero * length);
-      has_small = has_small || terms[i] < small * length;
+      has_small = has_small || terms[i] < below_this_part * length;
     }
     return has_small;
   }
