@@ -289,7 +289,7 @@ OPTIMIZED = [
     (ME + "/derive/solution_lines.hpp", "constraints: what moves without them is left", "gamma[k] = gamma[k] == none ? numbers.negative_product(j, a) : numbers.less_product(gamma[k], j, a);", ";", "mechanics/solved_rates"),
     (ME + "/derive/solution_lines.hpp", "constraints: multipliers of one row for all", "add(found.x[i], ways[k * n + i], lambda[k]);", "add(found.x[i], ways[k * n + i], lambda[0]);", "mechanics/solved_rates"),
     (EF + "/rows/projection_lines.hpp", "projection by lines: of another phase", "if (!std::ranges::equal(phases, e.motion.phases)) return false;", ";", "effects/projection_lines"),
-    (EF + "/rows/projection_lines.hpp", "projection by lines: small rows like others", "has_small = has_small || terms[i] < below_this_part * length;", ";", "effects/projection_lines"),
+    (EF + "/rows/projection_lines.hpp", "projection by lines: small rows like others", "has_small = has_small || terms[i] < projection_limits::small_part * length;", ";", "effects/projection_lines"),
     (EF + "/rows/projection_lines.hpp", "projection by lines: rounding moves light coordinates", "if ((report.iterations == 0 || !has_arrived) && moves_by_rounding(x)) return false;", ";", "effects/projection_lines"),
     (EF + "/rows/projection_lines.hpp", "projection by lines: changes are read where they are applied", "change[j] = number(x, solved_.columns[j]);",
      "change[j] = number(x, solved_.columns[j]), x[n + j] += change[j];", "effects/projection_lines"),

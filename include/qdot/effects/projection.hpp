@@ -52,10 +52,11 @@ Vector<double, n> way_back(ConstraintGeometry<Sc>& geometry, const Vector<double
   double in_roundings = 0.0;  // the largest |φᵢ|/ρᵢ
   for (Eigen::Index i = 0; i < phi.size(); ++i)
     if (phi[i] != 0.0) in_roundings = std::max(in_roundings, std::abs(phi[i]) / (epsilon * geometry.reach(i, size)));
-  bool harmless = !(in_roundings <= 64);
+  bool harmless = !(in_roundings <= projection_limits::roundings_of_a_row);
   if (!harmless) {
     harmless = true;
-    for (Eigen::Index j = 0; j < q.size(); ++j) harmless = harmless && std::abs(shortest[j]) <= 1000 * epsilon * in_roundings * size[j];
+    const double few = projection_limits::roundings_of_a_coordinate * epsilon * in_roundings;
+    for (Eigen::Index j = 0; j < q.size(); ++j) harmless = harmless && std::abs(shortest[j]) <= few * size[j];
   }
   if (harmless) return shortest;
   for (Eigen::Index j = 0; j < q.size(); ++j) size[j] = std::max(size[j], 1e-100);
@@ -102,8 +103,8 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
     for (Eigen::Index j = 0; j < q.size(); ++j) sizes[j] = std::abs(q[j]);
     for (Eigen::Index i = 0; i < phi.size(); ++i) {
       terms[i] = geometry.reach(i, sizes);
-      if (terms[i] > 0.0) terms[i] = std::max(terms[i], 1e-22 * geometry.length(i));  // below are roundings of what is zero
-      is_small = is_small || (terms[i] > 0.0 && terms[i] < 1e-3 * geometry.length(i));
+      if (terms[i] > 0.0) terms[i] = std::max(terms[i], projection_limits::rounding_of_zero * geometry.length(i));  // below are roundings of what is zero
+      is_small = is_small || (terms[i] > 0.0 && terms[i] < projection_limits::small_part * geometry.length(i));
     }
     is_small = is_small && !geometry.has_dependent_rows();  // dependent rows keep residuals of rounding size
   };
@@ -139,8 +140,8 @@ ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n
     phi = constraint_residual(scene, q, t, z);
     require_finite_rows(scene, t, phi);
     const double residual = largest(phi);
-    const bool at_rounding = change < 8 * std::numeric_limits<double>::epsilon();
-    const bool no_better = change < 1e-10 && change > 0.5 * last_change;
+    const bool at_rounding = change < projection_limits::at_rounding;
+    const bool no_better = change < projection_limits::may_stand_still && change > 0.5 * last_change;
     // Small coordinates may belong to a row with terms of ordinary size, (x − 1)² at x = 0: its rounding asks for steps that do not shrink.
     const bool stands_still = report.iterations > 3 && change < 1e-6 && change > 0.5 * last_change && [&] {
       const double size = 4 * std::numeric_limits<double>::epsilon() * (1.0 + q.cwiseAbs().maxCoeff());

@@ -4,8 +4,20 @@
 // What a projection onto the constraints did (projection.hpp): plain numbers, for those who only want to read them.
 
 #include <cstddef>
+#include <limits>
 
 namespace qdot {
+
+namespace detail::projection_limits {
+
+inline constexpr double roundings_of_a_row = 64;           // up to which rounding explains a residual φ
+inline constexpr double roundings_of_a_coordinate = 1000;  // by which such a residual may move a coordinate
+inline constexpr double small_part = 1e-3;                 // of the length of a row of J: below it all coordinates of the row are small
+inline constexpr double rounding_of_zero = 1e-22;          // of that length
+inline constexpr double at_rounding = 8 * std::numeric_limits<double>::epsilon();  // a change of coordinates, beside 1 + |q|
+inline constexpr double may_stand_still = 1e-10;           // a change that may be rounding, if it does not shrink
+
+}  // namespace detail::projection_limits
 
 /// What a projection did.
 struct ProjectionReport {

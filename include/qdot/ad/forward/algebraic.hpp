@@ -90,7 +90,7 @@ constexpr Dual<S, N, Tag> chain_at_edge(const S& f, const S& df, const Dual<S, N
 // The same for an f whose slope may be infinite where f = 0.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> chain_from_zero(const S& f, const S& df, const Dual<S, N, Tag>& x) {
-  if constexpr (Symbolic<S>) {  // of others the quotient in df notes that they must not be zero
+  if constexpr (Symbolic<S>) {  // an f that is not constant: the division in df has recorded that f must not be zero
     if (is_plain_zero(f)) return chain_at_edge(f, df, x);
   } else if constexpr (HasEdges<S>) {
     if (f == S(0)) return chain_at_edge(f, df, x);

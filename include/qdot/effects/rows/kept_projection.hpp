@@ -14,7 +14,7 @@ namespace qdot::detail {
 /// Back onto the constraints after a step. Several threads may ask at once.
 struct AnyProjection {
   virtual ~AnyProjection() = default;
-  /// Projects y = [q; q̇; z]; false, with y as it was, where effects/projection.hpp must: far from the constraints, in other phases, near dependent rows.
+  /// Projects y = [q; q̇; z]. False, with y unchanged, far from the constraints, in other phases and near dependent rows: effects/projection.hpp takes these.
   virtual bool project(double t, double* y, std::span<const double> phases, ProjectionReport& report) const = 0;
 };
 /// That of a form with constraints in some phases; null where functors cannot be recorded, or constraints are not linear in velocities.

@@ -29,6 +29,9 @@
 
 namespace qdot::detail {
 
+/// Lines of φ, J q̇ + ∂φ/∂t, J and both changes, for one combination of phases.
+///
+/// Up to 16 coordinates, no more rows than these, and 2000 numbers; a projection allocates nothing.
 class ProjectionLines final : public AnyProjection {
  public:
   [[gnu::cold]] ProjectionLines(TracedEquations<double> equations, const LimitsOfPivots& limits) : lines_(std::move(equations)), limits_(limits) {
@@ -84,7 +87,7 @@ class ProjectionLines final : public AnyProjection {
 
   static double number(const double* x, int k) { return k < 0 ? 0.0 : x[static_cast<std::size_t>(k)]; }  // −1 stands for zero
 
-  // Rows of the Jacobian of velocity constraints that depend on velocities themselves ask for Newton's method.
+  // Whether J does not depend on velocities, so that one linear step solves for them.
   [[gnu::cold]] bool is_linear_in_velocities() {
     TracedEquations<double>& e = lines_.equations();
     for (const int node : e.J.nodes())
@@ -92,9 +95,9 @@ class ProjectionLines final : public AnyProjection {
     return true;
   }
 
-  // Newton's method from x, which ends where lines have been carried out and what is left is of the size of roundings.
+  // Newton's method on the coordinates in x. At its end x has all results at the last state; false where another way must project.
   bool moved_onto_positions(double* x, ProjectionReport& report) const {
-    constexpr double an_ordinary_step = 1e-3, a_rounding = epsilon, some_roundings = 8 * epsilon, below_which_it_may_stand_still = 1e-10;
+    constexpr double an_ordinary_step = 1e-3, a_rounding = epsilon;
     constexpr int most_iterations = 4;
     double last_change = std::numeric_limits<double>::infinity(), terms[most_coordinates];  // of each row at the first state
     bool is_small = false;
@@ -120,7 +123,8 @@ class ProjectionLines final : public AnyProjection {
           if (terms[i] > 0.0) change = std::max(change, moved[i] / terms[i]);
       }
       const bool is_last = report.iterations == most_iterations;
-      const bool has_arrived = change < (is_last ? some_roundings : a_rounding) || (change < below_which_it_may_stand_still && change > 0.5 * last_change);
+      const bool no_better = change < projection_limits::may_stand_still && change > 0.5 * last_change;
+      const bool has_arrived = change < (is_last ? projection_limits::at_rounding : a_rounding) || no_better;
       if ((report.iterations == 0 || !has_arrived) && moves_by_rounding(x)) return false;
       if (has_arrived) return true;
       if (is_last) return false;
@@ -133,7 +137,6 @@ class ProjectionLines final : public AnyProjection {
 
   // Whether all coordinates of a row are small, as in effects/projection.hpp; terms ← Σ |J_ij q_j| of each row.
   bool has_small_rows(const double* x, double* terms) const {
-    constexpr double below_this_part = 1e-3, rounding_of_zero = 1e-22;
     double squares[most_coordinates] = {};
     std::fill_n(terms, phi_.size(), 0.0);
     for (const Entry& e : J_) {
@@ -145,28 +148,27 @@ class ProjectionLines final : public AnyProjection {
     for (std::size_t i = 0; i < phi_.size(); ++i) {
       if (!(terms[i] > 0.0)) continue;
       const double length = std::sqrt(squares[i]);
-      terms[i] = std::max(terms[i], rounding_of_zero * length);
-      has_small = has_small || terms[i] < below_this_part * length;
+      terms[i] = std::max(terms[i], projection_limits::rounding_of_zero * length);
+      has_small = has_small || terms[i] < projection_limits::small_part * length;
     }
     return has_small;
   }
 
   // Whether a residual that rounding explains would move a coordinate by many of its own roundings.
   bool moves_by_rounding(const double* x) const {
-    constexpr double roundings_of_a_row = 64, roundings_of_a_coordinate = 1000;
     double terms[most_coordinates] = {}, in_roundings = 0.0;
     for (const Entry& e : J_) terms[e.row] += std::abs(number(x, e.number) * x[e.column]);
     for (std::size_t i = 0; i < phi_.size(); ++i) {
       const double phi = std::abs(number(x, phi_[i]));
       if (phi != 0.0) in_roundings = std::max(in_roundings, phi / (epsilon * terms[i]));
     }
-    if (!(in_roundings <= roundings_of_a_row)) return false;
+    if (!(in_roundings <= projection_limits::roundings_of_a_row)) return false;
     for (std::size_t j = 0; j < solved_.x.size(); ++j)
-      if (!(std::abs(number(x, solved_.x[j])) <= roundings_of_a_coordinate * epsilon * in_roundings * std::abs(x[j]))) return true;
+      if (!(std::abs(number(x, solved_.x[j])) <= projection_limits::roundings_of_a_coordinate * epsilon * in_roundings * std::abs(x[j]))) return true;
     return false;
   }
 
-  // The largest of J q̇ + … behind a change of velocities, in which rounding is that of its terms.
+  // The largest |J q̇ + ∂φ/∂t| or |a| after a change of velocities. It is summed from whole velocities, so that it has their rounding.
   double residual_of_velocities(const double* x, const double* change) const {
     const double* const before = x + lines_.equations().n();
     double rest[most_coordinates];

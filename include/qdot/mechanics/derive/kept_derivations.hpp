@@ -23,12 +23,12 @@ template <class Number>
 BasicBranchDerivations<Number>::~BasicBranchDerivations() = default;
 
 template <class Number>
-KeptDerivation* BasicBranchDerivations<Number>::at(const RecordableFunctors& functors, const AtState& at, bool checked, BasicBranchDerivations* elder) {
+KeptDerivation* BasicBranchDerivations<Number>::at(const RecordableFunctors& functors, const AtState& at, bool checked, BasicBranchDerivations* of_system) {
   const auto holds = [&](KeptDerivation& it) { return it.holds_at(at) && (!checked || it.is_of(functors)); };
   if (KeptDerivation* const it = latest(); it && holds(*it)) return it;
   if (KeptDerivation* const made = found(holds)) return made;
   if (is_full_.load(std::memory_order_relaxed) || !all_finite(at.q, functors.size) || !all_finite(at.qdot, functors.size)) return nullptr;
-  return added(functors, at, holds, elder);
+  return added(functors, at, holds, of_system);
 }
 
 template <class Number>
@@ -61,11 +61,11 @@ template <class Holds>
 template <class Number>
 template <class Holds>
 [[gnu::cold, gnu::noinline]] KeptDerivation* BasicBranchDerivations<Number>::added(const RecordableFunctors& functors, const AtState& at,
-                                                                                   const Holds& holds, BasicBranchDerivations* elder) {
+                                                                                   const Holds& holds, BasicBranchDerivations* of_system) {
   const std::lock_guard lock(adding_);
   if (KeptDerivation* const made = found(holds)) return made;
   if (is_full_.load(std::memory_order_relaxed)) return nullptr;
-  std::shared_ptr<KeptDerivation> made = elder ? elder->shared_at(functors, at) : nullptr;
+  std::shared_ptr<KeptDerivation> made = of_system ? of_system->shared_at(functors, at) : nullptr;
   if (!made) {
     made = std::make_shared<KeptDerivation>(by_);
     made->derive(functors, &at);

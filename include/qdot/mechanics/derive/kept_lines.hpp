@@ -36,9 +36,9 @@ class BasicBranchDerivations {
 
   /// The first derivation that holds at a state, the latest before others, or one that is made; null where functors cannot be derived.
   ///
-  /// @param checked  whether it must be of the functors as they are now, too
-  /// @param elder    derivations of the same functors, which are taken before one is made here
-  KeptDerivation* at(const RecordableFunctors& functors, const AtState& at, bool checked, BasicBranchDerivations* elder = nullptr);
+  /// @param checked    whether it must be of the functors as they are now, too
+  /// @param of_system  derivations that a run shares with its system: one of these is taken before a new one is made
+  KeptDerivation* at(const RecordableFunctors& functors, const AtState& at, bool checked, BasicBranchDerivations* of_system = nullptr);
   /// The derivation that held at the last state, if there is one.
   KeptDerivation* latest() const {
     const std::size_t last = latest_.load(std::memory_order_relaxed);
@@ -53,7 +53,7 @@ class BasicBranchDerivations {
   template <class Holds>
   KeptDerivation* found(const Holds& holds);
   template <class Holds>
-  KeptDerivation* added(const RecordableFunctors& functors, const AtState& at, const Holds& holds, BasicBranchDerivations* elder);
+  KeptDerivation* added(const RecordableFunctors& functors, const AtState& at, const Holds& holds, BasicBranchDerivations* of_system);
   std::shared_ptr<KeptDerivation> shared_at(const RecordableFunctors& functors, const AtState& at);
 
   By by_;

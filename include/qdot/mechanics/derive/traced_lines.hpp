@@ -122,7 +122,7 @@ template <class Number>
                    [](int number) { return number; }, most);
 }
 
-// The same elimination with two right sides: the graph has its nodes once.
+// Both right sides are solved in the graph. Their eliminations are the same nodes, which the graph has once.
 template <class Number>
 [[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::solved_projection(const LimitsOfPivots& limits, std::size_t most) {
   TracedEquations<Number>& e = equations();
