@@ -12,6 +12,7 @@
 
 #include "bench/chain_energies.hpp"
 #include "catch2_bridge.hpp"
+#include "mechanics/form_of_run.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/contact.hpp"
 #include "qdot/effects/dissipation.hpp"
@@ -29,19 +30,6 @@ using namespace qdot;
 namespace {
 
 constexpr double rounded = 1e-11;  // some hundred operations, and the condition of M of a chain of eight
-constexpr int until_lines = 3001;  // evaluations
-
-template <class System>
-auto form_of_run(const System& system) {
-  auto form = first_order_form(system);
-  form.expect_long_run();
-  return form;
-}
-template <class Form>
-void evaluate_until_lines(const Form& form, const Eigen::VectorXd& y) {
-  Eigen::VectorXd ydot(y.size());
-  for (int i = 0; i < until_lines; ++i) form.derivative(0.0, y, ydot);
-}
 // q and q̇, and behind them the states of effects.
 template <int n>
 Eigen::VectorXd state(double shift, const Eigen::VectorXd& z = {}) {
@@ -50,14 +38,12 @@ Eigen::VectorXd state(double shift, const Eigen::VectorXd& z = {}) {
   y.tail(z.size()) = z;
   return y;
 }
-bool is_by_lines(const std::string& way) { return way.find("recorded formulas") != std::string::npos; }
-
 template <int n, class System>
 double difference_of_duals(const System& system, const Eigen::VectorXd& z = {}) {
   const auto form = form_of_run(system);
   const auto duals = first_order_form(system.by(By::duals));
   evaluate_until_lines(form, state<n>(0.0, z));
-  CHECK((is_by_lines(form.way_taken()) || !formula::native_lines_are_possible()));
+  CHECK(is_by_lines(form.way_taken()));
   double worst = 0.0;
   for (int k = 0; k < 20; ++k) {
     const Eigen::VectorXd y = state<n>(0.3 * k, z);
@@ -280,7 +266,7 @@ TEST_CASE("on one constraint a coordinate that is light has its acceleration to 
                                         })));
     const Eigen::VectorXd y = Eigen::Vector4d(0.7, std::sin(0.7), 0.4, 0.4 * std::cos(0.7));
     evaluate_until_lines(form, y);
-    CHECK((is_by_lines(form.way_taken()) || !formula::native_lines_are_possible()));
+    CHECK(is_by_lines(form.way_taken()));
     Eigen::VectorXd found(4);
     form.derivative(0.0, y, found);
     // By hand, with c = cos q₀: (1 + m c²) q̈₀ = Q₀ + c (Q₁ + m s v₀²), q̈₁ = c q̈₀ − s v₀²
@@ -291,7 +277,7 @@ TEST_CASE("on one constraint a coordinate that is light has its acceleration to 
   }
 }
 
-TEST_CASE("few operations and branches go without lines of their own") {
+TEST_CASE("few operations go without lines of their own") {
   const auto pays = []<int n>(const auto& system, std::integral_constant<int, n>) {
     detail::TracedEquations<double> recorded(n, 0);
     detail::run_energies<n>(recorded.motion, system.energies());
@@ -301,6 +287,10 @@ TEST_CASE("few operations and branches go without lines of their own") {
   const auto kepler = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return -1.0 / q.norm(); });
   CHECK_FALSE(pays(kepler, Two()));
   CHECK(pays(mechanical_system<2>(bench::LoopedChain{}), Two()));
+}
+
+// V has a kink at q₀ = 0: ∂V/∂q₀ is −sin q₀ cos q₁, and 2 q₀ besides where q₀ > 0.
+TEST_CASE("functors that compare have lines on each side") {
   const auto bounded = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },
                                             [](const auto& q) {
                                               using std::cos, std::max;
@@ -308,12 +298,45 @@ TEST_CASE("few operations and branches go without lines of their own") {
                                               return cos(q[0]) * cos(q[1]) + over * over;
                                             });
   const auto form = form_of_run(bounded);
-  for (const double q : {-0.7, 0.7}) {  // ∂V/∂q is −sin q₀ cos q₁, and 2 q₀ where q₀ > 0
-    const Eigen::VectorXd y = Eigen::Vector4d(q, 0.4, 0.0, 0.0);
-    evaluate_until_lines(form, y);
+  evaluate_until_lines(form, Eigen::Vector4d(-0.7, 0.4, 0.0, 0.0));
+  CHECK(is_by_lines(form.way_taken()));
+  for (const double q : {-0.7, 0.7, -0.2, 0.1, 1e-300, -1e-300, 0.0}) {
     Eigen::VectorXd ydot(4);
-    form.derivative(0.0, y, ydot);
+    form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(q, 0.4, 0.0, 0.0)), ydot);
     CHECK(std::abs(ydot[2] - (std::sin(q) * std::cos(0.4) - (q > 0.0 ? 2.0 * q : 0.0))) < rounded);
+  }
+}
+
+// Sixteen branches are kept; the others go as without lines.
+TEST_CASE("functors with many branches have the numbers of each") {
+  const auto stairs = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },
+                                           [](const auto& q) {
+                                             using std::cos, std::floor;
+                                             return cos(q[1]) * cos(q[0]) + floor(q[0]) * q[0];
+                                           });
+  const auto form = form_of_run(stairs);
+  evaluate_until_lines(form, Eigen::Vector4d(0.5, 0.4, 0.0, 0.0));
+  for (int k = 0; k < 40; ++k) {
+    const double q = 0.5 + (k * 7) % 40;
+    Eigen::VectorXd ydot(4);
+    form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(q, 0.4, 0.0, 0.0)), ydot);
+    CHECK(std::abs(ydot[2] - (std::sin(q) * std::cos(0.4) - std::floor(q))) < rounded * (1.0 + q));
+  }
+}
+
+TEST_CASE("a functor that reads a value itself has no lines") {
+  const auto read = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },
+                                         [](const auto& q) {
+                                           using std::cos;
+                                           const double scale = innermost_value(q[0]) > 0.0 ? 2.0 : 1.0;
+                                           return cos(q[0]) * cos(q[1]) * scale;
+                                         });
+  const auto form = form_of_run(read);
+  evaluate_until_lines(form, Eigen::Vector4d(0.5, 0.4, 0.0, 0.0));
+  for (const double q : {0.5, -0.5}) {
+    Eigen::VectorXd ydot(4);
+    form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(q, 0.4, 0.0, 0.0)), ydot);
+    CHECK(std::abs(ydot[2] - std::sin(q) * std::cos(0.4) * (q > 0.0 ? 2.0 : 1.0)) < rounded);
   }
 }
 
@@ -339,7 +362,7 @@ TEST_CASE("where functors are others by then, lines are derived anew") {
 TEST_CASE("an inertia that ends and a root without a value are refused by their names") {
   const auto form = form_of_run(mechanical_system<2>(Ends{}));
   evaluate_until_lines(form, Eigen::Vector4d(0.5, 0.3, 0.1, 0.2));
-  CHECK((is_by_lines(form.way_taken()) || !formula::native_lines_are_possible()));
+  CHECK(is_by_lines(form.way_taken()));
   Eigen::VectorXd ydot(4);
   CHECK_THROWS_AS(form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(0.0, 0.0, 0.1, 0.2)), ydot), SingularMassMatrix);
   CHECK_THROWS_AS(form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(0.1, 0.5, 0.1, 0.2)), ydot), IndefiniteMassMatrix);

@@ -143,11 +143,6 @@ struct TorqueOnBody {
   Pose R;    ///< attitude of the body, of q or (q, t), 3×3
   F torque;  ///< the torque
 
-  /// R on numbers that know how they move.
-  template <int n>
-  using Jets = decltype(detail::of_position(std::declval<const Pose&>(), std::declval<const Vector<detail::PositionJet<n>, n>&>(),
-                                            std::declval<const detail::PositionJet<n>&>()));
-
   template <int n>
   static constexpr bool takes_time = detail::functor_takes_time<n, Pose, 1>() || detail::functor_takes_time<n, F, 0>();
 
@@ -156,23 +151,15 @@ struct TorqueOnBody {
     if constexpr (detail::moves_by_jets<S, n>) return force_by_jets(q, t);
     else return force_by_duals(q, qdot, t);
   }
-  /// The torque along the body's axes, where R is one of the library's own rotations.
-  template <int n>
-  [[gnu::flatten]] auto torque_along_body(const Vector<double, n>& q, double t) const
-    requires detail::is_known_rotation<Jets<n>>
-  {
-    const detail::MovingCoordinates<double, n> moving(q, q, t);  // at whatever velocity
-    return detail::BodyTorque<n>(detail::of_position(R, moving.q, moving.t), detail::of_time(torque, t).template cast<double>());
-  }
   template <class S, int n>
   Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>&, const S& t) const {
-    const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
-    // ω = Σ ωᵢ q̇ᵢ, so Qᵢ = ∂(τ·ω)/∂q̇ᵢ; linear in q̇, so any q̇ will do.
+    const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>(), along_body = detail::of_position(R, q, t).transpose() * tau;
+    // Ω = Σ Ωᵢ q̇ᵢ along the body's axes, so Qᵢ = ∂(Rᵀτ·Ω)/∂q̇ᵢ; linear in q̇, so any q̇ will do.
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
       const Vector<D, n> at = q.template cast<D>();
-      const auto omega = angular_velocity_of(detail::at_time(R, D(t)), at, v);
-      return D(D(tau[0]) * omega[0] + D(tau[1]) * omega[1] + D(tau[2]) * omega[2]);
+      const auto omega = body_angular_velocity_of(detail::at_time(R, D(t)), at, v);
+      return D(D(along_body[0]) * omega[0] + D(along_body[1]) * omega[1] + D(along_body[2]) * omega[2]);
     }), Vector<S, n>(Vector<S, n>::Zero(q.size())));
   }
 
@@ -187,10 +174,6 @@ struct TorqueOnBody {
     Vector<S, n> Q = Vector<S, n>::Zero();
     Q[0] = 0.0 * (tau[0] + tau[1] + tau[2]);  // torques that are not finite do not vanish about axes that do not turn
     detail::ComponentMask present = 1;
-    if constexpr (detail::is_known_rotation<std::remove_cvref_t<decltype(rotation)>>) {
-      const detail::BodyTorque<n> along_body(rotation, tau);
-      if (along_body.is_known) return along_body.add_to(Q, present), Q;
-    }
     return force_by_entries<Number>(rotation, tau, Q, present);
   }
   template <class Number, class Rotation, class S, int n>

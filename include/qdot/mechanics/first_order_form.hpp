@@ -146,7 +146,7 @@ class FirstOrderForm {
     const Eigen::Index dof = system_.dof();
     if constexpr (has_solved_rates) {
       if (system_.kept_lines()->may_be_straight()) {
-        const auto* const lines = rates_.found([this] { return detail::solved_rates<n>(recordable(), {}, most_lines); });
+        const auto* const lines = rates_.found([&] { return detail::solved_rates<n>(recordable(), t, y, {}, most_lines); });
         if (lines && lines->write(t, y, {}, ydot)) return;
       }
     }

@@ -144,10 +144,8 @@ class KinematicEnergies {
     if constexpr (!heavy) (void)own_potential(q, t);
   }
 
-  // M (packed lower triangle) and rhs by J and s of the positions; the entries that may be other than zero. Where it is asked for, of a body that
-  // turns freely, too.
-  template <class... Turn>
-  [[gnu::flatten]] ComponentMask equations_by_jets(const double* q, const double* qdot, double t, double* M, double* r, Turn&... turn) const {
+  // M (packed lower triangle) and rhs by J and s of the positions; the entries that may be other than zero.
+  [[gnu::flatten]] ComponentMask equations_by_jets(const double* q, const double* qdot, double t, double* M, double* r) const {
     using S = PositionJet<n>;
     Vector<S, n> x;
     unroll<n>([&](auto i) __attribute__((always_inline)) { x[i] = S::template coordinate<i>(q[i], qdot[i]); });
@@ -156,7 +154,6 @@ class KinematicEnergies {
     place(x, time, equations);
     if constexpr (!heavy) equations.potential(own_potential(x, time));
     if constexpr (has_extra) equations.lagrangian(euler_lagrange_of<n>(extra_, q, qdot, t));
-    (equations.write_turned(turn), ...);
     equations.write(M, r);
     return equations.pattern();
   }
@@ -174,15 +171,8 @@ class KinematicEnergies {
   template <class Use>
   [[gnu::noinline, gnu::flatten]] bool straight_equations(const double* q, const double* qdot, double t, const Use& use) const {
     double M[n * (n + 1) / 2], r[n];
-    if constexpr (requires { &Use::turned; }) {
-      FreeTurn<n> turn;
-      const ComponentMask pattern = equations_by_jets(q, qdot, t, M, r, turn);
-      if (!__builtin_constant_p(pattern)) return false;
-      if (turn.is_free && use.turned(AtState{q, qdot, t}, turn)) return true;
-    } else {
-      const ComponentMask pattern = equations_by_jets(q, qdot, t, M, r);
-      if (!__builtin_constant_p(pattern)) return false;
-    }
+    const ComponentMask pattern = equations_by_jets(q, qdot, t, M, r);
+    if (!__builtin_constant_p(pattern)) return false;
     return use.packed(AtState{q, qdot, t}, M, r, ~ComponentMask(0));
   }
 

@@ -108,17 +108,6 @@ struct AccelerationTo {
     unroll<n>([&](auto i) __attribute__((always_inline)) { sum += qddot[i] = r[i]; });
     return is_finite(sum);
   }
-  [[gnu::always_inline]] bool turned(const AtState&, FreeTurn<n>& turn) const {
-    const bool by_length = turn.frame.place[3] != 0;
-    if ((by_length && !turn.has_length_inertia) || !(turn.frame.regular > regular_turning)) return false;
-    if constexpr (forced) turn.add(Q);
-    if (!solved_in_place<n>(turn.M, turn.r, threshold, turn.present)) return false;
-    turn.back(turn.r, qddot);
-    if (by_length) turn.add_along(turn.of_length(turn.r), qddot);
-    double sum = -0.0;
-    unroll<n>([&](auto i) __attribute__((always_inline)) { sum += qddot[i]; });
-    return is_finite(sum);
-  }
   bool full(const AtState& at, double* M, double* r) const { return packed(at, M, r, ~ComponentMask(0)); }
   static constexpr bool is_forced = forced;
   bool by_solution(const AtState&, const DerivedLines& lines, double* x) const {

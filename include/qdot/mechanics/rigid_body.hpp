@@ -196,8 +196,8 @@ auto kinetic_energy_of_body(const RigidBody& body, const Rotation& rotation, con
   using S = detail::MotionScalar<Q, Qdot, Time...>;
   const Vector<S, 3> v = velocity_of(position, q, qdot, t...);
   return detail::along_motion<S>(rotation, q, qdot, [&](const auto& R, const auto& follow) __attribute__((always_inline)) {
+    const Vector<S, 3> omega = detail::angular_velocity_along<detail::Axes::of_body, S>(R, follow);
     if constexpr (detail::MovingPositions<S>::is_only_way) {  // which has no branches, and takes entry by entry (rotation.hpp)
-      const auto omega = detail::angular_velocity_along<detail::Axes::of_body, S, Rotation>(R, follow);
       const auto in_body_axes = [&](int i) __attribute__((always_inline)) {
         return S(follow(R(0, i)).value * v[0] + follow(R(1, i)).value * v[1] + follow(R(2, i)).value * v[2]);
       };
@@ -205,8 +205,7 @@ auto kinetic_energy_of_body(const RigidBody& body, const Rotation& rotation, con
       return S(0.5 * (body.mass * detail::dot(v, v) + detail::quadratic_form(body.inertia, omega)) +
                body.mass * detail::triple_product(v_of_body, omega, body.centre));
     } else {
-      const auto turning = detail::followed<S>(R, follow);
-      return kinetic_energy_of_body(body, turning.value, v, body_angular_velocity(turning.value, turning.rate));
+      return kinetic_energy_of_body(body, detail::followed<S>(R, follow).value, v, omega);
     }
   }, t...);
 }

@@ -45,6 +45,11 @@
 
 namespace qdot {
 
+namespace detail {
+template <Symbolic S>
+inline constexpr bool remembers_rotations<AlongMotion<S>> = true;
+}  // namespace detail
+
 #if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
 #pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
 #endif
@@ -117,28 +122,34 @@ Matrix<S, 2> planar_rotation(const S& angle) {
   return R;
 }
 
-namespace detail {
-
-// C ← A B without a loop, so that straight-line code stays so.
-template <class S>
-void set_to_product(Matrix<S, 3>& C, const Matrix<S, 3>& A, const Matrix<S, 3>& B) {
-  unroll<9>([&](auto entry) __attribute__((always_inline)) {
-    constexpr int i = entry % 3, j = entry / 3;
-    C(i, j) = A(i, 0) * B(0, j) + A(i, 1) * B(1, j) + A(i, 2) * B(2, j);
-  });
-}
-
-}  // namespace detail
-
 /// R = R_i(a) R_j(b) R_k(c): first by a about space axis i, then by b about the turned axis j, then by c
 /// about the twice turned axis k. All twelve sets of Euler angles: euler_rotation<3, 1, 3>(phi, theta, psi).
 template <int i, int j, int k, class S>
 auto euler_rotation(const S& a, const S& b, const S& c) {
   static_assert(i != j && j != k, "qdot::euler_rotation: two neighbouring axes must differ, or two angles do the work of one");
-  Matrix<S, 3> first;
-  detail::set_to_product(first, rotation_about_axis<i>(a), rotation_about_axis<j>(b));
+  using std::cos, std::sin;
+  constexpr int I = i - 1, J = j - 1, K = k - 1, h = 3 - I - J, o = 3 - J - K, P = (K + 1) % 3, Q = (K + 2) % 3;
+  constexpr bool is_next = h == (J + 1) % 3;
+  const Matrix<S, 3> first = rotation_about_axis<i>(a);
+  const S s_j = sin(b), c_j = cos(b), s_k = sin(c), c_k = cos(c);
   detail::RotationBy<detail::EulerTurn<i, j, k>, S> R;
-  detail::set_to_product<S>(R, first, rotation_about_axis<k>(c));
+  unroll<3>([&](auto of) __attribute__((always_inline)) {
+    constexpr int row = of;
+    S two[3];  // of R_i(a) R_j(b): axis i lies in the plane of the second turn, and axis j in that of the third, so there are entries 1 and 0
+    if constexpr (row == I) {
+      two[I] = c_j;
+      two[h] = is_next ? s_j : S(-s_j);
+      R(row, o) = two[o] * c_k;
+      R(row, J) = o == P ? S(-(two[o] * s_k)) : S(two[o] * s_k);
+    } else {
+      two[J] = first(row, J);
+      two[I] = is_next ? S(-(first(row, h) * s_j)) : S(first(row, h) * s_j);
+      two[h] = first(row, h) * c_j;
+      R(row, P) = two[P] * c_k + two[Q] * s_k;
+      R(row, Q) = two[Q] * c_k - two[P] * s_k;
+    }
+    R(row, K) = two[K];
+  });
   detail::remember(R, a, b, c);
   return R;
 }
@@ -165,12 +176,12 @@ auto rotation_from_quaternion(const Eigen::MatrixBase<P>& p) {
   const S w = p[0], x = p[1], y = p[2], z = p[3];
   const S s = 2.0 / (w * w + x * x + y * y + z * z);
   detail::RotationBy<detail::QuaternionTurn, S> R;
-  detail::remember(R, w, x, y, z);
   const S sx = s * x, sy = s * y, sz = s * z;
   const S xx = sx * x, yy = sy * y, zz = sz * z, xy = sx * y, xz = sx * z, yz = sy * z, wx = sx * w, wy = sy * w, wz = sz * w;
   R(0, 0) = 1.0 - (yy + zz), R(0, 1) = xy - wz, R(0, 2) = xz + wy;
   R(1, 0) = xy + wz, R(1, 1) = 1.0 - (zz + xx), R(1, 2) = yz - wx;
   R(2, 0) = xz - wy, R(2, 1) = yz + wx, R(2, 2) = 1.0 - (xx + yy);
+  detail::remember(R, w, x, y, z);
   return R;
 }
 
@@ -179,46 +190,19 @@ auto rotation_from_quaternion(const Eigen::MatrixBase<P>& p) {
 /// Smooth at v = 0, with all its derivatives: below θ = 1/2 the two factors are power series in θ².
 template <class V>
 auto rotation_from_vector(const Eigen::MatrixBase<V>& v) {
-  using std::cos;
-  using std::sin;
-  using std::sqrt;
   using S = typename V::Scalar;
   static_assert(detail::require_real<S>());
-  const S x = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];  // θ²
-  S a, b;
-  if constexpr (requires { requires std::is_same_v<decltype(S::value), double>; x.chain(1.0, 1.0, 1.0); }) {
-    const detail::CosineLike of(x.value);
-    a = x.chain(of.c[1], of.template slope<1>(), of.template curvature<1>());
-    b = x.chain(of.c[2], of.template slope<2>(), of.template curvature<2>());
-  } else if constexpr (std::is_same_v<S, double>) {
-    const detail::Pair of = detail::sine_and_cosine_quotients(x);
-    a = of[0];
-    b = of[1];
-  } else {
-    if (x < 0.25) {
-      // 1 − x/(2·3) (1 − x/(4·5) (1 − …)) and its neighbour; the first term left out is below 1e-21
-      a = S(1);
-      b = S(1);
-      for (int k = 8; k > 0; --k) {
-        a = 1.0 - x * a / double(2 * k * (2 * k + 1));
-        b = 1.0 - x * b / double((2 * k + 1) * (2 * k + 2));
-      }
-      b = 0.5 * b;
-    } else {
-      const S theta = sqrt(x);
-      a = sin(theta) / theta;
-      b = (1.0 - cos(theta)) / x;
-    }
-  }
+  const detail::Stumpff<S> of = detail::stumpff<2>(S(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+  const S a = of.c1, b = of.c2;
   // [v×]² = v vᵀ − θ² E
   const S v0 = v[0], v1 = v[1], v2 = v[2];
   detail::RotationBy<detail::VectorTurn, S> R;
-  detail::remember(R, v0, v1, v2);
   const S x0 = a * v0, x1 = a * v1, x2 = a * v2, y0 = b * v0, y1 = b * v1, y2 = b * v2;
   const S y00 = y0 * v0, y11 = y1 * v1, y22 = y2 * v2, y01 = y0 * v1, y02 = y0 * v2, y12 = y1 * v2;
   R(0, 0) = 1.0 - (y11 + y22), R(0, 1) = y01 - x2, R(0, 2) = y02 + x1;
   R(1, 0) = y01 + x2, R(1, 1) = 1.0 - (y22 + y00), R(1, 2) = y12 - x0;
   R(2, 0) = y02 - x1, R(2, 1) = y12 + x0, R(2, 2) = 1.0 - (y00 + y11);
+  detail::remember(R, v0, v1, v2);
   return R;
 }
 
@@ -245,11 +229,12 @@ enum class Axes { of_space, of_body };
 
 // The angular velocity from what R returned along the motion. In straight-line code from the entries of R and Ṙ as they are asked for:
 // matrices of large scalars are more than a compiler sees through.
-template <Axes axes, class S, class Rotation, class R, class Follow>
+template <Axes axes, class S, class R, class Follow>
 [[gnu::always_inline]] inline auto angular_velocity_along(const R& rotation, const Follow& follow) {
-  if constexpr (axes == Axes::of_body && requires { follow.positions.template body_rates<Rotation>(rotation); }) {
-    return follow.positions.template body_rates<Rotation>(rotation);
-  } else if constexpr (MovingPositions<S>::is_only_way) {
+  if constexpr (axes == Axes::of_body && is_known_rotation<std::remove_cvref_t<R>>) {
+    if (rotation.is_as_made()) return known_angular_velocity<S>(rotation, follow);
+  }
+  if constexpr (MovingPositions<S>::is_only_way) {
     const auto& matrix = rotation.eval();
     const auto* const r = matrix.data();
     constexpr bool columns = axes == Axes::of_body;  // of R times columns of Ṙ, or rows times rows
@@ -271,7 +256,7 @@ template <Axes axes, class Function, class Q, class Qdot, class... Time>
 auto turning(const Function& rotation, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {
   using S = MotionScalar<Q, Qdot, Time...>;
   return along_motion<S>(rotation, q, qdot, [](const auto& R, const auto& follow) __attribute__((always_inline)) {
-    return angular_velocity_along<axes, S, Function>(R, follow);
+    return angular_velocity_along<axes, S>(R, follow);
   }, t...);
 }
 

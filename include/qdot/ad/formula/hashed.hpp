@@ -82,6 +82,8 @@ class Hashed : public FormulaNumber<Hashed> {
   }
   friend const double& innermost_value(const Hashed& x) { return x.known(); }
 
+  friend bool seen_to_be_one(const Hashed& x, const Hashed& y) { return x.comparisons_ == y.comparisons_ && x.bits_ == y.bits_; }
+
   friend Hashed abs(const Hashed& x) { return below(x, 0.0, false) ? -x : x; }
   friend Hashed fabs(const Hashed& x) { return abs(x); }
   friend Hashed floor(const Hashed& x) { return rounded_down(x); }

@@ -16,6 +16,7 @@
 // that it has taken depends (ad/formula/branches.hpp).
 
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <limits>
@@ -42,8 +43,15 @@ struct Recording {
     double value;
     friend bool operator==(const Assumption&, const Assumption&) = default;
   };
+  struct Turning {  ///< of a body: Ω = W ṗ, the numbers p with their rates, V with W V = 1 row by row, and what is not zero where W has full rank
+    std::array<int, 3> omega;
+    std::vector<std::pair<int, int>> coordinates;
+    std::vector<int> inverse;
+    int regular;
+  };
   Graph graph;
   std::vector<Assumption> assumptions;
+  std::vector<Turning> turnings;
   std::string source = "T or V";  ///< what is being run, for messages
   Branches* branches = nullptr;   ///< values and guards, where comparisons are answered; lives elsewhere
 };
@@ -160,6 +168,22 @@ class Recorded : public FormulaNumber<Recorded> {
   friend const double& innermost_value(const Recorded& x) {
     if (x.recording_) refuse(*x.recording_, "the plain value", "");
     return x.constant_;
+  }
+
+  /// Whether both are one node, or one constant.
+  friend bool seen_to_be_one(const Recorded& x, const Recorded& y) {
+    return x.recording_ == y.recording_ && (x.recording_ ? x.node_ == y.node_ : x.constant_ == y.constant_);
+  }
+  /// Notes that omega is the angular velocity, along the axes of a body, of a rotation by `count` numbers p with rates v.
+  friend void note_turning(const Recorded* omega, const Recorded* p, const Recorded* v, int count, const Recorded* inverse, const Recorded& regular) {
+    Recording* recording = nullptr;
+    for (int a = 0; a < 3; ++a) recording = omega[a].recording_ ? omega[a].recording_ : recording;
+    if (recording == nullptr) return;
+    Recording::Turning turning{{}, {}, {}, regular.node_in(*recording)};
+    for (std::size_t a = 0; a < 3; ++a) turning.omega[a] = omega[a].node_in(*recording);
+    for (int c = 0; c < count; ++c) turning.coordinates.emplace_back(p[c].node_in(*recording), v[c].node_in(*recording));
+    for (int k = 0; k < 3 * count; ++k) turning.inverse.push_back(inverse[k].node_in(*recording));
+    recording->turnings.push_back(std::move(turning));
   }
 
   friend Recorded abs(const Recorded& x) { return below(x, 0.0, false, "the function ", "abs") ? -x : x; }

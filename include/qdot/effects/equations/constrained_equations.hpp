@@ -228,44 +228,6 @@ struct ConstrainedTo {
   [[gnu::flatten]] bool packed(const AtState& at, double* M, double* r, ComponentMask present) const {
     return solved(at, M, r, present);
   }
-  // One constraint on a quaternion whose length L says nothing of. It alone determines the length, which alone determines λ.
-  [[gnu::flatten]] bool turned(const AtState& at, FreeTurn<n>& turn) const
-    requires(m == 1 && !Sc::has_phases)
-  {
-    if (!turn.frame.place[3] || turn.has_length_inertia) return false;
-    JetRows<Sc> row(scene, at.q, at.qdot, at.t, z);
-    if constexpr (Sc::has_forces) add_forces_at<ForceSum::plain>(scene, z, at, turn);
-    const ComponentMask own = turn.own();
-    double j = 0.0, size = 0.0, length = 0.0;
-    unroll<n>([&](auto i) __attribute__((always_inline)) {
-      const Present there = has(own & row.mask[0], i);
-      j = sum_of(1U, j, there, product_if(there, row.J[0][i], turn.frame.along[i]));
-      size = sum_of(1U, size, there, product_if(there, row.J[0][i], row.J[0][i]));
-      length = sum_of(1U, length, has(own, i), product_if(has(own, i), turn.frame.along[i], turn.frame.along[i]));
-    });
-    if (!(j * j > regular_turning * size * length)) return false;
-    const double i_j = 1.0 / j;
-    double lambda = 0.0, force[n], qddot[n];
-    if (turn.forces & turn.frame.place[3]) {
-      lambda = -i_j * turn.of_length(turn.r);
-      unroll<n>([&](auto i) __attribute__((always_inline)) { force[i] = product_if(has(row.mask[0], i), row.J[0][i], lambda); });
-      turn.add(force, row.mask[0]);
-    }
-    if (!solved_in_place<n>(turn.M, turn.r, massless_pivot, turn.present)) return false;
-    turn.back(turn.r, qddot);
-    double left = row.gamma[0];
-    unroll<n>([&](auto i) __attribute__((always_inline)) {
-      const Present there = has(row.mask[0], i);
-      left = difference_of(1U, left, there, product_if(there, row.J[0][i], qddot[i]));
-    });
-    turn.add_along(left * i_j, qddot);
-    double sum = lambda - at.t;
-    unroll<n>([&](auto i) __attribute__((always_inline)) { sum += out.qddot[i] = qddot[i]; });
-    out.lambda[0] = lambda;
-    out.rank = 1;
-    out.smallest_pivot = 1.0;
-    return is_finite(sum);
-  }
   [[gnu::noinline, gnu::flatten]] bool full(const AtState& at, double* M, double* r) const { return solved(at, M, r, ~ComponentMask(0)); }
   template <int blocks>
   bool rows(const AtState& at, int, const double* M, double* r) const {

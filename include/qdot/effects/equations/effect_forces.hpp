@@ -54,21 +54,17 @@ template <class S, int n, class Force>
 // How to sum forces: as they are, without numbers that know how they move, with those of potentials, or without those whose slopes are known.
 enum class ForceSum { plain, by_duals, with_potentials, unknown_slopes };
 
-// An effect that knows its torque along the axes of a body.
-template <class E, int n>
-concept KnowsBodyTorque = requires(const E& e, const Vector<double, n>& q) { e.torque_along_body(q, 0.0); };
-
 // An effect that adds ∂Q/∂(q, q̇) to rows itself, add_slopes(rows), in place of duals.
 template <class E>
 concept KnowsSlopes = requires(const E& e, double (*rows)[2]) { e.add_slopes(rows); };
 
 // Effects are asked what their `Roles` say: their own types, or those of the same effects with plain numbers for recorded parameters.
-template <ForceSum way, bool but_body_torques, class... Roles, class Effects, class S, int n>
+template <ForceSum way, class... Roles, class Effects, class S, int n>
 Vector<S, n> sum_over(const Effects& effects, const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, total<states_of<Roles>()...>()>& z, const S& t) {
   Vector<S, n> sum = Vector<S, n>::Zero(q.size());
   Eigen::Index first = 0;
   const auto add = [&]<class E>(const auto& e, std::type_identity<E>) {
-    if constexpr ((way == ForceSum::unknown_slopes && KnowsSlopes<E>) || (but_body_torques && KnowsBodyTorque<E, n>)) {
+    if constexpr (way == ForceSum::unknown_slopes && KnowsSlopes<E>) {
       return;
     } else if constexpr (StateEffect<E>) {
       constexpr int k = states_of<E>();
@@ -93,10 +89,10 @@ Vector<S, n> sum_over(const Effects& effects, const Vector<S, n>& q, const Vecto
   }(std::index_sequence_for<Roles...>());
   return sum;
 }
-template <ForceSum way, bool but_body_torques = false, class Sys, class... Effects, class S, int n>
+template <ForceSum way, class Sys, class... Effects, class S, int n>
 Vector<S, n> summed_forces(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
                            const Vector<S, Scene<Sys, Effects...>::states_at_compile_time>& z, const S& t) {
-  return sum_over<way, but_body_torques, Effects...>(scene.effects(), q, qdot, z, t);
+  return sum_over<way, Effects...>(scene.effects(), q, qdot, z, t);
 }
 
 // The same at a state, copied entry by entry, so that the compiler sees what it has of it already.
@@ -109,38 +105,6 @@ template <ForceSum way, class Sc>
     qdot[i] = at.qdot[i];
   });
   return summed_forces<way>(scene, q, qdot, z, at.t);
-}
-
-// Whether all that acts is constraints, and torques that are known along the axes of a body.
-template <class Sc>
-inline constexpr bool knows_all_torques = [] {
-  constexpr int n = Sc::dof_at_compile_time;
-  return []<class... E>(std::type_identity<std::tuple<E...>>) {
-    return ((KnowsBodyTorque<E, n> || !(StateEffect<E> || ForceEffect<E, n> || PotentialEffect<E, n>)) && ...);
-  }(std::type_identity<std::remove_cvref_t<decltype(std::declval<const Sc&>().effects())>>());
-}();
-
-// The same for a body that turns freely (mechanics/equations/free_turn.hpp), torques along its axes as they are.
-template <ForceSum way, class Sc>
-[[gnu::flatten]] inline void add_forces_at(const Sc& scene, const EffectStates<Sc>& z, const AtState& at, FreeTurn<Sc::dof_at_compile_time>& turn) {
-  constexpr int n = Sc::dof_at_compile_time;
-  Vector<double, n> q, qdot;
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    q[i] = at.q[i];
-    qdot[i] = at.qdot[i];
-  });
-  if constexpr (!knows_all_torques<Sc>) {
-    const Vector<double, n> Q = summed_forces<way, true>(scene, q, qdot, z, at.t);
-    turn.add(Q.data());
-  }
-  for_each(scene.effects(), [&](const auto& e) __attribute__((always_inline)) {
-    if constexpr (KnowsBodyTorque<std::remove_cvref_t<decltype(e)>, n>) {
-      const BodyTorque<n> torque = e.torque_along_body(q, at.t);
-      if (torque.is_known && turn.add_torque(torque.frame, torque.along)) return;
-      const Vector<double, n> Q = e.force(q, qdot, at.t);
-      turn.add(Q.data());
-    }
-  });
 }
 
 #if defined(__clang__) && defined(__OPTIMIZE__)

@@ -45,10 +45,6 @@ struct ForcedTo {
     unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
     return free.packed(at, M, r, present);
   }
-  [[gnu::flatten]] bool turned(const AtState& at, FreeTurn<n>& turn) const {
-    add_forces_at<sum>(scene, z, at, turn);
-    return free.turned(at, turn);
-  }
   bool full(const AtState& at, double* M, double* r) const {
     add_forces(at, r);
     return free.full(at, M, r);

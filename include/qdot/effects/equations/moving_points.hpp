@@ -16,7 +16,6 @@
 #include "qdot/ad/places/position_jet.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
-#include "qdot/mechanics/equations/body_rates.hpp"
 #include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot::detail {
@@ -65,28 +64,5 @@ template <class S, int n, class Number>
   Q[0] = sum_of(has(present, 0), Q[0], may_differ_from_zero(zero), zero);
   present |= may_differ_from_zero(zero);
 }
-
-// A torque on a body whose rotation is one of the library's own, along the body's axes: Q = Wᵀ Rᵀτ with Ω = W q̇.
-template <int n>
-struct BodyTorque {
-  double along[3];
-  BodyFrame<n> frame;
-  Present is_known;  // whether R is as it was made
-
-  template <class Turn>
-  [[gnu::always_inline]] BodyTorque(const KnownRotation<Turn, PositionJet<n>>& R, const Vector<double, 3>& of_space)
-      : along{of_space[0], of_space[1], of_space[2]}, frame(BodyRates<n>(R).frame), is_known(is_as_made(R)) {
-    turn_into_body(R, along);
-  }
-  [[gnu::always_inline]] void add_to(Vector<double, n>& Q, ComponentMask& present) const {
-    unroll<3>([&](auto a) __attribute__((always_inline)) {
-      unroll<n>([&](auto i) __attribute__((always_inline)) {
-        const Present turns = frame.moves_with(a, i);
-        Q[i] = sum_of(has(present, i), Q[i], turns, product_if(turns, frame.J[a][i], along[a]));
-        present |= bit(turns, i);
-      });
-    });
-  }
-};
 
 }  // namespace qdot::detail

@@ -40,13 +40,13 @@ struct GraphEquations {
   std::vector<int> p, mass, right;  // of M the lower triangle, row by row
 };
 template <class Graph>
-[[gnu::cold]] GraphEquations equations_by_graph(Graph& graph, int n, int T, int V) {
+[[gnu::cold]] GraphEquations equations_by_graph(Graph& graph, int n, int T, int V, std::span<const formula::Recording::Turning> turnings = {}) {
   const std::vector<int> q = variables_of(graph, 0, n), qdot = variables_of(graph, n, n);
   GraphEquations e{.p = graph.gradient(T, qdot, graph.dependence(T, qdot)), .mass = {}, .right = {}};
   const int work = graph.scaled(V, -1.0);
   e.right = graph.gradient(work, q, graph.dependence(work, q));
   RatesOfNodes<Graph> rates(graph, n);
-  const std::vector<int> terms = CoriolisTerms<Graph>(rates, n).of(T);
+  const std::vector<int> terms = CoriolisTerms<Graph>(rates, n, turnings).of(T);
   for (std::size_t i = 0; i < q.size(); ++i) e.right[i] = graph.difference(e.right[i], terms[i]);
   for (std::size_t i = 0; i < q.size(); ++i)
     for (const int m : graph.gradient(e.p[i], std::span<const int>(qdot).first(i + 1), graph.dependence(e.p[i], qdot)))

@@ -145,7 +145,8 @@ template <class Number>
 [[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion, const formula::Branches* branches, Assumptions assumptions, std::size_t parameters) {
   if (assumptions == Assumptions::refused && !motion.recording.assumptions.empty()) return;
   recorded = std::move(motion);
-  GraphEquations e = equations_by_graph(recorded.recording.graph, static_cast<int>(recorded.q.size()), recorded.returned[0], recorded.returned[1]);
+  GraphEquations e = equations_by_graph(recorded.recording.graph, static_cast<int>(recorded.q.size()), recorded.returned[0], recorded.returned[1],
+                                        recorded.recording.turnings);
   for (std::size_t i = 0; i < recorded.q.size() && recorded.returned.size() > 2; ++i)  // forces
     e.right[i] = recorded.recording.graph.sum(e.right[i], recorded.returned[2 + i]);
   derived = {std::move(e.mass), std::move(e.right), {}};

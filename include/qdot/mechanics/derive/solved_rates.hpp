@@ -11,13 +11,17 @@
 // is left out, and nothing is handed from one function to the next. An evaluation has its numbers on the stack, so threads do not wait for each other.
 //
 // It is not the way for T and V of few operations without constraints: there what the compiler makes of them is as short, and is called directly. Functors
-// that branch, and such as are no formulas, go their other ways as well (mechanics/mass_and_rhs.hpp). Lines are those of one combination of phases.
+// that are no formulas go their other ways as well (mechanics/mass_and_rhs.hpp). Lines are those of one combination of phases, and of functors that compare
+// numbers those of one branch: its guards are results, too, and where one has another sign the lines of the branch there are taken, or made.
 //
 // Programs that link qdot::compiled do not read this header: the library has it.
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <utility>
 #include <vector>
@@ -49,6 +53,8 @@ namespace qdot::detail {
   return !first.empty() && !second.empty() && first[0].what == second[0].what;
 }
 
+enum class Written { yes, not_good, on_another_branch };
+
 /// q̈ and ż of T, V and effects of n coordinates by lines.
 template <int n>
 class SolvedRates final : public AnyRates {
@@ -67,9 +73,12 @@ class SolvedRates final : public AnyRates {
 
   /// Whether there are lines.
   bool is_known() const { return is_known_; }
+  /// Whether they are of one branch only.
+  bool has_branches() const { return !solved_.sides.empty(); }
 
-  bool write(double t, const double* y, std::span<const double> phases, double* ydot) const override {
-    if (!std::ranges::equal(phases, lines_.equations().motion.phases)) return false;
+  bool write(double t, const double* y, std::span<const double> phases, double* ydot) const override { return written(t, y, phases, ydot) == Written::yes; }
+  [[gnu::always_inline]] Written written(double t, const double* y, std::span<const double> phases, double* ydot) const {
+    if (!std::ranges::equal(phases, lines_.equations().motion.phases)) return Written::not_good;
     double x[most_numbers];
     Register<double, 2> two[n];  // steppers write y in pairs, and read ydot so: a load of a pair waits for two that were written apart
     unroll<n>([&](auto k) __attribute__((always_inline)) {
@@ -87,7 +96,8 @@ class SolvedRates final : public AnyRates {
     });
     write_in_pairs<2 * n>(ydot, rates);
     for (std::size_t k = 0; k < zdot_.size(); ++k) sum += ydot[2 * n + k] = x[zdot_[k]];
-    return good & is_finite(sum);
+    if (good & is_finite(sum)) return Written::yes;
+    return solved_.is_on_branch(x) ? Written::not_good : Written::on_another_branch;
   }
 
  private:
@@ -100,21 +110,118 @@ class SolvedRates final : public AnyRates {
   bool is_known_ = false;
 };
 
+/// Records a form on the branch of a state, or as it is where no state is given.
+[[gnu::cold]] inline TracedEquations<double> recorded_at(const RecordableForm& form, std::span<const double> phases, std::vector<char>& holonomic,
+                                                         formula::Branches* branches) {
+  TracedEquations<double> equations(form.dof, form.states);
+  equations.motion.phases.assign(phases.begin(), phases.end());
+  equations.motion.recording.branches = branches;
+  form.run(form.form, equations.motion, &holonomic);
+  equations.motion.recording.branches = nullptr;
+  return equations;
+}
+
 template <int n>
-[[gnu::cold]] std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, std::span<const double> phases, std::size_t most_lines) {
+[[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of(TracedEquations<double> equations, const RecordableForm& form, const std::vector<char>& holonomic,
+                                                       std::size_t most_lines) {
+  const bool pays = lines_pay(equations.graph());
+  if (!(pays || !holonomic.empty()) || holonomic.size() > n || equations.graph().nodes().size() > most_lines) return nullptr;
+  equations.derive(form.has_forces, holonomic);
+  if (!pays && rows_are_simple(equations)) return nullptr;
+  auto rates = std::make_unique<SolvedRates<n>>(std::move(equations), form.limits, most_lines);
+  return rates->is_known() ? std::move(rates) : nullptr;
+}
+
+/// The same on the branch of a state.
+template <int n>
+[[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of_branch(const RecordableForm& form, double t, const double* y, std::span<const double> phases,
+                                                              std::size_t most_lines) {
+  formula::Branches branches;
+  branches.variables.assign(y, y + 2 * n);
+  branches.variables.push_back(t);
+  branches.variables.insert(branches.variables.end(), y + 2 * n, y + 2 * n + form.states);
+  std::vector<char> holonomic;
+  TracedEquations<double> equations = recorded_at(form, phases, holonomic, &branches);
+  if (branches.read_values || !branches.undecided.empty()) return nullptr;
+  for (formula::Guard& guard : branches.met) {
+    const auto is_same = [&](const formula::Guard& g) {
+      return g.node == guard.node && g.sign == guard.sign && g.level == guard.level && g.closed == guard.closed;
+    };
+    if (std::ranges::none_of(equations.guards, is_same)) equations.guards.push_back(std::move(guard));
+  }
+  return rates_of<n>(std::move(equations), form, holonomic, most_lines);
+}
+
+/// Rates on the branches that a run meets, each made where it is met first.
+template <int n>
+class RatesOfBranches final : public AnyRates {
+ public:
+  RatesOfBranches(const RecordableForm& form, std::unique_ptr<SolvedRates<n>> first, std::size_t most_lines) : form_(form), most_lines_(most_lines) {
+    all_[0] = std::move(first);
+    count_.store(1);
+  }
+
+  bool write(double t, const double* y, std::span<const double> phases, double* ydot) const override {
+    const std::size_t latest = latest_.load(std::memory_order_relaxed);
+    const Written written = all_[latest]->written(t, y, phases, ydot);
+    if (written != Written::on_another_branch) return written == Written::yes;
+    return write_on_another(latest, t, y, phases, ydot);
+  }
+
+ private:
+  static constexpr std::size_t most = 16;
+  static constexpr int most_failed = 8;  // derivations that do not hold where they were made; then no more are made
+
+  [[gnu::cold, gnu::noinline]] bool write_on_another(std::size_t latest, double t, const double* y, std::span<const double> phases, double* ydot) const {
+    const std::size_t count = count_.load(std::memory_order_acquire);
+    for (std::size_t k = 0; k < count; ++k) {
+      if (k == latest) continue;
+      const Written written = all_[k]->written(t, y, phases, ydot);
+      if (written == Written::on_another_branch) continue;
+      latest_.store(k, std::memory_order_relaxed);
+      return written == Written::yes;
+    }
+    const std::unique_lock lock(adding_, std::try_to_lock);  // other threads go on without
+    if (!lock.owns_lock() || count_.load() != count || count == most || failed_ == most_failed) return false;
+    std::unique_ptr<SolvedRates<n>> made;
+    try {
+      made = rates_of_branch<n>(form_, t, y, phases, most_lines_);
+    } catch (...) {  // what functors throw they throw again, where they are asked for values
+    }
+    if (!made || made->written(t, y, phases, ydot) == Written::on_another_branch) {
+      ++failed_;
+      return false;
+    }
+    all_[count] = std::move(made);
+    count_.store(count + 1, std::memory_order_release);
+    latest_.store(count, std::memory_order_relaxed);
+    return all_[count]->written(t, y, phases, ydot) == Written::yes;
+  }
+
+  RecordableForm form_;
+  std::size_t most_lines_;
+  mutable std::array<std::unique_ptr<SolvedRates<n>>, most> all_;
+  mutable std::atomic<std::size_t> count_{0}, latest_{0};
+  mutable std::mutex adding_;
+  mutable int failed_ = 0;
+};
+
+template <int n>
+[[gnu::cold]] std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, double t, const double* y, std::span<const double> phases,
+                                                     std::size_t most_lines) {
   if (!formula::native_lines_are_possible()) return nullptr;
   try {
-    TracedEquations<double> equations(n, form.states);
-    equations.motion.phases.assign(phases.begin(), phases.end());
     std::vector<char> holonomic;
-    form.run(form.form, equations.motion, &holonomic);
-    const bool pays = lines_pay(equations.graph());
-    if (!(pays || !holonomic.empty()) || holonomic.size() > n || equations.graph().nodes().size() > most_lines) return nullptr;
-    equations.derive(form.has_forces, holonomic);
-    if (!pays && rows_are_simple(equations)) return nullptr;
-    auto rates = std::make_unique<SolvedRates<n>>(std::move(equations), form.limits, most_lines);
-    if (rates->is_known()) return rates;
+    TracedEquations<double> equations = recorded_at(form, phases, holonomic, nullptr);
+    return rates_of<n>(std::move(equations), form, holonomic, most_lines);
+  } catch (const NotAnalytic&) {  // numbers are compared
   } catch (...) {  // what functors throw they throw again, where they are asked for values
+    return nullptr;
+  }
+  try {
+    auto first = rates_of_branch<n>(form, t, y, phases, most_lines);
+    if (first) return std::make_unique<RatesOfBranches<n>>(form, std::move(first), most_lines);
+  } catch (...) {
   }
   return nullptr;
 }

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "qdot/error.hpp"
+#include "qdot/mechanics/derive/free_turns.hpp"
 #include "qdot/mechanics/derive/recorded_energies.hpp"
 
 namespace qdot::formula {
@@ -68,8 +69,11 @@ class TracedEquations {
   RecordedMotion motion;
   SparseEntries mass;  // lower triangle
   std::vector<int> right, zdot;
+  std::vector<FreeTurn> free_turns;
+  std::vector<int> apart;  // the right side without the torques of free turns
   SparseEntries J;
   std::vector<int> phi, velocity, gamma;  // of each row; phi is −1 of what restricts velocities only
+  std::vector<formula::Guard> guards;     // of the branch that was recorded
   std::vector<Requirement> requirements;  // slopes of a logarithm are numbers where it is none, and so is a square of a root
   bool mass_is_diagonal = true, mass_is_constant = true;
   formula::MachineCodeBegins begins{};  // of their lines

@@ -98,24 +98,70 @@ template <class Number>
   return good;
 }
 
+// M ← M + ϱ JᵀJ and r ← r + ϱ Jᵀγ, which changes no q̈ with J q̈ = γ; ϱ makes both about as large.
+template <class Graph>
+[[gnu::cold]] void lend_inertia(Graph& graph, EquationsOfRates& e) {
+  if (e.gamma.empty()) return;
+  const std::size_t n = e.n();
+  int inertia = graph.constant(0.0), size = inertia;
+  for (std::size_t i = 0; i < n; ++i)
+    if (const int m = e.mass_at(i, i); m >= 0) inertia = graph.sum(inertia, m);
+  for (const int w : e.J)
+    if (w >= 0) size = graph.sum(size, graph.product(w, w));
+  const int rho = graph.quotient(inertia, size);
+  for (std::size_t k = 0; k < e.gamma.size(); ++k)
+    for (std::size_t i = 0; i < n; ++i) {
+      if (e.J[k * n + i] < 0) continue;
+      const int lent = graph.product(rho, e.J[k * n + i]);
+      e.right[i] = graph.sum(e.right[i], graph.product(lent, e.gamma[k]));
+      for (std::size_t j = 0; j <= i; ++j) {
+        if (e.J[k * n + j] < 0) continue;
+        int& m = e.mass_at(i, j);
+        const int more = graph.product(lent, e.J[k * n + j]);
+        m = m < 0 ? more : graph.sum(m, more);
+      }
+    }
+}
+
 // Few rows are eliminated in the graph, where constants are folded. Many are eliminated in their own order, for level by level registers would not do.
 template <class Number>
 [[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::solved_rates(const LimitsOfPivots& limits, std::size_t most) {
   constexpr std::size_t most_in_graph = 4;
-  const TracedEquations<Number>& e = equations();
-  const std::vector<int> mass = lower_triangle(e.mass), J = rows_of_constraints(e.J, e.n());
+  TracedEquations<Number>& e = equations();
+  formula::BasicGraph<Number>& graph = e.graph();
+  EquationsOfRates of{lower_triangle(e.mass), e.right, rows_of_constraints(e.J, e.n()), e.gamma};
+  AngularUnknowns<formula::BasicGraph<Number>> unknowns(graph, e.free_turns, e.apart);
+  unknowns.enter(of);
+  for (const FreeTurn& turn : e.free_turns) e.requirements.push_back({turn.regular, formula::Domain::positive, regular_turning});
+  DecidedUnknowns<formula::BasicGraph<Number>> decided(graph);
+  if (limits.may_be_singular) {
+    decided.take_out(of);
+    lend_inertia(graph, of);
+  }
+  for (const int divisor : decided.divisors) e.requirements.push_back({divisor, formula::Domain::nonzero});
   std::vector<int> others = required();
   append(others, e.zdot);
   if (e.n() <= most_in_graph) {
-    NodesOfGraph<formula::BasicGraph<Number>> nodes{equations().graph()};
-    return solved_in_graph(constrained_acceleration(nodes, mass, e.right, J, e.gamma), {}, others, limits, most);
+    NodesOfGraph<formula::BasicGraph<Number>> nodes{graph};
+    ConstrainedAcceleration found = constrained_acceleration(nodes, of.mass, of.right, of.J, of.gamma);
+    const auto itself = [](int node) { return node; };
+    if (!found.x.empty()) {
+      decided.put_back(found.x, itself);
+      unknowns.leave(nodes, found.x, itself);
+    }
+    return solved_in_graph(std::move(found), {}, others, limits, most);
   }
+  append(others, unknowns.read());
+  append(others, decided.nodes());
   formula::LineWriter<Number>& writer = *shared_->writer;
   formula::LineTable table;
-  for (const auto* nodes : std::initializer_list<const std::vector<int>*>{&mass, &e.right, &J, &e.gamma, &others}) writer.write(*nodes, table);
+  for (const auto* nodes : std::initializer_list<const std::vector<int>*>{&of.mass, &of.right, &of.J, &of.gamma, &others}) writer.write(*nodes, table);
   LinesOfNumbers more(writer.count());
-  ConstrainedAcceleration found = constrained_acceleration(more, numbers(mass), numbers(e.right), numbers(J), numbers(e.gamma));
+  ConstrainedAcceleration found = constrained_acceleration(more, numbers(of.mass), numbers(of.right), numbers(of.J), numbers(of.gamma));
   if (found.x.empty()) return {};
+  const auto to_number = [&](int node) { return writer.number(node); };
+  decided.put_back(found.x, to_number);
+  unknowns.leave(more, found.x, to_number);
   table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
   writer.go_on_from(more.count());
   return evaluated(std::move(table), {nullptr, std::move(found.x), {}, std::move(found.pivots), std::move(found.row_pivots)}, others,
@@ -167,6 +213,7 @@ template <class ToNumber>
   if (shared_->writer->count() > most) return {};
   found.lines = evaluator(std::move(table));
   for (const Requirement& r : equations().requirements) found.required.emplace_back(shared_->writer->number(r.node), r);
+  for (const formula::Guard& g : equations().guards) found.sides.emplace_back(shared_->writer->number(g.node), g);
   for (const std::vector<int>& read : {numbers(others), found.x, found.columns}) found.lines->add_read(read);
   for (auto* pivots : {&found.pivots, &found.row_pivots})
     for (auto& [pivot, whole] : *pivots) {

@@ -79,15 +79,22 @@ class TracedLines {
     std::vector<int> x, columns;              ///< numbers of the solutions
     std::vector<std::pair<int, int>> pivots, row_pivots;  ///< numbers of which the first of each pair must be above a fraction of the second
     std::vector<std::pair<int, Requirement>> required{};
+    std::vector<std::pair<int, formula::Side>> sides{};  ///< of the guards of a branch
 
     /// Carries the lines out; false where the functors have no value there, or a pivot is not above its limit.
     [[gnu::always_inline]] bool evaluate(double* numbers, const LimitsOfPivots& limits) const {
       (*lines)(numbers);
-      bool good = true;
+      bool good = is_on_branch(numbers);
       for (const auto& [number, requirement] : required) good &= requirement.holds(numbers[number]);
       for (const auto& [pivot, whole] : pivots) good &= numbers[pivot] > limits.singular * numbers[whole];
       for (const auto& [pivot, whole] : row_pivots) good &= numbers[pivot] > limits.dependent * numbers[whole];
       return good;
+    }
+    /// Whether the numbers of the last evaluation are on the branch that was recorded.
+    [[gnu::always_inline]] bool is_on_branch(const double* numbers) const {
+      bool all = true;
+      for (const auto& [number, side] : sides) all &= side.has(numbers[number]);
+      return all;
     }
   };
   Solved solved(const std::vector<int>& mass, const std::vector<int>& b, const std::vector<int>& columns, const std::vector<int>& others, double least,
@@ -104,16 +111,17 @@ class TracedLines {
   /// Where the values of nodes are.
   std::vector<int> numbers(const std::vector<int>& nodes) const;
 
-  /// Nodes that hold_requirements() looks at, for written().
+  /// Nodes that are looked at: those of requirements, then of guards.
   std::vector<int> required() const {
     std::vector<int> nodes;
     for (const Requirement& r : equations().requirements) nodes.push_back(r.node);
+    for (const formula::Guard& g : equations().guards) nodes.push_back(g.node);
     return nodes;
   }
   /// Whether the functors have values where the numbers are.
   bool hold_requirements() {
     const std::vector<Requirement>& all = equations().requirements;
-    if (required_.size() != all.size()) required_ = numbers(required());
+    if (required_.size() < all.size()) required_ = numbers(required());
     bool hold = true;
     for (std::size_t k = 0; k < all.size(); ++k) hold = hold && all[k].holds((*this)[required_[k]]);
     return hold;

@@ -94,8 +94,13 @@ template <class Number>
   derive_mass();
   derive_rows(rows, holonomic);
   RatesOfNodes<formula::BasicGraph<Number>> rates(g, static_cast<int>(n()));
-  const std::vector<int> terms = CoriolisTerms<formula::BasicGraph<Number>>(rates, static_cast<int>(n())).of(T);
-  for (std::size_t i = 0; i < n(); ++i) right[i] = g.difference(right[i], terms[i]);
+  CoriolisTerms<formula::BasicGraph<Number>> coriolis(rates, static_cast<int>(n()), motion.recording.turnings);
+  const std::vector<int> terms = coriolis.of(T);
+  free_turns = FreeTurns<formula::BasicGraph<Number>>(g, static_cast<int>(n()), T).of(coriolis);
+  for (std::size_t i = 0; i < n(); ++i) {
+    apart.push_back(g.difference(right[i], coriolis.apart()[i]));
+    right[i] = g.difference(right[i], terms[i]);
+  }
   rates.remember(velocity);
   for (const int c : velocity) gamma.push_back(g.scaled(rates.of(c), -1.0));
 }

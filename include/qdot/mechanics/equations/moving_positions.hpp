@@ -19,7 +19,6 @@
 #include <utility>
 
 #include "qdot/ad/places/position_jet.hpp"
-#include "qdot/mechanics/equations/turning_energy.hpp"
 #include "qdot/mechanics/velocity.hpp"
 
 namespace qdot::detail {
@@ -67,23 +66,6 @@ struct MovingPositions<EulerLagrange<n, std::integer_sequence<int, Is...>, K>> {
     r.rate.g_mask = p.mask | mark;
     ((r.value.template x<Is>() = p.template J<Is>(), r.rate.template g<Is>() = p.template J<Is>()), ...);
     return r;
-  }
-  // Ω of a known rotation along the body's axes, of the functor Rotation.
-  template <class Rotation, class Turn>
-  [[gnu::always_inline]] auto body_rates(const KnownRotation<Turn, Position>& R) const {
-    using Rate = TurningEnergy<n, Rotation>;
-    ComponentMask mark = unknown_if(wrong | (1U ^ is_as_made(R)));
-    unroll<Turn::coordinates>([&](auto c) __attribute__((always_inline)) { mark |= R.from[c].mask & bit(1, 63); });
-    const BodyRates<n> rates(R);
-    using Result = std::conditional_t<n <= turning_energy_limit, Rate, S>;
-    Vector<Result, 3> omega;
-    Result* const to = omega.data();
-    unroll<3>([&](auto a) __attribute__((always_inline)) {
-      Rate rate = Rate::template of<a>(rates);
-      rate.g_mask |= mark;
-      to[a] = rate;
-    });
-    return omega;
   }
 
  private:

@@ -19,7 +19,6 @@
 #include "qdot/ad/lagrange/euler_lagrange_math.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/mechanics/equations/energy_functors.hpp"
-#include "qdot/mechanics/equations/free_turn.hpp"
 #include "qdot/mechanics/equations/moving_positions.hpp"
 #include "qdot/mechanics/equations/small_solve.hpp"
 #include "qdot/mechanics/equations/solve.hpp"
@@ -44,25 +43,10 @@ inline constexpr bool straight_line_pays = true;
 inline constexpr bool straight_line_pays = true;
 #endif
 
-// What T returns: the scalar that it is given, or one that knows of an angular velocity as well.
-template <int n, class E, class S>
-using ReturnedByT = decltype(returned_by_T<n>(std::declval<const E&>(), std::declval<const Vector<S, n>&>(),
-                                              std::declval<const Vector<S, n>&>(), std::declval<const S&>()));
-template <int n, class E, class S>
-using ScalarOfT = std::conditional_t<is_turning_energy<ReturnedByT<n, E, S>>, ReturnedByT<n, E, S>, S>;
-
-// Whether T is made of angular velocities: of those straight-line code knows more than lines do (mechanics/equations/body_rates.hpp).
-template <int n, class E>
-inline constexpr bool turns = [] {
-  if constexpr (straight_line_pays) return is_turning_energy<ReturnedByT<n, E, EulerLagrange<n>>>;
-  else return false;
-}();
-
 // L = T − V of a state that consists of scalars of Lagrange's equations.
 template <int n, class E, class S>
 [[gnu::flatten]] inline auto lagrangian_of(const E& e, const Vector<S, n>& x, const Vector<S, n>& v, const S& time) {
-  ScalarOfT<n, E, S> T;
-  S V;
+  S T, V;
   if constexpr (kinetic_signature<E, n>() == KineticSignature::velocity) {
     T = e.T(v);
   } else if constexpr (kinetic_signature<E, n>() == KineticSignature::state) {
@@ -117,50 +101,17 @@ struct AtState {
 #pragma clang attribute push(__attribute__((flatten)), apply_to = function)
 #endif
 
-// Those of a free body (free_turn.hpp), handed to use.turned(at, turn).
-template <int n, class Rotation, class Use>
-[[gnu::always_inline]] inline bool turned_equations(const TurningEnergy<n, Rotation>& L, const AtState& at, const Use& use) {
-  using Free = FreeTurn<n>;
-  double M[Free::pairs], moments[6], X[3], r[n];
-  ComponentMask coupled = 0, inertia = 0, forces = 0;
-  unroll<Free::pairs>([&](auto k) __attribute__((always_inline)) { M[k] = L.template h<k>(); });
-  unroll<n>([&](auto i) __attribute__((always_inline)) {
-    r[i] = L.template x<i>();
-    forces |= bit(has(L.x_mask, i) & may_differ_from_zero(r[i]), i);
-  });
-  unroll<3>([&](auto a) __attribute__((always_inline)) {
-    X[a] = L.template x<n + a>();
-    unroll<n>([&](auto i) __attribute__((always_inline)) { coupled |= bit(has(L.h_mask, Free::index(n + a, i)), i); });
-    unroll<a + 1>([&](auto b) __attribute__((always_inline)) {
-      moments[Free::index(a, b)] = L.template h<Free::index(n + a, n + b)>();
-      inertia |= bit(has(L.h_mask, Free::index(n + a, n + b)), Free::index(a, b));
-    });
-  });
-  if (coupled) return false;
-  Free turn;
-  turn.set(L.body, M, L.h_mask, r, forces, moments, inertia, X);
-  return turn.is_free && use.turned(at, turn);
-}
-
-#if defined(__clang__) && defined(__OPTIMIZE__)
-#pragma clang attribute pop
-#endif
-
 // M and r at a state, handed to use.packed(at, M, r, present): the packed lower triangle, the right-hand side, and which entries of M may be other
 // than zero. False when this is not the way, a loop in T or V, and where `use` says so.
 template <int n, class E, class Use>
 [[gnu::flatten]] inline bool straight_line_equations(const E& e, const AtState& at, const Use& use) {
   if (remembers_loops && keeps_a_loop<n, E>.load(std::memory_order_relaxed)) return false;
-  const auto found = euler_lagrange_of<n>(e, at.q, at.qdot, at.t);
+  const EulerLagrange<n> L = euler_lagrange_of<n>(e, at.q, at.qdot, at.t);
   // Of one coordinate nothing is gained by knowing them.
-  if (n > 1 && !__builtin_constant_p(found.g_mask | found.h_mask)) {
+  if (n > 1 && !__builtin_constant_p(L.g_mask | L.h_mask)) {
     if (remembers_loops) keeps_a_loop<n, E>.store(true, std::memory_order_relaxed);
     return false;
   }
-  if constexpr (is_turning_energy<std::remove_cv_t<decltype(found)>> && requires { &Use::turned; }) {
-    if (turned_equations(found, at, use)) return true;
-  }
-  const EulerLagrange<n> L(found);
   double M[n * (n + 1) / 2];
   double r[n];
   unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] = L.template x<i>(); });

@@ -10,14 +10,8 @@
 //     WeightSum      r on any numbers:                        V −= m g·r
 //     JetEquations   r with J, ṙ and s (ad/places/position_jet.hpp): M += m JᵀJ,  rhs −= m Jᵀ(s − g)
 //
-// because Lagrange's equations of T = Σ ½ m ṙ·ṙ are Newton's, projected: Σ m Jᵀ r̈ with r̈ = J q̈ + s. A body that
-// turns adds Euler's equations, projected in the same way by J_Ω = ∂Ω/∂q̇, Ω along its own axes:
-//
-//     M += J_Ωᵀ I J_Ω ,     rhs −= J_Ωᵀ (I Ω̇ + Ω × I Ω)   with Ω̇ at q̈ = 0.
-//
-// The first body whose rotation is one of the library's own (mechanics/equations/known_rotation.hpp) waits until all others are there:
-// where nothing else moves with its
-// coordinates, who asks for q̈ gets Euler's equations of it as they are (mechanics/equations/free_turn.hpp).
+// because Lagrange's equations of T = Σ ½ m ṙ·ṙ are Newton's, projected: Σ m Jᵀ r̈ with r̈ = J q̈ + s. A body that turns adds ½ Ω·I Ω of its angular
+// velocity, along its own axes, as a term of the Lagrangian.
 //
 // In a chain, what hangs below a link moves with it: column i of J is the same for all its masses. JetEquations sees
 // that while it compiles, as two values that are known to be the same, and adds up masses before it multiplies.
@@ -27,9 +21,7 @@
 #include <Eigen/Core>
 
 #include "qdot/ad/places/position_jet.hpp"
-#include "qdot/mechanics/equations/body_rates.hpp"
-#include "qdot/mechanics/equations/free_turn.hpp"
-#include "qdot/mechanics/equations/straight_line.hpp"
+#include "qdot/mechanics/equations/moving_positions.hpp"
 #include "qdot/mechanics/rigid_body.hpp"
 
 namespace qdot::detail {
@@ -55,18 +47,21 @@ struct KineticSum {
     T = T + 0.5 * (m * squared_speed(r) + inertia * (omega * omega));
   }
   template <class Tensor, class Position, class Rotation>
-  void rigid_body(double m, const Eigen::MatrixBase<Tensor>& inertia, const Eigen::MatrixBase<Position>& r,
-                  const Eigen::MatrixBase<Rotation>& R) {
-    const auto turning = split<S>(R);
-    T = T + 0.5 * (m * squared_speed(r) + quadratic_form(inertia, body_angular_velocity(turning.value, turning.rate)));
+  void rigid_body(double m, const Eigen::MatrixBase<Tensor>& inertia, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
+    T = T + 0.5 * (m * squared_speed(r) + quadratic_form(inertia, angular_velocity_of_body(R)));
   }
   template <class Position, class Rotation>
-  void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Eigen::MatrixBase<Rotation>& R) {
-    const auto turning = split<S>(R);
-    T = T + kinetic_energy_of_body(body, turning.value, split<S>(r).rate, body_angular_velocity(turning.value, turning.rate));
+  void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
+    const Eigen::Matrix3d inertia = inertia_at_centre(body.inertia, body.mass, body.centre);
+    if (body.centre.isZero(0.0)) rigid_body(body.mass, inertia, r, R);
+    else rigid_body(body.mass, inertia, (r + R * body.centre.template cast<AlongMotion<S>>()).eval(), R);
   }
 
  private:
+  template <class Rotation>
+  static Vector<S, 3> angular_velocity_of_body(const Rotation& R) {
+    return angular_velocity_along<Axes::of_body, S>(R, [](const auto& entry) { return split<S>(entry); });
+  }
   template <class Position>
   [[gnu::always_inline]] static S squared_speed(const Position& r) {
     S sum(0.0);
@@ -203,7 +198,7 @@ class JetEquations {
   template <class Tensor, class Position, class Rotation>
   [[gnu::always_inline]] void rigid_body(double m, const Eigen::MatrixBase<Tensor>& inertia, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
     point_mass(m, r);
-    turn(Eigen::Matrix3d(inertia), R);
+    turn(inertia, R);
   }
   template <class Position, class Rotation>
   [[gnu::always_inline]] void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
@@ -229,99 +224,23 @@ class JetEquations {
     unroll<pairs>([&](auto k) __attribute__((always_inline)) { add_mass<k>(has(L.h_mask, k), L.template h<k>()); });
   }
 
-  // The equations of a body that turns freely of all else, where there is one (free_turn.hpp).
-  [[gnu::always_inline]] void write_turned(FreeTurn<n>& turn) {
-    turn.is_free = 0;
-    if (!waits_) return;
-    settle_masses();
-    ComponentMask mass = 0, force = 0;
-    unroll<pairs>([&](auto k) __attribute__((always_inline)) { mass |= bit(M_has_[k], k); });
-    unroll<n>([&](auto i) __attribute__((always_inline)) { force |= bit(r_has_[i], i); });
-    const double X[3] = {-torque_[0], -torque_[1], -torque_[2]};
-    turn.set(frame_, M_, mass, r_, force, inertia_, inertia_has_, X);
-  }
-
   // What may be other than zero: known to the compiler, before it knows what is the same, when all of this is straight-line code.
   [[gnu::always_inline]] ComponentMask pattern() const { return pattern_ | pattern_of_forces_; }
 
   // M, the packed lower triangle, and rhs.
   [[gnu::always_inline]] void write(double* M, double* rhs) {
     settle_masses();
-    settle_turn();
     unroll<pairs>([&](auto k) __attribute__((always_inline)) { M[k] = M_has_[k] ? M_[k] : 0.0; });
     unroll<n>([&](auto i) __attribute__((always_inline)) { rhs[i] = r_has_[i] ? r_[i] : 0.0; });
   }
 
  private:
-  // Euler's equations of a body with constant tensor I in its own axes.
-  template <class Rotation>
-  [[gnu::always_inline]] void turn(const Eigen::Matrix3d& inertia, const Rotation& R) {
-    const BodyRates<n> of(R);
-    double momentum[3], torque[3];
-    unroll<3>([&](auto a) __attribute__((always_inline)) { momentum[a] = entry_times_vector(inertia, a, of.omega); });
-    unroll<3>([&](auto a) __attribute__((always_inline)) {
-      constexpr int b = (a + 1) % 3, c = (a + 2) % 3;
-      torque[a] = entry_times_vector(inertia, a, of.bend) + (of.omega[b] * momentum[c] - of.omega[c] * momentum[b]);
-      pattern_of_forces_ |= of.frame.moves[a];
-      unroll<n>([&](auto i) __attribute__((always_inline)) {
-        unroll<i + 1>([&](auto j) __attribute__((always_inline)) {
-          pattern_ |= bit(of.frame.moves_with(a, i) & (of.frame.moves_with(0, j) | of.frame.moves_with(1, j) | of.frame.moves_with(2, j)),
-                          triangle_index(i, j));
-        });
-      });
-    });
-    if constexpr (is_known_rotation<Rotation>) {  // the first one waits: nothing else may turn with it
-      pattern_ |= unknown_if(1U ^ is_as_made(R));
-      if (!waits_) {
-        waits_ = of.frame.place[0] != 0 ? 1U : 0U;
-        if (waits_) {
-          frame_ = of.frame;
-          unroll<3>([&](auto a) __attribute__((always_inline)) {
-            torque_[a] = torque[a];
-            unroll<a + 1>([&](auto b) __attribute__((always_inline)) {
-              inertia_[triangle_index(a, b)] = inertia.coeff(a, b);
-              inertia_has_ |= bit(may_differ_from_zero(inertia.coeff(a, b)), triangle_index(a, b));
-            });
-          });
-          return;
-        }
-      }
-    }
-    add_turn([&](auto a, auto b) __attribute__((always_inline)) { return inertia.coeff(a, b); }, of.frame, torque);
-  }
-  // In the coordinates.
-  template <class Tensor>
-  [[gnu::always_inline]] void add_turn(const Tensor& inertia, const BodyFrame<n>& frame, const double (&torque)[3]) {
-    double turned[3][n];
-    Present there[3][n];
-    unroll<3>([&](auto a) __attribute__((always_inline)) {
-      unroll<n>([&](auto i) __attribute__((always_inline)) {
-        turned[a][i] = 0.0;
-        there[a][i] = 0;
-        unroll<3>([&](auto k) __attribute__((always_inline)) {
-          const Present both = frame.moves_with(k, i) & may_differ_from_zero(inertia(a, k));
-          turned[a][i] = sum_of(there[a][i], turned[a][i], both, product_if(both, inertia(a, k), frame.J[k][i]));
-          there[a][i] |= both;
-        });
-      });
-    });
-    unroll<n>([&](auto i) __attribute__((always_inline)) {
-      unroll<3>([&](auto a) __attribute__((always_inline)) {
-        const Present moves = frame.moves_with(a, i);
-        add_force<i>(moves, product_if(moves, -torque[a], frame.J[a][i]));
-        unroll<i + 1>([&](auto j) __attribute__((always_inline)) {
-          const Present both = moves & there[a][j];
-          add_mass<triangle_index(i, j)>(both, product_if(both, frame.J[a][i], turned[a][j]));
-        });
-      });
-    });
-  }
-  [[gnu::always_inline]] void settle_turn() {
-    if (!waits_) return;
-    waits_ = 0;
-    add_turn([&](auto a, auto b) __attribute__((always_inline)) {
-      return inertia_has_ & bit(1, FreeTurn<n>::index(a, b)) ? inertia_[FreeTurn<n>::index(a, b)] : 0.0;
-    }, frame_, torque_);
+  // ½ Ω·I Ω, as a term of L.
+  template <class Tensor, class Rotation>
+  [[gnu::always_inline]] void turn(const Tensor& inertia, const Rotation& R) {
+    const MovingPositions<EulerLagrange<n>> positions;
+    const auto omega = angular_velocity_along<Axes::of_body, EulerLagrange<n>>(R, FollowBy<MovingPositions<EulerLagrange<n>>>{positions});
+    lagrangian(EulerLagrange<n>(0.5 * quadratic_form(inertia, omega)).whole());
   }
   [[gnu::always_inline]] void settle_masses() {
     unroll<n>([&](auto i) __attribute__((always_inline)) {
@@ -364,11 +283,6 @@ class JetEquations {
 
   double field_[3];
   ComponentMask pattern_ = 0, pattern_of_forces_ = 0;
-  // A body that turns, whose coordinates nothing else may move with.
-  BodyFrame<n> frame_;
-  double inertia_[6], torque_[3];
-  ComponentMask inertia_has_ = 0;
-  Present waits_ = 0;
   double M_[pairs], r_[n];
   Present M_has_[pairs], r_has_[n];
   // Not yet multiplied: the columns of J of the last body, the mass on each pair of them, the force on each of them.

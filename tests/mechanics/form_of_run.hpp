@@ -1,0 +1,29 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Forms of long runs, evaluated until their accelerations come by lines (mechanics/derive/solved_rates.hpp).
+
+#include <string>
+
+#include <Eigen/Core>
+
+#include "qdot/ad/native/line_evaluator.hpp"
+
+namespace qdot {
+
+inline constexpr int until_lines = 3001;  // evaluations
+
+template <class System>
+auto form_of_run(const System& system) {
+  auto form = first_order_form(system);
+  form.expect_long_run();
+  return form;
+}
+template <class Form>
+void evaluate_until_lines(const Form& form, const Eigen::VectorXd& y) {
+  Eigen::VectorXd ydot(y.size());
+  for (int i = 0; i < until_lines; ++i) form.derivative(0.0, y, ydot);
+}
+inline bool is_by_lines(const std::string& way) { return way.find("recorded formulas") != std::string::npos || !formula::native_lines_are_possible(); }
+
+}  // namespace qdot
