@@ -23,6 +23,7 @@
 #include "qdot/effects/equations/moving_points.hpp"
 #include "qdot/effects/equations/functors.hpp"
 #include "qdot/error.hpp"
+#include "qdot/mechanics/equations/moving_positions.hpp"
 #include "qdot/mechanics/rotation.hpp"
 #include "qdot/mechanics/velocity.hpp"
 
@@ -174,7 +175,28 @@ struct TorqueOnBody {
     Vector<S, n> Q = Vector<S, n>::Zero();
     Q[0] = 0.0 * (tau[0] + tau[1] + tau[2]);  // torques that are not finite do not vanish about axes that do not turn
     detail::ComponentMask present = 1;
+    if constexpr (detail::is_known_rotation<std::remove_cvref_t<decltype(rotation)>>) {
+      if (rotation.is_as_made()) return force_by_turning<Number>(rotation, tau, Q, present);
+    }
     return force_by_entries<Number>(rotation, tau, Q, present);
+  }
+  // Qᵢ = Rᵀτ · ∂Ω/∂q̇ᵢ.
+  template <class Number, class Rotation, class S, int n>
+  [[gnu::always_inline]] static Vector<S, n> force_by_turning(const Rotation& rotation, const Vector<S, 3>& tau, Vector<S, n>& Q,
+                                                              detail::ComponentMask& present) {
+    using Rate = detail::EulerLagrange<n>;
+    const detail::MovingPositions<Rate> positions;
+    const auto omega = detail::known_angular_velocity<Rate>(rotation, detail::FollowBy<detail::MovingPositions<Rate>>{positions});
+    unroll<3>([&](auto a) __attribute__((always_inline)) {
+      S along = 0.0;
+      unroll<3>([&](auto k) __attribute__((always_inline)) { along += tau[k] * Number(rotation.coeff(k, a)).value; });
+      unroll<n>([&](auto i) __attribute__((always_inline)) {
+        const detail::Present turns = detail::has(omega[a].g_mask, i);
+        Q[i] = detail::sum_of(detail::has(present, i), Q[i], turns, detail::product_if(turns, along, omega[a].template g<i>()));
+        present |= detail::bit(turns, i);
+      });
+    });
+    return Q;
   }
   template <class Number, class Rotation, class S, int n>
   [[gnu::always_inline]] static Vector<S, n> force_by_entries(const Rotation& rotation, const Vector<S, 3>& tau, Vector<S, n>& Q,

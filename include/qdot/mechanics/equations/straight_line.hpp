@@ -97,10 +97,6 @@ struct AtState {
   int size = 0;  // number of coordinates, where it is known at run time only
 };
 
-#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
-#pragma clang attribute push(__attribute__((flatten)), apply_to = function)
-#endif
-
 // M and r at a state, handed to use.packed(at, M, r, present): the packed lower triangle, the right-hand side, and which entries of M may be other
 // than zero. False when this is not the way, a loop in T or V, and where `use` says so.
 template <int n, class E, class Use>
